@@ -1,0 +1,13 @@
+//! What every other room speaks: cameras and spaces, colour, sizes, progress and cancellation.
+//!
+//! Owns plain values and their arithmetic. Refuses input and output, threads, and the GPU.
+//! Every room may import it; it imports none.
+
+pub mod camera;
+pub mod colour;
+pub mod memory;
+pub mod progress;
+
+pub use camera::{Camera, Projection};
+pub use colour::{LinearRgb, Srgb8};
+pub use progress::{Cancelled, Ticket};

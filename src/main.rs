@@ -1,0 +1,3 @@
+//! The `voxsplat` program.
+
+fn main() {}

@@ -1,0 +1,67 @@
+//! What is to be seen, as plain data: everything a picture depends on except its size.
+//!
+//! Owns [`Scene`] and the settings people change. Refuses drawing, files and widgets. The GPU's
+//! whole state can be rebuilt from it. Imports `core`, `volume`, `transfer`, `kernel`.
+
+use std::sync::Arc;
+
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+
+use crate::core::{Camera, Srgb8};
+use crate::kernel::Kernel;
+use crate::transfer::TransferFunction;
+use crate::volume::{Lattice, ScalarVolume};
+
+/// How splats are drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct SplatSettings {
+    /// Which reconstruction kernel.
+    pub kernel: Kernel,
+    /// Splat radius in voxels; `None` is the kernel's natural one. Mean depth is kept.
+    pub extent: Option<f64>,
+    /// World length over which opacities are given; `None` is the smallest voxel spacing.
+    pub opacity_unit_distance: Option<f64>,
+}
+
+impl Default for SplatSettings {
+    fn default() -> Self {
+        Self { kernel: Kernel::Cubic, extent: None, opacity_unit_distance: None }
+    }
+}
+
+/// What lies behind the volume.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Background {
+    /// One opaque colour.
+    Colour(Srgb8),
+    /// Nothing: pictures keep their alpha.
+    Transparent,
+}
+
+/// Everything a picture depends on except its size. Cheap to clone: the volume is shared.
+#[derive(Debug, Clone)]
+pub struct Scene {
+    /// The field that is drawn.
+    pub volume: Arc<ScalarVolume>,
+    /// Its opacity and colour.
+    pub transfer: TransferFunction,
+    /// How it is splatted.
+    pub splat: SplatSettings,
+    /// Where it is seen from.
+    pub camera: Camera,
+    /// What lies behind it.
+    pub background: Background,
+}
+
+impl Scene {
+    /// World length ℓ over which opacities are given.
+    pub fn opacity_unit_distance(&self) -> f64 {
+        self.splat.opacity_unit_distance.unwrap_or_else(|| self.volume.lattice.smallest_spacing())
+    }
+}
+
+/// A camera along `direction` that shows the whole lattice with a small margin.
+pub fn framing_camera(lattice: &Lattice, direction: DVec3, up: DVec3) -> Camera {
+    Camera::new(lattice.centre(), direction, up, lattice.bounding_radius())
+}

@@ -1,0 +1,5 @@
+//! Work off the caller's thread: the drawing engine's service, and jobs with progress and cancel.
+//!
+//! Owns threads and the channels to them. Refuses widgets and flags. Imports everything below it.
+
+pub mod engine;

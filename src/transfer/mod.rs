@@ -1,0 +1,12 @@
+//! From values to opacity and colour.
+//!
+//! Owns colour maps, transfer functions in data units, and the tables made of them for drawing.
+//! Refuses files, the GPU and grids: it sees statistics, never samples. Imports `core` and
+//! `volume`.
+
+pub mod colour_map;
+mod function;
+pub mod presets;
+
+pub use colour_map::ColourMap;
+pub use function::{ColourSource, TRANSMITTANCE_FLOOR, TransferFunction, extinction_from_opacity};

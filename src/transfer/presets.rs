@@ -1,0 +1,1 @@
+//! Transfer functions that look right at once, from a volume's statistics.

@@ -1,0 +1,1 @@
+//! Volumes made in code, opened as `demo:NAME`.

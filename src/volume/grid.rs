@@ -1,0 +1,456 @@
+//! Rectilinear lattices with one or more fields on them.
+
+use std::sync::Arc;
+
+use glam::{DMat3, DVec3};
+use rayon::prelude::*;
+
+use super::samples::Scalar;
+use super::{Bricks, Samples, Statistics};
+use crate::core::memory::{self, TooLarge};
+use crate::core::progress::{Cancelled, Ticket};
+use crate::with_samples;
+
+/// What cannot be made into a volume.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum VolumeError {
+    /// Sizes and samples do not belong together, or a size is zero.
+    #[error("expected {expected} samples for {what}, found {found}")]
+    Size {
+        /// Which field.
+        what: String,
+        /// Samples that the dimensions ask for.
+        expected: String,
+        /// Samples there are.
+        found: usize,
+    },
+    /// A lattice that has no inverse: a zero spacing, or axes in one plane.
+    #[error("expected three independent axes of finite, non-zero spacing, found {found}")]
+    Degenerate {
+        /// The offending spacing and direction, in words.
+        found: String,
+    },
+    /// A field with nothing to show.
+    #[error("expected at least one finite value in field \"{field}\", found only {found}")]
+    NothingFinite {
+        /// Which field.
+        field: String,
+        /// What there was instead, in words.
+        found: String,
+    },
+    /// A field or component that is not there.
+    #[error("expected one of {available}, found \"{asked}\"")]
+    NoSuchField {
+        /// What was asked for.
+        asked: String,
+        /// The names there are.
+        available: String,
+    },
+    /// See [`TooLarge`].
+    #[error(transparent)]
+    TooLarge(#[from] TooLarge),
+    /// See [`Cancelled`].
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+}
+
+/// What a field's samples sit on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Association {
+    /// The lattice points.
+    Point,
+    /// The cells between them: one fewer along each axis (at least one).
+    Cell,
+}
+
+impl Association {
+    /// VTK's word for it, lower case.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Point => "point",
+            Self::Cell => "cell",
+        }
+    }
+}
+
+/// A regular arrangement of sample points: index space, and where it lies in the world.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Lattice {
+    /// Samples along x, y, z; each at least 1.
+    pub dims: [usize; 3],
+    /// World distance between neighbours along each axis; negative where an axis runs backwards.
+    pub spacing: DVec3,
+    /// World position of sample (0, 0, 0).
+    pub origin: DVec3,
+    /// World directions of the three axes, as columns; as the file gives them, ideally unit.
+    pub direction: DMat3,
+}
+
+impl Lattice {
+    /// A lattice of unit spacing at the origin.
+    pub fn unit(dims: [usize; 3]) -> Self {
+        Self { dims, spacing: DVec3::ONE, origin: DVec3::ZERO, direction: DMat3::IDENTITY }
+    }
+
+    /// Number of samples. Sizes were checked when the lattice was made.
+    pub fn len(&self) -> usize {
+        self.dims.iter().product()
+    }
+
+    /// Always false for a lattice that was checked.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// World step vectors of one index along x, y, z, as columns.
+    pub fn axes(&self) -> DMat3 {
+        self.direction * DMat3::from_diagonal(self.spacing)
+    }
+
+    /// World position of an index-space point.
+    pub fn world_from_index(&self, index: DVec3) -> DVec3 {
+        self.origin + self.axes() * index
+    }
+
+    /// Index-space point of a world position.
+    pub fn index_from_world(&self, world: DVec3) -> DVec3 {
+        self.axes().inverse() * (world - self.origin)
+    }
+
+    /// The world point in the middle of the samples.
+    pub fn centre(&self) -> DVec3 {
+        self.world_from_index(self.last_index() / 2.0)
+    }
+
+    /// Radius of the sphere about the centre that holds every voxel's box.
+    pub fn bounding_radius(&self) -> f64 {
+        let half = (self.last_index() + DVec3::ONE) / 2.0;
+        [
+            DVec3::new(1., 1., 1.),
+            DVec3::new(1., 1., -1.),
+            DVec3::new(1., -1., 1.),
+            DVec3::new(-1., 1., 1.),
+        ]
+        .into_iter()
+        .map(|sign| (self.axes() * (half * sign)).length())
+        .fold(0.0, f64::max)
+    }
+
+    /// The smallest world distance between neighbours along an axis; > 0 once checked.
+    pub fn smallest_spacing(&self) -> f64 {
+        let axes = self.axes();
+        axes.x_axis.length().min(axes.y_axis.length()).min(axes.z_axis.length())
+    }
+
+    /// Index of the last sample along each axis.
+    fn last_index(&self) -> DVec3 {
+        DVec3::from(self.dims.map(|n| n as f64)) - DVec3::ONE
+    }
+
+    /// # Errors
+    /// [`VolumeError::Degenerate`] where index space cannot be recovered from the world.
+    pub fn check(&self) -> Result<(), VolumeError> {
+        let axes = self.axes();
+        // Scale out the spacing, so that tiny but regular lattices pass.
+        let lengths = DVec3::new(axes.x_axis.length(), axes.y_axis.length(), axes.z_axis.length());
+        let volume = axes.determinant() / (lengths.x * lengths.y * lengths.z);
+        if self.origin.is_finite() && volume.is_finite() && volume.abs() > 1e-9 {
+            return Ok(());
+        }
+        Err(VolumeError::Degenerate {
+            found: format!(
+                "spacing {:?}, direction {:?}, origin {:?}",
+                self.spacing.to_array(),
+                self.direction.to_cols_array(),
+                self.origin.to_array()
+            ),
+        })
+    }
+}
+
+/// One named array of a file.
+#[derive(Debug, Clone)]
+pub struct Field {
+    /// The file's name for it; empty names are given one by the reader.
+    pub name: String,
+    /// Values per sample point, ≥ 1.
+    pub components: usize,
+    /// Points or cells.
+    pub association: Association,
+    /// The values, components interleaved, x fastest.
+    pub samples: Arc<Samples>,
+}
+
+/// Everything read from a file that holds a regular grid.
+#[derive(Debug, Clone)]
+pub struct Grid {
+    /// The lattice of the *points*; see [`Grid::lattice_of`] for cell fields.
+    pub lattice: Lattice,
+    /// Its arrays, the active one first; at least one.
+    pub fields: Vec<Field>,
+    /// What the file calls its space (`left-posterior-superior`, …), where it says.
+    pub space: Option<String>,
+}
+
+/// Which number of a field is drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Component {
+    /// The component of this index.
+    Index(usize),
+    /// The Euclidean length of all components.
+    Magnitude,
+}
+
+impl Grid {
+    /// # Errors
+    /// Where a field's samples do not fill its lattice, or the lattice is degenerate.
+    pub fn check(&self) -> Result<(), VolumeError> {
+        self.lattice.check()?;
+        for field in &self.fields {
+            let lattice = self.lattice_of(field);
+            let sizes = [lattice.dims[0], lattice.dims[1], lattice.dims[2], field.components];
+            let expected = memory::checked_product(&sizes.map(|n| n as u64));
+            if expected != Some(field.samples.len() as u64) || expected == Some(0) {
+                return Err(VolumeError::Size {
+                    what: format!("field \"{}\" of {sizes:?}", field.name),
+                    expected: expected.map_or("over 2^64".to_owned(), |n| n.to_string()),
+                    found: field.samples.len(),
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// The lattice on which a field's samples lie: the points, or the middles of the cells.
+    pub fn lattice_of(&self, field: &Field) -> Lattice {
+        match field.association {
+            Association::Point => self.lattice,
+            Association::Cell => {
+                // A flat grid has one cell across; its middle lies in the plane of the points.
+                let inset = self.lattice.dims.map(|n| if n > 1 { 0.5 } else { 0.0 });
+                Lattice {
+                    dims: self.lattice.dims.map(|n| n.saturating_sub(1).max(1)),
+                    origin: self.lattice.world_from_index(DVec3::from(inset)),
+                    ..self.lattice
+                }
+            }
+        }
+    }
+
+    /// The field of this name, or the active one for `None`.
+    ///
+    /// # Errors
+    /// [`VolumeError::NoSuchField`].
+    pub fn field(&self, name: Option<&str>) -> Result<&Field, VolumeError> {
+        let found = match name {
+            None => self.fields.first(),
+            Some(name) => self.fields.iter().find(|f| f.name == name),
+        };
+        found.ok_or_else(|| VolumeError::NoSuchField {
+            asked: name.unwrap_or_default().to_owned(),
+            available: self.fields.iter().map(|f| f.name.as_str()).collect::<Vec<_>>().join(", "),
+        })
+    }
+
+    /// One scalar field of the grid, ready to be drawn: statistics and bricks computed.
+    ///
+    /// A single-component field shares its samples; a component or magnitude of several is made
+    /// into 64-bit floats only where the type needs them, otherwise 32-bit.
+    ///
+    /// # Errors
+    /// No such component, no finite value, too little memory, or cancelled.
+    pub fn scalar(
+        &self,
+        field: &Field,
+        component: Component,
+        ticket: &Ticket,
+    ) -> Result<ScalarVolume, VolumeError> {
+        let samples = match (component, field.components) {
+            (Component::Index(0), 1) => Arc::clone(&field.samples),
+            (Component::Index(index), components) if index >= components => {
+                return Err(VolumeError::NoSuchField {
+                    asked: format!("component {index} of {}", field.name),
+                    available: format!("components 0 to {}", components - 1),
+                });
+            }
+            _ => Arc::new(extract(field, component)?),
+        };
+        let statistics = Statistics::of(&samples, ticket)?;
+        if statistics.finite_count == 0 {
+            return Err(VolumeError::NothingFinite {
+                field: field.name.clone(),
+                found: format!(
+                    "{} NaN and {} infinite",
+                    statistics.nan_count, statistics.infinite_count
+                ),
+            });
+        }
+        let lattice = self.lattice_of(field);
+        let bricks = Bricks::of(&samples, lattice.dims, ticket)?;
+        let name = match component {
+            Component::Index(_) if field.components == 1 => field.name.clone(),
+            Component::Index(index) => format!("{}[{index}]", field.name),
+            Component::Magnitude => format!("|{}|", field.name),
+        };
+        Ok(ScalarVolume { name, lattice, samples, statistics, bricks })
+    }
+}
+
+/// One component, or the magnitude, of a field with several.
+fn extract(field: &Field, component: Component) -> Result<Samples, VolumeError> {
+    let n = field.components;
+    let wide = field.samples.scalar_type().size_bytes() > 2
+        && field.samples.scalar_type() != super::ScalarType::Float32;
+    let needed = (field.samples.len() / n * if wide { 8 } else { 4 }) as u64;
+    memory::require(
+        &format!("a scalar of field \"{}\"", field.name),
+        needed,
+        memory::free_bytes(),
+    )?;
+    let value = |tuple: &[f64]| match component {
+        Component::Index(index) => tuple[index],
+        Component::Magnitude => tuple.iter().map(|v| v * v).sum::<f64>().sqrt(),
+    };
+    Ok(with_samples!(&*field.samples, values => {
+        let tuples = values.par_chunks_exact(n).map(|tuple| {
+            let mut wide_tuple = [0.0; 16];
+            let count = n.min(wide_tuple.len());
+            // Sixteen components cover every tensor; more are only ever asked for by index.
+            if let (Component::Index(index), true) = (component, n > 16) {
+                return tuple[index].to_f64();
+            }
+            for (to, from) in wide_tuple.iter_mut().zip(tuple) {
+                *to = from.to_f64();
+            }
+            value(&wide_tuple[..count])
+        });
+        if wide {
+            Samples::Float64(tuples.collect())
+        } else {
+            #[expect(clippy::cast_possible_truncation, reason = "the sources have 24 bits at most")]
+            Samples::Float32(tuples.map(|v| v as f32).collect())
+        }
+    }))
+}
+
+/// The scalar field that is drawn: a lattice, one value a point, and what is known of the values.
+#[derive(Debug, Clone)]
+pub struct ScalarVolume {
+    /// Shown to people: the field's name, with its component.
+    pub name: String,
+    /// Where the samples lie.
+    pub lattice: Lattice,
+    /// One value a lattice point, x fastest.
+    pub samples: Arc<Samples>,
+    /// Of the finite values.
+    pub statistics: Statistics,
+    /// Least and greatest value of each brick.
+    pub bricks: Bricks,
+}
+
+impl ScalarVolume {
+    /// A volume from bare samples, for analytic scenes and tests.
+    ///
+    /// # Errors
+    /// As [`Grid::check`] and [`Grid::scalar`].
+    pub fn from_samples(
+        name: &str,
+        lattice: Lattice,
+        samples: Samples,
+    ) -> Result<Self, VolumeError> {
+        let field = Field {
+            name: name.to_owned(),
+            components: 1,
+            association: Association::Point,
+            samples: Arc::new(samples),
+        };
+        let grid = Grid { lattice, fields: vec![field], space: None };
+        grid.check()?;
+        grid.scalar(&grid.fields[0], Component::Index(0), &Ticket::new())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ramp(dims: [usize; 3]) -> Samples {
+        Samples::Float32((0..dims.iter().product()).map(|i| i as f32).collect())
+    }
+
+    #[test]
+    fn cells_sit_between_points() {
+        let lattice = Lattice {
+            dims: [3, 4, 1],
+            spacing: DVec3::new(2.0, 1.0, 5.0),
+            origin: DVec3::new(10.0, 0.0, 0.0),
+            direction: DMat3::IDENTITY,
+        };
+        let field = Field {
+            name: "c".into(),
+            components: 1,
+            association: Association::Cell,
+            samples: Arc::new(ramp([2, 3, 1])),
+        };
+        let grid = Grid { lattice, fields: vec![field], space: None };
+        assert_eq!(grid.check(), Ok(()));
+        let cells = grid.lattice_of(&grid.fields[0]);
+        assert_eq!(cells.dims, [2, 3, 1]);
+        assert_eq!(cells.origin, DVec3::new(11.0, 0.5, 0.0));
+    }
+
+    #[test]
+    fn world_and_index_undo_each_other_on_a_sheared_reflected_lattice() {
+        let lattice = Lattice {
+            dims: [4, 5, 6],
+            spacing: DVec3::new(0.5, -2.0, 1000.0),
+            origin: DVec3::splat(1e7),
+            direction: DMat3::from_cols(DVec3::X, DVec3::new(0.3, 0.9, 0.0), DVec3::Z),
+        };
+        lattice.check().unwrap();
+        let index = DVec3::new(1.0, 2.5, 3.0);
+        let back = lattice.index_from_world(lattice.world_from_index(index));
+        assert!((back - index).length() < 1e-6, "{back}");
+    }
+
+    #[test]
+    fn flat_axes_zero_spacing_and_wrong_counts_are_refused() {
+        let flat = Lattice {
+            direction: DMat3::from_cols(DVec3::X, DVec3::X, DVec3::Z),
+            ..Lattice::unit([2; 3])
+        };
+        assert!(matches!(flat.check(), Err(VolumeError::Degenerate { .. })));
+        let zero = Lattice { spacing: DVec3::new(1.0, 0.0, 1.0), ..Lattice::unit([2; 3]) };
+        assert!(matches!(zero.check(), Err(VolumeError::Degenerate { .. })));
+        let short = ScalarVolume::from_samples("s", Lattice::unit([2, 2, 2]), ramp([2, 2, 1]));
+        assert!(matches!(short, Err(VolumeError::Size { .. })), "{short:?}");
+    }
+
+    #[test]
+    fn a_field_of_nan_alone_is_refused() {
+        let nan = ScalarVolume::from_samples(
+            "n",
+            Lattice::unit([2, 1, 1]),
+            Samples::Float32(vec![f32::NAN; 2]),
+        );
+        assert!(matches!(nan, Err(VolumeError::NothingFinite { .. })), "{nan:?}");
+    }
+
+    #[test]
+    fn the_magnitude_of_a_vector_is_its_length() {
+        let field = Field {
+            name: "v".into(),
+            components: 3,
+            association: Association::Point,
+            samples: Arc::new(Samples::Int16(vec![2, 3, 6, 0, -4, 3])),
+        };
+        let grid = Grid { lattice: Lattice::unit([2, 1, 1]), fields: vec![field], space: None };
+        let volume = grid.scalar(&grid.fields[0], Component::Magnitude, &Ticket::new()).unwrap();
+        assert_eq!((volume.samples.get(0), volume.samples.get(1)), (7.0, 5.0));
+        assert_eq!(volume.name, "|v|");
+        let second = grid.scalar(&grid.fields[0], Component::Index(1), &Ticket::new()).unwrap();
+        assert_eq!((second.samples.get(0), second.samples.get(1)), (3.0, -4.0));
+        assert!(grid.scalar(&grid.fields[0], Component::Index(3), &Ticket::new()).is_err());
+    }
+}

@@ -1,0 +1,318 @@
+//! What is known of a field's values: extremes, mean, histogram, and extremes brick by brick.
+
+use rayon::prelude::*;
+
+use super::Samples;
+use super::samples::Scalar;
+use crate::core::progress::{Cancelled, Ticket};
+use crate::with_samples;
+
+/// Number of equal bins between the least and the greatest finite value.
+pub const HISTOGRAM_BINS: usize = 256;
+/// Edge of a [`Bricks`] brick, samples.
+pub const BRICK: usize = 8;
+/// Samples a worker takes at a time between two looks at the ticket.
+const CHUNK: usize = 1 << 18;
+
+/// Of the finite values of a field, in float64.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Statistics {
+    /// Least finite value; 0 where there is none.
+    pub min: f64,
+    /// Greatest finite value; 0 where there is none.
+    pub max: f64,
+    /// Mean of the finite values; 0 where there is none.
+    pub mean: f64,
+    /// Number of finite values.
+    pub finite_count: u64,
+    /// Number of NaN.
+    pub nan_count: u64,
+    /// Number of ±∞.
+    pub infinite_count: u64,
+    /// Counts in [`HISTOGRAM_BINS`] equal bins over min..=max. A constant field fills the first.
+    pub histogram: Vec<u64>,
+}
+
+/// Sums over one chunk; merged pairwise, so the result does not depend on the thread count.
+#[derive(Clone, Copy)]
+struct Partial {
+    min: f64,
+    max: f64,
+    mean: f64,
+    finite: u64,
+    nan: u64,
+    infinite: u64,
+}
+
+impl Partial {
+    const EMPTY: Self = Self {
+        min: f64::INFINITY,
+        max: f64::NEG_INFINITY,
+        mean: 0.0,
+        finite: 0,
+        nan: 0,
+        infinite: 0,
+    };
+
+    fn of<T: Scalar>(values: &[T]) -> Self {
+        let mut part = Self::EMPTY;
+        let mut scaled_sum = 0.0;
+        // Halving both the count and each term keeps a sum of values near f64::MAX finite.
+        for value in values.iter().map(|v| v.to_f64()) {
+            if value.is_finite() {
+                part.min = part.min.min(value);
+                part.max = part.max.max(value);
+                scaled_sum += value / CHUNK as f64;
+                part.finite += 1;
+            } else if value.is_nan() {
+                part.nan += 1;
+            } else {
+                part.infinite += 1;
+            }
+        }
+        if part.finite > 0 {
+            part.mean = scaled_sum * (CHUNK as f64 / part.finite as f64);
+        }
+        part
+    }
+
+    fn merge(self, other: Self) -> Self {
+        let finite = self.finite + other.finite;
+        let weight = if finite == 0 { 0.0 } else { other.finite as f64 / finite as f64 };
+        Self {
+            min: self.min.min(other.min),
+            max: self.max.max(other.max),
+            mean: self.mean * (1.0 - weight) + other.mean * weight,
+            finite,
+            nan: self.nan + other.nan,
+            infinite: self.infinite + other.infinite,
+        }
+    }
+}
+
+impl Statistics {
+    /// One pass for extremes and mean, one for the histogram.
+    ///
+    /// # Errors
+    /// [`Cancelled`].
+    pub fn of(samples: &Samples, ticket: &Ticket) -> Result<Self, Cancelled> {
+        with_samples!(samples, values => Self::of_values(values, ticket))
+    }
+
+    fn of_values<T: Scalar>(values: &[T], ticket: &Ticket) -> Result<Self, Cancelled> {
+        let parts: Vec<Partial> = values
+            .par_chunks(CHUNK)
+            .map(
+                |chunk| if ticket.is_cancelled() { Err(Cancelled) } else { Ok(Partial::of(chunk)) },
+            )
+            .collect::<Result<_, _>>()?;
+        let total = parts.into_iter().fold(Partial::EMPTY, Partial::merge);
+        if total.finite == 0 {
+            return Ok(Self {
+                min: 0.0,
+                max: 0.0,
+                mean: 0.0,
+                finite_count: 0,
+                nan_count: total.nan,
+                infinite_count: total.infinite,
+                histogram: vec![0; HISTOGRAM_BINS],
+            });
+        }
+        let bin = Binning::new(total.min, total.max);
+        let histogram = values
+            .par_chunks(CHUNK)
+            .map(|chunk| {
+                if ticket.is_cancelled() {
+                    return Err(Cancelled);
+                }
+                let mut counts = vec![0_u64; HISTOGRAM_BINS];
+                for value in chunk.iter().map(|v| v.to_f64()).filter(|v| v.is_finite()) {
+                    counts[bin.of(value)] += 1;
+                }
+                Ok(counts)
+            })
+            .try_reduce(
+                || vec![0; HISTOGRAM_BINS],
+                |mut a, b| {
+                    a.iter_mut().zip(b).for_each(|(a, b)| *a += b);
+                    Ok(a)
+                },
+            )?;
+        Ok(Self {
+            min: total.min,
+            max: total.max,
+            mean: total.mean,
+            finite_count: total.finite,
+            nan_count: total.nan,
+            infinite_count: total.infinite,
+            histogram,
+        })
+    }
+
+    /// The value below which `fraction` (0..=1) of the finite values lie, to within one bin.
+    pub fn percentile(&self, fraction: f64) -> f64 {
+        if self.finite_count == 0 || self.max == self.min {
+            return self.min;
+        }
+        let wanted = fraction.clamp(0.0, 1.0) * self.finite_count as f64;
+        let mut below = 0.0;
+        for (bin, &count) in self.histogram.iter().enumerate() {
+            let count = count as f64;
+            if count > 0.0 && below + count >= wanted {
+                let within = ((wanted - below) / count).clamp(0.0, 1.0);
+                return self.value_at((bin as f64 + within) / HISTOGRAM_BINS as f64);
+            }
+            below += count;
+        }
+        self.max
+    }
+
+    /// The value at a fraction 0..=1 of the range.
+    pub fn value_at(&self, fraction: f64) -> f64 {
+        // Not min + f·(max − min): that overflows for ±1e308.
+        self.min * (1.0 - fraction) + self.max * fraction
+    }
+}
+
+/// Which histogram bin a value falls in.
+struct Binning {
+    min: f64,
+    half_range: f64,
+}
+
+impl Binning {
+    fn new(min: f64, max: f64) -> Self {
+        Self { min, half_range: max / 2.0 - min / 2.0 }
+    }
+
+    fn of(&self, value: f64) -> usize {
+        if self.half_range == 0.0 {
+            return 0;
+        }
+        let fraction = (value / 2.0 - self.min / 2.0) / self.half_range;
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0..=1 × 256")]
+        let bin = (fraction * HISTOGRAM_BINS as f64) as usize;
+        bin.min(HISTOGRAM_BINS - 1)
+    }
+}
+
+/// Least and greatest value of each brick of [`BRICK`]³ samples, for skipping what cannot show.
+///
+/// NaN counts as nothing; ±∞ as the ends of the scale. A brick of NaN alone is empty: min > max.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Bricks {
+    /// Bricks along x, y, z.
+    pub dims: [usize; 3],
+    /// (min, max) of each brick, x fastest.
+    pub ranges: Vec<[f64; 2]>,
+}
+
+impl Bricks {
+    /// Reads every sample once.
+    ///
+    /// # Errors
+    /// [`Cancelled`].
+    pub fn of(samples: &Samples, dims: [usize; 3], ticket: &Ticket) -> Result<Self, Cancelled> {
+        with_samples!(samples, values => Self::of_values(values, dims, ticket))
+    }
+
+    fn of_values<T: Scalar>(
+        values: &[T],
+        dims: [usize; 3],
+        ticket: &Ticket,
+    ) -> Result<Self, Cancelled> {
+        let bricks = dims.map(|n| n.div_ceil(BRICK));
+        let layer = bricks[0] * bricks[1];
+        let mut ranges = vec![[f64::INFINITY, f64::NEG_INFINITY]; layer * bricks[2]];
+        ranges.par_chunks_mut(layer).enumerate().try_for_each(|(bz, ranges)| {
+            for z in bz * BRICK..((bz + 1) * BRICK).min(dims[2]) {
+                if ticket.is_cancelled() {
+                    return Err(Cancelled);
+                }
+                for y in 0..dims[1] {
+                    let row = &values[(z * dims[1] + y) * dims[0]..][..dims[0]];
+                    let ranges = &mut ranges[y / BRICK * bricks[0]..][..bricks[0]];
+                    for (range, run) in ranges.iter_mut().zip(row.chunks(BRICK)) {
+                        for value in run.iter().map(|v| v.to_f64()) {
+                            // `min` and `max` of f64 pass NaN over.
+                            range[0] = range[0].min(value);
+                            range[1] = range[1].max(value);
+                        }
+                    }
+                }
+            }
+            Ok(())
+        })?;
+        Ok(Self { dims: bricks, ranges })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn of(samples: Samples) -> Statistics {
+        Statistics::of(&samples, &Ticket::new()).unwrap()
+    }
+
+    #[test]
+    fn extremes_mean_and_counts_pass_over_what_is_not_finite() {
+        let s = of(Samples::Float64(vec![1.0, f64::NAN, 5.0, f64::INFINITY, -2.0, f64::NAN]));
+        assert_eq!((s.min, s.max), (-2.0, 5.0));
+        assert!((s.mean - 4.0 / 3.0).abs() < 1e-12);
+        assert_eq!((s.finite_count, s.nan_count, s.infinite_count), (3, 2, 1));
+        assert_eq!(s.histogram.iter().sum::<u64>(), 3);
+    }
+
+    #[test]
+    fn huge_values_neither_overflow_the_mean_nor_the_histogram() {
+        let s = of(Samples::Float64(vec![f64::MAX, f64::MIN, f64::MAX, f64::MIN]));
+        assert_eq!(s.mean, 0.0);
+        assert_eq!((s.histogram[0], s.histogram[HISTOGRAM_BINS - 1]), (2, 2));
+        assert!(s.percentile(0.5).is_finite());
+    }
+
+    #[test]
+    fn percentiles_of_a_ramp_are_its_fractions() {
+        let s = of(Samples::UInt16((0..10_000).collect()));
+        for p in [0.0, 0.01, 0.25, 0.5, 0.99, 1.0] {
+            assert!((s.percentile(p) - p * 9999.0).abs() < 40.0, "{p}: {}", s.percentile(p));
+        }
+    }
+
+    #[test]
+    fn a_constant_field_has_itself_for_every_percentile() {
+        let s = of(Samples::UInt8(vec![7; 100]));
+        assert_eq!((s.min, s.max, s.mean, s.percentile(0.3)), (7.0, 7.0, 7.0, 7.0));
+        assert_eq!(s.histogram[0], 100);
+    }
+
+    #[test]
+    fn means_of_many_chunks_agree_with_the_closed_form() {
+        let n = 3 * CHUNK + 17;
+        let s = of(Samples::UInt32((0..n).map(|i| u32::try_from(i).unwrap()).collect()));
+        assert!((s.mean - (n as f64 - 1.0) / 2.0).abs() < 1e-6, "{}", s.mean);
+    }
+
+    #[test]
+    fn bricks_bound_every_sample_of_an_odd_grid() {
+        let dims = [19, 9, 10];
+        let values: Vec<f32> = (0..dims.iter().product::<usize>())
+            .map(|i| if i % 7 == 0 { f32::NAN } else { ((i * 7919) % 1000) as f32 })
+            .collect();
+        let bricks = Bricks::of(&Samples::Float32(values.clone()), dims, &Ticket::new()).unwrap();
+        assert_eq!(bricks.dims, [3, 2, 2]);
+        for (i, &v) in values.iter().enumerate().filter(|(_, v)| !v.is_nan()) {
+            let (x, y, z) = (i % 19, i / 19 % 9, i / (19 * 9));
+            let range = bricks.ranges[(z / 8 * 2 + y / 8) * 3 + x / 8];
+            assert!(range[0] <= f64::from(v) && f64::from(v) <= range[1]);
+        }
+    }
+
+    #[test]
+    fn a_cancelled_count_stops() {
+        let ticket = Ticket::new();
+        ticket.cancel();
+        assert_eq!(Statistics::of(&Samples::UInt8(vec![1; 10]), &ticket), Err(Cancelled));
+    }
+}
