@@ -2,14 +2,21 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::time::Duration;
 
+use crossbeam_channel::{RecvTimeoutError, bounded};
 use eframe::egui::Context;
 use image::{ImageFormat, RgbaImage};
 
 use super::job::Job;
 use crate::core::Ticket;
 use crate::scene::Scene;
-use crate::task::engine::Picture;
+use crate::task::engine::{
+    AdapterChoice, Effort, Engine, EngineState, FrameRequest, Ladder, Picture,
+};
+
+/// Between two looks at whether a picture to be saved is still wanted.
+const LOOK_FOR_CANCEL: Duration = Duration::from_millis(50);
 
 /// A picture to be drawn and saved.
 #[derive(Debug, Clone)]
@@ -25,8 +32,66 @@ pub struct SaveRequest {
 /// Draws and saves pictures away from the screen, or a stand-in for that in tests.
 ///
 /// It runs on a job's thread, reports to the ticket, and returns a sentence for people when it
-/// fails. A cancelled one leaves no file behind.
+/// fails. A cancelled one writes nothing.
 pub type Renderer = Arc<dyn Fn(&SaveRequest, &Ticket) -> Result<(), String> + Send + Sync>;
+
+/// Pictures from an engine of its own, so that the one on screen goes on undisturbed.
+///
+/// Its bytes are those of the screen; linear light in `.exr` needs the engine's float target.
+pub fn engine_renderer(adapter: AdapterChoice) -> Renderer {
+    Arc::new(move |request, ticket| {
+        let is_png = request.path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png"));
+        if !is_png {
+            return Err("only .png can be saved from the window so far; `voxsplat render` \
+                        writes .exr"
+                .to_owned());
+        }
+        match draw_to_the_end(adapter.clone(), request, ticket)? {
+            Some(picture) => write_png(&picture, &request.path),
+            None => Ok(()),
+        }
+    })
+}
+
+/// The last picture of the ladder; `None` once cancelled.
+fn draw_to_the_end(
+    adapter: AdapterChoice,
+    request: &SaveRequest,
+    ticket: &Ticket,
+) -> Result<Option<Arc<Picture>>, String> {
+    let (announce, news) = bounded(1);
+    let engine = Engine::start(adapter, move || {
+        // One waiting message says it all.
+        announce.try_send(()).ok();
+    });
+    let effort = Effort::Rest { budget_ms: 100.0, ladder: Ladder::default(), show_partial: false };
+    engine.request(FrameRequest { scene: request.scene.clone(), size: request.size, effort });
+    loop {
+        if let Some(picture) = engine.take_picture() {
+            let progress = f64::from(picture.report.progress.clamp(0.0, 1.0));
+            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0..=1000")]
+            let done = (progress * 1000.0) as u64;
+            if ticket.checkpoint(done, 1000).is_err() {
+                return Ok(None);
+            }
+            if progress >= 1.0 {
+                return Ok(Some(picture));
+            }
+        }
+        if let EngineState::Failed(reason) = engine.state() {
+            return Err(reason);
+        }
+        if ticket.is_cancelled() {
+            return Ok(None);
+        }
+        match news.recv_timeout(LOOK_FOR_CANCEL) {
+            Ok(()) | Err(RecvTimeoutError::Timeout) => {}
+            Err(RecvTimeoutError::Disconnected) => {
+                return Err("the picture could not be drawn: the engine stopped".to_owned());
+            }
+        }
+    }
+}
 
 /// Where a job has put its picture, or one sentence why there is none.
 pub type Saved = Result<PathBuf, String>;

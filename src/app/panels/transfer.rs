@@ -9,11 +9,10 @@ use super::curve::{self, CurveEditor, curve_ui, remove_point};
 use super::name_ui;
 use crate::app::words;
 use crate::core::LinearRgb;
+use crate::transfer::presets::{self, RangeRule};
 use crate::transfer::{ColourMap, ColourSource, TransferFunction};
 use crate::volume::Statistics;
 
-/// The share of values that "Percentiles" leaves out at each end.
-const PERCENTILE: f64 = 0.005;
 /// Size of a colour map's swatch, points.
 const SWATCH: eframe::egui::Vec2 = vec2(56.0, 10.0);
 
@@ -79,15 +78,15 @@ pub fn transfer_ui(
     map_ui(ui, transfer);
     range_ui(ui, transfer, statistics);
     ui.horizontal_wrapped(|ui| {
-        let minimum_maximum = [statistics.min, statistics.max];
+        let whole = presets::range(statistics, RangeRule::MinMax);
         if ui
             .button("Min–max")
             .on_hover_text("Stretch colours and opacities over the whole range of the data")
             .clicked()
         {
-            stretch(transfer, minimum_maximum);
+            stretch(transfer, whole);
         }
-        let middle = [statistics.percentile(PERCENTILE), statistics.percentile(1.0 - PERCENTILE)];
+        let middle = presets::range(statistics, RangeRule::Percentiles);
         if ui
             .button("Percentiles")
             .on_hover_text(
