@@ -1,3 +1,198 @@
 //! Files to grids: one file a format, recognised by content first and extension second.
 //!
-//! Owns readers and what they refuse. Refuses drawing. Imports `core`, `volume`.
+//! Owns readers and what they refuse. Refuses drawing. Imports `core`, `volume`. [`open`] is the
+//! one way in; every size is checked against the file and against memory before it is allocated.
+
+mod axes;
+mod bytes;
+mod error;
+mod files;
+pub mod info;
+mod metaimage;
+mod nrrd;
+pub mod raw;
+mod vti;
+
+use std::io::Read;
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+pub use bytes::Endian;
+pub use error::{Mismatch, Problem, ReadError};
+pub use info::{Info, describe};
+pub use raw::{RawLayout, RawOverrides};
+
+use crate::core::memory;
+use crate::core::progress::Ticket;
+use crate::volume::Grid;
+use error::{quoted_bytes, unrecognised, unsupported};
+
+/// A file format that is read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Format {
+    /// NRRD, attached or detached.
+    Nrrd,
+    /// MetaImage, `.mha` or `.mhd`.
+    MetaImage,
+    /// VTK's XML image data.
+    Vti,
+    /// Samples and nothing else.
+    Raw,
+}
+
+impl Format {
+    /// The lower-case word that `info` and scripts use.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Nrrd => "nrrd",
+            Self::MetaImage => "metaimage",
+            Self::Vti => "vti",
+            Self::Raw => "raw",
+        }
+    }
+}
+
+/// What the caller knows or allows.
+#[derive(Debug, Clone, Default)]
+pub struct OpenOptions {
+    /// Given: the file is headerless, whatever it looks like, and laid out so.
+    pub raw: Option<RawOverrides>,
+    /// Most bytes that may be allocated; what the system says is free for `None`.
+    pub memory_limit_bytes: Option<u64>,
+}
+
+impl OpenOptions {
+    fn free_bytes(&self) -> u64 {
+        self.memory_limit_bytes.unwrap_or_else(memory::free_bytes)
+    }
+}
+
+/// A file's content in memory.
+#[derive(Debug, Clone)]
+pub struct Opened {
+    /// Lattice and fields, the active one first; checked.
+    pub grid: Grid,
+    /// As recognised.
+    pub format: Format,
+    /// What was ignored, assumed or repaired, one sentence each.
+    pub warnings: Vec<String>,
+}
+
+/// What kind of file it is: by its first bytes, and only where these say nothing by its name.
+///
+/// # Errors
+/// Not a file, empty, or nothing that is read.
+pub fn probe(path: &Path) -> Result<Format, ReadError> {
+    recognise(path).map_err(|problem| problem.at(path))
+}
+
+/// Reads a volume.
+///
+/// # Errors
+/// Whatever keeps the file from being a volume in memory; cancelled.
+pub fn open(path: &Path, options: &OpenOptions, ticket: &Ticket) -> Result<Opened, ReadError> {
+    read(path, options, ticket).map_err(|problem| problem.at(path))
+}
+
+fn read(path: &Path, options: &OpenOptions, ticket: &Ticket) -> Result<Opened, Problem> {
+    let format = match &options.raw {
+        Some(_) => Format::Raw,
+        None => recognise(path)?,
+    };
+    ticket.checkpoint(0, 1)?;
+    let free_bytes = options.free_bytes();
+    let opened = match format {
+        Format::Nrrd => nrrd::read(path, free_bytes, ticket),
+        Format::MetaImage => metaimage::read(path, free_bytes, ticket),
+        Format::Vti => vti::read(path, free_bytes, ticket),
+        Format::Raw => {
+            raw::read(path, &options.raw.clone().unwrap_or_default(), free_bytes, ticket)
+        }
+    }?;
+    opened.grid.check()?;
+    ticket.checkpoint(1, 1)?;
+    Ok(opened)
+}
+
+/// Bytes that are looked at to tell a format.
+const PROBE_BYTES: u64 = 4096;
+
+fn recognise(path: &Path) -> Result<Format, Problem> {
+    let (file, len) = files::open_file(path)?;
+    let mut start = Vec::new();
+    file.take(PROBE_BYTES).read_to_end(&mut start).map_err(Problem::Io)?;
+    if len == 0 || start.is_empty() {
+        return Err(Problem::Empty);
+    }
+    if let Some(format) = by_content(&start)? {
+        return Ok(format);
+    }
+    let name = path.file_name().unwrap_or_default().to_string_lossy().to_lowercase();
+    let extension = name.rsplit_once('.').map_or("", |(_, extension)| extension);
+    match extension {
+        "nrrd" | "nhdr" => Err(not_as_named("an NRRD header (\"NRRD000…\")", &start)),
+        "mha" | "mhd" => Err(not_as_named("a MetaImage header (\"NDims = …\")", &start)),
+        "vti" => Err(not_as_named("VTK image data (\"<VTKFile type=\\\"ImageData\\\"\")", &start)),
+        "raw" | "bin" | "dat" | "img" | "vol" => Ok(Format::Raw),
+        _ if raw::guess(&name, len).dims.is_some() => Ok(Format::Raw),
+        _ => Err(unrecognised(
+            "an NRRD, MetaImage, VTK image (.vti) or raw file",
+            match foreign(&start) {
+                Some(other) => other.to_owned(),
+                None => format!("bytes that begin with {}", quoted_bytes(&start)),
+            },
+            "convert it, or give --raw-dims and --raw-type for samples without a header",
+        )),
+    }
+}
+
+fn not_as_named(expected: &str, start: &[u8]) -> Problem {
+    let found = match foreign(start) {
+        Some(other) => other.to_owned(),
+        None => format!("bytes that begin with {}", quoted_bytes(start)),
+    };
+    unrecognised(expected, found, "check that the file has the right extension and is undamaged")
+}
+
+fn by_content(start: &[u8]) -> Result<Option<Format>, Problem> {
+    if start.starts_with(b"NRRD") {
+        return Ok(Some(Format::Nrrd));
+    }
+    if let Some(kind) = vti::file_type(start) {
+        return match kind.as_str() {
+            "ImageData" => Ok(Some(Format::Vti)),
+            other => Err(unsupported(
+                "VTK XML of type \"ImageData\"",
+                error::quoted(other),
+                "resample the data to an image (.vti) first",
+            )),
+        };
+    }
+    Ok(metaimage::looks_like_it(start).then_some(Format::MetaImage))
+}
+
+/// The name of a well-known format that is not read, by its first bytes.
+fn foreign(start: &[u8]) -> Option<&'static str> {
+    const MAGIC: [(&[u8], &str); 12] = [
+        (b"# vtk DataFile", "a legacy VTK file"),
+        (b"\x1f\x8b", "a gzip file"),
+        (b"BZh", "a bzip2 file"),
+        (b"PK\x03\x04", "a zip archive"),
+        (b"\x93NUMPY", "a NumPy array"),
+        (b"\x89HDF", "an HDF5 file"),
+        (b"CDF", "a NetCDF file"),
+        (b"\x89PNG", "a PNG picture"),
+        (b"\xff\xd8\xff", "a JPEG picture"),
+        (b"II*\0", "a TIFF picture"),
+        (b"MM\0*", "a TIFF picture"),
+        (b"%PDF", "a PDF document"),
+    ];
+    let by_start = MAGIC.iter().find(|(magic, _)| start.starts_with(magic)).map(|(_, name)| *name);
+    let at = |offset: usize, magic: &[u8]| start.get(offset..offset + magic.len()) == Some(magic);
+    by_start
+        .or_else(|| at(128, b"DICM").then_some("a DICOM file"))
+        .or_else(|| at(344, b"n+1\0").then_some("a NIfTI file"))
+        .or_else(|| at(4, b"n+2\0").then_some("a NIfTI-2 file"))
+}

@@ -36,6 +36,41 @@ pub struct TransferFunction {
     pub colour: ColourSource,
 }
 
+/// What is no transfer function.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum TransferError {
+    /// NaN or ±∞ among the values.
+    #[error("expected finite values in the {of}, found {found}; give numbers in the data's units")]
+    NotFinite {
+        /// Opacity points, colour stops or colour range.
+        of: &'static str,
+        /// The offending number.
+        found: f64,
+    },
+    /// An opacity that is no opacity.
+    #[error("expected opacities from 0 to 1, found {found} at value {value}")]
+    Opacity {
+        /// The offending opacity.
+        found: f64,
+        /// Where it was given.
+        value: f64,
+    },
+    /// Points out of order.
+    #[error("expected the {of} sorted by value, found {after} after {before}")]
+    Unsorted {
+        /// Opacity points or colour stops.
+        of: &'static str,
+        /// The greater value that comes first.
+        before: f64,
+        /// The lesser one that follows.
+        after: f64,
+    },
+    /// Colours by stops, but no stop.
+    #[error("expected at least one colour stop, found none")]
+    NoColour,
+}
+
 /// Extinction per unit distance of an opacity per unit distance: −ln(1 − α), at most
 /// −ln [`TRANSMITTANCE_FLOOR`]. Precise near 0; NaN and negative opacities give 0.
 pub fn extinction_from_opacity(alpha: f64) -> f64 {
@@ -46,6 +81,57 @@ pub fn extinction_from_opacity(alpha: f64) -> f64 {
 }
 
 impl TransferFunction {
+    /// A transfer function from points in any order; points at one value keep theirs (a step).
+    ///
+    /// # Errors
+    /// See [`TransferError`].
+    pub fn new(
+        mut opacity: Vec<(f64, f64)>,
+        mut colour: ColourSource,
+    ) -> Result<Self, TransferError> {
+        opacity.sort_by(|a, b| a.0.total_cmp(&b.0));
+        if let ColourSource::Stops(stops) = &mut colour {
+            stops.sort_by(|a, b| a.0.total_cmp(&b.0));
+        }
+        let function = Self { opacity, colour };
+        function.validate()?;
+        Ok(function)
+    }
+
+    /// Whether it keeps its promises: for functions read from elsewhere.
+    ///
+    /// # Errors
+    /// See [`TransferError`].
+    pub fn validate(&self) -> Result<(), TransferError> {
+        check_values(self.opacity.iter().map(|(v, _)| *v), "opacity points", true)?;
+        if let Some(&(value, found)) =
+            self.opacity.iter().find(|(_, alpha)| !(0.0..=1.0).contains(alpha))
+        {
+            return Err(TransferError::Opacity { found, value });
+        }
+        match &self.colour {
+            ColourSource::Map { range, .. } => {
+                check_values(range.iter().copied(), "colour range", false)
+            }
+            ColourSource::Stops(stops) if stops.is_empty() => Err(TransferError::NoColour),
+            ColourSource::Stops(stops) => {
+                check_values(stops.iter().map(|(v, _)| *v), "colour stops", true)
+            }
+        }
+    }
+
+    /// Least and greatest value at which anything changes; `None` where nothing ever does.
+    pub(super) fn span(&self) -> Option<[f64; 2]> {
+        let colours: Vec<f64> = match &self.colour {
+            ColourSource::Map { range, .. } => range.to_vec(),
+            ColourSource::Stops(stops) => stops.iter().map(|(v, _)| *v).collect(),
+        };
+        let values = self.opacity.iter().map(|(v, _)| *v).chain(colours).filter(|v| v.is_finite());
+        let span = values
+            .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [low.min(v), high.max(v)]);
+        (span[0] <= span[1]).then_some(span)
+    }
+
     /// Opacity per unit distance of a value, 0..=1.
     pub fn opacity_at(&self, value: f64) -> f64 {
         if value.is_nan() {
@@ -57,10 +143,15 @@ impl TransferFunction {
 
     /// Colour of a value in linear light; black for NaN.
     pub fn colour_at(&self, value: f64) -> LinearRgb {
+        LinearRgb(self.encoded_colour_at(value).map(linear_from_srgb))
+    }
+
+    /// Colour of a value as sRGB in 0..=1; black for NaN.
+    pub(super) fn encoded_colour_at(&self, value: f64) -> [f64; 3] {
         if value.is_nan() {
-            return LinearRgb::default();
+            return [0.0; 3];
         }
-        let encoded = match &self.colour {
+        match &self.colour {
             ColourSource::Stops(stops) => {
                 interpolate(stops, value, |c| c.encoded()).unwrap_or_default()
             }
@@ -73,9 +164,26 @@ impl TransferFunction {
                 let f = x - index as f64;
                 std::array::from_fn(|c| a[c] * (1.0 - f) + b[c] * f)
             }
-        };
-        LinearRgb(encoded.map(linear_from_srgb))
+        }
     }
+}
+
+fn check_values(
+    values: impl Iterator<Item = f64>,
+    of: &'static str,
+    sorted: bool,
+) -> Result<(), TransferError> {
+    let mut before = f64::NEG_INFINITY;
+    for found in values {
+        if !found.is_finite() {
+            return Err(TransferError::NotFinite { of, found });
+        }
+        if sorted && found < before {
+            return Err(TransferError::Unsorted { of, before, after: found });
+        }
+        before = found;
+    }
+    Ok(())
 }
 
 /// Where a value lies in a range, clamped to 0..=1; a zero-width range is a step at its value.
@@ -84,8 +192,14 @@ fn position(range: [f64; 2], value: f64) -> f64 {
     if low == high {
         return if value < low { 0.0 } else { 1.0 };
     }
-    // Halved, so that a range of ±1e308 does not overflow.
-    ((value / 2.0 - low / 2.0) / (high / 2.0 - low / 2.0)).clamp(0.0, 1.0)
+    let (above, width) = (value - low, high - low);
+    let fraction = if width.is_finite() {
+        above / width
+    } else {
+        // Halved, so that a range of ±1e308 does not overflow.
+        (value / 2.0 - low / 2.0) / (high / 2.0 - low / 2.0)
+    };
+    fraction.clamp(0.0, 1.0)
 }
 
 /// Linear interpolation in sorted points, ends held; `None` without points.
@@ -103,4 +217,92 @@ fn interpolate<T, const N: usize>(
     let f = position([a.0, b.0], value);
     let (x, y) = (read(&a.1), read(&b.1));
     Some(std::array::from_fn(|i| x[i] * (1.0 - f) + y[i] * f))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn gray(opacity: Vec<(f64, f64)>, range: [f64; 2]) -> TransferFunction {
+        let colour = ColourSource::Map { map: ColourMap::Gray, range };
+        TransferFunction::new(opacity, colour).unwrap()
+    }
+
+    #[test]
+    fn opacity_runs_straight_between_points_and_holds_its_ends() {
+        let f = gray(vec![(10.0, 0.2), (20.0, 0.6)], [0.0, 1.0]);
+        for (v, expected) in
+            [(f64::NEG_INFINITY, 0.2), (10.0, 0.2), (15.0, 0.4), (20.0, 0.6), (f64::INFINITY, 0.6)]
+        {
+            assert!((f.opacity_at(v) - expected).abs() < 1e-15, "{v}: {}", f.opacity_at(v));
+        }
+        assert_eq!(f.opacity_at(f64::NAN), 0.0);
+        assert_eq!(gray(vec![], [0.0, 1.0]).opacity_at(3.0), 0.0);
+    }
+
+    #[test]
+    fn two_points_at_one_value_are_a_step_that_takes_the_later() {
+        let f = gray(vec![(5.0, 0.0), (5.0, 1.0), (9.0, 1.0), (9.0, 0.25)], [0.0, 1.0]);
+        assert_eq!(f.opacity_at(5.0_f64.next_down()), 0.0);
+        assert_eq!((f.opacity_at(5.0), f.opacity_at(7.0)), (1.0, 1.0));
+        assert_eq!((f.opacity_at(9.0), f.opacity_at(1e300)), (0.25, 0.25));
+        let lone = gray(vec![(5.0, 0.0), (5.0, 1.0)], [0.0, 1.0]);
+        assert_eq!((lone.opacity_at(-1e308), lone.opacity_at(5.0)), (0.0, 1.0));
+    }
+
+    #[test]
+    fn huge_and_tiny_ranges_neither_overflow_nor_vanish() {
+        let f = gray(vec![(-1e308, 0.0), (1e308, 1.0)], [-1e308, 1e308]);
+        assert!((f.opacity_at(0.0) - 0.5).abs() < 1e-12);
+        assert!((f.opacity_at(0.9e308) - 0.95).abs() < 1e-12);
+        assert!(f.colour_at(0.0).0[0] > 0.2);
+        let tiny = gray(vec![(0.0, 0.0), (2e-323, 1.0)], [0.0, 5e-324]);
+        assert!((tiny.opacity_at(1e-323) - 0.5).abs() < 1e-12);
+        assert_eq!(tiny.colour_at(5e-324).0, [1.0; 3]);
+    }
+
+    #[test]
+    fn colour_ranges_may_be_reversed_or_of_no_width() {
+        let reversed = gray(vec![], [10.0, 0.0]);
+        assert_eq!((reversed.colour_at(10.0).0, reversed.colour_at(0.0).0), ([0.0; 3], [1.0; 3]));
+        assert_eq!(reversed.colour_at(f64::INFINITY).0, [0.0; 3]);
+        let step = gray(vec![], [4.0, 4.0]);
+        assert_eq!((step.colour_at(3.9).0, step.colour_at(4.0).0), ([0.0; 3], [1.0; 3]));
+        assert_eq!(step.colour_at(f64::NAN).0, [0.0; 3]);
+    }
+
+    #[test]
+    fn stops_interpolate_as_srgb() {
+        let stops = vec![(2.0, Srgb8::WHITE), (0.0, Srgb8::BLACK)];
+        let f = TransferFunction::new(vec![], ColourSource::Stops(stops)).unwrap();
+        assert!((f.colour_at(1.0).0[1] - 0.214_041).abs() < 1e-6);
+    }
+
+    #[test]
+    fn points_that_mean_nothing_are_refused() {
+        let colour = ColourSource::Map { map: ColourMap::Gray, range: [0.0, 1.0] };
+        let of = |opacity| TransferFunction { opacity, colour: colour.clone() }.validate();
+        assert!(matches!(of(vec![(f64::NAN, 0.5)]), Err(TransferError::NotFinite { .. })));
+        assert!(matches!(of(vec![(0.0, 1.5)]), Err(TransferError::Opacity { .. })));
+        assert!(matches!(of(vec![(0.0, f64::NAN)]), Err(TransferError::Opacity { .. })));
+        assert!(matches!(of(vec![(1.0, 0.5), (0.0, 0.5)]), Err(TransferError::Unsorted { .. })));
+        assert_eq!(of(vec![(0.0, 0.0), (0.0, 1.0)]), Ok(()));
+        let none = TransferFunction { opacity: vec![], colour: ColourSource::Stops(vec![]) };
+        assert_eq!(none.validate(), Err(TransferError::NoColour));
+        let wild = ColourSource::Map { map: ColourMap::Gray, range: [0.0, f64::INFINITY] };
+        assert!(TransferFunction::new(vec![], wild).is_err());
+    }
+
+    #[test]
+    fn extinction_is_precise_near_nothing_and_capped_at_one() {
+        assert!((extinction_from_opacity(1e-12) / 1e-12 - 1.0).abs() < 1e-9);
+        assert!((extinction_from_opacity(0.5) - 2.0_f64.ln()).abs() < 1e-15);
+        let cap = -TRANSMITTANCE_FLOOR.ln();
+        for alpha in [1.0, 2.0, f64::INFINITY, 1.0 - 1e-9] {
+            assert!((extinction_from_opacity(alpha) - cap).abs() < 1e-9, "{alpha}");
+        }
+        for alpha in [0.0, -1.0, f64::NAN] {
+            assert_eq!(extinction_from_opacity(alpha), 0.0);
+        }
+    }
 }

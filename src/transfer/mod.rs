@@ -5,8 +5,13 @@
 //! `volume`.
 
 pub mod colour_map;
+mod diverging;
 mod function;
 pub mod presets;
+mod table;
 
 pub use colour_map::ColourMap;
-pub use function::{ColourSource, TRANSMITTANCE_FLOOR, TransferFunction, extinction_from_opacity};
+pub use function::{
+    ColourSource, TRANSMITTANCE_FLOOR, TransferError, TransferFunction, extinction_from_opacity,
+};
+pub use table::{Coordinate, Table};

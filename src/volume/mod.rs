@@ -10,4 +10,4 @@ mod statistics;
 
 pub use grid::{Association, Component, Field, Grid, Lattice, ScalarVolume, VolumeError};
 pub use samples::{Samples, Scalar, ScalarType};
-pub use statistics::{BRICK, Bricks, HISTOGRAM_BINS, Statistics};
+pub use statistics::{BRICK, Bricks, HISTOGRAM_BINS, QUANTILES, Statistics};

@@ -1,0 +1,202 @@
+//! Every command of the window, once: its name, its shortcut and what it is for.
+//!
+//! The menus, the keyboard and the cheat-sheet all read [`ACTIONS`].
+
+use eframe::egui::{Context, Key, KeyboardShortcut, Modifiers};
+
+/// A command without further input.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[expect(missing_docs, reason = "ACTIONS says what each does")]
+pub enum Action {
+    Open,
+    OpenPath,
+    RawLayout,
+    SavePicture,
+    SaveScreenshot,
+    Quit,
+    ViewFront,
+    ViewRight,
+    ViewTop,
+    ViewIsometric,
+    ToggleProjection,
+    ResetView,
+    ToggleSidePanel,
+    ToggleHelp,
+}
+
+/// The menu that an action stands in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[expect(missing_docs, reason = "the names say it all")]
+pub enum Menu {
+    File,
+    View,
+    Help,
+}
+
+/// One row of the table of commands.
+#[derive(Debug, Clone, Copy)]
+pub struct Entry {
+    /// Which command.
+    pub action: Action,
+    /// Where it stands.
+    pub menu: Menu,
+    /// Its name, as in the menu.
+    pub name: &'static str,
+    /// Its key, if it has one.
+    pub shortcut: Option<KeyboardShortcut>,
+    /// What it does, one line.
+    pub help: &'static str,
+}
+
+const fn plain(key: Key) -> Option<KeyboardShortcut> {
+    Some(KeyboardShortcut::new(Modifiers::NONE, key))
+}
+
+const fn command(key: Key) -> Option<KeyboardShortcut> {
+    Some(KeyboardShortcut::new(Modifiers::COMMAND, key))
+}
+
+const fn entry(
+    action: Action,
+    menu: Menu,
+    name: &'static str,
+    shortcut: Option<KeyboardShortcut>,
+    help: &'static str,
+) -> Entry {
+    Entry { action, menu, name, shortcut, help }
+}
+
+/// Every command there is, in the order of the menus.
+pub const ACTIONS: [Entry; 14] = [
+    entry(Action::Open, Menu::File, "Open…", command(Key::O), "Open a volume in a file dialog"),
+    entry(
+        Action::OpenPath,
+        Menu::File,
+        "Open path…",
+        command(Key::L),
+        "Open a volume by typing its path, or demo:NAME",
+    ),
+    entry(
+        Action::RawLayout,
+        Menu::File,
+        "Raw layout…",
+        None,
+        "Say how the samples lie in the open file, header or not",
+    ),
+    entry(
+        Action::SavePicture,
+        Menu::File,
+        "Save picture…",
+        command(Key::S),
+        "Draw the view at any size and save it",
+    ),
+    entry(
+        Action::SaveScreenshot,
+        Menu::File,
+        "Save screenshot",
+        plain(Key::F12),
+        "Save the picture on screen to the pictures folder",
+    ),
+    entry(Action::Quit, Menu::File, "Quit", command(Key::Q), "Close the window"),
+    entry(Action::ViewFront, Menu::View, "Front", plain(Key::Num1), "Look at the front"),
+    entry(Action::ViewRight, Menu::View, "Right", plain(Key::Num3), "Look at the right side"),
+    entry(Action::ViewTop, Menu::View, "Top", plain(Key::Num7), "Look from above"),
+    entry(
+        Action::ViewIsometric,
+        Menu::View,
+        "Isometric",
+        plain(Key::Num9),
+        "Look from the front, the right and above at once",
+    ),
+    entry(
+        Action::ToggleProjection,
+        Menu::View,
+        "Perspective or orthographic",
+        plain(Key::Num5),
+        "Switch between perspective and orthographic",
+    ),
+    entry(
+        Action::ResetView,
+        Menu::View,
+        "Reset view",
+        plain(Key::Enter),
+        "Show the whole volume, as when it was opened",
+    ),
+    entry(
+        Action::ToggleSidePanel,
+        Menu::View,
+        "Side panel",
+        plain(Key::Tab),
+        "Show or hide the side panel",
+    ),
+    entry(
+        Action::ToggleHelp,
+        Menu::Help,
+        "Keys and mouse",
+        plain(Key::H),
+        "Show or hide the list of keys and mouse buttons",
+    ),
+];
+
+/// What the mouse does in the viewport: the gesture, and its effect.
+pub const GESTURES: [(&str, &str); 6] = [
+    ("Left drag", "Turn the volume"),
+    ("Middle drag, Shift+left drag", "Move the volume"),
+    ("Right drag", "Zoom: up comes closer"),
+    ("Wheel", "Zoom to the cursor"),
+    ("Double click", "Put what is under the cursor in the centre"),
+    ("Drop a file", "Open it"),
+];
+
+/// The row of an action.
+pub fn entry_of(action: Action) -> &'static Entry {
+    // The test below holds that every action has its row.
+    ACTIONS.iter().find(|e| e.action == action).unwrap_or(&ACTIONS[0])
+}
+
+/// The commands whose keys were pressed since the last pass; their key presses are used up.
+///
+/// Keys that a focused text field needs are left to it, and Enter to any focused widget.
+pub fn pressed(ctx: &Context) -> Vec<Action> {
+    let typing = ctx.text_edit_focused();
+    let focused = ctx.memory(|memory| memory.focused().is_some());
+    let available = |shortcut: &KeyboardShortcut| {
+        let activates_widgets = matches!(shortcut.logical_key, Key::Enter | Key::Tab);
+        !(typing && shortcut.conflicts_with_text_editing()) && !(focused && activates_widgets)
+    };
+    let keys = ACTIONS.iter().filter_map(|e| Some((e.action, e.shortcut?)));
+    keys.filter(|(_, shortcut)| available(shortcut))
+        .filter(|(_, shortcut)| ctx.input_mut(|input| input.consume_shortcut(shortcut)))
+        .map(|(action, _)| action)
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_two_actions_share_a_name_or_a_key() {
+        for (i, a) in ACTIONS.iter().enumerate() {
+            for b in &ACTIONS[i + 1..] {
+                assert_ne!(a.action, b.action);
+                assert_ne!(a.name, b.name);
+                assert!(a.shortcut.is_none() || a.shortcut != b.shortcut, "{} {}", a.name, b.name);
+            }
+            assert_eq!(entry_of(a.action).name, a.name);
+        }
+    }
+
+    #[test]
+    fn help_is_one_line_without_a_full_stop() {
+        for e in &ACTIONS {
+            assert!(!e.help.ends_with('.') && !e.help.contains('\n'), "{}", e.help);
+            let asks_for_more = e.name.ends_with('…');
+            let opens_dialog = matches!(
+                e.action,
+                Action::Open | Action::OpenPath | Action::RawLayout | Action::SavePicture
+            );
+            assert_eq!(asks_for_more, opens_dialog, "{}", e.name);
+        }
+    }
+}

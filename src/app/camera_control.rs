@@ -1,0 +1,229 @@
+//! The hand on the camera: what drags, the wheel and the view keys do to it.
+
+use std::f64::consts::PI;
+
+use eframe::egui::{Event, InputState, MouseWheelUnit, PointerButton, Pos2, Rect, Response};
+use glam::{DVec2, DVec3};
+
+use crate::core::{Camera, Projection};
+use crate::scene::framing_camera;
+use crate::volume::Lattice;
+
+/// Zoom factor of one notch of the wheel.
+const ZOOM_PER_NOTCH: f64 = 1.15;
+/// Points of smooth scrolling that count as one notch.
+const POINTS_PER_NOTCH: f64 = 50.0;
+/// Zoom factor of a right drag over the viewport's whole height.
+const ZOOM_PER_HEIGHT: f64 = 16.0;
+
+/// A named direction to look along.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[expect(missing_docs, reason = "the names say it all")]
+pub enum NamedView {
+    Front,
+    Right,
+    Top,
+    Isometric,
+}
+
+impl NamedView {
+    /// (direction, up) in world space, both unit.
+    ///
+    /// The front is seen along +y with z up, the posterior direction of left-posterior-superior
+    /// space; in `anterior_y` spaces, whose y points forward, it is seen along −y.
+    pub fn direction_and_up(self, anterior_y: bool) -> (DVec3, DVec3) {
+        let ahead = if anterior_y { DVec3::NEG_Y } else { DVec3::Y };
+        let right = ahead.cross(DVec3::Z);
+        match self {
+            Self::Front => (ahead, DVec3::Z),
+            Self::Right => (-right, DVec3::Z),
+            Self::Top => (DVec3::NEG_Z, ahead),
+            Self::Isometric => {
+                let direction = (ahead - right - DVec3::Z).normalize();
+                (direction, Camera::new(DVec3::ZERO, direction, DVec3::Z, 1.0).up)
+            }
+        }
+    }
+}
+
+/// Whether a space as a file names it has its y axis pointing to the front of a patient.
+pub fn is_anterior_y(space: Option<&str>) -> bool {
+    axis_letters(space)[1] == "A"
+}
+
+/// What the ends of the three world axes are called: letters of a patient space, or x y z.
+pub fn axis_letters(space: Option<&str>) -> [&'static str; 3] {
+    let name = space.unwrap_or_default().to_ascii_lowercase();
+    match name.trim_end_matches("-time").trim_end_matches('t') {
+        "left-posterior-superior" | "lps" => ["L", "P", "S"],
+        "right-anterior-superior" | "ras" => ["R", "A", "S"],
+        "left-anterior-superior" | "las" => ["L", "A", "S"],
+        _ => ["x", "y", "z"],
+    }
+}
+
+/// A camera that shows the whole lattice in a picture of any shape, looking along a named view.
+pub fn framed(lattice: &Lattice, view: NamedView, anterior_y: bool, size: [f64; 2]) -> Camera {
+    let (direction, up) = view.direction_and_up(anterior_y);
+    let mut camera = framing_camera(lattice, direction, up);
+    // The scale is that of the height; a narrow picture needs more.
+    camera.parallel_scale *= (size[1] / size[0]).max(1.0);
+    camera
+}
+
+/// The same view with the other kind of projection.
+pub fn with_other_projection(camera: &Camera, view_angle_deg: f64) -> Camera {
+    let projection = match camera.projection {
+        Projection::Orthographic => {
+            Projection::Perspective { view_angle: view_angle_deg.to_radians() }
+        }
+        Projection::Perspective { .. } => Projection::Orthographic,
+    };
+    Camera { projection, ..*camera }
+}
+
+/// The camera turned to a named view, focal point, scale and projection kept.
+pub fn turned_to(camera: &Camera, view: NamedView, anterior_y: bool) -> Camera {
+    let (direction, up) = view.direction_and_up(anterior_y);
+    let turned = Camera::new(camera.focal_point, direction, up, camera.parallel_scale);
+    Camera { projection: camera.projection, ..turned }
+}
+
+/// The camera moved so that the focal-plane point under `pixel` comes to the centre.
+pub fn recentred(camera: &Camera, pixel: DVec2, size: [f64; 2]) -> Camera {
+    let to_centre = DVec2::new(size[0] / 2.0, size[1] / 2.0) - pixel;
+    camera.panned(to_centre, size[1])
+}
+
+/// Notches of the wheel in one event, up positive.
+fn notches(event: &Event) -> f64 {
+    let Event::MouseWheel { unit, delta, .. } = event else { return 0.0 };
+    let delta = f64::from(delta.y);
+    match unit {
+        MouseWheelUnit::Point => delta / POINTS_PER_NOTCH,
+        MouseWheelUnit::Line => delta,
+        MouseWheelUnit::Page => delta * 10.0,
+    }
+}
+
+/// What the mouse did in the viewport since the last pass, applied to the camera.
+///
+/// Lengths are points: a camera cares only for their ratio to the viewport's height.
+pub fn steered(camera: &Camera, response: &Response, input: &InputState) -> Camera {
+    let rect = response.rect;
+    let size = [f64::from(rect.width()), f64::from(rect.height())];
+    let mut camera = *camera;
+    let delta = response.drag_delta();
+    let delta = DVec2::new(f64::from(delta.x), f64::from(delta.y));
+    if delta != DVec2::ZERO {
+        let panning = response.dragged_by(PointerButton::Middle)
+            || (response.dragged_by(PointerButton::Primary) && input.modifiers.shift);
+        if panning {
+            camera = camera.panned(delta, size[1]);
+        } else if response.dragged_by(PointerButton::Primary) {
+            let turn = delta * (PI / size[1]);
+            camera = camera.orbited(turn.x, turn.y);
+        } else if response.dragged_by(PointerButton::Secondary) {
+            let factor = ZOOM_PER_HEIGHT.powf(-delta.y / size[1]);
+            camera = camera.zoomed(factor, DVec2::new(size[0] / 2.0, size[1] / 2.0), size);
+        }
+    }
+    let Some(pointer) = response.hover_pos() else { return camera };
+    let pixel = in_rect(pointer, rect);
+    let wheel: f64 = input.events.iter().map(notches).sum();
+    let pinch: f64 = input.events.iter().map(pinch_factor).product();
+    let factor = ZOOM_PER_NOTCH.powf(wheel) * pinch;
+    if factor != 1.0 {
+        camera = camera.zoomed(factor, pixel, size);
+    }
+    if input.pointer.button_double_clicked(PointerButton::Primary) {
+        camera = recentred(&camera, pixel, size);
+    }
+    camera
+}
+
+/// Zoom factor of a pinch gesture.
+fn pinch_factor(event: &Event) -> f64 {
+    if let Event::Zoom(factor) = event { f64::from(*factor) } else { 1.0 }
+}
+
+/// A position relative to the top left corner of a rectangle.
+fn in_rect(position: Pos2, rect: Rect) -> DVec2 {
+    let offset = position - rect.min;
+    DVec2::new(f64::from(offset.x), f64::from(offset.y))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const VIEWS: [NamedView; 4] =
+        [NamedView::Front, NamedView::Right, NamedView::Top, NamedView::Isometric];
+
+    #[test]
+    fn named_views_have_unit_perpendicular_axes_in_every_space() {
+        for view in VIEWS {
+            for anterior_y in [false, true] {
+                let (direction, up) = view.direction_and_up(anterior_y);
+                assert!((direction.length() - 1.0).abs() < 1e-12, "{view:?}");
+                assert!((up.length() - 1.0).abs() < 1e-12, "{view:?}");
+                assert!(direction.dot(up).abs() < 1e-12, "{view:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_right_view_looks_at_what_is_on_the_right_of_the_front_view() {
+        for anterior_y in [false, true] {
+            let (front, up) = NamedView::Front.direction_and_up(anterior_y);
+            let right_of_picture = front.cross(up);
+            let (right, _) = NamedView::Right.direction_and_up(anterior_y);
+            assert_eq!(right, -right_of_picture);
+        }
+    }
+
+    #[test]
+    fn the_front_of_a_patient_is_seen_whatever_the_space() {
+        // In LPS the face looks along −y, in RAS along +y: the eye is on that side.
+        assert_eq!(NamedView::Front.direction_and_up(is_anterior_y(Some("LPS"))).0, DVec3::Y);
+        let ras = is_anterior_y(Some("right-anterior-superior"));
+        assert_eq!(NamedView::Front.direction_and_up(ras).0, DVec3::NEG_Y);
+    }
+
+    #[test]
+    fn letters_follow_the_space() {
+        assert_eq!(axis_letters(Some("left-posterior-superior")), ["L", "P", "S"]);
+        assert_eq!(axis_letters(Some("RAST")), ["R", "A", "S"]);
+        assert_eq!(axis_letters(Some("right-anterior-superior-time")), ["R", "A", "S"]);
+        assert_eq!(axis_letters(Some("scanner-xyz")), ["x", "y", "z"]);
+        assert_eq!(axis_letters(None), ["x", "y", "z"]);
+    }
+
+    #[test]
+    fn recentring_brings_the_point_under_the_cursor_to_the_middle() {
+        let size = [640.0, 480.0];
+        let camera = Camera::new(DVec3::ONE, DVec3::new(1.0, 2.0, -0.5), DVec3::Z, 3.0);
+        let (origin, direction) = camera.ray(DVec2::new(100.0, 400.0), size);
+        let t = (camera.focal_point - origin).dot(camera.direction);
+        let aimed_at = origin + direction * t;
+        let moved = recentred(&camera, DVec2::new(100.0, 400.0), size);
+        assert!((moved.focal_point - aimed_at).length() < 1e-9);
+        assert_eq!(moved.direction, camera.direction);
+    }
+
+    #[test]
+    fn a_narrow_picture_still_holds_the_whole_volume() {
+        let lattice = Lattice::unit([10, 10, 10]);
+        let wide = framed(&lattice, NamedView::Front, false, [800.0, 400.0]);
+        let narrow = framed(&lattice, NamedView::Front, false, [200.0, 400.0]);
+        assert!((narrow.parallel_scale - 2.0 * wide.parallel_scale).abs() < 1e-9);
+    }
+
+    #[test]
+    fn switching_the_projection_twice_changes_nothing() {
+        let camera = Camera::new(DVec3::ONE, DVec3::X, DVec3::Z, 3.0);
+        let there = with_other_projection(&camera, 30.0);
+        assert!((there.eye_distance().unwrap() - 3.0 / 15.0_f64.to_radians().tan()).abs() < 1e-9);
+        assert_eq!(with_other_projection(&there, 30.0), camera);
+    }
+}

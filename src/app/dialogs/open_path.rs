@@ -1,0 +1,34 @@
+//! Opening by a typed path, which works where no file dialog does.
+
+use eframe::egui::{Context, Key, TextEdit};
+
+use super::{Outcome, buttons_ui, modal};
+use crate::app::document::Source;
+
+/// A path being typed.
+#[derive(Debug, Default)]
+pub struct OpenPath {
+    text: String,
+    focused: bool,
+}
+
+impl OpenPath {
+    /// Shows the dialog.
+    pub fn show(&mut self, ctx: &Context) -> Outcome<Source> {
+        modal(ctx, "open path", "Open path", 460.0, |ui| {
+            let name = ui.label("A file, or demo:NAME");
+            let edit = TextEdit::singleline(&mut self.text)
+                .desired_width(f32::INFINITY)
+                .hint_text("/path/to/volume.nrrd");
+            let response = ui.add(edit).labelled_by(name.id);
+            if !self.focused {
+                response.request_focus();
+                self.focused = true;
+            }
+            let text = self.text.trim();
+            let refusal = text.is_empty().then_some("Type a path first");
+            let enter = ui.input(|input| input.key_pressed(Key::Enter));
+            buttons_ui(ui, "Open", refusal, enter, || Source::parse(text))
+        })
+    }
+}

@@ -1,0 +1,187 @@
+//! Saving a picture at any size.
+
+use std::path::PathBuf;
+
+use eframe::egui::{Button, Context, DragValue, Grid, TextEdit, Ui};
+
+use super::{Outcome, buttons_ui, modal};
+use crate::app::file_dialog::{Answer, FileDialog};
+use crate::app::panels::name_ui;
+
+/// Greatest side of a saved picture, pixels.
+const MAX_SIDE: u32 = 16_384;
+
+/// What a picture is to be.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct SaveChoice {
+    /// Size in pixels.
+    pub size: [u32; 2],
+    /// Draw the background, or keep the picture's transparency.
+    pub with_background: bool,
+    /// Where to.
+    pub path: PathBuf,
+}
+
+/// A choice being made.
+pub struct SaveDialog {
+    viewport: [u32; 2],
+    size: [u32; 2],
+    keep_shape: bool,
+    with_background: bool,
+    path: String,
+    browser: Option<FileDialog>,
+    trouble: Option<&'static str>,
+}
+
+impl SaveDialog {
+    /// Twice the viewport, saved at `path`.
+    pub fn new(viewport: [u32; 2], with_background: bool, path: &std::path::Path) -> Self {
+        Self {
+            viewport,
+            size: viewport.map(|n| n.saturating_mul(2).clamp(1, MAX_SIDE)),
+            keep_shape: true,
+            with_background,
+            path: path.display().to_string(),
+            browser: None,
+            trouble: None,
+        }
+    }
+
+    /// Shows the dialog.
+    pub fn show(&mut self, ctx: &Context) -> Outcome<SaveChoice> {
+        self.take_answer();
+        modal(ctx, "save picture", "Save picture", 480.0, |ui| {
+            Grid::new("save fields").num_columns(2).spacing([14.0, 8.0]).show(ui, |ui| {
+                name_ui(ui, "Size");
+                self.size_ui(ui);
+                ui.end_row();
+                name_ui(ui, "Background");
+                ui.checkbox(&mut self.with_background, "Draw the background")
+                    .on_hover_text("Without it the picture keeps its transparency");
+                ui.end_row();
+                name_ui(ui, "File");
+                self.path_ui(ui);
+                ui.end_row();
+            });
+            if let Some(trouble) = self.trouble {
+                ui.label(trouble);
+            }
+            let refusal = self.refusal();
+            buttons_ui(ui, "Save", refusal, false, || SaveChoice {
+                size: self.size,
+                with_background: self.with_background,
+                path: PathBuf::from(self.path.trim()),
+            })
+        })
+    }
+
+    fn size_ui(&mut self, ui: &mut Ui) {
+        ui.vertical(|ui| {
+            ui.horizontal(|ui| {
+                let before = self.size;
+                let width = drag(&mut self.size[0]);
+                let width = ui.add(width).accessible_name("Width in pixels");
+                ui.label("×");
+                let height = drag(&mut self.size[1]);
+                let height = ui.add(height).accessible_name("Height in pixels");
+                ui.label("pixels");
+                if self.keep_shape && (width.changed() || height.changed()) {
+                    self.size = in_shape(before, self.size);
+                }
+            });
+            ui.horizontal(|ui| {
+                ui.checkbox(&mut self.keep_shape, "Keep shape")
+                    .on_hover_text("Change width and height together");
+                for (label, factor) in [("1×", 1), ("2×", 2), ("4×", 4)] {
+                    let size = self.viewport.map(|n| n.saturating_mul(factor).min(MAX_SIDE));
+                    let chosen = Button::new(label).selected(size == self.size);
+                    if ui.add(chosen).on_hover_text("Times the viewport's size").clicked() {
+                        self.size = size;
+                    }
+                }
+            });
+        });
+    }
+
+    fn path_ui(&mut self, ui: &mut Ui) {
+        ui.vertical(|ui| {
+            ui.add(TextEdit::singleline(&mut self.path).desired_width(360.0))
+                .accessible_name("File to save")
+                .on_hover_text(
+                    "Ends in .png for a picture to look at, or .exr for linear light and \
+                     premultiplied alpha in full precision",
+                );
+            let asking = self.browser.is_some();
+            if ui.add_enabled(!asking, Button::new("Browse…")).clicked() {
+                let path = PathBuf::from(&self.path);
+                let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+                self.browser = Some(FileDialog::save(ui.ctx(), &name));
+            }
+        });
+    }
+
+    fn take_answer(&mut self) {
+        let Some(answer) = self.browser.as_ref().and_then(FileDialog::poll) else { return };
+        self.browser = None;
+        match answer {
+            Answer::Chosen(path) => self.path = path.display().to_string(),
+            Answer::Cancelled => {}
+            Answer::Unavailable => {
+                self.trouble = Some("The file dialog could not open; type the path instead");
+            }
+        }
+    }
+
+    /// Why the picture cannot be saved like this.
+    fn refusal(&self) -> Option<&'static str> {
+        let path = self.path.trim().to_ascii_lowercase();
+        match () {
+            () if path.is_empty() => Some("Type where to save the picture"),
+            () if !path.ends_with(".png") && !path.ends_with(".exr") => {
+                Some("The file's name must end in .png or .exr")
+            }
+            () => None,
+        }
+    }
+}
+
+fn drag(side: &mut u32) -> DragValue<'_> {
+    DragValue::new(side).range(1..=MAX_SIDE).speed(4.0)
+}
+
+/// `after` with the side that was left alone brought into the shape of `before`.
+fn in_shape(before: [u32; 2], after: [u32; 2]) -> [u32; 2] {
+    let follow = |changed: usize| {
+        let factor = f64::from(after[changed]) / f64::from(before[changed].max(1));
+        let other = (f64::from(before[1 - changed]) * factor).round();
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
+        let other = other.clamp(1.0, f64::from(MAX_SIDE)) as u32;
+        other
+    };
+    if after[0] != before[0] { [after[0], follow(0)] } else { [follow(1), after[1]] }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_other_side_follows_in_shape() {
+        assert_eq!(in_shape([800, 600], [1600, 600]), [1600, 1200]);
+        assert_eq!(in_shape([800, 600], [800, 300]), [400, 300]);
+        assert_eq!(in_shape([1, 16_384], [2, 16_384]), [2, MAX_SIDE]);
+    }
+
+    #[test]
+    fn the_default_is_twice_the_viewport_and_only_known_formats_are_taken() {
+        let mut dialog = SaveDialog::new([640, 480], true, std::path::Path::new("a.png"));
+        assert_eq!(dialog.size, [1280, 960]);
+        assert_eq!(dialog.refusal(), None);
+        dialog.path = "a.exr".into();
+        assert_eq!(dialog.refusal(), None);
+        for bad in ["", "  ", "a", "a.jpg"] {
+            dialog.path = bad.into();
+            assert!(dialog.refusal().is_some(), "{bad}");
+        }
+    }
+}

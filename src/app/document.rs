@@ -1,0 +1,251 @@
+//! What is open, where it came from, and how it gets there: the window's side of reading files.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use crate::core::Ticket;
+use crate::transfer::TransferFunction;
+use crate::volume::{Component, Grid, ScalarType, ScalarVolume, Statistics, VolumeError};
+
+/// The prefix of volumes made in code.
+pub const DEMO_PREFIX: &str = "demo:";
+
+/// What a person can ask to open.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Source {
+    /// A file whose content says what it is.
+    File(PathBuf),
+    /// Bare samples, laid out as a person says.
+    Raw(PathBuf, RawLayout),
+    /// A volume made in code, by its name.
+    Demo(String),
+}
+
+impl Source {
+    /// What a typed text or an argument stands for: `demo:NAME` or a path.
+    pub fn parse(text: &str) -> Self {
+        match text.strip_prefix(DEMO_PREFIX) {
+            Some(name) => Self::Demo(name.to_owned()),
+            None => Self::File(PathBuf::from(text)),
+        }
+    }
+
+    /// Its short name, for the title and for pictures made of it.
+    pub fn name(&self) -> String {
+        match self {
+            Self::File(path) | Self::Raw(path, _) => path
+                .file_name()
+                .map_or_else(|| path.display().to_string(), |n| n.to_string_lossy().into_owned()),
+            Self::Demo(name) => format!("{DEMO_PREFIX}{name}"),
+        }
+    }
+
+    /// The file it is read from, if it is one.
+    pub fn path(&self) -> Option<&Path> {
+        match self {
+            Self::File(path) | Self::Raw(path, _) => Some(path),
+            Self::Demo(_) => None,
+        }
+    }
+}
+
+/// How bare samples lie in a file.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RawLayout {
+    /// Samples along x, y, z.
+    pub dims: [u64; 3],
+    /// Type of each sample.
+    pub scalar_type: ScalarType,
+    /// Most significant byte first.
+    pub big_endian: bool,
+    /// Bytes before the first sample.
+    pub skip_bytes: u64,
+    /// Distance between samples along x, y, z.
+    pub spacing: [f64; 3],
+}
+
+impl Default for RawLayout {
+    fn default() -> Self {
+        Self {
+            dims: [1; 3],
+            scalar_type: ScalarType::UInt8,
+            big_endian: false,
+            skip_bytes: 0,
+            spacing: [1.0; 3],
+        }
+    }
+}
+
+impl RawLayout {
+    /// Bytes that the file must hold, skipped ones included; `None` beyond 64 bits.
+    pub fn expected_bytes(&self) -> Option<u64> {
+        let sample = self.scalar_type.size_bytes() as u64;
+        let [x, y, z] = self.dims;
+        crate::core::memory::checked_product(&[x, y, z, sample])?.checked_add(self.skip_bytes)
+    }
+
+    /// Why a file of `found_bytes` cannot be read this way; `None` if it can.
+    pub fn refusal(&self, found_bytes: u64) -> Option<String> {
+        if self.dims.contains(&0) {
+            return Some("every dimension must be at least 1".to_owned());
+        }
+        if self.spacing.iter().any(|s| !s.is_finite() || *s == 0.0) {
+            return Some("every spacing must be a number other than 0".to_owned());
+        }
+        match self.expected_bytes() {
+            None => Some("the dimensions are beyond what 64 bits can count".to_owned()),
+            Some(expected) if expected > found_bytes => Some(format!(
+                "the file is {} bytes short: {expected} expected, {found_bytes} found",
+                expected - found_bytes
+            )),
+            Some(_) => None,
+        }
+    }
+}
+
+/// One slice of a raw file, scaled to grey.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Slice {
+    /// Pixels across and down, each at least 1.
+    pub size: [usize; 2],
+    /// Grey, rows from the top, least value black and greatest white.
+    pub grey: Vec<u8>,
+}
+
+/// A grid as it was read.
+#[derive(Debug)]
+pub struct ReadGrid {
+    /// The fields and their lattice.
+    pub grid: Grid,
+    /// Partial trouble, one sentence each.
+    pub warnings: Vec<String>,
+}
+
+/// Why there is no grid.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum ReadFailure {
+    /// One sentence for people.
+    Refused(String),
+    /// No reader knows the content, so a raw layout is needed; one sentence for people.
+    NotRecognised(String),
+    /// It was cancelled.
+    Cancelled,
+}
+
+impl From<VolumeError> for ReadFailure {
+    fn from(error: VolumeError) -> Self {
+        match error {
+            VolumeError::Cancelled(_) => Self::Cancelled,
+            other => Self::Refused(other.to_string()),
+        }
+    }
+}
+
+/// Where grids come from: the file readers, or a stand-in in tests.
+pub trait Library: Send + Sync {
+    /// Reads everything a source holds.
+    ///
+    /// # Errors
+    /// See [`ReadFailure`].
+    fn read(&self, source: &Source, ticket: &Ticket) -> Result<ReadGrid, ReadFailure>;
+    /// What a raw file's name and length tell of its layout.
+    fn guess_raw(&self, path: &Path) -> RawLayout;
+    /// The file's length in bytes.
+    ///
+    /// # Errors
+    /// One sentence for people.
+    fn file_bytes(&self, path: &Path) -> Result<u64, String>;
+    /// One slice across z of a raw file, at most a few hundred pixels on a side.
+    ///
+    /// # Errors
+    /// One sentence for people.
+    fn raw_slice(&self, path: &Path, layout: &RawLayout, z: u64) -> Result<Slice, String>;
+    /// The names of the volumes made in code, with a line about each.
+    fn demos(&self) -> Vec<(&'static str, &'static str)>;
+    /// A transfer function that looks right at once.
+    fn default_transfer(&self, statistics: &Statistics) -> TransferFunction;
+}
+
+/// An open volume.
+#[derive(Debug, Clone)]
+pub struct Document {
+    /// Where it came from.
+    pub source: Source,
+    /// Everything that was read.
+    pub grid: Arc<Grid>,
+    /// Which of the grid's fields is drawn.
+    pub field: usize,
+    /// Which number of that field is drawn.
+    pub component: Component,
+    /// The field that is drawn.
+    pub volume: Arc<ScalarVolume>,
+    /// Partial trouble while reading.
+    pub warnings: Vec<String>,
+}
+
+impl Document {
+    /// Reads a source and takes its active field: the values, or a vector's magnitude.
+    ///
+    /// # Errors
+    /// See [`ReadFailure`].
+    pub fn read(
+        library: &dyn Library,
+        source: Source,
+        ticket: &Ticket,
+    ) -> Result<Self, ReadFailure> {
+        let ReadGrid { grid, warnings } = library.read(&source, ticket)?;
+        let grid = Arc::new(grid);
+        let field = grid.field(None)?;
+        let component = default_component(field.components);
+        let volume = Arc::new(grid.scalar(field, component, ticket)?);
+        Ok(Self { source, grid, field: 0, component, volume, warnings })
+    }
+
+    /// The same file with another of its fields drawn.
+    ///
+    /// # Errors
+    /// See [`ReadFailure`].
+    pub fn with_field(
+        self,
+        field: usize,
+        component: Component,
+        ticket: &Ticket,
+    ) -> Result<Self, ReadFailure> {
+        let chosen = self.grid.fields.get(field).ok_or_else(|| {
+            ReadFailure::Refused(format!("there is no field number {field} in this file"))
+        })?;
+        let volume = Arc::new(self.grid.scalar(chosen, component, ticket)?);
+        Ok(Self { field, component, volume, ..self })
+    }
+}
+
+/// What is drawn of a field before anyone chooses.
+pub fn default_component(components: usize) -> Component {
+    if components == 1 { Component::Index(0) } else { Component::Magnitude }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_argument_is_a_demo_or_a_path() {
+        assert_eq!(Source::parse("demo:tornado"), Source::Demo("tornado".into()));
+        assert_eq!(Source::parse("a/b.nrrd").name(), "b.nrrd");
+        assert_eq!(Source::Demo("shells".into()).name(), "demo:shells");
+    }
+
+    #[test]
+    fn a_raw_layout_is_refused_with_the_reason_and_the_figures() {
+        let layout = RawLayout { dims: [4, 5, 6], skip_bytes: 10, ..RawLayout::default() };
+        assert_eq!(layout.expected_bytes(), Some(130));
+        assert_eq!(layout.refusal(130), None);
+        assert_eq!(layout.refusal(500), None, "more bytes than needed are fine");
+        let short = layout.refusal(100).unwrap();
+        assert!(short.contains("30 bytes short") && short.contains("130"), "{short}");
+        let huge = RawLayout { dims: [u64::MAX, 2, 1], ..layout };
+        assert!(huge.refusal(100).unwrap().contains("64 bits"));
+        assert!(RawLayout { dims: [0, 1, 1], ..layout }.refusal(100).is_some());
+        assert!(RawLayout { spacing: [1.0, 0.0, 1.0], ..layout }.refusal(999).is_some());
+    }
+}

@@ -1,0 +1,106 @@
+//! The system's file dialog, off the window's thread.
+//!
+//! On Linux it is a service (the desktop portal) that may be missing. Then the answer comes back
+//! empty at once, faster than a hand could cancel.
+
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+use eframe::egui::Context;
+
+use super::job::{Ended, Job};
+
+/// An empty answer within this time means that no dialog ever appeared.
+const FASTER_THAN_A_HAND: Duration = Duration::from_millis(700);
+
+/// What came of asking.
+#[derive(Debug, PartialEq, Eq)]
+pub enum Answer {
+    /// A file was chosen.
+    Chosen(PathBuf),
+    /// The dialog was closed without a choice.
+    Cancelled,
+    /// There was no dialog.
+    Unavailable,
+}
+
+/// A dialog on screen, or on its way there.
+pub struct FileDialog {
+    job: Job<(Option<PathBuf>, Duration)>,
+}
+
+impl FileDialog {
+    /// Asks for a file to open.
+    pub fn open(ctx: &Context) -> Self {
+        let extensions = ["nrrd", "nhdr", "mha", "mhd", "vti", "raw"];
+        let dialog = rfd::AsyncFileDialog::new()
+            .set_title("Open a volume")
+            .add_filter("Volumes", &extensions)
+            .add_filter("All files", &["*"]);
+        // The future is made here because some systems insist on the window's thread.
+        Self::wait_for(ctx, dialog.pick_file())
+    }
+
+    /// Asks where to save a picture, with a suggested name.
+    pub fn save(ctx: &Context, suggestion: &str) -> Self {
+        let dialog = rfd::AsyncFileDialog::new()
+            .set_title("Save the picture")
+            .set_file_name(suggestion)
+            .add_filter("PNG picture", &["png"])
+            .add_filter("OpenEXR picture, linear", &["exr"]);
+        Self::wait_for(ctx, dialog.save_file())
+    }
+
+    /// A dialog that gives this answer at once, for tests of whoever asks.
+    pub fn answering(ctx: &Context, path: Option<PathBuf>) -> Self {
+        Self::wait_for_path(ctx, std::future::ready(path))
+    }
+
+    fn wait_for(
+        ctx: &Context,
+        answer: impl Future<Output = Option<rfd::FileHandle>> + Send + 'static,
+    ) -> Self {
+        Self::wait_for_path(ctx, async { answer.await.map(|handle| handle.path().to_owned()) })
+    }
+
+    fn wait_for_path(
+        ctx: &Context,
+        answer: impl Future<Output = Option<PathBuf>> + Send + 'static,
+    ) -> Self {
+        let job = Job::start("file-dialog", "Choosing a file", ctx, move |_| {
+            let start = Instant::now();
+            let chosen = pollster::block_on(answer);
+            (chosen, start.elapsed())
+        });
+        Self { job }
+    }
+
+    /// The answer, once there is one.
+    pub fn poll(&self) -> Option<Answer> {
+        Some(match self.job.poll()? {
+            Ended::Finished((path, after)) => interpret(path, after),
+            Ended::Lost => Answer::Unavailable,
+        })
+    }
+}
+
+fn interpret(path: Option<PathBuf>, after: Duration) -> Answer {
+    match path {
+        Some(path) => Answer::Chosen(path),
+        None if after < FASTER_THAN_A_HAND => Answer::Unavailable,
+        None => Answer::Cancelled,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_empty_answer_that_no_hand_could_give_means_there_was_no_dialog() {
+        assert_eq!(interpret(None, Duration::from_millis(30)), Answer::Unavailable);
+        assert_eq!(interpret(None, Duration::from_secs(4)), Answer::Cancelled);
+        let path = PathBuf::from("a");
+        assert_eq!(interpret(Some(path.clone()), Duration::ZERO), Answer::Chosen(path));
+    }
+}

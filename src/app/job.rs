@@ -1,0 +1,133 @@
+//! Work on a named thread, watched from the window: progress, cancel, result.
+
+use crossbeam_channel::{Receiver, TryRecvError, bounded};
+use eframe::egui::Context;
+
+use crate::core::Ticket;
+
+/// Work under way. Dropping it cancels the work and forgets its result.
+#[derive(Debug)]
+pub struct Job<T> {
+    title: String,
+    ticket: Ticket,
+    result: Receiver<T>,
+}
+
+/// How a job ended.
+#[derive(Debug)]
+pub enum Ended<T> {
+    /// With a result.
+    Finished(T),
+    /// Without one: its thread could not be started or panicked, which is our own bug.
+    Lost,
+}
+
+impl<T: Send + 'static> Job<T> {
+    /// Starts `work` on a thread called `thread`; `title` says to people what is being done.
+    ///
+    /// The context is repainted once the work is done. A thread that cannot be started shows as
+    /// [`Ended::Lost`].
+    pub fn start(
+        thread: &str,
+        title: impl Into<String>,
+        ctx: &Context,
+        work: impl FnOnce(&Ticket) -> T + Send + 'static,
+    ) -> Self {
+        let (sender, result) = bounded(1);
+        let ticket = Ticket::new();
+        let (ctx, given) = (ctx.clone(), ticket.clone());
+        let run = move || {
+            let done = work(&given);
+            // The window may have dropped the job; then nobody wants the result.
+            sender.send(done).ok();
+            drop(sender);
+            ctx.request_repaint();
+        };
+        if let Err(error) = std::thread::Builder::new().name(thread.to_owned()).spawn(run) {
+            log::error!("the thread {thread} could not be started: {error}");
+        }
+        Self { title: title.into(), ticket, result }
+    }
+
+    /// What is being done, for people.
+    pub fn title(&self) -> &str {
+        &self.title
+    }
+
+    /// Fraction done, 0..=1.
+    pub fn fraction(&self) -> f32 {
+        self.ticket.fraction()
+    }
+
+    /// Asks the work to stop; its end still arrives.
+    pub fn cancel(&self) {
+        self.ticket.cancel();
+    }
+
+    /// Whether it was asked to stop.
+    pub fn is_cancelled(&self) -> bool {
+        self.ticket.is_cancelled()
+    }
+
+    /// The end, once it has come.
+    pub fn poll(&self) -> Option<Ended<T>> {
+        match self.result.try_recv() {
+            Ok(result) => Some(Ended::Finished(result)),
+            Err(TryRecvError::Empty) => None,
+            Err(TryRecvError::Disconnected) => Some(Ended::Lost),
+        }
+    }
+}
+
+impl<T> Drop for Job<T> {
+    fn drop(&mut self) {
+        self.ticket.cancel();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::{Duration, Instant};
+
+    use super::*;
+
+    fn wait<T: Send + 'static>(job: &Job<T>) -> Ended<T> {
+        let deadline = Instant::now() + Duration::from_secs(10);
+        loop {
+            if let Some(end) = job.poll() {
+                return end;
+            }
+            assert!(Instant::now() < deadline, "the job never ended");
+            std::thread::sleep(Duration::from_millis(1));
+        }
+    }
+
+    #[test]
+    fn a_result_arrives_and_asks_for_a_repaint() {
+        let ctx = Context::default();
+        let job = Job::start("test-job", "Testing", &ctx, |_| 7);
+        assert!(matches!(wait(&job), Ended::Finished(7)));
+    }
+
+    #[test]
+    fn a_cancelled_job_learns_of_it() {
+        let ctx = Context::default();
+        let job = Job::start("test-job", "Testing", &ctx, |ticket| {
+            while !ticket.is_cancelled() {
+                std::thread::sleep(Duration::from_millis(1));
+            }
+            "stopped"
+        });
+        job.cancel();
+        assert!(matches!(wait(&job), Ended::Finished("stopped")));
+    }
+
+    #[test]
+    fn a_job_whose_thread_dies_is_lost_not_awaited_for_ever() {
+        let ctx = Context::default();
+        let job = Job::<()>::start("test-job", "Testing", &ctx, |_| {
+            std::panic::resume_unwind(Box::new("a bug"));
+        });
+        assert!(matches!(wait(&job), Ended::Lost));
+    }
+}

@@ -1,0 +1,249 @@
+//! Where things stand in the window: menus, side panel, viewport, status line.
+
+use eframe::egui::accesskit::Role;
+use eframe::egui::{
+    Align, Align2, Button, CentralPanel, Color32, Context, CornerRadius, FontId, Frame, Key,
+    Layout, Margin, MenuBar, Panel, ProgressBar, Rect, RichText, ScrollArea, Sense, Stroke,
+    StrokeKind, Ui, UiBuilder, WidgetInfo, pos2, vec2,
+};
+
+use super::actions::{ACTIONS, Action, Entry, Menu, entry_of};
+use super::camera_control;
+use super::document::Source;
+use super::panels::{data, section_ui, splat, status, transfer, view};
+use super::viewport::PixelArea;
+use super::window::Window;
+use super::{theme, trihedron};
+
+/// Width of the side panel before anyone resizes it, points.
+const SIDE_WIDTH: f32 = 312.0;
+/// Distance of the bars over the viewport from its edges, points.
+const OVERLAY_INSET: f32 = 12.0;
+/// Greatest width of the bars over the viewport, points.
+const OVERLAY_WIDTH: f32 = 640.0;
+
+impl Window {
+    /// One pass of everything but the dialogs.
+    pub(super) fn layout_ui(&mut self, ui: &mut Ui) {
+        let bar = Frame::new().fill(theme::PANEL).inner_margin(Margin::symmetric(8, 3));
+        Panel::top("menus").frame(bar).show(ui, |ui| self.menus_ui(ui));
+        let line = bar.inner_margin(Margin::symmetric(12, 4));
+        Panel::bottom("status").frame(line).exact_size(28.0).show(ui, |ui| self.status_ui(ui));
+        if self.settings.side_panel {
+            let frame = Frame::new().fill(theme::PANEL);
+            Panel::right("side")
+                .frame(frame)
+                .resizable(true)
+                .default_size(SIDE_WIDTH)
+                .size_range(260.0..=520.0)
+                .show(ui, |ui| self.side_ui(ui));
+        }
+        let behind = Frame::new().fill(theme::VIEWPORT);
+        CentralPanel::no_frame().frame(behind).show(ui, |ui| self.viewport_ui(ui));
+    }
+
+    fn menus_ui(&mut self, ui: &mut Ui) {
+        let mut chosen = None;
+        let mut source = None;
+        MenuBar::new().ui(ui, |ui| {
+            ui.menu_button("File", |ui| {
+                source = self.open_menus_ui(ui);
+                menu_entries_ui(ui, Menu::File, &mut chosen);
+            });
+            ui.menu_button("View", |ui| menu_entries_ui(ui, Menu::View, &mut chosen));
+            ui.menu_button("Help", |ui| menu_entries_ui(ui, Menu::Help, &mut chosen));
+            ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+                let side = entry_of(Action::ToggleSidePanel);
+                let button = Button::selectable(self.settings.side_panel, side.name);
+                if ui.add(button).on_hover_text(hint(ui.ctx(), side)).clicked() {
+                    chosen = Some(Action::ToggleSidePanel);
+                }
+            });
+        });
+        if let Some(action) = chosen {
+            self.perform(ui.ctx(), action);
+        }
+        if let Some(source) = source {
+            self.open(ui.ctx(), source);
+        }
+    }
+
+    /// Recent files and demos; what was chosen.
+    fn open_menus_ui(&self, ui: &mut Ui) -> Option<Source> {
+        let mut chosen = None;
+        ui.add_enabled_ui(!self.settings.recent.is_empty(), |ui| {
+            ui.menu_button("Open recent", |ui| {
+                for path in &self.settings.recent {
+                    let source = Source::File(path.clone());
+                    let entry = ui.button(source.name());
+                    if entry.on_hover_text(path.display().to_string()).clicked() {
+                        chosen = Some(source);
+                    }
+                }
+            });
+        });
+        let demos = self.parts.library.demos();
+        ui.add_enabled_ui(!demos.is_empty(), |ui| {
+            ui.menu_button("Open demo", |ui| {
+                for (name, help) in demos {
+                    if ui.button(name).on_hover_text(help).clicked() {
+                        chosen = Some(Source::Demo(name.to_owned()));
+                    }
+                }
+            });
+        });
+        ui.separator();
+        chosen
+    }
+
+    fn status_ui(&mut self, ui: &mut Ui) {
+        let drawer = &self.parts.drawer;
+        let report = self.viewport.picture().map(|picture| &picture.report);
+        status::status_ui(ui, report, &drawer.state(), drawer.adapter_name().as_deref());
+    }
+
+    fn side_ui(&mut self, ui: &mut Ui) {
+        ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+            Frame::new().inner_margin(theme::PANEL_MARGIN).show(ui, |ui| self.sections_ui(ui));
+        });
+    }
+
+    fn sections_ui(&mut self, ui: &mut Ui) {
+        let (Some(document), Some(scene)) = (&self.document, &mut self.scene) else {
+            ui.add_space(8.0);
+            ui.label(RichText::new("Nothing is open").color(theme::TEXT_FAINT));
+            return;
+        };
+        let choice = section_ui(ui, "Data", |ui| data::data_ui(ui, document)).flatten();
+        section_ui(ui, "Transfer function", |ui| {
+            let statistics = &scene.volume.statistics;
+            let default = || self.parts.library.default_transfer(statistics);
+            let editor = &mut self.curve;
+            transfer::transfer_ui(ui, editor, &mut scene.transfer, statistics, default);
+        });
+        section_ui(ui, "Splats", |ui| splat::splat_ui(ui, scene));
+        section_ui(ui, "View", |ui| view::view_ui(ui, scene, &mut self.settings));
+        if let Some(choice) = choice {
+            self.choose_field(ui.ctx(), choice);
+        }
+    }
+
+    fn viewport_ui(&mut self, ui: &mut Ui) {
+        let area = PixelArea::covering(ui.max_rect(), ui.pixels_per_point());
+        self.viewport_size = area.size;
+        let response = ui.allocate_rect(area.rect, Sense::drag());
+        response.widget_info(|| WidgetInfo::labeled(Role::Canvas, true, "Viewport"));
+        if response.drag_started() {
+            // Keys are for the view again.
+            ui.ctx().memory_mut(|memory| {
+                memory.focused().inspect(|id| memory.surrender_focus(*id));
+            });
+        }
+        self.viewport.paint(ui.painter(), area);
+        if let Some(scene) = &mut self.scene {
+            scene.camera =
+                ui.input(|input| camera_control::steered(&scene.camera, &response, input));
+            if self.settings.trihedron {
+                let space = self.document.as_ref().and_then(|d| d.grid.space.as_deref());
+                trihedron::paint(ui.painter(), area.rect, &scene.camera, space);
+            }
+        } else if !self.is_loading() {
+            welcome_ui(ui, area.rect);
+        }
+        self.overlays_ui(ui, area.rect);
+        if ui.input(|input| !input.raw.hovered_files.is_empty()) {
+            drop_hint_ui(ui, area.rect);
+        }
+    }
+
+    /// Notices at the top of the viewport, jobs under them.
+    fn overlays_ui(&mut self, ui: &mut Ui, viewport: Rect) {
+        let width = (viewport.width() - 2.0 * OVERLAY_INSET).clamp(0.0, OVERLAY_WIDTH);
+        if width < 40.0 {
+            return;
+        }
+        let top = pos2(viewport.center().x - width / 2.0, viewport.top() + OVERLAY_INSET);
+        let rect = Rect::from_min_size(top, vec2(width, viewport.height() - 2.0 * OVERLAY_INSET));
+        ui.scope_builder(UiBuilder::new().max_rect(rect), |ui| {
+            self.notices.bars_ui(ui);
+            for job in self.jobs() {
+                job_ui(ui, job.title, job.fraction, job.is_cancelled, &*job.cancel);
+            }
+        });
+    }
+}
+
+/// The commands of one menu; `chosen` is the one that was clicked.
+fn menu_entries_ui(ui: &mut Ui, menu: Menu, chosen: &mut Option<Action>) {
+    for entry in ACTIONS.iter().filter(|entry| entry.menu == menu) {
+        let mut button = Button::new(entry.name);
+        if let Some(shortcut) = &entry.shortcut {
+            button = button.shortcut_text(ui.ctx().format_shortcut(shortcut));
+        }
+        if ui.add(button).on_hover_text(entry.help).clicked() {
+            *chosen = Some(entry.action);
+        }
+    }
+}
+
+/// An action's help with its key.
+fn hint(ctx: &Context, entry: &Entry) -> String {
+    match &entry.shortcut {
+        Some(shortcut) => format!("{} ({})", entry.help, ctx.format_shortcut(shortcut)),
+        None => entry.help.to_owned(),
+    }
+}
+
+/// Progress and cancel of one job.
+fn job_ui(ui: &mut Ui, title: &str, fraction: f32, is_cancelled: bool, cancel: &dyn Fn()) {
+    let frame = Frame::new()
+        .fill(Color32::from_rgb(32, 36, 43))
+        .stroke(Stroke::new(1.0, theme::LINE))
+        .corner_radius(CornerRadius::same(6))
+        .inner_margin(Margin::symmetric(10, 6));
+    frame.show(ui, |ui| {
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            if ui.add_enabled(!is_cancelled, Button::new("Cancel")).clicked() {
+                cancel();
+            }
+            ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
+                ui.label(if is_cancelled { "Stopping…" } else { title });
+                let bar = ProgressBar::new(fraction).desired_height(6.0);
+                ui.add(bar.fill(theme::ACCENT)).accessible_name(format!("{title}, progress"));
+            });
+        });
+    });
+}
+
+/// What to do when nothing is open.
+fn welcome_ui(ui: &Ui, rect: Rect) {
+    let open = entry_of(Action::Open);
+    let key = open.shortcut.map(|shortcut| ui.ctx().format_shortcut(&shortcut));
+    let help = ui.ctx().format_shortcut(&eframe::egui::KeyboardShortcut::new(
+        eframe::egui::Modifiers::NONE,
+        Key::H,
+    ));
+    let lines = [
+        ("Drop a volume here".to_owned(), 20.0, theme::TEXT),
+        (
+            format!("{} opens one, {help} lists all keys", key.unwrap_or_default()),
+            13.0,
+            theme::TEXT_FAINT,
+        ),
+    ];
+    let mut at = rect.center() - vec2(0.0, 16.0);
+    for (text, size, colour) in lines {
+        ui.painter().text(at, Align2::CENTER_CENTER, text, FontId::proportional(size), colour);
+        at.y += 28.0;
+    }
+}
+
+/// What will happen when the file over the window is let go.
+fn drop_hint_ui(ui: &Ui, rect: Rect) {
+    let painter = ui.painter();
+    painter.rect_filled(rect, 0.0, Color32::from_black_alpha(120));
+    let stroke = Stroke::new(2.0, theme::ACCENT);
+    painter.rect_stroke(rect.shrink(14.0), 10.0, stroke, StrokeKind::Inside);
+    let font = FontId::proportional(20.0);
+    painter.text(rect.center(), Align2::CENTER_CENTER, "Drop to open", font, theme::TEXT);
+}

@@ -1,0 +1,312 @@
+//! When the engine is asked for what: once for every change, then once more at rest, then never.
+
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+use eframe::egui::Context;
+
+use super::settings::Settings;
+use crate::scene::Scene;
+use crate::task::engine::{Effort, FrameRequest};
+
+/// How long a view must stay unchanged before it counts as resting, seconds.
+pub const REST_AFTER_SECS: f64 = 0.12;
+/// How long a pass may wait for the picture of the change it has just posted.
+///
+/// A pass of the interface costs as much as a coarse picture on a software adapter, so while the
+/// hand moves it is better to show that picture in this pass than to run another for it.
+pub const WAIT_FOR_PICTURE: Duration = Duration::from_millis(16);
+/// Least time between two repaints for the engine's sake while the view rests.
+const REPAINT_AT_REST: Duration = Duration::from_millis(200);
+
+/// What the next pass should do.
+#[derive(Debug, Default)]
+pub struct Decision {
+    /// To be posted now.
+    pub post: Option<FrameRequest>,
+    /// Seconds after which to decide again, should nothing else happen before.
+    pub again_in_secs: Option<f64>,
+}
+
+/// Remembers what was asked for, and when the view last changed.
+#[derive(Debug, Default)]
+pub struct Pacing {
+    posted: Option<FrameRequest>,
+    changed_at_secs: f64,
+}
+
+impl Pacing {
+    /// Decides for a scene at `size` physical pixels, at `now_secs`; `held` while a mouse button
+    /// holds something.
+    pub fn decide(
+        &mut self,
+        scene: &Scene,
+        size: [u32; 2],
+        settings: &Settings,
+        now_secs: f64,
+        held: bool,
+    ) -> Decision {
+        let Some(posted) = &self.posted else {
+            return self.post(scene, size, settings.effort_at_rest(), now_secs);
+        };
+        if !Arc::ptr_eq(&posted.scene.volume, &scene.volume) {
+            // Nothing moves: the ladder's own first rung is the coarse picture.
+            return self.post(scene, size, settings.effort_at_rest(), now_secs);
+        }
+        if posted.size != size || !same_view(&posted.scene, scene) {
+            return self.post(scene, size, settings.effort_while_moving(), now_secs);
+        }
+        let moving = matches!(posted.effort, Effort::Moving { .. });
+        let rested_secs = now_secs - self.changed_at_secs;
+        let settled = !moving || (!held && rested_secs >= REST_AFTER_SECS);
+        let effort =
+            if settled { settings.effort_at_rest() } else { settings.effort_while_moving() };
+        if posted.effort != effort {
+            let changed_at_secs = self.changed_at_secs;
+            return self.post(scene, size, effort, changed_at_secs);
+        }
+        // While held, the release of the button brings the next pass.
+        let waiting = moving && !held;
+        Decision {
+            post: None,
+            again_in_secs: waiting.then_some((REST_AFTER_SECS - rested_secs).max(0.0)),
+        }
+    }
+
+    /// Whether the last request was for a moving view.
+    pub fn is_moving(&self) -> bool {
+        self.posted.as_ref().is_some_and(|p| matches!(p.effort, Effort::Moving { .. }))
+    }
+
+    fn post(
+        &mut self,
+        scene: &Scene,
+        size: [u32; 2],
+        effort: Effort,
+        changed_at_secs: f64,
+    ) -> Decision {
+        let request = FrameRequest { scene: scene.clone(), size, effort };
+        self.posted = Some(request.clone());
+        self.changed_at_secs = changed_at_secs;
+        let moving = matches!(effort, Effort::Moving { .. });
+        Decision { post: Some(request), again_in_secs: moving.then_some(REST_AFTER_SECS) }
+    }
+}
+
+/// Whether two scenes of the same volume make the same picture.
+fn same_view(a: &Scene, b: &Scene) -> bool {
+    // Taken apart, so that a new field of a scene cannot be forgotten here.
+    let Scene { volume, transfer, splat, camera, background } = a;
+    Arc::ptr_eq(volume, &b.volume)
+        && *transfer == b.transfer
+        && *splat == b.splat
+        && *camera == b.camera
+        && *background == b.background
+}
+
+/// Turns the engine's news into repaints: at once while the hand moves, a few times a second else.
+#[derive(Debug, Default)]
+struct NewsGate {
+    last_repaint: Option<Instant>,
+}
+
+impl NewsGate {
+    /// How long the repaint for news that arrive `now` is to be put off.
+    fn delay(&mut self, now: Instant, moving: bool) -> Duration {
+        let due = match self.last_repaint {
+            Some(pending) if !moving && pending > now => pending,
+            Some(last) if !moving => now.max(last + REPAINT_AT_REST),
+            _ => now,
+        };
+        self.last_repaint = Some(due);
+        due - now
+    }
+}
+
+/// The engine's line to the window: announces news, and lets a pass wait for them.
+#[derive(Debug)]
+pub struct News {
+    ctx: Context,
+    state: Mutex<NewsState>,
+    arrived: Condvar,
+}
+
+#[derive(Debug, Default)]
+struct NewsState {
+    fresh: bool,
+    moving: bool,
+    awaited: bool,
+    gate: NewsGate,
+}
+
+impl News {
+    /// News for the window of this context.
+    pub fn new(ctx: &Context) -> Self {
+        Self { ctx: ctx.clone(), state: Mutex::default(), arrived: Condvar::new() }
+    }
+
+    /// Called from the engine's thread: there is a picture or a new state.
+    pub fn announce(&self) {
+        let mut state = self.state();
+        state.fresh = true;
+        if state.awaited {
+            // The pass that waits shows it.
+            self.arrived.notify_all();
+            return;
+        }
+        let moving = state.moving;
+        let delay = state.gate.delay(Instant::now(), moving);
+        drop(state);
+        self.ctx.request_repaint_after(delay);
+    }
+
+    /// Whether repaints are to follow the news at once.
+    pub fn set_moving(&self, moving: bool) {
+        self.state().moving = moving;
+    }
+
+    /// What came before this is no news any more.
+    pub fn forget(&self) {
+        self.state().fresh = false;
+    }
+
+    /// Waits until there are news, at most `limit`; whether there are.
+    pub fn wait(&self, limit: Duration) -> bool {
+        let mut state = self.state();
+        state.awaited = true;
+        let waited = self.arrived.wait_timeout_while(state, limit, |state| !state.fresh);
+        let (mut state, _) = waited.unwrap_or_else(PoisonError::into_inner);
+        state.awaited = false;
+        std::mem::take(&mut state.fresh)
+    }
+
+    fn state(&self) -> MutexGuard<'_, NewsState> {
+        // Plain values: a panic elsewhere leaves them whole.
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::*;
+    use crate::scene::{Background, SplatSettings, framing_camera};
+    use crate::transfer::{ColourMap, ColourSource, TransferFunction};
+    use crate::volume::{Lattice, Samples, ScalarVolume};
+
+    fn scene() -> Scene {
+        let samples = Samples::UInt8((0..8).collect());
+        let volume = ScalarVolume::from_samples("ramp", Lattice::unit([2, 2, 2]), samples).unwrap();
+        Scene {
+            camera: framing_camera(&volume.lattice, DVec3::Y, DVec3::Z),
+            volume: Arc::new(volume),
+            transfer: TransferFunction {
+                opacity: vec![(0.0, 0.0), (7.0, 1.0)],
+                colour: ColourSource::Map { map: ColourMap::Gray, range: [0.0, 7.0] },
+            },
+            splat: SplatSettings::default(),
+            background: Background::Transparent,
+        }
+    }
+
+    fn effort(decision: &Decision) -> Option<Effort> {
+        decision.post.as_ref().map(|request| request.effort)
+    }
+
+    #[test]
+    fn a_change_asks_once_while_moving_and_once_at_rest_then_nothing() {
+        let (mut pacing, mut scene, settings) = (Pacing::default(), scene(), Settings::default());
+        let first = pacing.decide(&scene, [10, 10], &settings, 0.0, false);
+        assert_eq!(effort(&first), Some(settings.effort_at_rest()));
+        assert_eq!(first.again_in_secs, None);
+
+        scene.camera = scene.camera.orbited(0.1, 0.0);
+        let moved = pacing.decide(&scene, [10, 10], &settings, 1.0, true);
+        assert_eq!(effort(&moved), Some(settings.effort_while_moving()));
+        let held = pacing.decide(&scene, [10, 10], &settings, 5.0, true);
+        assert!(held.post.is_none() && held.again_in_secs.is_none(), "still held: {held:?}");
+        let released = pacing.decide(&scene, [10, 10], &settings, 5.0, false);
+        assert_eq!(effort(&released), Some(settings.effort_at_rest()));
+        let idle = pacing.decide(&scene, [10, 10], &settings, 9.0, false);
+        assert!(idle.post.is_none() && idle.again_in_secs.is_none(), "{idle:?}");
+    }
+
+    #[test]
+    fn a_change_without_a_held_button_rests_after_the_delay() {
+        let (mut pacing, mut scene, settings) = (Pacing::default(), scene(), Settings::default());
+        pacing.decide(&scene, [10, 10], &settings, 0.0, false);
+        scene.camera.parallel_scale *= 0.9;
+        pacing.decide(&scene, [10, 10], &settings, 1.0, false);
+        let early = pacing.decide(&scene, [10, 10], &settings, 1.05, false);
+        assert!(early.post.is_none());
+        let wait = early.again_in_secs.unwrap();
+        assert!((wait - 0.07).abs() < 1e-9, "{wait}");
+        let late = pacing.decide(&scene, [10, 10], &settings, 1.05 + wait, false);
+        assert_eq!(effort(&late), Some(settings.effort_at_rest()));
+    }
+
+    #[test]
+    fn full_quality_while_moving_never_asks_for_less() {
+        let settings = Settings { full_quality_while_moving: true, ..Settings::default() };
+        let (mut pacing, mut scene) = (Pacing::default(), scene());
+        pacing.decide(&scene, [10, 10], &settings, 0.0, false);
+        scene.camera = scene.camera.orbited(0.1, 0.0);
+        let moved = pacing.decide(&scene, [10, 10], &settings, 1.0, true);
+        assert_eq!(effort(&moved), Some(settings.effort_at_rest()));
+        assert!(pacing.decide(&scene, [10, 10], &settings, 2.0, false).post.is_none());
+    }
+
+    #[test]
+    fn another_ladder_asks_again_at_rest() {
+        let (mut pacing, scene, mut settings) = (Pacing::default(), scene(), Settings::default());
+        pacing.decide(&scene, [10, 10], &settings, 0.0, false);
+        settings.ladder = crate::task::engine::Ladder::Subsampling;
+        let asked = pacing.decide(&scene, [10, 10], &settings, 1.0, false);
+        assert_eq!(effort(&asked), Some(settings.effort_at_rest()));
+        assert!(pacing.decide(&scene, [10, 10], &settings, 2.0, false).post.is_none());
+    }
+
+    #[test]
+    fn every_part_of_a_scene_counts_as_a_change() {
+        let base = scene();
+        let changes: [fn(&mut Scene); 4] = [
+            |s| s.transfer.opacity[0].1 = 0.5,
+            |s| s.splat.extent = Some(1.0),
+            |s| s.camera.parallel_scale *= 2.0,
+            |s| s.background = Background::Colour(crate::core::Srgb8::WHITE),
+        ];
+        for (i, change) in changes.into_iter().enumerate() {
+            let mut changed = base.clone();
+            assert!(same_view(&base, &changed));
+            change(&mut changed);
+            assert!(!same_view(&base, &changed), "change {i}");
+        }
+    }
+
+    #[test]
+    fn news_at_rest_repaint_a_few_times_a_second_and_at_once_while_moving() {
+        let mut gate = NewsGate::default();
+        let start = Instant::now();
+        assert_eq!(gate.delay(start, false), Duration::ZERO, "the first news is shown at once");
+        let later = start + Duration::from_millis(50);
+        assert_eq!(gate.delay(later, false), Duration::from_millis(150));
+        let soon_after = start + Duration::from_millis(60);
+        assert_eq!(gate.delay(soon_after, false), Duration::from_millis(140), "still the same");
+        assert_eq!(gate.delay(later, true), Duration::ZERO);
+    }
+
+    #[test]
+    fn a_waiting_pass_is_woken_by_news_and_gives_up_without() {
+        let news = Arc::new(News::new(&Context::default()));
+        assert!(!news.wait(Duration::from_millis(5)));
+        let engine = Arc::clone(&news);
+        let thread = std::thread::spawn(move || {
+            std::thread::sleep(Duration::from_millis(20));
+            engine.announce();
+        });
+        assert!(news.wait(Duration::from_secs(10)));
+        thread.join().unwrap();
+        assert!(!news.wait(Duration::ZERO), "news are news once");
+    }
+}

@@ -1,0 +1,123 @@
+//! What was opened.
+
+use eframe::egui::{ComboBox, Ui};
+
+use super::{facts_ui, name_ui};
+use crate::app::document::{Document, default_component};
+use crate::app::words;
+use crate::core::memory::human_bytes;
+use crate::volume::{Component, Field};
+
+/// Another number of the file that a person wants to see.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct FieldChoice {
+    /// Index into the grid's fields.
+    pub field: usize,
+    /// Which number of it.
+    pub component: Component,
+}
+
+/// The facts, and the choice of field where there is one.
+pub fn data_ui(ui: &mut Ui, document: &Document) -> Option<FieldChoice> {
+    let volume = &document.volume;
+    let statistics = &volume.statistics;
+    let lattice = &volume.lattice;
+    let spacing = lattice.spacing.abs().to_array().map(words::value);
+    let space = document.grid.space.as_deref().unwrap_or("not stated");
+    let mut rows = vec![
+        ("Name", document.source.name(), "What was opened"),
+        (
+            "Dimensions",
+            lattice.dims.map(|n| n.to_string()).join(" × "),
+            "Samples along the three axes of the lattice",
+        ),
+        ("Spacing", spacing.join(" × "), "Distance between neighbouring samples, world units"),
+        ("Type", volume.samples.scalar_type().name().to_owned(), "How each sample is stored"),
+        (
+            "Range",
+            format!("{} to {}", words::value(statistics.min), words::value(statistics.max)),
+            "The least and the greatest finite value",
+        ),
+        ("Mean", words::value(statistics.mean), "Of the finite values"),
+        ("Space", space.to_owned(), "What the file calls the directions of its axes"),
+        (
+            "Memory",
+            human_bytes(volume.samples.size_bytes() as u64),
+            "What the samples on screen take in main memory",
+        ),
+    ];
+    let odd = statistics.nan_count + statistics.infinite_count;
+    if odd > 0 {
+        let text = format!(
+            "{} NaN, {} infinite",
+            words::count(statistics.nan_count),
+            words::count(statistics.infinite_count)
+        );
+        rows.push(("Not finite", text, "NaN is drawn fully transparent"));
+    }
+    facts_ui(ui, "data", &rows);
+    choice_ui(ui, document)
+}
+
+fn choice_ui(ui: &mut Ui, document: &Document) -> Option<FieldChoice> {
+    let fields = &document.grid.fields;
+    let current = fields.get(document.field)?;
+    let mut choice = FieldChoice { field: document.field, component: document.component };
+    if fields.len() > 1 {
+        ui.horizontal(|ui| {
+            let name = name_ui(ui, "Field");
+            let combo = ComboBox::from_id_salt("field").selected_text(&current.name);
+            let shown = combo.show_ui(ui, |ui| {
+                for (index, field) in fields.iter().enumerate() {
+                    let label = field_label(field);
+                    if ui.selectable_label(index == document.field, label).clicked() {
+                        let component = default_component(field.components);
+                        choice = FieldChoice { field: index, component };
+                    }
+                }
+            });
+            shown
+                .response
+                .labelled_by(name.id)
+                .on_hover_text("Which of the file's arrays is drawn");
+        });
+    }
+    if current.components > 1 {
+        ui.horizontal(|ui| {
+            let name = name_ui(ui, "Component");
+            let combo = ComboBox::from_id_salt("component")
+                .selected_text(component_label(document.component));
+            let shown = combo.show_ui(ui, |ui| {
+                let indices = (0..current.components).map(Component::Index);
+                for component in std::iter::once(Component::Magnitude).chain(indices) {
+                    let selected = component == document.component;
+                    if ui.selectable_label(selected, component_label(component)).clicked() {
+                        choice.component = component;
+                    }
+                }
+            });
+            shown
+                .response
+                .labelled_by(name.id)
+                .on_hover_text("Which number of each sample is drawn");
+        });
+    }
+    let unchanged = FieldChoice { field: document.field, component: document.component };
+    (choice != unchanged).then_some(choice)
+}
+
+fn field_label(field: &Field) -> String {
+    let association = field.association.name();
+    match field.components {
+        1 => format!("{} ({association})", field.name),
+        n => format!("{} ({association}, {n} components)", field.name),
+    }
+}
+
+fn component_label(component: Component) -> String {
+    match component {
+        Component::Magnitude => "Magnitude".to_owned(),
+        Component::Index(index @ 0..3) => ["x", "y", "z"][index].to_owned(),
+        Component::Index(index) => format!("Number {index}"),
+    }
+}

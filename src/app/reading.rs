@@ -1,0 +1,1 @@
+//! The file readers and the demos as the window's library.

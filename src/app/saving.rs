@@ -1,0 +1,181 @@
+//! Pictures to files: the one on screen at once, or one drawn anew at any size.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use eframe::egui::Context;
+use image::{ImageFormat, RgbaImage};
+
+use super::job::Job;
+use crate::core::Ticket;
+use crate::scene::Scene;
+use crate::task::engine::Picture;
+
+/// A picture to be drawn and saved.
+#[derive(Debug, Clone)]
+pub struct SaveRequest {
+    /// What is to be seen, its background included.
+    pub scene: Scene,
+    /// Size in pixels, each at least 1.
+    pub size: [u32; 2],
+    /// Where to; the extension (`png` or `exr`) names the format.
+    pub path: PathBuf,
+}
+
+/// Draws and saves pictures away from the screen, or a stand-in for that in tests.
+///
+/// It runs on a job's thread, reports to the ticket, and returns a sentence for people when it
+/// fails. A cancelled one leaves no file behind.
+pub type Renderer = Arc<dyn Fn(&SaveRequest, &Ticket) -> Result<(), String> + Send + Sync>;
+
+/// Where a job has put its picture, or one sentence why there is none.
+pub type Saved = Result<PathBuf, String>;
+
+/// Draws and saves in the background.
+pub fn save_picture(ctx: &Context, renderer: &Renderer, request: SaveRequest) -> Job<Saved> {
+    let renderer = Arc::clone(renderer);
+    let title = format!("Drawing {} × {} pixels", request.size[0], request.size[1]);
+    Job::start("save-picture", title, ctx, move |ticket| {
+        make_folder_of(&request.path)?;
+        renderer(&request, ticket).map(|()| request.path)
+    })
+}
+
+/// Saves a picture as it is, under the next free name in `folder`.
+pub fn save_screenshot(
+    ctx: &Context,
+    picture: Arc<Picture>,
+    folder: &Path,
+    name: &str,
+) -> Job<Saved> {
+    let (folder, name) = (folder.to_owned(), file_stem(name));
+    Job::start("save-screenshot", "Saving the screenshot", ctx, move |_| {
+        let path = next_free(&folder, &name);
+        make_folder_of(&path)?;
+        write_png(&picture, &path).map(|()| path)
+    })
+}
+
+/// Writes a picture as PNG.
+///
+/// # Errors
+/// One sentence for people.
+pub fn write_png(picture: &Picture, path: &Path) -> Result<(), String> {
+    let [width, height] = picture.size;
+    let image = RgbaImage::from_raw(width, height, picture.rgba.clone())
+        .ok_or_else(|| format!("a picture of {width} × {height} pixels came incomplete"))?;
+    image
+        .save_with_format(path, ImageFormat::Png)
+        .map_err(|error| format!("the picture could not be written: {error}: {}", path.display()))
+}
+
+/// The default name of a saved picture: `{folder}/{name}_{n}.png`, the first free `n`.
+pub fn suggested_path(folder: &Path, name: &str) -> PathBuf {
+    next_free(folder, &file_stem(name))
+}
+
+fn make_folder_of(path: &Path) -> Result<(), String> {
+    let Some(folder) = path.parent().filter(|p| !p.as_os_str().is_empty()) else { return Ok(()) };
+    std::fs::create_dir_all(folder)
+        .map_err(|error| format!("the folder could not be made: {error}: {}", folder.display()))
+}
+
+/// The first of `{folder}/{stem}_{n}.png`, n = 1, 2, …, that does not exist.
+fn next_free(folder: &Path, stem: &str) -> PathBuf {
+    let candidates = (1_u32..).map(|n| folder.join(format!("{stem}_{n}.png")));
+    // Four thousand million screenshots of one file are not expected.
+    candidates.into_iter().find(|path| !path.exists()).unwrap_or_default()
+}
+
+/// A file name made of a volume's name: no extension, no separators.
+fn file_stem(name: &str) -> String {
+    let stem = match name.strip_prefix(super::document::DEMO_PREFIX) {
+        Some(demo) => demo,
+        None => name.rsplit_once('.').map_or(name, |(stem, _)| stem),
+    };
+    let safe = |c: char| if c.is_alphanumeric() || "-_.".contains(c) { c } else { '_' };
+    let stem: String = stem.chars().map(safe).collect();
+    if stem.trim_matches(['_', '.']).is_empty() { "volume".to_owned() } else { stem }
+}
+
+/// `voxsplat` in the person's pictures folder.
+///
+/// # Errors
+/// One sentence when there is no home folder.
+pub fn pictures_folder() -> Result<PathBuf, String> {
+    let variable = |name: &str| std::env::var_os(name).filter(|v| !v.is_empty());
+    let home = variable("HOME").or_else(|| variable("USERPROFILE")).map(PathBuf::from);
+    let pictures = variable("XDG_PICTURES_DIR")
+        .map(PathBuf::from)
+        .or_else(|| {
+            let home = home.as_ref()?;
+            let config = variable("XDG_CONFIG_HOME").map_or(home.join(".config"), PathBuf::from);
+            let dirs = std::fs::read_to_string(config.join("user-dirs.dirs")).ok()?;
+            pictures_in_user_dirs(&dirs, home)
+        })
+        .or_else(|| Some(home.as_ref()?.join("Pictures")))
+        .ok_or("no home folder is known; set XDG_PICTURES_DIR to a folder for pictures")?;
+    Ok(pictures.join("voxsplat"))
+}
+
+/// The pictures folder that a `user-dirs.dirs` file names.
+fn pictures_in_user_dirs(text: &str, home: &Path) -> Option<PathBuf> {
+    let value = text.lines().find_map(|line| line.trim().strip_prefix("XDG_PICTURES_DIR="))?;
+    let value = value.trim().trim_matches('"');
+    match value.strip_prefix("$HOME") {
+        Some(rest) => Some(home.join(rest.trim_start_matches('/'))),
+        None => value.starts_with('/').then(|| PathBuf::from(value)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_of_volumes_become_names_of_files() {
+        assert_eq!(file_stem("tooth.nrrd"), "tooth");
+        assert_eq!(file_stem("demo:tornado"), "tornado");
+        assert_eq!(file_stem("a b/c.raw"), "a_b_c");
+        assert_eq!(file_stem("..."), "volume");
+        assert_eq!(file_stem(""), "volume");
+    }
+
+    #[test]
+    fn screenshots_never_overwrite_each_other() {
+        let folder = tempfile::tempdir().unwrap();
+        let first = next_free(folder.path(), "tooth");
+        assert_eq!(first, folder.path().join("tooth_1.png"));
+        std::fs::write(&first, b"").unwrap();
+        assert_eq!(next_free(folder.path(), "tooth"), folder.path().join("tooth_2.png"));
+    }
+
+    #[test]
+    fn the_pictures_folder_is_read_from_the_desktops_own_file() {
+        let home = Path::new("/home/someone");
+        let text = "# made by xdg\nXDG_MUSIC_DIR=\"$HOME/M\"\nXDG_PICTURES_DIR=\"$HOME/Bilder\"\n";
+        assert_eq!(pictures_in_user_dirs(text, home), Some(home.join("Bilder")));
+        let absolute = "XDG_PICTURES_DIR=\"/data/p\"";
+        assert_eq!(pictures_in_user_dirs(absolute, home), Some("/data/p".into()));
+        assert_eq!(pictures_in_user_dirs("XDG_PICTURES_DIR=\"relative\"", home), None);
+    }
+
+    #[test]
+    fn a_saved_picture_holds_the_same_bytes() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("p.png");
+        let rgba: Vec<u8> = (0..2 * 3 * 4).map(|i| (i * 10) as u8).collect();
+        let report = crate::task::engine::FrameReport {
+            rung: "full".into(),
+            kernels_drawn: 1,
+            kernels_active: 1,
+            kernels_total: 1,
+            frame_ms: 1.0,
+            progress: 1.0,
+        };
+        let picture = Picture { size: [2, 3], requested_size: [2, 3], rgba: rgba.clone(), report };
+        write_png(&picture, &path).unwrap();
+        assert_eq!(image::open(&path).unwrap().to_rgba8().into_raw(), rgba);
+        assert!(write_png(&picture, &folder.path().join("none/p.png")).is_err());
+    }
+}

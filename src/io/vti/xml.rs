@@ -1,0 +1,366 @@
+//! The XML of VTK image data: extents, geometry, and where each array's numbers are.
+
+use std::borrow::Cow;
+
+use glam::{DMat3, DVec3};
+use quick_xml::Reader;
+use quick_xml::XmlVersion;
+use quick_xml::events::{BytesStart, Event};
+
+use super::super::bytes::Endian;
+use super::super::error::{Problem, header, quoted, truncated, unsupported};
+use crate::volume::{Association, ScalarType};
+
+/// Where an array's numbers are, and how they are written.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) enum Place<'a> {
+    /// As numbers in the XML.
+    Text(Cow<'a, str>),
+    /// As base64 in the XML.
+    Base64(Cow<'a, str>),
+    /// So many bytes (or characters of base64) into the appended data.
+    Appended(u64),
+}
+
+/// One `DataArray`.
+#[derive(Debug, Clone)]
+pub(super) struct Array<'a> {
+    pub(super) name: String,
+    pub(super) association: Association,
+    pub(super) components: u64,
+    pub(super) scalar_type: ScalarType,
+    pub(super) place: Place<'a>,
+}
+
+/// First and last index along x, y, z.
+pub(super) type Extent = [[i64; 2]; 3];
+
+/// One `Piece`.
+#[derive(Debug, Clone)]
+pub(super) struct Piece<'a> {
+    pub(super) extent: Extent,
+    pub(super) arrays: Vec<Array<'a>>,
+}
+
+/// What the XML says.
+#[derive(Debug)]
+pub(super) struct Document<'a> {
+    pub(super) endian: Endian,
+    /// Bytes of each number in a binary array's header: 4 or 8.
+    pub(super) word_bytes: usize,
+    pub(super) is_compressed: bool,
+    pub(super) whole_extent: Extent,
+    pub(super) origin: DVec3,
+    pub(super) spacing: DVec3,
+    pub(super) direction: DMat3,
+    pub(super) pieces: Vec<Piece<'a>>,
+    /// `Scalars` of the point data, then of the cell data; then `Vectors` likewise.
+    pub(super) active: Vec<(Association, String)>,
+    pub(super) warnings: Vec<String>,
+}
+
+impl<'a> Document<'a> {
+    /// Parses all of the XML, or what precedes the appended data.
+    ///
+    /// # Errors
+    /// XML that is none, or attributes that make no image.
+    pub(super) fn parse(text: &'a str, has_appended: bool) -> Result<Self, Problem> {
+        let mut parser = Parser::default();
+        let mut reader = Reader::from_str(text);
+        loop {
+            let event = reader.read_event().map_err(|error| {
+                header(
+                    "well-formed XML",
+                    quoted(&error.to_string()),
+                    "the file was cut short or altered: copy it again",
+                )
+            })?;
+            match event {
+                Event::Start(tag) => parser.start(&tag, false)?,
+                Event::Empty(tag) => parser.start(&tag, true)?,
+                Event::End(tag) => parser.end(tag.name().as_ref()),
+                Event::Text(text) => parser.text(text.into_inner()),
+                Event::CData(text) => parser.text(text.into_inner()),
+                Event::Eof => break,
+                _ => {}
+            }
+        }
+        if !has_appended && !parser.is_closed {
+            return Err(truncated(
+                "XML that ends with </VTKFile>",
+                "that it ends before",
+                "the file was cut short: copy it again",
+            ));
+        }
+        parser.finish()
+    }
+}
+
+/// Attributes of `<VTKFile>` and of `<ImageData>`.
+#[derive(Default)]
+struct Parser<'a> {
+    file: Option<(Endian, usize, bool)>,
+    image: Option<(Extent, DVec3, DVec3, DMat3)>,
+    pieces: Vec<Piece<'a>>,
+    active: Vec<(u8, Association, String)>,
+    warnings: Vec<String>,
+    /// Inside `PointData` or `CellData`.
+    section: Option<Association>,
+    /// Inside the last array of the last piece, at this depth of further elements.
+    in_array: Option<usize>,
+    is_closed: bool,
+}
+
+impl<'a> Parser<'a> {
+    fn start(&mut self, tag: &BytesStart<'_>, is_empty: bool) -> Result<(), Problem> {
+        if let Some(depth) = &mut self.in_array {
+            *depth += usize::from(!is_empty);
+            return Ok(());
+        }
+        match tag.name().as_ref() {
+            "VTKFile" => self.file(tag)?,
+            "ImageData" => self.image(tag)?,
+            "Piece" => {
+                let extent = match attribute(tag, "Extent")? {
+                    Some(text) => extent(&text)?,
+                    None => self.image.as_ref().map_or([[0; 2]; 3], |image| image.0),
+                };
+                self.pieces.push(Piece { extent, arrays: Vec::new() });
+            }
+            "PointData" => self.section(tag, Association::Point, is_empty)?,
+            "CellData" => self.section(tag, Association::Cell, is_empty)?,
+            "FieldData" => self.warnings.push("field data (no samples) are ignored".into()),
+            "DataArray" | "Array" => self.array(tag, is_empty)?,
+            _ => {}
+        }
+        Ok(())
+    }
+
+    fn end(&mut self, name: &str) {
+        if let Some(depth) = &mut self.in_array {
+            match depth.checked_sub(1) {
+                Some(less) => *depth = less,
+                None => self.in_array = None,
+            }
+            return;
+        }
+        match name {
+            "PointData" | "CellData" => self.section = None,
+            "VTKFile" => self.is_closed = true,
+            _ => {}
+        }
+    }
+
+    fn text(&mut self, text: Cow<'a, str>) {
+        // Deeper elements hold keys such as the range, not the samples.
+        if self.in_array != Some(0) || text.trim().is_empty() {
+            return;
+        }
+        let array = self.pieces.last_mut().and_then(|piece| piece.arrays.last_mut());
+        if let Some(Array { place: Place::Text(held) | Place::Base64(held), .. }) = array {
+            if held.is_empty() {
+                *held = text;
+            } else {
+                held.to_mut().push_str(&text);
+            }
+        }
+    }
+
+    fn file(&mut self, tag: &BytesStart<'_>) -> Result<(), Problem> {
+        let endian = match attribute(tag, "byte_order")?.as_deref() {
+            Some("LittleEndian") => Endian::Little,
+            Some("BigEndian") => Endian::Big,
+            None => {
+                self.warnings.push("nothing tells the byte order: little is assumed".into());
+                Endian::Little
+            }
+            Some(other) => {
+                return Err(header(
+                    "byte_order LittleEndian or BigEndian",
+                    quoted(other),
+                    "correct the attribute",
+                ));
+            }
+        };
+        let word_bytes = match attribute(tag, "header_type")?.as_deref() {
+            None | Some("UInt32") => 4,
+            Some("UInt64") => 8,
+            Some(other) => {
+                return Err(header(
+                    "header_type UInt32 or UInt64",
+                    quoted(other),
+                    "correct the attribute",
+                ));
+            }
+        };
+        let is_compressed = match attribute(tag, "compressor")?.as_deref() {
+            None | Some("") => false,
+            Some("vtkZLibDataCompressor") => true,
+            Some(other) => {
+                return Err(unsupported(
+                    "no compression or vtkZLibDataCompressor",
+                    quoted(other),
+                    "write the file again with zlib",
+                ));
+            }
+        };
+        self.file = Some((endian, word_bytes, is_compressed));
+        Ok(())
+    }
+
+    fn image(&mut self, tag: &BytesStart<'_>) -> Result<(), Problem> {
+        let whole = attribute(tag, "WholeExtent")?.ok_or_else(|| {
+            header("an ImageData element with WholeExtent", "none", "add the attribute")
+        })?;
+        let vector = |name: &str, default: DVec3| -> Result<DVec3, Problem> {
+            match attribute(tag, name)? {
+                None => Ok(default),
+                Some(text) => numbers::<3>(name, &text).map(DVec3::from_array),
+            }
+        };
+        let direction = match attribute(tag, "Direction")? {
+            None => DMat3::IDENTITY,
+            // Written row by row; the columns are the axes.
+            Some(text) => DMat3::from_cols_array(&numbers::<9>("Direction", &text)?).transpose(),
+        };
+        self.image = Some((
+            extent(&whole)?,
+            vector("Origin", DVec3::ZERO)?,
+            vector("Spacing", DVec3::ONE)?,
+            direction,
+        ));
+        Ok(())
+    }
+
+    fn section(
+        &mut self,
+        tag: &BytesStart<'_>,
+        association: Association,
+        is_empty: bool,
+    ) -> Result<(), Problem> {
+        if !is_empty {
+            self.section = Some(association);
+        }
+        if self.pieces.len() == 1 {
+            for (rank, kind) in [(0, "Scalars"), (1, "Vectors")] {
+                if let Some(name) = attribute(tag, kind)?.filter(|name| !name.is_empty()) {
+                    self.active.push((rank, association, name));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn array(&mut self, tag: &BytesStart<'_>, is_empty: bool) -> Result<(), Problem> {
+        let (Some(association), Some(piece)) = (self.section, self.pieces.last_mut()) else {
+            return Ok(());
+        };
+        let name = match attribute(tag, "Name")? {
+            Some(name) if !name.is_empty() => name,
+            _ => format!("array {}", piece.arrays.len()),
+        };
+        let type_name = attribute(tag, "type")?.unwrap_or_default();
+        // VTK's words are NumPy's with capitals.
+        let Some(scalar_type) = ScalarType::from_name(&type_name.to_lowercase()) else {
+            self.warnings.push(format!(
+                "the array {} of type {} is ignored: it holds no numbers",
+                quoted(&name),
+                quoted(&type_name)
+            ));
+            return Ok(());
+        };
+        let components = match attribute(tag, "NumberOfComponents")? {
+            None => 1,
+            Some(text) => text.trim().parse().ok().filter(|&n| n > 0).ok_or_else(|| {
+                header("NumberOfComponents of at least 1", quoted(&text), "correct the attribute")
+            })?,
+        };
+        let place = match attribute(tag, "format")?.as_deref() {
+            None | Some("ascii") => Place::Text(Cow::Borrowed("")),
+            Some("binary") => Place::Base64(Cow::Borrowed("")),
+            Some("appended") => {
+                let text = attribute(tag, "offset")?.unwrap_or_default();
+                Place::Appended(text.trim().parse().map_err(|_not| {
+                    header("a whole number for offset", quoted(&text), "correct the attribute")
+                })?)
+            }
+            Some(other) => {
+                return Err(header(
+                    "format ascii, binary or appended",
+                    quoted(other),
+                    "correct the attribute",
+                ));
+            }
+        };
+        piece.arrays.push(Array { name, association, components, scalar_type, place });
+        self.in_array = (!is_empty).then_some(0);
+        Ok(())
+    }
+
+    fn finish(mut self) -> Result<Document<'a>, Problem> {
+        let (Some((endian, word_bytes, is_compressed)), Some(image)) = (self.file, self.image)
+        else {
+            return Err(truncated(
+                "the elements VTKFile and ImageData",
+                "that one is missing",
+                "the file was cut short: copy it again",
+            ));
+        };
+        self.active
+            .sort_by_key(|(rank, association, _)| (*rank, *association == Association::Cell));
+        self.warnings.dedup();
+        let (whole_extent, origin, spacing, direction) = image;
+        Ok(Document {
+            endian,
+            word_bytes,
+            is_compressed,
+            whole_extent,
+            origin,
+            spacing,
+            direction,
+            pieces: self.pieces,
+            active: self
+                .active
+                .into_iter()
+                .map(|(_, association, name)| (association, name))
+                .collect(),
+            warnings: self.warnings,
+        })
+    }
+}
+
+fn attribute(tag: &BytesStart<'_>, name: &str) -> Result<Option<String>, Problem> {
+    let malformed = |error: String| {
+        header(
+            format!("well-formed attributes in <{}>", tag.name().as_ref()),
+            quoted(&error),
+            "the file was altered: copy it again",
+        )
+    };
+    let found = tag.try_get_attribute(name).map_err(|error| malformed(error.to_string()))?;
+    found
+        .map(|attribute| {
+            let value = attribute.normalized_value(XmlVersion::Implicit1_0);
+            value.map(Cow::into_owned).map_err(|error| malformed(error.to_string()))
+        })
+        .transpose()
+}
+
+fn numbers<const N: usize>(name: &str, text: &str) -> Result<[f64; N], Problem> {
+    let parsed: Option<Vec<f64>> = text.split_whitespace().map(|word| word.parse().ok()).collect();
+    parsed.and_then(|numbers| numbers.try_into().ok()).ok_or_else(|| {
+        header(format!("{N} numbers for {name}"), quoted(text), "correct the attribute")
+    })
+}
+
+fn extent(text: &str) -> Result<Extent, Problem> {
+    let parsed: Option<Vec<i64>> = text.split_whitespace().map(|word| word.parse().ok()).collect();
+    match parsed.as_deref() {
+        Some(&[a, b, c, d, e, f]) if a <= b && c <= d && e <= f => Ok([[a, b], [c, d], [e, f]]),
+        _ => Err(header(
+            "an extent of six whole numbers, first to last along each axis",
+            quoted(text),
+            "correct the attribute",
+        )),
+    }
+}
