@@ -1,1 +1,64 @@
-//! Under construction.
+//! Drawing on the GPU: the device, the passes, and the frame as a list of them.
+//!
+//! Owns everything that names wgpu outside the window. Refuses egui, clap and files, and what a
+//! picture is for: it is told what to draw piece by piece. Imports `core`, `volume`, `transfer`,
+//! `kernel`, `hierarchy`, `scene`.
+
+pub mod context;
+pub mod frame;
+pub mod layout;
+mod pipelines;
+mod renderer;
+mod samples;
+pub mod shader;
+pub mod timing;
+
+pub use context::{AdapterChoice, Context, Wishes};
+pub use frame::{Pass, PassTime};
+pub use renderer::{PieceReport, Renderer};
+
+/// What can go wrong on the device.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum GpuError {
+    /// No adapter, or not the one asked for.
+    #[error(
+        "expected {wanted} graphics adapter, found {found}; install a Vulkan driver \
+         (on Debian and Ubuntu: mesa-vulkan-drivers) or choose another adapter"
+    )]
+    NoAdapter {
+        /// What was asked for.
+        wanted: String,
+        /// The names there are.
+        found: String,
+    },
+    /// The adapter gives no device.
+    #[error("expected a device from adapter {adapter}, found: {found}; update its driver or choose another adapter")]
+    NoDevice {
+        /// Which adapter.
+        adapter: String,
+        /// The driver's words.
+        found: String,
+    },
+    /// The device is gone; everything on it must be rebuilt.
+    #[error("the graphics device was lost: {0}")]
+    Lost(String),
+    /// A wrong call of ours, or a driver's failure.
+    #[error("the graphics device reported: {0}")]
+    Device(String),
+    /// More than the device can hold.
+    #[error("expected {what} of at most {limit} on this adapter, found {found}; {advice}")]
+    TooLarge {
+        /// What is too large.
+        what: &'static str,
+        /// The limit, with its unit.
+        limit: String,
+        /// What was asked for.
+        found: String,
+        /// What to try.
+        advice: &'static str,
+    },
+    /// See [`crate::core::Cancelled`].
+    #[error("cancelled")]
+    Cancelled,
+}

@@ -69,6 +69,41 @@ impl ProjectedKernel {
         })
     }
 
+    /// The same kernel with half axes, for a unit kernel, of at least `least` screen units: a
+    /// low-pass for what is thinner than a pixel. The amplitude falls as the area grows, so that
+    /// the depth summed over the picture stays. The tilt is kept.
+    pub fn widened(&self, least: f64) -> Self {
+        let k = self.screen_from_unit;
+        let gram = k * k.transpose();
+        let (a, b, d) = (gram.x_axis.x, gram.x_axis.y, gram.y_axis.y);
+        let determinant = (k.x_axis.x * k.y_axis.y).abs();
+        let spread = (0.25 * (a - d) * (a - d) + b * b).sqrt();
+        let large = 0.5 * (a + d) + spread;
+        // Not ½(a + d) − spread, which cancels.
+        let small = determinant * determinant / large;
+        let floor = least * least;
+        if small >= floor {
+            return *self;
+        }
+        let (new_large, new_small) = (large.max(floor), floor);
+        // The same axes with new lengths: mean' + n·(G − mean).
+        let n = if spread > 0.0 { 0.5 * (new_large - new_small) / spread } else { 0.0 };
+        let mean = 0.5 * (a + d);
+        let k11 = (0.5 * (new_large + new_small) + n * (a - mean)).sqrt();
+        let area = (new_large * new_small).sqrt();
+        let (k21, k22) = (n * b / k11, area / k11);
+        Self {
+            depth_per_unit: self.depth_per_unit * determinant / area,
+            unit_from_screen: DMat2::from_cols(
+                DVec2::new(1.0 / k11, -k21 / (k11 * k22)),
+                DVec2::new(0.0, 1.0 / k22),
+            ),
+            screen_from_unit: DMat2::from_cols(DVec2::new(k11, k21), DVec2::new(0.0, k22)),
+            tilt: self.tilt,
+            half_extents: DVec2::new(k11, k21.hypot(k22)),
+        }
+    }
+
     /// Distance from the centre in voxels of kernel space, l = √(pᵀPp).
     pub fn distance(&self, offset: DVec2) -> f64 {
         (self.unit_from_screen * offset).length()

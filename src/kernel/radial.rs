@@ -69,6 +69,14 @@ impl RadialKernel {
             }
     }
 
+    /// The distance at which h passes from one formula to another, where it has two.
+    pub fn knot(self) -> Option<f64> {
+        match self.shape {
+            Shape::Gaussian => None,
+            Shape::Cubic => Some(self.scale * CUBIC_KNOT),
+        }
+    }
+
     /// h(r) for r ≥ 0.
     pub fn value(self, r: f64) -> f64 {
         let r = r / self.scale;

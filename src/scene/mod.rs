@@ -1,7 +1,11 @@
 //! What is to be seen, as plain data: everything a picture depends on except its size.
 //!
 //! Owns [`Scene`] and the settings people change. Refuses drawing, files and widgets. The GPU's
-//! whole state can be rebuilt from it. Imports `core`, `volume`, `transfer`, `kernel`.
+//! whole state can be rebuilt from it. Imports `core`, `volume`, `transfer`, `kernel`, `hierarchy`.
+
+mod view;
+
+pub use view::{Traversal, View};
 
 use std::sync::Arc;
 

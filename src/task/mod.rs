@@ -2,4 +2,6 @@
 //!
 //! Owns threads and the channels to them. Refuses widgets and flags. Imports everything below it.
 
+pub mod cost;
+pub mod draw;
 pub mod engine;

@@ -72,7 +72,9 @@ pub fn default_for(statistics: &Statistics) -> TransferFunction {
     if let Some(labels) = labels(statistics) {
         return labels;
     }
-    let background = Background::find(statistics);
+    let mut background = Background::find(statistics);
+    // Bin edges are rounded.
+    background.edge = background.edge.clamp(statistics.min, statistics.max);
     let visible = background.visible(statistics);
     let at = |fraction: f64| quantile_of(&visible, fraction);
     let [near, far] = match background.side {
@@ -112,9 +114,10 @@ fn for_huge(statistics: &Statistics) -> TransferFunction {
     shrunk.max *= SHRINK;
     shrunk.quantiles.iter_mut().for_each(|v| *v *= SHRINK);
     let mut function = default_for(&shrunk);
-    function.opacity.iter_mut().for_each(|(v, _)| *v /= SHRINK);
+    let grow = |v: f64| (v / SHRINK).clamp(statistics.min, statistics.max);
+    function.opacity.iter_mut().for_each(|(v, _)| *v = grow(*v));
     if let ColourSource::Map { range, .. } = &mut function.colour {
-        *range = range.map(|v| v / SHRINK);
+        *range = range.map(grow);
     }
     function
 }
@@ -320,7 +323,7 @@ mod tests {
             let (_, f) = of(Samples::Float64(vec![value; 100]));
             assert!(f.opacity_at(value) > 0.0);
         }
-        let (_, f) = of(Samples::Float64(vec![f64::MAX, f64::MIN, 0.0, f64::MAX]));
+        let (_, f) = of(Samples::Float64(vec![f64::MAX, f64::MIN, 0.0, f64::MIN]));
         assert!(f.opacity_at(f64::MAX) > 0.0);
         of(Samples::Float64(vec![1.0, f64::NAN]));
         of(Samples::Float64(vec![f64::NAN]));

@@ -1,0 +1,45 @@
+// Turns the segments' counts into where each begins, and sums them into the draw's arguments.
+//
+// One workgroup: each thread sums a run, the runs' sums are added up, each thread rewrites its run.
+
+struct Scan {
+    // Segments; kernels that fit; 0; 0.
+    counts: vec4<u32>,
+}
+
+@group(0) @binding(0) var<uniform> scan: Scan;
+@group(0) @binding(1) var<storage, read_write> counts: array<u32>;
+
+const THREADS: u32 = 256u;
+var<workgroup> sums: array<u32, THREADS>;
+
+@compute @workgroup_size(THREADS)
+fn scan_segments(@builtin(local_invocation_index) thread: u32) {
+    let total = scan.counts.x;
+    let run = (total + THREADS - 1u) / THREADS;
+    let first = min(thread * run, total);
+    let end = min(first + run, total);
+    var sum = 0u;
+    for (var i = first; i < end; i++) {
+        sum += counts[8u + i];
+    }
+    sums[thread] = sum;
+    workgroupBarrier();
+    var start = 0u;
+    for (var i = 0u; i < thread; i++) {
+        start += sums[i];
+    }
+    for (var i = first; i < end; i++) {
+        let count = counts[8u + i];
+        counts[8u + i] = start;
+        start += count;
+    }
+    if thread == THREADS - 1u {
+        counts[0] = 4u;
+        counts[1] = min(start, scan.counts.y);
+        counts[2] = 0u;
+        counts[3] = 0u;
+        // What was demanded: more than fits means the piece is drawn again with more room.
+        counts[4] = start;
+    }
+}

@@ -1,0 +1,175 @@
+//! The device: which adapter, which limits and features, and what happens when it fails.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+
+use super::GpuError;
+
+/// Which adapter to draw with.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub enum AdapterChoice {
+    /// The fastest there is.
+    #[default]
+    Auto,
+    /// A CPU adapter.
+    Software,
+    /// The first whose name contains this, ignoring case.
+    Named(String),
+}
+
+/// What is asked of the device beyond WebGPU's defaults; each is used only where it is there.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Wishes {
+    /// Blend in 32-bit floats rather than 16-bit ones: 2⁻²⁴ instead of 2⁻¹¹ a layer.
+    pub float32_blending: bool,
+    /// Time passes on the device's own clock.
+    pub timestamps: bool,
+}
+
+impl Default for Wishes {
+    fn default() -> Self {
+        Self { float32_blending: true, timestamps: true }
+    }
+}
+
+/// A device of our own, on whose queue nothing else draws.
+#[derive(Debug)]
+pub struct Context {
+    /// The device.
+    pub device: wgpu::Device,
+    /// Its queue.
+    pub queue: wgpu::Queue,
+    /// The adapter's name and backend, for people and statistics.
+    pub adapter_name: String,
+    /// What was granted of what was wished.
+    pub granted: Wishes,
+    /// What the device may hold.
+    pub limits: wgpu::Limits,
+    lost: Arc<AtomicBool>,
+    first_error: Arc<Mutex<Option<String>>>,
+}
+
+impl Context {
+    /// Opens the adapter and a device on it, with both error callbacks installed.
+    ///
+    /// # Errors
+    /// [`GpuError::NoAdapter`], or the driver's refusal.
+    pub fn new(choice: &AdapterChoice, wishes: Wishes) -> Result<Self, GpuError> {
+        let instance =
+            wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle_from_env());
+        let adapter = pick(&instance, choice)?;
+        let info = adapter.get_info();
+        let offered = adapter.features();
+        let granted = Wishes {
+            float32_blending: wishes.float32_blending
+                && offered.contains(wgpu::Features::FLOAT32_BLENDABLE),
+            timestamps: wishes.timestamps && offered.contains(wgpu::Features::TIMESTAMP_QUERY),
+        };
+        let mut features = wgpu::Features::empty();
+        features.set(wgpu::Features::FLOAT32_BLENDABLE, granted.float32_blending);
+        features.set(wgpu::Features::TIMESTAMP_QUERY, granted.timestamps);
+        // WebGPU's defaults, and the adapter's own sizes for three things only: large volumes
+        // (both buffer limits) and large pictures.
+        let most = adapter.limits();
+        let limits = wgpu::Limits {
+            max_buffer_size: most.max_buffer_size,
+            max_storage_buffer_binding_size: most.max_storage_buffer_binding_size,
+            max_texture_dimension_2d: most.max_texture_dimension_2d,
+            ..wgpu::Limits::defaults()
+        };
+        let (device, queue) = pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
+            label: Some("voxsplat engine"),
+            required_features: features,
+            required_limits: limits.clone(),
+            ..Default::default()
+        }))
+        .map_err(|error| GpuError::NoDevice { adapter: info.name.clone(), found: error.to_string() })?;
+
+        let lost = Arc::new(AtomicBool::new(false));
+        let first_error = Arc::new(Mutex::new(None));
+        device.set_device_lost_callback({
+            let (lost, first_error) = (Arc::clone(&lost), Arc::clone(&first_error));
+            move |_reason, message| {
+                keep_first(&first_error, format!("device lost: {message}"));
+                lost.store(true, Ordering::Release);
+            }
+        });
+        device.on_uncaptured_error({
+            let first_error = Arc::clone(&first_error);
+            Arc::new(move |error: wgpu::Error| keep_first(&first_error, error.to_string()))
+        });
+        Ok(Self {
+            device,
+            queue,
+            adapter_name: format!("{} ({})", info.name, info.backend),
+            granted,
+            limits,
+            lost,
+            first_error,
+        })
+    }
+
+    /// Waits until everything submitted is done, then reports what went wrong meanwhile.
+    ///
+    /// # Errors
+    /// [`GpuError::Lost`] or [`GpuError::Device`].
+    pub fn finish(&self) -> Result<(), GpuError> {
+        let polled = self.device.poll(wgpu::PollType::wait_indefinitely());
+        self.check()?;
+        polled.map(drop).map_err(|error| GpuError::Device(error.to_string()))
+    }
+
+    /// What has gone wrong since the last look.
+    ///
+    /// # Errors
+    /// [`GpuError::Lost`] or [`GpuError::Device`].
+    pub fn check(&self) -> Result<(), GpuError> {
+        let error = self.first_error.lock().unwrap_or_else(PoisonError::into_inner).take();
+        match (self.lost.load(Ordering::Acquire), error) {
+            (true, error) => Err(GpuError::Lost(error.unwrap_or_default())),
+            (false, Some(error)) => Err(GpuError::Device(error)),
+            (false, None) => Ok(()),
+        }
+    }
+
+    /// Loses the device on purpose, for the test of what happens then.
+    pub fn lose(&self) {
+        self.device.destroy();
+        self.lost.store(true, Ordering::Release);
+    }
+}
+
+fn keep_first(slot: &Mutex<Option<String>>, message: String) {
+    slot.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(message);
+}
+
+fn pick(instance: &wgpu::Instance, choice: &AdapterChoice) -> Result<wgpu::Adapter, GpuError> {
+    let adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::all()));
+    let names = adapters.iter().map(|a| a.get_info().name).collect::<Vec<_>>().join(", ");
+    let is_software = |a: &wgpu::Adapter| a.get_info().device_type == wgpu::DeviceType::Cpu;
+    // Discrete before integrated before the rest; the CPU last.
+    let rank = |a: &wgpu::Adapter| match a.get_info().device_type {
+        wgpu::DeviceType::DiscreteGpu => 0,
+        wgpu::DeviceType::IntegratedGpu => 1,
+        wgpu::DeviceType::VirtualGpu => 2,
+        wgpu::DeviceType::Other => 3,
+        wgpu::DeviceType::Cpu => 4,
+    };
+    let (wanted, found) = match choice {
+        AdapterChoice::Auto => {
+            ("any".to_owned(), adapters.into_iter().min_by_key(rank))
+        }
+        AdapterChoice::Software => {
+            ("a software one".to_owned(), adapters.into_iter().find(is_software))
+        }
+        AdapterChoice::Named(name) => {
+            let lower = name.to_lowercase();
+            let matches = |a: &wgpu::Adapter| a.get_info().name.to_lowercase().contains(&lower);
+            (format!("\"{name}\""), adapters.into_iter().find(matches))
+        }
+    };
+    found.ok_or(GpuError::NoAdapter {
+        wanted,
+        found: if names.is_empty() { "none".to_owned() } else { names },
+    })
+}

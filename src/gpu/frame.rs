@@ -1,0 +1,99 @@
+//! The frame as data: which passes, in which order, over what.
+//!
+//! Nothing here holds a device object, so a frame can be counted and compared before anything is
+//! drawn. [`super::Renderer`] runs it.
+
+/// One pass over the device.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Pass {
+    /// Counts the active voxels of each segment of the piece's rows.
+    CountSegments {
+        /// Segments, one thread each.
+        segments: u32,
+    },
+    /// Sums the counts into offsets and the draw's arguments.
+    ScanSegments,
+    /// Writes a record for each active voxel.
+    EmitKernels {
+        /// Segments, one thread each.
+        segments: u32,
+    },
+    /// Draws records as footprints over the target.
+    Splat(Source),
+    /// Background and sRGB.
+    Present,
+}
+
+/// Where a splat pass reads its records.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Source {
+    /// What [`Pass::EmitKernels`] wrote, as many as it counted.
+    Emitted,
+    /// This many that the host uploaded.
+    Uploaded(u32),
+}
+
+impl Pass {
+    /// The pass's one name: its shader's file, its label, its row in the statistics.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::CountSegments { .. } => super::shader::COUNT_SEGMENTS.name,
+            Self::ScanSegments => super::shader::SCAN_SEGMENTS.name,
+            Self::EmitKernels { .. } => super::shader::EMIT_KERNELS.name,
+            Self::Splat(_) => super::shader::SPLAT.name,
+            Self::Present => super::shader::PRESENT.name,
+        }
+    }
+}
+
+/// A piece of `full`: some rows of the grid, classified, compacted and drawn.
+pub fn grid_piece(segments: u32) -> [Pass; 4] {
+    [
+        Pass::CountSegments { segments },
+        Pass::ScanSegments,
+        Pass::EmitKernels { segments },
+        Pass::Splat(Source::Emitted),
+    ]
+}
+
+/// A piece of an octree cut.
+pub fn node_piece(records: u32) -> [Pass; 1] {
+    [Pass::Splat(Source::Uploaded(records))]
+}
+
+/// What a pass took, summed over the pieces of a frame.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PassTime {
+    /// Name of the pass.
+    pub name: &'static str,
+    /// Milliseconds by the timer in use.
+    pub gpu_ms: f64,
+    /// How often it ran.
+    pub runs: u32,
+}
+
+/// Adds a pass's time to its row, which keep the order of first appearance.
+pub fn add_time(rows: &mut Vec<PassTime>, pass: Pass, gpu_ms: f64) {
+    match rows.iter_mut().find(|row| row.name == pass.name()) {
+        Some(row) => {
+            row.gpu_ms += gpu_ms;
+            row.runs += 1;
+        }
+        None => rows.push(PassTime { name: pass.name(), gpu_ms, runs: 1 }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_of_one_pass_share_a_row() {
+        let mut rows = Vec::new();
+        add_time(&mut rows, Pass::ScanSegments, 1.0);
+        add_time(&mut rows, Pass::Splat(Source::Emitted), 2.0);
+        add_time(&mut rows, Pass::Splat(Source::Uploaded(3)), 4.0);
+        assert_eq!(rows[1], PassTime { name: "splat", gpu_ms: 6.0, runs: 2 });
+        assert_eq!(rows.len(), 2);
+    }
+}

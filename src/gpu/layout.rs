@@ -1,0 +1,87 @@
+//! What crosses from host to shader, byte for byte.
+//!
+//! `tests/layout.rs` parses every shader and holds these structs to the WGSL ones of the same
+//! name: size, and the offset of every member.
+
+use bytemuck::{Pod, Zeroable};
+
+/// Words (`u32`) of one record; see `shaders/emit_kernels.wgsl`.
+pub const RECORD_WORDS: usize = 7;
+/// Words before the first segment's count: draw arguments, demand.
+pub const COUNT_HEADER_WORDS: usize = 8;
+/// Threads in a workgroup of the counting and emitting passes.
+pub const SEGMENT_THREADS: u32 = 64;
+
+/// `Frame` in `shaders/lib/frame.wgsl`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+#[expect(missing_docs, reason = "documented in the shader")]
+pub struct Frame {
+    pub view_x: [f32; 4],
+    pub view_y: [f32; 4],
+    pub view_z: [f32; 4],
+    pub view_centre: [f32; 4],
+    pub lattice_centre: [f32; 4],
+    pub footprint: [f32; 4],
+    pub half_size: [f32; 2],
+    pub radius: f32,
+    pub extinction_scale: f32,
+    pub coefficients: [[f32; 4]; 3],
+}
+
+/// `Traversal` in `shaders/lib/traversal.wgsl`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+#[expect(missing_docs, reason = "documented in the shader")]
+pub struct Traversal {
+    pub dims: [u32; 4],
+    pub bricks: [u32; 4],
+    pub axes: [u32; 4],
+    pub splits: [u32; 4],
+    pub counts: [u32; 4],
+    pub table: [f32; 4],
+}
+
+/// `Scan` in `shaders/scan_segments.wgsl`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+#[expect(missing_docs, reason = "documented in the shader")]
+pub struct Scan {
+    pub counts: [u32; 4],
+}
+
+/// `Present` in `shaders/present.wgsl`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+#[expect(missing_docs, reason = "documented in the shader")]
+pub struct Present {
+    pub background: [f32; 4],
+}
+
+/// One splat as the vertex stage reads it; emitted by the GPU for voxels, by the host for nodes.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct Record {
+    /// Middle of the kernel's box in index space.
+    pub centre: [f32; 3],
+    /// Extinction per unit distance.
+    pub extinction: f32,
+    /// Voxels along x, y, z and linear red, green, blue as fractions of 65535, 16 bits each.
+    pub packed: [u32; 3],
+}
+
+const _: () = assert!(size_of::<Record>() == RECORD_WORDS * 4);
+
+impl Record {
+    /// A record from a box of voxels. Boxes over 65535 voxels along an axis do not exist: the
+    /// octree ends at level 15 (`Renderer` refuses larger volumes).
+    pub fn new(low: [u32; 3], size: [u32; 3], extinction: f32, colour: [u16; 3]) -> Self {
+        let [sx, sy, sz] = size.map(|s| s.min(0xffff));
+        let [r, g, b] = colour.map(u32::from);
+        Self {
+            centre: std::array::from_fn(|a| low[a] as f32 + (size[a] as f32 - 1.0) / 2.0),
+            extinction,
+            packed: [sx | sy << 16, sz | r << 16, g | b << 16],
+        }
+    }
+}

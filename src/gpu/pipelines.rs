@@ -1,0 +1,134 @@
+//! Pipelines, each compiled when it is first needed and kept.
+
+use std::collections::HashMap;
+
+use super::context::Context;
+use super::layout::RECORD_WORDS;
+use super::shader::{self, Shader};
+use crate::kernel::Kernel;
+
+/// Which variant of the splat pass.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(super) struct SplatVariant {
+    pub kernel: Kernel,
+    pub perspective: bool,
+    /// Every kernel is one voxel large (and the projection parallel).
+    pub one_footprint: bool,
+}
+
+/// All pipelines of one device, and how many were ever compiled.
+#[derive(Debug, Default)]
+pub(super) struct Pipelines {
+    compute: HashMap<&'static str, wgpu::ComputePipeline>,
+    splat: HashMap<SplatVariant, wgpu::RenderPipeline>,
+    present: Option<wgpu::RenderPipeline>,
+}
+
+impl Pipelines {
+    /// How many are compiled.
+    pub(super) fn len(&self) -> usize {
+        self.compute.len() + self.splat.len() + usize::from(self.present.is_some())
+    }
+
+    pub(super) fn compute(&mut self, context: &Context, shader: Shader) -> &wgpu::ComputePipeline {
+        self.compute.entry(shader.name).or_insert_with(|| {
+            context.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                label: Some(shader.name),
+                layout: None,
+                module: &shader.module(&context.device),
+                entry_point: Some(shader.name),
+                compilation_options: Default::default(),
+                cache: None,
+            })
+        })
+    }
+
+    pub(super) fn splat(
+        &mut self,
+        context: &Context,
+        format: wgpu::TextureFormat,
+        variant: SplatVariant,
+    ) -> &wgpu::RenderPipeline {
+        self.splat.entry(variant).or_insert_with(|| splat(context, format, variant))
+    }
+
+    pub(super) fn present(&mut self, context: &Context) -> &wgpu::RenderPipeline {
+        self.present.get_or_insert_with(|| {
+            let module = shader::PRESENT.module(&context.device);
+            context.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+                label: Some(shader::PRESENT.name),
+                layout: None,
+                vertex: wgpu::VertexState {
+                    module: &module,
+                    entry_point: Some("vertex"),
+                    compilation_options: Default::default(),
+                    buffers: &[],
+                },
+                primitive: Default::default(),
+                depth_stencil: None,
+                multisample: Default::default(),
+                fragment: Some(wgpu::FragmentState {
+                    module: &module,
+                    entry_point: Some("fragment"),
+                    compilation_options: Default::default(),
+                    targets: &[Some(wgpu::TextureFormat::Rgba8Unorm.into())],
+                }),
+                multiview_mask: None,
+                cache: None,
+            })
+        })
+    }
+}
+
+fn splat(
+    context: &Context,
+    format: wgpu::TextureFormat,
+    variant: SplatVariant,
+) -> wgpu::RenderPipeline {
+    let module = shader::SPLAT.module(&context.device);
+    let flag = |on: bool| f64::from(u8::from(on));
+    let constants = [
+        ("footprint_kind", match variant.kernel {
+            Kernel::Gaussian | Kernel::Cubic => 0.0,
+            Kernel::Nearest => 1.0,
+            Kernel::Point => 2.0,
+        }),
+        ("one_footprint", flag(variant.one_footprint)),
+        ("perspective", flag(variant.perspective)),
+        ("rim_root", flag(variant.kernel == Kernel::Gaussian)),
+    ];
+    let options = wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() };
+    let attributes = wgpu::vertex_attr_array![0 => Float32x3, 1 => Float32, 2 => Uint32x3];
+    context.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+        label: Some(shader::SPLAT.name),
+        layout: None,
+        vertex: wgpu::VertexState {
+            module: &module,
+            entry_point: Some("vertex"),
+            compilation_options: options.clone(),
+            buffers: &[Some(wgpu::VertexBufferLayout {
+                array_stride: RECORD_WORDS as u64 * 4,
+                step_mode: wgpu::VertexStepMode::Instance,
+                attributes: &attributes,
+            })],
+        },
+        primitive: wgpu::PrimitiveState {
+            topology: wgpu::PrimitiveTopology::TriangleStrip,
+            ..Default::default()
+        },
+        depth_stencil: None,
+        multisample: Default::default(),
+        fragment: Some(wgpu::FragmentState {
+            module: &module,
+            entry_point: Some("fragment"),
+            compilation_options: options,
+            targets: &[Some(wgpu::ColorTargetState {
+                format,
+                blend: Some(wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING),
+                write_mask: wgpu::ColorWrites::ALL,
+            })],
+        }),
+        multiview_mask: None,
+        cache: None,
+    })
+}

@@ -1,0 +1,783 @@
+//! Runs passes: the target, the buffers between passes, and reading back.
+
+use std::ops::Range;
+use std::sync::Arc;
+use std::time::Instant;
+
+use super::context::Context;
+use super::frame::{self, Pass, PassTime, Source};
+use super::layout::{self, COUNT_HEADER_WORDS, RECORD_WORDS, Record, SEGMENT_THREADS};
+use super::pipelines::{Pipelines, SplatVariant};
+use super::samples::{CHUNKS, DeviceSamples};
+use super::timing::{Timer, Timestamps};
+use super::{GpuError, shader};
+use crate::core::{LinearRgb, Ticket};
+use crate::kernel::{FootprintPolynomial, Kernel, ProjectedKernel, RadialKernel};
+use crate::scene::View;
+use crate::transfer::Table;
+use crate::volume::{BRICK, ScalarVolume};
+
+/// Kernels thinner than this half axis, in pixels, are widened to it; the same constant stands in
+/// `shaders/splat.wgsl`, held to this one by `tests/layout.rs`.
+pub const LEAST_HALF_AXIS: f64 = 1.0;
+
+/// Draws pieces of one picture at a time. Everything it holds can be made again from the scene.
+#[derive(Debug)]
+pub struct Renderer {
+    context: Context,
+    pipelines: Pipelines,
+    timer: Option<Timer>,
+    frame: wgpu::Buffer,
+    traversal: wgpu::Buffer,
+    scan: wgpu::Buffer,
+    present: wgpu::Buffer,
+    records: Growing,
+    uploads: Growing,
+    counts: Growing,
+    volume: Option<DeviceVolume>,
+    target: Option<Target>,
+    variant: SplatVariant,
+    times: Vec<PassTime>,
+    peak_bytes: u64,
+}
+
+/// A volume and its classification on the device.
+#[derive(Debug)]
+struct DeviceVolume {
+    source: Arc<ScalarVolume>,
+    samples: DeviceSamples,
+    table: Option<DeviceTable>,
+}
+
+#[derive(Debug)]
+struct DeviceTable {
+    entries: wgpu::Buffer,
+    visible: wgpu::Buffer,
+    /// `Traversal::table`: span, entries per unit, last entry.
+    span: [f32; 4],
+}
+
+/// The picture under way.
+#[derive(Debug)]
+struct Target {
+    size: [u32; 2],
+    light: wgpu::Texture,
+    encoded: Option<wgpu::Texture>,
+    staging: Option<wgpu::Buffer>,
+}
+
+/// A buffer that is replaced by a larger one when more is needed; its contents are not kept.
+#[derive(Debug)]
+struct Growing {
+    buffer: wgpu::Buffer,
+    label: &'static str,
+    usage: wgpu::BufferUsages,
+}
+
+/// What a piece did.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PieceReport {
+    /// Kernels drawn.
+    pub kernels: u64,
+    /// Wall milliseconds, submit to finished.
+    pub wall_ms: f64,
+}
+
+impl Growing {
+    fn new(context: &Context, label: &'static str, usage: wgpu::BufferUsages) -> Self {
+        Self { buffer: Self::make(context, label, usage, 256), label, usage }
+    }
+
+    fn make(
+        context: &Context,
+        label: &'static str,
+        usage: wgpu::BufferUsages,
+        size: u64,
+    ) -> wgpu::Buffer {
+        let size = size.next_multiple_of(16);
+        let descriptor =
+            wgpu::BufferDescriptor { label: Some(label), size, usage, mapped_at_creation: false };
+        context.device.create_buffer(&descriptor)
+    }
+
+    fn reserve(&mut self, context: &Context, bytes: u64) {
+        if self.buffer.size() < bytes {
+            // Half as much again, so that a slowly growing need does not reallocate every time.
+            self.buffer = Self::make(context, self.label, self.usage, bytes + bytes / 2);
+        }
+    }
+}
+
+impl Renderer {
+    /// A renderer on its own device, with nothing compiled or allocated yet.
+    pub fn new(context: Context) -> Self {
+        use wgpu::BufferUsages as Usage;
+        let uniform = |label, size: usize| {
+            Growing::make(&context, label, Usage::UNIFORM | Usage::COPY_DST, size as u64)
+        };
+        Self {
+            frame: uniform("frame", size_of::<layout::Frame>()),
+            traversal: uniform("traversal", size_of::<layout::Traversal>()),
+            scan: uniform("scan", size_of::<layout::Scan>()),
+            present: uniform("present", size_of::<layout::Present>()),
+            records: Growing::new(&context, "records", Usage::STORAGE | Usage::VERTEX),
+            uploads: Growing::new(&context, "uploads", Usage::VERTEX | Usage::COPY_DST),
+            counts: Growing::new(
+                &context,
+                "counts",
+                Usage::STORAGE | Usage::INDIRECT | Usage::COPY_SRC,
+            ),
+            pipelines: Pipelines::default(),
+            timer: None,
+            volume: None,
+            target: None,
+            variant: SplatVariant {
+                kernel: Kernel::Cubic,
+                perspective: false,
+                one_footprint: false,
+            },
+            times: Vec::new(),
+            peak_bytes: 0,
+            context,
+        }
+    }
+
+    /// The device underneath.
+    pub fn context(&self) -> &Context {
+        &self.context
+    }
+
+    /// Times every pass from now on; each is then submitted on its own where the device's clock
+    /// cannot be believed.
+    ///
+    /// # Errors
+    /// Where the device fails.
+    pub fn time_passes(&mut self) -> Result<Timer, GpuError> {
+        let timer = super::timing::choose(&self.context)?;
+        self.timer = Some(timer);
+        Ok(timer)
+    }
+
+    /// Pass times since [`Renderer::begin`].
+    pub fn times(&self) -> &[PassTime] {
+        &self.times
+    }
+
+    /// Most bytes held on the device at once, as this program allocates them.
+    pub fn peak_bytes(&self) -> u64 {
+        self.peak_bytes
+    }
+
+    /// Pipelines compiled so far.
+    pub fn pipeline_count(&self) -> usize {
+        self.pipelines.len()
+    }
+
+    /// Uploads a volume unless it is there already.
+    ///
+    /// # Errors
+    /// Too large, cancelled, or a failing device.
+    pub fn set_volume(
+        &mut self,
+        volume: &Arc<ScalarVolume>,
+        ticket: &Ticket,
+    ) -> Result<(), GpuError> {
+        if self.volume.as_ref().is_some_and(|held| Arc::ptr_eq(&held.source, volume)) {
+            return Ok(());
+        }
+        // The old one goes first: two need not fit.
+        self.volume = None;
+        if volume.lattice.dims.iter().any(|&n| n > 0xffff) {
+            return Err(GpuError::TooLarge {
+                what: "an axis",
+                limit: "65535 voxels".to_owned(),
+                found: format!("{:?}", volume.lattice.dims),
+                advice: "open a subsampled copy",
+            });
+        }
+        let samples = DeviceSamples::upload(&self.context, volume, ticket)?;
+        self.volume = Some(DeviceVolume { source: Arc::clone(volume), samples, table: None });
+        self.note_bytes();
+        Ok(())
+    }
+
+    /// Sets the classification of the volume that was set last.
+    ///
+    /// # Errors
+    /// A failing device.
+    pub fn set_table(&mut self, table: &Table) -> Result<(), GpuError> {
+        let Some(volume) = &mut self.volume else {
+            return Err(GpuError::Device("a table came before its volume".to_owned()));
+        };
+        let storage = |label, bytes: &[u8]| {
+            let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST;
+            let buffer = Growing::make(&self.context, label, usage, bytes.len() as u64);
+            self.context.queue.write_buffer(&buffer, 0, bytes);
+            buffer
+        };
+        let ranges = &volume.source.bricks.ranges;
+        let mut visible = vec![0_u32; ranges.len().div_ceil(32)];
+        for (index, &[low, high]) in ranges.iter().enumerate() {
+            let shows = low <= high && table.extinction_range(low, high) > 0.0;
+            visible[index / 32] |= u32::from(shows) << (index % 32);
+        }
+        let last = table.entries.len() - 1;
+        let coordinate = table.coordinate;
+        let low = coordinate.offset - volume.samples.bias;
+        #[expect(clippy::cast_possible_truncation, reason = "the device has 32 bits")]
+        let span = [
+            low as f32,
+            (low + last as f64 / coordinate.scale) as f32,
+            coordinate.scale as f32,
+            last as f32,
+        ];
+        volume.table = Some(DeviceTable {
+            entries: storage("table", bytemuck::cast_slice(&table.entries)),
+            visible: storage("visible bricks", bytemuck::cast_slice(&visible)),
+            span,
+        });
+        self.note_bytes();
+        self.context.check()
+    }
+
+    /// Begins a picture: a cleared target of the view's size, and the frame's constants.
+    ///
+    /// `unit_distance` is the world length over which the table's extinctions are given.
+    ///
+    /// # Errors
+    /// A picture beyond the device's limits, or a failing device.
+    pub fn begin(
+        &mut self,
+        view: &View,
+        kernel: Kernel,
+        extent: Option<f64>,
+        unit_distance: f64,
+    ) -> Result<(), GpuError> {
+        self.resize(view.size)?;
+        self.times.clear();
+        self.variant = SplatVariant {
+            kernel,
+            perspective: view.eye_distance.is_some(),
+            one_footprint: false,
+        };
+        let constants = frame_constants(view, kernel, extent, unit_distance);
+        self.context.queue.write_buffer(&self.frame, 0, bytemuck::bytes_of(&constants));
+        let Some(target) = &self.target else { return Ok(()) };
+        let mut encoder = self.context.device.create_command_encoder(&Default::default());
+        let view = target.light.create_view(&Default::default());
+        drop(encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("clear"),
+            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                view: &view,
+                depth_slice: None,
+                resolve_target: None,
+                ops: wgpu::Operations {
+                    load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
+                    store: wgpu::StoreOp::Store,
+                },
+            })],
+            ..Default::default()
+        }));
+        self.context.queue.submit([encoder.finish()]);
+        self.context.check()
+    }
+
+    fn resize(&mut self, size: [u32; 2]) -> Result<(), GpuError> {
+        let limit = self.context.limits.max_texture_dimension_2d;
+        if size.iter().any(|&n| n > limit || n == 0) {
+            return Err(GpuError::TooLarge {
+                what: "a picture",
+                limit: format!("1 to {limit} pixels a side"),
+                found: format!("{} × {}", size[0], size[1]),
+                advice: "choose another size",
+            });
+        }
+        if self.target.as_ref().is_some_and(|t| t.size == size) {
+            return Ok(());
+        }
+        self.target = None;
+        let format = self.light_format();
+        let light = texture(&self.context, "light", size, format, wgpu::TextureUsages::TEXTURE_BINDING);
+        self.target = Some(Target { size, light, encoded: None, staging: None });
+        self.note_bytes();
+        Ok(())
+    }
+
+    fn light_format(&self) -> wgpu::TextureFormat {
+        if self.context.granted.float32_blending {
+            wgpu::TextureFormat::Rgba32Float
+        } else {
+            wgpu::TextureFormat::Rgba16Float
+        }
+    }
+
+    /// Draws records over the picture, in their order.
+    ///
+    /// # Errors
+    /// A failing device.
+    pub fn draw_records(&mut self, records: &[Record]) -> Result<PieceReport, GpuError> {
+        if records.is_empty() {
+            return Ok(PieceReport { kernels: 0, wall_ms: 0.0 });
+        }
+        let bytes: &[u8] = bytemuck::cast_slice(records);
+        self.uploads.reserve(&self.context, bytes.len() as u64);
+        self.context.queue.write_buffer(&self.uploads.buffer, 0, bytes);
+        self.variant.one_footprint = false;
+        let count = u32::try_from(records.len())
+            .map_err(|_| GpuError::Device("over 2^32 records at once".to_owned()))?;
+        let wall_ms = self.run(&frame::node_piece(count))?;
+        Ok(PieceReport { kernels: u64::from(count), wall_ms })
+    }
+
+    /// Segments that each row of the traversal has.
+    pub fn segments_per_row(&self, view: &View) -> u32 {
+        let Some(volume) = &self.volume else { return 0 };
+        let n = volume.source.lattice.dims[view.traversal.axes[2]];
+        // One more where the eye's brick is walked from both its ends.
+        #[expect(clippy::cast_possible_truncation, reason = "an axis has at most 65535 voxels")]
+        let segments = n.div_ceil(BRICK) as u32 + 1;
+        segments
+    }
+
+    /// Draws every voxel with opacity of some rows of the traversal, far to near.
+    ///
+    /// `expected` is how many kernels are thought to be there; if there are more, the room for
+    /// them grows and they are all drawn.
+    ///
+    /// # Errors
+    /// A failing device.
+    pub fn draw_rows(
+        &mut self,
+        view: &View,
+        rows: Range<u32>,
+        expected: u64,
+    ) -> Result<PieceReport, GpuError> {
+        let start = Instant::now();
+        let segments = rows.len() as u32 * self.segments_per_row(view);
+        if segments == 0 {
+            return Ok(PieceReport { kernels: 0, wall_ms: 0.0 });
+        }
+        self.variant.one_footprint = view.eye_distance.is_none();
+        let mut capacity = expected.max(1);
+        loop {
+            self.counts
+                .reserve(&self.context, 4 * (u64::from(segments) + COUNT_HEADER_WORDS as u64));
+            self.records.reserve(&self.context, capacity * RECORD_WORDS as u64 * 4);
+            self.note_bytes();
+            let room = (self.records.buffer.size() / (RECORD_WORDS as u64 * 4)).min(u64::from(u32::MAX));
+            self.write_traversal(view, &rows, segments, room as u32);
+            // Counting first: a piece that does not fit must not be drawn in part.
+            let [count, scan, emit, splat] = frame::grid_piece(segments);
+            self.run(&[count, scan])?;
+            let demanded = self.demanded()?;
+            if demanded > room {
+                capacity = demanded;
+                continue;
+            }
+            if demanded > 0 {
+                self.run(&[emit, splat])?;
+            }
+            return Ok(PieceReport {
+                kernels: demanded,
+                wall_ms: start.elapsed().as_secs_f64() * 1e3,
+            });
+        }
+    }
+
+    /// Kernels that the last count found.
+    fn demanded(&self) -> Result<u64, GpuError> {
+        let staging = Growing::make(
+            &self.context,
+            "demand read back",
+            wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
+            COUNT_HEADER_WORDS as u64 * 4,
+        );
+        let mut encoder = self.context.device.create_command_encoder(&Default::default());
+        encoder.copy_buffer_to_buffer(&self.counts.buffer, 0, &staging, 0, staging.size());
+        self.context.queue.submit([encoder.finish()]);
+        let words: Vec<u32> = bytemuck::pod_collect_to_vec(&read_buffer(&self.context, &staging)?);
+        Ok(u64::from(words[4]))
+    }
+
+    fn write_traversal(&self, view: &View, rows: &Range<u32>, segments: u32, capacity: u32) {
+        let Some(volume) = &self.volume else { return };
+        let Some(table) = &volume.table else { return };
+        let [x, y, z] = volume.source.lattice.dims.map(|n| n as u32);
+        let [bx, by, bz] = volume.source.bricks.dims.map(|n| n as u32);
+        let [a, b, c] = view.traversal.axes.map(|n| n as u32);
+        let [sa, sb, sc] = view.traversal.splits.map(|n| n as u32);
+        let constants = layout::Traversal {
+            dims: [x, y, z, volume.samples.width],
+            bricks: [bx, by, bz, volume.samples.chunk_log2],
+            axes: [a, b, c, self.segments_per_row(view)],
+            splits: [sa, sb, sc, rows.start],
+            counts: [rows.len() as u32, capacity, 0, 0],
+            table: table.span,
+        };
+        self.context.queue.write_buffer(&self.traversal, 0, bytemuck::bytes_of(&constants));
+        let scan = layout::Scan { counts: [segments, capacity, 0, 0] };
+        self.context.queue.write_buffer(&self.scan, 0, bytemuck::bytes_of(&scan));
+    }
+
+    /// The picture so far as sRGB bytes with straight alpha, rows from the top.
+    ///
+    /// # Errors
+    /// A failing device.
+    pub fn present(&mut self, background: Option<LinearRgb>) -> Result<Vec<u8>, GpuError> {
+        let colour = background.unwrap_or_default().0;
+        #[expect(clippy::cast_possible_truncation, reason = "colours in 0..=1")]
+        let settings = layout::Present {
+            background: [
+                colour[0] as f32,
+                colour[1] as f32,
+                colour[2] as f32,
+                f32::from(u8::from(background.is_some())),
+            ],
+        };
+        self.context.queue.write_buffer(&self.present, 0, bytemuck::bytes_of(&settings));
+        let Some(target) = &mut self.target else { return Ok(Vec::new()) };
+        let size = target.size;
+        let encoded = target.encoded.get_or_insert_with(|| {
+            texture(
+                &self.context,
+                "encoded",
+                size,
+                wgpu::TextureFormat::Rgba8Unorm,
+                wgpu::TextureUsages::empty(),
+            )
+        });
+        let encoded = encoded.clone();
+        self.note_bytes();
+        self.run(&[Pass::Present])?;
+        let Some(target) = &mut self.target else { return Ok(Vec::new()) };
+        read_texture(&self.context, &encoded, size, 4, &mut target.staging)
+    }
+
+    /// The picture so far as premultiplied linear RGBA, rows from the top.
+    ///
+    /// # Errors
+    /// A failing device.
+    pub fn read_light(&mut self) -> Result<Vec<[f32; 4]>, GpuError> {
+        let wide = self.context.granted.float32_blending;
+        let Some(target) = &mut self.target else { return Ok(Vec::new()) };
+        let texel = if wide { 16 } else { 8 };
+        let bytes =
+            read_texture(&self.context, &target.light, target.size, texel, &mut target.staging)?;
+        if wide {
+            return Ok(bytemuck::pod_collect_to_vec(&bytes));
+        }
+        Ok(bytes
+            .chunks_exact(8)
+            .map(|t| {
+                std::array::from_fn(|c| {
+                    half::f16::from_le_bytes([t[2 * c], t[2 * c + 1]]).to_f32()
+                })
+            })
+            .collect())
+    }
+
+    /// Submits passes and waits; returns wall milliseconds.
+    fn run(&mut self, passes: &[Pass]) -> Result<f64, GpuError> {
+        let start = Instant::now();
+        match self.timer {
+            None => {
+                let mut encoder = self.context.device.create_command_encoder(&Default::default());
+                for &pass in passes {
+                    self.encode(&mut encoder, pass, None);
+                }
+                self.context.queue.submit([encoder.finish()]);
+                self.context.finish()?;
+            }
+            Some(timer) => {
+                for &pass in passes {
+                    let clock =
+                        (timer == Timer::Device).then(|| Timestamps::new(&self.context, 1));
+                    let mut encoder =
+                        self.context.device.create_command_encoder(&Default::default());
+                    self.encode(&mut encoder, pass, clock.as_ref());
+                    if let Some(clock) = &clock {
+                        clock.resolve(&mut encoder);
+                    }
+                    let pass_start = Instant::now();
+                    self.context.queue.submit([encoder.finish()]);
+                    self.context.finish()?;
+                    let gpu_ms = match &clock {
+                        Some(clock) => clock.read_ms(&self.context)?[0],
+                        None => pass_start.elapsed().as_secs_f64() * 1e3,
+                    };
+                    frame::add_time(&mut self.times, pass, gpu_ms);
+                }
+            }
+        }
+        Ok(start.elapsed().as_secs_f64() * 1e3)
+    }
+
+    fn encode(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        pass: Pass,
+        clock: Option<&Timestamps>,
+    ) {
+        match pass {
+            Pass::CountSegments { segments } => {
+                self.dispatch(encoder, shader::COUNT_SEGMENTS, segments, clock);
+            }
+            Pass::EmitKernels { segments } => {
+                self.dispatch(encoder, shader::EMIT_KERNELS, segments, clock);
+            }
+            Pass::ScanSegments => {
+                self.dispatch(encoder, shader::SCAN_SEGMENTS, 1, clock);
+            }
+            Pass::Splat(source) => self.splat(encoder, source, clock),
+            Pass::Present => self.encode_present(encoder, clock),
+        }
+    }
+
+    fn dispatch(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        shader: shader::Shader,
+        threads: u32,
+        clock: Option<&Timestamps>,
+    ) {
+        let pipeline = self.pipelines.compute(&self.context, shader).clone();
+        let mut bound: Vec<&wgpu::Buffer> = Vec::new();
+        if shader.name == shader::SCAN_SEGMENTS.name {
+            bound.extend([&self.scan, &self.counts.buffer]);
+        } else {
+            let Some(volume) = &self.volume else { return };
+            let Some(table) = &volume.table else { return };
+            bound.push(&self.traversal);
+            // Bindings beyond the last chunk repeat it; no index leads there.
+            bound.extend((0..CHUNKS).map(|i| &volume.samples.chunks[i.min(volume.samples.chunks.len() - 1)]));
+            bound.extend([&table.entries, &table.visible, &self.counts.buffer]);
+            if shader.name == shader::EMIT_KERNELS.name {
+                bound.push(&self.records.buffer);
+            }
+        }
+        let entries: Vec<wgpu::BindGroupEntry<'_>> = (0_u32..)
+            .zip(&bound)
+            .map(|(binding, buffer)| wgpu::BindGroupEntry {
+                binding,
+                resource: buffer.as_entire_binding(),
+            })
+            .collect();
+        let group = self.context.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some(shader.name),
+            layout: &pipeline.get_bind_group_layout(0),
+            entries: &entries,
+        });
+        let mut compute = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+            label: Some(shader.name),
+            timestamp_writes: clock.map(|c| c.compute(0)),
+        });
+        compute.set_pipeline(&pipeline);
+        compute.set_bind_group(0, &group, &[]);
+        // Rows of 2^15 workgroups: more than 65535 along one axis are not allowed.
+        let groups = threads.div_ceil(SEGMENT_THREADS);
+        let across = groups.min(1 << 15);
+        compute.dispatch_workgroups(across, groups.div_ceil(across), 1);
+    }
+
+    fn splat(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        source: Source,
+        clock: Option<&Timestamps>,
+    ) {
+        let format = self.light_format();
+        let pipeline = self.pipelines.splat(&self.context, format, self.variant).clone();
+        let Some(target) = &self.target else { return };
+        let group = self.context.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some(shader::SPLAT.name),
+            layout: &pipeline.get_bind_group_layout(0),
+            entries: &[wgpu::BindGroupEntry {
+                binding: 0,
+                resource: self.frame.as_entire_binding(),
+            }],
+        });
+        let view = target.light.create_view(&Default::default());
+        let mut render = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some(shader::SPLAT.name),
+            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                view: &view,
+                depth_slice: None,
+                resolve_target: None,
+                ops: wgpu::Operations { load: wgpu::LoadOp::Load, store: wgpu::StoreOp::Store },
+            })],
+            timestamp_writes: clock.map(|c| c.render(0)),
+            ..Default::default()
+        });
+        render.set_pipeline(&pipeline);
+        render.set_bind_group(0, &group, &[]);
+        match source {
+            Source::Emitted => {
+                render.set_vertex_buffer(0, self.records.buffer.slice(..));
+                render.draw_indirect(&self.counts.buffer, 0);
+            }
+            Source::Uploaded(records) => {
+                render.set_vertex_buffer(0, self.uploads.buffer.slice(..));
+                render.draw(0..4, 0..records);
+            }
+        }
+    }
+
+    fn encode_present(&mut self, encoder: &mut wgpu::CommandEncoder, clock: Option<&Timestamps>) {
+        let pipeline = self.pipelines.present(&self.context).clone();
+        let Some(target) = &self.target else { return };
+        let Some(encoded) = &target.encoded else { return };
+        let light = target.light.create_view(&Default::default());
+        let group = self.context.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some(shader::PRESENT.name),
+            layout: &pipeline.get_bind_group_layout(0),
+            entries: &[
+                wgpu::BindGroupEntry { binding: 0, resource: self.present.as_entire_binding() },
+                wgpu::BindGroupEntry {
+                    binding: 1,
+                    resource: wgpu::BindingResource::TextureView(&light),
+                },
+            ],
+        });
+        let view = encoded.create_view(&Default::default());
+        let mut render = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some(shader::PRESENT.name),
+            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                view: &view,
+                depth_slice: None,
+                resolve_target: None,
+                ops: wgpu::Operations::default(),
+            })],
+            timestamp_writes: clock.map(|c| c.render(0)),
+            ..Default::default()
+        });
+        render.set_pipeline(&pipeline);
+        render.set_bind_group(0, &group, &[]);
+        render.draw(0..3, 0..1);
+    }
+
+    /// Counts what is held now towards the peak.
+    fn note_bytes(&mut self) {
+        let texel = if self.context.granted.float32_blending { 16 } else { 8 };
+        let target = self.target.as_ref().map_or(0, |t| {
+            let pixels = u64::from(t.size[0]) * u64::from(t.size[1]);
+            pixels * (texel + if t.encoded.is_some() { 4 } else { 0 })
+                + t.staging.as_ref().map_or(0, wgpu::Buffer::size)
+        });
+        let volume = self.volume.as_ref().map_or(0, |v| {
+            v.samples.size_bytes
+                + v.table.as_ref().map_or(0, |t| t.entries.size() + t.visible.size())
+        });
+        let between: u64 =
+            [&self.records, &self.uploads, &self.counts].iter().map(|g| g.buffer.size()).sum();
+        self.peak_bytes = self.peak_bytes.max(target + volume + between);
+    }
+}
+
+fn frame_constants(
+    view: &View,
+    kernel: Kernel,
+    extent: Option<f64>,
+    unit_distance: f64,
+) -> layout::Frame {
+    let m = view.view_from_index;
+    let radial = RadialKernel::new(kernel, extent);
+    let polynomial = radial.map(FootprintPolynomial::of);
+    let radius = polynomial.map_or(0.5, |p| p.radius);
+    let coefficients = polynomial.map_or([0.0; 12], |p| p.coefficients);
+    let column = |v: glam::DVec3| v.as_vec3().extend(0.0).to_array();
+    let half = [f64::from(view.size[0]) / 2.0, f64::from(view.size[1]) / 2.0];
+    #[expect(clippy::cast_possible_truncation, reason = "the device has 32 bits")]
+    layout::Frame {
+        view_x: column(m.x_axis),
+        view_y: column(m.y_axis),
+        view_z: column(m.z_axis),
+        view_centre: view
+            .view_centre
+            .as_vec3()
+            .extend(view.eye_distance.unwrap_or(0.0) as f32)
+            .to_array(),
+        lattice_centre: view
+            .lattice_centre
+            .as_vec3()
+            .extend(m.determinant().abs() as f32)
+            .to_array(),
+        footprint: one_footprint(m, f64::from(radius)),
+        half_size: half.map(|h| h as f32),
+        radius,
+        extinction_scale: (1.0 / (unit_distance * view.pixels_per_unit)) as f32,
+        coefficients: std::array::from_fn(|i| std::array::from_fn(|j| coefficients[4 * i + j])),
+    }
+}
+
+/// The footprint of one voxel seen in parallel: `Frame::footprint`, in double precision.
+fn one_footprint(view_from_index: glam::DMat3, radius: f64) -> [f32; 4] {
+    let Some(projected) = ProjectedKernel::new(view_from_index) else { return [0.0; 4] };
+    let projected = projected.widened(LEAST_HALF_AXIS / radius);
+    let k = projected.screen_from_unit;
+    [k.x_axis.x, k.x_axis.y, k.y_axis.y, projected.depth_per_unit].map(|v| v as f32)
+}
+
+fn texture(
+    context: &Context,
+    label: &str,
+    size: [u32; 2],
+    format: wgpu::TextureFormat,
+    more: wgpu::TextureUsages,
+) -> wgpu::Texture {
+    context.device.create_texture(&wgpu::TextureDescriptor {
+        label: Some(label),
+        size: wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format,
+        usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC | more,
+        view_formats: &[],
+    })
+}
+
+/// The bytes of a mappable buffer, once everything submitted is done.
+pub(super) fn read_buffer(context: &Context, buffer: &wgpu::Buffer) -> Result<Vec<u8>, GpuError> {
+    buffer.map_async(wgpu::MapMode::Read, .., |_| ());
+    context.finish()?;
+    let bytes = buffer
+        .get_mapped_range(..)
+        .map_err(|error| GpuError::Device(format!("reading back: {error}")))?
+        .to_vec();
+    buffer.unmap();
+    Ok(bytes)
+}
+
+/// The texels of a texture, rows from the top, without the padding that copies need.
+fn read_texture(
+    context: &Context,
+    texture: &wgpu::Texture,
+    size: [u32; 2],
+    texel_bytes: u32,
+    staging: &mut Option<wgpu::Buffer>,
+) -> Result<Vec<u8>, GpuError> {
+    let row = size[0] * texel_bytes;
+    let padded = row.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
+    let bytes = u64::from(padded) * u64::from(size[1]);
+    if staging.as_ref().is_none_or(|s| s.size() != bytes) {
+        let usage = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST;
+        *staging = Some(Growing::make(context, "picture read back", usage, bytes));
+    }
+    let Some(buffer) = staging else { return Ok(Vec::new()) };
+    let mut encoder = context.device.create_command_encoder(&Default::default());
+    encoder.copy_texture_to_buffer(
+        texture.as_image_copy(),
+        wgpu::TexelCopyBufferInfo {
+            buffer,
+            layout: wgpu::TexelCopyBufferLayout {
+                offset: 0,
+                bytes_per_row: Some(padded),
+                rows_per_image: None,
+            },
+        },
+        texture.size(),
+    );
+    context.queue.submit([encoder.finish()]);
+    let padded_rows = read_buffer(context, buffer)?;
+    Ok(padded_rows.chunks(padded as usize).flat_map(|r| &r[..row as usize]).copied().collect())
+}

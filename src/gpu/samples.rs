@@ -1,0 +1,138 @@
+//! A volume's samples on the device: their own width up to 16 bits, 32-bit floats beyond.
+
+use super::GpuError;
+use super::context::Context;
+use crate::core::Ticket;
+use crate::volume::{Samples, Scalar, ScalarVolume, Statistics};
+use crate::with_samples;
+
+/// Storage bindings that hold samples.
+pub(super) const CHUNKS: usize = 4;
+/// Stands for NaN among 32-bit samples; see `NO_DATA` in `shaders/lib/traversal.wgsl`.
+const NO_DATA: f32 = -3.402e38;
+/// Finite 32-bit samples and infinities stay within this.
+const MOST: f32 = 3.3e38;
+/// Samples converted between two looks at the ticket.
+const UPLOAD_SAMPLES: usize = 1 << 20;
+
+/// Samples on the device, in up to [`CHUNKS`] buffers of a power of two samples each.
+#[derive(Debug)]
+pub(super) struct DeviceSamples {
+    pub chunks: Vec<wgpu::Buffer>,
+    /// log2 of the samples in a full chunk.
+    pub chunk_log2: u32,
+    /// Bytes a sample takes on the device: 1, 2 or 4.
+    pub width: u32,
+    /// What was taken off each value before it was rounded to 32 bits.
+    pub bias: f64,
+    pub size_bytes: u64,
+}
+
+/// What 32-bit floats are stored relative to: the end of the range nearest to zero where zero is
+/// outside it, so that values near 1e6 with a spread of 1 keep their differences.
+fn bias(statistics: &Statistics) -> f64 {
+    0.0_f64.clamp(statistics.min, statistics.max)
+}
+
+impl DeviceSamples {
+    pub(super) fn upload(
+        context: &Context,
+        volume: &ScalarVolume,
+        ticket: &Ticket,
+    ) -> Result<Self, GpuError> {
+        let bias = bias(&volume.statistics);
+        match &*volume.samples {
+            Samples::UInt8(values) => Self::codes(context, values, ticket, |v| v),
+            Samples::Int8(values) => {
+                Self::codes(context, values, ticket, |v| v.cast_unsigned() ^ 0x80)
+            }
+            Samples::UInt16(values) => Self::codes(context, values, ticket, |v| v),
+            Samples::Int16(values) => {
+                Self::codes(context, values, ticket, |v| v.cast_unsigned() ^ 0x8000)
+            }
+            wide => with_samples!(wide, values => {
+                let mut samples = Self::codes(context, values, ticket, |v| to_f32(v.to_f64(), bias))?;
+                samples.bias = bias;
+                Ok(samples)
+            }),
+        }
+    }
+
+    fn codes<T: Scalar, C: bytemuck::Pod>(
+        context: &Context,
+        values: &[T],
+        ticket: &Ticket,
+        code: impl Fn(T) -> C,
+    ) -> Result<Self, GpuError> {
+        let width = size_of::<C>();
+        let binding = context
+            .limits
+            .max_storage_buffer_binding_size
+            .min(context.limits.max_buffer_size);
+        let chunk_log2 = (binding / width as u64).ilog2().min(31);
+        let chunk_samples = 1_usize << chunk_log2;
+        if values.len().div_ceil(chunk_samples) > CHUNKS || u32::try_from(values.len()).is_err() {
+            return Err(GpuError::TooLarge {
+                what: "a volume",
+                limit: format!("{} voxels", (CHUNKS * chunk_samples).min(u32::MAX as usize)),
+                found: format!("{} voxels", values.len()),
+                advice: "open a subsampled copy, or choose an adapter with more memory",
+            });
+        }
+        let mut chunks = Vec::new();
+        let mut size_bytes = 0;
+        for (index, chunk) in values.chunks(chunk_samples).enumerate() {
+            let bytes = (chunk.len() * width).next_multiple_of(16) as u64;
+            let buffer = context.device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("samples"),
+                size: bytes,
+                usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST,
+                mapped_at_creation: false,
+            });
+            size_bytes += bytes;
+            for (part, run) in chunk.chunks(UPLOAD_SAMPLES).enumerate() {
+                let done = (index * chunk_samples + part * UPLOAD_SAMPLES) as u64;
+                ticket.checkpoint(done, values.len() as u64).map_err(|_| GpuError::Cancelled)?;
+                let mut codes: Vec<C> = run.iter().map(|&v| code(v)).collect();
+                // Writes go in whole words.
+                codes.resize(run.len().next_multiple_of(4 / width.min(4)), C::zeroed());
+                let offset = (part * UPLOAD_SAMPLES * width) as u64;
+                context.queue.write_buffer(&buffer, offset, bytemuck::cast_slice(&codes));
+                // Let the copies go before the next ones are staged.
+                context.queue.submit([]);
+                context.finish()?;
+            }
+            chunks.push(buffer);
+        }
+        Ok(Self { chunks, chunk_log2, width: width as u32, bias: 0.0, size_bytes })
+    }
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "this is where 64 bits become 32")]
+fn to_f32(value: f64, bias: f64) -> f32 {
+    if value.is_nan() {
+        return NO_DATA;
+    }
+    ((value - bias) as f32).clamp(-MOST, MOST)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn differences_of_large_values_survive_in_32_bits() {
+        let statistics = Statistics::of(&Samples::Float64(vec![1e6, 1e6 + 1.0]), &Ticket::new());
+        let bias = bias(&statistics.unwrap());
+        assert_eq!(bias, 1e6);
+        assert_eq!(to_f32(1e6 + 1.0 / 1024.0, bias), 1.0 / 1024.0);
+    }
+
+    #[test]
+    fn nan_and_infinities_have_places_of_their_own() {
+        assert_eq!(to_f32(f64::NAN, 0.0), NO_DATA);
+        assert_eq!(to_f32(f64::INFINITY, 0.0), MOST);
+        assert_eq!(to_f32(-1e300, 5.0), -MOST);
+        assert!(NO_DATA < -MOST);
+    }
+}

@@ -1,0 +1,46 @@
+//! The shaders, each with the library pieces it needs in front.
+
+const FRAME: &str = include_str!("../../shaders/lib/frame.wgsl");
+const TRAVERSAL: &str = include_str!("../../shaders/lib/traversal.wgsl");
+
+/// A pass's shader: its name is the file's, the pass's label and the timing row's.
+#[derive(Debug, Clone, Copy)]
+pub struct Shader {
+    /// Name of the pass.
+    pub name: &'static str,
+    parts: &'static [&'static str],
+}
+
+macro_rules! shader {
+    ($name:ident, $file:literal, $($library:expr),*) => {
+        #[doc = concat!("`shaders/", $file, ".wgsl`.")]
+        pub const $name: Shader = Shader {
+            name: $file,
+            parts: &[$($library,)* include_str!(concat!("../../shaders/", $file, ".wgsl"))],
+        };
+    };
+}
+
+shader!(COUNT_SEGMENTS, "count_segments", TRAVERSAL);
+shader!(SCAN_SEGMENTS, "scan_segments",);
+shader!(EMIT_KERNELS, "emit_kernels", TRAVERSAL);
+shader!(SPLAT, "splat", FRAME);
+shader!(PRESENT, "present",);
+
+/// Every shader there is.
+pub const ALL: [Shader; 5] = [COUNT_SEGMENTS, SCAN_SEGMENTS, EMIT_KERNELS, SPLAT, PRESENT];
+
+impl Shader {
+    /// The stitched source.
+    pub fn source(&self) -> String {
+        self.parts.concat()
+    }
+
+    /// The module on a device.
+    pub(super) fn module(&self, device: &wgpu::Device) -> wgpu::ShaderModule {
+        device.create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: Some(self.name),
+            source: wgpu::ShaderSource::Wgsl(self.source().into()),
+        })
+    }
+}

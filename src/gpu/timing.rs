@@ -1,0 +1,199 @@
+//! Pass times: the device's own clock where it tells the truth, wall time where it does not.
+
+use std::time::Instant;
+
+use super::GpuError;
+use super::context::Context;
+
+/// Where pass times come from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Timer {
+    /// Timestamps on the device.
+    Device,
+    /// A submit of its own for every pass, waited for.
+    Wall,
+}
+
+impl Timer {
+    /// The name statistics carry.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Device => "device",
+            Self::Wall => "wall",
+        }
+    }
+}
+
+/// Greatest relative difference at which the device's clock is believed.
+const BELIEF: f64 = 0.2;
+/// A probe has to run this long before the submit's own cost is small beside it.
+const PROBE_MS: f64 = 20.0;
+
+const PROBE: &str = "
+@group(0) @binding(0) var<storage, read_write> cell: array<u32>;
+override rounds: u32 = 1u;
+@compute @workgroup_size(64)
+fn probe(@builtin(global_invocation_id) id: vec3<u32>) {
+    var x = id.x + cell[0];
+    for (var i = 0u; i < rounds; i++) { x = x * 1664525u + 1013904223u; }
+    cell[id.x] = x;
+}";
+
+/// Times a known compute pass by both clocks and says which to use.
+///
+/// Some software adapters report compute passes in a fraction of the time they take.
+///
+/// # Errors
+/// Where the device fails.
+pub fn choose(context: &Context) -> Result<Timer, GpuError> {
+    if !context.granted.timestamps {
+        return Ok(Timer::Wall);
+    }
+    let mut rounds = 2000.0;
+    loop {
+        let (wall_ms, device_ms) = probe(context, rounds)?;
+        if wall_ms >= PROBE_MS || rounds > 1e9 {
+            return Ok(believe(wall_ms, device_ms));
+        }
+        rounds *= (1.5 * PROBE_MS / wall_ms.max(0.05)).clamp(2.0, 100.0);
+    }
+}
+
+fn believe(wall_ms: f64, device_ms: f64) -> Timer {
+    let agrees = (device_ms - wall_ms).abs() <= BELIEF * wall_ms;
+    if agrees { Timer::Device } else { Timer::Wall }
+}
+
+/// Wall and device milliseconds of one dispatch of the probe.
+fn probe(context: &Context, rounds: f64) -> Result<(f64, f64), GpuError> {
+    const THREADS: u32 = 1 << 14;
+    let device = &context.device;
+    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+        label: Some("timer probe"),
+        source: wgpu::ShaderSource::Wgsl(PROBE.into()),
+    });
+    let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+        label: Some("timer probe"),
+        layout: None,
+        module: &module,
+        entry_point: None,
+        compilation_options: wgpu::PipelineCompilationOptions {
+            constants: &[("rounds", rounds.round())],
+            ..Default::default()
+        },
+        cache: None,
+    });
+    let cells = device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("timer probe"),
+        size: u64::from(THREADS) * 4,
+        usage: wgpu::BufferUsages::STORAGE,
+        mapped_at_creation: false,
+    });
+    let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
+        label: Some("timer probe"),
+        layout: &pipeline.get_bind_group_layout(0),
+        entries: &[wgpu::BindGroupEntry { binding: 0, resource: cells.as_entire_binding() }],
+    });
+    let clock = Timestamps::new(context, 1);
+    // Once unmeasured, so that neither compiling nor zeroing the buffer is timed.
+    let mut wall_ms = 0.0;
+    for _ in 0..2 {
+        let mut encoder = device.create_command_encoder(&Default::default());
+        {
+            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+                label: Some("timer probe"),
+                timestamp_writes: Some(clock.compute(0)),
+            });
+            pass.set_pipeline(&pipeline);
+            pass.set_bind_group(0, &group, &[]);
+            pass.dispatch_workgroups(THREADS / 64, 1, 1);
+        }
+        clock.resolve(&mut encoder);
+        let start = Instant::now();
+        context.queue.submit([encoder.finish()]);
+        context.finish()?;
+        wall_ms = start.elapsed().as_secs_f64() * 1e3;
+    }
+    Ok((wall_ms, clock.read_ms(context)?[0]))
+}
+
+/// Begin and end times of a fixed number of passes.
+#[derive(Debug)]
+pub(super) struct Timestamps {
+    set: wgpu::QuerySet,
+    resolved: wgpu::Buffer,
+    staging: wgpu::Buffer,
+    passes: u32,
+}
+
+impl Timestamps {
+    pub(super) fn new(context: &Context, passes: u32) -> Self {
+        let size = u64::from(passes) * 16;
+        let buffer = |label, usage| {
+            context.device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some(label),
+                size,
+                usage,
+                mapped_at_creation: false,
+            })
+        };
+        Self {
+            set: context.device.create_query_set(&wgpu::QuerySetDescriptor {
+                label: Some("timestamps"),
+                ty: wgpu::QueryType::Timestamp,
+                count: passes * 2,
+            }),
+            resolved: buffer(
+                "timestamps",
+                wgpu::BufferUsages::QUERY_RESOLVE | wgpu::BufferUsages::COPY_SRC,
+            ),
+            staging: buffer(
+                "timestamps read back",
+                wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
+            ),
+            passes,
+        }
+    }
+
+    pub(super) fn compute(&self, pass: u32) -> wgpu::ComputePassTimestampWrites<'_> {
+        wgpu::ComputePassTimestampWrites {
+            query_set: &self.set,
+            beginning_of_pass_write_index: Some(2 * pass),
+            end_of_pass_write_index: Some(2 * pass + 1),
+        }
+    }
+
+    pub(super) fn render(&self, pass: u32) -> wgpu::RenderPassTimestampWrites<'_> {
+        wgpu::RenderPassTimestampWrites {
+            query_set: &self.set,
+            beginning_of_pass_write_index: Some(2 * pass),
+            end_of_pass_write_index: Some(2 * pass + 1),
+        }
+    }
+
+    pub(super) fn resolve(&self, encoder: &mut wgpu::CommandEncoder) {
+        encoder.resolve_query_set(&self.set, 0..self.passes * 2, &self.resolved, 0);
+        encoder.copy_buffer_to_buffer(&self.resolved, 0, &self.staging, 0, self.staging.size());
+    }
+
+    /// Milliseconds of each pass; the submit must be finished.
+    pub(super) fn read_ms(&self, context: &Context) -> Result<Vec<f64>, GpuError> {
+        let period_ms = f64::from(context.queue.get_timestamp_period()) / 1e6;
+        let ticks = super::renderer::read_buffer(context, &self.staging)?;
+        let ticks: Vec<u64> = bytemuck::pod_collect_to_vec(&ticks);
+        Ok(ticks.chunks_exact(2).map(|t| t[1].saturating_sub(t[0]) as f64 * period_ms).collect())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_clock_that_is_off_by_more_than_a_fifth_is_not_believed() {
+        assert_eq!(believe(80.0, 4.0), Timer::Wall);
+        assert_eq!(believe(80.0, 0.0), Timer::Wall);
+        assert_eq!(believe(20.0, 25.0), Timer::Wall);
+        assert_eq!(believe(20.0, 17.0), Timer::Device);
+    }
+}

@@ -1,0 +1,396 @@
+//! Averages and errors of a classified volume, level by level.
+//!
+//! Level 0 is the volume itself and is not stored. A node of level L covers the 2^L voxels along
+//! each axis that really exist: odd sizes make smaller border nodes, never phantom voxels.
+
+use rayon::prelude::*;
+
+use crate::core::progress::{Cancelled, Ticket};
+use crate::transfer::Table;
+use crate::volume::{BRICK, ScalarVolume, Scalar};
+use crate::with_samples;
+
+/// What a coarse splat is drawn with.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Node {
+    /// Extinction per unit distance, averaged so that the mean transmittance along the axes is
+    /// kept (a mean of extinctions would make one opaque voxel among eight 3.6 times too bright).
+    pub extinction: f32,
+    /// Root mean square deviation, over the node's voxels, of their (opacity, opacity · colour)
+    /// from its mean; never less than a child's, so that a cut is found without looking down.
+    pub error: f32,
+    /// Extinction-weighted mean colour, linear light, as 16-bit fractions of 1.
+    pub colour: [u16; 3],
+    /// Children with opacity, 0..=8.
+    pub active_children: u16,
+}
+
+impl Node {
+    /// Whether anything of it can be seen.
+    pub fn is_active(&self) -> bool {
+        self.extinction > 0.0
+    }
+}
+
+/// One level of the pyramid.
+#[derive(Debug, Clone)]
+pub struct PyramidLevel {
+    /// Nodes along x, y, z.
+    pub dims: [usize; 3],
+    /// The nodes, x fastest.
+    pub nodes: Vec<Node>,
+}
+
+/// How many voxels have opacity, in all and slice by slice.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct ActiveCounts {
+    /// Voxels with opacity.
+    pub total: u64,
+    /// The same by index along x, y and z.
+    pub per_slice: [Vec<u32>; 3],
+}
+
+/// Levels 1 and up of a classified volume, finest first; the last is a single node.
+///
+/// A volume of one voxel has one level, whose node is that voxel.
+#[derive(Debug, Clone)]
+pub struct Pyramid {
+    /// Voxels along x, y, z.
+    pub dims: [usize; 3],
+    /// `levels[i]` is level i + 1.
+    pub levels: Vec<PyramidLevel>,
+    /// Voxels with opacity.
+    pub active: ActiveCounts,
+    /// For each bin of error, how many nodes a cut gains by splitting the nodes in it.
+    gains: Vec<u64>,
+}
+
+/// Bins of [`Pyramid::error_for_count`], logarithmic between these errors.
+const GAIN_BINS: usize = 1024;
+const LEAST_ERROR: f32 = 1e-5;
+
+/// Running sums of one node while the pyramid is built; means over its real voxels.
+#[derive(Clone, Copy, Default)]
+struct Sums {
+    /// Real voxels.
+    count: f32,
+    /// Mean of (opacity, opacity · rgb) of a voxel one voxel thick.
+    appearance: [f32; 4],
+    /// Sum of squared deviations from `appearance`, over voxels and components.
+    m2: f32,
+    /// Mean extinction and extinction · rgb.
+    extinction: f32,
+    emission: [f32; 3],
+    /// Extinction of equal mean transmittance.
+    effective: f32,
+    /// Greatest error of a descendant.
+    error: f32,
+}
+
+impl Sums {
+    /// Chan's merge of counts, means and M2: stable however small the spread.
+    fn merge(&mut self, other: &Self) {
+        if self.count == 0.0 {
+            *self = *other;
+            return;
+        }
+        let count = self.count + other.count;
+        let weight = other.count / count;
+        let mut squared = 0.0;
+        for (mean, theirs) in self.appearance.iter_mut().zip(other.appearance) {
+            let delta = theirs - *mean;
+            *mean += delta * weight;
+            squared += delta * delta;
+        }
+        self.m2 += other.m2 + squared * self.count * weight;
+        self.extinction += (other.extinction - self.extinction) * weight;
+        for (mean, theirs) in self.emission.iter_mut().zip(other.emission) {
+            *mean += (theirs - *mean) * weight;
+        }
+        self.error = self.error.max(other.error);
+        self.count = count;
+    }
+
+    fn rms(&self) -> f32 {
+        (self.m2 / self.count.max(1.0)).max(0.0).sqrt()
+    }
+
+    fn node(&self, active_children: u16) -> Node {
+        let weight = if self.extinction > 0.0 { 1.0 / self.extinction } else { 0.0 };
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0..=65535")]
+        let colour = self.emission.map(|e| ((e * weight).clamp(0.0, 1.0) * 65535.0 + 0.5) as u16);
+        Node { extinction: self.effective, error: self.error, colour, active_children }
+    }
+}
+
+/// Extinction whose transmittance through the node equals the mean over its columns of children,
+/// averaged over the three axes (−ln⟨exp(−column depth)⟩ / size).
+///
+/// `children` are in x, y, z bit order; absent ones (beyond the border) are `None`. `size` is the
+/// thickness of a child in unit distances.
+fn effective_extinction(children: &[Option<f32>; 8], size: f32) -> f32 {
+    let mut present = children.iter().flatten();
+    let Some(&first) = present.next() else { return 0.0 };
+    if present.all(|&c| c == first) {
+        return first;
+    }
+    let mut axes = 0.0;
+    let mut mean = 0.0;
+    for axis in 0..3 {
+        let step = 1 << axis;
+        let (mut transmittance, mut columns, mut longest) = (0.0, 0.0, 0.0_f32);
+        for start in (0..8).filter(|i| i & step == 0) {
+            let pair = [children[start], children[start | step]];
+            let length = pair.iter().flatten().count();
+            if length == 0 {
+                continue;
+            }
+            let depth: f32 = pair.iter().flatten().sum::<f32>() * size;
+            transmittance += (-depth).exp();
+            columns += 1.0;
+            longest = longest.max(length as f32);
+        }
+        if columns > 0.0 {
+            mean += -(transmittance / columns).ln() / (size * longest);
+            axes += 1.0;
+        }
+    }
+    mean / axes
+}
+
+impl Pyramid {
+    /// Classifies every voxel of every brick that can show, and averages upwards.
+    ///
+    /// `voxel_depth` is the thickness of a voxel in opacity unit distances.
+    ///
+    /// # Errors
+    /// [`Cancelled`].
+    pub fn build(
+        volume: &ScalarVolume,
+        table: &Table,
+        voxel_depth: f64,
+        ticket: &Ticket,
+    ) -> Result<Self, Cancelled> {
+        #[expect(clippy::cast_possible_truncation, reason = "a ratio of order 1")]
+        let voxel_depth = voxel_depth as f32;
+        let dims = volume.lattice.dims;
+        let (mut sums, active) =
+            with_samples!(&*volume.samples, values => first_level(volume, values, table, voxel_depth, ticket))?;
+        let mut level_dims = dims.map(|n| n.div_ceil(2));
+        let mut levels = vec![to_level(level_dims, &sums)];
+        let mut size = voxel_depth * 2.0;
+        while level_dims != [1, 1, 1] {
+            ticket.checkpoint(0, 1)?;
+            let coarser = level_dims.map(|n| n.div_ceil(2));
+            sums = next_level(level_dims, &sums, coarser, size);
+            levels.push(to_level(coarser, &sums));
+            level_dims = coarser;
+            size *= 2.0;
+        }
+        let gains = gains(&levels);
+        Ok(Self { dims, levels, active, gains })
+    }
+
+    /// Number of levels above the voxels.
+    pub fn height(&self) -> usize {
+        self.levels.len()
+    }
+
+    /// The smallest error whose cut has at most about `count` nodes (exact to the binning of
+    /// errors, before anything outside the view is left out); 0 where every voxel fits.
+    pub fn error_for_count(&self, count: u64) -> f32 {
+        let mut nodes = 1;
+        for bin in (0..GAIN_BINS).rev() {
+            nodes += self.gains[bin];
+            if nodes > count {
+                return bin_error(bin + 1);
+            }
+        }
+        0.0
+    }
+
+    /// Bytes held.
+    pub fn size_bytes(&self) -> usize {
+        self.levels.iter().map(|l| l.nodes.len() * size_of::<Node>()).sum()
+    }
+}
+
+/// Lower edge of a bin; the bin holds errors at or above it.
+fn bin_error(bin: usize) -> f32 {
+    if bin == 0 {
+        return 0.0;
+    }
+    LEAST_ERROR * (2.0 / LEAST_ERROR).powf(bin as f32 / GAIN_BINS as f32)
+}
+
+fn error_bin(error: f32) -> usize {
+    if error <= LEAST_ERROR {
+        return 0;
+    }
+    let scaled = (error / LEAST_ERROR).ln() / (2.0 / LEAST_ERROR).ln() * GAIN_BINS as f32;
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "within the bins")]
+    let bin = scaled as usize;
+    bin.min(GAIN_BINS - 1)
+}
+
+fn gains(levels: &[PyramidLevel]) -> Vec<u64> {
+    levels
+        .iter()
+        .map(|level| {
+            level
+                .nodes
+                .par_chunks(1 << 16)
+                .fold(
+                    || vec![0_u64; GAIN_BINS],
+                    |mut bins, nodes| {
+                        for node in nodes.iter().filter(|n| n.active_children > 1) {
+                            bins[error_bin(node.error)] += u64::from(node.active_children) - 1;
+                        }
+                        bins
+                    },
+                )
+                .reduce(|| vec![0; GAIN_BINS], add)
+        })
+        .fold(vec![0; GAIN_BINS], add)
+}
+
+fn add(mut a: Vec<u64>, b: Vec<u64>) -> Vec<u64> {
+    a.iter_mut().zip(b).for_each(|(a, b)| *a += b);
+    a
+}
+
+fn to_level(dims: [usize; 3], sums: &[(Sums, u16)]) -> PyramidLevel {
+    PyramidLevel { dims, nodes: sums.par_iter().map(|(s, active)| s.node(*active)).collect() }
+}
+
+/// A voxel as one [`Sums`] of count 1, or nothing where it is transparent.
+fn voxel_sums(entry: [f32; 4], voxel_depth: f32) -> Sums {
+    let [r, g, b, extinction] = entry;
+    let alpha = -(-extinction * voxel_depth).exp_m1();
+    Sums {
+        count: 1.0,
+        appearance: [alpha, alpha * r, alpha * g, alpha * b],
+        m2: 0.0,
+        extinction,
+        emission: [extinction * r, extinction * g, extinction * b],
+        effective: extinction,
+        error: 0.0,
+    }
+}
+
+type Counted = (Vec<(Sums, u16)>, ActiveCounts);
+
+fn first_level<T: Scalar>(
+    volume: &ScalarVolume,
+    values: &[T],
+    table: &Table,
+    voxel_depth: f32,
+    ticket: &Ticket,
+) -> Result<Counted, Cancelled> {
+    let dims = volume.lattice.dims;
+    let coarse = dims.map(|n| n.div_ceil(2));
+    let layer = coarse[0] * coarse[1];
+    // One entry per table entry: exact for types that have one per code.
+    let voxel_of_entry: Vec<Sums> =
+        table.entries.par_iter().map(|&entry| voxel_sums(entry, voxel_depth)).collect();
+    let exact = table.is_exact();
+    let offset = table.coordinate.offset;
+    let classify = |value: T| {
+        let value = value.to_f64();
+        if exact {
+            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a code")]
+            let code = (value - offset) as usize;
+            voxel_of_entry[code]
+        } else {
+            voxel_sums(table.lookup(value), voxel_depth)
+        }
+    };
+    let visible: Vec<bool> = volume
+        .bricks
+        .ranges
+        .par_iter()
+        .map(|&[low, high]| low <= high && table.extinction_range(low, high) > 0.0)
+        .collect();
+    let bricks = volume.bricks.dims;
+    let mut sums = vec![(Sums::default(), 0); layer * coarse[2]];
+    let empty_counts = || ActiveCounts { total: 0, per_slice: dims.map(|n| vec![0; n]) };
+    let active = sums
+        .par_chunks_mut(layer)
+        .enumerate()
+        .try_fold(empty_counts, |mut counts, (cz, nodes)| {
+            ticket.checkpoint(cz as u64, coarse[2] as u64)?;
+            for cy in 0..coarse[1] {
+                for cx in 0..coarse[0] {
+                    let corner = [2 * cx, 2 * cy, 2 * cz];
+                    let brick = corner.map(|i| i / BRICK);
+                    let cell = &mut nodes[cy * coarse[0] + cx];
+                    if !visible[(brick[2] * bricks[1] + brick[1]) * bricks[0] + brick[0]] {
+                        let real: usize = (0..3).map(|a| (dims[a] - corner[a]).min(2)).product();
+                        cell.0.count = real as f32;
+                        continue;
+                    }
+                    let mut merged = Sums::default();
+                    let mut children = [None; 8];
+                    for (bit, child) in children.iter_mut().enumerate() {
+                        let at = [corner[0] + (bit & 1), corner[1] + (bit >> 1 & 1), corner[2] + (bit >> 2)];
+                        if at[0] >= dims[0] || at[1] >= dims[1] || at[2] >= dims[2] {
+                            continue;
+                        }
+                        let voxel = classify(values[(at[2] * dims[1] + at[1]) * dims[0] + at[0]]);
+                        *child = Some(voxel.extinction);
+                        if voxel.extinction > 0.0 {
+                            cell.1 += 1;
+                            counts.total += 1;
+                            for axis in 0..3 {
+                                counts.per_slice[axis][at[axis]] += 1;
+                            }
+                        }
+                        merged.merge(&voxel);
+                    }
+                    merged.effective = effective_extinction(&children, voxel_depth);
+                    merged.error = merged.rms();
+                    cell.0 = merged;
+                }
+            }
+            Ok(counts)
+        })
+        .try_reduce(empty_counts, |mut a, b| {
+            a.total += b.total;
+            for (a, b) in a.per_slice.iter_mut().zip(b.per_slice) {
+                a.iter_mut().zip(b).for_each(|(a, b)| *a += b);
+            }
+            Ok(a)
+        })?;
+    Ok((sums, active))
+}
+
+fn next_level(
+    fine: [usize; 3],
+    sums: &[(Sums, u16)],
+    coarse: [usize; 3],
+    child_size: f32,
+) -> Vec<(Sums, u16)> {
+    let layer = coarse[0] * coarse[1];
+    let mut out = vec![(Sums::default(), 0_u16); layer * coarse[2]];
+    out.par_chunks_mut(layer).enumerate().for_each(|(cz, nodes)| {
+        for (i, (merged, active)) in nodes.iter_mut().enumerate() {
+            let corner = [2 * (i % coarse[0]), 2 * (i / coarse[0]), 2 * cz];
+            let mut children = [None; 8];
+            for (bit, child) in children.iter_mut().enumerate() {
+                let at = [corner[0] + (bit & 1), corner[1] + (bit >> 1 & 1), corner[2] + (bit >> 2)];
+                if at[0] >= fine[0] || at[1] >= fine[1] || at[2] >= fine[2] {
+                    continue;
+                }
+                let (theirs, _) = &sums[(at[2] * fine[1] + at[1]) * fine[0] + at[0]];
+                *child = Some(theirs.effective);
+                *active += u16::from(theirs.effective > 0.0);
+                merged.merge(theirs);
+            }
+            if *active > 0 {
+                merged.effective = effective_extinction(&children, child_size);
+                merged.error = merged.error.max(merged.rms());
+            }
+        }
+    });
+    out
+}

@@ -1,0 +1,178 @@
+//! Where a lattice lands on a picture of a given size.
+
+use glam::{DMat3, DVec2, DVec3};
+
+use super::Scene;
+use crate::core::Camera;
+use crate::hierarchy::{Visibility, VisitOrder};
+use crate::volume::Lattice;
+
+/// The camera and the lattice brought together, in pixels: view space scaled so that one unit is
+/// one pixel at the focal plane. Neither huge origins nor tiny spacings survive into it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct View {
+    /// Picture size, pixels.
+    pub size: [u32; 2],
+    /// View-space steps of one index along x, y, z (columns), pixels.
+    pub view_from_index: DMat3,
+    /// View-space position of the middle of the lattice, pixels.
+    pub view_centre: DVec3,
+    /// The middle of the lattice in index space.
+    pub lattice_centre: DVec3,
+    /// Distance from the eye to the focal plane, pixels; `None` when orthographic.
+    pub eye_distance: Option<f64>,
+    /// World units to pixels at the focal plane.
+    pub pixels_per_unit: f64,
+    /// The order in which the lattice's samples are drawn.
+    pub traversal: Traversal,
+}
+
+/// Far-to-near order of a lattice's samples: nested loops over its axes, with no sort.
+///
+/// The axis most parallel to the view direction is outermost, so that what overlaps on the
+/// picture is in depth order (Westover's traversal). Along each axis, indices at and beyond
+/// `split` come first, from the last one down; then those before it, from 0 up.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Traversal {
+    /// Lattice axes, outermost first.
+    pub axes: [usize; 3],
+    /// For each of `axes`, the number of indices at or before the eye.
+    pub splits: [usize; 3],
+}
+
+impl View {
+    /// Brings a scene's camera and lattice together.
+    pub fn new(scene: &Scene, size: [u32; 2]) -> Self {
+        Self::of(&scene.camera, &scene.volume.lattice, size)
+    }
+
+    /// The same from its parts.
+    pub fn of(camera: &Camera, lattice: &Lattice, size: [u32; 2]) -> Self {
+        let pixels_per_unit = camera.pixels_per_unit(f64::from(size[1]));
+        let rotation = camera.view_from_world_rotation();
+        let view_from_index = rotation * lattice.axes() * pixels_per_unit;
+        let view_centre = camera.to_view(lattice.centre()) * pixels_per_unit;
+        let lattice_centre = (DVec3::from(lattice.dims.map(|n| n as f64)) - DVec3::ONE) / 2.0;
+        let eye_distance = camera.eye_distance().map(|d| d * pixels_per_unit);
+        let traversal = traversal(view_from_index, view_centre, lattice, eye_distance.is_some());
+        Self {
+            size,
+            view_from_index,
+            view_centre,
+            lattice_centre,
+            eye_distance,
+            pixels_per_unit,
+            traversal,
+        }
+    }
+
+    /// Far-to-near order for the octree.
+    pub fn visit_order(&self) -> VisitOrder {
+        let index_from_view = self.view_from_index.inverse();
+        match self.eye_distance {
+            None => VisitOrder::Along(index_from_view * DVec3::Z),
+            Some(_) => VisitOrder::From(self.lattice_centre - index_from_view * self.view_centre),
+        }
+    }
+
+    /// What the octree needs to leave out what is beside the picture.
+    pub fn visibility(&self, kernel_radius: f64) -> Visibility {
+        Visibility {
+            view_from_index: self.view_from_index,
+            view_origin: self.view_centre - self.view_from_index * self.lattice_centre,
+            half_size: DVec2::new(f64::from(self.size[0]), f64::from(self.size[1])) / 2.0,
+            eye_distance: self.eye_distance,
+            kernel_radius,
+        }
+    }
+
+    /// Greatest and least radius, in pixels, that a kernel of unit radius has on the picture at
+    /// the middle of the lattice's nearest and farthest corner.
+    pub fn voxel_pixels(&self) -> f64 {
+        let m = self.view_from_index;
+        let longest = m.x_axis.length().max(m.y_axis.length()).max(m.z_axis.length());
+        let shrink = match self.eye_distance {
+            None => 1.0,
+            Some(distance) => {
+                let reach = (m.abs_columns() * (self.lattice_centre + DVec3::splat(0.5))).z;
+                distance / (self.view_centre.z + reach).max(distance * 1e-3)
+            }
+        };
+        longest * shrink
+    }
+}
+
+/// A matrix of absolute values.
+trait AbsColumns {
+    fn abs_columns(&self) -> DMat3;
+}
+
+impl AbsColumns for DMat3 {
+    fn abs_columns(&self) -> DMat3 {
+        DMat3::from_cols(self.x_axis.abs(), self.y_axis.abs(), self.z_axis.abs())
+    }
+}
+
+fn traversal(
+    view_from_index: DMat3,
+    view_centre: DVec3,
+    lattice: &Lattice,
+    perspective: bool,
+) -> Traversal {
+    let columns = [view_from_index.x_axis, view_from_index.y_axis, view_from_index.z_axis];
+    let along = columns.map(|c| c.z.abs() / c.length());
+    let mut axes = [0, 1, 2];
+    axes.sort_by(|&a, &b| along[b].total_cmp(&along[a]));
+    let eye = perspective.then(|| {
+        let centre = (DVec3::from(lattice.dims.map(|n| n as f64)) - DVec3::ONE) / 2.0;
+        centre - view_from_index.inverse() * view_centre
+    });
+    let splits = axes.map(|axis| {
+        let n = lattice.dims[axis];
+        match eye {
+            None if columns[axis].z > 0.0 => 0,
+            None => n,
+            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
+            Some(eye) => (eye[axis].floor() + 1.0).clamp(0.0, n as f64) as usize,
+        }
+    });
+    Traversal { axes, splits }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::core::Projection;
+
+    fn camera(direction: DVec3) -> Camera {
+        Camera::new(DVec3::splat(3.5), direction, DVec3::Y, 10.0)
+    }
+
+    #[test]
+    fn the_most_parallel_axis_is_outermost_and_far_comes_first() {
+        let view = View::of(&camera(DVec3::new(0.2, -0.9, 0.4)), &Lattice::unit([8; 3]), [64, 64]);
+        assert_eq!(view.traversal.axes, [1, 2, 0]);
+        // Along −y the far end is index 0; along +z and +x it is the last.
+        assert_eq!(view.traversal.splits, [8, 0, 0]);
+    }
+
+    #[test]
+    fn in_perspective_both_sides_run_towards_the_eye() {
+        let mut camera = camera(DVec3::Z);
+        camera.projection = Projection::Perspective { view_angle: 1.0 };
+        let view = View::of(&camera, &Lattice::unit([8; 3]), [64, 64]);
+        // The eye is at x = y = 3.5, before z = 0.
+        assert_eq!(view.traversal, Traversal { axes: [2, 0, 1], splits: [0, 4, 4] });
+    }
+
+    #[test]
+    fn a_far_origin_costs_no_precision() {
+        let near = Lattice::unit([8; 3]);
+        let far = Lattice { origin: DVec3::splat(1e7), ..near };
+        let mut camera = camera(DVec3::new(0.3, 0.4, 0.5));
+        let a = View::of(&camera, &near, [100, 80]);
+        camera.focal_point += DVec3::splat(1e7);
+        let b = View::of(&camera, &far, [100, 80]);
+        assert!((a.view_centre - b.view_centre).length() < 1e-6);
+    }
+}

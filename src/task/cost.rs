@@ -1,0 +1,75 @@
+//! What drawing costs on this adapter, learnt while it runs.
+
+/// Milliseconds per thing drawn: first guesses, replaced by measurements.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Costs {
+    /// Per octree splat, whatever its size.
+    pub splat_ms: f64,
+    /// Per pixel that a splat covers.
+    pub fragment_ms: f64,
+    /// Per voxel of `full`, at its present size on the picture.
+    pub voxel_ms: f64,
+    /// Per row looked at.
+    pub row_ms: f64,
+}
+
+impl Default for Costs {
+    /// A software adapter on two cores; others correct it within a few pictures.
+    fn default() -> Self {
+        Self { splat_ms: 0.9e-3, fragment_ms: 0.9e-6, voxel_ms: 0.6e-3, row_ms: 0.2e-3 }
+    }
+}
+
+/// Weight of a new measurement against what was known.
+const TRUST: f64 = 0.3;
+/// Share of a coarse picture's budget that goes to splats as such; the rest to their pixels.
+const SPLAT_SHARE: f64 = 0.5;
+
+impl Costs {
+    /// Splats that a budget affords.
+    pub fn splats_within(&self, budget_ms: f64) -> u64 {
+        (budget_ms * SPLAT_SHARE / self.splat_ms).max(64.0) as u64
+    }
+
+    /// Pixels that a budget affords once its splats are paid.
+    pub fn fragments_within(&self, budget_ms: f64, splats: u64) -> f64 {
+        let left = budget_ms - splats as f64 * self.splat_ms;
+        left.max(budget_ms * 0.2) / self.fragment_ms
+    }
+
+    /// Rows of empty grid that a time affords.
+    pub fn grid_rows_within(&self, ms: f64) -> u64 {
+        (ms / self.row_ms).max(1.0) as u64
+    }
+
+    /// What a piece of the grid is thought to take.
+    pub fn grid_ms(&self, kernels: u64, rows: u64) -> f64 {
+        kernels as f64 * self.voxel_ms + rows as f64 * self.row_ms
+    }
+
+    /// Takes in a coarse picture's measurement: both prices move by the same ratio.
+    pub fn learn(&mut self, splats: u64, fragments: f64, wall_ms: f64) {
+        let thought = splats as f64 * self.splat_ms + fragments * self.fragment_ms;
+        if thought <= 0.0 || wall_ms <= 0.0 {
+            return;
+        }
+        let correction = (wall_ms / thought).clamp(0.2, 5.0).powf(TRUST);
+        self.splat_ms *= correction;
+        self.fragment_ms *= correction;
+    }
+
+    /// Takes in a piece of the grid.
+    pub fn learn_grid(&mut self, kernels: u64, rows: u64, wall_ms: f64) {
+        let thought = self.grid_ms(kernels, rows);
+        if thought <= 0.0 || wall_ms <= 0.0 {
+            return;
+        }
+        let correction = (wall_ms / thought).clamp(0.2, 5.0).powf(TRUST);
+        // What dominates the piece learns; the other price stays.
+        if kernels as f64 * self.voxel_ms > rows as f64 * self.row_ms {
+            self.voxel_ms *= correction;
+        } else {
+            self.row_ms *= correction;
+        }
+    }
+}

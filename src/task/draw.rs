@@ -1,0 +1,427 @@
+//! Draws one rung of a scene's ladder, in pieces that can be interrupted.
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use crate::core::{Cancelled, Ticket};
+use crate::gpu::layout::Record;
+use crate::gpu::{GpuError, Renderer};
+use crate::hierarchy::{Cut, CutLimits, Pyramid};
+use crate::kernel::{Kernel, RadialKernel};
+use crate::scene::{Background, Scene, View};
+use crate::transfer::{Table, TransferFunction};
+use crate::volume::ScalarVolume;
+
+use super::cost::Costs;
+
+/// A piece should not keep the device from a newer request for longer than this.
+pub const PIECE_MS: f64 = 15.0;
+/// Least voxels in a picture's height a coarse picture is drawn at, whatever the budget.
+const LEAST_SIDE: f64 = 48.0;
+
+/// What to draw of a scene.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Rung {
+    /// The octree cut and the picture size with the least error within a time.
+    Coarse {
+        /// Milliseconds it may take.
+        budget_ms: f64,
+    },
+    /// The octree cut of an error, at full size.
+    Octree {
+        /// Greatest error of a node (see `hierarchy::Node::error`).
+        max_error: f32,
+    },
+    /// Every 2^level-th sample along each axis, averaged.
+    Subsampled {
+        /// Level of the pyramid.
+        level: usize,
+    },
+    /// Every voxel with a cheaper kernel.
+    Cheaper(Kernel),
+    /// Every voxel's full kernel.
+    Full,
+}
+
+/// What a finished rung is.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Drawn {
+    /// Size it was drawn at.
+    pub size: [u32; 2],
+    /// Kernels drawn.
+    pub kernels: u64,
+    /// Octree nodes among them.
+    pub nodes: u64,
+    /// The error of the cut; 0 for `full`.
+    pub max_error: f32,
+    /// Wall milliseconds of the drawing, without preparation and reading back.
+    pub wall_ms: f64,
+}
+
+/// Why a rung was not finished.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum DrawError {
+    /// Something newer came.
+    #[error("interrupted")]
+    Interrupted,
+    /// The device.
+    #[error(transparent)]
+    Gpu(#[from] GpuError),
+}
+
+impl From<Cancelled> for DrawError {
+    fn from(_: Cancelled) -> Self {
+        Self::Interrupted
+    }
+}
+
+/// Told how far a rung is, after each piece; says whether to stop.
+pub trait Observer {
+    /// `done` of 1 is drawn. True stops the rung.
+    fn piece_done(&mut self, renderer: &mut Renderer, done: f64) -> bool;
+}
+
+/// Never stops.
+impl Observer for () {
+    fn piece_done(&mut self, _: &mut Renderer, _: f64) -> bool {
+        false
+    }
+}
+
+/// A renderer with what it has classified and learnt.
+#[derive(Debug)]
+pub struct Drawer {
+    /// The device's side.
+    pub renderer: Renderer,
+    /// Measured prices.
+    pub costs: Costs,
+    classified: Option<Classified>,
+}
+
+/// The volume under the transfer function.
+#[derive(Debug)]
+struct Classified {
+    volume: Arc<ScalarVolume>,
+    transfer: TransferFunction,
+    unit_distance: f64,
+    table: Table,
+    pyramid: Pyramid,
+}
+
+impl Drawer {
+    /// Nothing classified, nothing learnt.
+    pub fn new(renderer: Renderer) -> Self {
+        Self { renderer, costs: Costs::default(), classified: None }
+    }
+
+    /// Brings the device and the hierarchy up to the scene's volume and transfer function.
+    ///
+    /// # Errors
+    /// Interrupted by the ticket, or the device.
+    pub fn prepare(&mut self, scene: &Scene, ticket: &Ticket) -> Result<(), DrawError> {
+        let unit_distance = scene.opacity_unit_distance();
+        let current = self.classified.as_ref().is_some_and(|c| {
+            Arc::ptr_eq(&c.volume, &scene.volume)
+                && c.transfer == scene.transfer
+                && c.unit_distance == unit_distance
+        });
+        if current {
+            return Ok(());
+        }
+        self.classified = None;
+        let table = Table::new(&scene.transfer, scene.volume.samples.scalar_type());
+        let voxel_depth = voxel_thickness(scene) / unit_distance;
+        let pyramid = Pyramid::build(&scene.volume, &table, voxel_depth, ticket)?;
+        match self.renderer.set_volume(&scene.volume, ticket) {
+            Err(GpuError::Cancelled) => return Err(DrawError::Interrupted),
+            other => other?,
+        }
+        self.renderer.set_table(&table)?;
+        self.classified = Some(Classified {
+            volume: Arc::clone(&scene.volume),
+            transfer: scene.transfer.clone(),
+            unit_distance,
+            table,
+            pyramid,
+        });
+        Ok(())
+    }
+
+    /// Voxels with opacity in the scene prepared last.
+    pub fn active_count(&self) -> u64 {
+        self.classified.as_ref().map_or(0, |c| c.pyramid.active.total)
+    }
+
+    /// Bytes of host memory the hierarchy takes.
+    pub fn hierarchy_bytes(&self) -> usize {
+        self.classified.as_ref().map_or(0, |c| c.pyramid.size_bytes())
+    }
+
+    /// Draws one rung of the scene prepared last; the picture is then the renderer's.
+    ///
+    /// # Errors
+    /// Interrupted by the observer, or the device.
+    pub fn draw(
+        &mut self,
+        scene: &Scene,
+        size: [u32; 2],
+        rung: Rung,
+        observer: &mut dyn Observer,
+    ) -> Result<Drawn, DrawError> {
+        match rung {
+            Rung::Coarse { budget_ms } => self.coarse(scene, size, budget_ms, observer),
+            Rung::Octree { max_error } => {
+                let limits = CutLimits { max_error, finest_level: 0, min_radius_px: 1.0 };
+                self.cut(scene, size, limits, observer)
+            }
+            Rung::Subsampled { level } => {
+                let limits = CutLimits { max_error: 0.0, finest_level: level, min_radius_px: 1.0 };
+                self.cut(scene, size, limits, observer)
+            }
+            Rung::Cheaper(kernel) => self.grid(scene, size, kernel, observer),
+            Rung::Full => {
+                let kernel = scene.splat.kernel;
+                let view = View::new(scene, size);
+                let radial = RadialKernel::new(kernel, scene.splat.extent);
+                // Kernels under a pixel: the pyramid level whose nodes are not (design §1).
+                match radial {
+                    Some(radial) if radial.radius() * view.voxel_pixels() < 1.0 => {
+                        let limits =
+                            CutLimits { max_error: 0.0, finest_level: 0, min_radius_px: 1.0 };
+                        self.cut(scene, size, limits, observer)
+                    }
+                    _ => self.grid(scene, size, kernel, observer),
+                }
+            }
+        }
+    }
+
+    /// The cut and the size that fit a budget, from the costs measured so far.
+    fn coarse(
+        &mut self,
+        scene: &Scene,
+        size: [u32; 2],
+        budget_ms: f64,
+        observer: &mut dyn Observer,
+    ) -> Result<Drawn, DrawError> {
+        let Some(classified) = &self.classified else {
+            return Err(GpuError::Device("nothing was prepared".to_owned()).into());
+        };
+        let count = self.costs.splats_within(budget_ms);
+        let max_error = classified.pyramid.error_for_count(count);
+        let view = View::new(scene, size);
+        let limits = CutLimits { max_error, finest_level: 0, min_radius_px: 1.0 };
+        let cut = self.cut_of(scene, &view, limits);
+        let fragments = fragments(&cut, scene, &view);
+        let affordable = self.costs.fragments_within(budget_ms, cut.nodes.len() as u64);
+        // Smooth pictures lose little at a smaller size, which is enlarged when shown.
+        let shrink = (fragments / affordable).sqrt().clamp(1.0, f64::from(size[1]) / LEAST_SIDE).max(1.0);
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "1..=size")]
+        let smaller = size.map(|n| (f64::from(n) / shrink).round().max(1.0) as u32);
+        let view = View::new(scene, smaller);
+        self.begin(scene, &view, scene.splat.kernel)?;
+        let records: Vec<Record> = cut.nodes.iter().map(record).collect();
+        let start = Instant::now();
+        self.draw_records(&records, observer)?;
+        let wall_ms = start.elapsed().as_secs_f64() * 1e3;
+        self.costs.learn(records.len() as u64, fragments / (shrink * shrink), wall_ms);
+        Ok(Drawn {
+            size: smaller,
+            kernels: records.len() as u64,
+            nodes: records.len() as u64,
+            max_error,
+            wall_ms,
+        })
+    }
+
+    fn begin(&mut self, scene: &Scene, view: &View, kernel: Kernel) -> Result<(), DrawError> {
+        let unit_distance = scene.opacity_unit_distance();
+        Ok(self.renderer.begin(view, kernel, scene.splat.extent, unit_distance)?)
+    }
+
+    fn cut_of(&self, scene: &Scene, view: &View, limits: CutLimits) -> Cut {
+        let Some(classified) = &self.classified else { return Cut::default() };
+        let radius =
+            RadialKernel::new(scene.splat.kernel, scene.splat.extent).map_or(0.5, |k| k.radius());
+        let samples = &classified.volume.samples;
+        Cut::of(&classified.pyramid, limits, view.visit_order(), &view.visibility(radius), |index| {
+            classified.table.lookup(samples.get(index))
+        })
+    }
+
+    fn cut(
+        &mut self,
+        scene: &Scene,
+        size: [u32; 2],
+        limits: CutLimits,
+        observer: &mut dyn Observer,
+    ) -> Result<Drawn, DrawError> {
+        let start = Instant::now();
+        let view = View::new(scene, size);
+        let cut = self.cut_of(scene, &view, limits);
+        let records: Vec<Record> = cut.nodes.iter().map(record).collect();
+        self.begin(scene, &view, scene.splat.kernel)?;
+        self.draw_records(&records, observer)?;
+        Ok(Drawn {
+            size,
+            kernels: records.len() as u64,
+            nodes: records.len() as u64,
+            max_error: limits.max_error,
+            wall_ms: start.elapsed().as_secs_f64() * 1e3,
+        })
+    }
+
+    fn draw_records(
+        &mut self,
+        records: &[Record],
+        observer: &mut dyn Observer,
+    ) -> Result<(), DrawError> {
+        let total = records.len();
+        let mut done = 0;
+        let mut piece = self.costs.splats_within(PIECE_MS).max(256) as usize;
+        while done < total {
+            let end = (done + piece).min(total);
+            let report = self.renderer.draw_records(&records[done..end])?;
+            let rate = (end - done) as f64 / report.wall_ms.max(0.01);
+            piece = ((rate * PIECE_MS) as usize).clamp(256, piece * 4);
+            done = end;
+            if observer.piece_done(&mut self.renderer, done as f64 / total as f64) {
+                return Err(DrawError::Interrupted);
+            }
+        }
+        Ok(())
+    }
+
+    /// Every voxel with opacity, a few rows of the traversal at a time.
+    fn grid(
+        &mut self,
+        scene: &Scene,
+        size: [u32; 2],
+        kernel: Kernel,
+        observer: &mut dyn Observer,
+    ) -> Result<Drawn, DrawError> {
+        let start = Instant::now();
+        let view = View::new(scene, size);
+        self.begin(scene, &view, kernel)?;
+        let Some(classified) = &self.classified else {
+            return Err(GpuError::Device("nothing was prepared".to_owned()).into());
+        };
+        let mut rows = RowPlan::new(classified, &view);
+        let total = rows.total.max(1);
+        let mut kernels = 0;
+        while let Some((range, expected)) = rows.next(&self.costs) {
+            let row_count = range.len() as u64;
+            let report = self.renderer.draw_rows(&view, range, expected)?;
+            kernels += report.kernels;
+            self.costs.learn_grid(report.kernels, row_count, report.wall_ms);
+            let done = kernels as f64 / total as f64;
+            if observer.piece_done(&mut self.renderer, done.min(1.0)) {
+                return Err(DrawError::Interrupted);
+            }
+        }
+        Ok(Drawn {
+            size,
+            kernels,
+            nodes: 0,
+            max_error: 0.0,
+            wall_ms: start.elapsed().as_secs_f64() * 1e3,
+        })
+    }
+}
+
+/// Cuts the traversal into pieces of about [`PIECE_MS`], from the known counts slice by slice.
+struct RowPlan {
+    /// Kernels in each slice of the outermost axis, far to near.
+    slices: Vec<u64>,
+    rows_per_slice: u32,
+    total: u64,
+    next_row: u32,
+}
+
+impl RowPlan {
+    fn new(classified: &Classified, view: &View) -> Self {
+        let [a, b, _] = view.traversal.axes;
+        let counts = &classified.pyramid.active.per_slice[a];
+        let split = view.traversal.splits[0];
+        let far_first = counts[split..].iter().rev().chain(&counts[..split]);
+        #[expect(clippy::cast_possible_truncation, reason = "an axis has at most 65535 voxels")]
+        let rows_per_slice = classified.volume.lattice.dims[b] as u32;
+        Self {
+            slices: far_first.map(|&n| u64::from(n)).collect(),
+            rows_per_slice,
+            total: classified.pyramid.active.total,
+            next_row: 0,
+        }
+    }
+
+    /// The next rows, and at most how many kernels they hold.
+    fn next(&mut self, costs: &Costs) -> Option<(std::ops::Range<u32>, u64)> {
+        let slice_of = |row: u32| (row / self.rows_per_slice) as usize;
+        // Whole empty slices need not be looked at.
+        if self.next_row % self.rows_per_slice == 0 {
+            let skipped = self.slices[slice_of(self.next_row)..].iter().take_while(|&&n| n == 0).count();
+            self.next_row += skipped as u32 * self.rows_per_slice;
+        }
+        let first = self.next_row;
+        if slice_of(first) >= self.slices.len() {
+            return None;
+        }
+        let budget = costs.grid_rows_within(PIECE_MS);
+        let mut expected = 0;
+        let mut slice = slice_of(first);
+        let at_slice_start = first % self.rows_per_slice == 0;
+        let whole = |n: u64| costs.grid_ms(n, u64::from(self.rows_per_slice)) <= PIECE_MS;
+        if at_slice_start && whole(self.slices[slice]) {
+            let start = slice;
+            while slice < self.slices.len()
+                && (slice == start
+                    || costs.grid_ms(
+                        expected + self.slices[slice],
+                        u64::from(self.rows_per_slice) * (slice - start + 1) as u64,
+                    ) <= PIECE_MS)
+            {
+                expected += self.slices[slice];
+                slice += 1;
+            }
+            self.next_row = slice as u32 * self.rows_per_slice;
+        } else {
+            // Part of a slice, taken as evenly filled.
+            let n = self.slices[slice];
+            let pieces = (costs.grid_ms(n, u64::from(self.rows_per_slice)) / PIECE_MS).ceil().max(1.0);
+            let rows = (f64::from(self.rows_per_slice) / pieces).ceil().max(1.0) as u32;
+            let end = (first + rows).min((slice as u32 + 1) * self.rows_per_slice);
+            self.next_row = end;
+            // The renderer makes more room where the rows hold more than their share.
+            expected = (2 * n * u64::from(end - first) / u64::from(self.rows_per_slice)).min(n).max(1);
+        }
+        let _ = budget;
+        Some((first..self.next_row, expected))
+    }
+}
+
+fn record(node: &crate::hierarchy::CutNode) -> Record {
+    Record::new(node.low, node.size, node.node.extinction, node.node.colour)
+}
+
+/// World thickness of a voxel: the mean over the axes that matters for how opaque it looks.
+fn voxel_thickness(scene: &Scene) -> f64 {
+    scene.volume.lattice.axes().determinant().abs().cbrt()
+}
+
+/// Pixels that a cut's quads cover, overlaps counted each time; in perspective as at the middle.
+fn fragments(cut: &Cut, scene: &Scene, view: &View) -> f64 {
+    let radius =
+        RadialKernel::new(scene.splat.kernel, scene.splat.extent).map_or(0.5, |k| k.radius());
+    let rows = view.view_from_index.transpose();
+    let area = rows.x_axis.cross(rows.y_axis).length() * 4.0 * radius * radius;
+    cut.nodes.iter().map(|n| area * f64::from(n.size[0] * n.size[1] * n.size[2]).powf(2.0 / 3.0)).sum()
+}
+
+/// The background's linear colour, if any.
+pub fn background_light(background: Background) -> Option<crate::core::LinearRgb> {
+    match background {
+        Background::Colour(colour) => Some(colour.to_linear()),
+        Background::Transparent => None,
+    }
+}

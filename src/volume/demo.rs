@@ -1,1 +1,0 @@
-//! Volumes made in code, opened as `demo:NAME`.

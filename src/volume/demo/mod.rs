@@ -1,0 +1,242 @@
+//! Volumes made in code, opened as `demo:NAME` or `demo:NAME:SIZE`.
+//!
+//! Every one is the same on every machine: noise is hashed from its lattice point. Imports what its
+//! parent does.
+
+mod head;
+mod tornado;
+
+use std::f64::consts::PI;
+use std::sync::Arc;
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::{Association, Field, Grid, Lattice, Samples};
+
+/// Every demo, the one that a window opens with first.
+pub const NAMES: [&str; 7] =
+    ["head", "tornado", "marschner-lobb", "shells", "blobs", "checkerboard", "constant"];
+/// Samples along each axis that may be asked for.
+pub const SIZES: std::ops::RangeInclusive<usize> = 2..=512;
+
+/// The demo of a name, of `size` samples along each axis, or its own size for `None`.
+///
+/// The name may begin with `demo:` and end with `:SIZE`, which wins over `size`. `None` for names
+/// there are not and sizes outside [`SIZES`].
+pub fn open(name: &str, size: Option<usize>) -> Option<Grid> {
+    let name = name.strip_prefix("demo:").unwrap_or(name);
+    let (name, size) = match name.split_once(':') {
+        Some((name, suffix)) => (name, Some(suffix.parse().ok()?)),
+        None => (name, size),
+    };
+    if size.is_some_and(|size| !SIZES.contains(&size)) {
+        return None;
+    }
+    let sized = |own: usize| size.unwrap_or(own);
+    Some(match name {
+        "head" => head::grid(sized(128)),
+        "tornado" => tornado::grid(sized(64)),
+        "marschner-lobb" => {
+            let lattice = centred(sized(64));
+            scalar(lattice, "density", Samples::Float32(sample(lattice, marschner_lobb)))
+        }
+        "shells" => {
+            let lattice = centred(sized(64));
+            let edge = lattice.spacing.x;
+            let values = sample(lattice, |p| shells(p, edge)).into_iter().map(|v| v.round() as u8);
+            scalar(lattice, "shell", Samples::UInt8(values.collect()))
+        }
+        "blobs" => {
+            let lattice = centred(sized(64));
+            let blobs = blob_parameters();
+            let density = |p: DVec3| {
+                blobs
+                    .iter()
+                    .map(|(at, s, w)| w * (-(p - at).length_squared() / (2.0 * s * s)).exp())
+                    .sum()
+            };
+            scalar(lattice, "density", Samples::Float32(sample(lattice, density)))
+        }
+        "checkerboard" => {
+            let lattice = centred(sized(64));
+            let values = (0..lattice.len()).map(|i| {
+                let odd: usize =
+                    index_of(lattice.dims, i).iter().map(|j| j * 8 / lattice.dims[0]).sum();
+                if odd % 2 == 1 { 200 } else { 40 }
+            });
+            scalar(lattice, "check", Samples::UInt8(values.collect()))
+        }
+        "constant" => {
+            let lattice = centred(sized(32));
+            scalar(lattice, "constant", Samples::UInt8(vec![100; lattice.len()]))
+        }
+        _ => return None,
+    })
+}
+
+/// A lattice of size³ over −1..=1.
+fn centred(size: usize) -> Lattice {
+    let spacing = DVec3::splat(2.0 / (size - 1) as f64);
+    Lattice { spacing, origin: DVec3::splat(-1.0), ..Lattice::unit([size; 3]) }
+}
+
+/// x, y, z of a sample.
+fn index_of(dims: [usize; 3], i: usize) -> [usize; 3] {
+    [i % dims[0], i / dims[0] % dims[1], i / (dims[0] * dims[1])]
+}
+
+/// A function of world position at every sample.
+fn sample(lattice: Lattice, f: impl Fn(DVec3) -> f64 + Sync) -> Vec<f32> {
+    let at = |i| DVec3::from(index_of(lattice.dims, i).map(|j| j as f64));
+    (0..lattice.len()).into_par_iter().map(|i| f(lattice.world_from_index(at(i))) as f32).collect()
+}
+
+fn field(name: &str, components: usize, samples: Samples) -> Field {
+    Field {
+        name: name.to_owned(),
+        components,
+        association: Association::Point,
+        samples: Arc::new(samples),
+    }
+}
+
+fn scalar(lattice: Lattice, name: &str, samples: Samples) -> Grid {
+    Grid { lattice, fields: vec![field(name, 1, samples)], space: None }
+}
+
+/// The test signal of S. Marschner and R. Lobb (*An Evaluation of Reconstruction Filters for Volume
+/// Rendering*, 1994, §5.1), f_M = 6 and α = 0.25, in 0..=1.
+fn marschner_lobb(p: DVec3) -> f64 {
+    const FREQUENCY: f64 = 6.0;
+    const ALPHA: f64 = 0.25;
+    let radial = (2.0 * PI * FREQUENCY * (PI * p.truncate().length() / 2.0).cos()).cos();
+    (1.0 - (PI * p.z / 2.0).sin() + ALPHA * (1.0 + radial)) / (2.0 * (1.0 + ALPHA))
+}
+
+/// Four nested shells of values 60, 110, 160, 210, their faces `edge` wide.
+fn shells(p: DVec3, edge: f64) -> f64 {
+    let r = p.length();
+    (0..4_u8)
+        .map(|i| {
+            let off = (r - (0.85 - 0.22 * f64::from(i))).abs();
+            f64::from(60 + 50 * i) * (0.5 + (0.04 - off) / edge).clamp(0.0, 1.0)
+        })
+        .fold(0.0, f64::max)
+}
+
+/// Centre, width and weight of each blob.
+fn blob_parameters() -> Vec<(DVec3, f64, f64)> {
+    let part = |i: u64, k: u64| hash_unit(i * 8 + k);
+    (0..14)
+        .map(|i| {
+            let at = DVec3::new(part(i, 0), part(i, 1), part(i, 2)) * 1.3 - 0.65;
+            (at, 0.08 + 0.14 * part(i, 3), 0.4 + 0.6 * part(i, 4))
+        })
+        .collect()
+}
+
+/// A number in 0..1 scrambled from a key (the finaliser of splitmix64).
+fn hash_unit(key: u64) -> f64 {
+    let mut x = key.wrapping_add(0x9E37_79B9_7F4A_7C15);
+    x = (x ^ (x >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+    x = (x ^ (x >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+    x ^= x >> 31;
+    (x >> 11) as f64 / (1_u64 << 53) as f64
+}
+
+/// Smooth noise in −1..=1 of period one unit: hashed lattice values, blended cubically.
+fn value_noise(p: DVec3, seed: u64) -> f64 {
+    let base = p.floor();
+    let f = p - base;
+    let blend = f * f * (DVec3::splat(3.0) - 2.0 * f);
+    let corner = |dx: f64, dy: f64, dz: f64| {
+        let [x, y, z] = (base + DVec3::new(dx, dy, dz)).to_array().map(|v| v as i64 as u64);
+        let key =
+            x.wrapping_mul(0x8DA6_B343) ^ y.wrapping_mul(0xD816_3841) ^ z.wrapping_mul(0xCB1A_B31F);
+        hash_unit(key ^ seed << 40)
+    };
+    let mix = |a: f64, b: f64, t: f64| a + (b - a) * t;
+    let row = |dy, dz| mix(corner(0., dy, dz), corner(1., dy, dz), blend.x);
+    let layer = |dz| mix(row(0., dz), row(1., dz), blend.y);
+    2.0 * mix(layer(0.), layer(1.), blend.z) - 1.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::core::Ticket;
+    use crate::volume::Component;
+
+    #[test]
+    fn every_demo_opens_small_and_twice_the_same() {
+        for name in NAMES {
+            for size in [2, 3, 17] {
+                let grid = open(name, Some(size)).unwrap();
+                assert_eq!(grid.check(), Ok(()), "{name}");
+                assert_eq!(grid.lattice.dims, [size; 3], "{name}");
+                let again = open(&format!("demo:{name}:{size}"), None).unwrap();
+                for (a, b) in grid.fields.iter().zip(&again.fields) {
+                    assert_eq!(a.samples, b.samples, "{name} {}", a.name);
+                }
+                assert_eq!(grid.fields[0].components, 1, "{name}: a scalar is active");
+                grid.scalar(&grid.fields[0], Component::Index(0), &Ticket::new()).unwrap();
+            }
+        }
+    }
+
+    #[test]
+    fn names_and_sizes_there_are_not_are_none() {
+        for bad in ["", "demo:", "heads", "head:", "head:x", "head:1", "head:513", "head:8:8"] {
+            assert!(open(bad, None).is_none(), "{bad}");
+        }
+        assert!(open("head", Some(1)).is_none());
+    }
+
+    #[test]
+    fn marschner_and_lobbs_signal_has_its_closed_form_values() {
+        // At the middle cos(0) = 1, so the radial part is cos(12π) = 1.
+        assert!((marschner_lobb(DVec3::ZERO) - 1.5 / 2.5).abs() < 1e-12);
+        assert!((marschner_lobb(DVec3::Z) - 0.5 / 2.5).abs() < 1e-12);
+        assert!((marschner_lobb(DVec3::new(1.0, 0.0, -1.0)) - 1.0).abs() < 1e-12);
+        let turned = marschner_lobb(DVec3::new(0.3, 0.4, 0.1));
+        assert!((turned - marschner_lobb(DVec3::new(0.0, -0.5, 0.1))).abs() < 1e-12);
+    }
+
+    #[test]
+    fn shells_are_nested_and_mirror_symmetric() {
+        let grid = open("shells:65", None).unwrap();
+        let get = |x: usize, y: usize, z: usize| grid.fields[0].samples.get((z * 65 + y) * 65 + x);
+        assert_eq!(get(32, 32, 32), 0.0);
+        for (radius, value) in [(0.85, 60.0), (0.63, 110.0), (0.41, 160.0), (0.19, 210.0)] {
+            let x = (32.0_f64 + 32.0 * radius).round() as usize;
+            assert_eq!(get(x, 32, 32), value);
+            assert_eq!(get(32, 64 - x, 32), value);
+        }
+        for (x, y, z) in [(3, 9, 20), (11, 40, 29), (30, 31, 5)] {
+            assert_eq!(get(x, y, z), get(64 - x, y, z));
+            assert_eq!(get(x, y, z), get(z, x, y));
+        }
+    }
+
+    #[test]
+    fn the_checkerboard_alternates_eight_times() {
+        let grid = open("checkerboard:32", None).unwrap();
+        let row: Vec<f64> = (0..32).map(|x| grid.fields[0].samples.get(x)).collect();
+        assert_eq!(row.windows(2).filter(|w| w[0] != w[1]).count(), 7);
+        assert_eq!((row[0], row[4]), (40.0, 200.0));
+    }
+
+    #[test]
+    fn noise_is_smooth_bounded_and_even() {
+        let mut sum = 0.0;
+        for i in 0..2000 {
+            let p = DVec3::new(f64::from(i) * 0.37, f64::from(i) * -0.11, f64::from(i) * 0.05);
+            let n = value_noise(p, 1);
+            assert!((-1.0..=1.0).contains(&n));
+            assert!((value_noise(p + DVec3::splat(1e-4), 1) - n).abs() < 2e-3);
+            sum += n;
+        }
+        assert!((sum / 2000.0).abs() < 0.1, "{sum}");
+    }
+}
