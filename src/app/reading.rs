@@ -8,7 +8,7 @@ use super::document::{Library, RawLayout, ReadFailure, ReadGrid, Slice, Source};
 use crate::core::Ticket;
 use crate::io::{self, Endian, Format, OpenOptions, Problem, RawOverrides, ReadError};
 use crate::transfer::{TransferFunction, presets};
-use crate::volume::{Grid, Samples, Statistics};
+use crate::volume::{Samples, Statistics, demo};
 
 /// Greatest side of a preview, pixels; larger slices are thinned out.
 const PREVIEW_SIDE: usize = 512;
@@ -51,7 +51,7 @@ impl Library for Files {
     }
 
     fn demos(&self) -> Vec<(&'static str, &'static str)> {
-        Vec::new()
+        demo::NAMES.into_iter().map(|name| (name, about_demo(name))).collect()
     }
 
     fn default_transfer(&self, statistics: &Statistics) -> TransferFunction {
@@ -102,12 +102,26 @@ fn beyond_this_machine() -> ReadFailure {
 }
 
 fn made(name: &str) -> Result<ReadGrid, ReadFailure> {
-    let grid: Option<Grid> = None;
-    match grid {
+    match demo::open(name, None) {
         Some(grid) => Ok(ReadGrid { grid, warnings: Vec::new() }),
         None => Err(ReadFailure::Refused(format!(
-            "expected a demo's name, found \"{name}\"; the File menu lists the demos there are"
+            "expected one of the demos {}, found \"{name}\"; check the spelling",
+            demo::NAMES.join(", ")
         ))),
+    }
+}
+
+/// What there is to see in a demo, one line; empty for one that is new here.
+fn about_demo(name: &str) -> &'static str {
+    match name {
+        "head" => "A noisy phantom much like the CT scan of a head",
+        "tornado" => "A turning column of wind, with its velocity as a vector field",
+        "marschner-lobb" => "The classic test of reconstruction: ripples just above the limit",
+        "shells" => "Four thin shells inside each other",
+        "blobs" => "A few smooth blobs",
+        "checkerboard" => "Cubes of two values: hard edges everywhere",
+        "constant" => "One value throughout: what opacity alone looks like",
+        _ => "",
     }
 }
 
@@ -232,5 +246,17 @@ mod tests {
         assert!(slice.grey.iter().all(|g| *g == 0));
         let odd = to_grey(&Samples::Float32(vec![f32::NAN, 0.0, 1.0]), [3, 1]);
         assert_eq!(odd.grey, [0, 0, 255]);
+    }
+
+    #[test]
+    fn every_demo_opens_and_says_what_it_is() {
+        for (name, about) in Files.demos() {
+            assert!(!about.is_empty(), "{name}");
+            let source = Source::parse(&format!("demo:{name}:8"));
+            assert!(Files.read(&source, &Ticket::new()).is_ok(), "{name}");
+        }
+        let unknown = Files.read(&Source::Demo("none".into()), &Ticket::new()).err();
+        let Some(ReadFailure::Refused(text)) = unknown else { panic!("{unknown:?}") };
+        assert!(text.contains("head"), "{text}");
     }
 }

@@ -88,11 +88,14 @@ fn splat(
     let module = shader::SPLAT.module(&context.device);
     let flag = |on: bool| f64::from(u8::from(on));
     let constants = [
-        ("footprint_kind", match variant.kernel {
-            Kernel::Gaussian | Kernel::Cubic => 0.0,
-            Kernel::Nearest => 1.0,
-            Kernel::Point => 2.0,
-        }),
+        (
+            "footprint_kind",
+            match variant.kernel {
+                Kernel::Gaussian | Kernel::Cubic => 0.0,
+                Kernel::Nearest => 1.0,
+                Kernel::Point => 2.0,
+            },
+        ),
         ("one_footprint", flag(variant.one_footprint)),
         ("perspective", flag(variant.perspective)),
         ("rim_root", flag(variant.kernel == Kernel::Gaussian)),
