@@ -158,6 +158,11 @@ impl Renderer {
         Ok(timer)
     }
 
+    /// Passes go together again, untimed.
+    pub fn stop_timing(&mut self) {
+        self.timer = None;
+    }
+
     /// Pass times since [`Renderer::begin`].
     pub fn times(&self) -> &[PassTime] {
         &self.times

@@ -63,6 +63,17 @@ impl Scene {
     pub fn opacity_unit_distance(&self) -> f64 {
         self.splat.opacity_unit_distance.unwrap_or_else(|| self.volume.lattice.smallest_spacing())
     }
+
+    /// Whether two scenes make the same picture at the same size.
+    pub fn makes_same_picture(&self, other: &Self) -> bool {
+        // Taken apart, so that a new field cannot be forgotten here.
+        let Self { volume, transfer, splat, camera, background } = self;
+        Arc::ptr_eq(volume, &other.volume)
+            && *transfer == other.transfer
+            && *splat == other.splat
+            && *camera == other.camera
+            && *background == other.background
+    }
 }
 
 /// A camera along `direction` that shows the whole lattice with a small margin.

@@ -5,3 +5,4 @@
 pub mod cost;
 pub mod draw;
 pub mod engine;
+pub mod still;
