@@ -2,6 +2,7 @@
 
 use super::draw::{DrawError, Drawer, Drawn, Observer, Rung, background_light};
 use crate::accuracy;
+use crate::core::colour::srgb_bytes;
 use crate::core::{Camera, Cancelled, Ticket};
 use crate::gpu::{GpuError, PassTime, Renderer};
 use crate::scene::Scene;
@@ -136,7 +137,7 @@ pub(super) fn draw(
     let rgba = if drawn.size == *size {
         drawer.renderer.present(background)?
     } else {
-        accuracy::encode(&light, background)
+        srgb_bytes(&light, background)
     };
     for turn in 1..=request.repeat {
         ticket.checkpoint(u64::from(turn), u64::from(request.repeat))?;
@@ -184,18 +185,24 @@ fn coarsest_within(
 ) -> Result<(Rung, f64), StillError> {
     let StillRequest { scene, size, .. } = request;
     drawer.draw(scene, *size, Rung::Full, watch)?;
-    let full = drawer.renderer.read_light()?;
+    let full = widened(&drawer.renderer.read_light()?);
     let mut count = 64;
     while count < drawer.active_count() {
         let rung = Rung::Octree { max_error: drawer.error_for_count(count) };
         drawer.draw(scene, *size, rung, watch)?;
-        let rmse = accuracy::rmse(&drawer.renderer.read_light()?, &full);
+        let picture = widened(&drawer.renderer.read_light()?);
+        let rmse = accuracy::rmse(&picture, &full)
+            .map_err(|error| GpuError::Device(format!("two pictures of one size: {error}")))?;
         if rmse <= max_error {
             return Ok((rung, rmse));
         }
         count *= 2;
     }
     Ok((Rung::Full, 0.0))
+}
+
+fn widened(light: &[[f32; 4]]) -> Vec<[f64; 4]> {
+    light.iter().map(|pixel| pixel.map(f64::from)).collect()
 }
 
 /// A smaller picture enlarged by linear interpolation in linear light, edges held.
