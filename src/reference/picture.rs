@@ -45,9 +45,10 @@ pub fn every_sample(
     picture.par_chunks_mut(width.max(1)).zip(rows).enumerate().for_each(|(y, (pixels, row))| {
         for i in row {
             let (splat, kernel) = (&splats[i], &kernels[i]);
-            for x in splat.columns[0]..splat.columns[1] {
+            let [left, right] = splat.columns;
+            for (x, pixel) in pixels.iter_mut().enumerate().take(right).skip(left) {
                 let depth = kernel.extinction * splat.length(&view, [x, y]);
-                pixels[x] = over(-(-depth).exp_m1(), kernel.colour, pixels[x]);
+                *pixel = over(-(-depth).exp_m1(), kernel.colour, *pixel);
             }
         }
     });

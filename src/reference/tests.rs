@@ -171,11 +171,11 @@ fn perspective_error(distance: f64) -> f64 {
     local.iter().zip(&exact).map(|(a, b)| (a[3] - b[3]).abs()).fold(0.0, f64::max)
 }
 
-/// Measured: 0.087 at 4 voxels, 0.020 at 16, 0.005 at 64.
+/// Measured in alpha: 0.058 at 4 voxels, 0.013 at 16, 0.0031 at 64.
 #[test]
 fn the_perspective_approximation_fades_with_distance() {
     let errors = [4.0, 16.0, 64.0].map(perspective_error);
-    assert!(errors[0] < 0.3 && errors[2] < 0.01, "{errors:?}");
+    assert!(errors[0] < 0.07 && errors[2] < 0.004, "{errors:?}");
     assert!(errors[1] < 0.4 * errors[0] && errors[2] < 0.4 * errors[1], "{errors:?}");
     assert!(errors[2] > 1e-6, "a comparison that cannot tell them apart: {errors:?}");
 }
