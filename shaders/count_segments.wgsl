@@ -16,10 +16,10 @@ fn count_segments(
     let segment = segment_at(traversal.splits.w + thread / per_row, thread % per_row);
     var voxel = vec3<i32>(segment.start);
     let c = traversal.axes.z;
-    var active = 0u;
+    var visible = 0u;
     for (var i = 0u; i < segment.length; i++) {
-        active += select(0u, 1u, classify(linear_index(vec3<u32>(voxel))).w > 0.0);
+        visible += select(0u, 1u, classify(linear_index(vec3<u32>(voxel))).w > 0.0);
         voxel[c] += segment.step;
     }
-    counts[8u + thread] = active;
+    counts[8u + thread] = visible;
 }

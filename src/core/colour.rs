@@ -48,6 +48,30 @@ pub fn srgb_from_linear(linear: f64) -> f64 {
     if linear <= 0.003_130_8 { linear * 12.92 } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
 }
 
+/// Lays premultiplied linear pixels over a background (`None`: nothing) and encodes them as sRGB
+/// bytes with straight alpha, as `shaders/present.wgsl` does on the device.
+pub fn srgb_bytes(light: &[[f32; 4]], background: Option<LinearRgb>) -> Vec<u8> {
+    let (behind, there) = (background.unwrap_or_default().0, f64::from(u8::from(background.is_some())));
+    let byte = |value: f64| (value.clamp(0.0, 1.0) * 255.0).round() as u8;
+    light
+        .iter()
+        .flat_map(|pixel| {
+            let [r, g, b, a] = pixel.map(f64::from);
+            let alpha = a + (1.0 - a) * there;
+            let straight = |front: f64, behind: f64| {
+                let light = front + behind * there * (1.0 - a);
+                if alpha > 0.0 { srgb_from_linear((light / alpha.max(1e-6)).clamp(0.0, 1.0)) } else { 0.0 }
+            };
+            [
+                byte(straight(r, behind[0])),
+                byte(straight(g, behind[1])),
+                byte(straight(b, behind[2])),
+                byte(alpha),
+            ]
+        })
+        .collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -65,6 +89,16 @@ mod tests {
     fn the_middle_of_the_scale_is_a_fifth_of_the_light() {
         // sRGB 0.5 is 0.2140 in linear light.
         assert!((linear_from_srgb(0.5) - 0.214_041).abs() < 1e-6);
+    }
+
+    #[test]
+    fn pixels_are_laid_over_the_background_or_keep_straight_alpha() {
+        let half_red = [0.5, 0.0, 0.0, 0.5];
+        let white = Some(LinearRgb([1.0; 3]));
+        // Half red over white: linear (1, 0.5, 0.5).
+        assert_eq!(srgb_bytes(&[half_red], white), [255, 188, 188, 255]);
+        assert_eq!(srgb_bytes(&[half_red], None), [255, 0, 0, 128]);
+        assert_eq!(srgb_bytes(&[[0.0; 4]], None), [0, 0, 0, 0]);
     }
 
     #[test]

@@ -158,6 +158,11 @@ impl Renderer {
         Ok(timer)
     }
 
+    /// Passes go together again, untimed.
+    pub fn stop_timing(&mut self) {
+        self.timer = None;
+    }
+
     /// Pass times since [`Renderer::begin`].
     pub fn times(&self) -> &[PassTime] {
         &self.times
@@ -218,7 +223,7 @@ impl Renderer {
         let ranges = &volume.source.bricks.ranges;
         let mut visible = vec![0_u32; ranges.len().div_ceil(32)];
         for (index, &[low, high]) in ranges.iter().enumerate() {
-            let shows = low <= high && table.extinction_range(low, high) > 0.0;
+            let shows = low <= high && table.greatest_extinction(low, high) > 0.0;
             visible[index / 32] |= u32::from(shows) << (index % 32);
         }
         let last = table.entries.len() - 1;

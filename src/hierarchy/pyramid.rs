@@ -292,7 +292,7 @@ fn first_level<T: Scalar>(
     // One entry per table entry: exact for types that have one per code.
     let voxel_of_entry: Vec<Sums> =
         table.entries.par_iter().map(|&entry| voxel_sums(entry, voxel_depth)).collect();
-    let exact = table.is_exact();
+    let exact = volume.samples.scalar_type().size_bytes() <= 2;
     let offset = table.coordinate.offset;
     let classify = |value: T| {
         let value = value.to_f64();
@@ -308,7 +308,7 @@ fn first_level<T: Scalar>(
         .bricks
         .ranges
         .par_iter()
-        .map(|&[low, high]| low <= high && table.extinction_range(low, high) > 0.0)
+        .map(|&[low, high]| low <= high && table.greatest_extinction(low, high) > 0.0)
         .collect();
     let bricks = volume.bricks.dims;
     let mut sums = vec![(Sums::default(), 0); layer * coarse[2]];

@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::Opened;
 use crate::core::progress::{Cancelled, Ticket};
-use crate::volume::Statistics;
+use crate::volume::{Grid, Statistics};
 
 /// The answer to `voxsplat info`; its JSON form keeps these names.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -59,8 +59,21 @@ pub struct FieldInfo {
 /// # Errors
 /// [`Cancelled`].
 pub fn describe(opened: &Opened, ticket: &Ticket) -> Result<Info, Cancelled> {
-    let lattice = &opened.grid.lattice;
-    let fields = opened.grid.fields.iter().map(|field| {
+    describe_grid(&opened.grid, opened.format.name(), &opened.warnings, ticket)
+}
+
+/// The same for a grid from elsewhere, such as a demo.
+///
+/// # Errors
+/// [`Cancelled`].
+pub fn describe_grid(
+    grid: &Grid,
+    format: &str,
+    warnings: &[String],
+    ticket: &Ticket,
+) -> Result<Info, Cancelled> {
+    let lattice = &grid.lattice;
+    let fields = grid.fields.iter().map(|field| {
         let statistics = Statistics::of(&field.samples, ticket)?;
         let finite = |value: f64| (statistics.finite_count > 0).then_some(value);
         Ok(FieldInfo {
@@ -76,15 +89,15 @@ pub fn describe(opened: &Opened, ticket: &Ticket) -> Result<Info, Cancelled> {
         })
     });
     Ok(Info {
-        format: opened.format.name().to_owned(),
+        format: format.to_owned(),
         kind: "grid".to_owned(),
         dims: lattice.dims,
         spacing: lattice.spacing.to_array(),
         origin: lattice.origin.to_array(),
         direction: lattice.direction.to_cols_array(),
-        space: opened.grid.space.clone(),
+        space: grid.space.clone(),
         fields: fields.collect::<Result<_, _>>()?,
-        warnings: opened.warnings.clone(),
+        warnings: warnings.to_vec(),
     })
 }
 

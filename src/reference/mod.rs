@@ -1,1 +1,12 @@
-//! Under construction.
+//! The picture in float64, slowly: what every faster way of drawing is held to.
+//!
+//! Owns quadrature along rays, compositing in order, and the order itself. Of a kernel it knows h(r)
+//! alone, never a footprint in closed form, a polynomial or a table, so that an error in those shows.
+//! Never sees the GPU or the hierarchy. Imports `core`, `volume`, `transfer`, `kernel`, `scene`.
+
+mod kernels;
+mod line;
+mod picture;
+
+pub use kernels::{RefKernel, grid_kernels, traversal};
+pub use picture::{Rays, every_sample};

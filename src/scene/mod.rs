@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::core::{Camera, Srgb8};
 use crate::kernel::Kernel;
-use crate::transfer::TransferFunction;
+use crate::transfer::{TransferFunction, presets};
 use crate::volume::{Lattice, ScalarVolume};
 
 /// How splats are drawn.
@@ -63,7 +63,33 @@ impl Scene {
     pub fn opacity_unit_distance(&self) -> f64 {
         self.splat.opacity_unit_distance.unwrap_or_else(|| self.volume.lattice.smallest_spacing())
     }
+
+    /// Whether two scenes make the same picture at the same size.
+    pub fn makes_same_picture(&self, other: &Self) -> bool {
+        // Taken apart, so that a new field cannot be forgotten here.
+        let Self { volume, transfer, splat, camera, background } = self;
+        Arc::ptr_eq(volume, &other.volume)
+            && *transfer == other.transfer
+            && *splat == other.splat
+            && *camera == other.camera
+            && *background == other.background
+    }
 }
+
+/// What a newly opened volume is seen as: a transfer function from its histogram, the whole
+/// lattice from the corner between its front, right and top, black behind.
+pub fn opening(volume: Arc<ScalarVolume>) -> Scene {
+    Scene {
+        transfer: presets::default_for(&volume.statistics),
+        camera: framing_camera(&volume.lattice, ISOMETRIC, DVec3::Z),
+        splat: SplatSettings::default(),
+        background: Background::Colour(Srgb8::BLACK),
+        volume,
+    }
+}
+
+/// From the corner between front (−y), right (+x) and top (+z) towards the middle.
+pub const ISOMETRIC: DVec3 = DVec3::new(-1.0, 1.0, -1.0);
 
 /// A camera along `direction` that shows the whole lattice with a small margin.
 pub fn framing_camera(lattice: &Lattice, direction: DVec3, up: DVec3) -> Camera {

@@ -37,11 +37,6 @@ impl Costs {
         left.max(budget_ms * 0.2) / self.fragment_ms
     }
 
-    /// Rows of empty grid that a time affords.
-    pub fn grid_rows_within(&self, ms: f64) -> u64 {
-        (ms / self.row_ms).max(1.0) as u64
-    }
-
     /// What a piece of the grid is thought to take.
     pub fn grid_ms(&self, kernels: u64, rows: u64) -> f64 {
         kernels as f64 * self.voxel_ms + rows as f64 * self.row_ms

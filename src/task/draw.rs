@@ -153,6 +153,16 @@ impl Drawer {
         self.classified.as_ref().map_or(0, |c| c.pyramid.active.total)
     }
 
+    /// The error of the octree cut that has about `count` nodes.
+    pub fn error_for_count(&self, count: u64) -> f32 {
+        self.classified.as_ref().map_or(0.0, |c| c.pyramid.error_for_count(count))
+    }
+
+    /// Entries of the table whose transmittance is at its floor.
+    pub fn capped_count(&self) -> usize {
+        self.classified.as_ref().map_or(0, |c| c.table.capped_count)
+    }
+
     /// Bytes of host memory the hierarchy takes.
     pub fn hierarchy_bytes(&self) -> usize {
         self.classified.as_ref().map_or(0, |c| c.pyramid.size_bytes())
@@ -373,7 +383,6 @@ impl RowPlan {
         if slice_of(first) >= self.slices.len() {
             return None;
         }
-        let budget = costs.grid_rows_within(PIECE_MS);
         let mut expected = 0;
         let mut slice = slice_of(first);
         let at_slice_start = first % self.rows_per_slice == 0;
@@ -403,7 +412,6 @@ impl RowPlan {
             expected =
                 (2 * n * u64::from(end - first) / u64::from(self.rows_per_slice)).min(n).max(1);
         }
-        let _ = budget;
         Some((first..self.next_row, expected))
     }
 }

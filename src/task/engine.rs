@@ -4,8 +4,17 @@
 //! being drawn is dropped at its next piece. Pictures come back through [`Engine::take_picture`],
 //! announced by the `wake` callback.
 
-use std::sync::Arc;
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError, mpsc};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
 
+pub use crate::gpu::AdapterChoice;
+
+use super::draw::{DrawError, Drawer, Drawn, Observer, Rung, background_light};
+use super::still::{self, Still, StillError, StillRequest};
+use crate::core::Ticket;
+use crate::gpu::{Context, GpuError, Renderer, Wishes};
+use crate::kernel::Kernel;
 use crate::scene::Scene;
 
 /// What to draw until the next request.
@@ -96,42 +105,449 @@ pub enum EngineState {
 
 /// The caller's end of the service. Dropping it stops the thread.
 #[derive(Debug)]
-pub struct Engine {}
+pub struct Engine {
+    shared: Arc<Shared>,
+    thread: Option<JoinHandle<()>>,
+}
+
+/// What both ends see.
+#[derive(Debug)]
+struct Shared {
+    slot: Mutex<Slot>,
+    posted: Condvar,
+}
+
+#[derive(Debug)]
+struct Slot {
+    pending: Option<Posted>,
+    stop: bool,
+    /// Cancels the preparation under way; it belongs to the volume that was asked for last.
+    ticket: Ticket,
+    picture: Option<Arc<Picture>>,
+    state: EngineState,
+    adapter_name: Option<String>,
+    /// For the test of a lost device.
+    lose_device: bool,
+}
+
+#[derive(Debug)]
+enum Posted {
+    Frame(FrameRequest),
+    Still(Box<StillRequest>, Ticket, mpsc::SyncSender<Result<Still, StillError>>),
+}
+
+impl Shared {
+    fn lock(&self) -> MutexGuard<'_, Slot> {
+        // A panic elsewhere leaves whole values behind: each is replaced in one step.
+        self.slot.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
 
 impl Engine {
     /// Starts the thread; the device is made there. `wake` is called from it whenever
     /// [`Engine::take_picture`] or [`Engine::state`] have news.
-    pub fn start(_adapter: AdapterChoice, _wake: impl Fn() + Send + 'static) -> Self {
-        Self {}
+    pub fn start(adapter: AdapterChoice, wake: impl Fn() + Send + 'static) -> Self {
+        Self::start_with(adapter, Wishes::default(), wake)
+    }
+
+    /// The same, asking the device for no more than `wishes`.
+    pub fn start_with(
+        adapter: AdapterChoice,
+        wishes: Wishes,
+        wake: impl Fn() + Send + 'static,
+    ) -> Self {
+        let shared = Arc::new(Shared {
+            slot: Mutex::new(Slot {
+                pending: None,
+                stop: false,
+                ticket: Ticket::new(),
+                picture: None,
+                state: EngineState::Starting,
+                adapter_name: None,
+                lose_device: false,
+            }),
+            posted: Condvar::new(),
+        });
+        let worker = Worker {
+            shared: Arc::clone(&shared),
+            wake: Box::new(wake),
+            adapter,
+            wishes,
+            drawer: None,
+            last_coarse: None,
+        };
+        let thread = std::thread::Builder::new().name("voxsplat-engine".to_owned());
+        let thread = thread.spawn(move || worker.run());
+        if let Err(error) = &thread {
+            shared.lock().state =
+                EngineState::Failed(format!("the drawing thread did not start: {error}"));
+        }
+        Self { shared, thread: thread.ok() }
     }
 
     /// Replaces whatever was asked for before. Never blocks.
-    pub fn request(&self, _request: FrameRequest) {}
+    pub fn request(&self, request: FrameRequest) {
+        let mut slot = self.shared.lock();
+        let other_volume = match &slot.pending {
+            Some(Posted::Frame(pending)) => {
+                !Arc::ptr_eq(&pending.scene.volume, &request.scene.volume)
+            }
+            // Stills are waited for; frames go after them.
+            Some(Posted::Still(..)) => return,
+            None => false,
+        };
+        if other_volume {
+            slot.ticket.cancel();
+        }
+        slot.pending = Some(Posted::Frame(request));
+        drop(slot);
+        self.shared.posted.notify_one();
+    }
+
+    /// Draws one still picture and waits for it; the ticket cancels.
+    ///
+    /// # Errors
+    /// What went wrong, in one sentence.
+    pub fn still(&self, request: StillRequest, ticket: &Ticket) -> Result<Still, StillError> {
+        let (sender, receiver) = mpsc::sync_channel(1);
+        self.shared.lock().pending =
+            Some(Posted::Still(Box::new(request), ticket.clone(), sender));
+        self.shared.posted.notify_one();
+        receiver.recv().unwrap_or_else(|_| {
+            Err(GpuError::Device("the drawing thread ended early".to_owned()).into())
+        })
+    }
 
     /// The newest picture not yet taken, if any. Never blocks.
     pub fn take_picture(&self) -> Option<Arc<Picture>> {
-        None
+        self.shared.lock().picture.take()
     }
 
     /// What the engine is doing now. Never blocks.
     pub fn state(&self) -> EngineState {
-        EngineState::Starting
+        self.shared.lock().state.clone()
     }
 
     /// The adapter's name, once there is one.
     pub fn adapter_name(&self) -> Option<String> {
-        None
+        self.shared.lock().adapter_name.clone()
+    }
+
+    /// Loses the device before the next request, for the test of what happens then.
+    pub fn lose_device(&self) {
+        self.shared.lock().lose_device = true;
     }
 }
 
-/// Which adapter to draw with.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub enum AdapterChoice {
-    /// The fastest there is.
-    #[default]
-    Auto,
-    /// A CPU adapter.
-    Software,
-    /// The first whose name contains this, ignoring case.
-    Named(String),
+impl Drop for Engine {
+    fn drop(&mut self) {
+        {
+            let mut slot = self.shared.lock();
+            slot.stop = true;
+            slot.ticket.cancel();
+        }
+        self.shared.posted.notify_one();
+        if let Some(thread) = self.thread.take() {
+            // A panicked thread has nothing more to say.
+            drop(thread.join());
+        }
+    }
+}
+
+/// How often progress within a rung is announced.
+const PROGRESS_EVERY: Duration = Duration::from_millis(250);
+/// How often a partial picture is published: presenting it takes longer than a piece.
+const PARTIAL_EVERY: Duration = Duration::from_millis(300);
+/// A middle rung may take this share of what `full` takes.
+const MIDDLE_SHARE: f64 = 0.1;
+/// `full` follows the coarse picture at once where it takes no longer than this.
+const MIDDLE_WORTH_MS: f64 = 400.0;
+/// Rebuilds of a lost device for one request.
+const REBUILDS: u32 = 2;
+
+/// The thread's end.
+struct Worker {
+    shared: Arc<Shared>,
+    wake: Box<dyn Fn() + Send>,
+    adapter: AdapterChoice,
+    wishes: Wishes,
+    drawer: Option<Drawer>,
+    /// The scene whose coarse picture was published last.
+    last_coarse: Option<(Scene, [u32; 2])>,
+}
+
+impl Worker {
+    fn run(mut self) {
+        // The device is made before the first request, which mostly waits for a file.
+        if let Err(error) = self.device() {
+            self.announce(EngineState::Failed(error.to_string()));
+        } else {
+            self.announce(EngineState::Idle);
+        }
+        loop {
+            let (posted, ticket) = {
+                let mut slot = self.shared.lock();
+                while slot.pending.is_none() && !slot.stop {
+                    slot = self.shared.posted.wait(slot).unwrap_or_else(PoisonError::into_inner);
+                }
+                if slot.stop {
+                    return;
+                }
+                slot.ticket = Ticket::new();
+                (slot.pending.take(), slot.ticket.clone())
+            };
+            match posted {
+                Some(Posted::Frame(request)) => self.serve(&request, &ticket),
+                Some(Posted::Still(request, ticket, reply)) => {
+                    let result = self.still(&request, &ticket);
+                    // Whoever asked may be gone.
+                    drop(reply.send(result));
+                    self.announce(EngineState::Idle);
+                }
+                None => {}
+            }
+        }
+    }
+
+    fn still(&mut self, request: &StillRequest, ticket: &Ticket) -> Result<Still, StillError> {
+        let mut tries = 0;
+        loop {
+            let result = self.device().map_err(StillError::from).and_then(|drawer| {
+                still::draw(drawer, request, ticket)
+            });
+            match result {
+                Err(StillError::Gpu(GpuError::Lost(_))) if tries < REBUILDS => self.drop_device(),
+                other => return other,
+            }
+            tries += 1;
+        }
+    }
+
+    /// The device, made anew where there is none.
+    fn device(&mut self) -> Result<&mut Drawer, GpuError> {
+        if self.drawer.is_none() {
+            let context = Context::new(&self.adapter, self.wishes)?;
+            self.shared.lock().adapter_name = Some(context.adapter_name.clone());
+            self.drawer = Some(Drawer::new(Renderer::new(context)));
+        }
+        let Some(drawer) = &mut self.drawer else {
+            return Err(GpuError::Device("no device".to_owned()));
+        };
+        if std::mem::take(&mut self.shared.lock().lose_device) {
+            drawer.renderer.context().lose();
+        }
+        Ok(drawer)
+    }
+
+    fn drop_device(&mut self) {
+        self.drawer = None;
+        self.last_coarse = None;
+    }
+
+    fn announce(&self, state: EngineState) {
+        let mut slot = self.shared.lock();
+        if slot.state == state {
+            return;
+        }
+        slot.state = state;
+        drop(slot);
+        (self.wake)();
+    }
+
+    /// Draws a request as far as it goes, rebuilding the device where it is lost.
+    fn serve(&mut self, request: &FrameRequest, ticket: &Ticket) {
+        let mut tries = 0;
+        let outcome = loop {
+            match self.refine(request, ticket) {
+                Err(DrawError::Gpu(GpuError::Lost(reason))) if tries < REBUILDS => {
+                    log::warn!("the graphics device was lost and is made anew: {reason}");
+                    self.drop_device();
+                    tries += 1;
+                }
+                outcome => break outcome,
+            }
+        };
+        match outcome {
+            Ok(()) => self.announce(EngineState::Idle),
+            Err(DrawError::Interrupted) => {}
+            Err(DrawError::Gpu(error)) => {
+                self.drop_device();
+                self.announce(EngineState::Failed(error.to_string()));
+            }
+        }
+    }
+
+    fn refine(&mut self, request: &FrameRequest, ticket: &Ticket) -> Result<(), DrawError> {
+        self.announce(EngineState::Drawing(0.0));
+        let (scene, size) = (&request.scene, request.size);
+        self.device()?.prepare(scene, ticket)?;
+        match request.effort {
+            Effort::Moving { budget_ms } => {
+                // Bounded by its budget, and so never interrupted: a hand that moves faster than
+                // pictures are drawn still sees every one of them.
+                self.rung(request, Rung::Coarse { budget_ms }, false, 0.0)?;
+                self.last_coarse = Some((scene.clone(), size));
+                Ok(())
+            }
+            Effort::Rest { budget_ms, ladder, show_partial } => {
+                let seen = self
+                    .last_coarse
+                    .as_ref()
+                    .is_some_and(|(last, at)| *at == size && last.makes_same_picture(scene));
+                if !seen {
+                    self.rung(request, Rung::Coarse { budget_ms }, false, 0.0)?;
+                }
+                let rungs = self.ladder(scene, ladder)?;
+                let steps = rungs.len() as f64;
+                for (i, rung) in rungs.into_iter().enumerate() {
+                    if self.newer_came() {
+                        return Err(DrawError::Interrupted);
+                    }
+                    let last = rung == Rung::Full;
+                    self.rung(request, rung, show_partial && last, i as f64 / steps)?;
+                }
+                self.last_coarse = None;
+                Ok(())
+            }
+        }
+    }
+
+    /// The rungs after the coarse picture.
+    fn ladder(&mut self, scene: &Scene, ladder: Ladder) -> Result<Vec<Rung>, DrawError> {
+        let drawer = self.device()?;
+        let mut rungs = match ladder {
+            Ladder::Octree => {
+                let full_ms = drawer.active_count() as f64 * drawer.costs.voxel_ms;
+                if full_ms < MIDDLE_WORTH_MS {
+                    Vec::new()
+                } else {
+                    let nodes = (full_ms * MIDDLE_SHARE / drawer.costs.splat_ms) as u64;
+                    vec![Rung::Octree { max_error: drawer.error_for_count(nodes) }]
+                }
+            }
+            Ladder::Subsampling => vec![Rung::Subsampled { level: 2 }, Rung::Subsampled { level: 1 }],
+            Ladder::CheaperKernels => vec![Rung::Cheaper(Kernel::Point), Rung::Cheaper(Kernel::Nearest)],
+        };
+        rungs.retain(|rung| *rung != Rung::Cheaper(scene.splat.kernel));
+        rungs.push(Rung::Full);
+        Ok(rungs)
+    }
+
+    fn newer_came(&self) -> bool {
+        let slot = self.shared.lock();
+        slot.pending.is_some() || slot.stop
+    }
+
+    /// Draws and publishes one rung.
+    fn rung(
+        &mut self,
+        request: &FrameRequest,
+        rung: Rung,
+        show_partial: bool,
+        before: f64,
+    ) -> Result<(), DrawError> {
+        let start = Instant::now();
+        self.device()?;
+        // Taken out while it draws, so that pieces can announce themselves through `self`.
+        let Some(mut drawer) = self.drawer.take() else { return Ok(()) };
+        let mut watch = Watch {
+            worker: self,
+            request,
+            interruptible: !matches!(rung, Rung::Coarse { .. }),
+            show_partial,
+            start,
+            before,
+            last_progress: start,
+            last_partial: start,
+            active: drawer.active_count(),
+        };
+        let drawn = drawer.draw(&request.scene, request.size, rung, &mut watch);
+        let result = drawn.and_then(|drawn| {
+            let background = background_light(request.scene.background);
+            let rgba = drawer.renderer.present(background)?;
+            let active = drawer.active_count();
+            self.publish(request, rung_words(rung, &drawn), drawn, rgba, active);
+            Ok(())
+        });
+        self.drawer = Some(drawer);
+        result
+    }
+
+    fn publish(
+        &self,
+        request: &FrameRequest,
+        (rung, progress): (String, f32),
+        drawn: Drawn,
+        rgba: Vec<u8>,
+        kernels_active: u64,
+    ) {
+        let report = FrameReport {
+            rung,
+            kernels_drawn: drawn.kernels,
+            kernels_active,
+            kernels_total: request.scene.volume.lattice.len() as u64,
+            frame_ms: drawn.wall_ms,
+            progress,
+        };
+        let picture = Picture { size: drawn.size, requested_size: request.size, rgba, report };
+        self.shared.lock().picture = Some(Arc::new(picture));
+        (self.wake)();
+    }
+}
+
+/// A rung in words, and how far towards `full` it is.
+fn rung_words(rung: Rung, drawn: &Drawn) -> (String, f32) {
+    match rung {
+        Rung::Coarse { .. } => (format!("coarse, octree error {:.3}", drawn.max_error), 0.0),
+        Rung::Octree { .. } => (format!("octree error {:.3}", drawn.max_error), 0.1),
+        Rung::Subsampled { level } => (format!("every {}th sample, averaged", 1 << level), 0.1),
+        Rung::Cheaper(kernel) => (format!("every voxel, {} kernel", kernel.name()), 0.5),
+        Rung::Full => ("full".to_owned(), 1.0),
+    }
+}
+
+/// Announces a rung's progress, and stops it when something newer came.
+struct Watch<'a> {
+    worker: &'a Worker,
+    request: &'a FrameRequest,
+    interruptible: bool,
+    show_partial: bool,
+    start: Instant,
+    before: f64,
+    last_progress: Instant,
+    last_partial: Instant,
+    active: u64,
+}
+
+impl Observer for Watch<'_> {
+    fn piece_done(&mut self, renderer: &mut Renderer, done: f64) -> bool {
+        if self.interruptible && self.worker.newer_came() {
+            return true;
+        }
+        if self.last_progress.elapsed() >= PROGRESS_EVERY {
+            self.last_progress = Instant::now();
+            let share = self.before + (1.0 - self.before) * done;
+            #[expect(clippy::cast_possible_truncation, reason = "0..=1")]
+            self.worker.announce(EngineState::Drawing(share as f32));
+        }
+        if self.show_partial && done < 1.0 && self.last_partial.elapsed() >= PARTIAL_EVERY {
+            let background = background_light(self.request.scene.background);
+            // A failing device is reported by the rung itself.
+            if let Ok(rgba) = renderer.present(background) {
+                let kernels = (self.active as f64 * done) as u64;
+                let drawn = Drawn {
+                    size: self.request.size,
+                    kernels,
+                    nodes: 0,
+                    max_error: 0.0,
+                    wall_ms: self.start.elapsed().as_secs_f64() * 1e3,
+                };
+                #[expect(clippy::cast_possible_truncation, reason = "0..1")]
+                let words = ("full, in part".to_owned(), done.min(0.99) as f32);
+                self.worker.publish(self.request, words, drawn, rgba, self.active);
+            }
+            self.last_partial = Instant::now();
+        }
+        false
+    }
 }

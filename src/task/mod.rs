@@ -5,3 +5,5 @@
 pub mod cost;
 pub mod draw;
 pub mod engine;
+pub mod picture_file;
+pub mod still;

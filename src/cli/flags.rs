@@ -1,0 +1,167 @@
+//! Every flag once: its name, its value, its help.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+
+use super::values::{self, Stop};
+use crate::core::Srgb8;
+use crate::io::Endian;
+use crate::kernel::Kernel;
+use crate::task::engine::AdapterChoice;
+use crate::transfer::ColourMap;
+use crate::volume::ScalarType;
+
+/// Draws volume data by splatting, and shows what accuracy costs in time
+#[derive(Debug, Parser)]
+#[command(name = "voxsplat", version, args_conflicts_with_subcommands = true)]
+pub struct Arguments {
+    /// What to do; without one, the window.
+    #[command(subcommand)]
+    pub command: Option<Command>,
+    /// The window's flags.
+    #[command(flatten)]
+    pub window: WindowFlags,
+}
+
+/// What else than the window.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Draw a picture without a window
+    Render(Box<RenderFlags>),
+    /// Say what is in a file
+    Info(InfoFlags),
+}
+
+/// `voxsplat [FILE]…`.
+#[derive(Debug, Args)]
+pub struct WindowFlags {
+    /// Volumes to open, or demo:NAME; the first is shown [default: the built-in demo]
+    pub files: Vec<PathBuf>,
+    /// Adapter to draw with: auto, software, or part of a name
+    #[arg(long, value_parser = values::adapter, default_value = "auto", value_name = "NAME")]
+    pub adapter: AdapterChoice,
+}
+
+/// Which file, and how to read it.
+#[derive(Debug, Args)]
+pub struct InputFlags {
+    /// A volume, or demo:NAME
+    pub file: PathBuf,
+    /// Dimensions of a raw file
+    #[arg(long, value_name = "X,Y,Z", value_parser = values::dims, allow_hyphen_values = true)]
+    pub raw_dims: Option<[usize; 3]>,
+    /// Scalar type of a raw file: uint8, int16, float32, …
+    #[arg(long, value_name = "TYPE", value_parser = values::scalar_type)]
+    pub raw_type: Option<ScalarType>,
+    /// Byte order of a raw file: little or big
+    #[arg(long, value_name = "ORDER", value_parser = values::endian)]
+    pub raw_endian: Option<Endian>,
+    /// Bytes before the samples of a raw file
+    #[arg(long, value_name = "BYTES")]
+    pub raw_skip: Option<u64>,
+    /// World distance between the samples of a raw file
+    #[arg(long, value_name = "X,Y,Z", value_parser = values::vector, allow_hyphen_values = true)]
+    pub raw_spacing: Option<[f64; 3]>,
+}
+
+/// `voxsplat info`.
+#[derive(Debug, Args)]
+pub struct InfoFlags {
+    /// The file.
+    #[command(flatten)]
+    pub input: InputFlags,
+    /// As JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// How far `render` refines.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum RefineFlag {
+    /// The best picture within --budget-ms or --max-error
+    Coarse,
+    /// Every voxel's full kernel
+    Full,
+}
+
+/// `voxsplat render`.
+#[derive(Debug, Args)]
+pub struct RenderFlags {
+    /// The file.
+    #[command(flatten)]
+    pub input: InputFlags,
+    /// Where to: X.png, X.exr (linear premultiplied float RGBA), or - for PNG on stdout
+    #[arg(long, short, value_name = "FILE")]
+    pub output: PathBuf,
+    /// Picture size in pixels
+    #[arg(long, value_name = "W,H", value_parser = values::resolution, default_value = "1280,800")]
+    pub resolution: [u32; 2],
+    /// From the eye into the scene
+    #[arg(long, value_name = "X,Y,Z", value_parser = values::direction, allow_hyphen_values = true)]
+    pub camera_direction: Option<[f64; 3]>,
+    /// Up in the picture; replaced where it is parallel to the direction
+    #[arg(long, value_name = "X,Y,Z", value_parser = values::vector, allow_hyphen_values = true)]
+    pub camera_view_up: Option<[f64; 3]>,
+    /// World point in the middle of the picture
+    #[arg(long, value_name = "X,Y,Z", value_parser = values::vector, allow_hyphen_values = true)]
+    pub camera_focal_point: Option<[f64; 3]>,
+    /// Half the height of the view, world units
+    #[arg(long, value_name = "S", value_parser = values::positive, allow_hyphen_values = true)]
+    pub parallel_scale: Option<f64>,
+    /// Perspective with this full vertical angle, degrees [default: orthographic]
+    #[arg(long, value_name = "DEG", value_parser = values::view_angle, allow_hyphen_values = true)]
+    pub camera_view_angle: Option<f64>,
+    /// Field to draw [default: the active one]
+    #[arg(long, value_name = "NAME")]
+    pub field: Option<String>,
+    /// Component of the field, from 0 [default: the length of a vector]
+    #[arg(long, value_name = "N")]
+    pub component: Option<usize>,
+    /// Opacities at data values; linear between, held beyond
+    #[arg(long, value_name = "V:A,…", value_parser = values::opacity, allow_hyphen_values = true)]
+    pub opacity: Option<values::Points>,
+    /// World length over which opacities are given [default: smallest spacing]
+    #[arg(long, value_name = "D", value_parser = values::positive, allow_hyphen_values = true)]
+    pub opacity_unit_distance: Option<f64>,
+    /// Colours at data values
+    #[arg(long, value_name = "V:RRGGBB,…", value_parser = values::colours,
+        allow_hyphen_values = true, conflicts_with_all = ["colormap", "color_range"])]
+    pub color: Option<values::List<Stop>>,
+    /// Named colour map: viridis, cividis, inferno, …
+    #[arg(long, value_name = "NAME", value_parser = values::colour_map)]
+    pub colormap: Option<ColourMap>,
+    /// Data values of the map's ends
+    #[arg(long, value_name = "LO,HI", value_parser = values::range, allow_hyphen_values = true)]
+    pub color_range: Option<[f64; 2]>,
+    /// Background colour
+    #[arg(long, value_name = "RRGGBB", value_parser = values::colour, default_value = "000000")]
+    pub background: Srgb8,
+    /// Keep the picture's alpha
+    #[arg(long, conflicts_with = "background")]
+    pub no_background: bool,
+    /// Reconstruction kernel: point, nearest, gaussian, cubic
+    #[arg(long, value_name = "KERNEL", value_parser = values::kernel, default_value = "cubic")]
+    pub kernel: Kernel,
+    /// Splat radius in voxels [default: the kernel's own]
+    #[arg(long, value_name = "E", value_parser = values::positive, allow_hyphen_values = true)]
+    pub extent: Option<f64>,
+    /// How far to refine
+    #[arg(long, value_enum, default_value_t = RefineFlag::Full)]
+    pub refine: RefineFlag,
+    /// With --refine coarse: greatest RMSE against `full`, linear light
+    #[arg(long, value_name = "E", value_parser = values::positive, allow_hyphen_values = true)]
+    pub max_error: Option<f64>,
+    /// With --refine coarse: milliseconds the picture may take
+    #[arg(long, value_name = "T", value_parser = values::positive, allow_hyphen_values = true)]
+    pub budget_ms: Option<f64>,
+    /// More frames for timing, each with the camera turned by 1°
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub repeat: u32,
+    /// Write what was drawn and what it cost, as JSON
+    #[arg(long, value_name = "S.json")]
+    pub stats: Option<PathBuf>,
+    /// Adapter to draw with: auto, software, or part of a name
+    #[arg(long, value_parser = values::adapter, default_value = "auto", value_name = "NAME")]
+    pub adapter: AdapterChoice,
+}

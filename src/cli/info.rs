@@ -1,0 +1,22 @@
+//! `voxsplat info`.
+
+use std::io::Write;
+
+use super::flags::InfoFlags;
+use super::{Failure, open};
+use crate::core::Ticket;
+use crate::io::info;
+
+pub(super) fn run(flags: &InfoFlags) -> Result<(), Failure> {
+    let input = open::grid(&flags.input)?;
+    let info = info::describe_grid(&input.grid, &input.format, &input.warnings, &Ticket::new())
+        .map_err(Failure::failed)?;
+    let text = if flags.json {
+        serde_json::to_string_pretty(&info).map_err(Failure::failed)?
+    } else {
+        info.to_string()
+    };
+    // A reader that has seen enough (`| head`) is no failure.
+    drop(writeln!(std::io::stdout(), "{}", text.trim_end()));
+    Ok(())
+}

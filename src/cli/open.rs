@@ -1,0 +1,62 @@
+//! A file named on the command line.
+
+use std::sync::Arc;
+
+use super::Failure;
+use super::flags::InputFlags;
+use crate::core::Ticket;
+use crate::io::{self, OpenOptions, RawOverrides};
+use crate::volume::{Component, Grid, ScalarVolume, demo};
+
+/// What was opened: the grid, and where the file says so, its format.
+pub(super) struct Input {
+    pub grid: Grid,
+    pub format: String,
+    pub warnings: Vec<String>,
+}
+
+pub(super) fn grid(flags: &InputFlags) -> Result<Input, Failure> {
+    if let Some(name) = flags.file.to_str().and_then(|f| f.strip_prefix("demo:")) {
+        let grid = demo::open(name, None).ok_or_else(|| {
+            Failure::Failed(format!(
+                "expected one of the demos {} (and at most a size, as in demo:shells:64), \
+                 found demo:{name}",
+                demo::NAMES.join(", ")
+            ))
+        })?;
+        return Ok(Input { grid, format: "demo".to_owned(), warnings: Vec::new() });
+    }
+    let raw = RawOverrides {
+        dims: flags.raw_dims,
+        scalar_type: flags.raw_type,
+        endian: flags.raw_endian,
+        skip_bytes: flags.raw_skip,
+        spacing: flags.raw_spacing.map(glam::DVec3::from),
+    };
+    let options = OpenOptions {
+        raw: (raw != RawOverrides::default()).then_some(raw),
+        memory_limit_bytes: None,
+    };
+    let opened = io::open(&flags.file, &options, &Ticket::new()).map_err(Failure::failed)?;
+    Ok(Input {
+        grid: opened.grid,
+        format: opened.format.name().to_owned(),
+        warnings: opened.warnings,
+    })
+}
+
+/// The scalar that is drawn: the named field or the active one, a component or the magnitude.
+pub(super) fn scalar(
+    input: &Input,
+    field: Option<&str>,
+    component: Option<usize>,
+) -> Result<Arc<ScalarVolume>, Failure> {
+    let field = input.grid.field(field).map_err(Failure::failed)?;
+    let component = match component {
+        Some(index) => Component::Index(index),
+        None if field.components == 1 => Component::Index(0),
+        None => Component::Magnitude,
+    };
+    let volume = input.grid.scalar(field, component, &Ticket::new()).map_err(Failure::failed)?;
+    Ok(Arc::new(volume))
+}

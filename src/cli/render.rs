@@ -1,0 +1,136 @@
+//! `voxsplat render`.
+
+use std::io::Write;
+use std::path::Path;
+use std::time::Instant;
+
+use glam::DVec3;
+
+use super::flags::{RefineFlag, RenderFlags};
+use super::stats::Stats;
+use super::{Failure, open};
+use crate::core::{Camera, Projection, Ticket};
+use crate::scene::{self, Background, Scene, SplatSettings};
+use crate::task::engine::Engine;
+use crate::task::picture_file::{self, PictureFormat};
+use crate::task::still::{Refine, StillRequest};
+use crate::transfer::ColourSource;
+
+pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
+    let refine = refine(flags)?;
+    let format = format(&flags.output)?;
+    if flags.extent.is_some() && flags.kernel.natural_extent().is_none() {
+        return Err(Failure::Usage(format!(
+            "expected --extent with a kernel that has one (gaussian, cubic), found --kernel {}; \
+             leave one of the two out",
+            flags.kernel.name()
+        )));
+    }
+    let start = Instant::now();
+    let input = open::grid(&flags.input)?;
+    for warning in &input.warnings {
+        eprintln!("voxsplat: note: {warning}");
+    }
+    let volume = open::scalar(&input, flags.field.as_deref(), flags.component)?;
+    let load_ms = start.elapsed().as_secs_f64() * 1e3;
+    let scene = scene(flags, scene::opening(volume));
+    let kernels_total = scene.volume.lattice.len() as u64;
+    let engine = Engine::start(flags.adapter.clone(), || ());
+    let request = StillRequest {
+        scene,
+        size: flags.resolution,
+        refine,
+        repeat: flags.repeat,
+        time_passes: flags.stats.is_some(),
+    };
+    let still = engine.still(request, &Ticket::new()).map_err(Failure::failed)?;
+    match format {
+        None => {
+            let bytes = picture_file::png_bytes(&still).map_err(Failure::Failed)?;
+            std::io::stdout()
+                .write_all(&bytes)
+                .map_err(|error| Failure::Failed(format!("the picture could not be written: {error}")))?;
+        }
+        Some(format) => {
+            picture_file::write(&still, format, &flags.output).map_err(Failure::Failed)?;
+        }
+    }
+    if let Some(path) = &flags.stats {
+        let stats = Stats::of(&still, kernels_total, load_ms);
+        let text = serde_json::to_string_pretty(&stats).map_err(Failure::failed)?;
+        std::fs::write(path, text + "\n").map_err(|error| {
+            Failure::Failed(format!(
+                "the statistics could not be written: {error}; choose another place: {}",
+                path.display()
+            ))
+        })?;
+    }
+    Ok(())
+}
+
+/// What the output's name asks for; `None` is PNG on stdout.
+fn format(output: &Path) -> Result<Option<PictureFormat>, Failure> {
+    if output == Path::new("-") {
+        return Ok(None);
+    }
+    PictureFormat::of(output).map(Some).map_err(Failure::Usage)
+}
+
+fn refine(flags: &RenderFlags) -> Result<Refine, Failure> {
+    let usage = |sentence: &str| Err(Failure::Usage(sentence.to_owned()));
+    match (flags.refine, flags.budget_ms, flags.max_error) {
+        (RefineFlag::Full, None, None) => Ok(Refine::Full),
+        (RefineFlag::Full, ..) => usage(
+            "expected --refine coarse with --budget-ms or --max-error, found --refine full; \
+             add --refine coarse",
+        ),
+        (RefineFlag::Coarse, Some(budget_ms), None) => Ok(Refine::Budget { budget_ms }),
+        (RefineFlag::Coarse, None, Some(max_error)) => Ok(Refine::Error { max_error }),
+        (RefineFlag::Coarse, None, None) => usage(
+            "expected --budget-ms or --max-error with --refine coarse, found neither; give one",
+        ),
+        (RefineFlag::Coarse, Some(_), Some(_)) => usage(
+            "expected one of --budget-ms and --max-error, found both; leave one out",
+        ),
+    }
+}
+
+/// The scene as it opens, changed by the flags.
+fn scene(flags: &RenderFlags, opening: Scene) -> Scene {
+    let camera = camera(flags, &opening.camera);
+    let mut transfer = opening.transfer.clone();
+    if let Some(points) = &flags.opacity {
+        transfer.opacity = points.0.clone();
+    }
+    if let Some(stops) = &flags.color {
+        transfer.colour = ColourSource::Stops(stops.0.clone());
+    } else if let ColourSource::Map { map, range } = &mut transfer.colour {
+        *map = flags.colormap.unwrap_or(*map);
+        *range = flags.color_range.unwrap_or(*range);
+    }
+    let background = if flags.no_background {
+        Background::Transparent
+    } else {
+        Background::Colour(flags.background)
+    };
+    let splat = SplatSettings {
+        kernel: flags.kernel,
+        extent: flags.extent,
+        opacity_unit_distance: flags.opacity_unit_distance,
+    };
+    Scene { camera, transfer, background, splat, ..opening }
+}
+
+fn camera(flags: &RenderFlags, opening: &Camera) -> Camera {
+    let vector = |given: Option<[f64; 3]>, own: DVec3| given.map_or(own, DVec3::from);
+    let mut camera = Camera::new(
+        vector(flags.camera_focal_point, opening.focal_point),
+        vector(flags.camera_direction, opening.direction),
+        vector(flags.camera_view_up, opening.up),
+        flags.parallel_scale.unwrap_or(opening.parallel_scale),
+    );
+    if let Some(degrees) = flags.camera_view_angle {
+        camera.projection = Projection::Perspective { view_angle: degrees.to_radians() };
+    }
+    camera
+}

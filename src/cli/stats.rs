@@ -1,0 +1,73 @@
+//! What `--stats` writes.
+
+use serde::Serialize;
+
+use crate::task::still::Still;
+
+/// The file's content; the names are stable.
+#[derive(Debug, Serialize)]
+pub(super) struct Stats<'a> {
+    adapter: &'a str,
+    resolution: [u32; 2],
+    /// What the file was drawn with; later versions choose.
+    backend: &'static str,
+    kernels_total: u64,
+    kernels_active: u64,
+    kernels_drawn: u64,
+    octree_nodes: u64,
+    octree_error: f32,
+    /// Size the picture was drawn at before it was enlarged.
+    drawn_resolution: [u32; 2],
+    /// `full` or `coarse`.
+    refinement: &'static str,
+    /// Measured against `full`, where `--max-error` asked for it.
+    rmse: Option<f64>,
+    effects: Vec<&'static str>,
+    passes: Vec<PassRow>,
+    /// Whose clock the passes were timed by: `device` or `wall`.
+    timer: Option<&'static str>,
+    frame_ms: &'a [f64],
+    load_ms: f64,
+    peak_gpu_bytes: u64,
+    pipelines: usize,
+    /// Transfer table entries whose opacity was lowered to the transmittance floor.
+    capped_opacities: usize,
+}
+
+#[derive(Debug, Serialize)]
+struct PassRow {
+    name: &'static str,
+    gpu_ms: f64,
+    runs: u32,
+}
+
+impl<'a> Stats<'a> {
+    pub(super) fn of(still: &'a Still, kernels_total: u64, load_ms: f64) -> Self {
+        let full = still.drawn.nodes == 0 || still.drawn.kernels == still.kernels_active;
+        Self {
+            adapter: &still.adapter,
+            resolution: still.size,
+            backend: "raster",
+            kernels_total,
+            kernels_active: still.kernels_active,
+            kernels_drawn: still.drawn.kernels,
+            octree_nodes: still.drawn.nodes,
+            octree_error: still.drawn.max_error,
+            drawn_resolution: still.drawn.size,
+            refinement: if full { "full" } else { "coarse" },
+            rmse: still.measured_rmse,
+            effects: Vec::new(),
+            passes: still
+                .passes
+                .iter()
+                .map(|p| PassRow { name: p.name, gpu_ms: p.gpu_ms, runs: p.runs })
+                .collect(),
+            timer: still.timer,
+            frame_ms: &still.frame_ms,
+            load_ms,
+            peak_gpu_bytes: still.peak_gpu_bytes,
+            pipelines: still.pipelines,
+            capped_opacities: still.capped_opacities,
+        }
+    }
+}

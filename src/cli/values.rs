@@ -1,0 +1,185 @@
+//! Flag values from text: each says what it expected and what it found.
+
+use crate::core::Srgb8;
+use crate::io::Endian;
+use crate::kernel::Kernel;
+use crate::task::engine::AdapterChoice;
+use crate::transfer::ColourMap;
+use crate::volume::ScalarType;
+
+type Parsed<T> = Result<T, String>;
+
+/// A flag that is given once and holds several things.
+#[derive(Debug, Clone, PartialEq)]
+pub struct List<T>(pub Vec<T>);
+
+/// (value, opacity) pairs.
+pub type Points = List<(f64, f64)>;
+/// A colour at a data value.
+pub type Stop = (f64, Srgb8);
+
+fn number(text: &str) -> Parsed<f64> {
+    let value: f64 = text.trim().parse().map_err(|_| format!("expected a number, found \"{text}\""))?;
+    if value.is_finite() { Ok(value) } else { Err(format!("expected a finite number, found \"{text}\"")) }
+}
+
+fn numbers<const N: usize>(text: &str, what: &str) -> Parsed<[f64; N]> {
+    let values: Vec<f64> = text.split(',').map(number).collect::<Parsed<_>>()?;
+    let found = values.len();
+    values.try_into().map_err(|_| format!("expected {what}, found {found} numbers"))
+}
+
+pub(super) fn vector(text: &str) -> Parsed<[f64; 3]> {
+    numbers(text, "three numbers X,Y,Z")
+}
+
+pub(super) fn direction(text: &str) -> Parsed<[f64; 3]> {
+    let value = vector(text)?;
+    if value.iter().all(|&v| v == 0.0) {
+        return Err("expected a direction of non-zero length, found 0,0,0".to_owned());
+    }
+    Ok(value)
+}
+
+pub(super) fn range(text: &str) -> Parsed<[f64; 2]> {
+    numbers(text, "two numbers LO,HI")
+}
+
+pub(super) fn positive(text: &str) -> Parsed<f64> {
+    match number(text)? {
+        value if value > 0.0 => Ok(value),
+        _ => Err(format!("expected a number above 0, found \"{text}\"")),
+    }
+}
+
+pub(super) fn view_angle(text: &str) -> Parsed<f64> {
+    match number(text)? {
+        value if value > 0.0 && value < 180.0 => Ok(value),
+        _ => Err(format!("expected an angle between 0 and 180 degrees, found \"{text}\"")),
+    }
+}
+
+fn whole<T: std::str::FromStr, const N: usize>(text: &str, what: &str) -> Parsed<[T; N]> {
+    let wrong = || format!("expected {what}, found \"{text}\"");
+    let values: Vec<T> =
+        text.split(',').map(|t| t.trim().parse().map_err(|_| wrong())).collect::<Parsed<_>>()?;
+    values.try_into().map_err(|_| wrong())
+}
+
+pub(super) fn dims(text: &str) -> Parsed<[usize; 3]> {
+    let dims: [usize; 3] = whole(text, "three whole numbers X,Y,Z")?;
+    if dims.contains(&0) {
+        return Err(format!("expected dimensions of at least 1, found \"{text}\""));
+    }
+    Ok(dims)
+}
+
+pub(super) fn resolution(text: &str) -> Parsed<[u32; 2]> {
+    let size: [u32; 2] = whole(text, "two whole numbers W,H")?;
+    if size.contains(&0) {
+        return Err(format!("expected a size of at least 1,1, found \"{text}\""));
+    }
+    Ok(size)
+}
+
+/// Splits `V:X,V:X,…` and sorts by V, keeping the order of equal ones (a step).
+fn pairs<T>(text: &str, what: &str, read: impl Fn(&str) -> Parsed<T>) -> Parsed<List<(f64, T)>> {
+    let mut pairs = Vec::new();
+    for pair in text.split(',') {
+        let (value, thing) =
+            pair.split_once(':').ok_or_else(|| format!("expected {what}, found \"{pair}\""))?;
+        pairs.push((number(value)?, read(thing)?));
+    }
+    pairs.sort_by(|a: &(f64, T), b| a.0.total_cmp(&b.0));
+    Ok(List(pairs))
+}
+
+pub(super) fn opacity(text: &str) -> Parsed<Points> {
+    pairs(text, "VALUE:OPACITY", |text| match number(text)? {
+        alpha if (0.0..=1.0).contains(&alpha) => Ok(alpha),
+        _ => Err(format!("expected an opacity from 0 to 1, found \"{text}\"")),
+    })
+}
+
+pub(super) fn colours(text: &str) -> Parsed<List<Stop>> {
+    pairs(text, "VALUE:RRGGBB", colour)
+}
+
+pub(super) fn colour(text: &str) -> Parsed<Srgb8> {
+    Srgb8::parse(text).ok_or_else(|| format!("expected a colour RRGGBB, found \"{text}\""))
+}
+
+fn one_of<T>(text: &str, found: Option<T>, names: impl Iterator<Item = &'static str>) -> Parsed<T> {
+    found.ok_or_else(|| {
+        format!("expected one of {}, found \"{text}\"", names.collect::<Vec<_>>().join(", "))
+    })
+}
+
+pub(super) fn colour_map(text: &str) -> Parsed<ColourMap> {
+    let names = ColourMap::ALL.into_iter().map(ColourMap::name);
+    one_of(text, ColourMap::from_name(text), names)
+}
+
+pub(super) fn kernel(text: &str) -> Parsed<Kernel> {
+    one_of(text, Kernel::from_name(text), Kernel::ALL.into_iter().map(Kernel::name))
+}
+
+pub(super) fn scalar_type(text: &str) -> Parsed<ScalarType> {
+    let names = ScalarType::ALL.into_iter().map(ScalarType::name);
+    one_of(text, ScalarType::from_name(text), names)
+}
+
+pub(super) fn endian(text: &str) -> Parsed<Endian> {
+    let found = match text {
+        "little" => Some(Endian::Little),
+        "big" => Some(Endian::Big),
+        _ => None,
+    };
+    one_of(text, found, ["little", "big"].into_iter())
+}
+
+#[expect(clippy::unnecessary_wraps, reason = "the shape that clap asks for")]
+pub(super) fn adapter(text: &str) -> Parsed<AdapterChoice> {
+    Ok(match text {
+        "auto" => AdapterChoice::Auto,
+        "software" => AdapterChoice::Software,
+        name => AdapterChoice::Named(name.to_owned()),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lists_are_sorted_and_steps_keep_their_order() {
+        let points = opacity("5:1,-2:0,5:0.5").unwrap();
+        assert_eq!(points.0, [(-2.0, 0.0), (5.0, 1.0), (5.0, 0.5)]);
+        assert_eq!(colours("1:ff0000").unwrap().0, [(1.0, Srgb8([255, 0, 0]))]);
+    }
+
+    #[test]
+    fn what_cannot_be_meant_is_refused_with_what_was_found() {
+        for refused in [
+            opacity("5").unwrap_err(),
+            opacity("5:1.5").unwrap_err(),
+            opacity("").unwrap_err(),
+            vector("1,2").unwrap_err(),
+            vector("1,2,nan").unwrap_err(),
+            direction("0,0,0").unwrap_err(),
+            positive("-1").unwrap_err(),
+            positive("inf").unwrap_err(),
+            view_angle("180").unwrap_err(),
+            dims("4,0,4").unwrap_err(),
+            dims("4,-1,4").unwrap_err(),
+            resolution("640x480").unwrap_err(),
+            colour("red").unwrap_err(),
+            kernel("sinc").unwrap_err(),
+            colour_map("jet").unwrap_err(),
+            endian("middle").unwrap_err(),
+            scalar_type("u8").unwrap_err(),
+        ] {
+            assert!(refused.contains("expected") && refused.contains("found"), "{refused}");
+        }
+    }
+}

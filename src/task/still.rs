@@ -1,0 +1,261 @@
+//! One still picture at any size, for files and scripts, and what it cost.
+
+use super::draw::{DrawError, Drawer, Drawn, Observer, Rung, background_light};
+use crate::accuracy;
+use crate::core::colour::srgb_bytes;
+use crate::core::{Camera, Cancelled, Ticket};
+use crate::gpu::{GpuError, PassTime, Renderer};
+use crate::scene::Scene;
+
+/// How far a still picture is to be refined.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Refine {
+    /// Every voxel's full kernel.
+    Full,
+    /// The best coarse picture within a time.
+    Budget {
+        /// Milliseconds.
+        budget_ms: f64,
+    },
+    /// The coarsest octree cut whose picture is within an error of `full`.
+    Error {
+        /// Root mean square over pixels and RGB, linear light, black behind.
+        max_error: f64,
+    },
+}
+
+/// A still picture to be drawn.
+#[derive(Debug, Clone)]
+pub struct StillRequest {
+    /// What is to be seen.
+    pub scene: Scene,
+    /// Size in pixels.
+    pub size: [u32; 2],
+    /// How far to go.
+    pub refine: Refine,
+    /// More frames after the picture, each with the camera turned by one degree, for timing.
+    pub repeat: u32,
+    /// Whether to time each pass, in one more frame.
+    pub time_passes: bool,
+}
+
+/// A still picture and what it cost.
+#[derive(Debug, Clone)]
+pub struct Still {
+    /// Its size in pixels.
+    pub size: [u32; 2],
+    /// Premultiplied linear RGBA, rows from the top, no background.
+    pub light: Vec<[f32; 4]>,
+    /// sRGB bytes with straight alpha, background composited.
+    pub rgba: Vec<u8>,
+    /// What was drawn.
+    pub drawn: Drawn,
+    /// Voxels with opacity.
+    pub kernels_active: u64,
+    /// The adapter.
+    pub adapter: String,
+    /// Wall milliseconds from camera set to queue finished; the picture's first.
+    pub frame_ms: Vec<f64>,
+    /// Pass times, where asked for, and by which clock.
+    pub passes: Vec<PassTime>,
+    /// `device` or `wall`.
+    pub timer: Option<&'static str>,
+    /// Most bytes held on the device.
+    pub peak_gpu_bytes: u64,
+    /// Pipelines compiled.
+    pub pipelines: usize,
+    /// Measured error against `full`, where it was asked for.
+    pub measured_rmse: Option<f64>,
+    /// Entries of the transfer table whose opacity was lowered to the transmittance floor.
+    pub capped_opacities: usize,
+}
+
+/// Why there is no still picture.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum StillError {
+    /// The ticket.
+    #[error("cancelled")]
+    Cancelled,
+    /// The device.
+    #[error(transparent)]
+    Gpu(#[from] GpuError),
+}
+
+impl From<Cancelled> for StillError {
+    fn from(_: Cancelled) -> Self {
+        Self::Cancelled
+    }
+}
+
+impl From<DrawError> for StillError {
+    fn from(error: DrawError) -> Self {
+        match error {
+            DrawError::Interrupted => Self::Cancelled,
+            DrawError::Gpu(error) => Self::Gpu(error),
+        }
+    }
+}
+
+/// Stops at a cancelled ticket, and tells it how far the picture is.
+struct Watch<'a>(&'a Ticket);
+
+impl Observer for Watch<'_> {
+    fn piece_done(&mut self, _: &mut Renderer, done: f64) -> bool {
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0..=1000")]
+        self.0.checkpoint((done * 1000.0) as u64, 1000).is_err()
+    }
+}
+
+/// Draws a still picture.
+pub(super) fn draw(
+    drawer: &mut Drawer,
+    request: &StillRequest,
+    ticket: &Ticket,
+) -> Result<Still, StillError> {
+    let StillRequest { scene, size, .. } = request;
+    let mut watch = Watch(ticket);
+    drawer.prepare(scene, ticket)?;
+    let (rung, measured_rmse) = match request.refine {
+        Refine::Full => (Rung::Full, None),
+        Refine::Budget { budget_ms } => (Rung::Coarse { budget_ms }, None),
+        Refine::Error { max_error } => {
+            let (rung, rmse) = coarsest_within(drawer, request, max_error, &mut watch)?;
+            (rung, Some(rmse))
+        }
+    };
+    if let Rung::Coarse { .. } = rung {
+        // Costs are learnt first; the picture then fits its budget.
+        for _ in 0..4 {
+            drawer.draw(scene, *size, rung, &mut watch)?;
+        }
+    }
+    let drawn = drawer.draw(scene, *size, rung, &mut watch)?;
+    let mut frame_ms = vec![drawn.wall_ms];
+    let light = enlarged(drawer.renderer.read_light()?, drawn.size, *size);
+    let background = background_light(scene.background);
+    let rgba = if drawn.size == *size {
+        drawer.renderer.present(background)?
+    } else {
+        srgb_bytes(&light, background)
+    };
+    for turn in 1..=request.repeat {
+        ticket.checkpoint(u64::from(turn), u64::from(request.repeat))?;
+        let turned = Scene { camera: turned(&scene.camera, turn), ..scene.clone() };
+        frame_ms.push(drawer.draw(&turned, *size, rung, &mut watch)?.wall_ms);
+    }
+    let mut timer = None;
+    let mut passes = Vec::new();
+    if request.time_passes {
+        timer = Some(drawer.renderer.time_passes()?.name());
+        drawer.draw(scene, *size, rung, &mut watch)?;
+        drawer.renderer.present(background)?;
+        passes = drawer.renderer.times().to_vec();
+        drawer.renderer.stop_timing();
+    }
+    Ok(Still {
+        size: *size,
+        light,
+        rgba,
+        drawn,
+        kernels_active: drawer.active_count(),
+        adapter: drawer.renderer.context().adapter_name.clone(),
+        frame_ms,
+        passes,
+        timer,
+        peak_gpu_bytes: drawer.renderer.peak_bytes(),
+        pipelines: drawer.renderer.pipeline_count(),
+        measured_rmse,
+        capped_opacities: drawer.capped_count(),
+    })
+}
+
+/// The camera turned about its up vector by whole degrees.
+fn turned(camera: &Camera, degrees: u32) -> Camera {
+    let angle = f64::from(degrees).to_radians();
+    camera.rotated(glam::DQuat::from_axis_angle(camera.up, angle))
+}
+
+/// Doubles the nodes of a cut until its picture is near enough to `full`.
+fn coarsest_within(
+    drawer: &mut Drawer,
+    request: &StillRequest,
+    max_error: f64,
+    watch: &mut Watch<'_>,
+) -> Result<(Rung, f64), StillError> {
+    let StillRequest { scene, size, .. } = request;
+    drawer.draw(scene, *size, Rung::Full, watch)?;
+    let full = widened(&drawer.renderer.read_light()?);
+    let mut count = 64;
+    while count < drawer.active_count() {
+        let rung = Rung::Octree { max_error: drawer.error_for_count(count) };
+        drawer.draw(scene, *size, rung, watch)?;
+        let picture = widened(&drawer.renderer.read_light()?);
+        let rmse = accuracy::rmse(&picture, &full)
+            .map_err(|error| GpuError::Device(format!("two pictures of one size: {error}")))?;
+        if rmse <= max_error {
+            return Ok((rung, rmse));
+        }
+        count *= 2;
+    }
+    Ok((Rung::Full, 0.0))
+}
+
+fn widened(light: &[[f32; 4]]) -> Vec<[f64; 4]> {
+    light.iter().map(|pixel| pixel.map(f64::from)).collect()
+}
+
+/// A smaller picture enlarged by linear interpolation in linear light, edges held.
+pub fn enlarged(light: Vec<[f32; 4]>, from: [u32; 2], to: [u32; 2]) -> Vec<[f32; 4]> {
+    if from == to {
+        return light;
+    }
+    let columns = taps(from[0], to[0]);
+    let row = from[0] as usize;
+    let mix = |a: [f32; 4], b: [f32; 4], f: f32| -> [f32; 4] {
+        std::array::from_fn(|c| a[c] * (1.0 - f) + b[c] * f)
+    };
+    taps(from[1], to[1])
+        .into_iter()
+        .flat_map(|(top, bottom, down)| {
+            let (top, bottom) = (&light[top * row..], &light[bottom * row..]);
+            columns
+                .iter()
+                .map(|&(left, right, across)| {
+                    let above = mix(top[left], top[right], across);
+                    mix(above, mix(bottom[left], bottom[right], across), down)
+                })
+                .collect::<Vec<_>>()
+        })
+        .collect()
+}
+
+/// For each of `to` pixel centres, the two of `from` around it and the share of the second.
+fn taps(from: u32, to: u32) -> Vec<(usize, usize, f32)> {
+    let last = f64::from(from - 1);
+    (0..to)
+        .map(|i| {
+            let x = (f64::from(i) + 0.5) * f64::from(from) / f64::from(to) - 0.5;
+            let x = x.clamp(0.0, last);
+            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0..from")]
+            let left = x as usize;
+            #[expect(clippy::cast_possible_truncation, reason = "0..1")]
+            let share = (x - x.floor()) as f32;
+            (left, (left + 1).min(from as usize - 1), share)
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn enlarging_keeps_a_ramp_a_ramp_and_its_edges() {
+        let light: Vec<[f32; 4]> = (0..4).map(|i| [i as f32; 4]).collect();
+        let large = enlarged(light, [4, 1], [8, 2]);
+        assert_eq!(large.len(), 16);
+        let row: Vec<f32> = large[..8].iter().map(|p| p[0]).collect();
+        assert_eq!(row, [0.0, 0.25, 0.75, 1.25, 1.75, 2.25, 2.75, 3.0]);
+    }
+}
