@@ -47,8 +47,8 @@ const LEAST_SIZE: [f32; 2] = [640.0, 420.0];
 /// What the window starts with.
 #[derive(Debug, Clone)]
 pub struct Options {
-    /// What to open.
-    pub source: Source,
+    /// What to open, the first at once; the others wait among the recent files.
+    pub sources: Vec<Source>,
     /// What to draw with.
     pub adapter: AdapterChoice,
 }
@@ -75,7 +75,7 @@ pub fn run(options: Options) -> anyhow::Result<()> {
         let ctx = &creation.egui_ctx;
         let settings = Window::stored_settings(creation.storage);
         let mut window = Window::new(ctx, parts(ctx, options.adapter), settings);
-        window.open(ctx, options.source);
+        window.open_all(ctx, options.sources);
         Ok(Box::new(window) as Box<dyn eframe::App>)
     };
     eframe::run_native("Voxsplat", native, Box::new(create)).map_err(|error| {

@@ -2,21 +2,16 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::time::Duration;
 
-use crossbeam_channel::{RecvTimeoutError, bounded};
 use eframe::egui::Context;
 use image::{ImageFormat, RgbaImage};
 
 use super::job::Job;
 use crate::core::Ticket;
 use crate::scene::Scene;
-use crate::task::engine::{
-    AdapterChoice, Effort, Engine, EngineState, FrameRequest, Ladder, Picture,
-};
-
-/// Between two looks at whether a picture to be saved is still wanted.
-const LOOK_FOR_CANCEL: Duration = Duration::from_millis(50);
+use crate::task::engine::{AdapterChoice, Engine, Picture};
+use crate::task::picture_file::{self, PictureFormat};
+use crate::task::still::{Refine, StillError, StillRequest};
 
 /// A picture to be drawn and saved.
 #[derive(Debug, Clone)]
@@ -36,61 +31,23 @@ pub struct SaveRequest {
 pub type Renderer = Arc<dyn Fn(&SaveRequest, &Ticket) -> Result<(), String> + Send + Sync>;
 
 /// Pictures from an engine of its own, so that the one on screen goes on undisturbed.
-///
-/// Its bytes are those of the screen; linear light in `.exr` needs the engine's float target.
 pub fn engine_renderer(adapter: AdapterChoice) -> Renderer {
     Arc::new(move |request, ticket| {
-        let is_png = request.path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png"));
-        if !is_png {
-            return Err("only .png can be saved from the window so far; `voxsplat render` \
-                        writes .exr"
-                .to_owned());
-        }
-        match draw_to_the_end(adapter.clone(), request, ticket)? {
-            Some(picture) => write_png(&picture, &request.path),
-            None => Ok(()),
+        let format = PictureFormat::of(&request.path)?;
+        let engine = Engine::start(adapter.clone(), || ());
+        let still = StillRequest {
+            scene: request.scene.clone(),
+            size: request.size,
+            refine: Refine::Full,
+            repeat: 0,
+            time_passes: false,
+        };
+        match engine.still(still, ticket) {
+            Ok(still) => picture_file::write(&still, format, &request.path),
+            Err(StillError::Cancelled) => Ok(()),
+            Err(error) => Err(error.to_string()),
         }
     })
-}
-
-/// The last picture of the ladder; `None` once cancelled.
-fn draw_to_the_end(
-    adapter: AdapterChoice,
-    request: &SaveRequest,
-    ticket: &Ticket,
-) -> Result<Option<Arc<Picture>>, String> {
-    let (announce, news) = bounded(1);
-    let engine = Engine::start(adapter, move || {
-        // One waiting message says it all.
-        announce.try_send(()).ok();
-    });
-    let effort = Effort::Rest { budget_ms: 100.0, ladder: Ladder::default(), show_partial: false };
-    engine.request(FrameRequest { scene: request.scene.clone(), size: request.size, effort });
-    loop {
-        if let Some(picture) = engine.take_picture() {
-            let progress = f64::from(picture.report.progress.clamp(0.0, 1.0));
-            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0..=1000")]
-            let done = (progress * 1000.0) as u64;
-            if ticket.checkpoint(done, 1000).is_err() {
-                return Ok(None);
-            }
-            if progress >= 1.0 {
-                return Ok(Some(picture));
-            }
-        }
-        if let EngineState::Failed(reason) = engine.state() {
-            return Err(reason);
-        }
-        if ticket.is_cancelled() {
-            return Ok(None);
-        }
-        match news.recv_timeout(LOOK_FOR_CANCEL) {
-            Ok(()) | Err(RecvTimeoutError::Timeout) => {}
-            Err(RecvTimeoutError::Disconnected) => {
-                return Err("the picture could not be drawn: the engine stopped".to_owned());
-            }
-        }
-    }
 }
 
 /// Where a job has put its picture, or one sentence why there is none.

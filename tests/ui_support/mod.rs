@@ -232,7 +232,8 @@ impl Bench {
         let saved = Arc::new(Mutex::new(Vec::new()));
         let (drawer, files) = (GradientDrawer(Arc::clone(&engine)), Arc::clone(&library));
         let (folder, log) = (pictures.path().to_owned(), Arc::clone(&saved));
-        let mut builder = Harness::builder().with_size(vec2(1280.0, 1200.0)).with_step_dt(STEP_SECS);
+        let mut builder =
+            Harness::builder().with_size(vec2(1280.0, 1200.0)).with_step_dt(STEP_SECS);
         if let Some(pixels_per_point) = pixels_per_point {
             builder = builder
                 .with_size(vec2(800.0, 600.0))

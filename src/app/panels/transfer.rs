@@ -2,12 +2,13 @@
 
 use eframe::egui::epaint::Mesh;
 use eframe::egui::{
-    Atom, AtomExt as _, Button, ComboBox, DragValue, IdSalt, Rect, Response, Shape, Ui, pos2, vec2,
+    Atom, AtomExt as _, Button, ComboBox, DragValue, IdSalt, Rect, Response, RichText, Shape, Ui,
+    pos2, vec2,
 };
 
 use super::curve::{self, CurveEditor, curve_ui, remove_point};
 use super::name_ui;
-use crate::app::words;
+use crate::app::{theme, words};
 use crate::core::LinearRgb;
 use crate::transfer::presets::{self, RangeRule};
 use crate::transfer::{ColourMap, ColourSource, TransferFunction};
@@ -68,11 +69,9 @@ pub fn transfer_ui(
     default: impl FnOnce() -> TransferFunction,
 ) {
     let colours = colour_range(transfer);
-    curve_ui(ui, editor, transfer, statistics, colours).on_hover_text(
-        "Opacity over value, and how often each value occurs (logarithmic). Drag a point to move \
-         it; press on the curve or double-click to add one; right-click a point, or pull it out, \
-         to remove it",
-    );
+    curve_ui(ui, editor, transfer, statistics, colours);
+    let caption = "Drag a point, press on the line to add one, right-click to remove it";
+    ui.label(RichText::new(caption).size(11.0).color(theme::TEXT_FAINT));
     point_ui(ui, editor, transfer, statistics);
     ui.add_space(4.0);
     map_ui(ui, transfer);
