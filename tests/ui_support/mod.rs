@@ -6,8 +6,8 @@ use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use eframe::egui::{
-    DroppedFile, Event, Modifiers, MouseWheelSource, MouseWheelUnit, PointerButton, Pos2, Rect,
-    TouchPhase, Vec2, ViewportCommand, ViewportId, vec2,
+    DroppedFile, Event, KeyboardShortcut, Modifiers, MouseWheelSource, MouseWheelUnit,
+    PointerButton, Pos2, Rect, TouchPhase, Vec2, ViewportCommand, ViewportId, vec2,
 };
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT as _, Queryable as _};
@@ -24,7 +24,7 @@ use voxsplat::transfer::{ColourMap, ColourSource, TransferFunction};
 use voxsplat::volume::{Association, Field, Grid, Lattice, Samples, ScalarType, Statistics};
 
 /// Length of every file that the stand-in readers know.
-pub const RAW_BYTES: u64 = 64;
+pub(crate) const RAW_BYTES: u64 = 64;
 /// Time that passes from one pass to the next.
 const STEP_SECS: f32 = 1.0 / 60.0;
 /// Passes after which a view counts as resting, with some to spare.
@@ -32,7 +32,7 @@ const STEPS_TO_REST: usize = 14;
 
 /// Draws a gradient for every request at once, and remembers what was asked.
 #[derive(Default)]
-pub struct GradientEngine {
+pub(crate) struct GradientEngine {
     requests: Mutex<Vec<FrameRequest>>,
     untaken: Mutex<Option<Arc<Picture>>>,
     newest: Mutex<Option<Arc<Picture>>>,
@@ -40,7 +40,7 @@ pub struct GradientEngine {
 
 impl GradientEngine {
     /// The picture of the last request.
-    pub fn newest(&self) -> Arc<Picture> {
+    pub(crate) fn newest(&self) -> Arc<Picture> {
         self.newest.lock().unwrap().clone().expect("something was drawn")
     }
 }
@@ -159,13 +159,13 @@ fn grid(dims: [usize; 3], name: &str, components: usize) -> ReadGrid {
 
 /// Settings in memory.
 #[derive(Default)]
-pub struct Storage {
+pub(crate) struct Storage {
     entries: HashMap<String, String>,
 }
 
 impl Storage {
     /// Everything that was stored.
-    pub fn text(&self) -> String {
+    pub(crate) fn text(&self) -> String {
         self.entries.values().cloned().collect()
     }
 }
@@ -187,30 +187,30 @@ impl eframe::Storage for Storage {
 }
 
 /// A window with everything around it, and a hand.
-pub struct Bench {
+pub(crate) struct Bench {
     /// The window in egui's test harness.
-    pub harness: Harness<'static, Window>,
+    pub(crate) harness: Harness<'static, Window>,
     /// Who draws.
-    pub engine: Arc<GradientEngine>,
+    pub(crate) engine: Arc<GradientEngine>,
     /// Where screenshots go.
-    pub pictures: tempfile::TempDir,
+    pub(crate) pictures: tempfile::TempDir,
     library: Arc<NamedFiles>,
     saved: Arc<Mutex<Vec<SaveRequest>>>,
 }
 
 impl Bench {
     /// Nothing open.
-    pub fn empty() -> Self {
+    pub(crate) fn empty() -> Self {
         Self::new(Some("chosen.nrrd".into()), None)
     }
 
     /// Nothing open, and no desktop that would show a file dialog.
-    pub fn without_file_dialog() -> Self {
+    pub(crate) fn without_file_dialog() -> Self {
         Self::new(None, None)
     }
 
     /// `good.nrrd` is open and at rest.
-    pub fn opened() -> Self {
+    pub(crate) fn opened() -> Self {
         let mut bench = Self::empty();
         bench.open("good.nrrd");
         bench.settle();
@@ -218,7 +218,7 @@ impl Bench {
     }
 
     /// The same, drawn by a software adapter at `pixels_per_point`.
-    pub fn rendered(pixels_per_point: f32) -> Self {
+    pub(crate) fn rendered(pixels_per_point: f32) -> Self {
         let mut bench = Self::new(Some("chosen.nrrd".into()), Some(pixels_per_point));
         bench.open("good.nrrd");
         bench.settle();
@@ -260,71 +260,71 @@ impl Bench {
     }
 
     /// The window itself.
-    pub fn window(&self) -> &Window {
+    pub(crate) fn window(&self) -> &Window {
         self.harness.state()
     }
 
     /// The camera of the scene.
-    pub fn camera(&self) -> Camera {
+    pub(crate) fn camera(&self) -> Camera {
         self.window().scene().expect("something is open").camera
     }
 
     /// Where the viewport is.
-    pub fn viewport(&self) -> Rect {
+    pub(crate) fn viewport(&self) -> Rect {
         self.harness.get_by_label("Viewport").rect()
     }
 
     /// Whether a text is on screen.
-    pub fn shows(&self, label: &str) -> bool {
+    pub(crate) fn shows(&self, label: &str) -> bool {
         self.harness.query_all_by_label(label).next().is_some()
     }
 
     /// Requests posted so far.
-    pub fn request_count(&self) -> usize {
+    pub(crate) fn request_count(&self) -> usize {
         self.engine.requests.lock().unwrap().len()
     }
 
     /// Requests posted after the first `count`.
-    pub fn requests_since(&self, count: usize) -> Vec<FrameRequest> {
+    pub(crate) fn requests_since(&self, count: usize) -> Vec<FrameRequest> {
         self.engine.requests.lock().unwrap()[count..].to_vec()
     }
 
     /// The newest request.
-    pub fn last_request(&self) -> FrameRequest {
+    pub(crate) fn last_request(&self) -> FrameRequest {
         self.engine.requests.lock().unwrap().last().cloned().expect("something was asked for")
     }
 
     /// Slices read for the raw preview so far.
-    pub fn slices(&self) -> Vec<u64> {
+    pub(crate) fn slices(&self) -> Vec<u64> {
         self.library.slices.lock().unwrap().clone()
     }
 
     /// The picture that was saved last.
-    pub fn saved(&self) -> SaveRequest {
+    pub(crate) fn saved(&self) -> SaveRequest {
         self.saved.lock().unwrap().last().cloned().expect("something was saved")
     }
 
     /// Passes until nothing is left to be done.
-    pub fn settle(&mut self) {
+    pub(crate) fn settle(&mut self) {
         self.harness.remove_cursor();
         self.harness.run_steps(STEPS_TO_REST);
     }
 
     /// Starts to open a file.
-    pub fn start_opening(&mut self, name: &str) {
+    pub(crate) fn start_opening(&mut self, name: &str) {
         let ctx = self.harness.ctx.clone();
         self.harness.state_mut().open(&ctx, Source::File(name.into()));
     }
 
     /// Opens a file and waits for its end, good or bad.
-    pub fn open(&mut self, name: &str) {
+    pub(crate) fn open(&mut self, name: &str) {
         self.start_opening(name);
         self.wait_until(|window| !window.is_loading());
         self.harness.run_steps(3);
     }
 
     /// Passes until something is so.
-    pub fn wait_until(&mut self, so: impl Fn(&Window) -> bool) {
+    pub(crate) fn wait_until(&mut self, so: impl Fn(&Window) -> bool) {
         let deadline = Instant::now() + Duration::from_secs(20);
         while !so(self.window()) {
             assert!(Instant::now() < deadline, "waited in vain");
@@ -333,23 +333,32 @@ impl Bench {
         }
     }
 
-    /// Whether one of the next passes sends a command to the desktop.
-    pub fn any_step_sends(&mut self, steps: usize, command: &ViewportCommand) -> bool {
-        (0..steps).any(|_| {
-            self.harness.step();
-            let output = &self.harness.output().viewport_output[&ViewportId::ROOT];
-            output.commands.contains(command)
-        })
+    /// Whether the pass in which a key goes down sends a command to the desktop.
+    pub(crate) fn press_sends(
+        &mut self,
+        shortcut: KeyboardShortcut,
+        command: &ViewportCommand,
+    ) -> bool {
+        self.harness.input_mut().events.push(Event::Key {
+            key: shortcut.logical_key,
+            physical_key: None,
+            pressed: true,
+            repeat: false,
+            modifiers: shortcut.modifiers,
+        });
+        self.harness.step();
+        let output = &self.harness.output().viewport_output[&ViewportId::ROOT];
+        output.commands.contains(command)
     }
 
     /// Moves the pointer.
-    pub fn hover(&mut self, at: Pos2) {
+    pub(crate) fn hover(&mut self, at: Pos2) {
         self.harness.hover_at(at);
         self.harness.run_steps(2);
     }
 
     /// Turns the wheel up by some notches.
-    pub fn wheel(&mut self, notches: f32) {
+    pub(crate) fn wheel(&mut self, notches: f32) {
         self.harness.event(Event::MouseWheel {
             unit: MouseWheelUnit::Line,
             delta: vec2(0.0, notches),
@@ -361,12 +370,18 @@ impl Bench {
     }
 
     /// Drags from the middle of the viewport; the button is up again, the delay of rest not over.
-    pub fn drag(&mut self, button: PointerButton, modifiers: Modifiers, by: Vec2) {
+    pub(crate) fn drag(&mut self, button: PointerButton, modifiers: Modifiers, by: Vec2) {
         self.drag_from(self.viewport().center(), button, modifiers, by);
     }
 
     /// Drags from anywhere, in two moves.
-    pub fn drag_from(&mut self, at: Pos2, button: PointerButton, modifiers: Modifiers, by: Vec2) {
+    pub(crate) fn drag_from(
+        &mut self,
+        at: Pos2,
+        button: PointerButton,
+        modifiers: Modifiers,
+        by: Vec2,
+    ) {
         self.hover(at);
         let press = |pos, pressed| Event::PointerButton { pos, button, pressed, modifiers };
         self.harness.event(Event::ModifiersChanged(modifiers));
@@ -380,14 +395,14 @@ impl Bench {
     }
 
     /// Clicks once.
-    pub fn click(&mut self, at: Pos2, button: PointerButton) {
+    pub(crate) fn click(&mut self, at: Pos2, button: PointerButton) {
         self.hover(at);
         self.press_and_release(at, button);
         self.harness.run_steps(2);
     }
 
     /// Clicks twice.
-    pub fn double_click(&mut self, at: Pos2) {
+    pub(crate) fn double_click(&mut self, at: Pos2) {
         self.hover(at);
         self.press_and_release(at, PointerButton::Primary);
         self.press_and_release(at, PointerButton::Primary);
@@ -402,7 +417,7 @@ impl Bench {
     }
 
     /// Gives a slider or a number its value.
-    pub fn set_slider(&mut self, label: &str, value: f64) {
+    pub(crate) fn set_slider(&mut self, label: &str, value: f64) {
         let node = self
             .harness
             .get_all_by_label(label)
@@ -413,7 +428,7 @@ impl Bench {
     }
 
     /// Opens a list and chooses an entry.
-    pub fn choose(&mut self, list: &str, entry: &str) {
+    pub(crate) fn choose(&mut self, list: &str, entry: &str) {
         self.harness.get_by_role_and_label(eframe::egui::accesskit::Role::ComboBox, list).click();
         self.harness.run_steps(3);
         self.harness.get_by_label(entry).click();
@@ -421,7 +436,7 @@ impl Bench {
     }
 
     /// Lets a file fall on the window.
-    pub fn drop_file(&mut self, name: &str) {
+    pub(crate) fn drop_file(&mut self, name: &str) {
         self.harness.input_mut().dropped_files.push(Arc::new(Dropped(name.into())));
         self.harness.run_steps(2);
     }

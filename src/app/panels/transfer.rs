@@ -134,13 +134,13 @@ fn point_ui(
             curve::move_point(transfer, index, value, opacity);
         }
         let last = transfer.opacity.len() - 1;
-        if step_button(ui, "⏴", "Previous point", index > 0).clicked() {
+        if step_button(ui, "‹", "Previous point", index > 0).clicked() {
             editor.selected -= 1;
         }
-        if step_button(ui, "⏵", "Next point", index < last).clicked() {
+        if step_button(ui, "›", "Next point", index < last).clicked() {
             editor.selected += 1;
         }
-        if step_button(ui, "✖", "Remove point", last > 0).clicked() {
+        if step_button(ui, "×", "Remove point", last > 0).clicked() {
             remove_point(transfer, index);
         }
     });
