@@ -337,7 +337,7 @@ fn sliders_and_choices_change_the_scene() {
     let Effort::Rest { ladder, .. } = bench.last_request().effort else { panic!("not at rest") };
     assert_eq!(ladder, Ladder::Subsampling);
 
-    bench.harness.get_by_label("Perspective").click();
+    bench.harness.get_by_role_and_label(Role::Button, "Perspective").click();
     bench.harness.run_steps(2);
     bench.set_slider("View angle", 60.0);
     let Projection::Perspective { view_angle } = bench.camera().projection else {
@@ -391,7 +391,7 @@ fn points_of_the_curve_are_added_moved_and_removed_by_hand() {
     let added = points(&bench);
     bench.drag_from(empty, PointerButton::Primary, Modifiers::NONE, vec2(20.0, 30.0));
     let moved = points(&bench);
-    assert_eq!(moved.len(), added.len());
+    assert_eq!(moved.len(), added.len(), "{added:?} {moved:?}");
     let changed: Vec<_> = moved.iter().zip(&added).filter(|(a, b)| a != b).collect();
     let [(to, from)] = changed[..] else { panic!("{changed:?}") };
     assert!(to.0 > from.0 && to.1 < from.1, "right and down: {from:?} to {to:?}");
@@ -403,6 +403,19 @@ fn points_of_the_curve_are_added_moved_and_removed_by_hand() {
     bench.harness.run_steps(2);
     bench.drag_from(empty, PointerButton::Primary, Modifiers::NONE, vec2(0.0, -120.0));
     assert_eq!(points(&bench), before, "removed by pulling it out");
+}
+
+#[test]
+fn the_side_panel_keeps_its_width_whatever_it_shows() {
+    let mut bench = Bench::empty();
+    let before = bench.viewport();
+    bench.open("good.nrrd");
+    assert_eq!(bench.viewport(), before);
+    bench.open("vector.nrrd");
+    bench.set_slider("Point value", 123.456_78);
+    bench.set_slider("Extent", 2.5);
+    bench.set_slider("Unit distance", 0.012_345_678);
+    assert_eq!(bench.viewport(), before);
 }
 
 #[test]

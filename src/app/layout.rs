@@ -16,7 +16,7 @@ use super::window::Window;
 use super::{theme, trihedron};
 
 /// Width of the side panel before anyone resizes it, points.
-const SIDE_WIDTH: f32 = 312.0;
+const SIDE_WIDTH: f32 = 336.0;
 /// Distance of the bars over the viewport from its edges, points.
 const OVERLAY_INSET: f32 = 12.0;
 /// Greatest width of the bars over the viewport, points.
@@ -35,7 +35,7 @@ impl Window {
                 .frame(frame)
                 .resizable(true)
                 .default_size(SIDE_WIDTH)
-                .size_range(260.0..=520.0)
+                .size_range(336.0..=560.0)
                 .show(ui, |ui| self.side_ui(ui));
         }
         let behind = Frame::new().fill(theme::VIEWPORT);
@@ -103,9 +103,15 @@ impl Window {
     }
 
     fn side_ui(&mut self, ui: &mut Ui) {
-        ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+        // A child of its own, so that a row that is too wide is cut off and never widens the panel:
+        // the viewport would change its size under the hand.
+        let rect = ui.max_rect();
+        let mut inside = ui.new_child(UiBuilder::new().max_rect(rect));
+        inside.shrink_clip_rect(rect);
+        ScrollArea::vertical().auto_shrink(false).show(&mut inside, |ui| {
             Frame::new().inner_margin(theme::PANEL_MARGIN).show(ui, |ui| self.sections_ui(ui));
         });
+        ui.advance_cursor_after_rect(rect);
     }
 
     fn sections_ui(&mut self, ui: &mut Ui) {

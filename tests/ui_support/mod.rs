@@ -214,6 +214,8 @@ impl Bench {
         let mut bench = Self::empty();
         bench.open("good.nrrd");
         bench.settle();
+        // `run_steps` does not look, as `run` does, whether every widget has a name.
+        bench.harness.check_accessibility();
         bench
     }
 
@@ -321,6 +323,7 @@ impl Bench {
         self.start_opening(name);
         self.wait_until(|window| !window.is_loading());
         self.harness.run_steps(3);
+        self.harness.check_accessibility();
     }
 
     /// Passes until something is so.
