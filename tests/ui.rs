@@ -229,6 +229,8 @@ fn a_bad_file_shows_a_bar_and_leaves_the_old_scene() {
     assert!(std::sync::Arc::ptr_eq(&bench.window().scene().unwrap().volume, &before.volume));
     assert_eq!(bench.window().settings().recent, [absolute("good.nrrd")]);
 
+    let dismiss = bench.harness.get_by_label("Dismiss").rect();
+    assert!(dismiss.bottom() < bench.viewport().top() + 60.0, "a bar, not a curtain: {dismiss}");
     bench.harness.get_by_label("Dismiss").click();
     bench.harness.run_steps(2);
     assert!(!bench.shows("expected a header, found nonsense: bad.nrrd"));

@@ -10,6 +10,7 @@ use eframe::egui::{
 use super::actions::{ACTIONS, Action, Entry, Menu, entry_of};
 use super::camera_control;
 use super::document::Source;
+use super::notices::text_and_button_ui;
 use super::panels::{data, section_ui, splat, status, transfer, view};
 use super::viewport::PixelArea;
 use super::window::Window;
@@ -207,16 +208,12 @@ fn job_ui(ui: &mut Ui, title: &str, fraction: f32, is_cancelled: bool, cancel: &
         .corner_radius(CornerRadius::same(6))
         .inner_margin(Margin::symmetric(10, 6));
     frame.show(ui, |ui| {
-        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-            if ui.add_enabled(!is_cancelled, Button::new("Cancel")).clicked() {
-                cancel();
-            }
-            ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
-                ui.label(if is_cancelled { "Stopping…" } else { title });
-                let bar = ProgressBar::new(fraction).desired_height(6.0);
-                ui.add(bar.fill(theme::ACCENT)).accessible_name(format!("{title}, progress"));
-            });
-        });
+        let words = RichText::new(if is_cancelled { "Stopping…" } else { title });
+        if text_and_button_ui(ui, words, "Cancel", !is_cancelled) {
+            cancel();
+        }
+        let bar = ProgressBar::new(fraction).desired_height(5.0);
+        ui.add(bar.fill(theme::ACCENT)).accessible_name(format!("{title}, progress"));
     });
 }
 

@@ -21,7 +21,7 @@ const NAME_WIDTH: f32 = 80.0;
 /// Width of a number that can be dragged or typed, points: one that changes must not push others.
 const NUMBER_WIDTH: f32 = 64.0;
 /// Width of a slider's number and its reset button, points.
-const VALUE_AND_RESET_WIDTH: f32 = 146.0;
+const VALUE_AND_RESET_WIDTH: f32 = 112.0;
 
 /// A titled section that folds.
 pub(super) fn section_ui<R>(ui: &mut Ui, title: &str, add: impl FnOnce(&mut Ui) -> R) -> Option<R> {
@@ -82,5 +82,5 @@ pub(super) fn number_ui(ui: &mut Ui, name: &str, drag: DragValue<'_>) -> Respons
 /// A small button, there while a value is not its default, that takes it back; `name` is what it is
 /// called.
 pub(super) fn reset_ui(ui: &mut Ui, changed: bool, name: &str, help: &str) -> bool {
-    changed && ui.small_button("Reset").accessible_name(name).on_hover_text(help).clicked()
+    changed && ui.small_button("×").accessible_name(name).on_hover_text(help).clicked()
 }
