@@ -18,7 +18,7 @@ use crate::volume::{Grid, Lattice, Samples, ScalarType};
 /// A header beyond this is none.
 const MOST_HEADER_BYTES: u64 = 16 << 20;
 /// More data files than this are a mistake in the header.
-const MOST_FILES: i64 = 1 << 20;
+const MOST_FILES: i64 = 1 << 16;
 
 /// Keys that are understood, or known to describe nothing that a lattice needs; lower case.
 const KNOWN: [&str; 32] = [

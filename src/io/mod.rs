@@ -134,7 +134,7 @@ fn recognise(path: &Path) -> Result<Format, Problem> {
     match extension {
         "nrrd" | "nhdr" => Err(not_as_named("an NRRD header (\"NRRD000…\")", &start)),
         "mha" | "mhd" => Err(not_as_named("a MetaImage header (\"NDims = …\")", &start)),
-        "vti" => Err(not_as_named("VTK image data (\"<VTKFile type=\\\"ImageData\\\"\")", &start)),
+        "vti" => Err(not_as_named("VTK image data (\"<VTKFile …\")", &start)),
         "raw" | "bin" | "dat" | "img" | "vol" => Ok(Format::Raw),
         _ if raw::guess(&name, len).dims.is_some() => Ok(Format::Raw),
         _ => Err(unrecognised(

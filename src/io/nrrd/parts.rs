@@ -7,7 +7,7 @@ use super::super::files::{DataFile, numbered, open_file};
 use super::header::Header;
 
 /// More files than this are a mistake in the header.
-const MOST_FILES: u64 = 1 << 20;
+const MOST_FILES: u64 = 1 << 16;
 
 /// One file's part of the samples.
 pub(super) struct Part {
