@@ -4,6 +4,7 @@
 //! not there are counted and printed, never passed over silently.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
@@ -147,6 +148,25 @@ fn field_differences(expected: &Value, field: &Field, info: &FieldInfo) -> Vec<S
     found
 }
 
+/// The oracle misjudges this file: its header's CompressedDataSize (260020) is less than the
+/// stream, which is whole (262087 bytes, its checksum matches) and unpacks to exactly the promised
+/// size. The oracle's reader obeyed the header, lost the last slices and left zeros there. What is
+/// read here agrees with it up to that place, and goes on.
+const CUT_BY_THE_ORACLE: &str = "scalar/frog/frogtissue.mhd";
+
+fn cut_as_the_oracle_does(opened: &mut Opened) {
+    /// Bytes that 260020 bytes of the stream unpack to.
+    const CUT: usize = 30_963_285;
+    assert!(opened.warnings.iter().any(|w| w.contains("260020")), "{:?}", opened.warnings);
+    let field = &mut opened.grid.fields[0];
+    let Samples::UInt8(values) = Arc::make_mut(&mut field.samples) else {
+        panic!("the file holds bytes")
+    };
+    // What the oracle lost is there, and is not nothing.
+    assert_eq!(values[CUT..].iter().filter(|&&v| v > 0).count(), 2670);
+    values[CUT..].fill(0);
+}
+
 fn compare(entry: &Value, opened: &Opened) -> Vec<String> {
     let info = describe(opened, &Ticket::new()).expect("nobody cancels");
     differences(entry, opened, &info)
@@ -176,8 +196,11 @@ fn every_file_of_the_four_formats_is_what_the_oracle_says() {
                 println!("refused {path}: {message}");
             }
             (_, Err(message)) => failures.push(format!("{path}: {message}")),
-            (_, Ok(opened)) => {
+            (_, Ok(mut opened)) => {
                 checked += 1;
+                if path == CUT_BY_THE_ORACLE {
+                    cut_as_the_oracle_does(&mut opened);
+                }
                 let differences = compare(entry, &opened);
                 failures.extend(differences.into_iter().map(|d| format!("{path}: {d}")));
             }
