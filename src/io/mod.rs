@@ -107,9 +107,7 @@ fn read(path: &Path, options: &OpenOptions, ticket: &Ticket) -> Result<Opened, P
         Format::Nrrd => nrrd::read(path, free_bytes, ticket),
         Format::MetaImage => metaimage::read(path, free_bytes, ticket),
         Format::Vti => vti::read(path, free_bytes, ticket),
-        Format::Raw => {
-            raw::read(path, &options.raw.clone().unwrap_or_default(), free_bytes, ticket)
-        }
+        Format::Raw => raw::read(path, &options.raw.unwrap_or_default(), free_bytes, ticket),
     }?;
     opened.grid.check()?;
     ticket.checkpoint(1, 1)?;

@@ -51,8 +51,9 @@ fn every_kind(folder: &Path) -> Vec<PathBuf> {
     let volume = Volume::new([5, 4, 6], ScalarType::UInt16, 1, 77);
     let mut paths = Vec::new();
     let mut keep = |path: PathBuf| {
-        let kept = folder.join(format!("{}.{}", paths.len(), path.extension().unwrap().display()));
-        std::fs::rename(path, &kept).unwrap();
+        let extension = path.extension().unwrap_or_default().display().to_string();
+        let kept = folder.join(format!("{}.{extension}", paths.len()));
+        std::fs::rename(path, &kept).expect("the temporary folder is ours");
         paths.push(kept);
     };
     for encoding in NRRD_ENCODINGS {

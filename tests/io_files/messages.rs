@@ -86,7 +86,7 @@ fn a_file_that_may_not_be_read_and_a_pipe_are_named() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("secret.nrrd");
     std::fs::write(&path, "NRRD0004\n").unwrap();
-    std::fs::set_permissions(&path, std::fs::Permissions::from_mode(0)).unwrap();
+    std::fs::set_permissions(&path, std::fs::Permissions::from_mode(0o000)).unwrap();
     if std::fs::File::open(&path).is_ok() {
         println!("skipped 1: this user may read everything");
     } else {

@@ -118,13 +118,13 @@ fn the_comparison_notices_each_thing_that_can_differ() {
     let mut bytes = v.clone();
     bytes.bytes[7] ^= 1;
     let wrong = [
+        bytes,
         Volume { dims: [3, 2, 4], ..v.clone() },
         Volume { components: 2, ..v.clone() },
         Volume { scalar_type: ScalarType::UInt16, ..v.clone() },
         Volume { spacing: [0.5, 2.0, 1.250_001], ..v.clone() },
         Volume { origin: [-3.0, 1e7, 0.125_001], ..v.clone() },
-        Volume { direction: [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, -1.0], ..v.clone() },
-        bytes,
+        Volume { direction: [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, -1.0], ..v },
     ];
     for wrong in wrong {
         assert!(difference(&wrong, &opened).is_some(), "{wrong:?}");

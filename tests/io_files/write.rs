@@ -97,7 +97,7 @@ impl Volume {
                 ScalarType::Float64 => number!(f64),
             };
             text += &number;
-            text.push(if text.len() % 5 == 0 { '\n' } else { ' ' });
+            text.push(if text.len().is_multiple_of(5) { '\n' } else { ' ' });
         }
         text
     }
@@ -259,7 +259,7 @@ pub(crate) const VTI_FORMATS: [&str; 4] = ["ascii", "binary", "raw", "base64"];
 
 pub(crate) fn vti(folder: &Path, volume: &Volume, how: Vti) -> PathBuf {
     let word = volume.scalar_type.name().replace("uint", "UInt").replace("int", "Int");
-    let word = word.replace("UInt", "UInt").replace("float", "Float");
+    let word = word.replace("float", "Float");
     let [x, y, z] = volume.dims;
     // Cells are one fewer than points.
     let extra = usize::from(how.cells);

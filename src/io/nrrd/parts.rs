@@ -46,7 +46,9 @@ pub(super) fn parts(path: &Path, said: &Header, sizes: &[usize]) -> Result<Vec<P
         None => sizes[..sizes.len() - 1].iter().product(),
         Some(n) if n >= 1 && n < sizes.len() => sizes[..n].iter().product(),
         // Slabs of the last axis, equally thick.
-        Some(n) if n == sizes.len() && files > 0 && sizes[n - 1] % files == 0 => count / files,
+        Some(n) if n == sizes.len() && files > 0 && sizes[n - 1].is_multiple_of(files) => {
+            count / files
+        }
         Some(_) => return Err(bad(value)),
     };
     if each == 0 || count % each != 0 || count / each != files {
