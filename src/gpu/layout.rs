@@ -26,7 +26,10 @@ pub struct Frame {
     pub half_size: [f32; 2],
     pub radius: f32,
     pub extinction_scale: f32,
-    pub coefficients: [[f32; 4]; 2],
+    pub footprint_scale: f32,
+    pub padding0: f32,
+    pub padding1: f32,
+    pub padding2: f32,
 }
 
 /// `Traversal` in `shaders/lib/traversal.wgsl`.

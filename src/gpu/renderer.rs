@@ -12,7 +12,7 @@ use super::samples::{CHUNKS, DeviceSamples};
 use super::timing::{Timer, Timestamps};
 use super::{GpuError, shader};
 use crate::core::{LinearRgb, Ticket};
-use crate::kernel::{FootprintPolynomial, Kernel, ProjectedKernel, RadialKernel};
+use crate::kernel::{Kernel, ProjectedKernel, RadialKernel};
 use crate::scene::View;
 use crate::transfer::Table;
 use crate::volume::{BRICK, ScalarVolume};
@@ -686,9 +686,8 @@ fn frame_constants(
 ) -> layout::Frame {
     let m = view.view_from_index;
     let radial = RadialKernel::new(kernel, extent);
-    let polynomial = radial.map(FootprintPolynomial::of);
-    let radius = polynomial.map_or(0.5, |p| p.radius);
-    let coefficients = polynomial.map_or([0.0; 8], |p| p.coefficients);
+    let radius = radial.map_or(0.5, RadialKernel::radius);
+    let stretch = radial.map_or(1.0, RadialKernel::scale);
     let column = |v: glam::DVec3| v.as_vec3().extend(0.0).to_array();
     let half = [f64::from(view.size[0]) / 2.0, f64::from(view.size[1]) / 2.0];
     #[expect(clippy::cast_possible_truncation, reason = "the device has 32 bits")]
@@ -706,11 +705,14 @@ fn frame_constants(
             .as_vec3()
             .extend(m.determinant().abs() as f32)
             .to_array(),
-        footprint: one_footprint(m, f64::from(radius)),
+        footprint: one_footprint(m, radius),
         half_size: half.map(|h| h as f32),
-        radius,
+        radius: radius as f32,
         extinction_scale: (1.0 / (unit_distance * view.pixels_per_unit)) as f32,
-        coefficients: std::array::from_fn(|i| std::array::from_fn(|j| coefficients[4 * i + j])),
+        footprint_scale: stretch.powi(-2) as f32,
+        padding0: 0.0,
+        padding1: 0.0,
+        padding2: 0.0,
     }
 }
 
