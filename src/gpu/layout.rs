@@ -7,7 +7,7 @@ use bytemuck::{Pod, Zeroable};
 
 /// Words (`u32`) of one record; see `shaders/emit_kernels.wgsl`.
 pub const RECORD_WORDS: usize = 7;
-/// Words before the first segment's count: draw arguments, demand.
+/// Words before the first segment's count: the draw's arguments, and room to 32 bytes.
 pub const COUNT_HEADER_WORDS: usize = 8;
 /// Threads in a workgroup of the counting and emitting passes.
 pub const SEGMENT_THREADS: u32 = 64;
