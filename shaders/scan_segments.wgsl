@@ -3,12 +3,14 @@
 // One workgroup: each thread sums a run, the runs' sums are added up, each thread rewrites its run.
 
 struct Scan {
-    // Segments; kernels that fit; 0; 0.
+    // Segments; kernels that fit; vertices a splat; 0.
     counts: vec4<u32>,
 }
 
 @group(0) @binding(0) var<uniform> scan: Scan;
 @group(0) @binding(1) var<storage, read_write> counts: array<u32>;
+// Over the pieces of a picture: kernels, and the most by which one did not fit.
+@group(0) @binding(2) var<storage, read_write> totals: array<u32>;
 
 const THREADS: u32 = 256u;
 var<workgroup> sums: array<u32, THREADS>;
@@ -35,11 +37,12 @@ fn scan_segments(@builtin(local_invocation_index) thread: u32) {
         start += count;
     }
     if thread == THREADS - 1u {
-        counts[0] = 4u;
+        counts[0] = scan.counts.z;
         counts[1] = min(start, scan.counts.y);
         counts[2] = 0u;
         counts[3] = 0u;
-        // What was demanded: more than fits means the piece is drawn again with more room.
-        counts[4] = start;
+        let fitting = min(start, scan.counts.y);
+        totals[0] += fitting;
+        totals[1] = max(totals[1], start - fitting);
     }
 }

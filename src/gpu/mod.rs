@@ -15,7 +15,7 @@ pub mod timing;
 
 pub use context::{AdapterChoice, Context, Wishes};
 pub use frame::{Pass, PassTime};
-pub use renderer::{PieceReport, Renderer};
+pub use renderer::{GridTotals, Renderer};
 
 /// What can go wrong on the device.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -33,9 +33,7 @@ pub enum GpuError {
         found: String,
     },
     /// The adapter gives no device.
-    #[error(
-        "expected a device from adapter {adapter}, found: {found}; update its driver or choose another adapter"
-    )]
+    #[error("expected a device from adapter {adapter}, found: {found}; update its driver or choose another adapter")]
     NoDevice {
         /// Which adapter.
         adapter: String,

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use super::context::Context;
 use super::layout::RECORD_WORDS;
 use super::shader::{self, Shader};
-use crate::kernel::Kernel;
+use crate::kernel::{COEFFICIENTS, FootprintPolynomial, Kernel, RadialKernel, Rim};
 
 /// Which variant of the splat pass.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -22,6 +22,16 @@ pub(super) struct Pipelines {
     compute: HashMap<&'static str, wgpu::ComputePipeline>,
     splat: HashMap<SplatVariant, wgpu::RenderPipeline>,
     present: Option<wgpu::RenderPipeline>,
+}
+
+impl SplatVariant {
+    /// Vertices of one splat: a triangle about a radial kernel's ellipse, else a strip of two.
+    pub(super) fn vertices(self) -> u32 {
+        match self.kernel {
+            Kernel::Gaussian | Kernel::Cubic => 3,
+            Kernel::Nearest | Kernel::Point => 4,
+        }
+    }
 }
 
 impl Pipelines {
@@ -87,27 +97,29 @@ fn splat(
 ) -> wgpu::RenderPipeline {
     let module = shader::SPLAT.module(&context.device);
     let flag = |on: bool| f64::from(u8::from(on));
-    let constants = [
-        (
-            "footprint_kind",
-            match variant.kernel {
-                Kernel::Gaussian | Kernel::Cubic => 0.0,
-                Kernel::Nearest => 1.0,
-                Kernel::Point => 2.0,
-            },
-        ),
+    let polynomial = RadialKernel::new(variant.kernel, None).map(FootprintPolynomial::of);
+    let mut constants = vec![
         ("one_footprint", flag(variant.one_footprint)),
         ("perspective", flag(variant.perspective)),
-        ("rim_root", flag(variant.kernel == Kernel::Gaussian)),
+        ("rim_root", flag(polynomial.is_some_and(|p| p.rim == Rim::Root))),
     ];
+    if let Some(polynomial) = polynomial {
+        const NAMES: [&str; COEFFICIENTS] = ["c0", "c1", "c2", "c3", "c4", "c5", "c6", "c7"];
+        constants.extend(NAMES.into_iter().zip(polynomial.coefficients.map(f64::from)));
+    }
     let options = wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() };
+    let (vertex, fragment) = match variant.kernel {
+        Kernel::Gaussian | Kernel::Cubic => ("vertex_radial", "fragment_radial"),
+        Kernel::Nearest => ("vertex_box", "fragment_box"),
+        Kernel::Point => ("vertex_point", "fragment_point"),
+    };
     let attributes = wgpu::vertex_attr_array![0 => Float32x3, 1 => Float32, 2 => Uint32x3];
     context.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
         label: Some(shader::SPLAT.name),
         layout: None,
         vertex: wgpu::VertexState {
             module: &module,
-            entry_point: Some("vertex"),
+            entry_point: Some(vertex),
             compilation_options: options.clone(),
             buffers: &[Some(wgpu::VertexBufferLayout {
                 array_stride: RECORD_WORDS as u64 * 4,
@@ -123,7 +135,7 @@ fn splat(
         multisample: Default::default(),
         fragment: Some(wgpu::FragmentState {
             module: &module,
-            entry_point: Some("fragment"),
+            entry_point: Some(fragment),
             compilation_options: options,
             targets: &[Some(wgpu::ColorTargetState {
                 format,
