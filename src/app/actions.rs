@@ -162,7 +162,9 @@ pub fn pressed(ctx: &Context) -> Vec<Action> {
     let focused = ctx.memory(|memory| memory.focused().is_some());
     let available = |shortcut: &KeyboardShortcut| {
         let activates_widgets = shortcut.logical_key == Key::Enter;
-        !(typing && shortcut.conflicts_with_text_editing()) && !(focused && activates_widgets)
+        let taken =
+            (typing && shortcut.conflicts_with_text_editing()) || (focused && activates_widgets);
+        !taken
     };
     let keys = ACTIONS.iter().filter_map(|e| Some((e.action, e.shortcut?)));
     keys.filter(|(_, shortcut)| available(shortcut))
