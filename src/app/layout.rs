@@ -10,13 +10,14 @@ use eframe::egui::{
 use super::actions::{ACTIONS, Action, Entry, Menu, entry_of};
 use super::camera_control;
 use super::document::Source;
+use super::notices::text_and_button_ui;
 use super::panels::{data, section_ui, splat, status, transfer, view};
 use super::viewport::PixelArea;
 use super::window::Window;
 use super::{theme, trihedron};
 
 /// Width of the side panel before anyone resizes it, points.
-const SIDE_WIDTH: f32 = 312.0;
+const SIDE_WIDTH: f32 = 336.0;
 /// Distance of the bars over the viewport from its edges, points.
 const OVERLAY_INSET: f32 = 12.0;
 /// Greatest width of the bars over the viewport, points.
@@ -35,7 +36,7 @@ impl Window {
                 .frame(frame)
                 .resizable(true)
                 .default_size(SIDE_WIDTH)
-                .size_range(260.0..=520.0)
+                .size_range(336.0..=560.0)
                 .show(ui, |ui| self.side_ui(ui));
         }
         let behind = Frame::new().fill(theme::VIEWPORT);
@@ -103,9 +104,15 @@ impl Window {
     }
 
     fn side_ui(&mut self, ui: &mut Ui) {
-        ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+        // A child of its own, so that a row that is too wide is cut off and never widens the panel:
+        // the viewport would change its size under the hand.
+        let rect = ui.max_rect();
+        let mut inside = ui.new_child(UiBuilder::new().max_rect(rect));
+        inside.shrink_clip_rect(rect);
+        ScrollArea::vertical().auto_shrink(false).show(&mut inside, |ui| {
             Frame::new().inner_margin(theme::PANEL_MARGIN).show(ui, |ui| self.sections_ui(ui));
         });
+        ui.advance_cursor_after_rect(rect);
     }
 
     fn sections_ui(&mut self, ui: &mut Ui) {
@@ -141,8 +148,7 @@ impl Window {
         }
         self.viewport.paint(ui.painter(), area);
         if let Some(scene) = &mut self.scene {
-            scene.camera =
-                ui.input(|input| camera_control::steered(&scene.camera, &response, input));
+            scene.camera = camera_control::steered(&scene.camera, &response);
             if self.settings.trihedron {
                 let space = self.document.as_ref().and_then(|d| d.grid.space.as_deref());
                 trihedron::paint(ui.painter(), area.rect, &scene.camera, space);
@@ -202,16 +208,12 @@ fn job_ui(ui: &mut Ui, title: &str, fraction: f32, is_cancelled: bool, cancel: &
         .corner_radius(CornerRadius::same(6))
         .inner_margin(Margin::symmetric(10, 6));
     frame.show(ui, |ui| {
-        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-            if ui.add_enabled(!is_cancelled, Button::new("Cancel")).clicked() {
-                cancel();
-            }
-            ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
-                ui.label(if is_cancelled { "Stopping…" } else { title });
-                let bar = ProgressBar::new(fraction).desired_height(6.0);
-                ui.add(bar.fill(theme::ACCENT)).accessible_name(format!("{title}, progress"));
-            });
-        });
+        let words = RichText::new(if is_cancelled { "Stopping…" } else { title });
+        if text_and_button_ui(ui, words, "Cancel", !is_cancelled) {
+            cancel();
+        }
+        let bar = ProgressBar::new(fraction).desired_height(5.0);
+        ui.add(bar.fill(theme::ACCENT)).accessible_name(format!("{title}, progress"));
     });
 }
 

@@ -1,11 +1,15 @@
 //! What the window has to say: one sentence each, until dismissed.
 
-use eframe::egui::{Align, Color32, CornerRadius, Frame, Layout, Margin, RichText, Stroke, Ui};
+use eframe::egui::{
+    Align, Button, Color32, CornerRadius, Frame, Label, Layout, Margin, RichText, Stroke, Ui, vec2,
+};
 
 use super::theme;
 
 /// How many are kept; older ones make room.
 const LIMIT: usize = 4;
+/// Room for the button at the right of a bar, points.
+const BUTTON_WIDTH: f32 = 76.0;
 
 /// Bad news or news.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -86,24 +90,21 @@ fn bar_ui(ui: &mut Ui, notice: &Notice) -> bool {
         .stroke(Stroke::new(1.0, colour.gamma_multiply(0.5)))
         .corner_radius(CornerRadius::same(6))
         .inner_margin(Margin::symmetric(10, 6));
-    frame
-        .show(ui, |ui| {
-            ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-                let dismissed = ui.button("Dismiss").clicked();
-                ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
-                    ui.style_mut().interaction.selectable_labels = true;
-                    ui.add(egui_label(&notice.text, colour));
-                });
-                dismissed
-            })
-            .inner
-        })
-        .inner
+    let words = RichText::new(&notice.text).color(colour.lerp_to_gamma(theme::TEXT, 0.45));
+    frame.show(ui, |ui| text_and_button_ui(ui, words, "Dismiss", true)).inner
 }
 
-fn egui_label(text: &str, colour: Color32) -> eframe::egui::Label {
-    eframe::egui::Label::new(RichText::new(text).color(colour.lerp_to_gamma(theme::TEXT, 0.45)))
-        .wrap()
+/// Text that wraps, and a button at its right; true once that was clicked.
+pub(super) fn text_and_button_ui(ui: &mut Ui, text: RichText, button: &str, enabled: bool) -> bool {
+    ui.horizontal(|ui| {
+        let room = vec2((ui.available_width() - BUTTON_WIDTH).max(40.0), 0.0);
+        ui.allocate_ui_with_layout(room, Layout::top_down(Align::Min), |ui| {
+            ui.set_min_width(room.x);
+            ui.add(Label::new(text).wrap().selectable(true));
+        });
+        ui.add_enabled(enabled, Button::new(button)).clicked()
+    })
+    .inner
 }
 
 /// Messages of libraries may hold line breaks; a bar holds a sentence.

@@ -7,7 +7,7 @@ pub mod open_path;
 pub mod raw;
 pub mod save;
 
-use eframe::egui::{Button, Context, Id, Modal, RichText, Ui};
+use eframe::egui::{Button, Context, Frame, Id, Modal, RichText, Ui};
 
 /// What came of a dialog in one pass.
 #[derive(Debug, Clone, PartialEq)]
@@ -28,7 +28,8 @@ fn modal<T>(
     width: f32,
     add: impl FnOnce(&mut Ui) -> Outcome<T>,
 ) -> Outcome<T> {
-    let modal = Modal::new(Id::unique(id)).show(ctx, |ui| {
+    let frame = Frame::popup(&ctx.global_style()).inner_margin(18).corner_radius(10);
+    let modal = Modal::new(Id::unique(id)).frame(frame).show(ctx, |ui| {
         ui.set_width(width);
         ui.label(RichText::new(title).heading().strong());
         ui.add_space(6.0);
@@ -49,9 +50,10 @@ fn buttons_ui<T>(
     enter: bool,
     answer: impl FnOnce() -> T,
 ) -> Outcome<T> {
-    ui.add_space(6.0);
+    ui.add_space(10.0);
     ui.horizontal(|ui| {
-        let go = ui.add_enabled(refusal.is_none(), Button::new(verb));
+        let fill = ui.visuals().selection.bg_fill;
+        let go = ui.add_enabled(refusal.is_none(), Button::new(verb).fill(fill));
         let go = go.on_disabled_hover_text(refusal.unwrap_or_default());
         let cancel = ui.button("Cancel").clicked();
         if go.clicked() || (enter && refusal.is_none() && !cancel) {

@@ -2,7 +2,7 @@
 
 use eframe::egui::{ComboBox, Ui};
 
-use super::{facts_ui, name_ui};
+use super::{facts_ui, row_ui};
 use crate::app::document::{Document, default_component};
 use crate::app::words;
 use crate::core::memory::human_bytes;
@@ -55,7 +55,7 @@ pub fn data_ui(ui: &mut Ui, document: &Document) -> Option<FieldChoice> {
         );
         rows.push(("Not finite", text, "NaN is drawn fully transparent"));
     }
-    facts_ui(ui, "data", &rows);
+    facts_ui(ui, &rows);
     choice_ui(ui, document)
 }
 
@@ -64,9 +64,8 @@ fn choice_ui(ui: &mut Ui, document: &Document) -> Option<FieldChoice> {
     let current = fields.get(document.field)?;
     let mut choice = FieldChoice { field: document.field, component: document.component };
     if fields.len() > 1 {
-        ui.horizontal(|ui| {
-            let name = name_ui(ui, "Field");
-            let combo = ComboBox::from_id_salt("field").selected_text(&current.name);
+        row_ui(ui, "Field", |ui| {
+            let combo = ComboBox::from_id_salt("field").selected_text(&current.name).truncate();
             let shown = combo.show_ui(ui, |ui| {
                 for (index, field) in fields.iter().enumerate() {
                     let label = field_label(field);
@@ -78,13 +77,12 @@ fn choice_ui(ui: &mut Ui, document: &Document) -> Option<FieldChoice> {
             });
             shown
                 .response
-                .labelled_by(name.id)
+                .accessible_name("Field")
                 .on_hover_text("Which of the file's arrays is drawn");
         });
     }
     if current.components > 1 {
-        ui.horizontal(|ui| {
-            let name = name_ui(ui, "Component");
+        row_ui(ui, "Component", |ui| {
             let combo = ComboBox::from_id_salt("component")
                 .selected_text(component_label(document.component));
             let shown = combo.show_ui(ui, |ui| {
@@ -98,7 +96,7 @@ fn choice_ui(ui: &mut Ui, document: &Document) -> Option<FieldChoice> {
             });
             shown
                 .response
-                .labelled_by(name.id)
+                .accessible_name("Component")
                 .on_hover_text("Which number of each sample is drawn");
         });
     }

@@ -10,9 +10,18 @@ pub mod status;
 pub mod transfer;
 pub mod view;
 
-use eframe::egui::{CollapsingHeader, Grid, Response, RichText, Ui};
+use eframe::egui::{
+    Align, CollapsingHeader, DragValue, Label, Layout, Response, RichText, Slider, Ui, vec2,
+};
 
 use super::theme;
+
+/// Width of the column of names, points.
+const NAME_WIDTH: f32 = 80.0;
+/// Width of a number that can be dragged or typed, points: one that changes must not push others.
+const NUMBER_WIDTH: f32 = 64.0;
+/// Width of a slider's number and its reset button, points.
+const VALUE_AND_RESET_WIDTH: f32 = 112.0;
 
 /// A titled section that folds.
 pub(super) fn section_ui<R>(ui: &mut Ui, title: &str, add: impl FnOnce(&mut Ui) -> R) -> Option<R> {
@@ -26,17 +35,14 @@ pub(super) fn section_ui<R>(ui: &mut Ui, title: &str, add: impl FnOnce(&mut Ui) 
     shown.body_returned
 }
 
-/// Rows of a name and a value.
-pub(super) fn facts_ui(ui: &mut Ui, id: &str, rows: &[(&str, String, &str)]) {
-    Grid::new(id).num_columns(2).spacing([14.0, 4.0]).show(ui, |ui| {
+/// Rows of a name, a value and what they mean. A value too long for the panel is cut short and
+/// shown whole while the pointer rests on it.
+pub(super) fn facts_ui(ui: &mut Ui, rows: &[(&str, String, &str)]) {
+    ui.scope(|ui| {
+        ui.spacing_mut().interact_size.y = 17.0;
+        ui.spacing_mut().item_spacing.y = 3.0;
         for (name, value, help) in rows {
-            let name = ui.label(RichText::new(*name).color(theme::TEXT_FAINT));
-            let value = ui.label(value);
-            if !help.is_empty() {
-                name.on_hover_text(*help);
-                value.on_hover_text(*help);
-            }
-            ui.end_row();
+            row_ui(ui, name, |ui| ui.add(Label::new(value).truncate())).on_hover_text(*help);
         }
     });
 }
@@ -46,7 +52,35 @@ pub(super) fn name_ui(ui: &mut Ui, name: &str) -> Response {
     ui.label(RichText::new(name).color(theme::TEXT_FAINT))
 }
 
-/// A small button that takes a value back to its default; `name` is what it is called.
-pub(super) fn reset_button(name: &str) -> impl eframe::egui::Widget + '_ {
-    move |ui: &mut Ui| ui.small_button("⟲").accessible_name(name)
+/// A row of a name in a column of its own and what it names.
+pub(super) fn row_ui<R>(ui: &mut Ui, name: &str, add: impl FnOnce(&mut Ui) -> R) -> R {
+    ui.horizontal(|ui| {
+        let size = vec2(NAME_WIDTH, ui.spacing().interact_size.y);
+        let column = Layout::left_to_right(Align::Center);
+        ui.allocate_ui_with_layout(size, column, |ui| {
+            ui.set_min_width(NAME_WIDTH);
+            name_ui(ui, name);
+        });
+        add(ui)
+    })
+    .inner
+}
+
+/// A slider after its name in the row, with room for a reset button.
+pub(super) fn slider_ui(ui: &mut Ui, name: &str, enabled: bool, slider: Slider<'_>) -> Response {
+    ui.spacing_mut().slider_width = (ui.available_width() - VALUE_AND_RESET_WIDTH).max(60.0);
+    // Before any hover text, which would name the handle otherwise.
+    ui.name_inputs(name, |ui| ui.add_enabled(enabled, slider))
+}
+
+/// A number that can be dragged or typed, called `name`.
+pub(super) fn number_ui(ui: &mut Ui, name: &str, drag: DragValue<'_>) -> Response {
+    let size = vec2(NUMBER_WIDTH, ui.spacing().interact_size.y);
+    ui.add_sized(size, drag).accessible_name(name)
+}
+
+/// A small button, there while a value is not its default, that takes it back; `name` is what it is
+/// called.
+pub(super) fn reset_ui(ui: &mut Ui, changed: bool, name: &str, help: &str) -> bool {
+    changed && ui.small_button("×").accessible_name(name).on_hover_text(help).clicked()
 }

@@ -2,18 +2,18 @@
 
 use eframe::egui::epaint::Mesh;
 use eframe::egui::{
-    Atom, AtomExt as _, Button, ComboBox, DragValue, IdSalt, Rect, Response, Shape, Ui, pos2, vec2,
+    Atom, AtomExt as _, Button, ComboBox, DragValue, IdSalt, Rect, Response, RichText, Shape, Ui,
+    pos2, vec2,
 };
 
 use super::curve::{self, CurveEditor, curve_ui, remove_point};
-use super::name_ui;
-use crate::app::words;
+use super::{name_ui, number_ui, row_ui};
+use crate::app::{theme, words};
 use crate::core::LinearRgb;
+use crate::transfer::presets::{self, RangeRule};
 use crate::transfer::{ColourMap, ColourSource, TransferFunction};
 use crate::volume::Statistics;
 
-/// The share of values that "Percentiles" leaves out at each end.
-const PERCENTILE: f64 = 0.005;
 /// Size of a colour map's swatch, points.
 const SWATCH: eframe::egui::Vec2 = vec2(56.0, 10.0);
 
@@ -69,25 +69,23 @@ pub fn transfer_ui(
     default: impl FnOnce() -> TransferFunction,
 ) {
     let colours = colour_range(transfer);
-    curve_ui(ui, editor, transfer, statistics, colours).on_hover_text(
-        "Opacity over value, and how often each value occurs (logarithmic). Drag a point to move \
-         it; press on the curve or double-click to add one; right-click a point, or pull it out, \
-         to remove it",
-    );
+    curve_ui(ui, editor, transfer, statistics, colours);
+    let caption = "Drag a point, press the line for a new one, right-click to remove";
+    ui.label(RichText::new(caption).size(11.0).color(theme::TEXT_FAINT));
     point_ui(ui, editor, transfer, statistics);
     ui.add_space(4.0);
     map_ui(ui, transfer);
     range_ui(ui, transfer, statistics);
     ui.horizontal_wrapped(|ui| {
-        let minimum_maximum = [statistics.min, statistics.max];
+        let whole = presets::range(statistics, RangeRule::MinMax);
         if ui
             .button("Min–max")
             .on_hover_text("Stretch colours and opacities over the whole range of the data")
             .clicked()
         {
-            stretch(transfer, minimum_maximum);
+            stretch(transfer, whole);
         }
-        let middle = [statistics.percentile(PERCENTILE), statistics.percentile(1.0 - PERCENTILE)];
+        let middle = presets::range(statistics, RangeRule::Percentiles);
         if ui
             .button("Percentiles")
             .on_hover_text(
@@ -121,28 +119,24 @@ fn point_ui(
 ) {
     let index = editor.selected;
     let Some(&(mut value, mut opacity)) = transfer.opacity.get(index) else { return };
-    ui.horizontal(|ui| {
-        name_ui(ui, "Point");
-        let value_response = ui
-            .add(value_drag(&mut value, statistics))
-            .accessible_name("Point value")
+    row_ui(ui, "Point", |ui| {
+        let value_response = number_ui(ui, "Point value", value_drag(&mut value, statistics))
             .on_hover_text("The value at which the selected point lies, in the data's own units");
         let drag = DragValue::new(&mut opacity).speed(0.005).range(0.0..=1.0).max_decimals(4);
-        let opacity_response = ui
-            .add(drag)
-            .accessible_name("Point opacity")
+        let opacity_response = number_ui(ui, "Point opacity", drag)
             .on_hover_text("Opacity per unit distance at the selected point, 0 to 1");
         if value_response.changed() || opacity_response.changed() {
             curve::move_point(transfer, index, value, opacity);
         }
+        ui.spacing_mut().item_spacing.x = 4.0;
         let last = transfer.opacity.len() - 1;
-        if step_button(ui, "⏴", "Previous point", index > 0).clicked() {
+        if step_button(ui, "‹", "Previous point", index > 0).clicked() {
             editor.selected -= 1;
         }
-        if step_button(ui, "⏵", "Next point", index < last).clicked() {
+        if step_button(ui, "›", "Next point", index < last).clicked() {
             editor.selected += 1;
         }
-        if step_button(ui, "✖", "Remove point", last > 0).clicked() {
+        if step_button(ui, "×", "Remove point", last > 0).clicked() {
             remove_point(transfer, index);
         }
     });
@@ -165,8 +159,7 @@ fn map_ui(ui: &mut Ui, transfer: &mut TransferFunction) {
         ColourSource::Map { map, .. } => Some(*map),
         ColourSource::Stops(_) => None,
     };
-    ui.horizontal(|ui| {
-        let name = name_ui(ui, "Colours");
+    row_ui(ui, "Colours", |ui| {
         let selected = chosen.map_or_else(|| "Custom".to_owned(), words::colour_map);
         let combo = ComboBox::from_id_salt("colour map").selected_text(selected).height(360.0);
         let shown = combo.show_ui(ui, |ui| {
@@ -176,7 +169,7 @@ fn map_ui(ui: &mut Ui, transfer: &mut TransferFunction) {
                 }
             }
         });
-        shown.response.labelled_by(name.id).on_hover_text(
+        shown.response.accessible_name("Colours").on_hover_text(
             "The colours of low to high values; the first five are equally readable \
                             for most colour-blind people and in print",
         );
@@ -216,14 +209,11 @@ fn paint_map(ui: &Ui, rect: Rect, map: ColourMap) {
 fn range_ui(ui: &mut Ui, transfer: &mut TransferFunction, statistics: &Statistics) {
     let mut range = colour_range(transfer);
     let help = "The values that take the first and the last colour; the opacities stretch along";
-    ui.horizontal(|ui| {
-        name_ui(ui, "Range");
+    row_ui(ui, "Range", |ui| {
         let [low, high] = &mut range;
-        let low =
-            ui.add(value_drag(low, statistics)).accessible_name("Range low").on_hover_text(help);
+        let low = number_ui(ui, "Range low", value_drag(low, statistics)).on_hover_text(help);
         name_ui(ui, "to");
-        let high =
-            ui.add(value_drag(high, statistics)).accessible_name("Range high").on_hover_text(help);
+        let high = number_ui(ui, "Range high", value_drag(high, statistics)).on_hover_text(help);
         if low.changed() || high.changed() {
             stretch(transfer, range);
         }
