@@ -10,6 +10,8 @@ struct Scan {
 @group(0) @binding(0) var<uniform> scan: Scan;
 @group(0) @binding(1) var<storage, read_write> counts: array<u32>;
 
+// Words of `counts` before the first segment's.
+const COUNT_HEADER_WORDS: u32 = 8u;
 const THREADS: u32 = 256u;
 var<workgroup> sums: array<u32, THREADS>;
 
@@ -21,7 +23,7 @@ fn scan_segments(@builtin(local_invocation_index) thread: u32) {
     let end = min(first + run, total);
     var sum = 0u;
     for (var i = first; i < end; i++) {
-        sum += counts[8u + i];
+        sum += counts[COUNT_HEADER_WORDS + i];
     }
     sums[thread] = sum;
     workgroupBarrier();
@@ -30,8 +32,8 @@ fn scan_segments(@builtin(local_invocation_index) thread: u32) {
         start += sums[i];
     }
     for (var i = first; i < end; i++) {
-        let count = counts[8u + i];
-        counts[8u + i] = start;
+        let count = counts[COUNT_HEADER_WORDS + i];
+        counts[COUNT_HEADER_WORDS + i] = start;
         start += count;
     }
     if thread == THREADS - 1u {
