@@ -3,7 +3,7 @@
 // One workgroup: each thread sums a run, the runs' sums are added up, each thread rewrites its run.
 
 struct Scan {
-    // Segments; kernels that fit; 0; 0.
+    // Segments; kernels that fit; vertices a splat; 0.
     counts: vec4<u32>,
 }
 
@@ -37,7 +37,7 @@ fn scan_segments(@builtin(local_invocation_index) thread: u32) {
         start += count;
     }
     if thread == THREADS - 1u {
-        counts[0] = 4u;
+        counts[0] = scan.counts.z;
         counts[1] = min(start, scan.counts.y);
         counts[2] = 0u;
         counts[3] = 0u;

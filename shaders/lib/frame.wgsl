@@ -18,5 +18,5 @@ struct Frame {
     // Tabulated extinction to extinction per pixel.
     extinction_scale: f32,
     // Footprint polynomial (kernel::FootprintPolynomial), lowest power first.
-    coefficients: array<vec4<f32>, 3>,
+    coefficients: array<vec4<f32>, 2>,
 }

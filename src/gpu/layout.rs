@@ -32,7 +32,7 @@ pub struct Frame {
     pub half_size: [f32; 2],
     pub radius: f32,
     pub extinction_scale: f32,
-    pub coefficients: [[f32; 4]; 3],
+    pub coefficients: [[f32; 4]; 2],
 }
 
 /// `Traversal` in `shaders/lib/traversal.wgsl`.

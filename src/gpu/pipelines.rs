@@ -24,6 +24,16 @@ pub(super) struct Pipelines {
     present: Option<wgpu::RenderPipeline>,
 }
 
+impl SplatVariant {
+    /// Vertices of one splat: a triangle about a radial kernel's ellipse, else a strip of two.
+    pub(super) fn vertices(self) -> u32 {
+        match self.kernel {
+            Kernel::Gaussian | Kernel::Cubic => 4,
+            Kernel::Nearest | Kernel::Point => 4,
+        }
+    }
+}
+
 impl Pipelines {
     /// How many are compiled.
     pub(super) fn len(&self) -> usize {
@@ -88,23 +98,23 @@ fn splat(
     let module = shader::SPLAT.module(&context.device);
     let flag = |on: bool| f64::from(u8::from(on));
     let constants = [
-        ("footprint_kind", match variant.kernel {
-            Kernel::Gaussian | Kernel::Cubic => 0.0,
-            Kernel::Nearest => 1.0,
-            Kernel::Point => 2.0,
-        }),
         ("one_footprint", flag(variant.one_footprint)),
         ("perspective", flag(variant.perspective)),
         ("rim_root", flag(variant.kernel == Kernel::Gaussian)),
     ];
     let options = wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() };
+    let (vertex, fragment) = match variant.kernel {
+        Kernel::Gaussian | Kernel::Cubic => ("vertex_radial", "fragment_radial"),
+        Kernel::Nearest => ("vertex_box", "fragment_box"),
+        Kernel::Point => ("vertex_point", "fragment_point"),
+    };
     let attributes = wgpu::vertex_attr_array![0 => Float32x3, 1 => Float32, 2 => Uint32x3];
     context.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
         label: Some(shader::SPLAT.name),
         layout: None,
         vertex: wgpu::VertexState {
             module: &module,
-            entry_point: Some("vertex"),
+            entry_point: Some(vertex),
             compilation_options: options.clone(),
             buffers: &[Some(wgpu::VertexBufferLayout {
                 array_stride: RECORD_WORDS as u64 * 4,
@@ -120,7 +130,7 @@ fn splat(
         multisample: Default::default(),
         fragment: Some(wgpu::FragmentState {
             module: &module,
-            entry_point: Some("fragment"),
+            entry_point: Some(fragment),
             compilation_options: options,
             targets: &[Some(wgpu::ColorTargetState {
                 format,

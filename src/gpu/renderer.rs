@@ -416,7 +416,7 @@ impl Renderer {
             table: table.span,
         };
         self.context.queue.write_buffer(&self.traversal, 0, bytemuck::bytes_of(&constants));
-        let scan = layout::Scan { counts: [segments, capacity, 0, 0] };
+        let scan = layout::Scan { counts: [segments, capacity, self.variant.vertices(), 0] };
         self.context.queue.write_buffer(&self.scan, 0, bytemuck::bytes_of(&scan));
     }
 
@@ -618,7 +618,7 @@ impl Renderer {
             }
             Source::Uploaded(records) => {
                 render.set_vertex_buffer(0, self.uploads.buffer.slice(..));
-                render.draw(0..4, 0..records);
+                render.draw(0..self.variant.vertices(), 0..records);
             }
         }
     }
@@ -684,7 +684,7 @@ fn frame_constants(
     let radial = RadialKernel::new(kernel, extent);
     let polynomial = radial.map(FootprintPolynomial::of);
     let radius = polynomial.map_or(0.5, |p| p.radius);
-    let coefficients = polynomial.map_or([0.0; 12], |p| p.coefficients);
+    let coefficients = polynomial.map_or([0.0; 8], |p| p.coefficients);
     let column = |v: glam::DVec3| v.as_vec3().extend(0.0).to_array();
     let half = [f64::from(view.size[0]) / 2.0, f64::from(view.size[1]) / 2.0];
     #[expect(clippy::cast_possible_truncation, reason = "the device has 32 bits")]

@@ -176,8 +176,8 @@ pub(super) fn lattice(
             *direction.col_mut(axis) = *step / step.length();
         }
     }
-    for axis in 0..3 {
-        if steps[axis].is_none() {
+    for (axis, step) in steps.iter().enumerate() {
+        if step.is_none() {
             *direction.col_mut(axis) = missing_axis(&direction, axis);
         }
     }

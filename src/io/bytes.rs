@@ -453,7 +453,7 @@ pub(super) fn require_stored(needed_bytes: u64, stored_bytes: u64) -> Result<(),
         return Ok(());
     }
     Err(truncated(
-        format!("{needed_bytes} bytes of samples, as the header promises"),
+        format!("{needed_bytes} bytes of data, as the header promises"),
         format!("{stored_bytes}"),
         "the file was cut short or its header is wrong: copy it again",
     ))

@@ -82,7 +82,7 @@ pub enum Problem {
     #[error(transparent)]
     TooLarge(#[from] TooLarge),
     /// Samples that make no volume.
-    #[error(transparent)]
+    #[error("{0}; correct the file's header, or write it again")]
     Volume(#[from] VolumeError),
     /// The system failed while reading.
     #[error("expected to read the file, found that the system failed ({0}); try again")]

@@ -18,7 +18,7 @@ use crate::volume::{Grid, Lattice, Samples, ScalarType};
 /// A header beyond this is none.
 const MOST_HEADER_BYTES: u64 = 16 << 20;
 /// More data files than this are a mistake in the header.
-const MOST_FILES: i64 = 1 << 20;
+const MOST_FILES: i64 = 1 << 16;
 
 /// Keys that are understood, or known to describe nothing that a lattice needs; lower case.
 const KNOWN: [&str; 32] = [
@@ -87,6 +87,19 @@ pub(super) fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<Open
     let storage = Storage::of(&keys)?;
     let parts = parts(path, len, &keys, &shape, count)?;
     let samples = storage.read(&parts, count, shape.scalar_type, ticket, &mut warnings)?;
+    if let (true, [part], Some(told)) =
+        (storage.compressed, &parts[..], keys.get("compresseddatasize"))
+    {
+        // Some writers get it wrong; a reader that obeys drops the last slices without a word.
+        let stored = part.file.len.saturating_sub(part.start);
+        if told.parse() != Ok(stored) {
+            warnings.push(format!(
+                "CompressedDataSize is {}, but {stored} bytes are there: the compressed stream's own \
+                 end is used",
+                quoted(told)
+            ));
+        }
+    }
     let fields = shape.axes.fields(&super::raw::stem(path), samples, ticket)?;
     if fields.len() > 1 {
         warnings.push(format!(
@@ -103,7 +116,8 @@ pub(super) fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<Open
 
 /// The header's keys, lower case, and where it ends.
 struct Keys {
-    values: BTreeMap<String, String>,
+    /// Key as written, and value.
+    values: BTreeMap<String, (String, String)>,
     /// Key as written, for those that are not known.
     unknown: Vec<String>,
     listed_files: Vec<String>,
@@ -132,7 +146,7 @@ impl Keys {
             }
             let is_last = key == "elementdatafile";
             let is_list = is_last && is_list(value);
-            keys.values.insert(key, value.to_owned());
+            keys.values.insert(key, (written.to_owned(), value.to_owned()));
             if is_list {
                 while let Some(name) = keys.line(reader)? {
                     if !name.trim().is_empty() {
@@ -180,12 +194,13 @@ impl Keys {
     }
 
     fn get(&self, key: &str) -> Option<&str> {
-        self.values.get(key).map(String::as_str)
+        self.values.get(key).map(|(_, value)| value.as_str())
     }
 
-    /// The first of several keys that mean the same.
-    fn any(&self, keys: &[&'static str]) -> Option<(&'static str, &str)> {
-        keys.iter().find_map(|key| self.get(key).map(|value| (*key, value)))
+    /// The first of several keys that mean the same, as written, and its value.
+    fn any(&self, keys: &[&str]) -> Option<(&str, &str)> {
+        let found = keys.iter().find_map(|key| self.values.get(*key));
+        found.map(|(written, value)| (written.as_str(), value.as_str()))
     }
 
     fn require(&self, key: &str, written: &str) -> Result<&str, Problem> {
@@ -198,13 +213,14 @@ impl Keys {
         })
     }
 
-    fn truth(&self, keys: &[&'static str]) -> Result<bool, Problem> {
-        match self.any(keys).map(|(_, value)| value.to_lowercase()).as_deref() {
-            None | Some("false" | "0" | "f" | "no") => Ok(false),
-            Some("true" | "1" | "t" | "yes") => Ok(true),
-            Some(other) => Err(header(
-                format!("True or False for {}", keys[0]),
-                quoted(other),
+    fn truth(&self, keys: &[&str]) -> Result<bool, Problem> {
+        let Some((written, value)) = self.any(keys) else { return Ok(false) };
+        match value.to_lowercase().as_str() {
+            "false" | "0" | "f" | "no" => Ok(false),
+            "true" | "1" | "t" | "yes" => Ok(true),
+            _ => Err(header(
+                format!("True or False for {written}"),
+                quoted(value),
                 "correct the key",
             )),
         }
@@ -213,7 +229,7 @@ impl Keys {
     /// At least `count` numbers; more, as some programs write for flat images, are dropped aloud.
     fn numbers(
         &self,
-        keys: &[&'static str],
+        keys: &[&str],
         count: usize,
         warnings: &mut Vec<String>,
     ) -> Result<Option<Vec<f64>>, Problem> {

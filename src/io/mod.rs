@@ -107,9 +107,7 @@ fn read(path: &Path, options: &OpenOptions, ticket: &Ticket) -> Result<Opened, P
         Format::Nrrd => nrrd::read(path, free_bytes, ticket),
         Format::MetaImage => metaimage::read(path, free_bytes, ticket),
         Format::Vti => vti::read(path, free_bytes, ticket),
-        Format::Raw => {
-            raw::read(path, &options.raw.clone().unwrap_or_default(), free_bytes, ticket)
-        }
+        Format::Raw => raw::read(path, &options.raw.unwrap_or_default(), free_bytes, ticket),
     }?;
     opened.grid.check()?;
     ticket.checkpoint(1, 1)?;
@@ -134,7 +132,7 @@ fn recognise(path: &Path) -> Result<Format, Problem> {
     match extension {
         "nrrd" | "nhdr" => Err(not_as_named("an NRRD header (\"NRRD000…\")", &start)),
         "mha" | "mhd" => Err(not_as_named("a MetaImage header (\"NDims = …\")", &start)),
-        "vti" => Err(not_as_named("VTK image data (\"<VTKFile type=\\\"ImageData\\\"\")", &start)),
+        "vti" => Err(not_as_named("VTK image data (\"<VTKFile …\")", &start)),
         "raw" | "bin" | "dat" | "img" | "vol" => Ok(Format::Raw),
         _ if raw::guess(&name, len).dims.is_some() => Ok(Format::Raw),
         _ => Err(unrecognised(

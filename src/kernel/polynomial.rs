@@ -5,7 +5,7 @@ use std::sync::LazyLock;
 use super::radial::{RadialKernel, Shape};
 
 /// Coefficients of a [`FootprintPolynomial`].
-pub const COEFFICIENTS: usize = 12;
+pub const COEFFICIENTS: usize = 8;
 /// Points at which the fit is made, and between which the finished one is checked.
 const FIT_POINTS: usize = 240;
 const CHECK_POINTS: usize = 2048;

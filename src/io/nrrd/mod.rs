@@ -46,6 +46,9 @@ pub(super) fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<Open
         memory::require("the volume and its reordered copy", twice, free_bytes)?;
     }
     let lattice = geometry.lattice(&header, &axes, &mut warnings)?;
+    if header.get("measurementframe").is_some() && axes.roles.contains(&Role::Component) {
+        warnings.push("the measurement frame is ignored: components stay as stored".into());
+    }
 
     let parts = parts::parts(path, &header, &axes.sizes)?;
     let samples =

@@ -7,7 +7,7 @@ use super::super::files::{DataFile, numbered, open_file};
 use super::header::Header;
 
 /// More files than this are a mistake in the header.
-const MOST_FILES: u64 = 1 << 20;
+const MOST_FILES: u64 = 1 << 16;
 
 /// One file's part of the samples.
 pub(super) struct Part {
@@ -46,7 +46,9 @@ pub(super) fn parts(path: &Path, said: &Header, sizes: &[usize]) -> Result<Vec<P
         None => sizes[..sizes.len() - 1].iter().product(),
         Some(n) if n >= 1 && n < sizes.len() => sizes[..n].iter().product(),
         // Slabs of the last axis, equally thick.
-        Some(n) if n == sizes.len() && files > 0 && sizes[n - 1] % files == 0 => count / files,
+        Some(n) if n == sizes.len() && files > 0 && sizes[n - 1].is_multiple_of(files) => {
+            count / files
+        }
         Some(_) => return Err(bad(value)),
     };
     if each == 0 || count % each != 0 || count / each != files {

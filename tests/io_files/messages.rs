@@ -1,0 +1,276 @@
+//! What a refusal says: what was expected, what was found, what to try, the path last.
+
+use std::path::Path;
+
+use voxsplat::core::Ticket;
+use voxsplat::io::{OpenOptions, Problem, RawOverrides, ReadError, open};
+use voxsplat::volume::ScalarType;
+
+use crate::write::{self, Volume, Vti};
+
+/// The error of a file with this content.
+fn refused(name: &str, content: impl AsRef<[u8]>) -> (tempfile::TempDir, ReadError) {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join(name);
+    std::fs::write(&path, content).expect("the folder is ours");
+    let error = error_of(&path);
+    (folder, error)
+}
+
+fn error_of(path: &Path) -> ReadError {
+    match open(path, &OpenOptions::default(), &Ticket::new()) {
+        Err(error) => error,
+        Ok(opened) => panic!("{} opened: {opened:?}", path.display()),
+    }
+}
+
+/// What keeps an error's message from having the form that all have, and these words.
+fn fault(error: &ReadError, words: &[&str]) -> Option<String> {
+    fault_of(&error.to_string(), &error.path, words)
+}
+
+fn fault_of(message: &str, path: &Path, words: &[&str]) -> Option<String> {
+    let checks = [
+        (message.starts_with("expected "), "begins with what was expected"),
+        (message.contains(", found "), "says what was found"),
+        (message.contains("; "), "says what to try"),
+        (message.ends_with(&format!(": {}", path.display())), "ends with the path"),
+        (!message.contains('\n'), "is one line"),
+        (words.iter().all(|word| message.contains(word)), "has the words"),
+    ];
+    let (_, rule) = checks.iter().find(|(kept, _)| !kept)?;
+    Some(format!("not so: a message {rule} {words:?}: {message}"))
+}
+
+#[track_caller]
+fn says(name: &str, content: impl AsRef<[u8]>, words: &[&str]) {
+    let (_folder, error) = refused(name, content);
+    assert_eq!(fault(&error, words), None);
+}
+
+fn nrrd(lines: &str, data: &str) -> String {
+    format!("NRRD0004\n{lines}\n\n{data}")
+}
+
+#[test]
+fn the_check_of_a_message_rejects_each_fault() {
+    let fault = |message: &str, words: &[&str]| fault_of(message, Path::new("/p"), words);
+    assert_eq!(fault("expected a, found b; try c: /p", &["b"]), None);
+    for bad in [
+        "a, found b; try c: /p",
+        "expected a; try c: /p",
+        "expected a, found b: /p",
+        "expected a, found b; try c",
+        "expected a,\nfound b, found c; try d: /p",
+    ] {
+        assert!(fault(bad, &[]).is_some(), "{bad}");
+    }
+    assert!(fault("expected a, found b; try c: /p", &["other"]).is_some());
+}
+
+#[test]
+fn what_is_no_readable_file_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let absent = error_of(&folder.path().join("absent.nrrd"));
+    assert!(matches!(absent.problem, Problem::NotFound));
+    assert_eq!(fault(&absent, &["nothing of that name"]), None);
+    assert_eq!(fault(&error_of(folder.path()), &["expected a file", "a folder"]), None);
+    says("e.nrrd", "", &["an empty file"]);
+    says("e.raw", "", &["an empty file"]);
+}
+
+#[cfg(unix)]
+#[test]
+fn a_file_that_may_not_be_read_and_a_pipe_are_named() {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("secret.nrrd");
+    std::fs::write(&path, "NRRD0004\n").unwrap();
+    std::fs::set_permissions(&path, std::fs::Permissions::from_mode(0o000)).unwrap();
+    if std::fs::File::open(&path).is_ok() {
+        println!("skipped 1: this user may read everything");
+    } else {
+        assert_eq!(fault(&error_of(&path), &["permission is denied"]), None);
+    }
+    assert_eq!(fault(&error_of(Path::new("/dev/null")), &["a pipe or device"]), None);
+}
+
+#[test]
+fn content_that_no_reader_knows_is_named_where_it_is_well_known() {
+    says("a.txt", "hello", &["\"hello\"", "--raw-dims"]);
+    says("a.nii.gz", b"\x1f\x8b\x08\0", &["a gzip file"]);
+    says("a.nrrd", "hello", &["NRRD000", "\"hello\"", "extension"]);
+    says("a.mhd", "hello", &["NDims", "\"hello\""]);
+    says("a.vti", b"\x89PNG\r\n", &["VTKFile", "a PNG picture"]);
+    says("a.vtu", "<VTKFile type=\"UnstructuredGrid\">", &["ImageData", "\"UnstructuredGrid\""]);
+}
+
+#[test]
+fn nrrd_headers_that_contradict_themselves_are_quoted() {
+    let full = "type: uchar\ndimension: 3\nsizes: 2 2 2\nencoding: raw";
+    let with = |from: &str, to: &str| nrrd(&full.replace(from, to), "12345678");
+    says("a.nrrd", with("2 2 2", "2 2"), &["3 axes", "\"2 2\""]);
+    says("a.nrrd", with("2 2 2", "2 -2 2"), &["at least 1", "\"2 -2 2\""]);
+    says("a.nrrd", with("2 2 2", "2 0 2"), &["at least 1", "\"2 0 2\""]);
+    says("a.nrrd", with("2 2 2", "2 x 2"), &["whole numbers", "\"x\""]);
+    says("a.nrrd", with("2 2 2", "4294967296 4294967296 4"), &["64 bits", "4294967296"]);
+    says("a.nrrd", with("uchar", "quux"), &["NRRD type", "\"quux\""]);
+    says("a.nrrd", with("raw", "zip"), &["encoding", "\"zip\""]);
+    says("a.nrrd", with("dimension: 3", "dimension: many"), &["1 to 16", "\"many\""]);
+    says("a.nrrd", with("type: uchar\n", ""), &["\"type\"", "none"]);
+    says("a.nrrd", with("uchar", "uchar\nkinds: vector list stub"), &["spatial axis"]);
+    says(
+        "a.nrrd",
+        with("uchar", "uchar\nspacings: 1 0 1"),
+        &["non-zero spacing", "[1.0, 0.0, 1.0]"],
+    );
+    says("a.nrrd", with("uchar", "uchar\nspace directions: (1,0,0) (0,1,0) (1,1,0)"), &["axes"]);
+    says(
+        "a.nrrd",
+        with("uchar", "short\nendian: middle"),
+        &["\"little\" or \"big\"", "\"middle\""],
+    );
+}
+
+#[test]
+fn promises_that_the_file_does_not_keep_are_counted_in_bytes() {
+    let raw =
+        nrrd("type: short\ndimension: 3\nsizes: 2 2 2\nencoding: raw\nendian: big", "12345678");
+    says("a.nrrd", raw, &["16 bytes", "found 8", "cut short"]);
+    let text = nrrd("type: short\ndimension: 1\nsizes: 4\nencoding: text", "1 2 3 ");
+    says("a.nrrd", text.replace("1 2 3 ", "1 2    3"), &["4 numbers", "after 3"]);
+    says("a.nrrd", text.replace("1 2 3 ", "1 2 70000 3"), &["int16", "\"70000\""]);
+    let volume = Volume::new([9, 8, 7], ScalarType::Float32, 1, 3);
+    let folder = tempfile::tempdir().unwrap();
+    let how =
+        Vti { format: "raw", compressed: true, wide: true, big: false, split: false, cells: false };
+    for kind in 0..4 {
+        let path = match kind {
+            0 => write::nrrd(folder.path(), &volume, "gzip", false, false),
+            1 => write::nrrd(folder.path(), &volume, "bzip2", false, false),
+            2 => write::metaimage(folder.path(), &volume, "compressed", false, false),
+            _ => write::vti(folder.path(), &volume, how),
+        };
+        let bytes = std::fs::read(&path).unwrap();
+        std::fs::write(&path, &bytes[..bytes.len() * 3 / 4]).unwrap();
+        assert_eq!(fault(&error_of(&path), &["copy it again"]), None);
+        // A flipped bit in the stream is noticed by its checksum at the latest.
+        let mut flipped = bytes.clone();
+        let at = bytes.len() * 4 / 5;
+        flipped[at] ^= 0x10;
+        std::fs::write(&path, &flipped).unwrap();
+        let error = error_of(&path);
+        assert!(matches!(error.problem, Problem::Corrupt(_) | Problem::Truncated(_)), "{error}");
+        assert_eq!(fault(&error, &["copy it again"]), None);
+    }
+}
+
+#[test]
+fn a_missing_data_file_is_named_beside_the_header_that_asked_for_it() {
+    let (folder, error) = refused(
+        "h.nhdr",
+        "NRRD0004\ntype: uchar\ndimension: 1\nsizes: 4\nencoding: raw\ndata file: gone.raw\n",
+    );
+    assert!(matches!(&error.problem, Problem::MissingData { name, .. }
+        if *name == folder.path().join("gone.raw")));
+    assert_eq!(fault(&error, &["gone.raw", "no such file"]), None);
+    says(
+        "h.mhd",
+        "NDims = 2\nDimSize = 2 2\nElementType = MET_UCHAR\nElementDataFile = gone.raw\n",
+        &["gone.raw", "no such file"],
+    );
+    let list =
+        "NRRD0004\ntype: uchar\ndimension: 2\nsizes: 4 3\nencoding: raw\ndata file: LIST\na\n";
+    says("h.nhdr", list, &["3 data files", "found 1"]);
+}
+
+#[test]
+fn metaimage_headers_that_contradict_themselves_are_quoted() {
+    let full = "ObjectType = Image\nNDims = 3\nDimSize = 2 2 2\nElementType = MET_UCHAR\n\
+        ElementDataFile = LOCAL\n12345678";
+    let with = |from: &str, to: &str| full.replace(from, to);
+    says("a.mha", with("2 2 2", "2 2"), &["NDims", "[2, 2]"]);
+    says("a.mha", with("2 2 2", "2 -2 2"), &["DimSize", "\"2 -2 2\""]);
+    says("a.mha", with("MET_UCHAR", "MET_STRING"), &["ElementType", "\"MET_STRING\""]);
+    says("a.mha", with("Image", "Tube"), &["ObjectType = Image", "\"Tube\""]);
+    says("a.mha", with("2 2 2", "2 2 3"), &["12 bytes", "found 8"]);
+    says("a.mha", with("NDims", "ElementSpacing = 1 1\nNDims"), &["3 numbers", "\"1 1\""]);
+    says("a.mha", with("NDims", "CompressedData = Maybe\nNDims"), &["True or False", "\"Maybe\""]);
+    says("a.mha", with("ElementDataFile = LOCAL", ""), &["Key = Value"]);
+    says("a.mha", "NDims = 3\nDimSize = 2 2 2\n", &["ElementDataFile", "none"]);
+}
+
+#[test]
+fn vti_headers_that_contradict_themselves_are_quoted() {
+    let full = "<VTKFile type=\"ImageData\" byte_order=\"LittleEndian\"><ImageData \
+        WholeExtent=\"0 1 0 1 0 0\"><Piece Extent=\"0 1 0 1 0 0\"><PointData><DataArray \
+        type=\"UInt8\" Name=\"n\" format=\"ascii\">1 2 3 4</DataArray></PointData></Piece>\
+        </ImageData></VTKFile>";
+    let with = |from: &str, to: &str| full.replace(from, to);
+    says("a.vti", with("0 1 0 1 0 0", "0 1 0 1 0"), &["extent", "\"0 1 0 1 0\""]);
+    says("a.vti", with("0 1 0 1 0 0", "0 1 1 0 0 0"), &["extent", "\"0 1 1 0 0 0\""]);
+    says("a.vti", with("UInt8", "String"), &["at least one array"]);
+    says("a.vti", with("ascii", "morse"), &["ascii, binary or appended", "\"morse\""]);
+    says("a.vti", with("1 2 3 4", "1 2    3"), &["4 numbers", "after 3"]);
+    says("a.vti", with("1 2 3 4", "1 2 300 4"), &["uint8", "\"300\""]);
+    says("a.vti", with("</VTKFile>", ""), &["</VTKFile>"]);
+    says("a.vti", with("</Piece>", "</Peace>"), &["well-formed XML"]);
+    says("a.vti", with("LittleEndian", "MiddleEndian"), &["byte_order", "\"MiddleEndian\""]);
+    for compressor in ["vtkLZ4DataCompressor", "vtkLZMADataCompressor"] {
+        let order = "byte_order=\"LittleEndian\"";
+        let content = with(order, &format!("{order} compressor=\"{compressor}\""));
+        says("a.vti", content, &["vtkZLibDataCompressor", compressor, "with zlib"]);
+    }
+    let pieces = "<Piece Extent=\"9 10 0 1 0 0\"><PointData><DataArray type=\"UInt8\" Name=\"n\" \
+        format=\"ascii\">1 2 3 4</DataArray></PointData></Piece></ImageData>";
+    says("a.vti", with("</ImageData>", pieces), &["fill the image", "a gap"]);
+}
+
+#[test]
+fn raw_files_whose_layout_nobody_knows_say_how_to_tell_it() {
+    says("head.raw", "12345678", &["dimensions", "\"head.raw\"", "--raw-dims"]);
+    says("head_2x2x3.raw", "1234567", &["the type", "7 bytes", "--raw-type"]);
+    says("head_2x2x3_uint16.raw", "12345678", &["24 bytes", "found 8"]);
+}
+
+#[test]
+fn more_than_memory_allows_is_refused_with_both_figures() {
+    let folder = tempfile::tempdir().unwrap();
+    let volume = Volume::new([20, 20, 20], ScalarType::Float64, 1, 3);
+    let path = write::nrrd(folder.path(), &volume, "raw", false, false);
+    let options = OpenOptions { memory_limit_bytes: Some(10_000), ..Default::default() };
+    let error = open(&path, &options, &Ticket::new()).unwrap_err();
+    assert_eq!(fault(&error, &["64.0 kB", "10.0 kB"]), None);
+}
+
+#[test]
+fn a_cancelled_load_is_cancelled_in_every_format() {
+    let folder = tempfile::tempdir().unwrap();
+    let volume = Volume::new([4, 4, 4], ScalarType::UInt8, 1, 3);
+    let how = Vti {
+        format: "raw",
+        compressed: true,
+        wide: false,
+        big: false,
+        split: false,
+        cells: false,
+    };
+    let ticket = Ticket::new();
+    ticket.cancel();
+    for path in [
+        write::nrrd(folder.path(), &volume, "gzip", false, false),
+        write::metaimage(folder.path(), &volume, "binary", false, false),
+        write::vti(folder.path(), &volume, how),
+    ] {
+        let error = open(&path, &OpenOptions::default(), &ticket).unwrap_err();
+        assert!(error.is_cancelled(), "{error}");
+    }
+    let path = write::raw(folder.path(), &volume, false, 0);
+    let known = RawOverrides {
+        dims: Some([4, 4, 4]),
+        scalar_type: Some(ScalarType::UInt8),
+        ..Default::default()
+    };
+    let options = OpenOptions { raw: Some(known), ..Default::default() };
+    assert!(open(&path, &options, &ticket).unwrap_err().is_cancelled());
+}
