@@ -113,7 +113,8 @@ install_rust() {
     if ! find_cargo; then
         say "installing the Rust toolchain through rustup, into ${CARGO_HOME:-$HOME/.cargo}"
         curl --proto '=https' --tlsv1.2 -sSf https://sh.rustup.rs |
-            sh -s -- -y -q --profile minimal --default-toolchain none --no-modify-path
+            sh -s -- -y -q --profile minimal --default-toolchain none --no-modify-path ||
+            fail "rustup could not be fetched; install Rust by hand: https://rustup.rs"
         find_cargo || fail "rustup ran, and yet there is no cargo in ${CARGO_HOME:-$HOME/.cargo}/bin"
     fi
     if have rustup; then
