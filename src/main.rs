@@ -2,7 +2,16 @@
 
 use std::process::ExitCode;
 
+use voxsplat::app::document::Source;
+use voxsplat::app::{self, Options};
+use voxsplat::cli::{self, WindowFlags};
+
 fn main() -> ExitCode {
     env_logger::init();
-    voxsplat::cli::run(std::env::args_os(), |_| Err("the window is not wired yet".to_owned()))
+    cli::run(std::env::args_os(), window)
+}
+
+fn window(flags: WindowFlags) -> Result<(), String> {
+    let sources = flags.files.iter().map(|file| Source::of(file)).collect();
+    app::run(Options { sources, adapter: flags.adapter }).map_err(|error| error.to_string())
 }

@@ -126,7 +126,7 @@ pub const ACTIONS: [Entry; 14] = [
         Action::ToggleSidePanel,
         Menu::View,
         "Side panel",
-        plain(Key::Tab),
+        plain(Key::F9),
         "Show or hide the side panel",
     ),
     entry(
@@ -161,7 +161,7 @@ pub fn pressed(ctx: &Context) -> Vec<Action> {
     let typing = ctx.text_edit_focused();
     let focused = ctx.memory(|memory| memory.focused().is_some());
     let available = |shortcut: &KeyboardShortcut| {
-        let activates_widgets = matches!(shortcut.logical_key, Key::Enter | Key::Tab);
+        let activates_widgets = shortcut.logical_key == Key::Enter;
         !(typing && shortcut.conflicts_with_text_editing()) && !(focused && activates_widgets)
     };
     let keys = ACTIONS.iter().filter_map(|e| Some((e.action, e.shortcut?)));

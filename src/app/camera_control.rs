@@ -109,7 +109,9 @@ fn notches(event: &Event) -> f64 {
 /// What the mouse did in the viewport since the last pass, applied to the camera.
 ///
 /// Lengths are points: a camera cares only for their ratio to the viewport's height.
-pub fn steered(camera: &Camera, response: &Response, input: &InputState) -> Camera {
+pub fn steered(camera: &Camera, response: &Response) -> Camera {
+    // Read in one go: a response must not be asked while the input is held.
+    let hand = response.ctx.input(Hand::of);
     let rect = response.rect;
     let size = [f64::from(rect.width()), f64::from(rect.height())];
     let mut camera = *camera;
@@ -117,7 +119,7 @@ pub fn steered(camera: &Camera, response: &Response, input: &InputState) -> Came
     let delta = DVec2::new(f64::from(delta.x), f64::from(delta.y));
     if delta != DVec2::ZERO {
         let panning = response.dragged_by(PointerButton::Middle)
-            || (response.dragged_by(PointerButton::Primary) && input.modifiers.shift);
+            || (response.dragged_by(PointerButton::Primary) && hand.shift);
         if panning {
             camera = camera.panned(delta, size[1]);
         } else if response.dragged_by(PointerButton::Primary) {
@@ -130,16 +132,33 @@ pub fn steered(camera: &Camera, response: &Response, input: &InputState) -> Came
     }
     let Some(pointer) = response.hover_pos() else { return camera };
     let pixel = in_rect(pointer, rect);
-    let wheel: f64 = input.events.iter().map(notches).sum();
-    let pinch: f64 = input.events.iter().map(pinch_factor).product();
-    let factor = ZOOM_PER_NOTCH.powf(wheel) * pinch;
-    if factor != 1.0 {
-        camera = camera.zoomed(factor, pixel, size);
+    if hand.zoom != 1.0 {
+        camera = camera.zoomed(hand.zoom, pixel, size);
     }
-    if input.pointer.button_double_clicked(PointerButton::Primary) {
+    if hand.double_click {
         camera = recentred(&camera, pixel, size);
     }
     camera
+}
+
+/// What the input of a pass says about the hand.
+struct Hand {
+    /// Factor of wheel and pinch together.
+    zoom: f64,
+    shift: bool,
+    double_click: bool,
+}
+
+impl Hand {
+    fn of(input: &InputState) -> Self {
+        let wheel: f64 = input.events.iter().map(notches).sum();
+        let pinch: f64 = input.events.iter().map(pinch_factor).product();
+        Self {
+            zoom: ZOOM_PER_NOTCH.powf(wheel) * pinch,
+            shift: input.modifiers.shift,
+            double_click: input.pointer.button_double_clicked(PointerButton::Primary),
+        }
+    }
 }
 
 /// Zoom factor of a pinch gesture.

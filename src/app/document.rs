@@ -22,11 +22,16 @@ pub enum Source {
 }
 
 impl Source {
-    /// What a typed text or an argument stands for: `demo:NAME` or a path.
+    /// What a typed text stands for: `demo:NAME` or a path.
     pub fn parse(text: &str) -> Self {
-        match text.strip_prefix(DEMO_PREFIX) {
+        Self::of(Path::new(text))
+    }
+
+    /// What an argument stands for: `demo:NAME` or a path, which need not be Unicode.
+    pub fn of(argument: &Path) -> Self {
+        match argument.to_str().and_then(|text| text.strip_prefix(DEMO_PREFIX)) {
             Some(name) => Self::Demo(name.to_owned()),
-            None => Self::File(PathBuf::from(text)),
+            None => Self::File(argument.to_owned()),
         }
     }
 

@@ -141,8 +141,7 @@ impl Window {
         }
         self.viewport.paint(ui.painter(), area);
         if let Some(scene) = &mut self.scene {
-            scene.camera =
-                ui.input(|input| camera_control::steered(&scene.camera, &response, input));
+            scene.camera = camera_control::steered(&scene.camera, &response);
             if self.settings.trihedron {
                 let space = self.document.as_ref().and_then(|d| d.grid.space.as_deref());
                 trihedron::paint(ui.painter(), area.rect, &scene.camera, space);

@@ -24,4 +24,79 @@ pub mod viewport;
 mod window;
 pub mod words;
 
+use std::sync::Arc;
+
+use anyhow::anyhow;
+use eframe::egui::{Context, ViewportBuilder};
+use eframe::{NativeOptions, egui_wgpu};
+
+use crate::task::engine::{AdapterChoice, Engine};
+use document::Source;
+use file_dialog::FileDialog;
+use pacing::{News, WAIT_FOR_PICTURE};
+use reading::Files;
 pub use window::{Parts, Window};
+
+/// The name by which the desktop knows the window, and the folder of its settings.
+const APP_ID: &str = "voxsplat";
+/// Size of the window before anyone resizes it, points.
+const WINDOW_SIZE: [f32; 2] = [1280.0, 800.0];
+/// Below this the panels do not fit, points.
+const LEAST_SIZE: [f32; 2] = [640.0, 420.0];
+
+/// What the window starts with.
+#[derive(Debug, Clone)]
+pub struct Options {
+    /// What to open, the first at once; the others wait among the recent files.
+    pub sources: Vec<Source>,
+    /// What to draw with.
+    pub adapter: AdapterChoice,
+}
+
+/// Opens the window and returns when it is closed.
+///
+/// # Errors
+/// Where there is no display, or nothing that can draw a window.
+pub fn run(options: Options) -> anyhow::Result<()> {
+    let native = NativeOptions {
+        viewport: ViewportBuilder::default()
+            .with_app_id(APP_ID)
+            .with_title("Voxsplat")
+            .with_inner_size(WINDOW_SIZE)
+            .with_min_inner_size(LEAST_SIZE)
+            .with_drag_and_drop(true),
+        wgpu_options: egui_wgpu::WgpuConfiguration::default()
+            .with_surface_config(egui_wgpu::SurfaceConfig::LOW_LATENCY),
+        // The picture's bytes are to reach the screen as they are.
+        dithering: false,
+        ..NativeOptions::default()
+    };
+    let create = |creation: &eframe::CreationContext<'_>| {
+        let ctx = &creation.egui_ctx;
+        let settings = Window::stored_settings(creation.storage);
+        let mut window = Window::new(ctx, parts(ctx, options.adapter), settings);
+        window.open_all(ctx, options.sources);
+        Ok(Box::new(window) as Box<dyn eframe::App>)
+    };
+    eframe::run_native("Voxsplat", native, Box::new(create)).map_err(|error| {
+        anyhow!(
+            "expected a display to open a window on, found that {error}; \
+             try `voxsplat render`, which needs none"
+        )
+    })
+}
+
+/// The real engine, readers and dialogs.
+fn parts(ctx: &Context, adapter: AdapterChoice) -> Parts {
+    let news = Arc::new(News::new(ctx));
+    let announced = Arc::clone(&news);
+    Parts {
+        drawer: Box::new(Engine::start(adapter.clone(), move || announced.announce())),
+        news,
+        wait_for_picture: WAIT_FOR_PICTURE,
+        library: Arc::new(Files),
+        renderer: saving::engine_renderer(adapter),
+        chooser: Box::new(FileDialog::open),
+        pictures_folder: saving::pictures_folder(),
+    }
+}

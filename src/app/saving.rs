@@ -9,7 +9,9 @@ use image::{ImageFormat, RgbaImage};
 use super::job::Job;
 use crate::core::Ticket;
 use crate::scene::Scene;
-use crate::task::engine::Picture;
+use crate::task::engine::{AdapterChoice, Engine, Picture};
+use crate::task::picture_file::{self, PictureFormat};
+use crate::task::still::{Refine, StillError, StillRequest};
 
 /// A picture to be drawn and saved.
 #[derive(Debug, Clone)]
@@ -25,8 +27,28 @@ pub struct SaveRequest {
 /// Draws and saves pictures away from the screen, or a stand-in for that in tests.
 ///
 /// It runs on a job's thread, reports to the ticket, and returns a sentence for people when it
-/// fails. A cancelled one leaves no file behind.
+/// fails. A cancelled one writes nothing.
 pub type Renderer = Arc<dyn Fn(&SaveRequest, &Ticket) -> Result<(), String> + Send + Sync>;
+
+/// Pictures from an engine of its own, so that the one on screen goes on undisturbed.
+pub fn engine_renderer(adapter: AdapterChoice) -> Renderer {
+    Arc::new(move |request, ticket| {
+        let format = PictureFormat::of(&request.path)?;
+        let engine = Engine::start(adapter.clone(), || ());
+        let still = StillRequest {
+            scene: request.scene.clone(),
+            size: request.size,
+            refine: Refine::Full,
+            repeat: 0,
+            time_passes: false,
+        };
+        match engine.still(still, ticket) {
+            Ok(still) => picture_file::write(&still, format, &request.path),
+            Err(StillError::Cancelled) => Ok(()),
+            Err(error) => Err(error.to_string()),
+        }
+    })
+}
 
 /// Where a job has put its picture, or one sentence why there is none.
 pub type Saved = Result<PathBuf, String>;

@@ -148,6 +148,17 @@ impl Window {
         self.loading = Some(Loading { job, source, keep_view: false });
     }
 
+    /// Opens the first of several sources, or the first demo for none; the others are remembered.
+    pub fn open_all(&mut self, ctx: &Context, sources: Vec<Source>) {
+        for other in sources.iter().skip(1).rev() {
+            self.remember(other);
+        }
+        let demo = || Some(Source::Demo(self.parts.library.demos().first()?.0.to_owned()));
+        if let Some(first) = sources.first().cloned().or_else(demo) {
+            self.open(ctx, first);
+        }
+    }
+
     /// Starts to make another field of the open file ready.
     pub(super) fn choose_field(&mut self, ctx: &Context, choice: FieldChoice) {
         let Some(document) = self.document.clone() else { return };

@@ -83,7 +83,10 @@ impl Context {
             required_limits: limits.clone(),
             ..Default::default()
         }))
-        .map_err(|error| GpuError::NoDevice { adapter: info.name.clone(), found: error.to_string() })?;
+        .map_err(|error| GpuError::NoDevice {
+            adapter: info.name.clone(),
+            found: error.to_string(),
+        })?;
 
         let lost = Arc::new(AtomicBool::new(false));
         let first_error = Arc::new(Mutex::new(None));
@@ -156,9 +159,7 @@ fn pick(instance: &wgpu::Instance, choice: &AdapterChoice) -> Result<wgpu::Adapt
         wgpu::DeviceType::Cpu => 4,
     };
     let (wanted, found) = match choice {
-        AdapterChoice::Auto => {
-            ("any".to_owned(), adapters.into_iter().min_by_key(rank))
-        }
+        AdapterChoice::Auto => ("any".to_owned(), adapters.into_iter().min_by_key(rank)),
         AdapterChoice::Software => {
             ("a software one".to_owned(), adapters.into_iter().find(is_software))
         }

@@ -226,7 +226,8 @@ impl Drawer {
         let fragments = fragments(&cut, scene, &view);
         let affordable = self.costs.fragments_within(budget_ms, cut.nodes.len() as u64);
         // Smooth pictures lose little at a smaller size, which is enlarged when shown.
-        let shrink = (fragments / affordable).sqrt().clamp(1.0, f64::from(size[1]) / LEAST_SIDE).max(1.0);
+        let shrink =
+            (fragments / affordable).sqrt().clamp(1.0, f64::from(size[1]) / LEAST_SIDE).max(1.0);
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "1..=size")]
         let smaller = size.map(|n| (f64::from(n) / shrink).round().max(1.0) as u32);
         let view = View::new(scene, smaller);
@@ -255,9 +256,13 @@ impl Drawer {
         let radius =
             RadialKernel::new(scene.splat.kernel, scene.splat.extent).map_or(0.5, |k| k.radius());
         let samples = &classified.volume.samples;
-        Cut::of(&classified.pyramid, limits, view.visit_order(), &view.visibility(radius), |index| {
-            classified.table.lookup(samples.get(index))
-        })
+        Cut::of(
+            &classified.pyramid,
+            limits,
+            view.visit_order(),
+            &view.visibility(radius),
+            |index| classified.table.lookup(samples.get(index)),
+        )
     }
 
     fn cut(
@@ -370,7 +375,8 @@ impl RowPlan {
         let slice_of = |row: u32| (row / self.rows_per_slice) as usize;
         // Whole empty slices need not be looked at.
         if self.next_row % self.rows_per_slice == 0 {
-            let skipped = self.slices[slice_of(self.next_row)..].iter().take_while(|&&n| n == 0).count();
+            let skipped =
+                self.slices[slice_of(self.next_row)..].iter().take_while(|&&n| n == 0).count();
             self.next_row += skipped as u32 * self.rows_per_slice;
         }
         let first = self.next_row;
@@ -397,12 +403,14 @@ impl RowPlan {
         } else {
             // Part of a slice, taken as evenly filled.
             let n = self.slices[slice];
-            let pieces = (costs.grid_ms(n, u64::from(self.rows_per_slice)) / PIECE_MS).ceil().max(1.0);
+            let pieces =
+                (costs.grid_ms(n, u64::from(self.rows_per_slice)) / PIECE_MS).ceil().max(1.0);
             let rows = (f64::from(self.rows_per_slice) / pieces).ceil().max(1.0) as u32;
             let end = (first + rows).min((slice as u32 + 1) * self.rows_per_slice);
             self.next_row = end;
             // The renderer makes more room where the rows hold more than their share.
-            expected = (2 * n * u64::from(end - first) / u64::from(self.rows_per_slice)).min(n).max(1);
+            expected =
+                (2 * n * u64::from(end - first) / u64::from(self.rows_per_slice)).min(n).max(1);
         }
         Some((first..self.next_row, expected))
     }
@@ -423,7 +431,10 @@ fn fragments(cut: &Cut, scene: &Scene, view: &View) -> f64 {
         RadialKernel::new(scene.splat.kernel, scene.splat.extent).map_or(0.5, |k| k.radius());
     let rows = view.view_from_index.transpose();
     let area = rows.x_axis.cross(rows.y_axis).length() * 4.0 * radius * radius;
-    cut.nodes.iter().map(|n| area * f64::from(n.size[0] * n.size[1] * n.size[2]).powf(2.0 / 3.0)).sum()
+    cut.nodes
+        .iter()
+        .map(|n| area * f64::from(n.size[0] * n.size[1] * n.size[2]).powf(2.0 / 3.0))
+        .sum()
 }
 
 /// The background's linear colour, if any.

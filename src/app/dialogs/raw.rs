@@ -117,10 +117,9 @@ impl RawDialog {
             });
             ui.end_row();
 
-            let name = name_ui(ui, "Skip").on_hover_text("Bytes of header before the samples");
+            name_ui(ui, "Skip").on_hover_text("Bytes of header before the samples");
             ui.add(DragValue::new(&mut layout.skip_bytes).suffix(" bytes"))
-                .accessible_name("Bytes to skip")
-                .labelled_by(name.id);
+                .accessible_name("Bytes to skip");
             ui.end_row();
 
             name_ui(ui, "Spacing").on_hover_text("Distance between samples along x, y and z");

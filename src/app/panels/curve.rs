@@ -404,6 +404,6 @@ mod tests {
 
     #[test]
     fn screen_colours_are_srgb() {
-        assert_eq!(to_screen(LinearRgb([0.0, 0.214_041, 1.0])), Color32::from_rgb(0, 128, 255));
+        assert_eq!(to_screen(LinearRgb([0.0, 0.215_861, 1.0])), Color32::from_rgb(0, 128, 255));
     }
 }

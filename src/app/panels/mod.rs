@@ -48,5 +48,5 @@ pub(super) fn name_ui(ui: &mut Ui, name: &str) -> Response {
 
 /// A small button that takes a value back to its default; `name` is what it is called.
 pub(super) fn reset_button(name: &str) -> impl eframe::egui::Widget + '_ {
-    move |ui: &mut Ui| ui.small_button("⟲").accessible_name(name)
+    move |ui: &mut Ui| ui.small_button("Reset").accessible_name(name)
 }

@@ -32,7 +32,10 @@ fn extent_ui(ui: &mut Ui, scene: &mut Scene) {
     let natural = scene.splat.kernel.natural_extent();
     ui.horizontal(|ui| {
         let mut extent = scene.splat.extent.or(natural).unwrap_or(1.0);
-        let slider = Slider::new(&mut extent, EXTENT).fixed_decimals(2).text("Extent");
+        let slider = Slider::new(&mut extent, EXTENT)
+            // Only shown rounded: rounding the value itself would change it untouched.
+            .custom_formatter(|v, _| format!("{v:.2}"))
+            .text("Extent");
         let response = ui
             .add_enabled(natural.is_some(), slider)
             .on_hover_text(

@@ -2,18 +2,18 @@
 
 use eframe::egui::epaint::Mesh;
 use eframe::egui::{
-    Atom, AtomExt as _, Button, ComboBox, DragValue, IdSalt, Rect, Response, Shape, Ui, pos2, vec2,
+    Atom, AtomExt as _, Button, ComboBox, DragValue, IdSalt, Rect, Response, RichText, Shape, Ui,
+    pos2, vec2,
 };
 
 use super::curve::{self, CurveEditor, curve_ui, remove_point};
 use super::name_ui;
-use crate::app::words;
+use crate::app::{theme, words};
 use crate::core::LinearRgb;
+use crate::transfer::presets::{self, RangeRule};
 use crate::transfer::{ColourMap, ColourSource, TransferFunction};
 use crate::volume::Statistics;
 
-/// The share of values that "Percentiles" leaves out at each end.
-const PERCENTILE: f64 = 0.005;
 /// Size of a colour map's swatch, points.
 const SWATCH: eframe::egui::Vec2 = vec2(56.0, 10.0);
 
@@ -69,25 +69,23 @@ pub fn transfer_ui(
     default: impl FnOnce() -> TransferFunction,
 ) {
     let colours = colour_range(transfer);
-    curve_ui(ui, editor, transfer, statistics, colours).on_hover_text(
-        "Opacity over value, and how often each value occurs (logarithmic). Drag a point to move \
-         it; press on the curve or double-click to add one; right-click a point, or pull it out, \
-         to remove it",
-    );
+    curve_ui(ui, editor, transfer, statistics, colours);
+    let caption = "Drag a point, press on the line to add one, right-click to remove it";
+    ui.label(RichText::new(caption).size(11.0).color(theme::TEXT_FAINT));
     point_ui(ui, editor, transfer, statistics);
     ui.add_space(4.0);
     map_ui(ui, transfer);
     range_ui(ui, transfer, statistics);
     ui.horizontal_wrapped(|ui| {
-        let minimum_maximum = [statistics.min, statistics.max];
+        let whole = presets::range(statistics, RangeRule::MinMax);
         if ui
             .button("Min–max")
             .on_hover_text("Stretch colours and opacities over the whole range of the data")
             .clicked()
         {
-            stretch(transfer, minimum_maximum);
+            stretch(transfer, whole);
         }
-        let middle = [statistics.percentile(PERCENTILE), statistics.percentile(1.0 - PERCENTILE)];
+        let middle = presets::range(statistics, RangeRule::Percentiles);
         if ui
             .button("Percentiles")
             .on_hover_text(
@@ -136,13 +134,13 @@ fn point_ui(
             curve::move_point(transfer, index, value, opacity);
         }
         let last = transfer.opacity.len() - 1;
-        if step_button(ui, "⏴", "Previous point", index > 0).clicked() {
+        if step_button(ui, "‹", "Previous point", index > 0).clicked() {
             editor.selected -= 1;
         }
-        if step_button(ui, "⏵", "Next point", index < last).clicked() {
+        if step_button(ui, "›", "Next point", index < last).clicked() {
             editor.selected += 1;
         }
-        if step_button(ui, "✖", "Remove point", last > 0).clicked() {
+        if step_button(ui, "×", "Remove point", last > 0).clicked() {
             remove_point(transfer, index);
         }
     });

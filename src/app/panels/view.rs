@@ -19,12 +19,11 @@ pub fn view_ui(ui: &mut Ui, scene: &mut Scene, settings: &mut Settings) {
 
 fn background_ui(ui: &mut Ui, settings: &mut Settings) {
     ui.horizontal(|ui| {
-        let name = name_ui(ui, "Background");
+        name_ui(ui, "Background");
         ui.add_enabled_ui(!settings.transparent_background, |ui| {
             let Srgb8(mut colour) = settings.background;
             ui.color_edit_button_srgb(&mut colour)
                 .accessible_name("Background colour")
-                .labelled_by(name.id)
                 .on_hover_text("The colour behind the volume");
             settings.background = Srgb8(colour);
         });

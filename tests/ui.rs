@@ -1,0 +1,560 @@
+//! The window from outside: keys, mouse, widgets by their accessible names, with a stand-in for
+//! the engine that draws gradients and one for the readers that knows a few names.
+
+mod ui_support;
+
+use std::path::PathBuf;
+use std::time::Duration;
+
+use eframe::egui::accesskit::Role;
+use eframe::egui::{Event, Key, Modifiers, PointerButton, Pos2, ViewportCommand, ViewportId, vec2};
+use egui_kittest::kittest::{NodeT as _, Queryable as _};
+use glam::DVec3;
+use ui_support::{Bench, RAW_BYTES};
+use voxsplat::app::actions::{ACTIONS, Action};
+use voxsplat::app::camera_control::{NamedView, framed};
+use voxsplat::app::document::Source;
+use voxsplat::app::settings::Settings;
+use voxsplat::core::{Projection, Srgb8};
+use voxsplat::kernel::Kernel;
+use voxsplat::scene::Background;
+use voxsplat::task::engine::{Effort, Ladder};
+use voxsplat::transfer::{ColourMap, ColourSource};
+use voxsplat::volume::Component;
+
+#[test]
+fn a_volume_opens_and_is_asked_for_at_the_viewports_size() {
+    let bench = Bench::opened();
+    let request = bench.last_request();
+    let viewport = bench.viewport();
+    assert_eq!(request.size.map(|n| n as f32), [viewport.width(), viewport.height()]);
+    assert_eq!(request.effort, bench.window().settings().effort_at_rest());
+    assert_eq!(bench.window().document().unwrap().source.name(), "good.nrrd");
+}
+
+#[test]
+fn an_idle_window_asks_for_nothing_and_repaints_nothing() {
+    let mut bench = Bench::opened();
+    let asked = bench.request_count();
+    // Five seconds at sixty passes a second.
+    for _ in 0..300 {
+        bench.harness.step();
+        let output = &bench.harness.output().viewport_output[&ViewportId::ROOT];
+        assert_eq!(output.repaint_delay, Duration::MAX, "{:?}", bench.harness.ctx.repaint_causes());
+    }
+    assert_eq!(bench.request_count(), asked);
+}
+
+#[test]
+fn a_left_drag_orbits_coarsely_and_refines_once_let_go() {
+    let mut bench = Bench::opened();
+    let before = bench.camera();
+    let asked = bench.request_count();
+    bench.drag(PointerButton::Primary, Modifiers::NONE, vec2(60.0, 10.0));
+    let moved = bench.requests_since(asked);
+    assert!(!moved.is_empty());
+    let budget_ms = bench.window().settings().budget_ms;
+    for request in &moved {
+        assert_eq!(request.effort, Effort::Moving { budget_ms });
+    }
+    let after = bench.camera();
+    assert_eq!(after.focal_point, before.focal_point);
+    // The front of the scene follows the hand to the right.
+    let front = before.focal_point - before.direction;
+    assert!(after.to_view(front).x > 0.0);
+
+    let asked = bench.request_count();
+    bench.settle();
+    let rest = bench.requests_since(asked);
+    assert_eq!(rest.len(), 1, "one request at rest");
+    assert_eq!(rest[0].effort, bench.window().settings().effort_at_rest());
+    assert_eq!(rest[0].scene.camera, after);
+}
+
+#[test]
+fn shift_left_and_middle_drags_move_the_volume_with_the_hand() {
+    for (button, modifiers) in
+        [(PointerButton::Primary, Modifiers::SHIFT), (PointerButton::Middle, Modifiers::NONE)]
+    {
+        let mut bench = Bench::opened();
+        let before = bench.camera();
+        bench.drag(button, modifiers, vec2(50.0, 0.0));
+        let after = bench.camera();
+        assert_eq!(after.direction, before.direction, "{button:?}");
+        assert!(after.to_view(before.focal_point).x > 0.0, "{button:?}");
+    }
+}
+
+#[test]
+fn a_right_drag_upwards_comes_closer() {
+    let mut bench = Bench::opened();
+    let before = bench.camera();
+    bench.drag(PointerButton::Secondary, Modifiers::NONE, vec2(0.0, -80.0));
+    let after = bench.camera();
+    assert!(after.parallel_scale < before.parallel_scale);
+    assert!((after.focal_point - before.focal_point).length() < 1e-9, "about the centre");
+}
+
+#[test]
+fn the_wheel_zooms_to_the_cursor() {
+    let mut bench = Bench::opened();
+    let before = bench.camera();
+    let cursor = bench.viewport().lerp_inside(vec2(0.25, 0.25));
+    bench.hover(cursor);
+    bench.wheel(1.0);
+    let after = bench.camera();
+    assert!((before.parallel_scale / after.parallel_scale - 1.15).abs() < 1e-6);
+    // What is up and left stays under the cursor, so the focal point moves there.
+    let moved = before.to_view(after.focal_point);
+    assert!(moved.x < 0.0 && moved.y > 0.0, "{moved}");
+}
+
+#[test]
+fn the_wheel_over_the_side_panel_does_not_zoom() {
+    let mut bench = Bench::opened();
+    let before = bench.camera();
+    bench.hover(bench.viewport().right_center() + vec2(100.0, 0.0));
+    bench.wheel(1.0);
+    assert_eq!(bench.camera(), before);
+}
+
+#[test]
+fn a_double_click_puts_what_is_under_the_cursor_in_the_centre() {
+    let mut bench = Bench::opened();
+    let before = bench.camera();
+    let at = bench.viewport().center() + vec2(100.0, 0.0);
+    bench.double_click(at);
+    let after = bench.camera();
+    let height = f64::from(bench.viewport().height());
+    let expected = before.right() * (100.0 / before.pixels_per_unit(height));
+    assert!((after.focal_point - before.focal_point - expected).length() < 1e-6);
+}
+
+#[test]
+fn every_shortcut_does_what_it_says() {
+    for entry in &ACTIONS {
+        let Some(shortcut) = entry.shortcut else { continue };
+        let mut bench = Bench::opened();
+        bench.drag(PointerButton::Primary, Modifiers::NONE, vec2(40.0, 30.0));
+        bench.settle();
+        let before = bench.camera();
+        let press = |bench: &mut Bench| {
+            bench.harness.key_press_modifiers(shortcut.modifiers, shortcut.logical_key);
+            bench.harness.run_steps(3);
+        };
+        let looks = |bench: &Bench, view: NamedView| {
+            let camera = bench.camera();
+            let (direction, up) = view.direction_and_up(false);
+            assert!((camera.direction - direction).length() < 1e-9, "{}", entry.name);
+            assert!((camera.up - up).length() < 1e-9, "{}", entry.name);
+            assert_eq!(camera.parallel_scale, before.parallel_scale);
+        };
+        press(&mut bench);
+        match entry.action {
+            Action::Open => {
+                bench.wait_until(|window| {
+                    window.document().is_some_and(|d| d.source.name() == "chosen.nrrd")
+                });
+            }
+            Action::OpenPath => assert!(bench.shows("A file, or demo:NAME")),
+            Action::RawLayout => unreachable!("it has no key"),
+            Action::SavePicture => assert!(bench.shows("Width in pixels")),
+            Action::SaveScreenshot => {
+                let path = bench.pictures.path().join("good_1.png");
+                bench.wait_until(|window| !window.notices().shown().is_empty());
+                assert_eq!(
+                    image::open(path).unwrap().to_rgba8().into_raw(),
+                    bench.engine.newest().rgba
+                );
+            }
+            Action::Quit => {
+                // The command leaves with the very pass in which the key went down.
+                let mut bench = Bench::opened();
+                assert!(bench.press_sends(shortcut, &ViewportCommand::Close));
+            }
+            Action::ViewFront => looks(&bench, NamedView::Front),
+            Action::ViewRight => looks(&bench, NamedView::Right),
+            Action::ViewTop => looks(&bench, NamedView::Top),
+            Action::ViewIsometric => looks(&bench, NamedView::Isometric),
+            Action::ToggleProjection => {
+                let Projection::Perspective { view_angle } = bench.camera().projection else {
+                    panic!("still orthographic");
+                };
+                assert!((view_angle.to_degrees() - 30.0).abs() < 1e-9);
+                press(&mut bench);
+                assert_eq!(bench.camera().projection, Projection::Orthographic);
+            }
+            Action::ResetView => {
+                assert_ne!(before.direction, bench.camera().direction);
+                let viewport = bench.viewport();
+                let size = [viewport.width(), viewport.height()].map(f64::from);
+                let lattice = &bench.window().scene().unwrap().volume.lattice;
+                let whole = framed(lattice, NamedView::Isometric, false, size);
+                assert_eq!(bench.camera(), whole);
+            }
+            Action::ToggleSidePanel => {
+                assert!(!bench.shows("Extent"));
+                press(&mut bench);
+                assert!(bench.shows("Extent"));
+            }
+            Action::ToggleHelp => {
+                assert!(bench.shows("Put what is under the cursor in the centre"));
+                press(&mut bench);
+                assert!(!bench.shows("Put what is under the cursor in the centre"));
+            }
+        }
+    }
+}
+
+#[test]
+fn keys_that_are_being_typed_are_not_commands() {
+    let mut bench = Bench::opened();
+    let before = bench.camera();
+    bench.harness.key_press_modifiers(Modifiers::COMMAND, Key::L);
+    bench.harness.run_steps(3);
+    bench.harness.key_press(Key::Num1);
+    bench.harness.key_press(Key::H);
+    bench.harness.run_steps(3);
+    assert_eq!(bench.camera(), before);
+    assert!(!bench.shows("Put what is under the cursor in the centre"));
+}
+
+#[test]
+fn a_bad_file_shows_a_bar_and_leaves_the_old_scene() {
+    let mut bench = Bench::opened();
+    let before = bench.window().scene().unwrap().clone();
+    bench.open("bad.nrrd");
+    assert!(bench.shows("expected a header, found nonsense: bad.nrrd"));
+    assert_eq!(bench.window().document().unwrap().source.name(), "good.nrrd");
+    assert!(std::sync::Arc::ptr_eq(&bench.window().scene().unwrap().volume, &before.volume));
+    assert_eq!(bench.window().settings().recent, [absolute("good.nrrd")]);
+
+    bench.harness.get_by_label("Dismiss").click();
+    bench.harness.run_steps(2);
+    assert!(!bench.shows("expected a header, found nonsense: bad.nrrd"));
+}
+
+#[test]
+fn a_reader_that_panics_is_told_as_a_bug_and_the_old_scene_stays() {
+    let mut bench = Bench::opened();
+    bench.open("panics.nrrd");
+    assert!(bench.shows("Reading stopped on a bug of the program: panics.nrrd"));
+    assert_eq!(bench.window().document().unwrap().source.name(), "good.nrrd");
+}
+
+#[test]
+fn cancelling_a_load_returns_to_what_was_there() {
+    let mut bench = Bench::opened();
+    bench.start_opening("slow.nrrd");
+    bench.harness.run_steps(3);
+    assert!(bench.shows("Opening slow.nrrd"));
+    bench.harness.get_by_label("Cancel").click();
+    bench.wait_until(|window| !window.is_loading());
+    assert_eq!(bench.window().document().unwrap().source.name(), "good.nrrd");
+    assert!(bench.window().notices().shown().is_empty(), "a cancel is no trouble");
+}
+
+#[test]
+fn a_new_load_replaces_one_under_way() {
+    let mut bench = Bench::opened();
+    bench.start_opening("slow.nrrd");
+    bench.harness.run_steps(2);
+    bench.open("other.nrrd");
+    assert_eq!(bench.window().document().unwrap().source.name(), "other.nrrd");
+}
+
+#[test]
+fn opened_files_are_remembered_newest_first() {
+    let mut bench = Bench::opened();
+    bench.open("other.nrrd");
+    bench.open("good.nrrd");
+    let expected = [absolute("good.nrrd"), absolute("other.nrrd")];
+    assert_eq!(bench.window().settings().recent, expected);
+    bench.harness.get_by_label("File").click();
+    bench.harness.run_steps(2);
+    bench.harness.get_by_label_contains("Open recent").click();
+    bench.harness.run_steps(3);
+    bench.harness.get_by_role_and_label(Role::Button, "other.nrrd").click();
+    bench.harness.run_steps(2);
+    bench.wait_until(|window| !window.is_loading());
+    assert_eq!(bench.window().document().unwrap().source.name(), "other.nrrd");
+}
+
+#[test]
+fn a_dropped_file_opens() {
+    let mut bench = Bench::opened();
+    bench.drop_file("other.nrrd");
+    bench.wait_until(|window| !window.is_loading());
+    assert_eq!(bench.window().document().unwrap().source.name(), "other.nrrd");
+}
+
+#[test]
+fn a_typed_path_opens_and_enter_confirms() {
+    let mut bench = Bench::opened();
+    bench.harness.key_press_modifiers(Modifiers::COMMAND, Key::L);
+    bench.harness.run_steps(3);
+    bench.harness.event(Event::Text("demo:shells".to_owned()));
+    bench.harness.run_steps(2);
+    bench.harness.key_press(Key::Enter);
+    bench.harness.run_steps(3);
+    bench.wait_until(|window| !window.is_loading());
+    assert_eq!(bench.window().document().unwrap().source, Source::Demo("shells".to_owned()));
+    assert!(!bench.shows("A file, or demo:NAME"));
+}
+
+#[test]
+fn a_missing_file_dialog_is_said_and_a_typed_path_offered() {
+    let mut bench = Bench::without_file_dialog();
+    bench.harness.key_press_modifiers(Modifiers::COMMAND, Key::O);
+    bench.harness.run_steps(2);
+    bench.wait_until(|window| !window.notices().shown().is_empty());
+    bench.harness.run_steps(2);
+    assert!(bench.window().notices().shown()[0].text.contains("no desktop portal"));
+    assert!(bench.shows("A file, or demo:NAME"));
+}
+
+#[test]
+fn sliders_and_choices_change_the_scene() {
+    let mut bench = Bench::opened();
+    bench.set_slider("Extent", 2.5);
+    assert_eq!(bench.window().scene().unwrap().splat.extent, Some(2.5));
+    bench.harness.get_by_label("Reset extent").click();
+    bench.harness.run_steps(2);
+    assert_eq!(bench.window().scene().unwrap().splat.extent, None);
+    bench.set_slider("Unit distance", 10.0);
+    assert_eq!(bench.window().scene().unwrap().splat.opacity_unit_distance, Some(10.0));
+    bench.set_slider("Frame budget", 50.0);
+    assert_eq!(bench.window().settings().budget_ms, 50.0);
+
+    bench.choose("Kernel", "Nearest");
+    assert_eq!(bench.window().scene().unwrap().splat.kernel, Kernel::Nearest);
+    let extent = bench.harness.get_by_role_and_label(Role::Slider, "Extent");
+    assert!(extent.accesskit_node().is_disabled(), "boxes have a size of their own");
+    bench.choose("Colours", "Gray");
+    let colour = bench.window().scene().unwrap().transfer.colour.clone();
+    assert!(matches!(colour, ColourSource::Map { map: ColourMap::Gray, .. }), "{colour:?}");
+    bench.choose("Refine by", "Subsampling");
+    let Effort::Rest { ladder, .. } = bench.last_request().effort else { panic!("not at rest") };
+    assert_eq!(ladder, Ladder::Subsampling);
+
+    bench.harness.get_by_label("Perspective").click();
+    bench.harness.run_steps(2);
+    bench.set_slider("View angle", 60.0);
+    let Projection::Perspective { view_angle } = bench.camera().projection else {
+        panic!("still orthographic");
+    };
+    assert!((view_angle.to_degrees() - 60.0).abs() < 1e-9);
+    bench.harness.get_by_label("Transparent").click();
+    bench.settle();
+    assert_eq!(bench.last_request().scene.background, Background::Transparent);
+}
+
+#[test]
+fn full_quality_while_moving_asks_for_rest_during_a_drag() {
+    let mut bench = Bench::opened();
+    bench.harness.get_by_label("Full quality while moving").click();
+    bench.settle();
+    let asked = bench.request_count();
+    bench.drag(PointerButton::Primary, Modifiers::NONE, vec2(60.0, 10.0));
+    let moved = bench.requests_since(asked);
+    assert!(!moved.is_empty());
+    assert!(moved.iter().all(|request| matches!(request.effort, Effort::Rest { .. })));
+}
+
+#[test]
+fn ranges_stretch_colours_and_opacities_and_reset_undoes_it() {
+    let mut bench = Bench::opened();
+    let fresh = bench.window().scene().unwrap().transfer.clone();
+    bench.harness.get_by_label("Min–max").click();
+    bench.settle();
+    let transfer = bench.last_request().scene.transfer;
+    let ColourSource::Map { range, .. } = transfer.colour else { panic!("custom colours") };
+    let statistics = &bench.window().scene().unwrap().volume.statistics;
+    assert_eq!(range, [statistics.min, statistics.max]);
+    assert_ne!(transfer.opacity, fresh.opacity, "the stand-in starts elsewhere");
+    bench.harness.get_by_label("Reset to default").click();
+    bench.settle();
+    assert_eq!(bench.last_request().scene.transfer, fresh);
+}
+
+#[test]
+fn points_of_the_curve_are_added_moved_and_removed_by_hand() {
+    let mut bench = Bench::opened();
+    let points = |bench: &Bench| bench.window().scene().unwrap().transfer.opacity.clone();
+    let before = points(&bench);
+    let curve = bench.harness.get_by_label("Opacity curve over the histogram").rect();
+    let empty = Pos2::new(curve.left() + curve.width() * 0.2, curve.top() + 20.0);
+    bench.double_click(empty);
+    bench.harness.run_steps(2);
+    assert_eq!(points(&bench).len(), before.len() + 1, "added by a double click");
+
+    let added = points(&bench);
+    bench.drag_from(empty, PointerButton::Primary, Modifiers::NONE, vec2(20.0, 30.0));
+    let moved = points(&bench);
+    assert_eq!(moved.len(), added.len());
+    let changed: Vec<_> = moved.iter().zip(&added).filter(|(a, b)| a != b).collect();
+    let [(to, from)] = changed[..] else { panic!("{changed:?}") };
+    assert!(to.0 > from.0 && to.1 < from.1, "right and down: {from:?} to {to:?}");
+
+    bench.click(empty + vec2(20.0, 30.0), PointerButton::Secondary);
+    assert_eq!(points(&bench), before, "removed by a right click");
+
+    bench.double_click(empty);
+    bench.harness.run_steps(2);
+    bench.drag_from(empty, PointerButton::Primary, Modifiers::NONE, vec2(0.0, -120.0));
+    assert_eq!(points(&bench), before, "removed by pulling it out");
+}
+
+#[test]
+fn the_selected_point_can_be_typed() {
+    let mut bench = Bench::opened();
+    bench.harness.get_by_label("Next point").click();
+    bench.harness.run_steps(2);
+    bench.set_slider("Point opacity", 0.25);
+    assert_eq!(bench.window().scene().unwrap().transfer.opacity[1].1, 0.25);
+}
+
+#[test]
+fn a_vectors_component_can_be_chosen_and_the_view_stays() {
+    let mut bench = Bench::opened();
+    bench.open("vector.nrrd");
+    assert_eq!(bench.window().document().unwrap().component, Component::Magnitude);
+    bench.drag(PointerButton::Primary, Modifiers::NONE, vec2(40.0, 30.0));
+    bench.settle();
+    let before = bench.camera();
+    bench.choose("Component", "y");
+    bench.wait_until(|window| !window.is_loading());
+    assert_eq!(bench.window().document().unwrap().component, Component::Index(1));
+    assert_eq!(bench.window().scene().unwrap().volume.name, "v[1]");
+    assert_eq!(bench.camera(), before);
+}
+
+#[test]
+fn an_unknown_file_is_asked_about_and_opens_as_told() {
+    let mut bench = Bench::opened();
+    bench.open("mystery.bin");
+    assert!(bench.shows("nobody knows this content: mystery.bin"));
+    assert_eq!(bench.window().document().unwrap().source.name(), "good.nrrd");
+    let open = |bench: &Bench| {
+        bench.harness.get_by_role_and_label(Role::Button, "Open").accesskit_node().is_disabled()
+    };
+    // 4 × 4 × 4 bytes are guessed and fit.
+    assert!(!open(&bench));
+    bench.set_slider("Dimension x", 40.0);
+    assert!(open(&bench), "more than the file holds");
+    assert!(
+        bench.harness.query_by_label_contains("This does not fit").is_some(),
+        "the reason is on screen"
+    );
+    bench.set_slider("Dimension x", 2.0);
+    bench.set_slider("Bytes to skip", 8.0);
+    assert!(!open(&bench));
+    bench.harness.get_by_role_and_label(Role::Button, "Open").click();
+    bench.harness.run_steps(3);
+    bench.wait_until(|window| !window.is_loading());
+    let Source::Raw(path, layout) = &bench.window().document().unwrap().source else {
+        panic!("not opened as raw");
+    };
+    assert_eq!((path, layout.dims, layout.skip_bytes), (&"mystery.bin".into(), [2, 4, 4], 8));
+    assert_eq!(RAW_BYTES, 64);
+}
+
+#[test]
+fn the_raw_preview_follows_the_slice() {
+    let mut bench = Bench::opened();
+    bench.open("mystery.bin");
+    bench.set_slider("Slice", 3.0);
+    for _ in 0..200 {
+        if bench.slices().last() == Some(&3) {
+            return;
+        }
+        std::thread::sleep(Duration::from_millis(5));
+        bench.harness.step();
+    }
+    panic!("slice 3 was never read: {:?}", bench.slices());
+}
+
+#[test]
+fn a_picture_is_saved_at_twice_the_viewport_with_or_without_background() {
+    for without_background in [false, true] {
+        let mut bench = Bench::opened();
+        bench.harness.key_press_modifiers(Modifiers::COMMAND, Key::S);
+        bench.harness.run_steps(3);
+        if without_background {
+            bench.harness.get_by_label("Draw the background").click();
+            bench.harness.run_steps(2);
+        }
+        bench.harness.get_by_role_and_label(Role::Button, "Save").click();
+        bench.harness.run_steps(2);
+        bench.wait_until(|window| !window.notices().shown().is_empty());
+        let saved = bench.saved();
+        let viewport = bench.viewport();
+        let size = [viewport.width(), viewport.height()];
+        assert_eq!(saved.size.map(|n| n as f32), size.map(|n| 2.0 * n));
+        assert_eq!(saved.path, bench.pictures.path().join("good_1.png"));
+        let background = saved.scene.background;
+        assert_eq!(background == Background::Transparent, without_background);
+        assert_eq!(saved.scene.camera, bench.camera());
+    }
+}
+
+#[test]
+fn the_file_menu_says_what_cannot_be_done_yet() {
+    let mut bench = Bench::empty();
+    bench.harness.key_press(Key::F12);
+    bench.harness.run_steps(2);
+    assert!(bench.shows("There is no picture on screen yet"));
+    assert!(bench.shows("Nothing is open"));
+}
+
+#[test]
+fn the_pictures_bytes_reach_the_screen_unchanged() {
+    for scale in [1.0_f32, 1.5] {
+        let mut bench = Bench::rendered(scale);
+        let picture = bench.engine.newest();
+        assert_eq!(picture.size, picture.requested_size);
+        let viewport = bench.viewport();
+        let screen = bench.harness.render().expect("a software adapter is installed");
+        let corner = [viewport.left(), viewport.top()].map(|c| (c * scale).round() as u32);
+        let mut compared = 0_u32;
+        let mut worst = 0_u8;
+        // The trihedron stands in the lower left corner.
+        for y in (0..picture.size[1] * 2 / 3).step_by(3) {
+            for x in (0..picture.size[0]).step_by(2) {
+                let at = ((y * picture.size[0] + x) * 4) as usize;
+                let shown = screen.get_pixel(corner[0] + x, corner[1] + y).0;
+                for (sent, shown) in picture.rgba[at..at + 3].iter().zip(shown) {
+                    worst = worst.max(sent.abs_diff(shown));
+                }
+                compared += 1;
+            }
+        }
+        assert!(compared > 10_000, "{compared}");
+        assert_eq!(worst, 0, "at {scale} pixels a point");
+    }
+}
+
+#[test]
+fn habits_survive_and_volumes_do_not() {
+    let mut bench = Bench::opened();
+    bench.set_slider("Frame budget", 80.0);
+    let mut storage = ui_support::Storage::default();
+    eframe::App::save(bench.harness.state_mut(), &mut storage);
+    let stored = voxsplat::app::Window::stored_settings(Some(&storage));
+    assert_eq!(stored.budget_ms, 80.0);
+    assert_eq!(stored.recent, [absolute("good.nrrd")]);
+    assert_eq!(stored.background, Settings::default().background);
+    let text = storage.text();
+    assert!(!text.contains("samples"), "{text}");
+}
+
+#[test]
+fn the_axes_of_a_patient_are_named() {
+    let bench = Bench::opened();
+    assert_eq!(bench.camera().focal_point, DVec3::splat(3.5));
+    assert_eq!(bench.last_request().scene.background, Background::Colour(Srgb8([17, 19, 23])));
+}
+
+fn absolute(name: &str) -> PathBuf {
+    std::path::absolute(name).unwrap()
+}

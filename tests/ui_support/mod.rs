@@ -1,0 +1,456 @@
+//! Stand-ins for the engine, the readers and the desktop, and a hand on the window.
+
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
+
+use eframe::egui::{
+    DroppedFile, Event, KeyboardShortcut, Modifiers, MouseWheelSource, MouseWheelUnit,
+    PointerButton, Pos2, Rect, TouchPhase, Vec2, ViewportCommand, ViewportId, vec2,
+};
+use egui_kittest::Harness;
+use egui_kittest::kittest::{NodeT as _, Queryable as _};
+use voxsplat::app::document::{Library, RawLayout, ReadFailure, ReadGrid, Slice, Source};
+use voxsplat::app::drawer::Drawer;
+use voxsplat::app::file_dialog::FileDialog;
+use voxsplat::app::pacing::News;
+use voxsplat::app::saving::SaveRequest;
+use voxsplat::app::settings::Settings;
+use voxsplat::app::{Parts, Window};
+use voxsplat::core::{Camera, Ticket};
+use voxsplat::task::engine::{EngineState, FrameReport, FrameRequest, Picture};
+use voxsplat::transfer::{ColourMap, ColourSource, TransferFunction};
+use voxsplat::volume::{Association, Field, Grid, Lattice, Samples, ScalarType, Statistics};
+
+/// Length of every file that the stand-in readers know.
+pub(crate) const RAW_BYTES: u64 = 64;
+/// Time that passes from one pass to the next.
+const STEP_SECS: f32 = 1.0 / 60.0;
+/// Passes after which a view counts as resting, with some to spare.
+const STEPS_TO_REST: usize = 14;
+
+/// Draws a gradient for every request at once, and remembers what was asked.
+#[derive(Default)]
+pub(crate) struct GradientEngine {
+    requests: Mutex<Vec<FrameRequest>>,
+    untaken: Mutex<Option<Arc<Picture>>>,
+    newest: Mutex<Option<Arc<Picture>>>,
+}
+
+impl GradientEngine {
+    /// The picture of the last request.
+    pub(crate) fn newest(&self) -> Arc<Picture> {
+        self.newest.lock().unwrap().clone().expect("something was drawn")
+    }
+}
+
+struct GradientDrawer(Arc<GradientEngine>);
+
+impl Drawer for GradientDrawer {
+    fn request(&self, request: FrameRequest) {
+        let picture = Arc::new(gradient(&request));
+        *self.0.untaken.lock().unwrap() = Some(Arc::clone(&picture));
+        *self.0.newest.lock().unwrap() = Some(picture);
+        self.0.requests.lock().unwrap().push(request);
+    }
+
+    fn take_picture(&self) -> Option<Arc<Picture>> {
+        self.0.untaken.lock().unwrap().take()
+    }
+
+    fn state(&self) -> EngineState {
+        EngineState::Idle
+    }
+
+    fn adapter_name(&self) -> Option<String> {
+        Some("gradients (test)".to_owned())
+    }
+}
+
+fn gradient(request: &FrameRequest) -> Picture {
+    let [width, height] = request.size;
+    let pixels = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
+    let rgba = pixels
+        .flat_map(|(x, y)| [(x % 256) as u8, (y % 256) as u8, ((x * 7 + y * 13) % 256) as u8, 255])
+        .collect();
+    let report = FrameReport {
+        rung: "full".to_owned(),
+        kernels_drawn: 500,
+        kernels_active: 500,
+        kernels_total: 512,
+        frame_ms: 12.0,
+        progress: 1.0,
+    };
+    Picture { size: request.size, requested_size: request.size, rgba, report }
+}
+
+/// Knows a few names; see `read`.
+#[derive(Default)]
+struct NamedFiles {
+    slices: Mutex<Vec<u64>>,
+}
+
+impl Library for NamedFiles {
+    fn read(&self, source: &Source, ticket: &Ticket) -> Result<ReadGrid, ReadFailure> {
+        let name = source.name();
+        match name.as_str() {
+            "bad.nrrd" => {
+                let text = "expected a header, found nonsense: bad.nrrd";
+                Err(ReadFailure::Refused(text.to_owned()))
+            }
+            "panics.nrrd" => std::panic::resume_unwind(Box::new("a bug in a reader")),
+            "slow.nrrd" => loop {
+                if ticket.checkpoint(1, 3).is_err() {
+                    return Err(ReadFailure::Cancelled);
+                }
+                std::thread::sleep(Duration::from_millis(2));
+            },
+            "mystery.bin" if matches!(source, Source::File(_)) => {
+                let text = "nobody knows this content: mystery.bin";
+                Err(ReadFailure::NotRecognised(text.to_owned()))
+            }
+            "vector.nrrd" => Ok(grid([8; 3], "v", 3)),
+            _ => match source {
+                Source::Raw(_, layout) => Ok(grid(layout.dims.map(|n| n as usize), "raw", 1)),
+                _ => Ok(grid([8; 3], "ramp", 1)),
+            },
+        }
+    }
+
+    fn guess_raw(&self, _path: &Path) -> RawLayout {
+        RawLayout { dims: [4; 3], scalar_type: ScalarType::UInt8, ..RawLayout::default() }
+    }
+
+    fn file_bytes(&self, _path: &Path) -> Result<u64, String> {
+        Ok(RAW_BYTES)
+    }
+
+    fn raw_slice(&self, _path: &Path, layout: &RawLayout, z: u64) -> Result<Slice, String> {
+        self.slices.lock().unwrap().push(z);
+        let size = [layout.dims[0] as usize, layout.dims[1] as usize];
+        Ok(Slice { size, grey: vec![128; size[0] * size[1]] })
+    }
+
+    fn demos(&self) -> Vec<(&'static str, &'static str)> {
+        vec![("shells", "Nested shells")]
+    }
+
+    fn default_transfer(&self, statistics: &Statistics) -> TransferFunction {
+        let (low, high) = (statistics.min, statistics.value_at(0.5));
+        TransferFunction {
+            opacity: vec![(low, 0.0), (high, 0.8)],
+            colour: ColourSource::Map { map: ColourMap::ALL[0], range: [low, high] },
+        }
+    }
+}
+
+fn grid(dims: [usize; 3], name: &str, components: usize) -> ReadGrid {
+    let count = dims.iter().product::<usize>() * components;
+    let field = Field {
+        name: name.to_owned(),
+        components,
+        association: Association::Point,
+        samples: Arc::new(Samples::UInt16((0..count).map(|i| i as u16).collect())),
+    };
+    let grid = Grid { lattice: Lattice::unit(dims), fields: vec![field], space: None };
+    ReadGrid { grid, warnings: Vec::new() }
+}
+
+/// Settings in memory.
+#[derive(Default)]
+pub(crate) struct Storage {
+    entries: HashMap<String, String>,
+}
+
+impl Storage {
+    /// Everything that was stored.
+    pub(crate) fn text(&self) -> String {
+        self.entries.values().cloned().collect()
+    }
+}
+
+impl eframe::Storage for Storage {
+    fn get_string(&self, key: &str) -> Option<String> {
+        self.entries.get(key).cloned()
+    }
+
+    fn set_string(&mut self, key: &str, value: String) {
+        self.entries.insert(key.to_owned(), value);
+    }
+
+    fn remove_string(&mut self, key: &str) {
+        self.entries.remove(key);
+    }
+
+    fn flush(&mut self) {}
+}
+
+/// A window with everything around it, and a hand.
+pub(crate) struct Bench {
+    /// The window in egui's test harness.
+    pub(crate) harness: Harness<'static, Window>,
+    /// Who draws.
+    pub(crate) engine: Arc<GradientEngine>,
+    /// Where screenshots go.
+    pub(crate) pictures: tempfile::TempDir,
+    library: Arc<NamedFiles>,
+    saved: Arc<Mutex<Vec<SaveRequest>>>,
+}
+
+impl Bench {
+    /// Nothing open.
+    pub(crate) fn empty() -> Self {
+        Self::new(Some("chosen.nrrd".into()), None)
+    }
+
+    /// Nothing open, and no desktop that would show a file dialog.
+    pub(crate) fn without_file_dialog() -> Self {
+        Self::new(None, None)
+    }
+
+    /// `good.nrrd` is open and at rest.
+    pub(crate) fn opened() -> Self {
+        let mut bench = Self::empty();
+        bench.open("good.nrrd");
+        bench.settle();
+        bench
+    }
+
+    /// The same, drawn by a software adapter at `pixels_per_point`.
+    pub(crate) fn rendered(pixels_per_point: f32) -> Self {
+        let mut bench = Self::new(Some("chosen.nrrd".into()), Some(pixels_per_point));
+        bench.open("good.nrrd");
+        bench.settle();
+        bench
+    }
+
+    fn new(chosen: Option<PathBuf>, pixels_per_point: Option<f32>) -> Self {
+        let engine = Arc::new(GradientEngine::default());
+        let library = Arc::new(NamedFiles::default());
+        let pictures = tempfile::tempdir().unwrap();
+        let saved = Arc::new(Mutex::new(Vec::new()));
+        let (drawer, files) = (GradientDrawer(Arc::clone(&engine)), Arc::clone(&library));
+        let (folder, log) = (pictures.path().to_owned(), Arc::clone(&saved));
+        let mut builder =
+            Harness::builder().with_size(vec2(1280.0, 1200.0)).with_step_dt(STEP_SECS);
+        if let Some(pixels_per_point) = pixels_per_point {
+            builder = builder
+                .with_size(vec2(800.0, 600.0))
+                .with_pixels_per_point(pixels_per_point)
+                .wgpu();
+        }
+        let harness = builder.build_eframe(move |creation| {
+            let ctx = &creation.egui_ctx;
+            let parts = Parts {
+                drawer: Box::new(drawer),
+                news: Arc::new(News::new(ctx)),
+                wait_for_picture: Duration::ZERO,
+                library: files,
+                renderer: Arc::new(move |request, _| {
+                    log.lock().unwrap().push(request.clone());
+                    Ok(())
+                }),
+                chooser: Box::new(move |ctx| FileDialog::answering(ctx, chosen.clone())),
+                pictures_folder: Ok(folder.clone()),
+            };
+            Window::new(ctx, parts, Settings::default())
+        });
+        Self { harness, engine, pictures, library, saved }
+    }
+
+    /// The window itself.
+    pub(crate) fn window(&self) -> &Window {
+        self.harness.state()
+    }
+
+    /// The camera of the scene.
+    pub(crate) fn camera(&self) -> Camera {
+        self.window().scene().expect("something is open").camera
+    }
+
+    /// Where the viewport is.
+    pub(crate) fn viewport(&self) -> Rect {
+        self.harness.get_by_label("Viewport").rect()
+    }
+
+    /// Whether a text is on screen.
+    pub(crate) fn shows(&self, label: &str) -> bool {
+        self.harness.query_all_by_label(label).next().is_some()
+    }
+
+    /// Requests posted so far.
+    pub(crate) fn request_count(&self) -> usize {
+        self.engine.requests.lock().unwrap().len()
+    }
+
+    /// Requests posted after the first `count`.
+    pub(crate) fn requests_since(&self, count: usize) -> Vec<FrameRequest> {
+        self.engine.requests.lock().unwrap()[count..].to_vec()
+    }
+
+    /// The newest request.
+    pub(crate) fn last_request(&self) -> FrameRequest {
+        self.engine.requests.lock().unwrap().last().cloned().expect("something was asked for")
+    }
+
+    /// Slices read for the raw preview so far.
+    pub(crate) fn slices(&self) -> Vec<u64> {
+        self.library.slices.lock().unwrap().clone()
+    }
+
+    /// The picture that was saved last.
+    pub(crate) fn saved(&self) -> SaveRequest {
+        self.saved.lock().unwrap().last().cloned().expect("something was saved")
+    }
+
+    /// Passes until nothing is left to be done.
+    pub(crate) fn settle(&mut self) {
+        self.harness.remove_cursor();
+        self.harness.run_steps(STEPS_TO_REST);
+    }
+
+    /// Starts to open a file.
+    pub(crate) fn start_opening(&mut self, name: &str) {
+        let ctx = self.harness.ctx.clone();
+        self.harness.state_mut().open(&ctx, Source::File(name.into()));
+    }
+
+    /// Opens a file and waits for its end, good or bad.
+    pub(crate) fn open(&mut self, name: &str) {
+        self.start_opening(name);
+        self.wait_until(|window| !window.is_loading());
+        self.harness.run_steps(3);
+    }
+
+    /// Passes until something is so.
+    pub(crate) fn wait_until(&mut self, so: impl Fn(&Window) -> bool) {
+        let deadline = Instant::now() + Duration::from_secs(20);
+        while !so(self.window()) {
+            assert!(Instant::now() < deadline, "waited in vain");
+            std::thread::sleep(Duration::from_millis(2));
+            self.harness.step();
+        }
+    }
+
+    /// Whether the pass in which a key goes down sends a command to the desktop.
+    pub(crate) fn press_sends(
+        &mut self,
+        shortcut: KeyboardShortcut,
+        command: &ViewportCommand,
+    ) -> bool {
+        self.harness.input_mut().events.push(Event::Key {
+            key: shortcut.logical_key,
+            physical_key: None,
+            pressed: true,
+            repeat: false,
+            modifiers: shortcut.modifiers,
+        });
+        self.harness.step();
+        let output = &self.harness.output().viewport_output[&ViewportId::ROOT];
+        output.commands.contains(command)
+    }
+
+    /// Moves the pointer.
+    pub(crate) fn hover(&mut self, at: Pos2) {
+        self.harness.hover_at(at);
+        self.harness.run_steps(2);
+    }
+
+    /// Turns the wheel up by some notches.
+    pub(crate) fn wheel(&mut self, notches: f32) {
+        self.harness.event(Event::MouseWheel {
+            unit: MouseWheelUnit::Line,
+            delta: vec2(0.0, notches),
+            phase: TouchPhase::Move,
+            source: MouseWheelSource::Unknown,
+            modifiers: Modifiers::NONE,
+        });
+        self.harness.step();
+    }
+
+    /// Drags from the middle of the viewport; the button is up again, the delay of rest not over.
+    pub(crate) fn drag(&mut self, button: PointerButton, modifiers: Modifiers, by: Vec2) {
+        self.drag_from(self.viewport().center(), button, modifiers, by);
+    }
+
+    /// Drags from anywhere, in two moves.
+    pub(crate) fn drag_from(
+        &mut self,
+        at: Pos2,
+        button: PointerButton,
+        modifiers: Modifiers,
+        by: Vec2,
+    ) {
+        self.hover(at);
+        let press = |pos, pressed| Event::PointerButton { pos, button, pressed, modifiers };
+        self.harness.event(Event::ModifiersChanged(modifiers));
+        self.harness.event(press(at, true));
+        self.harness.event(Event::PointerMoved(at + by / 2.0));
+        self.harness.event(Event::PointerMoved(at + by));
+        self.harness.step();
+        self.harness.event(press(at + by, false));
+        self.harness.event(Event::ModifiersChanged(Modifiers::NONE));
+        self.harness.step();
+    }
+
+    /// Clicks once.
+    pub(crate) fn click(&mut self, at: Pos2, button: PointerButton) {
+        self.hover(at);
+        self.press_and_release(at, button);
+        self.harness.run_steps(2);
+    }
+
+    /// Clicks twice.
+    pub(crate) fn double_click(&mut self, at: Pos2) {
+        self.hover(at);
+        self.press_and_release(at, PointerButton::Primary);
+        self.press_and_release(at, PointerButton::Primary);
+        self.harness.step();
+    }
+
+    fn press_and_release(&mut self, pos: Pos2, button: PointerButton) {
+        for pressed in [true, false] {
+            let modifiers = Modifiers::NONE;
+            self.harness.event(Event::PointerButton { pos, button, pressed, modifiers });
+        }
+    }
+
+    /// Gives a slider or a number its value.
+    pub(crate) fn set_slider(&mut self, label: &str, value: f64) {
+        let node = self
+            .harness
+            .get_all_by_label(label)
+            .find(|node| node.accesskit_node().numeric_value().is_some())
+            .unwrap_or_else(|| panic!("no number is called {label}"));
+        node.set_value_accesskit(value);
+        self.harness.run_steps(STEPS_TO_REST);
+    }
+
+    /// Opens a list and chooses an entry.
+    pub(crate) fn choose(&mut self, list: &str, entry: &str) {
+        self.harness.get_by_role_and_label(eframe::egui::accesskit::Role::ComboBox, list).click();
+        self.harness.run_steps(3);
+        self.harness.get_by_label(entry).click();
+        self.harness.run_steps(STEPS_TO_REST);
+    }
+
+    /// Lets a file fall on the window.
+    pub(crate) fn drop_file(&mut self, name: &str) {
+        self.harness.input_mut().dropped_files.push(Arc::new(Dropped(name.into())));
+        self.harness.run_steps(2);
+    }
+}
+
+#[derive(Debug)]
+struct Dropped(PathBuf);
+
+impl DroppedFile for Dropped {
+    fn path(&self) -> &Path {
+        &self.0
+    }
+
+    fn bytes(&self) -> Result<Vec<u8>, String> {
+        Err("the stand-in readers need no bytes".to_owned())
+    }
+}
