@@ -6,7 +6,9 @@ use std::time::Instant;
 
 use super::context::Context;
 use super::frame::{self, Pass, PassTime, Source};
-use super::layout::{self, COUNT_HEADER_WORDS, LEAST_HALF_AXIS, RECORD_WORDS, Record, SEGMENT_THREADS};
+use super::layout::{
+    self, COUNT_HEADER_WORDS, LEAST_HALF_AXIS, RECORD_WORDS, Record, SEGMENT_THREADS,
+};
 use super::pipelines::{Pipelines, SplatVariant};
 use super::samples::{CHUNKS, DeviceSamples};
 use super::timing::{Timer, Timestamps};
