@@ -1,6 +1,6 @@
 // How many voxels of each segment have opacity.
 
-// Draw arguments (4 words), kernels demanded, 3 unused; then one count a segment.
+// Draw arguments (4 words), 4 unused; then one count a segment.
 @group(0) @binding(7) var<storage, read_write> counts: array<u32>;
 
 @compute @workgroup_size(SEGMENT_THREADS)

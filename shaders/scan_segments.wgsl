@@ -9,6 +9,8 @@ struct Scan {
 
 @group(0) @binding(0) var<uniform> scan: Scan;
 @group(0) @binding(1) var<storage, read_write> counts: array<u32>;
+// Over the pieces of a picture: kernels, and the most by which one did not fit.
+@group(0) @binding(2) var<storage, read_write> totals: array<u32>;
 
 // Words of `counts` before the first segment's.
 const COUNT_HEADER_WORDS: u32 = 8u;
@@ -41,7 +43,8 @@ fn scan_segments(@builtin(local_invocation_index) thread: u32) {
         counts[1] = min(start, scan.counts.y);
         counts[2] = 0u;
         counts[3] = 0u;
-        // What was demanded: more than fits means the piece is drawn again with more room.
-        counts[4] = start;
+        let fitting = min(start, scan.counts.y);
+        totals[0] += fitting;
+        totals[1] = max(totals[1], start - fitting);
     }
 }

@@ -9,6 +9,16 @@
 // All kernels are one voxel large and seen in parallel: one footprint, given by the frame.
 override one_footprint: bool = false;
 override perspective: bool = false;
+// Footprint polynomial of the kernel at its own extent (kernel::FootprintPolynomial), lowest power
+// first: constants of the pipeline, since every fragment needs them all.
+override c0: f32 = 0.0;
+override c1: f32 = 0.0;
+override c2: f32 = 0.0;
+override c3: f32 = 0.0;
+override c4: f32 = 0.0;
+override c5: f32 = 0.0;
+override c6: f32 = 0.0;
+override c7: f32 = 0.0;
 // The footprint ends as a square root (a kernel that is cut off) rather than as a square.
 override rim_root: bool = false;
 
@@ -129,13 +139,13 @@ fn vertex_radial(record: Record, @builtin(vertex_index) index: u32) -> Radial {
             kernel.determinant / across,
         ));
     }
-    let corner = corner_of(index);
+    let corner = TRIANGLE[index];
     let unit = corner * frame.radius;
     let offset = vec2<f32>(factor.x * unit.x, factor.y * unit.x + factor.z * unit.y);
     return Radial(
         clip(kernel.middle + offset, kernel.hidden),
         corner,
-        matter_of(record, factor.w),
+        matter_of(record, factor.w * frame.footprint_scale),
     );
 }
 
@@ -207,11 +217,8 @@ fn widened(factor: vec4<f32>) -> vec4<f32> {
 fn footprint(q_any: f32) -> f32 {
     let q = min(q_any, 1.0);
     let u = 2.0 * q - 1.0;
-    var sum = 0.0;
-    for (var i = 2u; i > 0u; i--) {
-        let c = frame.coefficients[i - 1u];
-        sum = (((sum * u + c.w) * u + c.z) * u + c.y) * u + c.x;
-    }
+    let high = ((c7 * u + c6) * u + c5) * u + c4;
+    let sum = (((high * u + c3) * u + c2) * u + c1) * u + c0;
     let inside = 1.0 - q;
     return sum * select(inside * inside, sqrt(inside), rim_root);
 }

@@ -1,6 +1,7 @@
 //! Host and shaders agree: every stitched shader is valid WebGPU, and every struct and constant
 //! that crosses stands in both with the same bytes.
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::mem::offset_of;
 use std::path::Path;
@@ -9,6 +10,7 @@ use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 use naga::{AddressSpace, Expression, Literal, Module, ShaderStage, Type, TypeInner};
 use voxsplat::gpu::layout::{self, COUNT_HEADER_WORDS, RECORD_WORDS, SEGMENT_THREADS};
 use voxsplat::gpu::shader::{self, Shader};
+use voxsplat::kernel::COEFFICIENTS;
 use voxsplat::volume::BRICK;
 
 /// A host struct: its name, its size in bytes, and its members with their offsets.
@@ -42,7 +44,10 @@ fn host_structs() -> [HostStruct; 4] {
             half_size,
             radius,
             extinction_scale,
-            coefficients,
+            footprint_scale,
+            padding0,
+            padding1,
+            padding2,
         }),
         host_struct!(Traversal { dims, bricks, axes, splits, counts, table }),
         host_struct!(Scan { counts }),
@@ -130,8 +135,13 @@ fn every_shader_is_valid_with_the_defaults_of_webgpu() {
 #[test]
 fn the_splat_pass_is_valid_in_every_variant() {
     let (module, info) = validated(&shader::SPLAT.source()).unwrap();
-    let flags: Vec<&str> = module.overrides.iter().filter_map(|(_, o)| o.name.as_deref()).collect();
-    assert_eq!(flags, ["one_footprint", "perspective", "rim_root"]);
+    let names: Vec<&str> = module.overrides.iter().filter_map(|(_, o)| o.name.as_deref()).collect();
+    let flags = ["one_footprint", "perspective", "rim_root"];
+    // The others are the footprint's coefficients.
+    let coefficients = (0..COEFFICIENTS).map(|power| format!("c{power}"));
+    let expected: BTreeSet<String> =
+        flags.map(str::to_owned).into_iter().chain(coefficients).collect();
+    assert_eq!(names.iter().map(|&name| name.to_owned()).collect::<BTreeSet<_>>(), expected);
     let mut failures = Vec::new();
     for variant in 0..8_u32 {
         let constants = [variant & 1, variant >> 1 & 1, variant >> 2].map(f64::from);

@@ -17,6 +17,9 @@ struct Frame {
     radius: f32,
     // Tabulated extinction to extinction per pixel.
     extinction_scale: f32,
-    // Footprint polynomial (kernel::FootprintPolynomial), lowest power first.
-    coefficients: array<vec4<f32>, 2>,
+    // What a footprint falls to as its kernel is stretched: 1 / s^2, s = E / E0.
+    footprint_scale: f32,
+    padding0: f32,
+    padding1: f32,
+    padding2: f32,
 }

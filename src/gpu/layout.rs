@@ -7,7 +7,7 @@ use bytemuck::{Pod, Zeroable};
 
 /// Words (`u32`) of one record; see `shaders/emit_kernels.wgsl`.
 pub const RECORD_WORDS: usize = 7;
-/// Words before the first segment's count: draw arguments, demand.
+/// Words before the first segment's count: the draw's arguments, and room to 32 bytes.
 pub const COUNT_HEADER_WORDS: usize = 8;
 /// Threads in a workgroup of the counting and emitting passes.
 pub const SEGMENT_THREADS: u32 = 64;
@@ -32,7 +32,10 @@ pub struct Frame {
     pub half_size: [f32; 2],
     pub radius: f32,
     pub extinction_scale: f32,
-    pub coefficients: [[f32; 4]; 2],
+    pub footprint_scale: f32,
+    pub padding0: f32,
+    pub padding1: f32,
+    pub padding2: f32,
 }
 
 /// `Traversal` in `shaders/lib/traversal.wgsl`.

@@ -15,7 +15,7 @@ pub mod timing;
 
 pub use context::{AdapterChoice, Context, Wishes};
 pub use frame::{Pass, PassTime};
-pub use renderer::{PieceReport, Renderer};
+pub use renderer::{GridTotals, Renderer};
 
 /// What can go wrong on the device.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]

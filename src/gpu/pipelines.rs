@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use super::context::Context;
 use super::layout::RECORD_WORDS;
 use super::shader::{self, Shader};
-use crate::kernel::Kernel;
+use crate::kernel::{COEFFICIENTS, FootprintPolynomial, Kernel, RadialKernel, Rim};
 
 /// Which variant of the splat pass.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -28,7 +28,7 @@ impl SplatVariant {
     /// Vertices of one splat: a triangle about a radial kernel's ellipse, else a strip of two.
     pub(super) fn vertices(self) -> u32 {
         match self.kernel {
-            Kernel::Gaussian | Kernel::Cubic => 4,
+            Kernel::Gaussian | Kernel::Cubic => 3,
             Kernel::Nearest | Kernel::Point => 4,
         }
     }
@@ -97,11 +97,16 @@ fn splat(
 ) -> wgpu::RenderPipeline {
     let module = shader::SPLAT.module(&context.device);
     let flag = |on: bool| f64::from(u8::from(on));
-    let constants = [
+    let polynomial = RadialKernel::new(variant.kernel, None).map(FootprintPolynomial::of);
+    let mut constants = vec![
         ("one_footprint", flag(variant.one_footprint)),
         ("perspective", flag(variant.perspective)),
-        ("rim_root", flag(variant.kernel == Kernel::Gaussian)),
+        ("rim_root", flag(polynomial.is_some_and(|p| p.rim == Rim::Root))),
     ];
+    if let Some(polynomial) = polynomial {
+        const NAMES: [&str; COEFFICIENTS] = ["c0", "c1", "c2", "c3", "c4", "c5", "c6", "c7"];
+        constants.extend(NAMES.into_iter().zip(polynomial.coefficients.map(f64::from)));
+    }
     let options = wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() };
     let (vertex, fragment) = match variant.kernel {
         Kernel::Gaussian | Kernel::Cubic => ("vertex_radial", "fragment_radial"),

@@ -1,20 +1,19 @@
 //! Runs passes: the target, the buffers between passes, and reading back.
 
+use std::collections::VecDeque;
 use std::ops::Range;
 use std::sync::Arc;
 use std::time::Instant;
 
 use super::context::Context;
 use super::frame::{self, Pass, PassTime, Source};
-use super::layout::{
-    self, COUNT_HEADER_WORDS, LEAST_HALF_AXIS, RECORD_WORDS, Record, SEGMENT_THREADS,
-};
+use super::layout::{self, COUNT_HEADER_WORDS, LEAST_HALF_AXIS, Record, SEGMENT_THREADS};
 use super::pipelines::{Pipelines, SplatVariant};
 use super::samples::{CHUNKS, DeviceSamples};
 use super::timing::{Timer, Timestamps};
 use super::{GpuError, shader};
 use crate::core::{LinearRgb, Ticket};
-use crate::kernel::{FootprintPolynomial, Kernel, ProjectedKernel, RadialKernel};
+use crate::kernel::{Kernel, ProjectedKernel, RadialKernel};
 use crate::scene::View;
 use crate::transfer::Table;
 use crate::volume::{BRICK, ScalarVolume};
@@ -28,6 +27,7 @@ pub struct Renderer {
     frame: wgpu::Buffer,
     traversal: wgpu::Buffer,
     scan: wgpu::Buffer,
+    totals: wgpu::Buffer,
     present: wgpu::Buffer,
     records: Growing,
     uploads: Growing,
@@ -37,6 +37,9 @@ pub struct Renderer {
     variant: SplatVariant,
     times: Vec<PassTime>,
     peak_bytes: u64,
+    /// Submitted and not yet known to be done, oldest first.
+    in_flight: VecDeque<wgpu::SubmissionIndex>,
+    last_done: Instant,
 }
 
 /// A volume and its classification on the device.
@@ -72,14 +75,18 @@ struct Growing {
     usage: wgpu::BufferUsages,
 }
 
-/// What a piece did.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PieceReport {
+/// What the grid pieces since [`Renderer::begin`] have drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct GridTotals {
     /// Kernels drawn.
     pub kernels: u64,
-    /// Wall milliseconds, submit to finished.
-    pub wall_ms: f64,
+    /// The most that a piece had beyond the room it was given; 0 when all of them fitted.
+    pub most_missing: u64,
 }
+
+/// Pieces that may be queued at once: while one is rasterised the next one's vertices are worked
+/// on, and a newer request still waits for two pieces at most.
+const IN_FLIGHT: usize = 2;
 
 impl Growing {
     fn new(context: &Context, label: &'static str, usage: wgpu::BufferUsages) -> Self {
@@ -118,6 +125,12 @@ impl Renderer {
             traversal: uniform("traversal", size_of::<layout::Traversal>()),
             scan: uniform("scan", size_of::<layout::Scan>()),
             present: uniform("present", size_of::<layout::Present>()),
+            totals: Growing::make(
+                &context,
+                "totals",
+                Usage::STORAGE | Usage::COPY_DST | Usage::COPY_SRC,
+                16,
+            ),
             records: Growing::new(&context, "records", Usage::STORAGE | Usage::VERTEX),
             uploads: Growing::new(&context, "uploads", Usage::VERTEX | Usage::COPY_DST),
             counts: Growing::new(
@@ -136,6 +149,8 @@ impl Renderer {
             },
             times: Vec::new(),
             peak_bytes: 0,
+            in_flight: VecDeque::new(),
+            last_done: Instant::now(),
             context,
         }
     }
@@ -258,10 +273,15 @@ impl Renderer {
     ) -> Result<(), GpuError> {
         self.resize(view.size)?;
         self.times.clear();
-        self.variant =
-            SplatVariant { kernel, perspective: view.eye_distance.is_some(), one_footprint: false };
+        self.variant = SplatVariant {
+            kernel,
+            perspective: view.eye_distance.is_some(),
+            one_footprint: false,
+        };
         let constants = frame_constants(view, kernel, extent, unit_distance);
         self.context.queue.write_buffer(&self.frame, 0, bytemuck::bytes_of(&constants));
+        self.context.queue.write_buffer(&self.totals, 0, &[0; 16]);
+        self.last_done = Instant::now();
         let Some(target) = &self.target else { return Ok(()) };
         let mut encoder = self.context.device.create_command_encoder(&Default::default());
         let view = target.light.create_view(&Default::default());
@@ -297,8 +317,7 @@ impl Renderer {
         }
         self.target = None;
         let format = self.light_format();
-        let light =
-            texture(&self.context, "light", size, format, wgpu::TextureUsages::TEXTURE_BINDING);
+        let light = texture(&self.context, "light", size, format, wgpu::TextureUsages::TEXTURE_BINDING);
         self.target = Some(Target { size, light, encoded: None, staging: None });
         self.note_bytes();
         Ok(())
@@ -312,13 +331,14 @@ impl Renderer {
         }
     }
 
-    /// Draws records over the picture, in their order.
+    /// Draws records over the picture, in their order. Returns the milliseconds since the piece
+    /// before was done, or nearly so: pieces overlap.
     ///
     /// # Errors
     /// A failing device.
-    pub fn draw_records(&mut self, records: &[Record]) -> Result<PieceReport, GpuError> {
+    pub fn draw_records(&mut self, records: &[Record]) -> Result<f64, GpuError> {
         if records.is_empty() {
-            return Ok(PieceReport { kernels: 0, wall_ms: 0.0 });
+            return Ok(0.0);
         }
         let bytes: &[u8] = bytemuck::cast_slice(records);
         self.uploads.reserve(&self.context, bytes.len() as u64);
@@ -326,8 +346,7 @@ impl Renderer {
         self.variant.one_footprint = false;
         let count = u32::try_from(records.len())
             .map_err(|_| GpuError::Device("over 2^32 records at once".to_owned()))?;
-        let wall_ms = self.run(&frame::node_piece(count))?;
-        Ok(PieceReport { kernels: u64::from(count), wall_ms })
+        self.run(&frame::node_piece(count))
     }
 
     /// Segments that each row of the traversal has.
@@ -340,10 +359,9 @@ impl Renderer {
         segments
     }
 
-    /// Draws every voxel with opacity of some rows of the traversal, far to near.
-    ///
-    /// `expected` is how many kernels are thought to be there; if there are more, the room for
-    /// them grows and they are all drawn.
+    /// Draws every voxel with opacity of some rows of the traversal, far to near: at most
+    /// `capacity` of them. [`Renderer::grid_totals`] tells whether that was enough. Returns
+    /// milliseconds as [`Renderer::draw_records`] does.
     ///
     /// # Errors
     /// A failing device.
@@ -351,54 +369,51 @@ impl Renderer {
         &mut self,
         view: &View,
         rows: Range<u32>,
-        expected: u64,
-    ) -> Result<PieceReport, GpuError> {
-        let start = Instant::now();
+        capacity: u64,
+    ) -> Result<f64, GpuError> {
         let segments = rows.len() as u32 * self.segments_per_row(view);
-        if segments == 0 {
-            return Ok(PieceReport { kernels: 0, wall_ms: 0.0 });
+        if segments == 0 || capacity == 0 {
+            return Ok(0.0);
+        }
+        let record_bytes = size_of::<Record>() as u64;
+        let most = self.context.limits.max_storage_buffer_binding_size / record_bytes * 2 / 3;
+        if capacity > most {
+            return Err(GpuError::Device(format!("{capacity} kernels in one piece")));
         }
         self.variant.one_footprint = view.eye_distance.is_none();
-        let mut capacity = expected.max(1);
-        loop {
-            self.counts
-                .reserve(&self.context, 4 * (u64::from(segments) + COUNT_HEADER_WORDS as u64));
-            self.records.reserve(&self.context, capacity * RECORD_WORDS as u64 * 4);
-            self.note_bytes();
-            let room =
-                (self.records.buffer.size() / (RECORD_WORDS as u64 * 4)).min(u64::from(u32::MAX));
-            self.write_traversal(view, &rows, segments, room as u32);
-            // Counting first: a piece that does not fit must not be drawn in part.
-            let [count, scan, emit, splat] = frame::grid_piece(segments);
-            self.run(&[count, scan])?;
-            let demanded = self.demanded()?;
-            if demanded > room {
-                capacity = demanded;
-                continue;
-            }
-            if demanded > 0 {
-                self.run(&[emit, splat])?;
-            }
-            return Ok(PieceReport {
-                kernels: demanded,
-                wall_ms: start.elapsed().as_secs_f64() * 1e3,
-            });
-        }
+        self.counts.reserve(&self.context, 4 * (u64::from(segments) + COUNT_HEADER_WORDS as u64));
+        self.records.reserve(&self.context, capacity * record_bytes);
+        self.note_bytes();
+        self.write_traversal(view, &rows, segments, capacity as u32);
+        self.run(&frame::grid_piece(segments))
     }
 
-    /// Kernels that the last count found.
-    fn demanded(&self) -> Result<u64, GpuError> {
+    /// Waits for the pieces drawn so far and sums them up.
+    ///
+    /// # Errors
+    /// A failing device.
+    pub fn grid_totals(&mut self) -> Result<GridTotals, GpuError> {
         let staging = Growing::make(
             &self.context,
-            "demand read back",
+            "totals read back",
             wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
-            COUNT_HEADER_WORDS as u64 * 4,
+            16,
         );
         let mut encoder = self.context.device.create_command_encoder(&Default::default());
-        encoder.copy_buffer_to_buffer(&self.counts.buffer, 0, &staging, 0, staging.size());
+        encoder.copy_buffer_to_buffer(&self.totals, 0, &staging, 0, 16);
         self.context.queue.submit([encoder.finish()]);
         let words: Vec<u32> = bytemuck::pod_collect_to_vec(&read_buffer(&self.context, &staging)?);
-        Ok(u64::from(words[4]))
+        self.in_flight.clear();
+        Ok(GridTotals { kernels: u64::from(words[0]), most_missing: u64::from(words[1]) })
+    }
+
+    /// Waits until everything submitted is done.
+    ///
+    /// # Errors
+    /// A failing device.
+    pub fn finish(&mut self) -> Result<(), GpuError> {
+        self.in_flight.clear();
+        self.context.finish()
     }
 
     fn write_traversal(&self, view: &View, rows: &Range<u32>, segments: u32, capacity: u32) {
@@ -471,26 +486,31 @@ impl Renderer {
         Ok(bytes
             .chunks_exact(8)
             .map(|t| {
-                std::array::from_fn(|c| half::f16::from_le_bytes([t[2 * c], t[2 * c + 1]]).to_f32())
+                std::array::from_fn(|c| {
+                    half::f16::from_le_bytes([t[2 * c], t[2 * c + 1]]).to_f32()
+                })
             })
             .collect())
     }
 
-    /// Submits passes and waits; returns wall milliseconds.
+    /// Submits passes, and waits only for what is more than [`IN_FLIGHT`] before them; returns the
+    /// milliseconds since it last returned.
     fn run(&mut self, passes: &[Pass]) -> Result<f64, GpuError> {
-        let start = Instant::now();
         match self.timer {
             None => {
                 let mut encoder = self.context.device.create_command_encoder(&Default::default());
                 for &pass in passes {
                     self.encode(&mut encoder, pass, None);
                 }
-                self.context.queue.submit([encoder.finish()]);
-                self.context.finish()?;
+                self.in_flight.push_back(self.context.queue.submit([encoder.finish()]));
+                while self.in_flight.len() > IN_FLIGHT {
+                    self.context.wait_for(self.in_flight.pop_front())?;
+                }
             }
             Some(timer) => {
                 for &pass in passes {
-                    let clock = (timer == Timer::Device).then(|| Timestamps::new(&self.context, 1));
+                    let clock =
+                        (timer == Timer::Device).then(|| Timestamps::new(&self.context, 1));
                     let mut encoder =
                         self.context.device.create_command_encoder(&Default::default());
                     self.encode(&mut encoder, pass, clock.as_ref());
@@ -508,7 +528,10 @@ impl Renderer {
                 }
             }
         }
-        Ok(start.elapsed().as_secs_f64() * 1e3)
+        let now = Instant::now();
+        let wall_ms = (now - self.last_done).as_secs_f64() * 1e3;
+        self.last_done = now;
+        Ok(wall_ms)
     }
 
     fn encode(
@@ -542,15 +565,13 @@ impl Renderer {
         let pipeline = self.pipelines.compute(&self.context, shader).clone();
         let mut bound: Vec<&wgpu::Buffer> = Vec::new();
         if shader.name == shader::SCAN_SEGMENTS.name {
-            bound.extend([&self.scan, &self.counts.buffer]);
+            bound.extend([&self.scan, &self.counts.buffer, &self.totals]);
         } else {
             let Some(volume) = &self.volume else { return };
             let Some(table) = &volume.table else { return };
             bound.push(&self.traversal);
             // Bindings beyond the last chunk repeat it; no index leads there.
-            bound.extend(
-                (0..CHUNKS).map(|i| &volume.samples.chunks[i.min(volume.samples.chunks.len() - 1)]),
-            );
+            bound.extend((0..CHUNKS).map(|i| &volume.samples.chunks[i.min(volume.samples.chunks.len() - 1)]));
             bound.extend([&table.entries, &table.visible, &self.counts.buffer]);
             if shader.name == shader::EMIT_KERNELS.name {
                 bound.push(&self.records.buffer);
@@ -682,9 +703,8 @@ fn frame_constants(
 ) -> layout::Frame {
     let m = view.view_from_index;
     let radial = RadialKernel::new(kernel, extent);
-    let polynomial = radial.map(FootprintPolynomial::of);
-    let radius = polynomial.map_or(0.5, |p| p.radius);
-    let coefficients = polynomial.map_or([0.0; 8], |p| p.coefficients);
+    let radius = radial.map_or(0.5, RadialKernel::radius);
+    let stretch = radial.map_or(1.0, RadialKernel::scale);
     let column = |v: glam::DVec3| v.as_vec3().extend(0.0).to_array();
     let half = [f64::from(view.size[0]) / 2.0, f64::from(view.size[1]) / 2.0];
     #[expect(clippy::cast_possible_truncation, reason = "the device has 32 bits")]
@@ -702,11 +722,14 @@ fn frame_constants(
             .as_vec3()
             .extend(m.determinant().abs() as f32)
             .to_array(),
-        footprint: one_footprint(m, f64::from(radius)),
+        footprint: one_footprint(m, radius),
         half_size: half.map(|h| h as f32),
-        radius,
+        radius: radius as f32,
         extinction_scale: (1.0 / (unit_distance * view.pixels_per_unit)) as f32,
-        coefficients: std::array::from_fn(|i| std::array::from_fn(|j| coefficients[4 * i + j])),
+        footprint_scale: stretch.powi(-2) as f32,
+        padding0: 0.0,
+        padding1: 0.0,
+        padding2: 0.0,
     }
 }
 

@@ -226,8 +226,7 @@ impl Drawer {
         let fragments = fragments(&cut, scene, &view);
         let affordable = self.costs.fragments_within(budget_ms, cut.nodes.len() as u64);
         // Smooth pictures lose little at a smaller size, which is enlarged when shown.
-        let shrink =
-            (fragments / affordable).sqrt().clamp(1.0, f64::from(size[1]) / LEAST_SIDE).max(1.0);
+        let shrink = (fragments / affordable).sqrt().clamp(1.0, f64::from(size[1]) / LEAST_SIDE).max(1.0);
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "1..=size")]
         let smaller = size.map(|n| (f64::from(n) / shrink).round().max(1.0) as u32);
         let view = View::new(scene, smaller);
@@ -256,13 +255,9 @@ impl Drawer {
         let radius =
             RadialKernel::new(scene.splat.kernel, scene.splat.extent).map_or(0.5, |k| k.radius());
         let samples = &classified.volume.samples;
-        Cut::of(
-            &classified.pyramid,
-            limits,
-            view.visit_order(),
-            &view.visibility(radius),
-            |index| classified.table.lookup(samples.get(index)),
-        )
+        Cut::of(&classified.pyramid, limits, view.visit_order(), &view.visibility(radius), |index| {
+            classified.table.lookup(samples.get(index))
+        })
     }
 
     fn cut(
@@ -297,15 +292,15 @@ impl Drawer {
         let mut piece = self.costs.splats_within(PIECE_MS).max(256) as usize;
         while done < total {
             let end = (done + piece).min(total);
-            let report = self.renderer.draw_records(&records[done..end])?;
-            let rate = (end - done) as f64 / report.wall_ms.max(0.01);
+            let wall_ms = self.renderer.draw_records(&records[done..end])?;
+            let rate = (end - done) as f64 / wall_ms.max(0.01);
             piece = ((rate * PIECE_MS) as usize).clamp(256, piece * 4);
             done = end;
             if observer.piece_done(&mut self.renderer, done as f64 / total as f64) {
                 return Err(DrawError::Interrupted);
             }
         }
-        Ok(())
+        Ok(self.renderer.finish()?)
     }
 
     /// Every voxel with opacity, a few rows of the traversal at a time.
@@ -318,31 +313,59 @@ impl Drawer {
     ) -> Result<Drawn, DrawError> {
         let start = Instant::now();
         let view = View::new(scene, size);
-        self.begin(scene, &view, kernel)?;
+        // The device rounds 32-bit samples, and may find a few more with opacity than the host
+        // did. A picture with too little room in a piece is drawn again with more, never short.
+        let mut slack = 0;
+        loop {
+            self.begin(scene, &view, kernel)?;
+            self.grid_pieces(&view, slack, observer)?;
+            let totals = self.renderer.grid_totals()?;
+            if totals.most_missing == 0 {
+                return Ok(Drawn {
+                    size,
+                    kernels: totals.kernels,
+                    nodes: 0,
+                    max_error: 0.0,
+                    wall_ms: start.elapsed().as_secs_f64() * 1e3,
+                });
+            }
+            slack = 2 * (slack + totals.most_missing);
+        }
+    }
+
+    fn grid_pieces(
+        &mut self,
+        view: &View,
+        slack: u64,
+        observer: &mut dyn Observer,
+    ) -> Result<(), DrawError> {
         let Some(classified) = &self.classified else {
             return Err(GpuError::Device("nothing was prepared".to_owned()).into());
         };
-        let mut rows = RowPlan::new(classified, &view);
-        let total = rows.total.max(1);
+        let mut rows = RowPlan::new(classified, view);
+        let total = rows.total.max(1) as f64;
         let mut kernels = 0;
-        while let Some((range, expected)) = rows.next(&self.costs) {
-            let row_count = range.len() as u64;
-            let report = self.renderer.draw_rows(&view, range, expected)?;
-            kernels += report.kernels;
-            self.costs.learn_grid(report.kernels, row_count, report.wall_ms);
-            let done = kernels as f64 / total as f64;
-            if observer.piece_done(&mut self.renderer, done.min(1.0)) {
+        while let Some(piece) = rows.next(&self.costs) {
+            let row_count = piece.rows.len() as u64;
+            let wall_ms = self.renderer.draw_rows(view, piece.rows, piece.most + slack)?;
+            kernels += piece.expected;
+            self.costs.learn_grid(piece.expected, row_count, wall_ms);
+            let done = (kernels as f64 / total).min(1.0);
+            if observer.piece_done(&mut self.renderer, done) {
                 return Err(DrawError::Interrupted);
             }
         }
-        Ok(Drawn {
-            size,
-            kernels,
-            nodes: 0,
-            max_error: 0.0,
-            wall_ms: start.elapsed().as_secs_f64() * 1e3,
-        })
+        Ok(())
     }
+}
+
+/// Some rows of the traversal.
+struct Piece {
+    rows: std::ops::Range<u32>,
+    /// Kernels thought to be in them.
+    expected: u64,
+    /// Kernels there may be in them.
+    most: u64,
 }
 
 /// Cuts the traversal into pieces of about [`PIECE_MS`], from the known counts slice by slice.
@@ -350,13 +373,14 @@ struct RowPlan {
     /// Kernels in each slice of the outermost axis, far to near.
     slices: Vec<u64>,
     rows_per_slice: u32,
+    row_length: u64,
     total: u64,
     next_row: u32,
 }
 
 impl RowPlan {
     fn new(classified: &Classified, view: &View) -> Self {
-        let [a, b, _] = view.traversal.axes;
+        let [a, b, c] = view.traversal.axes;
         let counts = &classified.pyramid.active.per_slice[a];
         let split = view.traversal.splits[0];
         let far_first = counts[split..].iter().rev().chain(&counts[..split]);
@@ -365,54 +389,49 @@ impl RowPlan {
         Self {
             slices: far_first.map(|&n| u64::from(n)).collect(),
             rows_per_slice,
+            row_length: classified.volume.lattice.dims[c] as u64,
             total: classified.pyramid.active.total,
             next_row: 0,
         }
     }
 
-    /// The next rows, and at most how many kernels they hold.
-    fn next(&mut self, costs: &Costs) -> Option<(std::ops::Range<u32>, u64)> {
-        let slice_of = |row: u32| (row / self.rows_per_slice) as usize;
+    /// The next piece, with at least one row.
+    fn next(&mut self, costs: &Costs) -> Option<Piece> {
+        let per_slice = self.rows_per_slice;
+        let mut slice = (self.next_row / per_slice) as usize;
+        let within = self.next_row % per_slice;
         // Whole empty slices need not be looked at.
-        if self.next_row % self.rows_per_slice == 0 {
-            let skipped =
-                self.slices[slice_of(self.next_row)..].iter().take_while(|&&n| n == 0).count();
-            self.next_row += skipped as u32 * self.rows_per_slice;
+        if within == 0 {
+            slice += self.slices[slice..].iter().take_while(|&&n| n == 0).count();
         }
-        let first = self.next_row;
-        if slice_of(first) >= self.slices.len() {
-            return None;
+        let kernels = *self.slices.get(slice)?;
+        let first = slice as u32 * per_slice + within;
+        let slice_ms = costs.grid_ms(kernels, u64::from(per_slice));
+        if within > 0 || slice_ms > PIECE_MS {
+            // Part of a slice, taken as evenly filled.
+            let parts = (slice_ms / PIECE_MS).ceil().max(1.0);
+            let rows = (f64::from(per_slice) / parts).ceil().max(1.0) as u32;
+            let end = (first + rows).min((slice as u32 + 1) * per_slice);
+            self.next_row = end;
+            let count = u64::from(end - first);
+            return Some(Piece {
+                rows: first..end,
+                expected: kernels * count / u64::from(per_slice),
+                most: kernels.min(count * self.row_length),
+            });
         }
         let mut expected = 0;
-        let mut slice = slice_of(first);
-        let at_slice_start = first % self.rows_per_slice == 0;
-        let whole = |n: u64| costs.grid_ms(n, u64::from(self.rows_per_slice)) <= PIECE_MS;
-        if at_slice_start && whole(self.slices[slice]) {
-            let start = slice;
-            while slice < self.slices.len()
-                && (slice == start
-                    || costs.grid_ms(
-                        expected + self.slices[slice],
-                        u64::from(self.rows_per_slice) * (slice - start + 1) as u64,
-                    ) <= PIECE_MS)
-            {
-                expected += self.slices[slice];
-                slice += 1;
+        let mut end = slice;
+        while let Some(&more) = self.slices.get(end) {
+            let rows = u64::from(per_slice) * (end - slice + 1) as u64;
+            if end > slice && costs.grid_ms(expected + more, rows) > PIECE_MS {
+                break;
             }
-            self.next_row = slice as u32 * self.rows_per_slice;
-        } else {
-            // Part of a slice, taken as evenly filled.
-            let n = self.slices[slice];
-            let pieces =
-                (costs.grid_ms(n, u64::from(self.rows_per_slice)) / PIECE_MS).ceil().max(1.0);
-            let rows = (f64::from(self.rows_per_slice) / pieces).ceil().max(1.0) as u32;
-            let end = (first + rows).min((slice as u32 + 1) * self.rows_per_slice);
-            self.next_row = end;
-            // The renderer makes more room where the rows hold more than their share.
-            expected =
-                (2 * n * u64::from(end - first) / u64::from(self.rows_per_slice)).min(n).max(1);
+            expected += more;
+            end += 1;
         }
-        Some((first..self.next_row, expected))
+        self.next_row = end as u32 * per_slice;
+        Some(Piece { rows: first..self.next_row, expected, most: expected })
     }
 }
 
@@ -431,10 +450,7 @@ fn fragments(cut: &Cut, scene: &Scene, view: &View) -> f64 {
         RadialKernel::new(scene.splat.kernel, scene.splat.extent).map_or(0.5, |k| k.radius());
     let rows = view.view_from_index.transpose();
     let area = rows.x_axis.cross(rows.y_axis).length() * 4.0 * radius * radius;
-    cut.nodes
-        .iter()
-        .map(|n| area * f64::from(n.size[0] * n.size[1] * n.size[2]).powf(2.0 / 3.0))
-        .sum()
+    cut.nodes.iter().map(|n| area * f64::from(n.size[0] * n.size[1] * n.size[2]).powf(2.0 / 3.0)).sum()
 }
 
 /// The background's linear colour, if any.
