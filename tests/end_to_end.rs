@@ -2,6 +2,7 @@
 //!
 //! Needs Xvfb and xdotool; without them it says that it was skipped.
 #![cfg(target_os = "linux")]
+#![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
 mod desktop;
 

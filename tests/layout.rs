@@ -316,7 +316,8 @@ mod must_fail {
         @group(0) @binding(0) var<uniform> settings: Present;";
 
     fn found(source: &str, host: &HostStruct) -> Vec<String> {
-        differences(&naga::front::wgsl::parse_str(source).unwrap(), host).unwrap()
+        let module = naga::front::wgsl::parse_str(source).expect("it parses");
+        differences(&module, host).expect("it has the struct")
     }
 
     #[test]

@@ -289,7 +289,7 @@ impl Window {
             Ended::Finished(Err(ReadFailure::Refused(reason))) => self.notices.error(reason),
             Ended::Finished(Err(ReadFailure::NotRecognised(reason))) => {
                 match loading.source.path() {
-                    Some(path) => self.ask_raw_layout(&path.to_owned(), None, Some(reason)),
+                    Some(path) => self.ask_raw_layout(path, None, Some(reason)),
                     None => self.notices.error(reason),
                 }
             }

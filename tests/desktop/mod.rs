@@ -151,7 +151,7 @@ impl Program {
 
     /// Waits until the picture is exact and the window has nothing more to do.
     pub(crate) fn wait_for_rest(&mut self, after: usize) -> PassLine {
-        self.wait("finished picture", after, |pass| is_finished(pass));
+        self.wait("finished picture", after, is_finished);
         loop {
             let passes = self.passes();
             sleep(Duration::from_millis(700));
