@@ -15,9 +15,13 @@ use voxsplat::app::trace::PassLine;
 
 /// Side of the square in the lower left corner that the axes are painted in, pixels.
 const AXES_SIDE: u32 = 112;
-/// Moves of the mouse in a drag, and the time between two.
-const DRAG_STEPS: i32 = 60;
+/// Least and most moves of the mouse in a drag, and the time between two.
+const DRAG_STEPS: [usize; 2] = [60, 600];
 const DRAG_EVERY: Duration = Duration::from_millis(16);
+/// Views that a drag must have shown; a machine under load is given more moves for them.
+const LEAST_VIEWS: usize = 6;
+/// What the window allows a picture by default while it moves, milliseconds.
+const BUDGET_MS: f64 = 33.0;
 
 /// A small real scan where there is one, a demo else.
 fn volume() -> String {
@@ -51,6 +55,17 @@ fn assert_equals_render(display: &Display, program: &Program, file: &str, pass: 
     // An empty picture equals an empty picture.
     let seen = drawn.pixels().filter(|p| p.0.iter().any(|&c| c > 64)).count();
     assert!(seen > found.of / 100, "{seen} of {} pixels show anything", found.of);
+}
+
+/// How many views came with a picture while a button was held.
+fn views(passes: &[PassLine]) -> usize {
+    let mut cameras = Vec::new();
+    for pass in passes.iter().filter(|pass| pass.held && pass.picture_is_new) {
+        if !cameras.contains(&pass.camera) {
+            cameras.push(pass.camera);
+        }
+    }
+    cameras.len()
 }
 
 /// Prints how a drag went, for whoever measures.
@@ -95,29 +110,32 @@ fn a_volume_is_coarse_while_dragged_exact_at_rest_idle_then_and_survives_a_bad_f
     let first = program.passes().len();
     display.hand(&["mousedown", "1"]);
     let mut differing = 0;
-    for step in 0..DRAG_STEPS {
-        display.hand(&["mousemove_relative", "--", "4", "2"]);
+    for step in 0..DRAG_STEPS[1] {
+        // Back and forth, so that it stays on the screen.
+        let by = if step % 60 < 30 { "4" } else { "-4" };
+        display.hand(&["mousemove_relative", "--", by, "1"]);
         sleep(DRAG_EVERY);
         if step % 20 == 19 {
             let now = display.shot(opened.viewport);
             differing += usize::from(difference(&now, &before, |_, _| true).greatest > 16);
         }
+        if step + 1 >= DRAG_STEPS[0] && views(&program.passes()[first..]) >= LEAST_VIEWS {
+            break;
+        }
     }
     let passes = program.passes();
     let dragged = &passes[first..];
     print_drag(dragged);
-    assert_eq!(differing, 3, "the screen moves with the hand");
-    let mut cameras = Vec::new();
+    assert!(differing > 0, "the screen does not move with the hand");
+    assert!(views(dragged) >= LEAST_VIEWS, "{} views", views(dragged));
     for pass in dragged.iter().filter(|pass| pass.held && pass.picture_is_new) {
-        if !cameras.contains(&pass.camera) {
-            cameras.push(pass.camera);
-        }
         let picture = pass.picture.as_ref().expect("a new picture is one");
         let is_coarse = picture.kernels_drawn < picture.kernels_active
             || picture.size != picture.requested_size;
-        assert!(is_coarse || pass.camera == opened.camera, "exact while moving: {picture:?}");
+        // A machine that can draw everything in time may.
+        let may_be_exact = pass.camera == opened.camera || picture.frame_ms <= BUDGET_MS;
+        assert!(is_coarse || may_be_exact, "slow while moving: {picture:?}");
     }
-    assert!(cameras.len() > 3, "{} views in {DRAG_STEPS} moves", cameras.len());
 
     // Let go: exact again, from where the hand has left it.
     let released = program.passes().len();
