@@ -347,8 +347,8 @@ fn first_level<T: Scalar>(
                         if voxel.extinction > 0.0 {
                             cell.1 += 1;
                             counts.total += 1;
-                            for axis in 0..3 {
-                                counts.per_slice[axis][at[axis]] += 1;
+                            for (slices, index) in counts.per_slice.iter_mut().zip(at) {
+                                slices[index] += 1;
                             }
                         }
                         merged.merge(&voxel);
