@@ -25,9 +25,14 @@ fn main() {
     full = d.renderer.read_light().unwrap();
     let t=std::time::Instant::now(); let px = d.renderer.present(Some(LinearRgb::default())).unwrap(); println!("present {:.1}", t.elapsed().as_secs_f64()*1e3);
     image::save_buffer("/tmp/full.png", &px, size[0], size[1], image::ColorType::Rgba8).unwrap();
+<<<<<<< HEAD
+    d.renderer.time_passes().unwrap(); d.draw(&scene, size, Rung::Full, &mut ()).unwrap(); println!("{:?}", d.renderer.times()); d.renderer.stop_timing();
+=======
     d.renderer.time_passes().unwrap(); d.draw(&scene, size, Rung::Full, &mut ()).unwrap(); println!("{:?}", d.renderer.times());
+>>>>>>> pack
     if std::env::var("FULL").is_ok() { return; } for e in [0.2f32,0.15,0.1,0.07,0.05,0.03,0.02,0.01] { let r = d.draw(&scene, size, Rung::Octree{max_error:e}, &mut ()).unwrap(); let l=d.renderer.read_light().unwrap(); println!("octree {e} n={} {:.1} ms {:.2} dB", r.kernels, r.wall_ms, psnr(&l,&full)); 
      if e==0.05 { let px = d.renderer.present(Some(LinearRgb::default())).unwrap(); image::save_buffer("/tmp/oct.png", &px, size[0], size[1], image::ColorType::Rgba8).unwrap(); } }
+    for e in [0.1f32;0] { for k in [1u32,2,3,4,6] { let sz=[size[0]/k,size[1]/k]; let mut b=1e9f64; let mut n=0; for _ in 0..4 { let r=d.draw(&scene, sz, Rung::Octree{max_error:e}, &mut ()).unwrap(); b=b.min(r.wall_ms); n=r.kernels; } let l=d.renderer.read_light().unwrap(); let u=upsample(&l, sz, size); print!(" | e{e} /{k} n={n} {b:.1} ms {:.2}", psnr(&u,&full)); } println!(); }
     for level in [3,2,1] { let r = d.draw(&scene, size, Rung::Subsampled{level}, &mut ()).unwrap(); let l=d.renderer.read_light().unwrap(); println!("sub {level} n={} {:.1} ms {:.2} dB", r.kernels, r.wall_ms, psnr(&l,&full)); }
     for b in [8.0,16.0,24.0,33.0,60.0] { let mut r=None; for _ in 0..8 { r = Some(d.draw(&scene, size, Rung::Coarse{budget_ms:b}, &mut ()).unwrap()); } let r=r.unwrap(); let l=d.renderer.read_light().unwrap(); let u=upsample(&l, r.size, size); println!("coarse {b}: {:?} n={} e={} {:.1} ms {:.2} dB", r.size, r.kernels, r.max_error, r.wall_ms, psnr(&u,&full));
      let px = d.renderer.present(Some(LinearRgb::default())).unwrap(); image::save_buffer(format!("/tmp/coarse{b}.png"), &px, r.size[0], r.size[1], image::ColorType::Rgba8).unwrap(); }

@@ -3,12 +3,12 @@
 // Draw arguments (4 words), 4 unused; then one count a segment.
 @group(0) @binding(7) var<storage, read_write> counts: array<u32>;
 
-@compute @workgroup_size(64)
+@compute @workgroup_size(SEGMENT_THREADS)
 fn count_segments(
     @builtin(global_invocation_id) id: vec3<u32>,
     @builtin(num_workgroups) groups: vec3<u32>,
 ) {
-    let thread = id.y * groups.x * 64u + id.x;
+    let thread = id.y * groups.x * SEGMENT_THREADS + id.x;
     let per_row = traversal.axes.w;
     if thread >= traversal.counts.x * per_row {
         return;
@@ -21,5 +21,5 @@ fn count_segments(
         visible += select(0u, 1u, classify(linear_index(vec3<u32>(voxel))).w > 0.0);
         voxel[c] += segment.step;
     }
-    counts[8u + thread] = visible;
+    counts[COUNT_HEADER_WORDS + thread] = visible;
 }

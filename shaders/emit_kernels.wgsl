@@ -5,12 +5,12 @@
 
 const RECORD_WORDS: u32 = 7u;
 
-@compute @workgroup_size(64)
+@compute @workgroup_size(SEGMENT_THREADS)
 fn emit_kernels(
     @builtin(global_invocation_id) id: vec3<u32>,
     @builtin(num_workgroups) groups: vec3<u32>,
 ) {
-    let thread = id.y * groups.x * 64u + id.x;
+    let thread = id.y * groups.x * SEGMENT_THREADS + id.x;
     let per_row = traversal.axes.w;
     if thread >= traversal.counts.x * per_row {
         return;
@@ -18,7 +18,7 @@ fn emit_kernels(
     let segment = segment_at(traversal.splits.w + thread / per_row, thread % per_row);
     var voxel = vec3<i32>(segment.start);
     let c = traversal.axes.z;
-    var slot = offsets[8u + thread];
+    var slot = offsets[COUNT_HEADER_WORDS + thread];
     for (var i = 0u; i < segment.length; i++) {
         let entry = classify(linear_index(vec3<u32>(voxel)));
         if entry.w > 0.0 && slot < traversal.counts.y {

@@ -12,6 +12,8 @@ struct Scan {
 // Over the pieces of a picture: kernels, and the most by which one did not fit.
 @group(0) @binding(2) var<storage, read_write> totals: array<u32>;
 
+// Words of `counts` before the first segment's.
+const COUNT_HEADER_WORDS: u32 = 8u;
 const THREADS: u32 = 256u;
 var<workgroup> sums: array<u32, THREADS>;
 
@@ -23,7 +25,7 @@ fn scan_segments(@builtin(local_invocation_index) thread: u32) {
     let end = min(first + run, total);
     var sum = 0u;
     for (var i = first; i < end; i++) {
-        sum += counts[8u + i];
+        sum += counts[COUNT_HEADER_WORDS + i];
     }
     sums[thread] = sum;
     workgroupBarrier();
@@ -32,8 +34,8 @@ fn scan_segments(@builtin(local_invocation_index) thread: u32) {
         start += sums[i];
     }
     for (var i = first; i < end; i++) {
-        let count = counts[8u + i];
-        counts[8u + i] = start;
+        let count = counts[COUNT_HEADER_WORDS + i];
+        counts[COUNT_HEADER_WORDS + i] = start;
         start += count;
     }
     if thread == THREADS - 1u {

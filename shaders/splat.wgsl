@@ -32,7 +32,7 @@ struct Record {
 struct Radial {
     @builtin(position) position: vec4<f32>,
     // Unit kernel offset over the radius.
-    @location(0) local: vec2<f32>,
+    @location(0) @interpolate(linear) local: vec2<f32>,
     // Linear colour, and optical depth per unit of footprint.
     @location(1) @interpolate(flat) matter: vec4<f32>,
 }
@@ -139,7 +139,8 @@ fn vertex_radial(record: Record, @builtin(vertex_index) index: u32) -> Radial {
             kernel.determinant / across,
         ));
     }
-    let corner = TRIANGLE[index];
+    // One triangle is quicker to set up, and covers 1.3 times the pixels of the square.
+    let corner = select(corner_of(index), TRIANGLE[index % 3u], one_footprint);
     let unit = corner * frame.radius;
     let offset = vec2<f32>(factor.x * unit.x, factor.y * unit.x + factor.z * unit.y);
     return Radial(

@@ -13,5 +13,6 @@ fn main() -> ExitCode {
 
 fn window(flags: WindowFlags) -> Result<(), String> {
     let sources = flags.files.iter().map(|file| Source::of(file)).collect();
-    app::run(Options { sources, adapter: flags.adapter }).map_err(|error| error.to_string())
+    let options = Options { sources, adapter: flags.adapter, trace: flags.trace };
+    app::run(options).map_err(|error| error.to_string())
 }

@@ -4,6 +4,10 @@
 // inner axis. A brick that holds the eye's index is walked in two segments, from both its ends.
 
 const BRICK: u32 = 8u;
+// Threads in a workgroup of the passes that walk segments.
+const SEGMENT_THREADS: u32 = 64u;
+// Words of `counts` before the first segment's.
+const COUNT_HEADER_WORDS: u32 = 8u;
 // Stands for "no data" (NaN) among 32-bit samples.
 const NO_DATA: f32 = -3.4e38;
 

@@ -162,9 +162,8 @@ pub fn pressed(ctx: &Context) -> Vec<Action> {
     let focused = ctx.memory(|memory| memory.focused().is_some());
     let available = |shortcut: &KeyboardShortcut| {
         let activates_widgets = shortcut.logical_key == Key::Enter;
-        let taken =
-            (typing && shortcut.conflicts_with_text_editing()) || (focused && activates_widgets);
-        !taken
+        let is_taken = typing && shortcut.conflicts_with_text_editing();
+        !(is_taken || focused && activates_widgets)
     };
     let keys = ACTIONS.iter().filter_map(|e| Some((e.action, e.shortcut?)));
     keys.filter(|(_, shortcut)| available(shortcut))

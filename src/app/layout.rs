@@ -138,6 +138,7 @@ impl Window {
     fn viewport_ui(&mut self, ui: &mut Ui) {
         let area = PixelArea::covering(ui.max_rect(), ui.pixels_per_point());
         self.viewport_size = area.size;
+        self.viewport_pixels = area.pixels(ui.pixels_per_point());
         let response = ui.allocate_rect(area.rect, Sense::drag());
         response.widget_info(|| WidgetInfo::labeled(Role::Canvas, true, "Viewport"));
         if response.drag_started() {

@@ -19,11 +19,13 @@ pub mod reading;
 pub mod saving;
 pub mod settings;
 pub mod theme;
+pub mod trace;
 pub mod trihedron;
 pub mod viewport;
 mod window;
 pub mod words;
 
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use anyhow::anyhow;
@@ -35,6 +37,7 @@ use document::Source;
 use file_dialog::FileDialog;
 use pacing::{News, WAIT_FOR_PICTURE};
 use reading::Files;
+use trace::Traced;
 pub use window::{Parts, Window};
 
 /// The name by which the desktop knows the window, and the folder of its settings.
@@ -51,6 +54,8 @@ pub struct Options {
     pub sources: Vec<Source>,
     /// What to draw with.
     pub adapter: AdapterChoice,
+    /// Where to write down what was shown when; see [`trace`].
+    pub trace: Option<PathBuf>,
 }
 
 /// Opens the window and returns when it is closed.
@@ -71,12 +76,17 @@ pub fn run(options: Options) -> anyhow::Result<()> {
         dithering: false,
         ..NativeOptions::default()
     };
+    let trace = options.trace.map(|path| trace::create(&path)).transpose()?;
     let create = |creation: &eframe::CreationContext<'_>| {
         let ctx = &creation.egui_ctx;
         let settings = Window::stored_settings(creation.storage);
         let mut window = Window::new(ctx, parts(ctx, options.adapter), settings);
         window.open_all(ctx, options.sources);
-        Ok(Box::new(window) as Box<dyn eframe::App>)
+        let app: Box<dyn eframe::App> = match trace {
+            None => Box::new(window),
+            Some(file) => Box::new(Traced::new(window, file)),
+        };
+        Ok(app)
     };
     eframe::run_native("Voxsplat", native, Box::new(create)).map_err(|error| {
         anyhow!(

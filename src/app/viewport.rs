@@ -41,6 +41,13 @@ impl PixelArea {
         let extent = vec2(size[0] as f32, size[1] as f32) / pixels_per_point;
         Self { rect: Rect::from_min_size(min, extent), size }
     }
+
+    /// Left, top, width and height in physical pixels; what is beyond the screen's edge is 0.
+    pub fn pixels(&self, pixels_per_point: f32) -> [u32; 4] {
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "whole, ≥ 0")]
+        let whole = |points: f32| (points * pixels_per_point).round().max(0.0) as u32;
+        [whole(self.rect.min.x), whole(self.rect.min.y), self.size[0], self.size[1]]
+    }
 }
 
 /// The picture on screen.

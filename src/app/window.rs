@@ -77,6 +77,8 @@ pub struct Window {
     pub(super) viewport: Viewport,
     /// The viewport's size in physical pixels at the last pass.
     pub(super) viewport_size: [u32; 2],
+    /// The same with its place on the window before it: left, top, width, height.
+    pub(super) viewport_pixels: [u32; 4],
     pub(super) pacing: Pacing,
     pub(super) notices: Notices,
     pub(super) dialog: Option<Dialog>,
@@ -98,6 +100,7 @@ impl Window {
             curve: CurveEditor::default(),
             viewport: Viewport::default(),
             viewport_size: [1, 1],
+            viewport_pixels: [0, 0, 1, 1],
             pacing: Pacing::default(),
             notices: Notices::default(),
             dialog: None,

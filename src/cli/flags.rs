@@ -41,6 +41,9 @@ pub struct WindowFlags {
     /// Adapter to draw with: auto, software, or part of a name
     #[arg(long, value_parser = values::adapter, default_value = "auto", value_name = "NAME")]
     pub adapter: AdapterChoice,
+    /// Write down what the window showed and when: a line of JSON for every pass
+    #[arg(long, value_name = "T.jsonl")]
+    pub trace: Option<PathBuf>,
 }
 
 /// Which file, and how to read it.

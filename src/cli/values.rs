@@ -14,9 +14,9 @@ type Parsed<T> = Result<T, String>;
 pub struct List<T>(pub Vec<T>);
 
 /// (value, opacity) pairs.
-pub type Points = List<(f64, f64)>;
+pub(super) type Points = List<(f64, f64)>;
 /// A colour at a data value.
-pub type Stop = (f64, Srgb8);
+pub(super) type Stop = (f64, Srgb8);
 
 fn number(text: &str) -> Parsed<f64> {
     let value: f64 = text.trim().parse().map_err(|_| format!("expected a number, found \"{text}\""))?;

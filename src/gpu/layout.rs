@@ -1,7 +1,7 @@
 //! What crosses from host to shader, byte for byte.
 //!
 //! `tests/layout.rs` parses every shader and holds these structs to the WGSL ones of the same
-//! name: size, and the offset of every member.
+//! name (size, and the offset of every member), and the constants to theirs.
 
 use bytemuck::{Pod, Zeroable};
 
@@ -11,6 +11,12 @@ pub const RECORD_WORDS: usize = 7;
 pub const COUNT_HEADER_WORDS: usize = 8;
 /// Threads in a workgroup of the counting and emitting passes.
 pub const SEGMENT_THREADS: u32 = 64;
+/// Kernels thinner than this half axis, in pixels, are widened to it.
+pub const LEAST_HALF_AXIS: f64 = 1.0;
+/// Stands for NaN among 32-bit samples; the shaders' own `NO_DATA` lies between it and the data.
+pub const NO_DATA: f32 = -3.402e38;
+/// Finite 32-bit samples and infinities stay within ± this.
+pub const MOST_SAMPLE: f32 = 3.3e38;
 
 /// `Frame` in `shaders/lib/frame.wgsl`.
 #[repr(C)]

@@ -25,11 +25,12 @@ pub(super) struct Pipelines {
 }
 
 impl SplatVariant {
-    /// Vertices of one splat: a triangle about a radial kernel's ellipse, else a strip of two.
+    /// Vertices of one splat: a triangle about the ellipse of a voxel, a strip of two else.
     pub(super) fn vertices(self) -> u32 {
         match self.kernel {
-            Kernel::Gaussian | Kernel::Cubic => 3,
-            Kernel::Nearest | Kernel::Point => 4,
+            // Small ellipses cost their set-up, large ones their pixels.
+            Kernel::Gaussian | Kernel::Cubic if self.one_footprint => 3,
+            _ => 4,
         }
     }
 }

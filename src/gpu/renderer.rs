@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use super::context::Context;
 use super::frame::{self, Pass, PassTime, Source};
-use super::layout::{self, COUNT_HEADER_WORDS, RECORD_WORDS, Record, SEGMENT_THREADS};
+use super::layout::{self, COUNT_HEADER_WORDS, LEAST_HALF_AXIS, Record, SEGMENT_THREADS};
 use super::pipelines::{Pipelines, SplatVariant};
 use super::samples::{CHUNKS, DeviceSamples};
 use super::timing::{Timer, Timestamps};
@@ -17,10 +17,6 @@ use crate::kernel::{Kernel, ProjectedKernel, RadialKernel};
 use crate::scene::View;
 use crate::transfer::Table;
 use crate::volume::{BRICK, ScalarVolume};
-
-/// Kernels thinner than this half axis, in pixels, are widened to it; the same constant stands in
-/// `shaders/splat.wgsl`, held to this one by `tests/layout.rs`.
-pub const LEAST_HALF_AXIS: f64 = 1.0;
 
 /// Draws pieces of one picture at a time. Everything it holds can be made again from the scene.
 #[derive(Debug)]

@@ -2,16 +2,13 @@
 
 use super::GpuError;
 use super::context::Context;
+use super::layout::{MOST_SAMPLE, NO_DATA};
 use crate::core::Ticket;
 use crate::volume::{Samples, Scalar, ScalarVolume, Statistics};
 use crate::with_samples;
 
 /// Storage bindings that hold samples.
 pub(super) const CHUNKS: usize = 4;
-/// Stands for NaN among 32-bit samples; see `NO_DATA` in `shaders/lib/traversal.wgsl`.
-const NO_DATA: f32 = -3.402e38;
-/// Finite 32-bit samples and infinities stay within this.
-const MOST: f32 = 3.3e38;
 /// Samples converted between two looks at the ticket.
 const UPLOAD_SAMPLES: usize = 1 << 20;
 
@@ -113,7 +110,7 @@ fn to_f32(value: f64, bias: f64) -> f32 {
     if value.is_nan() {
         return NO_DATA;
     }
-    ((value - bias) as f32).clamp(-MOST, MOST)
+    ((value - bias) as f32).clamp(-MOST_SAMPLE, MOST_SAMPLE)
 }
 
 #[cfg(test)]
@@ -131,8 +128,8 @@ mod tests {
     #[test]
     fn nan_and_infinities_have_places_of_their_own() {
         assert_eq!(to_f32(f64::NAN, 0.0), NO_DATA);
-        assert_eq!(to_f32(f64::INFINITY, 0.0), MOST);
-        assert_eq!(to_f32(-1e300, 5.0), -MOST);
-        assert!(NO_DATA < -MOST);
+        assert_eq!(to_f32(f64::INFINITY, 0.0), MOST_SAMPLE);
+        assert_eq!(to_f32(-1e300, 5.0), -MOST_SAMPLE);
+        const { assert!(NO_DATA < -MOST_SAMPLE) }
     }
 }

@@ -17,7 +17,9 @@ pub struct Node {
     /// kept (a mean of extinctions would make one opaque voxel among eight 3.6 times too bright).
     pub extinction: f32,
     /// Root mean square deviation, over the node's voxels, of their (opacity, opacity · colour)
-    /// from its mean; never less than a child's, so that a cut is found without looking down.
+    /// from its mean, times the node's edge over a level-1 node's: what drawing it whole costs the
+    /// picture grows with the pixels it covers and the layers it stands for. Never less than a
+    /// child's, so that a cut is found without looking down.
     pub error: f32,
     /// Extinction-weighted mean colour, linear light, as 16-bit fractions of 1.
     pub colour: [u16; 3],
@@ -66,8 +68,10 @@ pub struct Pyramid {
 }
 
 /// Bins of [`Pyramid::error_for_count`], logarithmic between these errors.
-const GAIN_BINS: usize = 1024;
+const GAIN_BINS: usize = 2048;
 const LEAST_ERROR: f32 = 1e-5;
+/// No node is larger than 2^15 voxels, and no deviation larger than 1.
+const GREATEST_ERROR: f32 = 32768.0;
 
 /// Running sums of one node while the pyramid is built; means over its real voxels.
 #[derive(Clone, Copy, Default)]
@@ -179,13 +183,15 @@ impl Pyramid {
         let mut level_dims = dims.map(|n| n.div_ceil(2));
         let mut levels = vec![to_level(level_dims, &sums)];
         let mut size = voxel_depth * 2.0;
+        let mut edge = 2.0;
         while level_dims != [1, 1, 1] {
             ticket.checkpoint(0, 1)?;
             let coarser = level_dims.map(|n| n.div_ceil(2));
-            sums = next_level(level_dims, &sums, coarser, size);
+            sums = next_level(level_dims, &sums, coarser, size, edge);
             levels.push(to_level(coarser, &sums));
             level_dims = coarser;
             size *= 2.0;
+            edge *= 2.0;
         }
         let gains = gains(&levels);
         Ok(Self { dims, levels, active, gains })
@@ -220,14 +226,14 @@ fn bin_error(bin: usize) -> f32 {
     if bin == 0 {
         return 0.0;
     }
-    LEAST_ERROR * (2.0 / LEAST_ERROR).powf(bin as f32 / GAIN_BINS as f32)
+    LEAST_ERROR * (GREATEST_ERROR / LEAST_ERROR).powf(bin as f32 / GAIN_BINS as f32)
 }
 
 fn error_bin(error: f32) -> usize {
     if error <= LEAST_ERROR {
         return 0;
     }
-    let scaled = (error / LEAST_ERROR).ln() / (2.0 / LEAST_ERROR).ln() * GAIN_BINS as f32;
+    let scaled = (error / LEAST_ERROR).ln() / (GREATEST_ERROR / LEAST_ERROR).ln() * GAIN_BINS as f32;
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "within the bins")]
     let bin = scaled as usize;
     bin.min(GAIN_BINS - 1)
@@ -341,8 +347,8 @@ fn first_level<T: Scalar>(
                         if voxel.extinction > 0.0 {
                             cell.1 += 1;
                             counts.total += 1;
-                            for axis in 0..3 {
-                                counts.per_slice[axis][at[axis]] += 1;
+                            for (slices, index) in counts.per_slice.iter_mut().zip(at) {
+                                slices[index] += 1;
                             }
                         }
                         merged.merge(&voxel);
@@ -369,6 +375,7 @@ fn next_level(
     sums: &[(Sums, u16)],
     coarse: [usize; 3],
     child_size: f32,
+    edge: f32,
 ) -> Vec<(Sums, u16)> {
     let layer = coarse[0] * coarse[1];
     let mut out = vec![(Sums::default(), 0_u16); layer * coarse[2]];
@@ -388,7 +395,7 @@ fn next_level(
             }
             if *active > 0 {
                 merged.effective = effective_extinction(&children, child_size);
-                merged.error = merged.error.max(merged.rms());
+                merged.error = merged.error.max(merged.rms() * edge);
             }
         }
     });

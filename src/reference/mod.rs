@@ -2,7 +2,7 @@
 //!
 //! Owns quadrature along rays, compositing in order, and the order itself. Of a kernel it knows h(r)
 //! alone, never a footprint in closed form, a polynomial or a table, so that an error in those shows.
-//! Never sees the GPU or the hierarchy. Imports `core`, `volume`, `transfer`, `kernel`, `scene`.
+//! Refuses the GPU and the hierarchy. Imports `core`, `volume`, `transfer`, `kernel`, `scene`.
 
 mod kernels;
 mod line;

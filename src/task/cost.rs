@@ -16,14 +16,14 @@ pub struct Costs {
 impl Default for Costs {
     /// A software adapter on two cores; others correct it within a few pictures.
     fn default() -> Self {
-        Self { splat_ms: 0.9e-3, fragment_ms: 0.9e-6, voxel_ms: 0.6e-3, row_ms: 0.2e-3 }
+        Self { splat_ms: 0.45e-3, fragment_ms: 4e-6, voxel_ms: 0.7e-3, row_ms: 0.2e-3 }
     }
 }
 
 /// Weight of a new measurement against what was known.
 const TRUST: f64 = 0.3;
 /// Share of a coarse picture's budget that goes to splats as such; the rest to their pixels.
-const SPLAT_SHARE: f64 = 0.5;
+const SPLAT_SHARE: f64 = 0.6;
 
 impl Costs {
     /// Splats that a budget affords.

@@ -16,8 +16,10 @@ use super::cost::Costs;
 
 /// A piece should not keep the device from a newer request for longer than this.
 pub const PIECE_MS: f64 = 15.0;
-/// Least voxels in a picture's height a coarse picture is drawn at, whatever the budget.
+/// A coarse picture is at least this many pixels wide and high, whatever the budget,
 const LEAST_SIDE: f64 = 48.0;
+/// and at most this much smaller than what it is enlarged to.
+const MOST_SHRINK: f64 = 4.0;
 
 /// What to draw of a scene.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -97,6 +99,8 @@ pub struct Drawer {
     /// Measured prices.
     pub costs: Costs,
     classified: Option<Classified>,
+    /// How much smaller the last coarse picture was drawn than shown.
+    last_shrink: f64,
 }
 
 /// The volume under the transfer function.
@@ -112,7 +116,7 @@ struct Classified {
 impl Drawer {
     /// Nothing classified, nothing learnt.
     pub fn new(renderer: Renderer) -> Self {
-        Self { renderer, costs: Costs::default(), classified: None }
+        Self { renderer, costs: Costs::default(), classified: None, last_shrink: 2.0 }
     }
 
     /// Brings the device and the hierarchy up to the scene's volume and transfer function.
@@ -215,24 +219,24 @@ impl Drawer {
         budget_ms: f64,
         observer: &mut dyn Observer,
     ) -> Result<Drawn, DrawError> {
-        let Some(classified) = &self.classified else {
-            return Err(GpuError::Device("nothing was prepared".to_owned()).into());
-        };
-        let count = self.costs.splats_within(budget_ms);
-        let max_error = classified.pyramid.error_for_count(count);
+        let start = Instant::now();
+        let max_error = self.error_for_count(self.costs.splats_within(budget_ms));
         let view = View::new(scene, size);
-        let limits = CutLimits { max_error, finest_level: 0, min_radius_px: 1.0 };
+        // Nodes that would be under a pixel at the size drawn last are not split further.
+        let limits =
+            CutLimits { max_error, finest_level: 0, min_radius_px: self.last_shrink.max(1.0) };
         let cut = self.cut_of(scene, &view, limits);
         let fragments = fragments(&cut, scene, &view);
         let affordable = self.costs.fragments_within(budget_ms, cut.nodes.len() as u64);
         // Smooth pictures lose little at a smaller size, which is enlarged when shown.
-        let shrink = (fragments / affordable).sqrt().clamp(1.0, f64::from(size[1]) / LEAST_SIDE).max(1.0);
+        let most = (f64::from(size[0].min(size[1])) / LEAST_SIDE).clamp(1.0, MOST_SHRINK);
+        let shrink = (fragments / affordable).sqrt().clamp(1.0, most);
+        self.last_shrink = shrink;
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "1..=size")]
         let smaller = size.map(|n| (f64::from(n) / shrink).round().max(1.0) as u32);
         let view = View::new(scene, smaller);
         self.begin(scene, &view, scene.splat.kernel)?;
         let records: Vec<Record> = cut.nodes.iter().map(record).collect();
-        let start = Instant::now();
         self.draw_records(&records, observer)?;
         let wall_ms = start.elapsed().as_secs_f64() * 1e3;
         self.costs.learn(records.len() as u64, fragments / (shrink * shrink), wall_ms);

@@ -1,0 +1,430 @@
+//! Who may import whom (ARCHITECTURE.md): every path in `src/` is held to the tables below, tests
+//! included.
+#![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
+use std::collections::BTreeSet;
+use std::fmt;
+use std::fs;
+use std::path::Path;
+
+/// A room, and the rooms it may import.
+const ROOMS: [(&str, &[&str]); 13] = [
+    ("core", &[]),
+    ("volume", &["core"]),
+    ("transfer", &["core", "volume"]),
+    ("kernel", &["core", "volume", "transfer"]),
+    ("hierarchy", &["core", "volume", "transfer"]),
+    ("scene", &["core", "volume", "transfer", "kernel", "hierarchy"]),
+    // Truth shares no shortcut with what it judges: neither the GPU nor the hierarchy.
+    ("reference", &["core", "volume", "transfer", "kernel", "scene"]),
+    ("io", &["core", "volume"]),
+    ("gpu", &["core", "volume", "transfer", "kernel", "hierarchy", "scene"]),
+    (
+        "accuracy",
+        &["core", "volume", "transfer", "kernel", "hierarchy", "scene", "reference", "io", "gpu"],
+    ),
+    (
+        "task",
+        &[
+            "core",
+            "volume",
+            "transfer",
+            "kernel",
+            "hierarchy",
+            "scene",
+            "reference",
+            "io",
+            "gpu",
+            "accuracy",
+        ],
+    ),
+    // The window and the command line see the engine through `task`, and not each other.
+    ("app", &["core", "volume", "transfer", "kernel", "scene", "io", "accuracy", "task"]),
+    ("cli", &["core", "volume", "transfer", "kernel", "scene", "io", "accuracy", "task"]),
+];
+
+/// Names from outside, and the only rooms that may say them.
+const OUTSIDE: [(&str, &[&str]); 11] = [
+    ("wgpu", &["gpu"]),
+    ("egui", &["app"]),
+    ("eframe", &["app"]),
+    ("rfd", &["app"]),
+    ("clap", &["cli"]),
+    ("image", &["task", "app", "cli"]),
+    ("std::fs", &["io", "task", "app", "cli"]),
+    ("std::path", &["io", "task", "app", "cli"]),
+    ("std::process", &["cli"]),
+    ("std::net", &[]),
+    ("std::env", &["app", "cli"]),
+];
+
+/// Words that put pixels on the screen, and the only files that may say them.
+const TEXTURE_WORDS: [&str; 5] =
+    ["ColorImage", "TextureHandle", "TextureOptions", "TextureId", "load_texture"];
+const TEXTURE_FILES: [&str; 2] = [
+    // The one bridge between the engine's pictures and egui.
+    "app/viewport.rs",
+    // A grey slice of a file's bytes, which never was a picture of the engine.
+    "app/dialogs/raw.rs",
+];
+
+/// Macros at the crate's root, and the room each belongs to.
+const ROOT_MACROS: [(&str, &str); 1] = [("with_samples", "volume")];
+
+/// Where something stands that should not.
+#[derive(Debug, PartialEq, Eq, PartialOrd, Ord)]
+struct Violation {
+    file: String,
+    line: usize,
+    what: String,
+}
+
+impl fmt::Display for Violation {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "src/{}:{}: {}", self.file, self.line, self.what)
+    }
+}
+
+/// A word, `::`, or one other character, and its line.
+type Token = (usize, String);
+
+/// The tokens of Rust source, without comments, strings, characters and lifetimes.
+fn tokens(source: &str) -> Vec<Token> {
+    let bytes: Vec<char> = source.chars().collect();
+    let (mut tokens, mut at, mut line) = (Vec::new(), 0, 1);
+    let starts = |at: usize, text: &str| {
+        text.chars().enumerate().all(|(i, c)| bytes.get(at + i) == Some(&c))
+    };
+    while at < bytes.len() {
+        let begin = at;
+        let c = bytes[at];
+        if starts(at, "//") {
+            at += bytes[at..].iter().take_while(|&&c| c != '\n').count();
+        } else if starts(at, "/*") {
+            let mut depth = 0;
+            loop {
+                if starts(at, "/*") {
+                    (depth, at) = (depth + 1, at + 2);
+                } else if starts(at, "*/") {
+                    (depth, at) = (depth - 1, at + 2);
+                } else {
+                    at += 1;
+                }
+                if depth == 0 || at >= bytes.len() {
+                    break;
+                }
+            }
+        } else if let Some(end) = string_end(&bytes, at) {
+            at = end;
+        } else if c == '\'' {
+            // A lifetime unless a quote closes it.
+            let is_char = bytes.get(at + 1) == Some(&'\\') || bytes.get(at + 2) == Some(&'\'');
+            at += 1;
+            if is_char {
+                at += if bytes[at] == '\\' { 2 } else { 1 };
+                at += bytes[at..].iter().take_while(|&&c| c != '\'').count() + 1;
+            }
+        } else if c.is_alphanumeric() || c == '_' {
+            at += bytes[at..].iter().take_while(|c| c.is_alphanumeric() || **c == '_').count();
+            tokens.push((line, bytes[begin..at].iter().collect()));
+        } else if starts(at, "::") {
+            tokens.push((line, "::".to_owned()));
+            at += 2;
+        } else {
+            if !c.is_whitespace() {
+                tokens.push((line, c.to_string()));
+            }
+            at += 1;
+        }
+        line += bytes[begin..at.min(bytes.len())].iter().filter(|&&c| c == '\n').count();
+    }
+    tokens
+}
+
+/// Where the string literal that begins at `at` ends, if one does.
+fn string_end(bytes: &[char], at: usize) -> Option<usize> {
+    if at > 0 && (bytes[at - 1].is_alphanumeric() || bytes[at - 1] == '_') {
+        return None;
+    }
+    let prefix = bytes[at..].iter().take_while(|c| matches!(c, 'b' | 'c' | 'r')).count().min(2);
+    let raw = bytes[at..at + prefix].contains(&'r');
+    let hashes =
+        if raw { bytes[at + prefix..].iter().take_while(|&&c| c == '#').count() } else { 0 };
+    let mut end = at + prefix + hashes;
+    if bytes.get(end) != Some(&'"') {
+        return None;
+    }
+    end += 1;
+    while end < bytes.len() {
+        match bytes[end] {
+            '\\' if !raw => end += 2,
+            '"' if bytes[end + 1..].iter().take_while(|&&c| c == '#').count() >= hashes => {
+                return Some(end + 1 + hashes);
+            }
+            _ => end += 1,
+        }
+    }
+    Some(end)
+}
+
+/// A path as written, the modules it stands in, and its line.
+struct Written {
+    line: usize,
+    segments: Vec<String>,
+    inline_modules: usize,
+}
+
+/// Every path of two segments or more, and every `use`, with groups multiplied out.
+fn paths(tokens: &[Token]) -> Vec<Written> {
+    let word = |at: usize| tokens.get(at).map_or("", |t| t.1.as_str());
+    let is_name = |text: &str| text.starts_with(|c: char| c.is_alphabetic() || c == '_');
+    let mut found = Vec::new();
+    // For each open brace, whether it is a module's.
+    let mut braces: Vec<bool> = Vec::new();
+    let mut at = 0;
+    while at < tokens.len() {
+        match word(at) {
+            "{" => braces.push(at >= 2 && word(at - 2) == "mod"),
+            "}" => {
+                braces.pop();
+            }
+            text if is_name(text) => {
+                let after_use = at > 0 && matches!(word(at - 1), "use" | "crate" | "extern");
+                let inline_modules = braces.iter().filter(|&&is_module| is_module).count();
+                let mut leaves = Vec::new();
+                let end = tree(tokens, at, &mut Vec::new(), &mut leaves);
+                found.extend(
+                    leaves
+                        .into_iter()
+                        .filter(|(_, segments)| segments.len() > 1 || after_use)
+                        .map(|(line, segments)| Written { line, segments, inline_modules }),
+                );
+                at = end;
+                continue;
+            }
+            _ => {}
+        }
+        at += 1;
+    }
+    found
+}
+
+/// Reads a path or a use tree from `at`; where it ends.
+fn tree(
+    tokens: &[Token],
+    mut at: usize,
+    before: &mut Vec<String>,
+    leaves: &mut Vec<(usize, Vec<String>)>,
+) -> usize {
+    let word = |at: usize| tokens.get(at).map_or("", |t| t.1.as_str());
+    let (depth, line) = (before.len(), tokens[at].0);
+    loop {
+        before.push(word(at).to_owned());
+        at += 1;
+        if word(at) != "::" || matches!(word(at + 1), "<" | "*" | "(" | "" | "$") {
+            break;
+        }
+        at += 1;
+        if word(at) == "{" {
+            at += 1;
+            while at < tokens.len() && word(at) != "}" {
+                if matches!(word(at), "," | "*") {
+                    at += 1;
+                    continue;
+                }
+                at = tree(tokens, at, before, leaves);
+                if word(at) == "as" {
+                    at += 2;
+                }
+            }
+            before.truncate(depth);
+            return at + 1;
+        }
+    }
+    leaves.push((line, before.clone()));
+    before.truncate(depth);
+    at
+}
+
+/// What a file of a room breaks. `file` is relative to `src/`.
+fn violations(file: &str, source: &str) -> Vec<Violation> {
+    let room = file.split(['/', '.']).next().unwrap_or_default();
+    let allowed = ROOMS.iter().find(|(name, _)| *name == room).map(|(_, allowed)| *allowed);
+    // The crate's root is no room: lib.rs names all, main.rs hands one to the other.
+    let Some(allowed) = allowed else { return Vec::new() };
+    let tokens = tokens(source);
+    let mut found = BTreeSet::new();
+    let mut report = |line: usize, what: String| {
+        found.insert(Violation { file: file.to_owned(), line, what });
+    };
+    // `super`s from the file's own module to the crate's root.
+    let steps = file.split('/').count() - usize::from(file.ends_with("/mod.rs"));
+    for Written { line, segments, inline_modules } in paths(&tokens) {
+        let supers = segments.iter().take_while(|s| *s == "super").count();
+        let from_root = match segments[0].as_str() {
+            "crate" | "voxsplat" => 1,
+            "super" if supers >= steps + inline_modules => supers,
+            _ => 0,
+        };
+        if from_root > 0 {
+            let Some(target) = segments.get(from_root) else { continue };
+            let target = ROOT_MACROS
+                .iter()
+                .find(|(name, _)| name == target)
+                .map_or(target.as_str(), |(_, owner)| owner);
+            if target != room && !allowed.contains(&target) {
+                report(line, format!("{room} may not import {target}"));
+            }
+            continue;
+        }
+        // Re-exports count as what they are: `eframe::egui` is egui.
+        for start in 0..segments.len() {
+            for (outside, rooms) in OUTSIDE {
+                let same = outside.split("::").eq(segments[start..]
+                    .iter()
+                    .take(outside.split("::").count())
+                    .map(String::as_str));
+                // Modules of ours may bear any name; crates come first or behind a re-export.
+                let is_crate = start == 0 || segments[0] == "eframe";
+                if same && is_crate && !rooms.contains(&room) {
+                    report(line, format!("{room} may not name {outside}"));
+                }
+            }
+        }
+    }
+    if !TEXTURE_FILES.contains(&file) {
+        for (line, word) in &tokens {
+            if TEXTURE_WORDS.contains(&word.as_str()) {
+                report(*line, format!("{word} belongs to the bridge, {}", TEXTURE_FILES[0]));
+            }
+        }
+    }
+    found.into_iter().collect()
+}
+
+/// Every `.rs` file under `folder`: its path relative to `root`, with `/`.
+fn sources(root: &Path, folder: &Path, found: &mut Vec<String>) {
+    let entries = fs::read_dir(folder).unwrap();
+    let mut entries: Vec<_> = entries.map(|entry| entry.unwrap().path()).collect();
+    entries.sort();
+    for path in entries {
+        if path.is_dir() {
+            sources(root, &path, found);
+        } else if path.extension().is_some_and(|e| e == "rs") {
+            let relative = path.strip_prefix(root).unwrap();
+            let parts: Vec<_> = relative.iter().map(|part| part.to_str().unwrap()).collect();
+            found.push(parts.join("/"));
+        }
+    }
+}
+
+fn all_sources() -> Vec<(String, String)> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let mut files = Vec::new();
+    sources(&root, &root, &mut files);
+    let read = |file: String| {
+        let source = fs::read_to_string(root.join(&file)).unwrap();
+        (file, source)
+    };
+    files.into_iter().map(read).collect()
+}
+
+#[test]
+fn every_import_is_allowed() {
+    let found: Vec<String> = all_sources()
+        .iter()
+        .flat_map(|(file, source)| violations(file, source))
+        .map(|violation| violation.to_string())
+        .collect();
+    assert!(found.is_empty(), "{} imports break the rules:\n{}", found.len(), found.join("\n"));
+}
+
+#[test]
+fn every_room_is_in_the_table_and_the_table_has_no_cycle() {
+    let present: BTreeSet<String> = all_sources()
+        .iter()
+        .filter_map(|(file, _)| file.split_once('/').map(|(room, _)| room.to_owned()))
+        .collect();
+    let listed: BTreeSet<String> = ROOMS.iter().map(|(room, _)| (*room).to_owned()).collect();
+    assert_eq!(present, listed);
+    for (index, (room, allowed)) in ROOMS.iter().enumerate() {
+        for other in *allowed {
+            let before = ROOMS[..index].iter().any(|(earlier, _)| earlier == other);
+            assert!(before, "{room} may import {other}, which does not come before it");
+        }
+    }
+}
+
+#[test]
+fn every_room_says_what_it_owns_and_what_it_refuses() {
+    for (file, source) in all_sources() {
+        if file.ends_with("/mod.rs") && file.matches('/').count() == 1 {
+            let words: String = source.lines().take_while(|l| l.starts_with("//!")).collect();
+            for needed in ["Owns ", "Refuses "] {
+                let said = words.contains(needed);
+                assert!(said, "src/{file} does not say what the room {needed}");
+            }
+        }
+    }
+}
+
+/// What the scanner says of a made-up file, without the file's name.
+fn judged(file: &str, source: &str) -> Vec<String> {
+    violations(file, source).into_iter().map(|v| format!("{}: {}", v.line, v.what)).collect()
+}
+
+#[test]
+fn forbidden_imports_are_caught_however_they_are_written() {
+    let refused = |file: &str, source: &str, expected: &str| {
+        assert_eq!(judged(file, source), [expected], "{file}: {source}");
+    };
+    refused("core/x.rs", "\nuse crate::volume::Grid;", "2: core may not import volume");
+    refused("volume/x.rs", "use crate::{core, io::open};", "1: volume may not import io");
+    refused("gpu/x.rs", "use crate::{core::{self, Camera},\n app};", "2: gpu may not import app");
+    refused("reference/x.rs", "fn f() { crate::gpu::go(); }", "1: reference may not import gpu");
+    refused("reference/mod.rs", "use super::gpu;", "1: reference may not import gpu");
+    refused("io/vti/xml.rs", "use super::super::super::gpu;", "1: io may not import gpu");
+    refused(
+        "hierarchy/x.rs",
+        "#[cfg(test)] mod tests { use super::super::super::scene; }",
+        "1: hierarchy may not import scene",
+    );
+    refused("cli/x.rs", "impl crate::app::Window {}", "1: cli may not import app");
+    refused("io/x.rs", "type T = Vec<crate::task::Job>;", "1: io may not import task");
+    refused("gpu/x.rs", "use std::path::Path;", "1: gpu may not name std::path");
+    refused("gpu/x.rs", "use std::{io, fs::File};", "1: gpu may not name std::fs");
+    refused("gpu/x.rs", "use egui as e;", "1: gpu may not name egui");
+    refused("task/x.rs", "fn f(c: &eframe::Frame) {}", "1: task may not name eframe");
+    refused("app/x.rs", "#[derive(clap::Args)] struct A;", "1: app may not name clap");
+    refused("task/x.rs", "let d: ::wgpu::Device;", "1: task may not name wgpu");
+    refused("core/x.rs", "crate::with_samples!(s, v => v)", "1: core may not import volume");
+    refused(
+        "app/panels/view.rs",
+        "fn f(c: &Context) { c.load_texture(); }",
+        "1: load_texture belongs to the bridge, app/viewport.rs",
+    );
+    let cast = "use eframe::{egui, wgpu};";
+    assert_eq!(judged("app/x.rs", cast), ["1: app may not name wgpu"]);
+}
+
+#[test]
+fn words_in_comments_and_strings_and_allowed_imports_pass() {
+    for (file, source) in [
+        (
+            "core/x.rs",
+            "// use crate::gpu;\n/* /* crate::io::x */ crate::gpu::y */ //! clap::Parser",
+        ),
+        (
+            "core/x.rs",
+            r###"const A: &str = "crate::gpu::x \" crate::io"; const B: &str = r#"clap::"#;"###,
+        ),
+        ("core/x.rs", "fn f<'a>(c: &'a str) -> bool { c == '\"' || '\\'' == 'x' } // \""),
+        ("gpu/x.rs", "use super::super::core; use super::context; use crate::gpu::frame;"),
+        ("gpu/x.rs", "mod tests { use super::*; fn f() { super::x(); } }"),
+        ("task/x.rs", "let image = 5; image + eframe; use crate::gpu::Renderer;"),
+        ("io/x.rs", "use std::{fs, path::{Path, PathBuf}}; crate::with_samples!(a, b => c);"),
+        ("main.rs", "voxsplat::cli::run(); eframe::run_native();"),
+    ] {
+        assert_eq!(judged(file, source), [""; 0], "{file}: {source}");
+    }
+}

@@ -1,0 +1,356 @@
+//! Host and shaders agree: every stitched shader is valid WebGPU, and every struct and constant
+//! that crosses stands in both with the same bytes.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::mem::offset_of;
+use std::path::Path;
+
+use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
+use naga::{AddressSpace, Expression, Literal, Module, ShaderStage, Type, TypeInner};
+use voxsplat::gpu::layout::{self, COUNT_HEADER_WORDS, RECORD_WORDS, SEGMENT_THREADS};
+use voxsplat::gpu::shader::{self, Shader};
+use voxsplat::kernel::COEFFICIENTS;
+use voxsplat::volume::BRICK;
+
+/// A host struct: its name, its size in bytes, and its members with their offsets.
+struct HostStruct {
+    name: &'static str,
+    size: usize,
+    members: Vec<(&'static str, usize)>,
+}
+
+/// Lists a struct of `gpu::layout`; a member left out here does not compile.
+macro_rules! host_struct {
+    ($name:ident { $($member:ident),* $(,)? }) => {{
+        let layout::$name { $($member: _),* } = bytemuck::Zeroable::zeroed();
+        HostStruct {
+            name: stringify!($name),
+            size: size_of::<layout::$name>(),
+            members: vec![$((stringify!($member), offset_of!(layout::$name, $member))),*],
+        }
+    }};
+}
+
+fn host_structs() -> [HostStruct; 4] {
+    [
+        host_struct!(Frame {
+            view_x,
+            view_y,
+            view_z,
+            view_centre,
+            lattice_centre,
+            footprint,
+            half_size,
+            radius,
+            extinction_scale,
+            footprint_scale,
+            padding0,
+            padding1,
+            padding2,
+        }),
+        host_struct!(Traversal { dims, bricks, axes, splits, counts, table }),
+        host_struct!(Scan { counts }),
+        host_struct!(Present { background }),
+    ]
+}
+
+/// Constants that shaders and host both name, and the host's value.
+fn host_constants() -> [(&'static str, f64); 5] {
+    [
+        ("BRICK", BRICK as f64),
+        ("RECORD_WORDS", RECORD_WORDS as f64),
+        ("COUNT_HEADER_WORDS", COUNT_HEADER_WORDS as f64),
+        ("SEGMENT_THREADS", f64::from(SEGMENT_THREADS)),
+        ("LEAST_HALF_AXIS", layout::LEAST_HALF_AXIS),
+    ]
+}
+
+/// Parses and validates with the capabilities of WebGPU's defaults.
+fn validated(source: &str) -> Result<(Module, ModuleInfo), String> {
+    let module = naga::front::wgsl::parse_str(source).map_err(|e| e.emit_to_string(source))?;
+    let mut validator = Validator::new(ValidationFlags::all(), Capabilities::default());
+    let info = validator.validate(&module).map_err(|e| e.emit_to_string(source))?;
+    Ok((module, info))
+}
+
+fn parsed(shader: &Shader) -> Module {
+    let parsed = naga::front::wgsl::parse_str(&shader.source());
+    parsed.unwrap_or_else(|error| panic!("{}: {error}", shader.name))
+}
+
+fn named<'a>(module: &'a Module, name: &str) -> Option<&'a Type> {
+    module.types.iter().map(|(_, ty)| ty).find(|ty| ty.name.as_deref() == Some(name))
+}
+
+/// How the module's struct of the host's name differs; `None` where it has no such struct.
+fn differences(module: &Module, host: &HostStruct) -> Option<Vec<String>> {
+    let TypeInner::Struct { members, span } = &named(module, host.name)?.inner else { return None };
+    let mut found = Vec::new();
+    let name = host.name;
+    if *span as usize != host.size {
+        found.push(format!("{name}: {span} bytes in the shader, {} on the host", host.size));
+    }
+    if members.len() != host.members.len() {
+        let (shader, host) = (members.len(), host.members.len());
+        found.push(format!("{name}: {shader} members in the shader, {host} on the host"));
+    }
+    for (member, (host_member, host_offset)) in members.iter().zip(&host.members) {
+        let (member, offset) = (member.name.as_deref().unwrap_or_default(), member.offset);
+        if member != *host_member || offset as usize != *host_offset {
+            found.push(format!(
+                "{name}: {member} at {offset} in the shader, {host_member} at {host_offset} on \
+                 the host"
+            ));
+        }
+    }
+    Some(found)
+}
+
+/// The value of a module's constant.
+fn constant(module: &Module, name: &str) -> Option<f64> {
+    let (_, constant) = module.constants.iter().find(|(_, c)| c.name.as_deref() == Some(name))?;
+    match module.global_expressions[constant.init] {
+        Expression::Literal(Literal::U32(value)) => Some(f64::from(value)),
+        Expression::Literal(Literal::I32(value)) => Some(f64::from(value)),
+        Expression::Literal(Literal::F32(value)) => Some(f64::from(value)),
+        _ => None,
+    }
+}
+
+/// Fails with all of `found` at once.
+fn assert_none(found: &[String]) {
+    assert!(found.is_empty(), "{} differences:\n{}", found.len(), found.join("\n"));
+}
+
+#[test]
+fn every_shader_is_valid_with_the_defaults_of_webgpu() {
+    let failures: Vec<String> = shader::ALL
+        .iter()
+        .filter_map(|s| validated(&s.source()).err().map(|error| format!("{}: {error}", s.name)))
+        .collect();
+    assert_none(&failures);
+}
+
+#[test]
+fn the_splat_pass_is_valid_in_every_variant() {
+    let (module, info) = validated(&shader::SPLAT.source()).unwrap();
+    let names: Vec<&str> = module.overrides.iter().filter_map(|(_, o)| o.name.as_deref()).collect();
+    let flags = ["one_footprint", "perspective", "rim_root"];
+    // The others are the footprint's coefficients.
+    let coefficients = (0..COEFFICIENTS).map(|power| format!("c{power}"));
+    let expected: BTreeSet<String> =
+        flags.map(str::to_owned).into_iter().chain(coefficients).collect();
+    assert_eq!(names.iter().map(|&name| name.to_owned()).collect::<BTreeSet<_>>(), expected);
+    let mut failures = Vec::new();
+    for variant in 0..8_u32 {
+        let constants = [variant & 1, variant >> 1 & 1, variant >> 2].map(f64::from);
+        let constants = flags.iter().map(|&f| f.to_owned()).zip(constants).collect();
+        let processed =
+            naga::back::pipeline_constants::process_overrides(&module, &info, None, &constants);
+        if let Err(error) = processed {
+            failures.push(format!("{constants:?}: {error}"));
+        }
+    }
+    assert_none(&failures);
+}
+
+#[test]
+fn every_shader_file_is_part_of_some_pass() {
+    let sources: Vec<String> = shader::ALL.iter().map(Shader::source).collect();
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("shaders");
+    let (mut files, mut unused) = (0, Vec::new());
+    for folder in [root.clone(), root.join("lib")] {
+        for entry in fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.extension().is_some_and(|e| e == "wgsl") {
+                files += 1;
+                let text = fs::read_to_string(&path).unwrap();
+                if !sources.iter().any(|source| source.contains(&text)) {
+                    unused.push(path.display().to_string());
+                }
+            }
+        }
+    }
+    assert!(files >= shader::ALL.len(), "{files} files for {} passes", shader::ALL.len());
+    assert_none(&unused);
+}
+
+#[test]
+fn entry_points_bear_the_name_of_their_pass_or_of_their_stage() {
+    for shader in &shader::ALL {
+        let module = parsed(shader);
+        let names = |stage: ShaderStage| -> Vec<&str> {
+            let entries = module.entry_points.iter().filter(|e| e.stage == stage);
+            entries.map(|e| e.name.as_str()).collect()
+        };
+        let compute = names(ShaderStage::Compute);
+        if !compute.is_empty() {
+            assert_eq!((compute, module.entry_points.len()), (vec![shader.name], 1));
+            continue;
+        }
+        // Each vertex stage has its fragment stage: `vertex_box`, `fragment_box`.
+        let variants = |stage, word: &str| -> Vec<Option<&str>> {
+            names(stage).iter().map(|name| name.strip_prefix(word)).collect()
+        };
+        let vertex = variants(ShaderStage::Vertex, "vertex");
+        assert!(!vertex.is_empty() && vertex.iter().all(Option::is_some), "{}", shader.name);
+        assert_eq!(vertex, variants(ShaderStage::Fragment, "fragment"), "{}", shader.name);
+    }
+}
+
+#[test]
+fn bindings_count_up_from_zero() {
+    for shader in &shader::ALL {
+        let module = parsed(shader);
+        let mut bindings: Vec<(u32, u32)> = module
+            .global_variables
+            .iter()
+            .filter_map(|(_, v)| v.binding.as_ref().map(|b| (b.group, b.binding)))
+            .collect();
+        bindings.sort_unstable();
+        let expected: Vec<(u32, u32)> = (0_u32..).map(|b| (0, b)).take(bindings.len()).collect();
+        assert_eq!(bindings, expected, "{}", shader.name);
+    }
+}
+
+#[test]
+fn host_structs_have_the_layout_of_the_shaders() {
+    let modules = shader::ALL.map(|s| parsed(&s));
+    let mut found = Vec::new();
+    for host in host_structs() {
+        let mut seen = 0;
+        for (shader, module) in shader::ALL.iter().zip(&modules) {
+            if let Some(differences) = differences(module, &host) {
+                seen += 1;
+                found.extend(differences.iter().map(|d| format!("{}: {d}", shader.name)));
+            }
+        }
+        if seen == 0 {
+            found.push(format!("{}: in no shader", host.name));
+        }
+    }
+    assert_none(&found);
+}
+
+#[test]
+fn every_uniform_is_a_listed_host_struct() {
+    let listed = host_structs().map(|host| host.name);
+    for shader in &shader::ALL {
+        let module = parsed(shader);
+        for (_, variable) in module.global_variables.iter() {
+            if variable.space == AddressSpace::Uniform {
+                let name = module.types[variable.ty].name.as_deref().unwrap_or("unnamed");
+                assert!(listed.contains(&name), "{}: {name} is not compared", shader.name);
+            }
+        }
+    }
+}
+
+#[test]
+fn records_are_read_as_they_are_written() {
+    let host = host_struct!(Record { centre, extinction, packed });
+    let module = parsed(&shader::SPLAT);
+    let Some(TypeInner::Struct { members, .. }) = named(&module, "Record").map(|ty| &ty.inner)
+    else {
+        panic!("splat has no struct Record");
+    };
+    // A vertex buffer is packed: each attribute begins where the one before ends.
+    let mut offset = 0;
+    for ((location, member), (name, host_offset)) in (0_u32..).zip(members).zip(&host.members) {
+        let bound = matches!(member.binding, Some(naga::Binding::Location { location: l, .. })
+            if l == location);
+        assert!(bound, "{name} is not at location {location}");
+        assert_eq!((member.name.as_deref(), offset), (Some(*name), *host_offset));
+        offset += module.types[member.ty].inner.size(module.to_ctx()) as usize;
+    }
+    assert_eq!((members.len(), offset), (host.members.len(), host.size));
+    assert_eq!(host.size, RECORD_WORDS * 4);
+}
+
+#[test]
+fn shared_constants_are_equal() {
+    let modules = shader::ALL.map(|s| parsed(&s));
+    let mut found = Vec::new();
+    for (name, host) in host_constants() {
+        let values = shader::ALL.iter().zip(&modules);
+        let values: Vec<(&str, f64)> =
+            values.filter_map(|(s, m)| constant(m, name).map(|v| (s.name, v))).collect();
+        if values.is_empty() {
+            found.push(format!("{name}: in no shader"));
+        }
+        for (shader, value) in values {
+            if value != host {
+                found.push(format!("{name}: {value} in {shader}, {host} on the host"));
+            }
+        }
+    }
+    assert_none(&found);
+}
+
+#[test]
+fn workgroups_have_the_size_that_the_host_dispatches() {
+    for shader in [shader::COUNT_SEGMENTS, shader::EMIT_KERNELS] {
+        let module = parsed(&shader);
+        assert_eq!(module.entry_points[0].workgroup_size, [SEGMENT_THREADS, 1, 1]);
+    }
+    // The scan runs as one workgroup, within WebGPU's limit.
+    let [x, y, z] = parsed(&shader::SCAN_SEGMENTS).entry_points[0].workgroup_size;
+    assert!(x <= 256 && y == 1 && z == 1, "{x} × {y} × {z}");
+}
+
+#[test]
+fn no_data_lies_below_every_sample_on_both_sides() {
+    let threshold = constant(&parsed(&shader::COUNT_SEGMENTS), "NO_DATA").unwrap();
+    let (no_data, least) = (f64::from(layout::NO_DATA), -f64::from(layout::MOST_SAMPLE));
+    assert!(no_data < threshold && threshold < least, "{no_data} {threshold} {least}");
+    // A shader need not round a constant the way the host does.
+    let margin = 1e-4 * least.abs();
+    assert!(threshold - no_data > margin && least - threshold > margin);
+}
+
+mod must_fail {
+    use super::*;
+
+    const PRESENT_MOVED: &str = "struct Present { shift: f32, background: vec4<f32> }
+        @group(0) @binding(0) var<uniform> settings: Present;";
+
+    fn found(source: &str, host: &HostStruct) -> Vec<String> {
+        let module = naga::front::wgsl::parse_str(source).expect("it parses");
+        differences(&module, host).expect("it has the struct")
+    }
+
+    #[test]
+    fn a_moved_member_is_caught() {
+        let [.., host] = host_structs();
+        assert_eq!(found("struct Present { background: vec4<f32> }", &host), [""; 0]);
+        let moved = found(PRESENT_MOVED, &host).join("\n");
+        assert!(moved.contains("32 bytes in the shader, 16 on the host"), "{moved}");
+        assert!(moved.contains("2 members in the shader, 1 on the host"), "{moved}");
+        assert!(moved.contains("shift at 0 in the shader, background at 0"), "{moved}");
+    }
+
+    #[test]
+    fn two_members_that_changed_places_are_caught() {
+        let [_, host, ..] = host_structs();
+        let swapped = "struct Traversal { dims: vec4<u32>, bricks: vec4<u32>, splits: vec4<u32>,
+            axes: vec4<u32>, counts: vec4<u32>, table: vec4<f32> }";
+        assert_eq!(found(swapped, &host).len(), 2);
+    }
+
+    #[test]
+    fn another_constant_and_a_missing_one_are_caught() {
+        let source = "const BRICK: u32 = 4u;";
+        let module = naga::front::wgsl::parse_str(source).unwrap();
+        assert_eq!(constant(&module, "BRICK"), Some(4.0));
+        assert_ne!(constant(&module, "BRICK"), Some(BRICK as f64));
+        assert_eq!(constant(&module, "RECORD_WORDS"), None);
+    }
+
+    #[test]
+    fn shaders_that_do_not_parse_or_ask_for_more_than_the_defaults_are_caught() {
+        assert!(validated("fn f() { let x = ; }").is_err());
+        assert!(validated("fn f() -> u32 { return 1.5; }").is_err());
+        assert!(validated("var<private> x: f64;").is_err());
+    }
+}
