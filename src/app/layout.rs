@@ -39,8 +39,9 @@ impl Window {
                 .size_range(336.0..=560.0)
                 .show(ui, |ui| self.side_ui(ui));
         }
-        let behind = Frame::new().fill(theme::VIEWPORT);
-        CentralPanel::no_frame().frame(behind).show(ui, |ui| self.viewport_ui(ui));
+        // No fill: the window is cleared to the viewport's colour, and on a software adapter each
+        // layer of that size takes as long as a coarse picture.
+        CentralPanel::no_frame().show(ui, |ui| self.viewport_ui(ui));
     }
 
     fn menus_ui(&mut self, ui: &mut Ui) {
