@@ -572,5 +572,5 @@ fn the_axes_of_a_patient_are_named() {
 }
 
 fn absolute(name: &str) -> PathBuf {
-    std::path::absolute(name).unwrap()
+    std::path::absolute(name).expect("there is a working folder")
 }
