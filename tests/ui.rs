@@ -1,6 +1,5 @@
 //! The window from outside: keys, mouse, widgets by their accessible names, with a stand-in for
 //! the engine that draws gradients and one for the readers that knows a few names.
-#![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
 mod ui_support;
 
