@@ -51,7 +51,7 @@ impl Default for Settings {
             background: Srgb8([17, 19, 23]),
             transparent_background: false,
             full_quality_while_moving: false,
-            show_partial: true,
+            show_partial: false,
             ladder: Ladder::default(),
             view_angle_deg: 30.0,
             side_panel: true,
@@ -109,10 +109,11 @@ impl Settings {
 }
 
 /// The ladders with their names in the interface and in the settings file.
-pub const LADDERS: [(Ladder, &str, &str); 3] = [
+pub const LADDERS: [(Ladder, &str, &str); 4] = [
     (Ladder::Octree, "Octree", "Fewer, larger splats fitted to an error that falls step by step"),
     (Ladder::Subsampling, "Subsampling", "Every fourth voxel, then every second, then every one"),
     (Ladder::CheaperKernels, "Cheaper kernels", "Points, then boxes, then the chosen kernel"),
+    (Ladder::AtOnce, "At once", "Nothing before the full picture"),
 ];
 
 /// A ladder as its name, so that the file stays readable.

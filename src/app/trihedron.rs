@@ -3,8 +3,9 @@
 use eframe::egui::{Align2, FontId, Painter, Pos2, Rect, Stroke, vec2};
 use glam::DVec3;
 
-use super::{camera_control, theme};
+use super::theme;
 use crate::core::Camera;
+use crate::scene;
 
 /// Length of an axis that lies in the picture, points.
 const LENGTH: f32 = 30.0;
@@ -39,7 +40,7 @@ pub fn paint(painter: &Painter, rect: Rect, camera: &Camera, space: Option<&str>
     if rect.width() < 4.0 * INSET || rect.height() < 4.0 * INSET {
         return;
     }
-    let letters = camera_control::axis_letters(space);
+    let letters = scene::axis_letters(space);
     let origin = Pos2::new(rect.left() + INSET, rect.bottom() - INSET);
     for axis in axes_of(camera) {
         let direction = vec2(axis.tip[0], axis.tip[1]);

@@ -7,7 +7,7 @@ use std::time::Duration;
 use eframe::egui::{Context, Ui, ViewportCommand};
 
 use super::actions::{self, Action};
-use super::camera_control::{self, NamedView};
+use super::camera_control;
 use super::dialogs::Outcome;
 use super::dialogs::open_path::OpenPath;
 use super::dialogs::raw::RawDialog;
@@ -25,7 +25,7 @@ use super::settings::Settings;
 use super::theme;
 use super::viewport::Viewport;
 use crate::core::{Camera, Projection};
-use crate::scene::{Background, Scene, SplatSettings};
+use crate::scene::{self, Background, NamedView, Scene, SplatSettings};
 use crate::task::engine::EngineState;
 
 /// Between two looks at the progress of a job.
@@ -213,7 +213,7 @@ impl Window {
 
     fn has_anterior_y(&self) -> bool {
         let space = self.document.as_ref().and_then(|d| d.grid.space.as_deref());
-        camera_control::is_anterior_y(space)
+        scene::is_anterior_y(space)
     }
 
     fn reset_view(&mut self) {
@@ -242,7 +242,7 @@ impl Window {
         let framed = camera_control::framed(
             &volume.lattice,
             NamedView::Isometric,
-            camera_control::is_anterior_y(space),
+            scene::is_anterior_y(space),
             self.viewport_size.map(f64::from),
         );
         let camera = match before {

@@ -33,7 +33,7 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
     }
     let volume = open::scalar(&input, flags.field.as_deref(), flags.component)?;
     let load_ms = start.elapsed().as_secs_f64() * 1e3;
-    let scene = scene(flags, scene::opening(volume));
+    let scene = scene(flags, scene::opening(volume, input.grid.space.as_deref()));
     let kernels_total = scene.volume.lattice.len() as u64;
     let engine = Engine::start(flags.adapter.clone(), || ());
     let request = StillRequest {
@@ -47,9 +47,9 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
     match format {
         None => {
             let bytes = picture_file::png_bytes(&still).map_err(Failure::Failed)?;
-            std::io::stdout()
-                .write_all(&bytes)
-                .map_err(|error| Failure::Failed(format!("the picture could not be written: {error}")))?;
+            std::io::stdout().write_all(&bytes).map_err(|error| {
+                Failure::Failed(format!("the picture could not be written: {error}"))
+            })?;
         }
         Some(format) => {
             picture_file::write(&still, format, &flags.output).map_err(Failure::Failed)?;
@@ -89,9 +89,9 @@ fn refine(flags: &RenderFlags) -> Result<Refine, Failure> {
         (RefineFlag::Coarse, None, None) => usage(
             "expected --budget-ms or --max-error with --refine coarse, found neither; give one",
         ),
-        (RefineFlag::Coarse, Some(_), Some(_)) => usage(
-            "expected one of --budget-ms and --max-error, found both; leave one out",
-        ),
+        (RefineFlag::Coarse, Some(_), Some(_)) => {
+            usage("expected one of --budget-ms and --max-error, found both; leave one out")
+        }
     }
 }
 

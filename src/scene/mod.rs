@@ -3,8 +3,10 @@
 //! Owns [`Scene`] and the settings people change. Refuses drawing, files and widgets. The GPU's
 //! whole state can be rebuilt from it. Imports `core`, `volume`, `transfer`, `kernel`, `hierarchy`.
 
+mod framing;
 mod view;
 
+pub use framing::{NamedView, axis_letters, is_anterior_y};
 pub use view::{Traversal, View};
 
 use std::sync::Arc;
@@ -77,19 +79,17 @@ impl Scene {
 }
 
 /// What a newly opened volume is seen as: a transfer function from its histogram, the whole
-/// lattice from the corner between its front, right and top, black behind.
-pub fn opening(volume: Arc<ScalarVolume>) -> Scene {
+/// lattice in the isometric view, black behind. `space` is what the file calls its space.
+pub fn opening(volume: Arc<ScalarVolume>, space: Option<&str>) -> Scene {
+    let (direction, up) = NamedView::Isometric.direction_and_up(is_anterior_y(space));
     Scene {
         transfer: presets::default_for(&volume.statistics),
-        camera: framing_camera(&volume.lattice, ISOMETRIC, DVec3::Z),
+        camera: framing_camera(&volume.lattice, direction, up),
         splat: SplatSettings::default(),
         background: Background::Colour(Srgb8::BLACK),
         volume,
     }
 }
-
-/// From the corner between front (−y), right (+x) and top (+z) towards the middle.
-pub const ISOMETRIC: DVec3 = DVec3::new(-1.0, 1.0, -1.0);
 
 /// A camera along `direction` that shows the whole lattice, every voxel's box, with a margin of a
 /// twentieth, in any picture at least as wide as it is high.

@@ -57,6 +57,8 @@ pub enum Ladder {
     Subsampling,
     /// Points, boxes, then the chosen kernel (Westover).
     CheaperKernels,
+    /// Nothing before `full`.
+    AtOnce,
 }
 
 /// A finished (or partial) picture and what it is.
@@ -210,8 +212,7 @@ impl Engine {
     /// What went wrong, in one sentence.
     pub fn still(&self, request: StillRequest, ticket: &Ticket) -> Result<Still, StillError> {
         let (sender, receiver) = mpsc::sync_channel(1);
-        self.shared.lock().pending =
-            Some(Posted::Still(Box::new(request), ticket.clone(), sender));
+        self.shared.lock().pending = Some(Posted::Still(Box::new(request), ticket.clone(), sender));
         self.shared.posted.notify_one();
         receiver.recv().unwrap_or_else(|_| {
             Err(GpuError::Device("the drawing thread ended early".to_owned()).into())
@@ -312,9 +313,10 @@ impl Worker {
     fn still(&mut self, request: &StillRequest, ticket: &Ticket) -> Result<Still, StillError> {
         let mut tries = 0;
         loop {
-            let result = self.device().map_err(StillError::from).and_then(|drawer| {
-                still::draw(drawer, request, ticket)
-            });
+            let result = self
+                .device()
+                .map_err(StillError::from)
+                .and_then(|drawer| still::draw(drawer, request, ticket));
             match result {
                 Err(StillError::Gpu(GpuError::Lost(_))) if tries < REBUILDS => self.drop_device(),
                 other => return other,
@@ -394,7 +396,7 @@ impl Worker {
                     .last_coarse
                     .as_ref()
                     .is_some_and(|(last, at)| *at == size && last.makes_same_picture(scene));
-                if !seen {
+                if !seen && ladder != Ladder::AtOnce {
                     self.rung(request, Rung::Coarse { budget_ms }, false, 0.0)?;
                 }
                 let rungs = self.ladder(scene, ladder)?;
@@ -425,8 +427,13 @@ impl Worker {
                     vec![Rung::Octree { max_error: drawer.error_for_count(nodes) }]
                 }
             }
-            Ladder::Subsampling => vec![Rung::Subsampled { level: 2 }, Rung::Subsampled { level: 1 }],
-            Ladder::CheaperKernels => vec![Rung::Cheaper(Kernel::Point), Rung::Cheaper(Kernel::Nearest)],
+            Ladder::Subsampling => {
+                vec![Rung::Subsampled { level: 2 }, Rung::Subsampled { level: 1 }]
+            }
+            Ladder::AtOnce => Vec::new(),
+            Ladder::CheaperKernels => {
+                vec![Rung::Cheaper(Kernel::Point), Rung::Cheaper(Kernel::Nearest)]
+            }
         };
         rungs.retain(|rung| *rung != Rung::Cheaper(scene.splat.kernel));
         rungs.push(Rung::Full);
