@@ -1,6 +1,5 @@
 //! The window from outside: keys, mouse, widgets by their accessible names, with a stand-in for
 //! the engine that draws gradients and one for the readers that knows a few names.
-#![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
 mod ui_support;
 
@@ -572,5 +571,5 @@ fn the_axes_of_a_patient_are_named() {
 }
 
 fn absolute(name: &str) -> PathBuf {
-    std::path::absolute(name).unwrap()
+    std::path::absolute(name).expect("there is a working folder")
 }

@@ -26,21 +26,21 @@ const OVERLAY_WIDTH: f32 = 640.0;
 impl Window {
     /// One pass of everything but the dialogs.
     pub(super) fn layout_ui(&mut self, ui: &mut Ui) {
-        let bar = Frame::new().fill(theme::PANEL).inner_margin(Margin::symmetric(8, 3));
+        // No panel is filled: the window is cleared to their colour, and on a software adapter each
+        // filled layer of that size takes as long as a coarse picture.
+        let bar = Frame::new().inner_margin(Margin::symmetric(8, 3));
         Panel::top("menus").frame(bar).show(ui, |ui| self.menus_ui(ui));
         let line = bar.inner_margin(Margin::symmetric(12, 4));
         Panel::bottom("status").frame(line).exact_size(28.0).show(ui, |ui| self.status_ui(ui));
         if self.settings.side_panel {
-            let frame = Frame::new().fill(theme::PANEL);
             Panel::right("side")
-                .frame(frame)
+                .frame(Frame::NONE)
                 .resizable(true)
                 .default_size(SIDE_WIDTH)
                 .size_range(336.0..=560.0)
                 .show(ui, |ui| self.side_ui(ui));
         }
-        let behind = Frame::new().fill(theme::VIEWPORT);
-        CentralPanel::no_frame().frame(behind).show(ui, |ui| self.viewport_ui(ui));
+        CentralPanel::no_frame().show(ui, |ui| self.viewport_ui(ui));
     }
 
     fn menus_ui(&mut self, ui: &mut Ui) {
@@ -99,8 +99,8 @@ impl Window {
 
     fn status_ui(&mut self, ui: &mut Ui) {
         let drawer = &self.parts.drawer;
-        let report = self.viewport.picture().map(|picture| &picture.report);
-        status::status_ui(ui, report, &drawer.state(), drawer.adapter_name().as_deref());
+        let report = self.viewport.picture().map(|picture| picture.report.clone());
+        status::status_ui(ui, report.as_ref(), &drawer.state(), drawer.adapter_name().as_deref());
     }
 
     fn side_ui(&mut self, ui: &mut Ui) {

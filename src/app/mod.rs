@@ -80,7 +80,10 @@ pub fn run(options: Options) -> anyhow::Result<()> {
     let create = |creation: &eframe::CreationContext<'_>| {
         let ctx = &creation.egui_ctx;
         let settings = Window::stored_settings(creation.storage);
-        let mut window = Window::new(ctx, parts(ctx, options.adapter), settings);
+        let screen = creation.wgpu_render_state.as_ref();
+        let screen_format = screen.map(|state| state.target_format);
+        let parts = parts(ctx, options.adapter, screen_format);
+        let mut window = Window::new(ctx, parts, settings);
         window.open_all(ctx, options.sources);
         let app: Box<dyn eframe::App> = match trace {
             None => Box::new(window),
@@ -97,13 +100,19 @@ pub fn run(options: Options) -> anyhow::Result<()> {
 }
 
 /// The real engine, readers and dialogs.
-fn parts(ctx: &Context, adapter: AdapterChoice) -> Parts {
+fn parts(
+    ctx: &Context,
+    adapter: AdapterChoice,
+    screen_format: Option<wgpu::TextureFormat>,
+) -> Parts {
     let news = Arc::new(News::new(ctx));
     let announced = Arc::clone(&news);
     Parts {
         drawer: Box::new(Engine::start(adapter.clone(), move || announced.announce())),
         news,
         wait_for_picture: WAIT_FOR_PICTURE,
+        // Built with wgpu alone, the window always has one.
+        screen_format: screen_format.unwrap_or(wgpu::TextureFormat::Rgba8Unorm),
         library: Arc::new(Files),
         renderer: saving::engine_renderer(adapter),
         chooser: Box::new(FileDialog::open),

@@ -15,7 +15,7 @@ pub const REST_AFTER_SECS: f64 = 0.12;
 ///
 /// A pass of the interface costs as much as a coarse picture on a software adapter, so while the
 /// hand moves it is better to show that picture in this pass than to run another for it.
-pub const WAIT_FOR_PICTURE: Duration = Duration::from_millis(16);
+pub const WAIT_FOR_PICTURE: Duration = Duration::from_millis(24);
 /// Least time between two repaints for the engine's sake while the view rests.
 const REPAINT_AT_REST: Duration = Duration::from_millis(200);
 

@@ -47,7 +47,7 @@ impl Default for Settings {
     fn default() -> Self {
         Self {
             recent: Vec::new(),
-            budget_ms: 33.0,
+            budget_ms: 20.0,
             background: Srgb8([17, 19, 23]),
             transparent_background: false,
             full_quality_while_moving: false,

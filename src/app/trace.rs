@@ -87,7 +87,7 @@ impl Traced {
 
     fn line(&mut self, ctx: &egui::Context) -> PassLine {
         let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
-        let picture = self.window.viewport.picture().cloned();
+        let picture = self.window.viewport.picture();
         let is_same =
             |shown: &Arc<Picture>| picture.as_ref().is_some_and(|p| Arc::ptr_eq(p, shown));
         let picture_is_new = picture.is_some() && !self.shown.as_ref().is_some_and(is_same);

@@ -41,6 +41,8 @@ pub struct Parts {
     pub news: Arc<News>,
     /// How long a pass may wait for the picture of a change it has posted.
     pub wait_for_picture: Duration,
+    /// What the window's surface holds.
+    pub screen_format: wgpu::TextureFormat,
     /// Who reads.
     pub library: Arc<dyn Library>,
     /// Who draws pictures to be saved.
@@ -93,12 +95,12 @@ impl Window {
     pub fn new(ctx: &Context, parts: Parts, settings: Settings) -> Self {
         theme::apply(ctx);
         Self {
+            viewport: Viewport::new(parts.screen_format),
             parts,
             settings: settings.sanitised(),
             document: None,
             scene: None,
             curve: CurveEditor::default(),
-            viewport: Viewport::default(),
             viewport_size: [1, 1],
             viewport_pixels: [0, 0, 1, 1],
             pacing: Pacing::default(),
@@ -418,7 +420,7 @@ impl Window {
         };
         match &self.parts.pictures_folder {
             Ok(folder) => {
-                let (picture, name) = (Arc::clone(picture), document.source.name());
+                let name = document.source.name();
                 self.saving.push(saving::save_screenshot(ctx, picture, folder, &name));
             }
             Err(reason) => self.notices.error(reason.clone()),
@@ -484,7 +486,7 @@ impl Window {
 
     fn take_picture(&mut self, ctx: &Context) {
         if let Some(picture) = self.parts.drawer.take_picture()
-            && self.viewport.accept(ctx, picture)
+            && self.viewport.accept(picture)
         {
             ctx.request_repaint();
         }
@@ -540,6 +542,7 @@ impl eframe::App for Window {
     }
 
     fn clear_color(&self, _visuals: &eframe::egui::Visuals) -> [f32; 4] {
-        theme::VIEWPORT.to_normalized_gamma_f32()
+        // What the panels stand on; the viewport paints itself.
+        theme::PANEL.to_normalized_gamma_f32()
     }
 }

@@ -26,9 +26,11 @@ shader!(SCAN_SEGMENTS, "scan_segments",);
 shader!(EMIT_KERNELS, "emit_kernels", TRAVERSAL);
 shader!(SPLAT, "splat", FRAME);
 shader!(PRESENT, "present",);
+shader!(PICTURE, "picture",);
 
 /// Every shader there is.
-pub const ALL: [Shader; 5] = [COUNT_SEGMENTS, SCAN_SEGMENTS, EMIT_KERNELS, SPLAT, PRESENT];
+pub const ALL: [Shader; 6] =
+    [COUNT_SEGMENTS, SCAN_SEGMENTS, EMIT_KERNELS, SPLAT, PRESENT, PICTURE];
 
 impl Shader {
     /// The stitched source.

@@ -91,7 +91,43 @@ pub fn opening(volume: Arc<ScalarVolume>) -> Scene {
 /// From the corner between front (−y), right (+x) and top (+z) towards the middle.
 pub const ISOMETRIC: DVec3 = DVec3::new(-1.0, 1.0, -1.0);
 
-/// A camera along `direction` that shows the whole lattice with a small margin.
+/// A camera along `direction` that shows the whole lattice, every voxel's box, with a margin of a
+/// twentieth, in any picture at least as wide as it is high.
 pub fn framing_camera(lattice: &Lattice, direction: DVec3, up: DVec3) -> Camera {
-    Camera::new(lattice.centre(), direction, up, lattice.bounding_radius())
+    let mut camera = Camera::new(lattice.centre(), direction, up, 1.0);
+    let reach = |axis: DVec3| {
+        let half = DVec3::from(lattice.dims.map(|n| n as f64)) / 2.0;
+        // Half the extent of a box along an axis is the sum over its edges.
+        (lattice.axes().transpose() * axis).abs().dot(half)
+    };
+    camera.parallel_scale = 1.05 * reach(camera.up).max(reach(camera.right()));
+    camera
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_framing_camera_shows_every_corner_and_little_more() {
+        let spacing = DVec3::new(1.0, 2.0, 0.5);
+        let lattice = Lattice { spacing, ..Lattice::unit([30, 10, 50]) };
+        for direction in [DVec3::Y, DVec3::new(-1.0, 1.0, -1.0), DVec3::new(0.1, 0.3, 2.0)] {
+            let camera = framing_camera(&lattice, direction, DVec3::Z);
+            let size = [100.0, 100.0];
+            let corners = (0..8).map(|corner| {
+                let bit = |axis: usize| f64::from(corner >> axis & 1);
+                let dims = lattice.dims.map(|n| n as f64);
+                let index = std::array::from_fn(|a| bit(a) * dims[a] - 0.5);
+                let view = camera.to_view(lattice.world_from_index(DVec3::from_array(index)));
+                camera.pixel_from_view(view, size).expect("orthographic")
+            });
+            let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
+            for pixel in corners {
+                least = least.min(pixel.min_element());
+                most = most.max(pixel.max_element());
+            }
+            assert!((2.0..2.8).contains(&least) && (97.2..98.0).contains(&most), "{least} {most}");
+        }
+    }
 }

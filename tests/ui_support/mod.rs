@@ -41,7 +41,7 @@ pub(crate) struct GradientEngine {
 impl GradientEngine {
     /// The picture of the last request.
     pub(crate) fn newest(&self) -> Arc<Picture> {
-        self.newest.lock().unwrap().clone().expect("something was drawn")
+        self.newest.lock().expect("no thread died holding it").clone().expect("something was drawn")
     }
 }
 
@@ -50,13 +50,13 @@ struct GradientDrawer(Arc<GradientEngine>);
 impl Drawer for GradientDrawer {
     fn request(&self, request: FrameRequest) {
         let picture = Arc::new(gradient(&request));
-        *self.0.untaken.lock().unwrap() = Some(Arc::clone(&picture));
-        *self.0.newest.lock().unwrap() = Some(picture);
-        self.0.requests.lock().unwrap().push(request);
+        *self.0.untaken.lock().expect("no thread died holding it") = Some(Arc::clone(&picture));
+        *self.0.newest.lock().expect("no thread died holding it") = Some(picture);
+        self.0.requests.lock().expect("no thread died holding it").push(request);
     }
 
     fn take_picture(&self) -> Option<Arc<Picture>> {
-        self.0.untaken.lock().unwrap().take()
+        self.0.untaken.lock().expect("no thread died holding it").take()
     }
 
     fn state(&self) -> EngineState {
@@ -127,7 +127,7 @@ impl Library for NamedFiles {
     }
 
     fn raw_slice(&self, _path: &Path, layout: &RawLayout, z: u64) -> Result<Slice, String> {
-        self.slices.lock().unwrap().push(z);
+        self.slices.lock().expect("no thread died holding it").push(z);
         let size = [layout.dims[0] as usize, layout.dims[1] as usize];
         Ok(Slice { size, grey: vec![128; size[0] * size[1]] })
     }
@@ -230,7 +230,7 @@ impl Bench {
     fn new(chosen: Option<PathBuf>, pixels_per_point: Option<f32>) -> Self {
         let engine = Arc::new(GradientEngine::default());
         let library = Arc::new(NamedFiles::default());
-        let pictures = tempfile::tempdir().unwrap();
+        let pictures = tempfile::tempdir().expect("a temporary folder");
         let saved = Arc::new(Mutex::new(Vec::new()));
         let (drawer, files) = (GradientDrawer(Arc::clone(&engine)), Arc::clone(&library));
         let (folder, log) = (pictures.path().to_owned(), Arc::clone(&saved));
@@ -248,9 +248,10 @@ impl Bench {
                 drawer: Box::new(drawer),
                 news: Arc::new(News::new(ctx)),
                 wait_for_picture: Duration::ZERO,
+                screen_format: wgpu::TextureFormat::Rgba8Unorm,
                 library: files,
                 renderer: Arc::new(move |request, _| {
-                    log.lock().unwrap().push(request.clone());
+                    log.lock().expect("no thread died holding it").push(request.clone());
                     Ok(())
                 }),
                 chooser: Box::new(move |ctx| FileDialog::answering(ctx, chosen.clone())),
@@ -283,27 +284,38 @@ impl Bench {
 
     /// Requests posted so far.
     pub(crate) fn request_count(&self) -> usize {
-        self.engine.requests.lock().unwrap().len()
+        self.engine.requests.lock().expect("no thread died holding it").len()
     }
 
     /// Requests posted after the first `count`.
     pub(crate) fn requests_since(&self, count: usize) -> Vec<FrameRequest> {
-        self.engine.requests.lock().unwrap()[count..].to_vec()
+        self.engine.requests.lock().expect("no thread died holding it")[count..].to_vec()
     }
 
     /// The newest request.
     pub(crate) fn last_request(&self) -> FrameRequest {
-        self.engine.requests.lock().unwrap().last().cloned().expect("something was asked for")
+        self.engine
+            .requests
+            .lock()
+            .expect("no thread died holding it")
+            .last()
+            .cloned()
+            .expect("something was asked for")
     }
 
     /// Slices read for the raw preview so far.
     pub(crate) fn slices(&self) -> Vec<u64> {
-        self.library.slices.lock().unwrap().clone()
+        self.library.slices.lock().expect("no thread died holding it").clone()
     }
 
     /// The picture that was saved last.
     pub(crate) fn saved(&self) -> SaveRequest {
-        self.saved.lock().unwrap().last().cloned().expect("something was saved")
+        self.saved
+            .lock()
+            .expect("no thread died holding it")
+            .last()
+            .cloned()
+            .expect("something was saved")
     }
 
     /// Passes until nothing is left to be done.
