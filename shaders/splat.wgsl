@@ -31,8 +31,9 @@ struct Record {
 // As few as each kind needs: every one costs a set-up per triangle.
 struct Radial {
     @builtin(position) position: vec4<f32>,
-    // Unit kernel offset over the radius.
-    @location(0) @interpolate(linear) local: vec2<f32>,
+    // Unit kernel offset over the radius. Not `linear`, though w is 1 throughout: llvmpipe (Mesa
+    // 22.3.6) loses linear varyings along vertical edges that its own clipping made.
+    @location(0) local: vec2<f32>,
     // Linear colour, and optical depth per unit of footprint.
     @location(1) @interpolate(flat) matter: vec4<f32>,
 }

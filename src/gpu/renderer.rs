@@ -131,7 +131,11 @@ impl Renderer {
                 Usage::STORAGE | Usage::COPY_DST | Usage::COPY_SRC,
                 16,
             ),
-            records: Growing::new(&context, "records", Usage::STORAGE | Usage::VERTEX),
+            records: Growing::new(
+                &context,
+                "records",
+                Usage::STORAGE | Usage::VERTEX | Usage::COPY_SRC,
+            ),
             uploads: Growing::new(&context, "uploads", Usage::VERTEX | Usage::COPY_DST),
             counts: Growing::new(
                 &context,
@@ -403,6 +407,22 @@ impl Renderer {
         let words: Vec<u32> = bytemuck::pod_collect_to_vec(&read_buffer(&self.context, &staging)?);
         self.in_flight.clear();
         Ok(GridTotals { kernels: u64::from(words[0]), most_missing: u64::from(words[1]) })
+    }
+
+    /// The first `count` records that the piece drawn last has emitted, in their order; for tests.
+    ///
+    /// # Errors
+    /// A failing device.
+    #[doc(hidden)]
+    pub fn read_records(&self, count: u64) -> Result<Vec<Record>, GpuError> {
+        let bytes = (count * size_of::<Record>() as u64).min(self.records.buffer.size());
+        let usage = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST;
+        let staging = Growing::make(&self.context, "records read back", usage, bytes);
+        let mut encoder = self.context.device.create_command_encoder(&Default::default());
+        encoder.copy_buffer_to_buffer(&self.records.buffer, 0, &staging, 0, bytes);
+        self.context.queue.submit([encoder.finish()]);
+        let read = read_buffer(&self.context, &staging)?;
+        Ok(bytemuck::pod_collect_to_vec(&read[..bytes as usize]))
     }
 
     /// Waits until everything submitted is done.

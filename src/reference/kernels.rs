@@ -45,7 +45,8 @@ pub fn grid_kernels(scene: &Scene) -> Vec<RefKernel> {
 }
 
 /// Every sample of a lattice from back to front (Westover §3.6): the axis most along the view is the
-/// outermost loop, then the second, then the third, each from far to near.
+/// outermost loop, then the second, then the third, each from far to near. Axes whose cosines to
+/// the view agree in nine digits tie, and keep their order.
 ///
 /// In perspective far to near runs along each axis from both ends towards the eye: first the side of
 /// the higher indices, then the other.
@@ -53,8 +54,9 @@ pub fn traversal(lattice: &Lattice, camera: &Camera) -> Vec<[usize; 3]> {
     let axes = lattice.axes();
     let along = [axes.x_axis, axes.y_axis, axes.z_axis]
         .map(|step| step.normalize_or_zero().dot(camera.direction));
+    let steepness = along.map(|cosine| (cosine.abs() * 1e9).round());
     let mut order = [0, 1, 2];
-    order.sort_by(|&a, &b| along[b].abs().total_cmp(&along[a].abs()));
+    order.sort_by(|&a, &b| steepness[b].total_cmp(&steepness[a]));
     let eye = camera.eye_distance().map(|_| lattice.index_from_world(camera.view_origin()));
     let runs = order.map(|axis| {
         let count = lattice.dims[axis];

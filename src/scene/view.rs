@@ -29,8 +29,8 @@ pub struct View {
 
 /// Far-to-near order of a lattice's samples: nested loops over its axes, with no sort.
 ///
-/// The axis most parallel to the view direction is outermost, so that what overlaps on the
-/// picture is in depth order (Westover's traversal). Along each axis, indices at and beyond
+/// The axis most parallel to the view direction is outermost (the first of those that tie), so that
+/// what overlaps on the picture is in depth order (Westover's traversal). Along each axis, indices at and beyond
 /// `split` come first, from the last one down; then those before it, from 0 up.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Traversal {
@@ -113,6 +113,9 @@ impl AbsColumns for DMat3 {
     }
 }
 
+/// Axes whose cosines to the view differ by less than about one part of this tie.
+const TIE: f64 = 1e9;
+
 fn traversal(
     view_from_index: DMat3,
     view_centre: DVec3,
@@ -120,7 +123,8 @@ fn traversal(
     perspective: bool,
 ) -> Traversal {
     let columns = [view_from_index.x_axis, view_from_index.y_axis, view_from_index.z_axis];
-    let along = columns.map(|c| c.z.abs() / c.length());
+    // Rounded, so that axes which tie keep their order however they were computed.
+    let along = columns.map(|c| (c.z.abs() / c.length() * TIE).round());
     let mut axes = [0, 1, 2];
     axes.sort_by(|&a, &b| along[b].total_cmp(&along[a]));
     let eye = perspective.then(|| {

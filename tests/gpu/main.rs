@@ -1,0 +1,13 @@
+//! What the device draws, held to the float64 reference and to exact integers: never to itself.
+//!
+//! Every tolerance carries what was measured: on llvmpipe (Mesa 22.3.6, LLVM 15, 256 bits), Vulkan,
+//! 2026-11-21. A device is required; `VOXSPLAT_GPU=allow-skip` prints what is left out instead.
+
+mod against_reference;
+mod engine;
+mod hard_values;
+mod invariants;
+mod order;
+mod small_kernels;
+mod stills;
+mod support;
