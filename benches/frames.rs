@@ -163,7 +163,7 @@ fn wide(light: Vec<[f32; 4]>) -> Vec<[f64; 4]> {
 /// nothing before `full`.
 fn ladder(scene: &Scene) -> (f64, f64) {
     let (sender, receiver) = mpsc::channel();
-    let engine = Engine::start(AdapterChoice::Auto, move || drop(sender.send(())));
+    let engine = Engine::start(AdapterChoice::Auto, move || sender.send(()).unwrap_or_default());
     let until_full = |ladder: Ladder, turned: f64| {
         // A camera of its own each time: nothing is left over from the last.
         let camera = scene.camera.orbited(turned, 0.0);

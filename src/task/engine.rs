@@ -262,7 +262,7 @@ const PARTIAL_EVERY: Duration = Duration::from_millis(300);
 /// A middle rung may take this share of what `full` takes.
 const MIDDLE_SHARE: f64 = 0.1;
 /// `full` follows the coarse picture at once where it takes no longer than this.
-const MIDDLE_WORTH_MS: f64 = 400.0;
+const MIDDLE_WORTH_MS: f64 = 700.0;
 /// Rebuilds of a lost device for one request.
 const REBUILDS: u32 = 2;
 
@@ -387,7 +387,7 @@ impl Worker {
             Effort::Moving { budget_ms } => {
                 // Bounded by its budget, and so never interrupted: a hand that moves faster than
                 // pictures are drawn still sees every one of them.
-                self.rung(request, Rung::Coarse { budget_ms }, false, 0.0)?;
+                self.rung(request, Rung::Coarse { budget_ms }, Manner::Whole)?;
                 self.last_coarse = Some((scene.clone(), size));
                 Ok(())
             }
@@ -397,7 +397,7 @@ impl Worker {
                     .as_ref()
                     .is_some_and(|(last, at)| *at == size && last.makes_same_picture(scene));
                 if !seen && ladder != Ladder::AtOnce {
-                    self.rung(request, Rung::Coarse { budget_ms }, false, 0.0)?;
+                    self.rung(request, Rung::Coarse { budget_ms }, Manner::Whole)?;
                 }
                 let rungs = self.ladder(scene, ladder)?;
                 let steps = rungs.len() as f64;
@@ -405,8 +405,9 @@ impl Worker {
                     if self.newer_came() {
                         return Err(DrawError::Interrupted);
                     }
-                    let last = rung == Rung::Full;
-                    self.rung(request, rung, show_partial && last, i as f64 / steps)?;
+                    let show_partial = show_partial && rung == Rung::Full;
+                    let before = i as f64 / steps;
+                    self.rung(request, rung, Manner::InPieces { show_partial, before })?;
                 }
                 self.last_coarse = None;
                 Ok(())
@@ -423,8 +424,7 @@ impl Worker {
                 if full_ms < MIDDLE_WORTH_MS {
                     Vec::new()
                 } else {
-                    let nodes = (full_ms * MIDDLE_SHARE / drawer.costs.splat_ms) as u64;
-                    vec![Rung::Octree { max_error: drawer.error_for_count(nodes) }]
+                    vec![Rung::Coarse { budget_ms: full_ms * MIDDLE_SHARE }]
                 }
             }
             Ladder::Subsampling => {
@@ -450,8 +450,7 @@ impl Worker {
         &mut self,
         request: &FrameRequest,
         rung: Rung,
-        show_partial: bool,
-        before: f64,
+        manner: Manner,
     ) -> Result<(), DrawError> {
         let start = Instant::now();
         self.device()?;
@@ -460,10 +459,8 @@ impl Worker {
         let mut watch = Watch {
             worker: self,
             request,
-            interruptible: !matches!(rung, Rung::Coarse { .. }),
-            show_partial,
+            manner,
             start,
-            before,
             last_progress: start,
             last_partial: start,
             active: drawer.active_count(),
@@ -513,14 +510,26 @@ fn rung_words(rung: Rung, drawn: &Drawn) -> (String, f32) {
     }
 }
 
+/// How a rung is drawn.
+#[derive(Debug, Clone, Copy)]
+enum Manner {
+    /// To its end, which its budget bounds.
+    Whole,
+    /// Until something newer comes.
+    InPieces {
+        /// Publish the picture while it is drawn.
+        show_partial: bool,
+        /// Share of the way to `full` that is behind it.
+        before: f64,
+    },
+}
+
 /// Announces a rung's progress, and stops it when something newer came.
 struct Watch<'a> {
     worker: &'a Worker,
     request: &'a FrameRequest,
-    interruptible: bool,
-    show_partial: bool,
+    manner: Manner,
     start: Instant,
-    before: f64,
     last_progress: Instant,
     last_partial: Instant,
     active: u64,
@@ -528,16 +537,17 @@ struct Watch<'a> {
 
 impl Observer for Watch<'_> {
     fn piece_done(&mut self, renderer: &mut Renderer, done: f64) -> bool {
-        if self.interruptible && self.worker.newer_came() {
+        let Manner::InPieces { show_partial, before } = self.manner else { return false };
+        if self.worker.newer_came() {
             return true;
         }
         if self.last_progress.elapsed() >= PROGRESS_EVERY {
             self.last_progress = Instant::now();
-            let share = self.before + (1.0 - self.before) * done;
+            let share = before + (1.0 - before) * done;
             #[expect(clippy::cast_possible_truncation, reason = "0..=1")]
             self.worker.announce(EngineState::Drawing(share as f32));
         }
-        if self.show_partial && done < 1.0 && self.last_partial.elapsed() >= PARTIAL_EVERY {
+        if show_partial && done < 1.0 && self.last_partial.elapsed() >= PARTIAL_EVERY {
             let background = background_light(self.request.scene.background);
             // A failing device is reported by the rung itself.
             if let Ok(rgba) = renderer.present(background) {
