@@ -119,6 +119,15 @@ impl Program {
         self.folder.path().join(name)
     }
 
+    /// Resident memory, bytes; 0 where the system does not say.
+    pub(crate) fn memory_bytes(&self) -> u64 {
+        let status = fs::read_to_string(format!("/proc/{}/status", self.running.0.id()));
+        let status = status.unwrap_or_default();
+        let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"));
+        let kib = line.and_then(|l| l.trim().strip_suffix(" kB")?.trim().parse::<u64>().ok());
+        kib.unwrap_or(0) * 1024
+    }
+
     /// Every pass so far.
     pub(crate) fn passes(&self) -> Vec<PassLine> {
         let text = fs::read_to_string(self.path("trace")).unwrap_or_default();

@@ -1,0 +1,69 @@
+//! What the host does before and beside drawing: `cargo bench --bench cpu`.
+
+use std::hint::black_box;
+use std::sync::Arc;
+
+use criterion::{Criterion, criterion_group, criterion_main};
+use voxsplat::core::Ticket;
+use voxsplat::hierarchy::{Cut, CutLimits, Pyramid};
+use voxsplat::kernel::{FootprintPolynomial, Kernel, RadialKernel};
+use voxsplat::scene::{self, Scene, View};
+use voxsplat::transfer::Table;
+use voxsplat::volume::{Bricks, Component, ScalarType, ScalarVolume, Statistics, demo};
+
+fn head() -> Scene {
+    let grid = demo::open("head", Some(128)).expect("a demo there is");
+    let field = &grid.fields[0];
+    let volume = grid.scalar(field, Component::Index(0), &Ticket::new()).expect("finite values");
+    scene::opening(Arc::new(volume), None)
+}
+
+fn statistics(c: &mut Criterion) {
+    let ScalarVolume { samples, lattice, .. } = &*head().volume;
+    let ticket = Ticket::new();
+    c.bench_function("statistics of 128³ int16", |b| {
+        b.iter(|| Statistics::of(black_box(samples), &ticket));
+    });
+    c.bench_function("bricks of 128³ int16", |b| {
+        b.iter(|| Bricks::of(black_box(samples), lattice.dims, &ticket));
+    });
+}
+
+fn classification(c: &mut Criterion) {
+    let scene = head();
+    for scalar_type in [ScalarType::UInt8, ScalarType::Int16, ScalarType::Float32] {
+        c.bench_function(&format!("table for {}", scalar_type.name()), |b| {
+            b.iter(|| Table::new(black_box(&scene.transfer), scalar_type));
+        });
+    }
+    let table = Table::new(&scene.transfer, ScalarType::Int16);
+    c.bench_function("pyramid of 128³ int16", |b| {
+        b.iter(|| Pyramid::build(black_box(&scene.volume), &table, 1.0, &Ticket::new()));
+    });
+    let pyramid =
+        Pyramid::build(&scene.volume, &table, 1.0, &Ticket::new()).expect("nobody cancels");
+    let view = View::new(&scene, [944, 743]);
+    let visibility = view.visibility(1.556);
+    c.bench_function("octree cut of 20 000 nodes", |b| {
+        let limits = CutLimits {
+            max_error: pyramid.error_for_count(20_000),
+            finest_level: 0,
+            min_radius_px: 1.0,
+        };
+        b.iter(|| Cut::of(&pyramid, limits, view.visit_order(), &visibility, |_| [0.0; 4]));
+    });
+}
+
+fn kernels(c: &mut Criterion) {
+    let cubic = RadialKernel::new(Kernel::Cubic, None).expect("radial");
+    c.bench_function("cubic footprint in closed form", |b| {
+        b.iter(|| cubic.footprint(black_box(0.7)));
+    });
+    let polynomial = FootprintPolynomial::of(cubic);
+    c.bench_function("cubic footprint as a polynomial", |b| {
+        b.iter(|| polynomial.evaluate(black_box(0.7)));
+    });
+}
+
+criterion_group!(benches, statistics, classification, kernels);
+criterion_main!(benches);
