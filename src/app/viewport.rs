@@ -214,10 +214,8 @@ impl Kept {
             binding: 0,
             resource: wgpu::BindingResource::TextureView(&view),
         };
-        let smoothly = wgpu::BindGroupEntry {
-            binding: 1,
-            resource: wgpu::BindingResource::Sampler(&sampler),
-        };
+        let smoothly =
+            wgpu::BindGroupEntry { binding: 1, resource: wgpu::BindingResource::Sampler(&sampler) };
         let entries = [picture, smoothly];
         let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("picture"),
@@ -255,9 +253,7 @@ fn pipeline(device: &wgpu::Device, variant: Variant) -> wgpu::RenderPipeline {
             },
             targets: &[Some(wgpu::ColorTargetState {
                 format: variant.format,
-                blend: variant
-                    .blended
-                    .then_some(wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING),
+                blend: variant.blended.then_some(wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING),
                 write_mask: wgpu::ColorWrites::ALL,
             })],
         }),

@@ -47,9 +47,9 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
     match format {
         None => {
             let bytes = picture_file::png_bytes(&still).map_err(Failure::Failed)?;
-            std::io::stdout()
-                .write_all(&bytes)
-                .map_err(|error| Failure::Failed(format!("the picture could not be written: {error}")))?;
+            std::io::stdout().write_all(&bytes).map_err(|error| {
+                Failure::Failed(format!("the picture could not be written: {error}"))
+            })?;
         }
         Some(format) => {
             picture_file::write(&still, format, &flags.output).map_err(Failure::Failed)?;
@@ -89,9 +89,9 @@ fn refine(flags: &RenderFlags) -> Result<Refine, Failure> {
         (RefineFlag::Coarse, None, None) => usage(
             "expected --budget-ms or --max-error with --refine coarse, found neither; give one",
         ),
-        (RefineFlag::Coarse, Some(_), Some(_)) => usage(
-            "expected one of --budget-ms and --max-error, found both; leave one out",
-        ),
+        (RefineFlag::Coarse, Some(_), Some(_)) => {
+            usage("expected one of --budget-ms and --max-error, found both; leave one out")
+        }
     }
 }
 

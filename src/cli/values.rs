@@ -19,8 +19,13 @@ pub(super) type Points = List<(f64, f64)>;
 pub(super) type Stop = (f64, Srgb8);
 
 fn number(text: &str) -> Parsed<f64> {
-    let value: f64 = text.trim().parse().map_err(|_| format!("expected a number, found \"{text}\""))?;
-    if value.is_finite() { Ok(value) } else { Err(format!("expected a finite number, found \"{text}\"")) }
+    let value: f64 =
+        text.trim().parse().map_err(|_| format!("expected a number, found \"{text}\""))?;
+    if value.is_finite() {
+        Ok(value)
+    } else {
+        Err(format!("expected a finite number, found \"{text}\""))
+    }
 }
 
 fn numbers<const N: usize>(text: &str, what: &str) -> Parsed<[f64; N]> {

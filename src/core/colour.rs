@@ -51,7 +51,8 @@ pub fn srgb_from_linear(linear: f64) -> f64 {
 /// Lays premultiplied linear pixels over a background (`None`: nothing) and encodes them as sRGB
 /// bytes with straight alpha, as `shaders/present.wgsl` does on the device.
 pub fn srgb_bytes(light: &[[f32; 4]], background: Option<LinearRgb>) -> Vec<u8> {
-    let (behind, there) = (background.unwrap_or_default().0, f64::from(u8::from(background.is_some())));
+    let (behind, there) =
+        (background.unwrap_or_default().0, f64::from(u8::from(background.is_some())));
     let byte = |value: f64| (value.clamp(0.0, 1.0) * 255.0).round() as u8;
     light
         .iter()
@@ -60,7 +61,11 @@ pub fn srgb_bytes(light: &[[f32; 4]], background: Option<LinearRgb>) -> Vec<u8> 
             let alpha = a + (1.0 - a) * there;
             let straight = |front: f64, behind: f64| {
                 let light = front + behind * there * (1.0 - a);
-                if alpha > 0.0 { srgb_from_linear((light / alpha.max(1e-6)).clamp(0.0, 1.0)) } else { 0.0 }
+                if alpha > 0.0 {
+                    srgb_from_linear((light / alpha.max(1e-6)).clamp(0.0, 1.0))
+                } else {
+                    0.0
+                }
             };
             [
                 byte(straight(r, behind[0])),

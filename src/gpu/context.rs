@@ -83,7 +83,10 @@ impl Context {
             required_limits: limits.clone(),
             ..Default::default()
         }))
-        .map_err(|error| GpuError::NoDevice { adapter: info.name.clone(), found: error.to_string() })?;
+        .map_err(|error| GpuError::NoDevice {
+            adapter: info.name.clone(),
+            found: error.to_string(),
+        })?;
 
         let lost = Arc::new(AtomicBool::new(false));
         let first_error = Arc::new(Mutex::new(None));
@@ -121,7 +124,10 @@ impl Context {
     ///
     /// # Errors
     /// [`GpuError::Lost`] or [`GpuError::Device`].
-    pub fn wait_for(&self, submission_index: Option<wgpu::SubmissionIndex>) -> Result<(), GpuError> {
+    pub fn wait_for(
+        &self,
+        submission_index: Option<wgpu::SubmissionIndex>,
+    ) -> Result<(), GpuError> {
         let polled = self.device.poll(wgpu::PollType::Wait { submission_index, timeout: None });
         self.check()?;
         polled.map(drop).map_err(|error| GpuError::Device(error.to_string()))
@@ -164,9 +170,7 @@ fn pick(instance: &wgpu::Instance, choice: &AdapterChoice) -> Result<wgpu::Adapt
         wgpu::DeviceType::Cpu => 4,
     };
     let (wanted, found) = match choice {
-        AdapterChoice::Auto => {
-            ("any".to_owned(), adapters.into_iter().min_by_key(rank))
-        }
+        AdapterChoice::Auto => ("any".to_owned(), adapters.into_iter().min_by_key(rank)),
         AdapterChoice::Software => {
             ("a software one".to_owned(), adapters.into_iter().find(is_software))
         }

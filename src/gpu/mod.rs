@@ -33,7 +33,9 @@ pub enum GpuError {
         found: String,
     },
     /// The adapter gives no device.
-    #[error("expected a device from adapter {adapter}, found: {found}; update its driver or choose another adapter")]
+    #[error(
+        "expected a device from adapter {adapter}, found: {found}; update its driver or choose another adapter"
+    )]
     NoDevice {
         /// Which adapter.
         adapter: String,

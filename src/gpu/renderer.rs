@@ -277,11 +277,8 @@ impl Renderer {
     ) -> Result<(), GpuError> {
         self.resize(view.size)?;
         self.times.clear();
-        self.variant = SplatVariant {
-            kernel,
-            perspective: view.eye_distance.is_some(),
-            one_footprint: false,
-        };
+        self.variant =
+            SplatVariant { kernel, perspective: view.eye_distance.is_some(), one_footprint: false };
         let constants = frame_constants(view, kernel, extent, unit_distance);
         self.context.queue.write_buffer(&self.frame, 0, bytemuck::bytes_of(&constants));
         self.context.queue.write_buffer(&self.totals, 0, &[0; 16]);
@@ -321,7 +318,8 @@ impl Renderer {
         }
         self.target = None;
         let format = self.light_format();
-        let light = texture(&self.context, "light", size, format, wgpu::TextureUsages::TEXTURE_BINDING);
+        let light =
+            texture(&self.context, "light", size, format, wgpu::TextureUsages::TEXTURE_BINDING);
         self.target = Some(Target { size, light, encoded: None, staging: None });
         self.note_bytes();
         Ok(())
@@ -506,9 +504,7 @@ impl Renderer {
         Ok(bytes
             .chunks_exact(8)
             .map(|t| {
-                std::array::from_fn(|c| {
-                    half::f16::from_le_bytes([t[2 * c], t[2 * c + 1]]).to_f32()
-                })
+                std::array::from_fn(|c| half::f16::from_le_bytes([t[2 * c], t[2 * c + 1]]).to_f32())
             })
             .collect())
     }
@@ -529,8 +525,7 @@ impl Renderer {
             }
             Some(timer) => {
                 for &pass in passes {
-                    let clock =
-                        (timer == Timer::Device).then(|| Timestamps::new(&self.context, 1));
+                    let clock = (timer == Timer::Device).then(|| Timestamps::new(&self.context, 1));
                     let mut encoder =
                         self.context.device.create_command_encoder(&Default::default());
                     self.encode(&mut encoder, pass, clock.as_ref());
@@ -591,7 +586,9 @@ impl Renderer {
             let Some(table) = &volume.table else { return };
             bound.push(&self.traversal);
             // Bindings beyond the last chunk repeat it; no index leads there.
-            bound.extend((0..CHUNKS).map(|i| &volume.samples.chunks[i.min(volume.samples.chunks.len() - 1)]));
+            bound.extend(
+                (0..CHUNKS).map(|i| &volume.samples.chunks[i.min(volume.samples.chunks.len() - 1)]),
+            );
             bound.extend([&table.entries, &table.visible, &self.counts.buffer]);
             if shader.name == shader::EMIT_KERNELS.name {
                 bound.push(&self.records.buffer);

@@ -62,10 +62,8 @@ impl DeviceSamples {
         code: impl Fn(T) -> C,
     ) -> Result<Self, GpuError> {
         let width = size_of::<C>();
-        let binding = context
-            .limits
-            .max_storage_buffer_binding_size
-            .min(context.limits.max_buffer_size);
+        let binding =
+            context.limits.max_storage_buffer_binding_size.min(context.limits.max_buffer_size);
         let chunk_log2 = (binding / width as u64).ilog2().min(31);
         let chunk_samples = 1_usize << chunk_log2;
         if values.len().div_ceil(chunk_samples) > CHUNKS || u32::try_from(values.len()).is_err() {

@@ -29,8 +29,7 @@ shader!(PRESENT, "present",);
 shader!(PICTURE, "picture",);
 
 /// Every shader there is.
-pub const ALL: [Shader; 6] =
-    [COUNT_SEGMENTS, SCAN_SEGMENTS, EMIT_KERNELS, SPLAT, PRESENT, PICTURE];
+pub const ALL: [Shader; 6] = [COUNT_SEGMENTS, SCAN_SEGMENTS, EMIT_KERNELS, SPLAT, PRESENT, PICTURE];
 
 impl Shader {
     /// The stitched source.

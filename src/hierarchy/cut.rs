@@ -7,7 +7,7 @@ use super::pyramid::{Node, Pyramid};
 /// When a node is drawn rather than its children.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CutLimits {
-    /// Nodes with at most this error are drawn; 0 goes down to single voxels.
+    /// Nodes with less than this error are drawn; 0 goes down to single voxels, in flat regions too.
     pub max_error: f32,
     /// Nodes of at most this level are drawn whatever their error (0: voxels).
     pub finest_level: usize,
@@ -65,7 +65,8 @@ impl Visibility {
             return (f64::INFINITY, true);
         }
         let shrink = distance / nearest;
-        let reach = |x: f64, half: f64| x.abs() - radius * 1.8 <= half * (view.z + radius * 1.8) / distance;
+        let reach =
+            |x: f64, half: f64| x.abs() - radius * 1.8 <= half * (view.z + radius * 1.8) / distance;
         (radius * shrink, reach(view.x, self.half_size.x) && reach(view.y, self.half_size.y))
     }
 }
@@ -120,7 +121,11 @@ impl<F: Fn(usize) -> [f32; 4]> Walk<'_, F> {
         if level == 0 {
             let dims = self.pyramid.dims;
             let [r, g, b, extinction] = (self.voxel)((at[2] * dims[1] + at[1]) * dims[0] + at[0]);
-            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0..=65535")]
+            #[expect(
+                clippy::cast_possible_truncation,
+                clippy::cast_sign_loss,
+                reason = "0..=65535"
+            )]
             let colour = [r, g, b].map(|c| (c.clamp(0.0, 1.0) * 65535.0 + 0.5) as u16);
             return Node { extinction, error: 0.0, colour, active_children: 0 };
         }
@@ -135,15 +140,18 @@ impl<F: Fn(usize) -> [f32; 4]> Walk<'_, F> {
             return;
         }
         let low = at.map(|i| i << level);
-        let size: [usize; 3] = std::array::from_fn(|a| (1 << level).min(self.pyramid.dims[a] - low[a]));
-        let centre = DVec3::from_array(std::array::from_fn(|a| low[a] as f64 + (size[a] as f64 - 1.0) / 2.0));
+        let size: [usize; 3] =
+            std::array::from_fn(|a| (1 << level).min(self.pyramid.dims[a] - low[a]));
+        let centre = DVec3::from_array(std::array::from_fn(|a| {
+            low[a] as f64 + (size[a] as f64 - 1.0) / 2.0
+        }));
         let edge = size.into_iter().max().unwrap_or(1) as f64;
         let (radius_px, in_view) = self.visibility.project(centre, edge);
         if !in_view {
             return;
         }
         let fine_enough = level <= self.limits.finest_level
-            || node.error <= self.limits.max_error
+            || node.error < self.limits.max_error
             || radius_px * 0.5 < self.limits.min_radius_px;
         if fine_enough || level == 0 {
             #[expect(clippy::cast_possible_truncation, reason = "axes are far below 2^32")]
@@ -160,15 +168,20 @@ impl<F: Fn(usize) -> [f32; 4]> Walk<'_, F> {
         };
         // The child in the far octant first. Its bits say on which side of the middle the far
         // side is; flipping bits one by one from there never shows a nearer child too early.
-        let middle = DVec3::from_array(std::array::from_fn(|a| low[a] as f64 + f64::from(1_u32 << (level - 1)) - 0.5));
+        let middle = DVec3::from_array(std::array::from_fn(|a| {
+            low[a] as f64 + f64::from(1_u32 << (level - 1)) - 0.5
+        }));
         let away = match self.order {
             VisitOrder::Along(direction) => direction,
             VisitOrder::From(eye) => middle - eye,
         };
-        let far = usize::from(away.x > 0.0) | usize::from(away.y > 0.0) << 1 | usize::from(away.z > 0.0) << 2;
+        let far = usize::from(away.x > 0.0)
+            | usize::from(away.y > 0.0) << 1
+            | usize::from(away.z > 0.0) << 2;
         for flip in self.flips(away) {
             let bits = far ^ flip;
-            let child = [2 * at[0] + (bits & 1), 2 * at[1] + (bits >> 1 & 1), 2 * at[2] + (bits >> 2)];
+            let child =
+                [2 * at[0] + (bits & 1), 2 * at[1] + (bits >> 1 & 1), 2 * at[2] + (bits >> 2)];
             if child.iter().zip(child_dims).all(|(&c, n)| c < n) {
                 self.visit(level - 1, child);
             }

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use crate::core::progress::{Cancelled, Ticket};
 use crate::transfer::Table;
-use crate::volume::{BRICK, ScalarVolume, Scalar};
+use crate::volume::{BRICK, Scalar, ScalarVolume};
 use crate::with_samples;
 
 /// What a coarse splat is drawn with.
@@ -178,8 +178,7 @@ impl Pyramid {
         #[expect(clippy::cast_possible_truncation, reason = "a ratio of order 1")]
         let voxel_depth = voxel_depth as f32;
         let dims = volume.lattice.dims;
-        let (mut sums, active) =
-            with_samples!(&*volume.samples, values => first_level(volume, values, table, voxel_depth, ticket))?;
+        let (mut sums, active) = with_samples!(&*volume.samples, values => first_level(volume, values, table, voxel_depth, ticket))?;
         let mut level_dims = dims.map(|n| n.div_ceil(2));
         let mut levels = vec![to_level(level_dims, &sums)];
         let mut size = voxel_depth * 2.0;
@@ -233,7 +232,8 @@ fn error_bin(error: f32) -> usize {
     if error <= LEAST_ERROR {
         return 0;
     }
-    let scaled = (error / LEAST_ERROR).ln() / (GREATEST_ERROR / LEAST_ERROR).ln() * GAIN_BINS as f32;
+    let scaled =
+        (error / LEAST_ERROR).ln() / (GREATEST_ERROR / LEAST_ERROR).ln() * GAIN_BINS as f32;
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "within the bins")]
     let bin = scaled as usize;
     bin.min(GAIN_BINS - 1)
@@ -338,7 +338,11 @@ fn first_level<T: Scalar>(
                     let mut merged = Sums::default();
                     let mut children = [None; 8];
                     for (bit, child) in children.iter_mut().enumerate() {
-                        let at = [corner[0] + (bit & 1), corner[1] + (bit >> 1 & 1), corner[2] + (bit >> 2)];
+                        let at = [
+                            corner[0] + (bit & 1),
+                            corner[1] + (bit >> 1 & 1),
+                            corner[2] + (bit >> 2),
+                        ];
                         if at[0] >= dims[0] || at[1] >= dims[1] || at[2] >= dims[2] {
                             continue;
                         }
@@ -384,7 +388,8 @@ fn next_level(
             let corner = [2 * (i % coarse[0]), 2 * (i / coarse[0]), 2 * cz];
             let mut children = [None; 8];
             for (bit, child) in children.iter_mut().enumerate() {
-                let at = [corner[0] + (bit & 1), corner[1] + (bit >> 1 & 1), corner[2] + (bit >> 2)];
+                let at =
+                    [corner[0] + (bit & 1), corner[1] + (bit >> 1 & 1), corner[2] + (bit >> 2)];
                 if at[0] >= fine[0] || at[1] >= fine[1] || at[2] >= fine[2] {
                     continue;
                 }

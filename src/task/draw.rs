@@ -259,9 +259,13 @@ impl Drawer {
         let radius =
             RadialKernel::new(scene.splat.kernel, scene.splat.extent).map_or(0.5, |k| k.radius());
         let samples = &classified.volume.samples;
-        Cut::of(&classified.pyramid, limits, view.visit_order(), &view.visibility(radius), |index| {
-            classified.table.lookup(samples.get(index))
-        })
+        Cut::of(
+            &classified.pyramid,
+            limits,
+            view.visit_order(),
+            &view.visibility(radius),
+            |index| classified.table.lookup(samples.get(index)),
+        )
     }
 
     fn cut(
@@ -454,7 +458,10 @@ fn fragments(cut: &Cut, scene: &Scene, view: &View) -> f64 {
         RadialKernel::new(scene.splat.kernel, scene.splat.extent).map_or(0.5, |k| k.radius());
     let rows = view.view_from_index.transpose();
     let area = rows.x_axis.cross(rows.y_axis).length() * 4.0 * radius * radius;
-    cut.nodes.iter().map(|n| area * f64::from(n.size[0] * n.size[1] * n.size[2]).powf(2.0 / 3.0)).sum()
+    cut.nodes
+        .iter()
+        .map(|n| area * f64::from(n.size[0] * n.size[1] * n.size[2]).powf(2.0 / 3.0))
+        .sum()
 }
 
 /// The background's linear colour, if any.

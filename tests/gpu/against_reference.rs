@@ -60,7 +60,8 @@ fn boxes_in_perspective_are_near_their_true_chords() {
         (30.0, Within { max_abs: 0.1, rmse: 3e-3, bias: 1e-4 }),
     ];
     for (degrees, within) in bounds {
-        let scene = in_perspective(with_kernel(scene(lattice(), OBLIQUE), Kernel::Nearest), degrees);
+        let scene =
+            in_perspective(with_kernel(scene(lattice(), OBLIQUE), Kernel::Nearest), degrees);
         agrees(&mut drawer, &format!("nearest perspective {degrees}°"), &scene, within);
     }
 }
@@ -176,7 +177,12 @@ fn an_origin_ten_million_away_costs_nothing() {
     let Some(mut drawer) = drawer() else { return };
     let far = Lattice { origin: DVec3::new(1e7, -1e7, 1e7), ..lattice() };
     agrees(&mut drawer, "origin 1e7", &scene(far, OBLIQUE), EXACT);
-    agrees(&mut drawer, "origin 1e7, perspective", &in_perspective(scene(far, OBLIQUE), 40.0), EXACT);
+    agrees(
+        &mut drawer,
+        "origin 1e7, perspective",
+        &in_perspective(scene(far, OBLIQUE), 40.0),
+        EXACT,
+    );
 }
 
 #[test]
@@ -187,7 +193,12 @@ fn extents_and_unit_distances_are_drawn() {
         for times in [0.7, 1.0, 2.0] {
             let mut scene = with_kernel(scene(lattice(), OBLIQUE), kernel);
             scene.splat.extent = Some(natural * times);
-            agrees(&mut drawer, &format!("{} extent × {times}", kernel.name()), &scene, within(kernel));
+            agrees(
+                &mut drawer,
+                &format!("{} extent × {times}", kernel.name()),
+                &scene,
+                within(kernel),
+            );
         }
     }
     for unit in [0.25, 3.7] {

@@ -44,10 +44,22 @@ fn every_scalar_type_is_drawn_by_its_values() {
     let cases = [
         ("uint8", Samples::UInt8(values().map(|v| v as u8).collect()), moved(1.0, 0.0)),
         ("int8", Samples::Int8(values().map(|v| (v - 128.0) as i8).collect()), moved(1.0, -128.0)),
-        ("uint16", Samples::UInt16(values().map(|v| (v * 255.0) as u16).collect()), moved(255.0, 0.0)),
-        ("int16", Samples::Int16(values().map(|v| (v * 200.0 - 3e4) as i16).collect()), moved(200.0, -3e4)),
+        (
+            "uint16",
+            Samples::UInt16(values().map(|v| (v * 255.0) as u16).collect()),
+            moved(255.0, 0.0),
+        ),
+        (
+            "int16",
+            Samples::Int16(values().map(|v| (v * 200.0 - 3e4) as i16).collect()),
+            moved(200.0, -3e4),
+        ),
         ("uint32", Samples::UInt32(values().map(|v| (v * 1e7) as u32).collect()), moved(1e7, 0.0)),
-        ("int32", Samples::Int32(values().map(|v| (v - 1000.0) as i32).collect()), moved(1.0, -1000.0)),
+        (
+            "int32",
+            Samples::Int32(values().map(|v| (v - 1000.0) as i32).collect()),
+            moved(1.0, -1000.0),
+        ),
         ("int64", Samples::Int64(values().map(|v| (v * 1e12) as i64).collect()), moved(1e12, 0.0)),
         ("float32", Samples::Float32(values().map(|v| v as f32).collect()), moved(1.0, 0.0)),
         ("float64", Samples::Float64(values().map(|v| v * -1e-9).collect()), reversed()),
@@ -94,7 +106,12 @@ fn nan_is_nothing_and_infinities_are_the_ends_of_the_table() {
     };
     let wide: Vec<f64> = values().enumerate().map(|(i, v)| odd(i, v)).collect();
     let narrow = wide.iter().map(|&v| v as f32).collect();
-    agrees(&mut drawer, "NaN, ±∞ float32", &with_samples(Samples::Float32(narrow), transfer.clone()), EXACT);
+    agrees(
+        &mut drawer,
+        "NaN, ±∞ float32",
+        &with_samples(Samples::Float32(narrow), transfer.clone()),
+        EXACT,
+    );
     agrees(&mut drawer, "NaN, ±∞ float64", &with_samples(Samples::Float64(wide), transfer), EXACT);
 }
 
@@ -104,22 +121,32 @@ fn steps_and_zero_width_functions_are_sharp() {
     let Some(mut drawer) = drawer() else { return };
     let steps = TransferFunction {
         opacity: vec![(99.5, 0.0), (99.5, 0.7), (180.5, 0.7), (180.5, 0.1)],
-        colour: ColourSource::Stops(vec![
-            (140.5, Srgb8([255, 0, 0])),
-            (140.5, Srgb8([0, 0, 255])),
-        ]),
+        colour: ColourSource::Stops(vec![(140.5, Srgb8([255, 0, 0])), (140.5, Srgb8([0, 0, 255]))]),
     };
     let one_value = TransferFunction {
         opacity: vec![(120.0, 0.0), (120.0, 0.8), (120.0, 0.8), (121.0, 0.0)],
         ..steps.clone()
     };
-    let at_one_point = TransferFunction { opacity: vec![(100.0, 0.0), (100.0, 0.6)], ..steps.clone() };
-    for (name, transfer) in [("steps", steps), ("one value", one_value), ("one point", at_one_point)] {
+    let at_one_point =
+        TransferFunction { opacity: vec![(100.0, 0.0), (100.0, 0.6)], ..steps.clone() };
+    for (name, transfer) in
+        [("steps", steps), ("one value", one_value), ("one point", at_one_point)]
+    {
         let bytes = Samples::UInt8(values().map(|v| v as u8).collect());
         let words = Samples::Int32(values().map(|v| v as i32).collect());
         let floats = Samples::Float32(values().map(|v| v.floor() as f32).collect());
-        agrees(&mut drawer, &format!("{name}, uint8"), &with_samples(bytes, transfer.clone()), EXACT);
-        agrees(&mut drawer, &format!("{name}, int32"), &with_samples(words, transfer.clone()), EXACT);
+        agrees(
+            &mut drawer,
+            &format!("{name}, uint8"),
+            &with_samples(bytes, transfer.clone()),
+            EXACT,
+        );
+        agrees(
+            &mut drawer,
+            &format!("{name}, int32"),
+            &with_samples(words, transfer.clone()),
+            EXACT,
+        );
         agrees(&mut drawer, &format!("{name}, float32"), &with_samples(floats, transfer), EXACT);
     }
 }

@@ -123,7 +123,12 @@ pub(crate) fn wide(light: &[[f32; 4]]) -> Light {
 }
 
 /// The device's picture of a rung.
-pub(crate) fn drawn(drawer: &mut Drawer, scene: &Scene, size: [u32; 2], rung: Rung) -> (Light, Drawn) {
+pub(crate) fn drawn(
+    drawer: &mut Drawer,
+    scene: &Scene,
+    size: [u32; 2],
+    rung: Rung,
+) -> (Light, Drawn) {
     drawer.prepare(scene, &Ticket::new()).expect("the device prepares");
     let drawn = drawer.draw(scene, size, rung, &mut ()).expect("the device draws");
     (wide(&drawer.renderer.read_light().expect("the device reads back")), drawn)
@@ -180,9 +185,8 @@ pub(crate) fn fault(found: &[[f64; 4]], expected: &[[f64; 4]], within: Within) -
         .filter(|(_, found, bound)| found > bound)
         .map(|(what, found, bound)| format!("{what} {found:.3e} over {bound:.1e}"))
         .collect();
-    (!exceeded.is_empty()).then(|| {
-        format!("{} (greatest alpha {most:.3}; {difference:?})", exceeded.join(", "))
-    })
+    (!exceeded.is_empty())
+        .then(|| format!("{} (greatest alpha {most:.3}; {difference:?})", exceeded.join(", ")))
 }
 
 /// Draws a scene at `full` and holds it to the reference; the picture must show something.
