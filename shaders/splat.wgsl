@@ -52,6 +52,8 @@ struct Point {
 }
 
 const NEAR: f32 = 1e-3;
+// Vertices snap to 1/256 of a pixel: a box's quad is this much larger, or it would lose pixels.
+const SNAP: f32 = 0.0078125;
 // Kernels thinner than a pixel are widened to this half axis, in pixels, and keep their depth.
 const LEAST_HALF_AXIS: f32 = 1.0;
 
@@ -155,7 +157,7 @@ fn vertex_radial(record: Record, @builtin(vertex_index) index: u32) -> Radial {
 fn vertex_box(record: Record, @builtin(vertex_index) index: u32) -> Box {
     let kernel = project(record);
     // The box's shadow, and the inverse of A for the ray through each pixel.
-    let reach = 0.5 * vec2<f32>(
+    let reach = SNAP + 0.5 * vec2<f32>(
         dot(abs(kernel.row_x), vec3<f32>(1.0)),
         dot(abs(kernel.row_y), vec3<f32>(1.0)),
     );

@@ -7,7 +7,7 @@ use super::pyramid::{Node, Pyramid};
 /// When a node is drawn rather than its children.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CutLimits {
-    /// Nodes with at most this error are drawn; 0 goes down to single voxels.
+    /// Nodes with less than this error are drawn; 0 goes down to single voxels, in flat regions too.
     pub max_error: f32,
     /// Nodes of at most this level are drawn whatever their error (0: voxels).
     pub finest_level: usize,
@@ -151,7 +151,7 @@ impl<F: Fn(usize) -> [f32; 4]> Walk<'_, F> {
             return;
         }
         let fine_enough = level <= self.limits.finest_level
-            || node.error <= self.limits.max_error
+            || node.error < self.limits.max_error
             || radius_px * 0.5 < self.limits.min_radius_px;
         if fine_enough || level == 0 {
             #[expect(clippy::cast_possible_truncation, reason = "axes are far below 2^32")]

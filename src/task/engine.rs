@@ -4,6 +4,7 @@
 //! being drawn is dropped at its next piece. Pictures come back through [`Engine::take_picture`],
 //! announced by the `wake` callback.
 
+use std::collections::VecDeque;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError, mpsc};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
@@ -16,6 +17,7 @@ use crate::core::Ticket;
 use crate::gpu::{Context, GpuError, Renderer, Wishes};
 use crate::kernel::Kernel;
 use crate::scene::Scene;
+use crate::volume::ScalarVolume;
 
 /// What to draw until the next request.
 #[derive(Debug, Clone)]
@@ -121,10 +123,13 @@ struct Shared {
 
 #[derive(Debug)]
 struct Slot {
-    pending: Option<Posted>,
+    /// The newest frame that was asked for and not yet begun.
+    frame: Option<FrameRequest>,
+    /// Stills are waited for: none is ever dropped, and they go before frames.
+    stills: VecDeque<PostedStill>,
     stop: bool,
-    /// Cancels the preparation under way; it belongs to the volume that was asked for last.
-    ticket: Ticket,
+    /// The volume of the frame under way, and what cancels its preparation.
+    under_way: Option<(Arc<ScalarVolume>, Ticket)>,
     picture: Option<Arc<Picture>>,
     state: EngineState,
     adapter_name: Option<String>,
@@ -133,9 +138,32 @@ struct Slot {
 }
 
 #[derive(Debug)]
+struct PostedStill {
+    request: StillRequest,
+    ticket: Ticket,
+    reply: mpsc::SyncSender<Result<Still, StillError>>,
+}
+
 enum Posted {
-    Frame(FrameRequest),
-    Still(Box<StillRequest>, Ticket, mpsc::SyncSender<Result<Still, StillError>>),
+    Frame(FrameRequest, Ticket),
+    Still(PostedStill),
+}
+
+impl Slot {
+    fn is_empty(&self) -> bool {
+        self.frame.is_none() && self.stills.is_empty()
+    }
+
+    /// What is to be done next.
+    fn take(&mut self) -> Option<Posted> {
+        if let Some(still) = self.stills.pop_front() {
+            return Some(Posted::Still(still));
+        }
+        let frame = self.frame.take()?;
+        let ticket = Ticket::new();
+        self.under_way = Some((Arc::clone(&frame.scene.volume), ticket.clone()));
+        Some(Posted::Frame(frame, ticket))
+    }
 }
 
 impl Shared {
@@ -160,9 +188,10 @@ impl Engine {
     ) -> Self {
         let shared = Arc::new(Shared {
             slot: Mutex::new(Slot {
-                pending: None,
+                frame: None,
+                stills: VecDeque::new(),
                 stop: false,
-                ticket: Ticket::new(),
+                under_way: None,
                 picture: None,
                 state: EngineState::Starting,
                 adapter_name: None,
@@ -190,18 +219,12 @@ impl Engine {
     /// Replaces whatever was asked for before. Never blocks.
     pub fn request(&self, request: FrameRequest) {
         let mut slot = self.shared.lock();
-        let other_volume = match &slot.pending {
-            Some(Posted::Frame(pending)) => {
-                !Arc::ptr_eq(&pending.scene.volume, &request.scene.volume)
-            }
-            // Stills are waited for; frames go after them.
-            Some(Posted::Still(..)) => return,
-            None => false,
-        };
-        if other_volume {
-            slot.ticket.cancel();
+        if let Some((volume, ticket)) = &slot.under_way
+            && !Arc::ptr_eq(volume, &request.scene.volume)
+        {
+            ticket.cancel();
         }
-        slot.pending = Some(Posted::Frame(request));
+        slot.frame = Some(request);
         drop(slot);
         self.shared.posted.notify_one();
     }
@@ -211,12 +234,15 @@ impl Engine {
     /// # Errors
     /// What went wrong, in one sentence.
     pub fn still(&self, request: StillRequest, ticket: &Ticket) -> Result<Still, StillError> {
-        let (sender, receiver) = mpsc::sync_channel(1);
-        self.shared.lock().pending = Some(Posted::Still(Box::new(request), ticket.clone(), sender));
+        let ended = || GpuError::Device("the drawing thread ended early".to_owned());
+        if self.thread.as_ref().is_none_or(JoinHandle::is_finished) {
+            return Err(ended().into());
+        }
+        let (reply, receiver) = mpsc::sync_channel(1);
+        let still = PostedStill { request, ticket: ticket.clone(), reply };
+        self.shared.lock().stills.push_back(still);
         self.shared.posted.notify_one();
-        receiver.recv().unwrap_or_else(|_| {
-            Err(GpuError::Device("the drawing thread ended early".to_owned()).into())
-        })
+        receiver.recv().unwrap_or_else(|_| Err(ended().into()))
     }
 
     /// The newest picture not yet taken, if any. Never blocks.
@@ -245,7 +271,9 @@ impl Drop for Engine {
         {
             let mut slot = self.shared.lock();
             slot.stop = true;
-            slot.ticket.cancel();
+            if let Some((_, ticket)) = &slot.under_way {
+                ticket.cancel();
+            }
         }
         self.shared.posted.notify_one();
         if let Some(thread) = self.thread.take() {
@@ -286,23 +314,25 @@ impl Worker {
             self.announce(EngineState::Idle);
         }
         loop {
-            let (posted, ticket) = {
+            let posted = {
                 let mut slot = self.shared.lock();
-                while slot.pending.is_none() && !slot.stop {
+                while slot.is_empty() && !slot.stop {
                     slot = self.shared.posted.wait(slot).unwrap_or_else(PoisonError::into_inner);
                 }
                 if slot.stop {
                     return;
                 }
-                slot.ticket = Ticket::new();
-                (slot.pending.take(), slot.ticket.clone())
+                slot.take()
             };
             match posted {
-                Some(Posted::Frame(request)) => self.serve(&request, &ticket),
-                Some(Posted::Still(request, ticket, reply)) => {
-                    let result = self.still(&request, &ticket);
+                Some(Posted::Frame(request, ticket)) => {
+                    self.serve(request, &ticket);
+                    self.shared.lock().under_way = None;
+                }
+                Some(Posted::Still(still)) => {
+                    let result = self.still(&still.request, &still.ticket);
                     // Whoever asked may be gone.
-                    drop(reply.send(result));
+                    drop(still.reply.send(result));
                     self.announce(EngineState::Idle);
                 }
                 None => {}
@@ -357,10 +387,10 @@ impl Worker {
     }
 
     /// Draws a request as far as it goes, rebuilding the device where it is lost.
-    fn serve(&mut self, request: &FrameRequest, ticket: &Ticket) {
+    fn serve(&mut self, request: FrameRequest, ticket: &Ticket) {
         let mut tries = 0;
         let outcome = loop {
-            match self.refine(request, ticket) {
+            match self.refine(&request, ticket) {
                 Err(DrawError::Gpu(GpuError::Lost(reason))) if tries < REBUILDS => {
                     log::warn!("the graphics device was lost and is made anew: {reason}");
                     self.drop_device();
@@ -371,7 +401,10 @@ impl Worker {
         };
         match outcome {
             Ok(()) => self.announce(EngineState::Idle),
-            Err(DrawError::Interrupted) => {}
+            // By a newer frame, which takes its place, or by a still, after which it goes on.
+            Err(DrawError::Interrupted) => {
+                self.shared.lock().frame.get_or_insert(request);
+            }
             Err(DrawError::Gpu(error)) => {
                 self.drop_device();
                 self.announce(EngineState::Failed(error.to_string()));
@@ -442,7 +475,7 @@ impl Worker {
 
     fn newer_came(&self) -> bool {
         let slot = self.shared.lock();
-        slot.pending.is_some() || slot.stop
+        !slot.is_empty() || slot.stop
     }
 
     /// Draws and publishes one rung.

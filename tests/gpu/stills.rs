@@ -1,1 +1,120 @@
-//! todo
+//! Still pictures: how far they are refined, and what they say of themselves.
+
+use std::sync::OnceLock;
+
+use glam::DVec3;
+use voxsplat::accuracy::rmse;
+use voxsplat::core::Ticket;
+use voxsplat::gpu::Wishes;
+use voxsplat::scene::Scene;
+use voxsplat::task::engine::{AdapterChoice, Engine};
+use voxsplat::task::still::{Refine, Still, StillError, StillRequest};
+use voxsplat::volume::{Lattice, Samples};
+
+use crate::support::*;
+
+fn engine() -> Option<&'static Engine> {
+    static ENGINE: OnceLock<Option<Engine>> = OnceLock::new();
+    context(Wishes::default())?;
+    ENGINE.get_or_init(|| Some(Engine::start(AdapterChoice::Software, || ()))).as_ref()
+}
+
+/// Smooth blobs: coarse nodes stand for them well.
+fn blobs() -> Scene {
+    let lattice = Lattice::unit([40, 36, 44]);
+    let mut scene = scene(lattice, DVec3::new(0.35, -0.52, 0.78));
+    let value = |i: usize| {
+        let [x, y, z] = [i % 40, i / 40 % 36, i / 1440].map(|n| n as f64);
+        let wave = (x * 0.3).sin() + (y * 0.25).sin() + (z * 0.35).sin();
+        (100.0 + 50.0 * wave) as u8
+    };
+    scene.volume = volume(lattice, Samples::UInt8((0..lattice.len()).map(value).collect()));
+    scene
+}
+
+fn request(refine: Refine) -> StillRequest {
+    StillRequest { scene: blobs(), size: [128, 96], refine, repeat: 0, time_passes: false }
+}
+
+fn draw(engine: &Engine, request: StillRequest) -> Still {
+    engine.still(request, &Ticket::new()).expect("a still")
+}
+
+#[test]
+fn an_error_asked_for_is_kept_and_measured_with_fewer_kernels_for_greater_ones() {
+    let Some(engine) = engine() else { return };
+    let full = draw(engine, request(Refine::Full));
+    let mut kernels = Vec::new();
+    for max_error in [0.1, 0.03, 0.01, 1e-9] {
+        let still = draw(engine, request(Refine::Error { max_error }));
+        let told = still.measured_rmse.expect("it was asked for");
+        let found = rmse(&wide(&still.light), &wide(&full.light)).expect("comparable");
+        assert!(told <= max_error && (found - told).abs() < 1e-6, "{max_error}: {found} {told}");
+        println!("measured rmse {found:.4} with {} kernels for {max_error}", still.drawn.kernels);
+        kernels.push(still.drawn.kernels);
+    }
+    assert!(
+        kernels.windows(2).all(|w| w[0] <= w[1]) && kernels[0] < kernels[3] / 10,
+        "{kernels:?}"
+    );
+    assert_eq!(kernels[3], full.drawn.kernels);
+}
+
+#[test]
+fn a_budget_gives_a_smaller_coarser_picture_of_the_size_asked_for() {
+    let Some(engine) = engine() else { return };
+    let mut large = request(Refine::Budget { budget_ms: 2.0 });
+    large.size = [640, 480];
+    let still = draw(engine, large);
+    assert!(still.drawn.size[0] < 640 && still.drawn.size[1] < 480, "{:?}", still.drawn);
+    assert!(still.drawn.kernels < still.kernels_active / 2, "{:?}", still.drawn);
+    assert_eq!((still.light.len(), still.rgba.len()), (640 * 480, 640 * 480 * 4));
+    let mut whole = request(Refine::Full);
+    whole.size = [640, 480];
+    let error = rmse(&wide(&still.light), &wide(&draw(engine, whole).light)).expect("comparable");
+    println!("measured 2 ms of 640 × 480: rmse {error:.3}");
+    assert!(error < 0.2, "it is the same scene: {error}");
+}
+
+#[test]
+fn repeats_are_timed_and_change_nothing() {
+    let Some(engine) = engine() else { return };
+    let once = draw(engine, request(Refine::Full));
+    let often =
+        draw(engine, StillRequest { repeat: 3, time_passes: true, ..request(Refine::Full) });
+    assert_eq!((once.frame_ms.len(), often.frame_ms.len()), (1, 4));
+    assert!(often.frame_ms.iter().all(|&ms| ms > 0.0));
+    assert!(once.light == often.light && once.rgba == often.rgba, "another picture");
+    assert_eq!((once.passes.len(), once.timer), (0, None));
+    let names: Vec<&str> = often.passes.iter().map(|p| p.name).collect();
+    assert_eq!(names, ["count_segments", "scan_segments", "emit_kernels", "splat", "present"]);
+    assert!(often.passes.iter().all(|p| p.runs > 0 && p.gpu_ms >= 0.0));
+    assert!(often.timer.is_some());
+}
+
+#[test]
+fn a_still_says_truly_what_was_drawn() {
+    let Some(engine) = engine() else { return };
+    let still = draw(engine, request(Refine::Full));
+    let scene = blobs();
+    let with_opacity = (0..scene.volume.samples.len())
+        .filter(|&i| scene.transfer.opacity_at(scene.volume.samples.get(i)) > 0.0)
+        .count() as u64;
+    assert_eq!((still.drawn.kernels, still.kernels_active), (with_opacity, with_opacity));
+    assert!(with_opacity > 1000 && with_opacity < scene.volume.lattice.len() as u64);
+    assert_eq!((still.drawn.nodes, still.drawn.size, still.size), (0, [128, 96], [128, 96]));
+    assert!(!still.adapter.is_empty() && still.pipelines >= 5);
+    // The volume and the light at least.
+    assert!(still.peak_gpu_bytes > 40 * 36 * 44 + 128 * 96 * 16, "{}", still.peak_gpu_bytes);
+    assert_eq!(still.capped_opacities, 0);
+}
+
+#[test]
+fn a_cancelled_still_is_cancelled() {
+    let Some(engine) = engine() else { return };
+    let ticket = Ticket::new();
+    ticket.cancel();
+    let outcome = engine.still(request(Refine::Full), &ticket);
+    assert_eq!(outcome.err(), Some(StillError::Cancelled));
+    draw(engine, request(Refine::Full));
+}
