@@ -101,11 +101,7 @@ pub fn run(options: Options) -> anyhow::Result<()> {
 }
 
 /// The real engine, readers and dialogs.
-fn parts(
-    ctx: &Context,
-    adapter: AdapterChoice,
-    screen_format: Option<ScreenFormat>,
-) -> Parts {
+fn parts(ctx: &Context, adapter: AdapterChoice, screen_format: Option<ScreenFormat>) -> Parts {
     let news = Arc::new(News::new(ctx));
     let announced = Arc::clone(&news);
     Parts {
