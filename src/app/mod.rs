@@ -38,6 +38,7 @@ use file_dialog::FileDialog;
 use pacing::{News, WAIT_FOR_PICTURE};
 use reading::Files;
 use trace::Traced;
+use viewport::ScreenFormat;
 pub use window::{Parts, Window};
 
 /// The name by which the desktop knows the window, and the folder of its settings.
@@ -100,11 +101,7 @@ pub fn run(options: Options) -> anyhow::Result<()> {
 }
 
 /// The real engine, readers and dialogs.
-fn parts(
-    ctx: &Context,
-    adapter: AdapterChoice,
-    screen_format: Option<wgpu::TextureFormat>,
-) -> Parts {
+fn parts(ctx: &Context, adapter: AdapterChoice, screen_format: Option<ScreenFormat>) -> Parts {
     let news = Arc::new(News::new(ctx));
     let announced = Arc::clone(&news);
     Parts {
@@ -112,7 +109,7 @@ fn parts(
         news,
         wait_for_picture: WAIT_FOR_PICTURE,
         // Built with wgpu alone, the window always has one.
-        screen_format: screen_format.unwrap_or(wgpu::TextureFormat::Rgba8Unorm),
+        screen_format: screen_format.unwrap_or(ScreenFormat::Rgba8Unorm),
         library: Arc::new(Files),
         renderer: saving::engine_renderer(adapter),
         chooser: Box::new(FileDialog::open),

@@ -1,8 +1,8 @@
 //! The one bridge between the engine's pictures and egui: a texture, and where it is painted.
 //!
 //! A picture of the size that was asked for is shown pixel for pixel on a rectangle of whole
-//! physical pixels, by a pipeline of our own (`shaders/picture.wgsl`), so that every byte arrives on screen as the
-//! engine wrote it. Other sizes are enlarged smoothly.
+//! physical pixels, by a pipeline of our own (`shaders/picture.wgsl`), so that every byte arrives
+//! on screen as the engine wrote it. Other sizes are enlarged smoothly.
 
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -12,6 +12,7 @@ use eframe::egui::{
     TextureOptions, pos2, vec2,
 };
 use eframe::egui_wgpu;
+pub use wgpu::TextureFormat as ScreenFormat;
 
 use super::theme;
 use crate::gpu::shader;

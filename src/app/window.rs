@@ -23,7 +23,7 @@ use super::panels::data::FieldChoice;
 use super::saving::{self, Renderer, SaveRequest, Saved};
 use super::settings::Settings;
 use super::theme;
-use super::viewport::Viewport;
+use super::viewport::{ScreenFormat, Viewport};
 use crate::core::{Camera, Projection};
 use crate::scene::{self, Background, NamedView, Scene, SplatSettings};
 use crate::task::engine::EngineState;
@@ -42,7 +42,7 @@ pub struct Parts {
     /// How long a pass may wait for the picture of a change it has posted.
     pub wait_for_picture: Duration,
     /// What the window's surface holds.
-    pub screen_format: wgpu::TextureFormat,
+    pub screen_format: ScreenFormat,
     /// Who reads.
     pub library: Arc<dyn Library>,
     /// Who draws pictures to be saved.
