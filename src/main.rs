@@ -2,13 +2,22 @@
 
 use std::process::ExitCode;
 
+use env_logger::Env;
 use voxsplat::app::document::Source;
 use voxsplat::app::{self, Options};
 use voxsplat::cli::{self, WindowFlags};
 
 fn main() -> ExitCode {
-    env_logger::init();
-    cli::run(std::env::args_os(), window)
+    // Libraries log what is shown to people otherwise, or is no trouble at all.
+    env_logger::Builder::from_env(Env::default().default_filter_or("off,voxsplat=warn")).init();
+    std::panic::set_hook(Box::new(|panic| {
+        let place = panic.location().map_or_else(String::new, ToString::to_string);
+        eprintln!(
+            "voxsplat: expected to go on, found an error of its own; please report it: {place}"
+        );
+    }));
+    // The hook has said what there is to say.
+    std::panic::catch_unwind(|| cli::run(std::env::args_os(), window)).unwrap_or(ExitCode::FAILURE)
 }
 
 fn window(flags: WindowFlags) -> Result<(), String> {

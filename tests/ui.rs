@@ -568,7 +568,7 @@ fn habits_survive_and_volumes_do_not() {
 fn the_axes_of_a_patient_are_named() {
     let bench = Bench::opened();
     assert_eq!(bench.camera().focal_point, DVec3::splat(3.5));
-    assert_eq!(bench.last_request().scene.background, Background::Colour(Srgb8([17, 19, 23])));
+    assert_eq!(bench.last_request().scene.background, Background::Colour(Srgb8::BLACK));
 }
 
 fn absolute(name: &str) -> PathBuf {

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use serde::{Deserialize, Serialize};
 
 use crate::core::Srgb8;
+use crate::scene;
 use crate::scene::Background;
 use crate::task::engine::{Effort, Ladder};
 
@@ -48,7 +49,7 @@ impl Default for Settings {
         Self {
             recent: Vec::new(),
             budget_ms: 20.0,
-            background: Srgb8([17, 19, 23]),
+            background: scene::BACKGROUND,
             transparent_background: false,
             full_quality_while_moving: false,
             show_partial: false,

@@ -9,7 +9,7 @@ use eframe::egui::{
 /// Behind the panels.
 pub const PANEL: Color32 = Color32::from_rgb(27, 30, 36);
 /// Behind the picture until there is one.
-pub const VIEWPORT: Color32 = Color32::from_rgb(17, 19, 23);
+pub const VIEWPORT: Color32 = Color32::BLACK;
 /// Behind graphs and text fields.
 pub const WELL: Color32 = Color32::from_rgb(19, 21, 26);
 /// Lines between things.

@@ -55,8 +55,15 @@ impl Context {
     /// # Errors
     /// [`GpuError::NoAdapter`], or the driver's refusal.
     pub fn new(choice: &AdapterChoice, wishes: Wishes) -> Result<Self, GpuError> {
-        let instance =
-            wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle_from_env());
+        // OpenGL is left out: what it offers beyond Vulkan, Metal and Direct3D 12 lacks compute
+        // passes or draws them wrong, and asking for it prints to the terminal.
+        let instance = wgpu::Instance::new(
+            wgpu::InstanceDescriptor {
+                backends: wgpu::Backends::PRIMARY,
+                ..wgpu::InstanceDescriptor::new_without_display_handle()
+            }
+            .with_env(),
+        );
         let adapter = pick(&instance, choice)?;
         let info = adapter.get_info();
         let offered = adapter.features();

@@ -78,6 +78,9 @@ impl Scene {
     }
 }
 
+/// What lies behind a volume until someone chooses otherwise, in the window and in `render`.
+pub const BACKGROUND: Srgb8 = Srgb8::BLACK;
+
 /// What a newly opened volume is seen as: a transfer function from its histogram, the whole
 /// lattice in the isometric view, black behind. `space` is what the file calls its space.
 pub fn opening(volume: Arc<ScalarVolume>, space: Option<&str>) -> Scene {
@@ -86,7 +89,7 @@ pub fn opening(volume: Arc<ScalarVolume>, space: Option<&str>) -> Scene {
         transfer: presets::default_for(&volume.statistics),
         camera: framing_camera(&volume.lattice, direction, up),
         splat: SplatSettings::default(),
-        background: Background::Colour(Srgb8::BLACK),
+        background: Background::Colour(BACKGROUND),
         volume,
     }
 }
