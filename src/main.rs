@@ -7,7 +7,9 @@ use voxsplat::app::{self, Options};
 use voxsplat::cli::{self, WindowFlags};
 
 fn main() -> ExitCode {
-    env_logger::init();
+    // What libraries log is for those who ask: a failure is one line.
+    let env = env_logger::Env::default().default_filter_or("off,voxsplat=warn");
+    env_logger::Builder::from_env(env).init();
     cli::run(std::env::args_os(), window)
 }
 
