@@ -93,8 +93,13 @@ pub fn run(options: Options) -> anyhow::Result<()> {
         Ok(app)
     };
     eframe::run_native("Voxsplat", native, Box::new(create)).map_err(|error| {
+        let found = match error {
+            // Its own words are places in its source.
+            eframe::Error::WinitEventLoop(_) => "none that answers".to_owned(),
+            error => format!("that {error}"),
+        };
         anyhow!(
-            "expected a display to open a window on, found that {error}; \
+            "expected a display to open a window on, found {found}; \
              try `voxsplat render`, which needs none"
         )
     })

@@ -1,18 +1,20 @@
 //! A file named on the command line.
 
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use super::Failure;
 use super::flags::InputFlags;
 use crate::core::Ticket;
 use crate::io::{self, OpenOptions, RawOverrides};
-use crate::volume::{Component, Grid, ScalarVolume, demo};
+use crate::volume::{Component, Grid, ScalarVolume, VolumeError, demo};
 
 /// What was opened: the grid, and where the file says so, its format.
 pub(super) struct Input {
     pub grid: Grid,
     pub format: String,
     pub warnings: Vec<String>,
+    path: PathBuf,
 }
 
 pub(super) fn grid(flags: &InputFlags) -> Result<Input, Failure> {
@@ -24,7 +26,12 @@ pub(super) fn grid(flags: &InputFlags) -> Result<Input, Failure> {
                 demo::NAMES.join(", ")
             ))
         })?;
-        return Ok(Input { grid, format: "demo".to_owned(), warnings: Vec::new() });
+        return Ok(Input {
+            grid,
+            format: "demo".to_owned(),
+            warnings: Vec::new(),
+            path: flags.file.clone(),
+        });
     }
     let raw = RawOverrides {
         dims: flags.raw_dims,
@@ -42,6 +49,7 @@ pub(super) fn grid(flags: &InputFlags) -> Result<Input, Failure> {
         grid: opened.grid,
         format: opened.format.name().to_owned(),
         warnings: opened.warnings,
+        path: flags.file.clone(),
     })
 }
 
@@ -51,12 +59,16 @@ pub(super) fn scalar(
     field: Option<&str>,
     component: Option<usize>,
 ) -> Result<Arc<ScalarVolume>, Failure> {
-    let field = input.grid.field(field).map_err(Failure::failed)?;
+    let failed = |error: VolumeError| {
+        let path = input.path.display();
+        Failure::Failed(format!("{error}; `voxsplat info` tells what is there: {path}"))
+    };
+    let field = input.grid.field(field).map_err(failed)?;
     let component = match component {
         Some(index) => Component::Index(index),
         None if field.components == 1 => Component::Index(0),
         None => Component::Magnitude,
     };
-    let volume = input.grid.scalar(field, component, &Ticket::new()).map_err(Failure::failed)?;
+    let volume = input.grid.scalar(field, component, &Ticket::new()).map_err(failed)?;
     Ok(Arc::new(volume))
 }

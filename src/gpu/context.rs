@@ -55,16 +55,7 @@ impl Context {
     /// # Errors
     /// [`GpuError::NoAdapter`], or the driver's refusal.
     pub fn new(choice: &AdapterChoice, wishes: Wishes) -> Result<Self, GpuError> {
-        // OpenGL is left out: what it offers beyond Vulkan, Metal and Direct3D 12 lacks compute
-        // passes or draws them wrong, and asking for it prints to the terminal.
-        let instance = wgpu::Instance::new(
-            wgpu::InstanceDescriptor {
-                backends: wgpu::Backends::PRIMARY,
-                ..wgpu::InstanceDescriptor::new_without_display_handle()
-            }
-            .with_env(),
-        );
-        let adapter = pick(&instance, choice)?;
+        let adapter = pick(choice)?;
         let info = adapter.get_info();
         let offered = adapter.features();
         let granted = Wishes {
@@ -164,8 +155,24 @@ fn keep_first(slot: &Mutex<Option<String>>, message: String) {
     slot.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(message);
 }
 
-fn pick(instance: &wgpu::Instance, choice: &AdapterChoice) -> Result<wgpu::Adapter, GpuError> {
-    let adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::all()));
+/// Every adapter. OpenGL's are looked for only where there is no other: its loader is slow, and
+/// writes to standard error.
+fn adapters() -> Vec<wgpu::Adapter> {
+    let descriptor = wgpu::InstanceDescriptor::new_without_display_handle_from_env;
+    let allowed = descriptor().backends;
+    [allowed & wgpu::Backends::PRIMARY, allowed - wgpu::Backends::PRIMARY]
+        .into_iter()
+        .map(|backends| {
+            let instance =
+                wgpu::Instance::new(wgpu::InstanceDescriptor { backends, ..descriptor() });
+            pollster::block_on(instance.enumerate_adapters(backends))
+        })
+        .find(|adapters| !adapters.is_empty())
+        .unwrap_or_default()
+}
+
+fn pick(choice: &AdapterChoice) -> Result<wgpu::Adapter, GpuError> {
+    let adapters = adapters();
     let names = adapters.iter().map(|a| a.get_info().name).collect::<Vec<_>>().join(", ");
     let is_software = |a: &wgpu::Adapter| a.get_info().device_type == wgpu::DeviceType::Cpu;
     // Discrete before integrated before the rest; the CPU last.

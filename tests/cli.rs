@@ -1,0 +1,352 @@
+//! The command line as scripts meet it: exit codes, sentences, files.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::sync::Arc;
+
+use glam::DVec3;
+use serde_json::Value;
+use voxsplat::accuracy::Difference;
+use voxsplat::core::{Camera, Srgb8};
+use voxsplat::kernel::Kernel;
+use voxsplat::reference::{Rays, every_sample, grid_kernels};
+use voxsplat::scene::{Scene, opening};
+use voxsplat::transfer::{ColourSource, TransferFunction};
+use voxsplat::volume::{Component, demo};
+
+fn voxsplat(arguments: &[&str]) -> Output {
+    let output = Command::new(env!("CARGO_BIN_EXE_voxsplat"))
+        .args(arguments)
+        .env_remove("RUST_LOG")
+        .env_remove("DISPLAY")
+        .env_remove("WAYLAND_DISPLAY")
+        // Without one, libwayland writes to stderr whenever a Vulkan driver looks for a screen.
+        .env("XDG_RUNTIME_DIR", std::env::temp_dir())
+        .output()
+        .expect("the program starts");
+    let errors = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(!errors.contains("panicked") && !errors.contains("RUST_BACKTRACE"), "{errors}");
+    output
+}
+
+fn errors(output: &Output) -> String {
+    String::from_utf8(output.stderr.clone()).expect("UTF-8")
+}
+
+/// Whether pictures can be drawn here; says so where not and that is allowed.
+fn can_draw() -> bool {
+    let choice = voxsplat::gpu::AdapterChoice::Auto;
+    match voxsplat::gpu::Context::new(&choice, voxsplat::gpu::Wishes::default()) {
+        Ok(_) => true,
+        Err(error) if std::env::var("VOXSPLAT_GPU").is_ok_and(|v| v == "allow-skip") => {
+            println!("skipped pictures by the command line: {error}");
+            false
+        }
+        Err(error) => panic!("{error} (or set VOXSPLAT_GPU=allow-skip)"),
+    }
+}
+
+/// What is wrong with a refusal; `None` for one line with these words that ends in the path.
+fn fault(output: &Output, code: i32, words: &[&str], path: Option<&Path>) -> Option<String> {
+    let errors = errors(output);
+    let line = errors.trim_end();
+    let checks = [
+        (output.status.code() == Some(code), "exits as it should"),
+        (output.stdout.is_empty(), "writes nothing to stdout"),
+        (line.lines().count() == 1, "says one line"),
+        (line.starts_with("voxsplat: expected "), "begins with what was expected"),
+        (line.contains(", found "), "says what was found"),
+        (words.iter().all(|word| line.contains(word)), "has the words"),
+        (path.is_none_or(|p| line.ends_with(&format!(": {}", p.display()))), "ends in the path"),
+    ];
+    let (_, rule) = checks.iter().find(|(kept, _)| !kept)?;
+    Some(format!("not so: it {rule} {words:?}: {:?} {errors}", output.status.code()))
+}
+
+/// `info` and `render` alike refuse a file with exit 1 and one line that ends in its path.
+#[track_caller]
+fn file_is_refused(path: &Path, words: &[&str]) {
+    let name = path.to_str().expect("UTF-8");
+    let output = voxsplat(&["info", name]);
+    assert_eq!(fault(&output, 1, words, Some(path)), None);
+    render_is_refused(path, words);
+}
+
+#[track_caller]
+fn render_is_refused(path: &Path, words: &[&str]) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let picture = folder.path().join("out.png");
+    let name = path.to_str().expect("UTF-8");
+    let output = voxsplat(&["render", name, "-o", picture.to_str().expect("UTF-8")]);
+    assert_eq!(fault(&output, 1, words, Some(path)), None);
+    assert!(!picture.exists(), "a picture of nothing");
+}
+
+fn written(folder: &Path, name: &str, content: &[u8]) -> PathBuf {
+    let path = folder.join(name);
+    std::fs::write(&path, content).expect("the folder is ours");
+    path
+}
+
+fn nrrd(kind: &str, sizes: &str, data: &[u8]) -> Vec<u8> {
+    let header = format!(
+        "NRRD0004\ntype: {kind}\ndimension: 3\nsizes: {sizes}\nencoding: raw\nendian: little\n\n"
+    );
+    [header.as_bytes(), data].concat()
+}
+
+#[test]
+fn files_that_cannot_be_read_are_one_line_with_the_path_last() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    file_is_refused(&at.join("missing.nrrd"), &["nothing of that name"]);
+    file_is_refused(at, &["folder"]);
+    file_is_refused(&written(at, "empty.nrrd", b""), &["empty"]);
+    file_is_refused(&written(at, "short.nrrd", &nrrd("uint8", "4 4 4", &[0; 10])), &["64", "10"]);
+    file_is_refused(&written(at, "words.txt", b"hello, world"), &[]);
+    let nan: Vec<u8> = std::iter::repeat_n(f32::NAN.to_le_bytes(), 8).flatten().collect();
+    let nan = written(at, "nan.nrrd", &nrrd("float", "2 2 2", &nan));
+    render_is_refused(&nan, &["finite", "8 NaN"]);
+    // There is something to tell of it all the same.
+    assert_eq!(voxsplat(&["info", nan.to_str().expect("UTF-8")]).status.code(), Some(0));
+}
+
+#[test]
+fn the_comparison_of_refusals_sees_what_is_wrong() {
+    let missing = voxsplat(&["info", "missing.nrrd"]);
+    assert_eq!(fault(&missing, 1, &["found"], Some(Path::new("missing.nrrd"))), None);
+    assert!(fault(&missing, 2, &[], None).is_some());
+    assert!(fault(&missing, 1, &["banana"], None).is_some());
+    assert!(fault(&missing, 1, &[], Some(Path::new("other.nrrd"))).is_some());
+    assert!(fault(&voxsplat(&["info", "demo:shells:8"]), 0, &[], None).is_some());
+}
+
+#[test]
+fn wrong_usage_exits_with_2() {
+    let render = |more: &[&str]| {
+        let all = [&["render", "demo:shells:8", "-o", "/nowhere/out.png"], more].concat();
+        voxsplat(&all)
+    };
+    for more in [
+        &["--frobnicate"][..],
+        &["--resolution", "0,5"],
+        &["--resolution", "640x480"],
+        &["--extent", "-1"],
+        &["--opacity", "5:2"],
+        &["--opacity", "nonsense"],
+        &["--camera-view-angle", "180"],
+        &["--camera-direction", "0,0,0"],
+        &["--kernel", "sinc"],
+        &["--refine", "finest"],
+        &["--repeat", "-1"],
+        &["--color", "1:red"],
+        &["--color", "1:ff0000", "--colormap", "viridis"],
+        &["--background", "ff0000", "--no-background"],
+        &["--raw-type", "u8"],
+    ] {
+        let output = render(more);
+        assert_eq!(output.status.code(), Some(2), "{more:?}: {}", errors(&output));
+        assert!(output.stdout.is_empty() && !output.stderr.is_empty(), "{more:?}");
+    }
+    for (more, words) in [
+        (&["--extent", "2", "--kernel", "nearest"][..], &["--extent", "nearest"][..]),
+        (&["--extent", "2", "--kernel", "point"], &["--extent", "point"]),
+        (&["--refine", "coarse"], &["--budget-ms", "--max-error"]),
+        (&["--refine", "coarse", "--budget-ms", "5", "--max-error", "0.1"], &["both"]),
+        (&["--budget-ms", "5"], &["--refine coarse"]),
+    ] {
+        assert_eq!(fault(&render(more), 2, words, None), None);
+    }
+    let jpeg = voxsplat(&["render", "demo:shells:8", "-o", "a.jpg"]);
+    assert_eq!(fault(&jpeg, 2, &[".png", ".exr"], Some(Path::new("a.jpg"))), None);
+    assert_eq!(voxsplat(&["render", "demo:shells:8"]).status.code(), Some(2), "no output");
+    assert_eq!(voxsplat(&["--help"]).status.code(), Some(0));
+}
+
+#[test]
+fn what_is_not_in_the_file_or_the_machine_is_exit_1() {
+    let demo = Path::new("demo:shells:8");
+    let render = |more: &[&str]| {
+        voxsplat(&[&["render", "demo:shells:8", "-o", "/nowhere/out.png"], more].concat())
+    };
+    assert_eq!(fault(&render(&["--field", "q"]), 1, &["shell", "\"q\""], Some(demo)), None);
+    assert_eq!(fault(&render(&["--component", "4"]), 1, &["component 4"], Some(demo)), None);
+    let output = voxsplat(&["info", "demo:nothing"]);
+    assert_eq!(fault(&output, 1, &["shells", "demo:nothing"], None), None);
+    let adapter = render(&["--adapter", "no such adapter"]);
+    assert_eq!(fault(&adapter, 1, &["no such adapter"], None), None);
+    if can_draw() {
+        let line = errors(&render(&["--resolution", "8,8"]));
+        assert!(
+            line.lines().count() == 1 && line.trim_end().ends_with(": /nowhere/out.png"),
+            "{line}"
+        );
+        let large = render(&["--resolution", "1000000,8"]);
+        assert_eq!(fault(&large, 1, &["1000000"], None), None);
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_window_without_a_display_is_one_line_that_offers_render() {
+    let output = voxsplat(&["demo:shells:8"]);
+    assert_eq!(fault(&output, 1, &["display", "voxsplat render"], None), None);
+    assert!(!errors(&output).contains(".rs"), "{}", errors(&output));
+}
+
+#[test]
+fn info_has_the_keys_that_scripts_depend_on() {
+    let output = voxsplat(&["info", "demo:tornado:8", "--json"]);
+    assert!(output.status.success() && output.stderr.is_empty(), "{}", errors(&output));
+    let info: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    assert_eq!((&info["kind"], &info["dims"]), (&"grid".into(), &serde_json::json!([8, 8, 8])));
+    for (key, numbers) in [("spacing", 3), ("origin", 3), ("direction", 9)] {
+        let found = info[key].as_array().unwrap_or_else(|| panic!("no {key}"));
+        assert!(found.len() == numbers && found.iter().all(Value::is_number), "{key}: {found:?}");
+    }
+    assert!(info["format"].is_string());
+    let fields = info["fields"].as_array().expect("fields");
+    assert!(fields.len() >= 2, "the tornado has a scalar and its wind");
+    for field in fields {
+        for key in ["name", "scalar_type", "association"] {
+            assert!(field[key].is_string(), "{key} of {field}");
+        }
+        for key in ["components", "min", "max", "mean", "nan_count"] {
+            assert!(field[key].is_number(), "{key} of {field}");
+        }
+    }
+    let text = voxsplat(&["info", "demo:tornado:8"]);
+    assert!(String::from_utf8_lossy(&text.stdout).contains("8 × 8 × 8"));
+}
+
+/// The flags of [`shells_scene`].
+const FLAGS: [&str; 18] = [
+    "--resolution",
+    "96,80",
+    "--camera-direction",
+    "0.3,-0.5,0.8",
+    "--camera-view-up",
+    "0,1,0",
+    "--camera-focal-point",
+    "0.1,0,-0.05",
+    "--parallel-scale",
+    "1.4",
+    "--opacity",
+    "40:0,100:0.3,255:0.8",
+    "--opacity-unit-distance",
+    "0.05",
+    "--color",
+    "0:ff2000,128:20f040,255:1030ff",
+    "--extent",
+    "1.8",
+];
+
+fn shells_scene() -> Scene {
+    let grid = demo::open("shells:32", None).expect("a demo");
+    let volume = grid
+        .scalar(&grid.fields[0], Component::Index(0), &voxsplat::core::Ticket::new())
+        .expect("a scalar");
+    let mut scene = opening(Arc::new(volume));
+    scene.camera =
+        Camera::new(DVec3::new(0.1, 0.0, -0.05), DVec3::new(0.3, -0.5, 0.8), DVec3::Y, 1.4);
+    scene.transfer = TransferFunction {
+        opacity: vec![(40.0, 0.0), (100.0, 0.3), (255.0, 0.8)],
+        colour: ColourSource::Stops(vec![
+            (0.0, Srgb8([255, 32, 0])),
+            (128.0, Srgb8([32, 240, 64])),
+            (255.0, Srgb8([16, 48, 255])),
+        ]),
+    };
+    scene.splat.opacity_unit_distance = Some(0.05);
+    scene.splat.extent = Some(1.8);
+    scene
+}
+
+/// Measured on llvmpipe (Mesa 22.3.6), 2026-11-21: max 1.1e-4, rmse 3.8e-6.
+#[test]
+fn a_rendered_exr_is_the_references_light_and_the_png_is_its_display_form() {
+    if !can_draw() {
+        return;
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = |name: &str| folder.path().join(name).to_str().expect("UTF-8").to_owned();
+    let (exr, png, stats) = (path("out.exr"), path("out.png"), path("stats.json"));
+    for (output, more) in [(&exr, &[][..]), (&png, &["--stats", &stats, "--repeat", "2"])] {
+        let command = [&["render", "demo:shells:32", "-o", output], &FLAGS[..], more].concat();
+        let run = voxsplat(&command);
+        assert!(run.status.success() && run.stdout.is_empty(), "{}", errors(&run));
+    }
+    let light = image::open(&exr).expect("an EXR").into_rgba32f();
+    assert_eq!(light.dimensions(), (96, 80));
+    let found: Vec<[f64; 4]> = light.pixels().map(|p| p.0.map(f64::from)).collect();
+    let scene = shells_scene();
+    let kernels = grid_kernels(&scene);
+    let expected =
+        every_sample(&kernels, Kernel::Cubic, Some(1.8), &scene.camera, [96, 80], Rays::Local);
+    let difference = Difference::between(&found, &expected).expect("comparable");
+    println!("measured EXR of the command line: {difference:?}");
+    assert!(difference.max_abs < 3e-4 && difference.rmse < 1e-5, "{difference:?}");
+    assert!(expected.iter().any(|p| p[3] > 0.5) && expected.iter().any(|p| p[3] == 0.0));
+    let straight: Vec<[f64; 4]> =
+        expected.iter().map(|p| [p[0] / p[3].max(1e-6), p[1], p[2], p[3]]).collect();
+    let other = Difference::between(&found, &straight).expect("comparable");
+    assert!(other.rmse > 1e-2, "straight alpha would pass: {other:?}");
+
+    let display = image::open(&png).expect("a PNG").into_rgba8();
+    assert_eq!(display.dimensions(), (96, 80));
+    for (byte, light) in display.pixels().zip(&expected) {
+        let encoded = |c: f64| voxsplat::core::colour::srgb_from_linear(c) * 255.0;
+        let off =
+            (0..3).map(|c| (f64::from(byte[c]) - encoded(light[c])).abs()).fold(0.0, f64::max);
+        // Half a step of rounding, and the light's own error.
+        assert!(off < 0.9 && byte[3] == 255, "{byte:?} for {light:?}");
+    }
+    stats_are_complete(&stats, kernels.len());
+}
+
+fn stats_are_complete(path: &str, kernels: usize) {
+    let text = std::fs::read_to_string(path).expect("statistics");
+    let stats: Value = serde_json::from_str(&text).expect("JSON");
+    assert!(stats["adapter"].as_str().is_some_and(|a| !a.is_empty()));
+    assert_eq!(stats["resolution"], serde_json::json!([96, 80]));
+    assert_eq!(stats["kernels_total"], 32 * 32 * 32);
+    assert_eq!(stats["kernels_drawn"], kernels);
+    assert_eq!(stats["octree_nodes"], 0);
+    assert!(stats["effects"].is_array());
+    assert_eq!(stats["refinement"], "full");
+    assert_eq!(stats["frame_ms"].as_array().map(Vec::len), Some(3));
+    assert!(stats["load_ms"].is_number() && stats["peak_gpu_bytes"].as_u64() > Some(0));
+    let passes = stats["passes"].as_array().expect("passes");
+    assert!(!passes.is_empty());
+    for pass in passes {
+        assert!(pass["name"].is_string() && pass["gpu_ms"].as_f64() >= Some(0.0), "{pass}");
+    }
+    assert!(stats["timer"] == "wall" || stats["timer"] == "device");
+}
+
+#[test]
+fn a_picture_goes_to_stdout_alone_and_may_keep_its_alpha() {
+    if !can_draw() {
+        return;
+    }
+    let run = voxsplat(&[
+        "render",
+        "demo:shells:16",
+        "-o",
+        "-",
+        "--resolution",
+        "33,20",
+        "--no-background",
+        "--camera-view-angle",
+        "40",
+        "--refine",
+        "coarse",
+        "--max-error",
+        "0.05",
+    ]);
+    assert!(run.status.success(), "{}", errors(&run));
+    let picture =
+        image::load_from_memory(&run.stdout).expect("a PNG and nothing else").into_rgba8();
+    assert_eq!(picture.dimensions(), (33, 20));
+    assert!(picture.pixels().any(|p| p[3] == 0) && picture.pixels().any(|p| p[3] > 100));
+}
