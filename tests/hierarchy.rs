@@ -249,6 +249,20 @@ fn nothing_opaque_has_no_node_and_everything_opaque_has_every_voxel() {
     assert!(nodes(&full.pyramid).iter().all(|n| n.3.extinction.is_finite()));
 }
 
+/// The transmittance of a large opaque node is below the least number there is.
+#[test]
+fn large_nodes_of_nearly_equal_opaque_voxels_stay_as_opaque_as_those() {
+    let dims = [64, 64, 64];
+    let opaque = TransferFunction { opacity: vec![(0.0, 0.99), (1.0, 1.0)], ..transfer(0.0) };
+    let samples = (0..64 * 64 * 64).map(random).collect();
+    let built = built(dims, Samples::Float64(samples), &opaque);
+    for (level, low, _, node) in nodes(&built.pyramid) {
+        let [least, most] = [0.01_f32, 1e-4].map(|transmittance| -transmittance.ln());
+        let kept = node.extinction >= least * 0.999 && node.extinction <= most * 1.001;
+        assert!(kept, "level {level} {low:?}: {}", node.extinction);
+    }
+}
+
 fn holds(node: &CutNode, at: [usize; 3]) -> bool {
     (0..3).all(|a| (node.low[a]..node.low[a] + node.size[a]).contains(&(at[a] as u32)))
 }

@@ -142,20 +142,24 @@ fn effective_extinction(children: &[Option<f32>; 8], size: f32) -> f32 {
     let mut mean = 0.0;
     for axis in 0..3 {
         let step = 1 << axis;
-        let (mut transmittance, mut columns, mut longest) = (0.0, 0.0, 0.0_f32);
+        let mut depths = [f32::INFINITY; 4];
+        let (mut columns, mut longest) = (0, 0.0_f32);
         for start in (0..8).filter(|i| i & step == 0) {
             let pair = [children[start], children[start | step]];
             let length = pair.iter().flatten().count();
             if length == 0 {
                 continue;
             }
-            let depth: f32 = pair.iter().flatten().sum::<f32>() * size;
-            transmittance += (-depth).exp();
-            columns += 1.0;
+            depths[columns] = pair.iter().flatten().sum::<f32>() * size;
+            columns += 1;
             longest = longest.max(length as f32);
         }
-        if columns > 0.0 {
-            mean += -(transmittance / columns).ln() / (size * longest);
+        if columns > 0 {
+            // Relative to the least: exp(−104) is 0 in single precision, and its logarithm −∞.
+            let depths = &depths[..columns];
+            let least = depths.iter().copied().fold(f32::INFINITY, f32::min);
+            let beyond: f32 = depths.iter().map(|depth| (least - depth).exp()).sum();
+            mean += (least - (beyond / columns as f32).ln()) / (size * longest);
             axes += 1.0;
         }
     }

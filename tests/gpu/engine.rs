@@ -112,6 +112,26 @@ fn of_many_requests_the_last_ones_picture_arrives_and_most_others_are_dropped() 
 }
 
 #[test]
+fn a_picture_under_way_is_dropped_for_a_newer_request() {
+    let Some(bench) = Bench::new() else { return };
+    let scene = large();
+    let timed = Instant::now();
+    bench.request(&scene, [700, 700], rest());
+    bench.until_full([700, 700]);
+    let whole = timed.elapsed();
+    bench.request(&scene, [710, 700], rest());
+    // The first, coarse picture is there; `full` has begun.
+    bench.pictures_until(|_, seen| seen.iter().any(|p| p.requested_size == [710, 700]));
+    let asked = Instant::now();
+    bench.request(&scene, [60, 50], Effort::Moving { budget_ms: 10.0 });
+    let pictures =
+        bench.pictures_until(|_, seen| seen.iter().any(|p| p.requested_size == [60, 50]));
+    println!("measured answer after {:?}, the whole takes {whole:?}", asked.elapsed());
+    assert!(pictures.iter().all(|p| p.requested_size == [60, 50]), "the old one was finished");
+    assert!(asked.elapsed() < whole / 2, "{:?} of {whole:?}", asked.elapsed());
+}
+
+#[test]
 fn rest_ends_in_full_and_then_nothing_more_happens() {
     let Some(bench) = Bench::new() else { return };
     let scene = large();
@@ -127,7 +147,6 @@ fn rest_ends_in_full_and_then_nothing_more_happens() {
             let last = reports[reports.len() - 1];
             assert_eq!((last.progress, last.kernels_drawn), (1.0, last.kernels_active));
             assert_eq!(last.kernels_total, 96 * 96 * 96);
-            assert!(reports[0].rung != "full", "a first, quicker picture: {reports:?}");
         }
     }
     let wakes = bench.wakes.load(Ordering::SeqCst);
@@ -245,7 +264,9 @@ fn dropping_the_engine_in_mid_draw_is_quick() {
         std::thread::sleep(Duration::from_millis(pause_ms));
         let start = Instant::now();
         drop(bench);
-        assert!(start.elapsed() < Duration::from_secs(1), "{:?}", start.elapsed());
+        println!("measured dropped in {:?}", start.elapsed());
+        // A third of a second at most on two free cores; the picture takes several.
+        assert!(start.elapsed() < Duration::from_secs(2), "{:?}", start.elapsed());
     }
     drop(bench);
 }
