@@ -53,7 +53,7 @@ fn constant_cube(opacity: f64) -> Scene {
 }
 
 /// Laur–Hanrahan's figure 4, with the opacity correction that optical depth brings. A layer of the
-/// cubic ripples by +0.25 % and −0.16 %. Measured: +0.25 %, −0.16 % at every level.
+/// cubic ripples by +0.25 % and −0.16 %. Measured: 0.9984 to 1.0026 over all levels.
 #[test]
 fn a_constant_cube_is_as_deep_at_every_level_of_the_pyramid() {
     let Some(mut drawer) = drawer() else { return };
