@@ -43,7 +43,6 @@ struct PassRow {
 
 impl<'a> Stats<'a> {
     pub(super) fn of(still: &'a Still, kernels_total: u64, load_ms: f64) -> Self {
-        let full = still.drawn.nodes == 0 || still.drawn.kernels == still.kernels_active;
         Self {
             adapter: &still.adapter,
             resolution: still.size,
@@ -54,7 +53,7 @@ impl<'a> Stats<'a> {
             octree_nodes: still.drawn.nodes,
             octree_error: still.drawn.max_error,
             drawn_resolution: still.drawn.size,
-            refinement: if full { "full" } else { "coarse" },
+            refinement: if still.is_full { "full" } else { "coarse" },
             rmse: still.measured_rmse,
             effects: Vec::new(),
             passes: still

@@ -4,6 +4,8 @@
 //! picture is for: it is told what to draw piece by piece. Imports `core`, `volume`, `transfer`,
 //! `kernel`, `hierarchy`, `scene`.
 
+mod buffers;
+mod constants;
 pub mod context;
 pub mod frame;
 pub mod layout;

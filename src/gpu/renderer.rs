@@ -5,15 +5,17 @@ use std::ops::Range;
 use std::sync::Arc;
 use std::time::Instant;
 
+use super::buffers::{Growing, read_buffer, read_texture, texture};
+use super::constants::frame_constants;
 use super::context::Context;
 use super::frame::{self, Pass, PassTime, Source};
-use super::layout::{self, COUNT_HEADER_WORDS, LEAST_HALF_AXIS, Record, SEGMENT_THREADS};
+use super::layout::{self, COUNT_HEADER_WORDS, Record, SEGMENT_THREADS};
 use super::pipelines::{Pipelines, SplatVariant};
 use super::samples::{CHUNKS, DeviceSamples};
 use super::timing::{Timer, Timestamps};
 use super::{GpuError, shader};
 use crate::core::{LinearRgb, Ticket};
-use crate::kernel::{Kernel, ProjectedKernel, RadialKernel};
+use crate::kernel::Kernel;
 use crate::scene::View;
 use crate::transfer::Table;
 use crate::volume::{BRICK, ScalarVolume};
@@ -67,14 +69,6 @@ struct Target {
     staging: Option<wgpu::Buffer>,
 }
 
-/// A buffer that is replaced by a larger one when more is needed; its contents are not kept.
-#[derive(Debug)]
-struct Growing {
-    buffer: wgpu::Buffer,
-    label: &'static str,
-    usage: wgpu::BufferUsages,
-}
-
 /// What the grid pieces since [`Renderer::begin`] have drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct GridTotals {
@@ -87,31 +81,6 @@ pub struct GridTotals {
 /// Pieces that may be queued at once: while one is rasterised the next one's vertices are worked
 /// on, and a newer request still waits for two pieces at most.
 const IN_FLIGHT: usize = 2;
-
-impl Growing {
-    fn new(context: &Context, label: &'static str, usage: wgpu::BufferUsages) -> Self {
-        Self { buffer: Self::make(context, label, usage, 256), label, usage }
-    }
-
-    fn make(
-        context: &Context,
-        label: &'static str,
-        usage: wgpu::BufferUsages,
-        size: u64,
-    ) -> wgpu::Buffer {
-        let size = size.next_multiple_of(16);
-        let descriptor =
-            wgpu::BufferDescriptor { label: Some(label), size, usage, mapped_at_creation: false };
-        context.device.create_buffer(&descriptor)
-    }
-
-    fn reserve(&mut self, context: &Context, bytes: u64) {
-        if self.buffer.size() < bytes {
-            // Half as much again, so that a slowly growing need does not reallocate every time.
-            self.buffer = Self::make(context, self.label, self.usage, bytes + bytes / 2);
-        }
-    }
-}
 
 impl Renderer {
     /// A renderer on its own device, with nothing compiled or allocated yet.
@@ -710,115 +679,4 @@ impl Renderer {
             [&self.records, &self.uploads, &self.counts].iter().map(|g| g.buffer.size()).sum();
         self.peak_bytes = self.peak_bytes.max(target + volume + between);
     }
-}
-
-fn frame_constants(
-    view: &View,
-    kernel: Kernel,
-    extent: Option<f64>,
-    unit_distance: f64,
-) -> layout::Frame {
-    let m = view.view_from_index;
-    let radial = RadialKernel::new(kernel, extent);
-    let radius = radial.map_or(0.5, RadialKernel::radius);
-    let stretch = radial.map_or(1.0, RadialKernel::scale);
-    let column = |v: glam::DVec3| v.as_vec3().extend(0.0).to_array();
-    let half = [f64::from(view.size[0]) / 2.0, f64::from(view.size[1]) / 2.0];
-    #[expect(clippy::cast_possible_truncation, reason = "the device has 32 bits")]
-    layout::Frame {
-        view_x: column(m.x_axis),
-        view_y: column(m.y_axis),
-        view_z: column(m.z_axis),
-        view_centre: view
-            .view_centre
-            .as_vec3()
-            .extend(view.eye_distance.unwrap_or(0.0) as f32)
-            .to_array(),
-        lattice_centre: view
-            .lattice_centre
-            .as_vec3()
-            .extend(m.determinant().abs() as f32)
-            .to_array(),
-        footprint: one_footprint(m, radius),
-        half_size: half.map(|h| h as f32),
-        radius: radius as f32,
-        extinction_scale: (1.0 / (unit_distance * view.pixels_per_unit)) as f32,
-        footprint_scale: stretch.powi(-2) as f32,
-        padding0: 0.0,
-        padding1: 0.0,
-        padding2: 0.0,
-    }
-}
-
-/// The footprint of one voxel seen in parallel: `Frame::footprint`, in double precision.
-fn one_footprint(view_from_index: glam::DMat3, radius: f64) -> [f32; 4] {
-    let Some(projected) = ProjectedKernel::new(view_from_index) else { return [0.0; 4] };
-    let projected = projected.widened(LEAST_HALF_AXIS / radius);
-    let k = projected.screen_from_unit;
-    [k.x_axis.x, k.x_axis.y, k.y_axis.y, projected.depth_per_unit].map(|v| v as f32)
-}
-
-fn texture(
-    context: &Context,
-    label: &str,
-    size: [u32; 2],
-    format: wgpu::TextureFormat,
-    more: wgpu::TextureUsages,
-) -> wgpu::Texture {
-    context.device.create_texture(&wgpu::TextureDescriptor {
-        label: Some(label),
-        size: wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: 1 },
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format,
-        usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC | more,
-        view_formats: &[],
-    })
-}
-
-/// The bytes of a mappable buffer, once everything submitted is done.
-pub(super) fn read_buffer(context: &Context, buffer: &wgpu::Buffer) -> Result<Vec<u8>, GpuError> {
-    buffer.map_async(wgpu::MapMode::Read, .., |_| ());
-    context.finish()?;
-    let bytes = buffer
-        .get_mapped_range(..)
-        .map_err(|error| GpuError::Device(format!("reading back: {error}")))?
-        .to_vec();
-    buffer.unmap();
-    Ok(bytes)
-}
-
-/// The texels of a texture, rows from the top, without the padding that copies need.
-fn read_texture(
-    context: &Context,
-    texture: &wgpu::Texture,
-    size: [u32; 2],
-    texel_bytes: u32,
-    staging: &mut Option<wgpu::Buffer>,
-) -> Result<Vec<u8>, GpuError> {
-    let row = size[0] * texel_bytes;
-    let padded = row.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
-    let bytes = u64::from(padded) * u64::from(size[1]);
-    if staging.as_ref().is_none_or(|s| s.size() != bytes) {
-        let usage = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST;
-        *staging = Some(Growing::make(context, "picture read back", usage, bytes));
-    }
-    let Some(buffer) = staging else { return Ok(Vec::new()) };
-    let mut encoder = context.device.create_command_encoder(&Default::default());
-    encoder.copy_texture_to_buffer(
-        texture.as_image_copy(),
-        wgpu::TexelCopyBufferInfo {
-            buffer,
-            layout: wgpu::TexelCopyBufferLayout {
-                offset: 0,
-                bytes_per_row: Some(padded),
-                rows_per_image: None,
-            },
-        },
-        texture.size(),
-    );
-    context.queue.submit([encoder.finish()]);
-    let padded_rows = read_buffer(context, buffer)?;
-    Ok(padded_rows.chunks(padded as usize).flat_map(|r| &r[..row as usize]).copied().collect())
 }

@@ -179,7 +179,7 @@ impl Timestamps {
     /// Milliseconds of each pass; the submit must be finished.
     pub(super) fn read_ms(&self, context: &Context) -> Result<Vec<f64>, GpuError> {
         let period_ms = f64::from(context.queue.get_timestamp_period()) / 1e6;
-        let ticks = super::renderer::read_buffer(context, &self.staging)?;
+        let ticks = super::buffers::read_buffer(context, &self.staging)?;
         let ticks: Vec<u64> = bytemuck::pod_collect_to_vec(&ticks);
         Ok(ticks.chunks_exact(2).map(|t| t[1].saturating_sub(t[0]) as f64 * period_ms).collect())
     }

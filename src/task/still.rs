@@ -50,6 +50,8 @@ pub struct Still {
     pub rgba: Vec<u8>,
     /// What was drawn.
     pub drawn: Drawn,
+    /// Whether it is `full`, down to the pixel where kernels are smaller than one.
+    pub is_full: bool,
     /// Voxels with opacity.
     pub kernels_active: u64,
     /// The adapter.
@@ -158,6 +160,7 @@ pub(super) fn draw(
         light,
         rgba,
         drawn,
+        is_full: rung == Rung::Full,
         kernels_active: drawer.active_count(),
         adapter: drawer.renderer.context().adapter_name.clone(),
         frame_ms,

@@ -1,0 +1,102 @@
+//! Buffers that grow, targets, and bringing both back to the host.
+
+use super::GpuError;
+use super::context::Context;
+
+/// A buffer that is replaced by a larger one when more is needed; its contents are not kept.
+#[derive(Debug)]
+pub(super) struct Growing {
+    pub(super) buffer: wgpu::Buffer,
+    label: &'static str,
+    usage: wgpu::BufferUsages,
+}
+
+impl Growing {
+    pub(super) fn new(context: &Context, label: &'static str, usage: wgpu::BufferUsages) -> Self {
+        Self { buffer: Self::make(context, label, usage, 256), label, usage }
+    }
+
+    pub(super) fn make(
+        context: &Context,
+        label: &'static str,
+        usage: wgpu::BufferUsages,
+        size: u64,
+    ) -> wgpu::Buffer {
+        let size = size.next_multiple_of(16);
+        let descriptor =
+            wgpu::BufferDescriptor { label: Some(label), size, usage, mapped_at_creation: false };
+        context.device.create_buffer(&descriptor)
+    }
+
+    pub(super) fn reserve(&mut self, context: &Context, bytes: u64) {
+        if self.buffer.size() < bytes {
+            // Half as much again, so that a slowly growing need does not reallocate every time.
+            self.buffer = Self::make(context, self.label, self.usage, bytes + bytes / 2);
+        }
+    }
+}
+
+pub(super) fn texture(
+    context: &Context,
+    label: &str,
+    size: [u32; 2],
+    format: wgpu::TextureFormat,
+    more: wgpu::TextureUsages,
+) -> wgpu::Texture {
+    context.device.create_texture(&wgpu::TextureDescriptor {
+        label: Some(label),
+        size: wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format,
+        usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC | more,
+        view_formats: &[],
+    })
+}
+
+/// The bytes of a mappable buffer, once everything submitted is done.
+pub(super) fn read_buffer(context: &Context, buffer: &wgpu::Buffer) -> Result<Vec<u8>, GpuError> {
+    buffer.map_async(wgpu::MapMode::Read, .., |_| ());
+    context.finish()?;
+    let bytes = buffer
+        .get_mapped_range(..)
+        .map_err(|error| GpuError::Device(format!("reading back: {error}")))?
+        .to_vec();
+    buffer.unmap();
+    Ok(bytes)
+}
+
+/// The texels of a texture, rows from the top, without the padding that copies need.
+pub(super) fn read_texture(
+    context: &Context,
+    texture: &wgpu::Texture,
+    size: [u32; 2],
+    texel_bytes: u32,
+    staging: &mut Option<wgpu::Buffer>,
+) -> Result<Vec<u8>, GpuError> {
+    let row = size[0] * texel_bytes;
+    let padded = row.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
+    let bytes = u64::from(padded) * u64::from(size[1]);
+    if staging.as_ref().is_none_or(|s| s.size() != bytes) {
+        let usage = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST;
+        *staging = Some(Growing::make(context, "picture read back", usage, bytes));
+    }
+    let Some(buffer) = staging else { return Ok(Vec::new()) };
+    let mut encoder = context.device.create_command_encoder(&Default::default());
+    encoder.copy_texture_to_buffer(
+        texture.as_image_copy(),
+        wgpu::TexelCopyBufferInfo {
+            buffer,
+            layout: wgpu::TexelCopyBufferLayout {
+                offset: 0,
+                bytes_per_row: Some(padded),
+                rows_per_image: None,
+            },
+        },
+        texture.size(),
+    );
+    context.queue.submit([encoder.finish()]);
+    let padded_rows = read_buffer(context, buffer)?;
+    Ok(padded_rows.chunks(padded as usize).flat_map(|r| &r[..row as usize]).copied().collect())
+}
