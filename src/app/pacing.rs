@@ -298,4 +298,16 @@ mod tests {
         thread.join().unwrap();
         assert!(!news.wait(Duration::ZERO), "news are news once");
     }
+
+    #[test]
+    fn another_size_is_a_change_and_another_volume_goes_straight_to_rest() {
+        let (mut pacing, mut scene, settings) = (Pacing::default(), scene(), Settings::default());
+        pacing.decide(&scene, [10, 10], &settings, 0.0, false);
+        let resized = pacing.decide(&scene, [12, 10], &settings, 1.0, false);
+        assert_eq!(effort(&resized), Some(settings.effort_while_moving()));
+        assert_eq!(resized.post.unwrap().size, [12, 10]);
+        scene.volume = Arc::new((*scene.volume).clone());
+        let opened = pacing.decide(&scene, [12, 10], &settings, 1.01, false);
+        assert_eq!(effort(&opened), Some(settings.effort_at_rest()));
+    }
 }

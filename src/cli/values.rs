@@ -187,4 +187,18 @@ mod tests {
             assert!(refused.contains("expected") && refused.contains("found"), "{refused}");
         }
     }
+
+    #[test]
+    fn the_ends_of_what_can_be_meant_are_where_they_are_said_to_be() {
+        assert!(positive("0").is_err() && positive("1e-9").is_ok());
+        assert!(view_angle("0").is_err() && view_angle("179.9").is_ok());
+        assert!(resolution("0,4").is_err() && resolution("4,0").is_err());
+        assert_eq!(resolution("1, 4"), Ok([1, 4]));
+        assert_eq!(direction("0,0,-1"), Ok([0.0, 0.0, -1.0]));
+        assert_eq!(opacity("1:0,2:1").unwrap().0, [(1.0, 0.0), (2.0, 1.0)]);
+        assert_eq!((endian("little"), endian("big")), (Ok(Endian::Little), Ok(Endian::Big)));
+        assert_eq!(adapter("software"), Ok(AdapterChoice::Software));
+        assert_eq!(adapter("auto"), Ok(AdapterChoice::Auto));
+        assert_eq!(adapter("H200"), Ok(AdapterChoice::Named("H200".to_owned())));
+    }
 }

@@ -250,4 +250,23 @@ mod tests {
         assert!(camera.up.dot(camera.direction).abs() < 1e-12);
         assert!((camera.up.length() - 1.0).abs() < 1e-12);
     }
+
+    #[test]
+    fn a_turn_about_the_line_of_sight_turns_up_with_it() {
+        for camera in cameras() {
+            let quarter = DQuat::from_axis_angle(camera.direction, std::f64::consts::FRAC_PI_2);
+            let turned = camera.rotated(quarter);
+            assert!((turned.up - camera.right()).length() < 1e-12, "{}", turned.up);
+            assert!((turned.direction - camera.direction).length() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn a_zoom_by_no_factor_changes_nothing() {
+        for camera in cameras() {
+            for factor in [0.0, -2.0, f64::NAN, f64::INFINITY] {
+                assert_eq!(camera.zoomed(factor, DVec2::ZERO, SIZE), camera, "{factor}");
+            }
+        }
+    }
 }

@@ -295,4 +295,38 @@ mod tests {
         assert_eq!((layout.dims, layout.scalar_type), ([2, 2, 2], ScalarType::Int16));
         assert_eq!((layout.end_bytes(), warnings.len()), (Some(21), 1));
     }
+
+    #[test]
+    fn a_slice_is_the_volumes_whatever_comes_before_it() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.raw");
+        let values: Vec<u16> = (0..12).map(|i| 300 * i + 7).collect();
+        let mut file = vec![0xaa; 3];
+        file.extend(values.iter().flat_map(|v| v.to_be_bytes()));
+        std::fs::write(&path, &file).unwrap();
+        let layout = RawLayout {
+            dims: [2, 2, 3],
+            scalar_type: ScalarType::UInt16,
+            endian: Endian::Big,
+            skip_bytes: 3,
+            spacing: DVec3::ONE,
+        };
+        for z in 0..3 {
+            let slice = read_slice(&path, &layout, z).unwrap();
+            assert_eq!(slice, Samples::UInt16(values[4 * z..4 * z + 4].to_vec()), "slice {z}");
+        }
+        assert!(read_slice(&path, &layout, 3).is_err());
+        let known = RawOverrides {
+            dims: Some(layout.dims),
+            scalar_type: Some(layout.scalar_type),
+            endian: Some(layout.endian),
+            skip_bytes: Some(3),
+            spacing: None,
+        };
+        let opened = read(&path, &known, u64::MAX, &Ticket::new()).unwrap();
+        assert_eq!(*opened.grid.fields[0].samples, Samples::UInt16(values));
+        std::fs::write(&path, &file[..26]).unwrap();
+        let short = read(&path, &known, u64::MAX, &Ticket::new());
+        assert!(matches!(short, Err(Problem::Truncated { .. })), "one byte is missing");
+    }
 }

@@ -254,4 +254,28 @@ mod tests {
             assert_eq!(perspective_jacobian(DVec3::new(1.0, 1.0, z), d), None);
         }
     }
+
+    #[test]
+    fn a_widened_kernel_keeps_its_depth_and_has_the_least_half_axis() {
+        for (name, map) in maps() {
+            let thin = ProjectedKernel::new(map * DMat3::from_diagonal(DVec3::new(0.1, 0.2, 3.0)));
+            let thin = thin.unwrap();
+            for least in [0.05, 0.5, 2.0, 100.0] {
+                let wide = thin.widened(least);
+                let k = wide.screen_from_unit;
+                let area = |k: ProjectedKernel| k.screen_from_unit.determinant();
+                let (before, after) =
+                    (thin.depth_per_unit * area(thin), wide.depth_per_unit * area(wide));
+                assert!((after / before - 1.0).abs() < 1e-9, "{name} {least}: {after} {before}");
+                assert!(
+                    (k * wide.unit_from_screen - DMat2::IDENTITY).abs_diff_eq(DMat2::ZERO, 1e-9)
+                );
+                // Half axes squared, from the Gram matrix.
+                let gram = k * k.transpose();
+                let (half, product) = (0.5 * (gram.x_axis.x + gram.y_axis.y), gram.determinant());
+                let large = half + (half * half - product).max(0.0).sqrt();
+                assert!((product / large).sqrt() > least * (1.0 - 1e-6), "{name} {least}");
+            }
+        }
+    }
 }

@@ -86,8 +86,8 @@ impl View {
         }
     }
 
-    /// Greatest and least radius, in pixels, that a kernel of unit radius has on the picture at
-    /// the middle of the lattice's nearest and farthest corner.
+    /// Radius in pixels that a kernel of unit radius has, along its longest axis, at the corner of
+    /// the lattice that is farthest from the eye: nowhere is it less.
     pub fn voxel_pixels(&self) -> f64 {
         let m = self.view_from_index;
         let longest = m.x_axis.length().max(m.y_axis.length()).max(m.z_axis.length());
@@ -178,5 +178,26 @@ mod tests {
         camera.focal_point += DVec3::splat(1e7);
         let b = View::of(&camera, &far, [100, 80]);
         assert!((a.view_centre - b.view_centre).length() < 1e-6);
+    }
+
+    #[test]
+    fn the_octree_is_visited_from_the_eye_and_the_farthest_voxel_is_the_smallest() {
+        let mut camera = camera(DVec3::new(0.2, -0.9, 0.4));
+        camera.projection = Projection::Perspective { view_angle: 1.0 };
+        let lattice = Lattice { spacing: DVec3::new(1.0, 2.0, 0.5), ..Lattice::unit([8; 3]) };
+        let view = View::of(&camera, &lattice, [64, 64]);
+        let eye = lattice.index_from_world(camera.view_origin());
+        let VisitOrder::From(found) = view.visit_order() else { panic!("{view:?}") };
+        assert!((found - eye).length() < 1e-9, "{found} {eye}");
+        // The least that any corner's longest step is seen as.
+        let distance = view.eye_distance.unwrap();
+        let least = (0..8)
+            .map(|corner: u32| {
+                let at = DVec3::from([0, 1, 2].map(|a| f64::from(corner >> a & 1) * 8.0 - 0.5));
+                let z = camera.to_view(lattice.world_from_index(at)).z * view.pixels_per_unit;
+                2.0 * view.pixels_per_unit * distance / z
+            })
+            .fold(f64::INFINITY, f64::min);
+        assert!((view.voxel_pixels() / least - 1.0).abs() < 1e-9, "{least}");
     }
 }

@@ -68,3 +68,50 @@ impl Costs {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn prices_move_towards_what_was_measured_and_come_to_it() {
+        let start = Costs::default();
+        for factor in [0.1, 8.0] {
+            let wall_ms = factor * (1000.0 * start.splat_ms + 1e5 * start.fragment_ms);
+            let mut costs = start;
+            costs.learn(1000, 1e5, wall_ms);
+            let moved = costs.splat_ms / start.splat_ms;
+            assert!(moved > factor.min(1.0) && moved < factor.max(1.0), "{moved} of {factor}");
+            for _ in 0..40 {
+                costs.learn(1000, 1e5, wall_ms);
+            }
+            assert!((costs.splat_ms / start.splat_ms / factor - 1.0).abs() < 0.01, "{costs:?}");
+            assert!((costs.fragment_ms / start.fragment_ms / factor - 1.0).abs() < 0.01);
+            assert_eq!((costs.voxel_ms, costs.row_ms), (start.voxel_ms, start.row_ms));
+        }
+    }
+
+    #[test]
+    fn what_dominates_a_piece_of_the_grid_is_what_learns() {
+        let start = Costs::default();
+        let mut costs = start;
+        costs.learn_grid(10_000, 10, 2.0 * start.grid_ms(10_000, 10));
+        assert!(costs.voxel_ms > start.voxel_ms && costs.row_ms == start.row_ms, "{costs:?}");
+        let mut costs = start;
+        costs.learn_grid(10, 10_000, 0.5 * start.grid_ms(10, 10_000));
+        assert!(costs.voxel_ms == start.voxel_ms && costs.row_ms < start.row_ms, "{costs:?}");
+    }
+
+    #[test]
+    fn a_budget_is_shared_between_splats_and_their_pixels() {
+        let costs = Costs::default();
+        let splats = costs.splats_within(20.0);
+        let fragments = costs.fragments_within(20.0, splats);
+        let spent = splats as f64 * costs.splat_ms + fragments * costs.fragment_ms;
+        assert!((spent - 20.0).abs() < 0.01, "{spent}");
+        assert!((splats as f64 * costs.splat_ms - 12.0).abs() < 0.01, "60 % for splats: {splats}");
+        // Splats that eat the budget up leave a fifth of it, or nothing would be drawn.
+        let least = costs.fragments_within(20.0, 1_000_000) * costs.fragment_ms;
+        assert!((least - 4.0).abs() < 0.01, "{least}");
+    }
+}

@@ -80,3 +80,36 @@ pub fn write(still: &Still, format: PictureFormat, path: &Path) -> Result<(), St
         )
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::task::draw::Drawn;
+
+    #[test]
+    fn exr_holds_the_premultiplied_light_and_png_the_bytes() {
+        let light = vec![[0.25, 0.5, 0.125, 0.5], [0.0; 4], [2.0, 1.0, 0.5, 1.0]];
+        let rgba = vec![1, 2, 3, 255, 4, 5, 6, 255, 7, 8, 9, 128];
+        let drawn = Drawn { size: [3, 1], kernels: 0, nodes: 0, max_error: 0.0, wall_ms: 0.0 };
+        let still = Still {
+            size: [3, 1],
+            light: light.clone(),
+            rgba: rgba.clone(),
+            drawn,
+            kernels_active: 0,
+            adapter: String::new(),
+            frame_ms: Vec::new(),
+            passes: Vec::new(),
+            timer: None,
+            peak_gpu_bytes: 0,
+            pipelines: 0,
+            measured_rmse: None,
+            capped_opacities: 0,
+        };
+        let exr = image::load_from_memory(&exr_bytes(&still).unwrap()).unwrap().into_rgba32f();
+        assert_eq!(exr.dimensions(), (3, 1));
+        assert_eq!(exr.pixels().map(|p| p.0).collect::<Vec<_>>(), light);
+        let png = image::load_from_memory(&png_bytes(&still).unwrap()).unwrap().into_rgba8();
+        assert_eq!(png.into_raw(), rgba);
+    }
+}

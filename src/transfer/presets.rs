@@ -356,6 +356,29 @@ mod tests {
         let (_, f) = of(Samples::UInt8(values));
         assert_eq!(f.opacity_at(255.0), 0.0, "{f:?}");
         assert!(f.opacity_at(10.0) > 0.05, "{f:?}");
+        // Rarer and farther from the background is never thinner.
+        let opacities: Vec<f64> = (0..=255).map(|v| f.opacity_at(f64::from(v))).collect();
+        assert!(opacities.windows(2).all(|w| w[0] >= w[1]), "{f:?}");
+    }
+
+    #[test]
+    fn much_visible_matter_is_thinner_than_little() {
+        let filled = |part: usize| {
+            let values = (0..60_000).map(|i| if i % 100 < part { 60 + (i % 190) as u8 } else { 0 });
+            of(Samples::UInt8(values.collect())).1
+        };
+        let (little, much) = (filled(8), filled(60));
+        assert!(much.opacity_at(140.0) < 0.5 * little.opacity_at(140.0), "{little:?} {much:?}");
+    }
+
+    #[test]
+    fn fractions_and_mere_air_are_no_hounsfield_units() {
+        let value = |i: usize| [-1000.0, -1000.0, -80.0, 40.0, 45.0, 700.0][i % 6];
+        let (_, f) = of(Samples::Float32((0..50_000).map(|i| value(i) + 0.25).collect()));
+        assert_ne!(f, ct_soft());
+        let air = (0..50_000).map(|i| if i == 7 { 700 } else { -1000 + (i % 300) as i16 });
+        let (_, f) = of(Samples::Int16(air.collect()));
+        assert_ne!(f, ct_soft());
     }
 
     #[test]

@@ -85,3 +85,21 @@ fn kernels_thinner_than_a_pixel_are_widened_and_none_is_missed() {
     );
     assert!(widened < point, "{widened} is no better than {point}");
 }
+
+/// The grid's footprint is widened by the host, that of single records by the shader. Alpha does
+/// not depend on their different orders.
+#[test]
+fn the_shader_widens_thin_kernels_as_the_host_does() {
+    let Some(mut drawer) = drawer() else { return };
+    let lattice = Lattice { spacing: DVec3::new(8.0, 8.0, 1.0), ..Lattice::unit([8, 8, 24]) };
+    let mut scene = scene(lattice, DVec3::new(0.6, -0.8, 0.02));
+    scene.camera.parallel_scale = 40.0;
+    scene.splat.opacity_unit_distance = Some(8.0);
+    let (grid, _) = drawn(&mut drawer, &scene, SMALL, Rung::Full);
+    let (records, what) = drawn(&mut drawer, &scene, SMALL, Rung::Octree { max_error: 0.0 });
+    assert_eq!((what.nodes, what.kernels), (drawer.active_count(), drawer.active_count()));
+    let difference =
+        grid.iter().zip(&records).map(|(a, b)| (a[3] - b[3]).abs()).fold(0.0, f64::max);
+    println!("measured alpha of thin plates by either path: {difference:.2e}");
+    assert!(grid.iter().any(|p| p[3] > 0.1) && difference < 1e-4, "{difference:e}");
+}

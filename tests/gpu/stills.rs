@@ -4,9 +4,11 @@ use std::sync::OnceLock;
 
 use glam::DVec3;
 use voxsplat::accuracy::rmse;
-use voxsplat::core::Ticket;
+use voxsplat::core::colour::srgb_bytes;
+use voxsplat::core::{Srgb8, Ticket};
 use voxsplat::gpu::Wishes;
-use voxsplat::scene::Scene;
+use voxsplat::scene::{Background, Scene};
+use voxsplat::task::draw::background_light;
 use voxsplat::task::engine::{AdapterChoice, Engine};
 use voxsplat::task::still::{Refine, Still, StillError, StillRequest};
 use voxsplat::volume::{Lattice, Samples};
@@ -117,4 +119,26 @@ fn a_cancelled_still_is_cancelled() {
     let outcome = engine.still(request(Refine::Full), &ticket);
     assert_eq!(outcome.err(), Some(StillError::Cancelled));
     draw(engine, request(Refine::Full));
+}
+
+/// The bytes are the light over the background, by the device's arithmetic and by the host's.
+#[test]
+fn the_bytes_of_a_still_are_its_light_over_its_background() {
+    let Some(engine) = engine() else { return };
+    for background in [
+        Background::Colour(Srgb8([3, 5, 9])),
+        Background::Colour(Srgb8([250, 128, 20])),
+        Background::Transparent,
+    ] {
+        for refine in [Refine::Full, Refine::Budget { budget_ms: 2.0 }] {
+            let mut asked = request(refine);
+            asked.scene.background = background;
+            let still = draw(engine, asked);
+            let expected = srgb_bytes(&still.light, background_light(background));
+            assert_eq!(still.rgba.len(), expected.len());
+            let most = still.rgba.iter().zip(&expected).map(|(a, b)| a.abs_diff(*b)).max();
+            println!("measured bytes over {background:?}, {refine:?}: {most:?} apart");
+            assert!(most <= Some(1), "{background:?} {refine:?}: {most:?}");
+        }
+    }
 }
