@@ -92,6 +92,7 @@ mod tests {
         let rgba = vec![1, 2, 3, 255, 4, 5, 6, 255, 7, 8, 9, 128];
         let drawn = Drawn { size: [3, 1], kernels: 0, nodes: 0, max_error: 0.0, wall_ms: 0.0 };
         let still = Still {
+            is_full: true,
             size: [3, 1],
             light: light.clone(),
             rgba: rgba.clone(),

@@ -7,6 +7,7 @@ mod against_reference;
 mod engine;
 mod hard_values;
 mod invariants;
+mod nodes;
 mod order;
 mod small_kernels;
 mod stills;
