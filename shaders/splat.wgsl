@@ -54,6 +54,8 @@ struct Point {
 const NEAR: f32 = 1e-3;
 // Vertices snap to 1/256 of a pixel: a box's quad is this much larger, or it would lose pixels.
 const SNAP: f32 = 0.0078125;
+// Deeper than any display can tell, and far from overflowing.
+const MOST_DEPTH: f32 = 1e30;
 // Kernels thinner than a pixel are widened to this half axis, in pixels, and keep their depth.
 const LEAST_HALF_AXIS: f32 = 1.0;
 
@@ -119,7 +121,7 @@ fn matter_of(record: Record, depth: f32) -> vec4<f32> {
     return vec4<f32>(
         unpack2x16unorm(record.packed.y).y,
         unpack2x16unorm(record.packed.z),
-        record.extinction * frame.extinction_scale * depth,
+        min(record.extinction * frame.extinction_scale * depth, MOST_DEPTH),
     );
 }
 
@@ -250,7 +252,8 @@ fn chord(point: vec3<f32>, ray: vec3<f32>) -> f32 {
 // polynomial for a sixteenth of the depth, doubled four times, since 1 - t^2 = a (2 - a) with
 // a = 1 - t. Nothing cancels, and no exponential is taken.
 fn opacity(depth: f32) -> f32 {
-    let y = min(depth, 16.0) * 0.0625;
+    // The footprint's polynomial may fall a little below 0 at its rim.
+    let y = clamp(depth, 0.0, 16.0) * 0.0625;
     var a = y * (0.99999776 + y * (-0.49989422 + y * (0.1658395 + y * (-0.039332894 + y * 0.0055118293))));
     a = a * (2.0 - a);
     a = a * (2.0 - a);

@@ -497,8 +497,8 @@ impl Window {
         // While a dialog asks, keys are its own; only help closes by its own key.
         let allowed = |action: &Action| match &self.dialog {
             None => true,
-            Some(Dialog::Help) => *action == Action::ToggleHelp,
-            Some(_) => false,
+            Some(Dialog::Help) => matches!(action, Action::ToggleHelp | Action::Quit),
+            Some(_) => *action == Action::Quit,
         };
         let pressed: Vec<Action> = actions::pressed(ctx).into_iter().filter(allowed).collect();
         for action in pressed {

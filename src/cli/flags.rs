@@ -104,7 +104,7 @@ pub struct RenderFlags {
     #[arg(long, value_name = "X,Y,Z", value_parser = values::direction, allow_hyphen_values = true)]
     pub camera_direction: Option<[f64; 3]>,
     /// Up in the picture; replaced where it is parallel to the direction
-    #[arg(long, value_name = "X,Y,Z", value_parser = values::vector, allow_hyphen_values = true)]
+    #[arg(long, value_name = "X,Y,Z", value_parser = values::direction, allow_hyphen_values = true)]
     pub camera_view_up: Option<[f64; 3]>,
     /// World point in the middle of the picture
     #[arg(long, value_name = "X,Y,Z", value_parser = values::vector, allow_hyphen_values = true)]

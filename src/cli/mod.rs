@@ -56,12 +56,28 @@ pub fn run(
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
         Err(Failure::Usage(sentence)) => {
-            eprintln!("voxsplat: {sentence}");
+            eprintln!("voxsplat: {}", one_line(&sentence));
             ExitCode::from(2)
         }
         Err(Failure::Failed(sentence)) => {
-            eprintln!("voxsplat: {sentence}");
+            eprintln!("voxsplat: {}", one_line(&sentence));
             ExitCode::FAILURE
         }
+    }
+}
+
+/// Names of files may hold anything; a message is one line all the same.
+fn one_line(sentence: &str) -> String {
+    let escape = |c: char| if c.is_control() { c.escape_default().to_string() } else { c.into() };
+    sentence.chars().map(escape).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_message_is_one_line_whatever_a_file_is_called() {
+        assert_eq!(one_line("no file: a\nb\u{1b}.nrrd é"), "no file: a\\nb\\u{1b}.nrrd é");
     }
 }

@@ -26,6 +26,12 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
             flags.kernel.name()
         )));
     }
+    if flags.stats.as_ref() == Some(&flags.output) {
+        return Err(Failure::Usage(format!(
+            "expected --stats and --output to name two files, found one; rename one of them: {}",
+            flags.output.display()
+        )));
+    }
     let start = Instant::now();
     let input = open::grid(&flags.input)?;
     for warning in &input.warnings {
@@ -44,12 +50,28 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
         time_passes: flags.stats.is_some(),
     };
     let still = engine.still(request, &Ticket::new()).map_err(Failure::failed)?;
+    // Less than half a step of an 8-bit channel everywhere: nobody would see anything.
+    if still.light.iter().all(|pixel| pixel[3] < 1.0 / 512.0) {
+        eprintln!(
+            "voxsplat: note: nothing can be seen in the picture, though {} voxels have opacity; \
+             look at the opacities, the extent and the camera",
+            still.kernels_active
+        );
+    }
     match format {
         None => {
             let bytes = picture_file::png_bytes(&still).map_err(Failure::Failed)?;
-            std::io::stdout().write_all(&bytes).map_err(|error| {
-                Failure::Failed(format!("the picture could not be written: {error}"))
-            })?;
+            match std::io::stdout().write_all(&bytes) {
+                // Whoever reads has seen enough.
+                Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => {}
+                Err(error) => {
+                    return Err(Failure::Failed(format!(
+                        "the picture could not be written to standard output: {error}; \
+                         name a file with --output"
+                    )));
+                }
+                Ok(()) => {}
+            }
         }
         Some(format) => {
             picture_file::write(&still, format, &flags.output).map_err(Failure::Failed)?;

@@ -34,7 +34,8 @@ pub(super) fn frame_constants(
         footprint: one_footprint(m, radius),
         half_size: half.map(|h| h as f32),
         radius: radius as f32,
-        extinction_scale: (1.0 / (unit_distance * view.pixels_per_unit)) as f32,
+        // Capped where a voxel is 1e20 unit distances thick: beyond, 32 bits would overflow.
+        extinction_scale: (1.0 / (unit_distance * view.pixels_per_unit)).min(1e20) as f32,
         footprint_scale: stretch.powi(-2) as f32,
         padding0: 0.0,
         padding1: 0.0,

@@ -46,7 +46,7 @@ pub struct Context {
     /// What the device may hold.
     pub limits: wgpu::Limits,
     lost: Arc<AtomicBool>,
-    first_error: Arc<Mutex<Option<String>>>,
+    first_error: Arc<Mutex<Option<GpuError>>>,
 }
 
 impl Context {
@@ -91,13 +91,19 @@ impl Context {
         device.set_device_lost_callback({
             let (lost, first_error) = (Arc::clone(&lost), Arc::clone(&first_error));
             move |_reason, message| {
-                keep_first(&first_error, format!("device lost: {message}"));
+                keep_first(&first_error, GpuError::Lost(message));
                 lost.store(true, Ordering::Release);
             }
         });
         device.on_uncaptured_error({
             let first_error = Arc::clone(&first_error);
-            Arc::new(move |error: wgpu::Error| keep_first(&first_error, error.to_string()))
+            Arc::new(move |error: wgpu::Error| {
+                let error = match error {
+                    wgpu::Error::OutOfMemory { .. } => GpuError::OutOfMemory,
+                    other => GpuError::Device(other.to_string()),
+                };
+                keep_first(&first_error, error);
+            })
         });
         Ok(Self {
             device,
@@ -138,8 +144,9 @@ impl Context {
     pub fn check(&self) -> Result<(), GpuError> {
         let error = self.first_error.lock().unwrap_or_else(PoisonError::into_inner).take();
         match (self.lost.load(Ordering::Acquire), error) {
-            (true, error) => Err(GpuError::Lost(error.unwrap_or_default())),
-            (false, Some(error)) => Err(GpuError::Device(error)),
+            (true, Some(GpuError::Lost(message))) => Err(GpuError::Lost(message)),
+            (true, error) => Err(GpuError::Lost(error.map_or_else(String::new, |e| e.to_string()))),
+            (false, Some(error)) => Err(error),
             (false, None) => Ok(()),
         }
     }
@@ -151,8 +158,8 @@ impl Context {
     }
 }
 
-fn keep_first(slot: &Mutex<Option<String>>, message: String) {
-    slot.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(message);
+fn keep_first(slot: &Mutex<Option<GpuError>>, error: GpuError) {
+    slot.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
 }
 
 /// Every adapter. OpenGL's are looked for only where there is no other: its loader is slow, and

@@ -47,6 +47,12 @@ pub enum GpuError {
     /// The device is gone; everything on it must be rebuilt.
     #[error("the graphics device was lost: {0}")]
     Lost(String),
+    /// The device has no room left.
+    #[error(
+        "expected room on the graphics device for the volume and the picture, found its memory \
+         full; choose a smaller picture, or open a smaller or subsampled volume"
+    )]
+    OutOfMemory,
     /// A wrong call of ours, or a driver's failure.
     #[error("the graphics device reported: {0}")]
     Device(String),

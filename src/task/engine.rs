@@ -439,8 +439,8 @@ impl Worker {
                         return Err(DrawError::Interrupted);
                     }
                     let show_partial = show_partial && rung == Rung::Full;
-                    let before = i as f64 / steps;
-                    self.rung(request, rung, Manner::InPieces { show_partial, before })?;
+                    let (before, after) = (i as f64 / steps, (i + 1) as f64 / steps);
+                    self.rung(request, rung, Manner::InPieces { show_partial, before, after })?;
                 }
                 self.last_coarse = None;
                 Ok(())
@@ -503,7 +503,12 @@ impl Worker {
             let background = background_light(request.scene.background);
             let rgba = drawer.renderer.present(background)?;
             let active = drawer.active_count();
-            self.publish(request, rung_words(rung, &drawn), drawn, rgba, active);
+            let progress = match manner {
+                Manner::Whole => 0.0,
+                Manner::InPieces { after, .. } => after as f32,
+            };
+            let words = (rung_words(rung, &drawn), progress);
+            self.publish(request, words, drawn, rgba, active);
             Ok(())
         });
         self.drawer = Some(drawer);
@@ -532,14 +537,14 @@ impl Worker {
     }
 }
 
-/// A rung in words, and how far towards `full` it is.
-fn rung_words(rung: Rung, drawn: &Drawn) -> (String, f32) {
+/// A finished rung in words.
+fn rung_words(rung: Rung, drawn: &Drawn) -> String {
     match rung {
-        Rung::Coarse { .. } => (format!("coarse, octree error {:.3}", drawn.max_error), 0.0),
-        Rung::Octree { .. } => (format!("octree error {:.3}", drawn.max_error), 0.1),
-        Rung::Subsampled { level } => (format!("every {}th sample, averaged", 1 << level), 0.1),
-        Rung::Cheaper(kernel) => (format!("every voxel, {} kernel", kernel.name()), 0.5),
-        Rung::Full => ("full".to_owned(), 1.0),
+        Rung::Coarse { .. } => format!("coarse, octree error {:.3}", drawn.max_error),
+        Rung::Octree { .. } => format!("octree error {:.3}", drawn.max_error),
+        Rung::Subsampled { level } => format!("every {}th sample, averaged", 1 << level),
+        Rung::Cheaper(kernel) => format!("every voxel, {} kernel", kernel.name()),
+        Rung::Full => "full".to_owned(),
     }
 }
 
@@ -552,8 +557,10 @@ enum Manner {
     InPieces {
         /// Publish the picture while it is drawn.
         show_partial: bool,
-        /// Share of the way to `full` that is behind it.
+        /// Share of the way to `full` that is behind it, and that will be when it is done.
         before: f64,
+        /// See `before`.
+        after: f64,
     },
 }
 
@@ -570,13 +577,13 @@ struct Watch<'a> {
 
 impl Observer for Watch<'_> {
     fn piece_done(&mut self, renderer: &mut Renderer, done: f64) -> bool {
-        let Manner::InPieces { show_partial, before } = self.manner else { return false };
+        let Manner::InPieces { show_partial, before, after } = self.manner else { return false };
         if self.worker.newer_came() {
             return true;
         }
+        let share = before + (after - before) * done;
         if self.last_progress.elapsed() >= PROGRESS_EVERY {
             self.last_progress = Instant::now();
-            let share = before + (1.0 - before) * done;
             #[expect(clippy::cast_possible_truncation, reason = "0..=1")]
             self.worker.announce(EngineState::Drawing(share as f32));
         }
@@ -593,7 +600,8 @@ impl Observer for Watch<'_> {
                     wall_ms: self.start.elapsed().as_secs_f64() * 1e3,
                 };
                 #[expect(clippy::cast_possible_truncation, reason = "0..1")]
-                let words = ("full, in part".to_owned(), done.min(0.99) as f32);
+                let progress = share.min(0.99) as f32;
+                let words = ("full, in part".to_owned(), progress);
                 self.worker.publish(self.request, words, drawn, rgba, self.active);
             }
             self.last_partial = Instant::now();

@@ -81,3 +81,24 @@ fn no_data_stays_nothing_where_even_the_least_value_is_opaque() {
         Within { max_abs: 2e-3, rmse: 1e-4, bias: 2e-5 },
     );
 }
+
+#[test]
+fn light_is_finite_and_alpha_within_0_and_1_however_deep_a_voxel_is() {
+    let Some(mut drawer) = drawer() else { return };
+    let mut scene = scene(Lattice::unit([12; 3]), DVec3::new(0.5, -0.4, 0.7));
+    // From nearly clear to opaque: the polynomial's rim is where a depth could turn negative.
+    scene.transfer.opacity = vec![(0.0, 0.0), (255.0, 1.0)];
+    for kernel in Kernel::ALL {
+        scene.splat.kernel = kernel;
+        for unit in [1.0, 1e-4, 1e-8, 1e-12, 1e-30] {
+            scene.splat.opacity_unit_distance = Some(unit);
+            let (light, _) = drawn(&mut drawer, &scene, SIZE, Rung::Full);
+            for (i, pixel) in light.iter().enumerate() {
+                let sound = pixel.iter().all(|c| c.is_finite() && (0.0..=1.0 + 1e-6).contains(c));
+                assert!(sound, "{} at unit {unit}, pixel {i}: {pixel:?}", kernel.name());
+            }
+            let most = light.iter().map(|p| p[3]).fold(0.0, f64::max);
+            assert!(most > 0.9, "{} at unit {unit}: {most}", kernel.name());
+        }
+    }
+}

@@ -5,6 +5,15 @@ use eframe::egui::{Context, Key, TextEdit};
 use super::{Outcome, buttons_ui, modal};
 use crate::app::document::Source;
 
+/// A path with a leading `~` replaced by the home folder, as a shell does.
+fn at_home(text: &str) -> String {
+    let home = std::env::var("HOME").or_else(|_| std::env::var("USERPROFILE"));
+    match (text.strip_prefix("~/"), home) {
+        (Some(rest), Ok(home)) => format!("{home}/{rest}"),
+        _ => text.to_owned(),
+    }
+}
+
 /// A path being typed.
 #[derive(Debug, Default)]
 pub struct OpenPath {
@@ -28,7 +37,7 @@ impl OpenPath {
             let text = self.text.trim();
             let refusal = text.is_empty().then_some("Type a path first");
             let enter = ui.input(|input| input.key_pressed(Key::Enter));
-            buttons_ui(ui, "Open", refusal, enter, || Source::parse(text))
+            buttons_ui(ui, "Open", refusal, enter, || Source::parse(&at_home(text)))
         })
     }
 }
