@@ -78,9 +78,9 @@ pub struct GridTotals {
     pub most_missing: u64,
 }
 
-/// Pieces that may be queued at once: while one is rasterised the next one's vertices are worked
-/// on, and a newer request still waits for two pieces at most.
-const IN_FLIGHT: usize = 2;
+/// Pieces that may be queued behind the one being drawn: the device never runs dry, and a newer
+/// request waits for two pieces at most.
+const IN_FLIGHT: usize = 1;
 
 impl Renderer {
     /// A renderer on its own device, with nothing compiled or allocated yet.

@@ -498,7 +498,12 @@ impl Worker {
             last_partial: start,
             active: drawer.active_count(),
         };
+        let learnt = drawer.costs;
         let drawn = drawer.draw(&request.scene, request.size, rung, &mut watch);
+        if matches!((rung, manner), (Rung::Coarse { .. }, Manner::InPieces { .. })) {
+            // A picture that may take far longer has other prices than those the hand needs.
+            drawer.costs = learnt;
+        }
         let result = drawn.and_then(|drawn| {
             let background = background_light(request.scene.background);
             let rgba = drawer.renderer.present(background)?;
