@@ -78,9 +78,10 @@ pub struct GridTotals {
     pub most_missing: u64,
 }
 
-/// Pieces that may be queued behind the one being drawn: the device never runs dry, and a newer
-/// request waits for two pieces at most.
-const IN_FLIGHT: usize = 1;
+/// Pieces that may be queued behind the one being drawn. None: the software adapter gains nothing
+/// by it (it finishes one submission before it begins the next), and a newer request would wait for
+/// one piece more.
+const IN_FLIGHT: usize = 0;
 
 impl Renderer {
     /// A renderer on its own device, with nothing compiled or allocated yet.

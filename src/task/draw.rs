@@ -15,7 +15,7 @@ use crate::volume::ScalarVolume;
 use super::cost::Costs;
 
 /// A piece should not keep the device from a newer request for longer than this.
-pub const PIECE_MS: f64 = 15.0;
+pub const PIECE_MS: f64 = 10.0;
 /// A coarse picture is at least this many pixels wide and high, whatever the budget,
 const LEAST_SIDE: f64 = 48.0;
 /// and at most this much smaller than what it is enlarged to.
