@@ -121,18 +121,7 @@ impl Context {
     /// # Errors
     /// [`GpuError::Lost`] or [`GpuError::Device`].
     pub fn finish(&self) -> Result<(), GpuError> {
-        self.wait_for(None)
-    }
-
-    /// Waits for one submission (`None`: all), then reports what went wrong meanwhile.
-    ///
-    /// # Errors
-    /// [`GpuError::Lost`] or [`GpuError::Device`].
-    pub fn wait_for(
-        &self,
-        submission_index: Option<wgpu::SubmissionIndex>,
-    ) -> Result<(), GpuError> {
-        let polled = self.device.poll(wgpu::PollType::Wait { submission_index, timeout: None });
+        let polled = self.device.poll(wgpu::PollType::wait_indefinitely());
         self.check()?;
         polled.map(drop).map_err(|error| GpuError::Device(error.to_string()))
     }

@@ -1,6 +1,5 @@
 //! Runs passes: the target, the buffers between passes, and reading back.
 
-use std::collections::VecDeque;
 use std::ops::Range;
 use std::sync::Arc;
 use std::time::Instant;
@@ -39,9 +38,6 @@ pub struct Renderer {
     variant: SplatVariant,
     times: Vec<PassTime>,
     peak_bytes: u64,
-    /// Submitted and not yet known to be done, oldest first.
-    in_flight: VecDeque<wgpu::SubmissionIndex>,
-    last_done: Instant,
 }
 
 /// A volume and its classification on the device.
@@ -77,11 +73,6 @@ pub struct GridTotals {
     /// The most that a piece had beyond the room it was given; 0 when all of them fitted.
     pub most_missing: u64,
 }
-
-/// Pieces that may be queued behind the one being drawn. None: the software adapter gains nothing
-/// by it (it finishes one submission before it begins the next), and a newer request would wait for
-/// one piece more.
-const IN_FLIGHT: usize = 0;
 
 impl Renderer {
     /// A renderer on its own device, with nothing compiled or allocated yet.
@@ -123,8 +114,6 @@ impl Renderer {
             },
             times: Vec::new(),
             peak_bytes: 0,
-            in_flight: VecDeque::new(),
-            last_done: Instant::now(),
             context,
         }
     }
@@ -252,7 +241,6 @@ impl Renderer {
         let constants = frame_constants(view, kernel, extent, unit_distance);
         self.context.queue.write_buffer(&self.frame, 0, bytemuck::bytes_of(&constants));
         self.context.queue.write_buffer(&self.totals, 0, &[0; 16]);
-        self.last_done = Instant::now();
         let Some(target) = &self.target else { return Ok(()) };
         let mut encoder = self.context.device.create_command_encoder(&Default::default());
         let view = target.light.create_view(&Default::default());
@@ -303,8 +291,7 @@ impl Renderer {
         }
     }
 
-    /// Draws records over the picture, in their order. Returns the milliseconds since the piece
-    /// before was done, or nearly so: pieces overlap.
+    /// Draws records over the picture, in their order, and waits; returns wall milliseconds.
     ///
     /// # Errors
     /// A failing device.
@@ -375,7 +362,6 @@ impl Renderer {
         encoder.copy_buffer_to_buffer(&self.totals, 0, &staging, 0, 16);
         self.context.queue.submit([encoder.finish()]);
         let words: Vec<u32> = bytemuck::pod_collect_to_vec(&read_buffer(&self.context, &staging)?);
-        self.in_flight.clear();
         Ok(GridTotals { kernels: u64::from(words[0]), most_missing: u64::from(words[1]) })
     }
 
@@ -393,15 +379,6 @@ impl Renderer {
         self.context.queue.submit([encoder.finish()]);
         let read = read_buffer(&self.context, &staging)?;
         Ok(bytemuck::pod_collect_to_vec(&read[..bytes as usize]))
-    }
-
-    /// Waits until everything submitted is done.
-    ///
-    /// # Errors
-    /// A failing device.
-    pub fn finish(&mut self) -> Result<(), GpuError> {
-        self.in_flight.clear();
-        self.context.finish()
     }
 
     fn write_traversal(&self, view: &View, rows: &Range<u32>, segments: u32, capacity: u32) {
@@ -479,19 +456,20 @@ impl Renderer {
             .collect())
     }
 
-    /// Submits passes, and waits only for what is more than [`IN_FLIGHT`] before them; returns the
-    /// milliseconds since it last returned.
+    /// Submits passes and waits; returns wall milliseconds.
+    ///
+    /// Nothing is queued behind: the software adapter finishes one submission before it begins the
+    /// next, and a newer request would wait for one piece more.
     fn run(&mut self, passes: &[Pass]) -> Result<f64, GpuError> {
+        let start = Instant::now();
         match self.timer {
             None => {
                 let mut encoder = self.context.device.create_command_encoder(&Default::default());
                 for &pass in passes {
                     self.encode(&mut encoder, pass, None);
                 }
-                self.in_flight.push_back(self.context.queue.submit([encoder.finish()]));
-                while self.in_flight.len() > IN_FLIGHT {
-                    self.context.wait_for(self.in_flight.pop_front())?;
-                }
+                self.context.queue.submit([encoder.finish()]);
+                self.context.finish()?;
             }
             Some(timer) => {
                 for &pass in passes {
@@ -513,10 +491,7 @@ impl Renderer {
                 }
             }
         }
-        let now = Instant::now();
-        let wall_ms = (now - self.last_done).as_secs_f64() * 1e3;
-        self.last_done = now;
-        Ok(wall_ms)
+        Ok(start.elapsed().as_secs_f64() * 1e3)
     }
 
     fn encode(

@@ -308,7 +308,7 @@ impl Drawer {
                 return Err(DrawError::Interrupted);
             }
         }
-        Ok(self.renderer.finish()?)
+        Ok(())
     }
 
     /// Every voxel with opacity, a few rows of the traversal at a time.
