@@ -74,7 +74,10 @@ pub fn colour_map(map: ColourMap) -> String {
 
 /// A kernel's name in the interface.
 pub fn kernel(kernel: Kernel) -> String {
-    sentence_case(kernel.name())
+    match kernel {
+        Kernel::BSpline => "B-spline".to_owned(),
+        other => sentence_case(other.name()),
+    }
 }
 
 /// What a kernel is good for, one line.
@@ -83,6 +86,8 @@ pub fn kernel_help(kernel: Kernel) -> &'static str {
         Kernel::Point => "One pixel a voxel: the fastest, and full of holes up close",
         Kernel::Nearest => "Every voxel is a box: sharp edges, no smoothing at all",
         Kernel::Gaussian => "A soft blob (standard deviation 0.6 voxels): smooth, a little blurred",
+        Kernel::Linear => "Straight between neighbours, as most viewers do: quick, with creases",
+        Kernel::BSpline => "The smoothest: passes through every sample, without creases",
         Kernel::Cubic => "The optimal cubic (radius 1.556 voxels): smooth with the least ripple",
     }
 }

@@ -8,6 +8,9 @@ use super::values::{self, Stop};
 use crate::core::Srgb8;
 use crate::io::Endian;
 use crate::kernel::Kernel;
+use crate::scene::{
+    Backend, Classify, ModeChoice, OpacityModel, Order, Reconstruction, Visibility,
+};
 use crate::task::engine::AdapterChoice;
 use crate::transfer::ColourMap;
 use crate::volume::ScalarType;
@@ -79,6 +82,64 @@ pub struct InfoFlags {
     pub json: bool,
 }
 
+/// How kernels become a picture. What is left open follows from what is chosen.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Mode")]
+pub struct ModeFlags {
+    /// Reconstruction kernel: point, nearest, linear, gaussian, cubic or bspline [default: bspline]
+    #[arg(long, value_name = "KERNEL", value_parser = values::kernel)]
+    pub kernel: Option<Kernel>,
+    /// Splat radius in voxels [default: the kernel's own]
+    #[arg(long, value_name = "E", value_parser = values::positive, allow_hyphen_values = true)]
+    pub extent: Option<f64>,
+    /// smooth, or interpolating: values sharpened so that the kernels pass through them
+    #[arg(long, value_name = "HOW", value_parser = values::reconstruction)]
+    pub reconstruction: Option<Reconstruction>,
+    /// How kernels hide one another: every-sample, sheets or slabs [default: slabs]
+    #[arg(long, value_name = "HOW", value_parser = values::visibility)]
+    pub visibility: Option<Visibility>,
+    /// Slabs per smallest voxel spacing [default: 1]
+    #[arg(long, value_name = "N", value_parser = values::positive, allow_hyphen_values = true)]
+    pub slabs_per_voxel: Option<f64>,
+    /// Sheets each kernel is cut into, with --visibility sheets [default: 1]
+    #[arg(long, value_name = "N")]
+    pub sheets_per_kernel: Option<u32>,
+    /// optical-depth, or published: opacity times footprint, capped [default: optical-depth]
+    #[arg(long, value_name = "MODEL", value_parser = values::opacity_model)]
+    pub opacity_model: Option<OpacityModel>,
+    /// When values become colour: before, after, or pre-integrated [default: pre-integrated]
+    #[arg(long, value_name = "WHEN", value_parser = values::classify)]
+    pub classify: Option<Classify>,
+    /// back-to-front or front-to-back
+    #[arg(long, value_name = "ORDER", value_parser = values::order)]
+    pub order: Option<Order>,
+    /// raster (triangles), tiles (compute), or auto: a fixed rule
+    #[arg(long, value_name = "BACKEND", value_parser = values::backend)]
+    pub backend: Option<Backend>,
+    /// World length over which opacities are given [default: smallest spacing]
+    #[arg(long, value_name = "D", value_parser = values::positive, allow_hyphen_values = true)]
+    pub opacity_unit_distance: Option<f64>,
+}
+
+impl ModeFlags {
+    /// The same as a choice.
+    pub fn choice(&self) -> ModeChoice {
+        ModeChoice {
+            kernel: self.kernel,
+            extent: self.extent,
+            opacity_unit_distance: self.opacity_unit_distance,
+            visibility: self.visibility,
+            slabs_per_voxel: self.slabs_per_voxel,
+            sheets_per_kernel: self.sheets_per_kernel,
+            opacity_model: self.opacity_model,
+            classify: self.classify,
+            reconstruction: self.reconstruction,
+            order: self.order,
+            backend: self.backend,
+        }
+    }
+}
+
 /// How far `render` refines.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum RefineFlag {
@@ -124,9 +185,6 @@ pub struct RenderFlags {
     /// Opacities at data values; linear between, held beyond
     #[arg(long, value_name = "V:A,…", value_parser = values::opacity, allow_hyphen_values = true)]
     pub opacity: Option<values::Points>,
-    /// World length over which opacities are given [default: smallest spacing]
-    #[arg(long, value_name = "D", value_parser = values::positive, allow_hyphen_values = true)]
-    pub opacity_unit_distance: Option<f64>,
     /// Colours at data values
     #[arg(long, value_name = "V:RRGGBB,…", value_parser = values::colours,
         allow_hyphen_values = true, conflicts_with_all = ["colormap", "color_range"])]
@@ -143,12 +201,9 @@ pub struct RenderFlags {
     /// Keep the picture's alpha
     #[arg(long, conflicts_with = "background")]
     pub no_background: bool,
-    /// Reconstruction kernel: point, nearest, gaussian, cubic
-    #[arg(long, value_name = "KERNEL", value_parser = values::kernel, default_value = "cubic")]
-    pub kernel: Kernel,
-    /// Splat radius in voxels [default: the kernel's own]
-    #[arg(long, value_name = "E", value_parser = values::positive, allow_hyphen_values = true)]
-    pub extent: Option<f64>,
+    /// How the kernels become a picture.
+    #[command(flatten)]
+    pub mode: ModeFlags,
     /// How far to refine
     #[arg(long, value_enum, default_value_t = RefineFlag::Full)]
     pub refine: RefineFlag,

@@ -10,7 +10,7 @@ use super::flags::{RefineFlag, RenderFlags};
 use super::stats::Stats;
 use super::{Failure, open};
 use crate::core::{Camera, Projection, Ticket};
-use crate::scene::{self, Background, Scene, SplatSettings};
+use crate::scene::{self, Background, ModeChoice, Scene, SplatSettings};
 use crate::task::engine::Engine;
 use crate::task::picture_file::{self, PictureFormat};
 use crate::task::still::{Refine, StillRequest};
@@ -19,13 +19,12 @@ use crate::transfer::ColourSource;
 pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
     let refine = refine(flags)?;
     let format = format(&flags.output)?;
-    if flags.extent.is_some() && flags.kernel.natural_extent().is_none() {
-        return Err(Failure::Usage(format!(
-            "expected --extent with a kernel that has one (gaussian, cubic), found --kernel {}; \
-             leave one of the two out",
-            flags.kernel.name()
-        )));
+    let mut choice = flags.mode.choice();
+    if choice == ModeChoice::default() {
+        // Until tiles can draw the exact mode.
+        choice = ModeChoice::from(SplatSettings::SHADE_FIRST);
     }
+    let splat = choice.resolve().map_err(|error| Failure::Usage(error.to_string()))?;
     if flags.stats.as_ref() == Some(&flags.output) {
         return Err(Failure::Usage(format!(
             "expected --stats and --output to name two files, found one; rename one of them: {}",
@@ -39,7 +38,7 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
     }
     let volume = open::scalar(&input, flags.field.as_deref(), flags.component)?;
     let load_ms = start.elapsed().as_secs_f64() * 1e3;
-    let scene = scene(flags, scene::opening(volume, input.grid.space.as_deref()));
+    let scene = scene(flags, splat, scene::opening(volume, input.grid.space.as_deref()));
     let kernels_total = scene.volume.lattice.len() as u64;
     let engine = Engine::start(flags.adapter.clone(), || ());
     let request = StillRequest {
@@ -118,7 +117,7 @@ fn refine(flags: &RenderFlags) -> Result<Refine, Failure> {
 }
 
 /// The scene as it opens, changed by the flags.
-fn scene(flags: &RenderFlags, opening: Scene) -> Scene {
+fn scene(flags: &RenderFlags, splat: SplatSettings, opening: Scene) -> Scene {
     let camera = camera(flags, &opening.camera);
     let mut transfer = opening.transfer.clone();
     if let Some(points) = &flags.opacity {
@@ -134,11 +133,6 @@ fn scene(flags: &RenderFlags, opening: Scene) -> Scene {
         Background::Transparent
     } else {
         Background::Colour(flags.background)
-    };
-    let splat = SplatSettings {
-        kernel: flags.kernel,
-        extent: flags.extent,
-        opacity_unit_distance: flags.opacity_unit_distance,
     };
     Scene { camera, transfer, background, splat, ..opening }
 }

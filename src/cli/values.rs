@@ -3,6 +3,7 @@
 use crate::core::Srgb8;
 use crate::io::Endian;
 use crate::kernel::Kernel;
+use crate::scene::{Backend, Classify, OpacityModel, Order, Reconstruction, Visibility};
 use crate::task::engine::AdapterChoice;
 use crate::transfer::ColourMap;
 use crate::volume::ScalarType;
@@ -128,6 +129,24 @@ pub(super) fn colour_map(text: &str) -> Parsed<ColourMap> {
 pub(super) fn kernel(text: &str) -> Parsed<Kernel> {
     one_of(text, Kernel::from_name(text), Kernel::ALL.into_iter().map(Kernel::name))
 }
+
+macro_rules! named {
+    ($($function:ident: $type:ty),* $(,)?) => {
+        $(pub(super) fn $function(text: &str) -> Parsed<$type> {
+            let names = <$type>::ALL.iter().map(|one| one.name());
+            one_of(text, <$type>::from_name(text), names)
+        })*
+    };
+}
+
+named!(
+    visibility: Visibility,
+    opacity_model: OpacityModel,
+    classify: Classify,
+    reconstruction: Reconstruction,
+    order: Order,
+    backend: Backend,
+);
 
 pub(super) fn scalar_type(text: &str) -> Parsed<ScalarType> {
     let names = ScalarType::ALL.into_iter().map(ScalarType::name);

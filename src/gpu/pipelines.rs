@@ -110,7 +110,9 @@ fn splat(
     }
     let options = wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() };
     let (vertex, fragment) = match variant.kernel {
-        Kernel::Gaussian | Kernel::Cubic => ("vertex_radial", "fragment_radial"),
+        Kernel::Gaussian | Kernel::Cubic | Kernel::Linear | Kernel::BSpline => {
+            ("vertex_radial", "fragment_radial")
+        }
         Kernel::Nearest => ("vertex_box", "fragment_box"),
         Kernel::Point => ("vertex_point", "fragment_point"),
     };

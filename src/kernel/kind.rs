@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// A radial (or box) reconstruction kernel, in units of one voxel.
+/// A reconstruction kernel, in units of one voxel: radial, a box, or on lattices separable.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Kernel {
@@ -12,13 +12,19 @@ pub enum Kernel {
     Nearest,
     /// A Gaussian of σ 0.6, cut at 0.004 (Westover).
     Gaussian,
+    /// The separable tent: trilinear interpolation (Westover §2.7.3). On lattices only.
+    Linear,
     /// The optimal piecewise cubic of radius 1.556 (Crawfis–Max).
     Cubic,
+    /// The separable cubic B-spline. On lattices only.
+    #[serde(rename = "bspline")]
+    BSpline,
 }
 
 impl Kernel {
     /// Every kernel, cheapest first.
-    pub const ALL: [Self; 4] = [Self::Point, Self::Nearest, Self::Gaussian, Self::Cubic];
+    pub const ALL: [Self; 6] =
+        [Self::Point, Self::Nearest, Self::Linear, Self::Gaussian, Self::Cubic, Self::BSpline];
 
     /// The name scripts use.
     pub fn name(self) -> &'static str {
@@ -26,7 +32,9 @@ impl Kernel {
             Self::Point => "point",
             Self::Nearest => "nearest",
             Self::Gaussian => "gaussian",
+            Self::Linear => "linear",
             Self::Cubic => "cubic",
+            Self::BSpline => "bspline",
         }
     }
 
@@ -39,9 +47,20 @@ impl Kernel {
     /// not apply.
     pub fn natural_extent(self) -> Option<f64> {
         match self {
-            Self::Point | Self::Nearest => None,
+            Self::Point | Self::Nearest | Self::Linear | Self::BSpline => None,
             Self::Gaussian => Some(2.0),
             Self::Cubic => Some(1.556),
         }
+    }
+
+    /// Whether it is a product of one-dimensional kernels along the lattice's axes.
+    pub fn is_separable(self) -> bool {
+        matches!(self, Self::Linear | Self::BSpline)
+    }
+
+    /// The kernel that footprints stand in with where this one has none: the optimal cubic for the
+    /// separable ones, which project to no ellipse.
+    pub fn splatted(self) -> Self {
+        if self.is_separable() { Self::Cubic } else { self }
     }
 }

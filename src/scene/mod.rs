@@ -4,9 +4,15 @@
 //! whole state can be rebuilt from it. Imports `core`, `volume`, `transfer`, `kernel`, `hierarchy`.
 
 mod framing;
+mod mode;
 mod view;
 
 pub use framing::{NamedView, axis_letters, is_anterior_y};
+pub use mode::{
+    Backend, Classify, LEAST_SLABS_PER_VOXEL, MOST_GATHERED_EXTENT, MOST_SHEETS_PER_KERNEL,
+    MOST_SLABS_PER_VOXEL, ModeChoice, ModeError, OpacityModel, Order, Reconstruction,
+    SplatSettings, Visibility,
+};
 pub use view::{Traversal, View};
 
 use std::sync::Arc;
@@ -15,26 +21,8 @@ use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 use crate::core::{Camera, Srgb8};
-use crate::kernel::Kernel;
 use crate::transfer::{TransferFunction, presets};
 use crate::volume::{Lattice, ScalarVolume};
-
-/// How splats are drawn.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct SplatSettings {
-    /// Which reconstruction kernel.
-    pub kernel: Kernel,
-    /// Splat radius in voxels; `None` is the kernel's natural one. Mean depth is kept.
-    pub extent: Option<f64>,
-    /// World length over which opacities are given; `None` is the smallest voxel spacing.
-    pub opacity_unit_distance: Option<f64>,
-}
-
-impl Default for SplatSettings {
-    fn default() -> Self {
-        Self { kernel: Kernel::Cubic, extent: None, opacity_unit_distance: None }
-    }
-}
 
 /// What lies behind the volume.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]

@@ -195,7 +195,7 @@ impl Drawer {
             }
             Rung::Cheaper(kernel) => self.grid(scene, size, kernel, observer),
             Rung::Full => {
-                let kernel = scene.splat.kernel;
+                let kernel = scene.splat.kernel.splatted();
                 let view = View::new(scene, size);
                 let radial = RadialKernel::new(kernel, scene.splat.extent);
                 // Kernels under a pixel: the pyramid level whose nodes are not (design §1).
@@ -235,7 +235,7 @@ impl Drawer {
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "1..=size")]
         let smaller = size.map(|n| (f64::from(n) / shrink).round().max(1.0) as u32);
         let view = View::new(scene, smaller);
-        self.begin(scene, &view, scene.splat.kernel)?;
+        self.begin(scene, &view, scene.splat.kernel.splatted())?;
         let records: Vec<Record> = cut.nodes.iter().map(record).collect();
         self.draw_records(&records, observer)?;
         let wall_ms = start.elapsed().as_secs_f64() * 1e3;
@@ -256,8 +256,8 @@ impl Drawer {
 
     fn cut_of(&self, scene: &Scene, view: &View, limits: CutLimits) -> Cut {
         let Some(classified) = &self.classified else { return Cut::default() };
-        let radius =
-            RadialKernel::new(scene.splat.kernel, scene.splat.extent).map_or(0.5, |k| k.radius());
+        let radius = RadialKernel::new(scene.splat.kernel.splatted(), scene.splat.extent)
+            .map_or(0.5, |k| k.radius());
         let samples = &classified.volume.samples;
         Cut::of(
             &classified.pyramid,
@@ -279,7 +279,7 @@ impl Drawer {
         let view = View::new(scene, size);
         let cut = self.cut_of(scene, &view, limits);
         let records: Vec<Record> = cut.nodes.iter().map(record).collect();
-        self.begin(scene, &view, scene.splat.kernel)?;
+        self.begin(scene, &view, scene.splat.kernel.splatted())?;
         self.draw_records(&records, observer)?;
         Ok(Drawn {
             size,
@@ -454,8 +454,8 @@ fn voxel_thickness(scene: &Scene) -> f64 {
 
 /// Pixels that a cut's quads cover, overlaps counted each time; in perspective as at the middle.
 fn fragments(cut: &Cut, scene: &Scene, view: &View) -> f64 {
-    let radius =
-        RadialKernel::new(scene.splat.kernel, scene.splat.extent).map_or(0.5, |k| k.radius());
+    let radius = RadialKernel::new(scene.splat.kernel.splatted(), scene.splat.extent)
+        .map_or(0.5, |k| k.radius());
     let rows = view.view_from_index.transpose();
     let area = rows.x_axis.cross(rows.y_axis).length() * 4.0 * radius * radius;
     cut.nodes

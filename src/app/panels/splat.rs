@@ -16,7 +16,7 @@ pub fn splat_ui(ui: &mut Ui, scene: &mut Scene) {
         let chosen = scene.splat.kernel;
         let combo = ComboBox::from_id_salt("kernel").selected_text(words::kernel(chosen));
         let shown = combo.show_ui(ui, |ui| {
-            for kernel in Kernel::ALL {
+            for kernel in Kernel::ALL.into_iter().filter(|kernel| !kernel.is_separable()) {
                 ui.selectable_value(&mut scene.splat.kernel, kernel, words::kernel(kernel))
                     .on_hover_text(words::kernel_help(kernel));
             }

@@ -1,0 +1,461 @@
+//! How a scene's kernels become a picture: what they reconstruct, when they are classified, and how
+//! they hide one another.
+
+use serde::{Deserialize, Serialize};
+
+use crate::kernel::Kernel;
+
+/// How kernels hide one another.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Visibility {
+    /// Each kernel's footprint is composited on its own (Westover §3.6).
+    EverySample,
+    /// Footprints are added up in axis-aligned sheets, which are composited (Westover §4.2, §5.3).
+    Sheets,
+    /// Kernels give their integrals to image-aligned slabs, which are composited.
+    Slabs,
+}
+
+/// What a kernel's opacity means where kernels overlap.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum OpacityModel {
+    /// Extinction adds up; opacity is 1 − exp(−optical depth).
+    OpticalDepth,
+    /// Opacity times footprint, as the papers print it; sums are capped at 1.
+    Published,
+}
+
+/// When values become colour and extinction.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Classify {
+    /// Each sample, before reconstruction ("shade first").
+    Before,
+    /// The reconstructed value in the middle of each slab.
+    After,
+    /// All values between the two faces of each slab.
+    PreIntegrated,
+}
+
+/// Whether the values are sharpened so that the kernels pass through them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Reconstruction {
+    /// Samples weigh the kernels as they are: noise is smoothed, and detail.
+    Smooth,
+    /// Samples are sharpened first (see [`crate::kernel`]).
+    Interpolating,
+}
+
+/// The direction in which layers are composited.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Order {
+    /// Each over what is behind it.
+    BackToFront,
+    /// Each under what is before it.
+    FrontToBack,
+}
+
+/// What draws the picture. Both draw the same one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Backend {
+    /// In `render` a fixed rule ([`SplatSettings::fixed_backend`]); in the window the faster one.
+    Auto,
+    /// Footprints as blended triangles.
+    Raster,
+    /// Compute: each pixel walks its tile's layers.
+    Tiles,
+}
+
+/// How a volume is splatted: a mode of the price list.
+///
+/// Not every combination means something: see [`SplatSettings::check`].
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct SplatSettings {
+    /// Which reconstruction kernel.
+    pub kernel: Kernel,
+    /// Splat radius in voxels; `None` is the kernel's natural one. Mean depth is kept.
+    pub extent: Option<f64>,
+    /// World length over which opacities are given; `None` is the smallest voxel spacing.
+    pub opacity_unit_distance: Option<f64>,
+    /// How kernels hide one another.
+    pub visibility: Visibility,
+    /// Slabs per smallest voxel spacing, > 0; with [`Visibility::Slabs`].
+    pub slabs_per_voxel: f64,
+    /// Sheets that a kernel's extent along the sheet axis is cut into, ≥ 1; 1 keeps each kernel
+    /// whole in the sheet of its own slice. With [`Visibility::Sheets`].
+    pub sheets_per_kernel: u32,
+    /// What opacity means where kernels overlap.
+    pub opacity_model: OpacityModel,
+    /// When values become colour and extinction.
+    pub classify: Classify,
+    /// Whether values are sharpened first.
+    pub reconstruction: Reconstruction,
+    /// Direction of compositing.
+    pub order: Order,
+    /// What draws it.
+    pub backend: Backend,
+}
+
+impl Default for SplatSettings {
+    fn default() -> Self {
+        Self::SHADE_FIRST
+    }
+}
+
+/// The finest slabs on offer, per voxel.
+pub const MOST_SLABS_PER_VOXEL: f64 = 64.0;
+/// The coarsest.
+pub const LEAST_SLABS_PER_VOXEL: f64 = 0.125;
+/// The most sheets a kernel may be cut into.
+pub const MOST_SHEETS_PER_KERNEL: u32 = 64;
+/// The largest splat radius, voxels, of kernels that are gathered from the lattice.
+pub const MOST_GATHERED_EXTENT: f64 = 8.0;
+
+/// A combination of settings that means nothing.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("expected {expected}, found {found}; {advice}")]
+pub struct ModeError {
+    expected: &'static str,
+    found: String,
+    advice: &'static str,
+}
+
+impl SplatSettings {
+    /// Westover's splatting by optical depth: every sample, shaded first, the optimal cubic.
+    pub const SHADE_FIRST: Self = Self {
+        kernel: Kernel::Cubic,
+        extent: None,
+        opacity_unit_distance: None,
+        visibility: Visibility::EverySample,
+        slabs_per_voxel: 1.0,
+        sheets_per_kernel: 1,
+        opacity_model: OpacityModel::OpticalDepth,
+        classify: Classify::Before,
+        reconstruction: Reconstruction::Smooth,
+        order: Order::BackToFront,
+        backend: Backend::Auto,
+    };
+
+    /// What "exact" means: slabs, the interpolating cubic B-spline, pre-integrated.
+    pub const EXACT: Self = Self {
+        kernel: Kernel::BSpline,
+        visibility: Visibility::Slabs,
+        classify: Classify::PreIntegrated,
+        reconstruction: Reconstruction::Interpolating,
+        order: Order::FrontToBack,
+        ..Self::SHADE_FIRST
+    };
+
+    /// Whether the combination means something.
+    ///
+    /// # Errors
+    /// One sentence: what was expected, what was found, what to try.
+    pub fn check(&self) -> Result<(), ModeError> {
+        let kernel = self.kernel;
+        let refuse = |expected, found: String, advice| Err(ModeError { expected, found, advice });
+        let name = |what: &str| format!("{what} with --kernel {}", kernel.name());
+        if self.visibility != Visibility::Slabs && self.classify != Classify::Before {
+            return refuse(
+                "--classify after or pre-integrated with --visibility slabs",
+                format!("--visibility {}", self.visibility.name()),
+                "choose --visibility slabs, or --classify before",
+            );
+        }
+        if self.classify == Classify::Before && self.reconstruction == Reconstruction::Interpolating
+        {
+            return refuse(
+                "--reconstruction interpolating with values classified after reconstruction",
+                "--classify before".to_owned(),
+                "choose --classify pre-integrated, or --reconstruction smooth",
+            );
+        }
+        if kernel.is_separable() {
+            if self.visibility != Visibility::Slabs {
+                return refuse(
+                    "--kernel linear or bspline with --visibility slabs",
+                    name(&format!("--visibility {}", self.visibility.name())),
+                    "choose --visibility slabs, or --kernel cubic",
+                );
+            }
+            if self.extent.is_some() {
+                return refuse(
+                    "--extent with a kernel that has one (gaussian, cubic)",
+                    name("--extent"),
+                    "leave one of the two out",
+                );
+            }
+        }
+        if self.extent.is_some() && kernel.natural_extent().is_none() {
+            return refuse(
+                "--extent with a kernel that has one (gaussian, cubic)",
+                name("--extent"),
+                "leave one of the two out",
+            );
+        }
+        if kernel == Kernel::Point && self.classify != Classify::Before {
+            return refuse(
+                "--kernel point with --classify before: points leave no value between them",
+                format!("--classify {}", self.classify.name()),
+                "choose --kernel nearest, or --classify before",
+            );
+        }
+        let slabs = LEAST_SLABS_PER_VOXEL..=MOST_SLABS_PER_VOXEL;
+        if self.visibility == Visibility::Slabs && !slabs.contains(&self.slabs_per_voxel) {
+            return refuse(
+                "--slabs-per-voxel between 0.125 and 64",
+                self.slabs_per_voxel.to_string(),
+                "choose a number in that range",
+            );
+        }
+        if !(1..=MOST_SHEETS_PER_KERNEL).contains(&self.sheets_per_kernel) {
+            return refuse(
+                "--sheets-per-kernel between 1 and 64",
+                self.sheets_per_kernel.to_string(),
+                "choose a number in that range",
+            );
+        }
+        let gathered = self.fixed_backend() == Backend::Tiles || self.backend == Backend::Tiles;
+        if gathered && self.extent.is_some_and(|extent| extent > MOST_GATHERED_EXTENT) {
+            return refuse(
+                "--extent up to 8 voxels with sheets, slabs or tiles",
+                format!("{}", self.extent.unwrap_or_default()),
+                "choose a smaller extent, or --visibility every-sample",
+            );
+        }
+        if self.backend == Backend::Raster && self.fixed_backend() == Backend::Tiles {
+            return refuse(
+                "--backend raster with --visibility every-sample",
+                format!("--visibility {}", self.visibility.name()),
+                "choose --backend tiles or auto",
+            );
+        }
+        Ok(())
+    }
+
+    /// What `render` draws with where nobody chose: triangles for every sample, composited far to
+    /// near by optical depth; tiles for all else, which triangles cannot do.
+    pub fn fixed_backend(&self) -> Backend {
+        if self.backend != Backend::Auto {
+            return self.backend;
+        }
+        if self.needs_tiles() { Backend::Tiles } else { Backend::Raster }
+    }
+
+    /// Whether only tiles can draw it.
+    pub fn needs_tiles(&self) -> bool {
+        self.visibility != Visibility::EverySample
+    }
+}
+
+macro_rules! names {
+    ($type:ty { $($variant:ident => $name:literal),* $(,)? }) => {
+        impl $type {
+            /// Every one.
+            pub const ALL: &[Self] = &[$(Self::$variant),*];
+
+            /// The name scripts use.
+            pub fn name(self) -> &'static str {
+                match self {
+                    $(Self::$variant => $name,)*
+                }
+            }
+
+            /// The one of this name.
+            pub fn from_name(name: &str) -> Option<Self> {
+                Self::ALL.iter().copied().find(|one| one.name() == name)
+            }
+        }
+    };
+}
+
+names!(Visibility { EverySample => "every-sample", Sheets => "sheets", Slabs => "slabs" });
+names!(OpacityModel { OpticalDepth => "optical-depth", Published => "published" });
+names!(Classify { Before => "before", After => "after", PreIntegrated => "pre-integrated" });
+names!(Reconstruction { Smooth => "smooth", Interpolating => "interpolating" });
+names!(Order { BackToFront => "back-to-front", FrontToBack => "front-to-back" });
+names!(Backend { Auto => "auto", Raster => "raster", Tiles => "tiles" });
+
+/// A mode as people ask for it: what they leave open follows from what they choose.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[expect(missing_docs, reason = "the fields are those of SplatSettings")]
+pub struct ModeChoice {
+    pub kernel: Option<Kernel>,
+    pub extent: Option<f64>,
+    pub opacity_unit_distance: Option<f64>,
+    pub visibility: Option<Visibility>,
+    pub slabs_per_voxel: Option<f64>,
+    pub sheets_per_kernel: Option<u32>,
+    pub opacity_model: Option<OpacityModel>,
+    pub classify: Option<Classify>,
+    pub reconstruction: Option<Reconstruction>,
+    pub order: Option<Order>,
+    pub backend: Option<Backend>,
+}
+
+impl ModeChoice {
+    /// The settings chosen: the exact mode, and where that contradicts what was asked for, what goes
+    /// with it. Nothing that was asked for is changed.
+    ///
+    /// # Errors
+    /// Where what was asked for contradicts itself.
+    pub fn resolve(&self) -> Result<SplatSettings, ModeError> {
+        let exact = SplatSettings::EXACT;
+        let shade_first = SplatSettings::SHADE_FIRST;
+        let visibility = self.visibility.unwrap_or(match self.sheets_per_kernel {
+            Some(_) => Visibility::Sheets,
+            None if self.backend == Some(Backend::Raster) => Visibility::EverySample,
+            None => exact.visibility,
+        });
+        let whole = visibility != Visibility::Slabs || self.kernel == Some(Kernel::Point);
+        let classify =
+            self.classify.unwrap_or(if whole { Classify::Before } else { exact.classify });
+        let radial = visibility != Visibility::Slabs || self.extent.is_some();
+        let smooth = classify == Classify::Before;
+        let settings = SplatSettings {
+            kernel: self.kernel.unwrap_or(if radial || smooth {
+                shade_first.kernel
+            } else {
+                exact.kernel
+            }),
+            extent: self.extent,
+            opacity_unit_distance: self.opacity_unit_distance,
+            visibility,
+            slabs_per_voxel: self.slabs_per_voxel.unwrap_or(exact.slabs_per_voxel),
+            sheets_per_kernel: self.sheets_per_kernel.unwrap_or(exact.sheets_per_kernel),
+            opacity_model: self.opacity_model.unwrap_or(exact.opacity_model),
+            classify,
+            reconstruction: self.reconstruction.unwrap_or(if smooth {
+                Reconstruction::Smooth
+            } else {
+                exact.reconstruction
+            }),
+            order: self.order.unwrap_or(if visibility == Visibility::EverySample {
+                shade_first.order
+            } else {
+                exact.order
+            }),
+            backend: self.backend.unwrap_or(exact.backend),
+        };
+        settings.check()?;
+        Ok(settings)
+    }
+}
+
+impl From<SplatSettings> for ModeChoice {
+    fn from(settings: SplatSettings) -> Self {
+        let SplatSettings {
+            kernel,
+            extent,
+            opacity_unit_distance,
+            visibility,
+            slabs_per_voxel,
+            sheets_per_kernel,
+            opacity_model,
+            classify,
+            reconstruction,
+            order,
+            backend,
+        } = settings;
+        Self {
+            kernel: Some(kernel),
+            extent,
+            opacity_unit_distance,
+            visibility: Some(visibility),
+            slabs_per_voxel: Some(slabs_per_voxel),
+            sheets_per_kernel: Some(sheets_per_kernel),
+            opacity_model: Some(opacity_model),
+            classify: Some(classify),
+            reconstruction: Some(reconstruction),
+            order: Some(order),
+            backend: Some(backend),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nothing_chosen_is_exact_and_both_presets_mean_something() {
+        assert_eq!(ModeChoice::default().resolve(), Ok(SplatSettings::EXACT));
+        assert_eq!(SplatSettings::SHADE_FIRST.check(), Ok(()));
+        let kept = ModeChoice::from(SplatSettings::SHADE_FIRST).resolve();
+        assert_eq!(kept, Ok(SplatSettings::SHADE_FIRST));
+    }
+
+    #[test]
+    fn one_choice_alone_always_means_something() {
+        let none = ModeChoice::default();
+        let mut choices = Vec::new();
+        choices.extend(Kernel::ALL.map(|k| ModeChoice { kernel: Some(k), ..none }));
+        choices.extend(Visibility::ALL.iter().map(|&v| ModeChoice { visibility: Some(v), ..none }));
+        choices.extend(Classify::ALL.iter().map(|&c| ModeChoice { classify: Some(c), ..none }));
+        choices.extend(
+            Reconstruction::ALL.iter().map(|&r| ModeChoice { reconstruction: Some(r), ..none }),
+        );
+        choices.extend(Backend::ALL.iter().map(|&b| ModeChoice { backend: Some(b), ..none }));
+        choices.extend(Order::ALL.iter().map(|&o| ModeChoice { order: Some(o), ..none }));
+        choices.push(ModeChoice { extent: Some(2.0), ..none });
+        choices.push(ModeChoice { sheets_per_kernel: Some(5), ..none });
+        for choice in choices {
+            let settings = choice.resolve().unwrap_or_else(|error| panic!("{choice:?}: {error}"));
+            assert!(choice.kernel.is_none_or(|k| k == settings.kernel));
+            assert!(choice.classify.is_none_or(|c| c == settings.classify));
+            assert!(choice.visibility.is_none_or(|v| v == settings.visibility));
+        }
+    }
+
+    #[test]
+    fn contradictions_are_refused_in_a_sentence() {
+        let none = ModeChoice::default();
+        let slabs = Some(Visibility::Slabs);
+        let refused = [
+            ModeChoice {
+                classify: Some(Classify::Before),
+                reconstruction: Some(Reconstruction::Interpolating),
+                ..none
+            },
+            ModeChoice {
+                visibility: Some(Visibility::EverySample),
+                classify: Some(Classify::After),
+                ..none
+            },
+            ModeChoice {
+                visibility: Some(Visibility::Sheets),
+                classify: Some(Classify::PreIntegrated),
+                ..none
+            },
+            ModeChoice {
+                visibility: Some(Visibility::Sheets),
+                kernel: Some(Kernel::Linear),
+                ..none
+            },
+            ModeChoice { extent: Some(2.0), kernel: Some(Kernel::BSpline), ..none },
+            ModeChoice { extent: Some(2.0), kernel: Some(Kernel::Nearest), ..none },
+            ModeChoice { extent: Some(9.0), visibility: slabs, ..none },
+            ModeChoice { slabs_per_voxel: Some(0.0), ..none },
+            ModeChoice { slabs_per_voxel: Some(f64::NAN), ..none },
+            ModeChoice { sheets_per_kernel: Some(0), ..none },
+            ModeChoice { kernel: Some(Kernel::Point), classify: Some(Classify::After), ..none },
+            ModeChoice { backend: Some(Backend::Raster), visibility: slabs, ..none },
+        ];
+        for choice in refused {
+            let error = choice.resolve().expect_err("refused").to_string();
+            assert!(error.starts_with("expected ") && error.contains("; "), "{error}");
+        }
+    }
+
+    #[test]
+    fn names_are_read_back() {
+        for &visibility in Visibility::ALL {
+            assert_eq!(Visibility::from_name(visibility.name()), Some(visibility));
+        }
+        assert_eq!(Classify::from_name("during"), None);
+    }
+}
