@@ -20,6 +20,11 @@ pub enum Pass {
     },
     /// Draws records as footprints over the target.
     Splat(Source),
+    /// Composites the slabs of a reconstructed field.
+    ReconstructSlabs {
+        /// Tiles of the picture, a workgroup each.
+        tiles: u32,
+    },
     /// Background and sRGB.
     Present,
 }
@@ -41,6 +46,7 @@ impl Pass {
             Self::ScanSegments => super::shader::SCAN_SEGMENTS.name,
             Self::EmitKernels { .. } => super::shader::EMIT_KERNELS.name,
             Self::Splat(_) => super::shader::SPLAT.name,
+            Self::ReconstructSlabs { .. } => super::shader::RECONSTRUCT_SLABS.name,
             Self::Present => super::shader::PRESENT.name,
         }
     }
@@ -59,6 +65,11 @@ pub fn grid_piece(segments: u32) -> [Pass; 4] {
 /// A piece of an octree cut.
 pub fn node_piece(records: u32) -> [Pass; 1] {
     [Pass::Splat(Source::Uploaded(records))]
+}
+
+/// A piece of a picture in slabs.
+pub fn slab_piece(tiles: u32) -> [Pass; 1] {
+    [Pass::ReconstructSlabs { tiles }]
 }
 
 /// What a pass took, summed over the pieces of a frame.

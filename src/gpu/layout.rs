@@ -67,6 +67,29 @@ pub struct Present {
     pub background: [f32; 4],
 }
 
+/// Pixels along the side of a tile of the compute passes that draw.
+pub const TILE: u32 = 8;
+
+/// `Slabs` in `shaders/reconstruct_slabs.wgsl`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+#[expect(missing_docs, reason = "documented in the shader")]
+pub struct Slabs {
+    pub base: [f32; 4],
+    pub right: [f32; 4],
+    pub up: [f32; 4],
+    pub along: [f32; 4],
+    pub picture: [f32; 4],
+    pub dims: [u32; 4],
+    pub stored: [u32; 4],
+    pub bricks: [u32; 4],
+    pub table: [f32; 4],
+    pub below: [f32; 4],
+    pub beyond: [f32; 4],
+    pub tiles: [u32; 4],
+    pub more: [u32; 4],
+}
+
 /// One splat as the vertex stage reads it; emitted by the GPU for voxels, by the host for nodes.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]

@@ -7,17 +7,20 @@
 mod buffers;
 mod constants;
 pub mod context;
+mod field;
 pub mod frame;
 pub mod layout;
 mod pipelines;
 mod renderer;
 mod samples;
 pub mod shader;
+mod slabs;
 pub mod timing;
 
 pub use context::{AdapterChoice, Context, Wishes};
 pub use frame::{Pass, PassTime};
 pub use renderer::{GridTotals, Renderer};
+pub use slabs::{TILE, tile_count};
 
 /// What can go wrong on the device.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]

@@ -11,13 +11,18 @@ use super::frame::{self, Pass, PassTime, Source};
 use super::layout::{self, COUNT_HEADER_WORDS, Record, SEGMENT_THREADS};
 use super::pipelines::{Pipelines, SplatVariant};
 use super::samples::{CHUNKS, DeviceSamples};
+use super::slabs::{PictureConstants, SlabPass, step_reach};
 use super::timing::{Timer, Timestamps};
 use super::{GpuError, shader};
 use crate::core::{LinearRgb, Ticket};
-use crate::kernel::Kernel;
-use crate::scene::View;
-use crate::transfer::Table;
+use crate::kernel::{Coefficients, Kernel};
+use crate::scene::{SplatSettings, View};
+use crate::transfer::{Cumulative, Table};
 use crate::volume::{BRICK, ScalarVolume};
+
+/// Transmittance at which rays end: what is behind can change no channel by more than half a step
+/// of 10 bits.
+const STOP_BELOW: f32 = 5e-4;
 
 /// Draws pieces of one picture at a time. Everything it holds can be made again from the scene.
 #[derive(Debug)]
@@ -36,6 +41,11 @@ pub struct Renderer {
     volume: Option<DeviceVolume>,
     target: Option<Target>,
     variant: SplatVariant,
+    slabs: SlabPass,
+    /// The mode of the slabs being drawn.
+    slab_settings: SplatSettings,
+    /// Rays end where less transmittance is left.
+    stop_below: f32,
     times: Vec<PassTime>,
     peak_bytes: u64,
 }
@@ -103,6 +113,9 @@ impl Renderer {
                 "counts",
                 Usage::STORAGE | Usage::INDIRECT | Usage::COPY_SRC,
             ),
+            slabs: SlabPass::new(&context),
+            slab_settings: SplatSettings::EXACT,
+            stop_below: STOP_BELOW,
             pipelines: Pipelines::default(),
             timer: None,
             volume: None,
@@ -151,7 +164,7 @@ impl Renderer {
 
     /// Pipelines compiled so far.
     pub fn pipeline_count(&self) -> usize {
-        self.pipelines.len()
+        self.pipelines.len() + self.slabs.pipeline_count()
     }
 
     /// Uploads a volume unless it is there already.
@@ -168,6 +181,7 @@ impl Renderer {
         }
         // The old one goes first: two need not fit.
         self.volume = None;
+        self.slabs.clear();
         if volume.lattice.dims.iter().any(|&n| n > 0xffff) {
             return Err(GpuError::TooLarge {
                 what: "an axis",
@@ -241,6 +255,7 @@ impl Renderer {
         let constants = frame_constants(view, kernel, extent, unit_distance);
         self.context.queue.write_buffer(&self.frame, 0, bytemuck::bytes_of(&constants));
         self.context.queue.write_buffer(&self.totals, 0, &[0; 16]);
+        self.context.queue.write_buffer(self.slabs.capped(), 0, &[0; 16]);
         let Some(target) = &self.target else { return Ok(()) };
         let mut encoder = self.context.device.create_command_encoder(&Default::default());
         let view = target.light.create_view(&Default::default());
@@ -276,8 +291,9 @@ impl Renderer {
         }
         self.target = None;
         let format = self.light_format();
-        let light =
-            texture(&self.context, "light", size, format, wgpu::TextureUsages::TEXTURE_BINDING);
+        use wgpu::TextureUsages as Usage;
+        let usage = Usage::TEXTURE_BINDING | Usage::STORAGE_BINDING;
+        let light = texture(&self.context, "light", size, format, usage);
         self.target = Some(Target { size, light, encoded: None, staging: None });
         self.note_bytes();
         Ok(())
@@ -401,6 +417,102 @@ impl Renderer {
         self.context.queue.write_buffer(&self.scan, 0, bytemuck::bytes_of(&scan));
     }
 
+    /// Whether the field that these settings reconstruct is on the device.
+    pub fn holds_field(&self, volume: &Arc<ScalarVolume>, settings: &SplatSettings) -> bool {
+        self.slabs.holds(volume, settings)
+    }
+
+    /// Sets the field that slabs are reconstructed from; it needs a table next.
+    ///
+    /// # Errors
+    /// Too large, cancelled, or a failing device.
+    pub fn set_field(
+        &mut self,
+        volume: &Arc<ScalarVolume>,
+        settings: &SplatSettings,
+        coefficients: Coefficients,
+        ticket: &Ticket,
+    ) -> Result<(), GpuError> {
+        self.slabs.set_field(&self.context, volume, settings, coefficients, ticket)?;
+        self.note_bytes();
+        self.context.check()
+    }
+
+    /// Sets the classification of the field that was set last, for steps of up to `reach` voxels
+    /// between two slab faces ([`Renderer::slab_reach`]).
+    ///
+    /// # Errors
+    /// Cancelled, or a failing device.
+    pub fn set_slab_table(
+        &mut self,
+        table: &Cumulative,
+        reach: usize,
+        ticket: &Ticket,
+    ) -> Result<(), GpuError> {
+        self.slabs.set_table(&self.context, table, reach, ticket)?;
+        self.note_bytes();
+        self.context.check()
+    }
+
+    /// Voxels that a ray may cross between two slab faces, rounded up.
+    pub fn slab_reach(view: &View, smallest_spacing: f64, settings: &SplatSettings) -> usize {
+        step_reach(view, smallest_spacing, settings)
+    }
+
+    /// Rays end where less transmittance than this is left; 0 walks them all to their end.
+    pub fn set_stop_below(&mut self, transmittance: f32) {
+        self.stop_below = transmittance;
+    }
+
+    /// Draws the slabs of some tiles of the picture, row by row from the top, and waits; returns
+    /// milliseconds as [`Renderer::draw_records`] does.
+    ///
+    /// # Errors
+    /// A failing device.
+    pub fn draw_slab_tiles(
+        &mut self,
+        view: &View,
+        settings: &SplatSettings,
+        unit_distance: f64,
+        smallest_spacing: f64,
+        tiles: Range<u32>,
+    ) -> Result<f64, GpuError> {
+        let picture =
+            PictureConstants { unit_distance, smallest_spacing, stop_below: self.stop_below };
+        self.slab_settings = *settings;
+        if !self.slabs.write(&self.context, view, settings, picture, &tiles) {
+            return Err(GpuError::Device("slabs came before their field".to_owned()));
+        }
+        self.run(&frame::slab_piece(tiles.len() as u32))
+    }
+
+    /// Waits for the slabs drawn since [`Renderer::begin`]; how many opacities were capped at 1.
+    ///
+    /// # Errors
+    /// A failing device.
+    pub fn capped_slabs(&mut self) -> Result<u64, GpuError> {
+        let usage = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST;
+        let staging = Growing::make(&self.context, "capped read back", usage, 16);
+        let mut encoder = self.context.device.create_command_encoder(&Default::default());
+        encoder.copy_buffer_to_buffer(self.slabs.capped(), 0, &staging, 0, 16);
+        self.context.queue.submit([encoder.finish()]);
+        let words: Vec<u32> = bytemuck::pod_collect_to_vec(&read_buffer(&self.context, &staging)?);
+        Ok(u64::from(words[0]))
+    }
+
+    fn reconstruct_slabs(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        tiles: u32,
+        clock: Option<&Timestamps>,
+    ) {
+        let Some(target) = &self.target else { return };
+        let light = target.light.create_view(&Default::default());
+        let settings = self.slab_settings;
+        let timestamps = clock.map(|c| c.compute(0));
+        self.slabs.encode(&self.context, encoder, &settings, &light, tiles, timestamps);
+    }
+
     /// The picture so far as sRGB bytes with straight alpha, rows from the top.
     ///
     /// # Errors
@@ -511,6 +623,7 @@ impl Renderer {
                 self.dispatch(encoder, shader::SCAN_SEGMENTS, 1, clock);
             }
             Pass::Splat(source) => self.splat(encoder, source, clock),
+            Pass::ReconstructSlabs { tiles } => self.reconstruct_slabs(encoder, tiles, clock),
             Pass::Present => self.encode_present(encoder, clock),
         }
     }
@@ -653,6 +766,7 @@ impl Renderer {
         });
         let between: u64 =
             [&self.records, &self.uploads, &self.counts].iter().map(|g| g.buffer.size()).sum();
-        self.peak_bytes = self.peak_bytes.max(target + volume + between);
+        let held = target + volume + between + self.slabs.size_bytes();
+        self.peak_bytes = self.peak_bytes.max(held);
     }
 }

@@ -27,9 +27,11 @@ shader!(EMIT_KERNELS, "emit_kernels", TRAVERSAL);
 shader!(SPLAT, "splat", FRAME);
 shader!(PRESENT, "present",);
 shader!(PICTURE, "picture",);
+shader!(RECONSTRUCT_SLABS, "reconstruct_slabs",);
 
 /// Every shader there is.
-pub const ALL: [Shader; 6] = [COUNT_SEGMENTS, SCAN_SEGMENTS, EMIT_KERNELS, SPLAT, PRESENT, PICTURE];
+pub const ALL: [Shader; 7] =
+    [COUNT_SEGMENTS, SCAN_SEGMENTS, EMIT_KERNELS, SPLAT, PRESENT, PICTURE, RECONSTRUCT_SLABS];
 
 impl Shader {
     /// The stitched source.
@@ -42,6 +44,23 @@ impl Shader {
         device.create_shader_module(wgpu::ShaderModuleDescriptor {
             label: Some(self.name),
             source: wgpu::ShaderSource::Wgsl(self.source().into()),
+        })
+    }
+
+    /// The module where the picture under way is stored in 16-bit floats (`half_target`) or in
+    /// 32-bit ones, as written. Shaders name the format of what they store.
+    pub(super) fn module_for(
+        &self,
+        device: &wgpu::Device,
+        half_target: bool,
+    ) -> wgpu::ShaderModule {
+        if !half_target {
+            return self.module(device);
+        }
+        let source = self.source().replace("rgba32float", "rgba16float");
+        device.create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: Some(self.name),
+            source: wgpu::ShaderSource::Wgsl(source.into()),
         })
     }
 }

@@ -4,7 +4,9 @@
 //! `transfer`.
 
 mod cut;
+mod empty_space;
 mod pyramid;
 
 pub use cut::{Cut, CutLimits, CutNode, Visibility, VisitOrder};
+pub use empty_space::{EMPTY_BRICK, FieldBounds, MOST_DISTANCE};
 pub use pyramid::{ActiveCounts, Node, Pyramid, PyramidLevel};

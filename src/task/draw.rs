@@ -13,6 +13,7 @@ use crate::transfer::{Table, TransferFunction};
 use crate::volume::ScalarVolume;
 
 use super::cost::Costs;
+use super::slabs;
 
 /// A piece should not keep the device from a newer request for longer than this.
 pub const PIECE_MS: f64 = 10.0;
@@ -101,6 +102,8 @@ pub struct Drawer {
     classified: Option<Classified>,
     /// How much smaller the last coarse picture was drawn than shown.
     last_shrink: f64,
+    /// What reconstructs the scene's field, on its way to the device.
+    pub(super) field: slabs::FieldJob,
 }
 
 /// The volume under the transfer function.
@@ -116,7 +119,13 @@ struct Classified {
 impl Drawer {
     /// Nothing classified, nothing learnt.
     pub fn new(renderer: Renderer) -> Self {
-        Self { renderer, costs: Costs::default(), classified: None, last_shrink: 2.0 }
+        Self {
+            renderer,
+            costs: Costs::default(),
+            classified: None,
+            last_shrink: 2.0,
+            field: slabs::FieldJob::default(),
+        }
     }
 
     /// Brings the device and the hierarchy up to the scene's volume and transfer function.
@@ -194,6 +203,13 @@ impl Drawer {
                 self.cut(scene, size, limits, observer)
             }
             Rung::Cheaper(kernel) => self.grid(scene, size, kernel, observer),
+            Rung::Full if slabs::reconstructs(&scene.splat) => self.slabs(scene, size, observer),
+            Rung::Full if scene.splat.needs_tiles() => Err(GpuError::Device(format!(
+                "--visibility {} with --classify {} cannot be drawn yet",
+                scene.splat.visibility.name(),
+                scene.splat.classify.name()
+            ))
+            .into()),
             Rung::Full => {
                 let kernel = scene.splat.kernel.splatted();
                 let view = View::new(scene, size);
@@ -249,7 +265,12 @@ impl Drawer {
         })
     }
 
-    fn begin(&mut self, scene: &Scene, view: &View, kernel: Kernel) -> Result<(), DrawError> {
+    pub(super) fn begin(
+        &mut self,
+        scene: &Scene,
+        view: &View,
+        kernel: Kernel,
+    ) -> Result<(), DrawError> {
         let unit_distance = scene.opacity_unit_distance();
         Ok(self.renderer.begin(view, kernel, scene.splat.extent, unit_distance)?)
     }

@@ -6,4 +6,5 @@ pub mod cost;
 pub mod draw;
 pub mod engine;
 pub mod picture_file;
+mod slabs;
 pub mod still;

@@ -120,6 +120,15 @@ impl TransferFunction {
         }
     }
 
+    /// The values at which opacity or the colours between stops change their course.
+    pub fn breakpoints(&self) -> Vec<f64> {
+        let stops = match &self.colour {
+            ColourSource::Map { range, .. } => range.to_vec(),
+            ColourSource::Stops(stops) => stops.iter().map(|(value, _)| *value).collect(),
+        };
+        self.opacity.iter().map(|(value, _)| *value).chain(stops).collect()
+    }
+
     /// Least and greatest value at which anything changes; `None` where nothing ever does.
     pub(super) fn span(&self) -> Option<[f64; 2]> {
         let colours: Vec<f64> = match &self.colour {

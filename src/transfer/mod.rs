@@ -5,12 +5,14 @@
 //! `volume`.
 
 pub mod colour_map;
+mod cumulative;
 mod diverging;
 mod function;
 pub mod presets;
 mod table;
 
 pub use colour_map::ColourMap;
+pub use cumulative::{Cumulative, Weight};
 pub use function::{
     ColourSource, TRANSMITTANCE_FLOOR, TransferError, TransferFunction, extinction_from_opacity,
 };

@@ -34,6 +34,11 @@ impl ScalarType {
         Self::Float64,
     ];
 
+    /// Whether its values are whole numbers.
+    pub fn is_integer(self) -> bool {
+        !matches!(self, Self::Float32 | Self::Float64)
+    }
+
     /// NumPy's word for it: `uint8`, `float32`, …
     pub fn name(self) -> &'static str {
         match self {

@@ -1,0 +1,373 @@
+// Composites the slabs of a field that is classified after reconstruction.
+//
+// One invocation a pixel. It walks its ray from slab face to slab face, gathers the field's value
+// there from the lattice's coefficients, classifies what lies between, and composites. Where no
+// value in reach can show it leaps.
+
+const TILE: u32 = 8u;
+// Edge of a brick of `empty`, voxels.
+const EMPTY_BRICK: i32 = 4;
+// Stands for "no value here".
+const NOTHING: f32 = -3e38;
+
+// How coefficients are stored: two neighbours along x in a word for every sample, two samples a
+// word, or 32-bit floats.
+const PAIRS: u32 = 0u;
+const HALVES: u32 = 1u;
+
+// Kernels, as the host numbers them.
+const NEAREST: u32 = 0u;
+const LINEAR: u32 = 1u;
+const GAUSSIAN: u32 = 2u;
+const CUBIC: u32 = 3u;
+
+override kernel: u32 = 4u;
+override format: u32 = 0u;
+override one_chunk: bool = true;
+override has_holes: bool = false;
+// Classify the value in the middle of a slab rather than all between its faces.
+override classify_middle: bool = false;
+// Opacity is weight times length, capped, rather than 1 - exp(-depth).
+override published: bool = false;
+override back_to_front: bool = false;
+
+struct Slabs {
+    // Where the ray through the picture's middle meets the plane through the lattice's centre, in
+    // index space; w: distance between slab faces, pixels of view depth.
+    base: vec4<f32>,
+    // Index step of one pixel to the right; w: its scale at that plane.
+    right: vec4<f32>,
+    // Index step of one pixel up; w: its growth per pixel of depth, 0 when orthographic.
+    up: vec4<f32>,
+    // Index step of one pixel of view depth; w: depth of the eye, very small when orthographic.
+    along: vec4<f32>,
+    // Half the picture's width and height; unit distances a pixel; transmittance to stop at.
+    picture: vec4<f32>,
+    // Samples along x, y, z; w: mirrored samples beyond each border.
+    dims: vec4<u32>,
+    // Stored samples along x and y; log2 of the words in a chunk; radius of the window, samples.
+    stored: vec4<u32>,
+    // Bricks along x, y, z; cells of the table.
+    bricks: vec4<u32>,
+    // Cell of a stored value s: x + y * s. z: what distances are divided by before the kernel.
+    table: vec4<f32>,
+    // Colour and weight below the first cell and beyond the last.
+    below: vec4<f32>,
+    beyond: vec4<f32>,
+    // First tile, tiles across, picture width, picture height.
+    tiles: vec4<u32>,
+    // Word of `empty` at which the bits of samples without data begin; tiles in this piece.
+    more: vec4<u32>,
+}
+
+@group(0) @binding(0) var<uniform> slabs: Slabs;
+@group(0) @binding(1) var<storage, read> field0: array<u32>;
+@group(0) @binding(2) var<storage, read> field1: array<u32>;
+@group(0) @binding(3) var<storage, read> field2: array<u32>;
+@group(0) @binding(4) var<storage, read> field3: array<u32>;
+// Four bytes a word: bricks to the nearest one that can show. Then, where samples are without data,
+// a bit for each sample.
+@group(0) @binding(5) var<storage, read> empty: array<u32>;
+// For each cell its mean colour and weight, the colour integrated before it, and the weight.
+@group(0) @binding(6) var<storage, read> cells: array<vec4<f32>>;
+// The weight integrated before each cell, and at the end.
+@group(0) @binding(7) var<storage, read> depth: array<f32>;
+@group(0) @binding(8) var light: texture_storage_2d<rgba32float, write>;
+@group(0) @binding(9) var<storage, read_write> capped: atomic<u32>;
+
+fn word(index: u32) -> u32 {
+    if one_chunk {
+        return field0[index];
+    }
+    let within = index & ((1u << slabs.stored.z) - 1u);
+    switch index >> slabs.stored.z {
+        case 0u: { return field0[within]; }
+        case 1u: { return field1[within]; }
+        case 2u: { return field2[within]; }
+        default: { return field3[within]; }
+    }
+}
+
+// The stored values at an index and at the next one along x.
+fn two(index: u32) -> vec2<f32> {
+    if format == PAIRS {
+        return unpack2x16unorm(word(index));
+    }
+    if format == HALVES {
+        let first = unpack2x16unorm(word(index / 2u));
+        let second = unpack2x16unorm(word((index + 1u) / 2u));
+        return select(first, vec2<f32>(first.y, second.x), (index & 1u) == 1u);
+    }
+    return vec2<f32>(bitcast<f32>(word(index)), bitcast<f32>(word(index + 1u)));
+}
+
+fn bspline_weights(f: f32) -> vec4<f32> {
+    let g = 1.0 - f;
+    let f2 = f * f;
+    let g2 = g * g;
+    return vec4<f32>(
+        g2 * g,
+        4.0 - 6.0 * f2 + 3.0 * f2 * f,
+        4.0 - 6.0 * g2 + 3.0 * g2 * g,
+        f2 * f,
+    ) / 6.0;
+}
+
+fn row4(index: u32, w: vec4<f32>) -> f32 {
+    return dot(two(index), w.xy) + dot(two(index + 2u), w.zw);
+}
+
+fn plane4(index: u32, wx: vec4<f32>, wy: vec4<f32>) -> f32 {
+    let row = slabs.stored.x;
+    return wy.x * row4(index, wx) + wy.y * row4(index + row, wx)
+        + wy.z * row4(index + 2u * row, wx) + wy.w * row4(index + 3u * row, wx);
+}
+
+// A radial kernel's value, to a factor that normalisation takes out.
+fn radial(squared: f32) -> f32 {
+    if kernel == GAUSSIAN {
+        // sigma 0.6, cut where exp falls to 0.004.
+        return select(0.0, exp(squared * (-1.0 / 0.72)), squared <= 3.975530);
+    }
+    let r = sqrt(squared);
+    let t = 1.556228 - r;
+    let inner = 0.557526 + squared * (0.671033 * r - 1.157743);
+    let outer = t * t * (0.067599 + 0.282474 * t);
+    return select(select(0.0, outer, t > 0.0), inner, r <= 0.889392);
+}
+
+fn radial_mean(corner: vec3<i32>, fraction: vec3<f32>) -> f32 {
+    let window = i32(slabs.stored.w);
+    let scale = 1.0 / slabs.table.z;
+    var sum = vec2<f32>(0.0);
+    for (var z = 1 - window; z <= window; z++) {
+        for (var y = 1 - window; y <= window; y++) {
+            let dy = f32(y) - fraction.y;
+            let dz = f32(z) - fraction.z;
+            let across = dy * dy + dz * dz;
+            let row = stored_index(corner + vec3<i32>(1 - window, y, z));
+            for (var x = 0; x < 2 * window; x += 2) {
+                let dx = f32(x + 1 - window) - fraction.x;
+                let pair = two(row + u32(x));
+                let h = vec2<f32>(
+                    radial((across + dx * dx) * scale * scale),
+                    radial((across + (dx + 1.0) * (dx + 1.0)) * scale * scale),
+                );
+                sum += vec2<f32>(dot(pair, h), h.x + h.y);
+            }
+        }
+    }
+    return select(NOTHING, sum.x / sum.y, sum.y > 0.0);
+}
+
+fn stored_index(voxel: vec3<i32>) -> u32 {
+    let at = vec3<u32>(voxel + vec3<i32>(i32(slabs.dims.w)));
+    return (at.z * slabs.stored.y + at.y) * slabs.stored.x + at.x;
+}
+
+fn nearest(position: vec3<f32>) -> vec3<i32> {
+    let last = vec3<i32>(slabs.dims.xyz) - vec3<i32>(1);
+    return clamp(vec3<i32>(floor(position + 0.5)), vec3<i32>(0), last);
+}
+
+// The field at a position in index space, in cells of the table.
+fn value(position: vec3<f32>) -> f32 {
+    var stored: f32;
+    if kernel == NEAREST {
+        stored = two(stored_index(nearest(position))).x;
+    } else {
+        let floored = floor(position);
+        let f = position - floored;
+        let corner = vec3<i32>(floored);
+        if kernel == LINEAR {
+            let i = stored_index(corner);
+            let row = slabs.stored.x;
+            let plane = row * slabs.stored.y;
+            let wx = vec2<f32>(1.0 - f.x, f.x);
+            let near = mix(dot(two(i), wx), dot(two(i + row), wx), f.y);
+            let far = mix(dot(two(i + plane), wx), dot(two(i + plane + row), wx), f.y);
+            stored = mix(near, far, f.z);
+        } else if kernel == CUBIC || kernel == GAUSSIAN {
+            stored = radial_mean(corner, f);
+        } else {
+            let wx = bspline_weights(f.x);
+            let wy = bspline_weights(f.y);
+            let wz = bspline_weights(f.z);
+            let i = stored_index(corner - vec3<i32>(1));
+            let plane = slabs.stored.x * slabs.stored.y;
+            stored = wz.x * plane4(i, wx, wy) + wz.y * plane4(i + plane, wx, wy)
+                + wz.z * plane4(i + 2u * plane, wx, wy) + wz.w * plane4(i + 3u * plane, wx, wy);
+        }
+    }
+    if stored == NOTHING {
+        return NOTHING;
+    }
+    // A little more, so that rounding does not take a value out of the cell that begins with it.
+    return slabs.table.x + slabs.table.y * stored;
+}
+
+fn is_hole(position: vec3<f32>) -> bool {
+    let at = vec3<u32>(nearest(position));
+    let index = (at.z * slabs.dims.y + at.y) * slabs.dims.x + at.x;
+    let bits = empty[slabs.more.x + index / 32u];
+    return (bits >> (index % 32u) & 1u) == 1u;
+}
+
+// Mean colour and weight of one value.
+fn classify(u: f32) -> vec4<f32> {
+    if u < 0.0 {
+        return slabs.below;
+    }
+    if u >= f32(slabs.bricks.w) {
+        return slabs.beyond;
+    }
+    return cells[2u * u32(u)];
+}
+
+// Mean colour and weight of all values between two.
+fn classify_between(a: f32, b: f32) -> vec4<f32> {
+    let last = f32(slabs.bricks.w);
+    let i = clamp(floor(a), 0.0, last);
+    let j = clamp(floor(b), 0.0, last);
+    // How far the ends lie outside the table.
+    let before = vec2<f32>(min(a, 0.0), min(b, 0.0));
+    let after = vec2<f32>(max(a - last, 0.0), max(b - last, 0.0));
+    let below = before.y - before.x;
+    let beyond = after.y - after.x;
+    let width = j - i + below + beyond;
+    if abs(width) < 1.0 {
+        return classify(b);
+    }
+    let weight = depth[u32(j)] - depth[u32(i)] + below * slabs.below.w + beyond * slabs.beyond.w;
+    if weight == 0.0 {
+        return vec4<f32>(0.0);
+    }
+    // The colours integrated up to the end stand beside the cell after the last one.
+    let light = cells[2u * u32(j) + 1u].rgb - cells[2u * u32(i) + 1u].rgb
+        + below * slabs.below.w * slabs.below.rgb + beyond * slabs.beyond.w * slabs.beyond.rgb;
+    return vec4<f32>(clamp(light / weight, vec3<f32>(0.0), vec3<f32>(1.0)), max(weight / width, 0.0));
+}
+
+fn distance_at(position: vec3<f32>) -> i32 {
+    let brick = vec3<u32>(clamp((position + 0.5) * 0.25, vec3<f32>(0.0), vec3<f32>(slabs.bricks.xyz) - 0.5));
+    let index = (brick.z * slabs.bricks.y + brick.y) * slabs.bricks.x + brick.x;
+    return i32(empty[index / 4u] >> (8u * (index % 4u)) & 0xffu);
+}
+
+// How far a ray goes on from a position before it leaves the bricks nearer than `distance`.
+fn leap(position: vec3<f32>, distance: i32, inverse: vec3<f32>) -> f32 {
+    let brick = floor((position + 0.5) * 0.25);
+    let reach = f32(distance) * f32(EMPTY_BRICK);
+    let low = brick * f32(EMPTY_BRICK) - 0.5;
+    let exit = select(low + f32(EMPTY_BRICK) - reach, low + reach, inverse > vec3<f32>(0.0));
+    let t = (exit - position) * inverse;
+    return min(t.x, min(t.y, t.z));
+}
+
+@compute @workgroup_size(TILE, TILE)
+fn reconstruct_slabs(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_id) local: vec3<u32>,
+) {
+    let within = group.y * groups.x + group.x;
+    let tile = slabs.tiles.x + within;
+    let pixel = vec2<u32>(tile % slabs.tiles.y, tile / slabs.tiles.y) * TILE + local.xy;
+    if within >= slabs.more.y || pixel.x >= slabs.tiles.z || pixel.y >= slabs.tiles.w {
+        return;
+    }
+    let screen = vec2<f32>(f32(pixel.x) + 0.5, f32(slabs.tiles.w) - f32(pixel.y) - 0.5)
+        - slabs.picture.xy;
+    let across = slabs.right.xyz * screen.x + slabs.up.xyz * screen.y;
+    let origin = slabs.base.xyz + across * slabs.right.w;
+    let direction = slabs.along.xyz + across * slabs.up.w;
+    // A ray along a plane of the lattice is inside it or it is not: no infinities are needed.
+    let tiny = abs(direction) < vec3<f32>(1e-20);
+    let inverse = 1.0 / select(direction, vec3<f32>(1e-20), tiny);
+    let lower = (vec3<f32>(-0.5) - origin) * inverse;
+    let upper = (vec3<f32>(slabs.dims.xyz) - 0.5 - origin) * inverse;
+    let entries = min(lower, upper);
+    let exits = max(lower, upper);
+    let enter = max(max(entries.x, entries.y), max(entries.z, slabs.along.w));
+    let leave = min(exits.x, min(exits.y, exits.z));
+
+    var colour = vec3<f32>(0.0);
+    var transmittance = 1.0;
+    if enter < leave {
+        let step = slabs.base.w;
+        let first = i32(floor(enter / step));
+        let last = i32(ceil(leave / step));
+        // Length of the ray per pixel of depth, in unit distances.
+        let stretch = length(vec3<f32>(screen * slabs.up.w, 1.0)) * slabs.picture.z;
+        let way = select(1, -1, back_to_front);
+        var k = select(first, last, back_to_front);
+        let end = select(last, first, back_to_front);
+        var remaining = last - first;
+        var have = false;
+        var before_u = 0.0;
+        var before_t = 0.0;
+        loop {
+            if remaining < 0 || transmittance < slabs.picture.w {
+                break;
+            }
+            let t = clamp(f32(k) * step, enter, leave);
+            let next_t = clamp(f32(k + way) * step, enter, leave);
+            let here = origin + direction * t;
+            let far = distance_at(here);
+            if !have && far > 0 {
+                // To the first face that is not known to be followed by nothing.
+                let free = leap(here, far, inverse * f32(way));
+                let faces = max(i32(ceil((abs(t - f32(k) * step) * f32(way) + free) / step)), 1);
+                k += way * faces;
+                remaining -= faces;
+                continue;
+            }
+            var found: vec4<f32>;
+            var thickness: f32;
+            var middle: vec3<f32>;
+            if classify_middle {
+                thickness = abs(next_t - t);
+                middle = origin + direction * (0.5 * (t + next_t));
+                let u = value(middle);
+                found = select(classify(u), vec4<f32>(0.0), u == NOTHING || remaining == 0);
+            } else {
+                let u = value(here);
+                thickness = abs(t - before_t);
+                middle = origin + direction * (0.5 * (t + before_t));
+                if have && u != NOTHING && before_u != NOTHING {
+                    found = classify_between(before_u, u);
+                }
+                before_u = u;
+                before_t = t;
+                have = far == 0;
+            }
+            k += way;
+            remaining -= 1;
+            if found.w <= 0.0 {
+                continue;
+            }
+            if has_holes {
+                if is_hole(middle) {
+                    continue;
+                }
+            }
+            let amount = found.w * stretch * thickness;
+            var opacity: f32;
+            if published {
+                opacity = min(amount, 1.0);
+                if amount > 1.0 {
+                    atomicAdd(&capped, 1u);
+                }
+            } else {
+                opacity = select(1.0 - exp(-amount), amount * (1.0 - 0.5 * amount), amount < 1e-3);
+            }
+            if back_to_front {
+                colour = mix(colour, found.rgb, opacity);
+            } else {
+                colour += found.rgb * (opacity * transmittance);
+            }
+            transmittance *= 1.0 - opacity;
+        }
+    }
+    textureStore(light, pixel, vec4<f32>(colour, 1.0 - transmittance));
+}

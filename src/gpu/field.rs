@@ -1,0 +1,276 @@
+//! A reconstructed field on the device: its coefficients, and where it can show.
+
+use super::GpuError;
+use super::buffers::Growing;
+use super::context::Context;
+use crate::core::{Cancelled, Ticket};
+use crate::hierarchy::{EMPTY_BRICK, FieldBounds};
+use crate::kernel::{Coefficients, Kernel, RadialKernel};
+use crate::transfer::Cumulative;
+use crate::volume::{ScalarType, ScalarVolume};
+
+/// Storage bindings that hold coefficients.
+pub(super) const FIELD_CHUNKS: usize = 4;
+/// Words packed between two looks at the ticket.
+const UPLOAD_WORDS: usize = 1 << 20;
+
+/// How a coefficient is stored; numbered as `reconstruct_slabs.wgsl` does.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(super) enum Format {
+    /// 16 bits, beside those of the next sample along x: one fetch brings two.
+    Pairs,
+    /// 16 bits, two samples a word.
+    Halves,
+    /// 32-bit floats.
+    Floats,
+}
+
+/// Coefficients on the device, with as many mirrored samples about them as their kernel reaches.
+#[derive(Debug)]
+pub(super) struct DeviceField {
+    pub kernel: Kernel,
+    pub extent: Option<f64>,
+    pub chunks: Vec<wgpu::Buffer>,
+    pub chunk_log2: u32,
+    pub format: Format,
+    /// The value that is stored as 0, and what the stored value 1 is more.
+    pub offset: f64,
+    pub scale: f64,
+    /// Mirrored samples beyond each border.
+    pub pad: usize,
+    pub dims: [usize; 3],
+    pub stored: [usize; 3],
+    pub holes: Option<Vec<u32>>,
+    /// Host copy for bounds, without mirrored samples.
+    values: Vec<f32>,
+    bias: f64,
+    bounds: Option<(usize, FieldBounds)>,
+    size_bytes: u64,
+}
+
+/// Samples to either side of a position that take part in its value.
+pub(super) fn window(kernel: Kernel, extent: Option<f64>) -> usize {
+    match kernel {
+        Kernel::Point | Kernel::Nearest | Kernel::Linear => 1,
+        Kernel::BSpline => 2,
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "1..=16")]
+        Kernel::Gaussian | Kernel::Cubic => RadialKernel::new(kernel, extent)
+            .map_or(2.0, |radial| radial.radius().ceil().clamp(1.0, 16.0))
+            as usize,
+    }
+}
+
+impl DeviceField {
+    pub(super) fn upload(
+        context: &Context,
+        volume: &ScalarVolume,
+        kernel: Kernel,
+        extent: Option<f64>,
+        coefficients: Coefficients,
+        ticket: &Ticket,
+    ) -> Result<Self, GpuError> {
+        let Coefficients { dims, values, bias, min, max, holes, .. } = coefficients;
+        let pad = window(kernel, extent);
+        let stored = dims.map(|n| n + 2 * pad);
+        let sixteen = sixteen_bits_suffice(volume, min, max);
+        let (format, chunk_log2) = storage(context, stored, sixteen)?;
+        let (offset, scale) = match format {
+            Format::Floats => (bias, 1.0),
+            Format::Pairs | Format::Halves => (min, (max - min).max(f64::MIN_POSITIVE)),
+        };
+        let [sx, sy, sz] = stored;
+        let code = |x: usize, y: usize, z: usize| -> u16 {
+            let at = [x, y, z];
+            let [x, y, z] = [0, 1, 2].map(|a| mirrored(at[a], pad, dims[a]));
+            let value = f64::from(values[(z * dims[1] + y) * dims[0] + x]) + bias;
+            // Rounded to the nearest of 65 536.
+            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
+            let code = ((value - min) / scale * 65535.0 + 0.5).clamp(0.0, 65535.0) as u16;
+            code
+        };
+        let float = |x: usize, y: usize, z: usize| -> u32 {
+            let at = [x, y, z];
+            let [x, y, z] = [0, 1, 2].map(|a| mirrored(at[a], pad, dims[a]));
+            values[(z * dims[1] + y) * dims[0] + x].to_bits()
+        };
+        let samples = sx * sy * sz;
+        let words = if format == Format::Halves { samples.div_ceil(2) } else { samples };
+        let place = |index: usize| (index % sx, index / sx % sy, index / (sx * sy));
+        let word = |index: usize| -> u32 {
+            let pair = |first: usize| {
+                let (x, y, z) = place(first.min(samples - 1));
+                let (nx, ny, nz) = place((first + 1).min(samples - 1));
+                u32::from(code(x, y, z)) | u32::from(code(nx, ny, nz)) << 16
+            };
+            match format {
+                Format::Pairs => pair(index),
+                Format::Halves => pair(2 * index),
+                Format::Floats => {
+                    let (x, y, z) = place(index);
+                    float(x, y, z)
+                }
+            }
+        };
+        let chunk_words = 1_usize << chunk_log2;
+        let mut chunks = Vec::new();
+        let mut size_bytes = 0;
+        let mut packed: Vec<u32> = Vec::new();
+        for start in (0..words).step_by(chunk_words) {
+            let end = (start + chunk_words).min(words);
+            let bytes = ((end - start) * 4).next_multiple_of(16) as u64;
+            let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST;
+            let buffer = Growing::make(context, "field", usage, bytes);
+            size_bytes += bytes;
+            for run in (start..end).step_by(UPLOAD_WORDS) {
+                ticket.checkpoint(run as u64, words as u64).map_err(|_| GpuError::Cancelled)?;
+                packed.clear();
+                packed.resize((end - run).min(UPLOAD_WORDS), 0);
+                use rayon::prelude::*;
+                packed.par_chunks_mut(1 << 14).enumerate().for_each(|(i, part)| {
+                    for (j, out) in part.iter_mut().enumerate() {
+                        *out = word(run + i * (1 << 14) + j);
+                    }
+                });
+                let at = ((run - start) * 4) as u64;
+                context.queue.write_buffer(&buffer, at, bytemuck::cast_slice(&packed));
+                // Let the copies go before the next ones are staged.
+                context.queue.submit([]);
+                context.finish()?;
+            }
+            chunks.push(buffer);
+        }
+        Ok(Self {
+            kernel,
+            extent,
+            chunks,
+            chunk_log2,
+            format,
+            offset,
+            scale,
+            pad,
+            dims,
+            stored,
+            holes,
+            values,
+            bias,
+            bounds: None,
+            size_bytes,
+        })
+    }
+
+    /// Bytes on the device.
+    pub(super) fn size_bytes(&self) -> u64 {
+        self.size_bytes
+    }
+
+    /// For each brick the distance to the nearest in which a position, or a step of `reach` voxels
+    /// from it, can have a value that shows; then, where samples are without data, their bits; and
+    /// the word at which those begin.
+    pub(super) fn empty_space(
+        &mut self,
+        table: &Cumulative,
+        reach: usize,
+        ticket: &Ticket,
+    ) -> Result<(Vec<u32>, u32), Cancelled> {
+        if self.bounds.as_ref().is_none_or(|(known, _)| *known != reach) {
+            // From floor(4b − ½ − reach) to floor(4b + 3½ + reach), and the kernel's own samples.
+            let side = reach + window(self.kernel, self.extent);
+            self.bounds =
+                Some((reach, FieldBounds::of(&self.values, self.dims, side, side, ticket)?));
+        }
+        let Some((_, bounds)) = &self.bounds else { return Ok((Vec::new(), 0)) };
+        // Half a step of 16 bits, and the rounding of 32.
+        let slack = match self.format {
+            Format::Floats => 0.0,
+            Format::Pairs | Format::Halves => self.scale / 65535.0,
+        };
+        let mut bytes = bounds.distances(|low, high| {
+            let (low, high) = (f64::from(low) + self.bias, f64::from(high) + self.bias);
+            let slack = slack + 1e-6 * low.abs().max(high.abs());
+            table.shows(low - slack, high + slack)
+        });
+        bytes.resize(bytes.len().next_multiple_of(4), 0);
+        let mut words: Vec<u32> = bytemuck::pod_collect_to_vec(&bytes);
+        #[expect(clippy::cast_possible_truncation, reason = "a sixty-fourth of the samples")]
+        let holes_at = words.len() as u32;
+        if let Some(holes) = &self.holes {
+            words.extend(holes);
+        }
+        Ok((words, holes_at))
+    }
+
+    /// Bricks along x, y, z.
+    pub(super) fn bricks(&self) -> [usize; 3] {
+        self.dims.map(|n| n.div_ceil(EMPTY_BRICK))
+    }
+}
+
+/// The sample that stands at place `at` of a line with `pad` mirrored samples about its `n`.
+fn mirrored(at: usize, pad: usize, n: usize) -> usize {
+    if n == 1 {
+        return 0;
+    }
+    let period = 2 * (n - 1);
+    // Far enough up that the remainder is never taken of a negative number.
+    let i = (at + period * pad.div_ceil(period) - pad) % period;
+    i.min(period - i)
+}
+
+/// Whether 65 536 steps over the coefficients are fine enough: a quarter of a code of whole-number
+/// data; of others a 4096th of the range that holds all values but the outer hundredths.
+fn sixteen_bits_suffice(volume: &ScalarVolume, min: f64, max: f64) -> bool {
+    let step = (max - min) / 65535.0;
+    match volume.samples.scalar_type() {
+        ScalarType::Float32 | ScalarType::Float64 => {
+            let quantiles = &volume.statistics.quantiles;
+            let last = quantiles.len().saturating_sub(1);
+            let at = |share: f64| quantiles.get((share * last as f64) as usize);
+            match (at(0.01), at(0.99)) {
+                (Some(low), Some(high)) => step <= (high - low) / 4096.0,
+                _ => true,
+            }
+        }
+        _ => step <= 0.25,
+    }
+}
+
+/// The quickest storage that fits the device.
+fn storage(
+    context: &Context,
+    stored: [usize; 3],
+    sixteen: bool,
+) -> Result<(Format, u32), GpuError> {
+    let limits = &context.limits;
+    let binding = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
+    let chunk_log2 = (binding / 4).ilog2().min(31);
+    let samples = stored.iter().try_fold(1_u64, |n, &s| n.checked_mul(s as u64));
+    let room = (FIELD_CHUNKS as u64) << chunk_log2;
+    let too_large = |most: u64| GpuError::TooLarge {
+        what: "a volume to reconstruct",
+        limit: format!("{most} voxels with its borders"),
+        found: format!("{} × {} × {}", stored[0], stored[1], stored[2]),
+        advice: "open a subsampled copy, or choose --visibility every-sample",
+    };
+    let most = if sixteen { 2 * room } else { room }.min(u64::from(u32::MAX));
+    let samples = samples.filter(|&n| n <= most).ok_or_else(|| too_large(most))?;
+    let format = match sixteen {
+        true if samples <= 1 << chunk_log2 => Format::Pairs,
+        true => Format::Halves,
+        false => Format::Floats,
+    };
+    Ok((format, chunk_log2))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn borders_are_mirrored_about_their_samples() {
+        let line = |n, pad| (0..n + 2 * pad).map(|i| mirrored(i, pad, n)).collect::<Vec<_>>();
+        assert_eq!(line(4, 2), [2, 1, 0, 1, 2, 3, 2, 1]);
+        assert_eq!(line(1, 2), [0; 5]);
+        assert_eq!(line(2, 3), [1, 0, 1, 0, 1, 0, 1, 0]);
+        assert_eq!(line(3, 5)[..6], [1, 0, 1, 2, 1, 0]);
+    }
+}

@@ -1,0 +1,365 @@
+//! Slabs of a field that is classified after reconstruction (`reconstruct_slabs.wgsl`).
+
+use std::collections::HashMap;
+use std::ops::Range;
+use std::sync::Arc;
+
+use super::GpuError;
+use super::buffers::Growing;
+use super::context::Context;
+use super::field::{DeviceField, FIELD_CHUNKS, Format, window};
+use super::layout;
+use super::shader;
+use crate::core::Ticket;
+use crate::kernel::{Coefficients, Kernel, RadialKernel};
+use crate::scene::{Classify, OpacityModel, Order, SplatSettings, View};
+use crate::transfer::Cumulative;
+use crate::volume::ScalarVolume;
+
+/// Pixels along the side of a tile.
+pub const TILE: u32 = layout::TILE;
+/// Part of a cell by which values are lifted, so that rounding does not take a whole number out of
+/// the cell that begins with it.
+const LIFT_CELLS: f64 = 0.05;
+
+/// Everything that slabs of a reconstructed field keep on the device.
+#[derive(Debug)]
+pub(super) struct SlabPass {
+    pipelines: HashMap<Variant, wgpu::ComputePipeline>,
+    uniform: wgpu::Buffer,
+    capped: wgpu::Buffer,
+    source: Option<Arc<ScalarVolume>>,
+    interpolating: bool,
+    field: Option<DeviceField>,
+    table: Option<SlabTable>,
+}
+
+#[derive(Debug)]
+struct SlabTable {
+    cells: wgpu::Buffer,
+    depth: wgpu::Buffer,
+    empty: wgpu::Buffer,
+    holes_at: u32,
+    coordinate: [f32; 2],
+    count: u32,
+    ends: [[f32; 4]; 2],
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+struct Variant {
+    kernel: Kernel,
+    format: Format,
+    one_chunk: bool,
+    has_holes: bool,
+    middle: bool,
+    published: bool,
+    back_to_front: bool,
+    half_target: bool,
+}
+
+impl SlabPass {
+    pub(super) fn new(context: &Context) -> Self {
+        use wgpu::BufferUsages as Usage;
+        Self {
+            pipelines: HashMap::new(),
+            uniform: Growing::make(
+                context,
+                "slabs",
+                Usage::UNIFORM | Usage::COPY_DST,
+                size_of::<layout::Slabs>() as u64,
+            ),
+            capped: Growing::make(
+                context,
+                "capped",
+                Usage::STORAGE | Usage::COPY_DST | Usage::COPY_SRC,
+                16,
+            ),
+            source: None,
+            interpolating: false,
+            field: None,
+            table: None,
+        }
+    }
+
+    pub(super) fn pipeline_count(&self) -> usize {
+        self.pipelines.len()
+    }
+
+    pub(super) fn size_bytes(&self) -> u64 {
+        self.field.as_ref().map_or(0, DeviceField::size_bytes)
+            + self
+                .table
+                .as_ref()
+                .map_or(0, |t| t.cells.size() + t.depth.size() + t.empty.size())
+    }
+
+    /// Whether the field of these settings is there.
+    pub(super) fn holds(&self, volume: &Arc<ScalarVolume>, settings: &SplatSettings) -> bool {
+        let same = self.source.as_ref().is_some_and(|held| Arc::ptr_eq(held, volume));
+        same && self.interpolating == is_interpolating(settings)
+            && self.field.as_ref().is_some_and(|field| {
+                field.kernel == settings.kernel && field.extent == settings.extent
+            })
+    }
+
+    /// Lets go of a volume that is not drawn any more.
+    pub(super) fn clear(&mut self) {
+        (self.source, self.field, self.table) = (None, None, None);
+    }
+
+    pub(super) fn set_field(
+        &mut self,
+        context: &Context,
+        volume: &Arc<ScalarVolume>,
+        settings: &SplatSettings,
+        coefficients: Coefficients,
+        ticket: &Ticket,
+    ) -> Result<(), GpuError> {
+        self.clear();
+        let SplatSettings { kernel, extent, .. } = *settings;
+        let field = DeviceField::upload(context, volume, kernel, extent, coefficients, ticket)?;
+        self.field = Some(field);
+        self.source = Some(Arc::clone(volume));
+        self.interpolating = is_interpolating(settings);
+        Ok(())
+    }
+
+    /// Sets the classification, and finds what it leaves empty for steps of `reach` voxels.
+    pub(super) fn set_table(
+        &mut self,
+        context: &Context,
+        table: &Cumulative,
+        reach: usize,
+        ticket: &Ticket,
+    ) -> Result<(), GpuError> {
+        let Some(field) = &mut self.field else { return Ok(()) };
+        let (empty, holes_at) =
+            field.empty_space(table, reach, ticket).map_err(|_| GpuError::Cancelled)?;
+        let storage = |label, bytes: &[u8]| {
+            let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST;
+            let buffer = Growing::make(context, label, usage, bytes.len() as u64);
+            context.queue.write_buffer(&buffer, 0, bytes);
+            buffer
+        };
+        // A cell's mean beside what was emitted before it; the end has only the latter.
+        let cells: Vec<[f32; 4]> = table
+            .cells
+            .iter()
+            .chain([&table.ends[1]])
+            .zip(&table.emission)
+            .flat_map(|(cell, emission)| [*cell, *emission])
+            .collect();
+        let (offset, scale) = (field.offset, field.scale);
+        #[expect(clippy::cast_possible_truncation, reason = "the device has 32 bits")]
+        let coordinate = [
+            ((offset - table.low) * table.scale + LIFT_CELLS) as f32,
+            (scale * table.scale) as f32,
+        ];
+        #[expect(clippy::cast_possible_truncation, reason = "a few thousand")]
+        let count = table.cells.len() as u32;
+        self.table = Some(SlabTable {
+            cells: storage("slab cells", bytemuck::cast_slice(&cells)),
+            depth: storage("slab depth", bytemuck::cast_slice(&table.depth)),
+            empty: storage("empty space", bytemuck::cast_slice(&empty)),
+            holes_at,
+            coordinate,
+            count,
+            ends: table.ends,
+        });
+        Ok(())
+    }
+
+    /// Writes the constants of a piece; false where nothing is set up.
+    pub(super) fn write(
+        &self,
+        context: &Context,
+        view: &View,
+        settings: &SplatSettings,
+        picture: PictureConstants,
+        tiles: &Range<u32>,
+    ) -> bool {
+        let (Some(field), Some(table)) = (&self.field, &self.table) else { return false };
+        let mut constants = slab_constants(view, settings, picture, tiles);
+        let last = |v: &mut [f32; 4], w: f32| v[3] = w;
+        last(&mut constants.base, slab_pixels(view, picture.smallest_spacing, settings) as f32);
+        let [x, y, z] = field.dims.map(|n| n as u32);
+        let [sx, sy, _] = field.stored.map(|n| n as u32);
+        let [bx, by, bz] = field.bricks().map(|n| n as u32);
+        constants.dims = [x, y, z, field.pad as u32];
+        constants.stored =
+            [sx, sy, field.chunk_log2, window(settings.kernel, settings.extent) as u32];
+        constants.bricks = [bx, by, bz, table.count];
+        let stretch = RadialKernel::new(settings.kernel, settings.extent).map_or(1.0, |k| k.scale());
+        constants.table = [table.coordinate[0], table.coordinate[1], stretch as f32, 0.0];
+        [constants.below, constants.beyond] = table.ends;
+        constants.more = [table.holes_at, tiles.len() as u32, 0, 0];
+        context.queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&constants));
+        true
+    }
+
+    /// Encodes a piece of `tiles` tiles.
+    pub(super) fn encode(
+        &mut self,
+        context: &Context,
+        encoder: &mut wgpu::CommandEncoder,
+        settings: &SplatSettings,
+        light: &wgpu::TextureView,
+        tiles: u32,
+        timestamps: Option<wgpu::ComputePassTimestampWrites<'_>>,
+    ) {
+        let (Some(field), Some(table)) = (&self.field, &self.table) else { return };
+        let variant = Variant {
+            kernel: settings.kernel,
+            format: field.format,
+            one_chunk: field.chunks.len() == 1,
+            has_holes: field.holes.is_some(),
+            middle: settings.classify == Classify::After,
+            published: settings.opacity_model == OpacityModel::Published,
+            back_to_front: settings.order == Order::BackToFront,
+            half_target: !context.granted.float32_blending,
+        };
+        let pipeline =
+            self.pipelines.entry(variant).or_insert_with(|| compile(context, variant)).clone();
+        let mut bound: Vec<wgpu::BindingResource<'_>> = vec![self.uniform.as_entire_binding()];
+        // Bindings beyond the last chunk repeat it; no index leads there.
+        bound.extend(
+            (0..FIELD_CHUNKS)
+                .map(|i| field.chunks[i.min(field.chunks.len() - 1)].as_entire_binding()),
+        );
+        bound.extend([&table.empty, &table.cells, &table.depth].map(|b| b.as_entire_binding()));
+        bound.push(wgpu::BindingResource::TextureView(light));
+        bound.push(self.capped.as_entire_binding());
+        let entries: Vec<wgpu::BindGroupEntry<'_>> = (0_u32..)
+            .zip(bound)
+            .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })
+            .collect();
+        let group = context.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some(shader::RECONSTRUCT_SLABS.name),
+            layout: &pipeline.get_bind_group_layout(0),
+            entries: &entries,
+        });
+        let mut compute = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+            label: Some(shader::RECONSTRUCT_SLABS.name),
+            timestamp_writes: timestamps,
+        });
+        compute.set_pipeline(&pipeline);
+        compute.set_bind_group(0, &group, &[]);
+        let across = tiles.min(1 << 15);
+        compute.dispatch_workgroups(across, tiles.div_ceil(across.max(1)), 1);
+    }
+
+    /// The counter of capped opacities.
+    pub(super) fn capped(&self) -> &wgpu::Buffer {
+        &self.capped
+    }
+}
+
+fn is_interpolating(settings: &SplatSettings) -> bool {
+    settings.reconstruction == crate::scene::Reconstruction::Interpolating
+}
+
+/// What a picture has beside its view.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct PictureConstants {
+    /// World length over which opacities are given.
+    pub unit_distance: f64,
+    /// The lattice's smallest spacing, world units.
+    pub smallest_spacing: f64,
+    /// Rays end where less transmittance is left.
+    pub stop_below: f32,
+}
+
+/// Distance between slab faces, pixels of view depth.
+fn slab_pixels(view: &View, smallest_spacing: f64, settings: &SplatSettings) -> f64 {
+    smallest_spacing / settings.slabs_per_voxel * view.pixels_per_unit
+}
+
+/// Voxels that a ray may cross between two slab faces along any axis, rounded up: at least 1.
+pub(super) fn step_reach(view: &View, smallest_spacing: f64, settings: &SplatSettings) -> usize {
+    let index_from_view = view.view_from_index.inverse();
+    let rows = index_from_view.transpose();
+    let longest = rows.x_axis.length().max(rows.y_axis.length()).max(rows.z_axis.length());
+    let half = glam::DVec2::new(f64::from(view.size[0]), f64::from(view.size[1])) / 2.0;
+    // The longest ray of a perspective picture, per pixel of depth.
+    let stretch = view.eye_distance.map_or(1.0, |d| (half / d).extend(1.0).length());
+    let step = slab_pixels(view, smallest_spacing, settings) * stretch * longest;
+    if settings.classify == Classify::After {
+        // Only the middle is asked.
+        return (step / 2.0 + 1e-3).ceil().clamp(1.0, 1e4) as usize;
+    }
+    (step + 1e-3).ceil().clamp(1.0, 1e4) as usize
+}
+
+/// The rays of a picture in index space, in double precision until the end.
+fn slab_constants(
+    view: &View,
+    settings: &SplatSettings,
+    picture: PictureConstants,
+    tiles: &Range<u32>,
+) -> layout::Slabs {
+    let index_from_view = view.view_from_index.inverse();
+    let centre = view.view_centre;
+    let base = view.lattice_centre - index_from_view * centre.truncate().extend(0.0);
+    let (scale, growth, eye) = match view.eye_distance {
+        None => (1.0, 0.0, -1e30),
+        Some(distance) => (centre.z / distance, 1.0 / distance, -centre.z),
+    };
+    #[expect(clippy::cast_possible_truncation, reason = "the device has 32 bits")]
+    let with = |v: glam::DVec3, w: f64| v.as_vec3().extend(w as f32).to_array();
+    let half = view.size.map(|n| f64::from(n) / 2.0);
+    let width = slab_pixels(view, picture.smallest_spacing, settings);
+    // Capped where a voxel is 1e20 unit distances thick: beyond, 32 bits would overflow.
+    let per_pixel = (1.0 / (picture.unit_distance * view.pixels_per_unit)).min(1e20);
+    layout::Slabs {
+        base: with(base, width),
+        right: with(index_from_view.x_axis, scale),
+        up: with(index_from_view.y_axis, growth),
+        along: with(index_from_view.z_axis, eye),
+        #[expect(clippy::cast_possible_truncation, reason = "the device has 32 bits")]
+        picture: [half[0] as f32, half[1] as f32, per_pixel as f32, picture.stop_below],
+        tiles: [tiles.start, view.size[0].div_ceil(TILE), view.size[0], view.size[1]],
+        ..bytemuck::Zeroable::zeroed()
+    }
+}
+
+/// Tiles that a picture has.
+pub fn tile_count(size: [u32; 2]) -> u32 {
+    size[0].div_ceil(TILE) * size[1].div_ceil(TILE)
+}
+
+fn compile(context: &Context, variant: Variant) -> wgpu::ComputePipeline {
+    let kernel = match variant.kernel {
+        Kernel::Point | Kernel::Nearest => 0,
+        Kernel::Linear => 1,
+        Kernel::Gaussian => 2,
+        Kernel::Cubic => 3,
+        Kernel::BSpline => 4,
+    };
+    let format = match variant.format {
+        Format::Pairs => 0,
+        Format::Halves => 1,
+        Format::Floats => 2,
+    };
+    let flag = |on: bool| f64::from(u8::from(on));
+    let constants = [
+        ("kernel", f64::from(kernel)),
+        ("format", f64::from(format)),
+        ("one_chunk", flag(variant.one_chunk)),
+        ("has_holes", flag(variant.has_holes)),
+        ("classify_middle", flag(variant.middle)),
+        ("published", flag(variant.published)),
+        ("back_to_front", flag(variant.back_to_front)),
+    ];
+    let module = shader::RECONSTRUCT_SLABS.module_for(&context.device, variant.half_target);
+    context.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+        label: Some(shader::RECONSTRUCT_SLABS.name),
+        layout: None,
+        module: &module,
+        entry_point: Some(shader::RECONSTRUCT_SLABS.name),
+        compilation_options: wgpu::PipelineCompilationOptions {
+            constants: &constants,
+            ..Default::default()
+        },
+        cache: None,
+    })
+}

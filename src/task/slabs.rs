@@ -1,0 +1,189 @@
+//! Draws the slabs of a field that is classified after reconstruction.
+
+use std::sync::Arc;
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use super::draw::{DrawError, Drawer, Drawn, Observer, PIECE_MS};
+use crate::core::Ticket;
+use crate::gpu::{GpuError, Renderer, tile_count};
+use crate::kernel::{Coefficients, CoefficientsError, coefficients};
+use crate::scene::{Classify, OpacityModel, Reconstruction, Scene, SplatSettings, View, Visibility};
+use crate::transfer::{Cumulative, TransferFunction, Weight};
+use crate::volume::ScalarVolume;
+
+/// Tiles in the first piece, before any was timed.
+const FIRST_TILES: u32 = 64;
+/// How often a wait for the coefficients looks whether something newer came.
+const LOOK_EVERY: Duration = Duration::from_millis(4);
+
+/// Whether a mode reconstructs values before it classifies them.
+pub(super) fn reconstructs(settings: &SplatSettings) -> bool {
+    settings.visibility == Visibility::Slabs && settings.classify != Classify::Before
+}
+
+/// Coefficients under way on a thread of their own, and the classification of those that arrived.
+///
+/// Sharpening a large volume takes longer than a hand should wait: whoever waits may leave, and
+/// finds the coefficients done when it comes back.
+#[derive(Debug, Default)]
+pub(super) struct FieldJob {
+    under_way: Option<UnderWay>,
+    table: Option<TableKey>,
+}
+
+#[derive(Debug)]
+struct UnderWay {
+    volume: Arc<ScalarVolume>,
+    settings: SplatSettings,
+    ticket: Ticket,
+    thread: JoinHandle<Result<Coefficients, CoefficientsError>>,
+}
+
+/// What the table on the device was made of.
+#[derive(Debug, PartialEq)]
+struct TableKey {
+    transfer: TransferFunction,
+    opacity_model: OpacityModel,
+    reach: usize,
+}
+
+impl UnderWay {
+    fn start(volume: &Arc<ScalarVolume>, settings: SplatSettings) -> Result<Self, GpuError> {
+        let ticket = Ticket::new();
+        let job = {
+            let (volume, ticket) = (Arc::clone(volume), ticket.clone());
+            let interpolating = settings.reconstruction == Reconstruction::Interpolating;
+            move || coefficients(&volume, settings.kernel, settings.extent, interpolating, &ticket)
+        };
+        let thread = std::thread::Builder::new().name("voxsplat-field".to_owned()).spawn(job);
+        let thread = thread.map_err(|error| {
+            GpuError::Device(format!("the reconstruction's thread did not start: {error}"))
+        })?;
+        Ok(Self { volume: Arc::clone(volume), settings, ticket, thread })
+    }
+
+    fn is_for(&self, volume: &Arc<ScalarVolume>, settings: &SplatSettings) -> bool {
+        let key = |s: &SplatSettings| (s.kernel, s.extent, s.reconstruction);
+        Arc::ptr_eq(&self.volume, volume) && key(&self.settings) == key(settings)
+    }
+}
+
+impl Drop for FieldJob {
+    fn drop(&mut self) {
+        if let Some(job) = &self.under_way {
+            job.ticket.cancel();
+        }
+    }
+}
+
+impl Drawer {
+    /// Every slab, a few tiles of the picture at a time.
+    pub(super) fn slabs(
+        &mut self,
+        scene: &Scene,
+        size: [u32; 2],
+        observer: &mut dyn Observer,
+    ) -> Result<Drawn, DrawError> {
+        let view = View::new(scene, size);
+        self.prepare_slabs(scene, &view, observer)?;
+        let start = Instant::now();
+        self.begin(scene, &view, scene.splat.kernel.splatted())?;
+        let spacing = scene.volume.lattice.smallest_spacing();
+        let total = tile_count(size);
+        let (mut done, mut piece) = (0, FIRST_TILES);
+        while done < total {
+            let end = (done + piece).min(total);
+            let wall_ms = self.renderer.draw_slab_tiles(
+                &view,
+                &scene.splat,
+                scene.opacity_unit_distance(),
+                spacing,
+                done..end,
+            )?;
+            // Tiles beside the volume cost next to nothing: a piece grows by no more than twice.
+            let rate = f64::from(end - done) / wall_ms.max(0.01);
+            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
+            let fitting = (rate * PIECE_MS).clamp(1.0, f64::from(piece) * 2.0) as u32;
+            piece = fitting;
+            done = end;
+            let share = f64::from(done) / f64::from(total);
+            if observer.piece_done(&mut self.renderer, share) {
+                return Err(DrawError::Interrupted);
+            }
+        }
+        Ok(Drawn {
+            size,
+            kernels: self.active_count(),
+            nodes: 0,
+            max_error: 0.0,
+            wall_ms: start.elapsed().as_secs_f64() * 1e3,
+        })
+    }
+
+    /// Brings the device up to the field and the classification of a scene.
+    fn prepare_slabs(
+        &mut self,
+        scene: &Scene,
+        view: &View,
+        observer: &mut dyn Observer,
+    ) -> Result<(), DrawError> {
+        if !self.renderer.holds_field(&scene.volume, &scene.splat) {
+            self.field.table = None;
+            let coefficients = self.coefficients(scene, observer)?;
+            let ticket = Ticket::new();
+            self.renderer.set_field(&scene.volume, &scene.splat, coefficients, &ticket)?;
+        }
+        let spacing = scene.volume.lattice.smallest_spacing();
+        let key = TableKey {
+            transfer: scene.transfer.clone(),
+            opacity_model: scene.splat.opacity_model,
+            reach: Renderer::slab_reach(view, spacing, &scene.splat),
+        };
+        if self.field.table.as_ref() != Some(&key) {
+            let weight = match key.opacity_model {
+                OpacityModel::OpticalDepth => Weight::Extinction,
+                OpacityModel::Published => Weight::Opacity,
+            };
+            let table = Cumulative::new(
+                &scene.transfer,
+                scene.volume.samples.scalar_type(),
+                &scene.volume.statistics,
+                weight,
+            );
+            self.renderer.set_slab_table(&table, key.reach, &Ticket::new())?;
+            self.field.table = Some(key);
+        }
+        Ok(())
+    }
+
+    /// The coefficients of a scene, waited for as long as nothing newer comes.
+    fn coefficients(
+        &mut self,
+        scene: &Scene,
+        observer: &mut dyn Observer,
+    ) -> Result<Coefficients, DrawError> {
+        let job = match self.field.under_way.take() {
+            Some(job) if job.is_for(&scene.volume, &scene.splat) => job,
+            other => {
+                if let Some(old) = other {
+                    old.ticket.cancel();
+                }
+                UnderWay::start(&scene.volume, scene.splat)?
+            }
+        };
+        while !job.thread.is_finished() {
+            if observer.piece_done(&mut self.renderer, 0.0) {
+                self.field.under_way = Some(job);
+                return Err(DrawError::Interrupted);
+            }
+            std::thread::sleep(LOOK_EVERY);
+        }
+        match job.thread.join() {
+            Ok(Ok(coefficients)) => Ok(coefficients),
+            Ok(Err(CoefficientsError::Cancelled(_))) => Err(DrawError::Interrupted),
+            Ok(Err(error)) => Err(GpuError::Device(error.to_string()).into()),
+            Err(_) => Err(GpuError::Device("the reconstruction failed".to_owned()).into()),
+        }
+    }
+}
