@@ -1,14 +1,18 @@
 //! Reconstruction kernels, their footprints, and how a kernel lands on the picture.
 //!
-//! Owns the mathematics of one splat. Refuses volumes of them, files and the GPU.
-//! Imports `core`.
+//! Owns the mathematics of one splat, and the values that weigh a lattice of them. Refuses pictures,
+//! files and the GPU. Imports `core` and `volume`.
 
+mod coefficients;
 mod ellipse;
 mod kind;
 mod polynomial;
 mod radial;
+mod separable;
 
+pub use coefficients::{Coefficients, CoefficientsError, MOST_EXTENT, Residual, coefficients};
 pub use ellipse::{ProjectedKernel, perspective_jacobian};
 pub use kind::Kernel;
 pub use polynomial::{COEFFICIENTS, FootprintPolynomial, Rim};
 pub use radial::RadialKernel;
+pub use separable::Separable;

@@ -87,6 +87,15 @@ impl RadialKernel {
         h / self.scale.powi(3)
     }
 
+    /// h(r)/h(0): the shape alone, finite at every extent.
+    pub(super) fn relative_value(self, r: f64) -> f64 {
+        let r = r / self.scale;
+        match self.shape {
+            Shape::Gaussian => gaussian(r) / gaussian(0.0),
+            Shape::Cubic => cubic(r) / cubic(0.0),
+        }
+    }
+
     /// F(l) = ∫ h(√(l² + w²)) dw over all w, for a line that passes the centre at distance l ≥ 0.
     pub fn footprint(self, l: f64) -> f64 {
         let l = l / self.scale;

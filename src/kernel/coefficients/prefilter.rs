@@ -1,0 +1,183 @@
+//! The cubic B-spline's exact recursive prefilter, in place.
+
+use rayon::prelude::*;
+
+use super::store;
+use crate::core::progress::{Cancelled, Ticket};
+
+/// √3 − 2, the pole of the inverse of (1 4 1)/6 (Unser, Aldroubi, Eden 1993, part II, table I).
+const POLE: f64 = -0.267_949_192_431_122_7;
+/// (1 − z)(1 − 1/z): what the two recursions take off a constant.
+const GAIN: f64 = 6.0;
+/// Powers of the pole beyond this one vanish in float64: 0.268⁴⁰ = 1e-23.
+const HORIZON: usize = 40;
+/// Lines filtered side by side.
+const WIDTH: usize = 16;
+/// The least and the most samples of a row, and pieces of one, that a worker takes at a time.
+const LEAST_PIECE: usize = 64;
+const MOST_PIECES: usize = 64;
+/// Samples along x between two looks at the ticket.
+const CHUNK: usize = 1 << 16;
+
+/// Turns samples into the coefficients of the interpolating spline, axis by axis. Arithmetic within
+/// a line is in float64.
+pub(super) fn prefilter(
+    values: &mut [f32],
+    dims: [usize; 3],
+    ticket: &Ticket,
+) -> Result<(), Cancelled> {
+    along_rows(values, dims[0], ticket)?;
+    across_rows(values, dims[0], dims[1], ticket)?;
+    across_rows(values, dims[0] * dims[1], dims[2], ticket)
+}
+
+/// Filters contiguous lines of `length`.
+fn along_rows(values: &mut [f32], length: usize, ticket: &Ticket) -> Result<(), Cancelled> {
+    if length < 2 {
+        return Ok(());
+    }
+    let lines = (CHUNK / length).max(1);
+    values.par_chunks_mut(lines * length).try_for_each(|chunk| {
+        if ticket.is_cancelled() {
+            return Err(Cancelled);
+        }
+        let mut line = vec![[0.0]; length];
+        for row in chunk.chunks_exact_mut(length) {
+            for (to, &from) in line.iter_mut().zip(&*row) {
+                *to = [f64::from(from)];
+            }
+            filter(&mut line);
+            for (to, from) in row.iter_mut().zip(&line) {
+                *to = store(from[0]);
+            }
+        }
+        Ok(())
+    })
+}
+
+/// Filters lines that run across `rows` rows of `row` samples each, in every such stack of rows.
+fn across_rows(
+    values: &mut [f32],
+    row: usize,
+    rows: usize,
+    ticket: &Ticket,
+) -> Result<(), Cancelled> {
+    if row == 1 {
+        return along_rows(values, rows, ticket);
+    }
+    if rows < 2 {
+        return Ok(());
+    }
+    let piece = row.div_ceil(MOST_PIECES).max(LEAST_PIECE);
+    values.par_chunks_mut(row * rows).try_for_each(|stack| {
+        // Pieces of rows that lie above one another, so that workers share no memory.
+        let mut columns: Vec<Vec<&mut [f32]>> =
+            (0..row.div_ceil(piece)).map(|_| Vec::with_capacity(rows)).collect();
+        for row in stack.chunks_exact_mut(row) {
+            for (column, piece) in columns.iter_mut().zip(row.chunks_mut(piece)) {
+                column.push(piece);
+            }
+        }
+        columns.into_par_iter().try_for_each(|mut column| {
+            let mut lines = vec![[0.0; WIDTH]; rows];
+            for start in (0..column[0].len()).step_by(WIDTH) {
+                if ticket.is_cancelled() {
+                    return Err(Cancelled);
+                }
+                let end = (start + WIDTH).min(column[0].len());
+                for (line, piece) in lines.iter_mut().zip(&column) {
+                    for (to, &from) in line.iter_mut().zip(&piece[start..end]) {
+                        *to = f64::from(from);
+                    }
+                }
+                filter(&mut lines);
+                for (line, piece) in lines.iter().zip(&mut column) {
+                    for (&from, to) in line.iter().zip(&mut piece[start..end]) {
+                        *to = store(from);
+                    }
+                }
+            }
+            Ok(())
+        })
+    })
+}
+
+/// Filters `W` lines side by side: `lines[k]` holds sample k of each. Mirrored about the first and
+/// the last sample, which is exact for every length.
+fn filter<const W: usize>(lines: &mut [[f64; W]]) {
+    let last = lines.len() - 1;
+    if last == 0 {
+        return;
+    }
+    // Forwards: c⁺ₖ = sₖ + z·c⁺ₖ₋₁. At the start all of the mirrored past counts:
+    // c⁺₀ = Σ zᵏ sₖ, k = 0 … ∞, which repeats after 2·last samples.
+    let period = 2 * last;
+    let mut first = [0.0; W];
+    let mut power = 1.0;
+    for k in 0..period.min(HORIZON) {
+        let sample = &lines[if k > last { period - k } else { k }];
+        for (sum, s) in first.iter_mut().zip(sample) {
+            *sum += power * s;
+        }
+        power *= POLE;
+    }
+    let repeated = if period <= HORIZON { 1.0 / (1.0 - power) } else { 1.0 };
+    lines[0] = first.map(|sum| GAIN * sum * repeated);
+    let mut previous = lines[0];
+    for line in &mut lines[1..] {
+        for (c, p) in line.iter_mut().zip(&mut previous) {
+            *c = GAIN * *c + POLE * *p;
+            *p = *c;
+        }
+    }
+    // Backwards: cₖ = z·(cₖ₊₁ − c⁺ₖ); at the end from the symmetry about the last sample.
+    let before = lines[last - 1];
+    for (c, b) in lines[last].iter_mut().zip(before) {
+        *c = POLE / (POLE * POLE - 1.0) * (*c + POLE * b);
+    }
+    let mut next = lines[last];
+    for line in lines[..last].iter_mut().rev() {
+        for (c, n) in line.iter_mut().zip(&mut next) {
+            *c = POLE * (*n - *c);
+            *n = *c;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_of_every_length_interpolate_their_samples() {
+        for n in (1..=64).chain([255, 1000]) {
+            let samples: Vec<[f64; 2]> = (0..n)
+                .map(|i| [((i * 7919 + 13) % 101) as f64, if i % 2 == 0 { 1.0 } else { -1.0 }])
+                .collect();
+            let mut c = samples.clone();
+            filter(&mut c);
+            for (k, sample) in samples.iter().enumerate() {
+                let before = if k == 0 { 1.min(n - 1) } else { k - 1 };
+                let after = if k + 1 < n { k + 1 } else { n.saturating_sub(2) };
+                for w in 0..2 {
+                    let value = (c[before][w] + 4.0 * c[k][w] + c[after][w]) / 6.0;
+                    assert!((value - sample[w]).abs() < 1e-12 * 300.0, "{n} {k} {w}: {value}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_pole_and_the_gain_are_those_of_one_four_one() {
+        assert!((POLE - (3.0_f64.sqrt() - 2.0)).abs() < 1e-16);
+        assert!((POLE * POLE + 4.0 * POLE + 1.0).abs() < 1e-15);
+        assert!(((1.0 - POLE) * (1.0 - 1.0 / POLE) - GAIN).abs() < 1e-14);
+    }
+
+    #[test]
+    fn a_cancelled_filter_stops() {
+        let ticket = Ticket::new();
+        ticket.cancel();
+        assert_eq!(prefilter(&mut [1.0; 8], [2, 2, 2], &ticket), Err(Cancelled));
+    }
+}
