@@ -56,7 +56,8 @@ struct Slabs {
     beyond: vec4<f32>,
     // First tile, tiles across, picture width, picture height.
     tiles: vec4<u32>,
-    // Word of `empty` at which the bits of samples without data begin; tiles in this piece.
+    // Word of `empty` at which the bits of samples without data begin; tiles in this piece; rays
+    // along the side of a pixel.
     more: vec4<u32>,
 }
 
@@ -264,20 +265,9 @@ fn leap(position: vec3<f32>, distance: i32, inverse: vec3<f32>) -> f32 {
     return min(t.x, min(t.y, t.z));
 }
 
-@compute @workgroup_size(TILE, TILE)
-fn reconstruct_slabs(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_id) local: vec3<u32>,
-) {
-    let within = group.y * groups.x + group.x;
-    let tile = slabs.tiles.x + within;
-    let pixel = vec2<u32>(tile % slabs.tiles.y, tile / slabs.tiles.y) * TILE + local.xy;
-    if within >= slabs.more.y || pixel.x >= slabs.tiles.z || pixel.y >= slabs.tiles.w {
-        return;
-    }
-    let screen = vec2<f32>(f32(pixel.x) + 0.5, f32(slabs.tiles.w) - f32(pixel.y) - 0.5)
-        - slabs.picture.xy;
+// Premultiplied colour and opacity along the ray through a point of the screen, pixels from the
+// picture's middle.
+fn ray(screen: vec2<f32>) -> vec4<f32> {
     let across = slabs.right.xyz * screen.x + slabs.up.xyz * screen.y;
     let origin = slabs.base.xyz + across * slabs.right.w;
     let direction = slabs.along.xyz + across * slabs.up.w;
@@ -290,84 +280,102 @@ fn reconstruct_slabs(
     let exits = max(lower, upper);
     let enter = max(max(entries.x, entries.y), max(entries.z, slabs.along.w));
     let leave = min(exits.x, min(exits.y, exits.z));
+    if enter >= leave {
+        return vec4<f32>(0.0);
+    }
 
     var colour = vec3<f32>(0.0);
     var transmittance = 1.0;
-    if enter < leave {
-        let step = slabs.base.w;
-        let first = i32(floor(enter / step));
-        let last = i32(ceil(leave / step));
-        // Length of the ray per pixel of depth, in unit distances.
-        let stretch = length(vec3<f32>(screen * slabs.up.w, 1.0)) * slabs.picture.z;
-        let way = select(1, -1, back_to_front);
-        var k = select(first, last, back_to_front);
-        let end = select(last, first, back_to_front);
-        var remaining = last - first;
-        var have = false;
-        var before_u = 0.0;
-        var before_t = 0.0;
-        loop {
-            if remaining < 0 || transmittance < slabs.picture.w {
-                break;
-            }
-            let t = clamp(f32(k) * step, enter, leave);
-            let next_t = clamp(f32(k + way) * step, enter, leave);
-            let here = origin + direction * t;
-            let far = distance_at(here);
-            if !have && far > 0 {
-                // To the first face that is not known to be followed by nothing.
-                let free = leap(here, far, inverse * f32(way));
-                let faces = max(i32(ceil((abs(t - f32(k) * step) * f32(way) + free) / step)), 1);
-                k += way * faces;
-                remaining -= faces;
-                continue;
-            }
-            var found: vec4<f32>;
-            var thickness: f32;
-            var middle: vec3<f32>;
-            if classify_middle {
-                thickness = abs(next_t - t);
-                middle = origin + direction * (0.5 * (t + next_t));
-                let u = value(middle);
-                found = select(classify(u), vec4<f32>(0.0), u == NOTHING || remaining == 0);
-            } else {
-                let u = value(here);
-                thickness = abs(t - before_t);
-                middle = origin + direction * (0.5 * (t + before_t));
-                if have && u != NOTHING && before_u != NOTHING {
-                    found = classify_between(before_u, u);
-                }
-                before_u = u;
-                before_t = t;
-                have = far == 0;
-            }
-            k += way;
-            remaining -= 1;
-            if found.w <= 0.0 {
-                continue;
-            }
-            if has_holes {
-                if is_hole(middle) {
-                    continue;
-                }
-            }
-            let amount = found.w * stretch * thickness;
-            var opacity: f32;
-            if published {
-                opacity = min(amount, 1.0);
-                if amount > 1.0 {
-                    atomicAdd(&capped, 1u);
-                }
-            } else {
-                opacity = select(1.0 - exp(-amount), amount * (1.0 - 0.5 * amount), amount < 1e-3);
-            }
-            if back_to_front {
-                colour = mix(colour, found.rgb, opacity);
-            } else {
-                colour += found.rgb * (opacity * transmittance);
-            }
-            transmittance *= 1.0 - opacity;
+    let step = slabs.base.w;
+    let first = i32(floor(enter / step));
+    let last = i32(ceil(leave / step));
+    // Length of the ray per pixel of depth, in unit distances.
+    let stretch = length(vec3<f32>(screen * slabs.up.w, 1.0)) * slabs.picture.z;
+    // Faces are counted in the order of compositing.
+    let way = select(1, -1, back_to_front);
+    var k = select(first, last, back_to_front);
+    var remaining = last - first;
+    var have = false;
+    var before_u = 0.0;
+    var before_t = 0.0;
+    while remaining >= 0 && transmittance >= slabs.picture.w {
+        let t = clamp(f32(k) * step, enter, leave);
+        let here = origin + direction * t;
+        let far = distance_at(here);
+        if !have && far > 0 {
+            // To the first face that is not known to be followed by nothing.
+            let free = leap(here, far, inverse * f32(way));
+            let faces = max(i32(ceil((abs(t - f32(k) * step) + free) / step)), 1);
+            k += way * faces;
+            remaining -= faces;
+            continue;
         }
+        var found = vec4<f32>(0.0);
+        var other_t = before_t;
+        if classify_middle {
+            other_t = clamp(f32(k + way) * step, enter, leave);
+            let u = value(origin + direction * (0.5 * (t + other_t)));
+            if u != NOTHING {
+                found = classify(u);
+            }
+        } else {
+            let u = value(here);
+            if have && u != NOTHING && before_u != NOTHING {
+                found = classify_between(before_u, u);
+            }
+            before_u = u;
+            before_t = t;
+            have = far == 0;
+        }
+        k += way;
+        remaining -= 1;
+        if found.w <= 0.0 {
+            continue;
+        }
+        if has_holes {
+            if is_hole(origin + direction * (0.5 * (t + other_t))) {
+                continue;
+            }
+        }
+        let amount = found.w * stretch * abs(t - other_t);
+        var opacity: f32;
+        if published {
+            opacity = min(amount, 1.0);
+            if amount > 1.0 {
+                atomicAdd(&capped, 1u);
+            }
+        } else {
+            opacity = select(1.0 - exp(-amount), amount * (1.0 - 0.5 * amount), amount < 1e-3);
+        }
+        if back_to_front {
+            colour = mix(colour, found.rgb, opacity);
+        } else {
+            colour += found.rgb * (opacity * transmittance);
+        }
+        transmittance *= 1.0 - opacity;
     }
-    textureStore(light, pixel, vec4<f32>(colour, 1.0 - transmittance));
+    return vec4<f32>(colour, 1.0 - transmittance);
+}
+
+@compute @workgroup_size(TILE, TILE)
+fn reconstruct_slabs(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_id) local: vec3<u32>,
+) {
+    let within = group.y * groups.x + group.x;
+    let tile = slabs.tiles.x + within;
+    let pixel = vec2<u32>(tile % slabs.tiles.y, tile / slabs.tiles.y) * TILE + local.xy;
+    if within >= slabs.more.y || pixel.x >= slabs.tiles.z || pixel.y >= slabs.tiles.w {
+        return;
+    }
+    let corner = vec2<f32>(f32(pixel.x), f32(slabs.tiles.w - pixel.y)) - slabs.picture.xy;
+    // One ray a pixel, or a square of them where kernels are smaller than a pixel.
+    let side = slabs.more.z;
+    var sum = vec4<f32>(0.0);
+    for (var i = 0u; i < side * side; i++) {
+        let part = (vec2<f32>(f32(i % side), f32(i / side)) + 0.5) / f32(side);
+        sum += ray(corner + vec2<f32>(part.x, -part.y));
+    }
+    textureStore(light, pixel, sum / f32(side * side));
 }

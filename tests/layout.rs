@@ -10,6 +10,7 @@ use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 use naga::{AddressSpace, Expression, Literal, Module, ShaderStage, Type, TypeInner};
 use voxsplat::gpu::layout::{self, COUNT_HEADER_WORDS, RECORD_WORDS, SEGMENT_THREADS};
 use voxsplat::gpu::shader::{self, Shader};
+use voxsplat::hierarchy::EMPTY_BRICK;
 use voxsplat::kernel::COEFFICIENTS;
 use voxsplat::volume::BRICK;
 
@@ -32,7 +33,7 @@ macro_rules! host_struct {
     }};
 }
 
-fn host_structs() -> [HostStruct; 4] {
+fn host_structs() -> [HostStruct; 5] {
     [
         host_struct!(Frame {
             view_x,
@@ -52,16 +53,33 @@ fn host_structs() -> [HostStruct; 4] {
         host_struct!(Traversal { dims, bricks, axes, splits, counts, table }),
         host_struct!(Scan { counts }),
         host_struct!(Present { background }),
+        host_struct!(Slabs {
+            base,
+            right,
+            up,
+            along,
+            picture,
+            dims,
+            stored,
+            bricks,
+            table,
+            below,
+            beyond,
+            tiles,
+            more,
+        }),
     ]
 }
 
 /// Constants that shaders and host both name, and the host's value.
-fn host_constants() -> [(&'static str, f64); 5] {
+fn host_constants() -> [(&'static str, f64); 7] {
     [
         ("BRICK", BRICK as f64),
         ("RECORD_WORDS", RECORD_WORDS as f64),
         ("COUNT_HEADER_WORDS", COUNT_HEADER_WORDS as f64),
         ("SEGMENT_THREADS", f64::from(SEGMENT_THREADS)),
+        ("TILE", f64::from(layout::TILE)),
+        ("EMPTY_BRICK", EMPTY_BRICK as f64),
         ("LEAST_HALF_AXIS", layout::LEAST_HALF_AXIS),
     ]
 }
@@ -327,7 +345,7 @@ mod must_fail {
 
     #[test]
     fn a_moved_member_is_caught() {
-        let [.., host] = host_structs();
+        let [.., host, _] = host_structs();
         assert_eq!(found("struct Present { background: vec4<f32> }", &host), [""; 0]);
         let moved = found(PRESENT_MOVED, &host).join("\n");
         assert!(moved.contains("32 bytes in the shader, 16 on the host"), "{moved}");

@@ -10,7 +10,7 @@ use super::flags::{RefineFlag, RenderFlags};
 use super::stats::Stats;
 use super::{Failure, open};
 use crate::core::{Camera, Projection, Ticket};
-use crate::scene::{self, Background, ModeChoice, Scene, SplatSettings};
+use crate::scene::{self, Background, Scene, SplatSettings};
 use crate::task::engine::Engine;
 use crate::task::picture_file::{self, PictureFormat};
 use crate::task::still::{Refine, StillRequest};
@@ -19,12 +19,7 @@ use crate::transfer::ColourSource;
 pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
     let refine = refine(flags)?;
     let format = format(&flags.output)?;
-    let mut choice = flags.mode.choice();
-    if choice == ModeChoice::default() {
-        // Until tiles can draw the exact mode.
-        choice = ModeChoice::from(SplatSettings::SHADE_FIRST);
-    }
-    let splat = choice.resolve().map_err(|error| Failure::Usage(error.to_string()))?;
+    let splat = flags.mode.choice().resolve().map_err(|error| Failure::Usage(error.to_string()))?;
     if flags.stats.as_ref() == Some(&flags.output) {
         return Err(Failure::Usage(format!(
             "expected --stats and --output to name two files, found one; rename one of them: {}",

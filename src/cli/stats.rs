@@ -9,7 +9,7 @@ use crate::task::still::Still;
 pub(super) struct Stats<'a> {
     adapter: &'a str,
     resolution: [u32; 2],
-    /// What the file was drawn with; later versions choose.
+    /// `raster` or `tiles`.
     backend: &'static str,
     kernels_total: u64,
     kernels_active: u64,
@@ -46,7 +46,7 @@ impl<'a> Stats<'a> {
         Self {
             adapter: &still.adapter,
             resolution: still.size,
-            backend: "raster",
+            backend: still.backend,
             kernels_total,
             kernels_active: still.kernels_active,
             kernels_drawn: still.drawn.kernels,

@@ -87,10 +87,7 @@ impl SlabPass {
 
     pub(super) fn size_bytes(&self) -> u64 {
         self.field.as_ref().map_or(0, DeviceField::size_bytes)
-            + self
-                .table
-                .as_ref()
-                .map_or(0, |t| t.cells.size() + t.depth.size() + t.empty.size())
+            + self.table.as_ref().map_or(0, |t| t.cells.size() + t.depth.size() + t.empty.size())
     }
 
     /// Whether the field of these settings is there.
@@ -189,10 +186,12 @@ impl SlabPass {
         constants.stored =
             [sx, sy, field.chunk_log2, window(settings.kernel, settings.extent) as u32];
         constants.bricks = [bx, by, bz, table.count];
-        let stretch = RadialKernel::new(settings.kernel, settings.extent).map_or(1.0, |k| k.scale());
+        let stretch =
+            RadialKernel::new(settings.kernel, settings.extent).map_or(1.0, |k| k.scale());
         constants.table = [table.coordinate[0], table.coordinate[1], stretch as f32, 0.0];
         [constants.below, constants.beyond] = table.ends;
-        constants.more = [table.holes_at, tiles.len() as u32, 0, 0];
+        let side = rays_per_side(view, settings.kernel, settings.extent);
+        constants.more = [table.holes_at, tiles.len() as u32, side, 0];
         context.queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&constants));
         true
     }
@@ -320,6 +319,25 @@ fn slab_constants(
         tiles: [tiles.start, view.size[0].div_ceil(TILE), view.size[0], view.size[1]],
         ..bytemuck::Zeroable::zeroed()
     }
+}
+
+/// The most rays along the side of a pixel.
+const MOST_RAYS: f64 = 8.0;
+
+/// Rays along the side of a pixel: 1 while the kernel's radius is a pixel at least, and so many
+/// below that it is as much as the rays are apart.
+fn rays_per_side(view: &View, kernel: Kernel, extent: Option<f64>) -> u32 {
+    let radius = match kernel {
+        Kernel::BSpline => 2.0,
+        Kernel::Linear => 1.0,
+        Kernel::Point | Kernel::Nearest => 0.5,
+        Kernel::Gaussian | Kernel::Cubic => {
+            RadialKernel::new(kernel, extent).map_or(1.0, RadialKernel::radius)
+        }
+    };
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "1..=8")]
+    let side = (1.0 / (radius * view.voxel_pixels())).ceil().clamp(1.0, MOST_RAYS) as u32;
+    side
 }
 
 /// Tiles that a picture has.

@@ -52,16 +52,14 @@ impl FieldBounds {
             Ok(())
         })?;
         let mut layers = vec![[0.0_f32; 2]; bricks[0] * bricks[1] * nz];
-        layers
-            .par_chunks_mut(bricks[0] * bricks[1])
-            .zip(rows.par_chunks(bricks[0] * ny))
-            .for_each(|(out, rows)| {
+        layers.par_chunks_mut(bricks[0] * bricks[1]).zip(rows.par_chunks(bricks[0] * ny)).for_each(
+            |(out, rows)| {
                 for (i, range) in out.iter_mut().enumerate() {
                     let (bx, by) = (i % bricks[0], i / bricks[0]);
-                    *range =
-                        bound(window(by, ny, below, above).map(|y| rows[y * bricks[0] + bx]));
+                    *range = bound(window(by, ny, below, above).map(|y| rows[y * bricks[0] + bx]));
                 }
-            });
+            },
+        );
         let layer = bricks[0] * bricks[1];
         let mut ranges = vec![[0.0_f32; 2]; layer * bricks[2]];
         ranges.par_chunks_mut(layer).enumerate().for_each(|(bz, out)| {
@@ -161,8 +159,7 @@ mod tests {
         for dims in [[9, 5, 13], [1, 1, 6], [4, 2, 3]] {
             let values = noise(dims.iter().product());
             for (below, above) in [(0, 1), (2, 2), (3, 5)] {
-                let bounds =
-                    FieldBounds::of(&values, dims, below, above, &Ticket::new()).unwrap();
+                let bounds = FieldBounds::of(&values, dims, below, above, &Ticket::new()).unwrap();
                 for (index, &[low, high]) in bounds.ranges.iter().enumerate() {
                     let [bx, by, _] = bounds.dims;
                     let brick = [index % bx, index / bx % by, index / (bx * by)];
@@ -175,8 +172,11 @@ mod tests {
                     for z in span(2) {
                         for y in span(1) {
                             for x in span(0) {
-                                let [x, y, z] =
-                                    [mirrored(x, dims[0]), mirrored(y, dims[1]), mirrored(z, dims[2])];
+                                let [x, y, z] = [
+                                    mirrored(x, dims[0]),
+                                    mirrored(y, dims[1]),
+                                    mirrored(z, dims[2]),
+                                ];
                                 let v = values[(z * dims[1] + y) * dims[0] + x];
                                 least = least.min(v);
                                 greatest = greatest.max(v);

@@ -36,7 +36,7 @@ fn constant(lattice: Lattice, camera: Camera, alpha: f64, unit: f64) -> Scene {
             opacity: vec![(0.0, alpha)],
             colour: ColourSource::Map { map: ColourMap::Gray, range: [0.0, 1.0] },
         },
-        splat: SplatSettings { opacity_unit_distance: Some(unit), ..SplatSettings::default() },
+        splat: SplatSettings { opacity_unit_distance: Some(unit), ..SplatSettings::SHADE_FIRST },
         camera,
         background: Background::Colour(Srgb8::BLACK),
     }

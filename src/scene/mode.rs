@@ -103,7 +103,7 @@ pub struct SplatSettings {
 
 impl Default for SplatSettings {
     fn default() -> Self {
-        Self::SHADE_FIRST
+        Self::EXACT
     }
 }
 

@@ -11,17 +11,27 @@ pub struct Costs {
     pub voxel_ms: f64,
     /// Per row looked at.
     pub row_ms: f64,
+    /// Per ray of `full` in slabs.
+    pub ray_ms: f64,
 }
 
 impl Default for Costs {
     /// A software adapter on two cores; others correct it within a few pictures.
     fn default() -> Self {
-        Self { splat_ms: 0.45e-3, fragment_ms: 4e-6, voxel_ms: 0.7e-3, row_ms: 0.2e-3 }
+        Self {
+            splat_ms: 0.45e-3,
+            fragment_ms: 4e-6,
+            voxel_ms: 0.7e-3,
+            row_ms: 0.2e-3,
+            ray_ms: 2e-3,
+        }
     }
 }
 
 /// Weight of a new measurement against what was known.
 const TRUST: f64 = 0.3;
+/// The same for rays: whole pictures are measured, and few.
+const RAY_TRUST: f64 = 0.7;
 /// Share of a coarse picture's budget that goes to splats as such; the rest to their pixels.
 const SPLAT_SHARE: f64 = 0.6;
 
@@ -40,6 +50,13 @@ impl Costs {
     /// What a piece of the grid is thought to take.
     pub fn grid_ms(&self, kernels: u64, rows: u64) -> f64 {
         kernels as f64 * self.voxel_ms + rows as f64 * self.row_ms
+    }
+
+    /// Takes in a picture in slabs.
+    pub fn learn_rays(&mut self, rays: f64, wall_ms: f64) {
+        if rays > 0.0 && wall_ms > 0.0 {
+            self.ray_ms += (wall_ms / rays - self.ray_ms) * RAY_TRUST;
+        }
     }
 
     /// Takes in a coarse picture's measurement: both prices move by the same ratio.

@@ -42,7 +42,12 @@ pub enum Rung {
     },
     /// Every voxel with a cheaper kernel.
     Cheaper(Kernel),
-    /// Every voxel's full kernel.
+    /// The scene's own mode at a smaller size, to be enlarged.
+    Reduced {
+        /// How many times smaller, > 1.
+        shrink: f64,
+    },
+    /// Every voxel's full kernel, in the scene's own mode.
     Full,
 }
 
@@ -203,6 +208,9 @@ impl Drawer {
                 self.cut(scene, size, limits, observer)
             }
             Rung::Cheaper(kernel) => self.grid(scene, size, kernel, observer),
+            Rung::Reduced { shrink } => {
+                self.draw(scene, shrunk(size, shrink), Rung::Full, observer)
+            }
             Rung::Full if slabs::reconstructs(&scene.splat) => self.slabs(scene, size, observer),
             Rung::Full if scene.splat.needs_tiles() => Err(GpuError::Device(format!(
                 "--visibility {} with --classify {} cannot be drawn yet",
@@ -248,8 +256,7 @@ impl Drawer {
         let most = (f64::from(size[0].min(size[1])) / LEAST_SIDE).clamp(1.0, MOST_SHRINK);
         let shrink = (fragments / affordable).sqrt().clamp(1.0, most);
         self.last_shrink = shrink;
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "1..=size")]
-        let smaller = size.map(|n| (f64::from(n) / shrink).round().max(1.0) as u32);
+        let smaller = shrunk(size, shrink);
         let view = View::new(scene, smaller);
         self.begin(scene, &view, scene.splat.kernel.splatted())?;
         let records: Vec<Record> = cut.nodes.iter().map(record).collect();
@@ -386,6 +393,13 @@ impl Drawer {
         }
         Ok(())
     }
+}
+
+/// A size so many times smaller, a pixel at least.
+fn shrunk(size: [u32; 2], shrink: f64) -> [u32; 2] {
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "1..=size")]
+    let smaller = size.map(|n| (f64::from(n) / shrink).round().max(1.0) as u32);
+    smaller
 }
 
 /// Some rows of the traversal.

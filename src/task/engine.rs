@@ -12,6 +12,7 @@ use std::time::{Duration, Instant};
 pub use crate::gpu::AdapterChoice;
 
 use super::draw::{DrawError, Drawer, Drawn, Observer, Rung, background_light};
+use super::slabs;
 use super::still::{self, Still, StillError, StillRequest};
 use crate::core::Ticket;
 use crate::gpu::{Context, GpuError, Renderer, Wishes};
@@ -291,6 +292,8 @@ const PARTIAL_EVERY: Duration = Duration::from_millis(300);
 const MIDDLE_SHARE: f64 = 0.1;
 /// `full` follows the coarse picture at once where it takes no longer than this.
 const MIDDLE_WORTH_MS: f64 = 700.0;
+/// Two middle rungs come before a `full` that takes longer than this.
+const SEVERAL_WORTH_MS: f64 = 3000.0;
 /// Rebuilds of a lost device for one request.
 const REBUILDS: u32 = 2;
 
@@ -432,7 +435,7 @@ impl Worker {
                 if !seen && ladder != Ladder::AtOnce {
                     self.rung(request, Rung::Coarse { budget_ms }, Manner::Whole)?;
                 }
-                let rungs = self.ladder(scene, ladder)?;
+                let rungs = self.ladder(scene, size, ladder)?;
                 let steps = rungs.len() as f64;
                 for (i, rung) in rungs.into_iter().enumerate() {
                     if self.newer_came() {
@@ -449,9 +452,22 @@ impl Worker {
     }
 
     /// The rungs after the coarse picture.
-    fn ladder(&mut self, scene: &Scene, ladder: Ladder) -> Result<Vec<Rung>, DrawError> {
+    fn ladder(
+        &mut self,
+        scene: &Scene,
+        size: [u32; 2],
+        ladder: Ladder,
+    ) -> Result<Vec<Rung>, DrawError> {
         let drawer = self.device()?;
         let mut rungs = match ladder {
+            Ladder::Octree if slabs::reconstructs(&scene.splat) => {
+                let rays = f64::from(size[0]) * f64::from(size[1]);
+                match rays * drawer.costs.ray_ms {
+                    quick if quick < MIDDLE_WORTH_MS => Vec::new(),
+                    slow if slow < SEVERAL_WORTH_MS => vec![Rung::Reduced { shrink: 4.0 }],
+                    _ => vec![Rung::Reduced { shrink: 8.0 }, Rung::Reduced { shrink: 3.0 }],
+                }
+            }
             Ladder::Octree => {
                 let full_ms = drawer.active_count() as f64 * drawer.costs.voxel_ms;
                 if full_ms < MIDDLE_WORTH_MS {
@@ -549,6 +565,7 @@ fn rung_words(rung: Rung, drawn: &Drawn) -> String {
         Rung::Octree { .. } => format!("octree error {:.3}", drawn.max_error),
         Rung::Subsampled { level } => format!("every {}th sample, averaged", 1 << level),
         Rung::Cheaper(kernel) => format!("every voxel, {} kernel", kernel.name()),
+        Rung::Reduced { .. } => format!("full at {} × {}", drawn.size[0], drawn.size[1]),
         Rung::Full => "full".to_owned(),
     }
 }

@@ -103,6 +103,7 @@ mod tests {
             passes: Vec::new(),
             timer: None,
             peak_gpu_bytes: 0,
+            backend: "raster",
             pipelines: 0,
             measured_rmse: None,
             capped_opacities: 0,

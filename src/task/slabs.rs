@@ -8,7 +8,9 @@ use super::draw::{DrawError, Drawer, Drawn, Observer, PIECE_MS};
 use crate::core::Ticket;
 use crate::gpu::{GpuError, Renderer, tile_count};
 use crate::kernel::{Coefficients, CoefficientsError, coefficients};
-use crate::scene::{Classify, OpacityModel, Reconstruction, Scene, SplatSettings, View, Visibility};
+use crate::scene::{
+    Classify, OpacityModel, Reconstruction, Scene, SplatSettings, View, Visibility,
+};
 use crate::transfer::{Cumulative, TransferFunction, Weight};
 use crate::volume::ScalarVolume;
 
@@ -112,13 +114,9 @@ impl Drawer {
                 return Err(DrawError::Interrupted);
             }
         }
-        Ok(Drawn {
-            size,
-            kernels: self.active_count(),
-            nodes: 0,
-            max_error: 0.0,
-            wall_ms: start.elapsed().as_secs_f64() * 1e3,
-        })
+        let wall_ms = start.elapsed().as_secs_f64() * 1e3;
+        self.costs.learn_rays(f64::from(size[0]) * f64::from(size[1]), wall_ms);
+        Ok(Drawn { size, kernels: self.active_count(), nodes: 0, max_error: 0.0, wall_ms })
     }
 
     /// Brings the device up to the field and the classification of a scene.

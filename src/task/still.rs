@@ -5,7 +5,7 @@ use crate::accuracy;
 use crate::core::colour::srgb_bytes;
 use crate::core::{Camera, Cancelled, Ticket};
 use crate::gpu::{GpuError, PassTime, Renderer};
-use crate::scene::Scene;
+use crate::scene::{Backend, Scene};
 
 /// How far a still picture is to be refined.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -64,6 +64,8 @@ pub struct Still {
     pub timer: Option<&'static str>,
     /// Most bytes held on the device.
     pub peak_gpu_bytes: u64,
+    /// What drew it: `raster` or `tiles`.
+    pub backend: &'static str,
     /// Pipelines compiled.
     pub pipelines: usize,
     /// Measured error against `full`, where it was asked for.
@@ -167,6 +169,11 @@ pub(super) fn draw(
         passes,
         timer,
         peak_gpu_bytes: drawer.renderer.peak_bytes(),
+        backend: if rung == Rung::Full {
+            scene.splat.fixed_backend().name()
+        } else {
+            Backend::Raster.name()
+        },
         pipelines: drawer.renderer.pipeline_count(),
         measured_rmse,
         capped_opacities: drawer.capped_count(),

@@ -228,10 +228,7 @@ mod tests {
 
     #[test]
     fn a_peak_thinner_than_a_cell_keeps_its_depth() {
-        let f = function(
-            &[(0.5, 0.0), (0.5, 0.9), (0.500_01, 0.9), (0.500_01, 0.0)],
-            [0.0, 1.0],
-        );
+        let f = function(&[(0.5, 0.0), (0.5, 0.9), (0.500_01, 0.9), (0.500_01, 0.0)], [0.0, 1.0]);
         let f = TransferFunction {
             opacity: [&[(0.0, 0.0)], f.opacity.as_slice(), &[(1.0, 0.0)]].concat(),
             ..f

@@ -101,7 +101,7 @@ pub(crate) fn scene(lattice: Lattice, direction: DVec3) -> Scene {
     Scene {
         volume: volume(lattice, noise(lattice.dims, 7)),
         transfer: transfer(),
-        splat: SplatSettings::default(),
+        splat: SplatSettings::SHADE_FIRST,
         camera,
         background: Background::Colour(Srgb8::BLACK),
     }
