@@ -7,3 +7,4 @@ pub mod draw;
 pub mod engine;
 pub mod picture_file;
 pub mod still;
+pub mod sweep;

@@ -105,6 +105,7 @@ mod tests {
             peak_gpu_bytes: 0,
             pipelines: 0,
             measured_rmse: None,
+            convergence: None,
             capped_opacities: 0,
         };
         let exr = image::load_from_memory(&exr_bytes(&still).unwrap()).unwrap().into_rgba32f();
