@@ -1,7 +1,14 @@
 //! How far one picture is from another.
 //!
-//! Owns the metrics. Refuses drawing and files. Pictures are linear premultiplied RGBA, any size,
-//! pixel by pixel. Imports nothing.
+//! Owns the metrics, the sample of pixels they may be taken at, and what a price list holds. Refuses
+//! drawing and files. Pictures are linear premultiplied RGBA over black, rows from the top. Imports
+//! `kernel` and `scene`, for the names of modes.
+
+pub mod flip;
+mod picture;
+pub mod sample;
+pub mod ssim;
+pub mod sweep;
 
 /// Two pictures that cannot be compared.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
@@ -35,6 +42,8 @@ pub struct Difference {
     pub max_abs: f64,
     /// Greatest difference of alpha.
     pub max_alpha: f64,
+    /// Root of the mean squared difference of alpha.
+    pub rmse_alpha: f64,
     /// Mean of the difference over all pixels and RGB: what is brighter as a whole.
     pub mean_brightness: f64,
 }
@@ -51,7 +60,8 @@ impl Difference {
         if first.is_empty() {
             return Err(CompareError::Empty);
         }
-        let (mut squares, mut sum, mut max_abs, mut max_alpha) = (0.0, 0.0, 0.0_f64, 0.0_f64);
+        let (mut squares, mut sum, mut alpha_squares) = (0.0, 0.0, 0.0);
+        let (mut max_abs, mut max_alpha) = (0.0_f64, 0.0_f64);
         for (pixel, (a, b)) in first.iter().zip(second).enumerate() {
             for channel in 0..4 {
                 let difference = a[channel] - b[channel];
@@ -62,6 +72,7 @@ impl Difference {
                 max_abs = max_abs.max(difference.abs());
                 if channel == 3 {
                     max_alpha = max_alpha.max(difference.abs());
+                    alpha_squares += difference * difference;
                 } else {
                     squares += difference * difference;
                     sum += difference;
@@ -73,6 +84,7 @@ impl Difference {
             rmse: (squares / count).sqrt(),
             max_abs,
             max_alpha,
+            rmse_alpha: (alpha_squares / first.len() as f64).sqrt(),
             mean_brightness: sum / count,
         })
     }
@@ -150,6 +162,7 @@ mod tests {
         other[1][3] = 0.25;
         let d = Difference::between(&other, &[GREY; 2]).unwrap();
         assert_eq!((d.rmse, d.max_abs, d.max_alpha), (0.0, 0.75, 0.75));
+        assert!((d.rmse_alpha - (0.75_f64.powi(2) / 2.0).sqrt()).abs() < 1e-15, "{d:?}");
     }
 
     #[test]

@@ -8,3 +8,4 @@ pub mod engine;
 pub mod picture_file;
 mod slabs;
 pub mod still;
+pub mod sweep;

@@ -106,6 +106,7 @@ mod tests {
             backend: "raster",
             pipelines: 0,
             measured_rmse: None,
+            convergence: None,
             capped_opacities: 0,
         };
         let exr = image::load_from_memory(&exr_bytes(&still).unwrap()).unwrap().into_rgba32f();

@@ -1,11 +1,14 @@
 //! One still picture at any size, for files and scripts, and what it cost.
 
+use serde::Serialize;
+
 use super::draw::{DrawError, Drawer, Drawn, Observer, Rung, background_light};
-use crate::accuracy;
+use crate::accuracy::sweep::Detail;
+use crate::accuracy::{self, Difference};
 use crate::core::colour::srgb_bytes;
 use crate::core::{Camera, Cancelled, Ticket};
 use crate::gpu::{GpuError, PassTime, Renderer};
-use crate::scene::{Backend, Scene};
+use crate::scene::{Backend, Scene, SplatSettings, Visibility};
 
 /// How far a still picture is to be refined.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -22,6 +25,40 @@ pub enum Refine {
         /// Root mean square over pixels and RGB, linear light, black behind.
         max_error: f64,
     },
+    /// Full, with slabs doubled until two pictures differ by less than [`CONVERGED`] in every
+    /// channel of every pixel, alpha included. Modes without slabs have nothing to double: `full`.
+    Converged {
+        /// Slabs per voxel that are not gone beyond.
+        most_slabs: f64,
+    },
+    /// An octree cut, or a smaller picture, or both: a setting of the price list.
+    Reduced {
+        /// Full, or the cut of an error.
+        detail: Detail,
+        /// Share of the width and height that is drawn, in 0..=1, and enlarged.
+        scale: f64,
+    },
+}
+
+/// Two pictures that differ by less than this in every channel are the same one: half a step of an
+/// 8-bit channel.
+pub const CONVERGED: f64 = 1.0 / 512.0;
+
+/// How `converged` ended.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Convergence {
+    /// Slabs per voxel of the picture.
+    pub slabs_per_voxel: f64,
+    /// Greatest difference of a channel from the picture with half as many; `None` where the first
+    /// picture already had the most slabs.
+    pub last_difference: Option<f64>,
+}
+
+impl Convergence {
+    /// Whether the last difference is below [`CONVERGED`].
+    pub fn is_reached(&self) -> bool {
+        self.last_difference.is_some_and(|difference| difference < CONVERGED)
+    }
 }
 
 /// A still picture to be drawn.
@@ -70,6 +107,8 @@ pub struct Still {
     pub pipelines: usize,
     /// Measured error against `full`, where it was asked for.
     pub measured_rmse: Option<f64>,
+    /// Where slabs were doubled, how that ended.
+    pub convergence: Option<Convergence>,
     /// Entries of the transfer table whose opacity was lowered to the transmittance floor.
     pub capped_opacities: usize,
 }
@@ -118,23 +157,43 @@ pub(super) fn draw(
     ticket: &Ticket,
 ) -> Result<Still, StillError> {
     let StillRequest { scene, size, .. } = request;
+    let (mut scene, mut drawn_size) = (scene, *size);
     let mut watch = Watch(ticket);
     drawer.prepare(scene, ticket)?;
-    let (rung, measured_rmse) = match request.refine {
-        Refine::Full => (Rung::Full, None),
-        Refine::Budget { budget_ms } => (Rung::Coarse { budget_ms }, None),
+    let (mut measured_rmse, mut convergence) = (None, None);
+    let finest;
+    let rung = match request.refine {
+        Refine::Full => Rung::Full,
+        Refine::Budget { budget_ms } => Rung::Coarse { budget_ms },
         Refine::Error { max_error } => {
             let (rung, rmse) = coarsest_within(drawer, request, max_error, &mut watch)?;
-            (rung, Some(rmse))
+            measured_rmse = Some(rmse);
+            rung
+        }
+        Refine::Converged { most_slabs } => {
+            if scene.splat.visibility == Visibility::Slabs {
+                let reached = converge(drawer, request, most_slabs, &mut watch)?;
+                convergence = Some(reached);
+                finest = with_slabs(scene, reached.slabs_per_voxel);
+                scene = &finest;
+            }
+            Rung::Full
+        }
+        Refine::Reduced { detail, scale } => {
+            drawn_size = scaled(*size, scale);
+            match detail {
+                Detail::Full => Rung::Full,
+                Detail::Octree { max_error } => Rung::Octree { max_error },
+            }
         }
     };
     if let Rung::Coarse { .. } = rung {
         // Costs are learnt first; the picture then fits its budget.
         for _ in 0..4 {
-            drawer.draw(scene, *size, rung, &mut watch)?;
+            drawer.draw(scene, drawn_size, rung, &mut watch)?;
         }
     }
-    let drawn = drawer.draw(scene, *size, rung, &mut watch)?;
+    let drawn = drawer.draw(scene, drawn_size, rung, &mut watch)?;
     let mut frame_ms = vec![drawn.wall_ms];
     let light = enlarged(drawer.renderer.read_light()?, drawn.size, *size);
     let background = background_light(scene.background);
@@ -146,13 +205,13 @@ pub(super) fn draw(
     for turn in 1..=request.repeat {
         ticket.checkpoint(u64::from(turn), u64::from(request.repeat))?;
         let turned = Scene { camera: turned(&scene.camera, turn), ..scene.clone() };
-        frame_ms.push(drawer.draw(&turned, *size, rung, &mut watch)?.wall_ms);
+        frame_ms.push(drawer.draw(&turned, drawn_size, rung, &mut watch)?.wall_ms);
     }
     let mut timer = None;
     let mut passes = Vec::new();
     if request.time_passes {
         timer = Some(drawer.renderer.time_passes()?.name());
-        drawer.draw(scene, *size, rung, &mut watch)?;
+        drawer.draw(scene, drawn_size, rung, &mut watch)?;
         drawer.renderer.present(background)?;
         passes = drawer.renderer.times().to_vec();
         drawer.renderer.stop_timing();
@@ -162,7 +221,7 @@ pub(super) fn draw(
         light,
         rgba,
         drawn,
-        is_full: rung == Rung::Full,
+        is_full: rung == Rung::Full && drawn_size == *size,
         kernels_active: drawer.active_count(),
         adapter: drawer.renderer.context().adapter_name.clone(),
         frame_ms,
@@ -176,6 +235,7 @@ pub(super) fn draw(
         },
         pipelines: drawer.renderer.pipeline_count(),
         measured_rmse,
+        convergence,
         capped_opacities: drawer.capped_count(),
     })
 }
@@ -209,6 +269,49 @@ fn coarsest_within(
         count *= 2;
     }
     Ok((Rung::Full, 0.0))
+}
+
+fn with_slabs(scene: &Scene, slabs_per_voxel: f64) -> Scene {
+    Scene { splat: SplatSettings { slabs_per_voxel, ..scene.splat }, ..scene.clone() }
+}
+
+/// Doubles the slabs until two pictures are the same, or there are the most.
+fn converge(
+    drawer: &mut Drawer,
+    request: &StillRequest,
+    most_slabs: f64,
+    watch: &mut Watch<'_>,
+) -> Result<Convergence, StillError> {
+    let StillRequest { scene, size, .. } = request;
+    let mut slabs_per_voxel = scene.splat.slabs_per_voxel;
+    let mut picture = |slabs: f64| -> Result<_, StillError> {
+        drawer.draw(&with_slabs(scene, slabs), *size, Rung::Full, watch)?;
+        Ok(widened(&drawer.renderer.read_light()?))
+    };
+    let mut last_difference = None;
+    let mut before = None;
+    while 2.0 * slabs_per_voxel <= most_slabs {
+        let coarser = match before.take() {
+            Some(picture) => picture,
+            None => picture(slabs_per_voxel)?,
+        };
+        slabs_per_voxel *= 2.0;
+        let finer = picture(slabs_per_voxel)?;
+        let difference = Difference::between(&finer, &coarser)
+            .map_err(|error| GpuError::Device(format!("two pictures of one size: {error}")))?;
+        last_difference = Some(difference.max_abs);
+        if difference.max_abs < CONVERGED {
+            break;
+        }
+        before = Some(finer);
+    }
+    Ok(Convergence { slabs_per_voxel, last_difference })
+}
+
+/// A share of a picture's size, at least one pixel each way.
+pub fn scaled(size: [u32; 2], scale: f64) -> [u32; 2] {
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "1..=size")]
+    size.map(|n| (f64::from(n) * scale.clamp(0.0, 1.0)).round().max(1.0) as u32)
 }
 
 fn widened(light: &[[f32; 4]]) -> Vec<[f64; 4]> {
