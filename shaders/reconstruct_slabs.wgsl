@@ -10,10 +10,13 @@ const EMPTY_BRICK: i32 = 4;
 // Stands for "no value here".
 const NOTHING: f32 = -3e38;
 
-// How coefficients are stored: two neighbours along x in a word for every sample, two samples a
-// word, or 32-bit floats.
+// How coefficients are stored: 16 bits beside those of the next sample along x; 16 bits; 32-bit
+// floats.
 const PAIRS: u32 = 0u;
-const HALVES: u32 = 1u;
+const SINGLES: u32 = 1u;
+// Values nearer to each other than this many cells are classified by the cell they lie in: single
+// precision has too few digits for the difference of their integrals.
+const NEAR_CELLS: f32 = 4.0;
 
 // Kernels, as the host numbers them.
 const NEAREST: u32 = 0u;
@@ -23,7 +26,6 @@ const CUBIC: u32 = 3u;
 
 override kernel: u32 = 4u;
 override format: u32 = 0u;
-override one_chunk: bool = true;
 override has_holes: bool = false;
 // Classify the value in the middle of a slab rather than all between its faces.
 override classify_middle: bool = false;
@@ -45,61 +47,44 @@ struct Slabs {
     picture: vec4<f32>,
     // Samples along x, y, z; w: mirrored samples beyond each border.
     dims: vec4<u32>,
-    // Stored samples along x and y; log2 of the words in a chunk; radius of the window, samples.
-    stored: vec4<u32>,
     // Bricks along x, y, z; cells of the table.
     bricks: vec4<u32>,
-    // Cell of a stored value s: x + y * s. z: what distances are divided by before the kernel.
+    // Cell of a stored value s: x + y * s. z: what distances are divided by before the kernel; w:
+    // samples to either side of a position that a radial kernel reaches.
     table: vec4<f32>,
     // Colour and weight below the first cell and beyond the last.
     below: vec4<f32>,
     beyond: vec4<f32>,
     // First tile, tiles across, picture width, picture height.
     tiles: vec4<u32>,
-    // Word of `empty` at which the bits of samples without data begin; tiles in this piece; rays
-    // along the side of a pixel.
+    // Tiles in this piece; rays along the side of a pixel.
     more: vec4<u32>,
 }
 
 @group(0) @binding(0) var<uniform> slabs: Slabs;
-@group(0) @binding(1) var<storage, read> field0: array<u32>;
-@group(0) @binding(2) var<storage, read> field1: array<u32>;
-@group(0) @binding(3) var<storage, read> field2: array<u32>;
-@group(0) @binding(4) var<storage, read> field3: array<u32>;
-// Four bytes a word: bricks to the nearest one that can show. Then, where samples are without data,
-// a bit for each sample.
-@group(0) @binding(5) var<storage, read> empty: array<u32>;
-// For each cell its mean colour and weight, the colour integrated before it, and the weight.
-@group(0) @binding(6) var<storage, read> cells: array<vec4<f32>>;
-// The weight integrated before each cell, and at the end.
-@group(0) @binding(7) var<storage, read> depth: array<f32>;
-@group(0) @binding(8) var light: texture_storage_2d<rgba32float, write>;
-@group(0) @binding(9) var<storage, read_write> capped: atomic<u32>;
+// Coefficients, with the mirrored samples beyond the borders.
+@group(0) @binding(1) var field: texture_3d<u32>;
+// For each brick the distance, in bricks, to the nearest that can show.
+@group(0) @binding(2) var distances: texture_3d<u32>;
+// Not 0 where a sample is without data; one texel where none is.
+@group(0) @binding(3) var holes: texture_3d<u32>;
+// Row 0: each cell's mean colour and weight. Row 1: weight times colour, and weight, integrated
+// up to where each cell begins, and to the end.
+@group(0) @binding(4) var table: texture_2d<f32>;
+@group(0) @binding(5) var light: texture_storage_2d<rgba32float, write>;
+@group(0) @binding(6) var<storage, read_write> capped: atomic<u32>;
 
-fn word(index: u32) -> u32 {
-    if one_chunk {
-        return field0[index];
-    }
-    let within = index & ((1u << slabs.stored.z) - 1u);
-    switch index >> slabs.stored.z {
-        case 0u: { return field0[within]; }
-        case 1u: { return field1[within]; }
-        case 2u: { return field2[within]; }
-        default: { return field3[within]; }
-    }
-}
-
-// The stored values at an index and at the next one along x.
-fn two(index: u32) -> vec2<f32> {
+// The stored values at a place and at the next one along x.
+fn two(place: vec3<i32>) -> vec2<f32> {
+    let first = textureLoad(field, place, 0).x;
     if format == PAIRS {
-        return unpack2x16unorm(word(index));
+        return unpack2x16unorm(first);
     }
-    if format == HALVES {
-        let first = unpack2x16unorm(word(index / 2u));
-        let second = unpack2x16unorm(word((index + 1u) / 2u));
-        return select(first, vec2<f32>(first.y, second.x), (index & 1u) == 1u);
+    let second = textureLoad(field, place + vec3<i32>(1, 0, 0), 0).x;
+    if format == SINGLES {
+        return vec2<f32>(f32(first), f32(second)) * (1.0 / 65535.0);
     }
-    return vec2<f32>(bitcast<f32>(word(index)), bitcast<f32>(word(index + 1u)));
+    return vec2<f32>(bitcast<f32>(first), bitcast<f32>(second));
 }
 
 fn bspline_weights(f: f32) -> vec4<f32> {
@@ -114,14 +99,13 @@ fn bspline_weights(f: f32) -> vec4<f32> {
     ) / 6.0;
 }
 
-fn row4(index: u32, w: vec4<f32>) -> f32 {
-    return dot(two(index), w.xy) + dot(two(index + 2u), w.zw);
+fn row4(place: vec3<i32>, w: vec4<f32>) -> f32 {
+    return dot(two(place), w.xy) + dot(two(place + vec3<i32>(2, 0, 0)), w.zw);
 }
 
-fn plane4(index: u32, wx: vec4<f32>, wy: vec4<f32>) -> f32 {
-    let row = slabs.stored.x;
-    return wy.x * row4(index, wx) + wy.y * row4(index + row, wx)
-        + wy.z * row4(index + 2u * row, wx) + wy.w * row4(index + 3u * row, wx);
+fn plane4(place: vec3<i32>, wx: vec4<f32>, wy: vec4<f32>) -> f32 {
+    return wy.x * row4(place, wx) + wy.y * row4(place + vec3<i32>(0, 1, 0), wx)
+        + wy.z * row4(place + vec3<i32>(0, 2, 0), wx) + wy.w * row4(place + vec3<i32>(0, 3, 0), wx);
 }
 
 // A radial kernel's value, to a factor that normalisation takes out.
@@ -138,7 +122,7 @@ fn radial(squared: f32) -> f32 {
 }
 
 fn radial_mean(corner: vec3<i32>, fraction: vec3<f32>) -> f32 {
-    let window = i32(slabs.stored.w);
+    let window = i32(slabs.table.w);
     let scale = 1.0 / slabs.table.z;
     var sum = vec2<f32>(0.0);
     for (var z = 1 - window; z <= window; z++) {
@@ -146,10 +130,10 @@ fn radial_mean(corner: vec3<i32>, fraction: vec3<f32>) -> f32 {
             let dy = f32(y) - fraction.y;
             let dz = f32(z) - fraction.z;
             let across = dy * dy + dz * dz;
-            let row = stored_index(corner + vec3<i32>(1 - window, y, z));
+            let row = place_of(corner + vec3<i32>(1 - window, y, z));
             for (var x = 0; x < 2 * window; x += 2) {
                 let dx = f32(x + 1 - window) - fraction.x;
-                let pair = two(row + u32(x));
+                let pair = two(row + vec3<i32>(x, 0, 0));
                 let h = vec2<f32>(
                     radial((across + dx * dx) * scale * scale),
                     radial((across + (dx + 1.0) * (dx + 1.0)) * scale * scale),
@@ -161,9 +145,8 @@ fn radial_mean(corner: vec3<i32>, fraction: vec3<f32>) -> f32 {
     return select(NOTHING, sum.x / sum.y, sum.y > 0.0);
 }
 
-fn stored_index(voxel: vec3<i32>) -> u32 {
-    let at = vec3<u32>(voxel + vec3<i32>(i32(slabs.dims.w)));
-    return (at.z * slabs.stored.y + at.y) * slabs.stored.x + at.x;
+fn place_of(voxel: vec3<i32>) -> vec3<i32> {
+    return voxel + vec3<i32>(i32(slabs.dims.w));
 }
 
 fn nearest(position: vec3<f32>) -> vec3<i32> {
@@ -175,18 +158,20 @@ fn nearest(position: vec3<f32>) -> vec3<i32> {
 fn value(position: vec3<f32>) -> f32 {
     var stored: f32;
     if kernel == NEAREST {
-        stored = two(stored_index(nearest(position))).x;
+        stored = two(place_of(nearest(position))).x;
     } else {
         let floored = floor(position);
         let f = position - floored;
         let corner = vec3<i32>(floored);
         if kernel == LINEAR {
-            let i = stored_index(corner);
-            let row = slabs.stored.x;
-            let plane = row * slabs.stored.y;
+            let at = place_of(corner);
             let wx = vec2<f32>(1.0 - f.x, f.x);
-            let near = mix(dot(two(i), wx), dot(two(i + row), wx), f.y);
-            let far = mix(dot(two(i + plane), wx), dot(two(i + plane + row), wx), f.y);
+            let near = mix(dot(two(at), wx), dot(two(at + vec3<i32>(0, 1, 0)), wx), f.y);
+            let far = mix(
+                dot(two(at + vec3<i32>(0, 0, 1)), wx),
+                dot(two(at + vec3<i32>(0, 1, 1)), wx),
+                f.y,
+            );
             stored = mix(near, far, f.z);
         } else if kernel == CUBIC || kernel == GAUSSIAN {
             stored = radial_mean(corner, f);
@@ -194,10 +179,10 @@ fn value(position: vec3<f32>) -> f32 {
             let wx = bspline_weights(f.x);
             let wy = bspline_weights(f.y);
             let wz = bspline_weights(f.z);
-            let i = stored_index(corner - vec3<i32>(1));
-            let plane = slabs.stored.x * slabs.stored.y;
-            stored = wz.x * plane4(i, wx, wy) + wz.y * plane4(i + plane, wx, wy)
-                + wz.z * plane4(i + 2u * plane, wx, wy) + wz.w * plane4(i + 3u * plane, wx, wy);
+            let at = place_of(corner - vec3<i32>(1));
+            stored = wz.x * plane4(at, wx, wy) + wz.y * plane4(at + vec3<i32>(0, 0, 1), wx, wy)
+                + wz.z * plane4(at + vec3<i32>(0, 0, 2), wx, wy)
+                + wz.w * plane4(at + vec3<i32>(0, 0, 3), wx, wy);
         }
     }
     if stored == NOTHING {
@@ -208,51 +193,61 @@ fn value(position: vec3<f32>) -> f32 {
 }
 
 fn is_hole(position: vec3<f32>) -> bool {
-    let at = vec3<u32>(nearest(position));
-    let index = (at.z * slabs.dims.y + at.y) * slabs.dims.x + at.x;
-    let bits = empty[slabs.more.x + index / 32u];
-    return (bits >> (index % 32u) & 1u) == 1u;
+    return textureLoad(holes, nearest(position), 0).x != 0u;
 }
 
 // Mean colour and weight of one value.
 fn classify(u: f32) -> vec4<f32> {
-    if u < 0.0 {
-        return slabs.below;
-    }
-    if u >= f32(slabs.bricks.w) {
-        return slabs.beyond;
-    }
-    return cells[2u * u32(u)];
+    let last = f32(slabs.bricks.w);
+    let inside = textureLoad(table, vec2<i32>(i32(clamp(u, 0.0, last - 1.0)), 0), 0);
+    return select(select(inside, slabs.beyond, u >= last), slabs.below, u < 0.0);
 }
 
-// Mean colour and weight of all values between two.
-fn classify_between(a: f32, b: f32) -> vec4<f32> {
+// A value's place in the table of integrals, and what is integrated up to there.
+struct Face {
+    u: f32,
+    sums: vec4<f32>,
+}
+
+// Mean colour and weight of all values between that of a face and another, to which the face moves.
+fn classify_between(face: ptr<function, Face>, u: f32) -> vec4<f32> {
     let last = f32(slabs.bricks.w);
-    let i = clamp(floor(a), 0.0, last);
-    let j = clamp(floor(b), 0.0, last);
-    // How far the ends lie outside the table.
-    let before = vec2<f32>(min(a, 0.0), min(b, 0.0));
-    let after = vec2<f32>(max(a - last, 0.0), max(b - last, 0.0));
-    let below = before.y - before.x;
-    let beyond = after.y - after.x;
-    let width = j - i + below + beyond;
-    if abs(width) < 1.0 {
-        return classify(b);
+    let lowered = floor(u);
+    let width = lowered - (*face).u;
+    let near = abs(width) < NEAR_CELLS;
+    let most = select(last, last - 1.0, near);
+    let entry = i32(clamp(lowered, 0.0, most));
+    let found = textureLoad(table, vec2<i32>(entry, select(1, 0, near)), 0);
+    if near {
+        // The face stays until the value has moved far enough.
+        return select(select(found, slabs.beyond, u >= last), slabs.below, u < 0.0);
     }
-    let weight = depth[u32(j)] - depth[u32(i)] + below * slabs.below.w + beyond * slabs.beyond.w;
-    if weight == 0.0 {
-        return vec4<f32>(0.0);
-    }
-    // The colours integrated up to the end stand beside the cell after the last one.
-    let light = cells[2u * u32(j) + 1u].rgb - cells[2u * u32(i) + 1u].rgb
-        + below * slabs.below.w * slabs.below.rgb + beyond * slabs.beyond.w * slabs.beyond.rgb;
-    return vec4<f32>(clamp(light / weight, vec3<f32>(0.0), vec3<f32>(1.0)), max(weight / width, 0.0));
+    let below = vec4<f32>(slabs.below.rgb * slabs.below.w, slabs.below.w);
+    let beyond = vec4<f32>(slabs.beyond.rgb * slabs.beyond.w, slabs.beyond.w);
+    let sums = found + below * min(lowered, 0.0) + beyond * max(lowered - last, 0.0);
+    let part = sums - (*face).sums;
+    (*face).u = lowered;
+    (*face).sums = sums;
+    let colour = clamp(part.rgb / select(part.w, 1.0, part.w == 0.0), vec3<f32>(0.0), vec3<f32>(1.0));
+    return vec4<f32>(colour, max(part.w / width, 0.0));
+}
+
+fn face_at(u: f32) -> Face {
+    let last = f32(slabs.bricks.w);
+    let lowered = floor(u);
+    let found = textureLoad(table, vec2<i32>(i32(clamp(lowered, 0.0, last)), 1), 0);
+    let below = vec4<f32>(slabs.below.rgb * slabs.below.w, slabs.below.w);
+    let beyond = vec4<f32>(slabs.beyond.rgb * slabs.beyond.w, slabs.beyond.w);
+    return Face(
+        lowered,
+        found + below * min(lowered, 0.0) + beyond * max(lowered - last, 0.0),
+    );
 }
 
 fn distance_at(position: vec3<f32>) -> i32 {
-    let brick = vec3<u32>(clamp((position + 0.5) * 0.25, vec3<f32>(0.0), vec3<f32>(slabs.bricks.xyz) - 0.5));
-    let index = (brick.z * slabs.bricks.y + brick.y) * slabs.bricks.x + brick.x;
-    return i32(empty[index / 4u] >> (8u * (index % 4u)) & 0xffu);
+    let most = vec3<f32>(slabs.bricks.xyz) - 0.5;
+    let brick = vec3<i32>(clamp((position + 0.5) * 0.25, vec3<f32>(0.0), most));
+    return i32(textureLoad(distances, brick, 0).x);
 }
 
 // How far a ray goes on from a position before it leaves the bricks nearer than `distance`.
@@ -296,19 +291,23 @@ fn ray(screen: vec2<f32>) -> vec4<f32> {
     var k = select(first, last, back_to_front);
     var remaining = last - first;
     var have = false;
-    var before_u = 0.0;
+    var face = Face(0.0, vec4<f32>(0.0));
     var before_t = 0.0;
     while remaining >= 0 && transmittance >= slabs.picture.w {
-        let t = clamp(f32(k) * step, enter, leave);
-        let here = origin + direction * t;
-        let far = distance_at(here);
-        if !have && far > 0 {
+        var t = clamp(f32(k) * step, enter, leave);
+        var far = distance_at(origin + direction * t);
+        // A loop of its own, because software adapters run both sides of a branch.
+        while !have && far > 0 && remaining >= 0 {
             // To the first face that is not known to be followed by nothing.
-            let free = leap(here, far, inverse * f32(way));
+            let free = leap(origin + direction * t, far, inverse * f32(way));
             let faces = max(i32(ceil((abs(t - f32(k) * step) + free) / step)), 1);
             k += way * faces;
             remaining -= faces;
-            continue;
+            t = clamp(f32(k) * step, enter, leave);
+            far = distance_at(origin + direction * t);
+        }
+        if remaining < 0 {
+            break;
         }
         var found = vec4<f32>(0.0);
         var other_t = before_t;
@@ -319,13 +318,14 @@ fn ray(screen: vec2<f32>) -> vec4<f32> {
                 found = classify(u);
             }
         } else {
-            let u = value(here);
-            if have && u != NOTHING && before_u != NOTHING {
-                found = classify_between(before_u, u);
+            let u = value(origin + direction * t);
+            if have && u != NOTHING {
+                found = classify_between(&face, u);
+            } else if u != NOTHING {
+                face = face_at(u);
             }
-            before_u = u;
             before_t = t;
-            have = far == 0;
+            have = far == 0 && u != NOTHING;
         }
         k += way;
         remaining -= 1;
@@ -366,12 +366,12 @@ fn reconstruct_slabs(
     let within = group.y * groups.x + group.x;
     let tile = slabs.tiles.x + within;
     let pixel = vec2<u32>(tile % slabs.tiles.y, tile / slabs.tiles.y) * TILE + local.xy;
-    if within >= slabs.more.y || pixel.x >= slabs.tiles.z || pixel.y >= slabs.tiles.w {
+    if within >= slabs.more.x || pixel.x >= slabs.tiles.z || pixel.y >= slabs.tiles.w {
         return;
     }
     let corner = vec2<f32>(f32(pixel.x), f32(slabs.tiles.w - pixel.y)) - slabs.picture.xy;
     // One ray a pixel, or a square of them where kernels are smaller than a pixel.
-    let side = slabs.more.z;
+    let side = slabs.more.y;
     var sum = vec4<f32>(0.0);
     for (var i = 0u; i < side * side; i++) {
         let part = (vec2<f32>(f32(i % side), f32(i / side)) + 0.5) / f32(side);

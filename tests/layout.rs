@@ -60,7 +60,6 @@ fn host_structs() -> [HostStruct; 5] {
             along,
             picture,
             dims,
-            stored,
             bricks,
             table,
             below,
