@@ -10,10 +10,10 @@ const EMPTY_BRICK: i32 = 4;
 // Stands for "no value here".
 const NOTHING: f32 = -3e38;
 
-// How coefficients are stored: 16 bits beside those of the next sample along x; 16 bits; 32-bit
-// floats.
+// How coefficients are stored: two neighbours along x in a word for every sample, two samples a
+// word, or 32-bit floats.
 const PAIRS: u32 = 0u;
-const SINGLES: u32 = 1u;
+const HALVES: u32 = 1u;
 // Values nearer to each other than this many cells are classified by the cell they lie in: single
 // precision has too few digits for the difference of their integrals.
 const NEAR_CELLS: f32 = 4.0;
@@ -26,6 +26,7 @@ const CUBIC: u32 = 3u;
 
 override kernel: u32 = 4u;
 override format: u32 = 0u;
+override one_chunk: bool = true;
 override has_holes: bool = false;
 // Classify the value in the middle of a slab rather than all between its faces.
 override classify_middle: bool = false;
@@ -47,44 +48,61 @@ struct Slabs {
     picture: vec4<f32>,
     // Samples along x, y, z; w: mirrored samples beyond each border.
     dims: vec4<u32>,
+    // Stored samples along x and y; log2 of the words in a chunk; radius of the window, samples.
+    stored: vec4<u32>,
     // Bricks along x, y, z; cells of the table.
     bricks: vec4<u32>,
-    // Cell of a stored value s: x + y * s. z: what distances are divided by before the kernel; w:
-    // samples to either side of a position that a radial kernel reaches.
+    // Cell of a stored value s: x + y * s. z: what distances are divided by before the kernel.
     table: vec4<f32>,
     // Colour and weight below the first cell and beyond the last.
     below: vec4<f32>,
     beyond: vec4<f32>,
     // First tile, tiles across, picture width, picture height.
     tiles: vec4<u32>,
-    // Tiles in this piece; rays along the side of a pixel.
+    // Tiles in this piece; rays along the side of a pixel; word of `empty` at which the bits of
+    // samples without data begin.
     more: vec4<u32>,
 }
 
 @group(0) @binding(0) var<uniform> slabs: Slabs;
-// Coefficients, with the mirrored samples beyond the borders.
-@group(0) @binding(1) var field: texture_3d<u32>;
-// For each brick the distance, in bricks, to the nearest that can show.
-@group(0) @binding(2) var distances: texture_3d<u32>;
-// Not 0 where a sample is without data; one texel where none is.
-@group(0) @binding(3) var holes: texture_3d<u32>;
-// Row 0: each cell's mean colour and weight. Row 1: weight times colour, and weight, integrated
-// up to where each cell begins, and to the end.
-@group(0) @binding(4) var table: texture_2d<f32>;
-@group(0) @binding(5) var light: texture_storage_2d<rgba32float, write>;
-@group(0) @binding(6) var<storage, read_write> capped: atomic<u32>;
+// Coefficients, with the mirrored samples beyond the borders, in up to four chunks.
+@group(0) @binding(1) var<storage, read> field0: array<u32>;
+@group(0) @binding(2) var<storage, read> field1: array<u32>;
+@group(0) @binding(3) var<storage, read> field2: array<u32>;
+@group(0) @binding(4) var<storage, read> field3: array<u32>;
+// Four bytes a word: for each brick the distance, in bricks, to the nearest that can show. Then,
+// where samples are without data, a bit for each sample.
+@group(0) @binding(5) var<storage, read> empty: array<u32>;
+// Each cell's mean colour and weight; then weight times colour, and weight, integrated up to where
+// each cell begins, and to the end.
+@group(0) @binding(6) var<storage, read> table: array<vec4<f32>>;
+@group(0) @binding(7) var light: texture_storage_2d<rgba32float, write>;
+@group(0) @binding(8) var<storage, read_write> capped: atomic<u32>;
 
-// The stored values at a place and at the next one along x.
-fn two(place: vec3<i32>) -> vec2<f32> {
-    let first = textureLoad(field, place, 0).x;
+fn word(index: u32) -> u32 {
+    if one_chunk {
+        return field0[index];
+    }
+    let within = index & ((1u << slabs.stored.z) - 1u);
+    switch index >> slabs.stored.z {
+        case 0u: { return field0[within]; }
+        case 1u: { return field1[within]; }
+        case 2u: { return field2[within]; }
+        default: { return field3[within]; }
+    }
+}
+
+// The stored values at an index and at the next one along x.
+fn two(index: u32) -> vec2<f32> {
     if format == PAIRS {
-        return unpack2x16unorm(first);
+        return unpack2x16unorm(word(index));
     }
-    let second = textureLoad(field, place + vec3<i32>(1, 0, 0), 0).x;
-    if format == SINGLES {
-        return vec2<f32>(f32(first), f32(second)) * (1.0 / 65535.0);
+    if format == HALVES {
+        let first = unpack2x16unorm(word(index / 2u));
+        let second = unpack2x16unorm(word((index + 1u) / 2u));
+        return select(first, vec2<f32>(first.y, second.x), (index & 1u) == 1u);
     }
-    return vec2<f32>(bitcast<f32>(first), bitcast<f32>(second));
+    return vec2<f32>(bitcast<f32>(word(index)), bitcast<f32>(word(index + 1u)));
 }
 
 fn bspline_weights(f: f32) -> vec4<f32> {
@@ -99,13 +117,14 @@ fn bspline_weights(f: f32) -> vec4<f32> {
     ) / 6.0;
 }
 
-fn row4(place: vec3<i32>, w: vec4<f32>) -> f32 {
-    return dot(two(place), w.xy) + dot(two(place + vec3<i32>(2, 0, 0)), w.zw);
+fn row4(index: u32, w: vec4<f32>) -> f32 {
+    return dot(two(index), w.xy) + dot(two(index + 2u), w.zw);
 }
 
-fn plane4(place: vec3<i32>, wx: vec4<f32>, wy: vec4<f32>) -> f32 {
-    return wy.x * row4(place, wx) + wy.y * row4(place + vec3<i32>(0, 1, 0), wx)
-        + wy.z * row4(place + vec3<i32>(0, 2, 0), wx) + wy.w * row4(place + vec3<i32>(0, 3, 0), wx);
+fn plane4(index: u32, wx: vec4<f32>, wy: vec4<f32>) -> f32 {
+    let row = slabs.stored.x;
+    return wy.x * row4(index, wx) + wy.y * row4(index + row, wx)
+        + wy.z * row4(index + 2u * row, wx) + wy.w * row4(index + 3u * row, wx);
 }
 
 // A radial kernel's value, to a factor that normalisation takes out.
@@ -122,7 +141,7 @@ fn radial(squared: f32) -> f32 {
 }
 
 fn radial_mean(corner: vec3<i32>, fraction: vec3<f32>) -> f32 {
-    let window = i32(slabs.table.w);
+    let window = i32(slabs.stored.w);
     let scale = 1.0 / slabs.table.z;
     var sum = vec2<f32>(0.0);
     for (var z = 1 - window; z <= window; z++) {
@@ -130,10 +149,10 @@ fn radial_mean(corner: vec3<i32>, fraction: vec3<f32>) -> f32 {
             let dy = f32(y) - fraction.y;
             let dz = f32(z) - fraction.z;
             let across = dy * dy + dz * dz;
-            let row = place_of(corner + vec3<i32>(1 - window, y, z));
+            let row = stored_index(corner + vec3<i32>(1 - window, y, z));
             for (var x = 0; x < 2 * window; x += 2) {
                 let dx = f32(x + 1 - window) - fraction.x;
-                let pair = two(row + vec3<i32>(x, 0, 0));
+                let pair = two(row + u32(x));
                 let h = vec2<f32>(
                     radial((across + dx * dx) * scale * scale),
                     radial((across + (dx + 1.0) * (dx + 1.0)) * scale * scale),
@@ -145,8 +164,9 @@ fn radial_mean(corner: vec3<i32>, fraction: vec3<f32>) -> f32 {
     return select(NOTHING, sum.x / sum.y, sum.y > 0.0);
 }
 
-fn place_of(voxel: vec3<i32>) -> vec3<i32> {
-    return voxel + vec3<i32>(i32(slabs.dims.w));
+fn stored_index(voxel: vec3<i32>) -> u32 {
+    let at = vec3<u32>(voxel + vec3<i32>(i32(slabs.dims.w)));
+    return (at.z * slabs.stored.y + at.y) * slabs.stored.x + at.x;
 }
 
 fn nearest(position: vec3<f32>) -> vec3<i32> {
@@ -158,20 +178,18 @@ fn nearest(position: vec3<f32>) -> vec3<i32> {
 fn value(position: vec3<f32>) -> f32 {
     var stored: f32;
     if kernel == NEAREST {
-        stored = two(place_of(nearest(position))).x;
+        stored = two(stored_index(nearest(position))).x;
     } else {
         let floored = floor(position);
         let f = position - floored;
         let corner = vec3<i32>(floored);
         if kernel == LINEAR {
-            let at = place_of(corner);
+            let i = stored_index(corner);
+            let row = slabs.stored.x;
+            let plane = row * slabs.stored.y;
             let wx = vec2<f32>(1.0 - f.x, f.x);
-            let near = mix(dot(two(at), wx), dot(two(at + vec3<i32>(0, 1, 0)), wx), f.y);
-            let far = mix(
-                dot(two(at + vec3<i32>(0, 0, 1)), wx),
-                dot(two(at + vec3<i32>(0, 1, 1)), wx),
-                f.y,
-            );
+            let near = mix(dot(two(i), wx), dot(two(i + row), wx), f.y);
+            let far = mix(dot(two(i + plane), wx), dot(two(i + plane + row), wx), f.y);
             stored = mix(near, far, f.z);
         } else if kernel == CUBIC || kernel == GAUSSIAN {
             stored = radial_mean(corner, f);
@@ -179,10 +197,10 @@ fn value(position: vec3<f32>) -> f32 {
             let wx = bspline_weights(f.x);
             let wy = bspline_weights(f.y);
             let wz = bspline_weights(f.z);
-            let at = place_of(corner - vec3<i32>(1));
-            stored = wz.x * plane4(at, wx, wy) + wz.y * plane4(at + vec3<i32>(0, 0, 1), wx, wy)
-                + wz.z * plane4(at + vec3<i32>(0, 0, 2), wx, wy)
-                + wz.w * plane4(at + vec3<i32>(0, 0, 3), wx, wy);
+            let i = stored_index(corner - vec3<i32>(1));
+            let plane = slabs.stored.x * slabs.stored.y;
+            stored = wz.x * plane4(i, wx, wy) + wz.y * plane4(i + plane, wx, wy)
+                + wz.z * plane4(i + 2u * plane, wx, wy) + wz.w * plane4(i + 3u * plane, wx, wy);
         }
     }
     if stored == NOTHING {
@@ -193,13 +211,16 @@ fn value(position: vec3<f32>) -> f32 {
 }
 
 fn is_hole(position: vec3<f32>) -> bool {
-    return textureLoad(holes, nearest(position), 0).x != 0u;
+    let at = vec3<u32>(nearest(position));
+    let index = (at.z * slabs.dims.y + at.y) * slabs.dims.x + at.x;
+    let bits = empty[slabs.more.z + index / 32u];
+    return (bits >> (index % 32u) & 1u) == 1u;
 }
 
 // Mean colour and weight of one value.
 fn classify(u: f32) -> vec4<f32> {
     let last = f32(slabs.bricks.w);
-    let inside = textureLoad(table, vec2<i32>(i32(clamp(u, 0.0, last - 1.0)), 0), 0);
+    let inside = table[u32(clamp(u, 0.0, last - 1.0))];
     return select(select(inside, slabs.beyond, u >= last), slabs.below, u < 0.0);
 }
 
@@ -216,8 +237,7 @@ fn classify_between(face: ptr<function, Face>, u: f32) -> vec4<f32> {
     let width = lowered - (*face).u;
     let near = abs(width) < NEAR_CELLS;
     let most = select(last, last - 1.0, near);
-    let entry = i32(clamp(lowered, 0.0, most));
-    let found = textureLoad(table, vec2<i32>(entry, select(1, 0, near)), 0);
+    let found = table[u32(clamp(lowered, 0.0, most)) + select(slabs.bricks.w, 0u, near)];
     if near {
         // The face stays until the value has moved far enough.
         return select(select(found, slabs.beyond, u >= last), slabs.below, u < 0.0);
@@ -235,7 +255,7 @@ fn classify_between(face: ptr<function, Face>, u: f32) -> vec4<f32> {
 fn face_at(u: f32) -> Face {
     let last = f32(slabs.bricks.w);
     let lowered = floor(u);
-    let found = textureLoad(table, vec2<i32>(i32(clamp(lowered, 0.0, last)), 1), 0);
+    let found = table[u32(clamp(lowered, 0.0, last)) + slabs.bricks.w];
     let below = vec4<f32>(slabs.below.rgb * slabs.below.w, slabs.below.w);
     let beyond = vec4<f32>(slabs.beyond.rgb * slabs.beyond.w, slabs.beyond.w);
     return Face(
@@ -245,9 +265,9 @@ fn face_at(u: f32) -> Face {
 }
 
 fn distance_at(position: vec3<f32>) -> i32 {
-    let most = vec3<f32>(slabs.bricks.xyz) - 0.5;
-    let brick = vec3<i32>(clamp((position + 0.5) * 0.25, vec3<f32>(0.0), most));
-    return i32(textureLoad(distances, brick, 0).x);
+    let brick = vec3<u32>(clamp((position + 0.5) * 0.25, vec3<f32>(0.0), vec3<f32>(slabs.bricks.xyz) - 0.5));
+    let index = (brick.z * slabs.bricks.y + brick.y) * slabs.bricks.x + brick.x;
+    return i32(empty[index / 4u] >> (8u * (index % 4u)) & 0xffu);
 }
 
 // How far a ray goes on from a position before it leaves the bricks nearer than `distance`.

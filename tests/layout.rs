@@ -60,6 +60,7 @@ fn host_structs() -> [HostStruct; 5] {
             along,
             picture,
             dims,
+            stored,
             bricks,
             table,
             below,

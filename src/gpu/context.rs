@@ -66,14 +66,13 @@ impl Context {
         let mut features = wgpu::Features::empty();
         features.set(wgpu::Features::FLOAT32_BLENDABLE, granted.float32_blending);
         features.set(wgpu::Features::TIMESTAMP_QUERY, granted.timestamps);
-        // WebGPU's defaults, and the adapter's own sizes for two things only: large volumes (both
-        // buffer limits, and textures) and large pictures.
+        // WebGPU's defaults, and the adapter's own sizes for three things only: large volumes
+        // (both buffer limits) and large pictures.
         let most = adapter.limits();
         let limits = wgpu::Limits {
             max_buffer_size: most.max_buffer_size,
             max_storage_buffer_binding_size: most.max_storage_buffer_binding_size,
             max_texture_dimension_2d: most.max_texture_dimension_2d,
-            max_texture_dimension_3d: most.max_texture_dimension_3d,
             ..wgpu::Limits::defaults()
         };
         let (device, queue) = pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {

@@ -1,8 +1,7 @@
 //! A reconstructed field on the device: its coefficients, and where it can show.
 
-use rayon::prelude::*;
-
 use super::GpuError;
+use super::buffers::Growing;
 use super::context::Context;
 use crate::core::{Cancelled, Ticket};
 use crate::hierarchy::{EMPTY_BRICK, FieldBounds};
@@ -10,18 +9,18 @@ use crate::kernel::{Coefficients, Kernel, RadialKernel};
 use crate::transfer::Cumulative;
 use crate::volume::{ScalarType, ScalarVolume};
 
-/// The most samples that are stored twice, to halve the fetches: a gibibyte.
-const MOST_PAIRS: u64 = 1 << 28;
-/// Texels packed between two looks at the ticket.
-const UPLOAD_TEXELS: usize = 1 << 20;
+/// Storage bindings that hold coefficients.
+pub(super) const FIELD_CHUNKS: usize = 4;
+/// Words packed between two looks at the ticket.
+const UPLOAD_WORDS: usize = 1 << 20;
 
 /// How a coefficient is stored; numbered as `reconstruct_slabs.wgsl` does.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) enum Format {
     /// 16 bits, beside those of the next sample along x: one fetch brings two.
     Pairs,
-    /// 16 bits.
-    Singles,
+    /// 16 bits, two samples a word.
+    Halves,
     /// 32-bit floats.
     Floats,
 }
@@ -31,7 +30,8 @@ pub(super) enum Format {
 pub(super) struct DeviceField {
     pub kernel: Kernel,
     pub extent: Option<f64>,
-    pub texture: wgpu::TextureView,
+    pub chunks: Vec<wgpu::Buffer>,
+    pub chunk_log2: u32,
     pub format: Format,
     /// The value that is stored as 0, and what the stored value 1 is more.
     pub offset: f64,
@@ -39,8 +39,8 @@ pub(super) struct DeviceField {
     /// Mirrored samples beyond each border.
     pub pad: usize,
     pub dims: [usize; 3],
-    pub holes: wgpu::TextureView,
-    pub has_holes: bool,
+    pub stored: [usize; 3],
+    pub holes: Option<Vec<u32>>,
     /// Host copy for bounds, without mirrored samples.
     values: Vec<f32>,
     bias: f64,
@@ -72,88 +72,89 @@ impl DeviceField {
         let Coefficients { dims, values, bias, min, max, holes, .. } = coefficients;
         let pad = window(kernel, extent);
         let stored = dims.map(|n| n + 2 * pad);
-        let format = storage(context, stored, sixteen_bits_suffice(volume, min, max))?;
+        let sixteen = sixteen_bits_suffice(volume, min, max);
+        let (format, chunk_log2) = storage(context, stored, sixteen)?;
         let (offset, scale) = match format {
             Format::Floats => (bias, 1.0),
-            Format::Pairs | Format::Singles => (min, (max - min).max(f64::MIN_POSITIVE)),
-        };
-        let index = |[x, y, z]: [usize; 3]| {
-            let at = [x, y, z];
-            let [x, y, z] = [0, 1, 2].map(|a| mirrored(at[a], pad, dims[a]));
-            (z * dims[1] + y) * dims[0] + x
-        };
-        let code = |at: [usize; 3]| -> u16 {
-            let share = (f64::from(values[index(at)]) + bias - min) / scale;
-            // Rounded to the nearest of 65 536.
-            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
-            let code = (share * 65535.0 + 0.5).clamp(0.0, 65535.0) as u16;
-            code
+            Format::Pairs | Format::Halves => (min, (max - min).max(f64::MIN_POSITIVE)),
         };
         let [sx, sy, sz] = stored;
-        let (texture_format, texel_bytes) = match format {
-            Format::Singles => (wgpu::TextureFormat::R16Uint, 2),
-            Format::Pairs | Format::Floats => (wgpu::TextureFormat::R32Uint, 4),
+        let code = |x: usize, y: usize, z: usize| -> u16 {
+            let at = [x, y, z];
+            let [x, y, z] = [0, 1, 2].map(|a| mirrored(at[a], pad, dims[a]));
+            let value = f64::from(values[(z * dims[1] + y) * dims[0] + x]) + bias;
+            // Rounded to the nearest of 65 536.
+            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
+            let code = ((value - min) / scale * 65535.0 + 0.5).clamp(0.0, 65535.0) as u16;
+            code
         };
-        let texture = empty_volume_texture(context, "field", stored, texture_format);
-        let layers = (UPLOAD_TEXELS / (sx * sy)).max(1);
-        for first in (0..sz).step_by(layers) {
-            ticket.checkpoint(first as u64, sz as u64).map_err(|_| GpuError::Cancelled)?;
-            let count = layers.min(sz - first);
-            let mut bytes = vec![0_u8; sx * sy * count * texel_bytes];
-            bytes.par_chunks_mut(sx * texel_bytes).enumerate().for_each(|(row, out)| {
-                let (y, z) = (row % sy, first + row / sy);
-                match format {
-                    Format::Singles => {
-                        for (x, texel) in out.chunks_exact_mut(2).enumerate() {
-                            texel.copy_from_slice(&code([x, y, z]).to_le_bytes());
-                        }
-                    }
-                    Format::Pairs => {
-                        let mut next = code([0, y, z]);
-                        for (x, texel) in out.chunks_exact_mut(4).enumerate() {
-                            let this = next;
-                            next = code([(x + 1).min(sx - 1), y, z]);
-                            let pair = u32::from(this) | u32::from(next) << 16;
-                            texel.copy_from_slice(&pair.to_le_bytes());
-                        }
-                    }
-                    Format::Floats => {
-                        for (x, texel) in out.chunks_exact_mut(4).enumerate() {
-                            texel.copy_from_slice(&values[index([x, y, z])].to_le_bytes());
-                        }
-                    }
+        let float = |x: usize, y: usize, z: usize| -> u32 {
+            let at = [x, y, z];
+            let [x, y, z] = [0, 1, 2].map(|a| mirrored(at[a], pad, dims[a]));
+            values[(z * dims[1] + y) * dims[0] + x].to_bits()
+        };
+        let samples = sx * sy * sz;
+        let words = if format == Format::Halves { samples.div_ceil(2) } else { samples };
+        let place = |index: usize| (index % sx, index / sx % sy, index / (sx * sy));
+        let word = |index: usize| -> u32 {
+            let pair = |first: usize| {
+                let (x, y, z) = place(first.min(samples - 1));
+                let (nx, ny, nz) = place((first + 1).min(samples - 1));
+                u32::from(code(x, y, z)) | u32::from(code(nx, ny, nz)) << 16
+            };
+            match format {
+                Format::Pairs => pair(index),
+                Format::Halves => pair(2 * index),
+                Format::Floats => {
+                    let (x, y, z) = place(index);
+                    float(x, y, z)
                 }
-            });
-            write_layers(context, &texture, [sx, sy, count], first, texel_bytes, &bytes);
-            // Let the copies go before the next ones are staged.
-            context.queue.submit([]);
-            context.finish()?;
-        }
-        let has_holes = holes.is_some();
-        let (hole_dims, hole_bytes) = match holes {
-            None => ([1; 3], vec![0]),
-            Some(bits) => {
-                let is_hole = |i: usize| (bits[i / 32] >> (i % 32) & 1) as u8;
-                (dims, (0..values.len()).map(is_hole).collect())
             }
         };
-        let format_of_holes = wgpu::TextureFormat::R8Uint;
-        let holes = volume_texture(context, "holes", hole_dims, format_of_holes, &hole_bytes)?;
+        let chunk_words = 1_usize << chunk_log2;
+        let mut chunks = Vec::new();
+        let mut size_bytes = 0;
+        let mut packed: Vec<u32> = Vec::new();
+        for start in (0..words).step_by(chunk_words) {
+            let end = (start + chunk_words).min(words);
+            let bytes = ((end - start) * 4).next_multiple_of(16) as u64;
+            let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST;
+            let buffer = Growing::make(context, "field", usage, bytes);
+            size_bytes += bytes;
+            for run in (start..end).step_by(UPLOAD_WORDS) {
+                ticket.checkpoint(run as u64, words as u64).map_err(|_| GpuError::Cancelled)?;
+                packed.clear();
+                packed.resize((end - run).min(UPLOAD_WORDS), 0);
+                use rayon::prelude::*;
+                packed.par_chunks_mut(1 << 14).enumerate().for_each(|(i, part)| {
+                    for (j, out) in part.iter_mut().enumerate() {
+                        *out = word(run + i * (1 << 14) + j);
+                    }
+                });
+                let at = ((run - start) * 4) as u64;
+                context.queue.write_buffer(&buffer, at, bytemuck::cast_slice(&packed));
+                // Let the copies go before the next ones are staged.
+                context.queue.submit([]);
+                context.finish()?;
+            }
+            chunks.push(buffer);
+        }
         Ok(Self {
             kernel,
             extent,
-            texture: texture.create_view(&Default::default()),
+            chunks,
+            chunk_log2,
             format,
             offset,
             scale,
             pad,
             dims,
+            stored,
             holes,
-            has_holes,
             values,
             bias,
             bounds: None,
-            size_bytes: (sx * sy * sz * texel_bytes + hole_bytes.len()) as u64,
+            size_bytes,
         })
     }
 
@@ -163,30 +164,39 @@ impl DeviceField {
     }
 
     /// For each brick the distance to the nearest in which a position, or a step of `reach` voxels
-    /// from it, can have a value that shows.
-    pub(super) fn distances(
+    /// from it, can have a value that shows; then, where samples are without data, their bits; and
+    /// the word at which those begin.
+    pub(super) fn empty_space(
         &mut self,
         table: &Cumulative,
         reach: usize,
         ticket: &Ticket,
-    ) -> Result<Vec<u8>, Cancelled> {
+    ) -> Result<(Vec<u32>, u32), Cancelled> {
         if self.bounds.as_ref().is_none_or(|(known, _)| *known != reach) {
             // From floor(4b − ½ − reach) to floor(4b + 3½ + reach), and the kernel's own samples.
             let side = reach + window(self.kernel, self.extent);
             self.bounds =
                 Some((reach, FieldBounds::of(&self.values, self.dims, side, side, ticket)?));
         }
-        let Some((_, bounds)) = &self.bounds else { return Ok(Vec::new()) };
+        let Some((_, bounds)) = &self.bounds else { return Ok((Vec::new(), 0)) };
         // Half a step of 16 bits, and the rounding of 32.
         let slack = match self.format {
             Format::Floats => 0.0,
-            Format::Pairs | Format::Singles => self.scale / 65535.0,
+            Format::Pairs | Format::Halves => self.scale / 65535.0,
         };
-        Ok(bounds.distances(|low, high| {
+        let mut bytes = bounds.distances(|low, high| {
             let (low, high) = (f64::from(low) + self.bias, f64::from(high) + self.bias);
             let slack = slack + 1e-6 * low.abs().max(high.abs());
             table.shows(low - slack, high + slack)
-        }))
+        });
+        bytes.resize(bytes.len().next_multiple_of(4), 0);
+        let mut words: Vec<u32> = bytemuck::pod_collect_to_vec(&bytes);
+        #[expect(clippy::cast_possible_truncation, reason = "a sixty-fourth of the samples")]
+        let holes_at = words.len() as u32;
+        if let Some(holes) = &self.holes {
+            words.extend(holes);
+        }
+        Ok((words, holes_at))
     }
 
     /// Bricks along x, y, z.
@@ -225,86 +235,30 @@ fn sixteen_bits_suffice(volume: &ScalarVolume, min: f64, max: f64) -> bool {
 }
 
 /// The quickest storage that fits the device.
-fn storage(context: &Context, stored: [usize; 3], sixteen: bool) -> Result<Format, GpuError> {
-    let limit = context.limits.max_texture_dimension_3d;
-    if stored.iter().any(|&n| n as u64 > u64::from(limit)) {
-        return Err(GpuError::TooLarge {
-            what: "a volume in slabs",
-            limit: format!("{limit} voxels a side with its borders"),
-            found: format!("{} × {} × {}", stored[0], stored[1], stored[2]),
-            advice: "open a subsampled copy, or choose --visibility every-sample",
-        });
-    }
-    let samples: u64 = stored.iter().map(|&n| n as u64).product();
-    Ok(match sixteen {
-        true if samples <= MOST_PAIRS => Format::Pairs,
-        true => Format::Singles,
+fn storage(
+    context: &Context,
+    stored: [usize; 3],
+    sixteen: bool,
+) -> Result<(Format, u32), GpuError> {
+    let limits = &context.limits;
+    let binding = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
+    let chunk_log2 = (binding / 4).ilog2().min(31);
+    let samples = stored.iter().try_fold(1_u64, |n, &s| n.checked_mul(s as u64));
+    let room = (FIELD_CHUNKS as u64) << chunk_log2;
+    let too_large = |most: u64| GpuError::TooLarge {
+        what: "a volume to reconstruct",
+        limit: format!("{most} voxels with its borders"),
+        found: format!("{} × {} × {}", stored[0], stored[1], stored[2]),
+        advice: "open a subsampled copy, or choose --visibility every-sample",
+    };
+    let most = if sixteen { 2 * room } else { room }.min(u64::from(u32::MAX));
+    let samples = samples.filter(|&n| n <= most).ok_or_else(|| too_large(most))?;
+    let format = match sixteen {
+        true if samples <= 1 << chunk_log2 => Format::Pairs,
+        true => Format::Halves,
         false => Format::Floats,
-    })
-}
-
-/// A texture as large as a lattice.
-fn empty_volume_texture(
-    context: &Context,
-    label: &str,
-    dims: [usize; 3],
-    format: wgpu::TextureFormat,
-) -> wgpu::Texture {
-    use wgpu::TextureUsages as Usage;
-    let flat = dims[2] == 1 && format == wgpu::TextureFormat::Rgba32Float;
-    let [width, height, depth_or_array_layers] = dims.map(|n| n as u32);
-    context.device.create_texture(&wgpu::TextureDescriptor {
-        label: Some(label),
-        size: wgpu::Extent3d { width, height, depth_or_array_layers },
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: if flat { wgpu::TextureDimension::D2 } else { wgpu::TextureDimension::D3 },
-        format,
-        usage: Usage::TEXTURE_BINDING | Usage::COPY_DST,
-        view_formats: &[],
-    })
-}
-
-fn write_layers(
-    context: &Context,
-    texture: &wgpu::Texture,
-    [width, height, layers]: [usize; 3],
-    first: usize,
-    texel_bytes: usize,
-    bytes: &[u8],
-) {
-    context.queue.write_texture(
-        wgpu::TexelCopyTextureInfo {
-            origin: wgpu::Origin3d { x: 0, y: 0, z: first as u32 },
-            ..texture.as_image_copy()
-        },
-        bytes,
-        wgpu::TexelCopyBufferLayout {
-            offset: 0,
-            bytes_per_row: Some((width * texel_bytes) as u32),
-            rows_per_image: Some(height as u32),
-        },
-        wgpu::Extent3d {
-            width: width as u32,
-            height: height as u32,
-            depth_or_array_layers: layers as u32,
-        },
-    );
-}
-
-/// A texture filled with bytes, x fastest; a table of 32-bit floats where it has one layer.
-pub(super) fn volume_texture(
-    context: &Context,
-    label: &str,
-    dims: [usize; 3],
-    format: wgpu::TextureFormat,
-    bytes: &[u8],
-) -> Result<wgpu::TextureView, GpuError> {
-    let texture = empty_volume_texture(context, label, dims, format);
-    let texels: usize = dims.iter().product();
-    write_layers(context, &texture, dims, 0, bytes.len() / texels.max(1), bytes);
-    context.check()?;
-    Ok(texture.create_view(&Default::default()))
+    };
+    Ok((format, chunk_log2))
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use super::GpuError;
 use super::buffers::Growing;
 use super::context::Context;
-use super::field::{DeviceField, Format, volume_texture, window};
+use super::field::{DeviceField, FIELD_CHUNKS, Format, window};
 use super::layout;
 use super::shader;
 use crate::core::Ticket;
@@ -36,10 +36,9 @@ pub(super) struct SlabPass {
 
 #[derive(Debug)]
 struct SlabTable {
-    /// See the shader: means, and integrals.
-    sums: wgpu::TextureView,
-    distances: wgpu::TextureView,
-    size_bytes: u64,
+    sums: wgpu::Buffer,
+    empty: wgpu::Buffer,
+    holes_at: u32,
     coordinate: [f32; 2],
     count: u32,
     ends: [[f32; 4]; 2],
@@ -49,6 +48,7 @@ struct SlabTable {
 struct Variant {
     kernel: Kernel,
     format: Format,
+    one_chunk: bool,
     has_holes: bool,
     middle: bool,
     published: bool,
@@ -86,7 +86,7 @@ impl SlabPass {
 
     pub(super) fn size_bytes(&self) -> u64 {
         self.field.as_ref().map_or(0, DeviceField::size_bytes)
-            + self.table.as_ref().map_or(0, |t| t.size_bytes)
+            + self.table.as_ref().map_or(0, |t| t.sums.size() + t.empty.size())
     }
 
     /// Whether the field of these settings is there.
@@ -129,22 +129,16 @@ impl SlabPass {
         ticket: &Ticket,
     ) -> Result<(), GpuError> {
         let Some(field) = &mut self.field else { return Ok(()) };
-        let distances = field.distances(table, reach, ticket).map_err(|_| GpuError::Cancelled)?;
-        let bricks = field.bricks();
-        let bytes = distances.len() as u64;
-        let distances =
-            volume_texture(context, "distances", bricks, wgpu::TextureFormat::R8Uint, &distances)?;
-        let width = table.emission.len();
-        let mut rows: Vec<[f32; 4]> = table.cells.clone();
-        rows.push(table.ends[1]);
-        rows.extend(table.emission.iter().zip(&table.depth).map(|(e, &w)| [e[0], e[1], e[2], w]));
-        let sums = volume_texture(
-            context,
-            "slab table",
-            [width, 2, 1],
-            wgpu::TextureFormat::Rgba32Float,
-            bytemuck::cast_slice(&rows),
-        )?;
+        let (empty, holes_at) =
+            field.empty_space(table, reach, ticket).map_err(|_| GpuError::Cancelled)?;
+        let storage = |label, bytes: &[u8]| {
+            let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST;
+            let buffer = Growing::make(context, label, usage, bytes.len() as u64);
+            context.queue.write_buffer(&buffer, 0, bytes);
+            buffer
+        };
+        let mut sums: Vec<[f32; 4]> = table.cells.clone();
+        sums.extend(table.emission.iter().zip(&table.depth).map(|(e, &w)| [e[0], e[1], e[2], w]));
         let (offset, scale) = (field.offset, field.scale);
         #[expect(clippy::cast_possible_truncation, reason = "the device has 32 bits")]
         let coordinate = [
@@ -154,9 +148,9 @@ impl SlabPass {
         #[expect(clippy::cast_possible_truncation, reason = "a few thousand")]
         let count = table.cells.len() as u32;
         self.table = Some(SlabTable {
-            sums,
-            distances,
-            size_bytes: bytes + 32 * width as u64,
+            sums: storage("slab table", bytemuck::cast_slice(&sums)),
+            empty: storage("empty space", bytemuck::cast_slice(&empty)),
+            holes_at,
             coordinate,
             count,
             ends: table.ends,
@@ -178,16 +172,18 @@ impl SlabPass {
         let last = |v: &mut [f32; 4], w: f32| v[3] = w;
         last(&mut constants.base, slab_pixels(view, picture.smallest_spacing, settings) as f32);
         let [x, y, z] = field.dims.map(|n| n as u32);
+        let [sx, sy, _] = field.stored.map(|n| n as u32);
         let [bx, by, bz] = field.bricks().map(|n| n as u32);
         constants.dims = [x, y, z, field.pad as u32];
+        constants.stored =
+            [sx, sy, field.chunk_log2, window(settings.kernel, settings.extent) as u32];
         constants.bricks = [bx, by, bz, table.count];
         let stretch =
             RadialKernel::new(settings.kernel, settings.extent).map_or(1.0, |k| k.scale());
-        let reach = window(settings.kernel, settings.extent) as f32;
-        constants.table = [table.coordinate[0], table.coordinate[1], stretch as f32, reach];
+        constants.table = [table.coordinate[0], table.coordinate[1], stretch as f32, 0.0];
         [constants.below, constants.beyond] = table.ends;
         let side = rays_per_side(view, settings.kernel, settings.extent);
-        constants.more = [tiles.len() as u32, side, 0, 0];
+        constants.more = [tiles.len() as u32, side, table.holes_at, 0];
         context.queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&constants));
         true
     }
@@ -206,7 +202,8 @@ impl SlabPass {
         let variant = Variant {
             kernel: settings.kernel,
             format: field.format,
-            has_holes: field.has_holes,
+            one_chunk: field.chunks.len() == 1,
+            has_holes: field.holes.is_some(),
             middle: settings.classify == Classify::After,
             published: settings.opacity_model == OpacityModel::Published,
             back_to_front: settings.order == Order::BackToFront,
@@ -214,15 +211,15 @@ impl SlabPass {
         };
         let pipeline =
             self.pipelines.entry(variant).or_insert_with(|| compile(context, variant)).clone();
-        let bound = [
-            self.uniform.as_entire_binding(),
-            wgpu::BindingResource::TextureView(&field.texture),
-            wgpu::BindingResource::TextureView(&table.distances),
-            wgpu::BindingResource::TextureView(&field.holes),
-            wgpu::BindingResource::TextureView(&table.sums),
-            wgpu::BindingResource::TextureView(light),
-            self.capped.as_entire_binding(),
-        ];
+        let mut bound: Vec<wgpu::BindingResource<'_>> = vec![self.uniform.as_entire_binding()];
+        // Bindings beyond the last chunk repeat it; no index leads there.
+        bound.extend(
+            (0..FIELD_CHUNKS)
+                .map(|i| field.chunks[i.min(field.chunks.len() - 1)].as_entire_binding()),
+        );
+        bound.extend([&table.empty, &table.sums].map(|b| b.as_entire_binding()));
+        bound.push(wgpu::BindingResource::TextureView(light));
+        bound.push(self.capped.as_entire_binding());
         let entries: Vec<wgpu::BindGroupEntry<'_>> = (0_u32..)
             .zip(bound)
             .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })
@@ -350,13 +347,14 @@ fn compile(context: &Context, variant: Variant) -> wgpu::ComputePipeline {
     };
     let format = match variant.format {
         Format::Pairs => 0,
-        Format::Singles => 1,
+        Format::Halves => 1,
         Format::Floats => 2,
     };
     let flag = |on: bool| f64::from(u8::from(on));
     let constants = [
         ("kernel", f64::from(kernel)),
         ("format", f64::from(format)),
+        ("one_chunk", flag(variant.one_chunk)),
         ("has_holes", flag(variant.has_holes)),
         ("classify_middle", flag(variant.middle)),
         ("published", flag(variant.published)),
