@@ -51,6 +51,24 @@ pub fn grid_kernels(scene: &Scene) -> Vec<RefKernel> {
 /// In perspective far to near runs along each axis from both ends towards the eye: first the side of
 /// the higher indices, then the other.
 pub fn traversal(lattice: &Lattice, camera: &Camera) -> Vec<[usize; 3]> {
+    let (order, runs) = loops(lattice, camera);
+    let mut visited = Vec::with_capacity(lattice.len());
+    for &outer in &runs[0] {
+        for &middle in &runs[1] {
+            for &inner in &runs[2] {
+                let mut index = [0; 3];
+                index[order[0]] = outer;
+                index[order[1]] = middle;
+                index[order[2]] = inner;
+                visited.push(index);
+            }
+        }
+    }
+    visited
+}
+
+/// The loops of [`traversal`]: axes, outermost first, and the indices along each as they come.
+pub(super) fn loops(lattice: &Lattice, camera: &Camera) -> ([usize; 3], [Vec<usize>; 3]) {
     let axes = lattice.axes();
     let along = [axes.x_axis, axes.y_axis, axes.z_axis]
         .map(|step| step.normalize_or_zero().dot(camera.direction));
@@ -66,19 +84,7 @@ pub fn traversal(lattice: &Lattice, camera: &Camera) -> Vec<[usize; 3]> {
             None => (0..count).collect(),
         }
     });
-    let mut visited = Vec::with_capacity(lattice.len());
-    for &outer in &runs[0] {
-        for &middle in &runs[1] {
-            for &inner in &runs[2] {
-                let mut index = [0; 3];
-                index[order[0]] = outer;
-                index[order[1]] = middle;
-                index[order[2]] = inner;
-                visited.push(index);
-            }
-        }
-    }
-    visited
+    (order, runs)
 }
 
 /// 0..count from both ends towards `eye`, the higher side first.

@@ -4,9 +4,18 @@
 //! alone, never a footprint in closed form, a polynomial or a table, so that an error in those shows.
 //! Refuses the GPU and the hierarchy. Imports `core`, `volume`, `transfer`, `kernel`, `scene`.
 
+mod classes;
+mod field;
 mod kernels;
+mod layers;
 mod line;
 mod picture;
+mod polynomial;
+mod quadrature;
+mod renderer;
+mod sources;
+mod truth;
 
 pub use kernels::{RefKernel, grid_kernels, traversal};
 pub use picture::{Rays, every_sample};
+pub use renderer::{Reference, TOLERANCE};

@@ -62,8 +62,8 @@ fn over(alpha: f64, [r, g, b]: [f64; 3], behind: [f64; 4]) -> [f64; 4] {
 }
 
 /// A camera with its numbers worked out. Screen units are world units at the focal plane, y up.
-struct View<'a> {
-    camera: &'a Camera,
+pub(super) struct View<'a> {
+    pub(super) camera: &'a Camera,
     size: [f64; 2],
     pixels_per_unit: f64,
     eye_distance: Option<f64>,
@@ -71,7 +71,7 @@ struct View<'a> {
 }
 
 impl<'a> View<'a> {
-    fn new(camera: &'a Camera, size: [usize; 2]) -> Self {
+    pub(super) fn new(camera: &'a Camera, size: [usize; 2]) -> Self {
         let size = size.map(|n| n as f64);
         Self {
             camera,
@@ -83,14 +83,14 @@ impl<'a> View<'a> {
     }
 
     /// Screen position of a pixel's centre.
-    fn screen(&self, [x, y]: [usize; 2]) -> DVec2 {
+    pub(super) fn screen(&self, [x, y]: [usize; 2]) -> DVec2 {
         let pixel = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
         DVec2::new(pixel.x - self.size[0] / 2.0, self.size[1] / 2.0 - pixel.y)
             / self.pixels_per_unit
     }
 
     /// Length of a pixel's ray per view depth: 1/cos θ.
-    fn stretch(&self, screen: DVec2) -> f64 {
+    pub(super) fn stretch(&self, screen: DVec2) -> f64 {
         self.eye_distance.map_or(1.0, |d| (screen / d).extend(1.0).length())
     }
 
@@ -120,16 +120,16 @@ enum Method {
 }
 
 /// A kernel on the picture: the pixels it may touch, and how.
-struct Splat {
+pub(super) struct Splat {
     method: Option<Method>,
-    columns: [usize; 2],
-    rows: [usize; 2],
+    pub(super) columns: [usize; 2],
+    pub(super) rows: [usize; 2],
 }
 
 impl Splat {
     const NOTHING: Self = Self { method: None, columns: [0; 2], rows: [0; 2] };
 
-    fn new(
+    pub(super) fn new(
         k: &RefKernel,
         kind: Kernel,
         shape: Option<RadialKernel>,
@@ -212,7 +212,7 @@ impl Splat {
     }
 
     /// ∫ H along a pixel's ray, world units.
-    fn length(&self, view: &View, pixel: [usize; 2]) -> f64 {
+    pub(super) fn length(&self, view: &View, pixel: [usize; 2]) -> f64 {
         let screen = view.screen(pixel);
         match self.method {
             None => 0.0,
@@ -220,7 +220,8 @@ impl Splat {
             Some(Method::Local { shape, kernel_from_screen, at }) => {
                 let start = kernel_from_screen * (screen - at).extend(0.0);
                 let step = kernel_from_screen.z_axis;
-                line::radial(shape, start, step, f64::NEG_INFINITY) * view.stretch(screen)
+                line::radial(shape, start, step, [f64::NEG_INFINITY, f64::INFINITY])
+                    * view.stretch(screen)
             }
             Some(Method::Exact { shape, kernel_from_world, centre }) => {
                 let pixel = DVec2::new(pixel[0] as f64 + 0.5, pixel[1] as f64 + 0.5);
@@ -229,8 +230,8 @@ impl Splat {
                 let step = kernel_from_world * direction;
                 let from = view.eye_distance.map_or(f64::NEG_INFINITY, |_| 0.0);
                 match shape {
-                    Some(shape) => line::radial(shape, start, step, from),
-                    None => line::voxel_chord(start, step, from),
+                    Some(shape) => line::radial(shape, start, step, [from, f64::INFINITY]),
+                    None => line::voxel_chord(start, step, [from, f64::INFINITY]),
                 }
             }
         }

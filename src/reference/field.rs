@@ -1,0 +1,450 @@
+//! A lattice's values between its samples, in float64, by ways of its own.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use crate::kernel::{Kernel, RadialKernel};
+use crate::scene::Reconstruction;
+use crate::volume::ScalarVolume;
+
+/// Sweeps c ← c + (s − h∗c) that sharpen radial kernels.
+const SWEEPS: usize = 2;
+/// Samples along the edge of a brick.
+const BRICK: usize = 8;
+
+/// What lies between samples.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Shape {
+    /// The voxel's own value.
+    Nearest,
+    /// Products of three weights.
+    Separable(Basis),
+    /// Σ cᵢ hᵢ / Σ hᵢ.
+    Radial(RadialKernel),
+}
+
+/// A kernel in one dimension.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Basis {
+    Tent,
+    CubicBSpline,
+}
+
+impl Basis {
+    /// Weights of the samples −1, 0, 1 and 2 at `f` beyond sample 0.
+    pub(super) fn weights(self, f: f64) -> [f64; 4] {
+        let g = 1.0 - f;
+        match self {
+            Self::Tent => [0.0, g, f, 0.0],
+            // The truncated powers of the cubic B-spline, written out by pieces.
+            Self::CubicBSpline => [
+                g.powi(3) / 6.0,
+                (4.0 - 6.0 * f * f + 3.0 * f.powi(3)) / 6.0,
+                (4.0 - 6.0 * g * g + 3.0 * g.powi(3)) / 6.0,
+                f.powi(3) / 6.0,
+            ],
+        }
+    }
+
+    /// Degree along any line within a cell.
+    pub(super) fn degree(self) -> usize {
+        match self {
+            Self::Tent => 3,
+            Self::CubicBSpline => 9,
+        }
+    }
+}
+
+impl Shape {
+    /// `None` for points, which leave nothing between them.
+    pub(super) fn new(kernel: Kernel, extent: Option<f64>) -> Option<Self> {
+        match kernel {
+            Kernel::Point => None,
+            Kernel::Nearest => Some(Self::Nearest),
+            Kernel::Linear => Some(Self::Separable(Basis::Tent)),
+            Kernel::BSpline => Some(Self::Separable(Basis::CubicBSpline)),
+            Kernel::Gaussian | Kernel::Cubic => RadialKernel::new(kernel, extent).map(Self::Radial),
+        }
+    }
+
+    /// How far from a sample its kernel reaches along an axis, voxels.
+    pub(super) fn reach(self) -> f64 {
+        match self {
+            Self::Nearest => 0.5,
+            Self::Separable(Basis::Tent) => 1.0,
+            Self::Separable(Basis::CubicBSpline) => 2.0,
+            Self::Radial(kernel) => kernel.radius(),
+        }
+    }
+}
+
+/// Index of the sample that a place beyond the border mirrors.
+pub(super) fn mirrored(index: i64, count: usize) -> usize {
+    let period = 2 * (count as i64 - 1);
+    if period == 0 {
+        return 0;
+    }
+    let inside = index.rem_euclid(period);
+    inside.min(period - inside) as usize
+}
+
+/// s(x) over index space.
+pub(super) struct Field {
+    pub(super) dims: [usize; 3],
+    pub(super) shape: Shape,
+    /// x fastest.
+    values: Vec<f64>,
+    /// Samples without data, if any.
+    holes: Option<Vec<bool>>,
+    bricks: [usize; 3],
+    /// Least and greatest value that any place nearest to a brick's samples can have.
+    ranges: Vec<[f64; 2]>,
+}
+
+impl Field {
+    pub(super) fn new(volume: &ScalarVolume, shape: Shape, reconstruction: Reconstruction) -> Self {
+        let dims = volume.lattice.dims;
+        let samples = &volume.samples;
+        let mut values: Vec<f64> =
+            (0..samples.len()).into_par_iter().map(|i| samples.get(i)).collect();
+        let holes = fill_holes(&mut values, dims);
+        if reconstruction == Reconstruction::Interpolating {
+            match shape {
+                Shape::Separable(Basis::CubicBSpline) => prefilter(&mut values, dims),
+                Shape::Radial(kernel) => sharpen(&mut values, dims, kernel),
+                Shape::Nearest | Shape::Separable(Basis::Tent) => {}
+            }
+        }
+        let bricks = dims.map(|n| n.div_ceil(BRICK));
+        let mut field = Self { dims, shape, values, holes, bricks, ranges: Vec::new() };
+        field.ranges = (0..bricks.iter().product())
+            .into_par_iter()
+            .map(|b| {
+                field.range([b % bricks[0], b / bricks[0] % bricks[1], b / (bricks[0] * bricks[1])])
+            })
+            .collect();
+        field
+    }
+
+    /// Kernels weigh without sign, so that values lie between those of the samples in reach.
+    fn range(&self, brick: [usize; 3]) -> [f64; 2] {
+        let margin = self.shape.reach() + 0.5;
+        let span: [_; 3] = std::array::from_fn(|a| {
+            let low = (brick[a] * BRICK) as f64 - margin;
+            let high = ((brick[a] + 1) * BRICK) as f64 - 1.0 + margin;
+            let last = self.dims[a] - 1;
+            (low.floor().max(0.0) as usize)..=(high.ceil() as usize).min(last)
+        });
+        let mut range = [f64::INFINITY, f64::NEG_INFINITY];
+        for z in span[2].clone() {
+            for y in span[1].clone() {
+                for x in span[0].clone() {
+                    let value = self.values[(z * self.dims[1] + y) * self.dims[0] + x];
+                    range = [range[0].min(value), range[1].max(value)];
+                }
+            }
+        }
+        // A little more, for rounding.
+        let slack = 1e-12 * range[0].abs().max(range[1].abs());
+        [range[0] - slack, range[1] + slack]
+    }
+
+    /// Which bricks have any value that `keep`s (low, high), x fastest.
+    pub(super) fn bricks_where(&self, keep: impl Fn(f64, f64) -> bool) -> Vec<bool> {
+        self.ranges.iter().map(|[low, high]| keep(*low, *high)).collect()
+    }
+
+    /// Index into [`Field::bricks_where`] of the brick that a place in the domain is in.
+    pub(super) fn brick_of(&self, place: DVec3) -> usize {
+        let [x, y, z] = self.nearest(place).map(|i| i / BRICK);
+        (z * self.bricks[1] + y) * self.bricks[0] + x
+    }
+
+    /// Places along an axis where one brick ends and the next begins.
+    pub(super) fn brick_faces(&self, axis: usize) -> impl Iterator<Item = f64> {
+        (1..self.bricks[axis]).map(|b| (b * BRICK) as f64 - 0.5)
+    }
+
+    fn nearest(&self, place: DVec3) -> [usize; 3] {
+        std::array::from_fn(|a| ((place[a] + 0.5).floor().max(0.0) as usize).min(self.dims[a] - 1))
+    }
+
+    pub(super) fn has_holes(&self) -> bool {
+        self.holes.is_some()
+    }
+
+    /// Whether the sample nearest to a place has no data.
+    pub(super) fn is_hole(&self, place: DVec3) -> bool {
+        let [x, y, z] = self.nearest(place);
+        self.holes.as_ref().is_some_and(|h| h[(z * self.dims[1] + y) * self.dims[0] + x])
+    }
+
+    /// The coefficient of a sample, mirrored about the border samples.
+    pub(super) fn coefficient(&self, index: [i64; 3]) -> f64 {
+        let [x, y, z] = [0, 1, 2].map(|a| mirrored(index[a], self.dims[a]));
+        self.values[(z * self.dims[1] + y) * self.dims[0] + x]
+    }
+
+    /// The coefficients −1..=2 about a cell, x fastest.
+    pub(super) fn block(&self, cell: [i64; 3]) -> [f64; 64] {
+        let at: [[usize; 4]; 3] = std::array::from_fn(|a| {
+            std::array::from_fn(|i| mirrored(cell[a] + i as i64 - 1, self.dims[a]))
+        });
+        std::array::from_fn(|i| {
+            let row = at[2][i >> 4] * self.dims[1] + at[1][i >> 2 & 3];
+            self.values[row * self.dims[0] + at[0][i & 3]]
+        })
+    }
+
+    /// The value at a place of index space; `None` where no kernel reaches it.
+    pub(super) fn value(&self, place: DVec3) -> Option<f64> {
+        match self.shape {
+            Shape::Nearest => {
+                let [x, y, z] = self.nearest(place);
+                Some(self.values[(z * self.dims[1] + y) * self.dims[0] + x])
+            }
+            Shape::Separable(basis) => {
+                let cell = place.floor();
+                let block = self.block(cell.to_array().map(|c| c as i64));
+                Some(tensor(basis, &block, place - cell))
+            }
+            Shape::Radial(kernel) => {
+                let radius = kernel.radius();
+                let low = (place - radius).ceil().to_array().map(|v| v as i64);
+                let high = (place + radius).floor().to_array().map(|v| v as i64);
+                let (mut sum, mut weights) = (0.0, 0.0);
+                for z in low[2]..=high[2] {
+                    for y in low[1]..=high[1] {
+                        for x in low[0]..=high[0] {
+                            let centre = DVec3::new(x as f64, y as f64, z as f64);
+                            let h = kernel.value((place - centre).length());
+                            if h > 0.0 {
+                                sum += h * self.coefficient([x, y, z]);
+                                weights += h;
+                            }
+                        }
+                    }
+                }
+                (weights > 0.0).then(|| sum / weights)
+            }
+        }
+    }
+}
+
+/// Σ of a cell's 64 coefficients with their weights at `fraction` beyond the cell's lowest corner.
+pub(super) fn tensor(basis: Basis, block: &[f64; 64], fraction: DVec3) -> f64 {
+    let [x, y, z] = fraction.to_array().map(|f| basis.weights(f));
+    let plane = |plane: &[f64]| -> f64 {
+        let row = |row: &[f64]| x[0] * row[0] + x[1] * row[1] + x[2] * row[2] + x[3] * row[3];
+        plane.chunks_exact(4).zip(y).map(|(r, w)| w * row(r)).sum()
+    };
+    block.chunks_exact(16).zip(z).map(|(p, w)| w * plane(p)).sum()
+}
+
+/// Gives samples that are not finite the mean of their finite neighbours, in rounds, and tells which
+/// they were.
+fn fill_holes(values: &mut [f64], dims: [usize; 3]) -> Option<Vec<bool>> {
+    let holes: Vec<bool> = values.iter().map(|v| !v.is_finite()).collect();
+    let mut open: Vec<usize> = (0..values.len()).filter(|&i| holes[i]).collect();
+    if open.is_empty() {
+        return None;
+    }
+    let strides = [1, dims[0], dims[0] * dims[1]];
+    while !open.is_empty() {
+        let filled: Vec<(usize, f64)> = open
+            .iter()
+            .filter_map(|&i| {
+                let (mut sum, mut count) = (0.0, 0.0);
+                for (stride, n) in strides.into_iter().zip(dims) {
+                    let at = i / stride % n;
+                    let lower = (at > 0).then(|| values[i - stride]);
+                    let upper = (at + 1 < n).then(|| values[i + stride]);
+                    for v in lower.into_iter().chain(upper).filter(|v| v.is_finite()) {
+                        sum += v;
+                        count += 1.0;
+                    }
+                }
+                (count > 0.0).then(|| (i, sum / count))
+            })
+            .collect();
+        if filled.is_empty() {
+            // Nothing finite anywhere.
+            open.iter().for_each(|&i| values[i] = 0.0);
+            break;
+        }
+        filled.into_iter().for_each(|(i, v)| values[i] = v);
+        open.retain(|&i| !values[i].is_finite());
+    }
+    Some(holes)
+}
+
+/// Coefficients with which the cubic B-spline passes through the samples: along each axis the
+/// tridiagonal system (c₋ + 4c + c₊)/6 = s, mirrored, by elimination.
+fn prefilter(values: &mut [f64], dims: [usize; 3]) {
+    let strides = [1, dims[0], dims[0] * dims[1]];
+    for axis in 0..3 {
+        let (n, stride) = (dims[axis], strides[axis]);
+        if n == 1 {
+            continue;
+        }
+        // A block holds `stride` interleaved lines.
+        values.par_chunks_mut(n * stride).for_each(|block| {
+            let mut line = vec![0.0; n];
+            for first in 0..stride {
+                line.iter_mut().enumerate().for_each(|(i, v)| *v = 6.0 * block[first + i * stride]);
+                solve_mirrored(&mut line);
+                line.iter().enumerate().for_each(|(i, v)| block[first + i * stride] = *v);
+            }
+        });
+    }
+}
+
+/// Solves c₋ + 4c + c₊ = b with c mirrored about both ends; n ≥ 2.
+fn solve_mirrored(b: &mut [f64]) {
+    let n = b.len();
+    // Above the diagonal: 2 in the first row, 1 in others; below it: 2 in the last row.
+    let mut above = vec![0.0; n];
+    above[0] = 0.5;
+    b[0] /= 4.0;
+    for i in 1..n {
+        let below = if i == n - 1 { 2.0 } else { 1.0 };
+        let pivot = 4.0 - below * above[i - 1];
+        above[i] = 1.0 / pivot;
+        b[i] = (b[i] - below * b[i - 1]) / pivot;
+    }
+    for i in (0..n - 1).rev() {
+        b[i] -= above[i] * b[i + 1];
+    }
+}
+
+/// Two Jacobi sweeps towards coefficients that interpolate; Σ h normalises, as in [`Field::value`].
+fn sharpen(values: &mut Vec<f64>, dims: [usize; 3], kernel: RadialKernel) {
+    let reach = kernel.radius().floor() as i64;
+    let mut stencil = Vec::new();
+    for z in -reach..=reach {
+        for y in -reach..=reach {
+            for x in -reach..=reach {
+                let h = kernel.value(((x * x + y * y + z * z) as f64).sqrt());
+                if h > 0.0 {
+                    stencil.push(([x, y, z], h));
+                }
+            }
+        }
+    }
+    let total: f64 = stencil.iter().map(|(_, h)| h).sum();
+    let samples = values.clone();
+    for _ in 0..SWEEPS {
+        let before = values.clone();
+        values.par_iter_mut().enumerate().for_each(|(i, value)| {
+            let at = [i % dims[0], i / dims[0] % dims[1], i / (dims[0] * dims[1])];
+            let smoothed: f64 = stencil
+                .iter()
+                .map(|(step, h)| {
+                    let [x, y, z] = [0, 1, 2].map(|a| mirrored(at[a] as i64 + step[a], dims[a]));
+                    h * before[(z * dims[1] + y) * dims[0] + x]
+                })
+                .sum();
+            *value += samples[i] - smoothed / total;
+        });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::volume::{Lattice, Samples};
+
+    fn volume(dims: [usize; 3], f: impl Fn(usize) -> f64) -> ScalarVolume {
+        let samples = Samples::Float64((0..dims.iter().product()).map(f).collect());
+        ScalarVolume::from_samples("v", Lattice::unit(dims), samples).unwrap()
+    }
+
+    #[test]
+    fn the_interpolating_spline_passes_through_every_sample() {
+        let rough = |i: usize| ((i * 7919 + 13) % 101) as f64;
+        for dims in [[5, 4, 3], [2, 1, 9], [1, 1, 1], [3, 2, 2]] {
+            let volume = volume(dims, rough);
+            let shape = Shape::new(Kernel::BSpline, None).unwrap();
+            let field = Field::new(&volume, shape, Reconstruction::Interpolating);
+            let smooth = Field::new(&volume, shape, Reconstruction::Smooth);
+            let mut missed = 0.0_f64;
+            for i in 0..volume.samples.len() {
+                let place = DVec3::new(
+                    (i % dims[0]) as f64,
+                    (i / dims[0] % dims[1]) as f64,
+                    (i / (dims[0] * dims[1])) as f64,
+                );
+                let found = field.value(place).unwrap();
+                assert!((found - rough(i)).abs() < 1e-11, "{dims:?} {place}: {found}");
+                missed = missed.max((smooth.value(place).unwrap() - rough(i)).abs());
+            }
+            assert!(missed > 1.0 || volume.samples.len() == 1, "smooth must not: {missed}");
+        }
+    }
+
+    #[test]
+    fn every_shape_keeps_a_constant_and_sharpening_comes_nearer() {
+        let dims = [6, 5, 4];
+        let flat = volume(dims, |_| 3.5);
+        let rough = volume(dims, |i| ((i * 7919 + 13) % 101) as f64);
+        for kernel in [Kernel::Nearest, Kernel::Linear, Kernel::Gaussian, Kernel::Cubic] {
+            let shape = Shape::new(kernel, None).unwrap();
+            let residual = |how| {
+                let field = Field::new(&rough, shape, how);
+                let at = |i: usize| DVec3::new((i % 6) as f64, (i / 6 % 5) as f64, (i / 30) as f64);
+                (0..120)
+                    .map(|i| (field.value(at(i)).unwrap() - rough.samples.get(i)).powi(2))
+                    .sum::<f64>()
+                    .sqrt()
+            };
+            let [smooth, sharp] =
+                [Reconstruction::Smooth, Reconstruction::Interpolating].map(residual);
+            assert!(sharp < 0.7 * smooth || smooth < 1e-9, "{kernel:?}: {sharp} {smooth}");
+            let field = Field::new(&flat, shape, Reconstruction::Interpolating);
+            for place in [DVec3::ZERO, DVec3::new(-0.49, 4.3, 3.49), DVec3::new(2.5, 2.5, 1.5)] {
+                assert!((field.value(place).unwrap() - 3.5).abs() < 1e-12, "{kernel:?} {place}");
+            }
+        }
+    }
+
+    #[test]
+    fn holes_are_filled_from_outside_inwards_and_known() {
+        let field = |values: Vec<f64>| {
+            let volume = volume([values.len(), 1, 1], |i| values[i]);
+            Field::new(&volume, Shape::Nearest, Reconstruction::Smooth)
+        };
+        let filled = field(vec![1.0, f64::NAN, f64::NAN, f64::NAN, 5.0]);
+        let at = |x: f64| filled.value(DVec3::new(x, 0.0, 0.0)).unwrap();
+        assert_eq!([at(0.0), at(1.0), at(2.0), at(3.0), at(4.0)], [1.0, 1.0, 3.0, 5.0, 5.0]);
+        assert!(filled.is_hole(DVec3::X * 1.4) && !filled.is_hole(DVec3::X * 0.4));
+        assert!(!field(vec![1.0, 2.0]).has_holes());
+    }
+
+    #[test]
+    fn indices_mirror_about_the_border_samples() {
+        let found: Vec<usize> = (-4..8).map(|i| mirrored(i, 4)).collect();
+        assert_eq!(found, [2, 3, 2, 1, 0, 1, 2, 3, 2, 1, 0, 1]);
+        assert_eq!(mirrored(-5, 1), 0);
+    }
+
+    #[test]
+    fn bricks_hold_every_value_in_them() {
+        let dims = [19, 3, 9];
+        let volume = volume(dims, |i| ((i * 7919 + 13) % 101) as f64);
+        for kernel in [Kernel::Nearest, Kernel::Linear, Kernel::BSpline, Kernel::Cubic] {
+            let shape = Shape::new(kernel, None).unwrap();
+            let field = Field::new(&volume, shape, Reconstruction::Interpolating);
+            for i in 0..3000_u32 {
+                let part = |k: u32| f64::from(i.wrapping_mul(k) % 997) / 997.0;
+                let place = DVec3::new(
+                    part(389) * 19.0 - 0.5,
+                    part(211) * 3.0 - 0.5,
+                    part(677) * 9.0 - 0.5,
+                );
+                let [low, high] = field.ranges[field.brick_of(place)];
+                let value = field.value(place).unwrap();
+                assert!((low..=high).contains(&value), "{kernel:?} {place}: {value}");
+            }
+        }
+    }
+}

@@ -1,0 +1,206 @@
+//! The modes that draw in layers: every sample, sheets, slabs.
+
+use super::classes::Classes;
+use super::field::{Basis, Field};
+use super::quadrature::{self, Density};
+use super::sources::{Along, GridKernels, Hit, Line};
+use super::truth::{domain, separable_cells};
+use crate::kernel::RadialKernel;
+use crate::scene::{OpacityModel, Order};
+
+/// A layer's opacity and colour, from its summed densities × length.
+fn shade(model: OpacityModel, sum: Density) -> (f64, [f64; 3]) {
+    let alpha = match model {
+        OpacityModel::OpticalDepth => -(-sum[0]).exp_m1(),
+        OpacityModel::Published => sum[0].min(1.0),
+    };
+    let share = if sum[0] > 0.0 { 1.0 / sum[0] } else { 0.0 };
+    (alpha, [sum[1] * share, sum[2] * share, sum[3] * share])
+}
+
+/// Layers given from front to back, laid over one another in either order.
+pub(super) fn composite(layers: &[Density], model: OpacityModel, order: Order) -> [f64; 4] {
+    let mut pixel = [0.0; 4];
+    match order {
+        Order::FrontToBack => {
+            for &layer in layers {
+                let (alpha, [r, g, b]) = shade(model, layer);
+                let left = 1.0 - pixel[3];
+                for (p, c) in pixel.iter_mut().zip([r, g, b, 1.0]) {
+                    *p += left * alpha * c;
+                }
+            }
+        }
+        Order::BackToFront => {
+            for &layer in layers.iter().rev() {
+                let (alpha, [r, g, b]) = shade(model, layer);
+                for (p, c) in pixel.iter_mut().zip([r, g, b, 1.0]) {
+                    *p = alpha * c + (1.0 - alpha) * *p;
+                }
+            }
+        }
+    }
+    pixel
+}
+
+fn add(to: &mut Density, weight: Density, length: f64) {
+    to.iter_mut().zip(weight).for_each(|(t, w)| *t += w * length);
+}
+
+/// Each kernel for itself, from front to back.
+pub(super) fn every_sample(
+    mut hits: Vec<Hit>,
+    shape: Option<RadialKernel>,
+    from: f64,
+) -> Vec<Density> {
+    hits.sort_by_key(|hit| std::cmp::Reverse(hit.rank));
+    let whole = [from, f64::INFINITY];
+    hits.iter().map(|hit| hit.weight.map(|w| w * hit.length(shape, whole))).collect()
+}
+
+/// Kernels summed up in the slice they are centred on, from front to back.
+pub(super) fn slices(hits: &[Hit], shape: Option<RadialKernel>, from: f64) -> Vec<Density> {
+    let count = hits.iter().map(|hit| hit.slice + 1).max().unwrap_or(0);
+    let mut layers = vec![[0.0; 4]; count];
+    for hit in hits {
+        let length = hit.length(shape, [from, f64::INFINITY]);
+        add(&mut layers[count - 1 - hit.slice], hit.weight, length);
+    }
+    layers
+}
+
+/// Planes that a ray crosses at even distances.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Planes {
+    /// Where it crosses the one through the lattice's centre.
+    pub(super) centre: f64,
+    /// World length between two along the ray, > 0; infinite where it crosses none.
+    pub(super) step: f64,
+}
+
+impl Planes {
+    fn layer_of(&self, t: f64) -> i64 {
+        if self.step.is_finite() { ((t - self.centre) / self.step).floor() as i64 } else { 0 }
+    }
+
+    fn face(&self, layer: i64) -> f64 {
+        if self.step.is_finite() {
+            self.centre + layer as f64 * self.step
+        } else if layer > 0 {
+            f64::INFINITY
+        } else {
+            f64::NEG_INFINITY
+        }
+    }
+}
+
+/// Sums by the number of the layer.
+struct Sums {
+    first: i64,
+    sums: Vec<Density>,
+}
+
+impl Sums {
+    fn over(planes: &Planes, [a, b]: [f64; 2]) -> Self {
+        let (first, last) = (planes.layer_of(a), planes.layer_of(b));
+        Self { first, sums: vec![[0.0; 4]; (last - first + 1).max(0) as usize] }
+    }
+
+    fn at(&mut self, layer: i64) -> &mut Density {
+        &mut self.sums[(layer - self.first) as usize]
+    }
+}
+
+/// Each kernel's integrals between the planes, from front to back.
+pub(super) fn between_planes(
+    hits: &[Hit],
+    shape: Option<RadialKernel>,
+    planes: &Planes,
+    from: f64,
+) -> Vec<Density> {
+    let spans: Vec<_> = hits.iter().map(|hit| hit.span(shape)).collect();
+    let ends = spans
+        .iter()
+        .flatten()
+        .fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], s| [a.min(s[0]), b.max(s[1])]);
+    let ends = [ends[0].max(from), ends[1]];
+    if ends[0] > ends[1] {
+        return Vec::new();
+    }
+    let mut sums = Sums::over(planes, ends);
+    for (hit, span) in hits.iter().zip(spans) {
+        let Some([a, b]) = span else { continue };
+        let a = a.max(from);
+        if a > b {
+            continue;
+        }
+        for layer in planes.layer_of(a)..=planes.layer_of(b) {
+            let length = match hit.along {
+                // Whole, wherever rounding puts the faces.
+                Along::Point { length, .. } => length,
+                Along::Through { .. } => {
+                    hit.length(shape, [planes.face(layer).max(from), planes.face(layer + 1)])
+                }
+            };
+            add(sums.at(layer), hit.weight, length);
+        }
+    }
+    sums.sums
+}
+
+/// The same for separable kernels: the densities' integrals over each slab.
+pub(super) fn separable_between_planes(
+    grid: &GridKernels,
+    basis: Basis,
+    ray: &Line,
+    planes: &Planes,
+) -> Vec<Density> {
+    let mut layers: Vec<(i64, Density)> = Vec::new();
+    separable_cells(grid, basis, ray, |a, b, density| {
+        for layer in planes.layer_of(a)..=planes.layer_of(b) {
+            let (low, high) = (a.max(planes.face(layer)), b.min(planes.face(layer + 1)));
+            if high <= low {
+                continue;
+            }
+            let part = quadrature::sum(low, high, density);
+            match layers.last_mut() {
+                Some((last, sum)) if *last == layer => add(sum, part, 1.0),
+                _ => layers.push((layer, part)),
+            }
+        }
+        true
+    });
+    layers.into_iter().map(|(_, sum)| sum).collect()
+}
+
+/// Slabs of reconstructed values, clipped to the lattice's domain, from front to back: the value in
+/// the middle of each, or where `pre_integrated` all values between its faces.
+pub(super) fn classified(
+    field: &Field,
+    classes: &Classes,
+    line: &Line,
+    planes: &Planes,
+    pre_integrated: bool,
+) -> Vec<Density> {
+    let Some([a, b]) = domain(field.dims, line) else { return Vec::new() };
+    let mut layers = Vec::new();
+    let mut behind = pre_integrated.then(|| field.value(line.at(a))).flatten();
+    for layer in planes.layer_of(a)..=planes.layer_of(b) {
+        let (low, high) = (a.max(planes.face(layer)), b.min(planes.face(layer + 1)));
+        if high <= low {
+            continue;
+        }
+        let middle = line.at(f64::midpoint(low, high));
+        let mean = if pre_integrated {
+            let near = std::mem::replace(&mut behind, field.value(line.at(high)));
+            near.zip(behind).map(|(near, far)| classes.mean(near, far))
+        } else {
+            field.value(middle).map(|value| classes.at(value))
+        };
+        let hole = field.is_hole(middle);
+        if let Some(mean) = mean.filter(|_| !hole) {
+            layers.push(mean.map(|m| m * (high - low)));
+        }
+    }
+    layers
+}

@@ -1,0 +1,269 @@
+//! A scene's picture by its own mode, or as what the mode converges to.
+
+use glam::DVec2;
+use rayon::prelude::*;
+
+use super::RefKernel;
+use super::classes::Classes;
+use super::field::{Field, Shape};
+use super::kernels::grid_kernels;
+use super::layers::{self, Planes};
+use super::quadrature::{Density, Light};
+use super::sources::{GridKernels, Hit, Line, ListKernels};
+use super::truth;
+use crate::core::Camera;
+use crate::kernel::{Kernel, RadialKernel};
+use crate::scene::{Classify, ModeError, OpacityModel, Scene, SplatSettings, Visibility};
+use crate::transfer::TRANSMITTANCE_FLOOR;
+use crate::volume::Lattice;
+
+/// Error allowed in a pixel of the continuous integral. Measured: what is found differs from what a
+/// hundredth of it finds by less than this.
+pub const TOLERANCE: f64 = 1e-7;
+
+/// The float64 picture of a scene, pixel by pixel: linear premultiplied RGBA, without background.
+///
+/// All rays are the pixels' true ones, also in perspective, where they begin at the eye.
+pub struct Reference {
+    camera: Camera,
+    lattice: Lattice,
+    /// Of the picture, and rays along the edge of a pixel.
+    size: [usize; 2],
+    fine: usize,
+    splat: SplatSettings,
+    exact: bool,
+    tolerance: f64,
+    shape: Option<RadialKernel>,
+    source: Source,
+}
+
+enum Source {
+    Grid(GridKernels, Shape),
+    List(Box<ListKernels>),
+    Field { field: Field, classes: Classes, visible: Vec<bool> },
+}
+
+impl Reference {
+    /// The picture by the scene's own mode, `size` [width, height] pixels.
+    ///
+    /// # Errors
+    /// [`ModeError`] for a mode that means nothing.
+    pub fn new(scene: &Scene, size: [usize; 2]) -> Result<Self, ModeError> {
+        Self::of(scene, size, 1, false, None)
+    }
+
+    /// The continuous integral that the mode converges to: shade first, or of values classified
+    /// after reconstruction, by `scene.splat.classify`. Its optical depths are exact, whatever the
+    /// opacity model and visibility. Points are taken as their voxels' boxes.
+    ///
+    /// # Errors
+    /// As [`Reference::new`].
+    pub fn exact(scene: &Scene, size: [usize; 2]) -> Result<Self, ModeError> {
+        Self::of(scene, size, 1, true, None)
+    }
+
+    /// The mean of `rays` × `rays` rays a pixel, for kernels smaller than one; by the scene's mode,
+    /// or `exact`.
+    ///
+    /// # Errors
+    /// As [`Reference::new`].
+    pub fn supersampled(
+        scene: &Scene,
+        size: [usize; 2],
+        rays: usize,
+        exact: bool,
+    ) -> Result<Self, ModeError> {
+        Self::of(scene, size, rays.max(1), exact, None)
+    }
+
+    /// Kernels of any kind, as of an octree cut, in place of the scene's samples: given from back to
+    /// front, shaded first.
+    ///
+    /// # Errors
+    /// As [`Reference::new`].
+    ///
+    /// # Panics
+    /// Where the scene's mode classifies after reconstruction, or its kernel is separable.
+    pub fn of_kernels(
+        kernels: Vec<RefKernel>,
+        scene: &Scene,
+        size: [usize; 2],
+        exact: bool,
+    ) -> Result<Self, ModeError> {
+        assert!(
+            scene.splat.classify == Classify::Before && !scene.splat.kernel.is_separable(),
+            "a list of kernels is shaded first"
+        );
+        Self::of(scene, size, 1, exact, Some(kernels))
+    }
+
+    /// Another error allowed in the continuous integral than [`TOLERANCE`].
+    #[must_use]
+    pub fn with_tolerance(mut self, tolerance: f64) -> Self {
+        self.tolerance = tolerance;
+        self
+    }
+
+    fn of(
+        scene: &Scene,
+        size: [usize; 2],
+        fine: usize,
+        exact: bool,
+        kernels: Option<Vec<RefKernel>>,
+    ) -> Result<Self, ModeError> {
+        scene.splat.check()?;
+        let mut splat = scene.splat;
+        if exact && splat.kernel == Kernel::Point {
+            splat.kernel = Kernel::Nearest;
+        }
+        let unit = scene.opacity_unit_distance();
+        let published = !exact && splat.opacity_model == OpacityModel::Published;
+        let classes = Classes::new(&scene.transfer, unit, published);
+        let shape = RadialKernel::new(splat.kernel, splat.extent);
+        let list = |kernels: Vec<RefKernel>| {
+            let weight = |k: &RefKernel| density(k, unit, published);
+            let size = size.map(|n| n * fine);
+            let (camera, lattice) = (&scene.camera, &scene.volume.lattice);
+            let SplatSettings { kernel, extent, .. } = splat;
+            let list = ListKernels::new(kernels, kernel, extent, camera, lattice, weight, size);
+            Source::List(Box::new(list))
+        };
+        let source = match (kernels, splat.classify, Shape::new(splat.kernel, splat.extent)) {
+            (Some(kernels), ..) => list(kernels),
+            (None, _, None) => list(grid_kernels(scene)),
+            (None, Classify::Before, Some(shape)) => {
+                Source::Grid(GridKernels::new(&scene.volume, &scene.camera, classes), shape)
+            }
+            (None, _, Some(shape)) => {
+                let field = Field::new(&scene.volume, shape, splat.reconstruction);
+                let visible = field.bricks_where(|low, high| !classes.is_clear(low, high));
+                Source::Field { field, classes, visible }
+            }
+        };
+        Ok(Self {
+            camera: scene.camera,
+            lattice: scene.volume.lattice,
+            size,
+            fine,
+            splat,
+            exact,
+            tolerance: TOLERANCE,
+            shape,
+            source,
+        })
+    }
+
+    /// The pixel at [column, row], (0, 0) top left. Takes milliseconds where the ray meets
+    /// hundreds of voxels.
+    pub fn pixel(&self, [x, y]: [usize; 2]) -> [f64; 4] {
+        let n = self.fine;
+        let mut sum = [0.0; 4];
+        for i in 0..n * n {
+            let ray = self.trace([x * n + i % n, y * n + i / n]);
+            sum.iter_mut().zip(ray).for_each(|(s, v)| *s += v);
+        }
+        sum.map(|s| s / (n * n) as f64)
+    }
+
+    /// Several pixels, in parallel.
+    pub fn pixels(&self, pixels: &[[usize; 2]]) -> Vec<[f64; 4]> {
+        pixels.par_iter().map(|&pixel| self.pixel(pixel)).collect()
+    }
+
+    /// Every pixel, top row first. For small pictures.
+    pub fn picture(&self) -> Vec<[f64; 4]> {
+        let [width, height] = self.size;
+        let pixel = |i: usize| self.pixel([i % width, i / width]);
+        (0..width * height).into_par_iter().map(pixel).collect()
+    }
+
+    /// One ray: a pixel of the finer picture.
+    fn trace(&self, pixel: [usize; 2]) -> [f64; 4] {
+        let size = self.size.map(|n| (n * self.fine) as f64);
+        let at = DVec2::new(pixel[0] as f64 + 0.5, pixel[1] as f64 + 0.5);
+        let (start, step) = self.camera.ray(at, size);
+        let from = self.camera.eye_distance().map_or(f64::NEG_INFINITY, |_| 0.0);
+        let ray = Line { start, step, from };
+        let layers = match &self.source {
+            Source::Field { field, classes, visible } => {
+                let map = self.lattice.axes().inverse();
+                let line = ray.mapped(map, self.lattice.origin);
+                if self.exact {
+                    return truth::after(field, classes, visible, &line, self.tolerance);
+                }
+                let pre_integrated = self.splat.classify == Classify::PreIntegrated;
+                layers::classified(field, classes, &line, &self.slabs(&ray), pre_integrated)
+            }
+            Source::Grid(grid, Shape::Separable(basis)) => {
+                if self.exact {
+                    // The span only shares out the error: any measure of the volume will do.
+                    let span = 2.0 * self.lattice.bounding_radius();
+                    let mut light = Light::new(self.tolerance, span);
+                    truth::separable_cells(grid, *basis, &ray, |a, b, density| {
+                        light.add(a, b, &density);
+                        !light.is_opaque()
+                    });
+                    return light.pixel();
+                }
+                layers::separable_between_planes(grid, *basis, &ray, &self.slabs(&ray))
+            }
+            Source::Grid(grid, _) => return self.splatted(grid.hits(&ray, self.shape), &ray),
+            Source::List(list) => return self.splatted(list.hits(&ray, pixel), &ray),
+        };
+        layers::composite(&layers, self.splat.opacity_model, self.splat.order)
+    }
+
+    /// Kernels that are shaded first, by the mode.
+    fn splatted(&self, hits: Vec<Hit>, ray: &Line) -> [f64; 4] {
+        let (shape, from) = (self.shape, ray.from);
+        if self.exact {
+            return truth::shade_first(&hits, shape, from, self.tolerance);
+        }
+        let layers = match self.splat.visibility {
+            Visibility::EverySample => layers::every_sample(hits, shape, from),
+            Visibility::Sheets if self.splat.sheets_per_kernel == 1 => {
+                layers::slices(&hits, shape, from)
+            }
+            Visibility::Sheets => layers::between_planes(&hits, shape, &self.sheets(ray), from),
+            Visibility::Slabs => layers::between_planes(&hits, shape, &self.slabs(ray), from),
+        };
+        layers::composite(&layers, self.splat.opacity_model, self.splat.order)
+    }
+
+    /// Image-aligned planes Δ = smallest spacing / N apart, one through the lattice's centre.
+    fn slabs(&self, ray: &Line) -> Planes {
+        let depth = self.camera.direction;
+        let along = ray.step.dot(depth);
+        let step = self.lattice.smallest_spacing() / self.splat.slabs_per_voxel;
+        Planes {
+            centre: (self.lattice.centre() - ray.start).dot(depth) / along,
+            step: step / along,
+        }
+    }
+
+    /// Planes across the outermost axis, 2R/N slices apart, one through the lattice's centre.
+    fn sheets(&self, ray: &Line) -> Planes {
+        let line = ray.mapped(self.lattice.axes().inverse(), self.lattice.origin);
+        let (order, _) = super::kernels::loops(&self.lattice, &self.camera);
+        let axis = order[0];
+        let centre = (self.lattice.dims[axis] as f64 - 1.0) / 2.0;
+        let radius = self.shape.map_or(0.5, RadialKernel::radius);
+        let step = 2.0 * radius / f64::from(self.splat.sheets_per_kernel);
+        let along = line.step[axis];
+        if along.abs() < 1e-12 * line.step.length() {
+            return Planes { centre: 0.0, step: f64::INFINITY };
+        }
+        Planes { centre: (centre - line.start[axis]) / along, step: step / along.abs() }
+    }
+}
+
+/// A kernel's weights per world unit.
+fn density(k: &RefKernel, unit: f64, published: bool) -> Density {
+    let weight = if published {
+        (-(-k.extinction * unit).exp_m1()).min(1.0 - TRANSMITTANCE_FLOOR) / unit
+    } else {
+        k.extinction
+    };
+    let [r, g, b] = k.colour;
+    [weight, weight * r, weight * g, weight * b]
+}

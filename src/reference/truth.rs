@@ -1,0 +1,321 @@
+//! The continuous integral ∫ q·exp(−∫κ) along a ray.
+
+use glam::DVec3;
+
+use super::classes::Classes;
+use super::field::{Basis, Field, Shape, tensor};
+use super::polynomial::Piece;
+use super::quadrature::{Density, Light};
+use super::sources::{Along, GridKernels, Hit, Line, indices_near, nearest};
+use crate::kernel::RadialKernel;
+
+/// Degree of the polynomials that stand for values between the rims of radial kernels.
+const RADIAL_DEGREE: usize = 5;
+/// How far those may be from the values, as a part of the values' size.
+const RADIAL_ERROR: f64 = 1e-11;
+
+/// A radial kernel, or a box, along a ray.
+struct Along1<T> {
+    enter: f64,
+    leave: f64,
+    /// Where the ray is nearest to the centre, and the square of how near.
+    middle: f64,
+    near2: f64,
+    /// Square of kernel-space length per t.
+    speed2: f64,
+    weight: T,
+}
+
+impl<T> Along1<T> {
+    fn value(&self, shape: Option<RadialKernel>, t: f64) -> f64 {
+        let along = t - self.middle;
+        shape.map_or(1.0, |k| k.value((self.near2 + along * along * self.speed2).sqrt()))
+    }
+}
+
+/// Kernels that lie along a ray, and every place where one of them begins, ends or bends.
+struct Sweep<T> {
+    kernels: Vec<Along1<T>>,
+    places: Vec<f64>,
+}
+
+impl<T> Sweep<T> {
+    fn new() -> Self {
+        Self { kernels: Vec::new(), places: Vec::new() }
+    }
+
+    fn push(&mut self, start: DVec3, step: DVec3, shape: Option<RadialKernel>, weight: T) {
+        let hit =
+            Hit { along: Along::Through { start, step }, weight: [0.0; 4], rank: 0, slice: 0 };
+        let Some([enter, leave]) = hit.span(shape) else { return };
+        let (middle, near) = nearest(start, step);
+        let speed2 = step.length_squared();
+        self.places.extend([enter, leave]);
+        if let Some(knot) = shape.and_then(RadialKernel::knot)
+            && near < knot
+        {
+            let half = ((knot - near) * (knot + near) / speed2).sqrt();
+            self.places.extend([middle - half, middle + half]);
+        }
+        self.kernels.push(Along1 { enter, leave, middle, near2: near * near, speed2, weight });
+    }
+
+    /// Calls `visit` for each smooth part of a..b, from the eye inwards, with the kernels there.
+    /// `visit` returns whether to go on.
+    fn run(mut self, [a, b]: [f64; 2], mut visit: impl FnMut(f64, f64, &[&Along1<T>]) -> bool) {
+        self.kernels.sort_by(|p, q| p.enter.total_cmp(&q.enter));
+        let mut places = self.places;
+        places.retain(|t| *t > a && *t < b);
+        places.push(b);
+        places.sort_by(f64::total_cmp);
+        let (mut next, mut active, mut from) = (0, Vec::<&Along1<T>>::new(), a);
+        for to in places {
+            if to <= from {
+                continue;
+            }
+            let middle = f64::midpoint(from, to);
+            while let Some(kernel) = self.kernels.get(next).filter(|k| k.enter < middle) {
+                active.push(kernel);
+                next += 1;
+            }
+            active.retain(|k| k.leave > middle);
+            if !active.is_empty() && !visit(from, to, &active) {
+                return;
+            }
+            from = to;
+        }
+    }
+}
+
+/// Kernels shaded first; boxes where there is no `shape`.
+pub(super) fn shade_first(
+    hits: &[Hit],
+    shape: Option<RadialKernel>,
+    from: f64,
+    tolerance: f64,
+) -> [f64; 4] {
+    let mut sweep = Sweep::new();
+    let (mut first, mut last) = (f64::INFINITY, f64::NEG_INFINITY);
+    for hit in hits {
+        if let (Along::Through { start, step }, Some([enter, leave])) = (hit.along, hit.span(shape))
+        {
+            sweep.push(start, step, shape, hit.weight);
+            (first, last) = (first.min(enter), last.max(leave));
+        }
+    }
+    first = first.max(from);
+    if first >= last {
+        return [0.0; 4];
+    }
+    let mut light = Light::new(tolerance, last - first);
+    sweep.run([first, last], |a, b, active| {
+        light.add(a, b, &|t| {
+            let mut density = [0.0; 4];
+            for kernel in active {
+                let h = kernel.value(shape, t);
+                density.iter_mut().zip(kernel.weight).for_each(|(d, w)| *d += h * w);
+            }
+            density
+        });
+        !light.is_opaque()
+    });
+    light.pixel()
+}
+
+/// The parts of a ray between integer planes, with the densities of the kernels that reach each:
+/// `visit` gets its ends and the density at any t in it, and returns whether to go on.
+pub(super) fn separable_cells(
+    grid: &GridKernels,
+    basis: Basis,
+    ray: &Line,
+    mut visit: impl FnMut(f64, f64, &dyn Fn(f64) -> Density) -> bool,
+) {
+    let line = grid.line(ray);
+    let reach = Shape::Separable(basis).reach();
+    let dims = grid.lattice.dims;
+    let high = DVec3::from(dims.map(|n| n as f64)) - 1.0 + reach;
+    let Some([a, b]) = line.inside(DVec3::splat(-reach), high) else { return };
+    let mut cuts = vec![a, b];
+    for axis in 0..3 {
+        let planes = (-2..dims[axis] as i64 + 2).map(|i| i as f64);
+        cuts.extend(line.crossings(axis, planes, [a, b]));
+    }
+    cuts.sort_by(f64::total_cmp);
+    for pair in cuts.windows(2).filter(|w| w[1] > w[0]) {
+        let cell = line.at(f64::midpoint(pair[0], pair[1])).floor();
+        let base = cell.to_array().map(|c| c as i64 - 1);
+        let mut blocks = [[0.0; 64]; 4];
+        for i in 0..64 {
+            let step = [i & 3, i >> 2 & 3, i >> 4].map(|s| s as i64);
+            let density = grid.density_at(std::array::from_fn(|a| base[a] + step[a]));
+            blocks.iter_mut().zip(density).for_each(|(block, d)| block[i] = d);
+        }
+        if blocks[0].iter().all(|w| *w <= 0.0) {
+            continue;
+        }
+        let density = |t: f64| {
+            let fraction = line.at(t) - cell;
+            [0, 1, 2, 3].map(|c| tensor(basis, &blocks[c], fraction))
+        };
+        if !visit(pair[0], pair[1], &density) {
+            return;
+        }
+    }
+}
+
+/// The box in which a lattice's values are defined.
+pub(super) fn domain(dims: [usize; 3], line: &Line) -> Option<[f64; 2]> {
+    let high = DVec3::from(dims.map(|n| n as f64)) - 0.5;
+    line.inside(DVec3::splat(-0.5), high)
+}
+
+/// Values reconstructed, then classified. `visible` tells which of the field's bricks may show.
+pub(super) fn after(
+    field: &Field,
+    classes: &Classes,
+    visible: &[bool],
+    line: &Line,
+    tolerance: f64,
+) -> [f64; 4] {
+    let Some([a, b]) = domain(field.dims, line) else { return [0.0; 4] };
+    let mut light = Light::new(tolerance, b - a);
+    let mut cuts = vec![a, b];
+    for axis in 0..3 {
+        cuts.extend(line.crossings(axis, field.brick_faces(axis), [a, b]));
+    }
+    cuts.sort_by(f64::total_cmp);
+    let mut from = None;
+    for pair in cuts.windows(2) {
+        let seen = visible[field.brick_of(line.at(f64::midpoint(pair[0], pair[1])))];
+        if seen {
+            from.get_or_insert(pair[0]);
+        }
+        if let Some(start) = from.take_if(|_| !seen) {
+            part(field, classes, line, [start, pair[0]], &mut light);
+        }
+    }
+    if let Some(start) = from {
+        part(field, classes, line, [start, b], &mut light);
+    }
+    light.pixel()
+}
+
+/// One part of the ray, all of it in bricks that may show.
+fn part(field: &Field, classes: &Classes, line: &Line, [a, b]: [f64; 2], light: &mut Light) {
+    let mut cuts = vec![a, b];
+    let halves = field.has_holes() || field.shape == Shape::Nearest;
+    for axis in 0..3 {
+        let count = field.dims[axis] as i64;
+        if let Shape::Separable(_) = field.shape {
+            cuts.extend(line.crossings(axis, (0..count).map(|i| i as f64), [a, b]));
+        }
+        if halves {
+            cuts.extend(line.crossings(axis, (0..count).map(|i| i as f64 + 0.5), [a, b]));
+        }
+    }
+    cuts.sort_by(f64::total_cmp);
+    if let Shape::Radial(kernel) = field.shape {
+        for pair in cuts.windows(2).filter(|w| w[1] > w[0]) {
+            if !field.is_hole(line.at(f64::midpoint(pair[0], pair[1]))) {
+                radial(field, kernel, classes, line, [pair[0], pair[1]], light);
+            }
+        }
+        return;
+    }
+    for pair in cuts.windows(2).filter(|w| w[1] > w[0]) {
+        let (a, b) = (pair[0], pair[1]);
+        let middle = line.at(f64::midpoint(a, b));
+        if light.is_opaque() {
+            return;
+        }
+        if field.is_hole(middle) {
+            continue;
+        }
+        let piece = match field.shape {
+            Shape::Separable(basis) => {
+                let cell = middle.floor();
+                let block = field.block(cell.to_array().map(|c| c as i64));
+                Piece::through(a, b, basis.degree(), |t| tensor(basis, &block, line.at(t) - cell))
+            }
+            _ => {
+                let value = field.value(middle).unwrap_or(f64::NAN);
+                Piece::through(a, b, 0, |_| value)
+            }
+        };
+        shine(&piece, classes, light);
+    }
+}
+
+/// Adds the light of a value that is a polynomial of t.
+fn shine(piece: &Piece, classes: &Classes, light: &mut Light) {
+    let [low, high] = piece.range();
+    if classes.is_clear(low, high) {
+        return;
+    }
+    let mut cuts = vec![piece.a];
+    piece.crossings(&|low, high| classes.splits_within(low, high), &mut cuts);
+    cuts.push(piece.b);
+    for pair in cuts.windows(2) {
+        light.add(pair[0], pair[1], &|t| classes.at(piece.at(t)));
+    }
+}
+
+/// Σ cᵢ hᵢ / Σ hᵢ along a part of the ray, between the rims and knots of all its kernels.
+fn radial(
+    field: &Field,
+    kernel: RadialKernel,
+    classes: &Classes,
+    line: &Line,
+    part: [f64; 2],
+    light: &mut Light,
+) {
+    let margin = kernel.radius().ceil() as i64 + 1;
+    let high = field.dims.map(|n| n as i64 - 1 + margin);
+    let mut sweep = Sweep::new();
+    indices_near(line, kernel.radius(), [-margin; 3], high, part, |index| {
+        let centre = DVec3::from_array(index.map(|i| i as f64));
+        sweep.push(line.start - centre, line.step, Some(kernel), field.coefficient(index));
+    });
+    sweep.run(part, |a, b, active| {
+        let value = |t: f64| {
+            let (mut sum, mut weights) = (0.0, 0.0);
+            for k in active {
+                let h = k.value(Some(kernel), t);
+                sum += h * k.weight;
+                weights += h;
+            }
+            sum / weights
+        };
+        smooth(a, b, &value, classes, light, 10);
+        !light.is_opaque()
+    });
+}
+
+/// A smooth value as polynomials close enough to it.
+fn smooth(
+    a: f64,
+    b: f64,
+    value: &impl Fn(f64) -> f64,
+    classes: &Classes,
+    light: &mut Light,
+    deepest: u32,
+) {
+    let piece = Piece::through(a, b, RADIAL_DEGREE, value);
+    let probe = a + 0.11 * (b - a);
+    let found = value(probe);
+    let error = (piece.at(probe) - found).abs();
+    if error.is_nan() {
+        // No weight to divide by: the rims of kernels that barely reach.
+        return;
+    }
+    if deepest > 0 && error > RADIAL_ERROR * found.abs().max(f64::MIN_POSITIVE) {
+        let [low, high] = piece.range();
+        if error > RADIAL_ERROR * (high - low).max(found.abs()) {
+            let middle = f64::midpoint(a, b);
+            smooth(a, middle, value, classes, light, deepest - 1);
+            smooth(middle, b, value, classes, light, deepest - 1);
+            return;
+        }
+    }
+    shine(&piece, classes, light);
+}
