@@ -1,4 +1,7 @@
 //! Structural similarity (Wang, Bovik, Sheikh and Simoncelli 2004, equation 13 and §III.C).
+//!
+//! Written here because the crate that is maintained (`image-compare` 0.5) takes bytes and has
+//! square windows of 8 pixels, whose numbers are not comparable with anybody's.
 
 use rayon::prelude::*;
 

@@ -336,7 +336,7 @@ mod tests {
     #[test]
     fn every_point_off_the_front_is_beaten_by_one_on_it() {
         // A fixed scatter: multiples of irrational steps.
-        let costs: Vec<_> = (0..200)
+        let costs: Vec<_> = (1..=200)
             .map(|i| Some(((f64::from(i) * 0.618).fract(), (f64::from(i) * 0.414).fract())))
             .collect();
         let front = front_of(&costs);

@@ -34,6 +34,8 @@ pub enum Command {
     Render(Box<RenderFlags>),
     /// Say what is in a file
     Info(InfoFlags),
+    /// Measure what each way of drawing costs, and how far from the exact picture it is
+    Accuracy(Box<AccuracyFlags>),
 }
 
 /// `voxsplat [FILE]…`.
@@ -80,6 +82,46 @@ pub struct InfoFlags {
     /// As JSON
     #[arg(long)]
     pub json: bool,
+}
+
+/// What is seen, and from where.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Scene")]
+pub struct SceneFlags {
+    /// From the eye into the scene
+    #[arg(long, value_name = "X,Y,Z", value_parser = values::direction, allow_hyphen_values = true)]
+    pub camera_direction: Option<[f64; 3]>,
+    /// Up in the picture; replaced where it is parallel to the direction
+    #[arg(long, value_name = "X,Y,Z", value_parser = values::direction, allow_hyphen_values = true)]
+    pub camera_view_up: Option<[f64; 3]>,
+    /// World point in the middle of the picture
+    #[arg(long, value_name = "X,Y,Z", value_parser = values::vector, allow_hyphen_values = true)]
+    pub camera_focal_point: Option<[f64; 3]>,
+    /// Half the height of the view, world units
+    #[arg(long, value_name = "S", value_parser = values::positive, allow_hyphen_values = true)]
+    pub parallel_scale: Option<f64>,
+    /// Perspective with this full vertical angle, degrees [default: orthographic]
+    #[arg(long, value_name = "DEG", value_parser = values::view_angle, allow_hyphen_values = true)]
+    pub camera_view_angle: Option<f64>,
+    /// Field to draw [default: the active one]
+    #[arg(long, value_name = "NAME")]
+    pub field: Option<String>,
+    /// Component of the field, from 0 [default: the length of a vector]
+    #[arg(long, value_name = "N")]
+    pub component: Option<usize>,
+    /// Opacities at data values; linear between, held beyond
+    #[arg(long, value_name = "V:A,…", value_parser = values::opacity, allow_hyphen_values = true)]
+    pub opacity: Option<values::Points>,
+    /// Colours at data values
+    #[arg(long, value_name = "V:RRGGBB,…", value_parser = values::colours,
+        allow_hyphen_values = true, conflicts_with_all = ["colormap", "color_range"])]
+    pub color: Option<values::List<Stop>>,
+    /// Named colour map: viridis, cividis, inferno, …
+    #[arg(long, value_name = "NAME", value_parser = values::colour_map)]
+    pub colormap: Option<ColourMap>,
+    /// Data values of the map's ends
+    #[arg(long, value_name = "LO,HI", value_parser = values::range, allow_hyphen_values = true)]
+    pub color_range: Option<[f64; 2]>,
 }
 
 /// How kernels become a picture. What is left open follows from what is chosen.
@@ -147,6 +189,8 @@ pub enum RefineFlag {
     Coarse,
     /// Every voxel's full kernel
     Full,
+    /// Full, with slabs doubled until two pictures differ by less than 1/512 anywhere
+    Converged,
 }
 
 /// `voxsplat render`.
@@ -161,40 +205,9 @@ pub struct RenderFlags {
     /// Picture size in pixels
     #[arg(long, value_name = "W,H", value_parser = values::resolution, default_value = "1280,800")]
     pub resolution: [u32; 2],
-    /// From the eye into the scene
-    #[arg(long, value_name = "X,Y,Z", value_parser = values::direction, allow_hyphen_values = true)]
-    pub camera_direction: Option<[f64; 3]>,
-    /// Up in the picture; replaced where it is parallel to the direction
-    #[arg(long, value_name = "X,Y,Z", value_parser = values::direction, allow_hyphen_values = true)]
-    pub camera_view_up: Option<[f64; 3]>,
-    /// World point in the middle of the picture
-    #[arg(long, value_name = "X,Y,Z", value_parser = values::vector, allow_hyphen_values = true)]
-    pub camera_focal_point: Option<[f64; 3]>,
-    /// Half the height of the view, world units
-    #[arg(long, value_name = "S", value_parser = values::positive, allow_hyphen_values = true)]
-    pub parallel_scale: Option<f64>,
-    /// Perspective with this full vertical angle, degrees [default: orthographic]
-    #[arg(long, value_name = "DEG", value_parser = values::view_angle, allow_hyphen_values = true)]
-    pub camera_view_angle: Option<f64>,
-    /// Field to draw [default: the active one]
-    #[arg(long, value_name = "NAME")]
-    pub field: Option<String>,
-    /// Component of the field, from 0 [default: the length of a vector]
-    #[arg(long, value_name = "N")]
-    pub component: Option<usize>,
-    /// Opacities at data values; linear between, held beyond
-    #[arg(long, value_name = "V:A,…", value_parser = values::opacity, allow_hyphen_values = true)]
-    pub opacity: Option<values::Points>,
-    /// Colours at data values
-    #[arg(long, value_name = "V:RRGGBB,…", value_parser = values::colours,
-        allow_hyphen_values = true, conflicts_with_all = ["colormap", "color_range"])]
-    pub color: Option<values::List<Stop>>,
-    /// Named colour map: viridis, cividis, inferno, …
-    #[arg(long, value_name = "NAME", value_parser = values::colour_map)]
-    pub colormap: Option<ColourMap>,
-    /// Data values of the map's ends
-    #[arg(long, value_name = "LO,HI", value_parser = values::range, allow_hyphen_values = true)]
-    pub color_range: Option<[f64; 2]>,
+    /// What is seen, from where.
+    #[command(flatten)]
+    pub scene: SceneFlags,
     /// Background colour
     #[arg(long, value_name = "RRGGBB", value_parser = values::colour, default_value = "000000")]
     pub background: Srgb8,
@@ -221,5 +234,46 @@ pub struct RenderFlags {
     pub stats: Option<PathBuf>,
     /// Adapter to draw with: auto, software, or part of a name
     #[arg(long, value_parser = values::adapter, default_value = "auto", value_name = "NAME")]
+    pub adapter: AdapterChoice,
+}
+
+/// `voxsplat accuracy`.
+#[derive(Debug, Args)]
+pub struct AccuracyFlags {
+    /// The file.
+    #[command(flatten)]
+    pub input: InputFlags,
+    /// Where to: JSON, or - for stdout
+    #[arg(long, short, value_name = "T.json")]
+    pub output: PathBuf,
+    /// Chart of time against error
+    #[arg(long, value_name = "P.png")]
+    pub plot: Option<PathBuf>,
+    /// Picture size in pixels
+    #[arg(long, value_name = "W,H", value_parser = values::resolution, default_value = "512,512")]
+    pub resolution: [u32; 2],
+    /// Pixels compared with the exact picture, at least (all where there are no more)
+    #[arg(long, value_name = "N", default_value_t = 2000,
+        value_parser = clap::value_parser!(u32).range(1..))]
+    pub pixels: u32,
+    /// Chooses those pixels
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
+    /// More frames of each mode; its time is their median
+    #[arg(long, value_name = "N", default_value_t = 2)]
+    pub repeat: u32,
+    /// Slabs per voxel that `converged` may go to
+    #[arg(long, value_name = "N", value_parser = values::positive, default_value = "16",
+        allow_hyphen_values = true)]
+    pub max_slabs: f64,
+    /// What is seen, from where.
+    #[command(flatten)]
+    pub scene: SceneFlags,
+    /// A mode to compare with the others.
+    #[command(flatten)]
+    pub mode: ModeFlags,
+    /// Adapter to draw with: auto, software, or part of a name
+    #[arg(long, value_parser = values::adapter, default_value = "auto", value_name = "NAME",
+        help_heading = "Options")]
     pub adapter: AdapterChoice,
 }

@@ -3,10 +3,13 @@
 //! Owns the words scripts depend on. Refuses drawing and reading, which it asks for. Called by
 //! `main` only.
 
+mod accuracy;
 mod flags;
 mod info;
 mod open;
+mod plot;
 mod render;
+mod report;
 mod stats;
 mod values;
 
@@ -15,7 +18,9 @@ use std::process::ExitCode;
 
 use clap::Parser;
 
-pub use flags::{Arguments, Command, InfoFlags, RenderFlags, WindowFlags};
+pub use flags::{
+    AccuracyFlags, Arguments, Command, InfoFlags, RenderFlags, SceneFlags, WindowFlags,
+};
 
 /// What went wrong, by whose fault.
 #[derive(Debug)]
@@ -52,6 +57,7 @@ pub fn run(
         None => window(arguments.window).map_err(Failure::Failed),
         Some(Command::Render(flags)) => render::run(&flags),
         Some(Command::Info(flags)) => info::run(&flags),
+        Some(Command::Accuracy(flags)) => accuracy::run(&flags),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,

@@ -3,10 +3,14 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use glam::DVec3;
+
 use super::Failure;
-use super::flags::InputFlags;
-use crate::core::Ticket;
+use super::flags::{InputFlags, SceneFlags};
+use crate::core::{Camera, Projection, Ticket};
 use crate::io::{self, OpenOptions, RawOverrides};
+use crate::scene::{self, Scene, SplatSettings};
+use crate::transfer::ColourSource;
 use crate::volume::{Component, Grid, ScalarVolume, VolumeError, demo};
 
 /// What was opened: the grid, and where the file says so, its format.
@@ -54,7 +58,7 @@ pub(super) fn grid(flags: &InputFlags) -> Result<Input, Failure> {
 }
 
 /// The scalar that is drawn: the named field or the active one, a component or the magnitude.
-pub(super) fn scalar(
+fn scalar(
     input: &Input,
     field: Option<&str>,
     component: Option<usize>,
@@ -71,4 +75,40 @@ pub(super) fn scalar(
     };
     let volume = input.grid.scalar(field, component, &Ticket::new()).map_err(failed)?;
     Ok(Arc::new(volume))
+}
+
+/// The scene as it opens, changed by the flags.
+pub(super) fn scene(
+    input: &Input,
+    flags: &SceneFlags,
+    splat: SplatSettings,
+) -> Result<Scene, Failure> {
+    let volume = scalar(input, flags.field.as_deref(), flags.component)?;
+    let opening = scene::opening(volume, input.grid.space.as_deref());
+    let camera = camera(flags, &opening.camera);
+    let mut transfer = opening.transfer.clone();
+    if let Some(points) = &flags.opacity {
+        transfer.opacity = points.0.clone();
+    }
+    if let Some(stops) = &flags.color {
+        transfer.colour = ColourSource::Stops(stops.0.clone());
+    } else if let ColourSource::Map { map, range } = &mut transfer.colour {
+        *map = flags.colormap.unwrap_or(*map);
+        *range = flags.color_range.unwrap_or(*range);
+    }
+    Ok(Scene { camera, transfer, splat, ..opening })
+}
+
+fn camera(flags: &SceneFlags, opening: &Camera) -> Camera {
+    let vector = |given: Option<[f64; 3]>, own: DVec3| given.map_or(own, DVec3::from);
+    let mut camera = Camera::new(
+        vector(flags.camera_focal_point, opening.focal_point),
+        vector(flags.camera_direction, opening.direction),
+        vector(flags.camera_view_up, opening.up),
+        flags.parallel_scale.unwrap_or(opening.parallel_scale),
+    );
+    if let Some(degrees) = flags.camera_view_angle {
+        camera.projection = Projection::Perspective { view_angle: degrees.to_radians() };
+    }
+    camera
 }

@@ -4,22 +4,26 @@ use std::io::Write;
 use std::path::Path;
 use std::time::Instant;
 
-use glam::DVec3;
-
 use super::flags::{RefineFlag, RenderFlags};
 use super::stats::Stats;
 use super::{Failure, open};
-use crate::core::{Camera, Projection, Ticket};
-use crate::scene::{self, Background, Scene, SplatSettings};
+use crate::core::Ticket;
+use crate::scene::{Background, MOST_SLABS_PER_VOXEL, Scene, Visibility};
 use crate::task::engine::Engine;
 use crate::task::picture_file::{self, PictureFormat};
 use crate::task::still::{Refine, StillRequest};
-use crate::transfer::ColourSource;
 
 pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
     let refine = refine(flags)?;
     let format = format(&flags.output)?;
     let splat = flags.mode.choice().resolve().map_err(|error| Failure::Usage(error.to_string()))?;
+    if flags.refine == RefineFlag::Converged && splat.visibility != Visibility::Slabs {
+        return Err(Failure::Usage(format!(
+            "expected --refine converged with --visibility slabs, which it doubles, found \
+             --visibility {}; choose --visibility slabs, or --refine full",
+            splat.visibility.name()
+        )));
+    }
     if flags.stats.as_ref() == Some(&flags.output) {
         return Err(Failure::Usage(format!(
             "expected --stats and --output to name two files, found one; rename one of them: {}",
@@ -31,9 +35,13 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
     for warning in &input.warnings {
         eprintln!("voxsplat: note: {warning}");
     }
-    let volume = open::scalar(&input, flags.field.as_deref(), flags.component)?;
+    let background = if flags.no_background {
+        Background::Transparent
+    } else {
+        Background::Colour(flags.background)
+    };
+    let scene = Scene { background, ..open::scene(&input, &flags.scene, splat)? };
     let load_ms = start.elapsed().as_secs_f64() * 1e3;
-    let scene = scene(flags, splat, scene::opening(volume, input.grid.space.as_deref()));
     let kernels_total = scene.volume.lattice.len() as u64;
     let engine = Engine::start(flags.adapter.clone(), || ());
     let request = StillRequest {
@@ -50,6 +58,16 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
             "voxsplat: note: nothing can be seen in the picture, though {} voxels have opacity; \
              look at the opacities, the extent and the camera",
             still.kernels_active
+        );
+    }
+    if let Some(convergence) = &still.convergence
+        && !convergence.is_reached()
+    {
+        eprintln!(
+            "voxsplat: note: the picture did not converge: with {} slabs per voxel, the most \
+             there are, it still changed by {:.1e}",
+            convergence.slabs_per_voxel,
+            convergence.last_difference.unwrap_or(1.0)
         );
     }
     match format {
@@ -96,8 +114,11 @@ fn refine(flags: &RenderFlags) -> Result<Refine, Failure> {
     let usage = |sentence: &str| Err(Failure::Usage(sentence.to_owned()));
     match (flags.refine, flags.budget_ms, flags.max_error) {
         (RefineFlag::Full, None, None) => Ok(Refine::Full),
-        (RefineFlag::Full, ..) => usage(
-            "expected --refine coarse with --budget-ms or --max-error, found --refine full; \
+        (RefineFlag::Converged, None, None) => {
+            Ok(Refine::Converged { most_slabs: MOST_SLABS_PER_VOXEL })
+        }
+        (RefineFlag::Full | RefineFlag::Converged, ..) => usage(
+            "expected --refine coarse with --budget-ms or --max-error, found another --refine; \
              add --refine coarse",
         ),
         (RefineFlag::Coarse, Some(budget_ms), None) => Ok(Refine::Budget { budget_ms }),
@@ -109,39 +130,4 @@ fn refine(flags: &RenderFlags) -> Result<Refine, Failure> {
             usage("expected one of --budget-ms and --max-error, found both; leave one out")
         }
     }
-}
-
-/// The scene as it opens, changed by the flags.
-fn scene(flags: &RenderFlags, splat: SplatSettings, opening: Scene) -> Scene {
-    let camera = camera(flags, &opening.camera);
-    let mut transfer = opening.transfer.clone();
-    if let Some(points) = &flags.opacity {
-        transfer.opacity = points.0.clone();
-    }
-    if let Some(stops) = &flags.color {
-        transfer.colour = ColourSource::Stops(stops.0.clone());
-    } else if let ColourSource::Map { map, range } = &mut transfer.colour {
-        *map = flags.colormap.unwrap_or(*map);
-        *range = flags.color_range.unwrap_or(*range);
-    }
-    let background = if flags.no_background {
-        Background::Transparent
-    } else {
-        Background::Colour(flags.background)
-    };
-    Scene { camera, transfer, background, splat, ..opening }
-}
-
-fn camera(flags: &RenderFlags, opening: &Camera) -> Camera {
-    let vector = |given: Option<[f64; 3]>, own: DVec3| given.map_or(own, DVec3::from);
-    let mut camera = Camera::new(
-        vector(flags.camera_focal_point, opening.focal_point),
-        vector(flags.camera_direction, opening.direction),
-        vector(flags.camera_view_up, opening.up),
-        flags.parallel_scale.unwrap_or(opening.parallel_scale),
-    );
-    if let Some(degrees) = flags.camera_view_angle {
-        camera.projection = Projection::Perspective { view_angle: degrees.to_radians() };
-    }
-    camera
 }

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::task::still::Still;
+use crate::task::still::{Convergence, Still};
 
 /// The file's content; the names are stable.
 #[derive(Debug, Serialize)]
@@ -18,8 +18,10 @@ pub(super) struct Stats<'a> {
     octree_error: f32,
     /// Size the picture was drawn at before it was enlarged.
     drawn_resolution: [u32; 2],
-    /// `full` or `coarse`.
+    /// `coarse`, `full` or `converged`.
     refinement: &'static str,
+    /// Where slabs were doubled, how that ended.
+    convergence: Option<Convergence>,
     /// Measured against `full`, where `--max-error` asked for it.
     rmse: Option<f64>,
     effects: Vec<&'static str>,
@@ -53,7 +55,12 @@ impl<'a> Stats<'a> {
             octree_nodes: still.drawn.nodes,
             octree_error: still.drawn.max_error,
             drawn_resolution: still.drawn.size,
-            refinement: if still.is_full { "full" } else { "coarse" },
+            refinement: match &still.convergence {
+                Some(convergence) if convergence.is_reached() => "converged",
+                _ if still.is_full => "full",
+                _ => "coarse",
+            },
+            convergence: still.convergence,
             rmse: still.measured_rmse,
             effects: Vec::new(),
             passes: still

@@ -15,7 +15,7 @@ use crate::accuracy::sweep::{
 };
 use crate::accuracy::{CompareError, Difference};
 use crate::core::{Cancelled, Ticket};
-use crate::scene::Scene;
+use crate::scene::{Scene, SplatSettings};
 
 /// The exact picture, pixel by pixel: the exact mode's integral in float64.
 pub trait Truth: Send + Sync {
@@ -28,6 +28,25 @@ pub trait Truth: Send + Sync {
 
 /// Makes the truth for a scene, whose mode is the exact one, at a size.
 pub type MakeTruth = fn(&Scene, [u32; 2]) -> Box<dyn Truth>;
+
+/// [`MakeTruth`] by the reference.
+pub fn exact_truth(scene: &Scene, size: [u32; 2]) -> Box<dyn Truth> {
+    struct StandIn(Vec<[f64; 4]>, usize);
+    impl Truth for StandIn {
+        fn pixel(&self, [x, y]: [u32; 2]) -> [f64; 4] {
+            self.0[y as usize * self.1 + x as usize]
+        }
+        fn stated_error(&self) -> f64 {
+            1e-9
+        }
+    }
+    use crate::reference::{Rays, every_sample, grid_kernels};
+    let kernels = grid_kernels(scene);
+    let size = size.map(|n| n as usize);
+    let kernel = scene.splat.kernel.splatted();
+    let light = every_sample(&kernels, kernel, None, &scene.camera, size, Rays::Exact);
+    Box::new(StandIn(light, size[0]))
+}
 
 /// How thorough a sweep is.
 #[derive(Debug, Clone, PartialEq)]
@@ -251,8 +270,13 @@ impl Sweep {
         self.adapter.as_deref()
     }
 
+    /// The mode whose limit the truth is: the exact one.
+    pub fn truth_mode(&self) -> SplatSettings {
+        exact_mode(&self.scene.splat, 1.0)
+    }
+
     fn exact_scene(&self) -> Scene {
-        Scene { splat: exact_mode(&self.scene.splat, 1.0), ..self.scene.clone() }
+        Scene { splat: self.truth_mode(), ..self.scene.clone() }
     }
 
     fn more_truth(&mut self, ticket: &Ticket) -> Result<(), SweepError> {

@@ -1,0 +1,196 @@
+//! What `accuracy` writes.
+
+use serde::Serialize;
+
+use crate::accuracy::sweep::{Detail, Point, mode_words};
+use crate::core::Camera;
+use crate::scene::{SplatSettings, Visibility};
+use crate::task::sweep::Sweep;
+use crate::transfer::TransferFunction;
+
+/// The file's content; the names are stable. dB of no error at all, which JSON has no number for,
+/// are null.
+#[derive(Debug, Serialize)]
+pub(super) struct Report<'a> {
+    adapter: &'a str,
+    scene: SceneRow<'a>,
+    resolution: [u32; 2],
+    truth: TruthRow,
+    /// What whole pictures are compared with; null where it could not be drawn.
+    converged: Option<ConvergedRow>,
+    /// Why there is none.
+    converged_failed: Option<&'a str>,
+    points: Vec<PointRow<'a>>,
+    /// Names of the points on the Pareto front of time and error, quickest first.
+    front: Vec<&'a str>,
+}
+
+#[derive(Debug, Serialize)]
+struct SceneRow<'a> {
+    file: String,
+    field: &'a str,
+    dims: [usize; 3],
+    spacing: [f64; 3],
+    camera: &'a Camera,
+    transfer: &'a TransferFunction,
+    opacity_unit_distance: f64,
+}
+
+/// What every point is held to: the exact integral in float64, at some pixels.
+#[derive(Debug, Serialize)]
+struct TruthRow {
+    mode: SplatSettings,
+    /// What a channel may be off by.
+    stated_error: Option<f64>,
+    pixels: usize,
+    seed: u64,
+}
+
+#[derive(Debug, Serialize)]
+struct ConvergedRow {
+    slabs_per_voxel: f64,
+    /// Greatest difference of a channel from the picture with half as many.
+    last_difference: Option<f64>,
+    /// Whether that is below 1/512.
+    is_reached: bool,
+    time_ms: f64,
+    /// Its own distance from the truth, at the sampled pixels.
+    rmse: f64,
+    rmse_ci: [f64; 2],
+    psnr_db: f64,
+    psnr_ci_db: [f64; 2],
+    max: f64,
+    alpha_rmse: f64,
+    alpha_max: f64,
+}
+
+#[derive(Debug, Serialize)]
+struct PointRow<'a> {
+    name: &'a str,
+    settings: &'a SplatSettings,
+    detail: Detail,
+    scale: f64,
+    on_front: bool,
+    /// One sentence where it could not be drawn; then there are no numbers.
+    failed: Option<&'a str>,
+    /// Slabs per voxel, where there are slabs.
+    slabs: Option<f64>,
+    #[serde(flatten)]
+    found: Option<FoundRow<'a>>,
+}
+
+#[derive(Debug, Serialize)]
+struct FoundRow<'a> {
+    /// Median of `times_ms`.
+    time_ms: f64,
+    times_ms: &'a [f64],
+    kernels: u64,
+    drawn_resolution: [u32; 2],
+    /// Against the truth at the sampled pixels, with the ends of 95 % intervals.
+    rmse: f64,
+    rmse_ci: [f64; 2],
+    psnr_db: f64,
+    psnr_ci_db: [f64; 2],
+    max: f64,
+    alpha_rmse: f64,
+    alpha_max: f64,
+    /// Against `converged`, over the whole picture.
+    ssim: Option<f64>,
+    flip: Option<f64>,
+    whole_rmse: Option<f64>,
+    whole_psnr_db: Option<f64>,
+    whole_max: Option<f64>,
+    whole_alpha_rmse: Option<f64>,
+    whole_alpha_max: Option<f64>,
+}
+
+impl<'a> Report<'a> {
+    /// A finished sweep of `file`.
+    pub(super) fn of(sweep: &'a Sweep, file: String) -> Self {
+        let scene = sweep.scene();
+        let lattice = &scene.volume.lattice;
+        let front = sweep.front();
+        let converged = sweep.converged();
+        Self {
+            adapter: sweep.adapter().unwrap_or_default(),
+            scene: SceneRow {
+                file,
+                field: &scene.volume.name,
+                dims: lattice.dims,
+                spacing: lattice.spacing.to_array(),
+                camera: &scene.camera,
+                transfer: &scene.transfer,
+                opacity_unit_distance: scene.opacity_unit_distance(),
+            },
+            resolution: sweep.size(),
+            truth: TruthRow {
+                mode: sweep.truth_mode(),
+                stated_error: sweep.truth_error(),
+                pixels: sweep.pixel_count(),
+                seed: sweep.options().seed,
+            },
+            converged: converged.and_then(Result::ok).map(|found| ConvergedRow {
+                slabs_per_voxel: found.convergence.slabs_per_voxel,
+                last_difference: found.convergence.last_difference,
+                is_reached: found.convergence.is_reached(),
+                time_ms: found.time_ms,
+                rmse: found.sampled.rmse,
+                rmse_ci: found.sampled.rmse_interval,
+                psnr_db: found.sampled.psnr_db,
+                psnr_ci_db: found.sampled.psnr_interval_db,
+                max: found.sampled.max_abs,
+                alpha_rmse: found.sampled.alpha_rmse,
+                alpha_max: found.sampled.alpha_max,
+            }),
+            converged_failed: converged.and_then(Result::err),
+            points: sweep
+                .points()
+                .iter()
+                .enumerate()
+                .map(|(i, point)| PointRow::of(point, front.contains(&i)))
+                .collect(),
+            front: front.iter().map(|&i| sweep.points()[i].setting.name.as_str()).collect(),
+        }
+    }
+
+    /// The truth's mode in few words.
+    pub(super) fn truth_words(sweep: &Sweep) -> String {
+        mode_words(&sweep.truth_mode())
+    }
+}
+
+impl<'a> PointRow<'a> {
+    fn of(point: &'a Point, on_front: bool) -> Self {
+        let setting = &point.setting;
+        let slabs = setting.splat.visibility == Visibility::Slabs;
+        Self {
+            name: &setting.name,
+            settings: &setting.splat,
+            detail: setting.detail,
+            scale: setting.scale,
+            on_front,
+            failed: point.outcome.as_ref().err().map(String::as_str),
+            slabs: slabs.then_some(setting.splat.slabs_per_voxel),
+            found: point.outcome.as_ref().ok().map(|found| FoundRow {
+                time_ms: found.median_ms(),
+                times_ms: &found.time_ms,
+                kernels: found.kernels,
+                drawn_resolution: found.drawn_size,
+                rmse: found.sampled.rmse,
+                rmse_ci: found.sampled.rmse_interval,
+                psnr_db: found.sampled.psnr_db,
+                psnr_ci_db: found.sampled.psnr_interval_db,
+                max: found.sampled.max_abs,
+                alpha_rmse: found.sampled.alpha_rmse,
+                alpha_max: found.sampled.alpha_max,
+                ssim: found.whole.and_then(|whole| whole.ssim),
+                flip: found.whole.map(|whole| whole.flip),
+                whole_rmse: found.whole.map(|whole| whole.rmse),
+                whole_psnr_db: found.whole.map(|whole| whole.psnr_db),
+                whole_max: found.whole.map(|whole| whole.max_abs),
+                whole_alpha_rmse: found.whole.map(|whole| whole.alpha_rmse),
+                whole_alpha_max: found.whole.map(|whole| whole.alpha_max),
+            }),
+        }
+    }
+}
