@@ -5,6 +5,9 @@
 
 @group(0) @binding(0) var picture: texture_2d<f32>;
 @group(0) @binding(1) var smoothly: sampler;
+@group(0) @binding(2) var second: texture_2d<f32>;
+// x: how much larger a difference is shown.
+@group(0) @binding(3) var<uniform> amplified: vec4<f32>;
 
 // The target decodes sRGB when it is written to: hand it light.
 override linear_target: bool = false;
@@ -26,6 +29,11 @@ fn light_of(encoded: vec3<f32>) -> vec3<f32> {
     return select(steep, encoded / 12.92, encoded <= vec3<f32>(0.04045));
 }
 
+fn encoded_of(light: vec3<f32>) -> vec3<f32> {
+    let steep = 1.055 * pow(light, vec3<f32>(1.0 / 2.4)) - 0.055;
+    return select(steep, light * 12.92, light <= vec3<f32>(0.0031308));
+}
+
 // Straight alpha in, premultiplied out.
 fn painted(texel: vec4<f32>) -> vec4<f32> {
     let front = texel.rgb * texel.a;
@@ -41,4 +49,15 @@ fn exact(in: Corner) -> @location(0) vec4<f32> {
 @fragment
 fn enlarged(in: Corner) -> @location(0) vec4<f32> {
     return painted(textureSampleLevel(picture, smoothly, in.at, 0.0));
+}
+
+// How far two pictures are apart, in linear light.
+@fragment
+fn difference(in: Corner) -> @location(0) vec4<f32> {
+    let at = vec2<i32>(in.at * vec2<f32>(textureDimensions(picture)));
+    let one = textureLoad(picture, at, 0);
+    let other = textureLoad(second, at, 0);
+    let apart = abs(light_of(one.rgb) * one.a - light_of(other.rgb) * other.a);
+    let light = min(apart * amplified.x, vec3<f32>(1.0));
+    return vec4<f32>(select(encoded_of(light), light, linear_target), 1.0);
 }

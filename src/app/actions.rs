@@ -21,6 +21,9 @@ pub enum Action {
     ToggleProjection,
     ResetView,
     ToggleSidePanel,
+    ToggleAccuracy,
+    ToggleCompare,
+    ToggleDifference,
     ToggleHelp,
 }
 
@@ -67,7 +70,7 @@ const fn entry(
 }
 
 /// Every command there is, in the order of the menus.
-pub const ACTIONS: [Entry; 14] = [
+pub const ACTIONS: [Entry; 17] = [
     entry(Action::Open, Menu::File, "Open…", command(Key::O), "Open a volume in a file dialog"),
     entry(
         Action::OpenPath,
@@ -130,6 +133,27 @@ pub const ACTIONS: [Entry; 14] = [
         "Show or hide the side panel",
     ),
     entry(
+        Action::ToggleAccuracy,
+        Menu::View,
+        "Accuracy panel",
+        plain(Key::A),
+        "Show or hide the chart of time against error, measured while the view rests",
+    ),
+    entry(
+        Action::ToggleCompare,
+        Menu::View,
+        "Compare two modes",
+        plain(Key::C),
+        "Show the view in a second mode beside the first",
+    ),
+    entry(
+        Action::ToggleDifference,
+        Menu::View,
+        "Split or difference",
+        plain(Key::D),
+        "Switch between two modes side by side and their amplified difference",
+    ),
+    entry(
         Action::ToggleHelp,
         Menu::Help,
         "Keys and mouse",
@@ -139,13 +163,15 @@ pub const ACTIONS: [Entry; 14] = [
 ];
 
 /// What the mouse does in the viewport: the gesture, and its effect.
-pub const GESTURES: [(&str, &str); 6] = [
+pub const GESTURES: [(&str, &str); 8] = [
     ("Left drag", "Turn the volume"),
     ("Middle drag, Shift+left drag", "Move the volume"),
     ("Right drag", "Zoom: up comes closer"),
     ("Wheel", "Zoom to the cursor"),
     ("Double click", "Put what is under the cursor in the centre"),
     ("Drop a file", "Open it"),
+    ("Drag the line between two modes", "Show more of the one or the other"),
+    ("Click, Shift+click on the chart", "Draw with a mode, compare with it"),
 ];
 
 /// The row of an action.

@@ -2,7 +2,9 @@
 
 use std::sync::Arc;
 
-use crate::task::engine::{Engine, EngineState, FrameRequest, Picture};
+use crate::task::engine::{
+    Engine, EngineState, FrameRequest, Picture, SecondPicture, SecondRequest,
+};
 
 /// The window's end of the drawing service. No call blocks.
 pub trait Drawer {
@@ -10,6 +12,10 @@ pub trait Drawer {
     fn request(&self, request: FrameRequest);
     /// The newest picture not yet taken, if any.
     fn take_picture(&self) -> Option<Arc<Picture>>;
+    /// Asks for a second picture, drawn once nothing else is to be done; `None` forgets it.
+    fn request_second(&self, request: Option<SecondRequest>);
+    /// The second picture not yet taken, if any.
+    fn take_second(&self) -> Option<Arc<SecondPicture>>;
     /// What is being done now.
     fn state(&self) -> EngineState;
     /// The adapter's name, once there is one.
@@ -23,6 +29,14 @@ impl Drawer for Engine {
 
     fn take_picture(&self) -> Option<Arc<Picture>> {
         Self::take_picture(self)
+    }
+
+    fn request_second(&self, request: Option<SecondRequest>) {
+        Self::request_second(self, request);
+    }
+
+    fn take_second(&self) -> Option<Arc<SecondPicture>> {
+        Self::take_second(self)
     }
 
     fn state(&self) -> EngineState {

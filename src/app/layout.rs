@@ -11,10 +11,10 @@ use super::actions::{ACTIONS, Action, Entry, Menu, entry_of};
 use super::camera_control;
 use super::document::Source;
 use super::notices::text_and_button_ui;
-use super::panels::{data, section_ui, splat, status, transfer, view};
+use super::panels::{accuracy, compare, data, section_ui, splat, status, transfer, view};
 use super::viewport::PixelArea;
 use super::window::Window;
-use super::{theme, trihedron};
+use super::{modes, theme, trihedron};
 
 /// Width of the side panel before anyone resizes it, points.
 const SIDE_WIDTH: f32 = 336.0;
@@ -39,6 +39,15 @@ impl Window {
                 .default_size(SIDE_WIDTH)
                 .size_range(336.0..=560.0)
                 .show(ui, |ui| self.side_ui(ui));
+        }
+        if self.accuracy.open {
+            let frame = Frame::new().inner_margin(Margin { left: 12, right: 12, top: 8, bottom: 6 });
+            Panel::bottom("accuracy")
+                .frame(frame)
+                .resizable(true)
+                .default_size(accuracy::HEIGHT)
+                .size_range(accuracy::LEAST_HEIGHT..=420.0)
+                .show(ui, |ui| self.accuracy_panel_ui(ui));
         }
         CentralPanel::no_frame().show(ui, |ui| self.viewport_ui(ui));
     }
@@ -99,8 +108,12 @@ impl Window {
 
     fn status_ui(&mut self, ui: &mut Ui) {
         let drawer = &self.parts.drawer;
-        let report = self.viewport.picture().map(|picture| picture.report.clone());
-        status::status_ui(ui, report.as_ref(), &drawer.state(), drawer.adapter_name().as_deref());
+        let shown = self.viewport.picture().zip(self.scene.as_ref()).map(|(picture, scene)| {
+            let report = picture.report.clone();
+            let measured = self.measuring.point_of(&scene.splat);
+            status::Shown { report, mode: scene.splat, measured }
+        });
+        status::status_ui(ui, shown.as_ref(), &drawer.state(), drawer.adapter_name().as_deref());
     }
 
     fn side_ui(&mut self, ui: &mut Ui) {
@@ -128,7 +141,20 @@ impl Window {
             let editor = &mut self.curve;
             transfer::transfer_ui(ui, editor, &mut scene.transfer, statistics, default);
         });
-        section_ui(ui, "Splats", |ui| splat::splat_ui(ui, scene));
+        let compare = &mut self.compare;
+        section_ui(ui, "Splats", |ui| {
+            compare::compare_ui(ui, compare, &mut scene.splat);
+            let voxel = scene.volume.lattice.smallest_spacing();
+            if compare.on && compare.edits_second {
+                // The unit distance is one for both.
+                let mut second = modes::with_unit_distance_of(compare.second, &scene.splat);
+                splat::splat_ui(ui, &mut second, voxel);
+                scene.splat.opacity_unit_distance = second.opacity_unit_distance;
+                compare.second = second;
+            } else {
+                splat::splat_ui(ui, &mut scene.splat, voxel);
+            }
+        });
         section_ui(ui, "View", |ui| view::view_ui(ui, scene, &mut self.settings));
         if let Some(choice) = choice {
             self.choose_field(ui.ctx(), choice);
@@ -147,7 +173,9 @@ impl Window {
                 memory.focused().inspect(|id| memory.surrender_focus(*id));
             });
         }
-        self.viewport.paint(ui.painter(), area);
+        let beside = self.beside();
+        let second = beside.as_ref().map(|(second, how)| (second, *how));
+        self.viewport.paint(ui.painter(), area, second);
         if let Some(scene) = &mut self.scene {
             scene.camera = camera_control::steered(&scene.camera, &response);
             if self.settings.trihedron {
@@ -157,6 +185,7 @@ impl Window {
         } else if !self.is_loading() {
             welcome_ui(ui, area.rect);
         }
+        self.comparison_ui(ui, area, beside.as_ref());
         self.overlays_ui(ui, area.rect);
         if ui.input(|input| !input.raw.hovered_files.is_empty()) {
             drop_hint_ui(ui, area.rect);

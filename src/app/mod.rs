@@ -6,12 +6,16 @@
 
 pub mod actions;
 pub mod camera_control;
+pub mod compare;
 pub mod dialogs;
 pub mod document;
 pub mod drawer;
 pub mod file_dialog;
 pub mod job;
+mod judging;
 mod layout;
+pub mod measuring;
+pub mod modes;
 pub mod notices;
 pub mod pacing;
 pub mod panels;
@@ -116,7 +120,8 @@ fn parts(ctx: &Context, adapter: AdapterChoice, screen_format: Option<ScreenForm
         // Built with wgpu alone, the window always has one.
         screen_format: screen_format.unwrap_or(ScreenFormat::Rgba8Unorm),
         library: Arc::new(Files),
-        renderer: saving::engine_renderer(adapter),
+        renderer: saving::engine_renderer(adapter.clone()),
+        measure: Arc::new(move |_, _| todo_measurer()),
         chooser: Box::new(FileDialog::open),
         pictures_folder: saving::pictures_folder(),
     }

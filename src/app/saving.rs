@@ -194,6 +194,8 @@ mod tests {
             kernels_total: 1,
             frame_ms: 1.0,
             progress: 1.0,
+            estimated_rmse: None,
+            checked: None,
         };
         let picture = Picture { size: [2, 3], requested_size: [2, 3], rgba: rgba.clone(), report };
         write_png(&picture, &path).unwrap();

@@ -2,7 +2,8 @@
 //!
 //! A picture of the size that was asked for is shown pixel for pixel on a rectangle of whole
 //! physical pixels, by a pipeline of our own (`shaders/picture.wgsl`), so that every byte arrives
-//! on screen as the engine wrote it. Other sizes are enlarged smoothly.
+//! on screen as the engine wrote it. Other sizes are enlarged smoothly. A second picture of the same
+//! size can stand beside it, or be subtracted from it.
 
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -16,7 +17,7 @@ pub use wgpu::TextureFormat as ScreenFormat;
 
 use super::theme;
 use crate::gpu::shader;
-use crate::task::engine::Picture;
+use crate::task::engine::{Picture, SecondPicture};
 
 /// Side of a square of the checkerboard that stands for no background, points.
 const CHECKER_POINTS: f32 = 10.0;
@@ -72,6 +73,15 @@ struct Shown {
     has_holes: bool,
 }
 
+/// How a second picture is shown with the first.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Beside {
+    /// To the right of this share of the width.
+    Split(f32),
+    /// Subtracted from the first, the difference this many times as large.
+    Difference(f32),
+}
+
 impl Viewport {
     /// Shows nothing yet, on a surface of `screen_format`.
     pub fn new(screen_format: wgpu::TextureFormat) -> Self {
@@ -105,8 +115,14 @@ impl Viewport {
     /// Paints the picture into `area`.
     ///
     /// A picture that was asked for at another size (the window was just resized) is scaled to
-    /// the area's height, as the camera does, and centred.
-    pub fn paint(&mut self, painter: &Painter, area: PixelArea) {
+    /// the area's height, as the camera does, and centred. A `second` picture is shown while it
+    /// belongs to the one on screen and both fill the area.
+    pub fn paint(
+        &mut self,
+        painter: &Painter,
+        area: PixelArea,
+        second: Option<(&Arc<SecondPicture>, Beside)>,
+    ) {
         let Some(shown) = lock(&self.shown).clone() else {
             painter.rect_filled(area.rect, 0.0, theme::VIEWPORT);
             return;
@@ -126,30 +142,87 @@ impl Viewport {
             let width = height * asked[0] as f32 / (asked[1] as f32).max(1.0);
             Rect::from_center_size(area.rect.center(), vec2(width, height))
         };
-        let callback = PaintPicture {
-            shown: Arc::clone(&self.shown),
-            format: self.screen_format,
-            area: area.size,
+        let second = second.filter(|(second, _)| {
+            [&shown.picture, &second.picture]
+                .iter()
+                .all(|p| p.size == area.size && p.requested_size == area.size)
+        });
+        let add = |part: Part, clip: Rect| {
+            let callback = PaintPicture {
+                shown: Arc::clone(&self.shown),
+                second: second.map(|(second, _)| Arc::clone(second)),
+                part,
+                format: self.screen_format,
+                area: area.size,
+            };
+            let callback = egui_wgpu::Callback::new_paint_callback(rect, callback);
+            painter.with_clip_rect(clip).add(callback);
         };
-        painter
-            .with_clip_rect(area.rect)
-            .add(egui_wgpu::Callback::new_paint_callback(rect, callback));
+        match second {
+            None => add(Part::First, area.rect),
+            Some((_, Beside::Difference(gain))) => add(Part::Difference(gain), area.rect),
+            Some((_, Beside::Split(share))) => {
+                let (mut left, mut right) = (area.rect, area.rect);
+                left.max.x = divider_x(area, share);
+                right.min.x = left.max.x;
+                add(Part::First, left);
+                add(Part::Second, right);
+            }
+        }
     }
+}
+
+/// Where the divider between two pictures is, points: on a whole pixel inside the area.
+pub fn divider_x(area: PixelArea, share: f32) -> f32 {
+    let pixel = area.rect.width() / area.size[0] as f32;
+    let pixels = (share.clamp(0.0, 1.0) * area.size[0] as f32).round();
+    area.rect.left() + pixels * pixel
+}
+
+/// What of two pictures is painted.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Part {
+    First,
+    Second,
+    /// This many times as large.
+    Difference(f32),
 }
 
 /// Which pipeline paints a picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 struct Variant {
     format: wgpu::TextureFormat,
-    /// Pixel for pixel, rather than enlarged.
-    exact: bool,
+    entry: Entry,
     /// Over what is there, rather than instead of it.
     blended: bool,
+}
+
+/// The fragment shader, and with it what is bound.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+enum Entry {
+    /// Pixel for pixel.
+    Exact,
+    /// Enlarged smoothly.
+    Enlarged,
+    /// Two pictures, pixel for pixel.
+    Difference,
+}
+
+impl Entry {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Exact => "exact",
+            Self::Enlarged => "enlarged",
+            Self::Difference => "difference",
+        }
+    }
 }
 
 /// One painting of one picture, as egui's renderer runs it.
 struct PaintPicture {
     shown: Arc<Mutex<Option<Shown>>>,
+    second: Option<Arc<SecondPicture>>,
+    part: Part,
     format: wgpu::TextureFormat,
     /// Size of the place on screen, physical pixels.
     area: [u32; 2],
@@ -158,25 +231,40 @@ struct PaintPicture {
 /// What is kept on the window's device between paintings.
 #[derive(Default)]
 struct Kept {
+    first: Uploaded,
+    /// Only while two pictures are shown.
+    second: Uploaded,
+    pipelines: HashMap<Variant, wgpu::RenderPipeline>,
+    /// What is bound for the first picture, the second, and their difference.
+    bound: [Option<(Variant, wgpu::BindGroup)>; 3],
+    /// How much larger the difference is shown.
+    gain: Option<wgpu::Buffer>,
+}
+
+/// A picture on the window's device.
+#[derive(Default)]
+struct Uploaded {
     texture: Option<wgpu::Texture>,
     /// What the texture holds.
     picture: Option<Arc<Picture>>,
-    pipelines: HashMap<Variant, wgpu::RenderPipeline>,
-    /// The texture bound to a pipeline, and which.
-    bound: Option<(Variant, wgpu::BindGroup)>,
 }
 
-impl Kept {
+impl Uploaded {
     /// Uploads a picture unless it is there already; the texture is kept while its size fits.
-    fn upload(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, picture: &Arc<Picture>) {
+    /// Whether there is another texture now.
+    fn upload(
+        &mut self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        picture: &Arc<Picture>,
+    ) -> bool {
         if self.picture.as_ref().is_some_and(|kept| Arc::ptr_eq(kept, picture)) {
-            return;
+            return false;
         }
         let [width, height] = picture.size;
         let size = wgpu::Extent3d { width, height, depth_or_array_layers: 1 };
-        if self.texture.as_ref().is_none_or(|texture| texture.size() != size) {
-            // The bind group holds the old texture.
-            self.bound = None;
+        let is_new = self.texture.as_ref().is_none_or(|texture| texture.size() != size);
+        if is_new {
             self.texture = Some(device.create_texture(&wgpu::TextureDescriptor {
                 label: Some("picture"),
                 size,
@@ -188,7 +276,7 @@ impl Kept {
                 view_formats: &[],
             }));
         }
-        let Some(texture) = &self.texture else { return };
+        let Some(texture) = &self.texture else { return is_new };
         let layout = wgpu::TexelCopyBufferLayout {
             offset: 0,
             bytes_per_row: Some(4 * width),
@@ -196,34 +284,78 @@ impl Kept {
         };
         queue.write_texture(texture.as_image_copy(), &picture.rgba, layout, size);
         self.picture = Some(Arc::clone(picture));
+        is_new
+    }
+}
+
+impl Kept {
+    /// Brings the textures up to what is shown; bind groups of others are let go.
+    fn upload(
+        &mut self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        first: &Arc<Picture>,
+        second: Option<&Arc<Picture>>,
+    ) {
+        let mut stale = self.first.upload(device, queue, first);
+        match second {
+            Some(second) => stale |= self.second.upload(device, queue, second),
+            None => {
+                stale |= self.second.texture.is_some();
+                self.second = Uploaded::default();
+            }
+        }
+        if stale {
+            self.bound = Default::default();
+        }
     }
 
-    fn bind(&mut self, device: &wgpu::Device, variant: Variant) {
-        let Some(texture) = &self.texture else { return };
-        if self.bound.as_ref().is_some_and(|(bound, _)| *bound == variant) {
+    fn amplify(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, gain: f32) {
+        let buffer = self.gain.get_or_insert_with(|| {
+            device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("amplified"),
+                size: 16,
+                usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+                mapped_at_creation: false,
+            })
+        });
+        queue.write_buffer(buffer, 0, bytemuck::bytes_of(&[gain, 0.0, 0.0, 0.0]));
+    }
+
+    fn bind(&mut self, device: &wgpu::Device, variant: Variant, place: usize) {
+        let shown = if place == 1 { &self.second } else { &self.first };
+        let Some(texture) = &shown.texture else { return };
+        if self.bound[place].as_ref().is_some_and(|(bound, _)| *bound == variant) {
             return;
         }
         let pipeline = self.pipelines.entry(variant).or_insert_with(|| pipeline(device, variant));
+        let view = texture.create_view(&Default::default());
+        let entry = |binding, resource| wgpu::BindGroupEntry { binding, resource };
+        let mut entries = vec![entry(0, wgpu::BindingResource::TextureView(&view))];
         let sampler = device.create_sampler(&wgpu::SamplerDescriptor {
             label: Some("picture"),
             mag_filter: wgpu::FilterMode::Linear,
             min_filter: wgpu::FilterMode::Linear,
             ..Default::default()
         });
-        let view = texture.create_view(&Default::default());
-        let picture = wgpu::BindGroupEntry {
-            binding: 0,
-            resource: wgpu::BindingResource::TextureView(&view),
-        };
-        let smoothly =
-            wgpu::BindGroupEntry { binding: 1, resource: wgpu::BindingResource::Sampler(&sampler) };
-        let entries = [picture, smoothly];
+        let other = self.second.texture.as_ref().map(|t| t.create_view(&Default::default()));
+        match (variant.entry, &other, &self.gain) {
+            (Entry::Exact, ..) => {}
+            (Entry::Enlarged, ..) => {
+                entries.push(entry(1, wgpu::BindingResource::Sampler(&sampler)));
+            }
+            (Entry::Difference, Some(other), Some(gain)) => {
+                entries.push(entry(2, wgpu::BindingResource::TextureView(other)));
+                entries.push(entry(3, gain.as_entire_binding()));
+            }
+            (Entry::Difference, ..) => return,
+        }
         let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("picture"),
             layout: &pipeline.get_bind_group_layout(0),
-            entries: if variant.exact { &entries[..1] } else { &entries },
+            entries: &entries,
         });
-        self.bound = Some((variant, group));
+        self.bound[place] = Some((variant, group));
     }
 }
 
@@ -247,7 +379,7 @@ fn pipeline(device: &wgpu::Device, variant: Variant) -> wgpu::RenderPipeline {
         multisample: Default::default(),
         fragment: Some(wgpu::FragmentState {
             module: &module,
-            entry_point: Some(if variant.exact { "exact" } else { "enlarged" }),
+            entry_point: Some(variant.entry.name()),
             compilation_options: wgpu::PipelineCompilationOptions {
                 constants: &[("linear_target", linear)],
                 ..Default::default()
@@ -275,13 +407,20 @@ impl egui_wgpu::CallbackTrait for PaintPicture {
         let Some(shown) = lock(&self.shown).clone() else { return Vec::new() };
         let picture = &shown.picture;
         let kept = resources.entry::<Kept>().or_insert_with(Kept::default);
-        kept.upload(device, queue, picture);
-        let variant = Variant {
-            format: self.format,
-            exact: picture.size == self.area && picture.requested_size == self.area,
-            blended: shown.has_holes,
+        let second = self.second_of(picture).map(|second| &second.picture);
+        kept.upload(device, queue, picture, second);
+        let exact = picture.size == self.area && picture.requested_size == self.area;
+        let entry = match self.part {
+            Part::Difference(gain) if second.is_some() => {
+                kept.amplify(device, queue, gain);
+                Entry::Difference
+            }
+            _ if exact => Entry::Exact,
+            _ => Entry::Enlarged,
         };
-        kept.bind(device, variant);
+        let blended = shown.has_holes && entry != Entry::Difference;
+        let variant = Variant { format: self.format, entry, blended };
+        kept.bind(device, variant, self.place(picture));
         Vec::new()
     }
 
@@ -292,11 +431,30 @@ impl egui_wgpu::CallbackTrait for PaintPicture {
         resources: &egui_wgpu::CallbackResources,
     ) {
         let Some(kept) = resources.get::<Kept>() else { return };
-        let Some((variant, group)) = &kept.bound else { return };
+        let Some(place) = lock(&self.shown).as_ref().map(|shown| self.place(&shown.picture)) else {
+            return;
+        };
+        let Some((variant, group)) = &kept.bound[place] else { return };
         let Some(pipeline) = kept.pipelines.get(variant) else { return };
         pass.set_pipeline(pipeline);
         pass.set_bind_group(0, group, &[]);
         pass.draw(0..3, 0..1);
+    }
+}
+
+impl PaintPicture {
+    /// The second picture, unless a newer first one came in the pass that queued this.
+    fn second_of(&self, first: &Arc<Picture>) -> Option<&Arc<SecondPicture>> {
+        self.second.as_ref().filter(|second| Arc::ptr_eq(&second.first, first))
+    }
+
+    /// Where in [`Kept::bound`] what is painted stands.
+    fn place(&self, first: &Arc<Picture>) -> usize {
+        match (self.part, self.second_of(first)) {
+            (Part::First, _) | (_, None) => 0,
+            (Part::Second, Some(_)) => 1,
+            (Part::Difference(_), Some(_)) => 2,
+        }
     }
 }
 
@@ -327,6 +485,17 @@ mod tests {
             }
             let width = area.rect.width() * scale;
             assert!((width - area.size[0] as f32).abs() < 1e-2, "{scale}: {width}");
+        }
+    }
+
+    #[test]
+    fn the_divider_is_on_a_pixel_and_never_outside() {
+        let area = PixelArea::covering(Rect::from_min_max(pos2(3.0, 0.0), pos2(104.0, 50.0)), 1.5);
+        for share in [-1.0, 0.0, 0.31, 0.5, 1.0, 7.0] {
+            let x = divider_x(area, share);
+            assert!(area.rect.x_range().expand(1e-3).contains(x), "{share}: {x}");
+            let pixels = x * 1.5;
+            assert!((pixels - pixels.round()).abs() < 1e-3, "{share}: {pixels}");
         }
     }
 

@@ -8,6 +8,7 @@ use eframe::egui::{Context, Ui, ViewportCommand};
 
 use super::actions::{self, Action};
 use super::camera_control;
+use super::compare::{Compare, Display};
 use super::dialogs::Outcome;
 use super::dialogs::open_path::OpenPath;
 use super::dialogs::raw::RawDialog;
@@ -16,8 +17,10 @@ use super::document::{Document, Library, ReadFailure, Source};
 use super::drawer::Drawer;
 use super::file_dialog::{Answer, FileDialog};
 use super::job::{Ended, Job};
+use super::measuring::{EstimateRecord, Measuring, StartMeasuring};
 use super::notices::Notices;
 use super::pacing::{News, Pacing};
+use super::panels::accuracy::AccuracyPanel;
 use super::panels::curve::CurveEditor;
 use super::panels::data::FieldChoice;
 use super::saving::{self, Renderer, SaveRequest, Saved};
@@ -47,6 +50,8 @@ pub struct Parts {
     pub library: Arc<dyn Library>,
     /// Who draws pictures to be saved.
     pub renderer: Renderer,
+    /// Who measures modes for the accuracy panel.
+    pub measure: StartMeasuring,
     /// Asks the person for a file to open.
     pub chooser: Box<dyn Fn(&Context) -> FileDialog>,
     /// Where screenshots go, or one sentence why there is no such place.
@@ -84,6 +89,12 @@ pub struct Window {
     pub(super) pacing: Pacing,
     pub(super) notices: Notices,
     pub(super) dialog: Option<Dialog>,
+    pub(super) compare: Compare,
+    pub(super) accuracy: AccuracyPanel,
+    pub(super) measuring: Measuring,
+    pub(super) estimates: EstimateRecord,
+    /// Reached the engine last.
+    pub(super) last_valid_mode: SplatSettings,
     file_dialog: Option<FileDialog>,
     loading: Option<Loading>,
     saving: Vec<Job<Saved>>,
@@ -106,6 +117,11 @@ impl Window {
             pacing: Pacing::default(),
             notices: Notices::default(),
             dialog: None,
+            compare: Compare::default(),
+            accuracy: AccuracyPanel::default(),
+            measuring: Measuring::default(),
+            estimates: EstimateRecord::default(),
+            last_valid_mode: SplatSettings::default(),
             file_dialog: None,
             loading: None,
             saving: Vec::new(),
@@ -136,6 +152,21 @@ impl Window {
     /// What the window has to say.
     pub fn notices(&self) -> &Notices {
         &self.notices
+    }
+
+    /// The comparison of two modes.
+    pub fn compare(&self) -> &Compare {
+        &self.compare
+    }
+
+    /// The accuracy panel's job.
+    pub fn measuring(&self) -> &Measuring {
+        &self.measuring
+    }
+
+    /// How good the estimates of coarse pictures were.
+    pub fn estimates(&self) -> &EstimateRecord {
+        &self.estimates
     }
 
     /// Whether something is being read.
@@ -193,6 +224,18 @@ impl Window {
             }
             Action::ResetView => self.reset_view(),
             Action::ToggleSidePanel => self.settings.side_panel = !self.settings.side_panel,
+            Action::ToggleAccuracy => self.accuracy.open = !self.accuracy.open,
+            Action::ToggleCompare => {
+                if let Some(scene) = &self.scene {
+                    self.compare.toggle(&scene.splat);
+                }
+            }
+            Action::ToggleDifference => {
+                self.compare.display = match self.compare.display {
+                    Display::Split => Display::Difference,
+                    Display::Difference => Display::Split,
+                };
+            }
             Action::ToggleHelp => {
                 let shown = matches!(self.dialog, Some(Dialog::Help));
                 self.dialog = (!shown).then_some(Dialog::Help);
@@ -466,6 +509,7 @@ impl Window {
 
     /// Posts what has changed, and shows what has come.
     fn pace(&mut self, ctx: &Context) {
+        self.keep_mode_valid();
         let Some(scene) = &mut self.scene else { return };
         scene.background = self.settings.scene_background();
         let now_secs = ctx.time();
@@ -485,9 +529,9 @@ impl Window {
     }
 
     fn take_picture(&mut self, ctx: &Context) {
-        if let Some(picture) = self.parts.drawer.take_picture()
-            && self.viewport.accept(picture)
-        {
+        let Some(picture) = self.parts.drawer.take_picture() else { return };
+        self.record_estimate(&picture);
+        if self.viewport.accept(picture) {
             ctx.request_repaint();
         }
     }
@@ -535,6 +579,7 @@ impl eframe::App for Window {
         self.layout_ui(ui);
         self.dialogs_ui(&ctx);
         self.pace(&ctx);
+        self.pace_judging(&ctx);
     }
 
     fn save(&mut self, storage: &mut dyn eframe::Storage) {

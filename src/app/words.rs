@@ -1,6 +1,7 @@
 //! Numbers and names as people read them.
 
 use crate::kernel::Kernel;
+use crate::scene::{Backend, Classify, OpacityModel, Order, Reconstruction, Visibility};
 use crate::transfer::ColourMap;
 
 /// A no-break space between groups of three digits.
@@ -58,6 +59,15 @@ pub fn milliseconds(ms: f64) -> String {
     }
 }
 
+/// A level in dB: `29.8 dB`; beyond what bytes can show, and for equal pictures, `over 99 dB`.
+pub fn decibels(db: f64) -> String {
+    match db {
+        db if db.is_nan() => "unknown".to_owned(),
+        db if db >= 99.5 => "over 99 dB".to_owned(),
+        db => format!("{db:.1} dB"),
+    }
+}
+
 /// A script's name for something, as the interface writes it: `ct-like` → `CT-like`.
 fn sentence_case(name: &str) -> String {
     if let Some(rest) = name.strip_prefix("ct-") {
@@ -89,6 +99,95 @@ pub fn kernel_help(kernel: Kernel) -> &'static str {
         Kernel::Linear => "Straight between neighbours, as most viewers do: quick, with creases",
         Kernel::BSpline => "The smoothest: passes through every sample, without creases",
         Kernel::Cubic => "The optimal cubic (radius 1.556 voxels): smooth with the least ripple",
+    }
+}
+
+/// What a way of hiding is called, and what it means, one line.
+pub fn visibility(visibility: Visibility) -> (&'static str, &'static str) {
+    match visibility {
+        Visibility::EverySample => (
+            "Every sample",
+            "Each sample's footprint is laid over those behind it: quick, but colours bleed where \
+             footprints overlap",
+        ),
+        Visibility::Sheets => (
+            "Sheets",
+            "Footprints are added up in sheets along one axis of the data, then laid over each \
+             other: the picture jumps when that axis changes",
+        ),
+        Visibility::Slabs => (
+            "Slabs",
+            "Samples are added up in thin slabs facing you: no jumps, and as exact as you like",
+        ),
+    }
+}
+
+/// What a time of classification is called, and what it means, one line.
+pub fn classify(classify: Classify) -> (&'static str, &'static str) {
+    match classify {
+        Classify::Before => (
+            "Before",
+            "Each sample is coloured first, and colours are blended: soft, and thin layers wash out",
+        ),
+        Classify::After => (
+            "After",
+            "Values are blended first, and one value in the middle of each slab is coloured",
+        ),
+        Classify::PreIntegrated => (
+            "Pre-integrated",
+            "Values are blended first, and all values through each slab are coloured: thin layers \
+             stay whole",
+        ),
+    }
+}
+
+/// What a reconstruction is called, and what it means, one line.
+pub fn reconstruction(reconstruction: Reconstruction) -> (&'static str, &'static str) {
+    match reconstruction {
+        Reconstruction::Smooth => (
+            "Smooth",
+            "Samples are blended as they are: noise is softened, and so is fine detail",
+        ),
+        Reconstruction::Interpolating => (
+            "Interpolating",
+            "The blend passes through every sample: sharp, and true to the data",
+        ),
+    }
+}
+
+/// What an opacity model is called, and what it means, one line.
+pub fn opacity_model(model: OpacityModel) -> (&'static str, &'static str) {
+    match model {
+        OpacityModel::OpticalDepth => (
+            "Optical depth",
+            "Depths add up where kernels overlap, as light does: what is drawn does not depend on \
+             how it is cut",
+        ),
+        OpacityModel::Published => (
+            "Published",
+            "Opacities add up where kernels overlap and stop at 1, as the papers print it",
+        ),
+    }
+}
+
+/// What an order is called, and what it means, one line.
+pub fn order(order: Order) -> (&'static str, &'static str) {
+    match order {
+        Order::BackToFront => ("Back to front", "Far things first, near things laid over them"),
+        Order::FrontToBack => {
+            ("Front to back", "Near things first: what they hide need not be drawn at all")
+        }
+    }
+}
+
+/// What a back end is called, and what it means, one line.
+pub fn backend(backend: Backend) -> (&'static str, &'static str) {
+    match backend {
+        Backend::Auto => ("Automatic", "Whichever is faster here: both draw the same picture"),
+        Backend::Raster => {
+            ("Triangles", "Footprints as blended triangles: only for every sample")
+        }
+        Backend::Tiles => ("Tiles", "Small squares of the screen, each walked front to back"),
     }
 }
 
@@ -127,6 +226,28 @@ mod tests {
         assert_eq!(milliseconds(8.34), "8.3 ms");
         assert_eq!(milliseconds(209.6), "210 ms");
         assert_eq!(milliseconds(3_420.0), "3.4 s");
+    }
+
+    #[test]
+    fn levels_have_one_digit_after_the_point() {
+        assert_eq!(decibels(29.84), "29.8 dB");
+        assert_eq!(decibels(f64::INFINITY), "over 99 dB");
+        assert_eq!(decibels(f64::NAN), "unknown");
+    }
+
+    #[test]
+    fn every_choice_has_a_name_and_a_line_of_its_own() {
+        let mut lines: Vec<(&str, &str)> = Vec::new();
+        lines.extend(Visibility::ALL.iter().map(|&v| visibility(v)));
+        lines.extend(Classify::ALL.iter().map(|&c| classify(c)));
+        lines.extend(Reconstruction::ALL.iter().map(|&r| reconstruction(r)));
+        lines.extend(OpacityModel::ALL.iter().map(|&o| opacity_model(o)));
+        lines.extend(Order::ALL.iter().map(|&o| order(o)));
+        lines.extend(Backend::ALL.iter().map(|&b| backend(b)));
+        for (i, (name, help)) in lines.iter().enumerate() {
+            assert!(!help.ends_with('.') && !help.contains('\n'), "{help}");
+            assert!(lines[i + 1..].iter().all(|(other, _)| other != name), "{name}");
+        }
     }
 
     #[test]

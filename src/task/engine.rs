@@ -4,6 +4,10 @@
 //! being drawn is dropped at its next piece. Pictures come back through [`Engine::take_picture`],
 //! announced by the `wake` callback.
 
+mod second;
+
+pub use second::{SecondPicture, SecondRequest};
+
 use std::collections::VecDeque;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError, mpsc};
 use std::thread::JoinHandle;
@@ -12,6 +16,7 @@ use std::time::{Duration, Instant};
 pub use crate::gpu::AdapterChoice;
 
 use super::draw::{DrawError, Drawer, Drawn, Observer, Rung, background_light};
+use super::estimate::{self, Checked, Coarseness, Estimator};
 use super::slabs;
 use super::still::{self, Still, StillError, StillRequest};
 use crate::core::Ticket;
@@ -78,6 +83,13 @@ pub struct Picture {
     pub report: FrameReport,
 }
 
+impl Picture {
+    /// How many times smaller it is than what it is shown at, ≥ 1.
+    pub fn shrink(&self) -> f64 {
+        (f64::from(self.requested_size[1]) / f64::from(self.size[1].max(1))).max(1.0)
+    }
+}
+
 /// What a picture shows and what it cost.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FrameReport {
@@ -93,6 +105,10 @@ pub struct FrameReport {
     pub frame_ms: f64,
     /// Share of the way to `full`, 0..=1; 1 once nothing more will be drawn.
     pub progress: f32,
+    /// What a coarse picture is thought to be off by: RMSE to `full` in linear light.
+    pub estimated_rmse: Option<f64>,
+    /// On `full`: what the coarse picture of the same view was thought to be off by, and was.
+    pub checked: Option<Checked>,
 }
 
 /// What the engine is doing, for the status line.
@@ -128,6 +144,11 @@ struct Slot {
     frame: Option<FrameRequest>,
     /// Stills are waited for: none is ever dropped, and they go before frames.
     stills: VecDeque<PostedStill>,
+    /// Drawn once nothing else is asked for.
+    second: Option<SecondRequest>,
+    /// Whether the second picture under way is still of use.
+    second_wanted: bool,
+    second_picture: Option<Arc<SecondPicture>>,
     stop: bool,
     /// The volume of the frame under way, and what cancels its preparation.
     under_way: Option<(Arc<ScalarVolume>, Ticket)>,
@@ -148,6 +169,7 @@ struct PostedStill {
 enum Posted {
     Frame(FrameRequest, Ticket),
     Still(PostedStill),
+    Second(SecondRequest),
 }
 
 impl Slot {
@@ -160,7 +182,9 @@ impl Slot {
         if let Some(still) = self.stills.pop_front() {
             return Some(Posted::Still(still));
         }
-        let frame = self.frame.take()?;
+        let Some(frame) = self.frame.take() else {
+            return self.second.take().map(Posted::Second);
+        };
         let ticket = Ticket::new();
         self.under_way = Some((Arc::clone(&frame.scene.volume), ticket.clone()));
         Some(Posted::Frame(frame, ticket))
@@ -191,6 +215,9 @@ impl Engine {
             slot: Mutex::new(Slot {
                 frame: None,
                 stills: VecDeque::new(),
+                second: None,
+                second_wanted: false,
+                second_picture: None,
                 stop: false,
                 under_way: None,
                 picture: None,
@@ -207,6 +234,8 @@ impl Engine {
             wishes,
             drawer: None,
             last_coarse: None,
+            coarse: Vec::new(),
+            estimator: Estimator::default(),
         };
         let thread = std::thread::Builder::new().name("voxsplat-engine".to_owned());
         let thread = thread.spawn(move || worker.run());
@@ -306,6 +335,10 @@ struct Worker {
     drawer: Option<Drawer>,
     /// The scene whose coarse picture was published last.
     last_coarse: Option<(Scene, [u32; 2])>,
+    /// The coarse pictures published last, one of a kind, until a finished one of their view has
+    /// checked them.
+    coarse: Vec<(FrameRequest, Arc<Picture>, Coarseness)>,
+    estimator: Estimator,
 }
 
 impl Worker {
@@ -319,7 +352,7 @@ impl Worker {
         loop {
             let posted = {
                 let mut slot = self.shared.lock();
-                while slot.is_empty() && !slot.stop {
+                while slot.is_empty() && slot.second.is_none() && !slot.stop {
                     slot = self.shared.posted.wait(slot).unwrap_or_else(PoisonError::into_inner);
                 }
                 if slot.stop {
@@ -338,10 +371,12 @@ impl Worker {
                     drop(still.reply.send(result));
                     self.announce(EngineState::Idle);
                 }
+                Some(Posted::Second(request)) => self.serve_second(request),
                 None => {}
             }
         }
     }
+
 
     fn still(&mut self, request: &StillRequest, ticket: &Ticket) -> Result<Still, StillError> {
         let mut tries = 0;
@@ -529,33 +564,73 @@ impl Worker {
                 Manner::InPieces { after, .. } => after as f32,
             };
             let words = (rung_words(rung, &drawn), progress);
-            self.publish(request, words, drawn, rgba, active);
+            let mut picture = picture(request, words, &drawn, rgba, active);
+            let coarseness = match rung {
+                Rung::Coarse { .. } => Some(Coarseness::Octree { max_error: drawn.max_error }),
+                Rung::Reduced { .. } => Some(Coarseness::Reduced),
+                _ => None,
+            };
+            if let Some(coarseness) = coarseness {
+                let rmse = self.estimator.rmse(&request.scene, coarseness, picture.shrink());
+                picture.report.estimated_rmse = Some(rmse);
+            } else if rung == Rung::Full {
+                self.check(request, &mut picture);
+            }
+            let picture = Arc::new(picture);
+            if let Some(coarseness) = coarseness {
+                self.coarse.retain(|(_, _, other)| !other.is_kind_of(coarseness));
+                self.coarse.push((request.clone(), Arc::clone(&picture), coarseness));
+            }
+            self.publish(picture);
             Ok(())
         });
         self.drawer = Some(drawer);
         result
     }
 
-    fn publish(
-        &self,
-        request: &FrameRequest,
-        (rung, progress): (String, f32),
-        drawn: Drawn,
-        rgba: Vec<u8>,
-        kernels_active: u64,
-    ) {
-        let report = FrameReport {
-            rung,
-            kernels_drawn: drawn.kernels,
-            kernels_active,
-            kernels_total: request.scene.volume.lattice.len() as u64,
-            frame_ms: drawn.wall_ms,
-            progress,
-        };
-        let picture = Picture { size: drawn.size, requested_size: request.size, rgba, report };
-        self.shared.lock().picture = Some(Arc::new(picture));
+    fn publish(&self, picture: Arc<Picture>) {
+        self.shared.lock().picture = Some(picture);
         (self.wake)();
     }
+
+    /// Holds the coarse pictures against the finished one of the same view, and learns from them.
+    fn check(&mut self, request: &FrameRequest, picture: &mut Picture) {
+        for (seen, coarse, coarseness) in std::mem::take(&mut self.coarse) {
+            let same = seen.size == request.size && seen.scene.makes_same_picture(&request.scene);
+            let Some(estimated_rmse) = coarse.report.estimated_rmse.filter(|_| same) else {
+                continue;
+            };
+            if let Ok(measured_rmse) = estimate::shown_rmse(&coarse, picture) {
+                let checked = Checked { estimated_rmse, measured_rmse };
+                self.estimator.learn(&request.scene, coarseness, &checked);
+                // The preview is the one that the hand saw.
+                if matches!(coarseness, Coarseness::Octree { .. }) {
+                    picture.report.checked = Some(checked);
+                }
+            }
+        }
+    }
+}
+
+/// What was drawn, with what is known of it.
+fn picture(
+    request: &FrameRequest,
+    (rung, progress): (String, f32),
+    drawn: &Drawn,
+    rgba: Vec<u8>,
+    kernels_active: u64,
+) -> Picture {
+    let report = FrameReport {
+        rung,
+        kernels_drawn: drawn.kernels,
+        kernels_active,
+        kernels_total: request.scene.volume.lattice.len() as u64,
+        frame_ms: drawn.wall_ms,
+        progress,
+        estimated_rmse: None,
+        checked: None,
+    };
+    Picture { size: drawn.size, requested_size: request.size, rgba, report }
 }
 
 /// A finished rung in words.
@@ -624,7 +699,8 @@ impl Observer for Watch<'_> {
                 #[expect(clippy::cast_possible_truncation, reason = "0..1")]
                 let progress = share.min(0.99) as f32;
                 let words = ("full, in part".to_owned(), progress);
-                self.worker.publish(self.request, words, drawn, rgba, self.active);
+                let picture = picture(self.request, words, &drawn, rgba, self.active);
+                self.worker.publish(Arc::new(picture));
             }
             self.last_partial = Instant::now();
         }

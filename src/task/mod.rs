@@ -5,6 +5,7 @@
 pub mod cost;
 pub mod draw;
 pub mod engine;
+pub mod estimate;
 pub mod picture_file;
 mod slabs;
 pub mod still;

@@ -81,6 +81,8 @@ fn gradient(request: &FrameRequest) -> Picture {
         kernels_total: 512,
         frame_ms: 12.0,
         progress: 1.0,
+        estimated_rmse: None,
+        checked: None,
     };
     Picture { size: request.size, requested_size: request.size, rgba, report }
 }

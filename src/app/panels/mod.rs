@@ -3,6 +3,9 @@
 //! A section reads and changes plain data (the scene, the settings) and returns what it cannot do
 //! itself.
 
+pub mod accuracy;
+pub mod chart;
+pub mod compare;
 pub mod curve;
 pub mod data;
 pub mod splat;
@@ -17,7 +20,7 @@ use eframe::egui::{
 use super::theme;
 
 /// Width of the column of names, points.
-const NAME_WIDTH: f32 = 80.0;
+const NAME_WIDTH: f32 = 92.0;
 /// Width of a number that can be dragged or typed, points: one that changes must not push others.
 const NUMBER_WIDTH: f32 = 64.0;
 /// Width of a slider's number and its reset button, points.

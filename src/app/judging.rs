@@ -1,0 +1,220 @@
+//! The window's part in comparing and measuring modes: what is shown beside the picture, and when
+//! the engine and the accuracy job are asked for it.
+
+use std::sync::Arc;
+
+use eframe::egui::accesskit::Role;
+use eframe::egui::{
+    Align2, Color32, Context, CornerRadius, CursorIcon, FontId, Painter, Pos2, Rect, Sense, Stroke,
+    Ui, WidgetInfo, pos2, vec2,
+};
+
+use super::compare::Display;
+use super::measuring::Now;
+use super::panels::accuracy::{Shown, accuracy_ui};
+use super::panels::chart::Marks;
+use super::panels::compare::verdict_words;
+use super::viewport::{Beside, PixelArea, divider_x};
+use super::window::Window;
+use super::{modes, theme};
+use crate::scene::SplatSettings;
+use crate::task::engine::{EngineState, Picture, SecondPicture};
+
+/// Half the width of what takes hold of the divider, points.
+const DIVIDER_REACH: f32 = 6.0;
+
+impl Window {
+    /// The chart and what belongs to it, along the lower edge.
+    pub(super) fn accuracy_panel_ui(&mut self, ui: &mut Ui) {
+        let Some(scene) = &self.scene else {
+            ui.label("Open a volume first: there is nothing to measure yet");
+            return;
+        };
+        let (points, is_old) = self.measuring.points();
+        let state = self.measuring.state();
+        let second = modes::with_unit_distance_of(self.compare.second, &scene.splat);
+        let marks = Marks {
+            first: &scene.splat,
+            second: self.compare.on.then_some(&second),
+            is_old: is_old && !points.is_empty(),
+        };
+        let shown = Shown {
+            points: &points,
+            marks,
+            state: &state,
+            fraction: self.measuring.fraction(),
+            size: self.viewport_size,
+            record: &self.estimates,
+        };
+        let done = accuracy_ui(ui, &mut self.accuracy, &shown);
+        if let Some(mode) = done.first {
+            self.set_mode(mode);
+        }
+        if let Some(mode) = done.second {
+            self.compare.with(mode);
+        }
+        if done.again {
+            self.measuring.start_over();
+        }
+    }
+
+    /// Draws with a mode from now on.
+    fn set_mode(&mut self, mode: SplatSettings) {
+        if let Some(scene) = &mut self.scene {
+            scene.splat = modes::with_unit_distance_of(mode, &scene.splat);
+        }
+    }
+
+    /// The picture on screen, once nothing more will be drawn of it and nothing moves.
+    fn finished_picture(&self) -> Option<Arc<Picture>> {
+        let picture = self.viewport.picture()?;
+        let is_finished = picture.report.progress >= 1.0
+            && picture.requested_size == self.viewport_size
+            && !self.pacing.is_moving();
+        is_finished.then_some(picture)
+    }
+
+    /// The second picture, if it belongs to the first, and how both are shown.
+    pub(super) fn beside(&self) -> Option<(Arc<SecondPicture>, Beside)> {
+        let first = self.finished_picture()?;
+        let second = self.compare.beside(&first)?;
+        let how = match self.compare.display {
+            Display::Split => Beside::Split(self.compare.divider),
+            Display::Difference => Beside::Difference(self.compare.gain()),
+        };
+        Some((Arc::clone(second), how))
+    }
+
+    /// The divider and the captions over the picture.
+    pub(super) fn comparison_ui(
+        &mut self,
+        ui: &mut Ui,
+        area: PixelArea,
+        beside: Option<&(Arc<SecondPicture>, Beside)>,
+    ) {
+        let Some(scene) = &self.scene else { return };
+        if !self.compare.on {
+            return;
+        }
+        let names = [scene.splat, self.compare.second].map(|mode| modes::name(&mode));
+        let rect = area.rect;
+        let bottom = rect.bottom() - 12.0;
+        let painter = ui.painter_at(rect);
+        match beside {
+            None if self.pacing.is_moving() => {}
+            None => {
+                let at = pos2(rect.center().x, bottom);
+                let failed = matches!(self.parts.drawer.state(), EngineState::Failed(_));
+                let words = if failed { "No second picture" } else { "Drawing the second picture" };
+                caption(&painter, at, Align2::CENTER_BOTTOM, words, theme::TEXT_FAINT);
+            }
+            Some((second, Beside::Difference(gain))) => {
+                let verdict = verdict_words(second.rmse);
+                let text = format!("Difference ×{gain} · {verdict}");
+                let at = pos2(rect.center().x, bottom);
+                caption(&painter, at, Align2::CENTER_BOTTOM, &text, theme::TEXT);
+            }
+            Some((second, Beside::Split(share))) => {
+                let share = divider_ui(ui, area, *share);
+                self.compare.divider = share;
+                let x = divider_x(area, share);
+                let verdict = verdict_words(second.rmse);
+                let texts = [names[0].clone(), format!("{} · {verdict}", names[1])];
+                let aligns = [Align2::RIGHT_BOTTOM, Align2::LEFT_BOTTOM];
+                let sides = [pos2(x - 10.0, bottom), pos2(x + 10.0, bottom)];
+                let halves = [
+                    Rect::from_min_max(rect.min, pos2(x, rect.bottom())),
+                    Rect::from_min_max(pos2(x, rect.top()), rect.max),
+                ];
+                let colours = [theme::TEXT, theme::NOTE];
+                for side in 0..2 {
+                    let painter = painter.with_clip_rect(halves[side]);
+                    caption(&painter, sides[side], aligns[side], &texts[side], colours[side]);
+                }
+            }
+        }
+    }
+
+    /// Asks for the second picture and runs the accuracy job, as things stand after this pass.
+    pub(super) fn pace_judging(&mut self, ctx: &Context) {
+        let finished = self.finished_picture();
+        let Some(scene) = &self.scene else { return };
+        let drawer = &*self.parts.drawer;
+        if let Some(second) = drawer.take_second() {
+            self.compare.accept(second);
+            // The pass that is being made has been laid out without it.
+            ctx.request_repaint();
+        }
+        self.compare.pace(drawer, scene, finished.as_ref());
+        let idle = matches!(drawer.state(), EngineState::Idle);
+        let waiting = self.compare.is_waiting(finished.as_ref());
+        let now = Now {
+            open: self.accuracy.open,
+            quiet: finished.is_some() && idle && !waiting && !ctx.input(|input| input.pointer.any_down()),
+            scene,
+            size: self.viewport_size,
+            secs: ctx.time(),
+        };
+        self.measuring.pace(ctx, &now, &self.parts.measure);
+    }
+
+    /// Takes in how good the estimate before a finished picture was.
+    pub(super) fn record_estimate(&mut self, picture: &Picture) {
+        if let Some(off_db) = picture.report.checked.and_then(|checked| checked.off_db()) {
+            self.estimates.add(off_db);
+        }
+    }
+
+    /// Takes a mode that means nothing back, so that it never reaches the engine.
+    pub(super) fn keep_mode_valid(&mut self) {
+        let Some(scene) = &mut self.scene else { return };
+        match scene.splat.check() {
+            Ok(()) => self.last_valid_mode = scene.splat,
+            Err(error) => {
+                log::error!("a mode that means nothing was chosen: {error}");
+                scene.splat = modes::with_unit_distance_of(self.last_valid_mode, &scene.splat);
+            }
+        }
+        if self.compare.second.check().is_err() {
+            self.compare.second = SplatSettings::SHADE_FIRST;
+        }
+    }
+}
+
+/// The line between two pictures; where it is after the hand had its way.
+fn divider_ui(ui: &Ui, area: PixelArea, share: f32) -> f32 {
+    let rect = area.rect;
+    let x = divider_x(area, share);
+    let reach = Rect::from_min_max(
+        pos2(x - DIVIDER_REACH, rect.top()),
+        pos2(x + DIVIDER_REACH, rect.bottom()),
+    );
+    let response = ui.interact(reach, ui.scope_id().with("divider"), Sense::drag());
+    response.widget_info(|| WidgetInfo::labeled(Role::Splitter, true, "Line between two modes"));
+    let active = response.hovered() || response.dragged();
+    if active {
+        ui.ctx().set_cursor_icon(CursorIcon::ResizeHorizontal);
+    }
+    let colour = if active { theme::ACCENT } else { Color32::from_white_alpha(150) };
+    let painter = ui.painter_at(rect);
+    painter.vline(x, rect.y_range(), Stroke::new(1.0, colour));
+    let grip = Rect::from_center_size(pos2(x, rect.center().y), vec2(5.0, 34.0));
+    painter.rect_filled(grip, CornerRadius::same(2), colour);
+    if response.dragged() && rect.width() > 0.0 {
+        // By the pointer's way, so that the line stays where it was taken.
+        return (share + response.drag_delta().x / rect.width()).clamp(0.02, 0.98);
+    }
+    share
+}
+
+/// A line of words on a dark ground, readable over any picture.
+fn caption(painter: &Painter, at: Pos2, align: Align2, text: &str, colour: Color32) {
+    let galley = painter.layout_no_wrap(text.to_owned(), FontId::proportional(12.0), colour);
+    let rect = align.anchor_size(at, galley.size());
+    painter.rect_filled(
+        rect.expand2(vec2(6.0, 3.0)),
+        CornerRadius::same(4),
+        Color32::from_black_alpha(150),
+    );
+    painter.galley(rect.min, galley, colour);
+}

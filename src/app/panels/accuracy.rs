@@ -1,0 +1,254 @@
+//! What accuracy costs here: the chart, the walk along its front, and how good estimates were.
+
+use eframe::egui::{Align, Label, Layout, ProgressBar, RichText, Slider, Ui, UiBuilder};
+
+use super::chart::{Marks, Picked, chart_ui, number_words};
+use super::name_ui;
+use crate::app::measuring::{
+    ChartPoint, EstimateRecord, State, best_within, front, quickest_with,
+};
+use crate::app::{modes, theme, words};
+use crate::scene::SplatSettings;
+
+/// Width of the column beside the chart, points.
+const COLUMN: f32 = 276.0;
+
+/// What the slider gives.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Walk {
+    /// The best picture within a time.
+    #[default]
+    Time,
+    /// The quickest picture with a level.
+    Level,
+}
+
+/// What the panel remembers of itself.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct AccuracyPanel {
+    /// Whether it is shown.
+    pub open: bool,
+    /// What the slider gives.
+    pub walk: Walk,
+    /// Where the slider stands, milliseconds or dB; `None` until it is touched.
+    pub stands_at: Option<f64>,
+}
+
+/// What is shown.
+pub struct Shown<'a> {
+    /// The chart's points.
+    pub points: &'a [ChartPoint],
+    /// How they are marked.
+    pub marks: Marks<'a>,
+    /// How the job stands.
+    pub state: &'a State,
+    /// Share done.
+    pub fraction: f32,
+    /// The size they are measured at, pixels.
+    pub size: [u32; 2],
+    /// How good estimates were.
+    pub record: &'a EstimateRecord,
+}
+
+/// What the hand did.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Done {
+    /// The mode to draw with.
+    pub first: Option<SplatSettings>,
+    /// The mode to compare with.
+    pub second: Option<SplatSettings>,
+    /// Measure again from the start.
+    pub again: bool,
+}
+
+/// The panel, as large as the room there is.
+pub fn accuracy_ui(ui: &mut Ui, panel: &mut AccuracyPanel, shown: &Shown<'_>) -> Done {
+    let mut done = Done::default();
+    let room = ui.available_rect_before_wrap();
+    let mut chart_room = room;
+    chart_room.max.x = (room.max.x - COLUMN - 14.0).max(room.min.x);
+    let mut column_room = room;
+    column_room.min.x = (chart_room.max.x + 14.0).min(room.max.x);
+    ui.scope_builder(UiBuilder::new().max_rect(chart_room), |ui| {
+        let picked = chart_ui(ui, chart_room.size(), shown.points, shown.marks);
+        if let Some(Picked { index, as_second }) = picked {
+            let mode = shown.points[index].settings;
+            *(if as_second { &mut done.second } else { &mut done.first }) = mode;
+            if !as_second {
+                panel.stands_at = None;
+            }
+        }
+    });
+    let mut column = ui.new_child(UiBuilder::new().max_rect(column_room));
+    column.shrink_clip_rect(column_room);
+    column.set_min_width(column_room.width());
+    state_ui(&mut column, shown, &mut done);
+    walk_ui(&mut column, panel, shown, &mut done);
+    chosen_ui(&mut column, shown);
+    record_ui(&mut column, shown.record);
+    ui.advance_cursor_after_rect(room);
+    done
+}
+
+fn state_ui(ui: &mut Ui, shown: &Shown<'_>, done: &mut Done) {
+    let failed = shown.points.iter().filter(|point| point.failed.is_some()).count();
+    let drawn = shown.points.len() - failed;
+    let [width, height] = shown.size;
+    let size = format!("{width} × {height} pixels");
+    let (words, detail) = match shown.state {
+        State::Waiting if shown.points.is_empty() => ("Waits until the view rests".into(), size),
+        State::Waiting => ("Paused until the view rests".into(), size),
+        State::Measuring => (format!("Measuring, {drawn} modes so far"), size),
+        State::Done => (format!("{drawn} modes measured"), size),
+        State::Failed(reason) => ("Cannot measure here".to_owned(), reason.clone()),
+    };
+    ui.horizontal(|ui| {
+        ui.label(RichText::new(words).strong()).on_hover_text(&detail);
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| match shown.state {
+            State::Measuring | State::Waiting => {
+                let bar = ProgressBar::new(shown.fraction.clamp(0.0, 1.0)).desired_height(5.0);
+                ui.add(bar.desired_width(64.0).fill(theme::ACCENT.gamma_multiply(0.8)))
+                    .accessible_name("Modes measured")
+                    .on_hover_text("Measuring goes on only while nothing moves");
+            }
+            State::Done | State::Failed(_) => {
+                let button = ui.small_button("Again").accessible_name("Measure again");
+                if button.on_hover_text("Measure every mode once more").clicked() {
+                    done.again = true;
+                }
+            }
+        });
+    });
+    if let State::Failed(reason) = shown.state {
+        ui.add(Label::new(RichText::new(reason).color(theme::TEXT_FAINT)).truncate());
+    } else if failed > 0 {
+        let first = shown.points.iter().find_map(|point| point.failed.as_deref());
+        let words = match failed {
+            1 => "One mode could not be drawn".to_owned(),
+            n => format!("{n} modes could not be drawn"),
+        };
+        ui.label(RichText::new(words).color(theme::TEXT_FAINT).size(12.0))
+            .on_hover_text(first.unwrap_or_default());
+    }
+}
+
+fn walk_ui(ui: &mut Ui, panel: &mut AccuracyPanel, shown: &Shown<'_>, done: &mut Done) {
+    ui.horizontal(|ui| {
+        name_ui(ui, "Choose by");
+        let before = panel.walk;
+        ui.selectable_value(&mut panel.walk, Walk::Time, "Time")
+            .on_hover_text("The slider says what a picture may take; the best mode for it is used");
+        ui.selectable_value(&mut panel.walk, Walk::Level, "Error")
+            .on_hover_text("The slider says how good a picture must be; the quickest mode is used");
+        if panel.walk != before {
+            panel.stands_at = None;
+        }
+    });
+    let points = shown.points;
+    let value_of = |index: usize| match panel.walk {
+        Walk::Time => points[index].ms,
+        Walk::Level => points[index].db.min(99.0),
+    };
+    let values: Vec<f64> = front(points).map(value_of).collect();
+    let low = values.iter().copied().fold(f64::INFINITY, f64::min);
+    let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let usable = low < high && !shown.marks.is_old;
+    let current = points.iter().position(|p| crate::app::measuring::is_of(p, shown.marks.first));
+    let (low, high) = if low < high { (low, high) } else { (1.0, 2.0) };
+    let mut value = panel.stands_at.or(current.map(value_of)).unwrap_or(low).clamp(low, high);
+    let slider = Slider::new(&mut value, low..=high);
+    let (name, help, slider) = match panel.walk {
+        Walk::Time => (
+            "Time for a picture",
+            "What a picture may take: the best mode within it is used",
+            slider.logarithmic(true).custom_formatter(|ms, _| words::milliseconds(ms)),
+        ),
+        Walk::Level => (
+            "Level of a picture",
+            "How near a picture must be to the exact one: the quickest such mode is used",
+            slider.custom_formatter(|db, _| words::decibels(db)),
+        ),
+    };
+    ui.spacing_mut().slider_width = (ui.available_width() - 84.0).max(60.0);
+    let response = ui.name_inputs(name, |ui| ui.add_enabled(usable, slider));
+    let response =
+        response.on_hover_text(help).on_disabled_hover_text("Once some modes are measured");
+    if response.changed() && usable {
+        panel.stands_at = Some(value);
+        let index = match panel.walk {
+            Walk::Time => best_within(points, value),
+            Walk::Level => quickest_with(points, value),
+        };
+        done.first = index.and_then(|index| points[index].settings);
+    }
+}
+
+/// The mode on screen with its numbers, and the one it is compared with.
+fn chosen_ui(ui: &mut Ui, shown: &Shown<'_>) {
+    let mut row = |mode: &SplatSettings, colour| {
+        let point = shown.points.iter().find(|p| crate::app::measuring::is_of(p, mode));
+        let numbers = match point {
+            Some(point) if point.failed.is_some() => "cannot be drawn".to_owned(),
+            Some(point) if !shown.marks.is_old => number_words(point),
+            _ => "not measured yet".to_owned(),
+        };
+        let name = modes::name(mode);
+        ui.spacing_mut().item_spacing.y = 2.0;
+        ui.add(Label::new(RichText::new(&name).color(colour)).truncate());
+        ui.label(RichText::new(numbers).color(theme::TEXT_FAINT).size(12.0));
+    };
+    row(shown.marks.first, theme::TEXT);
+    if let Some(second) = shown.marks.second {
+        row(second, theme::NOTE);
+    }
+}
+
+/// How good the estimates of coarse pictures were.
+fn record_ui(ui: &mut Ui, record: &EstimateRecord) {
+    let text = record_words(record);
+    ui.add_space(2.0);
+    ui.add(Label::new(RichText::new(text).color(theme::TEXT_FAINT).size(12.0)).truncate())
+        .on_hover_text(
+            "Each coarse picture says how far it is thought to be from the finished one. Once that \
+             is there, the two are compared: mean and spread of estimate minus truth",
+        );
+}
+
+/// The record in one line.
+fn record_words(record: &EstimateRecord) -> String {
+    match (record.count, record.spread_db()) {
+        (0, _) => "No estimate checked yet".to_owned(),
+        (1, _) | (_, None) => {
+            format!("1 estimate checked: {:+.1} dB", signed_zero_free(record.mean_db))
+        }
+        (count, Some(spread)) => format!(
+            "{count} estimates checked: {:+.1} ± {spread:.1} dB",
+            signed_zero_free(record.mean_db)
+        ),
+    }
+}
+
+/// Without a minus before what rounds to nothing.
+fn signed_zero_free(value: f64) -> f64 {
+    if value.abs() < 0.05 { 0.0 } else { value }
+}
+
+/// The least height at which everything has room, points.
+pub const LEAST_HEIGHT: f32 = 176.0;
+/// The height before anyone resizes the panel, points.
+pub const HEIGHT: f32 = 212.0;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_record_says_how_many_and_how_far() {
+        let mut record = EstimateRecord::default();
+        assert_eq!(record_words(&record), "No estimate checked yet");
+        record.add(-0.01);
+        assert_eq!(record_words(&record), "1 estimate checked: +0.0 dB");
+        record.add(3.0);
+        assert_eq!(record_words(&record), "2 estimates checked: +1.5 ± 2.1 dB");
+    }
+}

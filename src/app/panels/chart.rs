@@ -1,0 +1,353 @@
+//! The chart of time against error, mode by mode.
+
+use eframe::egui::accesskit::Role;
+use eframe::egui::{
+    Align2, Color32, CornerRadius, CursorIcon, FontId, Painter, Pos2, Rect, Response, Sense, Shape,
+    Stroke, Ui, Vec2, WidgetInfo, pos2, vec2,
+};
+
+use crate::app::measuring::{ChartPoint, is_of};
+use crate::app::{theme, words};
+use crate::scene::SplatSettings;
+
+/// Room for the numbers left of and below the graph, and around it, points.
+const LEFT: f32 = 40.0;
+const BELOW: f32 = 30.0;
+const AROUND: f32 = 12.0;
+/// A pointer this close to a point means it, points.
+const NEAR: f32 = 12.0;
+/// Levels above this are drawn at the top: bytes show no more.
+const TOP_DB: f64 = 90.0;
+
+/// What the chart shows beside the points.
+#[derive(Debug, Clone, Copy)]
+pub struct Marks<'a> {
+    /// The mode on screen.
+    pub first: &'a SplatSettings,
+    /// The mode it is compared with.
+    pub second: Option<&'a SplatSettings>,
+    /// Whether the points are of an earlier view.
+    pub is_old: bool,
+}
+
+/// A point that was clicked.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Picked {
+    /// Which one.
+    pub index: usize,
+    /// With Shift: to be compared with.
+    pub as_second: bool,
+}
+
+/// Where times and levels lie: decades across, dB upwards.
+#[derive(Debug, Clone, Copy)]
+struct Axes {
+    rect: Rect,
+    /// log₁₀ of milliseconds at the left and right edge.
+    time: [f64; 2],
+    /// dB at the lower and upper edge.
+    level: [f64; 2],
+}
+
+impl Axes {
+    /// Room for all points and a margin, whole steps of 5 dB.
+    fn around(rect: Rect, points: &[ChartPoint]) -> Self {
+        let drawn = || points.iter().filter(|point| point.failed.is_none());
+        let bounds = |values: &mut dyn Iterator<Item = f64>| {
+            values.filter(|v| v.is_finite()).fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], v| {
+                [l.min(v), h.max(v)]
+            })
+        };
+        let mut time = bounds(&mut drawn().map(|point| point.ms.max(0.01).log10()));
+        let mut level = bounds(&mut drawn().map(|point| point.db.min(TOP_DB)));
+        if time[0] > time[1] || level[0] > level[1] {
+            (time, level) = ([0.0, 3.0], [20.0, 60.0]);
+        }
+        let spare = (0.06 * (time[1] - time[0])).max(0.15);
+        let step = |db: f64, round: fn(f64) -> f64| round(db / 5.0) * 5.0;
+        Self {
+            rect,
+            time: [time[0] - spare, time[1] + spare],
+            level: [step(level[0] - 1.0, f64::floor), step(level[1] + 1.0, f64::ceil)],
+        }
+    }
+
+    #[expect(clippy::cast_possible_truncation, reason = "positions on screen")]
+    fn at(&self, ms: f64, db: f64) -> Pos2 {
+        let share = |value: f64, [low, high]: [f64; 2]| ((value - low) / (high - low)) as f32;
+        pos2(
+            self.rect.left() + share(ms.max(0.01).log10(), self.time) * self.rect.width(),
+            self.rect.bottom() - share(db.min(TOP_DB), self.level) * self.rect.height(),
+        )
+    }
+}
+
+/// The chart, as large as the room there is; the point that was clicked.
+pub fn chart_ui(
+    ui: &mut Ui,
+    size: Vec2,
+    points: &[ChartPoint],
+    marks: Marks<'_>,
+) -> Option<Picked> {
+    let (outer, response) = ui.allocate_exact_size(size, Sense::click());
+    response.widget_info(|| WidgetInfo::labeled(Role::Canvas, true, "Time against error"));
+    let painter = ui.painter_at(outer);
+    painter.rect_filled(outer, CornerRadius::same(5), theme::WELL);
+    let rect = Rect::from_min_max(
+        outer.min + vec2(LEFT, AROUND),
+        outer.max - vec2(AROUND + 4.0, BELOW),
+    );
+    if rect.width() < 60.0 || rect.height() < 40.0 {
+        return None;
+    }
+    let axes = Axes::around(rect, points);
+    paint_axes(&painter, outer, axes);
+    if points.is_empty() {
+        let font = FontId::proportional(12.5);
+        let text = "Points appear here as modes are measured";
+        painter.text(rect.center(), Align2::CENTER_CENTER, text, font, theme::TEXT_FAINT);
+        return None;
+    }
+    let shown = |point: &ChartPoint| point.failed.is_none();
+    let places: Vec<(usize, Pos2)> = points
+        .iter()
+        .enumerate()
+        .filter(|(_, point)| shown(point))
+        .map(|(index, point)| (index, axes.at(point.ms, point.db)))
+        .collect();
+    let near = response.hover_pos().and_then(|at| nearest(&places, at));
+    let hovered = near.filter(|_| !marks.is_old || points.len() > 1);
+    paint_front(&painter, points, &places, marks.is_old);
+    for &(index, place) in &places {
+        paint_point(&painter, axes, &points[index], place, marks, hovered == Some(index));
+    }
+    let mut picked = None;
+    for &(index, place) in &places {
+        let focused = named_point_ui(ui, &response, index, &points[index], place);
+        if focused.clicked() && ui.input(|input| input.pointer.interact_pos()).is_none() {
+            picked = Some(index);
+        }
+    }
+    if response.clicked() {
+        picked = picked.or(near);
+    }
+    if let Some(index) = near {
+        let point = &points[index];
+        if point.settings.is_some() {
+            ui.ctx().set_cursor_icon(CursorIcon::PointingHand);
+        }
+        response.show_tooltip_text(hover_words(point));
+    }
+    let as_second = ui.input(|input| input.modifiers.shift);
+    picked
+        .filter(|&index| points[index].settings.is_some())
+        .map(|index| Picked { index, as_second })
+}
+
+/// A point for those who do not see it: its name and numbers, and a click without a pointer.
+fn named_point_ui(
+    ui: &Ui,
+    chart: &Response,
+    index: usize,
+    point: &ChartPoint,
+    place: Pos2,
+) -> Response {
+    let area = Rect::from_center_size(place, Vec2::ZERO);
+    let response = ui.interact(area, chart.id.with(("point", index)), Sense::click());
+    response.widget_info(|| {
+        WidgetInfo::labeled(Role::Button, point.settings.is_some(), point_words(point))
+    });
+    response
+}
+
+/// A point's name and numbers in one line.
+pub fn point_words(point: &ChartPoint) -> String {
+    format!("{}: {}", point.name, number_words(point))
+}
+
+/// A point's numbers: `412 ms, 41.2 ± 0.3 dB`.
+pub fn number_words(point: &ChartPoint) -> String {
+    let time = words::milliseconds(point.ms);
+    let level = words::decibels(point.db);
+    match point.ci {
+        ci if ci.is_finite() && ci >= 0.05 && point.db.is_finite() => {
+            format!("{time}, {:.1} ± {ci:.1} dB", point.db)
+        }
+        _ => format!("{time}, {level}"),
+    }
+}
+
+fn hover_words(point: &ChartPoint) -> String {
+    let what = match (&point.settings, point.on_front) {
+        (None, _) => "Not a mode of its own",
+        (Some(_), true) => "Nothing is both quicker and better",
+        (Some(_), false) => "Something is both quicker and better",
+    };
+    let how = match point.settings {
+        Some(_) => "\nClick to use it, Shift+click to compare with it",
+        None => "",
+    };
+    format!("{}\n{}\n{what}{how}", point.name, number_words(point))
+}
+
+/// The point nearest to `at`, within reach.
+fn nearest(places: &[(usize, Pos2)], at: Pos2) -> Option<usize> {
+    places
+        .iter()
+        .map(|&(index, place)| (index, place.distance(at)))
+        .filter(|(_, distance)| *distance <= NEAR)
+        .min_by(|a, b| a.1.total_cmp(&b.1))
+        .map(|(index, _)| index)
+}
+
+/// Numbers and faint lines: 1-2-5 steps of time, every 5 or 10 dB.
+fn paint_axes(painter: &Painter, outer: Rect, axes: Axes) {
+    let font = FontId::proportional(11.0);
+    let line = Stroke::new(1.0, theme::LINE);
+    let Rect { min, max } = axes.rect;
+    let height = axes.level[1] - axes.level[0];
+    let step = if height > 35.0 { 10.0 } else { 5.0 };
+    let mut db = (axes.level[0] / step).ceil() * step;
+    while db <= axes.level[1] + 1e-9 {
+        let y = axes.at(1.0, db).y;
+        painter.hline(min.x..=max.x, y, line);
+        let text = format!("{db:.0}");
+        painter.text(pos2(min.x - 6.0, y), Align2::RIGHT_CENTER, text, font.clone(), theme::TEXT_FAINT);
+        db += step;
+    }
+    let decades = axes.time[1] - axes.time[0];
+    let steps: &[f64] = if decades > 3.0 { &[1.0] } else { &[1.0, 2.0, 5.0] };
+    #[expect(clippy::cast_possible_truncation, reason = "decades of milliseconds")]
+    let (first, last) = (axes.time[0].floor() as i32, axes.time[1].ceil() as i32);
+    for decade in first..=last {
+        for step in steps {
+            let ms = step * 10.0_f64.powi(decade);
+            if !(axes.time[0]..=axes.time[1]).contains(&ms.log10()) {
+                continue;
+            }
+            let x = axes.at(ms, 0.0).x;
+            painter.vline(x, min.y..=max.y, line);
+            let at = pos2(x, max.y + 4.0);
+            painter.text(at, Align2::CENTER_TOP, time_words(ms), font.clone(), theme::TEXT_FAINT);
+        }
+    }
+    let corner = pos2(max.x, outer.bottom() - 3.0);
+    let text = "time of a picture";
+    painter.text(corner, Align2::RIGHT_BOTTOM, text, font.clone(), theme::TEXT_FAINT);
+    let corner = pos2(outer.left() + 8.0, outer.bottom() - 3.0);
+    painter.text(corner, Align2::LEFT_BOTTOM, "dB: higher is better", font, theme::TEXT_FAINT);
+}
+
+fn time_words(ms: f64) -> String {
+    if ms >= 1000.0 { format!("{} s", ms / 1000.0) } else { format!("{ms} ms") }
+}
+
+/// Steps along what can be had for each time.
+fn paint_front(painter: &Painter, points: &[ChartPoint], places: &[(usize, Pos2)], is_old: bool) {
+    let mut front: Vec<Pos2> =
+        places.iter().filter(|(i, _)| points[*i].on_front).map(|(_, place)| *place).collect();
+    front.sort_by(|a, b| a.x.total_cmp(&b.x));
+    let mut line = Vec::with_capacity(2 * front.len());
+    for pair in front.windows(2) {
+        line.extend([pair[0], pos2(pair[1].x, pair[0].y)]);
+    }
+    line.extend(front.last());
+    let strength = if is_old { 0.25 } else { 0.55 };
+    painter.add(Shape::line(line, Stroke::new(1.5, theme::ACCENT.gamma_multiply(strength))));
+}
+
+fn paint_point(
+    painter: &Painter,
+    axes: Axes,
+    point: &ChartPoint,
+    place: Pos2,
+    marks: Marks<'_>,
+    hovered: bool,
+) {
+    let colour = match (marks.is_old, point.on_front) {
+        (true, _) => theme::TEXT_FAINT.gamma_multiply(0.45),
+        (false, true) => theme::ACCENT,
+        (false, false) => theme::TEXT_FAINT,
+    };
+    if point.ci.is_finite() && point.db.is_finite() {
+        let (low, high) = (axes.at(point.ms, point.db - point.ci), axes.at(point.ms, point.db + point.ci));
+        if low.y - high.y > 2.0 {
+            let stroke = Stroke::new(1.0, colour.gamma_multiply(0.6));
+            painter.line_segment([low, high], stroke);
+        }
+    }
+    if point.settings.is_some() {
+        painter.circle_filled(place, if hovered { 5.0 } else { 3.5 }, colour);
+    } else {
+        // Not to be chosen: a ring.
+        painter.circle_stroke(place, if hovered { 4.5 } else { 3.0 }, Stroke::new(1.2, colour));
+    }
+    let ring = |colour: Color32, radius: f32| {
+        painter.circle_stroke(place, radius, Stroke::new(1.8, colour));
+    };
+    if is_of(point, marks.first) {
+        ring(theme::TEXT, 7.0);
+    }
+    if marks.second.is_some_and(|second| is_of(point, second)) {
+        ring(theme::NOTE, 9.5);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn point(ms: f64, db: f64) -> ChartPoint {
+        ChartPoint {
+            name: "mode".into(),
+            ms,
+            db,
+            ci: 0.25,
+            settings: None,
+            on_front: false,
+            failed: None,
+        }
+    }
+
+    #[test]
+    fn every_point_is_inside_the_graph_whatever_its_numbers() {
+        let rect = Rect::from_min_max(pos2(10.0, 20.0), pos2(410.0, 220.0));
+        for points in [
+            vec![],
+            vec![point(5.0, 30.0)],
+            vec![point(0.0, f64::INFINITY), point(1e7, -3.0), point(7.0, 200.0)],
+        ] {
+            let axes = Axes::around(rect, &points);
+            for p in &points {
+                let at = axes.at(p.ms, p.db);
+                assert!(rect.expand(0.1).contains(at), "{p:?} at {at} of {rect}");
+            }
+        }
+    }
+
+    #[test]
+    fn more_time_is_to_the_right_and_a_higher_level_is_up() {
+        let rect = Rect::from_min_max(Pos2::ZERO, pos2(100.0, 100.0));
+        let axes = Axes::around(rect, &[point(10.0, 20.0), point(1000.0, 40.0)]);
+        let (a, b) = (axes.at(10.0, 20.0), axes.at(1000.0, 40.0));
+        assert!(b.x > a.x && b.y < a.y);
+        let middle = axes.at(100.0, 30.0);
+        assert!((middle.x - (a.x + b.x) / 2.0).abs() < 0.01, "logarithmic");
+    }
+
+    #[test]
+    fn numbers_are_given_with_what_they_are_worth() {
+        assert_eq!(number_words(&point(412.0, 41.234)), "412 ms, 41.2 ± 0.2 dB");
+        assert_eq!(number_words(&point(8.0, f64::INFINITY)), "8.0 ms, over 99 dB");
+        let sure = ChartPoint { ci: 0.01, ..point(2000.0, 30.0) };
+        assert_eq!(number_words(&sure), "2.0 s, 30.0 dB");
+    }
+
+    #[test]
+    fn the_nearest_point_within_reach_is_meant() {
+        let places = [(3, pos2(10.0, 10.0)), (7, pos2(18.0, 10.0))];
+        assert_eq!(nearest(&places, pos2(15.0, 10.0)), Some(7));
+        assert_eq!(nearest(&places, pos2(13.0, 10.0)), Some(3));
+        assert_eq!(nearest(&places, pos2(60.0, 10.0)), None);
+    }
+}

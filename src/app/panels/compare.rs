@@ -1,0 +1,67 @@
+//! The comparison of two modes: how it is shown.
+
+use eframe::egui::{RichText, Slider, Ui};
+
+use super::{row_ui, slider_ui};
+use crate::app::compare::{Compare, Display, MOST_DOUBLINGS};
+use crate::app::{theme, words};
+use crate::scene::SplatSettings;
+
+/// The rows under the presets while two modes are compared; `first` is the scene's mode.
+pub fn compare_ui(ui: &mut Ui, compare: &mut Compare, first: &mut SplatSettings) {
+    let mut on = compare.on;
+    ui.horizontal(|ui| {
+        ui.checkbox(&mut on, "Compare two modes")
+            .on_hover_text("Show the view in a second mode beside the first, once it rests (key C)");
+    });
+    if on != compare.on {
+        compare.toggle(first);
+    }
+    if !compare.on {
+        return;
+    }
+    row_ui(ui, "Show", |ui| {
+        ui.selectable_value(&mut compare.display, Display::Split, "Split").on_hover_text(
+            "The first mode left of a line, the second right of it; drag the line (key D)",
+        );
+        ui.selectable_value(&mut compare.display, Display::Difference, "Difference").on_hover_text(
+            "How far the two are apart in linear light, amplified; black where they agree (key D)",
+        );
+    });
+    row_ui(ui, "Amplify", |ui| {
+        let slider = Slider::new(&mut compare.doublings, 0..=MOST_DOUBLINGS)
+            .custom_formatter(|doublings, _| format!("×{}", 2.0_f64.powf(doublings)))
+            .custom_parser(|text| {
+                let times: f64 = text.trim_start_matches('×').trim().parse().ok()?;
+                (times > 0.0).then(|| times.log2())
+            });
+        slider_ui(ui, "Amplify", compare.display == Display::Difference, slider)
+            .on_hover_text("How much brighter than it is the difference is shown")
+            .on_disabled_hover_text("Only a difference is amplified");
+    });
+    row_ui(ui, "Settings of", |ui| {
+        ui.selectable_value(&mut compare.edits_second, false, "First")
+            .on_hover_text("The rows below change the first mode, left of the line");
+        ui.selectable_value(&mut compare.edits_second, true, "Second")
+            .on_hover_text("The rows below change the second mode, right of the line");
+        if ui.button("Swap").on_hover_text("Let the two modes change places").clicked() {
+            compare.swap(first);
+        }
+    });
+}
+
+/// One line on what is compared, under the picture's upper edge.
+pub fn verdict_words(rmse: Option<f64>) -> String {
+    match rmse {
+        Some(0.0) => "no difference".to_owned(),
+        Some(rmse) => {
+            format!("{} apart", words::decibels(crate::accuracy::psnr_from_rmse(rmse)))
+        }
+        None => String::new(),
+    }
+}
+
+/// A name over the picture.
+pub fn caption(text: &str) -> RichText {
+    RichText::new(text).color(theme::TEXT).size(12.0)
+}

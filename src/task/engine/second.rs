@@ -1,0 +1,120 @@
+//! A second picture of the view on screen, to be compared with it.
+
+use std::sync::Arc;
+
+use super::{Engine, EngineState, FrameReport, Picture, REBUILDS, Worker, rung_words};
+use crate::core::Ticket;
+use crate::gpu::{GpuError, Renderer};
+use crate::scene::Scene;
+use crate::task::draw::{DrawError, Observer, Rung, background_light};
+use crate::task::estimate;
+
+/// A second picture of a view, beside the one on screen.
+#[derive(Debug, Clone)]
+pub struct SecondRequest {
+    /// What is to be seen.
+    pub scene: Scene,
+    /// Picture size in physical pixels, each at least 1.
+    pub size: [u32; 2],
+    /// What it is to be compared with: the picture on screen.
+    pub first: Arc<Picture>,
+}
+
+/// A second picture and how far it is from the first.
+#[derive(Debug, Clone)]
+pub struct SecondPicture {
+    /// The picture, every voxel of it.
+    pub picture: Arc<Picture>,
+    /// What it was compared with.
+    pub first: Arc<Picture>,
+    /// RMSE between the two in linear light, as shown; `None` where they cannot be compared.
+    pub rmse: Option<f64>,
+}
+
+impl Engine {
+    /// Asks for a second picture, drawn once nothing else is to be done; a newer frame stops it, and
+    /// `None` forgets it. Never blocks.
+    pub fn request_second(&self, request: Option<SecondRequest>) {
+        let mut slot = self.shared.lock();
+        slot.second_wanted = request.is_some();
+        slot.second = request;
+        slot.second_picture = None;
+        drop(slot);
+        self.shared.posted.notify_one();
+    }
+
+    /// The second picture not yet taken, if any. Never blocks.
+    pub fn take_second(&self) -> Option<Arc<SecondPicture>> {
+        self.shared.lock().second_picture.take()
+    }
+}
+
+impl Worker {
+    /// Draws a second picture, unless something else comes.
+    pub(super) fn serve_second(&mut self, request: SecondRequest) {
+        let mut tries = 0;
+        let outcome = loop {
+            match self.second(&request) {
+                Err(DrawError::Gpu(GpuError::Lost(_))) if tries < REBUILDS => self.drop_device(),
+                outcome => break outcome,
+            }
+            tries += 1;
+        };
+        match outcome {
+            Ok(()) => self.announce(EngineState::Idle),
+            // After a still it goes on; after a frame its first picture is another.
+            Err(DrawError::Interrupted) => {
+                let mut slot = self.shared.lock();
+                if slot.frame.is_none() && slot.second_wanted {
+                    slot.second.get_or_insert(request);
+                }
+            }
+            Err(DrawError::Gpu(error)) => {
+                self.drop_device();
+                self.announce(EngineState::Failed(error.to_string()));
+            }
+        }
+    }
+
+    fn second(&mut self, request: &SecondRequest) -> Result<(), DrawError> {
+        self.announce(EngineState::Drawing(0.0));
+        let SecondRequest { scene, size, first } = request;
+        self.device()?.prepare(scene, &Ticket::new())?;
+        let Some(mut drawer) = self.drawer.take() else { return Ok(()) };
+        let drawn = drawer.draw(scene, *size, Rung::Full, &mut Aside(self));
+        let background = background_light(scene.background);
+        let drawn = drawn.and_then(|drawn| Ok((drawn, drawer.renderer.present(background)?)));
+        let active = drawer.active_count();
+        self.drawer = Some(drawer);
+        let (drawn, rgba) = drawn?;
+        let report = FrameReport {
+            rung: rung_words(Rung::Full, &drawn),
+            kernels_drawn: drawn.kernels,
+            kernels_active: active,
+            kernels_total: scene.volume.lattice.len() as u64,
+            frame_ms: drawn.wall_ms,
+            progress: 1.0,
+            estimated_rmse: None,
+            checked: None,
+        };
+        let picture = Picture { size: drawn.size, requested_size: *size, rgba, report };
+        let rmse = estimate::shown_rmse(&picture, first).ok();
+        let (picture, first) = (Arc::new(picture), Arc::clone(first));
+        self.shared.lock().second_picture = Some(Arc::new(SecondPicture { picture, first, rmse }));
+        (self.wake)();
+        Ok(())
+    }
+}
+
+/// Stops a second picture when something newer came.
+struct Aside<'a>(&'a Worker);
+
+impl Observer for Aside<'_> {
+    fn piece_done(&mut self, _: &mut Renderer, _: f64) -> bool {
+        let replaced = {
+            let slot = self.0.shared.lock();
+            slot.second.is_some() || !slot.second_wanted
+        };
+        replaced || self.0.newer_came()
+    }
+}

@@ -1,0 +1,309 @@
+//! How far a coarse picture is thought to be from the finished one, and how far it turned out to be.
+
+use std::sync::Arc;
+
+use super::engine::Picture;
+use crate::accuracy::{self, CompareError};
+use crate::core::colour::linear_from_srgb;
+use crate::scene::{Classify, Scene, SplatSettings};
+use crate::volume::ScalarVolume;
+
+/// RMSE that a cut adds, per square root of its greatest node error.
+const PER_ROOT_ERROR: f64 = 0.05;
+/// RMSE that drawing a picture smaller adds, for each time that it is smaller.
+const PER_SHRINK: f64 = 0.005;
+/// What shading before reconstruction costs even with every voxel drawn: about 34 dB (between 26
+/// and 40 dB on scans, design.md §1).
+const SHADE_FIRST_RMSE: f64 = 0.02;
+/// No estimate begins below this: bytes hardly show it.
+const LEAST_RMSE: f64 = 1e-3;
+/// Share of the way that a check takes the gain towards what would have been right.
+const TRUST: f64 = 0.5;
+/// A gain never leaves 1 by more than a factor of 2 to this power: one odd picture is soon forgotten.
+const MOST_DOUBLINGS: f64 = 5.0;
+/// Pixels along each side that two pictures are compared at, at most.
+const COMPARED_SIDE: u32 = 256;
+
+/// What a coarse picture was thought to be off by, and what it was. Root mean square over RGB, linear
+/// light, as shown over its background.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Checked {
+    /// Thought before.
+    pub estimated_rmse: f64,
+    /// Found against the finished picture.
+    pub measured_rmse: f64,
+}
+
+impl Checked {
+    /// The estimate minus the truth in dB: positive where the picture was worse than thought.
+    /// `None` where one of the two has no finite level.
+    pub fn off_db(&self) -> Option<f64> {
+        let level = accuracy::psnr_from_rmse;
+        let off = level(self.estimated_rmse) - level(self.measured_rmse);
+        off.is_finite().then_some(off)
+    }
+}
+
+/// How a picture is coarser than the finished one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Coarseness {
+    /// A cut of the octree, shaded first whatever the mode, perhaps drawn smaller.
+    Octree {
+        /// The greatest error of its nodes.
+        max_error: f32,
+    },
+    /// The scene's own mode, only smaller.
+    Reduced,
+}
+
+impl Coarseness {
+    /// Whether both are estimated alike.
+    pub fn is_kind_of(self, other: Self) -> bool {
+        self.kind() == other.kind()
+    }
+
+    fn kind(self) -> usize {
+        match self {
+            Self::Octree { .. } => 0,
+            Self::Reduced => 1,
+        }
+    }
+
+    /// The estimate before anything was learnt: RMSE in linear light. Errors of different origin add
+    /// up in squares.
+    fn first_rmse(self, classify: Classify, shrink: f64) -> f64 {
+        let enlarged = PER_SHRINK * (shrink - 1.0).max(0.0);
+        let Self::Octree { max_error } = self else { return enlarged };
+        let octree = PER_ROOT_ERROR * f64::from(max_error).max(0.0).sqrt();
+        let shade_first = match classify {
+            Classify::Before => 0.0,
+            Classify::After | Classify::PreIntegrated => SHADE_FIRST_RMSE,
+        };
+        octree.hypot(enlarged).hypot(shade_first)
+    }
+}
+
+/// The model of a coarse picture's error: what its cut, its size and its shading are thought to
+/// cost, times a gain learnt from the finished pictures of the same volume and mode.
+#[derive(Debug, Clone, Default)]
+pub struct Estimator {
+    /// log₂ of the gain of each kind of coarseness.
+    doublings: [f64; 2],
+    learnt_from: Option<(Arc<ScalarVolume>, SplatSettings)>,
+}
+
+impl Estimator {
+    /// The RMSE that a coarse picture of `scene` is thought to have, drawn `shrink` times smaller
+    /// than it is shown.
+    pub fn rmse(&self, scene: &Scene, coarseness: Coarseness, shrink: f64) -> f64 {
+        let known = if self.knows(scene) { self.doublings[coarseness.kind()] } else { 0.0 };
+        let first = coarseness.first_rmse(scene.splat.classify, shrink);
+        first.max(LEAST_RMSE) * known.exp2()
+    }
+
+    /// Takes in what a coarse picture of `scene` turned out to be.
+    pub fn learn(&mut self, scene: &Scene, coarseness: Coarseness, checked: &Checked) {
+        if !self.knows(scene) {
+            self.doublings = [0.0; 2];
+            self.learnt_from = Some((Arc::clone(&scene.volume), scene.splat));
+        }
+        let off = (checked.measured_rmse / checked.estimated_rmse).log2();
+        if off.is_finite() {
+            let doublings = &mut self.doublings[coarseness.kind()];
+            *doublings = (*doublings + TRUST * off).clamp(-MOST_DOUBLINGS, MOST_DOUBLINGS);
+        }
+    }
+
+    fn knows(&self, scene: &Scene) -> bool {
+        self.learnt_from.as_ref().is_some_and(|(volume, splat)| {
+            Arc::ptr_eq(volume, &scene.volume) && *splat == scene.splat
+        })
+    }
+}
+
+/// RMSE between two pictures as they are shown at the size they were asked for: sRGB bytes enlarged
+/// linearly, then taken as linear premultiplied light over RGB; at up to 256² pixels.
+///
+/// # Errors
+/// Where a picture is empty or incomplete.
+pub fn shown_rmse(first: &Picture, second: &Picture) -> Result<f64, CompareError> {
+    let light: Vec<f64> = (0..=255_u8).map(|byte| linear_from_srgb(f64::from(byte) / 255.0)).collect();
+    let size = second.requested_size;
+    accuracy::rmse(&sampled(first, size, &light)?, &sampled(second, size, &light)?)
+}
+
+/// The light of a picture at the centres of evenly spaced pixels of `size`.
+fn sampled(picture: &Picture, size: [u32; 2], light: &[f64]) -> Result<Vec<[f64; 4]>, CompareError> {
+    let [width, height] = picture.size.map(|n| n as usize);
+    if picture.rgba.len() != width * height * 4 {
+        let (first, second) = (picture.rgba.len() / 4, width * height);
+        return Err(CompareError::Size { first, second });
+    }
+    if picture.rgba.is_empty() || size.contains(&0) {
+        return Err(CompareError::Empty);
+    }
+    let [across, down] = [0, 1].map(|axis| positions(size[axis], picture.size[axis]));
+    let texel = |x: usize, y: usize| -> [f64; 4] {
+        let at = (y * width + x) * 4;
+        std::array::from_fn(|channel| f64::from(picture.rgba[at + channel]))
+    };
+    let decode = |pixel: [f64; 4]| {
+        let alpha = pixel[3] / 255.0;
+        let lit = |byte: f64| {
+            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0..=255")]
+            let low = byte as usize;
+            let (low, high) = (light[low], light[(low + 1).min(255)]);
+            (low + (high - low) * byte.fract()) * alpha
+        };
+        [lit(pixel[0]), lit(pixel[1]), lit(pixel[2]), alpha]
+    };
+    let mix = |a: [f64; 4], b: [f64; 4], share: f64| -> [f64; 4] {
+        std::array::from_fn(|c| a[c] + (b[c] - a[c]) * share)
+    };
+    let row = |&(top, bottom, share): &(usize, usize, f64)| {
+        let pixel = |&(left, right, beside): &(usize, usize, f64)| {
+            let above = mix(texel(left, top), texel(right, top), beside);
+            let below = mix(texel(left, bottom), texel(right, bottom), beside);
+            decode(mix(above, below, share))
+        };
+        across.iter().map(pixel).collect::<Vec<_>>()
+    };
+    Ok(down.iter().flat_map(row).collect())
+}
+
+/// For evenly spaced pixels of `shown`, the two of `stored` around each centre and the share of the
+/// second.
+fn positions(shown: u32, stored: u32) -> Vec<(usize, usize, f64)> {
+    let count = shown.min(COMPARED_SIDE);
+    let last = stored as usize - 1;
+    (0..count)
+        .map(|i| {
+            // The centre of a whole pixel, so that a picture of that size is taken as it is.
+            let pixel = (f64::from(i) + 0.5) * f64::from(shown) / f64::from(count);
+            let centre = pixel.floor() + 0.5;
+            let x = centre * f64::from(stored) / f64::from(shown) - 0.5;
+            let x = x.clamp(0.0, last as f64);
+            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0..=last")]
+            let left = x as usize;
+            (left, (left + 1).min(last), x.fract())
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::task::engine::FrameReport;
+
+    fn picture(size: [u32; 2], requested_size: [u32; 2], pixel: impl Fn(u32, u32) -> u8) -> Picture {
+        let rgba = (0..size[1])
+            .flat_map(|y| (0..size[0]).map(move |x| (x, y)))
+            .flat_map(|(x, y)| [pixel(x, y), pixel(x, y), pixel(x, y), 255])
+            .collect();
+        let report = FrameReport {
+            rung: "full".into(),
+            kernels_drawn: 1,
+            kernels_active: 1,
+            kernels_total: 1,
+            frame_ms: 1.0,
+            progress: 1.0,
+            estimated_rmse: None,
+            checked: None,
+        };
+        Picture { size, requested_size, rgba, report }
+    }
+
+    fn scene(classify: Classify) -> Scene {
+        use crate::volume::{Lattice, Samples};
+        let samples = Samples::UInt8((0..8).collect());
+        let volume = ScalarVolume::from_samples("ramp", Lattice::unit([2; 3]), samples).unwrap();
+        let mut scene = crate::scene::opening(Arc::new(volume), None);
+        scene.splat.classify = classify;
+        scene
+    }
+
+    #[test]
+    fn equal_pictures_differ_by_nothing_and_others_by_their_light() {
+        let grey = picture([40, 30], [40, 30], |_, _| 128);
+        assert_eq!(shown_rmse(&grey, &grey), Ok(0.0));
+        let black = picture([40, 30], [40, 30], |_, _| 0);
+        let expected = linear_from_srgb(128.0 / 255.0);
+        assert!((shown_rmse(&grey, &black).unwrap() - expected).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_small_picture_is_compared_as_it_is_enlarged() {
+        let small = picture([5, 5], [40, 40], |_, _| 200);
+        let large = picture([40, 40], [40, 40], |_, _| 200);
+        assert_eq!(shown_rmse(&small, &large), Ok(0.0));
+        let edge = picture([40, 40], [40, 40], |x, _| if x < 20 { 0 } else { 200 });
+        let soft = picture([5, 5], [40, 40], |x, _| if x < 3 { 0 } else { 200 });
+        let rmse = shown_rmse(&soft, &edge).unwrap();
+        assert!((0.05..0.4).contains(&rmse), "{rmse}");
+    }
+
+    #[test]
+    fn large_pictures_are_compared_at_whole_pixels_only() {
+        // Lines one pixel wide would blur between pixels.
+        let lines = picture([1000, 700], [1000, 700], |x, _| if x % 2 == 0 { 0 } else { 255 });
+        assert_eq!(shown_rmse(&lines, &lines), Ok(0.0));
+        let shifted = picture([1000, 700], [1000, 700], |x, _| if x % 2 == 1 { 0 } else { 255 });
+        let rmse = shown_rmse(&lines, &shifted).unwrap();
+        assert!((rmse - 1.0).abs() < 1e-12, "{rmse}");
+    }
+
+    #[test]
+    fn pictures_that_are_none_are_refused() {
+        let good = picture([4, 4], [4, 4], |_, _| 1);
+        let mut bad = picture([4, 4], [4, 4], |_, _| 1);
+        bad.rgba.pop();
+        assert!(matches!(shown_rmse(&bad, &good), Err(CompareError::Size { .. })));
+        let none = picture([0, 0], [4, 4], |_, _| 1);
+        assert_eq!(shown_rmse(&none, &good), Err(CompareError::Empty));
+    }
+
+    const CUT: Coarseness = Coarseness::Octree { max_error: 0.01 };
+
+    #[test]
+    fn estimates_come_to_what_was_found_and_begin_anew_for_another_mode() {
+        let (before, after) = (scene(Classify::Before), scene(Classify::PreIntegrated));
+        let mut estimator = Estimator::default();
+        let first = estimator.rmse(&before, CUT, 1.0);
+        let reduced = estimator.rmse(&before, Coarseness::Reduced, 4.0);
+        for _ in 0..20 {
+            let estimated_rmse = estimator.rmse(&before, CUT, 1.0);
+            estimator.learn(&before, CUT, &Checked { estimated_rmse, measured_rmse: 0.03 });
+        }
+        let learnt = estimator.rmse(&before, CUT, 1.0);
+        assert!((learnt / 0.03 - 1.0).abs() < 1e-3 && learnt != first, "{first} {learnt}");
+        assert_eq!(estimator.rmse(&before, Coarseness::Reduced, 4.0), reduced, "another kind");
+        let fresh = Estimator::default().rmse(&after, CUT, 1.0);
+        assert_eq!(estimator.rmse(&after, CUT, 1.0), fresh);
+        assert!(fresh >= SHADE_FIRST_RMSE, "shade first costs something: {fresh}");
+    }
+
+    #[test]
+    fn a_coarser_cut_and_a_smaller_picture_are_thought_to_be_worse() {
+        let (scene, estimator) = (scene(Classify::Before), Estimator::default());
+        let worse = Coarseness::Octree { max_error: 0.1 };
+        assert!(estimator.rmse(&scene, worse, 1.0) > estimator.rmse(&scene, CUT, 1.0));
+        for kind in [CUT, Coarseness::Reduced] {
+            assert!(estimator.rmse(&scene, kind, 3.0) > estimator.rmse(&scene, kind, 1.5));
+        }
+    }
+
+    #[test]
+    fn a_perfect_or_broken_check_teaches_nothing_wild() {
+        let scene = scene(Classify::Before);
+        for measured_rmse in [0.0, f64::NAN, f64::INFINITY, 1e300] {
+            let mut estimator = Estimator::default();
+            estimator.learn(&scene, CUT, &Checked { estimated_rmse: 0.01, measured_rmse });
+            let estimate = estimator.rmse(&scene, CUT, 1.0);
+            assert!(estimate > 0.0 && estimate < 10.0, "{measured_rmse}: {estimate}");
+        }
+        let perfect = Checked { estimated_rmse: 0.01, measured_rmse: 0.0 };
+        assert_eq!(perfect.off_db(), None);
+        let worse = Checked { estimated_rmse: 0.01, measured_rmse: 0.1 };
+        assert!((worse.off_db().unwrap() - 20.0).abs() < 1e-9);
+    }
+}
