@@ -3,6 +3,8 @@
 //! Nothing here holds a device object, so a frame can be counted and compared before anything is
 //! drawn. [`super::Renderer`] runs it.
 
+use super::shader::Shader;
+
 /// One pass over the device.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Pass {
@@ -20,6 +22,13 @@ pub enum Pass {
     },
     /// Draws records as footprints over the target.
     Splat(Source),
+    /// Gathers a grid's kernels for some tiles of the picture.
+    Gather {
+        /// The shader that does.
+        shader: Shader,
+        /// Tiles, one workgroup each.
+        tiles: u32,
+    },
     /// Background and sRGB.
     Present,
 }
@@ -41,6 +50,7 @@ impl Pass {
             Self::ScanSegments => super::shader::SCAN_SEGMENTS.name,
             Self::EmitKernels { .. } => super::shader::EMIT_KERNELS.name,
             Self::Splat(_) => super::shader::SPLAT.name,
+            Self::Gather { shader, .. } => shader.name,
             Self::Present => super::shader::PRESENT.name,
         }
     }

@@ -8,6 +8,7 @@ mod buffers;
 mod constants;
 pub mod context;
 pub mod frame;
+mod gather;
 pub mod layout;
 mod pipelines;
 mod renderer;
@@ -17,6 +18,7 @@ pub mod timing;
 
 pub use context::{AdapterChoice, Context, Wishes};
 pub use frame::{Pass, PassTime};
+pub use gather::tile_count;
 pub use renderer::{GridTotals, Renderer};
 
 /// What can go wrong on the device.

@@ -2,9 +2,12 @@
 
 const FRAME: &str = include_str!("../../shaders/lib/frame.wgsl");
 const TRAVERSAL: &str = include_str!("../../shaders/lib/traversal.wgsl");
+const FOOTPRINT: &str = include_str!("../../shaders/lib/footprint.wgsl");
+const OPACITY: &str = include_str!("../../shaders/lib/opacity.wgsl");
+const GATHER: &str = include_str!("../../shaders/lib/gather.wgsl");
 
 /// A pass's shader: its name is the file's, the pass's label and the timing row's.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Shader {
     /// Name of the pass.
     pub name: &'static str,
@@ -24,12 +27,23 @@ macro_rules! shader {
 shader!(COUNT_SEGMENTS, "count_segments", TRAVERSAL);
 shader!(SCAN_SEGMENTS, "scan_segments",);
 shader!(EMIT_KERNELS, "emit_kernels", TRAVERSAL);
-shader!(SPLAT, "splat", FRAME);
+shader!(SPLAT, "splat", FRAME, FOOTPRINT, OPACITY);
+shader!(GATHER_KERNELS, "gather_kernels", TRAVERSAL, FOOTPRINT, OPACITY, GATHER);
+shader!(GATHER_CELLS, "gather_cells", TRAVERSAL, OPACITY, GATHER);
 shader!(PRESENT, "present",);
 shader!(PICTURE, "picture",);
 
 /// Every shader there is.
-pub const ALL: [Shader; 6] = [COUNT_SEGMENTS, SCAN_SEGMENTS, EMIT_KERNELS, SPLAT, PRESENT, PICTURE];
+pub const ALL: [Shader; 8] = [
+    COUNT_SEGMENTS,
+    SCAN_SEGMENTS,
+    EMIT_KERNELS,
+    SPLAT,
+    GATHER_KERNELS,
+    GATHER_CELLS,
+    PRESENT,
+    PICTURE,
+];
 
 impl Shader {
     /// The stitched source.
@@ -39,9 +53,29 @@ impl Shader {
 
     /// The module on a device.
     pub(super) fn module(&self, device: &wgpu::Device) -> wgpu::ShaderModule {
+        self.module_of(device, self.source())
+    }
+
+    /// The module whose picture is a storage texture of a format: WGSL has no override for it.
+    pub(super) fn module_writing(
+        &self,
+        device: &wgpu::Device,
+        format: wgpu::TextureFormat,
+    ) -> wgpu::ShaderModule {
+        let source = self.source();
+        self.module_of(
+            device,
+            match format {
+                wgpu::TextureFormat::Rgba16Float => source.replace("rgba32float", "rgba16float"),
+                _ => source,
+            },
+        )
+    }
+
+    fn module_of(&self, device: &wgpu::Device, source: String) -> wgpu::ShaderModule {
         device.create_shader_module(wgpu::ShaderModuleDescriptor {
             label: Some(self.name),
-            source: wgpu::ShaderSource::Wgsl(self.source().into()),
+            source: wgpu::ShaderSource::Wgsl(source.into()),
         })
     }
 }
