@@ -9,18 +9,6 @@
 // All kernels are one voxel large and seen in parallel: one footprint, given by the frame.
 override one_footprint: bool = false;
 override perspective: bool = false;
-// Footprint polynomial of the kernel at its own extent (kernel::FootprintPolynomial), lowest power
-// first: constants of the pipeline, since every fragment needs them all.
-override c0: f32 = 0.0;
-override c1: f32 = 0.0;
-override c2: f32 = 0.0;
-override c3: f32 = 0.0;
-override c4: f32 = 0.0;
-override c5: f32 = 0.0;
-override c6: f32 = 0.0;
-override c7: f32 = 0.0;
-// The footprint ends as a square root (a kernel that is cut off) rather than as a square.
-override rim_root: bool = false;
 
 struct Record {
     @location(0) centre: vec3<f32>,
@@ -54,8 +42,6 @@ struct Point {
 const NEAR: f32 = 1e-3;
 // Vertices snap to 1/256 of a pixel: a box's quad is this much larger, or it would lose pixels.
 const SNAP: f32 = 0.0078125;
-// Deeper than any display can tell, and far from overflowing.
-const MOST_DEPTH: f32 = 1e30;
 // Kernels thinner than a pixel are widened to this half axis, in pixels, and keep their depth.
 const LEAST_HALF_AXIS: f32 = 1.0;
 
@@ -219,16 +205,6 @@ fn widened(factor: vec4<f32>) -> vec4<f32> {
     return vec4<f32>(k11, gb / k11, k22, factor.w * determinant / sqrt(new_large * new_small));
 }
 
-// F(l) of kernel::FootprintPolynomial, q = (l / radius)^2; nothing beyond the radius.
-fn footprint(q_any: f32) -> f32 {
-    let q = min(q_any, 1.0);
-    let u = 2.0 * q - 1.0;
-    let high = ((c7 * u + c6) * u + c5) * u + c4;
-    let sum = (((high * u + c3) * u + c2) * u + c1) * u + c0;
-    let inside = 1.0 - q;
-    return sum * select(inside * inside, sqrt(inside), rim_root);
-}
-
 // Length of the ray inside the unit box, in pixels of depth.
 fn chord(point: vec3<f32>, ray: vec3<f32>) -> f32 {
     var enter = -1e30;
@@ -246,19 +222,6 @@ fn chord(point: vec3<f32>, ray: vec3<f32>) -> f32 {
         }
     }
     return max(leave - enter, 0.0);
-}
-
-// 1 - exp(-depth), to a relative 2.4e-6 for every depth >= 0 (to 1 - 1.2e-7 beyond 16): a
-// polynomial for a sixteenth of the depth, doubled four times, since 1 - t^2 = a (2 - a) with
-// a = 1 - t. Nothing cancels, and no exponential is taken.
-fn opacity(depth: f32) -> f32 {
-    // The footprint's polynomial may fall a little below 0 at its rim.
-    let y = clamp(depth, 0.0, 16.0) * 0.0625;
-    var a = y * (0.99999776 + y * (-0.49989422 + y * (0.1658395 + y * (-0.039332894 + y * 0.0055118293))));
-    a = a * (2.0 - a);
-    a = a * (2.0 - a);
-    a = a * (2.0 - a);
-    return a * (2.0 - a);
 }
 
 fn splat(matter: vec4<f32>, footprint: f32, position: vec4<f32>) -> vec4<f32> {

@@ -51,6 +51,25 @@ fn host_structs() -> [HostStruct; 5] {
             padding2,
         }),
         host_struct!(Traversal { dims, bricks, axes, splits, counts, table }),
+        host_struct!(Gather {
+            base,
+            right,
+            up,
+            ahead,
+            reach,
+            scale,
+            layers,
+            centre,
+            view_a,
+            view_b,
+            view_c,
+            view_centre,
+            low,
+            high,
+            splits,
+            strides,
+            bricks,
+        }),
         host_struct!(Scan { counts }),
         host_struct!(Present { background }),
         host_struct!(Slabs {
@@ -81,6 +100,8 @@ fn host_constants() -> [(&'static str, f64); 7] {
         ("TILE", f64::from(layout::TILE)),
         ("EMPTY_BRICK", EMPTY_BRICK as f64),
         ("LEAST_HALF_AXIS", layout::LEAST_HALF_AXIS),
+        ("TILE", f64::from(layout::TILE)),
+        ("SHARE_CELLS", layout::SHARE_CELLS as f64),
     ]
 }
 
@@ -316,6 +337,9 @@ fn workgroups_have_the_size_that_the_host_dispatches() {
     for shader in [shader::COUNT_SEGMENTS, shader::EMIT_KERNELS] {
         let module = parsed(&shader);
         assert_eq!(module.entry_points[0].workgroup_size, [SEGMENT_THREADS, 1, 1]);
+    }
+    for shader in [shader::GATHER_KERNELS, shader::GATHER_CELLS] {
+        assert_eq!(parsed(&shader).entry_points[0].workgroup_size, [layout::TILE, layout::TILE, 1]);
     }
     // The scan runs as one workgroup, within WebGPU's limit.
     let [x, y, z] = parsed(&shader::SCAN_SEGMENTS).entry_points[0].workgroup_size;

@@ -147,8 +147,7 @@ mod tests {
 
     #[test]
     fn swapping_keeps_the_unit_distance_with_the_scene() {
-        let mut first =
-            SplatSettings { opacity_unit_distance: Some(2.0), ..SplatSettings::EXACT };
+        let mut first = SplatSettings { opacity_unit_distance: Some(2.0), ..SplatSettings::EXACT };
         let mut compare = Compare::default();
         compare.swap(&mut first);
         let unit = first.opacity_unit_distance;

@@ -150,7 +150,10 @@ impl Window {
         let waiting = self.compare.is_waiting(finished.as_ref());
         let now = Now {
             open: self.accuracy.open,
-            quiet: finished.is_some() && idle && !waiting && !ctx.input(|input| input.pointer.any_down()),
+            quiet: finished.is_some()
+                && idle
+                && !waiting
+                && !ctx.input(|input| input.pointer.any_down()),
             scene,
             size: self.viewport_size,
             secs: ctx.time(),

@@ -41,7 +41,8 @@ impl Window {
                 .show(ui, |ui| self.side_ui(ui));
         }
         if self.accuracy.open {
-            let frame = Frame::new().inner_margin(Margin { left: 12, right: 12, top: 8, bottom: 6 });
+            let frame =
+                Frame::new().inner_margin(Margin { left: 12, right: 12, top: 8, bottom: 6 });
             Panel::bottom("accuracy")
                 .frame(frame)
                 .resizable(true)

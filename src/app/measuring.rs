@@ -105,12 +105,7 @@ struct Found {
 
 impl Default for Measuring {
     fn default() -> Self {
-        Self {
-            subject: None,
-            work: Work::None,
-            found: Arc::default(),
-            quiet_since_secs: None,
-        }
+        Self { subject: None, work: Work::None, found: Arc::default(), quiet_since_secs: None }
     }
 }
 
@@ -221,7 +216,9 @@ impl Measuring {
                 Work::Ended(Some(reason))
             }
             Ended::Finished(Rest { measurer, .. }) => Work::Paused(measurer),
-            Ended::Lost => Work::Ended(Some("Measuring stopped on a bug of the program".to_owned())),
+            Ended::Lost => {
+                Work::Ended(Some("Measuring stopped on a bug of the program".to_owned()))
+            }
         };
     }
 

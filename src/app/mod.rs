@@ -22,6 +22,7 @@ pub mod panels;
 pub mod reading;
 pub mod saving;
 pub mod settings;
+pub mod sweeping;
 pub mod theme;
 pub mod trace;
 pub mod trihedron;
@@ -121,7 +122,7 @@ fn parts(ctx: &Context, adapter: AdapterChoice, screen_format: Option<ScreenForm
         screen_format: screen_format.unwrap_or(ScreenFormat::Rgba8Unorm),
         library: Arc::new(Files),
         renderer: saving::engine_renderer(adapter.clone()),
-        measure: Arc::new(move |_, _| todo_measurer()),
+        measure: sweeping::engine_measurer(adapter, sweeping::finest_slabs),
         chooser: Box::new(FileDialog::open),
         pictures_folder: saving::pictures_folder(),
     }

@@ -200,8 +200,7 @@ mod tests {
 
     #[test]
     fn interpolating_takes_classification_after_reconstruction_with_it() {
-        let choice =
-            ModeChoice { reconstruction: Some(Reconstruction::Interpolating), ..none() };
+        let choice = ModeChoice { reconstruction: Some(Reconstruction::Interpolating), ..none() };
         let then = changed(&SplatSettings::SHADE_FIRST, choice);
         assert_eq!(then.classify, Classify::PreIntegrated);
         assert_eq!(then.visibility, Visibility::Slabs);

@@ -144,14 +144,12 @@ pub fn classify(classify: Classify) -> (&'static str, &'static str) {
 /// What a reconstruction is called, and what it means, one line.
 pub fn reconstruction(reconstruction: Reconstruction) -> (&'static str, &'static str) {
     match reconstruction {
-        Reconstruction::Smooth => (
-            "Smooth",
-            "Samples are blended as they are: noise is softened, and so is fine detail",
-        ),
-        Reconstruction::Interpolating => (
-            "Interpolating",
-            "The blend passes through every sample: sharp, and true to the data",
-        ),
+        Reconstruction::Smooth => {
+            ("Smooth", "Samples are blended as they are: noise is softened, and so is fine detail")
+        }
+        Reconstruction::Interpolating => {
+            ("Interpolating", "The blend passes through every sample: sharp, and true to the data")
+        }
     }
 }
 
@@ -184,9 +182,7 @@ pub fn order(order: Order) -> (&'static str, &'static str) {
 pub fn backend(backend: Backend) -> (&'static str, &'static str) {
     match backend {
         Backend::Auto => ("Automatic", "Whichever is faster here: both draw the same picture"),
-        Backend::Raster => {
-            ("Triangles", "Footprints as blended triangles: only for every sample")
-        }
+        Backend::Raster => ("Triangles", "Footprints as blended triangles: only for every sample"),
         Backend::Tiles => ("Tiles", "Small squares of the screen, each walked front to back"),
     }
 }

@@ -3,6 +3,8 @@
 //! Nothing here holds a device object, so a frame can be counted and compared before anything is
 //! drawn. [`super::Renderer`] runs it.
 
+use super::shader::Shader;
+
 /// One pass over the device.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Pass {
@@ -23,6 +25,13 @@ pub enum Pass {
     /// Composites the slabs of a reconstructed field.
     ReconstructSlabs {
         /// Tiles of the picture, a workgroup each.
+        tiles: u32,
+    },
+    /// Gathers a grid's kernels for some tiles of the picture.
+    Gather {
+        /// The shader that does.
+        shader: Shader,
+        /// Tiles, one workgroup each.
         tiles: u32,
     },
     /// Background and sRGB.
@@ -47,6 +56,7 @@ impl Pass {
             Self::EmitKernels { .. } => super::shader::EMIT_KERNELS.name,
             Self::Splat(_) => super::shader::SPLAT.name,
             Self::ReconstructSlabs { .. } => super::shader::RECONSTRUCT_SLABS.name,
+            Self::Gather { shader, .. } => shader.name,
             Self::Present => super::shader::PRESENT.name,
         }
     }

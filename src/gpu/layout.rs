@@ -51,6 +51,35 @@ pub struct Traversal {
     pub table: [f32; 4],
 }
 
+/// Pixels along a side of a tile of the gathering passes.
+pub const TILE: u32 = 8;
+/// Cells along each axis of the table of shares; see `shaders/gather_kernels.wgsl`.
+pub const SHARE_CELLS: usize = 64;
+
+/// `Gather` in `shaders/lib/gather.wgsl`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+#[expect(missing_docs, reason = "documented in the shader")]
+pub struct Gather {
+    pub base: [f32; 4],
+    pub right: [f32; 4],
+    pub up: [f32; 4],
+    pub ahead: [f32; 4],
+    pub reach: [f32; 4],
+    pub scale: [f32; 4],
+    pub layers: [f32; 4],
+    pub centre: [f32; 4],
+    pub view_a: [f32; 4],
+    pub view_b: [f32; 4],
+    pub view_c: [f32; 4],
+    pub view_centre: [f32; 4],
+    pub low: [i32; 4],
+    pub high: [i32; 4],
+    pub splits: [i32; 4],
+    pub strides: [u32; 4],
+    pub bricks: [u32; 4],
+}
+
 /// `Scan` in `shaders/scan_segments.wgsl`.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
@@ -66,9 +95,6 @@ pub struct Scan {
 pub struct Present {
     pub background: [f32; 4],
 }
-
-/// Pixels along the side of a tile of the compute passes that draw.
-pub const TILE: u32 = 8;
 
 /// `Slabs` in `shaders/reconstruct_slabs.wgsl`.
 #[repr(C)]

@@ -9,6 +9,7 @@ mod constants;
 pub mod context;
 mod field;
 pub mod frame;
+mod gather;
 pub mod layout;
 mod pipelines;
 mod renderer;
@@ -19,8 +20,8 @@ pub mod timing;
 
 pub use context::{AdapterChoice, Context, Wishes};
 pub use frame::{Pass, PassTime};
+pub use gather::tile_count;
 pub use renderer::{GridTotals, Renderer};
-pub use slabs::{TILE, tile_count};
 
 /// What can go wrong on the device.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]

@@ -8,6 +8,7 @@ use super::buffers::{Growing, read_buffer, read_texture, texture};
 use super::constants::frame_constants;
 use super::context::Context;
 use super::frame::{self, Pass, PassTime, Source};
+use super::gather::Gathering;
 use super::layout::{self, COUNT_HEADER_WORDS, Record, SEGMENT_THREADS};
 use super::pipelines::{Pipelines, SplatVariant};
 use super::samples::{CHUNKS, DeviceSamples};
@@ -27,50 +28,53 @@ const STOP_BELOW: f32 = 5e-4;
 /// Draws pieces of one picture at a time. Everything it holds can be made again from the scene.
 #[derive(Debug)]
 pub struct Renderer {
-    context: Context,
-    pipelines: Pipelines,
+    pub(super) context: Context,
+    pub(super) pipelines: Pipelines,
     timer: Option<Timer>,
     frame: wgpu::Buffer,
-    traversal: wgpu::Buffer,
+    pub(super) traversal: wgpu::Buffer,
     scan: wgpu::Buffer,
-    totals: wgpu::Buffer,
+    pub(super) totals: wgpu::Buffer,
     present: wgpu::Buffer,
     records: Growing,
     uploads: Growing,
     counts: Growing,
-    volume: Option<DeviceVolume>,
-    target: Option<Target>,
+    pub(super) volume: Option<DeviceVolume>,
+    pub(super) target: Option<Target>,
     variant: SplatVariant,
     slabs: SlabPass,
     /// The mode of the slabs being drawn.
     slab_settings: SplatSettings,
     /// Rays end where less transmittance is left.
     stop_below: f32,
+    pub(super) gathering: Gathering,
     times: Vec<PassTime>,
     peak_bytes: u64,
 }
 
 /// A volume and its classification on the device.
 #[derive(Debug)]
-struct DeviceVolume {
-    source: Arc<ScalarVolume>,
-    samples: DeviceSamples,
-    table: Option<DeviceTable>,
+pub(super) struct DeviceVolume {
+    pub(super) source: Arc<ScalarVolume>,
+    pub(super) samples: DeviceSamples,
+    pub(super) table: Option<DeviceTable>,
 }
 
 #[derive(Debug)]
-struct DeviceTable {
-    entries: wgpu::Buffer,
-    visible: wgpu::Buffer,
+pub(super) struct DeviceTable {
+    pub(super) entries: wgpu::Buffer,
+    pub(super) visible: wgpu::Buffer,
+    /// First and last brick along x, y, z that can show; the first beyond the last where none can.
+    pub(super) showing: [[usize; 3]; 2],
     /// `Traversal::table`: span, entries per unit, last entry.
     span: [f32; 4],
 }
 
 /// The picture under way.
 #[derive(Debug)]
-struct Target {
+pub(super) struct Target {
     size: [u32; 2],
-    light: wgpu::Texture,
+    pub(super) light: wgpu::Texture,
     encoded: Option<wgpu::Texture>,
     staging: Option<wgpu::Buffer>,
 }
@@ -125,6 +129,7 @@ impl Renderer {
                 perspective: false,
                 one_footprint: false,
             },
+            gathering: Gathering::new(&context),
             times: Vec::new(),
             peak_bytes: 0,
             context,
@@ -164,7 +169,7 @@ impl Renderer {
 
     /// Pipelines compiled so far.
     pub fn pipeline_count(&self) -> usize {
-        self.pipelines.len() + self.slabs.pipeline_count()
+        self.pipelines.len() + self.slabs.pipeline_count() + self.gathering.len()
     }
 
     /// Uploads a volume unless it is there already.
@@ -211,10 +216,23 @@ impl Renderer {
             buffer
         };
         let ranges = &volume.source.bricks.ranges;
+        let bricks = volume.source.bricks.dims;
         let mut visible = vec![0_u32; ranges.len().div_ceil(32)];
+        let mut showing = [[usize::MAX; 3], [0; 3]];
         for (index, &[low, high]) in ranges.iter().enumerate() {
             let shows = low <= high && table.greatest_extinction(low, high) > 0.0;
             visible[index / 32] |= u32::from(shows) << (index % 32);
+            if shows {
+                let at = [
+                    index % bricks[0],
+                    index / bricks[0] % bricks[1],
+                    index / bricks[0] / bricks[1],
+                ];
+                for axis in 0..3 {
+                    showing[0][axis] = showing[0][axis].min(at[axis]);
+                    showing[1][axis] = showing[1][axis].max(at[axis]);
+                }
+            }
         }
         let last = table.entries.len() - 1;
         let coordinate = table.coordinate;
@@ -229,6 +247,7 @@ impl Renderer {
         volume.table = Some(DeviceTable {
             entries: storage("table", bytemuck::cast_slice(&table.entries)),
             visible: storage("visible bricks", bytemuck::cast_slice(&visible)),
+            showing,
             span,
         });
         self.note_bytes();
@@ -291,15 +310,14 @@ impl Renderer {
         }
         self.target = None;
         let format = self.light_format();
-        use wgpu::TextureUsages as Usage;
-        let usage = Usage::TEXTURE_BINDING | Usage::STORAGE_BINDING;
+        let usage = wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::STORAGE_BINDING;
         let light = texture(&self.context, "light", size, format, usage);
         self.target = Some(Target { size, light, encoded: None, staging: None });
         self.note_bytes();
         Ok(())
     }
 
-    fn light_format(&self) -> wgpu::TextureFormat {
+    pub(super) fn light_format(&self) -> wgpu::TextureFormat {
         if self.context.granted.float32_blending {
             wgpu::TextureFormat::Rgba32Float
         } else {
@@ -397,7 +415,13 @@ impl Renderer {
         Ok(bytemuck::pod_collect_to_vec(&read[..bytes as usize]))
     }
 
-    fn write_traversal(&self, view: &View, rows: &Range<u32>, segments: u32, capacity: u32) {
+    pub(super) fn write_traversal(
+        &self,
+        view: &View,
+        rows: &Range<u32>,
+        segments: u32,
+        capacity: u32,
+    ) {
         let Some(volume) = &self.volume else { return };
         let Some(table) = &volume.table else { return };
         let [x, y, z] = volume.source.lattice.dims.map(|n| n as u32);
@@ -507,10 +531,10 @@ impl Renderer {
         clock: Option<&Timestamps>,
     ) {
         let Some(target) = &self.target else { return };
-        let light = target.light.create_view(&Default::default());
+        let light = (&target.light.create_view(&Default::default()), target.light.format());
         let settings = self.slab_settings;
         let timestamps = clock.map(|c| c.compute(0));
-        self.slabs.encode(&self.context, encoder, &settings, &light, tiles, timestamps);
+        self.slabs.encode(&self.context, encoder, &settings, light, tiles, timestamps);
     }
 
     /// The picture so far as sRGB bytes with straight alpha, rows from the top.
@@ -572,7 +596,7 @@ impl Renderer {
     ///
     /// Nothing is queued behind: the software adapter finishes one submission before it begins the
     /// next, and a newer request would wait for one piece more.
-    fn run(&mut self, passes: &[Pass]) -> Result<f64, GpuError> {
+    pub(super) fn run(&mut self, passes: &[Pass]) -> Result<f64, GpuError> {
         let start = Instant::now();
         match self.timer {
             None => {
@@ -622,6 +646,7 @@ impl Renderer {
             Pass::ScanSegments => {
                 self.dispatch(encoder, shader::SCAN_SEGMENTS, 1, clock);
             }
+            Pass::Gather { shader, tiles } => self.gather(encoder, shader, tiles, clock),
             Pass::Splat(source) => self.splat(encoder, source, clock),
             Pass::ReconstructSlabs { tiles } => self.reconstruct_slabs(encoder, tiles, clock),
             Pass::Present => self.encode_present(encoder, clock),

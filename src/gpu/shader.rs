@@ -2,9 +2,12 @@
 
 const FRAME: &str = include_str!("../../shaders/lib/frame.wgsl");
 const TRAVERSAL: &str = include_str!("../../shaders/lib/traversal.wgsl");
+const FOOTPRINT: &str = include_str!("../../shaders/lib/footprint.wgsl");
+const OPACITY: &str = include_str!("../../shaders/lib/opacity.wgsl");
+const GATHER: &str = include_str!("../../shaders/lib/gather.wgsl");
 
 /// A pass's shader: its name is the file's, the pass's label and the timing row's.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Shader {
     /// Name of the pass.
     pub name: &'static str,
@@ -24,14 +27,25 @@ macro_rules! shader {
 shader!(COUNT_SEGMENTS, "count_segments", TRAVERSAL);
 shader!(SCAN_SEGMENTS, "scan_segments",);
 shader!(EMIT_KERNELS, "emit_kernels", TRAVERSAL);
-shader!(SPLAT, "splat", FRAME);
+shader!(SPLAT, "splat", FRAME, FOOTPRINT, OPACITY);
+shader!(GATHER_KERNELS, "gather_kernels", TRAVERSAL, FOOTPRINT, OPACITY, GATHER);
+shader!(GATHER_CELLS, "gather_cells", TRAVERSAL, OPACITY, GATHER);
 shader!(PRESENT, "present",);
 shader!(PICTURE, "picture",);
 shader!(RECONSTRUCT_SLABS, "reconstruct_slabs",);
 
 /// Every shader there is.
-pub const ALL: [Shader; 7] =
-    [COUNT_SEGMENTS, SCAN_SEGMENTS, EMIT_KERNELS, SPLAT, PRESENT, PICTURE, RECONSTRUCT_SLABS];
+pub const ALL: [Shader; 9] = [
+    COUNT_SEGMENTS,
+    SCAN_SEGMENTS,
+    EMIT_KERNELS,
+    SPLAT,
+    GATHER_KERNELS,
+    GATHER_CELLS,
+    PRESENT,
+    PICTURE,
+    RECONSTRUCT_SLABS,
+];
 
 impl Shader {
     /// The stitched source.
@@ -41,23 +55,26 @@ impl Shader {
 
     /// The module on a device.
     pub(super) fn module(&self, device: &wgpu::Device) -> wgpu::ShaderModule {
-        device.create_shader_module(wgpu::ShaderModuleDescriptor {
-            label: Some(self.name),
-            source: wgpu::ShaderSource::Wgsl(self.source().into()),
-        })
+        self.module_of(device, self.source())
     }
 
-    /// The module where the picture under way is stored in 16-bit floats (`half_target`) or in
-    /// 32-bit ones, as written. Shaders name the format of what they store.
-    pub(super) fn module_for(
+    /// The module whose picture is a storage texture of a format: WGSL has no override for it.
+    pub(super) fn module_writing(
         &self,
         device: &wgpu::Device,
-        half_target: bool,
+        format: wgpu::TextureFormat,
     ) -> wgpu::ShaderModule {
-        if !half_target {
-            return self.module(device);
-        }
-        let source = self.source().replace("rgba32float", "rgba16float");
+        let source = self.source();
+        self.module_of(
+            device,
+            match format {
+                wgpu::TextureFormat::Rgba16Float => source.replace("rgba32float", "rgba16float"),
+                _ => source,
+            },
+        )
+    }
+
+    fn module_of(&self, device: &wgpu::Device, source: String) -> wgpu::ShaderModule {
         device.create_shader_module(wgpu::ShaderModuleDescriptor {
             label: Some(self.name),
             source: wgpu::ShaderSource::Wgsl(source.into()),

@@ -16,8 +16,7 @@ use crate::scene::{Classify, OpacityModel, Order, SplatSettings, View};
 use crate::transfer::Cumulative;
 use crate::volume::ScalarVolume;
 
-/// Pixels along the side of a tile.
-pub const TILE: u32 = layout::TILE;
+use layout::TILE;
 /// Part of a cell by which values are lifted, so that rounding does not take a whole number out of
 /// the cell that begins with it.
 const LIFT_CELLS: f64 = 0.05;
@@ -53,7 +52,7 @@ struct Variant {
     middle: bool,
     published: bool,
     back_to_front: bool,
-    half_target: bool,
+    target: wgpu::TextureFormat,
 }
 
 impl SlabPass {
@@ -194,7 +193,7 @@ impl SlabPass {
         context: &Context,
         encoder: &mut wgpu::CommandEncoder,
         settings: &SplatSettings,
-        light: &wgpu::TextureView,
+        (light, format): (&wgpu::TextureView, wgpu::TextureFormat),
         tiles: u32,
         timestamps: Option<wgpu::ComputePassTimestampWrites<'_>>,
     ) {
@@ -207,7 +206,7 @@ impl SlabPass {
             middle: settings.classify == Classify::After,
             published: settings.opacity_model == OpacityModel::Published,
             back_to_front: settings.order == Order::BackToFront,
-            half_target: !context.granted.float32_blending,
+            target: format,
         };
         let pipeline =
             self.pipelines.entry(variant).or_insert_with(|| compile(context, variant)).clone();
@@ -332,11 +331,6 @@ fn rays_per_side(view: &View, kernel: Kernel, extent: Option<f64>) -> u32 {
     side
 }
 
-/// Tiles that a picture has.
-pub fn tile_count(size: [u32; 2]) -> u32 {
-    size[0].div_ceil(TILE) * size[1].div_ceil(TILE)
-}
-
 fn compile(context: &Context, variant: Variant) -> wgpu::ComputePipeline {
     let kernel = match variant.kernel {
         Kernel::Point | Kernel::Nearest => 0,
@@ -360,7 +354,7 @@ fn compile(context: &Context, variant: Variant) -> wgpu::ComputePipeline {
         ("published", flag(variant.published)),
         ("back_to_front", flag(variant.back_to_front)),
     ];
-    let module = shader::RECONSTRUCT_SLABS.module_for(&context.device, variant.half_target);
+    let module = shader::RECONSTRUCT_SLABS.module_writing(&context.device, variant.target);
     context.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
         label: Some(shader::RECONSTRUCT_SLABS.name),
         layout: None,

@@ -377,7 +377,6 @@ impl Worker {
         }
     }
 
-
     fn still(&mut self, request: &StillRequest, ticket: &Ticket) -> Result<Still, StillError> {
         let mut tries = 0;
         loop {

@@ -127,13 +127,18 @@ impl Estimator {
 /// # Errors
 /// Where a picture is empty or incomplete.
 pub fn shown_rmse(first: &Picture, second: &Picture) -> Result<f64, CompareError> {
-    let light: Vec<f64> = (0..=255_u8).map(|byte| linear_from_srgb(f64::from(byte) / 255.0)).collect();
+    let light: Vec<f64> =
+        (0..=255_u8).map(|byte| linear_from_srgb(f64::from(byte) / 255.0)).collect();
     let size = second.requested_size;
     accuracy::rmse(&sampled(first, size, &light)?, &sampled(second, size, &light)?)
 }
 
 /// The light of a picture at the centres of evenly spaced pixels of `size`.
-fn sampled(picture: &Picture, size: [u32; 2], light: &[f64]) -> Result<Vec<[f64; 4]>, CompareError> {
+fn sampled(
+    picture: &Picture,
+    size: [u32; 2],
+    light: &[f64],
+) -> Result<Vec<[f64; 4]>, CompareError> {
     let [width, height] = picture.size.map(|n| n as usize);
     if picture.rgba.len() != width * height * 4 {
         let (first, second) = (picture.rgba.len() / 4, width * height);
@@ -195,7 +200,11 @@ mod tests {
     use super::*;
     use crate::task::engine::FrameReport;
 
-    fn picture(size: [u32; 2], requested_size: [u32; 2], pixel: impl Fn(u32, u32) -> u8) -> Picture {
+    fn picture(
+        size: [u32; 2],
+        requested_size: [u32; 2],
+        pixel: impl Fn(u32, u32) -> u8,
+    ) -> Picture {
         let rgba = (0..size[1])
             .flat_map(|y| (0..size[0]).map(move |x| (x, y)))
             .flat_map(|(x, y)| [pixel(x, y), pixel(x, y), pixel(x, y), 255])

@@ -5,6 +5,7 @@
 
 mod against_reference;
 mod engine;
+mod gathered;
 mod hard_values;
 mod invariants;
 mod nodes;

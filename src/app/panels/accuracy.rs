@@ -4,9 +4,7 @@ use eframe::egui::{Align, Label, Layout, ProgressBar, RichText, Slider, Ui, UiBu
 
 use super::chart::{Marks, Picked, chart_ui, number_words};
 use super::name_ui;
-use crate::app::measuring::{
-    ChartPoint, EstimateRecord, State, best_within, front, quickest_with,
-};
+use crate::app::measuring::{ChartPoint, EstimateRecord, State, best_within, front, quickest_with};
 use crate::app::{modes, theme, words};
 use crate::scene::SplatSettings;
 

@@ -54,9 +54,9 @@ impl Axes {
     fn around(rect: Rect, points: &[ChartPoint]) -> Self {
         let drawn = || points.iter().filter(|point| point.failed.is_none());
         let bounds = |values: &mut dyn Iterator<Item = f64>| {
-            values.filter(|v| v.is_finite()).fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], v| {
-                [l.min(v), h.max(v)]
-            })
+            values
+                .filter(|v| v.is_finite())
+                .fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], v| [l.min(v), h.max(v)])
         };
         let mut time = bounds(&mut drawn().map(|point| point.ms.max(0.01).log10()));
         let mut level = bounds(&mut drawn().map(|point| point.db.min(TOP_DB)));
@@ -93,10 +93,8 @@ pub fn chart_ui(
     response.widget_info(|| WidgetInfo::labeled(Role::Canvas, true, "Time against error"));
     let painter = ui.painter_at(outer);
     painter.rect_filled(outer, CornerRadius::same(5), theme::WELL);
-    let rect = Rect::from_min_max(
-        outer.min + vec2(LEFT, AROUND),
-        outer.max - vec2(AROUND + 4.0, BELOW),
-    );
+    let rect =
+        Rect::from_min_max(outer.min + vec2(LEFT, AROUND), outer.max - vec2(AROUND + 4.0, BELOW));
     if rect.width() < 60.0 || rect.height() < 40.0 {
         return None;
     }
@@ -212,7 +210,13 @@ fn paint_axes(painter: &Painter, outer: Rect, axes: Axes) {
         let y = axes.at(1.0, db).y;
         painter.hline(min.x..=max.x, y, line);
         let text = format!("{db:.0}");
-        painter.text(pos2(min.x - 6.0, y), Align2::RIGHT_CENTER, text, font.clone(), theme::TEXT_FAINT);
+        painter.text(
+            pos2(min.x - 6.0, y),
+            Align2::RIGHT_CENTER,
+            text,
+            font.clone(),
+            theme::TEXT_FAINT,
+        );
         db += step;
     }
     let decades = axes.time[1] - axes.time[0];
@@ -270,7 +274,8 @@ fn paint_point(
         (false, false) => theme::TEXT_FAINT,
     };
     if point.ci.is_finite() && point.db.is_finite() {
-        let (low, high) = (axes.at(point.ms, point.db - point.ci), axes.at(point.ms, point.db + point.ci));
+        let (low, high) =
+            (axes.at(point.ms, point.db - point.ci), axes.at(point.ms, point.db + point.ci));
         if low.y - high.y > 2.0 {
             let stroke = Stroke::new(1.0, colour.gamma_multiply(0.6));
             painter.line_segment([low, high], stroke);

@@ -11,8 +11,9 @@ use crate::scene::SplatSettings;
 pub fn compare_ui(ui: &mut Ui, compare: &mut Compare, first: &mut SplatSettings) {
     let mut on = compare.on;
     ui.horizontal(|ui| {
-        ui.checkbox(&mut on, "Compare two modes")
-            .on_hover_text("Show the view in a second mode beside the first, once it rests (key C)");
+        ui.checkbox(&mut on, "Compare two modes").on_hover_text(
+            "Show the view in a second mode beside the first, once it rests (key C)",
+        );
     });
     if on != compare.on {
         compare.toggle(first);

@@ -26,7 +26,8 @@ pub fn splat_ui(ui: &mut Ui, splat: &mut SplatSettings, voxel: f64) {
     let mut chosen = ModeChoice::default();
     kernel_ui(ui, splat, &mut chosen);
     let now = *splat;
-    let choice = Choice { row: "Reconstruction", all: Reconstruction::ALL, now: now.reconstruction };
+    let choice =
+        Choice { row: "Reconstruction", all: Reconstruction::ALL, now: now.reconstruction };
     chosen.reconstruction = choice.ui(ui, words::reconstruction);
     let choice = Choice { row: "Classify", all: Classify::ALL, now: now.classify };
     chosen.classify = choice.ui(ui, words::classify);

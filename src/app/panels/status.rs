@@ -21,12 +21,7 @@ pub struct Shown {
 }
 
 /// One line along the bottom of the window.
-pub fn status_ui(
-    ui: &mut Ui,
-    shown: Option<&Shown>,
-    state: &EngineState,
-    adapter: Option<&str>,
-) {
+pub fn status_ui(ui: &mut Ui, shown: Option<&Shown>, state: &EngineState, adapter: Option<&str>) {
     ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
         let adapter = adapter.unwrap_or("no adapter yet");
         ui.label(faint(state_words(state)));
@@ -50,19 +45,18 @@ fn report_ui(ui: &mut Ui, shown: &Shown) {
         .accessible_name("Progress to full")
         .on_hover_text("How far the picture is from one of every voxel");
     let (error, why) = error_words(shown);
-    let picture = format!(
-        "{} · {} · {error}",
-        rung_words(report),
-        words::milliseconds(report.frame_ms)
-    );
+    let picture =
+        format!("{} · {} · {error}", rung_words(report), words::milliseconds(report.frame_ms));
     ui.label(RichText::new(picture).size(12.0)).on_hover_text(why);
     if let Some(checked) = report.checked {
-        let [estimated, measured] =
-            [checked.estimated_rmse, checked.measured_rmse].map(|r| words::decibels(psnr_from_rmse(r)));
-        ui.add(Label::new(faint(&format!("preview estimated {estimated}, was {measured}"))).truncate())
-            .on_hover_text(
-                "What the coarse picture before this one was thought to be off by, and what it was",
-            );
+        let [estimated, measured] = [checked.estimated_rmse, checked.measured_rmse]
+            .map(|r| words::decibels(psnr_from_rmse(r)));
+        ui.add(
+            Label::new(faint(&format!("preview estimated {estimated}, was {measured}"))).truncate(),
+        )
+        .on_hover_text(
+            "What the coarse picture before this one was thought to be off by, and what it was",
+        );
         ui.separator();
     }
     let counts = ui.add(Label::new(faint(&counts_words(report))).truncate());
@@ -91,7 +85,8 @@ fn error_words(shown: &Shown) -> (String, String) {
     let Shown { report, mode, measured } = shown;
     if let Some(rmse) = report.estimated_rmse {
         let db = psnr_from_rmse(rmse);
-        let why = "Estimated from the octree's own error, and checked once the full picture is there";
+        let why =
+            "Estimated from the octree's own error, and checked once the full picture is there";
         return (format!("about {db:.0} dB"), why.to_owned());
     }
     if report.rung != "full" {

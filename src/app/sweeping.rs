@@ -1,0 +1,154 @@
+//! The accuracy panel's real measurer: the engine's sweep on a device of its own, so that the
+//! picture on screen is never kept waiting.
+
+use std::sync::Arc;
+
+use super::measuring::{ChartPoint, Measurer, StartMeasuring, Stepped};
+use super::modes;
+use crate::accuracy::sweep::{Detail, Point, Setting};
+use crate::core::Ticket;
+use crate::scene::{Background, Scene, SplatSettings};
+use crate::task::engine::{AdapterChoice, Engine};
+use crate::task::still::{Refine, StillRequest};
+use crate::task::sweep::{MakeTruth, Step, Sweep, SweepError, SweepOptions, Truth};
+
+/// Pixels compared with the exact picture: a confidence interval of a few tenths of a dB, soon.
+const PIXELS: usize = 1000;
+/// A mode's frames are not repeated once they have taken this long together, milliseconds.
+const REPEAT_WITHIN_MS: f64 = 1000.0;
+
+/// Sweeps drawn by `adapter`, held to the truth that `make_truth` makes.
+pub fn engine_measurer(adapter: AdapterChoice, make_truth: MakeTruth) -> StartMeasuring {
+    Arc::new(move |scene, size| {
+        let options = SweepOptions {
+            pixels: PIXELS,
+            repeat_within_ms: REPEAT_WITHIN_MS,
+            // The sampled pixels say it sooner.
+            whole_picture: false,
+            ..SweepOptions::new(scene)
+        };
+        let sweep = Sweep::new(scene.clone(), size, options, make_truth);
+        Box::new(EngineSweep { adapter: adapter.clone(), engine: None, sweep })
+    })
+}
+
+struct EngineSweep {
+    adapter: AdapterChoice,
+    /// Started on the job's thread.
+    engine: Option<Engine>,
+    sweep: Sweep,
+}
+
+impl Measurer for EngineSweep {
+    fn step(&mut self, ticket: &Ticket) -> Stepped {
+        let engine = self.engine.get_or_insert_with(|| Engine::start(self.adapter.clone(), || ()));
+        match self.sweep.step(engine, ticket) {
+            Err(SweepError::Cancelled) => Stepped::Stopped,
+            Err(error) => Stepped::Failed(error.to_string()),
+            Ok(()) if self.sweep.next_step() == Step::Done => Stepped::Done,
+            Ok(()) => Stepped::More,
+        }
+    }
+
+    fn points(&self) -> Vec<ChartPoint> {
+        let front = self.sweep.front();
+        let points = self.sweep.points().iter().enumerate();
+        points.map(|(index, point)| chart_point(point, front.contains(&index))).collect()
+    }
+
+    fn fraction(&self) -> f32 {
+        self.sweep.fraction()
+    }
+}
+
+fn chart_point(point: &Point, on_front: bool) -> ChartPoint {
+    let Setting { splat, detail, scale, .. } = &point.setting;
+    let is_mode = *detail == Detail::Full && *scale == 1.0;
+    let (ms, db, ci, failed) = match &point.outcome {
+        Ok(found) => {
+            let [low, high] = found.sampled.psnr_interval_db;
+            (found.median_ms(), found.sampled.psnr_db, (high - low) / 2.0, None)
+        }
+        Err(reason) => (0.0, 0.0, 0.0, Some(reason.clone())),
+    };
+    ChartPoint {
+        name: name(&point.setting),
+        ms,
+        db,
+        ci,
+        settings: is_mode.then_some(*splat),
+        on_front,
+        failed,
+    }
+}
+
+/// What a setting is called in the window.
+fn name(setting: &Setting) -> String {
+    let mode = modes::name(&setting.splat);
+    let what = match setting.detail {
+        Detail::Full => mode,
+        Detail::Octree { max_error } => format!("Octree error {max_error}, {mode}"),
+    };
+    if setting.scale == 1.0 {
+        what
+    } else {
+        format!("{what}, at {:.0} % of the size", setting.scale * 100.0)
+    }
+}
+
+/// The exact mode with many slabs: a truth until the float64 reference takes its place.
+pub fn finest_slabs(scene: &Scene, size: [u32; 2]) -> Box<dyn Truth> {
+    let splat = SplatSettings { slabs_per_voxel: FINEST_SLABS, ..scene.splat };
+    let request = StillRequest {
+        scene: Scene { splat, background: Background::Transparent, ..scene.clone() },
+        size,
+        refine: Refine::Full,
+        repeat: 0,
+        time_passes: false,
+    };
+    let still = Engine::start(AdapterChoice::default(), || ()).still(request, &Ticket::new());
+    let light = still.map(|still| still.light).unwrap_or_default();
+    Box::new(FinestSlabs { light, width: size[0] as usize })
+}
+
+/// Slabs per voxel of [`finest_slabs`].
+const FINEST_SLABS: f64 = 8.0;
+
+struct FinestSlabs {
+    light: Vec<[f32; 4]>,
+    width: usize,
+}
+
+impl Truth for FinestSlabs {
+    fn pixel(&self, [x, y]: [u32; 2]) -> [f64; 4] {
+        let pixel = self.light.get(y as usize * self.width + x as usize);
+        pixel.map_or([f64::NAN; 4], |pixel| pixel.map(f64::from))
+    }
+
+    fn stated_error(&self) -> f64 {
+        // Half a step of an 8-bit picture: what `converged` means.
+        1.0 / 512.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_whole_modes_can_be_chosen_and_failures_are_told() {
+        let whole = Setting::full(SplatSettings::EXACT);
+        let failed = Point { setting: whole.clone(), outcome: Err("no device".into()) };
+        let point = chart_point(&failed, false);
+        assert_eq!(point.settings, Some(SplatSettings::EXACT));
+        assert_eq!(point.failed.as_deref(), Some("no device"));
+        for setting in [
+            Setting { scale: 0.5, ..whole.clone() },
+            Setting { detail: Detail::Octree { max_error: 0.1 }, ..whole.clone() },
+        ] {
+            let point = chart_point(&Point { setting: setting.clone(), ..failed.clone() }, false);
+            assert_eq!(point.settings, None, "{setting:?}");
+            assert_ne!(point.name, name(&whole));
+        }
+    }
+}

@@ -1,0 +1,397 @@
+//! Grids without lists: each pixel gathers the lattice's kernels along its own ray, shaded first.
+
+use std::collections::HashMap;
+use std::ops::Range;
+
+use glam::DVec3;
+
+use super::GpuError;
+use super::buffers::{Growing, read_buffer};
+use super::context::Context;
+use super::frame::Pass;
+use super::layout::{self, SHARE_CELLS, TILE};
+use super::renderer::Renderer;
+use super::samples::CHUNKS;
+use super::shader::{self, Shader};
+use super::timing::Timestamps;
+use crate::kernel::{COEFFICIENTS, FootprintPolynomial, Kernel, RadialKernel, Rim};
+use crate::scene::{OpacityModel, Order, SplatSettings, View, Visibility};
+use crate::volume::BRICK;
+
+/// Simpson's intervals in a cell of the table of shares.
+const SHARE_STEPS: usize = 8;
+/// How much farther than their kernels rays look, voxels: roundings must not lose a sample.
+const MARGIN: f64 = 2e-3;
+
+/// Tiles of a picture, numbered along its rows from the top left.
+pub fn tile_count(size: [u32; 2]) -> u32 {
+    size[0].div_ceil(TILE) * size[1].div_ceil(TILE)
+}
+
+/// What is composited at once.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+enum Layering {
+    /// Each sample.
+    Sample,
+    /// Each slice of the lattice's outermost axis, footprints whole.
+    Slice,
+    /// Layers perpendicular to that axis, which cut kernels.
+    Sheets,
+    /// Layers perpendicular to the view.
+    Slabs,
+}
+
+/// What a pipeline is compiled for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+struct Variant {
+    kernel: Kernel,
+    layering: Layering,
+    opacity_model: OpacityModel,
+    order: Order,
+    perspective: bool,
+}
+
+impl Variant {
+    fn new(view: &View, settings: &SplatSettings) -> Self {
+        let whole = settings.sheets_per_kernel == 1 || settings.kernel == Kernel::Point;
+        Self {
+            kernel: settings.kernel,
+            layering: match settings.visibility {
+                Visibility::EverySample => Layering::Sample,
+                Visibility::Sheets if whole => Layering::Slice,
+                Visibility::Sheets => Layering::Sheets,
+                Visibility::Slabs => Layering::Slabs,
+            },
+            opacity_model: settings.opacity_model,
+            order: settings.order,
+            perspective: view.eye_distance.is_some(),
+        }
+    }
+
+    fn shader(self) -> Shader {
+        match self.kernel {
+            Kernel::Point | Kernel::Gaussian | Kernel::Cubic => shader::GATHER_KERNELS,
+            Kernel::Nearest | Kernel::Linear | Kernel::BSpline => shader::GATHER_CELLS,
+        }
+    }
+
+    fn constants(self) -> Vec<(&'static str, f64)> {
+        let flag = |on: bool| f64::from(u8::from(on));
+        let layering = match self.layering {
+            Layering::Sample => 0.0,
+            Layering::Slice => 1.0,
+            Layering::Sheets | Layering::Slabs => 2.0,
+        };
+        let mut constants = vec![
+            ("layering", layering),
+            ("sheets", flag(self.layering == Layering::Sheets)),
+            ("published", flag(self.opacity_model == OpacityModel::Published)),
+            ("front_to_back", flag(self.order == Order::FrontToBack)),
+            ("perspective", flag(self.perspective)),
+        ];
+        match self.kernel {
+            Kernel::Nearest => constants.push(("support", 1.0)),
+            Kernel::Linear => constants.push(("support", 2.0)),
+            Kernel::BSpline => constants.push(("support", 4.0)),
+            Kernel::Point | Kernel::Gaussian | Kernel::Cubic => {
+                constants.push(("points", flag(self.kernel == Kernel::Point)));
+                if let Some(radial) = RadialKernel::new(self.kernel, None) {
+                    const NAMES: [&str; COEFFICIENTS] =
+                        ["c0", "c1", "c2", "c3", "c4", "c5", "c6", "c7"];
+                    let polynomial = FootprintPolynomial::of(radial);
+                    constants.push(("rim_root", flag(polynomial.rim == Rim::Root)));
+                    let coefficients = polynomial.coefficients.map(f64::from);
+                    constants.extend(NAMES.into_iter().zip(coefficients));
+                }
+            }
+        }
+        constants
+    }
+}
+
+/// What the gathering passes keep on the device.
+#[derive(Debug)]
+pub(super) struct Gathering {
+    constants: wgpu::Buffer,
+    shares: wgpu::Buffer,
+    /// The kernel that `shares` was filled for.
+    shared: Option<Kernel>,
+    variant: Option<Variant>,
+    pipelines: HashMap<Variant, wgpu::ComputePipeline>,
+}
+
+impl Gathering {
+    pub(super) fn new(context: &Context) -> Self {
+        use wgpu::BufferUsages as Usage;
+        let size = size_of::<layout::Gather>() as u64;
+        let shares = (4 * (SHARE_CELLS + 1) * (SHARE_CELLS + 1)) as u64;
+        Self {
+            constants: Growing::make(context, "gather", Usage::UNIFORM | Usage::COPY_DST, size),
+            shares: Growing::make(context, "shares", Usage::STORAGE | Usage::COPY_DST, shares),
+            shared: None,
+            variant: None,
+            pipelines: HashMap::new(),
+        }
+    }
+
+    /// How many pipelines are compiled.
+    pub(super) fn len(&self) -> usize {
+        self.pipelines.len()
+    }
+}
+
+impl Renderer {
+    /// Draws some tiles of a picture that [`Renderer::begin`] began, whole: samples classified
+    /// first ([`crate::scene::Classify::Before`]), in the mode that `settings` name. Tiles are
+    /// numbered as [`tile_count`] counts them. Returns wall milliseconds.
+    ///
+    /// `unit_distance` is the world length over which the table's extinctions are given. Front to
+    /// back, a pixel ends where its transmittance is under `stop_below`.
+    ///
+    /// # Errors
+    /// A failing device.
+    pub fn draw_gathered(
+        &mut self,
+        view: &View,
+        settings: &SplatSettings,
+        unit_distance: f64,
+        stop_below: f64,
+        tiles: Range<u32>,
+    ) -> Result<f64, GpuError> {
+        let Some(volume) = &self.volume else { return Ok(0.0) };
+        let Some(table) = &volume.table else { return Ok(0.0) };
+        let tiles = tiles.start..tiles.end.min(tile_count(view.size));
+        // Nothing to draw leaves the picture clear, as it was begun.
+        if tiles.is_empty() || table.showing[0][0] > table.showing[1][0] {
+            return Ok(0.0);
+        }
+        let lattice = volume.source.lattice;
+        let constants = Constants {
+            view,
+            settings,
+            unit_distance,
+            stop_below,
+            dims: lattice.dims,
+            bricks: volume.source.bricks.dims,
+            smallest_spacing: lattice.smallest_spacing(),
+            showing: table.showing,
+            tiles: tiles.clone(),
+        };
+        let constants = constants.gather();
+        let queue = &self.context.queue;
+        queue.write_buffer(&self.gathering.constants, 0, bytemuck::bytes_of(&constants));
+        if self.gathering.shared != Some(settings.kernel)
+            && let Some(radial) = RadialKernel::new(settings.kernel, None)
+        {
+            let shares = shares(radial);
+            queue.write_buffer(&self.gathering.shares, 0, bytemuck::cast_slice(&shares));
+            self.gathering.shared = Some(settings.kernel);
+        }
+        self.write_traversal(view, &(0..0), 0, 0);
+        let variant = Variant::new(view, settings);
+        self.gathering.variant = Some(variant);
+        self.run(&[Pass::Gather { shader: variant.shader(), tiles: tiles.len() as u32 }])
+    }
+
+    /// Sums of published opacities that were over 1 since [`Renderer::begin`], and were capped.
+    ///
+    /// # Errors
+    /// A failing device.
+    pub fn capped_sums(&mut self) -> Result<u64, GpuError> {
+        let usage = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST;
+        let staging = Growing::make(&self.context, "totals read back", usage, 16);
+        let mut encoder = self.context.device.create_command_encoder(&Default::default());
+        encoder.copy_buffer_to_buffer(&self.totals, 0, &staging, 0, 16);
+        self.context.queue.submit([encoder.finish()]);
+        let words: Vec<u32> = bytemuck::pod_collect_to_vec(&read_buffer(&self.context, &staging)?);
+        Ok(u64::from(words[2]) | u64::from(words[3]) << 32)
+    }
+
+    pub(super) fn gather(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        shader: Shader,
+        tiles: u32,
+        clock: Option<&Timestamps>,
+    ) {
+        let format = self.light_format();
+        let Some(variant) = self.gathering.variant else { return };
+        let context = &self.context;
+        let pipelines = &mut self.gathering.pipelines;
+        let pipeline =
+            pipelines.entry(variant).or_insert_with(|| pipeline(context, variant, format)).clone();
+        let Some(target) = &self.target else { return };
+        let Some(volume) = &self.volume else { return };
+        let Some(table) = &volume.table else { return };
+        let light = target.light.create_view(&Default::default());
+        let mut bound = vec![&self.traversal];
+        let chunks = &volume.samples.chunks;
+        // Bindings beyond the last chunk repeat it; no index leads there.
+        bound.extend((0..CHUNKS).map(|i| &chunks[i.min(chunks.len() - 1)]));
+        bound.extend([&table.entries, &table.visible, &self.gathering.constants, &self.totals]);
+        let mut resources: Vec<wgpu::BindingResource<'_>> =
+            bound.into_iter().map(|buffer| buffer.as_entire_binding()).collect();
+        resources.push(wgpu::BindingResource::TextureView(&light));
+        if shader == shader::GATHER_KERNELS {
+            resources.push(self.gathering.shares.as_entire_binding());
+        }
+        let entries: Vec<wgpu::BindGroupEntry<'_>> = (0_u32..)
+            .zip(resources)
+            .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })
+            .collect();
+        let group = self.context.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some(shader.name),
+            layout: &pipeline.get_bind_group_layout(0),
+            entries: &entries,
+        });
+        let mut compute = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+            label: Some(shader.name),
+            timestamp_writes: clock.map(|c| c.compute(0)),
+        });
+        compute.set_pipeline(&pipeline);
+        compute.set_bind_group(0, &group, &[]);
+        // More than 65535 workgroups along one axis are not allowed.
+        let across = tiles.min(1 << 15);
+        compute.dispatch_workgroups(across, tiles.div_ceil(across), 1);
+    }
+}
+
+fn pipeline(
+    context: &Context,
+    variant: Variant,
+    format: wgpu::TextureFormat,
+) -> wgpu::ComputePipeline {
+    let shader = variant.shader();
+    context.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+        label: Some(shader.name),
+        layout: None,
+        module: &shader.module_writing(&context.device, format),
+        entry_point: Some(shader.name),
+        compilation_options: wgpu::PipelineCompilationOptions {
+            constants: &variant.constants(),
+            ..Default::default()
+        },
+        cache: None,
+    })
+}
+
+/// What the constants of a piece are made of.
+struct Constants<'a> {
+    view: &'a View,
+    settings: &'a SplatSettings,
+    unit_distance: f64,
+    stop_below: f64,
+    dims: [usize; 3],
+    /// Bricks along x, y, z.
+    bricks: [usize; 3],
+    /// World units.
+    smallest_spacing: f64,
+    /// First and last brick that can show.
+    showing: [[usize; 3]; 2],
+    tiles: Range<u32>,
+}
+
+impl Constants<'_> {
+    /// The same for the device, computed in double precision.
+    fn gather(self) -> layout::Gather {
+        let Self { view, settings, dims, bricks, .. } = self;
+        let axes = view.traversal.axes;
+        // Vectors over lattice axes, in the traversal's order.
+        let turned = |v: DVec3| DVec3::from(axes.map(|axis| v[axis]));
+        let with = |v: DVec3, w: f64| v.as_vec3().extend(w as f32).to_array();
+        let index_from_view = view.view_from_index.inverse();
+        let radial = RadialKernel::new(settings.kernel, settings.extent);
+        let radius = radial.map_or(0.5, RadialKernel::radius);
+        let eye = view.eye_distance.unwrap_or(0.0);
+        // The plane of reference passes the lattice's middle, or lies close before the eye.
+        let reference = match view.eye_distance {
+            None => view.view_centre.z,
+            Some(eye) => view.view_centre.z.max(1e-3 * eye),
+        };
+        let shrink = view.eye_distance.map_or(1.0, |eye| reference / eye);
+        let from_centre =
+            DVec3::new(-view.view_centre.x, -view.view_centre.y, reference - view.view_centre.z);
+        let base = view.lattice_centre + index_from_view * from_centre;
+        let ahead = index_from_view.z_axis * view.eye_distance.unwrap_or(1.0);
+        let reach = match settings.kernel {
+            Kernel::Point => {
+                // Half a pixel at the far end.
+                let m = view.view_from_index;
+                let half = view.lattice_centre + DVec3::splat(0.5);
+                let depth = DVec3::new(m.x_axis.z, m.y_axis.z, m.z_axis.z).abs().dot(half);
+                let most = view
+                    .eye_distance
+                    .map_or(1.0, |eye| (view.view_centre.z + depth).max(0.0) / eye);
+                (index_from_view.x_axis.abs() + index_from_view.y_axis.abs()) * (0.5 * most)
+            }
+            Kernel::Nearest => DVec3::splat(0.5),
+            Kernel::Linear => DVec3::ONE,
+            Kernel::BSpline => DVec3::splat(2.0),
+            Kernel::Gaussian | Kernel::Cubic => DVec3::splat(radius),
+        };
+        let thickness = match Variant::new(view, settings).layering {
+            Layering::Sheets => 2.0 * radius / f64::from(settings.sheets_per_kernel),
+            _ => self.smallest_spacing / settings.slabs_per_voxel * view.pixels_per_unit,
+        };
+        // Capped where a voxel is 1e20 unit distances thick: beyond, 32 bits would overflow.
+        let extinction = (1.0 / (self.unit_distance * view.pixels_per_unit)).min(1e20);
+        let stretch = radial.map_or(1.0, RadialKernel::scale);
+        let along = |axis: usize| view.view_from_index.col(axis);
+        let strides = [1, dims[0], dims[0] * dims[1]];
+        let brick_strides = [1, bricks[0], bricks[0] * bricks[1]];
+        let first = axes.map(|axis| (self.showing[0][axis] * BRICK) as i32);
+        let last =
+            axes.map(|axis| (dims[axis] - 1).min(self.showing[1][axis] * BRICK + BRICK - 1) as i32);
+        let splits = view.traversal.splits.map(|split| split as i32);
+        let counts = |v: [usize; 3], w: u32| {
+            let [a, b, c] = axes.map(|axis| v[axis] as u32);
+            [a, b, c, w]
+        };
+        layout::Gather {
+            base: with(turned(base), shrink),
+            right: with(turned(index_from_view.x_axis), 0.0),
+            up: with(turned(index_from_view.y_axis), 0.0),
+            ahead: with(turned(ahead), 0.0),
+            reach: with(turned(reach) + DVec3::splat(MARGIN), self.stop_below),
+            scale: with(DVec3::new(radius, extinction, extinction * stretch.powi(-2)), eye),
+            layers: with(DVec3::new(thickness, reference - view.view_centre.z, 0.0), 0.0),
+            centre: with(turned(view.lattice_centre), view.view_from_index.determinant().abs()),
+            view_a: with(along(axes[0]), 0.0),
+            view_b: with(along(axes[1]), 0.0),
+            view_c: with(along(axes[2]), 0.0),
+            view_centre: with(view.view_centre, 0.0),
+            low: [first[0], first[1], first[2], view.size[0] as i32],
+            high: [last[0], last[1], last[2], view.size[1] as i32],
+            splits: [splits[0], splits[1], splits[2], self.tiles.start as i32],
+            strides: counts(strides, self.tiles.end),
+            bricks: counts(brick_strides, view.size[0].div_ceil(TILE)),
+        }
+    }
+}
+
+/// ∫₀ᵘ h(√(l² + w²)) dw / F(l), rows over (l/R)² and columns over u / √(R² − l²), each from 0 to 1
+/// in [`SHARE_CELLS`] cells. The same at every extent. By Simpson's rule.
+fn shares(kernel: RadialKernel) -> Vec<f32> {
+    let radius = kernel.radius();
+    let cells = SHARE_CELLS as f64;
+    let mut shares = Vec::with_capacity((SHARE_CELLS + 1) * (SHARE_CELLS + 1));
+    for row in 0..=SHARE_CELLS {
+        // At the rim itself the limit of what is just within.
+        let q = (row as f64 / cells).min(1.0 - 1e-4);
+        let l = radius * q.sqrt();
+        let chord = radius * (1.0 - q).sqrt();
+        let step = 1.0 / (cells * SHARE_STEPS as f64);
+        let h = |i: usize| kernel.value(l.hypot(chord * step * i as f64));
+        let mut sums = vec![0.0];
+        let mut sum = 0.0;
+        for i in 0..SHARE_CELLS * SHARE_STEPS {
+            let middle = kernel.value(l.hypot(chord * step * (i as f64 + 0.5)));
+            sum += h(i) + 4.0 * middle + h(i + 1);
+            if (i + 1) % SHARE_STEPS == 0 {
+                sums.push(sum);
+            }
+        }
+        shares.extend(sums.into_iter().map(|part| (0.5 * part / sum) as f32));
+    }
+    shares
+}

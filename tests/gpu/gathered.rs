@@ -1,0 +1,521 @@
+//! The passes that gather a lattice's kernels along each pixel's ray, in every mode that shades
+//! first, against a float64 sum over all kernels and layers.
+
+use std::collections::BTreeMap;
+
+use glam::{DMat3, DVec2, DVec3};
+use voxsplat::accuracy::Difference;
+use voxsplat::core::{Srgb8, Ticket};
+use voxsplat::gpu::{Renderer, Wishes, tile_count};
+use voxsplat::kernel::{Kernel, RadialKernel};
+use voxsplat::reference::{Rays, grid_kernels};
+use voxsplat::scene::{OpacityModel, Order, Scene, SplatSettings, View, Visibility};
+use voxsplat::task::draw::{Drawer, Rung};
+use voxsplat::transfer::{ColourSource, TransferFunction};
+use voxsplat::volume::{Lattice, Samples};
+
+use crate::support::*;
+
+const OBLIQUE: DVec3 = DVec3::new(0.35, -0.52, 0.78);
+/// Odd on purpose: tiles hang over both edges.
+const ODD: [u32; 2] = [45, 37];
+
+/// Cubics, whose polynomial is off by 6e-5 of its peak at each rim.
+const CUBIC: Within = Within { max_abs: 2.5e-3, rmse: 8e-5, bias: 2e-5 };
+/// All others.
+const FINE: Within = Within { max_abs: 4e-4, rmse: 3e-5, bias: 8e-6 };
+
+fn within(kernel: Kernel) -> Within {
+    if kernel == Kernel::Cubic { CUBIC } else { FINE }
+}
+
+fn lattice() -> Lattice {
+    Lattice::unit([9, 8, 10])
+}
+
+/// Draws a scene's mode by gathering, in one piece.
+fn gathered(drawer: &mut Drawer, scene: &Scene, size: [u32; 2]) -> Light {
+    pieces(drawer, scene, size, 0.0, u32::MAX)
+}
+
+fn pieces(drawer: &mut Drawer, scene: &Scene, size: [u32; 2], stop: f64, piece: u32) -> Light {
+    scene.splat.check().expect("a mode that means something");
+    drawer.prepare(scene, &Ticket::new()).expect("the device prepares");
+    let renderer = &mut drawer.renderer;
+    let (view, unit) = (View::new(scene, size), scene.opacity_unit_distance());
+    renderer.begin(&view, scene.splat.kernel, scene.splat.extent, unit).expect("a sound view");
+    let (mut first, count) = (0, tile_count(size));
+    while first < count {
+        let end = first.saturating_add(piece).min(count);
+        renderer.draw_gathered(&view, &scene.splat, unit, stop, first..end).expect("it draws");
+        first = end;
+    }
+    wide(&renderer.read_light().expect("the device reads back"))
+}
+
+fn with(scene: &Scene, change: impl FnOnce(&mut SplatSettings)) -> Scene {
+    let mut scene = scene.clone();
+    change(&mut scene.splat);
+    scene
+}
+
+/// Every mode of a kernel that the passes draw, but for order and opacity model.
+fn modes(scene: &Scene, kernel: Kernel) -> Vec<(String, Scene)> {
+    let mut modes = Vec::new();
+    let mut add = |name: &str, change: &dyn Fn(&mut SplatSettings)| {
+        let mut scene = with(scene, change);
+        scene.splat.kernel = kernel;
+        modes.push((format!("{} {name}", kernel.name()), scene));
+    };
+    if !kernel.is_separable() {
+        add("every sample", &|s| s.visibility = Visibility::EverySample);
+        for n in [1, 3] {
+            add(&format!("{n} sheets a kernel"), &|s| {
+                s.visibility = Visibility::Sheets;
+                s.sheets_per_kernel = n;
+            });
+        }
+    }
+    for n in [0.5, 1.0, 4.0] {
+        add(&format!("{n} slabs a voxel"), &|s| {
+            s.visibility = Visibility::Slabs;
+            s.slabs_per_voxel = n;
+        });
+    }
+    modes
+}
+
+fn over(sum: [f64; 4], published: bool, behind: [f64; 4]) -> [f64; 4] {
+    if sum[3] <= 0.0 {
+        return behind;
+    }
+    let alpha = if published { sum[3].min(1.0) } else { -(-sum[3]).exp_m1() };
+    let front = [sum[0] / sum[3], sum[1] / sum[3], sum[2] / sum[3], 1.0];
+    std::array::from_fn(|c| alpha * front[c] + (1.0 - alpha) * behind[c])
+}
+
+/// h at a point of kernel space; a box owns its lower faces.
+fn density(kernel: Kernel, radial: Option<RadialKernel>, at: DVec3) -> f64 {
+    let separable = |h: fn(f64) -> f64| h(at.x.abs()) * h(at.y.abs()) * h(at.z.abs());
+    match kernel {
+        Kernel::Nearest => {
+            let inside = at.to_array().iter().all(|x| (-0.5..0.5).contains(x));
+            f64::from(u8::from(inside))
+        }
+        Kernel::Linear => separable(|x| (1.0 - x).max(0.0)),
+        Kernel::BSpline => separable(|x| {
+            let (outer, inner) = ((2.0 - x).max(0.0), (1.0 - x).max(0.0));
+            (outer.powi(3) - 4.0 * inner.powi(3)) / 6.0
+        }),
+        _ => radial.map_or(0.0, |k| k.value(at.length())),
+    }
+}
+
+/// Midpoints of each part of a kernel in a layer.
+const STEPS: u32 = 96;
+
+/// The picture in float64: each kernel integrated along the pixel's ray, layer by layer.
+fn expected(scene: &Scene, size: [u32; 2]) -> Light {
+    let SplatSettings { kernel, extent, .. } = scene.splat;
+    let view = View::new(scene, size);
+    let outer = view.traversal.axes[0];
+    let lattice = scene.volume.lattice;
+    let camera = &scene.camera;
+    let published = scene.splat.opacity_model == OpacityModel::Published;
+    let unit = scene.opacity_unit_distance();
+    let radial = RadialKernel::new(kernel, extent);
+    let half = match kernel {
+        Kernel::Nearest => 0.5,
+        Kernel::Linear => 1.0,
+        Kernel::BSpline => 2.0,
+        _ => radial.expect("points are compared otherwise").radius(),
+    };
+    let kernels = grid_kernels(scene);
+    let slabs = scene.splat.visibility == Visibility::Slabs;
+    let layered = slabs || scene.splat.sheets_per_kernel > 1;
+    let whole = scene.splat.visibility == Visibility::EverySample;
+    let index = DMat3::inverse(&lattice.axes());
+    let middle = camera.to_view(lattice.centre()).z;
+    let size = size.map(|n| n as usize);
+    let mut picture = Vec::new();
+    for pixel in 0..size[0] * size[1] {
+        let at = DVec2::new((pixel % size[0]) as f64 + 0.5, (pixel / size[0]) as f64 + 0.5);
+        let (origin, direction) = camera.ray(at, size.map(|n| n as f64));
+        let begin = camera.eye_distance().map_or(f64::NEG_INFINITY, |_| 0.0);
+        // Layer coordinate along the ray: at its origin, and per world length.
+        let (layer, slope) = if slabs {
+            let thickness = lattice.smallest_spacing() / scene.splat.slabs_per_voxel;
+            let depth = camera.to_view(origin).z - middle;
+            (depth / thickness, direction.dot(camera.direction) / thickness)
+        } else {
+            let thickness = 2.0 * half / f64::from(scene.splat.sheets_per_kernel);
+            let depth = (index * (origin - lattice.centre()))[outer] / thickness;
+            let slope = (index * direction)[outer] / thickness;
+            (depth * slope.signum(), slope.abs())
+        };
+        let mut layers: BTreeMap<i64, [f64; 4]> = BTreeMap::new();
+        let mut light = [0.0; 4];
+        let mut slice = (f64::NAN, [0.0; 4]);
+        for k in &kernels {
+            let start = index * (origin - k.centre);
+            let step = index * direction;
+            // A ball about the kernel's support.
+            let reach = if radial.is_some() { half } else { half * 3.0_f64.sqrt() };
+            let nearest = -start.dot(step) / step.length_squared();
+            let l2 = (start + step * nearest).length_squared();
+            if l2 >= reach * reach {
+                continue;
+            }
+            let chord = (reach * reach - l2).sqrt() / step.length();
+            let (from, to) = ((nearest - chord).max(begin), nearest + chord);
+            if from >= to {
+                continue;
+            }
+            let mut cuts = vec![from, to];
+            let lines = (layer + slope * from).ceil() as i64..=(layer + slope * to).floor() as i64;
+            if layered {
+                cuts.extend(lines.map(|line| (line as f64 - layer) / slope));
+            }
+            if radial.is_none() {
+                for face in -2..=2 {
+                    for axis in 0..3 {
+                        let face = f64::from(face);
+                        let shift = if kernel == Kernel::Nearest { 0.5 } else { 0.0 };
+                        cuts.push((face + shift - start[axis]) / step[axis]);
+                    }
+                }
+            }
+            cuts.retain(|t| (from..=to).contains(t));
+            cuts.sort_by(f64::total_cmp);
+            let mut whole_sum = [0.0; 4];
+            for pair in cuts.windows(2) {
+                let width = (pair[1] - pair[0]) / f64::from(STEPS);
+                let sum: f64 = (0..STEPS)
+                    .map(|i| pair[0] + width * (f64::from(i) + 0.5))
+                    .map(|t| density(kernel, radial, start + step * t))
+                    .sum();
+                let matter =
+                    if published { -(-k.extinction * unit).exp_m1() / unit } else { k.extinction };
+                let depth = matter * sum * width;
+                let number = (layer + slope * 0.5 * (pair[0] + pair[1])).floor() as i64;
+                let place =
+                    if layered { layers.entry(number).or_default() } else { &mut whole_sum };
+                for c in 0..3 {
+                    place[c] += depth * k.colour[c];
+                }
+                place[3] += depth;
+            }
+            if layered {
+                continue;
+            }
+            let place = lattice.index_from_world(k.centre)[outer].round();
+            if whole || slice.0 != place {
+                light = over(slice.1, published, light);
+                slice = (place, [0.0; 4]);
+            }
+            (0..4).for_each(|c| slice.1[c] += whole_sum[c]);
+        }
+        light = over(slice.1, published, light);
+        for sum in layers.into_values().rev() {
+            light = over(sum, published, light);
+        }
+        picture.push(light);
+    }
+    picture
+}
+
+/// Draws every mode of the scene with a kernel, and holds it to float64; returns what is out of
+/// bounds.
+fn compare(drawer: &mut Drawer, name: &str, scene: &Scene, kernel: Kernel) -> Vec<String> {
+    let mut faults = Vec::new();
+    for (mode, scene) in modes(scene, kernel) {
+        let expected = expected(&scene, ODD);
+        assert!(expected.iter().any(|p| p[3] > 0.01), "{name} {mode}: nothing to see");
+        let found = gathered(drawer, &scene, ODD);
+        print_measured(&format!("{name} {mode}"), &found, &expected);
+        faults.extend(
+            fault(&found, &expected, within(kernel)).map(|f| format!("{name} {mode}: {f}")),
+        );
+    }
+    faults
+}
+
+#[track_caller]
+fn assert_none(faults: Vec<String>) {
+    assert!(faults.is_empty(), "{}", faults.join("\n"));
+}
+
+const WITH_VOLUME: [Kernel; 5] =
+    [Kernel::Cubic, Kernel::Gaussian, Kernel::Nearest, Kernel::Linear, Kernel::BSpline];
+
+#[test]
+fn every_mode_in_parallel_is_the_sum_of_its_kernels() {
+    let Some(mut drawer) = drawer() else { return };
+    let scene = scene(lattice(), OBLIQUE);
+    assert_none(
+        WITH_VOLUME.iter().flat_map(|&k| compare(&mut drawer, "parallel", &scene, k)).collect(),
+    );
+}
+
+/// Rays are straight in index space too: nothing is linearised.
+#[test]
+fn every_mode_in_perspective_is_the_sum_of_its_kernels() {
+    let Some(mut drawer) = drawer() else { return };
+    let scene = in_perspective(scene(lattice(), OBLIQUE), 50.0);
+    assert_none(
+        WITH_VOLUME.iter().flat_map(|&k| compare(&mut drawer, "perspective", &scene, k)).collect(),
+    );
+}
+
+#[test]
+fn published_opacities_back_to_front_and_front_to_back() {
+    let Some(mut drawer) = drawer() else { return };
+    let mut faults = Vec::new();
+    for order in [Order::BackToFront, Order::FrontToBack] {
+        for model in [OpacityModel::Published, OpacityModel::OpticalDepth] {
+            let scene = with(&scene(lattice(), DVec3::new(-0.7, 0.5, 0.2)), |s| {
+                s.order = order;
+                s.opacity_model = model;
+            });
+            for kernel in [Kernel::Cubic, Kernel::Nearest] {
+                faults.extend(compare(
+                    &mut drawer,
+                    &format!("{order:?} {model:?}"),
+                    &scene,
+                    kernel,
+                ));
+            }
+        }
+    }
+    assert_none(faults);
+}
+
+#[test]
+fn lattices_of_every_shape() {
+    let Some(mut drawer) = drawer() else { return };
+    let sheared = DMat3::from_cols(DVec3::X, DVec3::new(0.6, 0.8, 0.1), DVec3::new(-0.3, 0.4, 1.0));
+    let unequal = DVec3::new(1.0, 1.0, 2.5);
+    let far = DVec3::new(1e7, -1e7, 1e7);
+    let mut faults = Vec::new();
+    for (name, lattice) in [
+        ("1:1:2.5", Lattice { spacing: unequal, ..lattice() }),
+        ("sheared", Lattice { direction: sheared, ..lattice() }),
+        ("reflected", Lattice { spacing: DVec3::new(-1.0, 1.2, 0.8), ..lattice() }),
+        ("far away", Lattice { origin: far, ..lattice() }),
+        ("1 × 1 × 7", Lattice::unit([1, 1, 7])),
+        ("1 × 1 × 1", Lattice::unit([1, 1, 1])),
+        ("19 × 1 × 3", Lattice::unit([19, 1, 3])),
+    ] {
+        for kernel in [Kernel::Cubic, Kernel::BSpline] {
+            let parallel = scene(lattice, OBLIQUE);
+            faults.extend(compare(&mut drawer, name, &parallel, kernel));
+            let name = format!("{name}, perspective");
+            faults.extend(compare(&mut drawer, &name, &in_perspective(parallel, 40.0), kernel));
+        }
+    }
+    assert_none(faults);
+}
+
+#[test]
+fn along_axes_and_diagonals_and_from_within() {
+    let Some(mut drawer) = drawer() else { return };
+    let mut faults = Vec::new();
+    for direction in [DVec3::X, DVec3::NEG_Z, DVec3::new(1.0, 1.0, 0.0), DVec3::NEG_ONE] {
+        faults.extend(compare(
+            &mut drawer,
+            &format!("along {direction}"),
+            &scene(lattice(), direction),
+            Kernel::Gaussian,
+        ));
+    }
+    let mut inside = in_perspective(scene(lattice(), OBLIQUE), 80.0);
+    inside.camera.parallel_scale = 0.9;
+    for kernel in [Kernel::Gaussian, Kernel::Nearest, Kernel::Linear] {
+        faults.extend(compare(&mut drawer, "eye inside", &inside, kernel));
+    }
+    assert_none(faults);
+}
+
+#[test]
+fn extents_and_samples_without_data() {
+    let Some(mut drawer) = drawer() else { return };
+    let mut holes = scene(lattice(), OBLIQUE);
+    let values = (0..lattice().len()).map(|i| {
+        let value = random(7, i) * 255.0;
+        if random(8, i) < 0.2 { f32::NAN } else { value as f32 }
+    });
+    holes.volume = volume(lattice(), Samples::Float32(values.collect()));
+    let mut faults = compare(&mut drawer, "holes", &holes, Kernel::Gaussian);
+    faults.extend(compare(&mut drawer, "holes", &holes, Kernel::Linear));
+    for extent in [1.0, 3.4] {
+        let scene = with(&holes, |s| s.extent = Some(extent));
+        faults.extend(compare(&mut drawer, &format!("extent {extent}"), &scene, Kernel::Gaussian));
+    }
+    assert_none(faults);
+}
+
+/// Every sample drawn by triangles and by gathering: two ways to one picture.
+#[test]
+fn every_sample_is_the_triangles_picture() {
+    let Some(mut drawer) = drawer() else { return };
+    for kernel in [Kernel::Cubic, Kernel::Gaussian, Kernel::Nearest, Kernel::Point] {
+        for direction in [OBLIQUE, DVec3::new(-0.9, 0.2, -0.3)] {
+            let scene = with_kernel(scene(lattice(), direction), kernel);
+            let (triangles, _) = drawn(&mut drawer, &scene, SIZE, Rung::Full);
+            let found = gathered(&mut drawer, &scene, SIZE);
+            let name = format!("{} against triangles along {direction}", kernel.name());
+            print_measured(&name, &found, &triangles);
+            assert_eq!(fault(&found, &triangles, FINE), None, "{name}");
+        }
+    }
+}
+
+#[test]
+fn points_are_the_references_in_both_projections_and_in_layers() {
+    let Some(mut drawer) = drawer() else { return };
+    let parallel = with_kernel(scene(lattice(), OBLIQUE), Kernel::Point);
+    for scene in [in_perspective(parallel.clone(), 50.0), parallel] {
+        let expected = reference(&scene, SIZE, Rays::Exact);
+        for (name, scene) in modes(&scene, Kernel::Point) {
+            let found = gathered(&mut drawer, &scene, SIZE);
+            // Two points in one pixel and one layer add up; none are here.
+            print_measured(&name, &found, &expected);
+            assert_eq!(fault(&found, &expected, FINE), None, "{name}");
+        }
+    }
+}
+
+/// design.md: for optical depth, alpha is the same in every mode and order.
+#[test]
+fn alpha_is_the_same_in_every_mode_and_order() {
+    let Some(mut drawer) = drawer() else { return };
+    for kernel in [Kernel::Cubic, Kernel::Gaussian, Kernel::Nearest] {
+        for scene in [scene(lattice(), OBLIQUE), in_perspective(scene(lattice(), OBLIQUE), 60.0)] {
+            let mut first: Option<Light> = None;
+            let (mut most, mut colour) = (0.0_f64, 0.0_f64);
+            for order in [Order::BackToFront, Order::FrontToBack] {
+                for (_, scene) in modes(&with(&scene, |s| s.order = order), kernel) {
+                    let found = gathered(&mut drawer, &scene, ODD);
+                    let first = first.get_or_insert_with(|| found.clone());
+                    for (a, b) in found.iter().zip(first.iter()) {
+                        most = most.max((a[3] - b[3]).abs());
+                        colour = colour.max((a[0] - b[0]).abs());
+                    }
+                }
+            }
+            println!("measured alpha of {}: {most:.1e}, red {colour:.1e}", kernel.name());
+            assert!(most <= 1e-5, "{}: {most}", kernel.name());
+            // The modes do differ, or nothing was compared.
+            assert!(kernel == Kernel::Nearest || colour > 1e-3, "{}: {colour}", kernel.name());
+        }
+    }
+}
+
+/// Westover §5.02: two half-opaque red footprints before opaque blue.
+#[test]
+fn red_over_blue_is_westovers_example() {
+    let Some(mut drawer) = drawer() else { return };
+    let lattice = Lattice::unit([2, 1, 24]);
+    let mut scene = scene(lattice, DVec3::Z);
+    scene.volume = volume(lattice, Samples::UInt8((0..48).map(|i| u8::from(i >= 2)).collect()));
+    scene.transfer = TransferFunction {
+        opacity: vec![(0.0, 1.0), (1.0, 1.0)],
+        colour: ColourSource::Stops(vec![(0.0, Srgb8([255, 0, 0])), (1.0, Srgb8([0, 0, 255]))]),
+    };
+    scene.camera.focal_point = DVec3::new(0.5, 0.0, 5.0);
+    scene.camera.up = DVec3::Y;
+    let cubic = RadialKernel::new(Kernel::Cubic, None).expect("radial");
+    scene.splat.opacity_unit_distance = Some(2.0 * cubic.footprint(0.5));
+    scene.splat.opacity_model = OpacityModel::Published;
+    for (visibility, expected) in [
+        (Visibility::EverySample, [0.75, 0.0, 0.25, 1.0]),
+        (Visibility::Sheets, [1.0, 0.0, 0.0, 1.0]),
+    ] {
+        for order in [Order::BackToFront, Order::FrontToBack] {
+            let scene = with(&scene, |s| {
+                s.visibility = visibility;
+                s.order = order;
+            });
+            let found = gathered(&mut drawer, &scene, [1, 1]);
+            println!("measured {visibility:?} {order:?}: {:?}", found[0]);
+            for (found, expected) in found[0].into_iter().zip(expected) {
+                assert!((found - expected).abs() < 5e-4, "{visibility:?}: {found} {expected}");
+            }
+        }
+    }
+}
+
+#[test]
+fn capped_sums_are_counted() {
+    let Some(mut drawer) = drawer() else { return };
+    let mut scene = scene(lattice(), OBLIQUE);
+    scene.splat.visibility = Visibility::Sheets;
+    scene.splat.opacity_model = OpacityModel::Published;
+    gathered(&mut drawer, &scene, ODD);
+    assert_eq!(drawer.renderer.capped_sums(), Ok(0));
+    scene.splat.opacity_unit_distance = Some(0.5);
+    gathered(&mut drawer, &scene, ODD);
+    let capped = drawer.renderer.capped_sums().expect("it counts");
+    // At most one a pixel and slice.
+    assert!(capped > 100 && capped < 45 * 37 * 10, "{capped}");
+}
+
+#[test]
+fn the_same_bits_come_twice_and_in_pieces() {
+    let Some(mut drawer) = drawer() else { return };
+    let scene = scene(lattice(), OBLIQUE);
+    for kernel in [Kernel::Cubic, Kernel::BSpline] {
+        for (name, scene) in modes(&scene, kernel) {
+            let once = gathered(&mut drawer, &scene, ODD);
+            for piece in [u32::MAX, 7, 1] {
+                assert!(pieces(&mut drawer, &scene, ODD, 0.0, piece) == once, "{name} by {piece}");
+            }
+        }
+    }
+}
+
+#[test]
+fn stopping_early_costs_no_more_than_what_is_left() {
+    let Some(mut drawer) = drawer() else { return };
+    let mut scene = scene(lattice(), OBLIQUE);
+    scene.splat.opacity_unit_distance = Some(0.4);
+    scene.splat.order = Order::FrontToBack;
+    for kernel in [Kernel::Cubic, Kernel::BSpline] {
+        for (name, scene) in modes(&scene, kernel) {
+            let whole = gathered(&mut drawer, &scene, ODD);
+            let stopped = pieces(&mut drawer, &scene, ODD, 0.01, u32::MAX);
+            let difference = Difference::between(&stopped, &whole).expect("comparable").max_abs;
+            assert!(difference > 0.0 && difference < 0.01, "{name}: {difference}");
+        }
+    }
+}
+
+#[test]
+fn half_floats_hold_the_picture_where_32_bits_cannot_be_blended() {
+    let Some(mut shared) = drawer() else { return };
+    let narrow = Wishes { float32_blending: false, ..Wishes::default() };
+    let Some(context) = context(narrow) else { return };
+    let mut drawer = Drawer::new(Renderer::new(context));
+    let scene = with(&scene(lattice(), OBLIQUE), |s| s.visibility = Visibility::Slabs);
+    let (half, whole) = (gathered(&mut drawer, &scene, ODD), gathered(&mut shared, &scene, ODD));
+    let difference = Difference::between(&half, &whole).expect("comparable").max_abs;
+    // Rounded once: 2⁻¹².
+    assert!(difference > 0.0 && difference < 2.5e-4, "{difference}");
+}
+
+#[test]
+fn another_mode_order_or_thickness_would_be_seen() {
+    let Some(mut drawer) = drawer() else { return };
+    let slabs = with(&scene(lattice(), OBLIQUE), |s| s.visibility = Visibility::Slabs);
+    let expected = expected(&slabs, ODD);
+    for (name, other) in [
+        ("every sample", with(&slabs, |s| s.visibility = Visibility::EverySample)),
+        ("sheets", with(&slabs, |s| s.visibility = Visibility::Sheets)),
+        ("thinner slabs", with(&slabs, |s| s.slabs_per_voxel = 1.02)),
+        ("published", with(&slabs, |s| s.opacity_model = OpacityModel::Published)),
+        ("wider", with(&slabs, |s| s.extent = Some(1.57))),
+    ] {
+        let found = gathered(&mut drawer, &other, ODD);
+        assert!(fault(&found, &expected, CUBIC).is_some(), "{name} passed");
+    }
+}
