@@ -42,7 +42,7 @@ pub(super) fn grid(flags: &InputFlags) -> Result<Input, Failure> {
         scalar_type: flags.raw_type,
         endian: flags.raw_endian,
         skip_bytes: flags.raw_skip,
-        spacing: flags.raw_spacing.map(glam::DVec3::from),
+        spacing: flags.raw_spacing.map(DVec3::from),
     };
     let options = OpenOptions {
         raw: (raw != RawOverrides::default()).then_some(raw),

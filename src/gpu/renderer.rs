@@ -21,10 +21,6 @@ use crate::scene::{SplatSettings, View};
 use crate::transfer::{Cumulative, Table};
 use crate::volume::{BRICK, ScalarVolume};
 
-/// Transmittance at which rays end: what is behind can change no channel by more than half a step
-/// of 10 bits.
-const STOP_BELOW: f32 = 5e-4;
-
 /// Draws pieces of one picture at a time. Everything it holds can be made again from the scene.
 #[derive(Debug)]
 pub struct Renderer {
@@ -45,8 +41,6 @@ pub struct Renderer {
     slabs: SlabPass,
     /// The mode of the slabs being drawn.
     slab_settings: SplatSettings,
-    /// Rays end where less transmittance is left.
-    stop_below: f32,
     pub(super) gathering: Gathering,
     times: Vec<PassTime>,
     peak_bytes: u64,
@@ -119,7 +113,6 @@ impl Renderer {
             ),
             slabs: SlabPass::new(&context),
             slab_settings: SplatSettings::EXACT,
-            stop_below: STOP_BELOW,
             pipelines: Pipelines::default(),
             timer: None,
             volume: None,
@@ -483,13 +476,9 @@ impl Renderer {
         step_reach(view, smallest_spacing, settings)
     }
 
-    /// Rays end where less transmittance than this is left; 0 walks them all to their end.
-    pub fn set_stop_below(&mut self, transmittance: f32) {
-        self.stop_below = transmittance;
-    }
-
     /// Draws the slabs of some tiles of the picture, row by row from the top, and waits; returns
-    /// milliseconds as [`Renderer::draw_records`] does.
+    /// milliseconds as [`Renderer::draw_records`] does. Front to back, a ray ends where less
+    /// transmittance than `stop_below` is left.
     ///
     /// # Errors
     /// A failing device.
@@ -499,10 +488,10 @@ impl Renderer {
         settings: &SplatSettings,
         unit_distance: f64,
         smallest_spacing: f64,
+        stop_below: f64,
         tiles: Range<u32>,
     ) -> Result<f64, GpuError> {
-        let picture =
-            PictureConstants { unit_distance, smallest_spacing, stop_below: self.stop_below };
+        let picture = PictureConstants { unit_distance, smallest_spacing, stop_below };
         self.slab_settings = *settings;
         if !self.slabs.write(&self.context, view, settings, picture, &tiles) {
             return Err(GpuError::Device("slabs came before their field".to_owned()));

@@ -256,7 +256,7 @@ pub(super) struct PictureConstants {
     /// The lattice's smallest spacing, world units.
     pub smallest_spacing: f64,
     /// Rays end where less transmittance is left.
-    pub stop_below: f32,
+    pub stop_below: f64,
 }
 
 /// Distance between slab faces, pixels of view depth.
@@ -297,6 +297,8 @@ fn slab_constants(
     #[expect(clippy::cast_possible_truncation, reason = "the device has 32 bits")]
     let with = |v: glam::DVec3, w: f64| v.as_vec3().extend(w as f32).to_array();
     let half = view.size.map(|n| f64::from(n) / 2.0);
+    // Far to near nothing is hidden before it is drawn.
+    let stop = if settings.order == Order::FrontToBack { picture.stop_below } else { 0.0 };
     let width = slab_pixels(view, picture.smallest_spacing, settings);
     // Capped where a voxel is 1e20 unit distances thick: beyond, 32 bits would overflow.
     let per_pixel = (1.0 / (picture.unit_distance * view.pixels_per_unit)).min(1e20);
@@ -306,7 +308,7 @@ fn slab_constants(
         up: with(index_from_view.y_axis, growth),
         along: with(index_from_view.z_axis, eye),
         #[expect(clippy::cast_possible_truncation, reason = "the device has 32 bits")]
-        picture: [half[0] as f32, half[1] as f32, per_pixel as f32, picture.stop_below],
+        picture: [half[0] as f32, half[1] as f32, per_pixel as f32, stop as f32],
         tiles: [tiles.start, view.size[0].div_ceil(TILE), view.size[0], view.size[1]],
         ..bytemuck::Zeroable::zeroed()
     }

@@ -8,7 +8,7 @@ use crate::gpu::layout::Record;
 use crate::gpu::{GpuError, Renderer};
 use crate::hierarchy::{Cut, CutLimits, Pyramid};
 use crate::kernel::{Kernel, RadialKernel};
-use crate::scene::{Background, Scene, View};
+use crate::scene::{Backend, Background, Scene, View};
 use crate::transfer::{Table, TransferFunction};
 use crate::volume::ScalarVolume;
 
@@ -212,12 +212,6 @@ impl Drawer {
                 self.draw(scene, shrunk(size, shrink), Rung::Full, observer)
             }
             Rung::Full if slabs::reconstructs(&scene.splat) => self.slabs(scene, size, observer),
-            Rung::Full if scene.splat.needs_tiles() => Err(GpuError::Device(format!(
-                "--visibility {} with --classify {} cannot be drawn yet",
-                scene.splat.visibility.name(),
-                scene.splat.classify.name()
-            ))
-            .into()),
             Rung::Full => {
                 let kernel = scene.splat.kernel.splatted();
                 let view = View::new(scene, size);
@@ -228,6 +222,9 @@ impl Drawer {
                         let limits =
                             CutLimits { max_error: 0.0, finest_level: 0, min_radius_px: 1.0 };
                         self.cut(scene, size, limits, observer)
+                    }
+                    _ if scene.splat.fixed_backend() == Backend::Tiles => {
+                        self.gathered(scene, size, observer)
                     }
                     _ => self.grid(scene, size, kernel, observer),
                 }

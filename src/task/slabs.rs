@@ -1,5 +1,6 @@
-//! Draws the slabs of a field that is classified after reconstruction.
+//! Draws pictures tile by tile: slabs of a reconstructed field, and kernels gathered from the grid.
 
+use std::ops::Range;
 use std::sync::Arc;
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
@@ -16,6 +17,9 @@ use crate::volume::ScalarVolume;
 
 /// Tiles in the first piece, before any was timed.
 const FIRST_TILES: u32 = 64;
+/// Transmittance at which rays end: what is behind can change no channel by more than half a step
+/// of 10 bits.
+const STOP_BELOW: f64 = 5e-4;
 /// How often a wait for the coefficients looks whether something newer came.
 const LOOK_EVERY: Duration = Duration::from_millis(4);
 
@@ -80,7 +84,7 @@ impl Drop for FieldJob {
 }
 
 impl Drawer {
-    /// Every slab, a few tiles of the picture at a time.
+    /// Every slab of a reconstructed field.
     pub(super) fn slabs(
         &mut self,
         scene: &Scene,
@@ -89,20 +93,45 @@ impl Drawer {
     ) -> Result<Drawn, DrawError> {
         let view = View::new(scene, size);
         self.prepare_slabs(scene, &view, observer)?;
-        let start = Instant::now();
-        self.begin(scene, &view, scene.splat.kernel.splatted())?;
         let spacing = scene.volume.lattice.smallest_spacing();
-        let total = tile_count(size);
+        let unit_distance = scene.opacity_unit_distance();
+        let drawn = self.tiled(scene, &view, observer, |renderer, tiles| {
+            let splat = &scene.splat;
+            renderer.draw_slab_tiles(&view, splat, unit_distance, spacing, STOP_BELOW, tiles)
+        })?;
+        self.costs.learn_rays(f64::from(size[0]) * f64::from(size[1]), drawn.wall_ms);
+        Ok(drawn)
+    }
+
+    /// Every kernel of the grid, gathered pixel by pixel.
+    pub(super) fn gathered(
+        &mut self,
+        scene: &Scene,
+        size: [u32; 2],
+        observer: &mut dyn Observer,
+    ) -> Result<Drawn, DrawError> {
+        let view = View::new(scene, size);
+        let unit_distance = scene.opacity_unit_distance();
+        self.tiled(scene, &view, observer, |renderer, tiles| {
+            renderer.draw_gathered(&view, &scene.splat, unit_distance, STOP_BELOW, tiles)
+        })
+    }
+
+    /// A picture a few tiles at a time.
+    fn tiled(
+        &mut self,
+        scene: &Scene,
+        view: &View,
+        observer: &mut dyn Observer,
+        mut draw: impl FnMut(&mut Renderer, Range<u32>) -> Result<f64, GpuError>,
+    ) -> Result<Drawn, DrawError> {
+        let start = Instant::now();
+        self.begin(scene, view, scene.splat.kernel.splatted())?;
+        let total = tile_count(view.size);
         let (mut done, mut piece) = (0, FIRST_TILES);
         while done < total {
             let end = (done + piece).min(total);
-            let wall_ms = self.renderer.draw_slab_tiles(
-                &view,
-                &scene.splat,
-                scene.opacity_unit_distance(),
-                spacing,
-                done..end,
-            )?;
+            let wall_ms = draw(&mut self.renderer, done..end)?;
             // Tiles beside the volume cost next to nothing: a piece grows by no more than twice.
             let rate = f64::from(end - done) / wall_ms.max(0.01);
             #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
@@ -114,9 +143,13 @@ impl Drawer {
                 return Err(DrawError::Interrupted);
             }
         }
-        let wall_ms = start.elapsed().as_secs_f64() * 1e3;
-        self.costs.learn_rays(f64::from(size[0]) * f64::from(size[1]), wall_ms);
-        Ok(Drawn { size, kernels: self.active_count(), nodes: 0, max_error: 0.0, wall_ms })
+        Ok(Drawn {
+            size: view.size,
+            kernels: self.active_count(),
+            nodes: 0,
+            max_error: 0.0,
+            wall_ms: start.elapsed().as_secs_f64() * 1e3,
+        })
     }
 
     /// Brings the device up to the field and the classification of a scene.
