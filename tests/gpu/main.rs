@@ -10,6 +10,7 @@ mod hard_values;
 mod invariants;
 mod nodes;
 mod order;
+mod reconstructed;
 mod small_kernels;
 mod stills;
 mod support;
