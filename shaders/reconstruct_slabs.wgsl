@@ -7,6 +7,8 @@
 const TILE: u32 = 8u;
 // Edge of a brick of `empty`, voxels.
 const EMPTY_BRICK: i32 = 4;
+// Faces between two looks at whether anything can show: about a brick.
+const LOOK_EVERY: u32 = 4u;
 // Stands for "no value here".
 const NOTHING: f32 = -3e38;
 
@@ -231,37 +233,28 @@ struct Face {
 }
 
 // Mean colour and weight of all values between that of a face and another, to which the face moves.
-fn classify_between(face: ptr<function, Face>, u: f32) -> vec4<f32> {
+// Where there was no value before (`is_first`) the face only moves.
+fn classify_between(face: ptr<function, Face>, u: f32, is_first: bool) -> vec4<f32> {
     let last = f32(slabs.bricks.w);
     let lowered = floor(u);
     let width = lowered - (*face).u;
-    let near = abs(width) < NEAR_CELLS;
+    let near = abs(width) < NEAR_CELLS && !is_first;
     let most = select(last, last - 1.0, near);
+    // One fetch for either, because software adapters run both sides of a branch.
     let found = table[u32(clamp(lowered, 0.0, most)) + select(slabs.bricks.w, 0u, near)];
-    if near {
-        // The face stays until the value has moved far enough.
-        return select(select(found, slabs.beyond, u >= last), slabs.below, u < 0.0);
-    }
     let below = vec4<f32>(slabs.below.rgb * slabs.below.w, slabs.below.w);
     let beyond = vec4<f32>(slabs.beyond.rgb * slabs.beyond.w, slabs.beyond.w);
     let sums = found + below * min(lowered, 0.0) + beyond * max(lowered - last, 0.0);
     let part = sums - (*face).sums;
-    (*face).u = lowered;
-    (*face).sums = sums;
+    if !near {
+        // Else the face stays until the value has moved far enough.
+        (*face).u = lowered;
+        (*face).sums = sums;
+    }
+    let one = select(select(found, slabs.beyond, u >= last), slabs.below, u < 0.0);
     let colour = clamp(part.rgb / select(part.w, 1.0, part.w == 0.0), vec3<f32>(0.0), vec3<f32>(1.0));
-    return vec4<f32>(colour, max(part.w / width, 0.0));
-}
-
-fn face_at(u: f32) -> Face {
-    let last = f32(slabs.bricks.w);
-    let lowered = floor(u);
-    let found = table[u32(clamp(lowered, 0.0, last)) + slabs.bricks.w];
-    let below = vec4<f32>(slabs.below.rgb * slabs.below.w, slabs.below.w);
-    let beyond = vec4<f32>(slabs.beyond.rgb * slabs.beyond.w, slabs.beyond.w);
-    return Face(
-        lowered,
-        found + below * min(lowered, 0.0) + beyond * max(lowered - last, 0.0),
-    );
+    let range = vec4<f32>(colour, max(part.w / select(width, 1.0, near), 0.0));
+    return select(select(range, one, near), vec4<f32>(0.0), is_first);
 }
 
 fn distance_at(position: vec3<f32>) -> i32 {
@@ -310,69 +303,72 @@ fn ray(screen: vec2<f32>) -> vec4<f32> {
     let way = select(1, -1, back_to_front);
     var k = select(first, last, back_to_front);
     var remaining = last - first;
+    // Whether `face` is the face before the one at k.
     var have = false;
     var face = Face(0.0, vec4<f32>(0.0));
     var before_t = 0.0;
     while remaining >= 0 && transmittance >= slabs.picture.w {
-        var t = clamp(f32(k) * step, enter, leave);
-        var far = distance_at(origin + direction * t);
-        // A loop of its own, because software adapters run both sides of a branch.
-        while !have && far > 0 && remaining >= 0 {
+        var at = select(k, k - way, have);
+        var look_t = clamp(f32(at) * step, enter, leave);
+        var far = distance_at(origin + direction * look_t);
+        while far > 0 && remaining >= 0 {
             // To the first face that is not known to be followed by nothing.
-            let free = leap(origin + direction * t, far, inverse * f32(way));
-            let faces = max(i32(ceil((abs(t - f32(k) * step) + free) / step)), 1);
-            k += way * faces;
-            remaining -= faces;
-            t = clamp(f32(k) * step, enter, leave);
-            far = distance_at(origin + direction * t);
+            let free = leap(origin + direction * look_t, far, inverse * f32(way));
+            let faces = max(i32(ceil((abs(look_t - f32(at) * step) + free) / step)), 1);
+            at += way * faces;
+            remaining = select(last - at, at - first, back_to_front);
+            k = at;
+            have = false;
+            look_t = clamp(f32(at) * step, enter, leave);
+            far = distance_at(origin + direction * look_t);
         }
-        if remaining < 0 {
-            break;
-        }
-        var found = vec4<f32>(0.0);
-        var other_t = before_t;
-        if classify_middle {
-            other_t = clamp(f32(k + way) * step, enter, leave);
-            let u = value(origin + direction * (0.5 * (t + other_t)));
-            if u != NOTHING {
-                found = classify(u);
+        // Loops rather than branches: software adapters run both sides of a branch.
+        for (var n = 0u; n < LOOK_EVERY && remaining >= 0 && transmittance >= slabs.picture.w; n++) {
+            let t = clamp(f32(k) * step, enter, leave);
+            var found = vec4<f32>(0.0);
+            var other_t = before_t;
+            if classify_middle {
+                other_t = clamp(f32(k + way) * step, enter, leave);
+                let u = value(origin + direction * (0.5 * (t + other_t)));
+                if u != NOTHING {
+                    found = classify(u);
+                }
+            } else {
+                let u = value(origin + direction * t);
+                found = classify_between(&face, u, !have);
+                if u == NOTHING {
+                    found.w = 0.0;
+                }
+                before_t = t;
+                have = u != NOTHING;
             }
-        } else {
-            let u = value(origin + direction * t);
-            if have && u != NOTHING {
-                found = classify_between(&face, u);
-            } else if u != NOTHING {
-                face = face_at(u);
-            }
-            before_t = t;
-            have = far == 0 && u != NOTHING;
-        }
-        k += way;
-        remaining -= 1;
-        if found.w <= 0.0 {
-            continue;
-        }
-        if has_holes {
-            if is_hole(origin + direction * (0.5 * (t + other_t))) {
+            k += way;
+            remaining -= 1;
+            if found.w <= 0.0 {
                 continue;
             }
-        }
-        let amount = found.w * stretch * abs(t - other_t);
-        var opacity: f32;
-        if published {
-            opacity = min(amount, 1.0);
-            if amount > 1.0 {
-                atomicAdd(&capped, 1u);
+            if has_holes {
+                if is_hole(origin + direction * (0.5 * (t + other_t))) {
+                    continue;
+                }
             }
-        } else {
-            opacity = select(1.0 - exp(-amount), amount * (1.0 - 0.5 * amount), amount < 1e-3);
+            let amount = found.w * stretch * abs(t - other_t);
+            var opacity: f32;
+            if published {
+                opacity = min(amount, 1.0);
+                if amount > 1.0 {
+                    atomicAdd(&capped, 1u);
+                }
+            } else {
+                opacity = select(1.0 - exp(-amount), amount * (1.0 - 0.5 * amount), amount < 1e-3);
+            }
+            if back_to_front {
+                colour = mix(colour, found.rgb, opacity);
+            } else {
+                colour += found.rgb * (opacity * transmittance);
+            }
+            transmittance *= 1.0 - opacity;
         }
-        if back_to_front {
-            colour = mix(colour, found.rgb, opacity);
-        } else {
-            colour += found.rgb * (opacity * transmittance);
-        }
-        transmittance *= 1.0 - opacity;
     }
     return vec4<f32>(colour, 1.0 - transmittance);
 }

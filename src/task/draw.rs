@@ -88,6 +88,11 @@ impl From<Cancelled> for DrawError {
 pub trait Observer {
     /// `done` of 1 is drawn. True stops the rung.
     fn piece_done(&mut self, renderer: &mut Renderer, done: f64) -> bool;
+
+    /// How long a piece should take, milliseconds.
+    fn piece_ms(&self) -> f64 {
+        PIECE_MS
+    }
 }
 
 /// Never stops.

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use super::draw::{DrawError, Drawer, Drawn, Observer, PIECE_MS};
+use super::draw::{DrawError, Drawer, Drawn, Observer};
 use crate::core::Ticket;
 use crate::gpu::{GpuError, Renderer, tile_count};
 use crate::kernel::{Coefficients, CoefficientsError, coefficients};
@@ -135,7 +135,7 @@ impl Drawer {
             // Tiles beside the volume cost next to nothing: a piece grows by no more than twice.
             let rate = f64::from(end - done) / wall_ms.max(0.01);
             #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
-            let fitting = (rate * PIECE_MS).clamp(1.0, f64::from(piece) * 2.0) as u32;
+            let fitting = (rate * observer.piece_ms()).clamp(1.0, f64::from(piece) * 2.0) as u32;
             piece = fitting;
             done = end;
             let share = f64::from(done) / f64::from(total);

@@ -143,7 +143,14 @@ impl From<DrawError> for StillError {
 /// Stops at a cancelled ticket, and tells it how far the picture is.
 struct Watch<'a>(&'a Ticket);
 
+/// A piece of a still picture, which no hand waits for, milliseconds: each costs a wait of its own.
+const STILL_PIECE_MS: f64 = 60.0;
+
 impl Observer for Watch<'_> {
+    fn piece_ms(&self) -> f64 {
+        STILL_PIECE_MS
+    }
+
     fn piece_done(&mut self, _: &mut Renderer, done: f64) -> bool {
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0..=1000")]
         self.0.checkpoint((done * 1000.0) as u64, 1000).is_err()
