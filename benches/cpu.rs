@@ -6,7 +6,7 @@ use std::sync::Arc;
 use criterion::{Criterion, criterion_group, criterion_main};
 use voxsplat::core::Ticket;
 use voxsplat::hierarchy::{Cut, CutLimits, Pyramid};
-use voxsplat::kernel::{FootprintPolynomial, Kernel, RadialKernel};
+use voxsplat::kernel::{FootprintPolynomial, Kernel, RadialKernel, SlabTable, coefficients};
 use voxsplat::scene::{self, Scene, View};
 use voxsplat::transfer::Table;
 use voxsplat::volume::{Bricks, Component, ScalarType, ScalarVolume, Statistics, demo};
@@ -63,7 +63,40 @@ fn kernels(c: &mut Criterion) {
     c.bench_function("cubic footprint as a polynomial", |b| {
         b.iter(|| polynomial.evaluate(black_box(0.7)));
     });
+    let table = SlabTable::of(cubic);
+    c.bench_function("cubic slab integral in closed form", |b| {
+        b.iter(|| cubic.cumulative(black_box(0.7), black_box(0.4)));
+    });
+    c.bench_function("cubic slab integral from polynomial and table", |b| {
+        b.iter(|| {
+            let l = black_box(0.7);
+            polynomial.evaluate(l) * table.share(l, black_box(0.4))
+        });
+    });
+    let gaussian = RadialKernel::new(Kernel::Gaussian, None).expect("radial");
+    c.bench_function("gaussian slab integral in closed form", |b| {
+        b.iter(|| gaussian.cumulative(black_box(0.7), black_box(0.4)));
+    });
 }
 
-criterion_group!(benches, statistics, classification, kernels);
+fn reconstruction(c: &mut Criterion) {
+    let volume = head().volume;
+    let mut group = c.benchmark_group("coefficients of 128³ int16");
+    for (kernel, interpolating) in [
+        (Kernel::Linear, false),
+        (Kernel::BSpline, true),
+        (Kernel::Cubic, true),
+        (Kernel::Gaussian, true),
+    ] {
+        let word = if interpolating { "interpolating" } else { "smooth" };
+        group.bench_function(format!("{}, {word}", kernel.name()), |b| {
+            b.iter(|| {
+                coefficients(black_box(&volume), kernel, None, interpolating, &Ticket::new())
+            });
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, statistics, classification, kernels, reconstruction);
 criterion_main!(benches);

@@ -239,6 +239,50 @@ mod tests {
         }
     }
 
+    /// A Cholesky factor exists at every angle: nothing special happens at 45°, where Westover's
+    /// equations (4) to (12) divide by zero.
+    #[test]
+    fn an_ellipse_turned_through_forty_five_degrees_changes_no_faster_there_than_elsewhere() {
+        for (long, short) in [(3.0, 1.0), (1000.0, 1.0), (1.0, 1.0)] {
+            let at = |angle: f64| {
+                let stretch = DMat3::from_diagonal(DVec3::new(long, short, 1.0));
+                ProjectedKernel::new(DMat3::from_rotation_z(angle) * stretch).unwrap()
+            };
+            for quarter in [1.0, -1.0, 3.0, 5.0] {
+                let angle = quarter * std::f64::consts::FRAC_PI_4;
+                let (before, on, after) = (at(angle - 1e-9), at(angle), at(angle + 1e-9));
+                for other in [before, after] {
+                    let turned = (other.unit_from_screen - on.unit_from_screen).to_cols_array();
+                    assert!(turned.iter().all(|d| d.abs() < 1e-5), "{long} {quarter}: {turned:?}");
+                }
+                // The ends of both axes lie on the unit circle.
+                for (axis, length) in [(0.0, long), (std::f64::consts::FRAC_PI_2, short)] {
+                    let end = DVec2::from_angle(angle + axis) * length;
+                    assert!((on.distance(end) - 1.0).abs() < 1e-9, "{long} {quarter} {axis}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_disc_on_its_way_to_edge_on_thins_steadily_and_keeps_its_depth() {
+        for thickness in [1.0, 1e-3, 1e-6] {
+            for lean in [0.0, 1e-12, 1e-6, 1e-3, 0.1, 1.0] {
+                // Thin along z, then stood on edge: the depth axis lies in the disc.
+                let disc = DMat3::from_diagonal(DVec3::new(1.0, 1.0, thickness));
+                let turn = DMat3::from_rotation_x(std::f64::consts::FRAC_PI_2 - lean);
+                let projected = ProjectedKernel::new(turn * disc).unwrap();
+                let height = (thickness * lean.cos()).hypot(lean.sin());
+                assert!((projected.half_extents.x - 1.0).abs() < 1e-12);
+                let error = projected.half_extents.y / height - 1.0;
+                assert!(error.abs() < 1e-9, "{thickness} {lean}: {error}");
+                // Area × depth is the ellipsoid's volume, whatever the view.
+                let volume = projected.depth_per_unit * projected.screen_from_unit.determinant();
+                assert!((volume / thickness - 1.0).abs() < 1e-9, "{thickness} {lean}: {volume}");
+            }
+        }
+    }
+
     #[test]
     fn the_jacobian_is_the_derivative_of_the_projection() {
         let d = 7.0;

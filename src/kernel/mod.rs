@@ -9,6 +9,8 @@ mod kind;
 mod polynomial;
 mod radial;
 mod separable;
+mod slab_table;
+mod space;
 
 pub use coefficients::{Coefficients, CoefficientsError, MOST_EXTENT, Residual, coefficients};
 pub use ellipse::{ProjectedKernel, perspective_jacobian};
@@ -16,3 +18,4 @@ pub use kind::Kernel;
 pub use polynomial::{COEFFICIENTS, FootprintPolynomial, Rim};
 pub use radial::RadialKernel;
 pub use separable::Separable;
+pub use slab_table::{SLAB_COLUMNS, SLAB_ROWS, SlabTable};

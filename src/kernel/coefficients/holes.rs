@@ -1,5 +1,7 @@
 //! Samples without data: where they are, and what stands in for them.
 
+use rayon::prelude::*;
+
 use crate::core::progress::{Cancelled, Ticket};
 
 /// Samples filled between two looks at the ticket.
@@ -16,13 +18,13 @@ fn remove(mask: &mut [u32], index: usize) {
 
 /// One bit a sample, set where the value is NaN; `None` where none is.
 pub(super) fn of(values: &[f32]) -> Option<Vec<u32>> {
-    if !values.iter().any(|v| v.is_nan()) {
+    if !values.par_iter().any(|v| v.is_nan()) {
         return None;
     }
     let word = |run: &[f32]| {
         run.iter().enumerate().fold(0, |word, (bit, v)| word | u32::from(v.is_nan()) << bit)
     };
-    Some(values.chunks(32).map(word).collect())
+    Some(values.par_chunks(32).map(word).collect())
 }
 
 /// Gives every hole the mean of those of its six neighbours that have a value, ring by ring from
@@ -37,9 +39,9 @@ pub(super) fn fill(
     let mut missing = holes.to_vec();
     // Holes that no ring has taken up yet.
     let mut unseen = holes.to_vec();
-    let all = || (0..values.len()).filter(|&i| contains(holes, i));
     let touches = |i: &usize| neighbours(*i, dims).any(|n| !contains(holes, n));
-    let mut ring: Vec<usize> = all().filter(touches).collect();
+    let mut ring: Vec<usize> =
+        (0..values.len()).into_par_iter().filter(|&i| contains(holes, i)).filter(touches).collect();
     if ring.is_empty() {
         values.fill(0.0);
     }
@@ -47,21 +49,24 @@ pub(super) fn fill(
         remove(&mut unseen, index);
     }
     while !ring.is_empty() {
-        let mut filled = Vec::with_capacity(ring.len());
-        for part in ring.chunks(STEP) {
-            if ticket.is_cancelled() {
-                return Err(Cancelled);
+        let mean = |&index: &usize| {
+            let (mut sum, mut count) = (0.0, 0.0);
+            for n in neighbours(index, dims).filter(|&n| !contains(&missing, n)) {
+                sum += f64::from(values[n]);
+                count += 1.0;
             }
-            filled.extend(part.iter().map(|&index| {
-                let (mut sum, mut count) = (0.0, 0.0);
-                for n in neighbours(index, dims).filter(|&n| !contains(&missing, n)) {
-                    sum += f64::from(values[n]);
-                    count += 1.0;
+            (sum / count) as f32
+        };
+        let filled = ring
+            .par_chunks(STEP)
+            .map(|part| {
+                if ticket.is_cancelled() {
+                    return Err(Cancelled);
                 }
-                (sum / count) as f32
-            }));
-        }
-        for (&index, value) in ring.iter().zip(filled) {
+                Ok(part.iter().map(mean).collect::<Vec<_>>())
+            })
+            .collect::<Result<Vec<_>, _>>()?;
+        for (&index, value) in ring.iter().zip(filled.into_iter().flatten()) {
             values[index] = value;
             remove(&mut missing, index);
         }
