@@ -2,6 +2,8 @@
 //!
 //! Owns quadrature along rays, compositing in order, and the order itself. Of a kernel it knows h(r)
 //! alone, never a footprint in closed form, a polynomial or a table, so that an error in those shows.
+//! It sharpens, fills holes and classifies by ways of its own. [`Reference`] draws any scene's mode,
+//! and the continuous integral which that mode converges to, pixel by pixel.
 //! Refuses the GPU and the hierarchy. Imports `core`, `volume`, `transfer`, `kernel`, `scene`.
 
 mod classes;
@@ -15,6 +17,13 @@ mod quadrature;
 mod renderer;
 mod sources;
 mod truth;
+
+#[cfg(test)]
+mod mode_tests;
+#[cfg(test)]
+mod support;
+#[cfg(test)]
+mod truth_tests;
 
 pub use kernels::{RefKernel, grid_kernels, traversal};
 pub use picture::{Rays, every_sample};

@@ -1,0 +1,265 @@
+//! The modes held to Westover's example, to one another, and to what they converge to.
+
+use glam::{DMat3, DVec3};
+
+use super::support::*;
+use super::{Rays, RefKernel, Reference, every_sample, grid_kernels};
+use crate::kernel::Kernel;
+use crate::scene::{
+    Classify, OpacityModel, Order, Reconstruction, Scene, SplatSettings, Visibility,
+};
+use crate::volume::Lattice;
+
+const SIZE: [usize; 2] = [8, 7];
+
+fn picture(scene: &Scene, splat: SplatSettings) -> Vec<[f64; 4]> {
+    Reference::new(&Scene { splat, ..scene.clone() }, SIZE).unwrap().picture()
+}
+
+fn rough_scene(splat: SplatSettings) -> Scene {
+    let lattice = Lattice { spacing: DVec3::new(1.0, 1.2, 0.8), ..Lattice::unit([9, 8, 7]) };
+    let opacity = vec![(0.2, 0.0), (0.5, 0.7), (0.9, 0.1)];
+    scene(lattice, rough, opacity, splat, DVec3::new(0.4, 0.5, -0.8))
+}
+
+fn slabs(kernel: Kernel, classify: Classify, slabs_per_voxel: f64) -> SplatSettings {
+    let visibility = Visibility::Slabs;
+    SplatSettings { kernel, classify, visibility, slabs_per_voxel, ..SplatSettings::SHADE_FIRST }
+}
+
+#[test]
+fn red_in_two_halves_over_blue_is_westovers_example() {
+    // Boxes, one unit deep: their published opacity is that of their values.
+    let red = RefKernel {
+        centre: DVec3::new(1.0, 1.0, 2.0),
+        map: DMat3::from_diagonal(DVec3::new(9.0, 9.0, 1.0)),
+        extinction: 2.0_f64.ln(),
+        colour: [1.0, 0.0, 0.0],
+    };
+    let blue = RefKernel { centre: DVec3::ONE, extinction: 50.0, colour: [0.0, 0.0, 1.0], ..red };
+    let draw = |visibility, opacity_model, order| {
+        let splat = SplatSettings {
+            kernel: Kernel::Nearest,
+            visibility,
+            opacity_model,
+            order,
+            ..SplatSettings::SHADE_FIRST
+        };
+        let scene = scene(Lattice::unit([3; 3]), rough, vec![], splat, DVec3::NEG_Z);
+        Reference::of_kernels(vec![blue, red, red], &scene, SIZE, false).unwrap().pixel([4, 3])
+    };
+    for &order in Order::ALL {
+        let published = |visibility| draw(visibility, OpacityModel::Published, order);
+        // The opaque blue is 1 − 1e-4: the floor of transmittance.
+        let each = published(Visibility::EverySample);
+        assert!(difference(&[each], &[[0.75, 0.0, 0.25, 1.0]]) < 3e-5, "{each:?}");
+        let sheet = published(Visibility::Sheets);
+        assert!(difference(&[sheet], &[[1.0, 0.0, 0.0, 1.0]]) < 1e-12, "{sheet:?}");
+        let slab = published(Visibility::Slabs);
+        assert!(difference(&[slab], &[[1.0, 0.0, 0.0, 1.0]]) > 0.1, "a face cuts it: {slab:?}");
+        // By optical depth two halves are one whole in every mode.
+        let depth = |visibility| draw(visibility, OpacityModel::OpticalDepth, order);
+        for &visibility in Visibility::ALL {
+            let found = depth(visibility);
+            assert!(difference(&[found], &[[0.75, 0.0, 0.25, 1.0]]) < 1e-9, "{found:?}");
+        }
+    }
+}
+
+#[test]
+fn alpha_is_the_same_in_every_mode_of_optical_depth() {
+    for kernel in [Kernel::Nearest, Kernel::Gaussian, Kernel::Cubic] {
+        let base = SplatSettings { kernel, ..SplatSettings::SHADE_FIRST };
+        let scene = rough_scene(base);
+        let sheets = |sheets_per_kernel| SplatSettings {
+            visibility: Visibility::Sheets,
+            sheets_per_kernel,
+            ..base
+        };
+        let exact = Reference::exact(&scene, SIZE).unwrap().picture();
+        let mut colours = 0.0_f64;
+        for splat in [
+            base,
+            sheets(1),
+            sheets(3),
+            slabs(kernel, Classify::Before, 1.0),
+            slabs(kernel, Classify::Before, 3.7),
+        ] {
+            let found = picture(&scene, splat);
+            for (a, b) in found.iter().zip(&exact) {
+                // Measured: 2e-10, of the quadrature along lines.
+                assert!((a[3] - b[3]).abs() < 1e-9, "{kernel:?} {splat:?}: {a:?} {b:?}");
+            }
+            colours = colours.max(difference(&found, &exact));
+        }
+        assert!(colours > 1e-4, "a comparison that cannot tell modes apart: {colours}");
+    }
+}
+
+#[test]
+fn both_orders_are_one_picture_up_to_rounding() {
+    let sheets = SplatSettings { visibility: Visibility::Sheets, ..SplatSettings::SHADE_FIRST };
+    for splat in [
+        SplatSettings::SHADE_FIRST,
+        sheets,
+        SplatSettings { sheets_per_kernel: 4, ..sheets },
+        slabs(Kernel::Cubic, Classify::Before, 1.0),
+        slabs(Kernel::BSpline, Classify::Before, 2.0),
+        slabs(Kernel::Cubic, Classify::After, 1.0),
+        SplatSettings::EXACT,
+    ] {
+        for &opacity_model in OpacityModel::ALL {
+            for scene in [rough_scene(splat), in_perspective(rough_scene(splat), 0.7)] {
+                let draw = |order| picture(&scene, SplatSettings { order, opacity_model, ..splat });
+                let [back, front] = [Order::BackToFront, Order::FrontToBack].map(draw);
+                assert!(difference(&back, &front) < 1e-13, "{splat:?}");
+                assert!(back.iter().any(|p| p[3] > 0.3));
+            }
+        }
+    }
+}
+
+#[test]
+fn every_sample_is_the_picture_that_was_there_before() {
+    for kernel in [Kernel::Point, Kernel::Nearest, Kernel::Gaussian, Kernel::Cubic] {
+        let splat = SplatSettings { kernel, ..SplatSettings::SHADE_FIRST };
+        for scene in [rough_scene(splat), in_perspective(rough_scene(splat), 0.7)] {
+            let expected =
+                every_sample(&grid_kernels(&scene), kernel, None, &scene.camera, SIZE, Rays::Exact);
+            let found = picture(&scene, splat);
+            assert!(difference(&found, &expected) < 1e-12, "{kernel:?}");
+            let kernels = grid_kernels(&scene);
+            let listed = Reference::of_kernels(kernels, &scene, SIZE, false).unwrap().picture();
+            assert!(difference(&listed, &expected) < 1e-12, "{kernel:?}");
+            assert!(found.iter().any(|p| p[3] > 0.3), "{kernel:?}");
+        }
+    }
+}
+
+#[test]
+fn a_constant_slab_is_exact_in_every_mode() {
+    let lattice = Lattice { spacing: DVec3::new(1.0, 1.3, 0.7), ..Lattice::unit([21, 19, 5]) };
+    let direction = DVec3::new(0.2, -0.1, 1.0);
+    let opacity = vec![(0.0, 0.2)];
+    for kernel in
+        [Kernel::Nearest, Kernel::Linear, Kernel::Gaussian, Kernel::Cubic, Kernel::BSpline]
+    {
+        for classify in [Classify::After, Classify::PreIntegrated] {
+            for n in [0.5, 1.0, 3.0] {
+                let splat = slabs(kernel, classify, n);
+                let scene = scene(lattice, |_| 0.7, opacity.clone(), splat, direction);
+                let exact = Reference::exact(&scene, SIZE).unwrap().picture();
+                // Measured: 1e-12.
+                let error = difference(&picture(&scene, splat), &exact);
+                assert!(error < 1e-9, "{kernel:?} {classify:?} {n}: {error}");
+                let published = SplatSettings { opacity_model: OpacityModel::Published, ..splat };
+                assert!(difference(&picture(&scene, published), &exact) > 1e-3);
+            }
+        }
+        if kernel.is_separable() {
+            let splat = slabs(kernel, Classify::Before, 1.0);
+            let scene = scene(lattice, |_| 0.7, opacity.clone(), splat, direction);
+            let exact = Reference::exact(&scene, SIZE).unwrap().picture();
+            assert!(difference(&picture(&scene, splat), &exact) < 1e-8, "{kernel:?}");
+        }
+    }
+}
+
+/// Decibels against the exact picture at 1, 2, 4 and 8 slabs per voxel.
+fn converging(kernel: Kernel, classify: Classify, how: Reconstruction) -> [f64; 4] {
+    let dims = [14, 13, 12];
+    let splat = SplatSettings { reconstruction: how, ..slabs(kernel, classify, 1.0) };
+    let direction = DVec3::new(0.4, 0.5, -0.8);
+    let opacity = vec![(0.0, 0.0), (1.0, 0.5)];
+    let scene = scene(Lattice::unit(dims), bump(dims, 3.0), opacity, splat, direction);
+    let exact = Reference::exact(&scene, SIZE).unwrap().picture();
+    [1.0, 2.0, 4.0, 8.0].map(|slabs_per_voxel| {
+        decibels(&picture(&scene, SplatSettings { slabs_per_voxel, ..splat }), &exact)
+    })
+}
+
+#[test]
+fn slabs_converge_at_second_order() {
+    for (kernel, classify, how) in [
+        (Kernel::Cubic, Classify::Before, Reconstruction::Smooth),
+        (Kernel::BSpline, Classify::Before, Reconstruction::Smooth),
+        (Kernel::BSpline, Classify::After, Reconstruction::Interpolating),
+        (Kernel::BSpline, Classify::PreIntegrated, Reconstruction::Interpolating),
+        (Kernel::Cubic, Classify::PreIntegrated, Reconstruction::Interpolating),
+        (Kernel::Linear, Classify::PreIntegrated, Reconstruction::Smooth),
+    ] {
+        let found = converging(kernel, classify, how);
+        println!("measured {kernel:?} {classify:?}: {found:.1?} dB at 1, 2, 4, 8 slabs");
+        let per_doubling = (found[3] - found[1]) / 2.0;
+        assert!((10.5..13.5).contains(&per_doubling), "{kernel:?} {classify:?}: {found:?}");
+    }
+}
+
+/// The scenes of the mode table: values in a 32³ lattice, and opacities.
+fn table_scenes() -> [(&'static str, Scene); 3] {
+    let dims = [32; 3];
+    let middle = DVec3::splat(15.5);
+    let of = |f: Box<dyn Fn(DVec3) -> f64>, opacity: Vec<(f64, f64)>| {
+        let direction = DVec3::new(0.35, -0.5, 0.8);
+        let mut scene =
+            scene(Lattice::unit(dims), f, opacity, SplatSettings::SHADE_FIRST, direction);
+        scene.camera.parallel_scale = 14.0;
+        scene
+    };
+    let radius = move |p: DVec3| (p - middle).length() / 16.0;
+    let shell = vec![(0.55, 0.0), (0.65, 0.6), (0.75, 0.0)];
+    let cloud = move |p: DVec3| (-(p - middle).length_squared() / 72.0).exp();
+    let binary = move |p: DVec3| f64::from(u8::from((0.55..0.7).contains(&radius(p))));
+    [
+        ("soft cloud", of(Box::new(cloud), vec![(0.0, 0.0), (1.0, 0.05)])),
+        ("thin shell", of(Box::new(radius), shell)),
+        ("binary shell", of(Box::new(binary), vec![(0.5, 0.0), (0.5, 0.95)])),
+    ]
+}
+
+/// Decibels against the exact shade-first picture, by mode and scene.
+fn mode_table(size: [usize; 2]) -> Vec<(&'static str, [f64; 3])> {
+    let base = SplatSettings::SHADE_FIRST;
+    let sheets = SplatSettings { visibility: Visibility::Sheets, ..base };
+    let published = |splat| SplatSettings { opacity_model: OpacityModel::Published, ..splat };
+    let slab = |n| slabs(Kernel::Cubic, Classify::Before, n);
+    let modes = [
+        ("every sample, published", published(base)),
+        ("every sample, optical depth", base),
+        ("sheets, published", published(sheets)),
+        ("sheets, optical depth", sheets),
+        ("slabs, 1 per voxel", slab(1.0)),
+        ("slabs, 2 per voxel", slab(2.0)),
+        ("slabs, 4 per voxel", slab(4.0)),
+        ("slabs, 8 per voxel", slab(8.0)),
+    ];
+    let scenes = table_scenes();
+    let exact = scenes.each_ref().map(|(_, s)| Reference::exact(s, size).unwrap().picture());
+    modes
+        .into_iter()
+        .map(|(name, splat)| {
+            let row = [0, 1, 2].map(|i| {
+                let scene = Scene { splat, ..scenes[i].1.clone() };
+                decibels(&Reference::new(&scene, size).unwrap().picture(), &exact[i])
+            });
+            (name, row)
+        })
+        .collect()
+}
+
+/// The mode table of the design, with scenes of our own, which it does not name; printed.
+#[test]
+fn the_mode_table_has_the_designs_shape() {
+    let table = mode_table([20, 20]);
+    for (name, row) in &table {
+        println!("measured {name}: {row:.1?} dB (soft cloud, thin shell, binary shell)");
+    }
+    for column in 0..3 {
+        let at = |row: usize| table[row].1[column];
+        assert!(at(0) < at(1) - 8.0, "published is worse than optical depth");
+        assert!(at(1) < at(3), "sheets are better than every sample");
+        for finer in 5..8 {
+            assert!((9.0..15.0).contains(&(at(finer) - at(finer - 1))), "{:?}", table[finer]);
+        }
+    }
+}
