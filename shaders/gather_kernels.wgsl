@@ -6,8 +6,8 @@ override layering: u32 = 0u;
 // Each sample is one pixel (Westover's single point).
 override points: bool = false;
 
-// G(l, u) / F(l): kernel::... rows over (l / radius)^2, columns over |u| / half chord, of
-// what lies between the middle and u, as a part of F.
+// Rows over (l / radius)^2, columns over |u| / half chord: the part of a footprint F(l) that
+// lies between the kernel's middle and u along the ray.
 @group(0) @binding(10) var<storage, read> shares: array<f32>;
 
 // Cells of `shares` along each of its two axes.
@@ -152,20 +152,50 @@ fn add_point(ray: Ray, voxel: vec3<i32>, linear: u32) {
     }
 }
 
+// So nearly along the slices that it does not cross them one by one.
+fn is_along_slices(ray: Ray) -> bool {
+    return abs(ray.step.x) < 0.02;
+}
+
+// How far from where the ray crosses a slice its kernels may lie, along the two inner axes.
+fn reach_of(ray: Ray) -> vec2<f32> {
+    let slope = ray.step.yz / ray.step.x;
+    if points {
+        return gather.reach.yz + abs(slope) * gather.reach.x;
+    }
+    return gather.reach.yz * sqrt(1.0 + slope * slope);
+}
+
+// Whether nothing can show about the ray in all slices between two of one brick.
+fn is_clear(ray: Ray, first: i32, last: i32) -> bool {
+    if is_along_slices(ray) {
+        return false;
+    }
+    let slope = ray.step.yz / ray.step.x;
+    let from_x = vec2<f32>(f32(first), f32(last)) - ray.origin.x;
+    let b = ray.origin.y + slope.x * from_x;
+    let c = ray.origin.z + slope.y * from_x;
+    let reach = reach_of(ray);
+    let rows = window(0.5 * (b.x + b.y), 0.5 * abs(b.y - b.x) + reach.x, gather.low.y, gather.high.y);
+    let columns =
+        window(0.5 * (c.x + c.y), 0.5 * abs(c.y - c.x) + reach.y, gather.low.z, gather.high.z);
+    return rows.x > rows.y
+        || columns.x > columns.y
+        || !any_visible(
+            vec3<i32>(min(first, last), rows.x, columns.x),
+            vec3<i32>(max(first, last), rows.y, columns.y),
+        );
+}
+
 // Adds the samples of one slice that the ray passes within the kernel's radius.
 fn gather_slice(ray: Ray, span: vec2<f32>, slice: i32) {
     let step = ray.step;
     var at = (f32(slice) - ray.origin.x) / step.x;
-    var reach: vec2<f32>;
-    if abs(step.x) < 0.02 {
-        // Along the slice: all that the ray passes of it.
+    var reach = reach_of(ray);
+    if is_along_slices(ray) {
+        // All that the ray passes of the slice.
         at = 0.5 * (span.x + span.y);
         reach = gather.reach.yz + abs(step.yz) * (0.5 * (span.y - span.x));
-    } else if points {
-        reach = gather.reach.yz + abs(step.yz / step.x) * gather.reach.x;
-    } else {
-        let slope = step.yz / step.x;
-        reach = gather.reach.yz * sqrt(1.0 + slope * slope);
     }
     let place = ray.origin + step * at;
     let rows = window(place.y, reach.x, gather.low.y, gather.high.y);
@@ -242,6 +272,38 @@ fn slices_of(ray: Ray, span: vec2<f32>) -> Run {
     return run_of(range.x, range.y, gather.splits.x);
 }
 
+// Gathers slices in order, leaping over bricks in which nothing can show.
+fn gather_slices(ray: Ray, span: vec2<f32>, slices: Run) {
+    let brick = i32(BRICK);
+    var i = 0;
+    // The first slice that has not been looked at as part of a brick.
+    var unknown = 0;
+    while i < slices.count {
+        let slice = index_in(slices, i);
+        if i >= unknown {
+            let up = index_in(slices, min(i + 1, slices.count - 1)) >= slice;
+            let left = select(slice % brick, brick - 1 - slice % brick, up);
+            let more = min(left, slices.count - 1 - i);
+            let last = slice + select(-more, more, up);
+            unknown = i + more + 1;
+            // Unless the order turns at the eye within the brick.
+            if index_in(slices, i + more) == last && is_clear(ray, slice, last) {
+                i = unknown;
+                continue;
+            }
+        }
+        gather_slice(ray, span, slice);
+        if layering == 1u {
+            lay(sum);
+            sum = vec4<f32>(0.0);
+        }
+        if layering < 2u && is_opaque() {
+            return;
+        }
+        i++;
+    }
+}
+
 fn gather_layers(ray: Ray, span: vec2<f32>) {
     // Points and kernels reach a little beyond where the ray is within their reach.
     let first = i32(floor(ray.layer.x + ray.layer.y * span.x)) - select(0, 1, points);
@@ -261,9 +323,7 @@ fn gather_layers(ray: Ray, span: vec2<f32>) {
         );
         let slices = slices_of(ray, within);
         let near = within + vec2<f32>(-1.0, 1.0) * length(gather.reach.xyz);
-        for (var i = 0; i < slices.count; i++) {
-            gather_slice(ray, near, index_in(slices, i));
-        }
+        gather_slices(ray, near, slices);
         for (var k = 0; k < LAYERS; k++) {
             lay(layers[select(LAYERS - 1 - k, k, front_to_back)]);
         }
@@ -289,17 +349,7 @@ fn gather_kernels(
         if layering == 2u {
             gather_layers(ray, span);
         } else {
-            let slices = slices_of(ray, span);
-            for (var i = 0; i < slices.count; i++) {
-                gather_slice(ray, span, index_in(slices, i));
-                if layering == 1u {
-                    lay(sum);
-                    sum = vec4<f32>(0.0);
-                }
-                if is_opaque() {
-                    break;
-                }
-            }
+            gather_slices(ray, span, slices_of(ray, span));
         }
     }
     finish(pixel);
