@@ -22,10 +22,10 @@ use voxsplat::app::settings::Settings;
 use voxsplat::app::{Parts, Window};
 use voxsplat::core::{Camera, Ticket};
 use voxsplat::scene::{SplatSettings, Visibility};
+use voxsplat::task::engine::Effort;
 use voxsplat::task::engine::{
     EngineState, FrameReport, FrameRequest, Picture, SecondPicture, SecondRequest,
 };
-use voxsplat::task::engine::Effort;
 use voxsplat::task::estimate::Checked;
 use voxsplat::transfer::{ColourMap, ColourSource, TransferFunction};
 use voxsplat::volume::{Association, Field, Grid, Lattice, Samples, ScalarType, Statistics};
@@ -146,8 +146,7 @@ impl MeasureLog {
 pub(crate) fn chart_points() -> Vec<ChartPoint> {
     let exact = SplatSettings::EXACT;
     let slabs = |slabs_per_voxel| Some(SplatSettings { slabs_per_voxel, ..exact });
-    let sheets =
-        SplatSettings { visibility: Visibility::Sheets, ..SplatSettings::SHADE_FIRST };
+    let sheets = SplatSettings { visibility: Visibility::Sheets, ..SplatSettings::SHADE_FIRST };
     let point = |name: &str, ms, db, settings| ChartPoint {
         name: name.to_owned(),
         ms,

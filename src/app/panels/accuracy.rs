@@ -94,8 +94,13 @@ fn state_ui(ui: &mut Ui, shown: &Shown<'_>, done: &mut Done) {
     let [width, height] = shown.size;
     let size = format!("{width} × {height} pixels");
     let (words, detail) = match shown.state {
-        State::Waiting if shown.points.is_empty() => ("Waits until the view rests".into(), size),
-        State::Waiting => ("Paused until the view rests".into(), size),
+        State::Waiting if shown.points.is_empty() => {
+            ("Waits until the view rests".to_owned(), size)
+        }
+        State::Waiting => ("Paused until the view rests".to_owned(), size),
+        State::Measuring if drawn == 0 || shown.marks.is_old => {
+            ("Working out the exact picture".to_owned(), size)
+        }
         State::Measuring => (format!("Measuring, {drawn} modes so far"), size),
         State::Done => (format!("{drawn} modes measured"), size),
         State::Failed(reason) => ("Cannot measure here".to_owned(), reason.clone()),
@@ -147,7 +152,7 @@ fn walk_ui(ui: &mut Ui, panel: &mut AccuracyPanel, shown: &Shown<'_>, done: &mut
         Walk::Time => points[index].ms,
         Walk::Level => points[index].db.min(99.0),
     };
-    let values: Vec<f64> = front(points).map(value_of).collect();
+    let values: Vec<f64> = front(points).into_iter().map(value_of).collect();
     let low = values.iter().copied().fold(f64::INFINITY, f64::min);
     let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let usable = low < high && !shown.marks.is_old;

@@ -6,7 +6,7 @@ use eframe::egui::{
     Response, Sense, Shape, Stroke, Tooltip, Ui, Vec2, WidgetInfo, pos2, vec2,
 };
 
-use crate::app::measuring::{ChartPoint, is_of};
+use crate::app::measuring::{ChartPoint, front, is_of};
 use crate::app::{theme, words};
 use crate::scene::SplatSettings;
 
@@ -142,7 +142,7 @@ pub fn chart_ui(
         let tooltip_id = response.id.with("tooltip");
         Tooltip::always_open(ui.ctx().clone(), ui.layer_id(), tooltip_id, place)
             .gap(12.0)
-            .show(|ui| ui.label(hover_words(point)));
+            .show(|ui| ui.label(hover_words(point, front(points).contains(&index))));
     }
     let as_second = ui.input(|input| input.modifiers.shift);
     picked
@@ -183,11 +183,12 @@ pub fn number_words(point: &ChartPoint) -> String {
     }
 }
 
-fn hover_words(point: &ChartPoint) -> String {
-    let what = match (&point.settings, point.on_front) {
-        (None, _) => "Not a mode of its own",
-        (Some(_), true) => "Nothing is both quicker and better",
-        (Some(_), false) => "Something is both quicker and better",
+fn hover_words(point: &ChartPoint, is_best: bool) -> String {
+    let what = match (&point.settings, point.on_front, is_best) {
+        (None, ..) => "Not a mode of its own, for comparison only",
+        (Some(_), true, _) => "Nothing is both quicker and better",
+        (Some(_), false, true) => "No other mode is both quicker and better",
+        (Some(_), false, false) => "Another mode is both quicker and better",
     };
     let how = match point.settings {
         Some(_) => "\nClick to use it, Shift+click to compare with it",
