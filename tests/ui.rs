@@ -1,6 +1,7 @@
 //! The window from outside: keys, mouse, widgets by their accessible names, with a stand-in for
 //! the engine that draws gradients and one for the readers that knows a few names.
 
+mod ui_modes;
 mod ui_support;
 
 use std::path::PathBuf;
@@ -13,6 +14,7 @@ use glam::DVec3;
 use ui_support::{Bench, RAW_BYTES};
 use voxsplat::app::actions::{ACTIONS, Action};
 use voxsplat::app::camera_control::framed;
+use voxsplat::app::compare::Display;
 use voxsplat::app::document::Source;
 use voxsplat::app::settings::Settings;
 use voxsplat::core::{Projection, Srgb8};
@@ -197,6 +199,21 @@ fn every_shortcut_does_what_it_says() {
                 assert!(!bench.shows("Extent"));
                 press(&mut bench);
                 assert!(bench.shows("Extent"));
+            }
+            Action::ToggleAccuracy => {
+                assert!(bench.shows("Time against error"));
+                press(&mut bench);
+                assert!(!bench.shows("Time against error"));
+            }
+            Action::ToggleCompare => {
+                assert!(bench.window().compare().on);
+                press(&mut bench);
+                assert!(!bench.window().compare().on);
+            }
+            Action::ToggleDifference => {
+                assert_eq!(bench.window().compare().display, Display::Difference);
+                press(&mut bench);
+                assert_eq!(bench.window().compare().display, Display::Split);
             }
             Action::ToggleHelp => {
                 assert!(bench.shows("Put what is under the cursor in the centre"));

@@ -27,7 +27,7 @@ pub struct ChartPoint {
     pub ci: f64,
     /// The mode, where a scene can have it.
     pub settings: Option<SplatSettings>,
-    /// Whether nothing is both quicker and better.
+    /// Whether nothing at all is both quicker and better.
     pub on_front: bool,
     /// Why it could not be drawn, if it could not: its numbers mean nothing then.
     pub failed: Option<String>,
@@ -278,28 +278,37 @@ fn lock(found: &Mutex<Found>) -> MutexGuard<'_, Found> {
     found.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// The best point of the front within a time, or the quickest of all.
+/// The best mode within a time, or the quickest of all.
 pub fn best_within(points: &[ChartPoint], ms: f64) -> Option<usize> {
-    let front = || front(points);
-    let affordable = front().filter(|&i| points[i].ms <= ms * (1.0 + 1e-9));
-    affordable
-        .max_by(|&a, &b| points[a].db.total_cmp(&points[b].db))
-        .or_else(|| front().min_by(|&a, &b| points[a].ms.total_cmp(&points[b].ms)))
+    let front = front(points);
+    let affordable = front.iter().rev().find(|&&i| points[i].ms <= ms * (1.0 + 1e-9));
+    affordable.or(front.first()).copied()
 }
 
-/// The quickest point of the front with at least a level, or the best of all.
+/// The quickest mode with at least a level, or the best of all.
 pub fn quickest_with(points: &[ChartPoint], db: f64) -> Option<usize> {
-    let front = || front(points);
-    let good = front().filter(|&i| points[i].db >= db - 1e-9);
-    good.min_by(|&a, &b| points[a].ms.total_cmp(&points[b].ms))
-        .or_else(|| front().max_by(|&a, &b| points[a].db.total_cmp(&points[b].db)))
+    let front = front(points);
+    let good = front.iter().find(|&&i| points[i].db >= db - 1e-9);
+    good.or(front.last()).copied()
 }
 
-/// The points that a scene can be given and that nothing else beats.
-pub fn front(points: &[ChartPoint]) -> impl Iterator<Item = usize> {
-    let chosen =
-        |point: &ChartPoint| point.on_front && point.failed.is_none() && point.settings.is_some();
-    points.iter().enumerate().filter(move |(_, point)| chosen(point)).map(|(index, _)| index)
+/// The modes that a scene can have and that no other such mode beats in both time and level:
+/// quickest first, and so worst first.
+pub fn front(points: &[ChartPoint]) -> Vec<usize> {
+    let can_be_chosen = |point: &ChartPoint| point.failed.is_none() && point.settings.is_some();
+    let mut chosen: Vec<usize> =
+        (0..points.len()).filter(|&index| can_be_chosen(&points[index])).collect();
+    chosen.sort_by(|&a, &b| {
+        let (a, b) = (&points[a], &points[b]);
+        a.ms.total_cmp(&b.ms).then(b.db.total_cmp(&a.db))
+    });
+    let mut best = f64::NEG_INFINITY;
+    chosen.retain(|&index| {
+        let better = points[index].db > best;
+        best = best.max(points[index].db);
+        better
+    });
+    chosen
 }
 
 /// How good the estimates of coarse pictures turned out to be: estimate minus truth, dB.
@@ -335,28 +344,26 @@ impl EstimateRecord {
 mod tests {
     use super::*;
 
-    fn point(ms: f64, db: f64, on_front: bool) -> ChartPoint {
+    fn point(ms: f64, db: f64) -> ChartPoint {
         ChartPoint {
             name: format!("{ms} ms"),
             ms,
             db,
             ci: 0.1,
             settings: Some(SplatSettings::EXACT),
-            on_front,
+            on_front: false,
             failed: None,
         }
     }
 
     #[test]
     fn the_front_is_walked_by_time_and_by_level() {
-        let mut points = vec![
-            point(10.0, 20.0, true),
-            point(50.0, 15.0, false),
-            point(100.0, 40.0, true),
-            point(30.0, 30.0, true),
-        ];
-        points.push(ChartPoint { failed: Some("no".into()), ..point(1.0, 99.0, true) });
-        points.push(ChartPoint { settings: None, ..point(1.0, 98.0, true) });
+        let mut points =
+            vec![point(10.0, 20.0), point(50.0, 15.0), point(100.0, 40.0), point(30.0, 30.0)];
+        points.push(ChartPoint { failed: Some("no".into()), ..point(1.0, 99.0) });
+        // What cannot be chosen beats nothing that can.
+        points.push(ChartPoint { settings: None, on_front: true, ..point(1.0, 98.0) });
+        assert_eq!(front(&points), [0, 3, 2]);
         let within = |ms| best_within(&points, ms).map(|i| points[i].ms);
         assert_eq!(within(30.0), Some(30.0));
         assert_eq!(within(99.0), Some(30.0));

@@ -85,7 +85,7 @@ pub fn is_exact(settings: &SplatSettings) -> bool {
         && settings.slabs_per_voxel >= exact.slabs_per_voxel
 }
 
-/// A mode in a few words: `B-spline, interpolating, pre-integrated, 2 slabs per voxel`.
+/// A mode in a few words: `B-spline, interpolating, pre-integrated, 2 slabs a voxel`.
 pub fn name(settings: &SplatSettings) -> String {
     let mut parts = vec![words::kernel(settings.kernel)];
     if settings.reconstruction == Reconstruction::Interpolating {
@@ -97,7 +97,7 @@ pub fn name(settings: &SplatSettings) -> String {
     parts.push(match settings.visibility {
         Visibility::EverySample => "every sample".to_owned(),
         Visibility::Sheets if settings.sheets_per_kernel == 1 => "sheets".to_owned(),
-        Visibility::Sheets => format!("{} sheets per kernel", settings.sheets_per_kernel),
+        Visibility::Sheets => format!("{} sheets a kernel", settings.sheets_per_kernel),
         Visibility::Slabs => slabs(settings.slabs_per_voxel),
     });
     if settings.opacity_model == crate::scene::OpacityModel::Published {
@@ -117,9 +117,9 @@ pub fn name(settings: &SplatSettings) -> String {
 
 fn slabs(per_voxel: f64) -> String {
     if per_voxel == 1.0 {
-        "1 slab per voxel".to_owned()
+        "1 slab a voxel".to_owned()
     } else {
-        format!("{} slabs per voxel", words::value(per_voxel))
+        format!("{} slabs a voxel", words::value(per_voxel))
     }
 }
 
@@ -224,7 +224,7 @@ mod tests {
     fn modes_have_names_that_tell_them_apart() {
         assert_eq!(
             name(&SplatSettings::EXACT),
-            "B-spline, interpolating, pre-integrated, 1 slab per voxel"
+            "B-spline, interpolating, pre-integrated, 1 slab a voxel"
         );
         assert_eq!(name(&SplatSettings::SHADE_FIRST), "Cubic, every sample");
         let settings = some_settings();

@@ -7,10 +7,8 @@ use super::measuring::{ChartPoint, Measurer, StartMeasuring, Stepped};
 use super::modes;
 use crate::accuracy::sweep::{Detail, Point, Setting};
 use crate::core::Ticket;
-use crate::scene::{Background, Scene, SplatSettings};
 use crate::task::engine::{AdapterChoice, Engine};
-use crate::task::still::{Refine, StillRequest};
-use crate::task::sweep::{MakeTruth, Step, Sweep, SweepError, SweepOptions, Truth};
+use crate::task::sweep::{MakeTruth, Step, Sweep, SweepError, SweepOptions};
 
 /// Pixels compared with the exact picture: a confidence interval of a few tenths of a dB, soon.
 const PIXELS: usize = 1000;
@@ -96,44 +94,10 @@ fn name(setting: &Setting) -> String {
     }
 }
 
-/// The exact mode with many slabs: a truth until the float64 reference takes its place.
-pub fn finest_slabs(scene: &Scene, size: [u32; 2]) -> Box<dyn Truth> {
-    let splat = SplatSettings { slabs_per_voxel: FINEST_SLABS, ..scene.splat };
-    let request = StillRequest {
-        scene: Scene { splat, background: Background::Transparent, ..scene.clone() },
-        size,
-        refine: Refine::Full,
-        repeat: 0,
-        time_passes: false,
-    };
-    let still = Engine::start(AdapterChoice::default(), || ()).still(request, &Ticket::new());
-    let light = still.map(|still| still.light).unwrap_or_default();
-    Box::new(FinestSlabs { light, width: size[0] as usize })
-}
-
-/// Slabs per voxel of [`finest_slabs`].
-const FINEST_SLABS: f64 = 8.0;
-
-struct FinestSlabs {
-    light: Vec<[f32; 4]>,
-    width: usize,
-}
-
-impl Truth for FinestSlabs {
-    fn pixel(&self, [x, y]: [u32; 2]) -> [f64; 4] {
-        let pixel = self.light.get(y as usize * self.width + x as usize);
-        pixel.map_or([f64::NAN; 4], |pixel| pixel.map(f64::from))
-    }
-
-    fn stated_error(&self) -> f64 {
-        // Half a step of an 8-bit picture: what `converged` means.
-        1.0 / 512.0
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::SplatSettings;
 
     #[test]
     fn only_whole_modes_can_be_chosen_and_failures_are_told() {

@@ -227,7 +227,7 @@ impl SplatSettings {
                 "choose a smaller extent, or --visibility every-sample",
             );
         }
-        if self.backend == Backend::Raster && self.fixed_backend() == Backend::Tiles {
+        if self.backend == Backend::Raster && self.needs_tiles() {
             return refuse(
                 "--backend raster with --visibility every-sample",
                 format!("--visibility {}", self.visibility.name()),

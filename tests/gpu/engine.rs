@@ -21,14 +21,14 @@ use crate::support::*;
 const PATIENCE: Duration = Duration::from_secs(30);
 
 /// An engine on the adapter that the tests use, and how often it woke us.
-struct Bench {
-    engine: Engine,
+pub(crate) struct Bench {
+    pub(crate) engine: Engine,
     wakes: Arc<AtomicUsize>,
 }
 
 impl Bench {
     /// `None` where there is no device.
-    fn new() -> Option<Self> {
+    pub(crate) fn new() -> Option<Self> {
         Self::with(Wishes::default())
     }
 
@@ -42,13 +42,16 @@ impl Bench {
         Some(Self { engine: Engine::start_with(AdapterChoice::Software, wishes, wake), wakes })
     }
 
-    fn request(&self, scene: &Scene, size: [u32; 2], effort: Effort) {
+    pub(crate) fn request(&self, scene: &Scene, size: [u32; 2], effort: Effort) {
         self.engine.request(FrameRequest { scene: scene.clone(), size, effort });
     }
 
     /// Every picture until `enough`; panics when patience ends.
     #[track_caller]
-    fn pictures_until(&self, enough: impl Fn(&Self, &[Arc<Picture>]) -> bool) -> Vec<Arc<Picture>> {
+    pub(crate) fn pictures_until(
+        &self,
+        enough: impl Fn(&Self, &[Arc<Picture>]) -> bool,
+    ) -> Vec<Arc<Picture>> {
         let start = Instant::now();
         let mut pictures = Vec::new();
         loop {
@@ -68,7 +71,7 @@ impl Bench {
 
     /// Every picture up to one of this size that is `full`.
     #[track_caller]
-    fn until_full(&self, size: [u32; 2]) -> Vec<Arc<Picture>> {
+    pub(crate) fn until_full(&self, size: [u32; 2]) -> Vec<Arc<Picture>> {
         self.pictures_until(|bench, seen| {
             seen.last().is_some_and(|p| p.report.rung == "full" && p.requested_size == size)
                 && bench.engine.state() == EngineState::Idle
@@ -85,16 +88,16 @@ fn still_request(scene: &Scene, size: [u32; 2]) -> StillRequest {
     StillRequest { scene: scene.clone(), size, refine: Refine::Full, repeat: 0, time_passes: false }
 }
 
-fn rest() -> Effort {
+pub(crate) fn rest() -> Effort {
     Effort::Rest { budget_ms: 20.0, ladder: Ladder::Octree, show_partial: false }
 }
 
-fn small() -> Scene {
+pub(crate) fn small() -> Scene {
     scene(Lattice::unit([9, 8, 10]), DVec3::new(0.35, -0.52, 0.78))
 }
 
 /// Work for some hundred milliseconds and more.
-fn large() -> Scene {
+pub(crate) fn large() -> Scene {
     scene(Lattice::unit([96, 96, 96]), DVec3::new(0.35, -0.52, 0.78))
 }
 

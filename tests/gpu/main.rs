@@ -8,6 +8,7 @@ mod engine;
 mod gathered;
 mod hard_values;
 mod invariants;
+mod judging;
 mod layered_truth;
 mod nodes;
 mod order;

@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
@@ -14,12 +15,18 @@ use egui_kittest::kittest::{NodeT as _, Queryable as _};
 use voxsplat::app::document::{Library, RawLayout, ReadFailure, ReadGrid, Slice, Source};
 use voxsplat::app::drawer::Drawer;
 use voxsplat::app::file_dialog::FileDialog;
+use voxsplat::app::measuring::{ChartPoint, Measurer, Stepped};
 use voxsplat::app::pacing::News;
 use voxsplat::app::saving::SaveRequest;
 use voxsplat::app::settings::Settings;
 use voxsplat::app::{Parts, Window};
 use voxsplat::core::{Camera, Ticket};
-use voxsplat::task::engine::{EngineState, FrameReport, FrameRequest, Picture};
+use voxsplat::scene::{SplatSettings, Visibility};
+use voxsplat::task::engine::Effort;
+use voxsplat::task::engine::{
+    EngineState, FrameReport, FrameRequest, Picture, SecondPicture, SecondRequest,
+};
+use voxsplat::task::estimate::Checked;
 use voxsplat::transfer::{ColourMap, ColourSource, TransferFunction};
 use voxsplat::volume::{Association, Field, Grid, Lattice, Samples, ScalarType, Statistics};
 
@@ -36,12 +43,19 @@ pub(crate) struct GradientEngine {
     requests: Mutex<Vec<FrameRequest>>,
     untaken: Mutex<Option<Arc<Picture>>>,
     newest: Mutex<Option<Arc<Picture>>>,
+    seconds: Mutex<Vec<Option<SecondRequest>>>,
+    untaken_second: Mutex<Option<Arc<SecondPicture>>>,
 }
 
 impl GradientEngine {
     /// The picture of the last request.
     pub(crate) fn newest(&self) -> Arc<Picture> {
         self.newest.lock().expect("no thread died holding it").clone().expect("something was drawn")
+    }
+
+    /// What was asked for beside the pictures, in order.
+    pub(crate) fn seconds(&self) -> Vec<Option<SecondRequest>> {
+        self.seconds.lock().expect("no thread died holding it").clone()
     }
 }
 
@@ -59,6 +73,23 @@ impl Drawer for GradientDrawer {
         self.0.untaken.lock().expect("no thread died holding it").take()
     }
 
+    fn request_second(&self, request: Option<SecondRequest>) {
+        let drawn = request.clone().map(|SecondRequest { scene, size, first }| {
+            let effort = Effort::Moving { budget_ms: 1.0 };
+            let mut picture = gradient(&FrameRequest { scene, size, effort });
+            // Darker than the first by an eighth of the bytes' range.
+            picture.rgba.iter_mut().for_each(|byte| *byte = byte.saturating_sub(SECOND_DARKER));
+            picture.rgba.iter_mut().skip(3).step_by(4).for_each(|alpha| *alpha = 255);
+            Arc::new(SecondPicture { picture: Arc::new(picture), first, rmse: Some(0.03) })
+        });
+        *self.0.untaken_second.lock().expect("no thread died holding it") = drawn;
+        self.0.seconds.lock().expect("no thread died holding it").push(request);
+    }
+
+    fn take_second(&self) -> Option<Arc<SecondPicture>> {
+        self.0.untaken_second.lock().expect("no thread died holding it").take()
+    }
+
     fn state(&self) -> EngineState {
         EngineState::Idle
     }
@@ -74,17 +105,97 @@ fn gradient(request: &FrameRequest) -> Picture {
     let rgba = pixels
         .flat_map(|(x, y)| [(x % 256) as u8, (y % 256) as u8, ((x * 7 + y * 13) % 256) as u8, 255])
         .collect();
+    let moving = matches!(request.effort, Effort::Moving { .. });
     let report = FrameReport {
-        rung: "full".to_owned(),
+        rung: if moving { "coarse, octree error 0.010" } else { "full" }.to_owned(),
         kernels_drawn: 500,
         kernels_active: 500,
         kernels_total: 512,
         frame_ms: 12.0,
-        progress: 1.0,
-        estimated_rmse: None,
-        checked: None,
+        progress: if moving { 0.0 } else { 1.0 },
+        estimated_rmse: moving.then_some(0.0282),
+        checked: (!moving).then_some(Checked { estimated_rmse: 0.0282, measured_rmse: 0.0316 }),
     };
     Picture { size: request.size, requested_size: request.size, rgba, report }
+}
+
+/// How much darker the second picture is than the first, in bytes.
+pub(crate) const SECOND_DARKER: u8 = 32;
+
+/// What the stand-in for measuring was asked.
+#[derive(Default)]
+pub(crate) struct MeasureLog {
+    /// Charts begun.
+    pub(crate) started: AtomicUsize,
+    /// Steps that a cancelled ticket stopped.
+    pub(crate) stopped: AtomicUsize,
+    /// Steps taken to their end.
+    pub(crate) steps: AtomicUsize,
+    /// The third step waits until it is cancelled.
+    pub(crate) holds: AtomicBool,
+}
+
+impl MeasureLog {
+    /// One of the counts.
+    pub(crate) fn count(which: &AtomicUsize) -> usize {
+        which.load(Ordering::SeqCst)
+    }
+}
+
+/// The points that the stand-in finds, one a step; the last cannot be drawn.
+pub(crate) fn chart_points() -> Vec<ChartPoint> {
+    let exact = SplatSettings::EXACT;
+    let slabs = |slabs_per_voxel| Some(SplatSettings { slabs_per_voxel, ..exact });
+    let sheets = SplatSettings { visibility: Visibility::Sheets, ..SplatSettings::SHADE_FIRST };
+    let point = |name: &str, ms, db, settings| ChartPoint {
+        name: name.to_owned(),
+        ms,
+        db,
+        ci: 0.3,
+        settings,
+        on_front: true,
+        failed: None,
+    };
+    vec![
+        point("classic", 20.0, 30.0, Some(SplatSettings::SHADE_FIRST)),
+        point("exact, half", 100.0, 40.0, slabs(0.5)),
+        ChartPoint { on_front: false, ..point("exact at half the size", 150.0, 35.0, None) },
+        point("exact", 300.0, 45.0, slabs(1.0)),
+        point("exact, double", 900.0, 55.0, slabs(2.0)),
+        ChartPoint {
+            failed: Some("sheets cannot be drawn".to_owned()),
+            on_front: false,
+            ..point("sheets", 0.0, 0.0, Some(sheets))
+        },
+    ]
+}
+
+struct OnePointAStep {
+    found: usize,
+    log: Arc<MeasureLog>,
+}
+
+impl Measurer for OnePointAStep {
+    fn step(&mut self, ticket: &Ticket) -> Stepped {
+        while self.found == 2 && self.log.holds.load(Ordering::SeqCst) {
+            if ticket.is_cancelled() {
+                self.log.stopped.fetch_add(1, Ordering::SeqCst);
+                return Stepped::Stopped;
+            }
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        self.found += 1;
+        self.log.steps.fetch_add(1, Ordering::SeqCst);
+        if self.found < chart_points().len() { Stepped::More } else { Stepped::Done }
+    }
+
+    fn points(&self) -> Vec<ChartPoint> {
+        chart_points()[..self.found].to_vec()
+    }
+
+    fn fraction(&self) -> f32 {
+        self.found as f32 / chart_points().len() as f32
+    }
 }
 
 /// Knows a few names; see `read`.
@@ -196,6 +307,8 @@ pub(crate) struct Bench {
     pub(crate) engine: Arc<GradientEngine>,
     /// Where screenshots go.
     pub(crate) pictures: tempfile::TempDir,
+    /// What was measured.
+    pub(crate) measured: Arc<MeasureLog>,
     library: Arc<NamedFiles>,
     saved: Arc<Mutex<Vec<SaveRequest>>>,
 }
@@ -235,6 +348,8 @@ impl Bench {
         let pictures = tempfile::tempdir().expect("a temporary folder");
         let saved = Arc::new(Mutex::new(Vec::new()));
         let (drawer, files) = (GradientDrawer(Arc::clone(&engine)), Arc::clone(&library));
+        let measured = Arc::new(MeasureLog::default());
+        let begun = Arc::clone(&measured);
         let (folder, log) = (pictures.path().to_owned(), Arc::clone(&saved));
         let mut builder =
             Harness::builder().with_size(vec2(1280.0, 1200.0)).with_step_dt(STEP_SECS);
@@ -256,12 +371,16 @@ impl Bench {
                     log.lock().expect("no thread died holding it").push(request.clone());
                     Ok(())
                 }),
+                measure: Arc::new(move |_, _| {
+                    begun.started.fetch_add(1, Ordering::SeqCst);
+                    Box::new(OnePointAStep { found: 0, log: Arc::clone(&begun) })
+                }),
                 chooser: Box::new(move |ctx| FileDialog::answering(ctx, chosen.clone())),
                 pictures_folder: Ok(folder.clone()),
             };
             Window::new(ctx, parts, Settings::default())
         });
-        Self { harness, engine, pictures, library, saved }
+        Self { harness, engine, pictures, measured, library, saved }
     }
 
     /// The window itself.
@@ -448,7 +567,8 @@ impl Bench {
     pub(crate) fn choose(&mut self, list: &str, entry: &str) {
         self.harness.get_by_role_and_label(eframe::egui::accesskit::Role::ComboBox, list).click();
         self.harness.run_steps(3);
-        self.harness.get_by_label(entry).click();
+        // Of things with one name, the list on top comes last.
+        self.harness.get_all_by_label(entry).last().expect("in the list").click();
         self.harness.run_steps(STEPS_TO_REST);
     }
 

@@ -9,7 +9,7 @@ use crate::app::{modes, theme, words};
 use crate::scene::SplatSettings;
 
 /// Width of the column beside the chart, points.
-const COLUMN: f32 = 276.0;
+const COLUMN: f32 = 312.0;
 
 /// What the slider gives.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -94,8 +94,13 @@ fn state_ui(ui: &mut Ui, shown: &Shown<'_>, done: &mut Done) {
     let [width, height] = shown.size;
     let size = format!("{width} × {height} pixels");
     let (words, detail) = match shown.state {
-        State::Waiting if shown.points.is_empty() => ("Waits until the view rests".into(), size),
-        State::Waiting => ("Paused until the view rests".into(), size),
+        State::Waiting if shown.points.is_empty() => {
+            ("Waits until the view rests".to_owned(), size)
+        }
+        State::Waiting => ("Paused until the view rests".to_owned(), size),
+        State::Measuring if drawn == 0 || shown.marks.is_old => {
+            ("Working out the exact picture".to_owned(), size)
+        }
         State::Measuring => (format!("Measuring, {drawn} modes so far"), size),
         State::Done => (format!("{drawn} modes measured"), size),
         State::Failed(reason) => ("Cannot measure here".to_owned(), reason.clone()),
@@ -147,7 +152,7 @@ fn walk_ui(ui: &mut Ui, panel: &mut AccuracyPanel, shown: &Shown<'_>, done: &mut
         Walk::Time => points[index].ms,
         Walk::Level => points[index].db.min(99.0),
     };
-    let values: Vec<f64> = front(points).map(value_of).collect();
+    let values: Vec<f64> = front(points).into_iter().map(value_of).collect();
     let low = values.iter().copied().fold(f64::INFINITY, f64::min);
     let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let usable = low < high && !shown.marks.is_old;
@@ -155,16 +160,21 @@ fn walk_ui(ui: &mut Ui, panel: &mut AccuracyPanel, shown: &Shown<'_>, done: &mut
     let (low, high) = if low < high { (low, high) } else { (1.0, 2.0) };
     let mut value = panel.stands_at.or(current.map(value_of)).unwrap_or(low).clamp(low, high);
     let slider = Slider::new(&mut value, low..=high);
+    let number = |words: fn(f64) -> String| {
+        move |value: f64, _: std::ops::RangeInclusive<usize>| {
+            if usable { words(value) } else { "–".to_owned() }
+        }
+    };
     let (name, help, slider) = match panel.walk {
         Walk::Time => (
             "Time for a picture",
             "What a picture may take: the best mode within it is used",
-            slider.logarithmic(true).custom_formatter(|ms, _| words::milliseconds(ms)),
+            slider.logarithmic(true).custom_formatter(number(words::milliseconds)),
         ),
         Walk::Level => (
             "Level of a picture",
             "How near a picture must be to the exact one: the quickest such mode is used",
-            slider.custom_formatter(|db, _| words::decibels(db)),
+            slider.custom_formatter(number(words::decibels)),
         ),
     };
     ui.spacing_mut().slider_width = (ui.available_width() - 84.0).max(60.0);
@@ -232,9 +242,9 @@ fn signed_zero_free(value: f64) -> f64 {
 }
 
 /// The least height at which everything has room, points.
-pub const LEAST_HEIGHT: f32 = 176.0;
+pub const LEAST_HEIGHT: f32 = 190.0;
 /// The height before anyone resizes the panel, points.
-pub const HEIGHT: f32 = 212.0;
+pub const HEIGHT: f32 = 220.0;
 
 #[cfg(test)]
 mod tests {

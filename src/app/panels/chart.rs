@@ -2,11 +2,11 @@
 
 use eframe::egui::accesskit::Role;
 use eframe::egui::{
-    Align2, Color32, CornerRadius, CursorIcon, FontId, Painter, Pos2, Rect, Response, Sense, Shape,
-    Stroke, Ui, Vec2, WidgetInfo, pos2, vec2,
+    Align2, Color32, CornerRadius, CursorIcon, FontId, Painter, PointerButton, Pos2, Rect,
+    Response, Sense, Shape, Stroke, Tooltip, Ui, Vec2, WidgetInfo, pos2, vec2,
 };
 
-use crate::app::measuring::{ChartPoint, is_of};
+use crate::app::measuring::{ChartPoint, front, is_of};
 use crate::app::{theme, words};
 use crate::scene::SplatSettings;
 
@@ -106,35 +106,43 @@ pub fn chart_ui(
         painter.text(rect.center(), Align2::CENTER_CENTER, text, font, theme::TEXT_FAINT);
         return None;
     }
-    let shown = |point: &ChartPoint| point.failed.is_none();
     let places: Vec<(usize, Pos2)> = points
         .iter()
         .enumerate()
-        .filter(|(_, point)| shown(point))
+        .filter(|(_, point)| point.failed.is_none())
         .map(|(index, point)| (index, axes.at(point.ms, point.db)))
         .collect();
-    let near = response.hover_pos().and_then(|at| nearest(&places, at));
-    let hovered = near.filter(|_| !marks.is_old || points.len() > 1);
+    // The points' own places must not hide the pointer from the chart.
+    let pointer = ui.input(|input| input.pointer.hover_pos());
+    let near = pointer.filter(|_| response.contains_pointer()).and_then(|at| nearest(&places, at));
+    let mut picked = near.filter(|_| response.clicked());
+    let mut focused = None;
+    for &(index, place) in &places {
+        let named = named_point_ui(ui, &response, index, &points[index], place);
+        if named.clicked() {
+            // By hand the nearest is meant, by key this one.
+            let by_hand = named.clicked_by(PointerButton::Primary);
+            picked = if by_hand { near } else { Some(index) };
+        }
+        if named.has_focus() {
+            focused = Some(index);
+        }
+    }
+    let shown = near.or(focused);
     paint_front(&painter, points, &places, marks.is_old);
     for &(index, place) in &places {
-        paint_point(&painter, axes, &points[index], place, marks, hovered == Some(index));
+        paint_point(&painter, axes, &points[index], place, marks, shown == Some(index));
     }
-    let mut picked = None;
-    for &(index, place) in &places {
-        let focused = named_point_ui(ui, &response, index, &points[index], place);
-        if focused.clicked() && ui.input(|input| input.pointer.interact_pos()).is_none() {
-            picked = Some(index);
-        }
-    }
-    if response.clicked() {
-        picked = picked.or(near);
-    }
-    if let Some(index) = near {
+    if let Some(index) = shown {
         let point = &points[index];
-        if point.settings.is_some() {
+        if near.is_some() && point.settings.is_some() {
             ui.ctx().set_cursor_icon(CursorIcon::PointingHand);
         }
-        response.show_tooltip_text(hover_words(point));
+        let place = axes.at(point.ms, point.db);
+        let tooltip_id = response.id.with("tooltip");
+        Tooltip::always_open(ui.ctx().clone(), ui.layer_id(), tooltip_id, place)
+            .gap(12.0)
+            .show(|ui| ui.label(hover_words(point, front(points).contains(&index))));
     }
     let as_second = ui.input(|input| input.modifiers.shift);
     picked
@@ -175,11 +183,12 @@ pub fn number_words(point: &ChartPoint) -> String {
     }
 }
 
-fn hover_words(point: &ChartPoint) -> String {
-    let what = match (&point.settings, point.on_front) {
-        (None, _) => "Not a mode of its own",
-        (Some(_), true) => "Nothing is both quicker and better",
-        (Some(_), false) => "Something is both quicker and better",
+fn hover_words(point: &ChartPoint, is_best: bool) -> String {
+    let what = match (&point.settings, point.on_front, is_best) {
+        (None, ..) => "Not a mode of its own, for comparison only",
+        (Some(_), true, _) => "Nothing is both quicker and better",
+        (Some(_), false, true) => "No other mode is both quicker and better",
+        (Some(_), false, false) => "Another mode is both quicker and better",
     };
     let how = match point.settings {
         Some(_) => "\nClick to use it, Shift+click to compare with it",

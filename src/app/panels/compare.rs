@@ -1,10 +1,10 @@
 //! The comparison of two modes: how it is shown.
 
-use eframe::egui::{RichText, Slider, Ui};
+use eframe::egui::{Slider, Ui};
 
 use super::{row_ui, slider_ui};
 use crate::app::compare::{Compare, Display, MOST_DOUBLINGS};
-use crate::app::{theme, words};
+use crate::app::words;
 use crate::scene::SplatSettings;
 
 /// The rows under the presets while two modes are compared; `first` is the scene's mode.
@@ -56,13 +56,8 @@ pub fn verdict_words(rmse: Option<f64>) -> String {
     match rmse {
         Some(0.0) => "no difference".to_owned(),
         Some(rmse) => {
-            format!("{} apart", words::decibels(crate::accuracy::psnr_from_rmse(rmse)))
+            format!("{} between the two", words::decibels(crate::accuracy::psnr_from_rmse(rmse)))
         }
         None => String::new(),
     }
-}
-
-/// A name over the picture.
-pub fn caption(text: &str) -> RichText {
-    RichText::new(text).color(theme::TEXT).size(12.0)
 }

@@ -20,9 +20,9 @@ use eframe::egui::{
 use super::theme;
 
 /// Width of the column of names, points.
-const NAME_WIDTH: f32 = 92.0;
+const NAME_WIDTH: f32 = 90.0;
 /// Width of a number that can be dragged or typed, points: one that changes must not push others.
-const NUMBER_WIDTH: f32 = 64.0;
+const NUMBER_WIDTH: f32 = 60.0;
 /// Width of a slider's number and its reset button, points.
 const VALUE_AND_RESET_WIDTH: f32 = 112.0;
 

@@ -1,0 +1,148 @@
+//! Estimates of coarse pictures, checked against the finished ones; second pictures.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use voxsplat::core::Ticket;
+use voxsplat::scene::{Scene, SplatSettings, opening};
+use voxsplat::task::engine::{Effort, EngineState, Picture, SecondPicture, SecondRequest};
+use voxsplat::task::estimate::shown_rmse;
+use voxsplat::volume::{Component, demo};
+
+use crate::engine::{Bench, large, rest, small};
+use crate::support::*;
+
+/// The finished picture of a scene, and the coarse ones before it.
+fn refined(bench: &Bench, scene: &Scene, size: [u32; 2]) -> (Vec<Arc<Picture>>, Arc<Picture>) {
+    bench.request(scene, size, Effort::Moving { budget_ms: 15.0 });
+    let mut coarse = bench.pictures_until(|_, seen| !seen.is_empty());
+    bench.request(scene, size, rest());
+    let mut pictures = bench.until_full(size);
+    let full = pictures.pop().expect("it ends in full");
+    coarse.append(&mut pictures);
+    (coarse, full)
+}
+
+#[track_caller]
+fn second(bench: &Bench) -> Option<Arc<SecondPicture>> {
+    let start = Instant::now();
+    loop {
+        if let Some(second) = bench.engine.take_second() {
+            return Some(second);
+        }
+        if bench.engine.state() == EngineState::Idle && start.elapsed().as_secs_f64() > 1.0 {
+            return None;
+        }
+        assert!(start.elapsed() < Duration::from_secs(30), "{:?}", bench.engine.state());
+        std::thread::sleep(Duration::from_millis(2));
+    }
+}
+
+#[test]
+fn a_coarse_picture_is_estimated_and_checked_once_the_full_one_is_there() {
+    let Some(bench) = Bench::new() else { return };
+    let (coarse, full) = refined(&bench, &large(), [200, 160]);
+    let estimated_rmse = coarse[0].report.estimated_rmse.expect("every coarse picture has one");
+    assert!(estimated_rmse > 0.0 && coarse[0].report.checked.is_none());
+    assert_eq!(full.report.estimated_rmse, None, "it is what the others are held to");
+    let checked = full.report.checked.expect("the coarse one was of the same view");
+    assert_eq!(checked.estimated_rmse, estimated_rmse);
+    assert_eq!(Ok(checked.measured_rmse), shown_rmse(&coarse[0], &full));
+    assert!(checked.measured_rmse > 0.0, "coarse is not full");
+}
+
+#[test]
+fn another_view_is_never_checked_against() {
+    let Some(bench) = Bench::new() else { return };
+    let scene = large();
+    bench.request(&scene, [200, 160], Effort::Moving { budget_ms: 15.0 });
+    bench.pictures_until(|_, seen| !seen.is_empty());
+    let turned = Scene { camera: scene.camera.orbited(0.3, 0.0), ..scene.clone() };
+    let at_once = Effort::Rest {
+        budget_ms: 15.0,
+        ladder: voxsplat::task::engine::Ladder::AtOnce,
+        show_partial: false,
+    };
+    bench.request(&turned, [200, 160], at_once);
+    let pictures = bench.until_full([200, 160]);
+    assert_eq!(pictures[pictures.len() - 1].report.checked, None);
+}
+
+#[test]
+fn estimates_are_near_the_truth_and_come_nearer_as_views_are_checked() {
+    let Some(bench) = Bench::new() else { return };
+    let mut first = Vec::new();
+    let mut later = Vec::new();
+    for name in demo::NAMES {
+        let grid = demo::open(&format!("{name}:48"), None).expect("a demo");
+        let field = grid.field(None).expect("a field");
+        let component = match field.components {
+            1 => Component::Index(0),
+            _ => Component::Magnitude,
+        };
+        let volume = grid.scalar(field, component, &Ticket::new()).expect("a volume");
+        for splat in [SplatSettings::SHADE_FIRST, SplatSettings::EXACT] {
+            let mut scene = opening(Arc::new(volume.clone()), None);
+            scene.splat = splat;
+            for view in 0..5 {
+                scene.camera = scene.camera.orbited(0.5, 0.1);
+                let (_, full) = refined(&bench, &scene, [160, 120]);
+                let Some(checked) = full.report.checked else { continue };
+                let Some(off_db) = checked.off_db() else { continue };
+                println!(
+                    "measured {name} {} view {view}: {off_db:+.1} dB of {:.1}",
+                    splat.classify.name(),
+                    voxsplat::accuracy::psnr_from_rmse(checked.measured_rmse)
+                );
+                if view == 0 { &mut first } else { &mut later }.push(off_db);
+            }
+        }
+    }
+    let rms = |off: &[f64]| (off.iter().map(|o| o * o).sum::<f64>() / off.len() as f64).sqrt();
+    println!("measured rms: first views {:.1} dB, later {:.1} dB", rms(&first), rms(&later));
+    assert!(first.len() >= 4 && later.len() >= 16);
+    assert!(rms(&first) < FIRST_OFF_DB, "{first:?}");
+    assert!(rms(&later) < LATER_OFF_DB && rms(&later) < rms(&first), "{later:?}");
+}
+
+/// Bounds of the rms of estimate minus truth.
+const FIRST_OFF_DB: f64 = 9.0;
+const LATER_OFF_DB: f64 = 6.0;
+
+#[test]
+fn a_second_picture_is_the_one_its_own_frame_would_be() {
+    let Some(bench) = Bench::new() else { return };
+    let scene = small();
+    let size = [120, 90];
+    let (_, first) = refined(&bench, &scene, size);
+    let wider = SplatSettings { extent: Some(2.5), ..scene.splat };
+    let other = Scene { splat: wider, ..scene.clone() };
+    let request = SecondRequest { scene: other.clone(), size, first: Arc::clone(&first) };
+    bench.engine.request_second(Some(request));
+    let second = second(&bench).expect("nothing else is to be done");
+    assert!(Arc::ptr_eq(&second.first, &first));
+    assert!(bench.engine.take_picture().is_none(), "the first stays on screen");
+    let (_, alone) = refined(&bench, &other, size);
+    assert_eq!(second.picture.rgba, alone.rgba);
+    assert_ne!(second.picture.rgba, first.rgba);
+    assert_eq!(second.rmse, shown_rmse(&alone, &first).ok());
+}
+
+#[test]
+fn a_second_picture_gives_way_to_a_frame_and_can_be_forgotten() {
+    let Some(bench) = Bench::new() else { return };
+    let scene = large();
+    let (_, first) = refined(&bench, &scene, [60, 50]);
+    let request = SecondRequest { scene: scene.clone(), size: [900, 900], first };
+    bench.engine.request_second(Some(request.clone()));
+    std::thread::sleep(Duration::from_millis(30));
+    bench.request(&scene, [64, 50], Effort::Moving { budget_ms: 10.0 });
+    bench.pictures_until(|_, seen| seen.iter().any(|p| p.requested_size == [64, 50]));
+    assert!(second(&bench).is_none(), "its first picture is gone");
+
+    bench.engine.request_second(Some(request));
+    std::thread::sleep(Duration::from_millis(30));
+    bench.engine.request_second(None);
+    assert!(second(&bench).is_none());
+    assert_eq!(bench.engine.state(), EngineState::Idle);
+}
