@@ -206,7 +206,8 @@ fn values_after_reconstruction_agree_with_brute_force() {
             // One hole.
             let f = |p: DVec3| if p == DVec3::new(5.0, 5.0, 4.0) { f64::NAN } else { rough(p) };
             let parallel = scene(lattice, f, opacity.clone(), after(kernel, how), direction);
-            for scene in [parallel.clone(), in_perspective(parallel, 0.8)] {
+            // The eye is inside the volume in perspective.
+            for scene in [parallel.clone(), in_perspective(parallel, 2.0)] {
                 let shape = Shape::new(kernel, None).unwrap();
                 let field = Field::new(&scene.volume, shape, how);
                 let exact = Reference::exact(&scene, SIZE).unwrap();
@@ -237,7 +238,7 @@ fn kernels_shaded_first_agree_with_brute_force() {
     for kernel in RECONSTRUCTING {
         let direction = DVec3::new(0.4, 0.5, -0.8);
         let parallel = scene(lattice, rough, opacity.clone(), before(kernel), direction);
-        for scene in [parallel.clone(), in_perspective(parallel, 0.8)] {
+        for scene in [parallel.clone(), in_perspective(parallel, 2.0)] {
             let exact = Reference::exact(&scene, SIZE).unwrap();
             let h = |offset: DVec3| match Shape::new(kernel, None).unwrap() {
                 Shape::Radial(k) => k.value(offset.length()),
