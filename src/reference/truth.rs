@@ -136,8 +136,8 @@ pub(super) fn separable_cells(
     let high = DVec3::from(dims.map(|n| n as f64)) - 1.0 + reach;
     let Some([a, b]) = line.inside(DVec3::splat(-reach), high) else { return };
     let mut cuts = vec![a, b];
-    for axis in 0..3 {
-        let planes = (-2..dims[axis] as i64 + 2).map(|i| i as f64);
+    for (axis, count) in dims.into_iter().enumerate() {
+        let planes = (-2..count as i64 + 2).map(|i| i as f64);
         cuts.extend(line.crossings(axis, planes, [a, b]));
     }
     cuts.sort_by(f64::total_cmp);
