@@ -11,6 +11,8 @@ mod invariants;
 mod nodes;
 mod order;
 mod reconstructed;
+mod scattered;
 mod small_kernels;
+mod sort;
 mod stills;
 mod support;
