@@ -15,6 +15,12 @@ struct Scan {
 // Words of `counts` before the first segment's.
 const COUNT_HEADER_WORDS: u32 = 8u;
 const THREADS: u32 = 256u;
+
+// Sums that no word holds are 2^32 - 1, which never fits either.
+fn added(a: u32, b: u32) -> u32 {
+    return select(a + b, 0xffffffffu, a + b < a);
+}
+
 var<workgroup> sums: array<u32, THREADS>;
 
 @compute @workgroup_size(THREADS)
@@ -25,18 +31,18 @@ fn scan_segments(@builtin(local_invocation_index) thread: u32) {
     let end = min(first + run, total);
     var sum = 0u;
     for (var i = first; i < end; i++) {
-        sum += counts[COUNT_HEADER_WORDS + i];
+        sum = added(sum, counts[COUNT_HEADER_WORDS + i]);
     }
     sums[thread] = sum;
     workgroupBarrier();
     var start = 0u;
     for (var i = 0u; i < thread; i++) {
-        start += sums[i];
+        start = added(start, sums[i]);
     }
     for (var i = first; i < end; i++) {
         let count = counts[COUNT_HEADER_WORDS + i];
         counts[COUNT_HEADER_WORDS + i] = start;
-        start += count;
+        start = added(start, count);
     }
     if thread == THREADS - 1u {
         counts[0] = scan.counts.z;

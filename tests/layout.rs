@@ -33,7 +33,7 @@ macro_rules! host_struct {
     }};
 }
 
-fn host_structs() -> [HostStruct; 5] {
+fn host_structs() -> [HostStruct; 8] {
     [
         host_struct!(Frame {
             view_x,
@@ -71,6 +71,8 @@ fn host_structs() -> [HostStruct; 5] {
             bricks,
         }),
         host_struct!(Scan { counts }),
+        host_struct!(Lists { tiles, counts, layers, slabs, shares }),
+        host_struct!(Sort { counts }),
         host_struct!(Present { background }),
         host_struct!(Slabs {
             base,
@@ -91,7 +93,7 @@ fn host_structs() -> [HostStruct; 5] {
 }
 
 /// Constants that shaders and host both name, and the host's value.
-fn host_constants() -> [(&'static str, f64); 7] {
+fn host_constants() -> [(&'static str, f64); 13] {
     [
         ("BRICK", BRICK as f64),
         ("RECORD_WORDS", RECORD_WORDS as f64),
@@ -100,8 +102,12 @@ fn host_constants() -> [(&'static str, f64); 7] {
         ("TILE", f64::from(layout::TILE)),
         ("EMPTY_BRICK", EMPTY_BRICK as f64),
         ("LEAST_HALF_AXIS", layout::LEAST_HALF_AXIS),
-        ("TILE", f64::from(layout::TILE)),
         ("SHARE_CELLS", layout::SHARE_CELLS as f64),
+        ("LAYER_SLABS", f64::from(layout::LAYER_SLABS)),
+        ("LIST_THREADS", f64::from(layout::LIST_THREADS)),
+        ("SORT_THREADS", f64::from(layout::SORT_THREADS)),
+        ("DIGIT_BITS", f64::from(layout::DIGIT_BITS)),
+        ("DIGITS", f64::from(layout::DIGITS)),
     ]
 }
 
@@ -192,6 +198,36 @@ fn the_splat_pass_is_valid_in_every_variant() {
         }
     }
     assert_none(&failures);
+}
+
+#[test]
+fn the_passes_over_lists_are_valid_in_every_variant() {
+    let flags = ["perspective", "rim_root", "slabs", "front_to_back", "published"];
+    let mut failures = Vec::new();
+    for shader in [shader::COUNT_ENTRIES, shader::COMPOSITE_LISTS] {
+        let (module, info) = validated(&shader.source()).unwrap();
+        for variant in 0..3 * 32_u32 {
+            let mut constants: naga::back::PipelineConstants = (0_u32..)
+                .zip(flags)
+                .map(|(bit, flag)| (flag.to_owned(), f64::from(variant >> bit & 1)))
+                .collect();
+            constants.insert("shape".to_owned(), f64::from(variant / 32));
+            let processed =
+                naga::back::pipeline_constants::process_overrides(&module, &info, None, &constants);
+            if let Err(error) = processed {
+                failures.push(format!("{} {constants:?}: {error}", shader.name));
+            }
+        }
+    }
+    assert_none(&failures);
+}
+
+#[test]
+fn the_light_is_written_in_either_format() {
+    // Pipelines for 16-bit pictures replace this word.
+    let source = shader::COMPOSITE_LISTS.source();
+    assert_eq!(source.matches("rgba32float").count(), 1);
+    assert!(validated(&source.replace("rgba32float", "rgba16float")).is_ok());
 }
 
 #[test]
@@ -341,6 +377,16 @@ fn workgroups_have_the_size_that_the_host_dispatches() {
     for shader in [shader::GATHER_KERNELS, shader::GATHER_CELLS] {
         assert_eq!(parsed(&shader).entry_points[0].workgroup_size, [layout::TILE, layout::TILE, 1]);
     }
+    for shader in [shader::COUNT_ENTRIES, shader::WRITE_ENTRIES, shader::FIND_RANGES] {
+        let module = parsed(&shader);
+        assert_eq!(module.entry_points[0].workgroup_size, [layout::LIST_THREADS, 1, 1]);
+    }
+    for shader in [shader::COUNT_DIGITS, shader::SCATTER_DIGITS] {
+        let module = parsed(&shader);
+        assert_eq!(module.entry_points[0].workgroup_size, [layout::SORT_THREADS, 1, 1]);
+    }
+    let module = parsed(&shader::COMPOSITE_LISTS);
+    assert_eq!(module.entry_points[0].workgroup_size, [layout::TILE, layout::TILE, 1]);
     // The scan runs as one workgroup, within WebGPU's limit.
     let [x, y, z] = parsed(&shader::SCAN_SEGMENTS).entry_points[0].workgroup_size;
     assert!(x <= 256 && y == 1 && z == 1, "{x} × {y} × {z}");

@@ -67,6 +67,24 @@ pub(super) fn read_buffer(context: &Context, buffer: &wgpu::Buffer) -> Result<Ve
     Ok(bytes)
 }
 
+/// The first `bytes` of a buffer as words, once everything submitted is done.
+pub(super) fn read_words(
+    context: &Context,
+    buffer: &wgpu::Buffer,
+    bytes: u64,
+) -> Result<Vec<u32>, GpuError> {
+    if bytes == 0 {
+        return Ok(Vec::new());
+    }
+    let usage = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST;
+    let staging = Growing::make(context, "words read back", usage, bytes);
+    let mut encoder = context.device.create_command_encoder(&Default::default());
+    encoder.copy_buffer_to_buffer(buffer, 0, &staging, 0, bytes);
+    context.queue.submit([encoder.finish()]);
+    let read = read_buffer(context, &staging)?;
+    Ok(bytemuck::pod_collect_to_vec(&read[..bytes as usize]))
+}
+
 /// The texels of a texture, rows from the top, without the padding that copies need.
 pub(super) fn read_texture(
     context: &Context,

@@ -34,8 +34,45 @@ pub enum Pass {
         /// Tiles, one workgroup each.
         tiles: u32,
     },
+    /// Projects records and counts the tiles and layers that they touch.
+    CountEntries {
+        /// Records, one thread each.
+        records: u32,
+    },
+    /// Sums those counts into offsets.
+    ScanEntries,
+    /// Writes each record's entries.
+    WriteEntries {
+        /// Records, one thread each.
+        records: u32,
+    },
+    /// Counts one digit of keys that are sorted.
+    CountDigits(Digit),
+    /// Sums those counts into offsets.
+    ScanDigits,
+    /// Moves keys by one digit.
+    ScatterDigits(Digit),
+    /// Finds where each tile's entries are.
+    FindRanges {
+        /// Entries, one thread each.
+        entries: u32,
+    },
+    /// Composites tiles' lists.
+    CompositeLists {
+        /// Tiles across and down.
+        tiles: [u32; 2],
+    },
     /// Background and sRGB.
     Present,
+}
+
+/// One digit of a sort.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Digit {
+    /// Which, from the lowest.
+    pub round: u32,
+    /// Threads, each with its run of keys.
+    pub threads: u32,
 }
 
 /// Where a splat pass reads its records.
@@ -57,6 +94,13 @@ impl Pass {
             Self::Splat(_) => super::shader::SPLAT.name,
             Self::ReconstructSlabs { .. } => super::shader::RECONSTRUCT_SLABS.name,
             Self::Gather { shader, .. } => shader.name,
+            Self::CountEntries { .. } => super::shader::COUNT_ENTRIES.name,
+            Self::ScanEntries | Self::ScanDigits => super::shader::SCAN_SEGMENTS.name,
+            Self::WriteEntries { .. } => super::shader::WRITE_ENTRIES.name,
+            Self::CountDigits(_) => super::shader::COUNT_DIGITS.name,
+            Self::ScatterDigits(_) => super::shader::SCATTER_DIGITS.name,
+            Self::FindRanges { .. } => super::shader::FIND_RANGES.name,
+            Self::CompositeLists { .. } => super::shader::COMPOSITE_LISTS.name,
             Self::Present => super::shader::PRESENT.name,
         }
     }
@@ -80,6 +124,19 @@ pub fn node_piece(records: u32) -> [Pass; 1] {
 /// A piece of a picture in slabs.
 pub fn slab_piece(tiles: u32) -> [Pass; 1] {
     [Pass::ReconstructSlabs { tiles }]
+}
+
+/// The lists of scattered kernels, before they are sorted.
+pub fn list_entries(records: u32) -> [Pass; 3] {
+    [Pass::CountEntries { records }, Pass::ScanEntries, Pass::WriteEntries { records }]
+}
+
+/// A sort by so many digits.
+pub fn sort(rounds: u32, threads: u32) -> Vec<Pass> {
+    (0..rounds)
+        .map(|round| Digit { round, threads })
+        .flat_map(|digit| [Pass::CountDigits(digit), Pass::ScanDigits, Pass::ScatterDigits(digit)])
+        .collect()
 }
 
 /// What a pass took, summed over the pieces of a frame.

@@ -11,6 +11,16 @@ pub const RECORD_WORDS: usize = 7;
 pub const COUNT_HEADER_WORDS: usize = 8;
 /// Threads in a workgroup of the counting and emitting passes.
 pub const SEGMENT_THREADS: u32 = 64;
+/// Slabs in a layer of the lists.
+pub const LAYER_SLABS: u32 = 4;
+/// Threads in a workgroup of the passes that make the lists.
+pub const LIST_THREADS: u32 = 64;
+/// Threads in a workgroup of the sort.
+pub const SORT_THREADS: u32 = 64;
+/// Bits of a digit of the sort, and what a digit can be.
+pub const DIGIT_BITS: u32 = 4;
+/// See [`DIGIT_BITS`].
+pub const DIGITS: u32 = 1 << DIGIT_BITS;
 /// Kernels thinner than this half axis, in pixels, are widened to it.
 pub const LEAST_HALF_AXIS: f64 = 1.0;
 /// Stands for NaN among 32-bit samples; the shaders' own `NO_DATA` lies between it and the data.
@@ -85,6 +95,26 @@ pub struct Gather {
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[expect(missing_docs, reason = "documented in the shader")]
 pub struct Scan {
+    pub counts: [u32; 4],
+}
+
+/// `Lists` in `shaders/lib/lists.wgsl`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+#[expect(missing_docs, reason = "documented in the shader")]
+pub struct Lists {
+    pub tiles: [u32; 4],
+    pub counts: [u32; 4],
+    pub layers: [i32; 4],
+    pub slabs: [f32; 4],
+    pub shares: [[f32; 4]; 8],
+}
+
+/// `Sort` in `shaders/lib/sort.wgsl`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+#[expect(missing_docs, reason = "documented in the shader")]
+pub struct Sort {
     pub counts: [u32; 4],
 }
 

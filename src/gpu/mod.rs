@@ -5,6 +5,7 @@
 //! `kernel`, `hierarchy`, `scene`.
 
 mod buffers;
+mod compute;
 mod constants;
 pub mod context;
 mod field;
@@ -14,14 +15,19 @@ pub mod layout;
 mod pipelines;
 mod renderer;
 mod samples;
+mod scattered;
 pub mod shader;
+mod share;
 mod slabs;
+mod sort;
 pub mod timing;
 
 pub use context::{AdapterChoice, Context, Wishes};
 pub use frame::{Pass, PassTime};
 pub use gather::tile_count;
 pub use renderer::{GridTotals, Renderer};
+pub use scattered::{ListTotals, Scattered};
+pub use sort::MOST_KEYS;
 
 /// What can go wrong on the device.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -72,6 +78,12 @@ pub enum GpuError {
         /// What to try.
         advice: &'static str,
     },
+    /// Sheets are slices of a lattice; scattered kernels lie in none.
+    #[error(
+        "expected --visibility slabs or every-sample for kernels off a lattice, found sheets; \
+         choose one of those two"
+    )]
+    NoSheets,
     /// See [`crate::core::Cancelled`].
     #[error("cancelled")]
     Cancelled,

@@ -16,10 +16,21 @@ pub(super) struct SplatVariant {
     pub one_footprint: bool,
 }
 
+/// Which variant of the passes over lists of scattered kernels.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(super) struct ListVariant {
+    pub kernel: Kernel,
+    pub perspective: bool,
+    pub slabs: bool,
+    pub front_to_back: bool,
+    pub published: bool,
+}
+
 /// All pipelines of one device, and how many were ever compiled.
 #[derive(Debug, Default)]
 pub(super) struct Pipelines {
     compute: HashMap<&'static str, wgpu::ComputePipeline>,
+    lists: HashMap<(&'static str, ListVariant), wgpu::ComputePipeline>,
     splat: HashMap<SplatVariant, wgpu::RenderPipeline>,
     present: Option<wgpu::RenderPipeline>,
 }
@@ -38,7 +49,8 @@ impl SplatVariant {
 impl Pipelines {
     /// How many are compiled.
     pub(super) fn len(&self) -> usize {
-        self.compute.len() + self.splat.len() + usize::from(self.present.is_some())
+        let compute = self.compute.len() + self.lists.len();
+        compute + self.splat.len() + usize::from(self.present.is_some())
     }
 
     pub(super) fn compute(&mut self, context: &Context, shader: Shader) -> &wgpu::ComputePipeline {
@@ -49,6 +61,46 @@ impl Pipelines {
                 module: &shader.module(&context.device),
                 entry_point: Some(shader.name),
                 compilation_options: Default::default(),
+                cache: None,
+            })
+        })
+    }
+
+    /// A pass over lists that depends on how they are composited.
+    pub(super) fn lists(
+        &mut self,
+        context: &Context,
+        shader: Shader,
+        variant: ListVariant,
+    ) -> &wgpu::ComputePipeline {
+        self.lists.entry((shader.name, variant)).or_insert_with(|| {
+            let shape = match variant.kernel {
+                Kernel::Gaussian | Kernel::Cubic | Kernel::Linear | Kernel::BSpline => 0.0,
+                Kernel::Nearest => 1.0,
+                Kernel::Point => 2.0,
+            };
+            let mut constants = kernel_constants(variant.kernel, variant.perspective);
+            constants.extend([
+                ("slabs", flag(variant.slabs)),
+                ("front_to_back", flag(variant.front_to_back)),
+                ("published", flag(variant.published)),
+                ("shape", shape),
+            ]);
+            let format = if context.granted.float32_blending {
+                wgpu::TextureFormat::Rgba32Float
+            } else {
+                wgpu::TextureFormat::Rgba16Float
+            };
+            let module = shader.module_writing(&context.device, format);
+            context.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                label: Some(shader.name),
+                layout: None,
+                module: &module,
+                entry_point: Some(shader.name),
+                compilation_options: wgpu::PipelineCompilationOptions {
+                    constants: &constants,
+                    ..Default::default()
+                },
                 cache: None,
             })
         })
@@ -91,23 +143,30 @@ impl Pipelines {
     }
 }
 
+fn flag(on: bool) -> f64 {
+    f64::from(u8::from(on))
+}
+
+/// What `shaders/lib/project.wgsl` and `footprint.wgsl` are told.
+fn kernel_constants(kernel: Kernel, perspective: bool) -> Vec<(&'static str, f64)> {
+    const NAMES: [&str; COEFFICIENTS] = ["c0", "c1", "c2", "c3", "c4", "c5", "c6", "c7"];
+    let polynomial = RadialKernel::new(kernel, None).map(FootprintPolynomial::of);
+    let rim_root = polynomial.is_some_and(|p| p.rim == Rim::Root);
+    let mut constants = vec![("perspective", flag(perspective)), ("rim_root", flag(rim_root))];
+    if let Some(polynomial) = polynomial {
+        constants.extend(NAMES.into_iter().zip(polynomial.coefficients.map(f64::from)));
+    }
+    constants
+}
+
 fn splat(
     context: &Context,
     format: wgpu::TextureFormat,
     variant: SplatVariant,
 ) -> wgpu::RenderPipeline {
     let module = shader::SPLAT.module(&context.device);
-    let flag = |on: bool| f64::from(u8::from(on));
-    let polynomial = RadialKernel::new(variant.kernel, None).map(FootprintPolynomial::of);
-    let mut constants = vec![
-        ("one_footprint", flag(variant.one_footprint)),
-        ("perspective", flag(variant.perspective)),
-        ("rim_root", flag(polynomial.is_some_and(|p| p.rim == Rim::Root))),
-    ];
-    if let Some(polynomial) = polynomial {
-        const NAMES: [&str; COEFFICIENTS] = ["c0", "c1", "c2", "c3", "c4", "c5", "c6", "c7"];
-        constants.extend(NAMES.into_iter().zip(polynomial.coefficients.map(f64::from)));
-    }
+    let mut constants = kernel_constants(variant.kernel, variant.perspective);
+    constants.push(("one_footprint", flag(variant.one_footprint)));
     let options = wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() };
     let (vertex, fragment) = match variant.kernel {
         Kernel::Gaussian | Kernel::Cubic | Kernel::Linear | Kernel::BSpline => {

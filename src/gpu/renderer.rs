@@ -4,7 +4,8 @@ use std::ops::Range;
 use std::sync::Arc;
 use std::time::Instant;
 
-use super::buffers::{Growing, read_buffer, read_texture, texture};
+use super::buffers::{Growing, read_buffer, read_texture, read_words, texture};
+use super::compute::{compute, groups_of};
 use super::constants::frame_constants;
 use super::context::Context;
 use super::frame::{self, Pass, PassTime, Source};
@@ -12,6 +13,7 @@ use super::gather::Gathering;
 use super::layout::{self, COUNT_HEADER_WORDS, Record, SEGMENT_THREADS};
 use super::pipelines::{Pipelines, SplatVariant};
 use super::samples::{CHUNKS, DeviceSamples};
+use super::scattered::Lists;
 use super::slabs::{PictureConstants, SlabPass, step_reach};
 use super::timing::{Timer, Timestamps};
 use super::{GpuError, shader};
@@ -27,7 +29,7 @@ pub struct Renderer {
     pub(super) context: Context,
     pub(super) pipelines: Pipelines,
     timer: Option<Timer>,
-    frame: wgpu::Buffer,
+    pub(super) frame: wgpu::Buffer,
     pub(super) traversal: wgpu::Buffer,
     scan: wgpu::Buffer,
     pub(super) totals: wgpu::Buffer,
@@ -37,11 +39,13 @@ pub struct Renderer {
     counts: Growing,
     pub(super) volume: Option<DeviceVolume>,
     pub(super) target: Option<Target>,
-    variant: SplatVariant,
+    pub(super) variant: SplatVariant,
     slabs: SlabPass,
     /// The mode of the slabs being drawn.
     slab_settings: SplatSettings,
     pub(super) gathering: Gathering,
+    /// Lists of scattered kernels, from the first time that they are asked for.
+    pub(super) lists: Option<Lists>,
     times: Vec<PassTime>,
     peak_bytes: u64,
 }
@@ -67,7 +71,7 @@ pub(super) struct DeviceTable {
 /// The picture under way.
 #[derive(Debug)]
 pub(super) struct Target {
-    size: [u32; 2],
+    pub(super) size: [u32; 2],
     pub(super) light: wgpu::Texture,
     encoded: Option<wgpu::Texture>,
     staging: Option<wgpu::Buffer>,
@@ -123,6 +127,7 @@ impl Renderer {
                 one_footprint: false,
             },
             gathering: Gathering::new(&context),
+            lists: None,
             times: Vec::new(),
             peak_bytes: 0,
             context,
@@ -379,16 +384,7 @@ impl Renderer {
     /// # Errors
     /// A failing device.
     pub fn grid_totals(&mut self) -> Result<GridTotals, GpuError> {
-        let staging = Growing::make(
-            &self.context,
-            "totals read back",
-            wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
-            16,
-        );
-        let mut encoder = self.context.device.create_command_encoder(&Default::default());
-        encoder.copy_buffer_to_buffer(&self.totals, 0, &staging, 0, 16);
-        self.context.queue.submit([encoder.finish()]);
-        let words: Vec<u32> = bytemuck::pod_collect_to_vec(&read_buffer(&self.context, &staging)?);
+        let words = read_words(&self.context, &self.totals, 16)?;
         Ok(GridTotals { kernels: u64::from(words[0]), most_missing: u64::from(words[1]) })
     }
 
@@ -399,13 +395,8 @@ impl Renderer {
     #[doc(hidden)]
     pub fn read_records(&self, count: u64) -> Result<Vec<Record>, GpuError> {
         let bytes = (count * size_of::<Record>() as u64).min(self.records.buffer.size());
-        let usage = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST;
-        let staging = Growing::make(&self.context, "records read back", usage, bytes);
-        let mut encoder = self.context.device.create_command_encoder(&Default::default());
-        encoder.copy_buffer_to_buffer(&self.records.buffer, 0, &staging, 0, bytes);
-        self.context.queue.submit([encoder.finish()]);
-        let read = read_buffer(&self.context, &staging)?;
-        Ok(bytemuck::pod_collect_to_vec(&read[..bytes as usize]))
+        let words = read_words(&self.context, &self.records.buffer, bytes)?;
+        Ok(bytemuck::pod_collect_to_vec(&words))
     }
 
     pub(super) fn write_traversal(
@@ -627,24 +618,34 @@ impl Renderer {
     ) {
         match pass {
             Pass::CountSegments { segments } => {
-                self.dispatch(encoder, shader::COUNT_SEGMENTS, segments, clock);
+                self.dispatch(encoder, pass, shader::COUNT_SEGMENTS, segments, clock);
             }
             Pass::EmitKernels { segments } => {
-                self.dispatch(encoder, shader::EMIT_KERNELS, segments, clock);
+                self.dispatch(encoder, pass, shader::EMIT_KERNELS, segments, clock);
             }
             Pass::ScanSegments => {
-                self.dispatch(encoder, shader::SCAN_SEGMENTS, 1, clock);
+                self.dispatch(encoder, pass, shader::SCAN_SEGMENTS, 1, clock);
             }
             Pass::Gather { shader, tiles } => self.gather(encoder, shader, tiles, clock),
             Pass::Splat(source) => self.splat(encoder, source, clock),
             Pass::ReconstructSlabs { tiles } => self.reconstruct_slabs(encoder, tiles, clock),
             Pass::Present => self.encode_present(encoder, clock),
+            Pass::CountDigits(_) | Pass::ScanDigits | Pass::ScatterDigits(_) => {
+                let Some(lists) = &self.lists else { return };
+                lists.sorter.encode(&self.context, &mut self.pipelines, encoder, pass, clock);
+            }
+            Pass::CountEntries { .. }
+            | Pass::ScanEntries
+            | Pass::WriteEntries { .. }
+            | Pass::FindRanges { .. }
+            | Pass::CompositeLists { .. } => self.encode_lists(encoder, pass, clock),
         }
     }
 
     fn dispatch(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
+        pass: Pass,
         shader: shader::Shader,
         threads: u32,
         clock: Option<&Timestamps>,
@@ -666,28 +667,9 @@ impl Renderer {
                 bound.push(&self.records.buffer);
             }
         }
-        let entries: Vec<wgpu::BindGroupEntry<'_>> = (0_u32..)
-            .zip(&bound)
-            .map(|(binding, buffer)| wgpu::BindGroupEntry {
-                binding,
-                resource: buffer.as_entire_binding(),
-            })
-            .collect();
-        let group = self.context.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some(shader.name),
-            layout: &pipeline.get_bind_group_layout(0),
-            entries: &entries,
-        });
-        let mut compute = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
-            label: Some(shader.name),
-            timestamp_writes: clock.map(|c| c.compute(0)),
-        });
-        compute.set_pipeline(&pipeline);
-        compute.set_bind_group(0, &group, &[]);
-        // Rows of 2^15 workgroups: more than 65535 along one axis are not allowed.
-        let groups = threads.div_ceil(SEGMENT_THREADS);
-        let across = groups.min(1 << 15);
-        compute.dispatch_workgroups(across, groups.div_ceil(across), 1);
+        let bound: Vec<_> = bound.into_iter().map(wgpu::Buffer::as_entire_binding).collect();
+        let groups = groups_of(threads, SEGMENT_THREADS);
+        compute(&self.context, encoder, &pipeline, pass, &bound, groups, clock);
     }
 
     fn splat(
@@ -767,7 +749,7 @@ impl Renderer {
     }
 
     /// Counts what is held now towards the peak.
-    fn note_bytes(&mut self) {
+    pub(super) fn note_bytes(&mut self) {
         let texel = if self.context.granted.float32_blending { 16 } else { 8 };
         let target = self.target.as_ref().map_or(0, |t| {
             let pixels = u64::from(t.size[0]) * u64::from(t.size[1]);
@@ -778,8 +760,11 @@ impl Renderer {
             v.samples.size_bytes
                 + v.table.as_ref().map_or(0, |t| t.entries.size() + t.visible.size())
         });
-        let between: u64 =
-            [&self.records, &self.uploads, &self.counts].iter().map(|g| g.buffer.size()).sum();
+        let between: u64 = [&self.records, &self.uploads, &self.counts]
+            .iter()
+            .map(|g| g.buffer.size())
+            .sum::<u64>()
+            + self.lists.as_ref().map_or(0, Lists::size_bytes);
         let held = target + volume + between + self.slabs.size_bytes();
         self.peak_bytes = self.peak_bytes.max(held);
     }

@@ -1,6 +1,9 @@
 //! The shaders, each with the library pieces it needs in front.
 
 const FRAME: &str = include_str!("../../shaders/lib/frame.wgsl");
+const PROJECT: &str = include_str!("../../shaders/lib/project.wgsl");
+const LISTS: &str = include_str!("../../shaders/lib/lists.wgsl");
+const SORT: &str = include_str!("../../shaders/lib/sort.wgsl");
 const TRAVERSAL: &str = include_str!("../../shaders/lib/traversal.wgsl");
 const FOOTPRINT: &str = include_str!("../../shaders/lib/footprint.wgsl");
 const OPACITY: &str = include_str!("../../shaders/lib/opacity.wgsl");
@@ -27,7 +30,13 @@ macro_rules! shader {
 shader!(COUNT_SEGMENTS, "count_segments", TRAVERSAL);
 shader!(SCAN_SEGMENTS, "scan_segments",);
 shader!(EMIT_KERNELS, "emit_kernels", TRAVERSAL);
-shader!(SPLAT, "splat", FRAME, FOOTPRINT, OPACITY);
+shader!(SPLAT, "splat", FRAME, PROJECT, FOOTPRINT, OPACITY);
+shader!(COUNT_ENTRIES, "count_entries", FRAME, PROJECT, FOOTPRINT, OPACITY, LISTS);
+shader!(WRITE_ENTRIES, "write_entries", LISTS);
+shader!(COUNT_DIGITS, "count_digits", SORT);
+shader!(SCATTER_DIGITS, "scatter_digits", SORT);
+shader!(FIND_RANGES, "find_ranges", LISTS);
+shader!(COMPOSITE_LISTS, "composite_lists", FRAME, PROJECT, FOOTPRINT, OPACITY, LISTS);
 shader!(GATHER_KERNELS, "gather_kernels", TRAVERSAL, FOOTPRINT, OPACITY, GATHER);
 shader!(GATHER_CELLS, "gather_cells", TRAVERSAL, OPACITY, GATHER);
 shader!(PRESENT, "present",);
@@ -35,13 +44,19 @@ shader!(PICTURE, "picture",);
 shader!(RECONSTRUCT_SLABS, "reconstruct_slabs",);
 
 /// Every shader there is.
-pub const ALL: [Shader; 9] = [
+pub const ALL: [Shader; 15] = [
     COUNT_SEGMENTS,
     SCAN_SEGMENTS,
     EMIT_KERNELS,
     SPLAT,
     GATHER_KERNELS,
     GATHER_CELLS,
+    COUNT_ENTRIES,
+    WRITE_ENTRIES,
+    COUNT_DIGITS,
+    SCATTER_DIGITS,
+    FIND_RANGES,
+    COMPOSITE_LISTS,
     PRESENT,
     PICTURE,
     RECONSTRUCT_SLABS,

@@ -5,10 +5,10 @@ use std::time::Instant;
 
 use crate::core::{Cancelled, Ticket};
 use crate::gpu::layout::Record;
-use crate::gpu::{GpuError, Renderer};
+use crate::gpu::{GpuError, Renderer, Scattered};
 use crate::hierarchy::{Cut, CutLimits, Pyramid};
 use crate::kernel::{Kernel, RadialKernel};
-use crate::scene::{Backend, Background, Scene, View};
+use crate::scene::{Backend, Background, Scene, View, Visibility};
 use crate::transfer::{Table, TransferFunction};
 use crate::volume::ScalarVolume;
 
@@ -17,6 +17,9 @@ use super::slabs;
 
 /// A piece should not keep the device from a newer request for longer than this.
 pub const PIECE_MS: f64 = 10.0;
+/// Front to back, a pixel is done once less than this of what lies behind shows through: the least
+/// step of 8-bit sRGB is 3e-4 in linear light.
+const STOP_BELOW: f32 = 2e-4;
 /// A coarse picture is at least this many pixels wide and high, whatever the budget,
 const LEAST_SIDE: f64 = 48.0;
 /// and at most this much smaller than what it is enlarged to.
@@ -262,7 +265,12 @@ impl Drawer {
         let view = View::new(scene, smaller);
         self.begin(scene, &view, scene.splat.kernel.splatted())?;
         let records: Vec<Record> = cut.nodes.iter().map(record).collect();
-        self.draw_records(&records, observer)?;
+        // A preview: triangles draw large splats quicker, unless someone asked for tiles.
+        if scene.splat.backend == Backend::Tiles && scene.splat.visibility != Visibility::Sheets {
+            self.draw_lists(scene, &view, &records, observer)?;
+        } else {
+            self.draw_records(&records, observer)?;
+        }
         let wall_ms = start.elapsed().as_secs_f64() * 1e3;
         self.costs.learn(records.len() as u64, fragments / (shrink * shrink), wall_ms);
         Ok(Drawn {
@@ -310,7 +318,17 @@ impl Drawer {
         let cut = self.cut_of(scene, &view, limits);
         let records: Vec<Record> = cut.nodes.iter().map(record).collect();
         self.begin(scene, &view, scene.splat.kernel.splatted())?;
-        self.draw_records(&records, observer)?;
+        // Nodes lie in no sheet of the lattice: there they are composited one by one.
+        let lists = match scene.splat.visibility {
+            Visibility::EverySample => scene.splat.backend == Backend::Tiles,
+            Visibility::Sheets => false,
+            Visibility::Slabs => true,
+        };
+        if lists {
+            self.draw_lists(scene, &view, &records, observer)?;
+        } else {
+            self.draw_records(&records, observer)?;
+        }
         Ok(Drawn {
             size,
             kernels: records.len() as u64,
@@ -318,6 +336,21 @@ impl Drawer {
             max_error: limits.max_error,
             wall_ms: start.elapsed().as_secs_f64() * 1e3,
         })
+    }
+
+    /// An octree cut by lists of scattered kernels (see [`Renderer::draw_scattered`]).
+    fn draw_lists(
+        &mut self,
+        scene: &Scene,
+        view: &View,
+        records: &[Record],
+        observer: &mut dyn Observer,
+    ) -> Result<(), DrawError> {
+        let what = Scattered { stop_below: STOP_BELOW, ..Scattered::new(records, &scene.splat) };
+        let what = Scattered { piece_ms: PIECE_MS, ..what };
+        let mut observed = |renderer: &mut Renderer, done| !observer.piece_done(renderer, done);
+        let totals = self.renderer.draw_scattered(view, &what, &mut observed)?;
+        if totals.finished { Ok(()) } else { Err(DrawError::Interrupted) }
     }
 
     fn draw_records(

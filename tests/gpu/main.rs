@@ -13,6 +13,8 @@ mod layered_truth;
 mod nodes;
 mod order;
 mod reconstructed;
+mod scattered;
 mod small_kernels;
+mod sort;
 mod stills;
 mod support;

@@ -1,0 +1,41 @@
+//! Encodes one compute pass.
+
+use super::context::Context;
+use super::frame::Pass;
+use super::timing::Timestamps;
+
+/// Workgroups across and down for `threads`, `size` to a workgroup: more than 65535 along one axis
+/// are not allowed, so they stand in rows of 2^15.
+pub(super) fn groups_of(threads: u32, size: u32) -> [u32; 2] {
+    let groups = threads.div_ceil(size).max(1);
+    let across = groups.min(1 << 15);
+    [across, groups.div_ceil(across)]
+}
+
+/// Encodes a pass over `bound`, binding by binding.
+pub(super) fn compute(
+    context: &Context,
+    encoder: &mut wgpu::CommandEncoder,
+    pipeline: &wgpu::ComputePipeline,
+    pass: Pass,
+    bound: &[wgpu::BindingResource<'_>],
+    groups: [u32; 2],
+    clock: Option<&Timestamps>,
+) {
+    let entries: Vec<wgpu::BindGroupEntry<'_>> = (0_u32..)
+        .zip(bound)
+        .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource: resource.clone() })
+        .collect();
+    let group = context.device.create_bind_group(&wgpu::BindGroupDescriptor {
+        label: Some(pass.name()),
+        layout: &pipeline.get_bind_group_layout(0),
+        entries: &entries,
+    });
+    let mut compute = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+        label: Some(pass.name()),
+        timestamp_writes: clock.map(|c| c.compute(0)),
+    });
+    compute.set_pipeline(pipeline);
+    compute.set_bind_group(0, &group, &[]);
+    compute.dispatch_workgroups(groups[0], groups[1], 1);
+}

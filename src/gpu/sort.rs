@@ -1,0 +1,182 @@
+//! A stable radix sort of 32-bit keys, each with a word, on the device.
+//!
+//! Lowest digit first, 4 bits a round (Satish, Harris and Garland 2009, without their shared
+//! memory: barriers are slow on software adapters). Each thread takes a run of neighbours, counts
+//! their digits, and after the sum over all threads moves its run in its order. So equal keys keep
+//! their order, whatever the device.
+
+use super::GpuError;
+use super::buffers::{Growing, read_words};
+use super::compute::{compute, groups_of};
+use super::context::Context;
+use super::frame::{self, Digit, Pass};
+use super::layout::{self, COUNT_HEADER_WORDS, DIGIT_BITS, DIGITS, SORT_THREADS};
+use super::pipelines::Pipelines;
+use super::renderer::Renderer;
+use super::scattered::Lists;
+use super::shader;
+use super::timing::Timestamps;
+
+/// The most keys that are sorted at once.
+pub const MOST_KEYS: u32 = 1 << 24;
+/// Keys in a thread's run: enough of them that its counts are few beside them.
+const RUN: u32 = 256;
+/// Rounds that 32 bits take.
+const ROUNDS: u64 = (32 / DIGIT_BITS) as u64;
+/// Bytes from one round's constants to the next's, by WebGPU's default alignment.
+const ROUND_STRIDE: u64 = 256;
+
+/// Keys and words on the device, twice: each round moves them from one side to the other.
+#[derive(Debug)]
+pub(super) struct Sorter {
+    pub(super) keys: [Growing; 2],
+    pub(super) words: [Growing; 2],
+    counts: Growing,
+    rounds: wgpu::Buffer,
+    scan: wgpu::Buffer,
+    totals: wgpu::Buffer,
+}
+
+impl Sorter {
+    pub(super) fn new(context: &Context) -> Self {
+        use wgpu::BufferUsages as Usage;
+        let pair = |label| {
+            [0, 1].map(|_| {
+                let usage = Usage::STORAGE | Usage::COPY_DST | Usage::COPY_SRC;
+                Growing::new(context, label, usage)
+            })
+        };
+        let uniform =
+            |label, size| Growing::make(context, label, Usage::UNIFORM | Usage::COPY_DST, size);
+        Self {
+            keys: pair("sorted keys"),
+            words: pair("sorted words"),
+            counts: Growing::new(context, "digit counts", Usage::STORAGE),
+            rounds: uniform("sort", ROUNDS * ROUND_STRIDE),
+            scan: uniform("digit scan", size_of::<layout::Scan>() as u64),
+            totals: Growing::make(context, "digit totals", Usage::STORAGE, 16),
+        }
+    }
+
+    /// Keys there is room for.
+    pub(super) fn capacity(&self) -> u32 {
+        let bytes = self.keys.iter().chain(&self.words).map(|g| g.buffer.size()).min();
+        u32::try_from(bytes.unwrap_or(0) / 4).unwrap_or(u32::MAX)
+    }
+
+    pub(super) fn reserve(&mut self, context: &Context, keys: u32) {
+        for side in self.keys.iter_mut().chain(&mut self.words) {
+            side.reserve(context, u64::from(keys) * 4);
+        }
+    }
+
+    pub(super) fn size_bytes(&self) -> u64 {
+        let sides = self.keys.iter().chain(&self.words).map(|g| g.buffer.size()).sum::<u64>();
+        sides + self.counts.buffer.size()
+    }
+
+    /// Makes ready to sort the first `count` keys, of at most `bits` bits; the passes that do, and
+    /// the side that then holds them.
+    pub(super) fn prepare(
+        &mut self,
+        context: &Context,
+        count: u32,
+        bits: u32,
+    ) -> (Vec<Pass>, usize) {
+        let rounds = bits.div_ceil(DIGIT_BITS);
+        let threads = count.div_ceil(RUN);
+        let counts = DIGITS * threads;
+        self.counts.reserve(context, 4 * (u64::from(counts) + COUNT_HEADER_WORDS as u64));
+        for round in 0..rounds {
+            let settings = layout::Sort { counts: [count, round * DIGIT_BITS, RUN, threads] };
+            let offset = u64::from(round) * ROUND_STRIDE;
+            context.queue.write_buffer(&self.rounds, offset, bytemuck::bytes_of(&settings));
+        }
+        let scan = layout::Scan { counts: [counts, u32::MAX, 0, 0] };
+        context.queue.write_buffer(&self.scan, 0, bytemuck::bytes_of(&scan));
+        if count < 2 {
+            return (Vec::new(), 0);
+        }
+        (frame::sort(rounds, threads), rounds as usize % 2)
+    }
+
+    pub(super) fn encode(
+        &self,
+        context: &Context,
+        pipelines: &mut Pipelines,
+        encoder: &mut wgpu::CommandEncoder,
+        pass: Pass,
+        clock: Option<&Timestamps>,
+    ) {
+        let counts = self.counts.buffer.as_entire_binding();
+        let settings = |digit: Digit| {
+            wgpu::BindingResource::Buffer(wgpu::BufferBinding {
+                buffer: &self.rounds,
+                offset: u64::from(digit.round) * ROUND_STRIDE,
+                size: wgpu::BufferSize::new(size_of::<layout::Sort>() as u64),
+            })
+        };
+        fn side(buffers: &[Growing; 2], round: u32) -> wgpu::BindingResource<'_> {
+            buffers[(round % 2) as usize].buffer.as_entire_binding()
+        }
+        let (shader, bound, groups) = match pass {
+            Pass::CountDigits(digit) => (
+                shader::COUNT_DIGITS,
+                vec![settings(digit), side(&self.keys, digit.round), counts],
+                groups_of(digit.threads, SORT_THREADS),
+            ),
+            Pass::ScanDigits => (
+                shader::SCAN_SEGMENTS,
+                vec![self.scan.as_entire_binding(), counts, self.totals.as_entire_binding()],
+                [1, 1],
+            ),
+            Pass::ScatterDigits(digit) => (
+                shader::SCATTER_DIGITS,
+                vec![
+                    settings(digit),
+                    side(&self.keys, digit.round),
+                    side(&self.words, digit.round),
+                    counts,
+                    side(&self.keys, digit.round + 1),
+                    side(&self.words, digit.round + 1),
+                ],
+                groups_of(digit.threads, SORT_THREADS),
+            ),
+            _ => return,
+        };
+        compute(context, encoder, pipelines.compute(context, shader), pass, &bound, groups, clock);
+    }
+}
+
+impl Renderer {
+    /// Sorts keys of at most `bits` bits, each with the word of the same place; equal ones keep
+    /// their order. Returns keys, words, and the wall milliseconds of the sort alone. For tests and
+    /// measurements.
+    ///
+    /// # Errors
+    /// Over [`MOST_KEYS`], or a failing device.
+    #[doc(hidden)]
+    pub fn sort_pairs(
+        &mut self,
+        keys: &[u32],
+        words: &[u32],
+        bits: u32,
+    ) -> Result<(Vec<u32>, Vec<u32>, f64), GpuError> {
+        let count = u32::try_from(keys.len()).ok().filter(|&n| n <= MOST_KEYS);
+        let Some(count) = count.filter(|_| keys.len() == words.len()) else {
+            return Err(GpuError::Device(format!("{} keys to sort at once", keys.len())));
+        };
+        let context = &self.context;
+        let sorter = &mut self.lists.get_or_insert_with(|| Lists::new(context)).sorter;
+        sorter.reserve(context, count);
+        context.queue.write_buffer(&sorter.keys[0].buffer, 0, bytemuck::cast_slice(keys));
+        context.queue.write_buffer(&sorter.words[0].buffer, 0, bytemuck::cast_slice(words));
+        let (passes, side) = sorter.prepare(context, count, bits);
+        let wall_ms = self.run(&passes)?;
+        let Some(lists) = &self.lists else { return Ok((Vec::new(), Vec::new(), 0.0)) };
+        let bytes = u64::from(count) * 4;
+        let keys = read_words(&self.context, &lists.sorter.keys[side].buffer, bytes)?;
+        let words = read_words(&self.context, &lists.sorter.words[side].buffer, bytes)?;
+        Ok((keys, words, wall_ms))
+    }
+}
