@@ -38,6 +38,7 @@ use eframe::egui::{Context, ViewportBuilder};
 use eframe::{NativeOptions, egui_wgpu};
 
 use crate::task::engine::{AdapterChoice, Engine};
+use crate::task::sweep::exact_truth;
 use document::Source;
 use file_dialog::FileDialog;
 use pacing::{News, WAIT_FOR_PICTURE};
@@ -122,7 +123,7 @@ fn parts(ctx: &Context, adapter: AdapterChoice, screen_format: Option<ScreenForm
         screen_format: screen_format.unwrap_or(ScreenFormat::Rgba8Unorm),
         library: Arc::new(Files),
         renderer: saving::engine_renderer(adapter.clone()),
-        measure: sweeping::engine_measurer(adapter, sweeping::finest_slabs),
+        measure: sweeping::engine_measurer(adapter, exact_truth),
         chooser: Box::new(FileDialog::open),
         pictures_folder: saving::pictures_folder(),
     }
