@@ -44,12 +44,13 @@ const ROOMS: [(&str, &[&str]); 13] = [
 ];
 
 /// Names from outside, and the only rooms that may say them.
-const OUTSIDE: [(&str, &[&str]); 11] = [
+const OUTSIDE: [(&str, &[&str]); 12] = [
     ("wgpu", &["gpu"]),
     ("egui", &["app"]),
     ("eframe", &["app"]),
     ("rfd", &["app"]),
     ("clap", &["cli"]),
+    ("plotters", &["cli"]),
     ("image", &["task", "app", "cli"]),
     ("std::fs", &["io", "task", "app", "cli"]),
     ("std::path", &["io", "task", "app", "cli"]),

@@ -167,7 +167,7 @@ pub(super) fn draw(
     let (mut scene, mut drawn_size) = (scene, *size);
     let mut watch = Watch(ticket);
     drawer.prepare(scene, ticket)?;
-    let (mut measured_rmse, mut convergence) = (None, None);
+    let (mut measured_rmse, mut convergence, mut drawn) = (None, None, None);
     let finest;
     let rung = match request.refine {
         Refine::Full => Rung::Full,
@@ -179,8 +179,8 @@ pub(super) fn draw(
         }
         Refine::Converged { most_slabs } => {
             if scene.splat.visibility == Visibility::Slabs {
-                let reached = converge(drawer, request, most_slabs, &mut watch)?;
-                convergence = Some(reached);
+                let (reached, last) = converge(drawer, request, most_slabs, &mut watch)?;
+                (convergence, drawn) = (Some(reached), Some(last));
                 finest = with_slabs(scene, reached.slabs_per_voxel);
                 scene = &finest;
             }
@@ -200,7 +200,10 @@ pub(super) fn draw(
             drawer.draw(scene, drawn_size, rung, &mut watch)?;
         }
     }
-    let drawn = drawer.draw(scene, drawn_size, rung, &mut watch)?;
+    let drawn = match drawn {
+        Some(drawn) => drawn,
+        None => drawer.draw(scene, drawn_size, rung, &mut watch)?,
+    };
     let mut frame_ms = vec![drawn.wall_ms];
     let light = enlarged(drawer.renderer.read_light()?, drawn.size, *size);
     let background = background_light(scene.background);
@@ -282,37 +285,34 @@ fn with_slabs(scene: &Scene, slabs_per_voxel: f64) -> Scene {
     Scene { splat: SplatSettings { slabs_per_voxel, ..scene.splat }, ..scene.clone() }
 }
 
-/// Doubles the slabs until two pictures are the same, or there are the most.
+/// Doubles the slabs until two pictures are the same, or there are the most. The last is the
+/// renderer's.
 fn converge(
     drawer: &mut Drawer,
     request: &StillRequest,
     most_slabs: f64,
     watch: &mut Watch<'_>,
-) -> Result<Convergence, StillError> {
+) -> Result<(Convergence, Drawn), StillError> {
     let StillRequest { scene, size, .. } = request;
     let mut slabs_per_voxel = scene.splat.slabs_per_voxel;
     let mut picture = |slabs: f64| -> Result<_, StillError> {
-        drawer.draw(&with_slabs(scene, slabs), *size, Rung::Full, watch)?;
-        Ok(widened(&drawer.renderer.read_light()?))
+        let drawn = drawer.draw(&with_slabs(scene, slabs), *size, Rung::Full, watch)?;
+        Ok((drawn, widened(&drawer.renderer.read_light()?)))
     };
+    let (mut drawn, mut coarser) = picture(slabs_per_voxel)?;
     let mut last_difference = None;
-    let mut before = None;
     while 2.0 * slabs_per_voxel <= most_slabs {
-        let coarser = match before.take() {
-            Some(picture) => picture,
-            None => picture(slabs_per_voxel)?,
-        };
         slabs_per_voxel *= 2.0;
-        let finer = picture(slabs_per_voxel)?;
+        let (again, finer) = picture(slabs_per_voxel)?;
         let difference = Difference::between(&finer, &coarser)
             .map_err(|error| GpuError::Device(format!("two pictures of one size: {error}")))?;
         last_difference = Some(difference.max_abs);
+        (drawn, coarser) = (again, finer);
         if difference.max_abs < CONVERGED {
             break;
         }
-        before = Some(finer);
     }
-    Ok(Convergence { slabs_per_voxel, last_difference })
+    Ok((Convergence { slabs_per_voxel, last_difference }, drawn))
 }
 
 /// A share of a picture's size, at least one pixel each way.

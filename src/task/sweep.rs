@@ -15,6 +15,7 @@ use crate::accuracy::sweep::{
 };
 use crate::accuracy::{CompareError, Difference};
 use crate::core::{Cancelled, Ticket};
+use crate::reference::{Reference, TOLERANCE};
 use crate::scene::{Scene, SplatSettings};
 
 /// The exact picture, pixel by pixel: the exact mode's integral in float64.
@@ -29,23 +30,23 @@ pub trait Truth: Send + Sync {
 /// Makes the truth for a scene, whose mode is the exact one, at a size.
 pub type MakeTruth = fn(&Scene, [u32; 2]) -> Box<dyn Truth>;
 
-/// [`MakeTruth`] by the reference.
+/// [`MakeTruth`] by the reference, within [`TOLERANCE`].
+///
+/// # Panics
+/// Where the scene's mode means nothing, which the exact one never does.
 pub fn exact_truth(scene: &Scene, size: [u32; 2]) -> Box<dyn Truth> {
-    struct StandIn(Vec<[f64; 4]>, usize);
-    impl Truth for StandIn {
-        fn pixel(&self, [x, y]: [u32; 2]) -> [f64; 4] {
-            self.0[y as usize * self.1 + x as usize]
-        }
-        fn stated_error(&self) -> f64 {
-            1e-9
-        }
+    let reference = Reference::exact(scene, size.map(|n| n as usize));
+    Box::new(reference.unwrap_or_else(|error| panic!("the exact mode means something: {error}")))
+}
+
+impl Truth for Reference {
+    fn pixel(&self, pixel: [u32; 2]) -> [f64; 4] {
+        Self::pixel(self, pixel.map(|n| n as usize))
     }
-    use crate::reference::{Rays, every_sample, grid_kernels};
-    let kernels = grid_kernels(scene);
-    let size = size.map(|n| n as usize);
-    let kernel = scene.splat.kernel.splatted();
-    let light = every_sample(&kernels, kernel, None, &scene.camera, size, Rays::Exact);
-    Box::new(StandIn(light, size[0]))
+
+    fn stated_error(&self) -> f64 {
+        TOLERANCE
+    }
 }
 
 /// How thorough a sweep is.
@@ -355,6 +356,10 @@ impl Sweep {
     ) -> Result<(), SweepError> {
         let setting = self.options.settings[index].clone();
         let refine = Refine::Reduced { detail: setting.detail, scale: setting.scale };
+        if let Err(error) = setting.splat.check() {
+            self.points.push(Point { setting, outcome: Err(error.to_string()) });
+            return Ok(());
+        }
         let mut time_ms = Vec::new();
         let mut first = None;
         while time_ms.len() <= self.options.repeat as usize
