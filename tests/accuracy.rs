@@ -35,7 +35,7 @@ fn errors(output: &Output) -> String {
 
 /// Whether pictures can be drawn here; says so where not and that is allowed.
 fn can_draw() -> bool {
-    let choice = voxsplat::gpu::AdapterChoice::Auto;
+    let choice = AdapterChoice::Auto;
     match voxsplat::gpu::Context::new(&choice, voxsplat::gpu::Wishes::default()) {
         Ok(_) => true,
         Err(error) if std::env::var("VOXSPLAT_GPU").is_ok_and(|v| v == "allow-skip") => {

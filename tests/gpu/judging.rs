@@ -10,7 +10,6 @@ use voxsplat::task::estimate::shown_rmse;
 use voxsplat::volume::{Component, demo};
 
 use crate::engine::{Bench, large, rest, small};
-use crate::support::*;
 
 /// The finished picture of a scene, and the coarse ones before it.
 fn refined(bench: &Bench, scene: &Scene, size: [u32; 2]) -> (Vec<Arc<Picture>>, Arc<Picture>) {
