@@ -309,7 +309,8 @@ fn a_sweep_stops_at_its_ticket_goes_on_where_it_was_and_records_what_cannot_be_d
     }
 }
 
-/// Measured on llvmpipe (Mesa 22.3.6), 2026-11-21: CONVERGED_MEASURED.
+/// Measured on llvmpipe (Mesa 22.3.6), 2026-11-21: full is off by at most 9.0e-2, converged
+/// (at 32 slabs a voxel) by 4.3e-4, RMSE 2.8e-5.
 #[test]
 fn converged_is_not_full_and_nearer_to_the_reference() {
     if !can_draw() {

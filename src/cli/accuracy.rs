@@ -9,8 +9,9 @@ use super::plot;
 use super::report::Report;
 use super::{Failure, open};
 use crate::core::Ticket;
-use crate::scene::MOST_SLABS_PER_VOXEL;
+use crate::scene::{MOST_SLABS_PER_VOXEL, Scene, SplatSettings};
 use crate::task::engine::Engine;
+use crate::task::still::{Refine, StillRequest};
 use crate::task::sweep::{Step, Sweep, SweepOptions, exact_truth};
 
 pub(super) fn run(flags: &AccuracyFlags) -> Result<(), Failure> {
@@ -57,8 +58,17 @@ pub(super) fn run(flags: &AccuracyFlags) -> Result<(), Failure> {
         most_slabs: flags.max_slabs,
         ..SweepOptions::new(&scene)
     };
-    let mut sweep = Sweep::new(scene, flags.resolution, options, exact_truth);
     let engine = Engine::start(flags.adapter.clone(), || ());
+    // A machine that cannot draw says so before the work.
+    let speck = StillRequest {
+        scene: Scene { splat: SplatSettings::SHADE_FIRST, ..scene.clone() },
+        size: [1, 1],
+        refine: Refine::Full,
+        repeat: 0,
+        time_passes: false,
+    };
+    engine.still(speck, &Ticket::new()).map_err(Failure::failed)?;
+    let mut sweep = Sweep::new(scene, flags.resolution, options, exact_truth);
     let shows = std::io::stderr().is_terminal();
     let outcome = sweep.run(&engine, &Ticket::new(), &mut |sweep| {
         if shows {

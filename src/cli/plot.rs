@@ -1,7 +1,6 @@
 //! The chart of time against error, as a PNG.
 
 use std::io::Cursor;
-use std::sync::Once;
 
 use image::{ExtendedColorType, ImageEncoder};
 use plotters::coord::Shift;
@@ -61,11 +60,9 @@ type Area<'a> = DrawingArea<BitMapBackend<'a>, Shift>;
 /// # Errors
 /// One sentence.
 pub(super) fn png_bytes(sweep: &Sweep, file: &str) -> Result<Vec<u8>, String> {
-    static FONTS: Once = Once::new();
-    FONTS.call_once(|| {
-        // The interface's own: charts look alike on every machine, and need no system font.
-        drop(register_font(FONT, FontStyle::Normal, epaint_default_fonts::UBUNTU_LIGHT));
-    });
+    // The interface's own: charts look alike on every machine, and need no system font.
+    register_font(FONT, FontStyle::Normal, epaint_default_fonts::UBUNTU_LIGHT)
+        .map_err(|_| failed("the font cannot be read"))?;
     let [width, height] = SIZE;
     let mut rgb = vec![255; (width * height * 3) as usize];
     {
@@ -149,7 +146,7 @@ fn chart(area: &Area<'_>, marks: &[Mark<'_>], sweep: &Sweep, file: &str) -> Outc
         format!("{file}, {width} × {height} pixels, on {}", sweep.adapter().unwrap_or("nothing"));
     area.draw(&Text::new(words, (84, 62), style(18, INK))).map_err(failed)?;
     let words = format!(
-        "Error at {} pixels (bars: 95 %) against the exact integral in float64: {}",
+        "Error at {} pixels (bars: 95 %) against the exact integral in float64 ({})",
         sweep.pixel_count(),
         Report::truth_words(sweep)
     );
@@ -172,7 +169,7 @@ fn chart(area: &Area<'_>, marks: &[Mark<'_>], sweep: &Sweep, file: &str) -> Outc
         .configure_mesh()
         .disable_x_mesh()
         .y_labels(((top - bottom) / 5.0) as usize + 1)
-        .x_labels(0)
+        .x_label_formatter(&|_| String::new())
         .bold_line_style(GRID)
         .light_line_style(WHITE)
         .axis_style(FAINT)
@@ -258,12 +255,12 @@ fn list(area: &Area<'_>, marks: &[Mark<'_>], sweep: &Sweep) -> Outcome {
     }
     y = (y + 24).max(560);
     for (name, colour) in FAMILIES {
-        area.draw(&Circle::new((18, y + 10), 6, colour.filled())).map_err(failed)?;
+        area.draw(&Circle::new((18, y + 7), 6, colour.filled())).map_err(failed)?;
         text(name.to_owned(), 38, y, style(17, INK))?;
         y += 25;
     }
-    area.draw(&Circle::new((18, y + 10), 6, FAINT.filled())).map_err(failed)?;
-    area.draw(&Circle::new((18, y + 10), 3, WHITE.filled())).map_err(failed)?;
+    area.draw(&Circle::new((18, y + 7), 6, FAINT.filled())).map_err(failed)?;
+    area.draw(&Circle::new((18, y + 7), 3, WHITE.filled())).map_err(failed)?;
     text("drawn smaller and enlarged".to_owned(), 38, y, style(17, INK))?;
     let undrawn = sweep.points().len() - marks.len();
     if undrawn > 0 {

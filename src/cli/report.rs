@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::accuracy::sweep::{Detail, Point, mode_words};
+use crate::accuracy::sweep::{Detail, Point};
 use crate::core::Camera;
 use crate::scene::{SplatSettings, Visibility};
 use crate::task::sweep::Sweep;
@@ -153,9 +153,11 @@ impl<'a> Report<'a> {
         }
     }
 
-    /// The truth's mode in few words.
+    /// What the truth reconstructs, in few words.
     pub(super) fn truth_words(sweep: &Sweep) -> String {
-        mode_words(&sweep.truth_mode())
+        let mode = sweep.truth_mode();
+        let (kernel, how) = (mode.kernel.name(), mode.reconstruction.name());
+        format!("{kernel} {how}, classified after reconstruction")
     }
 }
 

@@ -147,6 +147,8 @@ struct WholeTruth {
     flip: Flip,
 }
 
+/// Width and height of the picture that is drawn before any is timed.
+const FEW_PIXELS: u32 = 32;
 /// Pixels of the truth between two looks at the ticket.
 const PIXELS_A_STEP: usize = 64;
 
@@ -300,13 +302,13 @@ impl Sweep {
     fn still(
         &mut self,
         setting: &Setting,
+        size: [u32; 2],
         refine: Refine,
         engine: &Engine,
         ticket: &Ticket,
     ) -> Result<Still, StillError> {
         let scene = Scene { splat: setting.splat, ..self.scene.clone() };
-        let request =
-            StillRequest { scene, size: self.size, refine, repeat: 0, time_passes: false };
+        let request = StillRequest { scene, size, refine, repeat: 0, time_passes: false };
         let still = engine.still(request, ticket)?;
         self.adapter = Some(still.adapter.clone());
         Ok(still)
@@ -322,7 +324,7 @@ impl Sweep {
     fn converge(&mut self, engine: &Engine, ticket: &Ticket) -> Result<(), SweepError> {
         let setting = Setting::full(self.exact_scene().splat);
         let refine = Refine::Converged { most_slabs: self.options.most_slabs };
-        let still = match self.still(&setting, refine, engine, ticket) {
+        let still = match self.still(&setting, self.size, refine, engine, ticket) {
             Err(StillError::Cancelled) => return Err(SweepError::Cancelled),
             Err(error) => {
                 self.converged = Some(Err(error.to_string()));
@@ -360,12 +362,17 @@ impl Sweep {
             self.points.push(Point { setting, outcome: Err(error.to_string()) });
             return Ok(());
         }
+        // A few pixels first: shaders are compiled, and the field made ready, in nobody's time.
+        let few = self.size.map(|n| n.min(FEW_PIXELS));
+        if let Err(StillError::Cancelled) = self.still(&setting, few, refine, engine, ticket) {
+            return Err(SweepError::Cancelled);
+        }
         let mut time_ms = Vec::new();
         let mut first = None;
         while time_ms.len() <= self.options.repeat as usize
             && time_ms.iter().sum::<f64>() < self.options.repeat_within_ms
         {
-            match self.still(&setting, refine, engine, ticket) {
+            match self.still(&setting, self.size, refine, engine, ticket) {
                 Err(StillError::Cancelled) => return Err(SweepError::Cancelled),
                 Err(error) => {
                     self.points.push(Point { setting, outcome: Err(error.to_string()) });
