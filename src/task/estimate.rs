@@ -21,8 +21,8 @@ const LEAST_RMSE: f64 = 1e-3;
 /// Share of the way that a check takes the gain towards what would have been right; the first one of
 /// a mode takes it all the way.
 const TRUST: f64 = 0.5;
-/// A gain never leaves 1 by more than a factor of 2 to this power: one odd picture is soon forgotten.
-const MOST_DOUBLINGS: f64 = 5.0;
+/// A gain never leaves 1 by more than a factor of 2 to this power: it stays a number.
+const MOST_DOUBLINGS: f64 = 10.0;
 /// Pixels along each side that two pictures are compared at, at most.
 const COMPARED_SIDE: u32 = 256;
 
