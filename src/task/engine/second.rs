@@ -68,6 +68,11 @@ impl Worker {
                 if slot.frame.is_none() && slot.second_wanted {
                     slot.second.get_or_insert(request);
                 }
+                let nothing_follows = slot.is_empty() && slot.second.is_none();
+                drop(slot);
+                if nothing_follows {
+                    self.announce(EngineState::Idle);
+                }
             }
             Err(DrawError::Gpu(error)) => {
                 self.drop_device();
