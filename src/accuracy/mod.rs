@@ -1,8 +1,8 @@
 //! How far one picture is from another.
 //!
-//! Owns the metrics, the sample of pixels they may be taken at, and what a price list holds. Refuses
-//! drawing and files. Pictures are linear premultiplied RGBA over black, rows from the top. Imports
-//! `kernel` and `scene`, for the names of modes.
+//! Owns the metrics, the sample of pixels they may be taken at, and what a price list holds.
+//! Refuses drawing and files. Pictures are linear premultiplied RGBA over black, rows from the top.
+//! Imports `kernel` and `scene`, for the names of modes.
 
 pub mod flip;
 mod picture;

@@ -229,8 +229,13 @@ impl SplatSettings {
         }
         if self.backend == Backend::Raster && self.needs_tiles() {
             return refuse(
-                "--backend raster with --visibility every-sample",
-                format!("--visibility {}", self.visibility.name()),
+                "--backend raster with every sample, back to front, by optical depth",
+                format!(
+                    "--visibility {}, --order {} and --opacity-model {}",
+                    self.visibility.name(),
+                    self.order.name(),
+                    self.opacity_model.name()
+                ),
                 "choose --backend tiles or auto",
             );
         }
@@ -249,6 +254,8 @@ impl SplatSettings {
     /// Whether only tiles can draw it.
     pub fn needs_tiles(&self) -> bool {
         self.visibility != Visibility::EverySample
+            || self.opacity_model == OpacityModel::Published
+            || self.order == Order::FrontToBack
     }
 }
 
