@@ -29,9 +29,7 @@ impl Random {
         z = (z ^ z >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
         z ^= z >> 31;
         // The upper half of a product: uneven by less than 2⁻³² n.
-        #[expect(clippy::cast_possible_truncation, reason = "the upper half is below n")]
-        let scaled = ((z >> 32) * u64::from(n) >> 32) as u32;
-        scaled
+        (((z >> 32) * u64::from(n)) >> 32) as u32
     }
 }
 

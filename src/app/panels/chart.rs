@@ -16,6 +16,8 @@ const BELOW: f32 = 30.0;
 const AROUND: f32 = 12.0;
 /// A pointer this close to a point means it, points.
 const NEAR: f32 = 12.0;
+/// A decade at least this wide has steps of its own, points.
+const POINTS_FOR_STEPS: f64 = 130.0;
 /// Levels above this are drawn at the top: bytes show no more.
 const TOP_DB: f64 = 90.0;
 
@@ -129,9 +131,11 @@ pub fn chart_ui(
         }
     }
     let shown = near.or(focused);
-    paint_front(&painter, points, &places, marks.is_old);
+    let front = front(points);
+    paint_front(&painter, front.iter().map(|&i| axes.at(points[i].ms, points[i].db)), marks.is_old);
     for &(index, place) in &places {
-        paint_point(&painter, axes, &points[index], place, marks, shown == Some(index));
+        let look = Look { is_best: front.contains(&index), is_shown: shown == Some(index) };
+        paint_point(&painter, axes, &points[index], place, marks, look);
     }
     if let Some(index) = shown {
         let point = &points[index];
@@ -142,7 +146,7 @@ pub fn chart_ui(
         let tooltip_id = response.id.with("tooltip");
         Tooltip::always_open(ui.ctx().clone(), ui.layer_id(), tooltip_id, place)
             .gap(12.0)
-            .show(|ui| ui.label(hover_words(point, front(points).contains(&index))));
+            .show(|ui| ui.label(hover_words(point, front.contains(&index))));
     }
     let as_second = ui.input(|input| input.modifiers.shift);
     picked
@@ -229,7 +233,8 @@ fn paint_axes(painter: &Painter, outer: Rect, axes: Axes) {
         db += step;
     }
     let decades = axes.time[1] - axes.time[0];
-    let steps: &[f64] = if decades > 3.0 { &[1.0] } else { &[1.0, 2.0, 5.0] };
+    let has_room = f64::from(axes.rect.width()) / decades > POINTS_FOR_STEPS;
+    let steps: &[f64] = if has_room { &[1.0, 2.0, 5.0] } else { &[1.0] };
     #[expect(clippy::cast_possible_truncation, reason = "decades of milliseconds")]
     let (first, last) = (axes.time[0].floor() as i32, axes.time[1].ceil() as i32);
     for decade in first..=last {
@@ -255,18 +260,24 @@ fn time_words(ms: f64) -> String {
     if ms >= 1000.0 { format!("{} s", ms / 1000.0) } else { format!("{ms} ms") }
 }
 
-/// Steps along what can be had for each time.
-fn paint_front(painter: &Painter, points: &[ChartPoint], places: &[(usize, Pos2)], is_old: bool) {
-    let mut front: Vec<Pos2> =
-        places.iter().filter(|(i, _)| points[*i].on_front).map(|(_, place)| *place).collect();
-    front.sort_by(|a, b| a.x.total_cmp(&b.x));
-    let mut line = Vec::with_capacity(2 * front.len());
-    for pair in front.windows(2) {
-        line.extend([pair[0], pos2(pair[1].x, pair[0].y)]);
+/// Steps along what can be had for each time, quickest first.
+fn paint_front(painter: &Painter, front: impl Iterator<Item = Pos2>, is_old: bool) {
+    let mut line: Vec<Pos2> = Vec::new();
+    for place in front {
+        line.extend(line.last().map(|last| pos2(place.x, last.y)));
+        line.push(place);
     }
-    line.extend(front.last());
     let strength = if is_old { 0.25 } else { 0.55 };
     painter.add(Shape::line(line, Stroke::new(1.5, theme::ACCENT.gamma_multiply(strength))));
+}
+
+/// What is special about a point.
+#[derive(Debug, Clone, Copy)]
+struct Look {
+    /// No other mode is both quicker and better.
+    is_best: bool,
+    /// It is pointed at.
+    is_shown: bool,
 }
 
 fn paint_point(
@@ -275,9 +286,9 @@ fn paint_point(
     point: &ChartPoint,
     place: Pos2,
     marks: Marks<'_>,
-    hovered: bool,
+    look: Look,
 ) {
-    let colour = match (marks.is_old, point.on_front) {
+    let colour = match (marks.is_old, point.on_front || look.is_best) {
         (true, _) => theme::TEXT_FAINT.gamma_multiply(0.45),
         (false, true) => theme::ACCENT,
         (false, false) => theme::TEXT_FAINT,
@@ -291,10 +302,14 @@ fn paint_point(
         }
     }
     if point.settings.is_some() {
-        painter.circle_filled(place, if hovered { 5.0 } else { 3.5 }, colour);
+        painter.circle_filled(place, if look.is_shown { 5.0 } else { 3.5 }, colour);
     } else {
         // Not to be chosen: a ring.
-        painter.circle_stroke(place, if hovered { 4.5 } else { 3.0 }, Stroke::new(1.2, colour));
+        painter.circle_stroke(
+            place,
+            if look.is_shown { 4.5 } else { 3.0 },
+            Stroke::new(1.2, colour),
+        );
     }
     let ring = |colour: Color32, radius: f32| {
         painter.circle_stroke(place, radius, Stroke::new(1.8, colour));
