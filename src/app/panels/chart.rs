@@ -12,7 +12,7 @@ use crate::scene::SplatSettings;
 
 /// Room for the numbers left of and below the graph, and around it, points.
 const LEFT: f32 = 40.0;
-const BELOW: f32 = 30.0;
+const BELOW: f32 = 22.0;
 const AROUND: f32 = 12.0;
 /// A pointer this close to a point means it, points.
 const NEAR: f32 = 12.0;
@@ -101,7 +101,7 @@ pub fn chart_ui(
         return None;
     }
     let axes = Axes::around(rect, points);
-    paint_axes(&painter, outer, axes);
+    paint_axes(&painter, axes);
     if points.is_empty() {
         let font = FontId::proportional(12.5);
         let text = "Points appear here as modes are measured";
@@ -212,7 +212,7 @@ fn nearest(places: &[(usize, Pos2)], at: Pos2) -> Option<usize> {
 }
 
 /// Numbers and faint lines: 1-2-5 steps of time, every 5 or 10 dB.
-fn paint_axes(painter: &Painter, outer: Rect, axes: Axes) {
+fn paint_axes(painter: &Painter, axes: Axes) {
     let font = FontId::proportional(11.0);
     let line = Stroke::new(1.0, theme::LINE);
     let Rect { min, max } = axes.rect;
@@ -249,11 +249,11 @@ fn paint_axes(painter: &Painter, outer: Rect, axes: Axes) {
             painter.text(at, Align2::CENTER_TOP, time_words(ms), font.clone(), theme::TEXT_FAINT);
         }
     }
-    let corner = pos2(max.x, outer.bottom() - 3.0);
-    let text = "time of a picture";
-    painter.text(corner, Align2::RIGHT_BOTTOM, text, font.clone(), theme::TEXT_FAINT);
-    let corner = pos2(outer.left() + 8.0, outer.bottom() - 3.0);
-    painter.text(corner, Align2::LEFT_BOTTOM, "dB: higher is better", font, theme::TEXT_FAINT);
+    let quiet = theme::TEXT_FAINT.gamma_multiply(0.8);
+    let corner = pos2(max.x - 6.0, max.y - 4.0);
+    painter.text(corner, Align2::RIGHT_BOTTOM, "time of a picture", font.clone(), quiet);
+    let corner = pos2(min.x + 6.0, min.y + 4.0);
+    painter.text(corner, Align2::LEFT_TOP, "dB: higher is better", font, quiet);
 }
 
 fn time_words(ms: f64) -> String {
