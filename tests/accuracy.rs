@@ -185,6 +185,20 @@ fn the_point_is_complete(point: &Value) {
 }
 
 #[test]
+fn a_table_of_nothing_says_so_and_has_no_decibels() {
+    if !can_draw() {
+        return;
+    }
+    let scene = ["accuracy", "demo:shells:8", "-o", "-", "--resolution", "12,11"];
+    let run = voxsplat(&[&scene[..], &["--pixels", "20", "--opacity", "0:0,255:0"]].concat());
+    assert!(run.status.success() && errors(&run).contains("nothing can be seen"), "{run:?}");
+    let table: Value = serde_json::from_slice(&run.stdout).expect("JSON and nothing else");
+    for point in table["points"].as_array().expect("points") {
+        assert!(point["rmse"] == 0.0 && point["psnr_db"].is_null(), "{point}");
+    }
+}
+
+#[test]
 fn wrong_usage_is_one_sentence_and_exit_2() {
     for more in [
         &["--pixels", "0"][..],

@@ -79,6 +79,12 @@ pub(super) fn run(flags: &AccuracyFlags) -> Result<(), Failure> {
     if let Some(error) = nothing_drawn(&sweep) {
         return Err(Failure::Failed(error));
     }
+    if sweep.sees_nothing() {
+        eprintln!(
+            "voxsplat: note: nothing can be seen in the exact picture, and so nothing is wrong in \
+             any; look at the opacities and the camera"
+        );
+    }
     let report = Report::of(&sweep, flags.input.file.display().to_string());
     let text = serde_json::to_string_pretty(&report).map_err(Failure::failed)? + "\n";
     match table {

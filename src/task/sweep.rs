@@ -6,7 +6,7 @@
 use rayon::prelude::*;
 
 use super::engine::Engine;
-use super::still::{Convergence, Refine, Still, StillError, StillRequest};
+use super::still::{CONVERGED, Convergence, Refine, Still, StillError, StillRequest};
 use crate::accuracy::flip::Flip;
 use crate::accuracy::sample::StratifiedPixels;
 use crate::accuracy::ssim::Ssim;
@@ -258,6 +258,12 @@ impl Sweep {
     /// What a channel of the exact picture may be off by, once it was asked for.
     pub fn truth_error(&self) -> Option<f64> {
         self.truth.as_ref().map(|truth| truth.stated_error())
+    }
+
+    /// Whether all of the exact light found so far is too faint to be seen: less than half a step of
+    /// an 8-bit channel.
+    pub fn sees_nothing(&self) -> bool {
+        self.exact.iter().all(|pixel| pixel[3] < CONVERGED)
     }
 
     /// The converged picture, once there is one; or one sentence on why there is none.
