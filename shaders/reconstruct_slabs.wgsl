@@ -236,22 +236,23 @@ struct Face {
 // Where there was no value before (`is_first`) the face only moves.
 fn classify_between(face: ptr<function, Face>, u: f32, is_first: bool) -> vec4<f32> {
     let last = f32(slabs.bricks.w);
-    let lowered = floor(u);
-    let width = lowered - (*face).u;
+    // The nearest place in the table: unbiased, and never further off than half a cell.
+    let rounded = floor(u + 0.5);
+    let width = rounded - (*face).u;
     let near = abs(width) < NEAR_CELLS && !is_first;
+    // Near ones by the cell in their middle.
+    let place = select(rounded, floor(0.5 * (u + (*face).u)), near);
     let most = select(last, last - 1.0, near);
     // One fetch for either, because software adapters run both sides of a branch.
-    let found = table[u32(clamp(lowered, 0.0, most)) + select(slabs.bricks.w, 0u, near)];
+    let found = table[u32(clamp(place, 0.0, most)) + select(slabs.bricks.w, 0u, near)];
     let below = vec4<f32>(slabs.below.rgb * slabs.below.w, slabs.below.w);
     let beyond = vec4<f32>(slabs.beyond.rgb * slabs.beyond.w, slabs.beyond.w);
-    let sums = found + below * min(lowered, 0.0) + beyond * max(lowered - last, 0.0);
+    let sums = found + below * min(rounded, 0.0) + beyond * max(rounded - last, 0.0);
     let part = sums - (*face).sums;
-    if !near {
-        // Else the face stays until the value has moved far enough.
-        (*face).u = lowered;
-        (*face).sums = sums;
-    }
-    let one = select(select(found, slabs.beyond, u >= last), slabs.below, u < 0.0);
+    let one = select(select(found, slabs.beyond, place >= last), slabs.below, place < 0.0);
+    // What was not fetched is added up from the cell.
+    let moved = (*face).sums + vec4<f32>(one.rgb * one.w, one.w) * width;
+    *face = Face(rounded, select(sums, moved, near));
     let colour = clamp(part.rgb / select(part.w, 1.0, part.w == 0.0), vec3<f32>(0.0), vec3<f32>(1.0));
     let range = vec4<f32>(colour, max(part.w / select(width, 1.0, near), 0.0));
     return select(select(range, one, near), vec4<f32>(0.0), is_first);

@@ -265,7 +265,7 @@ fn shells_scene() -> Scene {
     scene
 }
 
-/// Measured on llvmpipe (Mesa 22.3.6), 2026-11-21: max 1.1e-4, rmse 3.8e-6.
+/// Measured on llvmpipe (Mesa 22.3.6), 2026-11-21: max 1.3e-3, rmse 4.5e-5.
 #[test]
 fn a_rendered_exr_is_the_references_light_and_the_png_is_its_display_form() {
     if !can_draw() {
@@ -286,7 +286,7 @@ fn a_rendered_exr_is_the_references_light_and_the_png_is_its_display_form() {
     let expected = Reference::new(&scene, [96, 80]).expect("a mode with meaning").picture();
     let difference = Difference::between(&found, &expected).expect("comparable");
     println!("measured EXR of the command line: {difference:?}");
-    assert!(difference.max_abs < 2e-3 && difference.rmse < 2e-4, "{difference:?}");
+    assert!(difference.max_abs < 2.5e-3 && difference.rmse < 1e-4, "{difference:?}");
     assert!(expected.iter().any(|p| p[3] > 0.5) && expected.iter().any(|p| p[3] == 0.0));
     let straight: Vec<[f64; 4]> =
         expected.iter().map(|p| [p[0] / p[3].max(1e-6), p[1], p[2], p[3]]).collect();
