@@ -56,7 +56,7 @@ fn another_view_is_never_checked_against() {
     let scene = large();
     bench.request(&scene, [200, 160], Effort::Moving { budget_ms: 15.0 });
     bench.pictures_until(|_, seen| !seen.is_empty());
-    let turned = Scene { camera: scene.camera.orbited(0.3, 0.0), ..scene.clone() };
+    let turned = Scene { camera: scene.camera.orbited(0.3, 0.0), ..scene };
     let at_once = Effort::Rest {
         budget_ms: 15.0,
         ladder: voxsplat::task::engine::Ladder::AtOnce,
@@ -120,7 +120,7 @@ fn a_second_picture_is_the_one_its_own_frame_would_be() {
     let size = [120, 90];
     let (_, first) = refined(&bench, &scene, size);
     let wider = SplatSettings { extent: Some(2.5), ..scene.splat };
-    let other = Scene { splat: wider, ..scene.clone() };
+    let other = Scene { splat: wider, ..scene };
     let request = SecondRequest { scene: other.clone(), size, first: Arc::clone(&first) };
     bench.engine.request_second(Some(request));
     let second = second(&bench).expect("nothing else is to be done");
