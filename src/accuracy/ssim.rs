@@ -122,7 +122,7 @@ mod tests {
     fn one_window_has_the_similarity_of_its_weighted_sums() {
         let size = [11, 11];
         let a = |x: u32, y: u32| 0.2 + 0.05 * f64::from(x) + 0.01 * f64::from(y);
-        let b = |x: u32, y: u32| if (x + 2 * y) % 3 == 0 { 0.7 } else { 0.3 };
+        let b = |x: u32, y: u32| if (x + 2 * y).is_multiple_of(3) { 0.7 } else { 0.3 };
         let (mut total, mut sums) = (0.0, [0.0; 5]);
         for y in 0..11 {
             for x in 0..11 {

@@ -32,6 +32,8 @@ pub(super) struct Stats<'a> {
     load_ms: f64,
     peak_gpu_bytes: u64,
     pipelines: usize,
+    /// Sums of published opacities that were over 1 and lowered to it.
+    capped_sums: u64,
     /// Transfer table entries whose opacity was lowered to the transmittance floor.
     capped_opacities: usize,
 }
@@ -73,6 +75,7 @@ impl<'a> Stats<'a> {
             load_ms,
             peak_gpu_bytes: still.peak_gpu_bytes,
             pipelines: still.pipelines,
+            capped_sums: still.capped_sums,
             capped_opacities: still.capped_opacities,
         }
     }

@@ -4,7 +4,7 @@ use std::ops::Range;
 use std::sync::Arc;
 use std::time::Instant;
 
-use super::buffers::{Growing, read_buffer, read_texture, read_words, texture};
+use super::buffers::{Growing, read_texture, read_words, texture};
 use super::compute::{compute, groups_of};
 use super::constants::frame_constants;
 use super::context::Context;
@@ -40,7 +40,7 @@ pub struct Renderer {
     pub(super) volume: Option<DeviceVolume>,
     pub(super) target: Option<Target>,
     pub(super) variant: SplatVariant,
-    slabs: SlabPass,
+    pub(super) slabs: SlabPass,
     /// The mode of the slabs being drawn.
     slab_settings: SplatSettings,
     pub(super) gathering: Gathering,
@@ -488,20 +488,6 @@ impl Renderer {
             return Err(GpuError::Device("slabs came before their field".to_owned()));
         }
         self.run(&frame::slab_piece(tiles.len() as u32))
-    }
-
-    /// Waits for the slabs drawn since [`Renderer::begin`]; how many opacities were capped at 1.
-    ///
-    /// # Errors
-    /// A failing device.
-    pub fn capped_slabs(&mut self) -> Result<u64, GpuError> {
-        let usage = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST;
-        let staging = Growing::make(&self.context, "capped read back", usage, 16);
-        let mut encoder = self.context.device.create_command_encoder(&Default::default());
-        encoder.copy_buffer_to_buffer(self.slabs.capped(), 0, &staging, 0, 16);
-        self.context.queue.submit([encoder.finish()]);
-        let words: Vec<u32> = bytemuck::pod_collect_to_vec(&read_buffer(&self.context, &staging)?);
-        Ok(u64::from(words[0]))
     }
 
     fn reconstruct_slabs(

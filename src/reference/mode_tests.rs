@@ -174,7 +174,7 @@ fn slabs_are_anchored_at_the_volumes_centre_wherever_the_camera_looks() {
     let splat = SplatSettings { slabs_per_voxel: 0.7, ..SplatSettings::EXACT };
     let scene = rough_scene(splat);
     let found = picture(&scene, splat);
-    let mut moved = scene.clone();
+    let mut moved = scene;
     moved.camera.focal_point += moved.camera.direction * 0.37;
     assert!(difference(&picture(&moved, splat), &found) < 1e-9);
 }
@@ -276,8 +276,8 @@ fn the_mode_table_has_the_designs_shape() {
     for column in 0..3 {
         let at = |row: usize| table[row].1[column];
         assert!(at(0) < at(1) - 8.0 && at(2) < at(3) - 5.0, "published is worse: {table:?}");
-        for finer in 5..8 {
-            assert!((9.0..15.0).contains(&(at(finer) - at(finer - 1))), "{:?}", table[finer]);
+        for (coarser, finer) in table[4..7].iter().zip(&table[5..8]) {
+            assert!((9.0..15.0).contains(&(finer.1[column] - coarser.1[column])), "{finer:?}");
         }
     }
     // The thin shell; the design has 35.3, 51.1, 44.9, 58.4 and 57.1 for one of its own.

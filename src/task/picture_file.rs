@@ -104,6 +104,7 @@ mod tests {
             timer: None,
             peak_gpu_bytes: 0,
             backend: "raster",
+            capped_sums: 0,
             pipelines: 0,
             measured_rmse: None,
             convergence: None,

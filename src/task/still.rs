@@ -101,6 +101,8 @@ pub struct Still {
     pub timer: Option<&'static str>,
     /// Most bytes held on the device.
     pub peak_gpu_bytes: u64,
+    /// Opacities and sums of them that were over 1 and lowered to it, with published opacity.
+    pub capped_sums: u64,
     /// What drew it: `raster` or `tiles`.
     pub backend: &'static str,
     /// Pipelines compiled.
@@ -204,6 +206,7 @@ pub(super) fn draw(
         Some(drawn) => drawn,
         None => drawer.draw(scene, drawn_size, rung, &mut watch)?,
     };
+    let capped_sums = drawer.renderer.capped_sums()?;
     let mut frame_ms = vec![drawn.wall_ms];
     let light = enlarged(drawer.renderer.read_light()?, drawn.size, *size);
     let background = background_light(scene.background);
@@ -238,6 +241,7 @@ pub(super) fn draw(
         passes,
         timer,
         peak_gpu_bytes: drawer.renderer.peak_bytes(),
+        capped_sums,
         backend: if rung == Rung::Full {
             scene.splat.fixed_backend().name()
         } else {

@@ -63,11 +63,14 @@ impl Sum {
     }
 }
 
+/// A kernel's value at an offset in samples.
+type ValueAt = Box<dyn Fn([isize; 3]) -> f64>;
+
 impl Stencil {
     /// A kernel's values at the lattice's offsets. A single tap for kernels that reach no other
     /// sample, and for those that have no form in space.
     pub(super) fn new(kernel: Kernel, extent: Option<f64>) -> Self {
-        let (radius, value): (f64, Box<dyn Fn([isize; 3]) -> f64>) = if let Some(radial) =
+        let (radius, value): (f64, ValueAt) = if let Some(radial) =
             RadialKernel::new(kernel, extent)
         {
             // Relative to the peak, which no extent takes beyond float64.

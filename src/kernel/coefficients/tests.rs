@@ -73,7 +73,7 @@ fn left_over(volume: &ScalarVolume, c: &Coefficients, kernel: Kernel) -> (f64, f
             count += 1.0;
         }
     }
-    ((squares / count as f64).sqrt(), greatest)
+    ((squares / count).sqrt(), greatest)
 }
 
 fn small_volume() -> impl Strategy<Value = ScalarVolume> {
