@@ -3,7 +3,7 @@
 use super::GpuError;
 use super::buffers::Growing;
 use super::context::Context;
-use crate::core::{Cancelled, Ticket};
+use crate::core::Ticket;
 use crate::hierarchy::{EMPTY_BRICK, FieldBounds};
 use crate::kernel::{Coefficients, Kernel, RadialKernel};
 use crate::transfer::Cumulative;
@@ -11,6 +11,8 @@ use crate::volume::{ScalarType, ScalarVolume};
 
 /// Storage bindings that hold coefficients.
 pub(super) const FIELD_CHUNKS: usize = 4;
+/// Voxels from a position, along each axis, that its brick's bounds hold for.
+const BOUNDED_REACH: usize = 1;
 /// Words packed between two looks at the ticket.
 const UPLOAD_WORDS: usize = 1 << 20;
 
@@ -41,10 +43,9 @@ pub(super) struct DeviceField {
     pub dims: [usize; 3],
     pub stored: [usize; 3],
     pub holes: Option<Vec<u32>>,
-    /// Host copy for bounds, without mirrored samples.
-    values: Vec<f32>,
+    /// Of positions and steps of up to a voxel from them, less `bias`.
+    bounds: FieldBounds,
     bias: f64,
-    bounds: Option<(usize, FieldBounds)>,
     size_bytes: u64,
 }
 
@@ -139,6 +140,10 @@ impl DeviceField {
             }
             chunks.push(buffer);
         }
+        // From floor(4b − ½ − reach) to floor(4b + 3½ + reach), and the kernel's own samples.
+        let side = BOUNDED_REACH + pad;
+        let bounds =
+            FieldBounds::of(&values, dims, side, side, ticket).map_err(|_| GpuError::Cancelled)?;
         Ok(Self {
             kernel,
             extent,
@@ -151,9 +156,8 @@ impl DeviceField {
             dims,
             stored,
             holes,
-            values,
+            bounds,
             bias,
-            bounds: None,
             size_bytes,
         })
     }
@@ -166,25 +170,15 @@ impl DeviceField {
     /// For each brick the distance to the nearest in which a position, or a step of `reach` voxels
     /// from it, can have a value that shows; then, where samples are without data, their bits; and
     /// the word at which those begin.
-    pub(super) fn empty_space(
-        &mut self,
-        table: &Cumulative,
-        reach: usize,
-        ticket: &Ticket,
-    ) -> Result<(Vec<u32>, u32), Cancelled> {
-        if self.bounds.as_ref().is_none_or(|(known, _)| *known != reach) {
-            // From floor(4b − ½ − reach) to floor(4b + 3½ + reach), and the kernel's own samples.
-            let side = reach + window(self.kernel, self.extent);
-            self.bounds =
-                Some((reach, FieldBounds::of(&self.values, self.dims, side, side, ticket)?));
-        }
-        let Some((_, bounds)) = &self.bounds else { return Ok((Vec::new(), 0)) };
+    pub(super) fn empty_space(&self, table: &Cumulative, reach: usize) -> (Vec<u32>, u32) {
         // Half a step of 16 bits, and the rounding of 32.
         let slack = match self.format {
             Format::Floats => 0.0,
             Format::Pairs | Format::Halves => self.scale / 65535.0,
         };
-        let mut bytes = bounds.distances(|low, high| {
+        // A step of more than a voxel may end as many bricks further on.
+        let further = reach.saturating_sub(BOUNDED_REACH).div_ceil(EMPTY_BRICK);
+        let mut bytes = self.bounds.distances(further, |low, high| {
             let (low, high) = (f64::from(low) + self.bias, f64::from(high) + self.bias);
             let slack = slack + 1e-6 * low.abs().max(high.abs());
             table.shows(low - slack, high + slack)
@@ -196,7 +190,7 @@ impl DeviceField {
         if let Some(holes) = &self.holes {
             words.extend(holes);
         }
-        Ok((words, holes_at))
+        (words, holes_at)
     }
 
     /// Bricks along x, y, z.

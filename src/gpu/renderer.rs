@@ -450,14 +450,9 @@ impl Renderer {
     /// between two slab faces ([`Renderer::slab_reach`]).
     ///
     /// # Errors
-    /// Cancelled, or a failing device.
-    pub fn set_slab_table(
-        &mut self,
-        table: &Cumulative,
-        reach: usize,
-        ticket: &Ticket,
-    ) -> Result<(), GpuError> {
-        self.slabs.set_table(&self.context, table, reach, ticket)?;
+    /// A failing device.
+    pub fn set_slab_table(&mut self, table: &Cumulative, reach: usize) -> Result<(), GpuError> {
+        self.slabs.set_table(&self.context, table, reach);
         self.note_bytes();
         self.context.check()
     }

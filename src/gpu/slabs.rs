@@ -120,16 +120,9 @@ impl SlabPass {
     }
 
     /// Sets the classification, and finds what it leaves empty for steps of `reach` voxels.
-    pub(super) fn set_table(
-        &mut self,
-        context: &Context,
-        table: &Cumulative,
-        reach: usize,
-        ticket: &Ticket,
-    ) -> Result<(), GpuError> {
-        let Some(field) = &mut self.field else { return Ok(()) };
-        let (empty, holes_at) =
-            field.empty_space(table, reach, ticket).map_err(|_| GpuError::Cancelled)?;
+    pub(super) fn set_table(&mut self, context: &Context, table: &Cumulative, reach: usize) {
+        let Some(field) = &self.field else { return };
+        let (empty, holes_at) = field.empty_space(table, reach);
         let storage = |label, bytes: &[u8]| {
             let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST;
             let buffer = Growing::make(context, label, usage, bytes.len() as u64);
@@ -154,7 +147,6 @@ impl SlabPass {
             count,
             ends: table.ends,
         });
-        Ok(())
     }
 
     /// Writes the constants of a piece; false where nothing is set up.

@@ -72,8 +72,9 @@ impl FieldBounds {
     }
 
     /// For each brick the Chebyshev distance, in bricks, to the nearest in which something can show
-    /// by `shows(least, greatest)`: 0 for those themselves, at most [`MOST_DISTANCE`].
-    pub fn distances(&self, shows: impl Fn(f32, f32) -> bool + Sync) -> Vec<u8> {
+    /// by `shows(least, greatest)`, and `further` bricks about it: 0 for those themselves, at most
+    /// [`MOST_DISTANCE`].
+    pub fn distances(&self, further: usize, shows: impl Fn(f32, f32) -> bool + Sync) -> Vec<u8> {
         let [nx, ny, nz] = self.dims;
         let mut distances: Vec<u8> = self
             .ranges
@@ -85,6 +86,11 @@ impl FieldBounds {
         // least, over the axis, of the greater of what is there and how far it is, gives this one.
         for (stride, n) in [(1, nx), (nx, ny), (nx * ny, nz)] {
             spread(&mut distances, stride, n);
+        }
+        if further > 0 {
+            let further = u8::try_from(further).unwrap_or(u8::MAX);
+            // Those at the greatest distance may be further off, but not surely.
+            distances.par_iter_mut().for_each(|d| *d = d.saturating_sub(further));
         }
         distances
     }
@@ -105,7 +111,7 @@ fn bound(ranges: impl Iterator<Item = [f32; 2]>) -> [f32; 2] {
     ranges.fold([f32::INFINITY, f32::NEG_INFINITY], |[low, high], [l, h]| [low.min(l), high.max(h)])
 }
 
-/// d[i] ← min over j of max(d[j], |i − j|) along every line of an axis.
+/// dᵢ ← min over j of max(dⱼ, |i − j|) along every line of an axis.
 fn spread(distances: &mut [u8], stride: usize, n: usize) {
     let block = stride * n;
     distances.par_chunks_mut(block).for_each(|block| {
@@ -200,12 +206,14 @@ mod tests {
             ranges[(z * 7 + y) * 9 + x] = [0.0, 1.0];
         }
         let bounds = FieldBounds { dims, ranges };
-        let distances = bounds.distances(|_, high| high > 0.5);
+        let distances = bounds.distances(0, |_, high| high > 0.5);
+        let wider = bounds.distances(2, |_, high| high > 0.5);
         for (i, &found) in distances.iter().enumerate() {
             let at = [i % 9, i / 9 % 7, i / 63];
             let far = |s: &[usize; 3]| (0..3).map(|a| s[a].abs_diff(at[a])).max().unwrap();
             let expected = seen.iter().map(far).min().unwrap().min(usize::from(MOST_DISTANCE));
             assert_eq!(usize::from(found), expected, "{at:?}");
+            assert_eq!(usize::from(wider[i]), expected.saturating_sub(2), "{at:?}");
         }
     }
 }

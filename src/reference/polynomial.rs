@@ -9,7 +9,7 @@ const DEEPEST: u32 = 40;
 
 type Row = [f64; MOST_DEGREE + 1];
 
-/// Bernstein coefficients from values at [`nodes`], for each degree.
+/// Bernstein coefficients from values at `nodes`, for each degree.
 static FITS: LazyLock<[[Row; MOST_DEGREE + 1]; MOST_DEGREE + 1]> =
     LazyLock::new(|| std::array::from_fn(fit));
 

@@ -182,7 +182,7 @@ impl Drawer {
                 &scene.volume.statistics,
                 weight,
             );
-            self.renderer.set_slab_table(&table, key.reach, &Ticket::new())?;
+            self.renderer.set_slab_table(&table, key.reach)?;
             self.field.table = Some(key);
         }
         Ok(())

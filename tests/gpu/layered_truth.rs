@@ -137,10 +137,10 @@ pub(crate) fn expected(scene: &Scene, size: [u32; 2]) -> Light {
                 let number = (layer + slope * 0.5 * (pair[0] + pair[1])).floor() as i64;
                 let place =
                     if layered { layers.entry(number).or_default() } else { &mut whole_sum };
-                for c in 0..3 {
-                    place[c] += depth * k.colour[c];
+                let [red, green, blue] = k.colour;
+                for (sum, c) in place.iter_mut().zip([red, green, blue, 1.0]) {
+                    *sum += depth * c;
                 }
-                place[3] += depth;
             }
             if layered {
                 continue;
