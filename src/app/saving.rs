@@ -192,6 +192,7 @@ mod tests {
             kernels_drawn: 1,
             kernels_active: 1,
             kernels_total: 1,
+            backend: crate::scene::Backend::Raster,
             frame_ms: 1.0,
             progress: 1.0,
             estimated_rmse: None,

@@ -242,6 +242,17 @@ impl SplatSettings {
         Ok(())
     }
 
+    /// The mode that stands in for this one while the view moves: triangles, shaded first.
+    pub fn previewed(&self) -> Self {
+        Self {
+            kernel: self.kernel.splatted(),
+            extent: self.extent,
+            opacity_unit_distance: self.opacity_unit_distance,
+            backend: Backend::Raster,
+            ..Self::SHADE_FIRST
+        }
+    }
+
     /// What `render` draws with where nobody chose: triangles for every sample, composited far to
     /// near by optical depth; tiles for all else, which triangles cannot do.
     pub fn fixed_backend(&self) -> Backend {

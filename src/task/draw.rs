@@ -8,10 +8,11 @@ use crate::gpu::layout::Record;
 use crate::gpu::{GpuError, Renderer, Scattered};
 use crate::hierarchy::{Cut, CutLimits, Pyramid};
 use crate::kernel::{Kernel, RadialKernel};
-use crate::scene::{Backend, Background, Scene, View, Visibility};
+use crate::scene::{Backend, Background, Classify, Scene, View, Visibility};
 use crate::transfer::{Table, TransferFunction};
 use crate::volume::ScalarVolume;
 
+use super::calibration::Calibration;
 use super::cost::Costs;
 use super::slabs;
 
@@ -115,6 +116,8 @@ pub struct Drawer {
     classified: Option<Classified>,
     /// How much smaller the last coarse picture was drawn than shown.
     last_shrink: f64,
+    /// Which back end is faster here.
+    pub(super) calibration: Calibration,
     /// What reconstructs the scene's field, on its way to the device.
     pub(super) field: slabs::FieldJob,
 }
@@ -137,6 +140,7 @@ impl Drawer {
             costs: Costs::default(),
             classified: None,
             last_shrink: 2.0,
+            calibration: Calibration::default(),
             field: slabs::FieldJob::default(),
         }
     }
@@ -322,7 +326,8 @@ impl Drawer {
         let lists = match scene.splat.visibility {
             Visibility::EverySample => scene.splat.backend == Backend::Tiles,
             Visibility::Sheets => false,
-            Visibility::Slabs => true,
+            // Shaded first, nodes are a stand-in for a reconstructed field, and triangles do.
+            Visibility::Slabs => scene.splat.classify == Classify::Before,
         };
         if lists {
             self.draw_lists(scene, &view, &records, observer)?;

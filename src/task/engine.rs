@@ -22,7 +22,7 @@ use super::still::{self, Still, StillError, StillRequest};
 use crate::core::Ticket;
 use crate::gpu::{Context, GpuError, Renderer, Wishes};
 use crate::kernel::Kernel;
-use crate::scene::Scene;
+use crate::scene::{Backend, Scene, SplatSettings};
 use crate::volume::ScalarVolume;
 
 /// What to draw until the next request.
@@ -101,6 +101,8 @@ pub struct FrameReport {
     pub kernels_active: u64,
     /// Voxels in the volume.
     pub kernels_total: u64,
+    /// What drew it.
+    pub backend: Backend,
     /// Wall milliseconds from camera set to queue finished.
     pub frame_ms: f64,
     /// Share of the way to `full`, 0..=1; 1 once nothing more will be drawn.
@@ -549,7 +551,16 @@ impl Worker {
             active: drawer.active_count(),
         };
         let learnt = drawer.costs;
-        let drawn = drawer.draw(&request.scene, request.size, rung, &mut watch);
+        let splat = match rung {
+            Rung::Full | Rung::Reduced { .. } => SplatSettings {
+                backend: drawer.window_backend(&request.scene),
+                ..request.scene.splat
+            },
+            _ => request.scene.splat.previewed(),
+        };
+        let scene = Scene { splat, ..request.scene.clone() };
+        let drawn = drawer.draw(&scene, request.size, rung, &mut watch);
+        let raster_ms = drawn.as_ref().ok().map(|drawn| drawn.wall_ms);
         if matches!((rung, manner), (Rung::Coarse { .. }, Manner::InPieces { .. })) {
             // A picture that may take far longer has other prices than those the hand needs.
             drawer.costs = learnt;
@@ -564,6 +575,7 @@ impl Worker {
             };
             let words = (rung_words(rung, &drawn), progress);
             let mut picture = picture(request, words, &drawn, rgba, active);
+            picture.report.backend = scene.splat.backend;
             let coarseness = match rung {
                 Rung::Coarse { .. } => Some(Coarseness::Octree { max_error: drawn.max_error }),
                 Rung::Reduced { .. } => Some(Coarseness::Reduced),
@@ -572,7 +584,8 @@ impl Worker {
             if let Some(coarseness) = coarseness {
                 let rmse = self.estimator.rmse(&request.scene, coarseness, picture.shrink());
                 picture.report.estimated_rmse = Some(rmse);
-            } else if rung == Rung::Full {
+            }
+            if rung == Rung::Full {
                 self.check(request, &mut picture);
             }
             let picture = Arc::new(picture);
@@ -583,8 +596,27 @@ impl Worker {
             self.publish(picture);
             Ok(())
         });
+        let calibrated = match raster_ms {
+            Some(raster_ms)
+                if rung == Rung::Full
+                    && result.is_ok()
+                    && drawer.is_to_be_calibrated(&request.scene) =>
+            {
+                let mut watch = Watch {
+                    worker: self,
+                    request,
+                    manner,
+                    start,
+                    last_progress: start,
+                    last_partial: Instant::now(),
+                    active: drawer.active_count(),
+                };
+                drawer.calibrate(&request.scene, request.size, raster_ms, &mut watch)
+            }
+            _ => Ok(()),
+        };
         self.drawer = Some(drawer);
-        result
+        result.and(calibrated)
     }
 
     fn publish(&self, picture: Arc<Picture>) {
@@ -624,6 +656,7 @@ fn picture(
         kernels_drawn: drawn.kernels,
         kernels_active,
         kernels_total: request.scene.volume.lattice.len() as u64,
+        backend: Backend::Raster,
         frame_ms: drawn.wall_ms,
         progress,
         estimated_rmse: None,

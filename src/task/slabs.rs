@@ -19,7 +19,7 @@ use crate::volume::ScalarVolume;
 const FIRST_TILES: u32 = 64;
 /// Transmittance at which rays end: what is behind can change no channel by more than half a step
 /// of 10 bits.
-const STOP_BELOW: f64 = 5e-4;
+pub(super) const STOP_BELOW: f64 = 5e-4;
 /// How often a wait for the coefficients looks whether something newer came.
 const LOOK_EVERY: Duration = Duration::from_millis(4);
 

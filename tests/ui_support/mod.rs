@@ -111,6 +111,7 @@ fn gradient(request: &FrameRequest) -> Picture {
         kernels_drawn: 500,
         kernels_active: 500,
         kernels_total: 512,
+        backend: voxsplat::scene::Backend::Raster,
         frame_ms: 12.0,
         progress: if moving { 0.0 } else { 1.0 },
         estimated_rmse: moving.then_some(0.0282),

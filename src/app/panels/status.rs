@@ -61,9 +61,10 @@ fn report_ui(ui: &mut Ui, shown: &Shown) {
     }
     let counts = ui.add(Label::new(faint(&counts_words(report))).truncate());
     counts.on_hover_text(format!(
-        "{}: {} kernels drawn; the full picture draws the {} voxels that have opacity, of {} in \
+        "{}, drawn with {}: {} kernels drawn; the full picture draws the {} voxels that have opacity, of {} in \
          the volume",
         report.rung,
+        words::backend(report.backend),
         words::count(report.kernels_drawn),
         words::count(report.kernels_active),
         words::count(report.kernels_total),
@@ -155,6 +156,7 @@ mod tests {
             kernels_drawn: 1234,
             kernels_active: 56_789,
             kernels_total: 16_777_216,
+            backend: crate::scene::Backend::Raster,
             frame_ms: 28.4,
             progress: 0.1,
             estimated_rmse: None,

@@ -97,6 +97,7 @@ impl Worker {
             kernels_drawn: drawn.kernels,
             kernels_active: active,
             kernels_total: scene.volume.lattice.len() as u64,
+            backend: scene.splat.fixed_backend(),
             frame_ms: drawn.wall_ms,
             progress: 1.0,
             estimated_rmse: None,
