@@ -7,8 +7,9 @@ use std::time::{Duration, Instant};
 use glam::DVec3;
 use voxsplat::core::Ticket;
 use voxsplat::gpu::Wishes;
+use voxsplat::kernel::Kernel;
 use voxsplat::reference::Rays;
-use voxsplat::scene::Scene;
+use voxsplat::scene::{Backend, Scene, SplatSettings};
 use voxsplat::task::draw::Rung;
 use voxsplat::task::engine::{
     AdapterChoice, Effort, Engine, EngineState, FrameRequest, Ladder, Picture,
@@ -311,4 +312,26 @@ fn another_volume_is_not_kept_waiting_by_the_first_ones_preparation() {
     bench.pictures_until(|_, seen| seen.iter().any(|p| p.requested_size == [900, 900]));
     println!("measured switched in {switched:?}, the heavy one takes {:?}", start.elapsed());
     assert!(switched < start.elapsed(), "{switched:?} is not less than {:?}", start.elapsed());
+}
+
+#[test]
+fn the_faster_back_end_is_measured_for_each_kernel_and_a_choice_holds_against_it() {
+    let Some(mut drawer) = drawer() else { return };
+    let scene = with_kernel(small(), Kernel::Gaussian);
+    let size = [64, 48];
+    drawer.prepare(&scene, &Ticket::new()).expect("the device prepares");
+    for (raster_ms, faster) in [(1e9, Backend::Tiles), (1e-9, Backend::Raster)] {
+        drawer.calibrate(&scene, size, raster_ms, &mut ()).expect("it is measured");
+        assert_eq!(drawer.window_backend(&scene), faster);
+        assert!(!drawer.is_to_be_calibrated(&scene));
+    }
+    drawer.calibrate(&scene, size, 1e9, &mut ()).expect("it is measured");
+    for backend in [Backend::Raster, Backend::Tiles] {
+        let mut chosen = scene.clone();
+        chosen.splat.backend = backend;
+        assert_eq!(drawer.window_backend(&chosen), backend);
+        assert!(!drawer.is_to_be_calibrated(&chosen));
+    }
+    let exact = Scene { splat: SplatSettings::EXACT, ..scene };
+    assert_eq!(drawer.window_backend(&exact), Backend::Tiles);
 }

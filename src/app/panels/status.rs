@@ -61,10 +61,10 @@ fn report_ui(ui: &mut Ui, shown: &Shown) {
     }
     let counts = ui.add(Label::new(faint(&counts_words(report))).truncate());
     counts.on_hover_text(format!(
-        "{}, drawn with {}: {} kernels drawn; the full picture draws the {} voxels that have opacity, of {} in \
-         the volume",
+        "{}, drawn with {}: {} kernels drawn; the full picture draws the {} voxels that have \
+         opacity, of {} in the volume",
         report.rung,
-        words::backend(report.backend),
+        words::backend(report.backend).0.to_lowercase(),
         words::count(report.kernels_drawn),
         words::count(report.kernels_active),
         words::count(report.kernels_total),
