@@ -164,9 +164,10 @@ fn cells(
         low = low.max(from.min(high));
         high = high.min(to.max(low));
     }
-    let least_width = low.abs().max(high.abs()).max(1e-30) * 1e-6;
+    let least_width = low.abs().max(high.abs()).max(1e-30) * 1e-11;
     if high - low < least_width {
-        (low, high) = (low - least_width / 2.0, low + least_width / 2.0);
+        let middle = low / 2.0 + high / 2.0;
+        (low, high) = (middle - least_width / 2.0, middle + least_width / 2.0);
     }
     if scalar_type.is_integer() && low.abs().max(high.abs()) < 1e15 {
         let (first, end) = (low.floor() - 1.0, high.ceil() + 1.0);
