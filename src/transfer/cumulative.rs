@@ -228,6 +228,20 @@ mod tests {
     }
 
     #[test]
+    fn a_narrow_range_of_large_values_has_all_the_cells() {
+        let f = function(&[(1e6 + 0.2, 0.0), (1e6 + 0.8, 0.8)], [1e6, 1e6 + 1.0]);
+        let table = Cumulative::new(
+            &f,
+            ScalarType::Float64,
+            &statistics(1e6, 1e6 + 1.0),
+            Weight::Extinction,
+        );
+        let high = table.low + table.cells.len() as f64 / table.scale;
+        assert!(table.low <= 1e6 + 0.2 && high >= 1e6 + 0.8, "{} {high}", table.low);
+        assert!(table.scale > 4000.0 / 0.61, "{}", table.scale);
+    }
+
+    #[test]
     fn a_peak_thinner_than_a_cell_keeps_its_depth() {
         let f = function(&[(0.5, 0.0), (0.5, 0.9), (0.500_01, 0.9), (0.500_01, 0.0)], [0.0, 1.0]);
         let f = TransferFunction {

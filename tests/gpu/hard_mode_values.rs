@@ -97,13 +97,7 @@ fn nan_and_infinities() {
         [("float32", Samples::Float32(narrow)), ("float64", Samples::Float64(wide))]
     {
         let scene = with_samples(samples, transfer.clone());
-        for (mode, scene, within) in modes(&scene) {
-            let within = match mode {
-                "exact" => Within { max_abs: 0.1, rmse: 2e-3, bias: 1e-4 },
-                _ => within,
-            };
-            faults.extend(held(&mut drawer, &format!("NaN, ±∞ {name}, {mode}"), &scene, within));
-        }
+        faults.extend(in_modes(&mut drawer, &format!("NaN, ±∞ {name}"), &scene));
     }
     // Nothing else is no volume.
     for value in [f32::NAN, f32::INFINITY] {
@@ -134,7 +128,8 @@ fn opacities_of_nothing_a_hundred_millionth_and_one() {
         let relative = |l: &Light| -> Light { l.iter().map(|p| p.map(|c| c / most)).collect() };
         let (found, expected) = (relative(&found), relative(&expected));
         print_measured(&format!("alpha 1e-8, relative, {mode}"), &found, &expected);
-        let within = Within { max_abs: 3e-3, rmse: 3e-4, bias: 5e-5 };
+        // Measured: exact 3.2e-4, 3.6e-5, 1.4e-6; the others 9.4e-5, 9.0e-6, 2.7e-6.
+        let within = Within { max_abs: 8e-4, rmse: 8e-5, bias: 8e-6 };
         assert_eq!(fault(&found, &expected, within), None, "alpha 1e-8, {mode}");
     }
     let mut faults = Vec::new();
