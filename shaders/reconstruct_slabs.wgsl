@@ -295,6 +295,8 @@ fn ray(screen: vec2<f32>) -> vec4<f32> {
 
     var colour = vec3<f32>(0.0);
     var transmittance = 1.0;
+    // Added up: 1 - transmittance has no digits left where opacities are small.
+    var alpha = 0.0;
     let step = slabs.base.w;
     let first = i32(floor(enter / step));
     let last = i32(ceil(leave / step));
@@ -368,10 +370,11 @@ fn ray(screen: vec2<f32>) -> vec4<f32> {
             } else {
                 colour += found.rgb * (opacity * transmittance);
             }
+            alpha += opacity * transmittance;
             transmittance *= 1.0 - opacity;
         }
     }
-    return vec4<f32>(colour, 1.0 - transmittance);
+    return vec4<f32>(colour, alpha);
 }
 
 @compute @workgroup_size(TILE, TILE)

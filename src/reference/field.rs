@@ -241,9 +241,15 @@ pub(super) fn tensor(basis: Basis, block: &[f64; 64], fraction: DVec3) -> f64 {
     block.chunks_exact(16).zip(z).map(|(p, w)| w * plane(p)).sum()
 }
 
-/// Gives samples that are not finite the mean of their finite neighbours, in rounds, and tells which
-/// they were.
+/// Gives samples without data (NaN) the mean of their finite neighbours, in rounds, and tells which
+/// they were. ±∞ count as the ends of the finite range.
 fn fill_holes(values: &mut [f64], dims: [usize; 3]) -> Option<Vec<bool>> {
+    let finite = values.iter().copied().filter(|v| v.is_finite());
+    let (least, greatest) =
+        finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
+    if least <= greatest {
+        values.iter_mut().filter(|v| v.is_infinite()).for_each(|v| *v = v.clamp(least, greatest));
+    }
     let holes: Vec<bool> = values.iter().map(|v| !v.is_finite()).collect();
     let mut open: Vec<usize> = (0..values.len()).filter(|&i| holes[i]).collect();
     if open.is_empty() {

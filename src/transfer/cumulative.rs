@@ -164,9 +164,10 @@ fn cells(
         low = low.max(from.min(high));
         high = high.min(to.max(low));
     }
-    let least_width = low.abs().max(high.abs()).max(1e-30) * 1e-6;
+    let least_width = low.abs().max(high.abs()).max(1e-30) * 1e-11;
     if high - low < least_width {
-        (low, high) = (low - least_width / 2.0, low + least_width / 2.0);
+        let middle = low / 2.0 + high / 2.0;
+        (low, high) = (middle - least_width / 2.0, middle + least_width / 2.0);
     }
     if scalar_type.is_integer() && low.abs().max(high.abs()) < 1e15 {
         let (first, end) = (low.floor() - 1.0, high.ceil() + 1.0);
@@ -224,6 +225,20 @@ mod tests {
             let found = f64::from(table.emission[j][0] - table.emission[i][0]) / cells;
             assert!((found - red).abs() < 2e-4, "{i}..{j}: {found} {red}");
         }
+    }
+
+    #[test]
+    fn a_narrow_range_of_large_values_has_all_the_cells() {
+        let f = function(&[(1e6 + 0.2, 0.0), (1e6 + 0.8, 0.8)], [1e6, 1e6 + 1.0]);
+        let table = Cumulative::new(
+            &f,
+            ScalarType::Float64,
+            &statistics(1e6, 1e6 + 1.0),
+            Weight::Extinction,
+        );
+        let high = table.low + table.cells.len() as f64 / table.scale;
+        assert!(table.low <= 1e6 + 0.2 && high >= 1e6 + 0.8, "{} {high}", table.low);
+        assert!(table.scale > 4000.0 / 0.61, "{}", table.scale);
     }
 
     #[test]

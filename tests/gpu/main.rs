@@ -6,6 +6,8 @@
 mod against_reference;
 mod engine;
 mod gathered;
+mod hard_cases;
+mod hard_mode_values;
 mod hard_values;
 mod invariants;
 mod judging;
