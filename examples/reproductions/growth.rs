@@ -83,14 +83,13 @@ pub(crate) fn write(page: &mut Page<'_>) -> Result<()> {
     page.table(&["x", "mode", "x: ms", "straight line, ms", "variance it explains"], &rows);
     page.figure("growth.png", "Measured times and straight lines through them (least squares).");
     page.say(
-        "**Bends.** Along the first axis the picture keeps its size while the grid gets finer: kernels \
-         shrink on the screen as they grow in number, so splatted pixels stay about as many per layer, and \
-         the number of active kernels goes with the cube of the grid's edge (its square for a shell one \
-         voxel thick) while slabs, and with them the exact mode's work per pixel, go with the edge alone: \
-         its curve is expected to flatten to the right. Along the second, a fixed part that belongs to the \
-         kernels and not to the pixels remains at 0, and pixels whose ray ends early cost less. Along the \
-         third, each slab costs the same, but a pixel that turns opaque ends after as much *depth*, not as \
-         many slabs, so the line stays straight; what it has at 0 is the part paid once a picture.",
+        "**Bends, and what to expect.** Where the machine was busy, points scatter about their line: the \
+         last column says how much of what is seen the line explains, and a low number there is no bend. \
+         Along the first axis the picture keeps its size while the grid gets finer: kernels shrink on the \
+         screen as they grow in number, and slabs, and with them the exact mode's work per pixel, grow with \
+         the grid's edge alone, so no proportionality to kernels is expected of slabs. Along the second, \
+         what remains at 0 pixels belongs to the kernels; along the third, what remains at 0 slabs is paid \
+         once a picture. These are expectations: none of them was measured apart.",
     );
     Ok(())
 }

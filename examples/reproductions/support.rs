@@ -202,7 +202,7 @@ pub(crate) fn charts(
         {
             let points = || curves.iter().flat_map(|(_, points)| points.iter());
             let right = points().map(|p| p.0).fold(0.0, f64::max) * 1.04;
-            let top = points().map(|p| p.1).fold(0.0, f64::max) * 1.12;
+            let top = points().map(|p| p.1).fold(0.0, f64::max) * if fit { 1.45 } else { 1.12 };
             let bottom = points().map(|p| p.1).fold(0.0, f64::min) * 1.1;
             let mut chart = ChartBuilder::on(area)
                 .caption(title, ("sans-serif", 18))
@@ -220,7 +220,9 @@ pub(crate) fn charts(
                 .label_style(("sans-serif", 14))
                 .draw()?;
             for (i, (name, points)) in curves.iter().enumerate() {
-                let colour = COLOURS[i % COLOURS.len()];
+                // A curve keeps the colour of its name from the first chart on.
+                let known = panels[0].3.iter().position(|(first, _)| first == name).unwrap_or(i);
+                let colour = COLOURS[known % COLOURS.len()];
                 let line: Vec<(f64, f64)> = if fit {
                     chart
                         .draw_series(points.iter().map(|&p| Circle::new(p, 3, colour.filled())))?;
