@@ -186,8 +186,8 @@ fn table(page: &mut Page<'_>, scene: &Scene, first: bool) -> Result<Vec<Vec<Cell
     let active: Vec<String> = published.active.iter().map(u64::to_string).collect();
     let share = 100.0 * published.active[2] as f64 / scene.volume.lattice.len() as f64;
     page.say(&format!(
-        "*own*: against the converged picture of his own model, Gaussians shaded first, every sample \
-         ({}). *exact*: against the converged picture of values interpolated by cubic B-splines and \
+        "*own*: against the picture, refined as far as stated, of his own model, Gaussians shaded first, every sample \
+         ({}). *exact*: against the like picture of values interpolated by cubic B-splines and \
          classified after that ({}). Kernels drawn at the three resolutions: {}; {share:.1} % of \
          the full scan have opacity (his head: 8.8 %). Times are the lesser of two frames.",
         words[0],
@@ -276,8 +276,7 @@ fn figures(page: &mut Page<'_>, cells: &[Vec<Cell>]) -> Result<()> {
     page.figure(
         "westover-4.03.png",
         "Westover's figure 4.03: every fourth sample, every second, every sample, Gaussians, by the \
-         published method. Thinning keeps aliases of the fine detail and, without an opacity \
-         correction, turns the head transparent.",
+         published method. Thinning turns fine detail into rings and blotches: aliases.",
     );
     Ok(())
 }
