@@ -66,7 +66,9 @@ struct Slabs {
     more: vec4<u32>,
 }
 
-@group(0) @binding(0) var<uniform> slabs: Slabs;
+// Storage rather than uniform: lavapipe compiles a shader anew, and keeps it, for every value of a
+// uniform that decides a branch.
+@group(0) @binding(0) var<storage, read> slabs: Slabs;
 // Coefficients, with the mirrored samples beyond the borders, in up to four chunks.
 @group(0) @binding(1) var<storage, read> field0: array<u32>;
 @group(0) @binding(2) var<storage, read> field1: array<u32>;

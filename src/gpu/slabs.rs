@@ -63,7 +63,7 @@ impl SlabPass {
             uniform: Growing::make(
                 context,
                 "slabs",
-                Usage::UNIFORM | Usage::COPY_DST,
+                Usage::STORAGE | Usage::COPY_DST,
                 size_of::<layout::Slabs>() as u64,
             ),
             capped: Growing::make(
