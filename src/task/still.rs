@@ -8,7 +8,7 @@ use crate::accuracy::{self, Difference};
 use crate::core::colour::srgb_bytes;
 use crate::core::{Camera, Cancelled, Ticket};
 use crate::gpu::{GpuError, PassTime, Renderer};
-use crate::scene::{Backend, Scene, SplatSettings, Visibility};
+use crate::scene::{Backend, Classify, Scene, SplatSettings, Visibility};
 
 /// How far a still picture is to be refined.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -242,16 +242,23 @@ pub(super) fn draw(
         timer,
         peak_gpu_bytes: drawer.renderer.peak_bytes(),
         capped_sums,
-        backend: if rung == Rung::Full {
-            scene.splat.fixed_backend().name()
-        } else {
-            Backend::Raster.name()
-        },
+        backend: backend_of(rung, &scene.splat).name(),
         pipelines: drawer.renderer.pipeline_count(),
         measured_rmse,
         convergence,
         capped_opacities: drawer.capped_count(),
     })
+}
+
+/// What a rung of a still picture is drawn with.
+fn backend_of(rung: Rung, splat: &SplatSettings) -> Backend {
+    let lists = splat.backend == Backend::Tiles
+        || (splat.visibility == Visibility::Slabs && splat.classify == Classify::Before);
+    match rung {
+        Rung::Full | Rung::Reduced { .. } => splat.fixed_backend(),
+        Rung::Octree { .. } | Rung::Subsampled { .. } if lists => Backend::Tiles,
+        _ => Backend::Raster,
+    }
 }
 
 /// The camera turned about its up vector by whole degrees.
