@@ -315,6 +315,9 @@ fn stats_are_complete(path: &str, kernels: usize) {
     assert_eq!(stats["octree_nodes"], 0);
     assert!(stats["effects"].is_array());
     assert_eq!(stats["refinement"], "full");
+    assert_eq!(stats["mode"]["classify"], "pre-integrated");
+    assert_eq!(stats["mode"]["extent"], 1.8);
+    assert_eq!(stats["backend"], "tiles");
     assert_eq!(stats["frame_ms"].as_array().map(Vec::len), Some(3));
     assert!(stats["load_ms"].is_number() && stats["peak_gpu_bytes"].as_u64() > Some(0));
     let passes = stats["passes"].as_array().expect("passes");

@@ -90,7 +90,7 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
         }
     }
     if let Some(path) = &flags.stats {
-        let stats = Stats::of(&still, kernels_total, load_ms);
+        let stats = Stats::of(&still, splat, kernels_total, load_ms);
         let text = serde_json::to_string_pretty(&stats).map_err(Failure::failed)?;
         std::fs::write(path, text + "\n").map_err(|error| {
             Failure::Failed(format!(

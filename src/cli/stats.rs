@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use crate::scene::SplatSettings;
 use crate::task::still::{Convergence, Still};
 
 /// The file's content; the names are stable.
@@ -9,6 +10,8 @@ use crate::task::still::{Convergence, Still};
 pub(super) struct Stats<'a> {
     adapter: &'a str,
     resolution: [u32; 2],
+    /// The mode it was drawn in.
+    mode: SplatSettings,
     /// `raster` or `tiles`.
     backend: &'static str,
     kernels_total: u64,
@@ -46,10 +49,16 @@ struct PassRow {
 }
 
 impl<'a> Stats<'a> {
-    pub(super) fn of(still: &'a Still, kernels_total: u64, load_ms: f64) -> Self {
+    pub(super) fn of(
+        still: &'a Still,
+        mode: SplatSettings,
+        kernels_total: u64,
+        load_ms: f64,
+    ) -> Self {
         Self {
             adapter: &still.adapter,
             resolution: still.size,
+            mode,
             backend: still.backend,
             kernels_total,
             kernels_active: still.kernels_active,

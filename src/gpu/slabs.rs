@@ -46,6 +46,7 @@ struct SlabTable {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 struct Variant {
     kernel: Kernel,
+    window: usize,
     format: Format,
     one_chunk: bool,
     has_holes: bool,
@@ -192,6 +193,7 @@ impl SlabPass {
         let (Some(field), Some(table)) = (&self.field, &self.table) else { return };
         let variant = Variant {
             kernel: settings.kernel,
+            window: field.pad,
             format: field.format,
             one_chunk: field.chunks.len() == 1,
             has_holes: field.holes.is_some(),
@@ -341,6 +343,7 @@ fn compile(context: &Context, variant: Variant) -> wgpu::ComputePipeline {
     let flag = |on: bool| f64::from(u8::from(on));
     let constants = [
         ("kernel", f64::from(kernel)),
+        ("window", variant.window as f64),
         ("format", f64::from(format)),
         ("one_chunk", flag(variant.one_chunk)),
         ("has_holes", flag(variant.has_holes)),
