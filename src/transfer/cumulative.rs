@@ -238,7 +238,8 @@ mod tests {
         );
         let high = table.low + table.cells.len() as f64 / table.scale;
         assert!(table.low <= 1e6 + 0.2 && high >= 1e6 + 0.8, "{} {high}", table.low);
-        assert!(table.scale > 4000.0 / 0.61, "{}", table.scale);
+        // The colours change over the whole unit.
+        assert!(table.scale > 4000.0, "{}", table.scale);
     }
 
     #[test]
