@@ -6,7 +6,7 @@ use std::ops::Range;
 use glam::DVec3;
 
 use super::GpuError;
-use super::buffers::{Growing, read_buffer};
+use super::buffers::{Growing, read_words};
 use super::context::Context;
 use super::frame::Pass;
 use super::layout::{self, SHARE_CELLS, TILE};
@@ -198,14 +198,9 @@ impl Renderer {
     /// # Errors
     /// A failing device.
     pub fn capped_sums(&mut self) -> Result<u64, GpuError> {
-        let usage = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST;
-        let staging = Growing::make(&self.context, "totals read back", usage, 32);
-        let mut encoder = self.context.device.create_command_encoder(&Default::default());
-        encoder.copy_buffer_to_buffer(&self.totals, 0, &staging, 0, 16);
-        encoder.copy_buffer_to_buffer(self.slabs.capped(), 0, &staging, 16, 16);
-        self.context.queue.submit([encoder.finish()]);
-        let words: Vec<u32> = bytemuck::pod_collect_to_vec(&read_buffer(&self.context, &staging)?);
-        Ok((u64::from(words[2]) | u64::from(words[3]) << 32) + u64::from(words[4]))
+        let gathered = read_words(&self.context, &self.totals, 16)?;
+        let slabs = read_words(&self.context, self.slabs.capped(), 4)?;
+        Ok((u64::from(gathered[2]) | u64::from(gathered[3]) << 32) + u64::from(slabs[0]))
     }
 
     pub(super) fn gather(

@@ -20,16 +20,6 @@ fn with_samples(samples: Samples, transfer: TransferFunction) -> Scene {
     Scene { volume: volume(lattice, samples), transfer, ..scene }
 }
 
-/// The usual transfer function with its values moved: v becomes v · scale + offset.
-fn moved(scale: f64, offset: f64) -> TransferFunction {
-    let mut transfer = transfer();
-    transfer.opacity.iter_mut().for_each(|(v, _)| *v = *v * scale + offset);
-    if let ColourSource::Stops(stops) = &mut transfer.colour {
-        stops.iter_mut().for_each(|(v, _)| *v = *v * scale + offset);
-    }
-    transfer
-}
-
 /// 0..256, one a sample.
 fn values() -> impl Iterator<Item = f64> {
     (0..COUNT).map(|i| random(11, i) * 256.0)

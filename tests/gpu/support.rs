@@ -90,6 +90,16 @@ pub(crate) fn transfer() -> TransferFunction {
     }
 }
 
+/// The usual transfer function with its values moved: v becomes v · scale + offset.
+pub(crate) fn moved(scale: f64, offset: f64) -> TransferFunction {
+    let mut transfer = transfer();
+    transfer.opacity.iter_mut().for_each(|(v, _)| *v = *v * scale + offset);
+    if let ColourSource::Stops(stops) = &mut transfer.colour {
+        stops.iter_mut().for_each(|(v, _)| *v = *v * scale + offset);
+    }
+    transfer
+}
+
 pub(crate) fn volume(lattice: Lattice, samples: Samples) -> Arc<ScalarVolume> {
     Arc::new(ScalarVolume::from_samples("test", lattice, samples).expect("a sound volume"))
 }
