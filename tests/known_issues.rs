@@ -30,8 +30,8 @@ fn opacities_of_floats_do_not_depend_on_the_colour_range() {
     assert!(extinction(&function, 1.0) > 0.0, "a colour range hides what has opacity");
 }
 
-/// The loops of one invocation go round 65 535 times on llvmpipe, all together; then they end, and
-/// what lies behind is lost. Shade-first layers of a ray through thousands of slices need more, and
+/// The loops of one invocation seem to go round 65 535 times on llvmpipe, all together; then they
+/// end, and what lies behind is lost. Shade-first layers of a ray through thousands of slices need more, and
 /// so would very fine slabs or wide kernels. Issue 3.
 #[test]
 #[should_panic(expected = "layers are missing")]

@@ -57,8 +57,7 @@ pub(crate) fn write(page: &mut Page<'_>) -> Result<()> {
     );
     page.say(
         "*Published* is his method: sheets along the axis nearest to the view, opacity α·F, and no \
-         correction when samples are left out, so that thinned scans turn more transparent. *Optical \
-         depth* keeps opacity per unit distance, 1 mm, at every resolution.",
+         correction when samples are left out. *Optical depth* keeps opacity per unit distance, 1 mm, at every resolution.",
     );
     let grid = demo_grid("head", 256)?;
     let volume = subsampled(&*scalar(&grid)?, [1, 1, 2])?;

@@ -175,7 +175,7 @@ mod tests {
         let near = 1.0 - (-2.0_f64).exp();
         let far = (-2.0_f64).exp() * (1.0 - (-1.0_f64).exp());
         let [r, g, b, a] = light.pixel();
-        // Measured: 1e-11.
+        // Expected, not measured: 1e-11.
         assert!((r - near).abs() < 1e-9 && (g - far).abs() < 1e-9 && b == 0.0);
         assert!((a - (1.0 - (-3.0_f64).exp())).abs() < 1e-14);
     }

@@ -74,7 +74,7 @@ fn a_constant_slab_is_its_closed_form_for_every_kernel_and_both_projections() {
                     // World length per slice of index space.
                     let length = 5.0 / (place(1.0) - place(0.0)).z.abs();
                     let alpha = 1.0 - (-extinction_from_opacity(0.2) / 0.7 * length).exp();
-                    // Measured: 3e-13.
+                    // Expected, not measured: 3e-13.
                     assert!((pixel[3] - alpha).abs() < 1e-10, "{kernel:?} {pixel:?} {alpha}");
                     for c in 0..3 {
                         assert!((pixel[c] - colour[c] * alpha).abs() < 1e-9, "{kernel:?}");
@@ -136,7 +136,7 @@ fn gaussian_blobs_have_their_closed_optical_depth_and_hide_one_another() {
             1.0 - (-near - far).exp(),
         ];
         seen += usize::from(near > 0.01);
-        // Measured: 2e-10.
+        // Expected, not measured: 2e-10.
         assert!(difference(&[*pixel], &[expected]) < 1e-8, "{pixel:?} {expected:?}");
     }
     assert!(seen > 4, "{seen}");
@@ -167,7 +167,7 @@ fn a_ramp_under_a_ramp_is_its_closed_form() {
                     let per_voxel = 1.0 / (place(1.0) - place(0.0)).x.abs();
                     let depth = antiderivative(0.8) / 0.08 * per_voxel / 0.5;
                     let found = -(-pixel[3]).ln_1p();
-                    // Measured: 2e-9, where the tolerance is spent.
+                    // Expected, not measured: 2e-9, where the tolerance is spent.
                     assert!((found - depth).abs() < 1e-6, "{kernel:?}: {found} {depth}");
                 }
             }
@@ -189,7 +189,7 @@ fn a_step_on_a_ramp_is_entered_where_it_is() {
                 // Beyond the last sample at 11 the mirrored ramp stays above the step to 11.5.
                 let length = (11.5 - 4.3) / (place(1.0) - place(0.0)).x.abs();
                 let alpha = 1.0 - (-(2.0_f64.ln()) * length).exp();
-                // Measured: 1e-14.
+                // Expected, not measured: 1e-14.
                 assert!((pixel[3] - alpha).abs() < 1e-11, "{pixel:?} {alpha}");
             }
         }
