@@ -9,6 +9,9 @@ const TILE: u32 = 8u;
 const EMPTY_BRICK: i32 = 4;
 // Faces between two looks at whether anything can show: about a brick.
 const LOOK_EVERY: u32 = 4u;
+// Least depth of three slabs together, in slabs, for all three to be whole: at the borders of the
+// lattice they are clipped.
+const WHOLE_SLABS: f32 = 2.99;
 // Stands for "no value here".
 const NOTHING: f32 = -3e38;
 
@@ -259,36 +262,29 @@ fn classify(u: f32) -> vec4<f32> {
     return select(select(inside, slabs.beyond, u >= last), slabs.below, u < 0.0);
 }
 
-// A value's place in the table of integrals, and what is integrated up to there.
-struct Face {
-    u: f32,
-    sums: vec4<f32>,
-}
-
-// Mean colour and weight of all values between that of a face and another, to which the face moves.
-// Where there was no value before (`is_first`) the face only moves.
-fn classify_between(face: ptr<function, Face>, u: f32, is_first: bool) -> vec4<f32> {
+// Mean colour and weight of all values between those of two faces, each moved by `shift`.
+fn classify_between(near: f32, far: f32, shift: f32) -> vec4<f32> {
     let last = f32(slabs.bricks.w);
-    // The nearest place in the table: unbiased, and never further off than half a cell.
-    let rounded = floor(u + 0.5);
-    let width = rounded - (*face).u;
-    let near = abs(width) < NEAR_CELLS && !is_first;
-    // Near ones by the cell in their middle.
-    let place = select(rounded, floor(0.5 * (u + (*face).u)), near);
-    let most = select(last, last - 1.0, near);
-    // One fetch for either, because software adapters run both sides of a branch.
-    let found = table[u32(clamp(place, 0.0, most)) + select(slabs.bricks.w, 0u, near)];
+    // The nearest places in the table: unbiased, and never further off than half a cell.
+    let begin = floor(near + shift + 0.5);
+    let end = floor(far + shift + 0.5);
+    let width = end - begin;
+    let close = abs(width) < NEAR_CELLS;
+    // Close ones by the cell in their middle. One fetch for either, because software adapters run
+    // both sides of a branch.
+    let place = select(begin, floor(0.5 * (near + far) + shift), close);
+    let most = select(last, last - 1.0, close);
+    let sums = slabs.bricks.w;
+    let found = table[u32(clamp(place, 0.0, most)) + select(sums, 0u, close)];
+    let other = table[u32(clamp(end, 0.0, last)) + sums];
     let below = vec4<f32>(slabs.below.rgb * slabs.below.w, slabs.below.w);
     let beyond = vec4<f32>(slabs.beyond.rgb * slabs.beyond.w, slabs.beyond.w);
-    let sums = found + below * min(rounded, 0.0) + beyond * max(rounded - last, 0.0);
-    let part = sums - (*face).sums;
+    let part = other - found + below * (min(end, 0.0) - min(begin, 0.0))
+        + beyond * (max(end - last, 0.0) - max(begin - last, 0.0));
     let one = select(select(found, slabs.beyond, place >= last), slabs.below, place < 0.0);
-    // What was not fetched is added up from the cell.
-    let moved = (*face).sums + vec4<f32>(one.rgb * one.w, one.w) * width;
-    *face = Face(rounded, select(sums, moved, near));
     let colour = clamp(part.rgb / select(part.w, 1.0, part.w == 0.0), vec3<f32>(0.0), vec3<f32>(1.0));
-    let range = vec4<f32>(colour, max(part.w / select(width, 1.0, near), 0.0));
-    return select(select(range, one, near), vec4<f32>(0.0), is_first);
+    let range = vec4<f32>(colour, max(part.w / select(width, 1.0, close), 0.0));
+    return select(range, one, close);
 }
 
 fn distance_at(position: vec3<f32>) -> i32 {
@@ -335,16 +331,25 @@ fn ray(screen: vec2<f32>) -> vec4<f32> {
     let last = i32(ceil(leave / step));
     // Length of the ray per pixel of depth, in unit distances.
     let stretch = length(vec3<f32>(screen * slabs.up.w, 1.0)) * slabs.picture.z;
-    // Faces are counted in the order of compositing.
+    // Faces are counted in the order of compositing. Between faces, a slab is classified once the
+    // face behind it is known too: that takes one turn more.
     let way = select(1, -1, back_to_front);
+    let ahead = select(1, 0, classify_middle);
     var k = select(first, last, back_to_front);
-    var remaining = last - first;
-    // Whether `face` is the face before the one at k.
-    var have = false;
-    var face = Face(0.0, vec4<f32>(0.0));
-    var before_t = 0.0;
+    var remaining = last - first + ahead;
+    // The faces before the one at k: values, and depths in pixels. The slab between the last two is
+    // the next to be classified.
+    var u_before = NOTHING;
+    var u_near = NOTHING;
+    var u_far = NOTHING;
+    var t_before = 0.0;
+    var t_near = 0.0;
+    var t_far = 0.0;
+    // How many of them there are.
+    var have = 0;
     while remaining >= 0 && transmittance >= slabs.picture.w {
-        var at = select(k, k - way, have);
+        // Where the next slab begins.
+        var at = k - way * min(have, 2 * ahead);
         var look_t = clamp(f32(at) * step, enter, leave);
         var far = distance_at(origin + direction * look_t);
         while far > 0 && remaining >= 0 {
@@ -352,9 +357,15 @@ fn ray(screen: vec2<f32>) -> vec4<f32> {
             let free = leap(origin + direction * look_t, far, inverse * f32(way));
             let faces = max(i32(ceil((abs(look_t - f32(at) * step) + free) / step)), 1);
             at += way * faces;
-            remaining = select(last - at, at - first, back_to_front);
-            k = at;
-            have = false;
+            // One sooner, for the face before the slab.
+            let next = at - way * ahead;
+            if (next - k) * way > 0 {
+                k = next;
+                remaining = select(last - k, k - first, back_to_front) + ahead;
+                have = 0;
+                u_near = NOTHING;
+                u_far = NOTHING;
+            }
             look_t = clamp(f32(at) * step, enter, leave);
             far = distance_at(origin + direction * look_t);
         }
@@ -362,21 +373,32 @@ fn ray(screen: vec2<f32>) -> vec4<f32> {
         for (var n = 0u; n < LOOK_EVERY && remaining >= 0 && transmittance >= slabs.picture.w; n++) {
             let t = clamp(f32(k) * step, enter, leave);
             var found = vec4<f32>(0.0);
-            var other_t = before_t;
+            var from_t = t_near;
+            var to_t = t_far;
             if classify_middle {
-                other_t = clamp(f32(k + way) * step, enter, leave);
-                let u = value(origin + direction * (0.5 * (t + other_t)));
+                from_t = t;
+                to_t = clamp(f32(k + way) * step, enter, leave);
+                let u = value(origin + direction * (0.5 * (from_t + to_t)));
                 if u != NOTHING {
                     found = classify(u);
                 }
             } else {
                 let u = value(origin + direction * t);
-                found = classify_between(&face, u, !have);
-                if u == NOTHING {
+                // The straight line between the faces gets the mean of the cubic through four.
+                let whole = abs(t - t_before) >= WHOLE_SLABS * step
+                    && u_before != NOTHING && u != NOTHING;
+                let bend = ((u_near - u_before) + (u_far - u)) * (1.0 / 24.0);
+                found = classify_between(u_near, u_far, select(0.0, bend, whole));
+                if u_near == NOTHING || u_far == NOTHING {
                     found.w = 0.0;
                 }
-                before_t = t;
-                have = u != NOTHING;
+                u_before = u_near;
+                u_near = u_far;
+                u_far = u;
+                t_before = t_near;
+                t_near = t_far;
+                t_far = t;
+                have += 1;
             }
             k += way;
             remaining -= 1;
@@ -384,11 +406,11 @@ fn ray(screen: vec2<f32>) -> vec4<f32> {
                 continue;
             }
             if has_holes {
-                if is_hole(origin + direction * (0.5 * (t + other_t))) {
+                if is_hole(origin + direction * (0.5 * (from_t + to_t))) {
                     continue;
                 }
             }
-            let amount = found.w * stretch * abs(t - other_t);
+            let amount = found.w * stretch * abs(to_t - from_t);
             var opacity: f32;
             if published {
                 opacity = min(amount, 1.0);

@@ -183,24 +183,44 @@ pub(super) fn classified(
     pre_integrated: bool,
 ) -> Vec<Density> {
     let Some([a, b]) = domain(field.dims, line) else { return Vec::new() };
+    let faces: Vec<f64> = (planes.layer_of(a)..=planes.layer_of(b) + 1)
+        .map(|layer| planes.face(layer).clamp(a, b))
+        .collect();
+    let values: Vec<_> = if pre_integrated {
+        faces.iter().map(|&t| field.value(line.at(t))).collect()
+    } else {
+        Vec::new()
+    };
     let mut layers = Vec::new();
-    let mut behind = pre_integrated.then(|| field.value(line.at(a))).flatten();
-    for layer in planes.layer_of(a)..=planes.layer_of(b) {
-        let (low, high) = (a.max(planes.face(layer)), b.min(planes.face(layer + 1)));
-        if high <= low {
+    for (i, pair) in faces.windows(2).enumerate() {
+        let [low, high] = [pair[0], pair[1]];
+        let middle = line.at(f64::midpoint(low, high));
+        if high <= low || field.is_hole(middle) {
             continue;
         }
-        let middle = line.at(f64::midpoint(low, high));
         let mean = if pre_integrated {
-            let near = std::mem::replace(&mut behind, field.value(line.at(high)));
-            near.zip(behind).map(|(near, far)| classes.mean(near, far))
+            let bend = bend(&faces, &values, i, planes.step);
+            let [near, far] = [values[i], values[i + 1]].map(|v| v.map(|v| v + bend));
+            near.zip(far).map(|(near, far)| classes.mean(near, far))
         } else {
             field.value(middle).map(|value| classes.at(value))
         };
-        let hole = field.is_hole(middle);
-        if let Some(mean) = mean.filter(|_| !hole) {
+        if let Some(mean) = mean {
             layers.push(mean.map(|m| m * (high - low)));
         }
     }
     layers
+}
+
+/// What the mean value of slab `i` differs by from the mean of its two faces: that of the cubic
+/// through the two and the next on either side, (v₀ + v₁ − v₋₁ − v₂)/24. None (0) where one of these
+/// is missing or a slab is clipped.
+fn bend(faces: &[f64], values: &[Option<f64>], i: usize, step: f64) -> f64 {
+    let four = || {
+        let before = i.checked_sub(1)?;
+        let whole = faces.get(i + 2)? - faces[before] >= 2.99 * step;
+        let [v0, v1, v2, v3] = [values[before]?, values[i]?, values[i + 1]?, values[i + 2]?];
+        whole.then_some((v1 + v2 - v0 - v3) / 24.0)
+    };
+    four().unwrap_or(0.0)
 }
