@@ -213,8 +213,9 @@ pub(super) fn classified(
 }
 
 /// What the mean value of slab `i` differs by from the mean of its two faces: that of the cubic
-/// through the two and the next on either side, (v₀ + v₁ − v₋₁ − v₂)/24. None (0) where one of these
-/// is missing or a slab is clipped.
+/// through the two and the next on either side, (v₀ + v₁ − v₋₁ − v₂)/24. 0 where one of these is
+/// missing or one of the three slabs is clipped: a parabola through three faces was tried there, and
+/// is worse, because a mirrored lattice bends too abruptly at its border.
 fn bend(faces: &[f64], values: &[Option<f64>], i: usize, step: f64) -> f64 {
     let four = || {
         let before = i.checked_sub(1)?;

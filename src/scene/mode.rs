@@ -35,7 +35,8 @@ pub enum Classify {
     Before,
     /// The reconstructed value in the middle of each slab.
     After,
-    /// All values between the two faces of each slab.
+    /// All values between the two faces of each slab, along the straight line whose mean is that of
+    /// the cubic through these faces and the next on either side.
     PreIntegrated,
 }
 
