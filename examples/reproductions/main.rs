@@ -4,6 +4,7 @@
 //! page is measured in the run that writes it. Scans are those of `VOXSPLAT_DATA` (default
 //! `../shared/data`); pictures are of volumes made in code alone.
 
+mod classification;
 mod crawfis_max;
 mod growth;
 mod modes;
@@ -33,8 +34,9 @@ fn main() -> Result<()> {
     let path = docs.join("reproductions.md");
     let start = Instant::now();
     let scan = |page: &mut Page<'_>| westover::write_scan(page, &data);
-    let parts: [(&str, &Part<'_>); 5] = [
+    let parts: [(&str, &Part<'_>); 6] = [
         ("visibility modes", &modes::write),
+        ("classification", &classification::write),
         ("Crawfis–Max", &crawfis_max::write),
         ("growth of cost", &growth::write),
         ("Westover", &westover::write),
