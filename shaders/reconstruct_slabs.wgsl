@@ -85,7 +85,7 @@ struct Slabs {
 // Each cell's mean colour and weight; then weight times colour, and weight, integrated up to where
 // each cell begins, and to the end.
 @group(0) @binding(6) var<storage, read> table: array<vec4<f32>>;
-@group(0) @binding(7) var light: texture_storage_2d<rgba32float, write>;
+@group(0) @binding(7) var picture: texture_storage_2d<rgba32float, write>;
 @group(0) @binding(8) var<storage, read_write> capped: atomic<u32>;
 
 fn word(index: u32) -> u32 {
@@ -262,29 +262,78 @@ fn classify(u: f32) -> vec4<f32> {
     return select(select(inside, slabs.beyond, u >= last), slabs.below, u < 0.0);
 }
 
-// Mean colour and weight of all values between those of two faces, each moved by `shift`.
-fn classify_between(near: f32, far: f32, shift: f32) -> vec4<f32> {
+// What the table holds at a place: the mean of a cell, or what is integrated up to there.
+fn fetched(place: f32, is_cell: bool) -> vec4<f32> {
     let last = f32(slabs.bricks.w);
-    // The nearest places in the table: unbiased, and never further off than half a cell.
-    let begin = floor(near + shift + 0.5);
-    let end = floor(far + shift + 0.5);
-    let width = end - begin;
-    let close = abs(width) < NEAR_CELLS;
-    // Close ones by the cell in their middle. One fetch for either, because software adapters run
-    // both sides of a branch.
-    let place = select(begin, floor(0.5 * (near + far) + shift), close);
-    let most = select(last, last - 1.0, close);
-    let sums = slabs.bricks.w;
-    let found = table[u32(clamp(place, 0.0, most)) + select(sums, 0u, close)];
-    let other = table[u32(clamp(end, 0.0, last)) + sums];
+    let most = select(last, last - 1.0, is_cell);
+    let found = table[u32(clamp(place, 0.0, most)) + select(slabs.bricks.w, 0u, is_cell)];
+    let cell = select(select(found, slabs.beyond, place >= last), slabs.below, place < 0.0);
     let below = vec4<f32>(slabs.below.rgb * slabs.below.w, slabs.below.w);
     let beyond = vec4<f32>(slabs.beyond.rgb * slabs.beyond.w, slabs.beyond.w);
-    let part = other - found + below * (min(end, 0.0) - min(begin, 0.0))
-        + beyond * (max(end - last, 0.0) - max(begin - last, 0.0));
-    let one = select(select(found, slabs.beyond, place >= last), slabs.below, place < 0.0);
+    return select(found + below * min(place, 0.0) + beyond * max(place - last, 0.0), cell, is_cell);
+}
+
+// Mean colour and weight from an integral over values, and their number of cells.
+fn mean_of(part: vec4<f32>, width: f32) -> vec4<f32> {
     let colour = clamp(part.rgb / select(part.w, 1.0, part.w == 0.0), vec3<f32>(0.0), vec3<f32>(1.0));
-    let range = vec4<f32>(colour, max(part.w / select(width, 1.0, close), 0.0));
-    return select(range, one, close);
+    return vec4<f32>(colour, max(part.w / select(width, 1.0, width == 0.0), 0.0));
+}
+
+// Mean colours and weights of the two halves of a slab.
+struct Halves {
+    near: vec4<f32>,
+    far: vec4<f32>,
+}
+
+// All values between two faces, along a parabola whose mean differs by `bend` from theirs: in each
+// half along the straight line with its mean.
+fn classify_between(near: f32, far: f32, bend: f32) -> Halves {
+    let shift = 0.25 * bend;
+    let half = 0.5 * (near + far) + 1.5 * bend;
+    // The nearest places in the table: unbiased, and never further off than half a cell.
+    let begin = floor(near + shift + 0.5);
+    let middle = floor(half + shift + 0.5);
+    let end = floor(far + shift + 0.5);
+    // Close ones by the cell in their middle. One fetch for either, because software adapters run
+    // both sides of a branch.
+    let close_near = abs(middle - begin) < NEAR_CELLS;
+    let close_far = abs(end - middle) < NEAR_CELLS;
+    let first = fetched(select(begin, floor(0.5 * (near + half) + shift), close_near), close_near);
+    let second = fetched(middle, false);
+    let third = fetched(select(end, floor(0.5 * (half + far) + shift), close_far), close_far);
+    return Halves(
+        select(mean_of(second - first, middle - begin), first, close_near),
+        select(mean_of(third - second, end - middle), third, close_far),
+    );
+}
+
+// What a ray has gathered so far.
+struct Gathered {
+    // Premultiplied.
+    colour: vec3<f32>,
+    transmittance: f32,
+    // Added up: 1 - transmittance has no digits left where opacities are small.
+    alpha: f32,
+}
+
+// One layer more, of a weight times its length.
+fn composite(light: ptr<function, Gathered>, colour: vec3<f32>, amount: f32) {
+    var opacity: f32;
+    if published {
+        opacity = min(amount, 1.0);
+        if amount > 1.0 {
+            atomicAdd(&capped, 1u);
+        }
+    } else {
+        opacity = select(1.0 - exp(-amount), amount * (1.0 - 0.5 * amount), amount < 1e-3);
+    }
+    if back_to_front {
+        (*light).colour = mix((*light).colour, colour, opacity);
+    } else {
+        (*light).colour += colour * (opacity * (*light).transmittance);
+    }
+    (*light).alpha += opacity * (*light).transmittance;
+    (*light).transmittance *= 1.0 - opacity;
 }
 
 fn distance_at(position: vec3<f32>) -> i32 {
@@ -322,10 +371,7 @@ fn ray(screen: vec2<f32>) -> vec4<f32> {
         return vec4<f32>(0.0);
     }
 
-    var colour = vec3<f32>(0.0);
-    var transmittance = 1.0;
-    // Added up: 1 - transmittance has no digits left where opacities are small.
-    var alpha = 0.0;
+    var light = Gathered(vec3<f32>(0.0), 1.0, 0.0);
     let step = slabs.base.w;
     let first = i32(floor(enter / step));
     let last = i32(ceil(leave / step));
@@ -347,7 +393,7 @@ fn ray(screen: vec2<f32>) -> vec4<f32> {
     var t_far = 0.0;
     // How many of them there are.
     var have = 0;
-    while remaining >= 0 && transmittance >= slabs.picture.w {
+    while remaining >= 0 && light.transmittance >= slabs.picture.w {
         // Where the next slab begins.
         var at = k - way * min(have, 2 * ahead);
         var look_t = clamp(f32(at) * step, enter, leave);
@@ -370,9 +416,9 @@ fn ray(screen: vec2<f32>) -> vec4<f32> {
             far = distance_at(origin + direction * look_t);
         }
         // Loops rather than branches: software adapters run both sides of a branch.
-        for (var n = 0u; n < LOOK_EVERY && remaining >= 0 && transmittance >= slabs.picture.w; n++) {
+        for (var n = 0u; n < LOOK_EVERY && remaining >= 0 && light.transmittance >= slabs.picture.w; n++) {
             let t = clamp(f32(k) * step, enter, leave);
-            var found = vec4<f32>(0.0);
+            var found = Halves(vec4<f32>(0.0), vec4<f32>(0.0));
             var from_t = t_near;
             var to_t = t_far;
             if classify_middle {
@@ -380,17 +426,16 @@ fn ray(screen: vec2<f32>) -> vec4<f32> {
                 to_t = clamp(f32(k + way) * step, enter, leave);
                 let u = value(origin + direction * (0.5 * (from_t + to_t)));
                 if u != NOTHING {
-                    found = classify(u);
+                    found.near = classify(u);
                 }
             } else {
                 let u = value(origin + direction * t);
-                // The straight line between the faces gets the mean of the cubic through four.
+                // The parabola has the mean of the cubic through four faces.
                 let whole = abs(t - t_before) >= WHOLE_SLABS * step
                     && u_before != NOTHING && u != NOTHING;
                 let bend = ((u_near - u_before) + (u_far - u)) * (1.0 / 24.0);
-                found = classify_between(u_near, u_far, select(0.0, bend, whole));
-                if u_near == NOTHING || u_far == NOTHING {
-                    found.w = 0.0;
+                if u_near != NOTHING && u_far != NOTHING {
+                    found = classify_between(u_near, u_far, select(0.0, bend, whole));
                 }
                 u_before = u_near;
                 u_near = u_far;
@@ -402,7 +447,8 @@ fn ray(screen: vec2<f32>) -> vec4<f32> {
             }
             k += way;
             remaining -= 1;
-            if found.w <= 0.0 {
+            let weight = found.near.w + found.far.w;
+            if weight <= 0.0 {
                 continue;
             }
             if has_holes {
@@ -410,26 +456,20 @@ fn ray(screen: vec2<f32>) -> vec4<f32> {
                     continue;
                 }
             }
-            let amount = found.w * stretch * abs(to_t - from_t);
-            var opacity: f32;
-            if published {
-                opacity = min(amount, 1.0);
-                if amount > 1.0 {
-                    atomicAdd(&capped, 1u);
-                }
+            let length = stretch * abs(to_t - from_t);
+            if classify_middle {
+                composite(&light, found.near.rgb, weight * length);
+            } else if published {
+                // Opacities are given to slabs: the mean of the two.
+                let sum = found.near.rgb * found.near.w + found.far.rgb * found.far.w;
+                composite(&light, sum / weight, 0.5 * weight * length);
             } else {
-                opacity = select(1.0 - exp(-amount), amount * (1.0 - 0.5 * amount), amount < 1e-3);
+                composite(&light, found.near.rgb, 0.5 * found.near.w * length);
+                composite(&light, found.far.rgb, 0.5 * found.far.w * length);
             }
-            if back_to_front {
-                colour = mix(colour, found.rgb, opacity);
-            } else {
-                colour += found.rgb * (opacity * transmittance);
-            }
-            alpha += opacity * transmittance;
-            transmittance *= 1.0 - opacity;
         }
     }
-    return vec4<f32>(colour, alpha);
+    return vec4<f32>(light.colour, light.alpha);
 }
 
 @compute @workgroup_size(TILE, TILE)
@@ -452,5 +492,5 @@ fn reconstruct_slabs(
         let part = (vec2<f32>(f32(i % side), f32(i / side)) + 0.5) / f32(side);
         sum += ray(corner + vec2<f32>(part.x, -part.y));
     }
-    textureStore(light, pixel, sum / f32(side * side));
+    textureStore(picture, pixel, sum / f32(side * side));
 }

@@ -217,10 +217,11 @@ pub(crate) fn write(page: &mut Page<'_>) -> Result<()> {
         &table,
     );
     page.say(
-        "*Pre-integrated* here takes the value along the straight line that has the mean of the cubic \
-         through four slab faces: with the two faces alone, what a field bends between them is the leading \
-         error, and it is larger than that of the value in the middle of the slab (*after*) wherever planes \
-         are close enough together to follow the peak. The two further faces are evaluated anyway.",
+        "*Pre-integrated* here differs from the study's in two things that need no further evaluation of the \
+         field. The value runs along the parabola that has the mean of the cubic through four slab faces: \
+         with the two faces alone, what a field bends between them is the leading error where planes \
+         follow the peak. And each slab is composited as two halves, because what lies in front hides what \
+         lies behind it within a slab too, which is the leading error where matter is opaque.",
     );
     Ok(())
 }

@@ -174,13 +174,15 @@ pub(super) fn separable_between_planes(
 }
 
 /// Slabs of reconstructed values, clipped to the lattice's domain, from front to back: the value in
-/// the middle of each, or where `pre_integrated` all values between its faces.
+/// the middle of each, or where `pre_integrated` all values between its faces, along a parabola: a
+/// layer for each half.
 pub(super) fn classified(
     field: &Field,
     classes: &Classes,
     line: &Line,
     planes: &Planes,
     pre_integrated: bool,
+    model: OpacityModel,
 ) -> Vec<Density> {
     let Some([a, b]) = domain(field.dims, line) else { return Vec::new() };
     let faces: Vec<f64> = (planes.layer_of(a)..=planes.layer_of(b) + 1)
@@ -198,15 +200,25 @@ pub(super) fn classified(
         if high <= low || field.is_hole(middle) {
             continue;
         }
-        let mean = if pre_integrated {
-            let bend = bend(&faces, &values, i, planes.step);
-            let [near, far] = [values[i], values[i + 1]].map(|v| v.map(|v| v + bend));
-            near.zip(far).map(|(near, far)| classes.mean(near, far))
-        } else {
-            field.value(middle).map(|value| classes.at(value))
+        if !pre_integrated {
+            layers.extend(field.value(middle).map(|v| classes.at(v).map(|w| w * (high - low))));
+            continue;
+        }
+        let (Some(near), Some(far)) = (values[i], values[i + 1]) else { continue };
+        let bend = bend(&faces, &values, i, planes.step);
+        let half = f64::midpoint(near, far) + 1.5 * bend;
+        // Each half along the straight line that has the parabola's mean.
+        let part = |from, to| {
+            let mean = classes.mean(from + bend / 4.0, to + bend / 4.0);
+            mean.map(|w| w * (high - low) / 2.0)
         };
-        if let Some(mean) = mean {
-            layers.push(mean.map(|m| m * (high - low)));
+        let (mut near, far) = (part(near, half), part(half, far));
+        if model == OpacityModel::Published {
+            // Opacities are given to slabs.
+            add(&mut near, far, 1.0);
+            layers.push(near);
+        } else {
+            layers.extend([near, far]);
         }
     }
     layers

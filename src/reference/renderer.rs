@@ -192,7 +192,8 @@ impl Reference {
                     return truth::after(field, classes, visible, &line, self.tolerance);
                 }
                 let pre_integrated = self.splat.classify == Classify::PreIntegrated;
-                layers::classified(field, classes, &line, &self.slabs(&ray), pre_integrated)
+                let (planes, model) = (self.slabs(&ray), self.splat.opacity_model);
+                layers::classified(field, classes, &line, &planes, pre_integrated, model)
             }
             Source::Grid(grid, Shape::Separable(basis)) => {
                 if self.exact {

@@ -35,8 +35,9 @@ pub enum Classify {
     Before,
     /// The reconstructed value in the middle of each slab.
     After,
-    /// All values between the two faces of each slab, along the straight line whose mean is that of
-    /// the cubic through these faces and the next on either side.
+    /// All values between the two faces of each slab, in two halves in their order. The value runs
+    /// along the parabola through the faces that has the mean of the cubic through these and the next
+    /// on either side, in each half along the straight line with that half's mean.
     PreIntegrated,
 }
 
