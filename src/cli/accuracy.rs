@@ -79,6 +79,15 @@ pub(super) fn run(flags: &AccuracyFlags) -> Result<(), Failure> {
              any; look at the opacities and the camera"
         );
     }
+    if let Some(Ok(converged)) = sweep.converged()
+        && !converged.convergence.is_reached()
+    {
+        eprintln!(
+            "voxsplat: note: the picture that whole pictures are compared with did not converge up \
+             to --max-slabs {}: the table says by how much it still changed",
+            flags.max_slabs
+        );
+    }
     let report = Report::of(&sweep, flags.input.file.display().to_string());
     let text = serde_json::to_string_pretty(&report).map_err(Failure::failed)? + "\n";
     table_to.write(text.as_bytes())?;

@@ -151,9 +151,11 @@ fn chart(area: &Area<'_>, marks: &[Mark<'_>], sweep: &Sweep, file: &str) -> Outc
     let words =
         format!("{file}, {width} × {height} pixels, on {}", sweep.adapter().unwrap_or("nothing"));
     area.draw(&Text::new(words, (84, 62), style(18, INK))).map_err(failed)?;
+    let (count, plural) = (sweep.pixel_count(), if sweep.pixel_count() == 1 { "" } else { "s" });
+    let has_bars = marks.iter().any(|mark| mark.found.sampled.psnr_interval_db.is_some());
+    let bars = if has_bars { " (bars: 95 %)" } else { "" };
     let words = format!(
-        "Error at {} pixels (bars: 95 %) against the exact integral in float64 ({})",
-        sweep.pixel_count(),
+        "Error at {count} pixel{plural}{bars} against the exact integral in float64 ({})",
         Report::truth_words(sweep)
     );
     area.draw(&Text::new(words, (84, 84), style(18, INK))).map_err(failed)?;
