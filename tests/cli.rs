@@ -372,7 +372,7 @@ fn shells_scene() -> Scene {
     scene
 }
 
-/// Measured on llvmpipe (Mesa 22.3.6), 2026-11-21: max 1.3e-3, rmse 4.5e-5.
+/// Measured on llvmpipe (Mesa 22.3.6), 2026-11-21: max 1.1e-3, rmse 3.7e-5.
 #[test]
 fn a_rendered_exr_is_the_references_light_and_the_png_is_its_display_form() {
     if !can_draw() {
@@ -402,12 +402,12 @@ fn a_rendered_exr_is_the_references_light_and_the_png_is_its_display_form() {
 
     let display = image::open(&png).expect("a PNG").into_rgba8();
     assert_eq!(display.dimensions(), (96, 80));
-    for (byte, light) in display.pixels().zip(&expected) {
+    for (byte, light) in display.pixels().zip(&found) {
         let encoded = |c: f64| voxsplat::core::colour::srgb_from_linear(c) * 255.0;
         let off =
             (0..3).map(|c| (f64::from(byte[c]) - encoded(light[c])).abs()).fold(0.0, f64::max);
-        // Half a step of rounding, and the light's own error.
-        assert!(off < 0.9 && byte[3] == 255, "{byte:?} for {light:?}");
+        // Half a step of rounding; the light itself was held to the reference above.
+        assert!(off < 0.51 && byte[3] == 255, "{byte:?} for {light:?}");
     }
     stats_are_complete(&stats, grid_kernels(&scene).len());
 }
