@@ -1,7 +1,9 @@
 //! The price list, from the command line and step by step.
 
+mod command_line;
+
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Output;
 use std::sync::Arc;
 
 use serde_json::Value;
@@ -15,35 +17,10 @@ use voxsplat::task::still::{CONVERGED, Refine, StillRequest};
 use voxsplat::task::sweep::{Step, Sweep, SweepError, SweepOptions, exact_truth};
 use voxsplat::volume::{Component, demo};
 
-fn voxsplat(arguments: &[&str]) -> Output {
-    let output = Command::new(env!("CARGO_BIN_EXE_voxsplat"))
-        .args(arguments)
-        .env_remove("RUST_LOG")
-        .env_remove("DISPLAY")
-        .env_remove("WAYLAND_DISPLAY")
-        // Without one, libwayland writes to stderr whenever a Vulkan driver looks for a screen.
-        .env("XDG_RUNTIME_DIR", std::env::temp_dir())
-        .output()
-        .expect("the program starts");
-    assert!(!errors(&output).contains("panicked"), "{}", errors(&output));
-    output
-}
+use command_line::{errors, voxsplat};
 
-fn errors(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
-}
-
-/// Whether pictures can be drawn here; says so where not and that is allowed.
 fn can_draw() -> bool {
-    let choice = AdapterChoice::Auto;
-    match voxsplat::gpu::Context::new(&choice, voxsplat::gpu::Wishes::default()) {
-        Ok(_) => true,
-        Err(error) if std::env::var("VOXSPLAT_GPU").is_ok_and(|v| v == "allow-skip") => {
-            println!("skipped the price list: {error}");
-            false
-        }
-        Err(error) => panic!("{error} (or set VOXSPLAT_GPU=allow-skip)"),
-    }
+    command_line::can_draw("the price list")
 }
 
 fn shells(dims: usize) -> Scene {
@@ -87,10 +64,14 @@ fn the_table_has_every_mode_with_its_price_and_the_front_is_right() {
         "0.3,-0.5,0.8",
     ]);
     assert!(run.status.success(), "{}", errors(&run));
-    assert!(run.stdout.is_empty() && run.stderr.is_empty(), "quiet away from a terminal");
     let text = std::fs::read_to_string(&table).expect("a table");
     let table: Value = serde_json::from_str(&text).expect("JSON");
     the_head_is_complete(&table);
+    // Quiet away from a terminal, but for a converged picture that is none.
+    let converged = table["converged"]["is_reached"] == true;
+    let notes = errors(&run);
+    assert!(run.stdout.is_empty() && notes.lines().count() == usize::from(!converged), "{notes}");
+    assert_eq!(notes.contains("did not converge up to --max-slabs 16"), !converged, "{notes}");
     let points = table["points"].as_array().expect("points");
     assert!(points.len() >= 40, "{}", points.len());
     let mut costs = Vec::new();
@@ -195,6 +176,8 @@ fn a_table_of_nothing_says_so_and_has_no_decibels() {
     let table: Value = serde_json::from_slice(&run.stdout).expect("JSON and nothing else");
     for point in table["points"].as_array().expect("points") {
         assert!(point["rmse"] == 0.0 && point["psnr_db"].is_null(), "{point}");
+        // Equal errors do not tell how sure they are.
+        assert!(point["rmse_ci"].is_null() && point["psnr_ci_db"].is_null(), "{point}");
     }
 }
 
@@ -254,6 +237,38 @@ fn places_that_cannot_be_written_to_are_found_before_the_work() {
     let run = voxsplat(&["accuracy", "demo:shells:8", "-o", name, "--adapter", "no such adapter"]);
     refused(&run, 1, &["no such adapter"]);
     assert!(!Path::new(name).exists(), "an empty table was left behind");
+}
+
+/// Ctrl-C while it works: nothing was there, and nothing is.
+#[cfg(unix)]
+#[test]
+fn an_interrupted_sweep_leaves_no_file_behind() {
+    use std::os::unix::process::ExitStatusExt;
+    if !can_draw() {
+        return;
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let [table, plot] = ["t.json", "p.png"].map(|name| folder.path().join(name));
+    let [table, plot] = [&table, &plot].map(|path| path.to_str().expect("UTF-8"));
+    let long = ["accuracy", "demo:head:64", "-o", table, "--plot", plot, "--pixels", "100000"];
+    let mut child = command_line::program(&long)
+        .stdout(std::process::Stdio::null())
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .expect("the program starts");
+    std::thread::sleep(std::time::Duration::from_secs(3));
+    assert!(child.try_wait().expect("a child").is_none(), "it is at work for minutes");
+    let names = || std::fs::read_dir(folder.path()).expect("ours").count();
+    assert_eq!(names(), 0, "something is there before there is something to write");
+    // A shell may have started all this with Ctrl-C switched off: then the second one ends it.
+    for signal in ["-INT", "-TERM"] {
+        let id = child.id().to_string();
+        let sent = std::process::Command::new("kill").args([signal, &id]).status().expect("kill");
+        assert!(sent.success());
+    }
+    let output = child.wait_with_output().expect("it ends");
+    assert!(matches!(output.status.signal(), Some(2 | 15)), "{}", errors(&output));
+    assert_eq!(names(), 0, "a file was left behind");
 }
 
 fn engine() -> Engine {

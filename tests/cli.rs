@@ -1,7 +1,9 @@
 //! The command line as scripts meet it: exit codes, sentences, files.
 
+mod command_line;
+
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::Output;
 use std::sync::Arc;
 
 use glam::DVec3;
@@ -13,36 +15,10 @@ use voxsplat::scene::{ModeChoice, Scene, opening};
 use voxsplat::transfer::{ColourSource, TransferFunction};
 use voxsplat::volume::{Component, demo};
 
-fn voxsplat(arguments: &[&str]) -> Output {
-    let output = Command::new(env!("CARGO_BIN_EXE_voxsplat"))
-        .args(arguments)
-        .env_remove("RUST_LOG")
-        .env_remove("DISPLAY")
-        .env_remove("WAYLAND_DISPLAY")
-        // Without one, libwayland writes to stderr whenever a Vulkan driver looks for a screen.
-        .env("XDG_RUNTIME_DIR", std::env::temp_dir())
-        .output()
-        .expect("the program starts");
-    let errors = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert!(!errors.contains("panicked") && !errors.contains("RUST_BACKTRACE"), "{errors}");
-    output
-}
+use command_line::{errors, voxsplat};
 
-fn errors(output: &Output) -> String {
-    String::from_utf8(output.stderr.clone()).expect("UTF-8")
-}
-
-/// Whether pictures can be drawn here; says so where not and that is allowed.
 fn can_draw() -> bool {
-    let choice = voxsplat::gpu::AdapterChoice::Auto;
-    match voxsplat::gpu::Context::new(&choice, voxsplat::gpu::Wishes::default()) {
-        Ok(_) => true,
-        Err(error) if std::env::var("VOXSPLAT_GPU").is_ok_and(|v| v == "allow-skip") => {
-            println!("skipped pictures by the command line: {error}");
-            false
-        }
-        Err(error) => panic!("{error} (or set VOXSPLAT_GPU=allow-skip)"),
-    }
+    command_line::can_draw("pictures by the command line")
 }
 
 /// What is wrong with a refusal; `None` for one line with these words that ends in the path.
@@ -153,9 +129,24 @@ fn wrong_usage_exits_with_2() {
         (&["--refine", "coarse"], &["--budget-ms", "--max-error"]),
         (&["--refine", "coarse", "--budget-ms", "5", "--max-error", "0.1"], &["both"]),
         (&["--budget-ms", "5"], &["--refine coarse"]),
+        (&["--max-error", "0.1"], &["--refine coarse"]),
+        (&["--refine", "converged", "--max-error", "0.1"], &["--refine coarse"]),
+        (
+            &["--sheets-per-kernel", "3", "--visibility", "slabs"],
+            &["--sheets-per-kernel", "--visibility slabs"],
+        ),
+        (
+            &["--slabs-per-voxel", "2", "--visibility", "every-sample"],
+            &["--slabs-per-voxel", "--visibility every-sample"],
+        ),
+        (&["--slabs-per-voxel", "2", "--sheets-per-kernel", "3"], &["--visibility sheets"]),
+        (&["--stats", "/nowhere/./out.png"], &["--output and --stats", "two files"]),
     ] {
         assert_eq!(fault(&render(more), 2, words, None), None);
     }
+    let demo = Path::new("demo:shells:8");
+    let raw = voxsplat(&["info", "demo:shells:8", "--raw-spacing", "1,1,2"]);
+    assert_eq!(fault(&raw, 2, &["--raw-dims", "a demo"], Some(demo)), None);
     let jpeg = voxsplat(&["render", "demo:shells:8", "-o", "a.jpg"]);
     assert_eq!(fault(&jpeg, 2, &[".png", ".exr"], Some(Path::new("a.jpg"))), None);
     assert_eq!(voxsplat(&["render", "demo:shells:8"]).status.code(), Some(2), "no output");
@@ -165,9 +156,11 @@ fn wrong_usage_exits_with_2() {
 #[test]
 fn what_is_not_in_the_file_or_the_machine_is_exit_1() {
     let demo = Path::new("demo:shells:8");
-    let render = |more: &[&str]| {
-        voxsplat(&[&["render", "demo:shells:8", "-o", "/nowhere/out.png"], more].concat())
-    };
+    let folder = tempfile::tempdir().expect("a folder");
+    let picture = folder.path().join("out.png");
+    let name = picture.to_str().expect("UTF-8");
+    let render =
+        |more: &[&str]| voxsplat(&[&["render", "demo:shells:8", "-o", name], more].concat());
     assert_eq!(fault(&render(&["--field", "q"]), 1, &["shell", "\"q\""], Some(demo)), None);
     assert_eq!(fault(&render(&["--component", "4"]), 1, &["component 4"], Some(demo)), None);
     let output = voxsplat(&["info", "demo:nothing"]);
@@ -175,14 +168,128 @@ fn what_is_not_in_the_file_or_the_machine_is_exit_1() {
     let adapter = render(&["--adapter", "no such adapter"]);
     assert_eq!(fault(&adapter, 1, &["no such adapter"], None), None);
     if can_draw() {
-        let line = errors(&render(&["--resolution", "8,8"]));
-        assert!(
-            line.lines().count() == 1 && line.trim_end().ends_with(": /nowhere/out.png"),
-            "{line}"
-        );
         let large = render(&["--resolution", "1000000,8"]);
         assert_eq!(fault(&large, 1, &["1000000"], None), None);
     }
+    assert!(!picture.exists(), "a picture of nothing");
+}
+
+#[test]
+fn places_that_cannot_be_written_to_are_found_before_the_drawing() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = |name: &str| folder.path().join(name);
+    // Drawing would fail, and say so: whatever else is said was found before it.
+    let adapter = ["--adapter", "no such adapter"];
+    let render = |output: &Path, more: &[&str]| {
+        let name = output.to_str().expect("UTF-8");
+        voxsplat(&[&["render", "demo:shells:8", "-o", name], &adapter[..], more].concat())
+    };
+    std::fs::create_dir(at("folder.png")).expect("ours");
+    for place in [Path::new("/nowhere/out.png"), &at("no/out.exr"), &at("folder.png")] {
+        assert_eq!(fault(&render(place, &[]), 1, &["the picture", "folder"], Some(place)), None);
+        let stats = place.to_str().expect("UTF-8");
+        let output = render(&at("out.png"), &["--stats", stats]);
+        assert_eq!(fault(&output, 1, &["the statistics", "folder"], Some(place)), None);
+    }
+    let input = written(folder.path(), "in.nrrd", &nrrd("uint8", "2 2 2", &[0; 8]));
+    let name = input.to_str().expect("UTF-8");
+    let over = voxsplat(&["render", name, "-o", "out.png", "--stats", name]);
+    assert_eq!(fault(&over, 2, &["FILE and --stats", "two files"], Some(&input)), None);
+
+    // What is there stays until there is something new, and nothing else is left beside it.
+    let picture = written(folder.path(), "old.png", b"old");
+    let stats = written(folder.path(), "old.json", b"old");
+    let stats_flag = ["--stats", stats.to_str().expect("UTF-8")];
+    let failed = render(&picture, &stats_flag);
+    assert_eq!(fault(&failed, 1, &["no such adapter"], None), None);
+    for path in [&picture, &stats] {
+        assert_eq!(std::fs::read(path).expect("it is there"), b"old");
+    }
+    if can_draw() {
+        let name = picture.to_str().expect("UTF-8");
+        let small = ["render", "demo:shells:8", "-o", name, "--resolution", "8,8"];
+        let run = voxsplat(&[&small[..], &stats_flag].concat());
+        assert!(run.status.success(), "{}", errors(&run));
+        assert_eq!(image::open(&picture).expect("a PNG").into_rgba8().dimensions(), (8, 8));
+        let text = std::fs::read_to_string(&stats).expect("statistics");
+        assert!(serde_json::from_str::<Value>(&text).is_ok(), "{text}");
+    }
+    assert_eq!(std::fs::read_dir(folder.path()).expect("ours").count(), 4);
+}
+
+#[test]
+fn what_cannot_be_known_to_have_converged_is_said_and_counted_as_not_reached() {
+    if !can_draw() {
+        return;
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let stats = folder.path().join("stats.json");
+    let picture = folder.path().join("out.png");
+    let [stats_name, picture_name] =
+        [&stats, &picture].map(|path| path.to_str().expect("UTF-8").to_owned());
+    for (slabs, note, refinement) in [("64", true, "full"), ("16", false, "converged")] {
+        let run = voxsplat(&[
+            "render",
+            "demo:constant:8",
+            "-o",
+            &picture_name,
+            "--stats",
+            &stats_name,
+            "--resolution",
+            "12,10",
+            "--refine",
+            "converged",
+            "--slabs-per-voxel",
+            slabs,
+        ]);
+        assert!(run.status.success(), "{}", errors(&run));
+        assert_eq!(errors(&run).contains("not known: 64 slabs"), note, "{}", errors(&run));
+        let text = std::fs::read_to_string(&stats).expect("statistics");
+        let found: Value = serde_json::from_str(&text).expect("JSON");
+        assert_eq!(found["convergence"]["is_reached"], !note, "{text}");
+        assert_eq!(found["refinement"], refinement, "{text}");
+    }
+}
+
+#[test]
+fn values_beyond_32_bits_are_called_that() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let doubles =
+        |values: [f64; 8]| values.into_iter().flat_map(f64::to_le_bytes).collect::<Vec<_>>();
+    let file = |name: &str, values| {
+        written(folder.path(), name, &nrrd("double", "2 2 2", &doubles(values)))
+    };
+    let far = file("far.nrrd", std::array::from_fn(|i| 1e39 * (i + 1) as f64));
+    render_is_refused(&far, &["32-bit floats", "1e39 to 8e39", "\"far\""]);
+    let one = file("one.nrrd", std::array::from_fn(|i| if i == 3 { 1e300 } else { i as f64 }));
+    let picture = folder.path().join("out.png");
+    let name = one.to_str().expect("UTF-8");
+    let run = voxsplat(&[
+        "render",
+        name,
+        "-o",
+        picture.to_str().expect("UTF-8"),
+        "--adapter",
+        "no such adapter",
+    ]);
+    let said = errors(&run);
+    assert!(said.starts_with("voxsplat: note: ") && said.contains("0e0 to 1e300"), "{said}");
+    let info = voxsplat(&["info", name]);
+    assert!(String::from_utf8_lossy(&info.stdout).contains("0 to 1e300"), "{info:?}");
+}
+
+#[test]
+fn bytes_that_are_no_text_are_shown_shortly() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let noise: Vec<u8> = (0..600_u32).map(|i| (i * i * 37 / 11 % 251) as u8 | 0x80).collect();
+    let words = ["bytes that begin with 80 83 8d 9e"];
+    file_is_refused(&written(folder.path(), "noise.nrrd", &noise), &words);
+    file_is_refused(&written(folder.path(), "noise.xyz", &noise), &words);
+    let header = nrrd("\u{1}\u{2}\u{3}u8\u{4}v", "2 2 2", &[0; 8]);
+    let typed = written(folder.path(), "typed.nrrd", &header);
+    let output = voxsplat(&["info", typed.to_str().expect("UTF-8")]);
+    let said = errors(&output);
+    assert!(said.contains("found \"·u8·v\"") && !said.contains("\\u{"), "{said}");
 }
 
 #[cfg(target_os = "linux")]
@@ -265,7 +372,7 @@ fn shells_scene() -> Scene {
     scene
 }
 
-/// Measured on llvmpipe (Mesa 22.3.6), 2026-11-21: max 1.3e-3, rmse 4.5e-5.
+/// Measured on llvmpipe (Mesa 22.3.6), 2026-11-21: max 1.1e-3, rmse 3.7e-5.
 #[test]
 fn a_rendered_exr_is_the_references_light_and_the_png_is_its_display_form() {
     if !can_draw() {
@@ -295,12 +402,12 @@ fn a_rendered_exr_is_the_references_light_and_the_png_is_its_display_form() {
 
     let display = image::open(&png).expect("a PNG").into_rgba8();
     assert_eq!(display.dimensions(), (96, 80));
-    for (byte, light) in display.pixels().zip(&expected) {
+    for (byte, light) in display.pixels().zip(&found) {
         let encoded = |c: f64| voxsplat::core::colour::srgb_from_linear(c) * 255.0;
         let off =
             (0..3).map(|c| (f64::from(byte[c]) - encoded(light[c])).abs()).fold(0.0, f64::max);
-        // Half a step of rounding, and the light's own error.
-        assert!(off < 0.9 && byte[3] == 255, "{byte:?} for {light:?}");
+        // Half a step of rounding; the light itself was held to the reference above.
+        assert!(off < 0.51 && byte[3] == 255, "{byte:?} for {light:?}");
     }
     stats_are_complete(&stats, grid_kernels(&scene).len());
 }

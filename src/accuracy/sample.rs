@@ -16,6 +16,9 @@ const RESAMPLES: usize = 1000;
 /// Share of them that the interval leaves out at each end.
 const TAIL: f64 = 0.025;
 
+/// Squared errors that differ by less than this share of them are equal but for their rounding.
+const SAME: f64 = 1e-9;
+
 /// A stream of random numbers (Steele, Lea and Flood 2014, SplitMix64): the same everywhere.
 #[derive(Debug, Clone)]
 struct Random(u64);
@@ -74,7 +77,8 @@ impl StratifiedPixels {
     /// premultiplied RGBA in the order of [`StratifiedPixels::pixels`].
     ///
     /// The interval is the bootstrap's (Efron 1979, percentiles of 1000 resamples, seeded), which
-    /// takes the pixels as drawn freely: with strata it is too wide rather than too narrow.
+    /// takes the pixels as drawn freely: with strata it is too wide rather than too narrow. One pixel,
+    /// or equal errors, tell nothing of the spread: then there is none, rather than one of no width.
     ///
     /// # Errors
     /// See [`CompareError`].
@@ -95,13 +99,16 @@ impl StratifiedPixels {
         let count = found.len();
         let (mut squares, mut alpha) = (Vec::with_capacity(count), 0.0);
         let (mut max_abs, mut alpha_max) = (0.0_f64, 0.0_f64);
+        let (mut least, mut most) = (f64::INFINITY, 0.0_f64);
         for (pixel, ((a, b), weight)) in found.iter().zip(truth).zip(&self.weights).enumerate() {
             let difference: [f64; 4] = std::array::from_fn(|c| a[c] - b[c]);
             if difference.iter().any(|d| !d.is_finite()) {
                 return Err(CompareError::NotFinite { pixel });
             }
             let [r, g, b, a] = difference;
-            squares.push(weight * (r * r + g * g + b * b) / 3.0);
+            let square = (r * r + g * g + b * b) / 3.0;
+            (least, most) = (least.min(square), most.max(square));
+            squares.push(weight * square);
             alpha += weight * a * a;
             max_abs = difference.iter().fold(max_abs, |most, d| most.max(d.abs()));
             alpha_max = alpha_max.max(a.abs());
@@ -115,12 +122,14 @@ impl StratifiedPixels {
         let tail = (RESAMPLES as f64 * TAIL) as usize;
         let rmse = squares.iter().sum::<f64>().sqrt();
         // Percentiles of a skewed sample need not hold its mean.
-        let interval = [resampled[tail].min(rmse), resampled[RESAMPLES - 1 - tail].max(rmse)];
+        let [low, high] = [resampled[tail], resampled[RESAMPLES - 1 - tail]];
+        let is_known = most - least > SAME * most && low < high;
+        let interval = is_known.then(|| [low.min(rmse), high.max(rmse)]);
         Ok(SampledError {
             rmse,
             psnr_db: psnr_from_rmse(rmse),
             rmse_interval: interval,
-            psnr_interval_db: [psnr_from_rmse(interval[1]), psnr_from_rmse(interval[0])],
+            psnr_interval_db: interval.map(|ends| [ends[1], ends[0]].map(psnr_from_rmse)),
             max_abs,
             alpha_rmse: alpha.sqrt(),
             alpha_max,
@@ -192,7 +201,7 @@ mod tests {
             let sample = StratifiedPixels::new(size, 300, seed);
             let found: Vec<_> = sample.pixels.iter().map(|&p| found(size, p)).collect();
             let error = sample.error(&found, &vec![[0.0; 4]; found.len()], seed).unwrap();
-            let [low, high] = error.rmse_interval;
+            let [low, high] = error.rmse_interval.unwrap();
             assert!(low < high && high < 1.5 * low, "{error:?}");
             held += usize::from((low..=high).contains(&truth));
             mean += error.rmse.powi(2) / 200.0;
@@ -205,7 +214,7 @@ mod tests {
         let found: Vec<_> =
             sample.pixels.iter().map(|&p| found(size, p).map(|c| 2.0 * c)).collect();
         let error = sample.error(&found, &vec![[0.0; 4]; found.len()], 0).unwrap();
-        assert!(error.rmse_interval[0] > truth);
+        assert!(error.rmse_interval.unwrap()[0] > truth);
     }
 
     #[test]
@@ -214,13 +223,34 @@ mod tests {
             let sample = StratifiedPixels::new([160, 120], count, 9);
             let found: Vec<_> = sample.pixels.iter().map(|&p| found([160, 120], p)).collect();
             let error = sample.error(&found, &vec![[0.0; 4]; found.len()], 9).unwrap();
-            let db = error.psnr_interval_db;
+            let db = error.psnr_interval_db.unwrap();
             assert!(db[0] < error.psnr_db && error.psnr_db < db[1], "{error:?}");
-            error.rmse_interval[1] - error.rmse_interval[0]
+            let [low, high] = error.rmse_interval.unwrap();
+            high - low
         };
         // As the root of the count: a factor of 4 for 16 times as many.
         let ratio = width(200) / width(3200);
         assert!((2.8..5.6).contains(&ratio), "{ratio}");
+    }
+
+    #[test]
+    fn pixels_that_tell_nothing_of_the_spread_have_no_interval() {
+        let interval = |size, count, found: &dyn Fn(usize) -> f64| {
+            let sample = StratifiedPixels::new(size, count, 1);
+            let pixels = sample.pixels.len();
+            let found: Vec<_> = (0..pixels).map(|i| [found(i); 4]).collect();
+            let error = sample.error(&found, &vec![[0.0; 4]; pixels], 1).unwrap();
+            assert_eq!(error.rmse_interval.is_some(), error.psnr_interval_db.is_some());
+            error.rmse_interval
+        };
+        assert_eq!(interval([1, 1], 1, &|_| 0.1), None, "one pixel");
+        assert_eq!(interval([200, 200], 1, &|_| 0.1), None, "one of many");
+        assert_eq!(interval([48, 48], 2304, &|_| 0.3), None, "all off by the same");
+        assert_eq!(interval([50, 37], 300, &|_| 0.3), None, "in cells of different sizes");
+        assert_eq!(interval([48, 48], 300, &|_| 0.0), None, "all exact");
+        let [low, high] = interval([48, 48], 2304, &|i| 0.3 + 1e-4 * (i % 2) as f64).unwrap();
+        assert!(low < high, "the least spread is one");
+        assert!(interval([2, 1], 2, &|i| i as f64).is_some(), "two pixels");
     }
 
     #[test]

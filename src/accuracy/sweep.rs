@@ -215,10 +215,11 @@ pub struct SampledError {
     pub rmse: f64,
     /// The same in dB, peak 1; +∞ for no error.
     pub psnr_db: f64,
-    /// 95 % interval of `rmse`, lower and upper end.
-    pub rmse_interval: [f64; 2],
-    /// 95 % interval of `psnr_db`, lower and upper end.
-    pub psnr_interval_db: [f64; 2],
+    /// 95 % interval of `rmse`, lower and upper end. `None` where the pixels tell nothing of it: one
+    /// alone, or all off by the same.
+    pub rmse_interval: Option<[f64; 2]>,
+    /// 95 % interval of `psnr_db`, lower and upper end; `None` as there.
+    pub psnr_interval_db: Option<[f64; 2]>,
     /// Greatest difference of a channel, alpha included, at the sampled pixels.
     pub max_abs: f64,
     /// Root mean square difference of alpha.

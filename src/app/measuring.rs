@@ -23,7 +23,7 @@ pub struct ChartPoint {
     pub ms: f64,
     /// PSNR to the exact picture, dB; +∞ where there is no difference.
     pub db: f64,
-    /// Half the width of the 95 % confidence interval, dB.
+    /// Half the width of the 95 % confidence interval, dB; NaN where it is not known.
     pub ci: f64,
     /// The mode, where a scene can have it.
     pub settings: Option<SplatSettings>,

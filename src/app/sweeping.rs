@@ -64,8 +64,10 @@ fn chart_point(point: &Point, on_front: bool) -> ChartPoint {
     let is_mode = *detail == Detail::Full && *scale == 1.0;
     let (ms, db, ci, failed) = match &point.outcome {
         Ok(found) => {
-            let [low, high] = found.sampled.psnr_interval_db;
-            (found.median_ms(), found.sampled.psnr_db, (high - low) / 2.0, None)
+            // NaN: how sure it is, is not known.
+            let ci =
+                found.sampled.psnr_interval_db.map_or(f64::NAN, |[low, high]| (high - low) / 2.0);
+            (found.median_ms(), found.sampled.psnr_db, ci, None)
         }
         Err(reason) => (0.0, 0.0, 0.0, Some(reason.clone())),
     };

@@ -1,13 +1,11 @@
 //! `voxsplat accuracy`.
 
-use std::fs::OpenOptions;
 use std::io::{IsTerminal, Write};
-use std::path::{Path, PathBuf};
 
 use super::flags::AccuracyFlags;
 use super::plot;
 use super::report::Report;
-use super::{Failure, open};
+use super::{Destination, Failure, open, refuse_one_place};
 use crate::core::Ticket;
 use crate::scene::{MOST_SLABS_PER_VOXEL, Scene, SplatSettings};
 use crate::task::engine::Engine;
@@ -24,13 +22,6 @@ pub(super) fn run(flags: &AccuracyFlags) -> Result<(), Failure> {
                 plot.display()
             ));
         }
-        if *plot == flags.output {
-            return usage(format!(
-                "expected --plot and --output to name two files, found one; rename one of \
-                 them: {}",
-                plot.display()
-            ));
-        }
     }
     if flags.max_slabs > MOST_SLABS_PER_VOXEL {
         return usage(format!(
@@ -39,18 +30,21 @@ pub(super) fn run(flags: &AccuracyFlags) -> Result<(), Failure> {
             flags.max_slabs
         ));
     }
-    let splat = flags.mode.choice().resolve().map_err(|error| Failure::Usage(error.to_string()))?;
+    let splat = flags.mode.resolve().map_err(|error| Failure::Usage(error.to_string()))?;
+    let plot = flags.plot.as_deref();
+    refuse_one_place(&[
+        ("FILE", Some(&flags.input.file)),
+        ("--output", Some(&flags.output)),
+        ("--plot", plot),
+    ])?;
+    // A sweep takes minutes: places that cannot be written to are found before it.
+    let table_to = Destination::check(&flags.output, "the table")?;
+    let plot_to = plot.map(|path| Destination::file(path, "the plot")).transpose()?;
     let input = open::grid(&flags.input)?;
     for warning in &input.warnings {
         eprintln!("voxsplat: note: {warning}");
     }
     let scene = open::scene(&input, &flags.scene, splat)?;
-    // A sweep takes minutes: places that cannot be written to are found before it.
-    let table = match flags.output.as_path() {
-        output if output == Path::new("-") => None,
-        output => Some(Place::reserve(output, "the table")?),
-    };
-    let chart = flags.plot.as_ref().map(|plot| Place::reserve(plot, "the plot")).transpose()?;
     let options = SweepOptions {
         pixels: flags.pixels as usize,
         seed: flags.seed,
@@ -85,26 +79,21 @@ pub(super) fn run(flags: &AccuracyFlags) -> Result<(), Failure> {
              any; look at the opacities and the camera"
         );
     }
+    if let Some(Ok(converged)) = sweep.converged()
+        && !converged.convergence.is_reached()
+    {
+        eprintln!(
+            "voxsplat: note: the picture that whole pictures are compared with did not converge up \
+             to --max-slabs {}: the table says by how much it still changed",
+            flags.max_slabs
+        );
+    }
     let report = Report::of(&sweep, flags.input.file.display().to_string());
     let text = serde_json::to_string_pretty(&report).map_err(Failure::failed)? + "\n";
-    match table {
-        Some(place) => place.write(text.as_bytes())?,
-        None => match std::io::stdout().write_all(text.as_bytes()) {
-            // Whoever reads has seen enough.
-            Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => {}
-            Err(error) => {
-                return Err(Failure::Failed(format!(
-                    "the table could not be written to standard output: {error}; name a file \
-                     with --output"
-                )));
-            }
-            Ok(()) => {}
-        },
-    }
-    if let Some(place) = chart {
-        let bytes = plot::png_bytes(&sweep, &flags.input.file.display().to_string())
-            .map_err(Failure::Failed)?;
-        place.write(&bytes)?;
+    table_to.write(text.as_bytes())?;
+    if let Some(plot_to) = plot_to {
+        let file = flags.input.file.display().to_string();
+        plot_to.write(&plot::png_bytes(&sweep, &file).map_err(Failure::Failed)?)?;
     }
     Ok(())
 }
@@ -135,45 +124,4 @@ fn show(sweep: &Sweep) {
     };
     // A terminal that has gone away needs no progress.
     drop(write!(std::io::stderr(), "\r\x1b[2K{percent}{words}"));
-}
-
-/// A file that will be written. One that was not there before is taken away again where it is not.
-struct Place {
-    path: PathBuf,
-    what: &'static str,
-    is_new: bool,
-    is_written: bool,
-}
-
-impl Place {
-    fn reserve(path: &Path, what: &'static str) -> Result<Self, Failure> {
-        let is_new = !path.exists();
-        let opened = OpenOptions::new().write(true).create(true).truncate(false).open(path);
-        let place = Self { path: path.to_owned(), what, is_new, is_written: opened.is_err() };
-        opened.map_err(|error| place.failure(&error))?;
-        Ok(place)
-    }
-
-    fn write(mut self, bytes: &[u8]) -> Result<(), Failure> {
-        std::fs::write(&self.path, bytes).map_err(|error| self.failure(&error))?;
-        self.is_written = true;
-        Ok(())
-    }
-
-    fn failure(&self, error: &std::io::Error) -> Failure {
-        Failure::Failed(format!(
-            "{} could not be written: {error}; choose another place: {}",
-            self.what,
-            self.path.display()
-        ))
-    }
-}
-
-impl Drop for Place {
-    fn drop(&mut self) {
-        if self.is_new && !self.is_written {
-            // What cannot be taken away again is an empty file, and no more.
-            drop(std::fs::remove_file(&self.path));
-        }
-    }
 }

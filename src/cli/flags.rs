@@ -9,7 +9,8 @@ use crate::core::Srgb8;
 use crate::io::Endian;
 use crate::kernel::Kernel;
 use crate::scene::{
-    Backend, Classify, ModeChoice, OpacityModel, Order, Reconstruction, Visibility,
+    Backend, Classify, ModeChoice, ModeError, OpacityModel, Order, Reconstruction, SplatSettings,
+    Visibility,
 };
 use crate::task::engine::AdapterChoice;
 use crate::transfer::ColourMap;
@@ -128,19 +129,22 @@ pub struct SceneFlags {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Mode")]
 pub struct ModeFlags {
-    /// Reconstruction kernel: point, nearest, linear, gaussian, cubic or bspline [default: bspline]
+    /// Reconstruction kernel: point, nearest, linear, gaussian, cubic or bspline [default: bspline,
+    /// unless other flags ask for another]
     #[arg(long, value_name = "KERNEL", value_parser = values::kernel)]
     pub kernel: Option<Kernel>,
     /// Splat radius in voxels [default: the kernel's own]
     #[arg(long, value_name = "E", value_parser = values::positive, allow_hyphen_values = true)]
     pub extent: Option<f64>,
-    /// smooth, or interpolating: values sharpened so that the kernels pass through them
+    /// smooth, or interpolating: values sharpened so that the kernels pass through them [default:
+    /// interpolating, unless other flags ask for another]
     #[arg(long, value_name = "HOW", value_parser = values::reconstruction)]
     pub reconstruction: Option<Reconstruction>,
-    /// How kernels hide one another: every-sample, sheets or slabs [default: slabs]
+    /// How kernels hide one another: every-sample, sheets or slabs [default: slabs, unless other
+    /// flags ask for another]
     #[arg(long, value_name = "HOW", value_parser = values::visibility)]
     pub visibility: Option<Visibility>,
-    /// Slabs per smallest voxel spacing [default: 1]
+    /// Slabs per smallest voxel spacing, with --visibility slabs [default: 1]
     #[arg(long, value_name = "N", value_parser = values::positive, allow_hyphen_values = true)]
     pub slabs_per_voxel: Option<f64>,
     /// Sheets each kernel is cut into, with --visibility sheets [default: 1]
@@ -149,24 +153,29 @@ pub struct ModeFlags {
     /// optical-depth, or published: opacity times footprint, capped [default: optical-depth]
     #[arg(long, value_name = "MODEL", value_parser = values::opacity_model)]
     pub opacity_model: Option<OpacityModel>,
-    /// When values become colour: before, after, or pre-integrated [default: pre-integrated]
+    /// When values become colour: before reconstruction, after, or pre-integrated [default:
+    /// pre-integrated, unless other flags ask for another]
     #[arg(long, value_name = "WHEN", value_parser = values::classify)]
     pub classify: Option<Classify>,
-    /// back-to-front or front-to-back
+    /// back-to-front or front-to-back [default: front-to-back, unless other flags ask for another]
     #[arg(long, value_name = "ORDER", value_parser = values::order)]
     pub order: Option<Order>,
-    /// raster (triangles), tiles (compute), or auto: a fixed rule
+    /// raster (triangles), tiles (compute), or auto: triangles for every sample by optical depth and
+    /// back to front, tiles for all else [default: auto]
     #[arg(long, value_name = "BACKEND", value_parser = values::backend)]
     pub backend: Option<Backend>,
-    /// World length over which opacities are given [default: smallest spacing]
+    /// World length over which opacities are given [default: the smallest voxel spacing]
     #[arg(long, value_name = "D", value_parser = values::positive, allow_hyphen_values = true)]
     pub opacity_unit_distance: Option<f64>,
 }
 
 impl ModeFlags {
-    /// The same as a choice.
-    pub fn choice(&self) -> ModeChoice {
-        ModeChoice {
+    /// The mode that they mean.
+    ///
+    /// # Errors
+    /// Where they contradict one another, or one has no effect.
+    pub fn resolve(&self) -> Result<SplatSettings, ModeError> {
+        let choice = ModeChoice {
             kernel: self.kernel,
             extent: self.extent,
             opacity_unit_distance: self.opacity_unit_distance,
@@ -178,7 +187,8 @@ impl ModeFlags {
             reconstruction: self.reconstruction,
             order: self.order,
             backend: self.backend,
-        }
+        };
+        choice.resolve_strictly()
     }
 }
 
@@ -220,7 +230,8 @@ pub struct RenderFlags {
     /// How far to refine
     #[arg(long, value_enum, default_value_t = RefineFlag::Full)]
     pub refine: RefineFlag,
-    /// With --refine coarse: greatest RMSE against `full`, linear light
+    /// With --refine coarse: greatest RMSE against `full`, linear light. Finding such a picture
+    /// draws `full` first, and the picture may take longer than `full`: compare them with --stats
     #[arg(long, value_name = "E", value_parser = values::positive, allow_hyphen_values = true)]
     pub max_error: Option<f64>,
     /// With --refine coarse: milliseconds the picture may take
@@ -276,4 +287,65 @@ pub struct AccuracyFlags {
     #[arg(long, value_parser = values::adapter, default_value = "auto", value_name = "NAME",
         help_heading = "Options")]
     pub adapter: AdapterChoice,
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    use super::*;
+
+    /// Names of the mode's flags, and what each is.
+    fn values(settings: &SplatSettings) -> [(&'static str, String); 8] {
+        [
+            ("kernel", settings.kernel.name().to_owned()),
+            ("reconstruction", settings.reconstruction.name().to_owned()),
+            ("visibility", settings.visibility.name().to_owned()),
+            ("slabs_per_voxel", settings.slabs_per_voxel.to_string()),
+            ("sheets_per_kernel", settings.sheets_per_kernel.to_string()),
+            ("opacity_model", settings.opacity_model.name().to_owned()),
+            ("classify", settings.classify.name().to_owned()),
+            ("order", settings.order.name().to_owned()),
+        ]
+    }
+
+    #[test]
+    fn help_says_what_each_part_of_a_mode_is_by_default_and_whether_other_flags_change_that() {
+        let none = ModeChoice::default();
+        let mut others = vec![
+            ModeChoice { sheets_per_kernel: Some(2), ..none },
+            ModeChoice { extent: Some(2.0), ..none },
+            ModeChoice { backend: Some(Backend::Raster), ..none },
+        ];
+        others.extend(Visibility::ALL.iter().map(|&v| ModeChoice { visibility: Some(v), ..none }));
+        others.extend(Classify::ALL.iter().map(|&c| ModeChoice { classify: Some(c), ..none }));
+        let given = |choice: &ModeChoice, flag: &str| match flag {
+            "visibility" => choice.visibility.is_some(),
+            "classify" => choice.classify.is_some(),
+            "sheets_per_kernel" => choice.sheets_per_kernel.is_some(),
+            _ => false,
+        };
+        let command = Arguments::command();
+        for name in ["render", "accuracy"] {
+            let subcommand = command.find_subcommand(name).expect("a subcommand");
+            let help = |flag: &str| {
+                let arguments = subcommand.get_arguments();
+                let found = arguments.filter(|a| a.get_id() == flag).find_map(|a| a.get_help());
+                found.unwrap_or_else(|| panic!("no help for {flag}")).to_string()
+            };
+            let exact = values(&none.resolve().expect("a mode"));
+            for (i, (flag, default)) in exact.iter().enumerate() {
+                let help = help(flag);
+                assert!(help.contains(&format!("[default: {default}")), "{name} {flag}: {help}");
+                let follows = others
+                    .iter()
+                    .filter(|choice| !given(choice, flag))
+                    .any(|choice| values(&choice.resolve().expect("a mode"))[i].1 != *default);
+                assert_eq!(help.contains("unless other flags ask"), follows, "{name} {flag}");
+            }
+            for flag in ["extent", "backend", "opacity_unit_distance"] {
+                assert!(help(flag).contains("[default: "), "{name} {flag}");
+            }
+        }
+    }
 }

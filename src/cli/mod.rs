@@ -14,9 +14,13 @@ mod stats;
 mod values;
 
 use std::ffi::OsString;
+use std::io::{ErrorKind, Write};
+use std::path::Path;
 use std::process::ExitCode;
 
 use clap::Parser;
+
+use crate::task::output_file::{OutputFile, is_one_place};
 
 pub use flags::{
     AccuracyFlags, Arguments, Command, InfoFlags, RenderFlags, SceneFlags, WindowFlags,
@@ -70,6 +74,58 @@ pub fn run(
             ExitCode::FAILURE
         }
     }
+}
+
+/// Where an outcome goes, found fit before the work begins.
+#[derive(Debug)]
+enum Destination {
+    /// Standard output, and what goes there.
+    Stdout(&'static str),
+    File(OutputFile),
+}
+
+impl Destination {
+    /// `-` is standard output; `what` is such as "the picture".
+    fn check(path: &Path, what: &'static str) -> Result<Self, Failure> {
+        if path == Path::new("-") { Ok(Self::Stdout(what)) } else { Self::file(path, what) }
+    }
+
+    fn file(path: &Path, what: &'static str) -> Result<Self, Failure> {
+        OutputFile::check(path, what).map(Self::File).map_err(Failure::Failed)
+    }
+
+    fn write(&self, bytes: &[u8]) -> Result<(), Failure> {
+        match self {
+            Self::File(file) => file.write(bytes).map_err(Failure::Failed),
+            Self::Stdout(what) => match std::io::stdout().write_all(bytes) {
+                Ok(()) => Ok(()),
+                // Whoever reads has seen enough.
+                Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),
+                Err(error) => Err(Failure::Failed(format!(
+                    "{what} could not be written to standard output: {error}; name a file with \
+                     --output"
+                ))),
+            },
+        }
+    }
+}
+
+/// Refuses two names of one file, of which each would take the other's place.
+fn refuse_one_place(named: &[(&str, Option<&Path>)]) -> Result<(), Failure> {
+    for (i, (first, here)) in named.iter().enumerate() {
+        for (second, there) in &named[i + 1..] {
+            if let Some((here, there)) = here.zip(*there)
+                && is_one_place(here, there)
+            {
+                return Err(Failure::Usage(format!(
+                    "expected {first} and {second} to name two files, found one; rename one of \
+                     them: {}",
+                    there.display()
+                )));
+            }
+        }
+    }
+    Ok(())
 }
 
 /// Names of files may hold anything; a message is one line all the same.

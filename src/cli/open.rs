@@ -11,7 +11,7 @@ use crate::core::{Camera, Projection, Ticket};
 use crate::io::{self, OpenOptions, RawOverrides};
 use crate::scene::{self, Scene, SplatSettings};
 use crate::transfer::ColourSource;
-use crate::volume::{Component, Grid, ScalarVolume, VolumeError, demo};
+use crate::volume::{Component, Grid, ScalarVolume, Statistics, VolumeError, demo};
 
 /// What was opened: the grid, and where the file says so, its format.
 pub(super) struct Input {
@@ -22,7 +22,21 @@ pub(super) struct Input {
 }
 
 pub(super) fn grid(flags: &InputFlags) -> Result<Input, Failure> {
+    let raw = RawOverrides {
+        dims: flags.raw_dims,
+        scalar_type: flags.raw_type,
+        endian: flags.raw_endian,
+        skip_bytes: flags.raw_skip,
+        spacing: flags.raw_spacing.map(DVec3::from),
+    };
+    let is_raw = raw != RawOverrides::default();
     if let Some(name) = flags.file.to_str().and_then(|f| f.strip_prefix("demo:")) {
+        if is_raw {
+            return Err(Failure::Usage(format!(
+                "expected --raw-dims and the like with a file, found a demo; leave them out: \
+                 demo:{name}"
+            )));
+        }
         let grid = demo::open(name, None).ok_or_else(|| {
             Failure::Failed(format!(
                 "expected one of the demos {} (and at most a size, as in demo:shells:64), \
@@ -37,17 +51,7 @@ pub(super) fn grid(flags: &InputFlags) -> Result<Input, Failure> {
             path: flags.file.clone(),
         });
     }
-    let raw = RawOverrides {
-        dims: flags.raw_dims,
-        scalar_type: flags.raw_type,
-        endian: flags.raw_endian,
-        skip_bytes: flags.raw_skip,
-        spacing: flags.raw_spacing.map(DVec3::from),
-    };
-    let options = OpenOptions {
-        raw: (raw != RawOverrides::default()).then_some(raw),
-        memory_limit_bytes: None,
-    };
+    let options = OpenOptions { raw: is_raw.then_some(raw), memory_limit_bytes: None };
     let opened = io::open(&flags.file, &options, &Ticket::new()).map_err(Failure::failed)?;
     Ok(Input {
         grid: opened.grid,
@@ -74,7 +78,54 @@ fn scalar(
         None => Component::Magnitude,
     };
     let volume = input.grid.scalar(field, component, &Ticket::new()).map_err(failed)?;
+    match reach(&volume.statistics) {
+        Reach::All => {}
+        Reach::Some => {
+            let range = range_words(&volume.statistics);
+            eprintln!(
+                "voxsplat: note: field \"{}\" reaches beyond the 32-bit floats that pictures are \
+                 drawn with ({range}): values more than {:.1e} from the rest count as that far",
+                volume.name,
+                f32::MAX
+            );
+        }
+        Reach::None => {
+            return Err(Failure::Failed(format!(
+                "expected values within {:.1e} of each other, as pictures are drawn with 32-bit \
+                 floats, found {} in field \"{}\"; divide them by a power of ten: {}",
+                f32::MAX,
+                range_words(&volume.statistics),
+                volume.name,
+                input.path.display()
+            )));
+        }
+    }
     Ok(Arc::new(volume))
+}
+
+/// How much of a field 32-bit floats can hold.
+#[derive(Debug, PartialEq)]
+enum Reach {
+    All,
+    Some,
+    None,
+}
+
+/// Devices hold 64-bit values as 32-bit differences from the one nearest to zero. Values further than
+/// a 32-bit float from it are all the same to them.
+fn reach(statistics: &Statistics) -> Reach {
+    let nearest = 0.0_f64.clamp(statistics.min, statistics.max);
+    let is_held = |value: f64| (value - nearest).abs() <= f64::from(f32::MAX);
+    if is_held(statistics.min) && is_held(statistics.max) {
+        return Reach::All;
+    }
+    let mut held = statistics.quantiles.iter().filter(|value| is_held(**value));
+    let first = held.next();
+    if held.any(|value| Some(value) != first) { Reach::Some } else { Reach::None }
+}
+
+fn range_words(statistics: &Statistics) -> String {
+    format!("{:e} to {:e}", statistics.min, statistics.max)
 }
 
 /// The scene as it opens, changed by the flags.
@@ -111,4 +162,25 @@ fn camera(flags: &SceneFlags, opening: &Camera) -> Camera {
         camera.projection = Projection::Perspective { view_angle: degrees.to_radians() };
     }
     camera
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::volume::Samples;
+
+    #[test]
+    fn what_32_bit_floats_cannot_tell_apart_is_out_of_reach() {
+        let of = |values: &[f64]| {
+            let samples = Samples::Float64(values.to_vec());
+            reach(&Statistics::of(&samples, &Ticket::new()).expect("never cancelled"))
+        };
+        assert_eq!(of(&[-3e38, 0.0, 1.0, 3e38]), Reach::All);
+        assert_eq!(of(&[7.0, 7.0]), Reach::All);
+        // Only differences count.
+        assert_eq!(of(&[1e300, 1e300]), Reach::All);
+        assert_eq!(of(&[0.0, 1.0, 1e300]), Reach::Some);
+        assert_eq!(of(&[1e39, 2e39, 3e39]), Reach::None);
+        assert_eq!(of(&[-1e308, 1e308]), Reach::None);
+    }
 }

@@ -16,6 +16,12 @@ use crate::task::sweep::Sweep;
 /// Pixels of the chart, and of the list beside it.
 const SIZE: [u32; 2] = [1640, 920];
 const LIST_FROM: u32 = 1080;
+/// Rows of the list that leave room for what the colours mean.
+const LIST_ROWS: usize = 18;
+/// Room for a name in the list, before the milliseconds.
+const LIST_NAME_WIDTH: i32 = 345;
+/// Of a dot on the front, with its rim.
+const FRONT_RADIUS: i32 = 10;
 const FONT: &str = "sans-serif";
 const INK: RGBColor = RGBColor(32, 36, 40);
 const FAINT: RGBColor = RGBColor(150, 155, 160);
@@ -145,9 +151,11 @@ fn chart(area: &Area<'_>, marks: &[Mark<'_>], sweep: &Sweep, file: &str) -> Outc
     let words =
         format!("{file}, {width} × {height} pixels, on {}", sweep.adapter().unwrap_or("nothing"));
     area.draw(&Text::new(words, (84, 62), style(18, INK))).map_err(failed)?;
+    let (count, plural) = (sweep.pixel_count(), if sweep.pixel_count() == 1 { "" } else { "s" });
+    let has_bars = marks.iter().any(|mark| mark.found.sampled.psnr_interval_db.is_some());
+    let bars = if has_bars { " (bars: 95 %)" } else { "" };
     let words = format!(
-        "Error at {} pixels (bars: 95 %) against the exact integral in float64 ({})",
-        sweep.pixel_count(),
+        "Error at {count} pixel{plural}{bars} against the exact integral in float64 ({})",
         Report::truth_words(sweep)
     );
     area.draw(&Text::new(words, (84, 84), style(18, INK))).map_err(failed)?;
@@ -188,14 +196,22 @@ fn chart(area: &Area<'_>, marks: &[Mark<'_>], sweep: &Sweep, file: &str) -> Outc
         let centred = style(17, INK).pos(Pos::new(HPos::Center, VPos::Top));
         area.draw(&Text::new(format!("{tick}"), (x, y + 8), centred)).map_err(failed)?;
     }
+    let mut taken = Vec::new();
     if let Some(Ok(converged)) = sweep.converged() {
         let db = converged.sampled.psnr_db;
         if (bottom..top).contains(&db) {
             let dashes = DashedLineSeries::new([(from, db), (to, db)], 6, 6, FAINT.into());
             chart.draw_series(dashes).map_err(failed)?;
             let (x, y) = chart.backend_coord(&(from, db));
-            let words = format!("converged, {} slabs", converged.convergence.slabs_per_voxel);
-            area.draw(&Text::new(words, (x + 10, y - 20), style(16, FAINT))).map_err(failed)?;
+            let slabs = converged.convergence.slabs_per_voxel;
+            let words = match converged.convergence.is_reached() {
+                true => format!("converged, {slabs} slabs"),
+                false => format!("{slabs} slabs, not converged"),
+            };
+            let style = style(16, FAINT);
+            let [width, height] = text_size(area, &words, &style)?;
+            taken.push(Rectangle::at([x + 10, y - 20], [width, height]));
+            area.draw(&Text::new(words, (x + 10, y - 20), style)).map_err(failed)?;
         }
     }
     let mut front: Vec<&Mark<'_>> = marks.iter().filter(|mark| mark.number.is_some()).collect();
@@ -210,25 +226,90 @@ fn chart(area: &Area<'_>, marks: &[Mark<'_>], sweep: &Sweep, file: &str) -> Outc
     let plain = marks.iter().filter(|mark| mark.number.is_none());
     for mark in plain.chain(front.iter().copied()) {
         let colour = FAMILIES[family(mark.setting)].1;
-        let [low, high] = mark.found.sampled.psnr_interval_db.map(|db| db.clamp(bottom, top));
-        let bar = [(mark.at.0, low), (mark.at.0, high)];
-        chart.draw_series(LineSeries::new(bar, colour.mix(0.5))).map_err(failed)?;
-        let radius = if mark.number.is_some() { 8 } else { 5 };
-        let dot = |radius: u32, colour: RGBColor| Circle::new(mark.at, radius, colour.filled());
+        if let Some(ends) = mark.found.sampled.psnr_interval_db {
+            let bar = ends.map(|db| (mark.at.0, db.clamp(bottom, top)));
+            chart.draw_series(LineSeries::new(bar, colour.mix(0.5))).map_err(failed)?;
+        }
+        let radius = if mark.number.is_some() { FRONT_RADIUS - 2 } else { 5 };
+        let dot = |radius: i32, colour: RGBColor| Circle::new(mark.at, radius, colour.filled());
         if mark.number.is_some() {
-            chart.draw_series([dot(radius + 2, INK)]).map_err(failed)?;
+            chart.draw_series([dot(FRONT_RADIUS, INK)]).map_err(failed)?;
         }
         chart.draw_series([dot(radius, colour)]).map_err(failed)?;
         if mark.setting.scale < 1.0 {
             chart.draw_series([dot(radius - 3, WHITE)]).map_err(failed)?;
         }
-        if let Some(number) = mark.number {
-            let (x, y) = chart.backend_coord(&mark.at);
-            let right = style(20, INK).pos(Pos::new(HPos::Right, VPos::Bottom));
-            area.draw(&Text::new(number.to_string(), (x - 8, y - 6), right)).map_err(failed)?;
+    }
+    // Numbers last: over the dots. One that fits nowhere is left out; the list has it.
+    let place = |mark: &Mark<'_>| <[i32; 2]>::from(chart.backend_coord(&mark.at));
+    taken.extend(front.iter().map(|mark| Rectangle::around(place(mark), FRONT_RADIUS)));
+    for mark in front {
+        let number = mark.number.unwrap_or_default().to_string();
+        let style = style(20, INK);
+        let size = text_size(area, &number, &style)?;
+        if let Some(corner) = label_corner(place(mark), size, &mut taken) {
+            area.draw(&Text::new(number, corner.into(), style)).map_err(failed)?;
         }
     }
     Ok(())
+}
+
+/// Pixels of the chart, from the upper left corner to before the lower right one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Rectangle {
+    low: [i32; 2],
+    high: [i32; 2],
+}
+
+impl Rectangle {
+    fn at(low: [i32; 2], size: [i32; 2]) -> Self {
+        Self { low, high: [0, 1].map(|axis| low[axis] + size[axis]) }
+    }
+
+    fn around(centre: [i32; 2], radius: i32) -> Self {
+        Self::at(centre.map(|c| c - radius), [2 * radius; 2])
+    }
+
+    fn meets(&self, other: &Self) -> bool {
+        (0..2).all(|axis| self.low[axis] < other.high[axis] && other.low[axis] < self.high[axis])
+    }
+}
+
+/// The upper left corner of a label beside a dot on the front, where it covers nothing that is
+/// taken; it then is taken, too.
+fn label_corner(dot: [i32; 2], size: [i32; 2], taken: &mut Vec<Rectangle>) -> Option<[i32; 2]> {
+    let [x, y] = dot;
+    let [width, height] = size;
+    let (left, right) = (x - FRONT_RADIUS - width, x + FRONT_RADIUS);
+    let (above, below) = (y - FRONT_RADIUS / 2 - height, y + FRONT_RADIUS / 2);
+    let corners = [[left, above], [right, below], [right, above], [left, below]];
+    let corner = corners.into_iter().find(|&corner| {
+        let label = Rectangle::at(corner, size);
+        taken.iter().all(|other| !label.meets(other))
+    })?;
+    taken.push(Rectangle::at(corner, size));
+    Some(corner)
+}
+
+fn text_size(area: &Area<'_>, words: &str, style: &TextStyle<'_>) -> Result<[i32; 2], String> {
+    let (width, height) = area.estimate_text_size(words, style).map_err(failed)?;
+    Ok([width, height].map(|pixels| i32::try_from(pixels).unwrap_or(i32::MAX / 2)))
+}
+
+/// As much of some words as is at most so wide.
+fn shortened(
+    area: &Area<'_>,
+    words: &str,
+    style: &TextStyle<'_>,
+    width: i32,
+) -> Result<String, String> {
+    let mut short = words.to_owned();
+    let mut kept = words.chars().count();
+    while text_size(area, &short, style)?[0] > width && kept > 1 {
+        kept -= 1;
+        short = words.chars().take(kept).chain(['…']).collect();
+    }
+    Ok(short)
 }
 
 /// The front by name, and what the colours mean.
@@ -243,15 +324,20 @@ fn list(area: &Area<'_>, marks: &[Mark<'_>], sweep: &Sweep) -> Outcome {
     let mut front: Vec<&Mark<'_>> = marks.iter().filter(|mark| mark.number.is_some()).collect();
     front.sort_by_key(|mark| mark.number);
     let mut y = 170;
-    for mark in &front {
+    let rows = front.len().min(LIST_ROWS);
+    for mark in &front[..rows] {
         let found = mark.found;
         let number = mark.number.unwrap_or_default().to_string();
         text(number, 28, y, right(17))?;
-        text(mark.setting.name.clone(), 38, y, style(17, INK))?;
+        let name = shortened(area, &mark.setting.name, &style(17, INK), LIST_NAME_WIDTH)?;
+        text(name, 38, y, style(17, INK))?;
         let digits = usize::from(found.median_ms() < 10.0);
         text(format!("{:.digits$}", found.median_ms()), 450, y, right(17))?;
         text(format!("{:.1}", found.sampled.psnr_db), 530, y, right(17))?;
         y += 26;
+    }
+    if rows < front.len() {
+        text(format!("and {} more: see the table", front.len() - rows), 38, y, style(17, INK))?;
     }
     y = (y + 24).max(560);
     for (name, colour) in FAMILIES {
@@ -272,6 +358,26 @@ fn list(area: &Area<'_>, marks: &[Mark<'_>], sweep: &Sweep) -> Outcome {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn numbers_stand_beside_their_dots_and_never_on_one_another() {
+        let size = [11, 20];
+        // Dots that are all but one: four corners, and no more.
+        let mut taken = Vec::new();
+        let corners: Vec<_> =
+            (0..6).map(|i| label_corner([100 + i / 3, 100], size, &mut taken)).collect();
+        assert_eq!(corners.iter().flatten().count(), 4, "{corners:?}");
+        for (i, label) in taken.iter().enumerate() {
+            assert!(taken[..i].iter().all(|other| !label.meets(other)), "{taken:?}");
+        }
+        // Alone it is above, to the left; other dots are not covered either.
+        let alone = label_corner([100, 100], size, &mut Vec::new());
+        assert_eq!(alone, Some([79, 75]));
+        let mut dots = vec![Rectangle::around([85, 85], FRONT_RADIUS)];
+        assert_eq!(label_corner([100, 100], size, &mut dots), Some([110, 105]));
+        let [a, b] = [[0, 0], [10, 0]].map(|low| Rectangle::at(low, [10, 10]));
+        assert!(!a.meets(&b) && a.meets(&Rectangle::at([9, 9], [5, 5])), "edges may touch");
+    }
 
     #[test]
     fn ticks_are_round_and_within() {

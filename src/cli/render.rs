@@ -1,22 +1,21 @@
 //! `voxsplat render`.
 
-use std::io::Write;
 use std::path::Path;
 use std::time::Instant;
 
 use super::flags::{RefineFlag, RenderFlags};
 use super::stats::Stats;
-use super::{Failure, open};
+use super::{Destination, Failure, open, refuse_one_place};
 use crate::core::Ticket;
 use crate::scene::{Background, MOST_SLABS_PER_VOXEL, Scene, Visibility};
 use crate::task::engine::Engine;
 use crate::task::picture_file::{self, PictureFormat};
-use crate::task::still::{Refine, StillRequest};
+use crate::task::still::{CONVERGED, Convergence, Refine, StillRequest};
 
 pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
     let refine = refine(flags)?;
     let format = format(&flags.output)?;
-    let splat = flags.mode.choice().resolve().map_err(|error| Failure::Usage(error.to_string()))?;
+    let splat = flags.mode.resolve().map_err(|error| Failure::Usage(error.to_string()))?;
     if flags.refine == RefineFlag::Converged && splat.visibility != Visibility::Slabs {
         return Err(Failure::Usage(format!(
             "expected --refine converged with --visibility slabs, which it doubles, found \
@@ -24,12 +23,15 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
             splat.visibility.name()
         )));
     }
-    if flags.stats.as_ref() == Some(&flags.output) {
-        return Err(Failure::Usage(format!(
-            "expected --stats and --output to name two files, found one; rename one of them: {}",
-            flags.output.display()
-        )));
-    }
+    let stats = flags.stats.as_deref();
+    refuse_one_place(&[
+        ("FILE", Some(&flags.input.file)),
+        ("--output", Some(&flags.output)),
+        ("--stats", stats),
+    ])?;
+    // Drawing may take long: places that cannot be written to are found before it.
+    let picture_to = Destination::check(&flags.output, "the picture")?;
+    let stats_to = stats.map(|path| Destination::file(path, "the statistics")).transpose()?;
     let start = Instant::now();
     let input = open::grid(&flags.input)?;
     for warning in &input.warnings {
@@ -63,51 +65,40 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
     if let Some(convergence) = &still.convergence
         && !convergence.is_reached()
     {
-        eprintln!(
-            "voxsplat: note: the picture did not converge: with {} slabs per voxel, the most \
-             there are, it still changed by {:.1e}",
-            convergence.slabs_per_voxel,
-            convergence.last_difference.unwrap_or(1.0)
-        );
+        eprintln!("voxsplat: note: {}", did_not_converge(convergence));
     }
-    match format {
-        None => {
-            let bytes = picture_file::png_bytes(&still).map_err(Failure::Failed)?;
-            match std::io::stdout().write_all(&bytes) {
-                // Whoever reads has seen enough.
-                Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => {}
-                Err(error) => {
-                    return Err(Failure::Failed(format!(
-                        "the picture could not be written to standard output: {error}; \
-                         name a file with --output"
-                    )));
-                }
-                Ok(()) => {}
-            }
-        }
-        Some(format) => {
-            picture_file::write(&still, format, &flags.output).map_err(Failure::Failed)?;
-        }
-    }
-    if let Some(path) = &flags.stats {
+    picture_to.write(&picture_file::bytes(&still, format).map_err(Failure::Failed)?)?;
+    if let Some(stats_to) = stats_to {
         let stats = Stats::of(&still, splat, kernels_total, load_ms);
-        let text = serde_json::to_string_pretty(&stats).map_err(Failure::failed)?;
-        std::fs::write(path, text + "\n").map_err(|error| {
-            Failure::Failed(format!(
-                "the statistics could not be written: {error}; choose another place: {}",
-                path.display()
-            ))
-        })?;
+        let text = serde_json::to_string_pretty(&stats).map_err(Failure::failed)? + "\n";
+        stats_to.write(text.as_bytes())?;
     }
     Ok(())
 }
 
-/// What the output's name asks for; `None` is PNG on stdout.
-fn format(output: &Path) -> Result<Option<PictureFormat>, Failure> {
-    if output == Path::new("-") {
-        return Ok(None);
+/// How doubling the slabs ended without two pictures alike.
+fn did_not_converge(convergence: &Convergence) -> String {
+    let slabs = convergence.slabs_per_voxel;
+    let most = MOST_SLABS_PER_VOXEL;
+    match convergence.last_difference {
+        Some(difference) => format!(
+            "the picture did not converge: with {slabs} slabs per voxel, which cannot be doubled \
+             again (at most {most}), it still changed by {difference:.1e}, not less than \
+             {CONVERGED:.1e}"
+        ),
+        None => format!(
+            "whether the picture converged is not known: {slabs} slabs per voxel cannot be doubled \
+             (at most {most}); choose fewer --slabs-per-voxel to begin with"
+        ),
     }
-    PictureFormat::of(output).map(Some).map_err(Failure::Usage)
+}
+
+/// What the output's name asks for: PNG on stdout.
+fn format(output: &Path) -> Result<PictureFormat, Failure> {
+    if output == Path::new("-") {
+        return Ok(PictureFormat::Png);
+    }
+    PictureFormat::of(output).map_err(Failure::Usage)
 }
 
 fn refine(flags: &RenderFlags) -> Result<Refine, Failure> {
@@ -129,5 +120,22 @@ fn refine(flags: &RenderFlags) -> Result<Refine, Failure> {
         (RefineFlag::Coarse, Some(_), Some(_)) => {
             usage("expected one of --budget-ms and --max-error, found both; leave one out")
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_did_not_converge_says_by_how_much_and_what_cannot_be_known_says_that() {
+        let ended = |slabs_per_voxel, last_difference| {
+            did_not_converge(&Convergence { slabs_per_voxel, last_difference })
+        };
+        let changed = ended(48.0, Some(0.0123));
+        assert!(changed.contains("did not converge: with 48 slabs"), "{changed}");
+        assert!(changed.contains("changed by 1.2e-2, not less than 2.0e-3"), "{changed}");
+        let alone = ended(64.0, None);
+        assert!(alone.contains("not known: 64 slabs") && !alone.contains("changed"), "{alone}");
     }
 }

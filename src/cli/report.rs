@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::accuracy::sweep::{Detail, Point};
+use crate::accuracy::sweep::{Detail, Point, SampledError};
 use crate::core::Camera;
 use crate::scene::{SplatSettings, Visibility};
 use crate::task::sweep::Sweep;
@@ -54,14 +54,36 @@ struct ConvergedRow {
     /// Whether that is below 1/512.
     is_reached: bool,
     time_ms: f64,
-    /// Its own distance from the truth, at the sampled pixels.
+    /// Its own distance from the truth.
+    #[serde(flatten)]
+    sampled: SampledRow,
+}
+
+/// Distance from the truth at the sampled pixels, with the ends of 95 % intervals; null where the
+/// pixels do not tell how sure it is.
+#[derive(Debug, Serialize)]
+struct SampledRow {
     rmse: f64,
-    rmse_ci: [f64; 2],
+    rmse_ci: Option<[f64; 2]>,
     psnr_db: f64,
-    psnr_ci_db: [f64; 2],
+    psnr_ci_db: Option<[f64; 2]>,
     max: f64,
     alpha_rmse: f64,
     alpha_max: f64,
+}
+
+impl From<SampledError> for SampledRow {
+    fn from(found: SampledError) -> Self {
+        Self {
+            rmse: found.rmse,
+            rmse_ci: found.rmse_interval,
+            psnr_db: found.psnr_db,
+            psnr_ci_db: found.psnr_interval_db,
+            max: found.max_abs,
+            alpha_rmse: found.alpha_rmse,
+            alpha_max: found.alpha_max,
+        }
+    }
 }
 
 #[derive(Debug, Serialize)]
@@ -86,14 +108,8 @@ struct FoundRow<'a> {
     times_ms: &'a [f64],
     kernels: u64,
     drawn_resolution: [u32; 2],
-    /// Against the truth at the sampled pixels, with the ends of 95 % intervals.
-    rmse: f64,
-    rmse_ci: [f64; 2],
-    psnr_db: f64,
-    psnr_ci_db: [f64; 2],
-    max: f64,
-    alpha_rmse: f64,
-    alpha_max: f64,
+    #[serde(flatten)]
+    sampled: SampledRow,
     /// Against `converged`, over the whole picture.
     ssim: Option<f64>,
     flip: Option<f64>,
@@ -134,13 +150,7 @@ impl<'a> Report<'a> {
                 last_difference: found.convergence.last_difference,
                 is_reached: found.convergence.is_reached(),
                 time_ms: found.time_ms,
-                rmse: found.sampled.rmse,
-                rmse_ci: found.sampled.rmse_interval,
-                psnr_db: found.sampled.psnr_db,
-                psnr_ci_db: found.sampled.psnr_interval_db,
-                max: found.sampled.max_abs,
-                alpha_rmse: found.sampled.alpha_rmse,
-                alpha_max: found.sampled.alpha_max,
+                sampled: found.sampled.into(),
             }),
             converged_failed: converged.and_then(Result::err),
             points: sweep
@@ -178,13 +188,7 @@ impl<'a> PointRow<'a> {
                 times_ms: &found.time_ms,
                 kernels: found.kernels,
                 drawn_resolution: found.drawn_size,
-                rmse: found.sampled.rmse,
-                rmse_ci: found.sampled.rmse_interval,
-                psnr_db: found.sampled.psnr_db,
-                psnr_ci_db: found.sampled.psnr_interval_db,
-                max: found.sampled.max_abs,
-                alpha_rmse: found.sampled.alpha_rmse,
-                alpha_max: found.sampled.alpha_max,
+                sampled: found.sampled.into(),
                 ssim: found.whole.and_then(|whole| whole.ssim),
                 flip: found.whole.map(|whole| whole.flip),
                 whole_rmse: found.whole.map(|whole| whole.rmse),

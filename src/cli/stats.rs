@@ -24,7 +24,7 @@ pub(super) struct Stats<'a> {
     /// `coarse`, `full` or `converged`.
     refinement: &'static str,
     /// Where slabs were doubled, how that ended.
-    convergence: Option<Convergence>,
+    convergence: Option<ConvergenceRow>,
     /// Measured against `full`, where `--max-error` asked for it.
     rmse: Option<f64>,
     effects: Vec<&'static str>,
@@ -39,6 +39,14 @@ pub(super) struct Stats<'a> {
     capped_sums: u64,
     /// Transfer table entries whose opacity was lowered to the transmittance floor.
     capped_opacities: usize,
+}
+
+#[derive(Debug, Serialize)]
+struct ConvergenceRow {
+    #[serde(flatten)]
+    end: Convergence,
+    /// Whether the last difference is below 1/512.
+    is_reached: bool,
 }
 
 #[derive(Debug, Serialize)]
@@ -71,7 +79,9 @@ impl<'a> Stats<'a> {
                 _ if still.is_full => "full",
                 _ => "coarse",
             },
-            convergence: still.convergence,
+            convergence: still
+                .convergence
+                .map(|end| ConvergenceRow { end, is_reached: end.is_reached() }),
             rmse: still.measured_rmse,
             effects: Vec::new(),
             passes: still

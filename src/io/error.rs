@@ -127,16 +127,35 @@ macro_rules! shorthand {
 }
 shorthand!(unrecognised Unrecognised, header Header, unsupported Unsupported, truncated Truncated, corrupt Corrupt);
 
-/// Text out of a file, quoted, on one line and short enough for a message.
+/// Text out of a file, quoted, on one line and short enough for a message. Each run of what nobody
+/// can read (control characters, bytes that are no text) is one `·`.
 pub(super) fn quoted(text: &str) -> String {
     const LONGEST: usize = 60;
-    let short: String = text.trim().chars().take(LONGEST).collect();
-    let ellipsis = if text.trim().chars().nth(LONGEST).is_some() { "…" } else { "" };
-    format!("{short:?}{ellipsis}")
+    let mut characters: Vec<char> = text.trim().chars().take(LONGEST + 1).collect();
+    let ellipsis = if characters.len() > LONGEST { "…" } else { "" };
+    characters.truncate(LONGEST);
+    let mut short: Vec<char> =
+        characters.into_iter().map(|c| if is_readable(c) { c } else { '·' }).collect();
+    short.dedup_by(|a, b| *a == '·' && *b == '·');
+    format!("{:?}{ellipsis}", String::from_iter(short))
 }
 
-/// [`quoted`], for bytes of unknown encoding.
+/// Whether a character stands in a message as itself, or as the escape of a blank or a quote.
+fn is_readable(c: char) -> bool {
+    c != char::REPLACEMENT_CHARACTER && (c >= ' ' || "\n\r\t".contains(c)) && {
+        !c.escape_debug().any(|escaped| escaped == '{')
+    }
+}
+
+/// [`quoted`], for bytes of unknown encoding: as numbers where most of them are no text.
 pub(super) fn quoted_bytes(bytes: &[u8]) -> String {
+    const FEW: usize = 8;
+    let text = String::from_utf8_lossy(&bytes[..bytes.len().min(60)]);
+    let unreadable = text.chars().filter(|c| !is_readable(*c)).count();
+    if 4 * unreadable > text.chars().count() {
+        let few: Vec<String> = bytes.iter().take(FEW).map(|byte| format!("{byte:02x}")).collect();
+        return few.join(" ");
+    }
     quoted(&String::from_utf8_lossy(&bytes[..bytes.len().min(240)]))
 }
 
@@ -151,5 +170,17 @@ mod tests {
         let error = header("a number", found, "edit it").at(Path::new("/a/b.nrrd")).to_string();
         assert!(!error.contains('\n') && error.ends_with(": /a/b.nrrd"), "{error}");
         assert!(error.starts_with("expected a number, found \"two\\nlines"), "{error}");
+    }
+
+    #[test]
+    fn what_nobody_can_read_is_shown_shortly() {
+        assert_eq!(quoted("a\u{1}\u{2}\u{fffd}b\tc \"d\" é"), "\"a·b\\tc \\\"d\\\" é\"");
+        assert_eq!(quoted(&"\u{1b}".repeat(500)), "\"·\"…");
+        assert_eq!(quoted_bytes(&[0; 500]), "00 00 00 00 00 00 00 00");
+        assert_eq!(quoted_bytes(b"\xd3\x3c\x9f\x80"), "d3 3c 9f 80");
+        assert_eq!(quoted_bytes(b"hello, w\xf6rld"), "\"hello, w·rld\"");
+        // Letters of any script are text, and long ones are cut.
+        assert_eq!(quoted("größe 大"), "\"größe 大\"");
+        assert_eq!(quoted(&"x".repeat(61)), format!("\"{}\"…", "x".repeat(60)));
     }
 }

@@ -101,6 +101,12 @@ pub fn describe_grid(
     })
 }
 
+/// A number in full, or by its power of ten where that would be a row of zeros.
+fn plain_or_power(value: f64) -> String {
+    let is_plain = value == 0.0 || (1e-6..1e16).contains(&value.abs());
+    if is_plain { value.to_string() } else { format!("{value:e}") }
+}
+
 impl fmt::Display for Info {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let triple = |v: [f64; 3]| format!("{} {} {}", v[0], v[1], v[2]);
@@ -114,7 +120,7 @@ impl fmt::Display for Info {
         }
         writeln!(f, "{:<11}{}", "space", self.space.as_deref().unwrap_or("not told"))?;
         for field in &self.fields {
-            let number = |v: Option<f64>| v.map_or("none".to_owned(), |v| v.to_string());
+            let number = |v: Option<f64>| v.map_or("none".to_owned(), plain_or_power);
             writeln!(
                 f,
                 "{:<11}{}: {} × {} per {}, {} to {}, mean {}",

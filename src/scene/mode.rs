@@ -364,6 +364,33 @@ impl ModeChoice {
         settings.check()?;
         Ok(settings)
     }
+
+    /// [`ModeChoice::resolve`] for choices that were all made on purpose: one that would change
+    /// nothing is refused, too.
+    ///
+    /// # Errors
+    /// As there, and where a number of slabs or sheets is chosen for a mode that has none.
+    pub fn resolve_strictly(&self) -> Result<SplatSettings, ModeError> {
+        let asks_for_slabs = self.slabs_per_voxel.is_some() && self.sheets_per_kernel.is_none();
+        let visibility = self.visibility.or(asks_for_slabs.then_some(Visibility::Slabs));
+        let settings = Self { visibility, ..*self }.resolve()?;
+        let found = || format!("--visibility {}", settings.visibility.name());
+        if self.slabs_per_voxel.is_some() && settings.visibility != Visibility::Slabs {
+            return Err(ModeError {
+                expected: "--slabs-per-voxel with --visibility slabs",
+                found: found(),
+                advice: "leave --slabs-per-voxel out, or choose --visibility slabs",
+            });
+        }
+        if self.sheets_per_kernel.is_some() && settings.visibility != Visibility::Sheets {
+            return Err(ModeError {
+                expected: "--sheets-per-kernel with --visibility sheets",
+                found: found(),
+                advice: "leave --sheets-per-kernel out, or choose --visibility sheets",
+            });
+        }
+        Ok(settings)
+    }
 }
 
 impl From<SplatSettings> for ModeChoice {
@@ -469,6 +496,45 @@ mod tests {
             let error = choice.resolve().expect_err("refused").to_string();
             assert!(error.starts_with("expected ") && error.contains("; "), "{error}");
         }
+    }
+
+    #[test]
+    fn what_would_change_nothing_is_refused_only_where_all_was_chosen_on_purpose() {
+        let slabs = ModeChoice { slabs_per_voxel: Some(2.0), ..ModeChoice::default() };
+        let sheets = ModeChoice { sheets_per_kernel: Some(3), ..ModeChoice::default() };
+        let whole = [Visibility::EverySample, Visibility::Sheets];
+        let idle = [
+            (whole.map(|v| ModeChoice { visibility: Some(v), ..slabs }), "--slabs-per-voxel"),
+            (
+                [Visibility::EverySample, Visibility::Slabs]
+                    .map(|v| ModeChoice { visibility: Some(v), ..sheets }),
+                "--sheets-per-kernel",
+            ),
+            ([ModeChoice { sheets_per_kernel: Some(3), ..slabs }; 2], "--slabs-per-voxel"),
+        ];
+        for (choices, flag) in idle {
+            for choice in choices {
+                assert!(choice.resolve().is_ok(), "{choice:?}");
+                let error = choice.resolve_strictly().expect_err("idle").to_string();
+                assert!(error.starts_with(&format!("expected {flag} with ")), "{error}");
+                assert!(error.contains(", found --visibility ") && error.contains("; "), "{error}");
+            }
+        }
+        // Alone, or with what they belong to, they say what is meant.
+        for (choice, visibility) in [(slabs, Visibility::Slabs), (sheets, Visibility::Sheets)] {
+            for given in [None, Some(visibility)] {
+                let settings = ModeChoice { visibility: given, ..choice }.resolve_strictly();
+                assert_eq!(settings.map(|s| s.visibility), Ok(visibility));
+            }
+        }
+        // Slabs are meant even where triangles would have meant every sample.
+        let raster = ModeChoice { backend: Some(Backend::Raster), ..slabs };
+        let error = raster.resolve_strictly().expect_err("no triangles in slabs").to_string();
+        assert!(
+            error.contains("--backend raster") && error.contains("--visibility slabs"),
+            "{error}"
+        );
+        assert_eq!(ModeChoice::default().resolve_strictly(), Ok(SplatSettings::EXACT));
     }
 
     #[test]

@@ -8,7 +8,9 @@ use crate::gpu::layout::Record;
 use crate::gpu::{GpuError, Renderer, Scattered};
 use crate::hierarchy::{Cut, CutLimits, Pyramid};
 use crate::kernel::{Kernel, RadialKernel};
-use crate::scene::{Backend, Background, Classify, Scene, View, Visibility};
+use crate::scene::{
+    Backend, Background, Classify, OpacityModel, Scene, SplatSettings, View, Visibility,
+};
 use crate::transfer::{Table, TransferFunction};
 use crate::volume::ScalarVolume;
 
@@ -116,6 +118,8 @@ pub struct Drawer {
     classified: Option<Classified>,
     /// How much smaller the last coarse picture was drawn than shown.
     last_shrink: f64,
+    /// Sums that lists capped since the picture began.
+    capped_in_lists: u64,
     /// Which back end is faster here.
     pub(super) calibration: Calibration,
     /// What reconstructs the scene's field, on its way to the device.
@@ -140,6 +144,7 @@ impl Drawer {
             costs: Costs::default(),
             classified: None,
             last_shrink: 2.0,
+            capped_in_lists: 0,
             calibration: Calibration::default(),
             field: slabs::FieldJob::default(),
         }
@@ -191,6 +196,14 @@ impl Drawer {
     /// Entries of the table whose transmittance is at its floor.
     pub fn capped_count(&self) -> usize {
         self.classified.as_ref().map_or(0, |c| c.table.capped_count)
+    }
+
+    /// Published opacities, and sums of them, that were over 1 in the last picture and lowered to it.
+    ///
+    /// # Errors
+    /// A failing device.
+    pub fn capped_sums(&mut self) -> Result<u64, GpuError> {
+        Ok(self.renderer.capped_sums()? + self.capped_in_lists)
     }
 
     /// Bytes of host memory the hierarchy takes.
@@ -270,7 +283,7 @@ impl Drawer {
         self.begin(scene, &view, scene.splat.kernel.splatted())?;
         let records: Vec<Record> = cut.nodes.iter().map(record).collect();
         // A preview: triangles draw large splats quicker, unless someone asked for tiles.
-        if scene.splat.backend == Backend::Tiles && scene.splat.visibility != Visibility::Sheets {
+        if previews_by_lists(&scene.splat) {
             self.draw_lists(scene, &view, &records, observer)?;
         } else {
             self.draw_records(&records, observer)?;
@@ -292,6 +305,7 @@ impl Drawer {
         view: &View,
         kernel: Kernel,
     ) -> Result<(), DrawError> {
+        self.capped_in_lists = 0;
         let unit_distance = scene.opacity_unit_distance();
         Ok(self.renderer.begin(view, kernel, scene.splat.extent, unit_distance)?)
     }
@@ -322,14 +336,7 @@ impl Drawer {
         let cut = self.cut_of(scene, &view, limits);
         let records: Vec<Record> = cut.nodes.iter().map(record).collect();
         self.begin(scene, &view, scene.splat.kernel.splatted())?;
-        // Nodes lie in no sheet of the lattice: there they are composited one by one.
-        let lists = match scene.splat.visibility {
-            Visibility::EverySample => scene.splat.backend == Backend::Tiles,
-            Visibility::Sheets => false,
-            // Shaded first, nodes are a stand-in for a reconstructed field, and triangles do.
-            Visibility::Slabs => scene.splat.classify == Classify::Before,
-        };
-        if lists {
+        if lists_cut(&scene.splat) {
             self.draw_lists(scene, &view, &records, observer)?;
         } else {
             self.draw_records(&records, observer)?;
@@ -351,10 +358,16 @@ impl Drawer {
         records: &[Record],
         observer: &mut dyn Observer,
     ) -> Result<(), DrawError> {
-        let what = Scattered { stop_below: STOP_BELOW, ..Scattered::new(records, &scene.splat) };
+        let mut splat = scene.splat;
+        if splat.visibility == Visibility::Sheets {
+            // Nodes lie in no sheet of the lattice: they are composited one by one.
+            splat.visibility = Visibility::EverySample;
+        }
+        let what = Scattered { stop_below: STOP_BELOW, ..Scattered::new(records, &splat) };
         let what = Scattered { piece_ms: PIECE_MS, ..what };
         let mut observed = |renderer: &mut Renderer, done| !observer.piece_done(renderer, done);
         let totals = self.renderer.draw_scattered(view, &what, &mut observed)?;
+        self.capped_in_lists = totals.capped;
         if totals.finished { Ok(()) } else { Err(DrawError::Interrupted) }
     }
 
@@ -432,6 +445,23 @@ impl Drawer {
             }
         }
         Ok(())
+    }
+}
+
+/// Whether a coarse picture within a budget is drawn by lists rather than triangles.
+pub(super) fn previews_by_lists(splat: &SplatSettings) -> bool {
+    splat.backend == Backend::Tiles && splat.visibility != Visibility::Sheets
+}
+
+/// Whether an octree cut is drawn by lists rather than triangles.
+pub(super) fn lists_cut(splat: &SplatSettings) -> bool {
+    match splat.visibility {
+        // Triangles know no published opacity.
+        Visibility::EverySample | Visibility::Sheets => {
+            splat.backend == Backend::Tiles || splat.opacity_model == OpacityModel::Published
+        }
+        // Shaded first, nodes are a stand-in for a reconstructed field, and triangles do.
+        Visibility::Slabs => splat.classify == Classify::Before,
     }
 }
 

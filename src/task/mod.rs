@@ -7,6 +7,7 @@ pub mod cost;
 pub mod draw;
 pub mod engine;
 pub mod estimate;
+pub mod output_file;
 pub mod picture_file;
 mod slabs;
 pub mod still;

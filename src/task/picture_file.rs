@@ -5,6 +5,7 @@ use std::path::Path;
 
 use image::{ExtendedColorType, ImageEncoder, ImageFormat};
 
+use super::output_file::OutputFile;
 use super::still::Still;
 
 /// A picture file's format.
@@ -36,16 +37,24 @@ impl PictureFormat {
 }
 
 /// A still picture as the bytes of a PNG file.
-///
-/// # Errors
-/// One sentence.
-pub fn png_bytes(still: &Still) -> Result<Vec<u8>, String> {
+fn png_bytes(still: &Still) -> Result<Vec<u8>, String> {
     let mut bytes = Cursor::new(Vec::new());
     let [width, height] = still.size;
     image::codecs::png::PngEncoder::new(&mut bytes)
         .write_image(&still.rgba, width, height, ExtendedColorType::Rgba8)
         .map_err(|error| format!("the picture could not be encoded: {error}"))?;
     Ok(bytes.into_inner())
+}
+
+/// A still picture as the bytes of a file of this format.
+///
+/// # Errors
+/// One sentence.
+pub fn bytes(still: &Still, format: PictureFormat) -> Result<Vec<u8>, String> {
+    match format {
+        PictureFormat::Png => png_bytes(still),
+        PictureFormat::Exr => exr_bytes(still),
+    }
 }
 
 /// A still picture as the bytes of an EXR file.
@@ -64,21 +73,12 @@ fn exr_bytes(still: &Still) -> Result<Vec<u8>, String> {
     Ok(bytes.into_inner())
 }
 
-/// Writes a still picture; a failed write leaves no half of a file behind.
+/// Writes a still picture; a failed write leaves what was there before.
 ///
 /// # Errors
 /// One sentence with the path last.
 pub fn write(still: &Still, format: PictureFormat, path: &Path) -> Result<(), String> {
-    let bytes = match format {
-        PictureFormat::Png => png_bytes(still)?,
-        PictureFormat::Exr => exr_bytes(still)?,
-    };
-    std::fs::write(path, bytes).map_err(|error| {
-        format!(
-            "the picture could not be written: {error}; choose another place: {}",
-            path.display()
-        )
-    })
+    OutputFile::check(path, "the picture")?.write(&bytes(still, format)?)
 }
 
 #[cfg(test)]

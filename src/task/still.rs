@@ -2,13 +2,15 @@
 
 use serde::Serialize;
 
-use super::draw::{DrawError, Drawer, Drawn, Observer, Rung, background_light};
+use super::draw::{
+    DrawError, Drawer, Drawn, Observer, Rung, background_light, lists_cut, previews_by_lists,
+};
 use crate::accuracy::sweep::Detail;
 use crate::accuracy::{self, Difference};
 use crate::core::colour::srgb_bytes;
 use crate::core::{Camera, Cancelled, Ticket};
 use crate::gpu::{GpuError, PassTime, Renderer};
-use crate::scene::{Backend, Classify, Scene, SplatSettings, Visibility};
+use crate::scene::{Backend, Scene, SplatSettings, Visibility};
 
 /// How far a still picture is to be refined.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -206,7 +208,7 @@ pub(super) fn draw(
         Some(drawn) => drawn,
         None => drawer.draw(scene, drawn_size, rung, &mut watch)?,
     };
-    let capped_sums = drawer.renderer.capped_sums()?;
+    let capped_sums = drawer.capped_sums()?;
     let mut frame_ms = vec![drawn.wall_ms];
     let light = enlarged(drawer.renderer.read_light()?, drawn.size, *size);
     let background = background_light(scene.background);
@@ -252,13 +254,13 @@ pub(super) fn draw(
 
 /// What a rung of a still picture is drawn with.
 fn backend_of(rung: Rung, splat: &SplatSettings) -> Backend {
-    let lists = splat.backend == Backend::Tiles
-        || (splat.visibility == Visibility::Slabs && splat.classify == Classify::Before);
-    match rung {
-        Rung::Full | Rung::Reduced { .. } => splat.fixed_backend(),
-        Rung::Octree { .. } | Rung::Subsampled { .. } if lists => Backend::Tiles,
-        _ => Backend::Raster,
-    }
+    let lists = match rung {
+        Rung::Full | Rung::Reduced { .. } => return splat.fixed_backend(),
+        Rung::Octree { .. } | Rung::Subsampled { .. } => lists_cut(splat),
+        Rung::Coarse { .. } => previews_by_lists(splat),
+        Rung::Cheaper(_) => false,
+    };
+    if lists { Backend::Tiles } else { Backend::Raster }
 }
 
 /// The camera turned about its up vector by whole degrees.

@@ -310,7 +310,7 @@ fn extract(field: &Field, component: Component) -> Result<Samples, VolumeError> 
     )?;
     let value = |tuple: &[f64]| match component {
         Component::Index(index) => tuple[index],
-        Component::Magnitude => tuple.iter().map(|v| v * v).sum::<f64>().sqrt(),
+        Component::Magnitude => magnitude(tuple),
     };
     Ok(with_samples!(&*field.samples, values => {
         let tuples = values.par_chunks_exact(n).map(|tuple| {
@@ -332,6 +332,16 @@ fn extract(field: &Field, component: Component) -> Result<Samples, VolumeError> 
             Samples::Float32(tuples.map(|v| v as f32).collect())
         }
     }))
+}
+
+/// The length of a vector, also where squares overflow.
+fn magnitude(tuple: &[f64]) -> f64 {
+    let square: f64 = tuple.iter().map(|v| v * v).sum();
+    let most = tuple.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
+    if square.is_finite() || !most.is_finite() {
+        return square.sqrt();
+    }
+    most * tuple.iter().map(|v| (v / most) * (v / most)).sum::<f64>().sqrt()
 }
 
 /// The scalar field that is drawn: a lattice, one value a point, and what is known of the values.
@@ -377,6 +387,16 @@ mod tests {
 
     fn ramp(dims: [usize; 3]) -> Samples {
         Samples::Float32((0..dims.iter().product()).map(|i| i as f32).collect())
+    }
+
+    #[test]
+    fn a_long_vector_is_no_infinite_one() {
+        assert_eq!(magnitude(&[3.0, -4.0]), 5.0);
+        assert_eq!(magnitude(&[]), 0.0);
+        let long = magnitude(&[3e200, -4e200]);
+        assert!((long / 5e200 - 1.0).abs() < 1e-15, "{long}");
+        assert_eq!(magnitude(&[f64::INFINITY, 1.0]), f64::INFINITY);
+        assert!(magnitude(&[f64::NAN, 1e200]).is_nan());
     }
 
     #[test]

@@ -4,10 +4,11 @@ use std::sync::OnceLock;
 
 use glam::DVec3;
 use voxsplat::accuracy::rmse;
+use voxsplat::accuracy::sweep::Detail;
 use voxsplat::core::colour::srgb_bytes;
 use voxsplat::core::{Srgb8, Ticket};
 use voxsplat::gpu::Wishes;
-use voxsplat::scene::{Background, Scene};
+use voxsplat::scene::{Background, Classify, OpacityModel, Scene, Visibility};
 use voxsplat::task::draw::background_light;
 use voxsplat::task::engine::{AdapterChoice, Engine};
 use voxsplat::task::still::{Refine, Still, StillError, StillRequest};
@@ -109,6 +110,36 @@ fn a_still_says_truly_what_was_drawn() {
     // The volume and the light at least.
     assert!(still.peak_gpu_bytes > 40 * 36 * 44 + 128 * 96 * 16, "{}", still.peak_gpu_bytes);
     assert_eq!(still.capped_opacities, 0);
+}
+
+/// Opacities of an octree cut are capped by lists, and those of the grid by gathering: both count.
+/// Seen from a corner, kernels in one slab add up to more than 1.
+#[test]
+fn what_is_capped_is_counted_whatever_drew_it() {
+    let Some(engine) = engine() else { return };
+    let cut = Refine::Reduced { detail: Detail::Octree { max_error: 0.02 }, scale: 1.0 };
+    for visibility in [Visibility::EverySample, Visibility::Sheets, Visibility::Slabs] {
+        for (refine, backend) in [(Refine::Full, "tiles"), (cut, "tiles")] {
+            let still = |opacity_model, unit| {
+                let mut request = request(refine);
+                let splat = &mut request.scene.splat;
+                (splat.visibility, splat.classify) = (visibility, Classify::Before);
+                (splat.opacity_model, splat.opacity_unit_distance) = (opacity_model, Some(unit));
+                draw(engine, request)
+            };
+            let capped = still(OpacityModel::Published, 0.2);
+            let what = format!("{visibility:?} {refine:?}");
+            println!("measured {what}: {} capped", capped.capped_sums);
+            assert_eq!(capped.backend, backend, "{what}");
+            assert!(capped.capped_sums > 100, "{what}: {}", capped.capped_sums);
+            assert_eq!(still(OpacityModel::Published, 50.0).capped_sums, 0, "{what}");
+            let depth = still(OpacityModel::OpticalDepth, 0.2);
+            assert_eq!(depth.capped_sums, 0, "{what}");
+            // A model that is ignored would draw the same.
+            let apart = rmse(&wide(&depth.light), &wide(&capped.light)).expect("comparable");
+            assert!(apart > 1e-3, "{what}: {apart}");
+        }
+    }
 }
 
 #[test]
