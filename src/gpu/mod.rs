@@ -8,6 +8,7 @@ mod buffers;
 mod compute;
 mod constants;
 pub mod context;
+mod device_volume;
 mod field;
 pub mod frame;
 mod gather;
@@ -20,14 +21,17 @@ pub mod shader;
 mod share;
 mod slabs;
 mod sort;
+mod target;
 pub mod timing;
+mod triangles;
 
 pub use context::{AdapterChoice, Context, Wishes};
 pub use frame::{Pass, PassTime};
 pub use gather::tile_count;
-pub use renderer::{GridTotals, Renderer};
+pub use renderer::Renderer;
 pub use scattered::{ListTotals, Scattered};
 pub use sort::MOST_KEYS;
+pub use triangles::GridTotals;
 
 /// What can go wrong on the device.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]

@@ -1,27 +1,26 @@
-//! Runs passes: the target, the buffers between passes, and reading back.
+//! Runs passes: the buffers between them, and their times.
 
 use std::ops::Range;
 use std::sync::Arc;
 use std::time::Instant;
 
-use super::buffers::{Growing, read_texture, read_words, texture};
-use super::compute::{compute, groups_of};
+use super::buffers::Growing;
 use super::constants::frame_constants;
 use super::context::Context;
-use super::frame::{self, Pass, PassTime, Source};
+use super::device_volume::DeviceVolume;
+use super::frame::{self, Pass, PassTime};
 use super::gather::Gathering;
-use super::layout::{self, COUNT_HEADER_WORDS, Record, SEGMENT_THREADS};
 use super::pipelines::{Pipelines, SplatVariant};
-use super::samples::{CHUNKS, DeviceSamples};
 use super::scattered::Lists;
 use super::slabs::{PictureConstants, SlabPass, step_reach};
+use super::target::Target;
 use super::timing::{Timer, Timestamps};
-use super::{GpuError, shader};
-use crate::core::{LinearRgb, Ticket};
+use super::{GpuError, layout, shader};
+use crate::core::Ticket;
 use crate::kernel::{Coefficients, Kernel};
 use crate::scene::{SplatSettings, View};
-use crate::transfer::{Cumulative, Table};
-use crate::volume::{BRICK, ScalarVolume};
+use crate::transfer::Cumulative;
+use crate::volume::ScalarVolume;
 
 /// Draws pieces of one picture at a time. Everything it holds can be made again from the scene.
 #[derive(Debug)]
@@ -31,12 +30,12 @@ pub struct Renderer {
     timer: Option<Timer>,
     pub(super) frame: wgpu::Buffer,
     pub(super) traversal: wgpu::Buffer,
-    scan: wgpu::Buffer,
+    pub(super) scan: wgpu::Buffer,
     pub(super) totals: wgpu::Buffer,
-    present: wgpu::Buffer,
-    records: Growing,
-    uploads: Growing,
-    counts: Growing,
+    pub(super) present: wgpu::Buffer,
+    pub(super) records: Growing,
+    pub(super) uploads: Growing,
+    pub(super) counts: Growing,
     pub(super) volume: Option<DeviceVolume>,
     pub(super) target: Option<Target>,
     pub(super) variant: SplatVariant,
@@ -48,42 +47,6 @@ pub struct Renderer {
     pub(super) lists: Option<Lists>,
     times: Vec<PassTime>,
     peak_bytes: u64,
-}
-
-/// A volume and its classification on the device.
-#[derive(Debug)]
-pub(super) struct DeviceVolume {
-    pub(super) source: Arc<ScalarVolume>,
-    pub(super) samples: DeviceSamples,
-    pub(super) table: Option<DeviceTable>,
-}
-
-#[derive(Debug)]
-pub(super) struct DeviceTable {
-    pub(super) entries: wgpu::Buffer,
-    pub(super) visible: wgpu::Buffer,
-    /// First and last brick along x, y, z that can show; the first beyond the last where none can.
-    pub(super) showing: [[usize; 3]; 2],
-    /// `Traversal::table`: span, entries per unit, last entry.
-    span: [f32; 4],
-}
-
-/// The picture under way.
-#[derive(Debug)]
-pub(super) struct Target {
-    pub(super) size: [u32; 2],
-    pub(super) light: wgpu::Texture,
-    encoded: Option<wgpu::Texture>,
-    staging: Option<wgpu::Buffer>,
-}
-
-/// What the grid pieces since [`Renderer::begin`] have drawn.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct GridTotals {
-    /// Kernels drawn.
-    pub kernels: u64,
-    /// The most that a piece had beyond the room it was given; 0 when all of them fitted.
-    pub most_missing: u64,
 }
 
 impl Renderer {
@@ -170,88 +133,6 @@ impl Renderer {
         self.pipelines.len() + self.slabs.pipeline_count() + self.gathering.len()
     }
 
-    /// Uploads a volume unless it is there already.
-    ///
-    /// # Errors
-    /// Too large, cancelled, or a failing device.
-    pub fn set_volume(
-        &mut self,
-        volume: &Arc<ScalarVolume>,
-        ticket: &Ticket,
-    ) -> Result<(), GpuError> {
-        if self.volume.as_ref().is_some_and(|held| Arc::ptr_eq(&held.source, volume)) {
-            return Ok(());
-        }
-        // The old one goes first: two need not fit.
-        self.volume = None;
-        self.slabs.clear();
-        if volume.lattice.dims.iter().any(|&n| n > 0xffff) {
-            return Err(GpuError::TooLarge {
-                what: "an axis",
-                limit: "65535 voxels".to_owned(),
-                found: format!("{:?}", volume.lattice.dims),
-                advice: "open a subsampled copy",
-            });
-        }
-        let samples = DeviceSamples::upload(&self.context, volume, ticket)?;
-        self.volume = Some(DeviceVolume { source: Arc::clone(volume), samples, table: None });
-        self.note_bytes();
-        Ok(())
-    }
-
-    /// Sets the classification of the volume that was set last.
-    ///
-    /// # Errors
-    /// A failing device.
-    pub fn set_table(&mut self, table: &Table) -> Result<(), GpuError> {
-        let Some(volume) = &mut self.volume else {
-            return Err(GpuError::Device("a table came before its volume".to_owned()));
-        };
-        let storage = |label, bytes: &[u8]| {
-            let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST;
-            let buffer = Growing::make(&self.context, label, usage, bytes.len() as u64);
-            self.context.queue.write_buffer(&buffer, 0, bytes);
-            buffer
-        };
-        let ranges = &volume.source.bricks.ranges;
-        let bricks = volume.source.bricks.dims;
-        let mut visible = vec![0_u32; ranges.len().div_ceil(32)];
-        let mut showing = [[usize::MAX; 3], [0; 3]];
-        for (index, &[low, high]) in ranges.iter().enumerate() {
-            let shows = low <= high && table.greatest_extinction(low, high) > 0.0;
-            visible[index / 32] |= u32::from(shows) << (index % 32);
-            if shows {
-                let at = [
-                    index % bricks[0],
-                    index / bricks[0] % bricks[1],
-                    index / bricks[0] / bricks[1],
-                ];
-                for axis in 0..3 {
-                    showing[0][axis] = showing[0][axis].min(at[axis]);
-                    showing[1][axis] = showing[1][axis].max(at[axis]);
-                }
-            }
-        }
-        let last = table.entries.len() - 1;
-        let coordinate = table.coordinate;
-        let low = coordinate.offset - volume.samples.bias;
-        #[expect(clippy::cast_possible_truncation, reason = "the device has 32 bits")]
-        let span = [
-            low as f32,
-            (low + last as f64 / coordinate.scale) as f32,
-            coordinate.scale as f32,
-            last as f32,
-        ];
-        volume.table = Some(DeviceTable {
-            entries: storage("table", bytemuck::cast_slice(&table.entries)),
-            visible: storage("visible bricks", bytemuck::cast_slice(&visible)),
-            showing,
-            span,
-        });
-        self.note_bytes();
-        self.context.check()
-    }
-
     /// Begins a picture: a cleared target of the view's size, and the frame's constants.
     ///
     /// `unit_distance` is the world length over which the table's extinctions are given.
@@ -291,138 +172,6 @@ impl Renderer {
         }));
         self.context.queue.submit([encoder.finish()]);
         self.context.check()
-    }
-
-    fn resize(&mut self, size: [u32; 2]) -> Result<(), GpuError> {
-        let limit = self.context.limits.max_texture_dimension_2d;
-        if size.iter().any(|&n| n > limit || n == 0) {
-            return Err(GpuError::TooLarge {
-                what: "a picture",
-                limit: format!("1 to {limit} pixels a side"),
-                found: format!("{} × {}", size[0], size[1]),
-                advice: "choose another size",
-            });
-        }
-        if self.target.as_ref().is_some_and(|t| t.size == size) {
-            return Ok(());
-        }
-        self.target = None;
-        let format = self.light_format();
-        let usage = wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::STORAGE_BINDING;
-        let light = texture(&self.context, "light", size, format, usage);
-        self.target = Some(Target { size, light, encoded: None, staging: None });
-        self.note_bytes();
-        Ok(())
-    }
-
-    pub(super) fn light_format(&self) -> wgpu::TextureFormat {
-        if self.context.granted.float32_blending {
-            wgpu::TextureFormat::Rgba32Float
-        } else {
-            wgpu::TextureFormat::Rgba16Float
-        }
-    }
-
-    /// Draws records over the picture, in their order, and waits; returns wall milliseconds.
-    ///
-    /// # Errors
-    /// A failing device.
-    pub fn draw_records(&mut self, records: &[Record]) -> Result<f64, GpuError> {
-        if records.is_empty() {
-            return Ok(0.0);
-        }
-        let bytes: &[u8] = bytemuck::cast_slice(records);
-        self.uploads.reserve(&self.context, bytes.len() as u64);
-        self.context.queue.write_buffer(&self.uploads.buffer, 0, bytes);
-        self.variant.one_footprint = false;
-        let count = u32::try_from(records.len())
-            .map_err(|_| GpuError::Device("over 2^32 records at once".to_owned()))?;
-        self.run(&frame::node_piece(count))
-    }
-
-    /// Segments that each row of the traversal has.
-    pub fn segments_per_row(&self, view: &View) -> u32 {
-        let Some(volume) = &self.volume else { return 0 };
-        let n = volume.source.lattice.dims[view.traversal.axes[2]];
-        // One more where the eye's brick is walked from both its ends.
-        #[expect(clippy::cast_possible_truncation, reason = "an axis has at most 65535 voxels")]
-        let segments = n.div_ceil(BRICK) as u32 + 1;
-        segments
-    }
-
-    /// Draws every voxel with opacity of some rows of the traversal, far to near: at most
-    /// `capacity` of them. [`Renderer::grid_totals`] tells whether that was enough. Returns
-    /// milliseconds as [`Renderer::draw_records`] does.
-    ///
-    /// # Errors
-    /// A failing device.
-    pub fn draw_rows(
-        &mut self,
-        view: &View,
-        rows: Range<u32>,
-        capacity: u64,
-    ) -> Result<f64, GpuError> {
-        let segments = rows.len() as u32 * self.segments_per_row(view);
-        if segments == 0 || capacity == 0 {
-            return Ok(0.0);
-        }
-        let record_bytes = size_of::<Record>() as u64;
-        let most = self.context.limits.max_storage_buffer_binding_size / record_bytes * 2 / 3;
-        if capacity > most {
-            return Err(GpuError::Device(format!("{capacity} kernels in one piece")));
-        }
-        self.variant.one_footprint = view.eye_distance.is_none();
-        self.counts.reserve(&self.context, 4 * (u64::from(segments) + COUNT_HEADER_WORDS as u64));
-        self.records.reserve(&self.context, capacity * record_bytes);
-        self.note_bytes();
-        self.write_traversal(view, &rows, segments, capacity as u32);
-        self.run(&frame::grid_piece(segments))
-    }
-
-    /// Waits for the pieces drawn so far and sums them up.
-    ///
-    /// # Errors
-    /// A failing device.
-    pub fn grid_totals(&mut self) -> Result<GridTotals, GpuError> {
-        let words = read_words(&self.context, &self.totals, 16)?;
-        Ok(GridTotals { kernels: u64::from(words[0]), most_missing: u64::from(words[1]) })
-    }
-
-    /// The first `count` records that the piece drawn last has emitted, in their order; for tests.
-    ///
-    /// # Errors
-    /// A failing device.
-    #[doc(hidden)]
-    pub fn read_records(&self, count: u64) -> Result<Vec<Record>, GpuError> {
-        let bytes = (count * size_of::<Record>() as u64).min(self.records.buffer.size());
-        let words = read_words(&self.context, &self.records.buffer, bytes)?;
-        Ok(bytemuck::pod_collect_to_vec(&words))
-    }
-
-    pub(super) fn write_traversal(
-        &self,
-        view: &View,
-        rows: &Range<u32>,
-        segments: u32,
-        capacity: u32,
-    ) {
-        let Some(volume) = &self.volume else { return };
-        let Some(table) = &volume.table else { return };
-        let [x, y, z] = volume.source.lattice.dims.map(|n| n as u32);
-        let [bx, by, bz] = volume.source.bricks.dims.map(|n| n as u32);
-        let [a, b, c] = view.traversal.axes.map(|n| n as u32);
-        let [sa, sb, sc] = view.traversal.splits.map(|n| n as u32);
-        let constants = layout::Traversal {
-            dims: [x, y, z, volume.samples.width],
-            bricks: [bx, by, bz, volume.samples.chunk_log2],
-            axes: [a, b, c, self.segments_per_row(view)],
-            splits: [sa, sb, sc, rows.start],
-            counts: [rows.len() as u32, capacity, 0, 0],
-            table: table.span,
-        };
-        self.context.queue.write_buffer(&self.traversal, 0, bytemuck::bytes_of(&constants));
-        let scan = layout::Scan { counts: [segments, capacity, self.variant.vertices(), 0] };
-        self.context.queue.write_buffer(&self.scan, 0, bytemuck::bytes_of(&scan));
     }
 
     /// Whether the field that these settings reconstruct is on the device.
@@ -498,61 +247,6 @@ impl Renderer {
         self.slabs.encode(&self.context, encoder, &settings, light, tiles, timestamps);
     }
 
-    /// The picture so far as sRGB bytes with straight alpha, rows from the top.
-    ///
-    /// # Errors
-    /// A failing device.
-    pub fn present(&mut self, background: Option<LinearRgb>) -> Result<Vec<u8>, GpuError> {
-        let colour = background.unwrap_or_default().0;
-        #[expect(clippy::cast_possible_truncation, reason = "colours in 0..=1")]
-        let settings = layout::Present {
-            background: [
-                colour[0] as f32,
-                colour[1] as f32,
-                colour[2] as f32,
-                f32::from(u8::from(background.is_some())),
-            ],
-        };
-        self.context.queue.write_buffer(&self.present, 0, bytemuck::bytes_of(&settings));
-        let Some(target) = &mut self.target else { return Ok(Vec::new()) };
-        let size = target.size;
-        let encoded = target.encoded.get_or_insert_with(|| {
-            texture(
-                &self.context,
-                "encoded",
-                size,
-                wgpu::TextureFormat::Rgba8Unorm,
-                wgpu::TextureUsages::empty(),
-            )
-        });
-        let encoded = encoded.clone();
-        self.note_bytes();
-        self.run(&[Pass::Present])?;
-        let Some(target) = &mut self.target else { return Ok(Vec::new()) };
-        read_texture(&self.context, &encoded, size, 4, &mut target.staging)
-    }
-
-    /// The picture so far as premultiplied linear RGBA, rows from the top.
-    ///
-    /// # Errors
-    /// A failing device.
-    pub fn read_light(&mut self) -> Result<Vec<[f32; 4]>, GpuError> {
-        let wide = self.context.granted.float32_blending;
-        let Some(target) = &mut self.target else { return Ok(Vec::new()) };
-        let texel = if wide { 16 } else { 8 };
-        let bytes =
-            read_texture(&self.context, &target.light, target.size, texel, &mut target.staging)?;
-        if wide {
-            return Ok(bytemuck::pod_collect_to_vec(&bytes));
-        }
-        Ok(bytes
-            .chunks_exact(8)
-            .map(|t| {
-                std::array::from_fn(|c| half::f16::from_le_bytes([t[2 * c], t[2 * c + 1]]).to_f32())
-            })
-            .collect())
-    }
-
     /// Submits passes and waits; returns wall milliseconds.
     ///
     /// Nothing is queued behind: the software adapter finishes one submission before it begins the
@@ -621,112 +315,6 @@ impl Renderer {
             | Pass::FindRanges { .. }
             | Pass::CompositeLists { .. } => self.encode_lists(encoder, pass, clock),
         }
-    }
-
-    fn dispatch(
-        &mut self,
-        encoder: &mut wgpu::CommandEncoder,
-        pass: Pass,
-        shader: shader::Shader,
-        threads: u32,
-        clock: Option<&Timestamps>,
-    ) {
-        let pipeline = self.pipelines.compute(&self.context, shader).clone();
-        let mut bound: Vec<&wgpu::Buffer> = Vec::new();
-        if shader.name == shader::SCAN_SEGMENTS.name {
-            bound.extend([&self.scan, &self.counts.buffer, &self.totals]);
-        } else {
-            let Some(volume) = &self.volume else { return };
-            let Some(table) = &volume.table else { return };
-            bound.push(&self.traversal);
-            // Bindings beyond the last chunk repeat it; no index leads there.
-            bound.extend(
-                (0..CHUNKS).map(|i| &volume.samples.chunks[i.min(volume.samples.chunks.len() - 1)]),
-            );
-            bound.extend([&table.entries, &table.visible, &self.counts.buffer]);
-            if shader.name == shader::EMIT_KERNELS.name {
-                bound.push(&self.records.buffer);
-            }
-        }
-        let bound: Vec<_> = bound.into_iter().map(wgpu::Buffer::as_entire_binding).collect();
-        let groups = groups_of(threads, SEGMENT_THREADS);
-        compute(&self.context, encoder, &pipeline, pass, &bound, groups, clock);
-    }
-
-    fn splat(
-        &mut self,
-        encoder: &mut wgpu::CommandEncoder,
-        source: Source,
-        clock: Option<&Timestamps>,
-    ) {
-        let format = self.light_format();
-        let pipeline = self.pipelines.splat(&self.context, format, self.variant).clone();
-        let Some(target) = &self.target else { return };
-        let group = self.context.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some(shader::SPLAT.name),
-            layout: &pipeline.get_bind_group_layout(0),
-            entries: &[wgpu::BindGroupEntry {
-                binding: 0,
-                resource: self.frame.as_entire_binding(),
-            }],
-        });
-        let view = target.light.create_view(&Default::default());
-        let mut render = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-            label: Some(shader::SPLAT.name),
-            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                view: &view,
-                depth_slice: None,
-                resolve_target: None,
-                ops: wgpu::Operations { load: wgpu::LoadOp::Load, store: wgpu::StoreOp::Store },
-            })],
-            timestamp_writes: clock.map(|c| c.render(0)),
-            ..Default::default()
-        });
-        render.set_pipeline(&pipeline);
-        render.set_bind_group(0, &group, &[]);
-        match source {
-            Source::Emitted => {
-                render.set_vertex_buffer(0, self.records.buffer.slice(..));
-                render.draw_indirect(&self.counts.buffer, 0);
-            }
-            Source::Uploaded(records) => {
-                render.set_vertex_buffer(0, self.uploads.buffer.slice(..));
-                render.draw(0..self.variant.vertices(), 0..records);
-            }
-        }
-    }
-
-    fn encode_present(&mut self, encoder: &mut wgpu::CommandEncoder, clock: Option<&Timestamps>) {
-        let pipeline = self.pipelines.present(&self.context).clone();
-        let Some(target) = &self.target else { return };
-        let Some(encoded) = &target.encoded else { return };
-        let light = target.light.create_view(&Default::default());
-        let group = self.context.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some(shader::PRESENT.name),
-            layout: &pipeline.get_bind_group_layout(0),
-            entries: &[
-                wgpu::BindGroupEntry { binding: 0, resource: self.present.as_entire_binding() },
-                wgpu::BindGroupEntry {
-                    binding: 1,
-                    resource: wgpu::BindingResource::TextureView(&light),
-                },
-            ],
-        });
-        let view = encoded.create_view(&Default::default());
-        let mut render = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-            label: Some(shader::PRESENT.name),
-            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                view: &view,
-                depth_slice: None,
-                resolve_target: None,
-                ops: wgpu::Operations::default(),
-            })],
-            timestamp_writes: clock.map(|c| c.render(0)),
-            ..Default::default()
-        });
-        render.set_pipeline(&pipeline);
-        render.set_bind_group(0, &group, &[]);
-        render.draw(0..3, 0..1);
     }
 
     /// Counts what is held now towards the peak.

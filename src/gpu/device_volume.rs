@@ -1,0 +1,113 @@
+//! A volume and its classification on the device.
+
+use std::sync::Arc;
+
+use super::GpuError;
+use super::buffers::Growing;
+use super::renderer::Renderer;
+use super::samples::DeviceSamples;
+use crate::core::Ticket;
+use crate::transfer::Table;
+use crate::volume::ScalarVolume;
+
+/// A volume and its classification on the device.
+#[derive(Debug)]
+pub(super) struct DeviceVolume {
+    pub(super) source: Arc<ScalarVolume>,
+    pub(super) samples: DeviceSamples,
+    pub(super) table: Option<DeviceTable>,
+}
+
+#[derive(Debug)]
+pub(super) struct DeviceTable {
+    pub(super) entries: wgpu::Buffer,
+    pub(super) visible: wgpu::Buffer,
+    /// First and last brick along x, y, z that can show; the first beyond the last where none can.
+    pub(super) showing: [[usize; 3]; 2],
+    /// `Traversal::table`: span, entries per unit, last entry.
+    pub(super) span: [f32; 4],
+}
+
+impl Renderer {
+    /// Uploads a volume unless it is there already.
+    ///
+    /// # Errors
+    /// Too large, cancelled, or a failing device.
+    pub fn set_volume(
+        &mut self,
+        volume: &Arc<ScalarVolume>,
+        ticket: &Ticket,
+    ) -> Result<(), GpuError> {
+        if self.volume.as_ref().is_some_and(|held| Arc::ptr_eq(&held.source, volume)) {
+            return Ok(());
+        }
+        // The old one goes first: two need not fit.
+        self.volume = None;
+        self.slabs.clear();
+        if volume.lattice.dims.iter().any(|&n| n > 0xffff) {
+            return Err(GpuError::TooLarge {
+                what: "an axis",
+                limit: "65535 voxels".to_owned(),
+                found: format!("{:?}", volume.lattice.dims),
+                advice: "open a subsampled copy",
+            });
+        }
+        let samples = DeviceSamples::upload(&self.context, volume, ticket)?;
+        self.volume = Some(DeviceVolume { source: Arc::clone(volume), samples, table: None });
+        self.note_bytes();
+        Ok(())
+    }
+
+    /// Sets the classification of the volume that was set last.
+    ///
+    /// # Errors
+    /// A failing device.
+    pub fn set_table(&mut self, table: &Table) -> Result<(), GpuError> {
+        let Some(volume) = &mut self.volume else {
+            return Err(GpuError::Device("a table came before its volume".to_owned()));
+        };
+        let storage = |label, bytes: &[u8]| {
+            let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST;
+            let buffer = Growing::make(&self.context, label, usage, bytes.len() as u64);
+            self.context.queue.write_buffer(&buffer, 0, bytes);
+            buffer
+        };
+        let ranges = &volume.source.bricks.ranges;
+        let bricks = volume.source.bricks.dims;
+        let mut visible = vec![0_u32; ranges.len().div_ceil(32)];
+        let mut showing = [[usize::MAX; 3], [0; 3]];
+        for (index, &[low, high]) in ranges.iter().enumerate() {
+            let shows = low <= high && table.greatest_extinction(low, high) > 0.0;
+            visible[index / 32] |= u32::from(shows) << (index % 32);
+            if shows {
+                let at = [
+                    index % bricks[0],
+                    index / bricks[0] % bricks[1],
+                    index / bricks[0] / bricks[1],
+                ];
+                for axis in 0..3 {
+                    showing[0][axis] = showing[0][axis].min(at[axis]);
+                    showing[1][axis] = showing[1][axis].max(at[axis]);
+                }
+            }
+        }
+        let last = table.entries.len() - 1;
+        let coordinate = table.coordinate;
+        let low = coordinate.offset - volume.samples.bias;
+        #[expect(clippy::cast_possible_truncation, reason = "the device has 32 bits")]
+        let span = [
+            low as f32,
+            (low + last as f64 / coordinate.scale) as f32,
+            coordinate.scale as f32,
+            last as f32,
+        ];
+        volume.table = Some(DeviceTable {
+            entries: storage("table", bytemuck::cast_slice(&table.entries)),
+            visible: storage("visible bricks", bytemuck::cast_slice(&visible)),
+            showing,
+            span,
+        });
+        self.note_bytes();
+        self.context.check()
+    }
+}

@@ -1,0 +1,200 @@
+//! Kernels as footprint triangles: uploaded records, and those that a grid's voxels give.
+
+use std::ops::Range;
+
+use super::buffers::read_words;
+use super::compute::{compute, groups_of};
+use super::frame::{self, Pass, Source};
+use super::layout::{self, COUNT_HEADER_WORDS, Record, SEGMENT_THREADS};
+use super::renderer::Renderer;
+use super::samples::CHUNKS;
+use super::timing::Timestamps;
+use super::{GpuError, shader};
+use crate::scene::View;
+use crate::volume::BRICK;
+
+/// What the grid pieces since [`Renderer::begin`] have drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct GridTotals {
+    /// Kernels drawn.
+    pub kernels: u64,
+    /// The most that a piece had beyond the room it was given; 0 when all of them fitted.
+    pub most_missing: u64,
+}
+
+impl Renderer {
+    /// Draws records over the picture, in their order, and waits; returns wall milliseconds.
+    ///
+    /// # Errors
+    /// A failing device.
+    pub fn draw_records(&mut self, records: &[Record]) -> Result<f64, GpuError> {
+        if records.is_empty() {
+            return Ok(0.0);
+        }
+        let bytes: &[u8] = bytemuck::cast_slice(records);
+        self.uploads.reserve(&self.context, bytes.len() as u64);
+        self.context.queue.write_buffer(&self.uploads.buffer, 0, bytes);
+        self.variant.one_footprint = false;
+        let count = u32::try_from(records.len())
+            .map_err(|_| GpuError::Device("over 2^32 records at once".to_owned()))?;
+        self.run(&frame::node_piece(count))
+    }
+
+    /// Segments that each row of the traversal has.
+    pub fn segments_per_row(&self, view: &View) -> u32 {
+        let Some(volume) = &self.volume else { return 0 };
+        let n = volume.source.lattice.dims[view.traversal.axes[2]];
+        // One more where the eye's brick is walked from both its ends.
+        #[expect(clippy::cast_possible_truncation, reason = "an axis has at most 65535 voxels")]
+        let segments = n.div_ceil(BRICK) as u32 + 1;
+        segments
+    }
+
+    /// Draws every voxel with opacity of some rows of the traversal, far to near: at most
+    /// `capacity` of them. [`Renderer::grid_totals`] tells whether that was enough. Returns
+    /// milliseconds as [`Renderer::draw_records`] does.
+    ///
+    /// # Errors
+    /// A failing device.
+    pub fn draw_rows(
+        &mut self,
+        view: &View,
+        rows: Range<u32>,
+        capacity: u64,
+    ) -> Result<f64, GpuError> {
+        let segments = rows.len() as u32 * self.segments_per_row(view);
+        if segments == 0 || capacity == 0 {
+            return Ok(0.0);
+        }
+        let record_bytes = size_of::<Record>() as u64;
+        let most = self.context.limits.max_storage_buffer_binding_size / record_bytes * 2 / 3;
+        if capacity > most {
+            return Err(GpuError::Device(format!("{capacity} kernels in one piece")));
+        }
+        self.variant.one_footprint = view.eye_distance.is_none();
+        self.counts.reserve(&self.context, 4 * (u64::from(segments) + COUNT_HEADER_WORDS as u64));
+        self.records.reserve(&self.context, capacity * record_bytes);
+        self.note_bytes();
+        self.write_traversal(view, &rows, segments, capacity as u32);
+        self.run(&frame::grid_piece(segments))
+    }
+
+    /// Waits for the pieces drawn so far and sums them up.
+    ///
+    /// # Errors
+    /// A failing device.
+    pub fn grid_totals(&mut self) -> Result<GridTotals, GpuError> {
+        let words = read_words(&self.context, &self.totals, 16)?;
+        Ok(GridTotals { kernels: u64::from(words[0]), most_missing: u64::from(words[1]) })
+    }
+
+    /// The first `count` records that the piece drawn last has emitted, in their order; for tests.
+    ///
+    /// # Errors
+    /// A failing device.
+    #[doc(hidden)]
+    pub fn read_records(&self, count: u64) -> Result<Vec<Record>, GpuError> {
+        let bytes = (count * size_of::<Record>() as u64).min(self.records.buffer.size());
+        let words = read_words(&self.context, &self.records.buffer, bytes)?;
+        Ok(bytemuck::pod_collect_to_vec(&words))
+    }
+
+    pub(super) fn write_traversal(
+        &self,
+        view: &View,
+        rows: &Range<u32>,
+        segments: u32,
+        capacity: u32,
+    ) {
+        let Some(volume) = &self.volume else { return };
+        let Some(table) = &volume.table else { return };
+        let [x, y, z] = volume.source.lattice.dims.map(|n| n as u32);
+        let [bx, by, bz] = volume.source.bricks.dims.map(|n| n as u32);
+        let [a, b, c] = view.traversal.axes.map(|n| n as u32);
+        let [sa, sb, sc] = view.traversal.splits.map(|n| n as u32);
+        let constants = layout::Traversal {
+            dims: [x, y, z, volume.samples.width],
+            bricks: [bx, by, bz, volume.samples.chunk_log2],
+            axes: [a, b, c, self.segments_per_row(view)],
+            splits: [sa, sb, sc, rows.start],
+            counts: [rows.len() as u32, capacity, 0, 0],
+            table: table.span,
+        };
+        self.context.queue.write_buffer(&self.traversal, 0, bytemuck::bytes_of(&constants));
+        let scan = layout::Scan { counts: [segments, capacity, self.variant.vertices(), 0] };
+        self.context.queue.write_buffer(&self.scan, 0, bytemuck::bytes_of(&scan));
+    }
+
+    pub(super) fn dispatch(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        pass: Pass,
+        shader: shader::Shader,
+        threads: u32,
+        clock: Option<&Timestamps>,
+    ) {
+        let pipeline = self.pipelines.compute(&self.context, shader).clone();
+        let mut bound: Vec<&wgpu::Buffer> = Vec::new();
+        if shader.name == shader::SCAN_SEGMENTS.name {
+            bound.extend([&self.scan, &self.counts.buffer, &self.totals]);
+        } else {
+            let Some(volume) = &self.volume else { return };
+            let Some(table) = &volume.table else { return };
+            bound.push(&self.traversal);
+            // Bindings beyond the last chunk repeat it; no index leads there.
+            bound.extend(
+                (0..CHUNKS).map(|i| &volume.samples.chunks[i.min(volume.samples.chunks.len() - 1)]),
+            );
+            bound.extend([&table.entries, &table.visible, &self.counts.buffer]);
+            if shader.name == shader::EMIT_KERNELS.name {
+                bound.push(&self.records.buffer);
+            }
+        }
+        let bound: Vec<_> = bound.into_iter().map(wgpu::Buffer::as_entire_binding).collect();
+        let groups = groups_of(threads, SEGMENT_THREADS);
+        compute(&self.context, encoder, &pipeline, pass, &bound, groups, clock);
+    }
+
+    pub(super) fn splat(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        source: Source,
+        clock: Option<&Timestamps>,
+    ) {
+        let format = self.light_format();
+        let pipeline = self.pipelines.splat(&self.context, format, self.variant).clone();
+        let Some(target) = &self.target else { return };
+        let group = self.context.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some(shader::SPLAT.name),
+            layout: &pipeline.get_bind_group_layout(0),
+            entries: &[wgpu::BindGroupEntry {
+                binding: 0,
+                resource: self.frame.as_entire_binding(),
+            }],
+        });
+        let view = target.light.create_view(&Default::default());
+        let mut render = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some(shader::SPLAT.name),
+            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                view: &view,
+                depth_slice: None,
+                resolve_target: None,
+                ops: wgpu::Operations { load: wgpu::LoadOp::Load, store: wgpu::StoreOp::Store },
+            })],
+            timestamp_writes: clock.map(|c| c.render(0)),
+            ..Default::default()
+        });
+        render.set_pipeline(&pipeline);
+        render.set_bind_group(0, &group, &[]);
+        match source {
+            Source::Emitted => {
+                render.set_vertex_buffer(0, self.records.buffer.slice(..));
+                render.draw_indirect(&self.counts.buffer, 0);
+            }
+            Source::Uploaded(records) => {
+                render.set_vertex_buffer(0, self.uploads.buffer.slice(..));
+                render.draw(0..self.variant.vertices(), 0..records);
+            }
+        }
+    }
+}
