@@ -296,6 +296,30 @@ fn a_frame_and_a_still_that_are_asked_for_together_both_arrive() {
     bench.until_full([320, 200]);
 }
 
+/// A still takes its turn between two pieces; nothing that was finished is drawn again for it.
+#[test]
+fn a_still_makes_no_finished_picture_drawn_again() {
+    let Some(bench) = Bench::new() else { return };
+    let mut scene = large();
+    scene.splat = SplatSettings::SHADE_FIRST;
+    let effort = Effort::Rest { budget_ms: 20.0, ladder: Ladder::Subsampling, show_partial: false };
+    bench.request(&scene, [320, 200], effort);
+    let mut pictures = bench.pictures_until(|_, seen| !seen.is_empty());
+    // In the middle of the ladder.
+    bench.still(&small());
+    pictures.extend(bench.pictures_until(|_, seen| {
+        seen.last().is_some_and(|picture| picture.report.rung == "full")
+    }));
+    // In the middle of the calibration that follows.
+    bench.still(&small());
+    pictures.extend(bench.pictures_until(|bench, _| bench.engine.state() == EngineState::Idle));
+    std::thread::sleep(Duration::from_millis(50));
+    pictures.extend(bench.pictures_until(|bench, _| bench.engine.state() == EngineState::Idle));
+    let of = |rung: &str| pictures.iter().filter(|p| p.report.rung.starts_with(rung)).count();
+    let rungs: Vec<_> = pictures.iter().map(|p| &p.report.rung).collect();
+    assert_eq!((of("coarse"), of("full")), (1, 1), "{rungs:?}");
+}
+
 #[test]
 fn another_volume_is_not_kept_waiting_by_the_first_ones_preparation() {
     let Some(bench) = Bench::new() else { return };

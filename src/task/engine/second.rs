@@ -2,7 +2,9 @@
 
 use std::sync::Arc;
 
-use super::{Engine, EngineState, FrameReport, Picture, REBUILDS, Worker, rung_words};
+use super::rungs::rung_words;
+use super::worker::{REBUILDS, Worker};
+use super::{Engine, EngineState, FrameReport, Picture};
 use crate::core::Ticket;
 use crate::gpu::{GpuError, Renderer};
 use crate::scene::Scene;

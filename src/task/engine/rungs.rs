@@ -1,0 +1,315 @@
+//! One frame: the way up from the coarse picture to the finished one, rung by rung.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use super::worker::Worker;
+use super::{Effort, EngineState, FrameReport, FrameRequest, Ladder, Picture};
+use crate::core::Ticket;
+use crate::gpu::Renderer;
+use crate::kernel::Kernel;
+use crate::scene::{Backend, Scene, SplatSettings};
+use crate::task::draw::{DrawError, Drawer, Drawn, Observer, Rung, background_light};
+use crate::task::estimate::{self, Checked, Coarseness};
+use crate::task::slabs;
+
+/// How often progress within a rung is announced.
+const PROGRESS_EVERY: Duration = Duration::from_millis(250);
+/// How often a partial picture is published: presenting it takes longer than a piece.
+const PARTIAL_EVERY: Duration = Duration::from_millis(300);
+/// A middle rung may take this share of what `full` takes.
+const MIDDLE_SHARE: f64 = 0.1;
+/// `full` follows the coarse picture at once where it takes no longer than this.
+const MIDDLE_WORTH_MS: f64 = 700.0;
+/// Two middle rungs come before a `full` that takes longer than this.
+const SEVERAL_WORTH_MS: f64 = 3000.0;
+
+impl Worker {
+    /// Draws a request as far as it goes.
+    pub(super) fn refine(
+        &mut self,
+        request: &FrameRequest,
+        ticket: &Ticket,
+    ) -> Result<(), DrawError> {
+        self.announce(EngineState::Drawing(0.0));
+        let (scene, size) = (&request.scene, request.size);
+        self.device()?.prepare(scene, ticket)?;
+        match request.effort {
+            Effort::Moving { budget_ms } => {
+                // Bounded by its budget, and so never interrupted: a hand that moves faster than
+                // pictures are drawn still sees every one of them.
+                self.rung(request, Rung::Coarse { budget_ms }, Manner::Whole)
+            }
+            Effort::Rest { budget_ms, ladder, show_partial } => {
+                // A moving hand has seen it, or it was drawn before a still interrupted.
+                let seen = self.coarse.iter().any(|(seen, _, coarseness)| {
+                    matches!(coarseness, Coarseness::Octree { .. })
+                        && seen.size == size
+                        && seen.scene.makes_same_picture(scene)
+                });
+                if !seen && ladder != Ladder::AtOnce {
+                    self.rung(request, Rung::Coarse { budget_ms }, Manner::Whole)?;
+                }
+                let rungs = self.ladder(scene, size, ladder)?;
+                let steps = rungs.len() as f64;
+                for (i, rung) in rungs.into_iter().enumerate() {
+                    if self.newer_came() {
+                        return Err(DrawError::Interrupted);
+                    }
+                    let show_partial = show_partial && rung == Rung::Full;
+                    let (before, after) = (i as f64 / steps, (i + 1) as f64 / steps);
+                    self.rung(request, rung, Manner::InPieces { show_partial, before, after })?;
+                }
+                Ok(())
+            }
+        }
+    }
+
+    /// The rungs after the coarse picture.
+    fn ladder(
+        &mut self,
+        scene: &Scene,
+        size: [u32; 2],
+        ladder: Ladder,
+    ) -> Result<Vec<Rung>, DrawError> {
+        let drawer = self.device()?;
+        let mut rungs = match ladder {
+            Ladder::Octree if slabs::reconstructs(&scene.splat) => {
+                let rays = f64::from(size[0]) * f64::from(size[1]);
+                match rays * drawer.costs.ray_ms {
+                    quick if quick < MIDDLE_WORTH_MS => Vec::new(),
+                    slow if slow < SEVERAL_WORTH_MS => vec![Rung::Reduced { shrink: 4.0 }],
+                    _ => vec![Rung::Reduced { shrink: 8.0 }, Rung::Reduced { shrink: 3.0 }],
+                }
+            }
+            Ladder::Octree => {
+                let full_ms = drawer.active_count() as f64 * drawer.costs.voxel_ms;
+                if full_ms < MIDDLE_WORTH_MS {
+                    Vec::new()
+                } else {
+                    vec![Rung::Coarse { budget_ms: full_ms * MIDDLE_SHARE }]
+                }
+            }
+            Ladder::Subsampling => {
+                vec![Rung::Subsampled { level: 2 }, Rung::Subsampled { level: 1 }]
+            }
+            Ladder::AtOnce => Vec::new(),
+            Ladder::CheaperKernels => {
+                vec![Rung::Cheaper(Kernel::Point), Rung::Cheaper(Kernel::Nearest)]
+            }
+        };
+        rungs.retain(|rung| *rung != Rung::Cheaper(scene.splat.kernel));
+        rungs.push(Rung::Full);
+        Ok(rungs)
+    }
+
+    /// Draws and publishes one rung.
+    fn rung(
+        &mut self,
+        request: &FrameRequest,
+        rung: Rung,
+        manner: Manner,
+    ) -> Result<(), DrawError> {
+        self.device()?;
+        // Taken out while it draws, so that pieces can announce themselves through `self`.
+        let Some(mut drawer) = self.drawer.take() else { return Ok(()) };
+        let mut watch = Watch::new(self, request, manner, drawer.active_count());
+        let learnt = drawer.costs;
+        let splat = match rung {
+            Rung::Full | Rung::Reduced { .. } => SplatSettings {
+                backend: drawer.window_backend(&request.scene),
+                ..request.scene.splat
+            },
+            _ => request.scene.splat.previewed(),
+        };
+        let scene = Scene { splat, ..request.scene.clone() };
+        let drawn = drawer.draw(&scene, request.size, rung, &mut watch);
+        let drawn_ms = drawn.as_ref().map_or(f64::INFINITY, |drawn| drawn.wall_ms);
+        if matches!((rung, manner), (Rung::Coarse { .. }, Manner::InPieces { .. })) {
+            // A picture that may take far longer has other prices than those the hand needs.
+            drawer.costs = learnt;
+        }
+        let result = drawn.and_then(|drawn| {
+            let background = background_light(request.scene.background);
+            let rgba = drawer.renderer.present(background)?;
+            let active = drawer.active_count();
+            let progress = match manner {
+                Manner::Whole => 0.0,
+                Manner::InPieces { after, .. } => after as f32,
+            };
+            let words = (rung_words(rung, &drawn), progress);
+            let mut picture = picture(request, words, &drawn, rgba, active);
+            picture.report.backend = scene.splat.backend;
+            let coarseness = match rung {
+                Rung::Coarse { .. } => Some(Coarseness::Octree { max_error: drawn.max_error }),
+                Rung::Reduced { .. } => Some(Coarseness::Reduced),
+                _ => None,
+            };
+            if let Some(coarseness) = coarseness {
+                let rmse = self.estimator.rmse(&request.scene, coarseness, picture.shrink());
+                picture.report.estimated_rmse = Some(rmse);
+            }
+            if rung == Rung::Full {
+                self.check(request, &mut picture);
+            }
+            let picture = Arc::new(picture);
+            if let Some(coarseness) = coarseness {
+                self.coarse.retain(|(_, _, other)| !other.is_kind_of(coarseness));
+                self.coarse.push((request.clone(), Arc::clone(&picture), coarseness));
+            }
+            self.publish(picture);
+            Ok(())
+        });
+        let is_finished = rung == Rung::Full && result.is_ok();
+        let result = if is_finished && drawer.is_to_be_calibrated(&request.scene) {
+            self.calibrate(&mut drawer, request, drawn_ms)
+        } else {
+            result
+        };
+        self.drawer = Some(drawer);
+        result
+    }
+
+    /// Finds the faster back end, once the picture that triangles took `raster_ms` for is out.
+    fn calibrate(
+        &self,
+        drawer: &mut Drawer,
+        request: &FrameRequest,
+        raster_ms: f64,
+    ) -> Result<(), DrawError> {
+        let manner = Manner::InPieces { show_partial: false, before: 1.0, after: 1.0 };
+        let mut watch = Watch::new(self, request, manner, drawer.active_count());
+        match drawer.calibrate(&request.scene, request.size, raster_ms, &mut watch) {
+            // The picture stands; the next finished one is measured instead.
+            Err(DrawError::Interrupted) => Ok(()),
+            other => other,
+        }
+    }
+
+    fn publish(&self, picture: Arc<Picture>) {
+        self.shared.lock().picture = Some(picture);
+        (self.wake)();
+    }
+
+    /// Holds the coarse pictures against the finished one of the same view, and learns from them.
+    fn check(&mut self, request: &FrameRequest, picture: &mut Picture) {
+        for (seen, coarse, coarseness) in std::mem::take(&mut self.coarse) {
+            let same = seen.size == request.size && seen.scene.makes_same_picture(&request.scene);
+            let Some(estimated_rmse) = coarse.report.estimated_rmse.filter(|_| same) else {
+                continue;
+            };
+            if let Ok(measured_rmse) = estimate::shown_rmse(&coarse, picture) {
+                let checked = Checked { estimated_rmse, measured_rmse };
+                self.estimator.learn(&request.scene, coarseness, &checked);
+                // The preview is the one that the hand saw.
+                if matches!(coarseness, Coarseness::Octree { .. }) {
+                    picture.report.checked = Some(checked);
+                }
+            }
+        }
+    }
+}
+
+/// What was drawn, with what is known of it.
+fn picture(
+    request: &FrameRequest,
+    (rung, progress): (String, f32),
+    drawn: &Drawn,
+    rgba: Vec<u8>,
+    kernels_active: u64,
+) -> Picture {
+    let report = FrameReport {
+        rung,
+        kernels_drawn: drawn.kernels,
+        kernels_active,
+        kernels_total: request.scene.volume.lattice.len() as u64,
+        backend: Backend::Raster,
+        frame_ms: drawn.wall_ms,
+        progress,
+        estimated_rmse: None,
+        checked: None,
+    };
+    Picture { size: drawn.size, requested_size: request.size, rgba, report }
+}
+
+/// A finished rung in words.
+pub(super) fn rung_words(rung: Rung, drawn: &Drawn) -> String {
+    match rung {
+        Rung::Coarse { .. } => format!("coarse, octree error {:.3}", drawn.max_error),
+        Rung::Octree { .. } => format!("octree error {:.3}", drawn.max_error),
+        Rung::Subsampled { level } => format!("every {}th sample, averaged", 1 << level),
+        Rung::Cheaper(kernel) => format!("every voxel, {} kernel", kernel.name()),
+        Rung::Reduced { .. } => format!("full at {} × {}", drawn.size[0], drawn.size[1]),
+        Rung::Full => "full".to_owned(),
+    }
+}
+
+/// How a rung is drawn.
+#[derive(Debug, Clone, Copy)]
+enum Manner {
+    /// To its end, which its budget bounds.
+    Whole,
+    /// Until something newer comes.
+    InPieces {
+        /// Publish the picture while it is drawn.
+        show_partial: bool,
+        /// Share of the way to `full` that is behind it, and that will be when it is done.
+        before: f64,
+        /// See `before`.
+        after: f64,
+    },
+}
+
+/// Announces a rung's progress, and stops it when something newer came.
+struct Watch<'a> {
+    worker: &'a Worker,
+    request: &'a FrameRequest,
+    manner: Manner,
+    start: Instant,
+    last_progress: Instant,
+    last_partial: Instant,
+    active: u64,
+}
+
+impl<'a> Watch<'a> {
+    fn new(worker: &'a Worker, request: &'a FrameRequest, manner: Manner, active: u64) -> Self {
+        let start = Instant::now();
+        Self { worker, request, manner, start, last_progress: start, last_partial: start, active }
+    }
+}
+
+impl Observer for Watch<'_> {
+    fn piece_done(&mut self, renderer: &mut Renderer, done: f64) -> bool {
+        let Manner::InPieces { show_partial, before, after } = self.manner else { return false };
+        if self.worker.newer_came() {
+            return true;
+        }
+        let share = before + (after - before) * done;
+        if self.last_progress.elapsed() >= PROGRESS_EVERY {
+            self.last_progress = Instant::now();
+            #[expect(clippy::cast_possible_truncation, reason = "0..=1")]
+            self.worker.announce(EngineState::Drawing(share as f32));
+        }
+        if show_partial && done < 1.0 && self.last_partial.elapsed() >= PARTIAL_EVERY {
+            let background = background_light(self.request.scene.background);
+            // A failing device is reported by the rung itself.
+            if let Ok(rgba) = renderer.present(background) {
+                let kernels = (self.active as f64 * done) as u64;
+                let drawn = Drawn {
+                    size: self.request.size,
+                    kernels,
+                    nodes: 0,
+                    max_error: 0.0,
+                    wall_ms: self.start.elapsed().as_secs_f64() * 1e3,
+                };
+                #[expect(clippy::cast_possible_truncation, reason = "0..1")]
+                let progress = share.min(0.99) as f32;
+                let words = ("full, in part".to_owned(), progress);
+                let picture = picture(self.request, words, &drawn, rgba, self.active);
+                self.worker.publish(Arc::new(picture));
+            }
+            self.last_partial = Instant::now();
+        }
+        false
+    }
+}

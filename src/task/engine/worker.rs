@@ -1,0 +1,156 @@
+//! The engine's thread: what is done next, and with which device.
+
+use std::sync::{Arc, PoisonError};
+
+use super::{EngineState, FrameRequest, Picture, Posted, Shared};
+use crate::core::Ticket;
+use crate::gpu::{AdapterChoice, Context, GpuError, Renderer, Wishes};
+use crate::task::draw::{DrawError, Drawer};
+use crate::task::estimate::{Coarseness, Estimator};
+use crate::task::still::{self, Still, StillError, StillRequest};
+
+/// Rebuilds of a lost device for one request.
+pub(super) const REBUILDS: u32 = 2;
+
+/// The thread's end.
+pub(super) struct Worker {
+    pub(super) shared: Arc<Shared>,
+    pub(super) wake: Box<dyn Fn() + Send>,
+    adapter: AdapterChoice,
+    wishes: Wishes,
+    pub(super) drawer: Option<Drawer>,
+    /// The coarse pictures published last, one of a kind, until a finished one of their view has
+    /// checked them.
+    pub(super) coarse: Vec<(FrameRequest, Arc<Picture>, Coarseness)>,
+    pub(super) estimator: Estimator,
+}
+
+impl Worker {
+    pub(super) fn new(
+        shared: Arc<Shared>,
+        wake: Box<dyn Fn() + Send>,
+        adapter: AdapterChoice,
+        wishes: Wishes,
+    ) -> Self {
+        Self {
+            shared,
+            wake,
+            adapter,
+            wishes,
+            drawer: None,
+            coarse: Vec::new(),
+            estimator: Estimator::default(),
+        }
+    }
+
+    pub(super) fn run(mut self) {
+        // The device is made before the first request, which mostly waits for a file.
+        if let Err(error) = self.device() {
+            self.announce(EngineState::Failed(error.to_string()));
+        } else {
+            self.announce(EngineState::Idle);
+        }
+        loop {
+            let posted = {
+                let mut slot = self.shared.lock();
+                while slot.is_empty() && slot.second.is_none() && !slot.stop {
+                    slot = self.shared.posted.wait(slot).unwrap_or_else(PoisonError::into_inner);
+                }
+                if slot.stop {
+                    return;
+                }
+                slot.take()
+            };
+            match posted {
+                Some(Posted::Frame(request, ticket)) => {
+                    self.serve(request, &ticket);
+                    self.shared.lock().under_way = None;
+                }
+                Some(Posted::Still(still)) => {
+                    let result = self.still(&still.request, &still.ticket);
+                    // Whoever asked may be gone.
+                    drop(still.reply.send(result));
+                    self.announce(EngineState::Idle);
+                }
+                Some(Posted::Second(request)) => self.serve_second(request),
+                None => {}
+            }
+        }
+    }
+
+    fn still(&mut self, request: &StillRequest, ticket: &Ticket) -> Result<Still, StillError> {
+        let mut tries = 0;
+        loop {
+            let result = self
+                .device()
+                .map_err(StillError::from)
+                .and_then(|drawer| still::draw(drawer, request, ticket));
+            match result {
+                Err(StillError::Gpu(GpuError::Lost(_))) if tries < REBUILDS => self.drop_device(),
+                other => return other,
+            }
+            tries += 1;
+        }
+    }
+
+    /// The device, made anew where there is none.
+    pub(super) fn device(&mut self) -> Result<&mut Drawer, GpuError> {
+        if self.drawer.is_none() {
+            let context = Context::new(&self.adapter, self.wishes)?;
+            self.shared.lock().adapter_name = Some(context.adapter_name.clone());
+            self.drawer = Some(Drawer::new(Renderer::new(context)));
+        }
+        let Some(drawer) = &mut self.drawer else {
+            return Err(GpuError::Device("no device".to_owned()));
+        };
+        if std::mem::take(&mut self.shared.lock().lose_device) {
+            drawer.renderer.context().lose();
+        }
+        Ok(drawer)
+    }
+
+    pub(super) fn drop_device(&mut self) {
+        self.drawer = None;
+    }
+
+    pub(super) fn announce(&self, state: EngineState) {
+        let mut slot = self.shared.lock();
+        if slot.state == state {
+            return;
+        }
+        slot.state = state;
+        drop(slot);
+        (self.wake)();
+    }
+
+    pub(super) fn newer_came(&self) -> bool {
+        let slot = self.shared.lock();
+        !slot.is_empty() || slot.stop
+    }
+
+    /// Draws a request as far as it goes, rebuilding the device where it is lost.
+    fn serve(&mut self, request: FrameRequest, ticket: &Ticket) {
+        let mut tries = 0;
+        let outcome = loop {
+            match self.refine(&request, ticket) {
+                Err(DrawError::Gpu(GpuError::Lost(reason))) if tries < REBUILDS => {
+                    log::warn!("the graphics device was lost and is made anew: {reason}");
+                    self.drop_device();
+                    tries += 1;
+                }
+                outcome => break outcome,
+            }
+        };
+        match outcome {
+            Ok(()) => self.announce(EngineState::Idle),
+            // By a newer frame, which takes its place, or by a still, after which it goes on.
+            Err(DrawError::Interrupted) => {
+                self.shared.lock().frame.get_or_insert(request);
+            }
+            Err(DrawError::Gpu(error)) => {
+                self.drop_device();
+                self.announce(EngineState::Failed(error.to_string()));
+            }
+        }
+    }
+}
