@@ -197,6 +197,7 @@ mod tests {
             progress: 1.0,
             estimated_rmse: None,
             checked: None,
+            refined: None,
         };
         let picture = Picture { size: [2, 3], requested_size: [2, 3], rgba: rgba.clone(), report };
         write_png(&picture, &path).unwrap();

@@ -96,6 +96,7 @@ impl Settings {
             budget_ms: self.budget_ms,
             ladder: self.ladder,
             show_partial: self.show_partial,
+            converge_ms: 0.0,
         }
     }
 

@@ -4,6 +4,7 @@
 //! being drawn is dropped at its next piece. Pictures come back through [`Engine::take_picture`],
 //! announced by the `wake` callback.
 
+mod converge;
 mod rungs;
 mod second;
 mod worker;
@@ -17,7 +18,7 @@ use std::thread::JoinHandle;
 pub use crate::gpu::AdapterChoice;
 
 use super::estimate::Checked;
-use super::still::{Still, StillError, StillRequest};
+use super::still::{Convergence, Still, StillError, StillRequest};
 use crate::core::Ticket;
 use crate::gpu::{GpuError, Wishes};
 use crate::scene::{Backend, Scene};
@@ -43,7 +44,8 @@ pub enum Effort {
         /// Milliseconds a picture may take.
         budget_ms: f64,
     },
-    /// The view rests: climb the ladder to `full`, then stop.
+    /// The view rests: climb the ladder to `full`, double the slabs as far as time allows, then
+    /// stop.
     Rest {
         /// Milliseconds that the first rung may take.
         budget_ms: f64,
@@ -51,10 +53,13 @@ pub enum Effort {
         ladder: Ladder,
         /// Publish the picture while its last rung is still being drawn.
         show_partial: bool,
+        /// Milliseconds that doubling the slabs after `full` may take; 0 ends in `full`. Begun only
+        /// where it is thought to reach `converged` in that time.
+        converge_ms: f64,
     },
 }
 
-/// Ways of successive refinement; every one ends in `full`.
+/// Ways of successive refinement up to `full`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Ladder {
     /// Octree cuts of falling error (Laur–Hanrahan).
@@ -104,12 +109,24 @@ pub struct FrameReport {
     pub backend: Backend,
     /// Wall milliseconds from camera set to queue finished.
     pub frame_ms: f64,
-    /// Share of the way to `full`, 0..=1; 1 once nothing more will be drawn.
+    /// Share of the whole way, 0..=1; 1 once nothing more will be drawn.
     pub progress: f32,
     /// What a coarse picture is thought to be off by: RMSE to `full` in linear light.
     pub estimated_rmse: Option<f64>,
     /// On `full`: what the coarse picture of the same view was thought to be off by, and was.
     pub checked: Option<Checked>,
+    /// From `full` on: how far slabs were doubled, where they can be and that is wanted.
+    pub refined: Option<Refined>,
+}
+
+/// How far the slabs of a picture were doubled, and what is left.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Refined {
+    /// Slabs of this picture, and its difference from the one with half as many.
+    pub convergence: Convergence,
+    /// What the rest of the way to `converged` is thought to take, milliseconds; 0 where there is
+    /// none.
+    pub left_ms: f64,
 }
 
 /// What the engine is doing, for the status line.

@@ -226,6 +226,7 @@ mod tests {
             progress: 1.0,
             estimated_rmse: None,
             checked: None,
+            refined: None,
         };
         Picture { size, requested_size, rgba, report }
     }

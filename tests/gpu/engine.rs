@@ -90,7 +90,7 @@ fn still_request(scene: &Scene, size: [u32; 2]) -> StillRequest {
 }
 
 pub(crate) fn rest() -> Effort {
-    Effort::Rest { budget_ms: 20.0, ladder: Ladder::Octree, show_partial: false }
+    Effort::Rest { budget_ms: 20.0, ladder: Ladder::Octree, show_partial: false, converge_ms: 0.0 }
 }
 
 pub(crate) fn small() -> Scene {
@@ -143,7 +143,7 @@ fn rest_ends_in_full_and_then_nothing_more_happens() {
         for show_partial in [false, true] {
             bench.request(&small(), SIZE, rest());
             bench.until_full(SIZE);
-            let effort = Effort::Rest { budget_ms: 20.0, ladder, show_partial };
+            let effort = Effort::Rest { budget_ms: 20.0, ladder, show_partial, converge_ms: 0.0 };
             bench.request(&scene, [320, 200], effort);
             let pictures = bench.until_full([320, 200]);
             let reports: Vec<_> = pictures.iter().map(|p| &p.report).collect();
@@ -302,7 +302,12 @@ fn a_still_makes_no_finished_picture_drawn_again() {
     let Some(bench) = Bench::new() else { return };
     let mut scene = large();
     scene.splat = SplatSettings::SHADE_FIRST;
-    let effort = Effort::Rest { budget_ms: 20.0, ladder: Ladder::Subsampling, show_partial: false };
+    let effort = Effort::Rest {
+        budget_ms: 20.0,
+        ladder: Ladder::Subsampling,
+        show_partial: false,
+        converge_ms: 0.0,
+    };
     bench.request(&scene, [320, 200], effort);
     let mut pictures = bench.pictures_until(|_, seen| !seen.is_empty());
     // In the middle of the ladder.
@@ -318,6 +323,97 @@ fn a_still_makes_no_finished_picture_drawn_again() {
     let of = |rung: &str| pictures.iter().filter(|p| p.report.rung.starts_with(rung)).count();
     let rungs: Vec<_> = pictures.iter().map(|p| &p.report.rung).collect();
     assert_eq!((of("coarse"), of("full")), (1, 1), "{rungs:?}");
+}
+
+fn exact(scene: Scene) -> Scene {
+    Scene { splat: SplatSettings::EXACT, ..scene }
+}
+
+fn until_converged(converge_ms: f64) -> Effort {
+    let ladder = Ladder::Octree;
+    Effort::Rest { budget_ms: 20.0, ladder, show_partial: true, converge_ms }
+}
+
+#[test]
+fn the_ladder_ends_in_converged_slabs_which_are_those_of_a_still() {
+    let Some(bench) = Bench::new() else { return };
+    let scene = exact(small());
+    let refine = Refine::Converged { most_slabs: 64.0 };
+    let still = StillRequest { refine, ..still_request(&scene, SIZE) };
+    let still = bench.engine.still(still, &Ticket::new()).expect("a still");
+    bench.request(&scene, SIZE, until_converged(f64::INFINITY));
+    let pictures = bench.pictures_until(|bench, seen| {
+        !seen.is_empty() && bench.engine.state() == EngineState::Idle
+    });
+    let wakes = bench.wakes.load(Ordering::SeqCst);
+    let last = pictures[pictures.len() - 1].clone();
+    let refined = last.report.refined.expect("slabs were doubled");
+    println!("measured {:?}, as a still {:?}", refined.convergence, still.convergence);
+    assert_eq!(Some(refined.convergence), still.convergence);
+    assert!(refined.convergence.is_reached() && refined.left_ms == 0.0, "{refined:?}");
+    assert!(last.rgba == still.rgba, "another picture than the still");
+    let slabs = refined.convergence.slabs_per_voxel;
+    assert_eq!(last.report.rung, format!("converged, {slabs} slabs per voxel"));
+    assert_eq!(last.report.progress, 1.0);
+    let reports: Vec<_> = pictures.iter().map(|p| &p.report).collect();
+    assert!(reports.windows(2).all(|w| w[0].progress <= w[1].progress), "{reports:?}");
+    // The bench may miss pictures, but what it sees is in order, and none is shown in part.
+    let before_last = pictures.iter().rev().skip(1);
+    assert!(before_last.clone().all(|p| p.report.progress < 1.0), "{reports:?}");
+    std::thread::sleep(Duration::from_millis(400));
+    assert_eq!(bench.wakes.load(Ordering::SeqCst), wakes, "woken while idle");
+}
+
+#[test]
+fn it_ends_in_full_where_slabs_would_take_too_long_are_not_wanted_or_are_none() {
+    let Some(bench) = Bench::new() else { return };
+    let ends = |scene: &Scene, converge_ms| {
+        bench.request(scene, SIZE, until_converged(converge_ms));
+        let pictures = bench.until_full(SIZE);
+        let report = pictures[pictures.len() - 1].report.clone();
+        assert_eq!(report.progress, 1.0);
+        report.refined
+    };
+    let scene = exact(small());
+    let too_long = ends(&scene, 0.01).expect("it could be done");
+    assert!(too_long.left_ms > 0.01 && too_long.convergence.last_difference.is_none());
+    assert_eq!(ends(&scene, 0.0), None);
+    assert_eq!(ends(&small(), f64::INFINITY), None, "every sample has no slabs");
+}
+
+#[test]
+fn doubling_slabs_stops_for_the_hand() {
+    let Some(bench) = Bench::new() else { return };
+    let scene = exact(large());
+    bench.request(&scene, [400, 300], until_converged(f64::INFINITY));
+    bench.pictures_until(|_, seen| seen.iter().any(|p| p.report.rung == "full"));
+    // In the middle of the first doubling.
+    std::thread::sleep(Duration::from_millis(30));
+    let mut turned = scene.clone();
+    turned.camera = turned.camera.orbited(0.1, 0.0);
+    let asked = Instant::now();
+    bench.request(&turned, [400, 300], Effort::Moving { budget_ms: 10.0 });
+    let pictures = bench.pictures_until(|bench, seen| {
+        !seen.is_empty() && bench.engine.state() == EngineState::Idle
+    });
+    println!("measured answer after {:?}", asked.elapsed());
+    let rungs: Vec<_> = pictures.iter().map(|p| &p.report.rung).collect();
+    assert!(rungs.iter().all(|rung| rung.starts_with("coarse")), "{rungs:?}");
+}
+
+#[test]
+fn another_effort_for_the_same_view_shows_nothing_coarse_again() {
+    let Some(bench) = Bench::new() else { return };
+    let scene = exact(small());
+    bench.request(&scene, SIZE, until_converged(0.0));
+    bench.until_full(SIZE);
+    bench.request(&scene, SIZE, until_converged(f64::INFINITY));
+    let pictures = bench.pictures_until(|bench, seen| {
+        seen.last().is_some_and(|p| p.report.progress >= 1.0)
+            && bench.engine.state() == EngineState::Idle
+    });
+    let rungs: Vec<_> = pictures.iter().map(|p| &p.report.rung).collect();
+    assert!(rungs.iter().all(|rung| !rung.starts_with("coarse")), "{rungs:?}");
 }
 
 #[test]

@@ -116,6 +116,7 @@ fn gradient(request: &FrameRequest) -> Picture {
         progress: if moving { 0.0 } else { 1.0 },
         estimated_rmse: moving.then_some(0.0282),
         checked: (!moving).then_some(Checked { estimated_rmse: 0.0282, measured_rmse: 0.0316 }),
+        refined: None,
     };
     Picture { size: request.size, requested_size: request.size, rgba, report }
 }

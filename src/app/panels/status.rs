@@ -163,6 +163,7 @@ mod tests {
             progress: 0.1,
             estimated_rmse: None,
             checked: None,
+            refined: None,
         };
         Shown { report, mode, measured: None }
     }

@@ -3,13 +3,14 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use super::converge::Doublings;
 use super::worker::Worker;
 use super::{Effort, EngineState, FrameReport, FrameRequest, Ladder, Picture};
 use crate::core::Ticket;
-use crate::gpu::Renderer;
+use crate::gpu::{GpuError, Renderer};
 use crate::kernel::Kernel;
 use crate::scene::{Backend, Scene, SplatSettings};
-use crate::task::draw::{DrawError, Drawer, Drawn, Observer, Rung, background_light};
+use crate::task::draw::{DrawError, Drawn, Observer, Rung, background_light};
 use crate::task::estimate::{self, Checked, Coarseness};
 use crate::task::slabs;
 
@@ -23,6 +24,8 @@ const MIDDLE_SHARE: f64 = 0.1;
 const MIDDLE_WORTH_MS: f64 = 700.0;
 /// Two middle rungs come before a `full` that takes longer than this.
 const SEVERAL_WORTH_MS: f64 = 3000.0;
+/// Share of the whole way that `full` is, where slabs are doubled after it.
+const FULL_SHARE: f64 = 0.5;
 
 impl Worker {
     /// Draws a request as far as it goes.
@@ -36,31 +39,47 @@ impl Worker {
         self.device()?.prepare(scene, ticket)?;
         match request.effort {
             Effort::Moving { budget_ms } => {
+                self.finished = None;
                 // Bounded by its budget, and so never interrupted: a hand that moves faster than
                 // pictures are drawn still sees every one of them.
-                self.rung(request, Rung::Coarse { budget_ms }, Manner::Whole)
+                self.rung(request, Rung::Coarse { budget_ms }, Manner::Whole)?;
+                Ok(())
             }
-            Effort::Rest { budget_ms, ladder, show_partial } => {
+            Effort::Rest { budget_ms, ladder, show_partial, .. } => {
+                let makes_same =
+                    |seen: &FrameRequest| seen.size == size && seen.scene.makes_same_picture(scene);
+                // Only how far to go has changed: nothing coarse is shown again.
+                let was_finished = self.finished.as_ref().is_some_and(makes_same);
+                let ladder = if was_finished { Ladder::AtOnce } else { ladder };
+                self.finished = None;
                 // A moving hand has seen it, or it was drawn before a still interrupted.
                 let seen = self.coarse.iter().any(|(seen, _, coarseness)| {
-                    matches!(coarseness, Coarseness::Octree { .. })
-                        && seen.size == size
-                        && seen.scene.makes_same_picture(scene)
+                    matches!(coarseness, Coarseness::Octree { .. }) && makes_same(seen)
                 });
                 if !seen && ladder != Ladder::AtOnce {
                     self.rung(request, Rung::Coarse { budget_ms }, Manner::Whole)?;
                 }
                 let rungs = self.ladder(scene, size, ladder)?;
-                let steps = rungs.len() as f64;
+                let share = if doublings(request, 0.0).is_some() { FULL_SHARE } else { 1.0 };
+                let step = share / rungs.len() as f64;
+                let mut full_ms = 0.0;
                 for (i, rung) in rungs.into_iter().enumerate() {
                     if self.newer_came() {
                         return Err(DrawError::Interrupted);
                     }
                     let show_partial = show_partial && rung == Rung::Full;
-                    let (before, after) = (i as f64 / steps, (i + 1) as f64 / steps);
-                    self.rung(request, rung, Manner::InPieces { show_partial, before, after })?;
+                    let (before, after) = (i as f64 * step, (i + 1) as f64 * step);
+                    let manner = Manner::InPieces { show_partial, before, after };
+                    full_ms = self.rung(request, rung, manner)?;
                 }
-                Ok(())
+                self.finished = Some(request.clone());
+                if self.device()?.is_to_be_calibrated(scene) {
+                    self.calibrate(request, full_ms)?;
+                }
+                match doublings(request, full_ms) {
+                    Some(doublings) => self.converge(request, doublings, share),
+                    None => Ok(()),
+                }
             }
         }
     }
@@ -103,16 +122,56 @@ impl Worker {
         Ok(rungs)
     }
 
-    /// Draws and publishes one rung.
+    /// Draws and publishes one rung; what it took, milliseconds.
     fn rung(
         &mut self,
         request: &FrameRequest,
         rung: Rung,
         manner: Manner,
-    ) -> Result<(), DrawError> {
+    ) -> Result<f64, DrawError> {
+        let (drawn, backend) = self.drawn(request, rung, manner)?;
+        let progress = match manner {
+            Manner::Whole => 0.0,
+            Manner::InPieces { after, .. } => after,
+        };
+        let mut picture = self.presented(request, rung_words(rung, &drawn), progress, &drawn)?;
+        picture.report.backend = backend;
+        let coarseness = match rung {
+            Rung::Coarse { .. } => Some(Coarseness::Octree { max_error: drawn.max_error }),
+            Rung::Reduced { .. } => Some(Coarseness::Reduced),
+            _ => None,
+        };
+        if let Some(coarseness) = coarseness {
+            let rmse = self.estimator.rmse(&request.scene, coarseness, picture.shrink());
+            picture.report.estimated_rmse = Some(rmse);
+        }
+        if rung == Rung::Full {
+            self.check(request, &mut picture);
+            let doublings = doublings(request, drawn.wall_ms);
+            if doublings.is_none_or(|doublings| !doublings.goes_on()) {
+                picture.report.progress = 1.0;
+            }
+            picture.report.refined = doublings.map(|doublings| doublings.report());
+        }
+        let picture = Arc::new(picture);
+        if let Some(coarseness) = coarseness {
+            self.coarse.retain(|(_, _, other)| !other.is_kind_of(coarseness));
+            self.coarse.push((request.clone(), Arc::clone(&picture), coarseness));
+        }
+        self.publish(picture);
+        Ok(drawn.wall_ms)
+    }
+
+    /// Draws one rung; what it is, and what drew it.
+    pub(super) fn drawn(
+        &mut self,
+        request: &FrameRequest,
+        rung: Rung,
+        manner: Manner,
+    ) -> Result<(Drawn, Backend), DrawError> {
         self.device()?;
         // Taken out while it draws, so that pieces can announce themselves through `self`.
-        let Some(mut drawer) = self.drawer.take() else { return Ok(()) };
+        let Some(mut drawer) = self.drawer.take() else { return Err(no_device()) };
         let mut watch = Watch::new(self, request, manner, drawer.active_count());
         let learnt = drawer.costs;
         let splat = match rung {
@@ -124,69 +183,45 @@ impl Worker {
         };
         let scene = Scene { splat, ..request.scene.clone() };
         let drawn = drawer.draw(&scene, request.size, rung, &mut watch);
-        let drawn_ms = drawn.as_ref().map_or(f64::INFINITY, |drawn| drawn.wall_ms);
         if matches!((rung, manner), (Rung::Coarse { .. }, Manner::InPieces { .. })) {
             // A picture that may take far longer has other prices than those the hand needs.
             drawer.costs = learnt;
         }
-        let result = drawn.and_then(|drawn| {
-            let background = background_light(request.scene.background);
-            let rgba = drawer.renderer.present(background)?;
-            let active = drawer.active_count();
-            let progress = match manner {
-                Manner::Whole => 0.0,
-                Manner::InPieces { after, .. } => after as f32,
-            };
-            let words = (rung_words(rung, &drawn), progress);
-            let mut picture = picture(request, words, &drawn, rgba, active);
-            picture.report.backend = scene.splat.backend;
-            let coarseness = match rung {
-                Rung::Coarse { .. } => Some(Coarseness::Octree { max_error: drawn.max_error }),
-                Rung::Reduced { .. } => Some(Coarseness::Reduced),
-                _ => None,
-            };
-            if let Some(coarseness) = coarseness {
-                let rmse = self.estimator.rmse(&request.scene, coarseness, picture.shrink());
-                picture.report.estimated_rmse = Some(rmse);
-            }
-            if rung == Rung::Full {
-                self.check(request, &mut picture);
-            }
-            let picture = Arc::new(picture);
-            if let Some(coarseness) = coarseness {
-                self.coarse.retain(|(_, _, other)| !other.is_kind_of(coarseness));
-                self.coarse.push((request.clone(), Arc::clone(&picture), coarseness));
-            }
-            self.publish(picture);
-            Ok(())
-        });
-        let is_finished = rung == Rung::Full && result.is_ok();
-        let result = if is_finished && drawer.is_to_be_calibrated(&request.scene) {
-            self.calibrate(&mut drawer, request, drawn_ms)
-        } else {
-            result
-        };
         self.drawer = Some(drawer);
-        result
+        Ok((drawn?, splat.backend))
+    }
+
+    /// The picture on the device, with what is known of it.
+    pub(super) fn presented(
+        &mut self,
+        request: &FrameRequest,
+        rung: String,
+        progress: f64,
+        drawn: &Drawn,
+    ) -> Result<Picture, DrawError> {
+        let drawer = self.device()?;
+        let rgba = drawer.renderer.present(background_light(request.scene.background))?;
+        #[expect(clippy::cast_possible_truncation, reason = "0..=1")]
+        let words = (rung, progress as f32);
+        Ok(picture(request, words, drawn, rgba, drawer.active_count()))
     }
 
     /// Finds the faster back end, once the picture that triangles took `raster_ms` for is out.
-    fn calibrate(
-        &self,
-        drawer: &mut Drawer,
-        request: &FrameRequest,
-        raster_ms: f64,
-    ) -> Result<(), DrawError> {
+    fn calibrate(&mut self, request: &FrameRequest, raster_ms: f64) -> Result<(), DrawError> {
+        self.device()?;
+        let Some(mut drawer) = self.drawer.take() else { return Err(no_device()) };
         let manner = Manner::InPieces { show_partial: false, before: 1.0, after: 1.0 };
         let mut watch = Watch::new(self, request, manner, drawer.active_count());
-        match drawer.calibrate(&request.scene, request.size, raster_ms, &mut watch) {
+        let result = drawer.calibrate(&request.scene, request.size, raster_ms, &mut watch);
+        self.drawer = Some(drawer);
+        match result {
             // The picture stands; the next finished one is measured instead.
             Err(DrawError::Interrupted) => Ok(()),
             other => other,
         }
     }
 
-    fn publish(&self, picture: Arc<Picture>) {
+    pub(super) fn publish(&self, picture: Arc<Picture>) {
         self.shared.lock().picture = Some(picture);
         (self.wake)();
     }
@@ -210,6 +245,20 @@ impl Worker {
     }
 }
 
+/// What is to be done beyond a `full` that took `full_ms`.
+fn doublings(request: &FrameRequest, full_ms: f64) -> Option<Doublings> {
+    match request.effort {
+        Effort::Rest { converge_ms, .. } => {
+            Doublings::after_full(&request.scene.splat, full_ms, converge_ms)
+        }
+        Effort::Moving { .. } => None,
+    }
+}
+
+fn no_device() -> DrawError {
+    GpuError::Device("no device".to_owned()).into()
+}
+
 /// What was drawn, with what is known of it.
 fn picture(
     request: &FrameRequest,
@@ -228,6 +277,7 @@ fn picture(
         progress,
         estimated_rmse: None,
         checked: None,
+        refined: None,
     };
     Picture { size: drawn.size, requested_size: request.size, rgba, report }
 }
@@ -246,14 +296,14 @@ pub(super) fn rung_words(rung: Rung, drawn: &Drawn) -> String {
 
 /// How a rung is drawn.
 #[derive(Debug, Clone, Copy)]
-enum Manner {
+pub(super) enum Manner {
     /// To its end, which its budget bounds.
     Whole,
     /// Until something newer comes.
     InPieces {
         /// Publish the picture while it is drawn.
         show_partial: bool,
-        /// Share of the way to `full` that is behind it, and that will be when it is done.
+        /// Share of the whole way that is behind it, and that will be when it is done.
         before: f64,
         /// See `before`.
         after: f64,

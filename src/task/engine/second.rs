@@ -104,6 +104,7 @@ impl Worker {
             progress: 1.0,
             estimated_rmse: None,
             checked: None,
+            refined: None,
         };
         let picture = Picture { size: drawn.size, requested_size: *size, rgba, report };
         let rmse = estimate::shown_rmse(&picture, first).ok();

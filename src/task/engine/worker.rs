@@ -22,6 +22,8 @@ pub(super) struct Worker {
     /// The coarse pictures published last, one of a kind, until a finished one of their view has
     /// checked them.
     pub(super) coarse: Vec<(FrameRequest, Arc<Picture>, Coarseness)>,
+    /// Whose `full` was published last, unless a coarse picture came after it.
+    pub(super) finished: Option<FrameRequest>,
     pub(super) estimator: Estimator,
 }
 
@@ -39,6 +41,7 @@ impl Worker {
             wishes,
             drawer: None,
             coarse: Vec::new(),
+            finished: None,
             estimator: Estimator::default(),
         }
     }
