@@ -195,6 +195,15 @@ fn every_shortcut_does_what_it_says() {
                 let whole = framed(lattice, NamedView::Isometric, false, size);
                 assert_eq!(bench.camera(), whole);
             }
+            Action::Converge => {
+                bench.settle();
+                let effort = bench.last_request().effort;
+                let insists = matches!(
+                    effort,
+                    Effort::Rest { converge_ms, .. } if converge_ms == f64::INFINITY
+                );
+                assert!(insists, "{effort:?}");
+            }
             Action::ToggleSidePanel => {
                 assert!(!bench.shows("Extent"));
                 press(&mut bench);

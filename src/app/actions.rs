@@ -20,6 +20,7 @@ pub enum Action {
     ViewIsometric,
     ToggleProjection,
     ResetView,
+    Converge,
     ToggleSidePanel,
     ToggleAccuracy,
     ToggleCompare,
@@ -70,7 +71,7 @@ const fn entry(
 }
 
 /// Every command there is, in the order of the menus.
-pub const ACTIONS: [Entry; 17] = [
+pub const ACTIONS: [Entry; 18] = [
     entry(Action::Open, Menu::File, "Open…", command(Key::O), "Open a volume in a file dialog"),
     entry(
         Action::OpenPath,
@@ -124,6 +125,13 @@ pub const ACTIONS: [Entry; 17] = [
         "Reset view",
         plain(Key::Enter),
         "Show the whole volume, as when it was opened",
+    ),
+    entry(
+        Action::Converge,
+        Menu::View,
+        "Refine until converged",
+        plain(Key::R),
+        "Double the slabs of the view at rest until nothing changes, however long that takes",
     ),
     entry(
         Action::ToggleSidePanel,

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use crate::task::calibration::BackEndTimes;
 use crate::task::engine::{
     Engine, EngineState, FrameRequest, Picture, SecondPicture, SecondRequest,
 };
@@ -20,6 +21,8 @@ pub trait Drawer {
     fn state(&self) -> EngineState;
     /// The adapter's name, once there is one.
     fn adapter_name(&self) -> Option<String>;
+    /// What both back ends take for the frame finished last, where the choice is open.
+    fn back_end_times(&self) -> Option<BackEndTimes>;
 }
 
 impl Drawer for Engine {
@@ -45,5 +48,9 @@ impl Drawer for Engine {
 
     fn adapter_name(&self) -> Option<String> {
         Self::adapter_name(self)
+    }
+
+    fn back_end_times(&self) -> Option<BackEndTimes> {
+        Self::back_end_times(self)
     }
 }

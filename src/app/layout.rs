@@ -111,8 +111,9 @@ impl Window {
         let drawer = &self.parts.drawer;
         let shown = self.viewport.picture().zip(self.scene.as_ref()).map(|(picture, scene)| {
             let report = picture.report.clone();
-            let measured = self.measuring.point_of(&scene.splat);
-            status::Shown { report, mode: scene.splat, measured }
+            let mode = self.shown_mode(scene);
+            let measured = self.measuring.point_of(scene, &mode);
+            status::Shown { report, mode, measured }
         });
         status::status_ui(ui, shown.as_ref(), &drawer.state(), drawer.adapter_name().as_deref());
     }
@@ -143,17 +144,18 @@ impl Window {
             transfer::transfer_ui(ui, editor, &mut scene.transfer, statistics, default);
         });
         let compare = &mut self.compare;
+        let times = self.parts.drawer.back_end_times();
         section_ui(ui, "Splats", |ui| {
             compare::compare_ui(ui, compare, &mut scene.splat);
             let voxel = scene.volume.lattice.smallest_spacing();
             if compare.on && compare.edits_second {
                 // The unit distance is one for both.
                 let mut second = modes::with_unit_distance_of(compare.second, &scene.splat);
-                splat::splat_ui(ui, &mut second, voxel);
+                splat::splat_ui(ui, &mut second, voxel, None);
                 scene.splat.opacity_unit_distance = second.opacity_unit_distance;
                 compare.second = second;
             } else {
-                splat::splat_ui(ui, &mut scene.splat, voxel);
+                splat::splat_ui(ui, &mut scene.splat, voxel, times);
             }
         });
         section_ui(ui, "View", |ui| view::view_ui(ui, scene, &mut self.settings));

@@ -72,6 +72,15 @@ pub enum State {
     Failed(String),
 }
 
+/// A mode's point on the chart, and whether it is of the view on screen.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Measured {
+    /// The point.
+    pub point: ChartPoint,
+    /// Otherwise it was measured in an earlier view of the same volume.
+    pub is_of_this_view: bool,
+}
+
 /// The job, and what it has found.
 pub struct Measuring {
     subject: Option<(Scene, [u32; 2])>,
@@ -101,6 +110,8 @@ struct Found {
     fraction: f32,
     /// Whether the points are of an earlier view.
     is_old: bool,
+    /// What the points are of.
+    of: Option<Scene>,
 }
 
 impl Default for Measuring {
@@ -175,8 +186,9 @@ impl Measuring {
             Arc::clone(&self.found)
         } else {
             // A job that was dropped may still write into the old one.
-            let old = std::mem::take(&mut lock(&self.found).points);
-            self.found = Arc::new(Mutex::new(Found { points: old, fraction: 0.0, is_old: true }));
+            let old = std::mem::take(&mut *lock(&self.found));
+            let old = Found { fraction: 0.0, is_old: true, ..old };
+            self.found = Arc::new(Mutex::new(old));
             Arc::clone(&self.found)
         };
         self.work = Work::Running(Job::start("accuracy", "Measuring", ctx, move |ticket| {
@@ -191,6 +203,7 @@ impl Measuring {
                     // Old points stay until there are new ones.
                     if !points.is_empty() {
                         (found.points, found.is_old) = (points, false);
+                        found.of = Some(scene.clone());
                     }
                 }
                 match stepped {
@@ -249,19 +262,26 @@ impl Measuring {
         lock(&self.found).fraction
     }
 
-    /// The point of a mode, if it was measured for the view on screen.
-    pub fn point_of(&self, mode: &SplatSettings) -> Option<ChartPoint> {
+    /// The point of a mode, if it was measured for this scene, perhaps seen otherwise.
+    pub fn point_of(&self, scene: &Scene, mode: &SplatSettings) -> Option<Measured> {
         let found = lock(&self.found);
-        if found.is_old {
-            return None;
-        }
-        found.points.iter().find(|point| point.failed.is_none() && is_of(point, mode)).cloned()
+        found.of.as_ref().filter(|of| shows_same_data(of, scene))?;
+        let mut measured = found.points.iter().filter(|point| point.failed.is_none());
+        let point = measured.find(|point| is_of(point, mode)).cloned()?;
+        Some(Measured { point, is_of_this_view: !found.is_old })
     }
 }
 
 /// Whether a point is the one of a mode.
 pub fn is_of(point: &ChartPoint, mode: &SplatSettings) -> bool {
     point.settings.as_ref().is_some_and(|settings| super::modes::same_mode(settings, mode))
+}
+
+/// Whether two scenes show the same volume in the same way, from wherever.
+fn shows_same_data(a: &Scene, b: &Scene) -> bool {
+    Arc::ptr_eq(&a.volume, &b.volume)
+        && a.transfer == b.transfer
+        && a.opacity_unit_distance() == b.opacity_unit_distance()
 }
 
 /// Whether two scenes have the same chart: what is behind the volume, and the mode it is in, do not

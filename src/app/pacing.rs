@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use eframe::egui::Context;
 
 use super::settings::Settings;
-use crate::scene::Scene;
+use crate::scene::{Scene, SplatSettings};
 use crate::task::engine::{Effort, FrameRequest};
 
 /// How long a view must stay unchanged before it counts as resting, seconds.
@@ -33,6 +33,10 @@ pub struct Decision {
 pub struct Pacing {
     posted: Option<FrameRequest>,
     changed_at_secs: f64,
+    /// The view is to converge however long that takes, until it changes.
+    insists: bool,
+    /// Modes are being judged: each is shown as it is, and not refined further.
+    judging: bool,
 }
 
 impl Pacing {
@@ -47,20 +51,25 @@ impl Pacing {
         held: bool,
     ) -> Decision {
         let Some(posted) = &self.posted else {
-            return self.post(scene, size, settings.effort_at_rest(), now_secs);
+            return self.post(scene, size, self.effort_at_rest(scene, settings), now_secs);
         };
         if !Arc::ptr_eq(&posted.scene.volume, &scene.volume) {
+            self.insists = false;
             // Nothing moves: the ladder's own first rung is the coarse picture.
-            return self.post(scene, size, settings.effort_at_rest(), now_secs);
+            return self.post(scene, size, self.effort_at_rest(scene, settings), now_secs);
         }
         if posted.size != size || !posted.scene.makes_same_picture(scene) {
-            return self.post(scene, size, settings.effort_while_moving(), now_secs);
+            self.insists = false;
+            return self.post(scene, size, self.effort_while_moving(scene, settings), now_secs);
         }
         let moving = matches!(posted.effort, Effort::Moving { .. });
         let rested_secs = now_secs - self.changed_at_secs;
         let settled = !moving || (!held && rested_secs >= REST_AFTER_SECS);
-        let effort =
-            if settled { settings.effort_at_rest() } else { settings.effort_while_moving() };
+        let effort = if settled {
+            self.effort_at_rest(scene, settings)
+        } else {
+            self.effort_while_moving(scene, settings)
+        };
         if posted.effort != effort {
             let changed_at_secs = self.changed_at_secs;
             return self.post(scene, size, effort, changed_at_secs);
@@ -76,6 +85,54 @@ impl Pacing {
     /// Whether the last request was for a moving view.
     pub fn is_moving(&self) -> bool {
         self.posted.as_ref().is_some_and(|p| matches!(p.effort, Effort::Moving { .. }))
+    }
+
+    /// From now on the view converges however long that takes, until it changes.
+    pub fn insist(&mut self) {
+        self.insists = true;
+    }
+
+    /// Whether modes are being judged, and so shown as they are.
+    pub fn is_judging(&self) -> bool {
+        self.judging
+    }
+
+    /// See [`Pacing::is_judging`].
+    pub fn set_judging(&mut self, judging: bool) {
+        self.judging = judging;
+    }
+
+    /// The picture on screen is the `full` that was asked for, and is to stay: where no more than
+    /// that is wanted from now on, nothing need be asked for.
+    pub fn keep_full(&mut self) {
+        if let Some(FrameRequest { effort: Effort::Rest { converge_ms, .. }, .. }) =
+            &mut self.posted
+        {
+            *converge_ms = 0.0;
+        }
+    }
+
+    fn effort_at_rest(&self, scene: &Scene, settings: &Settings) -> Effort {
+        let mut effort = settings.effort_at_rest();
+        if let Effort::Rest { converge_ms, .. } = &mut effort {
+            // Who chooses fewer slabs than usual wants to see what they make.
+            let is_chosen_coarse =
+                scene.splat.slabs_per_voxel < SplatSettings::EXACT.slabs_per_voxel;
+            *converge_ms = match () {
+                () if self.judging => 0.0,
+                () if self.insists => f64::INFINITY,
+                () if is_chosen_coarse => 0.0,
+                () => *converge_ms,
+            };
+        }
+        effort
+    }
+
+    fn effort_while_moving(&self, scene: &Scene, settings: &Settings) -> Effort {
+        match settings.effort_while_moving() {
+            Effort::Rest { .. } => self.effort_at_rest(scene, settings),
+            moving => moving,
+        }
     }
 
     fn post(
@@ -180,7 +237,7 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
-    use crate::scene::{Background, SplatSettings, framing_camera};
+    use crate::scene::{Background, framing_camera};
     use crate::transfer::{ColourMap, ColourSource, TransferFunction};
     use crate::volume::{Lattice, Samples, ScalarVolume};
 
@@ -254,6 +311,37 @@ mod tests {
         let asked = pacing.decide(&scene, [10, 10], &settings, 1.0, false);
         assert_eq!(effort(&asked), Some(settings.effort_at_rest()));
         assert!(pacing.decide(&scene, [10, 10], &settings, 2.0, false).post.is_none());
+    }
+
+    #[test]
+    fn slabs_are_doubled_for_as_long_as_is_wanted_and_only_for_this_view() {
+        let converge_ms = |decision: &Decision| match effort(decision) {
+            Some(Effort::Rest { converge_ms, .. }) => Some(converge_ms),
+            _ => None,
+        };
+        let (mut pacing, mut scene, mut settings) =
+            (Pacing::default(), scene(), Settings::default());
+        let mut decide = |pacing: &mut Pacing, scene: &Scene, settings: &Settings, secs| {
+            converge_ms(&pacing.decide(scene, [10, 10], settings, secs, false))
+        };
+        let within = Some(crate::app::settings::CONVERGE_WITHIN_MS);
+        assert_eq!(decide(&mut pacing, &scene, &settings, 0.0), within);
+        pacing.insist();
+        assert_eq!(decide(&mut pacing, &scene, &settings, 1.0), Some(f64::INFINITY));
+        assert_eq!(decide(&mut pacing, &scene, &settings, 2.0), None, "asked once");
+        scene.camera = scene.camera.orbited(0.1, 0.0);
+        assert_eq!(decide(&mut pacing, &scene, &settings, 3.0), None, "it moves");
+        assert_eq!(decide(&mut pacing, &scene, &settings, 4.0), within, "another view");
+        pacing.set_judging(true);
+        assert_eq!(decide(&mut pacing, &scene, &settings, 5.0), Some(0.0));
+        pacing.set_judging(false);
+        settings.converge = false;
+        assert_eq!(decide(&mut pacing, &scene, &settings, 6.0), None, "both end in full");
+        settings.converge = true;
+        assert_eq!(decide(&mut pacing, &scene, &settings, 7.0), within);
+        scene.splat.slabs_per_voxel = 0.5;
+        decide(&mut pacing, &scene, &settings, 8.0);
+        assert_eq!(decide(&mut pacing, &scene, &settings, 9.0), Some(0.0), "chosen to be coarse");
     }
 
     #[test]

@@ -13,6 +13,9 @@ use crate::task::engine::{Effort, Ladder};
 pub const RECENT_LIMIT: usize = 10;
 /// The frame budgets on offer, milliseconds.
 pub const BUDGET_MS: std::ops::RangeInclusive<f64> = 5.0..=250.0;
+/// Milliseconds of drawing that doubling the slabs may add each time that the view comes to rest,
+/// unless it is asked for: a laptop is not kept busy by a picture that nobody waits for.
+pub const CONVERGE_WITHIN_MS: f64 = 3000.0;
 /// The full vertical angles of view on offer in perspective, degrees.
 pub const VIEW_ANGLE_DEG: std::ops::RangeInclusive<f64> = 5.0..=120.0;
 
@@ -36,6 +39,8 @@ pub struct Settings {
     /// The way from coarse to `full`.
     #[serde(with = "ladder_name")]
     pub ladder: Ladder,
+    /// Double the slabs after `full` where that takes no more than [`CONVERGE_WITHIN_MS`].
+    pub converge: bool,
     /// Full vertical angle of view that the perspective camera takes, degrees.
     pub view_angle_deg: f64,
     /// Whether the side panel is open.
@@ -54,6 +59,7 @@ impl Default for Settings {
             full_quality_while_moving: false,
             show_partial: false,
             ladder: Ladder::default(),
+            converge: true,
             view_angle_deg: 30.0,
             side_panel: true,
             trihedron: true,
@@ -96,7 +102,7 @@ impl Settings {
             budget_ms: self.budget_ms,
             ladder: self.ladder,
             show_partial: self.show_partial,
-            converge_ms: 0.0,
+            converge_ms: if self.converge { CONVERGE_WITHIN_MS } else { 0.0 },
         }
     }
 

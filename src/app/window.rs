@@ -28,8 +28,8 @@ use super::settings::Settings;
 use super::theme;
 use super::viewport::{ScreenFormat, Viewport};
 use crate::core::{Camera, Projection};
-use crate::scene::{self, Background, NamedView, Scene, SplatSettings};
-use crate::task::engine::EngineState;
+use crate::scene::{self, Background, NamedView, Scene, SplatSettings, Visibility};
+use crate::task::engine::{EngineState, FrameReport};
 
 /// Between two looks at the progress of a job.
 const PROGRESS_EVERY: Duration = Duration::from_millis(100);
@@ -223,6 +223,7 @@ impl Window {
                 self.change_camera(|camera| camera_control::with_other_projection(camera, angle));
             }
             Action::ResetView => self.reset_view(),
+            Action::Converge => self.converge(),
             Action::ToggleSidePanel => self.settings.side_panel = !self.settings.side_panel,
             Action::ToggleAccuracy => self.accuracy.open = !self.accuracy.open,
             Action::ToggleCompare => {
@@ -240,6 +241,22 @@ impl Window {
                 let shown = matches!(self.dialog, Some(Dialog::Help));
                 self.dialog = (!shown).then_some(Dialog::Help);
             }
+        }
+    }
+
+    /// Refines the view at rest, however long that takes.
+    fn converge(&mut self) {
+        let Some(scene) = &self.scene else { return };
+        let refined = self.viewport.picture().and_then(|picture| picture.report.refined);
+        if scene.splat.visibility != Visibility::Slabs {
+            self.notices.note("Only slabs can be refined further: every other mode ends in full");
+        } else if self.pacing.is_judging() {
+            self.notices.note(
+                "Modes are shown as they are while they are compared: close the accuracy panel \
+                 and the comparison first",
+            );
+        } else if refined.is_none_or(|refined| !refined.convergence.is_reached()) {
+            self.pacing.insist();
         }
     }
 
@@ -445,7 +462,9 @@ impl Window {
     }
 
     fn save_picture(&mut self, ctx: &Context, choice: SaveChoice) {
-        let Some(scene) = self.scene.clone() else { return };
+        let Some(mut scene) = self.scene.clone() else { return };
+        // What is saved is what is seen.
+        scene.splat = self.shown_mode(&scene);
         let background = if choice.with_background {
             Background::Colour(self.settings.background)
         } else {
@@ -454,6 +473,16 @@ impl Window {
         let scene = Scene { background, ..scene };
         let request = SaveRequest { scene, size: choice.size, path: choice.path };
         self.saving.push(saving::save_picture(ctx, &self.parts.renderer, request));
+    }
+
+    /// The mode of the picture on screen: the scene's, perhaps with slabs that were doubled.
+    pub(super) fn shown_mode(&self, scene: &Scene) -> SplatSettings {
+        let refined = self.viewport.picture().and_then(|picture| picture.report.refined);
+        let refined = refined.filter(|_| !self.pacing.is_moving());
+        let slabs_per_voxel = refined.map_or(scene.splat.slabs_per_voxel, |refined| {
+            refined.convergence.slabs_per_voxel.max(scene.splat.slabs_per_voxel)
+        });
+        SplatSettings { slabs_per_voxel, ..scene.splat }
     }
 
     fn save_screenshot(&mut self, ctx: &Context) {
@@ -514,6 +543,14 @@ impl Window {
         scene.background = self.settings.scene_background();
         let now_secs = ctx.time();
         let held = ctx.dragged_id().is_some();
+        let judging = self.accuracy.open || self.compare.on;
+        let is_full = |report: &FrameReport| report.progress >= 1.0 && report.rung == "full";
+        let picture = self.viewport.picture();
+        let idle = matches!(self.parts.drawer.state(), EngineState::Idle);
+        if judging && idle && picture.is_some_and(|picture| is_full(&picture.report)) {
+            self.pacing.keep_full();
+        }
+        self.pacing.set_judging(judging);
         let decision =
             self.pacing.decide(scene, self.viewport_size, &self.settings, now_secs, held);
         self.parts.news.set_moving(self.pacing.is_moving());

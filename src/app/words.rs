@@ -59,6 +59,15 @@ pub fn milliseconds(ms: f64) -> String {
     }
 }
 
+/// A duration that is only thought: `0.8 s`, `12 s`, `3 min`.
+pub fn roughly(ms: f64) -> String {
+    match ms / 1000.0 {
+        secs if secs < 0.95 => format!("{:.1} s", secs.max(0.1)),
+        secs if secs < 90.0 => format!("{secs:.0} s"),
+        secs => format!("{:.0} min", secs / 60.0),
+    }
+}
+
 /// A level in dB: `29.8 dB`; beyond what bytes can show, and for equal pictures, `over 99 dB`.
 pub fn decibels(db: f64) -> String {
     match db {
@@ -222,6 +231,14 @@ mod tests {
         assert_eq!(milliseconds(8.34), "8.3 ms");
         assert_eq!(milliseconds(209.6), "210 ms");
         assert_eq!(milliseconds(3_420.0), "3.4 s");
+    }
+
+    #[test]
+    fn durations_that_are_only_thought_have_fewer_digits() {
+        for (ms, text) in [(3.0, "0.1 s"), (812.0, "0.8 s"), (990.0, "1 s"), (12_345.0, "12 s")] {
+            assert_eq!(roughly(ms), text);
+        }
+        assert_eq!(roughly(200_000.0), "3 min");
     }
 
     #[test]

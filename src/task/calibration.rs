@@ -1,4 +1,4 @@
-//! Which back end draws a kernel faster here: measured, where both can.
+//! Which back end draws a task faster here: measured, where both can.
 
 use std::collections::HashMap;
 
@@ -13,32 +13,70 @@ const RUNS: u32 = 16;
 /// each this share of all tiles.
 const SHARE: u32 = 256;
 
-/// What was measured on this device.
+/// What both back ends take for one picture.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BackEndTimes {
+    /// With which kernel.
+    pub kernel: Kernel,
+    /// Milliseconds of the picture as triangles.
+    pub raster_ms: f64,
+    /// What it is thought to take in tiles, from a sixteenth of them, milliseconds.
+    pub tiles_ms: f64,
+}
+
+impl BackEndTimes {
+    /// What is faster.
+    pub fn faster(&self) -> Backend {
+        if self.tiles_ms < self.raster_ms { Backend::Tiles } else { Backend::Raster }
+    }
+}
+
+/// What decides which back end is faster, beside the volume: a kernel, and how large it is on the
+/// picture, in doublings.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+struct Task {
+    kernel: Kernel,
+    perspective: bool,
+    doublings: i32,
+}
+
+impl Task {
+    fn of(scene: &Scene, size: [u32; 2]) -> Self {
+        let view = View::new(scene, size);
+        #[expect(clippy::cast_possible_truncation, reason = "a few doublings of a pixel")]
+        let doublings = view.voxel_pixels().max(f64::MIN_POSITIVE).log2().round() as i32;
+        Self { kernel: scene.splat.kernel, perspective: view.eye_distance.is_some(), doublings }
+    }
+}
+
+/// What was measured on this device, for the volume that is open.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Calibration {
-    faster: HashMap<Kernel, Backend>,
+    times: HashMap<Task, BackEndTimes>,
 }
 
 impl Drawer {
     /// What draws a scene at full quality in the window: what was chosen, or can; else the faster
     /// one, or until that was measured the fixed rule's.
-    pub fn window_backend(&self, scene: &Scene) -> Backend {
-        let splat = &scene.splat;
-        if splat.backend != Backend::Auto || splat.needs_tiles() {
-            return splat.fixed_backend();
-        }
-        self.calibration.faster.get(&splat.kernel).copied().unwrap_or(splat.fixed_backend())
+    pub fn window_backend(&self, scene: &Scene, size: [u32; 2]) -> Backend {
+        let measured = self.back_end_times(scene, size);
+        measured.map_or(scene.splat.fixed_backend(), |times| times.faster())
+    }
+
+    /// What was measured for a scene at a size, where the choice is open.
+    pub fn back_end_times(&self, scene: &Scene, size: [u32; 2]) -> Option<BackEndTimes> {
+        let is_open = scene.splat.backend == Backend::Auto && !scene.splat.needs_tiles();
+        is_open.then(|| self.calibration.times.get(&Task::of(scene, size)).copied()).flatten()
     }
 
     /// Whether the faster back end for a scene is still to be found.
-    pub fn is_to_be_calibrated(&self, scene: &Scene) -> bool {
-        let splat = &scene.splat;
-        let open = splat.backend == Backend::Auto && !splat.needs_tiles();
-        open && !self.calibration.faster.contains_key(&splat.kernel)
+    pub fn is_to_be_calibrated(&self, scene: &Scene, size: [u32; 2]) -> bool {
+        let is_open = scene.splat.backend == Backend::Auto && !scene.splat.needs_tiles();
+        is_open && self.back_end_times(scene, size).is_none()
     }
 
     /// Times a sixteenth of the tiles of a picture that took triangles `raster_ms`, and remembers
-    /// which is faster for its kernel. The picture on the device is lost.
+    /// both. The picture on the device is lost.
     ///
     /// # Errors
     /// Interrupted by the observer, or the device.
@@ -53,7 +91,7 @@ impl Drawer {
         self.begin(scene, &view, scene.splat.kernel)?;
         let total = tile_count(size);
         let length = (total / SHARE).max(1);
-        let (mut tiles_ms, mut timed) = (0.0, 0);
+        let (mut timed_ms, mut timed) = (0.0, 0);
         // The first run is drawn twice: once to compile, which does not count.
         for (number, run) in std::iter::once(0).chain(0..RUNS).enumerate() {
             let from = u64::from(total) * u64::from(run) / u64::from(RUNS);
@@ -66,17 +104,18 @@ impl Drawer {
                 return Err(DrawError::Interrupted);
             }
             if number > 0 {
-                tiles_ms += ms;
+                timed_ms += ms;
                 timed += count;
             }
         }
-        let whole_ms = tiles_ms * f64::from(total) / timed.max(1) as f64;
-        let faster = if whole_ms < raster_ms { Backend::Tiles } else { Backend::Raster };
+        let tiles_ms = timed_ms * f64::from(total) / timed.max(1) as f64;
+        let kernel = scene.splat.kernel;
         log::info!(
-            "{} kernels: {raster_ms:.0} ms as triangles, about {whole_ms:.0} ms in tiles",
-            scene.splat.kernel.name()
+            "{} kernels: {raster_ms:.0} ms as triangles, about {tiles_ms:.0} ms in tiles",
+            kernel.name()
         );
-        self.calibration.faster.insert(scene.splat.kernel, faster);
+        let times = BackEndTimes { kernel, raster_ms, tiles_ms };
+        self.calibration.times.insert(Task::of(scene, size), times);
         Ok(())
     }
 }

@@ -164,6 +164,9 @@ impl Drawer {
         if current {
             return Ok(());
         }
+        if self.classified.as_ref().is_some_and(|c| !Arc::ptr_eq(&c.volume, &scene.volume)) {
+            self.calibration = Calibration::default();
+        }
         self.classified = None;
         let table = Table::new(&scene.transfer, scene.volume.samples.scalar_type());
         let voxel_depth = voxel_thickness(scene) / unit_distance;

@@ -17,6 +17,7 @@ use std::thread::JoinHandle;
 
 pub use crate::gpu::AdapterChoice;
 
+use super::calibration::BackEndTimes;
 use super::estimate::Checked;
 use super::still::{Convergence, Still, StillError, StillRequest};
 use crate::core::Ticket;
@@ -173,6 +174,8 @@ struct Slot {
     picture: Option<Arc<Picture>>,
     state: EngineState,
     adapter_name: Option<String>,
+    /// Measured for the frame that was finished last.
+    back_end_times: Option<BackEndTimes>,
     /// For the test of a lost device.
     lose_device: bool,
 }
@@ -241,6 +244,7 @@ impl Engine {
                 picture: None,
                 state: EngineState::Starting,
                 adapter_name: None,
+                back_end_times: None,
                 lose_device: false,
             }),
             posted: Condvar::new(),
@@ -297,6 +301,12 @@ impl Engine {
     /// The adapter's name, once there is one.
     pub fn adapter_name(&self) -> Option<String> {
         self.shared.lock().adapter_name.clone()
+    }
+
+    /// What both back ends take for the frame that was finished last, where both can draw it and
+    /// the choice between them is open. Never blocks.
+    pub fn back_end_times(&self) -> Option<BackEndTimes> {
+        self.shared.lock().back_end_times
     }
 
     /// Loses the device before the next request, for the test of what happens then.

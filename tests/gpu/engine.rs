@@ -406,7 +406,8 @@ fn another_effort_for_the_same_view_shows_nothing_coarse_again() {
     let Some(bench) = Bench::new() else { return };
     let scene = exact(small());
     bench.request(&scene, SIZE, until_converged(0.0));
-    bench.until_full(SIZE);
+    let mut full = bench.until_full(SIZE);
+    full.drain(..full.len() - 1);
     bench.request(&scene, SIZE, until_converged(f64::INFINITY));
     let pictures = bench.pictures_until(|bench, seen| {
         seen.last().is_some_and(|p| p.report.progress >= 1.0)
@@ -414,6 +415,18 @@ fn another_effort_for_the_same_view_shows_nothing_coarse_again() {
     });
     let rungs: Vec<_> = pictures.iter().map(|p| &p.report.rung).collect();
     assert!(rungs.iter().all(|rung| !rung.starts_with("coarse")), "{rungs:?}");
+
+    // Back to full, or on where the time does not suffice: from memory.
+    for (converge_ms, is_noted) in [(0.0, false), (0.01, true)] {
+        bench.request(&scene, SIZE, until_converged(converge_ms));
+        let again = bench.until_full(SIZE);
+        let [again] = &again[..] else { panic!("{} pictures", again.len()) };
+        assert_eq!(again.report.refined.is_some(), is_noted);
+        full.extend([Arc::clone(again)]);
+    }
+    let [first, .., last] = &full[..] else { panic!("nothing") };
+    assert!(first.rgba == last.rgba && first.report.progress == 1.0);
+    assert_eq!(full[1].report.frame_ms, last.report.frame_ms, "nothing was drawn for it");
 }
 
 #[test]
@@ -442,16 +455,25 @@ fn the_faster_back_end_is_measured_for_each_kernel_and_a_choice_holds_against_it
     drawer.prepare(&scene, &Ticket::new()).expect("the device prepares");
     for (raster_ms, faster) in [(1e9, Backend::Tiles), (1e-9, Backend::Raster)] {
         drawer.calibrate(&scene, size, raster_ms, &mut ()).expect("it is measured");
-        assert_eq!(drawer.window_backend(&scene), faster);
-        assert!(!drawer.is_to_be_calibrated(&scene));
+        assert_eq!(drawer.window_backend(&scene, size), faster);
+        assert!(!drawer.is_to_be_calibrated(&scene, size));
     }
     drawer.calibrate(&scene, size, 1e9, &mut ()).expect("it is measured");
     for backend in [Backend::Raster, Backend::Tiles] {
         let mut chosen = scene.clone();
         chosen.splat.backend = backend;
-        assert_eq!(drawer.window_backend(&chosen), backend);
-        assert!(!drawer.is_to_be_calibrated(&chosen));
+        assert_eq!(drawer.window_backend(&chosen, size), backend);
+        assert!(!drawer.is_to_be_calibrated(&chosen, size));
     }
+    let mut closer = scene.clone();
+    closer.camera.parallel_scale /= 4.0;
+    assert!(drawer.is_to_be_calibrated(&closer, size), "larger kernels are another task");
+    let times = drawer.back_end_times(&scene, size).expect("it was measured");
+    assert_eq!((times.kernel, times.raster_ms), (Kernel::Gaussian, 1e9));
+    assert!(times.tiles_ms > 0.0 && times.tiles_ms < 1e5, "{times:?}");
+    let other = Scene { volume: small().volume, ..scene.clone() };
+    drawer.prepare(&other, &Ticket::new()).expect("the device prepares");
+    assert!(drawer.is_to_be_calibrated(&scene, size), "another volume is another task");
     let exact = Scene { splat: SplatSettings::EXACT, ..scene };
-    assert_eq!(drawer.window_backend(&exact), Backend::Tiles);
+    assert_eq!(drawer.window_backend(&exact, size), Backend::Tiles);
 }

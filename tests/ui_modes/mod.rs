@@ -1,5 +1,7 @@
 //! Modes: their controls, the accuracy panel, the comparison of two.
 
+mod refining;
+
 use std::time::Duration;
 
 use eframe::egui::accesskit::Role;
@@ -123,6 +125,47 @@ fn the_status_line_says_what_the_picture_costs_and_is_off_by() {
     bench.settle();
     press(&mut bench, "Classic splatting");
     assert!(bench.shows("Full · 12 ms · about 26 to 40 dB"));
+}
+
+#[test]
+fn what_was_measured_holds_for_the_volume_whatever_the_view() {
+    let mut bench = measured();
+    bench.harness.key_press(Key::A);
+    bench.drag(PointerButton::Primary, Modifiers::NONE, vec2(60.0, 10.0));
+    bench.settle();
+    assert!(bench.shows("Full · 12 ms · about 45.0 dB"));
+    bench.open("other.nrrd");
+    bench.settle();
+    assert!(bench.shows("Full · 12 ms · exact mode, 33 to 60 dB"), "another volume");
+}
+
+#[test]
+fn the_back_end_says_what_was_measured() {
+    let mut bench = Bench::opened();
+    bench.harness.get_by_label("Advanced").click();
+    bench.harness.run_steps(30);
+    assert!(bench.shows("Tiles draw this mode"));
+    press(&mut bench, "Classic splatting");
+    assert!(bench.shows("Tiles, 35 ms against 120 ms as triangles"));
+    bench.choose("Back end", "Triangles");
+    assert!(bench.shows("Chosen by you"));
+}
+
+#[test]
+fn the_chart_has_a_legend_where_there_is_room() {
+    let mut bench = measured();
+    let legend = |bench: &Bench| {
+        let found = bench.harness.query_by_label_contains("Legend: ");
+        found.map(|node| node.accesskit_node().value().unwrap_or_default())
+    };
+    let all = "Legend: Best for its time, Smaller or coarser, for comparison, On screen";
+    assert_eq!(legend(&bench).as_deref(), Some(all));
+    let at = bench.harness.get_by_label_contains("classic: ").rect().center();
+    shift_click(&mut bench, at);
+    assert_eq!(legend(&bench), Some(format!("{all}, Compared with it")));
+    bench.harness.set_size(vec2(700.0, 700.0));
+    bench.settle();
+    assert_eq!(legend(&bench), None, "no room for it");
 }
 
 #[test]

@@ -2,10 +2,11 @@
 
 use eframe::egui::accesskit::Role;
 use eframe::egui::{
-    Align2, Color32, CornerRadius, CursorIcon, FontId, Painter, PointerButton, Pos2, Rect,
-    Response, Sense, Shape, Stroke, Tooltip, Ui, Vec2, WidgetInfo, pos2, vec2,
+    Align2, CornerRadius, CursorIcon, FontId, Painter, PointerButton, Pos2, Rect, Response, Sense,
+    Shape, Stroke, Tooltip, Ui, Vec2, WidgetInfo, pos2, vec2,
 };
 
+use super::legend::{Mark, legend_ui};
 use crate::app::measuring::{ChartPoint, front, is_of};
 use crate::app::{theme, words};
 use crate::scene::SplatSettings;
@@ -18,6 +19,12 @@ const AROUND: f32 = 12.0;
 const NEAR: f32 = 12.0;
 /// A decade at least this wide has steps of its own, points.
 const POINTS_FOR_STEPS: f64 = 130.0;
+/// Least distance of two numbers along the axes, points.
+const BETWEEN_NUMBERS: f32 = 8.0;
+/// A graph smaller than this has no words in its corners, points.
+const LEAST_FOR_WORDS: Vec2 = vec2(230.0, 84.0);
+/// The graph is never made lower than this for the legend, points.
+const LEAST_HEIGHT: f32 = 96.0;
 /// Levels above this are drawn at the top: bytes show no more.
 const TOP_DB: f64 = 90.0;
 
@@ -95,8 +102,12 @@ pub fn chart_ui(
     response.widget_info(|| WidgetInfo::labeled(Role::Canvas, true, "Time against error"));
     let painter = ui.painter_at(outer);
     painter.rect_filled(outer, CornerRadius::same(5), theme::WELL);
-    let rect =
-        Rect::from_min_max(outer.min + vec2(LEFT, AROUND), outer.max - vec2(AROUND + 4.0, BELOW));
+    let front = front(points);
+    let legend = legend_marks(points, &front, marks);
+    let room = Rect::from_min_max(outer.min + vec2(LEFT, 0.0), outer.max - vec2(AROUND, 4.0));
+    let legend_height = legend_ui(ui, room, LEAST_HEIGHT + BELOW + AROUND, &legend);
+    let corner = vec2(AROUND + 4.0, BELOW + legend_height);
+    let rect = Rect::from_min_max(outer.min + vec2(LEFT, AROUND), outer.max - corner);
     if rect.width() < 60.0 || rect.height() < 40.0 {
         return None;
     }
@@ -131,7 +142,6 @@ pub fn chart_ui(
         }
     }
     let shown = near.or(focused);
-    let front = front(points);
     paint_front(&painter, front.iter().map(|&i| axes.at(points[i].ms, points[i].db)), marks.is_old);
     for &(index, place) in &places {
         let look = Look { is_best: front.contains(&index), is_shown: shown == Some(index) };
@@ -152,6 +162,30 @@ pub fn chart_ui(
     picked
         .filter(|&index| points[index].settings.is_some())
         .map(|index| Picked { index, as_second })
+}
+
+/// What of the marks there is to be explained.
+fn legend_marks(points: &[ChartPoint], front: &[usize], marks: Marks<'_>) -> Vec<Mark> {
+    let drawn = |index: &usize| points[*index].failed.is_none();
+    let mut found = Vec::new();
+    for index in (0..points.len()).filter(drawn) {
+        let point = &points[index];
+        found.push(mark_of(point, front.contains(&index)));
+        found.extend(is_of(point, marks.first).then_some(Mark::OnScreen));
+        let is_second = marks.second.is_some_and(|second| is_of(point, second));
+        found.extend(is_second.then_some(Mark::Compared));
+    }
+    let all = [Mark::Best, Mark::Beaten, Mark::Aside, Mark::OnScreen, Mark::Compared];
+    all.into_iter().filter(|mark| found.contains(mark)).collect()
+}
+
+/// How a point is painted.
+fn mark_of(point: &ChartPoint, is_best: bool) -> Mark {
+    match point.settings {
+        None => Mark::Aside,
+        Some(_) if point.on_front || is_best => Mark::Best,
+        Some(_) => Mark::Beaten,
+    }
 }
 
 /// A point for those who do not see it: its name and numbers, and a click without a pointer.
@@ -217,7 +251,12 @@ fn paint_axes(painter: &Painter, axes: Axes) {
     let line = Stroke::new(1.0, theme::LINE);
     let Rect { min, max } = axes.rect;
     let height = axes.level[1] - axes.level[0];
-    let step = if height > 35.0 { 10.0 } else { 5.0 };
+    let room = f64::from(axes.rect.height());
+    // As many numbers as have room.
+    let step = [5.0, 10.0, 20.0, 50.0]
+        .into_iter()
+        .find(|step| height <= 7.0 * step && room * step / height > 11.0 + 4.0)
+        .unwrap_or(100.0);
     let mut db = (axes.level[0] / step).ceil() * step;
     while db <= axes.level[1] + 1e-9 {
         let y = axes.at(1.0, db).y;
@@ -237,6 +276,7 @@ fn paint_axes(painter: &Painter, axes: Axes) {
     let steps: &[f64] = if has_room { &[1.0, 2.0, 5.0] } else { &[1.0] };
     #[expect(clippy::cast_possible_truncation, reason = "decades of milliseconds")]
     let (first, last) = (axes.time[0].floor() as i32, axes.time[1].ceil() as i32);
+    let mut free_from = f32::NEG_INFINITY;
     for decade in first..=last {
         for step in steps {
             let ms = step * 10.0_f64.powi(decade);
@@ -245,13 +285,21 @@ fn paint_axes(painter: &Painter, axes: Axes) {
             }
             let x = axes.at(ms, 0.0).x;
             painter.vline(x, min.y..=max.y, line);
-            let at = pos2(x, max.y + 4.0);
-            painter.text(at, Align2::CENTER_TOP, time_words(ms), font.clone(), theme::TEXT_FAINT);
+            let galley = painter.layout_no_wrap(time_words(ms), font.clone(), theme::TEXT_FAINT);
+            let at = pos2(x - galley.size().x / 2.0, max.y + 4.0);
+            let right = at.x + galley.size().x;
+            if at.x >= free_from && right <= max.x + AROUND {
+                painter.galley(at, galley, theme::TEXT_FAINT);
+                free_from = right + BETWEEN_NUMBERS;
+            }
         }
+    }
+    if axes.rect.width() < LEAST_FOR_WORDS.x || axes.rect.height() < LEAST_FOR_WORDS.y {
+        return;
     }
     let quiet = theme::TEXT_FAINT.gamma_multiply(0.8);
     let corner = pos2(max.x - 6.0, max.y - 4.0);
-    painter.text(corner, Align2::RIGHT_BOTTOM, "time of a picture", font.clone(), quiet);
+    painter.text(corner, Align2::RIGHT_BOTTOM, "time of a picture in one go", font.clone(), quiet);
     let corner = pos2(min.x + 6.0, min.y + 4.0);
     painter.text(corner, Align2::LEFT_TOP, "dB: higher is better", font, quiet);
 }
@@ -301,24 +349,12 @@ fn paint_point(
             painter.line_segment([low, high], stroke);
         }
     }
-    if point.settings.is_some() {
-        painter.circle_filled(place, if look.is_shown { 5.0 } else { 3.5 }, colour);
-    } else {
-        // Not to be chosen: a ring.
-        painter.circle_stroke(
-            place,
-            if look.is_shown { 4.5 } else { 3.0 },
-            Stroke::new(1.2, colour),
-        );
-    }
-    let ring = |colour: Color32, radius: f32| {
-        painter.circle_stroke(place, radius, Stroke::new(1.8, colour));
-    };
+    mark_of(point, look.is_best).paint(painter, place, look.is_shown, marks.is_old);
     if is_of(point, marks.first) {
-        ring(theme::TEXT, 7.0);
+        Mark::OnScreen.paint(painter, place, false, false);
     }
     if marks.second.is_some_and(|second| is_of(point, second)) {
-        ring(theme::NOTE, 9.5);
+        Mark::Compared.paint(painter, place, false, false);
     }
 }
 
@@ -362,6 +398,24 @@ mod tests {
         assert!(b.x > a.x && b.y < a.y);
         let middle = axes.at(100.0, 30.0);
         assert!((middle.x - (a.x + b.x) / 2.0).abs() < 0.01, "logarithmic");
+    }
+
+    #[test]
+    fn the_legend_explains_what_there_is_and_nothing_else() {
+        let (exact, classic) = (SplatSettings::EXACT, SplatSettings::SHADE_FIRST);
+        let marks = |second| Marks { first: &exact, second, is_old: false };
+        let of = |settings, ms, db| ChartPoint { settings, ..point(ms, db) };
+        let points = [of(Some(exact), 10.0, 40.0), of(Some(classic), 20.0, 30.0)];
+        let front = front(&points);
+        assert_eq!(
+            legend_marks(&points, &front, marks(None)),
+            [Mark::Best, Mark::Beaten, Mark::OnScreen]
+        );
+        assert!(legend_marks(&points, &front, marks(Some(&classic))).contains(&Mark::Compared));
+        let aside = [of(None, 5.0, 20.0)];
+        assert_eq!(legend_marks(&aside, &[], marks(None)), [Mark::Aside]);
+        let failed = [ChartPoint { failed: Some("no".into()), ..points[0].clone() }];
+        assert_eq!(legend_marks(&failed, &[], marks(None)), []);
     }
 
     #[test]

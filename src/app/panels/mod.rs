@@ -8,6 +8,7 @@ pub mod chart;
 pub mod compare;
 pub mod curve;
 pub mod data;
+pub mod legend;
 pub mod splat;
 pub mod status;
 pub mod transfer;

@@ -1,6 +1,6 @@
 //! How the volume is splatted.
 
-use eframe::egui::{Button, CollapsingHeader, ComboBox, RichText, Slider, Ui};
+use eframe::egui::{Button, CollapsingHeader, ComboBox, Label, RichText, Slider, Ui};
 
 use super::{reset_ui, row_ui, slider_ui};
 use crate::app::modes::{self, PRESETS};
@@ -10,6 +10,7 @@ use crate::scene::{
     Backend, Classify, LEAST_SLABS_PER_VOXEL, ModeChoice, OpacityModel, Order, Reconstruction,
     SplatSettings, Visibility,
 };
+use crate::task::calibration::BackEndTimes;
 
 /// The splat radii on offer, voxels.
 const EXTENT: std::ops::RangeInclusive<f64> = 0.5..=4.0;
@@ -18,10 +19,11 @@ const SLABS: std::ops::RangeInclusive<f64> = LEAST_SLABS_PER_VOXEL..=16.0;
 /// The sheets on offer, per kernel.
 const SHEETS: std::ops::RangeInclusive<u32> = 1..=16;
 
-/// Every choice of a mode. `voxel` is the smallest spacing, world units.
+/// Every choice of a mode. `voxel` is the smallest spacing, world units; `times` what both back ends
+/// take for the picture on screen, where both can draw it.
 ///
 /// A choice that contradicts others takes them along; see [`modes::changed`].
-pub fn splat_ui(ui: &mut Ui, splat: &mut SplatSettings, voxel: f64) {
+pub fn splat_ui(ui: &mut Ui, splat: &mut SplatSettings, voxel: f64, times: Option<BackEndTimes>) {
     presets_ui(ui, splat);
     let mut chosen = ModeChoice::default();
     kernel_ui(ui, splat, &mut chosen);
@@ -44,9 +46,47 @@ pub fn splat_ui(ui: &mut Ui, splat: &mut SplatSettings, voxel: f64) {
         chosen.order = choice.ui(ui, words::order);
         let choice = Choice { row: "Back end", all: Backend::ALL, now: now.backend };
         chosen.backend = choice.ui(ui, words::backend);
+        let times = times.filter(|times| times.kernel == now.kernel);
+        let (text, why) = back_end_words(&now, times.as_ref());
+        let text = RichText::new(text).size(12.0).color(theme::TEXT_FAINT);
+        row_ui(ui, "", |ui| ui.add(Label::new(text).truncate()).on_hover_text(why));
     });
     if chosen != ModeChoice::default() {
         *splat = modes::changed(splat, chosen);
+    }
+}
+
+/// What draws a mode, and what that was chosen by.
+fn back_end_words(splat: &SplatSettings, times: Option<&BackEndTimes>) -> (String, &'static str) {
+    if splat.needs_tiles() {
+        return (
+            "Tiles draw this mode".to_owned(),
+            "Triangles can only draw every sample by \
+             optical depth, back to front: for all else there is nothing to choose",
+        );
+    }
+    match (splat.backend, times) {
+        (Backend::Auto, None) => (
+            "Not measured yet".to_owned(),
+            "The first finished picture is drawn as triangles; then a sixteenth of it is drawn in \
+             tiles, and the faster way is used from then on",
+        ),
+        (Backend::Auto, Some(times)) => {
+            let [raster, tiles] = [times.raster_ms, times.tiles_ms].map(words::milliseconds);
+            let text = match times.faster() {
+                Backend::Tiles => format!("Tiles, {tiles} against {raster} as triangles"),
+                _ => format!("Triangles, {raster} against {tiles} in tiles"),
+            };
+            (
+                text,
+                "Measured once for this volume, kernel and size on the screen: the whole \
+                 picture as triangles, and a sixteenth of it in tiles. Both draw the same picture",
+            )
+        }
+        _ => (
+            "Chosen by you".to_owned(),
+            "Automatic measures both once and uses the faster; both draw the same picture",
+        ),
     }
 }
 
@@ -182,5 +222,24 @@ fn unit_distance_ui(ui: &mut Ui, splat: &mut SplatSettings, voxel: f64) {
     let changed = splat.opacity_unit_distance.is_some_and(|d| d != voxel);
     if reset_ui(ui, changed, "Reset unit distance", "Back to the smallest voxel spacing") {
         splat.opacity_unit_distance = None;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_back_end_says_what_it_was_chosen_by() {
+        let classic = SplatSettings::SHADE_FIRST;
+        let words = |splat: &SplatSettings, times| back_end_words(splat, times).0;
+        let times = BackEndTimes { kernel: Kernel::Cubic, raster_ms: 120.0, tiles_ms: 35.0 };
+        assert_eq!(words(&classic, Some(&times)), "Tiles, 35 ms against 120 ms as triangles");
+        let slower = BackEndTimes { tiles_ms: 1350.0, ..times };
+        assert_eq!(words(&classic, Some(&slower)), "Triangles, 120 ms against 1.4 s in tiles");
+        assert_eq!(words(&classic, None), "Not measured yet");
+        let chosen = SplatSettings { backend: Backend::Raster, ..classic };
+        assert_eq!(words(&chosen, Some(&times)), "Chosen by you");
+        assert_eq!(words(&SplatSettings::EXACT, None), "Tiles draw this mode");
     }
 }

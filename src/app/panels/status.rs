@@ -4,7 +4,8 @@ use eframe::egui::{Align, Label, Layout, ProgressBar, RichText, Ui};
 
 use super::chart::number_words;
 use crate::accuracy::psnr_from_rmse;
-use crate::app::measuring::ChartPoint;
+use crate::app::actions::{Action, entry_of};
+use crate::app::measuring::Measured;
 use crate::app::{modes, theme, words};
 use crate::scene::{Classify, Reconstruction, SplatSettings};
 use crate::task::engine::{EngineState, FrameReport};
@@ -14,10 +15,10 @@ use crate::task::engine::{EngineState, FrameReport};
 pub struct Shown {
     /// What is on it.
     pub report: FrameReport,
-    /// The scene's mode.
+    /// The mode it is drawn in.
     pub mode: SplatSettings,
-    /// That mode on the chart, if it was measured for this view.
-    pub measured: Option<ChartPoint>,
+    /// That mode on the chart, if it was measured for this volume.
+    pub measured: Option<Measured>,
 }
 
 /// One line along the bottom of the window.
@@ -42,12 +43,18 @@ fn report_ui(ui: &mut Ui, shown: &Shown) {
     let progress = report.progress.clamp(0.0, 1.0);
     let bar = ProgressBar::new(progress).desired_width(90.0).desired_height(6.0);
     ui.add(bar.fill(theme::ACCENT.gamma_multiply(0.8)))
-        .accessible_name("Progress to full")
-        .on_hover_text("How far the picture is from one of every voxel");
+        .accessible_name("Progress of refinement")
+        .on_hover_text("How far the picture is on its way to the last one of this view");
     let (error, why) = error_words(shown);
     let picture =
         format!("{} · {} · {error}", rung_words(report), words::milliseconds(report.frame_ms));
     ui.label(RichText::new(picture).size(12.0)).on_hover_text(why);
+    let key = entry_of(Action::Converge).shortcut;
+    let key = key.map_or_else(String::new, |key| ui.ctx().format_shortcut(&key));
+    if let Some((left, why)) = left_words(report, &key) {
+        ui.add(Label::new(faint(&left)).truncate()).on_hover_text(why);
+        ui.separator();
+    }
     if let Some(checked) = report.checked {
         let [estimated, measured] = [checked.estimated_rmse, checked.measured_rmse]
             .map(|r| words::decibels(psnr_from_rmse(r)));
@@ -90,11 +97,49 @@ fn error_words(shown: &Shown) -> (String, String) {
             "Estimated from the octree's own error, and checked once the full picture is there";
         return (format!("about {db:.0} dB"), why.to_owned());
     }
-    if report.rung != "full" {
+    let doubled = report.refined.filter(|refined| refined.convergence.last_difference.is_some());
+    if report.rung != "full" && doubled.is_none() {
         return ("not estimated".to_owned(), "On the way to the full picture".to_owned());
     }
-    if let Some(point) = measured {
-        let why = format!("Measured against the exact picture: {}", number_words(point));
+    let (level, why) = level_words(mode, measured.as_ref(), report.frame_ms);
+    let Some(refined) = doubled else { return (level, why) };
+    let change = refined.convergence.last_difference.map_or_else(String::new, change_words);
+    let slabs = words::value(refined.convergence.slabs_per_voxel);
+    let mode = if measured.is_some() {
+        format!("{level}, ")
+    } else if modes::is_exact(mode) {
+        "exact mode, ".to_owned()
+    } else {
+        String::new()
+    };
+    let why = format!(
+        "No pixel differs by more from the picture with half as many slabs; what their width still \
+         costs is less than that. Below 1/512, half a step of a display, the picture counts as \
+         converged. {why}"
+    );
+    (format!("{mode}{slabs} slabs a voxel, {change}"), why)
+}
+
+/// What a finished picture of a mode is worth.
+fn level_words(
+    mode: &SplatSettings,
+    measured: Option<&Measured>,
+    took_ms: f64,
+) -> (String, String) {
+    if let Some(Measured { point, is_of_this_view }) = measured {
+        let numbers = number_words(point);
+        if !is_of_this_view {
+            let why = format!(
+                "Measured against the exact picture in another view of this volume: {numbers}"
+            );
+            let level = words::decibels(point.db);
+            return (format!("about {level}"), why);
+        }
+        let took = words::milliseconds(took_ms);
+        let why = format!(
+            "Measured against the exact picture: {numbers}. That time is of a picture drawn in one \
+             go; this one took {took} in short pieces, so that the hand never waits"
+        );
         return (words::decibels(point.db), why);
     }
     if modes::is_exact(mode) {
@@ -106,6 +151,32 @@ fn error_words(shown: &Shown) -> (String, String) {
     let (low, high) = typical_db(mode);
     let why = "Typical of this mode; measured for this view in the accuracy panel (key A)";
     (format!("about {low} to {high} dB"), why.to_owned())
+}
+
+/// A greatest difference, rounded up to one digit: `change below 0.0008`.
+fn change_words(difference: f64) -> String {
+    if difference <= 0.0 {
+        return "no change".to_owned();
+    }
+    let digit = 10.0_f64.powf(difference.log10().floor());
+    // A little more, so that 0.3 / 0.1 is no more than 3.
+    let above = (difference / digit - 1e-9).ceil() * digit;
+    format!("change below {}", words::value(above))
+}
+
+/// What is left to be done to converge, if anything is: the words and what they mean.
+fn left_words(report: &FrameReport, key: &str) -> Option<(String, String)> {
+    let left_ms = report.refined.map(|refined| refined.left_ms).filter(|ms| *ms > 0.0)?;
+    let time = words::roughly(left_ms);
+    if report.progress < 1.0 {
+        let why = "Slabs are doubled until nothing changes any more; any movement stops it";
+        return Some((format!("converging, about {time} left"), why.to_owned()));
+    }
+    let why = format!(
+        "Doubling the slabs until nothing changes would take longer than the 3 s that the window \
+         allows itself; press {key} to do it for this view"
+    );
+    Some((format!("converged would take about {time}: press {key}"), why))
 }
 
 /// How far full pictures of a mode are from the exact one, dB: the least and the greatest over two
@@ -151,6 +222,9 @@ fn faint(text: &str) -> RichText {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::app::measuring::ChartPoint;
+    use crate::task::engine::Refined;
+    use crate::task::still::Convergence;
 
     fn shown(rung: &str, mode: SplatSettings) -> Shown {
         let report = FrameReport {
@@ -195,10 +269,43 @@ mod tests {
             on_front: true,
             failed: None,
         };
-        assert_eq!(error_words(&Shown { measured: Some(point), ..classic }).0, "31.9 dB");
+        let measured = Measured { point, is_of_this_view: true };
+        let here = Shown { measured: Some(measured.clone()), ..classic.clone() };
+        assert_eq!(error_words(&here).0, "31.9 dB");
+        assert!(error_words(&here).1.contains("one go; this one took 28 ms in short pieces"));
+        let measured = Measured { is_of_this_view: false, ..measured };
+        let elsewhere = Shown { measured: Some(measured), ..classic };
+        assert_eq!(error_words(&elsewhere).0, "about 31.9 dB");
         let partial = shown("full, in part", SplatSettings::EXACT);
         assert_eq!(rung_words(&partial.report), "Full, in part");
         assert_eq!(error_words(&partial).0, "not estimated");
+    }
+
+    #[test]
+    fn a_converged_picture_says_what_it_still_changes_and_a_full_one_what_that_would_take() {
+        let with = |rung: &str, last_difference, left_ms, progress| {
+            let mut shown = shown(rung, SplatSettings::EXACT);
+            let convergence = Convergence { slabs_per_voxel: 8.0, last_difference };
+            shown.report.refined = Some(Refined { convergence, left_ms });
+            shown.report.progress = progress;
+            shown
+        };
+        let converged = with("converged, 8 slabs per voxel", Some(0.00079), 0.0, 1.0);
+        assert_eq!(rung_words(&converged.report), "Converged");
+        let words = error_words(&converged).0;
+        assert_eq!(words, "exact mode, 8 slabs a voxel, change below 0.0008");
+        assert_eq!(left_words(&converged.report, "R"), None);
+        let full = with("full", None, 12_300.0, 1.0);
+        assert_eq!(error_words(&full).0, "exact mode, 33 to 60 dB");
+        let left = left_words(&full.report, "R").map(|(words, _)| words);
+        assert_eq!(left.as_deref(), Some("converged would take about 12 s: press R"));
+        let on_the_way = with("refined, 8 slabs per voxel", Some(0.3), 800.0, 0.7);
+        let words = error_words(&on_the_way).0;
+        assert_eq!(words, "exact mode, 8 slabs a voxel, change below 0.3");
+        let left = left_words(&on_the_way.report, "R").map(|(words, _)| words);
+        assert_eq!(left.as_deref(), Some("converging, about 0.8 s left"));
+        assert_eq!(change_words(0.0), "no change");
+        assert_eq!(change_words(0.00951), "change below 0.01");
     }
 
     #[test]

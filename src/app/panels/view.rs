@@ -72,6 +72,11 @@ fn refinement_ui(ui: &mut Ui, settings: &mut Settings) {
             .accessible_name("Refine by")
             .on_hover_text("The way from the first coarse picture to the full one, once at rest");
     });
+    ui.checkbox(&mut settings.converge, "Refine until converged").on_hover_text(
+        "Once the full picture is there, double its slabs until nothing changes any more: at most \
+         3 s more work each time the view comes to rest, and none where it would take longer; \
+         key R refines the view on screen however long that takes",
+    );
     ui.checkbox(&mut settings.show_partial, "Show partial pictures")
         .on_hover_text("Show a picture while it is still being drawn, or only once it is complete");
     ui.checkbox(&mut settings.full_quality_while_moving, "Full quality while moving")

@@ -48,10 +48,21 @@ impl Worker {
             Effort::Rest { budget_ms, ladder, show_partial, .. } => {
                 let makes_same =
                     |seen: &FrameRequest| seen.size == size && seen.scene.makes_same_picture(scene);
-                // Only how far to go has changed: nothing coarse is shown again.
-                let was_finished = self.finished.as_ref().is_some_and(makes_same);
-                let ladder = if was_finished { Ladder::AtOnce } else { ladder };
-                self.finished = None;
+                let finished = self.finished.take().filter(|(seen, _)| makes_same(seen));
+                // Only how far to go has changed: nothing coarse is shown again, and nothing drawn
+                // that is there already.
+                let ladder = if finished.is_some() { Ladder::AtOnce } else { ladder };
+                if let Some((seen, full)) = finished
+                    && seen.effort != request.effort
+                    && ends_in_full(request, full.report.frame_ms)
+                {
+                    let mut again = (*full).clone();
+                    note_refined(request, &mut again);
+                    let again = Arc::new(again);
+                    self.finished = Some((request.clone(), Arc::clone(&again)));
+                    self.publish(again);
+                    return Ok(());
+                }
                 // A moving hand has seen it, or it was drawn before a still interrupted.
                 let seen = self.coarse.iter().any(|(seen, _, coarseness)| {
                     matches!(coarseness, Coarseness::Octree { .. }) && makes_same(seen)
@@ -72,10 +83,11 @@ impl Worker {
                     let manner = Manner::InPieces { show_partial, before, after };
                     full_ms = self.rung(request, rung, manner)?;
                 }
-                self.finished = Some(request.clone());
-                if self.device()?.is_to_be_calibrated(scene) {
+                if self.device()?.is_to_be_calibrated(scene, size) {
                     self.calibrate(request, full_ms)?;
                 }
+                let times = self.device()?.back_end_times(scene, size);
+                self.shared.lock().back_end_times = times;
                 match doublings(request, full_ms) {
                     Some(doublings) => self.converge(request, doublings, share),
                     None => Ok(()),
@@ -147,16 +159,15 @@ impl Worker {
         }
         if rung == Rung::Full {
             self.check(request, &mut picture);
-            let doublings = doublings(request, drawn.wall_ms);
-            if doublings.is_none_or(|doublings| !doublings.goes_on()) {
-                picture.report.progress = 1.0;
-            }
-            picture.report.refined = doublings.map(|doublings| doublings.report());
+            note_refined(request, &mut picture);
         }
         let picture = Arc::new(picture);
         if let Some(coarseness) = coarseness {
             self.coarse.retain(|(_, _, other)| !other.is_kind_of(coarseness));
             self.coarse.push((request.clone(), Arc::clone(&picture), coarseness));
+        }
+        if rung == Rung::Full {
+            self.finished = Some((request.clone(), Arc::clone(&picture)));
         }
         self.publish(picture);
         Ok(drawn.wall_ms)
@@ -176,7 +187,7 @@ impl Worker {
         let learnt = drawer.costs;
         let splat = match rung {
             Rung::Full | Rung::Reduced { .. } => SplatSettings {
-                backend: drawer.window_backend(&request.scene),
+                backend: drawer.window_backend(&request.scene, request.size),
                 ..request.scene.splat
             },
             _ => request.scene.splat.previewed(),
@@ -253,6 +264,20 @@ fn doublings(request: &FrameRequest, full_ms: f64) -> Option<Doublings> {
         }
         Effort::Moving { .. } => None,
     }
+}
+
+/// Whether nothing is to be done beyond it.
+fn ends_in_full(request: &FrameRequest, full_ms: f64) -> bool {
+    doublings(request, full_ms).is_none_or(|doublings| !doublings.goes_on())
+}
+
+/// Notes on `full` what is to be done beyond it.
+fn note_refined(request: &FrameRequest, full: &mut Picture) {
+    let full_ms = full.report.frame_ms;
+    if ends_in_full(request, full_ms) {
+        full.report.progress = 1.0;
+    }
+    full.report.refined = doublings(request, full_ms).map(|doublings| doublings.report());
 }
 
 fn no_device() -> DrawError {

@@ -22,8 +22,9 @@ pub(super) struct Worker {
     /// The coarse pictures published last, one of a kind, until a finished one of their view has
     /// checked them.
     pub(super) coarse: Vec<(FrameRequest, Arc<Picture>, Coarseness)>,
-    /// Whose `full` was published last, unless a coarse picture came after it.
-    pub(super) finished: Option<FrameRequest>,
+    /// The `full` that was published last, and what asked for it; `None` once something coarse was
+    /// drawn.
+    pub(super) finished: Option<(FrameRequest, Arc<Picture>)>,
     pub(super) estimator: Estimator,
 }
 

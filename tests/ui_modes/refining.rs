@@ -1,0 +1,87 @@
+//! Beyond the full picture: slabs doubled at rest, and on demand.
+
+use eframe::egui::accesskit::Role;
+use eframe::egui::{Key, Modifiers, PointerButton, vec2};
+use egui_kittest::kittest::Queryable as _;
+use voxsplat::app::settings::CONVERGE_WITHIN_MS;
+use voxsplat::task::engine::Effort;
+
+use super::press;
+use crate::ui_support::Bench;
+
+/// Milliseconds that doubling slabs may take at rest.
+fn converge_ms(bench: &Bench) -> f64 {
+    match bench.last_request().effort {
+        Effort::Rest { converge_ms, .. } => converge_ms,
+        moving @ Effort::Moving { .. } => panic!("not at rest: {moving:?}"),
+    }
+}
+
+#[test]
+fn a_key_refines_the_view_until_it_converges_and_the_next_one_only_as_time_allows() {
+    let mut bench = Bench::opened();
+    assert_eq!(converge_ms(&bench), CONVERGE_WITHIN_MS);
+    assert!(bench.shows("converged would take about 12 s: press R"));
+    bench.harness.key_press(Key::R);
+    bench.settle();
+    assert_eq!(converge_ms(&bench), f64::INFINITY);
+    assert!(
+        bench.shows("Converged · 12 ms · exact mode, 8 slabs a voxel, change below 0.0008"),
+        "the line says so"
+    );
+    let asked = bench.request_count();
+    bench.harness.key_press(Key::R);
+    bench.settle();
+    assert_eq!(bench.request_count(), asked, "nothing is left to be done");
+
+    bench.harness.key_press_modifiers(Modifiers::COMMAND, Key::S);
+    bench.harness.run_steps(3);
+    press(&mut bench, "Save");
+    bench.wait_until(|window| !window.notices().shown().is_empty());
+    assert_eq!(bench.saved().scene.splat.slabs_per_voxel, 8.0, "what is seen is saved");
+
+    bench.drag(PointerButton::Primary, Modifiers::NONE, vec2(60.0, 10.0));
+    bench.settle();
+    assert_eq!(converge_ms(&bench), CONVERGE_WITHIN_MS);
+    bench.harness.get_by_role_and_label(Role::CheckBox, "Refine until converged").click();
+    bench.settle();
+    assert_eq!(converge_ms(&bench), 0.0);
+    assert!(bench.shows("Full · 12 ms · exact mode, 33 to 60 dB"));
+    assert!(!bench.shows("converged would take about 12 s: press R"));
+}
+
+#[test]
+fn modes_that_are_judged_are_shown_as_they_are() {
+    let mut bench = Bench::opened();
+    for key in [Key::A, Key::C] {
+        let before = bench.request_count();
+        bench.harness.key_press(key);
+        bench.settle();
+        let asked = bench.request_count();
+        match key {
+            // The panel takes room: the picture is another.
+            Key::A => assert_eq!(converge_ms(&bench), 0.0),
+            _ => assert_eq!(asked, before, "the full picture is there already"),
+        }
+        bench.harness.key_press(Key::R);
+        bench.settle();
+        assert_eq!(bench.request_count(), asked);
+        assert!(bench.harness.query_by_label_contains("shown as they are").is_some());
+        bench.harness.key_press(key);
+        bench.settle();
+        assert_eq!(converge_ms(&bench), CONVERGE_WITHIN_MS);
+    }
+    bench.harness.key_press(Key::R);
+    bench.settle();
+    bench.harness.key_press(Key::C);
+    bench.settle();
+    assert_eq!(converge_ms(&bench), 0.0, "from the converged picture back to the mode itself");
+    bench.harness.key_press(Key::C);
+    bench.settle();
+    press(&mut bench, "Classic splatting");
+    let asked = bench.request_count();
+    bench.harness.key_press(Key::R);
+    bench.settle();
+    assert_eq!(bench.request_count(), asked);
+    assert!(bench.harness.query_by_label_contains("Only slabs can be refined").is_some());
+}
