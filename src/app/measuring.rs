@@ -145,7 +145,7 @@ impl Measuring {
             // Dropping a job stops it.
             self.work = Work::None;
             self.subject = Some((now.scene.clone(), now.size));
-            lock(&self.found).is_old = true;
+            self.make_old();
         }
         if !now.open && !matches!(self.work, Work::Ended(_)) {
             // What is held of the device goes with it.
@@ -172,7 +172,15 @@ impl Measuring {
     /// Forgets what was found, so that it is measured again.
     pub fn start_over(&mut self) {
         self.work = Work::None;
-        lock(&self.found).is_old = true;
+        self.make_old();
+    }
+
+    /// Keeps what was found, as of an earlier view.
+    fn make_old(&mut self) {
+        // A job that was dropped may still write into the old place.
+        let old = std::mem::take(&mut *lock(&self.found));
+        let old = Found { fraction: 0.0, is_old: true, ..old };
+        self.found = Arc::new(Mutex::new(old));
     }
 
     fn go_on(&mut self, ctx: &Context, start: &StartMeasuring) {
@@ -182,15 +190,10 @@ impl Measuring {
             _ => None,
         };
         let (start, again) = (Arc::clone(start), ctx.clone());
-        let found = if paused.is_some() {
-            Arc::clone(&self.found)
-        } else {
-            // A job that was dropped may still write into the old one.
-            let old = std::mem::take(&mut *lock(&self.found));
-            let old = Found { fraction: 0.0, is_old: true, ..old };
-            self.found = Arc::new(Mutex::new(old));
-            Arc::clone(&self.found)
-        };
+        if paused.is_none() {
+            self.make_old();
+        }
+        let found = Arc::clone(&self.found);
         self.work = Work::Running(Job::start("accuracy", "Measuring", ctx, move |ticket| {
             let mut measurer = paused.unwrap_or_else(|| start(&scene, size));
             let mut announced: Option<Instant> = None;

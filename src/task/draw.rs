@@ -6,7 +6,7 @@ use std::time::Instant;
 use crate::core::{Cancelled, Ticket};
 use crate::gpu::layout::Record;
 use crate::gpu::{GpuError, Renderer, Scattered};
-use crate::hierarchy::{Cut, CutLimits, Pyramid};
+use crate::hierarchy::{Cut, CutLimits, CutNode, Pyramid};
 use crate::kernel::{Kernel, RadialKernel};
 use crate::scene::{
     Backend, Background, Classify, OpacityModel, Scene, SplatSettings, View, Visibility,
@@ -68,6 +68,8 @@ pub struct Drawn {
     pub nodes: u64,
     /// The error of the cut; 0 for `full`.
     pub max_error: f32,
+    /// What pixels that points leave out are thought to cost, RMSE in linear light; else 0.
+    pub missing_rmse: f64,
     /// Wall milliseconds of the drawing, without preparation and reading back.
     pub wall_ms: f64,
 }
@@ -282,6 +284,10 @@ impl Drawer {
         let shrink = (fragments / affordable).sqrt().clamp(1.0, most);
         self.last_shrink = shrink;
         let smaller = shrunk(size, shrink);
+        let missing_rmse = match scene.splat.kernel {
+            Kernel::Point => missing_rmse(&cut, f64::from(size[0]) * f64::from(size[1])),
+            _ => 0.0,
+        };
         let view = View::new(scene, smaller);
         self.begin(scene, &view, scene.splat.kernel.splatted())?;
         let records: Vec<Record> = cut.nodes.iter().map(record).collect();
@@ -298,6 +304,7 @@ impl Drawer {
             kernels: records.len() as u64,
             nodes: records.len() as u64,
             max_error,
+            missing_rmse,
             wall_ms,
         })
     }
@@ -349,6 +356,7 @@ impl Drawer {
             kernels: records.len() as u64,
             nodes: records.len() as u64,
             max_error: limits.max_error,
+            missing_rmse: 0.0,
             wall_ms: start.elapsed().as_secs_f64() * 1e3,
         })
     }
@@ -418,6 +426,7 @@ impl Drawer {
                     kernels: totals.kernels,
                     nodes: 0,
                     max_error: 0.0,
+                    missing_rmse: 0.0,
                     wall_ms: start.elapsed().as_secs_f64() * 1e3,
                 });
             }
@@ -551,7 +560,7 @@ impl RowPlan {
     }
 }
 
-fn record(node: &crate::hierarchy::CutNode) -> Record {
+fn record(node: &CutNode) -> Record {
     Record::new(node.low, node.size, node.node.extinction, node.node.colour)
 }
 
@@ -570,6 +579,24 @@ fn fragments(cut: &Cut, scene: &Scene, view: &View) -> f64 {
         .iter()
         .map(|n| area * f64::from(n.size[0] * n.size[1] * n.size[2]).powf(2.0 / 3.0))
         .sum()
+}
+
+/// What a cut of points leaves dark in a picture of so many pixels: a node of many voxels is one
+/// pixel, where each of its voxels would have been one. Root mean square over RGB, linear light.
+fn missing_rmse(cut: &Cut, pixels: f64) -> f64 {
+    let (mut energy, mut covered) = (0.0, 0.0);
+    for CutNode { size, node, .. } in &cut.nodes {
+        let voxels = f64::from(size[0] * size[1] * size[2]);
+        let opacity = -(-f64::from(node.extinction)).exp_m1();
+        let light = node.colour.map(|c| f64::from(c) / f64::from(u16::MAX));
+        let square = light.iter().map(|c| c * c).sum::<f64>() / 3.0;
+        energy += (voxels - 1.0) * opacity * opacity * square;
+        covered += voxels * opacity;
+    }
+    // Where points lie over each other, only those in front would have been seen.
+    let layers = covered / pixels;
+    let seen = if layers > 0.0 { -(-layers).exp_m1() / layers } else { 1.0 };
+    (energy * seen / pixels).sqrt()
 }
 
 /// The background's linear colour, if any.

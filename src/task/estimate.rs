@@ -53,6 +53,8 @@ pub enum Coarseness {
     Octree {
         /// The greatest error of its nodes.
         max_error: f32,
+        /// What pixels that points leave out are thought to cost (see `Drawn`).
+        missing_rmse: f64,
     },
     /// The scene's own mode, only smaller.
     Reduced,
@@ -75,13 +77,13 @@ impl Coarseness {
     /// up in squares.
     fn first_rmse(self, classify: Classify, shrink: f64) -> f64 {
         let enlarged = PER_SHRINK * (shrink - 1.0).max(0.0);
-        let Self::Octree { max_error } = self else { return enlarged };
+        let Self::Octree { max_error, missing_rmse } = self else { return enlarged };
         let octree = PER_ERROR * f64::from(max_error).max(0.0);
         let shade_first = match classify {
             Classify::Before => 0.0,
             Classify::After | Classify::PreIntegrated => SHADE_FIRST_RMSE,
         };
-        octree.hypot(enlarged).hypot(shade_first)
+        octree.hypot(enlarged).hypot(shade_first).hypot(missing_rmse)
     }
 }
 
@@ -280,7 +282,7 @@ mod tests {
         assert_eq!(shown_rmse(&none, &good), Err(CompareError::Empty));
     }
 
-    const CUT: Coarseness = Coarseness::Octree { max_error: 0.01 };
+    const CUT: Coarseness = Coarseness::Octree { max_error: 0.01, missing_rmse: 0.0 };
 
     #[test]
     fn estimates_come_to_what_was_found_and_begin_anew_for_another_mode() {
@@ -303,8 +305,11 @@ mod tests {
     #[test]
     fn a_coarser_cut_and_a_smaller_picture_are_thought_to_be_worse() {
         let (scene, estimator) = (scene(Classify::Before), Estimator::default());
-        let worse = Coarseness::Octree { max_error: 0.1 };
+        let worse = Coarseness::Octree { max_error: 0.1, missing_rmse: 0.0 };
         assert!(estimator.rmse(&scene, worse, 1.0) > estimator.rmse(&scene, CUT, 1.0));
+        let holes = Coarseness::Octree { max_error: 0.01, missing_rmse: 0.2 };
+        let rmse = estimator.rmse(&scene, holes, 1.0);
+        assert!((0.2..0.21).contains(&rmse), "dark pixels add to the rest: {rmse}");
         for kind in [CUT, Coarseness::Reduced] {
             assert!(estimator.rmse(&scene, kind, 3.0) > estimator.rmse(&scene, kind, 1.5));
         }

@@ -148,6 +148,7 @@ impl Drawer {
             kernels: self.active_count(),
             nodes: 0,
             max_error: 0.0,
+            missing_rmse: 0.0,
             wall_ms: start.elapsed().as_secs_f64() * 1e3,
         })
     }

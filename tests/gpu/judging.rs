@@ -4,10 +4,11 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use voxsplat::core::Ticket;
+use voxsplat::kernel::Kernel;
 use voxsplat::scene::{Scene, SplatSettings, opening};
 use voxsplat::task::engine::{Effort, EngineState, Picture, SecondPicture, SecondRequest};
 use voxsplat::task::estimate::shown_rmse;
-use voxsplat::volume::{Component, demo};
+use voxsplat::volume::{Component, ScalarVolume, demo};
 
 use crate::engine::{Bench, large, rest, small};
 
@@ -68,19 +69,45 @@ fn another_view_is_never_checked_against() {
     assert_eq!(pictures[pictures.len() - 1].report.checked, None);
 }
 
+/// A demo of 48³ voxels.
+fn demo_volume(name: &str) -> ScalarVolume {
+    let grid = demo::open(&format!("{name}:48"), None).expect("a demo");
+    let field = grid.field(None).expect("a field");
+    let component = match field.components {
+        1 => Component::Index(0),
+        _ => Component::Magnitude,
+    };
+    grid.scalar(field, component, &Ticket::new()).expect("a volume")
+}
+
+/// Points leave pixels dark that the full picture lights. Measured before anything was learnt: 0.0 to
+/// 7.5 dB off, median 1.6, at 160 × 120 and 640 × 480 pixels; up to 52 dB without counting them.
+#[test]
+fn what_points_leave_out_is_part_of_their_estimate() {
+    let Some(bench) = Bench::new() else { return };
+    let mut off = Vec::new();
+    for name in ["head", "tornado", "blobs", "checkerboard", "constant"] {
+        let mut scene = opening(Arc::new(demo_volume(name)), None);
+        scene.splat = SplatSettings { kernel: Kernel::Point, ..SplatSettings::SHADE_FIRST };
+        let (_, full) = refined(&bench, &scene, [320, 240]);
+        let checked = full.report.checked.expect("the coarse one was of the same view");
+        // A quick machine draws every point in time.
+        let Some(off_db) = checked.off_db() else { continue };
+        println!("measured {name} of points: {off_db:+.1} dB, rmse {:.4}", checked.measured_rmse);
+        off.push(off_db.abs());
+    }
+    off.sort_by(f64::total_cmp);
+    assert!(off.len() >= 3 && off[off.len() / 2] < 5.0, "{off:?}");
+    assert!(off[off.len() - 1] < 12.0, "{off:?}");
+}
+
 #[test]
 fn estimates_are_near_the_truth_and_come_nearer_as_views_are_checked() {
     let Some(bench) = Bench::new() else { return };
     let mut first = Vec::new();
     let mut later = Vec::new();
     for name in demo::NAMES {
-        let grid = demo::open(&format!("{name}:48"), None).expect("a demo");
-        let field = grid.field(None).expect("a field");
-        let component = match field.components {
-            1 => Component::Index(0),
-            _ => Component::Magnitude,
-        };
-        let volume = grid.scalar(field, component, &Ticket::new()).expect("a volume");
+        let volume = demo_volume(name);
         for splat in [SplatSettings::SHADE_FIRST, SplatSettings::EXACT] {
             let mut scene = opening(Arc::new(volume.clone()), None);
             scene.splat = splat;

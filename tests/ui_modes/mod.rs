@@ -307,6 +307,9 @@ fn another_view_begins_another_chart_and_the_old_points_stay_until_then() {
         std::thread::sleep(Duration::from_millis(1));
     }
     assert!(stopped());
+    // What it found until then is of the view before.
+    std::thread::sleep(Duration::from_millis(30));
+    assert!(bench.window().measuring().points().1, "old");
 }
 
 #[test]

@@ -10,7 +10,7 @@ use crate::app::theme;
 
 /// Height of a row, room for a mark, and room between two entries, points.
 const ROW: f32 = 16.0;
-const MARK: f32 = 18.0;
+const MARK: f32 = 20.0;
 const BETWEEN: f32 = 14.0;
 /// Size of the words, points.
 const FONT: f32 = 11.0;
@@ -99,7 +99,7 @@ pub fn legend_ui(ui: &Ui, room: Rect, least: f32, entries: &[Mark]) -> f32 {
     }
     let corner = pos2(room.left(), room.bottom() - height);
     for ((mark, galley), place) in entries.iter().zip(galleys).zip(places) {
-        let middle = corner + place + vec2(MARK / 2.0 - 2.0, ROW / 2.0);
+        let middle = corner + place + vec2(MARK / 2.0 - 1.0, ROW / 2.0);
         mark.paint(&painter, middle, false, false);
         let text = corner + place + vec2(MARK, (ROW - galley.size().y) / 2.0);
         painter.galley(text, galley, theme::TEXT_FAINT);

@@ -149,7 +149,10 @@ impl Worker {
         let mut picture = self.presented(request, rung_words(rung, &drawn), progress, &drawn)?;
         picture.report.backend = backend;
         let coarseness = match rung {
-            Rung::Coarse { .. } => Some(Coarseness::Octree { max_error: drawn.max_error }),
+            Rung::Coarse { .. } => {
+                let (max_error, missing_rmse) = (drawn.max_error, drawn.missing_rmse);
+                Some(Coarseness::Octree { max_error, missing_rmse })
+            }
             Rung::Reduced { .. } => Some(Coarseness::Reduced),
             _ => None,
         };
@@ -375,6 +378,7 @@ impl Observer for Watch<'_> {
                     kernels,
                     nodes: 0,
                     max_error: 0.0,
+                    missing_rmse: 0.0,
                     wall_ms: self.start.elapsed().as_secs_f64() * 1e3,
                 };
                 #[expect(clippy::cast_possible_truncation, reason = "0..1")]
