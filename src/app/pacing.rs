@@ -321,7 +321,7 @@ mod tests {
         };
         let (mut pacing, mut scene, mut settings) =
             (Pacing::default(), scene(), Settings::default());
-        let mut decide = |pacing: &mut Pacing, scene: &Scene, settings: &Settings, secs| {
+        let decide = |pacing: &mut Pacing, scene: &Scene, settings: &Settings, secs| {
             converge_ms(&pacing.decide(scene, [10, 10], settings, secs, false))
         };
         let within = Some(crate::app::settings::CONVERGE_WITHIN_MS);

@@ -81,7 +81,8 @@ fn demo_volume(name: &str) -> ScalarVolume {
 }
 
 /// Points leave pixels dark that the full picture lights. Measured before anything was learnt: 0.0 to
-/// 7.5 dB off, median 1.6, at 160 × 120 and 640 × 480 pixels; up to 52 dB without counting them.
+/// 7.5 dB off, median 1.7, at 160 × 120 and 640 × 480 pixels, up to 52 dB without counting them; 1.2 to
+/// 5.9 dB here.
 #[test]
 fn what_points_leave_out_is_part_of_their_estimate() {
     let Some(bench) = Bench::new() else { return };
@@ -89,16 +90,18 @@ fn what_points_leave_out_is_part_of_their_estimate() {
     for name in ["head", "tornado", "blobs", "checkerboard", "constant"] {
         let mut scene = opening(Arc::new(demo_volume(name)), None);
         scene.splat = SplatSettings { kernel: Kernel::Point, ..SplatSettings::SHADE_FIRST };
-        let (_, full) = refined(&bench, &scene, [320, 240]);
+        // So little time that most points are left out on any machine.
+        bench.request(&scene, [320, 240], Effort::Moving { budget_ms: 1.0 });
+        bench.pictures_until(|_, seen| !seen.is_empty());
+        bench.request(&scene, [320, 240], rest());
+        let full = bench.until_full([320, 240]).pop().expect("it ends in full");
         let checked = full.report.checked.expect("the coarse one was of the same view");
-        // A quick machine draws every point in time.
-        let Some(off_db) = checked.off_db() else { continue };
+        let off_db = checked.off_db().expect("coarse is not full");
         println!("measured {name} of points: {off_db:+.1} dB, rmse {:.4}", checked.measured_rmse);
         off.push(off_db.abs());
     }
     off.sort_by(f64::total_cmp);
-    assert!(off.len() >= 3 && off[off.len() / 2] < 5.0, "{off:?}");
-    assert!(off[off.len() - 1] < 12.0, "{off:?}");
+    assert!(off[2] < 5.0 && off[4] < 12.0, "{off:?}");
 }
 
 #[test]
