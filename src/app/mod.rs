@@ -20,6 +20,7 @@ pub mod notices;
 pub mod pacing;
 pub mod panels;
 pub mod reading;
+mod refining;
 pub mod saving;
 pub mod settings;
 pub mod sweeping;

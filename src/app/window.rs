@@ -28,8 +28,8 @@ use super::settings::Settings;
 use super::theme;
 use super::viewport::{ScreenFormat, Viewport};
 use crate::core::{Camera, Projection};
-use crate::scene::{self, Background, NamedView, Scene, SplatSettings, Visibility};
-use crate::task::engine::{EngineState, FrameReport};
+use crate::scene::{self, Background, NamedView, Scene, SplatSettings};
+use crate::task::engine::EngineState;
 
 /// Between two looks at the progress of a job.
 const PROGRESS_EVERY: Duration = Duration::from_millis(100);
@@ -241,22 +241,6 @@ impl Window {
                 let shown = matches!(self.dialog, Some(Dialog::Help));
                 self.dialog = (!shown).then_some(Dialog::Help);
             }
-        }
-    }
-
-    /// Refines the view at rest, however long that takes.
-    fn converge(&mut self) {
-        let Some(scene) = &self.scene else { return };
-        let refined = self.viewport.picture().and_then(|picture| picture.report.refined);
-        if scene.splat.visibility != Visibility::Slabs {
-            self.notices.note("Only slabs can be refined further: every other mode ends in full");
-        } else if self.pacing.is_judging() {
-            self.notices.note(
-                "Modes are shown as they are while they are compared: close the accuracy panel \
-                 and the comparison first",
-            );
-        } else if refined.is_none_or(|refined| !refined.convergence.is_reached()) {
-            self.pacing.insist();
         }
     }
 
@@ -475,16 +459,6 @@ impl Window {
         self.saving.push(saving::save_picture(ctx, &self.parts.renderer, request));
     }
 
-    /// The mode of the picture on screen: the scene's, perhaps with slabs that were doubled.
-    pub(super) fn shown_mode(&self, scene: &Scene) -> SplatSettings {
-        let refined = self.viewport.picture().and_then(|picture| picture.report.refined);
-        let refined = refined.filter(|_| !self.pacing.is_moving());
-        let slabs_per_voxel = refined.map_or(scene.splat.slabs_per_voxel, |refined| {
-            refined.convergence.slabs_per_voxel.max(scene.splat.slabs_per_voxel)
-        });
-        SplatSettings { slabs_per_voxel, ..scene.splat }
-    }
-
     fn save_screenshot(&mut self, ctx: &Context) {
         let (Some(document), Some(picture)) = (&self.document, self.viewport.picture()) else {
             self.notices.note("There is no picture on screen yet");
@@ -539,18 +513,11 @@ impl Window {
     /// Posts what has changed, and shows what has come.
     fn pace(&mut self, ctx: &Context) {
         self.keep_mode_valid();
+        self.pace_refining();
         let Some(scene) = &mut self.scene else { return };
         scene.background = self.settings.scene_background();
         let now_secs = ctx.time();
         let held = ctx.dragged_id().is_some();
-        let judging = self.accuracy.open || self.compare.on;
-        let is_full = |report: &FrameReport| report.progress >= 1.0 && report.rung == "full";
-        let picture = self.viewport.picture();
-        let idle = matches!(self.parts.drawer.state(), EngineState::Idle);
-        if judging && idle && picture.is_some_and(|picture| is_full(&picture.report)) {
-            self.pacing.keep_full();
-        }
-        self.pacing.set_judging(judging);
         let decision =
             self.pacing.decide(scene, self.viewport_size, &self.settings, now_secs, held);
         self.parts.news.set_moving(self.pacing.is_moving());

@@ -16,6 +16,7 @@ use crate::volume::ScalarVolume;
 
 use super::calibration::Calibration;
 use super::cost::Costs;
+use super::rows::RowPlan;
 use super::slabs;
 
 /// A piece should not keep the device from a newer request for longer than this.
@@ -443,7 +444,8 @@ impl Drawer {
         let Some(classified) = &self.classified else {
             return Err(GpuError::Device("nothing was prepared".to_owned()).into());
         };
-        let mut rows = RowPlan::new(classified, view);
+        let (dims, active) = (classified.volume.lattice.dims, &classified.pyramid.active);
+        let mut rows = RowPlan::new(dims, active, view);
         let total = rows.total.max(1) as f64;
         let mut kernels = 0;
         while let Some(piece) = rows.next(&self.costs) {
@@ -482,82 +484,6 @@ fn shrunk(size: [u32; 2], shrink: f64) -> [u32; 2] {
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "1..=size")]
     let smaller = size.map(|n| (f64::from(n) / shrink).round().max(1.0) as u32);
     smaller
-}
-
-/// Some rows of the traversal.
-struct Piece {
-    rows: std::ops::Range<u32>,
-    /// Kernels thought to be in them.
-    expected: u64,
-    /// Kernels there may be in them.
-    most: u64,
-}
-
-/// Cuts the traversal into pieces of about [`PIECE_MS`], from the known counts slice by slice.
-struct RowPlan {
-    /// Kernels in each slice of the outermost axis, far to near.
-    slices: Vec<u64>,
-    rows_per_slice: u32,
-    row_length: u64,
-    total: u64,
-    next_row: u32,
-}
-
-impl RowPlan {
-    fn new(classified: &Classified, view: &View) -> Self {
-        let [a, b, c] = view.traversal.axes;
-        let counts = &classified.pyramid.active.per_slice[a];
-        let split = view.traversal.splits[0];
-        let far_first = counts[split..].iter().rev().chain(&counts[..split]);
-        #[expect(clippy::cast_possible_truncation, reason = "an axis has at most 65535 voxels")]
-        let rows_per_slice = classified.volume.lattice.dims[b] as u32;
-        Self {
-            slices: far_first.map(|&n| u64::from(n)).collect(),
-            rows_per_slice,
-            row_length: classified.volume.lattice.dims[c] as u64,
-            total: classified.pyramid.active.total,
-            next_row: 0,
-        }
-    }
-
-    /// The next piece, with at least one row.
-    fn next(&mut self, costs: &Costs) -> Option<Piece> {
-        let per_slice = self.rows_per_slice;
-        let mut slice = (self.next_row / per_slice) as usize;
-        let within = self.next_row % per_slice;
-        // Whole empty slices need not be looked at.
-        if within == 0 {
-            slice += self.slices[slice..].iter().take_while(|&&n| n == 0).count();
-        }
-        let kernels = *self.slices.get(slice)?;
-        let first = slice as u32 * per_slice + within;
-        let slice_ms = costs.grid_ms(kernels, u64::from(per_slice));
-        if within > 0 || slice_ms > PIECE_MS {
-            // Part of a slice, taken as evenly filled.
-            let parts = (slice_ms / PIECE_MS).ceil().max(1.0);
-            let rows = (f64::from(per_slice) / parts).ceil().max(1.0) as u32;
-            let end = (first + rows).min((slice as u32 + 1) * per_slice);
-            self.next_row = end;
-            let count = u64::from(end - first);
-            return Some(Piece {
-                rows: first..end,
-                expected: kernels * count / u64::from(per_slice),
-                most: kernels.min(count * self.row_length),
-            });
-        }
-        let mut expected = 0;
-        let mut end = slice;
-        while let Some(&more) = self.slices.get(end) {
-            let rows = u64::from(per_slice) * (end - slice + 1) as u64;
-            if end > slice && costs.grid_ms(expected + more, rows) > PIECE_MS {
-                break;
-            }
-            expected += more;
-            end += 1;
-        }
-        self.next_row = end as u32 * per_slice;
-        Some(Piece { rows: first..self.next_row, expected, most: expected })
-    }
 }
 
 fn record(node: &CutNode) -> Record {

@@ -9,6 +9,7 @@ pub mod engine;
 pub mod estimate;
 pub mod output_file;
 pub mod picture_file;
+mod rows;
 mod slabs;
 pub mod still;
 pub mod sweep;

@@ -201,6 +201,9 @@ pub(crate) fn rendered(file: &str, pass: &PassLine, output: &Path) -> RgbImage {
     let camera = pass.camera.unwrap();
     let [_, _, width, height] = pass.viewport;
     let [r, g, b] = pass.background.unwrap();
+    // A machine quick enough to double the slabs in time shows more of them.
+    let rung = pass.picture.as_ref().and_then(|picture| picture.rung.split_once(", "));
+    let slabs = rung.and_then(|(_, slabs)| slabs.strip_suffix(" slabs per voxel"));
     let vector = |v: glam::DVec3| format!("{},{},{}", v.x, v.y, v.z);
     let outcome = Command::new(env!("CARGO_BIN_EXE_voxsplat"))
         .args(["render", file, "--adapter", "software", "--output"])
@@ -210,6 +213,7 @@ pub(crate) fn rendered(file: &str, pass: &PassLine, output: &Path) -> RgbImage {
         .args(["--camera-view-up", &vector(camera.up)])
         .args(["--camera-focal-point", &vector(camera.focal_point)])
         .args(["--parallel-scale", &camera.parallel_scale.to_string()])
+        .args(slabs.into_iter().flat_map(|slabs| ["--slabs-per-voxel", slabs]))
         .args(["--background", &format!("{r:02x}{g:02x}{b:02x}")])
         .output()
         .unwrap();

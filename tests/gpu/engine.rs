@@ -389,8 +389,7 @@ fn doubling_slabs_stops_for_the_hand() {
     bench.pictures_until(|_, seen| seen.iter().any(|p| p.report.rung == "full"));
     // In the middle of the first doubling.
     std::thread::sleep(Duration::from_millis(30));
-    let mut turned = scene.clone();
-    turned.camera = turned.camera.orbited(0.1, 0.0);
+    let turned = Scene { camera: scene.camera.orbited(0.1, 0.0), ..scene };
     let asked = Instant::now();
     bench.request(&turned, [400, 300], Effort::Moving { budget_ms: 10.0 });
     let pictures = bench.pictures_until(|bench, seen| {
