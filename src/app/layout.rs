@@ -110,7 +110,11 @@ impl Window {
     fn status_ui(&mut self, ui: &mut Ui) {
         let drawer = &self.parts.drawer;
         let shown = self.viewport.picture().zip(self.scene.as_ref()).map(|(picture, scene)| {
-            let report = picture.report.clone();
+            let mut report = picture.report.clone();
+            if let Some(refined) = report.refined.as_mut().filter(|_| self.pacing.is_judging()) {
+                // Modes that are judged go no further.
+                refined.left_ms = 0.0;
+            }
             let mode = self.shown_mode(scene);
             let measured = self.measuring.point_of(scene, &mode);
             status::Shown { report, mode, measured }

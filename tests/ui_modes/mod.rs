@@ -163,9 +163,11 @@ fn the_chart_has_a_legend_where_there_is_room() {
     let at = bench.harness.get_by_label_contains("classic: ").rect().center();
     shift_click(&mut bench, at);
     assert_eq!(legend(&bench), Some(format!("{all}, Compared with it")));
-    bench.harness.set_size(vec2(700.0, 700.0));
+    bench.harness.set_size(vec2(760.0, 700.0));
+    bench.wait_until(|window| window.measuring().state() == State::Done);
     bench.settle();
     assert_eq!(legend(&bench), None, "no room for it");
+    assert!(bench.harness.query_by_label_contains("classic: ").is_some(), "but for the points");
 }
 
 #[test]

@@ -63,6 +63,7 @@ fn modes_that_are_judged_are_shown_as_they_are() {
             Key::A => assert_eq!(converge_ms(&bench), 0.0),
             _ => assert_eq!(asked, before, "the full picture is there already"),
         }
+        assert!(!bench.shows("converged would take about 12 s: press R"));
         bench.harness.key_press(Key::R);
         bench.settle();
         assert_eq!(bench.request_count(), asked);

@@ -8,8 +8,10 @@ use crate::app::measuring::{ChartPoint, EstimateRecord, State, best_within, fron
 use crate::app::{modes, theme, words};
 use crate::scene::SplatSettings;
 
-/// Width of the column beside the chart, points.
-const COLUMN: f32 = 312.0;
+/// Width of the column beside the chart, points: the first where there is room for it.
+const COLUMN: [f32; 2] = [312.0, 220.0];
+/// Share of the panel that the column takes where there is not.
+const COLUMN_SHARE: f32 = 0.55;
 
 /// What the slider gives.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -64,7 +66,8 @@ pub fn accuracy_ui(ui: &mut Ui, panel: &mut AccuracyPanel, shown: &Shown<'_>) ->
     let mut done = Done::default();
     let room = ui.available_rect_before_wrap();
     let mut chart_room = room;
-    chart_room.max.x = (room.max.x - COLUMN - 14.0).max(room.min.x);
+    let column = (room.width() * COLUMN_SHARE).clamp(COLUMN[1], COLUMN[0]);
+    chart_room.max.x = (room.max.x - column - 14.0).max(room.min.x);
     let mut column_room = room;
     column_room.min.x = (chart_room.max.x + 14.0).min(room.max.x);
     ui.scope_builder(UiBuilder::new().max_rect(chart_room), |ui| {
