@@ -29,8 +29,8 @@ const PROJECTED_VEC4S: u64 = 4;
 // Software adapters end an invocation's loops after 65535 turns, all of them together.
 /// The most tiles that lists are made for at once: each kernel's thread walks them.
 const MOST_TILES: u32 = 1 << 15;
-/// The most entries of one kernel, which its thread writes after walking the tiles.
-const MOST_OF_A_KERNEL: u32 = 30_000;
+/// The most turns of a kernel's thread, which walks rows and tiles and writes its entries.
+const MOST_TURNS: u32 = 65_000;
 /// The most entries of a tile that are composited at once, each perhaps a layer of its own.
 const MOST_OF_A_TILE: u32 = 30_000;
 /// What is carried from part to part of one piece of the picture, at most.
@@ -314,7 +314,8 @@ impl Renderer {
             1 => super::MOST_KEYS,
             _ => what.most_entries.min(super::MOST_KEYS),
         };
-        if u64::from(demanded) > u64::from(most).min(bindable) || counted[2] > MOST_OF_A_KERNEL {
+        let turns = counted[2].saturating_add(plan.rectangle.tiles() + plan.rectangle.0[3]);
+        if u64::from(demanded) > u64::from(most).min(bindable) || turns > MOST_TURNS {
             return Ok(None);
         }
         if demanded > capacity {
