@@ -6,7 +6,7 @@ use std::sync::Arc;
 use criterion::{Criterion, criterion_group, criterion_main};
 use voxsplat::core::Ticket;
 use voxsplat::hierarchy::{Cut, CutLimits, Pyramid};
-use voxsplat::kernel::{FootprintPolynomial, Kernel, RadialKernel, SlabTable, coefficients};
+use voxsplat::kernel::{FootprintPolynomial, Kernel, RadialKernel, SlabShare, coefficients};
 use voxsplat::scene::{self, Scene, View};
 use voxsplat::transfer::Table;
 use voxsplat::volume::{Bricks, Component, ScalarType, ScalarVolume, Statistics, demo};
@@ -63,14 +63,14 @@ fn kernels(c: &mut Criterion) {
     c.bench_function("cubic footprint as a polynomial", |b| {
         b.iter(|| polynomial.evaluate(black_box(0.7)));
     });
-    let table = SlabTable::of(cubic);
+    let share = SlabShare::of(cubic);
     c.bench_function("cubic slab integral in closed form", |b| {
         b.iter(|| cubic.cumulative(black_box(0.7), black_box(0.4)));
     });
-    c.bench_function("cubic slab integral from polynomial and table", |b| {
+    c.bench_function("cubic slab integral from polynomials", |b| {
         b.iter(|| {
             let l = black_box(0.7);
-            polynomial.evaluate(l) * table.share(l, black_box(0.4))
+            polynomial.evaluate(l) * share.share(l, black_box(0.4))
         });
     });
     let gaussian = RadialKernel::new(Kernel::Gaussian, None).expect("radial");

@@ -1,10 +1,13 @@
-// Composites each tile's list, a pixel a thread, and writes premultiplied linear light.
+// Composites each tile's list, four pixels a thread, and writes premultiplied linear light.
 //
 // Kernels come in the order of compositing. Each is a layer of its own, or gives the slabs of its
 // entry's layer its integrals (image-aligned sheets: Mueller and Crawfis 1998), which
 // are composited once the layer is past: what a slab holds is then complete.
+//
+// A thread's pixels stand one below the other, and a vector has their values from the top. Fetching
+// a kernel costs software adapters more than computing what it gives a pixel.
 
-@group(0) @binding(1) var<uniform> lists: Lists;
+@group(0) @binding(1) var<storage, read> lists: Lists;
 // Four a kernel. First: screen offset of the centre, pixels, y up; view depth of the centre beyond
 // the lattice's, pixels; optical depth per unit of footprint (published: opacity).
 // A radial kernel: L of `kernel::ProjectedKernel` over the radius (00, 10, 11), and 1 over the half
@@ -17,116 +20,125 @@
 @group(0) @binding(5) var<storage, read> ranges: array<vec2<u32>>;
 // Sums, over all pixels, that were capped at 1.
 @group(0) @binding(6) var<storage, read_write> capped: atomic<u32>;
-@group(0) @binding(7) var light: texture_storage_2d<rgba32float, write>;
+// Where lists are composited in parts: what is carried from one to the next.
+@group(0) @binding(7) var<storage, read_write> carried: array<vec4<f32>>;
+@group(0) @binding(8) var light: texture_storage_2d<rgba32float, write>;
 
+// Pixels of a thread.
+const PIXELS: u32 = 4u;
+// Tiles of a workgroup.
+const GROUP_TILES: u32 = 4u;
+// Vec4s of a thread in `carried`.
+const CARRIED_VEC4S: u32 = 22u;
 // Less hides nothing, and could not be divided by.
 const LEAST_SUM: f32 = 1e-30;
+// No layer has this number.
+const NO_LAYER: u32 = 0xffffffffu;
 
-// A kernel on the line through a pixel.
-struct Line {
-    // Optical depth, or published opacity, of all of it.
-    amount: f32,
-    // View depth of its middle beyond the lattice's centre, and half lengths per depth.
-    middle: f32,
-    per_depth: f32,
-    // (l / radius)^2.
-    q: f32,
+// A kernel on the lines through the pixels.
+struct Lines {
+    // Optical depths, or published opacities, of all of it.
+    amount: vec4<f32>,
+    // View depths of its middle beyond the lattice's centre, and half lengths per depth.
+    middle: vec4<f32>,
+    per_depth: vec4<f32>,
+    // (l / radius)^2, at most 1.
+    q: vec4<f32>,
 }
 
-fn line_of(kernel: u32, screen: vec2<f32>, slanted: f32) -> Line {
+fn lines_of(kernel: u32, x: f32, y: vec4<f32>, slanted: vec4<f32>) -> Lines {
     let head = projected[4u * kernel];
     let first = projected[4u * kernel + 1u];
-    let p = screen - head.xy;
-    var line = Line(0.0, head.z, 0.0, 0.0);
+    let right = x - head.x;
+    let up = y - head.y;
+    var lines = Lines(vec4<f32>(0.0), vec4<f32>(head.z), vec4<f32>(0.0), vec4<f32>(0.0));
     if shape == 0u {
-        let unit = vec2<f32>(first.x * p.x, first.y * p.x + first.z * p.y);
-        let q = dot(unit, unit);
+        let across = first.x * right;
+        let along = first.y * right + first.z * up;
+        let q = min(across * across + along * along, vec4<f32>(1.0));
+        let depth = vec4<f32>(footprint(q.x), footprint(q.y), footprint(q.z), footprint(q.w));
         // The polynomial may fall a little below 0 at its rim.
-        line.amount = max(head.w * footprint(q), 0.0) * slanted;
-        if slabs && q < 1.0 {
-            let second = projected[4u * kernel + 2u];
-            line.middle += dot(second.xy, p);
-            line.per_depth = first.w * inverseSqrt(1.0 - q);
-            line.q = q;
+        lines.amount = max(head.w * depth, vec4<f32>(0.0)) * slanted;
+        if slabs {
+            let tilt = projected[4u * kernel + 2u].xy;
+            lines.middle += tilt.x * right + tilt.y * up;
+            lines.per_depth = first.w * inverseSqrt(max(1.0 - q, vec4<f32>(1e-12)));
+            lines.q = q;
         }
     } else if shape == 1u {
         let second = projected[4u * kernel + 2u];
         let ray = vec3<f32>(first.w, second.w, projected[4u * kernel + 3u].w);
-        let span = chord(first.xyz * p.x + second.xyz * p.y, ray);
-        line.amount = head.w * (span.y - span.x) * slanted;
-        line.middle += 0.5 * (span.x + span.y);
-        line.per_depth = 2.0 / max(span.y - span.x, 1e-30);
+        let column = first.xyz * right;
+        let span0 = chord(column + second.xyz * up.x, ray);
+        let span1 = chord(column + second.xyz * up.y, ray);
+        let span2 = chord(column + second.xyz * up.z, ray);
+        let span3 = chord(column + second.xyz * up.w, ray);
+        let enter = vec4<f32>(span0.x, span1.x, span2.x, span3.x);
+        let leave = vec4<f32>(span0.y, span1.y, span2.y, span3.y);
+        lines.amount = head.w * (leave - enter) * slanted;
+        lines.middle += 0.5 * (enter + leave);
+        lines.per_depth = 2.0 / max(leave - enter, vec4<f32>(1e-30));
     } else {
-        line.amount = select(0.0, head.w * slanted, all(abs(p) < vec2<f32>(0.25)));
+        let there = abs(up) < vec4<f32>(0.25);
+        lines.amount = select(vec4<f32>(0.0), head.w * slanted, there);
+        lines.amount *= select(0.0, 1.0, abs(right) < 0.25);
     }
-    return line;
+    return lines;
 }
 
-// The factors of the place's powers in a radial kernel's share.
-struct Factors {
-    f0: f32,
-    f1: f32,
-    f2: f32,
-    f3: f32,
-    f4: f32,
-    f5: f32,
-}
-
-fn cubic(c: vec4<f32>, q: f32) -> f32 {
-    return c.x + q * (c.y + q * (c.z + q * c.w));
-}
-
-fn factors_at(q: f32) -> Factors {
-    let q4 = q * q * q * q;
-    return Factors(
-        cubic(lists.shares[0], q) + q4 * lists.shares[6].x,
-        cubic(lists.shares[1], q) + q4 * lists.shares[6].y,
-        cubic(lists.shares[2], q) + q4 * lists.shares[6].z,
-        cubic(lists.shares[3], q) + q4 * lists.shares[6].w,
-        cubic(lists.shares[4], q) + q4 * lists.shares[7].x,
-        cubic(lists.shares[5], q) + q4 * lists.shares[7].y,
+// The parts of a kernel that lie before a view depth.
+fn parts_before(lines: Lines, depth: f32) -> vec4<f32> {
+    if shape == 2u {
+        return select(vec4<f32>(0.0), vec4<f32>(1.0), vec4<f32>(depth) > lines.middle);
+    }
+    let place = (depth - lines.middle) * lines.per_depth;
+    if shape == 1u {
+        return 0.5 + 0.5 * clamp(place, vec4<f32>(-1.0), vec4<f32>(1.0));
+    }
+    return vec4<f32>(
+        share(lines.q.x, place.x),
+        share(lines.q.y, place.y),
+        share(lines.q.z, place.z),
+        share(lines.q.w, place.w),
     );
 }
 
-// The part of a kernel that lies before a view depth.
-fn share(line: Line, factors: Factors, depth: f32) -> f32 {
-    if shape == 2u {
-        return select(0.0, 1.0, depth > line.middle);
-    }
-    let place = clamp((depth - line.middle) * line.per_depth, -1.0, 1.0);
-    if shape == 1u {
-        return 0.5 + 0.5 * place;
-    }
-    let x = place * place;
-    return 0.5 + place * (factors.f0 + x * (factors.f1 + x * (factors.f2 + x * (factors.f3
-        + x * (factors.f4 + x * factors.f5)))));
+// Red, green, blue and amount of the pixels, the colours times the amount.
+fn matter(colour: vec3<f32>, amount: vec4<f32>) -> mat4x4<f32> {
+    return mat4x4<f32>(colour.r * amount, colour.g * amount, colour.b * amount, amount);
 }
 
-struct Pixel {
-    // Premultiplied, of what was composited so far.
-    light: vec4<f32>,
-    transmittance: f32,
+fn weighed(colours: mat4x4<f32>, by: vec4<f32>) -> mat4x4<f32> {
+    return mat4x4<f32>(colours[0] * by, colours[1] * by, colours[2] * by, colours[3] * by);
+}
+
+struct Pixels {
+    // Premultiplied red, green, blue and opacity of what was composited so far.
+    light: mat4x4<f32>,
+    transmittance: vec4<f32>,
     capped: u32,
 }
 
-// One more layer: colour times amount, and amount.
-fn laid(pixel: Pixel, sum: vec4<f32>) -> Pixel {
-    if sum.w <= LEAST_SUM {
-        return pixel;
-    }
-    var out = pixel;
-    var alpha: f32;
+// One more layer of matter.
+fn laid(pixels: Pixels, sum: mat4x4<f32>) -> Pixels {
+    let there = sum[3] > vec4<f32>(LEAST_SUM);
+    var out = pixels;
+    var alpha: vec4<f32>;
     if published {
-        alpha = min(sum.w, 1.0);
-        out.capped += select(0u, 1u, sum.w > 1.0);
+        alpha = min(sum[3], vec4<f32>(1.0));
+        let over = select(vec4<u32>(0u), vec4<u32>(1u), sum[3] > vec4<f32>(1.0));
+        out.capped += over.x + over.y + over.z + over.w;
     } else {
-        alpha = opacity(sum.w);
+        alpha = vec4<f32>(
+            opacity(sum[3].x), opacity(sum[3].y), opacity(sum[3].z), opacity(sum[3].w));
     }
-    let layer = vec4<f32>(sum.rgb * (alpha / sum.w), alpha);
+    alpha = select(vec4<f32>(0.0), alpha, there);
+    let per_amount = alpha / select(vec4<f32>(1.0), sum[3], there);
+    let layer = mat4x4<f32>(sum[0] * per_amount, sum[1] * per_amount, sum[2] * per_amount, alpha);
     if front_to_back {
-        out.light += layer * pixel.transmittance;
+        out.light += weighed(layer, pixels.transmittance);
     } else {
-        out.light = layer + pixel.light * (1.0 - alpha);
+        out.light = layer + weighed(pixels.light, 1.0 - alpha);
     }
     out.transmittance *= 1.0 - alpha;
     return out;
@@ -134,90 +146,146 @@ fn laid(pixel: Pixel, sum: vec4<f32>) -> Pixel {
 
 // The sums of a layer's slabs, from the front.
 struct Sums {
-    slab0: vec4<f32>,
-    slab1: vec4<f32>,
-    slab2: vec4<f32>,
-    slab3: vec4<f32>,
+    slab0: mat4x4<f32>,
+    slab1: mat4x4<f32>,
+    slab2: mat4x4<f32>,
+    slab3: mat4x4<f32>,
 }
 
-fn laid_slabs(pixel: Pixel, sums: Sums) -> Pixel {
+fn laid_slabs(pixels: Pixels, sums: Sums) -> Pixels {
     if front_to_back {
-        return laid(laid(laid(laid(pixel, sums.slab0), sums.slab1), sums.slab2), sums.slab3);
+        return laid(laid(laid(laid(pixels, sums.slab0), sums.slab1), sums.slab2), sums.slab3);
     }
-    return laid(laid(laid(laid(pixel, sums.slab3), sums.slab2), sums.slab1), sums.slab0);
+    return laid(laid(laid(laid(pixels, sums.slab3), sums.slab2), sums.slab1), sums.slab0);
 }
 
-@compute @workgroup_size(TILE, TILE)
+fn carried_matrix(at: u32) -> mat4x4<f32> {
+    return mat4x4<f32>(carried[at], carried[at + 1u], carried[at + 2u], carried[at + 3u]);
+}
+
+fn carry_matrix(at: u32, matrix: mat4x4<f32>) {
+    carried[at] = matrix[0];
+    carried[at + 1u] = matrix[1];
+    carried[at + 2u] = matrix[2];
+    carried[at + 3u] = matrix[3];
+}
+
+@compute @workgroup_size(TILE, TILE / PIXELS, GROUP_TILES)
 fn composite_lists(
     @builtin(workgroup_id) group: vec3<u32>,
     @builtin(local_invocation_id) local: vec3<u32>,
 ) {
+    let column = group.x * GROUP_TILES + local.z;
     let row = u32(lists.layers.z) + group.y;
-    let pixel = TILE * (lists.tiles.xy + vec2<u32>(group.x, row)) + local.xy;
-    let position = vec2<f32>(pixel) + 0.5;
-    let size = 2.0 * frame.half_size;
-    if any(position >= size) {
+    if column >= lists.tiles.z {
         return;
     }
-    let screen = vec2<f32>(position.x - frame.half_size.x, frame.half_size.y - position.y);
-    let slanted = slant(position);
-    let range = ranges[row * lists.tiles.z + group.x];
+    let pixel = TILE * (lists.tiles.xy + vec2<u32>(column, row)) + vec2<u32>(local.x, PIXELS * local.y);
+    let size = vec2<u32>(2.0 * frame.half_size);
+    let below = pixel.y + vec4<u32>(0u, 1u, 2u, 3u);
+    let inside = below < vec4<u32>(select(0u, size.y, pixel.x < size.x));
+    let down = vec4<f32>(below) + 0.5;
+    let x = f32(pixel.x) + 0.5 - frame.half_size.x;
+    let y = frame.half_size.y - down;
+    let across = f32(pixel.x) + 0.5;
+    let slanted = vec4<f32>(
+        slant(vec2<f32>(across, down.x)),
+        slant(vec2<f32>(across, down.y)),
+        slant(vec2<f32>(across, down.z)),
+        slant(vec2<f32>(across, down.w)),
+    ) * select(vec4<f32>(0.0), vec4<f32>(1.0), inside);
     let mask = (1u << lists.counts.z) - 1u;
     let last = u32(lists.layers.y) - 1u;
-    var out = Pixel(vec4<f32>(0.0), 1.0, 0u);
-    let nothing = Sums(vec4<f32>(0.0), vec4<f32>(0.0), vec4<f32>(0.0), vec4<f32>(0.0));
-    var sums = nothing;
-    // No layer has this number.
-    var layer = 0xffffffffu;
-    // Faces of its slabs, in view depth beyond the lattice's centre.
+    let first_layer = lists.layers.x;
     let thickness = lists.slabs.x;
-    var near = 0.0;
-    var far = 0.0;
-    for (var entry = range.x; entry < range.y; entry++) {
-        if slabs {
-            let own = keys[entry] & mask;
-            if own != layer {
-                out = laid_slabs(out, sums);
-                sums = nothing;
-                layer = own;
-                let from_front = i32(select(last - own, own, front_to_back)) + lists.layers.x;
-                near = f32(from_front) * (f32(LAYER_SLABS) * thickness);
-                // As the next layer takes its own, bit for bit: a kernel's shares add up to 1.
-                far = f32(from_front + 1) * (f32(LAYER_SLABS) * thickness);
-            }
-        }
-        if front_to_back && out.transmittance < lists.slabs.y {
+    let least = lists.slabs.y;
+    let parts = lists.parts;
+
+    let whole = ranges[row * lists.tiles.z + column];
+    var entry = min(whole.x + parts.x * parts.y, whole.y);
+    let end = min(entry + parts.y, whole.y);
+    let nothing = mat4x4<f32>();
+    let no_sums = Sums(nothing, nothing, nothing, nothing);
+    // Beyond the picture there is nothing to wait for.
+    var out = Pixels(nothing, select(vec4<f32>(0.0), vec4<f32>(1.0), inside), 0u);
+    var sums = no_sums;
+    var layer = NO_LAYER;
+    let thread = ((group.y * lists.tiles.z + column) * (TILE / PIXELS) + local.y) * TILE + local.x;
+    let at = CARRIED_VEC4S * thread;
+    // Loops of one turn, here and below, since a software adapter would walk past an `if` with
+    // everything in it.
+    for (var some = parts.x > 0u; some; some = false) {
+        out.light = carried_matrix(at);
+        sums.slab0 = carried_matrix(at + 4u);
+        sums.slab1 = carried_matrix(at + 8u);
+        sums.slab2 = carried_matrix(at + 12u);
+        sums.slab3 = carried_matrix(at + 16u);
+        out.transmittance = carried[at + 20u];
+        layer = bitcast<u32>(carried[at + 21u].x);
+    }
+    while entry < end {
+        if front_to_back && all(out.transmittance < vec4<f32>(least)) {
             break;
         }
-        let kernel = kernels[entry];
-        let line = line_of(kernel, screen, slanted);
-        if line.amount <= 0.0 {
-            continue;
-        }
-        let matter = vec4<f32>(projected[4u * kernel + 3u].rgb, 1.0) * line.amount;
         if slabs {
-            var factors: Factors;
-            if shape == 0u {
-                factors = factors_at(line.q);
+            let own = keys[entry] & mask;
+            // The same where a part goes on with the layer that the one before ended in.
+            if own != layer {
+                out = laid_slabs(out, sums);
+                sums = no_sums;
+                layer = own;
             }
-            let share0 = share(line, factors, near);
-            let share1 = share(line, factors, near + thickness);
-            let share2 = share(line, factors, near + 2.0 * thickness);
-            let share3 = share(line, factors, near + 3.0 * thickness);
-            let share4 = share(line, factors, far);
-            sums.slab0 += matter * (share1 - share0);
-            sums.slab1 += matter * (share2 - share1);
-            sums.slab2 += matter * (share3 - share2);
-            sums.slab3 += matter * (share4 - share3);
+            let from_front = i32(select(last - own, own, front_to_back)) + first_layer;
+            // Faces of its slabs, in view depth beyond the lattice's centre.
+            let near = f32(from_front) * (f32(LAYER_SLABS) * thickness);
+            // As the next layer takes its own, bit for bit: a kernel's shares add up to 1.
+            let far = f32(from_front + 1) * (f32(LAYER_SLABS) * thickness);
+            while entry < end {
+                if (keys[entry] & mask) != own {
+                    break;
+                }
+                let kernel = kernels[entry];
+                let lines = lines_of(kernel, x, y, slanted);
+                let colour = projected[4u * kernel + 3u].rgb;
+                let part0 = parts_before(lines, near);
+                let part1 = parts_before(lines, near + thickness);
+                let part2 = parts_before(lines, near + 2.0 * thickness);
+                let part3 = parts_before(lines, near + 3.0 * thickness);
+                let part4 = parts_before(lines, far);
+                sums.slab0 += matter(colour, lines.amount * (part1 - part0));
+                sums.slab1 += matter(colour, lines.amount * (part2 - part1));
+                sums.slab2 += matter(colour, lines.amount * (part3 - part2));
+                sums.slab3 += matter(colour, lines.amount * (part4 - part3));
+                entry++;
+            }
         } else {
-            out = laid(out, matter);
+            let kernel = kernels[entry];
+            let lines = lines_of(kernel, x, y, slanted);
+            out = laid(out, matter(projected[4u * kernel + 3u].rgb, lines.amount));
+            entry++;
         }
     }
-    if slabs {
-        out = laid_slabs(out, sums);
+    for (var some = parts.x + 1u < parts.z; some; some = false) {
+        carry_matrix(at, out.light);
+        carry_matrix(at + 4u, sums.slab0);
+        carry_matrix(at + 8u, sums.slab1);
+        carry_matrix(at + 12u, sums.slab2);
+        carry_matrix(at + 16u, sums.slab3);
+        carried[at + 20u] = out.transmittance;
+        carried[at + 21u] = vec4<f32>(bitcast<f32>(layer), 0.0, 0.0, 0.0);
     }
-    if out.capped > 0u {
+    for (var some = parts.x + 1u == parts.z; some; some = false) {
+        if slabs {
+            out = laid_slabs(out, sums);
+        }
+        let rows = transpose(out.light);
+        for (var i = 0u; i < PIXELS; i++) {
+            if inside[i] {
+                textureStore(light, vec2<u32>(pixel.x, below[i]), rows[i]);
+            }
+        }
+    }
+    for (var some = out.capped > 0u; some; some = false) {
         atomicAdd(&capped, out.capped);
     }
-    textureStore(light, pixel, out.light);
 }

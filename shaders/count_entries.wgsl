@@ -1,6 +1,6 @@
 // Projects each record, and counts the tiles and layers that it touches.
 
-@group(0) @binding(1) var<uniform> lists: Lists;
+@group(0) @binding(1) var<storage, read> lists: Lists;
 // `Record`s, back to front.
 @group(0) @binding(2) var<storage, read> records: array<u32>;
 @group(0) @binding(3) var<storage, read_write> counts: array<u32>;
@@ -9,6 +9,8 @@
 @group(0) @binding(4) var<storage, read_write> bounds: array<vec4<u32>>;
 // Four a kernel; see `composite_lists`.
 @group(0) @binding(5) var<storage, read_write> projected: array<vec4<f32>>;
+// Word 2: the most entries of a kernel.
+@group(0) @binding(6) var<storage, read_write> totals: array<atomic<u32>>;
 
 const RECORD_WORDS: u32 = 7u;
 // Words of `counts` before the first kernel's.
@@ -106,31 +108,30 @@ fn count_entries(
     let tile_rows = tiles(rows, lists.tiles.y, lists.tiles.w);
     var layers = vec2<u32>(0u, 1u);
     if slabs {
-        let thickness = f32(LAYER_SLABS) * lists.slabs.x;
-        let last = lists.layers.y - 1;
-        let low = i32(floor((kernel.depth - reach.z) / thickness)) - lists.layers.x;
-        let high = i32(floor((kernel.depth + reach.z) / thickness)) - lists.layers.x;
-        let nearest = clamp(low, 0, last);
-        let farthest = clamp(high, nearest, last);
-        layers = vec2<u32>(
-            u32(select(last - farthest, nearest, front_to_back)),
-            u32(farthest - nearest + 1),
-        );
+        layers = layers_between(kernel.depth - reach.z, kernel.depth + reach.z);
     }
     // False where anything is not a number, too.
-    let shows = !kernel.hidden && matter > 0.0 && reach.x >= 0.0 && reach.y >= 0.0;
-    let touched = (columns.y > columns.x) && (rows.y > rows.x);
-    // At most 2^32 - 1: more than ever fits.
-    let count = f32(tile_columns.y - tile_columns.x) * f32(tile_rows.y - tile_rows.x) * f32(layers.y);
-    let exact = (tile_columns.y - tile_columns.x) * (tile_rows.y - tile_rows.x) * layers.y;
-    counts[COUNT_HEADER_WORDS + slot] =
-        select(0u, select(exact, 0xffffffffu, count > 4e9), shows && touched);
+    let shows = !kernel.hidden && matter > 0.0 && reach.x >= 0.0 && reach.y >= 0.0
+        && columns.y > columns.x && rows.y > rows.x;
+    let head = vec4<f32>(middle, kernel.depth, matter);
+    var count = 0u;
+    for (var row = tile_rows.x; row < tile_rows.y && shows; row++) {
+        for (var column = tile_columns.x; column < tile_columns.y; column++) {
+            if shape == 0u {
+                layers.y = touched(head, first, second, vec2<u32>(column, row)).y;
+            }
+            // At most 2^32 - 1: more than ever fits.
+            count = select(count + layers.y, 0xffffffffu, count + layers.y < count);
+        }
+    }
+    counts[COUNT_HEADER_WORDS + slot] = count;
+    atomicMax(&totals[2], count);
     bounds[slot] = vec4<u32>(
         tile_columns.x | (tile_columns.y << 16u),
         tile_rows.x | (tile_rows.y << 16u),
         layers,
     );
-    projected[4u * slot] = vec4<f32>(middle, kernel.depth, matter);
+    projected[4u * slot] = head;
     projected[4u * slot + 1u] = first;
     projected[4u * slot + 2u] = second;
     projected[4u * slot + 3u] = vec4<f32>(colour_of(packed), third);

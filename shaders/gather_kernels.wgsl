@@ -6,12 +6,6 @@ override layering: u32 = 0u;
 // Each sample is one pixel (Westover's single point).
 override points: bool = false;
 
-// Rows over (l / radius)^2, columns over |u| / half chord: the part of a footprint F(l) that
-// lies between the kernel's middle and u along the ray.
-@group(0) @binding(10) var<storage, read> shares: array<f32>;
-
-// Cells of `shares` along each of its two axes.
-const SHARE_CELLS: u32 = 64u;
 // Layers worked on at a time.
 const LAYERS: i32 = 16;
 
@@ -47,24 +41,6 @@ fn window(middle: f32, reach: f32, low: i32, high: i32) -> vec2<i32> {
         i32(ceil(clamp(middle - reach, limits.x, limits.y + 1.0))),
         i32(floor(clamp(middle + reach, limits.x - 1.0, limits.y))),
     );
-}
-
-// Part of a footprint before `along`, from the kernel's middle in half chords; q = (l / radius)^2.
-fn share(q: f32, along: f32) -> f32 {
-    let cells = f32(SHARE_CELLS);
-    let row = clamp(q, 0.0, 1.0) * cells;
-    let column = min(abs(along), 1.0) * cells;
-    let i = min(u32(row), SHARE_CELLS - 1u);
-    let j = min(u32(column), SHARE_CELLS - 1u);
-    let at = i * (SHARE_CELLS + 1u) + j;
-    let below = at + SHARE_CELLS + 1u;
-    let part = vec2<f32>(row - f32(i), column - f32(j));
-    let half = mix(
-        mix(shares[at], shares[at + 1u], part.y),
-        mix(shares[below], shares[below + 1u], part.y),
-        part.x,
-    );
-    return select(0.5 + half, 0.5 - half, along < 0.0);
 }
 
 // Shares a kernel out among the layers of the chunk: `middle` and `chord` along the ray.

@@ -71,7 +71,7 @@ fn host_structs() -> [HostStruct; 8] {
             bricks,
         }),
         host_struct!(Scan { counts }),
-        host_struct!(Lists { tiles, counts, layers, slabs, shares }),
+        host_struct!(Lists { tiles, counts, layers, slabs, parts }),
         host_struct!(Sort { counts }),
         host_struct!(Present { background }),
         host_struct!(Slabs {
@@ -93,7 +93,7 @@ fn host_structs() -> [HostStruct; 8] {
 }
 
 /// Constants that shaders and host both name, and the host's value.
-fn host_constants() -> [(&'static str, f64); 13] {
+fn host_constants() -> [(&'static str, f64); 14] {
     [
         ("BRICK", BRICK as f64),
         ("RECORD_WORDS", RECORD_WORDS as f64),
@@ -102,8 +102,9 @@ fn host_constants() -> [(&'static str, f64); 13] {
         ("TILE", f64::from(layout::TILE)),
         ("EMPTY_BRICK", EMPTY_BRICK as f64),
         ("LEAST_HALF_AXIS", layout::LEAST_HALF_AXIS),
-        ("SHARE_CELLS", layout::SHARE_CELLS as f64),
         ("LAYER_SLABS", f64::from(layout::LAYER_SLABS)),
+        ("GROUP_TILES", f64::from(layout::GROUP_TILES)),
+        ("CARRIED_VEC4S", f64::from(layout::CARRIED_VEC4S)),
         ("LIST_THREADS", f64::from(layout::LIST_THREADS)),
         ("SORT_THREADS", f64::from(layout::SORT_THREADS)),
         ("DIGIT_BITS", f64::from(layout::DIGIT_BITS)),
@@ -204,7 +205,7 @@ fn the_splat_pass_is_valid_in_every_variant() {
 fn the_passes_over_lists_are_valid_in_every_variant() {
     let flags = ["perspective", "rim_root", "slabs", "front_to_back", "published"];
     let mut failures = Vec::new();
-    for shader in [shader::COUNT_ENTRIES, shader::COMPOSITE_LISTS] {
+    for shader in [shader::COUNT_ENTRIES, shader::WRITE_ENTRIES, shader::COMPOSITE_LISTS] {
         let (module, info) = validated(&shader.source()).unwrap();
         for variant in 0..3 * 32_u32 {
             let mut constants: naga::back::PipelineConstants = (0_u32..)
@@ -212,6 +213,11 @@ fn the_passes_over_lists_are_valid_in_every_variant() {
                 .map(|(bit, flag)| (flag.to_owned(), f64::from(variant >> bit & 1)))
                 .collect();
             constants.insert("shape".to_owned(), f64::from(variant / 32));
+            if shader == shader::WRITE_ENTRIES {
+                // What was projected is there already.
+                constants.remove("perspective");
+                constants.remove("rim_root");
+            }
             let processed =
                 naga::back::pipeline_constants::process_overrides(&module, &info, None, &constants);
             if let Err(error) = processed {
@@ -391,7 +397,9 @@ fn workgroups_have_the_size_that_the_host_dispatches() {
         assert_eq!(module.entry_points[0].workgroup_size, [layout::SORT_THREADS, 1, 1]);
     }
     let module = parsed(&shader::COMPOSITE_LISTS);
-    assert_eq!(module.entry_points[0].workgroup_size, [layout::TILE, layout::TILE, 1]);
+    let size = module.entry_points[0].workgroup_size;
+    assert_eq!([size[0], size[2]], [layout::TILE, layout::GROUP_TILES]);
+    assert_eq!(size[0] * size[1], layout::LIST_TILE_THREADS);
     // The scan runs as one workgroup, within WebGPU's limit.
     let [x, y, z] = parsed(&shader::SCAN_SEGMENTS).entry_points[0].workgroup_size;
     assert!(x <= 256 && y == 1 && z == 1, "{x} × {y} × {z}");

@@ -11,6 +11,8 @@ const LAYER_SLABS: u32 = 4u;
 // Threads in a workgroup of the passes that make the lists.
 const LIST_THREADS: u32 = 64u;
 
+// Bound as storage: software adapters compile a shader anew for each value of a uniform that decides
+// where it goes.
 struct Lists {
     // First column and row of tiles, columns, rows: what part of the picture the lists are for.
     tiles: vec4<u32>,
@@ -19,11 +21,10 @@ struct Lists {
     // First layer from the front, layers; first row and rows of tiles to composite.
     layers: vec4<i32>,
     // Thickness of a slab in pixels of view depth; the transmittance below which nothing behind can
-    // show; 0; 0.
+    // show; half the picture's width and height.
     slabs: vec4<f32>,
-    // A radial kernel's `gpu::share::SharePolynomial`: six rows of the powers 0 to 3, and what stands
-    // by the fourth in the last two.
-    shares: array<vec4<f32>, 8>,
+    // Which part of each tile's entries to composite, entries in a part, parts; 0.
+    parts: vec4<u32>,
 }
 
 // Kernels give their integrals to slabs, rather than being composited on their own.
@@ -33,3 +34,40 @@ override front_to_back: bool = false;
 override published: bool = false;
 // 0: a radial kernel, 1: a box, 2: a point.
 override shape: u32 = 0u;
+
+// Layers from `low` to `high`, pixels of view depth beyond the lattice's centre, in the order of
+// compositing: the first, and how many.
+fn layers_between(low: f32, high: f32) -> vec2<u32> {
+    let thickness = f32(LAYER_SLABS) * lists.slabs.x;
+    let last = lists.layers.y - 1;
+    let nearest = clamp(i32(floor(low / thickness)) - lists.layers.x, 0, last);
+    let farthest = clamp(i32(floor(high / thickness)) - lists.layers.x, nearest, last);
+    return vec2<u32>(
+        u32(select(last - farthest, nearest, front_to_back)),
+        u32(farthest - nearest + 1),
+    );
+}
+
+// What a radial kernel touches of a tile: its layers as above, none for a tile beside its ellipse.
+// `head`, `first` and `second` are those of `composite_lists`. Never less than what it touches: its
+// ellipse is taken for the circle, and the tile for the box about the parallelogram, that the map to
+// the unit circle makes of them.
+fn touched(head: vec4<f32>, first: vec4<f32>, second: vec4<f32>, tile: vec2<u32>) -> vec2<u32> {
+    // From the middle of a tile to the farthest centres of its pixels.
+    let half = 0.5 * f32(TILE) - 0.5;
+    let down = f32(TILE) * (vec2<f32>(lists.tiles.xy + tile) + 0.5);
+    let p = vec2<f32>(down.x - lists.slabs.z, lists.slabs.w - down.y) - head.xy;
+    let unit = vec2<f32>(first.x * p.x, first.y * p.x + first.z * p.y);
+    let box = half * vec2<f32>(abs(first.x), abs(first.y) + abs(first.z));
+    let nearest = max(abs(unit) - box, vec2<f32>(0.0));
+    let q = dot(nearest, nearest);
+    if !(q < 1.0001) {
+        return vec2<u32>(0u);
+    }
+    if !slabs {
+        return vec2<u32>(0u, 1u);
+    }
+    let middle = head.z + dot(second.xy, p);
+    let reach = half * (abs(second.x) + abs(second.y)) + sqrt(max(1.0 - q, 0.0)) / first.w;
+    return layers_between(middle - reach, middle + reach);
+}

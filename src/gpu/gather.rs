@@ -9,7 +9,8 @@ use super::GpuError;
 use super::buffers::{Growing, read_words};
 use super::context::Context;
 use super::frame::Pass;
-use super::layout::{self, SHARE_CELLS, TILE};
+use super::layout::{self, TILE};
+use super::pipelines::share_constants;
 use super::renderer::Renderer;
 use super::samples::CHUNKS;
 use super::shader::{self, Shader};
@@ -18,8 +19,6 @@ use crate::kernel::{COEFFICIENTS, FootprintPolynomial, Kernel, RadialKernel, Rim
 use crate::scene::{OpacityModel, Order, SplatSettings, View, Visibility};
 use crate::volume::BRICK;
 
-/// Simpson's intervals in a cell of the table of shares.
-const SHARE_STEPS: usize = 8;
 /// How much farther than their kernels rays look, voxels: roundings must not lose a sample.
 const MARGIN: f64 = 2e-3;
 
@@ -102,6 +101,7 @@ impl Variant {
                     constants.push(("rim_root", flag(polynomial.rim == Rim::Root)));
                     let coefficients = polynomial.coefficients.map(f64::from);
                     constants.extend(NAMES.into_iter().zip(coefficients));
+                    constants.extend(share_constants(radial));
                 }
             }
         }
@@ -113,9 +113,6 @@ impl Variant {
 #[derive(Debug)]
 pub(super) struct Gathering {
     constants: wgpu::Buffer,
-    shares: wgpu::Buffer,
-    /// The kernel that `shares` was filled for.
-    shared: Option<Kernel>,
     variant: Option<Variant>,
     pipelines: HashMap<Variant, wgpu::ComputePipeline>,
 }
@@ -124,11 +121,8 @@ impl Gathering {
     pub(super) fn new(context: &Context) -> Self {
         use wgpu::BufferUsages as Usage;
         let size = size_of::<layout::Gather>() as u64;
-        let shares = (4 * (SHARE_CELLS + 1) * (SHARE_CELLS + 1)) as u64;
         Self {
             constants: Growing::make(context, "gather", Usage::UNIFORM | Usage::COPY_DST, size),
-            shares: Growing::make(context, "shares", Usage::STORAGE | Usage::COPY_DST, shares),
-            shared: None,
             variant: None,
             pipelines: HashMap::new(),
         }
@@ -180,13 +174,6 @@ impl Renderer {
         let constants = constants.gather();
         let queue = &self.context.queue;
         queue.write_buffer(&self.gathering.constants, 0, bytemuck::bytes_of(&constants));
-        if self.gathering.shared != Some(settings.kernel)
-            && let Some(radial) = RadialKernel::new(settings.kernel, None)
-        {
-            let shares = shares(radial);
-            queue.write_buffer(&self.gathering.shares, 0, bytemuck::cast_slice(&shares));
-            self.gathering.shared = Some(settings.kernel);
-        }
         self.write_traversal(view, &(0..0), 0, 0);
         let variant = Variant::new(view, settings);
         self.gathering.variant = Some(variant);
@@ -228,9 +215,6 @@ impl Renderer {
         let mut resources: Vec<wgpu::BindingResource<'_>> =
             bound.into_iter().map(|buffer| buffer.as_entire_binding()).collect();
         resources.push(wgpu::BindingResource::TextureView(&light));
-        if shader == shader::GATHER_KERNELS {
-            resources.push(self.gathering.shares.as_entire_binding());
-        }
         let entries: Vec<wgpu::BindGroupEntry<'_>> = (0_u32..)
             .zip(resources)
             .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })
@@ -363,31 +347,4 @@ impl Constants<'_> {
             bricks: counts(brick_strides, view.size[0].div_ceil(TILE)),
         }
     }
-}
-
-/// ∫₀ᵘ h(√(l² + w²)) dw / F(l), rows over (l/R)² and columns over u / √(R² − l²), each from 0 to 1
-/// in [`SHARE_CELLS`] cells. The same at every extent. By Simpson's rule.
-fn shares(kernel: RadialKernel) -> Vec<f32> {
-    let radius = kernel.radius();
-    let cells = SHARE_CELLS as f64;
-    let mut shares = Vec::with_capacity((SHARE_CELLS + 1) * (SHARE_CELLS + 1));
-    for row in 0..=SHARE_CELLS {
-        // At the rim itself the limit of what is just within.
-        let q = (row as f64 / cells).min(1.0 - 1e-4);
-        let l = radius * q.sqrt();
-        let chord = radius * (1.0 - q).sqrt();
-        let step = 1.0 / (cells * SHARE_STEPS as f64);
-        let h = |i: usize| kernel.value(l.hypot(chord * step * i as f64));
-        let mut sums = vec![0.0];
-        let mut sum = 0.0;
-        for i in 0..SHARE_CELLS * SHARE_STEPS {
-            let middle = kernel.value(l.hypot(chord * step * (i as f64 + 0.5)));
-            sum += h(i) + 4.0 * middle + h(i + 1);
-            if (i + 1) % SHARE_STEPS == 0 {
-                sums.push(sum);
-            }
-        }
-        shares.extend(sums.into_iter().map(|part| (0.5 * part / sum) as f32));
-    }
-    shares
 }

@@ -15,6 +15,13 @@ pub const SEGMENT_THREADS: u32 = 64;
 pub const LAYER_SLABS: u32 = 4;
 /// Threads in a workgroup of the passes that make the lists.
 pub const LIST_THREADS: u32 = 64;
+/// Tiles of a workgroup that composites lists, threads of a tile there, and what each of them carries
+/// from one part of a list to the next.
+pub const GROUP_TILES: u32 = 4;
+/// See [`GROUP_TILES`].
+pub const LIST_TILE_THREADS: u32 = 16;
+/// See [`GROUP_TILES`].
+pub const CARRIED_VEC4S: u32 = 22;
 /// Threads in a workgroup of the sort.
 pub const SORT_THREADS: u32 = 64;
 /// Bits of a digit of the sort, and what a digit can be.
@@ -63,8 +70,6 @@ pub struct Traversal {
 
 /// Pixels along a side of a tile of the gathering passes.
 pub const TILE: u32 = 8;
-/// Cells along each axis of the table of shares; see `shaders/gather_kernels.wgsl`.
-pub const SHARE_CELLS: usize = 64;
 
 /// `Gather` in `shaders/lib/gather.wgsl`.
 #[repr(C)]
@@ -107,7 +112,7 @@ pub struct Lists {
     pub counts: [u32; 4],
     pub layers: [i32; 4],
     pub slabs: [f32; 4],
-    pub shares: [[f32; 4]; 8],
+    pub parts: [u32; 4],
 }
 
 /// `Sort` in `shaders/lib/sort.wgsl`.

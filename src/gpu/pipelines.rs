@@ -5,7 +5,10 @@ use std::collections::HashMap;
 use super::context::Context;
 use super::layout::RECORD_WORDS;
 use super::shader::{self, Shader};
-use crate::kernel::{COEFFICIENTS, FootprintPolynomial, Kernel, RadialKernel, Rim};
+use crate::kernel::{
+    COEFFICIENTS, FootprintPolynomial, Kernel, RadialKernel, Rim, SHARE_FACTORS, SHARE_POWERS,
+    SlabShare,
+};
 
 /// Which variant of the splat pass.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -79,13 +82,21 @@ impl Pipelines {
                 Kernel::Nearest => 1.0,
                 Kernel::Point => 2.0,
             };
-            let mut constants = kernel_constants(variant.kernel, variant.perspective);
-            constants.extend([
+            let mut constants = vec![
                 ("slabs", flag(variant.slabs)),
                 ("front_to_back", flag(variant.front_to_back)),
                 ("published", flag(variant.published)),
                 ("shape", shape),
-            ]);
+            ];
+            // That pass has what was projected.
+            if shader != shader::WRITE_ENTRIES {
+                constants.extend(kernel_constants(variant.kernel, variant.perspective));
+            }
+            if shader == shader::COMPOSITE_LISTS
+                && let Some(radial) = RadialKernel::new(variant.kernel, None)
+            {
+                constants.extend(share_constants(radial));
+            }
             let format = if context.granted.float32_blending {
                 wgpu::TextureFormat::Rgba32Float
             } else {
@@ -157,6 +168,21 @@ fn kernel_constants(kernel: Kernel, perspective: bool) -> Vec<(&'static str, f64
         constants.extend(NAMES.into_iter().zip(polynomial.coefficients.map(f64::from)));
     }
     constants
+}
+
+/// What `shaders/lib/share.wgsl` is told.
+pub(super) fn share_constants(kernel: RadialKernel) -> impl Iterator<Item = (&'static str, f64)> {
+    const NAMES: [[&str; SHARE_POWERS]; SHARE_FACTORS] = [
+        ["s00", "s01", "s02", "s03"],
+        ["s10", "s11", "s12", "s13"],
+        ["s20", "s21", "s22", "s23"],
+        ["s30", "s31", "s32", "s33"],
+        ["s40", "s41", "s42", "s43"],
+        ["s50", "s51", "s52", "s53"],
+        ["s60", "s61", "s62", "s63"],
+    ];
+    let factors = SlabShare::of(kernel).factors;
+    NAMES.into_iter().flatten().zip(factors.into_iter().flatten().map(f64::from))
 }
 
 fn splat(

@@ -10,11 +10,13 @@ use super::buffers::{Growing, read_words};
 use super::compute::{compute, groups_of};
 use super::context::Context;
 use super::frame::{self, Pass};
-use super::layout::{self, COUNT_HEADER_WORDS, LAYER_SLABS, LIST_THREADS, Record, TILE};
+use super::layout::{
+    self, CARRIED_VEC4S, COUNT_HEADER_WORDS, GROUP_TILES, LIST_THREADS, LIST_TILE_THREADS, Record,
+};
+use super::list_plan::{Layers, MOST_LAYER_BITS, Plan, Rectangle, bits_below};
 use super::pipelines::ListVariant;
 use super::renderer::Renderer;
 use super::shader;
-use super::share::share_constants;
 use super::sort::Sorter;
 use super::timing::Timestamps;
 use crate::kernel::{Kernel, RadialKernel};
@@ -22,10 +24,17 @@ use crate::scene::{OpacityModel, Order, SplatSettings, View, Visibility};
 
 /// 64 MiB of keys and words.
 const MOST_ENTRIES: u32 = 1 << 22;
-/// Bits of a layer's number: beyond, single precision would not tell slabs apart.
-const MOST_LAYER_BITS: u32 = 22;
 /// Vec4s of a projected kernel.
 const PROJECTED_VEC4S: u64 = 4;
+// Software adapters end an invocation's loops after 65535 turns, all of them together.
+/// The most tiles that lists are made for at once: each kernel's thread walks them.
+const MOST_TILES: u32 = 1 << 15;
+/// The most turns of a kernel's thread, which walks rows and tiles and writes its entries.
+const MOST_TURNS: u32 = 65_000;
+/// The most entries of a tile that are composited at once, each perhaps a layer of its own.
+const MOST_OF_A_TILE: u32 = 30_000;
+/// What is carried from part to part of one piece of the picture, at most.
+const MOST_CARRIED_BYTES: u64 = 64 << 20;
 
 /// Kernels to draw by lists, and how.
 #[derive(Debug, Clone, Copy)]
@@ -43,6 +52,8 @@ pub struct Scattered<'a> {
     pub room: u32,
     /// The most entries that are sorted at once, where a rectangle of tiles can still be halved.
     pub most_entries: u32,
+    /// The most entries of a tile that are composited at once: longer lists go in parts. At least 1.
+    pub most_of_a_tile: u32,
 }
 
 impl<'a> Scattered<'a> {
@@ -55,6 +66,7 @@ impl<'a> Scattered<'a> {
             piece_ms: 10.0,
             room: u32::MAX,
             most_entries: MOST_ENTRIES,
+            most_of_a_tile: MOST_OF_A_TILE,
         }
     }
 }
@@ -68,6 +80,8 @@ pub struct ListTotals {
     pub rewritten: u32,
     /// Rectangles of tiles that lists were made for.
     pub rectangles: u32,
+    /// The most parts that a tile's entries were composited in.
+    pub parts: u32,
     /// Published opacities that were over 1, all pixels and layers together.
     pub capped: u64,
     /// False where the observer stopped it.
@@ -87,6 +101,7 @@ pub(super) struct Lists {
     bounds: Growing,
     projected: Growing,
     ranges: Growing,
+    carried: Growing,
     /// Where the last sort left its keys.
     side: usize,
     variant: ListVariant,
@@ -104,7 +119,12 @@ impl Lists {
         let storage = |label| Growing::new(context, label, Usage::STORAGE | Usage::COPY_DST);
         Self {
             sorter: Sorter::new(context),
-            settings: uniform("lists", size_of::<layout::Lists>()),
+            settings: Growing::make(
+                context,
+                "lists",
+                Usage::STORAGE | Usage::COPY_DST,
+                size_of::<layout::Lists>() as u64,
+            ),
             scan: uniform("entry scan", size_of::<layout::Scan>()),
             totals: small("entry totals"),
             capped: small("capped"),
@@ -113,6 +133,7 @@ impl Lists {
             bounds: storage("bounds"),
             projected: storage("projected kernels"),
             ranges: storage("tile ranges"),
+            carried: storage("carried between parts"),
             side: 0,
             variant: ListVariant {
                 kernel: Kernel::Cubic,
@@ -125,8 +146,10 @@ impl Lists {
     }
 
     pub(super) fn size_bytes(&self) -> u64 {
-        let own = [&self.records, &self.counts, &self.bounds, &self.projected, &self.ranges];
-        self.sorter.size_bytes() + own.iter().map(|g| g.buffer.size()).sum::<u64>()
+        let own = [&self.records, &self.counts, &self.bounds, &self.projected];
+        let more = [&self.ranges, &self.carried];
+        let bytes = own.iter().chain(&more).map(|g| g.buffer.size()).sum::<u64>();
+        self.sorter.size_bytes() + bytes
     }
 
     /// Uploads the records.
@@ -141,81 +164,12 @@ impl Lists {
     }
 }
 
-/// Tiles of a picture: first column and row, columns, rows.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct Rectangle([u32; 4]);
-
-impl Rectangle {
-    fn of(size: [u32; 2]) -> Self {
-        Self([0, 0, size[0].div_ceil(TILE), size[1].div_ceil(TILE)])
-    }
-
-    fn tiles(self) -> u32 {
-        self.0[2] * self.0[3]
-    }
-
-    /// Its halves, across the longer side; `None` for a single tile.
-    fn halves(self) -> Option<[Self; 2]> {
-        let [x, y, columns, rows] = self.0;
-        if self.tiles() < 2 {
-            return None;
-        }
-        Some(if columns > rows {
-            let left = columns / 2;
-            [Self([x, y, left, rows]), Self([x + left, y, columns - left, rows])]
-        } else {
-            let top = rows / 2;
-            [Self([x, y, columns, top]), Self([x, y + top, columns, rows - top])]
-        })
-    }
-}
-
-/// Bits that hold the numbers below `count`.
-fn bits_below(count: u32) -> u32 {
-    u32::BITS - count.saturating_sub(1).leading_zeros()
-}
-
-/// Layers of slabs that hold every kernel.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Layers {
-    /// The nearest, counted from the one behind the lattice's centre.
-    first: i32,
-    count: u32,
-    /// Thickness of a slab in pixels of view depth.
-    slab: f64,
-}
-
-impl Layers {
-    const ONE: Self = Self { first: 0, count: 1, slab: 0.0 };
-
-    /// Slabs' faces lie at whole multiples of the smallest spacing / `slabs_per_voxel` from the
-    /// middle of the lattice, in view depth; `radius` is the kernel's, in voxels.
-    fn of(view: &View, records: &[Record], radius: f64, slabs_per_voxel: f64) -> Option<Self> {
-        let m = view.view_from_index;
-        let spacing = m.x_axis.length().min(m.y_axis.length()).min(m.z_axis.length());
-        let slab = spacing / slabs_per_voxel;
-        let depth = glam::DVec3::new(m.x_axis.z, m.y_axis.z, m.z_axis.z);
-        let (mut near, mut far) = (0.0_f64, 0.0_f64);
-        for record in records {
-            let [xy, z, _] = record.packed;
-            let size = [xy & 0xffff, xy >> 16, z & 0xffff].map(f64::from);
-            let middle =
-                (glam::Vec3::from(record.centre).as_dvec3() - view.lattice_centre).dot(depth);
-            let reach = (glam::DVec3::from(size) * depth).length() * radius;
-            near = near.min(middle - reach);
-            far = far.max(middle + reach);
-        }
-        let layer = slab * f64::from(LAYER_SLABS);
-        // One more on each side: the device rounds.
-        let (first, last) = ((near / layer).floor() - 1.0, (far / layer).floor() + 1.0);
-        let count = last - first + 1.0;
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "2^22 at most")]
-        (count <= f64::from(1_u32 << MOST_LAYER_BITS)).then_some(Self {
-            first: first as i32,
-            count: count as u32,
-            slab,
-        })
-    }
+/// Sorted lists of a rectangle.
+#[derive(Debug, Clone, Copy)]
+struct Made {
+    entries: u32,
+    /// That the longest list of a tile is composited in.
+    parts: u32,
 }
 
 fn too_many(found: String) -> GpuError {
@@ -273,11 +227,21 @@ impl Renderer {
         };
         let mut totals = ListTotals::default();
         let whole = Rectangle::of(view.size);
+        // Halved where its lists come out too long.
         let mut left = vec![whole];
         let mut done = 0;
         while let Some(rectangle) = left.pop() {
-            let plan = Plan { rectangle, layers, count, stop_below: what.stop_below };
-            let Some(entries) = self.make_lists(&plan, what, &mut totals)? else {
+            let half_size = view.size.map(|n| n as f32 / 2.0);
+            let most_of_a_tile = what.most_of_a_tile.clamp(1, MOST_OF_A_TILE);
+            let plan = Plan {
+                rectangle,
+                layers,
+                count,
+                stop_below: what.stop_below,
+                half_size,
+                most_of_a_tile,
+            };
+            let Some(Made { entries, parts }) = self.make_lists(&plan, what, &mut totals)? else {
                 let halves = rectangle.halves().ok_or_else(|| {
                     too_many(format!("{count} kernels in {} layers", layers.count))
                 })?;
@@ -287,13 +251,18 @@ impl Renderer {
             };
             totals.entries += u64::from(entries);
             totals.rectangles += 1;
+            totals.parts = totals.parts.max(parts);
+            let most_rows = self.carry(&plan, parts);
             let mut rows = 0;
             let mut step = 1;
             while rows < rectangle.0[3] {
                 let end = (rows + step).min(rectangle.0[3]);
-                self.write_lists(&plan, 0, entries, rows..end);
                 let tiles = [rectangle.0[2], end - rows];
-                let wall_ms = self.run(&[Pass::CompositeLists { tiles }])?;
+                let mut wall_ms = 0.0;
+                for part in 0..parts {
+                    self.write_lists(&plan, 0, entries, rows..end, [part, parts]);
+                    wall_ms += self.run(&[Pass::CompositeLists { tiles }])?;
+                }
                 #[expect(
                     clippy::cast_possible_truncation,
                     clippy::cast_sign_loss,
@@ -301,7 +270,7 @@ impl Renderer {
                 )]
                 let fitting = (f64::from(end - rows) * what.piece_ms / wall_ms.max(0.01)) as u32;
                 done += tiles[0] * tiles[1];
-                step = fitting.clamp(1, step * 4);
+                step = fitting.clamp(1, step * 4).min(most_rows);
                 rows = end;
                 if !piece_done(self, f64::from(done) / f64::from(whole.tiles())) {
                     return Ok(totals);
@@ -315,56 +284,88 @@ impl Renderer {
         Ok(totals)
     }
 
-    /// Makes the sorted lists of a rectangle; how many entries they have, or `None` where it must be
-    /// halved first. Entries that do not fit are counted all the same, and written again with room
-    /// for all of them.
+    /// Makes the sorted lists of a rectangle, or `None` where it must be halved first. Entries that
+    /// do not fit are counted all the same, and written again with room for all of them.
     fn make_lists(
         &mut self,
         plan: &Plan,
         what: &Scattered<'_>,
         totals: &mut ListTotals,
-    ) -> Result<Option<u32>, GpuError> {
-        if plan.key_bits() > u32::BITS - 1 {
+    ) -> Result<Option<Made>, GpuError> {
+        if plan.key_bits() > u32::BITS - 1 || plan.rectangle.tiles() > MOST_TILES {
             return Ok(None);
         }
-        let Some(lists) = &mut self.lists else { return Ok(Some(0)) };
+        let nothing = Made { entries: 0, parts: 1 };
+        let Some(lists) = &mut self.lists else { return Ok(Some(nothing)) };
         let tiles = u64::from(plan.rectangle.tiles());
-        lists.ranges.reserve(&self.context, 8 * tiles);
+        // One more for entries of no tile.
+        lists.ranges.reserve(&self.context, 8 * (tiles + 1));
         let mut capacity = what.room.min(lists.sorter.capacity());
         let scan = layout::Scan { counts: [plan.count + 1, capacity, 0, 0] };
         self.context.queue.write_buffer(&lists.scan, 0, bytemuck::bytes_of(&scan));
         self.context.queue.write_buffer(&lists.totals, 0, &[0; 16]);
-        self.write_lists(plan, capacity, 0, 0..0);
+        self.write_lists(plan, capacity, 0, 0..0, [0, 1]);
         self.run(&frame::list_entries(plan.count))?;
-        let Some(lists) = &mut self.lists else { return Ok(Some(0)) };
-        let counted = read_words(&self.context, &lists.totals, 8)?;
+        let Some(lists) = &mut self.lists else { return Ok(Some(nothing)) };
+        let counted = read_words(&self.context, &lists.totals, 12)?;
         let demanded = counted[0].saturating_add(counted[1]);
         let bindable = self.context.limits.max_storage_buffer_binding_size / 4;
         let most = match plan.rectangle.tiles() {
             1 => super::MOST_KEYS,
             _ => what.most_entries.min(super::MOST_KEYS),
         };
-        if u64::from(demanded) > u64::from(most).min(bindable) {
+        let turns = counted[2].saturating_add(plan.rectangle.tiles() + plan.rectangle.0[3]);
+        if u64::from(demanded) > u64::from(most).min(bindable) || turns > MOST_TURNS {
             return Ok(None);
         }
         if demanded > capacity {
             lists.sorter.reserve(&self.context, demanded);
             capacity = demanded;
             totals.rewritten += 1;
-            self.write_lists(plan, capacity, 0, 0..0);
+            self.write_lists(plan, capacity, 0, 0..0, [0, 1]);
             self.run(&[Pass::WriteEntries { records: plan.count }])?;
         }
-        let Some(lists) = &mut self.lists else { return Ok(Some(0)) };
+        let Some(lists) = &mut self.lists else { return Ok(Some(nothing)) };
         let (mut passes, side) = lists.sorter.prepare(&self.context, demanded, plan.key_bits());
         lists.side = side;
         passes.push(Pass::FindRanges { entries: demanded });
         self.note_bytes();
-        self.write_lists(plan, capacity, demanded, 0..0);
+        self.write_lists(plan, capacity, demanded, 0..0, [0, 1]);
         self.run(&passes)?;
-        Ok(Some(demanded))
+        let Some(lists) = &self.lists else { return Ok(Some(nothing)) };
+        let mut made = Made { entries: demanded, parts: 1 };
+        if demanded > plan.most_of_a_tile {
+            made.parts += read_words(&self.context, &lists.totals, 16)?[3];
+        }
+        Ok(Some(made))
     }
 
-    fn write_lists(&self, plan: &Plan, capacity: u32, entries: u32, rows: std::ops::Range<u32>) {
+    /// Makes room for what is carried from part to part; the most rows of tiles that it is for.
+    fn carry(&mut self, plan: &Plan, parts: u32) -> u32 {
+        let Some(lists) = &mut self.lists else { return 1 };
+        if parts == 1 {
+            lists.carried.reserve(&self.context, 16);
+            return u32::MAX;
+        }
+        let [_, _, columns, rows] = plan.rectangle.0;
+        let row_bytes = u64::from(columns * LIST_TILE_THREADS * CARRIED_VEC4S) * 16;
+        let most_rows = (MOST_CARRIED_BYTES / row_bytes).clamp(1, u64::from(rows));
+        lists.carried.reserve(&self.context, most_rows * row_bytes);
+        self.note_bytes();
+        #[expect(clippy::cast_possible_truncation, reason = "at most `rows`")]
+        let most_rows = most_rows as u32;
+        most_rows
+    }
+
+    /// `rows` of tiles to composite, and which part of how many.
+    fn write_lists(
+        &self,
+        plan: &Plan,
+        capacity: u32,
+        entries: u32,
+        rows: std::ops::Range<u32>,
+        [part, parts]: [u32; 2],
+    ) {
         let Some(lists) = &self.lists else { return };
         let Layers { first, count, slab } = plan.layers;
         let whole = |n: u32| n.cast_signed();
@@ -373,8 +374,8 @@ impl Renderer {
             tiles: plan.rectangle.0,
             counts: [plan.count, capacity, bits_below(count), entries],
             layers: [first, whole(count), whole(rows.start), whole(rows.end - rows.start)],
-            slabs: [slab as f32, plan.stop_below, 0.0, 0.0],
-            shares: share_constants(lists.variant.kernel),
+            slabs: [slab as f32, plan.stop_below, plan.half_size[0], plan.half_size[1]],
+            parts: [part, plan.most_of_a_tile, parts, 0],
         };
         self.context.queue.write_buffer(&lists.settings, 0, bytemuck::bytes_of(&settings));
     }
@@ -405,6 +406,7 @@ impl Renderer {
                     lists.counts.buffer.as_entire_binding(),
                     lists.bounds.buffer.as_entire_binding(),
                     lists.projected.buffer.as_entire_binding(),
+                    lists.totals.as_entire_binding(),
                 ],
                 threads(records),
             ),
@@ -418,11 +420,12 @@ impl Renderer {
                 [1, 1],
             ),
             Pass::WriteEntries { records } => (
-                pipelines.compute(context, shader::WRITE_ENTRIES),
+                pipelines.lists(context, shader::WRITE_ENTRIES, lists.variant),
                 vec![
                     settings,
                     lists.counts.buffer.as_entire_binding(),
                     lists.bounds.buffer.as_entire_binding(),
+                    lists.projected.buffer.as_entire_binding(),
                     lists.sorter.keys[0].buffer.as_entire_binding(),
                     lists.sorter.words[0].buffer.as_entire_binding(),
                 ],
@@ -437,6 +440,7 @@ impl Renderer {
                         settings,
                         keys.as_entire_binding(),
                         lists.ranges.buffer.as_entire_binding(),
+                        lists.totals.as_entire_binding(),
                     ],
                     threads(entries),
                 )
@@ -451,53 +455,13 @@ impl Renderer {
                     words.as_entire_binding(),
                     lists.ranges.buffer.as_entire_binding(),
                     lists.capped.as_entire_binding(),
+                    lists.carried.buffer.as_entire_binding(),
                     wgpu::BindingResource::TextureView(&light),
                 ],
-                tiles,
+                [tiles[0].div_ceil(GROUP_TILES), tiles[1]],
             ),
             _ => return,
         };
         compute(context, encoder, pipeline, pass, &bound, groups, clock);
-    }
-}
-
-/// Lists of one rectangle.
-#[derive(Debug, Clone, Copy)]
-struct Plan {
-    rectangle: Rectangle,
-    layers: Layers,
-    /// Records.
-    count: u32,
-    stop_below: f32,
-}
-
-impl Plan {
-    fn key_bits(&self) -> u32 {
-        bits_below(self.rectangle.tiles()) + bits_below(self.layers.count)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn halves_are_the_whole_and_end_at_single_tiles() {
-        let mut left = vec![Rectangle::of([100, 33])];
-        assert_eq!(left[0], Rectangle([0, 0, 13, 5]));
-        let mut seen = std::collections::BTreeSet::new();
-        while let Some(rectangle) = left.pop() {
-            match rectangle.halves() {
-                Some(halves) => left.extend(halves),
-                None => assert!(seen.insert(rectangle.0), "{rectangle:?} twice"),
-            }
-        }
-        assert_eq!(seen.len(), 65);
-        assert!(seen.iter().all(|&[x, y, w, h]| x < 13 && y < 5 && (w, h) == (1, 1)));
-    }
-
-    #[test]
-    fn as_many_bits_as_the_largest_number_has() {
-        assert_eq!([1, 2, 3, 4, 5, 1 << 22].map(bits_below), [0, 1, 2, 2, 3, 22]);
     }
 }

@@ -6,6 +6,7 @@ const LISTS: &str = include_str!("../../shaders/lib/lists.wgsl");
 const SORT: &str = include_str!("../../shaders/lib/sort.wgsl");
 const TRAVERSAL: &str = include_str!("../../shaders/lib/traversal.wgsl");
 const FOOTPRINT: &str = include_str!("../../shaders/lib/footprint.wgsl");
+const SHARE: &str = include_str!("../../shaders/lib/share.wgsl");
 const OPACITY: &str = include_str!("../../shaders/lib/opacity.wgsl");
 const GATHER: &str = include_str!("../../shaders/lib/gather.wgsl");
 
@@ -36,8 +37,8 @@ shader!(WRITE_ENTRIES, "write_entries", LISTS);
 shader!(COUNT_DIGITS, "count_digits", SORT);
 shader!(SCATTER_DIGITS, "scatter_digits", SORT);
 shader!(FIND_RANGES, "find_ranges", LISTS);
-shader!(COMPOSITE_LISTS, "composite_lists", FRAME, PROJECT, FOOTPRINT, OPACITY, LISTS);
-shader!(GATHER_KERNELS, "gather_kernels", TRAVERSAL, FOOTPRINT, OPACITY, GATHER);
+shader!(COMPOSITE_LISTS, "composite_lists", FRAME, PROJECT, FOOTPRINT, SHARE, OPACITY, LISTS);
+shader!(GATHER_KERNELS, "gather_kernels", TRAVERSAL, FOOTPRINT, SHARE, OPACITY, GATHER);
 shader!(GATHER_CELLS, "gather_cells", TRAVERSAL, OPACITY, GATHER);
 shader!(PRESENT, "present",);
 shader!(PICTURE, "picture",);

@@ -9,7 +9,7 @@ mod kind;
 mod polynomial;
 mod radial;
 mod separable;
-mod slab_table;
+mod slab_share;
 mod space;
 
 pub use coefficients::{Coefficients, CoefficientsError, MOST_EXTENT, Residual, coefficients};
@@ -18,4 +18,4 @@ pub use kind::Kernel;
 pub use polynomial::{COEFFICIENTS, FootprintPolynomial, Rim};
 pub use radial::RadialKernel;
 pub use separable::Separable;
-pub use slab_table::{SLAB_COLUMNS, SLAB_ROWS, SlabTable};
+pub use slab_share::{SHARE_FACTORS, SHARE_POWERS, SlabShare};
