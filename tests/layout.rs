@@ -69,6 +69,7 @@ fn host_structs() -> [HostStruct; 8] {
             splits,
             strides,
             bricks,
+            part,
         }),
         host_struct!(Scan { counts }),
         host_struct!(Lists { tiles, counts, layers, slabs, shares }),
@@ -88,12 +89,13 @@ fn host_structs() -> [HostStruct; 8] {
             beyond,
             tiles,
             more,
+            part,
         }),
     ]
 }
 
 /// Constants that shaders and host both name, and the host's value.
-fn host_constants() -> [(&'static str, f64); 13] {
+fn host_constants() -> [(&'static str, f64); 16] {
     [
         ("BRICK", BRICK as f64),
         ("RECORD_WORDS", RECORD_WORDS as f64),
@@ -102,6 +104,9 @@ fn host_constants() -> [(&'static str, f64); 13] {
         ("TILE", f64::from(layout::TILE)),
         ("EMPTY_BRICK", EMPTY_BRICK as f64),
         ("LEAST_HALF_AXIS", layout::LEAST_HALF_AXIS),
+        ("LAYERS", f64::from(layout::LAYERS)),
+        ("LOOK_EVERY", f64::from(layout::LOOK_EVERY)),
+        ("KEPT_VEC4S", f64::from(layout::KEPT_VEC4S)),
         ("SHARE_CELLS", layout::SHARE_CELLS as f64),
         ("LAYER_SLABS", f64::from(layout::LAYER_SLABS)),
         ("LIST_THREADS", f64::from(layout::LIST_THREADS)),

@@ -12,6 +12,7 @@ mod hard_values;
 mod invariants;
 mod judging;
 mod layered_truth;
+mod long_rays;
 mod nodes;
 mod order;
 mod reconstructed;
