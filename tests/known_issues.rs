@@ -4,8 +4,9 @@
 //! which it fails today, and names its issue. The change that makes the claim true turns it into an
 //! ordinary test beside the code.
 
-use voxsplat::transfer::{ColourMap, ColourSource, Table, TransferFunction};
-use voxsplat::volume::ScalarType;
+use voxsplat::core::Ticket;
+use voxsplat::transfer::{ColourMap, ColourSource, Cumulative, Table, TransferFunction, Weight};
+use voxsplat::volume::{Samples, ScalarType, Statistics};
 
 fn extinction(function: &TransferFunction, value: f64) -> f32 {
     Table::new(function, ScalarType::Float32).lookup(value)[3]
@@ -21,4 +22,24 @@ fn opacities_of_floats_do_not_depend_on_the_colour_range() {
         colour: ColourSource::Map { map: ColourMap::Viridis, range: [-1e30, 1e30] },
     };
     assert!(extinction(&function, 1.0) > 0.0, "a colour range hides what has opacity");
+}
+
+/// Tables and cells are never narrower than 1e-30 · 2⁻²², and 32-bit devices flush what lies below
+/// 1.2e-38: data wholly down there are one value. Issue 3.
+#[test]
+#[should_panic(expected = "denormals are all the same")]
+fn values_that_lie_wholly_below_the_least_normal_float_are_told_apart() {
+    let unit = 1e-41;
+    let function = TransferFunction {
+        opacity: vec![(0.0, 0.0), (200.0 * unit, 0.5)],
+        colour: ColourSource::Map { map: ColourMap::Viridis, range: [0.0, 200.0 * unit] },
+    };
+    let samples = Samples::Float32((0..200_u8).map(|i| f32::from(i) * 1e-41).collect());
+    let statistics = Statistics::of(&samples, &Ticket::new()).expect("finite values");
+    let integrated =
+        Cumulative::new(&function, ScalarType::Float32, &statistics, Weight::Extinction);
+    let cells = |value: f64| (value - integrated.low) * integrated.scale;
+    let [low, high] = [20.0, 180.0].map(|v| extinction(&function, v * unit));
+    let told_apart = high > low && cells(180.0 * unit) - cells(20.0 * unit) > 100.0;
+    assert!(told_apart, "denormals are all the same");
 }

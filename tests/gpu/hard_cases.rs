@@ -52,7 +52,7 @@ pub(crate) fn modes(scene: &Scene) -> Vec<(&'static str, Scene, Within)> {
 
 /// The reference's picture of the scene's own mode; triangles linearise perspective.
 pub(crate) fn truth(scene: &Scene, size: [u32; 2]) -> Light {
-    if scene.splat.visibility == Visibility::EverySample {
+    if scene.splat.fixed_backend() == Backend::Raster {
         return reference(scene, size, Rays::Local);
     }
     Reference::new(scene, size.map(|n| n as usize)).expect("a mode that means something").picture()

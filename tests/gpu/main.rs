@@ -7,6 +7,7 @@ mod against_reference;
 mod engine;
 mod gathered;
 mod hard_cases;
+mod hard_kernels;
 mod hard_mode_values;
 mod hard_values;
 mod invariants;
