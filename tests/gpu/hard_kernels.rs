@@ -281,3 +281,20 @@ fn the_same_bits_twice_with_every_kernel() {
         }
     }
 }
+
+/// The plane that rays are measured from then lies before the eye, away from the lattice's middle.
+#[test]
+fn an_eye_past_the_middle_of_the_volume() {
+    let Some(mut drawer) = drawer() else { return };
+    let mut scene = in_perspective(scene(Lattice::unit([13, 12, 14]), OBLIQUE), 60.0);
+    scene.camera.parallel_scale = 0.9;
+    scene.camera.focal_point += scene.camera.direction * 4.3;
+    scene.splat.opacity_unit_distance = Some(2.0);
+    let mut faults = Vec::new();
+    for (mode, scene, within) in modes(&scene).into_iter().chain(other_modes(&scene)) {
+        if mode.contains("slabs") {
+            faults.extend(held(&mut drawer, &format!("past the middle, {mode}"), &scene, within));
+        }
+    }
+    assert_none(faults);
+}
