@@ -106,8 +106,15 @@ fn walk(ray_forward: Ray, span: vec2<f32>) {
     // The first of a cell's samples, seen from the cell's own index.
     let back = max(i32(support) / 2 - 1, 0);
     var at = 0.0;
-    // Far more faces than any span has.
-    for (var step = 0; step < 1 << 20; step++) {
+    if IN_PARTS && gather.part.x > 0 {
+        sum = bitcast<vec4<f32>>(kept(slot, 1u));
+        let place = bitcast<vec4<i32>>(kept(slot, 2u));
+        cell = place.xyz;
+        layer = place.w;
+        at = bitcast<f32>(kept(slot, 3u).x);
+    }
+    // As many as there are, or as this dispatch may take.
+    for (var step = gather.part.x; step < gather.part.y && at < last; step++) {
         let faces = (vec3<f32>(cell + ahead) - shift - ray.origin) * inverse;
         let next = select(vec3<f32>(3e30), faces, moves);
         var layer_end = 3e30;
@@ -140,8 +147,14 @@ fn walk(ray_forward: Ray, span: vec2<f32>) {
             }
         }
         if is_over || is_opaque() {
-            return;
+            at = last;
+            break;
         }
+    }
+    if IN_PARTS {
+        keep(slot, 1u, bitcast<vec4<u32>>(sum));
+        keep(slot, 2u, bitcast<vec4<u32>>(vec4<i32>(cell, layer)));
+        keep(slot, 3u, vec4<u32>(bitcast<u32>(at), 0u, 0u, 0u));
     }
 }
 
@@ -157,6 +170,7 @@ fn gather_cells(
     }
     let ray = ray_at(pixel);
     let span = span_of(ray);
+    resume();
     if span.x < span.y {
         walk(ray, span);
     }

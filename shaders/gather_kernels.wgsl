@@ -6,7 +6,7 @@ override layering: u32 = 0u;
 // Each sample is one pixel (Westover's single point).
 override points: bool = false;
 
-// Layers worked on at a time.
+// The most layers worked on at a time.
 const LAYERS: i32 = 16;
 
 var<private> sum: vec4<f32>;
@@ -248,13 +248,13 @@ fn slices_of(ray: Ray, span: vec2<f32>) -> Run {
     return run_of(range.x, range.y, gather.splits.x);
 }
 
-// Gathers slices in order, leaping over bricks in which nothing can show.
-fn gather_slices(ray: Ray, span: vec2<f32>, slices: Run) {
+// Gathers some slices of a run in order, leaping over bricks in which nothing can show.
+fn gather_slices(ray: Ray, span: vec2<f32>, slices: Run, part: vec2<i32>) {
     let brick = i32(BRICK);
-    var i = 0;
+    var i = part.x;
     // The first slice that has not been looked at as part of a brick.
-    var unknown = 0;
-    while i < slices.count {
+    var unknown = i;
+    while i < min(slices.count, part.y) {
         let slice = index_in(slices, i);
         if i >= unknown {
             let up = index_in(slices, min(i + 1, slices.count - 1)) >= slice;
@@ -284,10 +284,11 @@ fn gather_layers(ray: Ray, span: vec2<f32>) {
     // Points and kernels reach a little beyond where the ray is within their reach.
     let first = i32(floor(ray.layer.x + ray.layer.y * span.x)) - select(0, 1, points);
     let last = i32(floor(ray.layer.x + ray.layer.y * span.y)) + select(0, 1, points);
-    let chunks = (last - first) / LAYERS + 1;
-    for (var n = 0; n < chunks; n++) {
-        let begin = first + LAYERS * select(chunks - 1 - n, n, front_to_back);
-        chunk = vec2<i32>(begin, min(begin + LAYERS - 1, last));
+    let size = gather.part.z;
+    let chunks = (last - first) / size + 1;
+    for (var n = gather.part.x; n < min(chunks, gather.part.y); n++) {
+        let begin = first + size * select(chunks - 1 - n, n, front_to_back);
+        chunk = vec2<i32>(begin, min(begin + size - 1, last));
         for (var k = 0; k < LAYERS; k++) {
             layers[k] = vec4<f32>(0.0);
         }
@@ -299,7 +300,7 @@ fn gather_layers(ray: Ray, span: vec2<f32>) {
         );
         let slices = slices_of(ray, within);
         let near = within + vec2<f32>(-1.0, 1.0) * length(gather.reach.xyz);
-        gather_slices(ray, near, slices);
+        gather_slices(ray, near, slices, vec2<i32>(0, slices.count));
         for (var k = 0; k < LAYERS; k++) {
             lay(layers[select(LAYERS - 1 - k, k, front_to_back)]);
         }
@@ -321,11 +322,12 @@ fn gather_kernels(
     }
     let ray = ray_at(pixel);
     let span = span_of(ray);
-    if span.x < span.y {
+    resume();
+    if span.x < span.y && !is_opaque() {
         if layering == 2u {
             gather_layers(ray, span);
         } else {
-            gather_slices(ray, span, slices_of(ray, span));
+            gather_slices(ray, span, slices_of(ray, span), gather.part.xy);
         }
     }
     finish(pixel);

@@ -69,6 +69,9 @@ struct Slabs {
     // Tiles in this piece; rays along the side of a pixel; word of `empty` at which the bits of
     // samples without data begin.
     more: vec4<u32>,
+    // What this dispatch walks of each pixel: first ray, the one after the last; looks along each
+    // ray. w: bit 0, it goes on where the dispatch before ended; bit 1, it ends the ray.
+    part: vec4<u32>,
 }
 
 // Storage rather than uniform: lavapipe compiles a shader anew, and keeps it, for every value of a
@@ -86,7 +89,6 @@ struct Slabs {
 // each cell begins, and to the end.
 @group(0) @binding(6) var<storage, read> table: array<vec4<f32>>;
 @group(0) @binding(7) var picture: texture_storage_2d<rgba32float, write>;
-@group(0) @binding(8) var<storage, read_write> capped: atomic<u32>;
 
 fn word(index: u32) -> u32 {
     if one_chunk {
@@ -322,7 +324,7 @@ fn composite(light: ptr<function, Gathered>, colour: vec3<f32>, amount: f32) {
     if published {
         opacity = min(amount, 1.0);
         if amount > 1.0 {
-            atomicAdd(&capped, 1u);
+            atomicAdd(&totals.counts[0], 1u);
         }
     } else {
         opacity = select(1.0 - exp(-amount), amount * (1.0 - 0.5 * amount), amount < 1e-3);
@@ -353,8 +355,8 @@ fn leap(position: vec3<f32>, distance: i32, inverse: vec3<f32>) -> f32 {
 }
 
 // Premultiplied colour and opacity along the ray through a point of the screen, pixels from the
-// picture's middle.
-fn ray(screen: vec2<f32>) -> vec4<f32> {
+// picture's middle, as far as this dispatch walks it.
+fn ray(screen: vec2<f32>, slot: u32) -> vec4<f32> {
     let across = slabs.right.xyz * screen.x + slabs.up.xyz * screen.y;
     let origin = slabs.base.xyz + across * slabs.right.w;
     let direction = slabs.along.xyz + across * slabs.up.w;
@@ -393,12 +395,41 @@ fn ray(screen: vec2<f32>) -> vec4<f32> {
     var t_far = 0.0;
     // How many of them there are.
     var have = 0;
+    var looks = 0u;
+    if IN_PARTS && (slabs.part.w & 1u) != 0u {
+        let done = bitcast<vec4<f32>>(kept(slot, 0u));
+        let values = bitcast<vec4<f32>>(kept(slot, 1u));
+        let place = kept(slot, 2u);
+        light = Gathered(done.rgb, values.w, done.a);
+        u_before = values.x;
+        u_near = values.y;
+        u_far = values.z;
+        let depths = bitcast<vec3<f32>>(place.xyz);
+        t_before = depths.x;
+        t_near = depths.y;
+        t_far = depths.z;
+        k = bitcast<i32>(place.w) >> 2u;
+        have = i32(place.w & 3u);
+        remaining = select(last - k, k - first, back_to_front) + ahead;
+    }
     while remaining >= 0 && light.transmittance >= slabs.picture.w {
+        if IN_PARTS {
+            if looks == slabs.part.z {
+                break;
+            }
+            looks += 1u;
+        }
         // Where the next slab begins.
         var at = k - way * min(have, 2 * ahead);
         var look_t = clamp(f32(at) * step, enter, leave);
         var far = distance_at(origin + direction * look_t);
         while far > 0 && remaining >= 0 {
+            if IN_PARTS {
+                if looks == slabs.part.z {
+                    break;
+                }
+                looks += 1u;
+            }
             // To the first face that is not known to be followed by nothing.
             let free = leap(origin + direction * look_t, far, inverse * f32(way));
             let faces = max(i32(ceil((abs(look_t - f32(at) * step) + free) / step)), 1);
@@ -469,6 +500,14 @@ fn ray(screen: vec2<f32>) -> vec4<f32> {
             }
         }
     }
+    if IN_PARTS && (slabs.part.w & 2u) == 0u {
+        keep(slot, 0u, bitcast<vec4<u32>>(vec4<f32>(light.colour, light.alpha)));
+        let values = vec4<f32>(u_before, u_near, u_far, light.transmittance);
+        keep(slot, 1u, bitcast<vec4<u32>>(values));
+        let depths = bitcast<vec3<u32>>(vec3<f32>(t_before, t_near, t_far));
+        keep(slot, 2u, vec4<u32>(depths, bitcast<u32>(k << 2u) | u32(min(have, 2))));
+        return vec4<f32>(0.0);
+    }
     return vec4<f32>(light.colour, light.alpha);
 }
 
@@ -488,9 +527,22 @@ fn reconstruct_slabs(
     // One ray a pixel, or a square of them where kernels are smaller than a pixel.
     let side = slabs.more.y;
     var sum = vec4<f32>(0.0);
-    for (var i = 0u; i < side * side; i++) {
+    var i = 0u;
+    var end = side * side;
+    let slot = (within * TILE + local.y) * TILE + local.x;
+    if IN_PARTS {
+        i = slabs.part.x;
+        end = slabs.part.y;
+        if i > 0u || (slabs.part.w & 1u) != 0u {
+            sum = bitcast<vec4<f32>>(kept(slot, 3u));
+        }
+    }
+    for (; i < end; i++) {
         let part = (vec2<f32>(f32(i % side), f32(i / side)) + 0.5) / f32(side);
-        sum += ray(corner + vec2<f32>(part.x, -part.y));
+        sum += ray(corner + vec2<f32>(part.x, -part.y), slot);
+    }
+    if IN_PARTS {
+        keep(slot, 3u, bitcast<vec4<u32>>(sum));
     }
     textureStore(picture, pixel, sum / f32(side * side));
 }

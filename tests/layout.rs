@@ -69,6 +69,7 @@ fn host_structs() -> [HostStruct; 8] {
             splits,
             strides,
             bricks,
+            part,
         }),
         host_struct!(Scan { counts }),
         host_struct!(Lists { tiles, counts, layers, slabs, parts }),
@@ -88,12 +89,13 @@ fn host_structs() -> [HostStruct; 8] {
             beyond,
             tiles,
             more,
+            part,
         }),
     ]
 }
 
 /// Constants that shaders and host both name, and the host's value.
-fn host_constants() -> [(&'static str, f64); 14] {
+fn host_constants() -> [(&'static str, f64); 17] {
     [
         ("BRICK", BRICK as f64),
         ("RECORD_WORDS", RECORD_WORDS as f64),
@@ -102,6 +104,9 @@ fn host_constants() -> [(&'static str, f64); 14] {
         ("TILE", f64::from(layout::TILE)),
         ("EMPTY_BRICK", EMPTY_BRICK as f64),
         ("LEAST_HALF_AXIS", layout::LEAST_HALF_AXIS),
+        ("LAYERS", f64::from(layout::LAYERS)),
+        ("LOOK_EVERY", f64::from(layout::LOOK_EVERY)),
+        ("KEPT_VEC4S", f64::from(layout::KEPT_VEC4S)),
         ("LAYER_SLABS", f64::from(layout::LAYER_SLABS)),
         ("GROUP_TILES", f64::from(layout::GROUP_TILES)),
         ("CARRIED_VEC4S", f64::from(layout::CARRIED_VEC4S)),

@@ -45,16 +45,19 @@ struct Gather {
     strides: vec4<u32>,
     // The same of one brick; w: tiles along a row of the picture.
     bricks: vec4<u32>,
+    // What this dispatch walks of each ray, first and after the last: chunks of layers, slices, or
+    // segments. Then layers in a chunk.
+    part: vec4<i32>,
 }
 
 @group(0) @binding(7) var<uniform> gather: Gather;
-// Words 2 and 3: sums of opacity that were capped, low word first.
-@group(0) @binding(8) var<storage, read_write> totals: array<atomic<u32>>;
 @group(0) @binding(9) var light_out: texture_storage_2d<rgba32float, write>;
 
 // Premultiplied light of the pixel so far, and sums capped in it.
 var<private> light: vec4<f32>;
 var<private> caps: u32;
+// Where this pixel's ray is kept between dispatches.
+var<private> slot: u32;
 
 struct Ray {
     origin: vec3<f32>,
@@ -72,7 +75,9 @@ struct Ray {
 
 // The pixel of an invocation; beyond the picture where there is none.
 fn pixel_of(group: vec3<u32>, groups: vec3<u32>, local: vec3<u32>) -> vec2<u32> {
-    let tile = u32(gather.splits.w) + group.y * groups.x + group.x;
+    let within = group.y * groups.x + group.x;
+    slot = (within * TILE + local.y) * TILE + local.x;
+    let tile = u32(gather.splits.w) + within;
     if tile >= gather.strides.w {
         return vec2<u32>(0xffffffffu);
     }
@@ -188,12 +193,22 @@ fn is_opaque() -> bool {
     return front_to_back && 1.0 - light.w < gather.reach.w;
 }
 
+// Takes up the light of the dispatches before.
+fn resume() {
+    if IN_PARTS && gather.part.x > 0 {
+        light = bitcast<vec4<f32>>(kept(slot, 0u));
+    }
+}
+
 fn finish(pixel: vec2<u32>) {
     textureStore(light_out, pixel, light);
+    if IN_PARTS {
+        keep(slot, 0u, bitcast<vec4<u32>>(light));
+    }
     if published && caps > 0u {
-        let before = atomicAdd(&totals[2], caps);
+        let before = atomicAdd(&totals.counts[2], caps);
         if before + caps < before {
-            atomicAdd(&totals[3], 1u);
+            atomicAdd(&totals.counts[3], 1u);
         }
     }
 }

@@ -4,6 +4,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use super::GpuError;
+use super::turns::SOFTWARE_TURNS;
 
 /// Which adapter to draw with.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -45,6 +46,8 @@ pub struct Context {
     pub granted: Wishes,
     /// What the device may hold.
     pub limits: wgpu::Limits,
+    /// Turns after which the adapter ends all loops of an invocation; `None` where it never does.
+    pub most_turns: Option<u64>,
     lost: Arc<AtomicBool>,
     first_error: Arc<Mutex<Option<GpuError>>>,
 }
@@ -111,6 +114,7 @@ impl Context {
             adapter_name: format!("{} ({})", info.name, info.backend),
             granted,
             limits,
+            most_turns: (info.device_type == wgpu::DeviceType::Cpu).then_some(SOFTWARE_TURNS),
             lost,
             first_error,
         })

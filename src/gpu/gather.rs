@@ -15,6 +15,7 @@ use super::renderer::Renderer;
 use super::samples::CHUNKS;
 use super::shader::{self, Shader};
 use super::timing::Timestamps;
+use super::turns::{self, Layers, few_tiles};
 use crate::kernel::{COEFFICIENTS, FootprintPolynomial, Kernel, RadialKernel, Rim};
 use crate::scene::{OpacityModel, Order, SplatSettings, View, Visibility};
 use crate::volume::BRICK;
@@ -48,6 +49,7 @@ struct Variant {
     opacity_model: OpacityModel,
     order: Order,
     perspective: bool,
+    in_parts: bool,
 }
 
 impl Variant {
@@ -64,13 +66,28 @@ impl Variant {
             opacity_model: settings.opacity_model,
             order: settings.order,
             perspective: view.eye_distance.is_some(),
+            in_parts: false,
         }
     }
 
+    fn is_of_cells(self) -> bool {
+        matches!(self.kernel, Kernel::Nearest | Kernel::Linear | Kernel::BSpline)
+    }
+
     fn shader(self) -> Shader {
-        match self.kernel {
-            Kernel::Point | Kernel::Gaussian | Kernel::Cubic => shader::GATHER_KERNELS,
-            Kernel::Nearest | Kernel::Linear | Kernel::BSpline => shader::GATHER_CELLS,
+        match (self.is_of_cells(), self.in_parts) {
+            (false, false) => shader::GATHER_KERNELS,
+            (false, true) => shader::GATHER_KERNELS_IN_PARTS,
+            (true, false) => shader::GATHER_CELLS,
+            (true, true) => shader::GATHER_CELLS_IN_PARTS,
+        }
+    }
+
+    fn layers(self) -> Layers {
+        match self.layering {
+            Layering::Sample | Layering::Slice => Layers::None,
+            Layering::Sheets => Layers::Sheets,
+            Layering::Slabs => Layers::Slabs,
         }
     }
 
@@ -143,7 +160,8 @@ impl Renderer {
     /// back, a pixel ends where its transmittance is under `stop_below`.
     ///
     /// # Errors
-    /// A failing device.
+    /// Kernels so wide that a single step of a ray is too much for the adapter's loops, or a
+    /// failing device.
     pub fn draw_gathered(
         &mut self,
         view: &View,
@@ -171,13 +189,31 @@ impl Renderer {
             showing: table.showing,
             tiles: tiles.clone(),
         };
-        let constants = constants.gather();
-        let queue = &self.context.queue;
-        queue.write_buffer(&self.gathering.constants, 0, bytemuck::bytes_of(&constants));
+        let mut constants = constants.gather();
+        let mut variant = Variant::new(view, settings);
+        let most = self.context.most_turns;
+        let parts = turns::gathered(&constants, settings.kernel, variant.layers(), most)?;
+        variant.in_parts = parts.len() > 1;
         self.write_traversal(view, &(0..0), 0, 0);
-        let variant = Variant::new(view, settings);
         self.gathering.variant = Some(variant);
-        self.run(&[Pass::Gather { shader: variant.shader(), tiles: tiles.len() as u32 }])
+        let ranges = if variant.in_parts { few_tiles(&tiles) } else { vec![tiles] };
+        if variant.in_parts {
+            self.kept.reserve(&self.context);
+            self.note_bytes();
+        }
+        let mut wall_ms = 0.0;
+        for tiles in ranges {
+            constants.splits[3] = tiles.start as i32;
+            constants.strides[3] = tiles.end;
+            for &part in &parts {
+                constants.part = part;
+                let queue = &self.context.queue;
+                queue.write_buffer(&self.gathering.constants, 0, bytemuck::bytes_of(&constants));
+                let shader = variant.shader();
+                wall_ms += self.run(&[Pass::Gather { shader, tiles: tiles.len() as u32 }])?;
+            }
+        }
+        Ok(wall_ms)
     }
 
     /// Sums of published opacities that were over 1 since [`Renderer::begin`], and were capped.
@@ -187,7 +223,13 @@ impl Renderer {
     pub fn capped_sums(&mut self) -> Result<u64, GpuError> {
         let gathered = read_words(&self.context, &self.totals, 16)?;
         let slabs = read_words(&self.context, self.slabs.capped(), 4)?;
-        Ok((u64::from(gathered[2]) | u64::from(gathered[3]) << 32) + u64::from(slabs[0]))
+        let in_parts = match self.kept.buffer() {
+            Some(buffer) => read_words(&self.context, buffer, 16)?,
+            None => vec![0; 4],
+        };
+        let counted = |words: &[u32]| u64::from(words[2]) | u64::from(words[3]) << 32;
+        let in_slabs = u64::from(slabs[0]) + u64::from(in_parts[0]);
+        Ok(counted(&gathered) + counted(&in_parts) + in_slabs)
     }
 
     pub(super) fn gather(
@@ -211,7 +253,8 @@ impl Renderer {
         let chunks = &volume.samples.chunks;
         // Bindings beyond the last chunk repeat it; no index leads there.
         bound.extend((0..CHUNKS).map(|i| &chunks[i.min(chunks.len() - 1)]));
-        bound.extend([&table.entries, &table.visible, &self.gathering.constants, &self.totals]);
+        let totals = self.kept.buffer().filter(|_| variant.in_parts).unwrap_or(&self.totals);
+        bound.extend([&table.entries, &table.visible, &self.gathering.constants, totals]);
         let mut resources: Vec<wgpu::BindingResource<'_>> =
             bound.into_iter().map(|buffer| buffer.as_entire_binding()).collect();
         resources.push(wgpu::BindingResource::TextureView(&light));
@@ -345,6 +388,7 @@ impl Constants<'_> {
             splits: [splits[0], splits[1], splits[2], self.tiles.start as i32],
             strides: counts(strides, self.tiles.end),
             bricks: counts(brick_strides, view.size[0].div_ceil(TILE)),
+            part: [0; 4],
         }
     }
 }

@@ -70,6 +70,12 @@ pub struct Traversal {
 
 /// Pixels along a side of a tile of the gathering passes.
 pub const TILE: u32 = 8;
+/// The most layers that a gathering pass works on at a time; see `shaders/gather_kernels.wgsl`.
+pub const LAYERS: u32 = 16;
+/// Faces between two looks at whether anything can show; see `shaders/reconstruct_slabs.wgsl`.
+pub const LOOK_EVERY: u32 = 4;
+/// Vec4s that are kept of a pixel whose ray is walked in parts; see `shaders/lib/parts.wgsl`.
+pub const KEPT_VEC4S: u32 = 4;
 
 /// `Gather` in `shaders/lib/gather.wgsl`.
 #[repr(C)]
@@ -93,6 +99,7 @@ pub struct Gather {
     pub splits: [i32; 4],
     pub strides: [u32; 4],
     pub bricks: [u32; 4],
+    pub part: [i32; 4],
 }
 
 /// `Scan` in `shaders/scan_segments.wgsl`.
@@ -149,6 +156,7 @@ pub struct Slabs {
     pub beyond: [f32; 4],
     pub tiles: [u32; 4],
     pub more: [u32; 4],
+    pub part: [u32; 4],
 }
 
 /// One splat as the vertex stage reads it; emitted by the GPU for voxels, by the host for nodes.

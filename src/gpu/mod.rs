@@ -24,6 +24,7 @@ mod sort;
 mod target;
 pub mod timing;
 mod triangles;
+mod turns;
 
 pub use context::{AdapterChoice, Context, Wishes};
 pub use frame::{Pass, PassTime};

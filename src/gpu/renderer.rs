@@ -15,6 +15,7 @@ use super::scattered::Lists;
 use super::slabs::{PictureConstants, SlabPass, step_reach};
 use super::target::Target;
 use super::timing::{Timer, Timestamps};
+use super::turns::{Kept, few_tiles};
 use super::{GpuError, layout, shader};
 use crate::core::Ticket;
 use crate::kernel::{Coefficients, Kernel};
@@ -42,6 +43,9 @@ pub struct Renderer {
     pub(super) slabs: SlabPass,
     /// The mode of the slabs being drawn.
     slab_settings: SplatSettings,
+    /// Whether their rays are walked in parts.
+    slabs_in_parts: bool,
+    pub(super) kept: Kept,
     pub(super) gathering: Gathering,
     /// Lists of scattered kernels, from the first time that they are asked for.
     pub(super) lists: Option<Lists>,
@@ -80,6 +84,8 @@ impl Renderer {
             ),
             slabs: SlabPass::new(&context),
             slab_settings: SplatSettings::EXACT,
+            slabs_in_parts: false,
+            kept: Kept::default(),
             pipelines: Pipelines::default(),
             timer: None,
             volume: None,
@@ -154,6 +160,7 @@ impl Renderer {
         self.context.queue.write_buffer(&self.frame, 0, bytemuck::bytes_of(&constants));
         self.context.queue.write_buffer(&self.totals, 0, &[0; 16]);
         self.context.queue.write_buffer(self.slabs.capped(), 0, &[0; 16]);
+        self.kept.clear(&self.context);
         let Some(target) = &self.target else { return Ok(()) };
         let mut encoder = self.context.device.create_command_encoder(&Default::default());
         let view = target.light.create_view(&Default::default());
@@ -228,10 +235,23 @@ impl Renderer {
     ) -> Result<f64, GpuError> {
         let picture = PictureConstants { unit_distance, smallest_spacing, stop_below };
         self.slab_settings = *settings;
-        if !self.slabs.write(&self.context, view, settings, picture, &tiles) {
-            return Err(GpuError::Device("slabs came before their field".to_owned()));
+        let parts = self.slabs.parts(&self.context, view, settings, picture);
+        self.slabs_in_parts = parts.is_some();
+        let ranges = if self.slabs_in_parts { few_tiles(&tiles) } else { vec![tiles] };
+        if self.slabs_in_parts {
+            self.kept.reserve(&self.context);
+            self.note_bytes();
         }
-        self.run(&frame::slab_piece(tiles.len() as u32))
+        let mut wall_ms = 0.0;
+        for tiles in ranges {
+            for &part in parts.as_deref().unwrap_or(&[[0; 4]]) {
+                if !self.slabs.write(&self.context, view, settings, picture, &tiles, part) {
+                    return Err(GpuError::Device("slabs came before their field".to_owned()));
+                }
+                wall_ms += self.run(&frame::slab_piece(tiles.len() as u32))?;
+            }
+        }
+        Ok(wall_ms)
     }
 
     fn reconstruct_slabs(
@@ -244,7 +264,9 @@ impl Renderer {
         let light = (&target.light.create_view(&Default::default()), target.light.format());
         let settings = self.slab_settings;
         let timestamps = clock.map(|c| c.compute(0));
-        self.slabs.encode(&self.context, encoder, &settings, light, tiles, timestamps);
+        let kept = self.kept.buffer().filter(|_| self.slabs_in_parts);
+        let rays = (tiles, kept);
+        self.slabs.encode(&self.context, encoder, &settings, light, rays, timestamps);
     }
 
     /// Submits passes and waits; returns wall milliseconds.
@@ -334,7 +356,7 @@ impl Renderer {
             .map(|g| g.buffer.size())
             .sum::<u64>()
             + self.lists.as_ref().map_or(0, Lists::size_bytes);
-        let held = target + volume + between + self.slabs.size_bytes();
+        let held = target + volume + between + self.slabs.size_bytes() + self.kept.size_bytes();
         self.peak_bytes = self.peak_bytes.max(held);
     }
 }

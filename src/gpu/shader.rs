@@ -9,6 +9,8 @@ const FOOTPRINT: &str = include_str!("../../shaders/lib/footprint.wgsl");
 const SHARE: &str = include_str!("../../shaders/lib/share.wgsl");
 const OPACITY: &str = include_str!("../../shaders/lib/opacity.wgsl");
 const GATHER: &str = include_str!("../../shaders/lib/gather.wgsl");
+const WHOLE: &str = include_str!("../../shaders/lib/whole.wgsl");
+const PARTS: &str = include_str!("../../shaders/lib/parts.wgsl");
 
 /// A pass's shader: its name is the file's, the pass's label and the timing row's.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -38,14 +40,27 @@ shader!(COUNT_DIGITS, "count_digits", SORT);
 shader!(SCATTER_DIGITS, "scatter_digits", SORT);
 shader!(FIND_RANGES, "find_ranges", LISTS);
 shader!(COMPOSITE_LISTS, "composite_lists", FRAME, PROJECT, FOOTPRINT, SHARE, OPACITY, LISTS);
-shader!(GATHER_KERNELS, "gather_kernels", TRAVERSAL, FOOTPRINT, SHARE, OPACITY, GATHER);
-shader!(GATHER_CELLS, "gather_cells", TRAVERSAL, OPACITY, GATHER);
+shader!(GATHER_KERNELS, "gather_kernels", TRAVERSAL, FOOTPRINT, SHARE, OPACITY, WHOLE, GATHER);
+shader!(GATHER_CELLS, "gather_cells", TRAVERSAL, OPACITY, WHOLE, GATHER);
 shader!(PRESENT, "present",);
 shader!(PICTURE, "picture",);
-shader!(RECONSTRUCT_SLABS, "reconstruct_slabs",);
+shader!(RECONSTRUCT_SLABS, "reconstruct_slabs", WHOLE);
+// The same where an adapter's loops end too soon for a whole ray.
+shader!(
+    GATHER_KERNELS_IN_PARTS,
+    "gather_kernels",
+    TRAVERSAL,
+    FOOTPRINT,
+    SHARE,
+    OPACITY,
+    PARTS,
+    GATHER
+);
+shader!(GATHER_CELLS_IN_PARTS, "gather_cells", TRAVERSAL, OPACITY, PARTS, GATHER);
+shader!(RECONSTRUCT_SLABS_IN_PARTS, "reconstruct_slabs", PARTS);
 
 /// Every shader there is.
-pub const ALL: [Shader; 15] = [
+pub const ALL: [Shader; 18] = [
     COUNT_SEGMENTS,
     SCAN_SEGMENTS,
     EMIT_KERNELS,
@@ -61,6 +76,9 @@ pub const ALL: [Shader; 15] = [
     PRESENT,
     PICTURE,
     RECONSTRUCT_SLABS,
+    GATHER_KERNELS_IN_PARTS,
+    GATHER_CELLS_IN_PARTS,
+    RECONSTRUCT_SLABS_IN_PARTS,
 ];
 
 impl Shader {

@@ -10,6 +10,7 @@ use super::context::Context;
 use super::field::{DeviceField, FIELD_CHUNKS, Format, window};
 use super::layout;
 use super::shader;
+use super::turns::{SlabPart, SlabRays};
 use crate::core::Ticket;
 use crate::kernel::{Coefficients, Kernel, RadialKernel};
 use crate::scene::{Classify, OpacityModel, Order, SplatSettings, View};
@@ -54,6 +55,7 @@ struct Variant {
     published: bool,
     back_to_front: bool,
     target: wgpu::TextureFormat,
+    in_parts: bool,
 }
 
 impl SlabPass {
@@ -150,6 +152,29 @@ impl SlabPass {
         });
     }
 
+    /// The dispatches that walk the rays of a picture: `None` for a single one.
+    pub(super) fn parts(
+        &self,
+        context: &Context,
+        view: &View,
+        settings: &SplatSettings,
+        picture: PictureConstants,
+    ) -> Option<Vec<SlabPart>> {
+        let field = self.field.as_ref()?;
+        let SplatSettings { kernel, extent, .. } = *settings;
+        let is_radial = RadialKernel::new(kernel, extent).is_some();
+        let samples = window(kernel, extent);
+        let rays = SlabRays {
+            view_from_index: view.view_from_index,
+            dims: field.dims,
+            thickness: slab_pixels(view, picture.smallest_spacing, settings),
+            side: rays_per_side(view, kernel, extent),
+            // Two to either side are summed up without loops.
+            window: (is_radial && samples != 2).then_some(samples),
+        };
+        rays.parts(context.most_turns)
+    }
+
     /// Writes the constants of a piece; false where nothing is set up.
     pub(super) fn write(
         &self,
@@ -158,6 +183,7 @@ impl SlabPass {
         settings: &SplatSettings,
         picture: PictureConstants,
         tiles: &Range<u32>,
+        part: SlabPart,
     ) -> bool {
         let (Some(field), Some(table)) = (&self.field, &self.table) else { return false };
         let mut constants = slab_constants(view, settings, picture, tiles);
@@ -176,18 +202,19 @@ impl SlabPass {
         [constants.below, constants.beyond] = table.ends;
         let side = rays_per_side(view, settings.kernel, settings.extent);
         constants.more = [tiles.len() as u32, side, table.holes_at, 0];
+        constants.part = part;
         context.queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&constants));
         true
     }
 
-    /// Encodes a piece of `tiles` tiles.
+    /// Encodes a piece of `tiles` tiles, or a part of its rays that `kept` keeps.
     pub(super) fn encode(
         &mut self,
         context: &Context,
         encoder: &mut wgpu::CommandEncoder,
         settings: &SplatSettings,
         (light, format): (&wgpu::TextureView, wgpu::TextureFormat),
-        tiles: u32,
+        (tiles, kept): (u32, Option<&wgpu::Buffer>),
         timestamps: Option<wgpu::ComputePassTimestampWrites<'_>>,
     ) {
         let (Some(field), Some(table)) = (&self.field, &self.table) else { return };
@@ -201,6 +228,7 @@ impl SlabPass {
             published: settings.opacity_model == OpacityModel::Published,
             back_to_front: settings.order == Order::BackToFront,
             target: format,
+            in_parts: kept.is_some(),
         };
         let pipeline =
             self.pipelines.entry(variant).or_insert_with(|| compile(context, variant)).clone();
@@ -212,7 +240,7 @@ impl SlabPass {
         );
         bound.extend([&table.empty, &table.sums].map(|b| b.as_entire_binding()));
         bound.push(wgpu::BindingResource::TextureView(light));
-        bound.push(self.capped.as_entire_binding());
+        bound.push(kept.unwrap_or(&self.capped).as_entire_binding());
         let entries: Vec<wgpu::BindGroupEntry<'_>> = (0_u32..)
             .zip(bound)
             .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })
@@ -351,7 +379,11 @@ fn compile(context: &Context, variant: Variant) -> wgpu::ComputePipeline {
         ("published", flag(variant.published)),
         ("back_to_front", flag(variant.back_to_front)),
     ];
-    let module = shader::RECONSTRUCT_SLABS.module_writing(&context.device, variant.target);
+    let shader = match variant.in_parts {
+        false => shader::RECONSTRUCT_SLABS,
+        true => shader::RECONSTRUCT_SLABS_IN_PARTS,
+    };
+    let module = shader.module_writing(&context.device, variant.target);
     context.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
         label: Some(shader::RECONSTRUCT_SLABS.name),
         layout: None,

@@ -1,0 +1,23 @@
+// Rays that are walked in several dispatches, and what is kept of each pixel from one to the next:
+// software adapters end the loops of an invocation after 65 535 turns, all loops together
+// (gpu::turns).
+
+const IN_PARTS: bool = true;
+// Vec4s that are kept of a pixel.
+const KEPT_VEC4S: u32 = 4u;
+
+struct Totals {
+    // Words 2 and 3: sums of opacity that were capped, low word first.
+    counts: array<atomic<u32>, 4>,
+    rays: array<vec4<u32>>,
+}
+
+@group(0) @binding(8) var<storage, read_write> totals: Totals;
+
+fn kept(slot: u32, part: u32) -> vec4<u32> {
+    return totals.rays[KEPT_VEC4S * slot + part];
+}
+
+fn keep(slot: u32, part: u32, value: vec4<u32>) {
+    totals.rays[KEPT_VEC4S * slot + part] = value;
+}

@@ -1,0 +1,494 @@
+//! How often the loops of a ray turn, at most, and in how many dispatches it is walked where that is
+//! too often.
+//!
+//! Mesa's software adapters count the turns of an invocation's loops, all loops together, and end
+//! every loop after 65 535 of them: what a ray had not met by then would be missing. The bounds here
+//! are of a group of invocations that turn together, and count the last look at a condition as a
+//! turn, as the adapter does. Where they are within the limit nothing is split, kept or compiled.
+
+use glam::{DMat3, DVec3};
+
+use super::GpuError;
+use super::buffers::Growing;
+use super::context::Context;
+use super::layout::{self, KEPT_VEC4S, LAYERS};
+use crate::kernel::Kernel;
+
+/// Turns after which software adapters end the loops of an invocation.
+pub(super) const SOFTWARE_TURNS: u64 = 65_535;
+/// Tiles whose rays are walked in parts at a time.
+pub(super) const TILES_IN_PARTS: u32 = 256;
+/// Invocations that turn together, at most.
+const LANES: f64 = 16.0;
+/// Turns outside of what is counted here: loops over three axes, and the like.
+const REST: u64 = 64;
+/// The least part of a step along the slices' axis at which slices are crossed one by one
+/// (`gather_kernels.wgsl`).
+const ALONG: f64 = 0.02;
+
+/// Turns of loops in one another: of each so many, and one more to end it.
+fn nested(counts: &[f64]) -> f64 {
+    counts.iter().rev().fold(0.0, |inner, &count| count + 1.0 + count * inner)
+}
+
+/// What is composited together along a ray that is gathered.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Layers {
+    /// Samples or slices: none are cut.
+    None,
+    /// Sheets that cut kernels.
+    Sheets,
+    /// Slabs.
+    Slabs,
+}
+
+/// One dispatch's part of every ray, as `Gather::part` has it.
+pub(super) type Part = [i32; 4];
+
+/// The dispatches that gather a picture's rays: a single one with everything where the loops allow
+/// (`most` turns, if there is a limit), else as many as are needed, in order.
+///
+/// # Errors
+/// One sentence, where a single layer or slice turns too often.
+pub(super) fn gathered(
+    gather: &layout::Gather,
+    kernel: Kernel,
+    layers: Layers,
+    most: Option<u64>,
+) -> Result<Vec<Part>, GpuError> {
+    let whole = |layers| vec![[0, i32::MAX, layers, 0]];
+    let Some(most) = most else { return Ok(whole(LAYERS as i32)) };
+    let rays = Rays::of(gather);
+    let sizes = [LAYERS, 8, 4, 2, 1];
+    let walks: Vec<(u32, Walk)> = match kernel {
+        Kernel::Nearest | Kernel::Linear | Kernel::BSpline => {
+            vec![(LAYERS, rays.cells(kernel, layers))]
+        }
+        Kernel::Point | Kernel::Gaussian | Kernel::Cubic if layers == Layers::None => {
+            vec![(LAYERS, rays.slices(kernel))]
+        }
+        Kernel::Point | Kernel::Gaussian | Kernel::Cubic => {
+            sizes.iter().map(|&size| (size, rays.chunks(kernel, layers, size))).collect()
+        }
+    };
+    let budget = most.saturating_sub(REST) as f64;
+    if walks[0].1.turns() <= budget {
+        return Ok(whole(LAYERS as i32));
+    }
+    let fitting = walks.iter().find(|(_, walk)| walk.each <= budget);
+    let (size, walk) = fitting.ok_or_else(|| too_often(walks[walks.len() - 1].1.each))?;
+    #[expect(clippy::cast_possible_truncation, reason = "far fewer than 2^31, and saturating")]
+    let (units, step) = (walk.units as i32, (budget / walk.each) as i32);
+    let starts = (0..units).step_by(step.max(1) as usize);
+    Ok(starts.map(|first| [first, first.saturating_add(step), *size as i32, 0]).collect())
+}
+
+fn too_often(found: f64) -> GpuError {
+    GpuError::TooLarge {
+        what: "samples to gather in one step of a ray",
+        limit: format!("{SOFTWARE_TURNS} turns of its loops"),
+        found: format!("up to {found:.0}"),
+        advice: "choose a smaller --extent, a larger picture, or --backend raster",
+    }
+}
+
+/// What a ray's loop walks: units, and the turns of each.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Walk {
+    units: f64,
+    each: f64,
+}
+
+impl Walk {
+    fn turns(self) -> f64 {
+        self.units * self.each
+    }
+}
+
+/// A picture's rays in index space, axes in the traversal's order.
+struct Rays<'a> {
+    gather: &'a layout::Gather,
+    /// Index step for a pixel of view depth: of all rays, or of those through the corners.
+    steps: Vec<DVec3>,
+    /// The least length of such a step.
+    shortest: f64,
+    /// Samples that can show along each axis.
+    counts: DVec3,
+    reach: DVec3,
+    radius: f64,
+}
+
+fn xyz([x, y, z, _]: [f32; 4]) -> DVec3 {
+    DVec3::new(x.into(), y.into(), z.into())
+}
+
+impl<'a> Rays<'a> {
+    fn of(gather: &'a layout::Gather) -> Self {
+        let ahead = xyz(gather.ahead);
+        let eye = f64::from(gather.scale[3]);
+        let (right, up) = (xyz(gather.right), xyz(gather.up));
+        let (steps, shortest) = if eye == 0.0 {
+            (vec![ahead], ahead.length())
+        } else {
+            let half = [gather.low[3], gather.high[3]].map(|n| f64::from(n) / 2.0);
+            let corners = [[-1.0, -1.0], [-1.0, 1.0], [1.0, -1.0], [1.0, 1.0]];
+            let step =
+                |[x, y]: [f64; 2]| (ahead + right * (x * half[0]) + up * (y * half[1])) / eye;
+            // As near as the plane of all steps is to 0.
+            let normal = right.cross(up).normalize_or_zero();
+            (corners.map(step).to_vec(), ahead.dot(normal).abs() / eye)
+        };
+        let [low, high] =
+            [gather.low, gather.high].map(|[a, b, c, _]| DVec3::new(a.into(), b.into(), c.into()));
+        Self {
+            gather,
+            steps,
+            shortest,
+            counts: high - low + 1.0,
+            reach: xyz(gather.reach),
+            radius: gather.scale[0].into(),
+        }
+    }
+
+    /// Index steps along the inner axes for one along the outermost, at most; `None` where rays run
+    /// along the slices.
+    fn slopes(&self) -> Option<[f64; 2]> {
+        let forwards = self.steps[0].x > 0.0;
+        let across = |d: &DVec3| (d.x > 0.0) == forwards && d.x.abs() >= ALONG * d.length();
+        if !self.steps.iter().all(across) {
+            return None;
+        }
+        // Ratios of linear functions are greatest at a corner.
+        let most =
+            |axis: usize| self.steps.iter().map(|d| (d[axis] / d.x).abs()).fold(0.0, f64::max);
+        Some([most(1), most(2)])
+    }
+
+    /// Turns for one slice whose kernels are shared out among `shares` layers.
+    fn slice(&self, kernel: Kernel, shares: Option<f64>) -> f64 {
+        let inner = |rows: f64, columns: f64| match shares {
+            None => nested(&[rows, columns]),
+            Some(shares) => nested(&[rows, columns, shares]),
+        };
+        let [b, c] = [self.counts.y, self.counts.z];
+        let bricks = |n: f64, all: f64| (n / 8.0 + 2.0).min(all / 8.0 + 2.0);
+        let Some(slopes) = self.slopes() else {
+            let all = nested(&[1.0, bricks(b, b), bricks(c, c)]);
+            if kernel == Kernel::Point {
+                return 1.0 + all + inner(b, c);
+            }
+            // Samples near one line, on which the others' are not.
+            let r = self.radius;
+            let near = (b.max(c) + 2.0 * r + 2.0) * (2.0 * std::f64::consts::SQRT_2 * r + 2.0);
+            let line = 3.0 * b + LANES * near * (2.0 + shares.unwrap_or(0.0));
+            return 1.0 + all + inner(b, c).min(line);
+        };
+        let width = |axis: usize, slope: f64| {
+            let reach = if kernel == Kernel::Point {
+                self.reach[axis] + slope * self.reach.x
+            } else {
+                self.reach[axis] * slope.hypot(1.0)
+            };
+            2.0 * reach + 2.0
+        };
+        let [rows, columns] = [width(1, slopes[0]), width(2, slopes[1])];
+        let looks = |further: f64| {
+            nested(&[
+                1.0,
+                bricks(rows + further * slopes[0], b),
+                bricks(columns + further * slopes[1], c),
+            ])
+        };
+        1.0 + looks(0.0) + looks(7.0) + inner(rows.min(b), columns.min(c))
+    }
+
+    fn slices(&self, kernel: Kernel) -> Walk {
+        Walk { units: self.counts.x, each: self.slice(kernel, None) }
+    }
+
+    /// Layers that the samples reach into.
+    fn layers(&self, layers: Layers) -> f64 {
+        let thickness = f64::from(self.gather.layers[0]);
+        let sides = self.counts - 1.0 + 2.0 * self.reach;
+        let extent = match layers {
+            Layers::None => return 0.0,
+            Layers::Sheets => sides.x,
+            Layers::Slabs => {
+                let g = self.gather;
+                DVec3::new(g.view_a[2].into(), g.view_b[2].into(), g.view_c[2].into())
+                    .abs()
+                    .dot(sides)
+            }
+        };
+        extent / thickness + 4.0
+    }
+
+    fn chunks(&self, kernel: Kernel, layers: Layers, size: u32) -> Walk {
+        let thickness = f64::from(self.gather.layers[0]);
+        let size = f64::from(size);
+        let (slices, per_length) = match layers {
+            Layers::Slabs => {
+                let most = self.steps.iter().map(|d| d.x.abs()).fold(0.0, f64::max);
+                (most * thickness, 1.0 / (self.shortest * thickness))
+            }
+            Layers::None | Layers::Sheets => (thickness, 1.0 / thickness),
+        };
+        let slices = (size * slices + 2.0 * self.reach.x + 2.0).min(self.counts.x);
+        let shares = (2.0 * self.radius * per_length + 2.0).min(size);
+        let shares = (kernel != Kernel::Point).then_some(shares);
+        let chunk = 2.0 + 2.0 * (f64::from(LAYERS) + 1.0);
+        let units = (self.layers(layers) / size).ceil() + 1.0;
+        Walk { units, each: chunk + slices * self.slice(kernel, shares) }
+    }
+
+    fn cells(&self, kernel: Kernel, layers: Layers) -> Walk {
+        let (support, bricks) = match kernel {
+            Kernel::Linear => (2.0, 2.0),
+            Kernel::BSpline => (4.0, 2.0),
+            _ => (0.0, 1.0),
+        };
+        // The longest way through the box, in steps, and the faces it meets there.
+        let sides = self.counts + 2.0 * self.reach + 2.0;
+        let faces: f64 = match self.steps[..] {
+            [d] => {
+                let d = d.abs();
+                let way = (sides / d).min_element();
+                (0..3).map(|axis| sides[axis].min(d[axis] * way + 2.0)).sum()
+            }
+            _ => sides.element_sum(),
+        };
+        let mut each = 1.0 + nested(&[bricks; 3]);
+        if support > 0.0 {
+            each += nested(&[support]) + nested(&[support; 3]);
+        }
+        Walk { units: faces + self.layers(layers) + 2.0, each }
+    }
+}
+
+/// One dispatch's part of a pixel of slabs, as `Slabs::part` has it.
+pub(super) type SlabPart = [u32; 4];
+
+/// The slabs of a picture.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct SlabRays {
+    /// View-space steps of one index, pixels.
+    pub view_from_index: DMat3,
+    /// Samples along each axis.
+    pub dims: [usize; 3],
+    /// Pixels of view depth between two faces.
+    pub thickness: f64,
+    /// Rays along the side of a pixel.
+    pub side: u32,
+    /// Samples to either side of a position, of kernels that are summed up in loops.
+    pub window: Option<usize>,
+}
+
+impl SlabRays {
+    /// The dispatches that walk a pixel: `None` for a single one with everything where the loops
+    /// allow.
+    pub(super) fn parts(&self, most: Option<u64>) -> Option<Vec<SlabPart>> {
+        const RESUMES: u32 = 1;
+        const ENDS: u32 = 2;
+        let budget = most?.saturating_sub(REST) as f64;
+        let m = self.view_from_index;
+        let dims = DVec3::from(self.dims.map(|n| n as f64));
+        let depth = DVec3::new(m.x_axis.z, m.y_axis.z, m.z_axis.z).abs().dot(dims);
+        let faces = depth / self.thickness + 6.0;
+        // Each leap passes from one brick to another.
+        let leaps = dims.element_sum() / 4.0 + 8.0;
+        let value = self.window.map_or(0.0, |w| {
+            let side = 2.0 * w as f64;
+            nested(&[side, side, w as f64])
+        });
+        // The look, the loop of leaps and that of faces.
+        let every = f64::from(layout::LOOK_EVERY);
+        let look = 1.0 + 1.0 + every + 1.0 + every * value;
+        let looks = faces / every + 2.0;
+        let others = LANES * leaps;
+        let ray = 1.0 + looks * look + others;
+        let rays = self.side * self.side;
+        if f64::from(rays) * ray <= budget {
+            return None;
+        }
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "positive, and saturating"
+        )]
+        let whole = |n: f64| n as u32;
+        let at_once = whole(budget / ray);
+        if at_once > 0 {
+            let starts = (0..rays).step_by(at_once as usize);
+            let part = |first: u32| [first, (first + at_once).min(rays), u32::MAX, ENDS];
+            return Some(starts.map(part).collect());
+        }
+        // Leaps count as looks there.
+        let step = ((budget - others) / look).max(budget / (look + LANES)).max(1.0);
+        let count = whole(((looks + leaps) / step).ceil()).max(1);
+        let part = |ray: u32, n: u32| {
+            let ends = if n + 1 == count { ENDS } else { 0 };
+            [ray, ray + 1, whole(step), if n > 0 { RESUMES | ends } else { ends }]
+        };
+        Some((0..rays).flat_map(|ray| (0..count).map(move |n| part(ray, n))).collect())
+    }
+}
+
+/// What is kept of rays between dispatches, and what they count; there once a picture needs it.
+#[derive(Debug, Default)]
+pub(super) struct Kept(Option<wgpu::Buffer>);
+
+impl Kept {
+    /// Bytes of the counts before the rays'.
+    const HEADER: u64 = 16;
+
+    /// Counts nothing so far.
+    pub(super) fn clear(&self, context: &Context) {
+        if let Some(buffer) = &self.0 {
+            context.queue.write_buffer(buffer, 0, &[0; Self::HEADER as usize]);
+        }
+    }
+
+    /// Makes room for [`TILES_IN_PARTS`] tiles.
+    pub(super) fn reserve(&mut self, context: &Context) {
+        use wgpu::BufferUsages as Usage;
+        let pixels = u64::from(TILES_IN_PARTS * layout::TILE * layout::TILE);
+        self.0.get_or_insert_with(|| {
+            let usage = Usage::STORAGE | Usage::COPY_DST | Usage::COPY_SRC;
+            let size = Self::HEADER + 16 * u64::from(KEPT_VEC4S) * pixels;
+            Growing::make(context, "rays in parts", usage, size)
+        });
+    }
+
+    pub(super) fn buffer(&self) -> Option<&wgpu::Buffer> {
+        self.0.as_ref()
+    }
+
+    pub(super) fn size_bytes(&self) -> u64 {
+        self.0.as_ref().map_or(0, wgpu::Buffer::size)
+    }
+}
+
+/// Ranges of at most [`TILES_IN_PARTS`] tiles.
+pub(super) fn few_tiles(tiles: &std::ops::Range<u32>) -> Vec<std::ops::Range<u32>> {
+    let starts = tiles.clone().step_by(TILES_IN_PARTS as usize);
+    starts.map(|first| first..(first + TILES_IN_PARTS).min(tiles.end)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Rays along the first axis of a lattice of `counts` samples, a voxel to a pixel.
+    fn along(counts: [i32; 3], radius: f32, thickness: f32) -> layout::Gather {
+        layout::Gather {
+            right: [0.0, 1.0, 0.0, 0.0],
+            up: [0.0, 0.0, 1.0, 0.0],
+            ahead: [1.0, 0.0, 0.0, 0.0],
+            reach: [radius, radius, radius, 0.0],
+            scale: [radius, 1.0, 1.0, 0.0],
+            layers: [thickness, 0.0, 0.0, 0.0],
+            view_a: [0.0, 0.0, 1.0, 0.0],
+            view_b: [1.0, 0.0, 0.0, 0.0],
+            view_c: [0.0, 1.0, 0.0, 0.0],
+            low: [0, 0, 0, 8],
+            high: [counts[0] - 1, counts[1] - 1, counts[2] - 1, 8],
+            ..bytemuck::Zeroable::zeroed()
+        }
+    }
+
+    fn parts(gather: &layout::Gather, kernel: Kernel, layers: Layers) -> Vec<Part> {
+        gathered(gather, kernel, layers, Some(SOFTWARE_TURNS)).expect("steps that fit")
+    }
+
+    /// Lengths of rows at which layers were first missing on llvmpipe (Mesa 22.3.6).
+    #[test]
+    fn rays_are_cut_before_the_adapter_cuts_them() {
+        for (counts, kernel, radius, layers, thickness) in [
+            ([2796, 1, 1], Kernel::Cubic, 1.558, Layers::Slabs, 1.0),
+            ([1410, 1, 1], Kernel::Cubic, 1.558, Layers::Slabs, 0.25),
+            ([482, 1, 1], Kernel::Cubic, 1.558, Layers::Slabs, 0.0625),
+            ([858, 5, 5], Kernel::Cubic, 1.558, Layers::Slabs, 1.0),
+            ([2815, 1, 1], Kernel::Cubic, 1.558, Layers::Sheets, 1.0375),
+            ([5559, 1, 1], Kernel::Cubic, 1.558, Layers::None, 1.0),
+            ([1760, 1, 1], Kernel::Linear, 1.0, Layers::Slabs, 1.0),
+            ([1272, 1, 1], Kernel::BSpline, 2.0, Layers::Slabs, 1.0),
+        ] {
+            let gather = along(counts, radius, thickness);
+            assert!(parts(&gather, kernel, layers).len() > 1, "{counts:?} {kernel:?} {layers:?}");
+            // And not long before.
+            let short = along([counts[0] / 6, counts[1], counts[2]], radius, thickness);
+            assert_eq!(parts(&short, kernel, layers).len(), 1, "{counts:?} {kernel:?} {layers:?}");
+            let free = gathered(&gather, kernel, layers, None);
+            assert_eq!(free, Ok(vec![[0, i32::MAX, 16, 0]]));
+        }
+        let row = |n| SlabRays {
+            view_from_index: DMat3::IDENTITY,
+            dims: [1, 1, n],
+            thickness: 1.0 / 64.0,
+            side: 1,
+            window: None,
+        };
+        assert!(row(593).parts(Some(SOFTWARE_TURNS)).is_some());
+        assert_eq!(row(450).parts(Some(SOFTWARE_TURNS)), None);
+        assert_eq!(row(5000).parts(None), None);
+    }
+
+    #[test]
+    fn parts_follow_one_another_to_the_end() {
+        let gather = along([4096, 3, 3], 1.558, 0.5);
+        for layers in [Layers::None, Layers::Sheets, Layers::Slabs] {
+            let parts = parts(&gather, Kernel::Cubic, layers);
+            assert_eq!(parts[0][0], 0);
+            assert!(parts.windows(2).all(|two| two[0][1] == two[1][0]), "{parts:?}");
+            let size = parts[0][2];
+            let units = match layers {
+                Layers::None => 4096,
+                // And their rims.
+                Layers::Sheets | Layers::Slabs => (4099 * 2) / size,
+            };
+            assert!(parts[parts.len() - 1][1] >= units, "{layers:?} {parts:?}");
+        }
+        let rays = SlabRays {
+            view_from_index: DMat3::IDENTITY,
+            dims: [100, 100, 4096],
+            thickness: 0.1,
+            side: 2,
+            window: None,
+        };
+        let parts = rays.parts(Some(SOFTWARE_TURNS)).expect("more than one");
+        let of_ray = |ray: u32| -> Vec<SlabPart> {
+            parts.iter().copied().filter(|part| part[0] == ray && part[1] == ray + 1).collect()
+        };
+        for ray in 0..4 {
+            let parts = of_ray(ray);
+            // 40 960 faces, four to a look.
+            assert!(parts.iter().map(|part| part[2]).sum::<u32>() > 10_240, "{parts:?}");
+            let last = parts.len() - 1;
+            assert!(
+                parts
+                    .iter()
+                    .enumerate()
+                    .all(|(i, part)| { part[3] == u32::from(i > 0) | u32::from(i == last) << 1 }),
+                "{parts:?}"
+            );
+        }
+        // Short rays, several to a dispatch.
+        let short = SlabRays { dims: [10, 10, 400], thickness: 0.1, side: 8, ..rays };
+        let parts = short.parts(Some(SOFTWARE_TURNS)).expect("more than one");
+        assert!(
+            parts.len() < 64 && parts[0][1] > 1 && parts[parts.len() - 1][1] == 64,
+            "{parts:?}"
+        );
+        assert!(parts.windows(2).all(|two| two[0][1] == two[1][0]), "{parts:?}");
+    }
+
+    #[test]
+    fn wide_kernels_come_in_smaller_chunks_and_then_are_refused() {
+        let mut gather = along([512, 64, 64], 8.0, 1.0 / 64.0);
+        gather.ahead = [1.0, 0.7, 0.7, 0.0];
+        let parts = parts(&gather, Kernel::Cubic, Layers::Slabs);
+        assert!(parts[0][2] < 16, "{:?}", parts[0]);
+        let refused = gathered(&gather, Kernel::Cubic, Layers::Slabs, Some(1000));
+        assert!(matches!(refused, Err(GpuError::TooLarge { .. })), "{refused:?}");
+    }
+}
