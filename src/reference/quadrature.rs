@@ -143,14 +143,17 @@ pub(super) fn sum(a: f64, b: f64, f: impl Fn(f64) -> Density) -> Density {
 }
 
 /// The mean of `f` over a..b to about `tolerance` of its size; no difference of integrals is taken,
-/// so that a and b may be as close as they like.
+/// so that a and b may be as close as they like. Parts a few thousand roundings of a and b wide are
+/// not divided further: what is rough there is the grain of the numbers.
 pub(super) fn mean(a: f64, b: f64, tolerance: f64, f: &impl Fn(f64) -> Density) -> Density {
+    const GRAINS: f64 = 4096.0 * f64::EPSILON;
     fn part(a: f64, b: f64, tolerance: f64, f: &impl Fn(f64) -> Density, deepest: u32) -> Density {
         let (middle, half) = (f64::midpoint(a, b), (b - a) / 2.0);
         let at = GAUSS.map(|(x, _)| f(middle + half * x));
         let channel = |c: usize| at.map(|d| d[c]);
         let rough = (0..4).map(|c| roughness(channel(c))).fold(0.0, f64::max);
-        if deepest > 0 && rough > tolerance {
+        let is_grain = half.abs() <= GRAINS * middle.abs();
+        if deepest > 0 && rough > tolerance && !is_grain {
             let near = part(a, middle, 2.0 * tolerance, f, deepest - 1);
             let far = part(middle, b, 2.0 * tolerance, f, deepest - 1);
             return std::array::from_fn(|c| f64::midpoint(near[c], far[c]));
