@@ -15,7 +15,7 @@ use super::renderer::Renderer;
 use super::samples::CHUNKS;
 use super::shader::{self, Shader};
 use super::timing::Timestamps;
-use super::turns::{self, Layers, few_tiles};
+use super::turns::{self, Layers};
 use crate::kernel::{COEFFICIENTS, FootprintPolynomial, Kernel, RadialKernel, Rim};
 use crate::scene::{OpacityModel, Order, SplatSettings, View, Visibility};
 use crate::volume::BRICK;
@@ -196,11 +196,7 @@ impl Renderer {
         variant.in_parts = parts.len() > 1;
         self.write_traversal(view, &(0..0), 0, 0);
         self.gathering.variant = Some(variant);
-        let ranges = if variant.in_parts { few_tiles(&tiles) } else { vec![tiles] };
-        if variant.in_parts {
-            self.kept.reserve(&self.context);
-            self.note_bytes();
-        }
+        let ranges = self.tiles_at_a_time(variant.in_parts, tiles);
         let mut wall_ms = 0.0;
         for tiles in ranges {
             constants.splits[3] = tiles.start as i32;

@@ -237,11 +237,7 @@ impl Renderer {
         self.slab_settings = *settings;
         let parts = self.slabs.parts(&self.context, view, settings, picture);
         self.slabs_in_parts = parts.is_some();
-        let ranges = if self.slabs_in_parts { few_tiles(&tiles) } else { vec![tiles] };
-        if self.slabs_in_parts {
-            self.kept.reserve(&self.context);
-            self.note_bytes();
-        }
+        let ranges = self.tiles_at_a_time(self.slabs_in_parts, tiles);
         let mut wall_ms = 0.0;
         for tiles in ranges {
             for &part in parts.as_deref().unwrap_or(&[[0; 4]]) {
@@ -337,6 +333,17 @@ impl Renderer {
             | Pass::FindRanges { .. }
             | Pass::CompositeLists { .. } => self.encode_lists(encoder, pass, clock),
         }
+    }
+
+    /// Tiles in the ranges that are drawn one after another: all at once, or where rays are walked
+    /// in parts as many as there is room for what is kept of them.
+    pub(super) fn tiles_at_a_time(&mut self, in_parts: bool, tiles: Range<u32>) -> Vec<Range<u32>> {
+        if !in_parts {
+            return vec![tiles];
+        }
+        self.kept.reserve(&self.context);
+        self.note_bytes();
+        few_tiles(&tiles)
     }
 
     /// Counts what is held now towards the peak.
