@@ -12,6 +12,9 @@ const LOOK_EVERY: u32 = 4u;
 // Least depth of three slabs together, in slabs, for all three to be whole: at the borders of the
 // lattice they are clipped.
 const WHOLE_SLABS: f32 = 2.99;
+// Part of a cell by which values are lifted, so that rounding does not take one out of the cell that
+// begins with it.
+const LIFT_CELLS: f32 = 0.0625;
 // Stands for "no value here".
 const NOTHING: f32 = -3e38;
 
@@ -19,7 +22,7 @@ const NOTHING: f32 = -3e38;
 // word, or 32-bit floats.
 const PAIRS: u32 = 0u;
 const HALVES: u32 = 1u;
-// Values nearer to each other than this many cells are classified by the cell they lie in: single
+// Values nearer to each other than this many cells are classified by the one in their middle: single
 // precision has too few digits for the difference of their integrals.
 const NEAR_CELLS: f32 = 4.0;
 
@@ -85,9 +88,10 @@ struct Slabs {
 // Four bytes a word: for each brick the distance, in bricks, to the nearest that can show. Then,
 // where samples are without data, a bit for each sample.
 @group(0) @binding(5) var<storage, read> empty: array<u32>;
-// Each cell's mean colour and weight; then weight times colour, and weight, integrated up to where
-// each cell begins, and to the end.
-@group(0) @binding(6) var<storage, read> table: array<vec4<f32>>;
+// Each cell: mean red and green, blue, 16-bit fractions of 1; then 32-bit floats: the weight's growth
+// across it, and its mean. After all cells, in 32-bit floats, weight times colour, and weight,
+// integrated up to where each cell begins, and to the end.
+@group(0) @binding(6) var<storage, read> table: array<vec4<u32>>;
 @group(0) @binding(7) var picture: texture_storage_2d<rgba32float, write>;
 
 fn word(index: u32) -> u32 {
@@ -246,7 +250,6 @@ fn value(position: vec3<f32>) -> f32 {
     if stored == NOTHING {
         return NOTHING;
     }
-    // A little more, so that rounding does not take a value out of the cell that begins with it.
     return slabs.table.x + slabs.table.y * stored;
 }
 
@@ -257,22 +260,31 @@ fn is_hole(position: vec3<f32>) -> bool {
     return (bits >> (index % 32u) & 1u) == 1u;
 }
 
-// Mean colour and weight of one value.
+// Mean colour and weight about a place in a cell, from what the table holds of it.
+fn within_cell(cell: vec4<u32>, place: f32) -> vec4<f32> {
+    let weight = bitcast<f32>(cell.w) + bitcast<f32>(cell.z) * (fract(place) - 0.5 - LIFT_CELLS);
+    return vec4<f32>(unpack2x16unorm(cell.x), unpack2x16unorm(cell.y).x, max(weight, 0.0));
+}
+
+// Colour and weight of one value.
 fn classify(u: f32) -> vec4<f32> {
     let last = f32(slabs.bricks.w);
-    let inside = table[u32(clamp(u, 0.0, last - 1.0))];
+    let inside = within_cell(table[u32(clamp(u, 0.0, last - 1.0))], u);
     return select(select(inside, slabs.beyond, u >= last), slabs.below, u < 0.0);
 }
 
-// What the table holds at a place: the mean of a cell, or what is integrated up to there.
+// What the table holds about a place: colour and weight, or what is integrated up to there, where
+// places are whole.
 fn fetched(place: f32, is_cell: bool) -> vec4<f32> {
     let last = f32(slabs.bricks.w);
     let most = select(last, last - 1.0, is_cell);
     let found = table[u32(clamp(place, 0.0, most)) + select(slabs.bricks.w, 0u, is_cell)];
-    let cell = select(select(found, slabs.beyond, place >= last), slabs.below, place < 0.0);
+    let inside = within_cell(found, place);
+    let cell = select(select(inside, slabs.beyond, place >= last), slabs.below, place < 0.0);
     let below = vec4<f32>(slabs.below.rgb * slabs.below.w, slabs.below.w);
     let beyond = vec4<f32>(slabs.beyond.rgb * slabs.beyond.w, slabs.beyond.w);
-    return select(found + below * min(place, 0.0) + beyond * max(place - last, 0.0), cell, is_cell);
+    let sum = bitcast<vec4<f32>>(found) + below * min(place, 0.0) + beyond * max(place - last, 0.0);
+    return select(sum, cell, is_cell);
 }
 
 // Mean colour and weight from an integral over values, and their number of cells.
@@ -296,13 +308,13 @@ fn classify_between(near: f32, far: f32, bend: f32) -> Halves {
     let begin = floor(near + shift + 0.5);
     let middle = floor(half + shift + 0.5);
     let end = floor(far + shift + 0.5);
-    // Close ones by the cell in their middle. One fetch for either, because software adapters run
+    // Close ones by the weight in their middle. One fetch for either, because software adapters run
     // both sides of a branch.
     let close_near = abs(middle - begin) < NEAR_CELLS;
     let close_far = abs(end - middle) < NEAR_CELLS;
-    let first = fetched(select(begin, floor(0.5 * (near + half) + shift), close_near), close_near);
+    let first = fetched(select(begin, 0.5 * (near + half) + shift, close_near), close_near);
     let second = fetched(middle, false);
-    let third = fetched(select(end, floor(0.5 * (half + far) + shift), close_far), close_far);
+    let third = fetched(select(end, 0.5 * (half + far) + shift, close_far), close_far);
     return Halves(
         select(mean_of(second - first, middle - begin), first, close_near),
         select(mean_of(third - second, end - middle), third, close_far),

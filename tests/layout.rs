@@ -95,7 +95,7 @@ fn host_structs() -> [HostStruct; 8] {
 }
 
 /// Constants that shaders and host both name, and the host's value.
-fn host_constants() -> [(&'static str, f64); 17] {
+fn host_constants() -> [(&'static str, f64); 18] {
     [
         ("BRICK", BRICK as f64),
         ("RECORD_WORDS", RECORD_WORDS as f64),
@@ -106,6 +106,7 @@ fn host_constants() -> [(&'static str, f64); 17] {
         ("LEAST_HALF_AXIS", layout::LEAST_HALF_AXIS),
         ("LAYERS", f64::from(layout::LAYERS)),
         ("LOOK_EVERY", f64::from(layout::LOOK_EVERY)),
+        ("LIFT_CELLS", layout::LIFT_CELLS),
         ("KEPT_VEC4S", f64::from(layout::KEPT_VEC4S)),
         ("LAYER_SLABS", f64::from(layout::LAYER_SLABS)),
         ("GROUP_TILES", f64::from(layout::GROUP_TILES)),

@@ -74,6 +74,9 @@ pub const TILE: u32 = 8;
 pub const LAYERS: u32 = 16;
 /// Faces between two looks at whether anything can show; see `shaders/reconstruct_slabs.wgsl`.
 pub const LOOK_EVERY: u32 = 4;
+/// Part of a cell of the table by which values are lifted, so that rounding does not take a whole
+/// number out of the cell that begins with it.
+pub const LIFT_CELLS: f64 = 0.0625;
 /// Vec4s that are kept of a pixel whose ray is walked in parts; see `shaders/lib/parts.wgsl`.
 pub const KEPT_VEC4S: u32 = 4;
 

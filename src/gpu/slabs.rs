@@ -18,9 +18,6 @@ use crate::transfer::Cumulative;
 use crate::volume::ScalarVolume;
 
 use layout::TILE;
-/// Part of a cell by which values are lifted, so that rounding does not take a whole number out of
-/// the cell that begins with it.
-const LIFT_CELLS: f64 = 0.05;
 
 /// Everything that slabs of a reconstructed field keep on the device.
 #[derive(Debug)]
@@ -132,12 +129,18 @@ impl SlabPass {
             context.queue.write_buffer(&buffer, 0, bytes);
             buffer
         };
-        let mut sums: Vec<[f32; 4]> = table.cells.clone();
-        sums.extend(table.emission.iter().zip(&table.depth).map(|(e, &w)| [e[0], e[1], e[2], w]));
+        let mut sums: Vec<[u32; 4]> = table
+            .cells
+            .iter()
+            .zip(&table.slopes)
+            .map(|(&cell, &slope)| packed(cell, slope))
+            .collect();
+        let integrated = table.emission.iter().zip(&table.depth);
+        sums.extend(integrated.map(|(e, &w)| [e[0], e[1], e[2], w].map(f32::to_bits)));
         let (offset, scale) = (field.offset, field.scale);
         #[expect(clippy::cast_possible_truncation, reason = "the device has 32 bits")]
         let coordinate = [
-            ((offset - table.low) * table.scale + LIFT_CELLS) as f32,
+            ((offset - table.low) * table.scale + layout::LIFT_CELLS) as f32,
             (scale * table.scale) as f32,
         ];
         #[expect(clippy::cast_possible_truncation, reason = "a few thousand")]
@@ -353,6 +356,13 @@ fn rays_per_side(view: &View, kernel: Kernel, extent: Option<f64>) -> u32 {
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "1..=8")]
     let side = (1.0 / (radius * view.voxel_pixels())).ceil().clamp(1.0, MOST_RAYS) as u32;
     side
+}
+
+/// A cell of the table as the shader takes it.
+fn packed([r, g, b, weight]: [f32; 4], slope: f32) -> [u32; 4] {
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0..=65535")]
+    let unorm = |x: f32| (x.clamp(0.0, 1.0) * 65535.0 + 0.5) as u32;
+    [unorm(r) | unorm(g) << 16, unorm(b), slope.to_bits(), weight.to_bits()]
 }
 
 fn compile(context: &Context, variant: Variant) -> wgpu::ComputePipeline {

@@ -36,6 +36,9 @@ pub struct Cumulative {
     pub emission: Vec<[f32; 4]>,
     /// Mean colour (weighted by w) and mean w of each cell.
     pub cells: Vec<[f32; 4]>,
+    /// Growth of w across each cell, 0 in those with a breakpoint inside. Without it a background
+    /// at the foot of a ramp would have half of what the first cell ends with: a haze.
+    pub slopes: Vec<f32>,
     /// What holds below the first cell and beyond the last: colour and w.
     pub ends: [[f32; 4]; 2],
     /// Number of cells before each in which anything shows.
@@ -66,6 +69,7 @@ impl Cumulative {
             depth: vec![0.0; count + 1],
             emission: vec![[0.0; 4]; count + 1],
             cells: vec![[0.0; 4]; count],
+            slopes: vec![0.0; count],
             ends: [low, low + count as f64 / scale].map(|v| {
                 let [r, g, b, w, _] = weighed(function, v, weight);
                 [r, g, b, w].map(|x| x as f32)
@@ -79,11 +83,16 @@ impl Cumulative {
             let (begin, end) = (cell as f64, (cell + 1) as f64);
             let mut cell_sums = [0.0_f64; 4];
             let (mut from, mut capped) = (begin, false);
+            let mut growth = 0.0;
             loop {
                 let at_break = breaks.get(next_break).copied().filter(|b| *b < end);
                 let to = at_break.unwrap_or(end);
-                for u in gauss(from, to) {
-                    let [r, g, b, w, cap] = weighed(function, low + u / scale, weight);
+                let points = gauss(from, to);
+                let found = points.map(|u| weighed(function, low + u / scale, weight));
+                if to - from == 1.0 {
+                    growth = (found[1][3] - found[0][3]) / (points[1] - points[0]);
+                }
+                for [r, g, b, w, cap] in found {
                     let part = (to - from) / 2.0;
                     capped |= cap > 0.0 && part > 0.0;
                     for (sum, x) in cell_sums.iter_mut().zip([r * w, g * w, b * w, w]) {
@@ -99,6 +108,7 @@ impl Cumulative {
             let w = cell_sums[3];
             let colour = |c: usize| if w > 0.0 { cell_sums[c] / w } else { 0.0 };
             table.cells[cell] = [colour(0), colour(1), colour(2), w].map(|x| x as f32);
+            table.slopes[cell] = growth as f32;
             table.shows_before[cell + 1] = table.shows_before[cell] + u32::from(w > 0.0);
             table.capped_count += usize::from(capped);
             for (sum, part) in sums.iter_mut().zip(cell_sums) {
@@ -265,6 +275,25 @@ mod tests {
         assert_eq!((at(4.0), at(5.0)), (0.0, 0.5));
         assert!(table.shows(5.0, 5.0) && !table.shows(0.0, 4.9));
         assert!(table.shows(300.0, 400.0), "ends are held");
+    }
+
+    #[test]
+    fn within_a_cell_the_weight_grows_unless_it_breaks_there() {
+        let f = function(&[(100.0, 0.0), (110.0, 0.5), (110.0, 0.2), (115.03, 0.3)], [0.0, 255.0]);
+        let table =
+            Cumulative::new(&f, ScalarType::UInt8, &statistics(0.0, 255.0), Weight::Opacity);
+        let cell = |value: f64| ((value - table.low) * table.scale) as usize;
+        let begin = |i: usize| table.cells[i][3] - table.slopes[i] / 2.0;
+        for value in [100.0, 103.5, 109.75, 110.0, 112.0] {
+            let expected = f.opacity_at(value) as f32;
+            assert!(
+                (begin(cell(value)) - expected).abs() < 1e-6,
+                "{value}: {}",
+                begin(cell(value))
+            );
+        }
+        assert!(table.slopes[cell(100.0)] > 0.0 && table.slopes[cell(99.9)] == 0.0);
+        assert_eq!(table.slopes[cell(115.03)], 0.0, "a break inside");
     }
 
     #[test]

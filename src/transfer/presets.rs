@@ -21,12 +21,18 @@ pub enum RangeRule {
     Percentiles,
 }
 
-/// The range of a rule, low to high. A constant field's range has no width.
+/// The range of a rule, low to high, with some width about a single value: in a range without any,
+/// the least rounding of that value would decide its colour.
 pub fn range(statistics: &Statistics, rule: RangeRule) -> [f64; 2] {
-    match rule {
+    let [low, high] = match rule {
         RangeRule::MinMax => [statistics.min, statistics.max],
         RangeRule::Percentiles => [statistics.quantile(0.005), statistics.quantile(0.995)],
+    };
+    if low != high {
+        return [low, high];
     }
+    let to_either_side = if low == 0.0 { 0.5 } else { low.abs() / 64.0 };
+    [low - to_either_side, high + to_either_side].map(|v| v.clamp(f64::MIN, f64::MAX))
 }
 
 /// Bone, and skin faintly, in Hounsfield units.
@@ -61,7 +67,7 @@ fn ct(opacity: Vec<(f64, f64)>, range: [f64; 2]) -> TransferFunction {
 pub fn default_for(statistics: &Statistics) -> TransferFunction {
     if statistics.min == statistics.max {
         let value = statistics.min;
-        return function(vec![(value, 0.2)], [value, value]);
+        return function(vec![(value, 0.2)], range(statistics, RangeRule::MinMax));
     }
     if !(statistics.max - statistics.min).is_finite() {
         return for_huge(statistics);
@@ -319,9 +325,13 @@ mod tests {
 
     #[test]
     fn constants_and_huge_values_have_a_picture() {
-        for value in [0.0, 7.0, -1e308] {
+        for value in [0.0, 7.0, -1e308, f64::MAX, 1e-300] {
             let (_, f) = of(Samples::Float64(vec![value; 100]));
             assert!(f.opacity_at(value) > 0.0);
+            let ColourSource::Map { range: [low, high], .. } = f.colour else { panic!("{f:?}") };
+            assert!(low <= value && value <= high && low < high && low.is_finite(), "{low} {high}");
+            let near = f.colour_at(value * (1.0 - 1e-7));
+            assert!(f.colour_at(value).0.iter().zip(near.0).all(|(a, b)| (a - b).abs() < 1e-4));
         }
         let (_, f) = of(Samples::Float64(vec![f64::MAX, f64::MIN, 0.0, f64::MIN]));
         assert!(f.opacity_at(f64::MAX) > 0.0);
