@@ -342,8 +342,8 @@ fn slab_constants(
 /// The most rays along the side of a pixel.
 const MOST_RAYS: f64 = 8.0;
 
-/// Rays along the side of a pixel: 1 while the kernel's radius is a pixel at least, and so many
-/// below that it is as much as the rays are apart.
+/// Rays along the side of a pixel: 1 while the kernel's radius is a pixel of what is shown at least,
+/// and so many below that it is as much as the rays are apart.
 fn rays_per_side(view: &View, kernel: Kernel, extent: Option<f64>) -> u32 {
     let radius = match kernel {
         Kernel::BSpline => 2.0,
@@ -354,7 +354,8 @@ fn rays_per_side(view: &View, kernel: Kernel, extent: Option<f64>) -> u32 {
         }
     };
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "1..=8")]
-    let side = (1.0 / (radius * view.voxel_pixels())).ceil().clamp(1.0, MOST_RAYS) as u32;
+    let side =
+        (1.0 / (radius * view.voxel_pixels() * view.enlarged)).ceil().clamp(1.0, MOST_RAYS) as u32;
     side
 }
 

@@ -25,6 +25,9 @@ pub struct View {
     pub pixels_per_unit: f64,
     /// The order in which the lattice's samples are drawn.
     pub traversal: Traversal,
+    /// How many times larger the picture is shown than it is drawn, ≥ 1: kernels smaller than a
+    /// pixel of what is shown are averaged, and no others.
+    pub enlarged: f64,
 }
 
 /// Far-to-near order of a lattice's samples: nested loops over its axes, with no sort.
@@ -63,6 +66,7 @@ impl View {
             eye_distance,
             pixels_per_unit,
             traversal,
+            enlarged: 1.0,
         }
     }
 

@@ -13,6 +13,8 @@ pub struct Costs {
     pub row_ms: f64,
     /// Per ray of `full` in slabs.
     pub ray_ms: f64,
+    /// Per ray of a smaller picture in slabs: rays farther apart share less.
+    pub reduced_ray_ms: f64,
 }
 
 impl Default for Costs {
@@ -24,6 +26,7 @@ impl Default for Costs {
             voxel_ms: 0.7e-3,
             row_ms: 0.2e-3,
             ray_ms: 2e-3,
+            reduced_ray_ms: 2e-3,
         }
     }
 }
@@ -57,6 +60,18 @@ impl Costs {
         if rays > 0.0 && wall_ms > 0.0 {
             self.ray_ms += (wall_ms / rays - self.ray_ms) * RAY_TRUST;
         }
+    }
+
+    /// Takes in a smaller picture in slabs.
+    pub fn learn_reduced(&mut self, rays: f64, wall_ms: f64) {
+        if rays > 0.0 && wall_ms > 0.0 {
+            self.reduced_ray_ms += (wall_ms / rays - self.reduced_ray_ms) * RAY_TRUST;
+        }
+    }
+
+    /// Rays that a budget affords in a smaller picture in slabs.
+    pub fn reduced_rays_within(&self, budget_ms: f64) -> f64 {
+        (budget_ms / self.reduced_ray_ms).max(1.0)
     }
 
     /// Takes in a coarse picture's measurement: both prices move by the same ratio.

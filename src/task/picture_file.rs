@@ -96,6 +96,7 @@ mod tests {
             nodes: 0,
             max_error: 0.0,
             missing_rmse: 0.0,
+            is_reduced: false,
             wall_ms: 0.0,
         };
         let still = Still {

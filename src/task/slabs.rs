@@ -84,14 +84,15 @@ impl Drop for FieldJob {
 }
 
 impl Drawer {
-    /// Every slab of a reconstructed field.
+    /// Every slab of a reconstructed field, for a picture that is shown `enlarged` times larger.
     pub(super) fn slabs(
         &mut self,
         scene: &Scene,
         size: [u32; 2],
+        enlarged: f64,
         observer: &mut dyn Observer,
     ) -> Result<Drawn, DrawError> {
-        let view = View::new(scene, size);
+        let view = View { enlarged, ..View::new(scene, size) };
         self.prepare_slabs(scene, &view, observer)?;
         let spacing = scene.volume.lattice.smallest_spacing();
         let unit_distance = scene.opacity_unit_distance();
@@ -99,8 +100,25 @@ impl Drawer {
             let splat = &scene.splat;
             renderer.draw_slab_tiles(&view, splat, unit_distance, spacing, STOP_BELOW, tiles)
         })?;
-        self.costs.learn_rays(f64::from(size[0]) * f64::from(size[1]), drawn.wall_ms);
+        let rays = f64::from(size[0]) * f64::from(size[1]);
+        match enlarged > 1.0 {
+            true => self.costs.learn_reduced(rays, drawn.wall_ms),
+            false => self.costs.learn_rays(rays, drawn.wall_ms),
+        }
         Ok(drawn)
+    }
+
+    /// Brings the field of a scene that reconstructs one to the device.
+    pub(super) fn prepare_field(
+        &mut self,
+        scene: &Scene,
+        size: [u32; 2],
+        observer: &mut dyn Observer,
+    ) -> Result<(), DrawError> {
+        match reconstructs(&scene.splat) {
+            true => self.prepare_slabs(scene, &View::new(scene, size), observer),
+            false => Ok(()),
+        }
     }
 
     /// Every kernel of the grid, gathered pixel by pixel.
@@ -149,6 +167,7 @@ impl Drawer {
             nodes: 0,
             max_error: 0.0,
             missing_rmse: 0.0,
+            is_reduced: false,
             wall_ms: start.elapsed().as_secs_f64() * 1e3,
         })
     }

@@ -193,12 +193,17 @@ pub(super) fn draw(
         Refine::Reduced { detail, scale } => {
             drawn_size = scaled(*size, scale);
             match detail {
-                Detail::Full => Rung::Full,
+                Detail::Full if scale == 1.0 => Rung::Full,
+                Detail::Full => {
+                    drawn_size = *size;
+                    Rung::Reduced { shrink: 1.0 / scale }
+                }
                 Detail::Octree { max_error } => Rung::Octree { max_error },
             }
         }
     };
     if let Rung::Coarse { .. } = rung {
+        drawer.prepare_field(scene, *size, &mut watch)?;
         // Costs are learnt first; the picture then fits its budget.
         for _ in 0..4 {
             drawer.draw(scene, drawn_size, rung, &mut watch)?;
@@ -231,6 +236,7 @@ pub(super) fn draw(
         passes = drawer.renderer.times().to_vec();
         drawer.renderer.stop_timing();
     }
+    let backend = backend_of(rung, &drawn, &scene.splat).name();
     Ok(Still {
         size: *size,
         light,
@@ -244,7 +250,7 @@ pub(super) fn draw(
         timer,
         peak_gpu_bytes: drawer.renderer.peak_bytes(),
         capped_sums,
-        backend: backend_of(rung, &scene.splat).name(),
+        backend,
         pipelines: drawer.renderer.pipeline_count(),
         measured_rmse,
         convergence,
@@ -253,9 +259,10 @@ pub(super) fn draw(
 }
 
 /// What a rung of a still picture is drawn with.
-fn backend_of(rung: Rung, splat: &SplatSettings) -> Backend {
+fn backend_of(rung: Rung, drawn: &Drawn, splat: &SplatSettings) -> Backend {
     let lists = match rung {
         Rung::Full | Rung::Reduced { .. } => return splat.fixed_backend(),
+        Rung::Coarse { .. } if drawn.is_reduced => return splat.fixed_backend(),
         Rung::Octree { .. } | Rung::Subsampled { .. } => lists_cut(splat),
         Rung::Coarse { .. } => previews_by_lists(splat),
         Rung::Cheaper(_) => false,

@@ -26,6 +26,8 @@ const MIDDLE_WORTH_MS: f64 = 700.0;
 const SEVERAL_WORTH_MS: f64 = 3000.0;
 /// Share of the whole way that `full` is, where slabs are doubled after it.
 const FULL_SHARE: f64 = 0.5;
+/// A rung that is not so many times sharper than what is on the screen is left out.
+const WORTH_SHARPENING: f64 = 1.5;
 
 impl Worker {
     /// Draws a request as far as it goes.
@@ -64,13 +66,19 @@ impl Worker {
                     return Ok(());
                 }
                 // A moving hand has seen it, or it was drawn before a still interrupted.
-                let seen = self.coarse.iter().any(|(seen, _, coarseness)| {
-                    matches!(coarseness, Coarseness::Octree { .. }) && makes_same(seen)
-                });
+                let seen = self.coarse.iter().any(|c| c.is_preview && makes_same(&c.request));
                 if !seen && ladder != Ladder::AtOnce {
                     self.rung(request, Rung::Coarse { budget_ms }, Manner::Whole)?;
                 }
-                let rungs = self.ladder(scene, size, ladder)?;
+                let mut rungs = self.ladder(scene, size, ladder)?;
+                // A preview in the scene's own mode may have been as sharp as the next rung.
+                if let Some(sharpness) = self.preview_reduction() {
+                    let is_sharper = |shrink: f64| shrink * WORTH_SHARPENING <= sharpness;
+                    rungs.retain(|rung| match *rung {
+                        Rung::Reduced { shrink } => is_sharper(shrink),
+                        _ => true,
+                    });
+                }
                 let share = if doublings(request, 0.0).is_some() { FULL_SHARE } else { 1.0 };
                 let step = share / rungs.len() as f64;
                 let mut full_ms = 0.0;
@@ -149,11 +157,11 @@ impl Worker {
         let mut picture = self.presented(request, rung_words(rung, &drawn), progress, &drawn)?;
         picture.report.backend = backend;
         let coarseness = match rung {
-            Rung::Coarse { .. } => {
+            Rung::Coarse { .. } if !drawn.is_reduced => {
                 let (max_error, missing_rmse) = (drawn.max_error, drawn.missing_rmse);
                 Some(Coarseness::Octree { max_error, missing_rmse })
             }
-            Rung::Reduced { .. } => Some(Coarseness::Reduced),
+            Rung::Coarse { .. } | Rung::Reduced { .. } => Some(Coarseness::Reduced),
             _ => None,
         };
         if let Some(coarseness) = coarseness {
@@ -166,8 +174,15 @@ impl Worker {
         }
         let picture = Arc::new(picture);
         if let Some(coarseness) = coarseness {
-            self.coarse.retain(|(_, _, other)| !other.is_kind_of(coarseness));
-            self.coarse.push((request.clone(), Arc::clone(&picture), coarseness));
+            let is_preview = matches!(rung, Rung::Coarse { .. });
+            self.coarse.retain(|other| other.is_preview != is_preview);
+            let picture = Arc::clone(&picture);
+            self.coarse.push(Unchecked {
+                request: request.clone(),
+                picture,
+                coarseness,
+                is_preview,
+            });
         }
         if rung == Rung::Full {
             self.finished = Some((request.clone(), Arc::clone(&picture)));
@@ -188,12 +203,18 @@ impl Worker {
         let Some(mut drawer) = self.drawer.take() else { return Err(no_device()) };
         let mut watch = Watch::new(self, request, manner, drawer.active_count());
         let learnt = drawer.costs;
-        let splat = match rung {
-            Rung::Full | Rung::Reduced { .. } => SplatSettings {
-                backend: drawer.window_backend(&request.scene, request.size),
-                ..request.scene.splat
-            },
-            _ => request.scene.splat.previewed(),
+        let in_own_mode = match rung {
+            Rung::Full | Rung::Reduced { .. } => true,
+            Rung::Coarse { budget_ms } => {
+                drawer.reduction(&request.scene, request.size, budget_ms).is_some()
+            }
+            _ => false,
+        };
+        let splat = if in_own_mode {
+            let backend = drawer.window_backend(&request.scene, request.size);
+            SplatSettings { backend, ..request.scene.splat }
+        } else {
+            request.scene.splat.previewed()
         };
         let scene = Scene { splat, ..request.scene.clone() };
         let drawn = drawer.draw(&scene, request.size, rung, &mut watch);
@@ -240,18 +261,25 @@ impl Worker {
         (self.wake)();
     }
 
+    /// How many times smaller than shown the preview was drawn, where that was all that is coarse.
+    fn preview_reduction(&self) -> Option<f64> {
+        let preview = self.coarse.iter().find(|c| c.is_preview)?;
+        (preview.coarseness == Coarseness::Reduced).then(|| preview.picture.shrink())
+    }
+
     /// Holds the coarse pictures against the finished one of the same view, and learns from them.
     fn check(&mut self, request: &FrameRequest, picture: &mut Picture) {
-        for (seen, coarse, coarseness) in std::mem::take(&mut self.coarse) {
+        for coarse in std::mem::take(&mut self.coarse) {
+            let Unchecked { request: seen, picture: shown, coarseness, is_preview } = coarse;
             let same = seen.size == request.size && seen.scene.makes_same_picture(&request.scene);
-            let Some(estimated_rmse) = coarse.report.estimated_rmse.filter(|_| same) else {
+            let Some(estimated_rmse) = shown.report.estimated_rmse.filter(|_| same) else {
                 continue;
             };
-            if let Ok(measured_rmse) = estimate::shown_rmse(&coarse, picture) {
+            if let Ok(measured_rmse) = estimate::shown_rmse(&shown, picture) {
                 let checked = Checked { estimated_rmse, measured_rmse };
                 self.estimator.learn(&request.scene, coarseness, &checked);
                 // The preview is the one that the hand saw.
-                if matches!(coarseness, Coarseness::Octree { .. }) {
+                if is_preview {
                     picture.report.checked = Some(checked);
                 }
             }
@@ -313,6 +341,9 @@ fn picture(
 /// A finished rung in words.
 pub(super) fn rung_words(rung: Rung, drawn: &Drawn) -> String {
     match rung {
+        Rung::Coarse { .. } if drawn.is_reduced => {
+            format!("coarse, full at {} × {}", drawn.size[0], drawn.size[1])
+        }
         Rung::Coarse { .. } => format!("coarse, octree error {:.3}", drawn.max_error),
         Rung::Octree { .. } => format!("octree error {:.3}", drawn.max_error),
         Rung::Subsampled { level } => format!("every {}th sample, averaged", 1 << level),
@@ -320,6 +351,16 @@ pub(super) fn rung_words(rung: Rung, drawn: &Drawn) -> String {
         Rung::Reduced { .. } => format!("full at {} × {}", drawn.size[0], drawn.size[1]),
         Rung::Full => "full".to_owned(),
     }
+}
+
+/// A coarse picture that was published, until a finished one of its view has checked it.
+#[derive(Debug)]
+pub(super) struct Unchecked {
+    request: FrameRequest,
+    picture: Arc<Picture>,
+    coarseness: Coarseness,
+    /// Drawn within a budget, rather than on the way up.
+    is_preview: bool,
 }
 
 /// How a rung is drawn.
@@ -379,6 +420,7 @@ impl Observer for Watch<'_> {
                     nodes: 0,
                     max_error: 0.0,
                     missing_rmse: 0.0,
+                    is_reduced: false,
                     wall_ms: self.start.elapsed().as_secs_f64() * 1e3,
                 };
                 #[expect(clippy::cast_possible_truncation, reason = "0..1")]

@@ -2,11 +2,12 @@
 
 use std::sync::{Arc, PoisonError};
 
+use super::rungs::Unchecked;
 use super::{EngineState, FrameRequest, Picture, Posted, Shared};
 use crate::core::Ticket;
 use crate::gpu::{AdapterChoice, Context, GpuError, Renderer, Wishes};
 use crate::task::draw::{DrawError, Drawer};
-use crate::task::estimate::{Coarseness, Estimator};
+use crate::task::estimate::Estimator;
 use crate::task::still::{self, Still, StillError, StillRequest};
 
 /// Rebuilds of a lost device for one request.
@@ -19,9 +20,8 @@ pub(super) struct Worker {
     adapter: AdapterChoice,
     wishes: Wishes,
     pub(super) drawer: Option<Drawer>,
-    /// The coarse pictures published last, one of a kind, until a finished one of their view has
-    /// checked them.
-    pub(super) coarse: Vec<(FrameRequest, Arc<Picture>, Coarseness)>,
+    /// The coarse pictures published last: a preview, and one on the way up.
+    pub(super) coarse: Vec<Unchecked>,
     /// The `full` that was published last, and what asked for it; `None` once something coarse was
     /// drawn.
     pub(super) finished: Option<(FrameRequest, Arc<Picture>)>,
