@@ -32,6 +32,7 @@ pub(super) fn run(flags: &AccuracyFlags) -> Result<(), Failure> {
     }
     let splat = flags.mode.resolve().map_err(|error| Failure::Usage(error.to_string()))?;
     let plot = flags.plot.as_deref();
+    open::check_name(&flags.input.file)?;
     refuse_one_place(&[
         ("FILE", Some(&flags.input.file)),
         ("--output", Some(&flags.output)),

@@ -58,7 +58,7 @@ pub fn run(
         }
     };
     let outcome = match arguments.command {
-        None => window(arguments.window).map_err(Failure::Failed),
+        None => open_window(arguments.window, window),
         Some(Command::Render(flags)) => render::run(&flags),
         Some(Command::Info(flags)) => info::run(&flags),
         Some(Command::Accuracy(flags)) => accuracy::run(&flags),
@@ -74,6 +74,15 @@ pub fn run(
             ExitCode::FAILURE
         }
     }
+}
+
+fn open_window(
+    flags: WindowFlags,
+    window: impl FnOnce(WindowFlags) -> Result<(), String>,
+) -> Result<(), Failure> {
+    // The window tells what is wrong with a file; a wrong name is wrong usage here as anywhere.
+    flags.files.iter().try_for_each(|file| open::check_name(file))?;
+    window(flags).map_err(Failure::Failed)
 }
 
 /// Where an outcome goes, found fit before the work begins.

@@ -1,6 +1,6 @@
 //! A file named on the command line.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use glam::DVec3;
@@ -21,7 +21,27 @@ pub(super) struct Input {
     path: PathBuf,
 }
 
+/// NAME of `demo:NAME`.
+fn demo_name(file: &Path) -> Option<&str> {
+    file.to_str().and_then(|file| file.strip_prefix("demo:"))
+}
+
+/// Refuses what no volume is called, whatever files there are: a demo that there is not, and
+/// standard input.
+pub(super) fn check_name(file: &Path) -> Result<(), Failure> {
+    if file == Path::new("-") {
+        return Err(Failure::Usage(
+            "expected a file, found - for standard input, which is not read; write the volume to a \
+             file first, and name a file that is called so as ./-"
+                .to_owned(),
+        ));
+    }
+    let checked = demo_name(file).map_or(Ok(()), demo::check);
+    checked.map_err(|error| Failure::Usage(error.to_string()))
+}
+
 pub(super) fn grid(flags: &InputFlags) -> Result<Input, Failure> {
+    check_name(&flags.file)?;
     let raw = RawOverrides {
         dims: flags.raw_dims,
         scalar_type: flags.raw_type,
@@ -30,20 +50,14 @@ pub(super) fn grid(flags: &InputFlags) -> Result<Input, Failure> {
         spacing: flags.raw_spacing.map(DVec3::from),
     };
     let is_raw = raw != RawOverrides::default();
-    if let Some(name) = flags.file.to_str().and_then(|f| f.strip_prefix("demo:")) {
+    if let Some(name) = demo_name(&flags.file) {
         if is_raw {
             return Err(Failure::Usage(format!(
                 "expected --raw-dims and the like with a file, found a demo; leave them out: \
                  demo:{name}"
             )));
         }
-        let grid = demo::open(name, None).ok_or_else(|| {
-            Failure::Failed(format!(
-                "expected one of the demos {} (and at most a size, as in demo:shells:64), \
-                 found demo:{name}",
-                demo::NAMES.join(", ")
-            ))
-        })?;
+        let grid = demo::open(name, None).map_err(|error| Failure::Usage(error.to_string()))?;
         return Ok(Input {
             grid,
             format: "demo".to_owned(),
