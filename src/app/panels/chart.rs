@@ -19,12 +19,16 @@ const AROUND: f32 = 12.0;
 const NEAR: f32 = 12.0;
 /// A decade at least this wide has steps of its own, points.
 const POINTS_FOR_STEPS: f64 = 130.0;
+/// Numbers within a decade: as few of them as tell how wide it is.
+const STEPS: [&[f64]; 3] = [&[1.0], &[1.0, 2.0, 5.0], &[1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0]];
 /// Least distance of two numbers along the axes, points.
 const BETWEEN_NUMBERS: f32 = 8.0;
 /// A graph smaller than this has no words in its corners, points.
 const LEAST_FOR_WORDS: Vec2 = vec2(230.0, 84.0);
 /// The graph is never made lower than this for the legend, points.
 const LEAST_HEIGHT: f32 = 96.0;
+/// The smallest chart that can be read, points.
+pub const LEAST_SIZE: Vec2 = vec2(116.0, 74.0);
 /// Levels above this are drawn at the top: bytes show no more.
 const TOP_DB: f64 = 90.0;
 
@@ -108,7 +112,7 @@ pub fn chart_ui(
     let legend_height = legend_ui(ui, room, LEAST_HEIGHT + BELOW + AROUND, &legend);
     let corner = vec2(AROUND + 4.0, BELOW + legend_height);
     let rect = Rect::from_min_max(outer.min + vec2(LEFT, AROUND), outer.max - corner);
-    if rect.width() < 60.0 || rect.height() < 40.0 {
+    if size.x < LEAST_SIZE.x || size.y < LEAST_SIZE.y {
         return None;
     }
     let axes = Axes::around(rect, points);
@@ -271,41 +275,57 @@ fn paint_axes(painter: &Painter, axes: Axes) {
         );
         db += step;
     }
-    let decades = axes.time[1] - axes.time[0];
-    let has_room = f64::from(axes.rect.width()) / decades > POINTS_FOR_STEPS;
-    let steps: &[f64] = if has_room { &[1.0, 2.0, 5.0] } else { &[1.0] };
-    #[expect(clippy::cast_possible_truncation, reason = "decades of milliseconds")]
-    let (first, last) = (axes.time[0].floor() as i32, axes.time[1].ceil() as i32);
     let mut free_from = f32::NEG_INFINITY;
-    for decade in first..=last {
-        for step in steps {
-            let ms = step * 10.0_f64.powi(decade);
-            if !(axes.time[0]..=axes.time[1]).contains(&ms.log10()) {
-                continue;
-            }
-            let x = axes.at(ms, 0.0).x;
-            painter.vline(x, min.y..=max.y, line);
-            let galley = painter.layout_no_wrap(time_words(ms), font.clone(), theme::TEXT_FAINT);
-            let at = pos2(x - galley.size().x / 2.0, max.y + 4.0);
-            let right = at.x + galley.size().x;
-            if at.x >= free_from && right <= max.x + AROUND {
-                painter.galley(at, galley, theme::TEXT_FAINT);
-                free_from = right + BETWEEN_NUMBERS;
-            }
+    for ms in times(axes) {
+        let x = axes.at(ms, 0.0).x;
+        painter.vline(x, min.y..=max.y, line);
+        let galley = painter.layout_no_wrap(time_words(ms), font.clone(), theme::TEXT_FAINT);
+        let width = galley.size().x;
+        let left = (x - width / 2.0).min(max.x + AROUND - width);
+        if left >= free_from {
+            painter.galley(pos2(left, max.y + 4.0), galley, theme::TEXT_FAINT);
+            free_from = left + width + BETWEEN_NUMBERS;
         }
     }
     if axes.rect.width() < LEAST_FOR_WORDS.x || axes.rect.height() < LEAST_FOR_WORDS.y {
         return;
     }
     let quiet = theme::TEXT_FAINT.gamma_multiply(0.8);
-    let corner = pos2(max.x - 6.0, max.y - 4.0);
-    painter.text(corner, Align2::RIGHT_BOTTOM, "time of a picture in one go", font.clone(), quiet);
-    let corner = pos2(min.x + 6.0, min.y + 4.0);
-    painter.text(corner, Align2::LEFT_TOP, "dB: higher is better", font, quiet);
+    for (corner, align, words) in [
+        (pos2(max.x - 6.0, max.y - 4.0), Align2::RIGHT_BOTTOM, "time of a picture in one go"),
+        (pos2(min.x + 6.0, min.y + 4.0), Align2::LEFT_TOP, "dB: higher is better"),
+    ] {
+        let galley = painter.layout_no_wrap(words.to_owned(), font.clone(), quiet);
+        let place = align.anchor_size(corner, galley.size());
+        // No line goes through the words.
+        painter.rect_filled(place.expand2(vec2(2.0, 0.0)), CornerRadius::ZERO, theme::WELL);
+        painter.galley(place.min, galley, quiet);
+    }
+}
+
+/// The times that have a number and a line: as fine as there is room for, and two at least where
+/// steps of a decade can be divided so.
+fn times(axes: Axes) -> Vec<f64> {
+    let [low, high] = axes.time;
+    #[expect(clippy::cast_possible_truncation, reason = "decades of milliseconds")]
+    let (first, last) = (low.floor() as i32, high.ceil() as i32);
+    let within = |steps: &[f64]| -> Vec<f64> {
+        let of_decade = |decade: i32| steps.iter().map(move |step| step * 10.0_f64.powi(decade));
+        let all = (first..=last).flat_map(of_decade);
+        all.filter(|ms| (low..=high).contains(&ms.log10())).collect()
+    };
+    let has_room = f64::from(axes.rect.width()) / (high - low) > POINTS_FOR_STEPS;
+    let coarsest = usize::from(has_room);
+    let enough = STEPS[coarsest..].iter().map(|steps| within(steps)).find(|all| all.len() >= 2);
+    enough.unwrap_or_else(|| within(STEPS[STEPS.len() - 1]))
 }
 
 fn time_words(ms: f64) -> String {
-    if ms >= 1000.0 { format!("{} s", ms / 1000.0) } else { format!("{ms} ms") }
+    if ms >= 1000.0 {
+        format!("{} s", words::value(ms / 1000.0))
+    } else {
+        format!("{} ms", words::value(ms))
+    }
 }
 
 /// Steps along what can be had for each time, quickest first.
@@ -360,6 +380,11 @@ fn paint_point(
 
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeSet;
+
+    use eframe::egui::epaint::ClippedShape;
+    use eframe::egui::{Context, RawInput};
+
     use super::*;
 
     fn point(ms: f64, db: f64) -> ChartPoint {
@@ -398,6 +423,91 @@ mod tests {
         assert!(b.x > a.x && b.y < a.y);
         let middle = axes.at(100.0, 30.0);
         assert!((middle.x - (a.x + b.x) / 2.0).abs() < 0.01, "logarithmic");
+    }
+
+    /// What is painted of a chart of this size, each shape with what it is cut off at.
+    fn painted(size: Vec2, points: &[ChartPoint], second: bool) -> Vec<ClippedShape> {
+        let (exact, classic) = (SplatSettings::EXACT, SplatSettings::SHADE_FIRST);
+        let marks = Marks { first: &exact, second: second.then_some(&classic), is_old: false };
+        let ctx = Context::default();
+        let pass = || {
+            let input = RawInput {
+                screen_rect: Some(Rect::from_min_size(Pos2::ZERO, vec2(900.0, 500.0))),
+                ..RawInput::default()
+            };
+            let mut output = ctx.run_ui(input, |ui| {
+                chart_ui(ui, size, points, marks);
+            });
+            // Nobody paints them.
+            output.textures_delta.clear();
+            output.shapes
+        };
+        drop(pass());
+        pass()
+    }
+
+    fn texts(shapes: &[ClippedShape]) -> Vec<String> {
+        let text = |shape: &ClippedShape| match &shape.shape {
+            Shape::Text(text) => Some(text.galley.text().to_owned()),
+            _ => None,
+        };
+        shapes.iter().filter_map(text).collect()
+    }
+
+    /// Modes that differ little or much in time and level.
+    fn sets_of_points() -> Vec<Vec<ChartPoint>> {
+        let (exact, classic) = (SplatSettings::EXACT, SplatSettings::SHADE_FIRST);
+        let of = |settings, ms, db| ChartPoint { settings, ..point(ms, db) };
+        vec![
+            vec![of(Some(exact), 14.1, 42.0)],
+            vec![of(Some(exact), 320.0, 41.0), of(Some(classic), 240.0, 41.5)],
+            vec![of(Some(exact), 980.0, 88.0), of(Some(classic), 0.2, 9.0), of(None, 0.1, 5.0)],
+            vec![of(Some(exact), 0.3, 36.0), of(Some(classic), 4000.0, 44.0)],
+        ]
+    }
+
+    #[test]
+    fn a_chart_of_any_size_has_a_number_at_each_axis() {
+        for (set, points) in sets_of_points().into_iter().enumerate() {
+            for width in [116.0, 120.0, 150.0, 300.0, 700.0] {
+                for height in [74.0, 90.0, 130.0, 170.0, 300.0] {
+                    let found = texts(&painted(vec2(width, height), &points, true));
+                    let times = found.iter().filter(|t| t.ends_with(" ms") || t.ends_with(" s"));
+                    let levels = found.iter().filter(|t| t.parse::<f64>().is_ok());
+                    let (times, levels) = (times.count(), levels.count());
+                    let at = format!("{set}: {width} × {height}: {found:?}");
+                    assert!(times >= 1 && levels >= 1, "{at}");
+                    assert!(times >= 2 && levels >= 2 || width < 300.0 || height < 300.0, "{at}");
+                }
+            }
+        }
+        let too_small = texts(&painted(LEAST_SIZE - vec2(1.0, 0.0), &sets_of_points()[2], true));
+        assert!(too_small.is_empty(), "{too_small:?}");
+    }
+
+    #[test]
+    fn no_word_and_no_mark_of_the_legend_is_cut_off() {
+        let points = sets_of_points().swap_remove(2);
+        let mut rows = BTreeSet::new();
+        for width in [150.0, 200.0, 254.0, 294.0, 374.0, 454.0, 700.0] {
+            for height in [90.0, 170.0, 190.0, 204.0, 260.0, 400.0] {
+                let outer = Rect::from_min_size(Pos2::ZERO, vec2(width, height)).expand(8.0);
+                let shapes = painted(vec2(width, height), &points, true);
+                let legend: Vec<_> =
+                    shapes.iter().filter(|s| s.clip_rect.left() > LEFT - 1.0).collect();
+                let mut lines = BTreeSet::new();
+                for ClippedShape { clip_rect, shape, .. } in legend {
+                    let is_whole = clip_rect.contains_rect(shape.visual_bounding_rect());
+                    assert!(is_whole, "{width} × {height}: {shape:?} in {clip_rect}");
+                    assert!(outer.contains_rect(*clip_rect), "{clip_rect} of {outer}");
+                    if let Shape::Text(text) = shape {
+                        lines.insert(text.pos.y as i32);
+                    }
+                }
+                rows.insert(lines.len());
+            }
+        }
+        assert!(rows.contains(&0) && rows.contains(&1) && rows.len() > 3, "{rows:?}");
     }
 
     #[test]
