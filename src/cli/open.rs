@@ -5,13 +5,15 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-use super::Failure;
 use super::flags::{InputFlags, SceneFlags};
+use super::{Failure, note};
 use crate::core::{Camera, Projection, Ticket};
 use crate::io::{self, OpenOptions, RawOverrides};
 use crate::scene::{self, Scene, SplatSettings};
 use crate::transfer::ColourSource;
-use crate::volume::{Component, Grid, ScalarVolume, Statistics, VolumeError, demo};
+use crate::volume::{
+    Component, Grid, ScalarVolume, Statistics, VolumeError, demo, demo::DemoError,
+};
 
 /// What was opened: the grid, and where the file says so, its format.
 pub(super) struct Input {
@@ -57,7 +59,10 @@ pub(super) fn grid(flags: &InputFlags) -> Result<Input, Failure> {
                  demo:{name}"
             )));
         }
-        let grid = demo::open(name, None).map_err(|error| Failure::Usage(error.to_string()))?;
+        let grid = demo::open(name, None).map_err(|error| match error {
+            DemoError::TooLarge(_) => Failure::failed(error),
+            error => Failure::Usage(error.to_string()),
+        })?;
         return Ok(Input {
             grid,
             format: "demo".to_owned(),
@@ -96,12 +101,12 @@ fn scalar(
         Reach::All => {}
         Reach::Some => {
             let range = range_words(&volume.statistics);
-            eprintln!(
-                "voxsplat: note: field \"{}\" reaches beyond the 32-bit floats that pictures are \
+            note(&format!(
+                "field \"{}\" reaches beyond the 32-bit floats that pictures are \
                  drawn with ({range}): values more than {:.1e} from the rest count as that far",
                 volume.name,
                 f32::MAX
-            );
+            ));
         }
         Reach::None => {
             return Err(Failure::Failed(format!(

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use super::flags::{RefineFlag, RenderFlags};
 use super::stats::Stats;
-use super::{Destination, Failure, open, refuse_one_place};
+use super::{Destination, Failure, note, open, refuse_one_place};
 use crate::core::{Srgb8, Ticket};
 use crate::scene::{Background, MOST_SLABS_PER_VOXEL, Scene, Visibility};
 use crate::task::engine::Engine;
@@ -46,7 +46,7 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
     let start = Instant::now();
     let input = open::grid(&flags.input)?;
     for warning in &input.warnings {
-        eprintln!("voxsplat: note: {warning}");
+        note(warning);
     }
     let background = if flags.no_background {
         Background::Transparent
@@ -67,12 +67,12 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
     let still = engine.still(request, &Ticket::new()).map_err(Failure::failed)?;
     // Less than half a step of an 8-bit channel everywhere: nobody would see anything.
     if still.light.iter().all(|pixel| pixel[3] < 1.0 / 512.0) {
-        eprintln!("voxsplat: note: {}", nothing_seen(still.kernels_active));
+        note(&nothing_seen(still.kernels_active));
     }
     if let Some(convergence) = &still.convergence
         && !convergence.is_reached()
     {
-        eprintln!("voxsplat: note: {}", did_not_converge(convergence));
+        note(&did_not_converge(convergence));
     }
     picture_to.write(&picture_file::bytes(&still, format).map_err(Failure::Failed)?)?;
     if let Some(stats_to) = stats_to {

@@ -81,8 +81,8 @@ fn a_wrong_name_is_usage_unless_only_the_file_or_the_machine_can_tell() {
         }
     }
     for (flag, value, words) in [
-        ("--field", "nope", &["shell", "\"nope\"", "voxsplat info"][..]),
-        ("--component", "7", &["component 7", "voxsplat info"]),
+        ("--field", "nope", &["the field shell", "\"nope\"", "voxsplat info"][..]),
+        ("--component", "7", &["component 0 of field \"shell\"", "component 7", "voxsplat info"]),
     ] {
         for command in ["render", "accuracy"] {
             let output = voxsplat(&[command, DEMO, "-o", name, flag, value]);
@@ -338,4 +338,52 @@ fn what_is_given_twice_or_to_itself_changes_nothing() {
         let empty = voxsplat(&["render", DEMO, "-o", "a.png", flag]);
         assert_eq!(empty.status.code(), Some(2), "{}", errors(&empty));
     }
+}
+
+/// The device that takes nothing.
+#[cfg(target_os = "linux")]
+fn full() -> std::fs::File {
+    std::fs::File::options().write(true).open("/dev/full").expect("a device of every Linux")
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn where_nothing_can_be_written_there_is_an_exit_code_all_the_same() {
+    for arguments in [&["info", DEMO][..], &["info", DEMO, "--json"]] {
+        let run = program(arguments).stdout(full()).output().expect("the program starts");
+        assert_eq!(fault(&run, 1, &["standard output", "refuses"], None), None, "{arguments:?}");
+    }
+    for (arguments, code) in [(&["info", "missing.nrrd"][..], 1), (&["info", "demo:nothing"], 2)] {
+        let run = program(arguments).stderr(full()).output().expect("the program starts");
+        assert_eq!(run.status.code(), Some(code), "{arguments:?}");
+    }
+    if can_draw() {
+        let picture = ["render", DEMO, "-o", "-", "--resolution", "8,8"];
+        let run = program(&picture).stdout(full()).output().expect("the program starts");
+        assert_eq!(fault(&run, 1, &["the picture", "standard output", "refuses"], None), None);
+        // A note that nobody reads spoils no picture.
+        let unseen = [&picture[..], &["--opacity", "1:0"]].concat();
+        let run = program(&unseen).stderr(full()).output().expect("the program starts");
+        assert_eq!(run.status.code(), Some(0));
+        assert!(image::load_from_memory(&run.stdout).is_ok());
+    }
+}
+
+#[test]
+fn sizes_beyond_the_adapter_are_refused_before_the_work() {
+    if !can_draw() {
+        return;
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let table = folder.path().join("table.json");
+    let name = table.to_str().expect("UTF-8");
+    for (size, found) in [("100000,4", "100000 × 1"), ("4,100000", "1 × 100000")] {
+        // As many pixels as this take hours.
+        let begin = Instant::now();
+        let most = ["--resolution", size, "--pixels", "4294967295"];
+        let output = voxsplat(&[&["accuracy", DEMO, "-o", name][..], &most].concat());
+        assert_eq!(fault(&output, 1, &["pixels a side", found], None), None);
+        assert!(begin.elapsed() < Duration::from_secs(60));
+    }
+    assert!(!table.exists());
 }

@@ -12,6 +12,8 @@ use std::sync::Arc;
 use glam::DVec3;
 use rayon::prelude::*;
 
+use crate::core::memory::{self, TooLarge};
+
 use super::{Association, Field, Grid, Lattice, Samples};
 
 /// Every demo, the one that a window opens with first.
@@ -46,6 +48,9 @@ pub enum DemoError {
         /// What stood for the size.
         size: String,
     },
+    /// More than memory holds.
+    #[error(transparent)]
+    TooLarge(#[from] TooLarge),
 }
 
 /// Whether there is a demo of a name, which may begin with `demo:` and end with `:SIZE`.
@@ -79,7 +84,7 @@ fn sized(name: &'static str, size: Option<usize>, found: &str) -> Result<usize, 
 /// The name may begin with `demo:` and end with `:SIZE`, which wins over `size`.
 ///
 /// # Errors
-/// Names there are not, and sizes outside [`SIZES`].
+/// Names there are not, sizes outside [`SIZES`], and more than memory holds.
 pub fn open(name: &str, size: Option<usize>) -> Result<Grid, DemoError> {
     let (name, own) = parsed(name)?;
     let size = match (own, size) {
@@ -87,22 +92,34 @@ pub fn open(name: &str, size: Option<usize>) -> Result<Grid, DemoError> {
         (None, Some(size)) => Some(sized(name, Some(size), &size.to_string())?),
         (None, None) => None,
     };
-    let sized = |own: usize| size.unwrap_or(own);
+    let own = match name {
+        "head" => 128,
+        "constant" => 32,
+        _ => 64,
+    };
+    let size = size.unwrap_or(own);
+    // Two scalars and a vector, or one scalar, of 32 bits at most.
+    let each = if name == "tornado" { 20 } else { 4 };
+    memory::require(
+        &format!("demo:{name}:{size}"),
+        (size as u64).pow(3) * each,
+        memory::free_bytes(),
+    )?;
     Ok(match name {
-        "head" => head::grid(sized(128)),
-        "tornado" => tornado::grid(sized(64)),
+        "head" => head::grid(size),
+        "tornado" => tornado::grid(size),
         "marschner-lobb" => {
-            let lattice = centred(sized(64));
+            let lattice = centred(size);
             scalar(lattice, "density", Samples::Float32(sample(lattice, marschner_lobb)))
         }
         "shells" => {
-            let lattice = centred(sized(64));
+            let lattice = centred(size);
             let edge = lattice.spacing.x;
             let values = sample(lattice, |p| shells(p, edge)).into_iter().map(|v| v.round() as u8);
             scalar(lattice, "shell", Samples::UInt8(values.collect()))
         }
         "blobs" => {
-            let lattice = centred(sized(64));
+            let lattice = centred(size);
             let blobs = blob_parameters();
             let density = |p: DVec3| {
                 blobs
@@ -113,7 +130,7 @@ pub fn open(name: &str, size: Option<usize>) -> Result<Grid, DemoError> {
             scalar(lattice, "density", Samples::Float32(sample(lattice, density)))
         }
         "checkerboard" => {
-            let lattice = centred(sized(64));
+            let lattice = centred(size);
             let values = (0..lattice.len()).map(|i| {
                 let odd: usize =
                     index_of(lattice.dims, i).iter().map(|j| j * 8 / lattice.dims[0]).sum();
@@ -122,7 +139,7 @@ pub fn open(name: &str, size: Option<usize>) -> Result<Grid, DemoError> {
             scalar(lattice, "check", Samples::UInt8(values.collect()))
         }
         "constant" => {
-            let lattice = centred(sized(32));
+            let lattice = centred(size);
             scalar(lattice, "constant", Samples::UInt8(vec![100; lattice.len()]))
         }
         _ => return Err(DemoError::Name { name: name.to_owned() }),
