@@ -136,8 +136,10 @@ fn bar_ui(ui: &mut Ui, notice: &Notice) -> Bar {
 /// Text that wraps, and a button at its right; true once that was clicked.
 pub(super) fn text_and_button_ui(ui: &mut Ui, text: RichText, button: &str, enabled: bool) -> bool {
     ui.horizontal(|ui| {
-        let room = vec2((ui.available_width() - BUTTON_WIDTH).max(40.0), 0.0);
-        ui.allocate_ui_with_layout(room, Layout::top_down(Align::Min), |ui| {
+        // As high as the button from the start: one line stands beside it, more go below.
+        let height = ui.spacing().interact_size.y;
+        let room = vec2((ui.available_width() - BUTTON_WIDTH).max(40.0), height);
+        ui.allocate_ui_with_layout(room, Layout::left_to_right(Align::Center), |ui| {
             ui.set_min_width(room.x);
             ui.add(Label::new(text).wrap().selectable(true));
         });
@@ -153,7 +155,7 @@ fn one_line(text: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use eframe::egui::{Context, RawInput, ViewportId};
+    use eframe::egui::{Context, RawInput, Shape, ViewportId};
 
     use super::*;
 
@@ -174,6 +176,30 @@ mod tests {
         // Nobody paints them.
         output.textures_delta.clear();
         output.viewport_output[&ViewportId::ROOT].repaint_delay
+    }
+
+    #[test]
+    fn one_line_stands_beside_its_button() {
+        let ctx = Context::default();
+        let mut notices = Notices::default();
+        notices.note("news");
+        let mut shapes = Vec::new();
+        for _ in 0..3 {
+            let mut output = ctx.run_ui(RawInput::default(), |ui| notices.bars_ui(ui));
+            output.textures_delta.clear();
+            shapes = output.shapes;
+        }
+        let middle = |words: &str| {
+            shapes.iter().find_map(|clipped| match &clipped.shape {
+                Shape::Text(text) if text.galley.text() == words => {
+                    Some(text.visual_bounding_rect().center().y)
+                }
+                _ => None,
+            })
+        };
+        let [news, button] = ["news", "Dismiss"].map(|words| middle(words).expect("painted"));
+        // The descender of neither counts for more than this.
+        assert!((news - button).abs() < 3.0, "words at {news}, the button's at {button}");
     }
 
     #[test]
