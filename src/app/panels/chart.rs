@@ -6,6 +6,7 @@ use eframe::egui::{
     Shape, Stroke, Tooltip, Ui, Vec2, WidgetInfo, pos2, vec2,
 };
 
+use super::axes::{AROUND, Axes, paint_axes};
 use super::legend::{Mark, legend_ui};
 use crate::app::measuring::{ChartPoint, front, is_of};
 use crate::app::{theme, words};
@@ -14,24 +15,12 @@ use crate::scene::SplatSettings;
 /// Room for the numbers left of and below the graph, and around it, points.
 const LEFT: f32 = 40.0;
 const BELOW: f32 = 22.0;
-const AROUND: f32 = 12.0;
 /// A pointer this close to a point means it, points.
 const NEAR: f32 = 12.0;
-/// A decade at least this wide has steps of its own, points.
-const POINTS_FOR_STEPS: f64 = 130.0;
-/// Numbers within a decade: as few of them as tell how wide it is.
-const STEPS: [&[f64]; 3] = [&[1.0], &[1.0, 2.0, 5.0], &[1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0]];
-/// Least distance of two numbers along the axes, points.
-const BETWEEN_NUMBERS: f32 = 8.0;
-/// A graph smaller than this has no words in its corners, points.
-const LEAST_FOR_WORDS: Vec2 = vec2(230.0, 84.0);
 /// The graph is never made lower than this for the legend, points.
 const LEAST_HEIGHT: f32 = 96.0;
 /// The smallest chart that can be read, points.
 pub const LEAST_SIZE: Vec2 = vec2(116.0, 74.0);
-/// Levels above this are drawn at the top: bytes show no more.
-const TOP_DB: f64 = 90.0;
-
 /// What the chart shows beside the points.
 #[derive(Debug, Clone, Copy)]
 pub struct Marks<'a> {
@@ -50,49 +39,6 @@ pub struct Picked {
     pub index: usize,
     /// With Shift: to be compared with.
     pub as_second: bool,
-}
-
-/// Where times and levels lie: decades across, dB upwards.
-#[derive(Debug, Clone, Copy)]
-struct Axes {
-    rect: Rect,
-    /// log₁₀ of milliseconds at the left and right edge.
-    time: [f64; 2],
-    /// dB at the lower and upper edge.
-    level: [f64; 2],
-}
-
-impl Axes {
-    /// Room for all points and a margin, whole steps of 5 dB.
-    fn around(rect: Rect, points: &[ChartPoint]) -> Self {
-        let drawn = || points.iter().filter(|point| point.failed.is_none());
-        let bounds = |values: &mut dyn Iterator<Item = f64>| {
-            values
-                .filter(|v| v.is_finite())
-                .fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], v| [l.min(v), h.max(v)])
-        };
-        let mut time = bounds(&mut drawn().map(|point| point.ms.max(0.01).log10()));
-        let mut level = bounds(&mut drawn().map(|point| point.db.min(TOP_DB)));
-        if time[0] > time[1] || level[0] > level[1] {
-            (time, level) = ([0.0, 3.0], [20.0, 60.0]);
-        }
-        let spare = (0.06 * (time[1] - time[0])).max(0.15);
-        let step = |db: f64, round: fn(f64) -> f64| round(db / 5.0) * 5.0;
-        Self {
-            rect,
-            time: [time[0] - spare, time[1] + spare],
-            level: [step(level[0] - 1.0, f64::floor), step(level[1] + 1.0, f64::ceil)],
-        }
-    }
-
-    #[expect(clippy::cast_possible_truncation, reason = "positions on screen")]
-    fn at(&self, ms: f64, db: f64) -> Pos2 {
-        let share = |value: f64, [low, high]: [f64; 2]| ((value - low) / (high - low)) as f32;
-        pos2(
-            self.rect.left() + share(ms.max(0.01).log10(), self.time) * self.rect.width(),
-            self.rect.bottom() - share(db.min(TOP_DB), self.level) * self.rect.height(),
-        )
-    }
 }
 
 /// The chart, as large as the room there is; the point that was clicked.
@@ -249,85 +195,6 @@ fn nearest(places: &[(usize, Pos2)], at: Pos2) -> Option<usize> {
         .map(|(index, _)| index)
 }
 
-/// Numbers and faint lines: 1-2-5 steps of time, every 5 or 10 dB.
-fn paint_axes(painter: &Painter, axes: Axes) {
-    let font = FontId::proportional(11.0);
-    let line = Stroke::new(1.0, theme::LINE);
-    let Rect { min, max } = axes.rect;
-    let height = axes.level[1] - axes.level[0];
-    let room = f64::from(axes.rect.height());
-    // As many numbers as have room.
-    let step = [5.0, 10.0, 20.0, 50.0]
-        .into_iter()
-        .find(|step| height <= 7.0 * step && room * step / height > 11.0 + 4.0)
-        .unwrap_or(100.0);
-    let mut db = (axes.level[0] / step).ceil() * step;
-    while db <= axes.level[1] + 1e-9 {
-        let y = axes.at(1.0, db).y;
-        painter.hline(min.x..=max.x, y, line);
-        let text = format!("{db:.0}");
-        painter.text(
-            pos2(min.x - 6.0, y),
-            Align2::RIGHT_CENTER,
-            text,
-            font.clone(),
-            theme::TEXT_FAINT,
-        );
-        db += step;
-    }
-    let mut free_from = f32::NEG_INFINITY;
-    for ms in times(axes) {
-        let x = axes.at(ms, 0.0).x;
-        painter.vline(x, min.y..=max.y, line);
-        let galley = painter.layout_no_wrap(time_words(ms), font.clone(), theme::TEXT_FAINT);
-        let width = galley.size().x;
-        let left = (x - width / 2.0).min(max.x + AROUND - width);
-        if left >= free_from {
-            painter.galley(pos2(left, max.y + 4.0), galley, theme::TEXT_FAINT);
-            free_from = left + width + BETWEEN_NUMBERS;
-        }
-    }
-    if axes.rect.width() < LEAST_FOR_WORDS.x || axes.rect.height() < LEAST_FOR_WORDS.y {
-        return;
-    }
-    let quiet = theme::TEXT_FAINT.gamma_multiply(0.8);
-    for (corner, align, words) in [
-        (pos2(max.x - 6.0, max.y - 4.0), Align2::RIGHT_BOTTOM, "time of a picture in one go"),
-        (pos2(min.x + 6.0, min.y + 4.0), Align2::LEFT_TOP, "dB: higher is better"),
-    ] {
-        let galley = painter.layout_no_wrap(words.to_owned(), font.clone(), quiet);
-        let place = align.anchor_size(corner, galley.size());
-        // No line goes through the words.
-        painter.rect_filled(place.expand2(vec2(2.0, 0.0)), CornerRadius::ZERO, theme::WELL);
-        painter.galley(place.min, galley, quiet);
-    }
-}
-
-/// The times that have a number and a line: as fine as there is room for, and two at least where
-/// steps of a decade can be divided so.
-fn times(axes: Axes) -> Vec<f64> {
-    let [low, high] = axes.time;
-    #[expect(clippy::cast_possible_truncation, reason = "decades of milliseconds")]
-    let (first, last) = (low.floor() as i32, high.ceil() as i32);
-    let within = |steps: &[f64]| -> Vec<f64> {
-        let of_decade = |decade: i32| steps.iter().map(move |step| step * 10.0_f64.powi(decade));
-        let all = (first..=last).flat_map(of_decade);
-        all.filter(|ms| (low..=high).contains(&ms.log10())).collect()
-    };
-    let has_room = f64::from(axes.rect.width()) / (high - low) > POINTS_FOR_STEPS;
-    let coarsest = usize::from(has_room);
-    let enough = STEPS[coarsest..].iter().map(|steps| within(steps)).find(|all| all.len() >= 2);
-    enough.unwrap_or_else(|| within(STEPS[STEPS.len() - 1]))
-}
-
-fn time_words(ms: f64) -> String {
-    if ms >= 1000.0 {
-        format!("{} s", words::value(ms / 1000.0))
-    } else {
-        format!("{} ms", words::value(ms))
-    }
-}
-
 /// Steps along what can be had for each time, quickest first.
 fn paint_front(painter: &Painter, front: impl Iterator<Item = Pos2>, is_old: bool) {
     let mut line: Vec<Pos2> = Vec::new();
@@ -397,32 +264,6 @@ mod tests {
             on_front: false,
             failed: None,
         }
-    }
-
-    #[test]
-    fn every_point_is_inside_the_graph_whatever_its_numbers() {
-        let rect = Rect::from_min_max(pos2(10.0, 20.0), pos2(410.0, 220.0));
-        for points in [
-            vec![],
-            vec![point(5.0, 30.0)],
-            vec![point(0.0, f64::INFINITY), point(1e7, -3.0), point(7.0, 200.0)],
-        ] {
-            let axes = Axes::around(rect, &points);
-            for p in &points {
-                let at = axes.at(p.ms, p.db);
-                assert!(rect.expand(0.1).contains(at), "{p:?} at {at} of {rect}");
-            }
-        }
-    }
-
-    #[test]
-    fn more_time_is_to_the_right_and_a_higher_level_is_up() {
-        let rect = Rect::from_min_max(Pos2::ZERO, pos2(100.0, 100.0));
-        let axes = Axes::around(rect, &[point(10.0, 20.0), point(1000.0, 40.0)]);
-        let (a, b) = (axes.at(10.0, 20.0), axes.at(1000.0, 40.0));
-        assert!(b.x > a.x && b.y < a.y);
-        let middle = axes.at(100.0, 30.0);
-        assert!((middle.x - (a.x + b.x) / 2.0).abs() < 0.01, "logarithmic");
     }
 
     /// What is painted of a chart of this size, each shape with what it is cut off at.
