@@ -1,5 +1,6 @@
 //! The `voxsplat` program.
 
+use std::io::Write;
 use std::process::ExitCode;
 
 use env_logger::Env;
@@ -12,9 +13,11 @@ fn main() -> ExitCode {
     env_logger::Builder::from_env(Env::default().default_filter_or("off,voxsplat=warn")).init();
     std::panic::set_hook(Box::new(|panic| {
         let place = panic.location().map_or_else(String::new, ToString::to_string);
-        eprintln!(
+        // Where nobody can be told, there is no use in failing once more.
+        drop(writeln!(
+            std::io::stderr(),
             "voxsplat: expected to go on, found an error of its own; please report it: {place}"
-        );
+        ));
     }));
     // The hook has said what there is to say.
     std::panic::catch_unwind(|| cli::run(std::env::args_os(), window)).unwrap_or(ExitCode::FAILURE)

@@ -232,8 +232,8 @@ fn places_that_cannot_be_written_to_are_found_before_the_work() {
     refused(&run, 1, &["table", ": /nowhere/t.json"]);
     let run = voxsplat(&["accuracy", "demo:shells:8", "-o", name, "--plot", "/nowhere/p.png"]);
     refused(&run, 1, &["plot", ": /nowhere/p.png"]);
-    let run = voxsplat(&["accuracy", "demo:nothing", "-o", name]);
-    refused(&run, 1, &["demo:nothing"]);
+    let run = voxsplat(&["accuracy", "missing.nrrd", "-o", name]);
+    refused(&run, 1, &["nothing of that name", "missing.nrrd"]);
     let run = voxsplat(&["accuracy", "demo:shells:8", "-o", name, "--adapter", "no such adapter"]);
     refused(&run, 1, &["no such adapter"]);
     assert!(!Path::new(name).exists(), "an empty table was left behind");

@@ -1,5 +1,6 @@
 //! The command line as scripts meet it: exit codes, sentences, files.
 
+mod cli_hostile;
 mod command_line;
 
 use std::path::{Path, PathBuf};
@@ -163,8 +164,6 @@ fn what_is_not_in_the_file_or_the_machine_is_exit_1() {
         |more: &[&str]| voxsplat(&[&["render", "demo:shells:8", "-o", name], more].concat());
     assert_eq!(fault(&render(&["--field", "q"]), 1, &["shell", "\"q\""], Some(demo)), None);
     assert_eq!(fault(&render(&["--component", "4"]), 1, &["component 4"], Some(demo)), None);
-    let output = voxsplat(&["info", "demo:nothing"]);
-    assert_eq!(fault(&output, 1, &["shells", "demo:nothing"], None), None);
     let adapter = render(&["--adapter", "no such adapter"]);
     assert_eq!(fault(&adapter, 1, &["no such adapter"], None), None);
     if can_draw() {

@@ -127,7 +127,7 @@ pub(crate) fn crop(light: &[[f32; 4]], width: usize, size: usize, at: [f64; 2]) 
 
 /// A demo's first field.
 pub(crate) fn demo_grid(name: &str, size: usize) -> Result<Grid> {
-    demo::open(name, Some(size)).ok_or_else(|| anyhow!("there is no demo:{name}:{size}"))
+    Ok(demo::open(name, Some(size))?)
 }
 
 pub(crate) fn scalar(grid: &Grid) -> Result<Arc<ScalarVolume>> {

@@ -1,4 +1,6 @@
-//! What the window has to say: one sentence each, until dismissed.
+//! What the window has to say: one sentence each, until dismissed; hints go by themselves.
+
+use std::time::Duration;
 
 use eframe::egui::{
     Align, Button, Color32, CornerRadius, Frame, Label, Layout, Margin, RichText, Stroke, Ui, vec2,
@@ -11,6 +13,9 @@ const LIMIT: usize = 4;
 /// Room for the button at the right of a bar, points.
 const BUTTON_WIDTH: f32 = 76.0;
 
+/// Seconds that a hint is shown, longer while the pointer is on it.
+const HINT_SECONDS: f64 = 6.0;
+
 /// Bad news or news.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
@@ -18,15 +23,29 @@ pub enum Kind {
     Error,
     /// Something to know.
     Note,
+    /// Something to know now: why a key did nothing, or that something is done.
+    Hint,
 }
 
 /// One sentence.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Notice {
     /// Bad news or news.
     pub kind: Kind,
     /// The sentence.
     pub text: String,
+    /// When it was first shown, seconds on the interface's clock.
+    shown_at: Option<f64>,
+}
+
+impl Notice {
+    /// Seconds that are left at a time; no end for what has to be dismissed.
+    fn left(&self, now: f64) -> f64 {
+        match (self.kind, self.shown_at) {
+            (Kind::Hint, Some(since)) => since + HINT_SECONDS - now,
+            _ => f64::INFINITY,
+        }
+    }
 }
 
 /// What is shown, oldest first.
@@ -51,6 +70,11 @@ impl Notices {
         self.push(Kind::Note, text.into());
     }
 
+    /// Shows news that go by themselves.
+    pub fn hint(&mut self, text: impl Into<String>) {
+        self.push(Kind::Hint, text.into());
+    }
+
     /// Takes everything off the screen.
     pub fn clear(&mut self) {
         self.shown.clear();
@@ -62,15 +86,24 @@ impl Notices {
         if self.shown.len() == LIMIT {
             self.shown.remove(0);
         }
-        self.shown.push(Notice { kind, text });
+        self.shown.push(Notice { kind, text, shown_at: None });
     }
 
-    /// Draws the bars, newest at the bottom.
+    /// Draws the bars, newest at the bottom, and asks to be drawn again when one has to go.
     pub fn bars_ui(&mut self, ui: &mut Ui) {
+        let now = ui.input(|input| input.time);
+        self.shown.retain(|notice| notice.left(now) > 0.0);
         let mut dismissed = None;
-        for (index, notice) in self.shown.iter().enumerate() {
-            if bar_ui(ui, notice) {
+        for (index, notice) in self.shown.iter_mut().enumerate() {
+            let bar = bar_ui(ui, notice);
+            if notice.shown_at.is_none() || bar.is_pointed_at {
+                notice.shown_at = Some(now);
+            }
+            if bar.is_dismissed {
                 dismissed = Some(index);
+            }
+            if let Ok(left) = Duration::try_from_secs_f64(notice.left(now)) {
+                ui.ctx().request_repaint_after(left);
             }
         }
         if let Some(index) = dismissed {
@@ -79,11 +112,16 @@ impl Notices {
     }
 }
 
-/// One bar; true once it was dismissed.
-fn bar_ui(ui: &mut Ui, notice: &Notice) -> bool {
+/// What the hand does with a bar.
+struct Bar {
+    is_dismissed: bool,
+    is_pointed_at: bool,
+}
+
+fn bar_ui(ui: &mut Ui, notice: &Notice) -> Bar {
     let (colour, fill) = match notice.kind {
         Kind::Error => (theme::ERROR, Color32::from_rgb(58, 34, 34)),
-        Kind::Note => (theme::NOTE, Color32::from_rgb(31, 45, 40)),
+        Kind::Note | Kind::Hint => (theme::NOTE, Color32::from_rgb(31, 45, 40)),
     };
     let frame = Frame::new()
         .fill(fill)
@@ -91,14 +129,17 @@ fn bar_ui(ui: &mut Ui, notice: &Notice) -> bool {
         .corner_radius(CornerRadius::same(6))
         .inner_margin(Margin::symmetric(10, 6));
     let words = RichText::new(&notice.text).color(colour.lerp_to_gamma(theme::TEXT, 0.45));
-    frame.show(ui, |ui| text_and_button_ui(ui, words, "Dismiss", true)).inner
+    let shown = frame.show(ui, |ui| text_and_button_ui(ui, words, "Dismiss", true));
+    Bar { is_dismissed: shown.inner, is_pointed_at: shown.response.contains_pointer() }
 }
 
 /// Text that wraps, and a button at its right; true once that was clicked.
 pub(super) fn text_and_button_ui(ui: &mut Ui, text: RichText, button: &str, enabled: bool) -> bool {
     ui.horizontal(|ui| {
-        let room = vec2((ui.available_width() - BUTTON_WIDTH).max(40.0), 0.0);
-        ui.allocate_ui_with_layout(room, Layout::top_down(Align::Min), |ui| {
+        // As high as the button from the start: one line stands beside it, more go below.
+        let height = ui.spacing().interact_size.y;
+        let room = vec2((ui.available_width() - BUTTON_WIDTH).max(40.0), height);
+        ui.allocate_ui_with_layout(room, Layout::left_to_right(Align::Center), |ui| {
             ui.set_min_width(room.x);
             ui.add(Label::new(text).wrap().selectable(true));
         });
@@ -114,6 +155,8 @@ fn one_line(text: &str) -> String {
 
 #[cfg(test)]
 mod tests {
+    use eframe::egui::{Context, RawInput, Shape, ViewportId};
+
     use super::*;
 
     #[test]
@@ -124,6 +167,66 @@ mod tests {
         }
         let texts: Vec<_> = notices.shown().iter().map(|n| n.text.as_str()).collect();
         assert_eq!(texts, ["a", "c", "d", "e"]);
+    }
+
+    /// Draws the bars at a time, and tells when they are to be drawn again.
+    fn drawn(notices: &mut Notices, ctx: &Context, time: f64) -> Duration {
+        let input = RawInput { time: Some(time), ..RawInput::default() };
+        let mut output = ctx.run_ui(input, |ui| notices.bars_ui(ui));
+        // Nobody paints them.
+        output.textures_delta.clear();
+        output.viewport_output[&ViewportId::ROOT].repaint_delay
+    }
+
+    #[test]
+    fn one_line_stands_beside_its_button() {
+        let ctx = Context::default();
+        let mut notices = Notices::default();
+        notices.note("news");
+        let mut shapes = Vec::new();
+        for _ in 0..3 {
+            let mut output = ctx.run_ui(RawInput::default(), |ui| notices.bars_ui(ui));
+            output.textures_delta.clear();
+            shapes = output.shapes;
+        }
+        let middle = |words: &str| {
+            shapes.iter().find_map(|clipped| match &clipped.shape {
+                Shape::Text(text) if text.galley.text() == words => {
+                    Some(text.visual_bounding_rect().center().y)
+                }
+                _ => None,
+            })
+        };
+        let [news, button] = ["news", "Dismiss"].map(|words| middle(words).expect("painted"));
+        // The descender of neither counts for more than this.
+        assert!((news - button).abs() < 3.0, "words at {news}, the button's at {button}");
+    }
+
+    #[test]
+    fn hints_go_by_themselves_and_nothing_else_does() {
+        let mut notices = Notices::default();
+        notices.error("bad");
+        notices.note("news");
+        let ctx = Context::default();
+        // The first passes settle where things are.
+        for _ in 0..3 {
+            drawn(&mut notices, &ctx, 100.0);
+        }
+        assert_eq!(drawn(&mut notices, &ctx, 101.0), Duration::MAX, "nothing to come");
+        notices.hint("by the way");
+        for _ in 0..3 {
+            drawn(&mut notices, &ctx, 102.0);
+        }
+        let again = drawn(&mut notices, &ctx, 103.0).as_secs_f64();
+        assert!((HINT_SECONDS - 1.5..HINT_SECONDS).contains(&again), "{again} s");
+        assert_eq!(notices.shown().len(), 3);
+        drawn(&mut notices, &ctx, 102.0 + HINT_SECONDS - 0.1);
+        assert_eq!(notices.shown().len(), 3);
+        drawn(&mut notices, &ctx, 102.0 + HINT_SECONDS);
+        let left: Vec<_> = notices.shown().iter().map(|n| n.text.as_str()).collect();
+        assert_eq!(left, ["bad", "news"]);
+        drawn(&mut notices, &ctx, 1e6);
+        assert_eq!(notices.shown().len(), 2);
     }
 
     #[test]

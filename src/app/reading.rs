@@ -102,13 +102,8 @@ fn beyond_this_machine() -> ReadFailure {
 }
 
 fn made(name: &str) -> Result<ReadGrid, ReadFailure> {
-    match demo::open(name, None) {
-        Some(grid) => Ok(ReadGrid { grid, warnings: Vec::new() }),
-        None => Err(ReadFailure::Refused(format!(
-            "expected one of the demos {}, found \"{name}\"; check the spelling",
-            demo::NAMES.join(", ")
-        ))),
-    }
+    let grid = demo::open(name, None).map_err(|error| ReadFailure::Refused(error.to_string()))?;
+    Ok(ReadGrid { grid, warnings: Vec::new() })
 }
 
 /// What there is to see in a demo, one line; empty for one that is new here.

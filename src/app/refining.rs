@@ -10,12 +10,9 @@ impl Window {
         let Some(scene) = &self.scene else { return };
         let refined = self.viewport.picture().and_then(|picture| picture.report.refined);
         if scene.splat.visibility != Visibility::Slabs {
-            self.notices.note("Only slabs can be refined further: every other mode ends in full");
-        } else if self.pacing.is_judging() {
-            self.notices.note(
-                "Modes are shown as they are while they are compared: close the accuracy panel \
-                 and the comparison first",
-            );
+            self.notices.hint("Only slabs can be refined further");
+        } else if let Some(hint) = stays_full(self.accuracy.open, self.compare.on) {
+            self.notices.hint(hint);
         } else if refined.is_none_or(|refined| !refined.convergence.is_reached()) {
             self.pacing.insist();
         }
@@ -43,5 +40,33 @@ impl Window {
             self.pacing.keep_full();
         }
         self.pacing.set_judging(judging);
+    }
+}
+
+/// Why the view is not refined beyond `full` while modes are judged: what has to be closed, by its
+/// key.
+fn stays_full(accuracy: bool, comparison: bool) -> Option<&'static str> {
+    match (accuracy, comparison) {
+        (false, false) => None,
+        (true, false) => Some("To refine further, close the accuracy panel (A)"),
+        (false, true) => Some("To refine further, close the comparison (C)"),
+        (true, true) => {
+            Some("To refine further, close the accuracy panel (A) and the comparison (C)")
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::stays_full;
+
+    #[test]
+    fn only_what_is_open_is_to_be_closed() {
+        assert_eq!(stays_full(false, false), None);
+        for (accuracy, comparison) in [(true, false), (false, true), (true, true)] {
+            let words = stays_full(accuracy, comparison).expect("something is open");
+            assert_eq!(words.contains("panel (A)"), accuracy, "{words}");
+            assert_eq!(words.contains("comparison (C)"), comparison, "{words}");
+        }
     }
 }

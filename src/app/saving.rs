@@ -1,5 +1,6 @@
 //! Pictures to files: the one on screen at once, or one drawn anew at any size.
 
+use std::io::Cursor;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -10,6 +11,7 @@ use super::job::Job;
 use crate::core::Ticket;
 use crate::scene::Scene;
 use crate::task::engine::{AdapterChoice, Engine, Picture};
+use crate::task::output_file::OutputFile;
 use crate::task::picture_file::{self, PictureFormat};
 use crate::task::still::{Refine, StillError, StillRequest};
 
@@ -86,9 +88,12 @@ pub fn write_png(picture: &Picture, path: &Path) -> Result<(), String> {
     let [width, height] = picture.size;
     let image = RgbaImage::from_raw(width, height, picture.rgba.clone())
         .ok_or_else(|| format!("a picture of {width} × {height} pixels came incomplete"))?;
-    image
-        .save_with_format(path, ImageFormat::Png)
-        .map_err(|error| format!("the picture could not be written: {error}: {}", path.display()))
+    let place = OutputFile::check(path, "the picture")?;
+    let mut bytes = Cursor::new(Vec::new());
+    image.write_to(&mut bytes, ImageFormat::Png).map_err(|error| {
+        format!("the picture could not be encoded: {error}: {}", path.display())
+    })?;
+    place.write(bytes.get_ref())
 }
 
 /// The default name of a saved picture: `{folder}/{name}_{n}.png`, the first free `n`.
@@ -98,8 +103,13 @@ pub fn suggested_path(folder: &Path, name: &str) -> PathBuf {
 
 fn make_folder_of(path: &Path) -> Result<(), String> {
     let Some(folder) = path.parent().filter(|p| !p.as_os_str().is_empty()) else { return Ok(()) };
-    std::fs::create_dir_all(folder)
-        .map_err(|error| format!("the folder could not be made: {error}: {}", folder.display()))
+    std::fs::create_dir_all(folder).map_err(|error| {
+        format!(
+            "expected a folder to save into, found that it cannot be made ({error}); choose \
+                 another place: {}",
+            folder.display()
+        )
+    })
 }
 
 /// The first of `{folder}/{stem}_{n}.png`, n = 1, 2, …, that does not exist.

@@ -16,6 +16,7 @@ use super::window::Window;
 use crate::core::Camera;
 use crate::scene::Background;
 use crate::task::engine::Picture;
+use crate::task::output_file::OutputFile;
 
 /// One pass of the interface.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -66,8 +67,14 @@ pub struct PictureLine {
 /// # Errors
 /// Where it cannot be written.
 pub(super) fn create(path: &Path) -> anyhow::Result<File> {
+    // Held until the file is open: a pipe's reader would think that this was all.
+    let _fit = OutputFile::check(path, "the trace").map_err(|error| anyhow!(error))?;
     File::create(path).map_err(|error| {
-        anyhow!("the trace could not be written: {error}; choose another place: {}", path.display())
+        anyhow!(
+            "expected a place that the trace can be written to, found that the system refuses \
+             ({error}); choose another place: {}",
+            path.display()
+        )
     })
 }
 

@@ -359,7 +359,7 @@ impl Window {
             let Some(ended) = job.poll() else { return true };
             match ended {
                 _ if job.is_cancelled() => {}
-                Ended::Finished(Ok(path)) => notices.note(format!("Saved {}", path.display())),
+                Ended::Finished(Ok(path)) => notices.hint(format!("Saved {}", path.display())),
                 Ended::Finished(Err(reason)) => notices.error(reason),
                 Ended::Lost => notices.error("Saving stopped on a bug of the program"),
             }
@@ -390,7 +390,7 @@ impl Window {
         if let Some(path) = dropped.first() {
             if dropped.len() > 1 {
                 let more = dropped.len() - 1;
-                self.notices.note(format!("One file opens at a time; {more} more were left out"));
+                self.notices.hint(format!("One file opens at a time; {more} more were left out"));
             }
             self.open(ctx, Source::File(path.clone()));
         }
@@ -428,14 +428,14 @@ impl Window {
             Some(Source::Raw(path, layout)) => self.ask_raw_layout(&path, Some(layout), None),
             Some(Source::File(path)) => self.ask_raw_layout(&path, None, None),
             Some(Source::Demo(_)) | None => {
-                self.notices.note("Open a file first: only a file has a layout to describe");
+                self.notices.hint("Only a file has a layout to describe: open one first");
             }
         }
     }
 
     fn ask_to_save(&mut self) {
         let (Some(document), Some(scene)) = (&self.document, &self.scene) else {
-            self.notices.note("Open a volume first: there is no picture to save yet");
+            self.notices.hint("There is no picture to save yet: open a volume first");
             return;
         };
         let folder = self.parts.pictures_folder.clone().unwrap_or_default();
@@ -461,7 +461,7 @@ impl Window {
 
     fn save_screenshot(&mut self, ctx: &Context) {
         let (Some(document), Some(picture)) = (&self.document, self.viewport.picture()) else {
-            self.notices.note("There is no picture on screen yet");
+            self.notices.hint("There is no picture on screen yet");
             return;
         };
         match &self.parts.pictures_folder {

@@ -5,7 +5,7 @@ use std::io::{IsTerminal, Write};
 use super::flags::AccuracyFlags;
 use super::plot;
 use super::report::Report;
-use super::{Destination, Failure, open, refuse_one_place};
+use super::{Destination, Failure, note, open, refuse_one_place};
 use crate::core::Ticket;
 use crate::scene::{MOST_SLABS_PER_VOXEL, Scene, SplatSettings};
 use crate::task::engine::Engine;
@@ -32,6 +32,7 @@ pub(super) fn run(flags: &AccuracyFlags) -> Result<(), Failure> {
     }
     let splat = flags.mode.resolve().map_err(|error| Failure::Usage(error.to_string()))?;
     let plot = flags.plot.as_deref();
+    open::check_name(&flags.input.file)?;
     refuse_one_place(&[
         ("FILE", Some(&flags.input.file)),
         ("--output", Some(&flags.output)),
@@ -42,7 +43,7 @@ pub(super) fn run(flags: &AccuracyFlags) -> Result<(), Failure> {
     let plot_to = plot.map(|path| Destination::file(path, "the plot")).transpose()?;
     let input = open::grid(&flags.input)?;
     for warning in &input.warnings {
-        eprintln!("voxsplat: note: {warning}");
+        note(warning);
     }
     let scene = open::scene(&input, &flags.scene, splat)?;
     let options = SweepOptions {
@@ -53,15 +54,18 @@ pub(super) fn run(flags: &AccuracyFlags) -> Result<(), Failure> {
         ..SweepOptions::new(&scene)
     };
     let engine = Engine::start(flags.adapter.clone(), || ());
-    // A machine that cannot draw says so before the work.
-    let speck = StillRequest {
-        scene: Scene { splat: SplatSettings::SHADE_FIRST, ..scene.clone() },
-        size: [1, 1],
-        refine: Refine::Full,
-        repeat: 0,
-        time_passes: false,
-    };
-    engine.still(speck, &Ticket::new()).map_err(Failure::failed)?;
+    // A machine that cannot draw, or not at this size, says so before the work.
+    let [width, height] = flags.resolution;
+    for size in [[width, 1], [1, height]] {
+        let sliver = StillRequest {
+            scene: Scene { splat: SplatSettings::SHADE_FIRST, ..scene.clone() },
+            size,
+            refine: Refine::Full,
+            repeat: 0,
+            time_passes: false,
+        };
+        engine.still(sliver, &Ticket::new()).map_err(Failure::failed)?;
+    }
     let mut sweep = Sweep::new(scene, flags.resolution, options, exact_truth);
     let shows = std::io::stderr().is_terminal();
     let outcome = sweep.run(&engine, &Ticket::new(), &mut |sweep| {
@@ -74,19 +78,19 @@ pub(super) fn run(flags: &AccuracyFlags) -> Result<(), Failure> {
         return Err(Failure::Failed(error));
     }
     if sweep.sees_nothing() {
-        eprintln!(
-            "voxsplat: note: nothing can be seen in the exact picture, and so nothing is wrong in \
-             any; look at the opacities and the camera"
+        note(
+            "nothing can be seen in the exact picture, and so nothing is wrong in \
+             any; look at the opacities and the camera",
         );
     }
     if let Some(Ok(converged)) = sweep.converged()
         && !converged.convergence.is_reached()
     {
-        eprintln!(
-            "voxsplat: note: the picture that whole pictures are compared with did not converge up \
+        note(&format!(
+            "the picture that whole pictures are compared with did not converge up \
              to --max-slabs {}: the table says by how much it still changed",
             flags.max_slabs
-        );
+        ));
     }
     let report = Report::of(&sweep, flags.input.file.display().to_string());
     let text = serde_json::to_string_pretty(&report).map_err(Failure::failed)? + "\n";

@@ -18,7 +18,8 @@ use crate::volume::ScalarType;
 
 /// Draws volume data by splatting, and shows what accuracy costs in time
 #[derive(Debug, Parser)]
-#[command(name = "voxsplat", version, args_conflicts_with_subcommands = true)]
+#[command(name = "voxsplat", version, propagate_version = true,
+    args_conflicts_with_subcommands = true, after_help = EXIT_CODES)]
 pub struct Arguments {
     /// What to do; without one, the window.
     #[command(subcommand)]
@@ -28,21 +29,40 @@ pub struct Arguments {
     pub window: WindowFlags,
 }
 
+/// The codes that scripts depend on.
+const EXIT_CODES: &str = "\
+Exit codes: 0 success; 1 failure, with one line on stderr; 2 wrong usage. A name that the program has
+never heard of (demo:nothing, --kernel sinc) is wrong usage; one that only the file or the machine can
+tell to be wrong (--field, --component, --adapter) is a failure.";
+
+/// Which of the flags of `accuracy` hold for everything that is measured.
+const SWEEP: &str = "\
+Scene: these flags hold for every picture, and so does --opacity-unit-distance.
+Mode: the other flags of that list describe one way of drawing, which is measured first and stands in
+the table and the chart beside the rest; without them it is the mode of `render` without flags. The
+rest does not follow them. It is always the same some fifty ways: kernels, visibility, classification,
+reconstruction, opacity models, 1/2 to 4 slabs per voxel, octree cuts, and smaller pictures enlarged.
+All are held to one exact picture: interpolating B-splines, pre-integrated, in ever thinner slabs.";
+
 /// What else than the window.
 #[derive(Debug, Subcommand)]
 pub enum Command {
     /// Draw a picture without a window
+    #[command(after_help = EXIT_CODES)]
     Render(Box<RenderFlags>),
     /// Say what is in a file
+    #[command(after_help = EXIT_CODES)]
     Info(InfoFlags),
     /// Measure what each way of drawing costs, and how far from the exact picture it is
+    #[command(after_help = format!("{SWEEP}\n\n{EXIT_CODES}"))]
     Accuracy(Box<AccuracyFlags>),
 }
 
 /// `voxsplat [FILE]…`.
 #[derive(Debug, Args)]
 pub struct WindowFlags {
-    /// Volumes to open, or demo:NAME; the first is shown [default: the built-in demo]
+    /// Volumes to open, demo:NAME or demo:NAME:SIZE (2 to 512); the first is shown [default: the
+    /// built-in demo]
     pub files: Vec<PathBuf>,
     /// Adapter to draw with: auto, software, or part of a name
     #[arg(long, value_parser = values::adapter, default_value = "auto", value_name = "NAME")]
@@ -55,7 +75,7 @@ pub struct WindowFlags {
 /// Which file, and how to read it.
 #[derive(Debug, Args)]
 pub struct InputFlags {
-    /// A volume, or demo:NAME
+    /// A volume, demo:NAME or demo:NAME:SIZE, SIZE samples along each axis (2 to 512)
     pub file: PathBuf,
     /// Dimensions of a raw file
     #[arg(long, value_name = "X,Y,Z", value_parser = values::dims, allow_hyphen_values = true)]
@@ -67,10 +87,10 @@ pub struct InputFlags {
     #[arg(long, value_name = "ORDER", value_parser = values::endian)]
     pub raw_endian: Option<Endian>,
     /// Bytes before the samples of a raw file
-    #[arg(long, value_name = "BYTES")]
+    #[arg(long, value_name = "BYTES", value_parser = values::count, allow_hyphen_values = true)]
     pub raw_skip: Option<u64>,
     /// World distance between the samples of a raw file
-    #[arg(long, value_name = "X,Y,Z", value_parser = values::vector, allow_hyphen_values = true)]
+    #[arg(long, value_name = "X,Y,Z", value_parser = values::spacing, allow_hyphen_values = true)]
     pub raw_spacing: Option<[f64; 3]>,
 }
 
@@ -98,17 +118,19 @@ pub struct SceneFlags {
     /// World point in the middle of the picture
     #[arg(long, value_name = "X,Y,Z", value_parser = values::vector, allow_hyphen_values = true)]
     pub camera_focal_point: Option<[f64; 3]>,
-    /// Half the height of the view, world units
+    /// Half the height of the view, world units; in perspective that at the focal point, and so how
+    /// far the eye is from it: S / tan(angle / 2) [default: the whole volume fits]
     #[arg(long, value_name = "S", value_parser = values::positive, allow_hyphen_values = true)]
     pub parallel_scale: Option<f64>,
-    /// Perspective with this full vertical angle, degrees [default: orthographic]
+    /// Perspective with this full vertical angle, degrees; --parallel-scale says how far the eye is
+    /// [default: orthographic]
     #[arg(long, value_name = "DEG", value_parser = values::view_angle, allow_hyphen_values = true)]
     pub camera_view_angle: Option<f64>,
     /// Field to draw [default: the active one]
     #[arg(long, value_name = "NAME")]
     pub field: Option<String>,
     /// Component of the field, from 0 [default: the length of a vector]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = values::component, allow_hyphen_values = true)]
     pub component: Option<usize>,
     /// Opacities at data values; linear between, held beyond
     #[arg(long, value_name = "V:A,…", value_parser = values::opacity, allow_hyphen_values = true)]
@@ -148,7 +170,7 @@ pub struct ModeFlags {
     #[arg(long, value_name = "N", value_parser = values::positive, allow_hyphen_values = true)]
     pub slabs_per_voxel: Option<f64>,
     /// Sheets each kernel is cut into, with --visibility sheets [default: 1]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = values::sheets, allow_hyphen_values = true)]
     pub sheets_per_kernel: Option<u32>,
     /// optical-depth, or published: opacity times footprint, capped [default: optical-depth]
     #[arg(long, value_name = "MODEL", value_parser = values::opacity_model)]
@@ -213,15 +235,16 @@ pub struct RenderFlags {
     #[arg(long, short, value_name = "FILE")]
     pub output: PathBuf,
     /// Picture size in pixels
-    #[arg(long, value_name = "W,H", value_parser = values::resolution, default_value = "1280,800")]
+    #[arg(long, value_name = "W,H", value_parser = values::resolution, default_value = "1280,800",
+        allow_hyphen_values = true)]
     pub resolution: [u32; 2],
     /// What is seen, from where.
     #[command(flatten)]
     pub scene: SceneFlags,
-    /// Background colour
-    #[arg(long, value_name = "RRGGBB", value_parser = values::colour, default_value = "000000")]
-    pub background: Srgb8,
-    /// Keep the picture's alpha
+    /// Background colour of a PNG; an EXR has none [default: 000000]
+    #[arg(long, value_name = "RRGGBB", value_parser = values::colour)]
+    pub background: Option<Srgb8>,
+    /// Keep the picture's alpha, as an EXR always does
     #[arg(long, conflicts_with = "background")]
     pub no_background: bool,
     /// How the kernels become a picture.
@@ -238,9 +261,10 @@ pub struct RenderFlags {
     #[arg(long, value_name = "T", value_parser = values::positive, allow_hyphen_values = true)]
     pub budget_ms: Option<f64>,
     /// More frames for timing, each with the camera turned by 1°
-    #[arg(long, value_name = "N", default_value_t = 0)]
+    #[arg(long, value_name = "N", value_parser = values::frames, default_value_t = 0,
+        allow_hyphen_values = true)]
     pub repeat: u32,
-    /// Write what was drawn and what it cost, as JSON
+    /// Write what was drawn and what it cost, as JSON; - for stdout
     #[arg(long, value_name = "S.json")]
     pub stats: Option<PathBuf>,
     /// Adapter to draw with: auto, software, or part of a name
@@ -261,17 +285,20 @@ pub struct AccuracyFlags {
     #[arg(long, value_name = "P.png")]
     pub plot: Option<PathBuf>,
     /// Picture size in pixels
-    #[arg(long, value_name = "W,H", value_parser = values::resolution, default_value = "512,512")]
+    #[arg(long, value_name = "W,H", value_parser = values::resolution, default_value = "512,512",
+        allow_hyphen_values = true)]
     pub resolution: [u32; 2],
     /// Pixels compared with the exact picture, at least (all where there are no more)
-    #[arg(long, value_name = "N", default_value_t = 2000,
-        value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "N", value_parser = values::pixels, default_value_t = 2000,
+        allow_hyphen_values = true)]
     pub pixels: u32,
     /// Chooses those pixels
-    #[arg(long, value_name = "N", default_value_t = 1)]
+    #[arg(long, value_name = "N", value_parser = values::count, default_value_t = 1,
+        allow_hyphen_values = true)]
     pub seed: u64,
     /// More frames of each mode; its time is their median
-    #[arg(long, value_name = "N", default_value_t = 2)]
+    #[arg(long, value_name = "N", value_parser = values::frames, default_value_t = 2,
+        allow_hyphen_values = true)]
     pub repeat: u32,
     /// Slabs per voxel that `converged` may go to
     #[arg(long, value_name = "N", value_parser = values::positive, default_value = "16",

@@ -1,9 +1,7 @@
 //! `voxsplat info`.
 
-use std::io::Write;
-
 use super::flags::InfoFlags;
-use super::{Failure, open};
+use super::{Destination, Failure, open};
 use crate::core::Ticket;
 use crate::io::info;
 
@@ -17,6 +15,5 @@ pub(super) fn run(flags: &InfoFlags) -> Result<(), Failure> {
         info.to_string()
     };
     // A reader that has seen enough (`| head`) is no failure.
-    drop(writeln!(std::io::stdout(), "{}", text.trim_end()));
-    Ok(())
+    Destination::Stdout("what is in the file").write(format!("{}\n", text.trim_end()).as_bytes())
 }

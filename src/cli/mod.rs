@@ -58,7 +58,7 @@ pub fn run(
         }
     };
     let outcome = match arguments.command {
-        None => window(arguments.window).map_err(Failure::Failed),
+        None => open_window(arguments.window, window),
         Some(Command::Render(flags)) => render::run(&flags),
         Some(Command::Info(flags)) => info::run(&flags),
         Some(Command::Accuracy(flags)) => accuracy::run(&flags),
@@ -66,14 +66,23 @@ pub fn run(
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
         Err(Failure::Usage(sentence)) => {
-            eprintln!("voxsplat: {}", one_line(&sentence));
+            say(&sentence);
             ExitCode::from(2)
         }
         Err(Failure::Failed(sentence)) => {
-            eprintln!("voxsplat: {}", one_line(&sentence));
+            say(&sentence);
             ExitCode::FAILURE
         }
     }
+}
+
+fn open_window(
+    flags: WindowFlags,
+    window: impl FnOnce(WindowFlags) -> Result<(), String>,
+) -> Result<(), Failure> {
+    // The window tells what is wrong with a file; a wrong name is wrong usage here as anywhere.
+    flags.files.iter().try_for_each(|file| open::check_name(file))?;
+    window(flags).map_err(Failure::Failed)
 }
 
 /// Where an outcome goes, found fit before the work begins.
@@ -97,13 +106,13 @@ impl Destination {
     fn write(&self, bytes: &[u8]) -> Result<(), Failure> {
         match self {
             Self::File(file) => file.write(bytes).map_err(Failure::Failed),
-            Self::Stdout(what) => match std::io::stdout().write_all(bytes) {
+            Self::Stdout(what) => match to_stdout(bytes) {
                 Ok(()) => Ok(()),
                 // Whoever reads has seen enough.
                 Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),
                 Err(error) => Err(Failure::Failed(format!(
-                    "{what} could not be written to standard output: {error}; name a file with \
-                     --output"
+                    "expected to write {what} to standard output, found that the system refuses \
+                     ({error}); send it to another place"
                 ))),
             },
         }
@@ -126,6 +135,24 @@ fn refuse_one_place(named: &[(&str, Option<&Path>)]) -> Result<(), Failure> {
         }
     }
     Ok(())
+}
+
+/// All at once: what is left in a buffer at the end would be lost without a word.
+fn to_stdout(bytes: &[u8]) -> std::io::Result<()> {
+    let mut stdout = std::io::stdout().lock();
+    stdout.write_all(bytes)?;
+    stdout.flush()
+}
+
+/// One line on stderr.
+fn say(sentence: &str) {
+    // Where it cannot be written to, there is nobody left to tell.
+    drop(writeln!(std::io::stderr(), "voxsplat: {}", one_line(sentence)));
+}
+
+/// One line on stderr that is no failure.
+fn note(sentence: &str) {
+    say(&format!("note: {sentence}"));
 }
 
 /// Names of files may hold anything; a message is one line all the same.

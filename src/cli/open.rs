@@ -1,17 +1,19 @@
 //! A file named on the command line.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use glam::DVec3;
 
-use super::Failure;
 use super::flags::{InputFlags, SceneFlags};
+use super::{Failure, note};
 use crate::core::{Camera, Projection, Ticket};
 use crate::io::{self, OpenOptions, RawOverrides};
 use crate::scene::{self, Scene, SplatSettings};
 use crate::transfer::ColourSource;
-use crate::volume::{Component, Grid, ScalarVolume, Statistics, VolumeError, demo};
+use crate::volume::{
+    Component, Grid, ScalarVolume, Statistics, VolumeError, demo, demo::DemoError,
+};
 
 /// What was opened: the grid, and where the file says so, its format.
 pub(super) struct Input {
@@ -21,7 +23,27 @@ pub(super) struct Input {
     path: PathBuf,
 }
 
+/// NAME of `demo:NAME`.
+fn demo_name(file: &Path) -> Option<&str> {
+    file.to_str().and_then(|file| file.strip_prefix("demo:"))
+}
+
+/// Refuses what no volume is called, whatever files there are: a demo that there is not, and
+/// standard input.
+pub(super) fn check_name(file: &Path) -> Result<(), Failure> {
+    if file == Path::new("-") {
+        return Err(Failure::Usage(
+            "expected a file, found - for standard input, which is not read; write the volume to a \
+             file first, and name a file that is called so as ./-"
+                .to_owned(),
+        ));
+    }
+    let checked = demo_name(file).map_or(Ok(()), demo::check);
+    checked.map_err(|error| Failure::Usage(error.to_string()))
+}
+
 pub(super) fn grid(flags: &InputFlags) -> Result<Input, Failure> {
+    check_name(&flags.file)?;
     let raw = RawOverrides {
         dims: flags.raw_dims,
         scalar_type: flags.raw_type,
@@ -30,19 +52,16 @@ pub(super) fn grid(flags: &InputFlags) -> Result<Input, Failure> {
         spacing: flags.raw_spacing.map(DVec3::from),
     };
     let is_raw = raw != RawOverrides::default();
-    if let Some(name) = flags.file.to_str().and_then(|f| f.strip_prefix("demo:")) {
+    if let Some(name) = demo_name(&flags.file) {
         if is_raw {
             return Err(Failure::Usage(format!(
                 "expected --raw-dims and the like with a file, found a demo; leave them out: \
                  demo:{name}"
             )));
         }
-        let grid = demo::open(name, None).ok_or_else(|| {
-            Failure::Failed(format!(
-                "expected one of the demos {} (and at most a size, as in demo:shells:64), \
-                 found demo:{name}",
-                demo::NAMES.join(", ")
-            ))
+        let grid = demo::open(name, None).map_err(|error| match error {
+            DemoError::TooLarge(_) => Failure::failed(error),
+            error => Failure::Usage(error.to_string()),
         })?;
         return Ok(Input {
             grid,
@@ -82,12 +101,12 @@ fn scalar(
         Reach::All => {}
         Reach::Some => {
             let range = range_words(&volume.statistics);
-            eprintln!(
-                "voxsplat: note: field \"{}\" reaches beyond the 32-bit floats that pictures are \
+            note(&format!(
+                "field \"{}\" reaches beyond the 32-bit floats that pictures are \
                  drawn with ({range}): values more than {:.1e} from the rest count as that far",
                 volume.name,
                 f32::MAX
-            );
+            ));
         }
         Reach::None => {
             return Err(Failure::Failed(format!(

@@ -5,16 +5,26 @@ use std::time::Instant;
 
 use super::flags::{RefineFlag, RenderFlags};
 use super::stats::Stats;
-use super::{Destination, Failure, open, refuse_one_place};
-use crate::core::Ticket;
+use super::{Destination, Failure, note, open, refuse_one_place};
+use crate::core::{Srgb8, Ticket};
 use crate::scene::{Background, MOST_SLABS_PER_VOXEL, Scene, Visibility};
 use crate::task::engine::Engine;
 use crate::task::picture_file::{self, PictureFormat};
 use crate::task::still::{CONVERGED, Convergence, Refine, StillRequest};
 
+/// What is behind a picture unless flags say otherwise.
+const BLACK: Srgb8 = Srgb8([0; 3]);
+
 pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
     let refine = refine(flags)?;
     let format = format(&flags.output)?;
+    if format == PictureFormat::Exr && flags.background.is_some() {
+        return Err(Failure::Usage(format!(
+            "expected --background with a PNG, found it with an EXR, which is light with alpha and \
+             has no background; leave it out: {}",
+            flags.output.display()
+        )));
+    }
     let splat = flags.mode.resolve().map_err(|error| Failure::Usage(error.to_string()))?;
     if flags.refine == RefineFlag::Converged && splat.visibility != Visibility::Slabs {
         return Err(Failure::Usage(format!(
@@ -24,6 +34,7 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
         )));
     }
     let stats = flags.stats.as_deref();
+    open::check_name(&flags.input.file)?;
     refuse_one_place(&[
         ("FILE", Some(&flags.input.file)),
         ("--output", Some(&flags.output)),
@@ -31,16 +42,16 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
     ])?;
     // Drawing may take long: places that cannot be written to are found before it.
     let picture_to = Destination::check(&flags.output, "the picture")?;
-    let stats_to = stats.map(|path| Destination::file(path, "the statistics")).transpose()?;
+    let stats_to = stats.map(|path| Destination::check(path, "the statistics")).transpose()?;
     let start = Instant::now();
     let input = open::grid(&flags.input)?;
     for warning in &input.warnings {
-        eprintln!("voxsplat: note: {warning}");
+        note(warning);
     }
     let background = if flags.no_background {
         Background::Transparent
     } else {
-        Background::Colour(flags.background)
+        Background::Colour(flags.background.unwrap_or(BLACK))
     };
     let scene = Scene { background, ..open::scene(&input, &flags.scene, splat)? };
     let load_ms = start.elapsed().as_secs_f64() * 1e3;
@@ -56,16 +67,12 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
     let still = engine.still(request, &Ticket::new()).map_err(Failure::failed)?;
     // Less than half a step of an 8-bit channel everywhere: nobody would see anything.
     if still.light.iter().all(|pixel| pixel[3] < 1.0 / 512.0) {
-        eprintln!(
-            "voxsplat: note: nothing can be seen in the picture, though {} voxels have opacity; \
-             look at the opacities, the extent and the camera",
-            still.kernels_active
-        );
+        note(&nothing_seen(still.kernels_active));
     }
     if let Some(convergence) = &still.convergence
         && !convergence.is_reached()
     {
-        eprintln!("voxsplat: note: {}", did_not_converge(convergence));
+        note(&did_not_converge(convergence));
     }
     picture_to.write(&picture_file::bytes(&still, format).map_err(Failure::Failed)?)?;
     if let Some(stats_to) = stats_to {
@@ -74,6 +81,20 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
         stats_to.write(text.as_bytes())?;
     }
     Ok(())
+}
+
+fn nothing_seen(kernels_active: u64) -> String {
+    match kernels_active {
+        0 => {
+            "nothing can be seen in the picture, as no voxel has opacity; look at --opacity and at \
+              the range of the data, which `voxsplat info` tells"
+                .to_owned()
+        }
+        active => format!(
+            "nothing can be seen in the picture, though {active} voxels have opacity; look at the \
+             opacities, the extent and the camera"
+        ),
+    }
 }
 
 /// How doubling the slabs ended without two pictures alike.
@@ -126,6 +147,13 @@ fn refine(flags: &RenderFlags) -> Result<Refine, Failure> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_picture_of_nothing_says_whether_anything_could_be_seen() {
+        let (none, some) = (nothing_seen(0), nothing_seen(208));
+        assert!(none.contains("no voxel has opacity") && none.contains("--opacity"), "{none}");
+        assert!(some.contains("though 208 voxels") && some.contains("the camera"), "{some}");
+    }
 
     #[test]
     fn what_did_not_converge_says_by_how_much_and_what_cannot_be_known_says_that() {

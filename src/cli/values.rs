@@ -1,9 +1,13 @@
 //! Flag values from text: each says what it expected and what it found.
 
+use std::ops::RangeInclusive;
+
 use crate::core::Srgb8;
 use crate::io::Endian;
 use crate::kernel::Kernel;
-use crate::scene::{Backend, Classify, OpacityModel, Order, Reconstruction, Visibility};
+use crate::scene::{
+    Backend, Classify, MOST_SHEETS_PER_KERNEL, OpacityModel, Order, Reconstruction, Visibility,
+};
 use crate::task::engine::AdapterChoice;
 use crate::transfer::ColourMap;
 use crate::volume::ScalarType;
@@ -19,20 +23,65 @@ pub(super) type Points = List<(f64, f64)>;
 /// A colour at a data value.
 pub(super) type Stop = (f64, Srgb8);
 
+/// What was found, as a message quotes it: on one line, and where it is nothing, that.
+fn found(text: &str) -> String {
+    if text.trim().is_empty() { "nothing".to_owned() } else { format!("{text:?}") }
+}
+
 fn number(text: &str) -> Parsed<f64> {
-    let value: f64 =
-        text.trim().parse().map_err(|_| format!("expected a number, found \"{text}\""))?;
+    let value: f64 = text
+        .trim()
+        .parse()
+        .map_err(|_| format!("expected a number such as 0.5, found {}", found(text)))?;
     if value.is_finite() {
         Ok(value)
     } else {
-        Err(format!("expected a finite number, found \"{text}\""))
+        Err(format!("expected a finite number, found {}", found(text)))
     }
 }
 
 fn numbers<const N: usize>(text: &str, what: &str) -> Parsed<[f64; N]> {
     let values: Vec<f64> = text.split(',').map(number).collect::<Parsed<_>>()?;
-    let found = values.len();
-    values.try_into().map_err(|_| format!("expected {what}, found {found} numbers"))
+    values.try_into().map_err(|_| format!("expected {what}, found {}", found(text)))
+}
+
+/// A whole number within a range.
+fn whole_number(text: &str, range: RangeInclusive<u64>) -> Parsed<u64> {
+    let value = text.trim().parse().ok().filter(|value| range.contains(value));
+    value.ok_or_else(|| match range.into_inner() {
+        (least, u64::MAX) => {
+            format!("expected a whole number of at least {least}, found {}", found(text))
+        }
+        (least, most) => {
+            format!("expected a whole number from {least} to {most}, found {}", found(text))
+        }
+    })
+}
+
+pub(super) fn count(text: &str) -> Parsed<u64> {
+    whole_number(text, 0..=u64::MAX)
+}
+
+fn small(text: &str, range: RangeInclusive<u32>) -> Parsed<u32> {
+    let (least, most) = range.into_inner();
+    let value = whole_number(text, u64::from(least)..=u64::from(most))?;
+    u32::try_from(value).map_err(|error| error.to_string())
+}
+
+pub(super) fn frames(text: &str) -> Parsed<u32> {
+    small(text, 0..=u32::MAX)
+}
+
+pub(super) fn pixels(text: &str) -> Parsed<u32> {
+    small(text, 1..=u32::MAX)
+}
+
+pub(super) fn sheets(text: &str) -> Parsed<u32> {
+    small(text, 1..=MOST_SHEETS_PER_KERNEL)
+}
+
+pub(super) fn component(text: &str) -> Parsed<usize> {
+    Ok(small(text, 0..=u32::MAX)? as usize)
 }
 
 pub(super) fn vector(text: &str) -> Parsed<[f64; 3]> {
@@ -47,6 +96,14 @@ pub(super) fn direction(text: &str) -> Parsed<[f64; 3]> {
     Ok(value)
 }
 
+pub(super) fn spacing(text: &str) -> Parsed<[f64; 3]> {
+    let value = vector(text)?;
+    if value.contains(&0.0) {
+        return Err(format!("expected three distances other than 0, found {}", found(text)));
+    }
+    Ok(value)
+}
+
 pub(super) fn range(text: &str) -> Parsed<[f64; 2]> {
     numbers(text, "two numbers LO,HI")
 }
@@ -54,36 +111,36 @@ pub(super) fn range(text: &str) -> Parsed<[f64; 2]> {
 pub(super) fn positive(text: &str) -> Parsed<f64> {
     match number(text)? {
         value if value > 0.0 => Ok(value),
-        _ => Err(format!("expected a number above 0, found \"{text}\"")),
+        _ => Err(format!("expected a number above 0, found {}", found(text))),
     }
 }
 
 pub(super) fn view_angle(text: &str) -> Parsed<f64> {
     match number(text)? {
         value if value > 0.0 && value < 180.0 => Ok(value),
-        _ => Err(format!("expected an angle between 0 and 180 degrees, found \"{text}\"")),
+        _ => Err(format!("expected an angle between 0 and 180 degrees, found {}", found(text))),
     }
 }
 
 fn whole<T: std::str::FromStr, const N: usize>(text: &str, what: &str) -> Parsed<[T; N]> {
-    let wrong = || format!("expected {what}, found \"{text}\"");
+    let wrong = || format!("expected {what}, found {}", found(text));
     let values: Vec<T> =
         text.split(',').map(|t| t.trim().parse().map_err(|_| wrong())).collect::<Parsed<_>>()?;
     values.try_into().map_err(|_| wrong())
 }
 
 pub(super) fn dims(text: &str) -> Parsed<[usize; 3]> {
-    let dims: [usize; 3] = whole(text, "three whole numbers X,Y,Z")?;
+    let dims: [usize; 3] = whole(text, "three whole numbers X,Y,Z such as 256,256,110")?;
     if dims.contains(&0) {
-        return Err(format!("expected dimensions of at least 1, found \"{text}\""));
+        return Err(format!("expected dimensions of at least 1, found {}", found(text)));
     }
     Ok(dims)
 }
 
 pub(super) fn resolution(text: &str) -> Parsed<[u32; 2]> {
-    let size: [u32; 2] = whole(text, "two whole numbers W,H")?;
+    let size: [u32; 2] = whole(text, "two whole numbers W,H such as 640,480")?;
     if size.contains(&0) {
-        return Err(format!("expected a size of at least 1,1, found \"{text}\""));
+        return Err(format!("expected a size of at least 1,1, found {}", found(text)));
     }
     Ok(size)
 }
@@ -92,8 +149,9 @@ pub(super) fn resolution(text: &str) -> Parsed<[u32; 2]> {
 fn pairs<T>(text: &str, what: &str, read: impl Fn(&str) -> Parsed<T>) -> Parsed<List<(f64, T)>> {
     let mut pairs = Vec::new();
     for pair in text.split(',') {
-        let (value, thing) =
-            pair.split_once(':').ok_or_else(|| format!("expected {what}, found \"{pair}\""))?;
+        let (value, thing) = pair
+            .split_once(':')
+            .ok_or_else(|| format!("expected {what}, found {}", found(pair)))?;
         pairs.push((number(value)?, read(thing)?));
     }
     pairs.sort_by(|a: &(f64, T), b| a.0.total_cmp(&b.0));
@@ -103,7 +161,7 @@ fn pairs<T>(text: &str, what: &str, read: impl Fn(&str) -> Parsed<T>) -> Parsed<
 pub(super) fn opacity(text: &str) -> Parsed<Points> {
     pairs(text, "VALUE:OPACITY", |text| match number(text)? {
         alpha if (0.0..=1.0).contains(&alpha) => Ok(alpha),
-        _ => Err(format!("expected an opacity from 0 to 1, found \"{text}\"")),
+        _ => Err(format!("expected an opacity from 0 to 1, found {}", found(text))),
     })
 }
 
@@ -112,12 +170,14 @@ pub(super) fn colours(text: &str) -> Parsed<List<Stop>> {
 }
 
 pub(super) fn colour(text: &str) -> Parsed<Srgb8> {
-    Srgb8::parse(text).ok_or_else(|| format!("expected a colour RRGGBB, found \"{text}\""))
+    Srgb8::parse(text)
+        .ok_or_else(|| format!("expected a colour RRGGBB such as ff8000, found {}", found(text)))
 }
 
-fn one_of<T>(text: &str, found: Option<T>, names: impl Iterator<Item = &'static str>) -> Parsed<T> {
-    found.ok_or_else(|| {
-        format!("expected one of {}, found \"{text}\"", names.collect::<Vec<_>>().join(", "))
+fn one_of<T>(text: &str, known: Option<T>, names: impl Iterator<Item = &'static str>) -> Parsed<T> {
+    known.ok_or_else(|| {
+        let names = names.collect::<Vec<_>>().join(", ");
+        format!("expected one of {names}, found {}", found(text))
     })
 }
 
@@ -154,21 +214,23 @@ pub(super) fn scalar_type(text: &str) -> Parsed<ScalarType> {
 }
 
 pub(super) fn endian(text: &str) -> Parsed<Endian> {
-    let found = match text {
+    let known = match text {
         "little" => Some(Endian::Little),
         "big" => Some(Endian::Big),
         _ => None,
     };
-    one_of(text, found, ["little", "big"].into_iter())
+    one_of(text, known, ["little", "big"].into_iter())
 }
 
-#[expect(clippy::unnecessary_wraps, reason = "the shape that clap asks for")]
 pub(super) fn adapter(text: &str) -> Parsed<AdapterChoice> {
-    Ok(match text {
-        "auto" => AdapterChoice::Auto,
-        "software" => AdapterChoice::Software,
-        name => AdapterChoice::Named(name.to_owned()),
-    })
+    match text {
+        "auto" => Ok(AdapterChoice::Auto),
+        "software" => Ok(AdapterChoice::Software),
+        name if name.trim().is_empty() => {
+            Err("expected auto, software, or part of an adapter's name, found nothing".to_owned())
+        }
+        name => Ok(AdapterChoice::Named(name.to_owned())),
+    }
 }
 
 #[cfg(test)]

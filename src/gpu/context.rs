@@ -173,7 +173,7 @@ fn adapters() -> Vec<wgpu::Adapter> {
 
 fn pick(choice: &AdapterChoice) -> Result<wgpu::Adapter, GpuError> {
     let adapters = adapters();
-    let names = adapters.iter().map(|a| a.get_info().name).collect::<Vec<_>>().join(", ");
+    let names: Vec<String> = adapters.iter().map(|a| a.get_info().name).collect();
     let is_software = |a: &wgpu::Adapter| a.get_info().device_type == wgpu::DeviceType::Cpu;
     // Discrete before integrated before the rest; the CPU last.
     let rank = |a: &wgpu::Adapter| match a.get_info().device_type {
@@ -184,18 +184,20 @@ fn pick(choice: &AdapterChoice) -> Result<wgpu::Adapter, GpuError> {
         wgpu::DeviceType::Cpu => 4,
     };
     let (wanted, found) = match choice {
-        AdapterChoice::Auto => ("any".to_owned(), adapters.into_iter().min_by_key(rank)),
+        AdapterChoice::Auto => {
+            ("a graphics adapter".to_owned(), adapters.into_iter().min_by_key(rank))
+        }
         AdapterChoice::Software => {
-            ("a software one".to_owned(), adapters.into_iter().find(is_software))
+            ("a software adapter".to_owned(), adapters.into_iter().find(is_software))
         }
         AdapterChoice::Named(name) => {
             let lower = name.to_lowercase();
             let matches = |a: &wgpu::Adapter| a.get_info().name.to_lowercase().contains(&lower);
-            (format!("\"{name}\""), adapters.into_iter().find(matches))
+            (
+                format!("a graphics adapter with {name:?} in its name"),
+                adapters.into_iter().find(matches),
+            )
         }
     };
-    found.ok_or(GpuError::NoAdapter {
-        wanted,
-        found: if names.is_empty() { "none".to_owned() } else { names },
-    })
+    found.ok_or(GpuError::NoAdapter { wanted, found: names })
 }

@@ -40,14 +40,18 @@ pub use triangles::GridTotals;
 pub enum GpuError {
     /// No adapter, or not the one asked for.
     #[error(
-        "expected {wanted} graphics adapter, found {found}; install a Vulkan driver \
-         (on Debian and Ubuntu: mesa-vulkan-drivers) or choose another adapter"
+        "expected {wanted}, found {}",
+        if found.is_empty() {
+            "none at all; install a Vulkan driver (on Debian and Ubuntu: mesa-vulkan-drivers)".into()
+        } else {
+            format!("only {}; name one of these, or install a driver for another", found.join(", "))
+        }
     )]
     NoAdapter {
-        /// What was asked for.
+        /// What was asked for, in words.
         wanted: String,
         /// The names there are.
-        found: String,
+        found: Vec<String>,
     },
     /// The adapter gives no device.
     #[error(

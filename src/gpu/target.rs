@@ -23,7 +23,7 @@ impl Renderer {
         if size.iter().any(|&n| n > limit || n == 0) {
             return Err(GpuError::TooLarge {
                 what: "a picture",
-                limit: format!("1 to {limit} pixels a side"),
+                limit: format!("{limit} pixels a side, and one at least,"),
                 found: format!("{} × {}", size[0], size[1]),
                 advice: "choose another size",
             });

@@ -8,7 +8,7 @@ use glam::{DMat3, DVec3};
 use serde::{Deserialize, Serialize};
 
 use super::bytes::{self, Endian, Progress};
-use super::error::{Problem, ReadError, header, quoted};
+use super::error::{Problem, ReadError, header, quoted, truncated};
 use super::{Format, Opened, files};
 use crate::core::memory;
 use crate::core::progress::Ticket;
@@ -199,9 +199,9 @@ pub(super) fn read(
     }
     let (layout, mut warnings) = complete(path, len, *known)?;
     let sizes = layout.dims.map(|n| n as u64);
+    require_stored(&layout, len)?;
     let count = bytes::checked_count("the volume", &sizes, layout.scalar_type, free_bytes)?;
     let needed = (count * layout.scalar_type.size_bytes()) as u64;
-    bytes::require_stored(needed, len.saturating_sub(layout.skip_bytes))?;
     let mut reader = files::buffered(file);
     reader.seek(SeekFrom::Start(layout.skip_bytes)).map_err(Problem::Io)?;
     let mut samples = bytes::no_samples(layout.scalar_type);
@@ -227,6 +227,28 @@ pub(super) fn read(
     };
     let grid = Grid { lattice, fields: vec![field], space: None };
     Ok(Opened { grid, format: Format::Raw, warnings })
+}
+
+/// Refuses a layout that goes beyond the end of a file of `len_bytes`. There is no header that could
+/// be wrong: what is known came from flags, a dialog or the file's name.
+fn require_stored(layout: &RawLayout, len_bytes: u64) -> Result<(), Problem> {
+    let [x, y, z] = layout.dims;
+    let of = format!("{x} × {y} × {z} samples of {}", layout.scalar_type.name());
+    let after = match layout.skip_bytes {
+        0 => String::new(),
+        skipped => format!(" after {skipped} others"),
+    };
+    let expected = match layout.end_bytes() {
+        Some(end) if end <= len_bytes => return Ok(()),
+        Some(end) => format!("{} bytes{after} for {of}", end - layout.skip_bytes),
+        None => format!("{of}{after} to be less than 2⁶⁴ bytes"),
+    };
+    Err(truncated(
+        expected,
+        format!("a file of {len_bytes} bytes"),
+        "check the dimensions, the type and the bytes to skip (--raw-dims, --raw-type, --raw-skip), \
+         or copy the file again",
+    ))
 }
 
 /// The samples of slice `z` alone, for a preview while the layout is being chosen.
@@ -328,5 +350,31 @@ mod tests {
         std::fs::write(&path, &file[..26]).unwrap();
         let short = read(&path, &known, u64::MAX, &Ticket::new());
         assert!(matches!(short, Err(Problem::Truncated { .. })), "one byte is missing");
+    }
+
+    #[test]
+    fn files_shorter_than_their_layout_are_refused_without_a_word_of_headers() {
+        let layout = |dims, skip_bytes| RawLayout {
+            dims,
+            scalar_type: ScalarType::Int16,
+            endian: Endian::Little,
+            skip_bytes,
+            spacing: DVec3::ONE,
+        };
+        let refused = |layout, len| {
+            let said = require_stored(&layout, len).unwrap_err().to_string();
+            assert!(!said.contains("header"), "{said}");
+            said
+        };
+        assert!(require_stored(&layout([2, 3, 4], 5), 53).is_ok());
+        let short = refused(layout([2, 3, 4], 5), 52);
+        assert!(
+            short.contains("48 bytes after 5 others for 2 × 3 × 4 samples of int16"),
+            "{short}"
+        );
+        assert!(short.contains("found a file of 52 bytes; ") && short.contains("--raw-dims"));
+        assert!(refused(layout([2, 3, 4], 0), 47).contains("48 bytes for 2 × 3 × 4"));
+        assert!(refused(layout([usize::MAX; 3], 0), 47).contains("2⁶⁴"));
+        assert!(refused(layout([2, 3, 4], u64::MAX), 47).contains("2⁶⁴"));
     }
 }

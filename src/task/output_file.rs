@@ -4,6 +4,7 @@ use std::fs::{self, File, OpenOptions};
 use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU32, Ordering};
+use std::time::Duration;
 
 /// A place for a file, found fit to be written to. Nothing is there before [`OutputFile::write`], and
 /// what was there stays until the new file is whole.
@@ -14,8 +15,10 @@ pub struct OutputFile {
     /// Behind links.
     target: PathBuf,
     what: &'static str,
-    /// A device, a pipe, or a file in a folder that takes no new ones: nothing can be renamed to it.
+    /// A device, or a file in a folder that takes no new ones: nothing can be renamed to it.
     in_place: bool,
+    /// A pipe, open since somebody was found to read it: once closed, its reader is done.
+    pipe: Option<File>,
 }
 
 impl OutputFile {
@@ -25,11 +28,25 @@ impl OutputFile {
     /// # Errors
     /// One sentence with the path last.
     pub fn check(path: &Path, what: &'static str) -> Result<Self, String> {
-        let fit = Self { path: path.to_owned(), target: behind_links(path), what, in_place: false };
+        let fit = Self {
+            path: path.to_owned(),
+            target: behind_links(path),
+            what,
+            in_place: false,
+            pipe: None,
+        };
         let ends_in_separator = path.to_string_lossy().ends_with(std::path::is_separator);
         match fs::metadata(&fit.target) {
             Ok(found) if found.is_dir() => Err(fit.is_a_folder()),
-            Ok(found) if !found.is_file() => Ok(Self { in_place: true, ..fit }),
+            Ok(found) if is_pipe(&found) => {
+                let pipe = open_pipe(&fit.target).map_err(|error| fit.no_reader(&error))?;
+                Ok(Self { pipe: Some(pipe), ..fit })
+            }
+            Ok(found) if !found.is_file() => {
+                let opened = OpenOptions::new().write(true).open(&fit.target);
+                opened.map_err(|error| fit.failure(&error))?;
+                Ok(Self { in_place: true, ..fit })
+            }
             Ok(_) => {
                 let opened = OpenOptions::new().write(true).open(&fit.target);
                 opened.map_err(|error| fit.failure(&error))?;
@@ -46,13 +63,17 @@ impl OutputFile {
         }
     }
 
-    /// Writes the file: beside its place first, then renamed to it.
+    /// Writes the file: beside its place first, then renamed to it. A pipe's reader that has seen
+    /// enough is no failure.
     ///
     /// # Errors
     /// One sentence with the path last; what was there before still is.
     pub fn write(&self, bytes: &[u8]) -> Result<(), String> {
-        let written =
-            if self.in_place { fs::write(&self.target, bytes) } else { self.write_beside(bytes) };
+        let written = match &self.pipe {
+            Some(pipe) => write_pipe(pipe, bytes),
+            None if self.in_place => fs::write(&self.target, bytes),
+            None => self.write_beside(bytes),
+        };
         written.map_err(|error| self.failure(&error))
     }
 
@@ -87,10 +108,34 @@ impl OutputFile {
         )
     }
 
+    fn no_reader(&self, error: &io::Error) -> String {
+        format!(
+            "expected somebody who reads the pipe that {} goes to, found nobody ({error}); start the \
+             reader first, or name a file: {}",
+            self.what,
+            self.path.display()
+        )
+    }
+
     fn failure(&self, error: &io::Error) -> String {
         let (what, path) = (self.what, self.path.display());
-        match error.kind() {
-            ErrorKind::NotFound | ErrorKind::NotADirectory => format!(
+        let folder = self.folder();
+        // The nearest of the folders on the way that is there.
+        let there = folder.ancestors().find_map(|on_the_way| {
+            let here = if on_the_way.as_os_str().is_empty() { Path::new(".") } else { on_the_way };
+            fs::metadata(here).ok().map(|found| (here, found.is_dir()))
+        });
+        match (error.kind(), there) {
+            (ErrorKind::NotFound | ErrorKind::NotADirectory, Some((file, false))) => format!(
+                "expected a folder to write {what} into, found that {} is a file; choose another \
+                 place: {path}",
+                file.display()
+            ),
+            (ErrorKind::NotFound, Some((found, true))) if found == folder => format!(
+                "expected a folder to write {what} into, found one that takes no new files; choose \
+                 another place: {path}"
+            ),
+            (ErrorKind::NotFound | ErrorKind::NotADirectory, _) => format!(
                 "expected a folder to write {what} into, found none of that name; make it, or \
                  choose another place: {path}"
             ),
@@ -100,6 +145,44 @@ impl OutputFile {
             ),
         }
     }
+}
+
+#[cfg(unix)]
+fn is_pipe(found: &fs::Metadata) -> bool {
+    use std::os::unix::fs::FileTypeExt;
+    found.file_type().is_fifo()
+}
+
+#[cfg(not(unix))]
+fn is_pipe(_: &fs::Metadata) -> bool {
+    false
+}
+
+/// A pipe that somebody reads, opened to be written to; an error where nobody does, for which an
+/// ordinary opening would wait.
+fn open_pipe(path: &Path) -> io::Result<File> {
+    let mut options = OpenOptions::new();
+    #[cfg(unix)]
+    std::os::unix::fs::OpenOptionsExt::custom_flags(&mut options, libc::O_NONBLOCK);
+    options.write(true).open(path)
+}
+
+/// Writes all, waiting for the reader of a full pipe that was opened so as not to wait.
+fn write_pipe(mut pipe: &File, mut bytes: &[u8]) -> io::Result<()> {
+    while !bytes.is_empty() {
+        match pipe.write(bytes) {
+            Ok(0) => return Err(ErrorKind::WriteZero.into()),
+            Ok(written) => bytes = &bytes[written..],
+            Err(error) if error.kind() == ErrorKind::WouldBlock => {
+                std::thread::sleep(Duration::from_millis(2));
+            }
+            Err(error) if error.kind() == ErrorKind::Interrupted => {}
+            // Whoever reads has seen enough.
+            Err(error) if error.kind() == ErrorKind::BrokenPipe => return Ok(()),
+            Err(error) => return Err(error),
+        }
+    }
+    Ok(())
 }
 
 /// Whether two names, of files that need not be there, are one place.
@@ -193,7 +276,11 @@ mod tests {
             (at("new.png/"), "found that of a folder"),
             (PathBuf::from(""), "found that of a folder"),
             (at("none/a.png"), "expected a folder"),
-            (at("file/a.png"), "expected a folder"),
+            (at("file/a.png"), "file is a file"),
+            (at("file/b/c/a.png"), "file is a file"),
+            (at("none/file/a.png"), "found none of that name"),
+            #[cfg(target_os = "linux")]
+            (PathBuf::from("/proc/a.png"), "takes no new files"),
             (at(&long), "the system refuses"),
         ] {
             let error = OutputFile::check(&path, "the picture").expect_err("refused");

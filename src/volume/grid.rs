@@ -39,13 +39,30 @@ pub enum VolumeError {
         /// What there was instead, in words.
         found: String,
     },
-    /// A field or component that is not there.
-    #[error("expected one of {available}, found \"{asked}\"")]
+    /// A field that is not there.
+    #[error(
+        "expected {} {}, found {asked:?}",
+        if available.len() == 1 { "the field" } else { "one of the fields" },
+        available.join(", ")
+    )]
     NoSuchField {
         /// What was asked for.
         asked: String,
         /// The names there are.
-        available: String,
+        available: Vec<String>,
+    },
+    /// A component that a field has not.
+    #[error(
+        "expected {} of field \"{field}\", found component {asked}",
+        match components { 1 => "component 0".to_owned(), n => format!("a component from 0 to {}", n - 1) }
+    )]
+    NoSuchComponent {
+        /// Which field.
+        field: String,
+        /// What was asked for.
+        asked: usize,
+        /// Components there are.
+        components: usize,
     },
     /// See [`TooLarge`].
     #[error(transparent)]
@@ -249,7 +266,7 @@ impl Grid {
         };
         found.ok_or_else(|| VolumeError::NoSuchField {
             asked: name.unwrap_or_default().to_owned(),
-            available: self.fields.iter().map(|f| f.name.as_str()).collect::<Vec<_>>().join(", "),
+            available: self.fields.iter().map(|f| f.name.clone()).collect(),
         })
     }
 
@@ -269,9 +286,10 @@ impl Grid {
         let samples = match (component, field.components) {
             (Component::Index(0), 1) => Arc::clone(&field.samples),
             (Component::Index(index), components) if index >= components => {
-                return Err(VolumeError::NoSuchField {
-                    asked: format!("component {index} of {}", field.name),
-                    available: format!("components 0 to {}", components - 1),
+                return Err(VolumeError::NoSuchComponent {
+                    field: field.name.clone(),
+                    asked: index,
+                    components,
                 });
             }
             _ => Arc::new(extract(field, component)?),

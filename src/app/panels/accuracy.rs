@@ -1,8 +1,8 @@
 //! What accuracy costs here: the chart, the walk along its front, and how good estimates were.
 
-use eframe::egui::{Align, Label, Layout, ProgressBar, RichText, Slider, Ui, UiBuilder};
+use eframe::egui::{Align, Label, Layout, ProgressBar, RichText, Slider, Ui, UiBuilder, vec2};
 
-use super::chart::{Marks, Picked, chart_ui, number_words};
+use super::chart::{LEAST_SIZE, Marks, Picked, chart_ui, number_words};
 use super::name_ui;
 use crate::app::measuring::{ChartPoint, EstimateRecord, State, best_within, front, quickest_with};
 use crate::app::{modes, theme, words};
@@ -12,6 +12,8 @@ use crate::scene::SplatSettings;
 const COLUMN: [f32; 2] = [312.0, 220.0];
 /// Share of the panel that the column takes where there is not.
 const COLUMN_SHARE: f32 = 0.55;
+/// Height of the row that says how the job stands, points.
+const ROW: f32 = 20.0;
 
 /// What the slider gives.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -69,17 +71,21 @@ pub fn accuracy_ui(ui: &mut Ui, panel: &mut AccuracyPanel, shown: &Shown<'_>) ->
     let column = (room.width() * COLUMN_SHARE).clamp(COLUMN[1], COLUMN[0]);
     chart_room.max.x = (room.max.x - column - 14.0).max(room.min.x);
     let mut column_room = room;
-    column_room.min.x = (chart_room.max.x + 14.0).min(room.max.x);
-    ui.scope_builder(UiBuilder::new().max_rect(chart_room), |ui| {
-        let picked = chart_ui(ui, chart_room.size(), shown.points, shown.marks);
-        if let Some(Picked { index, as_second }) = picked {
-            let mode = shown.points[index].settings;
-            *(if as_second { &mut done.second } else { &mut done.first }) = mode;
-            if !as_second {
-                panel.stands_at = None;
+    // A well without a chart in it would be of no use to anybody.
+    let has_chart = chart_room.width() >= LEAST_SIZE.x;
+    if has_chart {
+        column_room.min.x = (chart_room.max.x + 14.0).min(room.max.x);
+        ui.scope_builder(UiBuilder::new().max_rect(chart_room), |ui| {
+            let picked = chart_ui(ui, chart_room.size(), shown.points, shown.marks);
+            if let Some(Picked { index, as_second }) = picked {
+                let mode = shown.points[index].settings;
+                *(if as_second { &mut done.second } else { &mut done.first }) = mode;
+                if !as_second {
+                    panel.stands_at = None;
+                }
             }
-        }
-    });
+        });
+    }
     let mut column = ui.new_child(UiBuilder::new().max_rect(column_room));
     column.shrink_clip_rect(column_room);
     column.set_min_width(column_room.width());
@@ -87,6 +93,10 @@ pub fn accuracy_ui(ui: &mut Ui, panel: &mut AccuracyPanel, shown: &Shown<'_>) ->
     walk_ui(&mut column, panel, shown, &mut done);
     chosen_ui(&mut column, shown);
     record_ui(&mut column, shown.record);
+    if !has_chart {
+        let text = RichText::new("The chart needs a wider window, or no side panel (F9)");
+        column.add(Label::new(text.color(theme::TEXT_FAINT).size(12.0)).wrap());
+    }
     ui.advance_cursor_after_rect(room);
     done
 }
@@ -108,9 +118,10 @@ fn state_ui(ui: &mut Ui, shown: &Shown<'_>, done: &mut Done) {
         State::Done => (format!("{drawn} modes measured"), size),
         State::Failed(reason) => ("Cannot measure here".to_owned(), reason.clone()),
     };
-    ui.horizontal(|ui| {
-        ui.label(RichText::new(words).strong()).on_hover_text(&detail);
-        ui.with_layout(Layout::right_to_left(Align::Center), |ui| match shown.state {
+    // What is at the right comes first: the words have the room that it leaves.
+    let row = Layout::right_to_left(Align::Center);
+    ui.allocate_ui_with_layout(vec2(ui.available_width(), ROW), row, |ui| {
+        match shown.state {
             State::Measuring | State::Waiting => {
                 let bar = ProgressBar::new(shown.fraction.clamp(0.0, 1.0)).desired_height(5.0);
                 ui.add(bar.desired_width(64.0).fill(theme::ACCENT.gamma_multiply(0.8)))
@@ -123,6 +134,9 @@ fn state_ui(ui: &mut Ui, shown: &Shown<'_>, done: &mut Done) {
                     done.again = true;
                 }
             }
+        }
+        ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
+            ui.add(Label::new(RichText::new(words).strong()).truncate()).on_hover_text(&detail);
         });
     });
     if let State::Failed(reason) = shown.state {

@@ -6,6 +6,7 @@ use eframe::egui::{
     Shape, Stroke, Tooltip, Ui, Vec2, WidgetInfo, pos2, vec2,
 };
 
+use super::axes::{AROUND, Axes, paint_axes};
 use super::legend::{Mark, legend_ui};
 use crate::app::measuring::{ChartPoint, front, is_of};
 use crate::app::{theme, words};
@@ -14,20 +15,12 @@ use crate::scene::SplatSettings;
 /// Room for the numbers left of and below the graph, and around it, points.
 const LEFT: f32 = 40.0;
 const BELOW: f32 = 22.0;
-const AROUND: f32 = 12.0;
 /// A pointer this close to a point means it, points.
 const NEAR: f32 = 12.0;
-/// A decade at least this wide has steps of its own, points.
-const POINTS_FOR_STEPS: f64 = 130.0;
-/// Least distance of two numbers along the axes, points.
-const BETWEEN_NUMBERS: f32 = 8.0;
-/// A graph smaller than this has no words in its corners, points.
-const LEAST_FOR_WORDS: Vec2 = vec2(230.0, 84.0);
 /// The graph is never made lower than this for the legend, points.
 const LEAST_HEIGHT: f32 = 96.0;
-/// Levels above this are drawn at the top: bytes show no more.
-const TOP_DB: f64 = 90.0;
-
+/// The smallest chart that can be read, points.
+pub const LEAST_SIZE: Vec2 = vec2(116.0, 74.0);
 /// What the chart shows beside the points.
 #[derive(Debug, Clone, Copy)]
 pub struct Marks<'a> {
@@ -48,49 +41,6 @@ pub struct Picked {
     pub as_second: bool,
 }
 
-/// Where times and levels lie: decades across, dB upwards.
-#[derive(Debug, Clone, Copy)]
-struct Axes {
-    rect: Rect,
-    /// log₁₀ of milliseconds at the left and right edge.
-    time: [f64; 2],
-    /// dB at the lower and upper edge.
-    level: [f64; 2],
-}
-
-impl Axes {
-    /// Room for all points and a margin, whole steps of 5 dB.
-    fn around(rect: Rect, points: &[ChartPoint]) -> Self {
-        let drawn = || points.iter().filter(|point| point.failed.is_none());
-        let bounds = |values: &mut dyn Iterator<Item = f64>| {
-            values
-                .filter(|v| v.is_finite())
-                .fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], v| [l.min(v), h.max(v)])
-        };
-        let mut time = bounds(&mut drawn().map(|point| point.ms.max(0.01).log10()));
-        let mut level = bounds(&mut drawn().map(|point| point.db.min(TOP_DB)));
-        if time[0] > time[1] || level[0] > level[1] {
-            (time, level) = ([0.0, 3.0], [20.0, 60.0]);
-        }
-        let spare = (0.06 * (time[1] - time[0])).max(0.15);
-        let step = |db: f64, round: fn(f64) -> f64| round(db / 5.0) * 5.0;
-        Self {
-            rect,
-            time: [time[0] - spare, time[1] + spare],
-            level: [step(level[0] - 1.0, f64::floor), step(level[1] + 1.0, f64::ceil)],
-        }
-    }
-
-    #[expect(clippy::cast_possible_truncation, reason = "positions on screen")]
-    fn at(&self, ms: f64, db: f64) -> Pos2 {
-        let share = |value: f64, [low, high]: [f64; 2]| ((value - low) / (high - low)) as f32;
-        pos2(
-            self.rect.left() + share(ms.max(0.01).log10(), self.time) * self.rect.width(),
-            self.rect.bottom() - share(db.min(TOP_DB), self.level) * self.rect.height(),
-        )
-    }
-}
-
 /// The chart, as large as the room there is; the point that was clicked.
 pub fn chart_ui(
     ui: &mut Ui,
@@ -108,7 +58,7 @@ pub fn chart_ui(
     let legend_height = legend_ui(ui, room, LEAST_HEIGHT + BELOW + AROUND, &legend);
     let corner = vec2(AROUND + 4.0, BELOW + legend_height);
     let rect = Rect::from_min_max(outer.min + vec2(LEFT, AROUND), outer.max - corner);
-    if rect.width() < 60.0 || rect.height() < 40.0 {
+    if size.x < LEAST_SIZE.x || size.y < LEAST_SIZE.y {
         return None;
     }
     let axes = Axes::around(rect, points);
@@ -245,69 +195,6 @@ fn nearest(places: &[(usize, Pos2)], at: Pos2) -> Option<usize> {
         .map(|(index, _)| index)
 }
 
-/// Numbers and faint lines: 1-2-5 steps of time, every 5 or 10 dB.
-fn paint_axes(painter: &Painter, axes: Axes) {
-    let font = FontId::proportional(11.0);
-    let line = Stroke::new(1.0, theme::LINE);
-    let Rect { min, max } = axes.rect;
-    let height = axes.level[1] - axes.level[0];
-    let room = f64::from(axes.rect.height());
-    // As many numbers as have room.
-    let step = [5.0, 10.0, 20.0, 50.0]
-        .into_iter()
-        .find(|step| height <= 7.0 * step && room * step / height > 11.0 + 4.0)
-        .unwrap_or(100.0);
-    let mut db = (axes.level[0] / step).ceil() * step;
-    while db <= axes.level[1] + 1e-9 {
-        let y = axes.at(1.0, db).y;
-        painter.hline(min.x..=max.x, y, line);
-        let text = format!("{db:.0}");
-        painter.text(
-            pos2(min.x - 6.0, y),
-            Align2::RIGHT_CENTER,
-            text,
-            font.clone(),
-            theme::TEXT_FAINT,
-        );
-        db += step;
-    }
-    let decades = axes.time[1] - axes.time[0];
-    let has_room = f64::from(axes.rect.width()) / decades > POINTS_FOR_STEPS;
-    let steps: &[f64] = if has_room { &[1.0, 2.0, 5.0] } else { &[1.0] };
-    #[expect(clippy::cast_possible_truncation, reason = "decades of milliseconds")]
-    let (first, last) = (axes.time[0].floor() as i32, axes.time[1].ceil() as i32);
-    let mut free_from = f32::NEG_INFINITY;
-    for decade in first..=last {
-        for step in steps {
-            let ms = step * 10.0_f64.powi(decade);
-            if !(axes.time[0]..=axes.time[1]).contains(&ms.log10()) {
-                continue;
-            }
-            let x = axes.at(ms, 0.0).x;
-            painter.vline(x, min.y..=max.y, line);
-            let galley = painter.layout_no_wrap(time_words(ms), font.clone(), theme::TEXT_FAINT);
-            let at = pos2(x - galley.size().x / 2.0, max.y + 4.0);
-            let right = at.x + galley.size().x;
-            if at.x >= free_from && right <= max.x + AROUND {
-                painter.galley(at, galley, theme::TEXT_FAINT);
-                free_from = right + BETWEEN_NUMBERS;
-            }
-        }
-    }
-    if axes.rect.width() < LEAST_FOR_WORDS.x || axes.rect.height() < LEAST_FOR_WORDS.y {
-        return;
-    }
-    let quiet = theme::TEXT_FAINT.gamma_multiply(0.8);
-    let corner = pos2(max.x - 6.0, max.y - 4.0);
-    painter.text(corner, Align2::RIGHT_BOTTOM, "time of a picture in one go", font.clone(), quiet);
-    let corner = pos2(min.x + 6.0, min.y + 4.0);
-    painter.text(corner, Align2::LEFT_TOP, "dB: higher is better", font, quiet);
-}
-
-fn time_words(ms: f64) -> String {
-    if ms >= 1000.0 { format!("{} s", ms / 1000.0) } else { format!("{ms} ms") }
-}
-
 /// Steps along what can be had for each time, quickest first.
 fn paint_front(painter: &Painter, front: impl Iterator<Item = Pos2>, is_old: bool) {
     let mut line: Vec<Pos2> = Vec::new();
@@ -360,6 +247,11 @@ fn paint_point(
 
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeSet;
+
+    use eframe::egui::epaint::ClippedShape;
+    use eframe::egui::{Context, RawInput};
+
     use super::*;
 
     fn point(ms: f64, db: f64) -> ChartPoint {
@@ -374,30 +266,89 @@ mod tests {
         }
     }
 
-    #[test]
-    fn every_point_is_inside_the_graph_whatever_its_numbers() {
-        let rect = Rect::from_min_max(pos2(10.0, 20.0), pos2(410.0, 220.0));
-        for points in [
-            vec![],
-            vec![point(5.0, 30.0)],
-            vec![point(0.0, f64::INFINITY), point(1e7, -3.0), point(7.0, 200.0)],
-        ] {
-            let axes = Axes::around(rect, &points);
-            for p in &points {
-                let at = axes.at(p.ms, p.db);
-                assert!(rect.expand(0.1).contains(at), "{p:?} at {at} of {rect}");
-            }
-        }
+    /// What is painted of a chart of this size, each shape with what it is cut off at.
+    fn painted(size: Vec2, points: &[ChartPoint], second: bool) -> Vec<ClippedShape> {
+        let (exact, classic) = (SplatSettings::EXACT, SplatSettings::SHADE_FIRST);
+        let marks = Marks { first: &exact, second: second.then_some(&classic), is_old: false };
+        let ctx = Context::default();
+        let pass = || {
+            let input = RawInput {
+                screen_rect: Some(Rect::from_min_size(Pos2::ZERO, vec2(900.0, 500.0))),
+                ..RawInput::default()
+            };
+            let mut output = ctx.run_ui(input, |ui| {
+                chart_ui(ui, size, points, marks);
+            });
+            // Nobody paints them.
+            output.textures_delta.clear();
+            output.shapes
+        };
+        drop(pass());
+        pass()
+    }
+
+    fn texts(shapes: &[ClippedShape]) -> Vec<String> {
+        let text = |shape: &ClippedShape| match &shape.shape {
+            Shape::Text(text) => Some(text.galley.text().to_owned()),
+            _ => None,
+        };
+        shapes.iter().filter_map(text).collect()
+    }
+
+    /// Modes that differ little or much in time and level.
+    fn sets_of_points() -> Vec<Vec<ChartPoint>> {
+        let (exact, classic) = (SplatSettings::EXACT, SplatSettings::SHADE_FIRST);
+        let of = |settings, ms, db| ChartPoint { settings, ..point(ms, db) };
+        vec![
+            vec![of(Some(exact), 14.1, 42.0)],
+            vec![of(Some(exact), 320.0, 41.0), of(Some(classic), 240.0, 41.5)],
+            vec![of(Some(exact), 980.0, 88.0), of(Some(classic), 0.2, 9.0), of(None, 0.1, 5.0)],
+            vec![of(Some(exact), 0.3, 36.0), of(Some(classic), 4000.0, 44.0)],
+        ]
     }
 
     #[test]
-    fn more_time_is_to_the_right_and_a_higher_level_is_up() {
-        let rect = Rect::from_min_max(Pos2::ZERO, pos2(100.0, 100.0));
-        let axes = Axes::around(rect, &[point(10.0, 20.0), point(1000.0, 40.0)]);
-        let (a, b) = (axes.at(10.0, 20.0), axes.at(1000.0, 40.0));
-        assert!(b.x > a.x && b.y < a.y);
-        let middle = axes.at(100.0, 30.0);
-        assert!((middle.x - (a.x + b.x) / 2.0).abs() < 0.01, "logarithmic");
+    fn a_chart_of_any_size_has_a_number_at_each_axis() {
+        for (set, points) in sets_of_points().into_iter().enumerate() {
+            for width in [116.0, 120.0, 150.0, 300.0, 700.0] {
+                for height in [74.0, 90.0, 130.0, 170.0, 300.0] {
+                    let found = texts(&painted(vec2(width, height), &points, true));
+                    let times = found.iter().filter(|t| t.ends_with(" ms") || t.ends_with(" s"));
+                    let levels = found.iter().filter(|t| t.parse::<f64>().is_ok());
+                    let (times, levels) = (times.count(), levels.count());
+                    let at = format!("{set}: {width} × {height}: {found:?}");
+                    assert!(times >= 1 && levels >= 1, "{at}");
+                    assert!(times >= 2 && levels >= 2 || width < 300.0 || height < 300.0, "{at}");
+                }
+            }
+        }
+        let too_small = texts(&painted(LEAST_SIZE - vec2(1.0, 0.0), &sets_of_points()[2], true));
+        assert!(too_small.is_empty(), "{too_small:?}");
+    }
+
+    #[test]
+    fn no_word_and_no_mark_of_the_legend_is_cut_off() {
+        let points = sets_of_points().swap_remove(2);
+        let mut rows = BTreeSet::new();
+        for width in [150.0, 200.0, 254.0, 294.0, 374.0, 454.0, 700.0] {
+            for height in [90.0, 170.0, 190.0, 204.0, 260.0, 400.0] {
+                let outer = Rect::from_min_size(Pos2::ZERO, vec2(width, height)).expand(8.0);
+                let shapes = painted(vec2(width, height), &points, true);
+                let legend: Vec<_> =
+                    shapes.iter().filter(|s| s.clip_rect.left() > LEFT - 1.0).collect();
+                let mut lines = BTreeSet::new();
+                for ClippedShape { clip_rect, shape, .. } in legend {
+                    let is_whole = clip_rect.contains_rect(shape.visual_bounding_rect());
+                    assert!(is_whole, "{width} × {height}: {shape:?} in {clip_rect}");
+                    assert!(outer.contains_rect(*clip_rect), "{clip_rect} of {outer}");
+                    if let Shape::Text(text) = shape {
+                        lines.insert(text.pos.y as i32);
+                    }
+                }
+                rows.insert(lines.len());
+            }
+        }
+        assert!(rows.contains(&0) && rows.contains(&1) && rows.len() > 3, "{rows:?}");
     }
 
     #[test]

@@ -9,11 +9,13 @@ use eframe::egui::{
 use crate::app::theme;
 
 /// Height of a row, room for a mark, and room between two entries, points.
-const ROW: f32 = 16.0;
+const ROW: f32 = 17.0;
 const MARK: f32 = 20.0;
 const BETWEEN: f32 = 14.0;
 /// Size of the words, points.
 const FONT: f32 = 11.0;
+/// Marks that go around others are smaller here than on the chart, to stay within their row.
+const AROUND_NOTHING: f32 = 0.75;
 
 /// A mark on the chart.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -44,6 +46,11 @@ impl Mark {
 
     /// Paints it; `large` while it is pointed at, faint where it is `old`.
     pub fn paint(self, painter: &Painter, at: Pos2, large: bool, old: bool) {
+        self.paint_around(painter, at, large, old, 1.0);
+    }
+
+    /// The same, with `around` the size of marks that go around others.
+    fn paint_around(self, painter: &Painter, at: Pos2, large: bool, old: bool, around: f32) {
         let more = if large { 1.5 } else { 0.0 };
         let faint = theme::TEXT_FAINT.gamma_multiply(if old { 0.45 } else { 1.0 });
         let accent = if old { faint } else { theme::ACCENT };
@@ -58,9 +65,9 @@ impl Mark {
                 painter.circle_filled(at, 2.4 + more, faint);
             }
             Self::Aside => ring(3.0 + more, 1.2, faint),
-            Self::OnScreen => ring(7.0, 1.8, theme::TEXT),
+            Self::OnScreen => ring(7.0 * around, 1.8, theme::TEXT),
             Self::Compared => {
-                let square = Rect::from_center_size(at, Vec2::splat(17.0));
+                let square = Rect::from_center_size(at, Vec2::splat(17.0 * around));
                 let stroke = Stroke::new(1.6, theme::NOTE);
                 painter.rect_stroke(square, 2.0, stroke, StrokeKind::Middle);
             }
@@ -100,7 +107,7 @@ pub fn legend_ui(ui: &Ui, room: Rect, least: f32, entries: &[Mark]) -> f32 {
     let corner = pos2(room.left(), room.bottom() - height);
     for ((mark, galley), place) in entries.iter().zip(galleys).zip(places) {
         let middle = corner + place + vec2(MARK / 2.0 - 1.0, ROW / 2.0);
-        mark.paint(&painter, middle, false, false);
+        mark.paint_around(&painter, middle, false, false, AROUND_NOTHING);
         let text = corner + place + vec2(MARK, (ROW - galley.size().y) / 2.0);
         painter.galley(text, galley, theme::TEXT_FAINT);
     }

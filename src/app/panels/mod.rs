@@ -4,6 +4,7 @@
 //! itself.
 
 pub mod accuracy;
+pub mod axes;
 pub mod chart;
 pub mod compare;
 pub mod curve;

@@ -12,6 +12,8 @@ use std::sync::Arc;
 use glam::DVec3;
 use rayon::prelude::*;
 
+use crate::core::memory::{self, TooLarge};
+
 use super::{Association, Field, Grid, Lattice, Samples};
 
 /// Every demo, the one that a window opens with first.
@@ -20,35 +22,104 @@ pub const NAMES: [&str; 7] =
 /// Samples along each axis that may be asked for.
 pub const SIZES: std::ops::RangeInclusive<usize> = 2..=512;
 
+/// A demo that there is not.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum DemoError {
+    /// None of [`NAMES`].
+    #[error(
+        "expected demo:NAME or demo:NAME:SIZE with a name of {}, found demo:{name}; choose another",
+        NAMES.join(", ")
+    )]
+    Name {
+        /// What stood for the name.
+        name: String,
+    },
+    /// None of [`SIZES`].
+    #[error(
+        "expected a whole number from {} to {} as a demo's size (samples along each axis), found \
+         \"{size}\"; choose another, as in demo:{name}:64",
+        SIZES.start(),
+        SIZES.end()
+    )]
+    Size {
+        /// One of [`NAMES`].
+        name: &'static str,
+        /// What stood for the size.
+        size: String,
+    },
+    /// More than memory holds.
+    #[error(transparent)]
+    TooLarge(#[from] TooLarge),
+}
+
+/// Whether there is a demo of a name, which may begin with `demo:` and end with `:SIZE`.
+///
+/// # Errors
+/// No such name or size.
+pub fn check(name: &str) -> Result<(), DemoError> {
+    parsed(name).map(|_| ())
+}
+
+/// The parts of `NAME`, `NAME:SIZE` or the same behind `demo:`.
+fn parsed(text: &str) -> Result<(&'static str, Option<usize>), DemoError> {
+    let text = text.strip_prefix("demo:").unwrap_or(text);
+    let (name, size) = match text.split_once(':') {
+        Some((name, size)) => (name, Some(size)),
+        None => (text, None),
+    };
+    let known = NAMES.into_iter().find(|known| *known == name);
+    let name = known.ok_or_else(|| DemoError::Name { name: name.to_owned() })?;
+    let size = size.map(|size| sized(name, size.parse().ok(), size)).transpose()?;
+    Ok((name, size))
+}
+
+fn sized(name: &'static str, size: Option<usize>, found: &str) -> Result<usize, DemoError> {
+    let size = size.filter(|size| SIZES.contains(size));
+    size.ok_or_else(|| DemoError::Size { name, size: found.to_owned() })
+}
+
 /// The demo of a name, of `size` samples along each axis, or its own size for `None`.
 ///
-/// The name may begin with `demo:` and end with `:SIZE`, which wins over `size`. `None` for names
-/// there are not and sizes outside [`SIZES`].
-pub fn open(name: &str, size: Option<usize>) -> Option<Grid> {
-    let name = name.strip_prefix("demo:").unwrap_or(name);
-    let (name, size) = match name.split_once(':') {
-        Some((name, suffix)) => (name, Some(suffix.parse().ok()?)),
-        None => (name, size),
+/// The name may begin with `demo:` and end with `:SIZE`, which wins over `size`.
+///
+/// # Errors
+/// Names there are not, sizes outside [`SIZES`], and more than memory holds.
+pub fn open(name: &str, size: Option<usize>) -> Result<Grid, DemoError> {
+    let (name, own) = parsed(name)?;
+    let size = match (own, size) {
+        (Some(own), _) => Some(own),
+        (None, Some(size)) => Some(sized(name, Some(size), &size.to_string())?),
+        (None, None) => None,
     };
-    if size.is_some_and(|size| !SIZES.contains(&size)) {
-        return None;
-    }
-    let sized = |own: usize| size.unwrap_or(own);
-    Some(match name {
-        "head" => head::grid(sized(128)),
-        "tornado" => tornado::grid(sized(64)),
+    let own = match name {
+        "head" => 128,
+        "constant" => 32,
+        _ => 64,
+    };
+    let size = size.unwrap_or(own);
+    // Two scalars and a vector, or one scalar, of 32 bits at most.
+    let each = if name == "tornado" { 20 } else { 4 };
+    memory::require(
+        &format!("demo:{name}:{size}"),
+        (size as u64).pow(3) * each,
+        memory::free_bytes(),
+    )?;
+    Ok(match name {
+        "head" => head::grid(size),
+        "tornado" => tornado::grid(size),
         "marschner-lobb" => {
-            let lattice = centred(sized(64));
+            let lattice = centred(size);
             scalar(lattice, "density", Samples::Float32(sample(lattice, marschner_lobb)))
         }
         "shells" => {
-            let lattice = centred(sized(64));
+            let lattice = centred(size);
             let edge = lattice.spacing.x;
             let values = sample(lattice, |p| shells(p, edge)).into_iter().map(|v| v.round() as u8);
             scalar(lattice, "shell", Samples::UInt8(values.collect()))
         }
         "blobs" => {
-            let lattice = centred(sized(64));
+            let lattice = centred(size);
             let blobs = blob_parameters();
             let density = |p: DVec3| {
                 blobs
@@ -59,7 +130,7 @@ pub fn open(name: &str, size: Option<usize>) -> Option<Grid> {
             scalar(lattice, "density", Samples::Float32(sample(lattice, density)))
         }
         "checkerboard" => {
-            let lattice = centred(sized(64));
+            let lattice = centred(size);
             let values = (0..lattice.len()).map(|i| {
                 let odd: usize =
                     index_of(lattice.dims, i).iter().map(|j| j * 8 / lattice.dims[0]).sum();
@@ -68,10 +139,10 @@ pub fn open(name: &str, size: Option<usize>) -> Option<Grid> {
             scalar(lattice, "check", Samples::UInt8(values.collect()))
         }
         "constant" => {
-            let lattice = centred(sized(32));
+            let lattice = centred(size);
             scalar(lattice, "constant", Samples::UInt8(vec![100; lattice.len()]))
         }
-        _ => return None,
+        _ => return Err(DemoError::Name { name: name.to_owned() }),
     })
 }
 
@@ -186,11 +257,22 @@ mod tests {
     }
 
     #[test]
-    fn names_and_sizes_there_are_not_are_none() {
-        for bad in ["", "demo:", "heads", "head:", "head:x", "head:1", "head:513", "head:8:8"] {
-            assert!(open(bad, None).is_none(), "{bad}");
+    fn names_and_sizes_there_are_not_are_refused_with_those_there_are() {
+        for bad in ["", "demo:", "heads", ":", "demo:demo:head"] {
+            let error = check(bad).unwrap_err();
+            assert_eq!(open(bad, None).unwrap_err(), error, "{bad}");
+            let words = error.to_string();
+            assert!(words.contains("tornado") && words.contains("demo:NAME:SIZE"), "{words}");
         }
-        assert!(open("head", Some(1)).is_none());
+        for bad in ["head:", "head:x", "head:1", "head:513", "head:8:8", "head:-8", "head:2.5"] {
+            let error = check(bad).unwrap_err();
+            assert_eq!(open(bad, None).unwrap_err(), error, "{bad}");
+            let words = error.to_string();
+            assert!(words.contains("from 2 to 512") && words.contains("demo:head:64"), "{words}");
+        }
+        assert!(open("head", Some(1)).is_err_and(|e| e.to_string().contains("\"1\"")));
+        assert_eq!(check("demo:head:512"), Ok(()));
+        assert_eq!((check("head:2"), check("head")), (Ok(()), Ok(())));
     }
 
     #[test]
