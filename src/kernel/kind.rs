@@ -14,6 +14,10 @@ pub enum Kernel {
     Gaussian,
     /// The optimal cubic's footprint as a mesh of triangles, their opacities linear between the corners
     /// (Laur–Hanrahan's polygon splats; see [`super::SplatMesh`]). Shaded first, every sample.
+    ///
+    /// Theirs stood for a Gaussian-like footprint. Both are approximated about equally well, but the
+    /// cubic is nearer to the exact picture: RMSE 0.022, 0.0052 and 0.048 against 0.031, 0.0084 and
+    /// 0.054 (demo head 64³, blobs 32³ and Marschner–Lobb 40³, 8 × 4), on three fifths of the area.
     Gouraud,
     /// The separable tent: trilinear interpolation (Westover §2.7.3). On lattices only.
     Linear,
