@@ -191,7 +191,7 @@ impl SplatSettings {
             }
             if self.extent.is_some() {
                 return refuse(
-                    "--extent with a kernel that has one (gaussian, cubic)",
+                    "--extent with a kernel that has one (gaussian, cubic, gouraud)",
                     name("--extent"),
                     "leave one of the two out",
                 );
@@ -199,7 +199,7 @@ impl SplatSettings {
         }
         if self.extent.is_some() && kernel.natural_extent().is_none() {
             return refuse(
-                "--extent with a kernel that has one (gaussian, cubic)",
+                "--extent with a kernel that has one (gaussian, cubic, gouraud)",
                 name("--extent"),
                 "leave one of the two out",
             );

@@ -232,7 +232,9 @@ fn extent_ui(ui: &mut Ui, splat: &mut SplatSettings, chosen: &mut ModeChoice) {
             "Radius of a splat in voxels: larger is smoother, smaller is sharper and may show \
              gaps; the mean depth stays the same",
         )
-        .on_disabled_hover_text("This kernel has a size of its own; Gaussian and cubic have not");
+        .on_disabled_hover_text(
+            "This kernel has a size of its own; Gaussian, cubic and Gouraud have not",
+        );
     if response.changed() {
         chosen.extent = Some(extent);
     }
