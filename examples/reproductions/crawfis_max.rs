@@ -254,7 +254,7 @@ fn small_and_large(page: &mut Page<'_>) -> Result<()> {
     );
     page.say(
         "They found meshes slower where splats are many and small, and faster where they are few and large, \
-         never by very much. Here small meshes are many times slower, since each triangle has to be set up: \
+         never by very much. Here the smallest are up to six times slower as meshes, since each triangle has to be set up: \
          `benches/results/splats.md` has the radius at which they catch up.",
     );
     Ok(())
