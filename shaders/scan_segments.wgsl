@@ -3,7 +3,7 @@
 // One workgroup: each thread sums a run, the runs' sums are added up, each thread rewrites its run.
 
 struct Scan {
-    // Segments; kernels that fit; vertices a splat; 0.
+    // Segments; kernels that fit; vertices, or indices, a splat; 0.
     counts: vec4<u32>,
 }
 
@@ -49,6 +49,8 @@ fn scan_segments(@builtin(local_invocation_index) thread: u32) {
         counts[1] = min(start, scan.counts.y);
         counts[2] = 0u;
         counts[3] = 0u;
+        // A draw by indices has its first instance here.
+        counts[4] = 0u;
         let fitting = min(start, scan.counts.y);
         totals[0] += fitting;
         totals[1] = max(totals[1], start - fitting);

@@ -27,10 +27,34 @@ struct Box {
     @location(2) @interpolate(flat) ray: vec3<f32>,
 }
 
+// A corner of the mesh that stands for a footprint (kernel::SplatMesh).
+struct Corner {
+    // On the unit disc.
+    @location(3) position: vec2<f32>,
+    // F there at the natural extent.
+    @location(4) factor: f32,
+}
+
+struct Gouraud {
+    @builtin(position) position: vec4<f32>,
+    // Linear premultiplied light, and opacity: linear on the screen, since w is 1 throughout.
+    @location(0) light: vec4<f32>,
+}
+
 struct Point {
     @builtin(position) position: vec4<f32>,
     @location(0) @interpolate(flat) matter: vec4<f32>,
 }
+
+// Opacity times footprint, capped at 1, rather than optical depth; of meshes alone.
+override published: bool = false;
+
+struct Totals {
+    // Words 2 and 3: pixels of kernels whose opacity was capped, low word first.
+    counts: array<atomic<u32>, 4>,
+}
+
+@group(0) @binding(1) var<storage, read_write> totals: Totals;
 
 // Vertices snap to 1/256 of a pixel: a box's quad is this much larger, or it would lose pixels.
 const SNAP: f32 = 0.0078125;
@@ -90,6 +114,28 @@ fn vertex_box(record: Record, @builtin(vertex_index) index: u32) -> Box {
 }
 
 @vertex
+fn vertex_gouraud(record: Record, corner: Corner) -> Gouraud {
+    let kernel = project(record.centre, record.packed);
+    var factor = frame.footprint;
+    if !one_footprint {
+        factor = widened(ellipse(kernel));
+    }
+    let unit = corner.position * frame.radius;
+    let offset = vec2<f32>(factor.x * unit.x, factor.y * unit.x + factor.z * unit.y);
+    let place = kernel.middle + offset;
+    // The corner's own ray, as each pixel of a footprint has its own.
+    let length = factor.w * frame.footprint_scale * corner.factor * slant(place + frame.half_size);
+    var alpha: f32;
+    if published {
+        // Capped where it is interpolated.
+        alpha = optical_depth(opacity(record.extinction), length);
+    } else {
+        alpha = opacity(optical_depth(record.extinction, length));
+    }
+    return Gouraud(clip(place, kernel.hidden), vec4<f32>(colour_of(record.packed) * alpha, alpha));
+}
+
+@vertex
 fn vertex_point(record: Record, @builtin(vertex_index) index: u32) -> Point {
     let kernel = project(record.centre, record.packed);
     // The one pixel that holds the centre.
@@ -117,6 +163,21 @@ fn fragment_radial(in: Radial) -> @location(0) vec4<f32> {
 fn fragment_box(in: Box) -> @location(0) vec4<f32> {
     let span = chord(in.local, in.ray);
     return splat(in.matter, span.y - span.x, in.position);
+}
+
+@fragment
+fn fragment_gouraud(in: Gouraud) -> @location(0) vec4<f32> {
+    if published && in.light.w > 1.0 {
+        let before = atomicAdd(&totals.counts[2], 1u);
+        if before == 0xffffffffu {
+            atomicAdd(&totals.counts[3], 1u);
+        }
+        return in.light / in.light.w;
+    }
+    // At an edge that was moved by its snapping, steep light leaves its corners' range a little: by
+    // 6e-4 where opaque splats are a few pixels wide.
+    let light = max(in.light, vec4<f32>(0.0));
+    return min(light, vec4<f32>(min(light.w, 1.0)));
 }
 
 @fragment

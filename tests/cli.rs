@@ -141,6 +141,11 @@ fn wrong_usage_exits_with_2() {
             &["--slabs-per-voxel", "--visibility every-sample"],
         ),
         (&["--slabs-per-voxel", "2", "--sheets-per-kernel", "3"], &["--visibility sheets"]),
+        (&["--kernel", "gouraud", "--visibility", "slabs"], &["--kernel gouraud", "slabs"]),
+        (&["--kernel", "gouraud", "--backend", "tiles"], &["--kernel gouraud", "--backend tiles"]),
+        (&["--kernel", "gouraud", "--classify", "after"], &["--kernel gouraud", "after"]),
+        (&["--kernel", "cubic", "--gouraud-rings", "3"], &["--gouraud-rings", "--kernel cubic"]),
+        (&["--gouraud-angles", "2"], &["--gouraud-angles", "3 and 64", "2"]),
         (&["--stats", "/nowhere/./out.png"], &["--output and --stats", "two files"]),
     ] {
         assert_eq!(fault(&render(more), 2, words, None), None);

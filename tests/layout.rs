@@ -188,15 +188,15 @@ fn every_shader_is_valid_with_the_defaults_of_webgpu() {
 fn the_splat_pass_is_valid_in_every_variant() {
     let (module, info) = validated(&shader::SPLAT.source()).unwrap();
     let names: Vec<&str> = module.overrides.iter().filter_map(|(_, o)| o.name.as_deref()).collect();
-    let flags = ["one_footprint", "perspective", "rim_root"];
+    let flags = ["one_footprint", "perspective", "rim_root", "published"];
     // The others are the footprint's coefficients.
     let coefficients = (0..COEFFICIENTS).map(|power| format!("c{power}"));
     let expected: BTreeSet<String> =
         flags.map(str::to_owned).into_iter().chain(coefficients).collect();
     assert_eq!(names.iter().map(|&name| name.to_owned()).collect::<BTreeSet<_>>(), expected);
     let mut failures = Vec::new();
-    for variant in 0..8_u32 {
-        let constants = [variant & 1, variant >> 1 & 1, variant >> 2].map(f64::from);
+    for variant in 0..16_u32 {
+        let constants = (0..4).map(|bit| f64::from(variant >> bit & 1));
         let constants = flags.iter().map(|&f| f.to_owned()).zip(constants).collect();
         let processed =
             naga::back::pipeline_constants::process_overrides(&module, &info, None, &constants);

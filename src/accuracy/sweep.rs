@@ -98,7 +98,7 @@ pub fn exact_mode(current: &SplatSettings, slabs_per_voxel: f64) -> SplatSetting
 /// that a chart fills usefully, cheap and diverse ones first. No two are drawn alike.
 pub fn candidates(current: &SplatSettings) -> Vec<Setting> {
     use Classify::{After, Before, PreIntegrated};
-    use Kernel::{BSpline, Cubic, Gaussian, Linear, Nearest, Point};
+    use Kernel::{BSpline, Cubic, Gaussian, Gouraud, Linear, Nearest, Point};
     use OpacityModel::{OpticalDepth, Published};
     use Visibility::{EverySample, Sheets};
     let none = ModeChoice {
@@ -166,6 +166,7 @@ pub fn candidates(current: &SplatSettings) -> Vec<Setting> {
         octree(0.1),
         octree(0.4),
         every(Gaussian),
+        every(Gouraud),
         scaled(every(Cubic), 0.25),
         scaled(slabs(Cubic, PreIntegrated, 1.0), 0.5),
         scaled(slabs(BSpline, PreIntegrated, 2.0), 0.5),

@@ -1,6 +1,7 @@
 //! Modes as the hand chooses them: the last choice holds, and what contradicts it gives way.
 
 use super::words;
+use crate::kernel::{Kernel, Subdivisions};
 use crate::scene::{
     Backend, Classify, ModeChoice, Order, Reconstruction, SplatSettings, Visibility,
 };
@@ -42,6 +43,10 @@ pub fn changed(now: &SplatSettings, chosen: ModeChoice) -> SplatSettings {
         choice.visibility = Some(settings.visibility);
         let sheets = Some(now.sheets_per_kernel);
         keep(&mut choice, |c| c.sheets_per_kernel = c.sheets_per_kernel.or(sheets));
+        // And one of angles or rings a mesh.
+        choice.kernel = Some(settings.kernel);
+        choice.gouraud_angles = choice.gouraud_angles.or(Some(now.gouraud.angles));
+        choice.gouraud_rings = choice.gouraud_rings.or(Some(now.gouraud.rings));
     }
     choice.opacity_unit_distance = chosen.opacity_unit_distance.or(now.opacity_unit_distance);
     choice.resolve().unwrap_or(*now)
@@ -88,6 +93,9 @@ pub fn is_exact(settings: &SplatSettings) -> bool {
 /// A mode in a few words: `B-spline, interpolating, pre-integrated, 2 slabs a voxel`.
 pub fn name(settings: &SplatSettings) -> String {
     let mut parts = vec![words::kernel(settings.kernel)];
+    if settings.kernel == Kernel::Gouraud && settings.gouraud != Subdivisions::default() {
+        parts.push(format!("{} × {}", settings.gouraud.angles, settings.gouraud.rings));
+    }
     if settings.reconstruction == Reconstruction::Interpolating {
         parts.push("interpolating".to_owned());
     }
@@ -126,7 +134,6 @@ fn slabs(per_voxel: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::kernel::Kernel;
     use crate::scene::OpacityModel;
 
     /// Settings of every kind that mean something, reached by a walk of choices.
@@ -156,6 +163,8 @@ mod tests {
         all.push(ModeChoice { extent: Some(2.5), ..none });
         all.push(ModeChoice { slabs_per_voxel: Some(4.0), ..none });
         all.push(ModeChoice { sheets_per_kernel: Some(5), ..none });
+        all.push(ModeChoice { gouraud_angles: Some(7), ..none });
+        all.push(ModeChoice { gouraud_rings: Some(2), ..none });
         all
     }
 
@@ -177,6 +186,9 @@ mod tests {
                 assert!(choice.slabs_per_voxel.is_none_or(|n| n == then.slabs_per_voxel), "{case}");
                 let sheets = choice.sheets_per_kernel;
                 assert!(sheets.is_none_or(|n| n == then.sheets_per_kernel), "{case}");
+                let (angles, rings) = (choice.gouraud_angles, choice.gouraud_rings);
+                assert!(angles.is_none_or(|n| n == then.gouraud.angles), "{case}");
+                assert!(rings.is_none_or(|n| n == then.gouraud.rings), "{case}");
             }
         }
     }

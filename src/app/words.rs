@@ -105,6 +105,10 @@ pub fn kernel_help(kernel: Kernel) -> &'static str {
         Kernel::Point => "One pixel a voxel: the fastest, and full of holes up close",
         Kernel::Nearest => "Every voxel is a box: sharp edges, no smoothing at all",
         Kernel::Gaussian => "A soft blob (standard deviation 0.6 voxels): smooth, a little blurred",
+        Kernel::Gouraud => {
+            "The cubic's blob as a small mesh of triangles, shaded between its corners as in 1991: a \
+             few per cent off"
+        }
         Kernel::Linear => "Straight between neighbours, as most viewers do: quick, with creases",
         Kernel::BSpline => "The smoothest: passes through every sample, without creases",
         Kernel::Cubic => "The optimal cubic (radius 1.556 voxels): smooth with the least ripple",

@@ -151,8 +151,8 @@ pub struct SceneFlags {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Mode")]
 pub struct ModeFlags {
-    /// Reconstruction kernel: point, nearest, linear, gaussian, cubic or bspline [default: bspline,
-    /// unless other flags ask for another]
+    /// Reconstruction kernel: point, nearest, linear, gaussian, cubic, bspline, or gouraud: the cubic's
+    /// splat as a mesh of triangles [default: bspline, unless other flags ask for another]
     #[arg(long, value_name = "KERNEL", value_parser = values::kernel)]
     pub kernel: Option<Kernel>,
     /// Splat radius in voxels [default: the kernel's own]
@@ -186,6 +186,12 @@ pub struct ModeFlags {
     /// back to front, tiles for all else [default: auto]
     #[arg(long, value_name = "BACKEND", value_parser = values::backend)]
     pub backend: Option<Backend>,
+    /// Corners about the middle of a splat, with --kernel gouraud [default: 8]
+    #[arg(long, value_name = "N")]
+    pub gouraud_angles: Option<u32>,
+    /// Rings of corners of a splat, with --kernel gouraud [default: 4]
+    #[arg(long, value_name = "N")]
+    pub gouraud_rings: Option<u32>,
     /// World length over which opacities are given [default: the smallest voxel spacing]
     #[arg(long, value_name = "D", value_parser = values::positive, allow_hyphen_values = true)]
     pub opacity_unit_distance: Option<f64>,
@@ -209,6 +215,8 @@ impl ModeFlags {
             reconstruction: self.reconstruction,
             order: self.order,
             backend: self.backend,
+            gouraud_angles: self.gouraud_angles,
+            gouraud_rings: self.gouraud_rings,
         };
         choice.resolve_strictly()
     }
@@ -323,7 +331,7 @@ mod tests {
     use super::*;
 
     /// Names of the mode's flags, and what each is.
-    fn values(settings: &SplatSettings) -> [(&'static str, String); 8] {
+    fn values(settings: &SplatSettings) -> [(&'static str, String); 10] {
         [
             ("kernel", settings.kernel.name().to_owned()),
             ("reconstruction", settings.reconstruction.name().to_owned()),
@@ -333,6 +341,8 @@ mod tests {
             ("opacity_model", settings.opacity_model.name().to_owned()),
             ("classify", settings.classify.name().to_owned()),
             ("order", settings.order.name().to_owned()),
+            ("gouraud_angles", settings.gouraud.angles.to_string()),
+            ("gouraud_rings", settings.gouraud.rings.to_string()),
         ]
     }
 

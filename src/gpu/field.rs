@@ -55,7 +55,7 @@ pub(super) fn window(kernel: Kernel, extent: Option<f64>) -> usize {
         Kernel::Point | Kernel::Nearest | Kernel::Linear => 1,
         Kernel::BSpline => 2,
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "1..=16")]
-        Kernel::Gaussian | Kernel::Cubic => RadialKernel::new(kernel, extent)
+        Kernel::Gaussian | Kernel::Cubic | Kernel::Gouraud => RadialKernel::new(kernel, extent)
             .map_or(2.0, |radial| radial.radius().ceil().clamp(1.0, 16.0))
             as usize,
     }

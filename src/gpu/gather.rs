@@ -109,7 +109,7 @@ impl Variant {
             Kernel::Nearest => constants.push(("support", 1.0)),
             Kernel::Linear => constants.push(("support", 2.0)),
             Kernel::BSpline => constants.push(("support", 4.0)),
-            Kernel::Point | Kernel::Gaussian | Kernel::Cubic => {
+            Kernel::Point | Kernel::Gaussian | Kernel::Cubic | Kernel::Gouraud => {
                 constants.push(("points", flag(self.kernel == Kernel::Point)));
                 if let Some(radial) = RadialKernel::new(self.kernel, None) {
                     const NAMES: [&str; COEFFICIENTS] =
@@ -346,7 +346,7 @@ impl Constants<'_> {
             Kernel::Nearest => DVec3::splat(0.5),
             Kernel::Linear => DVec3::ONE,
             Kernel::BSpline => DVec3::splat(2.0),
-            Kernel::Gaussian | Kernel::Cubic => DVec3::splat(radius),
+            Kernel::Gaussian | Kernel::Cubic | Kernel::Gouraud => DVec3::splat(radius),
         };
         let thickness = match Variant::new(view, settings).layering {
             Layering::Sheets => 2.0 * radius / f64::from(settings.sheets_per_kernel),

@@ -176,6 +176,16 @@ pub struct Record {
 
 const _: () = assert!(size_of::<Record>() == RECORD_WORDS * 4);
 
+/// A corner of a splat's mesh as the vertex stage reads it.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct Corner {
+    /// Offset on the kernel's unit disc, in radii.
+    pub position: [f32; 2],
+    /// F there at the kernel's natural extent, voxels.
+    pub factor: f32,
+}
+
 impl Record {
     /// A record from a box of voxels. Boxes over 65535 voxels along an axis do not exist: the
     /// octree ends at level 15 (`Renderer` refuses larger volumes).

@@ -14,6 +14,7 @@ pub mod frame;
 mod gather;
 pub mod layout;
 mod list_plan;
+mod meshes;
 mod pipelines;
 mod renderer;
 mod samples;

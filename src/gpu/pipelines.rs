@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use super::context::Context;
-use super::layout::RECORD_WORDS;
+use super::layout::{Corner, RECORD_WORDS};
 use super::shader::{self, Shader};
 use crate::kernel::{
     COEFFICIENTS, FootprintPolynomial, Kernel, RadialKernel, Rim, SHARE_FACTORS, SHARE_POWERS,
@@ -17,6 +17,8 @@ pub(super) struct SplatVariant {
     pub perspective: bool,
     /// Every kernel is one voxel large (and the projection parallel).
     pub one_footprint: bool,
+    /// Published opacities; of meshes alone.
+    pub published: bool,
 }
 
 /// Which variant of the passes over lists of scattered kernels.
@@ -39,7 +41,7 @@ pub(super) struct Pipelines {
 }
 
 impl SplatVariant {
-    /// Vertices of one splat: a triangle about the ellipse of a voxel, a strip of two else.
+    /// Vertices of one splat but a mesh: a triangle about the ellipse of a voxel, a strip of two else.
     pub(super) fn vertices(self) -> u32 {
         match self.kernel {
             // Small ellipses cost their set-up, large ones their pixels.
@@ -78,7 +80,11 @@ impl Pipelines {
     ) -> &wgpu::ComputePipeline {
         self.lists.entry((shader.name, variant)).or_insert_with(|| {
             let shape = match variant.kernel {
-                Kernel::Gaussian | Kernel::Cubic | Kernel::Linear | Kernel::BSpline => 0.0,
+                Kernel::Gaussian
+                | Kernel::Cubic
+                | Kernel::Gouraud
+                | Kernel::Linear
+                | Kernel::BSpline => 0.0,
                 Kernel::Nearest => 1.0,
                 Kernel::Point => 2.0,
             };
@@ -193,8 +199,10 @@ fn splat(
     let module = shader::SPLAT.module(&context.device);
     let mut constants = kernel_constants(variant.kernel, variant.perspective);
     constants.push(("one_footprint", flag(variant.one_footprint)));
+    constants.push(("published", flag(variant.published)));
     let options = wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() };
     let (vertex, fragment) = match variant.kernel {
+        Kernel::Gouraud => ("vertex_gouraud", "fragment_gouraud"),
         Kernel::Gaussian | Kernel::Cubic | Kernel::Linear | Kernel::BSpline => {
             ("vertex_radial", "fragment_radial")
         }
@@ -202,6 +210,20 @@ fn splat(
         Kernel::Point => ("vertex_point", "fragment_point"),
     };
     let attributes = wgpu::vertex_attr_array![0 => Float32x3, 1 => Float32, 2 => Uint32x3];
+    let corner_attributes = wgpu::vertex_attr_array![3 => Float32x2, 4 => Float32];
+    let buffers = [
+        Some(wgpu::VertexBufferLayout {
+            array_stride: RECORD_WORDS as u64 * 4,
+            step_mode: wgpu::VertexStepMode::Instance,
+            attributes: &attributes,
+        }),
+        Some(wgpu::VertexBufferLayout {
+            array_stride: size_of::<Corner>() as u64,
+            step_mode: wgpu::VertexStepMode::Vertex,
+            attributes: &corner_attributes,
+        }),
+    ];
+    let is_mesh = variant.kernel == Kernel::Gouraud;
     context.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
         label: Some(shader::SPLAT.name),
         layout: None,
@@ -209,14 +231,14 @@ fn splat(
             module: &module,
             entry_point: Some(vertex),
             compilation_options: options.clone(),
-            buffers: &[Some(wgpu::VertexBufferLayout {
-                array_stride: RECORD_WORDS as u64 * 4,
-                step_mode: wgpu::VertexStepMode::Instance,
-                attributes: &attributes,
-            })],
+            buffers: if is_mesh { &buffers } else { &buffers[..1] },
         },
         primitive: wgpu::PrimitiveState {
-            topology: wgpu::PrimitiveTopology::TriangleStrip,
+            topology: if is_mesh {
+                wgpu::PrimitiveTopology::TriangleList
+            } else {
+                wgpu::PrimitiveTopology::TriangleStrip
+            },
             ..Default::default()
         },
         depth_stencil: None,

@@ -10,6 +10,7 @@ use super::context::Context;
 use super::device_volume::DeviceVolume;
 use super::frame::{self, Pass, PassTime};
 use super::gather::Gathering;
+use super::meshes::MeshTable;
 use super::pipelines::{Pipelines, SplatVariant};
 use super::scattered::Lists;
 use super::slabs::{PictureConstants, SlabPass, step_reach};
@@ -18,7 +19,7 @@ use super::timing::{Timer, Timestamps};
 use super::turns::{Kept, few_tiles};
 use super::{GpuError, layout, shader};
 use crate::core::Ticket;
-use crate::kernel::{Coefficients, Kernel};
+use crate::kernel::{Coefficients, Kernel, Subdivisions};
 use crate::scene::{SplatSettings, View};
 use crate::transfer::Cumulative;
 use crate::volume::ScalarVolume;
@@ -40,6 +41,8 @@ pub struct Renderer {
     pub(super) volume: Option<DeviceVolume>,
     pub(super) target: Option<Target>,
     pub(super) variant: SplatVariant,
+    /// From the first time that meshes are asked for.
+    pub(super) mesh: Option<MeshTable>,
     pub(super) slabs: SlabPass,
     /// The mode of the slabs being drawn.
     slab_settings: SplatSettings,
@@ -94,7 +97,9 @@ impl Renderer {
                 kernel: Kernel::Cubic,
                 perspective: false,
                 one_footprint: false,
+                published: false,
             },
+            mesh: None,
             gathering: Gathering::new(&context),
             lists: None,
             times: Vec::new(),
@@ -143,6 +148,8 @@ impl Renderer {
     ///
     /// `unit_distance` is the world length over which the table's extinctions are given.
     ///
+    /// [`Renderer::begin_meshes`] says which meshes; here they are those of before, or the usual ones.
+    ///
     /// # Errors
     /// A picture beyond the device's limits, or a failing device.
     pub fn begin(
@@ -154,8 +161,15 @@ impl Renderer {
     ) -> Result<(), GpuError> {
         self.resize(view.size)?;
         self.times.clear();
-        self.variant =
-            SplatVariant { kernel, perspective: view.eye_distance.is_some(), one_footprint: false };
+        self.variant = SplatVariant {
+            kernel,
+            perspective: view.eye_distance.is_some(),
+            one_footprint: false,
+            published: false,
+        };
+        if kernel == Kernel::Gouraud && self.mesh.is_none() {
+            self.mesh = MeshTable::new(&self.context, Subdivisions::default());
+        }
         let constants = frame_constants(view, kernel, extent, unit_distance);
         self.context.queue.write_buffer(&self.frame, 0, bytemuck::bytes_of(&constants));
         self.context.queue.write_buffer(&self.totals, 0, &[0; 16]);
@@ -362,7 +376,8 @@ impl Renderer {
             .iter()
             .map(|g| g.buffer.size())
             .sum::<u64>()
-            + self.lists.as_ref().map_or(0, Lists::size_bytes);
+            + self.lists.as_ref().map_or(0, Lists::size_bytes)
+            + self.mesh.as_ref().map_or(0, MeshTable::size_bytes);
         let held = target + volume + between + self.slabs.size_bytes() + self.kept.size_bytes();
         self.peak_bytes = self.peak_bytes.max(held);
     }

@@ -349,7 +349,7 @@ fn rays_per_side(view: &View, kernel: Kernel, extent: Option<f64>) -> u32 {
         Kernel::BSpline => 2.0,
         Kernel::Linear => 1.0,
         Kernel::Point | Kernel::Nearest => 0.5,
-        Kernel::Gaussian | Kernel::Cubic => {
+        Kernel::Gaussian | Kernel::Cubic | Kernel::Gouraud => {
             RadialKernel::new(kernel, extent).map_or(1.0, RadialKernel::radius)
         }
     };
@@ -371,7 +371,7 @@ fn compile(context: &Context, variant: Variant) -> wgpu::ComputePipeline {
         Kernel::Point | Kernel::Nearest => 0,
         Kernel::Linear => 1,
         Kernel::Gaussian => 2,
-        Kernel::Cubic => 3,
+        Kernel::Cubic | Kernel::Gouraud => 3,
         Kernel::BSpline => 4,
     };
     let format = match variant.format {

@@ -10,6 +10,7 @@ use super::renderer::Renderer;
 use super::samples::CHUNKS;
 use super::timing::Timestamps;
 use super::{GpuError, shader};
+use crate::kernel::Kernel;
 use crate::scene::View;
 use crate::volume::BRICK;
 
@@ -121,7 +122,7 @@ impl Renderer {
             table: table.span,
         };
         self.context.queue.write_buffer(&self.traversal, 0, bytemuck::bytes_of(&constants));
-        let scan = layout::Scan { counts: [segments, capacity, self.variant.vertices(), 0] };
+        let scan = layout::Scan { counts: [segments, capacity, self.corner_count(), 0] };
         self.context.queue.write_buffer(&self.scan, 0, bytemuck::bytes_of(&scan));
     }
 
@@ -164,13 +165,18 @@ impl Renderer {
         let format = self.light_format();
         let pipeline = self.pipelines.splat(&self.context, format, self.variant).clone();
         let Some(target) = &self.target else { return };
+        let mesh = self.mesh.as_ref().filter(|_| self.variant.kernel == Kernel::Gouraud);
+        let entries = [&self.frame, &self.totals].map(wgpu::Buffer::as_entire_binding);
+        let mut binding = 0..;
+        let entries = entries.map(|resource| wgpu::BindGroupEntry {
+            binding: binding.next().unwrap_or_default(),
+            resource,
+        });
         let group = self.context.device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some(shader::SPLAT.name),
             layout: &pipeline.get_bind_group_layout(0),
-            entries: &[wgpu::BindGroupEntry {
-                binding: 0,
-                resource: self.frame.as_entire_binding(),
-            }],
+            // Meshes alone count what they cap.
+            entries: if mesh.is_some() { &entries } else { &entries[..1] },
         });
         let view = target.light.create_view(&Default::default());
         let mut render = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
@@ -186,14 +192,24 @@ impl Renderer {
         });
         render.set_pipeline(&pipeline);
         render.set_bind_group(0, &group, &[]);
+        if let Some(mesh) = mesh {
+            render.set_vertex_buffer(1, mesh.corners.slice(..));
+            render.set_index_buffer(mesh.indices.slice(..), wgpu::IndexFormat::Uint16);
+        }
         match source {
             Source::Emitted => {
                 render.set_vertex_buffer(0, self.records.buffer.slice(..));
-                render.draw_indirect(&self.counts.buffer, 0);
+                match mesh {
+                    Some(_) => render.draw_indexed_indirect(&self.counts.buffer, 0),
+                    None => render.draw_indirect(&self.counts.buffer, 0),
+                }
             }
             Source::Uploaded(records) => {
                 render.set_vertex_buffer(0, self.uploads.buffer.slice(..));
-                render.draw(0..self.variant.vertices(), 0..records);
+                match mesh {
+                    Some(mesh) => render.draw_indexed(0..mesh.index_count, 0, 0..records),
+                    None => render.draw(0..self.variant.vertices(), 0..records),
+                }
             }
         }
     }

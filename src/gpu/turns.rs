@@ -64,10 +64,12 @@ pub(super) fn gathered(
         Kernel::Nearest | Kernel::Linear | Kernel::BSpline => {
             vec![(LAYERS, rays.cells(kernel, layers))]
         }
-        Kernel::Point | Kernel::Gaussian | Kernel::Cubic if layers == Layers::None => {
+        Kernel::Point | Kernel::Gaussian | Kernel::Cubic | Kernel::Gouraud
+            if layers == Layers::None =>
+        {
             vec![(LAYERS, rays.slices(kernel))]
         }
-        Kernel::Point | Kernel::Gaussian | Kernel::Cubic => {
+        Kernel::Point | Kernel::Gaussian | Kernel::Cubic | Kernel::Gouraud => {
             sizes.iter().map(|&size| (size, rays.chunks(kernel, layers, size))).collect()
         }
     };

@@ -12,6 +12,13 @@ pub enum Kernel {
     Nearest,
     /// A Gaussian of σ 0.6, cut at 0.004 (Westover).
     Gaussian,
+    /// The optimal cubic's footprint as a mesh of triangles, their opacities linear between the corners
+    /// (Laur–Hanrahan's polygon splats; see [`super::SplatMesh`]). Shaded first, every sample.
+    ///
+    /// Theirs stood for a Gaussian-like footprint. Both are approximated about equally well, but the
+    /// cubic is nearer to the exact picture: RMSE 0.022, 0.0052 and 0.048 against 0.031, 0.0084 and
+    /// 0.054 (demo head 64³, blobs 32³ and Marschner–Lobb 40³, 8 × 4), on three fifths of the area.
+    Gouraud,
     /// The separable tent: trilinear interpolation (Westover §2.7.3). On lattices only.
     Linear,
     /// The optimal piecewise cubic of radius 1.556 (Crawfis–Max).
@@ -23,8 +30,15 @@ pub enum Kernel {
 
 impl Kernel {
     /// Every kernel, cheapest first.
-    pub const ALL: [Self; 6] =
-        [Self::Point, Self::Nearest, Self::Linear, Self::Gaussian, Self::Cubic, Self::BSpline];
+    pub const ALL: [Self; 7] = [
+        Self::Point,
+        Self::Nearest,
+        Self::Linear,
+        Self::Gouraud,
+        Self::Gaussian,
+        Self::Cubic,
+        Self::BSpline,
+    ];
 
     /// The name scripts use.
     pub fn name(self) -> &'static str {
@@ -32,6 +46,7 @@ impl Kernel {
             Self::Point => "point",
             Self::Nearest => "nearest",
             Self::Gaussian => "gaussian",
+            Self::Gouraud => "gouraud",
             Self::Linear => "linear",
             Self::Cubic => "cubic",
             Self::BSpline => "bspline",
@@ -49,7 +64,7 @@ impl Kernel {
         match self {
             Self::Point | Self::Nearest | Self::Linear | Self::BSpline => None,
             Self::Gaussian => Some(2.0),
-            Self::Cubic => Some(1.556),
+            Self::Cubic | Self::Gouraud => Some(1.556),
         }
     }
 

@@ -5,6 +5,7 @@
 
 mod coefficients;
 mod ellipse;
+mod gouraud;
 mod kind;
 mod polynomial;
 mod radial;
@@ -14,6 +15,7 @@ mod space;
 
 pub use coefficients::{Coefficients, CoefficientsError, MOST_EXTENT, Residual, coefficients};
 pub use ellipse::{ProjectedKernel, perspective_jacobian};
+pub use gouraud::{MeshVertex, SplatMesh, Subdivisions};
 pub use kind::Kernel;
 pub use polynomial::{COEFFICIENTS, FootprintPolynomial, Rim};
 pub use radial::RadialKernel;

@@ -35,7 +35,7 @@ pub struct RadialKernel {
 
 impl RadialKernel {
     /// The radial kernel of a kind, drawn with a splat radius of `extent` voxels (`None`: its
-    /// natural one).
+    /// natural one). A mesh's is the kernel whose footprint it approximates.
     ///
     /// `None` for kinds that are not radial. An extent that is not finite and positive counts as
     /// the natural one; whoever takes extents from people refuses those first.
@@ -43,7 +43,7 @@ impl RadialKernel {
         let shape = match kernel {
             Kernel::Point | Kernel::Nearest | Kernel::Linear | Kernel::BSpline => return None,
             Kernel::Gaussian => Shape::Gaussian,
-            Kernel::Cubic => Shape::Cubic,
+            Kernel::Cubic | Kernel::Gouraud => Shape::Cubic,
         };
         let natural = kernel.natural_extent()?;
         let extent = extent.filter(|e| e.is_finite() && *e > 0.0).unwrap_or(natural);

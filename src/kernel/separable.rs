@@ -23,7 +23,11 @@ impl Separable {
         let shape = match kernel {
             Kernel::Linear => Shape::Tent,
             Kernel::BSpline => Shape::CubicBSpline,
-            Kernel::Point | Kernel::Nearest | Kernel::Gaussian | Kernel::Cubic => return None,
+            Kernel::Point
+            | Kernel::Nearest
+            | Kernel::Gaussian
+            | Kernel::Cubic
+            | Kernel::Gouraud => return None,
         };
         Some(Self { shape })
     }

@@ -27,7 +27,7 @@ impl Kernel {
         match self {
             Self::Point => None,
             Self::Nearest | Self::Linear | Self::BSpline => Some(1.0),
-            Self::Gaussian | Self::Cubic => {
+            Self::Gaussian | Self::Cubic | Self::Gouraud => {
                 RadialKernel::new(self, extent).map(RadialKernel::energy)
             }
         }
@@ -48,7 +48,7 @@ impl Kernel {
                 Self::Nearest => 0.5 * across,
                 Self::Linear => across,
                 Self::BSpline => 2.0 * across,
-                Self::Gaussian | Self::Cubic => {
+                Self::Gaussian | Self::Cubic | Self::Gouraud => {
                     let extent = extent.or(self.natural_extent());
                     extent.unwrap_or_default() * row.length()
                 }

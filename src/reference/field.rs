@@ -63,7 +63,9 @@ impl Shape {
             Kernel::Nearest => Some(Self::Nearest),
             Kernel::Linear => Some(Self::Separable(Basis::Tent)),
             Kernel::BSpline => Some(Self::Separable(Basis::CubicBSpline)),
-            Kernel::Gaussian | Kernel::Cubic => RadialKernel::new(kernel, extent).map(Self::Radial),
+            Kernel::Gaussian | Kernel::Cubic | Kernel::Gouraud => {
+                RadialKernel::new(kernel, extent).map(Self::Radial)
+            }
         }
     }
 

@@ -11,6 +11,7 @@ mod field;
 mod kernels;
 mod layers;
 mod line;
+mod mesh;
 mod picture;
 mod polynomial;
 mod quadrature;

@@ -22,7 +22,8 @@ pub enum Rays {
 ///
 /// Opacity is 1 − exp(−τ). Radial kernels have `extent` voxels of splat radius. [`Kernel::Nearest`]
 /// is the chord of the pixel's own ray in the voxel's box for both kinds of rays. [`Kernel::Point`]
-/// is the one pixel that holds the centre, with F ≡ 1. Linearised kernels centred at or behind the
+/// is the one pixel that holds the centre, with F ≡ 1. [`Kernel::Gouraud`] is the footprint that its
+/// mesh approximates; [`super::Reference`] draws the mesh. Linearised kernels centred at or behind the
 /// eye are not drawn; exact rays begin at the eye.
 pub fn every_sample(
     kernels: &[RefKernel],
@@ -66,7 +67,7 @@ pub(super) struct View<'a> {
     pub(super) camera: &'a Camera,
     size: [f64; 2],
     pixels_per_unit: f64,
-    eye_distance: Option<f64>,
+    pub(super) eye_distance: Option<f64>,
     rotation: DMat3,
 }
 
@@ -94,8 +95,20 @@ impl<'a> View<'a> {
         self.eye_distance.map_or(1.0, |d| (screen / d).extend(1.0).length())
     }
 
+    /// Screen position of a kernel's centre, given in view space before the eye, and the projection
+    /// linearised there: (screen x, y, view depth) from kernel space.
+    pub(super) fn linearised(&self, k: &RefKernel, centre: DVec3) -> (DVec2, DMat3) {
+        let shrink = self.eye_distance.map_or(1.0, |d| d / centre.z);
+        let at = centre.truncate() * shrink;
+        // ∂(d·x/z, d·y/z, z)/∂(x, y, z), written out by rows.
+        let lean = self.eye_distance.map_or(DVec2::ZERO, |_| -at / centre.z);
+        let jacobian =
+            DMat3::from_cols(DVec3::X * shrink, DVec3::Y * shrink, DVec3::new(lean.x, lean.y, 1.0));
+        (at, jacobian * self.rotation * k.map)
+    }
+
     /// Rows or columns whose centres lie between two screen positions, as a half-open range.
-    fn pixels(&self, axis: usize, low: f64, high: f64) -> [usize; 2] {
+    pub(super) fn pixels(&self, axis: usize, low: f64, high: f64) -> [usize; 2] {
         let to_pixel = |s: f64| {
             let s = if axis == 0 { s } else { -s };
             s * self.pixels_per_unit + self.size[axis] / 2.0 - 0.5
@@ -148,13 +161,7 @@ impl Splat {
         if !in_front {
             return Self::NOTHING;
         }
-        let shrink = view.eye_distance.map_or(1.0, |d| d / centre.z);
-        let at = centre.truncate() * shrink;
-        // ∂(d·x/z, d·y/z, z)/∂(x, y, z), written out by rows.
-        let lean = view.eye_distance.map_or(DVec2::ZERO, |_| -at / centre.z);
-        let jacobian =
-            DMat3::from_cols(DVec3::X * shrink, DVec3::Y * shrink, DVec3::new(lean.x, lean.y, 1.0));
-        let screen_from_kernel = jacobian * view.rotation * k.map;
+        let (at, screen_from_kernel) = view.linearised(k, centre);
         let across = screen_from_kernel.transpose();
         let Some(shape) = shape else {
             let depth = screen_from_kernel.determinant().abs()

@@ -8,11 +8,12 @@ use super::classes::Classes;
 use super::field::{Field, Shape};
 use super::kernels::grid_kernels;
 use super::layers::{self, Planes};
+use super::mesh::Meshes;
 use super::quadrature::{Density, Light};
 use super::sources::{GridKernels, Hit, Line, ListKernels};
 use super::truth;
 use crate::core::Camera;
-use crate::kernel::{Kernel, RadialKernel};
+use crate::kernel::{Kernel, RadialKernel, SplatMesh};
 use crate::scene::{Classify, ModeError, OpacityModel, Scene, SplatSettings, Visibility};
 use crate::transfer::TRANSMITTANCE_FLOOR;
 use crate::volume::Lattice;
@@ -23,7 +24,8 @@ pub const TOLERANCE: f64 = 1e-7;
 
 /// The float64 picture of a scene, pixel by pixel: linear premultiplied RGBA, without background.
 ///
-/// All rays are the pixels' true ones, also in perspective, where they begin at the eye.
+/// All rays are the pixels' true ones, also in perspective, where they begin at the eye; but meshes
+/// ([`Kernel::Gouraud`]) lie in the picture, on the ellipses of the linearised projection.
 pub struct Reference {
     camera: Camera,
     lattice: Lattice,
@@ -41,6 +43,7 @@ enum Source {
     Grid(GridKernels, Shape),
     List(Box<ListKernels>),
     Field { field: Field, classes: Classes, visible: Vec<bool> },
+    Meshes(Meshes),
 }
 
 impl Reference {
@@ -128,7 +131,15 @@ impl Reference {
             let list = ListKernels::new(kernels, kernel, extent, camera, lattice, weight, size);
             Source::List(Box::new(list))
         };
+        let meshes = |kernels: &[RefKernel], shape: RadialKernel| {
+            let mesh = SplatMesh::of(shape, splat.gouraud);
+            let (size, opacity) = (size.map(|n| n * fine), (splat.opacity_model, unit));
+            Source::Meshes(Meshes::new(kernels, mesh, shape, &scene.camera, size, opacity))
+        };
+        let mesh_shape = shape.filter(|_| !exact && splat.kernel == Kernel::Gouraud);
         let source = match (kernels, splat.classify, Shape::new(splat.kernel, splat.extent)) {
+            (Some(kernels), ..) if let Some(shape) = mesh_shape => meshes(&kernels, shape),
+            (None, ..) if let Some(shape) = mesh_shape => meshes(&grid_kernels(scene), shape),
             (Some(kernels), ..) => list(kernels),
             (None, _, None) => list(grid_kernels(scene)),
             (None, Classify::Before, Some(shape)) => {
@@ -210,6 +221,7 @@ impl Reference {
             }
             Source::Grid(grid, _) => return self.splatted(grid.hits(&ray, self.shape), &ray),
             Source::List(list) => return self.splatted(list.hits(&ray, pixel), &ray),
+            Source::Meshes(meshes) => return meshes.pixel(&self.camera, pixel),
         };
         layers::composite(&layers, self.splat.opacity_model, self.splat.order)
     }

@@ -3,7 +3,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::kernel::Kernel;
+use crate::kernel::{Kernel, Subdivisions};
 
 /// How kernels hide one another.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -101,6 +101,9 @@ pub struct SplatSettings {
     pub order: Order,
     /// What draws it.
     pub backend: Backend,
+    /// How finely splats are cut into triangles; with [`Kernel::Gouraud`].
+    #[serde(default)]
+    pub gouraud: Subdivisions,
 }
 
 impl Default for SplatSettings {
@@ -141,6 +144,7 @@ impl SplatSettings {
         reconstruction: Reconstruction::Smooth,
         order: Order::BackToFront,
         backend: Backend::Auto,
+        gouraud: Subdivisions { angles: 8, rings: 4 },
     };
 
     /// What "exact" means: slabs, the interpolating cubic B-spline, pre-integrated.
@@ -161,6 +165,7 @@ impl SplatSettings {
         let kernel = self.kernel;
         let refuse = |expected, found: String, advice| Err(ModeError { expected, found, advice });
         let name = |what: &str| format!("{what} with --kernel {}", kernel.name());
+        self.check_mesh()?;
         if self.visibility != Visibility::Slabs && self.classify != Classify::Before {
             return refuse(
                 "--classify after or pre-integrated with --visibility slabs",
@@ -186,7 +191,7 @@ impl SplatSettings {
             }
             if self.extent.is_some() {
                 return refuse(
-                    "--extent with a kernel that has one (gaussian, cubic)",
+                    "--extent with a kernel that has one (gaussian, cubic, gouraud)",
                     name("--extent"),
                     "leave one of the two out",
                 );
@@ -194,7 +199,7 @@ impl SplatSettings {
         }
         if self.extent.is_some() && kernel.natural_extent().is_none() {
             return refuse(
-                "--extent with a kernel that has one (gaussian, cubic)",
+                "--extent with a kernel that has one (gaussian, cubic, gouraud)",
                 name("--extent"),
                 "leave one of the two out",
             );
@@ -244,6 +249,56 @@ impl SplatSettings {
         Ok(())
     }
 
+    /// What a mesh of triangles can be: laid down one by one, far to near, as triangles.
+    fn check_mesh(&self) -> Result<(), ModeError> {
+        let Subdivisions { angles, rings } = self.gouraud;
+        for (count, range, expected) in [
+            (angles, Subdivisions::ANGLES, "--gouraud-angles between 3 and 64"),
+            (rings, Subdivisions::RINGS, "--gouraud-rings between 1 and 16"),
+        ] {
+            if !range.contains(&count) {
+                let advice = "choose a number in that range";
+                return Err(ModeError { expected, found: count.to_string(), advice });
+            }
+        }
+        if self.kernel != Kernel::Gouraud {
+            return Ok(());
+        }
+        let faults = [
+            (
+                self.visibility != Visibility::EverySample,
+                format!("--visibility {}", self.visibility.name()),
+                "choose --visibility every-sample, or --kernel cubic",
+            ),
+            (
+                self.classify != Classify::Before,
+                format!("--classify {}", self.classify.name()),
+                "choose --classify before, or --kernel cubic",
+            ),
+            (
+                self.reconstruction != Reconstruction::Smooth,
+                format!("--reconstruction {}", self.reconstruction.name()),
+                "choose --reconstruction smooth, or --kernel cubic",
+            ),
+            (
+                self.order != Order::BackToFront,
+                format!("--order {}", self.order.name()),
+                "choose --order back-to-front, or --kernel cubic",
+            ),
+            (
+                self.backend == Backend::Tiles,
+                format!("--backend {}", self.backend.name()),
+                "choose --backend raster or auto, or --kernel cubic",
+            ),
+        ];
+        let expected = "--kernel gouraud with every sample, classified before reconstruction, back to \
+                        front, as triangles";
+        match faults.into_iter().find(|(wrong, ..)| *wrong) {
+            Some((_, found, advice)) => Err(ModeError { expected, found, advice }),
+            None => Ok(()),
+        }
+    }
+
     /// The mode that stands in for this one while the view moves: triangles, shaded first.
     pub fn previewed(&self) -> Self {
         Self {
@@ -251,6 +306,7 @@ impl SplatSettings {
             extent: self.extent,
             opacity_unit_distance: self.opacity_unit_distance,
             backend: Backend::Raster,
+            gouraud: self.gouraud,
             ..Self::SHADE_FIRST
         }
     }
@@ -267,8 +323,13 @@ impl SplatSettings {
     /// Whether only tiles can draw it.
     pub fn needs_tiles(&self) -> bool {
         self.visibility != Visibility::EverySample
-            || self.opacity_model == OpacityModel::Published
+            || self.opacity_model == OpacityModel::Published && self.kernel != Kernel::Gouraud
             || self.order == Order::FrontToBack
+    }
+
+    /// Whether nobody chose what draws it, and both can.
+    pub fn is_backend_open(&self) -> bool {
+        self.backend == Backend::Auto && !self.needs_tiles() && self.kernel != Kernel::Gouraud
     }
 }
 
@@ -315,6 +376,8 @@ pub struct ModeChoice {
     pub reconstruction: Option<Reconstruction>,
     pub order: Option<Order>,
     pub backend: Option<Backend>,
+    pub gouraud_angles: Option<u32>,
+    pub gouraud_rings: Option<u32>,
 }
 
 impl ModeChoice {
@@ -326,9 +389,12 @@ impl ModeChoice {
     pub fn resolve(&self) -> Result<SplatSettings, ModeError> {
         let exact = SplatSettings::EXACT;
         let shade_first = SplatSettings::SHADE_FIRST;
+        let subdivided = self.gouraud_angles.is_some() || self.gouraud_rings.is_some();
+        let asked = self.kernel.or(subdivided.then_some(Kernel::Gouraud));
         let visibility = self.visibility.unwrap_or(match self.sheets_per_kernel {
             Some(_) => Visibility::Sheets,
             None if self.backend == Some(Backend::Raster) => Visibility::EverySample,
+            None if asked == Some(Kernel::Gouraud) => Visibility::EverySample,
             None => exact.visibility,
         });
         let whole = visibility != Visibility::Slabs || self.kernel == Some(Kernel::Point);
@@ -337,7 +403,7 @@ impl ModeChoice {
         let radial = visibility != Visibility::Slabs || self.extent.is_some();
         let smooth = classify == Classify::Before;
         let settings = SplatSettings {
-            kernel: self.kernel.unwrap_or(if radial || smooth {
+            kernel: asked.unwrap_or(if radial || smooth {
                 shade_first.kernel
             } else {
                 exact.kernel
@@ -360,6 +426,10 @@ impl ModeChoice {
                 exact.order
             }),
             backend: self.backend.unwrap_or(exact.backend),
+            gouraud: Subdivisions {
+                angles: self.gouraud_angles.unwrap_or(exact.gouraud.angles),
+                rings: self.gouraud_rings.unwrap_or(exact.gouraud.rings),
+            },
         };
         settings.check()?;
         Ok(settings)
@@ -389,6 +459,23 @@ impl ModeChoice {
                 advice: "leave --sheets-per-kernel out, or choose --visibility sheets",
             });
         }
+        for (number, expected, advice) in [
+            (
+                self.gouraud_angles,
+                "--gouraud-angles with --kernel gouraud",
+                "leave --gouraud-angles out, or choose --kernel gouraud",
+            ),
+            (
+                self.gouraud_rings,
+                "--gouraud-rings with --kernel gouraud",
+                "leave --gouraud-rings out, or choose --kernel gouraud",
+            ),
+        ] {
+            if number.is_some() && settings.kernel != Kernel::Gouraud {
+                let found = format!("--kernel {}", settings.kernel.name());
+                return Err(ModeError { expected, found, advice });
+            }
+        }
         Ok(settings)
     }
 }
@@ -407,6 +494,7 @@ impl From<SplatSettings> for ModeChoice {
             reconstruction,
             order,
             backend,
+            gouraud,
         } = settings;
         Self {
             kernel: Some(kernel),
@@ -420,6 +508,8 @@ impl From<SplatSettings> for ModeChoice {
             reconstruction: Some(reconstruction),
             order: Some(order),
             backend: Some(backend),
+            gouraud_angles: (kernel == Kernel::Gouraud).then_some(gouraud.angles),
+            gouraud_rings: (kernel == Kernel::Gouraud).then_some(gouraud.rings),
         }
     }
 }
@@ -462,6 +552,7 @@ mod tests {
     fn contradictions_are_refused_in_a_sentence() {
         let none = ModeChoice::default();
         let slabs = Some(Visibility::Slabs);
+        let mesh = ModeChoice { kernel: Some(Kernel::Gouraud), ..none };
         let refused = [
             ModeChoice {
                 classify: Some(Classify::Before),
@@ -491,6 +582,19 @@ mod tests {
             ModeChoice { sheets_per_kernel: Some(0), ..none },
             ModeChoice { kernel: Some(Kernel::Point), classify: Some(Classify::After), ..none },
             ModeChoice { backend: Some(Backend::Raster), visibility: slabs, ..none },
+            ModeChoice { visibility: slabs, ..mesh },
+            ModeChoice { visibility: Some(Visibility::Sheets), ..mesh },
+            ModeChoice { sheets_per_kernel: Some(2), ..mesh },
+            ModeChoice { backend: Some(Backend::Tiles), ..mesh },
+            ModeChoice { order: Some(Order::FrontToBack), ..mesh },
+            ModeChoice { classify: Some(Classify::After), ..mesh },
+            ModeChoice { classify: Some(Classify::PreIntegrated), ..mesh },
+            ModeChoice { reconstruction: Some(Reconstruction::Interpolating), ..mesh },
+            ModeChoice { gouraud_angles: Some(2), ..none },
+            ModeChoice { gouraud_angles: Some(65), ..none },
+            ModeChoice { gouraud_rings: Some(0), ..none },
+            ModeChoice { gouraud_rings: Some(17), ..none },
+            ModeChoice { gouraud_rings: Some(17), kernel: Some(Kernel::Cubic), ..none },
         ];
         for choice in refused {
             let error = choice.resolve().expect_err("refused").to_string();
@@ -535,6 +639,37 @@ mod tests {
             "{error}"
         );
         assert_eq!(ModeChoice::default().resolve_strictly(), Ok(SplatSettings::EXACT));
+    }
+
+    #[test]
+    fn meshes_are_laid_down_one_by_one_as_triangles_whatever_their_opacity_means() {
+        let none = ModeChoice::default();
+        let mesh = ModeChoice { kernel: Some(Kernel::Gouraud), ..none };
+        let settings = mesh.resolve_strictly().expect("a mode");
+        assert_eq!(
+            settings,
+            SplatSettings { kernel: Kernel::Gouraud, ..SplatSettings::SHADE_FIRST }
+        );
+        let published = ModeChoice { opacity_model: Some(OpacityModel::Published), ..mesh };
+        for choice in [mesh, published, ModeChoice { extent: Some(3.0), ..mesh }] {
+            let settings = choice.resolve_strictly().expect("a mode");
+            assert_eq!(
+                (settings.fixed_backend(), settings.is_backend_open()),
+                (Backend::Raster, false)
+            );
+            assert_eq!(ModeChoice::from(settings).resolve(), Ok(settings));
+            assert_eq!(settings.previewed().kernel, Kernel::Gouraud);
+        }
+        // A number of either alone says what is meant; with another kernel it says nothing.
+        let seven = ModeChoice { gouraud_angles: Some(7), ..none };
+        let two = ModeChoice { gouraud_rings: Some(2), ..none };
+        for choice in [seven, two] {
+            assert_eq!(choice.resolve_strictly().map(|s| s.kernel), Ok(Kernel::Gouraud));
+            let other = ModeChoice { kernel: Some(Kernel::Cubic), ..choice };
+            assert!(other.resolve().is_ok());
+            let error = other.resolve_strictly().expect_err("idle").to_string();
+            assert!(error.contains("--kernel gouraud, found --kernel cubic; "), "{error}");
+        }
     }
 
     #[test]

@@ -65,13 +65,13 @@ impl Drawer {
 
     /// What was measured for a scene at a size, where the choice is open.
     pub fn back_end_times(&self, scene: &Scene, size: [u32; 2]) -> Option<BackEndTimes> {
-        let is_open = scene.splat.backend == Backend::Auto && !scene.splat.needs_tiles();
+        let is_open = scene.splat.is_backend_open();
         is_open.then(|| self.calibration.times.get(&Task::of(scene, size)).copied()).flatten()
     }
 
     /// Whether the faster back end for a scene is still to be found.
     pub fn is_to_be_calibrated(&self, scene: &Scene, size: [u32; 2]) -> bool {
-        let is_open = scene.splat.backend == Backend::Auto && !scene.splat.needs_tiles();
+        let is_open = scene.splat.is_backend_open();
         is_open && self.back_end_times(scene, size).is_none()
     }
 

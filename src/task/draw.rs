@@ -356,6 +356,9 @@ impl Drawer {
     ) -> Result<(), DrawError> {
         self.capped_in_lists = 0;
         let unit_distance = scene.opacity_unit_distance();
+        if kernel == Kernel::Gouraud {
+            return Ok(self.renderer.begin_meshes(view, &scene.splat, unit_distance)?);
+        }
         Ok(self.renderer.begin(view, kernel, scene.splat.extent, unit_distance)?)
     }
 
@@ -510,9 +513,10 @@ pub(super) fn previews_by_lists(splat: &SplatSettings) -> bool {
 /// Whether an octree cut is drawn by lists rather than triangles.
 pub(super) fn lists_cut(splat: &SplatSettings) -> bool {
     match splat.visibility {
-        // Triangles know no published opacity.
+        // Triangles know no published opacity, but for meshes.
         Visibility::EverySample | Visibility::Sheets => {
-            splat.backend == Backend::Tiles || splat.opacity_model == OpacityModel::Published
+            let published = splat.opacity_model == OpacityModel::Published;
+            splat.backend == Backend::Tiles || published && splat.kernel != Kernel::Gouraud
         }
         // Shaded first, nodes are a stand-in for a reconstructed field, and triangles do.
         Visibility::Slabs => splat.classify == Classify::Before,

@@ -31,7 +31,7 @@ fn lattice() -> Lattice {
 #[test]
 fn every_kernel_in_parallel_projection_is_the_references() {
     let Some(mut drawer) = drawer() else { return };
-    for kernel in Kernel::ALL.into_iter().filter(|kernel| !kernel.is_separable()) {
+    for kernel in [Kernel::Point, Kernel::Nearest, Kernel::Gaussian, Kernel::Cubic] {
         let scene = with_kernel(scene(lattice(), OBLIQUE), kernel);
         agrees(&mut drawer, &format!("{} parallel", kernel.name()), &scene, within(kernel));
     }

@@ -54,7 +54,7 @@ fn world(scene: &Scene, record: &Record) -> DVec3 {
 }
 
 /// What records are to the reference.
-fn kernels(scene: &Scene, records: &[Record]) -> Vec<RefKernel> {
+pub(crate) fn kernels(scene: &Scene, records: &[Record]) -> Vec<RefKernel> {
     let unit = scene.opacity_unit_distance();
     let parts = |r: &Record| {
         let [xy, zr, gb] = r.packed;

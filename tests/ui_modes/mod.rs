@@ -9,7 +9,7 @@ use eframe::egui::{Event, Key, Modifiers, PointerButton, Pos2, ViewportId, vec2}
 use egui_kittest::kittest::{NodeT as _, Queryable as _};
 use voxsplat::app::compare::Display;
 use voxsplat::app::measuring::State;
-use voxsplat::kernel::Kernel;
+use voxsplat::kernel::{Kernel, Subdivisions};
 use voxsplat::scene::{
     Backend, Classify, OpacityModel, Order, Reconstruction, SplatSettings, Visibility,
 };
@@ -74,6 +74,12 @@ fn every_choice_of_a_mode_reaches_the_engine_and_takes_along_what_contradicts_it
             bench.choose("Kernel", &name);
         }
         assert_eq!(mode(&bench).kernel, kernel);
+        if kernel == Kernel::Gouraud {
+            bench.set_slider("Mesh angles", 7.0);
+            bench.set_slider("Mesh rings", 2.0);
+            assert_eq!(mode(&bench).gouraud, Subdivisions { angles: 7, rings: 2 });
+            assert_eq!(mode(&bench).kernel, kernel);
+        }
     }
     press(&mut bench, "Exact");
     assert_eq!(mode(&bench), SplatSettings::EXACT);

@@ -5,7 +5,7 @@ use eframe::egui::{Button, CollapsingHeader, ComboBox, Label, RichText, Slider, 
 use super::{reset_ui, row_ui, slider_ui};
 use crate::app::modes::{self, PRESETS};
 use crate::app::{theme, words};
-use crate::kernel::Kernel;
+use crate::kernel::{Kernel, Subdivisions};
 use crate::scene::{
     Backend, Classify, LEAST_SLABS_PER_VOXEL, ModeChoice, OpacityModel, Order, Reconstruction,
     SplatSettings, Visibility,
@@ -27,6 +27,9 @@ pub fn splat_ui(ui: &mut Ui, splat: &mut SplatSettings, voxel: f64, times: Optio
     presets_ui(ui, splat);
     let mut chosen = ModeChoice::default();
     kernel_ui(ui, splat, &mut chosen);
+    if splat.kernel == Kernel::Gouraud {
+        mesh_ui(ui, splat.gouraud, &mut chosen);
+    }
     let now = *splat;
     let choice =
         Choice { row: "Reconstruction", all: Reconstruction::ALL, now: now.reconstruction };
@@ -58,6 +61,12 @@ pub fn splat_ui(ui: &mut Ui, splat: &mut SplatSettings, voxel: f64, times: Optio
 
 /// What draws a mode, and what that was chosen by.
 fn back_end_words(splat: &SplatSettings, times: Option<&BackEndTimes>) -> (String, &'static str) {
+    if splat.kernel == Kernel::Gouraud {
+        return (
+            "Triangles draw this kernel".to_owned(),
+            "A Gouraud splat is a mesh of triangles: tiles have none, so there is nothing to choose",
+        );
+    }
     if splat.needs_tiles() {
         return (
             "Tiles draw this mode".to_owned(),
@@ -114,6 +123,32 @@ fn kernel_ui(ui: &mut Ui, splat: &SplatSettings, chosen: &mut ModeChoice) {
         });
         let help = words::kernel_help(splat.kernel);
         shown.response.accessible_name("Kernel").on_hover_text(help);
+    });
+}
+
+/// How finely a splat is cut into triangles.
+fn mesh_ui(ui: &mut Ui, now: Subdivisions, chosen: &mut ModeChoice) {
+    row_ui(ui, "Mesh angles", |ui| {
+        let mut angles = now.angles;
+        let slider = Slider::new(&mut angles, Subdivisions::ANGLES);
+        let response = slider_ui(ui, "Mesh angles", true, slider).on_hover_text(
+            "Corners about the middle of each splat: more are rounder and slower, fewer show their \
+             edges",
+        );
+        if response.changed() {
+            chosen.gouraud_angles = Some(angles);
+        }
+    });
+    row_ui(ui, "Mesh rings", |ui| {
+        let mut rings = now.rings;
+        let slider = Slider::new(&mut rings, Subdivisions::RINGS);
+        let response = slider_ui(ui, "Mesh rings", true, slider).on_hover_text(
+            "Rings of corners in each splat: more are smoother and slower, and matter most where \
+             the data is opaque",
+        );
+        if response.changed() {
+            chosen.gouraud_rings = Some(rings);
+        }
     });
 }
 
@@ -197,7 +232,9 @@ fn extent_ui(ui: &mut Ui, splat: &mut SplatSettings, chosen: &mut ModeChoice) {
             "Radius of a splat in voxels: larger is smoother, smaller is sharper and may show \
              gaps; the mean depth stays the same",
         )
-        .on_disabled_hover_text("This kernel has a size of its own; Gaussian and cubic have not");
+        .on_disabled_hover_text(
+            "This kernel has a size of its own; Gaussian, cubic and Gouraud have not",
+        );
     if response.changed() {
         chosen.extent = Some(extent);
     }
