@@ -18,6 +18,7 @@ mod long_lists;
 mod long_rays;
 mod nodes;
 mod order;
+mod previews;
 mod reconstructed;
 mod scattered;
 mod small_kernels;
