@@ -257,13 +257,14 @@ fn gather_slices(ray: Ray, span: vec2<f32>, slices: Run, part: vec2<i32>) {
     while i < min(slices.count, part.y) {
         let slice = index_in(slices, i);
         if i >= unknown {
-            let up = index_in(slices, min(i + 1, slices.count - 1)) >= slice;
+            // The slices of one brick that follow, up to where the order turns at the eye.
+            let turn = select(slices.beyond, slices.count - slices.beyond, front_to_back);
+            let end = select(slices.count, turn, i < turn);
+            let up = index_in(slices, min(i + 1, end - 1)) >= slice;
             let left = select(slice % brick, brick - 1 - slice % brick, up);
-            let more = min(left, slices.count - 1 - i);
-            let last = slice + select(-more, more, up);
+            let more = min(left, end - 1 - i);
             unknown = i + more + 1;
-            // Unless the order turns at the eye within the brick.
-            if index_in(slices, i + more) == last && is_clear(ray, slice, last) {
+            if is_clear(ray, slice, index_in(slices, i + more)) {
                 i = unknown;
                 continue;
             }

@@ -3,7 +3,7 @@
 
 use glam::{DMat3, DVec3};
 use voxsplat::accuracy::Difference;
-use voxsplat::core::{Srgb8, Ticket};
+use voxsplat::core::{Camera, Srgb8, Ticket};
 use voxsplat::gpu::{Renderer, Wishes, tile_count};
 use voxsplat::kernel::{Kernel, RadialKernel};
 use voxsplat::reference::Rays;
@@ -15,7 +15,7 @@ use voxsplat::volume::{Lattice, Samples};
 use crate::layered_truth::expected;
 use crate::support::*;
 
-const OBLIQUE: DVec3 = DVec3::new(0.35, -0.52, 0.78);
+pub(crate) const OBLIQUE: DVec3 = DVec3::new(0.35, -0.52, 0.78);
 /// Odd on purpose: tiles hang over both edges.
 const ODD: [u32; 2] = [45, 37];
 
@@ -26,16 +26,16 @@ const CUBIC: Within = Within { max_abs: 6e-4, rmse: 5e-5, bias: 6e-6 };
 /// 8e-7), B-splines by three places a cell (max 1.3e-4, rmse 6.3e-6 at half a slab a voxel).
 const FINE: Within = Within { max_abs: 3e-4, rmse: 2e-5, bias: 2e-6 };
 
-fn within(kernel: Kernel) -> Within {
+pub(crate) fn within(kernel: Kernel) -> Within {
     if kernel == Kernel::Cubic { CUBIC } else { FINE }
 }
 
-fn lattice() -> Lattice {
+pub(crate) fn lattice() -> Lattice {
     Lattice::unit([9, 8, 10])
 }
 
 /// Draws a scene's mode by gathering, in one piece.
-fn gathered(drawer: &mut Drawer, scene: &Scene, size: [u32; 2]) -> Light {
+pub(crate) fn gathered(drawer: &mut Drawer, scene: &Scene, size: [u32; 2]) -> Light {
     pieces(drawer, scene, size, 0.0, u32::MAX)
 }
 
@@ -54,14 +54,14 @@ fn pieces(drawer: &mut Drawer, scene: &Scene, size: [u32; 2], stop: f64, piece: 
     wide(&renderer.read_light().expect("the device reads back"))
 }
 
-fn with(scene: &Scene, change: impl FnOnce(&mut SplatSettings)) -> Scene {
+pub(crate) fn with(scene: &Scene, change: impl FnOnce(&mut SplatSettings)) -> Scene {
     let mut scene = scene.clone();
     change(&mut scene.splat);
     scene
 }
 
 /// Every mode of a kernel that the passes draw, but for order and opacity model.
-fn modes(scene: &Scene, kernel: Kernel) -> Vec<(String, Scene)> {
+pub(crate) fn modes(scene: &Scene, kernel: Kernel) -> Vec<(String, Scene)> {
     let mut modes = Vec::new();
     let mut add = |name: &str, change: &dyn Fn(&mut SplatSettings)| {
         let mut scene = with(scene, change);
@@ -103,7 +103,7 @@ fn compare(drawer: &mut Drawer, name: &str, scene: &Scene, kernel: Kernel) -> Ve
 }
 
 #[track_caller]
-fn assert_none(faults: Vec<String>) {
+pub(crate) fn assert_none(faults: Vec<String>) {
     assert!(faults.is_empty(), "{}", faults.join("\n"));
 }
 
@@ -329,6 +329,20 @@ fn capped_sums_are_counted() {
     let capped = drawer.renderer.capped_sums().expect("it counts");
     // At most one a pixel and slice.
     assert!(capped > 100 && capped < 45 * 37 * 10, "{capped}");
+    // Boxes of 0.9, five behind one another: a little over 1, or a little under.
+    scene.volume = volume(Lattice::unit([6, 6, 5]), Samples::UInt8(vec![200; 180]));
+    scene.camera = Camera::new(DVec3::new(2.5, 2.5, 2.0), DVec3::Z, DVec3::Y, 2.0);
+    scene.transfer.opacity = vec![(0.0, 0.9)];
+    scene.splat.kernel = Kernel::Nearest;
+    scene.splat.order = Order::BackToFront;
+    for visibility in [Visibility::EverySample, Visibility::Sheets] {
+        for (unit, expected) in [(0.89, 64 * 5), (0.91, 0)] {
+            scene.splat.visibility = visibility;
+            scene.splat.opacity_unit_distance = Some(unit);
+            gathered(&mut drawer, &scene, [8, 8]);
+            assert_eq!(drawer.renderer.capped_sums(), Ok(expected), "{visibility:?} {unit}");
+        }
+    }
 }
 
 #[test]

@@ -7,6 +7,7 @@ mod against_reference;
 mod engine;
 mod gathered;
 mod gouraud;
+mod gathered_edges;
 mod hard_cases;
 mod hard_kernels;
 mod hard_mode_values;
