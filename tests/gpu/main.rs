@@ -5,6 +5,7 @@
 
 mod against_reference;
 mod engine;
+mod field_storage;
 mod gathered;
 mod gouraud;
 mod gathered_edges;

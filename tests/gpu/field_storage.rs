@@ -1,0 +1,120 @@
+//! How a field's coefficients are stored: 16 bits with their neighbour, 16 bits alone, or 32 bits,
+//! in one buffer or in several. A device whose buffers are small makes small volumes take every way.
+
+use glam::DVec3;
+use voxsplat::core::Ticket;
+use voxsplat::gpu::{GpuError, Renderer, Wishes};
+use voxsplat::kernel::Kernel;
+use voxsplat::scene::{Classify, Scene, SplatSettings};
+use voxsplat::task::draw::{DrawError, Drawer, Rung};
+use voxsplat::volume::{Lattice, Samples};
+
+use crate::hard_cases::{EXACT, SMALL, held};
+use crate::support::*;
+
+/// With two mirrored samples about it, as B-splines need them: 15 · 13 · 17 = 3315.
+const DIMS: [usize; 3] = [11, 9, 13];
+const COUNT: usize = 11 * 9 * 13;
+
+/// A drawer of its own with buffers of at most so many bytes.
+fn limited(bytes: u64) -> Option<Drawer> {
+    let mut context = context(Wishes::default())?;
+    context.limits.max_storage_buffer_binding_size = bytes;
+    Some(Drawer::new(Renderer::new(context)))
+}
+
+fn with_samples(samples: Samples, scale: f64, offset: f64) -> Scene {
+    let lattice = Lattice::unit(DIMS);
+    let mut scene = scene(lattice, DVec3::new(-0.6, 0.3, -0.7));
+    scene.volume = volume(lattice, samples);
+    scene.transfer = moved(scale, offset);
+    scene.splat = SplatSettings::EXACT;
+    scene
+}
+
+/// 0..256, one a sample.
+fn values() -> impl Iterator<Item = f64> {
+    (0..COUNT).map(|i| random(11, i) * 256.0)
+}
+
+/// The pictures of B-splines and tents, with buffers of at most so many bytes.
+fn pictures(scene: &Scene, bytes: u64) -> Option<(Vec<Light>, u64)> {
+    let mut drawer = limited(bytes)?;
+    let tents =
+        SplatSettings { kernel: Kernel::Linear, classify: Classify::After, ..SplatSettings::EXACT };
+    let pictures = [SplatSettings::EXACT, tents].map(|splat| {
+        let scene = Scene { splat, ..scene.clone() };
+        drawn(&mut drawer, &scene, SMALL, Rung::Full).0
+    });
+    Some((pictures.to_vec(), drawer.renderer.peak_bytes()))
+}
+
+#[track_caller]
+fn is_refused(scene: &Scene, bytes: u64) {
+    let Some(mut drawer) = limited(bytes) else { return };
+    let refused = drawer
+        .prepare(scene, &Ticket::new())
+        .and_then(|_| drawer.draw(scene, SMALL, Rung::Full, &mut ()).map(drop));
+    let is_too_large = matches!(
+        refused,
+        Err(DrawError::Gpu(GpuError::TooLarge { what: "a volume to reconstruct", .. }))
+    );
+    assert!(is_too_large, "{refused:?}");
+}
+
+/// Two samples a word, and words in up to four buffers, hold the same codes.
+#[test]
+fn sixteen_bits_are_the_same_bits_in_pairs_in_halves_and_in_four_buffers() {
+    let bytes = values().map(|v| v as u8).collect();
+    let scene = with_samples(Samples::UInt8(bytes), 1.0, 0.0);
+    // 4096 words: a word for every sample fits.
+    let Some((pairs, most)) = pictures(&scene, 1 << 14) else { return };
+    assert!(pairs.iter().all(|picture| picture.iter().any(|p| p[3] > 0.1)));
+    // 2048 words hold 4096 halves; 512 in each of four buffers, 3315 of 4096.
+    for bytes in [1 << 13, 1 << 11] {
+        let Some((halves, fewer)) = pictures(&scene, bytes) else { return };
+        assert!(fewer < most, "as many bytes as pairs take");
+        for (i, (a, b)) in halves.iter().zip(&pairs).enumerate() {
+            assert!(a == b, "another picture in buffers of {bytes} bytes ({i})");
+        }
+    }
+    is_refused(&scene, 1 << 10);
+}
+
+/// Whole numbers over more than 2¹⁴ take 32 bits: less than a quarter would be left of each in 16.
+#[test]
+fn thirty_two_bits_are_the_references_picture_and_the_same_bits_in_four_buffers() {
+    let Some(mut shared) = drawer() else { return };
+    let wide = values().map(|v| 3_000_000_000 + (v * 1e4) as u32).collect();
+    let scene = with_samples(Samples::UInt32(wide), 1e4, 3e9);
+    for (name, kernel) in [("B-splines", Kernel::BSpline), ("tents", Kernel::Linear)] {
+        let mut scene = scene.clone();
+        scene.splat.kernel = kernel;
+        let faults = held(&mut shared, &format!("32 bits, {name}"), &scene, EXACT);
+        assert!(faults.is_empty(), "{faults:?}");
+    }
+    let (Some((one, _)), Some((four, _))) = (pictures(&scene, 1 << 14), pictures(&scene, 1 << 12))
+    else {
+        return;
+    };
+    assert!(one == four, "another picture in four buffers");
+    // A word for every sample does not fit, though two samples a word would.
+    is_refused(&scene, 1 << 11);
+}
+
+/// Two samples far from all others would leave these a single code of 16 bits.
+#[test]
+fn a_few_values_far_from_all_others_cost_them_nothing() {
+    let Some(mut shared) = drawer() else { return };
+    let far = |(i, v): (usize, f64)| match i {
+        500 => 1e6_f32,
+        900 => -1e6,
+        _ => v as f32,
+    };
+    let mut scene =
+        with_samples(Samples::Float32(values().enumerate().map(far).collect()), 1.0, 0.0);
+    // Nothing is sharpened, so that what is far away stays where it is.
+    scene.splat.kernel = Kernel::Linear;
+    let faults = held(&mut shared, "values far away", &scene, EXACT);
+    assert!(faults.is_empty(), "{faults:?}");
+}
