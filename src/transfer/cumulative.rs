@@ -275,6 +275,10 @@ mod tests {
         assert_eq!((at(4.0), at(5.0)), (0.0, 0.5));
         assert!(table.shows(5.0, 5.0) && !table.shows(0.0, 4.9));
         assert!(table.shows(300.0, 400.0), "ends are held");
+        let f = function(&[(5.0, 0.5), (5.0, 0.0)], [0.0, 255.0]);
+        let table =
+            Cumulative::new(&f, ScalarType::UInt8, &statistics(0.0, 255.0), Weight::Opacity);
+        assert!(table.shows(-400.0, -300.0) && !table.shows(300.0, 400.0), "ends are held");
     }
 
     #[test]
