@@ -81,7 +81,8 @@ fn sixteen_bits_are_the_same_bits_in_pairs_in_halves_and_in_four_buffers() {
     is_refused(&scene, 1 << 10);
 }
 
-/// Whole numbers over more than 2¹⁴ take 32 bits: less than a quarter would be left of each in 16.
+/// Whole numbers over a range of more than 2¹⁴ take 32 bits: 16 have no four codes for each.
+/// Measured: max 2.1e-4, rmse 2.2e-5, bias 1.8e-6.
 #[test]
 fn thirty_two_bits_are_the_references_picture_and_the_same_bits_in_four_buffers() {
     let Some(mut shared) = drawer() else { return };
@@ -102,7 +103,8 @@ fn thirty_two_bits_are_the_references_picture_and_the_same_bits_in_four_buffers(
     is_refused(&scene, 1 << 11);
 }
 
-/// Two samples far from all others would leave these a single code of 16 bits.
+/// Two samples far from all others would leave these a few codes of 16 bits. Measured: max 3.3e-4,
+/// rmse 1.9e-5, bias 1.6e-6.
 #[test]
 fn a_few_values_far_from_all_others_cost_them_nothing() {
     let Some(mut shared) = drawer() else { return };

@@ -38,6 +38,7 @@ fn compare_about_an_eye(drawer: &mut Drawer, name: &str, scene: &Scene) -> Vec<S
 }
 
 /// A wide view along a diagonal: its rays at 45° run along the slices, one column of them exactly.
+/// Measured: max 4.2e-5, rmse 6.6e-6, bias 6.5e-7.
 #[test]
 fn rays_that_run_along_the_slices() {
     let Some(mut drawer) = drawer() else { return };
@@ -59,7 +60,8 @@ fn rays_that_run_along_the_slices() {
 }
 
 /// What is behind the eye still reaches before it, also where the eye is in a brick of nothing that
-/// the slices' order turns in.
+/// the slices' order turns in. Measured: max 1.2e-5, rmse 3.2e-6, bias 1.5e-6; 4.5e-4 with a slice
+/// lost back to front.
 #[test]
 fn slices_behind_an_eye_in_an_empty_brick_are_not_leapt_over() {
     let Some(mut drawer) = drawer() else { return };
@@ -120,6 +122,7 @@ fn empty_bricks_change_no_picture() {
                 assert!(seen > 3, "{name}: {seen} pixels are little to see");
                 let difference = Difference::between(&found, &expected).expect("comparable");
                 most = most.max(difference.max_abs);
+                // Measured: 2.3e-10.
                 assert!(difference.max_abs < 1e-6, "{name}: {difference:?}");
             }
         }

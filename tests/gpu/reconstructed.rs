@@ -298,6 +298,7 @@ fn leaps_change_no_picture() {
             assert!(seen > 15, "{name}: {seen} pixels are little to see");
             let difference = Difference::between(&found, &expected).unwrap().max_abs;
             most = most.max(difference);
+            // Measured: 6.5e-11.
             assert!(difference < 1e-6, "{name}: {difference:e}");
         }
     }
@@ -330,6 +331,7 @@ fn a_thin_veil_keeps_its_digits_beside_opaque_values() {
         most = most.max((found[3] / expected[3] - 1.0).abs());
     }
     println!("measured a veil beside opaque values: {most:.1e} of it");
+    // Measured: 3.0e-7 (7.4e-5 of a table of means).
     assert!(veil.count() > 500 && most < 1e-3, "{most:e}");
 }
 
