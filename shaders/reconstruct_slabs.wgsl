@@ -529,7 +529,7 @@ fn reconstruct_slabs(
     @builtin(num_workgroups) groups: vec3<u32>,
     @builtin(local_invocation_id) local: vec3<u32>,
 ) {
-    let within = group.y * groups.x + group.x;
+    let within = group.x * groups.y + group.y;
     let tile = slabs.tiles.x + within;
     let pixel = vec2<u32>(tile % slabs.tiles.y, tile / slabs.tiles.y) * TILE + local.xy;
     if within >= slabs.more.x || pixel.x >= slabs.tiles.z || pixel.y >= slabs.tiles.w {

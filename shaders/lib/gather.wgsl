@@ -75,7 +75,7 @@ struct Ray {
 
 // The pixel of an invocation; beyond the picture where there is none.
 fn pixel_of(group: vec3<u32>, groups: vec3<u32>, local: vec3<u32>) -> vec2<u32> {
-    let within = group.y * groups.x + group.x;
+    let within = group.x * groups.y + group.y;
     slot = (within * TILE + local.y) * TILE + local.x;
     let tile = u32(gather.splits.w) + within;
     if tile >= gather.strides.w {

@@ -12,6 +12,19 @@ pub(super) fn groups_of(threads: u32, size: u32) -> [u32; 2] {
     [across, groups.div_ceil(across)]
 }
 
+/// Workgroups across and down for a tile each, in columns: neighbouring tiles stand in different
+/// rows.
+///
+/// A software adapter deals out its workgroups, row after row, in one equal run to each of its
+/// threads, one for each processor. So every thread has tiles from all over the picture, whose middle
+/// costs more than its edges: 1134 -> 959 ms for the exact picture of a scan with 2 threads.
+pub(super) fn groups_of_tiles(tiles: u32) -> [u32; 2] {
+    let threads = std::thread::available_parallelism().map_or(1, |n| n.get().min(16) as u32);
+    // More than 65535 along one axis are not allowed.
+    let down = threads.max(tiles.div_ceil(1 << 15)).min(tiles.max(1));
+    [tiles.div_ceil(down), down]
+}
+
 /// Encodes a pass over `bound`, binding by binding.
 pub(super) fn compute(
     context: &Context,

@@ -7,6 +7,7 @@ use glam::DVec3;
 
 use super::GpuError;
 use super::buffers::{Growing, read_words};
+use super::compute::groups_of_tiles;
 use super::context::Context;
 use super::frame::Pass;
 use super::layout::{self, TILE};
@@ -269,9 +270,8 @@ impl Renderer {
         });
         compute.set_pipeline(&pipeline);
         compute.set_bind_group(0, &group, &[]);
-        // More than 65535 workgroups along one axis are not allowed.
-        let across = tiles.min(1 << 15);
-        compute.dispatch_workgroups(across, tiles.div_ceil(across), 1);
+        let [across, down] = groups_of_tiles(tiles);
+        compute.dispatch_workgroups(across, down, 1);
     }
 }
 

@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use super::GpuError;
 use super::buffers::Growing;
+use super::compute::groups_of_tiles;
 use super::context::Context;
 use super::field::{DeviceField, FIELD_CHUNKS, Format, window};
 use super::layout;
@@ -259,8 +260,8 @@ impl SlabPass {
         });
         compute.set_pipeline(&pipeline);
         compute.set_bind_group(0, &group, &[]);
-        let across = tiles.min(1 << 15);
-        compute.dispatch_workgroups(across, tiles.div_ceil(across.max(1)), 1);
+        let [across, down] = groups_of_tiles(tiles);
+        compute.dispatch_workgroups(across, down, 1);
     }
 
     /// The counter of capped opacities.

@@ -35,6 +35,10 @@ impl Default for Costs {
 const TRUST: f64 = 0.3;
 /// The same for rays: whole pictures are measured, and few.
 const RAY_TRUST: f64 = 0.7;
+/// How many times more than was thought a smaller picture's rays may be found to cost at once.
+const MOST_GROWTH: f64 = 2.0;
+/// What is left of a price each time that nobody pays it.
+const DOUBT: f64 = 0.9;
 /// Share of a coarse picture's budget that goes to splats as such; the rest to their pixels.
 const SPLAT_SHARE: f64 = 0.6;
 
@@ -62,11 +66,19 @@ impl Costs {
         }
     }
 
-    /// Takes in a smaller picture in slabs.
+    /// Takes in a smaller picture in slabs. One that took far longer than thought may have had a
+    /// pipeline to compile, and is not believed at once.
     pub fn learn_reduced(&mut self, rays: f64, wall_ms: f64) {
         if rays > 0.0 && wall_ms > 0.0 {
-            self.reduced_ray_ms += (wall_ms / rays - self.reduced_ray_ms) * RAY_TRUST;
+            let correction = (wall_ms / rays / self.reduced_ray_ms).clamp(0.2, MOST_GROWTH);
+            self.reduced_ray_ms *= correction.powf(RAY_TRUST);
         }
+    }
+
+    /// Something else was drawn, for the rays of a smaller picture were thought too dear: they are
+    /// thought cheaper each time, so that they are tried again.
+    pub fn doubt_reduced(&mut self) {
+        self.reduced_ray_ms *= DOUBT;
     }
 
     /// Rays that a budget affords in a smaller picture in slabs.
@@ -121,6 +133,20 @@ mod tests {
             assert!((costs.fragment_ms / start.fragment_ms / factor - 1.0).abs() < 0.01);
             assert_eq!((costs.voxel_ms, costs.row_ms), (start.voxel_ms, start.row_ms));
         }
+    }
+
+    #[test]
+    fn rays_too_dear_to_be_drawn_are_tried_again() {
+        let mut costs = Costs::default();
+        let before = costs.reduced_ray_ms;
+        costs.learn_reduced(1000.0, 1e6);
+        assert!(costs.reduced_ray_ms < 2.0 * before, "a pipeline was compiled: {costs:?}");
+        for _ in 0..20 {
+            costs.learn_reduced(1000.0, 1.0);
+        }
+        assert!((costs.reduced_rays_within(50.0) / 50_000.0 - 1.0).abs() < 0.01, "{costs:?}");
+        costs.doubt_reduced();
+        assert!(costs.reduced_rays_within(50.0) > 55_000.0, "{costs:?}");
     }
 
     #[test]

@@ -242,7 +242,10 @@ impl Drawer {
         match rung {
             Rung::Coarse { budget_ms } => match self.reduction(scene, size, budget_ms) {
                 Some(shrink) => self.draw(scene, size, Rung::Reduced { shrink }, observer),
-                None => self.coarse(scene, size, budget_ms, observer),
+                None => {
+                    self.costs.doubt_reduced();
+                    self.coarse(scene, size, budget_ms, observer)
+                }
             },
             Rung::Octree { max_error } => {
                 let limits = CutLimits { max_error, finest_level: 0, min_radius_px: 1.0 };

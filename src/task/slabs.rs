@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 
 use super::draw::{DrawError, Drawer, Drawn, Observer};
 use crate::core::Ticket;
+use crate::gpu::layout::TILE;
 use crate::gpu::{GpuError, Renderer, tile_count};
 use crate::kernel::{Coefficients, CoefficientsError, coefficients};
 use crate::scene::{
@@ -96,7 +97,14 @@ impl Drawer {
         self.prepare_slabs(scene, &view, observer)?;
         let spacing = scene.volume.lattice.smallest_spacing();
         let unit_distance = scene.opacity_unit_distance();
-        let drawn = self.tiled(scene, &view, observer, |renderer, tiles| {
+        let ray_ms = match enlarged > 1.0 {
+            true => self.costs.reduced_ray_ms,
+            false => self.costs.ray_ms,
+        };
+        let tile_ms = ray_ms * f64::from(TILE * TILE);
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
+        let first = (observer.piece_ms() / tile_ms).clamp(f64::from(FIRST_TILES), 1e6) as u32;
+        let drawn = self.tiled(scene, &view, observer, first, |renderer, tiles| {
             let splat = &scene.splat;
             renderer.draw_slab_tiles(&view, splat, unit_distance, spacing, STOP_BELOW, tiles)
         })?;
@@ -130,23 +138,24 @@ impl Drawer {
     ) -> Result<Drawn, DrawError> {
         let view = View::new(scene, size);
         let unit_distance = scene.opacity_unit_distance();
-        self.tiled(scene, &view, observer, |renderer, tiles| {
+        self.tiled(scene, &view, observer, FIRST_TILES, |renderer, tiles| {
             renderer.draw_gathered(&view, &scene.splat, unit_distance, STOP_BELOW, tiles)
         })
     }
 
-    /// A picture a few tiles at a time.
+    /// A picture a few tiles at a time, so many of them in the `first` piece.
     fn tiled(
         &mut self,
         scene: &Scene,
         view: &View,
         observer: &mut dyn Observer,
+        first: u32,
         mut draw: impl FnMut(&mut Renderer, Range<u32>) -> Result<f64, GpuError>,
     ) -> Result<Drawn, DrawError> {
         let start = Instant::now();
         self.begin(scene, view, scene.splat.kernel.splatted())?;
         let total = tile_count(view.size);
-        let (mut done, mut piece) = (0, FIRST_TILES);
+        let (mut done, mut piece) = (0, first);
         while done < total {
             let end = (done + piece).min(total);
             let wall_ms = draw(&mut self.renderer, done..end)?;

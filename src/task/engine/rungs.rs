@@ -10,7 +10,7 @@ use crate::core::Ticket;
 use crate::gpu::{GpuError, Renderer};
 use crate::kernel::Kernel;
 use crate::scene::{Backend, Scene, SplatSettings};
-use crate::task::draw::{DrawError, Drawn, Observer, Rung, background_light};
+use crate::task::draw::{DrawError, Drawn, Observer, PIECE_MS, Rung, background_light};
 use crate::task::estimate::{self, Checked, Coarseness};
 use crate::task::slabs;
 
@@ -26,6 +26,9 @@ const MIDDLE_WORTH_MS: f64 = 700.0;
 const SEVERAL_WORTH_MS: f64 = 3000.0;
 /// Share of the whole way that `full` is, where slabs are doubled after it.
 const FULL_SHARE: f64 = 0.5;
+/// Pieces of a picture that nothing interrupts, milliseconds: each costs a wait, and adapters end
+/// what takes seconds.
+const WHOLE_PIECE_MS: f64 = 100.0;
 /// A rung that is not so many times sharper than what is on the screen is left out.
 const WORTH_SHARPENING: f64 = 1.5;
 
@@ -398,6 +401,13 @@ impl<'a> Watch<'a> {
 }
 
 impl Observer for Watch<'_> {
+    fn piece_ms(&self) -> f64 {
+        match self.manner {
+            Manner::Whole => WHOLE_PIECE_MS,
+            Manner::InPieces { .. } => PIECE_MS,
+        }
+    }
+
     fn piece_done(&mut self, renderer: &mut Renderer, done: f64) -> bool {
         let Manner::InPieces { show_partial, before, after } = self.manner else { return false };
         if self.worker.newer_came() {
