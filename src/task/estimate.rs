@@ -14,10 +14,9 @@ const PER_ERROR: f64 = 0.06;
 /// RMSE that drawing an octree cut smaller adds, for each time that it is smaller: 0.001 to 0.005
 /// there.
 const PER_SHRINK: f64 = 0.002;
-/// RMSE that drawing the scene's own mode s times smaller costs, over √(s² − 1): 0.0051 to 0.0074 on
-/// the scan aneurism, 0.0026 to 0.0036 on LIDC2, 0.0017 to 0.0020 on bonsai, at 1280 × 800 pixels, s
-/// from 4 to 8.
-const PER_REDUCTION: f64 = 0.0035;
+/// RMSE of a smaller picture, enlarged, over what leaving out all but every third of its pixels
+/// costs: 0.13 to 0.30, median 0.21, on seven demos of 48³ voxels, 480 × 360 pixels, budgets of 15 ms.
+const PER_DETAIL: f64 = 0.2;
 /// What shading before reconstruction costs even with every voxel drawn: 0.0009 to 0.028 there, 0.01
 /// to 0.05 on scans (design.md §1).
 const SHADE_FIRST_RMSE: f64 = 0.01;
@@ -30,6 +29,8 @@ const TRUST: f64 = 0.5;
 const MOST_DOUBLINGS: f64 = 10.0;
 /// Pixels along each side that two pictures are compared at, at most.
 const COMPARED_SIDE: u32 = 256;
+/// Pixels of a picture that are looked at for its detail, about: 1 to 2 ms.
+const MOST_PIXELS: usize = 1 << 16;
 
 /// What a coarse picture was thought to be off by, and what it was. Root mean square over RGB, linear
 /// light, as shown over its background.
@@ -62,22 +63,26 @@ pub enum Coarseness {
         missing_rmse: f64,
     },
     /// The scene's own mode, only smaller.
-    Reduced,
+    Reduced {
+        /// See [`detail_rmse`].
+        detail_rmse: f64,
+    },
 }
 
 impl Coarseness {
     fn kind(self) -> usize {
         match self {
             Self::Octree { .. } => 0,
-            Self::Reduced => 1,
+            Self::Reduced { .. } => 1,
         }
     }
 
     /// The estimate before anything was learnt: RMSE in linear light. Errors of different origin add
     /// up in squares.
     fn first_rmse(self, classify: Classify, shrink: f64) -> f64 {
-        let Self::Octree { max_error, missing_rmse } = self else {
-            return PER_REDUCTION * (shrink * shrink - 1.0).max(0.0).sqrt();
+        let (max_error, missing_rmse) = match self {
+            Self::Reduced { detail_rmse } => return PER_DETAIL * detail_rmse,
+            Self::Octree { max_error, missing_rmse } => (max_error, missing_rmse),
         };
         let enlarged = PER_SHRINK * (shrink - 1.0).max(0.0);
         let octree = PER_ERROR * f64::from(max_error).max(0.0);
@@ -142,6 +147,44 @@ pub fn shown_rmse(first: &Picture, second: &Picture) -> Result<f64, CompareError
         (0..=255_u8).map(|byte| linear_from_srgb(f64::from(byte) / 255.0)).collect();
     let size = second.requested_size;
     accuracy::rmse(&sampled(first, size, &light)?, &sampled(second, size, &light)?)
+}
+
+/// What leaving out all but every third pixel of a picture, in both directions, would cost: RMSE over
+/// RGB, linear light, of what is enlarged from them linearly against the picture itself. 0 for
+/// pictures of fewer than four pixels a side.
+pub fn detail_rmse(picture: &Picture) -> f64 {
+    let [width, height] = picture.size.map(|n| n as usize);
+    if width < 4 || height < 4 || picture.rgba.len() != width * height * 4 {
+        return 0.0;
+    }
+    let light: Vec<f64> =
+        (0..=255_u8).map(|byte| linear_from_srgb(f64::from(byte) / 255.0)).collect();
+    // Pixels between the middles of the first and the last whole block of three.
+    let [columns, rows] = [width, height].map(|n| 1..=(n / 3 * 3 - 2));
+    let row_step = (width * height).div_ceil(MOST_PIXELS);
+    let byte = |x: usize, y: usize, c: usize| f64::from(picture.rgba[(y * width + x) * 4 + c]);
+    let (mut squares, mut count) = (0.0, 0.0);
+    for y in rows.step_by(row_step) {
+        let (top, down) = ((y - 1) / 3 * 3 + 1, ((y - 1) % 3) as f64 / 3.0);
+        let bottom = if down > 0.0 { top + 3 } else { top };
+        for x in columns.clone() {
+            let (left, across) = ((x - 1) / 3 * 3 + 1, ((x - 1) % 3) as f64 / 3.0);
+            let right = if across > 0.0 { left + 3 } else { left };
+            for c in 0..3 {
+                let row = |y| byte(left, y, c) + (byte(right, y, c) - byte(left, y, c)) * across;
+                let mixed = row(top) + (row(bottom) - row(top)) * down;
+                #[expect(
+                    clippy::cast_possible_truncation,
+                    clippy::cast_sign_loss,
+                    reason = "a byte"
+                )]
+                let off = light[(mixed + 0.5) as usize] - light[byte(x, y, c) as usize];
+                squares += off * off;
+                count += 1.0;
+            }
+        }
+    }
+    (squares / f64::max(count, 1.0)).sqrt()
 }
 
 /// The light of a picture at the centres of evenly spaced pixels of `size`.
@@ -244,6 +287,22 @@ mod tests {
         scene
     }
 
+    const REDUCED: Coarseness = Coarseness::Reduced { detail_rmse: 0.05 };
+
+    #[test]
+    fn detail_is_what_two_thirds_of_the_pixels_add() {
+        let grey = |of: fn(u32, u32) -> u8| detail_rmse(&picture([32, 23], [64, 46], of));
+        assert_eq!(grey(|_, _| 90), 0.0);
+        assert_eq!(detail_rmse(&picture([3, 20], [6, 40], |x, _| (x * 50) as u8)), 0.0, "too few");
+        // Bytes along a ramp are met by interpolation, in both directions.
+        assert_eq!(grey(|x, y| (3 * x + 2 * y) as u8), 0.0);
+        // A line of light beside the pixels that are kept is lost: one of 28 columns.
+        let line = grey(|x, _| if x == 12 { 255 } else { 0 });
+        assert!((line - (1.0_f64 / 28.0).sqrt()).abs() < 1e-9, "{line}");
+        let row = grey(|_, y| if y == 12 { 255 } else { 0 });
+        assert!((row - (1.0_f64 / 19.0).sqrt()).abs() < 1e-9, "{row}");
+    }
+
     #[test]
     fn equal_pictures_differ_by_nothing_and_others_by_their_light() {
         let grey = picture([40, 30], [40, 30], |_, _| 128);
@@ -291,14 +350,14 @@ mod tests {
         let (before, after) = (scene(Classify::Before), scene(Classify::PreIntegrated));
         let mut estimator = Estimator::default();
         let first = estimator.rmse(&before, CUT, 1.0);
-        let reduced = estimator.rmse(&before, Coarseness::Reduced, 4.0);
+        let reduced = estimator.rmse(&before, REDUCED, 4.0);
         for _ in 0..20 {
             let estimated_rmse = estimator.rmse(&before, CUT, 1.0);
             estimator.learn(&before, CUT, &Checked { estimated_rmse, measured_rmse: 0.03 });
         }
         let learnt = estimator.rmse(&before, CUT, 1.0);
         assert!((learnt / 0.03 - 1.0).abs() < 1e-3 && learnt != first, "{first} {learnt}");
-        assert_eq!(estimator.rmse(&before, Coarseness::Reduced, 4.0), reduced, "another kind");
+        assert_eq!(estimator.rmse(&before, REDUCED, 4.0), reduced, "another kind");
         let fresh = Estimator::default().rmse(&after, CUT, 1.0);
         assert_eq!(estimator.rmse(&after, CUT, 1.0), fresh);
         assert!(fresh >= SHADE_FIRST_RMSE, "shade first costs something: {fresh}");
@@ -312,9 +371,9 @@ mod tests {
         let holes = Coarseness::Octree { max_error: 0.01, missing_rmse: 0.2 };
         let rmse = estimator.rmse(&scene, holes, 1.0);
         assert!((0.2..0.21).contains(&rmse), "dark pixels add to the rest: {rmse}");
-        for kind in [CUT, Coarseness::Reduced] {
-            assert!(estimator.rmse(&scene, kind, 3.0) > estimator.rmse(&scene, kind, 1.5));
-        }
+        assert!(estimator.rmse(&scene, CUT, 3.0) > estimator.rmse(&scene, CUT, 1.5));
+        let richer = Coarseness::Reduced { detail_rmse: 0.1 };
+        assert!(estimator.rmse(&scene, richer, 2.0) > estimator.rmse(&scene, REDUCED, 2.0));
     }
 
     #[test]

@@ -111,12 +111,15 @@ fn estimates_are_near_the_truth_and_come_nearer_as_views_are_checked() {
     let mut later = Vec::new();
     for name in demo::NAMES {
         let volume = demo_volume(name);
-        for splat in [SplatSettings::SHADE_FIRST, SplatSettings::EXACT] {
+        // Small pictures in the exact mode are previewed whole, and nothing is estimated.
+        for (splat, size) in
+            [(SplatSettings::SHADE_FIRST, [160, 120]), (SplatSettings::EXACT, [480, 360])]
+        {
             let mut scene = opening(Arc::new(volume.clone()), None);
             scene.splat = splat;
             for view in 0..5 {
                 scene.camera = scene.camera.orbited(0.5, 0.1);
-                let (_, full) = refined(&bench, &scene, [160, 120]);
+                let (_, full) = refined(&bench, &scene, size);
                 let Some(checked) = full.report.checked else { continue };
                 let Some(off_db) = checked.off_db() else { continue };
                 println!(
@@ -131,17 +134,17 @@ fn estimates_are_near_the_truth_and_come_nearer_as_views_are_checked() {
     let rms = (later.iter().map(|off| off * off).sum::<f64>() / later.len() as f64).sqrt();
     first.iter_mut().for_each(|off| *off = off.abs());
     first.sort_by(f64::total_cmp);
-    assert!(first.len() >= 10 && later.len() >= 40, "{} {}", first.len(), later.len());
+    assert!(first.len() >= 10 && later.len() >= 28, "{} {}", first.len(), later.len());
     let median = first[first.len() / 2];
     println!("measured: first views {median:.1} dB (median), later {rms:.1} dB (rms)");
     assert!(median < FIRST_OFF_DB, "{first:?}");
     assert!(rms < LATER_OFF_DB, "{later:?}");
 }
 
-/// Bound of the median of |estimate minus truth| before a mode of a volume was checked; measured 7.1 and 8.4.
+/// Bound of the median of |estimate minus truth| before a mode of a volume was checked; measured 6.2 to 8.4.
 /// Flat volumes with hard borders are far off then (up to 52 dB): their octree says there is no error.
 const FIRST_OFF_DB: f64 = 11.0;
-/// Bound of the rms of estimate minus truth after that; measured 2.6.
+/// Bound of the rms of estimate minus truth after that; measured 2.6 and 2.8.
 const LATER_OFF_DB: f64 = 6.0;
 
 #[test]

@@ -230,7 +230,7 @@ fn vti_headers_that_contradict_themselves_are_quoted() {
 fn raw_files_whose_layout_nobody_knows_say_how_to_tell_it() {
     says("head.raw", "12345678", &["dimensions", "\"head.raw\"", "--raw-dims"]);
     says("head_2x2x3.raw", "1234567", &["the type", "7 bytes", "--raw-type"]);
-    says("head_2x2x3_uint16.raw", "12345678", &["24 bytes", "found 8"]);
+    says("head_2x2x3_uint16.raw", "12345678", &["24 bytes", "found a file of 8 bytes"]);
 }
 
 #[test]

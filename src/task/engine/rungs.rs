@@ -164,7 +164,13 @@ impl Worker {
                 let (max_error, missing_rmse) = (drawn.max_error, drawn.missing_rmse);
                 Some(Coarseness::Octree { max_error, missing_rmse })
             }
-            Rung::Coarse { .. } | Rung::Reduced { .. } => Some(Coarseness::Reduced),
+            Rung::Coarse { .. } | Rung::Reduced { .. } => {
+                let detail_rmse = match picture.shrink() > 1.0 {
+                    true => estimate::detail_rmse(&picture),
+                    false => 0.0,
+                };
+                Some(Coarseness::Reduced { detail_rmse })
+            }
             _ => None,
         };
         if let Some(coarseness) = coarseness {
@@ -267,7 +273,8 @@ impl Worker {
     /// How many times smaller than shown the preview was drawn, where that was all that is coarse.
     fn preview_reduction(&self) -> Option<f64> {
         let preview = self.coarse.iter().find(|c| c.is_preview)?;
-        (preview.coarseness == Coarseness::Reduced).then(|| preview.picture.shrink())
+        let is_reduced = matches!(preview.coarseness, Coarseness::Reduced { .. });
+        is_reduced.then(|| preview.picture.shrink())
     }
 
     /// Holds the coarse pictures against the finished one of the same view, and learns from them.
