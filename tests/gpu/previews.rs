@@ -18,7 +18,7 @@ fn exact() -> Scene {
     let grid = demo::open("head:48", None).expect("a demo");
     let volume =
         grid.scalar(&grid.fields[0], Component::Index(0), &Ticket::new()).expect("a volume");
-    let base = scene(volume.lattice.clone(), DVec3::new(0.4, 0.9, -0.3));
+    let base = scene(volume.lattice, DVec3::new(0.4, 0.9, -0.3));
     let transfer = presets::default_for(&volume.statistics);
     Scene { volume: volume.into(), transfer, splat: SplatSettings::EXACT, ..base }
 }

@@ -263,7 +263,7 @@ fn leaps_change_no_picture() {
     let lattice = Lattice::unit([16, 14, 64]);
     // Layers of dots as near to the bricks of 4 between them as they may be.
     let sample = |i: usize| {
-        let is_dot = i % 16 % 3 == 0 && i / 16 % 14 % 3 == 0;
+        let is_dot = (i % 16).is_multiple_of(3) && (i / 16 % 14).is_multiple_of(3);
         if is_dot && [5, 18, 33, 58].contains(&(i / 224)) { 255 } else { 20 }
     };
     let dots = volume(lattice, Samples::UInt8((0..lattice.len()).map(sample).collect()));
