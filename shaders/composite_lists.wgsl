@@ -173,9 +173,10 @@ fn carry_matrix(at: u32, matrix: mat4x4<f32>) {
 @compute @workgroup_size(TILE, TILE / PIXELS, GROUP_TILES)
 fn composite_lists(
     @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
     @builtin(local_invocation_id) local: vec3<u32>,
 ) {
-    let column = group.x * GROUP_TILES + local.z;
+    let column = (group.x * groups.z + group.z) * GROUP_TILES + local.z;
     let row = u32(lists.layers.z) + group.y;
     if column >= lists.tiles.z {
         return;

@@ -7,7 +7,7 @@
 
 use super::GpuError;
 use super::buffers::{Growing, read_words};
-use super::compute::{compute, groups_of};
+use super::compute::{adapter_threads, compute, groups_of};
 use super::context::Context;
 use super::frame::{self, Pass};
 use super::layout::{
@@ -417,7 +417,7 @@ impl Renderer {
                     lists.counts.buffer.as_entire_binding(),
                     lists.totals.as_entire_binding(),
                 ],
-                [1, 1],
+                [1, 1, 1],
             ),
             Pass::WriteEntries { records } => (
                 pipelines.lists(context, shader::WRITE_ENTRIES, lists.variant),
@@ -458,7 +458,12 @@ impl Renderer {
                     lists.carried.buffer.as_entire_binding(),
                     wgpu::BindingResource::TextureView(&light),
                 ],
-                [tiles[0].div_ceil(GROUP_TILES), tiles[1]],
+                // Columns are dealt out as tiles are elsewhere (`groups_of_tiles`).
+                [
+                    tiles[0].div_ceil(GROUP_TILES).div_ceil(adapter_threads()),
+                    tiles[1],
+                    adapter_threads(),
+                ],
             ),
             _ => return,
         };

@@ -128,7 +128,7 @@ impl Sorter {
             Pass::ScanDigits => (
                 shader::SCAN_SEGMENTS,
                 vec![self.scan.as_entire_binding(), counts, self.totals.as_entire_binding()],
-                [1, 1],
+                [1, 1, 1],
             ),
             Pass::ScatterDigits(digit) => (
                 shader::SCATTER_DIGITS,
