@@ -99,7 +99,7 @@ fn measure(drawer: &mut Drawer, name: &str, scene: &Scene, load: Duration) -> Va
     let prepare = start.elapsed();
     drawer.draw(scene, VIEWPORT, Rung::Coarse { budget_ms: 20.0 }, &mut ()).expect("it draws");
     let first_coarse = load + start.elapsed();
-    let active = drawer.active_count();
+    let active = drawer.active_count().unwrap_or(0);
 
     let full = |drawer: &mut Drawer, size| {
         let times: Vec<f64> = (0..RUNS)

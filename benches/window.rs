@@ -111,7 +111,7 @@ fn measure(display: &Display, name: &str, path: &Path) -> Value {
     let full = last.picture.as_ref().expect("a picture at rest");
     json!({
         "name": name,
-        "active_kernels": full.kernels_active,
+        "active_kernels": full.kernels.map(|kernels| kernels.active),
         "start_to_first_picture_ms": tenth(first.at_ms - started_ms),
         "full_ms": tenth(rested.picture.as_ref().map_or(0.0, |p| p.frame_ms)),
         "drag_pictures": moved.len(),

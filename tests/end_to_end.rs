@@ -130,7 +130,7 @@ fn a_volume_is_coarse_while_dragged_exact_at_rest_idle_then_and_survives_a_bad_f
     assert!(views(dragged) >= LEAST_VIEWS, "{} views", views(dragged));
     for pass in dragged.iter().filter(|pass| pass.held && pass.picture_is_new) {
         let picture = pass.picture.as_ref().expect("a new picture is one");
-        let is_coarse = picture.kernels_drawn < picture.kernels_active
+        let is_coarse = picture.kernels.is_some_and(|kernels| kernels.drawn < kernels.active)
             || picture.size != picture.requested_size;
         // A machine that can draw everything in time may.
         let may_be_exact = pass.camera == opened.camera || picture.frame_ms <= BUDGET_MS;
@@ -143,7 +143,8 @@ fn a_volume_is_coarse_while_dragged_exact_at_rest_idle_then_and_survives_a_bad_f
     let rested = program.wait_for_rest(released);
     assert_ne!(rested.camera, opened.camera);
     let picture = rested.picture.clone().expect("a picture");
-    assert_eq!(picture.kernels_drawn, picture.kernels_active, "{picture:?}");
+    let kernels = picture.kernels.expect("they are counted at rest");
+    assert_eq!(kernels.drawn, kernels.active, "{picture:?}");
     assert_equals_render(&display, &program, &file, &rested);
     let now = display.shot(rested.viewport);
     let found = difference(&now, &before, |_, _| true);

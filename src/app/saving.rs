@@ -199,8 +199,7 @@ mod tests {
         let rgba: Vec<u8> = (0..2 * 3 * 4).map(|i| (i * 10) as u8).collect();
         let report = crate::task::engine::FrameReport {
             rung: "full".into(),
-            kernels_drawn: 1,
-            kernels_active: 1,
+            kernels: None,
             kernels_total: 1,
             backend: crate::scene::Backend::Raster,
             frame_ms: 1.0,

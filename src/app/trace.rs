@@ -15,7 +15,7 @@ use super::notices::Kind;
 use super::window::Window;
 use crate::core::Camera;
 use crate::scene::Background;
-use crate::task::engine::Picture;
+use crate::task::engine::{KernelCounts, Picture};
 use crate::task::output_file::OutputFile;
 
 /// One pass of the interface.
@@ -52,10 +52,8 @@ pub struct PictureLine {
     pub requested_size: [u32; 2],
     /// What it is, in words for people.
     pub rung: String,
-    /// Kernels on it.
-    pub kernels_drawn: u64,
-    /// Kernels that `full` draws.
-    pub kernels_active: u64,
+    /// Kernels on it and those that `full` draws, where they were counted.
+    pub kernels: Option<KernelCounts>,
     /// Wall milliseconds that it took.
     pub frame_ms: f64,
     /// Share of the way to `full`; 1 once nothing more will be drawn.
@@ -102,8 +100,7 @@ impl Traced {
             size: picture.size,
             requested_size: picture.requested_size,
             rung: picture.report.rung.clone(),
-            kernels_drawn: picture.report.kernels_drawn,
-            kernels_active: picture.report.kernels_active,
+            kernels: picture.report.kernels,
             frame_ms: picture.report.frame_ms,
             progress: picture.report.progress,
         });

@@ -147,7 +147,8 @@ struct Classified {
     transfer: TransferFunction,
     unit_distance: f64,
     table: Table,
-    pyramid: Pyramid,
+    /// Where something has called for it.
+    pyramid: Option<Pyramid>,
 }
 
 impl Drawer {
@@ -169,6 +170,38 @@ impl Drawer {
     /// # Errors
     /// Interrupted by the ticket, or the device.
     pub fn prepare(&mut self, scene: &Scene, ticket: &Ticket) -> Result<(), DrawError> {
+        self.classify(scene, ticket)?;
+        let voxel_depth = voxel_thickness(scene) / scene.opacity_unit_distance();
+        if let Some(classified) = &mut self.classified
+            && classified.pyramid.is_none()
+        {
+            let Classified { volume, table, .. } = &*classified;
+            let pyramid = Pyramid::build(volume, table, voxel_depth, ticket)?;
+            classified.pyramid = Some(pyramid);
+        }
+        Ok(())
+    }
+
+    /// The same for a coarse picture within a budget, which may do without the hierarchy: it takes
+    /// 80 to 120 ms for scans of 9 and 17 million voxels, while a hand moves a transfer function.
+    ///
+    /// # Errors
+    /// See [`Drawer::prepare`].
+    pub fn prepare_preview(
+        &mut self,
+        scene: &Scene,
+        size: [u32; 2],
+        budget_ms: f64,
+        ticket: &Ticket,
+    ) -> Result<(), DrawError> {
+        match self.reduction(scene, size, budget_ms) {
+            Some(_) => self.classify(scene, ticket),
+            None => self.prepare(scene, ticket),
+        }
+    }
+
+    /// Brings the device up to the scene's volume and transfer function.
+    fn classify(&mut self, scene: &Scene, ticket: &Ticket) -> Result<(), DrawError> {
         let unit_distance = scene.opacity_unit_distance();
         let current = self.classified.as_ref().is_some_and(|c| {
             Arc::ptr_eq(&c.volume, &scene.volume)
@@ -183,8 +216,6 @@ impl Drawer {
         }
         self.classified = None;
         let table = Table::new(&scene.transfer, scene.volume.samples.scalar_type());
-        let voxel_depth = voxel_thickness(scene) / unit_distance;
-        let pyramid = Pyramid::build(&scene.volume, &table, voxel_depth, ticket)?;
         match self.renderer.set_volume(&scene.volume, ticket) {
             Err(GpuError::Cancelled) => return Err(DrawError::Interrupted),
             other => other?,
@@ -195,19 +226,23 @@ impl Drawer {
             transfer: scene.transfer.clone(),
             unit_distance,
             table,
-            pyramid,
+            pyramid: None,
         });
         Ok(())
     }
 
-    /// Voxels with opacity in the scene prepared last.
-    pub fn active_count(&self) -> u64 {
-        self.classified.as_ref().map_or(0, |c| c.pyramid.active.total)
+    /// Voxels with opacity in the scene prepared last; `None` where they were not counted.
+    pub fn active_count(&self) -> Option<u64> {
+        self.pyramid().map(|pyramid| pyramid.active.total)
+    }
+
+    fn pyramid(&self) -> Option<&Pyramid> {
+        self.classified.as_ref()?.pyramid.as_ref()
     }
 
     /// The error of the octree cut that has about `count` nodes.
     pub fn error_for_count(&self, count: u64) -> f32 {
-        self.classified.as_ref().map_or(0.0, |c| c.pyramid.error_for_count(count))
+        self.pyramid().map_or(0.0, |pyramid| pyramid.error_for_count(count))
     }
 
     /// Entries of the table whose transmittance is at its floor.
@@ -225,7 +260,7 @@ impl Drawer {
 
     /// Bytes of host memory the hierarchy takes.
     pub fn hierarchy_bytes(&self) -> usize {
-        self.classified.as_ref().map_or(0, |c| c.pyramid.size_bytes())
+        self.pyramid().map_or(0, Pyramid::size_bytes)
     }
 
     /// Draws one rung of the scene prepared last; the picture is then the renderer's.
@@ -366,17 +401,15 @@ impl Drawer {
     }
 
     fn cut_of(&self, scene: &Scene, view: &View, limits: CutLimits) -> Cut {
-        let Some(classified) = &self.classified else { return Cut::default() };
+        let (Some(classified), Some(pyramid)) = (&self.classified, self.pyramid()) else {
+            return Cut::default();
+        };
         let radius = RadialKernel::new(scene.splat.kernel.splatted(), scene.splat.extent)
             .map_or(0.5, |k| k.radius());
         let samples = &classified.volume.samples;
-        Cut::of(
-            &classified.pyramid,
-            limits,
-            view.visit_order(),
-            &view.visibility(radius),
-            |index| classified.table.lookup(samples.get(index)),
-        )
+        Cut::of(pyramid, limits, view.visit_order(), &view.visibility(radius), |index| {
+            classified.table.lookup(samples.get(index))
+        })
     }
 
     fn cut(
@@ -487,10 +520,10 @@ impl Drawer {
         slack: u64,
         observer: &mut dyn Observer,
     ) -> Result<(), DrawError> {
-        let Some(classified) = &self.classified else {
+        let (Some(classified), Some(pyramid)) = (&self.classified, self.pyramid()) else {
             return Err(GpuError::Device("nothing was prepared".to_owned()).into());
         };
-        let (dims, active) = (classified.volume.lattice.dims, &classified.pyramid.active);
+        let (dims, active) = (classified.volume.lattice.dims, &pyramid.active);
         let mut rows = RowPlan::new(dims, active, view);
         let total = rows.total.max(1) as f64;
         let mut kernels = 0;

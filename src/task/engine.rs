@@ -95,15 +95,23 @@ impl Picture {
     }
 }
 
+/// How many kernels a picture shows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+pub struct KernelCounts {
+    /// Kernels on the picture.
+    pub drawn: u64,
+    /// Kernels that `full` draws: the voxels with opacity.
+    pub active: u64,
+}
+
 /// What a picture shows and what it cost.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FrameReport {
     /// `coarse`, `octree`, `subsampled`, `full`, … in words for people.
     pub rung: String,
-    /// Kernels on the picture.
-    pub kernels_drawn: u64,
-    /// Kernels that `full` draws: the voxels with opacity.
-    pub kernels_active: u64,
+    /// Kernels on the picture; `None` where nobody has counted: a preview in the scene's own mode
+    /// needs no hierarchy, and waits for none.
+    pub kernels: Option<KernelCounts>,
     /// Voxels in the volume.
     pub kernels_total: u64,
     /// What drew it.

@@ -265,8 +265,7 @@ mod tests {
             .collect();
         let report = FrameReport {
             rung: "full".into(),
-            kernels_drawn: 1,
-            kernels_active: 1,
+            kernels: None,
             kernels_total: 1,
             backend: crate::scene::Backend::Raster,
             frame_ms: 1.0,

@@ -172,7 +172,7 @@ impl Drawer {
         }
         Ok(Drawn {
             size: view.size,
-            kernels: self.active_count(),
+            kernels: self.active_count().unwrap_or(0),
             nodes: 0,
             max_error: 0.0,
             missing_rmse: 0.0,

@@ -243,7 +243,7 @@ pub(super) fn draw(
         rgba,
         drawn,
         is_full: rung == Rung::Full && drawn_size == *size,
-        kernels_active: drawer.active_count(),
+        kernels_active: drawer.active_count().unwrap_or(0),
         adapter: drawer.renderer.context().adapter_name.clone(),
         frame_ms,
         passes,
@@ -287,7 +287,7 @@ fn coarsest_within(
     drawer.draw(scene, *size, Rung::Full, watch)?;
     let full = widened(&drawer.renderer.read_light()?);
     let mut count = 64;
-    while count < drawer.active_count() {
+    while count < drawer.active_count().unwrap_or(0) {
         let rung = Rung::Octree { max_error: drawer.error_for_count(count) };
         drawer.draw(scene, *size, rung, watch)?;
         let picture = widened(&drawer.renderer.read_light()?);

@@ -68,6 +68,29 @@ fn a_reconstructed_field_is_previewed_in_its_own_mode_once_it_is_there() {
     assert!(reduced.mean_brightness.abs() < 1.0 / 255.0, "{reduced:?}");
 }
 
+/// While a hand moves a transfer function, nothing is averaged that no preview needs.
+#[test]
+fn a_preview_in_the_own_mode_waits_for_no_hierarchy() {
+    let Some(context) = context(Wishes::default()) else { return };
+    let mut drawer = Drawer::new(Renderer::new(context));
+    let (mut scene, ticket) = (exact(), Ticket::new());
+    let (_, full) = drawn(&mut drawer, &scene, SIZE, Rung::Full);
+    assert_eq!(drawer.active_count(), Some(full.kernels));
+    scene.transfer.opacity.iter_mut().for_each(|(_, alpha)| *alpha *= 0.5);
+    let budget_ms = 1e9;
+    drawer.prepare_preview(&scene, SIZE, budget_ms, &ticket).expect("prepared");
+    assert_eq!((drawer.active_count(), drawer.hierarchy_bytes()), (None, 0));
+    let preview = drawer.draw(&scene, SIZE, Rung::Coarse { budget_ms }, &mut ()).expect("drawn");
+    let preview = (preview.is_reduced, wide(&drawer.renderer.read_light().expect("read")));
+    let (full, _) = drawn(&mut drawer, &scene, SIZE, Rung::Full);
+    assert_eq!(preview, (true, full), "of the transfer function as it is now");
+    assert!(drawer.active_count().is_some_and(|count| count > 0), "at rest they are counted");
+    drawer.prepare_preview(&scene, SIZE, 1e-6, &ticket).expect("prepared");
+    scene.transfer.opacity.iter_mut().for_each(|(_, alpha)| *alpha *= 0.5);
+    drawer.prepare_preview(&scene, SIZE, 1e-6, &ticket).expect("prepared");
+    assert!(drawer.hierarchy_bytes() > 0, "an octree cut needs its tree");
+}
+
 #[test]
 fn shade_first_modes_are_previewed_by_octree_cuts() {
     let Some(context) = context(Wishes::default()) else { return };

@@ -45,7 +45,11 @@ fn a_zoomed_out_volume_is_near_the_mean_of_64_rays() {
         let (found, what) = drawn(&mut drawer, &scene, SMALL, Rung::Full);
         let name = format!("{} of {radius_px} pixels", kernel.name());
         print_measured(&name, &found, &expected);
-        println!("measured {name}: {} of {} kernels", what.kernels, drawer.active_count());
+        println!(
+            "measured {name}: {} of {} kernels",
+            what.kernels,
+            drawer.active_count().expect("they are counted")
+        );
         assert_eq!(fault(&found, &expected, within), None, "{name}");
     }
 }
@@ -55,7 +59,7 @@ fn at_one_pixel_and_above_every_voxel_is_a_point_sample() {
     let Some(mut drawer) = drawer() else { return };
     let scene = zoomed_out(Kernel::Cubic, 1.02);
     let (found, what) = drawn(&mut drawer, &scene, SMALL, Rung::Full);
-    assert_eq!((what.kernels, what.nodes), (drawer.active_count(), 0));
+    assert_eq!((what.kernels, what.nodes), (drawer.active_count().expect("they are counted"), 0));
     let expected = reference(&scene, SMALL, Rays::Local);
     print_measured("cubic of 1.02 pixels, point sampled", &found, &expected);
     // Measured: see `against_reference`.
@@ -97,7 +101,13 @@ fn the_shader_widens_thin_kernels_as_the_host_does() {
     scene.splat.opacity_unit_distance = Some(8.0);
     let (grid, _) = drawn(&mut drawer, &scene, SMALL, Rung::Full);
     let (records, what) = drawn(&mut drawer, &scene, SMALL, Rung::Octree { max_error: 0.0 });
-    assert_eq!((what.nodes, what.kernels), (drawer.active_count(), drawer.active_count()));
+    assert_eq!(
+        (what.nodes, what.kernels),
+        (
+            drawer.active_count().expect("they are counted"),
+            drawer.active_count().expect("they are counted")
+        )
+    );
     let difference =
         grid.iter().zip(&records).map(|(a, b)| (a[3] - b[3]).abs()).fold(0.0, f64::max);
     println!("measured alpha of thin plates by either path: {difference:.2e}");

@@ -134,8 +134,7 @@ fn gradient(request: &FrameRequest) -> Picture {
     };
     let report = FrameReport {
         rung: rung.to_owned(),
-        kernels_drawn: 500,
-        kernels_active: 500,
+        kernels: Some(voxsplat::task::engine::KernelCounts { drawn: 500, active: 500 }),
         kernels_total: 512,
         backend: voxsplat::scene::Backend::Raster,
         frame_ms: 12.0,

@@ -8,7 +8,7 @@ use crate::app::actions::{Action, entry_of};
 use crate::app::measuring::Measured;
 use crate::app::{modes, theme, words};
 use crate::scene::{Classify, Reconstruction, SplatSettings};
-use crate::task::engine::{EngineState, FrameReport};
+use crate::task::engine::{EngineState, FrameReport, KernelCounts};
 
 /// The picture on screen.
 #[derive(Debug, Clone)]
@@ -68,13 +68,10 @@ fn report_ui(ui: &mut Ui, shown: &Shown) {
     }
     let counts = ui.add(Label::new(faint(&counts_words(report))).truncate());
     counts.on_hover_text(format!(
-        "{}, drawn with {}: {} kernels drawn; the full picture draws the {} voxels that have \
-         opacity, of {} in the volume",
+        "{}, drawn with {}: {}",
         report.rung,
         words::backend(report.backend).0.to_lowercase(),
-        words::count(report.kernels_drawn),
-        words::count(report.kernels_active),
-        words::count(report.kernels_total),
+        counts_tooltip(report),
     ));
 }
 
@@ -195,12 +192,28 @@ fn typical_db(mode: &SplatSettings) -> (u32, u32) {
 
 /// Kernels drawn of active of total.
 fn counts_words(report: &FrameReport) -> String {
-    format!(
-        "{} of {} kernels drawn, {} voxels",
-        words::count(report.kernels_drawn),
-        words::count(report.kernels_active),
-        words::count(report.kernels_total),
-    )
+    let total = words::count(report.kernels_total);
+    match report.kernels {
+        Some(KernelCounts { drawn, active }) => {
+            let [drawn, active] = [drawn, active].map(words::count);
+            format!("{drawn} of {active} kernels drawn, {total} voxels")
+        }
+        None => format!("all of {total} voxels"),
+    }
+}
+
+fn counts_tooltip(report: &FrameReport) -> String {
+    let total = words::count(report.kernels_total);
+    match report.kernels {
+        Some(KernelCounts { drawn, active }) => {
+            let [drawn, active] = [drawn, active].map(words::count);
+            format!(
+                "{drawn} kernels drawn; the full picture draws the {active} voxels that have \
+                 opacity, of {total} in the volume"
+            )
+        }
+        None => format!("all that has opacity of the {total} voxels, in fewer pixels"),
+    }
 }
 
 fn state_words(state: &EngineState) -> &str {
@@ -231,8 +244,7 @@ mod tests {
     fn shown(rung: &str, mode: SplatSettings) -> Shown {
         let report = FrameReport {
             rung: rung.into(),
-            kernels_drawn: 1234,
-            kernels_active: 56_789,
+            kernels: Some(KernelCounts { drawn: 1234, active: 56_789 }),
             kernels_total: 16_777_216,
             backend: crate::scene::Backend::Raster,
             frame_ms: 28.4,

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use super::converge::Doublings;
 use super::worker::Worker;
-use super::{Effort, EngineState, FrameReport, FrameRequest, Ladder, Picture};
+use super::{Effort, EngineState, FrameReport, FrameRequest, KernelCounts, Ladder, Picture};
 use crate::core::Ticket;
 use crate::gpu::{GpuError, Renderer};
 use crate::kernel::Kernel;
@@ -41,9 +41,9 @@ impl Worker {
     ) -> Result<(), DrawError> {
         self.announce(EngineState::Drawing(0.0));
         let (scene, size) = (&request.scene, request.size);
-        self.device()?.prepare(scene, ticket)?;
         match request.effort {
             Effort::Moving { budget_ms } => {
+                self.device()?.prepare_preview(scene, size, budget_ms, ticket)?;
                 self.finished = None;
                 // Bounded by its budget, and so never interrupted: a hand that moves faster than
                 // pictures are drawn still sees every one of them.
@@ -51,6 +51,7 @@ impl Worker {
                 Ok(())
             }
             Effort::Rest { budget_ms, ladder, show_partial, .. } => {
+                self.device()?.prepare(scene, ticket)?;
                 let makes_same =
                     |seen: &FrameRequest| seen.size == size && seen.scene.makes_same_picture(scene);
                 let finished = self.finished.take().filter(|(seen, _)| makes_same(seen));
@@ -125,7 +126,7 @@ impl Worker {
                 }
             }
             Ladder::Octree => {
-                let full_ms = drawer.active_count() as f64 * drawer.costs.voxel_ms;
+                let full_ms = drawer.active_count().unwrap_or(0) as f64 * drawer.costs.voxel_ms;
                 if full_ms < MIDDLE_WORTH_MS {
                     Vec::new()
                 } else {
@@ -331,12 +332,11 @@ fn picture(
     (rung, progress): (String, f32),
     drawn: &Drawn,
     rgba: Vec<u8>,
-    kernels_active: u64,
+    kernels_active: Option<u64>,
 ) -> Picture {
     let report = FrameReport {
         rung,
-        kernels_drawn: drawn.kernels,
-        kernels_active,
+        kernels: kernels_active.map(|active| KernelCounts { drawn: drawn.kernels, active }),
         kernels_total: request.scene.volume.lattice.len() as u64,
         backend: Backend::Raster,
         frame_ms: drawn.wall_ms,
@@ -397,11 +397,16 @@ struct Watch<'a> {
     start: Instant,
     last_progress: Instant,
     last_partial: Instant,
-    active: u64,
+    active: Option<u64>,
 }
 
 impl<'a> Watch<'a> {
-    fn new(worker: &'a Worker, request: &'a FrameRequest, manner: Manner, active: u64) -> Self {
+    fn new(
+        worker: &'a Worker,
+        request: &'a FrameRequest,
+        manner: Manner,
+        active: Option<u64>,
+    ) -> Self {
         let start = Instant::now();
         Self { worker, request, manner, start, last_progress: start, last_partial: start, active }
     }
@@ -430,7 +435,7 @@ impl Observer for Watch<'_> {
             let background = background_light(self.request.scene.background);
             // A failing device is reported by the rung itself.
             if let Ok(rgba) = renderer.present(background) {
-                let kernels = (self.active as f64 * done) as u64;
+                let kernels = (self.active.unwrap_or(0) as f64 * done) as u64;
                 let drawn = Drawn {
                     size: self.request.size,
                     kernels,

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::rungs::rung_words;
 use super::worker::{REBUILDS, Worker};
-use super::{Engine, EngineState, FrameReport, Picture};
+use super::{Engine, EngineState, FrameReport, KernelCounts, Picture};
 use crate::core::Ticket;
 use crate::gpu::{GpuError, Renderer};
 use crate::scene::Scene;
@@ -96,8 +96,7 @@ impl Worker {
         let (drawn, rgba) = drawn?;
         let report = FrameReport {
             rung: rung_words(Rung::Full, &drawn),
-            kernels_drawn: drawn.kernels,
-            kernels_active: active,
+            kernels: active.map(|active| KernelCounts { drawn: drawn.kernels, active }),
             kernels_total: scene.volume.lattice.len() as u64,
             backend: scene.splat.fixed_backend(),
             frame_ms: drawn.wall_ms,
