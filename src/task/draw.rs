@@ -32,7 +32,7 @@ const MOST_SHRINK: f64 = 4.0;
 /// 1280 × 800 pixels it is 30.9, 37.0, 42.0 dB from the exact picture when 4 times smaller, and 27.8,
 /// 33.8, 37.3 when 8 times, on the scans aneurism, LIDC2, bonsai; an octree cut of 57 ms, 28.1, 31.8,
 /// 33.5, and too bright by up to 0.005.
-const MOST_REDUCTION: f64 = 10.0;
+const MOST_REDUCTION: f64 = 8.0;
 
 /// Steps of it.
 const REDUCTION_STEP: f64 = 0.25;
