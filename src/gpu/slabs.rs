@@ -355,8 +355,9 @@ fn rays_per_side(view: &View, kernel: Kernel, extent: Option<f64>) -> u32 {
         }
     };
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "1..=8")]
-    let side =
-        (1.0 / (radius * view.voxel_pixels() * view.enlarged)).ceil().clamp(1.0, MOST_RAYS) as u32;
+    let side = (1.0 / (radius * view.narrowest_voxel_pixels() * view.enlarged))
+        .ceil()
+        .clamp(1.0, MOST_RAYS) as u32;
     side
 }
 

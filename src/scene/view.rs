@@ -90,6 +90,25 @@ impl View {
         }
     }
 
+    /// The same along the shorter axis of the kernel's ellipse on the picture: much less where spacings
+    /// differ, as between slices far apart.
+    pub fn narrowest_voxel_pixels(&self) -> f64 {
+        let rows = self.view_from_index.transpose();
+        let (x, y) = (rows.x_axis, rows.y_axis);
+        // The lesser eigenvalue of the ellipse's matrix.
+        let (half_sum, half_difference) =
+            ((x.dot(x) + y.dot(y)) / 2.0, (x.dot(x) - y.dot(y)) / 2.0);
+        let greater = half_sum + half_difference.hypot(x.dot(y));
+        if greater <= 0.0 {
+            return 0.0;
+        }
+        let m = self.view_from_index;
+        let longest = m.x_axis.length().max(m.y_axis.length()).max(m.z_axis.length());
+        // By their product: their difference would have no digits left.
+        let shorter = x.cross(y).length() / greater.sqrt();
+        shorter * self.voxel_pixels() / longest
+    }
+
     /// Radius in pixels that a kernel of unit radius has, along its longest axis, at the corner of
     /// the lattice that is farthest from the eye: nowhere is it less.
     pub fn voxel_pixels(&self) -> f64 {
@@ -203,5 +222,20 @@ mod tests {
             })
             .fold(f64::INFINITY, f64::min);
         assert!((view.voxel_pixels() / least - 1.0).abs() < 1e-9, "{least}");
+    }
+
+    #[test]
+    fn the_shorter_axis_of_a_kernel_is_that_of_its_ellipse() {
+        let camera = camera(DVec3::new(0.2, -0.9, 0.4));
+        let lattice = Lattice { spacing: DVec3::new(1.0, 2.0, 500.0), ..Lattice::unit([8; 3]) };
+        let view = View::of(&camera, &lattice, [64, 64]);
+        // The shadow of the unit sphere's image: least over all directions on the picture.
+        let rows = view.view_from_index.transpose();
+        let width = |angle: f64| (rows.x_axis * angle.cos() + rows.y_axis * angle.sin()).length();
+        let least = (0..100_000).map(|i| width(f64::from(i) * 1e-5 * std::f64::consts::PI));
+        let least = least.fold(f64::INFINITY, f64::min);
+        assert!((view.narrowest_voxel_pixels() / least - 1.0).abs() < 1e-3, "{least}");
+        let cubes = View::of(&camera, &Lattice::unit([8; 3]), [64, 64]);
+        assert!((cubes.narrowest_voxel_pixels() / cubes.voxel_pixels() - 1.0).abs() < 1e-9);
     }
 }

@@ -36,6 +36,8 @@ const MOST_REDUCTION: f64 = 8.0;
 
 /// Steps of it.
 const REDUCTION_STEP: f64 = 0.25;
+/// How many times smaller than that it may become where the last preview was of this kind, too.
+const PATIENCE: f64 = 1.5;
 
 /// What to draw of a scene.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -132,6 +134,8 @@ pub struct Drawer {
     classified: Option<Classified>,
     /// How much smaller the last coarse picture was drawn than shown.
     last_shrink: f64,
+    /// Whether the last coarse picture was the scene's own mode at a smaller size.
+    previewed_reduced: bool,
     /// Sums that lists capped since the picture began.
     capped_in_lists: u64,
     /// Which back end is faster here.
@@ -159,6 +163,7 @@ impl Drawer {
             costs: Costs::default(),
             classified: None,
             last_shrink: 2.0,
+            previewed_reduced: false,
             capped_in_lists: 0,
             calibration: Calibration::default(),
             field: slabs::FieldJob::default(),
@@ -276,9 +281,12 @@ impl Drawer {
     ) -> Result<Drawn, DrawError> {
         match rung {
             Rung::Coarse { budget_ms } => match self.reduction(scene, size, budget_ms) {
-                Some(shrink) => self.draw(scene, size, Rung::Reduced { shrink }, observer),
+                Some(shrink) => {
+                    self.previewed_reduced = true;
+                    self.draw(scene, size, Rung::Reduced { shrink }, observer)
+                }
                 None => {
-                    self.costs.doubt_reduced();
+                    self.previewed_reduced = false;
                     self.coarse(scene, size, budget_ms, observer)
                 }
             },
@@ -335,7 +343,9 @@ impl Drawer {
         // In steps, so that the hand does not see sharpness flicker.
         let stepped = (shrink / REDUCTION_STEP).ceil() * REDUCTION_STEP;
         let most = f64::from(size[0].min(size[1])) / LEAST_SIDE;
-        (stepped <= MOST_REDUCTION.min(most)).then_some(stepped)
+        // A hand should not see one kind of preview change into the other and back.
+        let patience = if self.previewed_reduced { PATIENCE } else { 1.0 };
+        (stepped <= (MOST_REDUCTION * patience).min(most)).then_some(stepped)
     }
 
     /// The cut and the size that fit a budget, from the costs measured so far.
