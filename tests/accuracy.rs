@@ -14,7 +14,7 @@ use voxsplat::reference::Reference;
 use voxsplat::scene::{Scene, SplatSettings, opening};
 use voxsplat::task::engine::{AdapterChoice, Engine};
 use voxsplat::task::still::{CONVERGED, Refine, StillRequest};
-use voxsplat::task::sweep::{Step, Sweep, SweepError, SweepOptions, exact_truth};
+use voxsplat::task::sweep::{Step, Sweep, SweepError, SweepOptions, Truth, exact_truth};
 use voxsplat::volume::{Component, demo};
 
 use command_line::{errors, voxsplat};
@@ -373,4 +373,24 @@ fn converged_is_not_full_and_nearer_to_the_reference() {
     assert_eq!((quarter.drawn.size, quarter.size), ([12, 10], size));
     assert_eq!(quarter.light.len(), 48 * 40);
     assert!(!quarter.is_full);
+}
+
+/// A pixel is a point sample while kernels are as large as one, and the mean of 8 × 8 rays below.
+#[test]
+fn the_truth_of_a_volume_seen_from_afar_is_an_average() {
+    let mut scene = shells(24);
+    let size = [24_u32, 20];
+    let at = size.map(|n| n as usize);
+    let points = |scene: &Scene| Reference::exact(scene, at).expect("a mode with meaning");
+    let light = |truth: &dyn Truth, x: u32, y: u32| truth.pixel([x, y]);
+    scene.camera.parallel_scale *= 0.5;
+    let near = exact_truth(&scene, size);
+    assert_eq!(light(&*near, 9, 11), points(&scene).pixel([9, 11]));
+    scene.camera.parallel_scale *= 4.0;
+    let afar = exact_truth(&scene, size);
+    let mean = Reference::supersampled(&scene, at, 8, true).expect("a mode with meaning");
+    let found = light(&*afar, 11, 10);
+    assert!(found[3] > 0.01, "{found:?}");
+    assert_eq!(found, mean.pixel([11, 10]));
+    assert_ne!(found, points(&scene).pixel([11, 10]));
 }

@@ -16,7 +16,7 @@ use crate::accuracy::sweep::{
 use crate::accuracy::{CompareError, Difference};
 use crate::core::{Cancelled, Ticket};
 use crate::reference::{Reference, TOLERANCE};
-use crate::scene::{Scene, SplatSettings};
+use crate::scene::{Scene, SplatSettings, View};
 
 /// The exact picture, pixel by pixel: the exact mode's integral in float64.
 pub trait Truth: Send + Sync {
@@ -30,12 +30,23 @@ pub trait Truth: Send + Sync {
 /// Makes the truth for a scene, whose mode is the exact one, at a size.
 pub type MakeTruth = fn(&Scene, [u32; 2]) -> Box<dyn Truth>;
 
+/// Radius of the exact mode's B-splines, voxels.
+const EXACT_RADIUS: f64 = 2.0;
+/// Rays along the side of a pixel, where it is averaged (design: 8 × 8).
+const AVERAGED_RAYS: usize = 8;
+
 /// [`MakeTruth`] by the reference, within [`TOLERANCE`].
 ///
 /// # Panics
 /// Where the scene's mode means nothing, which the exact one never does.
 pub fn exact_truth(scene: &Scene, size: [u32; 2]) -> Box<dyn Truth> {
-    let reference = Reference::exact(scene, size.map(|n| n as usize));
+    let size_at = size.map(|n| n as usize);
+    // The mean of rays where kernels are smaller than a pixel, or nothing thin would be there.
+    let is_point = EXACT_RADIUS * View::new(scene, size).narrowest_voxel_pixels() >= 1.0;
+    let reference = match is_point {
+        true => Reference::exact(scene, size_at),
+        false => Reference::supersampled(scene, size_at, AVERAGED_RAYS, true),
+    };
     Box::new(reference.unwrap_or_else(|error| panic!("the exact mode means something: {error}")))
 }
 
