@@ -385,10 +385,14 @@ fn a_rendered_exr_is_the_references_light_and_the_png_is_its_display_form() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = |name: &str| folder.path().join(name).to_str().expect("UTF-8").to_owned();
     let (exr, png, stats) = (path("out.exr"), path("out.png"), path("stats.json"));
-    for (output, more) in [(&exr, &[][..]), (&png, &["--stats", &stats, "--repeat", "2"])] {
+    for (output, more) in
+        [(&exr, &["--background", "ff8000"][..]), (&png, &["--stats", &stats, "--repeat", "2"])]
+    {
         let command = [&["render", "demo:shells:32", "-o", output], &FLAGS[..], more].concat();
         let run = voxsplat(&command);
         assert!(run.status.success() && run.stdout.is_empty(), "{}", errors(&run));
+        let is_noted = errors(&run).contains("--background changes nothing");
+        assert_eq!(is_noted, output == &exr, "{}", errors(&run));
     }
     let light = image::open(&exr).expect("an EXR").into_rgba32f();
     assert_eq!(light.dimensions(), (96, 80));

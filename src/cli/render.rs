@@ -19,11 +19,8 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
     let refine = refine(flags)?;
     let format = format(&flags.output)?;
     if format == PictureFormat::Exr && flags.background.is_some() {
-        return Err(Failure::Usage(format!(
-            "expected --background with a PNG, found it with an EXR, which is light with alpha and \
-             has no background; leave it out: {}",
-            flags.output.display()
-        )));
+        // Not refused: scripts say it of pictures of either kind.
+        note("an EXR is light with alpha: --background changes nothing in it");
     }
     let splat = flags.mode.resolve().map_err(|error| Failure::Usage(error.to_string()))?;
     if flags.refine == RefineFlag::Converged && splat.visibility != Visibility::Slabs {
