@@ -140,15 +140,15 @@ fn level_words(
         return (words::decibels(point.db), why);
     }
     if modes::is_exact(mode) {
-        let why = "Interpolated, pre-integrated, in slabs: what a finer cut would still change is \
-                   measured in the accuracy panel (key A)";
+        let why = "What this mode has on most volumes, not measured for this one: fine detail may \
+                   have less, smooth matter far more. The accuracy panel (key A) measures it";
         // Measured at one slab a voxel on aneurism (42 at 3000 pixels), bonsai (66), LIDC2, a made
         // head and Marschner-Lobb 64³; two slabs of aneurism have 61, four 83.
-        return ("exact mode, 40 to 66 dB".to_owned(), why.to_owned());
+        return ("exact mode, usually 40 to 66 dB".to_owned(), why.to_owned());
     }
     let (low, high) = typical_db(mode);
     let why = "Typical of this mode; measured for this view in the accuracy panel (key A)";
-    (format!("about {low} to {high} dB"), why.to_owned())
+    (format!("usually {low} to {high} dB"), why.to_owned())
 }
 
 /// A greatest difference, rounded up to one digit: `change below 0.0008`.
@@ -271,9 +271,9 @@ mod tests {
         let report = FrameReport { estimated_rmse: Some(0.0282), ..coarse.report.clone() };
         assert_eq!(error_words(&Shown { report, ..coarse }).0, "about 31 dB");
         let exact = shown("full", SplatSettings::EXACT);
-        assert_eq!(error_words(&exact).0, "exact mode, 40 to 66 dB");
+        assert_eq!(error_words(&exact).0, "exact mode, usually 40 to 66 dB");
         let classic = shown("full", SplatSettings::SHADE_FIRST);
-        assert_eq!(error_words(&classic).0, "about 26 to 44 dB");
+        assert_eq!(error_words(&classic).0, "usually 26 to 44 dB");
         let point = ChartPoint {
             name: "classic".into(),
             ms: 5.0,
@@ -310,7 +310,7 @@ mod tests {
         assert_eq!(words, "exact mode, 8 slabs a voxel, change below 0.0008");
         assert_eq!(left_words(&converged.report, "R"), None);
         let full = with("full", None, 12_300.0, 1.0);
-        assert_eq!(error_words(&full).0, "exact mode, 40 to 66 dB");
+        assert_eq!(error_words(&full).0, "exact mode, usually 40 to 66 dB");
         let left = left_words(&full.report, "R").map(|(words, _)| words);
         assert_eq!(left.as_deref(), Some("converged would take about 12 s: press R"));
         let on_the_way = with("refined, 8 slabs per voxel", Some(0.3), 800.0, 0.7);
