@@ -54,8 +54,8 @@ pub enum Effort {
         ladder: Ladder,
         /// Publish the picture while its last rung is still being drawn.
         show_partial: bool,
-        /// Milliseconds that doubling the slabs after `full` may take; 0 ends in `full`. Begun only
-        /// where it is thought to reach `converged` in that time.
+        /// Milliseconds that doubling the slabs after `full` may take; 0 ends in `full`. A
+        /// doubling is begun where it is thought to be done in that time.
         converge_ms: f64,
     },
 }

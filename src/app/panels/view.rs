@@ -74,7 +74,7 @@ fn refinement_ui(ui: &mut Ui, settings: &mut Settings) {
     });
     ui.checkbox(&mut settings.converge, "Refine until converged").on_hover_text(
         "Once the full picture is there, double its slabs until nothing changes any more: at most \
-         3 s more work each time the view comes to rest, and none where it would take longer; \
+         3 s more work each time the view comes to rest, and none that would take longer; \
          key R refines the view on screen however long that takes",
     );
     ui.checkbox(&mut settings.show_partial, "Show partial pictures")
