@@ -181,17 +181,6 @@ fn a_raw_file_of_another_size_is_held_to_what_was_said_of_it_and_to_no_header() 
 }
 
 #[test]
-fn an_exr_has_no_background_to_be_coloured() {
-    let exr = Path::new("/nowhere/out.exr");
-    let name = exr.to_str().expect("UTF-8");
-    let coloured = voxsplat(&["render", DEMO, "-o", name, "--background", "ff0000"]);
-    assert_eq!(fault(&coloured, 2, &["--background", "PNG", "EXR"], Some(exr)), None);
-    // This one says what is so anyway: nothing is wrong but the folder.
-    let transparent = voxsplat(&["render", DEMO, "-o", name, "--no-background"]);
-    assert_eq!(fault(&transparent, 1, &["none of that name"], Some(exr)), None);
-}
-
-#[test]
 fn the_parallel_scale_counts_in_perspective_too() {
     if !can_draw() {
         return;
