@@ -355,9 +355,12 @@ fn rays_per_side(view: &View, kernel: Kernel, extent: Option<f64>) -> u32 {
         }
     };
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "1..=8")]
-    let side = (1.0 / (radius * view.narrowest_voxel_pixels() * view.enlarged))
-        .ceil()
-        .clamp(1.0, MOST_RAYS) as u32;
+    // Boxes have edges at any size: they are averaged by their longest axis, as elsewhere.
+    let pixels = match kernel {
+        Kernel::Nearest => view.voxel_pixels(),
+        _ => view.narrowest_voxel_pixels(),
+    };
+    let side = (1.0 / (radius * pixels * view.enlarged)).ceil().clamp(1.0, MOST_RAYS) as u32;
     side
 }
 
