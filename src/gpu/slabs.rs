@@ -354,12 +354,12 @@ fn rays_per_side(view: &View, kernel: Kernel, extent: Option<f64>) -> u32 {
             RadialKernel::new(kernel, extent).map_or(1.0, RadialKernel::radius)
         }
     };
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "1..=8")]
     // Boxes have edges at any size: they are averaged by their longest axis, as elsewhere.
     let pixels = match kernel {
         Kernel::Nearest => view.voxel_pixels(),
         _ => view.narrowest_voxel_pixels(),
     };
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "1..=8")]
     let side = (1.0 / (radius * pixels * view.enlarged)).ceil().clamp(1.0, MOST_RAYS) as u32;
     side
 }
