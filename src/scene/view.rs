@@ -90,6 +90,21 @@ impl View {
         }
     }
 
+    /// Radius in pixels that a kernel of unit radius has, along its longest axis, at the corner of
+    /// the lattice that is farthest from the eye: nowhere is it less.
+    pub fn voxel_pixels(&self) -> f64 {
+        let m = self.view_from_index;
+        let longest = m.x_axis.length().max(m.y_axis.length()).max(m.z_axis.length());
+        let shrink = match self.eye_distance {
+            None => 1.0,
+            Some(distance) => {
+                let reach = (m.abs_columns() * (self.lattice_centre + DVec3::splat(0.5))).z;
+                distance / (self.view_centre.z + reach).max(distance * 1e-3)
+            }
+        };
+        longest * shrink
+    }
+
     /// The same along the shorter axis of the kernel's ellipse on the picture: much less where spacings
     /// differ, as between slices far apart.
     pub fn narrowest_voxel_pixels(&self) -> f64 {
@@ -107,21 +122,6 @@ impl View {
         // By their product: their difference would have no digits left.
         let shorter = x.cross(y).length() / greater.sqrt();
         shorter * self.voxel_pixels() / longest
-    }
-
-    /// Radius in pixels that a kernel of unit radius has, along its longest axis, at the corner of
-    /// the lattice that is farthest from the eye: nowhere is it less.
-    pub fn voxel_pixels(&self) -> f64 {
-        let m = self.view_from_index;
-        let longest = m.x_axis.length().max(m.y_axis.length()).max(m.z_axis.length());
-        let shrink = match self.eye_distance {
-            None => 1.0,
-            Some(distance) => {
-                let reach = (m.abs_columns() * (self.lattice_centre + DVec3::splat(0.5))).z;
-                distance / (self.view_centre.z + reach).max(distance * 1e-3)
-            }
-        };
-        longest * shrink
     }
 }
 

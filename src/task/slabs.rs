@@ -97,13 +97,17 @@ impl Drawer {
         self.prepare_slabs(scene, &view, observer)?;
         let spacing = scene.volume.lattice.smallest_spacing();
         let unit_distance = scene.opacity_unit_distance();
-        let ray_ms = match enlarged > 1.0 {
-            true => self.costs.reduced_ray_ms,
-            false => self.costs.ray_ms,
+        // Only of small pictures is the first piece large: the price of a full one's rays was learnt in
+        // another view, and a hand may be waiting.
+        let first = if enlarged > 1.0 {
+            let tile_ms = self.costs.reduced_ray_ms * f64::from(TILE * TILE);
+            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
+            let affordable =
+                (observer.piece_ms() / tile_ms).clamp(f64::from(FIRST_TILES), 1e6) as u32;
+            affordable
+        } else {
+            FIRST_TILES
         };
-        let tile_ms = ray_ms * f64::from(TILE * TILE);
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
-        let first = (observer.piece_ms() / tile_ms).clamp(f64::from(FIRST_TILES), 1e6) as u32;
         let drawn = self.tiled(scene, &view, observer, first, |renderer, tiles| {
             let splat = &scene.splat;
             renderer.draw_slab_tiles(&view, splat, unit_distance, spacing, STOP_BELOW, tiles)
