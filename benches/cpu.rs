@@ -5,11 +5,13 @@ use std::sync::Arc;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use voxsplat::core::Ticket;
-use voxsplat::hierarchy::{Cut, CutLimits, Pyramid};
+use voxsplat::hierarchy::{Cut, CutLimits, Pyramid, ScalarPyramid};
 use voxsplat::kernel::{FootprintPolynomial, Kernel, RadialKernel, SlabShare, coefficients};
 use voxsplat::scene::{self, Scene, View};
 use voxsplat::transfer::Table;
-use voxsplat::volume::{Bricks, Component, ScalarType, ScalarVolume, Statistics, demo};
+use voxsplat::volume::{
+    Bricks, Component, Lattice, Samples, ScalarType, ScalarVolume, Statistics, demo,
+};
 
 fn head() -> Scene {
     let grid = demo::open("head", Some(128)).expect("a demo there is");
@@ -51,6 +53,18 @@ fn classification(c: &mut Criterion) {
             min_radius_px: 1.0,
         };
         b.iter(|| Cut::of(&pyramid, limits, view.visit_order(), &visibility, |_| [0.0; 4]));
+    });
+}
+
+fn scalar_pyramid(c: &mut Criterion) {
+    let codes = (0..1_usize << 24).map(|i| (i.wrapping_mul(i) >> 9) as u8).collect();
+    let volume =
+        ScalarVolume::from_samples("codes", Lattice::unit([256; 3]), Samples::UInt8(codes))
+            .expect("sound");
+    let mut group = c.benchmark_group("pyramid of values");
+    group.sample_size(10);
+    group.bench_function("256³ uint8", |b| {
+        b.iter(|| ScalarPyramid::build(black_box(&volume), &Ticket::new()));
     });
 }
 
@@ -98,5 +112,5 @@ fn reconstruction(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, statistics, classification, kernels, reconstruction);
+criterion_group!(benches, statistics, classification, scalar_pyramid, kernels, reconstruction);
 criterion_main!(benches);

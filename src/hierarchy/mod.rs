@@ -1,12 +1,15 @@
-//! Coarser views of a classified volume: the extinction-weighted pyramid, and octree cuts of it.
+//! Coarser views of a volume: the extinction-weighted pyramid of a classified one, octree cuts of it,
+//! and the pyramid of the values themselves.
 //!
 //! Owns Laur–Hanrahan's hierarchy. Refuses the GPU and files. Imports `core`, `volume`,
 //! `transfer`.
 
 mod cut;
 mod empty_space;
+mod moments;
 mod pyramid;
 
 pub use cut::{Cut, CutLimits, CutNode, Visibility, VisitOrder};
 pub use empty_space::{EMPTY_BRICK, FieldBounds, MOST_DISTANCE};
+pub use moments::{ScalarLevel, ScalarPyramid, ScalarPyramidError};
 pub use pyramid::{ActiveCounts, Node, Pyramid, PyramidLevel};
