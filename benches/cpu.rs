@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use voxsplat::core::Ticket;
-use voxsplat::hierarchy::{Cut, CutLimits, Pyramid, ScalarPyramid};
+use voxsplat::hierarchy::{Cut, CutLimits, ErrorMeasure, Pyramid, ScalarPyramid};
 use voxsplat::kernel::{FootprintPolynomial, Kernel, RadialKernel, SlabShare, coefficients};
 use voxsplat::scene::{self, Scene, View};
 use voxsplat::transfer::Table;
@@ -39,11 +39,16 @@ fn classification(c: &mut Criterion) {
         });
     }
     let table = Table::new(&scene.transfer, ScalarType::Int16);
-    c.bench_function("pyramid of 128³ int16", |b| {
-        b.iter(|| Pyramid::build(black_box(&scene.volume), &table, 1.0, &Ticket::new()));
-    });
-    let pyramid =
-        Pyramid::build(&scene.volume, &table, 1.0, &Ticket::new()).expect("nobody cancels");
+    let build = |measure| {
+        let volume = black_box(&scene.volume);
+        Pyramid::build(volume, &table, 1.0, measure, &Ticket::new()).expect("nobody cancels")
+    };
+    for &measure in ErrorMeasure::ALL {
+        c.bench_function(&format!("pyramid of 128³ int16, {}", measure.name()), |b| {
+            b.iter(|| build(measure));
+        });
+    }
+    let pyramid = build(ErrorMeasure::Classified);
     let view = View::new(&scene, [944, 743]);
     let visibility = view.visibility(1.556);
     c.bench_function("octree cut of 20 000 nodes", |b| {
@@ -51,6 +56,8 @@ fn classification(c: &mut Criterion) {
             max_error: pyramid.error_for_count(20_000),
             finest_level: 0,
             min_radius_px: 1.0,
+            view_dependent: false,
+            balanced: false,
         };
         b.iter(|| Cut::of(&pyramid, limits, view.visit_order(), &visibility, |_| [0.0; 4]));
     });

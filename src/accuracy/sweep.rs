@@ -132,7 +132,12 @@ pub fn candidates(current: &SplatSettings) -> Vec<Setting> {
             ..none
         })
     };
-    let octree = |max_error| every(Cubic).map(|setting| Setting::octree(setting.splat, max_error));
+    let octree = |max_error| {
+        every(Cubic).map(|setting| {
+            let splat = SplatSettings { cut: current.cut, ..setting.splat };
+            Setting::octree(splat, max_error)
+        })
+    };
     let scaled = |setting: Result<Setting, ModeError>, scale| {
         setting.map(|setting: Setting| setting.scaled(scale))
     };

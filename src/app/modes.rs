@@ -48,6 +48,7 @@ pub fn changed(now: &SplatSettings, chosen: ModeChoice) -> SplatSettings {
         choice.gouraud_angles = choice.gouraud_angles.or(Some(now.gouraud.angles));
         choice.gouraud_rings = choice.gouraud_rings.or(Some(now.gouraud.rings));
     }
+    choice.cut = choice.cut.or(Some(now.cut));
     choice.opacity_unit_distance = chosen.opacity_unit_distance.or(now.opacity_unit_distance);
     choice.resolve().unwrap_or(*now)
 }
@@ -69,12 +70,13 @@ fn usual_order(visibility: Visibility) -> Order {
     }
 }
 
-/// `mode` for the data of `now`: the unit distance belongs to the data, not to the mode.
+/// `mode` for the data of `now`: the unit distance belongs to the data, not to the mode, and how octree
+/// cuts are fitted to neither.
 pub fn with_unit_distance_of(mode: SplatSettings, now: &SplatSettings) -> SplatSettings {
-    SplatSettings { opacity_unit_distance: now.opacity_unit_distance, ..mode }
+    SplatSettings { opacity_unit_distance: now.opacity_unit_distance, cut: now.cut, ..mode }
 }
 
-/// Whether two settings are the same mode, whatever the unit distance.
+/// Whether two settings are the same mode, whatever the unit distance and the octree cuts.
 pub fn same_mode(a: &SplatSettings, b: &SplatSettings) -> bool {
     with_unit_distance_of(*a, b) == *b
 }

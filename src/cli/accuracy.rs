@@ -31,6 +31,7 @@ pub(super) fn run(flags: &AccuracyFlags) -> Result<(), Failure> {
         ));
     }
     let splat = flags.mode.resolve().map_err(|error| Failure::Usage(error.to_string()))?;
+    let splat = SplatSettings { cut: flags.cut.settings(), ..splat };
     let plot = flags.plot.as_deref();
     open::check_name(&flags.input.file)?;
     refuse_one_place(&[

@@ -6,11 +6,12 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use super::values::{self, Stop};
 use crate::core::Srgb8;
+use crate::hierarchy::ErrorMeasure;
 use crate::io::Endian;
 use crate::kernel::Kernel;
 use crate::scene::{
-    Backend, Classify, ModeChoice, ModeError, OpacityModel, Order, Reconstruction, SplatSettings,
-    Visibility,
+    Backend, Classify, CutSettings, ModeChoice, ModeError, OpacityModel, Order, Reconstruction,
+    SplatSettings, Visibility,
 };
 use crate::task::engine::AdapterChoice;
 use crate::transfer::ColourMap;
@@ -37,7 +38,8 @@ tell to be wrong (--field, --component, --adapter) is a failure.";
 
 /// Which of the flags of `accuracy` hold for everything that is measured.
 const SWEEP: &str = "\
-Scene: these flags hold for every picture, and so does --opacity-unit-distance.
+Scene: these flags hold for every picture, and so does --opacity-unit-distance. Those of octree cuts
+hold for each of these.
 Mode: the other flags of that list describe one way of drawing, which is measured first and stands in
 the table and the chart beside the rest; without them it is the mode of `render` without flags. The
 rest does not follow them. It is always the same some fifty ways: kernels, visibility, classification,
@@ -217,8 +219,55 @@ impl ModeFlags {
             backend: self.backend,
             gouraud_angles: self.gouraud_angles,
             gouraud_rings: self.gouraud_rings,
+            cut: None,
         };
         choice.resolve_strictly()
+    }
+}
+
+/// What a node's error counts by.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum CutWeighting {
+    /// The same in every view
+    Uniform,
+    /// What of it shows: less behind opaque matter, more where it is near the eye
+    View,
+}
+
+/// How octree cuts are fitted.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Octree cuts")]
+pub struct CutFlags {
+    /// What a node's error is of: scalar (values), classified (opacity and colour) or optical-depth
+    /// (columns through it) [default: classified]
+    #[arg(long, value_name = "WHAT", value_parser = values::cut_error)]
+    pub cut_error: Option<ErrorMeasure>,
+    /// What a node's error counts by [default: uniform]
+    #[arg(long, value_enum, value_name = "HOW")]
+    pub cut_weighting: Option<CutWeighting>,
+    /// Nodes that share a face differ by at most one level
+    #[arg(long)]
+    pub cut_balanced: bool,
+}
+
+impl CutFlags {
+    /// The settings that they mean.
+    pub fn settings(&self) -> CutSettings {
+        CutSettings {
+            measure: self.cut_error.unwrap_or_default(),
+            view_dependent: self.cut_weighting == Some(CutWeighting::View),
+            balanced: self.cut_balanced,
+        }
+    }
+
+    /// The first of them that was given.
+    pub fn first_given(&self) -> Option<&'static str> {
+        let given = [
+            (self.cut_error.is_some(), "--cut-error"),
+            (self.cut_weighting.is_some(), "--cut-weighting"),
+            (self.cut_balanced, "--cut-balanced"),
+        ];
+        given.into_iter().find_map(|(given, name)| given.then_some(name))
     }
 }
 
@@ -255,6 +304,9 @@ pub struct RenderFlags {
     /// Keep the picture's alpha, as an EXR always does
     #[arg(long, conflicts_with = "background")]
     pub no_background: bool,
+    /// How coarse pictures are fitted.
+    #[command(flatten)]
+    pub cut: CutFlags,
     /// How the kernels become a picture.
     #[command(flatten)]
     pub mode: ModeFlags,
@@ -315,6 +367,9 @@ pub struct AccuracyFlags {
     /// What is seen, from where.
     #[command(flatten)]
     pub scene: SceneFlags,
+    /// How the octree cuts among the others are fitted.
+    #[command(flatten)]
+    pub cut: CutFlags,
     /// A mode to compare with the others.
     #[command(flatten)]
     pub mode: ModeFlags,

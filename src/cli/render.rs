@@ -7,7 +7,7 @@ use super::flags::{RefineFlag, RenderFlags};
 use super::stats::Stats;
 use super::{Destination, Failure, note, open, refuse_one_place};
 use crate::core::{Srgb8, Ticket};
-use crate::scene::{Background, MOST_SLABS_PER_VOXEL, Scene, Visibility};
+use crate::scene::{Background, MOST_SLABS_PER_VOXEL, Scene, SplatSettings, Visibility};
 use crate::task::engine::Engine;
 use crate::task::picture_file::{self, PictureFormat};
 use crate::task::still::{CONVERGED, Convergence, Refine, StillRequest};
@@ -23,6 +23,7 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
         note("an EXR is light with alpha: --background changes nothing in it");
     }
     let splat = flags.mode.resolve().map_err(|error| Failure::Usage(error.to_string()))?;
+    let splat = SplatSettings { cut: flags.cut.settings(), ..splat };
     if flags.refine == RefineFlag::Converged && splat.visibility != Visibility::Slabs {
         return Err(Failure::Usage(format!(
             "expected --refine converged with --visibility slabs, which it doubles, found \
@@ -121,6 +122,14 @@ fn format(output: &Path) -> Result<PictureFormat, Failure> {
 
 fn refine(flags: &RenderFlags) -> Result<Refine, Failure> {
     let usage = |sentence: &str| Err(Failure::Usage(sentence.to_owned()));
+    if let Some(flag) = flags.cut.first_given()
+        && flags.refine != RefineFlag::Coarse
+    {
+        return Err(Failure::Usage(format!(
+            "expected {flag} with --refine coarse, found a picture of every voxel, in which there is \
+             no cut; add --refine coarse, or leave {flag} out"
+        )));
+    }
     match (flags.refine, flags.budget_ms, flags.max_error) {
         (RefineFlag::Full, None, None) => Ok(Refine::Full),
         (RefineFlag::Converged, None, None) => {

@@ -3,6 +3,7 @@
 use std::ops::RangeInclusive;
 
 use crate::core::Srgb8;
+use crate::hierarchy::ErrorMeasure;
 use crate::io::Endian;
 use crate::kernel::Kernel;
 use crate::scene::{
@@ -206,6 +207,7 @@ named!(
     reconstruction: Reconstruction,
     order: Order,
     backend: Backend,
+    cut_error: ErrorMeasure,
 );
 
 pub(super) fn scalar_type(text: &str) -> Parsed<ScalarType> {

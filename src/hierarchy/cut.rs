@@ -1,7 +1,10 @@
 //! Octree cuts: the coarsest nodes whose error is small enough, far to near.
 
+use std::collections::HashSet;
+
 use glam::{DMat3, DVec2, DVec3};
 
+use super::occlusion::Occlusion;
 use super::pyramid::{Node, Pyramid};
 
 /// When a node is drawn rather than its children.
@@ -13,6 +16,13 @@ pub struct CutLimits {
     pub finest_level: usize,
     /// Nodes whose children's kernels would have a radius under this many pixels are drawn.
     pub min_radius_px: f64,
+    /// Weighs a node's error by what of it shows before it is held to `max_error`: by the transmittance
+    /// of what lies in front of it, along a coarse raster of rays, and in perspective by how much
+    /// nearer than the focal plane it is. Assumes that no gap in front falls between two rays, and that
+    /// errors show in proportion. An error of 0 still goes down to every voxel.
+    pub view_dependent: bool,
+    /// Splits further until nodes that share a face differ by at most one level.
+    pub balanced: bool,
 }
 
 /// Far-to-near order of octants, and what of the octree is in view.
@@ -40,17 +50,22 @@ pub struct Visibility {
 }
 
 impl Visibility {
+    /// View-space position of an index-space point, pixels.
+    pub(super) fn view(&self, index: DVec3) -> DVec3 {
+        self.view_origin + self.view_from_index * index
+    }
+
+    /// Pixels at the focal plane of the longest step along an axis.
+    fn longest_step(&self) -> f64 {
+        let m = &self.view_from_index;
+        m.x_axis.length().max(m.y_axis.length()).max(m.z_axis.length())
+    }
+
     /// Radius in pixels of the kernel of a node whose longest edge is `edge` voxels, and whether
     /// any of it is on the picture. Conservative: what is kept may turn out not to show.
     fn project(&self, centre: DVec3, edge: f64) -> (f64, bool) {
-        let longest = self
-            .view_from_index
-            .x_axis
-            .length()
-            .max(self.view_from_index.y_axis.length())
-            .max(self.view_from_index.z_axis.length());
-        let radius = longest * edge * self.kernel_radius;
-        let view = self.view_origin + self.view_from_index * centre;
+        let radius = self.longest_step() * edge * self.kernel_radius;
+        let view = self.view(centre);
         let Some(distance) = self.eye_distance else {
             let inside = view.x.abs() <= self.half_size.x + radius * 1.8
                 && view.y.abs() <= self.half_size.y + radius * 1.8;
@@ -101,8 +116,35 @@ impl Cut {
         visibility: &Visibility,
         voxel: impl Fn(usize) -> [f32; 4],
     ) -> Self {
-        let mut walk = Walk { pyramid, limits, order, visibility, voxel, cut: Self::default() };
-        walk.visit(pyramid.height(), [0, 0, 0]);
+        let occlusion = limits
+            .view_dependent
+            .then(|| Occlusion::new(visibility, pyramid.dims, pyramid.voxel_depth));
+        let splits = limits.balanced.then(|| vec![HashSet::new(); pyramid.height() + 1]);
+        let cut = Self::default();
+        let (height, root) = (pyramid.height(), [0, 0, 0]);
+        let mut walk = Walk {
+            pyramid,
+            limits,
+            order,
+            visibility,
+            voxel,
+            occlusion,
+            splits,
+            is_final: false,
+            cut,
+        };
+        if limits.view_dependent || limits.balanced {
+            walk.visit(height, root);
+            walk.cut.nodes.reverse();
+        }
+        if limits.balanced {
+            walk.balance();
+            walk.cut.nodes.clear();
+        }
+        if limits.balanced || !limits.view_dependent {
+            walk.is_final = true;
+            walk.visit(height, root);
+        }
         walk.cut
     }
 }
@@ -113,14 +155,33 @@ struct Walk<'a, F> {
     order: VisitOrder,
     visibility: &'a Visibility,
     voxel: F,
+    /// What lies in front of the nodes visited so far, where that matters.
+    occlusion: Option<Occlusion>,
+    /// Nodes that are split, level by level, where that is settled before they are drawn.
+    splits: Option<Vec<HashSet<usize>>>,
+    /// Whether nodes come far to near, to be drawn so; else near to far.
+    is_final: bool,
     cut: Cut,
 }
 
 impl<F: Fn(usize) -> [f32; 4]> Walk<'_, F> {
+    /// Nodes of a level along each axis.
+    fn dims(&self, level: usize) -> [usize; 3] {
+        match level {
+            0 => self.pyramid.dims,
+            _ => self.pyramid.levels[level - 1].dims,
+        }
+    }
+
+    fn index(&self, level: usize, at: [usize; 3]) -> usize {
+        let dims = self.dims(level);
+        (at[2] * dims[1] + at[1]) * dims[0] + at[0]
+    }
+
     fn node(&self, level: usize, at: [usize; 3]) -> Node {
+        let index = self.index(level, at);
         if level == 0 {
-            let dims = self.pyramid.dims;
-            let [r, g, b, extinction] = (self.voxel)((at[2] * dims[1] + at[1]) * dims[0] + at[0]);
+            let [r, g, b, extinction] = (self.voxel)(index);
             #[expect(
                 clippy::cast_possible_truncation,
                 clippy::cast_sign_loss,
@@ -129,8 +190,7 @@ impl<F: Fn(usize) -> [f32; 4]> Walk<'_, F> {
             let colour = [r, g, b].map(|c| (c.clamp(0.0, 1.0) * 65535.0 + 0.5) as u16);
             return Node { extinction, error: 0.0, colour, active_children: 0 };
         }
-        let level = &self.pyramid.levels[level - 1];
-        level.nodes[(at[2] * level.dims[1] + at[1]) * level.dims[0] + at[0]]
+        self.pyramid.levels[level - 1].nodes[index]
     }
 
     fn visit(&mut self, level: usize, at: [usize; 3]) {
@@ -150,10 +210,23 @@ impl<F: Fn(usize) -> [f32; 4]> Walk<'_, F> {
         if !in_view {
             return;
         }
-        let fine_enough = level <= self.limits.finest_level
-            || node.error < self.limits.max_error
-            || radius_px * 0.5 < self.limits.min_radius_px;
-        if fine_enough || level == 0 {
+        let is_whole = level == 0
+            || match &self.splits {
+                Some(splits) if self.is_final => !splits[level].contains(&self.index(level, at)),
+                _ => {
+                    level <= self.limits.finest_level
+                        || radius_px * 0.5 < self.limits.min_radius_px
+                        || node.error * self.weight(centre, edge) < self.limits.max_error
+                }
+            };
+        if is_whole {
+            if let Some(occlusion) = self.occlusion.as_mut().filter(|_| !self.is_final) {
+                let half = DVec3::from(size.map(|n| n as f64)) / 2.0;
+                let view = self.visibility.view(centre);
+                // Half the diagonal of a cube of the longest step.
+                let radius = self.visibility.longest_step() * edge * 0.87;
+                occlusion.pass(centre, half, f64::from(node.extinction), view, radius);
+            }
             #[expect(clippy::cast_possible_truncation, reason = "axes are far below 2^32")]
             self.cut.nodes.push(CutNode {
                 low: low.map(|v| v as u32),
@@ -162,10 +235,13 @@ impl<F: Fn(usize) -> [f32; 4]> Walk<'_, F> {
             });
             return;
         }
-        let child_dims = match level {
-            1 => self.pyramid.dims,
-            _ => self.pyramid.levels[level - 2].dims,
-        };
+        if !self.is_final {
+            let index = self.index(level, at);
+            if let Some(splits) = &mut self.splits {
+                splits[level].insert(index);
+            }
+        }
+        let child_dims = self.dims(level - 1);
         // The child in the far octant first. Its bits say on which side of the middle the far
         // side is; flipping bits one by one from there never shows a nearer child too early.
         let middle = DVec3::from_array(std::array::from_fn(|a| {
@@ -178,12 +254,78 @@ impl<F: Fn(usize) -> [f32; 4]> Walk<'_, F> {
         let far = usize::from(away.x > 0.0)
             | usize::from(away.y > 0.0) << 1
             | usize::from(away.z > 0.0) << 2;
-        for flip in self.flips(away) {
+        let mut flips = self.flips(away);
+        if !self.is_final {
+            flips.reverse();
+        }
+        for flip in flips {
             let bits = far ^ flip;
             let child =
                 [2 * at[0] + (bits & 1), 2 * at[1] + (bits >> 1 & 1), 2 * at[2] + (bits >> 2)];
             if child.iter().zip(child_dims).all(|(&c, n)| c < n) {
                 self.visit(level - 1, child);
+            }
+        }
+    }
+
+    /// What of an error shows (see [`CutLimits::view_dependent`]).
+    fn weight(&self, centre: DVec3, edge: f64) -> f32 {
+        let Some(occlusion) = &self.occlusion else { return 1.0 };
+        let view = self.visibility.view(centre);
+        let radius = self.visibility.longest_step() * edge * self.visibility.kernel_radius;
+        let nearness = match self.visibility.eye_distance {
+            None => 1.0,
+            Some(_) if view.z <= radius => return f32::INFINITY,
+            Some(distance) => distance / (view.z - radius),
+        };
+        #[expect(clippy::cast_possible_truncation, reason = "a factor")]
+        let weight = (nearness * occlusion.in_front(view, radius)) as f32;
+        weight
+    }
+
+    /// Splits further until no two nodes that share a face are more than one level apart: the
+    /// parents of what lies beside a split node are split, too.
+    fn balance(&mut self) {
+        let Some(mut splits) = self.splits.take() else { return };
+        for level in 1..self.pyramid.height() {
+            let dims = self.dims(level);
+            let split: Vec<usize> = splits[level].iter().copied().collect();
+            for index in split {
+                let at = [index % dims[0], index / dims[0] % dims[1], index / (dims[0] * dims[1])];
+                for axis in 0..3 {
+                    for up in [false, true] {
+                        let mut beside = at;
+                        beside[axis] = match up {
+                            true if at[axis] + 1 < dims[axis] => at[axis] + 1,
+                            false if at[axis] > 0 => at[axis] - 1,
+                            _ => continue,
+                        };
+                        if self.shows_at(level, at, axis, up) {
+                            self.split_above(&mut splits, level, beside);
+                        }
+                    }
+                }
+            }
+        }
+        self.splits = Some(splits);
+    }
+
+    /// Whether a node has a child that shows on one of its faces.
+    fn shows_at(&self, level: usize, at: [usize; 3], axis: usize, up: bool) -> bool {
+        let dims = self.dims(level - 1);
+        (0..8).filter(|bits| (bits >> axis & 1 == 1) == up).any(|bits| {
+            let child: [usize; 3] = std::array::from_fn(|a| 2 * at[a] + (bits >> a & 1));
+            (0..3).all(|a| child[a] < dims[a]) && self.node(level - 1, child).is_active()
+        })
+    }
+
+    /// Splits every node above one.
+    fn split_above(&self, splits: &mut [HashSet<usize>], level: usize, at: [usize; 3]) {
+        let mut at = at;
+        for above in level + 1..=self.pyramid.height() {
+            at = at.map(|i| i / 2);
+            if !splits[above].insert(self.index(above, at)) {
+                return;
             }
         }
     }

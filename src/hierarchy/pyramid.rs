@@ -5,10 +5,54 @@
 
 use rayon::prelude::*;
 
+use serde::{Deserialize, Serialize};
+
+use super::columns;
 use crate::core::progress::{Cancelled, Ticket};
 use crate::transfer::Table;
-use crate::volume::{BRICK, Scalar, ScalarVolume};
+use crate::volume::{BRICK, Scalar, ScalarVolume, Statistics};
 use crate::with_samples;
+
+/// What is lost where a node is drawn rather than its voxels: what [`Node::error`] is of.
+///
+/// Each is a root mean square deviation, times the node's edge over a level-1
+/// node's, since what drawing a node whole costs the picture grows with the pixels it covers; and
+/// never less than a child's, so that a cut is found without looking down.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ErrorMeasure {
+    /// Of the values of the node's voxels, NaN left out, from their mean, as a part of the range of
+    /// the volume's finite values (Laur and Hanrahan's, whatever the transfer function): a display
+    /// range would follow the transfer function after all.
+    Scalar,
+    /// Of the voxels' (opacity, opacity · colour) from its mean.
+    #[default]
+    Classified,
+    /// Of the optical depths of columns along x, y and z through the node from those of the node drawn
+    /// whole. Columns are as wide as a voxel, or an eighth of the node where that is more. Depths
+    /// rather than opacities: all columns through an opaque node have the same opacity, wherever in
+    /// it the matter is, and cuts of as many nodes are further from the reference by up to 4.3 times.
+    OpticalDepth,
+}
+
+impl ErrorMeasure {
+    /// Every one.
+    pub const ALL: &[Self] = &[Self::Scalar, Self::Classified, Self::OpticalDepth];
+
+    /// The name scripts use.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Scalar => "scalar",
+            Self::Classified => "classified",
+            Self::OpticalDepth => "optical-depth",
+        }
+    }
+
+    /// The one of this name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.iter().copied().find(|one| one.name() == name)
+    }
+}
 
 /// What a coarse splat is drawn with.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -16,10 +60,7 @@ pub struct Node {
     /// Extinction per unit distance, averaged so that the mean transmittance along the axes is
     /// kept (a mean of extinctions would make one opaque voxel among eight 3.6 times too bright).
     pub extinction: f32,
-    /// Root mean square deviation, over the node's voxels, of their (opacity, opacity · colour)
-    /// from its mean, times the node's edge over a level-1 node's: what drawing it whole costs the
-    /// picture grows with the pixels it covers and the layers it stands for. Never less than a
-    /// child's, so that a cut is found without looking down.
+    /// What drawing it whole costs, by the pyramid's [`ErrorMeasure`]; 0 where nothing shows.
     pub error: f32,
     /// Extinction-weighted mean colour, linear light, as 16-bit fractions of 1.
     pub colour: [u16; 3],
@@ -61,24 +102,30 @@ pub struct Pyramid {
     pub dims: [usize; 3],
     /// `levels[i]` is level i + 1.
     pub levels: Vec<PyramidLevel>,
+    /// What the nodes' errors are of.
+    pub measure: ErrorMeasure,
+    /// Thickness of a voxel in opacity unit distances.
+    pub voxel_depth: f64,
     /// Voxels with opacity.
     pub active: ActiveCounts,
     /// For each bin of error, how many nodes a cut gains by splitting the nodes in it.
     gains: Vec<u64>,
 }
 
-/// Bins of [`Pyramid::error_for_count`], logarithmic between these errors.
+/// Bins of [`Pyramid::error_for_count`], logarithmic up to the root's error, which no other exceeds.
 const GAIN_BINS: usize = 2048;
-const LEAST_ERROR: f32 = 1e-5;
-/// No node is larger than 2^15 voxels, and no deviation larger than 1.
-const GREATEST_ERROR: f32 = 32768.0;
+/// Ratio of the least to the greatest.
+const LEAST_ERROR: f32 = 1e-10;
 
 /// Running sums of one node while the pyramid is built; means over its real voxels.
 #[derive(Clone, Copy, Default)]
 struct Sums {
     /// Real voxels.
     count: f32,
-    /// Mean of (opacity, opacity · rgb) of a voxel one voxel thick.
+    /// Those among them that `appearance` is the mean of.
+    weight: f32,
+    /// Mean of what deviates: (opacity, opacity · rgb) of a voxel one voxel thick, or (value, 0, 0, 0)
+    /// as a part of the volume's range.
     appearance: [f32; 4],
     /// Sum of squared deviations from `appearance`, over voxels and components.
     m2: f32,
@@ -99,14 +146,18 @@ impl Sums {
             return;
         }
         let count = self.count + other.count;
-        let weight = other.count / count;
-        let mut squared = 0.0;
-        for (mean, theirs) in self.appearance.iter_mut().zip(other.appearance) {
-            let delta = theirs - *mean;
-            *mean += delta * weight;
-            squared += delta * delta;
+        if other.weight > 0.0 {
+            let weight = other.weight / (self.weight + other.weight);
+            let mut squared = 0.0;
+            for (mean, theirs) in self.appearance.iter_mut().zip(other.appearance) {
+                let delta = theirs - *mean;
+                *mean += delta * weight;
+                squared += delta * delta;
+            }
+            self.m2 += other.m2 + squared * self.weight * weight;
+            self.weight += other.weight;
         }
-        self.m2 += other.m2 + squared * self.count * weight;
+        let weight = other.count / count;
         self.extinction += (other.extinction - self.extinction) * weight;
         for (mean, theirs) in self.emission.iter_mut().zip(other.emission) {
             *mean += (theirs - *mean) * weight;
@@ -116,7 +167,7 @@ impl Sums {
     }
 
     fn rms(&self) -> f32 {
-        (self.m2 / self.count.max(1.0)).max(0.0).sqrt()
+        (self.m2 / self.weight.max(1.0)).max(0.0).sqrt()
     }
 
     fn node(&self, active_children: u16) -> Node {
@@ -169,7 +220,8 @@ fn effective_extinction(children: &[Option<f32>; 8], size: f32) -> f32 {
 impl Pyramid {
     /// Classifies every voxel of every brick that can show, and averages upwards.
     ///
-    /// `voxel_depth` is the thickness of a voxel in opacity unit distances.
+    /// `voxel_depth` is the thickness of a voxel in opacity unit distances; `measure` says what the
+    /// nodes' errors are of.
     ///
     /// # Errors
     /// [`Cancelled`].
@@ -177,12 +229,14 @@ impl Pyramid {
         volume: &ScalarVolume,
         table: &Table,
         voxel_depth: f64,
+        measure: ErrorMeasure,
         ticket: &Ticket,
     ) -> Result<Self, Cancelled> {
+        let voxel_thickness = voxel_depth;
         #[expect(clippy::cast_possible_truncation, reason = "a ratio of order 1")]
         let voxel_depth = voxel_depth as f32;
         let dims = volume.lattice.dims;
-        let (mut sums, active) = with_samples!(&*volume.samples, values => first_level(volume, values, table, voxel_depth, ticket))?;
+        let (mut sums, active) = with_samples!(&*volume.samples, values => first_level(volume, values, table, voxel_depth, measure, ticket))?;
         let mut level_dims = dims.map(|n| n.div_ceil(2));
         let mut levels = vec![to_level(level_dims, &sums)];
         let mut size = voxel_depth * 2.0;
@@ -196,8 +250,11 @@ impl Pyramid {
             size *= 2.0;
             edge *= 2.0;
         }
+        if measure == ErrorMeasure::OpticalDepth {
+            columns::measure(volume, table, voxel_thickness, &mut levels, ticket)?;
+        }
         let gains = gains(&levels);
-        Ok(Self { dims, levels, active, gains })
+        Ok(Self { dims, levels, measure, voxel_depth: voxel_thickness, active, gains })
     }
 
     /// Number of levels above the voxels.
@@ -212,10 +269,19 @@ impl Pyramid {
         for bin in (0..GAIN_BINS).rev() {
             nodes += self.gains[bin];
             if nodes > count {
-                return bin_error(bin + 1);
+                return self.bin_error(bin + 1);
             }
         }
         0.0
+    }
+
+    /// Lower edge of a bin; the bin holds errors at or above it.
+    fn bin_error(&self, bin: usize) -> f32 {
+        if bin == 0 {
+            return 0.0;
+        }
+        let part = LEAST_ERROR.powf(1.0 - bin as f32 / GAIN_BINS as f32);
+        greatest_error(&self.levels) * part
     }
 
     /// Bytes held.
@@ -224,26 +290,25 @@ impl Pyramid {
     }
 }
 
-/// Lower edge of a bin; the bin holds errors at or above it.
-fn bin_error(bin: usize) -> f32 {
-    if bin == 0 {
-        return 0.0;
-    }
-    LEAST_ERROR * (GREATEST_ERROR / LEAST_ERROR).powf(bin as f32 / GAIN_BINS as f32)
+/// Where the bins end: beyond the greatest error, so that a cut of it is the root.
+fn greatest_error(levels: &[PyramidLevel]) -> f32 {
+    let root = levels.last().map_or(0.0, |level| level.nodes[0].error);
+    (root * 1.001).clamp(f32::MIN_POSITIVE, f32::MAX)
 }
 
-fn error_bin(error: f32) -> usize {
-    if error <= LEAST_ERROR {
+fn error_bin(error: f32, greatest: f32) -> usize {
+    let part = error / greatest;
+    if part <= LEAST_ERROR {
         return 0;
     }
-    let scaled =
-        (error / LEAST_ERROR).ln() / (GREATEST_ERROR / LEAST_ERROR).ln() * GAIN_BINS as f32;
+    let scaled = (1.0 - part.ln() / LEAST_ERROR.ln()) * GAIN_BINS as f32;
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "within the bins")]
     let bin = scaled as usize;
     bin.min(GAIN_BINS - 1)
 }
 
 fn gains(levels: &[PyramidLevel]) -> Vec<u64> {
+    let greatest = greatest_error(levels);
     levels
         .iter()
         .map(|level| {
@@ -254,7 +319,8 @@ fn gains(levels: &[PyramidLevel]) -> Vec<u64> {
                     || vec![0_u64; GAIN_BINS],
                     |mut bins, nodes| {
                         for node in nodes.iter().filter(|n| n.active_children > 1) {
-                            bins[error_bin(node.error)] += u64::from(node.active_children) - 1;
+                            bins[error_bin(node.error, greatest)] +=
+                                u64::from(node.active_children) - 1;
                         }
                         bins
                     },
@@ -279,12 +345,26 @@ fn voxel_sums(entry: [f32; 4], voxel_depth: f32) -> Sums {
     let alpha = -(-extinction * voxel_depth).exp_m1();
     Sums {
         count: 1.0,
+        weight: 1.0,
         appearance: [alpha, alpha * r, alpha * g, alpha * b],
         m2: 0.0,
         extinction,
         emission: [extinction * r, extinction * g, extinction * b],
         effective: extinction,
         error: 0.0,
+    }
+}
+
+/// Where a value lies between the least and the greatest finite one, 0..=1; ±∞ lie at the ends, and
+/// NaN nowhere.
+fn part_of_range(statistics: &Statistics) -> impl Fn(f64) -> Option<f32> {
+    // Halved, so that ±1e308 does not overflow.
+    let (low, high) = (statistics.min / 2.0, statistics.max / 2.0);
+    let per_range = if high > low { 1.0 / (high - low) } else { 0.0 };
+    move |value| {
+        let part = ((value / 2.0).clamp(low, high) - low) * per_range;
+        #[expect(clippy::cast_possible_truncation, reason = "0..=1")]
+        (!part.is_nan()).then_some(part as f32)
     }
 }
 
@@ -295,6 +375,7 @@ fn first_level<T: Scalar>(
     values: &[T],
     table: &Table,
     voxel_depth: f32,
+    measure: ErrorMeasure,
     ticket: &Ticket,
 ) -> Result<Counted, Cancelled> {
     let dims = volume.lattice.dims;
@@ -315,6 +396,8 @@ fn first_level<T: Scalar>(
             voxel_sums(table.lookup(value), voxel_depth)
         }
     };
+    let by_value = measure == ErrorMeasure::Scalar;
+    let part_of_range = part_of_range(&volume.statistics);
     let visible: Vec<bool> = volume
         .bricks
         .ranges
@@ -334,9 +417,13 @@ fn first_level<T: Scalar>(
                     let corner = [2 * cx, 2 * cy, 2 * cz];
                     let brick = corner.map(|i| i / BRICK);
                     let cell = &mut nodes[cy * coarse[0] + cx];
-                    if !visible[(brick[2] * bricks[1] + brick[1]) * bricks[0] + brick[0]] {
+                    // What is clear has values, too, and its neighbours' parents are of both.
+                    if !by_value
+                        && !visible[(brick[2] * bricks[1] + brick[1]) * bricks[0] + brick[0]]
+                    {
                         let real: usize = (0..3).map(|a| (dims[a] - corner[a]).min(2)).product();
                         cell.0.count = real as f32;
+                        cell.0.weight = real as f32;
                         continue;
                     }
                     let mut merged = Sums::default();
@@ -350,7 +437,13 @@ fn first_level<T: Scalar>(
                         if at[0] >= dims[0] || at[1] >= dims[1] || at[2] >= dims[2] {
                             continue;
                         }
-                        let voxel = classify(values[(at[2] * dims[1] + at[1]) * dims[0] + at[0]]);
+                        let value = values[(at[2] * dims[1] + at[1]) * dims[0] + at[0]];
+                        let mut voxel = classify(value);
+                        if by_value {
+                            let part = part_of_range(value.to_f64());
+                            voxel.weight = if part.is_some() { 1.0 } else { 0.0 };
+                            voxel.appearance = [part.unwrap_or(0.0), 0.0, 0.0, 0.0];
+                        }
                         *child = Some(voxel.extinction);
                         if voxel.extinction > 0.0 {
                             cell.1 += 1;
@@ -362,7 +455,9 @@ fn first_level<T: Scalar>(
                         merged.merge(&voxel);
                     }
                     merged.effective = effective_extinction(&children, voxel_depth);
-                    merged.error = merged.rms();
+                    if cell.1 > 0 {
+                        merged.error = merged.rms();
+                    }
                     cell.0 = merged;
                 }
             }

@@ -9,9 +9,9 @@ mod view;
 
 pub use framing::{NamedView, axis_letters, is_anterior_y};
 pub use mode::{
-    Backend, Classify, LEAST_SLABS_PER_VOXEL, MOST_GATHERED_EXTENT, MOST_SHEETS_PER_KERNEL,
-    MOST_SLABS_PER_VOXEL, ModeChoice, ModeError, OpacityModel, Order, Reconstruction,
-    SplatSettings, Visibility,
+    Backend, Classify, CutSettings, LEAST_SLABS_PER_VOXEL, MOST_GATHERED_EXTENT,
+    MOST_SHEETS_PER_KERNEL, MOST_SLABS_PER_VOXEL, ModeChoice, ModeError, OpacityModel, Order,
+    Reconstruction, SplatSettings, Visibility,
 };
 pub use view::{Traversal, View};
 

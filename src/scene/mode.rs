@@ -3,6 +3,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::hierarchy::ErrorMeasure;
 use crate::kernel::{Kernel, Subdivisions};
 
 /// How kernels hide one another.
@@ -73,6 +74,29 @@ pub enum Backend {
     Tiles,
 }
 
+/// How octree cuts are fitted: what coarse pictures are drawn from. `full` ones do not depend on it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub struct CutSettings {
+    /// What a node's error is of.
+    pub measure: ErrorMeasure,
+    /// Whether a node's error counts by what of it shows in the view, rather than everywhere alike.
+    pub view_dependent: bool,
+    /// Whether nodes that share a face differ by at most one level.
+    pub balanced: bool,
+}
+
+impl CutSettings {
+    /// Of classified voxels, everywhere alike, not balanced.
+    pub const UNIFORM: Self =
+        Self { measure: ErrorMeasure::Classified, view_dependent: false, balanced: false };
+}
+
+impl Default for CutSettings {
+    fn default() -> Self {
+        Self::UNIFORM
+    }
+}
+
 /// How a volume is splatted: a mode of the price list.
 ///
 /// Not every combination means something: see [`SplatSettings::check`].
@@ -104,6 +128,9 @@ pub struct SplatSettings {
     /// How finely splats are cut into triangles; with [`Kernel::Gouraud`].
     #[serde(default)]
     pub gouraud: Subdivisions,
+    /// How octree cuts are fitted.
+    #[serde(default)]
+    pub cut: CutSettings,
 }
 
 impl Default for SplatSettings {
@@ -145,6 +172,7 @@ impl SplatSettings {
         order: Order::BackToFront,
         backend: Backend::Auto,
         gouraud: Subdivisions { angles: 8, rings: 4 },
+        cut: CutSettings::UNIFORM,
     };
 
     /// What "exact" means: slabs, the interpolating cubic B-spline, pre-integrated.
@@ -307,6 +335,7 @@ impl SplatSettings {
             opacity_unit_distance: self.opacity_unit_distance,
             backend: Backend::Raster,
             gouraud: self.gouraud,
+            cut: self.cut,
             ..Self::SHADE_FIRST
         }
     }
@@ -378,6 +407,7 @@ pub struct ModeChoice {
     pub backend: Option<Backend>,
     pub gouraud_angles: Option<u32>,
     pub gouraud_rings: Option<u32>,
+    pub cut: Option<CutSettings>,
 }
 
 impl ModeChoice {
@@ -430,6 +460,7 @@ impl ModeChoice {
                 angles: self.gouraud_angles.unwrap_or(exact.gouraud.angles),
                 rings: self.gouraud_rings.unwrap_or(exact.gouraud.rings),
             },
+            cut: self.cut.unwrap_or(exact.cut),
         };
         settings.check()?;
         Ok(settings)
@@ -495,6 +526,7 @@ impl From<SplatSettings> for ModeChoice {
             order,
             backend,
             gouraud,
+            cut,
         } = settings;
         Self {
             kernel: Some(kernel),
@@ -510,6 +542,7 @@ impl From<SplatSettings> for ModeChoice {
             backend: Some(backend),
             gouraud_angles: (kernel == Kernel::Gouraud).then_some(gouraud.angles),
             gouraud_rings: (kernel == Kernel::Gouraud).then_some(gouraud.rings),
+            cut: Some(cut),
         }
     }
 }

@@ -9,7 +9,8 @@ use crate::gpu::{GpuError, Renderer, Scattered};
 use crate::hierarchy::{Cut, CutLimits, CutNode, Pyramid};
 use crate::kernel::{Kernel, RadialKernel};
 use crate::scene::{
-    Backend, Background, Classify, OpacityModel, Scene, SplatSettings, View, Visibility,
+    Backend, Background, Classify, CutSettings, OpacityModel, Scene, SplatSettings, View,
+    Visibility,
 };
 use crate::transfer::{Table, TransferFunction};
 use crate::volume::ScalarVolume;
@@ -38,6 +39,12 @@ const MOST_REDUCTION: f64 = 8.0;
 const REDUCTION_STEP: f64 = 0.25;
 /// How many times smaller than that it may become where the last preview was of this kind, too.
 const PATIENCE: f64 = 1.5;
+
+/// A cut that is fitted to a view is fitted again at most so often,
+const MOST_REFITS: usize = 4;
+/// its error by this power of how many times too many nodes it has: less than 1, so that it does not
+/// swing.
+const REFIT_POWER: f32 = 0.8;
 
 /// What to draw of a scene.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -177,11 +184,14 @@ impl Drawer {
     pub fn prepare(&mut self, scene: &Scene, ticket: &Ticket) -> Result<(), DrawError> {
         self.classify(scene, ticket)?;
         let voxel_depth = voxel_thickness(scene) / scene.opacity_unit_distance();
+        let measure = scene.splat.cut.measure;
         if let Some(classified) = &mut self.classified
-            && classified.pyramid.is_none()
+            && classified.pyramid.as_ref().is_none_or(|pyramid| pyramid.measure != measure)
         {
+            // Never two at a time.
+            classified.pyramid = None;
             let Classified { volume, table, .. } = &*classified;
-            let pyramid = Pyramid::build(volume, table, voxel_depth, ticket)?;
+            let pyramid = Pyramid::build(volume, table, voxel_depth, measure, ticket)?;
             classified.pyramid = Some(pyramid);
         }
         Ok(())
@@ -291,11 +301,11 @@ impl Drawer {
                 }
             },
             Rung::Octree { max_error } => {
-                let limits = CutLimits { max_error, finest_level: 0, min_radius_px: 1.0 };
+                let limits = cut_limits(scene, max_error);
                 self.cut(scene, size, limits, observer)
             }
             Rung::Subsampled { level } => {
-                let limits = CutLimits { max_error: 0.0, finest_level: level, min_radius_px: 1.0 };
+                let limits = CutLimits { finest_level: level, ..cut_limits(scene, 0.0) };
                 self.cut(scene, size, limits, observer)
             }
             Rung::Cheaper(kernel) => self.grid(scene, size, kernel, observer),
@@ -317,9 +327,7 @@ impl Drawer {
                 // Kernels under a pixel: the pyramid level whose nodes are not (design §1).
                 match radial {
                     Some(radial) if radial.radius() * view.voxel_pixels() < 1.0 => {
-                        let limits =
-                            CutLimits { max_error: 0.0, finest_level: 0, min_radius_px: 1.0 };
-                        self.cut(scene, size, limits, observer)
+                        self.cut(scene, size, cut_limits(scene, 0.0), observer)
                     }
                     _ if scene.splat.fixed_backend() == Backend::Tiles => {
                         self.gathered(scene, size, observer)
@@ -357,12 +365,14 @@ impl Drawer {
         observer: &mut dyn Observer,
     ) -> Result<Drawn, DrawError> {
         let start = Instant::now();
-        let max_error = self.error_for_count(self.costs.splats_within(budget_ms));
+        let count = self.costs.splats_within(budget_ms);
         let view = View::new(scene, size);
         // Nodes that would be under a pixel at the size drawn last are not split further.
-        let limits =
-            CutLimits { max_error, finest_level: 0, min_radius_px: self.last_shrink.max(1.0) };
-        let cut = self.cut_of(scene, &view, limits);
+        let limits = CutLimits {
+            min_radius_px: self.last_shrink.max(1.0),
+            ..cut_limits(scene, self.error_for_count(count))
+        };
+        let (cut, max_error) = self.cut_of_count(scene, &view, limits, count);
         let fragments = fragments(&cut, scene, &view);
         let affordable = self.costs.fragments_within(budget_ms, cut.nodes.len() as u64);
         // Smooth pictures lose little at a smaller size, which is enlarged when shown.
@@ -420,6 +430,31 @@ impl Drawer {
         Cut::of(pyramid, limits, view.visit_order(), &view.visibility(radius), |index| {
             classified.table.lookup(samples.get(index))
         })
+    }
+
+    /// The cut of about `count` nodes, and its error: near that of `limits`, which is known for cuts
+    /// that are the same in every view and not balanced.
+    fn cut_of_count(
+        &self,
+        scene: &Scene,
+        view: &View,
+        mut limits: CutLimits,
+        count: u64,
+    ) -> (Cut, f32) {
+        let mut cut = self.cut_of(scene, view, limits);
+        if limits.view_dependent || limits.balanced {
+            for _ in 0..MOST_REFITS {
+                let ratio = cut.nodes.len() as f32 / count.max(1) as f32;
+                // With an error of 0 there is nothing finer, and in no node nothing to fit.
+                if limits.max_error == 0.0 || (0.8..=1.0).contains(&ratio) || ratio == 0.0 {
+                    break;
+                }
+                // Aims a little below, as too many nodes take too long.
+                limits.max_error *= (ratio / 0.9).powf(REFIT_POWER);
+                cut = self.cut_of(scene, view, limits);
+            }
+        }
+        (cut, limits.max_error)
     }
 
     fn cut(
@@ -549,6 +584,12 @@ impl Drawer {
         }
         Ok(())
     }
+}
+
+/// The cut of an error, down to nodes whose kernels are a pixel wide.
+fn cut_limits(scene: &Scene, max_error: f32) -> CutLimits {
+    let CutSettings { view_dependent, balanced, .. } = scene.splat.cut;
+    CutLimits { max_error, finest_level: 0, min_radius_px: 1.0, view_dependent, balanced }
 }
 
 /// Whether a coarse picture within a budget is drawn by lists rather than triangles.

@@ -5,10 +5,11 @@ use eframe::egui::{Button, CollapsingHeader, ComboBox, Label, RichText, Slider, 
 use super::{reset_ui, row_ui, slider_ui};
 use crate::app::modes::{self, PRESETS};
 use crate::app::{theme, words};
+use crate::hierarchy::ErrorMeasure;
 use crate::kernel::{Kernel, Subdivisions};
 use crate::scene::{
-    Backend, Classify, LEAST_SLABS_PER_VOXEL, ModeChoice, OpacityModel, Order, Reconstruction,
-    SplatSettings, Visibility,
+    Backend, Classify, CutSettings, LEAST_SLABS_PER_VOXEL, ModeChoice, OpacityModel, Order,
+    Reconstruction, SplatSettings, Visibility,
 };
 use crate::task::calibration::BackEndTimes;
 
@@ -56,6 +57,56 @@ pub fn splat_ui(ui: &mut Ui, splat: &mut SplatSettings, voxel: f64, times: Optio
     });
     if chosen != ModeChoice::default() {
         *splat = modes::changed(splat, chosen);
+    }
+    cut_ui(ui, &mut splat.cut);
+}
+
+/// How the octree cuts of coarse pictures are fitted.
+fn cut_ui(ui: &mut Ui, cut: &mut CutSettings) {
+    let title = RichText::new("Coarse octree").size(12.5).color(theme::TEXT_FAINT);
+    let header = CollapsingHeader::new(title).default_open(false);
+    let shown = header.show_unindented(ui, |ui| {
+        let choice = Choice { row: "Error of", all: ErrorMeasure::ALL, now: cut.measure };
+        if let Some(measure) = choice.ui(ui, measure_words) {
+            cut.measure = measure;
+        }
+        row_ui(ui, "Weighting", |ui| {
+            ui.checkbox(&mut cut.view_dependent, "By what shows").on_hover_text(
+                "Nodes behind opaque matter may stay coarse, and those near the eye are split further: \
+                 nearer to the full picture with as many nodes, but they change as you turn it",
+            );
+        });
+        row_ui(ui, "Neighbours", |ui| {
+            ui.checkbox(&mut cut.balanced, "Balanced").on_hover_text(
+                "Nodes that share a face differ by at most one level, so that no large splat lies \
+                 beside tiny ones: smoother seams, for nodes that could be finer elsewhere",
+            );
+        });
+    });
+    shown.header_response.on_hover_text(
+        "While a finer picture is not there yet, boxes of voxels that differ little are drawn as one \
+         splat each. This says which; the full picture does not depend on it",
+    );
+}
+
+/// What an error measure is called, and what it means, one line.
+fn measure_words(measure: ErrorMeasure) -> (&'static str, &'static str) {
+    match measure {
+        ErrorMeasure::Scalar => (
+            "Values",
+            "How much the values in a node differ, whatever the transfer function makes of them \
+             (Laur and Hanrahan's)",
+        ),
+        ErrorMeasure::Classified => (
+            "Opacity and colour",
+            "How much the voxels in a node differ once they have opacity and colour: follows the \
+             transfer function",
+        ),
+        ErrorMeasure::OpticalDepth => (
+            "Optical depth",
+            "How much the matter differs from column to column, looking through a node along each of \
+             its sides; colours do not count",
+        ),
     }
 }
 
