@@ -15,6 +15,7 @@ use crate::transfer::{Table, TransferFunction};
 use crate::volume::ScalarVolume;
 
 use super::calibration::Calibration;
+use super::cells::CutSource;
 use super::cost::Costs;
 use super::rows::RowPlan;
 use super::slabs;
@@ -142,6 +143,9 @@ pub struct Drawer {
     pub(super) calibration: Calibration,
     /// What reconstructs the scene's field, on its way to the device.
     pub(super) field: slabs::FieldJob,
+    /// Whether the cuts that are drawn are to be kept for [`Drawer::take_cut`].
+    pub keeps_cut: bool,
+    kept_cut: Option<(Cut, CutLimits)>,
 }
 
 /// The volume under the transfer function.
@@ -150,9 +154,9 @@ struct Classified {
     volume: Arc<ScalarVolume>,
     transfer: TransferFunction,
     unit_distance: f64,
-    table: Table,
+    table: Arc<Table>,
     /// Where something has called for it.
-    pyramid: Option<Pyramid>,
+    pyramid: Option<Arc<Pyramid>>,
 }
 
 impl Drawer {
@@ -167,6 +171,8 @@ impl Drawer {
             capped_in_lists: 0,
             calibration: Calibration::default(),
             field: slabs::FieldJob::default(),
+            keeps_cut: false,
+            kept_cut: None,
         }
     }
 
@@ -182,7 +188,7 @@ impl Drawer {
         {
             let Classified { volume, table, .. } = &*classified;
             let pyramid = Pyramid::build(volume, table, voxel_depth, ticket)?;
-            classified.pyramid = Some(pyramid);
+            classified.pyramid = Some(Arc::new(pyramid));
         }
         Ok(())
     }
@@ -230,7 +236,7 @@ impl Drawer {
             volume: Arc::clone(&scene.volume),
             transfer: scene.transfer.clone(),
             unit_distance,
-            table,
+            table: Arc::new(table),
             pyramid: None,
         });
         Ok(())
@@ -242,7 +248,25 @@ impl Drawer {
     }
 
     fn pyramid(&self) -> Option<&Pyramid> {
-        self.classified.as_ref()?.pyramid.as_ref()
+        self.classified.as_ref()?.pyramid.as_deref()
+    }
+
+    /// What octree cuts of the scene prepared last are found in, once that is there.
+    pub(super) fn cut_source(&self) -> Option<CutSource> {
+        let Classified { volume, transfer, unit_distance, table, pyramid } =
+            self.classified.as_ref()?;
+        Some(CutSource {
+            volume: Arc::clone(volume),
+            transfer: transfer.clone(),
+            unit_distance: *unit_distance,
+            table: Arc::clone(table),
+            pyramid: Arc::clone(pyramid.as_ref()?),
+        })
+    }
+
+    /// The cut of the last picture, where [`Drawer::keeps_cut`] asked for it and it was one.
+    pub fn take_cut(&mut self) -> Option<(Cut, CutLimits)> {
+        self.kept_cut.take()
     }
 
     /// The error of the octree cut that has about `count` nodes.
@@ -279,6 +303,7 @@ impl Drawer {
         rung: Rung,
         observer: &mut dyn Observer,
     ) -> Result<Drawn, DrawError> {
+        self.kept_cut = None;
         match rung {
             Rung::Coarse { budget_ms } => match self.reduction(scene, size, budget_ms) {
                 Some(shrink) => {
@@ -385,6 +410,7 @@ impl Drawer {
         }
         let wall_ms = start.elapsed().as_secs_f64() * 1e3;
         self.costs.learn(records.len() as u64, fragments / (shrink * shrink), wall_ms);
+        self.keep(cut, limits);
         Ok(Drawn {
             size: smaller,
             kernels: records.len() as u64,
@@ -411,15 +437,11 @@ impl Drawer {
     }
 
     fn cut_of(&self, scene: &Scene, view: &View, limits: CutLimits) -> Cut {
-        let (Some(classified), Some(pyramid)) = (&self.classified, self.pyramid()) else {
-            return Cut::default();
-        };
-        let radius = RadialKernel::new(scene.splat.kernel.splatted(), scene.splat.extent)
-            .map_or(0.5, |k| k.radius());
-        let samples = &classified.volume.samples;
-        Cut::of(pyramid, limits, view.visit_order(), &view.visibility(radius), |index| {
-            classified.table.lookup(samples.get(index))
-        })
+        self.cut_source().map_or_else(Cut::default, |source| source.cut(scene, view, limits))
+    }
+
+    fn keep(&mut self, cut: Cut, limits: CutLimits) {
+        self.kept_cut = self.keeps_cut.then_some((cut, limits));
     }
 
     fn cut(
@@ -439,6 +461,7 @@ impl Drawer {
         } else {
             self.draw_records(&records, observer)?;
         }
+        self.keep(cut, limits);
         Ok(Drawn {
             size,
             kernels: records.len() as u64,

@@ -3,6 +3,7 @@
 //! Owns threads and the channels to them. Refuses widgets and flags. Imports everything below it.
 
 pub mod calibration;
+pub mod cells;
 pub mod cost;
 pub mod draw;
 pub mod engine;

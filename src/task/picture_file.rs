@@ -116,6 +116,7 @@ mod tests {
             pipelines: 0,
             measured_rmse: None,
             convergence: None,
+            cells: None,
             capped_opacities: 0,
         };
         let exr = image::load_from_memory(&exr_bytes(&still).unwrap()).unwrap().into_rgba32f();

@@ -1,5 +1,6 @@
 //! Modes: their controls, the accuracy panel, the comparison of two.
 
+mod cells;
 mod refining;
 
 use std::time::Duration;
