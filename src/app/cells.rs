@@ -186,13 +186,14 @@ pub fn caption_words(found: &FoundCells) -> String {
         format!("{} cells", words::count(*total))
     };
     let of = if found.is_drawn { "This picture's octree" } else { "Octree" };
-    format!("{of}, error {} · {counts}", error_words(f64::from(*max_error)))
+    let why = if *max_error > found.asked_error { ", the least for a million cells" } else { "" };
+    format!("{of}, error {}{why} · {counts}", error_words(f64::from(*max_error)))
 }
 
 /// An error with two digits that matter.
 fn error_words(error: f64) -> String {
     match error {
-        e if e == 0.0 => "0".to_owned(),
+        0.0 => "0".to_owned(),
         e if e < 0.01 => format!("{e:.4}"),
         e if e < 1.0 => format!("{e:.3}"),
         e => format!("{e:.1}"),

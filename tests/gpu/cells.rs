@@ -44,6 +44,7 @@ fn the_cells_that_are_published_are_the_cut_that_is_drawn() {
             bench.engine.request_cells(request(&scene, max_error));
             let found = cells_of(&bench);
             let cells = &found.cells;
+            assert_eq!((cells.max_error, found.asked_error), (max_error, max_error));
             assert!(!found.is_drawn && Arc::ptr_eq(&found.volume, &scene.volume));
             let (cut, info) = drawn(&mut drawer, &scene, SIZE, Rung::Octree { max_error });
             assert_eq!((info.nodes, cells.cells.len() as u64), (cells.total, cells.total));
@@ -175,4 +176,31 @@ fn a_long_budget_follows_the_hand_quickly_and_is_spent_when_it_pauses() {
     }
     println!("measured the long one {long_ms:.0} ms, the newest view after {worst:?} at most");
     assert!(worst < Duration::from_millis(2500), "{worst:?}");
+}
+
+/// What the line says of the next picture is what is known by then, and no more.
+#[test]
+fn a_coarse_picture_tells_of_the_next_one_only_what_was_measured() {
+    let Some(bench) = Bench::new() else { return };
+    let scene = Scene { splat: SplatSettings::EXACT, ..small() };
+    let moving = Effort::Moving { budget_ms: 10.0 };
+    let coarse = |scene: &Scene| {
+        bench.request(scene, SIZE, moving);
+        let pictures = bench.pictures_until(|bench, seen| {
+            !seen.is_empty() && bench.engine.state() == EngineState::Idle
+        });
+        pictures[pictures.len() - 1].report.clone()
+    };
+    let first = coarse(&scene);
+    assert_eq!((first.budget_ms, first.next), (Some(10.0), None), "nothing was drawn yet");
+    bench.request(&scene, SIZE, rest());
+    let full = bench.until_full(SIZE).pop().expect("full");
+    assert_eq!((full.report.budget_ms, full.report.next), (None, None));
+    let turned = Scene { camera: scene.camera.orbited(0.1, 0.0), ..scene.clone() };
+    let next = coarse(&turned).next.expect("full is known now");
+    assert!(next.is_full && next.ms == full.report.frame_ms, "{next:?} {:?}", full.report);
+    assert_eq!(next.rmse, None, "what full is off by is nothing to full");
+    let mut other = turned;
+    other.splat = SplatSettings::SHADE_FIRST;
+    assert_eq!(coarse(&other).next, None, "another mode");
 }

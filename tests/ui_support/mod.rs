@@ -142,7 +142,7 @@ fn one_cell(request: &CellsRequest) -> FoundCells {
         why: WhyWhole::ErrorSmallEnough,
     };
     let cells = Cells::from_cells(vec![cell], 1, request.max_error);
-    FoundCells { volume, cells, is_drawn: false }
+    FoundCells { volume, cells, asked_error: request.max_error, is_drawn: false }
 }
 
 fn gradient(request: &FrameRequest) -> Picture {
@@ -423,7 +423,7 @@ impl Bench {
         let begun = Arc::clone(&measured);
         let (folder, log) = (pictures.path().to_owned(), Arc::clone(&saved));
         let mut builder =
-            Harness::builder().with_size(vec2(1280.0, 1200.0)).with_step_dt(STEP_SECS);
+            Harness::builder().with_size(vec2(1280.0, 1300.0)).with_step_dt(STEP_SECS);
         if let Some(pixels_per_point) = pixels_per_point {
             builder = builder
                 .with_size(vec2(800.0, 600.0))

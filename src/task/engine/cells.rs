@@ -14,6 +14,10 @@ use crate::volume::ScalarVolume;
 /// Most cells that are handed out, the largest first: their edges are painted in every pass.
 pub const MOST_CELLS: usize = 20_000;
 
+/// Cells that a cut may have to be found for the window, about: it cannot be stopped, and a hand may
+/// begin to move meanwhile.
+const MOST_IN_CUT: u64 = 1_000_000;
+
 /// The cells of one cut of a view at rest.
 #[derive(Debug, Clone)]
 pub struct CellsRequest {
@@ -30,8 +34,10 @@ pub struct CellsRequest {
 pub struct FoundCells {
     /// The volume that they are cells of.
     pub volume: Arc<ScalarVolume>,
-    /// The cells.
+    /// The cells. Their error is the one asked for, or the least of a cut that is found quickly.
     pub cells: Cells,
+    /// The error that was asked for.
+    pub asked_error: f32,
     /// Whether this is the cut on the picture of a moving view, rather than one that was asked for.
     pub is_drawn: bool,
 }
@@ -67,7 +73,8 @@ impl Worker {
         };
         let cells = Cells::of(&cut, &limits, MOST_CELLS);
         let volume = Arc::clone(&request.scene.volume);
-        self.publish_cells(FoundCells { volume, cells, is_drawn: true });
+        let asked_error = limits.max_error;
+        self.publish_cells(FoundCells { volume, cells, asked_error, is_drawn: true });
     }
 
     /// Finds the cells that were asked for, if they can be found in `source`.
@@ -81,8 +88,10 @@ impl Worker {
             }
         };
         let Some(CellsRequest { scene, size, max_error }) = request else { return };
-        let cells = source.cells(&scene, size, max_error, MOST_CELLS);
-        self.publish_cells(FoundCells { volume: scene.volume, cells, is_drawn: false });
+        let least = source.pyramid.error_for_count(MOST_IN_CUT);
+        let cells = source.cells(&scene, size, max_error.max(least), MOST_CELLS);
+        let (volume, asked_error) = (scene.volume, max_error);
+        self.publish_cells(FoundCells { volume, cells, asked_error, is_drawn: false });
     }
 
     fn publish_cells(&self, found: FoundCells) {

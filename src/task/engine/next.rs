@@ -61,24 +61,31 @@ impl Worker {
             let rmse = shown.report.estimated_rmse.filter(|_| is_reduced)?;
             Some(rmse_when_sharper(rmse, shown.shrink(), shrink))
         };
+        // The price of such rays is known once some were drawn.
+        let is_priced = self.last_reduced.as_ref().is_some_and(|l| l.is_like(scene));
+        let reduced_ms = |shrink: f64| {
+            is_priced.then(|| pixels(size) / (shrink * shrink) * drawer.costs.reduced_ray_ms)
+        };
         match rung {
             Rung::Full => {
                 let ms = self.last_full.as_ref().filter(|l| l.is_like(scene))?.ms_at(size);
                 Some(Next { is_full: true, ms, rmse: None })
             }
             Rung::Reduced { shrink } => {
-                // The price of such rays is known once some were drawn.
-                let is_priced = self.last_reduced.as_ref().is_some_and(|l| l.is_like(scene));
-                let ms = pixels(size) / (shrink * shrink) * drawer.costs.reduced_ray_ms;
-                is_priced.then_some(Next { is_full: false, ms, rmse: rmse_at(shrink) })
+                let ms = reduced_ms(shrink)?;
+                Some(Next { is_full: false, ms, rmse: rmse_at(shrink) })
             }
-            Rung::Coarse { budget_ms: ms } => {
-                let rmse = match drawer.reduction(scene, size, ms) {
-                    Some(shrink) => rmse_at(shrink),
-                    None => self.cut_rmse(drawer, scene, ms),
-                };
-                Some(Next { is_full: false, ms, rmse })
-            }
+            Rung::Coarse { budget_ms } => match drawer.reduction(scene, size, budget_ms) {
+                // Less than the budget where that affords every pixel.
+                Some(shrink) => {
+                    let ms = reduced_ms(shrink).map_or(budget_ms, |ms| ms.min(budget_ms));
+                    Some(Next { is_full: false, ms, rmse: rmse_at(shrink) })
+                }
+                None => {
+                    let rmse = self.cut_rmse(drawer, scene, budget_ms);
+                    Some(Next { is_full: false, ms: budget_ms, rmse })
+                }
+            },
             Rung::Octree { .. } | Rung::Subsampled { .. } | Rung::Cheaper(_) => None,
         }
     }
