@@ -19,9 +19,10 @@ const LIFT_CELLS: f32 = 0.0625;
 const NOTHING: f32 = -3e38;
 
 // How coefficients are stored: two neighbours along x in a word for every sample, two samples a
-// word, or 32-bit floats.
+// word, or 32-bit floats. With widths: both in a word, or in two of 32 bits.
 const PAIRS: u32 = 0u;
 const HALVES: u32 = 1u;
+const FLOATS: u32 = 2u;
 // Values nearer to each other than this many cells are classified by the one in their middle: single
 // precision has too few digits for the difference of their integrals.
 const NEAR_CELLS: f32 = 4.0;
@@ -38,6 +39,8 @@ override window: i32 = 2;
 override format: u32 = 0u;
 override one_chunk: bool = true;
 override has_holes: bool = false;
+// Coefficients are means, each stored beside half the width of the values about it.
+override has_widths: bool = false;
 // Classify the value in the middle of a slab rather than all between its faces.
 override classify_middle: bool = false;
 // Opacity is weight times length, capped, rather than 1 - exp(-depth).
@@ -58,6 +61,8 @@ struct Slabs {
     picture: vec4<f32>,
     // Samples along x, y, z; w: mirrored samples beyond each border.
     dims: vec4<u32>,
+    // Where the lattice ends along x, y, z, in index space: means at its borders may stand for less.
+    end: vec4<f32>,
     // Stored samples along x and y; log2 of the words in a chunk; radius of the window, samples.
     stored: vec4<u32>,
     // Bricks along x, y, z; cells of the table.
@@ -155,6 +160,19 @@ fn radial(squared: f32) -> f32 {
     return select(select(0.0, outer, t > 0.0), inner, r <= 0.889392);
 }
 
+// A mean and half the width about it.
+fn mean_and_width(index: u32) -> vec2<f32> {
+    if format == FLOATS {
+        return bitcast<vec2<f32>>(vec2<u32>(word(2u * index), word(2u * index + 1u)));
+    }
+    return unpack2x16unorm(word(index));
+}
+
+// The same between two neighbours along x.
+fn along_x(index: u32, f: f32) -> vec2<f32> {
+    return mix(mean_and_width(index), mean_and_width(index + 1u), f);
+}
+
 // Weighted sum and sum of weights of four samples of a row, at this squared distance beside them.
 fn radial_row4(index: u32, dx: f32, across: f32, scale: f32) -> vec2<f32> {
     let x = vec4<f32>(dx, dx + 1.0, dx + 2.0, dx + 3.0);
@@ -218,10 +236,23 @@ fn nearest(position: vec3<f32>) -> vec3<i32> {
     return clamp(vec3<i32>(floor(position + 0.5)), vec3<i32>(0), last);
 }
 
-// The field at a position in index space, in cells of the table.
-fn value(position: vec3<f32>) -> f32 {
+// The field at a position in index space, and half the width of the values there, in cells of the
+// table.
+fn value(position: vec3<f32>) -> vec2<f32> {
     var stored: f32;
-    if kernel == NEAREST {
+    var width = 0.0;
+    if has_widths {
+        let floored = floor(position);
+        let f = position - floored;
+        let i = stored_index(vec3<i32>(floored));
+        let row = slabs.stored.x;
+        let plane = row * slabs.stored.y;
+        let near = mix(along_x(i, f.x), along_x(i + row, f.x), f.y);
+        let far = mix(along_x(i + plane, f.x), along_x(i + plane + row, f.x), f.y);
+        let found = mix(near, far, f.z);
+        stored = found.x;
+        width = slabs.table.y * found.y;
+    } else if kernel == NEAREST {
         stored = two(stored_index(nearest(position))).x;
     } else {
         let floored = floor(position);
@@ -248,9 +279,9 @@ fn value(position: vec3<f32>) -> f32 {
         }
     }
     if stored == NOTHING {
-        return NOTHING;
+        return vec2<f32>(NOTHING, 0.0);
     }
-    return slabs.table.x + slabs.table.y * stored;
+    return vec2<f32>(slabs.table.x + slabs.table.y * stored, width);
 }
 
 fn is_hole(position: vec3<f32>) -> bool {
@@ -321,6 +352,17 @@ fn classify_between(near: f32, far: f32, bend: f32) -> Halves {
     );
 }
 
+// All values between two faces, and up to `width` cells beyond, as if spread evenly.
+fn classify_about(near: f32, far: f32, width: f32) -> Halves {
+    let begin = floor(min(near, far) - width + 0.5);
+    let end = floor(max(near, far) + width + 0.5);
+    let close = end - begin < NEAR_CELLS;
+    let first = fetched(select(begin, 0.5 * (near + far), close), close);
+    let whole = mean_of(fetched(end, false) - first, end - begin);
+    let found = select(whole, first, close);
+    return Halves(found, found);
+}
+
 // What a ray has gathered so far.
 struct Gathered {
     // Premultiplied.
@@ -376,7 +418,7 @@ fn ray(screen: vec2<f32>, slot: u32) -> vec4<f32> {
     let tiny = abs(direction) < vec3<f32>(1e-20);
     let inverse = 1.0 / select(direction, vec3<f32>(1e-20), tiny);
     let lower = (vec3<f32>(-0.5) - origin) * inverse;
-    let upper = (vec3<f32>(slabs.dims.xyz) - 0.5 - origin) * inverse;
+    let upper = (slabs.end.xyz - origin) * inverse;
     let entries = min(lower, upper);
     let exits = max(lower, upper);
     let enter = max(max(entries.x, entries.y), max(entries.z, slabs.along.w));
@@ -402,6 +444,8 @@ fn ray(screen: vec2<f32>, slot: u32) -> vec4<f32> {
     var u_before = NOTHING;
     var u_near = NOTHING;
     var u_far = NOTHING;
+    var width_near = 0.0;
+    var width_far = 0.0;
     var t_before = 0.0;
     var t_near = 0.0;
     var t_far = 0.0;
@@ -420,6 +464,11 @@ fn ray(screen: vec2<f32>, slot: u32) -> vec4<f32> {
         t_before = depths.x;
         t_near = depths.y;
         t_far = depths.z;
+        if has_widths {
+            // Where those are, there is no parabola and no face before.
+            width_near = values.x;
+            width_far = depths.x;
+        }
         k = bitcast<i32>(place.w) >> 2u;
         have = i32(place.w & 3u);
         remaining = select(last - k, k - first, back_to_front) + ahead;
@@ -468,18 +517,29 @@ fn ray(screen: vec2<f32>, slot: u32) -> vec4<f32> {
                 from_t = t;
                 to_t = clamp(f32(k + way) * step, enter, leave);
                 let u = value(origin + direction * (0.5 * (from_t + to_t)));
-                if u != NOTHING {
-                    found.near = classify(u);
+                if u.x != NOTHING {
+                    if has_widths {
+                        found.near = classify_about(u.x, u.x, u.y).near;
+                    } else {
+                        found.near = classify(u.x);
+                    }
                 }
             } else {
-                let u = value(origin + direction * t);
+                let value_here = value(origin + direction * t);
+                let u = value_here.x;
                 // The parabola has the mean of the cubic through four faces.
                 let whole = abs(t - t_before) >= WHOLE_SLABS * step
                     && u_before != NOTHING && u != NOTHING;
                 let bend = ((u_near - u_before) + (u_far - u)) * (1.0 / 24.0);
                 if u_near != NOTHING && u_far != NOTHING {
-                    found = classify_between(u_near, u_far, select(0.0, bend, whole));
+                    if has_widths {
+                        found = classify_about(u_near, u_far, 0.5 * (width_near + width_far));
+                    } else {
+                        found = classify_between(u_near, u_far, select(0.0, bend, whole));
+                    }
                 }
+                width_near = width_far;
+                width_far = value_here.y;
                 u_before = u_near;
                 u_near = u_far;
                 u_far = u;
@@ -514,9 +574,10 @@ fn ray(screen: vec2<f32>, slot: u32) -> vec4<f32> {
     }
     if IN_PARTS && (slabs.part.w & 2u) == 0u {
         keep(slot, 0u, bitcast<vec4<u32>>(vec4<f32>(light.colour, light.alpha)));
-        let values = vec4<f32>(u_before, u_near, u_far, light.transmittance);
+        let before = select(vec2<f32>(u_before, t_before), vec2<f32>(width_near, width_far), has_widths);
+        let values = vec4<f32>(before.x, u_near, u_far, light.transmittance);
         keep(slot, 1u, bitcast<vec4<u32>>(values));
-        let depths = bitcast<vec3<u32>>(vec3<f32>(t_before, t_near, t_far));
+        let depths = bitcast<vec3<u32>>(vec3<f32>(before.y, t_near, t_far));
         keep(slot, 2u, vec4<u32>(depths, bitcast<u32>(k << 2u) | u32(min(have, 2))));
         return vec4<f32>(0.0);
     }

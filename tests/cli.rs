@@ -132,6 +132,7 @@ fn wrong_usage_exits_with_2() {
         (&["--budget-ms", "5"], &["--refine coarse"]),
         (&["--max-error", "0.1"], &["--refine coarse"]),
         (&["--refine", "converged", "--max-error", "0.1"], &["--refine coarse"]),
+        (&["--cells"], &["--refine coarse with --cells", "only octree cuts have cells"]),
         (
             &["--sheets-per-kernel", "3", "--visibility", "slabs"],
             &["--sheets-per-kernel", "--visibility slabs"],
@@ -153,10 +154,42 @@ fn wrong_usage_exits_with_2() {
     let demo = Path::new("demo:shells:8");
     let raw = voxsplat(&["info", "demo:shells:8", "--raw-spacing", "1,1,2"]);
     assert_eq!(fault(&raw, 2, &["--raw-dims", "a demo"], Some(demo)), None);
+    let coarse = ["--refine", "coarse", "--max-error", "0.1", "--cells"];
+    let exr = voxsplat(&[&["render", "demo:shells:8", "-o", "a.exr"], &coarse[..]].concat());
+    assert_eq!(fault(&exr, 2, &["a PNG with --cells", "an EXR"], None), None);
     let jpeg = voxsplat(&["render", "demo:shells:8", "-o", "a.jpg"]);
     assert_eq!(fault(&jpeg, 2, &[".png", ".exr"], Some(Path::new("a.jpg"))), None);
     assert_eq!(voxsplat(&["render", "demo:shells:8"]).status.code(), Some(2), "no output");
     assert_eq!(voxsplat(&["--help"]).status.code(), Some(0));
+}
+
+#[test]
+fn cells_are_drawn_over_a_cut_and_refused_where_there_is_none() {
+    if !can_draw() {
+        return;
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let [plain, lined, none] =
+        ["plain.png", "lined.png", "none.png"].map(|n| folder.path().join(n));
+    let render = |path: &Path, more: &[&str]| {
+        let name = path.to_str().expect("UTF-8");
+        let all = ["render", "demo:shells:32", "-o", name, "--resolution", "160,120"];
+        voxsplat(&[&all[..], &["--refine", "coarse"], more].concat())
+    };
+    for (path, more) in
+        [(&plain, &["--max-error", "0.05"][..]), (&lined, &["--max-error", "0.05", "--cells"])]
+    {
+        let output = render(path, more);
+        assert_eq!(output.status.code(), Some(0), "{}", errors(&output));
+    }
+    let [before, after] = [&plain, &lined].map(|path| image::open(path).expect("a PNG").to_rgba8());
+    let changed = before.pixels().zip(after.pixels()).filter(|(a, b)| a != b).count();
+    // Lines a pixel or two wide: far from nothing, and far from everything.
+    assert!((500..15_000).contains(&changed), "{changed} of 19200 pixels");
+    // An error that no cut is within ends in `full`.
+    let full = render(&none, &["--max-error", "1e-9", "--cells"]);
+    assert_eq!(fault(&full, 1, &["octree cut", "the full picture", "--max-error"], None), None);
+    assert!(!none.exists(), "nothing is written");
 }
 
 #[test]

@@ -204,6 +204,11 @@ fn every_shortcut_does_what_it_says() {
                 );
                 assert!(insists, "{effort:?}");
             }
+            Action::ToggleCells => {
+                assert!(bench.window().cells().on && bench.shows("Octree error"));
+                press(&mut bench);
+                assert!(!bench.window().cells().on && !bench.shows("Octree error"));
+            }
             Action::ToggleSidePanel => {
                 assert!(!bench.shows("Extent"));
                 press(&mut bench);

@@ -21,6 +21,7 @@ pub enum Action {
     ToggleProjection,
     ResetView,
     Converge,
+    ToggleCells,
     ToggleSidePanel,
     ToggleAccuracy,
     ToggleCompare,
@@ -71,7 +72,7 @@ const fn entry(
 }
 
 /// Every command there is, in the order of the menus.
-pub const ACTIONS: [Entry; 18] = [
+pub const ACTIONS: [Entry; 19] = [
     entry(Action::Open, Menu::File, "Open…", command(Key::O), "Open a volume in a file dialog"),
     entry(
         Action::OpenPath,
@@ -132,6 +133,13 @@ pub const ACTIONS: [Entry; 18] = [
         "Refine until converged",
         plain(Key::R),
         "Double the slabs of the view at rest until nothing changes, however long that takes",
+    ),
+    entry(
+        Action::ToggleCells,
+        Menu::View,
+        "Octree cells",
+        plain(Key::G),
+        "Show where the octree is fine and where coarse; rest on a cell to see why",
     ),
     entry(
         Action::ToggleSidePanel,

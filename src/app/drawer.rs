@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use crate::task::calibration::BackEndTimes;
 use crate::task::engine::{
-    Engine, EngineState, FrameRequest, Picture, SecondPicture, SecondRequest,
+    CellsRequest, Engine, EngineState, FoundCells, FrameRequest, Picture, SecondPicture,
+    SecondRequest,
 };
 
 /// The window's end of the drawing service. No call blocks.
@@ -17,6 +18,11 @@ pub trait Drawer {
     fn request_second(&self, request: Option<SecondRequest>);
     /// The second picture not yet taken, if any.
     fn take_second(&self) -> Option<Arc<SecondPicture>>;
+    /// Asks for the cells of a cut, and from then on for those of every cut that a moving view is
+    /// drawn with; `None` ends both.
+    fn request_cells(&self, request: Option<CellsRequest>);
+    /// The newest cells not yet taken, if any.
+    fn take_cells(&self) -> Option<Arc<FoundCells>>;
     /// What is being done now.
     fn state(&self) -> EngineState;
     /// The adapter's name, once there is one.
@@ -40,6 +46,14 @@ impl Drawer for Engine {
 
     fn take_second(&self) -> Option<Arc<SecondPicture>> {
         Self::take_second(self)
+    }
+
+    fn request_cells(&self, request: Option<CellsRequest>) {
+        Self::request_cells(self, request);
+    }
+
+    fn take_cells(&self) -> Option<Arc<FoundCells>> {
+        Self::take_cells(self)
     }
 
     fn state(&self) -> EngineState {

@@ -162,7 +162,7 @@ impl Window {
                 splat::splat_ui(ui, &mut scene.splat, voxel, times);
             }
         });
-        section_ui(ui, "View", |ui| view::view_ui(ui, scene, &mut self.settings));
+        section_ui(ui, "View", |ui| view::view_ui(ui, scene, &mut self.settings, &mut self.cells));
         if let Some(choice) = choice {
             self.choose_field(ui.ctx(), choice);
         }
@@ -189,6 +189,7 @@ impl Window {
                 let space = self.document.as_ref().and_then(|d| d.grid.space.as_deref());
                 trihedron::paint(ui.painter(), area.rect, &scene.camera, space);
             }
+            self.cells.show(ui, area, scene, &response);
         } else if !self.is_loading() {
             welcome_ui(ui, area.rect);
         }

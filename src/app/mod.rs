@@ -6,6 +6,7 @@
 
 pub mod actions;
 pub mod camera_control;
+pub mod cells;
 pub mod compare;
 pub mod dialogs;
 pub mod document;

@@ -203,6 +203,8 @@ mod tests {
             kernels_total: 1,
             backend: crate::scene::Backend::Raster,
             frame_ms: 1.0,
+            budget_ms: None,
+            next: None,
             progress: 1.0,
             estimated_rmse: None,
             checked: None,

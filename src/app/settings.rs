@@ -12,12 +12,42 @@ use crate::task::engine::{Effort, Ladder};
 /// How many recent files are kept.
 pub const RECENT_LIMIT: usize = 10;
 /// The frame budgets on offer, milliseconds.
-pub const BUDGET_MS: std::ops::RangeInclusive<f64> = 5.0..=250.0;
+pub const BUDGET_MS: std::ops::RangeInclusive<f64> = 1.0..=10_000.0;
 /// Milliseconds of drawing that doubling the slabs may add each time that the view comes to rest,
 /// unless it is asked for: a laptop is not kept busy by a picture that nobody waits for.
 pub const CONVERGE_WITHIN_MS: f64 = 3000.0;
 /// The full vertical angles of view on offer in perspective, degrees.
 pub const VIEW_ANGLE_DEG: std::ops::RangeInclusive<f64> = 5.0..=120.0;
+
+/// What a picture may cost while the view moves, as a choice of few: Laur–Hanrahan's three pictures
+/// (figure 6), and what follows the hand closely.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum BudgetPreset {
+    /// Fifty pictures a second.
+    Interactive,
+    /// Five pictures a second.
+    FifthOfASecond,
+    /// What a pause of the hand allows.
+    FiveSeconds,
+    /// Every voxel, however long that takes.
+    Full,
+}
+
+impl BudgetPreset {
+    /// All of them, the quickest first.
+    pub const ALL: [Self; 4] =
+        [Self::Interactive, Self::FifthOfASecond, Self::FiveSeconds, Self::Full];
+
+    /// Milliseconds; `None` where there is no limit.
+    pub fn budget_ms(self) -> Option<f64> {
+        match self {
+            Self::Interactive => Some(20.0),
+            Self::FifthOfASecond => Some(200.0),
+            Self::FiveSeconds => Some(5000.0),
+            Self::Full => None,
+        }
+    }
+}
 
 /// Persisted choices. Unknown entries of an older or newer file are passed over, missing ones take
 /// their default.
@@ -85,6 +115,20 @@ impl Settings {
         self.view_angle_deg = inside(self.view_angle_deg, &VIEW_ANGLE_DEG, default.view_angle_deg);
         self.recent.truncate(RECENT_LIMIT);
         self
+    }
+
+    /// The preset that the budget is, if it is one.
+    pub fn preset(&self) -> Option<BudgetPreset> {
+        let budget_ms = (!self.full_quality_while_moving).then_some(self.budget_ms);
+        BudgetPreset::ALL.into_iter().find(|preset| preset.budget_ms() == budget_ms)
+    }
+
+    /// Takes a preset's budget.
+    pub fn set_preset(&mut self, preset: BudgetPreset) {
+        self.full_quality_while_moving = preset == BudgetPreset::Full;
+        if let Some(budget_ms) = preset.budget_ms() {
+            self.budget_ms = budget_ms;
+        }
     }
 
     /// What the scene has behind it.
@@ -179,6 +223,22 @@ mod tests {
         };
         let text = serde_json::to_string(&settings).unwrap();
         assert_eq!(serde_json::from_str::<Settings>(&text).unwrap(), settings);
+    }
+
+    #[test]
+    fn a_preset_is_known_again_and_any_other_budget_is_none() {
+        let mut settings = Settings::default();
+        assert_eq!(settings.preset(), Some(BudgetPreset::Interactive));
+        for preset in BudgetPreset::ALL {
+            settings.set_preset(preset);
+            assert_eq!(settings.preset(), Some(preset));
+            assert!(preset.budget_ms().is_none_or(|ms| BUDGET_MS.contains(&ms)));
+        }
+        // From full back to what it was before: the slider keeps its value.
+        assert_eq!(settings.budget_ms, 5000.0);
+        settings.full_quality_while_moving = false;
+        settings.budget_ms = 33.0;
+        assert_eq!(settings.preset(), None);
     }
 
     #[test]

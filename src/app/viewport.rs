@@ -172,6 +172,38 @@ impl Viewport {
     }
 }
 
+/// A drawing of the window's own that lies over the picture, pixel for pixel.
+#[derive(Default)]
+pub struct Overlay {
+    texture: Option<TextureHandle>,
+}
+
+impl std::fmt::Debug for Overlay {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Overlay").field("size", &self.texture.as_ref().map(|t| t.size())).finish()
+    }
+}
+
+impl Overlay {
+    /// Shows sRGB bytes with straight alpha from now on, `size` pixels of them.
+    pub fn set(&mut self, ctx: &Context, size: [u32; 2], rgba: &[u8]) {
+        let image = ColorImage::from_rgba_unmultiplied(size.map(|n| n as usize), rgba);
+        match &mut self.texture {
+            Some(texture) => texture.set(image, TextureOptions::NEAREST),
+            None => {
+                self.texture = Some(ctx.load_texture("overlay", image, TextureOptions::NEAREST))
+            }
+        }
+    }
+
+    /// Paints it into an area of its size.
+    pub fn paint(&self, painter: &Painter, area: PixelArea) {
+        let Some(texture) = &self.texture else { return };
+        let whole = Rect::from_min_max(Pos2::ZERO, pos2(1.0, 1.0));
+        painter.image(texture.id(), area.rect, whole, Color32::WHITE);
+    }
+}
+
 /// Where the divider between two pictures is, points: on a whole pixel inside the area.
 pub fn divider_x(area: PixelArea, share: f32) -> f32 {
     let pixel = area.rect.width() / area.size[0] as f32;

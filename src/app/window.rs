@@ -8,6 +8,7 @@ use eframe::egui::{Context, Ui, ViewportCommand};
 
 use super::actions::{self, Action};
 use super::camera_control;
+use super::cells::CellsOverlay;
 use super::compare::{Compare, Display};
 use super::dialogs::Outcome;
 use super::dialogs::open_path::OpenPath;
@@ -90,6 +91,7 @@ pub struct Window {
     pub(super) notices: Notices,
     pub(super) dialog: Option<Dialog>,
     pub(super) compare: Compare,
+    pub(super) cells: CellsOverlay,
     pub(super) accuracy: AccuracyPanel,
     pub(super) measuring: Measuring,
     pub(super) estimates: EstimateRecord,
@@ -118,6 +120,7 @@ impl Window {
             notices: Notices::default(),
             dialog: None,
             compare: Compare::default(),
+            cells: CellsOverlay::default(),
             accuracy: AccuracyPanel::default(),
             measuring: Measuring::default(),
             estimates: EstimateRecord::default(),
@@ -157,6 +160,11 @@ impl Window {
     /// The comparison of two modes.
     pub fn compare(&self) -> &Compare {
         &self.compare
+    }
+
+    /// The octree's cells over the picture.
+    pub fn cells(&self) -> &CellsOverlay {
+        &self.cells
     }
 
     /// The accuracy panel's job.
@@ -224,6 +232,7 @@ impl Window {
             }
             Action::ResetView => self.reset_view(),
             Action::Converge => self.converge(),
+            Action::ToggleCells => self.cells.on = !self.cells.on,
             Action::ToggleSidePanel => self.settings.side_panel = !self.settings.side_panel,
             Action::ToggleAccuracy => self.accuracy.open = !self.accuracy.open,
             Action::ToggleCompare => {
@@ -540,6 +549,17 @@ impl Window {
         }
     }
 
+    /// Asks for the octree's cells, and takes those that were found meanwhile.
+    fn pace_cells(&mut self, ctx: &Context) {
+        let Some(scene) = &self.scene else { return };
+        let drawer = &*self.parts.drawer;
+        self.cells.pace(drawer, scene, self.viewport_size, self.pacing.is_moving());
+        if self.cells.take(drawer) {
+            // The pass that is being made has been painted without them.
+            ctx.request_repaint();
+        }
+    }
+
     /// Runs the commands whose keys were pressed.
     fn take_keys(&mut self, ctx: &Context) {
         // While a dialog asks, keys are its own; only help closes by its own key.
@@ -579,11 +599,13 @@ impl eframe::App for Window {
         let ctx = ui.ctx().clone();
         self.take_news(&ctx);
         self.take_picture(&ctx);
+        self.cells.take(&*self.parts.drawer);
         self.take_keys(&ctx);
         self.layout_ui(ui);
         self.dialogs_ui(&ctx);
         self.pace(&ctx);
         self.pace_judging(&ctx);
+        self.pace_cells(&ctx);
     }
 
     fn save(&mut self, storage: &mut dyn eframe::Storage) {

@@ -320,6 +320,9 @@ pub struct RenderFlags {
     /// With --refine coarse: milliseconds the picture may take
     #[arg(long, value_name = "T", value_parser = values::positive, allow_hyphen_values = true)]
     pub budget_ms: Option<f64>,
+    /// With --refine coarse: draw the edges of the octree's cells over the PNG, coloured by level
+    #[arg(long)]
+    pub cells: bool,
     /// More frames for timing, each with the camera turned by 1°
     #[arg(long, value_name = "N", value_parser = values::frames, default_value_t = 0,
         allow_hyphen_values = true)]

@@ -7,10 +7,11 @@ use super::flags::{RefineFlag, RenderFlags};
 use super::stats::Stats;
 use super::{Destination, Failure, note, open, refuse_one_place};
 use crate::core::{Srgb8, Ticket};
-use crate::scene::{Background, MOST_SLABS_PER_VOXEL, Scene, SplatSettings, Visibility};
+use crate::scene::{Background, MOST_SLABS_PER_VOXEL, Scene, SplatSettings, View, Visibility};
+use crate::task::cells;
 use crate::task::engine::Engine;
 use crate::task::picture_file::{self, PictureFormat};
-use crate::task::still::{CONVERGED, Convergence, Refine, StillRequest};
+use crate::task::still::{CONVERGED, Convergence, Refine, Still, StillRequest};
 
 /// What is behind a picture unless flags say otherwise.
 const BLACK: Srgb8 = Srgb8([0; 3]);
@@ -21,6 +22,9 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
     if format == PictureFormat::Exr && flags.background.is_some() {
         // Not refused: scripts say it of pictures of either kind.
         note("an EXR is light with alpha: --background changes nothing in it");
+    }
+    if flags.cells {
+        refuse_cells(flags, format)?;
     }
     let splat = flags.mode.resolve().map_err(|error| Failure::Usage(error.to_string()))?;
     let splat = SplatSettings { cut: flags.cut.settings(), ..splat };
@@ -55,6 +59,7 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
     let load_ms = start.elapsed().as_secs_f64() * 1e3;
     let kernels_total = scene.volume.lattice.len() as u64;
     let engine = Engine::start(flags.adapter.clone(), || ());
+    let view = View::new(&scene, flags.resolution);
     let request = StillRequest {
         scene,
         size: flags.resolution,
@@ -62,7 +67,15 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
         repeat: flags.repeat,
         time_passes: flags.stats.is_some(),
     };
-    let still = engine.still(request, &Ticket::new()).map_err(Failure::failed)?;
+    let still = if flags.cells {
+        let mut still =
+            engine.still_with_cells(request, &Ticket::new()).map_err(Failure::failed)?;
+        let cells = still.cells.take().ok_or_else(|| Failure::Failed(no_cut(&still)))?;
+        cells::draw_edges(&mut still.rgba, &view, &cells);
+        still
+    } else {
+        engine.still(request, &Ticket::new()).map_err(Failure::failed)?
+    };
     // Less than half a step of an 8-bit channel everywhere: nobody would see anything.
     if still.light.iter().all(|pixel| pixel[3] < 1.0 / 512.0) {
         note(&nothing_seen(still.kernels_active));
@@ -79,6 +92,40 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
         stats_to.write(text.as_bytes())?;
     }
     Ok(())
+}
+
+/// Refuses `--cells` where flags alone say that there will be none to draw, or nowhere to draw them.
+fn refuse_cells(flags: &RenderFlags, format: PictureFormat) -> Result<(), Failure> {
+    let usage = |sentence: &str| Err(Failure::Usage(sentence.to_owned()));
+    if flags.refine != RefineFlag::Coarse {
+        return usage(
+            "expected --refine coarse with --cells, as only octree cuts have cells, found another \
+             --refine; add --refine coarse with --max-error or --budget-ms",
+        );
+    }
+    if format == PictureFormat::Exr {
+        return usage(
+            "expected a PNG with --cells, found an EXR, which holds light and no lines; write to a \
+             name that ends in .png",
+        );
+    }
+    Ok(())
+}
+
+/// Why a picture has no cells.
+fn no_cut(still: &Still) -> String {
+    let (found, advice) = if still.drawn.is_reduced {
+        (
+            "the mode itself at a smaller size, which is the best picture within this time",
+            "give a larger --max-error instead of --budget-ms, or add --visibility every-sample",
+        )
+    } else {
+        (
+            "the full picture, as no octree cut is within this error of it",
+            "give a larger --max-error",
+        )
+    };
+    format!("expected a picture of an octree cut for --cells, found {found}; {advice}")
 }
 
 fn nothing_seen(kernels_active: u64) -> String {

@@ -6,6 +6,7 @@ use super::GpuError;
 use super::buffers::Growing;
 use super::renderer::Renderer;
 use super::samples::DeviceSamples;
+use super::slabs::SlabPass;
 use crate::core::Ticket;
 use crate::transfer::Table;
 use crate::volume::ScalarVolume;
@@ -43,7 +44,7 @@ impl Renderer {
         }
         // The old one goes first: two need not fit.
         self.volume = None;
-        self.slabs.clear();
+        self.slabs.iter_mut().for_each(SlabPass::clear);
         if volume.lattice.dims.iter().any(|&n| n > 0xffff) {
             return Err(GpuError::TooLarge {
                 what: "an axis",

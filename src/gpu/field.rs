@@ -16,7 +16,8 @@ const BOUNDED_REACH: usize = 1;
 /// Words packed between two looks at the ticket.
 const UPLOAD_WORDS: usize = 1 << 20;
 
-/// How a coefficient is stored; numbered as `reconstruct_slabs.wgsl` does.
+/// How a coefficient is stored; numbered as `reconstruct_slabs.wgsl` does. With half its width
+/// beside it a word holds both, or two words of 32-bit floats.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) enum Format {
     /// 16 bits, beside those of the next sample along x: one fetch brings two.
@@ -41,6 +42,12 @@ pub(super) struct DeviceField {
     /// Mirrored samples beyond each border.
     pub pad: usize,
     pub dims: [usize; 3],
+    /// Where the lattice ends, in its own index space.
+    pub end: [f64; 3],
+    /// How many times it was halved.
+    pub level: u32,
+    /// Whether half the widths of the values about means stand beside them.
+    pub has_widths: bool,
     pub stored: [usize; 3],
     pub holes: Option<Vec<u32>>,
     /// Of positions and steps of up to a voxel from them, less `bias`.
@@ -70,11 +77,16 @@ impl DeviceField {
         coefficients: Coefficients,
         ticket: &Ticket,
     ) -> Result<Self, GpuError> {
-        let Coefficients { dims, values, bias, min, max, holes, .. } = coefficients;
+        let Coefficients { dims, values, bias, min, max, holes, averaged, .. } = coefficients;
+        let level = averaged.as_ref().map_or(0, |averaged| averaged.level);
+        let volume_dims = averaged.as_ref().map_or(dims, |averaged| averaged.volume_dims);
+        let end = volume_dims.map(|n| n as f64 / f64::from(1_u32 << level) - 0.5);
+        let widths = averaged.map(|averaged| averaged.half_widths);
         let pad = window(kernel, extent);
         let stored = dims.map(|n| n + 2 * pad);
         let sixteen = sixteen_bits_suffice(volume, min, max);
-        let (format, chunk_log2) = storage(context, stored, sixteen)?;
+        let has_widths = widths.is_some();
+        let (format, chunk_log2) = storage(context, stored, sixteen, has_widths)?;
         let (offset, scale) = match format {
             Format::Floats => (bias, 1.0),
             Format::Pairs | Format::Halves => (min, (max - min).max(f64::MIN_POSITIVE)),
@@ -94,8 +106,18 @@ impl DeviceField {
             let [x, y, z] = [0, 1, 2].map(|a| mirrored(at[a], pad, dims[a]));
             values[(z * dims[1] + y) * dims[0] + x].to_bits()
         };
+        // Half a width as what it is more than 0.
+        let width = |x: usize, y: usize, z: usize| -> f64 {
+            let at = [x, y, z];
+            let [x, y, z] = [0, 1, 2].map(|a| mirrored(at[a], pad, dims[a]));
+            widths.as_ref().map_or(0.0, |w| f64::from(w[(z * dims[1] + y) * dims[0] + x]) / scale)
+        };
         let samples = sx * sy * sz;
-        let words = if format == Format::Halves { samples.div_ceil(2) } else { samples };
+        let words = match format {
+            Format::Halves => samples.div_ceil(2),
+            Format::Floats if has_widths => 2 * samples,
+            Format::Pairs | Format::Floats => samples,
+        };
         let place = |index: usize| (index % sx, index / sx % sy, index / (sx * sy));
         let word = |index: usize| -> u32 {
             let pair = |first: usize| {
@@ -103,7 +125,17 @@ impl DeviceField {
                 let (nx, ny, nz) = place((first + 1).min(samples - 1));
                 u32::from(code(x, y, z)) | u32::from(code(nx, ny, nz)) << 16
             };
+            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
             match format {
+                Format::Pairs | Format::Halves if has_widths => {
+                    let (x, y, z) = place(index);
+                    let width = (width(x, y, z) * 65535.0 + 0.5).clamp(0.0, 65535.0);
+                    u32::from(code(x, y, z)) | (width as u32) << 16
+                }
+                Format::Floats if has_widths => {
+                    let (x, y, z) = place(index / 2);
+                    if index % 2 == 0 { float(x, y, z) } else { (width(x, y, z) as f32).to_bits() }
+                }
                 Format::Pairs => pair(index),
                 Format::Halves => pair(2 * index),
                 Format::Floats => {
@@ -142,8 +174,17 @@ impl DeviceField {
         }
         // From floor(4b − ½ − reach) to floor(4b + 3½ + reach), and the kernel's own samples.
         let side = BOUNDED_REACH + pad;
-        let bounds =
-            FieldBounds::of(&values, dims, side, side, ticket).map_err(|_| GpuError::Cancelled)?;
+        let bounds_of = |values: &[f32]| {
+            FieldBounds::of(values, dims, side, side, ticket).map_err(|_| GpuError::Cancelled)
+        };
+        let mut bounds = bounds_of(&values)?;
+        if let Some(widths) = &widths {
+            let widest = bounds_of(widths)?;
+            for ([low, high], [_, width]) in bounds.ranges.iter_mut().zip(widest.ranges) {
+                *low -= width;
+                *high += width;
+            }
+        }
         Ok(Self {
             kernel,
             extent,
@@ -154,6 +195,9 @@ impl DeviceField {
             scale,
             pad,
             dims,
+            end,
+            level,
+            has_widths,
             stored,
             holes,
             bounds,
@@ -233,6 +277,7 @@ fn storage(
     context: &Context,
     stored: [usize; 3],
     sixteen: bool,
+    has_widths: bool,
 ) -> Result<(Format, u32), GpuError> {
     let limits = &context.limits;
     let binding = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
@@ -245,10 +290,15 @@ fn storage(
         found: format!("{} × {} × {}", stored[0], stored[1], stored[2]),
         advice: "open a subsampled copy, or choose --visibility every-sample",
     };
-    let most = if sixteen { 2 * room } else { room }.min(u64::from(u32::MAX));
+    let most = match (sixteen, has_widths) {
+        (true, true) | (false, false) => room,
+        (true, false) => 2 * room,
+        (false, true) => room / 2,
+    };
+    let most = most.min(u64::from(u32::MAX));
     let samples = samples.filter(|&n| n <= most).ok_or_else(|| too_large(most))?;
     let format = match sixteen {
-        true if samples <= 1 << chunk_log2 => Format::Pairs,
+        true if has_widths || samples <= 1 << chunk_log2 => Format::Pairs,
         true => Format::Halves,
         false => Format::Floats,
     };

@@ -219,14 +219,16 @@ impl Renderer {
     /// A failing device.
     pub fn capped_sums(&mut self) -> Result<u64, GpuError> {
         let gathered = read_words(&self.context, &self.totals, 16)?;
-        let slabs = read_words(&self.context, self.slabs.capped(), 4)?;
+        let mut in_slabs = 0;
+        for slabs in &self.slabs {
+            in_slabs += u64::from(read_words(&self.context, slabs.capped(), 4)?[0]);
+        }
         let in_parts = match self.kept.buffer() {
             Some(buffer) => read_words(&self.context, buffer, 16)?,
             None => vec![0; 4],
         };
         let counted = |words: &[u32]| u64::from(words[2]) | u64::from(words[3]) << 32;
-        let in_slabs = u64::from(slabs[0]) + u64::from(in_parts[0]);
-        Ok(counted(&gathered) + counted(&in_parts) + in_slabs)
+        Ok(counted(&gathered) + counted(&in_parts) + u64::from(in_parts[0]) + in_slabs)
     }
 
     pub(super) fn gather(

@@ -152,6 +152,7 @@ pub struct Slabs {
     pub along: [f32; 4],
     pub picture: [f32; 4],
     pub dims: [u32; 4],
+    pub end: [f32; 4],
     pub stored: [u32; 4],
     pub bricks: [u32; 4],
     pub table: [f32; 4],

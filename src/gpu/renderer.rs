@@ -13,7 +13,7 @@ use super::gather::Gathering;
 use super::meshes::MeshTable;
 use super::pipelines::{Pipelines, SplatVariant};
 use super::scattered::Lists;
-use super::slabs::{PictureConstants, SlabPass, step_reach};
+use super::slabs::{PictureConstants, SlabField, SlabPass, step_reach};
 use super::target::Target;
 use super::timing::{Timer, Timestamps};
 use super::turns::{Kept, few_tiles};
@@ -43,8 +43,10 @@ pub struct Renderer {
     pub(super) variant: SplatVariant,
     /// From the first time that meshes are asked for.
     pub(super) mesh: Option<MeshTable>,
-    pub(super) slabs: SlabPass,
-    /// The mode of the slabs being drawn.
+    /// By [`SlabField`].
+    pub(super) slabs: [SlabPass; 2],
+    /// What the slabs being drawn are of, and their mode.
+    slab_field: SlabField,
     slab_settings: SplatSettings,
     /// Whether their rays are walked in parts.
     slabs_in_parts: bool,
@@ -85,7 +87,8 @@ impl Renderer {
                 "counts",
                 Usage::STORAGE | Usage::INDIRECT | Usage::COPY_SRC,
             ),
-            slabs: SlabPass::new(&context),
+            slabs: [SlabPass::new(&context), SlabPass::new(&context)],
+            slab_field: SlabField::Own,
             slab_settings: SplatSettings::EXACT,
             slabs_in_parts: false,
             kept: Kept::default(),
@@ -141,7 +144,8 @@ impl Renderer {
 
     /// Pipelines compiled so far.
     pub fn pipeline_count(&self) -> usize {
-        self.pipelines.len() + self.slabs.pipeline_count() + self.gathering.len()
+        let slabs: usize = self.slabs.iter().map(SlabPass::pipeline_count).sum();
+        self.pipelines.len() + slabs + self.gathering.len()
     }
 
     /// Begins a picture: a cleared target of the view's size, and the frame's constants.
@@ -173,7 +177,9 @@ impl Renderer {
         let constants = frame_constants(view, kernel, extent, unit_distance);
         self.context.queue.write_buffer(&self.frame, 0, bytemuck::bytes_of(&constants));
         self.context.queue.write_buffer(&self.totals, 0, &[0; 16]);
-        self.context.queue.write_buffer(self.slabs.capped(), 0, &[0; 16]);
+        for slabs in &self.slabs {
+            self.context.queue.write_buffer(slabs.capped(), 0, &[0; 16]);
+        }
         self.kept.clear(&self.context);
         let Some(target) = &self.target else { return Ok(()) };
         let mut encoder = self.context.device.create_command_encoder(&Default::default());
@@ -196,33 +202,45 @@ impl Renderer {
     }
 
     /// Whether the field that these settings reconstruct is on the device.
-    pub fn holds_field(&self, volume: &Arc<ScalarVolume>, settings: &SplatSettings) -> bool {
-        self.slabs.holds(volume, settings)
+    pub fn holds_field(
+        &self,
+        which: SlabField,
+        volume: &Arc<ScalarVolume>,
+        settings: &SplatSettings,
+    ) -> bool {
+        self.slabs[which as usize].holds(volume, settings)
     }
 
-    /// Sets the field that slabs are reconstructed from; it needs a table next.
+    /// Sets a field that slabs are reconstructed from; it needs a table next.
     ///
     /// # Errors
     /// Too large, cancelled, or a failing device.
     pub fn set_field(
         &mut self,
+        which: SlabField,
         volume: &Arc<ScalarVolume>,
         settings: &SplatSettings,
         coefficients: Coefficients,
         ticket: &Ticket,
     ) -> Result<(), GpuError> {
-        self.slabs.set_field(&self.context, volume, settings, coefficients, ticket)?;
+        let slabs = &mut self.slabs[which as usize];
+        slabs.set_field(&self.context, volume, settings, coefficients, ticket)?;
         self.note_bytes();
         self.context.check()
     }
 
-    /// Sets the classification of the field that was set last, for steps of up to `reach` voxels
-    /// between two slab faces ([`Renderer::slab_reach`]).
+    /// Sets the classification of a field that was set, for steps of up to `reach` voxels between
+    /// two slab faces ([`Renderer::slab_reach`]).
     ///
     /// # Errors
     /// A failing device.
-    pub fn set_slab_table(&mut self, table: &Cumulative, reach: usize) -> Result<(), GpuError> {
-        self.slabs.set_table(&self.context, table, reach);
+    pub fn set_slab_table(
+        &mut self,
+        which: SlabField,
+        table: &Cumulative,
+        reach: usize,
+    ) -> Result<(), GpuError> {
+        self.slabs[which as usize].set_table(&self.context, table, reach);
         self.note_bytes();
         self.context.check()
     }
@@ -240,6 +258,7 @@ impl Renderer {
     /// A failing device.
     pub fn draw_slab_tiles(
         &mut self,
+        which: SlabField,
         view: &View,
         settings: &SplatSettings,
         unit_distance: f64,
@@ -248,14 +267,15 @@ impl Renderer {
         tiles: Range<u32>,
     ) -> Result<f64, GpuError> {
         let picture = PictureConstants { unit_distance, smallest_spacing, stop_below };
-        self.slab_settings = *settings;
-        let parts = self.slabs.parts(&self.context, view, settings, picture);
+        (self.slab_field, self.slab_settings) = (which, *settings);
+        let which = which as usize;
+        let parts = self.slabs[which].parts(&self.context, view, settings, picture);
         self.slabs_in_parts = parts.is_some();
         let ranges = self.tiles_at_a_time(self.slabs_in_parts, tiles);
         let mut wall_ms = 0.0;
         for tiles in ranges {
             for &part in parts.as_deref().unwrap_or(&[[0; 4]]) {
-                if !self.slabs.write(&self.context, view, settings, picture, &tiles, part) {
+                if !self.slabs[which].write(&self.context, view, settings, picture, &tiles, part) {
                     return Err(GpuError::Device("slabs came before their field".to_owned()));
                 }
                 wall_ms += self.run(&frame::slab_piece(tiles.len() as u32))?;
@@ -276,7 +296,8 @@ impl Renderer {
         let timestamps = clock.map(|c| c.compute(0));
         let kept = self.kept.buffer().filter(|_| self.slabs_in_parts);
         let rays = (tiles, kept);
-        self.slabs.encode(&self.context, encoder, &settings, light, rays, timestamps);
+        let slabs = &mut self.slabs[self.slab_field as usize];
+        slabs.encode(&self.context, encoder, &settings, light, rays, timestamps);
     }
 
     /// Submits passes and waits; returns wall milliseconds.
@@ -378,7 +399,8 @@ impl Renderer {
             .sum::<u64>()
             + self.lists.as_ref().map_or(0, Lists::size_bytes)
             + self.mesh.as_ref().map_or(0, MeshTable::size_bytes);
-        let held = target + volume + between + self.slabs.size_bytes() + self.kept.size_bytes();
+        let slabs: u64 = self.slabs.iter().map(SlabPass::size_bytes).sum();
+        let held = target + volume + between + slabs + self.kept.size_bytes();
         self.peak_bytes = self.peak_bytes.max(held);
     }
 }

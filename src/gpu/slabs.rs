@@ -20,6 +20,16 @@ use crate::volume::ScalarVolume;
 
 use layout::TILE;
 
+/// Which of the fields on the device slabs are made of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum SlabField {
+    /// The scene's own.
+    #[default]
+    Own,
+    /// One that is quicker to evaluate.
+    Preview,
+}
+
 /// Everything that slabs of a reconstructed field keep on the device.
 #[derive(Debug)]
 pub(super) struct SlabPass {
@@ -49,6 +59,7 @@ struct Variant {
     format: Format,
     one_chunk: bool,
     has_holes: bool,
+    has_widths: bool,
     middle: bool,
     published: bool,
     back_to_front: bool,
@@ -165,6 +176,7 @@ impl SlabPass {
         picture: PictureConstants,
     ) -> Option<Vec<SlabPart>> {
         let field = self.field.as_ref()?;
+        let (view, picture) = &seen(view, picture, field.level);
         let SplatSettings { kernel, extent, .. } = *settings;
         let is_radial = RadialKernel::new(kernel, extent).is_some();
         let samples = window(kernel, extent);
@@ -190,13 +202,16 @@ impl SlabPass {
         part: SlabPart,
     ) -> bool {
         let (Some(field), Some(table)) = (&self.field, &self.table) else { return false };
-        let mut constants = slab_constants(view, settings, picture, tiles);
+        let (view, picture) = &seen(view, picture, field.level);
+        let mut constants = slab_constants(view, settings, *picture, tiles);
         let last = |v: &mut [f32; 4], w: f32| v[3] = w;
         last(&mut constants.base, slab_pixels(view, picture.smallest_spacing, settings) as f32);
         let [x, y, z] = field.dims.map(|n| n as u32);
         let [sx, sy, _] = field.stored.map(|n| n as u32);
         let [bx, by, bz] = field.bricks().map(|n| n as u32);
         constants.dims = [x, y, z, field.pad as u32];
+        let [ex, ey, ez] = field.end.map(|end| end as f32);
+        constants.end = [ex, ey, ez, 0.0];
         constants.stored =
             [sx, sy, field.chunk_log2, window(settings.kernel, settings.extent) as u32];
         constants.bricks = [bx, by, bz, table.count];
@@ -228,6 +243,7 @@ impl SlabPass {
             format: field.format,
             one_chunk: field.chunks.len() == 1,
             has_holes: field.holes.is_some(),
+            has_widths: field.has_widths,
             middle: settings.classify == Classify::After,
             published: settings.opacity_model == OpacityModel::Published,
             back_to_front: settings.order == Order::BackToFront,
@@ -283,6 +299,12 @@ pub(super) struct PictureConstants {
     pub smallest_spacing: f64,
     /// Rays end where less transmittance is left.
     pub stop_below: f64,
+}
+
+/// A view and its constants, as a lattice that was halved so many times has them.
+fn seen(view: &View, picture: PictureConstants, level: u32) -> (View, PictureConstants) {
+    let smallest_spacing = picture.smallest_spacing * f64::from(1_u32 << level);
+    (view.halved(level), PictureConstants { smallest_spacing, ..picture })
 }
 
 /// Distance between slab faces, pixels of view depth.
@@ -391,6 +413,7 @@ fn compile(context: &Context, variant: Variant) -> wgpu::ComputePipeline {
         ("format", f64::from(format)),
         ("one_chunk", flag(variant.one_chunk)),
         ("has_holes", flag(variant.has_holes)),
+        ("has_widths", flag(variant.has_widths)),
         ("classify_middle", flag(variant.middle)),
         ("published", flag(variant.published)),
         ("back_to_front", flag(variant.back_to_front)),

@@ -93,6 +93,8 @@ pub struct CutNode {
     pub low: [u32; 3],
     /// Voxels along each axis.
     pub size: [u32; 3],
+    /// Level of the pyramid; 0 is a voxel.
+    pub level: u8,
     /// What to draw.
     pub node: Node,
 }
@@ -231,6 +233,7 @@ impl<F: Fn(usize) -> [f32; 4]> Walk<'_, F> {
             self.cut.nodes.push(CutNode {
                 low: low.map(|v| v as u32),
                 size: size.map(|v| v as u32),
+                level: level as u8,
                 node,
             });
             return;

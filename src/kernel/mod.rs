@@ -13,7 +13,9 @@ mod separable;
 mod slab_share;
 mod space;
 
-pub use coefficients::{Coefficients, CoefficientsError, MOST_EXTENT, Residual, coefficients};
+pub use coefficients::{
+    Averaged, Coefficients, CoefficientsError, MOST_EXTENT, Residual, coefficients,
+};
 pub use ellipse::{ProjectedKernel, perspective_jacobian};
 pub use gouraud::{MeshVertex, SplatMesh, Subdivisions};
 pub use kind::Kernel;

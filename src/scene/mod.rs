@@ -3,10 +3,12 @@
 //! Owns [`Scene`] and the settings people change. Refuses drawing, files and widgets. The GPU's
 //! whole state can be rebuilt from it. Imports `core`, `volume`, `transfer`, `kernel`, `hierarchy`.
 
+mod cells;
 mod framing;
 mod mode;
 mod view;
 
+pub use cells::{Cell, Cells, Edge, IndexRay, WhyWhole, level_colour};
 pub use framing::{NamedView, axis_letters, is_anterior_y};
 pub use mode::{
     Backend, Classify, CutSettings, LEAST_SLABS_PER_VOXEL, MOST_GATHERED_EXTENT,

@@ -70,6 +70,17 @@ impl View {
         }
     }
 
+    /// The same of a lattice halved so many times, whose sample i is in the middle of 2^level
+    /// samples along each axis; but for the order of traversal, which stays that of the samples.
+    pub fn halved(&self, level: u32) -> Self {
+        let times = f64::from(1_u32 << level);
+        Self {
+            view_from_index: self.view_from_index * times,
+            lattice_centre: (self.lattice_centre + 0.5) / times - 0.5,
+            ..*self
+        }
+    }
+
     /// Far-to-near order for the octree.
     pub fn visit_order(&self) -> VisitOrder {
         let index_from_view = self.view_from_index.inverse();

@@ -1,5 +1,7 @@
 //! What drawing costs on this adapter, learnt while it runs.
 
+use crate::gpu::SlabField;
+
 /// Milliseconds per thing drawn: first guesses, replaced by measurements.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Costs {
@@ -13,8 +15,8 @@ pub struct Costs {
     pub row_ms: f64,
     /// Per ray of `full` in slabs.
     pub ray_ms: f64,
-    /// Per ray of a smaller picture in slabs: rays farther apart share less.
-    pub reduced_ray_ms: f64,
+    /// Per ray of a smaller picture in slabs of each [`SlabField`]: rays farther apart share less.
+    pub reduced_ray_ms: [f64; 2],
 }
 
 impl Default for Costs {
@@ -26,7 +28,7 @@ impl Default for Costs {
             voxel_ms: 0.7e-3,
             row_ms: 0.2e-3,
             ray_ms: 2e-3,
-            reduced_ray_ms: 2e-3,
+            reduced_ray_ms: [2e-3, 0.7e-3],
         }
     }
 }
@@ -66,22 +68,23 @@ impl Costs {
             self.ray_ms += (wall_ms / rays - self.ray_ms) * RAY_TRUST;
             // What nobody pays for is not measured, and may have become cheaper.
             let most = MOST_SPREAD_COST * self.ray_ms;
-            self.reduced_ray_ms = self.reduced_ray_ms.min(most);
+            self.reduced_ray_ms.iter_mut().for_each(|ms| *ms = ms.min(most));
         }
     }
 
     /// Takes in a smaller picture in slabs. One that took far longer than thought may have had a
     /// pipeline to compile, and is not believed at once.
-    pub fn learn_reduced(&mut self, rays: f64, wall_ms: f64) {
+    pub fn learn_reduced(&mut self, field: SlabField, rays: f64, wall_ms: f64) {
         if rays > 0.0 && wall_ms > 0.0 {
-            let correction = (wall_ms / rays / self.reduced_ray_ms).clamp(0.2, MOST_GROWTH);
-            self.reduced_ray_ms *= correction.powf(RAY_TRUST);
+            let ray_ms = &mut self.reduced_ray_ms[field as usize];
+            let correction = (wall_ms / rays / *ray_ms).clamp(0.2, MOST_GROWTH);
+            *ray_ms *= correction.powf(RAY_TRUST);
         }
     }
 
     /// Rays that a budget affords in a smaller picture in slabs.
-    pub fn reduced_rays_within(&self, budget_ms: f64) -> f64 {
-        (budget_ms / self.reduced_ray_ms).max(1.0)
+    pub fn reduced_rays_within(&self, field: SlabField, budget_ms: f64) -> f64 {
+        (budget_ms / self.reduced_ray_ms[field as usize]).max(1.0)
     }
 
     /// Takes in a coarse picture's measurement: both prices move by the same ratio.
@@ -136,20 +139,21 @@ mod tests {
     #[test]
     fn rays_too_dear_to_be_drawn_are_tried_again() {
         let mut costs = Costs::default();
+        let own = SlabField::Own;
         let before = costs.reduced_ray_ms;
-        costs.learn_reduced(1000.0, 1e6);
-        assert!(costs.reduced_ray_ms < 2.0 * before, "a pipeline was compiled: {costs:?}");
+        costs.learn_reduced(own, 1000.0, 1e6);
+        assert!(costs.reduced_ray_ms[0] < 2.0 * before[0], "a pipeline was compiled: {costs:?}");
         for _ in 0..20 {
-            costs.learn_reduced(1000.0, 1.0);
+            costs.learn_reduced(own, 1000.0, 1.0);
         }
-        assert!((costs.reduced_rays_within(50.0) / 50_000.0 - 1.0).abs() < 0.01, "{costs:?}");
-        costs.learn_reduced(1.0, 1e9);
+        assert!((costs.reduced_rays_within(own, 50.0) / 50_000.0 - 1.0).abs() < 0.01, "{costs:?}");
+        costs.learn_reduced(own, 1.0, 1e9);
         costs.learn_rays(1000.0, 1.0);
         costs.learn_rays(1000.0, 1.0);
         costs.learn_rays(1000.0, 1.0);
         costs.learn_rays(1000.0, 1.0);
         assert!(
-            costs.reduced_rays_within(50.0) > 12_000.0,
+            costs.reduced_rays_within(own, 50.0) > 12_000.0,
             "full says how dear at most: {costs:?}"
         );
     }

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use crate::core::{Cancelled, Ticket};
 use crate::gpu::layout::Record;
-use crate::gpu::{GpuError, Renderer, Scattered};
+use crate::gpu::{GpuError, Renderer, Scattered, SlabField};
 use crate::hierarchy::{Cut, CutLimits, CutNode, Pyramid};
 use crate::kernel::{Kernel, RadialKernel};
 use crate::scene::{
@@ -16,7 +16,9 @@ use crate::transfer::{Table, TransferFunction};
 use crate::volume::ScalarVolume;
 
 use super::calibration::Calibration;
+use super::cells::CutSource;
 use super::cost::Costs;
+use super::previews::Reduction;
 use super::rows::RowPlan;
 use super::slabs;
 
@@ -26,20 +28,9 @@ pub const PIECE_MS: f64 = 10.0;
 /// step of 8-bit sRGB is 3e-4 in linear light.
 const STOP_BELOW: f32 = 2e-4;
 /// A coarse picture is at least this many pixels wide and high, whatever the budget,
-const LEAST_SIDE: f64 = 48.0;
+pub(super) const LEAST_SIDE: f64 = 48.0;
 /// and at most this much smaller than what it is enlarged to.
 const MOST_SHRINK: f64 = 4.0;
-/// The scene's own mode may be drawn this much smaller before an octree cut stands in for it: at
-/// 1280 × 800 pixels it is 30.9, 37.0, 42.0 dB from the exact picture when 4 times smaller, and 27.8,
-/// 33.8, 37.3 when 8 times, on the scans aneurism, LIDC2, bonsai; an octree cut of 57 ms, 28.1, 31.8,
-/// 33.5, and too bright by up to 0.005.
-const MOST_REDUCTION: f64 = 8.0;
-
-/// Steps of it.
-const REDUCTION_STEP: f64 = 0.25;
-/// How many times smaller than that it may become where the last preview was of this kind, too.
-const PATIENCE: f64 = 1.5;
-
 /// A cut that is fitted to a view is fitted again at most so often,
 const MOST_REFITS: usize = 4;
 /// its error by this power of how many times too many nodes it has: less than 1, so that it does not
@@ -89,8 +80,10 @@ pub struct Drawn {
     pub max_error: f32,
     /// What pixels that points leave out are thought to cost, RMSE in linear light; else 0.
     pub missing_rmse: f64,
-    /// Every voxel in the scene's own mode, to be enlarged.
+    /// Slabs of every voxel, or of the field for previews, to be enlarged.
     pub is_reduced: bool,
+    /// Which field of those on the device it shows, where it shows one.
+    pub field: SlabField,
     /// Wall milliseconds of the drawing, without preparation and reading back.
     pub wall_ms: f64,
 }
@@ -141,14 +134,17 @@ pub struct Drawer {
     classified: Option<Classified>,
     /// How much smaller the last coarse picture was drawn than shown.
     last_shrink: f64,
-    /// Whether the last coarse picture was the scene's own mode at a smaller size.
-    previewed_reduced: bool,
+    /// The field of the last coarse picture, where it was of one.
+    pub(super) last_reduction: Option<SlabField>,
     /// Sums that lists capped since the picture began.
     capped_in_lists: u64,
     /// Which back end is faster here.
     pub(super) calibration: Calibration,
     /// What reconstructs the scene's field, on its way to the device.
     pub(super) field: slabs::FieldJob,
+    /// Whether the cuts that are drawn are to be kept for [`Drawer::take_cut`].
+    pub keeps_cut: bool,
+    kept_cut: Option<(Cut, CutLimits)>,
 }
 
 /// The volume under the transfer function.
@@ -157,9 +153,9 @@ struct Classified {
     volume: Arc<ScalarVolume>,
     transfer: TransferFunction,
     unit_distance: f64,
-    table: Table,
+    table: Arc<Table>,
     /// Where something has called for it.
-    pyramid: Option<Pyramid>,
+    pyramid: Option<Arc<Pyramid>>,
 }
 
 impl Drawer {
@@ -170,10 +166,12 @@ impl Drawer {
             costs: Costs::default(),
             classified: None,
             last_shrink: 2.0,
-            previewed_reduced: false,
+            last_reduction: None,
             capped_in_lists: 0,
             calibration: Calibration::default(),
             field: slabs::FieldJob::default(),
+            keeps_cut: false,
+            kept_cut: None,
         }
     }
 
@@ -192,7 +190,7 @@ impl Drawer {
             classified.pyramid = None;
             let Classified { volume, table, .. } = &*classified;
             let pyramid = Pyramid::build(volume, table, voxel_depth, measure, ticket)?;
-            classified.pyramid = Some(pyramid);
+            classified.pyramid = Some(Arc::new(pyramid));
         }
         Ok(())
     }
@@ -240,7 +238,7 @@ impl Drawer {
             volume: Arc::clone(&scene.volume),
             transfer: scene.transfer.clone(),
             unit_distance,
-            table,
+            table: Arc::new(table),
             pyramid: None,
         });
         Ok(())
@@ -252,7 +250,25 @@ impl Drawer {
     }
 
     fn pyramid(&self) -> Option<&Pyramid> {
-        self.classified.as_ref()?.pyramid.as_ref()
+        self.classified.as_ref()?.pyramid.as_deref()
+    }
+
+    /// What octree cuts of the scene prepared last are found in, once that is there.
+    pub(super) fn cut_source(&self) -> Option<CutSource> {
+        let Classified { volume, transfer, unit_distance, table, pyramid } =
+            self.classified.as_ref()?;
+        Some(CutSource {
+            volume: Arc::clone(volume),
+            transfer: transfer.clone(),
+            unit_distance: *unit_distance,
+            table: Arc::clone(table),
+            pyramid: Arc::clone(pyramid.as_ref()?),
+        })
+    }
+
+    /// The cut of the last picture, where [`Drawer::keeps_cut`] asked for it and it was one.
+    pub fn take_cut(&mut self) -> Option<(Cut, CutLimits)> {
+        self.kept_cut.take()
     }
 
     /// The error of the octree cut that has about `count` nodes.
@@ -289,14 +305,15 @@ impl Drawer {
         rung: Rung,
         observer: &mut dyn Observer,
     ) -> Result<Drawn, DrawError> {
+        self.kept_cut = None;
         match rung {
             Rung::Coarse { budget_ms } => match self.reduction(scene, size, budget_ms) {
-                Some(shrink) => {
-                    self.previewed_reduced = true;
-                    self.draw(scene, size, Rung::Reduced { shrink }, observer)
+                Some(reduction) => {
+                    self.last_reduction = Some(reduction.field);
+                    self.reduced(scene, size, reduction, observer)
                 }
                 None => {
-                    self.previewed_reduced = false;
+                    self.last_reduction = None;
                     self.coarse(scene, size, budget_ms, observer)
                 }
             },
@@ -310,15 +327,10 @@ impl Drawer {
             }
             Rung::Cheaper(kernel) => self.grid(scene, size, kernel, observer),
             Rung::Reduced { shrink } => {
-                let smaller = shrunk(size, shrink);
-                let drawn = match slabs::reconstructs(&scene.splat) {
-                    true => self.slabs(scene, smaller, shrink, observer),
-                    false => self.draw(scene, smaller, Rung::Full, observer),
-                };
-                Ok(Drawn { is_reduced: true, ..drawn? })
+                self.reduced(scene, size, Reduction { field: SlabField::Own, shrink }, observer)
             }
             Rung::Full if slabs::reconstructs(&scene.splat) => {
-                self.slabs(scene, size, 1.0, observer)
+                self.slabs(scene, size, SlabField::Own, 1.0, observer)
             }
             Rung::Full => {
                 let kernel = scene.splat.kernel.splatted();
@@ -336,24 +348,6 @@ impl Drawer {
                 }
             }
         }
-    }
-
-    /// How many times smaller a reconstructed field is drawn within a budget; `None` where it is not
-    /// on the device yet, or an octree cut would be nearer to it.
-    pub(super) fn reduction(&self, scene: &Scene, size: [u32; 2], budget_ms: f64) -> Option<f64> {
-        let is_there = slabs::reconstructs(&scene.splat)
-            && self.renderer.holds_field(&scene.volume, &scene.splat);
-        if !is_there {
-            return None;
-        }
-        let rays = f64::from(size[0]) * f64::from(size[1]);
-        let shrink = (rays / self.costs.reduced_rays_within(budget_ms)).sqrt().max(1.0);
-        // In steps, so that the hand does not see sharpness flicker.
-        let stepped = (shrink / REDUCTION_STEP).ceil() * REDUCTION_STEP;
-        let most = f64::from(size[0].min(size[1])) / LEAST_SIDE;
-        // A hand should not see one kind of preview change into the other and back.
-        let patience = if self.previewed_reduced { PATIENCE } else { 1.0 };
-        (stepped <= (MOST_REDUCTION * patience).min(most)).then_some(stepped)
     }
 
     /// The cut and the size that fit a budget, from the costs measured so far.
@@ -395,6 +389,7 @@ impl Drawer {
         }
         let wall_ms = start.elapsed().as_secs_f64() * 1e3;
         self.costs.learn(records.len() as u64, fragments / (shrink * shrink), wall_ms);
+        self.keep(cut, limits);
         Ok(Drawn {
             size: smaller,
             kernels: records.len() as u64,
@@ -402,6 +397,7 @@ impl Drawer {
             max_error,
             missing_rmse,
             is_reduced: false,
+            field: SlabField::Own,
             wall_ms,
         })
     }
@@ -421,15 +417,11 @@ impl Drawer {
     }
 
     fn cut_of(&self, scene: &Scene, view: &View, limits: CutLimits) -> Cut {
-        let (Some(classified), Some(pyramid)) = (&self.classified, self.pyramid()) else {
-            return Cut::default();
-        };
-        let radius = RadialKernel::new(scene.splat.kernel.splatted(), scene.splat.extent)
-            .map_or(0.5, |k| k.radius());
-        let samples = &classified.volume.samples;
-        Cut::of(pyramid, limits, view.visit_order(), &view.visibility(radius), |index| {
-            classified.table.lookup(samples.get(index))
-        })
+        self.cut_source().map_or_else(Cut::default, |source| source.cut(scene, view, limits))
+    }
+
+    fn keep(&mut self, cut: Cut, limits: CutLimits) {
+        self.kept_cut = self.keeps_cut.then_some((cut, limits));
     }
 
     /// The cut of about `count` nodes, and its error: near that of `limits`, which is known for cuts
@@ -474,6 +466,7 @@ impl Drawer {
         } else {
             self.draw_records(&records, observer)?;
         }
+        self.keep(cut, limits);
         Ok(Drawn {
             size,
             kernels: records.len() as u64,
@@ -481,6 +474,7 @@ impl Drawer {
             max_error: limits.max_error,
             missing_rmse: 0.0,
             is_reduced: false,
+            field: SlabField::Own,
             wall_ms: start.elapsed().as_secs_f64() * 1e3,
         })
     }
@@ -552,6 +546,7 @@ impl Drawer {
                     max_error: 0.0,
                     missing_rmse: 0.0,
                     is_reduced: false,
+            field: SlabField::Own,
                     wall_ms: start.elapsed().as_secs_f64() * 1e3,
                 });
             }
@@ -587,7 +582,7 @@ impl Drawer {
 }
 
 /// The cut of an error, down to nodes whose kernels are a pixel wide.
-fn cut_limits(scene: &Scene, max_error: f32) -> CutLimits {
+pub(super) fn cut_limits(scene: &Scene, max_error: f32) -> CutLimits {
     let CutSettings { view_dependent, balanced, .. } = scene.splat.cut;
     CutLimits { max_error, finest_level: 0, min_radius_px: 1.0, view_dependent, balanced }
 }
@@ -611,7 +606,7 @@ pub(super) fn lists_cut(splat: &SplatSettings) -> bool {
 }
 
 /// A size so many times smaller, a pixel at least.
-fn shrunk(size: [u32; 2], shrink: f64) -> [u32; 2] {
+pub(super) fn shrunk(size: [u32; 2], shrink: f64) -> [u32; 2] {
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "1..=size")]
     let smaller = size.map(|n| (f64::from(n) / shrink).round().max(1.0) as u32);
     smaller

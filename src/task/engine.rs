@@ -4,11 +4,14 @@
 //! being drawn is dropped at its next piece. Pictures come back through [`Engine::take_picture`],
 //! announced by the `wake` callback.
 
+mod cells;
 mod converge;
+mod next;
 mod rungs;
 mod second;
 mod worker;
 
+pub use cells::{CellsRequest, FoundCells, MOST_CELLS};
 pub use second::{SecondPicture, SecondRequest};
 
 use std::collections::VecDeque;
@@ -118,6 +121,10 @@ pub struct FrameReport {
     pub backend: Backend,
     /// Wall milliseconds from camera set to queue finished.
     pub frame_ms: f64,
+    /// Milliseconds that it was to take, where it was fitted to a time.
+    pub budget_ms: Option<f64>,
+    /// What is known of the picture that comes after a coarse one.
+    pub next: Option<Next>,
     /// Share of the whole way, 0..=1; 1 once nothing more will be drawn.
     pub progress: f32,
     /// What a coarse picture is thought to be off by: RMSE to `full` in linear light.
@@ -126,6 +133,17 @@ pub struct FrameReport {
     pub checked: Option<Checked>,
     /// From `full` on: how far slabs were doubled, where they can be and that is wanted.
     pub refined: Option<Refined>,
+}
+
+/// The picture after a coarse one, as far as it is known before it is drawn.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Next {
+    /// Whether it is `full`.
+    pub is_full: bool,
+    /// What it is thought to take, milliseconds.
+    pub ms: f64,
+    /// What it is thought to be off by: RMSE to `full` in linear light.
+    pub rmse: Option<f64>,
 }
 
 /// How far the slabs of a picture were doubled, and what is left.
@@ -176,6 +194,11 @@ struct Slot {
     /// Whether the second picture under way is still of use.
     second_wanted: bool,
     second_picture: Option<Arc<SecondPicture>>,
+    /// Cells to be found, between two pieces of a picture or once nothing else is to be drawn.
+    cells: Option<CellsRequest>,
+    /// Whether the cuts of moving views are to be kept for their cells.
+    cells_wanted: bool,
+    found_cells: Option<Arc<FoundCells>>,
     stop: bool,
     /// The volume of the frame under way, and what cancels its preparation.
     under_way: Option<(Arc<ScalarVolume>, Ticket)>,
@@ -191,6 +214,7 @@ struct Slot {
 #[derive(Debug)]
 struct PostedStill {
     request: StillRequest,
+    keeps_cells: bool,
     ticket: Ticket,
     reply: mpsc::SyncSender<Result<Still, StillError>>,
 }
@@ -198,12 +222,19 @@ struct PostedStill {
 enum Posted {
     Frame(FrameRequest, Ticket),
     Still(PostedStill),
+    Cells(CellsRequest),
     Second(SecondRequest),
 }
 
 impl Slot {
+    /// Whether nothing is asked for that goes before what is being drawn.
     fn is_empty(&self) -> bool {
         self.frame.is_none() && self.stills.is_empty()
+    }
+
+    /// Whether nothing is asked for that waits until there is nothing else.
+    fn idle_work_is_none(&self) -> bool {
+        self.second.is_none() && self.cells.is_none()
     }
 
     /// What is to be done next.
@@ -212,7 +243,8 @@ impl Slot {
             return Some(Posted::Still(still));
         }
         let Some(frame) = self.frame.take() else {
-            return self.second.take().map(Posted::Second);
+            let cells = self.cells.take().map(Posted::Cells);
+            return cells.or_else(|| self.second.take().map(Posted::Second));
         };
         let ticket = Ticket::new();
         self.under_way = Some((Arc::clone(&frame.scene.volume), ticket.clone()));
@@ -247,6 +279,9 @@ impl Engine {
                 second: None,
                 second_wanted: false,
                 second_picture: None,
+                cells: None,
+                cells_wanted: false,
+                found_cells: None,
                 stop: false,
                 under_way: None,
                 picture: None,
@@ -275,6 +310,10 @@ impl Engine {
         {
             ticket.cancel();
         }
+        if matches!(request.effort, Effort::Moving { .. }) {
+            // The hand goes first, and will come to rest in another view.
+            slot.cells = None;
+        }
         slot.frame = Some(request);
         drop(slot);
         self.shared.posted.notify_one();
@@ -285,12 +324,33 @@ impl Engine {
     /// # Errors
     /// What went wrong, in one sentence.
     pub fn still(&self, request: StillRequest, ticket: &Ticket) -> Result<Still, StillError> {
+        self.post_still(request, false, ticket)
+    }
+
+    /// The same with the cells of the octree cut, where the picture is one.
+    ///
+    /// # Errors
+    /// See [`Engine::still`].
+    pub fn still_with_cells(
+        &self,
+        request: StillRequest,
+        ticket: &Ticket,
+    ) -> Result<Still, StillError> {
+        self.post_still(request, true, ticket)
+    }
+
+    fn post_still(
+        &self,
+        request: StillRequest,
+        keeps_cells: bool,
+        ticket: &Ticket,
+    ) -> Result<Still, StillError> {
         let ended = || GpuError::Device("the drawing thread ended early".to_owned());
         if self.thread.as_ref().is_none_or(JoinHandle::is_finished) {
             return Err(ended().into());
         }
         let (reply, receiver) = mpsc::sync_channel(1);
-        let still = PostedStill { request, ticket: ticket.clone(), reply };
+        let still = PostedStill { request, keeps_cells, ticket: ticket.clone(), reply };
         self.shared.lock().stills.push_back(still);
         self.shared.posted.notify_one();
         receiver.recv().unwrap_or_else(|_| Err(ended().into()))

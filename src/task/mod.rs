@@ -3,12 +3,14 @@
 //! Owns threads and the channels to them. Refuses widgets and flags. Imports everything below it.
 
 pub mod calibration;
+pub mod cells;
 pub mod cost;
 pub mod draw;
 pub mod engine;
 pub mod estimate;
 pub mod output_file;
 pub mod picture_file;
+mod previews;
 mod rows;
 mod slabs;
 pub mod still;

@@ -97,6 +97,7 @@ mod tests {
             max_error: 0.0,
             missing_rmse: 0.0,
             is_reduced: false,
+            field: SlabField::Own,
             wall_ms: 0.0,
         };
         let still = Still {
@@ -116,6 +117,7 @@ mod tests {
             pipelines: 0,
             measured_rmse: None,
             convergence: None,
+            cells: None,
             capped_opacities: 0,
         };
         let exr = image::load_from_memory(&exr_bytes(&still).unwrap()).unwrap().into_rgba32f();

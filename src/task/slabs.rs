@@ -8,7 +8,8 @@ use std::time::{Duration, Instant};
 use super::draw::{DrawError, Drawer, Drawn, Observer};
 use crate::core::Ticket;
 use crate::gpu::layout::TILE;
-use crate::gpu::{GpuError, Renderer, tile_count};
+use super::previews::preview_coefficients;
+use crate::gpu::{GpuError, Renderer, SlabField, tile_count};
 use crate::kernel::{Coefficients, CoefficientsError, coefficients};
 use crate::scene::{
     Classify, OpacityModel, Reconstruction, Scene, SplatSettings, View, Visibility,
@@ -36,11 +37,13 @@ pub(super) fn reconstructs(settings: &SplatSettings) -> bool {
 #[derive(Debug, Default)]
 pub(super) struct FieldJob {
     under_way: Option<UnderWay>,
-    table: Option<TableKey>,
+    /// By [`SlabField`].
+    tables: [Option<TableKey>; 2],
 }
 
 #[derive(Debug)]
 struct UnderWay {
+    which: SlabField,
     volume: Arc<ScalarVolume>,
     settings: SplatSettings,
     ticket: Ticket,
@@ -56,23 +59,38 @@ struct TableKey {
 }
 
 impl UnderWay {
-    fn start(volume: &Arc<ScalarVolume>, settings: SplatSettings) -> Result<Self, GpuError> {
+    fn start(
+        which: SlabField,
+        volume: &Arc<ScalarVolume>,
+        settings: SplatSettings,
+    ) -> Result<Self, GpuError> {
         let ticket = Ticket::new();
         let job = {
             let (volume, ticket) = (Arc::clone(volume), ticket.clone());
             let interpolating = settings.reconstruction == Reconstruction::Interpolating;
-            move || coefficients(&volume, settings.kernel, settings.extent, interpolating, &ticket)
+            move || match which {
+                SlabField::Own => {
+                    let SplatSettings { kernel, extent, .. } = settings;
+                    coefficients(&volume, kernel, extent, interpolating, &ticket)
+                }
+                SlabField::Preview => preview_coefficients(&volume, &ticket),
+            }
         };
         let thread = std::thread::Builder::new().name("voxsplat-field".to_owned()).spawn(job);
         let thread = thread.map_err(|error| {
             GpuError::Device(format!("the reconstruction's thread did not start: {error}"))
         })?;
-        Ok(Self { volume: Arc::clone(volume), settings, ticket, thread })
+        Ok(Self { which, volume: Arc::clone(volume), settings, ticket, thread })
     }
 
-    fn is_for(&self, volume: &Arc<ScalarVolume>, settings: &SplatSettings) -> bool {
+    fn is_for(
+        &self,
+        which: SlabField,
+        volume: &Arc<ScalarVolume>,
+        settings: &SplatSettings,
+    ) -> bool {
         let key = |s: &SplatSettings| (s.kernel, s.extent, s.reconstruction);
-        Arc::ptr_eq(&self.volume, volume) && key(&self.settings) == key(settings)
+        self.which == which && Arc::ptr_eq(&self.volume, volume) && key(&self.settings) == key(settings)
     }
 }
 
@@ -90,17 +108,18 @@ impl Drawer {
         &mut self,
         scene: &Scene,
         size: [u32; 2],
+        which: SlabField,
         enlarged: f64,
         observer: &mut dyn Observer,
     ) -> Result<Drawn, DrawError> {
         let view = View { enlarged, ..View::new(scene, size) };
-        self.prepare_slabs(scene, &view, observer)?;
+        self.prepare_slabs(scene, &view, which, observer)?;
         let spacing = scene.volume.lattice.smallest_spacing();
         let unit_distance = scene.opacity_unit_distance();
         // Only of small pictures is the first piece large: the price of a full one's rays was learnt in
         // another view, and a hand may be waiting.
         let first = if enlarged > 1.0 {
-            let tile_ms = self.costs.reduced_ray_ms * f64::from(TILE * TILE);
+            let tile_ms = self.costs.reduced_ray_ms[which as usize] * f64::from(TILE * TILE);
             #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
             let affordable =
                 (observer.piece_ms() / tile_ms).clamp(f64::from(FIRST_TILES), 1e6) as u32;
@@ -110,25 +129,26 @@ impl Drawer {
         };
         let drawn = self.tiled(scene, &view, observer, first, |renderer, tiles| {
             let splat = &scene.splat;
-            renderer.draw_slab_tiles(&view, splat, unit_distance, spacing, STOP_BELOW, tiles)
+            renderer.draw_slab_tiles(which, &view, splat, unit_distance, spacing, STOP_BELOW, tiles)
         })?;
         let rays = f64::from(size[0]) * f64::from(size[1]);
         match enlarged > 1.0 {
-            true => self.costs.learn_reduced(rays, drawn.wall_ms),
+            true => self.costs.learn_reduced(which, rays, drawn.wall_ms),
             false => self.costs.learn_rays(rays, drawn.wall_ms),
         }
         Ok(drawn)
     }
 
-    /// Brings the field of a scene that reconstructs one to the device.
+    /// Brings a field of a scene that reconstructs one to the device.
     pub(super) fn prepare_field(
         &mut self,
         scene: &Scene,
         size: [u32; 2],
+        which: SlabField,
         observer: &mut dyn Observer,
     ) -> Result<(), DrawError> {
         match reconstructs(&scene.splat) {
-            true => self.prepare_slabs(scene, &View::new(scene, size), observer),
+            true => self.prepare_slabs(scene, &View::new(scene, size), which, observer),
             false => Ok(()),
         }
     }
@@ -181,6 +201,7 @@ impl Drawer {
             max_error: 0.0,
             missing_rmse: 0.0,
             is_reduced: false,
+            field: SlabField::Own,
             wall_ms: start.elapsed().as_secs_f64() * 1e3,
         })
     }
@@ -190,13 +211,14 @@ impl Drawer {
         &mut self,
         scene: &Scene,
         view: &View,
+        which: SlabField,
         observer: &mut dyn Observer,
     ) -> Result<(), DrawError> {
-        if !self.renderer.holds_field(&scene.volume, &scene.splat) {
-            self.field.table = None;
-            let coefficients = self.coefficients(scene, observer)?;
+        if !self.renderer.holds_field(which, &scene.volume, &scene.splat) {
+            self.field.tables[which as usize] = None;
+            let coefficients = self.coefficients(scene, which, observer)?;
             let ticket = Ticket::new();
-            self.renderer.set_field(&scene.volume, &scene.splat, coefficients, &ticket)?;
+            self.renderer.set_field(which, &scene.volume, &scene.splat, coefficients, &ticket)?;
         }
         let spacing = scene.volume.lattice.smallest_spacing();
         let key = TableKey {
@@ -204,7 +226,7 @@ impl Drawer {
             opacity_model: scene.splat.opacity_model,
             reach: Renderer::slab_reach(view, spacing, &scene.splat),
         };
-        if self.field.table.as_ref() != Some(&key) {
+        if self.field.tables[which as usize].as_ref() != Some(&key) {
             let weight = match key.opacity_model {
                 OpacityModel::OpticalDepth => Weight::Extinction,
                 OpacityModel::Published => Weight::Opacity,
@@ -215,8 +237,8 @@ impl Drawer {
                 &scene.volume.statistics,
                 weight,
             );
-            self.renderer.set_slab_table(&table, key.reach)?;
-            self.field.table = Some(key);
+            self.renderer.set_slab_table(which, &table, key.reach)?;
+            self.field.tables[which as usize] = Some(key);
         }
         Ok(())
     }
@@ -225,15 +247,16 @@ impl Drawer {
     fn coefficients(
         &mut self,
         scene: &Scene,
+        which: SlabField,
         observer: &mut dyn Observer,
     ) -> Result<Coefficients, DrawError> {
         let job = match self.field.under_way.take() {
-            Some(job) if job.is_for(&scene.volume, &scene.splat) => job,
+            Some(job) if job.is_for(which, &scene.volume, &scene.splat) => job,
             other => {
                 if let Some(old) = other {
                     old.ticket.cancel();
                 }
-                UnderWay::start(&scene.volume, scene.splat)?
+                UnderWay::start(which, &scene.volume, scene.splat)?
             }
         };
         while !job.thread.is_finished() {

@@ -9,8 +9,8 @@ use crate::accuracy::sweep::Detail;
 use crate::accuracy::{self, Difference};
 use crate::core::colour::srgb_bytes;
 use crate::core::{Camera, Cancelled, Ticket};
-use crate::gpu::{GpuError, PassTime, Renderer};
-use crate::scene::{Backend, Scene, SplatSettings, Visibility};
+use crate::gpu::{GpuError, PassTime, Renderer, SlabField};
+use crate::scene::{Backend, Cells, Scene, SplatSettings, Visibility};
 
 /// How far a still picture is to be refined.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -113,6 +113,8 @@ pub struct Still {
     pub measured_rmse: Option<f64>,
     /// Where slabs were doubled, how that ended.
     pub convergence: Option<Convergence>,
+    /// Every cell of the cut on the picture, where they were asked for and it is one.
+    pub cells: Option<Cells>,
     /// Entries of the transfer table whose opacity was lowered to the transmittance floor.
     pub capped_opacities: usize,
 }
@@ -165,9 +167,11 @@ impl Observer for Watch<'_> {
 pub(super) fn draw(
     drawer: &mut Drawer,
     request: &StillRequest,
+    keeps_cells: bool,
     ticket: &Ticket,
 ) -> Result<Still, StillError> {
     let StillRequest { scene, size, .. } = request;
+    drawer.keeps_cut = keeps_cells;
     let (mut scene, mut drawn_size) = (scene, *size);
     let mut watch = Watch(ticket);
     drawer.prepare(scene, ticket)?;
@@ -203,7 +207,8 @@ pub(super) fn draw(
         }
     };
     if let Rung::Coarse { .. } = rung {
-        drawer.prepare_field(scene, *size, &mut watch)?;
+        drawer.prepare_field(scene, *size, SlabField::Own, &mut watch)?;
+        drawer.prepare_preview_field(scene, *size, &mut watch)?;
         // Costs are learnt first; the picture then fits its budget.
         for _ in 0..4 {
             drawer.draw(scene, drawn_size, rung, &mut watch)?;
@@ -213,6 +218,8 @@ pub(super) fn draw(
         Some(drawn) => drawn,
         None => drawer.draw(scene, drawn_size, rung, &mut watch)?,
     };
+    let cells = drawer.take_cut().map(|(cut, limits)| Cells::of(&cut, &limits, usize::MAX));
+    drawer.keeps_cut = false;
     let capped_sums = drawer.capped_sums()?;
     let mut frame_ms = vec![drawn.wall_ms];
     let light = enlarged(drawer.renderer.read_light()?, drawn.size, *size);
@@ -254,6 +261,7 @@ pub(super) fn draw(
         pipelines: drawer.renderer.pipeline_count(),
         measured_rmse,
         convergence,
+        cells,
         capped_opacities: drawer.capped_count(),
     })
 }

@@ -4,6 +4,7 @@
 //! 2026-11-21. A device is required; `VOXSPLAT_GPU=allow-skip` prints what is left out instead.
 
 mod against_reference;
+mod cells;
 mod engine;
 mod field_storage;
 mod gathered;

@@ -22,11 +22,12 @@ use voxsplat::app::settings::Settings;
 use voxsplat::app::{Parts, Window};
 use voxsplat::core::{Camera, Ticket};
 use voxsplat::kernel::Kernel;
-use voxsplat::scene::{SplatSettings, Visibility};
+use voxsplat::scene::{Cell, Cells, SplatSettings, Visibility, WhyWhole};
 use voxsplat::task::calibration::BackEndTimes;
 use voxsplat::task::engine::Effort;
 use voxsplat::task::engine::{
-    EngineState, FrameReport, FrameRequest, Picture, Refined, SecondPicture, SecondRequest,
+    CellsRequest, EngineState, FoundCells, FrameReport, FrameRequest, Next, Picture, Refined,
+    SecondPicture, SecondRequest,
 };
 use voxsplat::task::estimate::Checked;
 use voxsplat::task::still::Convergence;
@@ -48,12 +49,24 @@ pub(crate) struct GradientEngine {
     newest: Mutex<Option<Arc<Picture>>>,
     seconds: Mutex<Vec<Option<SecondRequest>>>,
     untaken_second: Mutex<Option<Arc<SecondPicture>>>,
+    cells: Mutex<Vec<Option<CellsRequest>>>,
+    untaken_cells: Mutex<Option<Arc<FoundCells>>>,
 }
 
 impl GradientEngine {
     /// The picture of the last request.
     pub(crate) fn newest(&self) -> Arc<Picture> {
         self.newest.lock().expect("no thread died holding it").clone().expect("something was drawn")
+    }
+
+    /// The cells that were asked for, in order; `None` where they were to be forgotten.
+    pub(crate) fn cells(&self) -> Vec<Option<CellsRequest>> {
+        self.cells.lock().expect("no thread died holding it").clone()
+    }
+
+    /// Hands out cells that nobody has asked for.
+    pub(crate) fn hand_out(&self, found: FoundCells) {
+        *self.untaken_cells.lock().expect("no thread died holding it") = Some(Arc::new(found));
     }
 
     /// What was asked for beside the pictures, in order.
@@ -93,6 +106,16 @@ impl Drawer for GradientDrawer {
         self.0.untaken_second.lock().expect("no thread died holding it").take()
     }
 
+    fn request_cells(&self, request: Option<CellsRequest>) {
+        let found = request.as_ref().map(|request| Arc::new(one_cell(request)));
+        *self.0.untaken_cells.lock().expect("no thread died holding it") = found;
+        self.0.cells.lock().expect("no thread died holding it").push(request);
+    }
+
+    fn take_cells(&self) -> Option<Arc<FoundCells>> {
+        self.0.untaken_cells.lock().expect("no thread died holding it").take()
+    }
+
     fn state(&self) -> EngineState {
         EngineState::Idle
     }
@@ -104,6 +127,22 @@ impl Drawer for GradientDrawer {
     fn back_end_times(&self) -> Option<BackEndTimes> {
         Some(BackEndTimes { kernel: Kernel::Cubic, raster_ms: 120.0, tiles_ms: 35.0 })
     }
+}
+
+/// The whole volume as one cell.
+fn one_cell(request: &CellsRequest) -> FoundCells {
+    let volume = Arc::clone(&request.scene.volume);
+    let cell = Cell {
+        low: [0; 3],
+        size: volume.lattice.dims.map(|n| n as u32),
+        level: 3,
+        error: 0.0312,
+        extinction: 0.1,
+        colour: [u16::MAX, 0, 0],
+        why: WhyWhole::ErrorSmallEnough,
+    };
+    let cells = Cells::from_cells(vec![cell], 1, request.max_error);
+    FoundCells { volume, cells, asked_error: request.max_error, is_drawn: false }
 }
 
 fn gradient(request: &FrameRequest) -> Picture {
@@ -138,6 +177,11 @@ fn gradient(request: &FrameRequest) -> Picture {
         kernels_total: 512,
         backend: voxsplat::scene::Backend::Raster,
         frame_ms: 12.0,
+        budget_ms: match request.effort {
+            Effort::Moving { budget_ms } => Some(budget_ms),
+            Effort::Rest { .. } => None,
+        },
+        next: moving.then_some(Next { is_full: true, ms: 84.0, rmse: None }),
         progress: if moving { 0.0 } else { 1.0 },
         estimated_rmse: moving.then_some(0.0282),
         checked: (!moving).then_some(Checked { estimated_rmse: 0.0282, measured_rmse: 0.0316 }),
@@ -379,7 +423,7 @@ impl Bench {
         let begun = Arc::clone(&measured);
         let (folder, log) = (pictures.path().to_owned(), Arc::clone(&saved));
         let mut builder =
-            Harness::builder().with_size(vec2(1280.0, 1200.0)).with_step_dt(STEP_SECS);
+            Harness::builder().with_size(vec2(1280.0, 1300.0)).with_step_dt(STEP_SECS);
         if let Some(pixels_per_point) = pixels_per_point {
             builder = builder
                 .with_size(vec2(800.0, 600.0))

@@ -46,9 +46,12 @@ fn report_ui(ui: &mut Ui, shown: &Shown) {
         .accessible_name("Progress of refinement")
         .on_hover_text("How far the picture is on its way to the last one of this view");
     let (error, why) = error_words(shown);
-    let picture =
-        format!("{} · {} · {error}", rung_words(report), words::milliseconds(report.frame_ms));
+    let picture = format!("{} · {} · {error}", rung_words(report), time_words(report));
     ui.label(RichText::new(picture).size(12.0)).on_hover_text(why);
+    if let Some((next, why)) = next_words(shown) {
+        ui.add(Label::new(faint(&next)).truncate()).on_hover_text(why);
+        ui.separator();
+    }
     let key = entry_of(Action::Converge).shortcut;
     let key = key.map_or_else(String::new, |key| ui.ctx().format_shortcut(&key));
     if let Some((left, why)) = left_words(report, &key) {
@@ -83,6 +86,61 @@ fn rung_words(report: &FrameReport) -> String {
     };
     let mut letters = rung.chars();
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+}
+
+/// What the picture took, and of how much where it was fitted to a time: `18 of 20 ms`.
+fn time_words(report: &FrameReport) -> String {
+    let spent = words::milliseconds(report.frame_ms);
+    match report.budget_ms.map(budget_words) {
+        Some(budget) => match spent.strip_suffix(" ms") {
+            Some(number) if budget.ends_with(" ms") => format!("{number} of {budget}"),
+            _ => format!("{spent} of {budget}"),
+        },
+        None => spent,
+    }
+}
+
+/// A time that somebody chose: `20 ms`, `5 s`.
+fn budget_words(ms: f64) -> String {
+    if ms < 1000.0 {
+        return format!("{} ms", words::value((ms * 10.0).round() / 10.0));
+    }
+    format!("{} s", words::value((ms / 100.0).round() / 10.0))
+}
+
+/// What comes after a coarse picture, and how that is known; nothing where it is not.
+fn next_words(shown: &Shown) -> Option<(String, String)> {
+    let next = shown.report.next?;
+    let time = soon_words(next.ms);
+    let what = match (next.rmse, next.is_full, &shown.measured) {
+        (Some(rmse), ..) => format!("about {:.0} dB", psnr_from_rmse(rmse)),
+        (None, true, Some(measured)) => format!("about {:.0} dB", measured.point.db),
+        (None, true, None) => "full".to_owned(),
+        (None, false, _) => "finer".to_owned(),
+    };
+    let why = match (next.rmse.is_some(), next.is_full) {
+        (true, _) => {
+            "The next picture of this view once it rests, judged by this one and by what such \
+             pictures took before"
+        }
+        (false, true) => {
+            "The next picture of this view once it rests is the full one; its time is that of the last \
+             full picture in this mode"
+        }
+        (false, false) => {
+            "The next picture of this view once it rests; what it will be off by is not known yet"
+        }
+    };
+    Some((format!("next {what} in {time}"), why.to_owned()))
+}
+
+/// A time that is only thought, in two digits: `84 ms`, `0.8 s`.
+fn soon_words(ms: f64) -> String {
+    match ms {
+        ms if ms < 100.0 => format!("{:.0} ms", ms.max(1.0)),
+        ms if ms < 945.0 => format!("{:.0} ms", (ms / 10.0).round() * 10.0),
+        ms => words::roughly(ms),
+    }
 }
 
 /// How far the picture is from the exact one, and how that is known.
@@ -238,7 +296,7 @@ fn faint(text: &str) -> RichText {
 mod tests {
     use super::*;
     use crate::app::measuring::ChartPoint;
-    use crate::task::engine::Refined;
+    use crate::task::engine::{Next, Refined};
     use crate::task::still::Convergence;
 
     fn shown(rung: &str, mode: SplatSettings) -> Shown {
@@ -248,6 +306,8 @@ mod tests {
             kernels_total: 16_777_216,
             backend: crate::scene::Backend::Raster,
             frame_ms: 28.4,
+            budget_ms: None,
+            next: None,
             progress: 0.1,
             estimated_rmse: None,
             checked: None,
@@ -320,6 +380,43 @@ mod tests {
         assert_eq!(left.as_deref(), Some("converging, about 0.8 s left"));
         assert_eq!(change_words(0.0), "no change");
         assert_eq!(change_words(0.00951), "change below 0.01");
+    }
+
+    #[test]
+    fn a_coarse_picture_says_what_it_was_given_and_what_comes_next_as_far_as_that_is_known() {
+        let coarse = shown("coarse, full at 300 × 200", SplatSettings::EXACT);
+        let with = |frame_ms, budget_ms, next| {
+            let report = FrameReport { frame_ms, budget_ms, next, ..coarse.report.clone() };
+            Shown { report, ..coarse.clone() }
+        };
+        let next = |is_full, ms, rmse| Some(Next { is_full, ms, rmse });
+        let words = |shown: &Shown| next_words(shown).map(|(words, _)| words);
+        let known = with(18.3, Some(20.0), next(false, 84.2, Some(0.0079)));
+        assert_eq!(time_words(&known.report), "18 of 20 ms");
+        assert_eq!(words(&known).as_deref(), Some("next about 42 dB in 84 ms"));
+        let long = with(1234.0, Some(5000.0), next(true, 823.0, None));
+        assert_eq!(time_words(&long.report), "1.2 s of 5 s");
+        assert_eq!(words(&long).as_deref(), Some("next full in 820 ms"));
+        assert_eq!(time_words(&with(812.0, Some(5000.0), None).report), "812 ms of 5 s");
+        assert_eq!(words(&with(3.2, Some(1.0), None)), None, "nothing is made up");
+        let unknown = with(3.2, Some(7.5), next(false, 5000.0, None));
+        assert_eq!(time_words(&unknown.report), "3.2 of 7.5 ms");
+        assert_eq!(words(&unknown).as_deref(), Some("next finer in 5 s"));
+        let point = ChartPoint {
+            name: "exact".into(),
+            ms: 5.0,
+            db: 51.94,
+            ci: 0.2,
+            settings: Some(SplatSettings::EXACT),
+            on_front: true,
+            failed: None,
+        };
+        let measured = Some(Measured { point, is_of_this_view: true });
+        assert_eq!(
+            words(&Shown { measured, ..long }).as_deref(),
+            Some("next about 52 dB in 820 ms")
+        );
+        assert_eq!(time_words(&shown("full", SplatSettings::EXACT).report), "28 ms");
     }
 
     #[test]

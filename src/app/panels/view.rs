@@ -3,17 +3,41 @@
 use eframe::egui::{ComboBox, Slider, Ui};
 
 use super::{row_ui, slider_ui};
-use crate::app::settings::{BUDGET_MS, LADDERS, Settings, VIEW_ANGLE_DEG, ladder_label};
+use crate::app::actions::{Action, entry_of};
+use crate::app::cells::{CellsOverlay, OCTREE_ERROR};
+use crate::app::settings::{
+    BUDGET_MS, BudgetPreset, LADDERS, Settings, VIEW_ANGLE_DEG, ladder_label,
+};
 use crate::core::{Projection, Srgb8};
 use crate::scene::Scene;
 
-/// Background, projection, frame budget and the switches of refinement.
-pub fn view_ui(ui: &mut Ui, scene: &mut Scene, settings: &mut Settings) {
+/// Background, projection, frame budget, the switches of refinement, and what lies over the picture.
+pub fn view_ui(ui: &mut Ui, scene: &mut Scene, settings: &mut Settings, cells: &mut CellsOverlay) {
     row_ui(ui, "Background", |ui| background_ui(ui, settings));
     projection_ui(ui, scene, settings);
     refinement_ui(ui, settings);
     ui.checkbox(&mut settings.trihedron, "Show axes")
         .on_hover_text("The world's axes in the corner of the viewport");
+    cells_ui(ui, cells);
+}
+
+fn cells_ui(ui: &mut Ui, cells: &mut CellsOverlay) {
+    let key = entry_of(Action::ToggleCells).shortcut;
+    let key = key.map_or_else(String::new, |key| ui.ctx().format_shortcut(&key));
+    ui.checkbox(&mut cells.on, "Show octree cells").on_hover_text(format!(
+        "Where the octree is fine and where coarse, coloured by level: for the picture while it moves, \
+         where that is an octree cut, and for the error chosen here at rest. Rest on a cell to see why \
+         it is not split (key {key})"
+    ));
+    if cells.on {
+        row_ui(ui, "Octree error", |ui| {
+            let error = Slider::new(&mut cells.max_error, OCTREE_ERROR).logarithmic(true);
+            slider_ui(ui, "Octree error", true, error.max_decimals(3)).on_hover_text(
+                "Nodes with less error than this are not split: the less of it, the more cells. It \
+                 changes the cells that are shown at rest, and no picture",
+            );
+        });
+    }
 }
 
 fn background_ui(ui: &mut Ui, settings: &mut Settings) {
@@ -49,14 +73,54 @@ fn projection_ui(ui: &mut Ui, scene: &mut Scene, settings: &mut Settings) {
     };
 }
 
+/// What a preset is called, and what it means, one line.
+fn preset_words(preset: BudgetPreset) -> (&'static str, &'static str) {
+    match preset {
+        BudgetPreset::Interactive => {
+            ("Interactive (20 ms)", "Follows the hand closely, at the price of detail")
+        }
+        BudgetPreset::FifthOfASecond => (
+            "A fifth of a second",
+            "What can be drawn five times a second: more detail, and the hand waits a little",
+        ),
+        BudgetPreset::FiveSeconds => (
+            "5 seconds",
+            "A fifth of a second while the hand moves, and what five seconds allow whenever it pauses",
+        ),
+        BudgetPreset::Full => {
+            ("Full", "Every voxel even while the view moves, however slowly that goes")
+        }
+    }
+}
+
 fn refinement_ui(ui: &mut Ui, settings: &mut Settings) {
+    row_ui(ui, "While moving", |ui| {
+        let preset = settings.preset();
+        let label = preset.map_or("Custom", |preset| preset_words(preset).0);
+        let combo = ComboBox::from_id_salt("budget preset").selected_text(label);
+        let mut chosen = preset;
+        let shown = combo.show_ui(ui, |ui| {
+            for preset in BudgetPreset::ALL {
+                let (label, help) = preset_words(preset);
+                ui.selectable_value(&mut chosen, Some(preset), label).on_hover_text(help);
+            }
+        });
+        shown
+            .response
+            .accessible_name("While moving")
+            .on_hover_text("How long a picture may take while the view moves");
+        if let Some(chosen) = chosen.filter(|_| chosen != preset) {
+            settings.set_preset(chosen);
+        }
+    });
     row_ui(ui, "Frame budget", |ui| {
         let budget = Slider::new(&mut settings.budget_ms, BUDGET_MS).logarithmic(true);
         let enabled = !settings.full_quality_while_moving;
         slider_ui(ui, "Frame budget", enabled, budget.suffix(" ms").fixed_decimals(0))
             .on_hover_text(
                 "What a picture may cost while the view moves: more time shows finer detail, \
-                 less time follows the hand more closely",
+                 less time follows the hand more closely. What goes beyond a fifth of a second is \
+                 spent whenever the hand pauses",
             )
             .on_disabled_hover_text("Full quality takes the time it needs");
     });

@@ -67,18 +67,54 @@ pub struct Coefficients {
     /// Greatest cᵢ, bias included, and no reconstruction is greater.
     pub max: f64,
     /// After each step: first of the samples as they are, then after the prefilter or each sweep.
-    /// At least one. Of kernels with more than 64 samples in reach the first and the last are
+    /// At least one, but of means none. Of kernels with more than 64 samples in reach the first and the last are
     /// measured on every n-th slice.
     pub residuals: Vec<Residual>,
     /// One bit a sample, in the order of `values` from each word's lowest bit: set where the volume
     /// holds no data (NaN). `None` where it holds data everywhere.
     pub holes: Option<Vec<u32>>,
+    /// What they are means of, where they are no samples.
+    pub averaged: Option<Averaged>,
+}
+
+/// What means of a volume's values stand for.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Averaged {
+    /// Of 2^level samples along each axis; coefficient i is in the middle of samples
+    /// 2^level · i … 2^level · (i + 1) − 1.
+    pub level: u32,
+    /// Samples along x, y, z of the volume itself: the last means may be of fewer.
+    pub volume_dims: [usize; 3],
+    /// Half the width of the values about each mean: √3 standard deviations, as if they were spread
+    /// evenly.
+    pub half_widths: Vec<f32>,
 }
 
 impl Coefficients {
+    /// Of means of `averaged.level` levels, less `bias`, NaN where there are no data.
+    ///
+    /// # Errors
+    /// Cancelled by the ticket.
+    pub fn of_means(
+        dims: [usize; 3],
+        mut values: Vec<f32>,
+        bias: f64,
+        averaged: Averaged,
+        ticket: &Ticket,
+    ) -> Result<Self, Cancelled> {
+        let holes = holes::of(&values);
+        if let Some(holes) = &holes {
+            holes::fill(&mut values, dims, holes, ticket)?;
+        }
+        let (min, max) = extremes(&values);
+        let (min, max) = (min + bias, max + bias);
+        let (residuals, averaged) = (Vec::new(), Some(averaged));
+        Ok(Self { dims, values, bias, min, max, residuals, holes, averaged })
+    }
+
     /// What is left of the samples.
-    pub fn residual(&self) -> Residual {
-        self.residuals[self.residuals.len() - 1]
+    pub fn residual(&self) -> Option<Residual> {
+        self.residuals.last().copied()
     }
 
     /// Coefficient `index`, bias included.
@@ -175,14 +211,20 @@ fn of_samples<T: Scalar>(
         _ => {}
     }
     residuals.push(measure(&values)?);
+    let (min, max) = extremes(&values);
+    let (min, max) = (min + bias, max + bias);
+    Ok(Coefficients { dims, values, bias, min, max, residuals, holes, averaged: None })
+}
+
+/// The least and the greatest of values.
+fn extremes(values: &[f32]) -> (f64, f64) {
     let (min, max) = values
         .par_chunks(CHUNK)
         .map(|chunk| {
             chunk.iter().fold((f32::INFINITY, f32::NEG_INFINITY), |(a, b), &v| (a.min(v), b.max(v)))
         })
         .reduce(|| (f32::INFINITY, f32::NEG_INFINITY), |a, b| (a.0.min(b.0), a.1.max(b.1)));
-    let (min, max) = (f64::from(min) + bias, f64::from(max) + bias);
-    Ok(Coefficients { dims, values, bias, min, max, residuals, holes })
+    (f64::from(min), f64::from(max))
 }
 
 /// A value less the bias in 32 bits; NaN stays NaN.

@@ -4,13 +4,15 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use super::converge::Doublings;
+use super::next::LastDrawn;
 use super::worker::Worker;
 use super::{Effort, EngineState, FrameReport, FrameRequest, KernelCounts, Ladder, Picture};
 use crate::core::Ticket;
-use crate::gpu::{GpuError, Renderer};
+use crate::gpu::{GpuError, Renderer, SlabField};
 use crate::kernel::Kernel;
 use crate::scene::{Backend, Scene, SplatSettings};
-use crate::task::draw::{DrawError, Drawn, Observer, PIECE_MS, Rung, background_light};
+use crate::task::cells::CutSource;
+use crate::task::draw::{DrawError, Drawer, Drawn, Observer, PIECE_MS, Rung, background_light};
 use crate::task::estimate::{self, Checked, Coarseness};
 use crate::task::slabs;
 
@@ -29,6 +31,9 @@ const FULL_SHARE: f64 = 0.5;
 /// Pieces of a picture that nothing interrupts, milliseconds: each costs a wait, and adapters end
 /// what takes seconds.
 const WHOLE_PIECE_MS: f64 = 100.0;
+/// What can be drawn five times a second (Laur–Hanrahan, figure 6): a budget beyond it is a pause of
+/// the hand, before which and after every movement there is a picture of this budget.
+const QUICK_MS: f64 = 200.0;
 /// A rung that is not so many times sharper than what is on the screen is left out.
 const WORTH_SHARPENING: f64 = 1.5;
 
@@ -42,16 +47,10 @@ impl Worker {
         self.announce(EngineState::Drawing(0.0));
         let (scene, size) = (&request.scene, request.size);
         match request.effort {
-            Effort::Moving { budget_ms } => {
-                self.device()?.prepare_preview(scene, size, budget_ms, ticket)?;
-                self.finished = None;
-                // Bounded by its budget, and so never interrupted: a hand that moves faster than
-                // pictures are drawn still sees every one of them.
-                self.rung(request, Rung::Coarse { budget_ms }, Manner::Whole)?;
-                Ok(())
-            }
+            Effort::Moving { budget_ms } => self.follow(request, budget_ms, ticket),
             Effort::Rest { budget_ms, ladder, show_partial, .. } => {
                 self.device()?.prepare(scene, ticket)?;
+                self.last_ladder = Some(ladder);
                 let makes_same =
                     |seen: &FrameRequest| seen.size == size && seen.scene.makes_same_picture(scene);
                 let finished = self.finished.take().filter(|(seen, _)| makes_same(seen));
@@ -70,30 +69,31 @@ impl Worker {
                     return Ok(());
                 }
                 // A moving hand has seen it, or it was drawn before a still interrupted.
-                let seen = self.coarse.iter().any(|c| c.is_preview && makes_same(&c.request));
+                let seen = self.preview_of(request).is_some();
                 if !seen && ladder != Ladder::AtOnce {
-                    self.rung(request, Rung::Coarse { budget_ms }, Manner::Whole)?;
+                    let budget_ms = budget_ms.min(QUICK_MS);
+                    self.rung(request, Rung::Coarse { budget_ms }, Manner::Whole, None)?;
                 }
-                let mut rungs = self.ladder(scene, size, ladder)?;
+                let cuts = self.device()?.cut_source();
+                self.find_cells(cuts.as_ref());
+                let spent = self.preview_of(request).and_then(|c| c.picture.report.budget_ms);
+                let unspent_ms = if spent == Some(budget_ms) { 0.0 } else { budget_ms };
+                let mut rungs = self.ladder(scene, size, ladder, unspent_ms)?;
+                self.prepare_preview_field(request)?;
                 // A preview in the scene's own mode may have been as sharp as the next rung.
-                if let Some(sharpness) = self.preview_reduction() {
-                    let is_sharper = |shrink: f64| shrink * WORTH_SHARPENING <= sharpness;
-                    rungs.retain(|rung| match *rung {
-                        Rung::Reduced { shrink } => is_sharper(shrink),
-                        _ => true,
-                    });
-                }
+                let sharpness = self.preview_reduction().unwrap_or(f64::INFINITY);
+                rungs.retain(|rung| is_worth_it(*rung, sharpness));
                 let share = if doublings(request, 0.0).is_some() { FULL_SHARE } else { 1.0 };
                 let step = share / rungs.len() as f64;
                 let mut full_ms = 0.0;
-                for (i, rung) in rungs.into_iter().enumerate() {
+                for (i, rung) in rungs.iter().copied().enumerate() {
                     if self.newer_came() {
                         return Err(DrawError::Interrupted);
                     }
                     let show_partial = show_partial && rung == Rung::Full;
                     let (before, after) = (i as f64 * step, (i + 1) as f64 * step);
                     let manner = Manner::InPieces { show_partial, before, after };
-                    full_ms = self.rung(request, rung, manner)?;
+                    full_ms = self.rung(request, rung, manner, rungs.get(i + 1).copied())?;
                 }
                 if self.device()?.is_to_be_calibrated(scene, size) {
                     self.calibrate(request, full_ms)?;
@@ -108,30 +108,82 @@ impl Worker {
         }
     }
 
-    /// The rungs after the coarse picture.
-    fn ladder(
+    /// A moving view: a quick picture, and where the budget is longer than that, the one that it
+    /// affords for as long as the hand pauses.
+    fn follow(
+        &mut self,
+        request: &FrameRequest,
+        budget_ms: f64,
+        ticket: &Ticket,
+    ) -> Result<(), DrawError> {
+        let (scene, size) = (&request.scene, request.size);
+        let quick_ms = budget_ms.min(QUICK_MS);
+        let longer = (budget_ms > QUICK_MS).then_some(Rung::Coarse { budget_ms });
+        self.finished = None;
+        // It is there already where a still interrupted the longer one.
+        if longer.is_none() || self.preview_of(request).is_none() {
+            self.device()?.prepare_preview(scene, size, quick_ms, ticket)?;
+            // Bounded by its budget, and so never interrupted: a hand that moves faster than
+            // pictures are drawn still sees every one of them.
+            let quick = Rung::Coarse { budget_ms: quick_ms };
+            self.rung(request, quick, Manner::Whole, longer)?;
+        }
+        let is_short_of = |c: &Unchecked| match c.coarseness {
+            Coarseness::Octree { max_error, .. } => max_error > 0.0 || c.picture.shrink() > 1.0,
+            Coarseness::Reduced { .. } => c.picture.shrink() > 1.0,
+        };
+        let Some(longer) = longer.filter(|_| self.preview_of(request).is_some_and(is_short_of))
+        else {
+            return Ok(());
+        };
+        if self.newer_came() {
+            return Err(DrawError::Interrupted);
+        }
+        self.device()?.prepare_preview(scene, size, budget_ms, ticket)?;
+        let manner = Manner::InPieces { show_partial: false, before: 0.0, after: 0.0 };
+        self.rung(request, longer, manner, None)?;
+        Ok(())
+    }
+
+    /// The coarse picture of a request's view, where it is the one that was drawn last.
+    fn preview_of(&self, request: &FrameRequest) -> Option<&Unchecked> {
+        self.coarse.iter().find(|c| {
+            c.is_preview
+                && c.request.size == request.size
+                && c.request.scene.makes_same_picture(&request.scene)
+        })
+    }
+
+    /// The rungs after the coarse picture. Of a budget beyond a quick picture's, `unspent_ms` is left
+    /// to be drawn in.
+    pub(super) fn ladder(
         &mut self,
         scene: &Scene,
         size: [u32; 2],
         ladder: Ladder,
+        unspent_ms: f64,
     ) -> Result<Vec<Rung>, DrawError> {
         let drawer = self.device()?;
+        let budgeted = |full_ms: f64| {
+            let is_worth_it = unspent_ms > QUICK_MS && full_ms > unspent_ms;
+            is_worth_it.then(|| vec![Rung::Coarse { budget_ms: unspent_ms }])
+        };
         let mut rungs = match ladder {
             Ladder::Octree if slabs::reconstructs(&scene.splat) => {
                 let rays = f64::from(size[0]) * f64::from(size[1]);
-                match rays * drawer.costs.ray_ms {
+                let full_ms = rays * drawer.costs.ray_ms;
+                budgeted(full_ms).unwrap_or_else(|| match full_ms {
                     quick if quick < MIDDLE_WORTH_MS => Vec::new(),
                     slow if slow < SEVERAL_WORTH_MS => vec![Rung::Reduced { shrink: 4.0 }],
                     _ => vec![Rung::Reduced { shrink: 8.0 }, Rung::Reduced { shrink: 3.0 }],
-                }
+                })
             }
             Ladder::Octree => {
                 let full_ms = drawer.active_count().unwrap_or(0) as f64 * drawer.costs.voxel_ms;
-                if full_ms < MIDDLE_WORTH_MS {
-                    Vec::new()
-                } else {
-                    vec![Rung::Coarse { budget_ms: full_ms * MIDDLE_SHARE }]
-                }
+                budgeted(full_ms).unwrap_or_else(|| match full_ms < MIDDLE_WORTH_MS {
+                    true => Vec::new(),
+                    false => vec![Rung::Coarse { budget_ms: full_ms * MIDDLE_SHARE }],
+                })
             }
             Ladder::Subsampling => {
                 vec![Rung::Subsampled { level: 2 }, Rung::Subsampled { level: 1 }]
@@ -146,12 +198,14 @@ impl Worker {
         Ok(rungs)
     }
 
-    /// Draws and publishes one rung; what it took, milliseconds.
+    /// Draws and publishes one rung; what it took, milliseconds. `following` is the one after it,
+    /// where that is known better than by the way up.
     fn rung(
         &mut self,
         request: &FrameRequest,
         rung: Rung,
         manner: Manner,
+        following: Option<Rung>,
     ) -> Result<f64, DrawError> {
         let (drawn, backend) = self.drawn(request, rung, manner)?;
         let progress = match manner {
@@ -170,13 +224,26 @@ impl Worker {
                     true => estimate::detail_rmse(&picture),
                     false => 0.0,
                 };
-                Some(Coarseness::Reduced { detail_rmse })
+                Some(Coarseness::Reduced { detail_rmse, field: drawn.field })
             }
             _ => None,
         };
+        if drawn.is_reduced && picture.shrink() > 1.0 {
+            self.last_reduced = Some(LastDrawn::of(request, drawn.wall_ms));
+        }
         if let Some(coarseness) = coarseness {
             let rmse = self.estimator.rmse(&request.scene, coarseness, picture.shrink());
             picture.report.estimated_rmse = Some(rmse);
+            if let Rung::Coarse { budget_ms } = rung {
+                picture.report.budget_ms = Some(budget_ms);
+            }
+            let sharpness = match coarseness {
+                Coarseness::Octree { .. } => f64::INFINITY,
+                Coarseness::Reduced { .. } => picture.shrink(),
+            };
+            let following = following.or_else(|| self.next_at_rest(request, sharpness));
+            let next = following.and_then(|rung| self.next_of(request, rung, &picture, coarseness));
+            picture.report.next = next;
         }
         if rung == Rung::Full {
             self.check(request, &mut picture);
@@ -195,8 +262,11 @@ impl Worker {
             });
         }
         if rung == Rung::Full {
+            self.last_full = Some(LastDrawn::of(request, drawn.wall_ms));
             self.finished = Some((request.clone(), Arc::clone(&picture)));
         }
+        // Before it, so that nobody sees the cells of the picture before over this one.
+        self.publish_drawn_cells(request);
         self.publish(picture);
         Ok(drawn.wall_ms)
     }
@@ -211,8 +281,9 @@ impl Worker {
         self.device()?;
         // Taken out while it draws, so that pieces can announce themselves through `self`.
         let Some(mut drawer) = self.drawer.take() else { return Err(no_device()) };
-        let mut watch = Watch::new(self, request, manner, drawer.active_count());
+        let mut watch = Watch::new(self, request, manner, &drawer);
         let learnt = drawer.costs;
+        drawer.keeps_cut = self.wants_cut_of(request);
         let in_own_mode = match rung {
             Rung::Full | Rung::Reduced { .. } => true,
             Rung::Coarse { budget_ms } => {
@@ -251,12 +322,22 @@ impl Worker {
         Ok(picture(request, words, drawn, rgba, drawer.active_count()))
     }
 
+    /// Has what quick pictures of the volume are drawn from at hand before a hand asks for one.
+    fn prepare_preview_field(&mut self, request: &FrameRequest) -> Result<(), DrawError> {
+        let Some(mut drawer) = self.drawer.take() else { return Err(no_device()) };
+        let manner = Manner::InPieces { show_partial: false, before: 0.0, after: 0.0 };
+        let mut watch = Watch::new(self, request, manner, &drawer);
+        let result = drawer.prepare_preview_field(&request.scene, request.size, &mut watch);
+        self.drawer = Some(drawer);
+        result
+    }
+
     /// Finds the faster back end, once the picture that triangles took `raster_ms` for is out.
     fn calibrate(&mut self, request: &FrameRequest, raster_ms: f64) -> Result<(), DrawError> {
         self.device()?;
         let Some(mut drawer) = self.drawer.take() else { return Err(no_device()) };
         let manner = Manner::InPieces { show_partial: false, before: 1.0, after: 1.0 };
-        let mut watch = Watch::new(self, request, manner, drawer.active_count());
+        let mut watch = Watch::new(self, request, manner, &drawer);
         let result = drawer.calibrate(&request.scene, request.size, raster_ms, &mut watch);
         self.drawer = Some(drawer);
         match result {
@@ -340,6 +421,8 @@ fn picture(
         kernels_total: request.scene.volume.lattice.len() as u64,
         backend: Backend::Raster,
         frame_ms: drawn.wall_ms,
+        budget_ms: None,
+        next: None,
         progress,
         estimated_rmse: None,
         checked: None,
@@ -360,6 +443,15 @@ pub(super) fn rung_words(rung: Rung, drawn: &Drawn) -> String {
         Rung::Cheaper(kernel) => format!("every voxel, {} kernel", kernel.name()),
         Rung::Reduced { .. } => format!("full at {} × {}", drawn.size[0], drawn.size[1]),
         Rung::Full => "full".to_owned(),
+    }
+}
+
+/// Whether a rung shows more than a picture in the scene's own mode that is so many times smaller than
+/// shown.
+pub(super) fn is_worth_it(rung: Rung, sharpness: f64) -> bool {
+    match rung {
+        Rung::Reduced { shrink } => shrink * WORTH_SHARPENING <= sharpness,
+        _ => true,
     }
 }
 
@@ -398,17 +490,23 @@ struct Watch<'a> {
     last_progress: Instant,
     last_partial: Instant,
     active: Option<u64>,
+    /// What cells that are asked for meanwhile are found in.
+    cuts: Option<CutSource>,
 }
 
 impl<'a> Watch<'a> {
-    fn new(
-        worker: &'a Worker,
-        request: &'a FrameRequest,
-        manner: Manner,
-        active: Option<u64>,
-    ) -> Self {
+    fn new(worker: &'a Worker, request: &'a FrameRequest, manner: Manner, drawer: &Drawer) -> Self {
         let start = Instant::now();
-        Self { worker, request, manner, start, last_progress: start, last_partial: start, active }
+        Self {
+            worker,
+            request,
+            manner,
+            start,
+            last_progress: start,
+            last_partial: start,
+            active: drawer.active_count(),
+            cuts: drawer.cut_source(),
+        }
     }
 }
 
@@ -425,6 +523,7 @@ impl Observer for Watch<'_> {
         if self.worker.newer_came() {
             return true;
         }
+        self.worker.find_cells(self.cuts.as_ref());
         let share = before + (after - before) * done;
         if self.last_progress.elapsed() >= PROGRESS_EVERY {
             self.last_progress = Instant::now();
@@ -443,6 +542,7 @@ impl Observer for Watch<'_> {
                     max_error: 0.0,
                     missing_rmse: 0.0,
                     is_reduced: false,
+            field: SlabField::Own,
                     wall_ms: self.start.elapsed().as_secs_f64() * 1e3,
                 };
                 #[expect(clippy::cast_possible_truncation, reason = "0..1")]

@@ -100,6 +100,8 @@ impl Worker {
             kernels_total: scene.volume.lattice.len() as u64,
             backend: scene.splat.fixed_backend(),
             frame_ms: drawn.wall_ms,
+            budget_ms: None,
+            next: None,
             progress: 1.0,
             estimated_rmse: None,
             checked: None,

@@ -2,13 +2,14 @@
 
 use std::sync::{Arc, PoisonError};
 
+use super::next::LastDrawn;
 use super::rungs::Unchecked;
-use super::{EngineState, FrameRequest, Picture, Posted, Shared};
+use super::{EngineState, FrameRequest, Ladder, Picture, Posted, PostedStill, Shared};
 use crate::core::Ticket;
 use crate::gpu::{AdapterChoice, Context, GpuError, Renderer, Wishes};
 use crate::task::draw::{DrawError, Drawer};
 use crate::task::estimate::Estimator;
-use crate::task::still::{self, Still, StillError, StillRequest};
+use crate::task::still::{self, Still, StillError};
 
 /// Rebuilds of a lost device for one request.
 pub(super) const REBUILDS: u32 = 2;
@@ -26,6 +27,12 @@ pub(super) struct Worker {
     /// drawn.
     pub(super) finished: Option<(FrameRequest, Arc<Picture>)>,
     pub(super) estimator: Estimator,
+    /// The last `full`: what comes after a coarse picture is judged by it.
+    pub(super) last_full: Option<LastDrawn>,
+    /// The last picture in its own mode at a smaller size.
+    pub(super) last_reduced: Option<LastDrawn>,
+    /// The way up that was asked for last.
+    pub(super) last_ladder: Option<Ladder>,
 }
 
 impl Worker {
@@ -44,6 +51,9 @@ impl Worker {
             coarse: Vec::new(),
             finished: None,
             estimator: Estimator::default(),
+            last_full: None,
+            last_reduced: None,
+            last_ladder: None,
         }
     }
 
@@ -57,7 +67,7 @@ impl Worker {
         loop {
             let posted = {
                 let mut slot = self.shared.lock();
-                while slot.is_empty() && slot.second.is_none() && !slot.stop {
+                while slot.is_empty() && slot.idle_work_is_none() && !slot.stop {
                     slot = self.shared.posted.wait(slot).unwrap_or_else(PoisonError::into_inner);
                 }
                 if slot.stop {
@@ -71,24 +81,26 @@ impl Worker {
                     self.shared.lock().under_way = None;
                 }
                 Some(Posted::Still(still)) => {
-                    let result = self.still(&still.request, &still.ticket);
+                    let result = self.still(&still);
                     // Whoever asked may be gone.
                     drop(still.reply.send(result));
                     self.announce(EngineState::Idle);
                 }
+                Some(Posted::Cells(request)) => self.serve_cells(request),
                 Some(Posted::Second(request)) => self.serve_second(request),
                 None => {}
             }
         }
     }
 
-    fn still(&mut self, request: &StillRequest, ticket: &Ticket) -> Result<Still, StillError> {
+    fn still(&mut self, posted: &PostedStill) -> Result<Still, StillError> {
+        let PostedStill { request, keeps_cells, ticket, .. } = posted;
         let mut tries = 0;
         loop {
             let result = self
                 .device()
                 .map_err(StillError::from)
-                .and_then(|drawer| still::draw(drawer, request, ticket));
+                .and_then(|drawer| still::draw(drawer, request, *keeps_cells, ticket));
             match result {
                 Err(StillError::Gpu(GpuError::Lost(_))) if tries < REBUILDS => self.drop_device(),
                 other => return other,

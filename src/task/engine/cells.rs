@@ -1,0 +1,135 @@
+//! The cells of octree cuts for the window, found on the engine's thread beside the pictures.
+
+use std::sync::Arc;
+
+use super::worker::{REBUILDS, Worker};
+use super::{Effort, Engine, EngineState, FrameRequest};
+use crate::core::Ticket;
+use crate::gpu::GpuError;
+use crate::scene::{Cells, Scene};
+use crate::task::cells::CutSource;
+use crate::task::draw::DrawError;
+use crate::volume::ScalarVolume;
+
+/// Most cells that are handed out, the largest first: their edges are painted in every pass.
+pub const MOST_CELLS: usize = 20_000;
+
+/// Cells that a cut may have to be found for the window, about: it cannot be stopped, and a hand may
+/// begin to move meanwhile.
+const MOST_IN_CUT: u64 = 1_000_000;
+
+/// The cells of one cut of a view at rest.
+#[derive(Debug, Clone)]
+pub struct CellsRequest {
+    /// What is to be seen.
+    pub scene: Scene,
+    /// Picture size in physical pixels, each at least 1: nodes under a pixel are not split.
+    pub size: [u32; 2],
+    /// The error that the cut is fitted to.
+    pub max_error: f32,
+}
+
+/// The cells of a cut, and what they are of.
+#[derive(Debug, Clone)]
+pub struct FoundCells {
+    /// The volume that they are cells of.
+    pub volume: Arc<ScalarVolume>,
+    /// The cells. Their error is the one asked for, or the least of a cut that is found quickly.
+    pub cells: Cells,
+    /// The error that was asked for.
+    pub asked_error: f32,
+    /// Whether this is the cut on the picture of a moving view, rather than one that was asked for.
+    pub is_drawn: bool,
+}
+
+impl Engine {
+    /// Asks for the cells of a cut, and from now on for those of every cut that a moving view is drawn
+    /// with; `None` ends both. They are found between two pieces of a picture. Never blocks.
+    pub fn request_cells(&self, request: Option<CellsRequest>) {
+        let mut slot = self.shared.lock();
+        slot.cells_wanted = request.is_some();
+        slot.cells = request;
+        slot.found_cells = None;
+        drop(slot);
+        self.shared.posted.notify_one();
+    }
+
+    /// The newest cells not yet taken, if any. Never blocks.
+    pub fn take_cells(&self) -> Option<Arc<FoundCells>> {
+        self.shared.lock().found_cells.take()
+    }
+}
+
+impl Worker {
+    /// Whether the cut of a moving view's picture is to be kept for its cells.
+    pub(super) fn wants_cut_of(&self, request: &FrameRequest) -> bool {
+        matches!(request.effort, Effort::Moving { .. }) && self.shared.lock().cells_wanted
+    }
+
+    /// The cells of the cut that was just drawn, where there was one.
+    pub(super) fn publish_drawn_cells(&mut self, request: &FrameRequest) {
+        let Some((cut, limits)) = self.drawer.as_mut().and_then(|drawer| drawer.take_cut()) else {
+            return;
+        };
+        let cells = Cells::of(&cut, &limits, MOST_CELLS);
+        let volume = Arc::clone(&request.scene.volume);
+        let asked_error = limits.max_error;
+        self.publish_cells(FoundCells { volume, cells, asked_error, is_drawn: true });
+    }
+
+    /// Finds the cells that were asked for, if they can be found in `source`.
+    pub(super) fn find_cells(&self, source: Option<&CutSource>) {
+        let Some(source) = source else { return };
+        let request = {
+            let mut slot = self.shared.lock();
+            match &slot.cells {
+                Some(request) if source.is_for(&request.scene) => slot.cells.take(),
+                _ => None,
+            }
+        };
+        let Some(CellsRequest { scene, size, max_error }) = request else { return };
+        let least = source.pyramid.error_for_count(MOST_IN_CUT);
+        let cells = source.cells(&scene, size, max_error.max(least), MOST_CELLS);
+        let (volume, asked_error) = (scene.volume, max_error);
+        self.publish_cells(FoundCells { volume, cells, asked_error, is_drawn: false });
+    }
+
+    fn publish_cells(&self, found: FoundCells) {
+        {
+            let mut slot = self.shared.lock();
+            if !slot.cells_wanted {
+                return;
+            }
+            slot.found_cells = Some(Arc::new(found));
+        }
+        (self.wake)();
+    }
+
+    /// Finds cells while nothing else is to be drawn.
+    pub(super) fn serve_cells(&mut self, request: CellsRequest) {
+        let mut tries = 0;
+        let prepared = loop {
+            let prepared = self
+                .device()
+                .map_err(DrawError::from)
+                .and_then(|drawer| drawer.prepare(&request.scene, &Ticket::new()));
+            match prepared {
+                Err(DrawError::Gpu(GpuError::Lost(_))) if tries < REBUILDS => self.drop_device(),
+                other => break other,
+            }
+            tries += 1;
+        };
+        match prepared {
+            Ok(()) => {
+                self.shared.lock().cells.get_or_insert(request);
+                let source = self.drawer.as_ref().and_then(|drawer| drawer.cut_source());
+                self.find_cells(source.as_ref());
+            }
+            Err(DrawError::Interrupted) => {}
+            Err(DrawError::Gpu(error)) => {
+                self.drop_device();
+                self.announce(EngineState::Failed(error.to_string()));
+            }
+        }
+    }
+}
