@@ -3,12 +3,15 @@
 use std::sync::Arc;
 
 use glam::{DMat3, DVec2, DVec3};
+use voxsplat::accuracy::Difference;
 use voxsplat::core::{Srgb8, Ticket};
 use voxsplat::hierarchy::{
     Cut, CutLimits, CutNode, ErrorMeasure, Node, Pyramid, Visibility, VisitOrder,
 };
+use voxsplat::reference::{RefKernel, Reference};
+use voxsplat::scene::{self, Scene, SplatSettings, View};
 use voxsplat::transfer::{ColourMap, ColourSource, Table, TransferFunction};
-use voxsplat::volume::{Lattice, Samples, ScalarVolume};
+use voxsplat::volume::{Component, Lattice, Samples, ScalarVolume, demo};
 
 const DIMS: [[usize; 3]; 5] = [[16, 16, 16], [19, 9, 10], [1, 1, 7], [1, 1, 1], [33, 2, 5]];
 
@@ -909,4 +912,55 @@ fn fits_are_drawn_far_before_near_like_any_cut() {
         }
     }
     assert!(pairs > 1000, "{pairs} pairs with an order");
+}
+
+/// A cut's float64 picture, every sample laid over those behind it.
+fn picture(scene: &Scene, cut: &[CutNode]) -> Vec<[f64; 4]> {
+    let lattice = scene.volume.lattice;
+    let kernels = cut.iter().map(|cut| RefKernel {
+        centre: lattice.world_from_index(DVec3::from_array(std::array::from_fn(|a| {
+            f64::from(cut.low[a]) + (f64::from(cut.size[a]) - 1.0) / 2.0
+        }))),
+        map: lattice.axes() * DMat3::from_diagonal(DVec3::from(cut.size.map(f64::from))),
+        extinction: f64::from(cut.node.extinction) / scene.opacity_unit_distance(),
+        colour: cut.node.colour.map(|c| f64::from(c) / 65535.0),
+    });
+    Reference::of_kernels(kernels.collect(), scene, [56, 48], false).expect("a mode").picture()
+}
+
+/// At as many nodes: what the view-dependent weight is for.
+#[test]
+fn a_cut_weighted_by_what_shows_is_nearer_to_the_reference_with_as_many_nodes() {
+    let grid = demo::open("head", Some(40)).expect("a demo there is");
+    let volume = grid.scalar(&grid.fields[0], Component::Index(0), &Ticket::new()).expect("finite");
+    let mut scene = scene::opening(Arc::new(volume), None);
+    scene.splat = SplatSettings::SHADE_FIRST;
+    let table = Table::new(&scene.transfer, scene.volume.samples.scalar_type());
+    let reference = Reference::new(&scene, [56, 48]).expect("a mode").picture();
+    let view = View::new(&scene, [56, 48]);
+    for &measure in ErrorMeasure::ALL {
+        let pyramid = Pyramid::build(&scene.volume, &table, 1.0, measure, &Ticket::new());
+        let pyramid = pyramid.expect("not cancelled");
+        let rmse = |view_dependent: bool| {
+            let cut = |max_error: f32| {
+                let limits = CutLimits { view_dependent, ..limits(max_error, 0) };
+                let visibility = view.visibility(1.556);
+                Cut::of(&pyramid, limits, view.visit_order(), &visibility, |index| {
+                    table.lookup(scene.volume.samples.get(index))
+                })
+                .nodes
+            };
+            let (mut few, mut many) = (1e4_f32, 1e-5_f32);
+            for _ in 0..24 {
+                let middle = (few * many).sqrt();
+                *(if cut(middle).len() > 3000 { &mut many } else { &mut few }) = middle;
+            }
+            let cut = cut(few);
+            assert!(cut.len() > 2900, "{measure:?}: {} nodes", cut.len());
+            Difference::between(&picture(&scene, &cut), &reference).expect("one size").rmse
+        };
+        let [uniform, weighted] = [false, true].map(rmse);
+        println!("measured {measure:?}: uniform {uniform:.5}, weighted {weighted:.5}");
+        assert!(weighted < 0.97 * uniform, "{measure:?}: {weighted} against {uniform}");
+    }
 }

@@ -7,6 +7,7 @@ mod framing;
 mod mode;
 mod view;
 
+pub use crate::hierarchy::ErrorMeasure;
 pub use framing::{NamedView, axis_letters, is_anterior_y};
 pub use mode::{
     Backend, Classify, CutSettings, LEAST_SLABS_PER_VOXEL, MOST_GATHERED_EXTENT,
