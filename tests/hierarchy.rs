@@ -847,6 +847,40 @@ fn no_error_of_any_measure_is_less_than_a_childs_and_its_cuts_have_the_count_ask
     }
 }
 
+/// Where nothing differs, one node is as good as all voxels, and within any count.
+#[test]
+fn a_flat_volume_is_one_node_within_any_count_and_deep_ones_keep_theirs() {
+    for &measure in ErrorMeasure::ALL {
+        let flat = Samples::Float64(vec![0.8; 32 * 32 * 32]);
+        let built = measured([32; 3], flat, &transfer(0.0), measure);
+        let error = built.pyramid.error_for_count(100);
+        assert_eq!(
+            built.cut(limits(error, 0), VisitOrder::Along(DVec3::Z)).len(),
+            1,
+            "{measure:?}"
+        );
+    }
+    // Voxels a million unit distances thick: depths beyond every other error.
+    let Built { volume, table, .. } = mixed([32, 30, 28]);
+    for voxel_depth in [1e6, 1e30] {
+        let pyramid = Pyramid::build(
+            &volume,
+            &table,
+            voxel_depth,
+            ErrorMeasure::OpticalDepth,
+            &Ticket::new(),
+        );
+        let pyramid = pyramid.expect("not cancelled");
+        let deep = Built { volume: Arc::clone(&volume), table: table.clone(), pyramid };
+        for count in [1, 100, 1000] {
+            let error = deep.pyramid.error_for_count(count);
+            let found = deep.cut(limits(error, 0), VisitOrder::Along(DVec3::Z)).len() as u64;
+            assert!(error.is_finite() && found <= count, "{count}: {found} of {error}");
+            assert!(count == 1 || found > count / 3, "{count}: {found} of {error}");
+        }
+    }
+}
+
 /// Noise behind a thick opaque wall, and the same before it.
 #[test]
 fn what_lies_behind_opaque_matter_stays_coarse_and_what_lies_before_it_does_not() {
