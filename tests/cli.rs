@@ -146,6 +146,9 @@ fn wrong_usage_exits_with_2() {
         (&["--kernel", "gouraud", "--backend", "tiles"], &["--kernel gouraud", "--backend tiles"]),
         (&["--kernel", "gouraud", "--classify", "after"], &["--kernel gouraud", "after"]),
         (&["--kernel", "cubic", "--gouraud-rings", "3"], &["--gouraud-rings", "--kernel cubic"]),
+        (&["--cut-error", "scalar"], &["--cut-error", "--refine coarse"]),
+        (&["--cut-weighting", "view"], &["--cut-weighting", "--refine coarse"]),
+        (&["--cut-balanced", "--refine", "converged"], &["--cut-balanced", "--refine coarse"]),
         (&["--gouraud-angles", "2"], &["--gouraud-angles", "3 and 64", "2"]),
         (&["--stats", "/nowhere/./out.png"], &["--output and --stats", "two files"]),
     ] {
@@ -285,6 +288,52 @@ fn what_cannot_be_known_to_have_converged_is_said_and_counted_as_not_reached() {
         let found: Value = serde_json::from_str(&text).expect("JSON");
         assert_eq!(found["convergence"]["is_reached"], !note, "{text}");
         assert_eq!(found["refinement"], refinement, "{text}");
+    }
+}
+
+#[test]
+fn how_octree_cuts_are_fitted_is_drawn_and_written_down() {
+    if !can_draw() {
+        return;
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = |name: &str| folder.path().join(name).to_str().expect("UTF-8").to_owned();
+    let (picture, stats) = (path("out.png"), path("stats.json"));
+    let run = |more: &[&str]| {
+        let fixed = ["render", "demo:head:24", "-o", &picture, "--stats", &stats];
+        let size = ["--resolution", "64,48", "--visibility", "every-sample"];
+        let coarse = ["--refine", "coarse", "--max-error", "0.03"];
+        let run = voxsplat(&[&fixed[..], &size, &coarse, more].concat());
+        assert!(run.status.success(), "{}", errors(&run));
+        let text = std::fs::read_to_string(&stats).expect("statistics");
+        serde_json::from_str::<Value>(&text).expect("JSON")
+    };
+    let plain = run(&[]);
+    let cut = &plain["mode"]["cut"];
+    assert_eq!(
+        *cut,
+        serde_json::json!({
+            "measure": "classified", "view_dependent": false, "balanced": false
+        })
+    );
+    let mut nodes = vec![plain["octree_nodes"].clone()];
+    for (more, cut) in [
+        (&["--cut-error", "scalar"][..], serde_json::json!(["scalar", false, false])),
+        (&["--cut-error", "optical-depth"], serde_json::json!(["optical-depth", false, false])),
+        (&["--cut-weighting", "view"], serde_json::json!(["classified", true, false])),
+        (&["--cut-balanced"], serde_json::json!(["classified", false, true])),
+    ] {
+        let found = run(more);
+        let told = &found["mode"]["cut"];
+        let told = [&told["measure"], &told["view_dependent"], &told["balanced"]];
+        assert_eq!(serde_json::json!(told), cut, "{more:?}");
+        assert!(found["rmse"].as_f64().is_some_and(|rmse| rmse <= 0.03), "{more:?}: {found}");
+        nodes.push(found["octree_nodes"].clone());
+    }
+    // Each of them fits another cut.
+    for (i, fitted) in nodes.iter().enumerate() {
+        assert!(fitted.as_u64().is_some_and(|n| n > 0), "{nodes:?}");
+        assert!(!nodes[..i].contains(fitted), "{nodes:?}");
     }
 }
 

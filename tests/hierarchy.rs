@@ -3,12 +3,15 @@
 use std::sync::Arc;
 
 use glam::{DMat3, DVec2, DVec3};
+use voxsplat::accuracy::Difference;
 use voxsplat::core::{Srgb8, Ticket};
 use voxsplat::hierarchy::{
     Cut, CutLimits, CutNode, ErrorMeasure, Node, Pyramid, Visibility, VisitOrder,
 };
+use voxsplat::reference::{RefKernel, Reference};
+use voxsplat::scene::{self, Scene, SplatSettings, View};
 use voxsplat::transfer::{ColourMap, ColourSource, Table, TransferFunction};
-use voxsplat::volume::{Lattice, Samples, ScalarVolume};
+use voxsplat::volume::{Component, Lattice, Samples, ScalarVolume, demo};
 
 const DIMS: [[usize; 3]; 5] = [[16, 16, 16], [19, 9, 10], [1, 1, 7], [1, 1, 1], [33, 2, 5]];
 
@@ -681,10 +684,19 @@ fn nodes_that_share_a_face_in_a_balanced_cut_differ_by_at_most_one_level() {
         let r = (at[0] * at[0] + at[1] * at[1] + at[2] * at[2]).sqrt();
         0.45 + 0.5 * (-(r - 9.0).powi(2)).exp() + 0.05 * random(i) * f64::from(u8::from(r < 6.0))
     };
-    let samples = Samples::Float64((0..64 * 32 * 32).map(near_a_corner).collect());
+    // Its rim is fine, its inside coarse, and nothing is outside.
+    let ball = |i: usize| {
+        let at = [i % 64, i / 64 % 32, i / 2048].map(|n| n as f64);
+        let r = (at[0] - 20.3).hypot(at[1] - 15.2).hypot(at[2] - 16.1);
+        if r < 13.0 { 0.9 } else { 0.0 }
+    };
+    let shapes: [&dyn Fn(usize) -> f64; 2] = [&near_a_corner, &ball];
     let (mut plain_steps, mut most) = (0, 0);
-    for &measure in ErrorMeasure::ALL {
-        let built = measured(dims, samples.clone(), &transfer(0.0), measure);
+    for (shape, &measure) in
+        shapes.iter().flat_map(|s| ErrorMeasure::ALL.iter().map(move |m| (s, m)))
+    {
+        let samples = Samples::Float64((0..64 * 32 * 32).map(shape).collect());
+        let built = measured(dims, samples, &transfer(0.0), measure);
         let root = built.pyramid.levels[built.pyramid.height() - 1].nodes[0];
         for share in [0.003, 0.01, 0.05, 0.2] {
             for fit in fits(root.error * share) {
@@ -844,6 +856,40 @@ fn no_error_of_any_measure_is_less_than_a_childs_and_its_cuts_have_the_count_ask
     }
 }
 
+/// Where nothing differs, one node is as good as all voxels, and within any count.
+#[test]
+fn a_flat_volume_is_one_node_within_any_count_and_deep_ones_keep_theirs() {
+    for &measure in ErrorMeasure::ALL {
+        let flat = Samples::Float64(vec![0.8; 32 * 32 * 32]);
+        let built = measured([32; 3], flat, &transfer(0.0), measure);
+        let error = built.pyramid.error_for_count(100);
+        assert_eq!(
+            built.cut(limits(error, 0), VisitOrder::Along(DVec3::Z)).len(),
+            1,
+            "{measure:?}"
+        );
+    }
+    // Voxels a million unit distances thick: depths beyond every other error.
+    let Built { volume, table, .. } = mixed([32, 30, 28]);
+    for voxel_depth in [1e6, 1e30] {
+        let pyramid = Pyramid::build(
+            &volume,
+            &table,
+            voxel_depth,
+            ErrorMeasure::OpticalDepth,
+            &Ticket::new(),
+        );
+        let pyramid = pyramid.expect("not cancelled");
+        let deep = Built { volume: Arc::clone(&volume), table: table.clone(), pyramid };
+        for count in [1, 100, 1000] {
+            let error = deep.pyramid.error_for_count(count);
+            let found = deep.cut(limits(error, 0), VisitOrder::Along(DVec3::Z)).len() as u64;
+            assert!(error.is_finite() && found <= count, "{count}: {found} of {error}");
+            assert!(count == 1 || found > count / 3, "{count}: {found} of {error}");
+        }
+    }
+}
+
 /// Noise behind a thick opaque wall, and the same before it.
 #[test]
 fn what_lies_behind_opaque_matter_stays_coarse_and_what_lies_before_it_does_not() {
@@ -873,7 +919,10 @@ fn what_lies_behind_opaque_matter_stays_coarse_and_what_lies_before_it_does_not(
 fn in_perspective_the_near_is_finer_than_the_far_where_weighting_asks_for_it() {
     let dims = [32, 32, 64];
     let samples = Samples::Float64((0..32 * 32 * 64).map(|i| 0.42 + 0.1 * random(i)).collect());
-    let built = built(dims, samples, &transfer(0.0));
+    // So clear that nothing hides anything.
+    let clear = TransferFunction { opacity: vec![(0.4, 0.0), (1.0, 0.01)], ..transfer(0.0) };
+    let built = built(dims, samples, &clear);
+    let max_error = built.pyramid.error_for_count(20_000);
     let visibility = Visibility {
         view_origin: DVec3::new(-15.5, -15.5, 8.0),
         half_size: DVec2::splat(100.0),
@@ -887,8 +936,8 @@ fn in_perspective_the_near_is_finer_than_the_far_where_weighting_asks_for_it() {
         let (count, sum) = fine.fold((0, 0.0), |(n, sum), z| (n + 1, sum + z));
         (count, sum / f64::from(count.max(1)))
     };
-    let (all, middle) = mean_z(limits(0.05, 0));
-    let (fewer, nearer) = mean_z(CutLimits { view_dependent: true, ..limits(0.05, 0) });
+    let (all, middle) = mean_z(limits(max_error, 0));
+    let (fewer, nearer) = mean_z(CutLimits { view_dependent: true, ..limits(max_error, 0) });
     assert!(all > 1000 && fewer > 1000, "{all} {fewer}");
     assert!(nearer < middle - 5.0, "{nearer} {middle}");
 }
@@ -909,4 +958,55 @@ fn fits_are_drawn_far_before_near_like_any_cut() {
         }
     }
     assert!(pairs > 1000, "{pairs} pairs with an order");
+}
+
+/// A cut's float64 picture, every sample laid over those behind it.
+fn picture(scene: &Scene, cut: &[CutNode]) -> Vec<[f64; 4]> {
+    let lattice = scene.volume.lattice;
+    let kernels = cut.iter().map(|cut| RefKernel {
+        centre: lattice.world_from_index(DVec3::from_array(std::array::from_fn(|a| {
+            f64::from(cut.low[a]) + (f64::from(cut.size[a]) - 1.0) / 2.0
+        }))),
+        map: lattice.axes() * DMat3::from_diagonal(DVec3::from(cut.size.map(f64::from))),
+        extinction: f64::from(cut.node.extinction) / scene.opacity_unit_distance(),
+        colour: cut.node.colour.map(|c| f64::from(c) / 65535.0),
+    });
+    Reference::of_kernels(kernels.collect(), scene, [56, 48], false).expect("a mode").picture()
+}
+
+/// At as many nodes: what the view-dependent weight is for.
+#[test]
+fn a_cut_weighted_by_what_shows_is_nearer_to_the_reference_with_as_many_nodes() {
+    let grid = demo::open("head", Some(40)).expect("a demo there is");
+    let volume = grid.scalar(&grid.fields[0], Component::Index(0), &Ticket::new()).expect("finite");
+    let mut scene = scene::opening(Arc::new(volume), None);
+    scene.splat = SplatSettings::SHADE_FIRST;
+    let table = Table::new(&scene.transfer, scene.volume.samples.scalar_type());
+    let reference = Reference::new(&scene, [56, 48]).expect("a mode").picture();
+    let view = View::new(&scene, [56, 48]);
+    for &measure in ErrorMeasure::ALL {
+        let pyramid = Pyramid::build(&scene.volume, &table, 1.0, measure, &Ticket::new());
+        let pyramid = pyramid.expect("not cancelled");
+        let rmse = |view_dependent: bool| {
+            let cut = |max_error: f32| {
+                let limits = CutLimits { view_dependent, ..limits(max_error, 0) };
+                let visibility = view.visibility(1.556);
+                Cut::of(&pyramid, limits, view.visit_order(), &visibility, |index| {
+                    table.lookup(scene.volume.samples.get(index))
+                })
+                .nodes
+            };
+            let (mut few, mut many) = (1e4_f32, 1e-5_f32);
+            for _ in 0..24 {
+                let middle = (few * many).sqrt();
+                *(if cut(middle).len() > 3000 { &mut many } else { &mut few }) = middle;
+            }
+            let cut = cut(few);
+            assert!(cut.len() > 2900, "{measure:?}: {} nodes", cut.len());
+            Difference::between(&picture(&scene, &cut), &reference).expect("one size").rmse
+        };
+        let [uniform, weighted] = [false, true].map(rmse);
+        println!("measured {measure:?}: uniform {uniform:.5}, weighted {weighted:.5}");
+        assert!(weighted < 0.97 * uniform, "{measure:?}: {weighted} against {uniform}");
+    }
 }

@@ -6,12 +6,11 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use super::values::{self, Stop};
 use crate::core::Srgb8;
-use crate::hierarchy::ErrorMeasure;
 use crate::io::Endian;
 use crate::kernel::Kernel;
 use crate::scene::{
-    Backend, Classify, CutSettings, ModeChoice, ModeError, OpacityModel, Order, Reconstruction,
-    SplatSettings, Visibility,
+    Backend, Classify, CutSettings, ErrorMeasure, ModeChoice, ModeError, OpacityModel, Order,
+    Reconstruction, SplatSettings, Visibility,
 };
 use crate::task::engine::AdapterChoice;
 use crate::transfer::ColourMap;

@@ -85,6 +85,11 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
     {
         note(&did_not_converge(convergence));
     }
+    if let Some(flag) = flags.cut.first_given()
+        && still.drawn.nodes == 0
+    {
+        note(&format!("the picture that fits is no octree cut, so {flag} changed nothing in it"));
+    }
     picture_to.write(&picture_file::bytes(&still, format).map_err(Failure::Failed)?)?;
     if let Some(stats_to) = stats_to {
         let stats = Stats::of(&still, splat, kernels_total, load_ms);

@@ -3,11 +3,11 @@
 use std::ops::RangeInclusive;
 
 use crate::core::Srgb8;
-use crate::hierarchy::ErrorMeasure;
 use crate::io::Endian;
 use crate::kernel::Kernel;
 use crate::scene::{
-    Backend, Classify, MOST_SHEETS_PER_KERNEL, OpacityModel, Order, Reconstruction, Visibility,
+    Backend, Classify, ErrorMeasure, MOST_SHEETS_PER_KERNEL, OpacityModel, Order, Reconstruction,
+    Visibility,
 };
 use crate::task::engine::AdapterChoice;
 use crate::transfer::ColourMap;

@@ -31,8 +31,8 @@ pub use context::{AdapterChoice, Context, Wishes};
 pub use frame::{Pass, PassTime};
 pub use gather::tile_count;
 pub use renderer::Renderer;
-pub use slabs::SlabField;
 pub use scattered::{ListTotals, Scattered};
+pub use slabs::SlabField;
 pub use sort::MOST_KEYS;
 pub use triangles::GridTotals;
 

@@ -325,9 +325,9 @@ impl<F: Fn(usize) -> [f32; 4]> Walk<'_, F> {
     /// Splits every node above one.
     fn split_above(&self, splits: &mut [HashSet<usize>], level: usize, at: [usize; 3]) {
         let mut at = at;
-        for above in level + 1..=self.pyramid.height() {
+        for (above, splits) in splits.iter_mut().enumerate().skip(level + 1) {
             at = at.map(|i| i / 2);
-            if !splits[above].insert(self.index(above, at)) {
+            if !splits.insert(self.index(above, at)) {
                 return;
             }
         }

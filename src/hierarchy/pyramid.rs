@@ -112,10 +112,12 @@ pub struct Pyramid {
     gains: Vec<u64>,
 }
 
-/// Bins of [`Pyramid::error_for_count`], logarithmic up to the root's error, which no other exceeds.
+/// Bins of [`Pyramid::error_for_count`], logarithmic between these errors, or up to the root's where that
+/// is greater: no other exceeds it.
 const GAIN_BINS: usize = 2048;
-/// Ratio of the least to the greatest.
-const LEAST_ERROR: f32 = 1e-10;
+const LEAST_ERROR: f32 = 1e-5;
+/// No node is larger than 2^15 voxels, and no deviation but that of optical depths larger than 1.
+const GREATEST_ERROR: f32 = 32768.0;
 
 /// Running sums of one node while the pyramid is built; means over its real voxels.
 #[derive(Clone, Copy, Default)]
@@ -280,8 +282,9 @@ impl Pyramid {
         if bin == 0 {
             return 0.0;
         }
-        let part = LEAST_ERROR.powf(1.0 - bin as f32 / GAIN_BINS as f32);
-        greatest_error(&self.levels) * part
+        let least = LEAST_ERROR.ln();
+        let span = greatest_error(&self.levels).ln() - least;
+        (least + span * (bin as f32 / GAIN_BINS as f32)).exp().min(f32::MAX)
     }
 
     /// Bytes held.
@@ -293,15 +296,16 @@ impl Pyramid {
 /// Where the bins end: beyond the greatest error, so that a cut of it is the root.
 fn greatest_error(levels: &[PyramidLevel]) -> f32 {
     let root = levels.last().map_or(0.0, |level| level.nodes[0].error);
-    (root * 1.001).clamp(f32::MIN_POSITIVE, f32::MAX)
+    (root * 1.001).clamp(GREATEST_ERROR, f32::MAX)
 }
 
 fn error_bin(error: f32, greatest: f32) -> usize {
-    let part = error / greatest;
-    if part <= LEAST_ERROR {
+    if error <= LEAST_ERROR {
         return 0;
     }
-    let scaled = (1.0 - part.ln() / LEAST_ERROR.ln()) * GAIN_BINS as f32;
+    // Not of their ratios: those overflow.
+    let least = LEAST_ERROR.ln();
+    let scaled = (error.ln() - least) / (greatest.ln() - least) * GAIN_BINS as f32;
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "within the bins")]
     let bin = scaled as usize;
     bin.min(GAIN_BINS - 1)

@@ -8,6 +8,7 @@ mod framing;
 mod mode;
 mod view;
 
+pub use crate::hierarchy::ErrorMeasure;
 pub use cells::{Cell, Cells, Edge, IndexRay, WhyWhole, level_colour};
 pub use framing::{NamedView, axis_letters, is_anterior_y};
 pub use mode::{

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use glam::DVec2;
 
-use crate::core::Srgb8;
 use super::draw::cut_limits;
+use crate::core::Srgb8;
 use crate::hierarchy::{Cut, CutLimits, Pyramid};
 use crate::kernel::RadialKernel;
 use crate::scene::{Cells, Scene, View, level_colour};

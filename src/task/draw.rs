@@ -546,7 +546,7 @@ impl Drawer {
                     max_error: 0.0,
                     missing_rmse: 0.0,
                     is_reduced: false,
-            field: SlabField::Own,
+                    field: SlabField::Own,
                     wall_ms: start.elapsed().as_secs_f64() * 1e3,
                 });
             }

@@ -95,7 +95,8 @@ impl Coarseness {
             Self::Octree { max_error, missing_rmse } => (max_error, missing_rmse),
         };
         let enlarged = PER_SHRINK * (shrink - 1.0).max(0.0);
-        let octree = PER_ERROR * f64::from(max_error).max(0.0);
+        // Nor is any picture further off than black from white.
+        let octree = (PER_ERROR * f64::from(max_error).max(0.0)).min(1.0);
         let shade_first = match classify {
             Classify::Before => 0.0,
             Classify::After | Classify::PreIntegrated => SHADE_FIRST_RMSE,

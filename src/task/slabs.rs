@@ -6,9 +6,9 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use super::draw::{DrawError, Drawer, Drawn, Observer};
+use super::previews::preview_coefficients;
 use crate::core::Ticket;
 use crate::gpu::layout::TILE;
-use super::previews::preview_coefficients;
 use crate::gpu::{GpuError, Renderer, SlabField, tile_count};
 use crate::kernel::{Coefficients, CoefficientsError, coefficients};
 use crate::scene::{
@@ -90,7 +90,9 @@ impl UnderWay {
         settings: &SplatSettings,
     ) -> bool {
         let key = |s: &SplatSettings| (s.kernel, s.extent, s.reconstruction);
-        self.which == which && Arc::ptr_eq(&self.volume, volume) && key(&self.settings) == key(settings)
+        self.which == which
+            && Arc::ptr_eq(&self.volume, volume)
+            && key(&self.settings) == key(settings)
     }
 }
 

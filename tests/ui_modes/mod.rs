@@ -12,7 +12,7 @@ use voxsplat::app::compare::Display;
 use voxsplat::app::measuring::State;
 use voxsplat::kernel::{Kernel, Subdivisions};
 use voxsplat::scene::{
-    Backend, Classify, OpacityModel, Order, Reconstruction, SplatSettings, Visibility,
+    Backend, Classify, ErrorMeasure, OpacityModel, Order, Reconstruction, SplatSettings, Visibility,
 };
 
 use crate::ui_support::{Bench, MeasureLog, SECOND_DARKER, chart_points};
@@ -101,6 +101,25 @@ fn rarer_choices_are_folded_away_and_work_alike() {
     assert_eq!(mode(&bench).opacity_model, OpacityModel::Published);
     bench.choose("Order", "Back to front");
     assert_eq!(mode(&bench).order, Order::BackToFront);
+}
+
+#[test]
+fn octree_cuts_are_fitted_as_chosen_whatever_the_mode() {
+    let mut bench = Bench::opened();
+    assert!(!bench.shows("Error of"));
+    bench.harness.get_by_label("Coarse octree").click();
+    bench.harness.run_steps(30);
+    bench.choose("Error of", "Optical depth");
+    assert_eq!(mode(&bench).cut.measure, ErrorMeasure::OpticalDepth);
+    for name in ["By what shows", "Balanced"] {
+        bench.harness.get_by_role_and_label(Role::CheckBox, name).click();
+        bench.settle();
+    }
+    let cut = mode(&bench).cut;
+    assert!(cut.view_dependent && cut.balanced, "{cut:?}");
+    press(&mut bench, "Classic splatting");
+    bench.choose("Visibility", "Slabs");
+    assert_eq!(mode(&bench).cut, cut, "it belongs to no mode");
 }
 
 #[test]

@@ -5,11 +5,10 @@ use eframe::egui::{Button, CollapsingHeader, ComboBox, Label, RichText, Slider, 
 use super::{reset_ui, row_ui, slider_ui};
 use crate::app::modes::{self, PRESETS};
 use crate::app::{theme, words};
-use crate::hierarchy::ErrorMeasure;
 use crate::kernel::{Kernel, Subdivisions};
 use crate::scene::{
-    Backend, Classify, CutSettings, LEAST_SLABS_PER_VOXEL, ModeChoice, OpacityModel, Order,
-    Reconstruction, SplatSettings, Visibility,
+    Backend, Classify, CutSettings, ErrorMeasure, LEAST_SLABS_PER_VOXEL, ModeChoice, OpacityModel,
+    Order, Reconstruction, SplatSettings, Visibility,
 };
 use crate::task::calibration::BackEndTimes;
 

@@ -542,7 +542,7 @@ impl Observer for Watch<'_> {
                     max_error: 0.0,
                     missing_rmse: 0.0,
                     is_reduced: false,
-            field: SlabField::Own,
+                    field: SlabField::Own,
                     wall_ms: self.start.elapsed().as_secs_f64() * 1e3,
                 };
                 #[expect(clippy::cast_possible_truncation, reason = "0..1")]
