@@ -60,6 +60,8 @@ pub enum Rung {
     Cheaper(Kernel),
     /// The scene's own mode at a smaller size, to be enlarged.
     Reduced {
+        /// Of which field.
+        field: SlabField,
         /// How many times smaller, > 1.
         shrink: f64,
     },
@@ -326,8 +328,8 @@ impl Drawer {
                 self.cut(scene, size, limits, observer)
             }
             Rung::Cheaper(kernel) => self.grid(scene, size, kernel, observer),
-            Rung::Reduced { shrink } => {
-                self.reduced(scene, size, Reduction { field: SlabField::Own, shrink }, observer)
+            Rung::Reduced { field, shrink } => {
+                self.reduced(scene, size, Reduction { field, shrink }, observer)
             }
             Rung::Full if slabs::reconstructs(&scene.splat) => {
                 self.slabs(scene, size, SlabField::Own, 1.0, observer)

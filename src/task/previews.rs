@@ -4,6 +4,7 @@
 //! memory, and one through B-splines fetches eight times as much as one through tents: where the own
 //! field would have to be drawn very small, tents through the samples are nearer to it.
 
+use crate::core::Ticket;
 use crate::gpu::{GpuError, SlabField};
 use crate::hierarchy::{ScalarPyramid, ScalarPyramidError};
 use crate::kernel::{Averaged, Coefficients, CoefficientsError, Kernel, coefficients};
@@ -12,7 +13,6 @@ use crate::volume::ScalarVolume;
 
 use super::draw::{DrawError, Drawer, Drawn, LEAST_SIDE, Observer, Rung, shrunk};
 use super::slabs;
-use crate::core::Ticket;
 
 /// A field may be drawn this much smaller before an octree cut stands in for it: at 1280 × 800 pixels
 /// the own one is 30.9, 37.0, 42.0 dB from the exact picture when 4 times smaller, and 27.8, 33.8,
@@ -39,6 +39,16 @@ pub(super) struct Reduction {
     pub field: SlabField,
     /// How many times smaller, ≥ 1.
     pub shrink: f64,
+}
+
+impl Reduction {
+    /// How many times smaller a picture of the own field is that is as near to the exact one.
+    pub(super) fn own_shrink(self) -> f64 {
+        match self.field {
+            SlabField::Own => self.shrink,
+            SlabField::Preview => self.shrink + WORTH_TENTS,
+        }
+    }
 }
 
 /// The mode of the field for previews of a scene, where one would be quicker than the scene's own and

@@ -200,7 +200,7 @@ pub(super) fn draw(
                 Detail::Full if scale == 1.0 => Rung::Full,
                 Detail::Full => {
                     drawn_size = *size;
-                    Rung::Reduced { shrink: 1.0 / scale }
+                    Rung::Reduced { field: SlabField::Own, shrink: 1.0 / scale }
                 }
                 Detail::Octree { max_error } => Rung::Octree { max_error },
             }

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use voxsplat::accuracy::Difference;
 use voxsplat::core::Ticket;
-use voxsplat::gpu::{Renderer, Wishes, tile_count};
+use voxsplat::gpu::{Renderer, SlabField, Wishes, tile_count};
 use voxsplat::scene::{Scene, SplatSettings, View};
 use voxsplat::task::draw::{Drawer, Drawn, Rung};
 use voxsplat::transfer::presets;
@@ -58,7 +58,8 @@ fn a_reconstructed_field_is_previewed_in_its_own_mode_once_it_is_there() {
 
     // Measured: twice smaller 0.0107, bias 3e-5; the finest octree cut 0.0273, bias 0.0049.
     let against = |light: &Light| Difference::between(light, &full).expect("one size");
-    let (light, reduced) = drawn(&mut drawer, &scene, SIZE, Rung::Reduced { shrink: 2.0 });
+    let (light, reduced) =
+        drawn(&mut drawer, &scene, SIZE, Rung::Reduced { field: SlabField::Own, shrink: 2.0 });
     assert_eq!(reduced.size, [120, 100]);
     let reduced = against(&shown(light, &reduced));
     let (octree, _) = drawn(&mut drawer, &scene, SIZE, Rung::Octree { max_error: 0.0 });
@@ -117,7 +118,15 @@ fn a_smaller_picture_has_one_ray_a_pixel() {
         let renderer = &mut drawer.renderer;
         renderer.begin(&view, scene.splat.kernel, None, unit).expect("begun");
         let tiles = 0..tile_count(size);
-        let drawn = renderer.draw_slab_tiles(&view, &scene.splat, unit, spacing, 5e-4, tiles);
+        let drawn = renderer.draw_slab_tiles(
+            SlabField::Own,
+            &view,
+            &scene.splat,
+            unit,
+            spacing,
+            5e-4,
+            tiles,
+        );
         drawn.expect("drawn");
         wide(&renderer.read_light().expect("read"))
     };

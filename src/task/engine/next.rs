@@ -6,7 +6,6 @@ use std::sync::Arc;
 use super::rungs::is_worth_it;
 use super::worker::Worker;
 use super::{FrameRequest, Ladder, Next, Picture};
-use crate::gpu::SlabField;
 use crate::scene::{Scene, SplatSettings};
 use crate::task::draw::{Drawer, Rung};
 use crate::task::estimate::Coarseness;
@@ -74,8 +73,8 @@ impl Worker {
                 let ms = self.last_full.as_ref().filter(|l| l.is_like(scene))?.ms_at(size);
                 Some(Next { is_full: true, ms, rmse: None })
             }
-            Rung::Reduced { shrink } => {
-                let ms = reduced_ms(Reduction { field: SlabField::Own, shrink })?;
+            Rung::Reduced { field, shrink } => {
+                let ms = reduced_ms(Reduction { field, shrink })?;
                 Some(Next { is_full: false, ms, rmse: rmse_at(shrink) })
             }
             Rung::Coarse { budget_ms } => match drawer.reduction(scene, size, budget_ms) {

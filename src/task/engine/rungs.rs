@@ -14,6 +14,7 @@ use crate::scene::{Backend, Scene, SplatSettings};
 use crate::task::cells::CutSource;
 use crate::task::draw::{DrawError, Drawer, Drawn, Observer, PIECE_MS, Rung, background_light};
 use crate::task::estimate::{self, Checked, Coarseness};
+use crate::task::previews::Reduction;
 use crate::task::slabs;
 
 /// How often progress within a rung is announced.
@@ -22,6 +23,8 @@ const PROGRESS_EVERY: Duration = Duration::from_millis(250);
 const PARTIAL_EVERY: Duration = Duration::from_millis(300);
 /// A middle rung may take this share of what `full` takes.
 const MIDDLE_SHARE: f64 = 0.1;
+/// The first of two middle rungs may take this share.
+const FIRST_SHARE: f64 = 0.03;
 /// `full` follows the coarse picture at once where it takes no longer than this.
 const MIDDLE_WORTH_MS: f64 = 700.0;
 /// Two middle rungs come before a `full` that takes longer than this.
@@ -78,8 +81,8 @@ impl Worker {
                 self.find_cells(cuts.as_ref());
                 let spent = self.preview_of(request).and_then(|c| c.picture.report.budget_ms);
                 let unspent_ms = if spent == Some(budget_ms) { 0.0 } else { budget_ms };
-                let mut rungs = self.ladder(scene, size, ladder, unspent_ms)?;
                 self.prepare_preview_field(request)?;
+                let mut rungs = self.ladder(scene, size, ladder, unspent_ms)?;
                 // A preview in the scene's own mode may have been as sharp as the next rung.
                 let sharpness = self.preview_reduction().unwrap_or(f64::INFINITY);
                 rungs.retain(|rung| is_worth_it(*rung, sharpness));
@@ -172,10 +175,15 @@ impl Worker {
             Ladder::Octree if slabs::reconstructs(&scene.splat) => {
                 let rays = f64::from(size[0]) * f64::from(size[1]);
                 let full_ms = rays * drawer.costs.ray_ms;
+                let reduced = |shares: &[f64]| {
+                    let within = |share| drawer.reduction(scene, size, full_ms * share);
+                    let rung = |Reduction { field, shrink }| Rung::Reduced { field, shrink };
+                    shares.iter().copied().filter_map(within).map(rung).collect()
+                };
                 budgeted(full_ms).unwrap_or_else(|| match full_ms {
                     quick if quick < MIDDLE_WORTH_MS => Vec::new(),
-                    slow if slow < SEVERAL_WORTH_MS => vec![Rung::Reduced { shrink: 4.0 }],
-                    _ => vec![Rung::Reduced { shrink: 8.0 }, Rung::Reduced { shrink: 3.0 }],
+                    slow if slow < SEVERAL_WORTH_MS => reduced(&[MIDDLE_SHARE]),
+                    _ => reduced(&[FIRST_SHARE, MIDDLE_SHARE]),
                 })
             }
             Ladder::Octree => {
@@ -239,7 +247,9 @@ impl Worker {
             }
             let sharpness = match coarseness {
                 Coarseness::Octree { .. } => f64::INFINITY,
-                Coarseness::Reduced { .. } => picture.shrink(),
+                Coarseness::Reduced { field, .. } => {
+                    Reduction { field, shrink: picture.shrink() }.own_shrink()
+                }
             };
             let following = following.or_else(|| self.next_at_rest(request, sharpness));
             let next = following.and_then(|rung| self.next_of(request, rung, &picture, coarseness));
@@ -352,11 +362,16 @@ impl Worker {
         (self.wake)();
     }
 
-    /// How many times smaller than shown the preview was drawn, where that was all that is coarse.
+    /// How many times smaller than shown the own field would have been drawn to be as near to the exact
+    /// picture as the preview, where that was of a field.
     fn preview_reduction(&self) -> Option<f64> {
         let preview = self.coarse.iter().find(|c| c.is_preview)?;
-        let is_reduced = matches!(preview.coarseness, Coarseness::Reduced { .. });
-        is_reduced.then(|| preview.picture.shrink())
+        match preview.coarseness {
+            Coarseness::Octree { .. } => None,
+            Coarseness::Reduced { field, .. } => {
+                Some(Reduction { field, shrink: preview.picture.shrink() }.own_shrink())
+            }
+        }
     }
 
     /// Holds the coarse pictures against the finished one of the same view, and learns from them.
@@ -434,23 +449,32 @@ fn picture(
 /// A finished rung in words.
 pub(super) fn rung_words(rung: Rung, drawn: &Drawn) -> String {
     match rung {
-        Rung::Coarse { .. } if drawn.is_reduced => {
-            format!("coarse, full at {} × {}", drawn.size[0], drawn.size[1])
-        }
+        Rung::Coarse { .. } if drawn.is_reduced => format!("coarse, {}", reduced_words(drawn)),
         Rung::Coarse { .. } => format!("coarse, octree error {:.3}", drawn.max_error),
         Rung::Octree { .. } => format!("octree error {:.3}", drawn.max_error),
         Rung::Subsampled { level } => format!("every {}th sample, averaged", 1 << level),
         Rung::Cheaper(kernel) => format!("every voxel, {} kernel", kernel.name()),
-        Rung::Reduced { .. } => format!("full at {} × {}", drawn.size[0], drawn.size[1]),
+        Rung::Reduced { .. } => reduced_words(drawn),
         Rung::Full => "full".to_owned(),
     }
+}
+
+/// Which field a smaller picture is of, and its size.
+fn reduced_words(Drawn { field, size: [width, height], .. }: &Drawn) -> String {
+    let field = match field {
+        SlabField::Own => "full",
+        SlabField::Preview => "linear kernels",
+    };
+    format!("{field} at {width} × {height}")
 }
 
 /// Whether a rung shows more than a picture in the scene's own mode that is so many times smaller than
 /// shown.
 pub(super) fn is_worth_it(rung: Rung, sharpness: f64) -> bool {
     match rung {
-        Rung::Reduced { shrink } => shrink * WORTH_SHARPENING <= sharpness,
+        Rung::Reduced { field, shrink } => {
+            Reduction { field, shrink }.own_shrink() * WORTH_SHARPENING <= sharpness
+        }
         _ => true,
     }
 }
