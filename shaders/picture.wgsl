@@ -6,8 +6,8 @@
 @group(0) @binding(0) var picture: texture_2d<f32>;
 @group(0) @binding(1) var smoothly: sampler;
 @group(0) @binding(2) var second: texture_2d<f32>;
-// x: how much larger a difference is shown.
-@group(0) @binding(3) var<uniform> amplified: vec4<f32>;
+// x: how much larger a difference is shown, or the share of the second picture.
+@group(0) @binding(3) var<uniform> amount: vec4<f32>;
 
 // The target decodes sRGB when it is written to: hand it light.
 override linear_target: bool = false;
@@ -51,6 +51,14 @@ fn enlarged(in: Corner) -> @location(0) vec4<f32> {
     return painted(textureSampleLevel(picture, smoothly, in.at, 0.0));
 }
 
+// One picture on its way to another: as displays add light up, in sRGB, so that neither flashes.
+@fragment
+fn faded(in: Corner) -> @location(0) vec4<f32> {
+    let after = textureSampleLevel(picture, smoothly, in.at, 0.0);
+    let before = textureSampleLevel(second, smoothly, in.at, 0.0);
+    return painted(mix(after, before, amount.x));
+}
+
 // How far two pictures are apart, in linear light.
 @fragment
 fn difference(in: Corner) -> @location(0) vec4<f32> {
@@ -58,6 +66,6 @@ fn difference(in: Corner) -> @location(0) vec4<f32> {
     let one = textureLoad(picture, at, 0);
     let other = textureLoad(second, at, 0);
     let apart = abs(light_of(one.rgb) * one.a - light_of(other.rgb) * other.a);
-    let light = min(apart * amplified.x, vec3<f32>(1.0));
+    let light = min(apart * amount.x, vec3<f32>(1.0));
     return vec4<f32>(select(encoded_of(light), light, linear_target), 1.0);
 }

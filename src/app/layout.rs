@@ -182,7 +182,11 @@ impl Window {
         }
         let beside = self.beside();
         let second = beside.as_ref().map(|(second, how)| (second, *how));
-        self.viewport.paint(ui.painter(), area, second);
+        let now_secs = ui.ctx().time();
+        self.viewport.paint(ui.painter(), area, second, now_secs);
+        if self.viewport.fade(now_secs).is_some() {
+            ui.ctx().request_repaint();
+        }
         if let Some(scene) = &mut self.scene {
             scene.camera = camera_control::steered(&scene.camera, &response);
             if self.settings.trihedron {

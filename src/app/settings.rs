@@ -71,6 +71,8 @@ pub struct Settings {
     pub ladder: Ladder,
     /// Double the slabs after `full` where that takes no more than [`CONVERGE_WITHIN_MS`].
     pub converge: bool,
+    /// Let each picture of a resting view give way to the next little by little.
+    pub fade: bool,
     /// Full vertical angle of view that the perspective camera takes, degrees.
     pub view_angle_deg: f64,
     /// Whether the side panel is open.
@@ -90,6 +92,7 @@ impl Default for Settings {
             show_partial: false,
             ladder: Ladder::default(),
             converge: true,
+            fade: false,
             view_angle_deg: 30.0,
             side_panel: true,
             trihedron: true,

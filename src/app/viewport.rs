@@ -64,7 +64,19 @@ pub struct Viewport {
     /// Shared with what was queued for painting: a picture that comes in the same pass is shown
     /// by it.
     shown: Arc<Mutex<Option<Shown>>>,
+    /// What is still seen of the picture before.
+    fading: Option<Fading>,
 }
+
+/// A picture that gives way to the one shown.
+#[derive(Clone)]
+struct Fading {
+    from: Arc<Picture>,
+    begun_secs: f64,
+}
+
+/// How long one picture takes to give way to the next, seconds.
+const FADE_SECS: f64 = 0.15;
 
 /// A picture, and what painting it needs to know.
 #[derive(Clone)]
@@ -85,7 +97,7 @@ pub enum Beside {
 impl Viewport {
     /// Shows nothing yet, on a surface of `screen_format`.
     pub fn new(screen_format: wgpu::TextureFormat) -> Self {
-        Self { screen_format, checker: None, shown: Arc::default() }
+        Self { screen_format, checker: None, shown: Arc::default(), fading: None }
     }
 
     /// The picture on screen, if there is one.
@@ -106,13 +118,38 @@ impl Viewport {
         let has_holes = picture.rgba.chunks_exact(4).any(|pixel| pixel[3] != 255);
         let place = |shown: &Shown| (shown.picture.requested_size, shown.has_holes);
         let shown = Shown { picture, has_holes };
+        self.fading = None;
         let mut slot = lock(&self.shown);
         let moved = slot.as_ref().map(place) != Some(place(&shown));
         *slot = Some(shown);
         moved
     }
 
-    /// Paints the picture into `area`.
+    /// The same, but that the picture shown before gives way to it little by little from `now_secs`
+    /// on, where both fill the same place.
+    pub fn accept_fading(&mut self, picture: Arc<Picture>, now_secs: f64) -> bool {
+        // What has not yet gone is left out: one picture gives way at a time.
+        let from = self.picture();
+        let moved = self.accept(picture);
+        let begun_secs = now_secs;
+        self.fading = from.filter(|_| !moved).map(|from| Fading { from, begun_secs });
+        moved
+    }
+
+    /// What is still seen of the picture before, 0..=1, and whether that will change by itself.
+    pub fn fade(&mut self, now_secs: f64) -> Option<f32> {
+        let begun_secs = self.fading.as_ref()?.begun_secs;
+        let share = 1.0 - (now_secs - begun_secs) / FADE_SECS;
+        if !(0.0..=1.0).contains(&share) {
+            self.fading = None;
+            return None;
+        }
+        #[expect(clippy::cast_possible_truncation, reason = "0..=1")]
+        let share = share as f32;
+        Some(share)
+    }
+
+    /// Paints the picture into `area`, at `now_secs`.
     ///
     /// A picture that was asked for at another size (the window was just resized) is scaled to
     /// the area's height, as the camera does, and centred. A `second` picture is shown while it
@@ -122,6 +159,7 @@ impl Viewport {
         painter: &Painter,
         area: PixelArea,
         second: Option<(&Arc<SecondPicture>, Beside)>,
+        now_secs: f64,
     ) {
         let Some(shown) = lock(&self.shown).clone() else {
             painter.rect_filled(area.rect, 0.0, theme::VIEWPORT);
@@ -147,10 +185,12 @@ impl Viewport {
                 .iter()
                 .all(|p| p.size == area.size && p.requested_size == area.size)
         });
+        let fade = self.fade(now_secs).filter(|_| second.is_none());
         let add = |part: Part, clip: Rect| {
             let callback = PaintPicture {
                 shown: Arc::clone(&self.shown),
                 second: second.map(|(second, _)| Arc::clone(second)),
+                from: self.fading.as_ref().map(|fading| Arc::clone(&fading.from)),
                 part,
                 format: self.screen_format,
                 area: area.size,
@@ -159,7 +199,7 @@ impl Viewport {
             painter.with_clip_rect(clip).add(callback);
         };
         match second {
-            None => add(Part::First, area.rect),
+            None => add(fade.map_or(Part::First, Part::Fade), area.rect),
             Some((_, Beside::Difference(gain))) => add(Part::Difference(gain), area.rect),
             Some((_, Beside::Split(share))) => {
                 let (mut left, mut right) = (area.rect, area.rect);
@@ -218,6 +258,8 @@ enum Part {
     Second,
     /// This many times as large.
     Difference(f32),
+    /// The first, and this share of the one before it.
+    Fade(f32),
 }
 
 /// Which pipeline paints a picture.
@@ -238,6 +280,8 @@ enum Entry {
     Enlarged,
     /// Two pictures, pixel for pixel.
     Difference,
+    /// Two pictures over each other, both enlarged smoothly.
+    Faded,
 }
 
 impl Entry {
@@ -246,6 +290,7 @@ impl Entry {
             Self::Exact => "exact",
             Self::Enlarged => "enlarged",
             Self::Difference => "difference",
+            Self::Faded => "faded",
         }
     }
 }
@@ -254,6 +299,8 @@ impl Entry {
 struct PaintPicture {
     shown: Arc<Mutex<Option<Shown>>>,
     second: Option<Arc<SecondPicture>>,
+    /// What gives way to the first.
+    from: Option<Arc<Picture>>,
     part: Part,
     format: wgpu::TextureFormat,
     /// Size of the place on screen, physical pixels.
@@ -267,10 +314,10 @@ struct Kept {
     /// Only while two pictures are shown.
     second: Uploaded,
     pipelines: HashMap<Variant, wgpu::RenderPipeline>,
-    /// What is bound for the first picture, the second, and their difference.
+    /// What is bound for the first picture, the second, and both.
     bound: [Option<(Variant, wgpu::BindGroup)>; 3],
-    /// How much larger the difference is shown.
-    gain: Option<wgpu::Buffer>,
+    /// How much larger the difference is shown, or the share of the second.
+    amount: Option<wgpu::Buffer>,
 }
 
 /// A picture on the window's device.
@@ -342,16 +389,16 @@ impl Kept {
         }
     }
 
-    fn amplify(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, gain: f32) {
-        let buffer = self.gain.get_or_insert_with(|| {
+    fn set_amount(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, amount: f32) {
+        let buffer = self.amount.get_or_insert_with(|| {
             device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some("amplified"),
+                label: Some("amount"),
                 size: 16,
                 usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
                 mapped_at_creation: false,
             })
         });
-        queue.write_buffer(buffer, 0, bytemuck::bytes_of(&[gain, 0.0, 0.0, 0.0]));
+        queue.write_buffer(buffer, 0, bytemuck::bytes_of(&[amount, 0.0, 0.0, 0.0]));
     }
 
     fn bind(&mut self, device: &wgpu::Device, variant: Variant, place: usize) {
@@ -371,16 +418,19 @@ impl Kept {
             ..Default::default()
         });
         let other = self.second.texture.as_ref().map(|t| t.create_view(&Default::default()));
-        match (variant.entry, &other, &self.gain) {
+        match (variant.entry, &other, &self.amount) {
             (Entry::Exact, ..) => {}
             (Entry::Enlarged, ..) => {
                 entries.push(entry(1, wgpu::BindingResource::Sampler(&sampler)));
             }
-            (Entry::Difference, Some(other), Some(gain)) => {
+            (Entry::Difference | Entry::Faded, Some(other), Some(amount)) => {
+                if variant.entry == Entry::Faded {
+                    entries.push(entry(1, wgpu::BindingResource::Sampler(&sampler)));
+                }
                 entries.push(entry(2, wgpu::BindingResource::TextureView(other)));
-                entries.push(entry(3, gain.as_entire_binding()));
+                entries.push(entry(3, amount.as_entire_binding()));
             }
-            (Entry::Difference, ..) => return,
+            (Entry::Difference | Entry::Faded, ..) => return,
         }
         let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("picture"),
@@ -439,13 +489,17 @@ impl egui_wgpu::CallbackTrait for PaintPicture {
         let Some(shown) = lock(&self.shown).clone() else { return Vec::new() };
         let picture = &shown.picture;
         let kept = resources.entry::<Kept>().or_insert_with(Kept::default);
-        let second = self.second_of(picture).map(|second| &second.picture);
+        let second = self.other_of(picture);
         kept.upload(device, queue, picture, second);
         let exact = picture.size == self.area && picture.requested_size == self.area;
         let entry = match self.part {
             Part::Difference(gain) if second.is_some() => {
-                kept.amplify(device, queue, gain);
+                kept.set_amount(device, queue, gain);
                 Entry::Difference
+            }
+            Part::Fade(share) if second.is_some() => {
+                kept.set_amount(device, queue, share);
+                Entry::Faded
             }
             _ if exact => Entry::Exact,
             _ => Entry::Enlarged,
@@ -480,12 +534,20 @@ impl PaintPicture {
         self.second.as_ref().filter(|second| Arc::ptr_eq(&second.first, first))
     }
 
+    /// What is painted beside the first picture, or over it.
+    fn other_of(&self, first: &Arc<Picture>) -> Option<&Arc<Picture>> {
+        match self.part {
+            Part::Fade(_) => self.from.as_ref(),
+            _ => self.second_of(first).map(|second| &second.picture),
+        }
+    }
+
     /// Where in [`Kept::bound`] what is painted stands.
     fn place(&self, first: &Arc<Picture>) -> usize {
-        match (self.part, self.second_of(first)) {
+        match (self.part, self.other_of(first)) {
             (Part::First, _) | (_, None) => 0,
             (Part::Second, Some(_)) => 1,
-            (Part::Difference(_), Some(_)) => 2,
+            (Part::Difference(_) | Part::Fade(_), Some(_)) => 2,
         }
     }
 }
@@ -505,6 +567,7 @@ fn load_checker(ctx: &Context) -> TextureHandle {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::task::engine::FrameReport;
 
     #[test]
     fn an_area_is_whole_pixels_at_every_scale() {
@@ -529,6 +592,42 @@ mod tests {
             let pixels = x * 1.5;
             assert!((pixels - pixels.round()).abs() < 1e-3, "{share}: {pixels}");
         }
+    }
+
+    fn picture(size: [u32; 2], byte: u8) -> Arc<Picture> {
+        let rgba = vec![byte; (size[0] * size[1] * 4) as usize];
+        let report = FrameReport {
+            rung: "full".into(),
+            kernels: None,
+            kernels_total: 1,
+            backend: crate::scene::Backend::Tiles,
+            frame_ms: 1.0,
+            budget_ms: None,
+            next: None,
+            progress: 1.0,
+            estimated_rmse: None,
+            checked: None,
+            refined: None,
+        };
+        Arc::new(Picture { size, requested_size: [8, 8], rgba, report })
+    }
+
+    #[test]
+    fn a_picture_gives_way_within_its_time_and_then_is_let_go() {
+        let mut viewport = Viewport::new(ScreenFormat::Rgba8Unorm);
+        viewport.accept_fading(picture([4, 4], 255), 0.0);
+        assert_eq!(viewport.fade(0.0), None, "there was nothing before it");
+        viewport.accept_fading(picture([8, 8], 255), 10.0);
+        assert_eq!(viewport.fade(10.0), Some(1.0));
+        let half = viewport.fade(10.0 + FADE_SECS / 2.0).expect("under way");
+        assert!((half - 0.5).abs() < 1e-3, "{half}");
+        assert_eq!(viewport.fade(10.0 + FADE_SECS * 1.01), None);
+        assert!(viewport.fading.is_none(), "it keeps no picture");
+        viewport.accept_fading(picture([4, 4], 255), 20.0);
+        viewport.accept(picture([8, 8], 255));
+        assert_eq!(viewport.fade(20.0), None, "a moving view shows each at once");
+        viewport.accept_fading(picture([8, 8], 100), 30.0);
+        assert_eq!(viewport.fade(30.0), None, "with holes it lies elsewhere");
     }
 
     #[test]

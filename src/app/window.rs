@@ -544,7 +544,13 @@ impl Window {
     fn take_picture(&mut self, ctx: &Context) {
         let Some(picture) = self.parts.drawer.take_picture() else { return };
         self.record_estimate(&picture);
-        if self.viewport.accept(picture) {
+        // While the view moves, the picture before would be of another view.
+        let fades = self.settings.fade && !self.pacing.is_moving();
+        let moved = match fades {
+            true => self.viewport.accept_fading(picture, ctx.time()),
+            false => self.viewport.accept(picture),
+        };
+        if moved || fades {
             ctx.request_repaint();
         }
     }

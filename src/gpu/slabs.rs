@@ -368,14 +368,7 @@ const MOST_RAYS: f64 = 8.0;
 /// Rays along the side of a pixel: 1 while the kernel's radius is a pixel of what is shown at least,
 /// and so many below that it is as much as the rays are apart.
 fn rays_per_side(view: &View, kernel: Kernel, extent: Option<f64>) -> u32 {
-    let radius = match kernel {
-        Kernel::BSpline => 2.0,
-        Kernel::Linear => 1.0,
-        Kernel::Point | Kernel::Nearest => 0.5,
-        Kernel::Gaussian | Kernel::Cubic | Kernel::Gouraud => {
-            RadialKernel::new(kernel, extent).map_or(1.0, RadialKernel::radius)
-        }
-    };
+    let radius = kernel.reach(extent);
     // Boxes have edges at any size: they are averaged by their longest axis, as elsewhere.
     let pixels = match kernel {
         Kernel::Nearest => view.voxel_pixels(),

@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::RadialKernel;
+
 /// A reconstruction kernel, in units of one voxel: radial, a box, or on lattices separable.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -65,6 +67,19 @@ impl Kernel {
             Self::Point | Self::Nearest | Self::Linear | Self::BSpline => None,
             Self::Gaussian => Some(2.0),
             Self::Cubic | Self::Gouraud => Some(1.556),
+        }
+    }
+
+    /// How far it reaches along an axis, voxels, at a splat radius of `extent`; of a point and a box
+    /// half a voxel.
+    pub fn reach(self, extent: Option<f64>) -> f64 {
+        match self {
+            Self::Point | Self::Nearest => 0.5,
+            Self::Linear => 1.0,
+            Self::BSpline => 2.0,
+            Self::Gaussian | Self::Cubic | Self::Gouraud => {
+                RadialKernel::new(self, extent).map_or(1.0, RadialKernel::radius)
+            }
         }
     }
 

@@ -8,7 +8,7 @@ use crate::core::Ticket;
 use crate::gpu::{GpuError, SlabField};
 use crate::hierarchy::{ScalarPyramid, ScalarPyramidError};
 use crate::kernel::{Averaged, Coefficients, CoefficientsError, Kernel, coefficients};
-use crate::scene::{Reconstruction, Scene, SplatSettings};
+use crate::scene::{Reconstruction, Scene, SplatSettings, View};
 use crate::volume::ScalarVolume;
 
 use super::draw::{DrawError, Drawer, Drawn, LEAST_SIDE, Observer, Rung, shrunk};
@@ -78,6 +78,17 @@ fn level(dims: [usize; 3]) -> u32 {
     (0..u32::BITS - 1).find(|&level| samples(level) <= MOST_SAMPLES).unwrap_or(0)
 }
 
+/// Voxels that a sample of a field is seen across. Rays farther apart could miss a single bright one.
+fn widest_voxels(field: SlabField, scene: &Scene) -> f64 {
+    let Scene { volume, splat, .. } = scene;
+    2.0 * match field {
+        SlabField::Own => splat.kernel.reach(splat.extent),
+        SlabField::Preview => {
+            Kernel::Linear.reach(None) * f64::from(1_u32 << level(volume.lattice.dims))
+        }
+    }
+}
+
 /// The field for previews: the samples, or means of them with the spread of what they stand for.
 pub(super) fn preview_coefficients(
     volume: &ScalarVolume,
@@ -128,10 +139,14 @@ impl Drawer {
             return None;
         }
         let rays = f64::from(size[0]) * f64::from(size[1]);
-        let most = f64::from(size[0].min(size[1])) / LEAST_SIDE;
         // A hand should not see one kind of preview change into the other and back.
         let patience = if self.last_reduction.is_some() { PATIENCE } else { 1.0 };
-        let most = (MOST_REDUCTION * patience).min(most);
+        let least_side = f64::from(size[0].min(size[1])) / LEAST_SIDE;
+        let voxel_px = View::new(scene, size).narrowest_voxel_pixels();
+        let most = |field| {
+            let reach = voxel_px * widest_voxels(field, scene);
+            (MOST_REDUCTION * patience).min(least_side).min(reach.max(1.0))
+        };
         let affordable = |field: SlabField, splat: &SplatSettings| {
             if !self.renderer.holds_field(field, &scene.volume, splat) {
                 return None;
@@ -152,7 +167,7 @@ impl Drawer {
             (_, Some(tents)) => (SlabField::Preview, tents),
             (own, None) => (SlabField::Own, own?),
         };
-        (shrink <= most).then_some(Reduction { field, shrink })
+        (shrink <= most(field)).then_some(Reduction { field, shrink })
     }
 
     /// A picture so many times smaller than `size`.

@@ -450,6 +450,32 @@ fn a_difference_is_amplified_from_1_to_64_times() {
     assert!(!bench.shows("Line between two modes"));
 }
 
+/// At rest a picture gives way to the next little by little, where that is wanted; otherwise at once.
+#[test]
+fn a_picture_gives_way_to_the_next_at_rest() {
+    let mut bench = Bench::rendered(1.0);
+    let middle = bench.viewport().center();
+    let grey = |bench: &mut Bench| {
+        let screen = bench.harness.render().expect("a software adapter is installed");
+        screen.get_pixel(middle.x as u32, middle.y as u32).0[0]
+    };
+    bench.engine.hand_out_grey(40);
+    bench.settle();
+    bench.engine.hand_out_grey(200);
+    bench.harness.run_steps(2);
+    assert_eq!(grey(&mut bench), 200, "at once, where nothing was chosen");
+    bench.harness.get_by_label("Fade between pictures").click();
+    bench.settle();
+    assert!(bench.window().settings().fade);
+    bench.engine.hand_out_grey(40);
+    // A fade takes nine passes; this is one in its middle.
+    bench.harness.run_steps(5);
+    let found = grey(&mut bench);
+    assert!((60..180).contains(&found), "{found}");
+    bench.harness.run_steps(12);
+    assert_eq!(grey(&mut bench), 40, "and then it is gone");
+}
+
 #[test]
 fn both_pictures_and_their_difference_reach_the_screen() {
     let mut bench = Bench::rendered(1.0);

@@ -59,6 +59,13 @@ impl GradientEngine {
         self.newest.lock().expect("no thread died holding it").clone().expect("something was drawn")
     }
 
+    /// Hands out the picture of the last request again, of one grey.
+    pub(crate) fn hand_out_grey(&self, byte: u8) {
+        let mut picture = (*self.newest()).clone();
+        picture.rgba.chunks_exact_mut(4).for_each(|pixel| pixel[..3].fill(byte));
+        *self.untaken.lock().expect("no thread died holding it") = Some(Arc::new(picture));
+    }
+
     /// The cells that were asked for, in order; `None` where they were to be forgotten.
     pub(crate) fn cells(&self) -> Vec<Option<CellsRequest>> {
         self.cells.lock().expect("no thread died holding it").clone()
@@ -423,7 +430,7 @@ impl Bench {
         let begun = Arc::clone(&measured);
         let (folder, log) = (pictures.path().to_owned(), Arc::clone(&saved));
         let mut builder =
-            Harness::builder().with_size(vec2(1280.0, 1300.0)).with_step_dt(STEP_SECS);
+            Harness::builder().with_size(vec2(1280.0, 1360.0)).with_step_dt(STEP_SECS);
         if let Some(pixels_per_point) = pixels_per_point {
             builder = builder
                 .with_size(vec2(800.0, 600.0))

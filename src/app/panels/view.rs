@@ -143,6 +143,9 @@ fn refinement_ui(ui: &mut Ui, settings: &mut Settings) {
     );
     ui.checkbox(&mut settings.show_partial, "Show partial pictures")
         .on_hover_text("Show a picture while it is still being drawn, or only once it is complete");
+    ui.checkbox(&mut settings.fade, "Fade between pictures").on_hover_text(
+        "At rest, let a picture give way to a finer one within a sixth of a second rather than at once",
+    );
     ui.checkbox(&mut settings.full_quality_while_moving, "Full quality while moving")
         .on_hover_text("Draw every voxel even while the view moves, however slowly that goes");
 }
