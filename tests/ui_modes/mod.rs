@@ -464,6 +464,8 @@ fn a_picture_gives_way_to_the_next_at_rest() {
     bench.engine.hand_out_grey(200);
     bench.harness.run_steps(2);
     assert_eq!(grey(&mut bench), 200, "at once, where nothing was chosen");
+    bench.harness.get_by_label("Fade between pictures").scroll_to_me();
+    bench.settle();
     bench.harness.get_by_label("Fade between pictures").click();
     bench.settle();
     assert!(bench.window().settings().fade);
