@@ -3,10 +3,14 @@
 //! Writes `docs/reproductions.md` and the pictures under `docs/reproductions/`. Every figure on the
 //! page is measured in the run that writes it. Scans are those of `VOXSPLAT_DATA` (default
 //! `../shared/data`); pictures are of volumes made in code alone.
+//!
+//! `… --example reproductions -- laur` draws the parts whose names begin so: their text goes to
+//! stdout and their pictures to their place, and the page stays as it is.
 
 mod classification;
 mod crawfis_max;
 mod growth;
+mod laur_hanrahan;
 mod modes;
 mod support;
 mod westover;
@@ -15,7 +19,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
 use voxsplat::task::still::Refine;
 
 use support::Page;
@@ -30,18 +34,24 @@ fn main() -> Result<()> {
     let pictures = docs.join("reproductions");
     fs::create_dir_all(&pictures).with_context(|| format!("cannot make {}", pictures.display()))?;
     let mut page = Page::new(&pictures);
-    heading(&mut page)?;
-    let path = docs.join("reproductions.md");
-    let start = Instant::now();
     let scan = |page: &mut Page<'_>| westover::write_scan(page, &data);
-    let parts: [(&str, &Part<'_>); 6] = [
+    let hierarchy = |page: &mut Page<'_>| laur_hanrahan::write(page, &data);
+    let parts: [(&str, &Part<'_>); 7] = [
         ("visibility modes", &modes::write),
         ("classification", &classification::write),
         ("Crawfis–Max", &crawfis_max::write),
+        ("Laur–Hanrahan", &hierarchy),
         ("growth of cost", &growth::write),
         ("Westover", &westover::write),
         ("Westover on a patient's scan", &scan),
     ];
+    let asked: Vec<String> = std::env::args().skip(1).map(|name| name.to_lowercase()).collect();
+    if !asked.is_empty() {
+        return some(&mut page, &parts, &asked);
+    }
+    heading(&mut page)?;
+    let path = docs.join("reproductions.md");
+    let start = Instant::now();
     for (done, (name, write)) in parts.iter().enumerate() {
         write(&mut page).with_context(|| (*name).to_owned())?;
         eprintln!("{name}: done after {:.0} s", start.elapsed().as_secs_f64());
@@ -58,6 +68,25 @@ fn main() -> Result<()> {
             .with_context(|| format!("cannot write {}", path.display()))?;
     }
     println!("written: {}", path.display());
+    Ok(())
+}
+
+/// The parts whose names begin with one of those asked for, to stdout.
+fn some(page: &mut Page<'_>, parts: &[(&str, &Part<'_>)], asked: &[String]) -> Result<()> {
+    let names: Vec<&str> = parts.iter().map(|part| part.0).collect();
+    for name in asked {
+        let known = names.iter().any(|part| part.to_lowercase().starts_with(name));
+        ensure!(
+            known,
+            "expected the beginning of a part's name, found {name}; there are {names:?}"
+        );
+    }
+    for (name, write) in parts {
+        if asked.iter().any(|asked| name.to_lowercase().starts_with(asked)) {
+            write(page).with_context(|| (*name).to_owned())?;
+        }
+    }
+    println!("{}", page.text.trim_end());
     Ok(())
 }
 

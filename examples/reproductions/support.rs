@@ -75,18 +75,32 @@ impl<'a> Page<'a> {
 
     /// Square panels side by side over black, as PNG.
     pub(crate) fn strip(&self, name: &str, panels: &[&[[f32; 4]]], size: usize) -> Result<()> {
+        let row = panels.iter().map(|panel| on_black(panel)).collect();
+        self.mosaic(name, &[row], size)
+    }
+
+    /// Rows of square panels of opaque sRGB bytes with alpha, as PNG.
+    pub(crate) fn mosaic(&self, name: &str, rows: &[Vec<Vec<u8>>], size: usize) -> Result<()> {
         let gap = 4;
-        let width = panels.len() * (size + gap) - gap;
-        let mut rgb = vec![255_u8; width * size * 3];
-        for (p, panel) in panels.iter().enumerate() {
-            let bytes = srgb_bytes(panel, Some(voxsplat::core::LinearRgb::default()));
-            for (i, pixel) in bytes.chunks_exact(4).enumerate() {
-                let at = (i / size) * width + p * (size + gap) + i % size;
-                rgb[at * 3..at * 3 + 3].copy_from_slice(&pixel[..3]);
+        let across = rows.iter().map(Vec::len).max().unwrap_or(0);
+        let [width, height] = [across, rows.len()].map(|count| count * (size + gap) - gap);
+        let mut rgb = vec![255_u8; width * height * 3];
+        for (r, row) in rows.iter().enumerate() {
+            for (p, panel) in row.iter().enumerate() {
+                for (i, pixel) in panel.chunks_exact(4).enumerate() {
+                    let down = r * (size + gap) + i / size;
+                    let at = down * width + p * (size + gap) + i % size;
+                    rgb[at * 3..at * 3 + 3].copy_from_slice(&pixel[..3]);
+                }
             }
         }
-        write_png(&self.pictures.join(name), &rgb, [width, size])
+        write_png(&self.pictures.join(name), &rgb, [width, height])
     }
+}
+
+/// A picture as sRGB bytes, black behind.
+pub(crate) fn on_black(light: &[[f32; 4]]) -> Vec<u8> {
+    srgb_bytes(light, Some(voxsplat::core::LinearRgb::default()))
 }
 
 pub(crate) fn write_png(path: &Path, rgb: &[u8], [width, height]: [usize; 2]) -> Result<()> {

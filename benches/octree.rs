@@ -1,0 +1,254 @@
+//! What octree cuts are worth beside subsampling: `cargo bench --bench octree [-- FILE…]`.
+//!
+//! For each scan, shaded first, every sample, at 1280 × 800 with the transfer function it opens with:
+//! cuts of ten errors by each measure and each option, and every fourth and every second sample
+//! (Westover). Prints Markdown: nodes, time, distance from `full` and from the exact picture, and how
+//! much brighter the picture is than `full`. Times are processor time of all threads over two, which stays near
+//! what a quiet machine with two cores takes; Linux only. Scans are those of `VOXSPLAT_DATA`
+//! (default `../shared/data`), or the files named.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Instant;
+
+use voxsplat::accuracy::Difference;
+use voxsplat::core::Ticket;
+use voxsplat::core::colour::srgb_from_linear;
+use voxsplat::gpu::{AdapterChoice, Context, Renderer, Wishes};
+use voxsplat::io::{self, OpenOptions};
+use voxsplat::kernel::Kernel;
+use voxsplat::scene::{self, CutSettings, ErrorMeasure, Scene, SplatSettings};
+use voxsplat::task::draw::{Drawer, Rung};
+use voxsplat::volume::Component;
+
+const SIZE: [u32; 2] = [1280, 800];
+const SCANS: [&str; 3] = ["scalar/aneurism.vti", "scalar/bonsai.vti", "scalar/LIDC2.vti"];
+/// Cuts of an option, from so many nodes to every voxel.
+const CUTS: u32 = 10;
+const FEWEST_NODES: f64 = 500.0;
+/// Every 4th sample along each axis, and every 2nd; the 1 of 4-2-1 is `full`.
+const LEVELS: [usize; 2] = [2, 1];
+/// Milliseconds at which curves are compared.
+const TIMES_MS: [f64; 7] = [15.0, 30.0, 60.0, 125.0, 250.0, 500.0, 1000.0];
+/// Each picture is drawn at least so often, and for so many milliseconds of processor time.
+const LEAST_RUNS: usize = 3;
+const LEAST_MS: f64 = 300.0;
+const TICK_MS: f64 = 10.0;
+
+/// Linear premultiplied RGBA, rows from the top.
+type Light = Vec<[f64; 4]>;
+
+/// A picture, what it cost and how far it is from others.
+struct Row {
+    name: String,
+    nodes: u64,
+    wall_ms: f64,
+    processor_ms: f64,
+    own_db: f64,
+    exact_db: f64,
+    /// How much brighter than `full`, 1/255, in linear light and as encoded.
+    brighter: [f64; 2],
+}
+
+/// Named pictures of one kind, from the quickest.
+type Curve = (String, Vec<Row>);
+
+fn main() {
+    let data =
+        std::env::var_os("VOXSPLAT_DATA").map_or(PathBuf::from("../shared/data"), PathBuf::from);
+    // Cargo's own flags are none of ours.
+    let named: Vec<PathBuf> = std::env::args_os()
+        .skip(1)
+        .filter(|arg| !arg.to_string_lossy().starts_with("--"))
+        .map(PathBuf::from)
+        .collect();
+    let files = if named.is_empty() { SCANS.map(|scan| data.join(scan)).to_vec() } else { named };
+    let context = Context::new(&AdapterChoice::Auto, Wishes::default()).expect("an adapter");
+    let mut drawer = Drawer::new(Renderer::new(context));
+    println!("{}\n", drawer.renderer.context().adapter_name);
+    for file in files {
+        match open(&file) {
+            Ok(scene) => scan(&mut drawer, &file, &scene),
+            Err(reason) => eprintln!("skipped {}: {reason}", file.display()),
+        }
+    }
+}
+
+fn open(path: &Path) -> Result<Scene, String> {
+    let opened =
+        io::open(path, &OpenOptions::default(), &Ticket::new()).map_err(|e| e.to_string())?;
+    let field = opened.grid.field(None).map_err(|e| e.to_string())?;
+    let component = if field.components == 1 { Component::Index(0) } else { Component::Magnitude };
+    let volume = opened.grid.scalar(field, component, &Ticket::new()).map_err(|e| e.to_string())?;
+    Ok(scene::opening(Arc::new(volume), opened.grid.space.as_deref()))
+}
+
+fn options() -> Vec<(&'static str, CutSettings)> {
+    let uniform = CutSettings::UNIFORM;
+    let by = |measure| CutSettings { measure, ..uniform };
+    let seen = |cut| CutSettings { view_dependent: true, ..cut };
+    // Those of one measure together: the hierarchy is built again for each.
+    vec![
+        ("scalar", by(ErrorMeasure::Scalar)),
+        ("classified", uniform),
+        ("classified, by the view", seen(uniform)),
+        ("classified, balanced", CutSettings { balanced: true, ..uniform }),
+        ("optical depth", by(ErrorMeasure::OpticalDepth)),
+        ("optical depth, by the view", seen(by(ErrorMeasure::OpticalDepth))),
+    ]
+}
+
+fn scan(drawer: &mut Drawer, file: &Path, base: &Scene) {
+    let name = file.file_name().unwrap_or_default().to_string_lossy();
+    let load = sysinfo::System::load_average().map_or(0.0, |load| load.one);
+    let of = |splat: SplatSettings| Scene { splat, ..base.clone() };
+    let exact = of(SplatSettings { slabs_per_voxel: 2.0, ..SplatSettings::EXACT });
+    let own = of(SplatSettings::SHADE_FIRST);
+    drawer.prepare(&exact, &Ticket::new()).expect("it fits");
+    drawer.draw(&exact, SIZE, Rung::Full, &mut ()).expect("it draws");
+    let exact = light(drawer);
+    drawer.prepare(&own, &Ticket::new()).expect("it fits");
+    drawer.draw(&own, SIZE, Rung::Full, &mut ()).expect("it draws");
+    let truths = [light(drawer), exact];
+    let active = drawer.active_count().unwrap_or(0);
+    println!("## {name}\n\n{active} active kernels, load {load:.1} at the start.\n");
+    let full = measured(drawer, &own, Rung::Full, "full".to_owned(), &truths);
+    let mut curves: Vec<Curve> = Vec::new();
+    for (option, cut) in options() {
+        let scene = of(SplatSettings { cut, ..SplatSettings::SHADE_FIRST });
+        let start = Instant::now();
+        drawer.prepare(&scene, &Ticket::new()).expect("it fits");
+        eprintln!("{name}, {option}: prepared in {:.0} ms", start.elapsed().as_secs_f64() * 1e3);
+        let step = (active as f64 / FEWEST_NODES).ln() / f64::from(CUTS);
+        let rows = (0..CUTS).map(|i| {
+            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "> 0")]
+            let count = (FEWEST_NODES * (step * f64::from(i)).exp()) as u64;
+            let max_error = drawer.error_for_count(count);
+            measured(drawer, &scene, Rung::Octree { max_error }, format!("{max_error:.4}"), &truths)
+        });
+        curves.push((option.to_owned(), rows.collect()));
+    }
+    let subsampled = LEVELS.map(|level| {
+        let name = format!("every {}th", 1 << level).replace("2th", "2nd");
+        measured(drawer, &own, Rung::Subsampled { level }, name, &truths)
+    });
+    curves.push(("subsampling".to_owned(), subsampled.into_iter().chain([full]).collect()));
+    let cheaper = [Kernel::Point, Kernel::Nearest].map(|kernel| {
+        measured(drawer, &own, Rung::Cheaper(kernel), kernel.name().to_owned(), &truths)
+    });
+    curves.push(("cheaper kernels".to_owned(), cheaper.into()));
+    tables(&curves);
+}
+
+fn light(drawer: &mut Drawer) -> Light {
+    let light = drawer.renderer.read_light().expect("it reads back");
+    light.iter().map(|pixel| pixel.map(f64::from)).collect()
+}
+
+/// Processor time of all threads so far, milliseconds, in ticks of ten.
+fn processor_ms() -> f64 {
+    let stat = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
+    let fields = stat.rsplit(')').next().unwrap_or_default().split_whitespace();
+    fields.skip(11).take(2).filter_map(|ticks| ticks.parse::<f64>().ok()).sum::<f64>() * TICK_MS
+}
+
+/// Draws a rung several times, finding its cut each time as a moving view does.
+fn measured(
+    drawer: &mut Drawer,
+    scene: &Scene,
+    rung: Rung,
+    name: String,
+    [own, exact]: &[Light; 2],
+) -> Row {
+    let mut draw = || drawer.draw(scene, SIZE, rung, &mut ()).expect("it draws");
+    let nodes = draw().kernels;
+    let (before, mut walls) = (processor_ms(), Vec::new());
+    while walls.len() < LEAST_RUNS || processor_ms() - before < LEAST_MS {
+        walls.push(draw().wall_ms);
+    }
+    let processor_ms = (processor_ms() - before) / walls.len() as f64 / 2.0;
+    walls.sort_by(f64::total_cmp);
+    let light = light(drawer);
+    let against = |truth: &Light| Difference::between(&light, truth).expect("pictures of one size");
+    let from_own = against(own);
+    let encoded = |light: &Light| {
+        let sum: f64 = light.iter().flat_map(|p| &p[..3]).map(|&c| srgb_from_linear(c)).sum();
+        sum / (3 * light.len()) as f64
+    };
+    Row {
+        name,
+        nodes,
+        wall_ms: walls[walls.len() / 2],
+        processor_ms,
+        own_db: from_own.psnr(),
+        exact_db: against(exact).psnr(),
+        brighter: [from_own.mean_brightness, encoded(&light) - encoded(own)].map(|b| b * 255.0),
+    }
+}
+
+fn tables(curves: &[Curve]) {
+    println!(
+        "| | error | nodes | ms | wall ms, median | dB to full | dB to exact | brighter, linear | encoded |"
+    );
+    println!("|---|---|---|---|---|---|---|---|---|");
+    for (name, rows) in curves {
+        for row in rows {
+            println!(
+                "| {name} | {} | {} | {:.0} | {:.0} | {} | {:.1} | {:+.2} | {:+.2} |",
+                row.name,
+                row.nodes,
+                row.processor_ms,
+                row.wall_ms,
+                decibels(Some(row.own_db)),
+                row.exact_db,
+                row.brighter[0],
+                row.brighter[1]
+            );
+        }
+    }
+    let Some((_, subsampled)) = curves.iter().find(|(name, _)| name == "subsampling") else {
+        return;
+    };
+    let smooth: Vec<&Curve> = curves.iter().filter(|(name, _)| name != "cheaper kernels").collect();
+    for (title, own) in [("dB to full", true), ("dB to exact", false)] {
+        let mut times: Vec<(String, f64)> =
+            TIMES_MS.iter().map(|ms| (format!("{ms:.0} ms"), *ms)).collect();
+        for row in &subsampled[..LEVELS.len()] {
+            times.push((format!("{} ({:.0} ms)", row.name, row.processor_ms), row.processor_ms));
+        }
+        let head: Vec<&str> = times.iter().map(|time| time.0.as_str()).collect();
+        println!("\n{title} at equal time, interpolated along its logarithm:\n");
+        println!("| | {} |", head.join(" | "));
+        println!("|---{}|", "|---".repeat(times.len()));
+        for (name, rows) in &smooth {
+            let cells: Vec<String> =
+                times.iter().map(|time| decibels(at(rows, time.1, own))).collect();
+            println!("| {name} | {} |", cells.join(" | "));
+        }
+    }
+    println!();
+}
+
+fn decibels(value: Option<f64>) -> String {
+    match value {
+        None => "–".to_owned(),
+        Some(value) if value.is_finite() => format!("{value:.1}"),
+        Some(_) => "∞".to_owned(),
+    }
+}
+
+/// What a curve reaches at a time; `None` beyond its ends.
+fn at(rows: &[Row], ms: f64, own: bool) -> Option<f64> {
+    let mut points: Vec<(f64, f64)> = rows
+        .iter()
+        .map(|row| (row.processor_ms.ln(), if own { row.own_db } else { row.exact_db }))
+        .collect();
+    points.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let x = ms.ln();
+    let pair = points.windows(2).find(|pair| (pair[0].0..=pair[1].0).contains(&x))?;
+    let width = pair[1].0 - pair[0].0;
+    let share = if width > 0.0 { (x - pair[0].0) / width } else { 0.0 };
+    // `full` is no distance from itself: what is before it has a distance.
+    let end = if pair[1].1.is_finite() { pair[1].1 } else { pair[0].1 };
+    Some(pair[0].1 + (end - pair[0].1) * share)
+}
