@@ -299,7 +299,7 @@ mod tests {
         scene
     }
 
-    const REDUCED: Coarseness = Coarseness::Reduced { detail_rmse: 0.05 };
+    const REDUCED: Coarseness = Coarseness::Reduced { detail_rmse: 0.05, field: SlabField::Own };
 
     #[test]
     fn detail_is_what_two_thirds_of_the_pixels_add() {
@@ -384,7 +384,7 @@ mod tests {
         let rmse = estimator.rmse(&scene, holes, 1.0);
         assert!((0.2..0.21).contains(&rmse), "dark pixels add to the rest: {rmse}");
         assert!(estimator.rmse(&scene, CUT, 3.0) > estimator.rmse(&scene, CUT, 1.5));
-        let richer = Coarseness::Reduced { detail_rmse: 0.1 };
+        let richer = Coarseness::Reduced { detail_rmse: 0.1, field: SlabField::Own };
         assert!(estimator.rmse(&scene, richer, 2.0) > estimator.rmse(&scene, REDUCED, 2.0));
     }
 

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use voxsplat::accuracy::Difference;
 use voxsplat::core::Ticket;
-use voxsplat::gpu::{Renderer, Wishes, tile_count};
+use voxsplat::gpu::{Renderer, SlabField, Wishes, tile_count};
 use voxsplat::scene::{Scene, SplatSettings, View};
 use voxsplat::task::draw::{Drawer, Drawn, Rung};
 use voxsplat::transfer::presets;
@@ -117,7 +117,15 @@ fn a_smaller_picture_has_one_ray_a_pixel() {
         let renderer = &mut drawer.renderer;
         renderer.begin(&view, scene.splat.kernel, None, unit).expect("begun");
         let tiles = 0..tile_count(size);
-        let drawn = renderer.draw_slab_tiles(&view, &scene.splat, unit, spacing, 5e-4, tiles);
+        let drawn = renderer.draw_slab_tiles(
+            SlabField::Own,
+            &view,
+            &scene.splat,
+            unit,
+            spacing,
+            5e-4,
+            tiles,
+        );
         drawn.expect("drawn");
         wide(&renderer.read_light().expect("read"))
     };
