@@ -84,12 +84,15 @@ impl DeviceField {
         let widths = averaged.map(|averaged| averaged.half_widths);
         let pad = window(kernel, extent);
         let stored = dims.map(|n| n + 2 * pad);
-        let sixteen = sixteen_bits_suffice(volume, min, max);
         let has_widths = widths.is_some();
+        // Widths take the same steps as means, and may be far greater than what those span.
+        let widest = widths.iter().flatten().fold(0.0, |most, &width| f64::from(width).max(most));
+        let span = (max - min).max(widest);
+        let sixteen = sixteen_bits_suffice(volume, min, min + span);
         let (format, chunk_log2) = storage(context, stored, sixteen, has_widths)?;
         let (offset, scale) = match format {
             Format::Floats => (bias, 1.0),
-            Format::Pairs | Format::Halves => (min, (max - min).max(f64::MIN_POSITIVE)),
+            Format::Pairs | Format::Halves => (min, span.max(f64::MIN_POSITIVE)),
         };
         let [sx, sy, sz] = stored;
         let code = |x: usize, y: usize, z: usize| -> u16 {

@@ -236,6 +236,36 @@ mod tests {
     }
 
     #[test]
+    fn a_halved_lattice_lies_in_the_middle_of_what_it_stands_for() {
+        let mut camera = camera(DVec3::new(0.2, -0.9, 0.4));
+        camera.projection = Projection::Perspective { view_angle: 1.0 };
+        let spacing = DVec3::new(1.0, 2.0, 0.5);
+        let lattice = Lattice { spacing, ..Lattice::unit([13, 9, 2]) };
+        let view = View { enlarged: 3.0, ..View::of(&camera, &lattice, [64, 64]) };
+        assert_eq!(view.halved(0), view);
+        for level in 1..4 {
+            let halved = view.halved(level);
+            let side: i32 = 1 << level;
+            for node in [[0, 0, 0], [3, 1, 0], [1, 7, 2]] {
+                // The mean position of the voxels it stands for, were they all there.
+                let mut mean = DVec3::ZERO;
+                for i in 0..side * side * side {
+                    let within = [i % side, i / side % side, i / (side * side)];
+                    let voxel = [0, 1, 2].map(|a| f64::from(node[a] * side + within[a]));
+                    mean += lattice.world_from_index(DVec3::from(voxel)) / f64::from(side.pow(3));
+                }
+                let expected = camera.to_view(mean) * view.pixels_per_unit;
+                let index = DVec3::from(node.map(f64::from));
+                let found =
+                    halved.view_centre + halved.view_from_index * (index - halved.lattice_centre);
+                assert!((found - expected).length() < 1e-9, "{level} {node:?}: {found} {expected}");
+            }
+            assert_eq!((halved.size, halved.enlarged), (view.size, 3.0));
+            assert_eq!(halved.pixels_per_unit, view.pixels_per_unit);
+        }
+    }
+
+    #[test]
     fn the_shorter_axis_of_a_kernel_is_that_of_its_ellipse() {
         let camera = camera(DVec3::new(0.2, -0.9, 0.4));
         let lattice = Lattice { spacing: DVec3::new(1.0, 2.0, 500.0), ..Lattice::unit([8; 3]) };

@@ -119,6 +119,25 @@ mod tests {
     use super::*;
 
     #[test]
+    fn each_field_has_a_price_of_its_own() {
+        let mut costs = Costs::default();
+        let before = costs.reduced_ray_ms;
+        for _ in 0..20 {
+            costs.learn_reduced(SlabField::Preview, 1000.0, 4.0);
+        }
+        assert_eq!(costs.reduced_ray_ms[0], before[0]);
+        let rays = costs.reduced_rays_within(SlabField::Preview, 10.0);
+        assert!((rays / 2500.0 - 1.0).abs() < 0.01, "{costs:?}");
+        assert_eq!(costs.reduced_rays_within(SlabField::Own, 10.0), 10.0 / before[0]);
+        // Full's rays, at 0.1 µs: both fields' are tried again.
+        costs.learn_rays(1e6, 100.0);
+        for _ in 0..20 {
+            costs.learn_rays(1e6, 100.0);
+        }
+        assert!(costs.reduced_ray_ms.iter().all(|&ms| ms < 0.5e-3), "{costs:?}");
+    }
+
+    #[test]
     fn prices_move_towards_what_was_measured_and_come_to_it() {
         let start = Costs::default();
         for factor in [0.1, 8.0] {

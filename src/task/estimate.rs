@@ -375,6 +375,42 @@ mod tests {
         assert!(fresh >= SHADE_FIRST_RMSE, "shade first costs something: {fresh}");
     }
 
+    /// What tents cost is no matter of what the own field costs, and what one is found to cost
+    /// teaches nothing about the other.
+    #[test]
+    fn tents_are_thought_to_be_worse_and_are_learnt_apart() {
+        let scene = scene(Classify::PreIntegrated);
+        let tents = Coarseness::Reduced { detail_rmse: 0.05, field: SlabField::Preview };
+        let mut estimator = Estimator::default();
+        let of = |estimator: &Estimator| {
+            [CUT, REDUCED, tents].map(|kind| estimator.rmse(&scene, kind, 2.0))
+        };
+        let first = of(&estimator);
+        assert!((first[1] - 0.01).abs() < 1e-12, "a fifth of the detail: {first:?}");
+        assert!((first[2] - 0.01_f64.hypot(0.015)).abs() < 1e-12, "and tents: {first:?}");
+        for (kind, coarseness) in [CUT, REDUCED, tents].into_iter().enumerate() {
+            let before = of(&estimator);
+            let estimated_rmse = before[kind];
+            let measured_rmse = 2.0 * estimated_rmse;
+            estimator.learn(&scene, coarseness, &Checked { estimated_rmse, measured_rmse });
+            for (other, (before, after)) in before.into_iter().zip(of(&estimator)).enumerate() {
+                let times = if other == kind { 2.0 } else { 1.0 };
+                assert!((after / before - times).abs() < 1e-9, "{kind} {other}: {after}");
+            }
+        }
+        let own = first_of_whole(SlabField::Own);
+        assert!(
+            first_of_whole(SlabField::Preview) > 10.0 * own,
+            "even whole, tents are off: {own}"
+        );
+    }
+
+    /// Of a picture without detail.
+    fn first_of_whole(field: SlabField) -> f64 {
+        let whole = Coarseness::Reduced { detail_rmse: 0.0, field };
+        Estimator::default().rmse(&scene(Classify::PreIntegrated), whole, 1.0)
+    }
+
     #[test]
     fn a_coarser_cut_and_a_smaller_picture_are_thought_to_be_worse() {
         let (scene, estimator) = (scene(Classify::Before), Estimator::default());

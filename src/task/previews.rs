@@ -94,7 +94,15 @@ pub(super) fn preview_coefficients(
     volume: &ScalarVolume,
     ticket: &Ticket,
 ) -> Result<Coefficients, CoefficientsError> {
-    let level = level(volume.lattice.dims);
+    coefficients_of(volume, level(volume.lattice.dims), ticket)
+}
+
+/// The same of a volume halved so many times.
+fn coefficients_of(
+    volume: &ScalarVolume,
+    level: u32,
+    ticket: &Ticket,
+) -> Result<Coefficients, CoefficientsError> {
     if level == 0 {
         return coefficients(volume, Kernel::Linear, None, true, ticket);
     }
@@ -191,5 +199,120 @@ impl Drawer {
             SlabField::Own => self.draw(scene, smaller, Rung::Full, observer),
         };
         Ok(Drawn { is_reduced: true, field, ..drawn? })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::scene::{Visibility, opening};
+    use crate::volume::{Lattice, Samples};
+
+    #[test]
+    fn a_volume_is_halved_until_no_more_than_five_million_quads_are_left() {
+        assert_eq!(level([256; 3]), 0);
+        assert_eq!(level([257, 256, 333]), 1);
+        assert_eq!(level([512; 3]), 1);
+        assert_eq!(level([600; 3]), 2);
+        assert_eq!(level([1024; 3]), 2);
+        assert_eq!(level([5 << 11, 1 << 11, 1]), 0, "exactly as many");
+        assert_eq!(level([5 << 11, (1 << 11) + 1, 1]), 1);
+        // What is one sample thick stays so.
+        assert_eq!(level([1, 1, 60_000]), 0);
+        assert_eq!(level([1, 1, 5 << 23]), 1);
+        assert_eq!(level([1, 6_000, 5_000]), 1);
+        assert_eq!(level([1, 60_000, 5_000]), 2);
+    }
+
+    fn scene(dims: [usize; 3]) -> Scene {
+        let mut samples = vec![0_u8; dims.iter().product()];
+        samples[0] = 255;
+        let volume =
+            ScalarVolume::from_samples("flat", Lattice::unit(dims), Samples::UInt8(samples));
+        Scene { splat: SplatSettings::EXACT, ..opening(Arc::new(volume.unwrap()), None) }
+    }
+
+    #[test]
+    fn sharp_fields_are_previewed_by_tents_and_others_by_themselves() {
+        let mut scene = scene([4; 3]);
+        scene.splat.slabs_per_voxel = 3.0;
+        let tents = |scene: &Scene| {
+            let splat = preview_mode(scene)?;
+            assert_eq!((splat.kernel, splat.extent), (Kernel::Linear, None));
+            assert_eq!(splat.reconstruction, Reconstruction::Interpolating);
+            assert_eq!(splat.classify, scene.splat.classify);
+            assert_eq!(splat.opacity_model, scene.splat.opacity_model);
+            Some(splat.slabs_per_voxel)
+        };
+        assert_eq!(tents(&scene), Some(1.0), "no finer than a slab a voxel");
+        scene.splat.slabs_per_voxel = 0.5;
+        assert_eq!(tents(&scene), Some(0.5));
+        scene.splat.opacity_model = crate::scene::OpacityModel::Published;
+        scene.splat.classify = crate::scene::Classify::After;
+        for kernel in [Kernel::BSpline, Kernel::Cubic, Kernel::Gaussian] {
+            scene.splat.kernel = kernel;
+            scene.splat.extent = (kernel == Kernel::Cubic).then_some(2.5);
+            scene.splat.reconstruction = Reconstruction::Interpolating;
+            assert!(tents(&scene).is_some(), "{kernel:?}");
+            scene.splat.reconstruction = Reconstruction::Smooth;
+            assert_eq!(tents(&scene), None, "{kernel:?} that smooths");
+        }
+        scene.splat = SplatSettings { kernel: Kernel::Nearest, ..SplatSettings::EXACT };
+        assert_eq!(tents(&scene), None, "steps stay steps");
+        for visibility in [Visibility::EverySample, Visibility::Sheets, Visibility::Slabs] {
+            scene.splat = SplatSettings { visibility, ..SplatSettings::SHADE_FIRST };
+            assert_eq!(tents(&scene), None, "shaded first");
+        }
+    }
+
+    #[test]
+    fn tents_are_previewed_by_tents_only_where_those_are_fewer() {
+        let linear = SplatSettings { kernel: Kernel::Linear, ..SplatSettings::EXACT };
+        assert_eq!(preview_mode(&Scene { splat: linear, ..scene([4; 3]) }), None);
+        let large = Scene { splat: linear, ..scene([1, 4600, 4600]) };
+        assert!(level(large.volume.lattice.dims) > 0);
+        assert_eq!(preview_mode(&large).map(|splat| splat.kernel), Some(Kernel::Linear));
+    }
+
+    /// Means and half widths by brute force, of blocks that the border cuts and that hold holes.
+    #[test]
+    fn means_and_widths_are_those_of_what_they_stand_for() {
+        let dims = [7, 5, 6];
+        let count = dims.iter().product::<usize>();
+        let value = |i: usize| 1e6 + ((i * 7919) % 101) as f64 / 50.0;
+        let is_hole = |i: usize| i % dims[0] < 4 && i < 4 * 35 && i / 7 % 5 < 4 || i % 3 == 0;
+        let samples = (0..count).map(|i| if is_hole(i) { f64::NAN } else { value(i) }).collect();
+        let samples = Samples::Float64(samples);
+        let volume = ScalarVolume::from_samples("holed", Lattice::unit(dims), samples).unwrap();
+        let same = coefficients_of(&volume, 0, &Ticket::new()).unwrap();
+        assert_eq!((same.dims, same.averaged), (dims, None));
+        for level in [1, 2] {
+            let found = coefficients_of(&volume, level, &Ticket::new()).unwrap();
+            let averaged = found.averaged.as_ref().unwrap();
+            assert_eq!((averaged.level, averaged.volume_dims), (level, dims));
+            assert_eq!(found.dims, dims.map(|n| n.div_ceil(1 << level)));
+            let mut holes = 0;
+            for i in 0..found.values.len() {
+                let [nx, ny, _] = found.dims;
+                let block = [i % nx, i / nx % ny, i / (nx * ny)];
+                let held: Vec<f64> = (0..count)
+                    .filter(|v| [v % 7, v / 7 % 5, v / 35].map(|n| n >> level) == block)
+                    .map(|v| volume.samples.get(v))
+                    .filter(|v| !v.is_nan())
+                    .collect();
+                let bit = found.holes.as_ref().unwrap()[i / 32] >> (i % 32) & 1 == 1;
+                assert_eq!(bit, held.is_empty());
+                holes += u32::from(bit);
+                let n = held.len() as f64;
+                let mean = held.iter().sum::<f64>() / n;
+                let squares = held.iter().map(|v| (v - mean) * (v - mean)).sum::<f64>();
+                let width = if bit { 0.0 } else { (3.0 * squares / n).sqrt() };
+                assert!(bit || (found.get(i) - mean).abs() < 1e-6, "{} {mean}", found.get(i));
+                assert!((f64::from(averaged.half_widths[i]) - width).abs() < 1e-6, "{width}");
+            }
+            assert!(holes > 0, "no block is without data");
+        }
     }
 }

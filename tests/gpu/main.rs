@@ -21,6 +21,7 @@ mod long_lists;
 mod long_rays;
 mod nodes;
 mod order;
+mod preview_fields;
 mod previews;
 mod reconstructed;
 mod scattered;

@@ -1,10 +1,14 @@
 //! What is drawn while the view moves, beside the picture that it stands for.
 
+use std::sync::Arc;
+
 use glam::DVec3;
 use voxsplat::accuracy::Difference;
 use voxsplat::core::Ticket;
 use voxsplat::gpu::{Renderer, SlabField, Wishes, tile_count};
-use voxsplat::scene::{Scene, SplatSettings, View};
+use voxsplat::kernel::{Kernel, coefficients};
+use voxsplat::scene::{Reconstruction, Scene, SplatSettings, View};
+use voxsplat::task::cost::Costs;
 use voxsplat::task::draw::{Drawer, Drawn, Rung};
 use voxsplat::transfer::presets;
 use voxsplat::volume::{Component, demo};
@@ -143,4 +147,82 @@ fn a_smaller_picture_has_one_ray_a_pixel() {
     // Measured: 2.4e-7, and 0.35 where they are averaged.
     assert!(spread.max_abs < 2e-6, "{spread:?}");
     assert!(averaged.max_abs > 0.1, "{averaged:?}");
+}
+
+const TENTS: SplatSettings = SplatSettings { kernel: Kernel::Linear, ..SplatSettings::EXACT };
+
+/// Which field is drawn within a budget, and how many times smaller, by made-up prices.
+#[test]
+fn tents_are_taken_where_the_own_field_would_be_much_smaller() {
+    let Some(context) = context(Wishes::default()) else { return };
+    let mut drawer = Drawer::new(Renderer::new(context));
+    let mut scene = exact();
+    let size = [480, 400];
+    drawn(&mut drawer, &scene, size, Rung::Full);
+    // 192 000 rays: a price of 1 µs a ray is 192 ms for the whole picture.
+    let whole_ms = |shrink: f64| shrink * shrink * 1e-3;
+    let chosen = |drawer: &mut Drawer, scene: &Scene, own: f64, tents: f64| {
+        drawer.costs.reduced_ray_ms = [whole_ms(own - 0.01), whole_ms(tents - 0.01)];
+        drawer.prepare(scene, &Ticket::new()).expect("prepared");
+        let drawn = drawer.draw(scene, size, Rung::Coarse { budget_ms: 192.0 }, &mut ());
+        let Drawn { size: at, field, is_reduced, .. } = drawn.expect("drawn");
+        is_reduced.then(|| (field, (f64::from(size[0]) / f64::from(at[0]) * 8.0).round() / 8.0))
+    };
+    let forgotten = |drawer: &mut Drawer, scene: &Scene| {
+        assert_eq!(chosen(drawer, scene, 100.0, 100.0), None, "an octree cut");
+    };
+    let (own, preview) = (SlabField::Own, SlabField::Preview);
+    // Only the scene's own field is there.
+    assert_eq!(chosen(&mut drawer, &scene, 5.0, 1.0), Some((own, 5.0)));
+    let ticket = Ticket::new();
+    let tents = coefficients(&scene.volume, Kernel::Linear, None, true, &ticket).expect("made");
+    drawer.renderer.set_field(preview, &scene.volume, &TENTS, tents, &ticket).expect("set");
+
+    assert_eq!(chosen(&mut drawer, &scene, 1.0, 1.0), Some((own, 1.0)), "whole");
+    assert_eq!(chosen(&mut drawer, &scene, 4.0, 2.0), Some((own, 4.0)));
+    assert_eq!(chosen(&mut drawer, &scene, 4.25, 2.0), Some((preview, 2.0)));
+    // What was tents stays so for longer, and what was not, not.
+    assert_eq!(chosen(&mut drawer, &scene, 3.75, 2.0), Some((preview, 2.0)));
+    assert_eq!(chosen(&mut drawer, &scene, 3.5, 2.0), Some((own, 3.5)));
+    assert_eq!(chosen(&mut drawer, &scene, 3.75, 2.0), Some((own, 3.75)));
+    // Neither is drawn more than 8 times smaller, but by a hand that has seen one before.
+    forgotten(&mut drawer, &scene);
+    assert_eq!(chosen(&mut drawer, &scene, 20.0, 8.25), None);
+    assert_eq!(chosen(&mut drawer, &scene, 20.0, 8.0), Some((preview, 8.0)));
+    assert_eq!(chosen(&mut drawer, &scene, 20.0, 8.25), Some((preview, 8.25)));
+    // 400 pixels 8.5 times smaller would be fewer than 48.
+    assert_eq!(chosen(&mut drawer, &scene, 20.0, 8.5), None);
+    // Another kernel's field is not there, but its tents are the same ones.
+    scene.splat.kernel = Kernel::Cubic;
+    assert_eq!(chosen(&mut drawer, &scene, 1.0, 3.0), Some((preview, 3.0)));
+    scene.splat.reconstruction = Reconstruction::Smooth;
+    assert_eq!(chosen(&mut drawer, &scene, 1.0, 3.0), None, "a smooth field is not like them");
+    // Another volume's are not.
+    scene =
+        Scene { volume: Arc::new((*scene.volume).clone()), splat: SplatSettings::EXACT, ..scene };
+    assert_eq!(chosen(&mut drawer, &scene, 1.0, 1.0), None);
+}
+
+/// By the prices that a drawer begins with.
+#[test]
+fn a_thousandth_of_a_second_affords_no_field_and_ten_seconds_the_whole_one() {
+    let Some(context) = context(Wishes::default()) else { return };
+    let mut drawer = Drawer::new(Renderer::new(context));
+    let (scene, ticket) = (exact(), Ticket::new());
+    drawn(&mut drawer, &scene, SIZE, Rung::Full);
+    let tents = coefficients(&scene.volume, Kernel::Linear, None, true, &ticket).expect("made");
+    let preview = SlabField::Preview;
+    drawer.renderer.set_field(preview, &scene.volume, &TENTS, tents, &ticket).expect("set");
+    let costs = Costs::default();
+    let mut coarse = |size: [u32; 2], budget_ms: f64| {
+        drawer.costs = costs;
+        drawer.draw(&scene, size, Rung::Coarse { budget_ms }, &mut ()).expect("drawn")
+    };
+    assert!(!coarse(SIZE, 1.0).is_reduced);
+    let whole = coarse(SIZE, 10_000.0);
+    assert_eq!((whole.is_reduced, whole.field, whole.size), (true, SlabField::Own, SIZE));
+    // A picture of 48 pixels is not drawn smaller, but whole where that is affordable.
+    assert!(!coarse([60, 48], 4.0).is_reduced, "2880 rays at 2 µs are 5.8 ms");
+    let small = coarse([60, 48], 6.0);
+    assert_eq!((small.is_reduced, small.field, small.size), (true, SlabField::Own, [60, 48]));
 }

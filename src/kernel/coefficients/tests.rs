@@ -268,3 +268,26 @@ fn too_wide_kernels_and_cancelled_work_are_refused() {
         assert_eq!(stopped, Err(CoefficientsError::Cancelled(Cancelled)));
     }
 }
+
+#[test]
+fn means_without_data_are_bridged_and_marked_and_their_widths_kept() {
+    let averaged =
+        Averaged { level: 1, volume_dims: [7, 2, 2], half_widths: vec![0.5, 0.0, 2.0, 1.0] };
+    let values = vec![1.0, f32::NAN, 4.0, -2.0];
+    let made = |values: Vec<f32>, ticket: &Ticket| {
+        Coefficients::of_means([4, 1, 1], values, 1e6, averaged.clone(), ticket)
+    };
+    let c = made(values.clone(), &Ticket::new()).unwrap();
+    assert_eq!(c.values, [1.0, 2.5, 4.0, -2.0], "between its neighbours");
+    assert_eq!(c.holes, Some(vec![0b10]));
+    assert_eq!((c.min, c.max, c.bias, c.get(2)), (1e6 - 2.0, 1e6 + 4.0, 1e6, 1e6 + 4.0));
+    assert_eq!(c.averaged.as_ref(), Some(&averaged));
+    assert_eq!(c.residual(), None, "nothing was to be passed through");
+    let none = made(vec![f32::NAN; 4], &Ticket::new()).unwrap();
+    assert_eq!((none.values, none.holes), (vec![0.0; 4], Some(vec![0b1111])));
+    let whole = made(vec![3.0; 4], &Ticket::new()).unwrap();
+    assert_eq!((whole.holes, whole.min, whole.max), (None, 1e6 + 3.0, 1e6 + 3.0));
+    let ticket = Ticket::new();
+    ticket.cancel();
+    assert!(made(values, &ticket).is_err());
+}
