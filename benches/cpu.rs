@@ -57,6 +57,7 @@ fn classification(c: &mut Criterion) {
             finest_level: 0,
             min_radius_px: 1.0,
             view_dependent: false,
+            splat_px: None,
             balanced: false,
         };
         b.iter(|| Cut::of(&pyramid, limits, view.visit_order(), &visibility, |_| [0.0; 4]));

@@ -105,6 +105,7 @@ fn limits(max_error: f32, finest_level: usize) -> CutLimits {
         finest_level,
         min_radius_px: 0.0,
         view_dependent: false,
+        splat_px: None,
         balanced: false,
     }
 }
@@ -504,6 +505,46 @@ fn flat_regions_are_drawn_voxel_by_voxel_where_no_error_is_allowed() {
     // Kernels of nodes of 2 voxels have a radius of 3 pixels here, their children's of 1.5.
     let by_radius = |min_radius_px| built.cut(CutLimits { min_radius_px, ..limits(0.0, 0) }, along);
     assert_eq!((by_radius(1.4).len(), by_radius(1.6).len()), (512, 64));
+}
+
+/// Splitting where children take no more to draw never makes a cut dearer, and takes what is alone
+/// down to itself, whatever the error.
+#[test]
+fn a_sparse_node_is_split_where_its_children_cost_no_more() {
+    // A step of an index is 3 pixels, so that nodes cover many.
+    let visibility = Visibility { view_from_index: DMat3::IDENTITY * 3.0, ..ALONG_Z };
+    let along = VisitOrder::Along(DVec3::Z);
+    let covered = |node: &CutNode| {
+        let edge = node.size.into_iter().max().map_or(0.0, f64::from);
+        (2.0 * 3.0 * 1.5 * edge).powi(2)
+    };
+    let mut sparse = vec![0.0; 19 * 17 * 23];
+    (0..12).for_each(|i| sparse[(i * 577) % (19 * 17 * 23)] = 0.9);
+    let sparse = built([19, 17, 23], Samples::Float64(sparse), &transfer(0.0));
+    let mut finer = 0;
+    for built in [&sparse, &mixed([19, 9, 10])] {
+        for splat_px in [0.0, 100.0, 5000.0] {
+            for max_error in [0.05, 0.3, 1e9] {
+                let cost =
+                    |cut: &[CutNode]| cut.iter().map(|node| splat_px + covered(node)).sum::<f64>();
+                let plain = built.seen(limits(max_error, 0), along, &visibility);
+                let fit = CutLimits { splat_px: Some(splat_px), ..limits(max_error, 0) };
+                let split = built.seen(fit, along, &visibility);
+                assert!(cost(&split) <= cost(&plain), "{splat_px} {max_error}");
+                assert!(split.len() >= plain.len());
+                finer += usize::from(cost(&split) < cost(&plain));
+            }
+        }
+    }
+    assert!(finer >= 6, "{finer}");
+
+    let mut alone = vec![0.0; 32 * 32 * 32];
+    alone[5 + 32 * (7 + 32 * 11)] = 0.9;
+    let alone = built([32; 3], Samples::Float64(alone), &transfer(0.0));
+    let fit = CutLimits { splat_px: Some(1e6), ..limits(1e9, 0) };
+    let cut = alone.seen(fit, along, &visibility);
+    assert_eq!((cut.len(), cut[0].low, cut[0].size), (1, [5, 7, 11], [1; 3]));
+    assert_eq!(alone.seen(limits(1e9, 0), along, &visibility)[0].size, [32; 3]);
 }
 
 /// Every voxel of which some direction's rim lands on the picture is drawn; what lies far beside

@@ -21,6 +21,10 @@ pub struct CutLimits {
     /// nearer than the focal plane it is. Assumes that no gap in front falls between two rays, and that
     /// errors show in proportion. An error of 0 still goes down to every voxel.
     pub view_dependent: bool,
+    /// What a splat takes whatever its size, as pixels that one covers: nodes are split, too, where
+    /// those of their children that show take no more than they do. A large node that holds a piece of
+    /// one vessel covers many times the pixels of its few children. `None`: by error alone.
+    pub splat_px: Option<f64>,
     /// Splits further until nodes that share a face differ by at most one level.
     pub balanced: bool,
 }
@@ -195,6 +199,17 @@ impl<F: Fn(usize) -> [f32; 4]> Walk<'_, F> {
         self.pyramid.levels[level - 1].nodes[index]
     }
 
+    /// Whether a node, whose longest edge is `edge` voxels, takes no less to draw than its children that
+    /// show.
+    fn is_dearer_whole(&self, node: Node, level: usize, edge: f64, radius_px: f64) -> bool {
+        self.limits.splat_px.is_some_and(|splat_px| {
+            let covered_px = 4.0 * radius_px * radius_px;
+            // A quarter, but where the border cuts the node.
+            let child_px = covered_px * (f64::from(1_u32 << (level - 1)) / edge).powi(2);
+            f64::from(node.active_children) * (splat_px + child_px) <= splat_px + covered_px
+        })
+    }
+
     fn visit(&mut self, level: usize, at: [usize; 3]) {
         self.cut.visited += 1;
         let node = self.node(level, at);
@@ -219,6 +234,7 @@ impl<F: Fn(usize) -> [f32; 4]> Walk<'_, F> {
                     level <= self.limits.finest_level
                         || radius_px * 0.5 < self.limits.min_radius_px
                         || node.error * self.weight(centre, edge) < self.limits.max_error
+                            && !self.is_dearer_whole(node, level, edge, radius_px)
                 }
             };
         if is_whole {

@@ -322,6 +322,7 @@ mod tests {
             finest_level: 0,
             min_radius_px: 1.0,
             view_dependent: false,
+            splat_px: None,
             balanced: false,
         };
         Cells::of(&Cut { nodes, visited: 0 }, &limits, most)

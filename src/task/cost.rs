@@ -52,6 +52,11 @@ impl Costs {
         (budget_ms * SPLAT_SHARE / self.splat_ms).max(64.0) as u64
     }
 
+    /// Pixels of a splat that cost as much as the splat as such.
+    pub fn splat_pixels(&self) -> f64 {
+        self.splat_ms / self.fragment_ms
+    }
+
     /// Pixels that a budget affords once its splats are paid.
     pub fn fragments_within(&self, budget_ms: f64, splats: u64) -> f64 {
         let left = budget_ms - splats as f64 * self.splat_ms;

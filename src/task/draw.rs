@@ -366,6 +366,8 @@ impl Drawer {
         // Nodes that would be under a pixel at the size drawn last are not split further.
         let limits = CutLimits {
             min_radius_px: self.last_shrink.max(1.0),
+            // At the size drawn last, too.
+            splat_px: Some(self.costs.splat_pixels() * self.last_shrink * self.last_shrink),
             ..cut_limits(scene, self.error_for_count(count))
         };
         let (cut, max_error) = self.cut_of_count(scene, &view, limits, count);
@@ -436,7 +438,7 @@ impl Drawer {
         count: u64,
     ) -> (Cut, f32) {
         let mut cut = self.cut_of(scene, view, limits);
-        if limits.view_dependent || limits.balanced {
+        if limits.view_dependent || limits.balanced || limits.splat_px.is_some() {
             for _ in 0..MOST_REFITS {
                 let ratio = cut.nodes.len() as f32 / count.max(1) as f32;
                 // With an error of 0 there is nothing finer, and in no node nothing to fit.
@@ -586,7 +588,15 @@ impl Drawer {
 /// The cut of an error, down to nodes whose kernels are a pixel wide.
 pub(super) fn cut_limits(scene: &Scene, max_error: f32) -> CutLimits {
     let CutSettings { view_dependent, balanced, .. } = scene.splat.cut;
-    CutLimits { max_error, finest_level: 0, min_radius_px: 1.0, view_dependent, balanced }
+    let min_radius_px = 1.0;
+    CutLimits {
+        max_error,
+        finest_level: 0,
+        min_radius_px,
+        view_dependent,
+        splat_px: None,
+        balanced,
+    }
 }
 
 /// Whether a coarse picture within a budget is drawn by lists rather than triangles.

@@ -134,9 +134,9 @@ impl Drawer {
             renderer.draw_slab_tiles(which, &view, splat, unit_distance, spacing, STOP_BELOW, tiles)
         })?;
         let rays = f64::from(size[0]) * f64::from(size[1]);
-        match enlarged > 1.0 {
-            true => self.costs.learn_reduced(which, rays, drawn.wall_ms),
-            false => self.costs.learn_rays(rays, drawn.wall_ms),
+        match which {
+            SlabField::Own if enlarged <= 1.0 => self.costs.learn_rays(rays, drawn.wall_ms),
+            _ => self.costs.learn_reduced(which, rays, drawn.wall_ms),
         }
         Ok(drawn)
     }
