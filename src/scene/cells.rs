@@ -317,7 +317,13 @@ mod tests {
     }
 
     fn cells(nodes: Vec<CutNode>, max_error: f32, most: usize) -> Cells {
-        let limits = CutLimits { max_error, finest_level: 0, min_radius_px: 1.0 };
+        let limits = CutLimits {
+            max_error,
+            finest_level: 0,
+            min_radius_px: 1.0,
+            balanced: false,
+            view_dependent: false,
+        };
         Cells::of(&Cut { nodes, visited: 0 }, &limits, most)
     }
 

@@ -245,7 +245,7 @@ mod tests {
         assert_eq!(view.halved(0), view);
         for level in 1..4 {
             let halved = view.halved(level);
-            let side = 1 << level;
+            let side = 1_i32 << level;
             for node in [[0, 0, 0], [3, 1, 0], [1, 7, 2]] {
                 // The mean position of the voxels it stands for, were they all there.
                 let mut mean = DVec3::ZERO;

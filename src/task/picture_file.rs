@@ -84,6 +84,7 @@ pub fn write(still: &Still, format: PictureFormat, path: &Path) -> Result<(), St
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::gpu::SlabField;
     use crate::task::draw::Drawn;
 
     #[test]

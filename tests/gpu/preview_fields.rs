@@ -6,7 +6,7 @@
 use glam::{DVec2, DVec3};
 use voxsplat::accuracy::Difference;
 use voxsplat::core::Ticket;
-use voxsplat::gpu::{Renderer, SlabField, Wishes, tile_count};
+use voxsplat::gpu::{GpuError, Renderer, SlabField, Wishes, tile_count};
 use voxsplat::kernel::{Averaged, Coefficients, Kernel, coefficients};
 use voxsplat::reference::Reference;
 use voxsplat::scene::{Classify, OpacityModel, Order, Scene, SplatSettings, View};
@@ -443,6 +443,39 @@ fn rays_through_means_in_parts_are_the_same_rays() {
         }
     }
     assert!(parts.peak_bytes() > whole.peak_bytes(), "nothing was drawn in parts");
+}
+
+/// A mean and its width lie in a word, or in two of 32 bits, in one buffer or in four.
+#[test]
+fn means_and_widths_are_the_same_in_four_buffers() {
+    // With a mirrored mean about them 9 · 7 · 8 = 504 words, or twice as many.
+    let bytes = of(noise(DIMS, 3));
+    let far = |i: usize| if i == 5 { 1e7 } else { waves(i) };
+    let floats = of(Samples::Float64((0..count()).map(far).collect()));
+    for (scene, four) in [(bytes, 512), (floats, 1024)] {
+        let limited = |most: u64| {
+            let mut context = context(Wishes::default())?;
+            context.limits.max_storage_buffer_binding_size = most;
+            Some(Renderer::new(context))
+        };
+        let (Some(mut one), Some(mut parts), Some(mut too_small)) =
+            (limited(1 << 14), limited(four), limited(four / 2))
+        else {
+            return;
+        };
+        let means = || Means::of(&scene.volume, 1).coefficients(&scene.volume);
+        let whole = preview(&mut one, &scene, means(), SMALL).0;
+        assert!(whole.iter().any(|p| p[3] > 0.1));
+        assert!(whole == preview(&mut parts, &scene, means(), SMALL).0, "{four} bytes");
+        let refused = too_small.set_field(
+            SlabField::Preview,
+            &scene.volume,
+            &scene.splat,
+            means(),
+            &Ticket::new(),
+        );
+        assert!(matches!(refused, Err(GpuError::TooLarge { .. })), "{refused:?}");
+    }
 }
 
 /// Opacities that are capped are those of the last picture, whichever field it was of.
