@@ -257,7 +257,8 @@ mod tests {
         let dims = [7, 5, 6];
         let count = dims.iter().product::<usize>();
         let value = |i: usize| 1e6 + ((i * 7919) % 101) as f64 / 50.0;
-        let is_hole = |i: usize| i % dims[0] < 4 && i < 4 * 35 && i / 7 % 5 < 4 || i % 3 == 0;
+        let is_hole =
+            |i: usize| i % dims[0] < 4 && i < 4 * 35 && i / 7 % 5 < 4 || i.is_multiple_of(3);
         let samples = (0..count).map(|i| if is_hole(i) { f64::NAN } else { value(i) }).collect();
         let samples = Samples::Float64(samples);
         let volume = ScalarVolume::from_samples("holed", Lattice::unit(dims), samples).unwrap();

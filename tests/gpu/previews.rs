@@ -220,7 +220,7 @@ fn a_thousandth_of_a_second_affords_no_field_and_ten_seconds_the_whole_one() {
     assert!(!coarse(SIZE, 1.0).is_reduced);
     let whole = coarse(SIZE, 10_000.0);
     assert_eq!((whole.is_reduced, whole.field, whole.size), (true, SlabField::Own, SIZE));
-    // A picture of 48 pixels is not drawn smaller, but whole where that is affordable.
+    // A picture 48 pixels high is not drawn smaller, but whole where that is affordable.
     assert!(!coarse([60, 48], 4.0).is_reduced, "2880 rays at 2 µs are 5.8 ms");
     let small = coarse([60, 48], 6.0);
     assert_eq!((small.is_reduced, small.field, small.size), (true, SlabField::Own, [60, 48]));
