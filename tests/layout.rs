@@ -82,6 +82,7 @@ fn host_structs() -> [HostStruct; 8] {
             along,
             picture,
             dims,
+            end,
             stored,
             bricks,
             table,
