@@ -176,8 +176,12 @@ def vtk_rows(name, scan, path):
         if turn < STILLS:
             still_ms.append(ms)
         caster.camera.Azimuth(1.0)
-    still = {"program": "vtk-cpu", "picture": "still", **timed(still_ms)}
-    rows = [still]
+    rows = [{
+        "program": "vtk-cpu",
+        "picture": "still",
+        **timed(still_ms),
+        "image_sample_distance": round(caster.mapper.GetImageSampleDistance(), 2),
+    }]  # fmt: skip
     for budget, quick in frames:
         errors = [psnrs(found, exact) for (_, found, _), exact in zip(quick, stills)]
         rows.append({

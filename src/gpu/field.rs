@@ -137,7 +137,11 @@ impl DeviceField {
                 }
                 Format::Floats if has_widths => {
                     let (x, y, z) = place(index / 2);
-                    if index % 2 == 0 { float(x, y, z) } else { (width(x, y, z) as f32).to_bits() }
+                    if index.is_multiple_of(2) {
+                        float(x, y, z)
+                    } else {
+                        (width(x, y, z) as f32).to_bits()
+                    }
                 }
                 Format::Pairs => pair(index),
                 Format::Halves => pair(2 * index),

@@ -32,7 +32,7 @@ pub use frame::{Pass, PassTime};
 pub use gather::tile_count;
 pub use renderer::Renderer;
 pub use scattered::{ListTotals, Scattered};
-pub use slabs::SlabField;
+pub use slabs::{PictureConstants, SlabField};
 pub use sort::MOST_KEYS;
 pub use triangles::GridTotals;
 

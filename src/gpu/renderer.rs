@@ -251,8 +251,7 @@ impl Renderer {
     }
 
     /// Draws the slabs of some tiles of the picture, row by row from the top, and waits; returns
-    /// milliseconds as [`Renderer::draw_records`] does. Front to back, a ray ends where less
-    /// transmittance than `stop_below` is left.
+    /// milliseconds as [`Renderer::draw_records`] does.
     ///
     /// # Errors
     /// A failing device.
@@ -261,12 +260,9 @@ impl Renderer {
         which: SlabField,
         view: &View,
         settings: &SplatSettings,
-        unit_distance: f64,
-        smallest_spacing: f64,
-        stop_below: f64,
+        picture: PictureConstants,
         tiles: Range<u32>,
     ) -> Result<f64, GpuError> {
-        let picture = PictureConstants { unit_distance, smallest_spacing, stop_below };
         (self.slab_field, self.slab_settings) = (which, *settings);
         let which = which as usize;
         let parts = self.slabs[which].parts(&self.context, view, settings, picture);

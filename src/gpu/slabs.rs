@@ -292,12 +292,12 @@ fn is_interpolating(settings: &SplatSettings) -> bool {
 
 /// What a picture has beside its view.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct PictureConstants {
+pub struct PictureConstants {
     /// World length over which opacities are given.
     pub unit_distance: f64,
     /// The lattice's smallest spacing, world units.
     pub smallest_spacing: f64,
-    /// Rays end where less transmittance is left.
+    /// Front to back, rays end where less transmittance is left.
     pub stop_below: f64,
 }
 

@@ -153,7 +153,7 @@ impl Drawer {
         let voxel_px = View::new(scene, size).narrowest_voxel_pixels();
         let most = |field| {
             let reach = voxel_px * widest_voxels(field, scene);
-            (MOST_REDUCTION * patience).min(least_side).min(reach.max(1.0))
+            (MOST_REDUCTION * patience).min(least_side).min(reach).max(1.0)
         };
         let affordable = |field: SlabField, splat: &SplatSettings| {
             if !self.renderer.holds_field(field, &scene.volume, splat) {
@@ -282,7 +282,8 @@ mod tests {
         let dims = [7, 5, 6];
         let count = dims.iter().product::<usize>();
         let value = |i: usize| 1e6 + ((i * 7919) % 101) as f64 / 50.0;
-        let is_hole = |i: usize| i % dims[0] < 4 && i < 4 * 35 && i / 7 % 5 < 4 || i % 3 == 0;
+        let is_hole =
+            |i: usize| i % dims[0] < 4 && i < 4 * 35 && i / 7 % 5 < 4 || i.is_multiple_of(3);
         let samples = (0..count).map(|i| if is_hole(i) { f64::NAN } else { value(i) }).collect();
         let samples = Samples::Float64(samples);
         let volume = ScalarVolume::from_samples("holed", Lattice::unit(dims), samples).unwrap();

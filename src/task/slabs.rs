@@ -9,7 +9,7 @@ use super::draw::{DrawError, Drawer, Drawn, Observer};
 use super::previews::preview_coefficients;
 use crate::core::Ticket;
 use crate::gpu::layout::TILE;
-use crate::gpu::{GpuError, Renderer, SlabField, tile_count};
+use crate::gpu::{GpuError, PictureConstants, Renderer, SlabField, tile_count};
 use crate::kernel::{Coefficients, CoefficientsError, coefficients};
 use crate::scene::{
     Classify, OpacityModel, Reconstruction, Scene, SplatSettings, View, Visibility,
@@ -116,8 +116,11 @@ impl Drawer {
     ) -> Result<Drawn, DrawError> {
         let view = View { enlarged, ..View::new(scene, size) };
         self.prepare_slabs(scene, &view, which, observer)?;
-        let spacing = scene.volume.lattice.smallest_spacing();
-        let unit_distance = scene.opacity_unit_distance();
+        let constants = PictureConstants {
+            unit_distance: scene.opacity_unit_distance(),
+            smallest_spacing: scene.volume.lattice.smallest_spacing(),
+            stop_below: STOP_BELOW,
+        };
         // Only of small pictures is the first piece large: the price of a full one's rays was learnt in
         // another view, and a hand may be waiting.
         let first = if enlarged > 1.0 {
@@ -131,7 +134,7 @@ impl Drawer {
         };
         let drawn = self.tiled(scene, &view, observer, first, |renderer, tiles| {
             let splat = &scene.splat;
-            renderer.draw_slab_tiles(which, &view, splat, unit_distance, spacing, STOP_BELOW, tiles)
+            renderer.draw_slab_tiles(which, &view, splat, constants, tiles)
         })?;
         let rays = f64::from(size[0]) * f64::from(size[1]);
         match which {

@@ -6,7 +6,7 @@
 use glam::{DVec2, DVec3};
 use voxsplat::accuracy::Difference;
 use voxsplat::core::Ticket;
-use voxsplat::gpu::{Renderer, SlabField, Wishes, tile_count};
+use voxsplat::gpu::{GpuError, PictureConstants, Renderer, SlabField, Wishes, tile_count};
 use voxsplat::kernel::{Averaged, Coefficients, Kernel, coefficients};
 use voxsplat::reference::Reference;
 use voxsplat::scene::{Classify, OpacityModel, Order, Scene, SplatSettings, View};
@@ -245,7 +245,9 @@ fn preview(
     renderer.set_slab_table(field, &table, reach).expect("set");
     renderer.begin(&view, splat.kernel, splat.extent, unit).expect("begun");
     let tiles = 0..tile_count(size);
-    renderer.draw_slab_tiles(field, &view, splat, unit, spacing, 0.0, tiles).expect("drawn");
+    let constants =
+        PictureConstants { unit_distance: unit, smallest_spacing: spacing, stop_below: 0.0 };
+    renderer.draw_slab_tiles(field, &view, splat, constants, tiles).expect("drawn");
     let capped = renderer.capped_sums().expect("read");
     (wide(&renderer.read_light().expect("read")), capped)
 }
@@ -355,7 +357,8 @@ fn holes_far_values_noise_and_steps_are_the_float64_ones() {
     let holed = |i: usize| {
         // Two blocks of 8 voxels a side, some of 2, and single ones.
         let [x, y, z] = place(i);
-        let is_hole = (x >= 8 && z < 8) || (x / 2 + y / 2 + z / 2) % 5 == 0 || i % 7 == 0;
+        let is_hole =
+            (x >= 8 && z < 8) || (x / 2 + y / 2 + z / 2).is_multiple_of(5) || i.is_multiple_of(7);
         if is_hole { f64::NAN } else { waves(i) }
     };
     let steps = |i: usize| {
@@ -392,29 +395,37 @@ fn thin_lattices_are_the_float64_ones() {
     ]);
 }
 
-/// One bright voxel in 64 clear ones, seen only by how far it is from their mean: rays leap over all
-/// the rest, and not over it.
+/// One bright voxel in 64 clear ones, or a dark one, seen only by how far it is from their mean: rays
+/// leap over all the rest, and not over it.
 #[test]
 fn a_voxel_that_shows_only_beside_its_mean_is_not_leapt_over() {
     let Some(mut renderer) = renderer(None) else { return };
     let dims = [45, 38, 41];
     let lattice = Lattice::unit(dims);
-    let bright = |at: [usize; 3]| (at[2] * dims[1] + at[1]) * dims[0] + at[0];
+    let spot = |at: [usize; 3]| (at[2] * dims[1] + at[1]) * dims[0] + at[0];
     // In the middle of a block, and in the last one, which is not whole.
-    for (at, level) in [([22, 17, 21], 1), ([22, 17, 21], 2), ([40, 36, 40], 2)] {
-        let mut samples = vec![0_u8; dims.iter().product()];
-        samples[bright(at)] = 255;
+    for (at, level, is_bright) in [
+        ([22, 17, 21], 1, true),
+        ([22, 17, 21], 2, true),
+        ([22, 17, 21], 2, false),
+        ([40, 36, 40], 2, true),
+    ] {
+        let mut samples = vec![if is_bright { 0_u8 } else { 255 }; dims.iter().product()];
+        samples[spot(at)] = if is_bright { 255 } else { 0 };
         let mut scene = scene(lattice, OBLIQUE);
         scene.camera.focal_point = DVec3::from(at.map(|n| n as f64));
         scene.camera.parallel_scale = 6.0;
         scene.volume = volume(lattice, Samples::UInt8(samples));
         scene.splat = TENTS;
         let means = Means::of(&scene.volume, level);
-        let most = means.mean.iter().copied().fold(0.0, f64::max);
-        scene.transfer.opacity = vec![(most + 5.0, 0.0), (most + 45.0, 0.6)];
-        let shows =
-            (0..means.mean.len()).any(|i| means.mean[i] + means.half_width[i] > most + 20.0);
-        assert!(shows, "its block has {most}");
+        let mean = &means.mean;
+        let (most, least) =
+            (mean.iter().fold(0.0, |a, &b| b.max(a)), mean.iter().fold(255.0, |a, &b| b.min(a)));
+        scene.transfer.opacity = if is_bright {
+            vec![(most + 5.0, 0.0), (most + 45.0, 0.6)]
+        } else {
+            vec![(least - 45.0, 0.6), (least - 5.0, 0.0)]
+        };
         let faults = held(&mut renderer, &format!("one voxel at {at:?}"), &scene, level);
         assert!(faults.is_empty(), "{faults:?}");
     }
@@ -443,6 +454,39 @@ fn rays_through_means_in_parts_are_the_same_rays() {
         }
     }
     assert!(parts.peak_bytes() > whole.peak_bytes(), "nothing was drawn in parts");
+}
+
+/// A mean and its width lie in a word, or in two of 32 bits, in one buffer or in four.
+#[test]
+fn means_and_widths_are_the_same_in_four_buffers() {
+    // With a mirrored mean about them 9 · 7 · 8 = 504 words, or twice as many.
+    let bytes = of(noise(DIMS, 3));
+    let far = |i: usize| if i == 5 { 1e7 } else { waves(i) };
+    let floats = of(Samples::Float64((0..count()).map(far).collect()));
+    for (scene, four) in [(bytes, 512), (floats, 1024)] {
+        let limited = |most: u64| {
+            let mut context = context(Wishes::default())?;
+            context.limits.max_storage_buffer_binding_size = most;
+            Some(Renderer::new(context))
+        };
+        let (Some(mut one), Some(mut parts), Some(mut too_small)) =
+            (limited(1 << 14), limited(four), limited(four / 2))
+        else {
+            return;
+        };
+        let means = || Means::of(&scene.volume, 1).coefficients(&scene.volume);
+        let whole = preview(&mut one, &scene, means(), SMALL).0;
+        assert!(whole.iter().any(|p| p[3] > 0.1));
+        assert!(whole == preview(&mut parts, &scene, means(), SMALL).0, "{four} bytes");
+        let refused = too_small.set_field(
+            SlabField::Preview,
+            &scene.volume,
+            &scene.splat,
+            means(),
+            &Ticket::new(),
+        );
+        assert!(matches!(refused, Err(GpuError::TooLarge { .. })), "{refused:?}");
+    }
 }
 
 /// Opacities that are capped are those of the last picture, whichever field it was of.

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::DVec3;
 use voxsplat::accuracy::Difference;
 use voxsplat::core::Ticket;
-use voxsplat::gpu::{Renderer, SlabField, Wishes, tile_count};
+use voxsplat::gpu::{PictureConstants, Renderer, SlabField, Wishes, tile_count};
 use voxsplat::kernel::{Kernel, coefficients};
 use voxsplat::scene::{Reconstruction, Scene, SplatSettings, View};
 use voxsplat::task::cost::Costs;
@@ -122,15 +122,9 @@ fn a_smaller_picture_has_one_ray_a_pixel() {
         let renderer = &mut drawer.renderer;
         renderer.begin(&view, scene.splat.kernel, None, unit).expect("begun");
         let tiles = 0..tile_count(size);
-        let drawn = renderer.draw_slab_tiles(
-            SlabField::Own,
-            &view,
-            &scene.splat,
-            unit,
-            spacing,
-            5e-4,
-            tiles,
-        );
+        let constants =
+            PictureConstants { unit_distance: unit, smallest_spacing: spacing, stop_below: 5e-4 };
+        let drawn = renderer.draw_slab_tiles(SlabField::Own, &view, &scene.splat, constants, tiles);
         drawn.expect("drawn");
         wide(&renderer.read_light().expect("read"))
     };
@@ -221,7 +215,7 @@ fn a_thousandth_of_a_second_affords_no_field_and_ten_seconds_the_whole_one() {
     assert!(!coarse(SIZE, 1.0).is_reduced);
     let whole = coarse(SIZE, 10_000.0);
     assert_eq!((whole.is_reduced, whole.field, whole.size), (true, SlabField::Own, SIZE));
-    // A picture of 48 pixels is not drawn smaller, but whole where that is affordable.
+    // A picture 48 pixels high is not drawn smaller, but whole where that is affordable.
     assert!(!coarse([60, 48], 4.0).is_reduced, "2880 rays at 2 µs are 5.8 ms");
     let small = coarse([60, 48], 6.0);
     assert_eq!((small.is_reduced, small.field, small.size), (true, SlabField::Own, [60, 48]));
