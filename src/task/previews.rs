@@ -78,7 +78,7 @@ fn level(dims: [usize; 3]) -> u32 {
     (0..u32::BITS - 1).find(|&level| samples(level) <= MOST_SAMPLES).unwrap_or(0)
 }
 
-/// Voxels that a sample of a field is seen across. Rays farther apart could miss a single bright one.
+/// Voxels that a sample of a field is seen across.
 fn widest_voxels(field: SlabField, scene: &Scene) -> f64 {
     let Scene { volume, splat, .. } = scene;
     2.0 * match field {
@@ -150,11 +150,7 @@ impl Drawer {
         // A hand should not see one kind of preview change into the other and back.
         let patience = if self.last_reduction.is_some() { PATIENCE } else { 1.0 };
         let least_side = f64::from(size[0].min(size[1])) / LEAST_SIDE;
-        let voxel_px = View::new(scene, size).narrowest_voxel_pixels();
-        let most = |field| {
-            let reach = voxel_px * widest_voxels(field, scene);
-            (MOST_REDUCTION * patience).min(least_side).min(reach).max(1.0)
-        };
+        let most = (MOST_REDUCTION * patience).min(least_side).max(1.0);
         let affordable = |field: SlabField, splat: &SplatSettings| {
             if !self.renderer.holds_field(field, &scene.volume, splat) {
                 return None;
@@ -175,7 +171,14 @@ impl Drawer {
             (_, Some(tents)) => (SlabField::Preview, tents),
             (own, None) => (SlabField::Own, own?),
         };
-        (shrink <= most(field)).then_some(Reduction { field, shrink })
+        // Between rays farther apart than a sample is wide a single bright one is lost: where every voxel
+        // that shows can be splatted in the time, no ray need find it.
+        let width_px =
+            View::new(scene, size).narrowest_voxel_pixels() * widest_voxels(field, scene);
+        let splats = self.costs.splats_within(budget_ms);
+        let is_sparse = self.active_count().is_some_and(|active| active <= splats);
+        let is_lost = shrink > width_px.max(1.0) && is_sparse;
+        (shrink <= most && !is_lost).then_some(Reduction { field, shrink })
     }
 
     /// A picture so many times smaller than `size`.
