@@ -14,7 +14,7 @@ mod slab_share;
 mod space;
 
 pub use coefficients::{
-    Averaged, Coefficients, CoefficientsError, MOST_EXTENT, Residual, coefficients,
+    Averaged, Coefficients, CoefficientsError, MOST_EXTENT, Residual, coefficients, nearest_tents,
 };
 pub use ellipse::{ProjectedKernel, perspective_jacobian};
 pub use gouraud::{MeshVertex, SplatMesh, Subdivisions};

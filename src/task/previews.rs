@@ -7,7 +7,7 @@
 use crate::core::Ticket;
 use crate::gpu::{GpuError, SlabField};
 use crate::hierarchy::{ScalarPyramid, ScalarPyramidError};
-use crate::kernel::{Averaged, Coefficients, CoefficientsError, Kernel, coefficients};
+use crate::kernel::{Averaged, Coefficients, CoefficientsError, Kernel, nearest_tents};
 use crate::scene::{Reconstruction, Scene, SplatSettings, View};
 use crate::volume::ScalarVolume;
 
@@ -104,7 +104,7 @@ fn coefficients_of(
     ticket: &Ticket,
 ) -> Result<Coefficients, CoefficientsError> {
     if level == 0 {
-        return coefficients(volume, Kernel::Linear, None, true, ticket);
+        return nearest_tents(volume, ticket);
     }
     let pyramid = ScalarPyramid::build_levels(volume, level as usize, ticket);
     let ScalarPyramid { dims, bias, mut levels } = pyramid.map_err(|error| match error {

@@ -9,6 +9,7 @@ mod tests;
 
 use rayon::prelude::*;
 
+use self::prefilter::Target;
 use self::stencil::Stencil;
 use super::Kernel;
 use crate::core::memory::{self, TooLarge};
@@ -67,7 +68,7 @@ pub struct Coefficients {
     /// Greatest cᵢ, bias included, and no reconstruction is greater.
     pub max: f64,
     /// After each step: first of the samples as they are, then after the prefilter or each sweep.
-    /// At least one, but of means none. Of kernels with more than 64 samples in reach the first and the last are
+    /// At least one, but of means and the nearest tents none. Of kernels with more than 64 samples in reach the first and the last are
     /// measured on every n-th slice.
     pub residuals: Vec<Residual>,
     /// One bit a sample, in the order of `values` from each word's lowest bit: set where the volume
@@ -164,6 +165,25 @@ pub fn coefficients(
     .map_err(CoefficientsError::from)
 }
 
+/// The coefficients of the tents that are nearest to the interpolating cubic B-splines, in the mean
+/// square over space: quicker to evaluate, and as bright.
+///
+/// Takes 4 bytes a sample. They have no residuals.
+///
+/// # Errors
+/// Cancelled, or too little memory.
+pub fn nearest_tents(
+    volume: &ScalarVolume,
+    ticket: &Ticket,
+) -> Result<Coefficients, CoefficientsError> {
+    let mut tents = coefficients(volume, Kernel::Linear, None, true, ticket)?;
+    prefilter::prefilter(&mut tents.values, tents.dims, Target::Tents, ticket)?;
+    let (min, max) = extremes(&tents.values);
+    (tents.min, tents.max) = (min + tents.bias, max + tents.bias);
+    tents.residuals.clear();
+    Ok(tents)
+}
+
 fn of_samples<T: Scalar>(
     samples: &[T],
     volume: &ScalarVolume,
@@ -197,7 +217,7 @@ fn of_samples<T: Scalar>(
     match kernel {
         Kernel::BSpline if interpolating => {
             residuals.push(measure(&values)?);
-            prefilter::prefilter(&mut values, dims, ticket)?;
+            prefilter::prefilter(&mut values, dims, Target::Spline, ticket)?;
         }
         Kernel::Gaussian | Kernel::Cubic if interpolating => {
             let sharpened = values.clone();
