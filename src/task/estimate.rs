@@ -18,9 +18,9 @@ const PER_SHRINK: f64 = 0.002;
 /// RMSE of a smaller picture, enlarged, over what leaving out all but every third of its pixels
 /// costs: 0.13 to 0.30, median 0.21, on seven demos of 48³ voxels, 480 × 360 pixels, budgets of 15 ms.
 const PER_DETAIL: f64 = 0.2;
-/// RMSE of a whole picture of tents through the samples: 0.022 on aneurism, 0.012 on LIDC2, 1280 × 800
-/// pixels.
-const TENTS_RMSE: f64 = 0.015;
+/// RMSE of a whole picture of the nearest tents: 0.0057 on aneurism, 0.0045 on LIDC2, 0.0012 on bonsai,
+/// 1280 × 800 pixels.
+const TENTS_RMSE: f64 = 0.004;
 /// What shading before reconstruction costs even with every voxel drawn: 0.0009 to 0.028 there, 0.01
 /// to 0.05 on scans (design.md §1).
 const SHADE_FIRST_RMSE: f64 = 0.01;
@@ -387,7 +387,7 @@ mod tests {
         };
         let first = of(&estimator);
         assert!((first[1] - 0.01).abs() < 1e-12, "a fifth of the detail: {first:?}");
-        assert!((first[2] - 0.01_f64.hypot(0.015)).abs() < 1e-12, "and tents: {first:?}");
+        assert!((first[2] - 0.01_f64.hypot(0.004)).abs() < 1e-12, "and tents: {first:?}");
         for (kind, coarseness) in [CUT, REDUCED, tents].into_iter().enumerate() {
             let before = of(&estimator);
             let estimated_rmse = before[kind];
@@ -399,10 +399,7 @@ mod tests {
             }
         }
         let own = first_of_whole(SlabField::Own);
-        assert!(
-            first_of_whole(SlabField::Preview) > 10.0 * own,
-            "even whole, tents are off: {own}"
-        );
+        assert!(first_of_whole(SlabField::Preview) > 3.0 * own, "even whole, tents are off: {own}");
     }
 
     /// Of a picture without detail.

@@ -1,8 +1,8 @@
 //! Quick pictures of a reconstructed field: from which field on the device, and how small.
 //!
 //! The scene's own field looks exactly as it will at rest, only smaller. Rays far apart share no
-//! memory, and one through B-splines fetches eight times as much as one through tents: where the own
-//! field would have to be drawn very small, tents through the samples are nearer to it.
+//! memory, and one through B-splines fetches eight times as much as one through tents. Tents through
+//! the samples would be darker; those nearest to the spline (`kernel::nearest_tents`) are as bright.
 
 use crate::core::Ticket;
 use crate::gpu::{GpuError, SlabField};
@@ -14,20 +14,20 @@ use crate::volume::ScalarVolume;
 use super::draw::{DrawError, Drawer, Drawn, LEAST_SIDE, Observer, Rung, shrunk};
 use super::slabs;
 
-/// A field may be drawn this much smaller before an octree cut stands in for it: at 1280 × 800 pixels
-/// the own one is 30.9, 37.0, 42.0 dB from the exact picture when 4 times smaller, and 27.8, 33.8,
-/// 37.3 when 8 times, on the scans aneurism, LIDC2, bonsai; an octree cut of 57 ms, 28.1, 31.8, 33.5,
-/// and too bright by up to 0.005.
-const MOST_REDUCTION: f64 = 8.0;
+/// A field may be drawn this much smaller before an octree cut stands in for it. At 1280 × 800 pixels,
+/// on the scans aneurism, LIDC2, bonsai, tents 8.5 to 9.5 times smaller are 26.4, 32.4, 36.5 dB from the
+/// exact picture and as bright within 0.1/255; octree cuts that take twice the time, 26.3, 30.6, 31.7,
+/// and too bright by 0.5 to 1.5 of 255.
+const MOST_REDUCTION: f64 = 16.0;
 /// Steps of it.
 const REDUCTION_STEP: f64 = 0.25;
 /// How many times smaller than that it may become where the last preview was of a field, too.
 const PATIENCE: f64 = 1.5;
-/// Tents are taken where they are drawn less small than the own field by so much: on aneurism and LIDC2
-/// tents 1.9, 3.9, 5.6 times smaller are as near to the exact picture as the own field 4, 6, 8 times.
-const WORTH_TENTS: f64 = 2.1;
+/// Tents are taken where they are drawn less small than the own field by so much. At equal size they are
+/// as near to the exact picture to 0.3 dB, where that is 4 times smaller; at full size 44.9, 47, 58.1 dB.
+const WORTH_TENTS: f64 = 0.5;
 /// The same where the last preview was of tents.
-const STILL_WORTH_TENTS: f64 = 1.6;
+const STILL_WORTH_TENTS: f64 = 0.25;
 /// A field for previews has no more samples than this, or means of them: 256³, and a quarter more. What
 /// is larger is seen with less than a pixel a sample, and would cost the memory of two.
 const MOST_SAMPLES: usize = 5 << 22;

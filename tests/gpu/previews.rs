@@ -153,14 +153,17 @@ fn tents_are_taken_where_the_own_field_would_be_much_smaller() {
     let mut scene = exact();
     let size = [480, 400];
     drawn(&mut drawer, &scene, size, Rung::Full);
-    // 192 000 rays: a price of 1 µs a ray is 192 ms for the whole picture.
-    let whole_ms = |shrink: f64| shrink * shrink * 1e-3;
-    let chosen = |drawer: &mut Drawer, scene: &Scene, own: f64, tents: f64| {
-        drawer.costs.reduced_ray_ms = [whole_ms(own - 0.01), whole_ms(tents - 0.01)];
+    let chosen_of = |drawer: &mut Drawer, scene: &Scene, size: [u32; 2], own: f64, tents: f64| {
+        // Prices at which a millisecond affords a picture so many times smaller.
+        let rays = f64::from(size[0]) * f64::from(size[1]);
+        drawer.costs.reduced_ray_ms = [own, tents].map(|shrink| (shrink - 0.01).powi(2) / rays);
         drawer.prepare(scene, &Ticket::new()).expect("prepared");
-        let drawn = drawer.draw(scene, size, Rung::Coarse { budget_ms: 192.0 }, &mut ());
+        let drawn = drawer.draw(scene, size, Rung::Coarse { budget_ms: 1.0 }, &mut ());
         let Drawn { size: at, field, is_reduced, .. } = drawn.expect("drawn");
         is_reduced.then(|| (field, (f64::from(size[0]) / f64::from(at[0]) * 8.0).round() / 8.0))
+    };
+    let chosen = |drawer: &mut Drawer, scene: &Scene, own: f64, tents: f64| {
+        chosen_of(drawer, scene, size, own, tents)
     };
     let forgotten = |drawer: &mut Drawer, scene: &Scene| {
         assert_eq!(chosen(drawer, scene, 100.0, 100.0), None, "an octree cut");
@@ -173,17 +176,18 @@ fn tents_are_taken_where_the_own_field_would_be_much_smaller() {
     drawer.renderer.set_field(preview, &scene.volume, &TENTS, tents, &ticket).expect("set");
 
     assert_eq!(chosen(&mut drawer, &scene, 1.0, 1.0), Some((own, 1.0)), "whole");
-    assert_eq!(chosen(&mut drawer, &scene, 4.0, 2.0), Some((own, 4.0)));
-    assert_eq!(chosen(&mut drawer, &scene, 4.25, 2.0), Some((preview, 2.0)));
+    assert_eq!(chosen(&mut drawer, &scene, 2.25, 2.0), Some((own, 2.25)));
+    assert_eq!(chosen(&mut drawer, &scene, 2.5, 2.0), Some((preview, 2.0)));
     // What was tents stays so for longer, and what was not, not.
-    assert_eq!(chosen(&mut drawer, &scene, 3.75, 2.0), Some((preview, 2.0)));
-    assert_eq!(chosen(&mut drawer, &scene, 3.5, 2.0), Some((own, 3.5)));
-    assert_eq!(chosen(&mut drawer, &scene, 3.75, 2.0), Some((own, 3.75)));
-    // Neither is drawn more than 8 times smaller, but by a hand that has seen one before.
+    assert_eq!(chosen(&mut drawer, &scene, 2.25, 2.0), Some((preview, 2.0)));
+    assert_eq!(chosen(&mut drawer, &scene, 2.0, 2.0), Some((own, 2.0)));
+    assert_eq!(chosen(&mut drawer, &scene, 2.25, 2.0), Some((own, 2.25)));
+    // Neither is drawn more than 16 times smaller, but by a hand that has seen one before.
     forgotten(&mut drawer, &scene);
-    assert_eq!(chosen(&mut drawer, &scene, 20.0, 8.25), None);
-    assert_eq!(chosen(&mut drawer, &scene, 20.0, 8.0), Some((preview, 8.0)));
-    assert_eq!(chosen(&mut drawer, &scene, 20.0, 8.25), Some((preview, 8.25)));
+    let large = |drawer: &mut Drawer, tents| chosen_of(drawer, &scene, [1440, 1200], 90.0, tents);
+    assert_eq!(large(&mut drawer, 16.25), None);
+    assert_eq!(large(&mut drawer, 16.0), Some((preview, 16.0)));
+    assert_eq!(large(&mut drawer, 18.0), Some((preview, 18.0)));
     // 400 pixels 8.5 times smaller would be fewer than 48.
     assert_eq!(chosen(&mut drawer, &scene, 20.0, 8.5), None);
     // Another kernel's field is not there, but its tents are the same ones.
