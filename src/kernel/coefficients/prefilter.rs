@@ -146,10 +146,10 @@ fn weigh<const W: usize>(lines: &mut [[f64; W]]) {
     for (k, line) in lines.iter_mut().enumerate() {
         // Two periods on, nothing before the start is negative.
         let at = |offset: usize| &original[mirrored(k + 2 * period + offset - 2)];
-        for w in 0..W {
+        for (w, weighed) in line.iter_mut().enumerate() {
             let outer = at(0)[w] + at(4)[w];
             let inner = at(1)[w] + at(3)[w];
-            line[w] = (outer + 26.0 * inner + 66.0 * at(2)[w]) / 120.0;
+            *weighed = (outer + 26.0 * inner + 66.0 * at(2)[w]) / 120.0;
         }
     }
 }
