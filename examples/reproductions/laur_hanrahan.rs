@@ -457,7 +457,7 @@ fn what(still: &Still) -> String {
     let of = match (still.drawn.is_reduced, still.drawn.field) {
         (false, _) => format!("{} nodes", still.drawn.nodes),
         (true, SlabField::Own) => "the field".to_owned(),
-        (true, SlabField::Preview) => "tents through the samples".to_owned(),
+        (true, SlabField::Preview) => "the nearest tents".to_owned(),
     };
     format!("{of} at {width} × {height}")
 }
