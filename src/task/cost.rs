@@ -42,7 +42,7 @@ const MOST_GROWTH: f64 = 2.0;
 /// How many times more a ray of a smaller picture costs than one of `full`, at most: its neighbours
 /// cross other voxels, and what they fetch is in no cache. 2.9 to 3.7 on scans, 8 times smaller; a ray
 /// of tents, 5 times smaller, 0.5 of one of `full` through B-splines. By [`SlabField`].
-const MOST_SPREAD_COST: [f64; 2] = [4.0, 1.5];
+const MOST_SPREAD_COST: [f64; 2] = [4.0, 1.0];
 /// Share of a coarse picture's budget that goes to splats as such; the rest to their pixels.
 const SPLAT_SHARE: f64 = 0.6;
 

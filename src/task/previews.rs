@@ -52,7 +52,7 @@ impl Reduction {
 }
 
 /// The mode of the field for previews of a scene, where one would be quicker than the scene's own and
-/// look alike: tents, through the samples or through means of them. A smooth field is not like them.
+/// look alike: the tents nearest to it, or tents through means. A smooth field is not like them.
 pub(super) fn preview_mode(scene: &Scene) -> Option<SplatSettings> {
     let splat = scene.splat;
     let is_sharp = match splat.kernel {
@@ -89,7 +89,8 @@ fn widest_voxels(field: SlabField, scene: &Scene) -> f64 {
     }
 }
 
-/// The field for previews: the samples, or means of them with the spread of what they stand for.
+/// The field for previews: the nearest tents, or means of the samples with the spread of what they
+/// stand for.
 pub(super) fn preview_coefficients(
     volume: &ScalarVolume,
     ticket: &Ticket,
@@ -129,8 +130,11 @@ impl Drawer {
         let Some(splat) = preview_mode(scene) else { return Ok(()) };
         let scene = Scene { splat, ..scene.clone() };
         match self.prepare_field(&scene, size, SlabField::Preview, observer) {
-            // It is not needed for any picture but a quick one.
-            Err(DrawError::Gpu(GpuError::TooLarge { .. })) => Ok(()),
+            // It is not needed for any picture but a quick one, which then shows another.
+            Err(DrawError::Gpu(error @ GpuError::TooLarge { .. })) => {
+                log::warn!("no field for previews: {error}");
+                Ok(())
+            }
             other => other,
         }
     }

@@ -274,6 +274,15 @@ impl Drawer {
         match job.thread.join() {
             Ok(Ok(coefficients)) => Ok(coefficients),
             Ok(Err(CoefficientsError::Cancelled(_))) => Err(DrawError::Interrupted),
+            Ok(Err(CoefficientsError::TooLarge(error))) if which == SlabField::Preview => {
+                Err(GpuError::TooLarge {
+                    what: "a field for previews",
+                    limit: "memory that is free".to_owned(),
+                    found: error.to_string(),
+                    advice: "close other programs",
+                }
+                .into())
+            }
             Ok(Err(error)) => Err(GpuError::Device(error.to_string()).into()),
             Err(_) => Err(GpuError::Device("the reconstruction failed".to_owned()).into()),
         }
