@@ -596,19 +596,7 @@ mod tests {
 
     fn picture(size: [u32; 2], byte: u8) -> Arc<Picture> {
         let rgba = vec![byte; (size[0] * size[1] * 4) as usize];
-        let report = FrameReport {
-            rung: "full".into(),
-            kernels: None,
-            kernels_total: 1,
-            backend: crate::scene::Backend::Tiles,
-            frame_ms: 1.0,
-            budget_ms: None,
-            next: None,
-            progress: 1.0,
-            estimated_rmse: None,
-            checked: None,
-            refined: None,
-        };
+        let report = FrameReport::last("full".into(), 1, crate::scene::Backend::Tiles, 1.0);
         Arc::new(Picture { size, requested_size: [8, 8], rgba, report })
     }
 

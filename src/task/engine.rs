@@ -135,6 +135,25 @@ pub struct FrameReport {
     pub refined: Option<Refined>,
 }
 
+impl FrameReport {
+    /// Of a picture after which nothing follows, of a volume of so many voxels.
+    pub(crate) fn last(rung: String, kernels_total: u64, backend: Backend, frame_ms: f64) -> Self {
+        Self {
+            rung,
+            kernels: None,
+            kernels_total,
+            backend,
+            frame_ms,
+            budget_ms: None,
+            next: None,
+            progress: 1.0,
+            estimated_rmse: None,
+            checked: None,
+            refined: None,
+        }
+    }
+}
+
 /// The picture after a coarse one, as far as it is known before it is drawn.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Next {

@@ -274,19 +274,7 @@ mod tests {
             .flat_map(|y| (0..size[0]).map(move |x| (x, y)))
             .flat_map(|(x, y)| [pixel(x, y), pixel(x, y), pixel(x, y), 255])
             .collect();
-        let report = FrameReport {
-            rung: "full".into(),
-            kernels: None,
-            kernels_total: 1,
-            backend: crate::scene::Backend::Raster,
-            frame_ms: 1.0,
-            budget_ms: None,
-            next: None,
-            progress: 1.0,
-            estimated_rmse: None,
-            checked: None,
-            refined: None,
-        };
+        let report = FrameReport::last("full".into(), 1, crate::scene::Backend::Raster, 1.0);
         Picture { size, requested_size, rgba, report }
     }
 

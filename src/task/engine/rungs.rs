@@ -430,18 +430,11 @@ fn picture(
     rgba: Vec<u8>,
     kernels_active: Option<u64>,
 ) -> Picture {
+    let total = request.scene.volume.lattice.len() as u64;
     let report = FrameReport {
-        rung,
         kernels: kernels_active.map(|active| KernelCounts { drawn: drawn.kernels, active }),
-        kernels_total: request.scene.volume.lattice.len() as u64,
-        backend: Backend::Raster,
-        frame_ms: drawn.wall_ms,
-        budget_ms: None,
-        next: None,
         progress,
-        estimated_rmse: None,
-        checked: None,
-        refined: None,
+        ..FrameReport::last(rung, total, Backend::Raster, drawn.wall_ms)
     };
     Picture { size: drawn.size, requested_size: request.size, rgba, report }
 }

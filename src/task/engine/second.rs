@@ -94,18 +94,11 @@ impl Worker {
         let active = drawer.active_count();
         self.drawer = Some(drawer);
         let (drawn, rgba) = drawn?;
+        let (rung, backend) = (rung_words(Rung::Full, &drawn), scene.splat.fixed_backend());
+        let total = scene.volume.lattice.len() as u64;
         let report = FrameReport {
-            rung: rung_words(Rung::Full, &drawn),
             kernels: active.map(|active| KernelCounts { drawn: drawn.kernels, active }),
-            kernels_total: scene.volume.lattice.len() as u64,
-            backend: scene.splat.fixed_backend(),
-            frame_ms: drawn.wall_ms,
-            budget_ms: None,
-            next: None,
-            progress: 1.0,
-            estimated_rmse: None,
-            checked: None,
-            refined: None,
+            ..FrameReport::last(rung, total, backend, drawn.wall_ms)
         };
         let picture = Picture { size: drawn.size, requested_size: *size, rgba, report };
         let rmse = estimate::shown_rmse(&picture, first).ok();
