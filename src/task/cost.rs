@@ -17,6 +17,9 @@ pub struct Costs {
     pub ray_ms: f64,
     /// Per ray of a smaller picture in slabs of each [`SlabField`]: rays farther apart share less.
     pub reduced_ray_ms: [f64; 2],
+    /// Per smaller picture in slabs, however few its rays: the device is woken, and in a window whose
+    /// interface is painted by the same processor it waits for that.
+    pub reduced_start_ms: f64,
 }
 
 impl Default for Costs {
@@ -29,6 +32,7 @@ impl Default for Costs {
             row_ms: 0.2e-3,
             ray_ms: 2e-3,
             reduced_ray_ms: [2e-3, 0.7e-3],
+            reduced_start_ms: 1.0,
         }
     }
 }
@@ -37,8 +41,8 @@ impl Default for Costs {
 const TRUST: f64 = 0.3;
 /// The same for rays: whole pictures are measured, and few.
 const RAY_TRUST: f64 = 0.7;
-/// How many times more than was thought a smaller picture's rays may be found to cost at once.
-const MOST_GROWTH: f64 = 2.0;
+/// A smaller picture is believed to be cheaper than was thought by no more than this share at once.
+const MOST_FALL: f64 = 0.8;
 /// How many times more a ray of a smaller picture costs than one of `full`, at most: its neighbours
 /// cross other voxels, and what they fetch is in no cache. 2.9 to 3.7 on scans, 8 times smaller; a ray
 /// of tents, 5 times smaller, 0.5 of one of `full` through B-splines. By [`SlabField`].
@@ -81,17 +85,32 @@ impl Costs {
 
     /// Takes in a smaller picture in slabs. One that took far longer than thought may have had a
     /// pipeline to compile, and is not believed at once.
+    ///
+    /// One measurement does not tell what belongs to the picture and what to its rays: both prices
+    /// change by as little as explains it, each as far as it took part. Pictures of different sizes
+    /// then settle both (Kaczmarz's projections).
     pub fn learn_reduced(&mut self, field: SlabField, rays: f64, wall_ms: f64) {
-        if rays > 0.0 && wall_ms > 0.0 {
-            let ray_ms = &mut self.reduced_ray_ms[field as usize];
-            let correction = (wall_ms / rays / *ray_ms).clamp(0.2, MOST_GROWTH);
-            *ray_ms *= correction.powf(RAY_TRUST);
+        let thought = self.reduced_ms(field, rays);
+        if rays <= 0.0 || wall_ms <= 0.0 {
+            return;
         }
+        let ray_ms = &mut self.reduced_ray_ms[field as usize];
+        let (start, drawn) = (self.reduced_start_ms, rays * *ray_ms);
+        let off = (wall_ms - thought).clamp(-MOST_FALL * thought, thought) * RAY_TRUST;
+        let a_share = off / (start * start + drawn * drawn);
+        self.reduced_start_ms += start * start * a_share;
+        *ray_ms += *ray_ms * drawn * a_share;
     }
 
-    /// Rays that a budget affords in a smaller picture in slabs.
+    /// What a smaller picture in slabs is thought to take.
+    pub fn reduced_ms(&self, field: SlabField, rays: f64) -> f64 {
+        self.reduced_start_ms + rays * self.reduced_ray_ms[field as usize]
+    }
+
+    /// Rays that a budget affords in a smaller picture in slabs, 1 at least.
     pub fn reduced_rays_within(&self, field: SlabField, budget_ms: f64) -> f64 {
-        (budget_ms / self.reduced_ray_ms[field as usize]).max(1.0)
+        let left_ms = budget_ms - self.reduced_start_ms;
+        (left_ms / self.reduced_ray_ms[field as usize]).max(1.0)
     }
 
     /// Takes in a coarse picture's measurement: both prices move by the same ratio.
@@ -133,9 +152,7 @@ mod tests {
             costs.learn_reduced(SlabField::Preview, 1000.0, 4.0);
         }
         assert_eq!(costs.reduced_ray_ms[0], before[0]);
-        let rays = costs.reduced_rays_within(SlabField::Preview, 10.0);
-        assert!((rays / 2500.0 - 1.0).abs() < 0.01, "{costs:?}");
-        assert_eq!(costs.reduced_rays_within(SlabField::Own, 10.0), 10.0 / before[0]);
+        assert!((costs.reduced_ms(SlabField::Preview, 1000.0) - 4.0).abs() < 0.01, "{costs:?}");
         // Full's rays, at 0.1 µs: both fields' are tried again.
         costs.learn_rays(1e6, 100.0);
         for _ in 0..20 {
@@ -163,6 +180,22 @@ mod tests {
     }
 
     #[test]
+    fn pictures_of_two_sizes_tell_what_a_picture_costs_from_what_its_rays_do() {
+        let mut costs = Costs::default();
+        let (start_ms, ray_ms) = (6.0, 1.5e-3);
+        for _ in 0..100 {
+            for rays in [2e3, 4e4] {
+                costs.learn_reduced(SlabField::Preview, rays, start_ms + rays * ray_ms);
+            }
+        }
+        assert!((costs.reduced_start_ms / start_ms - 1.0).abs() < 0.01, "{costs:?}");
+        assert!((costs.reduced_ray_ms[1] / ray_ms - 1.0).abs() < 0.01, "{costs:?}");
+        let rays = costs.reduced_rays_within(SlabField::Preview, 20.0);
+        assert!((rays * ray_ms - 14.0).abs() < 0.2, "{rays}");
+        assert_eq!(costs.reduced_rays_within(SlabField::Preview, 1.0), 1.0);
+    }
+
+    #[test]
     fn rays_too_dear_to_be_drawn_are_tried_again() {
         let mut costs = Costs::default();
         let own = SlabField::Own;
@@ -172,7 +205,7 @@ mod tests {
         for _ in 0..20 {
             costs.learn_reduced(own, 1000.0, 1.0);
         }
-        assert!((costs.reduced_rays_within(own, 50.0) / 50_000.0 - 1.0).abs() < 0.01, "{costs:?}");
+        assert!((costs.reduced_ms(own, 1000.0) - 1.0).abs() < 0.01, "{costs:?}");
         costs.learn_reduced(own, 1.0, 1e9);
         costs.learn_rays(1000.0, 1.0);
         costs.learn_rays(1000.0, 1.0);

@@ -27,10 +27,8 @@ pub const PIECE_MS: f64 = 10.0;
 /// Front to back, a pixel is done once less than this of what lies behind shows through: the least
 /// step of 8-bit sRGB is 3e-4 in linear light.
 const STOP_BELOW: f32 = 2e-4;
-/// A coarse picture is at least this many pixels wide and high, whatever the budget,
+/// A coarse picture is at least this many pixels wide and high, whatever the budget.
 pub(super) const LEAST_SIDE: f64 = 48.0;
-/// and at most this much smaller than what it is enlarged to.
-const MOST_SHRINK: f64 = 4.0;
 /// A cut that is fitted to a view is fitted again at most so often,
 const MOST_REFITS: usize = 4;
 /// its error by this power of how many times too many nodes it has: less than 1, so that it does not
@@ -136,8 +134,8 @@ pub struct Drawer {
     classified: Option<Classified>,
     /// How much smaller the last coarse picture was drawn than shown.
     last_shrink: f64,
-    /// The field of the last coarse picture, where it was of one.
-    pub(super) last_reduction: Option<SlabField>,
+    /// The field and the size of the last coarse picture, where it was of one.
+    pub(super) last_reduction: Option<Reduction>,
     /// Sums that lists capped since the picture began.
     capped_in_lists: u64,
     /// Which back end is faster here.
@@ -311,7 +309,7 @@ impl Drawer {
         match rung {
             Rung::Coarse { budget_ms } => match self.reduction(scene, size, budget_ms) {
                 Some(reduction) => {
-                    self.last_reduction = Some(reduction.field);
+                    self.last_reduction = Some(reduction);
                     self.reduced(scene, size, reduction, observer)
                 }
                 None => {
@@ -373,8 +371,9 @@ impl Drawer {
         let (cut, max_error) = self.cut_of_count(scene, &view, limits, count);
         let fragments = fragments(&cut, scene, &view);
         let affordable = self.costs.fragments_within(budget_ms, cut.nodes.len() as u64);
-        // Smooth pictures lose little at a smaller size, which is enlarged when shown.
-        let most = (f64::from(size[0].min(size[1])) / LEAST_SIDE).clamp(1.0, MOST_SHRINK);
+        // Smooth pictures lose little at a smaller size, which is enlarged when shown; those of a few
+        // nodes that each fill the picture, next to nothing.
+        let most = (f64::from(size[0].min(size[1])) / LEAST_SIDE).max(1.0);
         let shrink = (fragments / affordable).sqrt().clamp(1.0, most);
         self.last_shrink = shrink;
         let smaller = shrunk(size, shrink);
@@ -633,15 +632,18 @@ fn voxel_thickness(scene: &Scene) -> f64 {
     scene.volume.lattice.axes().determinant().abs().cbrt()
 }
 
-/// Pixels that a cut's quads cover, overlaps counted each time; in perspective as at the middle.
+/// Pixels that a cut's quads cover, overlaps counted each time, none more than the picture has; in
+/// perspective as at the middle.
 fn fragments(cut: &Cut, scene: &Scene, view: &View) -> f64 {
     let radius = RadialKernel::new(scene.splat.kernel.splatted(), scene.splat.extent)
         .map_or(0.5, |k| k.radius());
     let rows = view.view_from_index.transpose();
     let area = rows.x_axis.cross(rows.y_axis).length() * 4.0 * radius * radius;
+    let picture = f64::from(view.size[0]) * f64::from(view.size[1]);
     cut.nodes
         .iter()
         .map(|n| area * f64::from(n.size[0] * n.size[1] * n.size[2]).powf(2.0 / 3.0))
+        .map(|covered| covered.min(picture))
         .sum()
 }
 

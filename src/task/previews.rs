@@ -14,15 +14,13 @@ use crate::volume::ScalarVolume;
 use super::draw::{DrawError, Drawer, Drawn, LEAST_SIDE, Observer, Rung, shrunk};
 use super::slabs;
 
-/// A field may be drawn this much smaller before an octree cut stands in for it. At 1280 × 800 pixels,
-/// on the scans aneurism, LIDC2, bonsai, tents 8.5 to 9.5 times smaller are 26.4, 32.4, 36.5 dB from the
-/// exact picture and as bright within 0.1/255; octree cuts that take twice the time, 26.3, 30.6, 31.7,
-/// and too bright by 0.5 to 1.5 of 255.
-const MOST_REDUCTION: f64 = 16.0;
-/// Steps of it.
-const REDUCTION_STEP: f64 = 0.25;
-/// How many times smaller than that it may become where the last preview was of a field, too.
-const PATIENCE: f64 = 1.5;
+/// A picture changes its size by no less than this, so that the hand does not see sharpness flicker: by
+/// an eighth a side.
+const SIZE_STEPS_A_HALVING: f64 = 6.0;
+/// A size is kept while it is thought to take no more than this share of the budget,
+const MOST_KEPT: f64 = 1.1;
+/// and the next larger one no less than this.
+const LARGER_WITHIN: f64 = 0.9;
 /// Tents are taken where they are drawn less small than the own field by so much. At equal size they are
 /// as near to the exact picture to 0.3 dB, where that is 4 times smaller; at full size 44.9, 47, 58.1 dB.
 const WORTH_TENTS: f64 = 0.5;
@@ -49,6 +47,11 @@ impl Reduction {
             SlabField::Preview => self.shrink + WORTH_TENTS,
         }
     }
+}
+
+/// Rays of a picture that is drawn so many times smaller than `size`.
+fn rays(size: [u32; 2], shrink: f64) -> f64 {
+    f64::from(size[0]) * f64::from(size[1]) / (shrink * shrink)
 }
 
 /// The mode of the field for previews of a scene, where one would be quicker than the scene's own and
@@ -140,7 +143,11 @@ impl Drawer {
     }
 
     /// Which field is drawn within a budget, and how much smaller; `None` where none is on the device
-    /// yet, or an octree cut would be nearer to the exact picture.
+    /// yet, or an octree cut shows what rays would miss.
+    ///
+    /// Cuts are no match at any size: at 1280 × 800 pixels, on the scans aneurism, LIDC2, bonsai, tents
+    /// 8.5 to 9.5 times smaller are 26.4, 32.4, 36.5 dB from the exact picture and as bright within
+    /// 0.1/255; cuts that take twice the time 26.3, 30.6, 31.7, and too bright by 0.5 to 1.5 of 255.
     pub(super) fn reduction(
         &self,
         scene: &Scene,
@@ -150,28 +157,26 @@ impl Drawer {
         if !slabs::reconstructs(&scene.splat) {
             return None;
         }
-        let rays = f64::from(size[0]) * f64::from(size[1]);
-        // A hand should not see one kind of preview change into the other and back.
-        let patience = if self.last_reduction.is_some() { PATIENCE } else { 1.0 };
-        let least_side = f64::from(size[0].min(size[1])) / LEAST_SIDE;
-        let most = (MOST_REDUCTION * patience).min(least_side).max(1.0);
         let affordable = |field: SlabField, splat: &SplatSettings| {
-            if !self.renderer.holds_field(field, &scene.volume, splat) {
-                return None;
-            }
-            let affordable = self.costs.reduced_rays_within(field, budget_ms);
-            let shrink = (rays / affordable).sqrt().max(1.0);
-            // In steps, so that the hand does not see sharpness flicker.
-            Some((shrink / REDUCTION_STEP).ceil() * REDUCTION_STEP)
+            let is_there = self.renderer.holds_field(field, &scene.volume, splat);
+            is_there.then(|| self.affordable(field, size, budget_ms))
         };
         let own = affordable(SlabField::Own, &scene.splat);
         let tents = preview_mode(scene).and_then(|splat| affordable(SlabField::Preview, &splat));
         let worth = match self.last_reduction {
-            Some(SlabField::Preview) => STILL_WORTH_TENTS,
+            Some(Reduction { field: SlabField::Preview, .. }) => STILL_WORTH_TENTS,
             _ => WORTH_TENTS,
         };
+        let thought_ms = |field, shrink| self.costs.reduced_ms(field, rays(size, shrink));
         let (field, shrink) = match (own, tents) {
-            (Some(own), Some(tents)) if own - tents < worth => (SlabField::Own, own),
+            // Where neither may be smaller, the cheaper one.
+            (Some(own), Some(tents))
+                if own - tents < worth
+                    && thought_ms(SlabField::Own, own)
+                        <= thought_ms(SlabField::Preview, tents).max(MOST_KEPT * budget_ms) =>
+            {
+                (SlabField::Own, own)
+            }
             (_, Some(tents)) => (SlabField::Preview, tents),
             (own, None) => (SlabField::Own, own?),
         };
@@ -182,7 +187,28 @@ impl Drawer {
         let splats = self.costs.splats_within(budget_ms);
         let is_sparse = self.active_count().is_some_and(|active| active <= splats);
         let is_lost = shrink > width_px.max(1.0) && is_sparse;
-        (shrink <= most && !is_lost).then_some(Reduction { field, shrink })
+        (!is_lost).then_some(Reduction { field, shrink })
+    }
+
+    /// How much smaller a field is drawn within a budget: as little as that allows, or as the last
+    /// time where that is hardly different. No picture is fewer than [`LEAST_SIDE`] pixels high, which
+    /// may take longer than the budget.
+    fn affordable(&self, field: SlabField, size: [u32; 2], budget_ms: f64) -> f64 {
+        let thought_ms = |shrink: f64| self.costs.reduced_ms(field, rays(size, shrink));
+        let most = (f64::from(size[0].min(size[1])) / LEAST_SIDE).max(1.0);
+        let step = (1.0 / SIZE_STEPS_A_HALVING).exp2();
+        if let Some(last) = self.last_reduction.filter(|last| last.field == field)
+            && (1.0..=most).contains(&last.shrink)
+            && thought_ms(last.shrink) <= MOST_KEPT * budget_ms
+            && (last.shrink == 1.0 || thought_ms(last.shrink / step) >= LARGER_WITHIN * budget_ms)
+        {
+            return last.shrink;
+        }
+        let affordable = self.costs.reduced_rays_within(field, budget_ms);
+        let shrink = (rays(size, 1.0) / affordable).sqrt().max(1.0);
+        // Up to the next step, but for what rounding adds to one.
+        let steps = (shrink.log2() * SIZE_STEPS_A_HALVING - 1e-9).ceil();
+        (steps / SIZE_STEPS_A_HALVING).exp2().min(most)
     }
 
     /// A picture so many times smaller than `size`.

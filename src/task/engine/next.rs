@@ -13,7 +13,7 @@ use crate::task::previews::Reduction;
 use crate::volume::ScalarVolume;
 
 /// A picture half as small is this power of 2 nearer: 3.1, 3.2 and 4.7 dB a halving on the scans
-/// aneurism, LIDC2 and bonsai (`draw::MOST_REDUCTION`), 3.7 dB in the mean.
+/// aneurism, LIDC2 and bonsai (`Drawer::reduction`), 3.7 dB in the mean.
 const GAIN_A_HALVING: f64 = 0.61;
 
 /// What the last picture of a kind was of, and what it took.
@@ -65,8 +65,7 @@ impl Worker {
         // The price of such rays is known once some were drawn.
         let is_priced = self.last_reduced.as_ref().is_some_and(|l| l.is_like(scene));
         let reduced_ms = |Reduction { field, shrink }: Reduction| {
-            let ray_ms = drawer.costs.reduced_ray_ms[field as usize];
-            is_priced.then(|| pixels(size) / (shrink * shrink) * ray_ms)
+            is_priced.then(|| drawer.costs.reduced_ms(field, pixels(size) / (shrink * shrink)))
         };
         match rung {
             Rung::Full => {
