@@ -513,10 +513,12 @@ fn ray(screen: vec2<f32>, slot: u32) -> vec4<f32> {
             var found = Halves(vec4<f32>(0.0), vec4<f32>(0.0));
             var from_t = t_near;
             var to_t = t_far;
+            var u_middle = 0.5 * (u_near + u_far);
             if classify_middle {
                 from_t = t;
                 to_t = clamp(f32(k + way) * step, enter, leave);
                 let u = value(origin + direction * (0.5 * (from_t + to_t)));
+                u_middle = u.x;
                 if u.x != NOTHING {
                     if has_widths {
                         found.near = classify_about(u.x, u.x, u.y).near;
@@ -550,6 +552,14 @@ fn ray(screen: vec2<f32>, slot: u32) -> vec4<f32> {
             }
             k += way;
             remaining -= 1;
+            if SHADED {
+                // A loop for the same reason.
+                for (var once = found.near.w + found.far.w > 0.0; once; once = false) {
+                    let t_middle = 0.5 * (from_t + to_t);
+                    let middle = origin + direction * t_middle;
+                    found = shaded(found, u_middle, middle, t_middle, screen);
+                }
+            }
             let weight = found.near.w + found.far.w;
             if weight <= 0.0 {
                 continue;

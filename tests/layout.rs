@@ -33,7 +33,7 @@ macro_rules! host_struct {
     }};
 }
 
-fn host_structs() -> [HostStruct; 8] {
+fn host_structs() -> [HostStruct; 9] {
     [
         host_struct!(Frame {
             view_x,
@@ -92,11 +92,24 @@ fn host_structs() -> [HostStruct; 8] {
             more,
             part,
         }),
+        host_struct!(Shade {
+            world_x,
+            world_y,
+            world_z,
+            right,
+            up,
+            forward,
+            material,
+            towards,
+            colours,
+            places,
+            tables,
+        }),
     ]
 }
 
 /// Constants that shaders and host both name, and the host's value.
-fn host_constants() -> [(&'static str, f64); 18] {
+fn host_constants() -> [(&'static str, f64); 19] {
     [
         ("BRICK", BRICK as f64),
         ("RECORD_WORDS", RECORD_WORDS as f64),
@@ -108,6 +121,7 @@ fn host_constants() -> [(&'static str, f64); 18] {
         ("LAYERS", f64::from(layout::LAYERS)),
         ("LOOK_EVERY", f64::from(layout::LOOK_EVERY)),
         ("LIFT_CELLS", layout::LIFT_CELLS),
+        ("SHADE_CELLS", f64::from(layout::SHADE_CELLS)),
         ("KEPT_VEC4S", f64::from(layout::KEPT_VEC4S)),
         ("LAYER_SLABS", f64::from(layout::LAYER_SLABS)),
         ("GROUP_TILES", f64::from(layout::GROUP_TILES)),
@@ -435,7 +449,7 @@ mod must_fail {
 
     #[test]
     fn a_moved_member_is_caught() {
-        let [.., host, _] = host_structs();
+        let [.., host, _, _] = host_structs();
         assert_eq!(found("struct Present { background: vec4<f32> }", &host), [""; 0]);
         let moved = found(PRESENT_MOVED, &host).join("\n");
         assert!(moved.contains("32 bytes in the shader, 16 on the host"), "{moved}");

@@ -9,7 +9,9 @@ use rayon::prelude::*;
 use voxsplat::accuracy::Difference;
 use voxsplat::core::{Camera, Srgb8};
 use voxsplat::kernel::Kernel;
-use voxsplat::scene::{Background, Classify, Reconstruction, Scene, SplatSettings, Visibility};
+use voxsplat::scene::{
+    Background, Classify, Reconstruction, Scene, Shading, SplatSettings, Visibility,
+};
 use voxsplat::task::still::Refine;
 use voxsplat::transfer::{ColourMap, ColourSource, TransferFunction};
 use voxsplat::volume::{Lattice, Samples, ScalarVolume};
@@ -90,6 +92,7 @@ fn scene(name: &str, field: fn(DVec3) -> f64) -> Result<Scene> {
             ..voxsplat::scene::framing_camera(&lattice, DVec3::new(-0.45, 0.6, -0.66), DVec3::Z)
         },
         background: Background::Colour(Srgb8::BLACK),
+        shading: Shading::default(),
     })
 }
 

@@ -8,7 +8,9 @@ use voxsplat::accuracy::Difference;
 use voxsplat::accuracy::sweep::Detail;
 use voxsplat::core::Srgb8;
 use voxsplat::reference::Reference;
-use voxsplat::scene::{Background, OpacityModel, Scene, SplatSettings, Visibility, framing_camera};
+use voxsplat::scene::{
+    Background, OpacityModel, Scene, Shading, SplatSettings, Visibility, framing_camera,
+};
 use voxsplat::task::still::Refine;
 use voxsplat::transfer::{ColourSource, TransferFunction};
 use voxsplat::volume::{Lattice, Samples, ScalarVolume};
@@ -82,6 +84,7 @@ fn scene(name: &str, opacity: Vec<(f64, f64)>, value: impl Fn(DVec3) -> f64) -> 
         transfer: TransferFunction::new(opacity, ColourSource::Stops(stops))?,
         splat: SplatSettings::SHADE_FIRST,
         background: Background::Colour(Srgb8::BLACK),
+        shading: Shading::default(),
     })
 }
 

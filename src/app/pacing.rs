@@ -237,7 +237,7 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
-    use crate::scene::{Background, framing_camera};
+    use crate::scene::{Background, Shading, framing_camera};
     use crate::transfer::{ColourMap, ColourSource, TransferFunction};
     use crate::volume::{Lattice, Samples, ScalarVolume};
 
@@ -253,6 +253,7 @@ mod tests {
             },
             splat: SplatSettings::default(),
             background: Background::Transparent,
+            shading: Shading::default(),
         }
     }
 

@@ -29,7 +29,7 @@ use super::settings::Settings;
 use super::theme;
 use super::viewport::{ScreenFormat, Viewport};
 use crate::core::{Camera, Projection};
-use crate::scene::{self, Background, NamedView, Scene, SplatSettings};
+use crate::scene::{self, Background, NamedView, Scene, Shading, SplatSettings};
 use crate::task::engine::EngineState;
 
 /// Between two looks at the progress of a job.
@@ -291,6 +291,14 @@ impl Window {
             Some(scene) => SplatSettings { opacity_unit_distance: None, ..scene.splat },
             None => SplatSettings::default(),
         };
+        let shading = match &before {
+            Some(scene) if keep_view => scene.shading.clone(),
+            // So are the lights; tables belong to their data.
+            Some(scene) => {
+                Shading { lighting: scene.shading.lighting.clone(), ..Shading::default() }
+            }
+            None => Shading::default(),
+        };
         let space = document.grid.space.as_deref();
         let framed = camera_control::framed(
             &volume.lattice,
@@ -303,7 +311,7 @@ impl Window {
             _ => Camera { projection, ..framed },
         };
         let background = self.settings.scene_background();
-        self.scene = Some(Scene { volume, transfer, splat, camera, background });
+        self.scene = Some(Scene { volume, transfer, splat, shading, camera, background });
         self.curve.start_over();
         let title = format!("{} – Voxsplat", document.source.name());
         ctx.send_viewport_cmd(ViewportCommand::Title(title));

@@ -163,6 +163,31 @@ pub struct Slabs {
     pub part: [u32; 4],
 }
 
+/// Entries of each shading table: a cell more than `SHADE_CELLS`.
+pub const SHADE_ENTRIES: usize = 256;
+/// Cells of a shading table.
+pub const SHADE_CELLS: u32 = SHADE_ENTRIES as u32 - 1;
+/// Lights that the shader has room for.
+pub const MOST_LIGHTS: usize = crate::scene::MOST_LIGHTS;
+
+/// `Shade` in `shaders/lib/shade.wgsl`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+#[expect(missing_docs, reason = "documented in the shader")]
+pub struct Shade {
+    pub world_x: [f32; 4],
+    pub world_y: [f32; 4],
+    pub world_z: [f32; 4],
+    pub right: [f32; 4],
+    pub up: [f32; 4],
+    pub forward: [f32; 4],
+    pub material: [f32; 4],
+    pub towards: [[f32; 4]; MOST_LIGHTS],
+    pub colours: [[f32; 4]; MOST_LIGHTS],
+    pub places: [[f32; 4]; 4],
+    pub tables: [[f32; 4]; 4 * SHADE_ENTRIES],
+}
+
 /// One splat as the vertex stage reads it; emitted by the GPU for voxels, by the host for nodes.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]

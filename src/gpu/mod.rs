@@ -19,6 +19,7 @@ mod pipelines;
 mod renderer;
 mod samples;
 mod scattered;
+mod shade;
 pub mod shader;
 mod slabs;
 mod sort;

@@ -13,6 +13,7 @@ use super::gather::Gathering;
 use super::meshes::MeshTable;
 use super::pipelines::{Pipelines, SplatVariant};
 use super::scattered::Lists;
+use super::shade::Shade;
 use super::slabs::{PictureConstants, SlabField, SlabPass, step_reach};
 use super::target::Target;
 use super::timing::{Timer, Timestamps};
@@ -20,7 +21,7 @@ use super::turns::{Kept, few_tiles};
 use super::{GpuError, layout, shader};
 use crate::core::Ticket;
 use crate::kernel::{Coefficients, Kernel, Subdivisions};
-use crate::scene::{SplatSettings, View};
+use crate::scene::{Scene, SplatSettings, View};
 use crate::transfer::Cumulative;
 use crate::volume::ScalarVolume;
 
@@ -48,6 +49,8 @@ pub struct Renderer {
     /// What the slabs being drawn are of, and their mode.
     slab_field: SlabField,
     slab_settings: SplatSettings,
+    /// Their lights and shading tables.
+    shade: Option<Shade>,
     /// Whether their rays are walked in parts.
     slabs_in_parts: bool,
     pub(super) kept: Kept,
@@ -90,6 +93,7 @@ impl Renderer {
             slabs: [SlabPass::new(&context), SlabPass::new(&context)],
             slab_field: SlabField::Own,
             slab_settings: SplatSettings::EXACT,
+            shade: None,
             slabs_in_parts: false,
             kept: Kept::default(),
             pipelines: Pipelines::default(),
@@ -271,7 +275,9 @@ impl Renderer {
         let mut wall_ms = 0.0;
         for tiles in ranges {
             for &part in parts.as_deref().unwrap_or(&[[0; 4]]) {
-                if !self.slabs[which].write(&self.context, view, settings, picture, &tiles, part) {
+                let (slabs, piece) = (&mut self.slabs[which], (&tiles, part));
+                let shade = self.shade.as_ref();
+                if !slabs.write(&self.context, view, settings, picture, piece, shade) {
                     return Err(GpuError::Device("slabs came before their field".to_owned()));
                 }
                 wall_ms += self.run(&frame::slab_piece(tiles.len() as u32))?;
@@ -293,7 +299,14 @@ impl Renderer {
         let kept = self.kept.buffer().filter(|_| self.slabs_in_parts);
         let rays = (tiles, kept);
         let slabs = &mut self.slabs[self.slab_field as usize];
-        slabs.encode(&self.context, encoder, &settings, light, rays, timestamps);
+        let shade = self.shade.as_ref().map(|shade| shade.variant);
+        slabs.encode(&self.context, encoder, &settings, light, rays, (shade, timestamps));
+    }
+
+    /// Sets the lights and the shading tables that slabs are drawn with from now on; a scene that asks
+    /// for none is drawn without a buffer, a pipeline or a gradient for them.
+    pub fn set_shading(&mut self, scene: &Scene) {
+        self.shade = Shade::of(scene);
     }
 
     /// Submits passes and waits; returns wall milliseconds.
@@ -377,8 +390,8 @@ impl Renderer {
         few_tiles(&tiles)
     }
 
-    /// Counts what is held now towards the peak.
-    pub(super) fn note_bytes(&mut self) {
+    /// Bytes held on the device now, as this program allocates them.
+    pub fn size_bytes(&self) -> u64 {
         let texel = if self.context.granted.float32_blending { 16 } else { 8 };
         let target = self.target.as_ref().map_or(0, |t| {
             let pixels = u64::from(t.size[0]) * u64::from(t.size[1]);
@@ -396,7 +409,11 @@ impl Renderer {
             + self.lists.as_ref().map_or(0, Lists::size_bytes)
             + self.mesh.as_ref().map_or(0, MeshTable::size_bytes);
         let slabs: u64 = self.slabs.iter().map(SlabPass::size_bytes).sum();
-        let held = target + volume + between + slabs + self.kept.size_bytes();
-        self.peak_bytes = self.peak_bytes.max(held);
+        target + volume + between + slabs + self.kept.size_bytes()
+    }
+
+    /// Counts what is held now towards the peak.
+    pub(super) fn note_bytes(&mut self) {
+        self.peak_bytes = self.peak_bytes.max(self.size_bytes());
     }
 }

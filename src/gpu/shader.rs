@@ -10,6 +10,8 @@ const SHARE: &str = include_str!("../../shaders/lib/share.wgsl");
 const OPACITY: &str = include_str!("../../shaders/lib/opacity.wgsl");
 const GATHER: &str = include_str!("../../shaders/lib/gather.wgsl");
 const WHOLE: &str = include_str!("../../shaders/lib/whole.wgsl");
+const UNLIT: &str = include_str!("../../shaders/lib/unlit.wgsl");
+const SHADE: &str = include_str!("../../shaders/lib/shade.wgsl");
 const PARTS: &str = include_str!("../../shaders/lib/parts.wgsl");
 
 /// A pass's shader: its name is the file's, the pass's label and the timing row's.
@@ -44,7 +46,9 @@ shader!(GATHER_KERNELS, "gather_kernels", TRAVERSAL, FOOTPRINT, SHARE, OPACITY, 
 shader!(GATHER_CELLS, "gather_cells", TRAVERSAL, OPACITY, WHOLE, GATHER);
 shader!(PRESENT, "present",);
 shader!(PICTURE, "picture",);
-shader!(RECONSTRUCT_SLABS, "reconstruct_slabs", WHOLE);
+shader!(RECONSTRUCT_SLABS, "reconstruct_slabs", WHOLE, UNLIT);
+// With lights or shading tables.
+shader!(SHADE_SLABS, "reconstruct_slabs", WHOLE, SHADE);
 // The same where an adapter's loops end too soon for a whole ray.
 shader!(
     GATHER_KERNELS_IN_PARTS,
@@ -57,10 +61,11 @@ shader!(
     GATHER
 );
 shader!(GATHER_CELLS_IN_PARTS, "gather_cells", TRAVERSAL, OPACITY, PARTS, GATHER);
-shader!(RECONSTRUCT_SLABS_IN_PARTS, "reconstruct_slabs", PARTS);
+shader!(RECONSTRUCT_SLABS_IN_PARTS, "reconstruct_slabs", PARTS, UNLIT);
+shader!(SHADE_SLABS_IN_PARTS, "reconstruct_slabs", PARTS, SHADE);
 
 /// Every shader there is.
-pub const ALL: [Shader; 18] = [
+pub const ALL: [Shader; 20] = [
     COUNT_SEGMENTS,
     SCAN_SEGMENTS,
     EMIT_KERNELS,
@@ -79,6 +84,8 @@ pub const ALL: [Shader; 18] = [
     GATHER_KERNELS_IN_PARTS,
     GATHER_CELLS_IN_PARTS,
     RECONSTRUCT_SLABS_IN_PARTS,
+    SHADE_SLABS,
+    SHADE_SLABS_IN_PARTS,
 ];
 
 impl Shader {

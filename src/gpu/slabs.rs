@@ -10,6 +10,7 @@ use super::compute::groups_of_tiles;
 use super::context::Context;
 use super::field::{DeviceField, FIELD_CHUNKS, Format, window};
 use super::layout;
+use super::shade::{CellsOfValues, Shade, ShadeVariant};
 use super::shader;
 use super::turns::{SlabPart, SlabRays};
 use crate::core::Ticket;
@@ -35,6 +36,8 @@ pub enum SlabField {
 pub(super) struct SlabPass {
     pipelines: HashMap<Variant, wgpu::ComputePipeline>,
     uniform: wgpu::Buffer,
+    /// Lights and shading tables, from the first time that they are asked for.
+    shade: Option<wgpu::Buffer>,
     capped: wgpu::Buffer,
     source: Option<Arc<ScalarVolume>>,
     interpolating: bool,
@@ -48,6 +51,7 @@ struct SlabTable {
     empty: wgpu::Buffer,
     holes_at: u32,
     coordinate: [f32; 2],
+    values: CellsOfValues,
     count: u32,
     ends: [[f32; 4]; 2],
 }
@@ -65,6 +69,7 @@ struct Variant {
     back_to_front: bool,
     target: wgpu::TextureFormat,
     in_parts: bool,
+    shade: Option<ShadeVariant>,
 }
 
 impl SlabPass {
@@ -78,6 +83,7 @@ impl SlabPass {
                 Usage::STORAGE | Usage::COPY_DST,
                 size_of::<layout::Slabs>() as u64,
             ),
+            shade: None,
             capped: Growing::make(
                 context,
                 "capped",
@@ -98,6 +104,7 @@ impl SlabPass {
     pub(super) fn size_bytes(&self) -> u64 {
         self.field.as_ref().map_or(0, DeviceField::size_bytes)
             + self.table.as_ref().map_or(0, |t| t.sums.size() + t.empty.size())
+            + self.shade.as_ref().map_or(0, wgpu::Buffer::size)
     }
 
     /// Whether the field of these settings is there.
@@ -162,6 +169,10 @@ impl SlabPass {
             empty: storage("empty space", bytemuck::cast_slice(&empty)),
             holes_at,
             coordinate,
+            values: CellsOfValues {
+                at_zero: layout::LIFT_CELLS - table.low * table.scale,
+                per_value: table.scale,
+            },
             count,
             ends: table.ends,
         });
@@ -193,13 +204,13 @@ impl SlabPass {
 
     /// Writes the constants of a piece; false where nothing is set up.
     pub(super) fn write(
-        &self,
+        &mut self,
         context: &Context,
         view: &View,
         settings: &SplatSettings,
         picture: PictureConstants,
-        tiles: &Range<u32>,
-        part: SlabPart,
+        (tiles, part): (&Range<u32>, SlabPart),
+        shade: Option<&Shade>,
     ) -> bool {
         let (Some(field), Some(table)) = (&self.field, &self.table) else { return false };
         let (view, picture) = &seen(view, picture, field.level);
@@ -223,6 +234,20 @@ impl SlabPass {
         constants.more = [tiles.len() as u32, side, table.holes_at, 0];
         constants.part = part;
         context.queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&constants));
+        match shade {
+            None => self.shade = None,
+            Some(shade) => {
+                let growth = constants.up[3];
+                let (values, pixels) = (table.values, view.pixels_per_unit);
+                let constants = shade.constants(values, field.level, pixels, growth);
+                let buffer = self.shade.get_or_insert_with(|| {
+                    use wgpu::BufferUsages as Usage;
+                    let size = size_of::<layout::Shade>() as u64;
+                    Growing::make(context, "shade", Usage::UNIFORM | Usage::COPY_DST, size)
+                });
+                context.queue.write_buffer(buffer, 0, bytemuck::bytes_of(&constants));
+            }
+        }
         true
     }
 
@@ -234,7 +259,7 @@ impl SlabPass {
         settings: &SplatSettings,
         (light, format): (&wgpu::TextureView, wgpu::TextureFormat),
         (tiles, kept): (u32, Option<&wgpu::Buffer>),
-        timestamps: Option<wgpu::ComputePassTimestampWrites<'_>>,
+        (shade, timestamps): (Option<ShadeVariant>, Option<wgpu::ComputePassTimestampWrites<'_>>),
     ) {
         let (Some(field), Some(table)) = (&self.field, &self.table) else { return };
         let variant = Variant {
@@ -249,6 +274,7 @@ impl SlabPass {
             back_to_front: settings.order == Order::BackToFront,
             target: format,
             in_parts: kept.is_some(),
+            shade: shade.filter(|_| self.shade.is_some()),
         };
         let pipeline =
             self.pipelines.entry(variant).or_insert_with(|| compile(context, variant)).clone();
@@ -261,6 +287,7 @@ impl SlabPass {
         bound.extend([&table.empty, &table.sums].map(|b| b.as_entire_binding()));
         bound.push(wgpu::BindingResource::TextureView(light));
         bound.push(kept.unwrap_or(&self.capped).as_entire_binding());
+        bound.extend(self.shade.as_ref().map(|b| b.as_entire_binding()));
         let entries: Vec<wgpu::BindGroupEntry<'_>> = (0_u32..)
             .zip(bound)
             .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })
@@ -400,7 +427,7 @@ fn compile(context: &Context, variant: Variant) -> wgpu::ComputePipeline {
         Format::Floats => 2,
     };
     let flag = |on: bool| f64::from(u8::from(on));
-    let constants = [
+    let mut constants = vec![
         ("kernel", f64::from(kernel)),
         ("window", variant.window as f64),
         ("format", f64::from(format)),
@@ -411,9 +438,12 @@ fn compile(context: &Context, variant: Variant) -> wgpu::ComputePipeline {
         ("published", flag(variant.published)),
         ("back_to_front", flag(variant.back_to_front)),
     ];
-    let shader = match variant.in_parts {
-        false => shader::RECONSTRUCT_SLABS,
-        true => shader::RECONSTRUCT_SLABS_IN_PARTS,
+    constants.extend(variant.shade.iter().flat_map(ShadeVariant::constants));
+    let shader = match (variant.in_parts, variant.shade) {
+        (false, None) => shader::RECONSTRUCT_SLABS,
+        (true, None) => shader::RECONSTRUCT_SLABS_IN_PARTS,
+        (false, Some(_)) => shader::SHADE_SLABS,
+        (true, Some(_)) => shader::SHADE_SLABS_IN_PARTS,
     };
     let module = shader.module_writing(&context.device, variant.target);
     context.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {

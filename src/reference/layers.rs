@@ -3,6 +3,7 @@
 use super::classes::Classes;
 use super::field::{Basis, Field};
 use super::quadrature::{self, Density};
+use super::shading::RayShader;
 use super::sources::{Along, GridKernels, Hit, Line};
 use super::truth::{domain, separable_cells};
 use crate::kernel::RadialKernel;
@@ -183,6 +184,7 @@ pub(super) fn classified(
     planes: &Planes,
     pre_integrated: bool,
     model: OpacityModel,
+    ray: RayShader<'_>,
 ) -> Vec<Density> {
     let Some([a, b]) = domain(field.dims, line) else { return Vec::new() };
     let faces: Vec<f64> = (planes.layer_of(a)..=planes.layer_of(b) + 1)
@@ -196,21 +198,26 @@ pub(super) fn classified(
     let mut layers = Vec::new();
     for (i, pair) in faces.windows(2).enumerate() {
         let [low, high] = [pair[0], pair[1]];
-        let middle = line.at(f64::midpoint(low, high));
+        let t = f64::midpoint(low, high);
+        let middle = line.at(t);
         if high <= low || field.is_hole(middle) {
             continue;
         }
         if !pre_integrated {
-            layers.extend(field.value(middle).map(|v| classes.at(v).map(|w| w * (high - low))));
+            let shaded = |v| ray.shaded(classes.at(v), t, v);
+            layers.extend(field.value(middle).map(|v| shaded(v).map(|w| w * (high - low))));
             continue;
         }
         let (Some(near), Some(far)) = (values[i], values[i + 1]) else { continue };
         let bend = bend(&faces, &values, i, planes.step);
-        let half = f64::midpoint(near, far) + 1.5 * bend;
+        let value = f64::midpoint(near, far);
+        let half = value + 1.5 * bend;
         // Each half along the straight line that has the parabola's mean.
         let part = |from, to| {
             let mean = classes.mean(from + bend / 4.0, to + bend / 4.0);
-            mean.map(|w| w * (high - low) / 2.0)
+            // By the gradient and the mean value of the whole slab's middle.
+            let shaded = ray.shaded(mean, t, value);
+            shaded.map(|w| w * (high - low) / 2.0)
         };
         let (mut near, far) = (part(near, half), part(half, far));
         if model == OpacityModel::Published {

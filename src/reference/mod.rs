@@ -16,6 +16,7 @@ mod picture;
 mod polynomial;
 mod quadrature;
 mod renderer;
+mod shading;
 mod sources;
 mod truth;
 

@@ -10,6 +10,7 @@ use super::kernels::grid_kernels;
 use super::layers::{self, Planes};
 use super::mesh::Meshes;
 use super::quadrature::{Density, Light};
+use super::shading::{RayShader, Shader};
 use super::sources::{GridKernels, Hit, Line, ListKernels};
 use super::truth;
 use crate::core::Camera;
@@ -42,7 +43,7 @@ pub struct Reference {
 enum Source {
     Grid(GridKernels, Shape),
     List(Box<ListKernels>),
-    Field { field: Field, classes: Classes, visible: Vec<bool> },
+    Field { field: Field, classes: Classes, visible: Vec<bool>, shader: Option<Box<Shader>> },
     Meshes(Meshes),
 }
 
@@ -121,7 +122,7 @@ impl Reference {
         }
         let unit = scene.opacity_unit_distance();
         let published = !exact && splat.opacity_model == OpacityModel::Published;
-        let classes = Classes::new(&scene.transfer, unit, published);
+        let classes = Classes::new(&scene.shading.by_value(&scene.transfer), unit, published);
         let shape = RadialKernel::new(splat.kernel, splat.extent);
         let list = |kernels: Vec<RefKernel>| {
             let weight = |k: &RefKernel| density(k, unit, published);
@@ -148,7 +149,8 @@ impl Reference {
             (None, _, Some(shape)) => {
                 let field = Field::new(&scene.volume, shape, splat.reconstruction);
                 let visible = field.bricks_where(|low, high| !classes.is_clear(low, high));
-                Source::Field { field, classes, visible }
+                let shader = Shader::of(scene, exact).map(Box::new);
+                Source::Field { field, classes, visible, shader }
             }
         };
         Ok(Self {
@@ -196,15 +198,17 @@ impl Reference {
         let from = self.camera.eye_distance().map_or(f64::NEG_INFINITY, |_| 0.0);
         let ray = Line { start, step, from };
         let layers = match &self.source {
-            Source::Field { field, classes, visible } => {
+            Source::Field { field, classes, visible, shader } => {
                 let map = self.lattice.axes().inverse();
                 let line = ray.mapped(map, self.lattice.origin);
+                let shader = shader.as_deref();
+                let shade = RayShader { shader, field, world: &ray, index: &line };
                 if self.exact {
-                    return truth::after(field, classes, visible, &line, self.tolerance);
+                    return truth::after(field, classes, visible, shade, self.tolerance);
                 }
                 let pre_integrated = self.splat.classify == Classify::PreIntegrated;
                 let (planes, model) = (self.slabs(&ray), self.splat.opacity_model);
-                layers::classified(field, classes, &line, &planes, pre_integrated, model)
+                layers::classified(field, classes, &line, &planes, pre_integrated, model, shade)
             }
             Source::Grid(grid, Shape::Separable(basis)) => {
                 if self.exact {

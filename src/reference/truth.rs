@@ -6,6 +6,7 @@ use super::classes::Classes;
 use super::field::{Basis, Field, Shape, tensor};
 use super::polynomial::Piece;
 use super::quadrature::{Density, Light};
+use super::shading::RayShader;
 use super::sources::{Along, GridKernels, Hit, Line, indices_near, nearest};
 use crate::kernel::RadialKernel;
 
@@ -174,9 +175,10 @@ pub(super) fn after(
     field: &Field,
     classes: &Classes,
     visible: &[bool],
-    line: &Line,
+    ray: RayShader<'_>,
     tolerance: f64,
 ) -> [f64; 4] {
+    let line = ray.index;
     let Some([a, b]) = domain(field.dims, line) else { return [0.0; 4] };
     let mut light = Light::new(tolerance, b - a);
     let mut cuts = vec![a, b];
@@ -191,17 +193,18 @@ pub(super) fn after(
             from.get_or_insert(pair[0]);
         }
         if let Some(start) = from.take_if(|_| !seen) {
-            part(field, classes, line, [start, pair[0]], &mut light);
+            part(field, classes, ray, [start, pair[0]], &mut light);
         }
     }
     if let Some(start) = from {
-        part(field, classes, line, [start, b], &mut light);
+        part(field, classes, ray, [start, b], &mut light);
     }
     light.pixel()
 }
 
 /// One part of the ray, all of it in bricks that may show.
-fn part(field: &Field, classes: &Classes, line: &Line, [a, b]: [f64; 2], light: &mut Light) {
+fn part(field: &Field, classes: &Classes, ray: RayShader<'_>, [a, b]: [f64; 2], light: &mut Light) {
+    let line = ray.index;
     let mut cuts = vec![a, b];
     let halves = field.has_holes() || field.shape == Shape::Nearest;
     for axis in 0..3 {
@@ -217,7 +220,7 @@ fn part(field: &Field, classes: &Classes, line: &Line, [a, b]: [f64; 2], light: 
     if let Shape::Radial(kernel) = field.shape {
         for pair in cuts.windows(2).filter(|w| w[1] > w[0]) {
             if !field.is_hole(line.at(f64::midpoint(pair[0], pair[1]))) {
-                radial(field, kernel, classes, line, [pair[0], pair[1]], light);
+                radial(field, kernel, classes, ray, [pair[0], pair[1]], light);
             }
         }
         return;
@@ -242,12 +245,12 @@ fn part(field: &Field, classes: &Classes, line: &Line, [a, b]: [f64; 2], light: 
                 Piece::through(a, b, 0, |_| value)
             }
         };
-        shine(&piece, classes, light);
+        shine(&piece, classes, ray, light);
     }
 }
 
 /// Adds the light of a value that is a polynomial of t.
-fn shine(piece: &Piece, classes: &Classes, light: &mut Light) {
+fn shine(piece: &Piece, classes: &Classes, ray: RayShader<'_>, light: &mut Light) {
     let [low, high] = piece.range();
     if classes.is_clear(low, high) {
         return;
@@ -256,7 +259,10 @@ fn shine(piece: &Piece, classes: &Classes, light: &mut Light) {
     piece.crossings(&|low, high| classes.splits_within(low, high), &mut cuts);
     cuts.push(piece.b);
     for pair in cuts.windows(2) {
-        light.add(pair[0], pair[1], &|t| classes.at(piece.at(t)));
+        light.add(pair[0], pair[1], &|t| {
+            let value = piece.at(t);
+            ray.shaded(classes.at(value), t, value)
+        });
     }
 }
 
@@ -265,10 +271,11 @@ fn radial(
     field: &Field,
     kernel: RadialKernel,
     classes: &Classes,
-    line: &Line,
+    ray: RayShader<'_>,
     part: [f64; 2],
     light: &mut Light,
 ) {
+    let line = ray.index;
     let margin = kernel.radius().ceil() as i64 + 1;
     let high = field.dims.map(|n| n as i64 - 1 + margin);
     let mut sweep = Sweep::new();
@@ -286,7 +293,7 @@ fn radial(
             }
             sum / weights
         };
-        smooth(a, b, &value, classes, light, 10);
+        smooth(a, b, &value, classes, ray, light, 10);
         !light.is_opaque()
     });
 }
@@ -297,6 +304,7 @@ fn smooth(
     b: f64,
     value: &impl Fn(f64) -> f64,
     classes: &Classes,
+    ray: RayShader<'_>,
     light: &mut Light,
     deepest: u32,
 ) {
@@ -312,10 +320,10 @@ fn smooth(
         let [low, high] = piece.range();
         if error > RADIAL_ERROR * (high - low).max(found.abs()) {
             let middle = f64::midpoint(a, b);
-            smooth(a, middle, value, classes, light, deepest - 1);
-            smooth(middle, b, value, classes, light, deepest - 1);
+            smooth(a, middle, value, classes, ray, light, deepest - 1);
+            smooth(middle, b, value, classes, ray, light, deepest - 1);
             return;
         }
     }
-    shine(&piece, classes, light);
+    shine(&piece, classes, ray, light);
 }

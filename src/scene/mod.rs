@@ -6,6 +6,7 @@
 mod cells;
 mod framing;
 mod mode;
+mod shading;
 mod view;
 
 pub use crate::hierarchy::ErrorMeasure;
@@ -15,6 +16,10 @@ pub use mode::{
     Backend, Classify, CutSettings, LEAST_SLABS_PER_VOXEL, MOST_GATHERED_EXTENT,
     MOST_SHEETS_PER_KERNEL, MOST_SLABS_PER_VOXEL, ModeChoice, ModeError, OpacityModel, Order,
     Reconstruction, SplatSettings, Visibility,
+};
+pub use shading::{
+    Amounts, Attached, BASE_OPACITY, Colours, Index, LEAST_STRENGTH, Light, Lighting, MOST_LIGHTS,
+    Shading, ShadingError, ShadingSpace,
 };
 pub use view::{Traversal, View};
 
@@ -45,6 +50,8 @@ pub struct Scene {
     pub transfer: TransferFunction,
     /// How it is splatted.
     pub splat: SplatSettings,
+    /// How it is lit, and what colours and opacities are looked up by beside the value.
+    pub shading: Shading,
     /// Where it is seen from.
     pub camera: Camera,
     /// What lies behind it.
@@ -60,10 +67,11 @@ impl Scene {
     /// Whether two scenes make the same picture at the same size.
     pub fn makes_same_picture(&self, other: &Self) -> bool {
         // Taken apart, so that a new field cannot be forgotten here.
-        let Self { volume, transfer, splat, camera, background } = self;
+        let Self { volume, transfer, splat, shading, camera, background } = self;
         Arc::ptr_eq(volume, &other.volume)
             && *transfer == other.transfer
             && *splat == other.splat
+            && *shading == other.shading
             && *camera == other.camera
             && *background == other.background
     }
@@ -80,6 +88,7 @@ pub fn opening(volume: Arc<ScalarVolume>, space: Option<&str>) -> Scene {
         transfer: presets::default_for(&volume.statistics),
         camera: framing_camera(&volume.lattice, direction, up),
         splat: SplatSettings::default(),
+        shading: Shading::default(),
         background: Background::Colour(BACKGROUND),
         volume,
     }

@@ -116,6 +116,7 @@ impl Drawer {
     ) -> Result<Drawn, DrawError> {
         let view = View { enlarged, ..View::new(scene, size) };
         self.prepare_slabs(scene, &view, which, observer)?;
+        self.renderer.set_shading(scene);
         let constants = PictureConstants {
             unit_distance: scene.opacity_unit_distance(),
             smallest_spacing: scene.volume.lattice.smallest_spacing(),
@@ -227,7 +228,7 @@ impl Drawer {
         }
         let spacing = scene.volume.lattice.smallest_spacing();
         let key = TableKey {
-            transfer: scene.transfer.clone(),
+            transfer: scene.shading.by_value(&scene.transfer),
             opacity_model: scene.splat.opacity_model,
             reach: Renderer::slab_reach(view, spacing, &scene.splat),
         };
@@ -237,7 +238,7 @@ impl Drawer {
                 OpacityModel::Published => Weight::Opacity,
             };
             let table = Cumulative::new(
-                &scene.transfer,
+                &key.transfer,
                 scene.volume.samples.scalar_type(),
                 &scene.volume.statistics,
                 weight,

@@ -25,6 +25,7 @@ mod preview_fields;
 mod previews;
 mod reconstructed;
 mod scattered;
+mod shading;
 mod small_kernels;
 mod sort;
 mod stills;

@@ -1,0 +1,216 @@
+// Westover's shading: tables of opacity, modulation, reflection and emission by any index, and
+// directional lights (`scene::shading` has the equations). A slab has one gradient, that in its
+// middle.
+
+const SHADED: bool = true;
+// Cells of each table.
+const SHADE_CELLS: u32 = 255u;
+const OPACITY: u32 = 0u;
+const MODULATION: u32 = 1u;
+const REFLECTION: u32 = 2u;
+const EMISSION: u32 = 3u;
+
+// What a table is indexed by; 0: there is no table.
+const BY_NOTHING: u32 = 0u;
+const BY_VALUE: u32 = 1u;
+const BY_STRENGTH: u32 = 2u;
+const BY_ELEVATION: u32 = 3u;
+const BY_AZIMUTH: u32 = 4u;
+
+override opacity_by: u32 = 0u;
+override modulation_by: u32 = 0u;
+override reflection_by: u32 = 0u;
+override emission_by: u32 = 0u;
+override lit: bool = false;
+override lights: u32 = 0u;
+override uses_gradient: bool = false;
+
+struct Shade {
+    // Rows: world gradient, data units per world unit, of one in index space in cells of the slab
+    // table. w: of the first, 1 over the strength below which it has no direction; of the last, 1
+    // over the weight by value where opacities have another index.
+    world_x: vec4<f32>,
+    world_y: vec4<f32>,
+    world_z: vec4<f32>,
+    // To the right, up and into the picture, in the world. w: radius of the volume's sphere, pixels;
+    // growth of a ray's step per pixel of depth.
+    right: vec4<f32>,
+    up: vec4<f32>,
+    forward: vec4<f32>,
+    // Ambient, diffuse, specular, exponent.
+    material: vec4<f32>,
+    // Unit vectors towards the lights, in the world; their colours.
+    towards: array<vec4<f32>, 8>,
+    colours: array<vec4<f32>, 8>,
+    // Where in its table an index q is: x + y * q.
+    places: array<vec4<f32>, 4>,
+    // Opacities and factors in x; colours.
+    tables: array<vec4<f32>, 1024>,
+}
+
+// Uniform: no branch depends on it, and storage buffers are few.
+@group(0) @binding(9) var<uniform> shade: Shade;
+
+fn bspline_slopes(f: f32) -> vec4<f32> {
+    let g = 1.0 - f;
+    return vec4<f32>(-0.5 * g * g, f * (1.5 * f - 2.0), g * (2.0 - 1.5 * g), 0.5 * f * f);
+}
+
+// Value and growth along x of a row of four.
+fn row4_slope(index: u32, w: vec4<f32>, s: vec4<f32>) -> vec2<f32> {
+    let row = vec4<f32>(two(index), two(index + 2u));
+    return vec2<f32>(dot(row, w), dot(row, s));
+}
+
+// Growth along x and y, and value, of a plane of four by four.
+fn plane4_slope(
+    index: u32,
+    wx: vec4<f32>, sx: vec4<f32>,
+    wy: vec4<f32>, sy: vec4<f32>,
+) -> vec3<f32> {
+    let row = slabs.stored.x;
+    let a = row4_slope(index, wx, sx);
+    let b = row4_slope(index + row, wx, sx);
+    let c = row4_slope(index + 2u * row, wx, sx);
+    let d = row4_slope(index + 3u * row, wx, sx);
+    let values = vec4<f32>(a.x, b.x, c.x, d.x);
+    return vec3<f32>(dot(vec4<f32>(a.y, b.y, c.y, d.y), wy), dot(values, sy), dot(values, wy));
+}
+
+// Half a sample on: what is past it less what is before it.
+fn difference(position: vec3<f32>, offset: vec3<f32>) -> f32 {
+    let past = value(position + offset).x;
+    let before = value(position - offset).x;
+    return select(past - before, 0.0, past == NOTHING || before == NOTHING);
+}
+
+// Growth per index, in cells: the derivative of B-splines; of other kernels, whose derivative jumps,
+// between half a sample before and half a sample on.
+fn gradient(position: vec3<f32>) -> vec3<f32> {
+    if kernel != 4u {
+        return vec3<f32>(
+            difference(position, vec3<f32>(0.5, 0.0, 0.0)),
+            difference(position, vec3<f32>(0.0, 0.5, 0.0)),
+            difference(position, vec3<f32>(0.0, 0.0, 0.5)),
+        );
+    }
+    let floored = floor(position);
+    let f = position - floored;
+    let wx = bspline_weights(f.x);
+    let wy = bspline_weights(f.y);
+    let sx = bspline_slopes(f.x);
+    let sy = bspline_slopes(f.y);
+    let i = stored_index(vec3<i32>(floored) - vec3<i32>(1));
+    let plane = slabs.stored.x * slabs.stored.y;
+    let planes = mat4x3<f32>(
+        plane4_slope(i, wx, sx, wy, sy),
+        plane4_slope(i + plane, wx, sx, wy, sy),
+        plane4_slope(i + 2u * plane, wx, sx, wy, sy),
+        plane4_slope(i + 3u * plane, wx, sx, wy, sy),
+    );
+    let across = planes * bspline_weights(f.z);
+    let along = planes * bspline_slopes(f.z);
+    return slabs.table.y * vec3<f32>(across.xy, along.z);
+}
+
+// A table's entry for an index.
+fn looked_up(table: u32, index: f32) -> vec4<f32> {
+    let place = shade.places[table].x + shade.places[table].y * index;
+    let at = clamp(place, 0.0, f32(SHADE_CELLS));
+    let cell = min(u32(at), SHADE_CELLS - 1u);
+    let first = table * (SHADE_CELLS + 1u) + cell;
+    return mix(shade.tables[first], shade.tables[first + 1u], at - f32(cell));
+}
+
+// What is known of a point that tables are indexed by.
+struct Point {
+    // Cells of the slab table.
+    u: f32,
+    strength: f32,
+    // Down the gradient; 0 where it has no direction.
+    normal: vec3<f32>,
+    // 0 to 1.
+    depth: f32,
+}
+
+fn index_of(by: u32, point: Point) -> f32 {
+    let n = point.normal;
+    let flat = n.x == 0.0 && n.y == 0.0;
+    switch by {
+        case BY_VALUE: { return point.u; }
+        case BY_STRENGTH: { return point.strength; }
+        case BY_ELEVATION: { return degrees(asin(clamp(n.z, -1.0, 1.0))); }
+        case BY_AZIMUTH: { return degrees(atan2(n.y, select(n.x, 1.0, flat))); }
+        default: { return point.depth; }
+    }
+}
+
+// What lights make of a surface: the factor of its colour, and what it mirrors.
+struct Lit {
+    colour: vec3<f32>,
+    mirrored: vec3<f32>,
+}
+
+// `share` of the lights falls on it.
+fn lit_by(normal: vec3<f32>, eye: vec3<f32>, share: f32) -> Lit {
+    var found = Lit(vec3<f32>(shade.material.x), vec3<f32>(0.0));
+    // Turned to the eye: what faces away shows its back.
+    let facing = select(normal, -normal, dot(normal, eye) < 0.0);
+    for (var i = 0u; i < lights; i++) {
+        let towards = shade.towards[i].xyz;
+        let cosine = dot(facing, towards);
+        let reflected = 2.0 * cosine * facing - towards;
+        let mirror = pow(max(dot(reflected, eye), 1e-6), shade.material.w);
+        let falls = shade.colours[i].rgb * share;
+        found.colour += falls * (shade.material.y * max(cosine, 0.0));
+        found.mirrored += falls * (shade.material.z * select(0.0, mirror, cosine > 0.0));
+    }
+    return found;
+}
+
+// Colours and weights of a slab whose middle is at a position in index space, `t` pixels deep on the
+// ray through a point of the screen, with the value of cell `u`.
+fn shaded(found: Halves, u: f32, position: vec3<f32>, t: f32, screen: vec2<f32>) -> Halves {
+    var point = Point(u, 0.0, vec3<f32>(0.0), 0.5 + 0.5 * t / shade.right.w);
+    var share = 0.0;
+    if uses_gradient {
+        let g = gradient(position);
+        let world = vec3<f32>(
+            dot(shade.world_x.xyz, g),
+            dot(shade.world_y.xyz, g),
+            dot(shade.world_z.xyz, g),
+        );
+        // By its greatest part: squares of tiny ones are 0.
+        let most = max(abs(world.x), max(abs(world.y), abs(world.z)));
+        let scaled = world / max(most, 1e-37);
+        point.strength = most * length(scaled);
+        share = clamp(point.strength * shade.world_x.w - 1.0, 0.0, 1.0);
+        point.normal = select(vec3<f32>(0.0), -scaled / max(length(scaled), 1e-6), share > 0.0);
+    }
+    var factor = 1.0;
+    if opacity_by != BY_NOTHING {
+        let alpha = min(looked_up(OPACITY, index_of(opacity_by, point)).x, 0.9999);
+        factor = select(-log(1.0 - alpha), alpha, published) * shade.world_z.w;
+    }
+    if modulation_by != BY_NOTHING {
+        factor *= looked_up(MODULATION, index_of(modulation_by, point)).x;
+    }
+    var near = found.near.rgb;
+    var far = found.far.rgb;
+    if reflection_by != BY_NOTHING {
+        near = looked_up(REFLECTION, index_of(reflection_by, point)).rgb;
+        far = near;
+    }
+    if lit {
+        let along = (shade.right.xyz * screen.x + shade.up.xyz * screen.y) * shade.up.w;
+        let light = lit_by(point.normal, -normalize(shade.forward.xyz + along), share);
+        near = near * light.colour + light.mirrored;
+        far = far * light.colour + light.mirrored;
+    }
+    if emission_by != BY_NOTHING {
+        let emitted = looked_up(EMISSION, index_of(emission_by, point)).rgb;
+        near += emitted;
+        far += emitted;
+    }
+    return Halves(vec4<f32>(near, found.near.w * factor), vec4<f32>(far, found.far.w * factor));
+}

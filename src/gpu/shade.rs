@@ -1,0 +1,178 @@
+//! Shading tables and lights on the device (`shaders/lib/shade.wgsl`).
+
+use glam::{DMat3, DVec3};
+
+use super::layout::{self, SHADE_ENTRIES};
+use crate::scene::{Amounts, Colours, Index, OpacityModel, Scene, Shading, ShadingSpace};
+
+/// What of shading a pipeline is made for: what is not asked for is not compiled.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(super) struct ShadeVariant {
+    /// What opacity, modulation, reflection and emission are indexed by, as the shader numbers it.
+    by: [u32; 4],
+    is_lit: bool,
+    lights: u32,
+    uses_gradient: bool,
+}
+
+impl ShadeVariant {
+    /// The shader's overrides.
+    pub(super) fn constants(&self) -> Vec<(&'static str, f64)> {
+        let names = ["opacity_by", "modulation_by", "reflection_by", "emission_by"];
+        let tables = names.into_iter().zip(self.by.map(f64::from));
+        let lights = [
+            ("lit", f64::from(u8::from(self.is_lit))),
+            ("lights", f64::from(self.lights)),
+            ("uses_gradient", f64::from(u8::from(self.uses_gradient))),
+        ];
+        tables.chain(lights).collect()
+    }
+}
+
+/// A scene's shading, ready for fields of any table and size.
+#[derive(Debug, Clone)]
+pub(super) struct Shade {
+    pub variant: ShadeVariant,
+    constants: layout::Shade,
+    /// Rows of the map from gradients per index in data units to the world's.
+    world_from_gradient: DMat3,
+    /// World units.
+    radius: f64,
+    /// Of each table: what it is indexed by, the index of its first entry, and entries per index.
+    places: [(Index, f64, f64); 4],
+}
+
+/// Where a value lies in a field's table of values: cells = `at_zero` + `per_value` · value.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct CellsOfValues {
+    pub at_zero: f64,
+    pub per_value: f64,
+}
+
+impl Shade {
+    /// `None` where a scene asks for none.
+    pub(super) fn of(scene: &Scene) -> Option<Self> {
+        let shading = &scene.shading;
+        if shading.is_plain() {
+            return None;
+        }
+        let published = scene.splat.opacity_model == OpacityModel::Published;
+        let space = ShadingSpace::of(scene);
+        let camera = &scene.camera;
+        let [right, up, forward] = [camera.right(), camera.up, camera.direction];
+        let mut constants = layout::Shade {
+            right: with(right, 0.0),
+            up: with(up, 0.0),
+            forward: with(forward, 0.0),
+            ..bytemuck::Zeroable::zeroed()
+        };
+        constants.world_x[3] = (1.0 / space.least_strength).min(f64::from(f32::MAX)) as f32;
+        constants.world_z[3] = Shading::opacity_factor_of_one(published) as f32;
+        let mut lights = 0;
+        if let Some(lighting) = &shading.lighting {
+            let shares = [lighting.ambient, lighting.diffuse, lighting.specular, lighting.exponent];
+            constants.material = shares.map(|share| share as f32);
+            if lighting.uses_lights() {
+                for (i, light) in lighting.lights.iter().take(layout::MOST_LIGHTS).enumerate() {
+                    constants.towards[i] = with(light.towards(camera), 0.0);
+                    constants.colours[i] = with(DVec3::from(light.colour.to_linear().0), 0.0);
+                    lights += 1;
+                }
+            }
+        }
+        let mut by = [0; 4];
+        let mut places = [(Index::Value, 0.0, 0.0); 4];
+        let mut table =
+            |which: usize, index: Index, ends: [f64; 2], at: &dyn Fn(f64) -> [f64; 3]| {
+                by[which] = number(index);
+                let last = (SHADE_ENTRIES - 1) as f64;
+                let [low, high] = ends;
+                // A table of one point is the same everywhere.
+                let per_index = if high > low { last / (high - low) } else { 0.0 };
+                places[which] = (index, low, per_index);
+                for i in 0..SHADE_ENTRIES {
+                    let share = i as f64 / last;
+                    let colour = at(low * (1.0 - share) + high * share);
+                    constants.tables[which * SHADE_ENTRIES + i] = with(DVec3::from(colour), 0.0);
+                }
+            };
+        for (which, amounts) in [&shading.opacity, &shading.modulation].into_iter().enumerate() {
+            if let Some(Amounts { index, points }) = amounts {
+                let at = |q: f64| amounts.as_ref().map_or([0.0; 3], |a| [a.at(q), 0.0, 0.0]);
+                table(which, *index, ends(points), &at);
+            }
+        }
+        for (which, colours) in [&shading.reflection, &shading.emission].into_iter().enumerate() {
+            if let Some(Colours { index, stops }) = colours {
+                let at = |q: f64| colours.as_ref().map_or([0.0; 3], |c| c.at(q));
+                table(2 + which, *index, ends(stops), &at);
+            }
+        }
+        let variant = ShadeVariant {
+            by,
+            is_lit: shading.lighting.is_some(),
+            lights,
+            uses_gradient: shading.uses_gradient(),
+        };
+        Some(Self {
+            variant,
+            constants,
+            world_from_gradient: space.world_from_gradient,
+            radius: space.radius,
+            places,
+        })
+    }
+
+    /// The shader's uniform for a field that was halved `level` times.
+    pub(super) fn constants(
+        &self,
+        values: CellsOfValues,
+        level: u32,
+        pixels_per_unit: f64,
+        ray_growth: f32,
+    ) -> layout::Shade {
+        let mut constants = self.constants;
+        // Of means, an index is 2^level samples; values in data units.
+        let scale = 1.0 / (f64::from(1_u32 << level) * values.per_value);
+        let rows = (self.world_from_gradient * scale).transpose();
+        let set = |row: &mut [f32; 4], v: DVec3| row[..3].copy_from_slice(&v.as_vec3().to_array());
+        set(&mut constants.world_x, rows.x_axis);
+        set(&mut constants.world_y, rows.y_axis);
+        set(&mut constants.world_z, rows.z_axis);
+        constants.right[3] = (self.radius * pixels_per_unit) as f32;
+        constants.up[3] = ray_growth;
+        for (place, (index, low, per_index)) in constants.places.iter_mut().zip(self.places) {
+            // By value, the shader knows the cell.
+            let (zero, unit) = match index {
+                Index::Value => (values.at_zero, values.per_value),
+                _ => (0.0, 1.0),
+            };
+            let per_unit = per_index / unit;
+            *place = [(-(low * unit + zero) * per_unit) as f32, per_unit as f32, 0.0, 0.0];
+        }
+        constants
+    }
+}
+
+/// As the shader numbers what tables are indexed by.
+fn number(index: Index) -> u32 {
+    match index {
+        Index::Value => 1,
+        Index::GradientStrength => 2,
+        Index::GradientElevation => 3,
+        Index::GradientAzimuth => 4,
+        Index::ViewDepth => 5,
+    }
+}
+
+fn ends<T>(points: &[(f64, T)]) -> [f64; 2] {
+    match (points.first(), points.last()) {
+        (Some((low, _)), Some((high, _))) => [*low, *high],
+        _ => [0.0; 2],
+    }
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "the device has 32 bits")]
+fn with(v: DVec3, w: f64) -> [f32; 4] {
+    v.as_vec3().extend(w as f32).to_array()
+}

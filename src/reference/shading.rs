@@ -1,0 +1,141 @@
+//! Lights and shading tables in float64 (`scene::shading` has the equations).
+
+use glam::DVec3;
+
+use super::field::{Basis, Field, Shape};
+use super::quadrature::Density;
+use super::sources::Line;
+use crate::scene::{Index, Lighting, OpacityModel, Scene, Shading, ShadingSpace};
+
+/// Half a step, voxels, between the two values whose difference is the derivative of a B-spline, of
+/// which it is off by less than 1e-7; other fields' derivatives jump, and half a voxel to either side is
+/// their definition.
+const SMOOTH_STEP: f64 = 1e-4;
+
+/// What shading does to densities along rays.
+pub(super) struct Shader {
+    shading: Shading,
+    space: ShadingSpace,
+    published: bool,
+    /// Unit vectors towards the lights, and their linear colours.
+    lights: Vec<(DVec3, [f64; 3])>,
+    centre: DVec3,
+    /// Unit vector into the picture.
+    forward: DVec3,
+}
+
+/// What is done to the densities of one ray, if anything.
+#[derive(Clone, Copy)]
+pub(super) struct RayShader<'a> {
+    pub(super) shader: Option<&'a Shader>,
+    pub(super) field: &'a Field,
+    /// The ray in the world, and in index space.
+    pub(super) world: &'a Line,
+    pub(super) index: &'a Line,
+}
+
+impl RayShader<'_> {
+    /// A density at t, of this value.
+    pub(super) fn shaded(&self, density: Density, t: f64, value: f64) -> Density {
+        match self.shader {
+            Some(shader) if density[0] > 0.0 => shader.shaded(density, self, t, value),
+            _ => density,
+        }
+    }
+}
+
+impl Shader {
+    /// `None` where a scene asks for none. `exact` pictures have no published opacities.
+    pub(super) fn of(scene: &Scene, exact: bool) -> Option<Self> {
+        if scene.shading.is_plain() {
+            return None;
+        }
+        let lights = scene.shading.lighting.as_ref().map_or(&[][..], |lighting| &lighting.lights);
+        let light = |l: &crate::scene::Light| (l.towards(&scene.camera), l.colour.to_linear().0);
+        Some(Self {
+            shading: scene.shading.clone(),
+            space: ShadingSpace::of(scene),
+            published: !exact && scene.splat.opacity_model == OpacityModel::Published,
+            lights: lights.iter().map(light).collect(),
+            centre: scene.volume.lattice.centre(),
+            forward: scene.camera.direction,
+        })
+    }
+
+    fn shaded(&self, density: Density, ray: &RayShader<'_>, t: f64, value: f64) -> Density {
+        let gradient = gradient(ray.field, ray.index.at(t));
+        let down = -(self.space.world_from_gradient * gradient);
+        let strength = down.length();
+        let share = self.space.lit_share(strength);
+        let normal = if share > 0.0 { down / strength } else { DVec3::ZERO };
+        let depth = (ray.world.at(t) - self.centre).dot(self.forward);
+        let index = |by: Index| match by {
+            Index::Value => value,
+            Index::GradientStrength => strength,
+            Index::GradientElevation => normal.z.clamp(-1.0, 1.0).asin().to_degrees(),
+            Index::GradientAzimuth => normal.y.atan2(normal.x).to_degrees(),
+            Index::ViewDepth => 0.5 + 0.5 * depth / self.space.radius,
+        };
+        let Shading { opacity, modulation, reflection, emission, lighting } = &self.shading;
+        let mut factor = 1.0;
+        if let Some(table) = opacity {
+            factor *= Shading::opacity_factor(table.at(index(table.index)), self.published);
+        }
+        if let Some(table) = modulation {
+            factor *= table.at(index(table.index));
+        }
+        let [weight, r, g, b] = density;
+        let mut colour = [r, g, b].map(|c| c / weight);
+        if let Some(table) = reflection {
+            colour = table.at(index(table.index));
+        }
+        if let Some(lighting) = lighting {
+            let eye = -ray.world.step.normalize();
+            colour = self.lit(colour, lighting, normal, eye, share);
+        }
+        if let Some(table) = emission {
+            let emitted = table.at(index(table.index));
+            colour.iter_mut().zip(emitted).for_each(|(c, e)| *c += e);
+        }
+        let weight = weight * factor;
+        [weight, weight * colour[0], weight * colour[1], weight * colour[2]]
+    }
+
+    fn lit(
+        &self,
+        colour: [f64; 3],
+        lighting: &Lighting,
+        normal: DVec3,
+        eye: DVec3,
+        share: f64,
+    ) -> [f64; 3] {
+        let Lighting { ambient, diffuse, specular, exponent, .. } = *lighting;
+        let normal = if normal.dot(eye) < 0.0 { -normal } else { normal };
+        let mut lit = colour.map(|c| c * ambient);
+        for &(towards, light) in &self.lights {
+            let cosine = normal.dot(towards);
+            if cosine <= 0.0 {
+                continue;
+            }
+            let mirror = (2.0 * cosine * normal - towards).dot(eye).max(0.0).powf(exponent);
+            for c in 0..3 {
+                lit[c] += share * light[c] * (diffuse * cosine * colour[c] + specular * mirror);
+            }
+        }
+        lit
+    }
+}
+
+/// The field's growth per index at a place; 0 along axes where it has no value to either side.
+fn gradient(field: &Field, place: DVec3) -> DVec3 {
+    let step = match field.shape {
+        Shape::Separable(Basis::CubicBSpline) => SMOOTH_STEP,
+        _ => 0.5,
+    };
+    let along =
+        |axis: DVec3| match (field.value(place + axis * step), field.value(place - axis * step)) {
+            (Some(past), Some(before)) => (past - before) / (2.0 * step),
+            _ => 0.0,
+        };
+    DVec3::new(along(DVec3::X), along(DVec3::Y), along(DVec3::Z))
+}

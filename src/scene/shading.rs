@@ -1,0 +1,423 @@
+//! How what is seen is lit, and what its opacities and colours are looked up by: Westover's
+//! table-driven shading process, as plain data.
+//!
+//! Of a point with opacity α and colour c by the transfer function, normal N (down the gradient,
+//! turned to the eye), direction V to the eye, lights of colour Iⱼ in directions Lⱼ and their
+//! reflections Rⱼ = 2(N·Lⱼ)N − Lⱼ:
+//!
+//! - extinction: κ(α) · modulation,
+//! - light: emission + reflection · (ambient + diffuse Σ Iⱼ max(N·Lⱼ, 0))
+//!   + specular Σ Iⱼ max(Rⱼ·V, 0)ⁿ, where N·Lⱼ > 0.
+//!
+//! Each of the four tables may be indexed by any [`Index`]; the transfer function is those of opacity
+//! and reflection by value.
+
+use glam::{DMat3, DVec3};
+use serde::{Deserialize, Serialize};
+
+use super::{Classify, Scene, SplatSettings, Visibility};
+use crate::core::{Camera, Srgb8};
+use crate::transfer::{TRANSMITTANCE_FLOOR, TransferFunction, extinction_from_opacity};
+
+/// Lights in a scene at most.
+pub const MOST_LIGHTS: usize = 8;
+/// Below this gradient strength, in parts of the volume's range of values per smallest spacing, there
+/// is no direction to be lit from: a few steps of the 16 bits that fields are kept in. The light
+/// sets in over as much again.
+pub const LEAST_STRENGTH: f64 = 1e-4;
+
+/// What a table is indexed by.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Index {
+    /// The value, in the data's units.
+    Value,
+    /// The gradient's length, data units per world unit.
+    GradientStrength,
+    /// The angle of the direction down the gradient above the world's x–y plane, degrees, −90..=90.
+    GradientElevation,
+    /// Its angle about the world's z axis from x towards y, degrees, −180..=180.
+    GradientAzimuth,
+    /// Depth in the view: 0 where the sphere around the volume begins, 1 where it ends.
+    ViewDepth,
+}
+
+impl Index {
+    /// Every one.
+    pub const ALL: &[Self] = &[
+        Self::Value,
+        Self::GradientStrength,
+        Self::GradientElevation,
+        Self::GradientAzimuth,
+        Self::ViewDepth,
+    ];
+
+    /// The name scripts use.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Value => "value",
+            Self::GradientStrength => "gradient-strength",
+            Self::GradientElevation => "gradient-elevation",
+            Self::GradientAzimuth => "gradient-azimuth",
+            Self::ViewDepth => "view-depth",
+        }
+    }
+
+    /// The one of this name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.iter().copied().find(|one| one.name() == name)
+    }
+
+    /// Whether it is known from the gradient alone.
+    pub fn is_of_gradient(self) -> bool {
+        matches!(self, Self::GradientStrength | Self::GradientElevation | Self::GradientAzimuth)
+    }
+}
+
+/// Amounts by an index: between points linearly, beyond them as at the ends.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Amounts {
+    /// What it is looked up by.
+    pub index: Index,
+    /// (index, amount in 0..=1), sorted by index, at least one.
+    pub points: Vec<(f64, f64)>,
+}
+
+/// Colours by an index, likewise, interpolated in sRGB.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Colours {
+    /// What they are looked up by.
+    pub index: Index,
+    /// (index, colour), sorted by index, at least one.
+    pub stops: Vec<(f64, Srgb8)>,
+}
+
+/// What a light turns with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Attached {
+    /// The camera: it stays where it is on the picture.
+    #[default]
+    Camera,
+    /// The data.
+    Data,
+}
+
+/// A directional light.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Light {
+    /// Towards the light: in the world, or to the right, up, and from the scene to the eye. Of any
+    /// length but 0.
+    pub direction: DVec3,
+    /// Its colour.
+    pub colour: Srgb8,
+    /// What it turns with.
+    pub attached: Attached,
+}
+
+impl Light {
+    /// White, from above the viewer's left shoulder.
+    pub const HEADLIGHT: Self = Self {
+        direction: DVec3::new(-0.3, 0.4, 1.0),
+        colour: Srgb8([255; 3]),
+        attached: Attached::Camera,
+    };
+
+    /// Unit vector towards it in the world.
+    pub fn towards(&self, camera: &Camera) -> DVec3 {
+        let DVec3 { x, y, z } = self.direction;
+        let world = match self.attached {
+            Attached::Data => self.direction,
+            Attached::Camera => camera.right() * x + camera.up * y - camera.direction * z,
+        };
+        world.normalize_or_zero()
+    }
+}
+
+/// What a surface makes of lights.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Lighting {
+    /// Share of the colour that is seen without any light.
+    pub ambient: f64,
+    /// Share that is scattered evenly.
+    pub diffuse: f64,
+    /// Share of the light that is mirrored.
+    pub specular: f64,
+    /// How narrowly, n of (R·V)ⁿ.
+    pub exponent: f64,
+    /// The lights, up to [`MOST_LIGHTS`].
+    pub lights: Vec<Light>,
+}
+
+impl Default for Lighting {
+    fn default() -> Self {
+        Self {
+            ambient: 0.25,
+            diffuse: 0.85,
+            specular: 0.2,
+            exponent: 20.0,
+            lights: vec![Light::HEADLIGHT],
+        }
+    }
+}
+
+impl Lighting {
+    /// Whether any light has anything to fall on.
+    pub fn uses_lights(&self) -> bool {
+        !self.lights.is_empty() && (self.diffuse > 0.0 || self.specular > 0.0)
+    }
+}
+
+/// The tables and the lights of a scene. By default nothing: colours shine by themselves.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Shading {
+    /// Opacity per unit distance, in place of the transfer function's.
+    pub opacity: Option<Amounts>,
+    /// What the extinction is multiplied by.
+    pub modulation: Option<Amounts>,
+    /// Colours in place of the transfer function's.
+    pub reflection: Option<Colours>,
+    /// Light that is there without lights.
+    pub emission: Option<Colours>,
+    /// Lights; without them the reflection's colours shine by themselves.
+    pub lighting: Option<Lighting>,
+}
+
+/// What is no shading.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ShadingError {
+    /// A table with nothing in it.
+    #[error("expected at least one point in the {table} table, found none")]
+    Empty {
+        /// Which table.
+        table: &'static str,
+    },
+    /// NaN or ±∞ as an index.
+    #[error("expected finite numbers in the {table} table, found {found}")]
+    NotFinite {
+        /// Which table.
+        table: &'static str,
+        /// The offending number.
+        found: f64,
+    },
+    /// Points out of order.
+    #[error("expected the {table} table sorted by its index, found {after} after {before}")]
+    Unsorted {
+        /// Which table.
+        table: &'static str,
+        /// The greater index that comes first.
+        before: f64,
+        /// The lesser one that follows.
+        after: f64,
+    },
+    /// A share that is none.
+    #[error("expected {of} from 0 to {most}, found {found}")]
+    Share {
+        /// Amounts of a table, ambient, diffuse, specular.
+        of: &'static str,
+        /// The most it may be.
+        most: f64,
+        /// The offending number.
+        found: f64,
+    },
+    /// Too many lights.
+    #[error("expected at most {MOST_LIGHTS} lights, found {found}")]
+    Lights {
+        /// How many.
+        found: usize,
+    },
+    /// A light from nowhere.
+    #[error("expected a light's direction of finite length other than 0, found {found}")]
+    Direction {
+        /// The offending vector.
+        found: DVec3,
+    },
+    /// A mode whose kernels are not lit.
+    #[error(
+        "expected slabs classified after reconstruction where there are lights or shading tables, \
+         found {visibility} classified {classify}; try --visibility slabs --classify pre-integrated, \
+         or leave the shading out"
+    )]
+    Mode {
+        /// The mode's visibility.
+        visibility: &'static str,
+        /// When it classifies.
+        classify: &'static str,
+    },
+}
+
+impl Amounts {
+    /// The amount at an index; NaN is taken as 0.
+    pub fn at(&self, index: f64) -> f64 {
+        interpolated(&self.points, index, |&amount| [amount])[0]
+    }
+}
+
+impl Colours {
+    /// The linear colour at an index; NaN is taken as 0.
+    pub fn at(&self, index: f64) -> [f64; 3] {
+        let encoded = interpolated(&self.stops, index, |colour| colour.encoded());
+        encoded.map(crate::core::colour::linear_from_srgb)
+    }
+}
+
+/// Between points linearly, beyond them as at the ends; of two at one index the later.
+fn interpolated<T, const N: usize>(
+    points: &[(f64, T)],
+    index: f64,
+    value: impl Fn(&T) -> [f64; N],
+) -> [f64; N] {
+    let index = if index.is_nan() { 0.0 } else { index };
+    let after = points.partition_point(|(at, _)| *at <= index);
+    match (after.checked_sub(1).and_then(|i| points.get(i)), points.get(after)) {
+        (Some((low, a)), Some((high, b))) => {
+            let share = (index - low) / (high - low);
+            let (a, b) = (value(a), value(b));
+            std::array::from_fn(|c| a[c] + (b[c] - a[c]) * share)
+        }
+        (Some((_, only)), None) | (None, Some((_, only))) => value(only),
+        (None, None) => [0.0; N],
+    }
+}
+
+impl Shading {
+    /// Whether nothing is asked for: pictures are of the transfer function alone.
+    pub fn is_plain(&self) -> bool {
+        *self == Self::default()
+    }
+
+    /// What its tables are indexed by.
+    pub fn indices(&self) -> impl Iterator<Item = Index> {
+        let amounts = [&self.opacity, &self.modulation].map(|t| t.as_ref().map(|t| t.index));
+        let colours = [&self.reflection, &self.emission].map(|t| t.as_ref().map(|t| t.index));
+        amounts.into_iter().chain(colours).flatten()
+    }
+
+    /// Whether anything asks for the field's gradient.
+    pub fn uses_gradient(&self) -> bool {
+        self.lighting.as_ref().is_some_and(Lighting::uses_lights)
+            || self.indices().any(Index::is_of_gradient)
+    }
+
+    /// Whether it means something, and a mode can draw it.
+    ///
+    /// # Errors
+    /// See [`ShadingError`].
+    pub fn check(&self, splat: &SplatSettings) -> Result<(), ShadingError> {
+        let amounts = [(&self.opacity, "opacity"), (&self.modulation, "modulation")];
+        for (table, amounts) in amounts.iter().filter_map(|(t, name)| Some((*name, t.as_ref()?))) {
+            check_indices(table, &amounts.points)?;
+            for &(_, found) in &amounts.points {
+                check_share("the amounts of a shading table", 1.0, found)?;
+            }
+        }
+        let colours = [(&self.reflection, "reflection"), (&self.emission, "emission")];
+        for (table, colours) in colours.iter().filter_map(|(t, name)| Some((*name, t.as_ref()?))) {
+            check_indices(table, &colours.stops)?;
+        }
+        if let Some(Lighting { ambient, diffuse, specular, exponent, lights }) = &self.lighting {
+            check_share("ambient light", 1.0, *ambient)?;
+            check_share("diffuse reflection", 1.0, *diffuse)?;
+            check_share("specular reflection", 1.0, *specular)?;
+            check_share("the specular exponent", 1000.0, *exponent)?;
+            if lights.len() > MOST_LIGHTS {
+                return Err(ShadingError::Lights { found: lights.len() });
+            }
+            for light in lights {
+                let length = light.direction.length();
+                if !(length.is_finite() && length > 0.0) {
+                    return Err(ShadingError::Direction { found: light.direction });
+                }
+            }
+        }
+        let is_lit = splat.visibility == Visibility::Slabs && splat.classify != Classify::Before;
+        if !self.is_plain() && !is_lit {
+            let (visibility, classify) = (splat.visibility.name(), splat.classify.name());
+            return Err(ShadingError::Mode { visibility, classify });
+        }
+        Ok(())
+    }
+
+    /// The transfer function as far as values decide: where opacity has another index, every value has
+    /// as much as there is, [`BASE_OPACITY`].
+    pub fn by_value(&self, transfer: &TransferFunction) -> TransferFunction {
+        let mut transfer = transfer.clone();
+        if self.opacity.is_some() {
+            transfer.opacity = vec![(0.0, BASE_OPACITY)];
+        }
+        transfer
+    }
+
+    /// 1 over the weight that every value has where opacity has another index: its extinction, or
+    /// where `published` its opacity.
+    pub fn opacity_factor_of_one(published: bool) -> f64 {
+        1.0 / if published { BASE_OPACITY } else { extinction_from_opacity(BASE_OPACITY) }
+    }
+
+    /// What the weight by value is multiplied by where opacity has another index and is `alpha`.
+    pub fn opacity_factor(alpha: f64, published: bool) -> f64 {
+        let weight = match published {
+            true => alpha.min(1.0 - TRANSMITTANCE_FLOOR),
+            false => extinction_from_opacity(alpha),
+        };
+        weight * Self::opacity_factor_of_one(published)
+    }
+}
+
+/// Opacity of every value where opacities are not looked up by value.
+pub const BASE_OPACITY: f64 = 0.5;
+
+fn check_indices<T>(table: &'static str, points: &[(f64, T)]) -> Result<(), ShadingError> {
+    if points.is_empty() {
+        return Err(ShadingError::Empty { table });
+    }
+    if let Some(&(found, _)) = points.iter().find(|(at, _)| !at.is_finite()) {
+        return Err(ShadingError::NotFinite { table, found });
+    }
+    match points.windows(2).find(|pair| pair[1].0 < pair[0].0) {
+        Some(pair) => Err(ShadingError::Unsorted { table, before: pair[0].0, after: pair[1].0 }),
+        None => Ok(()),
+    }
+}
+
+fn check_share(of: &'static str, most: f64, found: f64) -> Result<(), ShadingError> {
+    if (0.0..=most).contains(&found) {
+        Ok(())
+    } else {
+        Err(ShadingError::Share { of, most, found })
+    }
+}
+
+/// What a scene's shading needs of its camera and volume, the same for every point.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ShadingSpace {
+    /// World gradient of a gradient in index space.
+    pub world_from_gradient: DMat3,
+    /// Strength below which a gradient has no direction, data units per world unit.
+    pub least_strength: f64,
+    /// Radius of the sphere around the volume, world units.
+    pub radius: f64,
+}
+
+impl ShadingSpace {
+    /// Of a scene.
+    pub fn of(scene: &Scene) -> Self {
+        let lattice = &scene.volume.lattice;
+        let statistics = &scene.volume.statistics;
+        // Halved, so that ±1e308 does not overflow.
+        let range = 2.0 * (statistics.max / 2.0 - statistics.min / 2.0);
+        Self {
+            world_from_gradient: lattice.axes().inverse().transpose(),
+            least_strength: LEAST_STRENGTH * range.max(f64::MIN_POSITIVE)
+                / lattice.smallest_spacing(),
+            radius: lattice.bounding_radius(),
+        }
+    }
+
+    /// How much of its lights falls on a point of this gradient strength, 0..=1.
+    pub fn lit_share(&self, strength: f64) -> f64 {
+        (strength / self.least_strength - 1.0).clamp(0.0, 1.0)
+    }
+}

@@ -1,0 +1,182 @@
+//! Lights and shading tables, against the float64 reference's same mode.
+
+use glam::{DMat3, DVec3};
+use voxsplat::core::Srgb8;
+use voxsplat::gpu::{Renderer, Wishes};
+use voxsplat::kernel::Kernel;
+use voxsplat::reference::Reference;
+use voxsplat::scene::{
+    Amounts, Attached, Classify, Colours, Index, Light as Lamp, Lighting, OpacityModel, Order,
+    Scene, Shading, SplatSettings,
+};
+use voxsplat::task::draw::{Drawer, Rung};
+use voxsplat::volume::{Lattice, Samples};
+
+use crate::support::{
+    Light, Within, context, drawer, drawn, fault, in_perspective, print_measured, scene, volume,
+};
+
+const SIZE: [u32; 2] = [36, 30];
+
+/// Measured: max 2.4e-4 to 9.4e-4, rmse 1.6e-5 to 7.7e-5, bias to 8e-6.
+const LIT: Within = Within { max_abs: 2e-3, rmse: 1.2e-4, bias: 2e-5 };
+/// Tables have 255 cells, and cut the corners of what bends within one. Measured: max 4.4e-3, rmse
+/// 1.4e-4, bias to 2.4e-5.
+const LOOKED_UP: Within = Within { max_abs: 8e-3, rmse: 3e-4, bias: 5e-5 };
+
+fn lattice() -> Lattice {
+    Lattice { spacing: DVec3::new(1.0, 1.3, 0.7), ..Lattice::unit([11, 9, 13]) }
+}
+
+fn exact(scene: Scene) -> Scene {
+    Scene { splat: SplatSettings::EXACT, ..scene }
+}
+
+fn shaded(shading: Shading) -> Scene {
+    Scene { shading, ..exact(scene(lattice(), DVec3::new(0.4, 0.9, -0.5))) }
+}
+
+fn lamps() -> Lighting {
+    let lamp = |direction, colour, attached| Lamp { direction, colour: Srgb8(colour), attached };
+    Lighting {
+        ambient: 0.2,
+        diffuse: 0.6,
+        specular: 0.5,
+        exponent: 8.0,
+        lights: vec![
+            lamp(DVec3::new(-0.5, 0.6, 1.0), [255, 240, 200], Attached::Camera),
+            lamp(DVec3::new(3.0, -2.0, 0.5), [40, 90, 255], Attached::Data),
+        ],
+    }
+}
+
+fn lit() -> Shading {
+    Shading { lighting: Some(lamps()), ..Shading::default() }
+}
+
+#[track_caller]
+fn agrees(name: &str, scene: &Scene, within: Within) {
+    let Some(mut drawer) = drawer() else { return };
+    let reference = Reference::new(scene, SIZE.map(|n| n as usize)).expect("a mode with meaning");
+    let expected: Light = reference.picture();
+    let plain = Scene { shading: Shading::default(), ..scene.clone() };
+    let (plain, _) = drawn(&mut drawer, &plain, SIZE, Rung::Full);
+    assert!(fault(&plain, &expected, within).is_some(), "{name} changes nothing");
+    let (found, _) = drawn(&mut drawer, scene, SIZE, Rung::Full);
+    print_measured(name, &found, &expected);
+    assert_eq!(fault(&found, &expected, within), None, "{name}");
+}
+
+/// The ends of what an index takes in these scenes.
+fn range(index: Index) -> [f64; 2] {
+    match index {
+        Index::Value => [0.0, 255.0],
+        Index::GradientStrength => [0.0, 160.0],
+        Index::GradientElevation => [-90.0, 90.0],
+        Index::GradientAzimuth => [-180.0, 180.0],
+        Index::ViewDepth => [0.1, 0.8],
+    }
+}
+
+fn amounts(index: Index) -> Amounts {
+    let [low, high] = range(index);
+    let at = |share: f64| low + (high - low) * share;
+    Amounts { index, points: vec![(at(0.0), 0.1), (at(0.3), 0.9), (at(0.6), 0.2), (at(1.0), 0.6)] }
+}
+
+fn colours(index: Index) -> Colours {
+    let [low, high] = range(index);
+    let stops = [[250, 30, 10], [20, 200, 90], [10, 60, 250]].map(Srgb8);
+    let places = [low, 0.4 * high + 0.6 * low, high];
+    Colours { index, stops: places.into_iter().zip(stops).collect() }
+}
+
+#[test]
+fn every_table_by_every_index_is_the_references() {
+    for &index in Index::ALL {
+        let plain = Shading::default;
+        for (name, shading) in [
+            ("opacity", Shading { opacity: Some(amounts(index)), ..plain() }),
+            ("modulation", Shading { modulation: Some(amounts(index)), ..plain() }),
+            ("reflection", Shading { reflection: Some(colours(index)), ..plain() }),
+            ("emission", Shading { emission: Some(colours(index)), ..plain() }),
+        ] {
+            agrees(&format!("{name} by {}", index.name()), &shaded(shading), LOOKED_UP);
+        }
+    }
+}
+
+#[test]
+fn lights_are_the_references_with_every_kernel_and_classification() {
+    for kernel in
+        [Kernel::Nearest, Kernel::Linear, Kernel::Gaussian, Kernel::Cubic, Kernel::BSpline]
+    {
+        for classify in [Classify::After, Classify::PreIntegrated] {
+            let mut scene = shaded(lit());
+            (scene.splat.kernel, scene.splat.classify) = (kernel, classify);
+            agrees(&format!("{} {}", kernel.name(), classify.name()), &scene, LIT);
+        }
+    }
+}
+
+#[test]
+fn lights_are_the_references_in_every_geometry_and_order() {
+    let direction = DVec3::new(-0.3, 0.8, 0.6);
+    let lit = |lattice| Scene { shading: lit(), ..exact(scene(lattice, direction)) };
+    agrees("perspective", &in_perspective(lit(lattice()), 60.0), LIT);
+    let sheared = Lattice {
+        direction: DMat3::from_cols(
+            DVec3::X,
+            DVec3::new(0.4, 0.9, 0.0).normalize(),
+            DVec3::new(0.2, -0.1, -0.9).normalize(),
+        ),
+        ..lattice()
+    };
+    agrees("sheared", &lit(sheared), LIT);
+    let tiny = Lattice { spacing: DVec3::splat(1e-6), ..Lattice::unit([8, 8, 8]) };
+    agrees("tiny", &lit(tiny), LIT);
+    let mut backwards = lit(lattice());
+    backwards.splat.order = Order::BackToFront;
+    agrees("back to front", &backwards, LIT);
+    let mut published = lit(lattice());
+    published.splat.opacity_model = OpacityModel::Published;
+    published.shading.opacity = Some(amounts(Index::GradientStrength));
+    agrees("published", &published, LOOKED_UP);
+}
+
+/// What has no direction is lit by the ambient light alone, without noise.
+#[test]
+fn a_constant_field_has_the_ambient_light_alone() {
+    let Some(mut drawer) = drawer() else { return };
+    let lattice = lattice();
+    let mut scene = shaded(lit());
+    scene.volume = volume(lattice, Samples::Float32(vec![180.25; lattice.len()]));
+    let (found, _) = drawn(&mut drawer, &scene, SIZE, Rung::Full);
+    let plain = Scene { shading: Shading::default(), ..scene };
+    let (shining, _) = drawn(&mut drawer, &plain, SIZE, Rung::Full);
+    assert!(shining.iter().any(|p| p[1] > 0.1));
+    for (found, shining) in found.iter().zip(&shining) {
+        let ambient = [shining[0] * 0.2, shining[1] * 0.2, shining[2] * 0.2, shining[3]];
+        assert!(found.iter().zip(ambient).all(|(f, a)| (f - a).abs() < 1e-6), "{found:?}");
+    }
+}
+
+/// A scene without lights or tables is drawn with the passes, pipelines and bytes that it had before
+/// there were any, and after they were used, as before, to the bit.
+#[test]
+fn what_is_not_asked_for_costs_nothing_and_changes_no_bit() {
+    let Some(context) = context(Wishes::default()) else { return };
+    let mut drawer = Drawer::new(Renderer::new(context));
+    let plain = shaded(Shading::default());
+    let (before, _) = drawn(&mut drawer, &plain, SIZE, Rung::Full);
+    let held = |drawer: &Drawer| (drawer.renderer.pipeline_count(), drawer.renderer.size_bytes());
+    let (pipelines, bytes) = held(&drawer);
+    drawn(&mut drawer, &shaded(lit()), SIZE, Rung::Full);
+    let (more_pipelines, more_bytes) = held(&drawer);
+    assert_eq!(more_pipelines, pipelines + 1);
+    let shade = size_of::<voxsplat::gpu::layout::Shade>() as u64;
+    assert_eq!(more_bytes, bytes + shade);
+    let (after, _) = drawn(&mut drawer, &plain, SIZE, Rung::Full);
+    assert_eq!(after, before);
+    assert_eq!(held(&drawer).1, bytes, "let go of");
+}
