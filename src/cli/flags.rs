@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
+use super::shading::ShadingFlags;
 use super::values::{self, Stop};
 use crate::core::Srgb8;
 use crate::io::Endian;
@@ -309,6 +310,9 @@ pub struct RenderFlags {
     /// How the kernels become a picture.
     #[command(flatten)]
     pub mode: ModeFlags,
+    /// How it is lit.
+    #[command(flatten)]
+    pub shading: ShadingFlags,
     /// How far to refine
     #[arg(long, value_enum, default_value_t = RefineFlag::Full)]
     pub refine: RefineFlag,

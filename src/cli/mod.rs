@@ -10,6 +10,7 @@ mod open;
 mod plot;
 mod render;
 mod report;
+mod shading;
 mod stats;
 mod values;
 

@@ -56,6 +56,10 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
         Background::Colour(flags.background.unwrap_or(BLACK))
     };
     let scene = Scene { background, ..open::scene(&input, &flags.scene, splat)? };
+    let shading = flags.shading.resolve(&scene.volume, &splat);
+    let shading = shading.map_err(|error| Failure::Usage(error.to_string()))?;
+    let effects = shading.effects();
+    let scene = Scene { shading, ..scene };
     let load_ms = start.elapsed().as_secs_f64() * 1e3;
     let kernels_total = scene.volume.lattice.len() as u64;
     let engine = Engine::start(flags.adapter.clone(), || ());
@@ -92,7 +96,7 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
     }
     picture_to.write(&picture_file::bytes(&still, format).map_err(Failure::Failed)?)?;
     if let Some(stats_to) = stats_to {
-        let stats = Stats::of(&still, splat, kernels_total, load_ms);
+        let stats = Stats::of(&still, (splat, effects), kernels_total, load_ms);
         let text = serde_json::to_string_pretty(&stats).map_err(Failure::failed)? + "\n";
         stats_to.write(text.as_bytes())?;
     }

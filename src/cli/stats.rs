@@ -27,6 +27,7 @@ pub(super) struct Stats<'a> {
     convergence: Option<ConvergenceRow>,
     /// Measured against `full`, where `--max-error` asked for it.
     rmse: Option<f64>,
+    /// What the scene asked for beside the transfer function.
     effects: Vec<&'static str>,
     passes: Vec<PassRow>,
     /// Whose clock the passes were timed by: `device` or `wall`.
@@ -59,7 +60,7 @@ struct PassRow {
 impl<'a> Stats<'a> {
     pub(super) fn of(
         still: &'a Still,
-        mode: SplatSettings,
+        (mode, effects): (SplatSettings, Vec<&'static str>),
         kernels_total: u64,
         load_ms: f64,
     ) -> Self {
@@ -83,7 +84,7 @@ impl<'a> Stats<'a> {
                 .convergence
                 .map(|end| ConvergenceRow { end, is_reached: end.is_reached() }),
             rmse: still.measured_rmse,
-            effects: Vec::new(),
+            effects,
             passes: still
                 .passes
                 .iter()

@@ -7,7 +7,7 @@ use crate::io::Endian;
 use crate::kernel::Kernel;
 use crate::scene::{
     Backend, Classify, ErrorMeasure, MOST_SHEETS_PER_KERNEL, OpacityModel, Order, Reconstruction,
-    Visibility,
+    ShadingPreset, Visibility,
 };
 use crate::task::engine::AdapterChoice;
 use crate::transfer::ColourMap;
@@ -116,6 +116,21 @@ pub(super) fn positive(text: &str) -> Parsed<f64> {
     }
 }
 
+pub(super) fn share(text: &str) -> Parsed<f64> {
+    within(text, 1.0)
+}
+
+pub(super) fn exponent(text: &str) -> Parsed<f64> {
+    within(text, 1000.0)
+}
+
+fn within(text: &str, most: f64) -> Parsed<f64> {
+    match number(text)? {
+        value if (0.0..=most).contains(&value) => Ok(value),
+        _ => Err(format!("expected a number from 0 to {most}, found {}", found(text))),
+    }
+}
+
 pub(super) fn view_angle(text: &str) -> Parsed<f64> {
     match number(text)? {
         value if value > 0.0 && value < 180.0 => Ok(value),
@@ -175,7 +190,11 @@ pub(super) fn colour(text: &str) -> Parsed<Srgb8> {
         .ok_or_else(|| format!("expected a colour RRGGBB such as ff8000, found {}", found(text)))
 }
 
-fn one_of<T>(text: &str, known: Option<T>, names: impl Iterator<Item = &'static str>) -> Parsed<T> {
+pub(super) fn one_of<T>(
+    text: &str,
+    known: Option<T>,
+    names: impl Iterator<Item = &'static str>,
+) -> Parsed<T> {
     known.ok_or_else(|| {
         let names = names.collect::<Vec<_>>().join(", ");
         format!("expected one of {names}, found {}", found(text))
@@ -208,6 +227,7 @@ named!(
     order: Order,
     backend: Backend,
     cut_error: ErrorMeasure,
+    shading_preset: ShadingPreset,
 );
 
 pub(super) fn scalar_type(text: &str) -> Parsed<ScalarType> {

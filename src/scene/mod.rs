@@ -19,7 +19,7 @@ pub use mode::{
 };
 pub use shading::{
     Amounts, Attached, BASE_OPACITY, Colours, Index, LEAST_STRENGTH, Light, Lighting, MOST_LIGHTS,
-    Shading, ShadingError, ShadingSpace,
+    Shading, ShadingError, ShadingPreset, ShadingSpace,
 };
 pub use view::{Traversal, View};
 

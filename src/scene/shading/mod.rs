@@ -12,11 +12,15 @@
 //! Each of the four tables may be indexed by any [`Index`]; the transfer function is those of opacity
 //! and reflection by value.
 
+mod presets;
+
+pub use presets::ShadingPreset;
+
 use glam::{DMat3, DVec3};
 use serde::{Deserialize, Serialize};
 
-use super::{Classify, Scene, SplatSettings, Visibility};
 use crate::core::{Camera, Srgb8};
+use crate::scene::{Classify, Scene, SplatSettings, Visibility};
 use crate::transfer::{TRANSMITTANCE_FLOOR, TransferFunction, extinction_from_opacity};
 
 /// Lights in a scene at most.
@@ -299,6 +303,20 @@ impl Shading {
     pub fn uses_gradient(&self) -> bool {
         self.lighting.as_ref().is_some_and(Lighting::uses_lights)
             || self.indices().any(Index::is_of_gradient)
+    }
+
+    /// What it asks for, by name.
+    pub fn effects(&self) -> Vec<&'static str> {
+        let Self { opacity, modulation, reflection, emission, lighting } = self;
+        let asked = [
+            (self.uses_gradient(), "gradients"),
+            (lighting.is_some(), "lights"),
+            (opacity.is_some(), "opacity table"),
+            (modulation.is_some(), "modulation table"),
+            (reflection.is_some(), "reflection table"),
+            (emission.is_some(), "emission table"),
+        ];
+        asked.into_iter().filter_map(|(is_asked, name)| is_asked.then_some(name)).collect()
     }
 
     /// Whether it means something, and a mode can draw it.

@@ -1,0 +1,162 @@
+//! Flags of lights and shading tables.
+
+use clap::Args;
+use glam::DVec3;
+
+use super::values::{self, List, Stop};
+use crate::core::Srgb8;
+use crate::scene::{
+    Amounts, Attached, Colours, Index, Light, Lighting, Shading, ShadingError, ShadingPreset,
+    SplatSettings,
+};
+use crate::volume::ScalarVolume;
+
+/// How it is lit, and what opacities and colours are looked up by beside the value.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Shading")]
+pub struct ShadingFlags {
+    /// Begin with lights, cloud, surface, depth-cue or gradient-colour; the flags below change it
+    /// [default: no lights, no tables]
+    #[arg(long, value_name = "NAME", value_parser = values::shading_preset)]
+    pub shading: Option<ShadingPreset>,
+    /// A light, towards which X,Y,Z points: right, up and to the eye, or with :data in the world;
+    /// white, unless a colour is given. May be given several times
+    #[arg(long, value_name = "X,Y,Z[:RRGGBB][:data]", value_parser = light,
+        allow_hyphen_values = true)]
+    pub light: Vec<Light>,
+    /// Share of the colours that is seen without light, 0 to 1 [default: 0.25, with lights]
+    #[arg(long, value_name = "A", value_parser = values::share, allow_hyphen_values = true)]
+    pub ambient: Option<f64>,
+    /// Share that scatters light evenly, 0 to 1 [default: 0.85, with lights]
+    #[arg(long, value_name = "D", value_parser = values::share, allow_hyphen_values = true)]
+    pub diffuse: Option<f64>,
+    /// Share of the light that is mirrored, 0 to 1 [default: 0.2, with lights]
+    #[arg(long, value_name = "S", value_parser = values::share, allow_hyphen_values = true)]
+    pub specular: Option<f64>,
+    /// How narrowly it is mirrored: the exponent, 0 to 1000 [default: 20, with lights]
+    #[arg(long, value_name = "N", value_parser = values::exponent, allow_hyphen_values = true)]
+    pub specular_power: Option<f64>,
+    /// Opacities by an index in place of --opacity: value, gradient-strength (data units per world
+    /// unit), gradient-elevation or gradient-azimuth (degrees), view-depth (0 to 1)
+    #[arg(long, value_name = "INDEX:I:A,…", value_parser = amounts, allow_hyphen_values = true)]
+    pub opacity_by: Option<Amounts>,
+    /// What the extinction is multiplied by, by an index; from 0 to 1
+    #[arg(long, value_name = "INDEX:I:A,…", value_parser = amounts, allow_hyphen_values = true)]
+    pub modulation: Option<Amounts>,
+    /// Colours by an index in place of --color and --colormap
+    #[arg(long, value_name = "INDEX:I:RRGGBB,…", value_parser = colours,
+        allow_hyphen_values = true)]
+    pub reflection: Option<Colours>,
+    /// Light that is there without lights, by an index
+    #[arg(long, value_name = "INDEX:I:RRGGBB,…", value_parser = colours,
+        allow_hyphen_values = true)]
+    pub emission: Option<Colours>,
+}
+
+impl ShadingFlags {
+    /// The shading that they mean for a volume.
+    ///
+    /// # Errors
+    /// Where a mode cannot be shaded, or a table means nothing.
+    pub fn resolve(
+        &self,
+        volume: &ScalarVolume,
+        splat: &SplatSettings,
+    ) -> Result<Shading, ShadingError> {
+        let mut shading = self.shading.map(|preset| preset.shading(volume)).unwrap_or_default();
+        let Self { ambient, diffuse, specular, specular_power, .. } = *self;
+        let shares = [ambient, diffuse, specular, specular_power];
+        if !self.light.is_empty() || shares.iter().any(Option::is_some) {
+            let lighting = shading.lighting.get_or_insert_with(Lighting::default);
+            if !self.light.is_empty() {
+                lighting.lights.clone_from(&self.light);
+            }
+            let Lighting { ambient, diffuse, specular, exponent, .. } = lighting;
+            for (share, given) in [ambient, diffuse, specular, exponent].into_iter().zip(shares) {
+                *share = given.unwrap_or(*share);
+            }
+        }
+        let given = |table: &mut Option<Amounts>, flag: &Option<Amounts>| {
+            if flag.is_some() {
+                table.clone_from(flag);
+            }
+        };
+        given(&mut shading.opacity, &self.opacity_by);
+        given(&mut shading.modulation, &self.modulation);
+        let given = |table: &mut Option<Colours>, flag: &Option<Colours>| {
+            if flag.is_some() {
+                table.clone_from(flag);
+            }
+        };
+        given(&mut shading.reflection, &self.reflection);
+        given(&mut shading.emission, &self.emission);
+        shading.check(splat)?;
+        Ok(shading)
+    }
+}
+
+/// The index that a table's text begins with, and the rest.
+fn index(text: &str) -> Result<(Index, &str), String> {
+    let (name, rest) = text.split_once(':').unwrap_or((text, ""));
+    let names = Index::ALL.iter().map(|one| one.name());
+    Ok((values::one_of(name, Index::from_name(name), names)?, rest))
+}
+
+fn amounts(text: &str) -> Result<Amounts, String> {
+    let (index, rest) = index(text)?;
+    let List(points) = values::opacity(rest)?;
+    Ok(Amounts { index, points })
+}
+
+fn colours(text: &str) -> Result<Colours, String> {
+    let (index, rest) = index(text)?;
+    let List(stops): List<Stop> = values::colours(rest)?;
+    Ok(Colours { index, stops })
+}
+
+fn light(text: &str) -> Result<Light, String> {
+    let mut parts = text.split(':');
+    let direction = DVec3::from(values::direction(parts.next().unwrap_or_default())?);
+    let mut light = Light { direction, colour: Srgb8([255; 3]), attached: Attached::Camera };
+    for part in parts {
+        match part {
+            "data" => light.attached = Attached::Data,
+            "camera" => light.attached = Attached::Camera,
+            colour => light.colour = values::colour(colour)?,
+        }
+    }
+    Ok(light)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lights_and_tables_are_read_as_they_are_written() {
+        let one = light("1,-2,0.5:ff8000:data").unwrap();
+        assert_eq!(one.direction, DVec3::new(1.0, -2.0, 0.5));
+        assert_eq!((one.colour, one.attached), (Srgb8([255, 128, 0]), Attached::Data));
+        assert_eq!(light("0,0,1").unwrap().attached, Attached::Camera);
+        let table = amounts("gradient-strength:0:0,12.5:1").unwrap();
+        assert_eq!(table.index, Index::GradientStrength);
+        assert_eq!(table.points, [(0.0, 0.0), (12.5, 1.0)]);
+        let table = colours("view-depth:0:ffffff,1:000040").unwrap();
+        assert_eq!(table.stops[1], (1.0, Srgb8([0, 0, 64])));
+    }
+
+    #[test]
+    fn what_cannot_be_meant_is_refused_with_what_was_found() {
+        for refused in [
+            light("0,0,0").unwrap_err(),
+            light("1,2").unwrap_err(),
+            light("0,0,1:green").unwrap_err(),
+            amounts("gradient:0:1").unwrap_err(),
+            amounts("view-depth").unwrap_err(),
+            amounts("view-depth:0:1.5").unwrap_err(),
+            colours("value:1").unwrap_err(),
+        ] {
+            assert!(refused.contains("expected") && refused.contains("found"), "{refused}");
+        }
+    }
+}
