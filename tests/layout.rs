@@ -96,7 +96,7 @@ fn host_structs() -> [HostStruct; 8] {
 }
 
 /// Constants that shaders and host both name, and the host's value.
-fn host_constants() -> [(&'static str, f64); 18] {
+fn host_constants() -> [(&'static str, f64); 19] {
     [
         ("BRICK", BRICK as f64),
         ("RECORD_WORDS", RECORD_WORDS as f64),
@@ -105,6 +105,7 @@ fn host_constants() -> [(&'static str, f64); 18] {
         ("TILE", f64::from(layout::TILE)),
         ("EMPTY_BRICK", EMPTY_BRICK as f64),
         ("LEAST_HALF_AXIS", layout::LEAST_HALF_AXIS),
+        ("POINT_TIE", layout::POINT_TIE),
         ("LAYERS", f64::from(layout::LAYERS)),
         ("LOOK_EVERY", f64::from(layout::LOOK_EVERY)),
         ("LIFT_CELLS", layout::LIFT_CELLS),

@@ -22,10 +22,18 @@ pub struct Shown {
 }
 
 /// One line along the bottom of the window.
-pub fn status_ui(ui: &mut Ui, shown: Option<&Shown>, state: &EngineState, adapter: Option<&str>) {
+///
+/// `is_moving`: whether pictures are asked for as of a moving view; finer ones follow once it rests.
+pub fn status_ui(
+    ui: &mut Ui,
+    shown: Option<&Shown>,
+    state: &EngineState,
+    is_moving: bool,
+    adapter: Option<&str>,
+) {
     ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
         let adapter = adapter.unwrap_or("no adapter yet");
-        ui.label(faint(state_words(state)));
+        ui.label(faint(state_words(state, is_moving)));
         ui.separator();
         ui.add(Label::new(faint(&short_adapter(adapter))).truncate())
             .on_hover_text(format!("Drawn by {adapter}"));
@@ -113,8 +121,8 @@ fn next_words(shown: &Shown) -> Option<(String, String)> {
     let next = shown.report.next?;
     let time = soon_words(next.ms);
     let what = match (next.rmse, next.is_full, &shown.measured) {
-        (Some(rmse), ..) => format!("about {:.0} dB", psnr_from_rmse(rmse)),
-        (None, true, Some(measured)) => format!("about {:.0} dB", measured.point.db),
+        (Some(rmse), ..) => words::about_decibels(psnr_from_rmse(rmse), true),
+        (None, true, Some(measured)) => words::about_decibels(measured.point.db, true),
         (None, true, None) => "full".to_owned(),
         (None, false, _) => "finer".to_owned(),
     };
@@ -150,7 +158,7 @@ fn error_words(shown: &Shown) -> (String, String) {
         let db = psnr_from_rmse(rmse);
         let why =
             "Estimated from the octree's own error, and checked once the full picture is there";
-        return (format!("about {db:.0} dB"), why.to_owned());
+        return (words::about_decibels(db, true), why.to_owned());
     }
     let doubled = report.refined.filter(|refined| refined.convergence.last_difference.is_some());
     if report.rung != "full" && doubled.is_none() {
@@ -187,8 +195,7 @@ fn level_words(
             let why = format!(
                 "Measured against the exact picture in another view of this volume: {numbers}"
             );
-            let level = words::decibels(point.db);
-            return (format!("about {level}"), why);
+            return (words::about_decibels(point.db, false), why);
         }
         let took = words::milliseconds(took_ms);
         let why = format!(
@@ -274,9 +281,10 @@ fn counts_tooltip(report: &FrameReport) -> String {
     }
 }
 
-fn state_words(state: &EngineState) -> &str {
+fn state_words(state: &EngineState, is_moving: bool) -> &'static str {
     match state {
         EngineState::Starting => "Starting",
+        EngineState::Idle | EngineState::Drawing(_) if is_moving => "Moving",
         EngineState::Idle => "Idle",
         EngineState::Drawing(_) => "Drawing",
         EngineState::Failed(_) => "Cannot draw",
@@ -417,6 +425,20 @@ mod tests {
             Some("next about 52 dB in 820 ms")
         );
         assert_eq!(time_words(&shown("full", SplatSettings::EXACT).report), "28 ms");
+    }
+
+    #[test]
+    fn a_coarse_picture_of_a_moving_view_is_not_called_the_last() {
+        use EngineState::{Drawing, Failed, Idle, Starting};
+        assert_eq!([Idle, Drawing(0.5)].map(|state| state_words(&state, true)), ["Moving"; 2]);
+        assert_eq!(
+            [Idle, Drawing(0.5)].map(|state| state_words(&state, false)),
+            ["Idle", "Drawing"]
+        );
+        for is_moving in [false, true] {
+            assert_eq!(state_words(&Starting, is_moving), "Starting");
+            assert_eq!(state_words(&Failed("lost".into()), is_moving), "Cannot draw");
+        }
     }
 
     #[test]
