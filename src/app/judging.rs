@@ -163,7 +163,12 @@ impl Window {
 
     /// Takes in how good the estimate before a finished picture was.
     pub(super) fn record_estimate(&mut self, picture: &Picture) {
-        if let Some(off_db) = picture.report.checked.and_then(|checked| checked.off_db()) {
+        let report = &picture.report;
+        // Refined pictures keep what the full one before them found.
+        if report.refined.is_some_and(|refined| refined.convergence.last_difference.is_some()) {
+            return;
+        }
+        if let Some(off_db) = report.checked.and_then(|checked| checked.off_db()) {
             self.estimates.add(off_db);
         }
     }

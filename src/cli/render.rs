@@ -11,7 +11,7 @@ use crate::scene::{Background, MOST_SLABS_PER_VOXEL, Scene, SplatSettings, View,
 use crate::task::cells;
 use crate::task::engine::Engine;
 use crate::task::picture_file::{self, PictureFormat};
-use crate::task::still::{CONVERGED, Convergence, Refine, Still, StillRequest};
+use crate::task::still::{CONVERGED, Convergence, Refine, StillRequest};
 
 /// What is behind a picture unless flags say otherwise.
 const BLACK: Srgb8 = Srgb8([0; 3]);

@@ -122,7 +122,7 @@ const FEW_STEPS: f64 = 4096.0;
 /// A sentence for a field of whole numbers so large that doubles, which they are drawn as, do not tell
 /// neighbours apart, and whose range is so small that it shows.
 fn merged_neighbours(field: &Field) -> Option<String> {
-    let [least, greatest] = match &field.samples {
+    let [least, greatest] = match &*field.samples {
         Samples::UInt64(values) => {
             [values.iter().min(), values.iter().max()].map(|end| end.map(|&v| i128::from(v)))
         }
