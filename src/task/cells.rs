@@ -15,9 +15,9 @@ use crate::volume::ScalarVolume;
 /// Opacity of the lines.
 const LINE_OPACITY: f64 = 0.6;
 /// Greatest share of the picture that lines cover, at that opacity.
-const MOST_COVERED: f32 = 0.3;
+const MOST_COVERED: f32 = 0.4;
 /// Side of the blocks that this holds in, pixels.
-const BLOCK: u32 = 16;
+const BLOCK: u32 = 32;
 
 /// What cuts of one scene's octree are found in; shared, so that a cut can be found while another is
 /// drawn.
