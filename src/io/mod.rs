@@ -133,7 +133,7 @@ fn merged_neighbours(field: &Field) -> Option<String> {
     };
     let (least, greatest) = (least?, greatest?);
     let largest = least.unsigned_abs().max(greatest.unsigned_abs()) as f64;
-    let step = largest.next_up() - largest;
+    let step = largest - largest.next_down();
     let range = (greatest - least) as f64;
     (step > 1.0 && range > 0.0 && range / step < FEW_STEPS).then(|| {
         format!(

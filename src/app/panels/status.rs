@@ -176,8 +176,8 @@ fn error_words(shown: &Shown) -> (String, String) {
     let Shown { report, mode, measured } = shown;
     if let Some(rmse) = report.estimated_rmse {
         let db = psnr_from_rmse(rmse);
-        let why =
-            "Estimated from the octree's own error, and checked once the full picture is there";
+        let why = "Estimated from the picture's size and detail or the octree's own error, and checked once the \
+             full picture is there";
         return (words::about_decibels(db, true), why.to_owned());
     }
     let doubled = report.refined.filter(|refined| refined.convergence.last_difference.is_some());
