@@ -132,8 +132,12 @@ fn merged_neighbours(field: &Field) -> Option<String> {
         _ => return None,
     };
     let (least, greatest) = (least?, greatest?);
-    let largest = least.unsigned_abs().max(greatest.unsigned_abs()) as f64;
-    let step = largest - largest.next_down();
+    // Doubles lie further apart the further from zero: between the ends of the range, as far as here.
+    let [nearest, farthest] = match least.unsigned_abs() < greatest.unsigned_abs() {
+        true => [least, greatest].map(|end| end.unsigned_abs() as f64),
+        false => [greatest, least].map(|end| end.unsigned_abs() as f64),
+    };
+    let step = f64::max(nearest.next_up() - nearest, farthest - farthest.next_down());
     let range = (greatest - least) as f64;
     (step > 1.0 && range > 0.0 && range / step < FEW_STEPS).then(|| {
         format!(
