@@ -286,6 +286,13 @@ fn statistics_of_pictures_within_a_budget_say_what_they_show_and_how_far_off_tha
     assert!([&tents, &Value::Null].contains(&&poor["field"]), "{poor}");
     assert_eq!(poor["field"].is_null(), poor["octree_nodes"].as_u64() > Some(0), "{poor}");
     assert!(estimated(&poor) > 2.0 * estimated(&rich), "{rich} {poor}");
+    // Between these times there is one that is too short for the own field and not for tents.
+    let between = (0..9).map(|doublings| (0.5 * 2.0_f64.powi(doublings)).to_string());
+    let of_tents = between
+        .map(|ms| run(&["--refine", "coarse", "--budget-ms", &ms]))
+        .find(|found| found["field"] == tents);
+    let of_tents = of_tents.expect("a time in which tents are drawn");
+    assert!(of_tents["octree_nodes"] == 0 && estimated(&of_tents) > estimated(&rich), "{of_tents}");
     let cut = run(&["--refine", "coarse", "--budget-ms", "20", "--visibility", "every-sample"]);
     assert!(cut["field"].is_null() && estimated(&cut) > 0.0, "{cut}");
     // Told by the picture itself: nothing is estimated.
