@@ -91,10 +91,7 @@ fn count_entries(
         second = vec4<f32>(cross(kernel.row_z, kernel.row_x) / volume, ray.y);
         third = ray.z;
         if shape == 2u {
-            // The one pixel that holds the centre.
-            let down = vec2<f32>(middle.x, -middle.y) + frame.half_size;
-            let pixel = floor(down) + 0.5;
-            middle = vec2<f32>(pixel.x - frame.half_size.x, frame.half_size.y - pixel.y);
+            middle = pixel_of_point(middle);
             reach = vec3<f32>(0.25, 0.25, 0.0);
             let across = length(cross(kernel.row_x, kernel.row_y));
             matter = optical_depth(extinction, kernel.determinant / across);

@@ -6,6 +6,8 @@ override layering: u32 = 0u;
 // Each sample is one pixel (Westover's single point).
 override points: bool = false;
 
+// As in shaders/lib/project.wgsl.
+const POINT_TIE: f32 = 0.0009765625;
 // The most layers worked on at a time.
 const LAYERS: i32 = 16;
 
@@ -104,8 +106,7 @@ fn add_point(ray: Ray, voxel: vec3<i32>, linear: u32) {
         determinant *= shrink * shrink;
         slant = length(vec3<f32>(ray.pixel / eye, 1.0));
     }
-    // A pixel owns its left and its upper edge.
-    let offset = vec2<f32>(middle.x - ray.pixel.x, ray.pixel.y - middle.y);
+    let offset = vec2<f32>(middle.x - ray.pixel.x, ray.pixel.y - middle.y) + POINT_TIE;
     if any(offset < vec2<f32>(-0.5)) || any(offset >= vec2<f32>(0.5)) {
         return;
     }

@@ -138,10 +138,7 @@ fn vertex_gouraud(record: Record, corner: Corner) -> Gouraud {
 @vertex
 fn vertex_point(record: Record, @builtin(vertex_index) index: u32) -> Point {
     let kernel = project(record.centre, record.packed);
-    // The one pixel that holds the centre.
-    let down = vec2<f32>(kernel.middle.x, -kernel.middle.y) + frame.half_size;
-    let pixel = floor(down) + 0.5;
-    let middle = vec2<f32>(pixel.x - frame.half_size.x, frame.half_size.y - pixel.y);
+    let middle = pixel_of_point(kernel.middle);
     let across = length(cross(kernel.row_x, kernel.row_y));
     return Point(
         clip(middle + corner_of(index) * 0.5, kernel.hidden),

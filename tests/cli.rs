@@ -129,10 +129,25 @@ fn wrong_usage_exits_with_2() {
         (&["--extent", "2", "--kernel", "point"], &["--extent", "point"]),
         (&["--refine", "coarse"], &["--budget-ms", "--max-error"]),
         (&["--refine", "coarse", "--budget-ms", "5", "--max-error", "0.1"], &["both"]),
-        (&["--budget-ms", "5"], &["--refine coarse"]),
-        (&["--max-error", "0.1"], &["--refine coarse"]),
-        (&["--refine", "converged", "--max-error", "0.1"], &["--refine coarse"]),
-        (&["--cells"], &["--refine coarse with --cells", "only octree cuts have cells"]),
+        (&["--budget-ms", "5"], &["coarse with --budget-ms, found no --refine, which means full"]),
+        (&["--max-error", "0.1"], &["with --max-error, found no --refine", "add --refine coarse"]),
+        (
+            &["--refine", "full", "--budget-ms", "5"],
+            &["found --refine full; choose --refine coarse, or leave --budget-ms out"],
+        ),
+        (
+            &["--refine", "converged", "--max-error", "0.1"],
+            &["found --refine converged;", "or leave --max-error out"],
+        ),
+        (
+            &["--cells"],
+            &[
+                "--refine coarse with --cells",
+                "only octree cuts have cells",
+                "found no --refine, which means full; add --refine coarse with --max-error",
+            ],
+        ),
+        (&["--cells", "--refine", "converged"], &["found --refine converged; add --refine coarse"]),
         (
             &["--sheets-per-kernel", "3", "--visibility", "slabs"],
             &["--sheets-per-kernel", "--visibility slabs"],
@@ -149,6 +164,10 @@ fn wrong_usage_exits_with_2() {
         (&["--cut-error", "scalar"], &["--cut-error", "--refine coarse"]),
         (&["--cut-weighting", "view"], &["--cut-weighting", "--refine coarse"]),
         (&["--cut-balanced", "--refine", "converged"], &["--cut-balanced", "--refine coarse"]),
+        (
+            &["--cut-balanced", "--cut-weighting", "view", "--cut-error", "scalar"],
+            &["expected --cut-error, --cut-weighting and --cut-balanced with --refine coarse"],
+        ),
         (&["--gouraud-angles", "2"], &["--gouraud-angles", "3 and 64", "2"]),
         (&["--stats", "/nowhere/./out.png"], &["--output and --stats", "two files"]),
     ] {
@@ -193,6 +212,116 @@ fn cells_are_drawn_over_a_cut_and_refused_where_there_is_none() {
     let full = render(&none, &["--max-error", "1e-9", "--cells"]);
     assert_eq!(fault(&full, 1, &["octree cut", "the full picture", "--max-error"], None), None);
     assert!(!none.exists(), "nothing is written");
+    // Within a time an exact picture is of its field; one that is shaded first is a cut.
+    let budget = ["--budget-ms", "10000", "--cells"];
+    let field = render(&none, &budget);
+    let words = [
+        "octree cut",
+        "the mode itself",
+        "within 10000 ms",
+        "every-sample",
+        "leave --budget-ms out",
+    ];
+    assert_eq!(fault(&field, 1, &words, None), None);
+    assert!(!none.exists(), "nothing is written");
+    for advised in [
+        &[&budget[..], &["--visibility", "every-sample"]].concat()[..],
+        &["--max-error", "0.05", "--cells"],
+    ] {
+        let output = render(&none, advised);
+        assert_eq!(output.status.code(), Some(0), "{advised:?}: {}", errors(&output));
+    }
+}
+
+#[test]
+fn flags_of_a_cut_that_a_picture_is_not_are_all_named() {
+    if !can_draw() {
+        return;
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let picture = folder.path().join("out.png");
+    let name = picture.to_str().expect("UTF-8");
+    let fixed = ["render", "demo:shells:16", "-o", name, "--resolution", "32,24"];
+    let fixed = [&fixed[..], &["--refine", "coarse", "--budget-ms", "10000"]].concat();
+    for (more, named) in [
+        (&["--cut-balanced"][..], "cut, so --cut-balanced changed nothing"),
+        (
+            &["--cut-balanced", "--cut-error", "scalar"],
+            "cut, so --cut-error and --cut-balanced changed",
+        ),
+    ] {
+        let output = voxsplat(&[&fixed[..], more].concat());
+        assert!(output.status.success() && errors(&output).contains(named), "{}", errors(&output));
+    }
+}
+
+#[test]
+fn statistics_of_pictures_within_a_budget_say_what_they_show_and_how_far_off_that_is_thought() {
+    if !can_draw() {
+        return;
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = |name: &str| folder.path().join(name).to_str().expect("UTF-8").to_owned();
+    let (picture, stats) = (path("out.png"), path("stats.json"));
+    let run = |more: &[&str]| {
+        let fixed = ["render", "demo:shells:32", "-o", &picture, "--stats", &stats];
+        let run = voxsplat(&[&fixed[..], &["--resolution", "160,120"], more].concat());
+        assert!(run.status.success(), "{}", errors(&run));
+        let text = std::fs::read_to_string(&stats).expect("statistics");
+        serde_json::from_str::<Value>(&text).expect("JSON")
+    };
+    let own = serde_json::json!({ "which": "own", "kernel": "bspline", "dims": [32, 32, 32] });
+    let tents = serde_json::json!({ "which": "preview", "kernel": "linear", "dims": [32, 32, 32] });
+    let full = run(&[]);
+    assert_eq!(full["field"], own);
+    assert!(full["budget_ms"].is_null() && full["estimated_rmse"].is_null(), "{full}");
+    let estimated = |found: &Value| found["estimated_rmse"].as_f64().expect("an estimate");
+    let rich = run(&["--refine", "coarse", "--budget-ms", "10000"]);
+    assert_eq!((&rich["field"], &rich["budget_ms"]), (&own, &serde_json::json!(10_000.0)));
+    assert_eq!(rich["drawn_resolution"], serde_json::json!([160, 120]));
+    // So small a time that the picture is a third as wide at least, whatever else the machine does.
+    let poor = run(&["--refine", "coarse", "--budget-ms", "0.01"]);
+    let width = poor["drawn_resolution"][0].as_u64().expect("a width");
+    assert!(width < 80 && poor["budget_ms"] == 0.01, "{poor}");
+    assert!([&tents, &Value::Null].contains(&&poor["field"]), "{poor}");
+    assert_eq!(poor["field"].is_null(), poor["octree_nodes"].as_u64() > Some(0), "{poor}");
+    assert!(estimated(&poor) > 2.0 * estimated(&rich), "{rich} {poor}");
+    // Between these times there is one that is too short for the own field and not for tents.
+    let between = (0..9).map(|doublings| (0.5 * 2.0_f64.powi(doublings)).to_string());
+    let of_tents = between
+        .map(|ms| run(&["--refine", "coarse", "--budget-ms", &ms]))
+        .find(|found| found["field"] == tents);
+    let of_tents = of_tents.expect("a time in which tents are drawn");
+    assert!(of_tents["octree_nodes"] == 0 && estimated(&of_tents) > estimated(&rich), "{of_tents}");
+    let cut = run(&["--refine", "coarse", "--budget-ms", "20", "--visibility", "every-sample"]);
+    assert!(cut["field"].is_null() && estimated(&cut) > 0.0, "{cut}");
+    // Told by the picture itself: nothing is estimated.
+    let held = run(&["--refine", "coarse", "--max-error", "0.05"]);
+    assert!(held["field"].is_null() && held["estimated_rmse"].is_null(), "{held}");
+    assert!(held["budget_ms"].is_null() && held["rmse"].is_number(), "{held}");
+}
+
+#[test]
+fn passes_add_up_to_no_more_than_the_frame_that_they_were_timed_in() {
+    if !can_draw() {
+        return;
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = |name: &str| folder.path().join(name).to_str().expect("UTF-8").to_owned();
+    let (picture, stats) = (path("out.png"), path("stats.json"));
+    for mode in
+        [&["--kernel", "bspline"][..], &["--visibility", "every-sample"], &["--classify", "before"]]
+    {
+        let fixed = ["render", "demo:shells:32", "-o", &picture, "--stats", &stats];
+        let run = voxsplat(&[&fixed[..], &["--resolution", "300,200"], mode].concat());
+        assert!(run.status.success(), "{}", errors(&run));
+        let text = std::fs::read_to_string(&stats).expect("statistics");
+        let found: Value = serde_json::from_str(&text).expect("JSON");
+        let passes = found["passes"].as_array().expect("passes").iter();
+        let sum: f64 = passes.map(|pass| pass["gpu_ms"].as_f64().expect("a time")).sum();
+        let frame = found["timed_frame_ms"].as_f64().expect("a time");
+        assert!(sum > 0.5 * frame && sum <= frame, "{mode:?}: {sum} of {frame} ms");
+    }
 }
 
 #[test]
@@ -362,6 +491,50 @@ fn values_beyond_32_bits_are_called_that() {
     assert!(said.starts_with("voxsplat: note: ") && said.contains("0e0 to 1e300"), "{said}");
     let info = voxsplat(&["info", name]);
     assert!(String::from_utf8_lossy(&info.stdout).contains("0 to 1e300"), "{info:?}");
+}
+
+#[test]
+fn whole_numbers_that_doubles_do_not_tell_apart_are_called_that() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let large = 1_u64 << 62;
+    let bytes = |values: [u64; 8]| values.map(u64::to_le_bytes).concat();
+    let few = std::array::from_fn(|i| large + i as u64);
+    let wide = std::array::from_fn(|i| large + ((i as u64) << 40));
+    // Doubles hold every whole number up to 2^53.
+    let small = std::array::from_fn(|i| (1 << 53) - i as u64);
+    let alike = [large; 8];
+    for (i, (kind, values, is_noted)) in [
+        ("uint64", few, true),
+        ("int64", few, true),
+        ("int64", few.map(u64::wrapping_neg), true),
+        ("uint64", wide, false),
+        ("uint64", small, false),
+        ("uint64", alike, false),
+        ("double", few.map(|value| (value as f64).to_bits()), false),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let file =
+            written(folder.path(), &format!("{i}.nrrd"), &nrrd(kind, "2 2 2", &bytes(values)));
+        let name = file.to_str().expect("UTF-8");
+        let picture = folder.path().join("out.png");
+        let picture = picture.to_str().expect("UTF-8");
+        let render = voxsplat(&["render", name, "-o", picture, "--adapter", "no such adapter"]);
+        let said = errors(&render);
+        assert_eq!(
+            said.contains("neighbouring values cannot be told apart"),
+            is_noted,
+            "{i}: {said}"
+        );
+        if is_noted {
+            let step = if kind == "uint64" { "lie 1024 apart" } else { "apart" };
+            assert!(said.starts_with("voxsplat: note: field ") && said.contains(step), "{said}");
+        }
+        let info = voxsplat(&["info", name]);
+        let told = String::from_utf8_lossy(&info.stdout).into_owned();
+        assert_eq!(told.contains("cannot be told apart"), is_noted, "{i}: {told}");
+    }
 }
 
 #[test]

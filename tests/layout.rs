@@ -118,6 +118,7 @@ fn host_constants() -> [(&'static str, f64); 19] {
         ("TILE", f64::from(layout::TILE)),
         ("EMPTY_BRICK", EMPTY_BRICK as f64),
         ("LEAST_HALF_AXIS", layout::LEAST_HALF_AXIS),
+        ("POINT_TIE", layout::POINT_TIE),
         ("LAYERS", f64::from(layout::LAYERS)),
         ("LOOK_EVERY", f64::from(layout::LOOK_EVERY)),
         ("LIFT_CELLS", layout::LIFT_CELLS),

@@ -12,6 +12,9 @@ override perspective: bool = false;
 const NEAR: f32 = 1e-3;
 // Kernels thinner than a pixel are widened to this half axis, in pixels, and keep their depth.
 const LEAST_HALF_AXIS: f32 = 1.0;
+// A point belongs to one pixel, which owns its left and its upper edge and what lies this close before
+// them, in pixels: rounding decides nothing where voxels lie on the edges.
+const POINT_TIE: f32 = 0.0009765625;
 
 // Eye to pixel over eye to plane: 1 / cos of the ray's angle to the view axis.
 fn slant(pixel: vec2<f32>) -> f32 {
@@ -20,6 +23,13 @@ fn slant(pixel: vec2<f32>) -> f32 {
     }
     let tangent = (pixel - frame.half_size) / frame.view_centre.w;
     return sqrt(1.0 + dot(tangent, tangent));
+}
+
+// The middle of the pixel that holds a point, as the point: an offset from the picture's middle.
+fn pixel_of_point(point: vec2<f32>) -> vec2<f32> {
+    let down = vec2<f32>(point.x, -point.y) + frame.half_size;
+    let pixel = floor(down + POINT_TIE) + 0.5;
+    return vec2<f32>(pixel.x - frame.half_size.x, frame.half_size.y - pixel.y);
 }
 
 struct Projected {

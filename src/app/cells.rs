@@ -38,6 +38,8 @@ pub struct CellsOverlay {
     /// Their lines, and what they were drawn of.
     image: Overlay,
     painted: Option<(Arc<FoundCells>, Camera, [u32; 2])>,
+    /// Whether some of the lines were drawn fainter.
+    is_faint: bool,
 }
 
 impl Default for CellsOverlay {
@@ -50,6 +52,7 @@ impl Default for CellsOverlay {
             found: None,
             image: Overlay::default(),
             painted: None,
+            is_faint: false,
         }
     }
 }
@@ -109,13 +112,13 @@ impl CellsOverlay {
             // By hand and as one image: a hundred thousand lines as triangles take a software adapter
             // a quarter of a second in every pass.
             let mut rgba = vec![0; area.size.iter().map(|&n| n as usize).product::<usize>() * 4];
-            draw_edges(&mut rgba, &view, &found.cells);
+            self.is_faint = draw_edges(&mut rgba, &view, &found.cells);
             self.image.set(ui.ctx(), area.size, &rgba);
             self.painted = Some((Arc::clone(&found), scene.camera, area.size));
         }
         let painter = ui.painter_at(area.rect);
         self.image.paint(&painter, area);
-        caption_ui(&painter, area.rect, &found);
+        caption_ui(&painter, area.rect, caption_words(&found, self.is_faint), &found.cells);
         let pointer = viewport.hover_pos().filter(|_| !viewport.dragged());
         let Some(pointer) = pointer else { return };
         let points_per_pixel = area.rect.width() / area.size[0] as f32;
@@ -140,11 +143,10 @@ fn swatch_colour(level: u8) -> Color32 {
 }
 
 /// What is shown, and which colour is which size of cell.
-fn caption_ui(painter: &Painter, viewport: Rect, found: &FoundCells) {
+fn caption_ui(painter: &Painter, viewport: Rect, words: String, cells: &Cells) {
     let font = FontId::proportional(12.0);
-    let text = painter.layout_no_wrap(caption_words(found), font.clone(), theme::TEXT);
-    let levels: Vec<_> = found
-        .cells
+    let text = painter.layout_no_wrap(words, font.clone(), theme::TEXT);
+    let levels: Vec<_> = cells
         .levels()
         .into_iter()
         .map(|(level, _)| {
@@ -173,8 +175,8 @@ fn caption_ui(painter: &Painter, viewport: Rect, found: &FoundCells) {
     }
 }
 
-/// What is shown, in words.
-pub fn caption_words(found: &FoundCells) -> String {
+/// What is shown, in words. `is_faint`: whether some of the lines are.
+pub fn caption_words(found: &FoundCells, is_faint: bool) -> String {
     let Cells { cells, total, max_error, .. } = &found.cells;
     let drawn = cells.len() as u64;
     let counts = if drawn < *total {
@@ -187,7 +189,8 @@ pub fn caption_words(found: &FoundCells) -> String {
     };
     let of = if found.is_drawn { "This picture's octree" } else { "Octree" };
     let why = if *max_error > found.asked_error { ", the least for a million cells" } else { "" };
-    format!("{of}, error {}{why} · {counts}", error_words(f64::from(*max_error)))
+    let faint = if is_faint { ", faint where they crowd" } else { "" };
+    format!("{of}, error {}{why} · {counts}{faint}", error_words(f64::from(*max_error)))
 }
 
 /// An error with two digits that matter.

@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use eframe::egui::accesskit::Role;
 use eframe::egui::{
-    Align2, Color32, Context, CornerRadius, CursorIcon, FontId, Painter, Pos2, Rect, Sense, Stroke,
-    Ui, WidgetInfo, pos2, vec2,
+    Align, Align2, Color32, Context, CornerRadius, CursorIcon, FontId, Painter, Pos2, Rect, Sense,
+    Stroke, Ui, WidgetInfo, pos2, vec2,
 };
 
 use super::compare::Display;
@@ -22,6 +22,10 @@ use crate::task::engine::{EngineState, Picture, SecondPicture};
 
 /// Half the width of what takes hold of the divider, points.
 const DIVIDER_REACH: f32 = 6.0;
+/// Distance of captions from the edges of the room they have, points.
+const CAPTION_INSET: f32 = 12.0;
+/// Captions are broken into no shorter lines than this, points.
+const LEAST_CAPTION: f32 = 60.0;
 
 impl Window {
     /// The chart and what belongs to it, along the lower edge.
@@ -163,7 +167,12 @@ impl Window {
 
     /// Takes in how good the estimate before a finished picture was.
     pub(super) fn record_estimate(&mut self, picture: &Picture) {
-        if let Some(off_db) = picture.report.checked.and_then(|checked| checked.off_db()) {
+        let report = &picture.report;
+        // Refined pictures keep what the full one before them found.
+        if report.refined.is_some_and(|refined| refined.convergence.last_difference.is_some()) {
+            return;
+        }
+        if let Some(off_db) = report.checked.and_then(|checked| checked.off_db()) {
             self.estimates.add(off_db);
         }
     }
@@ -210,9 +219,18 @@ fn divider_ui(ui: &Ui, area: PixelArea, share: f32) -> f32 {
     share
 }
 
-/// A line of words on a dark ground, readable over any picture.
+/// Words on a dark ground, readable over any picture: on one line, or as many as the room asks for that
+/// `painter` may paint in.
 fn caption(painter: &Painter, at: Pos2, align: Align2, text: &str, colour: Color32) {
-    let galley = painter.layout_no_wrap(text.to_owned(), FontId::proportional(12.0), colour);
+    // Left of it, right of it, or both, as far as the words may go from where they stand.
+    let room = painter.clip_rect();
+    let width = match align.x() {
+        Align::Min => room.right() - at.x,
+        Align::Max => at.x - room.left(),
+        Align::Center => 2.0 * (at.x - room.left()).min(room.right() - at.x),
+    };
+    let width = (width - CAPTION_INSET).max(LEAST_CAPTION);
+    let galley = painter.layout(text.to_owned(), FontId::proportional(12.0), colour, width);
     let rect = align.anchor_size(at, galley.size());
     painter.rect_filled(
         rect.expand2(vec2(6.0, 3.0)),
@@ -220,4 +238,47 @@ fn caption(painter: &Painter, at: Pos2, align: Align2, text: &str, colour: Color
         Color32::from_black_alpha(150),
     );
     painter.galley(rect.min, galley, colour);
+}
+
+#[cfg(test)]
+mod tests {
+    use eframe::egui::{RawInput, Shape};
+
+    use super::*;
+
+    #[test]
+    fn captions_are_whole_beside_a_line_in_the_middle_of_a_narrow_window() {
+        let text =
+            "B-spline, interpolating, pre-integrated, 1 slab a voxel · 23.8 dB between the two";
+        let half = Rect::from_min_max(pos2(0.0, 0.0), pos2(182.0, 700.0));
+        for (at, align, room) in [
+            (pos2(172.0, 688.0), Align2::RIGHT_BOTTOM, half),
+            (pos2(192.0, 688.0), Align2::LEFT_BOTTOM, half.translate(vec2(182.0, 0.0))),
+            (pos2(91.0, 688.0), Align2::CENTER_BOTTOM, half),
+            (pos2(640.0, 688.0), Align2::RIGHT_BOTTOM, half.with_max_x(650.0)),
+        ] {
+            let ctx = Context::default();
+            let pass = || {
+                let screen = Rect::from_min_size(Pos2::ZERO, vec2(700.0, 700.0));
+                let input = RawInput { screen_rect: Some(screen), ..RawInput::default() };
+                let mut output = ctx.run_ui(input, |ui| {
+                    caption(&ui.painter().with_clip_rect(room), at, align, text, theme::TEXT);
+                });
+                // Nobody paints them.
+                output.textures_delta.clear();
+                output.shapes
+            };
+            drop(pass());
+            let painted = pass();
+            let lines = painted.iter().find_map(|shape| match &shape.shape {
+                Shape::Text(text) => Some(text.galley.rows.len()),
+                _ => None,
+            });
+            assert_eq!(lines.is_some_and(|lines| lines > 1), room.width() < 400.0, "{lines:?}");
+            for shape in painted {
+                let place = shape.shape.visual_bounding_rect();
+                assert!(room.contains_rect(place), "{align:?}: {place} in {room}");
+            }
+        }
+    }
 }

@@ -119,7 +119,9 @@ impl Window {
             let measured = self.measuring.point_of(scene, &mode);
             status::Shown { report, mode, measured }
         });
-        status::status_ui(ui, shown.as_ref(), &drawer.state(), drawer.adapter_name().as_deref());
+        let (state, adapter) = (drawer.state(), drawer.adapter_name());
+        let is_moving = self.pacing.is_moving();
+        status::status_ui(ui, shown.as_ref(), &state, is_moving, adapter.as_deref());
     }
 
     fn side_ui(&mut self, ui: &mut Ui) {

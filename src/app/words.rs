@@ -4,6 +4,8 @@ use crate::kernel::Kernel;
 use crate::scene::{Backend, Classify, OpacityModel, Order, Reconstruction, Visibility};
 use crate::transfer::ColourMap;
 
+/// Levels from here on have no number of their own.
+const MOST_DB: f64 = 99.5;
 /// A no-break space between groups of three digits.
 const GROUP: char = '\u{a0}';
 
@@ -68,12 +70,22 @@ pub fn roughly(ms: f64) -> String {
     }
 }
 
-/// A level in dB: `29.8 dB`; beyond what bytes can show, and for equal pictures, `over 99 dB`.
+/// A level in dB: `29.8 dB`; beyond what bytes can show, and for equal pictures, `more than 99 dB`.
 pub fn decibels(db: f64) -> String {
     match db {
         db if db.is_nan() => "unknown".to_owned(),
-        db if db >= 99.5 => "over 99 dB".to_owned(),
+        db if db >= MOST_DB => "more than 99 dB".to_owned(),
         db => format!("{db:.1} dB"),
+    }
+}
+
+/// A level that is not known of the picture itself: `about 29.8 dB`, or in whole dB `about 30 dB`; as
+/// [`decibels`] where that is no number.
+pub fn about_decibels(db: f64, is_whole: bool) -> String {
+    match db {
+        db if db.is_nan() || db >= MOST_DB => decibels(db),
+        db if is_whole => format!("about {db:.0} dB"),
+        db => format!("about {db:.1} dB"),
     }
 }
 
@@ -248,8 +260,15 @@ mod tests {
     #[test]
     fn levels_have_one_digit_after_the_point() {
         assert_eq!(decibels(29.84), "29.8 dB");
-        assert_eq!(decibels(f64::INFINITY), "over 99 dB");
+        assert_eq!(decibels(f64::INFINITY), "more than 99 dB");
         assert_eq!(decibels(f64::NAN), "unknown");
+        assert_eq!(about_decibels(29.84, false), "about 29.8 dB");
+        assert_eq!(about_decibels(29.84, true), "about 30 dB");
+        for is_whole in [false, true] {
+            assert_eq!(about_decibels(f64::INFINITY, is_whole), "more than 99 dB");
+            assert_eq!(about_decibels(99.5, is_whole), "more than 99 dB");
+            assert_eq!(about_decibels(f64::NAN, is_whole), "unknown");
+        }
     }
 
     #[test]

@@ -260,14 +260,20 @@ impl CutFlags {
         }
     }
 
-    /// The first of them that was given.
-    pub fn first_given(&self) -> Option<&'static str> {
+    /// Those that were given, as one says them in a sentence; `None` where none was.
+    pub fn given(&self) -> Option<String> {
         let given = [
             (self.cut_error.is_some(), "--cut-error"),
             (self.cut_weighting.is_some(), "--cut-weighting"),
             (self.cut_balanced, "--cut-balanced"),
         ];
-        given.into_iter().find_map(|(given, name)| given.then_some(name))
+        let given: Vec<_> = given.iter().filter_map(|&(is, name)| is.then_some(name)).collect();
+        let (last, others) = given.split_last()?;
+        Some(if others.is_empty() {
+            (*last).to_owned()
+        } else {
+            format!("{} and {last}", others.join(", "))
+        })
     }
 }
 
@@ -280,6 +286,18 @@ pub enum RefineFlag {
     Full,
     /// Full, with slabs doubled until two pictures differ by less than 1/512 anywhere
     Converged,
+}
+
+impl RefineFlag {
+    /// What was found of the flag, for refusals.
+    pub fn found(flag: Option<Self>) -> &'static str {
+        match flag {
+            None => "no --refine, which means full",
+            Some(Self::Coarse) => "--refine coarse",
+            Some(Self::Full) => "--refine full",
+            Some(Self::Converged) => "--refine converged",
+        }
+    }
 }
 
 /// `voxsplat render`.
@@ -313,9 +331,9 @@ pub struct RenderFlags {
     /// How it is lit.
     #[command(flatten)]
     pub shading: ShadingFlags,
-    /// How far to refine
-    #[arg(long, value_enum, default_value_t = RefineFlag::Full)]
-    pub refine: RefineFlag,
+    /// How far to refine [default: full]
+    #[arg(long, value_enum)]
+    pub refine: Option<RefineFlag>,
     /// With --refine coarse: greatest RMSE against `full`, linear light. Finding such a picture
     /// draws `full` first, and the picture may take longer than `full`: compare them with --stats
     #[arg(long, value_name = "E", value_parser = values::positive, allow_hyphen_values = true)]

@@ -11,7 +11,7 @@ use crate::scene::{Background, MOST_SLABS_PER_VOXEL, Scene, SplatSettings, View,
 use crate::task::cells;
 use crate::task::engine::Engine;
 use crate::task::picture_file::{self, PictureFormat};
-use crate::task::still::{CONVERGED, Convergence, Refine, Still, StillRequest};
+use crate::task::still::{CONVERGED, Convergence, Refine, StillRequest};
 
 /// What is behind a picture unless flags say otherwise.
 const BLACK: Srgb8 = Srgb8([0; 3]);
@@ -28,7 +28,7 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
     }
     let splat = flags.mode.resolve().map_err(|error| Failure::Usage(error.to_string()))?;
     let splat = SplatSettings { cut: flags.cut.settings(), ..splat };
-    if flags.refine == RefineFlag::Converged && splat.visibility != Visibility::Slabs {
+    if flags.refine == Some(RefineFlag::Converged) && splat.visibility != Visibility::Slabs {
         return Err(Failure::Usage(format!(
             "expected --refine converged with --visibility slabs, which it doubles, found \
              --visibility {}; choose --visibility slabs, or --refine full",
@@ -74,7 +74,7 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
     let still = if flags.cells {
         let mut still =
             engine.still_with_cells(request, &Ticket::new()).map_err(Failure::failed)?;
-        let cells = still.cells.take().ok_or_else(|| Failure::Failed(no_cut(&still)))?;
+        let cells = still.cells.take().ok_or_else(|| Failure::Failed(no_cut(refine)))?;
         cells::draw_edges(&mut still.rgba, &view, &cells);
         still
     } else {
@@ -89,14 +89,16 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
     {
         note(&did_not_converge(convergence));
     }
-    if let Some(flag) = flags.cut.first_given()
+    if let Some(cut_flags) = flags.cut.given()
         && still.drawn.nodes == 0
     {
-        note(&format!("the picture that fits is no octree cut, so {flag} changed nothing in it"));
+        note(&format!(
+            "the picture that fits is no octree cut, so {cut_flags} changed nothing in it"
+        ));
     }
     picture_to.write(&picture_file::bytes(&still, format).map_err(Failure::Failed)?)?;
     if let Some(stats_to) = stats_to {
-        let stats = Stats::of(&still, (splat, effects), kernels_total, load_ms);
+        let stats = Stats::of(&still, (splat, effects), refine, kernels_total, load_ms);
         let text = serde_json::to_string_pretty(&stats).map_err(Failure::failed)? + "\n";
         stats_to.write(text.as_bytes())?;
     }
@@ -105,36 +107,41 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
 
 /// Refuses `--cells` where flags alone say that there will be none to draw, or nowhere to draw them.
 fn refuse_cells(flags: &RenderFlags, format: PictureFormat) -> Result<(), Failure> {
-    let usage = |sentence: &str| Err(Failure::Usage(sentence.to_owned()));
-    if flags.refine != RefineFlag::Coarse {
-        return usage(
-            "expected --refine coarse with --cells, as only octree cuts have cells, found another \
-             --refine; add --refine coarse with --max-error or --budget-ms",
-        );
+    if flags.refine != Some(RefineFlag::Coarse) {
+        // A budget is kept, though only drawing tells whether what fits it is a cut.
+        let add = match (flags.budget_ms, flags.max_error) {
+            (None, None) => "--refine coarse with --max-error",
+            _ => "--refine coarse",
+        };
+        return Err(Failure::Usage(format!(
+            "expected --refine coarse with --cells, as only octree cuts have cells, found {}; add {add}",
+            RefineFlag::found(flags.refine)
+        )));
     }
     if format == PictureFormat::Exr {
-        return usage(
+        return Err(Failure::Usage(
             "expected a PNG with --cells, found an EXR, which holds light and no lines; write to a \
-             name that ends in .png",
-        );
+             name that ends in .png"
+                .to_owned(),
+        ));
     }
     Ok(())
 }
 
 /// Why a picture has no cells.
-fn no_cut(still: &Still) -> String {
-    let (found, advice) = if still.drawn.is_reduced {
-        (
-            "the mode itself at a smaller size, which is the best picture within this time",
-            "give a larger --max-error instead of --budget-ms, or add --visibility every-sample",
-        )
-    } else {
-        (
-            "the full picture, as no octree cut is within this error of it",
-            "give a larger --max-error",
-        )
-    };
-    format!("expected a picture of an octree cut for --cells, found {found}; {advice}")
+fn no_cut(refine: Refine) -> String {
+    let expected = "expected a picture of an octree cut for --cells, found";
+    match refine {
+        Refine::Budget { budget_ms } => format!(
+            "{expected} the mode itself, perhaps at a smaller size, which is the best picture within \
+             {budget_ms} ms; choose --visibility every-sample, whose pictures within a time are octree \
+             cuts, or leave --budget-ms out and say with --max-error how coarse a cut is to be"
+        ),
+        _ => format!(
+            "{expected} the full picture, as no octree cut is within this error of it; give a larger \
+             --max-error"
+        ),
+    }
 }
 
 fn nothing_seen(kernels_active: u64) -> String {
@@ -178,23 +185,28 @@ fn format(output: &Path) -> Result<PictureFormat, Failure> {
 
 fn refine(flags: &RenderFlags) -> Result<Refine, Failure> {
     let usage = |sentence: &str| Err(Failure::Usage(sentence.to_owned()));
-    if let Some(flag) = flags.cut.first_given()
-        && flags.refine != RefineFlag::Coarse
+    if let Some(cut_flags) = flags.cut.given()
+        && flags.refine != Some(RefineFlag::Coarse)
     {
         return Err(Failure::Usage(format!(
-            "expected {flag} with --refine coarse, found a picture of every voxel, in which there is \
-             no cut; add --refine coarse, or leave {flag} out"
+            "expected {cut_flags} with --refine coarse, found a picture of every voxel, in which there \
+             is no cut; add --refine coarse, or leave {cut_flags} out"
         )));
     }
-    match (flags.refine, flags.budget_ms, flags.max_error) {
+    match (flags.refine.unwrap_or(RefineFlag::Full), flags.budget_ms, flags.max_error) {
         (RefineFlag::Full, None, None) => Ok(Refine::Full),
         (RefineFlag::Converged, None, None) => {
             Ok(Refine::Converged { most_slabs: MOST_SLABS_PER_VOXEL })
         }
-        (RefineFlag::Full | RefineFlag::Converged, ..) => usage(
-            "expected --refine coarse with --budget-ms or --max-error, found another --refine; \
-             add --refine coarse",
-        ),
+        (RefineFlag::Full | RefineFlag::Converged, budget_ms, _) => {
+            let flag = if budget_ms.is_some() { "--budget-ms" } else { "--max-error" };
+            let found = RefineFlag::found(flags.refine);
+            let advice = match flags.refine {
+                None => "add --refine coarse".to_owned(),
+                Some(_) => format!("choose --refine coarse, or leave {flag} out"),
+            };
+            usage(&format!("expected --refine coarse with {flag}, found {found}; {advice}"))
+        }
         (RefineFlag::Coarse, Some(budget_ms), None) => Ok(Refine::Budget { budget_ms }),
         (RefineFlag::Coarse, None, Some(max_error)) => Ok(Refine::Error { max_error }),
         (RefineFlag::Coarse, None, None) => usage(

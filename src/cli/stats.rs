@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use crate::scene::SplatSettings;
-use crate::task::still::{Convergence, Still};
+use crate::task::still::{Convergence, Refine, ShownField, Still};
 
 /// The file's content; the names are stable.
 #[derive(Debug, Serialize)]
@@ -21,6 +21,12 @@ pub(super) struct Stats<'a> {
     octree_error: f32,
     /// Size the picture was drawn at before it was enlarged.
     drawn_resolution: [u32; 2],
+    /// The reconstructed field that it shows; null where kernels are shaded first, and of octree cuts.
+    field: Option<ShownField>,
+    /// `--budget-ms`.
+    budget_ms: Option<f64>,
+    /// What a picture within a budget is thought to be off by, RMSE in linear light against `full`.
+    estimated_rmse: Option<f64>,
     /// `coarse`, `full` or `converged`.
     refinement: &'static str,
     /// Where slabs were doubled, how that ended.
@@ -29,9 +35,15 @@ pub(super) struct Stats<'a> {
     rmse: Option<f64>,
     /// What the scene asked for beside the transfer function.
     effects: Vec<&'static str>,
+    /// Of one more frame, in which each pass is waited for by itself: they add up to
+    /// `timed_frame_ms` at most, which is longer than that of `frame_ms`.
     passes: Vec<PassRow>,
+    /// Wall time of that frame, `present` included; null where passes were not timed.
+    timed_frame_ms: Option<f64>,
     /// Whose clock the passes were timed by: `device` or `wall`.
     timer: Option<&'static str>,
+    /// Wall time from camera set to queue finished, without `present`: of the picture written first,
+    /// then of each of `--repeat`.
     frame_ms: &'a [f64],
     load_ms: f64,
     peak_gpu_bytes: u64,
@@ -61,6 +73,7 @@ impl<'a> Stats<'a> {
     pub(super) fn of(
         still: &'a Still,
         (mode, effects): (SplatSettings, Vec<&'static str>),
+        refine: Refine,
         kernels_total: u64,
         load_ms: f64,
     ) -> Self {
@@ -75,6 +88,12 @@ impl<'a> Stats<'a> {
             octree_nodes: still.drawn.nodes,
             octree_error: still.drawn.max_error,
             drawn_resolution: still.drawn.size,
+            field: still.field,
+            budget_ms: match refine {
+                Refine::Budget { budget_ms } => Some(budget_ms),
+                _ => None,
+            },
+            estimated_rmse: still.estimated_rmse,
             refinement: match &still.convergence {
                 Some(convergence) if convergence.is_reached() => "converged",
                 _ if still.is_full => "full",
@@ -90,6 +109,7 @@ impl<'a> Stats<'a> {
                 .iter()
                 .map(|p| PassRow { name: p.name, gpu_ms: p.gpu_ms, runs: p.runs })
                 .collect(),
+            timed_frame_ms: still.timed_frame_ms,
             timer: still.timer,
             frame_ms: &still.frame_ms,
             load_ms,

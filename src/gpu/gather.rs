@@ -10,7 +10,7 @@ use super::buffers::{Growing, read_words};
 use super::compute::groups_of_tiles;
 use super::context::Context;
 use super::frame::Pass;
-use super::layout::{self, TILE};
+use super::layout::{self, POINT_TIE, TILE};
 use super::pipelines::share_constants;
 use super::renderer::Renderer;
 use super::samples::CHUNKS;
@@ -336,14 +336,15 @@ impl Constants<'_> {
         let ahead = index_from_view.z_axis * view.eye_distance.unwrap_or(1.0);
         let reach = match settings.kernel {
             Kernel::Point => {
-                // Half a pixel at the far end.
+                // Half a pixel, and what counts to it, at the far end.
                 let m = view.view_from_index;
                 let half = view.lattice_centre + DVec3::splat(0.5);
                 let depth = DVec3::new(m.x_axis.z, m.y_axis.z, m.z_axis.z).abs().dot(half);
                 let most = view
                     .eye_distance
                     .map_or(1.0, |eye| (view.view_centre.z + depth).max(0.0) / eye);
-                (index_from_view.x_axis.abs() + index_from_view.y_axis.abs()) * (0.5 * most)
+                (index_from_view.x_axis.abs() + index_from_view.y_axis.abs())
+                    * ((0.5 + POINT_TIE) * most)
             }
             Kernel::Nearest => DVec3::splat(0.5),
             Kernel::Linear => DVec3::ONE,

@@ -30,6 +30,8 @@ pub const DIGIT_BITS: u32 = 4;
 pub const DIGITS: u32 = 1 << DIGIT_BITS;
 /// Kernels thinner than this half axis, in pixels, are widened to it.
 pub const LEAST_HALF_AXIS: f64 = 1.0;
+/// What lies this close before a pixel's left or upper edge, in pixels, is a point of that pixel.
+pub const POINT_TIE: f64 = 1.0 / 1024.0;
 /// Stands for NaN among 32-bit samples; the shaders' own `NO_DATA` lies between it and the data.
 pub const NO_DATA: f32 = -3.402e38;
 /// Finite 32-bit samples and infinities stay within ± this.

@@ -215,6 +215,11 @@ impl Renderer {
         self.slabs[which as usize].holds(volume, settings)
     }
 
+    /// The kernel of a field that was set, and its samples along each axis.
+    pub fn field_shape(&self, which: SlabField) -> Option<(Kernel, [usize; 3])> {
+        self.slabs[which as usize].shape()
+    }
+
     /// Sets a field that slabs are reconstructed from; it needs a table next.
     ///
     /// # Errors

@@ -116,6 +116,11 @@ impl SlabPass {
             })
     }
 
+    /// The kernel of the field held, and its samples along each axis.
+    pub(super) fn shape(&self) -> Option<(Kernel, [usize; 3])> {
+        self.field.as_ref().map(|field| (field.kernel, field.dims))
+    }
+
     /// Lets go of a volume that is not drawn any more.
     pub(super) fn clear(&mut self) {
         (self.source, self.field, self.table) = (None, None, None);

@@ -8,6 +8,9 @@ use super::line;
 use crate::core::Camera;
 use crate::kernel::{Kernel, RadialKernel};
 
+/// Pixels before an edge that a point already counts to the pixel behind it.
+const POINT_TIE: f64 = 1.0 / 1024.0;
+
 /// Which line a kernel is integrated along in perspective. Orthographic pictures do not depend on it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Rays {
@@ -22,7 +25,8 @@ pub enum Rays {
 ///
 /// Opacity is 1 − exp(−τ). Radial kernels have `extent` voxels of splat radius. [`Kernel::Nearest`]
 /// is the chord of the pixel's own ray in the voxel's box for both kinds of rays. [`Kernel::Point`]
-/// is the one pixel that holds the centre, with F ≡ 1. [`Kernel::Gouraud`] is the footprint that its
+/// is the one pixel that holds the centre, with F ≡ 1: pixels own their left and upper edges, and what
+/// lies within 1/1024 of a pixel before them, so that voxels on edges are not left to rounding. [`Kernel::Gouraud`] is the footprint that its
 /// mesh approximates; [`super::Reference`] draws the mesh. Linearised kernels centred at or behind the
 /// eye are not drawn; exact rays begin at the eye.
 pub fn every_sample(
@@ -179,6 +183,7 @@ impl Splat {
 
     fn point(at: DVec2, depth: f64, view: &View) -> Self {
         let pixel = DVec2::new(at.x, -at.y) * view.pixels_per_unit + DVec2::from(view.size) / 2.0;
+        let pixel = pixel + POINT_TIE;
         let inside = |p: f64, n: f64| (0.0..n).contains(&p);
         if !(inside(pixel.x, view.size[0]) && inside(pixel.y, view.size[1])) {
             return Self::NOTHING;

@@ -129,7 +129,8 @@ pub struct FrameReport {
     pub progress: f32,
     /// What a coarse picture is thought to be off by: RMSE to `full` in linear light.
     pub estimated_rmse: Option<f64>,
-    /// On `full`: what the coarse picture of the same view was thought to be off by, and was.
+    /// On `full` and the finer ones after it: what the coarse picture of the same view was thought to be
+    /// off by, and was.
     pub checked: Option<Checked>,
     /// From `full` on: how far slabs were doubled, where they can be and that is wanted.
     pub refined: Option<Refined>,

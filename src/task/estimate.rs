@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::draw::{Drawn, Rung};
 use super::engine::Picture;
 use crate::accuracy::{self, CompareError};
 use crate::core::colour::linear_from_srgb;
@@ -76,6 +77,23 @@ pub enum Coarseness {
 }
 
 impl Coarseness {
+    /// How the picture of a rung is coarser, drawn `shrink` times smaller than it is shown; `rgba` are
+    /// its bytes at the size drawn, as in [`Picture`]. `None` for rungs without an estimate.
+    pub(super) fn of(rung: Rung, drawn: &Drawn, shrink: f64, rgba: &[u8]) -> Option<Self> {
+        match rung {
+            Rung::Coarse { .. } if !drawn.is_reduced => {
+                let &Drawn { max_error, missing_rmse, .. } = drawn;
+                Some(Self::Octree { max_error, missing_rmse })
+            }
+            Rung::Coarse { .. } | Rung::Reduced { .. } => {
+                let is_smaller = shrink > 1.0;
+                let detail_rmse = if is_smaller { detail_rmse(drawn.size, rgba) } else { 0.0 };
+                Some(Self::Reduced { detail_rmse, field: drawn.field })
+            }
+            _ => None,
+        }
+    }
+
     fn kind(self) -> usize {
         match self {
             Self::Octree { .. } => 0,
@@ -162,10 +180,10 @@ pub fn shown_rmse(first: &Picture, second: &Picture) -> Result<f64, CompareError
 
 /// What leaving out all but every third pixel of a picture, in both directions, would cost: RMSE over
 /// RGB, linear light, of what is enlarged from them linearly against the picture itself. 0 for
-/// pictures of fewer than four pixels a side.
-pub fn detail_rmse(picture: &Picture) -> f64 {
-    let [width, height] = picture.size.map(|n| n as usize);
-    if width < 4 || height < 4 || picture.rgba.len() != width * height * 4 {
+/// pictures of fewer than four pixels a side. `size` and `rgba` as in [`Picture`].
+pub fn detail_rmse(size: [u32; 2], rgba: &[u8]) -> f64 {
+    let [width, height] = size.map(|n| n as usize);
+    if width < 4 || height < 4 || rgba.len() != width * height * 4 {
         return 0.0;
     }
     let light: Vec<f64> =
@@ -173,7 +191,7 @@ pub fn detail_rmse(picture: &Picture) -> f64 {
     // Pixels between the middles of the first and the last whole block of three.
     let [columns, rows] = [width, height].map(|n| 1..=(n / 3 * 3 - 2));
     let row_step = (width * height).div_ceil(MOST_PIXELS);
-    let byte = |x: usize, y: usize, c: usize| f64::from(picture.rgba[(y * width + x) * 4 + c]);
+    let byte = |x: usize, y: usize, c: usize| f64::from(rgba[(y * width + x) * 4 + c]);
     let (mut squares, mut count) = (0.0, 0.0);
     for y in rows.step_by(row_step) {
         let (top, down) = ((y - 1) / 3 * 3 + 1, ((y - 1) % 3) as f64 / 3.0);
@@ -291,9 +309,10 @@ mod tests {
 
     #[test]
     fn detail_is_what_two_thirds_of_the_pixels_add() {
-        let grey = |of: fn(u32, u32) -> u8| detail_rmse(&picture([32, 23], [64, 46], of));
+        let detail = |picture: Picture| detail_rmse(picture.size, &picture.rgba);
+        let grey = |of: fn(u32, u32) -> u8| detail(picture([32, 23], [64, 46], of));
         assert_eq!(grey(|_, _| 90), 0.0);
-        assert_eq!(detail_rmse(&picture([3, 20], [6, 40], |x, _| (x * 50) as u8)), 0.0, "too few");
+        assert_eq!(detail(picture([3, 20], [6, 40], |x, _| (x * 50) as u8)), 0.0, "too few");
         // Bytes along a ramp are met by interpolation, in both directions.
         assert_eq!(grey(|x, y| (3 * x + 2 * y) as u8), 0.0);
         // A line of light beside the pixels that are kept is lost: one of 28 columns.

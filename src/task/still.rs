@@ -5,11 +5,14 @@ use serde::Serialize;
 use super::draw::{
     DrawError, Drawer, Drawn, Observer, Rung, background_light, lists_cut, previews_by_lists,
 };
+use super::estimate::{Coarseness, Estimator};
+use super::slabs::reconstructs;
 use crate::accuracy::sweep::Detail;
 use crate::accuracy::{self, Difference};
 use crate::core::colour::srgb_bytes;
 use crate::core::{Camera, Cancelled, Ticket};
 use crate::gpu::{GpuError, PassTime, Renderer, SlabField};
+use crate::kernel::Kernel;
 use crate::scene::{Backend, Cells, Scene, SplatSettings, Visibility};
 
 /// How far a still picture is to be refined.
@@ -63,6 +66,17 @@ impl Convergence {
     }
 }
 
+/// The reconstructed field that a picture shows.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct ShownField {
+    /// `own`: the one that `full` is drawn from, or `preview`: a quicker one that stands in for it.
+    pub which: &'static str,
+    /// What reconstructs it.
+    pub kernel: Kernel,
+    /// Its samples along each axis: the volume's, or fewer where previews are drawn from means.
+    pub dims: [usize; 3],
+}
+
 /// A still picture to be drawn.
 #[derive(Debug, Clone)]
 pub struct StillRequest {
@@ -97,8 +111,16 @@ pub struct Still {
     pub adapter: String,
     /// Wall milliseconds from camera set to queue finished; the picture's first.
     pub frame_ms: Vec<f64>,
-    /// Pass times, where asked for, and by which clock.
+    /// The reconstructed field that it shows; `None` where kernels are shaded first, and of cuts.
+    pub field: Option<ShownField>,
+    /// What a picture within a budget is thought to be off by: RMSE to `full` in linear light, by a
+    /// model that has seen no picture of this volume yet.
+    pub estimated_rmse: Option<f64>,
+    /// Pass times, where asked for, of one more frame in which each pass is submitted and waited for
+    /// by itself: disjoint spans of [`Still::timed_frame_ms`], not of `frame_ms`.
     pub passes: Vec<PassTime>,
+    /// Wall milliseconds of that frame: from camera set to queue finished, and `present`.
+    pub timed_frame_ms: Option<f64>,
     /// `device` or `wall`.
     pub timer: Option<&'static str>,
     /// Most bytes held on the device.
@@ -214,6 +236,7 @@ pub(super) fn draw(
             drawer.draw(scene, drawn_size, rung, &mut watch)?;
         }
     }
+    let prices = drawer.costs;
     let drawn = match drawn {
         Some(drawn) => drawn,
         None => drawer.draw(scene, drawn_size, rung, &mut watch)?,
@@ -224,23 +247,29 @@ pub(super) fn draw(
     let mut frame_ms = vec![drawn.wall_ms];
     let light = enlarged(drawer.renderer.read_light()?, drawn.size, *size);
     let background = background_light(scene.background);
-    let rgba = if drawn.size == *size {
-        drawer.renderer.present(background)?
-    } else {
-        srgb_bytes(&light, background)
-    };
+    let shown = drawer.renderer.present(background)?;
+    let shrink = f64::from(size[1]) / f64::from(drawn.size[1]);
+    let estimated_rmse = Coarseness::of(rung, &drawn, shrink, &shown)
+        .map(|coarseness| Estimator::default().rmse(scene, coarseness, shrink));
+    let rgba = if drawn.size == *size { shown } else { srgb_bytes(&light, background) };
+    let field = shown_field(drawer, rung, &drawn, &scene.splat);
     for turn in 1..=request.repeat {
         ticket.checkpoint(u64::from(turn), u64::from(request.repeat))?;
         let turned = Scene { camera: turned(&scene.camera, turn), ..scene.clone() };
         frame_ms.push(drawer.draw(&turned, drawn_size, rung, &mut watch)?.wall_ms);
     }
-    let mut timer = None;
+    let (mut timer, mut timed_frame_ms) = (None, None);
     let mut passes = Vec::new();
     if request.time_passes {
         timer = Some(drawer.renderer.time_passes()?.name());
-        drawer.draw(scene, drawn_size, rung, &mut watch)?;
+        // What fitted a budget then fits it now: the same picture is timed.
+        drawer.costs = prices;
+        let timed_ms = drawer.draw(scene, drawn_size, rung, &mut watch)?.wall_ms;
+        let drawing = drawer.renderer.times().len();
         drawer.renderer.present(background)?;
         passes = drawer.renderer.times().to_vec();
+        let presenting = passes[drawing..].iter().map(|pass| pass.gpu_ms).sum::<f64>();
+        timed_frame_ms = Some(timed_ms + presenting);
         drawer.renderer.stop_timing();
     }
     let backend = backend_of(rung, &drawn, &scene.splat).name();
@@ -253,7 +282,10 @@ pub(super) fn draw(
         kernels_active: drawer.active_count().unwrap_or(0),
         adapter: drawer.renderer.context().adapter_name.clone(),
         frame_ms,
+        field,
+        estimated_rmse,
         passes,
+        timed_frame_ms,
         timer,
         peak_gpu_bytes: drawer.renderer.peak_bytes(),
         capped_sums,
@@ -264,6 +296,22 @@ pub(super) fn draw(
         cells,
         capped_opacities: drawer.capped_count(),
     })
+}
+
+/// The reconstructed field on the picture of a rung, if that is of one.
+fn shown_field(
+    drawer: &Drawer,
+    rung: Rung,
+    drawn: &Drawn,
+    splat: &SplatSettings,
+) -> Option<ShownField> {
+    let is_of_field = reconstructs(splat) && (rung == Rung::Full || drawn.is_reduced);
+    let (kernel, dims) = drawer.renderer.field_shape(drawn.field).filter(|_| is_of_field)?;
+    let which = match drawn.field {
+        SlabField::Own => "own",
+        SlabField::Preview => "preview",
+    };
+    Some(ShownField { which, kernel, dims })
 }
 
 /// What a rung of a still picture is drawn with.

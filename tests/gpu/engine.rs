@@ -358,6 +358,8 @@ fn the_ladder_ends_in_converged_slabs_which_are_those_of_a_still() {
     let slabs = refined.convergence.slabs_per_voxel;
     assert_eq!(last.report.rung, format!("converged, {slabs} slabs per voxel"));
     assert_eq!(last.report.progress, 1.0);
+    let checked = last.report.checked.expect("what the full picture found of its preview");
+    assert!(checked.estimated_rmse > 0.0, "{checked:?}");
     let reports: Vec<_> = pictures.iter().map(|p| &p.report).collect();
     assert!(reports.windows(2).all(|w| w[0].progress <= w[1].progress), "{reports:?}");
     // The bench may miss pictures, but what it sees is in order, and none is shown in part.

@@ -5,8 +5,9 @@ use glam::DVec3;
 use voxsplat::accuracy::Difference;
 use voxsplat::core::{Camera, Projection};
 use voxsplat::kernel::Kernel;
-use voxsplat::scene::{Order, Scene, Visibility};
-use voxsplat::task::draw::Drawer;
+use voxsplat::reference::Rays;
+use voxsplat::scene::{Backend, Order, Scene, SplatSettings, Visibility};
+use voxsplat::task::draw::{Drawer, Rung};
 use voxsplat::volume::{Lattice, Samples};
 
 use crate::gathered::{OBLIQUE, assert_none, gathered, lattice, modes, with, within};
@@ -94,6 +95,44 @@ fn a_point_on_an_edge_is_of_one_pixel() {
         let found = gathered(&mut drawer, &scene, [4, 4]);
         let shown: Vec<usize> = (0..16).filter(|&i| found[i][3] > 0.0).collect();
         assert_eq!(shown, [4 * 2 + 2], "{name}");
+    }
+}
+
+/// Every voxel of a lattice on the edges of pixels, in views that round its places differently in each
+/// back end: all of them, and the reference, give it to the pixel right of and below it, and to no other.
+#[test]
+fn points_on_the_edges_of_pixels_are_of_the_same_pixel_in_every_back_end() {
+    let Some(mut drawer) = drawer() else { return };
+    let lattice = Lattice {
+        origin: DVec3::new(0.1, -0.7, 0.3),
+        spacing: DVec3::splat(0.1),
+        ..Lattice::unit([11, 9, 3])
+    };
+    let base = scene(lattice, DVec3::Z);
+    let middle = lattice.centre();
+    let size = [26, 22];
+    let directions = [DVec3::Z, DVec3::X, -DVec3::Y];
+    for (direction, up) in directions.into_iter().zip([DVec3::Y, DVec3::Z, DVec3::X]) {
+        let mut scene = with_kernel(base.clone(), Kernel::Point);
+        scene.volume = volume(lattice, Samples::UInt8(vec![200; lattice.len()]));
+        // Two pixels a voxel.
+        scene.camera = Camera::new(middle, direction, up, 0.1 * f64::from(size[1]) / 4.0);
+        scene.splat = SplatSettings { kernel: Kernel::Point, ..SplatSettings::SHADE_FIRST };
+        let [raster, tiles] = [Backend::Raster, Backend::Tiles].map(|backend| {
+            drawn(&mut drawer, &with(&scene, |s| s.backend = backend), size, Rung::Full).0
+        });
+        let cut = with(&scene, |s| s.backend = Backend::Tiles);
+        let (lists, _) = drawn(&mut drawer, &cut, size, Rung::Octree { max_error: 0.0 });
+        let expected = reference(&scene, size, Rays::Local);
+        let shown = |picture: &[[f64; 4]]| -> Vec<usize> {
+            (0..picture.len()).filter(|&i| picture[i][3] > 0.0).collect()
+        };
+        let pixels = shown(&expected);
+        // An odd number of voxels across has one in the picture's middle, on the corner of four pixels.
+        assert!(pixels.contains(&(26 * 11 + 13)), "{direction}: {pixels:?}");
+        for (name, picture) in [("raster", &raster), ("tiles", &tiles), ("lists", &lists)] {
+            assert_eq!(shown(picture), pixels, "{name} along {direction}");
+        }
     }
 }
 

@@ -142,16 +142,21 @@ fn what_is_left_out_is_said() {
         colour: [0; 3],
         why: WhyWhole::Voxel,
     };
-    let found = |total, asked_error, is_drawn| {
+    let words_of = |total, asked_error, is_drawn, is_faint| {
         let cells = Cells::from_cells(vec![cell; 2], total, 0.125);
         let found = FoundCells { volume: Arc::clone(&volume), cells, asked_error, is_drawn };
-        voxsplat::app::cells::caption_words(&found).replace('\u{a0}', " ")
+        voxsplat::app::cells::caption_words(&found, is_faint).replace('\u{a0}', " ")
     };
+    let found = |total, asked_error, is_drawn| words_of(total, asked_error, is_drawn, false);
     let words = "Octree, error 0.125 · 2 of 12 345 cells drawn, largest first";
     assert_eq!(found(12_345, 0.125, false), words);
     assert_eq!(found(2, 0.125, true), "This picture's octree, error 0.125 · 2 cells");
     let words = "Octree, error 0.125, the least for a million cells · 2 cells";
     assert_eq!(found(2, 0.01, false), words);
+    assert_eq!(
+        words_of(2, 0.125, false, true),
+        "Octree, error 0.125 · 2 cells, faint where they crowd"
+    );
 }
 
 #[test]

@@ -434,6 +434,23 @@ fn the_controls_change_the_first_or_the_second_mode_and_swap_them() {
 }
 
 #[test]
+fn buttons_that_take_a_long_number_back_are_whole() {
+    let mut bench = Bench::opened();
+    let voxel =
+        bench.window().scene().expect("something is open").volume.lattice.smallest_spacing();
+    for share in [0.012_345_67, 12.345_678] {
+        bench.set_slider("Unit distance", voxel * share);
+        bench.set_slider("Slabs per voxel", 1.23);
+        bench.settle();
+        for name in ["Reset unit distance", "Reset slabs per voxel"] {
+            let button = bench.harness.get_by_label(name).rect();
+            // The side panel ends with the window, and what is in it 12 points before.
+            assert!(button.right() <= 1280.0 - 12.0 + 0.5, "{name}: {button}");
+        }
+    }
+}
+
+#[test]
 fn a_difference_is_amplified_from_1_to_64_times() {
     let mut bench = Bench::opened();
     bench.harness.key_press(Key::C);

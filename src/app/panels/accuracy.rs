@@ -165,9 +165,12 @@ fn walk_ui(ui: &mut Ui, panel: &mut AccuracyPanel, shown: &Shown<'_>, done: &mut
         }
     });
     let points = shown.points;
+    let finite = points.iter().map(|point| point.db).filter(|db| db.is_finite());
+    let highest = finite.fold(0.0, f64::max);
     let value_of = |index: usize| match panel.walk {
         Walk::Time => points[index].ms,
-        Walk::Level => points[index].db.min(99.0),
+        // What has no error at all is as good as the best that has some.
+        Walk::Level => points[index].db.min(highest),
     };
     let values: Vec<f64> = front(points).into_iter().map(value_of).collect();
     let low = values.iter().copied().fold(f64::INFINITY, f64::min);
@@ -191,7 +194,7 @@ fn walk_ui(ui: &mut Ui, panel: &mut AccuracyPanel, shown: &Shown<'_>, done: &mut
         Walk::Level => (
             "Level of a picture",
             "How near a picture must be to the exact one: the quickest such mode is used",
-            slider.custom_formatter(number(words::decibels)),
+            slider.custom_formatter(number(|db| format!("{db:.1} dB"))),
         ),
     };
     ui.spacing_mut().slider_width = (ui.available_width() - 84.0).max(60.0);

@@ -15,8 +15,6 @@ const STEPS: [&[f64]; 3] = [&[1.0], &[1.0, 2.0, 5.0], &[1.0, 1.5, 2.0, 3.0, 4.0,
 const BETWEEN_NUMBERS: f32 = 8.0;
 /// A graph smaller than this has no words in its corners, points.
 const LEAST_FOR_WORDS: Vec2 = vec2(230.0, 84.0);
-/// Levels above this are drawn at the top: bytes show no more.
-const TOP_DB: f64 = 90.0;
 
 /// Where times and levels lie: decades across, dB upwards.
 #[derive(Debug, Clone, Copy)]
@@ -30,7 +28,8 @@ pub struct Axes {
 }
 
 impl Axes {
-    /// Room for all points and a margin, whole steps of 5 dB.
+    /// Room for all points and a margin, whole steps of 5 dB. Points of no error at all, which no level
+    /// is high enough for, lie at the upper edge.
     pub fn around(rect: Rect, points: &[ChartPoint]) -> Self {
         let drawn = || points.iter().filter(|point| point.failed.is_none());
         let bounds = |values: &mut dyn Iterator<Item = f64>| {
@@ -39,7 +38,7 @@ impl Axes {
                 .fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], v| [l.min(v), h.max(v)])
         };
         let mut time = bounds(&mut drawn().map(|point| point.ms.max(0.01).log10()));
-        let mut level = bounds(&mut drawn().map(|point| point.db.min(TOP_DB)));
+        let mut level = bounds(&mut drawn().map(|point| point.db));
         if time[0] > time[1] || level[0] > level[1] {
             (time, level) = ([0.0, 3.0], [20.0, 60.0]);
         }
@@ -58,7 +57,7 @@ impl Axes {
         let share = |value: f64, [low, high]: [f64; 2]| ((value - low) / (high - low)) as f32;
         pos2(
             self.rect.left() + share(ms.max(0.01).log10(), self.time) * self.rect.width(),
-            self.rect.bottom() - share(db.min(TOP_DB), self.level) * self.rect.height(),
+            self.rect.bottom() - share(db.min(self.level[1]), self.level) * self.rect.height(),
         )
     }
 }
@@ -172,6 +171,19 @@ mod tests {
                 assert!(rect.expand(0.1).contains(at), "{p:?} at {at} of {rect}");
             }
         }
+    }
+
+    #[test]
+    fn levels_are_told_apart_as_high_as_they_go() {
+        let rect = Rect::from_min_max(Pos2::ZERO, pos2(300.0, 200.0));
+        let levels = [30.0, 89.0, 95.0, 118.0, f64::INFINITY];
+        let points = levels.map(|db| point(10.0, db));
+        let axes = Axes::around(rect, &points);
+        let heights = levels.map(|db| axes.at(10.0, db).y);
+        assert!(heights.windows(2).all(|pair| pair[0] > pair[1]), "{heights:?}");
+        assert_eq!(heights[4], rect.top());
+        let alone = Axes::around(rect, &points[4..]);
+        assert_eq!(alone.at(10.0, f64::INFINITY).y, rect.top());
     }
 
     #[test]

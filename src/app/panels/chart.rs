@@ -162,7 +162,10 @@ pub fn point_words(point: &ChartPoint) -> String {
 /// A point's numbers: `412 ms, 41.2 ± 0.3 dB`.
 pub fn number_words(point: &ChartPoint) -> String {
     let time = words::milliseconds(point.ms);
-    let level = words::decibels(point.db);
+    let level = match point.db {
+        db if db.is_finite() => format!("{db:.1} dB"),
+        db => words::decibels(db),
+    };
     match point.ci {
         ci if ci.is_finite() && ci >= 0.05 && point.db.is_finite() => {
             format!("{time}, {:.1} ± {ci:.1} dB", point.db)
@@ -372,7 +375,9 @@ mod tests {
     #[test]
     fn numbers_are_given_with_what_they_are_worth() {
         assert_eq!(number_words(&point(412.0, 41.234)), "412 ms, 41.2 ± 0.2 dB");
-        assert_eq!(number_words(&point(8.0, f64::INFINITY)), "8.0 ms, over 99 dB");
+        assert_eq!(number_words(&point(8.0, f64::INFINITY)), "8.0 ms, more than 99 dB");
+        let high = ChartPoint { ci: 0.01, ..point(8.0, 118.32) };
+        assert_eq!(number_words(&high), "8.0 ms, 118.3 dB");
         let sure = ChartPoint { ci: 0.01, ..point(2000.0, 30.0) };
         assert_eq!(number_words(&sure), "2.0 s, 30.0 dB");
     }

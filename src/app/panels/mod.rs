@@ -25,8 +25,8 @@ use super::theme;
 const NAME_WIDTH: f32 = 90.0;
 /// Width of a number that can be dragged or typed, points: one that changes must not push others.
 const NUMBER_WIDTH: f32 = 60.0;
-/// Width of a slider's number and its reset button, points.
-const VALUE_AND_RESET_WIDTH: f32 = 112.0;
+/// Width of a slider's number and its reset button, points: of as long a number as `1.2346e-7`.
+const VALUE_AND_RESET_WIDTH: f32 = 140.0;
 
 /// A titled section that folds.
 pub(super) fn section_ui<R>(ui: &mut Ui, title: &str, add: impl FnOnce(&mut Ui) -> R) -> Option<R> {

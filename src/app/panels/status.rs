@@ -1,6 +1,6 @@
 //! The status line: what is on screen, and how far it is from exact.
 
-use eframe::egui::{Align, Label, Layout, ProgressBar, RichText, Ui};
+use eframe::egui::{Align, FontId, Label, Layout, ProgressBar, RichText, Ui};
 
 use super::chart::number_words;
 use crate::accuracy::psnr_from_rmse;
@@ -9,6 +9,10 @@ use crate::app::measuring::Measured;
 use crate::app::{modes, theme, words};
 use crate::scene::{Classify, Reconstruction, SplatSettings};
 use crate::task::engine::{EngineState, FrameReport, KernelCounts};
+use crate::task::estimate::Checked;
+
+/// Size of the line's letters, points.
+const SMALL: f32 = 12.0;
 
 /// The picture on screen.
 #[derive(Debug, Clone)]
@@ -22,10 +26,18 @@ pub struct Shown {
 }
 
 /// One line along the bottom of the window.
-pub fn status_ui(ui: &mut Ui, shown: Option<&Shown>, state: &EngineState, adapter: Option<&str>) {
+///
+/// `is_moving`: whether pictures are asked for as of a moving view; finer ones follow once it rests.
+pub fn status_ui(
+    ui: &mut Ui,
+    shown: Option<&Shown>,
+    state: &EngineState,
+    is_moving: bool,
+    adapter: Option<&str>,
+) {
     ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
         let adapter = adapter.unwrap_or("no adapter yet");
-        ui.label(faint(state_words(state)));
+        ui.label(faint(state_words(state, is_moving)));
         ui.separator();
         ui.add(Label::new(faint(&short_adapter(adapter))).truncate())
             .on_hover_text(format!("Drawn by {adapter}"));
@@ -47,7 +59,13 @@ fn report_ui(ui: &mut Ui, shown: &Shown) {
         .on_hover_text("How far the picture is on its way to the last one of this view");
     let (error, why) = error_words(shown);
     let picture = format!("{} · {} · {error}", rung_words(report), time_words(report));
-    ui.label(RichText::new(picture).size(12.0)).on_hover_text(why);
+    ui.label(RichText::new(picture).size(SMALL)).on_hover_text(why);
+    if let Some(checked) = report.checked {
+        ui.add(Label::new(faint(&fitting(ui, checked_words(&checked)))).truncate()).on_hover_text(
+            "What the coarse picture before this one was thought to be off by, and what it was",
+        );
+        ui.separator();
+    }
     if let Some((next, why)) = next_words(shown) {
         ui.add(Label::new(faint(&next)).truncate()).on_hover_text(why);
         ui.separator();
@@ -58,17 +76,6 @@ fn report_ui(ui: &mut Ui, shown: &Shown) {
         ui.add(Label::new(faint(&left)).truncate()).on_hover_text(why);
         ui.separator();
     }
-    if let Some(checked) = report.checked {
-        let [estimated, measured] = [checked.estimated_rmse, checked.measured_rmse]
-            .map(|r| words::decibels(psnr_from_rmse(r)));
-        ui.add(
-            Label::new(faint(&format!("preview estimated {estimated}, was {measured}"))).truncate(),
-        )
-        .on_hover_text(
-            "What the coarse picture before this one was thought to be off by, and what it was",
-        );
-        ui.separator();
-    }
     let counts = ui.add(Label::new(faint(&counts_words(report))).truncate());
     counts.on_hover_text(format!(
         "{}, drawn with {}: {}",
@@ -76,6 +83,27 @@ fn report_ui(ui: &mut Ui, shown: &Shown) {
         words::backend(report.backend).0.to_lowercase(),
         counts_tooltip(report),
     ));
+}
+
+/// What a preview was thought to be off by, and was: the longest words first.
+fn checked_words(checked: &Checked) -> [String; 3] {
+    let [estimated, measured] =
+        [checked.estimated_rmse, checked.measured_rmse].map(|r| words::decibels(psnr_from_rmse(r)));
+    [
+        format!("preview estimated {estimated}, was {measured}"),
+        format!("preview was {measured}"),
+        format!("was {measured}"),
+    ]
+}
+
+/// The first of some words, longest first, that the room is wide enough for; else the last.
+fn fitting<const N: usize>(ui: &Ui, words: [String; N]) -> String {
+    let font = FontId::proportional(SMALL);
+    let width = |words: &String| {
+        ui.painter().layout_no_wrap(words.clone(), font.clone(), theme::TEXT_FAINT).size().x
+    };
+    let fits = words.iter().position(|words| width(words) <= ui.available_width());
+    words.into_iter().nth(fits.unwrap_or(N.saturating_sub(1))).unwrap_or_default()
 }
 
 /// The rung in sentence case, without its details.
@@ -113,8 +141,8 @@ fn next_words(shown: &Shown) -> Option<(String, String)> {
     let next = shown.report.next?;
     let time = soon_words(next.ms);
     let what = match (next.rmse, next.is_full, &shown.measured) {
-        (Some(rmse), ..) => format!("about {:.0} dB", psnr_from_rmse(rmse)),
-        (None, true, Some(measured)) => format!("about {:.0} dB", measured.point.db),
+        (Some(rmse), ..) => words::about_decibels(psnr_from_rmse(rmse), true),
+        (None, true, Some(measured)) => words::about_decibels(measured.point.db, true),
         (None, true, None) => "full".to_owned(),
         (None, false, _) => "finer".to_owned(),
     };
@@ -148,9 +176,9 @@ fn error_words(shown: &Shown) -> (String, String) {
     let Shown { report, mode, measured } = shown;
     if let Some(rmse) = report.estimated_rmse {
         let db = psnr_from_rmse(rmse);
-        let why =
-            "Estimated from the octree's own error, and checked once the full picture is there";
-        return (format!("about {db:.0} dB"), why.to_owned());
+        let why = "Estimated from the picture's size and detail or the octree's own error, and checked once the \
+             full picture is there";
+        return (words::about_decibels(db, true), why.to_owned());
     }
     let doubled = report.refined.filter(|refined| refined.convergence.last_difference.is_some());
     if report.rung != "full" && doubled.is_none() {
@@ -187,8 +215,7 @@ fn level_words(
             let why = format!(
                 "Measured against the exact picture in another view of this volume: {numbers}"
             );
-            let level = words::decibels(point.db);
-            return (format!("about {level}"), why);
+            return (words::about_decibels(point.db, false), why);
         }
         let took = words::milliseconds(took_ms);
         let why = format!(
@@ -274,9 +301,10 @@ fn counts_tooltip(report: &FrameReport) -> String {
     }
 }
 
-fn state_words(state: &EngineState) -> &str {
+fn state_words(state: &EngineState, is_moving: bool) -> &'static str {
     match state {
         EngineState::Starting => "Starting",
+        EngineState::Idle | EngineState::Drawing(_) if is_moving => "Moving",
         EngineState::Idle => "Idle",
         EngineState::Drawing(_) => "Drawing",
         EngineState::Failed(_) => "Cannot draw",
@@ -289,7 +317,7 @@ fn short_adapter(name: &str) -> String {
 }
 
 fn faint(text: &str) -> RichText {
-    RichText::new(text).color(theme::TEXT_FAINT).size(12.0)
+    RichText::new(text).color(theme::TEXT_FAINT).size(SMALL)
 }
 
 #[cfg(test)]
@@ -417,6 +445,59 @@ mod tests {
             Some("next about 52 dB in 820 ms")
         );
         assert_eq!(time_words(&shown("full", SplatSettings::EXACT).report), "28 ms");
+    }
+
+    #[test]
+    fn a_coarse_picture_of_a_moving_view_is_not_called_the_last() {
+        use EngineState::{Drawing, Failed, Idle, Starting};
+        assert_eq!([Idle, Drawing(0.5)].map(|state| state_words(&state, true)), ["Moving"; 2]);
+        assert_eq!(
+            [Idle, Drawing(0.5)].map(|state| state_words(&state, false)),
+            ["Idle", "Drawing"]
+        );
+        for is_moving in [false, true] {
+            assert_eq!(state_words(&Starting, is_moving), "Starting");
+            assert_eq!(state_words(&Failed("lost".into()), is_moving), "Cannot draw");
+        }
+    }
+
+    #[test]
+    fn what_a_preview_was_is_said_whole_in_narrow_windows_too() {
+        use eframe::egui::{Context, Pos2, RawInput, Rect, Shape, vec2};
+        let mut full = shown("full", SplatSettings::EXACT);
+        full.report.checked = Some(Checked { estimated_rmse: 0.0282, measured_rmse: 0.0224 });
+        let convergence = Convergence { slabs_per_voxel: 1.0, last_difference: None };
+        full.report.refined = Some(Refined { convergence, left_ms: 12_300.0 });
+        full.report.progress = 1.0;
+        let mut wordings = Vec::new();
+        for width in [1280.0, 700.0, 640.0, 600.0, 560.0] {
+            let ctx = Context::default();
+            let input = RawInput {
+                screen_rect: Some(Rect::from_min_size(Pos2::ZERO, vec2(width - 24.0, 28.0))),
+                ..RawInput::default()
+            };
+            let pass = || {
+                let mut output = ctx.run_ui(input.clone(), |ui| {
+                    status_ui(ui, Some(&full), &EngineState::Idle, false, Some("llvmpipe (x)"));
+                });
+                // Nobody paints them.
+                output.textures_delta.clear();
+                output.shapes
+            };
+            drop(pass());
+            let texts: Vec<String> = pass()
+                .iter()
+                .filter_map(|shape| match &shape.shape {
+                    // Words that are cut short are in the galley, but not among its glyphs.
+                    Shape::Text(text) if !text.galley.elided => Some(text.galley.text().to_owned()),
+                    _ => None,
+                })
+                .collect();
+            let was = texts.into_iter().find(|text| text.ends_with("was 33.0 dB"));
+            wordings.push(was.unwrap_or_else(|| panic!("nothing of it at {width}")));
+        }
+        assert_eq!(wordings[..2], ["preview estimated 31.0 dB, was 33.0 dB"; 2]);
+        assert_ne!(wordings[4], wordings[0]);
     }
 
     #[test]

@@ -125,6 +125,8 @@ impl Worker {
             return Ok(());
         }
         let mut coarser = self.device()?.renderer.read_light()?;
+        let finished = self.finished.as_ref().map(|(_, full)| full);
+        let checked = finished.and_then(|full| full.report.checked);
         let mut before = full_share;
         let of_whole = |share: f64| full_share + (1.0 - full_share) * share;
         while doublings.goes_on() {
@@ -151,6 +153,7 @@ impl Worker {
             let mut picture = self.presented(&finer, doublings.words(), progress, &drawn)?;
             picture.report.backend = backend;
             picture.report.refined = Some(doublings.report());
+            picture.report.checked = checked;
             self.publish(Arc::new(picture));
         }
         Ok(())

@@ -222,20 +222,7 @@ impl Worker {
         };
         let mut picture = self.presented(request, rung_words(rung, &drawn), progress, &drawn)?;
         picture.report.backend = backend;
-        let coarseness = match rung {
-            Rung::Coarse { .. } if !drawn.is_reduced => {
-                let (max_error, missing_rmse) = (drawn.max_error, drawn.missing_rmse);
-                Some(Coarseness::Octree { max_error, missing_rmse })
-            }
-            Rung::Coarse { .. } | Rung::Reduced { .. } => {
-                let detail_rmse = match picture.shrink() > 1.0 {
-                    true => estimate::detail_rmse(&picture),
-                    false => 0.0,
-                };
-                Some(Coarseness::Reduced { detail_rmse, field: drawn.field })
-            }
-            _ => None,
-        };
+        let coarseness = Coarseness::of(rung, &drawn, picture.shrink(), &picture.rgba);
         if drawn.is_reduced && picture.shrink() > 1.0 {
             self.last_reduced = Some(LastDrawn::of(request, drawn.wall_ms));
         }
