@@ -13,7 +13,7 @@ use super::gather::Gathering;
 use super::meshes::MeshTable;
 use super::pipelines::{Pipelines, SplatVariant};
 use super::scattered::Lists;
-use super::shade::Shade;
+use super::shade::{Shade, ShadeVariant};
 use super::slabs::{PictureConstants, SlabField, SlabPass, step_reach};
 use super::target::Target;
 use super::timing::{Timer, Timestamps};
@@ -304,7 +304,8 @@ impl Renderer {
         let kept = self.kept.buffer().filter(|_| self.slabs_in_parts);
         let rays = (tiles, kept);
         let slabs = &mut self.slabs[self.slab_field as usize];
-        let shade = self.shade.as_ref().map(|shade| shade.variant);
+        let quickly = self.slab_field == SlabField::Preview;
+        let shade = self.shade.as_ref().map(|shade| ShadeVariant { quickly, ..shade.variant });
         slabs.encode(&self.context, encoder, &settings, light, rays, (shade, timestamps));
     }
 
