@@ -13,7 +13,7 @@ use crate::transfer::Table;
 use crate::volume::{BRICK, Scalar, ScalarVolume, Statistics};
 
 /// Levels of a brick.
-const LEVELS: usize = BRICK.ilog2() as usize;
+pub(super) const LEVELS: usize = BRICK.ilog2() as usize;
 /// Nodes of level 1 along a brick's edge.
 const EDGE: usize = BRICK / 2;
 
@@ -31,17 +31,19 @@ struct Classifier<'a> {
     voxel_depth: f32,
     /// One a table entry, for types that have one a code; else empty.
     of_code: Vec<Voxel>,
+    /// The value of entry 0.
+    first_code: i64,
     by_value: bool,
 }
 
 impl Classifier<'_> {
     #[inline]
-    fn voxel(&self, value: f64) -> Voxel {
+    fn voxel<T: Scalar>(&self, value: T) -> Voxel {
         if self.of_code.is_empty() {
-            return Voxel::new(self.table.lookup(value), self.voxel_depth);
+            return Voxel::new(self.table.lookup(value.to_f64()), self.voxel_depth);
         }
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a code")]
-        let code = (value - self.table.coordinate.offset) as u32 as usize;
+        let code = (value.to_i64() - self.first_code) as usize;
         self.of_code[code]
     }
 }
@@ -62,7 +64,9 @@ pub(super) fn finest<T: Scalar>(
         false => Vec::new(),
     };
     let by_value = measure == ErrorMeasure::Scalar;
-    let classifier = Classifier { volume, table, voxel_depth, of_code, by_value };
+    #[expect(clippy::cast_possible_truncation, reason = "whole, where it is asked for")]
+    let first_code = table.coordinate.offset as i64;
+    let classifier = Classifier { volume, table, voxel_depth, of_code, first_code, by_value };
     let mut levels: Vec<PyramidLevel> = level_dims(dims)
         .into_iter()
         .take(LEVELS)
@@ -120,7 +124,8 @@ fn rows_of_bricks<'a>(
         .chunks_mut(bricks[0])
         .enumerate()
         .map(|(i, sums)| {
-            let nodes = std::array::from_fn(|level| Vec::with_capacity(1 << (2 * (LEVELS - 1 - level))));
+            let nodes =
+                std::array::from_fn(|level| Vec::with_capacity(1 << (2 * (LEVELS - 1 - level))));
             BrickRow { at: [i % bricks[1], i / bricks[1]], nodes, sums }
         })
         .collect();
@@ -191,7 +196,8 @@ impl BrickRow<'_> {
                     let nodes = &mut self.nodes[level][z * dims[1] + y][low[0] >> (level + 1)..];
                     for (x, node) in nodes.iter_mut().enumerate().take(dims[0]) {
                         let children = std::array::from_fn(|bit| {
-                            let at = [2 * x + (bit & 1), 2 * y + (bit >> 1 & 1), 2 * z + (bit >> 2)];
+                            let at =
+                                [2 * x + (bit & 1), 2 * y + (bit >> 1 & 1), 2 * z + (bit >> 2)];
                             let is_real = (0..3).all(|a| at[a] < finer[a]);
                             is_real.then(|| &held[(at[2] * EDGE + at[1]) * EDGE + at[0]])
                         });
@@ -231,24 +237,22 @@ fn nodes_of_voxels<T: Scalar>(
         if is_real { &values[start..start + size[0]] } else { &[] }
     });
     for (x, (held, node)) in held.iter_mut().zip(nodes).enumerate() {
-        let pairs = rows.map(|row| row.get(2 * x..(2 * x + 2).min(row.len())).unwrap_or(&[]));
-        let mut count = |bit: usize| {
-            slices[0][2 * x + (bit & 1)] += 1;
-            slices[1][2 * at[0] + (bit >> 1 & 1)] += 1;
-            slices[2][2 * at[1] + (bit >> 2)] += 1;
-        };
-        let mut active = 0;
-        if let [[a, b], [c, d], [e, f], [g, h]] = pairs
-            && !by.by_value
+        // Which of its voxels show, in x, y, z bit order.
+        let mut shown = 0_u8;
+        let whole = 2 * x..2 * x + 2;
+        if let (Some(&[a, b]), Some(&[c, d]), Some(&[e, f]), Some(&[g, h])) = (
+            rows[0].get(whole.clone()),
+            rows[1].get(whole.clone()),
+            rows[2].get(whole.clone()),
+            rows[3].get(whole.clone()),
+        ) && !by.by_value
         {
-            let voxels = [a, b, c, d, e, f, g, h].map(|value| by.voxel(value.to_f64()));
-            for (bit, voxel) in voxels.iter().enumerate() {
-                if voxel.extinction() > 0.0 {
-                    active += 1;
-                    count(bit);
-                }
+            let mut voxels = [Voxel::CLEAR; 8];
+            for (bit, value) in [a, b, c, d, e, f, g, h].into_iter().enumerate() {
+                voxels[bit] = by.voxel(value);
+                shown |= u8::from(voxels[bit].extinction() > 0.0) << bit;
             }
-            *held = match active {
+            *held = match shown {
                 0 => Sums::clear(8),
                 _ => Sums::of_eight(&voxels, by.voxel_depth),
             };
@@ -256,8 +260,8 @@ fn nodes_of_voxels<T: Scalar>(
             let mut merged = Sums::default();
             let mut children = [None; 8];
             for (bit, child) in children.iter_mut().enumerate() {
-                let Some(value) = pairs[bit >> 1].get(bit & 1) else { continue };
-                let voxel = by.voxel(value.to_f64());
+                let Some(&value) = rows[bit >> 1].get(2 * x + (bit & 1)) else { continue };
+                let voxel = by.voxel(value);
                 let mut sums = voxel.sums();
                 if by.by_value {
                     let part = part_of_range(value.to_f64());
@@ -265,25 +269,29 @@ fn nodes_of_voxels<T: Scalar>(
                     sums.appearance = [part.unwrap_or(0.0), 0.0, 0.0, 0.0];
                 }
                 *child = Some(voxel.extinction());
-                if voxel.extinction() > 0.0 {
-                    active += 1;
-                    count(bit);
-                }
+                shown |= u8::from(voxel.extinction() > 0.0) << bit;
                 merged.merge(&sums);
             }
             merged.effective = effective_extinction(&children, by.voxel_depth);
-            if active > 0 {
+            if shown > 0 {
                 merged.error = merged.rms();
             }
             *held = merged;
         }
-        *node = held.node(active);
+        if shown > 0 {
+            for (axis, (slices, low)) in slices.iter_mut().zip([x, at[0], at[1]]).enumerate() {
+                let first = shown & [0b0101_0101, 0b0011_0011, 0b0000_1111][axis];
+                slices[2 * low] += first.count_ones();
+                slices[2 * low + 1] += (shown ^ first).count_ones();
+            }
+            *node = held.node(shown.count_ones() as u16);
+        }
     }
 }
 
 /// Where a value lies between the least and the greatest finite one, 0..=1; ±∞ lie at the ends, and
 /// NaN nowhere.
-fn part_of_range(statistics: &Statistics) -> impl Fn(f64) -> Option<f32> {
+pub(super) fn part_of_range(statistics: &Statistics) -> impl Fn(f64) -> Option<f32> {
     // Halved, so that ±1e308 does not overflow.
     let (low, high) = (statistics.min / 2.0, statistics.max / 2.0);
     let per_range = if high > low { 1.0 / (high - low) } else { 0.0 };

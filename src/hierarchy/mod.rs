@@ -5,6 +5,7 @@
 //! `transfer`.
 
 mod bricks;
+mod coarse;
 mod columns;
 mod cut;
 mod empty_space;
@@ -16,4 +17,4 @@ mod sums;
 pub use cut::{Cut, CutLimits, CutNode, Visibility, VisitOrder};
 pub use empty_space::{EMPTY_BRICK, FieldBounds, MOST_DISTANCE};
 pub use moments::{ScalarLevel, ScalarPyramid, ScalarPyramidError};
-pub use pyramid::{ActiveCounts, ErrorMeasure, Node, Pyramid, PyramidLevel};
+pub use pyramid::{ActiveCounts, ErrorMeasure, Node, Pyramid, PyramidError, PyramidLevel};

@@ -7,12 +7,14 @@ use rayon::prelude::*;
 
 use serde::{Deserialize, Serialize};
 
-use super::bricks::{Finest, finest, level_dims};
+use super::bricks::{Finest, LEVELS, finest, level_dims};
+use super::coarse::coarse;
 use super::columns;
 use super::sums::Sums;
+use crate::core::memory::{self, TooLarge};
 use crate::core::progress::{Cancelled, Ticket};
 use crate::transfer::Table;
-use crate::volume::ScalarVolume;
+use crate::volume::{BRICK, ScalarVolume};
 use crate::with_samples;
 
 /// What is lost where a node is drawn rather than its voxels: what [`Node::error`] is of.
@@ -102,6 +104,8 @@ pub struct ActiveCounts {
 pub struct Pyramid {
     /// Voxels along x, y, z.
     pub dims: [usize; 3],
+    /// Nothing is known below this level, and `levels` has no nodes there; 0 where everything is.
+    pub finest_level: usize,
     /// `levels[i]` is level i + 1.
     pub levels: Vec<PyramidLevel>,
     /// What the nodes' errors are of.
@@ -121,43 +125,128 @@ const LEAST_ERROR: f32 = 1e-5;
 /// No node is larger than 2^15 voxels, and no deviation but that of optical depths larger than 1.
 const GREATEST_ERROR: f32 = 32768.0;
 
+/// Why there is no [`Pyramid`].
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum PyramidError {
+    /// The work was told to stop.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+    /// It does not fit in memory.
+    #[error(transparent)]
+    TooLarge(#[from] TooLarge),
+}
+
 impl Pyramid {
     /// Classifies every voxel of every brick that can show, and averages upwards.
     ///
     /// `voxel_depth` is the thickness of a voxel in opacity unit distances; `measure` says what the
-    /// nodes' errors are of.
+    /// nodes' errors are of. Takes 2.3 bytes a voxel, and 0.2 more while it is built.
     ///
     /// # Errors
-    /// [`Cancelled`].
+    /// Cancelled within a few milliseconds, or too little memory.
     pub fn build(
         volume: &ScalarVolume,
         table: &Table,
         voxel_depth: f64,
         measure: ErrorMeasure,
         ticket: &Ticket,
-    ) -> Result<Self, Cancelled> {
-        let voxel_thickness = voxel_depth;
+    ) -> Result<Self, PyramidError> {
+        require_memory(volume.lattice.dims, 0, memory::free_bytes())?;
         #[expect(clippy::cast_possible_truncation, reason = "a ratio of order 1")]
-        let voxel_depth = voxel_depth as f32;
-        let dims = volume.lattice.dims;
-        let Finest { mut levels, mut sums, active } = with_samples!(&*volume.samples, values => {
-            finest(volume, values, table, voxel_depth, measure, ticket)
+        let depth = voxel_depth as f32;
+        let Finest { levels, sums, active } = with_samples!(&*volume.samples, values => {
+            finest(volume, values, table, depth, measure, ticket)
         })?;
-        for &coarser in &level_dims(dims)[levels.len()..] {
+        let finest = Self {
+            dims: volume.lattice.dims,
+            finest_level: 0,
+            levels,
+            measure,
+            voxel_depth,
+            active,
+            gains: Vec::new(),
+        };
+        Ok(finest.completed(volume, table, sums, ticket)?)
+    }
+
+    /// Level 3 and those above, in a fraction of the time: for quick pictures.
+    ///
+    /// Colours are exact. Extinctions and errors are not, as nothing is known of how matter lies in a
+    /// node of level 3. Of 32-bit values and wider the nearest entry of the table is taken, and
+    /// [`ActiveCounts::per_slice`] is left empty. Volumes that have no level 3 are built whole.
+    ///
+    /// # Errors
+    /// See [`Pyramid::build`].
+    pub fn coarse(
+        volume: &ScalarVolume,
+        table: &Table,
+        voxel_depth: f64,
+        measure: ErrorMeasure,
+        ticket: &Ticket,
+    ) -> Result<Self, PyramidError> {
+        let dims = volume.lattice.dims;
+        let all = level_dims(dims);
+        if all.len() < LEVELS {
+            return Self::build(volume, table, voxel_depth, measure, ticket);
+        }
+        require_memory(dims, LEVELS, memory::free_bytes())?;
+        #[expect(clippy::cast_possible_truncation, reason = "a ratio of order 1")]
+        let depth = voxel_depth as f32;
+        let (sums, total) = with_samples!(&*volume.samples, values => {
+            coarse(volume, values, table, depth, measure, ticket)
+        })?;
+        let mut levels: Vec<PyramidLevel> =
+            all[..LEVELS].iter().map(|&dims| PyramidLevel { dims, nodes: Vec::new() }).collect();
+        levels[LEVELS - 1].nodes = sums.par_iter().map(|sums| sums.node(0)).collect();
+        let active = ActiveCounts { total, ..ActiveCounts::default() };
+        let finest = Self {
+            dims,
+            finest_level: LEVELS,
+            levels,
+            measure,
+            voxel_depth,
+            active,
+            gains: Vec::new(),
+        };
+        Ok(finest.completed(volume, table, sums, ticket)?)
+    }
+
+    /// With the levels above the last one, of which there are the `sums`.
+    fn completed(
+        mut self,
+        volume: &ScalarVolume,
+        table: &Table,
+        mut sums: Vec<Sums>,
+        ticket: &Ticket,
+    ) -> Result<Self, Cancelled> {
+        #[expect(clippy::cast_possible_truncation, reason = "a ratio of order 1")]
+        let voxel_depth = self.voxel_depth as f32;
+        for &coarser in &level_dims(self.dims)[self.levels.len()..] {
             ticket.checkpoint(1, 1)?;
-            let below = levels.len();
-            let edge = (1_u32 << below) as f32;
-            let child_depth = voxel_depth * edge;
-            let (level, theirs) =
-                next_level(levels[below - 1].dims, &sums, coarser, child_depth, edge);
-            levels.push(level);
+            let edge = (1_u32 << self.levels.len()) as f32;
+            let fine = self.levels[self.levels.len() - 1].dims;
+            let (level, theirs) = next_level(fine, &sums, coarser, voxel_depth * edge, edge);
+            self.levels.push(level);
             sums = theirs;
         }
-        if measure == ErrorMeasure::OpticalDepth {
-            columns::measure(volume, table, voxel_thickness, &mut levels, ticket)?;
+        if self.measure == ErrorMeasure::OpticalDepth {
+            let (depth, finest) = (self.voxel_depth, self.finest_level);
+            columns::measure(volume, table, depth, finest, &mut self.levels, ticket)?;
         }
-        let gains = gains(&levels);
-        Ok(Self { dims, levels, measure, voxel_depth: voxel_thickness, active, gains })
+        self.gains = gains(&self.levels);
+        Ok(self)
+    }
+
+    /// Voxels in bricks that can show, about: what [`Pyramid::build`] has to classify.
+    pub fn visible_voxels(volume: &ScalarVolume, table: &Table) -> u64 {
+        let shows =
+            |&&[low, high]: &&[f64; 2]| low <= high && table.greatest_extinction(low, high) > 0.0;
+        volume.bricks.ranges.par_iter().filter(shows).count() as u64 * (BRICK as u64).pow(3)
+    }
+
+    /// Whether there is every level, and every voxel is counted.
+    pub fn is_whole(&self) -> bool {
+        self.finest_level == 0
     }
 
     /// Number of levels above the voxels.
@@ -192,6 +281,18 @@ impl Pyramid {
     pub fn size_bytes(&self) -> usize {
         self.levels.iter().map(|l| l.nodes.len() * size_of::<Node>()).sum()
     }
+}
+
+/// Refuses a pyramid of the levels above `finest` that does not fit in `free_bytes`.
+fn require_memory(dims: [usize; 3], finest: usize, free_bytes: u64) -> Result<(), TooLarge> {
+    let nodes = |dims: &[usize; 3]| dims.iter().map(|&n| n as u64).product::<u64>();
+    let all = level_dims(dims);
+    let held = all.iter().skip(finest.saturating_sub(1)).map(nodes).sum::<u64>();
+    // Of the last level made brick by brick, and the one above.
+    let last = all.len().min(LEVELS) - 1;
+    let sums = all.iter().skip(last).take(2).map(nodes).sum::<u64>();
+    let bytes = held * size_of::<Node>() as u64 + sums * size_of::<Sums>() as u64;
+    memory::require("the octree of the volume", bytes, free_bytes)
 }
 
 /// Where the bins end: beyond the greatest error, so that a cut of it is the root.

@@ -32,6 +32,9 @@ pub(super) struct Voxel {
 }
 
 impl Voxel {
+    /// Nothing shows.
+    pub(super) const CLEAR: Self = Self { appearance: [0.0; 4], emission: [0.0; 4] };
+
     /// Of a table's entry; `voxel_depth` is the voxel's thickness in opacity unit distances.
     pub(super) fn new([r, g, b, extinction]: [f32; 4], voxel_depth: f32) -> Self {
         let alpha = -(-extinction * voxel_depth).exp_m1();
@@ -106,7 +109,11 @@ impl Sums {
             }
             count += 1.0;
         }
-        let effective = effective_of_eight(voxels.map(|voxel| voxel.extinction()), voxel_depth);
+        let mut extinctions = [0.0; 8];
+        for (extinction, voxel) in extinctions.iter_mut().zip(voxels) {
+            *extinction = voxel.extinction();
+        }
+        let effective = effective_of_eight(extinctions, voxel_depth);
         let mut sums =
             Self { count, weight: count, appearance, m2, emission, effective, error: 0.0 };
         sums.error = sums.rms();
@@ -197,7 +204,10 @@ fn effective_of_eight(children: [f32; 8], size: f32) -> f32 {
         [(a, c), (b, d), (e, g), (f, h)],
         [(a, e), (b, f), (c, g), (d, h)],
     ] {
-        let depths = pairs.map(|(near, far)| (near + far) * size);
+        let mut depths = [0.0; 4];
+        for (depth, (near, far)) in depths.iter_mut().zip(pairs) {
+            *depth = (near + far) * size;
+        }
         mean += column_depth(&depths) / (size * 2.0);
     }
     mean / 3.0
