@@ -301,3 +301,118 @@ pub(super) fn part_of_range(statistics: &Statistics) -> impl Fn(f64) -> Option<f
         (!part.is_nan()).then_some(part as f32)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::pyramid::Pyramid;
+    use super::*;
+    use crate::core::Srgb8;
+    use crate::transfer::{ColourSource, TransferFunction};
+    use crate::volume::{Lattice, Samples};
+
+    /// Every level from all voxels, one after the other, level by level: slow, and nothing left out.
+    fn level_by_level(
+        volume: &ScalarVolume,
+        table: &Table,
+        voxel_depth: f32,
+        measure: ErrorMeasure,
+    ) -> Vec<PyramidLevel> {
+        let part_of_range = part_of_range(&volume.statistics);
+        let mut dims = volume.lattice.dims;
+        let mut held: Vec<Sums> = (0..volume.lattice.len())
+            .map(|i| {
+                let value = volume.samples.get(i);
+                let mut sums = Voxel::new(table.lookup(value), voxel_depth).sums();
+                if measure == ErrorMeasure::Scalar {
+                    let part = part_of_range(value);
+                    sums.weight = f32::from(u8::from(part.is_some()));
+                    sums.appearance = [part.unwrap_or(0.0), 0.0, 0.0, 0.0];
+                }
+                sums
+            })
+            .collect();
+        let (mut depth, mut edge) = (voxel_depth, 1.0);
+        let mut levels = Vec::new();
+        for coarser in level_dims(dims) {
+            let nodes = voxels(coarser).map(|at| {
+                let children = std::array::from_fn(|bit| {
+                    let at: [usize; 3] = std::array::from_fn(|a| 2 * at[a] + (bit >> a & 1));
+                    let is_real = (0..3).all(|a| at[a] < dims[a]);
+                    is_real.then(|| &held[(at[2] * dims[1] + at[1]) * dims[0] + at[0]])
+                });
+                Sums::parent(children, depth, edge)
+            });
+            let nodes: Vec<(Sums, u16)> = nodes.collect();
+            levels.push(PyramidLevel {
+                dims: coarser,
+                nodes: nodes.iter().map(|(sums, active)| sums.node(*active)).collect(),
+            });
+            held = nodes.into_iter().map(|(sums, _)| sums).collect();
+            (dims, depth, edge) = (coarser, depth * 2.0, edge * 2.0);
+        }
+        levels
+    }
+
+    fn voxels([nx, ny, nz]: [usize; 3]) -> impl Iterator<Item = [usize; 3]> {
+        (0..nx * ny * nz).map(move |i| [i % nx, i / nx % ny, i / (nx * ny)])
+    }
+
+    /// Noise in some bricks, and nothing that shows in others.
+    fn value([x, y, z]: [usize; 3]) -> f64 {
+        let noise = ((x * 7919 + y * 104_729 + z * 1_299_709) % 251) as f64;
+        if (x / 9 + y / 7 + z / 11) % 3 == 0 { noise } else { noise * 0.3 }
+    }
+
+    #[test]
+    fn bricks_give_the_bits_that_all_voxels_give_one_after_the_other() {
+        let transfer = TransferFunction {
+            opacity: vec![(80.0, 0.0), (120.0, 0.2), (250.0, 0.97)],
+            colour: ColourSource::Stops(vec![
+                (80.0, Srgb8([250, 20, 10])),
+                (250.0, Srgb8([20, 90, 255])),
+            ]),
+        };
+        for dims in
+            [[24, 16, 8], [19, 9, 10], [33, 2, 5], [1, 13, 6], [1, 1, 300], [3, 4, 1], [1; 3]]
+        {
+            let values: Vec<f64> = voxels(dims).map(value).collect();
+            let holed = |(i, &v): (usize, &f64)| if i % 13 == 0 { f64::NAN } else { v * 1.01 };
+            for samples in [
+                Samples::UInt8(values.iter().map(|&v| v as u8).collect()),
+                Samples::Int16(values.iter().map(|&v| v as i16 - 20).collect()),
+                Samples::Float64(values.iter().enumerate().map(holed).collect()),
+            ] {
+                let volume =
+                    ScalarVolume::from_samples("test", Lattice::unit(dims), samples).unwrap();
+                let table = Table::new(&transfer, volume.samples.scalar_type());
+                for measure in [ErrorMeasure::Classified, ErrorMeasure::Scalar] {
+                    let built =
+                        Pyramid::build(&volume, &table, 0.9, measure, &Ticket::new()).unwrap();
+                    let expected = level_by_level(&volume, &table, 0.9, measure);
+                    assert_eq!(built.levels.len(), expected.len());
+                    for (found, expected) in built.levels.iter().zip(&expected) {
+                        assert_eq!(found.dims, expected.dims);
+                        // No two numbers are equal but by their bits, zeros aside.
+                        assert!(
+                            found.nodes == expected.nodes,
+                            "{dims:?} {:?} {measure:?}",
+                            found.dims
+                        );
+                    }
+                    let shown: Vec<[usize; 3]> = voxels(dims)
+                        .enumerate()
+                        .filter(|(i, _)| table.lookup(volume.samples.get(*i))[3] > 0.0)
+                        .map(|(_, at)| at)
+                        .collect();
+                    assert_eq!(built.active.total, shown.len() as u64);
+                    for (axis, slices) in built.active.per_slice.iter().enumerate() {
+                        for (index, &n) in slices.iter().enumerate() {
+                            let there = shown.iter().filter(|at| at[axis] == index).count();
+                            assert_eq!(n as usize, there, "{dims:?} axis {axis} slice {index}");
+                        }
+                    }
+                }
+            }
+        }
+    }
+}

@@ -158,3 +158,161 @@ fn of_brick(
     }
     sums
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::cut::{Cut, CutLimits, Visibility, VisitOrder};
+    use super::super::pyramid::Pyramid;
+    use super::*;
+    use crate::core::Srgb8;
+    use crate::transfer::{ColourSource, TransferFunction};
+    use crate::volume::{Component, Lattice, Samples, demo};
+    use glam::{DMat3, DVec2, DVec3};
+
+    fn transfer(low: f64, high: f64) -> TransferFunction {
+        TransferFunction {
+            opacity: vec![(low, 0.0), (high, 0.8)],
+            colour: ColourSource::Stops(vec![
+                (low, Srgb8([250, 20, 10])),
+                (high, Srgb8([20, 90, 255])),
+            ]),
+        }
+    }
+
+    /// A head of 43 × 48 × 48 voxels or so: no axis need be a multiple of 8.
+    fn head() -> ScalarVolume {
+        let grid = demo::open("head:43", None).unwrap();
+        grid.scalar(&grid.fields[0], Component::Index(0), &Ticket::new()).unwrap()
+    }
+
+    fn as_float(volume: &ScalarVolume) -> ScalarVolume {
+        let values = (0..volume.lattice.len()).map(|i| volume.samples.get(i) as f32).collect();
+        ScalarVolume::from_samples("float", volume.lattice, Samples::Float32(values)).unwrap()
+    }
+
+    #[test]
+    fn coarse_nodes_are_near_those_of_the_whole_pyramid() {
+        let head = head();
+        let [min, max] = [head.statistics.min, head.statistics.max];
+        let at = |part: f64| min + (max - min) * part;
+        for volume in [as_float(&head), head] {
+            for (transfer, most_off) in
+                [(transfer(min, max), 0.02), (transfer(at(0.3), at(0.6)), 0.04)]
+            {
+                let table = Table::new(&transfer, volume.samples.scalar_type());
+                for &measure in ErrorMeasure::ALL {
+                    let whole =
+                        Pyramid::build(&volume, &table, 1.0, measure, &Ticket::new()).unwrap();
+                    let coarse =
+                        Pyramid::coarse(&volume, &table, 1.0, measure, &Ticket::new()).unwrap();
+                    assert!(whole.is_whole() && !coarse.is_whole());
+                    assert_eq!(
+                        (coarse.dims, coarse.levels.len()),
+                        (whole.dims, whole.levels.len())
+                    );
+                    assert_eq!(coarse.active.total, whole.active.total);
+                    assert!(coarse.size_bytes() * 50 < whole.size_bytes());
+                    let (mut squares, mut off, mut count) = (0.0, 0.0, 0.0);
+                    let mut errors = [0.0; 2];
+                    for (found, expected) in coarse.levels.iter().zip(&whole.levels).skip(2) {
+                        assert_eq!(found.dims, expected.dims);
+                        for (found, expected) in found.nodes.iter().zip(&expected.nodes) {
+                            assert_eq!(found.is_active(), expected.is_active());
+                            for (a, b) in found.colour.iter().zip(expected.colour) {
+                                // Measured: 8, of sums in another order.
+                                assert!(
+                                    a.abs_diff(b) <= 30,
+                                    "{:?} {:?}",
+                                    found.colour,
+                                    expected.colour
+                                );
+                            }
+                            let opacity = |node: f32| -f64::from(-8.0 * node).exp_m1();
+                            let own = opacity(found.extinction) - opacity(expected.extinction);
+                            (squares, off) = (squares + own * own, off + own);
+                            errors[0] += f64::from(found.error);
+                            errors[1] += f64::from(expected.error);
+                            count += 1.0;
+                        }
+                    }
+                    let (rms, bias) = ((squares / count).sqrt(), off / count);
+                    let ratio = errors[0] / errors[1];
+                    println!(
+                        "measured {measure:?} rms {rms:.4} bias {bias:+.4} errors × {ratio:.3}"
+                    );
+                    assert!(rms < most_off && bias.abs() < most_off / 2.0, "{rms} {bias}");
+                    assert!((0.6..1.4).contains(&ratio), "{measure:?} {ratio}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_haze_that_single_precision_hardly_tells_from_nothing_stays() {
+        let dims = [16; 3];
+        let values = (0..4096).map(|i| (i % 2) as u8).collect();
+        let volume =
+            ScalarVolume::from_samples("haze", Lattice::unit(dims), Samples::UInt8(values))
+                .unwrap();
+        let haze =
+            TransferFunction { opacity: vec![(0.0, 1e-7), (1.0, 2e-7)], ..transfer(0.0, 1.0) };
+        let table = Table::new(&haze, volume.samples.scalar_type());
+        let measure = ErrorMeasure::Classified;
+        let coarse = Pyramid::coarse(&volume, &table, 1.0, measure, &Ticket::new()).unwrap();
+        for node in coarse.levels[2..].iter().flat_map(|level| &level.nodes) {
+            assert!((node.extinction / 1.5e-7 - 1.0).abs() < 1e-3, "{}", node.extinction);
+        }
+    }
+
+    #[test]
+    fn no_cut_goes_below_the_coarse_levels() {
+        let head = head();
+        let table = Table::new(
+            &transfer(head.statistics.min, head.statistics.max),
+            head.samples.scalar_type(),
+        );
+        let measure = ErrorMeasure::Classified;
+        let coarse = Pyramid::coarse(&head, &table, 1.0, measure, &Ticket::new()).unwrap();
+        let everything = Visibility {
+            view_from_index: DMat3::IDENTITY,
+            view_origin: DVec3::ZERO,
+            half_size: DVec2::splat(1e6),
+            eye_distance: None,
+            kernel_radius: 1.5,
+        };
+        for (balanced, view_dependent) in [(false, false), (true, false), (false, true)] {
+            for max_error in [0.0, coarse.error_for_count(20), coarse.error_for_count(u64::MAX)] {
+                let limits = CutLimits {
+                    max_error,
+                    finest_level: 0,
+                    min_radius_px: 0.0,
+                    view_dependent,
+                    splat_px: Some(100.0),
+                    balanced,
+                };
+                let order = VisitOrder::Along(DVec3::Z);
+                let cut = Cut::of(&coarse, limits, order, &everything, |_| panic!("no voxels"));
+                let finest = cut.nodes.iter().map(|node| node.level).min();
+                assert!(finest >= Some(3), "{finest:?}");
+                if max_error == 0.0 {
+                    let active = |level: &&super::super::PyramidLevel| {
+                        level.nodes.iter().filter(|node| node.is_active()).count()
+                    };
+                    assert_eq!(Some(cut.nodes.len()), coarse.levels.get(2).as_ref().map(active));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_cancelled_one_stops() {
+        let head = head();
+        let table = Table::new(&transfer(0.0, 1.0), head.samples.scalar_type());
+        let ticket = Ticket::new();
+        ticket.cancel();
+        for build in [Pyramid::coarse, Pyramid::build] {
+            let stopped = build(&head, &table, 1.0, ErrorMeasure::Classified, &ticket);
+            assert!(matches!(stopped, Err(super::super::PyramidError::Cancelled(_))));
+        }
+    }
+}

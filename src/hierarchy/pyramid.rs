@@ -363,3 +363,39 @@ fn next_level(
     let (nodes, sums) = (0..coarse.iter().product()).into_par_iter().map(parent).unzip();
     (PyramidLevel { dims: coarse, nodes }, sums)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::transfer::{ColourMap, ColourSource, TransferFunction};
+    use crate::volume::{Lattice, Samples};
+
+    #[test]
+    fn what_does_not_fit_is_refused_in_one_sentence_before_anything_is_made() {
+        let dims = [19, 33, 40];
+        let samples = Samples::UInt8(vec![9; dims.iter().product()]);
+        let volume = ScalarVolume::from_samples("test", Lattice::unit(dims), samples).unwrap();
+        let colour = ColourSource::Map { map: ColourMap::Gray, range: [0.0, 9.0] };
+        let transfer = TransferFunction { opacity: vec![(0.0, 0.0), (9.0, 0.5)], colour };
+        let table = Table::new(&transfer, volume.samples.scalar_type());
+        let measure = ErrorMeasure::Classified;
+        for (finest, pyramid) in [
+            (0, Pyramid::build(&volume, &table, 1.0, measure, &Ticket::new()).unwrap()),
+            (LEVELS, Pyramid::coarse(&volume, &table, 1.0, measure, &Ticket::new()).unwrap()),
+        ] {
+            let held = pyramid.size_bytes() as u64;
+            // Sums of 3 × 5 × 5 nodes and of 2 × 3 × 3.
+            let needed = held + (75 + 18) * size_of::<Sums>() as u64;
+            assert_eq!(require_memory(dims, finest, needed), Ok(()));
+            let refusal = require_memory(dims, finest, needed - 1).unwrap_err();
+            assert_eq!(refusal.needed_bytes, needed);
+            let sentence = refusal.to_string();
+            assert!(
+                sentence.starts_with("expected the octree of the volume to fit in memory, found")
+            );
+            assert!(sentence.contains("; close other programs") && !sentence.contains('\n'));
+        }
+        // Sizes that no machine has do not overflow.
+        assert!(require_memory([65_535; 3], 0, 1 << 40).is_err());
+    }
+}

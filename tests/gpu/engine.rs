@@ -79,7 +79,7 @@ impl Bench {
         })
     }
 
-    fn still(&self, scene: &Scene) -> Still {
+    pub(crate) fn still(&self, scene: &Scene) -> Still {
         let request = still_request(scene, SIZE);
         self.engine.still(request, &Ticket::new()).expect("a still")
     }
