@@ -376,7 +376,7 @@ mod tests {
             [[24, 16, 8], [19, 9, 10], [33, 2, 5], [1, 13, 6], [1, 1, 300], [3, 4, 1], [1; 3]]
         {
             let values: Vec<f64> = voxels(dims).map(value).collect();
-            let holed = |(i, &v): (usize, &f64)| if i % 13 == 0 { f64::NAN } else { v * 1.01 };
+            let holed = |(i, &v): (usize, &f64)| if i % 13 == 5 { f64::NAN } else { v * 1.01 };
             for samples in [
                 Samples::UInt8(values.iter().map(|&v| v as u8).collect()),
                 Samples::Int16(values.iter().map(|&v| v as i16 - 20).collect()),
