@@ -78,7 +78,7 @@ fn scan(drawer: &mut Drawer, file: &Path, base: &Scene) {
     for count in NODES {
         let max_error = drawer.error_for_count(count);
         let (cut, uneven_light) = drawn(drawer, &uneven, max_error);
-        let mask = seams(base, &cut);
+        let mask = seams(&uneven, &cut);
         let (same_error, same_error_light) = drawn(drawer, &even, max_error);
         // The least error whose balanced cut has no more nodes.
         let (mut low, mut high) = (max_error, max_error * 16.0);

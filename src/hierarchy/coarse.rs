@@ -190,15 +190,15 @@ mod tests {
         ScalarVolume::from_samples("float", volume.lattice, Samples::Float32(values)).unwrap()
     }
 
+    /// Measured: opacities 0.021 rms, 0.009 too high in the mean; errors 0.99 of theirs, 0.73 to 0.78 by
+    /// optical depth.
     #[test]
     fn coarse_nodes_are_near_those_of_the_whole_pyramid() {
         let head = head();
         let [min, max] = [head.statistics.min, head.statistics.max];
         let at = |part: f64| min + (max - min) * part;
         for volume in [as_float(&head), head] {
-            for (transfer, most_off) in
-                [(transfer(min, max), 0.02), (transfer(at(0.3), at(0.6)), 0.04)]
-            {
+            for transfer in [transfer(min, max), transfer(at(0.3), at(0.6))] {
                 let table = Table::new(&transfer, volume.samples.scalar_type());
                 for &measure in ErrorMeasure::ALL {
                     let whole =
@@ -240,8 +240,12 @@ mod tests {
                     println!(
                         "measured {measure:?} rms {rms:.4} bias {bias:+.4} errors × {ratio:.3}"
                     );
-                    assert!(rms < most_off && bias.abs() < most_off / 2.0, "{rms} {bias}");
-                    assert!((0.6..1.4).contains(&ratio), "{measure:?} {ratio}");
+                    assert!(rms < 0.03 && bias.abs() < 0.012, "{rms} {bias}");
+                    let expected = match measure {
+                        ErrorMeasure::Scalar | ErrorMeasure::Classified => 0.98..1.01,
+                        ErrorMeasure::OpticalDepth => 0.65..0.85,
+                    };
+                    assert!(expected.contains(&ratio), "{measure:?} {ratio}");
                 }
             }
         }
