@@ -20,9 +20,9 @@ use crate::volume::ScalarVolume;
 
 /// How often a wait for the octree looks whether something newer came.
 const LOOK_EVERY: Duration = Duration::from_millis(4);
-/// So many voxels that can show are classified before a quick picture: 5 to 12 ms on two cores. Of more,
-/// it is drawn from what level 3 knows.
-const WHOLE_AT_ONCE: u64 = 1 << 21;
+/// So many voxels that can show are classified before a quick picture: 3 to 6 ms on two free cores. Of
+/// more, it is drawn from what level 3 knows.
+const WHOLE_AT_ONCE: u64 = 1 << 20;
 
 /// The volume under the transfer function.
 #[derive(Debug)]
