@@ -14,6 +14,8 @@ pub enum Action {
     SavePicture,
     SaveScreenshot,
     Quit,
+    Undo,
+    Redo,
     ViewFront,
     ViewRight,
     ViewTop,
@@ -34,6 +36,7 @@ pub enum Action {
 #[expect(missing_docs, reason = "the names say it all")]
 pub enum Menu {
     File,
+    Edit,
     View,
     Help,
 }
@@ -61,6 +64,14 @@ const fn command(key: Key) -> Option<KeyboardShortcut> {
     Some(KeyboardShortcut::new(Modifiers::COMMAND, key))
 }
 
+const fn shifted(key: Key) -> Option<KeyboardShortcut> {
+    Some(KeyboardShortcut::new(Modifiers::COMMAND.plus(Modifiers::SHIFT), key))
+}
+
+/// Further keys of commands that have one in [`ACTIONS`].
+const SECOND_KEYS: [(Action, KeyboardShortcut); 1] =
+    [(Action::Redo, KeyboardShortcut::new(Modifiers::COMMAND, Key::Y))];
+
 const fn entry(
     action: Action,
     menu: Menu,
@@ -72,7 +83,7 @@ const fn entry(
 }
 
 /// Every command there is, in the order of the menus.
-pub const ACTIONS: [Entry; 19] = [
+pub const ACTIONS: [Entry; 21] = [
     entry(Action::Open, Menu::File, "Open…", command(Key::O), "Open a volume in a file dialog"),
     entry(
         Action::OpenPath,
@@ -103,6 +114,20 @@ pub const ACTIONS: [Entry; 19] = [
         "Save the picture on screen to the pictures folder",
     ),
     entry(Action::Quit, Menu::File, "Quit", command(Key::Q), "Close the window"),
+    entry(
+        Action::Undo,
+        Menu::Edit,
+        "Undo",
+        command(Key::Z),
+        "Take back the last change of anything in the window",
+    ),
+    entry(
+        Action::Redo,
+        Menu::Edit,
+        "Redo",
+        shifted(Key::Z),
+        "Do again what was taken back last (Ctrl+Y, too)",
+    ),
     entry(Action::ViewFront, Menu::View, "Front", plain(Key::Num1), "Look at the front"),
     entry(Action::ViewRight, Menu::View, "Right", plain(Key::Num3), "Look at the right side"),
     entry(Action::ViewTop, Menu::View, "Top", plain(Key::Num7), "Look from above"),
@@ -198,17 +223,23 @@ pub fn entry_of(action: Action) -> &'static Entry {
 
 /// The commands whose keys were pressed since the last pass; their key presses are used up.
 ///
-/// Keys that a focused text field needs are left to it, and Enter to any focused widget.
+/// Keys that a focused text field needs are left to it, its own undo among them, and Enter to any
+/// focused widget.
 pub fn pressed(ctx: &Context) -> Vec<Action> {
     let typing = ctx.text_edit_focused();
     let focused = ctx.memory(|memory| memory.focused().is_some());
     let available = |shortcut: &KeyboardShortcut| {
         let activates_widgets = shortcut.logical_key == Key::Enter;
-        let is_taken = typing && shortcut.conflicts_with_text_editing();
+        let is_undo = matches!(shortcut.logical_key, Key::Z | Key::Y);
+        let is_taken = typing && (is_undo || shortcut.conflicts_with_text_editing());
         !(is_taken || focused && activates_widgets)
     };
-    let keys = ACTIONS.iter().filter_map(|e| Some((e.action, e.shortcut?)));
-    keys.filter(|(_, shortcut)| available(shortcut))
+    let keys = ACTIONS.iter().filter_map(|e| Some((e.action, e.shortcut?))).chain(SECOND_KEYS);
+    let mut keys: Vec<_> = keys.collect();
+    // A shortcut matches with Shift held, too, so those that ask for it come first.
+    keys.sort_by_key(|(_, shortcut)| !shortcut.modifiers.shift);
+    keys.into_iter()
+        .filter(|(_, shortcut)| available(shortcut))
         .filter(|(_, shortcut)| ctx.input_mut(|input| input.consume_shortcut(shortcut)))
         .map(|(action, _)| action)
         .collect()

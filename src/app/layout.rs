@@ -61,6 +61,8 @@ impl Window {
                 source = self.open_menus_ui(ui);
                 menu_entries_ui(ui, Menu::File, &mut chosen);
             });
+            let steps = self.step_words();
+            ui.menu_button("Edit", |ui| edit_menu_ui(ui, &steps, &mut chosen));
             ui.menu_button("View", |ui| menu_entries_ui(ui, Menu::View, &mut chosen));
             ui.menu_button("Help", |ui| menu_entries_ui(ui, Menu::Help, &mut chosen));
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
@@ -218,6 +220,22 @@ impl Window {
                 job_ui(ui, job.title, job.fraction, job.is_cancelled, &*job.cancel);
             }
         });
+    }
+}
+
+/// Undo and redo, each with what it would do; `chosen` is the one that was clicked.
+fn edit_menu_ui(ui: &mut Ui, steps: &[Option<String>; 2], chosen: &mut Option<Action>) {
+    for (action, words) in [Action::Undo, Action::Redo].into_iter().zip(steps) {
+        let entry = entry_of(action);
+        let mut button = Button::new(entry.name);
+        if let Some(shortcut) = &entry.shortcut {
+            button = button.shortcut_text(ui.ctx().format_shortcut(shortcut));
+        }
+        let shown = ui.add_enabled(words.is_some(), button);
+        let shown = shown.on_disabled_hover_text("There is nothing to go back or forward to");
+        if shown.on_hover_text(words.as_deref().unwrap_or_default()).clicked() {
+            *chosen = Some(action);
+        }
     }
 }
 

@@ -17,6 +17,7 @@ use super::dialogs::save::{SaveChoice, SaveDialog};
 use super::document::{Document, Library, ReadFailure, Source};
 use super::drawer::Drawer;
 use super::file_dialog::{Answer, FileDialog};
+use super::history::History;
 use super::job::{Ended, Job};
 use super::measuring::{EstimateRecord, Measuring, StartMeasuring};
 use super::notices::Notices;
@@ -27,10 +28,12 @@ use super::panels::data::FieldChoice;
 use super::saving::{self, Renderer, SaveRequest, Saved};
 use super::settings::Settings;
 use super::theme;
+use super::undoing::{State, Wheel};
 use super::viewport::{ScreenFormat, Viewport};
 use crate::core::{Camera, Projection};
 use crate::scene::{self, Background, NamedView, Scene, SplatSettings};
 use crate::task::engine::EngineState;
+use crate::transfer::Gaussian;
 
 /// Between two looks at the progress of a job.
 const PROGRESS_EVERY: Duration = Duration::from_millis(100);
@@ -81,7 +84,11 @@ pub struct Window {
     pub(super) settings: Settings,
     pub(super) document: Option<Document>,
     pub(super) scene: Option<Scene>,
+    /// The bells that the scene's opacities follow; none where they are points of their own.
+    pub(super) gaussians: Vec<Gaussian>,
     pub(super) curve: CurveEditor,
+    pub(super) history: History<State>,
+    pub(super) wheel: Wheel,
     pub(super) viewport: Viewport,
     /// The viewport's size in physical pixels at the last pass.
     pub(super) viewport_size: [u32; 2],
@@ -113,7 +120,10 @@ impl Window {
             settings: settings.sanitised(),
             document: None,
             scene: None,
+            gaussians: Vec::new(),
             curve: CurveEditor::default(),
+            history: History::default(),
+            wheel: Wheel::default(),
             viewport_size: [1, 1],
             viewport_pixels: [0, 0, 1, 1],
             pacing: Pacing::default(),
@@ -222,6 +232,8 @@ impl Window {
             Action::SavePicture => self.ask_to_save(),
             Action::SaveScreenshot => self.save_screenshot(ctx),
             Action::Quit => ctx.send_viewport_cmd(ViewportCommand::Close),
+            Action::Undo => self.step(ctx, true),
+            Action::Redo => self.step(ctx, false),
             Action::ViewFront => self.look(NamedView::Front),
             Action::ViewRight => self.look(NamedView::Right),
             Action::ViewTop => self.look(NamedView::Top),
@@ -304,6 +316,7 @@ impl Window {
         };
         let background = self.settings.scene_background();
         self.scene = Some(Scene { volume, transfer, splat, camera, background });
+        self.gaussians.clear();
         self.curve.start_over();
         let title = format!("{} – Voxsplat", document.source.name());
         ctx.send_viewport_cmd(ViewportCommand::Title(title));
@@ -311,6 +324,9 @@ impl Window {
             self.notices.note(warning.clone());
         }
         self.document = Some(document);
+        if !keep_view {
+            self.forget_steps();
+        }
     }
 
     /// Takes what jobs, dialogs and the desktop have brought since the last pass.
@@ -610,6 +626,7 @@ impl eframe::App for Window {
         self.layout_ui(ui);
         self.dialogs_ui(&ctx);
         self.pace(&ctx);
+        self.record_step(&ctx);
         self.pace_judging(&ctx);
         self.pace_cells(&ctx);
     }

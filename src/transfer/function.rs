@@ -66,6 +66,16 @@ pub enum TransferError {
         /// The lesser one that follows.
         after: f64,
     },
+    /// A Gaussian without width.
+    #[error(
+        "expected a Gaussian wide enough to be told from its centre {centre}, found width {found}"
+    )]
+    Width {
+        /// The offending standard deviation.
+        found: f64,
+        /// Where it was given.
+        centre: f64,
+    },
     /// Colours by stops, but no stop.
     #[error("expected at least one colour stop, found none")]
     NoColour,

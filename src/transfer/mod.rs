@@ -6,14 +6,19 @@
 
 pub mod colour_map;
 mod cumulative;
+mod design;
 mod diverging;
 mod function;
+mod gaussian;
 pub mod presets;
+mod simplify;
 mod table;
 
 pub use colour_map::ColourMap;
 pub use cumulative::{Cumulative, Weight};
+pub use design::{Design, DesignError, MOST_POINTS, MOST_TEXT_BYTES};
 pub use function::{
     ColourSource, TRANSMITTANCE_FLOOR, TransferError, TransferFunction, extinction_from_opacity,
 };
+pub use gaussian::{GAUSSIAN_TOLERANCE, Gaussian, MOST_GAUSSIANS, opacity_of, points_of};
 pub use table::{Coordinate, Table};

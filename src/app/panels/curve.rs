@@ -37,6 +37,11 @@ pub struct CurveEditor {
 }
 
 impl CurveEditor {
+    /// Lets go of what is held.
+    pub fn let_go(&mut self) {
+        self.held = None;
+    }
+
     /// Lets go of everything that belongs to one curve.
     pub fn start_over(&mut self) {
         (self.selected, self.held) = (0, None);
