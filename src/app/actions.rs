@@ -13,9 +13,13 @@ pub enum Action {
     RawLayout,
     SavePicture,
     SaveScreenshot,
+    LoadTransfer,
+    SaveTransfer,
     Quit,
     Undo,
     Redo,
+    CopyTransfer,
+    PasteTransfer,
     ViewFront,
     ViewRight,
     ViewTop,
@@ -83,7 +87,7 @@ const fn entry(
 }
 
 /// Every command there is, in the order of the menus.
-pub const ACTIONS: [Entry; 21] = [
+pub const ACTIONS: [Entry; 25] = [
     entry(Action::Open, Menu::File, "Open…", command(Key::O), "Open a volume in a file dialog"),
     entry(
         Action::OpenPath,
@@ -113,6 +117,20 @@ pub const ACTIONS: [Entry; 21] = [
         plain(Key::F12),
         "Save the picture on screen to the pictures folder",
     ),
+    entry(
+        Action::LoadTransfer,
+        Menu::File,
+        "Load transfer function…",
+        None,
+        "Take opacities and colours from a file; a file dropped on the window is loaded, too",
+    ),
+    entry(
+        Action::SaveTransfer,
+        Menu::File,
+        "Save transfer function…",
+        None,
+        "Keep opacities and colours as a file, in the data's own units",
+    ),
     entry(Action::Quit, Menu::File, "Quit", command(Key::Q), "Close the window"),
     entry(
         Action::Undo,
@@ -127,6 +145,20 @@ pub const ACTIONS: [Entry; 21] = [
         "Redo",
         shifted(Key::Z),
         "Do again what was taken back last (Ctrl+Y, too)",
+    ),
+    entry(
+        Action::CopyTransfer,
+        Menu::Edit,
+        "Copy transfer function",
+        None,
+        "Put opacities and colours on the clipboard, as text (Ctrl+C)",
+    ),
+    entry(
+        Action::PasteTransfer,
+        Menu::Edit,
+        "Paste transfer function",
+        None,
+        "Take opacities and colours from the clipboard (Ctrl+V)",
     ),
     entry(Action::ViewFront, Menu::View, "Front", plain(Key::Num1), "Look at the front"),
     entry(Action::ViewRight, Menu::View, "Right", plain(Key::Num3), "Look at the right side"),
@@ -204,13 +236,14 @@ pub const ACTIONS: [Entry; 21] = [
 ];
 
 /// What the mouse does in the viewport: the gesture, and its effect.
-pub const GESTURES: [(&str, &str); 8] = [
+pub const GESTURES: [(&str, &str); 9] = [
     ("Left drag", "Turn the volume"),
     ("Middle drag, Shift+left drag", "Move the volume"),
     ("Right drag", "Zoom: up comes closer"),
     ("Wheel", "Zoom to the cursor"),
     ("Double click", "Put what is under the cursor in the centre"),
-    ("Drop a file", "Open it"),
+    ("Drop a file", "Open the volume, or load the transfer function"),
+    ("Ctrl+C, Ctrl+V", "Copy, paste the transfer function"),
     ("Drag the line between two modes", "Show more of the one or the other"),
     ("Click, Shift+click on the chart", "Draw with a mode, compare with it"),
 ];
@@ -268,7 +301,12 @@ mod tests {
             let asks_for_more = e.name.ends_with('…');
             let opens_dialog = matches!(
                 e.action,
-                Action::Open | Action::OpenPath | Action::RawLayout | Action::SavePicture
+                Action::Open
+                    | Action::OpenPath
+                    | Action::RawLayout
+                    | Action::SavePicture
+                    | Action::LoadTransfer
+                    | Action::SaveTransfer
             );
             assert_eq!(asks_for_more, opens_dialog, "{}", e.name);
         }

@@ -143,11 +143,11 @@ impl Window {
             return;
         };
         let choice = section_ui(ui, "Data", |ui| data::data_ui(ui, document)).flatten();
-        section_ui(ui, "Transfer function", |ui| {
+        let action = section_ui(ui, "Transfer function", |ui| {
             let statistics = &scene.volume.statistics;
             let default = || self.parts.library.default_transfer(statistics);
-            let editor = &mut self.curve;
-            transfer::transfer_ui(ui, editor, &mut scene.transfer, statistics, default);
+            let (editor, bells) = (&mut self.transfer, &mut self.gaussians);
+            transfer::transfer_ui(ui, editor, &mut scene.transfer, bells, statistics, default)
         });
         let compare = &mut self.compare;
         let times = self.parts.drawer.back_end_times();
@@ -167,6 +167,9 @@ impl Window {
         section_ui(ui, "View", |ui| view::view_ui(ui, scene, &mut self.settings, &mut self.cells));
         if let Some(choice) = choice {
             self.choose_field(ui.ctx(), choice);
+        }
+        if let Some(action) = action.flatten() {
+            self.perform(ui.ctx(), action);
         }
     }
 
@@ -234,6 +237,13 @@ fn edit_menu_ui(ui: &mut Ui, steps: &[Option<String>; 2], chosen: &mut Option<Ac
         let shown = ui.add_enabled(words.is_some(), button);
         let shown = shown.on_disabled_hover_text("There is nothing to go back or forward to");
         if shown.on_hover_text(words.as_deref().unwrap_or_default()).clicked() {
+            *chosen = Some(action);
+        }
+    }
+    ui.separator();
+    for action in [Action::CopyTransfer, Action::PasteTransfer] {
+        let entry = entry_of(action);
+        if ui.button(entry.name).on_hover_text(entry.help).clicked() {
             *chosen = Some(action);
         }
     }

@@ -161,7 +161,7 @@ impl Window {
         self.settings = Settings { recent, side_panel: self.settings.side_panel, ..settings };
         compare.give_to(&mut self.compare);
         (self.cells.on, self.cells.max_error) = cells;
-        self.curve.let_go();
+        self.transfer.let_go();
     }
 
     /// What undo and redo would do now, for people: `None` where they would do nothing.

@@ -14,8 +14,10 @@ use super::dialogs::Outcome;
 use super::dialogs::open_path::OpenPath;
 use super::dialogs::raw::RawDialog;
 use super::dialogs::save::{SaveChoice, SaveDialog};
+use super::dialogs::transfer_file::TransferFileDialog;
 use super::document::{Document, Library, ReadFailure, Source};
 use super::drawer::Drawer;
+use super::exchanging::LoadingDesign;
 use super::file_dialog::{Answer, FileDialog};
 use super::history::History;
 use super::job::{Ended, Job};
@@ -23,8 +25,8 @@ use super::measuring::{EstimateRecord, Measuring, StartMeasuring};
 use super::notices::Notices;
 use super::pacing::{News, Pacing};
 use super::panels::accuracy::AccuracyPanel;
-use super::panels::curve::CurveEditor;
 use super::panels::data::FieldChoice;
+use super::panels::transfer::TransferEditor;
 use super::saving::{self, Renderer, SaveRequest, Saved};
 use super::settings::Settings;
 use super::theme;
@@ -75,6 +77,7 @@ pub(super) enum Dialog {
     OpenPath(OpenPath),
     Raw(Box<RawDialog>),
     Save(Box<SaveDialog>),
+    Transfer(Box<TransferFileDialog>),
     Help,
 }
 
@@ -86,7 +89,7 @@ pub struct Window {
     pub(super) scene: Option<Scene>,
     /// The bells that the scene's opacities follow; none where they are points of their own.
     pub(super) gaussians: Vec<Gaussian>,
-    pub(super) curve: CurveEditor,
+    pub(super) transfer: TransferEditor,
     pub(super) history: History<State>,
     pub(super) wheel: Wheel,
     pub(super) viewport: Viewport,
@@ -106,7 +109,8 @@ pub struct Window {
     pub(super) last_valid_mode: SplatSettings,
     file_dialog: Option<FileDialog>,
     loading: Option<Loading>,
-    saving: Vec<Job<Saved>>,
+    pub(super) saving: Vec<Job<Saved>>,
+    pub(super) loading_design: Option<LoadingDesign>,
     reported_failure: Option<String>,
 }
 
@@ -121,7 +125,7 @@ impl Window {
             document: None,
             scene: None,
             gaussians: Vec::new(),
-            curve: CurveEditor::default(),
+            transfer: TransferEditor::default(),
             history: History::default(),
             wheel: Wheel::default(),
             viewport_size: [1, 1],
@@ -138,6 +142,7 @@ impl Window {
             file_dialog: None,
             loading: None,
             saving: Vec::new(),
+            loading_design: None,
             reported_failure: None,
         }
     }
@@ -231,6 +236,10 @@ impl Window {
             Action::RawLayout => self.ask_raw_layout_again(),
             Action::SavePicture => self.ask_to_save(),
             Action::SaveScreenshot => self.save_screenshot(ctx),
+            Action::LoadTransfer
+            | Action::SaveTransfer
+            | Action::CopyTransfer
+            | Action::PasteTransfer => self.exchange(ctx, action),
             Action::Quit => ctx.send_viewport_cmd(ViewportCommand::Close),
             Action::Undo => self.step(ctx, true),
             Action::Redo => self.step(ctx, false),
@@ -317,7 +326,7 @@ impl Window {
         let background = self.settings.scene_background();
         self.scene = Some(Scene { volume, transfer, splat, camera, background });
         self.gaussians.clear();
-        self.curve.start_over();
+        self.transfer.start_over();
         let title = format!("{} – Voxsplat", document.source.name());
         ctx.send_viewport_cmd(ViewportCommand::Title(title));
         for warning in &document.warnings {
@@ -333,6 +342,8 @@ impl Window {
     fn take_news(&mut self, ctx: &Context) {
         self.take_document(ctx);
         self.take_saved();
+        self.take_design();
+        self.take_clipboard(ctx);
         self.take_chosen_file(ctx);
         self.take_dropped_files(ctx);
         self.take_failure();
@@ -396,7 +407,7 @@ impl Window {
         let Some(answer) = self.file_dialog.as_ref().and_then(FileDialog::poll) else { return };
         self.file_dialog = None;
         match answer {
-            Answer::Chosen(path) => self.open(ctx, Source::File(path)),
+            Answer::Chosen(path) => self.open_any(ctx, path),
             Answer::Cancelled => {}
             Answer::Unavailable => {
                 self.notices.error(
@@ -417,7 +428,7 @@ impl Window {
                 let more = dropped.len() - 1;
                 self.notices.hint(format!("One file opens at a time; {more} more were left out"));
             }
-            self.open(ctx, Source::File(path.clone()));
+            self.open_any(ctx, path.clone());
         }
     }
 
@@ -518,6 +529,13 @@ impl Window {
             Dialog::Raw(raw) => match raw.show(ctx, &self.parts.library) {
                 Outcome::Done(source) => {
                     self.open(ctx, source);
+                    false
+                }
+                outcome => outcome == Outcome::Open,
+            },
+            Dialog::Transfer(transfer) => match transfer.show(ctx) {
+                Outcome::Done(path) => {
+                    self.take_transfer_path(ctx, transfer.is_saving(), path);
                     false
                 }
                 outcome => outcome == Outcome::Open,

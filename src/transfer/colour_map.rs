@@ -102,6 +102,7 @@ impl ColourMap {
     /// Whether it runs from one colour over a neutral middle to another, rather than from dark to
     /// light.
     pub fn is_diverging(self) -> bool {
+        matches!(self, Self::CoolWarm | Self::Roma | Self::Vik)
     }
 
     /// Evenly spaced colours from 0 to 1, at least two, interpolated linearly as sRGB.

@@ -21,4 +21,5 @@ pub use function::{
     ColourSource, TRANSMITTANCE_FLOOR, TransferError, TransferFunction, extinction_from_opacity,
 };
 pub use gaussian::{GAUSSIAN_TOLERANCE, Gaussian, MOST_GAUSSIANS, opacity_of, points_of};
+pub use simplify::{FREEHAND_TOLERANCE, MOST_DRAWN_POINTS, redrawn};
 pub use table::{Coordinate, Table};

@@ -93,6 +93,11 @@ impl Preset {
         }
     }
 
+    /// Whether it is meant for Hounsfield units, and the values are none.
+    pub fn lacks_hounsfield_units(self, statistics: &Statistics) -> bool {
+        self.in_hounsfield_units().is_some() && !is_hounsfield(statistics)
+    }
+
     fn map(self) -> ColourMap {
         match self {
             Self::CtBone | Self::CtSkin | Self::CtVessels => ColourMap::CtLike,

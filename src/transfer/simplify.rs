@@ -3,6 +3,8 @@
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
+use super::function::interpolate;
+
 /// A stretch between two points that are kept, and what leaving out those between costs.
 struct Stretch {
     error: f64,
@@ -70,6 +72,36 @@ pub(super) fn simplified(
     (points, error)
 }
 
+/// A line drawn by hand keeps to it within this opacity, unless that takes more points than
+/// [`MOST_DRAWN_POINTS`]: then as near as those get.
+pub const FREEHAND_TOLERANCE: f64 = 1.0 / 256.0;
+/// How many points a drawn line becomes at most.
+pub const MOST_DRAWN_POINTS: usize = 64;
+
+/// Points with those between the ends of a drawn line (sorted by value, each value once) replaced by
+/// it: by fewer of its points where it is `finished`. Beyond the line's own spacing to either side
+/// nothing changes.
+pub fn redrawn(before: &[(f64, f64)], line: &[(f64, f64)], finished: bool) -> Vec<(f64, f64)> {
+    // A dot is no line.
+    let [(low, _), (second, _), ..] = *line else { return before.to_vec() };
+    let high = line[line.len() - 1].0;
+    let spacing = second - low;
+    let line = match finished {
+        true => simplified(line, FREEHAND_TOLERANCE, MOST_DRAWN_POINTS).0,
+        false => line.to_vec(),
+    };
+    let [foot, end] = [low - spacing, high + spacing];
+    let opacity = |value: f64| {
+        interpolate(before, value, |&a| [a]).map(|[a]| (value, a)).filter(|_| value.is_finite())
+    };
+    let mut points: Vec<_> = before.iter().copied().filter(|(v, _)| *v < foot).collect();
+    points.extend(opacity(foot));
+    points.extend(line);
+    points.extend(opacity(end));
+    points.extend(before.iter().copied().filter(|(v, _)| *v > end));
+    points
+}
+
 /// The stretch between two points, if anything lies between.
 fn stretch(points: &[(f64, f64)], from: usize, to: usize) -> Option<Stretch> {
     let (a, b) = (points[from], points[to]);
@@ -104,6 +136,35 @@ mod tests {
         assert_eq!(simplified(&step, 1.0, 2).0, step);
         assert_eq!(simplified(&[], 0.1, 2), (vec![], 0.0));
         assert_eq!(simplified(&[(3.0, 0.5)], 0.1, 2).0, [(3.0, 0.5)]);
+    }
+
+    #[test]
+    fn a_drawn_line_replaces_what_it_passes_over_and_nothing_else() {
+        let before = [(0.0, 0.0), (40.0, 0.4), (60.0, 0.9), (100.0, 1.0)];
+        let line: Vec<_> = (30..=70).map(|i| (f64::from(i), 0.25)).collect();
+        for finished in [false, true] {
+            let points = redrawn(&before, &line, finished);
+            assert!(points.is_sorted_by(|a, b| a.0 <= b.0), "{points:?}");
+            for i in 0..=1000 {
+                let value = f64::from(i) / 10.0;
+                let expected = match value {
+                    v if (30.0..=70.0).contains(&v) => 0.25,
+                    v if (29.0..=71.0).contains(&v) => continue,
+                    v => opacity(&before, v),
+                };
+                assert!((opacity(&points, value) - expected).abs() < 1e-9, "{value}: {points:?}");
+            }
+            assert_eq!(points.len(), if finished { 6 } else { 45 });
+        }
+        assert_eq!(redrawn(&before, &[], true), before);
+        assert_eq!(redrawn(&before, &[(50.0, 0.1)], true), before);
+        assert_eq!(redrawn(&[], &[(0.0, 0.5), (1.0, 0.5)], false), [(0.0, 0.5), (1.0, 0.5)]);
+    }
+
+    #[test]
+    fn however_wild_the_hand_a_drawn_line_has_few_points() {
+        let line: Vec<_> = (0..300).map(|i| (f64::from(i), f64::from(i % 7) / 6.0)).collect();
+        assert_eq!(redrawn(&[], &line, true).len(), MOST_DRAWN_POINTS);
     }
 
     proptest! {
