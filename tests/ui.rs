@@ -3,6 +3,7 @@
 
 mod ui_modes;
 mod ui_support;
+mod ui_transfer;
 
 use std::path::PathBuf;
 use std::time::Duration;
@@ -174,6 +175,24 @@ fn every_shortcut_does_what_it_says() {
                 // The command leaves with the very pass in which the key went down.
                 let mut bench = Bench::opened();
                 assert!(bench.press_sends(shortcut, &ViewportCommand::Close));
+            }
+            Action::LoadTransfer
+            | Action::SaveTransfer
+            | Action::CopyTransfer
+            | Action::PasteTransfer => unreachable!("it has no key"),
+            Action::Undo => {
+                assert_ne!(bench.camera(), before);
+                bench.harness.key_press_modifiers(Modifiers::COMMAND, Key::Y);
+                bench.harness.run_steps(3);
+                assert_eq!(bench.camera(), before);
+            }
+            Action::Redo => {
+                assert!(bench.shows("There is nothing to redo"));
+                bench.harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+                bench.harness.run_steps(3);
+                assert_ne!(bench.camera(), before);
+                press(&mut bench);
+                assert_eq!(bench.camera(), before);
             }
             Action::ViewFront => looks(&bench, NamedView::Front),
             Action::ViewRight => looks(&bench, NamedView::Right),
@@ -396,7 +415,7 @@ fn full_quality_while_moving_asks_for_rest_during_a_drag() {
 }
 
 #[test]
-fn ranges_stretch_colours_and_opacities_and_reset_undoes_it() {
+fn ranges_stretch_colours_and_opacities_and_the_default_is_a_choice() {
     let mut bench = Bench::opened();
     let fresh = bench.window().scene().unwrap().transfer.clone();
     bench.harness.get_by_label("Min–max").click();
@@ -406,7 +425,7 @@ fn ranges_stretch_colours_and_opacities_and_reset_undoes_it() {
     let statistics = &bench.window().scene().unwrap().volume.statistics;
     assert_eq!(range, [statistics.min, statistics.max]);
     assert_ne!(transfer.opacity, fresh.opacity, "the stand-in starts elsewhere");
-    bench.harness.get_by_label("Reset to default").click();
+    bench.choose("Preset", "Default");
     bench.settle();
     assert_eq!(bench.last_request().scene.transfer, fresh);
 }

@@ -351,7 +351,7 @@ mod tests {
             (with(colours, "{}"), "none of them"),
             (with(colours, "{\"stops\":[]}"), "at least one colour stop"),
             (with(colours, "{\"stops\":[[0,\"red\"]]}"), "RRGGBB"),
-            (with("\"opacity\"", "\"gaussians\""), "invalid type: "),
+            (with("\"opacity\"", "\"gaussians\""), "expected struct Gaussian"),
             (with("\"opacity\"", "\"opacities\""), "unknown field `opacities`"),
             (with("\"colours\"", "\"gaussians\": [], \"colours\""), "both"),
             (with("\"colours\"", "\"opacity\": [], \"colours\""), "duplicate field"),
