@@ -228,6 +228,20 @@ fn every_shortcut_does_what_it_says() {
                 press(&mut bench);
                 assert!(!bench.window().cells().on && !bench.shows("Octree error"));
             }
+            Action::ToggleLeveling => {
+                let range = |b: &Bench| b.window().scene().unwrap().transfer.colour.range();
+                let before = (bench.camera(), range(&bench));
+                let by = vec2(-60.0, -40.0);
+                bench.drag(PointerButton::Primary, Modifiers::NONE, by);
+                assert_eq!(bench.camera(), before.0, "the view rests");
+                let ([low, high], [old_low, old_high]) = (range(&bench), before.1);
+                assert!(high - low < old_high - old_low, "a narrower window");
+                assert!(low + high > old_low + old_high, "a higher level");
+                press(&mut bench);
+                bench.drag(PointerButton::Primary, Modifiers::NONE, by);
+                assert_eq!(range(&bench), [low, high]);
+                assert_ne!(bench.camera(), before.0);
+            }
             Action::ToggleSidePanel => {
                 assert!(!bench.shows("Extent"));
                 press(&mut bench);

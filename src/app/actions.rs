@@ -28,6 +28,7 @@ pub enum Action {
     ResetView,
     Converge,
     ToggleCells,
+    ToggleLeveling,
     ToggleSidePanel,
     ToggleAccuracy,
     ToggleCompare,
@@ -87,7 +88,7 @@ const fn entry(
 }
 
 /// Every command there is, in the order of the menus.
-pub const ACTIONS: [Entry; 25] = [
+pub const ACTIONS: [Entry; 26] = [
     entry(Action::Open, Menu::File, "Open…", command(Key::O), "Open a volume in a file dialog"),
     entry(
         Action::OpenPath,
@@ -199,6 +200,13 @@ pub const ACTIONS: [Entry; 25] = [
         "Show where the octree is fine and where coarse; rest on a cell to see why",
     ),
     entry(
+        Action::ToggleLeveling,
+        Menu::View,
+        "Window and level",
+        plain(Key::W),
+        "Left drags change the range of the colours: across its width, up and down its middle",
+    ),
+    entry(
         Action::ToggleSidePanel,
         Menu::View,
         "Side panel",
@@ -236,8 +244,9 @@ pub const ACTIONS: [Entry; 25] = [
 ];
 
 /// What the mouse does in the viewport: the gesture, and its effect.
-pub const GESTURES: [(&str, &str); 9] = [
+pub const GESTURES: [(&str, &str); 10] = [
     ("Left drag", "Turn the volume"),
+    ("W, then left drag", "Change window (across) and level (up and down)"),
     ("Middle drag, Shift+left drag", "Move the volume"),
     ("Right drag", "Zoom: up comes closer"),
     ("Wheel", "Zoom to the cursor"),

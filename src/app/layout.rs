@@ -193,7 +193,12 @@ impl Window {
             ui.ctx().request_repaint();
         }
         if let Some(scene) = &mut self.scene {
-            scene.camera = camera_control::steered(&scene.camera, &response);
+            let statistics = &scene.volume.statistics;
+            let (transfer, bells) = (&mut scene.transfer, &mut self.gaussians);
+            if !self.leveling.drag(&response, transfer, bells, statistics) {
+                scene.camera = camera_control::steered(&scene.camera, &response);
+            }
+            self.leveling.caption_ui(ui, area.rect, &scene.transfer);
             if self.settings.trihedron {
                 let space = self.document.as_ref().and_then(|d| d.grid.space.as_deref());
                 trihedron::paint(ui.painter(), area.rect, &scene.camera, space);

@@ -17,6 +17,7 @@ pub mod history;
 pub mod job;
 mod judging;
 mod layout;
+pub mod leveling;
 pub mod measuring;
 pub mod modes;
 pub mod notices;

@@ -21,6 +21,7 @@ use super::exchanging::LoadingDesign;
 use super::file_dialog::{Answer, FileDialog};
 use super::history::History;
 use super::job::{Ended, Job};
+use super::leveling::Leveling;
 use super::measuring::{EstimateRecord, Measuring, StartMeasuring};
 use super::notices::Notices;
 use super::pacing::{News, Pacing};
@@ -90,6 +91,7 @@ pub struct Window {
     /// The bells that the scene's opacities follow; none where they are points of their own.
     pub(super) gaussians: Vec<Gaussian>,
     pub(super) transfer: TransferEditor,
+    pub(super) leveling: Leveling,
     pub(super) history: History<State>,
     pub(super) wheel: Wheel,
     pub(super) viewport: Viewport,
@@ -126,6 +128,7 @@ impl Window {
             scene: None,
             gaussians: Vec::new(),
             transfer: TransferEditor::default(),
+            leveling: Leveling::default(),
             history: History::default(),
             wheel: Wheel::default(),
             viewport_size: [1, 1],
@@ -253,6 +256,7 @@ impl Window {
             }
             Action::ResetView => self.reset_view(),
             Action::Converge => self.converge(),
+            Action::ToggleLeveling => self.leveling.on = !self.leveling.on,
             Action::ToggleCells => self.cells.on = !self.cells.on,
             Action::ToggleSidePanel => self.settings.side_panel = !self.settings.side_panel,
             Action::ToggleAccuracy => self.accuracy.open = !self.accuracy.open,

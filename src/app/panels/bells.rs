@@ -41,7 +41,7 @@ pub(super) fn first_bell(transfer: &TransferFunction, [low, high]: [f64; 2]) -> 
     let centre = low / 2.0 + high / 2.0;
     let most = transfer.opacity.iter().map(|p| p.1).fold(0.0, f64::max);
     let height = if most > 0.0 { most } else { 0.5 };
-    Gaussian { centre, height, width: (high / 2.0 - low / 2.0) / 4.0 }
+    Gaussian { centre, height, width: (high / 2.0 - low / 2.0) / 8.0 }
 }
 
 /// Changes a bell, if it still is one then; the curve follows.
@@ -245,7 +245,7 @@ mod tests {
     fn the_curve_follows_and_the_last_bell_stays() {
         let mut t = transfer();
         let mut bells = vec![first_bell(&t, [0.0, 100.0])];
-        assert_eq!(bells[0], Gaussian { centre: 50.0, height: 0.6, width: 12.5 });
+        assert_eq!(bells[0], Gaussian { centre: 50.0, height: 0.6, width: 6.25 });
         assert!(add_bell(&mut t, &mut bells, bell_at(axes(), 150.0, 0.25)));
         assert_eq!((t.opacity_at(150.0), t.opacity_at(50.0)), (0.25, 0.6));
         let wild = Gaussian { width: f64::NAN, ..bells[0] };

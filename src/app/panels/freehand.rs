@@ -30,7 +30,12 @@ impl Stroke {
         let steps = column.abs_diff(from).max(1);
         for i in 0..=steps {
             let f = i as f64 / steps as f64;
-            let at = from.min(column) + if column > from { i } else { from.abs_diff(column) - i.min(from.abs_diff(column)) };
+            let at = from.min(column)
+                + if column > from {
+                    i
+                } else {
+                    from.abs_diff(column) - i.min(from.abs_diff(column))
+                };
             if let Some(place) = self.columns.get_mut(at) {
                 *place = Some(start * (1.0 - f) + opacity * f);
             }

@@ -365,7 +365,7 @@ fn view_ui(ui: &mut Ui, view: &mut GraphView) {
         let label = |extent: Extent| match extent {
             Extent::All => "All values",
             Extent::Colours => "Colour range",
-            Extent::Percentiles => "Percentiles",
+            Extent::Percentiles => "Between percentiles",
         };
         let combo = ComboBox::from_id_salt("graph").selected_text(label(view.extent));
         let shown = combo.show_ui(ui, |ui| {
@@ -384,7 +384,7 @@ fn view_ui(ui: &mut Ui, view: &mut GraphView) {
     row_ui(ui, "Percentiles", |ui| {
         let [low, high] = &mut view.percentiles;
         let drag = |percent, range| {
-            DragValue::new(percent).speed(0.05).range(range).max_decimals(2).suffix(" %")
+            DragValue::new(percent).speed(0.05).range(range).max_decimals(1).suffix(" %")
         };
         let help =
             "The part of the values that the graph, or Percentiles below, leaves out at either end";
