@@ -355,7 +355,7 @@ mod tests {
             (with("\"opacity\"", "\"opacities\""), "unknown field `opacities`"),
             (with("\"colours\"", "\"gaussians\": [], \"colours\""), "both"),
             (with("\"colours\"", "\"opacity\": [], \"colours\""), "duplicate field"),
-            (many, "at most 4096 opacity points, found 4097"),
+            (many, "at most 4096 opacity points in the transfer function, found 4097"),
             ("[".repeat(100_000), "recursion limit"),
             (" ".repeat(MOST_TEXT_BYTES + 1), "at most 1024 KiB, found 1048577 bytes"),
         ] {

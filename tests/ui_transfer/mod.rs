@@ -337,6 +337,7 @@ fn gaussians_are_added_pulled_and_removed_by_hand() {
     assert!((f.opacity_at(centre) - 0.63).abs() < 0.01, "{}", f.opacity_at(centre));
     assert!(f.opacity_at(centre - 30.0) < f.opacity_at(centre));
     // Another, well apart, and narrow.
+    bench.settle();
     bench.double_click(at(rect, 0.1, 0.5));
     bench.harness.run_steps(2);
     let two = function(&bench);
@@ -466,7 +467,7 @@ fn what_is_copied_can_be_pasted_and_other_text_is_refused() {
 fn some_design() -> Design {
     let gaussians = vec![Gaussian { centre: 300.0, height: 0.25, width: 12.5 }];
     let stops = vec![(100.0, Srgb8([1, 2, 3])), (400.0, Srgb8([250, 200, 100]))];
-    Design::of_gaussians(gaussians, ColourSource::Stops(stops)).unwrap()
+    Design::of_gaussians(gaussians, ColourSource::Stops(stops)).expect("a design")
 }
 
 #[test]
@@ -503,7 +504,7 @@ fn a_transfer_function_is_saved_loaded_and_dropped() {
 /// Types a path into the dialog that is open, and confirms.
 fn type_path(bench: &mut Bench, path: &Path) {
     press(bench, Modifiers::COMMAND, Key::A);
-    bench.harness.event(Event::Text(path.to_str().unwrap().to_owned()));
+    bench.harness.event(Event::Text(path.to_str().expect("UTF-8").to_owned()));
     bench.harness.run_steps(2);
     press(bench, Modifiers::NONE, Key::Enter);
 }

@@ -234,11 +234,12 @@ mod tests {
         assert_eq!(grip_near(axes(), &[bell], left), Some(Grip::Side(0)));
         assert_eq!(grip_near(axes(), &[bell], pos2(150.0, 10.0)), None);
         let moved = pulled(bell, Grip::Peak(0), axes(), pos2(60.0, 20.0), vec2(0.0, 5.0));
-        assert_eq!(moved, Gaussian { centre: 60.0, height: 0.75, ..bell });
+        assert!((moved.centre - 60.0).abs() < 1e-4, "{moved:?}");
+        assert_eq!((moved.height, moved.width), (0.75, bell.width));
         let wider = pulled(bell, Grip::Side(0), axes(), pos2(10.0, 90.0), vec2(0.0, 5.0));
-        assert_eq!(wider, Gaussian { width: 40.0, ..bell });
+        assert!((wider.width - 40.0).abs() < 1e-4 && wider.centre == bell.centre, "{wider:?}");
         let least = pulled(bell, Grip::Side(0), axes(), pos2(50.0, 90.0), Vec2::ZERO);
-        assert_eq!((least.width, least.validate()), (0.1, Ok(())));
+        assert!(least.width >= 0.1 && least.validate().is_ok(), "{least:?}");
     }
 
     #[test]
