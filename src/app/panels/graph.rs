@@ -96,41 +96,101 @@ impl Axes {
     }
 }
 
+/// Fewer bins of the histogram than this across the graph tell too little.
+const LEAST_BINS: f64 = 48.0;
+/// Bars that are drawn from the quantiles instead.
+const ESTIMATED_BARS: f64 = 64.0;
+
+/// What the graph shows of the values' distribution: equal bars from low to high.
+struct Bars {
+    low: f64,
+    high: f64,
+    counts: Vec<f64>,
+}
+
+impl Bars {
+    /// The histogram, where the range that is shown has enough of its bins; `None` otherwise.
+    fn counted(axes: Axes, statistics: &Statistics) -> Option<Self> {
+        let (min, max) = (statistics.min, statistics.max);
+        let part = (axes.high / 2.0 - axes.low / 2.0) / (max / 2.0 - min / 2.0);
+        let counts: Vec<f64> = statistics.histogram.iter().map(|&n| n as f64).collect();
+        // Of a single value no finer picture can be had.
+        let enough = max <= min || part * counts.len() as f64 >= LEAST_BINS;
+        enough.then_some(Self { low: min, high: max, counts })
+    }
+
+    /// What the quantiles, which no outlier spoils, say about the range that is shown.
+    fn estimated(axes: Axes, statistics: &Statistics) -> Self {
+        let quantiles = &statistics.quantiles;
+        let whole = quantiles.iter().all(|v| v.fract() == 0.0);
+        let width = axes.high - axes.low;
+        // No more bars than there are whole numbers, or some would have to be empty.
+        let bars = if whole { ESTIMATED_BARS.min(width.floor()).max(1.0) } else { ESTIMATED_BARS };
+        let each = statistics.finite_count as f64 / quantiles.len().max(1) as f64;
+        let below = |i: f64| {
+            let f = i / bars;
+            let edge = axes.low * (1.0 - f) + axes.high * f;
+            quantiles.partition_point(|v| *v < edge)
+        };
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "1 to 64")]
+        let counts = (0..bars as u32)
+            .map(|i| (below(f64::from(i) + 1.0) - below(f64::from(i))) as f64 * each)
+            .collect();
+        Self { low: axes.low, high: axes.high, counts }
+    }
+
+    fn edge(&self, i: usize) -> f64 {
+        let f = i as f64 / self.counts.len() as f64;
+        self.low * (1.0 - f) + self.high * f
+    }
+
+    /// The count of the bar that a value is in; 0 outside.
+    fn at(&self, value: f64) -> f64 {
+        let inside =
+            (0..self.counts.len()).find(|&i| (self.edge(i)..self.edge(i + 1)).contains(&value));
+        inside.and_then(|i| self.counts.get(i)).copied().unwrap_or(0.0)
+    }
+}
+
+/// The height of a bar, as part of the highest one's.
+fn bar_height(count: f64, most: f64, log: bool) -> f64 {
+    let part = if log { count.ln_1p() / most.ln_1p() } else { count / most };
+    // At least a sliver, so that rare values show.
+    part.max(0.02)
+}
+
 /// Bars of the counts, or of their logarithm.
 pub(super) fn paint_histogram(painter: &Painter, axes: Axes, statistics: &Statistics, log: bool) {
-    let bins = statistics.histogram.len();
-    let most = statistics.histogram.iter().copied().max().unwrap_or(0);
-    if most == 0 || bins == 0 {
-        return;
-    }
-    let height = |n: u64| {
-        let part =
-            if log { (n as f64).ln_1p() / (most as f64).ln_1p() } else { n as f64 / most as f64 };
-        // At least a sliver, so that rare values show.
-        part.max(0.02)
-    };
+    let bars = Bars::counted(axes, statistics).unwrap_or_else(|| Bars::estimated(axes, statistics));
+    let most = bars.counts.iter().copied().fold(0.0, f64::max);
     let mut mesh = Mesh::default();
-    for (bin, &n) in statistics.histogram.iter().enumerate().filter(|(_, n)| **n > 0) {
-        let edge = |i: usize| axes.x(statistics.value_at(i as f64 / bins as f64));
-        let (left, right) = (edge(bin), edge(bin + 1));
+    for (bar, &n) in bars.counts.iter().enumerate().filter(|(_, n)| **n > 0.0) {
+        let (left, right) = (axes.x(bars.edge(bar)), axes.x(bars.edge(bar + 1)));
         if right < axes.rect.left() || left > axes.rect.right() {
             continue;
         }
-        let top = axes.y(height(n));
+        let top = axes.y(bar_height(n, most, log));
         let right = right.max(left + 1.0);
-        let bar = Rect::from_min_max(pos2(left, top), pos2(right, axes.rect.bottom()));
-        mesh.add_colored_rect(bar.intersect(axes.rect), theme::HISTOGRAM);
+        let rect = Rect::from_min_max(pos2(left, top), pos2(right, axes.rect.bottom()));
+        mesh.add_colored_rect(rect.intersect(axes.rect), theme::HISTOGRAM);
     }
     painter.add(Shape::mesh(mesh));
 }
 
 /// What is known of the values under the pointer: the value there, and how many samples share its
-/// bin of the histogram.
+/// bar.
 pub(super) fn readout(axes: Axes, at: Pos2, statistics: &Statistics) -> String {
     let value = axes.value(at.x);
-    let count = statistics.count_near(value);
-    let samples = if count == 1 { "sample" } else { "samples" };
-    format!("{}: {} {samples} in its bin", words::value(value), words::count(count))
+    let name = words::value(value);
+    if Bars::counted(axes, statistics).is_some() {
+        let count = statistics.count_near(value);
+        let samples = if count == 1 { "sample" } else { "samples" };
+        return format!("{name}: {} {samples} in its bin", words::count(count));
+    }
+    let count = Bars::estimated(axes, statistics).at(value).round();
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count")]
+    let count = words::count(count as u64);
+    format!("{name}: about {count} samples in its bar")
 }
 
 /// A colour in linear light as the screen shows it.
@@ -228,6 +288,37 @@ mod tests {
         assert_eq!(readout(axes, pos2(10.0, 40.0), &statistics), "9: 100 samples in its bin");
         assert_eq!(readout(axes, pos2(110.0, 40.0), &statistics), "104.5: 0 samples in its bin");
         assert_eq!(readout(axes, pos2(210.0, 40.0), &statistics), "200: 200 samples in its bin");
+    }
+
+    #[test]
+    fn one_outlier_leaves_a_histogram_to_be_seen() {
+        let mut values: Vec<f64> = (0..100_000).map(|i| f64::from(i % 1000) / 10.0).collect();
+        values[7] = 1e9;
+        let samples = Samples::Float64(values);
+        let statistics = Statistics::of(&samples, &Ticket::new()).expect("never cancelled");
+        let axes = Axes { low: 0.0, high: 100.0, ..axes() };
+        assert!(Bars::counted(axes, &statistics).is_none(), "one bin would hold them all");
+        let bars = Bars::estimated(axes, &statistics);
+        assert_eq!(bars.counts.len(), 64);
+        for &count in &bars.counts {
+            assert!((count - 100_000.0 / 64.0).abs() < 250.0, "{count}");
+        }
+        assert!(readout(axes, pos2(110.0, 40.0), &statistics).starts_with("50: about 1"));
+        let all = Axes { low: statistics.min, high: statistics.max, ..axes };
+        assert!(Bars::counted(all, &statistics).is_some());
+        // Whole numbers have no bars between them.
+        let samples =
+            Samples::Int32((0..9999).map(|i| if i == 0 { 1 << 30 } else { i % 8 }).collect());
+        let statistics = Statistics::of(&samples, &Ticket::new()).expect("never cancelled");
+        let bars = Bars::estimated(Axes { low: 0.0, high: 8.0, ..axes }, &statistics);
+        assert!(bars.counts.len() == 8 && bars.counts.iter().all(|n| *n > 1000.0));
+    }
+
+    #[test]
+    fn heights_are_of_the_counts_or_of_their_logarithms() {
+        assert_eq!(bar_height(50.0, 100.0, false), 0.5);
+        assert!((bar_height(9.0, 99.0, true) - 0.5).abs() < 1e-12);
+        assert_eq!([bar_height(1.0, 1e9, false), bar_height(7.0, 7.0, true)], [0.02, 1.0]);
     }
 
     #[test]
