@@ -25,9 +25,9 @@ pub enum ColourSource {
 }
 
 /// A map becomes this many colour stops at most.
-const MOST_STOPS: usize = 33;
+const MOST_STOPS: usize = 17;
 /// Unless those are too few, none of its colours is farther off in any channel, of 255.
-const STOP_TOLERANCE: f64 = 3.0;
+const STOP_TOLERANCE: f64 = 8.0;
 
 impl ColourSource {
     /// The values that take the first and the last colour; zeros without any.
@@ -41,8 +41,8 @@ impl ColourSource {
         }
     }
 
-    /// The same colours as stops: a map as few as hold each channel to 3 of 255, 33 at most; stops
-    /// as they are.
+    /// The same colours as stops: a map as few as hold each channel to 8 of 255, few enough to be
+    /// moved by hand, 17 at most; stops as they are.
     pub fn stops(&self) -> Vec<(f64, Srgb8)> {
         let (map, range) = match self {
             Self::Stops(stops) => return stops.clone(),
@@ -366,7 +366,9 @@ mod tests {
                     let pairs =
                         a.encoded_colour_at(value).into_iter().zip(b.encoded_colour_at(value));
                     let worst = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-                    assert!(worst < 5.0 / 255.0, "{map:?} at {value} of {range:?}: {worst}");
+                    // Turbo has more bends than 17 stops: measured 10.2 of 255.
+                    let most = if map == ColourMap::Turbo { 11.0 } else { 9.0 };
+                    assert!(worst < most / 255.0, "{map:?} at {value} of {range:?}: {worst}");
                 }
             }
         }

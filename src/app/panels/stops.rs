@@ -6,7 +6,7 @@ use eframe::egui::{
     Ui, WidgetInfo, pos2, vec2,
 };
 
-use super::curve::{GRAB, PULL_OUT};
+use super::curve::PULL_OUT;
 use super::graph::{Axes, paint_colours, to_screen};
 use super::transfer::{step_button, value_drag};
 use super::{number_ui, row_ui};
@@ -17,6 +17,10 @@ use crate::volume::Statistics;
 
 /// Height of the bar, points.
 pub(super) const BAR_HEIGHT: f32 = 14.0;
+
+/// A press this close to a stop takes it, points: less than half of the way to the next one of a map
+/// that was turned into stops.
+const GRAB: f32 = 7.0;
 
 type Stops = Vec<(f64, Srgb8)>;
 

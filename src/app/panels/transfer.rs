@@ -129,10 +129,10 @@ pub fn transfer_ui(
     preset_ui(ui, editor, transfer, gaussians, statistics);
     tools_ui(ui, editor, transfer, gaussians, statistics);
     graph_ui(ui, editor, transfer, gaussians, statistics);
-    if gaussians.is_empty() {
-        point_ui(ui, &mut editor.points, transfer, statistics);
-    } else {
+    if !gaussians.is_empty() {
         bell_ui(ui, editor, transfer, gaussians, statistics);
+    } else if editor.tool == Tool::Points {
+        point_ui(ui, &mut editor.points, transfer, statistics);
     }
     view_ui(ui, &mut editor.graph);
     ui.add_space(4.0);
