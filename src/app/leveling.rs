@@ -3,7 +3,7 @@
 
 use eframe::egui::{Align2, FontId, PointerButton, Rect, Response, Ui, vec2};
 
-use super::panels::transfer::stretch;
+use super::panels::stretch::stretch;
 use super::{theme, words};
 use crate::transfer::{Gaussian, TransferFunction};
 use crate::volume::Statistics;

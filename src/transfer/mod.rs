@@ -10,6 +10,7 @@ mod design;
 mod diverging;
 mod function;
 mod gaussian;
+mod named_presets;
 pub mod presets;
 mod simplify;
 mod table;

@@ -13,9 +13,11 @@ pub mod data;
 pub mod freehand;
 pub mod graph;
 pub mod legend;
+mod maps;
 pub mod splat;
 pub mod status;
 pub mod stops;
+pub mod stretch;
 pub mod transfer;
 pub mod view;
 

@@ -1,27 +1,24 @@
 //! From values to opacity and colour: presets, the graph with its editors, the colours, the range.
 
 use eframe::egui::accesskit::Role;
-use eframe::egui::epaint::Mesh;
 use eframe::egui::{
-    Atom, AtomExt as _, Button, ComboBox, CornerRadius, DragValue, IdSalt, Rect, Response,
-    RichText, Sense, Shape, Ui, WidgetInfo, pos2, vec2,
+    Button, ComboBox, CornerRadius, DragValue, Response, RichText, Sense, Ui, WidgetInfo, vec2,
 };
 
 use super::bells::{self, BellEditor, handle_bells, paint_bells};
 use super::curve::{self, PointEditor, handle_points, paint_curve, paint_points, remove_point};
 use super::freehand::{Stroke, handle_freehand};
 use super::graph::{self, Axes, Extent, GraphView};
+use super::maps::map_ui;
 use super::stops::{self, StopEditor};
+use super::stretch::stretch;
 use super::{name_ui, number_ui, row_ui};
 use crate::app::actions::{Action, entry_of};
 use crate::app::{theme, words};
-use crate::core::LinearRgb;
 use crate::transfer::presets::{self, Preset, RangeRule};
-use crate::transfer::{ColourMap, ColourSource, Gaussian, TransferFunction, points_of};
+use crate::transfer::{ColourSource, Gaussian, TransferFunction};
 use crate::volume::Statistics;
 
-/// Size of a colour map's swatch, points.
-const SWATCH: eframe::egui::Vec2 = vec2(56.0, 10.0);
 /// Height of the graph, points.
 const GRAPH_HEIGHT: f32 = 132.0;
 
@@ -62,51 +59,6 @@ impl TransferEditor {
     pub fn start_over(&mut self) {
         let graph = self.graph;
         *self = Self { graph, ..Self::default() };
-    }
-}
-
-/// Stretches colours and opacities alike from the colours' range to `to`.
-///
-/// A range without width has no inner proportions: opacities then keep their values. Bells that
-/// would be none any more stay as they are, and so does all else.
-pub fn stretch(transfer: &mut TransferFunction, gaussians: &mut [Gaussian], to: [f64; 2]) {
-    let from = transfer.colour.range();
-    if from == to || !to.iter().all(|v| v.is_finite()) {
-        return;
-    }
-    let width = from[1] / 2.0 - from[0] / 2.0;
-    let moved = |value: f64| {
-        let fraction = (value / 2.0 - from[0] / 2.0) / width;
-        to[0] * (1.0 - fraction) + to[1] * fraction
-    };
-    if width != 0.0 {
-        let factor = ((to[1] / 2.0 - to[0] / 2.0) / width).abs();
-        let bells: Vec<_> = gaussians
-            .iter()
-            .map(|g| Gaussian { centre: moved(g.centre), width: g.width * factor, ..*g })
-            .collect();
-        if bells.iter().any(|bell| bell.validate().is_err()) {
-            return;
-        }
-        gaussians.copy_from_slice(&bells);
-        for point in &mut transfer.opacity {
-            point.0 = moved(point.0);
-        }
-        // A reversed range reverses the order.
-        transfer.opacity.sort_by(|a, b| a.0.total_cmp(&b.0));
-        if !gaussians.is_empty() {
-            transfer.opacity = points_of(gaussians);
-        }
-    }
-    match &mut transfer.colour {
-        ColourSource::Map { range, .. } => *range = to,
-        ColourSource::Stops(stops) if width != 0.0 => {
-            for stop in stops.iter_mut() {
-                stop.0 = moved(stop.0);
-            }
-            stops.sort_by(|a, b| a.0.total_cmp(&b.0));
-        }
-        ColourSource::Stops(_) => {}
     }
 }
 
@@ -394,65 +346,6 @@ fn view_ui(ui: &mut Ui, view: &mut GraphView) {
     });
 }
 
-fn map_ui(ui: &mut Ui, transfer: &mut TransferFunction) {
-    let range = transfer.colour.range();
-    let chosen = match &transfer.colour {
-        ColourSource::Map { map, .. } => Some(*map),
-        ColourSource::Stops(_) => None,
-    };
-    row_ui(ui, "Colours", |ui| {
-        let selected = chosen.map_or_else(|| "Stops".to_owned(), words::colour_map);
-        let combo = ComboBox::from_id_salt("colour map").selected_text(selected).height(420.0);
-        let shown = combo.show_ui(ui, |ui| {
-            for map in ColourMap::ALL {
-                let entry = map_choice_ui(ui, map, chosen == Some(map));
-                if entry.on_hover_text(words::colour_map_help(map)).clicked() {
-                    transfer.colour = ColourSource::Map { map, range };
-                }
-            }
-        });
-        shown
-            .response
-            .accessible_name("Colours")
-            .on_hover_text("The colours of low to high values");
-        let help = "Turn the map into colour stops that can be moved, changed and removed";
-        let stops = ui.add_enabled(chosen.is_some(), Button::new("Stops")).on_hover_text(help);
-        if stops.on_disabled_hover_text("These are stops already; choose a map instead").clicked() {
-            transfer.colour = ColourSource::Stops(transfer.colour.stops());
-        }
-    });
-}
-
-/// One colour map in the list, with its swatch.
-fn map_choice_ui(ui: &mut Ui, map: ColourMap, selected: bool) -> Response {
-    let swatch = IdSalt::new("swatch");
-    let atoms = (Atom::custom(swatch, SWATCH), words::colour_map(map).atom_grow(true));
-    let shown = Button::selectable(selected, atoms).atom_ui(ui);
-    if let Some(rect) = shown.rect(swatch) {
-        paint_map(ui, rect, map);
-    }
-    shown.response
-}
-
-fn paint_map(ui: &Ui, rect: Rect, map: ColourMap) {
-    let stops = map.stops();
-    let mut mesh = Mesh::default();
-    for (i, stop) in stops.iter().enumerate() {
-        let fraction = i as f32 / (stops.len() - 1).max(1) as f32;
-        let x = rect.left() + fraction * rect.width();
-        let colour = graph::to_screen(LinearRgb(stop.to_linear().0));
-        mesh.colored_vertex(pos2(x, rect.top()), colour);
-        mesh.colored_vertex(pos2(x, rect.bottom()), colour);
-        if i + 1 < stops.len()
-            && let Ok(at) = u32::try_from(2 * i)
-        {
-            mesh.add_triangle(at, at + 1, at + 2);
-            mesh.add_triangle(at + 1, at + 2, at + 3);
-        }
-    }
-    ui.painter().add(Shape::mesh(mesh));
-}
-
 fn range_ui(
     ui: &mut Ui,
     transfer: &mut TransferFunction,
@@ -515,72 +408,4 @@ fn exchange_ui(ui: &mut Ui) -> Option<Action> {
         }
     });
     chosen
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::core::Srgb8;
-
-    fn transfer() -> TransferFunction {
-        TransferFunction {
-            opacity: vec![(0.0, 0.0), (25.0, 0.5), (100.0, 1.0)],
-            colour: ColourSource::Map { map: ColourMap::Gray, range: [0.0, 100.0] },
-        }
-    }
-
-    #[test]
-    fn stretching_moves_opacities_with_the_colours() {
-        let mut t = transfer();
-        stretch(&mut t, &mut [], [1000.0, 1200.0]);
-        assert_eq!(t.opacity, [(1000.0, 0.0), (1050.0, 0.5), (1200.0, 1.0)]);
-        assert_eq!(t.colour.range(), [1000.0, 1200.0]);
-        stretch(&mut t, &mut [], [0.0, 100.0]);
-        assert_eq!(t, transfer());
-    }
-
-    #[test]
-    fn a_reversed_range_keeps_the_opacities_sorted() {
-        let mut t = transfer();
-        stretch(&mut t, &mut [], [100.0, 0.0]);
-        assert_eq!(t.opacity, [(0.0, 1.0), (75.0, 0.5), (100.0, 0.0)]);
-    }
-
-    #[test]
-    fn what_is_not_finite_stretches_nothing() {
-        let mut t = transfer();
-        stretch(&mut t, &mut [], [f64::NAN, 1.0]);
-        stretch(&mut t, &mut [], [0.0, f64::INFINITY]);
-        assert_eq!(t, transfer());
-    }
-
-    #[test]
-    fn a_range_without_width_can_be_left_again() {
-        let mut t = transfer();
-        t.colour = ColourSource::Map { map: ColourMap::Gray, range: [5.0, 5.0] };
-        stretch(&mut t, &mut [], [0.0, 10.0]);
-        assert_eq!(t.colour.range(), [0.0, 10.0]);
-        assert!(t.opacity.iter().all(|(v, _)| v.is_finite()));
-    }
-
-    #[test]
-    fn custom_colours_stretch_too() {
-        let mut t = transfer();
-        t.colour = ColourSource::Stops(vec![(0.0, Srgb8::BLACK), (100.0, Srgb8::WHITE)]);
-        stretch(&mut t, &mut [], [-1.0, 1.0]);
-        assert_eq!(t.colour.range(), [-1.0, 1.0]);
-        assert_eq!(t.opacity[1].0, -0.5);
-    }
-
-    #[test]
-    fn bells_stretch_with_the_colours() {
-        let mut t = transfer();
-        let mut bells = [Gaussian { centre: 50.0, height: 0.5, width: 10.0 }];
-        stretch(&mut t, &mut bells, [200.0, 0.0]);
-        assert_eq!(bells[0], Gaussian { centre: 100.0, height: 0.5, width: 20.0 });
-        assert_eq!(t.opacity, points_of(&bells));
-        // To no width at all there would be no bells.
-        stretch(&mut t, &mut bells, [7.0, 7.0]);
-        assert_eq!((bells[0].width, t.colour.range()), (20.0, [200.0, 0.0]));
-    }
 }
