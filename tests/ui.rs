@@ -3,6 +3,7 @@
 
 mod ui_modes;
 mod ui_support;
+mod ui_transfer;
 
 use std::path::PathBuf;
 use std::time::Duration;
@@ -175,6 +176,24 @@ fn every_shortcut_does_what_it_says() {
                 let mut bench = Bench::opened();
                 assert!(bench.press_sends(shortcut, &ViewportCommand::Close));
             }
+            Action::LoadTransfer
+            | Action::SaveTransfer
+            | Action::CopyTransfer
+            | Action::PasteTransfer => unreachable!("it has no key"),
+            Action::Undo => {
+                assert_ne!(bench.camera(), before);
+                bench.harness.key_press_modifiers(Modifiers::COMMAND, Key::Y);
+                bench.harness.run_steps(3);
+                assert_eq!(bench.camera(), before);
+            }
+            Action::Redo => {
+                assert!(bench.shows("There is nothing to redo"));
+                bench.harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+                bench.harness.run_steps(3);
+                assert_ne!(bench.camera(), before);
+                press(&mut bench);
+                assert_eq!(bench.camera(), before);
+            }
             Action::ViewFront => looks(&bench, NamedView::Front),
             Action::ViewRight => looks(&bench, NamedView::Right),
             Action::ViewTop => looks(&bench, NamedView::Top),
@@ -208,6 +227,20 @@ fn every_shortcut_does_what_it_says() {
                 assert!(bench.window().cells().on && bench.shows("Octree error"));
                 press(&mut bench);
                 assert!(!bench.window().cells().on && !bench.shows("Octree error"));
+            }
+            Action::ToggleLeveling => {
+                let range = |b: &Bench| b.window().scene().unwrap().transfer.colour.range();
+                let before = (bench.camera(), range(&bench));
+                let by = vec2(-60.0, -40.0);
+                bench.drag(PointerButton::Primary, Modifiers::NONE, by);
+                assert_eq!(bench.camera(), before.0, "the view rests");
+                let ([low, high], [old_low, old_high]) = (range(&bench), before.1);
+                assert!(high - low < old_high - old_low, "a narrower window");
+                assert!(low + high > old_low + old_high, "a higher level");
+                press(&mut bench);
+                bench.drag(PointerButton::Primary, Modifiers::NONE, by);
+                assert_eq!(range(&bench), [low, high]);
+                assert_ne!(bench.camera(), before.0);
             }
             Action::ToggleSidePanel => {
                 assert!(!bench.shows("Extent"));
@@ -396,7 +429,7 @@ fn full_quality_while_moving_asks_for_rest_during_a_drag() {
 }
 
 #[test]
-fn ranges_stretch_colours_and_opacities_and_reset_undoes_it() {
+fn ranges_stretch_colours_and_opacities_and_the_default_is_a_choice() {
     let mut bench = Bench::opened();
     let fresh = bench.window().scene().unwrap().transfer.clone();
     bench.harness.get_by_label("Min–max").click();
@@ -406,7 +439,7 @@ fn ranges_stretch_colours_and_opacities_and_reset_undoes_it() {
     let statistics = &bench.window().scene().unwrap().volume.statistics;
     assert_eq!(range, [statistics.min, statistics.max]);
     assert_ne!(transfer.opacity, fresh.opacity, "the stand-in starts elsewhere");
-    bench.harness.get_by_label("Reset to default").click();
+    bench.choose("Preset", "Default");
     bench.settle();
     assert_eq!(bench.last_request().scene.transfer, fresh);
 }

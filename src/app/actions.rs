@@ -13,7 +13,13 @@ pub enum Action {
     RawLayout,
     SavePicture,
     SaveScreenshot,
+    LoadTransfer,
+    SaveTransfer,
     Quit,
+    Undo,
+    Redo,
+    CopyTransfer,
+    PasteTransfer,
     ViewFront,
     ViewRight,
     ViewTop,
@@ -22,6 +28,7 @@ pub enum Action {
     ResetView,
     Converge,
     ToggleCells,
+    ToggleLeveling,
     ToggleSidePanel,
     ToggleAccuracy,
     ToggleCompare,
@@ -34,6 +41,7 @@ pub enum Action {
 #[expect(missing_docs, reason = "the names say it all")]
 pub enum Menu {
     File,
+    Edit,
     View,
     Help,
 }
@@ -61,6 +69,14 @@ const fn command(key: Key) -> Option<KeyboardShortcut> {
     Some(KeyboardShortcut::new(Modifiers::COMMAND, key))
 }
 
+const fn shifted(key: Key) -> Option<KeyboardShortcut> {
+    Some(KeyboardShortcut::new(Modifiers::COMMAND.plus(Modifiers::SHIFT), key))
+}
+
+/// Further keys of commands that have one in [`ACTIONS`].
+const SECOND_KEYS: [(Action, KeyboardShortcut); 1] =
+    [(Action::Redo, KeyboardShortcut::new(Modifiers::COMMAND, Key::Y))];
+
 const fn entry(
     action: Action,
     menu: Menu,
@@ -72,7 +88,7 @@ const fn entry(
 }
 
 /// Every command there is, in the order of the menus.
-pub const ACTIONS: [Entry; 19] = [
+pub const ACTIONS: [Entry; 26] = [
     entry(Action::Open, Menu::File, "Open…", command(Key::O), "Open a volume in a file dialog"),
     entry(
         Action::OpenPath,
@@ -102,7 +118,49 @@ pub const ACTIONS: [Entry; 19] = [
         plain(Key::F12),
         "Save the picture on screen to the pictures folder",
     ),
+    entry(
+        Action::LoadTransfer,
+        Menu::File,
+        "Load transfer function…",
+        None,
+        "Take opacities and colours from a file; a file dropped on the window is loaded, too",
+    ),
+    entry(
+        Action::SaveTransfer,
+        Menu::File,
+        "Save transfer function…",
+        None,
+        "Keep opacities and colours as a file, in the data's own units",
+    ),
     entry(Action::Quit, Menu::File, "Quit", command(Key::Q), "Close the window"),
+    entry(
+        Action::Undo,
+        Menu::Edit,
+        "Undo",
+        command(Key::Z),
+        "Take back the last change of anything in the window",
+    ),
+    entry(
+        Action::Redo,
+        Menu::Edit,
+        "Redo",
+        shifted(Key::Z),
+        "Do again what was taken back last (Ctrl+Y, too)",
+    ),
+    entry(
+        Action::CopyTransfer,
+        Menu::Edit,
+        "Copy transfer function",
+        None,
+        "Put opacities and colours on the clipboard, as text (Ctrl+C)",
+    ),
+    entry(
+        Action::PasteTransfer,
+        Menu::Edit,
+        "Paste transfer function",
+        None,
+        "Take opacities and colours from the clipboard (Ctrl+V)",
+    ),
     entry(Action::ViewFront, Menu::View, "Front", plain(Key::Num1), "Look at the front"),
     entry(Action::ViewRight, Menu::View, "Right", plain(Key::Num3), "Look at the right side"),
     entry(Action::ViewTop, Menu::View, "Top", plain(Key::Num7), "Look from above"),
@@ -142,6 +200,13 @@ pub const ACTIONS: [Entry; 19] = [
         "Show where the octree is fine and where coarse; rest on a cell to see why",
     ),
     entry(
+        Action::ToggleLeveling,
+        Menu::View,
+        "Window and level",
+        plain(Key::W),
+        "Left drags change the range of the colours: across its width, up and down its middle",
+    ),
+    entry(
         Action::ToggleSidePanel,
         Menu::View,
         "Side panel",
@@ -179,13 +244,15 @@ pub const ACTIONS: [Entry; 19] = [
 ];
 
 /// What the mouse does in the viewport: the gesture, and its effect.
-pub const GESTURES: [(&str, &str); 8] = [
+pub const GESTURES: [(&str, &str); 10] = [
     ("Left drag", "Turn the volume"),
+    ("W, then left drag", "Change window (across) and level (up and down)"),
     ("Middle drag, Shift+left drag", "Move the volume"),
     ("Right drag", "Zoom: up comes closer"),
     ("Wheel", "Zoom to the cursor"),
     ("Double click", "Put what is under the cursor in the centre"),
-    ("Drop a file", "Open it"),
+    ("Drop a file", "Open the volume, or load the transfer function"),
+    ("Ctrl+C, Ctrl+V", "Copy, paste the transfer function"),
     ("Drag the line between two modes", "Show more of the one or the other"),
     ("Click, Shift+click on the chart", "Draw with a mode, compare with it"),
 ];
@@ -198,17 +265,23 @@ pub fn entry_of(action: Action) -> &'static Entry {
 
 /// The commands whose keys were pressed since the last pass; their key presses are used up.
 ///
-/// Keys that a focused text field needs are left to it, and Enter to any focused widget.
+/// Keys that a focused text field needs are left to it, its own undo among them, and Enter to any
+/// focused widget.
 pub fn pressed(ctx: &Context) -> Vec<Action> {
     let typing = ctx.text_edit_focused();
     let focused = ctx.memory(|memory| memory.focused().is_some());
     let available = |shortcut: &KeyboardShortcut| {
         let activates_widgets = shortcut.logical_key == Key::Enter;
-        let is_taken = typing && shortcut.conflicts_with_text_editing();
+        let is_undo = matches!(shortcut.logical_key, Key::Z | Key::Y);
+        let is_taken = typing && (is_undo || shortcut.conflicts_with_text_editing());
         !(is_taken || focused && activates_widgets)
     };
-    let keys = ACTIONS.iter().filter_map(|e| Some((e.action, e.shortcut?)));
-    keys.filter(|(_, shortcut)| available(shortcut))
+    let keys = ACTIONS.iter().filter_map(|e| Some((e.action, e.shortcut?))).chain(SECOND_KEYS);
+    let mut keys: Vec<_> = keys.collect();
+    // A shortcut matches with Shift held, too, so those that ask for it come first.
+    keys.sort_by_key(|(_, shortcut)| !shortcut.modifiers.shift);
+    keys.into_iter()
+        .filter(|(_, shortcut)| available(shortcut))
         .filter(|(_, shortcut)| ctx.input_mut(|input| input.consume_shortcut(shortcut)))
         .map(|(action, _)| action)
         .collect()
@@ -237,7 +310,12 @@ mod tests {
             let asks_for_more = e.name.ends_with('…');
             let opens_dialog = matches!(
                 e.action,
-                Action::Open | Action::OpenPath | Action::RawLayout | Action::SavePicture
+                Action::Open
+                    | Action::OpenPath
+                    | Action::RawLayout
+                    | Action::SavePicture
+                    | Action::LoadTransfer
+                    | Action::SaveTransfer
             );
             assert_eq!(asks_for_more, opens_dialog, "{}", e.name);
         }

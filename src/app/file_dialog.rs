@@ -3,12 +3,13 @@
 //! On Linux it is a service (the desktop portal) that may be missing. Then the answer comes back
 //! empty at once, faster than a hand could cancel.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use eframe::egui::Context;
 
 use super::job::{Ended, Job};
+use crate::task::transfer_file::EXTENSION;
 
 /// An empty answer within this time means that no dialog ever appeared.
 const FASTER_THAN_A_HAND: Duration = Duration::from_millis(700);
@@ -51,6 +52,22 @@ impl FileDialog {
         Self::wait_for(ctx, dialog.save_file())
     }
 
+    /// Asks for a transfer function to load.
+    pub fn open_transfer(ctx: &Context) -> Self {
+        let dialog = transfer_dialog("Load a transfer function");
+        Self::wait_for(ctx, dialog.pick_file())
+    }
+
+    /// Asks where to save a transfer function; `suggestion` has a name, and perhaps a folder.
+    pub fn save_transfer(ctx: &Context, suggestion: &Path) -> Self {
+        let name = suggestion.file_name().unwrap_or_default().to_string_lossy();
+        let mut dialog = transfer_dialog("Save the transfer function").set_file_name(name);
+        if let Some(folder) = suggestion.parent() {
+            dialog = dialog.set_directory(folder);
+        }
+        Self::wait_for(ctx, dialog.save_file())
+    }
+
     /// A dialog that gives this answer at once, for tests of whoever asks.
     pub fn answering(ctx: &Context, path: Option<PathBuf>) -> Self {
         Self::wait_for_path(ctx, std::future::ready(path))
@@ -82,6 +99,11 @@ impl FileDialog {
             Ended::Lost => Answer::Unavailable,
         })
     }
+}
+
+fn transfer_dialog(title: &str) -> rfd::AsyncFileDialog {
+    let dialog = rfd::AsyncFileDialog::new().set_title(title);
+    dialog.add_filter("Transfer functions", &[EXTENSION]).add_filter("All files", &["*"])
 }
 
 fn interpret(path: Option<PathBuf>, after: Duration) -> Answer {

@@ -61,6 +61,8 @@ impl Window {
                 source = self.open_menus_ui(ui);
                 menu_entries_ui(ui, Menu::File, &mut chosen);
             });
+            let steps = self.step_words();
+            ui.menu_button("Edit", |ui| edit_menu_ui(ui, &steps, &mut chosen));
             ui.menu_button("View", |ui| menu_entries_ui(ui, Menu::View, &mut chosen));
             ui.menu_button("Help", |ui| menu_entries_ui(ui, Menu::Help, &mut chosen));
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
@@ -143,11 +145,11 @@ impl Window {
             return;
         };
         let choice = section_ui(ui, "Data", |ui| data::data_ui(ui, document)).flatten();
-        section_ui(ui, "Transfer function", |ui| {
+        let action = section_ui(ui, "Transfer function", |ui| {
             let statistics = &scene.volume.statistics;
             let default = || self.parts.library.default_transfer(statistics);
-            let editor = &mut self.curve;
-            transfer::transfer_ui(ui, editor, &mut scene.transfer, statistics, default);
+            let (editor, bells) = (&mut self.transfer, &mut self.gaussians);
+            transfer::transfer_ui(ui, editor, &mut scene.transfer, bells, statistics, default)
         });
         let compare = &mut self.compare;
         let times = self.parts.drawer.back_end_times();
@@ -167,6 +169,9 @@ impl Window {
         section_ui(ui, "View", |ui| view::view_ui(ui, scene, &mut self.settings, &mut self.cells));
         if let Some(choice) = choice {
             self.choose_field(ui.ctx(), choice);
+        }
+        if let Some(action) = action.flatten() {
+            self.perform(ui.ctx(), action);
         }
     }
 
@@ -190,7 +195,12 @@ impl Window {
             ui.ctx().request_repaint();
         }
         if let Some(scene) = &mut self.scene {
-            scene.camera = camera_control::steered(&scene.camera, &response);
+            let statistics = &scene.volume.statistics;
+            let (transfer, bells) = (&mut scene.transfer, &mut self.gaussians);
+            if !self.leveling.drag(&response, transfer, bells, statistics) {
+                scene.camera = camera_control::steered(&scene.camera, &response);
+            }
+            self.leveling.caption_ui(ui, area.rect, &scene.transfer);
             if self.settings.trihedron {
                 let space = self.document.as_ref().and_then(|d| d.grid.space.as_deref());
                 trihedron::paint(ui.painter(), area.rect, &scene.camera, space);
@@ -220,6 +230,29 @@ impl Window {
                 job_ui(ui, job.title, job.fraction, job.is_cancelled, &*job.cancel);
             }
         });
+    }
+}
+
+/// Undo and redo, each with what it would do; `chosen` is the one that was clicked.
+fn edit_menu_ui(ui: &mut Ui, steps: &[Option<String>; 2], chosen: &mut Option<Action>) {
+    for (action, words) in [Action::Undo, Action::Redo].into_iter().zip(steps) {
+        let entry = entry_of(action);
+        let mut button = Button::new(entry.name);
+        if let Some(shortcut) = &entry.shortcut {
+            button = button.shortcut_text(ui.ctx().format_shortcut(shortcut));
+        }
+        let shown = ui.add_enabled(words.is_some(), button);
+        let shown = shown.on_disabled_hover_text("There is nothing to go back or forward to");
+        if shown.on_hover_text(words.as_deref().unwrap_or_default()).clicked() {
+            *chosen = Some(action);
+        }
+    }
+    ui.separator();
+    for action in [Action::CopyTransfer, Action::PasteTransfer] {
+        let entry = entry_of(action);
+        if ui.button(entry.name).on_hover_text(entry.help).clicked() {
+            *chosen = Some(action);
+        }
     }
 }
 

@@ -14,6 +14,7 @@ use crate::task::engine::{AdapterChoice, Engine, Picture};
 use crate::task::output_file::OutputFile;
 use crate::task::picture_file::{self, PictureFormat};
 use crate::task::still::{Refine, StillError, StillRequest};
+use crate::task::transfer_file;
 
 /// A picture to be drawn and saved.
 #[derive(Debug, Clone)]
@@ -99,6 +100,11 @@ pub fn write_png(picture: &Picture, path: &Path) -> Result<(), String> {
 /// The default name of a saved picture: `{folder}/{name}_{n}.png`, the first free `n`.
 pub fn suggested_path(folder: &Path, name: &str) -> PathBuf {
     next_free(folder, &file_stem(name))
+}
+
+/// The default name of a saved transfer function: `{folder}/{name}_transfer.json`.
+pub fn suggested_transfer_path(folder: &Path, name: &str) -> PathBuf {
+    folder.join(format!("{}_transfer.{}", file_stem(name), transfer_file::EXTENSION))
 }
 
 fn make_folder_of(path: &Path) -> Result<(), String> {

@@ -36,6 +36,9 @@ pub const AXES: [Color32; 3] = [
 /// Space around a panel's contents, points.
 pub const PANEL_MARGIN: Margin = Margin { left: 12, right: 12, top: 8, bottom: 10 };
 
+/// Space between rows, points.
+pub const ROW_SPACING: f32 = 6.0;
+
 /// Dresses the whole context.
 pub fn apply(ctx: &Context) {
     ctx.set_theme(Theme::Dark);
@@ -53,7 +56,7 @@ fn dress(style: &mut Style) {
     style.interaction.tooltip_delay = 0.35;
 
     let spacing = &mut style.spacing;
-    spacing.item_spacing = vec2(8.0, 6.0);
+    spacing.item_spacing = vec2(8.0, ROW_SPACING);
     spacing.button_padding = vec2(9.0, 3.0);
     spacing.interact_size = vec2(36.0, 22.0);
     spacing.slider_width = 130.0;

@@ -14,23 +14,29 @@ use super::dialogs::Outcome;
 use super::dialogs::open_path::OpenPath;
 use super::dialogs::raw::RawDialog;
 use super::dialogs::save::{SaveChoice, SaveDialog};
+use super::dialogs::transfer_file::TransferFileDialog;
 use super::document::{Document, Library, ReadFailure, Source};
 use super::drawer::Drawer;
+use super::exchanging::LoadingDesign;
 use super::file_dialog::{Answer, FileDialog};
+use super::history::History;
 use super::job::{Ended, Job};
+use super::leveling::Leveling;
 use super::measuring::{EstimateRecord, Measuring, StartMeasuring};
 use super::notices::Notices;
 use super::pacing::{News, Pacing};
 use super::panels::accuracy::AccuracyPanel;
-use super::panels::curve::CurveEditor;
 use super::panels::data::FieldChoice;
+use super::panels::transfer::TransferEditor;
 use super::saving::{self, Renderer, SaveRequest, Saved};
 use super::settings::Settings;
 use super::theme;
+use super::undoing::{State, Wheel};
 use super::viewport::{ScreenFormat, Viewport};
 use crate::core::{Camera, Projection};
 use crate::scene::{self, Background, NamedView, Scene, Shading, SplatSettings};
 use crate::task::engine::EngineState;
+use crate::transfer::Gaussian;
 
 /// Between two looks at the progress of a job.
 const PROGRESS_EVERY: Duration = Duration::from_millis(100);
@@ -72,6 +78,7 @@ pub(super) enum Dialog {
     OpenPath(OpenPath),
     Raw(Box<RawDialog>),
     Save(Box<SaveDialog>),
+    Transfer(Box<TransferFileDialog>),
     Help,
 }
 
@@ -81,7 +88,12 @@ pub struct Window {
     pub(super) settings: Settings,
     pub(super) document: Option<Document>,
     pub(super) scene: Option<Scene>,
-    pub(super) curve: CurveEditor,
+    /// The bells that the scene's opacities follow; none where they are points of their own.
+    pub(super) gaussians: Vec<Gaussian>,
+    pub(super) transfer: TransferEditor,
+    pub(super) leveling: Leveling,
+    pub(super) history: History<State>,
+    pub(super) wheel: Wheel,
     pub(super) viewport: Viewport,
     /// The viewport's size in physical pixels at the last pass.
     pub(super) viewport_size: [u32; 2],
@@ -99,7 +111,8 @@ pub struct Window {
     pub(super) last_valid_mode: SplatSettings,
     file_dialog: Option<FileDialog>,
     loading: Option<Loading>,
-    saving: Vec<Job<Saved>>,
+    pub(super) saving: Vec<Job<Saved>>,
+    pub(super) loading_design: Option<LoadingDesign>,
     reported_failure: Option<String>,
 }
 
@@ -113,7 +126,11 @@ impl Window {
             settings: settings.sanitised(),
             document: None,
             scene: None,
-            curve: CurveEditor::default(),
+            gaussians: Vec::new(),
+            transfer: TransferEditor::default(),
+            leveling: Leveling::default(),
+            history: History::default(),
+            wheel: Wheel::default(),
             viewport_size: [1, 1],
             viewport_pixels: [0, 0, 1, 1],
             pacing: Pacing::default(),
@@ -128,6 +145,7 @@ impl Window {
             file_dialog: None,
             loading: None,
             saving: Vec::new(),
+            loading_design: None,
             reported_failure: None,
         }
     }
@@ -221,7 +239,13 @@ impl Window {
             Action::RawLayout => self.ask_raw_layout_again(),
             Action::SavePicture => self.ask_to_save(),
             Action::SaveScreenshot => self.save_screenshot(ctx),
+            Action::LoadTransfer
+            | Action::SaveTransfer
+            | Action::CopyTransfer
+            | Action::PasteTransfer => self.exchange(ctx, action),
             Action::Quit => ctx.send_viewport_cmd(ViewportCommand::Close),
+            Action::Undo => self.step(ctx, true),
+            Action::Redo => self.step(ctx, false),
             Action::ViewFront => self.look(NamedView::Front),
             Action::ViewRight => self.look(NamedView::Right),
             Action::ViewTop => self.look(NamedView::Top),
@@ -232,6 +256,7 @@ impl Window {
             }
             Action::ResetView => self.reset_view(),
             Action::Converge => self.converge(),
+            Action::ToggleLeveling => self.leveling.on = !self.leveling.on,
             Action::ToggleCells => self.cells.on = !self.cells.on,
             Action::ToggleSidePanel => self.settings.side_panel = !self.settings.side_panel,
             Action::ToggleAccuracy => self.accuracy.open = !self.accuracy.open,
@@ -312,19 +337,25 @@ impl Window {
         };
         let background = self.settings.scene_background();
         self.scene = Some(Scene { volume, transfer, splat, shading, camera, background });
-        self.curve.start_over();
+        self.gaussians.clear();
+        self.transfer.start_over();
         let title = format!("{} – Voxsplat", document.source.name());
         ctx.send_viewport_cmd(ViewportCommand::Title(title));
         for warning in &document.warnings {
             self.notices.note(warning.clone());
         }
         self.document = Some(document);
+        if !keep_view {
+            self.forget_steps();
+        }
     }
 
     /// Takes what jobs, dialogs and the desktop have brought since the last pass.
     fn take_news(&mut self, ctx: &Context) {
         self.take_document(ctx);
         self.take_saved();
+        self.take_design();
+        self.take_clipboard(ctx);
         self.take_chosen_file(ctx);
         self.take_dropped_files(ctx);
         self.take_failure();
@@ -388,7 +419,7 @@ impl Window {
         let Some(answer) = self.file_dialog.as_ref().and_then(FileDialog::poll) else { return };
         self.file_dialog = None;
         match answer {
-            Answer::Chosen(path) => self.open(ctx, Source::File(path)),
+            Answer::Chosen(path) => self.open_any(ctx, path),
             Answer::Cancelled => {}
             Answer::Unavailable => {
                 self.notices.error(
@@ -409,7 +440,7 @@ impl Window {
                 let more = dropped.len() - 1;
                 self.notices.hint(format!("One file opens at a time; {more} more were left out"));
             }
-            self.open(ctx, Source::File(path.clone()));
+            self.open_any(ctx, path.clone());
         }
     }
 
@@ -510,6 +541,13 @@ impl Window {
             Dialog::Raw(raw) => match raw.show(ctx, &self.parts.library) {
                 Outcome::Done(source) => {
                     self.open(ctx, source);
+                    false
+                }
+                outcome => outcome == Outcome::Open,
+            },
+            Dialog::Transfer(transfer) => match transfer.show(ctx) {
+                Outcome::Done(path) => {
+                    self.take_transfer_path(ctx, transfer.is_saving(), path);
                     false
                 }
                 outcome => outcome == Outcome::Open,
@@ -618,6 +656,7 @@ impl eframe::App for Window {
         self.layout_ui(ui);
         self.dialogs_ui(&ctx);
         self.pace(&ctx);
+        self.record_step(&ctx);
         self.pace_judging(&ctx);
         self.pace_cells(&ctx);
     }

@@ -3,6 +3,7 @@
 use crate::kernel::Kernel;
 use crate::scene::{Backend, Classify, OpacityModel, Order, Reconstruction, Visibility};
 use crate::transfer::ColourMap;
+use crate::transfer::presets::Preset;
 
 /// Levels from here on have no number of their own.
 const MOST_DB: f64 = 99.5;
@@ -101,6 +102,38 @@ fn sentence_case(name: &str) -> String {
 /// A colour map's name in the interface.
 pub fn colour_map(map: ColourMap) -> String {
     sentence_case(map.name())
+}
+
+/// What a colour map is good for, one line.
+pub fn colour_map_help(map: ColourMap) -> &'static str {
+    match map {
+        ColourMap::Turbo => {
+            "A rainbow: shows many steps, but not safe for colour-blind people, nor in print"
+        }
+        ColourMap::CtLike => {
+            "As anatomy is often coloured; lighter is more, safe for colour-blind people"
+        }
+        map if map.is_diverging() => {
+            "From one colour over a neutral middle to another; safe for colour-blind people"
+        }
+        _ => "Lighter is more, in even steps; safe for colour-blind people",
+    }
+}
+
+/// What a preset is called, and what it is good for, one line.
+pub fn preset(preset: Preset) -> (&'static str, &'static str) {
+    match preset {
+        Preset::Default => ("Default", "What the histogram suggests, as when the file was opened"),
+        Preset::CtBone => ("CT bone", "Bone alone, from 120 Hounsfield units"),
+        Preset::CtSkin => ("CT skin", "The body's surface, nearly opaque"),
+        Preset::CtVessels => {
+            ("CT vessels", "Contrast medium at 200 to 500 Hounsfield units, bone fainter")
+        }
+        Preset::Mr => ("MR", "Tissue in greys, bright ones denser"),
+        Preset::Simulation => {
+            ("Simulation", "A veil over all but the commonest value, thicker the higher")
+        }
+    }
 }
 
 /// A kernel's name in the interface.
@@ -280,6 +313,7 @@ mod tests {
         lines.extend(OpacityModel::ALL.iter().map(|&o| opacity_model(o)));
         lines.extend(Order::ALL.iter().map(|&o| order(o)));
         lines.extend(Backend::ALL.iter().map(|&b| backend(b)));
+        lines.extend(Preset::ALL.map(preset));
         for (i, (name, help)) in lines.iter().enumerate() {
             assert!(!help.ends_with('.') && !help.contains('\n'), "{help}");
             assert!(lines[i + 1..].iter().all(|(other, _)| other != name), "{name}");

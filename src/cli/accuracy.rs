@@ -36,6 +36,7 @@ pub(super) fn run(flags: &AccuracyFlags) -> Result<(), Failure> {
     open::check_name(&flags.input.file)?;
     refuse_one_place(&[
         ("FILE", Some(&flags.input.file)),
+        ("--transfer", flags.scene.transfer.as_deref()),
         ("--output", Some(&flags.output)),
         ("--plot", plot),
     ])?;

@@ -15,6 +15,7 @@ use crate::scene::{
 };
 use crate::task::engine::AdapterChoice;
 use crate::transfer::ColourMap;
+use crate::transfer::presets::Preset;
 use crate::volume::ScalarType;
 
 /// Draws volume data by splatting, and shows what accuracy costs in time
@@ -134,6 +135,13 @@ pub struct SceneFlags {
     /// Component of the field, from 0 [default: the length of a vector]
     #[arg(long, value_name = "N", value_parser = values::component, allow_hyphen_values = true)]
     pub component: Option<usize>,
+    /// A look that many data call for: default, ct-bone, ct-skin, ct-vessels, mr or simulation; those
+    /// of CT in Hounsfield units where the data are, all others by percentiles [default: default]
+    #[arg(long, value_name = "NAME", value_parser = values::preset)]
+    pub preset: Option<Preset>,
+    /// A transfer function saved in the window; the flags below change it
+    #[arg(long, value_name = "FILE", conflicts_with = "preset")]
+    pub transfer: Option<PathBuf>,
     /// Opacities at data values; linear between, held beyond
     #[arg(long, value_name = "V:A,…", value_parser = values::opacity, allow_hyphen_values = true)]
     pub opacity: Option<values::Points>,

@@ -10,7 +10,9 @@ use super::{Failure, note};
 use crate::core::{Camera, Projection, Ticket};
 use crate::io::{self, OpenOptions, RawOverrides};
 use crate::scene::{self, Scene, SplatSettings};
-use crate::transfer::ColourSource;
+use crate::task::transfer_file;
+use crate::transfer::presets::Preset;
+use crate::transfer::{ColourSource, TransferFunction};
 use crate::volume::{
     Component, Grid, ScalarVolume, Statistics, VolumeError, demo, demo::DemoError,
 };
@@ -156,17 +158,54 @@ pub(super) fn scene(
     let volume = scalar(input, flags.field.as_deref(), flags.component)?;
     let opening = scene::opening(volume, input.grid.space.as_deref());
     let camera = camera(flags, &opening.camera);
-    let mut transfer = opening.transfer.clone();
+    let transfer = transfer(flags, &opening)?;
+    Ok(Scene { camera, transfer, splat, ..opening })
+}
+
+/// The transfer function of the flags: a whole one first, then what changes it.
+fn transfer(flags: &SceneFlags, opening: &Scene) -> Result<TransferFunction, Failure> {
+    let statistics = &opening.volume.statistics;
+    let mut transfer = match (&flags.transfer, flags.preset) {
+        (Some(path), _) => transfer_file::read(path).map_err(Failure::Failed)?.function,
+        (None, Some(preset)) => preset.function(statistics),
+        (None, None) => opening.transfer.clone(),
+    };
+    if let Some(preset) = flags.preset.filter(|preset| preset.lacks_hounsfield_units(statistics)) {
+        note(&by_percentiles(preset));
+    }
     if let Some(points) = &flags.opacity {
         transfer.opacity = points.0.clone();
     }
     if let Some(stops) = &flags.color {
         transfer.colour = ColourSource::Stops(stops.0.clone());
-    } else if let ColourSource::Map { map, range } = &mut transfer.colour {
-        *map = flags.colormap.unwrap_or(*map);
-        *range = flags.color_range.unwrap_or(*range);
+        return Ok(transfer);
     }
-    Ok(Scene { camera, transfer, splat, ..opening })
+    transfer.colour = match (transfer.colour, flags.colormap, flags.color_range) {
+        (ColourSource::Map { map, range }, new_map, new_range) => {
+            ColourSource::Map { map: new_map.unwrap_or(map), range: new_range.unwrap_or(range) }
+        }
+        (ColourSource::Stops(_), Some(map), Some(range)) => ColourSource::Map { map, range },
+        (stops @ ColourSource::Stops(_), Some(map), None) => {
+            ColourSource::Map { map, range: stops.range() }
+        }
+        (ColourSource::Stops(_), None, Some(_)) => {
+            return Err(Failure::Failed(
+                "expected --color-range with a colour map, found that the colours of --transfer are \
+                 stops; add --colormap, or leave --color-range out"
+                    .to_owned(),
+            ));
+        }
+        (stops, None, None) => stops,
+    };
+    Ok(transfer)
+}
+
+fn by_percentiles(preset: Preset) -> String {
+    format!(
+        "the values are no Hounsfield units (whole numbers from about -1000), so --preset {} goes by \
+         their percentiles",
+        preset.name()
+    )
 }
 
 fn camera(flags: &SceneFlags, opening: &Camera) -> Camera {

@@ -39,6 +39,7 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
     open::check_name(&flags.input.file)?;
     refuse_one_place(&[
         ("FILE", Some(&flags.input.file)),
+        ("--transfer", flags.scene.transfer.as_deref()),
         ("--output", Some(&flags.output)),
         ("--stats", stats),
     ])?;

@@ -11,6 +11,7 @@ use crate::scene::{
 };
 use crate::task::engine::AdapterChoice;
 use crate::transfer::ColourMap;
+use crate::transfer::presets::Preset;
 use crate::volume::ScalarType;
 
 type Parsed<T> = Result<T, String>;
@@ -206,6 +207,10 @@ pub(super) fn colour_map(text: &str) -> Parsed<ColourMap> {
     one_of(text, ColourMap::from_name(text), names)
 }
 
+pub(super) fn preset(text: &str) -> Parsed<Preset> {
+    one_of(text, Preset::from_name(text), Preset::ALL.into_iter().map(Preset::name))
+}
+
 pub(super) fn kernel(text: &str) -> Parsed<Kernel> {
     one_of(text, Kernel::from_name(text), Kernel::ALL.into_iter().map(Kernel::name))
 }
@@ -284,6 +289,7 @@ mod tests {
             colour("red").unwrap_err(),
             kernel("sinc").unwrap_err(),
             colour_map("jet").unwrap_err(),
+            preset("bone").unwrap_err(),
             endian("middle").unwrap_err(),
             scalar_type("u8").unwrap_err(),
         ] {

@@ -16,3 +16,4 @@ mod rows;
 mod slabs;
 pub mod still;
 pub mod sweep;
+pub mod transfer_file;

@@ -6,14 +6,21 @@
 
 pub mod colour_map;
 mod cumulative;
+mod design;
 mod diverging;
 mod function;
+mod gaussian;
+mod named_presets;
 pub mod presets;
+mod simplify;
 mod table;
 
 pub use colour_map::ColourMap;
 pub use cumulative::{Cumulative, Weight};
+pub use design::{Design, DesignError, MOST_POINTS, MOST_TEXT_BYTES};
 pub use function::{
     ColourSource, TRANSMITTANCE_FLOOR, TransferError, TransferFunction, extinction_from_opacity,
 };
+pub use gaussian::{GAUSSIAN_TOLERANCE, Gaussian, MOST_GAUSSIANS, opacity_of, points_of};
+pub use simplify::{FREEHAND_TOLERANCE, MOST_DRAWN_POINTS, redrawn};
 pub use table::{Coordinate, Table};

@@ -1,5 +1,6 @@
 //! Transfer functions that look right at once, from a volume's statistics.
 
+pub use super::named_presets::Preset;
 use super::{ColourMap, ColourSource, TransferFunction};
 use crate::volume::Statistics;
 
@@ -55,7 +56,7 @@ pub fn ct_soft() -> TransferFunction {
     )
 }
 
-fn ct(opacity: Vec<(f64, f64)>, range: [f64; 2]) -> TransferFunction {
+pub(super) fn ct(opacity: Vec<(f64, f64)>, range: [f64; 2]) -> TransferFunction {
     TransferFunction { opacity, colour: ColourSource::Map { map: ColourMap::CtLike, range } }
 }
 
@@ -66,11 +67,10 @@ fn ct(opacity: Vec<(f64, f64)>, range: [f64; 2]) -> TransferFunction {
 /// range it fills. Outliers move neither. Labels are all shown alike, save the first.
 pub fn default_for(statistics: &Statistics) -> TransferFunction {
     if statistics.min == statistics.max {
-        let value = statistics.min;
-        return function(vec![(value, 0.2)], range(statistics, RangeRule::MinMax));
+        return of_constant(statistics, ColourMap::Viridis);
     }
     if !(statistics.max - statistics.min).is_finite() {
-        return for_huge(statistics);
+        return for_huge(statistics, default_for);
     }
     if is_hounsfield(statistics) {
         return ct_soft();
@@ -78,6 +78,29 @@ pub fn default_for(statistics: &Statistics) -> TransferFunction {
     if let Some(labels) = labels(statistics) {
         return labels;
     }
+    by_percentiles(statistics, ColourMap::Viridis, |share| {
+        // Much visible matter must be thinner to be looked through.
+        let thin = (0.15 / share.max(0.01)).clamp(0.25, 1.0);
+        [(0.5, 0.08 * thin), (0.9, 0.35 * thin), (0.995, 0.8)]
+    })
+}
+
+/// One value throughout: all of it is seen.
+pub(super) fn of_constant(statistics: &Statistics, map: ColourMap) -> TransferFunction {
+    let range = range(statistics, RangeRule::MinMax);
+    TransferFunction {
+        opacity: vec![(statistics.min, 0.2)],
+        colour: ColourSource::Map { map, range },
+    }
+}
+
+/// Nothing of the commonest value; beyond it the opacities that `shape` gives to fractions of the
+/// values there (ascending), knowing their share of the volume, and the last one held to the end.
+pub(super) fn by_percentiles(
+    statistics: &Statistics,
+    map: ColourMap,
+    shape: impl Fn(f64) -> [(f64, f64); 3],
+) -> TransferFunction {
     let mut background = Background::find(statistics);
     // Bin edges are rounded.
     background.edge = background.edge.clamp(statistics.min, statistics.max);
@@ -87,21 +110,20 @@ pub fn default_for(statistics: &Statistics) -> TransferFunction {
         Side::Low => [background.edge, statistics.max],
         Side::High => [background.edge, statistics.min],
     };
-    // From the background outwards: a veil to the middle of what is visible, a body for its end.
+    // From the background outwards.
     let from_edge = |fraction: f64| match background.side {
         Side::Low => at(fraction),
         Side::High => at(1.0 - fraction),
     };
     let mut opacity = vec![(near, 0.0)];
     let share = visible.len() as f64 / statistics.quantiles.len().max(1) as f64;
-    // Much visible matter must be thinner to be looked through.
-    let thin = (0.15 / share.max(0.01)).clamp(0.25, 1.0);
-    for (fraction, alpha) in [(0.5, 0.08 * thin), (0.9, 0.35 * thin), (0.995, 0.8)] {
-        opacity.push((from_edge(fraction), alpha));
-    }
-    opacity.push((far, 0.8));
+    let shape = shape(share);
+    opacity.extend(shape.map(|(fraction, alpha)| (from_edge(fraction), alpha)));
+    opacity.push((far, shape[2].1));
     if background.side == Side::High {
         opacity.reverse();
+        // A step takes its later side, which here is the one nearer to the background.
+        opacity.dedup_by(|later, kept| later.0 == kept.0);
     }
     // Rounding and ties must not put points out of order.
     opacity.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -109,17 +131,21 @@ pub fn default_for(statistics: &Statistics) -> TransferFunction {
         Side::Low => [near, at(0.995)],
         Side::High => [at(0.005), near],
     };
-    function(opacity, if range[0] < range[1] { range } else { [statistics.min, statistics.max] })
+    let range = if range[0] < range[1] { range } else { [statistics.min, statistics.max] };
+    TransferFunction { opacity, colour: ColourSource::Map { map, range } }
 }
 
 /// A range wider than a double's: the same at a quarter of the values, which is exact up there.
-fn for_huge(statistics: &Statistics) -> TransferFunction {
+pub(super) fn for_huge(
+    statistics: &Statistics,
+    make: impl Fn(&Statistics) -> TransferFunction,
+) -> TransferFunction {
     const SHRINK: f64 = 0.25;
     let mut shrunk = statistics.clone();
     shrunk.min *= SHRINK;
     shrunk.max *= SHRINK;
     shrunk.quantiles.iter_mut().for_each(|v| *v *= SHRINK);
-    let mut function = default_for(&shrunk);
+    let mut function = make(&shrunk);
     let grow = |v: f64| (v / SHRINK).clamp(statistics.min, statistics.max);
     function.opacity.iter_mut().for_each(|(v, _)| *v = grow(*v));
     if let ColourSource::Map { range, .. } = &mut function.colour {
@@ -133,7 +159,7 @@ fn function(opacity: Vec<(f64, f64)>, range: [f64; 2]) -> TransferFunction {
 }
 
 /// Air at −1000, or the padding that scanners put below it, and nothing far beyond metal.
-fn is_hounsfield(statistics: &Statistics) -> bool {
+pub(super) fn is_hounsfield(statistics: &Statistics) -> bool {
     (-5000.0..=-900.0).contains(&statistics.min)
         && (100.0..=40_000.0).contains(&statistics.max)
         && statistics.quantile(0.99) > -300.0
@@ -356,7 +382,6 @@ mod tests {
         let (_, f) = of(Samples::Int16(values.collect()));
         assert_eq!(f, ct_soft());
         assert_eq!(f.opacity_at(-990.0), 0.0);
-        assert_eq!(ct_bone().validate(), Ok(()));
         assert_eq!(f.validate(), Ok(()));
     }
 

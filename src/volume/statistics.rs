@@ -188,6 +188,15 @@ impl Statistics {
         self.max
     }
 
+    /// How many samples are in the histogram's bin of a value; 0 outside the range, and for NaN.
+    pub fn count_near(&self, value: f64) -> u64 {
+        let is_inside = self.finite_count > 0 && (self.min..=self.max).contains(&value);
+        if !is_inside {
+            return 0;
+        }
+        self.histogram[Binning::new(self.min, self.max).of(value)]
+    }
+
     /// The value at a fraction 0..=1 of the range.
     pub fn value_at(&self, fraction: f64) -> f64 {
         // Not min + f·(max − min): that overflows for ±1e308.

@@ -6,6 +6,7 @@ pub mod help;
 pub mod open_path;
 pub mod raw;
 pub mod save;
+pub mod transfer_file;
 
 use eframe::egui::{Button, Context, Frame, Id, Modal, RichText, Ui};
 

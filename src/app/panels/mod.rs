@@ -5,13 +5,19 @@
 
 pub mod accuracy;
 pub mod axes;
+pub mod bells;
 pub mod chart;
 pub mod compare;
 pub mod curve;
 pub mod data;
+pub mod freehand;
+pub mod graph;
 pub mod legend;
+mod maps;
 pub mod splat;
 pub mod status;
+pub mod stops;
+pub mod stretch;
 pub mod transfer;
 pub mod view;
 

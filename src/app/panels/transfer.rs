@@ -1,129 +1,235 @@
-//! From values to opacity and colour: the curve, the colour map, the range.
+//! From values to opacity and colour: presets, the graph with its editors, the colours, the range.
 
-use eframe::egui::epaint::Mesh;
+use eframe::egui::accesskit::Role;
 use eframe::egui::{
-    Atom, AtomExt as _, Button, ComboBox, DragValue, IdSalt, Rect, Response, RichText, Shape, Ui,
-    pos2, vec2,
+    Button, ComboBox, CornerRadius, DragValue, Response, RichText, Sense, Ui, WidgetInfo, vec2,
 };
 
-use super::curve::{self, CurveEditor, curve_ui, remove_point};
+use super::bells::{self, BellEditor, handle_bells, paint_bells};
+use super::curve::{self, PointEditor, handle_points, paint_curve, paint_points, remove_point};
+use super::freehand::{Stroke, handle_freehand};
+use super::graph::{self, Axes, Extent, GraphView};
+use super::maps::map_ui;
+use super::stops::{self, StopEditor};
+use super::stretch::stretch;
 use super::{name_ui, number_ui, row_ui};
+use crate::app::actions::{Action, entry_of};
 use crate::app::{theme, words};
-use crate::core::LinearRgb;
-use crate::transfer::presets::{self, RangeRule};
-use crate::transfer::{ColourMap, ColourSource, TransferFunction};
+use crate::transfer::presets::{self, Preset, RangeRule};
+use crate::transfer::{ColourSource, Gaussian, TransferFunction};
 use crate::volume::Statistics;
 
-/// Size of a colour map's swatch, points.
-const SWATCH: eframe::egui::Vec2 = vec2(56.0, 10.0);
+/// Height of the graph, points.
+const GRAPH_HEIGHT: f32 = 132.0;
 
-/// The range of values that the colours span.
-pub fn colour_range(transfer: &TransferFunction) -> [f64; 2] {
-    match &transfer.colour {
-        ColourSource::Map { range, .. } => *range,
-        ColourSource::Stops(stops) => {
-            let end = |stop: Option<&(f64, _)>| stop.map_or(0.0, |(value, _)| *value);
-            [end(stops.first()), end(stops.last())]
-        }
+/// How the opacity curve is edited.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+enum Tool {
+    #[default]
+    Points,
+    Gaussians,
+    Freehand,
+}
+
+/// What the hand is doing with the transfer function; none of it is part of the picture.
+#[derive(Debug, Clone, Default)]
+pub struct TransferEditor {
+    points: PointEditor,
+    bells: BellEditor,
+    stops: StopEditor,
+    /// Points or freehand; that there are bells says that these are edited.
+    tool: Tool,
+    stroke: Option<Stroke>,
+    graph: GraphView,
+    /// What each preset is for the volume that is open.
+    known: Vec<(Preset, TransferFunction)>,
+}
+
+impl TransferEditor {
+    /// Lets go of what is held, after something else has changed the function or the volume.
+    pub fn let_go(&mut self) {
+        self.points.let_go();
+        self.bells.let_go();
+        self.stops.let_go();
+        self.stroke = None;
+        self.known.clear();
+    }
+
+    /// Lets go of everything that belongs to one function.
+    pub fn start_over(&mut self) {
+        let graph = self.graph;
+        *self = Self { graph, ..Self::default() };
     }
 }
 
-/// Stretches colours and opacities alike from their range to `to`.
-///
-/// A range without width has no inner proportions: opacities then keep their values.
-pub fn stretch(transfer: &mut TransferFunction, to: [f64; 2]) {
-    let from = colour_range(transfer);
-    if from == to || !to.iter().all(|v| v.is_finite()) {
-        return;
-    }
-    let width = from[1] / 2.0 - from[0] / 2.0;
-    let moved = |value: f64| {
-        let fraction = (value / 2.0 - from[0] / 2.0) / width;
-        to[0] * (1.0 - fraction) + to[1] * fraction
-    };
-    if width != 0.0 {
-        for point in &mut transfer.opacity {
-            point.0 = moved(point.0);
-        }
-        // A reversed range reverses the order.
-        transfer.opacity.sort_by(|a, b| a.0.total_cmp(&b.0));
-    }
-    match &mut transfer.colour {
-        ColourSource::Map { range, .. } => *range = to,
-        ColourSource::Stops(stops) if width != 0.0 => {
-            for stop in stops.iter_mut() {
-                stop.0 = moved(stop.0);
-            }
-            stops.sort_by(|a, b| a.0.total_cmp(&b.0));
-        }
-        ColourSource::Stops(_) => {}
-    }
-}
-
-/// The section; `default` makes the function that a fresh file would get.
+/// The section; `default` makes the function that a fresh file would get. What it cannot do itself
+/// is returned.
 pub fn transfer_ui(
     ui: &mut Ui,
-    editor: &mut CurveEditor,
+    editor: &mut TransferEditor,
     transfer: &mut TransferFunction,
+    gaussians: &mut Vec<Gaussian>,
     statistics: &Statistics,
     default: impl FnOnce() -> TransferFunction,
-) {
-    let colours = colour_range(transfer);
-    curve_ui(ui, editor, transfer, statistics, colours);
-    let caption = "Drag a point, press the line for a new one, right-click to remove";
-    ui.label(RichText::new(caption).size(11.0).color(theme::TEXT_FAINT));
-    point_ui(ui, editor, transfer, statistics);
+) -> Option<Action> {
+    if editor.known.is_empty() {
+        let made = |preset: Preset| (preset, preset.function(statistics));
+        editor.known =
+            Preset::ALL.into_iter().filter(|p| *p != Preset::Default).map(made).collect();
+        editor.known.insert(0, (Preset::Default, default()));
+    }
+    preset_ui(ui, editor, transfer, gaussians, statistics);
+    tools_ui(ui, editor, transfer, gaussians, statistics);
+    graph_ui(ui, editor, transfer, gaussians, statistics);
+    if !gaussians.is_empty() {
+        bell_ui(ui, editor, transfer, gaussians, statistics);
+    } else if editor.tool == Tool::Points {
+        point_ui(ui, &mut editor.points, transfer, statistics);
+    }
+    view_ui(ui, &mut editor.graph);
     ui.add_space(4.0);
     map_ui(ui, transfer);
-    range_ui(ui, transfer, statistics);
-    ui.horizontal_wrapped(|ui| {
-        let whole = presets::range(statistics, RangeRule::MinMax);
-        if ui
-            .button("Min–max")
-            .on_hover_text("Stretch colours and opacities over the whole range of the data")
-            .clicked()
-        {
-            stretch(transfer, whole);
-        }
-        let middle = presets::range(statistics, RangeRule::Percentiles);
-        if ui
-            .button("Percentiles")
-            .on_hover_text(
-                "Stretch colours and opacities over the middle 99 % of the values, so that a few \
-                 outliers do not spoil the rest",
-            )
-            .clicked()
-            && middle[0] < middle[1]
-        {
-            stretch(transfer, middle);
-        }
-        if ui
-            .button("Reset to default")
-            .on_hover_text("Back to what this file looked like when it was opened")
-            .clicked()
-        {
-            *transfer = default();
-            editor.selected = 0;
-        }
+    if let ColourSource::Stops(stops) = &mut transfer.colour {
+        stops::stop_ui(ui, &mut editor.stops, stops, statistics);
+    }
+    range_ui(ui, transfer, gaussians, statistics);
+    stretch_ui(ui, &editor.graph, transfer, gaussians, statistics);
+    exchange_ui(ui)
+}
+
+/// Looks that many data call for.
+fn preset_ui(
+    ui: &mut Ui,
+    editor: &mut TransferEditor,
+    transfer: &mut TransferFunction,
+    gaussians: &mut Vec<Gaussian>,
+    statistics: &Statistics,
+) {
+    let known = editor.known.iter().find(|(_, function)| function == transfer);
+    let current = known.map(|(preset, _)| *preset).filter(|_| gaussians.is_empty());
+    let mut chosen = None;
+    row_ui(ui, "Preset", |ui| {
+        let label = current.map_or("Custom", |preset| words::preset(preset).0);
+        let combo = ComboBox::from_id_salt("preset").selected_text(label);
+        let shown = combo.show_ui(ui, |ui| {
+            for (preset, function) in &editor.known {
+                let (label, help) = words::preset(*preset);
+                let help = match preset.lacks_hounsfield_units(statistics) {
+                    true => format!("{help}. These values are no Hounsfield units: by percentiles"),
+                    false => help.to_owned(),
+                };
+                let entry = ui.selectable_label(current == Some(*preset), label);
+                if entry.on_hover_text(help).clicked() {
+                    chosen = Some(function.clone());
+                }
+            }
+        });
+        shown
+            .response
+            .accessible_name("Preset")
+            .on_hover_text("A transfer function to begin with; each can be changed further");
     });
-    ui.checkbox(&mut editor.zoomed, "Zoom graph to range")
-        .on_hover_text("Show only the range of the colours in the graph, not all of the data");
+    if let Some(function) = chosen {
+        *transfer = function;
+        gaussians.clear();
+        (editor.tool, editor.points.selected) = (Tool::Points, 0);
+    }
+}
+
+/// How the curve is edited. From bells to points the curve stays; from points to bells it begins
+/// anew, since points are no bells.
+fn tools_ui(
+    ui: &mut Ui,
+    editor: &mut TransferEditor,
+    transfer: &mut TransferFunction,
+    gaussians: &mut Vec<Gaussian>,
+    statistics: &Statistics,
+) {
+    let before = if gaussians.is_empty() { editor.tool } else { Tool::Gaussians };
+    let mut tool = before;
+    row_ui(ui, "Opacity", |ui| {
+        ui.spacing_mut().item_spacing.x = 4.0;
+        ui.selectable_value(&mut tool, Tool::Points, "Points")
+            .on_hover_text("Straight lines between points that can be pulled");
+        ui.selectable_value(&mut tool, Tool::Gaussians, "Gaussians").on_hover_text(
+            "Bells, each about one value; where they overlap the highest counts. Points are \
+             replaced by a first one",
+        );
+        ui.selectable_value(&mut tool, Tool::Freehand, "Freehand")
+            .on_hover_text("Draw the curve with the mouse; it becomes few points once let go");
+    });
+    if tool == before {
+        return;
+    }
+    editor.let_go();
+    editor.tool = tool;
+    if tool == Tool::Gaussians {
+        let shown = editor.graph.range(statistics, transfer.colour.range());
+        let first = bells::first_bell(transfer, shown);
+        bells::add_bell(transfer, gaussians, first);
+    } else {
+        gaussians.clear();
+    }
+}
+
+/// The graph with its colour bar; changes opacities and stops as the hand says.
+fn graph_ui(
+    ui: &mut Ui,
+    editor: &mut TransferEditor,
+    transfer: &mut TransferFunction,
+    gaussians: &mut Vec<Gaussian>,
+    statistics: &Statistics,
+) {
+    let size = vec2(ui.available_width(), GRAPH_HEIGHT);
+    let (rect, response) = ui.allocate_exact_size(size, Sense::drag());
+    response.widget_info(|| {
+        WidgetInfo::labeled(Role::Canvas, ui.is_enabled(), "Opacity curve over the histogram")
+    });
+    let [low, high] = editor.graph.range(statistics, transfer.colour.range());
+    let axes = Axes { rect: rect.shrink2(vec2(7.0, 7.0)), low, high };
+    let caption = if !gaussians.is_empty() {
+        handle_bells(ui, &response, &mut editor.bells, transfer, gaussians, axes);
+        "Pull at a peak or a side, double-click for another"
+    } else if editor.tool == Tool::Freehand {
+        handle_freehand(ui, &response, &mut editor.stroke, transfer, axes);
+        "Draw over the graph; what you do not pass over stays"
+    } else {
+        handle_points(ui, &response, &mut editor.points, transfer, axes);
+        "Drag a point, press the line for a new one, right-click to remove"
+    };
+    let hover = response.hover_pos().filter(|at| axes.rect.expand(7.0).contains(*at));
+    let painter = ui.painter_at(rect.expand(2.0));
+    painter.rect_filled(rect, CornerRadius::same(5), theme::WELL);
+    let inside = painter.with_clip_rect(rect.shrink(1.0));
+    graph::paint_histogram(&inside, axes, statistics, editor.graph.log);
+    graph::paint_under_curve(&inside, axes, transfer);
+    paint_curve(&inside, axes, transfer);
+    if !gaussians.is_empty() {
+        paint_bells(&inside, axes, gaussians, &editor.bells, hover);
+    } else if editor.tool == Tool::Points {
+        paint_points(&inside, axes, transfer, &editor.points, hover);
+    }
+    ui.spacing_mut().item_spacing.y = 4.0;
+    stops::bar_ui(ui, &mut editor.stops, transfer, axes);
+    let caption = hover.map_or(caption.to_owned(), |at| graph::readout(axes, at, statistics));
+    ui.label(RichText::new(caption).size(11.0).color(theme::TEXT_FAINT));
+    ui.spacing_mut().item_spacing.y = theme::ROW_SPACING;
 }
 
 /// Numbers of the selected point.
 fn point_ui(
     ui: &mut Ui,
-    editor: &mut CurveEditor,
+    editor: &mut PointEditor,
     transfer: &mut TransferFunction,
     statistics: &Statistics,
 ) {
+    editor.selected = editor.selected.min(transfer.opacity.len().saturating_sub(1));
     let index = editor.selected;
     let Some(&(mut value, mut opacity)) = transfer.opacity.get(index) else { return };
     row_ui(ui, "Point", |ui| {
         let value_response = number_ui(ui, "Point value", value_drag(&mut value, statistics))
             .on_hover_text("The value at which the selected point lies, in the data's own units");
-        let drag = DragValue::new(&mut opacity).speed(0.005).range(0.0..=1.0).max_decimals(4);
-        let opacity_response = number_ui(ui, "Point opacity", drag)
+        let opacity_response = number_ui(ui, "Point opacity", opacity_drag(&mut opacity))
             .on_hover_text("Opacity per unit distance at the selected point, 0 to 1");
         if value_response.changed() || opacity_response.changed() {
             curve::move_point(transfer, index, value, opacity);
@@ -142,72 +248,111 @@ fn point_ui(
     });
 }
 
-fn step_button(ui: &mut Ui, symbol: &str, name: &str, enabled: bool) -> Response {
+/// Numbers of the selected bell.
+fn bell_ui(
+    ui: &mut Ui,
+    editor: &mut TransferEditor,
+    transfer: &mut TransferFunction,
+    gaussians: &mut Vec<Gaussian>,
+    statistics: &Statistics,
+) {
+    let chosen = &mut editor.bells.selected;
+    *chosen = (*chosen).min(gaussians.len() - 1);
+    let (index, mut bell) = (*chosen, gaussians[*chosen]);
+    row_ui(ui, "Gaussian", |ui| {
+        number_ui(ui, "Gaussian centre", value_drag(&mut bell.centre, statistics))
+            .on_hover_text("The value of its peak, in the data's own units");
+        number_ui(ui, "Gaussian height", opacity_drag(&mut bell.height))
+            .on_hover_text("Opacity per unit distance at the peak, 0 to 1");
+        ui.spacing_mut().item_spacing.x = 4.0;
+        let last = gaussians.len() - 1;
+        if step_button(ui, "‹", "Previous Gaussian", index > 0).clicked() {
+            *chosen -= 1;
+        }
+        if step_button(ui, "›", "Next Gaussian", index < last).clicked() {
+            *chosen += 1;
+        }
+    });
+    let mut removed = false;
+    row_ui(ui, "Width", |ui| {
+        number_ui(ui, "Gaussian width", value_drag(&mut bell.width, statistics)).on_hover_text(
+            "Standard deviation: at this distance from the peak it has 61 % of its height",
+        );
+        let shown = editor.graph.range(statistics, transfer.colour.range());
+        if ui.button("Add").on_hover_text("Another Gaussian, in the middle of the graph").clicked()
+        {
+            let first = bells::first_bell(transfer, shown);
+            let narrow = Gaussian { width: first.width / 2.0, ..first };
+            if bells::add_bell(transfer, gaussians, narrow) {
+                editor.bells.selected = gaussians.len() - 1;
+            }
+        }
+        removed = step_button(ui, "×", "Remove Gaussian", gaussians.len() > 1).clicked();
+    });
+    if removed {
+        bells::remove_bell(transfer, gaussians, index);
+    } else if bell != gaussians[index] {
+        bells::change_bell(transfer, gaussians, index, bell);
+    }
+}
+
+pub(super) fn step_button(ui: &mut Ui, symbol: &str, name: &str, enabled: bool) -> Response {
     ui.add_enabled(enabled, Button::new(symbol).small()).accessible_name(name).on_hover_text(name)
 }
 
 /// A drag value over the range of the data, in its own units.
-fn value_drag<'a>(value: &'a mut f64, statistics: &Statistics) -> DragValue<'a> {
+pub(super) fn value_drag<'a>(value: &'a mut f64, statistics: &Statistics) -> DragValue<'a> {
     let width = statistics.max / 2.0 - statistics.min / 2.0;
     let speed = if width > 0.0 { width / 150.0 } else { 0.01 };
     DragValue::new(value).speed(speed).custom_formatter(|v, _| words::value(v))
 }
 
-fn map_ui(ui: &mut Ui, transfer: &mut TransferFunction) {
-    let range = colour_range(transfer);
-    let chosen = match &transfer.colour {
-        ColourSource::Map { map, .. } => Some(*map),
-        ColourSource::Stops(_) => None,
-    };
-    row_ui(ui, "Colours", |ui| {
-        let selected = chosen.map_or_else(|| "Custom".to_owned(), words::colour_map);
-        let combo = ComboBox::from_id_salt("colour map").selected_text(selected).height(360.0);
+fn opacity_drag(opacity: &mut f64) -> DragValue<'_> {
+    DragValue::new(opacity).speed(0.005).range(0.0..=1.0).max_decimals(4)
+}
+
+/// What the graph shows of the values, and how.
+fn view_ui(ui: &mut Ui, view: &mut GraphView) {
+    row_ui(ui, "Graph", |ui| {
+        let label = |extent: Extent| match extent {
+            Extent::All => "All values",
+            Extent::Colours => "Colour range",
+            Extent::Percentiles => "Between percentiles",
+        };
+        let combo = ComboBox::from_id_salt("graph").selected_text(label(view.extent));
         let shown = combo.show_ui(ui, |ui| {
-            for map in ColourMap::ALL {
-                if map_choice_ui(ui, map, chosen == Some(map)).clicked() {
-                    transfer.colour = ColourSource::Map { map, range };
-                }
+            for (extent, help) in [
+                (Extent::All, "From the least to the greatest value"),
+                (Extent::Colours, "Only the values that the colours span"),
+                (Extent::Percentiles, "Only what lies between the percentiles chosen below"),
+            ] {
+                ui.selectable_value(&mut view.extent, extent, label(extent)).on_hover_text(help);
             }
         });
-        shown.response.accessible_name("Colours").on_hover_text(
-            "The colours of low to high values; the first five are equally readable \
-                            for most colour-blind people and in print",
-        );
+        shown.response.accessible_name("Graph").on_hover_text("Which values the graph shows");
+        ui.checkbox(&mut view.log, "Log")
+            .on_hover_text("Show the counts on a logarithmic axis, so that rare values are seen");
+    });
+    row_ui(ui, "Percentiles", |ui| {
+        let [low, high] = &mut view.percentiles;
+        let drag = |percent, range| {
+            DragValue::new(percent).speed(0.05).range(range).max_decimals(1).suffix(" %")
+        };
+        let help =
+            "The part of the values that the graph, or Percentiles below, leaves out at either end";
+        number_ui(ui, "Low percentile", drag(low, 0.0..=49.0)).on_hover_text(help);
+        name_ui(ui, "to");
+        number_ui(ui, "High percentile", drag(high, 51.0..=100.0)).on_hover_text(help);
     });
 }
 
-/// One colour map in the list, with its swatch.
-fn map_choice_ui(ui: &mut Ui, map: ColourMap, selected: bool) -> Response {
-    let swatch = IdSalt::new("swatch");
-    let atoms = (Atom::custom(swatch, SWATCH), words::colour_map(map).atom_grow(true));
-    let shown = Button::selectable(selected, atoms).atom_ui(ui);
-    if let Some(rect) = shown.rect(swatch) {
-        paint_map(ui, rect, map);
-    }
-    shown.response
-}
-
-fn paint_map(ui: &Ui, rect: Rect, map: ColourMap) {
-    let stops = map.stops();
-    let mut mesh = Mesh::default();
-    for (i, stop) in stops.iter().enumerate() {
-        let fraction = i as f32 / (stops.len() - 1).max(1) as f32;
-        let x = rect.left() + fraction * rect.width();
-        let colour = curve::to_screen(LinearRgb(stop.to_linear().0));
-        mesh.colored_vertex(pos2(x, rect.top()), colour);
-        mesh.colored_vertex(pos2(x, rect.bottom()), colour);
-        if i + 1 < stops.len()
-            && let Ok(at) = u32::try_from(2 * i)
-        {
-            mesh.add_triangle(at, at + 1, at + 2);
-            mesh.add_triangle(at + 1, at + 2, at + 3);
-        }
-    }
-    ui.painter().add(Shape::mesh(mesh));
-}
-
-fn range_ui(ui: &mut Ui, transfer: &mut TransferFunction, statistics: &Statistics) {
-    let mut range = colour_range(transfer);
+fn range_ui(
+    ui: &mut Ui,
+    transfer: &mut TransferFunction,
+    gaussians: &mut [Gaussian],
+    statistics: &Statistics,
+) {
+    let mut range = transfer.colour.range();
     let help = "The values that take the first and the last colour; the opacities stretch along";
     row_ui(ui, "Range", |ui| {
         let [low, high] = &mut range;
@@ -215,63 +360,52 @@ fn range_ui(ui: &mut Ui, transfer: &mut TransferFunction, statistics: &Statistic
         name_ui(ui, "to");
         let high = number_ui(ui, "Range high", value_drag(high, statistics)).on_hover_text(help);
         if low.changed() || high.changed() {
-            stretch(transfer, range);
+            stretch(transfer, gaussians, range);
         }
     });
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::core::Srgb8;
-
-    fn transfer() -> TransferFunction {
-        TransferFunction {
-            opacity: vec![(0.0, 0.0), (25.0, 0.5), (100.0, 1.0)],
-            colour: ColourSource::Map { map: ColourMap::Gray, range: [0.0, 100.0] },
+/// Colours and opacities over a range of the data at once.
+fn stretch_ui(
+    ui: &mut Ui,
+    view: &GraphView,
+    transfer: &mut TransferFunction,
+    gaussians: &mut [Gaussian],
+    statistics: &Statistics,
+) {
+    row_ui(ui, "Stretch to", |ui| {
+        let help = "Stretch colours and opacities over the whole range of the data";
+        if ui.button("Min–max").on_hover_text(help).clicked() {
+            stretch(transfer, gaussians, presets::range(statistics, RangeRule::MinMax));
         }
-    }
+        let [low, high] = view.percentile_range(statistics);
+        let help = "Stretch colours and opacities between the percentiles above, so that a few \
+                    outliers do not spoil the rest";
+        let button = ui.add_enabled(low < high, Button::new("Percentiles")).on_hover_text(help);
+        if button.on_disabled_hover_text("Both percentiles are one value here").clicked() {
+            stretch(transfer, gaussians, [low, high]);
+        }
+    });
+}
 
-    #[test]
-    fn stretching_moves_opacities_with_the_colours() {
-        let mut t = transfer();
-        stretch(&mut t, [1000.0, 1200.0]);
-        assert_eq!(t.opacity, [(1000.0, 0.0), (1050.0, 0.5), (1200.0, 1.0)]);
-        assert_eq!(colour_range(&t), [1000.0, 1200.0]);
-        stretch(&mut t, [0.0, 100.0]);
-        assert_eq!(t, transfer());
-    }
-
-    #[test]
-    fn a_reversed_range_keeps_the_opacities_sorted() {
-        let mut t = transfer();
-        stretch(&mut t, [100.0, 0.0]);
-        assert_eq!(t.opacity, [(0.0, 1.0), (75.0, 0.5), (100.0, 0.0)]);
-    }
-
-    #[test]
-    fn what_is_not_finite_stretches_nothing() {
-        let mut t = transfer();
-        stretch(&mut t, [f64::NAN, 1.0]);
-        stretch(&mut t, [0.0, f64::INFINITY]);
-        assert_eq!(t, transfer());
-    }
-
-    #[test]
-    fn a_range_without_width_can_be_left_again() {
-        let mut t = transfer();
-        t.colour = ColourSource::Map { map: ColourMap::Gray, range: [5.0, 5.0] };
-        stretch(&mut t, [0.0, 10.0]);
-        assert_eq!(colour_range(&t), [0.0, 10.0]);
-        assert!(t.opacity.iter().all(|(v, _)| v.is_finite()));
-    }
-
-    #[test]
-    fn custom_colours_stretch_too() {
-        let mut t = transfer();
-        t.colour = ColourSource::Stops(vec![(0.0, Srgb8::BLACK), (100.0, Srgb8::WHITE)]);
-        stretch(&mut t, [-1.0, 1.0]);
-        assert_eq!(colour_range(&t), [-1.0, 1.0]);
-        assert_eq!(t.opacity[1].0, -0.5);
-    }
+/// To and from the clipboard and files; what was chosen.
+fn exchange_ui(ui: &mut Ui) -> Option<Action> {
+    let mut chosen = None;
+    row_ui(ui, "Exchange", |ui| {
+        ui.spacing_mut().item_spacing.x = 4.0;
+        ui.spacing_mut().button_padding.x = 6.0;
+        for (label, action) in [
+            ("Copy", Action::CopyTransfer),
+            ("Paste", Action::PasteTransfer),
+            ("Load…", Action::LoadTransfer),
+            ("Save…", Action::SaveTransfer),
+        ] {
+            let entry = entry_of(action);
+            let button = ui.button(label).accessible_name(entry.name);
+            if button.on_hover_text(entry.help).clicked() {
+                chosen = Some(action);
+            }
+        }
+    });
+    chosen
 }

@@ -1,0 +1,136 @@
+//! The window's part in copying, pasting, loading and saving transfer functions.
+
+use std::path::{Path, PathBuf};
+
+use eframe::egui::{Context, Event, ViewportCommand};
+
+use super::actions::Action;
+use super::dialogs::transfer_file::TransferFileDialog;
+use super::document::Source;
+use super::job::{Ended, Job};
+use super::saving;
+use super::window::{Dialog, Window};
+use crate::task::transfer_file;
+use crate::transfer::Design;
+
+/// A transfer function being read.
+pub(super) type LoadingDesign = Job<Result<Design, String>>;
+
+impl Window {
+    /// Does what a command about transfer functions says; they need something open.
+    pub(super) fn exchange(&mut self, ctx: &Context, action: Action) {
+        let Some(design) = self.design() else {
+            self.notices.hint("A transfer function belongs to a volume: open one first");
+            return;
+        };
+        match action {
+            Action::CopyTransfer => {
+                ctx.copy_text(design.to_text());
+                self.notices.hint("Copied the transfer function as text");
+            }
+            // What comes of it is an event of its own.
+            Action::PasteTransfer => ctx.send_viewport_cmd(ViewportCommand::RequestPaste),
+            Action::LoadTransfer => self.ask_transfer(TransferFileDialog::load()),
+            Action::SaveTransfer => {
+                let dialog = TransferFileDialog::save(&self.suggested_transfer_path());
+                self.ask_transfer(dialog);
+            }
+            _ => {}
+        }
+    }
+
+    fn ask_transfer(&mut self, dialog: TransferFileDialog) {
+        self.dialog = Some(Dialog::Transfer(Box::new(dialog)));
+    }
+
+    /// The transfer function on screen with what it was made of.
+    fn design(&self) -> Option<Design> {
+        let function = self.scene.as_ref()?.transfer.clone();
+        Some(Design { function, gaussians: self.gaussians.clone() })
+    }
+
+    /// Beside the volume, or with the pictures where that is no file.
+    fn suggested_transfer_path(&self) -> PathBuf {
+        let source = self.document.as_ref().map(|document| &document.source);
+        let folder = source.and_then(Source::path).and_then(Path::parent).map(Path::to_owned);
+        let folder = folder.or_else(|| self.parts.pictures_folder.clone().ok());
+        let name = source.map(Source::name).unwrap_or_default();
+        saving::suggested_transfer_path(&folder.unwrap_or_default(), &name)
+    }
+
+    /// Shows another transfer function.
+    fn adopt(&mut self, design: Design) {
+        if let Some(scene) = &mut self.scene {
+            scene.transfer = design.function;
+            self.gaussians = design.gaussians;
+            self.transfer.start_over();
+        }
+    }
+
+    /// Reads or writes the file that a dialog has asked for.
+    pub(super) fn take_transfer_path(&mut self, ctx: &Context, saving: bool, path: PathBuf) {
+        if !saving {
+            self.load_transfer(ctx, path);
+        } else if let Some(design) = self.design() {
+            let title = "Saving the transfer function";
+            self.saving.push(Job::start("save-transfer", title, ctx, move |_| {
+                transfer_file::write(&design, &path).map(|()| path)
+            }));
+        }
+    }
+
+    /// Opens a file that was dropped or chosen: a transfer function by its name, else a volume.
+    pub(super) fn open_any(&mut self, ctx: &Context, path: PathBuf) {
+        if transfer_file::is_named_so(&path) {
+            self.load_transfer(ctx, path);
+        } else {
+            self.open(ctx, Source::File(path));
+        }
+    }
+
+    fn load_transfer(&mut self, ctx: &Context, path: PathBuf) {
+        if self.scene.is_none() {
+            self.notices.hint("A transfer function belongs to a volume: open one first");
+            return;
+        }
+        let title = "Loading the transfer function";
+        let job = Job::start("load-transfer", title, ctx, move |_| transfer_file::read(&path));
+        self.loading_design = Some(job);
+    }
+
+    /// Takes a transfer function that was read.
+    pub(super) fn take_design(&mut self) {
+        let Some(ended) = self.loading_design.as_ref().and_then(Job::poll) else { return };
+        self.loading_design = None;
+        match ended {
+            Ended::Finished(Ok(design)) => self.adopt(design),
+            Ended::Finished(Err(reason)) => self.notices.error(reason),
+            Ended::Lost => self.notices.error("Loading stopped on a bug of the program"),
+        }
+    }
+
+    /// Copies and pastes as the desktop asks for, unless that is for a text field or a dialog.
+    pub(super) fn take_clipboard(&mut self, ctx: &Context) {
+        if self.dialog.is_some() || ctx.text_edit_focused() {
+            return;
+        }
+        let wanted = |event: &Event| matches!(event, Event::Copy | Event::Paste(_));
+        let events: Vec<Event> =
+            ctx.input(|i| i.events.iter().filter(|e| wanted(e)).cloned().collect());
+        for event in events {
+            match event {
+                Event::Copy => self.exchange(ctx, Action::CopyTransfer),
+                Event::Paste(_) if self.scene.is_none() => {
+                    self.exchange(ctx, Action::PasteTransfer);
+                }
+                Event::Paste(text) => match Design::from_text(&text) {
+                    Ok(design) => self.adopt(design),
+                    Err(error) => {
+                        self.notices.error(format!("What was pasted cannot be used: {error}"))
+                    }
+                },
+                _ => {}
+            }
+        }
+    }
+}

@@ -1,0 +1,186 @@
+//! Undo and redo: states one after another, each whole.
+//!
+//! The rule: a step is what changed between two moments at which nothing was held, so that a drag,
+//! or a number being typed, is one step however long it takes. The last [`LIMIT`] steps are kept; the
+//! oldest makes room. A new step forgets what had been undone.
+
+use std::collections::VecDeque;
+
+/// How many steps are kept.
+pub const LIMIT: usize = 200;
+
+/// What was, is, and was undone.
+#[derive(Debug)]
+pub struct History<T> {
+    /// Oldest first, at most [`LIMIT`].
+    past: VecDeque<T>,
+    present: Option<T>,
+    /// What was undone, the next to be done again last.
+    future: Vec<T>,
+}
+
+impl<T> Default for History<T> {
+    fn default() -> Self {
+        Self { past: VecDeque::new(), present: None, future: Vec::new() }
+    }
+}
+
+impl<T: Clone + PartialEq> History<T> {
+    /// Begins anew: there is nothing to undo from here.
+    pub fn start(&mut self, state: T) {
+        *self = Self { present: Some(state), ..Self::default() };
+    }
+
+    /// Takes note of a state. One that differs from the present is a step; where it `continues` the
+    /// last step (notch upon notch of the wheel), it takes that one's place. Whether there was one.
+    pub fn record(&mut self, state: &T, continues: bool) -> bool {
+        let Some(present) = &mut self.present else {
+            self.present = Some(state.clone());
+            return false;
+        };
+        if present == state {
+            return false;
+        }
+        let before = std::mem::replace(present, state.clone());
+        self.future.clear();
+        if !continues || self.past.is_empty() {
+            self.past.push_back(before);
+        } else if self.past.back() == Some(state) {
+            // Back where the step began.
+            self.past.pop_back();
+        }
+        if self.past.len() > LIMIT {
+            self.past.pop_front();
+        }
+        true
+    }
+
+    /// Goes one step back; the state to be shown, if there is one.
+    pub fn undo(&mut self) -> Option<T> {
+        let before = self.past.pop_back()?;
+        self.future.extend(self.present.replace(before.clone()));
+        Some(before)
+    }
+
+    /// Goes forward to what was undone last; the state to be shown, if there is one.
+    pub fn redo(&mut self) -> Option<T> {
+        let after = self.future.pop()?;
+        self.past.extend(self.present.replace(after.clone()));
+        Some(after)
+    }
+
+    /// The states before and after the step that [`History::undo`] would take back.
+    pub fn last_step(&self) -> Option<[&T; 2]> {
+        Some([self.past.back()?, self.present.as_ref()?])
+    }
+
+    /// The states before and after the step that [`History::redo`] would do again.
+    pub fn next_step(&self) -> Option<[&T; 2]> {
+        Some([self.present.as_ref()?, self.future.last()?])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    #[test]
+    fn the_oldest_steps_make_room_and_no_others() {
+        let mut history = History::default();
+        for state in 0..=LIMIT + 7 {
+            history.record(&state, false);
+        }
+        let mut undone = Vec::new();
+        while let Some(state) = history.undo() {
+            undone.push(state);
+        }
+        assert_eq!(undone, (7..LIMIT + 7).rev().collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn a_step_that_goes_on_is_one_and_vanishes_where_it_comes_back() {
+        let mut history = History::default();
+        history.start(0);
+        history.record(&1, false);
+        for state in [5, 6, 7] {
+            history.record(&state, state > 5);
+        }
+        assert_eq!(history.undo(), Some(1));
+        assert_eq!(history.redo(), Some(7));
+        history.record(&1, true);
+        assert_eq!(history.undo(), Some(0));
+    }
+
+    #[test]
+    fn another_file_cannot_be_undone() {
+        let mut history = History::default();
+        history.start(1);
+        history.record(&2, false);
+        history.undo();
+        history.start(9);
+        assert_eq!((history.undo(), history.redo()), (None, None));
+        history.record(&9, false);
+        assert!(history.last_step().is_none(), "the same again is no step");
+    }
+
+    /// What a hand may do.
+    #[derive(Debug, Clone)]
+    enum Deed {
+        Edit(u8),
+        Undo,
+        Redo,
+    }
+
+    fn deed() -> impl Strategy<Value = Deed> {
+        prop_oneof![
+            (0_u8..5).prop_map(Deed::Edit),
+            Just(Deed::Undo),
+            Just(Deed::Undo),
+            Just(Deed::Redo),
+        ]
+    }
+
+    proptest! {
+        #[test]
+        fn undo_never_loses_a_step(deeds in proptest::collection::vec(deed(), 1..LIMIT)) {
+            let mut history = History::default();
+            history.start(u8::MAX);
+            // Every state from the first to the last that can be reached, and the present one.
+            let (mut states, mut at) = (vec![u8::MAX], 0);
+            for deed in deeds {
+                match deed {
+                    Deed::Edit(state) => {
+                        let is_step = state != states[at];
+                        prop_assert_eq!(history.record(&state, false), is_step);
+                        if is_step {
+                            states.truncate(at + 1);
+                            states.push(state);
+                            at += 1;
+                        }
+                    }
+                    Deed::Undo => {
+                        let before = at.checked_sub(1);
+                        prop_assert_eq!(history.undo(), before.map(|at| states[at]));
+                        at = before.unwrap_or(at);
+                    }
+                    Deed::Redo => {
+                        prop_assert_eq!(history.redo(), states.get(at + 1).copied());
+                        at = (at + 1).min(states.len() - 1);
+                    }
+                }
+            }
+            while history.redo().is_some() {}
+            for (i, &state) in states.iter().enumerate().rev().skip(1) {
+                prop_assert_eq!(history.last_step().map(|[_, after]| *after), Some(states[i + 1]));
+                prop_assert_eq!(history.undo(), Some(state));
+            }
+            prop_assert_eq!(history.undo(), None);
+            for &state in &states[1..] {
+                prop_assert_eq!(history.redo(), Some(state));
+            }
+            prop_assert_eq!(history.redo(), None);
+        }
+    }
+}

@@ -1,0 +1,74 @@
+//! The choice of a colour map, each with its swatch.
+
+use eframe::egui::epaint::Mesh;
+use eframe::egui::{
+    Atom, AtomExt as _, Button, ComboBox, IdSalt, Rect, Response, Shape, Ui, pos2, vec2,
+};
+
+use super::{graph, row_ui};
+use crate::app::words;
+use crate::core::LinearRgb;
+use crate::transfer::{ColourMap, ColourSource, TransferFunction};
+
+/// Size of a colour map's swatch, points.
+const SWATCH: eframe::egui::Vec2 = vec2(56.0, 10.0);
+
+/// The row of the colours: which map, or that there are stops.
+pub(super) fn map_ui(ui: &mut Ui, transfer: &mut TransferFunction) {
+    let range = transfer.colour.range();
+    let chosen = match &transfer.colour {
+        ColourSource::Map { map, .. } => Some(*map),
+        ColourSource::Stops(_) => None,
+    };
+    row_ui(ui, "Colours", |ui| {
+        let selected = chosen.map_or_else(|| "Stops".to_owned(), words::colour_map);
+        let combo = ComboBox::from_id_salt("colour map").selected_text(selected).height(420.0);
+        let shown = combo.show_ui(ui, |ui| {
+            for map in ColourMap::ALL {
+                let entry = map_choice_ui(ui, map, chosen == Some(map));
+                if entry.on_hover_text(words::colour_map_help(map)).clicked() {
+                    transfer.colour = ColourSource::Map { map, range };
+                }
+            }
+        });
+        shown
+            .response
+            .accessible_name("Colours")
+            .on_hover_text("The colours of low to high values");
+        let help = "Turn the map into colour stops that can be moved, changed and removed";
+        let stops = ui.add_enabled(chosen.is_some(), Button::new("Stops")).on_hover_text(help);
+        if stops.on_disabled_hover_text("These are stops already; choose a map instead").clicked() {
+            transfer.colour = ColourSource::Stops(transfer.colour.stops());
+        }
+    });
+}
+
+/// One colour map in the list, with its swatch.
+fn map_choice_ui(ui: &mut Ui, map: ColourMap, selected: bool) -> Response {
+    let swatch = IdSalt::new("swatch");
+    let atoms = (Atom::custom(swatch, SWATCH), words::colour_map(map).atom_grow(true));
+    let shown = Button::selectable(selected, atoms).atom_ui(ui);
+    if let Some(rect) = shown.rect(swatch) {
+        paint_map(ui, rect, map);
+    }
+    shown.response
+}
+
+fn paint_map(ui: &Ui, rect: Rect, map: ColourMap) {
+    let stops = map.stops();
+    let mut mesh = Mesh::default();
+    for (i, stop) in stops.iter().enumerate() {
+        let fraction = i as f32 / (stops.len() - 1).max(1) as f32;
+        let x = rect.left() + fraction * rect.width();
+        let colour = graph::to_screen(LinearRgb(stop.to_linear().0));
+        mesh.colored_vertex(pos2(x, rect.top()), colour);
+        mesh.colored_vertex(pos2(x, rect.bottom()), colour);
+        if i + 1 < stops.len()
+            && let Ok(at) = u32::try_from(2 * i)
+        {
+            mesh.add_triangle(at, at + 1, at + 2);
+            mesh.add_triangle(at + 1, at + 2, at + 3);
+        }
+    }
+    ui.painter().add(Shape::mesh(mesh));
+}

@@ -1,0 +1,259 @@
+//! The colour bar under the graph, and its stops: click for a new one, pull, remove.
+
+use eframe::egui::accesskit::Role;
+use eframe::egui::{
+    Color32, CursorIcon, Painter, PointerButton, Pos2, Rect, Response, Sense, Stroke, StrokeKind,
+    Ui, WidgetInfo, pos2, vec2,
+};
+
+use super::curve::PULL_OUT;
+use super::graph::{Axes, paint_colours, to_screen};
+use super::transfer::{step_button, value_drag};
+use super::{number_ui, row_ui};
+use crate::app::theme;
+use crate::core::Srgb8;
+use crate::transfer::{ColourSource, TransferFunction};
+use crate::volume::Statistics;
+
+/// Height of the bar, points.
+pub(super) const BAR_HEIGHT: f32 = 14.0;
+
+/// A press this close to a stop takes it, points: less than half of the way to the next one of a map
+/// that was turned into stops.
+const GRAB: f32 = 7.0;
+
+type Stops = Vec<(f64, Srgb8)>;
+
+/// What the hand is doing with the stops. Only the selection outlives a drag.
+#[derive(Debug, Clone, Default)]
+pub struct StopEditor {
+    /// The stop whose value and colour are shown.
+    pub selected: usize,
+    held: Option<Held>,
+}
+
+impl StopEditor {
+    /// Lets go of what is held.
+    pub fn let_go(&mut self) {
+        self.held = None;
+    }
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Held {
+    index: usize,
+    /// From the pointer to the stop when it was taken.
+    offset: f32,
+    pulled_out: bool,
+}
+
+/// The bar over the graph's values, with its stops where there are any.
+pub(super) fn bar_ui(
+    ui: &mut Ui,
+    editor: &mut StopEditor,
+    transfer: &mut TransferFunction,
+    graph: Axes,
+) {
+    let size = vec2(ui.available_width(), BAR_HEIGHT);
+    let (outer, response) = ui.allocate_exact_size(size, Sense::drag());
+    let name = "Colours by value";
+    response.widget_info(|| WidgetInfo::labeled(Role::Canvas, ui.is_enabled(), name));
+    let bar = Rect::from_x_y_ranges(graph.rect.x_range(), outer.y_range());
+    let axes = Axes { rect: bar, ..graph };
+    if let ColourSource::Stops(_) = &transfer.colour {
+        handle_stops(ui, &response, editor, transfer, axes);
+    } else {
+        response.clone().on_hover_text("To change single colours, press Stops below");
+    }
+    let painter = ui.painter_at(outer.expand(3.0));
+    paint_colours(&painter, axes, transfer);
+    painter.rect_stroke(bar, 2.0, Stroke::new(1.0, theme::LINE), StrokeKind::Outside);
+    if let ColourSource::Stops(stops) = &transfer.colour {
+        paint_stops(&painter, axes, stops, editor, response.hover_pos());
+    }
+}
+
+fn x_of(axes: Axes, stop: (f64, Srgb8)) -> f32 {
+    axes.x(stop.0)
+}
+
+fn stop_near(stops: &Stops, axes: Axes, at: Pos2) -> Option<usize> {
+    let distances = stops.iter().enumerate().map(|(i, &stop)| (i, (x_of(axes, stop) - at.x).abs()));
+    distances
+        .filter(|(_, distance)| *distance <= GRAB)
+        .min_by(|a, b| a.1.total_cmp(&b.1))
+        .map(|(index, _)| index)
+}
+
+/// Puts a stop of the colour that is there already in its place, and returns its index.
+fn insert_stop(transfer: &mut TransferFunction, value: f64) -> usize {
+    let [r, g, b, _] = to_screen(transfer.colour_at(value)).to_array();
+    let ColourSource::Stops(stops) = &mut transfer.colour else { return 0 };
+    let index = stops.partition_point(|(v, _)| *v <= value);
+    stops.insert(index, (value, Srgb8([r, g, b])));
+    index
+}
+
+/// Takes a stop out, unless it is the last one.
+fn remove_stop(stops: &mut Stops, index: usize) {
+    if stops.len() > 1 && index < stops.len() {
+        stops.remove(index);
+    }
+}
+
+/// Moves a stop, kept between its neighbours.
+fn move_stop(stops: &mut Stops, index: usize, value: f64) {
+    let value_of = |i: usize| stops.get(i).map(|(v, _)| *v);
+    let low = index.checked_sub(1).and_then(value_of).unwrap_or(f64::MIN);
+    let high = value_of(index + 1).unwrap_or(f64::MAX);
+    if value.is_finite()
+        && let Some(stop) = stops.get_mut(index)
+    {
+        stop.0 = value.max(low).min(high);
+    }
+}
+
+fn handle_stops(
+    ui: &Ui,
+    response: &Response,
+    editor: &mut StopEditor,
+    transfer: &mut TransferFunction,
+    axes: Axes,
+) {
+    let right_click = ui.input(|input| input.pointer.button_clicked(PointerButton::Secondary));
+    let ColourSource::Stops(stops) = &mut transfer.colour else { return };
+    if let Some(at) = response.hover_pos() {
+        let near = stop_near(stops, axes, at);
+        let cursor = if near.is_some() { CursorIcon::PointingHand } else { CursorIcon::Copy };
+        ui.ctx().set_cursor_icon(cursor);
+        if right_click && let Some(index) = near {
+            remove_stop(stops, index);
+            editor.held = None;
+        }
+    }
+    let Some(at) = response.interact_pointer_pos() else { return };
+    if response.drag_started_by(PointerButton::Primary) {
+        let index = match stop_near(stops, axes, at) {
+            Some(index) => index,
+            None => insert_stop(transfer, axes.value(at.x)),
+        };
+        let ColourSource::Stops(stops) = &transfer.colour else { return };
+        let offset = stops.get(index).map_or(0.0, |&stop| x_of(axes, stop) - at.x);
+        editor.held = Some(Held { index, offset, pulled_out: false });
+        editor.selected = index;
+    }
+    let ColourSource::Stops(stops) = &mut transfer.colour else { return };
+    let Some(held) = &mut editor.held else { return };
+    if response.dragged_by(PointerButton::Primary) {
+        held.pulled_out = (at.y - axes.rect.center().y).abs() > PULL_OUT && stops.len() > 1;
+        if !held.pulled_out && response.drag_delta().x != 0.0 {
+            move_stop(stops, held.index, axes.value(at.x + held.offset));
+        }
+    }
+    if response.drag_stopped() {
+        if held.pulled_out {
+            remove_stop(stops, held.index);
+        }
+        editor.held = None;
+    }
+}
+
+fn paint_stops(
+    painter: &Painter,
+    axes: Axes,
+    stops: &Stops,
+    editor: &StopEditor,
+    hover: Option<Pos2>,
+) {
+    let near = hover.and_then(|at| stop_near(stops, axes, at));
+    for (index, &stop) in stops.iter().enumerate() {
+        let at = pos2(x_of(axes, stop), axes.rect.center().y);
+        if !axes.rect.expand(1.0).contains(at) {
+            continue;
+        }
+        let is_held = editor.held.filter(|held| held.index == index);
+        let radius = if near == Some(index) || is_held.is_some() { 6.0 } else { 5.0 };
+        let line = match (is_held, editor.selected == index) {
+            (Some(Held { pulled_out: true, .. }), _) => theme::ERROR,
+            (_, true) => Color32::WHITE,
+            _ => theme::TEXT_FAINT,
+        };
+        let Srgb8([r, g, b]) = stop.1;
+        // Dark between the ring and the bar, so that it shows on any colour.
+        painter.circle(at, radius + 1.0, Color32::BLACK, Stroke::NONE);
+        painter.circle(at, radius - 1.0, Color32::from_rgb(r, g, b), Stroke::new(1.5, line));
+    }
+}
+
+/// Value and colour of the chosen stop.
+pub(super) fn stop_ui(
+    ui: &mut Ui,
+    editor: &mut StopEditor,
+    stops: &mut Stops,
+    statistics: &Statistics,
+) {
+    editor.selected = editor.selected.min(stops.len().saturating_sub(1));
+    let index = editor.selected;
+    let Some(&(mut value, Srgb8(mut colour))) = stops.get(index) else { return };
+    row_ui(ui, "Stop", |ui| {
+        let response = number_ui(ui, "Stop value", value_drag(&mut value, statistics))
+            .on_hover_text("The value of the chosen stop, in the data's own units");
+        if response.changed() {
+            move_stop(stops, index, value);
+        }
+        ui.color_edit_button_srgb(&mut colour)
+            .accessible_name("Stop colour")
+            .on_hover_text("The colour at the chosen stop; between stops colours are mixed");
+        stops[index].1 = Srgb8(colour);
+        ui.spacing_mut().item_spacing.x = 4.0;
+        let last = stops.len() - 1;
+        if step_button(ui, "‹", "Previous stop", index > 0).clicked() {
+            editor.selected -= 1;
+        }
+        if step_button(ui, "›", "Next stop", index < last).clicked() {
+            editor.selected += 1;
+        }
+        if step_button(ui, "×", "Remove stop", last > 0).clicked() {
+            remove_stop(stops, index);
+        }
+    });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn transfer() -> TransferFunction {
+        let stops = vec![(0.0, Srgb8::BLACK), (100.0, Srgb8::WHITE)];
+        TransferFunction { opacity: vec![], colour: ColourSource::Stops(stops) }
+    }
+
+    #[test]
+    fn a_new_stop_changes_no_colour_yet() {
+        let mut t = transfer();
+        assert_eq!(insert_stop(&mut t, 50.0), 1);
+        let before = transfer();
+        for value in 0..=100 {
+            let (a, b) = (t.colour_at(f64::from(value)).0, before.colour_at(f64::from(value)).0);
+            assert!((a[0] - b[0]).abs() < 0.005, "{value}: {a:?} {b:?}");
+        }
+    }
+
+    #[test]
+    fn stops_keep_their_order_and_the_last_one_stays() {
+        let mut t = transfer();
+        insert_stop(&mut t, 50.0);
+        let ColourSource::Stops(stops) = &mut t.colour else { panic!("stops") };
+        move_stop(stops, 1, 400.0);
+        assert_eq!(stops[1].0, 100.0);
+        move_stop(stops, 1, f64::NAN);
+        move_stop(stops, 7, 1.0);
+        assert_eq!(stops[1].0, 100.0);
+        move_stop(stops, 1, -3.0);
+        assert_eq!(stops[1].0, 0.0);
+        for _ in 0..5 {
+            remove_stop(stops, 0);
+        }
+        assert_eq!(*stops, [(100.0, Srgb8::WHITE)]);
+    }
+}

@@ -1,0 +1,567 @@
+//! The transfer function's editors by hand, its ways in and out, and undo and redo of everything.
+
+use std::path::Path;
+
+use eframe::egui::accesskit::Role;
+use eframe::egui::{Event, Key, Modifiers, OutputCommand, PointerButton, Pos2, Rect, vec2};
+use egui_kittest::kittest::{NodeT as _, Queryable as _};
+
+use crate::ui_support::Bench;
+use voxsplat::app::settings::Settings;
+use voxsplat::core::{Projection, Srgb8};
+use voxsplat::scene::{Background, Scene};
+use voxsplat::transfer::{
+    ColourMap, ColourSource, Design, Gaussian, MOST_DRAWN_POINTS, TransferFunction,
+};
+
+/// What a person sees of a state.
+#[derive(Clone)]
+struct Seen {
+    scene: Scene,
+    settings: Settings,
+    comparison: (bool, f32),
+}
+
+impl PartialEq for Seen {
+    fn eq(&self, other: &Self) -> bool {
+        self.scene.makes_same_picture(&other.scene)
+            && self.settings == other.settings
+            && self.comparison == other.comparison
+    }
+}
+
+fn seen(bench: &Bench) -> Seen {
+    let window = bench.window();
+    Seen {
+        scene: window.scene().expect("something is open").clone(),
+        settings: window.settings().clone(),
+        comparison: (window.compare().on, window.compare().divider),
+    }
+}
+
+fn press(bench: &mut Bench, modifiers: Modifiers, key: Key) {
+    bench.harness.key_press_modifiers(modifiers, key);
+    bench.harness.run_steps(3);
+}
+
+fn undo(bench: &mut Bench) {
+    press(bench, Modifiers::COMMAND, Key::Z);
+}
+
+fn redo(bench: &mut Bench) {
+    press(bench, Modifiers::COMMAND | Modifiers::SHIFT, Key::Z);
+}
+
+fn click(bench: &mut Bench, label: &str) {
+    bench.harness.get_all_by_label(label).last().expect("there").click();
+    bench.harness.run_steps(4);
+}
+
+fn function(bench: &Bench) -> TransferFunction {
+    bench.window().scene().expect("something is open").transfer.clone()
+}
+
+fn graph(bench: &Bench) -> Rect {
+    bench.harness.get_by_label("Opacity curve over the histogram").rect()
+}
+
+fn at(rect: Rect, x: f32, y: f32) -> Pos2 {
+    rect.lerp_inside(vec2(x, y))
+}
+
+#[test]
+fn window_and_level_are_one_step_of_undo() {
+    let mut bench = Bench::opened();
+    let before = seen(&bench);
+    press(&mut bench, Modifiers::NONE, Key::W);
+    bench.drag(PointerButton::Primary, Modifiers::NONE, vec2(50.0, 30.0));
+    bench.settle();
+    assert!(seen(&bench) != before);
+    undo(&mut bench);
+    assert!(seen(&bench) == before);
+}
+
+type Edit = (&'static str, fn(&mut Bench));
+
+/// A change of every kind, none of which another one takes back.
+const EDITS: [Edit; 18] = [
+    ("orbit", |b| b.drag(PointerButton::Primary, Modifiers::NONE, vec2(60.0, 10.0))),
+    ("move", |b| b.drag(PointerButton::Middle, Modifiers::NONE, vec2(20.0, 10.0))),
+    ("wheel", |b| {
+        b.hover(b.viewport().center());
+        for _ in 0..4 {
+            b.wheel(1.0);
+        }
+    }),
+    ("named view", |b| press(b, Modifiers::NONE, Key::Num7)),
+    ("projection", |b| press(b, Modifiers::NONE, Key::Num5)),
+    ("curve", |b| {
+        let rect = graph(b);
+        b.drag_from(at(rect, 0.25, 0.58), PointerButton::Primary, Modifiers::NONE, vec2(9.0, -8.0));
+        b.double_click(at(rect, 0.7, 0.3));
+        b.harness.run_steps(2);
+    }),
+    ("colours", |b| b.choose("Colours", "Gray")),
+    ("stops", |b| click(b, "Stops")),
+    ("range", |b| b.set_slider("Range high", 700.0)),
+    ("stretch", |b| click(b, "Min–max")),
+    ("gaussians", |b| click(b, "Gaussians")),
+    ("extent", |b| b.set_slider("Extent", 2.5)),
+    ("unit distance", |b| b.set_slider("Unit distance", 10.0)),
+    ("kernel", |b| b.choose("Kernel", "Nearest")),
+    ("background", |b| click(b, "Transparent")),
+    ("budget", |b| b.set_slider("Frame budget", 50.0)),
+    ("axes", |b| click(b, "Show axes")),
+    ("compare", |b| press(b, Modifiers::NONE, Key::C)),
+];
+
+#[test]
+fn undo_takes_back_everything_step_by_step_and_redo_does_it_again() {
+    let mut bench = Bench::opened();
+    let mut states = vec![seen(&bench)];
+    for (name, edit) in EDITS {
+        edit(&mut bench);
+        bench.settle();
+        assert!(states.last() != Some(&seen(&bench)), "{name} changes something");
+        states.push(seen(&bench));
+    }
+    // Two steps of the curve count as one edit here.
+    let mut steps = 0;
+    for (i, state) in states.iter().enumerate().rev().skip(1) {
+        let name = EDITS[i].0;
+        let allowed = if name == "curve" { 3 } else { 1 };
+        let mut taken = 0;
+        while seen(&bench) != *state {
+            assert!(taken < allowed, "{name} is not taken back by {taken} steps");
+            undo(&mut bench);
+            taken += 1;
+        }
+        steps += taken;
+    }
+    undo(&mut bench);
+    assert!(bench.shows("There is nothing to undo"));
+    assert!(seen(&bench) == states[0]);
+    for _ in 0..steps {
+        redo(&mut bench);
+    }
+    assert!(states.last() == Some(&seen(&bench)), "all done again");
+    redo(&mut bench);
+    assert!(bench.shows("There is nothing to redo"));
+    assert!(states.last() == Some(&seen(&bench)));
+    bench.harness.check_accessibility();
+}
+
+#[test]
+fn random_edits_and_steps_never_lose_a_state() {
+    let mut bench = Bench::opened();
+    // The state before each step and the present; those that were undone.
+    let (mut past, mut future) = (vec![seen(&bench)], Vec::new());
+    let mut seed = 20_261_122_u32;
+    for _ in 0..60 {
+        seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        let choice = (seed >> 16) as usize;
+        match choice % 5 {
+            0 | 1 => {
+                undo(&mut bench);
+                if past.len() > 1 {
+                    future.extend(past.pop());
+                }
+            }
+            2 => {
+                redo(&mut bench);
+                past.extend(future.pop());
+            }
+            _ => {
+                // One step each, whatever the state.
+                let simple: [fn(&mut Bench); 5] = [
+                    |b| b.drag(PointerButton::Primary, Modifiers::NONE, vec2(33.0, -21.0)),
+                    |b| click(b, "Show axes"),
+                    |b| press(b, Modifiers::NONE, Key::Num5),
+                    |b| b.choose("Colours", "Magma"),
+                    |b| b.choose("Colours", "Batlow"),
+                ];
+                simple[choice / 5 % simple.len()](&mut bench);
+                if past.last() != Some(&seen(&bench)) {
+                    past.push(seen(&bench));
+                    future.clear();
+                }
+            }
+        }
+        bench.harness.run_steps(2);
+        assert!(past.last() == Some(&seen(&bench)));
+    }
+    assert!(past.len() > 3, "{}", past.len());
+}
+
+#[test]
+fn a_drag_and_a_turn_of_the_wheel_are_one_step_each_and_pauses_divide_them() {
+    let mut bench = Bench::opened();
+    let before = seen(&bench);
+    let from = bench.viewport().center();
+    bench.hover(from);
+    let button = |pressed, pos| Event::PointerButton {
+        pos,
+        button: PointerButton::Primary,
+        pressed,
+        modifiers: Modifiers::NONE,
+    };
+    bench.harness.event(button(true, from));
+    for i in 1..=10_u8 {
+        bench.harness.event(Event::PointerMoved(from + vec2(f32::from(i) * 5.0, 0.0)));
+        // Long enough for anything that goes by time.
+        bench.harness.run_steps(20);
+    }
+    bench.harness.event(button(false, from + vec2(50.0, 0.0)));
+    bench.harness.run_steps(3);
+    let dragged = seen(&bench);
+    bench.hover(from);
+    for _ in 0..5 {
+        bench.wheel(1.0);
+        bench.harness.run_steps(10);
+    }
+    let zoomed = seen(&bench);
+    bench.harness.run_steps(60);
+    bench.wheel(1.0);
+    undo(&mut bench);
+    assert!(seen(&bench) == zoomed, "a second later it is another step");
+    undo(&mut bench);
+    assert!(seen(&bench) == dragged, "five notches are one step");
+    undo(&mut bench);
+    assert!(seen(&bench) == before, "a drag is one step");
+}
+
+#[test]
+fn a_step_back_in_the_midst_of_a_drag_takes_that_drag_back() {
+    let mut bench = Bench::opened();
+    let before = seen(&bench);
+    let from = bench.viewport().center();
+    bench.hover(from);
+    bench.harness.event(Event::PointerButton {
+        pos: from,
+        button: PointerButton::Primary,
+        pressed: true,
+        modifiers: Modifiers::NONE,
+    });
+    bench.harness.event(Event::PointerMoved(from + vec2(50.0, 0.0)));
+    bench.harness.run_steps(3);
+    let held = seen(&bench);
+    assert!(held != before);
+    undo(&mut bench);
+    assert!(seen(&bench) == before);
+    redo(&mut bench);
+    assert!(seen(&bench) == held);
+}
+
+#[test]
+fn what_is_typed_is_one_step_and_fields_undo_their_own_text() {
+    let mut bench = Bench::opened();
+    bench.choose("Colours", "Gray");
+    let before = seen(&bench);
+    let number = |bench: &Bench| bench.harness.get_by_label("Range high").rect().center();
+    bench.click(number(&bench), PointerButton::Primary);
+    bench.harness.run_steps(2);
+    press(&mut bench, Modifiers::COMMAND, Key::A);
+    for digit in ["6", "0", "0"] {
+        bench.harness.event(Event::Text(digit.to_owned()));
+        bench.harness.run_steps(40);
+    }
+    assert_eq!(function(&bench).colour.range()[1], 600.0);
+    // The field's own: what was chosen before stays.
+    for _ in 0..3 {
+        undo(&mut bench);
+    }
+    let colour = function(&bench).colour;
+    assert!(matches!(colour, ColourSource::Map { map: ColourMap::Gray, .. }), "{colour:?}");
+    assert!(bench.harness.ctx.text_edit_focused(), "still typing");
+    press(&mut bench, Modifiers::COMMAND, Key::A);
+    bench.harness.event(Event::Text("800".to_owned()));
+    bench.harness.run_steps(2);
+    press(&mut bench, Modifiers::NONE, Key::Enter);
+    assert_eq!(function(&bench).colour.range()[1], 800.0);
+    undo(&mut bench);
+    assert!(seen(&bench) == before, "{:?}", function(&bench));
+    press(&mut bench, Modifiers::COMMAND, Key::Y);
+    assert_eq!(function(&bench).colour.range()[1], 800.0);
+}
+
+#[test]
+fn the_edit_menu_says_what_it_would_take_back() {
+    let mut bench = Bench::opened();
+    let entry = |bench: &mut Bench, name: &str| {
+        bench.harness.get_by_label("Edit").click();
+        bench.harness.run_steps(3);
+        let node = bench.harness.get_all_by_label_contains(name).last().expect("in the menu");
+        let found = (node.rect().center(), node.accesskit_node().is_disabled());
+        bench.hover(found.0);
+        bench.harness.run_steps(40);
+        found
+    };
+    assert!(entry(&mut bench, "Undo").1, "nothing yet");
+    press(&mut bench, Modifiers::NONE, Key::Escape);
+    bench.choose("Colours", "Gray");
+    let (place, disabled) = entry(&mut bench, "Undo");
+    assert!(!disabled && bench.shows("Take back the last change of: colours"));
+    bench.click(place, PointerButton::Primary);
+    assert!(matches!(function(&bench).colour, ColourSource::Map { map: ColourMap::Viridis, .. }));
+    entry(&mut bench, "Redo");
+    assert!(bench.shows("Do again the last change of: colours"));
+}
+
+#[test]
+fn another_file_begins_anew_and_another_field_is_a_step() {
+    let mut bench = Bench::opened();
+    click(&mut bench, "Show axes");
+    bench.open("vector.nrrd");
+    undo(&mut bench);
+    assert!(bench.shows("There is nothing to undo"));
+    assert_eq!(bench.window().document().unwrap().source.name(), "vector.nrrd");
+    let before = seen(&bench);
+    bench.choose("Component", "y");
+    bench.wait_until(|window| !window.is_loading());
+    bench.harness.run_steps(3);
+    assert!(seen(&bench) != before);
+    undo(&mut bench);
+    assert!(seen(&bench) == before);
+}
+
+#[test]
+fn gaussians_are_added_pulled_and_removed_by_hand() {
+    let mut bench = Bench::opened();
+    click(&mut bench, "Gaussians");
+    let rect = graph(&bench).shrink(7.0);
+    let [low, high] = [0.0, 511.0];
+    let value = |x: f32| low + (high - low) * f64::from((x - rect.left()) / rect.width());
+    let f = function(&bench);
+    assert!((f.opacity_at(255.5) - 0.8).abs() < 1e-9, "as high as the points were");
+    assert!(f.opacity_at(0.0) < 1e-3);
+    let peak = at(rect, 0.5, 0.2);
+    bench.drag_from(peak, PointerButton::Primary, Modifiers::NONE, vec2(40.0, 20.0));
+    let f = function(&bench);
+    let centre = value(peak.x + 40.0);
+    assert!((f.opacity_at(centre) - 0.63).abs() < 0.01, "{}", f.opacity_at(centre));
+    assert!(f.opacity_at(centre - 30.0) < f.opacity_at(centre));
+    // Another, well apart, and narrow.
+    bench.settle();
+    bench.double_click(at(rect, 0.1, 0.5));
+    bench.harness.run_steps(2);
+    let two = function(&bench);
+    let found = two.opacity_at(value(at(rect, 0.1, 0.5).x));
+    assert!((found - 0.5).abs() < 0.02, "{found}: {two:?}");
+    assert_eq!(two.opacity_at(centre), f.opacity_at(centre), "the first is as it was");
+    bench.set_slider("Gaussian width", 3.0);
+    let narrow = function(&bench);
+    assert!(narrow.opacity_at(80.0) < 0.05 && two.opacity_at(80.0) > 0.2);
+    bench.click(at(rect, 0.1, 0.5), PointerButton::Secondary);
+    assert_eq!(function(&bench), f);
+    // As points they stay the same curve.
+    click(&mut bench, "Points");
+    assert_eq!(function(&bench), f);
+    assert!(bench.shows("Point value"));
+    bench.harness.check_accessibility();
+}
+
+#[test]
+fn a_curve_drawn_by_hand_passes_where_the_mouse_did() {
+    let mut bench = Bench::opened();
+    let before = function(&bench);
+    click(&mut bench, "Freehand");
+    assert_eq!(function(&bench), before, "nothing is drawn yet");
+    let rect = graph(&bench).shrink(7.0);
+    let start = at(rect, 0.5, 0.9);
+    bench.drag_from(start, PointerButton::Primary, Modifiers::NONE, vec2(0.4, -0.6) * rect.size());
+    let drawn = function(&bench);
+    assert!(drawn.opacity.len() < 10, "a line is few points: {:?}", drawn.opacity);
+    for (fraction, opacity) in [(0.55, 0.175), (0.7, 0.4), (0.85, 0.625)] {
+        let found = drawn.opacity_at(511.0 * fraction);
+        assert!((found - opacity).abs() < 0.03, "{fraction}: {found} for {opacity}");
+    }
+    assert_eq!(drawn.opacity_at(100.0), before.opacity_at(100.0));
+    assert!(drawn.opacity.len() <= MOST_DRAWN_POINTS + before.opacity.len() + 2);
+    undo(&mut bench);
+    assert_eq!(function(&bench), before);
+}
+
+#[test]
+fn colour_stops_are_added_coloured_moved_and_removed() {
+    let mut bench = Bench::opened();
+    bench.choose("Colours", "Gray");
+    click(&mut bench, "Min–max");
+    let map = function(&bench);
+    click(&mut bench, "Stops");
+    let stops = |bench: &Bench| match function(bench).colour {
+        ColourSource::Stops(stops) => stops,
+        map @ ColourSource::Map { .. } => panic!("no stops: {map:?}"),
+    };
+    assert_eq!(stops(&bench), [(0.0, Srgb8::BLACK), (511.0, Srgb8::WHITE)]);
+    let bar = bench.harness.get_by_label("Colours by value").rect();
+    let inner = bar.shrink2(vec2(7.0, 0.0));
+    bench.drag_from(at(inner, 0.5, 0.5), PointerButton::Primary, Modifiers::NONE, vec2(20.0, 0.0));
+    let three = stops(&bench);
+    assert_eq!(three.len(), 3);
+    assert_eq!(three[1].1, Srgb8([128; 3]), "the colour that was there");
+    assert!(three[1].0 > 270.0, "and moved on with the hand: {three:?}");
+    bench.set_slider("Stop value", 100.0);
+    assert_eq!(stops(&bench)[1].0, 100.0);
+    assert!(bench.shows("Stop colour"));
+    bench.click(at(inner, 100.0 / 511.0, 0.5), PointerButton::Secondary);
+    assert_eq!(stops(&bench).len(), 2);
+    bench.choose("Colours", "Gray");
+    assert_eq!(function(&bench), map);
+    bench.harness.check_accessibility();
+}
+
+#[test]
+fn presets_are_chosen_and_known_again() {
+    let mut bench = Bench::opened();
+    let fresh = function(&bench);
+    bench.choose("Preset", "MR");
+    let mr = function(&bench);
+    assert!(matches!(mr.colour, ColourSource::Map { map: ColourMap::Gray, .. }));
+    assert_ne!(mr.opacity, fresh.opacity);
+    let shown = |bench: &Bench, text: &str| {
+        let list = bench.harness.get_by_role_and_label(Role::ComboBox, "Preset");
+        list.accesskit_node().value().as_deref() == Some(text)
+    };
+    assert!(shown(&bench, "MR"));
+    bench.set_slider("Point opacity", 0.5);
+    assert!(shown(&bench, "Custom"));
+    click(&mut bench, "Gaussians");
+    assert!(bench.shows("Gaussian centre") && !bench.shows("Point value"));
+    bench.choose("Preset", "Default");
+    assert_eq!(function(&bench), fresh);
+    assert!(bench.shows("Point value") && !bench.shows("Gaussian centre"));
+}
+
+fn copied(bench: &mut Bench) -> String {
+    bench.harness.event(Event::Copy);
+    bench.harness.step();
+    let commands = &bench.harness.output().platform_output.commands;
+    let text = commands.iter().find_map(|command| match command {
+        OutputCommand::CopyText(text) => Some(text.clone()),
+        _ => None,
+    });
+    text.expect("something was copied")
+}
+
+#[test]
+fn what_is_copied_can_be_pasted_and_other_text_is_refused() {
+    let mut bench = Bench::opened();
+    let before = function(&bench);
+    let text = copied(&mut bench);
+    assert_eq!(Design::from_text(&text).unwrap().function, before);
+    click(&mut bench, "Gaussians");
+    let bells = copied(&mut bench);
+    assert!(bells.contains("\"gaussians\""), "{bells}");
+    let with_bells = function(&bench);
+    bench.harness.event(Event::Paste(text));
+    bench.harness.run_steps(3);
+    assert_eq!(function(&bench), before);
+    undo(&mut bench);
+    assert_eq!(function(&bench), with_bells);
+    assert!(bench.shows("Gaussian centre"), "bells come back as such");
+    bench.harness.event(Event::Paste("good morning".to_owned()));
+    bench.harness.run_steps(3);
+    let notice = &bench.window().notices().shown().last().expect("a bar").text;
+    assert!(notice.contains("expected a transfer function as JSON"), "{notice}");
+    assert_eq!(function(&bench), with_bells);
+    // Text fields paste for themselves.
+    press(&mut bench, Modifiers::COMMAND, Key::L);
+    bench.harness.event(Event::Paste("/tmp/a.nrrd".to_owned()));
+    bench.harness.run_steps(3);
+    assert_eq!(bench.window().notices().shown().len(), 2, "the hint and the bar from before");
+}
+
+fn some_design() -> Design {
+    let gaussians = vec![Gaussian { centre: 300.0, height: 0.25, width: 12.5 }];
+    let stops = vec![(100.0, Srgb8([1, 2, 3])), (400.0, Srgb8([250, 200, 100]))];
+    Design::of_gaussians(gaussians, ColourSource::Stops(stops)).expect("a design")
+}
+
+#[test]
+fn a_transfer_function_is_saved_loaded_and_dropped() {
+    let mut bench = Bench::opened();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("some.json");
+    std::fs::write(&path, some_design().to_text()).unwrap();
+    bench.drop_file(path.to_str().unwrap());
+    bench.wait_until(|w| w.scene().unwrap().transfer == some_design().function);
+    assert_eq!(bench.window().document().unwrap().source.name(), "good.nrrd", "no other volume");
+    assert!(!bench.window().settings().recent.contains(&path));
+
+    click(&mut bench, "Save transfer function…");
+    let saved = folder.path().join("saved.json");
+    type_path(&mut bench, &saved);
+    bench.wait_until(|window| !window.notices().shown().is_empty());
+    assert_eq!(std::fs::read_to_string(&saved).unwrap(), some_design().to_text());
+
+    bench.choose("Preset", "Default");
+    assert_ne!(function(&bench), some_design().function);
+    click(&mut bench, "Load transfer function…");
+    type_path(&mut bench, &saved);
+    bench.wait_until(|w| w.scene().unwrap().transfer == some_design().function);
+
+    let wrong = folder.path().join("wrong.json");
+    std::fs::write(&wrong, "{\"format\": \"voxsplat transfer function\", \"version\": 9}").unwrap();
+    bench.drop_file(wrong.to_str().unwrap());
+    let refused = |text: &str| text.contains("found version 9") && text.ends_with("wrong.json");
+    bench.wait_until(|w| w.notices().shown().iter().any(|notice| refused(&notice.text)));
+    assert_eq!(function(&bench), some_design().function);
+}
+
+/// Types a path into the dialog that is open, and confirms.
+fn type_path(bench: &mut Bench, path: &Path) {
+    press(bench, Modifiers::COMMAND, Key::A);
+    bench.harness.event(Event::Text(path.to_str().expect("UTF-8").to_owned()));
+    bench.harness.run_steps(2);
+    press(bench, Modifiers::NONE, Key::Enter);
+}
+
+#[test]
+fn without_a_volume_there_is_no_transfer_function_to_exchange() {
+    let mut bench = Bench::empty();
+    bench.drop_file("some.json");
+    bench.harness.run_steps(2);
+    assert!(bench.shows("A transfer function belongs to a volume: open one first"));
+    bench.harness.event(Event::Paste("x".to_owned()));
+    bench.harness.event(Event::Copy);
+    bench.harness.run_steps(2);
+    assert_eq!(bench.window().notices().shown().len(), 1);
+}
+
+#[test]
+fn the_graph_is_zoomed_counted_and_stretched_by_percentiles() {
+    let mut bench = Bench::opened();
+    bench.harness.get_by_label("Log").click();
+    bench.set_slider("Low percentile", 25.0);
+    bench.set_slider("High percentile", 75.0);
+    bench.choose("Graph", "Between percentiles");
+    let before = function(&bench);
+    let rect = graph(&bench);
+    bench.hover(at(rect, 0.5, 0.5));
+    let label = bench.harness.get_by_label_contains("samples in its bin");
+    let text = label.accesskit_node().value().unwrap_or_default();
+    let value: f64 = text.split(':').next().unwrap().parse().unwrap();
+    assert!((value - 255.5).abs() < 3.0 && text.contains(": 2 samples"), "{text}");
+    bench.hover(at(rect.shrink(7.0), 0.0, 0.5));
+    let label = bench.harness.get_by_label_contains("samples in its bin");
+    let text = label.accesskit_node().value().unwrap_or_default();
+    let value: f64 = text.split(':').next().unwrap().parse().unwrap();
+    assert!((value - 128.0).abs() < 4.0, "the graph begins at the percentile: {text}");
+    assert_eq!(function(&bench), before, "looking changes nothing");
+    bench.harness.get_all_by_label("Percentiles").last().unwrap().click();
+    bench.harness.run_steps(2);
+    let [low, high] = function(&bench).colour.range();
+    assert!((low - 128.0).abs() < 4.0 && (high - 383.0).abs() < 4.0, "{low} {high}");
+}
+
+#[test]
+fn a_background_and_a_projection_survive_undo_of_each_other() {
+    let mut bench = Bench::opened();
+    press(&mut bench, Modifiers::NONE, Key::Num5);
+    click(&mut bench, "Transparent");
+    undo(&mut bench);
+    bench.settle();
+    let scene = &bench.last_request().scene;
+    assert!(matches!(scene.camera.projection, Projection::Perspective { .. }));
+    assert_eq!(scene.background, Background::Colour(Srgb8::BLACK));
+}
