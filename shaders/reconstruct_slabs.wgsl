@@ -483,8 +483,10 @@ fn ray(screen: vec2<f32>, slot: u32) -> vec4<f32> {
         have = i32(place.w & 3u);
         if SHADED {
             // Rather than kept: found again.
-            g_near = face(origin + direction * t_near).gradient;
-            g_far = face(origin + direction * t_far).gradient;
+            for (var i = 0u; i < 2u; i++) {
+                g_near = g_far;
+                g_far = face(origin + direction * select(t_near, t_far, i == 1u)).gradient;
+            }
         }
         remaining = select(last - k, k - first, back_to_front) + ahead;
     }
@@ -533,10 +535,13 @@ fn ray(screen: vec2<f32>, slot: u32) -> vec4<f32> {
             if classify_middle {
                 from_t = t;
                 to_t = clamp(f32(k + way) * step, enter, leave);
-                let middle = face(origin + direction * (0.5 * (from_t + to_t)));
-                let u = middle.value;
+            }
+            let here_t = select(t, 0.5 * (from_t + to_t), classify_middle);
+            let here = face(origin + direction * here_t);
+            if classify_middle {
+                let u = here.value;
                 u_middle = u.x;
-                g_middle = middle.gradient;
+                g_middle = here.gradient;
                 if u.x != NOTHING {
                     if has_widths {
                         found.near = classify_about(u.x, u.x, u.y).near;
@@ -545,7 +550,6 @@ fn ray(screen: vec2<f32>, slot: u32) -> vec4<f32> {
                     }
                 }
             } else {
-                let here = face(origin + direction * t);
                 let u = here.value.x;
                 // The parabola has the mean of the cubic through four faces.
                 let whole = abs(t - t_before) >= WHOLE_SLABS * step

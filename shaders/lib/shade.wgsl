@@ -1,5 +1,6 @@
 // Westover's shading: tables of opacity, modulation, reflection and emission by any index, and
-// directional lights (`scene::shading` has the equations). A slab has one gradient: the mean of those
+// directional lights (`scene::shading` has the equations). With one of the pieces that have `face`: not
+// by overrides, as adapters take a second for each branch that they find to be dead. A slab has one gradient: the mean of those
 // on its faces, which share their samples with the values there, or that in its middle where only that
 // is classified.
 
@@ -25,8 +26,6 @@ override emission_by: u32 = 0u;
 override lit: bool = false;
 override lights: u32 = 0u;
 override uses_gradient: bool = false;
-// Tents' own derivative.
-override quickly: bool = false;
 
 struct Shade {
     // Rows: world gradient, data units per world unit, of one in index space in cells of the slab
@@ -53,123 +52,6 @@ struct Shade {
 
 // Uniform: no branch depends on it, and storage buffers are few.
 @group(0) @binding(9) var<uniform> shade: Shade;
-
-fn bspline_slopes(f: f32) -> vec4<f32> {
-    let g = 1.0 - f;
-    return vec4<f32>(-0.5 * g * g, f * (1.5 * f - 2.0), g * (2.0 - 1.5 * g), 0.5 * f * f);
-}
-
-// Value and growth along x of a row of four.
-fn row4_slope(index: u32, w: vec4<f32>, s: vec4<f32>) -> vec2<f32> {
-    let row = vec4<f32>(two(index), two(index + 2u));
-    return vec2<f32>(dot(row, w), dot(row, s));
-}
-
-// Growth along x and y, and value, of a plane of four by four.
-fn plane4_slope(
-    index: u32,
-    wx: vec4<f32>, sx: vec4<f32>,
-    wy: vec4<f32>, sy: vec4<f32>,
-) -> vec3<f32> {
-    let row = slabs.stored.x;
-    let a = row4_slope(index, wx, sx);
-    let b = row4_slope(index + row, wx, sx);
-    let c = row4_slope(index + 2u * row, wx, sx);
-    let d = row4_slope(index + 3u * row, wx, sx);
-    let values = vec4<f32>(a.x, b.x, c.x, d.x);
-    return vec3<f32>(dot(vec4<f32>(a.y, b.y, c.y, d.y), wy), dot(values, sy), dot(values, wy));
-}
-
-// Half a sample on: what is past it less what is before it.
-fn difference(position: vec3<f32>, offset: vec3<f32>) -> f32 {
-    let past = value(position + offset).x;
-    let before = value(position - offset).x;
-    return select(past - before, 0.0, past == NOTHING || before == NOTHING);
-}
-
-// Growth per index, in cells: of other kernels, whose derivative jumps, between half a sample before
-// and half a sample on.
-fn between_halves(position: vec3<f32>) -> vec3<f32> {
-    return vec3<f32>(
-        difference(position, vec3<f32>(0.5, 0.0, 0.0)),
-        difference(position, vec3<f32>(0.0, 0.5, 0.0)),
-        difference(position, vec3<f32>(0.0, 0.0, 0.5)),
-    );
-}
-
-// B-splines and their derivative.
-fn bspline_face(position: vec3<f32>) -> Face {
-    let floored = floor(position);
-    let f = position - floored;
-    let wx = bspline_weights(f.x);
-    let wy = bspline_weights(f.y);
-    let sx = bspline_slopes(f.x);
-    let sy = bspline_slopes(f.y);
-    let i = stored_index(vec3<i32>(floored) - vec3<i32>(1));
-    let plane = slabs.stored.x * slabs.stored.y;
-    let planes = mat4x3<f32>(
-        plane4_slope(i, wx, sx, wy, sy),
-        plane4_slope(i + plane, wx, sx, wy, sy),
-        plane4_slope(i + 2u * plane, wx, sx, wy, sy),
-        plane4_slope(i + 3u * plane, wx, sx, wy, sy),
-    );
-    let across = planes * bspline_weights(f.z);
-    let along = planes * bspline_slopes(f.z);
-    let u = slabs.table.x + slabs.table.y * across.z;
-    return Face(vec2<f32>(u, 0.0), slabs.table.y * vec3<f32>(across.xy, along.z));
-}
-
-// A sample, and half the width about it where there are such.
-fn sample(index: u32) -> vec2<f32> {
-    if has_widths {
-        return mean_and_width(index);
-    }
-    return vec2<f32>(two(index).x, 0.0);
-}
-
-// Tents and their derivative, which jumps between cells: for quick pictures.
-fn tent_face(position: vec3<f32>) -> Face {
-    let floored = floor(position);
-    let f = position - floored;
-    let i = stored_index(vec3<i32>(floored));
-    let j = i + slabs.stored.x;
-    let plane = slabs.stored.x * slabs.stored.y;
-    // Four rows along x: beginnings, and growth.
-    let a = sample(i);
-    let b = sample(j);
-    let c = sample(i + plane);
-    let d = sample(j + plane);
-    let da = sample(i + 1u) - a;
-    let db = sample(j + 1u) - b;
-    let dc = sample(i + plane + 1u) - c;
-    let dd = sample(j + plane + 1u) - d;
-    let dx = mix(mix(da, db, f.y), mix(dc, dd, f.y), f.z);
-    let near_low = a + da * f.x;
-    let near_high = b + db * f.x;
-    let far_low = c + dc * f.x;
-    let far_high = d + dd * f.x;
-    let dy = mix(near_high - near_low, far_high - far_low, f.z);
-    let near = mix(near_low, near_high, f.y);
-    let dz = mix(far_low, far_high, f.y) - near;
-    let found = near + dz * f.z;
-    let u = slabs.table.x + slabs.table.y * found.x;
-    let growth = slabs.table.y * vec3<f32>(dx.x, dy.x, dz.x);
-    return Face(vec2<f32>(u, slabs.table.y * found.y), growth);
-}
-
-fn face(position: vec3<f32>) -> Face {
-    if kernel == 4u {
-        return bspline_face(position);
-    }
-    if quickly {
-        return tent_face(position);
-    }
-    var found = Face(value(position), vec3<f32>(0.0));
-    if uses_gradient {
-        found.gradient = between_halves(position);
-    }
-    return found;
-}
 
 // A table's entry for an index.
 fn looked_up(table: u32, index: f32) -> vec4<f32> {

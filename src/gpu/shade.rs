@@ -26,7 +26,6 @@ impl ShadeVariant {
             ("lit", f64::from(u8::from(self.is_lit))),
             ("lights", f64::from(self.lights)),
             ("uses_gradient", f64::from(u8::from(self.uses_gradient))),
-            ("quickly", f64::from(u8::from(self.quickly))),
         ];
         tables.chain(more).collect()
     }

@@ -12,6 +12,9 @@ const GATHER: &str = include_str!("../../shaders/lib/gather.wgsl");
 const WHOLE: &str = include_str!("../../shaders/lib/whole.wgsl");
 const UNLIT: &str = include_str!("../../shaders/lib/unlit.wgsl");
 const SHADE: &str = include_str!("../../shaders/lib/shade.wgsl");
+const FACE_BSPLINE: &str = include_str!("../../shaders/lib/face_bspline.wgsl");
+const FACE_TENTS: &str = include_str!("../../shaders/lib/face_tents.wgsl");
+const FACE_DIFFERENCES: &str = include_str!("../../shaders/lib/face_differences.wgsl");
 const PARTS: &str = include_str!("../../shaders/lib/parts.wgsl");
 
 /// A pass's shader: its name is the file's, the pass's label and the timing row's.
@@ -48,7 +51,9 @@ shader!(PRESENT, "present",);
 shader!(PICTURE, "picture",);
 shader!(RECONSTRUCT_SLABS, "reconstruct_slabs", WHOLE, UNLIT);
 // With lights or shading tables.
-shader!(SHADE_SLABS, "reconstruct_slabs", WHOLE, SHADE);
+shader!(SHADE_BSPLINES, "reconstruct_slabs", WHOLE, SHADE, FACE_BSPLINE);
+shader!(SHADE_TENTS, "reconstruct_slabs", WHOLE, SHADE, FACE_TENTS);
+shader!(SHADE_SLABS, "reconstruct_slabs", WHOLE, SHADE, FACE_DIFFERENCES);
 // The same where an adapter's loops end too soon for a whole ray.
 shader!(
     GATHER_KERNELS_IN_PARTS,
@@ -62,10 +67,12 @@ shader!(
 );
 shader!(GATHER_CELLS_IN_PARTS, "gather_cells", TRAVERSAL, OPACITY, PARTS, GATHER);
 shader!(RECONSTRUCT_SLABS_IN_PARTS, "reconstruct_slabs", PARTS, UNLIT);
-shader!(SHADE_SLABS_IN_PARTS, "reconstruct_slabs", PARTS, SHADE);
+shader!(SHADE_BSPLINES_IN_PARTS, "reconstruct_slabs", PARTS, SHADE, FACE_BSPLINE);
+shader!(SHADE_TENTS_IN_PARTS, "reconstruct_slabs", PARTS, SHADE, FACE_TENTS);
+shader!(SHADE_SLABS_IN_PARTS, "reconstruct_slabs", PARTS, SHADE, FACE_DIFFERENCES);
 
 /// Every shader there is.
-pub const ALL: [Shader; 20] = [
+pub const ALL: [Shader; 24] = [
     COUNT_SEGMENTS,
     SCAN_SEGMENTS,
     EMIT_KERNELS,
@@ -84,7 +91,11 @@ pub const ALL: [Shader; 20] = [
     GATHER_KERNELS_IN_PARTS,
     GATHER_CELLS_IN_PARTS,
     RECONSTRUCT_SLABS_IN_PARTS,
+    SHADE_BSPLINES,
+    SHADE_TENTS,
     SHADE_SLABS,
+    SHADE_BSPLINES_IN_PARTS,
+    SHADE_TENTS_IN_PARTS,
     SHADE_SLABS_IN_PARTS,
 ];
 

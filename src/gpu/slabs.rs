@@ -444,12 +444,13 @@ fn compile(context: &Context, variant: Variant) -> wgpu::ComputePipeline {
         ("back_to_front", flag(variant.back_to_front)),
     ];
     constants.extend(variant.shade.iter().flat_map(ShadeVariant::constants));
-    let shader = match (variant.in_parts, variant.shade) {
-        (false, None) => shader::RECONSTRUCT_SLABS,
-        (true, None) => shader::RECONSTRUCT_SLABS_IN_PARTS,
-        (false, Some(_)) => shader::SHADE_SLABS,
-        (true, Some(_)) => shader::SHADE_SLABS_IN_PARTS,
+    let [whole, in_parts] = match (&variant.shade, variant.kernel) {
+        (None, _) => [shader::RECONSTRUCT_SLABS, shader::RECONSTRUCT_SLABS_IN_PARTS],
+        (Some(_), Kernel::BSpline) => [shader::SHADE_BSPLINES, shader::SHADE_BSPLINES_IN_PARTS],
+        (Some(shade), _) if shade.quickly => [shader::SHADE_TENTS, shader::SHADE_TENTS_IN_PARTS],
+        (Some(_), _) => [shader::SHADE_SLABS, shader::SHADE_SLABS_IN_PARTS],
     };
+    let shader = if variant.in_parts { in_parts } else { whole };
     let module = shader.module_writing(&context.device, variant.target);
     context.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
         label: Some(shader::RECONSTRUCT_SLABS.name),
