@@ -1,6 +1,7 @@
 //! Lights and shading tables, against the float64 reference's same mode.
 
 use glam::{DMat3, DVec3};
+use voxsplat::accuracy::Difference;
 use voxsplat::core::Srgb8;
 use voxsplat::gpu::{Renderer, Wishes};
 use voxsplat::kernel::Kernel;
@@ -186,4 +187,37 @@ fn what_is_not_asked_for_costs_nothing_and_changes_no_bit() {
     let (after, _) = drawn(&mut drawer, &plain, SIZE, Rung::Full);
     assert_eq!(after, before);
     assert_eq!(held(&drawer).1, bytes, "let go of");
+}
+
+/// The tents of previews, lit by their own derivative, beside what they stand for: about as bright, and
+/// lit by the same lights. Measured: bias -1.7e-4, rmse 0.0122; against the picture without lights -0.05
+/// and 0.109.
+#[test]
+fn previews_are_lit_as_the_exact_picture_is() {
+    let Some(mut drawer) = drawer() else { return };
+    let lattice = Lattice::unit([24; 3]);
+    let smooth = |i: usize| {
+        let [x, y, z] = [i % 24, i / 24 % 24, i / 576].map(|n| n as f64 / 24.0);
+        let waves = (9.0 * x).sin() * (7.0 * y).cos() + (8.0 * z + 2.0 * x).sin();
+        (128.0 + 60.0 * waves) as u8
+    };
+    let mut scene = shaded(lit());
+    scene.volume = volume(lattice, Samples::UInt8((0..lattice.len()).map(smooth).collect()));
+    scene.camera = voxsplat::scene::framing_camera(&lattice, scene.camera.direction, DVec3::Z);
+    let (exact, _) = drawn(&mut drawer, &scene, SIZE, Rung::Full);
+    let plain = Scene { shading: Shading::default(), ..scene.clone() };
+    let (shining, _) = drawn(&mut drawer, &plain, SIZE, Rung::Full);
+    let ticket = voxsplat::core::Ticket::new();
+    let tents = voxsplat::kernel::nearest_tents(&scene.volume, &ticket).expect("made");
+    let preview = voxsplat::gpu::SlabField::Preview;
+    let splat = SplatSettings { kernel: Kernel::Linear, ..SplatSettings::EXACT };
+    drawer.renderer.set_field(preview, &scene.volume, &splat, tents, &ticket).expect("set");
+    let (quick, drawn) =
+        drawn(&mut drawer, &scene, SIZE, Rung::Reduced { field: preview, shrink: 1.0 });
+    assert_eq!(drawn.field, preview);
+    let apart = |a: &Light, b: &Light| Difference::between(a, b).expect("one size");
+    let (lit, unlit) = (apart(&quick, &exact), apart(&quick, &shining));
+    println!("measured lit {lit:?}\nunlit {unlit:?}");
+    assert!(lit.mean_brightness.abs() < 1.0 / 255.0, "{lit:?}");
+    assert!(lit.rmse < 0.2 * unlit.rmse, "{lit:?} {unlit:?}");
 }
