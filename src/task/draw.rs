@@ -84,6 +84,8 @@ pub struct Drawn {
     pub is_reduced: bool,
     /// Which field of those on the device it shows, where it shows one.
     pub field: SlabField,
+    /// Slabs of a reconstructed field, which lights and shading tables reach.
+    pub is_shaded: bool,
     /// Wall milliseconds of the drawing, without preparation and reading back.
     pub wall_ms: f64,
 }
@@ -401,6 +403,7 @@ impl Drawer {
             missing_rmse,
             is_reduced: false,
             field: SlabField::Own,
+            is_shaded: false,
             wall_ms,
         })
     }
@@ -478,6 +481,7 @@ impl Drawer {
             missing_rmse: 0.0,
             is_reduced: false,
             field: SlabField::Own,
+            is_shaded: false,
             wall_ms: start.elapsed().as_secs_f64() * 1e3,
         })
     }
@@ -550,6 +554,7 @@ impl Drawer {
                     missing_rmse: 0.0,
                     is_reduced: false,
                     field: SlabField::Own,
+                    is_shaded: false,
                     wall_ms: start.elapsed().as_secs_f64() * 1e3,
                 });
             }

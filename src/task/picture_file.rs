@@ -99,6 +99,7 @@ mod tests {
             missing_rmse: 0.0,
             is_reduced: false,
             field: SlabField::Own,
+            is_shaded: false,
             wall_ms: 0.0,
         };
         let still = Still {

@@ -142,7 +142,7 @@ impl Drawer {
             SlabField::Own if enlarged <= 1.0 => self.costs.learn_rays(rays, drawn.wall_ms),
             _ => self.costs.learn_reduced(which, rays, drawn.wall_ms),
         }
-        Ok(drawn)
+        Ok(Drawn { is_shaded: true, ..drawn })
     }
 
     /// Brings a field of a scene that reconstructs one to the device.
@@ -208,6 +208,7 @@ impl Drawer {
             missing_rmse: 0.0,
             is_reduced: false,
             field: SlabField::Own,
+            is_shaded: false,
             wall_ms: start.elapsed().as_secs_f64() * 1e3,
         })
     }

@@ -22,11 +22,11 @@ use voxsplat::app::settings::Settings;
 use voxsplat::app::{Parts, Window};
 use voxsplat::core::{Camera, Ticket};
 use voxsplat::kernel::Kernel;
-use voxsplat::scene::{Cell, Cells, SplatSettings, Visibility, WhyWhole};
+use voxsplat::scene::{Cell, Cells, Shading, SplatSettings, Visibility, WhyWhole};
 use voxsplat::task::calibration::BackEndTimes;
 use voxsplat::task::engine::Effort;
 use voxsplat::task::engine::{
-    CellsRequest, EngineState, FoundCells, FrameReport, FrameRequest, Next, Picture, Refined,
+    CellsRequest, EngineState, FoundCells, FrameReport, FrameRequest, HeldBytes, Next, Picture, Refined,
     SecondPicture, SecondRequest,
 };
 use voxsplat::task::estimate::Checked;
@@ -193,6 +193,11 @@ fn gradient(request: &FrameRequest) -> Picture {
         estimated_rmse: moving.then_some(0.0282),
         checked: (!moving).then_some(Checked { estimated_rmse: 0.0282, measured_rmse: 0.0316 }),
         refined,
+        effects: match Shading::is_shown_by(&request.scene.splat) {
+            true => request.scene.shading.effects(),
+            false => Vec::new(),
+        },
+        held: Some(HeldBytes { all: 50 << 20, shading: 17 << 10 }),
     };
     Picture { size: request.size, requested_size: request.size, rgba, report }
 }

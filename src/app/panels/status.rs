@@ -340,6 +340,8 @@ mod tests {
             estimated_rmse: None,
             checked: None,
             refined: None,
+            effects: Vec::new(),
+            held: None,
         };
         Shown { report, mode, measured: None }
     }
