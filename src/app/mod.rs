@@ -11,6 +11,7 @@ pub mod compare;
 pub mod dialogs;
 pub mod document;
 pub mod drawer;
+pub mod effects;
 pub mod file_dialog;
 pub mod job;
 mod judging;

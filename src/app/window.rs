@@ -16,6 +16,7 @@ use super::dialogs::raw::RawDialog;
 use super::dialogs::save::{SaveChoice, SaveDialog};
 use super::document::{Document, Library, ReadFailure, Source};
 use super::drawer::Drawer;
+use super::effects::Effects;
 use super::file_dialog::{Answer, FileDialog};
 use super::job::{Ended, Job};
 use super::measuring::{EstimateRecord, Measuring, StartMeasuring};
@@ -24,6 +25,7 @@ use super::pacing::{News, Pacing};
 use super::panels::accuracy::AccuracyPanel;
 use super::panels::curve::CurveEditor;
 use super::panels::data::FieldChoice;
+use super::panels::shading::ShadingEditor;
 use super::saving::{self, Renderer, SaveRequest, Saved};
 use super::settings::Settings;
 use super::theme;
@@ -95,6 +97,8 @@ pub struct Window {
     pub(super) accuracy: AccuracyPanel,
     pub(super) measuring: Measuring,
     pub(super) estimates: EstimateRecord,
+    pub(super) shading: ShadingEditor,
+    pub(super) effects: Effects,
     /// Reached the engine last.
     pub(super) last_valid_mode: SplatSettings,
     file_dialog: Option<FileDialog>,
@@ -124,6 +128,8 @@ impl Window {
             accuracy: AccuracyPanel::default(),
             measuring: Measuring::default(),
             estimates: EstimateRecord::default(),
+            shading: ShadingEditor::default(),
+            effects: Effects::default(),
             last_valid_mode: SplatSettings::default(),
             file_dialog: None,
             loading: None,
@@ -232,6 +238,8 @@ impl Window {
             }
             Action::ResetView => self.reset_view(),
             Action::Converge => self.converge(),
+            Action::ToggleLights => self.toggle_lights(),
+            Action::ToggleEffects => self.effects.open = !self.effects.open,
             Action::ToggleCells => self.cells.on = !self.cells.on,
             Action::ToggleSidePanel => self.settings.side_panel = !self.settings.side_panel,
             Action::ToggleAccuracy => self.accuracy.open = !self.accuracy.open,
@@ -313,6 +321,7 @@ impl Window {
         let background = self.settings.scene_background();
         self.scene = Some(Scene { volume, transfer, splat, shading, camera, background });
         self.curve.start_over();
+        self.shading.start_over();
         let title = format!("{} – Voxsplat", document.source.name());
         ctx.send_viewport_cmd(ViewportCommand::Title(title));
         for warning in &document.warnings {
@@ -552,6 +561,7 @@ impl Window {
     fn take_picture(&mut self, ctx: &Context) {
         let Some(picture) = self.parts.drawer.take_picture() else { return };
         self.record_estimate(&picture);
+        self.note_effects(&picture);
         // While the view moves, the picture before would be of another view.
         let fades = self.settings.fade && !self.pacing.is_moving();
         let moved = match fades {

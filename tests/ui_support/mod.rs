@@ -26,8 +26,8 @@ use voxsplat::scene::{Cell, Cells, Shading, SplatSettings, Visibility, WhyWhole}
 use voxsplat::task::calibration::BackEndTimes;
 use voxsplat::task::engine::Effort;
 use voxsplat::task::engine::{
-    CellsRequest, EngineState, FoundCells, FrameReport, FrameRequest, HeldBytes, Next, Picture, Refined,
-    SecondPicture, SecondRequest,
+    CellsRequest, EngineState, FoundCells, FrameReport, FrameRequest, HeldBytes, Next, Picture,
+    Refined, SecondPicture, SecondRequest,
 };
 use voxsplat::task::estimate::Checked;
 use voxsplat::task::still::Convergence;

@@ -6,7 +6,9 @@ use std::time::{Duration, Instant};
 use super::converge::Doublings;
 use super::next::LastDrawn;
 use super::worker::Worker;
-use super::{Effort, EngineState, FrameReport, FrameRequest, HeldBytes, KernelCounts, Ladder, Picture};
+use super::{
+    Effort, EngineState, FrameReport, FrameRequest, HeldBytes, KernelCounts, Ladder, Picture,
+};
 use crate::core::Ticket;
 use crate::gpu::{GpuError, Renderer, SlabField};
 use crate::kernel::Kernel;
