@@ -197,7 +197,7 @@ fn gradient(request: &FrameRequest) -> Picture {
             true => request.scene.shading.effects(),
             false => Vec::new(),
         },
-        held: Some(HeldBytes { all: 50 << 20, shading: 17 << 10 }),
+        held: Some(HeldBytes { all: 52_400_000, shading: 17_000 }),
     };
     Picture { size: request.size, requested_size: request.size, rgba, report }
 }
@@ -435,7 +435,7 @@ impl Bench {
         let begun = Arc::clone(&measured);
         let (folder, log) = (pictures.path().to_owned(), Arc::clone(&saved));
         let mut builder =
-            Harness::builder().with_size(vec2(1280.0, 1360.0)).with_step_dt(STEP_SECS);
+            Harness::builder().with_size(vec2(1280.0, 1700.0)).with_step_dt(STEP_SECS);
         if let Some(pixels_per_point) = pixels_per_point {
             builder = builder
                 .with_size(vec2(800.0, 600.0))
