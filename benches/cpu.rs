@@ -48,6 +48,10 @@ fn classification(c: &mut Criterion) {
             b.iter(|| build(measure));
         });
     }
+    c.bench_function("coarse levels of the pyramid of 128³ int16", |b| {
+        let (volume, measure) = (black_box(&scene.volume), ErrorMeasure::Classified);
+        b.iter(|| Pyramid::coarse(volume, &table, 1.0, measure, &Ticket::new()));
+    });
     let pyramid = build(ErrorMeasure::Classified);
     let view = View::new(&scene, [944, 743]);
     let visibility = view.visibility(1.556);

@@ -363,6 +363,14 @@ fn classify_about(near: f32, far: f32, width: f32) -> Halves {
     return Halves(found, found);
 }
 
+// The field on the face of a slab.
+struct Face {
+    // As `value` finds it.
+    value: vec2<f32>,
+    // Growth per index, in cells, where lights or tables ask for it.
+    gradient: vec3<f32>,
+}
+
 // What a ray has gathered so far.
 struct Gathered {
     // Premultiplied.
@@ -446,6 +454,8 @@ fn ray(screen: vec2<f32>, slot: u32) -> vec4<f32> {
     var u_far = NOTHING;
     var width_near = 0.0;
     var width_far = 0.0;
+    var g_near = vec3<f32>(0.0);
+    var g_far = vec3<f32>(0.0);
     var t_before = 0.0;
     var t_near = 0.0;
     var t_far = 0.0;
@@ -471,6 +481,11 @@ fn ray(screen: vec2<f32>, slot: u32) -> vec4<f32> {
         }
         k = bitcast<i32>(place.w) >> 2u;
         have = i32(place.w & 3u);
+        if SHADED {
+            // Rather than kept: found again.
+            g_near = face(origin + direction * t_near).gradient;
+            g_far = face(origin + direction * t_far).gradient;
+        }
         remaining = select(last - k, k - first, back_to_front) + ahead;
     }
     while remaining >= 0 && light.transmittance >= slabs.picture.w {
@@ -514,11 +529,14 @@ fn ray(screen: vec2<f32>, slot: u32) -> vec4<f32> {
             var from_t = t_near;
             var to_t = t_far;
             var u_middle = 0.5 * (u_near + u_far);
+            var g_middle = 0.5 * (g_near + g_far);
             if classify_middle {
                 from_t = t;
                 to_t = clamp(f32(k + way) * step, enter, leave);
-                let u = value(origin + direction * (0.5 * (from_t + to_t)));
+                let middle = face(origin + direction * (0.5 * (from_t + to_t)));
+                let u = middle.value;
                 u_middle = u.x;
+                g_middle = middle.gradient;
                 if u.x != NOTHING {
                     if has_widths {
                         found.near = classify_about(u.x, u.x, u.y).near;
@@ -527,8 +545,8 @@ fn ray(screen: vec2<f32>, slot: u32) -> vec4<f32> {
                     }
                 }
             } else {
-                let value_here = value(origin + direction * t);
-                let u = value_here.x;
+                let here = face(origin + direction * t);
+                let u = here.value.x;
                 // The parabola has the mean of the cubic through four faces.
                 let whole = abs(t - t_before) >= WHOLE_SLABS * step
                     && u_before != NOTHING && u != NOTHING;
@@ -541,7 +559,9 @@ fn ray(screen: vec2<f32>, slot: u32) -> vec4<f32> {
                     }
                 }
                 width_near = width_far;
-                width_far = value_here.y;
+                width_far = here.value.y;
+                g_near = g_far;
+                g_far = here.gradient;
                 u_before = u_near;
                 u_near = u_far;
                 u_far = u;
@@ -555,9 +575,7 @@ fn ray(screen: vec2<f32>, slot: u32) -> vec4<f32> {
             if SHADED {
                 // A loop for the same reason.
                 for (var once = found.near.w + found.far.w > 0.0; once; once = false) {
-                    let t_middle = 0.5 * (from_t + to_t);
-                    let middle = origin + direction * t_middle;
-                    found = shaded(found, u_middle, middle, t_middle, screen);
+                    found = shaded(found, u_middle, g_middle, 0.5 * (from_t + to_t), screen);
                 }
             }
             let weight = found.near.w + found.far.w;

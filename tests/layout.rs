@@ -109,7 +109,7 @@ fn host_structs() -> [HostStruct; 9] {
 }
 
 /// Constants that shaders and host both name, and the host's value.
-fn host_constants() -> [(&'static str, f64); 19] {
+fn host_constants() -> [(&'static str, f64); 20] {
     [
         ("BRICK", BRICK as f64),
         ("RECORD_WORDS", RECORD_WORDS as f64),

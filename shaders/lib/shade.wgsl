@@ -1,6 +1,7 @@
 // Westover's shading: tables of opacity, modulation, reflection and emission by any index, and
-// directional lights (`scene::shading` has the equations). A slab has one gradient, that in its
-// middle.
+// directional lights (`scene::shading` has the equations). A slab has one gradient: the mean of those
+// on its faces, which share their samples with the values there, or that in its middle where only that
+// is classified.
 
 const SHADED: bool = true;
 // Cells of each table.
@@ -24,6 +25,8 @@ override emission_by: u32 = 0u;
 override lit: bool = false;
 override lights: u32 = 0u;
 override uses_gradient: bool = false;
+// Tents' own derivative.
+override quickly: bool = false;
 
 struct Shade {
     // Rows: world gradient, data units per world unit, of one in index space in cells of the slab
@@ -84,16 +87,18 @@ fn difference(position: vec3<f32>, offset: vec3<f32>) -> f32 {
     return select(past - before, 0.0, past == NOTHING || before == NOTHING);
 }
 
-// Growth per index, in cells: the derivative of B-splines; of other kernels, whose derivative jumps,
-// between half a sample before and half a sample on.
-fn gradient(position: vec3<f32>) -> vec3<f32> {
-    if kernel != 4u {
-        return vec3<f32>(
-            difference(position, vec3<f32>(0.5, 0.0, 0.0)),
-            difference(position, vec3<f32>(0.0, 0.5, 0.0)),
-            difference(position, vec3<f32>(0.0, 0.0, 0.5)),
-        );
-    }
+// Growth per index, in cells: of other kernels, whose derivative jumps, between half a sample before
+// and half a sample on.
+fn between_halves(position: vec3<f32>) -> vec3<f32> {
+    return vec3<f32>(
+        difference(position, vec3<f32>(0.5, 0.0, 0.0)),
+        difference(position, vec3<f32>(0.0, 0.5, 0.0)),
+        difference(position, vec3<f32>(0.0, 0.0, 0.5)),
+    );
+}
+
+// B-splines and their derivative.
+fn bspline_face(position: vec3<f32>) -> Face {
     let floored = floor(position);
     let f = position - floored;
     let wx = bspline_weights(f.x);
@@ -110,7 +115,60 @@ fn gradient(position: vec3<f32>) -> vec3<f32> {
     );
     let across = planes * bspline_weights(f.z);
     let along = planes * bspline_slopes(f.z);
-    return slabs.table.y * vec3<f32>(across.xy, along.z);
+    let u = slabs.table.x + slabs.table.y * across.z;
+    return Face(vec2<f32>(u, 0.0), slabs.table.y * vec3<f32>(across.xy, along.z));
+}
+
+// A sample, and half the width about it where there are such.
+fn sample(index: u32) -> vec2<f32> {
+    if has_widths {
+        return mean_and_width(index);
+    }
+    return vec2<f32>(two(index).x, 0.0);
+}
+
+// Tents and their derivative, which jumps between cells: for quick pictures.
+fn tent_face(position: vec3<f32>) -> Face {
+    let floored = floor(position);
+    let f = position - floored;
+    let i = stored_index(vec3<i32>(floored));
+    let j = i + slabs.stored.x;
+    let plane = slabs.stored.x * slabs.stored.y;
+    // Four rows along x: beginnings, and growth.
+    let a = sample(i);
+    let b = sample(j);
+    let c = sample(i + plane);
+    let d = sample(j + plane);
+    let da = sample(i + 1u) - a;
+    let db = sample(j + 1u) - b;
+    let dc = sample(i + plane + 1u) - c;
+    let dd = sample(j + plane + 1u) - d;
+    let dx = mix(mix(da, db, f.y), mix(dc, dd, f.y), f.z);
+    let near_low = a + da * f.x;
+    let near_high = b + db * f.x;
+    let far_low = c + dc * f.x;
+    let far_high = d + dd * f.x;
+    let dy = mix(near_high - near_low, far_high - far_low, f.z);
+    let near = mix(near_low, near_high, f.y);
+    let dz = mix(far_low, far_high, f.y) - near;
+    let found = near + dz * f.z;
+    let u = slabs.table.x + slabs.table.y * found.x;
+    let growth = slabs.table.y * vec3<f32>(dx.x, dy.x, dz.x);
+    return Face(vec2<f32>(u, slabs.table.y * found.y), growth);
+}
+
+fn face(position: vec3<f32>) -> Face {
+    if kernel == 4u {
+        return bspline_face(position);
+    }
+    if quickly {
+        return tent_face(position);
+    }
+    var found = Face(value(position), vec3<f32>(0.0));
+    if uses_gradient {
+        found.gradient = between_halves(position);
+    }
+    return found;
 }
 
 // A table's entry for an index.
@@ -168,13 +226,12 @@ fn lit_by(normal: vec3<f32>, eye: vec3<f32>, share: f32) -> Lit {
     return found;
 }
 
-// Colours and weights of a slab whose middle is at a position in index space, `t` pixels deep on the
-// ray through a point of the screen, with the value of cell `u`.
-fn shaded(found: Halves, u: f32, position: vec3<f32>, t: f32, screen: vec2<f32>) -> Halves {
+// Colours and weights of a slab whose middle is `t` pixels deep on the ray through a point of the
+// screen, with the value of cell `u` and growth `g` per index.
+fn shaded(found: Halves, u: f32, g: vec3<f32>, t: f32, screen: vec2<f32>) -> Halves {
     var point = Point(u, 0.0, vec3<f32>(0.0), 0.5 + 0.5 * t / shade.right.w);
     var share = 0.0;
     if uses_gradient {
-        let g = gradient(position);
         let world = vec3<f32>(
             dot(shade.world_x.xyz, g),
             dot(shade.world_y.xyz, g),

@@ -2,6 +2,10 @@
 
 const SHADED: bool = false;
 
-fn shaded(found: Halves, u: f32, position: vec3<f32>, t: f32, screen: vec2<f32>) -> Halves {
+fn face(position: vec3<f32>) -> Face {
+    return Face(value(position), vec3<f32>(0.0));
+}
+
+fn shaded(found: Halves, u: f32, g: vec3<f32>, t: f32, screen: vec2<f32>) -> Halves {
     return found;
 }

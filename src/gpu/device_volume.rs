@@ -55,6 +55,7 @@ impl Renderer {
         }
         let samples = DeviceSamples::upload(&self.context, volume, ticket)?;
         self.volume = Some(DeviceVolume { source: Arc::clone(volume), samples, table: None });
+        self.upload_count += 1;
         self.note_bytes();
         Ok(())
     }

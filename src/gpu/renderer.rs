@@ -13,7 +13,7 @@ use super::gather::Gathering;
 use super::meshes::MeshTable;
 use super::pipelines::{Pipelines, SplatVariant};
 use super::scattered::Lists;
-use super::shade::Shade;
+use super::shade::{Shade, ShadeVariant};
 use super::slabs::{PictureConstants, SlabField, SlabPass, step_reach};
 use super::target::Target;
 use super::timing::{Timer, Timestamps};
@@ -59,6 +59,7 @@ pub struct Renderer {
     pub(super) lists: Option<Lists>,
     times: Vec<PassTime>,
     peak_bytes: u64,
+    pub(super) upload_count: u64,
 }
 
 impl Renderer {
@@ -111,6 +112,7 @@ impl Renderer {
             lists: None,
             times: Vec::new(),
             peak_bytes: 0,
+            upload_count: 0,
             context,
         }
     }
@@ -144,6 +146,11 @@ impl Renderer {
     /// Most bytes held on the device at once, as this program allocates them.
     pub fn peak_bytes(&self) -> u64 {
         self.peak_bytes
+    }
+
+    /// Volumes and fields brought to the device so far: a transfer function alone brings none.
+    pub fn upload_count(&self) -> u64 {
+        self.upload_count
     }
 
     /// Pipelines compiled so far.
@@ -234,6 +241,7 @@ impl Renderer {
     ) -> Result<(), GpuError> {
         let slabs = &mut self.slabs[which as usize];
         slabs.set_field(&self.context, volume, settings, coefficients, ticket)?;
+        self.upload_count += 1;
         self.note_bytes();
         self.context.check()
     }
@@ -304,7 +312,8 @@ impl Renderer {
         let kept = self.kept.buffer().filter(|_| self.slabs_in_parts);
         let rays = (tiles, kept);
         let slabs = &mut self.slabs[self.slab_field as usize];
-        let shade = self.shade.as_ref().map(|shade| shade.variant);
+        let quickly = self.slab_field == SlabField::Preview;
+        let shade = self.shade.as_ref().map(|shade| ShadeVariant { quickly, ..shade.variant });
         slabs.encode(&self.context, encoder, &settings, light, rays, (shade, timestamps));
     }
 

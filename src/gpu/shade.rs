@@ -9,10 +9,12 @@ use crate::scene::{Amounts, Colours, Index, OpacityModel, Scene, Shading, Shadin
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) struct ShadeVariant {
     /// What opacity, modulation, reflection and emission are indexed by, as the shader numbers it.
-    by: [u32; 4],
-    is_lit: bool,
-    lights: u32,
-    uses_gradient: bool,
+    pub by: [u32; 4],
+    pub is_lit: bool,
+    pub lights: u32,
+    pub uses_gradient: bool,
+    /// Whether tents are lit by their own derivative.
+    pub quickly: bool,
 }
 
 impl ShadeVariant {
@@ -20,12 +22,13 @@ impl ShadeVariant {
     pub(super) fn constants(&self) -> Vec<(&'static str, f64)> {
         let names = ["opacity_by", "modulation_by", "reflection_by", "emission_by"];
         let tables = names.into_iter().zip(self.by.map(f64::from));
-        let lights = [
+        let more = [
             ("lit", f64::from(u8::from(self.is_lit))),
             ("lights", f64::from(self.lights)),
             ("uses_gradient", f64::from(u8::from(self.uses_gradient))),
+            ("quickly", f64::from(u8::from(self.quickly))),
         ];
-        tables.chain(lights).collect()
+        tables.chain(more).collect()
     }
 }
 
@@ -113,6 +116,7 @@ impl Shade {
             is_lit: shading.lighting.is_some(),
             lights,
             uses_gradient: shading.uses_gradient(),
+            quickly: false,
         };
         Some(Self {
             variant,

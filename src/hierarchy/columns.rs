@@ -18,25 +18,28 @@ const COLUMNS: usize = 1 << COLUMN_LEVELS;
 ///
 /// `voxel_depth` is the thickness of a voxel in opacity unit distances. Columns of nodes of level 3 and
 /// less are as wide as a voxel; of larger ones they run through the nodes three levels below, which
-/// keep their mean transmittance.
+/// keep their mean transmittance. Where there is nothing below level `finest`, its nodes' errors stay as
+/// they are, and larger nodes' columns run through those of `finest` at least.
 pub(super) fn measure(
     volume: &ScalarVolume,
     table: &Table,
     voxel_depth: f64,
+    finest: usize,
     levels: &mut [PyramidLevel],
     ticket: &Ticket,
 ) -> Result<(), Cancelled> {
-    for index in 0..levels.len() {
+    for index in finest..levels.len() {
         let level = index + 1;
         let (finer, coarser) = levels.split_at_mut(index);
-        let grid = Grid { dims: volume.lattice.dims, level, voxel_depth };
-        if level <= COLUMN_LEVELS {
+        let cell_level = level.saturating_sub(COLUMN_LEVELS).max(finest);
+        let grid = Grid { dims: volume.lattice.dims, level, cell_level, voxel_depth };
+        if cell_level == 0 {
             with_samples!(&*volume.samples, values => {
                 let voxel = |i: usize| f64::from(table.lookup(Scalar::to_f64(values[i]))[3]);
                 grid.measure(&mut coarser[0], finer.last(), voxel, ticket)
             })?;
         } else {
-            let cells = &finer[index - COLUMN_LEVELS].nodes;
+            let cells = &finer[cell_level - 1].nodes;
             let cell = |i: usize| f64::from(cells[i].extinction);
             grid.measure(&mut coarser[0], finer.last(), cell, ticket)?;
         }
@@ -50,12 +53,14 @@ struct Grid {
     /// Voxels along x, y, z.
     dims: [usize; 3],
     level: usize,
+    /// That of the nodes that columns run through.
+    cell_level: usize,
     voxel_depth: f64,
 }
 
 impl Grid {
     /// `children` are the next finer level, `None` where those are voxels; `extinction` is asked for
-    /// cells, by their index in the level [`COLUMN_LEVELS`] below.
+    /// cells, by their index in their level.
     fn measure(
         &self,
         level: &mut PyramidLevel,
@@ -83,7 +88,7 @@ impl Grid {
     /// Root mean square, over the three axes and the columns along each, of the difference of a
     /// column's optical depth from that of the node `at`, whose own extinction is `whole`.
     fn deviation(&self, at: [usize; 3], whole: f64, extinction: &impl Fn(usize) -> f64) -> f64 {
-        let cell_level = self.level.saturating_sub(COLUMN_LEVELS);
+        let cell_level = self.cell_level;
         let cells = self.dims.map(|n| n.div_ceil(1 << cell_level));
         let first = at.map(|i| i << (self.level - cell_level));
         let count: [usize; 3] =

@@ -114,7 +114,8 @@ pub struct Cut {
 
 impl Cut {
     /// One traversal from the root. `voxel` classifies the voxel of a linear index: its linear
-    /// colour and extinction; it is only asked where the cut reaches level 0.
+    /// colour and extinction; it is only asked where the cut reaches level 0. No cut goes below
+    /// [`Pyramid::finest_level`].
     pub fn of(
         pyramid: &Pyramid,
         limits: CutLimits,
@@ -122,6 +123,8 @@ impl Cut {
         visibility: &Visibility,
         voxel: impl Fn(usize) -> [f32; 4],
     ) -> Self {
+        let finest_level = limits.finest_level.max(pyramid.finest_level);
+        let limits = CutLimits { finest_level, ..limits };
         let occlusion = limits
             .view_dependent
             .then(|| Occlusion::new(visibility, pyramid.dims, pyramid.voxel_depth));

@@ -4,14 +4,17 @@
 //! Owns Laur–Hanrahan's hierarchy. Refuses the GPU and files. Imports `core`, `volume`,
 //! `transfer`.
 
+mod bricks;
+mod coarse;
 mod columns;
 mod cut;
 mod empty_space;
 mod moments;
 mod occlusion;
 mod pyramid;
+mod sums;
 
 pub use cut::{Cut, CutLimits, CutNode, Visibility, VisitOrder};
 pub use empty_space::{EMPTY_BRICK, FieldBounds, MOST_DISTANCE};
 pub use moments::{ScalarLevel, ScalarPyramid, ScalarPyramidError};
-pub use pyramid::{ActiveCounts, ErrorMeasure, Node, Pyramid, PyramidLevel};
+pub use pyramid::{ActiveCounts, ErrorMeasure, Node, Pyramid, PyramidError, PyramidLevel};

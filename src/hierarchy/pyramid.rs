@@ -7,10 +7,14 @@ use rayon::prelude::*;
 
 use serde::{Deserialize, Serialize};
 
+use super::bricks::{Finest, LEVELS, finest, level_dims};
+use super::coarse::coarse;
 use super::columns;
+use super::sums::Sums;
+use crate::core::memory::{self, TooLarge};
 use crate::core::progress::{Cancelled, Ticket};
 use crate::transfer::Table;
-use crate::volume::{BRICK, Scalar, ScalarVolume, Statistics};
+use crate::volume::{BRICK, ScalarVolume};
 use crate::with_samples;
 
 /// What is lost where a node is drawn rather than its voxels: what [`Node::error`] is of.
@@ -55,7 +59,7 @@ impl ErrorMeasure {
 }
 
 /// What a coarse splat is drawn with.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, bytemuck::Zeroable)]
 pub struct Node {
     /// Extinction per unit distance, averaged so that the mean transmittance along the axes is
     /// kept (a mean of extinctions would make one opaque voxel among eight 3.6 times too bright).
@@ -100,6 +104,8 @@ pub struct ActiveCounts {
 pub struct Pyramid {
     /// Voxels along x, y, z.
     pub dims: [usize; 3],
+    /// Nothing is known below this level, and `levels` has no nodes there; 0 where everything is.
+    pub finest_level: usize,
     /// `levels[i]` is level i + 1.
     pub levels: Vec<PyramidLevel>,
     /// What the nodes' errors are of.
@@ -119,144 +125,128 @@ const LEAST_ERROR: f32 = 1e-5;
 /// No node is larger than 2^15 voxels, and no deviation but that of optical depths larger than 1.
 const GREATEST_ERROR: f32 = 32768.0;
 
-/// Running sums of one node while the pyramid is built; means over its real voxels.
-#[derive(Clone, Copy, Default)]
-struct Sums {
-    /// Real voxels.
-    count: f32,
-    /// Those among them that `appearance` is the mean of.
-    weight: f32,
-    /// Mean of what deviates: (opacity, opacity · rgb) of a voxel one voxel thick, or (value, 0, 0, 0)
-    /// as a part of the volume's range.
-    appearance: [f32; 4],
-    /// Sum of squared deviations from `appearance`, over voxels and components.
-    m2: f32,
-    /// Mean extinction and extinction · rgb.
-    extinction: f32,
-    emission: [f32; 3],
-    /// Extinction of equal mean transmittance.
-    effective: f32,
-    /// Greatest error of a descendant.
-    error: f32,
-}
-
-impl Sums {
-    /// Chan's merge of counts, means and M2: stable however small the spread.
-    fn merge(&mut self, other: &Self) {
-        if self.count == 0.0 {
-            *self = *other;
-            return;
-        }
-        let count = self.count + other.count;
-        if other.weight > 0.0 {
-            let weight = other.weight / (self.weight + other.weight);
-            let mut squared = 0.0;
-            for (mean, theirs) in self.appearance.iter_mut().zip(other.appearance) {
-                let delta = theirs - *mean;
-                *mean += delta * weight;
-                squared += delta * delta;
-            }
-            self.m2 += other.m2 + squared * self.weight * weight;
-            self.weight += other.weight;
-        }
-        let weight = other.count / count;
-        self.extinction += (other.extinction - self.extinction) * weight;
-        for (mean, theirs) in self.emission.iter_mut().zip(other.emission) {
-            *mean += (theirs - *mean) * weight;
-        }
-        self.error = self.error.max(other.error);
-        self.count = count;
-    }
-
-    fn rms(&self) -> f32 {
-        (self.m2 / self.weight.max(1.0)).max(0.0).sqrt()
-    }
-
-    fn node(&self, active_children: u16) -> Node {
-        let weight = if self.extinction > 0.0 { 1.0 / self.extinction } else { 0.0 };
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0..=65535")]
-        let colour = self.emission.map(|e| ((e * weight).clamp(0.0, 1.0) * 65535.0 + 0.5) as u16);
-        Node { extinction: self.effective, error: self.error, colour, active_children }
-    }
-}
-
-/// Extinction whose transmittance through the node equals the mean over its columns of children,
-/// averaged over the three axes (−ln⟨exp(−column depth)⟩ / size).
-///
-/// `children` are in x, y, z bit order; absent ones (beyond the border) are `None`. `size` is the
-/// thickness of a child in unit distances.
-fn effective_extinction(children: &[Option<f32>; 8], size: f32) -> f32 {
-    let mut present = children.iter().flatten();
-    let Some(&first) = present.next() else { return 0.0 };
-    if present.all(|&c| c == first) {
-        return first;
-    }
-    let mut axes = 0.0;
-    let mut mean = 0.0;
-    for axis in 0..3 {
-        let step = 1 << axis;
-        let mut depths = [f32::INFINITY; 4];
-        let (mut columns, mut longest) = (0, 0.0_f32);
-        for start in (0..8).filter(|i| i & step == 0) {
-            let pair = [children[start], children[start | step]];
-            let length = pair.iter().flatten().count();
-            if length == 0 {
-                continue;
-            }
-            depths[columns] = pair.iter().flatten().sum::<f32>() * size;
-            columns += 1;
-            longest = longest.max(length as f32);
-        }
-        if columns > 0 {
-            // Relative to the least: exp(−104) is 0 in single precision, and its logarithm −∞.
-            let depths = &depths[..columns];
-            let least = depths.iter().copied().fold(f32::INFINITY, f32::min);
-            let beyond: f32 = depths.iter().map(|depth| (least - depth).exp()).sum();
-            mean += (least - (beyond / columns as f32).ln()) / (size * longest);
-            axes += 1.0;
-        }
-    }
-    mean / axes
+/// Why there is no [`Pyramid`].
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum PyramidError {
+    /// The work was told to stop.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+    /// It does not fit in memory.
+    #[error(transparent)]
+    TooLarge(#[from] TooLarge),
 }
 
 impl Pyramid {
     /// Classifies every voxel of every brick that can show, and averages upwards.
     ///
     /// `voxel_depth` is the thickness of a voxel in opacity unit distances; `measure` says what the
-    /// nodes' errors are of.
+    /// nodes' errors are of. Takes 2.3 bytes a voxel, and 0.2 more while it is built.
     ///
     /// # Errors
-    /// [`Cancelled`].
+    /// Cancelled within a few milliseconds, or too little memory.
     pub fn build(
         volume: &ScalarVolume,
         table: &Table,
         voxel_depth: f64,
         measure: ErrorMeasure,
         ticket: &Ticket,
-    ) -> Result<Self, Cancelled> {
-        let voxel_thickness = voxel_depth;
+    ) -> Result<Self, PyramidError> {
+        require_memory(volume.lattice.dims, 0, memory::free_bytes())?;
         #[expect(clippy::cast_possible_truncation, reason = "a ratio of order 1")]
-        let voxel_depth = voxel_depth as f32;
+        let depth = voxel_depth as f32;
+        let Finest { levels, sums, active } = with_samples!(&*volume.samples, values => {
+            finest(volume, values, table, depth, measure, ticket)
+        })?;
+        let finest = Self {
+            dims: volume.lattice.dims,
+            finest_level: 0,
+            levels,
+            measure,
+            voxel_depth,
+            active,
+            gains: Vec::new(),
+        };
+        Ok(finest.completed(volume, table, sums, ticket)?)
+    }
+
+    /// Level 3 and those above, in a fraction of the time: for quick pictures.
+    ///
+    /// Colours are exact. Extinctions and errors are not, as nothing is known of how matter lies in a
+    /// node of level 3. Of 32-bit values and wider the nearest entry of the table is taken, and
+    /// [`ActiveCounts::per_slice`] is left empty. Volumes that have no level 3 are built whole.
+    ///
+    /// # Errors
+    /// See [`Pyramid::build`].
+    pub fn coarse(
+        volume: &ScalarVolume,
+        table: &Table,
+        voxel_depth: f64,
+        measure: ErrorMeasure,
+        ticket: &Ticket,
+    ) -> Result<Self, PyramidError> {
         let dims = volume.lattice.dims;
-        let (mut sums, active) = with_samples!(&*volume.samples, values => first_level(volume, values, table, voxel_depth, measure, ticket))?;
-        let mut level_dims = dims.map(|n| n.div_ceil(2));
-        let mut levels = vec![to_level(level_dims, &sums)];
-        let mut size = voxel_depth * 2.0;
-        let mut edge = 2.0;
-        while level_dims != [1, 1, 1] {
-            ticket.checkpoint(0, 1)?;
-            let coarser = level_dims.map(|n| n.div_ceil(2));
-            sums = next_level(level_dims, &sums, coarser, size, edge);
-            levels.push(to_level(coarser, &sums));
-            level_dims = coarser;
-            size *= 2.0;
-            edge *= 2.0;
+        let all = level_dims(dims);
+        if all.len() < LEVELS {
+            return Self::build(volume, table, voxel_depth, measure, ticket);
         }
-        if measure == ErrorMeasure::OpticalDepth {
-            columns::measure(volume, table, voxel_thickness, &mut levels, ticket)?;
+        require_memory(dims, LEVELS, memory::free_bytes())?;
+        #[expect(clippy::cast_possible_truncation, reason = "a ratio of order 1")]
+        let depth = voxel_depth as f32;
+        let (sums, total) = with_samples!(&*volume.samples, values => {
+            coarse(volume, values, table, depth, measure, ticket)
+        })?;
+        let mut levels: Vec<PyramidLevel> =
+            all[..LEVELS].iter().map(|&dims| PyramidLevel { dims, nodes: Vec::new() }).collect();
+        levels[LEVELS - 1].nodes = sums.par_iter().map(|sums| sums.node(0)).collect();
+        let active = ActiveCounts { total, ..ActiveCounts::default() };
+        let finest = Self {
+            dims,
+            finest_level: LEVELS,
+            levels,
+            measure,
+            voxel_depth,
+            active,
+            gains: Vec::new(),
+        };
+        Ok(finest.completed(volume, table, sums, ticket)?)
+    }
+
+    /// With the levels above the last one, of which there are the `sums`.
+    fn completed(
+        mut self,
+        volume: &ScalarVolume,
+        table: &Table,
+        mut sums: Vec<Sums>,
+        ticket: &Ticket,
+    ) -> Result<Self, Cancelled> {
+        #[expect(clippy::cast_possible_truncation, reason = "a ratio of order 1")]
+        let voxel_depth = self.voxel_depth as f32;
+        for &coarser in &level_dims(self.dims)[self.levels.len()..] {
+            ticket.checkpoint(1, 1)?;
+            let edge = (1_u32 << self.levels.len()) as f32;
+            let fine = self.levels[self.levels.len() - 1].dims;
+            let (level, theirs) = next_level(fine, &sums, coarser, voxel_depth * edge, edge);
+            self.levels.push(level);
+            sums = theirs;
         }
-        let gains = gains(&levels);
-        Ok(Self { dims, levels, measure, voxel_depth: voxel_thickness, active, gains })
+        if self.measure == ErrorMeasure::OpticalDepth {
+            let (depth, finest) = (self.voxel_depth, self.finest_level);
+            columns::measure(volume, table, depth, finest, &mut self.levels, ticket)?;
+        }
+        self.gains = gains(&self.levels);
+        Ok(self)
+    }
+
+    /// Voxels in bricks that can show, about: what [`Pyramid::build`] has to classify.
+    pub fn visible_voxels(volume: &ScalarVolume, table: &Table) -> u64 {
+        let shows =
+            |&&[low, high]: &&[f64; 2]| low <= high && table.greatest_extinction(low, high) > 0.0;
+        volume.bricks.ranges.par_iter().filter(shows).count() as u64 * (BRICK as u64).pow(3)
+    }
+
+    /// Whether there is every level, and every voxel is counted.
+    pub fn is_whole(&self) -> bool {
+        self.finest_level == 0
     }
 
     /// Number of levels above the voxels.
@@ -291,6 +281,18 @@ impl Pyramid {
     pub fn size_bytes(&self) -> usize {
         self.levels.iter().map(|l| l.nodes.len() * size_of::<Node>()).sum()
     }
+}
+
+/// Refuses a pyramid of the levels above `finest` that does not fit in `free_bytes`.
+fn require_memory(dims: [usize; 3], finest: usize, free_bytes: u64) -> Result<(), TooLarge> {
+    let nodes = |dims: &[usize; 3]| dims.iter().map(|&n| n as u64).product::<u64>();
+    let all = level_dims(dims);
+    let held = all.iter().skip(finest.saturating_sub(1)).map(nodes).sum::<u64>();
+    // Of the last level made brick by brick, and the one above.
+    let last = all.len().min(LEVELS) - 1;
+    let sums = all.iter().skip(last).take(2).map(nodes).sum::<u64>();
+    let bytes = held * size_of::<Node>() as u64 + sums * size_of::<Sums>() as u64;
+    memory::require("the octree of the volume", bytes, free_bytes)
 }
 
 /// Where the bins end: beyond the greatest error, so that a cut of it is the root.
@@ -339,173 +341,61 @@ fn add(mut a: Vec<u64>, b: Vec<u64>) -> Vec<u64> {
     a
 }
 
-fn to_level(dims: [usize; 3], sums: &[(Sums, u16)]) -> PyramidLevel {
-    PyramidLevel { dims, nodes: sums.par_iter().map(|(s, active)| s.node(*active)).collect() }
-}
-
-/// A voxel as one [`Sums`] of count 1, or nothing where it is transparent.
-fn voxel_sums(entry: [f32; 4], voxel_depth: f32) -> Sums {
-    let [r, g, b, extinction] = entry;
-    let alpha = -(-extinction * voxel_depth).exp_m1();
-    Sums {
-        count: 1.0,
-        weight: 1.0,
-        appearance: [alpha, alpha * r, alpha * g, alpha * b],
-        m2: 0.0,
-        extinction,
-        emission: [extinction * r, extinction * g, extinction * b],
-        effective: extinction,
-        error: 0.0,
-    }
-}
-
-/// Where a value lies between the least and the greatest finite one, 0..=1; ±∞ lie at the ends, and
-/// NaN nowhere.
-fn part_of_range(statistics: &Statistics) -> impl Fn(f64) -> Option<f32> {
-    // Halved, so that ±1e308 does not overflow.
-    let (low, high) = (statistics.min / 2.0, statistics.max / 2.0);
-    let per_range = if high > low { 1.0 / (high - low) } else { 0.0 };
-    move |value| {
-        let part = ((value / 2.0).clamp(low, high) - low) * per_range;
-        #[expect(clippy::cast_possible_truncation, reason = "0..=1")]
-        (!part.is_nan()).then_some(part as f32)
-    }
-}
-
-type Counted = (Vec<(Sums, u16)>, ActiveCounts);
-
-fn first_level<T: Scalar>(
-    volume: &ScalarVolume,
-    values: &[T],
-    table: &Table,
-    voxel_depth: f32,
-    measure: ErrorMeasure,
-    ticket: &Ticket,
-) -> Result<Counted, Cancelled> {
-    let dims = volume.lattice.dims;
-    let coarse = dims.map(|n| n.div_ceil(2));
-    let layer = coarse[0] * coarse[1];
-    // One entry per table entry: exact for types that have one per code.
-    let voxel_of_entry: Vec<Sums> =
-        table.entries.par_iter().map(|&entry| voxel_sums(entry, voxel_depth)).collect();
-    let exact = volume.samples.scalar_type().size_bytes() <= 2;
-    let offset = table.coordinate.offset;
-    let classify = |value: T| {
-        let value = value.to_f64();
-        if exact {
-            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a code")]
-            let code = (value - offset) as usize;
-            voxel_of_entry[code]
-        } else {
-            voxel_sums(table.lookup(value), voxel_depth)
-        }
-    };
-    let by_value = measure == ErrorMeasure::Scalar;
-    let part_of_range = part_of_range(&volume.statistics);
-    let visible: Vec<bool> = volume
-        .bricks
-        .ranges
-        .par_iter()
-        .map(|&[low, high]| low <= high && table.greatest_extinction(low, high) > 0.0)
-        .collect();
-    let bricks = volume.bricks.dims;
-    let mut sums = vec![(Sums::default(), 0); layer * coarse[2]];
-    let empty_counts = || ActiveCounts { total: 0, per_slice: dims.map(|n| vec![0; n]) };
-    let active = sums
-        .par_chunks_mut(layer)
-        .enumerate()
-        .try_fold(empty_counts, |mut counts, (cz, nodes)| {
-            ticket.checkpoint(cz as u64, coarse[2] as u64)?;
-            for cy in 0..coarse[1] {
-                for cx in 0..coarse[0] {
-                    let corner = [2 * cx, 2 * cy, 2 * cz];
-                    let brick = corner.map(|i| i / BRICK);
-                    let cell = &mut nodes[cy * coarse[0] + cx];
-                    // What is clear has values, too, and its neighbours' parents are of both.
-                    if !by_value
-                        && !visible[(brick[2] * bricks[1] + brick[1]) * bricks[0] + brick[0]]
-                    {
-                        let real: usize = (0..3).map(|a| (dims[a] - corner[a]).min(2)).product();
-                        cell.0.count = real as f32;
-                        cell.0.weight = real as f32;
-                        continue;
-                    }
-                    let mut merged = Sums::default();
-                    let mut children = [None; 8];
-                    for (bit, child) in children.iter_mut().enumerate() {
-                        let at = [
-                            corner[0] + (bit & 1),
-                            corner[1] + (bit >> 1 & 1),
-                            corner[2] + (bit >> 2),
-                        ];
-                        if at[0] >= dims[0] || at[1] >= dims[1] || at[2] >= dims[2] {
-                            continue;
-                        }
-                        let value = values[(at[2] * dims[1] + at[1]) * dims[0] + at[0]];
-                        let mut voxel = classify(value);
-                        if by_value {
-                            let part = part_of_range(value.to_f64());
-                            voxel.weight = if part.is_some() { 1.0 } else { 0.0 };
-                            voxel.appearance = [part.unwrap_or(0.0), 0.0, 0.0, 0.0];
-                        }
-                        *child = Some(voxel.extinction);
-                        if voxel.extinction > 0.0 {
-                            cell.1 += 1;
-                            counts.total += 1;
-                            for (slices, index) in counts.per_slice.iter_mut().zip(at) {
-                                slices[index] += 1;
-                            }
-                        }
-                        merged.merge(&voxel);
-                    }
-                    merged.effective = effective_extinction(&children, voxel_depth);
-                    if cell.1 > 0 {
-                        merged.error = merged.rms();
-                    }
-                    cell.0 = merged;
-                }
-            }
-            Ok(counts)
-        })
-        .try_reduce(empty_counts, |mut a, b| {
-            a.total += b.total;
-            for (a, b) in a.per_slice.iter_mut().zip(b.per_slice) {
-                a.iter_mut().zip(b).for_each(|(a, b)| *a += b);
-            }
-            Ok(a)
-        })?;
-    Ok((sums, active))
-}
-
+/// The level above one, and its sums.
 fn next_level(
     fine: [usize; 3],
-    sums: &[(Sums, u16)],
+    sums: &[Sums],
     coarse: [usize; 3],
-    child_size: f32,
+    child_depth: f32,
     edge: f32,
-) -> Vec<(Sums, u16)> {
-    let layer = coarse[0] * coarse[1];
-    let mut out = vec![(Sums::default(), 0_u16); layer * coarse[2]];
-    out.par_chunks_mut(layer).enumerate().for_each(|(cz, nodes)| {
-        for (i, (merged, active)) in nodes.iter_mut().enumerate() {
-            let corner = [2 * (i % coarse[0]), 2 * (i / coarse[0]), 2 * cz];
-            let mut children = [None; 8];
-            for (bit, child) in children.iter_mut().enumerate() {
-                let at =
-                    [corner[0] + (bit & 1), corner[1] + (bit >> 1 & 1), corner[2] + (bit >> 2)];
-                if at[0] >= fine[0] || at[1] >= fine[1] || at[2] >= fine[2] {
-                    continue;
-                }
-                let (theirs, _) = &sums[(at[2] * fine[1] + at[1]) * fine[0] + at[0]];
-                *child = Some(theirs.effective);
-                *active += u16::from(theirs.effective > 0.0);
-                merged.merge(theirs);
-            }
-            if *active > 0 {
-                merged.effective = effective_extinction(&children, child_size);
-                merged.error = merged.error.max(merged.rms() * edge);
-            }
+) -> (PyramidLevel, Vec<Sums>) {
+    let parent = |i: usize| {
+        let [nx, ny, _] = coarse;
+        let corner = [i % nx, i / nx % ny, i / (nx * ny)].map(|n| 2 * n);
+        let children = std::array::from_fn(|bit| {
+            let at = [corner[0] + (bit & 1), corner[1] + (bit >> 1 & 1), corner[2] + (bit >> 2)];
+            let is_real = (0..3).all(|a| at[a] < fine[a]);
+            is_real.then(|| &sums[(at[2] * fine[1] + at[1]) * fine[0] + at[0]])
+        });
+        let (sums, active) = Sums::parent(children, child_depth, edge);
+        (sums.node(active), sums)
+    };
+    let (nodes, sums) = (0..coarse.iter().product()).into_par_iter().map(parent).unzip();
+    (PyramidLevel { dims: coarse, nodes }, sums)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::transfer::{ColourMap, ColourSource, TransferFunction};
+    use crate::volume::{Lattice, Samples};
+
+    #[test]
+    fn what_does_not_fit_is_refused_in_one_sentence_before_anything_is_made() {
+        let dims = [19, 33, 40];
+        let samples = Samples::UInt8(vec![9; dims.iter().product()]);
+        let volume = ScalarVolume::from_samples("test", Lattice::unit(dims), samples).unwrap();
+        let colour = ColourSource::Map { map: ColourMap::Gray, range: [0.0, 9.0] };
+        let transfer = TransferFunction { opacity: vec![(0.0, 0.0), (9.0, 0.5)], colour };
+        let table = Table::new(&transfer, volume.samples.scalar_type());
+        let measure = ErrorMeasure::Classified;
+        for (finest, pyramid) in [
+            (0, Pyramid::build(&volume, &table, 1.0, measure, &Ticket::new()).unwrap()),
+            (LEVELS, Pyramid::coarse(&volume, &table, 1.0, measure, &Ticket::new()).unwrap()),
+        ] {
+            let held = pyramid.size_bytes() as u64;
+            // Sums of 3 × 5 × 5 nodes and of 2 × 3 × 3.
+            let needed = held + (75 + 18) * size_of::<Sums>() as u64;
+            assert_eq!(require_memory(dims, finest, needed), Ok(()));
+            let refusal = require_memory(dims, finest, needed - 1).unwrap_err();
+            assert_eq!(refusal.needed_bytes, needed);
+            let sentence = refusal.to_string();
+            assert!(
+                sentence.starts_with("expected the octree of the volume to fit in memory, found")
+            );
+            assert!(sentence.contains("; close other programs") && !sentence.contains('\n'));
         }
-    });
-    out
+        // Sizes that no machine has do not overflow.
+        assert!(require_memory([65_535; 3], 0, 1 << 40).is_err());
+    }
 }

@@ -215,8 +215,8 @@ pub(super) fn classified(
         // Each half along the straight line that has the parabola's mean.
         let part = |from, to| {
             let mean = classes.mean(from + bend / 4.0, to + bend / 4.0);
-            // By the gradient and the mean value of the whole slab's middle.
-            let shaded = ray.shaded(mean, t, value);
+            // By the mean of the whole slab's two faces.
+            let shaded = ray.shaded_by(mean, t, value, &[low, high]);
             shaded.map(|w| w * (high - low) / 2.0)
         };
         let (mut near, far) = (part(near, half), part(half, far));

@@ -35,12 +35,22 @@ pub(super) struct RayShader<'a> {
 }
 
 impl RayShader<'_> {
-    /// A density at t, of this value.
+    /// A density at t, of this value and the gradient there.
     pub(super) fn shaded(&self, density: Density, t: f64, value: f64) -> Density {
-        match self.shader {
-            Some(shader) if density[0] > 0.0 => shader.shaded(density, self, t, value),
-            _ => density,
-        }
+        self.shaded_by(density, t, value, &[t])
+    }
+
+    /// A density at t, of this value and the mean of the gradients at some places of the ray.
+    pub(super) fn shaded_by(
+        &self,
+        density: Density,
+        t: f64,
+        value: f64,
+        places: &[f64],
+    ) -> Density {
+        let Some(shader) = self.shader.filter(|_| density[0] > 0.0) else { return density };
+        let sum: DVec3 = places.iter().map(|&t| gradient(self.field, self.index.at(t))).sum();
+        shader.shaded(density, self, (t, value), sum / places.len() as f64)
     }
 }
 
@@ -62,8 +72,13 @@ impl Shader {
         })
     }
 
-    fn shaded(&self, density: Density, ray: &RayShader<'_>, t: f64, value: f64) -> Density {
-        let gradient = gradient(ray.field, ray.index.at(t));
+    fn shaded(
+        &self,
+        density: Density,
+        ray: &RayShader<'_>,
+        (t, value): (f64, f64),
+        gradient: DVec3,
+    ) -> Density {
         let down = -(self.space.world_from_gradient * gradient);
         let strength = down.length();
         let share = self.space.lit_share(strength);

@@ -1,22 +1,20 @@
 //! Draws one rung of a scene's ladder, in pieces that can be interrupted.
 
-use std::sync::Arc;
 use std::time::Instant;
 
-use crate::core::{Cancelled, Ticket};
+use crate::core::Cancelled;
+use crate::core::memory::TooLarge;
 use crate::gpu::layout::Record;
 use crate::gpu::{GpuError, Renderer, Scattered, SlabField};
-use crate::hierarchy::{Cut, CutLimits, CutNode, Pyramid};
+use crate::hierarchy::{Cut, CutLimits, CutNode};
 use crate::kernel::{Kernel, RadialKernel};
 use crate::scene::{
     Backend, Background, Classify, CutSettings, OpacityModel, Scene, SplatSettings, View,
     Visibility,
 };
-use crate::transfer::{Table, TransferFunction};
-use crate::volume::ScalarVolume;
 
 use super::calibration::Calibration;
-use super::cells::CutSource;
+use super::classified::Classified;
 use super::cost::Costs;
 use super::previews::Reduction;
 use super::rows::RowPlan;
@@ -97,6 +95,9 @@ pub enum DrawError {
     /// Something newer came.
     #[error("interrupted")]
     Interrupted,
+    /// The host's memory.
+    #[error(transparent)]
+    TooLarge(#[from] TooLarge),
     /// The device.
     #[error(transparent)]
     Gpu(#[from] GpuError),
@@ -133,7 +134,7 @@ pub struct Drawer {
     pub renderer: Renderer,
     /// Measured prices.
     pub costs: Costs,
-    classified: Option<Classified>,
+    pub(super) classified: Option<Classified>,
     /// How much smaller the last coarse picture was drawn than shown.
     last_shrink: f64,
     /// The field and the size of the last coarse picture, where it was of one.
@@ -147,17 +148,6 @@ pub struct Drawer {
     /// Whether the cuts that are drawn are to be kept for [`Drawer::take_cut`].
     pub keeps_cut: bool,
     kept_cut: Option<(Cut, CutLimits)>,
-}
-
-/// The volume under the transfer function.
-#[derive(Debug)]
-struct Classified {
-    volume: Arc<ScalarVolume>,
-    transfer: TransferFunction,
-    unit_distance: f64,
-    table: Arc<Table>,
-    /// Where something has called for it.
-    pyramid: Option<Arc<Pyramid>>,
 }
 
 impl Drawer {
@@ -177,110 +167,9 @@ impl Drawer {
         }
     }
 
-    /// Brings the device and the hierarchy up to the scene's volume and transfer function.
-    ///
-    /// # Errors
-    /// Interrupted by the ticket, or the device.
-    pub fn prepare(&mut self, scene: &Scene, ticket: &Ticket) -> Result<(), DrawError> {
-        self.classify(scene, ticket)?;
-        let voxel_depth = voxel_thickness(scene) / scene.opacity_unit_distance();
-        let measure = scene.splat.cut.measure;
-        if let Some(classified) = &mut self.classified
-            && classified.pyramid.as_ref().is_none_or(|pyramid| pyramid.measure != measure)
-        {
-            // Never two at a time.
-            classified.pyramid = None;
-            let Classified { volume, table, .. } = &*classified;
-            let pyramid = Pyramid::build(volume, table, voxel_depth, measure, ticket)?;
-            classified.pyramid = Some(Arc::new(pyramid));
-        }
-        Ok(())
-    }
-
-    /// The same for a coarse picture within a budget, which may do without the hierarchy: it takes
-    /// 80 to 120 ms for scans of 9 and 17 million voxels, while a hand moves a transfer function.
-    ///
-    /// # Errors
-    /// See [`Drawer::prepare`].
-    pub fn prepare_preview(
-        &mut self,
-        scene: &Scene,
-        size: [u32; 2],
-        budget_ms: f64,
-        ticket: &Ticket,
-    ) -> Result<(), DrawError> {
-        match self.reduction(scene, size, budget_ms) {
-            Some(_) => self.classify(scene, ticket),
-            None => self.prepare(scene, ticket),
-        }
-    }
-
-    /// Brings the device up to the scene's volume and transfer function.
-    fn classify(&mut self, scene: &Scene, ticket: &Ticket) -> Result<(), DrawError> {
-        let unit_distance = scene.opacity_unit_distance();
-        let current = self.classified.as_ref().is_some_and(|c| {
-            Arc::ptr_eq(&c.volume, &scene.volume)
-                && c.transfer == scene.transfer
-                && c.unit_distance == unit_distance
-        });
-        if current {
-            return Ok(());
-        }
-        if self.classified.as_ref().is_some_and(|c| !Arc::ptr_eq(&c.volume, &scene.volume)) {
-            self.calibration = Calibration::default();
-        }
-        self.classified = None;
-        let table = Table::new(&scene.transfer, scene.volume.samples.scalar_type());
-        match self.renderer.set_volume(&scene.volume, ticket) {
-            Err(GpuError::Cancelled) => return Err(DrawError::Interrupted),
-            other => other?,
-        }
-        self.renderer.set_table(&table)?;
-        self.classified = Some(Classified {
-            volume: Arc::clone(&scene.volume),
-            transfer: scene.transfer.clone(),
-            unit_distance,
-            table: Arc::new(table),
-            pyramid: None,
-        });
-        Ok(())
-    }
-
-    /// Voxels with opacity in the scene prepared last; `None` where they were not counted.
-    pub fn active_count(&self) -> Option<u64> {
-        self.pyramid().map(|pyramid| pyramid.active.total)
-    }
-
-    fn pyramid(&self) -> Option<&Pyramid> {
-        self.classified.as_ref()?.pyramid.as_deref()
-    }
-
-    /// What octree cuts of the scene prepared last are found in, once that is there.
-    pub(super) fn cut_source(&self) -> Option<CutSource> {
-        let Classified { volume, transfer, unit_distance, table, pyramid } =
-            self.classified.as_ref()?;
-        Some(CutSource {
-            volume: Arc::clone(volume),
-            transfer: transfer.clone(),
-            unit_distance: *unit_distance,
-            table: Arc::clone(table),
-            pyramid: Arc::clone(pyramid.as_ref()?),
-        })
-    }
-
     /// The cut of the last picture, where [`Drawer::keeps_cut`] asked for it and it was one.
     pub fn take_cut(&mut self) -> Option<(Cut, CutLimits)> {
         self.kept_cut.take()
-    }
-
-    /// The error of the octree cut that has about `count` nodes.
-    pub fn error_for_count(&self, count: u64) -> f32 {
-        self.pyramid().map_or(0.0, |pyramid| pyramid.error_for_count(count))
-    }
-
-    /// Entries of the table whose transmittance is at its floor.
-    pub fn capped_count(&self) -> usize {
-        self.classified.as_ref().map_or(0, |c| c.table.capped_count)
     }
 
     /// Published opacities, and sums of them, that were over 1 in the last picture and lowered to it.
@@ -289,11 +178,6 @@ impl Drawer {
     /// A failing device.
     pub fn capped_sums(&mut self) -> Result<u64, GpuError> {
         Ok(self.renderer.capped_sums()? + self.capped_in_lists)
-    }
-
-    /// Bytes of host memory the hierarchy takes.
-    pub fn hierarchy_bytes(&self) -> usize {
-        self.pyramid().map_or(0, Pyramid::size_bytes)
     }
 
     /// Draws one rung of the scene prepared last; the picture is then the renderer's.
@@ -423,7 +307,7 @@ impl Drawer {
     }
 
     fn cut_of(&self, scene: &Scene, view: &View, limits: CutLimits) -> Cut {
-        self.cut_source().map_or_else(Cut::default, |source| source.cut(scene, view, limits))
+        self.coarse_cut_source().map_or_else(Cut::default, |source| source.cut(scene, view, limits))
     }
 
     fn keep(&mut self, cut: Cut, limits: CutLimits) {
@@ -452,7 +336,10 @@ impl Drawer {
                 cut = self.cut_of(scene, view, limits);
             }
         }
-        (cut, limits.max_error)
+        // Coarse levels have no finer nodes, whatever the error of those that are there.
+        let greatest = || cut.nodes.iter().map(|node| node.node.error).fold(0.0, f32::max);
+        let reached = if self.has_coarse_octree() { greatest() } else { 0.0 };
+        (cut, limits.max_error.max(reached))
     }
 
     fn cut(
@@ -568,10 +455,10 @@ impl Drawer {
         slack: u64,
         observer: &mut dyn Observer,
     ) -> Result<(), DrawError> {
-        let (Some(classified), Some(pyramid)) = (&self.classified, self.pyramid()) else {
+        let Some(pyramid) = self.classified.as_ref().and_then(Classified::whole) else {
             return Err(GpuError::Device("nothing was prepared".to_owned()).into());
         };
-        let (dims, active) = (classified.volume.lattice.dims, &pyramid.active);
+        let (dims, active) = (pyramid.dims, &pyramid.active);
         let mut rows = RowPlan::new(dims, active, view);
         let total = rows.total.max(1) as f64;
         let mut kernels = 0;
@@ -630,11 +517,6 @@ pub(super) fn shrunk(size: [u32; 2], shrink: f64) -> [u32; 2] {
 
 fn record(node: &CutNode) -> Record {
     Record::new(node.low, node.size, node.node.extinction, node.node.colour)
-}
-
-/// World thickness of a voxel: the mean over the axes that matters for how opaque it looks.
-fn voxel_thickness(scene: &Scene) -> f64 {
-    scene.volume.lattice.axes().determinant().abs().cbrt()
 }
 
 /// Pixels that a cut's quads cover, overlaps counted each time, none more than the picture has; in

@@ -4,6 +4,7 @@
 
 pub mod calibration;
 pub mod cells;
+mod classified;
 pub mod cost;
 pub mod draw;
 pub mod engine;

@@ -120,6 +120,7 @@ mod tests {
             backend: "raster",
             capped_sums: 0,
             pipelines: 0,
+            uploads: 0,
             measured_rmse: None,
             convergence: None,
             cells: None,

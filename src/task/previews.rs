@@ -186,7 +186,8 @@ impl Drawer {
             View::new(scene, size).narrowest_voxel_pixels() * widest_voxels(field, scene);
         let splats = self.costs.splats_within(budget_ms);
         let is_sparse = self.active_count().is_some_and(|active| active <= splats);
-        let is_lost = shrink > width_px.max(1.0) && is_sparse;
+        // Cuts know neither lights nor tables.
+        let is_lost = shrink > width_px.max(1.0) && is_sparse && scene.shading.is_plain();
         (!is_lost).then_some(Reduction { field, shrink })
     }
 

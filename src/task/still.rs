@@ -10,6 +10,7 @@ use super::slabs::reconstructs;
 use crate::accuracy::sweep::Detail;
 use crate::accuracy::{self, Difference};
 use crate::core::colour::srgb_bytes;
+use crate::core::memory::TooLarge;
 use crate::core::{Camera, Cancelled, Ticket};
 use crate::gpu::{GpuError, PassTime, Renderer, SlabField};
 use crate::kernel::Kernel;
@@ -131,6 +132,8 @@ pub struct Still {
     pub backend: &'static str,
     /// Pipelines compiled.
     pub pipelines: usize,
+    /// Volumes and fields brought to the device since there is one.
+    pub uploads: u64,
     /// Measured error against `full`, where it was asked for.
     pub measured_rmse: Option<f64>,
     /// Where slabs were doubled, how that ended.
@@ -148,6 +151,9 @@ pub enum StillError {
     /// The ticket.
     #[error("cancelled")]
     Cancelled,
+    /// The host's memory.
+    #[error(transparent)]
+    TooLarge(#[from] TooLarge),
     /// The device.
     #[error(transparent)]
     Gpu(#[from] GpuError),
@@ -163,6 +169,7 @@ impl From<DrawError> for StillError {
     fn from(error: DrawError) -> Self {
         match error {
             DrawError::Interrupted => Self::Cancelled,
+            DrawError::TooLarge(error) => Self::TooLarge(error),
             DrawError::Gpu(error) => Self::Gpu(error),
         }
     }
@@ -291,6 +298,7 @@ pub(super) fn draw(
         capped_sums,
         backend,
         pipelines: drawer.renderer.pipeline_count(),
+        uploads: drawer.renderer.upload_count(),
         measured_rmse,
         convergence,
         cells,

@@ -110,11 +110,16 @@ macro_rules! with_samples {
 pub trait Scalar: Copy + Send + Sync + 'static {
     /// The value as a double.
     fn to_f64(self) -> f64;
+
+    /// The value as a whole number: what lies between is cut off, what lies beyond 64 bits lowered to
+    /// them, and NaN 0.
+    fn to_i64(self) -> i64;
 }
 
 macro_rules! scalar {
     ($($t:ty),*) => { $(impl Scalar for $t {
         fn to_f64(self) -> f64 { self as f64 }
+        fn to_i64(self) -> i64 { self as i64 }
     })* };
 }
 scalar!(u8, i8, u16, i16, u32, i32, u64, i64, f32, f64);

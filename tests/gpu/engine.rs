@@ -79,7 +79,7 @@ impl Bench {
         })
     }
 
-    fn still(&self, scene: &Scene) -> Still {
+    pub(crate) fn still(&self, scene: &Scene) -> Still {
         let request = still_request(scene, SIZE);
         self.engine.still(request, &Ticket::new()).expect("a still")
     }
@@ -445,7 +445,7 @@ fn another_volume_is_not_kept_waiting_by_the_first_ones_preparation() {
     bench.until_full(SIZE);
     let switched = start.elapsed();
     let start = Instant::now();
-    bench.request(&heavy, [900, 900], Effort::Moving { budget_ms: 10.0 });
+    bench.request(&heavy, [900, 900], rest());
     bench.pictures_until(|_, seen| seen.iter().any(|p| p.requested_size == [900, 900]));
     println!("measured switched in {switched:?}, the heavy one takes {:?}", start.elapsed());
     assert!(switched < start.elapsed(), "{switched:?} is not less than {:?}", start.elapsed());

@@ -30,3 +30,4 @@ mod small_kernels;
 mod sort;
 mod stills;
 mod support;
+mod transfer_moves;

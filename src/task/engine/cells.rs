@@ -126,6 +126,9 @@ impl Worker {
                 self.find_cells(source.as_ref());
             }
             Err(DrawError::Interrupted) => {}
+            Err(error @ DrawError::TooLarge(_)) => {
+                self.announce(EngineState::Failed(error.to_string()));
+            }
             Err(DrawError::Gpu(error)) => {
                 self.drop_device();
                 self.announce(EngineState::Failed(error.to_string()));

@@ -54,7 +54,7 @@ impl Worker {
         match request.effort {
             Effort::Moving { budget_ms } => self.follow(request, budget_ms, ticket),
             Effort::Rest { budget_ms, ladder, show_partial, .. } => {
-                self.device()?.prepare(scene, ticket)?;
+                let has_octree = self.prepare(request, ticket)?;
                 self.last_ladder = Some(ladder);
                 let makes_same =
                     |seen: &FrameRequest| seen.size == size && seen.scene.makes_same_picture(scene);
@@ -75,8 +75,12 @@ impl Worker {
                 }
                 // A moving hand has seen it, or it was drawn before a still interrupted.
                 let seen = self.preview_of(request).is_some();
-                if !seen && ladder != Ladder::AtOnce {
-                    let budget_ms = budget_ms.min(QUICK_MS);
+                let budget_ms_now = budget_ms.min(QUICK_MS);
+                let drawer = self.device()?;
+                let has_preview =
+                    has_octree || drawer.reduction(scene, size, budget_ms_now).is_some();
+                if !seen && has_preview && ladder != Ladder::AtOnce {
+                    let budget_ms = budget_ms_now;
                     self.rung(request, Rung::Coarse { budget_ms }, Manner::Whole, None)?;
                 }
                 let cuts = self.device()?.cut_source();
@@ -132,6 +136,7 @@ impl Worker {
             // pictures are drawn still sees every one of them.
             let quick = Rung::Coarse { budget_ms: quick_ms };
             self.rung(request, quick, Manner::Whole, longer)?;
+            self.complete_octree(scene)?;
         }
         let is_short_of = |c: &Unchecked| match c.coarseness {
             Coarseness::Octree { max_error, .. } => max_error > 0.0 || c.picture.shrink() > 1.0,
@@ -148,6 +153,40 @@ impl Worker {
         let manner = Manner::InPieces { show_partial: false, before: 0.0, after: 0.0 };
         self.rung(request, longer, manner, None)?;
         Ok(())
+    }
+
+    /// Brings the device and the octree up to a request, unless something newer comes; whether there is
+    /// an octree. Fields that are reconstructed are drawn without one where memory is short.
+    fn prepare(&mut self, request: &FrameRequest, ticket: &Ticket) -> Result<bool, DrawError> {
+        self.device()?;
+        let Some(mut drawer) = self.drawer.take() else { return Err(no_device()) };
+        let manner = Manner::InPieces { show_partial: false, before: 0.0, after: 0.0 };
+        let mut watch = Watch::new(self, request, manner, &drawer);
+        let prepared = drawer.prepare_watched(&request.scene, ticket, &mut watch);
+        self.drawer = Some(drawer);
+        match prepared {
+            Ok(()) => Ok(true),
+            Err(DrawError::TooLarge(error)) if slabs::reconstructs(&request.scene.splat) => {
+                log::warn!("no octree for quick pictures: {error}");
+                Ok(false)
+            }
+            Err(error) => Err(error),
+        }
+    }
+
+    /// Has the finer levels of the octree built beside what is drawn next, where a quick picture was drawn
+    /// without them and the next is of the same transfer function.
+    fn complete_octree(&mut self, scene: &Scene) -> Result<(), DrawError> {
+        let is_of_another = |next: &FrameRequest| {
+            !Arc::ptr_eq(&next.scene.volume, &scene.volume) || next.scene.transfer != scene.transfer
+        };
+        if self.shared.lock().frame.as_ref().is_some_and(is_of_another) {
+            return Ok(());
+        }
+        match self.device()? {
+            drawer if drawer.has_coarse_octree() => drawer.begin_octree(scene),
+            _ => Ok(()),
+        }
     }
 
     /// The coarse picture of a request's view, where it is the one that was drawn last.

@@ -76,6 +76,9 @@ impl Worker {
                     self.announce(EngineState::Idle);
                 }
             }
+            Err(error @ DrawError::TooLarge(_)) => {
+                self.announce(EngineState::Failed(error.to_string()));
+            }
             Err(DrawError::Gpu(error)) => {
                 self.drop_device();
                 self.announce(EngineState::Failed(error.to_string()));

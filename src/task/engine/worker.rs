@@ -163,6 +163,9 @@ impl Worker {
             Err(DrawError::Interrupted) => {
                 self.shared.lock().frame.get_or_insert(request);
             }
+            Err(error @ DrawError::TooLarge(_)) => {
+                self.announce(EngineState::Failed(error.to_string()));
+            }
             Err(DrawError::Gpu(error)) => {
                 self.drop_device();
                 self.announce(EngineState::Failed(error.to_string()));

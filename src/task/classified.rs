@@ -1,0 +1,294 @@
+//! A volume under its transfer function: on the device at once, its octree when something calls for it.
+//!
+//! The whole octree takes a thread of its own up to a tenth of a second, which whoever waits for it may
+//! leave, and which another transfer function cancels. While a hand moves one, quick pictures
+//! are drawn from level 3 and up.
+
+use std::sync::Arc;
+use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
+use std::time::Duration;
+
+use super::calibration::Calibration;
+use super::cells::CutSource;
+use super::draw::{DrawError, Drawer, Observer};
+use crate::core::Ticket;
+use crate::gpu::GpuError;
+use crate::hierarchy::{ErrorMeasure, Pyramid, PyramidError};
+use crate::scene::Scene;
+use crate::transfer::{Table, TransferFunction};
+use crate::volume::ScalarVolume;
+
+/// How often a wait for the octree looks whether something newer came.
+const LOOK_EVERY: Duration = Duration::from_millis(4);
+/// So many voxels that can show are classified before a quick picture: 3 to 6 ms on two free cores. Of
+/// more, it is drawn from what level 3 knows.
+const WHOLE_AT_ONCE: u64 = 1 << 20;
+
+/// The volume under the transfer function.
+#[derive(Debug)]
+pub(super) struct Classified {
+    pub(super) volume: Arc<ScalarVolume>,
+    transfer: TransferFunction,
+    unit_distance: f64,
+    pub(super) table: Arc<Table>,
+    /// Where something has called for it; perhaps only its coarse levels.
+    pyramid: Option<Arc<Pyramid>>,
+    /// All of it, on its way.
+    under_way: Option<Octree>,
+}
+
+/// An octree that is built on a thread of its own; dropping it cancels.
+#[derive(Debug)]
+struct Octree {
+    measure: ErrorMeasure,
+    ticket: Ticket,
+    result: Receiver<Result<Pyramid, PyramidError>>,
+}
+
+impl Drop for Octree {
+    fn drop(&mut self) {
+        self.ticket.cancel();
+    }
+}
+
+impl From<PyramidError> for DrawError {
+    fn from(error: PyramidError) -> Self {
+        match error {
+            PyramidError::Cancelled(_) => Self::Interrupted,
+            PyramidError::TooLarge(error) => Self::TooLarge(error),
+        }
+    }
+}
+
+impl Classified {
+    fn voxel_depth(&self) -> f64 {
+        // The mean over the axes is what matters for how opaque a voxel looks.
+        self.volume.lattice.axes().determinant().abs().cbrt() / self.unit_distance
+    }
+
+    /// The octree, if all of it is there.
+    pub(super) fn whole(&self) -> Option<&Arc<Pyramid>> {
+        self.pyramid.as_ref().filter(|pyramid| pyramid.is_whole())
+    }
+
+    /// Begins to build the octree, unless it is there or on its way.
+    fn begin(&mut self, measure: ErrorMeasure) -> Result<(), DrawError> {
+        if self.pyramid.as_ref().is_some_and(|pyramid| pyramid.measure != measure) {
+            // Never two at a time.
+            self.pyramid = None;
+        }
+        if self.whole().is_some() || self.under_way.as_ref().is_some_and(|u| u.measure == measure) {
+            return Ok(());
+        }
+        self.under_way = None;
+        let ticket = Ticket::new();
+        let (sender, result) = mpsc::sync_channel(1);
+        let job = {
+            let (volume, table) = (Arc::clone(&self.volume), Arc::clone(&self.table));
+            let (depth, ticket) = (self.voxel_depth(), ticket.clone());
+            move || {
+                let built = Pyramid::build(&volume, &table, depth, measure, &ticket);
+                // Whoever asked may be gone.
+                drop(sender.send(built));
+            }
+        };
+        let thread = std::thread::Builder::new().name("voxsplat-octree".to_owned()).spawn(job);
+        thread.map_err(|error| {
+            GpuError::Device(format!("the octree's thread did not start: {error}"))
+        })?;
+        self.under_way = Some(Octree { measure, ticket, result });
+        Ok(())
+    }
+
+    /// Takes the octree that is on its way, waiting for it so long at most; whether all of it is there.
+    fn take(&mut self, patience: Duration) -> Result<bool, DrawError> {
+        let Some(octree) = &self.under_way else { return Ok(self.whole().is_some()) };
+        let built = match octree.result.recv_timeout(patience) {
+            Ok(built) => built,
+            Err(RecvTimeoutError::Timeout) => return Ok(false),
+            Err(RecvTimeoutError::Disconnected) => {
+                self.under_way = None;
+                return Err(GpuError::Device("building the octree failed".to_owned()).into());
+            }
+        };
+        self.under_way = None;
+        self.pyramid = Some(Arc::new(built?));
+        Ok(true)
+    }
+
+    /// Has an octree at hand that quick pictures can be drawn from.
+    fn coarse(&mut self, measure: ErrorMeasure, ticket: &Ticket) -> Result<(), DrawError> {
+        let is_of = |pyramid: &Arc<Pyramid>| pyramid.measure == measure;
+        if self.take(Duration::ZERO)? && self.pyramid.as_ref().is_some_and(is_of) {
+            return Ok(());
+        }
+        if self.pyramid.as_ref().is_some_and(is_of) {
+            return Ok(());
+        }
+        self.pyramid = None;
+        let (volume, table, depth) = (&*self.volume, &*self.table, self.voxel_depth());
+        let work = match measure {
+            ErrorMeasure::Scalar => volume.lattice.len() as u64,
+            ErrorMeasure::Classified => Pyramid::visible_voxels(volume, table),
+            ErrorMeasure::OpticalDepth => 2 * Pyramid::visible_voxels(volume, table),
+        };
+        let pyramid = match work <= WHOLE_AT_ONCE {
+            true => Pyramid::build(volume, table, depth, measure, ticket)?,
+            false => Pyramid::coarse(volume, table, depth, measure, ticket)?,
+        };
+        self.pyramid = Some(Arc::new(pyramid));
+        Ok(())
+    }
+}
+
+impl Drawer {
+    /// Brings the device and the whole octree up to the scene's volume and transfer function.
+    ///
+    /// # Errors
+    /// Interrupted by the ticket, too little memory, or the device.
+    pub fn prepare(&mut self, scene: &Scene, ticket: &Ticket) -> Result<(), DrawError> {
+        self.prepare_until(scene, ticket, |_| ticket.is_cancelled())
+    }
+
+    /// The same, for as long as nothing newer comes. The octree then goes on being built.
+    pub(super) fn prepare_watched(
+        &mut self,
+        scene: &Scene,
+        ticket: &Ticket,
+        observer: &mut dyn Observer,
+    ) -> Result<(), DrawError> {
+        self.prepare_until(scene, ticket, |drawer| {
+            ticket.is_cancelled() || observer.piece_done(&mut drawer.renderer, 0.0)
+        })
+    }
+
+    fn prepare_until(
+        &mut self,
+        scene: &Scene,
+        ticket: &Ticket,
+        mut stops: impl FnMut(&mut Self) -> bool,
+    ) -> Result<(), DrawError> {
+        self.classify(scene, ticket)?;
+        self.begin_octree(scene)?;
+        while let Some(classified) = &mut self.classified
+            && !classified.take(LOOK_EVERY)?
+        {
+            if stops(self) {
+                return Err(DrawError::Interrupted);
+            }
+        }
+        Ok(())
+    }
+
+    /// The same for a coarse picture within a budget, which may do without the octree, or with its
+    /// coarse levels.
+    ///
+    /// # Errors
+    /// See [`Drawer::prepare`].
+    pub fn prepare_preview(
+        &mut self,
+        scene: &Scene,
+        size: [u32; 2],
+        budget_ms: f64,
+        ticket: &Ticket,
+    ) -> Result<(), DrawError> {
+        let needs_octree = self.reduction(scene, size, budget_ms).is_none();
+        self.classify(scene, ticket)?;
+        match &mut self.classified {
+            Some(classified) if needs_octree => classified.coarse(scene.splat.cut.measure, ticket),
+            _ => Ok(()),
+        }
+    }
+
+    /// Begins to build all of the octree of the scene prepared last, where there is but a part.
+    ///
+    /// # Errors
+    /// A thread that does not start.
+    pub fn begin_octree(&mut self, scene: &Scene) -> Result<(), DrawError> {
+        match &mut self.classified {
+            Some(classified) => classified.begin(scene.splat.cut.measure),
+            None => Ok(()),
+        }
+    }
+
+    /// Whether the octree of the scene prepared last is there only in part.
+    pub fn has_coarse_octree(&self) -> bool {
+        self.pyramid().is_some_and(|pyramid| !pyramid.is_whole())
+    }
+
+    /// Brings the device up to the scene's volume and transfer function.
+    fn classify(&mut self, scene: &Scene, ticket: &Ticket) -> Result<(), DrawError> {
+        let unit_distance = scene.opacity_unit_distance();
+        let current = self.classified.as_ref().is_some_and(|c| {
+            Arc::ptr_eq(&c.volume, &scene.volume)
+                && c.transfer == scene.transfer
+                && c.unit_distance == unit_distance
+        });
+        if current {
+            return Ok(());
+        }
+        if self.classified.as_ref().is_some_and(|c| !Arc::ptr_eq(&c.volume, &scene.volume)) {
+            self.calibration = Calibration::default();
+        }
+        // An octree on its way is cancelled.
+        self.classified = None;
+        let table = Table::new(&scene.transfer, scene.volume.samples.scalar_type());
+        match self.renderer.set_volume(&scene.volume, ticket) {
+            Err(GpuError::Cancelled) => return Err(DrawError::Interrupted),
+            other => other?,
+        }
+        self.renderer.set_table(&table)?;
+        self.classified = Some(Classified {
+            volume: Arc::clone(&scene.volume),
+            transfer: scene.transfer.clone(),
+            unit_distance,
+            table: Arc::new(table),
+            pyramid: None,
+            under_way: None,
+        });
+        Ok(())
+    }
+
+    /// Voxels with opacity in the scene prepared last; `None` where they were not counted. Of 32-bit
+    /// values and wider about as many, while there are only the octree's coarse levels.
+    pub fn active_count(&self) -> Option<u64> {
+        self.pyramid().map(|pyramid| pyramid.active.total)
+    }
+
+    pub(super) fn pyramid(&self) -> Option<&Pyramid> {
+        self.classified.as_ref()?.pyramid.as_deref()
+    }
+
+    /// What octree cuts of the scene prepared last are found in, once all of it is there.
+    pub(super) fn cut_source(&self) -> Option<CutSource> {
+        self.coarse_cut_source().filter(|source| source.pyramid.is_whole())
+    }
+
+    /// The same, perhaps of the coarse levels only.
+    pub(super) fn coarse_cut_source(&self) -> Option<CutSource> {
+        let Classified { volume, transfer, unit_distance, table, pyramid, .. } =
+            self.classified.as_ref()?;
+        Some(CutSource {
+            volume: Arc::clone(volume),
+            transfer: transfer.clone(),
+            unit_distance: *unit_distance,
+            table: Arc::clone(table),
+            pyramid: Arc::clone(pyramid.as_ref()?),
+        })
+    }
+
+    /// The error of the octree cut that has about `count` nodes.
+    pub fn error_for_count(&self, count: u64) -> f32 {
+        self.pyramid().map_or(0.0, |pyramid| pyramid.error_for_count(count))
+    }
+
+    /// Entries of the table whose transmittance is at its floor.
+    pub fn capped_count(&self) -> usize {
+        self.classified.as_ref().map_or(0, |c| c.table.capped_count)
+    }
+
+    /// Bytes of host memory the hierarchy takes.
+    pub fn hierarchy_bytes(&self) -> usize {
+        self.pyramid().map_or(0, Pyramid::size_bytes)
+    }
+}
