@@ -1,31 +1,129 @@
-//! A light for the hand: a lit ball with a dot where the light stands, turned like a trackball.
+//! Lights for the hand: each a lit ball with a dot where it stands, turned like a trackball.
 
 use eframe::egui::accesskit::Role;
 use eframe::egui::epaint::Mesh;
 use eframe::egui::{
-    Color32, CursorIcon, Pos2, Rect, Response, Sense, Shape, Stroke, Ui, Vec2, WidgetInfo, vec2,
+    Button, Color32, CursorIcon, Pos2, Rect, Response, Sense, Shape, Slider, SliderClamping,
+    Stroke, Ui, Vec2, WidgetInfo, vec2,
 };
 use glam::{DQuat, DVec3, dvec3};
 
+use super::{row_ui, slider_ui};
 use crate::app::theme;
-use crate::core::Camera;
 use crate::core::colour::srgb_from_linear;
-use crate::scene::{Attached, Light, Lighting};
+use crate::core::{Camera, Srgb8};
+use crate::scene::{Attached, Light, Lighting, MOST_LIGHTS};
 
+/// The specular exponents on offer.
+const EXPONENT: std::ops::RangeInclusive<f64> = 1.0..=1000.0;
 /// Side of the square that the ball lies in, points.
 const SIDE: f32 = 58.0;
 /// Rings and sectors that the ball is painted by.
 const RINGS: u32 = 7;
 const SECTORS: u32 = 28;
 
+/// Every light, and what matter makes of them.
+pub(super) fn lighting_ui(ui: &mut Ui, lighting: &mut Lighting, camera: &Camera) {
+    let mut removed = None;
+    let material = lighting.clone();
+    for (i, light) in lighting.lights.iter_mut().enumerate() {
+        let name = format!("Light {}", i + 1);
+        if light_ui(ui, &name, light, &material, camera) {
+            removed = Some(i);
+        }
+    }
+    if let Some(i) = removed {
+        lighting.lights.remove(i);
+    }
+    let has_room = lighting.lights.len() < MOST_LIGHTS;
+    let add = ui.add_enabled(has_room, Button::new("Add light"));
+    let add = add
+        .on_hover_text("One more light, from the right; each adds to the others")
+        .on_disabled_hover_text(format!("There are {MOST_LIGHTS} lights, and no more"));
+    if add.clicked() {
+        let direction = DVec3::new(0.9, 0.1, 0.4);
+        lighting.lights.push(Light { direction, ..Light::HEADLIGHT });
+    }
+    let shares = [
+        ("Ambient", &mut lighting.ambient, "Share of the colours that is seen without any light"),
+        (
+            "Diffuse",
+            &mut lighting.diffuse,
+            "Share that scatters light evenly, brighter the more a \
+          surface faces a light",
+        ),
+        (
+            "Specular",
+            &mut lighting.specular,
+            "Share of the light that is mirrored: highlights in \
+          the light's own colour",
+        ),
+    ];
+    for (name, share, help) in shares {
+        row_ui(ui, name, |ui| {
+            let slider = Slider::new(share, 0.0..=1.0).clamping(SliderClamping::Edits);
+            slider_ui(ui, name, true, slider.max_decimals(2)).on_hover_text(help);
+        });
+    }
+    row_ui(ui, "Exponent", |ui| {
+        let slider = Slider::new(&mut lighting.exponent, EXPONENT).logarithmic(true);
+        let slider = slider.clamping(SliderClamping::Edits).max_decimals(0);
+        slider_ui(ui, "Exponent", lighting.specular > 0.0, slider)
+            .on_hover_text("How small highlights are: the more, the smoother it looks")
+            .on_disabled_hover_text("Nothing is mirrored: specular is 0");
+    });
+}
+
+/// One light; whether it is to be removed.
+fn light_ui(
+    ui: &mut Ui,
+    name: &str,
+    light: &mut Light,
+    material: &Lighting,
+    camera: &Camera,
+) -> bool {
+    let mut removed = false;
+    ui.horizontal(|ui| {
+        ball_ui(ui, name, light, material, camera);
+        ui.vertical(|ui| {
+            ui.horizontal(|ui| {
+                ui.label(name);
+                let Srgb8(colour) = &mut light.colour;
+                ui.color_edit_button_srgb(colour)
+                    .accessible_name(format!("{name} colour"))
+                    .on_hover_text("The light's colour");
+                removed = ui
+                    .small_button("×")
+                    .accessible_name(format!("Remove {}", name.to_lowercase()))
+                    .on_hover_text("Remove this light")
+                    .clicked();
+            });
+            ui.horizontal(|ui| {
+                let choices = [
+                    (Attached::Camera, "With the camera", "It stays where it is on the picture"),
+                    (Attached::Data, "With the data", "It turns with what is seen"),
+                ];
+                for (to, label, help) in choices {
+                    let button = ui.selectable_label(light.attached == to, label);
+                    let button = button.accessible_name(format!("{name} {}", label.to_lowercase()));
+                    if button.on_hover_text(help).clicked() && light.attached != to {
+                        attach(light, to, camera);
+                    }
+                }
+            });
+        });
+    });
+    removed
+}
+
 /// Unit vector towards a light: right, up, and from the scene to the eye.
-pub(super) fn in_view(light: &Light, camera: &Camera) -> DVec3 {
+fn in_view(light: &Light, camera: &Camera) -> DVec3 {
     let world = light.towards(camera);
     dvec3(world.dot(camera.right()), world.dot(camera.up), -world.dot(camera.direction))
 }
 
 /// Puts a light where a vector points: right, up, and from the scene to the eye.
-pub(super) fn put_in_view(light: &mut Light, to: DVec3, camera: &Camera) {
+fn put_in_view(light: &mut Light, to: DVec3, camera: &Camera) {
     light.direction = match light.attached {
         Attached::Camera => to,
         Attached::Data => camera.right() * to.x + camera.up * to.y - camera.direction * to.z,
@@ -33,7 +131,7 @@ pub(super) fn put_in_view(light: &mut Light, to: DVec3, camera: &Camera) {
 }
 
 /// Lets a light turn with something else from where it is.
-pub(super) fn attach(light: &mut Light, to: Attached, camera: &Camera) {
+fn attach(light: &mut Light, to: Attached, camera: &Camera) {
     let from_view = in_view(light, camera);
     light.attached = to;
     put_in_view(light, from_view, camera);
@@ -50,7 +148,7 @@ fn turned(from_view: DVec3, by: Vec2, radius: f32) -> DVec3 {
 }
 
 /// The ball; the light is where the hand has turned it.
-pub(super) fn ball_ui(
+fn ball_ui(
     ui: &mut Ui,
     name: &str,
     light: &mut Light,

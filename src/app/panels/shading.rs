@@ -1,21 +1,19 @@
 //! Lights, and the tables that opacities and colours are looked up in beside the value.
 
-use eframe::egui::{Button, ComboBox, Label, RichText, Slider, SliderClamping, Ui};
+use eframe::egui::{Button, ComboBox, Label, RichText, Ui};
 
-use super::light::{attach, ball_ui};
+use super::light::lighting_ui;
+use super::row_ui;
 use super::shading_table::{Entry, TableEditor, table_ui};
-use super::{row_ui, slider_ui};
 use crate::app::actions::{Action, entry_of};
 use crate::app::{modes, theme};
-use crate::core::{Camera, Srgb8};
+use crate::core::Srgb8;
 use crate::scene::{
-    Amounts, Attached, Colours, Index, Light, Lighting, MOST_LIGHTS, Scene, Shading, ShadingPreset,
-    SplatSettings, strong_gradient,
+    Amounts, Colours, Index, Lighting, Scene, Shading, ShadingPreset, SplatSettings,
+    strong_gradient,
 };
 use crate::volume::ScalarVolume;
 
-/// The specular exponents on offer.
-const EXPONENT: std::ops::RangeInclusive<f64> = 1.0..=1000.0;
 /// Times [`strong_gradient`] that a table of gradient strengths goes.
 const STRENGTHS: f64 = 2.0;
 
@@ -103,7 +101,7 @@ pub fn shading_ui(
         (
             || Colours {
                 index: Index::ViewDepth,
-                stops: vec![(0.1, Srgb8([255, 246, 224])), (0.9, Srgb8([46, 62, 104]))],
+                stops: vec![(0.25, Srgb8([255, 246, 224])), (0.75, Srgb8([46, 62, 104]))],
             },
             volume,
         ),
@@ -221,99 +219,6 @@ fn part_ui<T>(
     if ui.checkbox(&mut on, name).on_hover_text(help).changed() {
         switch(on, part, kept, fresh);
     }
-}
-
-fn lighting_ui(ui: &mut Ui, lighting: &mut Lighting, camera: &Camera) {
-    let mut removed = None;
-    let material = lighting.clone();
-    for (i, light) in lighting.lights.iter_mut().enumerate() {
-        let name = format!("Light {}", i + 1);
-        if light_ui(ui, &name, light, &material, camera) {
-            removed = Some(i);
-        }
-    }
-    if let Some(i) = removed {
-        lighting.lights.remove(i);
-    }
-    let has_room = lighting.lights.len() < MOST_LIGHTS;
-    let add = ui.add_enabled(has_room, Button::new("Add light"));
-    let add = add
-        .on_hover_text("One more light, from the right; each adds to the others")
-        .on_disabled_hover_text(format!("There are {MOST_LIGHTS} lights, and no more"));
-    if add.clicked() {
-        let direction = glam::DVec3::new(0.9, 0.1, 0.4);
-        lighting.lights.push(Light { direction, ..Light::HEADLIGHT });
-    }
-    let shares = [
-        ("Ambient", &mut lighting.ambient, "Share of the colours that is seen without any light"),
-        (
-            "Diffuse",
-            &mut lighting.diffuse,
-            "Share that scatters light evenly, brighter the more a \
-          surface faces a light",
-        ),
-        (
-            "Specular",
-            &mut lighting.specular,
-            "Share of the light that is mirrored: highlights in \
-          the light's own colour",
-        ),
-    ];
-    for (name, share, help) in shares {
-        row_ui(ui, name, |ui| {
-            let slider = Slider::new(share, 0.0..=1.0).clamping(SliderClamping::Edits);
-            slider_ui(ui, name, true, slider.max_decimals(2)).on_hover_text(help);
-        });
-    }
-    row_ui(ui, "Exponent", |ui| {
-        let slider = Slider::new(&mut lighting.exponent, EXPONENT).logarithmic(true);
-        let slider = slider.clamping(SliderClamping::Edits).max_decimals(0);
-        slider_ui(ui, "Exponent", lighting.specular > 0.0, slider)
-            .on_hover_text("How small highlights are: the more, the smoother it looks")
-            .on_disabled_hover_text("Nothing is mirrored: specular is 0");
-    });
-}
-
-/// One light; whether it is to be removed.
-fn light_ui(
-    ui: &mut Ui,
-    name: &str,
-    light: &mut Light,
-    material: &Lighting,
-    camera: &Camera,
-) -> bool {
-    let mut removed = false;
-    ui.horizontal(|ui| {
-        ball_ui(ui, name, light, material, camera);
-        ui.vertical(|ui| {
-            ui.horizontal(|ui| {
-                ui.label(name);
-                let Srgb8(colour) = &mut light.colour;
-                ui.color_edit_button_srgb(colour)
-                    .accessible_name(format!("{name} colour"))
-                    .on_hover_text("The light's colour");
-                removed = ui
-                    .small_button("×")
-                    .accessible_name(format!("Remove {}", name.to_lowercase()))
-                    .on_hover_text("Remove this light")
-                    .clicked();
-            });
-            ui.horizontal(|ui| {
-                let choices = [
-                    (Attached::Camera, "With the camera", "It stays where it is on the picture"),
-                    (Attached::Data, "With the data", "It turns with what is seen"),
-                ];
-                for (to, label, help) in choices {
-                    let button = ui.selectable_label(light.attached == to, label);
-                    let button = button.accessible_name(format!("{name} {}", label.to_lowercase()));
-                    if button.on_hover_text(help).clicked() && light.attached != to {
-                        attach(light, to, camera);
-                    }
-                }
-            });
-        });
-    });
-    removed
 }
 
 /// What an index is called, what it means, and what follows its numbers.

@@ -78,9 +78,9 @@ impl ShadingPreset {
                 reflection: Some(Colours {
                     index: Index::ViewDepth,
                     stops: vec![
-                        (0.1, Srgb8([255, 246, 224])),
+                        (0.25, Srgb8([255, 246, 224])),
                         (0.5, Srgb8([196, 170, 150])),
-                        (0.9, Srgb8([46, 62, 104])),
+                        (0.75, Srgb8([46, 62, 104])),
                     ],
                 }),
                 ..lit
@@ -88,7 +88,8 @@ impl ShadingPreset {
             Self::GradientColour => {
                 let stops = ColourMap::Viridis.stops();
                 let last = (stops.len() - 1).max(1) as f64;
-                let stop = |(i, colour): (usize, &Srgb8)| (i as f64 / last * strong, *colour);
+                // Faces of bone are stronger than most: colours are left for them.
+                let stop = |(i, colour): (usize, &Srgb8)| (2.0 * i as f64 / last * strong, *colour);
                 let stops = stops.iter().enumerate().map(stop).collect();
                 let reflection = Some(Colours { index: Index::GradientStrength, stops });
                 Shading { reflection, ..lit }
