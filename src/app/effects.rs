@@ -69,7 +69,10 @@ impl Window {
             true => picture.report.effects == scene.shading.effects(),
             false => false,
         };
-        let is_full = picture.report.rung == "full" && !self.pacing.is_moving();
+        // Shaders that were made meanwhile are no cost of the effect's.
+        let is_full = picture.report.rung == "full"
+            && !picture.report.made_pipelines
+            && !self.pacing.is_moving();
         if shows_all && is_full && picture.requested_size == self.viewport_size {
             self.effects.note(scene, self.viewport_size, picture.report.frame_ms);
         }

@@ -84,6 +84,8 @@ pub struct Drawn {
     pub field: SlabField,
     /// Slabs of a reconstructed field, which lights and shading tables reach.
     pub is_shaded: bool,
+    /// Pipelines of slabs were made for it: the next such picture takes less.
+    pub made_pipelines: bool,
     /// Wall milliseconds of the drawing, without preparation and reading back.
     pub wall_ms: f64,
 }
@@ -288,6 +290,7 @@ impl Drawer {
             is_reduced: false,
             field: SlabField::Own,
             is_shaded: false,
+            made_pipelines: false,
             wall_ms,
         })
     }
@@ -369,6 +372,7 @@ impl Drawer {
             is_reduced: false,
             field: SlabField::Own,
             is_shaded: false,
+            made_pipelines: false,
             wall_ms: start.elapsed().as_secs_f64() * 1e3,
         })
     }
@@ -442,6 +446,7 @@ impl Drawer {
                     is_reduced: false,
                     field: SlabField::Own,
                     is_shaded: false,
+                    made_pipelines: false,
                     wall_ms: start.elapsed().as_secs_f64() * 1e3,
                 });
             }

@@ -138,6 +138,8 @@ pub struct FrameReport {
     pub effects: Vec<&'static str>,
     /// What was held on the device when it was finished, where somebody looked.
     pub held: Option<HeldBytes>,
+    /// Pipelines of slabs were made for it: the next such picture takes less.
+    pub made_pipelines: bool,
 }
 
 /// Bytes on the device, as this program allocates them.
@@ -166,6 +168,7 @@ impl FrameReport {
             refined: None,
             effects: Vec::new(),
             held: None,
+            made_pipelines: false,
         }
     }
 }

@@ -100,6 +100,7 @@ mod tests {
             is_reduced: false,
             field: SlabField::Own,
             is_shaded: false,
+            made_pipelines: false,
             wall_ms: 0.0,
         };
         let still = Still {

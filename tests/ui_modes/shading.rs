@@ -1,5 +1,7 @@
 //! Lights and shading tables in the side panel, and the panel of effects.
 
+use std::sync::atomic::Ordering;
+
 use eframe::egui::accesskit::{Role, Toggled};
 use eframe::egui::{Key, Modifiers, PointerButton, vec2};
 use egui_kittest::kittest::{NodeT as _, Queryable as _};
@@ -239,6 +241,11 @@ fn the_effects_panel_says_what_runs_why_and_what_was_measured() {
     let running = |bench: &Bench| count(bench, "Yes");
     assert_eq!((count(&bench, "Lights"), count(&bench, "+0.0 ms")), (2, 0));
     let before = running(&bench);
+    bench.engine.makes_pipelines.store(true, Ordering::SeqCst);
+    tick(&mut bench, "Lights");
+    assert_eq!(count(&bench, "+0.0 ms"), 0, "making shaders is no cost of the lights");
+    bench.engine.makes_pipelines.store(false, Ordering::SeqCst);
+    tick(&mut bench, "Lights");
     tick(&mut bench, "Lights");
     // All shading, gradients and lights.
     assert_eq!(running(&bench), before + 3);

@@ -51,6 +51,8 @@ pub(crate) struct GradientEngine {
     untaken_second: Mutex<Option<Arc<SecondPicture>>>,
     cells: Mutex<Vec<Option<CellsRequest>>>,
     untaken_cells: Mutex<Option<Arc<FoundCells>>>,
+    /// Whether pipelines are said to be made for each picture.
+    pub(crate) makes_pipelines: AtomicBool,
 }
 
 impl GradientEngine {
@@ -86,7 +88,9 @@ struct GradientDrawer(Arc<GradientEngine>);
 
 impl Drawer for GradientDrawer {
     fn request(&self, request: FrameRequest) {
-        let picture = Arc::new(gradient(&request));
+        let mut picture = gradient(&request);
+        picture.report.made_pipelines = self.0.makes_pipelines.load(Ordering::SeqCst);
+        let picture = Arc::new(picture);
         *self.0.untaken.lock().expect("no thread died holding it") = Some(Arc::clone(&picture));
         *self.0.newest.lock().expect("no thread died holding it") = Some(picture);
         self.0.requests.lock().expect("no thread died holding it").push(request);
@@ -198,6 +202,7 @@ fn gradient(request: &FrameRequest) -> Picture {
             false => Vec::new(),
         },
         held: Some(HeldBytes { all: 52_400_000, shading: 17_000 }),
+        made_pipelines: false,
     };
     Picture { size: request.size, requested_size: request.size, rgba, report }
 }

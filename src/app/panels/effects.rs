@@ -69,7 +69,7 @@ pub fn effects_ui(ctx: &Context, rows: &[Row], all_bytes: Option<u64>) -> bool {
                 (
                     "Time",
                     "How much longer the finished picture of this view took than without it, once \
-                     both were drawn; the first one with it includes making its shader. – where \
+                     both were drawn; pictures that a shader was made for do not count. – where \
                      nobody has measured",
                 ),
                 ("Device", "Bytes that it holds on the device; – where they are not its own"),

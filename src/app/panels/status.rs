@@ -342,6 +342,7 @@ mod tests {
             refined: None,
             effects: Vec::new(),
             held: None,
+            made_pipelines: false,
         };
         Shown { report, mode, measured: None }
     }

@@ -477,6 +477,7 @@ fn picture(
     let total = request.scene.volume.lattice.len() as u64;
     let report = FrameReport {
         effects: effects(&request.scene, drawn),
+        made_pipelines: drawn.made_pipelines,
         kernels: kernels_active.map(|active| KernelCounts { drawn: drawn.kernels, active }),
         progress,
         ..FrameReport::last(rung, total, Backend::Raster, drawn.wall_ms)
@@ -606,6 +607,7 @@ impl Observer for Watch<'_> {
                     is_reduced: false,
                     field: SlabField::Own,
                     is_shaded: Shading::is_shown_by(&self.request.scene.splat),
+                    made_pipelines: false,
                     wall_ms: self.start.elapsed().as_secs_f64() * 1e3,
                 };
                 #[expect(clippy::cast_possible_truncation, reason = "0..1")]
