@@ -223,6 +223,16 @@ fn every_shortcut_does_what_it_says() {
                 );
                 assert!(insists, "{effort:?}");
             }
+            Action::ToggleLights => {
+                assert!(bench.window().scene().unwrap().shading.lighting.is_some());
+                press(&mut bench);
+                assert!(bench.window().scene().unwrap().shading.is_plain());
+            }
+            Action::ToggleEffects => {
+                assert!(bench.shows("Modulation table"));
+                press(&mut bench);
+                assert!(!bench.shows("Modulation table"));
+            }
             Action::ToggleCells => {
                 assert!(bench.window().cells().on && bench.shows("Octree error"));
                 press(&mut bench);

@@ -27,10 +27,12 @@ pub enum Action {
     ToggleProjection,
     ResetView,
     Converge,
+    ToggleLights,
     ToggleCells,
     ToggleLeveling,
     ToggleSidePanel,
     ToggleAccuracy,
+    ToggleEffects,
     ToggleCompare,
     ToggleDifference,
     ToggleHelp,
@@ -88,7 +90,7 @@ const fn entry(
 }
 
 /// Every command there is, in the order of the menus.
-pub const ACTIONS: [Entry; 26] = [
+pub const ACTIONS: [Entry; 28] = [
     entry(Action::Open, Menu::File, "Open…", command(Key::O), "Open a volume in a file dialog"),
     entry(
         Action::OpenPath,
@@ -192,6 +194,7 @@ pub const ACTIONS: [Entry; 26] = [
         plain(Key::R),
         "Double the slabs of the view at rest until nothing changes, however long that takes",
     ),
+    entry(Action::ToggleLights, Menu::View, "Lights", plain(Key::L), "Switch the lights on or off"),
     entry(
         Action::ToggleCells,
         Menu::View,
@@ -219,6 +222,13 @@ pub const ACTIONS: [Entry; 26] = [
         "Accuracy panel",
         plain(Key::A),
         "Show or hide the chart of time against error, measured while the view rests",
+    ),
+    entry(
+        Action::ToggleEffects,
+        Menu::View,
+        "Effects panel",
+        plain(Key::E),
+        "Show or hide the list of effects: which run, why, and what they cost",
     ),
     entry(
         Action::ToggleCompare,

@@ -11,7 +11,7 @@ use super::actions::{ACTIONS, Action, Entry, Menu, entry_of};
 use super::camera_control;
 use super::document::Source;
 use super::notices::text_and_button_ui;
-use super::panels::{accuracy, compare, data, section_ui, splat, status, transfer, view};
+use super::panels::{accuracy, compare, data, section_ui, shading, splat, status, transfer, view};
 use super::viewport::PixelArea;
 use super::window::Window;
 use super::{modes, theme, trihedron};
@@ -51,6 +51,7 @@ impl Window {
                 .show(ui, |ui| self.accuracy_panel_ui(ui));
         }
         CentralPanel::no_frame().show(ui, |ui| self.viewport_ui(ui));
+        self.effects_panel_ui(ui.ctx());
     }
 
     fn menus_ui(&mut self, ui: &mut Ui) {
@@ -150,6 +151,10 @@ impl Window {
             let default = || self.parts.library.default_transfer(statistics);
             let (editor, bells) = (&mut self.transfer, &mut self.gaussians);
             transfer::transfer_ui(ui, editor, &mut scene.transfer, bells, statistics, default)
+        });
+        section_ui(ui, "Shading", |ui| {
+            let second = self.compare.on.then_some(&self.compare.second);
+            shading::shading_ui(ui, &mut self.shading, scene, second);
         });
         let compare = &mut self.compare;
         let times = self.parts.drawer.back_end_times();

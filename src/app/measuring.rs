@@ -284,6 +284,7 @@ pub fn is_of(point: &ChartPoint, mode: &SplatSettings) -> bool {
 fn shows_same_data(a: &Scene, b: &Scene) -> bool {
     Arc::ptr_eq(&a.volume, &b.volume)
         && a.transfer == b.transfer
+        && a.shading == b.shading
         && a.opacity_unit_distance() == b.opacity_unit_distance()
 }
 

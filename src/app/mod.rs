@@ -11,6 +11,7 @@ pub mod compare;
 pub mod dialogs;
 pub mod document;
 pub mod drawer;
+pub mod effects;
 mod exchanging;
 pub mod file_dialog;
 pub mod history;

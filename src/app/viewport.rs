@@ -149,6 +149,12 @@ impl Viewport {
         Some(share)
     }
 
+    /// Whether a picture gives way to the next at `now_secs`.
+    pub fn is_fading(&self, now_secs: f64) -> bool {
+        let is_under_way = |fading: &Fading| now_secs - fading.begun_secs <= FADE_SECS;
+        self.fading.as_ref().is_some_and(is_under_way)
+    }
+
     /// Paints the picture into `area`, at `now_secs`.
     ///
     /// A picture that was asked for at another size (the window was just resized) is scaled to

@@ -17,6 +17,7 @@ use super::dialogs::save::{SaveChoice, SaveDialog};
 use super::dialogs::transfer_file::TransferFileDialog;
 use super::document::{Document, Library, ReadFailure, Source};
 use super::drawer::Drawer;
+use super::effects::Effects;
 use super::exchanging::LoadingDesign;
 use super::file_dialog::{Answer, FileDialog};
 use super::history::History;
@@ -27,6 +28,7 @@ use super::notices::Notices;
 use super::pacing::{News, Pacing};
 use super::panels::accuracy::AccuracyPanel;
 use super::panels::data::FieldChoice;
+use super::panels::shading::ShadingEditor;
 use super::panels::transfer::TransferEditor;
 use super::saving::{self, Renderer, SaveRequest, Saved};
 use super::settings::Settings;
@@ -107,6 +109,8 @@ pub struct Window {
     pub(super) accuracy: AccuracyPanel,
     pub(super) measuring: Measuring,
     pub(super) estimates: EstimateRecord,
+    pub(super) shading: ShadingEditor,
+    pub(super) effects: Effects,
     /// Reached the engine last.
     pub(super) last_valid_mode: SplatSettings,
     file_dialog: Option<FileDialog>,
@@ -141,6 +145,8 @@ impl Window {
             accuracy: AccuracyPanel::default(),
             measuring: Measuring::default(),
             estimates: EstimateRecord::default(),
+            shading: ShadingEditor::default(),
+            effects: Effects::default(),
             last_valid_mode: SplatSettings::default(),
             file_dialog: None,
             loading: None,
@@ -257,6 +263,8 @@ impl Window {
             Action::ResetView => self.reset_view(),
             Action::Converge => self.converge(),
             Action::ToggleLeveling => self.leveling.on = !self.leveling.on,
+            Action::ToggleLights => self.toggle_lights(),
+            Action::ToggleEffects => self.effects.open = !self.effects.open,
             Action::ToggleCells => self.cells.on = !self.cells.on,
             Action::ToggleSidePanel => self.settings.side_panel = !self.settings.side_panel,
             Action::ToggleAccuracy => self.accuracy.open = !self.accuracy.open,
@@ -339,6 +347,7 @@ impl Window {
         self.scene = Some(Scene { volume, transfer, splat, shading, camera, background });
         self.gaussians.clear();
         self.transfer.start_over();
+        self.shading.start_over();
         let title = format!("{} – Voxsplat", document.source.name());
         ctx.send_viewport_cmd(ViewportCommand::Title(title));
         for warning in &document.warnings {
@@ -590,6 +599,7 @@ impl Window {
     fn take_picture(&mut self, ctx: &Context) {
         let Some(picture) = self.parts.drawer.take_picture() else { return };
         self.record_estimate(&picture);
+        self.note_effects(&picture);
         // While the view moves, the picture before would be of another view.
         let fades = self.settings.fade && !self.pacing.is_moving();
         let moved = match fades {

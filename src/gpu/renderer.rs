@@ -426,6 +426,11 @@ impl Renderer {
         target + volume + between + slabs + self.kept.size_bytes()
     }
 
+    /// Of them, what lights and shading tables take: nothing once a picture without was drawn.
+    pub fn shading_bytes(&self) -> u64 {
+        self.slabs.iter().map(SlabPass::shading_bytes).sum()
+    }
+
     /// Counts what is held now towards the peak.
     pub(super) fn note_bytes(&mut self) {
         self.peak_bytes = self.peak_bytes.max(self.size_bytes());

@@ -104,7 +104,12 @@ impl SlabPass {
     pub(super) fn size_bytes(&self) -> u64 {
         self.field.as_ref().map_or(0, DeviceField::size_bytes)
             + self.table.as_ref().map_or(0, |t| t.sums.size() + t.empty.size())
-            + self.shade.as_ref().map_or(0, wgpu::Buffer::size)
+            + self.shading_bytes()
+    }
+
+    /// Of them, what lights and shading tables take.
+    pub(super) fn shading_bytes(&self) -> u64 {
+        self.shade.as_ref().map_or(0, wgpu::Buffer::size)
     }
 
     /// Whether the field of these settings is there.

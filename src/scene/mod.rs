@@ -19,7 +19,7 @@ pub use mode::{
 };
 pub use shading::{
     Amounts, Attached, BASE_OPACITY, Colours, Index, LEAST_STRENGTH, Light, Lighting, MOST_LIGHTS,
-    Shading, ShadingError, ShadingPreset, ShadingSpace,
+    Shading, ShadingError, ShadingPreset, ShadingSpace, strong_gradient,
 };
 pub use view::{Traversal, View};
 

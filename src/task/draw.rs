@@ -82,6 +82,10 @@ pub struct Drawn {
     pub is_reduced: bool,
     /// Which field of those on the device it shows, where it shows one.
     pub field: SlabField,
+    /// Slabs of a reconstructed field, which lights and shading tables reach.
+    pub is_shaded: bool,
+    /// Pipelines of slabs were made for it: the next such picture takes less.
+    pub made_pipelines: bool,
     /// Wall milliseconds of the drawing, without preparation and reading back.
     pub wall_ms: f64,
 }
@@ -285,6 +289,8 @@ impl Drawer {
             missing_rmse,
             is_reduced: false,
             field: SlabField::Own,
+            is_shaded: false,
+            made_pipelines: false,
             wall_ms,
         })
     }
@@ -365,6 +371,8 @@ impl Drawer {
             missing_rmse: 0.0,
             is_reduced: false,
             field: SlabField::Own,
+            is_shaded: false,
+            made_pipelines: false,
             wall_ms: start.elapsed().as_secs_f64() * 1e3,
         })
     }
@@ -437,6 +445,8 @@ impl Drawer {
                     missing_rmse: 0.0,
                     is_reduced: false,
                     field: SlabField::Own,
+                    is_shaded: false,
+                    made_pipelines: false,
                     wall_ms: start.elapsed().as_secs_f64() * 1e3,
                 });
             }

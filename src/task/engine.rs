@@ -134,6 +134,21 @@ pub struct FrameReport {
     pub checked: Option<Checked>,
     /// From `full` on: how far slabs were doubled, where they can be and that is wanted.
     pub refined: Option<Refined>,
+    /// What of the scene's shading it shows, by name: nothing where kernels are coloured first.
+    pub effects: Vec<&'static str>,
+    /// What was held on the device when it was finished, where somebody looked.
+    pub held: Option<HeldBytes>,
+    /// Pipelines of slabs were made for it: the next such picture takes less.
+    pub made_pipelines: bool,
+}
+
+/// Bytes on the device, as this program allocates them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct HeldBytes {
+    /// All of them.
+    pub all: u64,
+    /// Of them, those of lights and shading tables.
+    pub shading: u64,
 }
 
 impl FrameReport {
@@ -151,6 +166,9 @@ impl FrameReport {
             estimated_rmse: None,
             checked: None,
             refined: None,
+            effects: Vec::new(),
+            held: None,
+            made_pipelines: false,
         }
     }
 }

@@ -99,6 +99,8 @@ mod tests {
             missing_rmse: 0.0,
             is_reduced: false,
             field: SlabField::Own,
+            is_shaded: false,
+            made_pipelines: false,
             wall_ms: 0.0,
         };
         let still = Still {

@@ -133,6 +133,7 @@ impl Drawer {
         } else {
             FIRST_TILES
         };
+        let pipelines = self.renderer.pipeline_count();
         let drawn = self.tiled(scene, &view, observer, first, |renderer, tiles| {
             let splat = &scene.splat;
             renderer.draw_slab_tiles(which, &view, splat, constants, tiles)
@@ -142,7 +143,8 @@ impl Drawer {
             SlabField::Own if enlarged <= 1.0 => self.costs.learn_rays(rays, drawn.wall_ms),
             _ => self.costs.learn_reduced(which, rays, drawn.wall_ms),
         }
-        Ok(drawn)
+        let made_pipelines = self.renderer.pipeline_count() != pipelines;
+        Ok(Drawn { is_shaded: true, made_pipelines, ..drawn })
     }
 
     /// Brings a field of a scene that reconstructs one to the device.
@@ -208,6 +210,8 @@ impl Drawer {
             missing_rmse: 0.0,
             is_reduced: false,
             field: SlabField::Own,
+            is_shaded: false,
+            made_pipelines: false,
             wall_ms: start.elapsed().as_secs_f64() * 1e3,
         })
     }

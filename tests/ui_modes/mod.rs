@@ -2,6 +2,7 @@
 
 mod cells;
 mod refining;
+mod shading;
 
 use std::time::Duration;
 

@@ -22,12 +22,12 @@ use voxsplat::app::settings::Settings;
 use voxsplat::app::{Parts, Window};
 use voxsplat::core::{Camera, Ticket};
 use voxsplat::kernel::Kernel;
-use voxsplat::scene::{Cell, Cells, SplatSettings, Visibility, WhyWhole};
+use voxsplat::scene::{Cell, Cells, Shading, SplatSettings, Visibility, WhyWhole};
 use voxsplat::task::calibration::BackEndTimes;
 use voxsplat::task::engine::Effort;
 use voxsplat::task::engine::{
-    CellsRequest, EngineState, FoundCells, FrameReport, FrameRequest, Next, Picture, Refined,
-    SecondPicture, SecondRequest,
+    CellsRequest, EngineState, FoundCells, FrameReport, FrameRequest, HeldBytes, Next, Picture,
+    Refined, SecondPicture, SecondRequest,
 };
 use voxsplat::task::estimate::Checked;
 use voxsplat::task::still::Convergence;
@@ -51,6 +51,8 @@ pub(crate) struct GradientEngine {
     untaken_second: Mutex<Option<Arc<SecondPicture>>>,
     cells: Mutex<Vec<Option<CellsRequest>>>,
     untaken_cells: Mutex<Option<Arc<FoundCells>>>,
+    /// Whether pipelines are said to be made for each picture.
+    pub(crate) makes_pipelines: AtomicBool,
 }
 
 impl GradientEngine {
@@ -86,7 +88,9 @@ struct GradientDrawer(Arc<GradientEngine>);
 
 impl Drawer for GradientDrawer {
     fn request(&self, request: FrameRequest) {
-        let picture = Arc::new(gradient(&request));
+        let mut picture = gradient(&request);
+        picture.report.made_pipelines = self.0.makes_pipelines.load(Ordering::SeqCst);
+        let picture = Arc::new(picture);
         *self.0.untaken.lock().expect("no thread died holding it") = Some(Arc::clone(&picture));
         *self.0.newest.lock().expect("no thread died holding it") = Some(picture);
         self.0.requests.lock().expect("no thread died holding it").push(request);
@@ -193,6 +197,12 @@ fn gradient(request: &FrameRequest) -> Picture {
         estimated_rmse: moving.then_some(0.0282),
         checked: (!moving).then_some(Checked { estimated_rmse: 0.0282, measured_rmse: 0.0316 }),
         refined,
+        effects: match Shading::is_shown_by(&request.scene.splat) {
+            true => request.scene.shading.effects(),
+            false => Vec::new(),
+        },
+        held: Some(HeldBytes { all: 52_400_000, shading: 17_000 }),
+        made_pipelines: false,
     };
     Picture { size: request.size, requested_size: request.size, rgba, report }
 }
@@ -430,7 +440,7 @@ impl Bench {
         let begun = Arc::clone(&measured);
         let (folder, log) = (pictures.path().to_owned(), Arc::clone(&saved));
         let mut builder =
-            Harness::builder().with_size(vec2(1280.0, 1560.0)).with_step_dt(STEP_SECS);
+            Harness::builder().with_size(vec2(1280.0, 1900.0)).with_step_dt(STEP_SECS);
         if let Some(pixels_per_point) = pixels_per_point {
             builder = builder
                 .with_size(vec2(800.0, 600.0))

@@ -340,6 +340,9 @@ mod tests {
             estimated_rmse: None,
             checked: None,
             refined: None,
+            effects: Vec::new(),
+            held: None,
+            made_pipelines: false,
         };
         Shown { report, mode, measured: None }
     }

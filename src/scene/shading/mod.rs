@@ -14,7 +14,7 @@
 
 mod presets;
 
-pub use presets::ShadingPreset;
+pub use presets::{ShadingPreset, strong_gradient};
 
 use glam::{DMat3, DVec3};
 use serde::{Deserialize, Serialize};
@@ -292,6 +292,12 @@ impl Shading {
         *self == Self::default()
     }
 
+    /// Whether pictures of a mode show lights and tables; those of others show the transfer function
+    /// alone.
+    pub fn is_shown_by(splat: &SplatSettings) -> bool {
+        splat.visibility == Visibility::Slabs && splat.classify != Classify::Before
+    }
+
     /// What its tables are indexed by.
     pub fn indices(&self) -> impl Iterator<Item = Index> {
         let amounts = [&self.opacity, &self.modulation].map(|t| t.as_ref().map(|t| t.index));
@@ -350,8 +356,7 @@ impl Shading {
                 }
             }
         }
-        let is_lit = splat.visibility == Visibility::Slabs && splat.classify != Classify::Before;
-        if !self.is_plain() && !is_lit {
+        if !self.is_plain() && !Self::is_shown_by(splat) {
             let (visibility, classify) = (splat.visibility.name(), splat.classify.name());
             return Err(ShadingError::Mode { visibility, classify });
         }

@@ -10,6 +10,16 @@ use crate::volume::ScalarVolume;
 /// smallest spacing. Faces between two matters that a scanner blurs over five voxels have it.
 const STRONG: f64 = 0.2;
 
+/// The gradient strength that presets take for strong, data units per world unit; 1 where all values
+/// are one.
+pub fn strong_gradient(volume: &ScalarVolume) -> f64 {
+    let [low, high] = range(&volume.statistics, RangeRule::Percentiles);
+    // Halved, so that ±1e308 does not overflow.
+    let width = 2.0 * (high / 2.0 - low / 2.0);
+    let strong = (STRONG * width / volume.lattice.smallest_spacing()).abs();
+    if strong > 0.0 && strong.is_finite() { strong } else { 1.0 }
+}
+
 /// A shading to begin with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ShadingPreset {
@@ -48,11 +58,7 @@ impl ShadingPreset {
 
     /// What it is for a volume, whose values say how strong gradients are.
     pub fn shading(self, volume: &ScalarVolume) -> Shading {
-        let [low, high] = range(&volume.statistics, RangeRule::Percentiles);
-        // Halved, so that ±1e308 does not overflow; and something, where all values are one.
-        let width = 2.0 * (high / 2.0 - low / 2.0);
-        let strong = (STRONG * width / volume.lattice.smallest_spacing()).abs();
-        let strong = if strong > 0.0 && strong.is_finite() { strong } else { 1.0 };
+        let strong = strong_gradient(volume);
         let by_strength = |points: [(f64, f64); 3]| Amounts {
             index: Index::GradientStrength,
             points: points.map(|(share, amount)| (share * strong, amount)).to_vec(),
@@ -72,9 +78,9 @@ impl ShadingPreset {
                 reflection: Some(Colours {
                     index: Index::ViewDepth,
                     stops: vec![
-                        (0.1, Srgb8([255, 246, 224])),
+                        (0.25, Srgb8([255, 246, 224])),
                         (0.5, Srgb8([196, 170, 150])),
-                        (0.9, Srgb8([46, 62, 104])),
+                        (0.75, Srgb8([46, 62, 104])),
                     ],
                 }),
                 ..lit
@@ -82,7 +88,8 @@ impl ShadingPreset {
             Self::GradientColour => {
                 let stops = ColourMap::Viridis.stops();
                 let last = (stops.len() - 1).max(1) as f64;
-                let stop = |(i, colour): (usize, &Srgb8)| (i as f64 / last * strong, *colour);
+                // Faces of bone are stronger than most: colours are left for them.
+                let stop = |(i, colour): (usize, &Srgb8)| (2.0 * i as f64 / last * strong, *colour);
                 let stops = stops.iter().enumerate().map(stop).collect();
                 let reflection = Some(Colours { index: Index::GradientStrength, stops });
                 Shading { reflection, ..lit }

@@ -6,11 +6,13 @@ use std::time::{Duration, Instant};
 use super::converge::Doublings;
 use super::next::LastDrawn;
 use super::worker::Worker;
-use super::{Effort, EngineState, FrameReport, FrameRequest, KernelCounts, Ladder, Picture};
+use super::{
+    Effort, EngineState, FrameReport, FrameRequest, HeldBytes, KernelCounts, Ladder, Picture,
+};
 use crate::core::Ticket;
 use crate::gpu::{GpuError, Renderer, SlabField};
 use crate::kernel::Kernel;
-use crate::scene::{Backend, Scene, SplatSettings};
+use crate::scene::{Backend, Scene, Shading, SplatSettings};
 use crate::task::cells::CutSource;
 use crate::task::draw::{DrawError, Drawer, Drawn, Observer, PIECE_MS, Rung, background_light};
 use crate::task::estimate::{self, Checked, Coarseness};
@@ -353,9 +355,12 @@ impl Worker {
     ) -> Result<Picture, DrawError> {
         let drawer = self.device()?;
         let rgba = drawer.renderer.present(background_light(request.scene.background))?;
+        let held = held(&drawer.renderer);
         #[expect(clippy::cast_possible_truncation, reason = "0..=1")]
         let words = (rung, progress as f32);
-        Ok(picture(request, words, drawn, rgba, drawer.active_count()))
+        let mut picture = picture(request, words, drawn, rgba, drawer.active_count());
+        picture.report.held = Some(held);
+        Ok(picture)
     }
 
     /// Has what quick pictures of the volume are drawn from at hand before a hand asks for one.
@@ -448,6 +453,19 @@ fn no_device() -> DrawError {
     GpuError::Device("no device".to_owned()).into()
 }
 
+/// What of a scene's shading was drawn.
+pub(super) fn effects(scene: &Scene, drawn: &Drawn) -> Vec<&'static str> {
+    match drawn.is_shaded {
+        true => scene.shading.effects(),
+        false => Vec::new(),
+    }
+}
+
+/// What is held on the device now.
+pub(super) fn held(renderer: &Renderer) -> HeldBytes {
+    HeldBytes { all: renderer.size_bytes(), shading: renderer.shading_bytes() }
+}
+
 /// What was drawn, with what is known of it.
 fn picture(
     request: &FrameRequest,
@@ -458,6 +476,8 @@ fn picture(
 ) -> Picture {
     let total = request.scene.volume.lattice.len() as u64;
     let report = FrameReport {
+        effects: effects(&request.scene, drawn),
+        made_pipelines: drawn.made_pipelines,
         kernels: kernels_active.map(|active| KernelCounts { drawn: drawn.kernels, active }),
         progress,
         ..FrameReport::last(rung, total, Backend::Raster, drawn.wall_ms)
@@ -586,6 +606,8 @@ impl Observer for Watch<'_> {
                     missing_rmse: 0.0,
                     is_reduced: false,
                     field: SlabField::Own,
+                    is_shaded: Shading::is_shown_by(&self.request.scene.splat),
+                    made_pipelines: false,
                     wall_ms: self.start.elapsed().as_secs_f64() * 1e3,
                 };
                 #[expect(clippy::cast_possible_truncation, reason = "0..1")]

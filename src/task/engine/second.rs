@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::rungs::rung_words;
+use super::rungs::{effects, held, rung_words};
 use super::worker::{REBUILDS, Worker};
 use super::{Engine, EngineState, FrameReport, KernelCounts, Picture};
 use crate::core::Ticket;
@@ -94,12 +94,15 @@ impl Worker {
         let drawn = drawer.draw(scene, *size, Rung::Full, &mut Aside(self));
         let background = background_light(scene.background);
         let drawn = drawn.and_then(|drawn| Ok((drawn, drawer.renderer.present(background)?)));
+        let held = held(&drawer.renderer);
         let active = drawer.active_count();
         self.drawer = Some(drawer);
         let (drawn, rgba) = drawn?;
         let (rung, backend) = (rung_words(Rung::Full, &drawn), scene.splat.fixed_backend());
         let total = scene.volume.lattice.len() as u64;
         let report = FrameReport {
+            effects: effects(scene, &drawn),
+            held: Some(held),
             kernels: active.map(|active| KernelCounts { drawn: drawn.kernels, active }),
             ..FrameReport::last(rung, total, backend, drawn.wall_ms)
         };

@@ -1,0 +1,332 @@
+//! The window's part in effects: which run, what asked for them, and what finished pictures with and
+//! without them took.
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+use eframe::egui::Context;
+
+use super::actions::{Action, entry_of};
+use super::panels::effects::{Cost, Row, Run, Time, effects_ui};
+use super::window::Window;
+use crate::scene::{Scene, Shading};
+use crate::task::engine::Picture;
+
+/// Finished pictures that are remembered.
+const MOST_FINISHED: usize = 24;
+
+/// The panel, and what finished pictures of one volume took.
+#[derive(Debug, Default)]
+pub struct Effects {
+    /// Whether the panel is shown.
+    pub open: bool,
+    finished: VecDeque<Finished>,
+}
+
+#[derive(Debug)]
+struct Finished {
+    scene: Scene,
+    size: [u32; 2],
+    ms: f64,
+}
+
+impl Effects {
+    /// Takes in what the `full` picture of a scene took.
+    pub fn note(&mut self, scene: &Scene, size: [u32; 2], ms: f64) {
+        self.finished.retain(|one| {
+            Arc::ptr_eq(&one.scene.volume, &scene.volume)
+                && !(one.size == size && one.scene.makes_same_picture(scene))
+        });
+        self.finished.push_front(Finished { scene: scene.clone(), size, ms });
+        self.finished.truncate(MOST_FINISHED);
+    }
+
+    /// What the scene's picture took, and what it took without a part of its shading.
+    pub fn cost(
+        &self,
+        scene: &Scene,
+        size: [u32; 2],
+        without: impl FnOnce(&mut Shading),
+    ) -> Option<Cost> {
+        let mut other = scene.clone();
+        without(&mut other.shading);
+        if other.shading == scene.shading {
+            return None;
+        }
+        let ms = |scene: &Scene| {
+            let same = |one: &&Finished| one.size == size && one.scene.makes_same_picture(scene);
+            self.finished.iter().find(same).map(|one| one.ms)
+        };
+        Some(Cost { with_ms: ms(scene)?, without_ms: ms(&other)? })
+    }
+}
+
+impl Window {
+    /// Takes in a picture that has come, as the scene stands before this pass changes it.
+    pub(super) fn note_effects(&mut self, picture: &Picture) {
+        let Some(scene) = &self.scene else { return };
+        let shows_all = match Shading::is_shown_by(&scene.splat) {
+            true => picture.report.effects == scene.shading.effects(),
+            false => false,
+        };
+        // Shaders that were made meanwhile are no cost of the effect's.
+        let is_full = picture.report.rung == "full"
+            && !picture.report.made_pipelines
+            && !self.pacing.is_moving();
+        if shows_all && is_full && picture.requested_size == self.viewport_size {
+            self.effects.note(scene, self.viewport_size, picture.report.frame_ms);
+        }
+    }
+
+    /// Switches the lights on or off, and says so where that cannot be seen.
+    pub(super) fn toggle_lights(&mut self) {
+        let Some(scene) = &mut self.scene else { return };
+        self.shading.toggle_lights(&mut scene.shading);
+        if scene.shading.lighting.is_some() && !Shading::is_shown_by(&scene.splat) {
+            self.notices.hint("This mode shows no lights: the exact one does (see Splats)");
+        }
+    }
+
+    /// The panel over the viewport.
+    pub(super) fn effects_panel_ui(&mut self, ctx: &Context) {
+        if self.effects.open {
+            let rows = self.effect_rows(ctx);
+            let held = self.viewport.picture().and_then(|picture| picture.report.held);
+            self.effects.open = effects_ui(ctx, &rows, held.map(|held| held.all));
+        }
+    }
+
+    fn effect_rows(&self, ctx: &Context) -> Vec<Row> {
+        let Some(scene) = &self.scene else { return Vec::new() };
+        let picture = self.viewport.picture();
+        let report = picture.as_ref().map(|picture| &picture.report);
+        let shown = report.map_or(&[][..], |report| &report.effects);
+        let asked = scene.shading.effects();
+        let run = |name: &str| match (asked.contains(&name), shown.contains(&name)) {
+            (false, _) => Run::Off,
+            (true, true) => Run::On,
+            (true, false) => Run::NotShown,
+        };
+        let added = |without: fn(&mut Shading)| {
+            let cost = self.effects.cost(scene, self.viewport_size, without);
+            cost.map_or(Time::Unknown, Time::Added)
+        };
+        let part = |name: &'static str, help, why: String, without: Option<fn(&mut Shading)>| Row {
+            name: label_of(name),
+            help,
+            run: run(name),
+            why,
+            time: without.map_or(Time::Unknown, added),
+            bytes: None,
+        };
+        let Shading { opacity, modulation, reflection, emission, lighting } = &scene.shading;
+        let by = |index: Option<crate::scene::Index>| match index {
+            Some(index) => format!("Shading, by {}", index.name().replace('-', " ")),
+            None => "Shading in the side panel".to_owned(),
+        };
+        let lights = match lighting {
+            Some(lighting) if lighting.lights.len() == 1 => "Shading, 1 light".to_owned(),
+            Some(lighting) => format!("Shading, {} lights", lighting.lights.len()),
+            None => format!("Shading in the side panel, {}", key(ctx, Action::ToggleLights)),
+        };
+        let any = if asked.is_empty() { Run::Off } else { all_of(&asked, shown) };
+        let mut rows = vec![
+            Row {
+                name: "All shading",
+                help: "The parts below together: they share one buffer",
+                run: any,
+                why: if asked.is_empty() { "Nobody" } else { "What runs below" }.to_owned(),
+                time: added(|shading| *shading = Shading::default()),
+                bytes: report.and_then(|report| report.held).map(|held| held.shading),
+            },
+            part(
+                "gradients",
+                "How values change about each point: found while drawing, and kept nowhere",
+                gradient_words(&scene.shading),
+                None,
+            ),
+            part("lights", "Surfaces lit from somewhere", lights, Some(|s| s.lighting = None)),
+            part(
+                "opacity table",
+                "Opacities looked up by something else than the value",
+                by(opacity.as_ref().map(|table| table.index)),
+                Some(|s| s.opacity = None),
+            ),
+            part(
+                "modulation table",
+                "What opacities are multiplied by",
+                by(modulation.as_ref().map(|table| table.index)),
+                Some(|s| s.modulation = None),
+            ),
+            part(
+                "reflection table",
+                "Colours looked up by something else than the value",
+                by(reflection.as_ref().map(|table| table.index)),
+                Some(|s| s.reflection = None),
+            ),
+            part(
+                "emission table",
+                "Light that matter gives off by itself",
+                by(emission.as_ref().map(|table| table.index)),
+                Some(|s| s.emission = None),
+            ),
+        ];
+        rows.extend(self.other_rows(ctx));
+        rows
+    }
+
+    /// What is beside the picture, or follows it.
+    fn other_rows(&self, ctx: &Context) -> [Row; 5] {
+        let on = |on: bool, shows: bool| match (on, shows) {
+            (false, _) => Run::Off,
+            (true, true) => Run::On,
+            (true, false) => Run::NotShown,
+        };
+        let row = |name, help, run, why, time| Row { name, help, run, why, time, bytes: None };
+        let scene = self.scene.as_ref();
+        let cells = scene.is_some_and(|scene| self.cells.shown(scene).is_some());
+        let second = self.beside();
+        let second_ms = second.as_ref().map(|(second, _)| second.picture.report.frame_ms);
+        let refined = self.viewport.picture().and_then(|picture| picture.report.refined);
+        let refines = refined.is_some_and(|r| r.convergence.last_difference.is_some());
+        let fades = self.viewport.is_fading(ctx.time());
+        [
+            row(
+                "Octree cells",
+                "The edges of the octree's cells over the picture",
+                on(self.cells.on, cells),
+                format!("View in the side panel, {}", key(ctx, Action::ToggleCells)),
+                Time::Unknown,
+            ),
+            row(
+                "Second picture",
+                "The view in another mode, drawn once the first is finished",
+                on(self.compare.on, second.is_some()),
+                format!("Comparison, {}", key(ctx, Action::ToggleCompare)),
+                second_ms.map_or(Time::Unknown, Time::Own),
+            ),
+            row(
+                "Convergence",
+                "Slabs doubled after the full picture, until nothing changes",
+                on(refined.is_some(), refines),
+                format!("Refine until converged, {}", key(ctx, Action::Converge)),
+                Time::Unknown,
+            ),
+            row(
+                "Fading",
+                "A picture gives way to the next within a sixth of a second",
+                on(self.settings.fade, fades),
+                "Fade between pictures, in View".to_owned(),
+                Time::Unknown,
+            ),
+            row(
+                "Measuring modes",
+                "Time and error of other modes, while nothing moves",
+                on(self.accuracy.open, self.measuring.is_running()),
+                format!("Accuracy panel, {}", key(ctx, Action::ToggleAccuracy)),
+                Time::Unknown,
+            ),
+        ]
+    }
+}
+
+/// What runs of several.
+fn all_of(asked: &[&str], shown: &[&str]) -> Run {
+    match asked.iter().all(|name| shown.contains(name)) {
+        true => Run::On,
+        false => Run::NotShown,
+    }
+}
+
+/// What asks for gradients.
+fn gradient_words(shading: &Shading) -> String {
+    let mut askers = Vec::new();
+    if shading.lighting.as_ref().is_some_and(crate::scene::Lighting::uses_lights) {
+        askers.push("lights");
+    }
+    let Shading { opacity, modulation, reflection, emission, .. } = shading;
+    let amounts = [("opacity", opacity), ("modulation", modulation)];
+    let colours = [("reflection", reflection), ("emission", emission)];
+    let amounts = amounts.map(|(name, t)| (name, t.as_ref().map(|t| t.index)));
+    let colours = colours.map(|(name, t)| (name, t.as_ref().map(|t| t.index)));
+    for (name, index) in amounts.into_iter().chain(colours) {
+        if index.is_some_and(crate::scene::Index::is_of_gradient) {
+            askers.push(name);
+        }
+    }
+    match askers.is_empty() {
+        true => "Nobody".to_owned(),
+        false => askers.join(", "),
+    }
+}
+
+/// An effect's name as a label.
+fn label_of(name: &str) -> &'static str {
+    match name {
+        "gradients" => "Gradients",
+        "lights" => "Lights",
+        "opacity table" => "Opacity table",
+        "modulation table" => "Modulation table",
+        "reflection table" => "Reflection table",
+        _ => "Emission table",
+    }
+}
+
+fn key(ctx: &Context, action: Action) -> String {
+    let shortcut = entry_of(action).shortcut;
+    shortcut.map_or_else(String::new, |key| format!("key {}", ctx.format_shortcut(&key)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Amounts, Index, Lighting};
+    use crate::volume::{Lattice, Samples, ScalarVolume};
+
+    #[test]
+    fn a_cost_is_of_two_pictures_that_differ_in_one_effect_alone() {
+        let samples = Samples::UInt8((0..8).collect());
+        let volume = ScalarVolume::from_samples("ramp", Lattice::unit([2; 3]), samples).unwrap();
+        let plain = crate::scene::opening(Arc::new(volume), None);
+        let table = || Some(Amounts { index: Index::Value, points: vec![(0.0, 0.5)] });
+        let both = Scene {
+            shading: Shading {
+                lighting: Some(Lighting::default()),
+                modulation: table(),
+                ..Shading::default()
+            },
+            ..plain.clone()
+        };
+        let lit = Scene {
+            shading: Shading { modulation: None, ..both.shading.clone() },
+            ..plain.clone()
+        };
+        let size = [10, 10];
+        let mut effects = Effects::default();
+        effects.note(&plain, size, 10.0);
+        effects.note(&both, size, 40.0);
+        let without_table = |s: &mut Shading| s.modulation = None;
+        assert_eq!(effects.cost(&both, size, without_table), None, "nobody drew that");
+        let whole = effects.cost(&both, size, |s| *s = Shading::default());
+        assert_eq!(whole, Some(Cost { with_ms: 40.0, without_ms: 10.0 }));
+        effects.note(&lit, size, 25.0);
+        let table = effects.cost(&both, size, without_table);
+        assert_eq!(table, Some(Cost { with_ms: 40.0, without_ms: 25.0 }));
+        assert_eq!(effects.cost(&both, [10, 11], without_table), None, "of another size");
+        let turned = Scene { camera: both.camera.orbited(0.1, 0.0), ..both.clone() };
+        assert_eq!(effects.cost(&turned, size, without_table), None, "of another view");
+        assert_eq!(effects.cost(&lit, size, without_table), None, "it is not there");
+        effects.note(&both, size, 44.0);
+        assert_eq!(effects.cost(&both, size, without_table).map(|c| c.with_ms), Some(44.0));
+    }
+
+    #[test]
+    fn gradients_are_asked_for_by_what_needs_them() {
+        let amounts = |index| Some(Amounts { index, points: vec![(0.0, 0.5)] });
+        let mut shading = Shading { modulation: amounts(Index::ViewDepth), ..Shading::default() };
+        assert_eq!(gradient_words(&shading), "Nobody");
+        shading.opacity = amounts(Index::GradientElevation);
+        shading.lighting = Some(Lighting::default());
+        assert_eq!(gradient_words(&shading), "lights, opacity");
+    }
+}

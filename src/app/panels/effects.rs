@@ -1,0 +1,158 @@
+//! Every effect in a row: whether it runs, what asked for it, what it costs as far as that was measured.
+
+use eframe::egui::{Context, Grid, Label, RichText, Ui, Window as Floating, pos2};
+
+use crate::app::{theme, words};
+use crate::core::memory::human_bytes;
+
+/// Width of the reasons, points.
+const WHY_WIDTH: f32 = 250.0;
+
+/// Whether an effect runs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Run {
+    /// Nobody asks for it.
+    Off,
+    /// It is on the picture, or runs beside it.
+    On,
+    /// It is asked for, and not on the picture that is shown.
+    NotShown,
+}
+
+/// What an effect costs: finished pictures of one view and size with it and without.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Cost {
+    /// Milliseconds with it.
+    pub with_ms: f64,
+    /// Milliseconds without.
+    pub without_ms: f64,
+}
+
+/// Milliseconds, as far as they were measured.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Time {
+    /// Nobody has measured.
+    Unknown,
+    /// Of a picture of its own.
+    Own(f64),
+    /// Of pictures with and without it.
+    Added(Cost),
+}
+
+/// One effect.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Row {
+    /// What it is called.
+    pub name: &'static str,
+    /// What it does, one line.
+    pub help: &'static str,
+    /// Whether it runs.
+    pub run: Run,
+    /// What asked for it, or could.
+    pub why: String,
+    /// What it took.
+    pub time: Time,
+    /// Bytes on the device of its own; `None` where they are not counted by themselves.
+    pub bytes: Option<u64>,
+}
+
+/// The panel; whether it is to stay open. `all_bytes` is what the device holds in all.
+pub fn effects_ui(ctx: &Context, rows: &[Row], all_bytes: Option<u64>) -> bool {
+    let mut open = true;
+    let panel = Floating::new("Effects").open(&mut open).resizable(false).collapsible(false);
+    panel.default_pos(pos2(16.0, 48.0)).show(ctx, |ui| {
+        Grid::new("effects").num_columns(5).spacing([14.0, 4.0]).striped(true).show(ui, |ui| {
+            for (title, help) in [
+                ("Effect", ""),
+                ("Runs", "Whether it is on the picture shown now"),
+                ("Asked for by", "What asked for it, or how to"),
+                (
+                    "Time",
+                    "How much longer the finished picture of this view took than without it, once \
+                     both were drawn; pictures that a shader was made for do not count. – where \
+                     nobody has measured",
+                ),
+                ("Device", "Bytes that it holds on the device; – where they are not its own"),
+            ] {
+                let title = ui.label(RichText::new(title).size(12.0).color(theme::TEXT_FAINT));
+                if !help.is_empty() {
+                    title.on_hover_text(help);
+                }
+            }
+            ui.end_row();
+            for row in rows {
+                row_ui(ui, row);
+            }
+        });
+        let all = all_bytes.map_or_else(|| "–".to_owned(), human_bytes);
+        let text = format!("On the device in all: {all}");
+        ui.label(RichText::new(text).size(12.0).color(theme::TEXT_FAINT)).on_hover_text(
+            "Samples, fields, tables and pictures, as this program allocates them, when the picture \
+             on screen was finished",
+        );
+    });
+    open
+}
+
+fn row_ui(ui: &mut Ui, row: &Row) {
+    let colour = match row.run {
+        Run::Off => theme::TEXT_FAINT,
+        Run::On => theme::TEXT,
+        Run::NotShown => theme::NOTE,
+    };
+    ui.label(RichText::new(row.name).color(colour)).on_hover_text(row.help);
+    let runs = match row.run {
+        Run::Off => "No",
+        Run::On => "Yes",
+        Run::NotShown => "Not here",
+    };
+    let runs = ui.label(RichText::new(runs).color(colour));
+    if row.run == Run::NotShown {
+        runs.on_hover_text("It is asked for, but the picture on screen does not show it");
+    }
+    ui.scope(|ui| {
+        ui.set_min_width(WHY_WIDTH);
+        ui.set_max_width(WHY_WIDTH);
+        ui.add(Label::new(RichText::new(&row.why).color(colour)).truncate());
+    });
+    let (time, detail) = time_words(row.time);
+    let time = ui.label(RichText::new(time).color(colour));
+    if let Some(detail) = detail {
+        time.on_hover_text(detail);
+    }
+    let bytes = row.bytes.map_or_else(|| "–".to_owned(), human_bytes);
+    ui.label(RichText::new(bytes).color(colour));
+    ui.end_row();
+}
+
+/// The time in the column, and what it is made of.
+fn time_words(time: Time) -> (String, Option<String>) {
+    match time {
+        Time::Unknown => ("–".to_owned(), None),
+        Time::Own(ms) => (words::milliseconds(ms), Some("A picture of its own".to_owned())),
+        Time::Added(Cost { with_ms, without_ms }) => {
+            let added = with_ms - without_ms;
+            let sign = if added < 0.0 { "−" } else { "+" };
+            let [with, without] = [with_ms, without_ms].map(words::milliseconds);
+            let text = format!("{sign}{}", words::milliseconds(added.abs()));
+            (text, Some(format!("{with} with it, {without} without")))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_are_said_as_they_were_measured_or_not_at_all() {
+        let words = |time| time_words(time).0;
+        assert_eq!(words(Time::Unknown), "–");
+        assert_eq!(words(Time::Own(84.0)), "84 ms");
+        let cost = Cost { with_ms: 210.0, without_ms: 84.0 };
+        assert_eq!(words(Time::Added(cost)), "+126 ms");
+        let cost = Cost { with_ms: 80.0, without_ms: 84.0 };
+        assert_eq!(words(Time::Added(cost)), "−4.0 ms");
+        assert_eq!(time_words(Time::Added(cost)).1.unwrap(), "80 ms with it, 84 ms without");
+    }
+}

@@ -1,0 +1,356 @@
+//! Lights, and the tables that opacities and colours are looked up in beside the value.
+
+use eframe::egui::{Button, ComboBox, Label, RichText, Ui};
+
+use super::light::lighting_ui;
+use super::row_ui;
+use super::shading_table::{Entry, TableEditor, table_ui};
+use crate::app::actions::{Action, entry_of};
+use crate::app::{modes, theme};
+use crate::core::Srgb8;
+use crate::scene::{
+    Amounts, Colours, Index, Lighting, Scene, Shading, ShadingPreset, SplatSettings,
+    strong_gradient,
+};
+use crate::volume::ScalarVolume;
+
+/// Times [`strong_gradient`] that a table of gradient strengths goes.
+const STRENGTHS: f64 = 2.0;
+
+/// What the section remembers: what was switched off, and what the hand is doing.
+#[derive(Debug, Clone, Default)]
+pub struct ShadingEditor {
+    /// Parts that were switched off, for when they are switched on again.
+    kept: Shading,
+    /// Opacity, modulation, reflection, emission.
+    tables: [TableEditor; 4],
+}
+
+impl ShadingEditor {
+    /// Forgets what belongs to one volume; lights are a habit.
+    pub fn start_over(&mut self) {
+        let lighting = self.kept.lighting.take();
+        *self = Self { kept: Shading { lighting, ..Shading::default() }, ..Self::default() };
+    }
+
+    /// Switches the lights on or off.
+    pub fn toggle_lights(&mut self, shading: &mut Shading) {
+        let on = shading.lighting.is_none();
+        switch(on, &mut shading.lighting, &mut self.kept.lighting, Lighting::default);
+    }
+}
+
+/// The section. `second` is the mode that the scene's is compared with.
+pub fn shading_ui(
+    ui: &mut Ui,
+    editor: &mut ShadingEditor,
+    scene: &mut Scene,
+    second: Option<&SplatSettings>,
+) {
+    preset_ui(ui, scene);
+    mode_ui(ui, scene, second);
+    let Scene { volume, shading, camera, .. } = scene;
+    let kept = &mut editor.kept;
+    let key = entry_of(Action::ToggleLights).shortcut;
+    let key = key.map_or_else(String::new, |key| ui.ctx().format_shortcut(&key));
+    let help = format!(
+        "Surfaces brighten towards lights and darken away from them: what makes shape visible (key \
+         {key})"
+    );
+    part_ui(ui, ("Lights", &help), &mut shading.lighting, &mut kept.lighting, Lighting::default);
+    if let Some(lighting) = &mut shading.lighting {
+        ui.indent("lights", |ui| lighting_ui(ui, lighting, camera));
+    }
+    let strong = strong_gradient(volume);
+    let by_strength = |points: [(f64, f64); 2]| Amounts {
+        index: Index::GradientStrength,
+        points: points.map(|(share, amount)| (share * strong, amount)).to_vec(),
+    };
+    let [opacity, modulation, reflection, emission] = &mut editor.tables;
+    amounts_ui(
+        ui,
+        (
+            "Opacity",
+            "Opacities per unit distance by something else than the value, in place of the \
+             transfer function's",
+        ),
+        opacity,
+        (&mut shading.opacity, &mut kept.opacity),
+        (|| by_strength([(0.25, 0.0), (1.0, 0.8)]), volume),
+    );
+    amounts_ui(
+        ui,
+        (
+            "Modulation",
+            "What the transfer function's opacity is multiplied by: as soft matter fades and faces \
+             stay",
+        ),
+        modulation,
+        (&mut shading.modulation, &mut kept.modulation),
+        (|| by_strength([(0.0, 0.0), (1.0, 1.0)]), volume),
+    );
+    colours_ui(
+        ui,
+        (
+            "Reflection",
+            "The colours of matter by something else than the value, in place of the transfer \
+             function's",
+        ),
+        reflection,
+        (&mut shading.reflection, &mut kept.reflection),
+        (
+            || Colours {
+                index: Index::ViewDepth,
+                stops: vec![(0.25, Srgb8([255, 246, 224])), (0.75, Srgb8([46, 62, 104]))],
+            },
+            volume,
+        ),
+    );
+    colours_ui(
+        ui,
+        ("Emission", "Light that matter gives off by itself, added to what it reflects"),
+        emission,
+        (&mut shading.emission, &mut kept.emission),
+        (
+            || Colours {
+                index: Index::GradientStrength,
+                stops: vec![(0.0, Srgb8::BLACK), (strong, Srgb8([120, 60, 10]))],
+            },
+            volume,
+        ),
+    );
+}
+
+/// What a preset is called, and what it is for, one line.
+fn preset_words(preset: Option<ShadingPreset>) -> (&'static str, &'static str) {
+    match preset {
+        None => ("None", "The transfer function alone: colours shine by themselves"),
+        Some(ShadingPreset::Lights) => ("Lights", "One light over the shoulder, and no tables"),
+        Some(ShadingPreset::Cloud) => (
+            "Cloud",
+            "No lights; thins out where values change abruptly, so that soft matter stays",
+        ),
+        Some(ShadingPreset::Surface) => (
+            "Surface",
+            "Lights, and opacity only where values change: faces without what is between",
+        ),
+        Some(ShadingPreset::DepthCue) => {
+            ("Depth cue", "Lights, and colours that cool and darken with depth")
+        }
+        Some(ShadingPreset::GradientColour) => {
+            ("Colour by gradient", "Lights, and colours by how abruptly values change")
+        }
+    }
+}
+
+fn preset_ui(ui: &mut Ui, scene: &mut Scene) {
+    let Scene { volume, shading, .. } = scene;
+    let all = || std::iter::once(None).chain(ShadingPreset::ALL.iter().copied().map(Some));
+    let made = |preset: Option<ShadingPreset>| {
+        preset.map_or_else(Shading::default, |preset| preset.shading(volume))
+    };
+    let now = all().find(|&preset| made(preset) == *shading);
+    row_ui(ui, "Preset", |ui| {
+        let (name, help) =
+            now.map_or(("Custom", "The parts below, chosen one by one"), preset_words);
+        let combo = ComboBox::from_id_salt("shading preset").selected_text(name);
+        let mut chosen = None;
+        let shown = combo.show_ui(ui, |ui| {
+            for preset in all() {
+                let (name, help) = preset_words(preset);
+                let label = ui.selectable_label(now == Some(preset), name);
+                if label.on_hover_text(help).clicked() {
+                    chosen = Some(preset);
+                }
+            }
+        });
+        shown.response.accessible_name("Shading preset").on_hover_text(help);
+        if let Some(preset) = chosen {
+            *shading = made(preset);
+        }
+        let reset = ui.add_enabled(!shading.is_plain(), Button::new("Reset"));
+        let reset = reset
+            .accessible_name("Reset shading")
+            .on_hover_text("Back to no lights and no tables")
+            .on_disabled_hover_text("There are no lights and no tables");
+        if reset.clicked() {
+            *shading = Shading::default();
+        }
+    });
+}
+
+/// What modes do not show it, and the way out.
+fn mode_ui(ui: &mut Ui, scene: &mut Scene, second: Option<&SplatSettings>) {
+    let note = |text: &str| Label::new(RichText::new(text).size(12.0).color(theme::NOTE)).wrap();
+    if !Shading::is_shown_by(&scene.splat) {
+        ui.add(note(
+            "This mode colours samples before they are put together: its pictures show the transfer \
+             function alone, without lights and tables",
+        ));
+        let button = ui.button("Use the exact mode");
+        if button.on_hover_text("Interpolate first and colour then: such slabs are lit").clicked() {
+            scene.splat = modes::with_unit_distance_of(SplatSettings::EXACT, &scene.splat);
+        }
+    } else if !scene.shading.is_plain() && second.is_some_and(|mode| !Shading::is_shown_by(mode)) {
+        ui.add(note(
+            "The second mode colours samples before they are put together: it is shown without lights \
+             and tables",
+        ));
+    }
+}
+
+/// Puts a part in or takes it out, and remembers it.
+fn switch<T>(on: bool, part: &mut Option<T>, kept: &mut Option<T>, fresh: impl FnOnce() -> T) {
+    if on {
+        *part = Some(kept.take().unwrap_or_else(fresh));
+    } else {
+        *kept = part.take();
+    }
+}
+
+fn part_ui<T>(
+    ui: &mut Ui,
+    (name, help): (&str, &str),
+    part: &mut Option<T>,
+    kept: &mut Option<T>,
+    fresh: impl FnOnce() -> T,
+) {
+    let mut on = part.is_some();
+    if ui.checkbox(&mut on, name).on_hover_text(help).changed() {
+        switch(on, part, kept, fresh);
+    }
+}
+
+/// What an index is called, what it means, and what follows its numbers.
+fn index_words(index: Index) -> (&'static str, &'static str, &'static str) {
+    match index {
+        Index::Value => ("Value", "The value itself, in the data's units", ", data units"),
+        Index::GradientStrength => (
+            "Gradient strength",
+            "How abruptly values change, data units per world unit: much at faces, little within",
+            " data units per world unit",
+        ),
+        Index::GradientElevation => (
+            "Gradient elevation",
+            "How far faces look up: their angle above the world's x–y plane, degrees",
+            "°",
+        ),
+        Index::GradientAzimuth => (
+            "Gradient azimuth",
+            "Where faces look about the world's z axis, from x towards y, degrees",
+            "°",
+        ),
+        Index::ViewDepth => (
+            "View depth",
+            "How deep in the view: 0 where the sphere around the volume begins, 1 where it ends",
+            " of the way through",
+        ),
+    }
+}
+
+/// The indices on offer.
+fn index_range(index: Index, volume: &ScalarVolume) -> [f64; 2] {
+    match index {
+        Index::Value => [volume.statistics.min, volume.statistics.max],
+        Index::GradientStrength => [0.0, STRENGTHS * strong_gradient(volume)],
+        Index::GradientElevation => [-90.0, 90.0],
+        Index::GradientAzimuth => [-180.0, 180.0],
+        Index::ViewDepth => [0.0, 1.0],
+    }
+}
+
+/// A part's switch with what it is looked up by; where that is another, its points are laid out over
+/// the other's range as they were over the one's.
+fn table_part_ui<T, E: Entry>(
+    ui: &mut Ui,
+    words: (&str, &str),
+    editor: &mut TableEditor,
+    (part, kept): (&mut Option<T>, &mut Option<T>),
+    (fresh, volume): (impl FnOnce() -> T, &ScalarVolume),
+    parts_of: impl Fn(&mut T) -> (&mut Index, &mut Vec<(f64, E)>),
+) {
+    let name = words.0;
+    ui.horizontal(|ui| {
+        part_ui(ui, words, part, kept, fresh);
+        let Some(table) = part else { return };
+        let (index, points) = parts_of(table);
+        super::name_ui(ui, "by");
+        let (called, help, _) = index_words(*index);
+        let combo = ComboBox::from_id_salt(("index of", name)).selected_text(called).width(150.0);
+        let shown = combo.show_ui(ui, |ui| {
+            for &one in Index::ALL {
+                let (called, help, _) = index_words(one);
+                let label = ui.selectable_label(one == *index, called);
+                if label.on_hover_text(help).clicked() && one != *index {
+                    let [from, to] = [*index, one].map(|index| index_range(index, volume));
+                    stretch(points, from, to);
+                    *index = one;
+                }
+            }
+        });
+        shown.response.accessible_name(format!("{name} by")).on_hover_text(help);
+    });
+    if let Some(table) = part {
+        let (index, points) = parts_of(table);
+        let (range, unit) = (index_range(*index, volume), index_words(*index).2);
+        table_ui(ui, name, editor, points, (range, unit));
+    }
+}
+
+fn amounts_ui(
+    ui: &mut Ui,
+    words: (&str, &str),
+    editor: &mut TableEditor,
+    part: (&mut Option<Amounts>, &mut Option<Amounts>),
+    fresh: (impl FnOnce() -> Amounts, &ScalarVolume),
+) {
+    table_part_ui(ui, words, editor, part, fresh, |table| (&mut table.index, &mut table.points));
+}
+
+fn colours_ui(
+    ui: &mut Ui,
+    words: (&str, &str),
+    editor: &mut TableEditor,
+    part: (&mut Option<Colours>, &mut Option<Colours>),
+    fresh: (impl FnOnce() -> Colours, &ScalarVolume),
+) {
+    table_part_ui(ui, words, editor, part, fresh, |table| (&mut table.index, &mut table.stops));
+}
+
+/// Lays points of one range out over another.
+fn stretch<T>(points: &mut [(f64, T)], from: [f64; 2], to: [f64; 2]) {
+    let width = from[1] / 2.0 - from[0] / 2.0;
+    for (at, _) in points {
+        let share = if width > 0.0 { (*at / 2.0 - from[0] / 2.0) / width } else { 0.0 };
+        let share = share.clamp(0.0, 1.0);
+        *at = to[0] * (1.0 - share) + to[1] * share;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn points_keep_their_place_in_another_range() {
+        let mut points = [(0.0, 'a'), (5.0, 'b'), (10.0, 'c')];
+        stretch(&mut points, [0.0, 10.0], [-180.0, 180.0]);
+        assert_eq!(points, [(-180.0, 'a'), (0.0, 'b'), (180.0, 'c')]);
+        stretch(&mut points, [3.0, 3.0], [0.0, 1.0]);
+        assert!(points.iter().all(|(at, _)| *at == 0.0), "one place has no others");
+    }
+
+    #[test]
+    fn what_was_switched_off_comes_back_as_it_was() {
+        let (mut editor, mut shading) = (ShadingEditor::default(), Shading::default());
+        editor.toggle_lights(&mut shading);
+        assert_eq!(shading.lighting, Some(Lighting::default()));
+        let chosen = Lighting { ambient: 0.5, ..Lighting::default() };
+        shading.lighting = Some(chosen.clone());
+        editor.toggle_lights(&mut shading);
+        assert!(shading.is_plain());
+        editor.start_over();
+        editor.toggle_lights(&mut shading);
+        assert_eq!(shading.lighting, Some(chosen));
+    }
+}
