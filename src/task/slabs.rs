@@ -139,11 +139,13 @@ impl Drawer {
             renderer.draw_slab_tiles(which, &view, splat, constants, tiles)
         })?;
         let rays = f64::from(size[0]) * f64::from(size[1]);
+        let made_pipelines = self.renderer.pipeline_count() != pipelines;
         match which {
+            // The next one will not wait for a compiler.
+            _ if made_pipelines => {}
             SlabField::Own if enlarged <= 1.0 => self.costs.learn_rays(rays, drawn.wall_ms),
             _ => self.costs.learn_reduced(which, rays, drawn.wall_ms),
         }
-        let made_pipelines = self.renderer.pipeline_count() != pipelines;
         Ok(Drawn { is_shaded: true, made_pipelines, ..drawn })
     }
 
