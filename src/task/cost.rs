@@ -47,6 +47,8 @@ const MOST_FALL: f64 = 0.8;
 /// cross other voxels, and what they fetch is in no cache. 2.9 to 3.7 on scans, 8 times smaller; a ray
 /// of tents, 5 times smaller, 0.5 of one of `full` through B-splines. By [`SlabField`].
 const MOST_SPREAD_COST: [f64; 2] = [4.0, 1.0];
+/// Share of a smaller picture's budget that goes to its rays at least.
+const LEAST_RAY_SHARE: f64 = 0.4;
 /// Share of a coarse picture's budget that goes to splats as such; the rest to their pixels.
 const SPLAT_SHARE: f64 = 0.6;
 
@@ -107,9 +109,10 @@ impl Costs {
         self.reduced_start_ms + rays * self.reduced_ray_ms[field as usize]
     }
 
-    /// Rays that a budget affords in a smaller picture in slabs, 1 at least.
+    /// Rays that a budget affords in a smaller picture in slabs, 1 at least. Where beginning the picture
+    /// takes the budget up, as beside other programs, fewer rays would hardly be quicker.
     pub fn reduced_rays_within(&self, field: SlabField, budget_ms: f64) -> f64 {
-        let left_ms = budget_ms - self.reduced_start_ms;
+        let left_ms = (budget_ms - self.reduced_start_ms).max(budget_ms * LEAST_RAY_SHARE);
         (left_ms / self.reduced_ray_ms[field as usize]).max(1.0)
     }
 
@@ -192,7 +195,9 @@ mod tests {
         assert!((costs.reduced_ray_ms[1] / ray_ms - 1.0).abs() < 0.01, "{costs:?}");
         let rays = costs.reduced_rays_within(SlabField::Preview, 20.0);
         assert!((rays * ray_ms - 14.0).abs() < 0.2, "{rays}");
-        assert_eq!(costs.reduced_rays_within(SlabField::Preview, 1.0), 1.0);
+        // What no budget can pay is not saved by drawing next to nothing.
+        let rays = costs.reduced_rays_within(SlabField::Preview, 5.0);
+        assert!((rays * ray_ms - 2.0).abs() < 0.02, "{rays}");
     }
 
     #[test]

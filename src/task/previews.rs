@@ -198,14 +198,16 @@ impl Drawer {
         let thought_ms = |shrink: f64| self.costs.reduced_ms(field, rays(size, shrink));
         let most = (f64::from(size[0].min(size[1])) / LEAST_SIDE).max(1.0);
         let step = (1.0 / SIZE_STEPS_A_HALVING).exp2();
+        let affordable = self.costs.reduced_rays_within(field, budget_ms);
+        // More than the budget where that is not enough for anything.
+        let most_ms = self.costs.reduced_ms(field, affordable).max(budget_ms);
         if let Some(last) = self.last_reduction.filter(|last| last.field == field)
             && (1.0..=most).contains(&last.shrink)
-            && thought_ms(last.shrink) <= MOST_KEPT * budget_ms
-            && (last.shrink == 1.0 || thought_ms(last.shrink / step) >= LARGER_WITHIN * budget_ms)
+            && thought_ms(last.shrink) <= MOST_KEPT * most_ms
+            && (last.shrink == 1.0 || thought_ms(last.shrink / step) >= LARGER_WITHIN * most_ms)
         {
             return last.shrink;
         }
-        let affordable = self.costs.reduced_rays_within(field, budget_ms);
         let shrink = (rays(size, 1.0) / affordable).sqrt().max(1.0);
         // Up to the next step, but for what rounding adds to one.
         let steps = (shrink.log2() * SIZE_STEPS_A_HALVING - 1e-9).ceil();

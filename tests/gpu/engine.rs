@@ -437,7 +437,7 @@ fn another_effort_for_the_same_view_shows_nothing_coarse_again() {
 fn another_volume_is_not_kept_waiting_by_the_first_ones_preparation() {
     let Some(bench) = Bench::new() else { return };
     bench.pictures_until(|bench, _| bench.engine.state() == EngineState::Idle);
-    let heavy = scene(Lattice::unit([256, 256, 256]), DVec3::Z);
+    let heavy = scene(Lattice::unit([400, 400, 400]), DVec3::Z);
     let start = Instant::now();
     bench.request(&heavy, [900, 900], rest());
     std::thread::sleep(Duration::from_millis(30));
