@@ -257,6 +257,42 @@ fn flags_of_a_cut_that_a_picture_is_not_are_all_named() {
 }
 
 #[test]
+fn effects_are_those_of_the_picture_and_what_is_transparent_by_a_table_says_so() {
+    if !can_draw() {
+        return;
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = |name: &str| folder.path().join(name).to_str().expect("UTF-8").to_owned();
+    let (picture, stats) = (path("out.png"), path("stats.json"));
+    let run = |more: &[&str]| {
+        let fixed = ["render", "demo:shells:16", "-o", &picture, "--stats", &stats];
+        let run = voxsplat(&[&fixed[..], &["--resolution", "32,24"], more].concat());
+        assert!(run.status.success(), "{}", errors(&run));
+        let text = std::fs::read_to_string(&stats).expect("statistics");
+        let stats = serde_json::from_str::<Value>(&text).expect("JSON");
+        (stats["effects"].clone(), errors(&run))
+    };
+    let (effects, said) = run(&["--shading", "lights"]);
+    assert_eq!(effects, serde_json::json!(["gradients", "lights"]));
+    assert!(!said.contains("octree"), "{said}");
+    let cut = ["--shading", "lights", "--refine", "coarse", "--max-error", "0.3"];
+    let (effects, said) = run(&cut);
+    assert_eq!(effects, serde_json::json!([]));
+    assert!(said.contains("octree cut, which shows no lights"), "{said}");
+    let (effects, said) = run(&["--modulation", "value:0:0,1:0"]);
+    assert_eq!(effects, serde_json::json!(["modulation table"]));
+    assert!(said.contains("the tables of --opacity-by and --modulation"), "{said}");
+    for refused in [
+        &["--opacity-by", "value:0:0,1:1", "--opacity", "0:0,1:1"][..],
+        &["--reflection", "value:0:ff0000", "--colormap", "viridis"],
+        &["--shading", "lights", "--visibility", "every-sample"],
+    ] {
+        let run = voxsplat(&[&["render", "demo:shells:16", "-o", &picture][..], refused].concat());
+        assert_eq!(run.status.code(), Some(2), "{refused:?}: {}", errors(&run));
+    }
+}
+
+#[test]
 fn statistics_of_pictures_within_a_budget_say_what_they_show_and_how_far_off_that_is_thought() {
     if !can_draw() {
         return;

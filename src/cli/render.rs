@@ -59,7 +59,8 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
     let scene = Scene { background, ..open::scene(&input, &flags.scene, splat)? };
     let shading = flags.shading.resolve(&scene.volume, &splat);
     let shading = shading.map_err(|error| Failure::Usage(error.to_string()))?;
-    let effects = shading.effects();
+    let mut effects = shading.effects();
+    let hides_voxels = shading.opacity.is_some() || shading.modulation.is_some();
     let scene = Scene { shading, ..scene };
     let load_ms = start.elapsed().as_secs_f64() * 1e3;
     let kernels_total = scene.volume.lattice.len() as u64;
@@ -83,7 +84,14 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
     };
     // Less than half a step of an 8-bit channel everywhere: nobody would see anything.
     if still.light.iter().all(|pixel| pixel[3] < 1.0 / 512.0) {
-        note(&nothing_seen(still.kernels_active));
+        note(&nothing_seen(still.kernels_active, hides_voxels));
+    }
+    if !effects.is_empty() && !still.drawn.is_shaded {
+        effects.clear();
+        note(
+            "the picture that fits is an octree cut, which shows no lights and no shading tables: it is \
+             of the transfer function alone; give --budget-ms, or a smaller --max-error",
+        );
     }
     if let Some(convergence) = &still.convergence
         && !convergence.is_reached()
@@ -145,8 +153,13 @@ fn no_cut(refine: Refine) -> String {
     }
 }
 
-fn nothing_seen(kernels_active: u64) -> String {
+fn nothing_seen(kernels_active: u64, hides_voxels: bool) -> String {
     match kernels_active {
+        _ if hides_voxels => {
+            "nothing can be seen in the picture; look at the tables of --opacity-by and --modulation, \
+             which say how much of each voxel shows, and at the camera"
+                .to_owned()
+        }
         0 => {
             "nothing can be seen in the picture, as no voxel has opacity; look at --opacity and at \
               the range of the data, which `voxsplat info` tells"
@@ -225,7 +238,7 @@ mod tests {
 
     #[test]
     fn a_picture_of_nothing_says_whether_anything_could_be_seen() {
-        let (none, some) = (nothing_seen(0), nothing_seen(208));
+        let (none, some) = (nothing_seen(0, false), nothing_seen(208, false));
         assert!(none.contains("no voxel has opacity") && none.contains("--opacity"), "{none}");
         assert!(some.contains("though 208 voxels") && some.contains("the camera"), "{some}");
     }

@@ -38,14 +38,15 @@ pub struct ShadingFlags {
     pub specular_power: Option<f64>,
     /// Opacities by an index in place of --opacity: value, gradient-strength (data units per world
     /// unit), gradient-elevation or gradient-azimuth (degrees), view-depth (0 to 1)
-    #[arg(long, value_name = "INDEX:I:A,…", value_parser = amounts, allow_hyphen_values = true)]
+    #[arg(long, value_name = "INDEX:I:A,…", value_parser = amounts, allow_hyphen_values = true,
+        conflicts_with = "opacity")]
     pub opacity_by: Option<Amounts>,
     /// What the extinction is multiplied by, by an index; from 0 to 1
     #[arg(long, value_name = "INDEX:I:A,…", value_parser = amounts, allow_hyphen_values = true)]
     pub modulation: Option<Amounts>,
     /// Colours by an index in place of --color and --colormap
     #[arg(long, value_name = "INDEX:I:RRGGBB,…", value_parser = colours,
-        allow_hyphen_values = true)]
+        allow_hyphen_values = true, conflicts_with_all = ["color", "colormap", "color_range"])]
     pub reflection: Option<Colours>,
     /// Light that is there without lights, by an index
     #[arg(long, value_name = "INDEX:I:RRGGBB,…", value_parser = colours,

@@ -244,10 +244,14 @@ pub(super) fn draw(
         }
     }
     let prices = drawer.costs;
-    let drawn = match drawn {
+    let mut drawn = match drawn {
         Some(drawn) => drawn,
         None => drawer.draw(scene, drawn_size, rung, &mut watch)?,
     };
+    if matches!(rung, Rung::Coarse { .. }) && drawn.made_pipelines {
+        // By the other field, which had not been drawn yet: a compiler's time is none of a picture's.
+        drawn = drawer.draw(scene, drawn_size, rung, &mut watch)?;
+    }
     let cells = drawer.take_cut().map(|(cut, limits)| Cells::of(&cut, &limits, usize::MAX));
     drawer.keeps_cut = false;
     let capped_sums = drawer.capped_sums()?;
