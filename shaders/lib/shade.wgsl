@@ -1,8 +1,8 @@
 // Westover's shading: tables of opacity, modulation, reflection and emission by any index, and
-// directional lights (`scene::shading` has the equations). With one of the pieces that have `face`: not
-// by overrides, as adapters take a second for each branch that they find to be dead. A slab has one gradient: the mean of those
-// on its faces, which share their samples with the values there, or that in its middle where only that
-// is classified.
+// directional lights (`scene::shading` has the equations). A slab has one gradient: the mean of those on
+// its faces, which share their samples with the values there, or that in its middle where only that is
+// classified. The pieces that have `face` are chosen rather than branches by overrides: an adapter may
+// take seconds to find that they are dead.
 
 const SHADED: bool = true;
 // Cells of each table.

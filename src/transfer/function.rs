@@ -275,7 +275,7 @@ fn position(range: [f64; 2], value: f64) -> f64 {
 }
 
 /// Linear interpolation in sorted points, ends held; `None` without points.
-pub(super) fn interpolate<T, const N: usize>(
+pub fn interpolate<T, const N: usize>(
     points: &[(f64, T)],
     value: f64,
     read: impl Fn(&T) -> [f64; N],

@@ -20,6 +20,7 @@ pub use cumulative::{Cumulative, Weight};
 pub use design::{Design, DesignError, MOST_POINTS, MOST_TEXT_BYTES};
 pub use function::{
     ColourSource, TRANSMITTANCE_FLOOR, TransferError, TransferFunction, extinction_from_opacity,
+    interpolate,
 };
 pub use gaussian::{GAUSSIAN_TOLERANCE, Gaussian, MOST_GAUSSIANS, opacity_of, points_of};
 pub use simplify::{FREEHAND_TOLERANCE, MOST_DRAWN_POINTS, redrawn};

@@ -21,7 +21,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::core::{Camera, Srgb8};
 use crate::scene::{Classify, Scene, SplatSettings, Visibility};
-use crate::transfer::{TRANSMITTANCE_FLOOR, TransferFunction, extinction_from_opacity};
+use crate::transfer::{
+    TRANSMITTANCE_FLOOR, TransferFunction, extinction_from_opacity, interpolate,
+};
 
 /// Lights in a scene at most.
 pub const MOST_LIGHTS: usize = 8;
@@ -267,23 +269,14 @@ impl Colours {
     }
 }
 
-/// Between points linearly, beyond them as at the ends; of two at one index the later.
+/// See [`interpolate`]; NaN is taken as 0, and no points as nothing.
 fn interpolated<T, const N: usize>(
     points: &[(f64, T)],
     index: f64,
     value: impl Fn(&T) -> [f64; N],
 ) -> [f64; N] {
     let index = if index.is_nan() { 0.0 } else { index };
-    let after = points.partition_point(|(at, _)| *at <= index);
-    match (after.checked_sub(1).and_then(|i| points.get(i)), points.get(after)) {
-        (Some((low, a)), Some((high, b))) => {
-            let share = (index - low) / (high - low);
-            let (a, b) = (value(a), value(b));
-            std::array::from_fn(|c| a[c] + (b[c] - a[c]) * share)
-        }
-        (Some((_, only)), None) | (None, Some((_, only))) => value(only),
-        (None, None) => [0.0; N],
-    }
+    interpolate(points, index, value).unwrap_or([0.0; N])
 }
 
 impl Shading {
