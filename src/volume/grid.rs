@@ -51,6 +51,17 @@ pub enum VolumeError {
         /// The names there are.
         available: Vec<String>,
     },
+    /// Vectors of another number of components than three.
+    #[error(
+        "expected three components for vectors, found {components} in field \"{field}\"; choose \
+         another field"
+    )]
+    NotVectors {
+        /// Which field.
+        field: String,
+        /// Components there are.
+        components: usize,
+    },
     /// A component that a field has not.
     #[error(
         "expected {} of field \"{field}\", found component {asked}",
