@@ -92,7 +92,7 @@ impl Pass {
             Self::ScanSegments => super::shader::SCAN_SEGMENTS.name,
             Self::EmitKernels { .. } => super::shader::EMIT_KERNELS.name,
             Self::Splat(_) => super::shader::SPLAT.name,
-            Self::ReconstructSlabs { .. } => super::shader::RECONSTRUCT_SLABS.name,
+            Self::ReconstructSlabs { .. } => super::shader::RECONSTRUCT_SLABS,
             Self::Gather { shader, .. } => shader.name,
             Self::CountEntries { .. } => super::shader::COUNT_ENTRIES.name,
             Self::ScanEntries | Self::ScanDigits => super::shader::SCAN_SEGMENTS.name,

@@ -143,7 +143,7 @@ pub struct Present {
     pub background: [f32; 4],
 }
 
-/// `Slabs` in `shaders/reconstruct_slabs.wgsl`.
+/// `Slabs` in `shaders/lib/slabs.wgsl`.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[expect(missing_docs, reason = "documented in the shader")]

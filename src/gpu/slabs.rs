@@ -11,7 +11,7 @@ use super::context::Context;
 use super::field::{DeviceField, FIELD_CHUNKS, Format, window};
 use super::layout;
 use super::shade::{CellsOfValues, Shade, ShadeVariant};
-use super::shader;
+use super::shader::{Faces, RECONSTRUCT_SLABS, SlabPieces};
 use super::turns::{SlabPart, SlabRays};
 use crate::core::Ticket;
 use crate::kernel::{Coefficients, Kernel, RadialKernel};
@@ -303,12 +303,12 @@ impl SlabPass {
             .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })
             .collect();
         let group = context.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some(shader::RECONSTRUCT_SLABS.name),
+            label: Some(RECONSTRUCT_SLABS),
             layout: &pipeline.get_bind_group_layout(0),
             entries: &entries,
         });
         let mut compute = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
-            label: Some(shader::RECONSTRUCT_SLABS.name),
+            label: Some(RECONSTRUCT_SLABS),
             timestamp_writes: timestamps,
         });
         compute.set_pipeline(&pipeline);
@@ -449,19 +449,19 @@ fn compile(context: &Context, variant: Variant) -> wgpu::ComputePipeline {
         ("back_to_front", flag(variant.back_to_front)),
     ];
     constants.extend(variant.shade.iter().flat_map(ShadeVariant::constants));
-    let [whole, in_parts] = match (&variant.shade, variant.kernel) {
-        (None, _) => [shader::RECONSTRUCT_SLABS, shader::RECONSTRUCT_SLABS_IN_PARTS],
-        (Some(_), Kernel::BSpline) => [shader::SHADE_BSPLINES, shader::SHADE_BSPLINES_IN_PARTS],
-        (Some(shade), _) if shade.quickly => [shader::SHADE_TENTS, shader::SHADE_TENTS_IN_PARTS],
-        (Some(_), _) => [shader::SHADE_SLABS, shader::SHADE_SLABS_IN_PARTS],
+    let faces = match (&variant.shade, variant.kernel) {
+        (None, _) => Faces::Unlit,
+        (Some(_), Kernel::BSpline) => Faces::BSplines,
+        (Some(shade), _) if shade.quickly => Faces::Tents,
+        (Some(_), _) => Faces::Differences,
     };
-    let shader = if variant.in_parts { in_parts } else { whole };
+    let shader = SlabPieces { in_parts: variant.in_parts, faces }.shader();
     let module = shader.module_writing(&context.device, variant.target);
     context.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-        label: Some(shader::RECONSTRUCT_SLABS.name),
+        label: Some(RECONSTRUCT_SLABS),
         layout: None,
         module: &module,
-        entry_point: Some(shader::RECONSTRUCT_SLABS.name),
+        entry_point: Some(RECONSTRUCT_SLABS),
         compilation_options: wgpu::PipelineCompilationOptions {
             constants: &constants,
             ..Default::default()
