@@ -11,9 +11,13 @@ const LOOK_EVERY: u32 = 4u;
 // lattice they are clipped.
 const WHOLE_SLABS: f32 = 2.99;
 
+fn frame_growth() -> f32 {
+    return slabs.up.w;
+}
+
 // Premultiplied colour and opacity along the ray through a point of the screen, pixels from the
 // picture's middle, as far as this dispatch walks it.
-fn ray(screen: vec2<f32>, slot: u32) -> vec4<f32> {
+fn ray(screen: vec2<f32>, pixel: vec2<u32>, slot: u32) -> vec4<f32> {
     let across = slabs.right.xyz * screen.x + slabs.up.xyz * screen.y;
     let origin = slabs.base.xyz + across * slabs.right.w;
     let direction = slabs.along.xyz + across * slabs.up.w;
@@ -26,7 +30,8 @@ fn ray(screen: vec2<f32>, slot: u32) -> vec4<f32> {
     let exits = max(lower, upper);
     let enter = max(max(entries.x, entries.y), max(entries.z, slabs.along.w));
     let leave = min(exits.x, min(exits.y, exits.z));
-    if enter >= leave {
+    let misses = enter >= leave;
+    if !VECTORS && misses {
         return vec4<f32>(0.0);
     }
 
@@ -42,6 +47,11 @@ fn ray(screen: vec2<f32>, slot: u32) -> vec4<f32> {
     let ahead = select(1, 0, classify_middle);
     var k = select(first, last, back_to_front);
     var remaining = last - first + ahead;
+    if VECTORS && misses {
+        // Vectors reach beyond the lattice.
+        remaining = -1;
+    }
+    var vector_state = vector_ray(pixel);
     // The faces before the one at k: values, and depths in pixels. The slab between the last two is
     // the next to be classified.
     var u_before = NOTHING;
@@ -187,17 +197,25 @@ fn ray(screen: vec2<f32>, slot: u32) -> vec4<f32> {
                 }
             }
             let length = stretch * abs(to_t - from_t);
+            let slab = i32(floor(0.5 * (from_t + to_t) / step));
+            let beside = vectors_in(&vector_state, &light, slab, screen);
             if classify_middle {
-                composite(&light, found.near.rgb, weight * length);
+                composite_beside(&light, found.near.rgb, weight * length, beside);
             } else if published {
                 // Opacities are given to slabs: the mean of the two.
                 let sum = found.near.rgb * found.near.w + found.far.rgb * found.far.w;
-                composite(&light, sum / weight, 0.5 * weight * length);
+                composite_beside(&light, sum / weight, 0.5 * weight * length, beside);
             } else {
-                composite(&light, found.near.rgb, 0.5 * found.near.w * length);
-                composite(&light, found.far.rgb, 0.5 * found.far.w * length);
+                let near = 0.5 * found.near.w * length;
+                let far = 0.5 * found.far.w * length;
+                composite_beside(&light, found.near.rgb, near, 0.5 * beside);
+                composite_beside(&light, found.far.rgb, far, 0.5 * beside);
             }
         }
+    }
+    if VECTORS {
+        // What stands behind the field, or beside it.
+        let beyond = vectors_in(&vector_state, &light, EVERY_SLAB, screen);
     }
     if IN_PARTS && (slabs.part.w & 2u) == 0u {
         keep(slot, 0u, bitcast<vec4<u32>>(vec4<f32>(light.colour, light.alpha)));
@@ -239,7 +257,7 @@ fn reconstruct_slabs(
     }
     for (; i < end; i++) {
         let part = (vec2<f32>(f32(i % side), f32(i / side)) + 0.5) / f32(side);
-        sum += ray(corner + vec2<f32>(part.x, -part.y), slot);
+        sum += ray(corner + vec2<f32>(part.x, -part.y), pixel, slot);
     }
     if IN_PARTS {
         keep(slot, 3u, bitcast<vec4<u32>>(sum));

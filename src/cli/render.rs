@@ -61,7 +61,12 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
     let shading = shading.map_err(|error| Failure::Usage(error.to_string()))?;
     let mut effects = shading.effects();
     let hides_voxels = shading.opacity.is_some() || shading.modulation.is_some();
-    let scene = Scene { shading, ..scene };
+    let opens_with_scalar = flags.scene.field.is_some() || flags.scene.component.is_some();
+    let vectors = flags.vectors.layer(&input, &scene, opens_with_scalar)?;
+    if vectors.is_some() {
+        effects.push("vectors");
+    }
+    let scene = Scene { shading, vectors, ..scene };
     let load_ms = start.elapsed().as_secs_f64() * 1e3;
     let kernels_total = scene.volume.lattice.len() as u64;
     let engine = Engine::start(flags.adapter.clone(), || ());

@@ -22,9 +22,12 @@ const FIELD: &str = include_str!("../../shaders/lib/field.wgsl");
 const CLASSIFY: &str = include_str!("../../shaders/lib/classify.wgsl");
 const EMPTY: &str = include_str!("../../shaders/lib/empty.wgsl");
 const LIGHT: &str = include_str!("../../shaders/lib/light.wgsl");
+const NO_VECTORS: &str = include_str!("../../shaders/lib/no_vectors.wgsl");
+const VECTOR_FRAME: &str = include_str!("../../shaders/lib/vector_frame.wgsl");
+const VECTORS: &str = include_str!("../../shaders/lib/vectors.wgsl");
 
 /// The most pieces that a shader is stitched of.
-const MOST_PIECES: usize = 12;
+const MOST_PIECES: usize = 14;
 
 /// A pass's shader: its name is the file's, the pass's label and the timing row's.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -61,6 +64,8 @@ shader!(SCAN_SEGMENTS, "scan_segments",);
 shader!(EMIT_KERNELS, "emit_kernels", TRAVERSAL);
 shader!(SPLAT, "splat", FRAME, PROJECT, FOOTPRINT, OPACITY);
 shader!(COUNT_ENTRIES, "count_entries", FRAME, PROJECT, FOOTPRINT, OPACITY, LISTS);
+shader!(COUNT_VECTORS, "count_vectors", FRAME, PROJECT, FOOTPRINT, OPACITY, LISTS, VECTOR_FRAME);
+shader!(COMPOSITE_VECTORS, "composite_vectors", LIGHT, FOOTPRINT, SHARE, VECTOR_FRAME, VECTORS);
 shader!(WRITE_ENTRIES, "write_entries", LISTS);
 shader!(COUNT_DIGITS, "count_digits", SORT);
 shader!(SCATTER_DIGITS, "scatter_digits", SORT);
@@ -103,16 +108,20 @@ pub struct SlabPieces {
     pub in_parts: bool,
     /// What finds values and growth.
     pub faces: Faces,
+    /// Vector splats lie in the same slabs.
+    pub vectors: bool,
 }
 
 impl SlabPieces {
     /// Every one there is.
-    pub const ALL: [Self; 8] = {
+    pub const ALL: [Self; 12] = {
         let faces = [Faces::Unlit, Faces::BSplines, Faces::Tents, Faces::Differences];
-        let mut all = [Self { in_parts: false, faces: Faces::Unlit }; 8];
+        let mut all = [Self { in_parts: false, faces: Faces::Unlit, vectors: false }; 12];
         let mut i = 0;
         while i < all.len() {
-            all[i] = Self { in_parts: i % 2 == 1, faces: faces[i / 2] };
+            // Rays beside vectors are walked at once.
+            let (vectors, in_parts) = (i % 3 == 2, i % 3 == 1);
+            all[i] = Self { in_parts, faces: faces[i / 3], vectors };
             i += 1;
         }
         all
@@ -128,9 +137,16 @@ impl SlabPieces {
         };
         let rays = if self.in_parts { PARTS } else { WHOLE };
         let walk = include_str!("../../shaders/reconstruct_slabs.wgsl");
+        let [footprint, share, frame, vectors] = match self.vectors {
+            false => ["", "", "", NO_VECTORS],
+            true => [FOOTPRINT, SHARE, VECTOR_FRAME, VECTORS],
+        };
         stitched(
             RECONSTRUCT_SLABS,
-            &[SLABS, FIELD, CLASSIFY, EMPTY, LIGHT, rays, shade, face, walk],
+            &[
+                SLABS, FIELD, CLASSIFY, EMPTY, LIGHT, rays, shade, face, footprint, share, frame,
+                vectors, walk,
+            ],
         )
     }
 }
@@ -139,7 +155,7 @@ impl SlabPieces {
 pub const RECONSTRUCT_SLABS: &str = "reconstruct_slabs";
 
 /// Passes that are stitched in one way only.
-const SINGLE: [Shader; 16] = [
+const SINGLE: [Shader; 18] = [
     COUNT_SEGMENTS,
     SCAN_SEGMENTS,
     EMIT_KERNELS,
@@ -152,6 +168,8 @@ const SINGLE: [Shader; 16] = [
     SCATTER_DIGITS,
     FIND_RANGES,
     COMPOSITE_LISTS,
+    COUNT_VECTORS,
+    COMPOSITE_VECTORS,
     PRESENT,
     PICTURE,
     GATHER_KERNELS_IN_PARTS,

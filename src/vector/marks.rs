@@ -64,6 +64,11 @@ impl Design {
         }
     }
 
+    /// The one of a name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|one| one.name() == name)
+    }
+
     fn look(self) -> Look {
         match self {
             Self::Streaks => Look { count: 14, length: 0.5, width: 0.055, tail: 1.0 },

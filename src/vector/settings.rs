@@ -37,6 +37,11 @@ impl VectorMode {
             Self::Blend => "blend",
         }
     }
+
+    /// The one of a name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|one| one.name() == name)
+    }
 }
 
 /// How marks look when a vector points towards the eye or away (Crawfis–Max's three ways).
@@ -63,6 +68,11 @@ impl Foreshortening {
             Self::Polygon => "polygon",
             Self::Coordinates => "coordinates",
         }
+    }
+
+    /// The one of a name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|one| one.name() == name)
     }
 }
 
@@ -96,6 +106,11 @@ impl ColourBy {
             Self::Z => "z",
             Self::Scalar => "scalar",
         }
+    }
+
+    /// The one of a name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|one| one.name() == name)
     }
 }
 
