@@ -177,9 +177,11 @@ fn count_vectors(
         tile_rows.x | (tile_rows.y << 16u),
         layers,
     );
-    // The size of the marks whose texels are about as large as pixels, across the splat.
-    let shorter = k.x * k.z / max(k.x, length(k.yz));
-    let radius = frame.radius * shorter * vectors.picture.z;
+    // The size of the marks whose texels are about as large as pixels, where the splat is narrowest.
+    let trace = wide.x * wide.x + dot(wide.yz, wide.yz);
+    let product = wide.x * wide.z;
+    let larger = 0.5 * trace + sqrt(max(0.25 * trace * trace - product * product, 0.0));
+    let radius = frame.radius * vectors.picture.z * product / sqrt(larger);
     let level = clamp(floor(log2(0.5 * vectors.axis_z.w / max(radius, 1e-3)) + 0.5), 0.0, LAST_MARK_LEVEL);
     let word = (u32(flow.w * 4096.0) & 0xfffu) | (u32(across * 4095.0 + 0.5) << 12u) | (u32(level) << 24u);
     projected[4u * slot] = head;

@@ -19,6 +19,8 @@ const VECTORS: bool = true;
 const LAYER_SLABS: i32 = 4;
 const PHASES: u32 = 16u;
 const FORESHORTENINGS: u32 = 12u;
+// Less depth than this changes no picture.
+const LEAST_AMOUNT: f32 = 1e-7;
 // No slab of any volume.
 const EVERY_SLAB: i32 = 0x3fffffff;
 
@@ -127,20 +129,23 @@ fn sum_layer(ray: ptr<function, VectorRay>, screen: vec2<f32>, nearest: f32, sla
             let colour = select(body * intensity, mix(body, of_marks, intensity), is_blend);
             let texture = select(intensity, max(footprint(q), 0.0), is_blend);
             let amount = head.w * texture * slant;
-            let middle = head.z + second.x * right + second.y * up;
-            let per_depth = first.w * inverseSqrt(max(1.0 - q, 1e-12));
-            let before = (nearest - middle) * per_depth;
-            let step = thickness * per_depth;
-            let share0 = share(q, before);
-            let share1 = share(q, before + step);
-            let share2 = share(q, before + 2.0 * step);
-            let share3 = share(q, before + 3.0 * step);
-            let share4 = share(q, before + 4.0 * step);
-            let light = vec4<f32>(colour, 1.0) * amount;
-            sum0 += light * (share1 - share0);
-            sum1 += light * (share2 - share1);
-            sum2 += light * (share3 - share2);
-            sum3 += light * (share4 - share3);
+            // Between the marks there is nothing to share out.
+            for (var shows = amount > LEAST_AMOUNT; shows; shows = false) {
+                let middle = head.z + second.x * right + second.y * up;
+                let per_depth = first.w * inverseSqrt(max(1.0 - q, 1e-12));
+                let before = (nearest - middle) * per_depth;
+                let step = thickness * per_depth;
+                let share0 = share(q, before);
+                let share1 = share(q, before + step);
+                let share2 = share(q, before + 2.0 * step);
+                let share3 = share(q, before + 3.0 * step);
+                let share4 = share(q, before + 4.0 * step);
+                let light = vec4<f32>(colour, 1.0) * amount;
+                sum0 += light * (share1 - share0);
+                sum1 += light * (share2 - share1);
+                sum2 += light * (share3 - share2);
+                sum3 += light * (share4 - share3);
+            }
         }
         entry++;
     }

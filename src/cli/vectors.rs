@@ -64,6 +64,10 @@ pub struct VectorFlags {
     /// Radius of a splat in steps of its grid [default: 1.6]
     #[arg(long, value_name = "E", value_parser = values::positive, allow_hyphen_values = true)]
     pub vector_extent: Option<f64>,
+    /// Draw means of 2 × 2 × 2 vectors, and of these again, so many times [default: as often as leaves
+    /// 40 along the longest side]
+    #[arg(long, value_name = "N")]
+    pub vector_coarser: Option<u32>,
     /// What the marks look like: streaks, dots or comets [default: streaks]
     #[arg(long, value_name = "NAME", value_parser = values::design)]
     pub vector_design: Option<Design>,
@@ -173,6 +177,7 @@ impl VectorFlags {
             foreshortening: self.vector_foreshortening.unwrap_or(opening.foreshortening),
             stretch: self.vector_stretch.unwrap_or(opening.stretch),
             extent: self.vector_extent.or(opening.extent),
+            coarser: self.vector_coarser.unwrap_or(opening.coarser),
             seed: self.seed,
         }
     }
@@ -190,6 +195,7 @@ impl VectorFlags {
             ("--vector-marks", self.vector_marks.is_some()),
             ("--vector-stretch", self.vector_stretch.is_some()),
             ("--vector-extent", self.vector_extent.is_some()),
+            ("--vector-coarser", self.vector_coarser.is_some()),
             ("--vector-design", self.vector_design.is_some()),
             ("--vector-foreshortening", self.vector_foreshortening.is_some()),
             ("--phase", self.phase != 0.0),

@@ -465,6 +465,11 @@ impl Renderer {
         target + volume + between + slabs + self.kept.size_bytes()
     }
 
+    /// Of them, what lists take: octree cuts and vectors share them.
+    pub fn list_bytes(&self) -> u64 {
+        self.lists.as_ref().map_or(0, Lists::size_bytes)
+    }
+
     /// Of them, what lights and shading tables take: nothing once a picture without was drawn.
     pub fn shading_bytes(&self) -> u64 {
         self.slabs.iter().map(SlabPass::shading_bytes).sum()

@@ -142,7 +142,11 @@ impl Lists {
             counts: storage("entry counts"),
             bounds: storage("bounds"),
             projected: storage("projected kernels"),
-            ranges: storage("tile ranges"),
+            ranges: Growing::new(
+                context,
+                "tile ranges",
+                Usage::STORAGE | Usage::COPY_DST | Usage::COPY_SRC,
+            ),
             carried: storage("carried between parts"),
             side: 0,
             of: ListsOf::Kernels,

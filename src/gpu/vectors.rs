@@ -558,11 +558,13 @@ impl VectorFrame {
         let finest = crate::vector::MARK_SIDE as f64;
         let window = WINDOW * natural_radius / self.radius;
         let half = view.size.map(|n| n as f32 / 2.0);
+        // Far to near nothing is hidden before it is drawn.
+        let stop = if what.splat.order == Order::FrontToBack { what.stop_below } else { 0.0 };
         layout::Vectors {
             axis_x: with(splats.axes.x_axis, splats.stretch),
             axis_y: with(splats.axes.y_axis, extent),
             axis_z: with(splats.axes.z_axis, finest),
-            depth: [self.beyond as f32, what.slab as f32, what.stop_below, 0.0],
+            depth: [self.beyond as f32, what.slab as f32, stop, 0.0],
             picture: [half[0], half[1], window as f32, (1.0 / middle) as f32],
             flags: [
                 VECTOR_VEC4S[usize::from(!splats.own_axes.is_empty())],

@@ -21,7 +21,7 @@ pub struct VectorLayer {
 impl VectorLayer {
     /// A field as it is first seen.
     pub fn new(field: Arc<VectorField>, alone: bool) -> Self {
-        let settings = VectorSettings::for_lengths(&field.statistics);
+        let settings = VectorSettings::for_field(&field);
         Self { field, settings, phase: 0.0, alone }
     }
 

@@ -40,6 +40,7 @@ impl Key {
             field: Arc::clone(&layer.field),
             scalar: needs_scalar.then(|| Arc::clone(&scene.volume)),
             settings: VectorSettings {
+                coarser: 0,
                 design: Design::default(),
                 foreshortening: Foreshortening::default(),
                 ..layer.settings.clone()
@@ -157,10 +158,6 @@ impl Drawer {
             return Ok(None);
         };
         let spacing = scene.volume.lattice.smallest_spacing();
-        let slab = match layer.alone {
-            true => spacing / scene.splat.slabs_per_voxel * view.pixels_per_unit,
-            false => self.renderer.slab_thickness(which, view, &scene.splat, spacing),
-        };
         let key = Key::of(scene, layer);
         if self.vectors.held.as_ref().is_none_or(|(held, _)| *held != key) {
             let levels = self.vector_levels(&key, observer)?;
@@ -173,8 +170,16 @@ impl Drawer {
             splats.radius * size * splats.unit * view.pixels_per_unit
         };
         let is_large = |splats: &&Arc<Splats>| radius_px(splats) >= least;
-        let Some(splats) = levels.iter().find(is_large).or(levels.last()) else { return Ok(None) };
+        let coarsest = levels.len().saturating_sub(1);
+        let asked = &levels[coarsest.min(layer.settings.coarser as usize)..];
+        let Some(splats) = asked.iter().find(is_large).or(asked.last()) else { return Ok(None) };
         let splats = Arc::clone(splats);
+        let size = splats.list.first().map_or(1.0, |splat| f64::from(splat.size));
+        let slab = match layer.alone {
+            // As thick as splats are.
+            true => size * spacing / scene.splat.slabs_per_voxel * view.pixels_per_unit,
+            false => self.renderer.slab_thickness(which, view, &scene.splat, spacing),
+        };
         self.renderer.set_vectors(&splats, &layer.settings)?;
         Ok(Some(PictureVectors { scene: scene.clone(), splats, slab }))
     }

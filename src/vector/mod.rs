@@ -15,7 +15,7 @@ pub use marks::{Design, FORESHORTENINGS, Level, MARK_COLUMNS, MARK_SIDE, Marks, 
 pub use phase::{MOST_SPEED, PhaseClock};
 pub use pyramid::VectorPyramid;
 pub use settings::{
-    ColourBy, Foreshortening, MOST_STRETCH, MOST_VECTOR_EXTENT, VectorMode, VectorSettings,
-    VectorSettingsError,
+    ColourBy, Foreshortening, MOST_COARSER, MOST_STRETCH, MOST_VECTOR_EXTENT, VectorMode,
+    VectorSettings, VectorSettingsError,
 };
 pub use splats::{Splat, Splats, WINDOW};

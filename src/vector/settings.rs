@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::Design;
 use crate::core::Srgb8;
 use crate::transfer::{ColourMap, ColourSource, TransferError, TransferFunction};
-use crate::volume::Statistics;
+use crate::volume::{Statistics, VectorField};
 
 /// The longest that splats are stretched along the flow, times their width.
 pub const MOST_STRETCH: f64 = 8.0;
@@ -136,6 +136,8 @@ pub struct VectorSettings {
     pub stretch: f64,
     /// Radius of a splat in steps of its grid, at most [`MOST_VECTOR_EXTENT`]; `None`: 1.6.
     pub extent: Option<f64>,
+    /// How often the field is halved before it is drawn: each splat stands for 8 to the power of it.
+    pub coarser: u32,
     /// Of the splats' own phases.
     pub seed: u64,
 }
@@ -152,6 +154,9 @@ pub enum VectorSettingsError {
         "expected an extent of vector splats over 0 and at most {MOST_VECTOR_EXTENT}, found {0}"
     )]
     Extent(f64),
+    /// Means of more than there is.
+    #[error("expected vectors to be halved 0 to {MOST_COARSER} times, found {0}")]
+    Coarser(u32),
     /// A transfer function that is none.
     #[error("for vectors: {0}")]
     Transfer(#[from] TransferError),
@@ -162,9 +167,23 @@ const FAINT: f64 = 0.35;
 const FULL: f64 = 0.98;
 /// Greatest opacity without other wishes.
 const OPACITY: f64 = 0.6;
+/// Splats along the longest side of a field, at most, as it is first seen.
+const MOST_ACROSS: usize = 40;
+/// Fields are halved no more often than this.
+pub const MOST_COARSER: u32 = 8;
 
 impl VectorSettings {
     /// What vectors of such lengths are first seen as: the longer the more opaque and the brighter.
+    ///
+    /// Of a fine grid, means are drawn: marks of splats that are a few pixels wide cannot be made out.
+    pub fn for_field(field: &VectorField) -> Self {
+        let longest = field.places.dims().into_iter().max().unwrap_or(1);
+        let coarser =
+            (0..u32::BITS - 1).find(|&level| longest >> level <= MOST_ACROSS).unwrap_or(0);
+        Self { coarser, ..Self::for_lengths(&field.statistics) }
+    }
+
+    /// The same by the lengths alone, of every vector.
     pub fn for_lengths(lengths: &Statistics) -> Self {
         let quantile = |share: f64| {
             let last = lengths.quantiles.len().saturating_sub(1) as f64;
@@ -189,6 +208,7 @@ impl VectorSettings {
             foreshortening: Foreshortening::default(),
             stretch: 1.5,
             extent: None,
+            coarser: 0,
             seed: 0,
         }
     }
@@ -199,6 +219,9 @@ impl VectorSettings {
         self.transfer.validate()?;
         if !(1.0..=MOST_STRETCH).contains(&self.stretch) {
             return Err(VectorSettingsError::Stretch(self.stretch));
+        }
+        if self.coarser > MOST_COARSER {
+            return Err(VectorSettingsError::Coarser(self.coarser));
         }
         match self.extent {
             Some(extent) if !(extent > 0.0 && extent <= MOST_VECTOR_EXTENT) => {
