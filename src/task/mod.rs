@@ -9,6 +9,7 @@ pub mod cost;
 pub mod draw;
 pub mod engine;
 pub mod estimate;
+pub mod loop_file;
 pub mod output_file;
 pub mod picture_file;
 mod previews;
