@@ -95,7 +95,10 @@ fn ray(screen: vec2<f32>, pixel: vec2<u32>, slot: u32) -> vec4<f32> {
         }
         remaining = select(last - k, k - first, back_to_front) + ahead;
     }
-    while remaining >= 0 && light.transmittance >= slabs.picture.w {
+    // Once the field is behind: what stands there of vectors, in one turn more.
+    var is_behind = false;
+    while (remaining >= 0 || (VECTORS && !is_behind)) && light.transmittance >= slabs.picture.w {
+        is_behind = VECTORS && remaining < 0;
         if IN_PARTS {
             if looks == slabs.part.z {
                 break;
@@ -130,7 +133,12 @@ fn ray(screen: vec2<f32>, pixel: vec2<u32>, slot: u32) -> vec4<f32> {
             far = distance_at(origin + direction * look_t);
         }
         // Loops rather than branches: software adapters run both sides of a branch.
-        for (var n = 0u; n < LOOK_EVERY && remaining >= 0 && light.transmittance >= slabs.picture.w; n++) {
+        for (
+            var n = 0u;
+            n < LOOK_EVERY && (remaining >= 0 || (is_behind && n == 0u))
+                && light.transmittance >= slabs.picture.w;
+            n++
+        ) {
             let t = clamp(f32(k) * step, enter, leave);
             var found = Halves(vec4<f32>(0.0), vec4<f32>(0.0));
             var from_t = t_near;
@@ -142,7 +150,7 @@ fn ray(screen: vec2<f32>, pixel: vec2<u32>, slot: u32) -> vec4<f32> {
                 to_t = clamp(f32(k + way) * step, enter, leave);
             }
             let here_t = select(t, 0.5 * (from_t + to_t), classify_middle);
-            let here = face(origin + direction * here_t);
+            let here = face(select(origin + direction * here_t, vec3<f32>(0.0), is_behind));
             if classify_middle {
                 let u = here.value;
                 u_middle = u.x;
@@ -188,17 +196,20 @@ fn ray(screen: vec2<f32>, pixel: vec2<u32>, slot: u32) -> vec4<f32> {
                 }
             }
             let weight = found.near.w + found.far.w;
-            if weight <= 0.0 {
+            if weight <= 0.0 && !is_behind {
                 continue;
             }
             if has_holes {
-                if is_hole(origin + direction * (0.5 * (from_t + to_t))) {
+                if !is_behind && is_hole(origin + direction * (0.5 * (from_t + to_t))) {
                     continue;
                 }
             }
             let length = stretch * abs(to_t - from_t);
-            let slab = i32(floor(0.5 * (from_t + to_t) / step));
+            let slab = select(i32(floor(0.5 * (from_t + to_t) / step)), EVERY_SLAB, is_behind);
             let beside = vectors_in(&vector_state, &light, slab, screen);
+            if is_behind {
+                continue;
+            }
             if classify_middle {
                 composite_beside(&light, found.near.rgb, weight * length, beside);
             } else if published {
@@ -212,10 +223,6 @@ fn ray(screen: vec2<f32>, pixel: vec2<u32>, slot: u32) -> vec4<f32> {
                 composite_beside(&light, found.far.rgb, far, 0.5 * beside);
             }
         }
-    }
-    if VECTORS {
-        // What stands behind the field, or beside it.
-        let beyond = vectors_in(&vector_state, &light, EVERY_SLAB, screen);
     }
     if IN_PARTS && (slabs.part.w & 2u) == 0u {
         keep(slot, 0u, bitcast<vec4<u32>>(vec4<f32>(light.colour, light.alpha)));

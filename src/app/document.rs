@@ -214,6 +214,11 @@ impl Document {
         Ok(Self { source, grid, field: 0, component, volume, vectors, warnings })
     }
 
+    /// Whether the file has a field that can be drawn as vectors.
+    pub fn has_vectors(&self) -> bool {
+        self.grid.fields.iter().any(|field| field.components == 3)
+    }
+
     /// The same file with another of its fields drawn.
     ///
     /// # Errors

@@ -149,6 +149,17 @@ impl Window {
             return;
         };
         let choice = section_ui(ui, "Data", |ui| data::data_ui(ui, document)).flatten();
+        let vector_request = document.has_vectors().then(|| {
+            section_ui(ui, "Vectors", |ui| {
+                let (clock, fps) = (&mut self.vectors.clock, &mut self.settings.animation_fps);
+                let now = ui.ctx().time();
+                // Other sections have colours, too.
+                ui.push_id("vectors", |ui| {
+                    vectors::vectors_ui(ui, document, scene, clock, fps, now)
+                })
+                .inner
+            })
+        });
         let action = section_ui(ui, "Transfer function", |ui| {
             let statistics = &scene.volume.statistics;
             let default = || self.parts.library.default_transfer(statistics);
@@ -158,11 +169,6 @@ impl Window {
         section_ui(ui, "Shading", |ui| {
             let second = self.compare.on.then_some(&self.compare.second);
             shading::shading_ui(ui, &mut self.shading, scene, second);
-        });
-        let vector_request = section_ui(ui, "Vectors", |ui| {
-            let (clock, fps) = (&mut self.vectors.clock, &mut self.settings.animation_fps);
-            let now = ui.ctx().time();
-            vectors::vectors_ui(ui, document, scene, clock, fps, now)
         });
         let compare = &mut self.compare;
         let times = self.parts.drawer.back_end_times();
@@ -180,7 +186,7 @@ impl Window {
             }
         });
         section_ui(ui, "View", |ui| view::view_ui(ui, scene, &mut self.settings, &mut self.cells));
-        match vector_request.flatten() {
+        match vector_request.flatten().flatten() {
             Some(VectorRequest::Field(field)) => self.choose_vectors(ui.ctx(), field),
             Some(VectorRequest::SaveLoop) => self.ask_to_save_loop(),
             None => {}

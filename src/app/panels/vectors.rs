@@ -1,6 +1,6 @@
 //! Vector splats: which field, what they look like, and the animation.
 
-use eframe::egui::{Button, CollapsingHeader, ComboBox, RichText, Slider, Ui};
+use eframe::egui::{CollapsingHeader, ComboBox, RichText, Slider, Ui};
 
 use super::{maps, reset_ui, row_ui, slider_ui};
 use crate::app::document::Document;
@@ -52,14 +52,10 @@ pub fn vectors_ui(
         ui.label(RichText::new(text).size(12.0).color(theme::NOTE));
     }
     animation_ui(ui, clock, fps, now);
-    let request = match ui
-        .add(Button::new("Save loop…").small())
-        .on_hover_text("Draw one whole cycle and save it as an animated GIF or as numbered PNGs: it runs on without a seam")
-        .clicked()
-    {
-        true => Some(VectorRequest::SaveLoop),
-        false => request,
-    };
+    let help = "Draw one whole cycle and save it as an animated GIF or as numbered PNGs: it runs on \
+                without a seam";
+    let save = row_ui(ui, "", |ui| ui.button("Save loop…").on_hover_text(help).clicked());
+    let request = if save { Some(VectorRequest::SaveLoop) } else { request };
     let settings = &mut layer.settings;
     choice_ui(ui, "Mode", VectorMode::ALL, &mut settings.mode, mode_words);
     choice_ui(ui, "Marks", Design::ALL, &mut settings.design, design_words);
@@ -92,11 +88,6 @@ fn field_ui(ui: &mut Ui, document: &Document, scene: &Scene) -> Option<VectorReq
         .filter(|(_, field)| field.components == 3)
         .map(|(index, field)| (index, field.name.as_str()))
         .collect();
-    if vectors.is_empty() {
-        let text = RichText::new("This file has no field of three components");
-        ui.label(text.size(12.0).color(theme::TEXT_FAINT));
-        return None;
-    }
     let shown = scene.vectors.as_ref().map(|layer| layer.field.name.as_str());
     let mut request = None;
     row_ui(ui, "Vectors", |ui| {
