@@ -15,7 +15,7 @@ use crate::volume::{VectorField, VolumeError};
 const FIRST_SPEED: f64 = 0.4;
 /// Animated pictures a second at most, unless someone chooses otherwise: enough for motion, and sparing
 /// of a battery.
-pub(super) const MOST_FPS: u32 = 30;
+pub(super) const MOST_FPS: u32 = 20;
 
 /// The window's side of vectors.
 #[derive(Debug)]
@@ -108,14 +108,17 @@ impl Window {
         let now = ctx.time();
         let Some(layer) = self.scene.as_mut().and_then(|scene| scene.vectors.as_mut()) else {
             self.vectors.clock.set_running(false, now);
+            self.pacing.set_animation(None);
             return;
         };
         let clock = &self.vectors.clock;
         if !clock.is_moving() {
             layer.phase = clock.phase(now);
+            self.pacing.set_animation(None);
             return;
         }
         let every = 1.0 / f64::from(self.settings.animation_fps.max(1));
+        self.pacing.set_animation(Some(every * 1000.0));
         let waited = now - self.vectors.moved_at;
         // Passes come a little early or late.
         if waited >= 0.9 * every || waited < 0.0 {
