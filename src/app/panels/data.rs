@@ -6,7 +6,7 @@ use super::{facts_ui, row_ui};
 use crate::app::document::{Document, default_component};
 use crate::app::words;
 use crate::core::memory::human_bytes;
-use crate::volume::{Component, Field};
+use crate::volume::{Component, Field, Shape};
 
 /// Another number of the file that a person wants to see.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -46,6 +46,12 @@ pub fn data_ui(ui: &mut Ui, document: &Document) -> Option<FieldChoice> {
             "What the samples on screen take in main memory",
         ),
     ];
+    let shape = &document.grid.shape;
+    if !matches!(shape, Shape::Affine) {
+        let points = document.grid.lattice.dims.map(|n| n.to_string()).join(" × ");
+        let text = format!("{points} points, {}", shape.name());
+        rows.push(("In the file", text, "Its own grid; the lattice above is what is drawn"));
+    }
     let odd = statistics.nan_count + statistics.infinite_count;
     if odd > 0 {
         let text = format!(
@@ -108,6 +114,7 @@ fn field_label(field: &Field) -> String {
     let association = field.association.name();
     match field.components {
         1 => format!("{} ({association})", field.name),
+        _ if field.is_vectors() => format!("{} ({association}, vectors)", field.name),
         n => format!("{} ({association}, {n} components)", field.name),
     }
 }
