@@ -312,6 +312,61 @@ fn files_of_other_formats_are_refused_in_a_sentence() {
     println!("io_corpus: {count} files of other formats were refused");
 }
 
+/// Whether the stored 16-bit numbers of a variable are those of the oracle, packed again from its fields.
+fn packs_to(variable: &Value, fields: &[&Field]) -> bool {
+    let number = |name: &str| variable[name].as_f64().expect("a packed variable tells it");
+    let (scale, offset) = (number("scale_factor"), number("add_offset"));
+    let values = fields.iter().flat_map(|f| (0..f.samples.len()).map(|i| f.samples.get(i)));
+    #[expect(clippy::cast_possible_truncation, reason = "they had 16 bits in the file")]
+    let packed = values.map(|value| ((value - offset) / scale).round() as i16);
+    json!(sha256(&Samples::Int16(packed.collect()))) == variable["sha256"]
+}
+
+#[test]
+fn winds_in_netcdf_are_what_the_oracle_says() {
+    let entries = datasets();
+    let Some(entry) = entries.iter().find(|entry| entry["kind"] == "netcdf") else {
+        println!("skipped 1: no NetCDF in this copy of the pack");
+        return;
+    };
+    let opened = open_entry(entry).unwrap();
+    let info = describe(&opened, &Ticket::new()).unwrap();
+    assert_eq!((info.kind.as_str(), info.dims), ("rectilinear", [480, 241, 3]));
+    let variables = entry["variables"].as_array().unwrap();
+    let variable = |name: &str| variables.iter().find(|v| v["name"] == name).unwrap();
+    for (name, list) in ["longitude", "latitude"].into_iter().zip(info.coordinates.unwrap()) {
+        let ends = [list.first.min(list.last), list.first.max(list.last)];
+        let expected = ["min", "max"].map(|end| variable(name)[end].as_f64().unwrap());
+        assert_eq!(ends, expected, "{name}");
+    }
+    let [u, v, z] = ["u", "v", "z"].map(|name| {
+        let of_name = |f: &&Field| f.name.starts_with(&format!("{name}[month="));
+        let fields: Vec<&Field> = opened.grid.fields.iter().filter(of_name).collect();
+        assert!(fields.len() == 2 && packs_to(variable(name), &fields), "{name}");
+        let mut wrong = variable(name).clone();
+        wrong["add_offset"] = json!(wrong["add_offset"].as_f64().unwrap() + 1.0);
+        assert!(!packs_to(&wrong, &fields), "a wrong offset must be noticed");
+        for (end, pick) in [("min", f64::min as fn(f64, f64) -> f64), ("max", f64::max)] {
+            let told = info.fields.iter().filter(|f| fields.iter().any(|g| g.name == f.name));
+            let all = told.map(|f| if end == "min" { f.min } else { f.max }.unwrap());
+            let (all, expected) = (all.reduce(pick), variable(name)["scaled"][end].as_f64());
+            // 32-bit floats of 1e5 at most.
+            assert!((all.unwrap() - expected.unwrap()).abs() < 4e-3, "{name} {end}: {all:?}");
+        }
+        fields
+    });
+    assert_eq!(z.len(), 2);
+    for (at, month) in [1, 7].into_iter().enumerate() {
+        let field = opened.grid.field(Some(&format!("(u, v)[month={month}]"))).unwrap();
+        let vectors = opened.grid.vectors(field, &Ticket::new()).unwrap();
+        for index in [0, 1000, 300_000] {
+            let expected = [u[at], v[at]].map(|f| f.samples.get(index));
+            let found = vectors.vectors[index].as_dvec3();
+            assert_eq!([found.x, found.y, found.z], [expected[0], expected[1], 0.0]);
+        }
+    }
+}
+
 /// A small volume, and a true entry for it.
 fn known() -> (Value, Opened) {
     let directory = tempfile::tempdir().expect("a temporary folder");

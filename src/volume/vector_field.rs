@@ -116,7 +116,7 @@ impl Grid {
                 components: field.components,
             });
         }
-        require_vectors(&field.name, field.samples.len() / 3)?;
+        self.require_vectors(&field.name, field.samples.len() / 3)?;
         let vectors = with_samples!(&*field.samples, values => {
             let triples = values.par_chunks_exact(3);
             triples.map(|v| Vec3::from_array([0, 1, 2].map(|c| narrow(v[c].to_f64())))).collect()
@@ -153,10 +153,20 @@ impl Grid {
         }
         let name = format!("({})", fields.map(|field| field.name.as_str()).join(", "));
         let count = first.samples.len();
-        require_vectors(&name, count)?;
+        self.require_vectors(&name, count)?;
         let vector = |index| Vec3::from_array(fields.map(|field| narrow(field.samples.get(index))));
         let vectors = (0..count).into_par_iter().map(vector).collect();
         VectorField::new(&name, self.places(first.association), vectors, ticket)
+    }
+
+    fn require_vectors(&self, name: &str, count: usize) -> Result<(), VolumeError> {
+        let places = match self.shape {
+            Shape::Affine => 0,
+            _ => size_of::<DVec3>() + size_of::<DMat3>(),
+        };
+        let needed = ((16 + places) as u64).saturating_mul(count as u64);
+        let what = format!("the vectors of \"{name}\"");
+        Ok(memory::require(&what, needed, memory::free_bytes())?)
     }
 
     /// Where samples on points or cells stand: at the true points of grids that are not evenly spaced.
@@ -172,11 +182,6 @@ impl Grid {
         let axes = axes_of(&points, dims);
         Places::Points { dims, points, axes }
     }
-}
-
-fn require_vectors(name: &str, count: usize) -> Result<(), VolumeError> {
-    let what = format!("the vectors of \"{name}\"");
-    Ok(memory::require(&what, 16 * count as u64, memory::free_bytes())?)
 }
 
 #[expect(clippy::cast_possible_truncation, reason = "directions need no more digits")]
