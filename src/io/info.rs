@@ -198,14 +198,18 @@ impl fmt::Display for Info {
             writeln!(f, "{axis:<11}{}", triple([column[0], column[1], column[2]]))?;
         }
         for (axis, list) in names.into_iter().zip(self.coordinates.iter().flatten()) {
-            write!(f, "{axis:<11}{} to {}", list.first, list.last)?;
+            let number = plain_or_power;
+            write!(f, "{axis:<11}{} to {}", number(list.first), number(list.last))?;
             match (list.min_step, list.max_step) {
-                (Some(min), Some(max)) => writeln!(f, ", steps of {min} to {max}")?,
+                (Some(min), Some(max)) => {
+                    writeln!(f, ", steps of {} to {}", number(min), number(max))?;
+                }
                 _ => writeln!(f)?,
             }
         }
         for (axis, ends) in names.into_iter().zip(self.bounds.iter().flat_map(|b| b.chunks(2))) {
-            writeln!(f, "{axis:<11}{} to {}", ends[0], ends[1])?;
+            let [low, high] = [ends[0], ends[1]].map(plain_or_power);
+            writeln!(f, "{axis:<11}{low} to {high}")?;
         }
         writeln!(f, "{:<11}{}", "space", self.space.as_deref().unwrap_or("not told"))?;
         for field in &self.fields {

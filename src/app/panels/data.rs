@@ -126,3 +126,24 @@ fn component_label(component: Component) -> String {
         Component::Index(index) => format!("Number {index}"),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::volume::{Association, Samples};
+
+    #[test]
+    fn vectors_are_named_as_such_and_colours_are_not() {
+        let label = |components: usize, samples: Samples| {
+            let association = Association::Cell;
+            let samples = Arc::new(samples);
+            field_label(&Field { name: "f".into(), components, association, samples })
+        };
+        assert_eq!(label(3, Samples::Float32(vec![0.0; 3])), "f (cell, vectors)");
+        assert_eq!(label(3, Samples::UInt8(vec![0; 3])), "f (cell, 3 components)");
+        assert_eq!(label(6, Samples::Float32(vec![0.0; 6])), "f (cell, 6 components)");
+        assert_eq!(label(1, Samples::Float32(vec![0.0])), "f (cell)");
+    }
+}

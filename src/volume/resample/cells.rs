@@ -16,8 +16,12 @@ use crate::core::progress::Ticket;
 const SLICES: usize = 4;
 /// A point is inside a cell up to so far outside its unit cube: rounding must not open seams.
 const RIM: f64 = 1e-6;
-/// A solution may be off by this share of the cell's diagonal.
+/// A solution is found once a step is no longer than this, in unit cubes.
 const EXACT: f64 = 1e-9;
+/// Slopes shorter than this share of the cell's diagonal lead nowhere.
+const COLLAPSED: f64 = 1e-12;
+/// Beside squares of unit slopes.
+const DAMPING: f64 = 1e-14;
 const MOST_STEPS: usize = 30;
 
 /// The least length, over all edges between neighbours, of those that run along x more than along y and
@@ -91,22 +95,27 @@ impl Cell {
         for _ in 0..MOST_STEPS {
             let (place, slopes) = self.at(unit);
             let off = world - place;
-            if off.length() <= EXACT * self.size {
-                let rim = DVec3::splat(RIM);
-                let is_inside = unit.cmpge(-rim).all() && unit.cmple(DVec3::ONE + rim).all();
-                return is_inside.then(|| unit.clamp(DVec3::ZERO, DVec3::ONE));
-            }
-            // Newton's step in the least squares, damped by so little that only collapsed cells, whose
-            // derivatives have no inverse, feel it.
-            let square = slopes.transpose() * slopes;
-            let damping = 1e-14 * (square.x_axis.x + square.y_axis.y + square.z_axis.z);
-            let inverse = (square + DMat3::from_diagonal(DVec3::splat(damping))).inverse();
-            let step = inverse * (slopes.transpose() * off);
+            // Newton's step in the least squares, of slopes scaled to unit length (cells may be flat by
+            // any factor) and damped by so little that only collapsed cells feel it, whose slopes have no
+            // inverse.
+            let [x, y, z] = [slopes.x_axis, slopes.y_axis, slopes.z_axis]
+                .map(|slope| slope.length().max(COLLAPSED * self.size));
+            let lengths = DVec3::new(x, y, z);
+            let units = DMat3::from_cols(slopes.x_axis / x, slopes.y_axis / y, slopes.z_axis / z);
+            let square = units.transpose() * units + DMat3::from_diagonal(DVec3::splat(DAMPING));
+            let step = square.inverse() * (units.transpose() * off) / lengths;
             if !step.is_finite() {
                 return None;
             }
             // What leaves the cube by more than another one does not come back.
             unit = (unit + step).clamp(DVec3::splat(-1.0), DVec3::splat(2.0));
+            if step.abs().max_element() <= EXACT {
+                // Where slopes have no inverse, no step is left beside the cell, too.
+                let rim = DVec3::splat(RIM);
+                let is_inside = unit.cmpge(-rim).all() && unit.cmple(DVec3::ONE + rim).all();
+                let is_there = off.length() <= RIM * self.size;
+                return (is_inside && is_there).then(|| unit.clamp(DVec3::ZERO, DVec3::ONE));
+            }
         }
         None
     }

@@ -111,8 +111,9 @@ fn lattice(shape: &Shape, dims: [usize; 3]) -> Result<Lattice, VolumeError> {
         let mut sizes = [1; 3];
         for axis in 0..3 {
             if dims[axis] > 1 && extent[axis] > 0.0 {
-                // Beyond any size that is allowed, all are as large.
-                let cells = (extent[axis] / (steps[axis] * coarser)).ceil().min(1e9);
+                // Digits that were lost must not cost a sample; beyond any size that is allowed, all are
+                // as large.
+                let cells = (extent[axis] / (steps[axis] * coarser) * (1.0 - 1e-3)).ceil().min(1e9);
                 #[expect(
                     clippy::cast_possible_truncation,
                     clippy::cast_sign_loss,

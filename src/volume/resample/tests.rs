@@ -82,6 +82,13 @@ fn a_hole_reaches_no_further_than_its_cells() {
 }
 
 #[test]
+fn an_even_axis_keeps_its_samples_beside_an_uneven_one() {
+    let x: Vec<f64> = (0..47).map(|i| f64::from(0.05208_f32 * i as f32 - 1.22396)).collect();
+    let (dims, shape) = rectilinear(&x, &[0.0, 1.0], &[0.0, 0.05, 0.15]);
+    assert_eq!(lattice(&shape, dims).unwrap().dims, [47, 2, 4]);
+}
+
+#[test]
 fn a_lattice_is_never_of_more_than_four_times_the_samples() {
     // A boundary layer: steps from 1e-6 to 1.
     let layered: Vec<f64> = (0..48).map(|i| 10_f64.powf(i as f64 / 8.0 - 6.0)).collect();
@@ -167,8 +174,10 @@ fn a_cell_is_inverted_wherever_its_corners_are_even_where_two_fall_together() {
     let cube: [DVec3; 8] = std::array::from_fn(|n| at([2; 3], n));
     for round in 0..500 {
         let mut corners = cube.map(|corner| {
-            corner * DVec3::new(2.0, 0.5, 30.0)
-                + 0.2 * DVec3::new(random(), 0.25 * random(), 15.0 * random())
+            let moved = corner + 0.15 * DVec3::new(random(), random(), random());
+            // Flat by six orders, as in a boundary layer, and turned.
+            let flat = moved * DVec3::new(2.0, 2e-6, 30.0);
+            DVec3::new(flat.x + flat.y, flat.y - flat.x, flat.z)
         });
         if round % 2 == 1 {
             // Two edges fall together, as on an axis that a grid turns about.
