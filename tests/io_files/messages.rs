@@ -7,6 +7,7 @@ use voxsplat::io::{OpenOptions, Problem, RawOverrides, ReadError, open};
 use voxsplat::volume::ScalarType;
 
 use crate::write::{self, Volume, Vti};
+use crate::write_legacy::{self, Legacy};
 
 /// The error of a file with this content.
 fn refused(name: &str, content: impl AsRef<[u8]>) -> (tempfile::TempDir, ReadError) {
@@ -18,7 +19,11 @@ fn refused(name: &str, content: impl AsRef<[u8]>) -> (tempfile::TempDir, ReadErr
 }
 
 fn error_of(path: &Path) -> ReadError {
-    match open(path, &OpenOptions::default(), &Ticket::new()) {
+    error_with(path, &OpenOptions::default())
+}
+
+fn error_with(path: &Path, options: &OpenOptions) -> ReadError {
+    match open(path, options, &Ticket::new()) {
         Err(error) => error,
         Ok(opened) => panic!("{} opened: {opened:?}", path.display()),
     }
@@ -323,6 +328,33 @@ fn more_than_memory_allows_is_refused_with_both_figures() {
     let options = OpenOptions { memory_limit_bytes: Some(10_000), ..Default::default() };
     let error = open(&path, &options, &Ticket::new()).unwrap_err();
     assert_eq!(fault(&error, &["64.0 kB", "10.0 kB"]), None);
+    // Points and samples together.
+    let options = OpenOptions { memory_limit_bytes: Some(300_000), ..Default::default() };
+    for binary in [false, true] {
+        let how = Legacy {
+            dataset: "STRUCTURED_GRID",
+            role: "SCALARS",
+            binary,
+            cells: false,
+            extras: false,
+        };
+        let error = error_with(&write_legacy::legacy(folder.path(), &volume, how), &options);
+        assert_eq!(fault(&error, &["448.0 kB", "300.0 kB"]), None);
+    }
+    let how = Vti {
+        kind: "StructuredGrid",
+        format: "raw",
+        compressed: true,
+        wide: false,
+        big: false,
+        split: false,
+        cells: false,
+    };
+    let error = error_with(&write::vti(folder.path(), &volume, how), &options);
+    assert_eq!(fault(&error, &["448.0 kB", "300.0 kB"]), None);
+    let options = OpenOptions { memory_limit_bytes: Some(3000), ..Default::default() };
+    let error = error_with(&crate::winds::winds(folder.path(), 1), &options);
+    assert_eq!(fault(&error, &["the variables", "3.0 kB"]), None);
 }
 
 #[test]
@@ -344,6 +376,19 @@ fn a_cancelled_load_is_cancelled_in_every_format() {
         write::nrrd(folder.path(), &volume, "gzip", false, false),
         write::metaimage(folder.path(), &volume, "binary", false, false),
         write::vti(folder.path(), &volume, how),
+        write::vti(folder.path(), &volume, Vti { kind: "RectilinearGrid", ..how }),
+        write_legacy::legacy(
+            folder.path(),
+            &volume,
+            Legacy {
+                dataset: "RECTILINEAR_GRID",
+                role: "FIELD",
+                binary: true,
+                cells: false,
+                extras: false,
+            },
+        ),
+        crate::winds::winds(folder.path(), 2),
     ] {
         let error = open(&path, &OpenOptions::default(), &ticket).unwrap_err();
         assert!(error.is_cancelled(), "{error}");
