@@ -83,8 +83,9 @@ impl Writer {
         } else {
             self.line("SCALARS here\n");
         }
-        self.line("TimeValue 1 1 double");
-        self.numbers(&Volume::new([1; 3], ScalarType::Float64, 1, 4));
+        // More tuples than any volume here has.
+        self.line("Times 1 211 double");
+        self.numbers(&Volume::new([211, 1, 1], ScalarType::Float64, 1, 4));
         self.line("NULL_ARRAY");
     }
 }

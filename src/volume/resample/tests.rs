@@ -195,6 +195,18 @@ fn a_cell_is_inverted_wherever_its_corners_are_even_where_two_fall_together() {
 }
 
 #[test]
+fn a_cell_without_depth_holds_what_is_on_it_and_nothing_beside() {
+    let cell = cells::Cell::new(std::array::from_fn(|n| {
+        let corner = at([2; 3], n);
+        DVec3::new(0.0, 2.0 * corner.y, 3.0 * corner.z + corner.y)
+    }));
+    let on = cell.world_from_unit(DVec3::new(0.5, 0.25, 0.75));
+    let found = cell.unit_from_world(on).expect("a point of the cell is in it");
+    assert!((found.y - 0.25).abs() < 1e-9 && (found.z - 0.75).abs() < 1e-9, "{found}");
+    assert_eq!(cell.unit_from_world(on + DVec3::X * 0.01), None);
+}
+
+#[test]
 fn curved_surfaces_have_no_scalars_but_vectors_and_a_cancel_is_answered() {
     let dims = [5, 4, 1];
     let points: Arc<[DVec3]> =
