@@ -11,7 +11,10 @@ use super::actions::{ACTIONS, Action, Entry, Menu, entry_of};
 use super::camera_control;
 use super::document::Source;
 use super::notices::text_and_button_ui;
-use super::panels::{accuracy, compare, data, section_ui, shading, splat, status, transfer, view};
+use super::panels::vectors::VectorRequest;
+use super::panels::{
+    accuracy, compare, data, section_ui, shading, splat, status, transfer, vectors, view,
+};
 use super::viewport::PixelArea;
 use super::window::Window;
 use super::{modes, theme, trihedron};
@@ -146,6 +149,17 @@ impl Window {
             return;
         };
         let choice = section_ui(ui, "Data", |ui| data::data_ui(ui, document)).flatten();
+        let vector_request = document.has_vectors().then(|| {
+            section_ui(ui, "Vectors", |ui| {
+                let (clock, fps) = (&mut self.vectors.clock, &mut self.settings.animation_fps);
+                let now = ui.ctx().time();
+                // Other sections have colours, too.
+                ui.push_id("vectors", |ui| {
+                    vectors::vectors_ui(ui, document, scene, clock, fps, now)
+                })
+                .inner
+            })
+        });
         let action = section_ui(ui, "Transfer function", |ui| {
             let statistics = &scene.volume.statistics;
             let default = || self.parts.library.default_transfer(statistics);
@@ -172,6 +186,11 @@ impl Window {
             }
         });
         section_ui(ui, "View", |ui| view::view_ui(ui, scene, &mut self.settings, &mut self.cells));
+        match vector_request.flatten().flatten() {
+            Some(VectorRequest::Field(field)) => self.choose_vectors(ui.ctx(), field),
+            Some(VectorRequest::SaveLoop) => self.ask_to_save_loop(),
+            None => {}
+        }
         if let Some(choice) = choice {
             self.choose_field(ui.ctx(), choice);
         }

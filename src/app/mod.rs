@@ -33,6 +33,7 @@ pub mod theme;
 pub mod trace;
 pub mod trihedron;
 mod undoing;
+mod vectors;
 pub mod viewport;
 mod window;
 pub mod words;

@@ -34,9 +34,10 @@ use super::saving::{self, Renderer, SaveRequest, Saved};
 use super::settings::Settings;
 use super::theme;
 use super::undoing::{State, Wheel};
+use super::vectors::Vectors;
 use super::viewport::{ScreenFormat, Viewport};
 use crate::core::{Camera, Projection};
-use crate::scene::{self, Background, NamedView, Scene, Shading, SplatSettings};
+use crate::scene::{self, Background, NamedView, Scene, Shading, SplatSettings, VectorLayer};
 use crate::task::engine::EngineState;
 use crate::transfer::Gaussian;
 
@@ -111,6 +112,7 @@ pub struct Window {
     pub(super) estimates: EstimateRecord,
     pub(super) shading: ShadingEditor,
     pub(super) effects: Effects,
+    pub(super) vectors: Vectors,
     /// Reached the engine last.
     pub(super) last_valid_mode: SplatSettings,
     file_dialog: Option<FileDialog>,
@@ -147,6 +149,7 @@ impl Window {
             estimates: EstimateRecord::default(),
             shading: ShadingEditor::default(),
             effects: Effects::default(),
+            vectors: Vectors::default(),
             last_valid_mode: SplatSettings::default(),
             file_dialog: None,
             loading: None,
@@ -263,6 +266,7 @@ impl Window {
             Action::ResetView => self.reset_view(),
             Action::Converge => self.converge(),
             Action::ToggleLeveling => self.leveling.on = !self.leveling.on,
+            Action::ToggleAnimation => self.toggle_animation(ctx),
             Action::ToggleLights => self.toggle_lights(),
             Action::ToggleEffects => self.effects.open = !self.effects.open,
             Action::ToggleCells => self.cells.on = !self.cells.on,
@@ -316,6 +320,7 @@ impl Window {
         let volume = Arc::clone(&document.volume);
         let transfer = self.parts.library.default_transfer(&volume.statistics);
         let before = self.scene.take();
+        let before_vectors = before.as_ref().and_then(|scene| scene.vectors.clone());
         let projection =
             before.as_ref().map_or(Projection::Orthographic, |scene| scene.camera.projection);
         let splat = match &before {
@@ -344,7 +349,15 @@ impl Window {
             _ => Camera { projection, ..framed },
         };
         let background = self.settings.scene_background();
-        self.scene = Some(Scene { volume, transfer, splat, shading, camera, background });
+        let vectors = match (&document.vectors, before_vectors) {
+            (_, Some(layer)) if keep_view => Some(layer),
+            (Some(field), _) => Some(VectorLayer::new(Arc::clone(field), true)),
+            (None, _) => None,
+        };
+        if !keep_view {
+            self.vectors = Vectors::default();
+        }
+        self.scene = Some(Scene { volume, transfer, splat, shading, vectors, camera, background });
         self.gaussians.clear();
         self.transfer.start_over();
         self.shading.start_over();
@@ -362,6 +375,7 @@ impl Window {
     /// Takes what jobs, dialogs and the desktop have brought since the last pass.
     fn take_news(&mut self, ctx: &Context) {
         self.take_document(ctx);
+        self.take_vectors();
         self.take_saved();
         self.take_design();
         self.take_clipboard(ctx);
@@ -502,6 +516,16 @@ impl Window {
         self.dialog = Some(Dialog::Save(Box::new(dialog)));
     }
 
+    /// Asks for the file of a loop of the animation.
+    pub(super) fn ask_to_save_loop(&mut self) {
+        let (Some(document), Some(scene)) = (&self.document, &self.scene) else { return };
+        let folder = self.parts.pictures_folder.clone().unwrap_or_default();
+        let path = saving::suggested_path(&folder, &document.source.name()).with_extension("gif");
+        let with_background = scene.background != Background::Transparent;
+        let dialog = SaveDialog::of_cycle(self.viewport_size, with_background, &path);
+        self.dialog = Some(Dialog::Save(Box::new(dialog)));
+    }
+
     fn save_picture(&mut self, ctx: &Context, choice: SaveChoice) {
         let Some(mut scene) = self.scene.clone() else { return };
         // What is saved is what is seen.
@@ -512,7 +536,8 @@ impl Window {
             Background::Transparent
         };
         let scene = Scene { background, ..scene };
-        let request = SaveRequest { scene, size: choice.size, path: choice.path };
+        let SaveChoice { size, path, cycle, .. } = choice;
+        let request = SaveRequest { scene, size, path, cycle };
         self.saving.push(saving::save_picture(ctx, &self.parts.renderer, request));
     }
 
@@ -663,6 +688,7 @@ impl eframe::App for Window {
         self.take_picture(&ctx);
         self.cells.take(&*self.parts.drawer);
         self.take_keys(&ctx);
+        self.pace_animation(&ctx);
         self.layout_ui(ui);
         self.dialogs_ui(&ctx);
         self.pace(&ctx);

@@ -13,6 +13,7 @@ mod report;
 mod shading;
 mod stats;
 mod values;
+mod vectors;
 
 use std::ffi::OsString;
 use std::io::{ErrorKind, Write};
