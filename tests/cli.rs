@@ -170,6 +170,7 @@ fn wrong_usage_exits_with_2() {
             &["expected --cut-error, --cut-weighting and --cut-balanced with --refine coarse"],
         ),
         (&["--gouraud-angles", "2"], &["--gouraud-angles", "3 and 64", "2"]),
+        (&["--annotations", "bar"], &["scalar-bar, scale-bar, axes, trihedron", "\"bar\""]),
         (&["--stats", "/nowhere/./out.png"], &["--output and --stats", "two files"]),
     ] {
         assert_eq!(fault(&render(more), 2, words, None), None);
@@ -180,6 +181,8 @@ fn wrong_usage_exits_with_2() {
     let coarse = ["--refine", "coarse", "--max-error", "0.1", "--cells"];
     let exr = voxsplat(&[&["render", "demo:shells:8", "-o", "a.exr"], &coarse[..]].concat());
     assert_eq!(fault(&exr, 2, &["a PNG with --cells", "an EXR"], None), None);
+    let exr = voxsplat(&["render", "demo:shells:8", "-o", "a.exr", "--annotations", "all"]);
+    assert_eq!(fault(&exr, 2, &["a PNG with --annotations", "light alone"], None), None);
     let jpeg = voxsplat(&["render", "demo:shells:8", "-o", "a.jpg"]);
     assert_eq!(fault(&jpeg, 2, &[".png", ".exr"], Some(Path::new("a.jpg"))), None);
     assert_eq!(voxsplat(&["render", "demo:shells:8"]).status.code(), Some(2), "no output");
@@ -232,6 +235,35 @@ fn cells_are_drawn_over_a_cut_and_refused_where_there_is_none() {
         let output = render(&none, advised);
         assert_eq!(output.status.code(), Some(0), "{advised:?}: {}", errors(&output));
     }
+}
+
+#[test]
+fn annotations_are_written_over_the_picture_and_what_has_no_room_is_named() {
+    if !can_draw() {
+        return;
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let [plain, written] = ["plain.png", "written.png"].map(|n| folder.path().join(n));
+    let render = |path: &Path, more: &[&str]| {
+        let name = path.to_str().expect("UTF-8");
+        let output = voxsplat(&[&["render", "demo:shells:16", "-o", name], more].concat());
+        assert_eq!(output.status.code(), Some(0), "{}", errors(&output));
+        errors(&output)
+    };
+    let size = ["--resolution", "240,180"];
+    assert_eq!(render(&plain, &size), "");
+    let bar = [&size[..], &["--annotations", "scalar-bar,trihedron"]].concat();
+    assert_eq!(render(&written, &bar), "");
+    let [before, after] =
+        [&plain, &written].map(|path| image::open(path).expect("a PNG").to_rgba8());
+    let changed = |columns: std::ops::Range<u32>| {
+        let pixels = columns.flat_map(|x| (0..180).map(move |y| (x, y)));
+        pixels.filter(|&(x, y)| before.get_pixel(x, y) != after.get_pixel(x, y)).count()
+    };
+    let counts = [changed(0..80), changed(80..160), changed(160..240)];
+    assert!(counts[0] > 200 && counts[1] == 0 && counts[2] > 1000, "{counts:?}");
+    let small = render(&plain, &["--resolution", "48,36", "--annotations", "all"]);
+    assert!(small.contains("no room") && small.contains("scalar-bar"), "{small}");
 }
 
 #[test]

@@ -28,6 +28,10 @@ pub enum Action {
     ResetView,
     Converge,
     ToggleLights,
+    ToggleScalarBar,
+    ToggleScaleBar,
+    ToggleAxes,
+    ToggleTrihedron,
     ToggleCells,
     ToggleLeveling,
     ToggleSidePanel,
@@ -90,7 +94,7 @@ const fn entry(
 }
 
 /// Every command there is, in the order of the menus.
-pub const ACTIONS: [Entry; 28] = [
+pub const ACTIONS: [Entry; 32] = [
     entry(Action::Open, Menu::File, "Open…", command(Key::O), "Open a volume in a file dialog"),
     entry(
         Action::OpenPath,
@@ -118,7 +122,7 @@ pub const ACTIONS: [Entry; 28] = [
         Menu::File,
         "Save screenshot",
         plain(Key::F12),
-        "Save the picture on screen to the pictures folder",
+        "Save what is on screen to the pictures folder: the picture and its annotations",
     ),
     entry(
         Action::LoadTransfer,
@@ -195,6 +199,34 @@ pub const ACTIONS: [Entry; 28] = [
         "Double the slabs of the view at rest until nothing changes, however long that takes",
     ),
     entry(Action::ToggleLights, Menu::View, "Lights", plain(Key::L), "Switch the lights on or off"),
+    entry(
+        Action::ToggleScalarBar,
+        Menu::View,
+        "Scalar bar",
+        plain(Key::B),
+        "Show or hide which colour is which value, and how opaque",
+    ),
+    entry(
+        Action::ToggleScaleBar,
+        Menu::View,
+        "Scale bar",
+        plain(Key::S),
+        "Show or hide a round length in the file's units",
+    ),
+    entry(
+        Action::ToggleAxes,
+        Menu::View,
+        "Axes",
+        plain(Key::X),
+        "Show or hide the box around the volume, with where it lies in the world",
+    ),
+    entry(
+        Action::ToggleTrihedron,
+        Menu::View,
+        "Trihedron",
+        plain(Key::T),
+        "Show or hide the directions of the world's axes",
+    ),
     entry(
         Action::ToggleCells,
         Menu::View,

@@ -14,7 +14,8 @@ use super::notices::text_and_button_ui;
 use super::panels::{accuracy, compare, data, section_ui, shading, splat, status, transfer, view};
 use super::viewport::PixelArea;
 use super::window::Window;
-use super::{modes, theme, trihedron};
+use super::{annotations, modes, theme};
+use crate::task::annotations::laid_out;
 
 /// Width of the side panel before anyone resizes it, points.
 const SIDE_WIDTH: f32 = 336.0;
@@ -171,7 +172,10 @@ impl Window {
                 splat::splat_ui(ui, &mut scene.splat, voxel, times);
             }
         });
-        section_ui(ui, "View", |ui| view::view_ui(ui, scene, &mut self.settings, &mut self.cells));
+        section_ui(ui, "View", |ui| {
+            let (settings, cells) = (&mut self.settings, &mut self.cells);
+            view::view_ui(ui, scene, settings, cells, &self.left_out);
+        });
         if let Some(choice) = choice {
             self.choose_field(ui.ctx(), choice);
         }
@@ -206,10 +210,10 @@ impl Window {
                 scene.camera = camera_control::steered(&scene.camera, &response);
             }
             self.leveling.caption_ui(ui, area.rect, &scene.transfer);
-            if self.settings.trihedron {
-                let space = self.document.as_ref().and_then(|d| d.grid.space.as_deref());
-                trihedron::paint(ui.painter(), area.rect, &scene.camera, space);
-            }
+            let space = self.document.as_ref().and_then(|d| d.grid.space.as_deref());
+            let layout = laid_out(self.settings.annotations, scene, space, area.size);
+            annotations::paint(ui.painter(), area, &layout.primitives);
+            self.left_out = layout.left_out;
             self.cells.show(ui, area, scene, &response);
         } else if !self.is_loading() {
             welcome_ui(ui, area.rect);

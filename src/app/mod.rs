@@ -5,6 +5,7 @@
 //! than a blink. Called by `main` only.
 
 pub mod actions;
+pub mod annotations;
 pub mod camera_control;
 pub mod cells;
 pub mod compare;
@@ -31,7 +32,6 @@ pub mod settings;
 pub mod sweeping;
 pub mod theme;
 pub mod trace;
-pub mod trihedron;
 mod undoing;
 pub mod viewport;
 mod window;

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::core::Srgb8;
 use crate::scene;
-use crate::scene::Background;
+use crate::scene::{Annotations, Background};
 use crate::task::engine::{Effort, Ladder};
 
 /// How many recent files are kept.
@@ -77,8 +77,8 @@ pub struct Settings {
     pub view_angle_deg: f64,
     /// Whether the side panel is open.
     pub side_panel: bool,
-    /// Whether the axes are drawn in the corner of the viewport.
-    pub trihedron: bool,
+    /// What is written over the picture.
+    pub annotations: Annotations,
 }
 
 impl Default for Settings {
@@ -95,7 +95,7 @@ impl Default for Settings {
             fade: false,
             view_angle_deg: 30.0,
             side_panel: true,
-            trihedron: true,
+            annotations: Annotations { trihedron: true, ..Annotations::NONE },
         }
     }
 }

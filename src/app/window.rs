@@ -36,7 +36,10 @@ use super::theme;
 use super::undoing::{State, Wheel};
 use super::viewport::{ScreenFormat, Viewport};
 use crate::core::{Camera, Projection};
-use crate::scene::{self, Background, NamedView, Scene, Shading, SplatSettings};
+use crate::scene::{
+    self, Annotation, Annotations, Background, NamedView, Scene, Shading, SplatSettings,
+};
+use crate::task::annotations::laid_out;
 use crate::task::engine::EngineState;
 use crate::transfer::Gaussian;
 
@@ -106,6 +109,8 @@ pub struct Window {
     pub(super) dialog: Option<Dialog>,
     pub(super) compare: Compare,
     pub(super) cells: CellsOverlay,
+    /// Annotations that the viewport had no room for at the last pass.
+    pub(super) left_out: Vec<Annotation>,
     pub(super) accuracy: AccuracyPanel,
     pub(super) measuring: Measuring,
     pub(super) estimates: EstimateRecord,
@@ -142,6 +147,7 @@ impl Window {
             dialog: None,
             compare: Compare::default(),
             cells: CellsOverlay::default(),
+            left_out: Vec::new(),
             accuracy: AccuracyPanel::default(),
             measuring: Measuring::default(),
             estimates: EstimateRecord::default(),
@@ -265,6 +271,10 @@ impl Window {
             Action::ToggleLeveling => self.leveling.on = !self.leveling.on,
             Action::ToggleLights => self.toggle_lights(),
             Action::ToggleEffects => self.effects.open = !self.effects.open,
+            Action::ToggleScalarBar => self.toggle_annotation(Annotation::ScalarBar),
+            Action::ToggleScaleBar => self.toggle_annotation(Annotation::ScaleBar),
+            Action::ToggleAxes => self.toggle_annotation(Annotation::Axes),
+            Action::ToggleTrihedron => self.toggle_annotation(Annotation::Trihedron),
             Action::ToggleCells => self.cells.on = !self.cells.on,
             Action::ToggleSidePanel => self.settings.side_panel = !self.settings.side_panel,
             Action::ToggleAccuracy => self.accuracy.open = !self.accuracy.open,
@@ -284,6 +294,11 @@ impl Window {
                 self.dialog = (!shown).then_some(Dialog::Help);
             }
         }
+    }
+
+    fn toggle_annotation(&mut self, which: Annotation) {
+        let switch = self.settings.annotations.switch(which);
+        *switch = !*switch;
     }
 
     fn change_camera(&mut self, change: impl FnOnce(&Camera) -> Camera) {
@@ -498,7 +513,8 @@ impl Window {
         let folder = self.parts.pictures_folder.clone().unwrap_or_default();
         let path = saving::suggested_path(&folder, &document.source.name());
         let with_background = scene.background != Background::Transparent;
-        let dialog = SaveDialog::new(self.viewport_size, with_background, &path);
+        let is_annotated = self.settings.annotations.any();
+        let dialog = SaveDialog::new(self.viewport_size, with_background, is_annotated, &path);
         self.dialog = Some(Dialog::Save(Box::new(dialog)));
     }
 
@@ -512,19 +528,35 @@ impl Window {
             Background::Transparent
         };
         let scene = Scene { background, ..scene };
-        let request = SaveRequest { scene, size: choice.size, path: choice.path };
+        let annotations = match choice.with_annotations {
+            true => self.settings.annotations,
+            false => Annotations::NONE,
+        };
+        let space = self.document.as_ref().and_then(|document| document.grid.space.clone());
+        let SaveChoice { size, path, .. } = choice;
+        let request = SaveRequest { scene, size, annotations, space, path };
         self.saving.push(saving::save_picture(ctx, &self.parts.renderer, request));
     }
 
     fn save_screenshot(&mut self, ctx: &Context) {
-        let (Some(document), Some(picture)) = (&self.document, self.viewport.picture()) else {
+        let (Some(document), Some(picture), Some(scene)) =
+            (&self.document, self.viewport.picture(), &self.scene)
+        else {
             self.notices.hint("There is no picture on screen yet");
             return;
         };
+        let space = document.grid.space.as_deref();
+        let layout = laid_out(self.settings.annotations, scene, space, picture.size);
         match &self.parts.pictures_folder {
             Ok(folder) => {
                 let name = document.source.name();
-                self.saving.push(saving::save_screenshot(ctx, picture, folder, &name));
+                self.saving.push(saving::save_screenshot(
+                    ctx,
+                    picture,
+                    layout.primitives,
+                    folder,
+                    &name,
+                ));
             }
             Err(reason) => self.notices.error(reason.clone()),
         }

@@ -10,8 +10,8 @@ use crate::core::Srgb8;
 use crate::io::Endian;
 use crate::kernel::Kernel;
 use crate::scene::{
-    Backend, Classify, CutSettings, ErrorMeasure, ModeChoice, ModeError, OpacityModel, Order,
-    Reconstruction, SplatSettings, Visibility,
+    Annotations, Backend, Classify, CutSettings, ErrorMeasure, ModeChoice, ModeError, OpacityModel,
+    Order, Reconstruction, SplatSettings, Visibility,
 };
 use crate::task::engine::AdapterChoice;
 use crate::transfer::ColourMap;
@@ -352,6 +352,9 @@ pub struct RenderFlags {
     /// With --refine coarse: draw the edges of the octree's cells over the PNG, coloured by level
     #[arg(long)]
     pub cells: bool,
+    /// Write over the PNG: scalar-bar, scale-bar, axes, trihedron, or all
+    #[arg(long, value_name = "NAME,…", value_parser = values::annotations)]
+    pub annotations: Option<Annotations>,
     /// More frames for timing, each with the camera turned by 1°
     #[arg(long, value_name = "N", value_parser = values::frames, default_value_t = 0,
         allow_hyphen_values = true)]

@@ -7,11 +7,14 @@ use super::flags::{RefineFlag, RenderFlags};
 use super::stats::Stats;
 use super::{Destination, Failure, note, open, refuse_one_place};
 use crate::core::{Srgb8, Ticket};
-use crate::scene::{Background, MOST_SLABS_PER_VOXEL, Scene, SplatSettings, View, Visibility};
-use crate::task::cells;
+use crate::scene::annotations::Layout;
+use crate::scene::{
+    Annotation, Background, MOST_SLABS_PER_VOXEL, Scene, SplatSettings, View, Visibility,
+};
 use crate::task::engine::Engine;
 use crate::task::picture_file::{self, PictureFormat};
 use crate::task::still::{CONVERGED, Convergence, Refine, StillRequest};
+use crate::task::{annotations, cells};
 
 /// What is behind a picture unless flags say otherwise.
 const BLACK: Srgb8 = Srgb8([0; 3]);
@@ -25,6 +28,13 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
     }
     if flags.cells {
         refuse_cells(flags, format)?;
+    }
+    if flags.annotations.is_some() && format == PictureFormat::Exr {
+        return Err(Failure::Usage(
+            "expected a PNG with --annotations, found an EXR, which holds light alone; write to a \
+             name that ends in .png, or leave --annotations out"
+                .to_owned(),
+        ));
     }
     let splat = flags.mode.resolve().map_err(|error| Failure::Usage(error.to_string()))?;
     let splat = SplatSettings { cut: flags.cut.settings(), ..splat };
@@ -66,6 +76,10 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
     let kernels_total = scene.volume.lattice.len() as u64;
     let engine = Engine::start(flags.adapter.clone(), || ());
     let view = View::new(&scene, flags.resolution);
+    let annotated = flags.annotations.map(|annotations| {
+        let space = input.grid.space.as_deref();
+        annotations::laid_out(annotations, &scene, space, flags.resolution)
+    });
     let request = StillRequest {
         scene,
         size: flags.resolution,
@@ -73,7 +87,7 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
         repeat: flags.repeat,
         time_passes: flags.stats.is_some(),
     };
-    let still = if flags.cells {
+    let mut still = if flags.cells {
         let mut still =
             engine.still_with_cells(request, &Ticket::new()).map_err(Failure::failed)?;
         let cells = still.cells.take().ok_or_else(|| Failure::Failed(no_cut(refine)))?;
@@ -105,6 +119,12 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
             "the picture that fits is no octree cut, so {cut_flags} changed nothing in it"
         ));
     }
+    if let Some(Layout { primitives, left_out }) = annotated {
+        annotations::draw(&mut still.rgba, still.size, &primitives);
+        if !left_out.is_empty() {
+            note(&no_room(&left_out));
+        }
+    }
     picture_to.write(&picture_file::bytes(&still, format).map_err(Failure::Failed)?)?;
     if let Some(stats_to) = stats_to {
         let stats = Stats::of(&still, (splat, effects), refine, kernels_total, load_ms);
@@ -112,6 +132,16 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
         stats_to.write(text.as_bytes())?;
     }
     Ok(())
+}
+
+/// Which annotations a picture is too small for, or has nothing of.
+fn no_room(left_out: &[Annotation]) -> String {
+    let names: Vec<_> = left_out.iter().map(|which| which.name()).collect();
+    format!(
+        "the picture has no room for some of --annotations, which were left out: {}; try a larger \
+         --resolution, or another view",
+        names.join(", ")
+    )
 }
 
 /// Refuses `--cells` where flags alone say that there will be none to draw, or nowhere to draw them.

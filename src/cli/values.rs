@@ -6,8 +6,8 @@ use crate::core::Srgb8;
 use crate::io::Endian;
 use crate::kernel::Kernel;
 use crate::scene::{
-    Backend, Classify, ErrorMeasure, MOST_SHEETS_PER_KERNEL, OpacityModel, Order, Reconstruction,
-    ShadingPreset, Visibility,
+    Annotation, Annotations, Backend, Classify, ErrorMeasure, MOST_SHEETS_PER_KERNEL, OpacityModel,
+    Order, Reconstruction, ShadingPreset, Visibility,
 };
 use crate::task::engine::AdapterChoice;
 use crate::transfer::ColourMap;
@@ -115,6 +115,24 @@ pub(super) fn positive(text: &str) -> Parsed<f64> {
         value if value > 0.0 => Ok(value),
         _ => Err(format!("expected a number above 0, found {}", found(text))),
     }
+}
+
+/// Names of annotations, or all of them.
+pub(super) fn annotations(text: &str) -> Parsed<Annotations> {
+    let mut chosen = Annotations::NONE;
+    for name in text.split(',').map(str::trim) {
+        match Annotation::from_name(name) {
+            Some(which) => *chosen.switch(which) = true,
+            None if name == "all" => {
+                Annotation::ALL.into_iter().for_each(|which| *chosen.switch(which) = true);
+            }
+            None => {
+                let names = Annotation::ALL.map(Annotation::name).join(", ");
+                return Err(format!("expected all, or some of {names}, found {}", found(name)));
+            }
+        }
+    }
+    Ok(chosen)
 }
 
 pub(super) fn share(text: &str) -> Parsed<f64> {

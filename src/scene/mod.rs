@@ -3,6 +3,7 @@
 //! Owns [`Scene`] and the settings people change. Refuses drawing, files and widgets. The GPU's
 //! whole state can be rebuilt from it. Imports `core`, `volume`, `transfer`, `kernel`, `hierarchy`.
 
+pub mod annotations;
 mod cells;
 mod framing;
 mod mode;
@@ -10,6 +11,7 @@ mod shading;
 mod view;
 
 pub use crate::hierarchy::ErrorMeasure;
+pub use annotations::{Annotation, Annotations, lay_out as lay_out_annotations};
 pub use cells::{Cell, Cells, Edge, IndexRay, WhyWhole, level_colour};
 pub use framing::{NamedView, axis_letters, is_anterior_y};
 pub use mode::{
