@@ -150,7 +150,9 @@ impl Picture<'_> {
         for row in 0..mask.size[1] as i64 {
             for column in 0..mask.size[0] as i64 {
                 let (x, y) = (mask.corner[0] + column, mask.corner[1] + row);
-                self.lay(x, y, ink, f64::from(mask.at(x, y)));
+                // As the interface has it: what is half covered would look too thin.
+                let cover = f64::from(mask.at(x, y));
+                self.lay(x, y, ink, cover * (2.0 - cover));
             }
         }
     }

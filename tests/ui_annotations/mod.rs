@@ -93,8 +93,9 @@ fn the_window_paints_what_files_have() {
         }
         let all = u64::from(picture.size[0]) * u64::from(picture.size[1]);
         println!("at {scale}: off by {off} of {changed}, alike {alike} of {all}");
-        // Edges and halos are smoothed each in its own way. Measured on llvmpipe:
+        // Edges and halos are smoothed each in its own way. Measured on llvmpipe: 0.155 of what is
+        // written at most, and 95 % of the pixels alike.
         assert!((off as f64) < 0.2 * changed as f64, "{off} of {changed}");
-        assert!(alike > all * 8 / 10, "{alike} of {all}");
+        assert!(alike > all * 9 / 10, "{alike} of {all}");
     }
 }

@@ -245,6 +245,7 @@ fn write(sheet: &mut Sheet<'_>, seen: &Seen<'_>, ruler: &Ruler, title: &str) {
             beside(middle, towards, beyond + 0.3 * em, extent),
             beside(b, along, 0.8 * em, extent),
             beside(a, -along, 0.8 * em, extent),
+            beside(middle, -towards, GAP * em, extent),
         ];
         if let Some(area) = candidates.into_iter().find(|area| sheet.is_free(area)) {
             sheet.take(area);
