@@ -267,6 +267,45 @@ fn annotations_are_written_over_the_picture_and_what_has_no_room_is_named() {
 }
 
 #[test]
+fn a_probe_finds_the_face_of_a_ramp_and_says_where_there_is_nothing() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let ramp: Vec<u8> = (0..12 * 12 * 12).map(|i| (i % 12 * 10) as u8).collect();
+    let path = written(folder.path(), "ramp.nrrd", &nrrd("uint8", "12 12 12", &ramp));
+    let probe = |more: &[&str]| {
+        let name = path.to_str().expect("UTF-8");
+        let from =
+            ["--camera-direction", "1,0,0", "--opacity", "60:0,60:0.9", "--resolution", "40,30"];
+        voxsplat(&[&["probe", name][..], &from, more].concat())
+    };
+    for angle in [&[][..], &["--camera-view-angle", "40"]] {
+        let output = probe(&[&["--at", "20,15", "--json"], angle].concat());
+        assert_eq!(output.status.code(), Some(0), "{}", errors(&output));
+        let found: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+        let point = &found["point"];
+        // The face is at 6; a tenth is gathered after −ln 0.9 / −ln 0.1 of a spacing.
+        let depth = 0.9_f64.ln() / 0.1_f64.ln();
+        let near = |found: &Value, expected: f64| {
+            found.as_f64().is_some_and(|found| (found - expected).abs() < 0.02)
+        };
+        assert!(near(&point["world"][0], 6.0 + depth), "{found}");
+        assert!(near(&point["value"], 60.0 + 10.0 * depth), "{found}");
+        assert!(
+            near(&point["gradient"][0], 10.0) && near(&point["gradient_length"], 10.0),
+            "{found}"
+        );
+        assert!(near(&point["opacity"], 0.9) && found["gathered"].is_null(), "{found}");
+    }
+    let text = String::from_utf8(probe(&["--at", "20,15"]).stdout).expect("UTF-8");
+    assert!(text.contains("World (x y z)     6.04") && text.contains("gathered 10 %"), "{text}");
+    let beside = String::from_utf8(probe(&["--at", "0,15"]).stdout).expect("UTF-8");
+    assert_eq!(beside, "nothing: the ray passes the volume by\n");
+    let thin = probe(&["--at", "20,15", "--opacity", "0:0.001"]);
+    assert_eq!(thin.status.code(), Some(2), "--opacity twice");
+    let outside = probe(&["--at", "40,15"]);
+    assert_eq!(fault(&outside, 2, &["from 0,0 to 39,29", "40,15"], None), None);
+}
+
+#[test]
 fn flags_of_a_cut_that_a_picture_is_not_are_all_named() {
     if !can_draw() {
         return;

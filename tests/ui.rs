@@ -3,6 +3,7 @@
 
 mod ui_annotations;
 mod ui_modes;
+mod ui_probe;
 mod ui_support;
 mod ui_transfer;
 
@@ -255,6 +256,11 @@ fn every_shortcut_does_what_it_says() {
                 assert!(bench.window().cells().on && bench.shows("Octree error"));
                 press(&mut bench);
                 assert!(!bench.window().cells().on && !bench.shows("Octree error"));
+            }
+            Action::ToggleProbe => {
+                assert!(bench.window().probing().is_on());
+                press(&mut bench);
+                assert!(!bench.window().probing().is_on());
             }
             Action::ToggleLeveling => {
                 let range = |b: &Bench| b.window().scene().unwrap().transfer.colour.range();

@@ -34,6 +34,7 @@ pub enum Action {
     ToggleTrihedron,
     ToggleCells,
     ToggleLeveling,
+    ToggleProbe,
     ToggleSidePanel,
     ToggleAccuracy,
     ToggleEffects,
@@ -94,7 +95,7 @@ const fn entry(
 }
 
 /// Every command there is, in the order of the menus.
-pub const ACTIONS: [Entry; 32] = [
+pub const ACTIONS: [Entry; 33] = [
     entry(Action::Open, Menu::File, "Open…", command(Key::O), "Open a volume in a file dialog"),
     entry(
         Action::OpenPath,
@@ -240,6 +241,13 @@ pub const ACTIONS: [Entry; 32] = [
         "Window and level",
         plain(Key::W),
         "Left drags change the range of the colours: across its width, up and down its middle",
+    ),
+    entry(
+        Action::ToggleProbe,
+        Menu::View,
+        "Probe",
+        plain(Key::P),
+        "Say what is under the cursor at rest: place, value, gradient and opacity",
     ),
     entry(
         Action::ToggleSidePanel,

@@ -215,6 +215,8 @@ impl Window {
             annotations::paint(ui.painter(), area, &layout.primitives);
             self.left_out = layout.left_out;
             self.cells.show(ui, area, scene, &response);
+            let rests = !self.pacing.is_moving();
+            self.probing.show(ui, area, scene, space, (&response, rests));
         } else if !self.is_loading() {
             welcome_ui(ui, area.rect);
         }

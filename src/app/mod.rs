@@ -25,6 +25,7 @@ pub mod modes;
 pub mod notices;
 pub mod pacing;
 pub mod panels;
+pub mod probing;
 pub mod reading;
 mod refining;
 pub mod saving;

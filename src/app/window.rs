@@ -30,6 +30,7 @@ use super::panels::accuracy::AccuracyPanel;
 use super::panels::data::FieldChoice;
 use super::panels::shading::ShadingEditor;
 use super::panels::transfer::TransferEditor;
+use super::probing::Probing;
 use super::saving::{self, Renderer, SaveRequest, Saved};
 use super::settings::Settings;
 use super::theme;
@@ -97,6 +98,7 @@ pub struct Window {
     pub(super) gaussians: Vec<Gaussian>,
     pub(super) transfer: TransferEditor,
     pub(super) leveling: Leveling,
+    pub(super) probing: Probing,
     pub(super) history: History<State>,
     pub(super) wheel: Wheel,
     pub(super) viewport: Viewport,
@@ -138,6 +140,7 @@ impl Window {
             gaussians: Vec::new(),
             transfer: TransferEditor::default(),
             leveling: Leveling::default(),
+            probing: Probing::default(),
             history: History::default(),
             wheel: Wheel::default(),
             viewport_size: [1, 1],
@@ -190,6 +193,11 @@ impl Window {
     /// The comparison of two modes.
     pub fn compare(&self) -> &Compare {
         &self.compare
+    }
+
+    /// What is under the cursor.
+    pub fn probing(&self) -> &Probing {
+        &self.probing
     }
 
     /// The octree's cells over the picture.
@@ -269,6 +277,7 @@ impl Window {
             Action::ResetView => self.reset_view(),
             Action::Converge => self.converge(),
             Action::ToggleLeveling => self.leveling.on = !self.leveling.on,
+            Action::ToggleProbe => self.toggle_probe(ctx),
             Action::ToggleLights => self.toggle_lights(),
             Action::ToggleEffects => self.effects.open = !self.effects.open,
             Action::ToggleScalarBar => self.toggle_annotation(Annotation::ScalarBar),
@@ -293,6 +302,13 @@ impl Window {
                 let shown = matches!(self.dialog, Some(Dialog::Help));
                 self.dialog = (!shown).then_some(Dialog::Help);
             }
+        }
+    }
+
+    fn toggle_probe(&mut self, ctx: &Context) {
+        let ctx = ctx.clone();
+        if let Err(reason) = self.probing.toggle(move || ctx.request_repaint()) {
+            self.notices.error(reason);
         }
     }
 

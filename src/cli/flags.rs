@@ -56,6 +56,9 @@ pub enum Command {
     /// Say what is in a file
     #[command(after_help = EXIT_CODES)]
     Info(InfoFlags),
+    /// Say what a pixel shows: the first visible point of its ray, and the field there
+    #[command(after_help = EXIT_CODES)]
+    Probe(Box<ProbeFlags>),
     /// Measure what each way of drawing costs, and how far from the exact picture it is
     #[command(after_help = format!("{SWEEP}\n\n{EXIT_CODES}"))]
     Accuracy(Box<AccuracyFlags>),
@@ -106,6 +109,36 @@ pub struct InfoFlags {
     /// As JSON
     #[arg(long)]
     pub json: bool,
+}
+
+/// `voxsplat probe`.
+#[derive(Debug, Args)]
+pub struct ProbeFlags {
+    /// The file.
+    #[command(flatten)]
+    pub input: InputFlags,
+    /// Column and row of the pixel, from 0,0 at the upper left
+    #[arg(long, value_name = "X,Y", value_parser = values::pixel, allow_hyphen_values = true)]
+    pub at: [u32; 2],
+    /// Size in pixels of the picture that it is a pixel of, as of `render`
+    #[arg(long, value_name = "W,H", value_parser = values::resolution, default_value = "1280,800",
+        allow_hyphen_values = true)]
+    pub resolution: [u32; 2],
+    /// Opacity that the ray is to have gathered, above 0 and below 1 [default: 0.1]
+    #[arg(long, value_name = "A", value_parser = values::inner_share, allow_hyphen_values = true)]
+    pub share: Option<f64>,
+    /// As JSON
+    #[arg(long)]
+    pub json: bool,
+    /// What is seen, from where.
+    #[command(flatten)]
+    pub scene: SceneFlags,
+    /// What reconstructs the field.
+    #[command(flatten)]
+    pub mode: ModeFlags,
+    /// How it is lit, and what opacities are looked up by.
+    #[command(flatten)]
+    pub shading: ShadingFlags,
 }
 
 /// What is seen, and from where.

@@ -78,6 +78,21 @@ pub(super) fn pixels(text: &str) -> Parsed<u32> {
     small(text, 1..=u32::MAX)
 }
 
+/// Column and row of a pixel.
+pub(super) fn pixel(text: &str) -> Parsed<[u32; 2]> {
+    let parts: Vec<u32> =
+        text.split(',').map(|part| small(part, 0..=u32::MAX)).collect::<Parsed<_>>()?;
+    parts.try_into().map_err(|_| format!("expected two numbers X,Y, found {}", found(text)))
+}
+
+/// A share of something that is neither none of it nor all.
+pub(super) fn inner_share(text: &str) -> Parsed<f64> {
+    match number(text)? {
+        value if value > 0.0 && value < 1.0 => Ok(value),
+        _ => Err(format!("expected a number above 0 and below 1, found {}", found(text))),
+    }
+}
+
 pub(super) fn sheets(text: &str) -> Parsed<u32> {
     small(text, 1..=MOST_SHEETS_PER_KERNEL)
 }

@@ -14,6 +14,7 @@ pub mod lettering;
 pub mod output_file;
 pub mod picture_file;
 mod previews;
+pub mod probe;
 mod rows;
 mod slabs;
 pub mod still;
