@@ -216,7 +216,7 @@ impl Window {
             self.left_out = layout.left_out;
             self.cells.show(ui, area, scene, &response);
             let rests = !self.pacing.is_moving();
-            self.probing.show(ui, area, scene, space, (&response, rests));
+            self.probing.show(ui, area, scene, space, (&response, rests), self.cells.height());
         } else if !self.is_loading() {
             welcome_ui(ui, area.rect);
         }

@@ -57,7 +57,8 @@ impl Probing {
         self.asked.as_ref().filter(|asked| asked.is_same(&answer.look)).map(|_| answer)
     }
 
-    /// Asks about the pixel under the cursor while the view `rests`, and says what is there.
+    /// Asks about the pixel under the cursor while the view `rests`, and says what is there, `top`
+    /// points below the viewport's upper edge.
     pub fn show(
         &mut self,
         ui: &Ui,
@@ -65,8 +66,10 @@ impl Probing {
         scene: &Scene,
         space: Option<&str>,
         (viewport, rests): (&Response, bool),
+        top: f32,
     ) {
         let Some(prober) = &self.prober else { return };
+        let room = Rect::from_min_max(area.rect.min + vec2(0.0, top), area.rect.max);
         if let Some(answer) = prober.take() {
             self.answer = Some(answer);
         }
@@ -74,7 +77,7 @@ impl Probing {
         let Some(pointer) = pointer else {
             self.asked = None;
             let hint = if rests { "Point at the picture" } else { "Once the view rests" };
-            says(ui, area.rect, &[("Probe", hint.to_owned())]);
+            says(ui, room, &[("Probe", hint.to_owned())]);
             return;
         };
         let pixel = pixel_under(pointer, area);
@@ -87,10 +90,10 @@ impl Probing {
         let is_of_volume =
             |answer: &&Answer| std::sync::Arc::ptr_eq(&answer.look.scene.volume, &scene.volume);
         let Some(answer) = self.answer.as_ref().filter(is_of_volume) else {
-            says(ui, area.rect, &[("Probe", "Preparing the field…".to_owned())]);
+            says(ui, room, &[("Probe", "Preparing the field…".to_owned())]);
             return;
         };
-        says(ui, area.rect, &answer_words(answer, space));
+        says(ui, room, &answer_words(answer, space));
         if matches!(answer.seen, Ok(Seen::Point(_))) {
             mark(ui, pointer);
         }
