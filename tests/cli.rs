@@ -306,6 +306,29 @@ fn a_probe_finds_the_face_of_a_ramp_and_says_where_there_is_nothing() {
 }
 
 #[test]
+fn a_picture_in_the_backgrounds_colour_says_so() {
+    if !can_draw() {
+        return;
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("bone.png");
+    let render = |more: &[&str]| {
+        let name = path.to_str().expect("UTF-8");
+        let bone = ["render", "demo:head:16", "-o", name, "--preset", "ct-bone"];
+        let size = ["--resolution", "32,32", "--color-range"];
+        errors(&voxsplat(&[&bone[..], &size, more].concat()))
+    };
+    // The map is reversed: all of the bone lies beyond its black end.
+    let black = render(&["100,0"]);
+    assert!(
+        black.contains("told from the background") && black.contains("--color-range"),
+        "{black}"
+    );
+    assert_eq!(render(&["100,0", "--background", "ffffff"]), "");
+    assert_eq!(render(&["0,100"]), "");
+}
+
+#[test]
 fn flags_of_a_cut_that_a_picture_is_not_are_all_named() {
     if !can_draw() {
         return;

@@ -99,6 +99,12 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
     // Less than half a step of an 8-bit channel everywhere: nobody would see anything.
     if still.light.iter().all(|pixel| pixel[3] < 1.0 / 512.0) {
         note(&nothing_seen(still.kernels_active, hides_voxels));
+    } else if is_one_colour(&still.rgba, background) {
+        note(
+            "nothing can be told from the background, though there is opacity: what is seen has its \
+             colour; look at --color-range, beyond which values have the colours of its ends, or \
+             choose another --background",
+        );
     }
     if !effects.is_empty() && !still.drawn.is_shaded {
         effects.clear();
@@ -132,6 +138,13 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
         stats_to.write(text.as_bytes())?;
     }
     Ok(())
+}
+
+/// Whether all pixels have the background's colour, to a step of their bytes.
+fn is_one_colour(rgba: &[u8], background: Background) -> bool {
+    let Background::Colour(Srgb8(behind)) = background else { return false };
+    let is_near = |pixel: &[u8]| pixel.iter().zip(behind).all(|(a, b)| a.abs_diff(b) <= 1);
+    rgba.chunks_exact(4).all(|pixel| is_near(&pixel[..3]))
 }
 
 /// Which annotations a picture is too small for, or has nothing of.
@@ -271,6 +284,14 @@ mod tests {
         let (none, some) = (nothing_seen(0, false), nothing_seen(208, false));
         assert!(none.contains("no voxel has opacity") && none.contains("--opacity"), "{none}");
         assert!(some.contains("though 208 voxels") && some.contains("the camera"), "{some}");
+    }
+
+    #[test]
+    fn a_picture_in_the_colour_of_its_background_is_known() {
+        let grey = Background::Colour(Srgb8([7, 8, 9]));
+        assert!(is_one_colour(&[7, 8, 9, 255, 8, 8, 8, 255], grey));
+        assert!(!is_one_colour(&[7, 8, 9, 255, 7, 8, 11, 255], grey));
+        assert!(!is_one_colour(&[0; 4], Background::Transparent), "alpha can be seen");
     }
 
     #[test]

@@ -192,7 +192,13 @@ mod tests {
             answer = prober.take().expect("an answer");
         }
         assert_eq!(answer.seen, look(&looks[2]).map_err(|error| error.to_string()));
-        assert!(matches!(answer.seen, Ok(Seen::Point(_))), "{answer:?}");
+        let Ok(Seen::Point(Point { world, .. })) = answer.seen else { panic!("{answer:?}") };
+        // The ray goes through the middle of the pixel.
+        let Look { scene, size, pixel, .. } = &looks[2];
+        let camera = scene.camera;
+        let found = camera.pixel_from_view(camera.to_view(world), size.map(f64::from)).unwrap();
+        let middle = DVec2::from(pixel.map(f64::from)) + 0.5;
+        assert!((found - middle).length() < 1e-9, "{found}");
         assert!(!looks[2].is_same(&looks[1]));
         drop(prober);
         // Its thread ends, and with it the line that it wakes by.

@@ -145,8 +145,11 @@ fn the_scale_bar_is_as_long_as_it_says() {
     assert!(words.iter().any(|(text, _)| text.ends_with("units at the focal plane")), "{words:?}");
 }
 
-/// Colours of the rows of a scalar bar with where they are, and its numbers with where those are.
-fn bar(layout: &Layout) -> (Vec<(Area, Srgb8)>, Vec<(f64, f64)>) {
+/// A row of a scalar bar and its colour.
+type Row = (Area, Srgb8);
+
+/// The rows of a scalar bar, and its numbers with where they are from the top.
+fn bar(layout: &Layout) -> (Vec<Row>, Vec<(f64, f64)>) {
     let rows = layout.primitives.iter().filter_map(|primitive| match primitive {
         Primitive::Rectangle { area, ink } if ink.opacity == 1.0 => Some((*area, ink.colour)),
         _ => None,

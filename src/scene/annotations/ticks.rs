@@ -110,7 +110,7 @@ pub fn ticks(low: f64, high: f64, most: u32) -> Vec<(f64, Number)> {
     let (first, end) = ((low / step - slack).ceil(), (high / step + slack).floor());
     #[expect(clippy::cast_possible_truncation, reason = "checked below")]
     let count = (end - first) as i64 + 1;
-    if count < 1 || count > MOST_TICKS || first + 1.0 == first {
+    if !(1..=MOST_TICKS).contains(&count) || first + 1.0 == first {
         // Too far from 0 for doubles to tell the ticks apart.
         return vec![(low, Number::alone(low))];
     }
