@@ -73,6 +73,7 @@ fn opaque(lattice: Lattice, is_ball: bool, direction: DVec3, parallel_scale: f64
         splat: SplatSettings::SHADE_FIRST,
         background: Background::Transparent,
         shading: Shading::default(),
+        vectors: None,
     }
 }
 

@@ -1,7 +1,7 @@
 //! Host and shaders agree: every stitched shader is valid WebGPU, and every struct and constant
 //! that crosses stands in both with the same bytes.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashSet};
 use std::fs;
 use std::mem::offset_of;
 use std::path::Path;
@@ -12,6 +12,7 @@ use voxsplat::gpu::layout::{self, COUNT_HEADER_WORDS, RECORD_WORDS, SEGMENT_THRE
 use voxsplat::gpu::shader::{self, Shader};
 use voxsplat::hierarchy::EMPTY_BRICK;
 use voxsplat::kernel::COEFFICIENTS;
+use voxsplat::vector::{FORESHORTENINGS, MARK_SIDE, PHASES};
 use voxsplat::volume::BRICK;
 
 /// A host struct: its name, its size in bytes, and its members with their offsets.
@@ -33,7 +34,7 @@ macro_rules! host_struct {
     }};
 }
 
-fn host_structs() -> [HostStruct; 9] {
+fn host_structs() -> [HostStruct; 11] {
     [
         host_struct!(Frame {
             view_x,
@@ -71,6 +72,8 @@ fn host_structs() -> [HostStruct; 9] {
             bricks,
             part,
         }),
+        host_struct!(Vectors { axis_x, axis_y, axis_z, depth, picture, flags, layers }),
+        host_struct!(VectorTiles { tiles, more, rays }),
         host_struct!(Scan { counts }),
         host_struct!(Lists { tiles, counts, layers, slabs, parts }),
         host_struct!(Sort { counts }),
@@ -109,9 +112,12 @@ fn host_structs() -> [HostStruct; 9] {
 }
 
 /// Constants that shaders and host both name, and the host's value.
-fn host_constants() -> [(&'static str, f64); 20] {
+fn host_constants() -> [(&'static str, f64); 23] {
     [
         ("BRICK", BRICK as f64),
+        ("MARK_SIDE", MARK_SIDE as f64),
+        ("PHASES", PHASES as f64),
+        ("FORESHORTENINGS", FORESHORTENINGS as f64),
         ("RECORD_WORDS", RECORD_WORDS as f64),
         ("COUNT_HEADER_WORDS", COUNT_HEADER_WORDS as f64),
         ("SEGMENT_THREADS", f64::from(SEGMENT_THREADS)),
@@ -275,7 +281,8 @@ fn every_shader_file_is_part_of_some_pass() {
             }
         }
     }
-    assert!(files >= shader::ALL.len(), "{files} files for {} passes", shader::ALL.len());
+    let passes: HashSet<&str> = shader::ALL.iter().map(|s| s.name).collect();
+    assert!(files > passes.len(), "{files} files for {} passes", passes.len());
     assert_none(&unused);
 }
 
@@ -317,7 +324,14 @@ fn bindings_count_up_from_zero() {
             .filter_map(|(_, v)| v.binding.as_ref().map(|b| (b.group, b.binding)))
             .collect();
         bindings.sort_unstable();
-        let expected: Vec<(u32, u32)> = (0_u32..).map(|b| (0, b)).take(bindings.len()).collect();
+        // In a group of their own: vectors beside a field.
+        let first = bindings.iter().filter(|(group, _)| *group == 0).count();
+        let expected: Vec<(u32, u32)> = (0_u32..)
+            .map(|b| (0, b))
+            .take(first)
+            .chain((0..).map(|b| (1, b)))
+            .take(bindings.len())
+            .collect();
         assert_eq!(bindings, expected, "{}", shader.name);
     }
 }
@@ -407,10 +421,12 @@ fn workgroups_have_the_size_that_the_host_dispatches() {
         let module = parsed(&shader);
         assert_eq!(module.entry_points[0].workgroup_size, [SEGMENT_THREADS, 1, 1]);
     }
-    for shader in [shader::GATHER_KERNELS, shader::GATHER_CELLS] {
+    for shader in [shader::GATHER_KERNELS, shader::GATHER_CELLS, shader::COMPOSITE_VECTORS] {
         assert_eq!(parsed(&shader).entry_points[0].workgroup_size, [layout::TILE, layout::TILE, 1]);
     }
-    for shader in [shader::COUNT_ENTRIES, shader::WRITE_ENTRIES, shader::FIND_RANGES] {
+    for shader in
+        [shader::COUNT_ENTRIES, shader::COUNT_VECTORS, shader::WRITE_ENTRIES, shader::FIND_RANGES]
+    {
         let module = parsed(&shader);
         assert_eq!(module.entry_points[0].workgroup_size, [layout::LIST_THREADS, 1, 1]);
     }

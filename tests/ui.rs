@@ -229,6 +229,9 @@ fn every_shortcut_does_what_it_says() {
                 );
                 assert!(insists, "{effort:?}");
             }
+            Action::ToggleAnimation => {
+                assert!(bench.shows("There are no vectors to animate: choose some under Vectors"));
+            }
             Action::ToggleLights => {
                 assert!(bench.window().scene().unwrap().shading.lighting.is_some());
                 press(&mut bench);

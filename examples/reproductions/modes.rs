@@ -85,6 +85,7 @@ fn scene(name: &str, opacity: Vec<(f64, f64)>, value: impl Fn(DVec3) -> f64) -> 
         splat: SplatSettings::SHADE_FIRST,
         background: Background::Colour(Srgb8::BLACK),
         shading: Shading::default(),
+        vectors: None,
     })
 }
 

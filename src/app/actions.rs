@@ -32,6 +32,7 @@ pub enum Action {
     ToggleScaleBar,
     ToggleAxes,
     ToggleTrihedron,
+    ToggleAnimation,
     ToggleCells,
     ToggleLeveling,
     ToggleProbe,
@@ -95,7 +96,7 @@ const fn entry(
 }
 
 /// Every command there is, in the order of the menus.
-pub const ACTIONS: [Entry; 33] = [
+pub const ACTIONS: [Entry; 34] = [
     entry(Action::Open, Menu::File, "Open…", command(Key::O), "Open a volume in a file dialog"),
     entry(
         Action::OpenPath,
@@ -198,6 +199,13 @@ pub const ACTIONS: [Entry; 33] = [
         "Refine until converged",
         plain(Key::R),
         "Double the slabs of the view at rest until nothing changes, however long that takes",
+    ),
+    entry(
+        Action::ToggleAnimation,
+        Menu::View,
+        "Play or pause",
+        plain(Key::Space),
+        "Let the marks of vectors move along the flow, or stop them where they are",
     ),
     entry(Action::ToggleLights, Menu::View, "Lights", plain(Key::L), "Switch the lights on or off"),
     entry(
@@ -321,7 +329,7 @@ pub fn pressed(ctx: &Context) -> Vec<Action> {
     let typing = ctx.text_edit_focused();
     let focused = ctx.memory(|memory| memory.focused().is_some());
     let available = |shortcut: &KeyboardShortcut| {
-        let activates_widgets = shortcut.logical_key == Key::Enter;
+        let activates_widgets = matches!(shortcut.logical_key, Key::Enter | Key::Space);
         let is_undo = matches!(shortcut.logical_key, Key::Z | Key::Y);
         let is_taken = typing && (is_undo || shortcut.conflicts_with_text_editing());
         !(is_taken || focused && activates_widgets)

@@ -11,7 +11,10 @@ use super::actions::{ACTIONS, Action, Entry, Menu, entry_of};
 use super::camera_control;
 use super::document::Source;
 use super::notices::text_and_button_ui;
-use super::panels::{accuracy, compare, data, section_ui, shading, splat, status, transfer, view};
+use super::panels::vectors::VectorRequest;
+use super::panels::{
+    accuracy, compare, data, section_ui, shading, splat, status, transfer, vectors, view,
+};
 use super::viewport::PixelArea;
 use super::window::Window;
 use super::{annotations, modes, theme};
@@ -157,6 +160,11 @@ impl Window {
             let second = self.compare.on.then_some(&self.compare.second);
             shading::shading_ui(ui, &mut self.shading, scene, second);
         });
+        let vector_request = section_ui(ui, "Vectors", |ui| {
+            let (clock, fps) = (&mut self.vectors.clock, &mut self.settings.animation_fps);
+            let now = ui.ctx().time();
+            vectors::vectors_ui(ui, document, scene, clock, fps, now)
+        });
         let compare = &mut self.compare;
         let times = self.parts.drawer.back_end_times();
         section_ui(ui, "Splats", |ui| {
@@ -176,6 +184,11 @@ impl Window {
             let (settings, cells) = (&mut self.settings, &mut self.cells);
             view::view_ui(ui, scene, settings, cells, &self.left_out);
         });
+        match vector_request.flatten() {
+            Some(VectorRequest::Field(field)) => self.choose_vectors(ui.ctx(), field),
+            Some(VectorRequest::SaveLoop) => self.ask_to_save_loop(),
+            None => {}
+        }
         if let Some(choice) = choice {
             self.choose_field(ui.ctx(), choice);
         }

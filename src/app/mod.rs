@@ -34,6 +34,7 @@ pub mod sweeping;
 pub mod theme;
 pub mod trace;
 mod undoing;
+mod vectors;
 pub mod viewport;
 mod window;
 pub mod words;

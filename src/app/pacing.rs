@@ -254,6 +254,7 @@ mod tests {
             splat: SplatSettings::default(),
             background: Background::Transparent,
             shading: Shading::default(),
+            vectors: None,
         }
     }
 

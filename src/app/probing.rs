@@ -73,6 +73,11 @@ impl Probing {
         if let Some(answer) = prober.take() {
             self.answer = Some(answer);
         }
+        if scene.vectors.as_ref().is_some_and(|layer| layer.alone) {
+            self.asked = None;
+            says(ui, room, &[("Probe", "Only vectors are shown: none of the field is".to_owned())]);
+            return;
+        }
         let pointer = viewport.hover_pos().filter(|_| rests && !viewport.dragged());
         let Some(pointer) = pointer else {
             self.asked = None;
@@ -81,14 +86,17 @@ impl Probing {
             return;
         };
         let pixel = pixel_under(pointer, area);
-        let look = Look { scene: scene.clone(), size: area.size, pixel, share: FIRST_SEEN };
+        // Of the scalar field: vectors in it may move, and would be asked about in every pass.
+        let scene = Scene { vectors: None, ..scene.clone() };
+        let volume = std::sync::Arc::clone(&scene.volume);
+        let look = Look { scene, size: area.size, pixel, share: FIRST_SEEN };
         if !self.asked.as_ref().is_some_and(|asked| asked.is_same(&look)) {
             prober.ask(look.clone());
             self.asked = Some(look);
         }
         // Until the answer has come, that of the pixel before stays: words that blink cannot be read.
         let is_of_volume =
-            |answer: &&Answer| std::sync::Arc::ptr_eq(&answer.look.scene.volume, &scene.volume);
+            |answer: &&Answer| std::sync::Arc::ptr_eq(&answer.look.scene.volume, &volume);
         let Some(answer) = self.answer.as_ref().filter(is_of_volume) else {
             says(ui, room, &[("Probe", "Preparing the field…".to_owned())]);
             return;

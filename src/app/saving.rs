@@ -13,6 +13,7 @@ use crate::scene::annotations::Primitive;
 use crate::scene::{Annotations, Scene};
 use crate::task::annotations;
 use crate::task::engine::{AdapterChoice, Engine, Picture};
+use crate::task::loop_file::{self, Cycle, LoopError};
 use crate::task::output_file::OutputFile;
 use crate::task::picture_file::{self, PictureFormat};
 use crate::task::still::{Refine, StillError, StillRequest};
@@ -31,6 +32,8 @@ pub struct SaveRequest {
     pub space: Option<String>,
     /// Where to; the extension (`png` or `exr`) names the format.
     pub path: PathBuf,
+    /// A whole cycle of the animation rather than one picture.
+    pub cycle: Option<Cycle>,
 }
 
 /// Draws and saves pictures away from the screen, or a stand-in for that in tests.
@@ -42,6 +45,16 @@ pub type Renderer = Arc<dyn Fn(&SaveRequest, &Ticket) -> Result<(), String> + Se
 /// Pictures from an engine of its own, so that the one on screen goes on undisturbed.
 pub fn engine_renderer(adapter: AdapterChoice) -> Renderer {
     Arc::new(move |request, ticket| {
+        if let Some(cycle) = request.cycle {
+            let engine = Engine::start(adapter.clone(), || ());
+            let SaveRequest { scene, size, annotations: chosen, space, path, .. } = request;
+            let written = annotations::laid_out(*chosen, scene, space.as_deref(), *size).primitives;
+            let pictures = (*size, &written[..]);
+            return match loop_file::write(&engine, scene, pictures, cycle, path, ticket) {
+                Ok(_) | Err(LoopError::Cancelled) => Ok(()),
+                Err(error) => Err(error.to_string()),
+            };
+        }
         let format = PictureFormat::of(&request.path)?;
         let engine = Engine::start(adapter.clone(), || ());
         let still = StillRequest {
@@ -72,7 +85,8 @@ pub type Saved = Result<PathBuf, String>;
 /// Draws and saves in the background.
 pub fn save_picture(ctx: &Context, renderer: &Renderer, request: SaveRequest) -> Job<Saved> {
     let renderer = Arc::clone(renderer);
-    let title = format!("Drawing {} × {} pixels", request.size[0], request.size[1]);
+    let times = request.cycle.map_or(String::new(), |cycle| format!("{} times ", cycle.frames));
+    let title = format!("Drawing {times}{} × {} pixels", request.size[0], request.size[1]);
     Job::start("save-picture", title, ctx, move |ticket| {
         make_folder_of(&request.path)?;
         renderer(&request, ticket).map(|()| request.path)

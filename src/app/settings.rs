@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
+use super::vectors::MOST_FPS;
 use crate::core::Srgb8;
 use crate::scene;
 use crate::scene::{Annotations, Background};
@@ -75,6 +76,8 @@ pub struct Settings {
     pub fade: bool,
     /// Full vertical angle of view that the perspective camera takes, degrees.
     pub view_angle_deg: f64,
+    /// Animated pictures a second, at most.
+    pub animation_fps: u32,
     /// Whether the side panel is open.
     pub side_panel: bool,
     /// What is written over the picture.
@@ -94,6 +97,7 @@ impl Default for Settings {
             converge: true,
             fade: false,
             view_angle_deg: 30.0,
+            animation_fps: MOST_FPS,
             side_panel: true,
             annotations: Annotations { trihedron: true, ..Annotations::NONE },
         }
@@ -116,6 +120,7 @@ impl Settings {
         };
         self.budget_ms = inside(self.budget_ms, &BUDGET_MS, default.budget_ms);
         self.view_angle_deg = inside(self.view_angle_deg, &VIEW_ANGLE_DEG, default.view_angle_deg);
+        self.animation_fps = self.animation_fps.clamp(1, 60);
         self.recent.truncate(RECENT_LIMIT);
         self
     }

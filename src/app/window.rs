@@ -35,10 +35,12 @@ use super::saving::{self, Renderer, SaveRequest, Saved};
 use super::settings::Settings;
 use super::theme;
 use super::undoing::{State, Wheel};
+use super::vectors::Vectors;
 use super::viewport::{ScreenFormat, Viewport};
 use crate::core::{Camera, Projection};
 use crate::scene::{
     self, Annotation, Annotations, Background, NamedView, Scene, Shading, SplatSettings,
+    VectorLayer,
 };
 use crate::task::annotations::laid_out;
 use crate::task::engine::EngineState;
@@ -118,6 +120,7 @@ pub struct Window {
     pub(super) estimates: EstimateRecord,
     pub(super) shading: ShadingEditor,
     pub(super) effects: Effects,
+    pub(super) vectors: Vectors,
     /// Reached the engine last.
     pub(super) last_valid_mode: SplatSettings,
     file_dialog: Option<FileDialog>,
@@ -156,6 +159,7 @@ impl Window {
             estimates: EstimateRecord::default(),
             shading: ShadingEditor::default(),
             effects: Effects::default(),
+            vectors: Vectors::default(),
             last_valid_mode: SplatSettings::default(),
             file_dialog: None,
             loading: None,
@@ -278,6 +282,7 @@ impl Window {
             Action::Converge => self.converge(),
             Action::ToggleLeveling => self.leveling.on = !self.leveling.on,
             Action::ToggleProbe => self.toggle_probe(ctx),
+            Action::ToggleAnimation => self.toggle_animation(ctx),
             Action::ToggleLights => self.toggle_lights(),
             Action::ToggleEffects => self.effects.open = !self.effects.open,
             Action::ToggleScalarBar => self.toggle_annotation(Annotation::ScalarBar),
@@ -347,6 +352,7 @@ impl Window {
         let volume = Arc::clone(&document.volume);
         let transfer = self.parts.library.default_transfer(&volume.statistics);
         let before = self.scene.take();
+        let before_vectors = before.as_ref().and_then(|scene| scene.vectors.clone());
         let projection =
             before.as_ref().map_or(Projection::Orthographic, |scene| scene.camera.projection);
         let splat = match &before {
@@ -375,7 +381,15 @@ impl Window {
             _ => Camera { projection, ..framed },
         };
         let background = self.settings.scene_background();
-        self.scene = Some(Scene { volume, transfer, splat, shading, camera, background });
+        let vectors = match (&document.vectors, before_vectors) {
+            (_, Some(layer)) if keep_view => Some(layer),
+            (Some(field), _) => Some(VectorLayer::new(Arc::clone(field), true)),
+            (None, _) => None,
+        };
+        if !keep_view {
+            self.vectors = Vectors::default();
+        }
+        self.scene = Some(Scene { volume, transfer, splat, shading, vectors, camera, background });
         self.gaussians.clear();
         self.transfer.start_over();
         self.shading.start_over();
@@ -393,6 +407,7 @@ impl Window {
     /// Takes what jobs, dialogs and the desktop have brought since the last pass.
     fn take_news(&mut self, ctx: &Context) {
         self.take_document(ctx);
+        self.take_vectors();
         self.take_saved();
         self.take_design();
         self.take_clipboard(ctx);
@@ -534,6 +549,18 @@ impl Window {
         self.dialog = Some(Dialog::Save(Box::new(dialog)));
     }
 
+    /// Asks for the file of a loop of the animation.
+    pub(super) fn ask_to_save_loop(&mut self) {
+        let (Some(document), Some(scene)) = (&self.document, &self.scene) else { return };
+        let folder = self.parts.pictures_folder.clone().unwrap_or_default();
+        let path = saving::suggested_path(&folder, &document.source.name()).with_extension("gif");
+        let with_background = scene.background != Background::Transparent;
+        let is_annotated = self.settings.annotations.any();
+        let size = self.viewport_size;
+        let dialog = SaveDialog::of_cycle(size, with_background, is_annotated, &path);
+        self.dialog = Some(Dialog::Save(Box::new(dialog)));
+    }
+
     fn save_picture(&mut self, ctx: &Context, choice: SaveChoice) {
         let Some(mut scene) = self.scene.clone() else { return };
         // What is saved is what is seen.
@@ -549,8 +576,8 @@ impl Window {
             false => Annotations::NONE,
         };
         let space = self.document.as_ref().and_then(|document| document.grid.space.clone());
-        let SaveChoice { size, path, .. } = choice;
-        let request = SaveRequest { scene, size, annotations, space, path };
+        let SaveChoice { size, path, cycle, .. } = choice;
+        let request = SaveRequest { scene, size, annotations, space, path, cycle };
         self.saving.push(saving::save_picture(ctx, &self.parts.renderer, request));
     }
 
@@ -711,6 +738,7 @@ impl eframe::App for Window {
         self.take_picture(&ctx);
         self.cells.take(&*self.parts.drawer);
         self.take_keys(&ctx);
+        self.pace_animation(&ctx);
         self.layout_ui(ui);
         self.dialogs_ui(&ctx);
         self.pace(&ctx);

@@ -6,6 +6,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use super::shading::ShadingFlags;
 use super::values::{self, Stop};
+use super::vectors::VectorFlags;
 use crate::core::Srgb8;
 use crate::io::Endian;
 use crate::kernel::Kernel;
@@ -372,6 +373,9 @@ pub struct RenderFlags {
     /// How it is lit.
     #[command(flatten)]
     pub shading: ShadingFlags,
+    /// Vectors beside it, or instead.
+    #[command(flatten)]
+    pub vectors: VectorFlags,
     /// How far to refine [default: full]
     #[arg(long, value_enum)]
     pub refine: Option<RefineFlag>,

@@ -12,6 +12,7 @@ use crate::scene::{
     Annotation, Background, MOST_SLABS_PER_VOXEL, Scene, SplatSettings, View, Visibility,
 };
 use crate::task::engine::Engine;
+use crate::task::loop_file::{self, Cycle, LoopFormat, MOST_FRAMES};
 use crate::task::picture_file::{self, PictureFormat};
 use crate::task::still::{CONVERGED, Convergence, Refine, StillRequest};
 use crate::task::{annotations, cells};
@@ -21,6 +22,9 @@ const BLACK: Srgb8 = Srgb8([0; 3]);
 
 pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
     let refine = refine(flags)?;
+    if let Some(frames) = flags.vectors.cycle {
+        return run_loop(flags, frames);
+    }
     let format = format(&flags.output)?;
     if format == PictureFormat::Exr && flags.background.is_some() {
         // Not refused: scripts say it of pictures of either kind.
@@ -57,28 +61,17 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
     let picture_to = Destination::check(&flags.output, "the picture")?;
     let stats_to = stats.map(|path| Destination::check(path, "the statistics")).transpose()?;
     let start = Instant::now();
-    let input = open::grid(&flags.input)?;
-    for warning in &input.warnings {
-        note(warning);
-    }
-    let background = if flags.no_background {
-        Background::Transparent
-    } else {
-        Background::Colour(flags.background.unwrap_or(BLACK))
-    };
-    let scene = Scene { background, ..open::scene(&input, &flags.scene, splat)? };
-    let shading = flags.shading.resolve(&scene.volume, &splat);
-    let shading = shading.map_err(|error| Failure::Usage(error.to_string()))?;
-    let mut effects = shading.effects();
+    let Meant { scene, mut effects, space } = scene(flags, splat)?;
+    let background = scene.background;
+    let shading = &scene.shading;
     let hides_voxels = shading.opacity.is_some() || shading.modulation.is_some();
-    let scene = Scene { shading, ..scene };
+    let alone = scene.vectors.as_ref().is_some_and(|layer| layer.alone);
     let load_ms = start.elapsed().as_secs_f64() * 1e3;
     let kernels_total = scene.volume.lattice.len() as u64;
     let engine = Engine::start(flags.adapter.clone(), || ());
     let view = View::new(&scene, flags.resolution);
     let annotated = flags.annotations.map(|annotations| {
-        let space = input.grid.space.as_deref();
-        annotations::laid_out(annotations, &scene, space, flags.resolution)
+        annotations::laid_out(annotations, &scene, space.as_deref(), flags.resolution)
     });
     let request = StillRequest {
         scene,
@@ -98,7 +91,12 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
     };
     // Less than half a step of an 8-bit channel everywhere: nobody would see anything.
     if still.light.iter().all(|pixel| pixel[3] < 1.0 / 512.0) {
-        note(&nothing_seen(still.kernels_active, hides_voxels));
+        note(&match alone {
+            true => "nothing can be seen in the picture; look at --vector-opacity and at the lengths of the \
+                     vectors, and at the camera"
+                .to_owned(),
+            false => nothing_seen(still.kernels_active, hides_voxels),
+        });
     } else if is_one_colour(&still.rgba, background) {
         note(
             "nothing can be told from the background, though there is opacity: what is seen has its \
@@ -106,8 +104,9 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
              choose another --background",
         );
     }
-    if !effects.is_empty() && !still.drawn.is_shaded {
-        effects.clear();
+    let needs_lights = effects.iter().any(|effect| *effect != "vectors");
+    if needs_lights && !still.drawn.is_shaded && !alone {
+        effects.retain(|effect| *effect == "vectors");
         note(
             "the picture that fits is an octree cut, which shows no lights and no shading tables: it is \
              of the transfer function alone; give --budget-ms, or a smaller --max-error",
@@ -155,6 +154,74 @@ fn no_room(left_out: &[Annotation]) -> String {
          --resolution, or another view",
         names.join(", ")
     )
+}
+
+/// `--loop`: one whole cycle of the vectors.
+fn run_loop(flags: &RenderFlags, frames: u32) -> Result<(), Failure> {
+    let path = &flags.output;
+    LoopFormat::of(path).map_err(Failure::Usage)?;
+    if !(2..=MOST_FRAMES).contains(&frames) {
+        return Err(Failure::Usage(format!(
+            "expected --loop with 2 to {MOST_FRAMES} pictures, found {frames}; choose another number"
+        )));
+    }
+    let given = [
+        ("--stats", flags.stats.is_some()),
+        ("--repeat", flags.repeat > 0),
+        ("--cells", flags.cells),
+        ("--refine", flags.refine.is_some()),
+    ];
+    if let Some((flag, _)) = given.into_iter().find(|(_, given)| *given) {
+        return Err(Failure::Usage(format!(
+            "expected --loop without {flag}, which is of one picture, found both; leave one out"
+        )));
+    }
+    let splat = flags.mode.resolve().map_err(|error| Failure::Usage(error.to_string()))?;
+    let Meant { scene, space, .. } = scene(flags, splat)?;
+    let annotations = flags.annotations.unwrap_or_default();
+    let layout = annotations::laid_out(annotations, &scene, space.as_deref(), flags.resolution);
+    if !layout.left_out.is_empty() {
+        note(&no_room(&layout.left_out));
+    }
+    let cycle = Cycle { frames, seconds: flags.vectors.loop_seconds };
+    let engine = Engine::start(flags.adapter.clone(), || ());
+    let ticket = Ticket::new();
+    let written = &layout.primitives;
+    loop_file::write(&engine, &scene, (flags.resolution, written), cycle, path, &ticket)
+        .map(drop)
+        .map_err(Failure::failed)
+}
+
+/// What flags mean.
+struct Meant {
+    scene: Scene,
+    /// What it asks for beside the transfer function.
+    effects: Vec<&'static str>,
+    /// What the file calls its space.
+    space: Option<String>,
+}
+
+fn scene(flags: &RenderFlags, splat: SplatSettings) -> Result<Meant, Failure> {
+    let input = open::grid(&flags.input)?;
+    for warning in &input.warnings {
+        note(warning);
+    }
+    let background = if flags.no_background {
+        Background::Transparent
+    } else {
+        Background::Colour(flags.background.unwrap_or(BLACK))
+    };
+    let scene = Scene { background, ..open::scene(&input, &flags.scene, splat)? };
+    let shading = flags.shading.resolve(&scene.volume, &splat);
+    let shading = shading.map_err(|error| Failure::Usage(error.to_string()))?;
+    let mut effects = shading.effects();
+    let opens_with_scalar = flags.scene.field.is_some() || flags.scene.component.is_some();
+    let vectors = flags.vectors.layer(&input, &scene, opens_with_scalar)?;
+    if vectors.is_some() {
+        effects.push("vectors");
+    }
+    let scene = Scene { shading, vectors, ..scene };
+    Ok(Meant { scene, effects, space: input.grid.space })
 }
 
 /// Refuses `--cells` where flags alone say that there will be none to draw, or nowhere to draw them.

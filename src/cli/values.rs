@@ -12,6 +12,7 @@ use crate::scene::{
 use crate::task::engine::AdapterChoice;
 use crate::transfer::ColourMap;
 use crate::transfer::presets::Preset;
+use crate::vector::{ColourBy, Design, Foreshortening, VectorMode};
 use crate::volume::ScalarType;
 
 type Parsed<T> = Result<T, String>;
@@ -30,7 +31,7 @@ fn found(text: &str) -> String {
     if text.trim().is_empty() { "nothing".to_owned() } else { format!("{text:?}") }
 }
 
-fn number(text: &str) -> Parsed<f64> {
+pub(super) fn number(text: &str) -> Parsed<f64> {
     let value: f64 = text
         .trim()
         .parse()
@@ -266,6 +267,10 @@ named!(
     backend: Backend,
     cut_error: ErrorMeasure,
     shading_preset: ShadingPreset,
+    vector_mode: VectorMode,
+    colour_by: ColourBy,
+    design: Design,
+    foreshortening: Foreshortening,
 );
 
 pub(super) fn scalar_type(text: &str) -> Parsed<ScalarType> {

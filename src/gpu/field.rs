@@ -16,7 +16,7 @@ const BOUNDED_REACH: usize = 1;
 /// Words packed between two looks at the ticket.
 const UPLOAD_WORDS: usize = 1 << 20;
 
-/// How a coefficient is stored; numbered as `reconstruct_slabs.wgsl` does. With half its width
+/// How a coefficient is stored; numbered as `shaders/lib/field.wgsl` does. With half its width
 /// beside it a word holds both, or two words of 32-bit floats.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) enum Format {

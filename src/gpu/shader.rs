@@ -17,21 +17,45 @@ const FACE_TENTS: &str = include_str!("../../shaders/lib/face_tents.wgsl");
 const FACE_DIFFERENCES: &str = include_str!("../../shaders/lib/face_differences.wgsl");
 const PARTS: &str = include_str!("../../shaders/lib/parts.wgsl");
 
+const SLABS: &str = include_str!("../../shaders/lib/slabs.wgsl");
+const FIELD: &str = include_str!("../../shaders/lib/field.wgsl");
+const CLASSIFY: &str = include_str!("../../shaders/lib/classify.wgsl");
+const EMPTY: &str = include_str!("../../shaders/lib/empty.wgsl");
+const LIGHT: &str = include_str!("../../shaders/lib/light.wgsl");
+const NO_VECTORS: &str = include_str!("../../shaders/lib/no_vectors.wgsl");
+const VECTOR_FRAME: &str = include_str!("../../shaders/lib/vector_frame.wgsl");
+const VECTORS: &str = include_str!("../../shaders/lib/vectors.wgsl");
+
+/// The most pieces that a shader is stitched of.
+const MOST_PIECES: usize = 14;
+
 /// A pass's shader: its name is the file's, the pass's label and the timing row's.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Shader {
     /// Name of the pass.
     pub name: &'static str,
-    parts: &'static [&'static str],
+    /// Filled up with nothing.
+    pieces: [&'static str; MOST_PIECES],
+}
+
+/// A pass of these pieces.
+const fn stitched(name: &'static str, pieces: &[&'static str]) -> Shader {
+    let mut all = [""; MOST_PIECES];
+    let mut i = 0;
+    while i < pieces.len() {
+        all[i] = pieces[i];
+        i += 1;
+    }
+    Shader { name, pieces: all }
 }
 
 macro_rules! shader {
     ($name:ident, $file:literal, $($library:expr),*) => {
         #[doc = concat!("`shaders/", $file, ".wgsl`.")]
-        pub const $name: Shader = Shader {
-            name: $file,
-            parts: &[$($library,)* include_str!(concat!("../../shaders/", $file, ".wgsl"))],
-        };
+        pub const $name: Shader = stitched(
+            $file,
+            &[$($library,)* include_str!(concat!("../../shaders/", $file, ".wgsl"))],
+        );
     };
 }
 
@@ -40,6 +64,8 @@ shader!(SCAN_SEGMENTS, "scan_segments",);
 shader!(EMIT_KERNELS, "emit_kernels", TRAVERSAL);
 shader!(SPLAT, "splat", FRAME, PROJECT, FOOTPRINT, OPACITY);
 shader!(COUNT_ENTRIES, "count_entries", FRAME, PROJECT, FOOTPRINT, OPACITY, LISTS);
+shader!(COUNT_VECTORS, "count_vectors", FRAME, PROJECT, FOOTPRINT, OPACITY, LISTS, VECTOR_FRAME);
+shader!(COMPOSITE_VECTORS, "composite_vectors", LIGHT, FOOTPRINT, SHARE, VECTOR_FRAME, VECTORS);
 shader!(WRITE_ENTRIES, "write_entries", LISTS);
 shader!(COUNT_DIGITS, "count_digits", SORT);
 shader!(SCATTER_DIGITS, "scatter_digits", SORT);
@@ -49,11 +75,6 @@ shader!(GATHER_KERNELS, "gather_kernels", TRAVERSAL, FOOTPRINT, SHARE, OPACITY, 
 shader!(GATHER_CELLS, "gather_cells", TRAVERSAL, OPACITY, WHOLE, GATHER);
 shader!(PRESENT, "present",);
 shader!(PICTURE, "picture",);
-shader!(RECONSTRUCT_SLABS, "reconstruct_slabs", WHOLE, UNLIT);
-// With lights or shading tables.
-shader!(SHADE_BSPLINES, "reconstruct_slabs", WHOLE, SHADE, FACE_BSPLINE);
-shader!(SHADE_TENTS, "reconstruct_slabs", WHOLE, SHADE, FACE_TENTS);
-shader!(SHADE_SLABS, "reconstruct_slabs", WHOLE, SHADE, FACE_DIFFERENCES);
 // The same where an adapter's loops end too soon for a whole ray.
 shader!(
     GATHER_KERNELS_IN_PARTS,
@@ -66,13 +87,75 @@ shader!(
     GATHER
 );
 shader!(GATHER_CELLS_IN_PARTS, "gather_cells", TRAVERSAL, OPACITY, PARTS, GATHER);
-shader!(RECONSTRUCT_SLABS_IN_PARTS, "reconstruct_slabs", PARTS, UNLIT);
-shader!(SHADE_BSPLINES_IN_PARTS, "reconstruct_slabs", PARTS, SHADE, FACE_BSPLINE);
-shader!(SHADE_TENTS_IN_PARTS, "reconstruct_slabs", PARTS, SHADE, FACE_TENTS);
-shader!(SHADE_SLABS_IN_PARTS, "reconstruct_slabs", PARTS, SHADE, FACE_DIFFERENCES);
 
-/// Every shader there is.
-pub const ALL: [Shader; 24] = [
+/// What has the values, and growth, of a field on the faces of slabs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Faces {
+    /// Values alone: colours shine by themselves, and opacities are by value.
+    Unlit,
+    /// With lights or shading tables, of B-splines.
+    BSplines,
+    /// The same of tents, quickly.
+    Tents,
+    /// The same of any field, by differences.
+    Differences,
+}
+
+/// What `shaders/reconstruct_slabs.wgsl` is stitched of beside what every scene needs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct SlabPieces {
+    /// Rays are walked in several dispatches.
+    pub in_parts: bool,
+    /// What finds values and growth.
+    pub faces: Faces,
+    /// Vector splats lie in the same slabs.
+    pub vectors: bool,
+}
+
+impl SlabPieces {
+    /// Every one there is.
+    pub const ALL: [Self; 12] = {
+        let faces = [Faces::Unlit, Faces::BSplines, Faces::Tents, Faces::Differences];
+        let mut all = [Self { in_parts: false, faces: Faces::Unlit, vectors: false }; 12];
+        let mut i = 0;
+        while i < all.len() {
+            // Rays beside vectors are walked at once.
+            let (vectors, in_parts) = (i % 3 == 2, i % 3 == 1);
+            all[i] = Self { in_parts, faces: faces[i / 3], vectors };
+            i += 1;
+        }
+        all
+    };
+
+    /// The pass of these pieces.
+    pub const fn shader(self) -> Shader {
+        let [shade, face] = match self.faces {
+            Faces::Unlit => [UNLIT, ""],
+            Faces::BSplines => [SHADE, FACE_BSPLINE],
+            Faces::Tents => [SHADE, FACE_TENTS],
+            Faces::Differences => [SHADE, FACE_DIFFERENCES],
+        };
+        let rays = if self.in_parts { PARTS } else { WHOLE };
+        let walk = include_str!("../../shaders/reconstruct_slabs.wgsl");
+        let [footprint, share, frame, vectors] = match self.vectors {
+            false => ["", "", "", NO_VECTORS],
+            true => [FOOTPRINT, SHARE, VECTOR_FRAME, VECTORS],
+        };
+        stitched(
+            RECONSTRUCT_SLABS,
+            &[
+                SLABS, FIELD, CLASSIFY, EMPTY, LIGHT, rays, shade, face, footprint, share, frame,
+                vectors, walk,
+            ],
+        )
+    }
+}
+
+/// Name of the pass that composites slabs of a reconstructed field.
+pub const RECONSTRUCT_SLABS: &str = "reconstruct_slabs";
+
+/// Passes that are stitched in one way only.
+const SINGLE: [Shader; 18] = [
     COUNT_SEGMENTS,
     SCAN_SEGMENTS,
     EMIT_KERNELS,
@@ -85,24 +168,30 @@ pub const ALL: [Shader; 24] = [
     SCATTER_DIGITS,
     FIND_RANGES,
     COMPOSITE_LISTS,
+    COUNT_VECTORS,
+    COMPOSITE_VECTORS,
     PRESENT,
     PICTURE,
-    RECONSTRUCT_SLABS,
     GATHER_KERNELS_IN_PARTS,
     GATHER_CELLS_IN_PARTS,
-    RECONSTRUCT_SLABS_IN_PARTS,
-    SHADE_BSPLINES,
-    SHADE_TENTS,
-    SHADE_SLABS,
-    SHADE_BSPLINES_IN_PARTS,
-    SHADE_TENTS_IN_PARTS,
-    SHADE_SLABS_IN_PARTS,
 ];
+
+/// Every shader there is.
+pub const ALL: [Shader; SINGLE.len() + SlabPieces::ALL.len()] = {
+    let mut all = [SINGLE[0]; SINGLE.len() + SlabPieces::ALL.len()];
+    let mut i = 0;
+    while i < all.len() {
+        all[i] =
+            if i < SINGLE.len() { SINGLE[i] } else { SlabPieces::ALL[i - SINGLE.len()].shader() };
+        i += 1;
+    }
+    all
+};
 
 impl Shader {
     /// The stitched source.
     pub fn source(&self) -> String {
-        self.parts.concat()
+        self.pieces.concat()
     }
 
     /// The module on a device.

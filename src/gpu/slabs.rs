@@ -10,9 +10,12 @@ use super::compute::groups_of_tiles;
 use super::context::Context;
 use super::field::{DeviceField, FIELD_CHUNKS, Format, window};
 use super::layout;
+use super::pipelines::vector_constants;
+use super::scattered::Lists;
 use super::shade::{CellsOfValues, Shade, ShadeVariant};
-use super::shader;
+use super::shader::{Faces, RECONSTRUCT_SLABS, SlabPieces};
 use super::turns::{SlabPart, SlabRays};
+use super::vectors::DeviceVectors;
 use crate::core::Ticket;
 use crate::kernel::{Coefficients, Kernel, RadialKernel};
 use crate::scene::{Classify, OpacityModel, Order, SplatSettings, View};
@@ -70,6 +73,7 @@ struct Variant {
     target: wgpu::TextureFormat,
     in_parts: bool,
     shade: Option<ShadeVariant>,
+    vectors: bool,
 }
 
 impl SlabPass {
@@ -188,6 +192,17 @@ impl SlabPass {
         });
     }
 
+    /// Distance between slab faces, pixels of view depth.
+    pub(super) fn thickness(
+        &self,
+        view: &View,
+        settings: &SplatSettings,
+        smallest_spacing: f64,
+    ) -> f64 {
+        let level = self.field.as_ref().map_or(0, |field| field.level);
+        slab_pixels(view, smallest_spacing * f64::from(1_u32 << level), settings)
+    }
+
     /// The dispatches that walk the rays of a picture: `None` for a single one.
     pub(super) fn parts(
         &self,
@@ -269,7 +284,11 @@ impl SlabPass {
         settings: &SplatSettings,
         (light, format): (&wgpu::TextureView, wgpu::TextureFormat),
         (tiles, kept): (u32, Option<&wgpu::Buffer>),
-        (shade, timestamps): (Option<ShadeVariant>, Option<wgpu::ComputePassTimestampWrites<'_>>),
+        (shade, vectors, timestamps): (
+            Option<ShadeVariant>,
+            Option<(&DeviceVectors, &Lists)>,
+            Option<wgpu::ComputePassTimestampWrites<'_>>,
+        ),
     ) {
         let (Some(field), Some(table)) = (&self.field, &self.table) else { return };
         let variant = Variant {
@@ -285,6 +304,7 @@ impl SlabPass {
             target: format,
             in_parts: kept.is_some(),
             shade: shade.filter(|_| self.shade.is_some()),
+            vectors: vectors.is_some(),
         };
         let pipeline =
             self.pipelines.entry(variant).or_insert_with(|| compile(context, variant)).clone();
@@ -303,16 +323,20 @@ impl SlabPass {
             .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })
             .collect();
         let group = context.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some(shader::RECONSTRUCT_SLABS.name),
+            label: Some(RECONSTRUCT_SLABS),
             layout: &pipeline.get_bind_group_layout(0),
             entries: &entries,
         });
         let mut compute = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
-            label: Some(shader::RECONSTRUCT_SLABS.name),
+            label: Some(RECONSTRUCT_SLABS),
             timestamp_writes: timestamps,
         });
         compute.set_pipeline(&pipeline);
         compute.set_bind_group(0, &group, &[]);
+        if let Some((vectors, lists)) = vectors {
+            let layout = pipeline.get_bind_group_layout(1);
+            compute.set_bind_group(1, &vectors.group(context, lists, &layout), &[]);
+        }
         let [across, down] = groups_of_tiles(tiles);
         compute.dispatch_workgroups(across, down, 1);
     }
@@ -449,19 +473,23 @@ fn compile(context: &Context, variant: Variant) -> wgpu::ComputePipeline {
         ("back_to_front", flag(variant.back_to_front)),
     ];
     constants.extend(variant.shade.iter().flat_map(ShadeVariant::constants));
-    let [whole, in_parts] = match (&variant.shade, variant.kernel) {
-        (None, _) => [shader::RECONSTRUCT_SLABS, shader::RECONSTRUCT_SLABS_IN_PARTS],
-        (Some(_), Kernel::BSpline) => [shader::SHADE_BSPLINES, shader::SHADE_BSPLINES_IN_PARTS],
-        (Some(shade), _) if shade.quickly => [shader::SHADE_TENTS, shader::SHADE_TENTS_IN_PARTS],
-        (Some(_), _) => [shader::SHADE_SLABS, shader::SHADE_SLABS_IN_PARTS],
+    if variant.vectors {
+        constants.extend(vector_constants());
+    }
+    let faces = match (&variant.shade, variant.kernel) {
+        (None, _) => Faces::Unlit,
+        (Some(_), Kernel::BSpline) => Faces::BSplines,
+        (Some(shade), _) if shade.quickly => Faces::Tents,
+        (Some(_), _) => Faces::Differences,
     };
-    let shader = if variant.in_parts { in_parts } else { whole };
+    let shader =
+        SlabPieces { in_parts: variant.in_parts, faces, vectors: variant.vectors }.shader();
     let module = shader.module_writing(&context.device, variant.target);
     context.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-        label: Some(shader::RECONSTRUCT_SLABS.name),
+        label: Some(RECONSTRUCT_SLABS),
         layout: None,
         module: &module,
-        entry_point: Some(shader::RECONSTRUCT_SLABS.name),
+        entry_point: Some(RECONSTRUCT_SLABS),
         compilation_options: wgpu::PipelineCompilationOptions {
             constants: &constants,
             ..Default::default()

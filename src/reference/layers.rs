@@ -80,11 +80,11 @@ pub(super) struct Planes {
 }
 
 impl Planes {
-    fn layer_of(&self, t: f64) -> i64 {
+    pub(super) fn layer_of(&self, t: f64) -> i64 {
         if self.step.is_finite() { ((t - self.centre) / self.step).floor() as i64 } else { 0 }
     }
 
-    fn face(&self, layer: i64) -> f64 {
+    pub(super) fn face(&self, layer: i64) -> f64 {
         if self.step.is_finite() {
             self.centre + layer as f64 * self.step
         } else if layer > 0 {
@@ -176,7 +176,7 @@ pub(super) fn separable_between_planes(
 
 /// Slabs of reconstructed values, clipped to the lattice's domain, from front to back: the value in
 /// the middle of each, or where `pre_integrated` all values between its faces, along a parabola: a
-/// layer for each half.
+/// layer for each half. Each with the number of its slab.
 pub(super) fn classified(
     field: &Field,
     classes: &Classes,
@@ -185,7 +185,7 @@ pub(super) fn classified(
     pre_integrated: bool,
     model: OpacityModel,
     ray: RayShader<'_>,
-) -> Vec<Density> {
+) -> Vec<(i64, Density)> {
     let Some([a, b]) = domain(field.dims, line) else { return Vec::new() };
     let faces: Vec<f64> = (planes.layer_of(a)..=planes.layer_of(b) + 1)
         .map(|layer| planes.face(layer).clamp(a, b))
@@ -196,7 +196,9 @@ pub(super) fn classified(
         Vec::new()
     };
     let mut layers = Vec::new();
+    let first = planes.layer_of(a);
     for (i, pair) in faces.windows(2).enumerate() {
+        let slab = first + i as i64;
         let [low, high] = [pair[0], pair[1]];
         let t = f64::midpoint(low, high);
         let middle = line.at(t);
@@ -205,7 +207,8 @@ pub(super) fn classified(
         }
         if !pre_integrated {
             let shaded = |v| ray.shaded(classes.at(v), t, v);
-            layers.extend(field.value(middle).map(|v| shaded(v).map(|w| w * (high - low))));
+            let weight = |v| (slab, shaded(v).map(|w| w * (high - low)));
+            layers.extend(field.value(middle).map(weight));
             continue;
         }
         let (Some(near), Some(far)) = (values[i], values[i + 1]) else { continue };
@@ -223,9 +226,9 @@ pub(super) fn classified(
         if model == OpacityModel::Published {
             // Opacities are given to slabs.
             add(&mut near, far, 1.0);
-            layers.push(near);
+            layers.push((slab, near));
         } else {
-            layers.extend([near, far]);
+            layers.extend([(slab, near), (slab, far)]);
         }
     }
     layers

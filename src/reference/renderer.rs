@@ -13,6 +13,7 @@ use super::quadrature::{Density, Light};
 use super::shading::{RayShader, Shader};
 use super::sources::{GridKernels, Hit, Line, ListKernels};
 use super::truth;
+use super::vectors::{Vectors, merged};
 use crate::core::Camera;
 use crate::kernel::{Kernel, RadialKernel, SplatMesh};
 use crate::scene::{Classify, ModeError, OpacityModel, Scene, SplatSettings, Visibility};
@@ -38,6 +39,8 @@ pub struct Reference {
     tolerance: f64,
     shape: Option<RadialKernel>,
     source: Source,
+    vectors: Option<Vectors>,
+    alone: bool,
 }
 
 enum Source {
@@ -163,6 +166,8 @@ impl Reference {
             tolerance: TOLERANCE,
             shape,
             source,
+            vectors: Vectors::of(scene, (size[1] * fine) as f64),
+            alone: scene.vectors.as_ref().is_some_and(|layer| layer.alone),
         })
     }
 
@@ -197,6 +202,13 @@ impl Reference {
         let (start, step) = self.camera.ray(at, size);
         let from = self.camera.eye_distance().map_or(f64::NEG_INFINITY, |_| 0.0);
         let ray = Line { start, step, from };
+        if let Some(vectors) = self.vectors.as_ref().filter(|_| self.alone) {
+            let mut planes = self.slabs(&ray);
+            planes.step *= vectors.size();
+            let sums = vectors.sums(&ray, &planes);
+            let layers = merged(&[], &sums);
+            return layers::composite(&layers, self.splat.opacity_model, self.splat.order);
+        }
         let layers = match &self.source {
             Source::Field { field, classes, visible, shader } => {
                 let map = self.lattice.axes().inverse();
@@ -208,7 +220,17 @@ impl Reference {
                 }
                 let pre_integrated = self.splat.classify == Classify::PreIntegrated;
                 let (planes, model) = (self.slabs(&ray), self.splat.opacity_model);
-                layers::classified(field, classes, &line, &planes, pre_integrated, model, shade)
+                let slabs = layers::classified(
+                    field,
+                    classes,
+                    &line,
+                    &planes,
+                    pre_integrated,
+                    model,
+                    shade,
+                );
+                let beside = self.vectors.as_ref().map(|vectors| vectors.sums(&ray, &planes));
+                merged(&slabs, &beside.unwrap_or_default())
             }
             Source::Grid(grid, Shape::Separable(basis)) => {
                 if self.exact {

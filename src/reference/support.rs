@@ -31,6 +31,7 @@ pub(super) fn scene(
         camera: Camera::new(lattice.centre(), direction, DVec3::Y, 2.0),
         background: Background::Colour(Srgb8::BLACK),
         shading: Shading::default(),
+        vectors: None,
     }
 }
 

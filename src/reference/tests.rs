@@ -40,6 +40,7 @@ fn constant(lattice: Lattice, camera: Camera, alpha: f64, unit: f64) -> Scene {
         camera,
         background: Background::Colour(Srgb8::BLACK),
         shading: Shading::default(),
+        vectors: None,
     }
 }
 

@@ -115,6 +115,7 @@ pub(crate) fn scene(lattice: Lattice, direction: DVec3) -> Scene {
         camera,
         background: Background::Colour(Srgb8::BLACK),
         shading: Shading::default(),
+        vectors: None,
     }
 }
 

@@ -3,6 +3,7 @@
 mod cells;
 mod refining;
 mod shading;
+mod vectors;
 
 use std::time::Duration;
 

@@ -7,7 +7,8 @@ use super::ticks::{Number, round_above, ticks};
 use super::{MARGIN, scale_bar};
 use crate::core::Srgb8;
 use crate::core::colour::srgb_from_linear;
-use crate::scene::{Index, Scene, Shading};
+use crate::scene::{Index, Scene, Shading, VectorLayer};
+use crate::vector::{ColourBy, VectorSettings};
 
 /// Height of the bar, as a part of the picture's height, and its limits, ems.
 const SHARE: f64 = 0.55;
@@ -37,7 +38,11 @@ struct Legend<'a> {
 }
 
 impl<'a> Legend<'a> {
+    /// Of the vectors where they are seen alone, and else of the scalar field.
     fn of(scene: &'a Scene) -> Self {
+        if let Some(layer) = scene.vectors.as_ref().filter(|layer| layer.alone) {
+            return Self::of_vectors(layer);
+        }
         let transfer = &scene.transfer;
         let shown = Shading::is_shown_by(&scene.splat);
         let table = scene.shading.reflection.as_ref().filter(|_| shown);
@@ -73,6 +78,25 @@ impl<'a> Legend<'a> {
             None => Box::new(|at| transfer.colour_at(at).0),
         };
         Self { title, range, colour, opacity }
+    }
+
+    fn of_vectors(layer: &'a VectorLayer) -> Self {
+        let VectorSettings { transfer, colour_by, opacity_by, .. } = &layer.settings;
+        let name = &layer.field.name;
+        let title = match colour_by {
+            ColourBy::Magnitude => format!("{name}, length"),
+            ColourBy::X => "x".to_owned(),
+            ColourBy::Y => "y".to_owned(),
+            ColourBy::Z => "z".to_owned(),
+            ColourBy::Scalar => format!("{name}, by scalar"),
+        };
+        let [a, b] = transfer.colour.range();
+        let opacity: Option<Box<dyn Fn(f64) -> f64>> = match opacity_by == colour_by {
+            true => Some(Box::new(|at| transfer.opacity_at(at))),
+            false => None,
+        };
+        let range = [a.min(b), a.max(b)];
+        Self { title, range, colour: Box::new(|at| transfer.colour_at(at).0), opacity }
     }
 
     /// The index at a height of 0..=1 over the lower end.

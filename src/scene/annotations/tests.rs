@@ -2,13 +2,13 @@
 
 use std::sync::Arc;
 
-use glam::{DMat3, DVec2, DVec3};
+use glam::{DMat3, DVec2, DVec3, Vec3};
 
 use super::*;
-use crate::core::{Camera, Projection, Srgb8};
-use crate::scene::{Amounts, Colours, Index, Shading, opening};
+use crate::core::{Camera, Projection, Srgb8, Ticket};
+use crate::scene::{Amounts, Colours, Index, Shading, VectorLayer, opening};
 use crate::transfer::{ColourMap, ColourSource, TransferFunction};
-use crate::volume::{Lattice, Samples, ScalarVolume};
+use crate::volume::{Lattice, Places, Samples, ScalarVolume, VectorField};
 
 /// Every letter is so wide, ems.
 const LETTER: f64 = 0.55;
@@ -228,6 +228,29 @@ fn colours_by_a_table_have_that_tables_bar() {
     assert!(
         found.iter().any(|(text, _)| text == "density") && found.iter().any(|(t, _)| t == "200")
     );
+}
+
+#[test]
+fn vectors_alone_have_the_bar_of_their_lengths() {
+    let vectors = (0..27).map(|i| Vec3::X * i as f32).collect::<Vec<_>>();
+    let places = Places::Lattice(Lattice::unit([3; 3]));
+    let field = VectorField::new("flow", places, vectors.into(), &Ticket::new()).unwrap();
+    let mut layer = VectorLayer::new(Arc::new(field), true);
+    let colour = ColourSource::Map { map: ColourMap::Gray, range: [0.0, 25.0] };
+    layer.settings.transfer = TransferFunction { opacity: vec![(0.0, 0.5)], colour };
+    let mut scene = Scene { vectors: Some(layer.clone()), ..scene() };
+    let texts = |scene: &Scene| -> Vec<String> {
+        let layout = laid_out(only(Annotation::ScalarBar), scene, [800, 600]);
+        words(&layout).into_iter().map(|(text, _)| text).collect()
+    };
+    let found = texts(&scene);
+    assert!(
+        found.contains(&"flow, length".to_owned()) && found.contains(&"25".to_owned()),
+        "{found:?}"
+    );
+    layer.alone = false;
+    scene.vectors = Some(layer);
+    assert!(texts(&scene).contains(&"density".to_owned()), "beside a field, the field's");
 }
 
 #[test]

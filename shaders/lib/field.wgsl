@@ -1,0 +1,212 @@
+// The value of a field between its samples, from the coefficients stored of it.
+
+// How coefficients are stored: two neighbours along x in a word for every sample, two samples a
+// word, or 32-bit floats. With widths: both in a word, or in two of 32 bits.
+const PAIRS: u32 = 0u;
+const HALVES: u32 = 1u;
+const FLOATS: u32 = 2u;
+
+// Kernels, as the host numbers them.
+const NEAREST: u32 = 0u;
+const LINEAR: u32 = 1u;
+const GAUSSIAN: u32 = 2u;
+const CUBIC: u32 = 3u;
+
+override kernel: u32 = 4u;
+// Samples to either side of a position that a radial kernel reaches.
+override window: i32 = 2;
+override format: u32 = 0u;
+override one_chunk: bool = true;
+
+fn word(index: u32) -> u32 {
+    if one_chunk {
+        return field0[index];
+    }
+    let within = index & ((1u << slabs.stored.z) - 1u);
+    switch index >> slabs.stored.z {
+        case 0u: { return field0[within]; }
+        case 1u: { return field1[within]; }
+        case 2u: { return field2[within]; }
+        default: { return field3[within]; }
+    }
+}
+
+// The stored values at an index and at the next one along x.
+fn two(index: u32) -> vec2<f32> {
+    if format == PAIRS {
+        return unpack2x16unorm(word(index));
+    }
+    if format == HALVES {
+        let first = unpack2x16unorm(word(index / 2u));
+        let second = unpack2x16unorm(word((index + 1u) / 2u));
+        return select(first, vec2<f32>(first.y, second.x), (index & 1u) == 1u);
+    }
+    return vec2<f32>(bitcast<f32>(word(index)), bitcast<f32>(word(index + 1u)));
+}
+
+fn bspline_weights(f: f32) -> vec4<f32> {
+    let g = 1.0 - f;
+    let f2 = f * f;
+    let g2 = g * g;
+    return vec4<f32>(
+        g2 * g,
+        4.0 - 6.0 * f2 + 3.0 * f2 * f,
+        4.0 - 6.0 * g2 + 3.0 * g2 * g,
+        f2 * f,
+    ) / 6.0;
+}
+
+fn row4(index: u32, w: vec4<f32>) -> f32 {
+    return dot(two(index), w.xy) + dot(two(index + 2u), w.zw);
+}
+
+fn plane4(index: u32, wx: vec4<f32>, wy: vec4<f32>) -> f32 {
+    let row = slabs.stored.x;
+    return wy.x * row4(index, wx) + wy.y * row4(index + row, wx)
+        + wy.z * row4(index + 2u * row, wx) + wy.w * row4(index + 3u * row, wx);
+}
+
+// A radial kernel's value, to a factor that normalisation takes out.
+fn radial(squared: f32) -> f32 {
+    if kernel == GAUSSIAN {
+        // sigma 0.6, cut where exp falls to 0.004.
+        return select(0.0, exp(squared * (-1.0 / 0.72)), squared <= 3.975530);
+    }
+    let r = sqrt(squared);
+    let t = 1.556228 - r;
+    let inner = 0.557526 + squared * (0.671033 * r - 1.157743);
+    let outer = t * t * (0.067599 + 0.282474 * t);
+    return select(select(0.0, outer, t > 0.0), inner, r <= 0.889392);
+}
+
+// A mean and half the width about it.
+fn mean_and_width(index: u32) -> vec2<f32> {
+    if format == FLOATS {
+        return bitcast<vec2<f32>>(vec2<u32>(word(2u * index), word(2u * index + 1u)));
+    }
+    return unpack2x16unorm(word(index));
+}
+
+// The same between two neighbours along x.
+fn along_x(index: u32, f: f32) -> vec2<f32> {
+    return mix(mean_and_width(index), mean_and_width(index + 1u), f);
+}
+
+// Weighted sum and sum of weights of four samples of a row, at this squared distance beside them.
+fn radial_row4(index: u32, dx: f32, across: f32, scale: f32) -> vec2<f32> {
+    let x = vec4<f32>(dx, dx + 1.0, dx + 2.0, dx + 3.0);
+    let squared = (x * x + across) * (scale * scale);
+    let h = vec4<f32>(radial(squared.x), radial(squared.y), radial(squared.z), radial(squared.w));
+    let values = vec4<f32>(two(index), two(index + 2u));
+    return vec2<f32>(dot(values, h), h.x + h.y + h.z + h.w);
+}
+
+fn radial_plane4(corner: vec3<i32>, fraction: vec3<f32>, z: i32, scale: f32) -> vec2<f32> {
+    let index = stored_index(corner + vec3<i32>(-1, -1, z));
+    let row = slabs.stored.x;
+    let dx = -1.0 - fraction.x;
+    let dz = f32(z) - fraction.z;
+    let dy = vec4<f32>(-1.0, 0.0, 1.0, 2.0) - fraction.y;
+    let across = dy * dy + dz * dz;
+    return radial_row4(index, dx, across.x, scale)
+        + radial_row4(index + row, dx, across.y, scale)
+        + radial_row4(index + 2u * row, dx, across.z, scale)
+        + radial_row4(index + 3u * row, dx, across.w, scale);
+}
+
+fn radial_mean(corner: vec3<i32>, fraction: vec3<f32>) -> f32 {
+    let scale = 1.0 / slabs.table.z;
+    var sum = vec2<f32>(0.0);
+    if window == 2 {
+        // No loops: software adapters end a shader after 65 535 turns of them.
+        sum = radial_plane4(corner, fraction, -1, scale)
+            + radial_plane4(corner, fraction, 0, scale)
+            + radial_plane4(corner, fraction, 1, scale)
+            + radial_plane4(corner, fraction, 2, scale);
+    } else {
+        for (var z = 1 - window; z <= window; z++) {
+            for (var y = 1 - window; y <= window; y++) {
+                let dy = f32(y) - fraction.y;
+                let dz = f32(z) - fraction.z;
+                let across = dy * dy + dz * dz;
+                let row = stored_index(corner + vec3<i32>(1 - window, y, z));
+                for (var x = 0; x < 2 * window; x += 2) {
+                    let dx = f32(x + 1 - window) - fraction.x;
+                    let pair = two(row + u32(x));
+                    let h = vec2<f32>(
+                        radial((across + dx * dx) * scale * scale),
+                        radial((across + (dx + 1.0) * (dx + 1.0)) * scale * scale),
+                    );
+                    sum += vec2<f32>(dot(pair, h), h.x + h.y);
+                }
+            }
+        }
+    }
+    return select(NOTHING, sum.x / sum.y, sum.y > 0.0);
+}
+
+fn stored_index(voxel: vec3<i32>) -> u32 {
+    let at = vec3<u32>(voxel + vec3<i32>(i32(slabs.dims.w)));
+    return (at.z * slabs.stored.y + at.y) * slabs.stored.x + at.x;
+}
+
+fn nearest(position: vec3<f32>) -> vec3<i32> {
+    let last = vec3<i32>(slabs.dims.xyz) - vec3<i32>(1);
+    return clamp(vec3<i32>(floor(position + 0.5)), vec3<i32>(0), last);
+}
+
+// The field at a position in index space, and half the width of the values there, in cells of the
+// table.
+fn value(position: vec3<f32>) -> vec2<f32> {
+    var stored: f32;
+    var width = 0.0;
+    if has_widths {
+        let floored = floor(position);
+        let f = position - floored;
+        let i = stored_index(vec3<i32>(floored));
+        let row = slabs.stored.x;
+        let plane = row * slabs.stored.y;
+        let near = mix(along_x(i, f.x), along_x(i + row, f.x), f.y);
+        let far = mix(along_x(i + plane, f.x), along_x(i + plane + row, f.x), f.y);
+        let found = mix(near, far, f.z);
+        stored = found.x;
+        width = slabs.table.y * found.y;
+    } else if kernel == NEAREST {
+        stored = two(stored_index(nearest(position))).x;
+    } else {
+        let floored = floor(position);
+        let f = position - floored;
+        let corner = vec3<i32>(floored);
+        if kernel == LINEAR {
+            let i = stored_index(corner);
+            let row = slabs.stored.x;
+            let plane = row * slabs.stored.y;
+            let wx = vec2<f32>(1.0 - f.x, f.x);
+            let near = mix(dot(two(i), wx), dot(two(i + row), wx), f.y);
+            let far = mix(dot(two(i + plane), wx), dot(two(i + plane + row), wx), f.y);
+            stored = mix(near, far, f.z);
+        } else if kernel == CUBIC || kernel == GAUSSIAN {
+            stored = radial_mean(corner, f);
+        } else {
+            let wx = bspline_weights(f.x);
+            let wy = bspline_weights(f.y);
+            let wz = bspline_weights(f.z);
+            let i = stored_index(corner - vec3<i32>(1));
+            let plane = slabs.stored.x * slabs.stored.y;
+            stored = wz.x * plane4(i, wx, wy) + wz.y * plane4(i + plane, wx, wy)
+                + wz.z * plane4(i + 2u * plane, wx, wy) + wz.w * plane4(i + 3u * plane, wx, wy);
+        }
+    }
+    if stored == NOTHING {
+        return vec2<f32>(NOTHING, 0.0);
+    }
+    return vec2<f32>(slabs.table.x + slabs.table.y * stored, width);
+}
+
+// The field on the face of a slab.
+struct Face {
+    // As `value` finds it.
+    value: vec2<f32>,
+    // Growth per index, in cells, where lights or tables ask for it.
+    gradient: vec3<f32>,
+}
