@@ -28,9 +28,14 @@ pub enum Action {
     ResetView,
     Converge,
     ToggleLights,
+    ToggleScalarBar,
+    ToggleScaleBar,
+    ToggleAxes,
+    ToggleTrihedron,
     ToggleAnimation,
     ToggleCells,
     ToggleLeveling,
+    ToggleProbe,
     ToggleSidePanel,
     ToggleAccuracy,
     ToggleEffects,
@@ -91,7 +96,7 @@ const fn entry(
 }
 
 /// Every command there is, in the order of the menus.
-pub const ACTIONS: [Entry; 29] = [
+pub const ACTIONS: [Entry; 34] = [
     entry(Action::Open, Menu::File, "Open…", command(Key::O), "Open a volume in a file dialog"),
     entry(
         Action::OpenPath,
@@ -119,7 +124,7 @@ pub const ACTIONS: [Entry; 29] = [
         Menu::File,
         "Save screenshot",
         plain(Key::F12),
-        "Save the picture on screen to the pictures folder",
+        "Save what is on screen to the pictures folder: the picture and its annotations",
     ),
     entry(
         Action::LoadTransfer,
@@ -204,6 +209,34 @@ pub const ACTIONS: [Entry; 29] = [
     ),
     entry(Action::ToggleLights, Menu::View, "Lights", plain(Key::L), "Switch the lights on or off"),
     entry(
+        Action::ToggleScalarBar,
+        Menu::View,
+        "Scalar bar",
+        plain(Key::B),
+        "Show or hide which colour is which value, and how opaque",
+    ),
+    entry(
+        Action::ToggleScaleBar,
+        Menu::View,
+        "Scale bar",
+        plain(Key::S),
+        "Show or hide a round length in the file's units",
+    ),
+    entry(
+        Action::ToggleAxes,
+        Menu::View,
+        "Axes",
+        plain(Key::X),
+        "Show or hide the box around the volume, with where it lies in the world",
+    ),
+    entry(
+        Action::ToggleTrihedron,
+        Menu::View,
+        "Trihedron",
+        plain(Key::T),
+        "Show or hide the directions of the world's axes",
+    ),
+    entry(
         Action::ToggleCells,
         Menu::View,
         "Octree cells",
@@ -216,6 +249,13 @@ pub const ACTIONS: [Entry; 29] = [
         "Window and level",
         plain(Key::W),
         "Left drags change the range of the colours: across its width, up and down its middle",
+    ),
+    entry(
+        Action::ToggleProbe,
+        Menu::View,
+        "Probe",
+        plain(Key::P),
+        "Say what is under the cursor at rest: place, value, gradient and opacity",
     ),
     entry(
         Action::ToggleSidePanel,

@@ -17,7 +17,8 @@ use super::panels::{
 };
 use super::viewport::PixelArea;
 use super::window::Window;
-use super::{modes, theme, trihedron};
+use super::{annotations, modes, theme};
+use crate::task::annotations::laid_out;
 
 /// Width of the side panel before anyone resizes it, points.
 const SIDE_WIDTH: f32 = 336.0;
@@ -185,7 +186,10 @@ impl Window {
                 splat::splat_ui(ui, &mut scene.splat, voxel, times);
             }
         });
-        section_ui(ui, "View", |ui| view::view_ui(ui, scene, &mut self.settings, &mut self.cells));
+        section_ui(ui, "View", |ui| {
+            let (settings, cells) = (&mut self.settings, &mut self.cells);
+            view::view_ui(ui, scene, settings, cells, &self.left_out);
+        });
         match vector_request.flatten().flatten() {
             Some(VectorRequest::Field(field)) => self.choose_vectors(ui.ctx(), field),
             Some(VectorRequest::SaveLoop) => self.ask_to_save_loop(),
@@ -225,11 +229,13 @@ impl Window {
                 scene.camera = camera_control::steered(&scene.camera, &response);
             }
             self.leveling.caption_ui(ui, area.rect, &scene.transfer);
-            if self.settings.trihedron {
-                let space = self.document.as_ref().and_then(|d| d.grid.space.as_deref());
-                trihedron::paint(ui.painter(), area.rect, &scene.camera, space);
-            }
+            let space = self.document.as_ref().and_then(|d| d.grid.space.as_deref());
+            let layout = laid_out(self.settings.annotations, scene, space, area.size);
+            annotations::paint(ui.painter(), area, &layout.primitives);
+            self.left_out = layout.left_out;
             self.cells.show(ui, area, scene, &response);
+            let rests = !self.pacing.is_moving();
+            self.probing.show(ui, area, scene, space, (&response, rests), self.cells.height());
         } else if !self.is_loading() {
             welcome_ui(ui, area.rect);
         }

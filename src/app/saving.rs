@@ -9,7 +9,9 @@ use image::{ImageFormat, RgbaImage};
 
 use super::job::Job;
 use crate::core::Ticket;
-use crate::scene::Scene;
+use crate::scene::annotations::Primitive;
+use crate::scene::{Annotations, Scene};
+use crate::task::annotations;
 use crate::task::engine::{AdapterChoice, Engine, Picture};
 use crate::task::loop_file::{self, Cycle, LoopError};
 use crate::task::output_file::OutputFile;
@@ -24,6 +26,10 @@ pub struct SaveRequest {
     pub scene: Scene,
     /// Size in pixels, each at least 1.
     pub size: [u32; 2],
+    /// What is written over it, where it is a PNG.
+    pub annotations: Annotations,
+    /// What the file calls its space, for the axes.
+    pub space: Option<String>,
     /// Where to; the extension (`png` or `exr`) names the format.
     pub path: PathBuf,
     /// A whole cycle of the animation rather than one picture.
@@ -41,8 +47,10 @@ pub fn engine_renderer(adapter: AdapterChoice) -> Renderer {
     Arc::new(move |request, ticket| {
         if let Some(cycle) = request.cycle {
             let engine = Engine::start(adapter.clone(), || ());
-            let SaveRequest { scene, size, path, .. } = request;
-            return match loop_file::write(&engine, scene, *size, cycle, path, ticket) {
+            let SaveRequest { scene, size, annotations: chosen, space, path, .. } = request;
+            let written = annotations::laid_out(*chosen, scene, space.as_deref(), *size).primitives;
+            let pictures = (*size, &written[..]);
+            return match loop_file::write(&engine, scene, pictures, cycle, path, ticket) {
                 Ok(_) | Err(LoopError::Cancelled) => Ok(()),
                 Err(error) => Err(error.to_string()),
             };
@@ -57,7 +65,14 @@ pub fn engine_renderer(adapter: AdapterChoice) -> Renderer {
             time_passes: false,
         };
         match engine.still(still, ticket) {
-            Ok(still) => picture_file::write(&still, format, &request.path),
+            Ok(mut still) => {
+                let SaveRequest { scene, size, annotations: chosen, space, .. } = request;
+                if format == PictureFormat::Png {
+                    let layout = annotations::laid_out(*chosen, scene, space.as_deref(), *size);
+                    annotations::draw(&mut still.rgba, *size, &layout.primitives);
+                }
+                picture_file::write(&still, format, &request.path)
+            }
             Err(StillError::Cancelled) => Ok(()),
             Err(error) => Err(error.to_string()),
         }
@@ -78,10 +93,11 @@ pub fn save_picture(ctx: &Context, renderer: &Renderer, request: SaveRequest) ->
     })
 }
 
-/// Saves a picture as it is, under the next free name in `folder`.
+/// Saves a picture as it is, with what is written over it, under the next free name in `folder`.
 pub fn save_screenshot(
     ctx: &Context,
     picture: Arc<Picture>,
+    written: Vec<Primitive>,
     folder: &Path,
     name: &str,
 ) -> Job<Saved> {
@@ -89,17 +105,19 @@ pub fn save_screenshot(
     Job::start("save-screenshot", "Saving the screenshot", ctx, move |_| {
         let path = next_free(&folder, &name);
         make_folder_of(&path)?;
-        write_png(&picture, &path).map(|()| path)
+        write_png(&picture, &written, &path).map(|()| path)
     })
 }
 
-/// Writes a picture as PNG.
+/// Writes a picture as PNG, with annotations over it.
 ///
 /// # Errors
 /// One sentence for people.
-pub fn write_png(picture: &Picture, path: &Path) -> Result<(), String> {
+pub fn write_png(picture: &Picture, written: &[Primitive], path: &Path) -> Result<(), String> {
     let [width, height] = picture.size;
-    let image = RgbaImage::from_raw(width, height, picture.rgba.clone())
+    let mut rgba = picture.rgba.clone();
+    annotations::draw(&mut rgba, picture.size, written);
+    let image = RgbaImage::from_raw(width, height, rgba)
         .ok_or_else(|| format!("a picture of {width} × {height} pixels came incomplete"))?;
     let place = OutputFile::check(path, "the picture")?;
     let mut bytes = Cursor::new(Vec::new());
@@ -222,8 +240,8 @@ mod tests {
             1.0,
         );
         let picture = Picture { size: [2, 3], requested_size: [2, 3], rgba: rgba.clone(), report };
-        write_png(&picture, &path).unwrap();
+        write_png(&picture, &[], &path).unwrap();
         assert_eq!(image::open(&path).unwrap().to_rgba8().into_raw(), rgba);
-        assert!(write_png(&picture, &folder.path().join("none/p.png")).is_err());
+        assert!(write_png(&picture, &[], &folder.path().join("none/p.png")).is_err());
     }
 }

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::vectors::MOST_FPS;
 use crate::core::Srgb8;
 use crate::scene;
-use crate::scene::Background;
+use crate::scene::{Annotations, Background};
 use crate::task::engine::{Effort, Ladder};
 
 /// How many recent files are kept.
@@ -80,8 +80,8 @@ pub struct Settings {
     pub animation_fps: u32,
     /// Whether the side panel is open.
     pub side_panel: bool,
-    /// Whether the axes are drawn in the corner of the viewport.
-    pub trihedron: bool,
+    /// What is written over the picture.
+    pub annotations: Annotations,
 }
 
 impl Default for Settings {
@@ -99,7 +99,7 @@ impl Default for Settings {
             view_angle_deg: 30.0,
             animation_fps: MOST_FPS,
             side_panel: true,
-            trihedron: true,
+            annotations: Annotations { trihedron: true, ..Annotations::NONE },
         }
     }
 }

@@ -87,6 +87,7 @@ impl State {
             () if a.camera != b.camera => "view",
             () if self.compare != after.compare => "comparison",
             () if self.cells != after.cells => "octree cells",
+            () if self.settings.annotations != after.settings.annotations => "annotations",
             () if background(&self.settings) != background(&after.settings) => "background",
             () => "display settings",
         }

@@ -30,6 +30,7 @@ use super::panels::accuracy::AccuracyPanel;
 use super::panels::data::FieldChoice;
 use super::panels::shading::ShadingEditor;
 use super::panels::transfer::TransferEditor;
+use super::probing::Probing;
 use super::saving::{self, Renderer, SaveRequest, Saved};
 use super::settings::Settings;
 use super::theme;
@@ -37,7 +38,11 @@ use super::undoing::{State, Wheel};
 use super::vectors::Vectors;
 use super::viewport::{ScreenFormat, Viewport};
 use crate::core::{Camera, Projection};
-use crate::scene::{self, Background, NamedView, Scene, Shading, SplatSettings, VectorLayer};
+use crate::scene::{
+    self, Annotation, Annotations, Background, NamedView, Scene, Shading, SplatSettings,
+    VectorLayer,
+};
+use crate::task::annotations::laid_out;
 use crate::task::engine::EngineState;
 use crate::transfer::Gaussian;
 
@@ -95,6 +100,7 @@ pub struct Window {
     pub(super) gaussians: Vec<Gaussian>,
     pub(super) transfer: TransferEditor,
     pub(super) leveling: Leveling,
+    pub(super) probing: Probing,
     pub(super) history: History<State>,
     pub(super) wheel: Wheel,
     pub(super) viewport: Viewport,
@@ -107,6 +113,8 @@ pub struct Window {
     pub(super) dialog: Option<Dialog>,
     pub(super) compare: Compare,
     pub(super) cells: CellsOverlay,
+    /// Annotations that the viewport had no room for at the last pass.
+    pub(super) left_out: Vec<Annotation>,
     pub(super) accuracy: AccuracyPanel,
     pub(super) measuring: Measuring,
     pub(super) estimates: EstimateRecord,
@@ -135,6 +143,7 @@ impl Window {
             gaussians: Vec::new(),
             transfer: TransferEditor::default(),
             leveling: Leveling::default(),
+            probing: Probing::default(),
             history: History::default(),
             wheel: Wheel::default(),
             viewport_size: [1, 1],
@@ -144,6 +153,7 @@ impl Window {
             dialog: None,
             compare: Compare::default(),
             cells: CellsOverlay::default(),
+            left_out: Vec::new(),
             accuracy: AccuracyPanel::default(),
             measuring: Measuring::default(),
             estimates: EstimateRecord::default(),
@@ -187,6 +197,11 @@ impl Window {
     /// The comparison of two modes.
     pub fn compare(&self) -> &Compare {
         &self.compare
+    }
+
+    /// What is under the cursor.
+    pub fn probing(&self) -> &Probing {
+        &self.probing
     }
 
     /// The octree's cells over the picture.
@@ -266,9 +281,14 @@ impl Window {
             Action::ResetView => self.reset_view(),
             Action::Converge => self.converge(),
             Action::ToggleLeveling => self.leveling.on = !self.leveling.on,
+            Action::ToggleProbe => self.toggle_probe(ctx),
             Action::ToggleAnimation => self.toggle_animation(ctx),
             Action::ToggleLights => self.toggle_lights(),
             Action::ToggleEffects => self.effects.open = !self.effects.open,
+            Action::ToggleScalarBar => self.toggle_annotation(Annotation::ScalarBar),
+            Action::ToggleScaleBar => self.toggle_annotation(Annotation::ScaleBar),
+            Action::ToggleAxes => self.toggle_annotation(Annotation::Axes),
+            Action::ToggleTrihedron => self.toggle_annotation(Annotation::Trihedron),
             Action::ToggleCells => self.cells.on = !self.cells.on,
             Action::ToggleSidePanel => self.settings.side_panel = !self.settings.side_panel,
             Action::ToggleAccuracy => self.accuracy.open = !self.accuracy.open,
@@ -288,6 +308,18 @@ impl Window {
                 self.dialog = (!shown).then_some(Dialog::Help);
             }
         }
+    }
+
+    fn toggle_probe(&mut self, ctx: &Context) {
+        let ctx = ctx.clone();
+        if let Err(reason) = self.probing.toggle(move || ctx.request_repaint()) {
+            self.notices.error(reason);
+        }
+    }
+
+    fn toggle_annotation(&mut self, which: Annotation) {
+        let switch = self.settings.annotations.switch(which);
+        *switch = !*switch;
     }
 
     fn change_camera(&mut self, change: impl FnOnce(&Camera) -> Camera) {
@@ -512,7 +544,8 @@ impl Window {
         let folder = self.parts.pictures_folder.clone().unwrap_or_default();
         let path = saving::suggested_path(&folder, &document.source.name());
         let with_background = scene.background != Background::Transparent;
-        let dialog = SaveDialog::new(self.viewport_size, with_background, &path);
+        let is_annotated = self.settings.annotations.any();
+        let dialog = SaveDialog::new(self.viewport_size, with_background, is_annotated, &path);
         self.dialog = Some(Dialog::Save(Box::new(dialog)));
     }
 
@@ -522,7 +555,9 @@ impl Window {
         let folder = self.parts.pictures_folder.clone().unwrap_or_default();
         let path = saving::suggested_path(&folder, &document.source.name()).with_extension("gif");
         let with_background = scene.background != Background::Transparent;
-        let dialog = SaveDialog::of_cycle(self.viewport_size, with_background, &path);
+        let is_annotated = self.settings.annotations.any();
+        let size = self.viewport_size;
+        let dialog = SaveDialog::of_cycle(size, with_background, is_annotated, &path);
         self.dialog = Some(Dialog::Save(Box::new(dialog)));
     }
 
@@ -536,20 +571,35 @@ impl Window {
             Background::Transparent
         };
         let scene = Scene { background, ..scene };
+        let annotations = match choice.with_annotations {
+            true => self.settings.annotations,
+            false => Annotations::NONE,
+        };
+        let space = self.document.as_ref().and_then(|document| document.grid.space.clone());
         let SaveChoice { size, path, cycle, .. } = choice;
-        let request = SaveRequest { scene, size, path, cycle };
+        let request = SaveRequest { scene, size, annotations, space, path, cycle };
         self.saving.push(saving::save_picture(ctx, &self.parts.renderer, request));
     }
 
     fn save_screenshot(&mut self, ctx: &Context) {
-        let (Some(document), Some(picture)) = (&self.document, self.viewport.picture()) else {
+        let (Some(document), Some(picture), Some(scene)) =
+            (&self.document, self.viewport.picture(), &self.scene)
+        else {
             self.notices.hint("There is no picture on screen yet");
             return;
         };
+        let space = document.grid.space.as_deref();
+        let layout = laid_out(self.settings.annotations, scene, space, picture.size);
         match &self.parts.pictures_folder {
             Ok(folder) => {
                 let name = document.source.name();
-                self.saving.push(saving::save_screenshot(ctx, picture, folder, &name));
+                self.saving.push(saving::save_screenshot(
+                    ctx,
+                    picture,
+                    layout.primitives,
+                    folder,
+                    &name,
+                ));
             }
             Err(reason) => self.notices.error(reason.clone()),
         }

@@ -7,12 +7,15 @@ use super::flags::{RefineFlag, RenderFlags};
 use super::stats::Stats;
 use super::{Destination, Failure, note, open, refuse_one_place};
 use crate::core::{Srgb8, Ticket};
-use crate::scene::{Background, MOST_SLABS_PER_VOXEL, Scene, SplatSettings, View, Visibility};
-use crate::task::cells;
+use crate::scene::annotations::Layout;
+use crate::scene::{
+    Annotation, Background, MOST_SLABS_PER_VOXEL, Scene, SplatSettings, View, Visibility,
+};
 use crate::task::engine::Engine;
 use crate::task::loop_file::{self, Cycle, LoopFormat, MOST_FRAMES};
 use crate::task::picture_file::{self, PictureFormat};
 use crate::task::still::{CONVERGED, Convergence, Refine, StillRequest};
+use crate::task::{annotations, cells};
 
 /// What is behind a picture unless flags say otherwise.
 const BLACK: Srgb8 = Srgb8([0; 3]);
@@ -29,6 +32,13 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
     }
     if flags.cells {
         refuse_cells(flags, format)?;
+    }
+    if flags.annotations.is_some() && format == PictureFormat::Exr {
+        return Err(Failure::Usage(
+            "expected a PNG with --annotations, found an EXR, which holds light alone; write to a \
+             name that ends in .png, or leave --annotations out"
+                .to_owned(),
+        ));
     }
     let splat = flags.mode.resolve().map_err(|error| Failure::Usage(error.to_string()))?;
     let splat = SplatSettings { cut: flags.cut.settings(), ..splat };
@@ -51,7 +61,8 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
     let picture_to = Destination::check(&flags.output, "the picture")?;
     let stats_to = stats.map(|path| Destination::check(path, "the statistics")).transpose()?;
     let start = Instant::now();
-    let (scene, mut effects) = scene(flags, splat)?;
+    let Meant { scene, mut effects, space } = scene(flags, splat)?;
+    let background = scene.background;
     let shading = &scene.shading;
     let hides_voxels = shading.opacity.is_some() || shading.modulation.is_some();
     let alone = scene.vectors.as_ref().is_some_and(|layer| layer.alone);
@@ -59,6 +70,9 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
     let kernels_total = scene.volume.lattice.len() as u64;
     let engine = Engine::start(flags.adapter.clone(), || ());
     let view = View::new(&scene, flags.resolution);
+    let annotated = flags.annotations.map(|annotations| {
+        annotations::laid_out(annotations, &scene, space.as_deref(), flags.resolution)
+    });
     let request = StillRequest {
         scene,
         size: flags.resolution,
@@ -66,7 +80,7 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
         repeat: flags.repeat,
         time_passes: flags.stats.is_some(),
     };
-    let still = if flags.cells {
+    let mut still = if flags.cells {
         let mut still =
             engine.still_with_cells(request, &Ticket::new()).map_err(Failure::failed)?;
         let cells = still.cells.take().ok_or_else(|| Failure::Failed(no_cut(refine)))?;
@@ -83,6 +97,12 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
                 .to_owned(),
             false => nothing_seen(still.kernels_active, hides_voxels),
         });
+    } else if is_one_colour(&still.rgba, background) {
+        note(
+            "nothing can be told from the background, though there is opacity: what is seen has its \
+             colour; look at --color-range, beyond which values have the colours of its ends, or \
+             choose another --background",
+        );
     }
     let needs_lights = effects.iter().any(|effect| *effect != "vectors");
     if needs_lights && !still.drawn.is_shaded && !alone {
@@ -104,6 +124,12 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
             "the picture that fits is no octree cut, so {cut_flags} changed nothing in it"
         ));
     }
+    if let Some(Layout { primitives, left_out }) = annotated {
+        annotations::draw(&mut still.rgba, still.size, &primitives);
+        if !left_out.is_empty() {
+            note(&no_room(&left_out));
+        }
+    }
     picture_to.write(&picture_file::bytes(&still, format).map_err(Failure::Failed)?)?;
     if let Some(stats_to) = stats_to {
         let stats = Stats::of(&still, (splat, effects), refine, kernels_total, load_ms);
@@ -111,6 +137,23 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
         stats_to.write(text.as_bytes())?;
     }
     Ok(())
+}
+
+/// Whether all pixels have the background's colour, to a step of their bytes.
+fn is_one_colour(rgba: &[u8], background: Background) -> bool {
+    let Background::Colour(Srgb8(behind)) = background else { return false };
+    let is_near = |pixel: &[u8]| pixel.iter().zip(behind).all(|(a, b)| a.abs_diff(b) <= 1);
+    rgba.chunks_exact(4).all(|pixel| is_near(&pixel[..3]))
+}
+
+/// Which annotations a picture is too small for, or has nothing of.
+fn no_room(left_out: &[Annotation]) -> String {
+    let names: Vec<_> = left_out.iter().map(|which| which.name()).collect();
+    format!(
+        "the picture has no room for some of --annotations, which were left out: {}; try a larger \
+         --resolution, or another view",
+        names.join(", ")
+    )
 }
 
 /// `--loop`: one whole cycle of the vectors.
@@ -134,17 +177,31 @@ fn run_loop(flags: &RenderFlags, frames: u32) -> Result<(), Failure> {
         )));
     }
     let splat = flags.mode.resolve().map_err(|error| Failure::Usage(error.to_string()))?;
-    let (scene, _) = scene(flags, splat)?;
+    let Meant { scene, space, .. } = scene(flags, splat)?;
+    let annotations = flags.annotations.unwrap_or_default();
+    let layout = annotations::laid_out(annotations, &scene, space.as_deref(), flags.resolution);
+    if !layout.left_out.is_empty() {
+        note(&no_room(&layout.left_out));
+    }
     let cycle = Cycle { frames, seconds: flags.vectors.loop_seconds };
     let engine = Engine::start(flags.adapter.clone(), || ());
     let ticket = Ticket::new();
-    loop_file::write(&engine, &scene, flags.resolution, cycle, path, &ticket)
+    let written = &layout.primitives;
+    loop_file::write(&engine, &scene, (flags.resolution, written), cycle, path, &ticket)
         .map(drop)
         .map_err(Failure::failed)
 }
 
-/// The scene that flags mean, and what it asks for beside the transfer function.
-fn scene(flags: &RenderFlags, splat: SplatSettings) -> Result<(Scene, Vec<&'static str>), Failure> {
+/// What flags mean.
+struct Meant {
+    scene: Scene,
+    /// What it asks for beside the transfer function.
+    effects: Vec<&'static str>,
+    /// What the file calls its space.
+    space: Option<String>,
+}
+
+fn scene(flags: &RenderFlags, splat: SplatSettings) -> Result<Meant, Failure> {
     let input = open::grid(&flags.input)?;
     for warning in &input.warnings {
         note(warning);
@@ -163,7 +220,8 @@ fn scene(flags: &RenderFlags, splat: SplatSettings) -> Result<(Scene, Vec<&'stat
     if vectors.is_some() {
         effects.push("vectors");
     }
-    Ok((Scene { shading, vectors, ..scene }, effects))
+    let scene = Scene { shading, vectors, ..scene };
+    Ok(Meant { scene, effects, space: input.grid.space })
 }
 
 /// Refuses `--cells` where flags alone say that there will be none to draw, or nowhere to draw them.
@@ -293,6 +351,14 @@ mod tests {
         let (none, some) = (nothing_seen(0, false), nothing_seen(208, false));
         assert!(none.contains("no voxel has opacity") && none.contains("--opacity"), "{none}");
         assert!(some.contains("though 208 voxels") && some.contains("the camera"), "{some}");
+    }
+
+    #[test]
+    fn a_picture_in_the_colour_of_its_background_is_known() {
+        let grey = Background::Colour(Srgb8([7, 8, 9]));
+        assert!(is_one_colour(&[7, 8, 9, 255, 8, 8, 8, 255], grey));
+        assert!(!is_one_colour(&[7, 8, 9, 255, 7, 8, 11, 255], grey));
+        assert!(!is_one_colour(&[0; 4], Background::Transparent), "alpha can be seen");
     }
 
     #[test]

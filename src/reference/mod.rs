@@ -14,6 +14,7 @@ mod line;
 mod mesh;
 mod picture;
 mod polynomial;
+mod probe;
 mod quadrature;
 mod renderer;
 mod shading;
@@ -30,4 +31,5 @@ mod truth_tests;
 
 pub use kernels::{RefKernel, grid_kernels, traversal};
 pub use picture::{Rays, every_sample};
+pub use probe::{Point, Probe, Seen};
 pub use renderer::{Reference, TOLERANCE};

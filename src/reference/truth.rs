@@ -178,9 +178,22 @@ pub(super) fn after(
     ray: RayShader<'_>,
     tolerance: f64,
 ) -> [f64; 4] {
-    let line = ray.index;
-    let Some([a, b]) = domain(field.dims, line) else { return [0.0; 4] };
+    let Some([a, b]) = domain(field.dims, ray.index) else { return [0.0; 4] };
     let mut light = Light::new(tolerance, b - a);
+    gather(field, classes, visible, ray, [a, b], &mut light);
+    light.pixel()
+}
+
+/// The same of the part a..b of a ray, which lies in the field's domain.
+pub(super) fn gather(
+    field: &Field,
+    classes: &Classes,
+    visible: &[bool],
+    ray: RayShader<'_>,
+    [a, b]: [f64; 2],
+    light: &mut Light,
+) {
+    let line = ray.index;
     let mut cuts = vec![a, b];
     for axis in 0..3 {
         cuts.extend(line.crossings(axis, field.brick_faces(axis), [a, b]));
@@ -193,13 +206,12 @@ pub(super) fn after(
             from.get_or_insert(pair[0]);
         }
         if let Some(start) = from.take_if(|_| !seen) {
-            part(field, classes, ray, [start, pair[0]], &mut light);
+            part(field, classes, ray, [start, pair[0]], light);
         }
     }
     if let Some(start) = from {
-        part(field, classes, ray, [start, b], &mut light);
+        part(field, classes, ray, [start, b], light);
     }
-    light.pixel()
 }
 
 /// One part of the ray, all of it in bricks that may show.

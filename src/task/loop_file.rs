@@ -5,12 +5,14 @@ use std::path::{Path, PathBuf};
 use image::codecs::gif::{GifEncoder, Repeat};
 use image::{Delay, Frame, RgbaImage};
 
+use super::annotations;
 use super::engine::Engine;
 use super::output_file::OutputFile;
 use super::picture_file::{self, PictureFormat};
 use super::still::{Refine, Still, StillError, StillRequest};
 use crate::core::Ticket;
 use crate::scene::Scene;
+use crate::scene::annotations::Primitive;
 
 /// Most pictures of a cycle.
 pub const MOST_FRAMES: u32 = 999;
@@ -97,15 +99,15 @@ impl From<StillError> for LoopError {
     }
 }
 
-/// Draws a cycle that begins at the scene's phase, and writes it; nothing is written of one that is
-/// cancelled. Returns the milliseconds of each picture.
+/// Draws a cycle that begins at the scene's phase, `written` over each of its pictures, and writes it;
+/// nothing is written of one that is cancelled. Returns the milliseconds of each picture.
 ///
 /// # Errors
 /// See [`LoopError`].
 pub fn write(
     engine: &Engine,
     scene: &Scene,
-    size: [u32; 2],
+    (size, written): ([u32; 2], &[Primitive]),
     cycle: Cycle,
     path: &Path,
     ticket: &Ticket,
@@ -128,8 +130,9 @@ pub fn write(
     let mut pictures = Vec::new();
     let mut frame_ms = Vec::new();
     for i in 0..cycle.frames {
-        let still = frame(engine, scene, size, (i, cycle.frames), ticket)?;
+        let mut still = frame(engine, scene, size, (i, cycle.frames), ticket)?;
         frame_ms.extend(still.frame_ms.first());
+        annotations::draw(&mut still.rgba, size, written);
         pictures.push(match format {
             LoopFormat::Gif => still.rgba,
             LoopFormat::Pngs => {

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use eframe::egui::{Button, Context, DragValue, Grid, TextEdit, Ui};
+use eframe::egui::{Button, Checkbox, Context, DragValue, Grid, TextEdit, Ui};
 
 use super::{Outcome, buttons_ui, modal};
 use crate::app::file_dialog::{Answer, FileDialog};
@@ -19,6 +19,8 @@ pub struct SaveChoice {
     pub size: [u32; 2],
     /// Draw the background, or keep the picture's transparency.
     pub with_background: bool,
+    /// Write over it what is written over the view.
+    pub with_annotations: bool,
     /// Where to.
     pub path: PathBuf,
     /// A whole cycle of the animation rather than one picture.
@@ -31,6 +33,9 @@ pub struct SaveDialog {
     size: [u32; 2],
     keep_shape: bool,
     with_background: bool,
+    /// Whether anything is written over the view, and is to be over the picture.
+    is_annotated: bool,
+    with_annotations: bool,
     path: String,
     cycle: Option<Cycle>,
     browser: Option<FileDialog>,
@@ -38,13 +43,20 @@ pub struct SaveDialog {
 }
 
 impl SaveDialog {
-    /// Twice the viewport, saved at `path`.
-    pub fn new(viewport: [u32; 2], with_background: bool, path: &std::path::Path) -> Self {
+    /// Twice the viewport, saved at `path`. `is_annotated`: whether anything is written over the view.
+    pub fn new(
+        viewport: [u32; 2],
+        with_background: bool,
+        is_annotated: bool,
+        path: &std::path::Path,
+    ) -> Self {
         Self {
             viewport,
             size: viewport.map(|n| n.saturating_mul(2).clamp(1, MAX_SIDE)),
             keep_shape: true,
             with_background,
+            is_annotated,
+            with_annotations: is_annotated,
             path: path.display().to_string(),
             cycle: None,
             browser: None,
@@ -53,8 +65,13 @@ impl SaveDialog {
     }
 
     /// A cycle of the animation at the viewport's size.
-    pub fn of_cycle(viewport: [u32; 2], with_background: bool, path: &std::path::Path) -> Self {
-        let dialog = Self::new(viewport, with_background, path);
+    pub fn of_cycle(
+        viewport: [u32; 2],
+        with_background: bool,
+        is_annotated: bool,
+        path: &std::path::Path,
+    ) -> Self {
+        let dialog = Self::new(viewport, with_background, is_annotated, path);
         Self { size: viewport, cycle: Some(Cycle::default()), ..dialog }
     }
 
@@ -70,6 +87,9 @@ impl SaveDialog {
                 name_ui(ui, "Background");
                 ui.checkbox(&mut self.with_background, "Draw the background")
                     .on_hover_text("Without it the picture keeps its transparency");
+                ui.end_row();
+                name_ui(ui, "Annotations");
+                self.annotations_ui(ui);
                 ui.end_row();
                 if let Some(cycle) = &mut self.cycle {
                     name_ui(ui, "Cycle");
@@ -87,6 +107,7 @@ impl SaveDialog {
             buttons_ui(ui, "Save", refusal, false, || SaveChoice {
                 size: self.size,
                 with_background: self.with_background,
+                with_annotations: self.with_annotations && self.takes_annotations().is_ok(),
                 path: PathBuf::from(self.path.trim()),
                 cycle: self.cycle,
             })
@@ -119,6 +140,28 @@ impl SaveDialog {
                 }
             });
         });
+    }
+
+    fn annotations_ui(&mut self, ui: &mut Ui) {
+        let takes = self.takes_annotations();
+        let mut never = false;
+        let value = if takes.is_ok() { &mut self.with_annotations } else { &mut never };
+        let switch = Checkbox::new(value, "Write what is over the view");
+        let shown = ui.add_enabled(takes.is_ok(), switch);
+        let shown =
+            shown.on_hover_text("Scalar bar, scale bar, axes, trihedron: those that are on");
+        shown.on_disabled_hover_text(takes.err().unwrap_or_default());
+    }
+
+    /// Whether the picture can have annotations, or why not.
+    fn takes_annotations(&self) -> Result<(), &'static str> {
+        if self.path.trim().to_ascii_lowercase().ends_with(".exr") {
+            return Err("An EXR holds light alone: save as .png to have annotations");
+        }
+        if !self.is_annotated {
+            return Err("Nothing is written over the view: switch it on under View, Annotations");
+        }
+        Ok(())
     }
 
     fn path_ui(&mut self, ui: &mut Ui) {
@@ -215,11 +258,13 @@ mod tests {
 
     #[test]
     fn the_default_is_twice_the_viewport_and_only_known_formats_are_taken() {
-        let mut dialog = SaveDialog::new([640, 480], true, std::path::Path::new("a.png"));
+        let mut dialog = SaveDialog::new([640, 480], true, true, std::path::Path::new("a.png"));
         assert_eq!(dialog.size, [1280, 960]);
         assert_eq!(dialog.refusal(), None);
-        dialog.path = "a.exr".into();
+        assert!(dialog.takes_annotations().is_ok());
+        dialog.path = "a.EXR".into();
         assert_eq!(dialog.refusal(), None);
+        assert!(dialog.takes_annotations().is_err_and(|why| why.contains("light alone")));
         for bad in ["", "  ", "a", "a.jpg"] {
             dialog.path = bad.into();
             assert!(dialog.refusal().is_some(), "{bad}");
