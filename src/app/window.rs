@@ -36,7 +36,7 @@ use super::theme;
 use super::undoing::{State, Wheel};
 use super::viewport::{ScreenFormat, Viewport};
 use crate::core::{Camera, Projection};
-use crate::scene::{self, Background, NamedView, Scene, Shading, SplatSettings};
+use crate::scene::{self, Background, Inside, NamedView, Scene, Shading, SplatSettings};
 use crate::task::engine::EngineState;
 use crate::transfer::Gaussian;
 
@@ -332,6 +332,11 @@ impl Window {
             }
             None => Shading::default(),
         };
+        // What was cut away of another volume is not of this one.
+        let inside = match &before {
+            Some(scene) if keep_view => scene.inside.clone(),
+            _ => Inside::default(),
+        };
         let space = document.grid.space.as_deref();
         let framed = camera_control::framed(
             &volume.lattice,
@@ -344,7 +349,7 @@ impl Window {
             _ => Camera { projection, ..framed },
         };
         let background = self.settings.scene_background();
-        self.scene = Some(Scene { volume, transfer, splat, shading, camera, background });
+        self.scene = Some(Scene { volume, transfer, splat, shading, inside, camera, background });
         self.gaussians.clear();
         self.transfer.start_over();
         self.shading.start_over();

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
+use super::inside::InsideFlags;
 use super::shading::ShadingFlags;
 use super::values::{self, Stop};
 use crate::core::Srgb8;
@@ -339,6 +340,9 @@ pub struct RenderFlags {
     /// How it is lit.
     #[command(flatten)]
     pub shading: ShadingFlags,
+    /// What is cut away.
+    #[command(flatten)]
+    pub inside: InsideFlags,
     /// How far to refine [default: full]
     #[arg(long, value_enum)]
     pub refine: Option<RefineFlag>,

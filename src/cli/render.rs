@@ -7,7 +7,9 @@ use super::flags::{RefineFlag, RenderFlags};
 use super::stats::Stats;
 use super::{Destination, Failure, note, open, refuse_one_place};
 use crate::core::{Srgb8, Ticket};
-use crate::scene::{Background, MOST_SLABS_PER_VOXEL, Scene, SplatSettings, View, Visibility};
+use crate::scene::{
+    Background, Inside, MOST_SLABS_PER_VOXEL, Scene, SplatSettings, View, Visibility,
+};
 use crate::task::cells;
 use crate::task::engine::Engine;
 use crate::task::picture_file::{self, PictureFormat};
@@ -59,9 +61,14 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
     let scene = Scene { background, ..open::scene(&input, &flags.scene, splat)? };
     let shading = flags.shading.resolve(&scene.volume, &splat);
     let shading = shading.map_err(|error| Failure::Usage(error.to_string()))?;
+    let inside = flags.inside.resolve(&scene.volume, &splat);
+    let inside = inside.map_err(|error| Failure::Usage(error.to_string()))?;
+    refuse_coarse(flags, &inside)?;
     let mut effects = shading.effects();
+    effects.extend(inside.effects());
     let hides_voxels = shading.opacity.is_some() || shading.modulation.is_some();
-    let scene = Scene { shading, ..scene };
+    let is_cut = inside.clip.cuts();
+    let scene = Scene { shading, inside, ..scene };
     let load_ms = start.elapsed().as_secs_f64() * 1e3;
     let kernels_total = scene.volume.lattice.len() as u64;
     let engine = Engine::start(flags.adapter.clone(), || ());
@@ -84,7 +91,7 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
     };
     // Less than half a step of an 8-bit channel everywhere: nobody would see anything.
     if still.light.iter().all(|pixel| pixel[3] < 1.0 / 512.0) {
-        note(&nothing_seen(still.kernels_active, hides_voxels));
+        note(&nothing_seen(still.kernels_active, hides_voxels, is_cut));
     }
     if !effects.is_empty() && !still.drawn.is_shaded {
         effects.clear();
@@ -112,6 +119,17 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
         stats_to.write(text.as_bytes())?;
     }
     Ok(())
+}
+
+/// Refuses pictures that may be of an octree cut, which shows nothing of the inside.
+fn refuse_coarse(flags: &RenderFlags, inside: &Inside) -> Result<(), Failure> {
+    match inside.effects().first() {
+        Some(what) if flags.refine == Some(RefineFlag::Coarse) => Err(Failure::Usage(format!(
+            "expected --refine full or converged with {what}, found --refine coarse, whose pictures may \
+             be octree cuts that do not show it; leave --refine out"
+        ))),
+        _ => Ok(()),
+    }
 }
 
 /// Refuses `--cells` where flags alone say that there will be none to draw, or nowhere to draw them.
@@ -153,8 +171,13 @@ fn no_cut(refine: Refine) -> String {
     }
 }
 
-fn nothing_seen(kernels_active: u64, hides_voxels: bool) -> String {
+fn nothing_seen(kernels_active: u64, hides_voxels: bool, is_cut: bool) -> String {
     match kernels_active {
+        _ if is_cut => {
+            "nothing can be seen in the picture; look at --clip-box and --clip-plane, which say what is \
+             kept of the volume, at the opacities and the camera"
+                .to_owned()
+        }
         _ if hides_voxels => {
             "nothing can be seen in the picture; look at the tables of --opacity-by and --modulation, \
              which say how much of each voxel shows, and at the camera"
@@ -238,7 +261,7 @@ mod tests {
 
     #[test]
     fn a_picture_of_nothing_says_whether_anything_could_be_seen() {
-        let (none, some) = (nothing_seen(0, false), nothing_seen(208, false));
+        let (none, some) = (nothing_seen(0, false, false), nothing_seen(208, false, false));
         assert!(none.contains("no voxel has opacity") && none.contains("--opacity"), "{none}");
         assert!(some.contains("though 208 voxels") && some.contains("the camera"), "{some}");
     }

@@ -26,11 +26,11 @@ pub(super) type Points = List<(f64, f64)>;
 pub(super) type Stop = (f64, Srgb8);
 
 /// What was found, as a message quotes it: on one line, and where it is nothing, that.
-fn found(text: &str) -> String {
+pub(super) fn found(text: &str) -> String {
     if text.trim().is_empty() { "nothing".to_owned() } else { format!("{text:?}") }
 }
 
-fn number(text: &str) -> Parsed<f64> {
+pub(super) fn number(text: &str) -> Parsed<f64> {
     let value: f64 = text
         .trim()
         .parse()
@@ -42,7 +42,7 @@ fn number(text: &str) -> Parsed<f64> {
     }
 }
 
-fn numbers<const N: usize>(text: &str, what: &str) -> Parsed<[f64; N]> {
+pub(super) fn numbers<const N: usize>(text: &str, what: &str) -> Parsed<[f64; N]> {
     let values: Vec<f64> = text.split(',').map(number).collect::<Parsed<_>>()?;
     values.try_into().map_err(|_| format!("expected {what}, found {}", found(text)))
 }

@@ -22,9 +22,15 @@ const FIELD: &str = include_str!("../../shaders/lib/field.wgsl");
 const CLASSIFY: &str = include_str!("../../shaders/lib/classify.wgsl");
 const EMPTY: &str = include_str!("../../shaders/lib/empty.wgsl");
 const LIGHT: &str = include_str!("../../shaders/lib/light.wgsl");
+const RAYS: &str = include_str!("../../shaders/lib/rays.wgsl");
+const INSIDE: &str = include_str!("../../shaders/lib/inside.wgsl");
+const UNCLIPPED: &str = include_str!("../../shaders/lib/unclipped.wgsl");
+const CLIPPED: &str = include_str!("../../shaders/lib/clipped.wgsl");
+const MATTER: &str = include_str!("../../shaders/lib/matter.wgsl");
+const SURFACES: &str = include_str!("../../shaders/lib/surfaces.wgsl");
 
 /// The most pieces that a shader is stitched of.
-const MOST_PIECES: usize = 12;
+const MOST_PIECES: usize = 16;
 
 /// A pass's shader: its name is the file's, the pass's label and the timing row's.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -103,20 +109,33 @@ pub struct SlabPieces {
     pub in_parts: bool,
     /// What finds values and growth.
     pub faces: Faces,
+    /// Something is cut away.
+    pub clipped: bool,
+    /// Surfaces lie among the matter.
+    pub surfaces: bool,
 }
 
 impl SlabPieces {
     /// Every one there is.
-    pub const ALL: [Self; 8] = {
+    pub const ALL: [Self; 32] = {
         let faces = [Faces::Unlit, Faces::BSplines, Faces::Tents, Faces::Differences];
-        let mut all = [Self { in_parts: false, faces: Faces::Unlit }; 8];
+        let mut all = [Self::PLAIN; 32];
         let mut i = 0;
         while i < all.len() {
-            all[i] = Self { in_parts: i % 2 == 1, faces: faces[i / 2] };
+            all[i] = Self {
+                in_parts: i % 2 == 1,
+                faces: faces[i / 2 % 4],
+                clipped: i / 8 % 2 == 1,
+                surfaces: i / 16 == 1,
+            };
             i += 1;
         }
         all
     };
+
+    /// What nobody asked for anything with.
+    pub const PLAIN: Self =
+        Self { in_parts: false, faces: Faces::Unlit, clipped: false, surfaces: false };
 
     /// The pass of these pieces.
     pub const fn shader(self) -> Shader {
@@ -127,10 +146,16 @@ impl SlabPieces {
             Faces::Differences => [SHADE, FACE_DIFFERENCES],
         };
         let rays = if self.in_parts { PARTS } else { WHOLE };
+        let inside = if self.clipped || self.surfaces { INSIDE } else { "" };
+        let clip = if self.clipped { CLIPPED } else { UNCLIPPED };
+        let layers = if self.surfaces { SURFACES } else { MATTER };
         let walk = include_str!("../../shaders/reconstruct_slabs.wgsl");
         stitched(
             RECONSTRUCT_SLABS,
-            &[SLABS, FIELD, CLASSIFY, EMPTY, LIGHT, rays, shade, face, walk],
+            &[
+                SLABS, FIELD, CLASSIFY, EMPTY, LIGHT, RAYS, inside, clip, layers, rays, shade,
+                face, walk,
+            ],
         )
     }
 }

@@ -9,6 +9,7 @@ use super::buffers::Growing;
 use super::compute::groups_of_tiles;
 use super::context::Context;
 use super::field::{DeviceField, FIELD_CHUNKS, Format, window};
+use super::inside::{InsideVariant, Opening};
 use super::layout;
 use super::shade::{CellsOfValues, Shade, ShadeVariant};
 use super::shader::{Faces, RECONSTRUCT_SLABS, SlabPieces};
@@ -36,8 +37,10 @@ pub enum SlabField {
 pub(super) struct SlabPass {
     pipelines: HashMap<Variant, wgpu::ComputePipeline>,
     uniform: wgpu::Buffer,
-    /// Lights and shading tables, from the first time that they are asked for.
+    /// Lights and shading tables, while they are asked for.
     shade: Option<wgpu::Buffer>,
+    /// What lets the inside be seen, likewise.
+    inside: Option<wgpu::Buffer>,
     capped: wgpu::Buffer,
     source: Option<Arc<ScalarVolume>>,
     interpolating: bool,
@@ -69,7 +72,31 @@ struct Variant {
     back_to_front: bool,
     target: wgpu::TextureFormat,
     in_parts: bool,
-    shade: Option<ShadeVariant>,
+    looks: LooksVariant,
+}
+
+/// What a scene asks for beside its transfer function and its mode.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Looks<'a> {
+    pub shade: Option<&'a Shade>,
+    pub inside: Option<&'a Opening>,
+}
+
+/// What of it a pipeline is made for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(super) struct LooksVariant {
+    pub shade: Option<ShadeVariant>,
+    pub inside: InsideVariant,
+}
+
+impl Looks<'_> {
+    /// `quickly`: of a field for previews.
+    pub(super) fn variant(&self, quickly: bool) -> LooksVariant {
+        LooksVariant {
+            shade: self.shade.map(|shade| ShadeVariant { quickly, ..shade.variant }),
+            inside: self.inside.map_or_else(InsideVariant::default, |inside| inside.variant),
+        }
+    }
 }
 
 impl SlabPass {
@@ -84,6 +111,7 @@ impl SlabPass {
                 size_of::<layout::Slabs>() as u64,
             ),
             shade: None,
+            inside: None,
             capped: Growing::make(
                 context,
                 "capped",
@@ -105,6 +133,12 @@ impl SlabPass {
         self.field.as_ref().map_or(0, DeviceField::size_bytes)
             + self.table.as_ref().map_or(0, |t| t.sums.size() + t.empty.size())
             + self.shading_bytes()
+            + self.inside_bytes()
+    }
+
+    /// Of them, what lets the inside be seen takes.
+    pub(super) fn inside_bytes(&self) -> u64 {
+        self.inside.as_ref().map_or(0, wgpu::Buffer::size)
     }
 
     /// Of them, what lights and shading tables take.
@@ -195,6 +229,7 @@ impl SlabPass {
         view: &View,
         settings: &SplatSettings,
         picture: PictureConstants,
+        looks: Looks<'_>,
     ) -> Option<Vec<SlabPart>> {
         let field = self.field.as_ref()?;
         let (view, picture) = &seen(view, picture, field.level);
@@ -208,6 +243,7 @@ impl SlabPass {
             side: rays_per_side(view, kernel, extent),
             // Two to either side are summed up without loops.
             window: (is_radial && samples != 2).then_some(samples),
+            surfaces: looks.inside.map_or(0, |inside| inside.variant.surfaces()),
         };
         rays.parts(context.most_turns)
     }
@@ -220,7 +256,7 @@ impl SlabPass {
         settings: &SplatSettings,
         picture: PictureConstants,
         (tiles, part): (&Range<u32>, SlabPart),
-        shade: Option<&Shade>,
+        looks: Looks<'_>,
     ) -> bool {
         let (Some(field), Some(table)) = (&self.field, &self.table) else { return false };
         let (view, picture) = &seen(view, picture, field.level);
@@ -244,7 +280,8 @@ impl SlabPass {
         constants.more = [tiles.len() as u32, side, table.holes_at, 0];
         constants.part = part;
         context.queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&constants));
-        match shade {
+        write_inside(context, &mut self.inside, field.level, looks.inside);
+        match looks.shade {
             None => self.shade = None,
             Some(shade) => {
                 let growth = constants.up[3];
@@ -269,7 +306,7 @@ impl SlabPass {
         settings: &SplatSettings,
         (light, format): (&wgpu::TextureView, wgpu::TextureFormat),
         (tiles, kept): (u32, Option<&wgpu::Buffer>),
-        (shade, timestamps): (Option<ShadeVariant>, Option<wgpu::ComputePassTimestampWrites<'_>>),
+        (looks, timestamps): (LooksVariant, Option<wgpu::ComputePassTimestampWrites<'_>>),
     ) {
         let (Some(field), Some(table)) = (&self.field, &self.table) else { return };
         let variant = Variant {
@@ -284,7 +321,7 @@ impl SlabPass {
             back_to_front: settings.order == Order::BackToFront,
             target: format,
             in_parts: kept.is_some(),
-            shade: shade.filter(|_| self.shade.is_some()),
+            looks,
         };
         let pipeline =
             self.pipelines.entry(variant).or_insert_with(|| compile(context, variant)).clone();
@@ -307,12 +344,25 @@ impl SlabPass {
             layout: &pipeline.get_bind_group_layout(0),
             entries: &entries,
         });
+        let inside = self.inside.as_ref().map(|buffer| {
+            context.device.create_bind_group(&wgpu::BindGroupDescriptor {
+                label: Some("inside"),
+                layout: &pipeline.get_bind_group_layout(1),
+                entries: &[wgpu::BindGroupEntry {
+                    binding: 0,
+                    resource: buffer.as_entire_binding(),
+                }],
+            })
+        });
         let mut compute = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
             label: Some(RECONSTRUCT_SLABS),
             timestamp_writes: timestamps,
         });
         compute.set_pipeline(&pipeline);
         compute.set_bind_group(0, &group, &[]);
+        if let Some(inside) = &inside {
+            compute.set_bind_group(1, inside, &[]);
+        }
         let [across, down] = groups_of_tiles(tiles);
         compute.dispatch_workgroups(across, down, 1);
     }
@@ -321,6 +371,25 @@ impl SlabPass {
     pub(super) fn capped(&self) -> &wgpu::Buffer {
         &self.capped
     }
+}
+
+/// Writes what lets the inside be seen, or lets go of it.
+fn write_inside(
+    context: &Context,
+    buffer: &mut Option<wgpu::Buffer>,
+    level: u32,
+    inside: Option<&Opening>,
+) {
+    let Some(inside) = inside else {
+        *buffer = None;
+        return;
+    };
+    let buffer = buffer.get_or_insert_with(|| {
+        use wgpu::BufferUsages as Usage;
+        let size = size_of::<layout::Inside>() as u64;
+        Growing::make(context, "inside", Usage::UNIFORM | Usage::COPY_DST, size)
+    });
+    context.queue.write_buffer(buffer, 0, bytemuck::bytes_of(&inside.constants(level)));
 }
 
 fn is_interpolating(settings: &SplatSettings) -> bool {
@@ -448,14 +517,22 @@ fn compile(context: &Context, variant: Variant) -> wgpu::ComputePipeline {
         ("published", flag(variant.published)),
         ("back_to_front", flag(variant.back_to_front)),
     ];
-    constants.extend(variant.shade.iter().flat_map(ShadeVariant::constants));
-    let faces = match (&variant.shade, variant.kernel) {
+    let LooksVariant { shade, inside } = &variant.looks;
+    constants.extend(shade.iter().flat_map(ShadeVariant::constants));
+    constants.extend(inside.constants());
+    let faces = match (shade, variant.kernel) {
         (None, _) => Faces::Unlit,
         (Some(_), Kernel::BSpline) => Faces::BSplines,
         (Some(shade), _) if shade.quickly => Faces::Tents,
         (Some(_), _) => Faces::Differences,
     };
-    let shader = SlabPieces { in_parts: variant.in_parts, faces }.shader();
+    let pieces = SlabPieces {
+        in_parts: variant.in_parts,
+        faces,
+        clipped: inside.is_clipped(),
+        surfaces: inside.surfaces() > 0,
+    };
+    let shader = pieces.shader();
     let module = shader.module_writing(&context.device, variant.target);
     context.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
         label: Some(RECONSTRUCT_SLABS),

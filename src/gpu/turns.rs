@@ -283,6 +283,8 @@ pub(super) struct SlabRays {
     pub side: u32,
     /// Samples to either side of a position, of kernels that are summed up in loops.
     pub window: Option<usize>,
+    /// Surfaces that a ray may meet among the slabs.
+    pub surfaces: u32,
 }
 
 impl SlabRays {
@@ -304,7 +306,10 @@ impl SlabRays {
         });
         // The look, the loop of leaps and that of faces.
         let every = f64::from(layout::LOOK_EVERY);
-        let look = 1.0 + 1.0 + every + 1.0 + every * value;
+        // Of each slab, layers between surfaces, and a look for the next one before each.
+        let surfaces = f64::from(self.surfaces);
+        let layers = if surfaces > 0.0 { nested(&[surfaces + 1.0, surfaces]) } else { 0.0 };
+        let look = 1.0 + 1.0 + every + 1.0 + every * (value + layers);
         let looks = faces / every + 2.0;
         let others = LANES * leaps;
         let ray = 1.0 + looks * look + others;
@@ -429,6 +434,7 @@ mod tests {
             thickness: 1.0 / 64.0,
             side: 1,
             window: None,
+            surfaces: 0,
         };
         assert!(row(593).parts(Some(SOFTWARE_TURNS)).is_some());
         assert_eq!(row(450).parts(Some(SOFTWARE_TURNS)), None);
@@ -456,6 +462,7 @@ mod tests {
             thickness: 0.1,
             side: 2,
             window: None,
+            surfaces: 0,
         };
         let parts = rays.parts(Some(SOFTWARE_TURNS)).expect("more than one");
         let of_ray = |ray: u32| -> Vec<SlabPart> {

@@ -8,6 +8,7 @@
 
 mod classes;
 mod field;
+mod inside;
 mod kernels;
 mod layers;
 mod line;

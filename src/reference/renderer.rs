@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use super::RefKernel;
 use super::classes::Classes;
 use super::field::{Field, Shape};
+use super::inside::{Layer, Opening};
 use super::kernels::grid_kernels;
 use super::layers::{self, Planes};
 use super::mesh::Meshes;
@@ -37,6 +38,7 @@ pub struct Reference {
     exact: bool,
     tolerance: f64,
     shape: Option<RadialKernel>,
+    opening: Opening,
     source: Source,
 }
 
@@ -162,6 +164,7 @@ impl Reference {
             exact,
             tolerance: TOLERANCE,
             shape,
+            opening: Opening::of(scene),
             source,
         })
     }
@@ -203,12 +206,14 @@ impl Reference {
                 let line = ray.mapped(map, self.lattice.origin);
                 let shader = shader.as_deref();
                 let shade = RayShader { shader, field, world: &ray, index: &line };
+                let part = self.opening.part((field, classes), &ray, &line);
+                let Some(part) = part else { return [0.0; 4] };
                 if self.exact {
-                    return truth::after(field, classes, visible, shade, self.tolerance);
+                    return truth::after(field, classes, visible, shade, &part, self.tolerance);
                 }
                 let pre_integrated = self.splat.classify == Classify::PreIntegrated;
                 let (planes, model) = (self.slabs(&ray), self.splat.opacity_model);
-                layers::classified(field, classes, &line, &planes, pre_integrated, model, shade)
+                layers::classified(field, classes, &planes, pre_integrated, model, shade, &part)
             }
             Source::Grid(grid, Shape::Separable(basis)) => {
                 if self.exact {
@@ -221,7 +226,8 @@ impl Reference {
                     });
                     return light.pixel();
                 }
-                layers::separable_between_planes(grid, *basis, &ray, &self.slabs(&ray))
+                let sums = layers::separable_between_planes(grid, *basis, &ray, &self.slabs(&ray));
+                sums.into_iter().map(Layer::Matter).collect()
             }
             Source::Grid(grid, _) => return self.splatted(grid.hits(&ray, self.shape), &ray),
             Source::List(list) => return self.splatted(list.hits(&ray, pixel), &ray),
@@ -244,6 +250,7 @@ impl Reference {
             Visibility::Sheets => layers::between_planes(&hits, shape, &self.sheets(ray), from),
             Visibility::Slabs => layers::between_planes(&hits, shape, &self.slabs(ray), from),
         };
+        let layers: Vec<Layer> = layers.into_iter().map(Layer::Matter).collect();
         layers::composite(&layers, self.splat.opacity_model, self.splat.order)
     }
 

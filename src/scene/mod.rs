@@ -5,6 +5,7 @@
 
 mod cells;
 mod framing;
+mod inside;
 mod mode;
 mod shading;
 mod view;
@@ -12,6 +13,9 @@ mod view;
 pub use crate::hierarchy::ErrorMeasure;
 pub use cells::{Cell, Cells, Edge, IndexRay, WhyWhole, level_colour};
 pub use framing::{NamedView, axis_letters, is_anterior_y};
+pub use inside::{
+    Clip, ClipBox, CutFaces, HalfSpace, Inside, InsideError, MOST_CLIP_PLANES, Plane,
+};
 pub use mode::{
     Backend, Classify, CutSettings, LEAST_SLABS_PER_VOXEL, MOST_GATHERED_EXTENT,
     MOST_SHEETS_PER_KERNEL, MOST_SLABS_PER_VOXEL, ModeChoice, ModeError, OpacityModel, Order,
@@ -52,6 +56,8 @@ pub struct Scene {
     pub splat: SplatSettings,
     /// How it is lit, and what colours and opacities are looked up by beside the value.
     pub shading: Shading,
+    /// What lets its inside be seen.
+    pub inside: Inside,
     /// Where it is seen from.
     pub camera: Camera,
     /// What lies behind it.
@@ -64,14 +70,22 @@ impl Scene {
         self.splat.opacity_unit_distance.unwrap_or_else(|| self.volume.lattice.smallest_spacing())
     }
 
+    /// What it asks for beside the transfer function and the mode, by name.
+    pub fn effects(&self) -> Vec<&'static str> {
+        let mut effects = self.shading.effects();
+        effects.extend(self.inside.effects());
+        effects
+    }
+
     /// Whether two scenes make the same picture at the same size.
     pub fn makes_same_picture(&self, other: &Self) -> bool {
         // Taken apart, so that a new field cannot be forgotten here.
-        let Self { volume, transfer, splat, shading, camera, background } = self;
+        let Self { volume, transfer, splat, shading, inside, camera, background } = self;
         Arc::ptr_eq(volume, &other.volume)
             && *transfer == other.transfer
             && *splat == other.splat
             && *shading == other.shading
+            && *inside == other.inside
             && *camera == other.camera
             && *background == other.background
     }
@@ -89,6 +103,7 @@ pub fn opening(volume: Arc<ScalarVolume>, space: Option<&str>) -> Scene {
         camera: framing_camera(&volume.lattice, direction, up),
         splat: SplatSettings::default(),
         shading: Shading::default(),
+        inside: Inside::default(),
         background: Background::Colour(BACKGROUND),
         volume,
     }

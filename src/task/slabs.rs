@@ -116,7 +116,7 @@ impl Drawer {
     ) -> Result<Drawn, DrawError> {
         let view = View { enlarged, ..View::new(scene, size) };
         self.prepare_slabs(scene, &view, which, observer)?;
-        self.renderer.set_shading(scene);
+        self.renderer.set_looks(scene);
         let constants = PictureConstants {
             unit_distance: scene.opacity_unit_distance(),
             smallest_spacing: scene.volume.lattice.smallest_spacing(),
