@@ -11,10 +11,13 @@ use super::actions::{ACTIONS, Action, Entry, Menu, entry_of};
 use super::camera_control;
 use super::document::Source;
 use super::notices::text_and_button_ui;
-use super::panels::{accuracy, compare, data, section_ui, shading, splat, status, transfer, view};
+use super::panels::{
+    accuracy, clip, compare, data, section_ui, shading, splat, status, transfer, view,
+};
 use super::viewport::PixelArea;
 use super::window::Window;
 use super::{modes, theme, trihedron};
+use crate::scene::Inside;
 
 /// Width of the side panel before anyone resizes it, points.
 const SIDE_WIDTH: f32 = 336.0;
@@ -156,6 +159,10 @@ impl Window {
             let second = self.compare.on.then_some(&self.compare.second);
             shading::shading_ui(ui, &mut self.shading, scene, second);
         });
+        section_ui(ui, "Clip", |ui| {
+            let second = self.compare.on.then_some(&self.compare.second);
+            clip::clip_ui(ui, &mut self.clip, scene, second);
+        });
         let compare = &mut self.compare;
         let times = self.parts.drawer.back_end_times();
         section_ui(ui, "Splats", |ui| {
@@ -211,6 +218,9 @@ impl Window {
                 trihedron::paint(ui.painter(), area.rect, &scene.camera, space);
             }
             self.cells.show(ui, area, scene, &response);
+            if self.clip.shows_box && Inside::is_shown_by(&scene.splat) {
+                self.box_handles.show(ui, area, scene);
+            }
         } else if !self.is_loading() {
             welcome_ui(ui, area.rect);
         }

@@ -7,6 +7,7 @@
 pub mod actions;
 pub mod camera_control;
 pub mod cells;
+pub mod clip_box;
 pub mod compare;
 pub mod dialogs;
 pub mod document;

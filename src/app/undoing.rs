@@ -82,6 +82,8 @@ impl State {
             () if colour => "colours",
             () if a.splat.opacity_unit_distance != b.splat.opacity_unit_distance => "unit distance",
             () if a.splat != b.splat => "splat settings",
+            () if a.shading != b.shading => "shading",
+            () if a.inside.clip != b.inside.clip => "clip",
             () if a.camera.projection != b.camera.projection => "projection",
             () if a.camera != b.camera => "view",
             () if self.compare != after.compare => "comparison",

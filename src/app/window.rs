@@ -9,6 +9,7 @@ use eframe::egui::{Context, Ui, ViewportCommand};
 use super::actions::{self, Action};
 use super::camera_control;
 use super::cells::CellsOverlay;
+use super::clip_box::BoxHandles;
 use super::compare::{Compare, Display};
 use super::dialogs::Outcome;
 use super::dialogs::open_path::OpenPath;
@@ -27,6 +28,7 @@ use super::measuring::{EstimateRecord, Measuring, StartMeasuring};
 use super::notices::Notices;
 use super::pacing::{News, Pacing};
 use super::panels::accuracy::AccuracyPanel;
+use super::panels::clip::ClipEditor;
 use super::panels::data::FieldChoice;
 use super::panels::shading::ShadingEditor;
 use super::panels::transfer::TransferEditor;
@@ -110,6 +112,8 @@ pub struct Window {
     pub(super) measuring: Measuring,
     pub(super) estimates: EstimateRecord,
     pub(super) shading: ShadingEditor,
+    pub(super) clip: ClipEditor,
+    pub(super) box_handles: BoxHandles,
     pub(super) effects: Effects,
     /// Reached the engine last.
     pub(super) last_valid_mode: SplatSettings,
@@ -146,6 +150,8 @@ impl Window {
             measuring: Measuring::default(),
             estimates: EstimateRecord::default(),
             shading: ShadingEditor::default(),
+            clip: ClipEditor::default(),
+            box_handles: BoxHandles::default(),
             effects: Effects::default(),
             last_valid_mode: SplatSettings::default(),
             file_dialog: None,
@@ -353,6 +359,7 @@ impl Window {
         self.gaussians.clear();
         self.transfer.start_over();
         self.shading.start_over();
+        self.clip.start_over();
         let title = format!("{} – Voxsplat", document.source.name());
         ctx.send_viewport_cmd(ViewportCommand::Title(title));
         for warning in &document.warnings {
