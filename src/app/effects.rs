@@ -9,7 +9,7 @@ use eframe::egui::Context;
 use super::actions::{Action, entry_of};
 use super::panels::effects::{Cost, Row, Run, Time, effects_ui};
 use super::window::Window;
-use crate::scene::{Clip, Scene, Shading};
+use crate::scene::{AlongRay, Clip, Scene, Shading};
 use crate::task::engine::Picture;
 
 /// Finished pictures that are remembered.
@@ -185,6 +185,15 @@ impl Window {
             Some(|s| s.inside.clip = Clip::default()),
         );
         rows.push(Row { bytes, ..clip });
+        rows.push(part(
+            "projection",
+            "The greatest, least or mean value of each ray in place of its light",
+            match scene.inside.along {
+                AlongRay::Composite => "Inside in the side panel".to_owned(),
+                along => format!("Inside, {}", along.name()),
+            },
+            Some(|s| s.inside.along = AlongRay::Composite),
+        ));
         rows.extend(self.other_rows(ctx));
         rows
     }
@@ -298,6 +307,7 @@ fn label_of(name: &str) -> &'static str {
         "modulation table" => "Modulation table",
         "reflection table" => "Reflection table",
         "clip" => "Clip",
+        "projection" => "Projection",
         _ => "Emission table",
     }
 }

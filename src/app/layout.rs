@@ -12,7 +12,7 @@ use super::camera_control;
 use super::document::Source;
 use super::notices::text_and_button_ui;
 use super::panels::{
-    accuracy, clip, compare, data, section_ui, shading, splat, status, transfer, view,
+    accuracy, clip, compare, data, inside, section_ui, shading, splat, status, transfer, view,
 };
 use super::viewport::PixelArea;
 use super::window::Window;
@@ -159,6 +159,7 @@ impl Window {
             let second = self.compare.on.then_some(&self.compare.second);
             shading::shading_ui(ui, &mut self.shading, scene, second);
         });
+        section_ui(ui, "Inside", |ui| inside::inside_ui(ui, scene));
         section_ui(ui, "Clip", |ui| {
             let second = self.compare.on.then_some(&self.compare.second);
             clip::clip_ui(ui, &mut self.clip, scene, second);

@@ -84,6 +84,7 @@ impl State {
             () if a.splat != b.splat => "splat settings",
             () if a.shading != b.shading => "shading",
             () if a.inside.clip != b.inside.clip => "clip",
+            () if a.inside != b.inside => "inside",
             () if a.camera.projection != b.camera.projection => "projection",
             () if a.camera != b.camera => "view",
             () if self.compare != after.compare => "comparison",

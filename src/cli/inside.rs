@@ -4,7 +4,7 @@ use clap::Args;
 use glam::DVec3;
 
 use super::values;
-use crate::scene::{Clip, ClipBox, CutFaces, Inside, InsideError, Plane, SplatSettings};
+use crate::scene::{AlongRay, Clip, ClipBox, CutFaces, Inside, InsideError, Plane, SplatSettings};
 use crate::volume::ScalarVolume;
 
 /// What is cut away, and what shows where it is.
@@ -23,6 +23,10 @@ pub struct InsideFlags {
     /// Show the value where matter is cut, opaque, instead of what lies behind
     #[arg(long)]
     pub cut_faces: bool,
+    /// What stands for a ray: composite (the light along it), or in its colour the maximum, minimum or
+    /// average of the values it meets [default: composite]
+    #[arg(long, value_name = "WHAT", value_parser = values::along_ray)]
+    pub projection: Option<AlongRay>,
 }
 
 /// A place along one of a volume's own axes.
@@ -61,7 +65,10 @@ impl InsideFlags {
             ClipBox { low: end(0), high: end(1) }
         });
         let faces = if self.cut_faces { CutFaces::Coloured } else { CutFaces::Through };
-        let inside = Inside { clip: Clip { bounds, planes: self.clip_plane.clone(), faces } };
+        let inside = Inside {
+            clip: Clip { bounds, planes: self.clip_plane.clone(), faces },
+            along: self.projection.unwrap_or_default(),
+        };
         inside.check(splat)?;
         Ok(inside)
     }
@@ -106,11 +113,12 @@ mod tests {
             clip_box: Some(places("0,7,25%,100%,1.5,4").unwrap()),
             clip_plane: vec![plane("1,2,-3,0,0.5,-1").unwrap()],
             cut_faces: true,
+            projection: None,
         };
         let samples = Samples::UInt8((0..160).map(|i| i as u8).collect());
         let lattice = Lattice::unit([8, 4, 5]);
         let volume = ScalarVolume::from_samples("ramp", lattice, samples).unwrap();
-        let Inside { clip } = flags.resolve(&volume, &SplatSettings::EXACT).unwrap();
+        let Inside { clip, .. } = flags.resolve(&volume, &SplatSettings::EXACT).unwrap();
         let bounds = ClipBox { low: [0.0625, 0.25, 0.4], high: [0.9375, 1.0, 0.9] };
         assert_eq!((clip.bounds, clip.faces), (Some(bounds), CutFaces::Coloured));
         let [low, high] = bounds.in_index([8, 4, 5]);

@@ -6,8 +6,8 @@ use crate::core::Srgb8;
 use crate::io::Endian;
 use crate::kernel::Kernel;
 use crate::scene::{
-    Backend, Classify, ErrorMeasure, MOST_SHEETS_PER_KERNEL, OpacityModel, Order, Reconstruction,
-    ShadingPreset, Visibility,
+    AlongRay, Backend, Classify, ErrorMeasure, MOST_SHEETS_PER_KERNEL, OpacityModel, Order,
+    Reconstruction, ShadingPreset, Visibility,
 };
 use crate::task::engine::AdapterChoice;
 use crate::transfer::ColourMap;
@@ -233,6 +233,7 @@ named!(
     backend: Backend,
     cut_error: ErrorMeasure,
     shading_preset: ShadingPreset,
+    along_ray: AlongRay,
 );
 
 pub(super) fn scalar_type(text: &str) -> Parsed<ScalarType> {

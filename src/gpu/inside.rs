@@ -1,7 +1,7 @@
 //! What lets a volume's inside be seen, on the device (`shaders/lib/inside.wgsl`).
 
 use super::layout::{self, MOST_CLIPS};
-use crate::scene::{CutFaces, HalfSpace, Scene};
+use crate::scene::{AlongRay, CutFaces, HalfSpace, Scene};
 
 /// What of it a pipeline is made for: what is not asked for is not compiled.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
@@ -10,12 +10,19 @@ pub(super) struct InsideVariant {
     pub planes: u32,
     /// Whether matter shows its value where it is cut.
     pub cut_faces: bool,
+    /// What stands for a ray.
+    pub along: AlongRay,
 }
 
 impl InsideVariant {
     /// Whether rays are shortened.
     pub(super) fn is_clipped(&self) -> bool {
         self.planes > 0
+    }
+
+    /// Whether its constants are asked for.
+    pub(super) fn is_bound(&self) -> bool {
+        self.is_clipped() || self.surfaces() > 0
     }
 
     /// Surfaces that a ray may meet.
@@ -26,6 +33,13 @@ impl InsideVariant {
     /// The shader's overrides.
     pub(super) fn constants(&self) -> Vec<(&'static str, f64)> {
         let mut constants = Vec::new();
+        let along = match self.along {
+            AlongRay::Composite => None,
+            AlongRay::Maximum => Some(1.0),
+            AlongRay::Minimum => Some(2.0),
+            AlongRay::Average => Some(3.0),
+        };
+        constants.extend(along.map(|along| ("along", along)));
         if self.is_clipped() {
             constants.push(("clip_planes", f64::from(self.planes)));
         }
@@ -49,7 +63,11 @@ impl Opening {
         let clip = scene.inside.clip.half_spaces(&scene.volume.lattice);
         let variant = InsideVariant {
             planes: u32::try_from(clip.len().min(MOST_CLIPS)).unwrap_or_default(),
-            cut_faces: scene.inside.clip.faces == CutFaces::Coloured && !clip.is_empty(),
+            // Values that are projected have no faces.
+            cut_faces: scene.inside.clip.faces == CutFaces::Coloured
+                && !clip.is_empty()
+                && scene.inside.along == AlongRay::Composite,
+            along: scene.inside.along,
         };
         (variant != InsideVariant::default()).then_some(Self { variant, clip })
     }

@@ -298,7 +298,8 @@ impl Renderer {
                 if !slabs.write(&self.context, view, settings, picture, piece, looks) {
                     return Err(GpuError::Device("slabs came before their field".to_owned()));
                 }
-                wall_ms += self.run(&frame::slab_piece(tiles.len() as u32))?;
+                let projects = looks.variant(false).projects();
+                wall_ms += self.run(&frame::slab_piece(tiles.len() as u32, projects))?;
             }
         }
         Ok(wall_ms)
@@ -386,7 +387,9 @@ impl Renderer {
             }
             Pass::Gather { shader, tiles } => self.gather(encoder, shader, tiles, clock),
             Pass::Splat(source) => self.splat(encoder, source, clock),
-            Pass::ReconstructSlabs { tiles } => self.reconstruct_slabs(encoder, tiles, clock),
+            Pass::ReconstructSlabs { tiles } | Pass::ProjectValues { tiles } => {
+                self.reconstruct_slabs(encoder, tiles, clock);
+            }
             Pass::Present => self.encode_present(encoder, clock),
             Pass::CountDigits(_) | Pass::ScanDigits | Pass::ScatterDigits(_) => {
                 let Some(lists) = &self.lists else { return };

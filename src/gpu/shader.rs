@@ -137,6 +137,15 @@ impl SlabPieces {
     pub const PLAIN: Self =
         Self { in_parts: false, faces: Faces::Unlit, clipped: false, surfaces: false };
 
+    /// The pass that projects values along rays, of these pieces: of the faces, values alone.
+    pub const fn projecting(self) -> Shader {
+        let [inside, clip] = if self.clipped { [INSIDE, CLIPPED] } else { ["", UNCLIPPED] };
+        let rays = if self.in_parts { PARTS } else { WHOLE };
+        let walk = include_str!("../../shaders/project_values.wgsl");
+        let pieces = &[SLABS, FIELD, CLASSIFY, EMPTY, RAYS, inside, clip, rays, walk];
+        stitched(PROJECT_VALUES, pieces)
+    }
+
     /// The pass of these pieces.
     pub const fn shader(self) -> Shader {
         let [shade, face] = match self.faces {
@@ -163,6 +172,21 @@ impl SlabPieces {
 /// Name of the pass that composites slabs of a reconstructed field.
 pub const RECONSTRUCT_SLABS: &str = "reconstruct_slabs";
 
+/// Name of the pass that projects values along rays.
+pub const PROJECT_VALUES: &str = "project_values";
+
+/// Projecting passes: whole or in parts, with and without a clip.
+const PROJECTING: [Shader; 4] = {
+    let mut all = [SINGLE[0]; 4];
+    let mut i = 0;
+    while i < all.len() {
+        let pieces = SlabPieces { in_parts: i % 2 == 1, clipped: i / 2 == 1, ..SlabPieces::PLAIN };
+        all[i] = pieces.projecting();
+        i += 1;
+    }
+    all
+};
+
 /// Passes that are stitched in one way only.
 const SINGLE: [Shader; 16] = [
     COUNT_SEGMENTS,
@@ -184,12 +208,16 @@ const SINGLE: [Shader; 16] = [
 ];
 
 /// Every shader there is.
-pub const ALL: [Shader; SINGLE.len() + SlabPieces::ALL.len()] = {
-    let mut all = [SINGLE[0]; SINGLE.len() + SlabPieces::ALL.len()];
+pub const ALL: [Shader; SINGLE.len() + PROJECTING.len() + SlabPieces::ALL.len()] = {
+    let slabs = SINGLE.len() + PROJECTING.len();
+    let mut all = [SINGLE[0]; SINGLE.len() + PROJECTING.len() + SlabPieces::ALL.len()];
     let mut i = 0;
     while i < all.len() {
-        all[i] =
-            if i < SINGLE.len() { SINGLE[i] } else { SlabPieces::ALL[i - SINGLE.len()].shader() };
+        all[i] = match i {
+            _ if i < SINGLE.len() => SINGLE[i],
+            _ if i < slabs => PROJECTING[i - SINGLE.len()],
+            _ => SlabPieces::ALL[i - slabs].shader(),
+        };
         i += 1;
     }
     all

@@ -12,11 +12,11 @@ use super::field::{DeviceField, FIELD_CHUNKS, Format, window};
 use super::inside::{InsideVariant, Opening};
 use super::layout;
 use super::shade::{CellsOfValues, Shade, ShadeVariant};
-use super::shader::{Faces, RECONSTRUCT_SLABS, SlabPieces};
+use super::shader::{Faces, PROJECT_VALUES, RECONSTRUCT_SLABS, SlabPieces};
 use super::turns::{SlabPart, SlabRays};
 use crate::core::Ticket;
 use crate::kernel::{Coefficients, Kernel, RadialKernel};
-use crate::scene::{Classify, OpacityModel, Order, SplatSettings, View};
+use crate::scene::{AlongRay, Classify, OpacityModel, Order, SplatSettings, View};
 use crate::transfer::Cumulative;
 use crate::volume::ScalarVolume;
 
@@ -92,10 +92,22 @@ pub(super) struct LooksVariant {
 impl Looks<'_> {
     /// `quickly`: of a field for previews.
     pub(super) fn variant(&self, quickly: bool) -> LooksVariant {
-        LooksVariant {
-            shade: self.shade.map(|shade| ShadeVariant { quickly, ..shade.variant }),
-            inside: self.inside.map_or_else(InsideVariant::default, |inside| inside.variant),
-        }
+        let inside = self.inside.map_or_else(InsideVariant::default, |inside| inside.variant);
+        // Nothing falls on values that are projected.
+        let shade = self.shade.filter(|_| inside.along == AlongRay::Composite);
+        LooksVariant { shade: shade.map(|shade| ShadeVariant { quickly, ..shade.variant }), inside }
+    }
+}
+
+impl LooksVariant {
+    /// Whether values are projected, rather than slabs composited.
+    pub(super) fn projects(&self) -> bool {
+        self.inside.along != AlongRay::Composite
+    }
+
+    /// The pass.
+    fn pass(&self) -> &'static str {
+        if self.projects() { PROJECT_VALUES } else { RECONSTRUCT_SLABS }
     }
 }
 
@@ -239,11 +251,12 @@ impl SlabPass {
         let rays = SlabRays {
             view_from_index: view.view_from_index,
             dims: field.dims,
-            thickness: slab_pixels(view, picture.smallest_spacing, settings),
+            thickness: face_pixels(view, picture.smallest_spacing, settings, looks),
             side: rays_per_side(view, kernel, extent),
             // Two to either side are summed up without loops.
             window: (is_radial && samples != 2).then_some(samples),
             surfaces: looks.inside.map_or(0, |inside| inside.variant.surfaces()),
+            projects: looks.variant(false).projects(),
         };
         rays.parts(context.most_turns)
     }
@@ -262,7 +275,8 @@ impl SlabPass {
         let (view, picture) = &seen(view, picture, field.level);
         let mut constants = slab_constants(view, settings, *picture, tiles);
         let last = |v: &mut [f32; 4], w: f32| v[3] = w;
-        last(&mut constants.base, slab_pixels(view, picture.smallest_spacing, settings) as f32);
+        let step = face_pixels(view, picture.smallest_spacing, settings, looks);
+        last(&mut constants.base, step as f32);
         let [x, y, z] = field.dims.map(|n| n as u32);
         let [sx, sy, _] = field.stored.map(|n| n as u32);
         let [bx, by, bz] = field.bricks().map(|n| n as u32);
@@ -281,7 +295,8 @@ impl SlabPass {
         constants.part = part;
         context.queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&constants));
         write_inside(context, &mut self.inside, field.level, looks.inside);
-        match looks.shade {
+        let projects = looks.variant(false).projects();
+        match looks.shade.filter(|_| !projects) {
             None => self.shade = None,
             Some(shade) => {
                 let growth = constants.up[3];
@@ -333,14 +348,19 @@ impl SlabPass {
         );
         bound.extend([&table.empty, &table.sums].map(|b| b.as_entire_binding()));
         bound.push(wgpu::BindingResource::TextureView(light));
-        bound.push(kept.unwrap_or(&self.capped).as_entire_binding());
+        // Projections count nothing.
+        bound.extend(match kept {
+            None if looks.projects() => None,
+            None => Some(self.capped.as_entire_binding()),
+            Some(kept) => Some(kept.as_entire_binding()),
+        });
         bound.extend(self.shade.as_ref().map(|b| b.as_entire_binding()));
         let entries: Vec<wgpu::BindGroupEntry<'_>> = (0_u32..)
             .zip(bound)
             .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })
             .collect();
         let group = context.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some(RECONSTRUCT_SLABS),
+            label: Some(looks.pass()),
             layout: &pipeline.get_bind_group_layout(0),
             entries: &entries,
         });
@@ -355,7 +375,7 @@ impl SlabPass {
             })
         });
         let mut compute = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
-            label: Some(RECONSTRUCT_SLABS),
+            label: Some(looks.pass()),
             timestamp_writes: timestamps,
         });
         compute.set_pipeline(&pipeline);
@@ -380,7 +400,7 @@ fn write_inside(
     level: u32,
     inside: Option<&Opening>,
 ) {
-    let Some(inside) = inside else {
+    let Some(inside) = inside.filter(|inside| inside.variant.is_bound()) else {
         *buffer = None;
         return;
     };
@@ -416,6 +436,21 @@ fn seen(view: &View, picture: PictureConstants, level: u32) -> (View, PictureCon
 /// Distance between slab faces, pixels of view depth.
 fn slab_pixels(view: &View, smallest_spacing: f64, settings: &SplatSettings) -> f64 {
     smallest_spacing / settings.slabs_per_voxel * view.pixels_per_unit
+}
+
+/// Faces in a slab of which values are projected: those have more to them than light that adds up. Of
+/// noise, the greatest values are off by 2.0e-2 with one (as colours, rmse), by 1.2e-3 with two.
+const PROJECTED_FACES: f64 = 2.0;
+
+/// Distance between the places at which a ray's values are asked, pixels of view depth.
+fn face_pixels(
+    view: &View,
+    smallest_spacing: f64,
+    settings: &SplatSettings,
+    looks: Looks<'_>,
+) -> f64 {
+    let slab = slab_pixels(view, smallest_spacing, settings);
+    if looks.variant(false).projects() { slab / PROJECTED_FACES } else { slab }
 }
 
 /// Voxels that a ray may cross between two slab faces along any axis, rounded up: at least 1.
@@ -532,13 +567,13 @@ fn compile(context: &Context, variant: Variant) -> wgpu::ComputePipeline {
         clipped: inside.is_clipped(),
         surfaces: inside.surfaces() > 0,
     };
-    let shader = pieces.shader();
+    let shader = if variant.looks.projects() { pieces.projecting() } else { pieces.shader() };
     let module = shader.module_writing(&context.device, variant.target);
     context.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-        label: Some(RECONSTRUCT_SLABS),
+        label: Some(shader.name),
         layout: None,
         module: &module,
-        entry_point: Some(RECONSTRUCT_SLABS),
+        entry_point: Some(shader.name),
         compilation_options: wgpu::PipelineCompilationOptions {
             constants: &constants,
             ..Default::default()

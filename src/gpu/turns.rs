@@ -285,6 +285,8 @@ pub(super) struct SlabRays {
     pub window: Option<usize>,
     /// Surfaces that a ray may meet among the slabs.
     pub surfaces: u32,
+    /// Whether values are projected, face by face and without leaps.
+    pub projects: bool,
 }
 
 impl SlabRays {
@@ -312,6 +314,11 @@ impl SlabRays {
         let look = 1.0 + 1.0 + every + 1.0 + every * (value + layers);
         let looks = faces / every + 2.0;
         let others = LANES * leaps;
+        let (looks, look, leaps, others) = match self.projects {
+            // Between two faces there may be one more place to be asked.
+            true => (2.0 * faces + 6.0, 1.0 + value, 0.0, 1.0),
+            false => (looks, look, leaps, others),
+        };
         let ray = 1.0 + looks * look + others;
         let rays = self.side * self.side;
         if f64::from(rays) * ray <= budget {
@@ -435,6 +442,7 @@ mod tests {
             side: 1,
             window: None,
             surfaces: 0,
+            projects: false,
         };
         assert!(row(593).parts(Some(SOFTWARE_TURNS)).is_some());
         assert_eq!(row(450).parts(Some(SOFTWARE_TURNS)), None);
@@ -463,6 +471,7 @@ mod tests {
             side: 2,
             window: None,
             surfaces: 0,
+            projects: false,
         };
         let parts = rays.parts(Some(SOFTWARE_TURNS)).expect("more than one");
         let of_ray = |ray: u32| -> Vec<SlabPart> {

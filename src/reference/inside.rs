@@ -7,7 +7,7 @@ use super::field::Field;
 use super::quadrature::Density;
 use super::sources::Line;
 use super::truth::domain;
-use crate::scene::{CutFaces, Inside, Scene};
+use crate::scene::{AlongRay, CutFaces, Inside, Scene};
 use crate::volume::Lattice;
 
 /// Something without depth that a ray meets.
@@ -45,6 +45,11 @@ pub(super) struct Opening {
 impl Opening {
     pub(super) fn of(scene: &Scene) -> Self {
         Self { inside: scene.inside.clone(), lattice: scene.volume.lattice }
+    }
+
+    /// What stands for a ray, if not its light.
+    pub(super) fn projects(&self) -> Option<AlongRay> {
+        Some(self.inside.along).filter(|along| *along != AlongRay::Composite)
     }
 
     /// What is left of a ray; `None` where nothing is. `world` and `index` are the same line.

@@ -15,6 +15,7 @@ mod line;
 mod mesh;
 mod picture;
 mod polynomial;
+mod projection;
 mod quadrature;
 mod renderer;
 mod shading;

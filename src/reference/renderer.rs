@@ -10,6 +10,7 @@ use super::inside::{Layer, Opening};
 use super::kernels::grid_kernels;
 use super::layers::{self, Planes};
 use super::mesh::Meshes;
+use super::projection;
 use super::quadrature::{Density, Light};
 use super::shading::{RayShader, Shader};
 use super::sources::{GridKernels, Hit, Line, ListKernels};
@@ -208,6 +209,15 @@ impl Reference {
                 let shade = RayShader { shader, field, world: &ray, index: &line };
                 let part = self.opening.part((field, classes), &ray, &line);
                 let Some(part) = part else { return [0.0; 4] };
+                if let Some(along) = self.opening.projects() {
+                    // The same in every mode: what a mode finds of it is near to this.
+                    let found = projection::projected(field, &line, along, part.ends);
+                    let colour = |value| {
+                        let [r, g, b] = classes.colour(value);
+                        [r, g, b, 1.0]
+                    };
+                    return found.map_or([0.0; 4], colour);
+                }
                 if self.exact {
                     return truth::after(field, classes, visible, shade, &part, self.tolerance);
                 }

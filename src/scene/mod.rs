@@ -14,7 +14,7 @@ pub use crate::hierarchy::ErrorMeasure;
 pub use cells::{Cell, Cells, Edge, IndexRay, WhyWhole, level_colour};
 pub use framing::{NamedView, axis_letters, is_anterior_y};
 pub use inside::{
-    Clip, ClipBox, CutFaces, HalfSpace, Inside, InsideError, MOST_CLIP_PLANES, Plane,
+    AlongRay, Clip, ClipBox, CutFaces, HalfSpace, Inside, InsideError, MOST_CLIP_PLANES, Plane,
 };
 pub use mode::{
     Backend, Classify, CutSettings, LEAST_SLABS_PER_VOXEL, MOST_GATHERED_EXTENT,
@@ -72,7 +72,9 @@ impl Scene {
 
     /// What it asks for beside the transfer function and the mode, by name.
     pub fn effects(&self) -> Vec<&'static str> {
-        let mut effects = self.shading.effects();
+        // Values that are projected have no opacity, and nothing falls on them.
+        let is_lit = self.inside.along == AlongRay::Composite;
+        let mut effects = if is_lit { self.shading.effects() } else { Vec::new() };
         effects.extend(self.inside.effects());
         effects
     }

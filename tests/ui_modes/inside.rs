@@ -3,7 +3,7 @@
 use eframe::egui::accesskit::{Role, Toggled};
 use eframe::egui::{Key, Modifiers, PointerButton, vec2};
 use egui_kittest::kittest::{NodeT as _, Queryable as _};
-use voxsplat::scene::{ClipBox, CutFaces, Inside, MOST_CLIP_PLANES, SplatSettings, View};
+use voxsplat::scene::{AlongRay, ClipBox, CutFaces, Inside, MOST_CLIP_PLANES, SplatSettings, View};
 use voxsplat::task::engine::Effort;
 
 use super::press;
@@ -138,5 +138,23 @@ fn modes_that_show_nothing_of_it_say_so_and_another_file_is_whole() {
     let on = bench.harness.get_by_role_and_label(Role::CheckBox, "Clip box");
     assert_eq!(on.accesskit_node().toggled(), Some(Toggled::True));
     bench.open("other.mha");
+    assert!(inside(&bench).is_plain());
+}
+
+#[test]
+fn what_stands_for_a_ray_is_chosen_and_undone() {
+    let mut bench = Bench::opened();
+    for (name, along) in [
+        ("Maximum", AlongRay::Maximum),
+        ("Minimum", AlongRay::Minimum),
+        ("Average", AlongRay::Average),
+    ] {
+        bench.choose("Along rays", name);
+        assert_eq!(inside(&bench).along, along);
+    }
+    bench.harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+    bench.settle();
+    assert_eq!(inside(&bench).along, AlongRay::Minimum);
+    bench.choose("Along rays", "Light");
     assert!(inside(&bench).is_plain());
 }

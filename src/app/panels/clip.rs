@@ -8,7 +8,7 @@ use super::{row_ui, slider_ui};
 use crate::app::{modes, theme};
 use crate::core::Camera;
 use crate::scene::{
-    Clip, ClipBox, CutFaces, Inside, MOST_CLIP_PLANES, Plane, Scene, SplatSettings,
+    AlongRay, Clip, ClipBox, CutFaces, Inside, MOST_CLIP_PLANES, Plane, Scene, SplatSettings,
 };
 use crate::volume::Lattice;
 
@@ -46,17 +46,20 @@ pub fn clip_ui(
 ) {
     mode_ui(ui, scene, second);
     let Scene { volume, inside, camera, .. } = scene;
-    let clip = &mut inside.clip;
+    let Inside { clip, along, .. } = inside;
     box_ui(ui, editor, clip);
     planes_ui(ui, clip, &volume.lattice, camera);
     let mut coloured = clip.faces == CutFaces::Coloured;
     ui.horizontal(|ui| {
-        let faces = ui.add_enabled_ui(clip.cuts() || coloured, |ui| {
+        let has_faces = clip.cuts() && *along == AlongRay::Composite;
+        let faces = ui.add_enabled_ui(has_faces || coloured, |ui| {
             ui.checkbox(&mut coloured, "Coloured faces")
                 .on_hover_text(
                     "Where matter is cut, show its value in its colour instead of what lies behind",
                 )
-                .on_disabled_hover_text("Nothing is cut")
+                .on_disabled_hover_text(
+                    "Nothing is cut, or values are projected, which have no faces",
+                )
         });
         if faces.inner.changed() {
             clip.faces = if coloured { CutFaces::Coloured } else { CutFaces::Through };

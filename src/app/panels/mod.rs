@@ -14,6 +14,7 @@ pub mod data;
 pub mod effects;
 pub mod freehand;
 pub mod graph;
+pub mod inside;
 pub mod legend;
 mod light;
 mod maps;

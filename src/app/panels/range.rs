@@ -22,7 +22,10 @@ pub(super) fn range_ui(
     row_ui(ui, name, |ui| {
         let percent = |ui: &mut Ui, value: &mut f64, name: String| {
             let mut shown = *value * 100.0;
-            let drag = DragValue::new(&mut shown).speed(0.25).range(0.0..=100.0).max_decimals(1);
+            let drag = DragValue::new(&mut shown).speed(0.25).range(0.0..=100.0);
+            // No wider than its place: whole ones without their point.
+            let drag =
+                drag.custom_formatter(|percent, _| format!("{}", (percent * 10.0).round() / 10.0));
             let response = number_ui(ui, &name, drag.suffix("%"));
             if response.on_hover_text(help).changed() {
                 *value = shown / 100.0;

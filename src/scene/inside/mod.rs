@@ -1,4 +1,5 @@
-//! What lets people see inside a volume, as plain data: a part that is cut away.
+//! What lets people see inside a volume, as plain data: a part that is cut away, and what stands for a
+//! ray in place of the light along it.
 //!
 //! Slabs of a reconstructed field show it. Pictures of other modes do not, and refuse it rather than
 //! pass over it ([`Inside::check`]).
@@ -18,6 +19,43 @@ use super::{Classify, SplatSettings, Visibility};
 pub struct Inside {
     /// What is kept of it.
     pub clip: Clip,
+    /// What stands for a ray.
+    pub along: AlongRay,
+}
+
+/// What stands for a ray of the values it meets.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum AlongRay {
+    /// The light of all of them, each hiding what is behind by its opacity.
+    #[default]
+    Composite,
+    /// The greatest, in its colour, whatever the opacities.
+    Maximum,
+    /// The least.
+    Minimum,
+    /// Their mean over the ray's length in the volume.
+    Average,
+}
+
+impl AlongRay {
+    /// Every one.
+    pub const ALL: &[Self] = &[Self::Composite, Self::Maximum, Self::Minimum, Self::Average];
+
+    /// The name scripts use.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Composite => "composite",
+            Self::Maximum => "maximum",
+            Self::Minimum => "minimum",
+            Self::Average => "average",
+        }
+    }
+
+    /// The one of this name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.iter().copied().find(|one| one.name() == name)
+    }
 }
 
 /// What is no way to look inside.
@@ -54,6 +92,17 @@ pub enum InsideError {
         /// How many.
         found: usize,
     },
+    /// What hides, where nothing hides anything.
+    #[error(
+        "expected --projection composite with {what}, found {along}, which is of values and shows no \
+         surfaces; leave one of the two out"
+    )]
+    Projected {
+        /// What was asked for.
+        what: &'static str,
+        /// The projection.
+        along: &'static str,
+    },
     /// A mode that cannot show it.
     #[error(
         "expected slabs classified after reconstruction with {what}, found --visibility {visibility} \
@@ -82,7 +131,8 @@ impl Inside {
 
     /// What it asks for, by name.
     pub fn effects(&self) -> Vec<&'static str> {
-        let asked = [(self.clip.cuts(), "clip")];
+        let projects = self.along != AlongRay::Composite;
+        let asked = [(self.clip.cuts(), "clip"), (projects, "projection")];
         asked.into_iter().filter_map(|(is_asked, name)| is_asked.then_some(name)).collect()
     }
 
@@ -92,6 +142,10 @@ impl Inside {
     /// See [`InsideError`].
     pub fn check(&self, splat: &SplatSettings) -> Result<(), InsideError> {
         self.clip.check()?;
+        if self.along != AlongRay::Composite && self.clip.faces == CutFaces::Coloured {
+            let (what, along) = ("coloured cut faces", self.along.name());
+            return Err(InsideError::Projected { what, along });
+        }
         let what = self.effects().first().copied();
         match what.filter(|_| !Self::is_shown_by(splat)) {
             None => Ok(()),
@@ -116,6 +170,7 @@ mod tests {
                 bounds: Some(ClipBox { high: [0.5, 1.0, 1.0], ..ClipBox::WHOLE }),
                 ..Clip::default()
             },
+            ..Inside::default()
         };
         assert!(plain.is_plain() && !clipped.is_plain());
         assert_eq!(plain.check(&SplatSettings::SHADE_FIRST), Ok(()));
@@ -123,5 +178,14 @@ mod tests {
         let refused = clipped.check(&SplatSettings::SHADE_FIRST).unwrap_err().to_string();
         assert!(refused.contains("with clip, found --visibility every-sample"), "{refused}");
         assert_eq!((plain.effects(), clipped.effects()), (vec![], vec!["clip"]));
+        let mut both = Inside { along: AlongRay::Maximum, ..clipped };
+        assert_eq!(both.effects(), ["clip", "projection"]);
+        assert_eq!(both.check(&SplatSettings::EXACT), Ok(()));
+        both.clip.faces = CutFaces::Coloured;
+        let refused = both.check(&SplatSettings::EXACT).unwrap_err().to_string();
+        assert!(
+            refused.contains("--projection composite") && refused.contains("maximum"),
+            "{refused}"
+        );
     }
 }
