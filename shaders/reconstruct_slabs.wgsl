@@ -11,9 +11,13 @@ const LOOK_EVERY: u32 = 4u;
 // lattice they are clipped.
 const WHOLE_SLABS: f32 = 2.99;
 
+fn frame_growth() -> f32 {
+    return slabs.up.w;
+}
+
 // Premultiplied colour and opacity along the ray through a point of the screen, pixels from the
 // picture's middle, as far as this dispatch walks it.
-fn ray(screen: vec2<f32>, slot: u32) -> vec4<f32> {
+fn ray(screen: vec2<f32>, pixel: vec2<u32>, slot: u32) -> vec4<f32> {
     let through = ray_through(screen);
     let origin = through.origin;
     let direction = through.direction;
@@ -21,7 +25,8 @@ fn ray(screen: vec2<f32>, slot: u32) -> vec4<f32> {
     let part = part_of(through);
     let enter = part.ends.x;
     let leave = part.ends.y;
-    if enter >= leave {
+    let misses = enter >= leave;
+    if !VECTORS && misses {
         return vec4<f32>(0.0);
     }
 
@@ -38,6 +43,11 @@ fn ray(screen: vec2<f32>, slot: u32) -> vec4<f32> {
     let ahead = select(1, 0, classify_middle);
     var k = select(first, last, back_to_front);
     var remaining = last - first + ahead;
+    if VECTORS && misses {
+        // Vectors reach beyond the lattice.
+        remaining = -1;
+    }
+    var vector_state = vector_ray(pixel);
     // The faces before the one at k: values, and depths in pixels. The slab between the last two is
     // the next to be classified.
     var u_before = NOTHING;
@@ -187,8 +197,14 @@ fn ray(screen: vec2<f32>, slot: u32) -> vec4<f32> {
                 }
             }
             let length = stretch * abs(to_t - from_t);
-            lay(&light, &met, found, length, vec2<f32>(from_t, to_t));
+            let slab = i32(floor(0.5 * (from_t + to_t) / step));
+            let beside = vectors_in(&vector_state, &light, slab, screen);
+            lay(&light, &met, found, length, vec2<f32>(from_t, to_t), beside);
         }
+    }
+    if VECTORS {
+        // What stands behind the field, or beside it.
+        let beyond = vectors_in(&vector_state, &light, EVERY_SLAB, screen);
     }
     if SURFACES {
         // Where nothing but surfaces is left, or where the next slab begins.
@@ -237,7 +253,7 @@ fn reconstruct_slabs(
     }
     for (; i < end; i++) {
         let part = (vec2<f32>(f32(i % side), f32(i / side)) + 0.5) / f32(side);
-        sum += ray(corner + vec2<f32>(part.x, -part.y), slot);
+        sum += ray(corner + vec2<f32>(part.x, -part.y), pixel, slot);
     }
     if IN_PARTS {
         keep(slot, 3u, bitcast<vec4<u32>>(sum));

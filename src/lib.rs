@@ -13,4 +13,5 @@ pub mod reference;
 pub mod scene;
 pub mod task;
 pub mod transfer;
+pub mod vector;
 pub mod volume;

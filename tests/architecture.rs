@@ -8,17 +8,18 @@ use std::fs;
 use std::path::Path;
 
 /// A room, and the rooms it may import.
-const ROOMS: [(&str, &[&str]); 13] = [
+const ROOMS: [(&str, &[&str]); 14] = [
     ("core", &[]),
     ("volume", &["core"]),
     ("transfer", &["core", "volume"]),
     ("kernel", &["core", "volume", "transfer"]),
     ("hierarchy", &["core", "volume", "transfer"]),
-    ("scene", &["core", "volume", "transfer", "kernel", "hierarchy"]),
+    ("vector", &["core", "volume", "transfer", "kernel"]),
+    ("scene", &["core", "volume", "transfer", "kernel", "hierarchy", "vector"]),
     // Truth shares no shortcut with what it judges: neither the GPU nor the hierarchy.
-    ("reference", &["core", "volume", "transfer", "kernel", "scene"]),
+    ("reference", &["core", "volume", "transfer", "kernel", "vector", "scene"]),
     ("io", &["core", "volume"]),
-    ("gpu", &["core", "volume", "transfer", "kernel", "hierarchy", "scene"]),
+    ("gpu", &["core", "volume", "transfer", "kernel", "hierarchy", "vector", "scene"]),
     (
         "accuracy",
         &["core", "volume", "transfer", "kernel", "hierarchy", "scene", "reference", "io", "gpu"],
@@ -31,6 +32,7 @@ const ROOMS: [(&str, &[&str]); 13] = [
             "transfer",
             "kernel",
             "hierarchy",
+            "vector",
             "scene",
             "reference",
             "io",
@@ -39,8 +41,8 @@ const ROOMS: [(&str, &[&str]); 13] = [
         ],
     ),
     // The window and the command line see the engine through `task`, and not each other.
-    ("app", &["core", "volume", "transfer", "kernel", "scene", "io", "accuracy", "task"]),
-    ("cli", &["core", "volume", "transfer", "kernel", "scene", "io", "accuracy", "task"]),
+    ("app", &["core", "volume", "transfer", "kernel", "vector", "scene", "io", "accuracy", "task"]),
+    ("cli", &["core", "volume", "transfer", "kernel", "vector", "scene", "io", "accuracy", "task"]),
 ];
 
 /// Names from outside, and the only rooms that may say them.

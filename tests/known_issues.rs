@@ -74,6 +74,7 @@ fn opaque(lattice: Lattice, is_ball: bool, direction: DVec3, parallel_scale: f64
         background: Background::Transparent,
         shading: Shading::default(),
         inside: Inside::default(),
+        vectors: None,
     }
 }
 

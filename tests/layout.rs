@@ -12,6 +12,7 @@ use voxsplat::gpu::layout::{self, COUNT_HEADER_WORDS, RECORD_WORDS, SEGMENT_THRE
 use voxsplat::gpu::shader::{self, Shader};
 use voxsplat::hierarchy::EMPTY_BRICK;
 use voxsplat::kernel::COEFFICIENTS;
+use voxsplat::vector::{FORESHORTENINGS, MARK_SIDE, PHASES};
 use voxsplat::volume::BRICK;
 
 /// A host struct: its name, its size in bytes, and its members with their offsets.
@@ -33,7 +34,7 @@ macro_rules! host_struct {
     }};
 }
 
-fn host_structs() -> [HostStruct; 10] {
+fn host_structs() -> [HostStruct; 12] {
     [
         host_struct!(Frame {
             view_x,
@@ -71,6 +72,8 @@ fn host_structs() -> [HostStruct; 10] {
             bricks,
             part,
         }),
+        host_struct!(Vectors { axis_x, axis_y, axis_z, depth, picture, flags, layers }),
+        host_struct!(VectorTiles { tiles, more, rays }),
         host_struct!(Scan { counts }),
         host_struct!(Lists { tiles, counts, layers, slabs, parts }),
         host_struct!(Sort { counts }),
@@ -110,9 +113,12 @@ fn host_structs() -> [HostStruct; 10] {
 }
 
 /// Constants that shaders and host both name, and the host's value.
-fn host_constants() -> [(&'static str, f64); 20] {
+fn host_constants() -> [(&'static str, f64); 23] {
     [
         ("BRICK", BRICK as f64),
+        ("MARK_SIDE", MARK_SIDE as f64),
+        ("PHASES", PHASES as f64),
+        ("FORESHORTENINGS", FORESHORTENINGS as f64),
         ("RECORD_WORDS", RECORD_WORDS as f64),
         ("COUNT_HEADER_WORDS", COUNT_HEADER_WORDS as f64),
         ("SEGMENT_THREADS", f64::from(SEGMENT_THREADS)),
@@ -416,10 +422,12 @@ fn workgroups_have_the_size_that_the_host_dispatches() {
         let module = parsed(&shader);
         assert_eq!(module.entry_points[0].workgroup_size, [SEGMENT_THREADS, 1, 1]);
     }
-    for shader in [shader::GATHER_KERNELS, shader::GATHER_CELLS] {
+    for shader in [shader::GATHER_KERNELS, shader::GATHER_CELLS, shader::COMPOSITE_VECTORS] {
         assert_eq!(parsed(&shader).entry_points[0].workgroup_size, [layout::TILE, layout::TILE, 1]);
     }
-    for shader in [shader::COUNT_ENTRIES, shader::WRITE_ENTRIES, shader::FIND_RANGES] {
+    for shader in
+        [shader::COUNT_ENTRIES, shader::COUNT_VECTORS, shader::WRITE_ENTRIES, shader::FIND_RANGES]
+    {
         let module = parsed(&shader);
         assert_eq!(module.entry_points[0].workgroup_size, [layout::LIST_THREADS, 1, 1]);
     }

@@ -94,6 +94,7 @@ fn scene(name: &str, field: fn(DVec3) -> f64) -> Result<Scene> {
         background: Background::Colour(Srgb8::BLACK),
         shading: Shading::default(),
         inside: Inside::default(),
+        vectors: None,
     })
 }
 

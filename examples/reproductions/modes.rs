@@ -86,6 +86,7 @@ fn scene(name: &str, opacity: Vec<(f64, f64)>, value: impl Fn(DVec3) -> f64) -> 
         background: Background::Colour(Srgb8::BLACK),
         shading: Shading::default(),
         inside: Inside::default(),
+        vectors: None,
     })
 }
 

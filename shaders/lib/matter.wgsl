@@ -11,24 +11,27 @@ fn met_along(ray: Ray, part: Part) -> Met {
     return Met(0.0);
 }
 
-// Lays a slab of some length down, in unit distances.
+// Lays a slab of some length down, in unit distances, with what vectors have `beside`.
 fn lay(
     light: ptr<function, Gathered>,
     met: ptr<function, Met>,
     found: Halves,
     length: f32,
     ends: vec2<f32>,
+    beside: vec4<f32>,
 ) {
     let weight = found.near.w + found.far.w;
     if classify_middle {
-        composite(light, found.near.rgb, weight * length);
+        composite_beside(light, found.near.rgb, weight * length, beside);
     } else if published {
         // Opacities are given to slabs: the mean of the two.
         let sum = found.near.rgb * found.near.w + found.far.rgb * found.far.w;
-        composite(light, sum / weight, 0.5 * weight * length);
+        composite_beside(light, sum / weight, 0.5 * weight * length, beside);
     } else {
-        composite(light, found.near.rgb, 0.5 * found.near.w * length);
-        composite(light, found.far.rgb, 0.5 * found.far.w * length);
+        let near = 0.5 * found.near.w * length;
+        let far = 0.5 * found.far.w * length;
+        composite_beside(light, found.near.rgb, near, 0.5 * beside);
+        composite_beside(light, found.far.rgb, far, 0.5 * beside);
     }
 }
 

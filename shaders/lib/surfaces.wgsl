@@ -56,7 +56,7 @@ fn next_met(met: ptr<function, Met>, end: f32) -> u32 {
     return next;
 }
 
-// Lays a slab of some length down, in unit distances, from its first end on the way to the other, and
+// Lays a slab of some length down, in unit distances, without vectors beside, from its first end on the way to the other, and
 // the surfaces up to there.
 fn lay(
     light: ptr<function, Gathered>,
@@ -64,6 +64,7 @@ fn lay(
     found: Halves,
     length: f32,
     ends: vec2<f32>,
+    beside: vec4<f32>,
 ) {
     let weight = found.near.w + found.far.w;
     let span = select(ends.y - ends.x, 1.0, ends.y == ends.x);
@@ -97,5 +98,5 @@ fn lay(
 
 // Lays down the surfaces up to a depth.
 fn lay_until(light: ptr<function, Gathered>, met: ptr<function, Met>, t: f32) {
-    lay(light, met, Halves(vec4<f32>(0.0), vec4<f32>(0.0)), 0.0, vec2<f32>(t, t));
+    lay(light, met, Halves(vec4<f32>(0.0), vec4<f32>(0.0)), 0.0, vec2<f32>(t, t), vec4<f32>(0.0));
 }

@@ -255,6 +255,7 @@ mod tests {
             background: Background::Transparent,
             shading: Shading::default(),
             inside: Inside::default(),
+            vectors: None,
         }
     }
 

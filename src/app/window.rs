@@ -355,7 +355,9 @@ impl Window {
             _ => Camera { projection, ..framed },
         };
         let background = self.settings.scene_background();
-        self.scene = Some(Scene { volume, transfer, splat, shading, inside, camera, background });
+        let vectors = None;
+        self.scene =
+            Some(Scene { volume, transfer, splat, shading, inside, vectors, camera, background });
         self.gaussians.clear();
         self.transfer.start_over();
         self.shading.start_over();

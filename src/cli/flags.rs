@@ -7,6 +7,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use super::inside::InsideFlags;
 use super::shading::ShadingFlags;
 use super::values::{self, Stop};
+use super::vectors::VectorFlags;
 use crate::core::Srgb8;
 use crate::io::Endian;
 use crate::kernel::Kernel;
@@ -343,6 +344,9 @@ pub struct RenderFlags {
     /// What is cut away.
     #[command(flatten)]
     pub inside: InsideFlags,
+    /// Vectors beside it, or instead.
+    #[command(flatten)]
+    pub vectors: VectorFlags,
     /// How far to refine [default: full]
     #[arg(long, value_enum)]
     pub refine: Option<RefineFlag>,

@@ -14,6 +14,7 @@ mod report;
 mod shading;
 mod stats;
 mod values;
+mod vectors;
 
 use std::ffi::OsString;
 use std::io::{ErrorKind, Write};

@@ -25,6 +25,13 @@ pub(super) struct Input {
     path: PathBuf,
 }
 
+impl Input {
+    /// A sentence about what is in the file, with its path last.
+    pub(super) fn about(&self, sentence: &str) -> String {
+        format!("{sentence}; `voxsplat info` tells what is there: {}", self.path.display())
+    }
+}
+
 /// NAME of `demo:NAME`.
 fn demo_name(file: &Path) -> Option<&str> {
     file.to_str().and_then(|file| file.strip_prefix("demo:"))
@@ -88,10 +95,7 @@ fn scalar(
     field: Option<&str>,
     component: Option<usize>,
 ) -> Result<Arc<ScalarVolume>, Failure> {
-    let failed = |error: VolumeError| {
-        let path = input.path.display();
-        Failure::Failed(format!("{error}; `voxsplat info` tells what is there: {path}"))
-    };
+    let failed = |error: VolumeError| Failure::Failed(input.about(&error.to_string()));
     let field = input.grid.field(field).map_err(failed)?;
     let component = match component {
         Some(index) => Component::Index(index),

@@ -68,7 +68,13 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
     effects.extend(inside.effects());
     let hides_voxels = shading.opacity.is_some() || shading.modulation.is_some();
     let is_cut = inside.clip.cuts();
-    let scene = Scene { shading, inside, ..scene };
+    let opens_with_scalar = flags.scene.field.is_some() || flags.scene.component.is_some();
+    let vectors = flags.vectors.layer(&input, &scene, opens_with_scalar)?;
+    if vectors.is_some() {
+        effects.push("vectors");
+        refuse_vectors(&inside)?;
+    }
+    let scene = Scene { shading, inside, vectors, ..scene };
     let load_ms = start.elapsed().as_secs_f64() * 1e3;
     let kernels_total = scene.volume.lattice.len() as u64;
     let engine = Engine::start(flags.adapter.clone(), || ());
@@ -119,6 +125,16 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
         stats_to.write(text.as_bytes())?;
     }
     Ok(())
+}
+
+/// Refuses vectors beside a field that is looked into: they would be whole.
+fn refuse_vectors(inside: &Inside) -> Result<(), Failure> {
+    match inside.effects().first() {
+        Some(what) => Err(Failure::Usage(format!(
+            "expected a volume that is whole beside vectors, found {what}; leave one of the two out"
+        ))),
+        None => Ok(()),
+    }
 }
 
 /// Refuses pictures that may be of an octree cut, which shows nothing of the inside.

@@ -12,6 +12,7 @@ use crate::scene::{
 use crate::task::engine::AdapterChoice;
 use crate::transfer::ColourMap;
 use crate::transfer::presets::Preset;
+use crate::vector::{ColourBy, Design, Foreshortening, VectorMode};
 use crate::volume::ScalarType;
 
 type Parsed<T> = Result<T, String>;
@@ -234,6 +235,10 @@ named!(
     cut_error: ErrorMeasure,
     shading_preset: ShadingPreset,
     along_ray: AlongRay,
+    vector_mode: VectorMode,
+    colour_by: ColourBy,
+    design: Design,
+    foreshortening: Foreshortening,
 );
 
 pub(super) fn scalar_type(text: &str) -> Parsed<ScalarType> {

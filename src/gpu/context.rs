@@ -6,6 +6,9 @@ use std::sync::{Arc, Mutex, PoisonError};
 use super::GpuError;
 use super::turns::SOFTWARE_TURNS;
 
+/// Storage buffers that a pass over a field with vectors in it binds.
+pub(super) const VECTOR_BUFFERS: u32 = 13;
+
 /// Which adapter to draw with.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub enum AdapterChoice {
@@ -69,13 +72,17 @@ impl Context {
         let mut features = wgpu::Features::empty();
         features.set(wgpu::Features::FLOAT32_BLENDABLE, granted.float32_blending);
         features.set(wgpu::Features::TIMESTAMP_QUERY, granted.timestamps);
-        // WebGPU's defaults, and the adapter's own sizes for three things only: large volumes
-        // (both buffer limits) and large pictures.
+        // WebGPU's defaults, and the adapter's own for few things only: large volumes (both
+        // buffer limits), large pictures, and vectors beside a field.
         let most = adapter.limits();
         let limits = wgpu::Limits {
             max_buffer_size: most.max_buffer_size,
             max_storage_buffer_binding_size: most.max_storage_buffer_binding_size,
             max_texture_dimension_2d: most.max_texture_dimension_2d,
+            // Vectors beside a field; without, there are none (`Renderer::set_vectors`).
+            max_storage_buffers_per_shader_stage: most
+                .max_storage_buffers_per_shader_stage
+                .min(VECTOR_BUFFERS),
             ..wgpu::Limits::defaults()
         };
         let (device, queue) = pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {

@@ -44,6 +44,16 @@ pub enum Pass {
         /// Records, one thread each.
         records: u32,
     },
+    /// Projects vector splats and counts the tiles and layers that they touch.
+    CountVectors {
+        /// Splats, one thread each.
+        splats: u32,
+    },
+    /// Composites the slabs of vectors alone.
+    CompositeVectors {
+        /// Tiles of the picture, a workgroup each.
+        tiles: u32,
+    },
     /// Sums those counts into offsets.
     ScanEntries,
     /// Writes each record's entries.
@@ -101,6 +111,8 @@ impl Pass {
             Self::ProjectValues { .. } => super::shader::PROJECT_VALUES,
             Self::Gather { shader, .. } => shader.name,
             Self::CountEntries { .. } => super::shader::COUNT_ENTRIES.name,
+            Self::CountVectors { .. } => super::shader::COUNT_VECTORS.name,
+            Self::CompositeVectors { .. } => super::shader::COMPOSITE_VECTORS.name,
             Self::ScanEntries | Self::ScanDigits => super::shader::SCAN_SEGMENTS.name,
             Self::WriteEntries { .. } => super::shader::WRITE_ENTRIES.name,
             Self::CountDigits(_) => super::shader::COUNT_DIGITS.name,
@@ -135,6 +147,11 @@ pub fn slab_piece(tiles: u32, projects: bool) -> [Pass; 1] {
 /// The lists of scattered kernels, before they are sorted.
 pub fn list_entries(records: u32) -> [Pass; 3] {
     [Pass::CountEntries { records }, Pass::ScanEntries, Pass::WriteEntries { records }]
+}
+
+/// The lists of vector splats, before they are sorted.
+pub fn vector_entries(splats: u32) -> [Pass; 3] {
+    [Pass::CountVectors { splats }, Pass::ScanEntries, Pass::WriteEntries { records: splats }]
 }
 
 /// A sort by so many digits.

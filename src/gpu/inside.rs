@@ -60,6 +60,10 @@ pub(super) struct Opening {
 impl Opening {
     /// `None` where a scene asks for nothing.
     pub(super) fn of(scene: &Scene) -> Option<Self> {
+        if scene.vectors.is_some() {
+            // They are drawn beside fields that are whole: asking for both is refused.
+            return None;
+        }
         let clip = scene.inside.clip.half_spaces(&scene.volume.lattice);
         let variant = InsideVariant {
             planes: u32::try_from(clip.len().min(MOST_CLIPS)).unwrap_or_default(),

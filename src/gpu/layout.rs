@@ -107,6 +107,33 @@ pub struct Gather {
     pub part: [i32; 4],
 }
 
+/// Vec4s of a vector splat's record, and of one with its own steps of the grid.
+pub const VECTOR_VEC4S: [u32; 2] = [4, 7];
+
+/// `Vectors` in `shaders/lib/vector_frame.wgsl`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+#[expect(missing_docs, reason = "documented in the shader")]
+pub struct Vectors {
+    pub axis_x: [f32; 4],
+    pub axis_y: [f32; 4],
+    pub axis_z: [f32; 4],
+    pub depth: [f32; 4],
+    pub picture: [f32; 4],
+    pub flags: [u32; 4],
+    pub layers: [i32; 4],
+}
+
+/// `VectorTiles` in `shaders/composite_vectors.wgsl`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+#[expect(missing_docs, reason = "documented in the shader")]
+pub struct VectorTiles {
+    pub tiles: [u32; 4],
+    pub more: [u32; 4],
+    pub rays: [f32; 4],
+}
+
 /// `Scan` in `shaders/scan_segments.wgsl`.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]

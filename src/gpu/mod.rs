@@ -2,7 +2,7 @@
 //!
 //! Owns everything that names wgpu outside the window. Refuses egui, clap and files, and what a
 //! picture is for: it is told what to draw piece by piece. Imports `core`, `volume`, `transfer`,
-//! `kernel`, `hierarchy`, `scene`.
+//! `kernel`, `hierarchy`, `vector`, `scene`.
 
 mod buffers;
 mod compute;
@@ -28,6 +28,7 @@ mod target;
 pub mod timing;
 mod triangles;
 mod turns;
+mod vectors;
 
 pub use context::{AdapterChoice, Context, Wishes};
 pub use frame::{Pass, PassTime};
@@ -37,6 +38,7 @@ pub use scattered::{ListTotals, Scattered};
 pub use slabs::{PictureConstants, SlabField};
 pub use sort::MOST_KEYS;
 pub use triangles::GridTotals;
+pub use vectors::VectorSplats;
 
 /// What can go wrong on the device.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -97,6 +99,12 @@ pub enum GpuError {
          choose one of those two"
     )]
     NoSheets,
+    /// Vectors lie in the slabs of a field that is reconstructed.
+    #[error(
+        "expected slabs that are classified after reconstruction for vectors beside a scalar field, \
+         found a mode that shades first; choose --classify pre-integrated, or show the vectors alone"
+    )]
+    VectorsBesideKernels,
     /// See [`crate::core::Cancelled`].
     #[error("cancelled")]
     Cancelled,

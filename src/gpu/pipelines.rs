@@ -31,11 +31,19 @@ pub(super) struct ListVariant {
     pub published: bool,
 }
 
+/// Which variant of the pass over vectors alone.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(super) struct VectorVariant {
+    pub published: bool,
+    pub back_to_front: bool,
+}
+
 /// All pipelines of one device, and how many were ever compiled.
 #[derive(Debug, Default)]
 pub(super) struct Pipelines {
     compute: HashMap<&'static str, wgpu::ComputePipeline>,
     lists: HashMap<(&'static str, ListVariant), wgpu::ComputePipeline>,
+    vectors: HashMap<VectorVariant, wgpu::ComputePipeline>,
     splat: HashMap<SplatVariant, wgpu::RenderPipeline>,
     present: Option<wgpu::RenderPipeline>,
 }
@@ -54,7 +62,7 @@ impl SplatVariant {
 impl Pipelines {
     /// How many are compiled.
     pub(super) fn len(&self) -> usize {
-        let compute = self.compute.len() + self.lists.len();
+        let compute = self.compute.len() + self.lists.len() + self.vectors.len();
         compute + self.splat.len() + usize::from(self.present.is_some())
     }
 
@@ -123,6 +131,32 @@ impl Pipelines {
         })
     }
 
+    /// The pass over vectors alone.
+    pub(super) fn vectors(
+        &mut self,
+        context: &Context,
+        variant: VectorVariant,
+        format: wgpu::TextureFormat,
+    ) -> &wgpu::ComputePipeline {
+        self.vectors.entry(variant).or_insert_with(|| {
+            let mut constants = vector_constants();
+            constants.push(("published", flag(variant.published)));
+            constants.push(("back_to_front", flag(variant.back_to_front)));
+            let module = shader::COMPOSITE_VECTORS.module_writing(&context.device, format);
+            context.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                label: Some(shader::COMPOSITE_VECTORS.name),
+                layout: None,
+                module: &module,
+                entry_point: Some(shader::COMPOSITE_VECTORS.name),
+                compilation_options: wgpu::PipelineCompilationOptions {
+                    constants: &constants,
+                    ..Default::default()
+                },
+                cache: None,
+            })
+        })
+    }
+
     pub(super) fn splat(
         &mut self,
         context: &Context,
@@ -164,12 +198,27 @@ fn flag(on: bool) -> f64 {
     f64::from(u8::from(on))
 }
 
+/// What `shaders/lib/vectors.wgsl` is told of the kernel of vectors: `footprint.wgsl`, `share.wgsl`.
+pub(super) fn vector_constants() -> Vec<(&'static str, f64)> {
+    let mut constants = footprint_constants(Kernel::Cubic);
+    if let Some(radial) = RadialKernel::new(Kernel::Cubic, None) {
+        constants.extend(share_constants(radial));
+    }
+    constants
+}
+
 /// What `shaders/lib/project.wgsl` and `footprint.wgsl` are told.
 fn kernel_constants(kernel: Kernel, perspective: bool) -> Vec<(&'static str, f64)> {
+    let mut constants = footprint_constants(kernel);
+    constants.push(("perspective", flag(perspective)));
+    constants
+}
+
+fn footprint_constants(kernel: Kernel) -> Vec<(&'static str, f64)> {
     const NAMES: [&str; COEFFICIENTS] = ["c0", "c1", "c2", "c3", "c4", "c5", "c6", "c7"];
     let polynomial = RadialKernel::new(kernel, None).map(FootprintPolynomial::of);
     let rim_root = polynomial.is_some_and(|p| p.rim == Rim::Root);
-    let mut constants = vec![("perspective", flag(perspective)), ("rim_root", flag(rim_root))];
+    let mut constants = vec![("rim_root", flag(rim_root))];
     if let Some(polynomial) = polynomial {
         constants.extend(NAMES.into_iter().zip(polynomial.coefficients.map(f64::from)));
     }

@@ -19,6 +19,7 @@ use super::slabs::{Looks, PictureConstants, SlabField, SlabPass, step_reach};
 use super::target::Target;
 use super::timing::{Timer, Timestamps};
 use super::turns::{Kept, few_tiles};
+use super::vectors::DeviceVectors;
 use super::{GpuError, layout, shader};
 use crate::core::Ticket;
 use crate::kernel::{Coefficients, Kernel, Subdivisions};
@@ -60,6 +61,10 @@ pub struct Renderer {
     pub(super) gathering: Gathering,
     /// Lists of scattered kernels, from the first time that they are asked for.
     pub(super) lists: Option<Lists>,
+    /// Vector splats, while a scene has them.
+    pub(super) vectors: Option<DeviceVectors>,
+    /// Whether the slabs being drawn have them, too.
+    slabs_have_vectors: bool,
     times: Vec<PassTime>,
     peak_bytes: u64,
     pub(super) upload_count: u64,
@@ -114,6 +119,8 @@ impl Renderer {
             mesh: None,
             gathering: Gathering::new(&context),
             lists: None,
+            vectors: None,
+            slabs_have_vectors: false,
             times: Vec::new(),
             peak_bytes: 0,
             upload_count: 0,
@@ -271,6 +278,22 @@ impl Renderer {
         step_reach(view, smallest_spacing, settings)
     }
 
+    /// Distance between the slab faces of a field that was set, pixels of view depth.
+    pub fn slab_thickness(
+        &self,
+        which: SlabField,
+        view: &View,
+        settings: &SplatSettings,
+        smallest_spacing: f64,
+    ) -> f64 {
+        self.slabs[which as usize].thickness(view, settings, smallest_spacing)
+    }
+
+    /// Whether slabs have vectors in them from now on, whose lists are made before each piece.
+    pub fn put_vectors_in_slabs(&mut self, have: bool) {
+        self.slabs_have_vectors = have;
+    }
+
     /// Draws the slabs of some tiles of the picture, row by row from the top, and waits; returns
     /// milliseconds as [`Renderer::draw_records`] does.
     ///
@@ -289,6 +312,14 @@ impl Renderer {
         let looks = Looks { shade: self.shade.as_ref(), inside: self.inside.as_ref() };
         let parts = self.slabs[which].parts(&self.context, view, settings, picture, looks);
         self.slabs_in_parts = parts.is_some();
+        if self.slabs_in_parts && self.slabs_have_vectors {
+            return Err(GpuError::TooLarge {
+                what: "steps along a ray beside vectors",
+                limit: "65 535 turns of its loops".to_owned(),
+                found: "more".to_owned(),
+                advice: "zoom in, choose fewer --slabs-per-voxel, or hide the field or the vectors",
+            });
+        }
         let ranges = self.tiles_at_a_time(self.slabs_in_parts, tiles);
         let mut wall_ms = 0.0;
         for tiles in ranges {
@@ -320,7 +351,12 @@ impl Renderer {
         let slabs = &mut self.slabs[self.slab_field as usize];
         let looks = Looks { shade: self.shade.as_ref(), inside: self.inside.as_ref() };
         let variant = looks.variant(self.slab_field == SlabField::Preview);
-        slabs.encode(&self.context, encoder, &settings, light, rays, (variant, timestamps));
+        let vectors = match (&self.vectors, &self.lists) {
+            (Some(vectors), Some(lists)) if self.slabs_have_vectors => Some((vectors, lists)),
+            _ => None,
+        };
+        let more = (variant, vectors, timestamps);
+        slabs.encode(&self.context, encoder, &settings, light, rays, more);
     }
 
     /// Sets the lights and the shading tables that slabs are drawn with from now on, and what lets their
@@ -390,12 +426,14 @@ impl Renderer {
             Pass::ReconstructSlabs { tiles } | Pass::ProjectValues { tiles } => {
                 self.reconstruct_slabs(encoder, tiles, clock);
             }
+            Pass::CompositeVectors { tiles } => self.composite_vectors(encoder, tiles, clock),
             Pass::Present => self.encode_present(encoder, clock),
             Pass::CountDigits(_) | Pass::ScanDigits | Pass::ScatterDigits(_) => {
                 let Some(lists) = &self.lists else { return };
                 lists.sorter.encode(&self.context, &mut self.pipelines, encoder, pass, clock);
             }
             Pass::CountEntries { .. }
+            | Pass::CountVectors { .. }
             | Pass::ScanEntries
             | Pass::WriteEntries { .. }
             | Pass::FindRanges { .. }
@@ -431,9 +469,15 @@ impl Renderer {
             .map(|g| g.buffer.size())
             .sum::<u64>()
             + self.lists.as_ref().map_or(0, Lists::size_bytes)
-            + self.mesh.as_ref().map_or(0, MeshTable::size_bytes);
+            + self.mesh.as_ref().map_or(0, MeshTable::size_bytes)
+            + self.vectors.as_ref().map_or(0, DeviceVectors::size_bytes);
         let slabs: u64 = self.slabs.iter().map(SlabPass::size_bytes).sum();
         target + volume + between + slabs + self.kept.size_bytes()
+    }
+
+    /// Of them, what lists take: octree cuts and vectors share them.
+    pub fn list_bytes(&self) -> u64 {
+        self.lists.as_ref().map_or(0, Lists::size_bytes)
     }
 
     /// Of them, what lights and shading tables take: nothing once a picture without was drawn.

@@ -88,6 +88,15 @@ pub struct ListTotals {
     pub finished: bool,
 }
 
+/// What lists are of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum ListsOf {
+    /// Records of kernels.
+    Kernels,
+    /// Vector splats, which stay on the device from one picture to the next.
+    Vectors,
+}
+
 /// What lists take on the device.
 #[derive(Debug)]
 pub(super) struct Lists {
@@ -104,7 +113,8 @@ pub(super) struct Lists {
     carried: Growing,
     /// Where the last sort left its keys.
     side: usize,
-    variant: ListVariant,
+    pub(super) of: ListsOf,
+    pub(super) variant: ListVariant,
 }
 
 impl Lists {
@@ -132,9 +142,14 @@ impl Lists {
             counts: storage("entry counts"),
             bounds: storage("bounds"),
             projected: storage("projected kernels"),
-            ranges: storage("tile ranges"),
+            ranges: Growing::new(
+                context,
+                "tile ranges",
+                Usage::STORAGE | Usage::COPY_DST | Usage::COPY_SRC,
+            ),
             carried: storage("carried between parts"),
             side: 0,
+            of: ListsOf::Kernels,
             variant: ListVariant {
                 kernel: Kernel::Cubic,
                 perspective: false,
@@ -152,13 +167,29 @@ impl Lists {
         self.sorter.size_bytes() + bytes
     }
 
+    /// Makes room for what is kept of so many kernels.
+    pub(super) fn reserve(&mut self, context: &Context, count: u64) {
+        self.counts.reserve(context, 4 * (count + 1 + COUNT_HEADER_WORDS as u64));
+        self.bounds.reserve(context, 16 * count);
+        self.projected.reserve(context, 16 * PROJECTED_VEC4S * count);
+    }
+
+    /// Lists that were made: projected kernels, keys, words, and the ranges of tiles.
+    pub(super) fn made(&self) -> [&wgpu::Buffer; 4] {
+        [
+            &self.projected.buffer,
+            &self.sorter.keys[self.side].buffer,
+            &self.sorter.words[self.side].buffer,
+            &self.ranges.buffer,
+        ]
+    }
+
     /// Uploads the records.
     fn load(&mut self, context: &Context, records: &[Record]) {
         let count = records.len() as u64;
         self.records.reserve(context, count * size_of::<Record>() as u64);
-        self.counts.reserve(context, 4 * (count + 1 + COUNT_HEADER_WORDS as u64));
-        self.bounds.reserve(context, 16 * count);
-        self.projected.reserve(context, 16 * PROJECTED_VEC4S * count);
+        self.reserve(context, count);
+        self.of = ListsOf::Kernels;
         context.queue.write_buffer(&self.records.buffer, 0, bytemuck::cast_slice(records));
         context.queue.write_buffer(&self.capped, 0, &[0; 16]);
     }
@@ -166,7 +197,7 @@ impl Lists {
 
 /// Sorted lists of a rectangle.
 #[derive(Debug, Clone, Copy)]
-struct Made {
+pub(super) struct Made {
     entries: u32,
     /// That the longest list of a tile is composited in.
     parts: u32,
@@ -241,7 +272,8 @@ impl Renderer {
                 half_size,
                 most_of_a_tile,
             };
-            let Some(Made { entries, parts }) = self.make_lists(&plan, what, &mut totals)? else {
+            let room = (what.room, what.most_entries);
+            let Some(Made { entries, parts }) = self.make_lists(&plan, room, &mut totals)? else {
                 let halves = rectangle.halves().ok_or_else(|| {
                     too_many(format!("{count} kernels in {} layers", layers.count))
                 })?;
@@ -286,10 +318,10 @@ impl Renderer {
 
     /// Makes the sorted lists of a rectangle, or `None` where it must be halved first. Entries that
     /// do not fit are counted all the same, and written again with room for all of them.
-    fn make_lists(
+    pub(super) fn make_lists(
         &mut self,
         plan: &Plan,
-        what: &Scattered<'_>,
+        (room, most_entries): (u32, u32),
         totals: &mut ListTotals,
     ) -> Result<Option<Made>, GpuError> {
         if plan.key_bits() > u32::BITS - 1 || plan.rectangle.tiles() > MOST_TILES {
@@ -300,19 +332,23 @@ impl Renderer {
         let tiles = u64::from(plan.rectangle.tiles());
         // One more for entries of no tile.
         lists.ranges.reserve(&self.context, 8 * (tiles + 1));
-        let mut capacity = what.room.min(lists.sorter.capacity());
+        let mut capacity = room.min(lists.sorter.capacity());
         let scan = layout::Scan { counts: [plan.count + 1, capacity, 0, 0] };
         self.context.queue.write_buffer(&lists.scan, 0, bytemuck::bytes_of(&scan));
         self.context.queue.write_buffer(&lists.totals, 0, &[0; 16]);
+        let passes = match lists.of {
+            ListsOf::Kernels => frame::list_entries(plan.count),
+            ListsOf::Vectors => frame::vector_entries(plan.count),
+        };
         self.write_lists(plan, capacity, 0, 0..0, [0, 1]);
-        self.run(&frame::list_entries(plan.count))?;
+        self.run(&passes)?;
         let Some(lists) = &mut self.lists else { return Ok(Some(nothing)) };
         let counted = read_words(&self.context, &lists.totals, 12)?;
         let demanded = counted[0].saturating_add(counted[1]);
         let bindable = self.context.limits.max_storage_buffer_binding_size / 4;
         let most = match plan.rectangle.tiles() {
             1 => super::MOST_KEYS,
-            _ => what.most_entries.min(super::MOST_KEYS),
+            _ => most_entries.min(super::MOST_KEYS),
         };
         let turns = counted[2].saturating_add(plan.rectangle.tiles() + plan.rectangle.0[3]);
         if u64::from(demanded) > u64::from(most).min(bindable) || turns > MOST_TURNS {
@@ -395,6 +431,7 @@ impl Renderer {
         let words = &lists.sorter.words[lists.side].buffer;
         let context = &self.context;
         let threads = |n| groups_of(n, LIST_THREADS);
+        let vector_bindings = self.vectors.as_ref().map(super::vectors::DeviceVectors::counted);
         let pipelines = &mut self.pipelines;
         let (pipeline, bound, groups) = match pass {
             Pass::CountEntries { records } => (
@@ -410,6 +447,23 @@ impl Renderer {
                 ],
                 threads(records),
             ),
+            Pass::CountVectors { splats } => {
+                let Some([records, vectors]) = vector_bindings else { return };
+                (
+                    pipelines.lists(context, shader::COUNT_VECTORS, lists.variant),
+                    vec![
+                        frame,
+                        settings,
+                        records.as_entire_binding(),
+                        lists.counts.buffer.as_entire_binding(),
+                        lists.bounds.buffer.as_entire_binding(),
+                        lists.projected.buffer.as_entire_binding(),
+                        lists.totals.as_entire_binding(),
+                        vectors.as_entire_binding(),
+                    ],
+                    threads(splats),
+                )
+            }
             Pass::ScanEntries => (
                 pipelines.compute(context, shader::SCAN_SEGMENTS),
                 vec![

@@ -28,9 +28,12 @@ const UNCLIPPED: &str = include_str!("../../shaders/lib/unclipped.wgsl");
 const CLIPPED: &str = include_str!("../../shaders/lib/clipped.wgsl");
 const MATTER: &str = include_str!("../../shaders/lib/matter.wgsl");
 const SURFACES: &str = include_str!("../../shaders/lib/surfaces.wgsl");
+const NO_VECTORS: &str = include_str!("../../shaders/lib/no_vectors.wgsl");
+const VECTOR_FRAME: &str = include_str!("../../shaders/lib/vector_frame.wgsl");
+const VECTORS: &str = include_str!("../../shaders/lib/vectors.wgsl");
 
 /// The most pieces that a shader is stitched of.
-const MOST_PIECES: usize = 16;
+const MOST_PIECES: usize = 20;
 
 /// A pass's shader: its name is the file's, the pass's label and the timing row's.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -67,6 +70,8 @@ shader!(SCAN_SEGMENTS, "scan_segments",);
 shader!(EMIT_KERNELS, "emit_kernels", TRAVERSAL);
 shader!(SPLAT, "splat", FRAME, PROJECT, FOOTPRINT, OPACITY);
 shader!(COUNT_ENTRIES, "count_entries", FRAME, PROJECT, FOOTPRINT, OPACITY, LISTS);
+shader!(COUNT_VECTORS, "count_vectors", FRAME, PROJECT, FOOTPRINT, OPACITY, LISTS, VECTOR_FRAME);
+shader!(COMPOSITE_VECTORS, "composite_vectors", LIGHT, FOOTPRINT, SHARE, VECTOR_FRAME, VECTORS);
 shader!(WRITE_ENTRIES, "write_entries", LISTS);
 shader!(COUNT_DIGITS, "count_digits", SORT);
 shader!(SCATTER_DIGITS, "scatter_digits", SORT);
@@ -113,20 +118,28 @@ pub struct SlabPieces {
     pub clipped: bool,
     /// Surfaces lie among the matter.
     pub surfaces: bool,
+    /// Vector splats lie in the same slabs.
+    pub vectors: bool,
 }
 
 impl SlabPieces {
     /// Every one there is.
-    pub const ALL: [Self; 32] = {
+    pub const ALL: [Self; 36] = {
         let faces = [Faces::Unlit, Faces::BSplines, Faces::Tents, Faces::Differences];
-        let mut all = [Self::PLAIN; 32];
+        let mut all = [Self::PLAIN; 36];
         let mut i = 0;
         while i < all.len() {
-            all[i] = Self {
-                in_parts: i % 2 == 1,
-                faces: faces[i / 2 % 4],
-                clipped: i / 8 % 2 == 1,
-                surfaces: i / 16 == 1,
+            all[i] = if i < 32 {
+                Self {
+                    in_parts: i % 2 == 1,
+                    faces: faces[i / 2 % 4],
+                    clipped: i / 8 % 2 == 1,
+                    surfaces: i / 16 == 1,
+                    vectors: false,
+                }
+            } else {
+                // Rays beside vectors are walked at once, and through all of the field.
+                Self { faces: faces[i - 32], vectors: true, ..Self::PLAIN }
             };
             i += 1;
         }
@@ -134,8 +147,13 @@ impl SlabPieces {
     };
 
     /// What nobody asked for anything with.
-    pub const PLAIN: Self =
-        Self { in_parts: false, faces: Faces::Unlit, clipped: false, surfaces: false };
+    pub const PLAIN: Self = Self {
+        in_parts: false,
+        faces: Faces::Unlit,
+        clipped: false,
+        surfaces: false,
+        vectors: false,
+    };
 
     /// The pass that projects values along rays, of these pieces: of the faces, values alone.
     pub const fn projecting(self) -> Shader {
@@ -159,11 +177,15 @@ impl SlabPieces {
         let clip = if self.clipped { CLIPPED } else { UNCLIPPED };
         let layers = if self.surfaces { SURFACES } else { MATTER };
         let walk = include_str!("../../shaders/reconstruct_slabs.wgsl");
+        let [footprint, share, frame, vectors] = match self.vectors {
+            false => ["", "", "", NO_VECTORS],
+            true => [FOOTPRINT, SHARE, VECTOR_FRAME, VECTORS],
+        };
         stitched(
             RECONSTRUCT_SLABS,
             &[
                 SLABS, FIELD, CLASSIFY, EMPTY, LIGHT, RAYS, inside, clip, layers, rays, shade,
-                face, walk,
+                face, footprint, share, frame, vectors, walk,
             ],
         )
     }
@@ -188,7 +210,7 @@ const PROJECTING: [Shader; 4] = {
 };
 
 /// Passes that are stitched in one way only.
-const SINGLE: [Shader; 16] = [
+const SINGLE: [Shader; 18] = [
     COUNT_SEGMENTS,
     SCAN_SEGMENTS,
     EMIT_KERNELS,
@@ -201,6 +223,8 @@ const SINGLE: [Shader; 16] = [
     SCATTER_DIGITS,
     FIND_RANGES,
     COMPOSITE_LISTS,
+    COUNT_VECTORS,
+    COMPOSITE_VECTORS,
     PRESENT,
     PICTURE,
     GATHER_KERNELS_IN_PARTS,

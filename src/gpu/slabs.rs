@@ -11,9 +11,12 @@ use super::context::Context;
 use super::field::{DeviceField, FIELD_CHUNKS, Format, window};
 use super::inside::{InsideVariant, Opening};
 use super::layout;
+use super::pipelines::vector_constants;
+use super::scattered::Lists;
 use super::shade::{CellsOfValues, Shade, ShadeVariant};
 use super::shader::{Faces, PROJECT_VALUES, RECONSTRUCT_SLABS, SlabPieces};
 use super::turns::{SlabPart, SlabRays};
+use super::vectors::DeviceVectors;
 use crate::core::Ticket;
 use crate::kernel::{Coefficients, Kernel, RadialKernel};
 use crate::scene::{AlongRay, Classify, OpacityModel, Order, SplatSettings, View};
@@ -73,6 +76,7 @@ struct Variant {
     target: wgpu::TextureFormat,
     in_parts: bool,
     looks: LooksVariant,
+    vectors: bool,
 }
 
 /// What a scene asks for beside its transfer function and its mode.
@@ -234,6 +238,17 @@ impl SlabPass {
         });
     }
 
+    /// Distance between slab faces, pixels of view depth.
+    pub(super) fn thickness(
+        &self,
+        view: &View,
+        settings: &SplatSettings,
+        smallest_spacing: f64,
+    ) -> f64 {
+        let level = self.field.as_ref().map_or(0, |field| field.level);
+        slab_pixels(view, smallest_spacing * f64::from(1_u32 << level), settings)
+    }
+
     /// The dispatches that walk the rays of a picture: `None` for a single one.
     pub(super) fn parts(
         &self,
@@ -321,7 +336,11 @@ impl SlabPass {
         settings: &SplatSettings,
         (light, format): (&wgpu::TextureView, wgpu::TextureFormat),
         (tiles, kept): (u32, Option<&wgpu::Buffer>),
-        (looks, timestamps): (LooksVariant, Option<wgpu::ComputePassTimestampWrites<'_>>),
+        (looks, vectors, timestamps): (
+            LooksVariant,
+            Option<(&DeviceVectors, &Lists)>,
+            Option<wgpu::ComputePassTimestampWrites<'_>>,
+        ),
     ) {
         let (Some(field), Some(table)) = (&self.field, &self.table) else { return };
         let variant = Variant {
@@ -337,6 +356,7 @@ impl SlabPass {
             target: format,
             in_parts: kept.is_some(),
             looks,
+            vectors: vectors.is_some(),
         };
         let pipeline =
             self.pipelines.entry(variant).or_insert_with(|| compile(context, variant)).clone();
@@ -380,8 +400,13 @@ impl SlabPass {
         });
         compute.set_pipeline(&pipeline);
         compute.set_bind_group(0, &group, &[]);
+        // One of them alone: vectors are beside fields that are whole.
         if let Some(inside) = &inside {
             compute.set_bind_group(1, inside, &[]);
+        }
+        if let Some((vectors, lists)) = vectors {
+            let layout = pipeline.get_bind_group_layout(1);
+            compute.set_bind_group(1, &vectors.group(context, lists, &layout), &[]);
         }
         let [across, down] = groups_of_tiles(tiles);
         compute.dispatch_workgroups(across, down, 1);
@@ -555,6 +580,9 @@ fn compile(context: &Context, variant: Variant) -> wgpu::ComputePipeline {
     let LooksVariant { shade, inside } = &variant.looks;
     constants.extend(shade.iter().flat_map(ShadeVariant::constants));
     constants.extend(inside.constants());
+    if variant.vectors {
+        constants.extend(vector_constants());
+    }
     let faces = match (shade, variant.kernel) {
         (None, _) => Faces::Unlit,
         (Some(_), Kernel::BSpline) => Faces::BSplines,
@@ -566,6 +594,7 @@ fn compile(context: &Context, variant: Variant) -> wgpu::ComputePipeline {
         faces,
         clipped: inside.is_clipped(),
         surfaces: inside.surfaces() > 0,
+        vectors: variant.vectors,
     };
     let shader = if variant.looks.projects() { pieces.projecting() } else { pieces.shader() };
     let module = shader.module_writing(&context.device, variant.target);

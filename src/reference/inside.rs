@@ -110,12 +110,20 @@ fn keep(height: f64, growth: f64, a: &mut f64, b: &mut f64, is_cut: &mut bool) {
     }
 }
 
+/// Matter of one density on a part of a ray, and the number of its slab.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Slice {
+    pub(super) slab: i64,
+    pub(super) ends: [f64; 2],
+    pub(super) density: Density,
+}
+
 /// Layers of pieces of matter of constant densities, from the eye inwards, and of the surfaces before,
 /// in and behind them.
-pub(super) fn woven(pieces: Vec<([f64; 2], Density)>, surfaces: &[Surface]) -> Vec<Layer> {
+pub(super) fn woven(pieces: &[Slice], surfaces: &[Surface]) -> Vec<Layer> {
     let mut layers = Vec::new();
     let mut next = surfaces.iter().copied().peekable();
-    for ([mut from, to], density) in pieces {
+    for &Slice { ends: [mut from, to], density, .. } in pieces {
         while let Some(surface) = next.next_if(|surface| surface.t < to) {
             if surface.t > from {
                 layers.push(Layer::Matter(density.map(|w| w * (surface.t - from))));
@@ -136,8 +144,9 @@ mod tests {
     #[test]
     fn surfaces_are_woven_in_where_they_are() {
         let surface = |t| Surface { t, opacity: 0.5, colour: [t; 3] };
-        let pieces = vec![([0.0, 1.0], [1.0; 4]), ([3.0, 5.0], [2.0; 4])];
-        let found = woven(pieces, &[-1.0, 0.25, 2.0, 4.0, 4.5, 9.0].map(surface));
+        let piece = |ends, weight: f64| Slice { slab: 0, ends, density: [weight; 4] };
+        let pieces = [piece([0.0, 1.0], 1.0), piece([3.0, 5.0], 2.0)];
+        let found = woven(&pieces, &[-1.0, 0.25, 2.0, 4.0, 4.5, 9.0].map(surface));
         let matter = |length: f64| Layer::Matter([length; 4]);
         let expected = [
             Layer::Surface(surface(-1.0)),

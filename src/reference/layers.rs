@@ -2,7 +2,7 @@
 
 use super::classes::Classes;
 use super::field::{Basis, Field};
-use super::inside::{Layer, Part, woven};
+use super::inside::{Layer, Part, Slice};
 use super::quadrature::{self, Density};
 use super::shading::RayShader;
 use super::sources::{Along, GridKernels, Hit, Line};
@@ -85,11 +85,11 @@ pub(super) struct Planes {
 }
 
 impl Planes {
-    fn layer_of(&self, t: f64) -> i64 {
+    pub(super) fn layer_of(&self, t: f64) -> i64 {
         if self.step.is_finite() { ((t - self.centre) / self.step).floor() as i64 } else { 0 }
     }
 
-    fn face(&self, layer: i64) -> f64 {
+    pub(super) fn face(&self, layer: i64) -> f64 {
         if self.step.is_finite() {
             self.centre + layer as f64 * self.step
         } else if layer > 0 {
@@ -181,7 +181,7 @@ pub(super) fn separable_between_planes(
 
 /// Slabs of reconstructed values, clipped to a part of the ray, from front to back: the value in
 /// the middle of each, or where `pre_integrated` all values between its faces, along a parabola: a
-/// layer for each half.
+/// layer for each half. Each with the number of its slab.
 pub(super) fn classified(
     field: &Field,
     classes: &Classes,
@@ -190,7 +190,7 @@ pub(super) fn classified(
     model: OpacityModel,
     ray: RayShader<'_>,
     part: &Part,
-) -> Vec<Layer> {
+) -> Vec<Slice> {
     let ([a, b], line) = (part.ends, ray.index);
     let faces: Vec<f64> = (planes.layer_of(a)..=planes.layer_of(b) + 1)
         .map(|layer| planes.face(layer).clamp(a, b))
@@ -201,7 +201,9 @@ pub(super) fn classified(
         Vec::new()
     };
     let mut pieces = Vec::new();
+    let first = planes.layer_of(a);
     for (i, pair) in faces.windows(2).enumerate() {
+        let slab = first + i as i64;
         let [low, high] = [pair[0], pair[1]];
         let t = f64::midpoint(low, high);
         let middle = line.at(t);
@@ -210,7 +212,11 @@ pub(super) fn classified(
         }
         if !pre_integrated {
             let shaded = |v| ray.shaded(classes.at(v), t, v);
-            pieces.extend(field.value(middle).map(|v| ([low, high], shaded(v))));
+            pieces.extend(field.value(middle).map(|v| Slice {
+                slab,
+                ends: [low, high],
+                density: shaded(v),
+            }));
             continue;
         }
         let (Some(near), Some(far)) = (values[i], values[i + 1]) else { continue };
@@ -226,13 +232,14 @@ pub(super) fn classified(
         let (near, far) = (half_slab(near, half), half_slab(half, far));
         if model == OpacityModel::Published {
             // Opacities are given to slabs.
-            let mean = std::array::from_fn(|c| f64::midpoint(near[c], far[c]));
-            pieces.push(([low, high], mean));
+            let density = std::array::from_fn(|c| f64::midpoint(near[c], far[c]));
+            pieces.push(Slice { slab, ends: [low, high], density });
         } else {
-            pieces.extend([([low, t], near), ([t, high], far)]);
+            pieces.push(Slice { slab, ends: [low, t], density: near });
+            pieces.push(Slice { slab, ends: [t, high], density: far });
         }
     }
-    woven(pieces, &part.surfaces)
+    pieces
 }
 
 /// What the mean value of slab `i` differs by from the mean of its two faces: that of the cubic

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::RefKernel;
 use super::classes::Classes;
 use super::field::{Field, Shape};
-use super::inside::{Layer, Opening};
+use super::inside::{Layer, Opening, Part, Slice, woven};
 use super::kernels::grid_kernels;
 use super::layers::{self, Planes};
 use super::mesh::Meshes;
@@ -15,6 +15,7 @@ use super::quadrature::{Density, Light};
 use super::shading::{RayShader, Shader};
 use super::sources::{GridKernels, Hit, Line, ListKernels};
 use super::truth;
+use super::vectors::{Vectors, merged};
 use crate::core::Camera;
 use crate::kernel::{Kernel, RadialKernel, SplatMesh};
 use crate::scene::{Classify, ModeError, OpacityModel, Scene, SplatSettings, Visibility};
@@ -41,6 +42,8 @@ pub struct Reference {
     shape: Option<RadialKernel>,
     opening: Opening,
     source: Source,
+    vectors: Option<Vectors>,
+    alone: bool,
 }
 
 enum Source {
@@ -167,6 +170,8 @@ impl Reference {
             shape,
             opening: Opening::of(scene),
             source,
+            vectors: Vectors::of(scene, (size[1] * fine) as f64),
+            alone: scene.vectors.as_ref().is_some_and(|layer| layer.alone),
         })
     }
 
@@ -201,6 +206,14 @@ impl Reference {
         let (start, step) = self.camera.ray(at, size);
         let from = self.camera.eye_distance().map_or(f64::NEG_INFINITY, |_| 0.0);
         let ray = Line { start, step, from };
+        if let Some(vectors) = self.vectors.as_ref().filter(|_| self.alone) {
+            let mut planes = self.slabs(&ray);
+            planes.step *= vectors.size();
+            let sums = vectors.sums(&ray, &planes);
+            let layers = merged(&[], &sums);
+            let layers: Vec<Layer> = layers.into_iter().map(Layer::Matter).collect();
+            return layers::composite(&layers, self.splat.opacity_model, self.splat.order);
+        }
         let layers = match &self.source {
             Source::Field { field, classes, visible, shader } => {
                 let map = self.lattice.axes().inverse();
@@ -208,7 +221,12 @@ impl Reference {
                 let shader = shader.as_deref();
                 let shade = RayShader { shader, field, world: &ray, index: &line };
                 let part = self.opening.part((field, classes), &ray, &line);
-                let Some(part) = part else { return [0.0; 4] };
+                let part = match part {
+                    Some(part) => part,
+                    None if self.vectors.is_none() => return [0.0; 4],
+                    // Nothing but vectors, perhaps.
+                    None => Part { ends: [0.0; 2], surfaces: Vec::new() },
+                };
                 if let Some(along) = self.opening.projects() {
                     // The same in every mode: what a mode finds of it is near to this.
                     let found = projection::projected(field, &line, along, part.ends);
@@ -223,7 +241,25 @@ impl Reference {
                 }
                 let pre_integrated = self.splat.classify == Classify::PreIntegrated;
                 let (planes, model) = (self.slabs(&ray), self.splat.opacity_model);
-                layers::classified(field, classes, &planes, pre_integrated, model, shade, &part)
+                let slabs = layers::classified(
+                    field,
+                    classes,
+                    &planes,
+                    pre_integrated,
+                    model,
+                    shade,
+                    &part,
+                );
+                match &self.vectors {
+                    None => woven(&slabs, &part.surfaces),
+                    Some(vectors) => {
+                        let whole =
+                            |s: &Slice| (s.slab, s.density.map(|w| w * (s.ends[1] - s.ends[0])));
+                        let slabs: Vec<_> = slabs.iter().map(whole).collect();
+                        let layers = merged(&slabs, &vectors.sums(&ray, &planes));
+                        layers.into_iter().map(Layer::Matter).collect()
+                    }
+                }
             }
             Source::Grid(grid, Shape::Separable(basis)) => {
                 if self.exact {

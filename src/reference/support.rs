@@ -32,6 +32,7 @@ pub(super) fn scene(
         background: Background::Colour(Srgb8::BLACK),
         shading: Shading::default(),
         inside: Inside::default(),
+        vectors: None,
     }
 }
 

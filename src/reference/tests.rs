@@ -41,6 +41,7 @@ fn constant(lattice: Lattice, camera: Camera, alpha: f64, unit: f64) -> Scene {
         background: Background::Colour(Srgb8::BLACK),
         shading: Shading::default(),
         inside: Inside::default(),
+        vectors: None,
     }
 }
 

@@ -1,13 +1,15 @@
 //! What is to be seen, as plain data: everything a picture depends on except its size.
 //!
 //! Owns [`Scene`] and the settings people change. Refuses drawing, files and widgets. The GPU's
-//! whole state can be rebuilt from it. Imports `core`, `volume`, `transfer`, `kernel`, `hierarchy`.
+//! whole state can be rebuilt from it. Imports `core`, `volume`, `transfer`, `kernel`, `hierarchy`,
+//! `vector`.
 
 mod cells;
 mod framing;
 mod inside;
 mod mode;
 mod shading;
+mod vectors;
 mod view;
 
 pub use crate::hierarchy::ErrorMeasure;
@@ -25,6 +27,7 @@ pub use shading::{
     Amounts, Attached, BASE_OPACITY, Colours, Index, LEAST_STRENGTH, Light, Lighting, MOST_LIGHTS,
     Shading, ShadingError, ShadingPreset, ShadingSpace, strong_gradient,
 };
+pub use vectors::VectorLayer;
 pub use view::{Traversal, View};
 
 use std::sync::Arc;
@@ -58,6 +61,8 @@ pub struct Scene {
     pub shading: Shading,
     /// What lets its inside be seen.
     pub inside: Inside,
+    /// A vector field beside it, or instead.
+    pub vectors: Option<VectorLayer>,
     /// Where it is seen from.
     pub camera: Camera,
     /// What lies behind it.
@@ -82,12 +87,13 @@ impl Scene {
     /// Whether two scenes make the same picture at the same size.
     pub fn makes_same_picture(&self, other: &Self) -> bool {
         // Taken apart, so that a new field cannot be forgotten here.
-        let Self { volume, transfer, splat, shading, inside, camera, background } = self;
+        let Self { volume, transfer, splat, shading, inside, vectors, camera, background } = self;
         Arc::ptr_eq(volume, &other.volume)
             && *transfer == other.transfer
             && *splat == other.splat
             && *shading == other.shading
             && *inside == other.inside
+            && *vectors == other.vectors
             && *camera == other.camera
             && *background == other.background
     }
@@ -106,6 +112,7 @@ pub fn opening(volume: Arc<ScalarVolume>, space: Option<&str>) -> Scene {
         splat: SplatSettings::default(),
         shading: Shading::default(),
         inside: Inside::default(),
+        vectors: None,
         background: Background::Colour(BACKGROUND),
         volume,
     }

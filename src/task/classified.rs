@@ -11,6 +11,7 @@ use std::time::Duration;
 use super::calibration::Calibration;
 use super::cells::CutSource;
 use super::draw::{DrawError, Drawer, Observer};
+use super::vectors;
 use crate::core::Ticket;
 use crate::gpu::GpuError;
 use crate::hierarchy::{ErrorMeasure, Pyramid, PyramidError};
@@ -168,6 +169,10 @@ impl Drawer {
         ticket: &Ticket,
         mut stops: impl FnMut(&mut Self) -> bool,
     ) -> Result<(), DrawError> {
+        if vectors::are_alone(scene) {
+            self.classified = None;
+            return Ok(());
+        }
         self.classify(scene, ticket)?;
         self.begin_octree(scene)?;
         while let Some(classified) = &mut self.classified
@@ -192,6 +197,9 @@ impl Drawer {
         budget_ms: f64,
         ticket: &Ticket,
     ) -> Result<(), DrawError> {
+        if vectors::are_alone(scene) {
+            return Ok(());
+        }
         let needs_octree = self.reduction(scene, size, budget_ms).is_none();
         self.classify(scene, ticket)?;
         match &mut self.classified {

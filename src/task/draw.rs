@@ -19,6 +19,7 @@ use super::cost::Costs;
 use super::previews::Reduction;
 use super::rows::RowPlan;
 use super::slabs;
+use super::vectors::{self, VectorJob};
 
 /// A piece should not keep the device from a newer request for longer than this.
 pub const PIECE_MS: f64 = 10.0;
@@ -27,6 +28,8 @@ pub const PIECE_MS: f64 = 10.0;
 const STOP_BELOW: f32 = 2e-4;
 /// A coarse picture is at least this many pixels wide and high, whatever the budget.
 pub(super) const LEAST_SIDE: f64 = 48.0;
+/// How much smaller vectors are drawn where an octree cut was asked for.
+const AT_ONCE_SHRINK: f64 = 4.0;
 /// A cut that is fitted to a view is fitted again at most so often,
 const MOST_REFITS: usize = 4;
 /// its error by this power of how many times too many nodes it has: less than 1, so that it does not
@@ -147,6 +150,8 @@ pub struct Drawer {
     pub(super) calibration: Calibration,
     /// What reconstructs the scene's field, on its way to the device.
     pub(super) field: slabs::FieldJob,
+    /// The scene's vectors.
+    pub(super) vectors: VectorJob,
     /// Whether the cuts that are drawn are to be kept for [`Drawer::take_cut`].
     pub keeps_cut: bool,
     kept_cut: Option<(Cut, CutLimits)>,
@@ -164,6 +169,7 @@ impl Drawer {
             capped_in_lists: 0,
             calibration: Calibration::default(),
             field: slabs::FieldJob::default(),
+            vectors: VectorJob::default(),
             keeps_cut: false,
             kept_cut: None,
         }
@@ -194,7 +200,15 @@ impl Drawer {
         observer: &mut dyn Observer,
     ) -> Result<Drawn, DrawError> {
         self.kept_cut = None;
+        vectors::check(scene)?;
         match rung {
+            // Vectors have no octree of kernels: what comes before `full` is smaller.
+            Rung::Octree { .. } | Rung::Subsampled { .. } | Rung::Cheaper(_)
+                if scene.vectors.is_some() =>
+            {
+                let reduction = Reduction { field: SlabField::Own, shrink: AT_ONCE_SHRINK };
+                self.reduced(scene, size, reduction, observer)
+            }
             Rung::Coarse { budget_ms } => match self.reduction(scene, size, budget_ms) {
                 Some(reduction) => {
                     self.last_reduction = Some(reduction);
@@ -217,7 +231,7 @@ impl Drawer {
             Rung::Reduced { field, shrink } => {
                 self.reduced(scene, size, Reduction { field, shrink }, observer)
             }
-            Rung::Full if slabs::reconstructs(&scene.splat) => {
+            Rung::Full if vectors::is_walked(scene) => {
                 self.slabs(scene, size, SlabField::Own, 1.0, observer)
             }
             Rung::Full => {

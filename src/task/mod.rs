@@ -17,3 +17,4 @@ mod slabs;
 pub mod still;
 pub mod sweep;
 pub mod transfer_file;
+mod vectors;

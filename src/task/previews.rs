@@ -12,7 +12,7 @@ use crate::scene::{Reconstruction, Scene, SplatSettings, View};
 use crate::volume::ScalarVolume;
 
 use super::draw::{DrawError, Drawer, Drawn, LEAST_SIDE, Observer, Rung, shrunk};
-use super::slabs;
+use super::{slabs, vectors};
 
 /// A picture changes its size by no less than this, so that the hand does not see sharpness flicker: by
 /// an eighth a side.
@@ -66,13 +66,15 @@ pub(super) fn preview_mode(scene: &Scene) -> Option<SplatSettings> {
             splat.reconstruction == Reconstruction::Interpolating
         }
     };
-    (slabs::reconstructs(&splat) && is_sharp).then_some(SplatSettings {
-        kernel: Kernel::Linear,
-        extent: None,
-        reconstruction: Reconstruction::Interpolating,
-        slabs_per_voxel: splat.slabs_per_voxel.min(1.0),
-        ..splat
-    })
+    (slabs::reconstructs(&splat) && is_sharp && !vectors::are_alone(scene)).then_some(
+        SplatSettings {
+            kernel: Kernel::Linear,
+            extent: None,
+            reconstruction: Reconstruction::Interpolating,
+            slabs_per_voxel: splat.slabs_per_voxel.min(1.0),
+            ..splat
+        },
+    )
 }
 
 /// How many times a volume is halved for its previews.
@@ -154,6 +156,10 @@ impl Drawer {
         size: [u32; 2],
         budget_ms: f64,
     ) -> Option<Reduction> {
+        if vectors::are_alone(scene) {
+            let shrink = self.affordable(SlabField::Own, size, budget_ms);
+            return Some(Reduction { field: SlabField::Own, shrink });
+        }
         if !slabs::reconstructs(&scene.splat) {
             return None;
         }
@@ -187,7 +193,8 @@ impl Drawer {
         let splats = self.costs.splats_within(budget_ms);
         let is_sparse = self.active_count().is_some_and(|active| active <= splats);
         // Cuts know neither lights nor tables, and show what is cut away.
-        let is_plain = scene.shading.is_plain() && scene.inside.is_plain();
+        let is_plain =
+            scene.shading.is_plain() && scene.inside.is_plain() && scene.vectors.is_none();
         let is_lost = shrink > width_px.max(1.0) && is_sparse && is_plain;
         (!is_lost).then_some(Reduction { field, shrink })
     }
@@ -230,7 +237,7 @@ impl Drawer {
                 let scene = Scene { splat, ..scene.clone() };
                 self.slabs(&scene, smaller, field, shrink, observer)
             }
-            SlabField::Own if slabs::reconstructs(&scene.splat) => {
+            SlabField::Own if vectors::is_walked(scene) => {
                 self.slabs(scene, smaller, field, shrink, observer)
             }
             SlabField::Own => self.draw(scene, smaller, Rung::Full, observer),

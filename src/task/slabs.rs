@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 
 use super::draw::{DrawError, Drawer, Drawn, Observer};
 use super::previews::preview_coefficients;
+use super::vectors;
 use crate::core::Ticket;
 use crate::gpu::layout::TILE;
 use crate::gpu::{GpuError, PictureConstants, Renderer, SlabField, tile_count};
@@ -115,8 +116,13 @@ impl Drawer {
         observer: &mut dyn Observer,
     ) -> Result<Drawn, DrawError> {
         let view = View { enlarged, ..View::new(scene, size) };
-        self.prepare_slabs(scene, &view, which, observer)?;
-        self.renderer.set_looks(scene);
+        let are_alone = vectors::are_alone(scene);
+        if !are_alone {
+            self.prepare_slabs(scene, &view, which, observer)?;
+            self.renderer.set_looks(scene);
+        }
+        let vectors = self.prepare_vectors(scene, &view, which, observer)?;
+        self.renderer.put_vectors_in_slabs(vectors.is_some());
         let constants = PictureConstants {
             unit_distance: scene.opacity_unit_distance(),
             smallest_spacing: scene.volume.lattice.smallest_spacing(),
@@ -134,10 +140,19 @@ impl Drawer {
             FIRST_TILES
         };
         let pipelines = self.renderer.pipeline_count();
-        let drawn = self.tiled(scene, &view, observer, first, |renderer, tiles| {
-            let splat = &scene.splat;
-            renderer.draw_slab_tiles(which, &view, splat, constants, tiles)
-        })?;
+        let make_lists = |renderer: &mut Renderer, tiles: Range<u32>| match &vectors {
+            Some(vectors) => vectors.make_lists(renderer, &view, tiles),
+            None => Ok(tiles.end),
+        };
+        let mut drawn =
+            self.tiled(scene, &view, observer, (first, make_lists), |renderer, tiles| {
+                let splat = &scene.splat;
+                match are_alone {
+                    true => renderer.draw_vector_tiles(&view, tiles),
+                    false => renderer.draw_slab_tiles(which, &view, splat, constants, tiles),
+                }
+            })?;
+        drawn.kernels += vectors.map_or(0, |vectors| vectors.count());
         let rays = f64::from(size[0]) * f64::from(size[1]);
         let made_pipelines = self.renderer.pipeline_count() != pipelines;
         match which {
@@ -146,7 +161,7 @@ impl Drawer {
             SlabField::Own if enlarged <= 1.0 => self.costs.learn_rays(rays, drawn.wall_ms),
             _ => self.costs.learn_reduced(which, rays, drawn.wall_ms),
         }
-        Ok(Drawn { is_shaded: true, made_pipelines, ..drawn })
+        Ok(Drawn { is_shaded: !are_alone, made_pipelines, ..drawn })
     }
 
     /// Brings a field of a scene that reconstructs one to the device.
@@ -157,7 +172,7 @@ impl Drawer {
         which: SlabField,
         observer: &mut dyn Observer,
     ) -> Result<(), DrawError> {
-        match reconstructs(&scene.splat) {
+        match reconstructs(&scene.splat) && !vectors::are_alone(scene) {
             true => self.prepare_slabs(scene, &View::new(scene, size), which, observer),
             false => Ok(()),
         }
@@ -172,26 +187,34 @@ impl Drawer {
     ) -> Result<Drawn, DrawError> {
         let view = View::new(scene, size);
         let unit_distance = scene.opacity_unit_distance();
-        self.tiled(scene, &view, observer, FIRST_TILES, |renderer, tiles| {
+        let all = |_: &mut Renderer, tiles: Range<u32>| Ok(tiles.end);
+        self.tiled(scene, &view, observer, (FIRST_TILES, all), |renderer, tiles| {
             renderer.draw_gathered(&view, &scene.splat, unit_distance, STOP_BELOW, tiles)
         })
     }
 
-    /// A picture a few tiles at a time, so many of them in the `first` piece.
+    /// A picture a few tiles at a time, so many of them in the first piece. Before the tiles of a band
+    /// are drawn it is made ready, which says where it ends.
     fn tiled(
         &mut self,
         scene: &Scene,
         view: &View,
         observer: &mut dyn Observer,
-        first: u32,
+        (first, mut make_ready): (
+            u32,
+            impl FnMut(&mut Renderer, Range<u32>) -> Result<u32, GpuError>,
+        ),
         mut draw: impl FnMut(&mut Renderer, Range<u32>) -> Result<f64, GpuError>,
     ) -> Result<Drawn, DrawError> {
         let start = Instant::now();
         self.begin(scene, view, scene.splat.kernel.splatted())?;
         let total = tile_count(view.size);
-        let (mut done, mut piece) = (0, first);
+        let (mut done, mut piece, mut ready) = (0, first, 0);
         while done < total {
-            let end = (done + piece).min(total);
+            if done == ready {
+                ready = make_ready(&mut self.renderer, done..total)?;
+            }
+            let end = (done + piece).min(ready);
             let wall_ms = draw(&mut self.renderer, done..end)?;
             // Tiles beside the volume cost next to nothing: a piece grows by no more than twice.
             let rate = f64::from(end - done) / wall_ms.max(0.01);

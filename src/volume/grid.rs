@@ -51,6 +51,17 @@ pub enum VolumeError {
         /// The names there are.
         available: Vec<String>,
     },
+    /// Vectors of another number of components than three.
+    #[error(
+        "expected three components for vectors, found {components} in field \"{field}\"; choose \
+         another field"
+    )]
+    NotVectors {
+        /// Which field.
+        field: String,
+        /// Components there are.
+        components: usize,
+    },
     /// A component that a field has not.
     #[error(
         "expected {} of field \"{field}\", found component {asked}",
@@ -378,6 +389,37 @@ pub struct ScalarVolume {
 }
 
 impl ScalarVolume {
+    /// The value at a world position, linear between the samples; NaN outside the voxels' boxes, and
+    /// beside samples that are NaN.
+    pub fn value_at(&self, world: DVec3) -> f64 {
+        let index = self.lattice.index_from_world(world);
+        let dims = self.lattice.dims;
+        let (mut low, mut share) = ([[0; 2]; 3], [0.0; 3]);
+        for axis in 0..3 {
+            let last = dims[axis] - 1;
+            if !(-0.5..=last as f64 + 0.5).contains(&index[axis]) {
+                return f64::NAN;
+            }
+            let within = index[axis].clamp(0.0, last as f64);
+            let first = (within.floor() as usize).min(last);
+            low[axis] = [first, (first + 1).min(last)];
+            share[axis] = within - first as f64;
+        }
+        let mut sum = 0.0;
+        for corner in 0..8 {
+            let bit = |axis: usize| corner >> axis & 1;
+            let weight: f64 = (0..3)
+                .map(|axis| if bit(axis) == 1 { share[axis] } else { 1.0 - share[axis] })
+                .product();
+            // What weighs nothing may be NaN.
+            if weight > 0.0 {
+                let at = |axis: usize| low[axis][bit(axis)];
+                sum += weight * self.samples.get((at(2) * dims[1] + at(1)) * dims[0] + at(0));
+            }
+        }
+        sum
+    }
+
     /// A volume from bare samples, for analytic scenes and tests.
     ///
     /// # Errors
@@ -473,6 +515,24 @@ mod tests {
             Samples::Float32(vec![f32::NAN; 2]),
         );
         assert!(matches!(nan, Err(VolumeError::NothingFinite { .. })), "{nan:?}");
+    }
+
+    #[test]
+    fn values_run_straight_between_samples_and_end_with_the_boxes() {
+        let lattice = Lattice {
+            spacing: DVec3::new(2.0, 1.0, 1.0),
+            origin: DVec3::new(10.0, 0.0, 0.0),
+            ..Lattice::unit([3, 2, 2])
+        };
+        let samples = (0..12).map(|i| if i == 11 { f32::NAN } else { i as f32 }).collect();
+        let volume = ScalarVolume::from_samples("v", lattice, Samples::Float32(samples)).unwrap();
+        let at = |x, y, z| volume.value_at(DVec3::new(x, y, z));
+        assert_eq!(at(10.0, 0.0, 0.0), 0.0);
+        assert_eq!(at(11.0, 0.5, 0.25), 0.5 + 1.5 + 1.5);
+        assert_eq!((at(9.1, 0.0, 0.0), at(14.9, 0.0, 0.0)), (0.0, 2.0));
+        assert!(at(8.9, 0.0, 0.0).is_nan() && at(15.1, 0.0, 0.0).is_nan());
+        assert!(at(13.0, 0.9, 0.9).is_nan());
+        assert_eq!(at(14.0, 0.0, 1.0), 8.0);
     }
 
     #[test]

@@ -1,13 +1,15 @@
 //! Sampled fields in memory: lattices, samples in the file's own type, and their statistics.
 //!
-//! Owns what a file holds once read ([`Grid`]) and the one scalar field of it that is drawn
-//! ([`ScalarVolume`]). Refuses files and the GPU. Imports `core` only.
+//! Owns what a file holds once read ([`Grid`]), the one scalar field of it that is drawn
+//! ([`ScalarVolume`]), and its vectors ([`VectorField`]). Refuses files and the GPU. Imports `core` only.
 
 pub mod demo;
 mod grid;
 mod samples;
 mod statistics;
+mod vector_field;
 
 pub use grid::{Association, Component, Field, Grid, Lattice, ScalarVolume, VolumeError};
 pub use samples::{Samples, Scalar, ScalarType};
 pub use statistics::{BRICK, Bricks, HISTOGRAM_BINS, QUANTILES, Statistics};
+pub use vector_field::{Places, VectorField};

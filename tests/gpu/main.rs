@@ -32,3 +32,4 @@ mod sort;
 mod stills;
 mod support;
 mod transfer_moves;
+mod vectors;

@@ -116,6 +116,7 @@ pub(crate) fn scene(lattice: Lattice, direction: DVec3) -> Scene {
         background: Background::Colour(Srgb8::BLACK),
         shading: Shading::default(),
         inside: Inside::default(),
+        vectors: None,
     }
 }
 

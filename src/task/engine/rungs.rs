@@ -17,7 +17,7 @@ use crate::task::cells::CutSource;
 use crate::task::draw::{DrawError, Drawer, Drawn, Observer, PIECE_MS, Rung, background_light};
 use crate::task::estimate::{self, Checked, Coarseness};
 use crate::task::previews::Reduction;
-use crate::task::slabs;
+use crate::task::{slabs, vectors};
 
 /// How often progress within a rung is announced.
 const PROGRESS_EVERY: Duration = Duration::from_millis(250);
@@ -213,7 +213,7 @@ impl Worker {
             is_worth_it.then(|| vec![Rung::Coarse { budget_ms: unspent_ms }])
         };
         let mut rungs = match ladder {
-            Ladder::Octree if slabs::reconstructs(&scene.splat) => {
+            Ladder::Octree if vectors::is_walked(scene) => {
                 let rays = f64::from(size[0]) * f64::from(size[1]);
                 let full_ms = rays * drawer.costs.ray_ms;
                 let reduced = |shares: &[f64]| {
@@ -234,6 +234,8 @@ impl Worker {
                     false => vec![Rung::Coarse { budget_ms: full_ms * MIDDLE_SHARE }],
                 })
             }
+            // What kernels of the field alone would show hides the vectors.
+            Ladder::Subsampling | Ladder::CheaperKernels if scene.vectors.is_some() => Vec::new(),
             Ladder::Subsampling => {
                 vec![Rung::Subsampled { level: 2 }, Rung::Subsampled { level: 1 }]
             }

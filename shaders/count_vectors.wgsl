@@ -1,0 +1,196 @@
+// Projects each vector splat, and counts the tiles and layers that it touches.
+//
+// What it writes of a splat is what `count_entries` writes of a radial kernel, so that the lists are
+// made the same way: see `composite_lists`. But the second vec4 holds, behind the tilt, the direction of
+// the flow on the unit circle, and the third what `lib/vectors.wgsl` takes apart again.
+
+@group(0) @binding(1) var<storage, read> lists: Lists;
+// `vector::Splat`s, each followed by its own steps of the grid where it has them.
+@group(0) @binding(2) var<storage, read> records: array<vec4<f32>>;
+@group(0) @binding(3) var<storage, read_write> counts: array<u32>;
+@group(0) @binding(4) var<storage, read_write> bounds: array<vec4<u32>>;
+@group(0) @binding(5) var<storage, read_write> projected: array<vec4<f32>>;
+// Word 2: the most entries of a splat.
+@group(0) @binding(6) var<storage, read_write> totals: array<atomic<u32>>;
+@group(0) @binding(7) var<storage, read> vectors: Vectors;
+
+// Words of `counts` before the first splat's.
+const COUNT_HEADER_WORDS: u32 = 8u;
+
+// Pixels, along one axis, whose centres lie within `reach` of `middle`: first and after the last.
+fn pixels(middle: f32, reach: f32, size: f32) -> vec2<u32> {
+    let first = clamp(ceil(middle - reach - 0.5), 0.0, size);
+    let end = clamp(floor(middle + reach - 0.5) + 1.0, 0.0, size);
+    return vec2<u32>(u32(first), u32(max(end, first)));
+}
+
+// Tiles that hold pixels first..end, counted from `origin` and within `count`.
+fn tiles(pixels: vec2<u32>, origin: u32, count: u32) -> vec2<u32> {
+    let first = max(pixels.x / TILE, origin) - origin;
+    let end = max(min((pixels.y + TILE - 1u) / TILE, origin + count), origin) - origin;
+    return vec2<u32>(min(first, end), end);
+}
+
+// View-space step, in pixels, of a step in units along the world's axes.
+fn in_view(step: vec3<f32>) -> vec3<f32> {
+    return frame.view_x.xyz * step.x + frame.view_y.xyz * step.y + frame.view_z.xyz * step.z;
+}
+
+@compute @workgroup_size(LIST_THREADS)
+fn count_vectors(
+    @builtin(global_invocation_id) id: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+) {
+    let slot = id.y * groups.x * LIST_THREADS + id.x;
+    let total = lists.counts.x;
+    if slot >= total {
+        return;
+    }
+    if slot == 0u {
+        // So that the last splat's entries have an end.
+        counts[COUNT_HEADER_WORDS + total] = 0u;
+    }
+    let at = vectors.flags.x * slot;
+    let place = records[at];
+    let flow = records[at + 1u];
+    let body = records[at + 2u];
+    let marks = records[at + 3u];
+    var axis_x = vectors.axis_x.xyz;
+    var axis_y = vectors.axis_y.xyz;
+    var axis_z = vectors.axis_z.xyz;
+    if vectors.flags.x > 4u {
+        axis_x = records[at + 4u].xyz;
+        axis_y = records[at + 5u].xyz;
+        axis_z = records[at + 6u].xyz;
+    }
+    // Stretched along the flow.
+    let longer = (vectors.axis_x.w - 1.0) * flow.xyz;
+    let scale = vectors.axis_y.w * body.w;
+    let step_x = in_view(scale * (axis_x + longer * dot(flow.xyz, axis_x)));
+    let step_y = in_view(scale * (axis_y + longer * dot(flow.xyz, axis_y)));
+    let step_z = in_view(scale * (axis_z + longer * dot(flow.xyz, axis_z)));
+    let from_origin = in_view(place.xyz);
+    let view = frame.view_centre.xyz + from_origin;
+    var kernel: Projected;
+    kernel.middle = view.xy;
+    kernel.depth = vectors.depth.x + from_origin.z;
+    kernel.row_x = vec3<f32>(step_x.x, step_y.x, step_z.x);
+    kernel.row_y = vec3<f32>(step_x.y, step_y.y, step_z.y);
+    kernel.row_z = vec3<f32>(step_x.z, step_y.z, step_z.z);
+    // The flow on the screen, and its part across the view.
+    let flow_in_view = in_view(flow.xyz);
+    var on_screen = flow_in_view.xy;
+    var across_view = on_screen;
+    var beside = 0.0;
+    if perspective {
+        let eye = frame.view_centre.w;
+        kernel.hidden = view.z <= eye * NEAR;
+        let depth = max(view.z, eye * NEAR);
+        let shrink = eye / depth;
+        kernel.middle = view.xy * shrink;
+        kernel.row_x = (kernel.row_x - kernel.row_z * (view.x / depth)) * shrink;
+        kernel.row_y = (kernel.row_y - kernel.row_z * (view.y / depth)) * shrink;
+        on_screen = (on_screen - flow_in_view.z * view.xy / depth) * shrink;
+        let towards = normalize(vec3<f32>(view.xy, depth));
+        let rest = flow_in_view - towards * dot(flow_in_view, towards);
+        across_view = rest.xy;
+        beside = rest.z;
+    }
+    kernel.determinant = abs(dot(kernel.row_x, cross(kernel.row_y, kernel.row_z)));
+    let flow_length = length(flow_in_view);
+    let has_flow = flow_length > 0.0;
+    let part = length(vec3<f32>(across_view, beside)) / select(1.0, flow_length, has_flow);
+    let across = select(0.0, min(part, 1.0), has_flow);
+
+    var narrow = ellipse(kernel);
+    if vectors.flags.z == POLYGON {
+        // Shortened along the flow: on the unit circle its direction is e, and K (1 - (1 - f) e e^T)
+        // maps the circle to the shorter ellipse.
+        let on_circle = vec2<f32>(
+            on_screen.x / narrow.x,
+            (on_screen.y - narrow.y * on_screen.x / narrow.x) / narrow.z,
+        );
+        let e = on_circle / max(length(on_circle), 1e-30);
+        let less = 1.0 - max(across, LEAST_ACROSS);
+        let row_x = vec2<f32>(narrow.x, 0.0) - less * narrow.x * e.x * e;
+        let row_y = vec2<f32>(narrow.y, narrow.z) - less * (narrow.y * e.x + narrow.z * e.y) * e;
+        let k11 = length(row_x);
+        let k21 = dot(row_x, row_y) / k11;
+        let k22 = abs(row_x.x * row_y.y - row_x.y * row_y.x) / k11;
+        narrow = vec4<f32>(k11, k21, k22, narrow.w);
+    }
+    let k = widened(narrow);
+    let reach = frame.radius * vec3<f32>(k.x, length(k.yz), length(kernel.row_z));
+    var matter = place.w;
+    if published {
+        // Widened splats of less than a pixel are as much thinner.
+        matter *= k.w / narrow.w;
+    } else {
+        matter = optical_depth(place.w, k.w);
+    }
+    // How the splat's middle leans: the part of the depth row along the first two.
+    let wide = ellipse(kernel);
+    let along_x = kernel.row_x / wide.x;
+    let rest = kernel.row_y - along_x * wide.y;
+    let lean = vec2<f32>(
+        dot(kernel.row_z, along_x),
+        dot(kernel.row_z, rest) / max(length(rest), 1e-30),
+    );
+    // On the circle of the ellipse that is not shortened: depth does not follow what is drawn.
+    let inverse_wide = vec3<f32>(1.0 / wide.x, -wide.y / (wide.x * wide.z), 1.0 / wide.z);
+    let inverse = vec3<f32>(1.0 / k.x, -k.y / (k.x * k.z), 1.0 / k.z);
+    let first = vec4<f32>(inverse / frame.radius, 1.0 / (narrow.w * frame.radius));
+    let tilt = vec2<f32>(
+        lean.x * inverse_wide.x + lean.y * inverse_wide.y,
+        lean.y * inverse_wide.z,
+    );
+    let turned = vec2<f32>(
+        inverse.x * on_screen.x,
+        inverse.y * on_screen.x + inverse.z * on_screen.y,
+    );
+    let length_turned = length(turned);
+    let turn = select(vec2<f32>(1.0, 0.0), turned / length_turned, length_turned > 1e-20);
+    let second = vec4<f32>(tilt, turn);
+    let head = vec4<f32>(kernel.middle, kernel.depth, matter);
+
+    let size = 2.0 * frame.half_size;
+    let columns = pixels(kernel.middle.x + frame.half_size.x, reach.x, size.x);
+    let rows = pixels(frame.half_size.y - kernel.middle.y, reach.y, size.y);
+    let tile_columns = tiles(columns, lists.tiles.x, lists.tiles.z);
+    let tile_rows = tiles(rows, lists.tiles.y, lists.tiles.w);
+    // False where anything is not a number, too.
+    let shows = !kernel.hidden && matter > 0.0 && reach.x >= 0.0 && reach.y >= 0.0
+        && columns.y > columns.x && rows.y > rows.x;
+    var layers = vec2<u32>(0u);
+    var count = 0u;
+    for (var row = tile_rows.x; row < tile_rows.y && shows; row++) {
+        for (var column = tile_columns.x; column < tile_columns.y; column++) {
+            layers = touched(head, first, second, vec2<u32>(column, row));
+            // At most 2^32 - 1: more than ever fits.
+            count = select(count + layers.y, 0xffffffffu, count + layers.y < count);
+        }
+    }
+    counts[COUNT_HEADER_WORDS + slot] = count;
+    atomicMax(&totals[2], count);
+    bounds[slot] = vec4<u32>(
+        tile_columns.x | (tile_columns.y << 16u),
+        tile_rows.x | (tile_rows.y << 16u),
+        layers,
+    );
+    // The size of the marks whose texels are about as large as pixels, where the splat is narrowest.
+    let trace = wide.x * wide.x + dot(wide.yz, wide.yz);
+    let product = wide.x * wide.z;
+    let larger = 0.5 * trace + sqrt(max(0.25 * trace * trace - product * product, 0.0));
+    let radius = frame.radius * vectors.picture.z * product / sqrt(larger);
+    let level = clamp(floor(log2(0.5 * vectors.axis_z.w / max(radius, 1e-3)) + 0.5), 0.0, LAST_MARK_LEVEL);
+    let word = (u32(flow.w * 4096.0) & 0xfffu) | (u32(across * 4095.0 + 0.5) << 12u) | (u32(level) << 24u);
+    projected[4u * slot] = head;
+    projected[4u * slot + 1u] = first;
+    projected[4u * slot + 2u] = second;
+    projected[4u * slot + 3u] = bitcast<vec4<f32>>(vec4<u32>(
+        pack2x16unorm(body.xy),
+        pack2x16unorm(vec2<f32>(body.z, marks.x)),
+        pack2x16unorm(marks.yz),
+        word,
+    ));
+}

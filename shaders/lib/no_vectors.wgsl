@@ -1,0 +1,30 @@
+// Scenes without vectors: see lib/vectors.wgsl.
+
+const VECTORS: bool = false;
+const EVERY_SLAB: i32 = 0;
+
+struct VectorRay {
+    nothing: u32,
+}
+
+fn vector_ray(pixel: vec2<u32>) -> VectorRay {
+    return VectorRay(0u);
+}
+
+fn vectors_in(
+    ray: ptr<function, VectorRay>,
+    light: ptr<function, Gathered>,
+    slab: i32,
+    screen: vec2<f32>,
+) -> vec4<f32> {
+    return vec4<f32>(0.0);
+}
+
+fn composite_beside(
+    light: ptr<function, Gathered>,
+    colour: vec3<f32>,
+    amount: f32,
+    beside: vec4<f32>,
+) {
+    composite(light, colour, amount);
+}

@@ -1,0 +1,30 @@
+// What the passes over vector splats are told of a picture.
+
+struct Vectors {
+    // Steps of the grid in units, along its first, second and third axis. w: length along the flow over
+    // width; factor of the extent; texels along the side of the finest marks.
+    axis_x: vec4<f32>,
+    axis_y: vec4<f32>,
+    axis_z: vec4<f32>,
+    // View depth of the origin beyond the lattice's centre, pixels; thickness of a slab in pixels of view
+    // depth; the transmittance below which nothing behind can show; the phase, in cycles.
+    depth: vec4<f32>,
+    // Half the picture's width and height; how much wider the window of the marks is than the splat's
+    // ellipse; 1 over the footprint of a line through the middle.
+    picture: vec4<f32>,
+    // Vec4s of a record; see BLEND; see POLYGON and COORDINATES; bits of a key's layer.
+    flags: vec4<u32>,
+    // First layer from the front, layers; first row of tiles, tiles across.
+    layers: vec4<i32>,
+}
+
+// `flags.y`: 0 is MODULATE.
+const BLEND: u32 = 1u;
+// `flags.z`: 0 is the table.
+const POLYGON: u32 = 1u;
+const COORDINATES: u32 = 2u;
+// Splats are not shortened, nor coordinates stretched, beyond this.
+const LEAST_ACROSS: f32 = 0.1;
+// Texels along the side of a picture of the table at its finest, and the sizes after it.
+const MARK_SIDE: u32 = 64u;
+const LAST_MARK_LEVEL: f32 = 4.0;

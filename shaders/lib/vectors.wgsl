@@ -1,0 +1,216 @@
+// Vector splats in the slabs along a ray: Crawfis and Max's textures, MODULATE and BLEND.
+//
+// A ray walks its tile's list beside whatever else it walks. Splats come layer by layer; what they give
+// the slabs of a layer is summed up, and the slabs are composited when the ray comes by: those before
+// the slab that is asked for on their own, that one together with what else is in it.
+
+const VECTORS: bool = true;
+
+@group(1) @binding(0) var<storage, read> vectors: Vectors;
+// Of `count_vectors`, four a splat.
+@group(1) @binding(1) var<storage, read> vector_splats: array<vec4<f32>>;
+@group(1) @binding(2) var<storage, read> vector_keys: array<u32>;
+@group(1) @binding(3) var<storage, read> vector_words: array<u32>;
+@group(1) @binding(4) var<storage, read> vector_ranges: array<vec2<u32>>;
+// Intensities: of a foreshortening and the next one (second pair), of a phase and the next one.
+@group(1) @binding(5) var marks: texture_2d_array<f32>;
+
+// Slabs in a layer of the lists.
+const LAYER_SLABS: i32 = 4;
+const PHASES: u32 = 16u;
+const FORESHORTENINGS: u32 = 12u;
+// Less depth than this changes no picture.
+const LEAST_AMOUNT: f32 = 1e-7;
+// No slab of any volume.
+const EVERY_SLAB: i32 = 0x3fffffff;
+
+struct VectorRay {
+    // The next entry of the list, and the one after its last.
+    entry: u32,
+    end: u32,
+    // Slabs in the order of compositing: the first of the layer that was summed up, the next to be
+    // composited, and the one after its last.
+    begin: i32,
+    next: i32,
+    after: i32,
+    // Their emission and matter.
+    slab0: vec4<f32>,
+    slab1: vec4<f32>,
+    slab2: vec4<f32>,
+    slab3: vec4<f32>,
+}
+
+fn vector_ray(pixel: vec2<u32>) -> VectorRay {
+    let tile = vec2<i32>(pixel / TILE) - vec2<i32>(0, vectors.layers.z);
+    let range = vector_ranges[u32(tile.y * vectors.layers.w + tile.x)];
+    let none = vec4<f32>(0.0);
+    return VectorRay(range.x, range.y, 0, 0, 0, none, none, none, none);
+}
+
+// Intensity of the marks at a place of the window, -1 to 1.
+fn mark_at(place: vec2<f32>, word: u32) -> f32 {
+    let is_round = vectors.flags.z == COORDINATES;
+    let across = f32(word >> 12u & 0xfffu) * (1.0 / 4095.0);
+    let turns = fract(vectors.depth.w + f32(word & 0xfffu) * (1.0 / 4096.0)) * f32(PHASES);
+    let early = min(floor(turns), f32(PHASES - 1u));
+    let column = across * f32(FORESHORTENINGS - 1u);
+    let low = min(floor(column), f32(FORESHORTENINGS - 2u));
+    let share = select(column - low, 0.0, is_round);
+    let layer = i32(select(u32(low), FORESHORTENINGS, is_round) * PHASES + u32(early));
+    let level = i32(word >> 24u);
+    let side = i32(MARK_SIDE >> u32(level));
+    let stretched = vec2<f32>(place.x / max(across, LEAST_ACROSS), place.y);
+    let texel = (select(place, stretched, is_round) * 0.5 + 0.5) * f32(side) - 0.5;
+    let corner = floor(texel);
+    let f = texel - corner;
+    let at = vec2<i32>(corner);
+    // The side is a power of two.
+    let x = select(
+        clamp(vec2<i32>(at.x, at.x + 1), vec2<i32>(0), vec2<i32>(side - 1)),
+        vec2<i32>(at.x, at.x + 1) & vec2<i32>(side - 1),
+        is_round,
+    );
+    let y = clamp(vec2<i32>(at.y, at.y + 1), vec2<i32>(0), vec2<i32>(side - 1));
+    let low_row = mix(
+        textureLoad(marks, vec2<i32>(x.x, y.x), layer, level),
+        textureLoad(marks, vec2<i32>(x.y, y.x), layer, level),
+        f.x,
+    );
+    let high_row = mix(
+        textureLoad(marks, vec2<i32>(x.x, y.y), layer, level),
+        textureLoad(marks, vec2<i32>(x.y, y.y), layer, level),
+        f.x,
+    );
+    let found = mix(low_row, high_row, f.y);
+    let of_columns = mix(found.xz, found.yw, turns - early);
+    return mix(of_columns.x, of_columns.y, share);
+}
+
+// Sums up the splats of the layer that the list comes to.
+fn sum_layer(ray: ptr<function, VectorRay>, screen: vec2<f32>, nearest: f32, slant: f32) {
+    let mask = (1u << vectors.flags.w) - 1u;
+    let own = vector_keys[(*ray).entry] & mask;
+    let thickness = vectors.depth.y;
+    let is_blend = vectors.flags.y == BLEND;
+    // Of the circle that the ellipse becomes, in the window of the marks.
+    let window = 1.0 / vectors.picture.z;
+    var sum0 = vec4<f32>(0.0);
+    var sum1 = vec4<f32>(0.0);
+    var sum2 = vec4<f32>(0.0);
+    var sum3 = vec4<f32>(0.0);
+    var entry = (*ray).entry;
+    while entry < (*ray).end {
+        if (vector_keys[entry] & mask) != own {
+            break;
+        }
+        let at = 4u * vector_words[entry];
+        let head = vector_splats[at];
+        let first = vector_splats[at + 1u];
+        let right = screen.x - head.x;
+        let up = screen.y - head.y;
+        let unit = vec2<f32>(first.x * right, first.y * right + first.z * up);
+        let q = dot(unit, unit);
+        // A loop, since a software adapter would walk past an `if` with everything in it.
+        for (var once = q < 1.0; once; once = false) {
+            let second = vector_splats[at + 2u];
+            let packed = bitcast<vec4<u32>>(vector_splats[at + 3u]);
+            let turned = vec2<f32>(
+                second.z * unit.x + second.w * unit.y,
+                second.z * unit.y - second.w * unit.x,
+            );
+            let windowed = max(footprint(q * window * window) * vectors.picture.w, 0.0);
+            let intensity = mark_at(turned * window, packed.w) * windowed;
+            let rg = unpack2x16unorm(packed.x);
+            let b_r = unpack2x16unorm(packed.y);
+            let gb = unpack2x16unorm(packed.z);
+            let body = vec3<f32>(rg, b_r.x);
+            let of_marks = vec3<f32>(b_r.y, gb);
+            // The printed operators: of the colour, then of the opacity.
+            let colour = select(body * intensity, mix(body, of_marks, intensity), is_blend);
+            let texture = select(intensity, max(footprint(q), 0.0), is_blend);
+            let amount = head.w * texture * slant;
+            // Between the marks there is nothing to share out.
+            for (var shows = amount > LEAST_AMOUNT; shows; shows = false) {
+                let middle = head.z + second.x * right + second.y * up;
+                let per_depth = first.w * inverseSqrt(max(1.0 - q, 1e-12));
+                let before = (nearest - middle) * per_depth;
+                let step = thickness * per_depth;
+                let share0 = share(q, before);
+                let share1 = share(q, before + step);
+                let share2 = share(q, before + 2.0 * step);
+                let share3 = share(q, before + 3.0 * step);
+                let share4 = share(q, before + 4.0 * step);
+                let light = vec4<f32>(colour, 1.0) * amount;
+                sum0 += light * (share1 - share0);
+                sum1 += light * (share2 - share1);
+                sum2 += light * (share3 - share2);
+                sum3 += light * (share4 - share3);
+            }
+        }
+        entry++;
+    }
+    (*ray).entry = entry;
+    (*ray).slab0 = select(sum0, sum3, back_to_front);
+    (*ray).slab1 = select(sum1, sum2, back_to_front);
+    (*ray).slab2 = select(sum2, sum1, back_to_front);
+    (*ray).slab3 = select(sum3, sum0, back_to_front);
+}
+
+fn slab_sum(ray: ptr<function, VectorRay>, slab: i32) -> vec4<f32> {
+    let i = slab - (*ray).begin;
+    let early = select((*ray).slab1, (*ray).slab0, i == 0);
+    let late = select((*ray).slab3, (*ray).slab2, i == 2);
+    return select(late, early, i < 2);
+}
+
+// Composites every slab of vectors before one, and returns what they give that one: emission and
+// matter. Slabs are counted from the front, beginning at the lattice's centre; EVERY_SLAB is after all.
+fn vectors_in(
+    ray: ptr<function, VectorRay>,
+    light: ptr<function, Gathered>,
+    slab: i32,
+    screen: vec2<f32>,
+) -> vec4<f32> {
+    let mask = (1u << vectors.flags.w) - 1u;
+    // In the order of compositing.
+    let until = select(slab, select(-slab, EVERY_SLAB, slab == EVERY_SLAB), back_to_front);
+    let last = vectors.layers.y - 1;
+    let slant = length(vec3<f32>(screen * frame_growth(), 1.0));
+    while (*light).transmittance >= vectors.depth.z {
+        for (; (*ray).next < min(until, (*ray).after); (*ray).next++) {
+            let sum = slab_sum(ray, (*ray).next);
+            composite(light, sum.rgb / max(sum.a, 1e-30), sum.a);
+        }
+        if (*ray).next < (*ray).after || (*ray).entry >= (*ray).end {
+            break;
+        }
+        let own = i32(vector_keys[(*ray).entry] & mask);
+        let layer = select(own, last - own, back_to_front) + vectors.layers.x;
+        let nearest = LAYER_SLABS * layer;
+        let begin = select(nearest, 1 - nearest - LAYER_SLABS, back_to_front);
+        if begin > until {
+            break;
+        }
+        sum_layer(ray, screen, f32(nearest) * vectors.depth.y, slant);
+        (*ray).begin = begin;
+        (*ray).next = begin;
+        (*ray).after = begin + LAYER_SLABS;
+    }
+    var found = vec4<f32>(0.0);
+    if (*ray).next == until && until < (*ray).after {
+        found = slab_sum(ray, until);
+        (*ray).next += 1;
+    }
+    return found;
+}
+
+// A part of a slab, beside so much of vectors.
+fn composite_beside(
+    light: ptr<function, Gathered>,
+    colour: vec3<f32>,
+    amount: f32,
+    beside: vec4<f32>,
+) {
+    let sum = amount + beside.a;
+    composite(light, (colour * amount + beside.rgb) / max(sum, 1e-30), sum);
+}

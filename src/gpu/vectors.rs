@@ -1,0 +1,582 @@
+//! Vector splats on the device: their records, marks and lists, and the slabs of them alone
+//! (`count_vectors.wgsl`, `lib/vectors.wgsl`, `composite_vectors.wgsl`).
+//!
+//! Lists are made for some rows of tiles at a time. While neither the splats nor the view changes they
+//! stay, so that an animated picture at rest costs its compositing alone.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use glam::{DMat3, DVec3};
+
+use super::GpuError;
+use super::buffers::{Growing, read_words};
+use super::compute::groups_of_tiles;
+use super::context::Context;
+use super::frame::Pass;
+use super::layout::{self, LAYER_SLABS, TILE, VECTOR_VEC4S};
+use super::list_plan::{Layers, MOST_LAYER_BITS, Plan, Rectangle, bits_below};
+use super::pipelines::{ListVariant, VectorVariant};
+use super::renderer::Renderer;
+use super::scattered::{ListTotals, Lists, ListsOf};
+use super::shader;
+use super::timing::Timestamps;
+use crate::core::Camera;
+use crate::kernel::{Kernel, RadialKernel};
+use crate::scene::{OpacityModel, Order, SplatSettings, View};
+use crate::vector::{
+    FORESHORTENINGS, Foreshortening, Level, MARK_COLUMNS, Marks, PHASES, Splat, Splats, VectorMode,
+    VectorSettings, WINDOW,
+};
+
+/// Turns that what else a ray walks may take beside a list.
+const TURNS_BESIDE: u64 = 12_000;
+/// The most entries that lists of some rows are made of.
+const MOST_VECTOR_ENTRIES: u32 = 1 << 23;
+
+/// Vector splats to draw, and how.
+#[derive(Debug, Clone, Copy)]
+pub struct VectorSplats<'a> {
+    /// The splats.
+    pub splats: &'a Arc<Splats>,
+    /// How they look; those that they were classified by.
+    pub settings: &'a VectorSettings,
+    /// In cycles.
+    pub phase: f64,
+    /// Visibility's order and opacity model count.
+    pub splat: &'a SplatSettings,
+    /// Where they are seen from.
+    pub camera: &'a Camera,
+    /// World position of the middle of the lattice that slabs are counted from.
+    pub centre: DVec3,
+    /// Distance between slab faces, pixels of view depth ([`Renderer::slab_thickness`]).
+    pub slab: f64,
+    /// Front to back, a pixel is done once less of what lies behind shows through.
+    pub stop_below: f32,
+}
+
+/// What vectors keep on the device.
+#[derive(Debug)]
+pub(super) struct DeviceVectors {
+    splats: Arc<Splats>,
+    records: wgpu::Buffer,
+    marks: wgpu::Texture,
+    design: crate::vector::Design,
+    settings: wgpu::Buffer,
+    tiles: wgpu::Buffer,
+    /// What lists there are were made of.
+    made: Option<MadeOf>,
+    /// What pixels are drawn with.
+    constants: layout::Vectors,
+    variant: VectorVariant,
+}
+
+/// Everything that lists depend on.
+#[derive(Debug, Clone, PartialEq)]
+struct MadeOf {
+    view: View,
+    mode: VectorMode,
+    foreshortening: Foreshortening,
+    slab: f64,
+    published: bool,
+    order: Order,
+    rows: Range<u32>,
+}
+
+impl DeviceVectors {
+    fn new(
+        context: &Context,
+        splats: &Arc<Splats>,
+        settings: &VectorSettings,
+    ) -> Result<Self, GpuError> {
+        use wgpu::BufferUsages as Usage;
+        let vec4s = VECTOR_VEC4S[usize::from(!splats.own_axes.is_empty())];
+        let bytes = 16 * u64::from(vec4s) * splats.list.len() as u64;
+        let most = context.limits.max_storage_buffer_binding_size;
+        if bytes > most {
+            return Err(GpuError::TooLarge {
+                what: "vectors that can show",
+                limit: format!("{} splats", most / (16 * u64::from(vec4s))),
+                found: splats.list.len().to_string(),
+                advice: "lower the opacity of short vectors to 0",
+            });
+        }
+        let records = Growing::make(
+            context,
+            "vector records",
+            Usage::STORAGE | Usage::COPY_DST,
+            bytes.max(16),
+        );
+        match splats.own_axes.as_slice() {
+            [] => context.queue.write_buffer(&records, 0, bytemuck::cast_slice(&splats.list)),
+            axes => {
+                let both = splats.list.iter().zip(axes);
+                let words: Vec<[f32; 28]> =
+                    both.map(|(splat, axes)| with_axes(splat, axes)).collect();
+                context.queue.write_buffer(&records, 0, bytemuck::cast_slice(&words));
+            }
+        }
+        let storage = |label, size: usize| {
+            Growing::make(context, label, Usage::STORAGE | Usage::COPY_DST, size as u64)
+        };
+        Ok(Self {
+            splats: Arc::clone(splats),
+            records,
+            marks: marks_texture(context, &Marks::new(settings.design)),
+            design: settings.design,
+            settings: storage("vectors", size_of::<layout::Vectors>()),
+            tiles: storage("vector tiles", size_of::<layout::VectorTiles>()),
+            made: None,
+            constants: bytemuck::Zeroable::zeroed(),
+            variant: VectorVariant { published: false, back_to_front: false },
+        })
+    }
+
+    pub(super) fn size_bytes(&self) -> u64 {
+        let texels: u64 = (0..5).map(|level| 64_u64 >> level).map(|side| side * side).sum();
+        self.records.size() + texels * 4 * (MARK_COLUMNS * PHASES) as u64
+    }
+
+    /// The records that lists are made of, and what their passes are told.
+    pub(super) fn counted(&self) -> [&wgpu::Buffer; 2] {
+        [&self.records, &self.settings]
+    }
+
+    /// The second group of bindings, of a pipeline with vectors.
+    pub(super) fn group(
+        &self,
+        context: &Context,
+        lists: &Lists,
+        layout: &wgpu::BindGroupLayout,
+    ) -> wgpu::BindGroup {
+        let marks = self.marks.create_view(&wgpu::TextureViewDescriptor {
+            dimension: Some(wgpu::TextureViewDimension::D2Array),
+            ..Default::default()
+        });
+        let [projected, keys, words, ranges] = lists.made().map(|b| b.as_entire_binding());
+        let bound = [
+            self.settings.as_entire_binding(),
+            projected,
+            keys,
+            words,
+            ranges,
+            wgpu::BindingResource::TextureView(&marks),
+        ];
+        let entries: Vec<wgpu::BindGroupEntry<'_>> = (0_u32..)
+            .zip(bound)
+            .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })
+            .collect();
+        context.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("vectors"),
+            layout,
+            entries: &entries,
+        })
+    }
+}
+
+fn with_axes(splat: &Splat, axes: &[[f32; 4]; 3]) -> [f32; 28] {
+    let mut words = [0.0; 28];
+    words[..16].copy_from_slice(bytemuck::cast_slice(std::slice::from_ref(splat)));
+    words[16..].copy_from_slice(axes.as_flattened());
+    words
+}
+
+/// Every phase of every column, each beside the next phase, and these beside those of the next column.
+fn marks_texture(context: &Context, marks: &Marks) -> wgpu::Texture {
+    #[expect(clippy::cast_possible_truncation, reason = "a few hundred")]
+    let [side, layers, levels] =
+        [marks.levels[0].side, MARK_COLUMNS * PHASES, marks.levels.len()].map(|n| n as u32);
+    let texture = context.device.create_texture(&wgpu::TextureDescriptor {
+        label: Some("marks"),
+        size: wgpu::Extent3d { width: side, height: side, depth_or_array_layers: layers },
+        mip_level_count: levels,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: wgpu::TextureFormat::Rgba8Unorm,
+        usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+        view_formats: &[],
+    });
+    for (mip, level) in (0_u32..).zip(&marks.levels) {
+        #[expect(clippy::cast_possible_truncation, reason = "64 at most")]
+        let side = level.side as u32;
+        context.queue.write_texture(
+            wgpu::TexelCopyTextureInfo {
+                texture: &texture,
+                mip_level: mip,
+                origin: wgpu::Origin3d::ZERO,
+                aspect: wgpu::TextureAspect::All,
+            },
+            &texels(level),
+            wgpu::TexelCopyBufferLayout {
+                offset: 0,
+                bytes_per_row: Some(4 * side),
+                rows_per_image: Some(side),
+            },
+            wgpu::Extent3d { width: side, height: side, depth_or_array_layers: layers },
+        );
+    }
+    texture
+}
+
+fn texels(level: &Level) -> Vec<u8> {
+    let mut bytes = Vec::with_capacity(level.intensities.len() * 4);
+    for column in 0..MARK_COLUMNS {
+        // Neither the last foreshortening nor the marks that go round have a next one.
+        let beside = if column + 1 < FORESHORTENINGS { column + 1 } else { column };
+        for phase in 0..PHASES {
+            let next = (phase + 1) % PHASES;
+            let of = |column, phase| level.picture(column, phase);
+            let pictures =
+                [of(column, phase), of(column, next), of(beside, phase), of(beside, next)];
+            for i in 0..level.side * level.side {
+                bytes.extend(pictures.map(|picture| picture[i]));
+            }
+        }
+    }
+    bytes
+}
+
+impl Renderer {
+    /// Brings splats and their marks to the device, where they are not there yet.
+    ///
+    /// # Errors
+    /// Too many of them, or an adapter that binds too few buffers.
+    pub fn set_vectors(
+        &mut self,
+        splats: &Arc<Splats>,
+        settings: &VectorSettings,
+    ) -> Result<(), GpuError> {
+        let offered = self.context.limits.max_storage_buffers_per_shader_stage;
+        if offered < super::context::VECTOR_BUFFERS {
+            return Err(GpuError::TooLarge {
+                what: "buffers of vectors and a field in one pass",
+                limit: format!("{offered} buffers"),
+                found: super::context::VECTOR_BUFFERS.to_string(),
+                advice: "choose another --adapter",
+            });
+        }
+        let is_there = self.vectors.as_ref().is_some_and(|held| {
+            Arc::ptr_eq(&held.splats, splats) && held.design == settings.design
+        });
+        if !is_there {
+            self.vectors = None;
+            self.vectors = Some(DeviceVectors::new(&self.context, splats, settings)?);
+            self.upload_count += 1;
+            self.note_bytes();
+        }
+        self.context.check()
+    }
+
+    /// Lets go of vectors that are not drawn any more.
+    pub fn clear_vectors(&mut self) {
+        self.vectors = None;
+    }
+
+    /// Makes the lists of some rows of tiles, or as many of the first of them as fit; returns these.
+    ///
+    /// # Errors
+    /// More layers or splats over a tile than can be told apart, or a failing device.
+    pub fn make_vector_lists(
+        &mut self,
+        view: &View,
+        what: &VectorSplats<'_>,
+        mut rows: Range<u32>,
+    ) -> Result<Range<u32>, GpuError> {
+        let published = what.splat.opacity_model == OpacityModel::Published;
+        let made_of = |rows: &Range<u32>| MadeOf {
+            view: *view,
+            mode: what.settings.mode,
+            foreshortening: what.settings.foreshortening,
+            slab: what.slab,
+            published,
+            order: what.splat.order,
+            rows: rows.clone(),
+        };
+        let are_there = matches!(&self.lists, Some(lists) if lists.of == ListsOf::Vectors);
+        if let Some(vectors) = self.vectors.as_mut() {
+            match &vectors.made {
+                // Those of the first rows, if they were not enough for all.
+                Some(made)
+                    if are_there
+                        && made.rows.start == rows.start
+                        && made.rows.end <= rows.end
+                        && *made == made_of(&made.rows) =>
+                {
+                    let made = made.rows.clone();
+                    self.write_vectors(what);
+                    return Ok(made);
+                }
+                _ => vectors.made = None,
+            }
+        }
+        let Some(vectors) = &self.vectors else { return Ok(rows) };
+        let splats = Arc::clone(&vectors.splats);
+        let too_many = |found: String| GpuError::TooLarge {
+            what: "vectors over a row of tiles of the picture",
+            limit: format!("{MOST_VECTOR_ENTRIES} entries"),
+            found,
+            advice: "lower the opacity of short vectors to 0, or choose fewer --slabs-per-voxel",
+        };
+        let frame = VectorFrame::new(view, &splats, what);
+        let layers = frame
+            .layers(what.slab)
+            .ok_or_else(|| too_many(format!("over 2^{MOST_LAYER_BITS} layers")))?;
+        #[expect(clippy::cast_possible_truncation, reason = "bound by what one buffer holds")]
+        let count = splats.list.len() as u32;
+        let front_to_back = what.splat.order == Order::FrontToBack;
+        let lists = self.lists.get_or_insert_with(|| Lists::new(&self.context));
+        lists.reserve(&self.context, u64::from(count));
+        lists.of = ListsOf::Vectors;
+        lists.variant = ListVariant {
+            kernel: Kernel::Cubic,
+            perspective: view.eye_distance.is_some(),
+            slabs: true,
+            front_to_back,
+            published,
+        };
+        let constants = frame.constants();
+        self.context.queue.write_buffer(&self.frame, 0, bytemuck::bytes_of(&constants));
+        let columns = view.size[0].div_ceil(TILE);
+        let vectors = self.vectors.as_mut().ok_or(GpuError::Cancelled)?;
+        vectors.variant = VectorVariant { published, back_to_front: !front_to_back };
+        vectors.constants = frame.vectors(view, &splats, what, layers, columns);
+        self.write_vectors(what);
+        loop {
+            let plan = Plan {
+                rectangle: Rectangle([0, rows.start, columns, rows.end - rows.start]),
+                layers,
+                count,
+                stop_below: what.stop_below,
+                half_size: view.size.map(|n| n as f32 / 2.0),
+                most_of_a_tile: u32::MAX >> 1,
+            };
+            let room = (u32::MAX, MOST_VECTOR_ENTRIES);
+            if self.make_lists(&plan, room, &mut ListTotals::default())?.is_none() {
+                if rows.len() < 2 {
+                    return Err(too_many(format!("{count} splats in {} layers", layers.count)));
+                }
+                rows.end = rows.start + (rows.end - rows.start).div_ceil(2);
+                continue;
+            }
+            let longest = match self.context.most_turns {
+                Some(_) => self.longest_list(plan.rectangle.tiles())?,
+                None => 0,
+            };
+            let turns = u64::from(longest) + TURNS_BESIDE;
+            if self.context.most_turns.is_some_and(|most| turns > most) {
+                return Err(too_many(format!("{longest} over one tile")));
+            }
+            let vectors = self.vectors.as_mut().ok_or(GpuError::Cancelled)?;
+            vectors.constants.layers[2] = rows.start.cast_signed();
+            vectors.made = Some(made_of(&rows));
+            self.write_vectors(what);
+            return Ok(rows);
+        }
+    }
+
+    /// What changes with the phase alone, and which rows the lists are for.
+    fn write_vectors(&mut self, what: &VectorSplats<'_>) {
+        let Some(vectors) = self.vectors.as_mut() else { return };
+        #[expect(clippy::cast_possible_truncation, reason = "the device has 32 bits")]
+        let phase = what.phase.rem_euclid(1.0) as f32;
+        vectors.constants.depth[3] = phase;
+        self.context.queue.write_buffer(
+            &vectors.settings,
+            0,
+            bytemuck::bytes_of(&vectors.constants),
+        );
+    }
+
+    /// Draws tiles of vectors alone, whose lists were made, and waits; returns milliseconds.
+    ///
+    /// # Errors
+    /// A failing device.
+    pub fn draw_vector_tiles(&mut self, view: &View, tiles: Range<u32>) -> Result<f64, GpuError> {
+        let Some(vectors) = &self.vectors else { return Ok(0.0) };
+        #[expect(clippy::cast_possible_truncation, reason = "the device has 32 bits")]
+        let growth = view.eye_distance.map_or(0.0, |distance| 1.0 / distance) as f32;
+        let constants = layout::VectorTiles {
+            tiles: [tiles.start, view.size[0].div_ceil(TILE), view.size[0], view.size[1]],
+            more: [tiles.len() as u32, 0, 0, 0],
+            rays: [growth, 0.0, 0.0, 0.0],
+        };
+        self.context.queue.write_buffer(&vectors.tiles, 0, bytemuck::bytes_of(&constants));
+        self.run(&[Pass::CompositeVectors { tiles: tiles.len() as u32 }])
+    }
+
+    pub(super) fn composite_vectors(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        tiles: u32,
+        clock: Option<&Timestamps>,
+    ) {
+        let (Some(vectors), Some(lists), Some(target)) = (&self.vectors, &self.lists, &self.target)
+        else {
+            return;
+        };
+        let light = target.light.create_view(&Default::default());
+        let format = target.light.format();
+        let pipeline = self.pipelines.vectors(&self.context, vectors.variant, format).clone();
+        let bound = [
+            vectors.tiles.as_entire_binding(),
+            wgpu::BindingResource::TextureView(&light),
+            self.slabs[0].capped().as_entire_binding(),
+        ];
+        let entries: Vec<wgpu::BindGroupEntry<'_>> = (0_u32..)
+            .zip(bound)
+            .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })
+            .collect();
+        let group = self.context.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some(shader::COMPOSITE_VECTORS.name),
+            layout: &pipeline.get_bind_group_layout(0),
+            entries: &entries,
+        });
+        let second = vectors.group(&self.context, lists, &pipeline.get_bind_group_layout(1));
+        let mut compute = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+            label: Some(shader::COMPOSITE_VECTORS.name),
+            timestamp_writes: clock.map(|c| c.compute(0)),
+        });
+        compute.set_pipeline(&pipeline);
+        compute.set_bind_group(0, &group, &[]);
+        compute.set_bind_group(1, &second, &[]);
+        let [across, down] = groups_of_tiles(tiles);
+        compute.dispatch_workgroups(across, down, 1);
+    }
+
+    /// The most entries of a tile, of lists that were just made.
+    pub(super) fn longest_list(&self, tiles: u32) -> Result<u32, GpuError> {
+        let Some(lists) = &self.lists else { return Ok(0) };
+        let [.., ranges] = lists.made();
+        let ranges = read_words(&self.context, ranges, 8 * u64::from(tiles))?;
+        Ok(ranges.chunks_exact(2).map(|r| r[1].saturating_sub(r[0])).max().unwrap_or(0))
+    }
+}
+
+/// Where splats land: their view in pixels.
+struct VectorFrame {
+    /// View space from units, pixels.
+    view_from_unit: DMat3,
+    /// View-space position of the origin of the splats, pixels.
+    origin: DVec3,
+    /// View depth of it beyond the lattice's centre, pixels.
+    beyond: f64,
+    eye_distance: Option<f64>,
+    size: [u32; 2],
+    /// Of the ellipse that is drawn, in kernel space.
+    radius: f64,
+    /// Depths that splats reach, beyond the lattice's centre, pixels.
+    reach: [f64; 2],
+}
+
+impl VectorFrame {
+    fn new(view: &View, splats: &Splats, what: &VectorSplats<'_>) -> Self {
+        let (camera, mode) = (what.camera, what.settings.mode);
+        let natural = RadialKernel::new(Kernel::Cubic, None).map_or(1.0, RadialKernel::radius);
+        let radius = natural * if mode == VectorMode::Blend { 1.0 } else { WINDOW };
+        let pixels = view.pixels_per_unit;
+        let view_from_unit = camera.view_from_world_rotation() * (pixels * splats.unit);
+        let origin = camera.to_view(splats.origin) * pixels;
+        let beyond = camera.direction.dot(splats.origin - what.centre) * pixels;
+        let along = view_from_unit.transpose().z_axis;
+        let mut reach = [0.0_f64; 2];
+        for (i, splat) in splats.list.iter().enumerate() {
+            let middle = beyond + along.dot(DVec3::from(splat.centre.map(f64::from)));
+            // A row of the map is as long as the splat is deep.
+            let axes = splats.axes_of(i) * f64::from(splat.size);
+            let longest = axes.x_axis.length() + axes.y_axis.length() + axes.z_axis.length();
+            let depth =
+                longest * splats.stretch * (splats.radius / natural) * radius * along.length();
+            reach = [reach[0].min(middle - depth), reach[1].max(middle + depth)];
+        }
+        Self {
+            view_from_unit,
+            origin,
+            beyond,
+            eye_distance: view.eye_distance,
+            size: view.size,
+            radius,
+            reach,
+        }
+    }
+
+    fn layers(&self, slab: f64) -> Option<Layers> {
+        let layer = slab * f64::from(LAYER_SLABS);
+        // One more on each side: the device rounds.
+        let first = (self.reach[0] / layer).floor() - 1.0;
+        let count = (self.reach[1] / layer).floor() + 2.0 - first;
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "2^22 at most")]
+        (count <= f64::from(1_u32 << MOST_LAYER_BITS)).then_some(Layers {
+            first: first as i32,
+            count: count as u32,
+            slab,
+        })
+    }
+
+    /// Of the pass that projects: lengths in units, the origin's at 0.
+    #[expect(clippy::cast_possible_truncation, reason = "the device has 32 bits")]
+    fn constants(&self) -> layout::Frame {
+        let m = self.view_from_unit;
+        let column = |v: DVec3| v.as_vec3().extend(0.0).to_array();
+        let half = self.size.map(|n| n as f32 / 2.0);
+        // What extinctions are given per: a unit.
+        let unit_pixels = m.x_axis.length();
+        layout::Frame {
+            view_x: column(m.x_axis),
+            view_y: column(m.y_axis),
+            view_z: column(m.z_axis),
+            view_centre: self
+                .origin
+                .as_vec3()
+                .extend(self.eye_distance.unwrap_or(0.0) as f32)
+                .to_array(),
+            lattice_centre: [0.0; 4],
+            footprint: [0.0; 4],
+            half_size: half,
+            radius: self.radius as f32,
+            extinction_scale: (1.0 / unit_pixels).min(1e20) as f32,
+            footprint_scale: 1.0,
+            padding0: 0.0,
+            padding1: 0.0,
+            padding2: 0.0,
+        }
+    }
+
+    #[expect(clippy::cast_possible_truncation, reason = "the device has 32 bits")]
+    fn vectors(
+        &self,
+        view: &View,
+        splats: &Splats,
+        what: &VectorSplats<'_>,
+        layers: Layers,
+        columns: u32,
+    ) -> layout::Vectors {
+        let natural = RadialKernel::new(Kernel::Cubic, None);
+        let natural_radius = natural.map_or(1.0, RadialKernel::radius);
+        let middle = natural.map_or(1.0, |kernel| kernel.footprint(0.0));
+        let extent = splats.radius / natural_radius;
+        let with = |v: DVec3, w: f64| v.as_vec3().extend(w as f32).to_array();
+        let finest = crate::vector::MARK_SIDE as f64;
+        let window = WINDOW * natural_radius / self.radius;
+        let half = view.size.map(|n| n as f32 / 2.0);
+        // Far to near nothing is hidden before it is drawn.
+        let stop = if what.splat.order == Order::FrontToBack { what.stop_below } else { 0.0 };
+        layout::Vectors {
+            axis_x: with(splats.axes.x_axis, splats.stretch),
+            axis_y: with(splats.axes.y_axis, extent),
+            axis_z: with(splats.axes.z_axis, finest),
+            depth: [self.beyond as f32, what.slab as f32, stop, 0.0],
+            picture: [half[0], half[1], window as f32, (1.0 / middle) as f32],
+            flags: [
+                VECTOR_VEC4S[usize::from(!splats.own_axes.is_empty())],
+                u32::from(what.settings.mode == VectorMode::Blend),
+                match what.settings.foreshortening {
+                    Foreshortening::Table => 0,
+                    Foreshortening::Polygon => 1,
+                    Foreshortening::Coordinates => 2,
+                },
+                bits_below(layers.count),
+            ],
+            layers: [layers.first, layers.count.cast_signed(), 0, columns.cast_signed()],
+        }
+    }
+}

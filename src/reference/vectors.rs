@@ -1,0 +1,268 @@
+//! Vector splats along a ray, straight from their definition.
+//!
+//! Knows of a splat what [`Splats`] says of it, the table of marks, and h(r); its footprint on the
+//! picture, and what each slab has of it, are found along the pixel's own ray in kernel space.
+
+use glam::{DMat3, DVec2, DVec3};
+
+use super::layers::Planes;
+use super::line;
+use super::quadrature::Density;
+use super::sources::{Line, nearest};
+use crate::core::{Camera, Ticket};
+use crate::kernel::{Kernel, RadialKernel};
+use crate::scene::{OpacityModel, Scene};
+use crate::vector::{
+    Foreshortening, Marks, Seen, Splats, VectorMode, VectorPyramid, VectorSettings, WINDOW,
+};
+
+/// Splats are not shortened, nor coordinates stretched, beyond this.
+const LEAST_ACROSS: f64 = 0.1;
+
+/// A scene's vectors.
+pub(super) struct Vectors {
+    settings: VectorSettings,
+    phase: f64,
+    marks: Marks,
+    camera: Camera,
+    /// World lengths to pixels at the focal plane.
+    pixels_per_unit: f64,
+    published: bool,
+    kernel: RadialKernel,
+    window: RadialKernel,
+    splats: Vec<Seat>,
+    size: f64,
+}
+
+/// A splat in the world.
+struct Seat {
+    centre: DVec3,
+    /// Kernel space from the world.
+    inverse: DMat3,
+    flow: DVec3,
+    phase: f64,
+    /// Optical depth, or opacity, for a texture of 1 (see [`Vectors::sums`]).
+    amount: f64,
+    unit: f64,
+    colour: DVec3,
+    marks: DVec3,
+    /// Of the marks' table.
+    level: usize,
+}
+
+impl Vectors {
+    /// `None` for a scene without vectors. `height` of the picture in pixels.
+    pub(super) fn of(scene: &Scene, height: f64) -> Option<Self> {
+        let layer = scene.vectors.as_ref()?;
+        let settings = layer.settings.clone();
+        let published = scene.splat.opacity_model == OpacityModel::Published;
+        let unit_distance = scene.opacity_unit_distance();
+        let scalar = Some(&*scene.volume);
+        let ticket = Ticket::new();
+        let finest =
+            Splats::new(&layer.field, &settings, scalar, unit_distance, published, &ticket).ok()?;
+        // What coarser splats are is the pyramid's to say, and tested there.
+        let mut levels = VectorPyramid::new(finest, published, settings.seed, &ticket).ok()?.levels;
+        let level = (settings.coarser as usize).min(levels.len() - 1);
+        let splats = levels.swap_remove(level);
+        let kernel = RadialKernel::new(Kernel::Cubic, None)?;
+        // h(r / WINDOW), as it is as high in the middle.
+        let window = RadialKernel::new(Kernel::Cubic, Some(kernel.radius() * WINDOW))?;
+        let mut vectors = Self {
+            settings,
+            phase: layer.phase,
+            marks: Marks::new(layer.settings.design),
+            camera: scene.camera,
+            pixels_per_unit: scene.camera.pixels_per_unit(height),
+            published,
+            kernel,
+            window,
+            splats: Vec::new(),
+            size: splats.list.first().map_or(1.0, |splat| f64::from(splat.size)),
+        };
+        vectors.splats = (0..splats.list.len()).map(|i| vectors.seat(&splats, i)).collect();
+        Some(vectors)
+    }
+
+    fn seat(&self, splats: &Splats, i: usize) -> Seat {
+        let splat = splats.list[i];
+        let wide = |v: [f32; 3]| DVec3::from(v.map(f64::from));
+        let map = splats.map_of(i) * splats.unit;
+        let centre = splats.origin + wide(splat.centre) * splats.unit;
+        Seat {
+            centre,
+            inverse: map.inverse(),
+            flow: wide(splat.direction),
+            phase: f64::from(splat.phase),
+            amount: f64::from(splat.amount),
+            unit: splats.unit,
+            colour: wide(splat.colour),
+            marks: wide(splat.marks),
+            level: self.level(map, centre),
+        }
+    }
+
+    /// The size of the table whose texels are about as large as pixels, across the splat's window where
+    /// it is narrowest.
+    fn level(&self, map: DMat3, centre: DVec3) -> usize {
+        let shrink = self.camera.eye_distance().map_or(1.0, |distance| {
+            distance / (centre - self.camera.view_origin()).dot(self.camera.direction)
+        });
+        let rows = map.transpose();
+        let (right, up) = (rows * self.camera.right(), rows * self.camera.up);
+        let narrowest = (0..720)
+            .map(|i| {
+                let angle = std::f64::consts::PI * f64::from(i) / 720.0;
+                (right * angle.cos() + up * angle.sin()).length()
+            })
+            .fold(f64::INFINITY, f64::min);
+        let radius = narrowest * self.kernel.radius() * WINDOW * self.pixels_per_unit * shrink;
+        let finest = self.marks.levels[0].side as f64;
+        let level = (0.5 * finest / radius.max(1e-3)).log2().round();
+        (level.max(0.0) as usize).min(self.marks.levels.len() - 1)
+    }
+
+    /// How much thicker slabs are that hold nothing else.
+    pub(super) fn size(&self) -> f64 {
+        self.size
+    }
+
+    /// What each slab has of the splats that a ray meets, by the slab's number: depth (or opacity)
+    /// and its products with red, green and blue.
+    pub(super) fn sums(&self, ray: &Line, planes: &Planes) -> Vec<(i64, Density)> {
+        let mut sums = std::collections::BTreeMap::<i64, Density>::new();
+        for seat in &self.splats {
+            let Some(touch) = self.touch(seat, ray) else { continue };
+            let Touch { start, step, kernel, amount, colour } = touch;
+            let whole = line::radial(kernel, start, step, [f64::NEG_INFINITY, f64::INFINITY]);
+            let (at, l) = nearest(start, step);
+            let Some(half) = line::half_chord(kernel.radius(), l) else { continue };
+            let half = half / step.length();
+            for slab in planes.layer_of(at - half)..=planes.layer_of(at + half) {
+                let part = [planes.face(slab), planes.face(slab + 1)];
+                let share = line::radial(kernel, start, step, part) / whole;
+                let depth = amount * share;
+                let sum = sums.entry(slab).or_insert([0.0; 4]);
+                for (s, v) in sum.iter_mut().zip([1.0, colour.x, colour.y, colour.z]) {
+                    *s += depth * v;
+                }
+            }
+        }
+        sums.into_iter().collect()
+    }
+
+    /// How a ray meets a splat: `None` where it passes beside it.
+    fn touch(&self, seat: &Seat, ray: &Line) -> Option<Touch> {
+        let start = seat.inverse * (ray.start - seat.centre);
+        let step = seat.inverse * ray.step;
+        let along = step.normalize();
+        let across = |v: DVec3| v - along * v.dot(along);
+        // The plane in which the ray is a point: where screen right and up lie in it.
+        let right = across(seat.inverse * self.camera.right());
+        let up = across(seat.inverse * self.camera.up);
+        let towards = match self.camera.eye_distance() {
+            None => self.camera.direction,
+            Some(_) => (seat.centre - self.camera.view_origin()).normalize(),
+        };
+        let part = (seat.flow - towards * seat.flow.dot(towards)).length().min(1.0);
+        let flow = across(seat.inverse * seat.flow);
+        let x_axis = match flow.length() > 1e-12 * right.length() && part > 1e-9 {
+            true => flow.normalize(),
+            // No flow to turn to: what moves up on the screen moves along y.
+            false => (right - up * (right.dot(up) / up.length_squared())).normalize(),
+        };
+        // Counter-clockwise from it, as the picture is seen.
+        let turned = along.cross(x_axis);
+        let seen = right.cross(up).dot(along);
+        let y_axis = if seen > 0.0 { turned } else { -turned };
+        let point = across(start);
+        let mut place = DVec2::new(point.dot(x_axis), point.dot(y_axis));
+        if self.settings.foreshortening == Foreshortening::Polygon {
+            place.x /= part.max(LEAST_ACROSS);
+        }
+        let l = place.length();
+        let is_blend = self.settings.mode == VectorMode::Blend;
+        let kernel = if is_blend { self.kernel } else { self.window };
+        if l >= kernel.radius() {
+            return None;
+        }
+        let seen = match self.settings.foreshortening {
+            Foreshortening::Coordinates => Seen::Round,
+            Foreshortening::Table | Foreshortening::Polygon => Seen::Across(part),
+        };
+        let mut texture = place / (self.kernel.radius() * WINDOW);
+        if self.settings.foreshortening == Foreshortening::Coordinates {
+            texture.x /= part.max(LEAST_ACROSS);
+        }
+        let windowed = self.footprint(l / WINDOW) / self.footprint(0.0);
+        let phase = self.phase + seat.phase;
+        let intensity =
+            self.marks.intensity(seat.level, texture.to_array(), phase, seen) * windowed;
+        // Crawfis–Max: of the colour, then of the opacity.
+        let (colour, opacity) = if is_blend {
+            (seat.colour.lerp(seat.marks, intensity), self.footprint(l))
+        } else {
+            (seat.colour * intensity, intensity)
+        };
+        let length = match self.published {
+            true => 1.0,
+            // World length of a step of kernel space along the ray, in units.
+            false => ray.step.length() / step.length() / seat.unit,
+        };
+        // The line that is drawn passes the middle at the distance of its place on the splat.
+        let (at, _) = nearest(start, step);
+        let perpendicular = if place.length() > 0.0 {
+            (x_axis * place.x + y_axis * place.y) / place.length() * l
+        } else {
+            DVec3::ZERO
+        };
+        let start = perpendicular - step * at;
+        Some(Touch { start, step, kernel, amount: seat.amount * length * opacity, colour })
+    }
+
+    /// ∫ h along a line at a distance from the middle, by quadrature.
+    fn footprint(&self, l: f64) -> f64 {
+        let all = [f64::NEG_INFINITY, f64::INFINITY];
+        line::radial(self.kernel, DVec3::new(l, 0.0, 0.0), DVec3::Z, all)
+    }
+}
+
+/// A ray through a splat.
+struct Touch {
+    /// Kernel space about the splat's middle.
+    start: DVec3,
+    step: DVec3,
+    kernel: RadialKernel,
+    amount: f64,
+    colour: DVec3,
+}
+
+/// Layers of a field with the sums of vectors in the same slabs, front to back: what a slab has of
+/// vectors is shared evenly by the field's layers there.
+pub(super) fn merged(field: &[(i64, Density)], vectors: &[(i64, Density)]) -> Vec<Density> {
+    if vectors.is_empty() {
+        return field.iter().map(|(_, density)| *density).collect();
+    }
+    let mut slabs: Vec<i64> = field.iter().chain(vectors).map(|(slab, _)| *slab).collect();
+    slabs.sort_unstable();
+    slabs.dedup();
+    let of = |list: &[(i64, Density)], slab: i64| -> Vec<Density> {
+        list.iter().filter(|(s, _)| *s == slab).map(|(_, density)| *density).collect()
+    };
+    slabs
+        .into_iter()
+        .flat_map(|slab| {
+            let (mut parts, beside) = (of(field, slab), of(vectors, slab));
+            if parts.is_empty() {
+                return beside;
+            }
+            let share = 1.0 / parts.len() as f64;
+            for density in beside {
+                for part in &mut parts {
+                    part.iter_mut().zip(density).for_each(|(p, d)| *p += d * share);
+                }
+            }
+            parts
+        })
+        .collect()
+}

@@ -1,0 +1,240 @@
+//! Vector splats of a scene: classified and averaged on a thread of their own, and put into the slabs
+//! that pixels walk.
+
+use std::ops::Range;
+use std::sync::Arc;
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+use super::draw::{DrawError, Drawer, Observer};
+use super::slabs::{self, STOP_BELOW};
+use crate::core::{Cancelled, Ticket};
+use crate::gpu::layout::TILE;
+use crate::gpu::{GpuError, Renderer, SlabField, VectorSplats};
+use crate::scene::{OpacityModel, Scene, VectorLayer, View};
+use crate::vector::{ColourBy, Design, Foreshortening, Splats, VectorPyramid, VectorSettings};
+use crate::volume::{ScalarVolume, VectorField};
+
+/// How often a wait for the splats looks whether something newer came.
+const LOOK_EVERY: Duration = Duration::from_millis(4);
+/// Splats of finished pictures are no smaller than this radius in pixels: below, means are drawn.
+const LEAST_RADIUS_PX: f64 = 1.0;
+/// Those of quick pictures, in pixels of what is drawn.
+const LEAST_QUICK_RADIUS_PX: f64 = 4.0;
+
+/// What splats were made of; how they are drawn besides does not count.
+#[derive(Debug, Clone)]
+struct Key {
+    field: Arc<VectorField>,
+    scalar: Option<Arc<ScalarVolume>>,
+    settings: VectorSettings,
+    unit_distance: f64,
+    published: bool,
+}
+
+impl Key {
+    fn of(scene: &Scene, layer: &VectorLayer) -> Self {
+        let by_scalar = [layer.settings.opacity_by, layer.settings.colour_by];
+        let needs_scalar = by_scalar.contains(&ColourBy::Scalar);
+        Self {
+            field: Arc::clone(&layer.field),
+            scalar: needs_scalar.then(|| Arc::clone(&scene.volume)),
+            settings: VectorSettings {
+                coarser: 0,
+                design: Design::default(),
+                foreshortening: Foreshortening::default(),
+                ..layer.settings.clone()
+            },
+            unit_distance: scene.opacity_unit_distance(),
+            published: scene.splat.opacity_model == OpacityModel::Published,
+        }
+    }
+
+    fn levels(&self, ticket: &Ticket) -> Result<Vec<Arc<Splats>>, Cancelled> {
+        let Self { field, scalar, settings, unit_distance, published } = self;
+        let scalar = scalar.as_deref();
+        let splats = Splats::new(field, settings, scalar, *unit_distance, *published, ticket)?;
+        let pyramid = VectorPyramid::new(splats, *published, settings.seed, ticket)?;
+        Ok(pyramid.levels.into_iter().map(Arc::new).collect())
+    }
+}
+
+impl PartialEq for Key {
+    fn eq(&self, other: &Self) -> bool {
+        let same_scalar = match (&self.scalar, &other.scalar) {
+            (None, None) => true,
+            (Some(a), Some(b)) => Arc::ptr_eq(a, b),
+            _ => false,
+        };
+        same_scalar
+            && Arc::ptr_eq(&self.field, &other.field)
+            && self.settings == other.settings
+            && self.unit_distance == other.unit_distance
+            && self.published == other.published
+    }
+}
+
+/// The splats of the scene drawn last, finest level first, and those under way.
+#[derive(Debug, Default)]
+pub(super) struct VectorJob {
+    held: Option<(Key, Vec<Arc<Splats>>)>,
+    under_way: Option<UnderWay>,
+}
+
+#[derive(Debug)]
+struct UnderWay {
+    key: Key,
+    ticket: Ticket,
+    thread: JoinHandle<Result<Vec<Arc<Splats>>, Cancelled>>,
+}
+
+impl Drop for VectorJob {
+    fn drop(&mut self) {
+        if let Some(job) = &self.under_way {
+            job.ticket.cancel();
+        }
+    }
+}
+
+/// Vectors of one picture: which level, and how the slabs are cut.
+#[derive(Debug, Clone)]
+pub(super) struct PictureVectors {
+    scene: Scene,
+    splats: Arc<Splats>,
+    slab: f64,
+}
+
+impl PictureVectors {
+    /// Splats in the picture, or beside it.
+    pub(super) fn count(&self) -> u64 {
+        self.splats.list.len() as u64
+    }
+
+    /// Makes the lists of the tiles from `first` on, and as many rows after as fit; the one after the
+    /// last tile.
+    pub(super) fn make_lists(
+        &self,
+        renderer: &mut Renderer,
+        view: &View,
+        tiles: Range<u32>,
+    ) -> Result<u32, GpuError> {
+        let Some(layer) = &self.scene.vectors else { return Ok(tiles.end) };
+        let columns = view.size[0].div_ceil(TILE);
+        let what = VectorSplats {
+            splats: &self.splats,
+            settings: &layer.settings,
+            phase: layer.phase,
+            splat: &self.scene.splat,
+            camera: &self.scene.camera,
+            centre: self.scene.volume.lattice.centre(),
+            slab: self.slab,
+            stop_below: STOP_BELOW as f32,
+        };
+        let rows = tiles.start / columns..tiles.end / columns;
+        Ok(renderer.make_vector_lists(view, &what, rows)?.end * columns)
+    }
+}
+
+/// Whether a scene shows vectors and nothing else.
+pub(super) fn are_alone(scene: &Scene) -> bool {
+    scene.vectors.as_ref().is_some_and(|layer| layer.alone)
+}
+
+impl Drawer {
+    /// Brings the device up to the vectors of a picture; `None` for a scene without any.
+    ///
+    /// # Errors
+    /// Interrupted, vectors beside a field that is shaded first, or the device.
+    pub(super) fn prepare_vectors(
+        &mut self,
+        scene: &Scene,
+        view: &View,
+        which: SlabField,
+        observer: &mut dyn Observer,
+    ) -> Result<Option<PictureVectors>, DrawError> {
+        let Some(layer) = &scene.vectors else {
+            self.vectors = VectorJob::default();
+            self.renderer.clear_vectors();
+            return Ok(None);
+        };
+        let spacing = scene.volume.lattice.smallest_spacing();
+        let key = Key::of(scene, layer);
+        if self.vectors.held.as_ref().is_none_or(|(held, _)| *held != key) {
+            let levels = self.vector_levels(&key, observer)?;
+            self.vectors.held = Some((key, levels));
+        }
+        let Some((_, levels)) = &self.vectors.held else { return Ok(None) };
+        let least = if view.enlarged > 1.0 { LEAST_QUICK_RADIUS_PX } else { LEAST_RADIUS_PX };
+        let radius_px = |splats: &Splats| {
+            let size = splats.list.first().map_or(1.0, |splat| f64::from(splat.size));
+            splats.radius * size * splats.unit * view.pixels_per_unit
+        };
+        let is_large = |splats: &&Arc<Splats>| radius_px(splats) >= least;
+        let coarsest = levels.len().saturating_sub(1);
+        let asked = &levels[coarsest.min(layer.settings.coarser as usize)..];
+        let Some(splats) = asked.iter().find(is_large).or(asked.last()) else { return Ok(None) };
+        let splats = Arc::clone(splats);
+        let size = splats.list.first().map_or(1.0, |splat| f64::from(splat.size));
+        let slab = match layer.alone {
+            // As thick as splats are.
+            true => size * spacing / scene.splat.slabs_per_voxel * view.pixels_per_unit,
+            false => self.renderer.slab_thickness(which, view, &scene.splat, spacing),
+        };
+        self.renderer.set_vectors(&splats, &layer.settings)?;
+        Ok(Some(PictureVectors { scene: scene.clone(), splats, slab }))
+    }
+
+    /// The splats of a key, waited for as long as nothing newer comes.
+    fn vector_levels(
+        &mut self,
+        key: &Key,
+        observer: &mut dyn Observer,
+    ) -> Result<Vec<Arc<Splats>>, DrawError> {
+        let job = match self.vectors.under_way.take() {
+            Some(job) if job.key == *key => job,
+            other => {
+                if let Some(old) = other {
+                    old.ticket.cancel();
+                }
+                let ticket = Ticket::new();
+                let work = {
+                    let (key, ticket) = (key.clone(), ticket.clone());
+                    move || key.levels(&ticket)
+                };
+                let thread = std::thread::Builder::new().name("voxsplat-vectors".to_owned());
+                let thread = thread.spawn(work).map_err(|error| {
+                    GpuError::Device(format!("the vectors' thread did not start: {error}"))
+                })?;
+                UnderWay { key: key.clone(), ticket, thread }
+            }
+        };
+        while !job.thread.is_finished() {
+            if observer.piece_done(&mut self.renderer, 0.0) {
+                self.vectors.under_way = Some(job);
+                return Err(DrawError::Interrupted);
+            }
+            std::thread::sleep(LOOK_EVERY);
+        }
+        match job.thread.join() {
+            Ok(Ok(levels)) => Ok(levels),
+            Ok(Err(Cancelled)) => Err(DrawError::Interrupted),
+            Err(_) => {
+                Err(GpuError::Device("the vectors could not be classified".to_owned()).into())
+            }
+        }
+    }
+}
+
+/// Whether a scene's picture is walked slab by slab: a reconstructed field, or vectors alone.
+pub(super) fn is_walked(scene: &Scene) -> bool {
+    are_alone(scene) || slabs::reconstructs(&scene.splat)
+}
+
+/// # Errors
+/// Vectors beside a field in a mode that has no slabs of it.
+pub(super) fn check(scene: &Scene) -> Result<(), DrawError> {
+    match scene.vectors.is_some() && !is_walked(scene) {
+        true => Err(GpuError::VectorsBesideKernels.into()),
+        false => Ok(()),
+    }
+}

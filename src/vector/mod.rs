@@ -1,0 +1,21 @@
+//! Vectors as splats: the marks that show their direction, the classified splats, and the phase.
+//!
+//! Owns what a vector field becomes before it is drawn (Crawfis and Max, "Texture splats for 3D scalar
+//! and vector field visualization"): tables of moving marks, one splat a vector, coarser fields of
+//! mean vectors, and time as a phase. Refuses pictures and the GPU. Imports `core`, `volume`,
+//! `transfer`, `kernel`.
+
+mod marks;
+mod phase;
+mod pyramid;
+mod settings;
+mod splats;
+
+pub use marks::{Design, FORESHORTENINGS, Level, MARK_COLUMNS, MARK_SIDE, Marks, PHASES, Seen};
+pub use phase::{MOST_SPEED, PhaseClock};
+pub use pyramid::VectorPyramid;
+pub use settings::{
+    ColourBy, Foreshortening, MOST_COARSER, MOST_STRETCH, MOST_VECTOR_EXTENT, VectorMode,
+    VectorSettings, VectorSettingsError,
+};
+pub use splats::{Splat, Splats, WINDOW};

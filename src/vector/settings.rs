@@ -1,0 +1,238 @@
+//! What people choose about vector splats.
+
+use serde::{Deserialize, Serialize};
+
+use super::Design;
+use crate::core::Srgb8;
+use crate::transfer::{ColourMap, ColourSource, TransferError, TransferFunction};
+use crate::volume::{Statistics, VectorField};
+
+/// The longest that splats are stretched along the flow, times their width.
+pub const MOST_STRETCH: f64 = 8.0;
+/// The largest radius of a splat, in steps of its grid.
+pub const MOST_VECTOR_EXTENT: f64 = 8.0;
+/// Radius of a splat without other wishes, in steps of its grid (Crawfis–Max: "an extent of 1.6").
+const NATURAL_EXTENT: f64 = 1.6;
+
+/// How a splat's texture meets its colour (Crawfis–Max, after the GL's texture environments).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum VectorMode {
+    /// Colour and opacity times the intensity of the marks: the marks alone are seen.
+    #[default]
+    Modulate,
+    /// A dissolve from the splat's colour to that of the marks by their intensity, and the footprint's
+    /// opacity: matter with marks in it.
+    Blend,
+}
+
+impl VectorMode {
+    /// Both.
+    pub const ALL: [Self; 2] = [Self::Modulate, Self::Blend];
+
+    /// The lower-case word for scripts.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Modulate => "modulate",
+            Self::Blend => "blend",
+        }
+    }
+
+    /// The one of a name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|one| one.name() == name)
+    }
+}
+
+/// How marks look when a vector points towards the eye or away (Crawfis–Max's three ways).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Foreshortening {
+    /// From the table: the particles as seen from there.
+    #[default]
+    Table,
+    /// The splat itself is shortened.
+    Polygon,
+    /// The texture's coordinates are stretched, within the same window.
+    Coordinates,
+}
+
+impl Foreshortening {
+    /// All three.
+    pub const ALL: [Self; 3] = [Self::Table, Self::Polygon, Self::Coordinates];
+
+    /// The lower-case word for scripts.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Table => "table",
+            Self::Polygon => "polygon",
+            Self::Coordinates => "coordinates",
+        }
+    }
+
+    /// The one of a name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|one| one.name() == name)
+    }
+}
+
+/// What a colour or an opacity is looked up by.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum ColourBy {
+    /// The length of the vector.
+    #[default]
+    Magnitude,
+    /// World position along x.
+    X,
+    /// World position along y.
+    Y,
+    /// World position along z.
+    Z,
+    /// The scalar field beside it, where the vector stands.
+    Scalar,
+}
+
+impl ColourBy {
+    /// Every one.
+    pub const ALL: [Self; 5] = [Self::Magnitude, Self::X, Self::Y, Self::Z, Self::Scalar];
+
+    /// The lower-case word for scripts.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Magnitude => "magnitude",
+            Self::X => "x",
+            Self::Y => "y",
+            Self::Z => "z",
+            Self::Scalar => "scalar",
+        }
+    }
+
+    /// The one of a name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|one| one.name() == name)
+    }
+}
+
+/// Everything about vector splats but the field and the phase.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct VectorSettings {
+    /// MODULATE or BLEND.
+    pub mode: VectorMode,
+    /// What opacities and colours are looked up by.
+    pub opacity_by: ColourBy,
+    /// See [`VectorSettings::opacity_by`]: of the colours.
+    pub colour_by: ColourBy,
+    /// Opacity per unit distance, and colour, of the quantities above.
+    pub transfer: TransferFunction,
+    /// BLEND's constant colour, that of the marks; `None`: that of the transfer function, over a body
+    /// that is grey.
+    pub marks: Option<Srgb8>,
+    /// What the marks look like.
+    pub design: Design,
+    /// How they are foreshortened.
+    pub foreshortening: Foreshortening,
+    /// Length along the flow over width, 1..=[`MOST_STRETCH`].
+    pub stretch: f64,
+    /// Radius of a splat in steps of its grid, at most [`MOST_VECTOR_EXTENT`]; `None`: 1.6.
+    pub extent: Option<f64>,
+    /// How often the field is halved before it is drawn: each splat stands for 8 to the power of it.
+    pub coarser: u32,
+    /// Of the splats' own phases.
+    pub seed: u64,
+}
+
+/// Settings that mean nothing.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum VectorSettingsError {
+    /// A stretch outside its range.
+    #[error("expected a stretch of vector splats from 1 to {MOST_STRETCH}, found {0}")]
+    Stretch(f64),
+    /// An extent outside its range.
+    #[error(
+        "expected an extent of vector splats over 0 and at most {MOST_VECTOR_EXTENT}, found {0}"
+    )]
+    Extent(f64),
+    /// Means of more than there is.
+    #[error("expected vectors to be halved 0 to {MOST_COARSER} times, found {0}")]
+    Coarser(u32),
+    /// A transfer function that is none.
+    #[error("for vectors: {0}")]
+    Transfer(#[from] TransferError),
+}
+
+/// What of the lengths' range is left transparent, and where opacity reaches its greatest.
+const FAINT: f64 = 0.35;
+const FULL: f64 = 0.98;
+/// Greatest opacity without other wishes.
+const OPACITY: f64 = 0.6;
+/// Splats along the longest side of a field, at most, as it is first seen.
+const MOST_ACROSS: usize = 40;
+/// Fields are halved no more often than this.
+pub const MOST_COARSER: u32 = 8;
+
+impl VectorSettings {
+    /// What vectors of such lengths are first seen as: the longer the more opaque and the brighter.
+    ///
+    /// Of a fine grid, means are drawn: marks of splats that are a few pixels wide cannot be made out.
+    pub fn for_field(field: &VectorField) -> Self {
+        let longest = field.places.dims().into_iter().max().unwrap_or(1);
+        let coarser =
+            (0..u32::BITS - 1).find(|&level| longest >> level <= MOST_ACROSS).unwrap_or(0);
+        Self { coarser, ..Self::for_lengths(&field.statistics) }
+    }
+
+    /// The same by the lengths alone, of every vector.
+    pub fn for_lengths(lengths: &Statistics) -> Self {
+        let quantile = |share: f64| {
+            let last = lengths.quantiles.len().saturating_sub(1) as f64;
+            let found = lengths.quantiles.get((share * last).round() as usize);
+            found.copied().unwrap_or(lengths.max)
+        };
+        let (low, high) = (quantile(FAINT), quantile(FULL));
+        let opacity = match high > low {
+            true => vec![(low, 0.0), (high, OPACITY)],
+            // All of one length.
+            false => vec![(low, OPACITY)],
+        };
+        let range = if high > 0.0 { [0.0, high] } else { [0.0, 1.0] };
+        let colour = ColourSource::Map { map: ColourMap::Viridis, range };
+        Self {
+            mode: VectorMode::default(),
+            opacity_by: ColourBy::Magnitude,
+            colour_by: ColourBy::Magnitude,
+            transfer: TransferFunction { opacity, colour },
+            marks: Some(Srgb8::WHITE),
+            design: Design::default(),
+            foreshortening: Foreshortening::default(),
+            stretch: 1.5,
+            extent: None,
+            coarser: 0,
+            seed: 0,
+        }
+    }
+
+    /// # Errors
+    /// See [`VectorSettingsError`].
+    pub fn check(&self) -> Result<(), VectorSettingsError> {
+        self.transfer.validate()?;
+        if !(1.0..=MOST_STRETCH).contains(&self.stretch) {
+            return Err(VectorSettingsError::Stretch(self.stretch));
+        }
+        if self.coarser > MOST_COARSER {
+            return Err(VectorSettingsError::Coarser(self.coarser));
+        }
+        match self.extent {
+            Some(extent) if !(extent > 0.0 && extent <= MOST_VECTOR_EXTENT) => {
+                Err(VectorSettingsError::Extent(extent))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Radius of a splat in steps of its grid.
+    pub fn radius(&self) -> f64 {
+        self.extent.unwrap_or(NATURAL_EXTENT)
+    }
+}
