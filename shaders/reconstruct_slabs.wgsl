@@ -18,24 +18,20 @@ fn frame_growth() -> f32 {
 // Premultiplied colour and opacity along the ray through a point of the screen, pixels from the
 // picture's middle, as far as this dispatch walks it.
 fn ray(screen: vec2<f32>, pixel: vec2<u32>, slot: u32) -> vec4<f32> {
-    let across = slabs.right.xyz * screen.x + slabs.up.xyz * screen.y;
-    let origin = slabs.base.xyz + across * slabs.right.w;
-    let direction = slabs.along.xyz + across * slabs.up.w;
-    // A ray along a plane of the lattice is inside it or it is not: no infinities are needed.
-    let tiny = abs(direction) < vec3<f32>(1e-20);
-    let inverse = 1.0 / select(direction, vec3<f32>(1e-20), tiny);
-    let lower = (vec3<f32>(-0.5) - origin) * inverse;
-    let upper = (slabs.end.xyz - origin) * inverse;
-    let entries = min(lower, upper);
-    let exits = max(lower, upper);
-    let enter = max(max(entries.x, entries.y), max(entries.z, slabs.along.w));
-    let leave = min(exits.x, min(exits.y, exits.z));
+    let through = ray_through(screen);
+    let origin = through.origin;
+    let direction = through.direction;
+    let inverse = through.inverse;
+    let part = part_of(through);
+    let enter = part.ends.x;
+    let leave = part.ends.y;
     let misses = enter >= leave;
     if !VECTORS && misses {
         return vec4<f32>(0.0);
     }
 
     var light = Gathered(vec3<f32>(0.0), 1.0, 0.0);
+    var met = met_along(through, part);
     let step = slabs.base.w;
     let first = i32(floor(enter / step));
     let last = i32(ceil(leave / step));
@@ -86,6 +82,10 @@ fn ray(screen: vec2<f32>, pixel: vec2<u32>, slot: u32) -> vec4<f32> {
         }
         k = bitcast<i32>(place.w) >> 2u;
         have = i32(place.w & 3u);
+        if SURFACES {
+            let faces = vec3<f32>(clamp(f32(k) * step, enter, leave), t_far, t_near);
+            met.done = faces[min(have, 2)];
+        }
         if SHADED {
             // Rather than kept: found again.
             for (var i = 0u; i < 2u; i++) {
@@ -210,19 +210,15 @@ fn ray(screen: vec2<f32>, pixel: vec2<u32>, slot: u32) -> vec4<f32> {
             if is_behind {
                 continue;
             }
-            if classify_middle {
-                composite_beside(&light, found.near.rgb, weight * length, beside);
-            } else if published {
-                // Opacities are given to slabs: the mean of the two.
-                let sum = found.near.rgb * found.near.w + found.far.rgb * found.far.w;
-                composite_beside(&light, sum / weight, 0.5 * weight * length, beside);
-            } else {
-                let near = 0.5 * found.near.w * length;
-                let far = 0.5 * found.far.w * length;
-                composite_beside(&light, found.near.rgb, near, 0.5 * beside);
-                composite_beside(&light, found.far.rgb, far, 0.5 * beside);
-            }
+            lay(&light, &met, found, length, vec2<f32>(from_t, to_t), beside);
         }
+    }
+    if SURFACES {
+        // Where nothing but surfaces is left, or where the next slab begins.
+        let end = select(leave, enter, back_to_front);
+        let faces = vec3<f32>(clamp(f32(k) * step, enter, leave), t_far, t_near);
+        let goes_on = IN_PARTS && (slabs.part.w & 2u) == 0u;
+        lay_until(&light, &met, select(end, faces[min(have, 2)], goes_on));
     }
     if IN_PARTS && (slabs.part.w & 2u) == 0u {
         keep(slot, 0u, bitcast<vec4<u32>>(vec4<f32>(light.colour, light.alpha)));

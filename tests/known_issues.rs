@@ -10,7 +10,7 @@ use glam::DVec3;
 use voxsplat::core::{Camera, Ticket};
 use voxsplat::gpu::AdapterChoice;
 use voxsplat::reference::Reference;
-use voxsplat::scene::{Background, Scene, Shading, SplatSettings, Visibility};
+use voxsplat::scene::{Background, Inside, Scene, Shading, SplatSettings, Visibility};
 use voxsplat::task::engine::Engine;
 use voxsplat::task::still::{Refine, StillError, StillRequest};
 use voxsplat::transfer::{ColourMap, ColourSource, Cumulative, Table, TransferFunction, Weight};
@@ -73,6 +73,7 @@ fn opaque(lattice: Lattice, is_ball: bool, direction: DVec3, parallel_scale: f64
         splat: SplatSettings::SHADE_FIRST,
         background: Background::Transparent,
         shading: Shading::default(),
+        inside: Inside::default(),
         vectors: None,
     }
 }

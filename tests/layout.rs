@@ -34,7 +34,7 @@ macro_rules! host_struct {
     }};
 }
 
-fn host_structs() -> [HostStruct; 11] {
+fn host_structs() -> [HostStruct; 12] {
     [
         host_struct!(Frame {
             view_x,
@@ -77,6 +77,7 @@ fn host_structs() -> [HostStruct; 11] {
         host_struct!(Scan { counts }),
         host_struct!(Lists { tiles, counts, layers, slabs, parts }),
         host_struct!(Sort { counts }),
+        host_struct!(Inside { clip }),
         host_struct!(Present { background }),
         host_struct!(Slabs {
             base,
@@ -324,15 +325,15 @@ fn bindings_count_up_from_zero() {
             .filter_map(|(_, v)| v.binding.as_ref().map(|b| (b.group, b.binding)))
             .collect();
         bindings.sort_unstable();
-        // In a group of their own: vectors beside a field.
-        let first = bindings.iter().filter(|(group, _)| *group == 0).count();
-        let expected: Vec<(u32, u32)> = (0_u32..)
-            .map(|b| (0, b))
-            .take(first)
-            .chain((0..).map(|b| (1, b)))
-            .take(bindings.len())
-            .collect();
-        assert_eq!(bindings, expected, "{}", shader.name);
+        // Groups count up, too, and the bindings of each.
+        let (mut group, mut binding) = (0, 0);
+        for found in bindings {
+            if found != (group, binding) {
+                (group, binding) = (group + 1, 0);
+            }
+            assert_eq!(found, (group, binding), "{}", shader.name);
+            binding += 1;
+        }
     }
 }
 

@@ -10,7 +10,7 @@ use voxsplat::accuracy::Difference;
 use voxsplat::core::{Camera, Srgb8};
 use voxsplat::kernel::Kernel;
 use voxsplat::scene::{
-    Background, Classify, Reconstruction, Scene, Shading, SplatSettings, Visibility,
+    Background, Classify, Inside, Reconstruction, Scene, Shading, SplatSettings, Visibility,
 };
 use voxsplat::task::still::Refine;
 use voxsplat::transfer::{ColourMap, ColourSource, TransferFunction};
@@ -93,6 +93,7 @@ fn scene(name: &str, field: fn(DVec3) -> f64) -> Result<Scene> {
         },
         background: Background::Colour(Srgb8::BLACK),
         shading: Shading::default(),
+        inside: Inside::default(),
         vectors: None,
     })
 }

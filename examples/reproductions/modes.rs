@@ -9,7 +9,7 @@ use voxsplat::accuracy::sweep::Detail;
 use voxsplat::core::Srgb8;
 use voxsplat::reference::Reference;
 use voxsplat::scene::{
-    Background, OpacityModel, Scene, Shading, SplatSettings, Visibility, framing_camera,
+    Background, Inside, OpacityModel, Scene, Shading, SplatSettings, Visibility, framing_camera,
 };
 use voxsplat::task::still::Refine;
 use voxsplat::transfer::{ColourSource, TransferFunction};
@@ -85,6 +85,7 @@ fn scene(name: &str, opacity: Vec<(f64, f64)>, value: impl Fn(DVec3) -> f64) -> 
         splat: SplatSettings::SHADE_FIRST,
         background: Background::Colour(Srgb8::BLACK),
         shading: Shading::default(),
+        inside: Inside::default(),
         vectors: None,
     })
 }

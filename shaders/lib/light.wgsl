@@ -20,6 +20,11 @@ fn composite(light: ptr<function, Gathered>, colour: vec3<f32>, amount: f32) {
     } else {
         opacity = select(1.0 - exp(-amount), amount * (1.0 - 0.5 * amount), amount < 1e-3);
     }
+    cover(light, colour, opacity);
+}
+
+// One layer more, of an opacity.
+fn cover(light: ptr<function, Gathered>, colour: vec3<f32>, opacity: f32) {
     if back_to_front {
         (*light).colour = mix((*light).colour, colour, opacity);
     } else {

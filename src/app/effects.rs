@@ -9,7 +9,7 @@ use eframe::egui::Context;
 use super::actions::{Action, entry_of};
 use super::panels::effects::{Cost, Row, Run, Time, effects_ui};
 use super::window::Window;
-use crate::scene::{Scene, Shading};
+use crate::scene::{AlongRay, Clip, Scene, Shading};
 use crate::task::engine::Picture;
 
 /// Finished pictures that are remembered.
@@ -41,16 +41,16 @@ impl Effects {
         self.finished.truncate(MOST_FINISHED);
     }
 
-    /// What the scene's picture took, and what it took without a part of its shading.
+    /// What the scene's picture took, and what it took without a part of what it asks for.
     pub fn cost(
         &self,
         scene: &Scene,
         size: [u32; 2],
-        without: impl FnOnce(&mut Shading),
+        without: impl FnOnce(&mut Scene),
     ) -> Option<Cost> {
         let mut other = scene.clone();
-        without(&mut other.shading);
-        if other.shading == scene.shading {
+        without(&mut other);
+        if other.makes_same_picture(scene) {
             return None;
         }
         let ms = |scene: &Scene| {
@@ -66,7 +66,7 @@ impl Window {
     pub(super) fn note_effects(&mut self, picture: &Picture) {
         let Some(scene) = &self.scene else { return };
         let shows_all = match Shading::is_shown_by(&scene.splat) {
-            true => picture.report.effects == scene.shading.effects(),
+            true => picture.report.effects == scene.effects(),
             false => false,
         };
         // Shaders that were made meanwhile are no cost of the effect's.
@@ -101,17 +101,17 @@ impl Window {
         let picture = self.viewport.picture();
         let report = picture.as_ref().map(|picture| &picture.report);
         let shown = report.map_or(&[][..], |report| &report.effects);
-        let asked = scene.shading.effects();
+        let asked = scene.effects();
         let run = |name: &str| match (asked.contains(&name), shown.contains(&name)) {
             (false, _) => Run::Off,
             (true, true) => Run::On,
             (true, false) => Run::NotShown,
         };
-        let added = |without: fn(&mut Shading)| {
+        let added = |without: fn(&mut Scene)| {
             let cost = self.effects.cost(scene, self.viewport_size, without);
             cost.map_or(Time::Unknown, Time::Added)
         };
-        let part = |name: &'static str, help, why: String, without: Option<fn(&mut Shading)>| Row {
+        let part = |name: &'static str, help, why: String, without: Option<fn(&mut Scene)>| Row {
             name: label_of(name),
             help,
             run: run(name),
@@ -129,14 +129,15 @@ impl Window {
             Some(lighting) => format!("Shading, {} lights", lighting.lights.len()),
             None => format!("Shading in the side panel, {}", key(ctx, Action::ToggleLights)),
         };
-        let any = if asked.is_empty() { Run::Off } else { all_of(&asked, shown) };
+        let shaded = scene.shading.effects();
+        let any = if shaded.is_empty() { Run::Off } else { all_of(&shaded, shown) };
         let mut rows = vec![
             Row {
                 name: "All shading",
                 help: "The parts below together: they share one buffer",
                 run: any,
-                why: if asked.is_empty() { "Nobody" } else { "What runs below" }.to_owned(),
-                time: added(|shading| *shading = Shading::default()),
+                why: if shaded.is_empty() { "Nobody" } else { "What runs below" }.to_owned(),
+                time: added(|scene| scene.shading = Shading::default()),
                 bytes: report.and_then(|report| report.held).map(|held| held.shading),
             },
             part(
@@ -145,32 +146,54 @@ impl Window {
                 gradient_words(&scene.shading),
                 None,
             ),
-            part("lights", "Surfaces lit from somewhere", lights, Some(|s| s.lighting = None)),
+            part(
+                "lights",
+                "Surfaces lit from somewhere",
+                lights,
+                Some(|s| s.shading.lighting = None),
+            ),
             part(
                 "opacity table",
                 "Opacities looked up by something else than the value",
                 by(opacity.as_ref().map(|table| table.index)),
-                Some(|s| s.opacity = None),
+                Some(|s| s.shading.opacity = None),
             ),
             part(
                 "modulation table",
                 "What opacities are multiplied by",
                 by(modulation.as_ref().map(|table| table.index)),
-                Some(|s| s.modulation = None),
+                Some(|s| s.shading.modulation = None),
             ),
             part(
                 "reflection table",
                 "Colours looked up by something else than the value",
                 by(reflection.as_ref().map(|table| table.index)),
-                Some(|s| s.reflection = None),
+                Some(|s| s.shading.reflection = None),
             ),
             part(
                 "emission table",
                 "Light that matter gives off by itself",
                 by(emission.as_ref().map(|table| table.index)),
-                Some(|s| s.emission = None),
+                Some(|s| s.shading.emission = None),
             ),
         ];
+        let bytes = report.and_then(|report| report.held).map(|held| held.inside);
+        let clip = part(
+            "clip",
+            "Parts of the volume that are cut away",
+            clip_words(&scene.inside.clip),
+            Some(|s| s.inside.clip = Clip::default()),
+        );
+        rows.push(Row { bytes, ..clip });
+        rows.push(part(
+            "projection",
+            "The greatest, least or mean value of each ray in place of its light",
+            match scene.inside.along {
+                AlongRay::Composite => "Inside in the side panel".to_owned(),
+                along => format!("Inside, {}", along.name()),
+            },
+            Some(|s| s.inside.along = AlongRay::Composite),
+        ));
         rows.extend(self.other_rows(ctx));
         rows
     }
@@ -260,6 +283,21 @@ fn gradient_words(shading: &Shading) -> String {
     }
 }
 
+/// What cuts.
+fn clip_words(clip: &Clip) -> String {
+    let planes = match clip.planes.len() {
+        0 => None,
+        1 => Some("1 plane".to_owned()),
+        n => Some(format!("{n} planes")),
+    };
+    let parts: Vec<String> =
+        clip.bounds.map(|_| "a box".to_owned()).into_iter().chain(planes).collect();
+    match parts.is_empty() {
+        true => "Clip in the side panel".to_owned(),
+        false => format!("Clip, {}", parts.join(" and ")),
+    }
+}
+
 /// An effect's name as a label.
 fn label_of(name: &str) -> &'static str {
     match name {
@@ -268,6 +306,8 @@ fn label_of(name: &str) -> &'static str {
         "opacity table" => "Opacity table",
         "modulation table" => "Modulation table",
         "reflection table" => "Reflection table",
+        "clip" => "Clip",
+        "projection" => "Projection",
         _ => "Emission table",
     }
 }
@@ -305,9 +345,9 @@ mod tests {
         let mut effects = Effects::default();
         effects.note(&plain, size, 10.0);
         effects.note(&both, size, 40.0);
-        let without_table = |s: &mut Shading| s.modulation = None;
+        let without_table = |s: &mut Scene| s.shading.modulation = None;
         assert_eq!(effects.cost(&both, size, without_table), None, "nobody drew that");
-        let whole = effects.cost(&both, size, |s| *s = Shading::default());
+        let whole = effects.cost(&both, size, |s| s.shading = Shading::default());
         assert_eq!(whole, Some(Cost { with_ms: 40.0, without_ms: 10.0 }));
         effects.note(&lit, size, 25.0);
         let table = effects.cost(&both, size, without_table);

@@ -13,11 +13,13 @@ use super::document::Source;
 use super::notices::text_and_button_ui;
 use super::panels::vectors::VectorRequest;
 use super::panels::{
-    accuracy, compare, data, section_ui, shading, splat, status, transfer, vectors, view,
+    accuracy, clip, compare, data, inside, section_ui, shading, splat, status, transfer, vectors,
+    view,
 };
 use super::viewport::PixelArea;
 use super::window::Window;
 use super::{annotations, modes, theme};
+use crate::scene::Inside;
 use crate::task::annotations::laid_out;
 
 /// Width of the side panel before anyone resizes it, points.
@@ -171,6 +173,11 @@ impl Window {
             let second = self.compare.on.then_some(&self.compare.second);
             shading::shading_ui(ui, &mut self.shading, scene, second);
         });
+        section_ui(ui, "Inside", |ui| inside::inside_ui(ui, scene));
+        section_ui(ui, "Clip", |ui| {
+            let second = self.compare.on.then_some(&self.compare.second);
+            clip::clip_ui(ui, &mut self.clip, scene, second);
+        });
         let compare = &mut self.compare;
         let times = self.parts.drawer.back_end_times();
         section_ui(ui, "Splats", |ui| {
@@ -234,6 +241,9 @@ impl Window {
             annotations::paint(ui.painter(), area, &layout.primitives);
             self.left_out = layout.left_out;
             self.cells.show(ui, area, scene, &response);
+            if self.clip.shows_box && Inside::is_shown_by(&scene.splat) {
+                self.box_handles.show(ui, area, scene);
+            }
             let rests = !self.pacing.is_moving();
             self.probing.show(ui, area, scene, space, (&response, rests), self.cells.height());
         } else if !self.is_loading() {

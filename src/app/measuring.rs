@@ -285,6 +285,7 @@ fn shows_same_data(a: &Scene, b: &Scene) -> bool {
     Arc::ptr_eq(&a.volume, &b.volume)
         && a.transfer == b.transfer
         && a.shading == b.shading
+        && a.inside == b.inside
         && a.opacity_unit_distance() == b.opacity_unit_distance()
 }
 

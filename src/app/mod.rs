@@ -8,6 +8,7 @@ pub mod actions;
 pub mod annotations;
 pub mod camera_control;
 pub mod cells;
+pub mod clip_box;
 pub mod compare;
 pub mod dialogs;
 pub mod document;

@@ -254,7 +254,7 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
-    use crate::scene::{Background, Shading, framing_camera};
+    use crate::scene::{Background, Inside, Shading, framing_camera};
     use crate::transfer::{ColourMap, ColourSource, TransferFunction};
     use crate::volume::{Lattice, Samples, ScalarVolume};
 
@@ -271,6 +271,7 @@ mod tests {
             splat: SplatSettings::default(),
             background: Background::Transparent,
             shading: Shading::default(),
+            inside: Inside::default(),
             vectors: None,
         }
     }
@@ -366,7 +367,8 @@ mod tests {
     #[test]
     fn every_part_of_a_scene_counts_as_a_change() {
         let base = scene();
-        let changes: [fn(&mut Scene); 4] = [
+        let changes: [fn(&mut Scene); 5] = [
+            |s| s.inside.clip.faces = crate::scene::CutFaces::Coloured,
             |s| s.transfer.opacity[0].1 = 0.5,
             |s| s.splat.extent = Some(1.0),
             |s| s.camera.parallel_scale *= 2.0,

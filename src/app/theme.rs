@@ -27,6 +27,13 @@ pub const NOTE: Color32 = Color32::from_rgb(150, 196, 160);
 /// The bars of the histogram.
 pub const HISTOGRAM: Color32 = Color32::from_rgb(66, 75, 89);
 
+/// The handles of a box, along x, y, z: as the trihedron's axes.
+pub const AXES: [Color32; 3] = [
+    Color32::from_rgb(226, 122, 110),
+    Color32::from_rgb(139, 195, 120),
+    Color32::from_rgb(112, 160, 226),
+];
+
 /// Space around a panel's contents, points.
 pub const PANEL_MARGIN: Margin = Margin { left: 12, right: 12, top: 8, bottom: 10 };
 

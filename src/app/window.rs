@@ -9,6 +9,7 @@ use eframe::egui::{Context, Ui, ViewportCommand};
 use super::actions::{self, Action};
 use super::camera_control;
 use super::cells::CellsOverlay;
+use super::clip_box::BoxHandles;
 use super::compare::{Compare, Display};
 use super::dialogs::Outcome;
 use super::dialogs::open_path::OpenPath;
@@ -27,6 +28,7 @@ use super::measuring::{EstimateRecord, Measuring, StartMeasuring};
 use super::notices::Notices;
 use super::pacing::{News, Pacing};
 use super::panels::accuracy::AccuracyPanel;
+use super::panels::clip::ClipEditor;
 use super::panels::data::FieldChoice;
 use super::panels::shading::ShadingEditor;
 use super::panels::transfer::TransferEditor;
@@ -39,7 +41,7 @@ use super::vectors::Vectors;
 use super::viewport::{ScreenFormat, Viewport};
 use crate::core::{Camera, Projection};
 use crate::scene::{
-    self, Annotation, Annotations, Background, NamedView, Scene, Shading, SplatSettings,
+    self, Annotation, Annotations, Background, Inside, NamedView, Scene, Shading, SplatSettings,
     VectorLayer,
 };
 use crate::task::annotations::laid_out;
@@ -119,6 +121,8 @@ pub struct Window {
     pub(super) measuring: Measuring,
     pub(super) estimates: EstimateRecord,
     pub(super) shading: ShadingEditor,
+    pub(super) clip: ClipEditor,
+    pub(super) box_handles: BoxHandles,
     pub(super) effects: Effects,
     pub(super) vectors: Vectors,
     /// Reached the engine last.
@@ -158,6 +162,8 @@ impl Window {
             measuring: Measuring::default(),
             estimates: EstimateRecord::default(),
             shading: ShadingEditor::default(),
+            clip: ClipEditor::default(),
+            box_handles: BoxHandles::default(),
             effects: Effects::default(),
             vectors: Vectors::default(),
             last_valid_mode: SplatSettings::default(),
@@ -369,6 +375,11 @@ impl Window {
             }
             None => Shading::default(),
         };
+        // What was cut away of another volume is not of this one.
+        let inside = match &before {
+            Some(scene) if keep_view => scene.inside.clone(),
+            _ => Inside::default(),
+        };
         let space = document.grid.space.as_deref();
         let framed = camera_control::framed(
             &volume.lattice,
@@ -389,10 +400,12 @@ impl Window {
         if !keep_view {
             self.vectors = Vectors::default();
         }
-        self.scene = Some(Scene { volume, transfer, splat, shading, vectors, camera, background });
+        self.scene =
+            Some(Scene { volume, transfer, splat, shading, inside, vectors, camera, background });
         self.gaussians.clear();
         self.transfer.start_over();
         self.shading.start_over();
+        self.clip.start_over();
         let title = format!("{} – Voxsplat", document.source.name());
         ctx.send_viewport_cmd(ViewportCommand::Title(title));
         for warning in &document.warnings {

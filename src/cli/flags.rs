@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
+use super::inside::InsideFlags;
 use super::shading::ShadingFlags;
 use super::values::{self, Stop};
 use super::vectors::VectorFlags;
@@ -373,6 +374,9 @@ pub struct RenderFlags {
     /// How it is lit.
     #[command(flatten)]
     pub shading: ShadingFlags,
+    /// What is cut away.
+    #[command(flatten)]
+    pub inside: InsideFlags,
     /// Vectors beside it, or instead.
     #[command(flatten)]
     pub vectors: VectorFlags,

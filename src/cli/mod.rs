@@ -6,6 +6,7 @@
 mod accuracy;
 mod flags;
 mod info;
+mod inside;
 mod open;
 mod plot;
 mod probe;

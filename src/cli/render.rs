@@ -9,7 +9,7 @@ use super::{Destination, Failure, note, open, refuse_one_place};
 use crate::core::{Srgb8, Ticket};
 use crate::scene::annotations::Layout;
 use crate::scene::{
-    Annotation, Background, MOST_SLABS_PER_VOXEL, Scene, SplatSettings, View, Visibility,
+    Annotation, Background, Inside, MOST_SLABS_PER_VOXEL, Scene, SplatSettings, View, Visibility,
 };
 use crate::task::engine::Engine;
 use crate::task::loop_file::{self, Cycle, LoopFormat, MOST_FRAMES};
@@ -65,6 +65,7 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
     let background = scene.background;
     let shading = &scene.shading;
     let hides_voxels = shading.opacity.is_some() || shading.modulation.is_some();
+    let is_cut = scene.inside.clip.cuts();
     let alone = scene.vectors.as_ref().is_some_and(|layer| layer.alone);
     let load_ms = start.elapsed().as_secs_f64() * 1e3;
     let kernels_total = scene.volume.lattice.len() as u64;
@@ -95,7 +96,7 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
             true => "nothing can be seen in the picture; look at --vector-opacity and at the lengths of the \
                      vectors, and at the camera"
                 .to_owned(),
-            false => nothing_seen(still.kernels_active, hides_voxels),
+            false => nothing_seen(still.kernels_active, hides_voxels, is_cut),
         });
     } else if is_one_colour(&still.rgba, background) {
         note(
@@ -214,14 +215,40 @@ fn scene(flags: &RenderFlags, splat: SplatSettings) -> Result<Meant, Failure> {
     let scene = Scene { background, ..open::scene(&input, &flags.scene, splat)? };
     let shading = flags.shading.resolve(&scene.volume, &splat);
     let shading = shading.map_err(|error| Failure::Usage(error.to_string()))?;
+    let inside = flags.inside.resolve(&scene.volume, &splat);
+    let inside = inside.map_err(|error| Failure::Usage(error.to_string()))?;
+    refuse_coarse(flags, &inside)?;
     let mut effects = shading.effects();
+    effects.extend(inside.effects());
     let opens_with_scalar = flags.scene.field.is_some() || flags.scene.component.is_some();
     let vectors = flags.vectors.layer(&input, &scene, opens_with_scalar)?;
     if vectors.is_some() {
         effects.push("vectors");
+        refuse_vectors(&inside)?;
     }
-    let scene = Scene { shading, vectors, ..scene };
+    let scene = Scene { shading, inside, vectors, ..scene };
     Ok(Meant { scene, effects, space: input.grid.space })
+}
+
+/// Refuses vectors beside a field that is looked into: they would be whole.
+fn refuse_vectors(inside: &Inside) -> Result<(), Failure> {
+    match inside.effects().first() {
+        Some(what) => Err(Failure::Usage(format!(
+            "expected a volume that is whole beside vectors, found {what}; leave one of the two out"
+        ))),
+        None => Ok(()),
+    }
+}
+
+/// Refuses pictures that may be of an octree cut, which shows nothing of the inside.
+fn refuse_coarse(flags: &RenderFlags, inside: &Inside) -> Result<(), Failure> {
+    match inside.effects().first() {
+        Some(what) if flags.refine == Some(RefineFlag::Coarse) => Err(Failure::Usage(format!(
+            "expected --refine full or converged with {what}, found --refine coarse, whose pictures may \
+             be octree cuts that do not show it; leave --refine out"
+        ))),
+        _ => Ok(()),
+    }
 }
 
 /// Refuses `--cells` where flags alone say that there will be none to draw, or nowhere to draw them.
@@ -263,8 +290,13 @@ fn no_cut(refine: Refine) -> String {
     }
 }
 
-fn nothing_seen(kernels_active: u64, hides_voxels: bool) -> String {
+fn nothing_seen(kernels_active: u64, hides_voxels: bool, is_cut: bool) -> String {
     match kernels_active {
+        _ if is_cut => {
+            "nothing can be seen in the picture; look at --clip-box and --clip-plane, which say what is \
+             kept of the volume, at the opacities and the camera"
+                .to_owned()
+        }
         _ if hides_voxels => {
             "nothing can be seen in the picture; look at the tables of --opacity-by and --modulation, \
              which say how much of each voxel shows, and at the camera"
@@ -348,7 +380,7 @@ mod tests {
 
     #[test]
     fn a_picture_of_nothing_says_whether_anything_could_be_seen() {
-        let (none, some) = (nothing_seen(0, false), nothing_seen(208, false));
+        let (none, some) = (nothing_seen(0, false, false), nothing_seen(208, false, false));
         assert!(none.contains("no voxel has opacity") && none.contains("--opacity"), "{none}");
         assert!(some.contains("though 208 voxels") && some.contains("the camera"), "{some}");
     }

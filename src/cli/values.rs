@@ -6,8 +6,8 @@ use crate::core::Srgb8;
 use crate::io::Endian;
 use crate::kernel::Kernel;
 use crate::scene::{
-    Annotation, Annotations, Backend, Classify, ErrorMeasure, MOST_SHEETS_PER_KERNEL, OpacityModel,
-    Order, Reconstruction, ShadingPreset, Visibility,
+    AlongRay, Annotation, Annotations, Backend, Classify, ErrorMeasure, MOST_SHEETS_PER_KERNEL,
+    OpacityModel, Order, Reconstruction, ShadingPreset, Visibility,
 };
 use crate::task::engine::AdapterChoice;
 use crate::transfer::ColourMap;
@@ -27,7 +27,7 @@ pub(super) type Points = List<(f64, f64)>;
 pub(super) type Stop = (f64, Srgb8);
 
 /// What was found, as a message quotes it: on one line, and where it is nothing, that.
-fn found(text: &str) -> String {
+pub(super) fn found(text: &str) -> String {
     if text.trim().is_empty() { "nothing".to_owned() } else { format!("{text:?}") }
 }
 
@@ -43,7 +43,7 @@ pub(super) fn number(text: &str) -> Parsed<f64> {
     }
 }
 
-fn numbers<const N: usize>(text: &str, what: &str) -> Parsed<[f64; N]> {
+pub(super) fn numbers<const N: usize>(text: &str, what: &str) -> Parsed<[f64; N]> {
     let values: Vec<f64> = text.split(',').map(number).collect::<Parsed<_>>()?;
     values.try_into().map_err(|_| format!("expected {what}, found {}", found(text)))
 }
@@ -267,6 +267,7 @@ named!(
     backend: Backend,
     cut_error: ErrorMeasure,
     shading_preset: ShadingPreset,
+    along_ray: AlongRay,
     vector_mode: VectorMode,
     colour_by: ColourBy,
     design: Design,

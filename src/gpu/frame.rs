@@ -27,6 +27,11 @@ pub enum Pass {
         /// Tiles of the picture, a workgroup each.
         tiles: u32,
     },
+    /// Projects a field's values along rays.
+    ProjectValues {
+        /// Tiles of the picture, a workgroup each.
+        tiles: u32,
+    },
     /// Gathers a grid's kernels for some tiles of the picture.
     Gather {
         /// The shader that does.
@@ -103,6 +108,7 @@ impl Pass {
             Self::EmitKernels { .. } => super::shader::EMIT_KERNELS.name,
             Self::Splat(_) => super::shader::SPLAT.name,
             Self::ReconstructSlabs { .. } => super::shader::RECONSTRUCT_SLABS,
+            Self::ProjectValues { .. } => super::shader::PROJECT_VALUES,
             Self::Gather { shader, .. } => shader.name,
             Self::CountEntries { .. } => super::shader::COUNT_ENTRIES.name,
             Self::CountVectors { .. } => super::shader::COUNT_VECTORS.name,
@@ -133,9 +139,9 @@ pub fn node_piece(records: u32) -> [Pass; 1] {
     [Pass::Splat(Source::Uploaded(records))]
 }
 
-/// A piece of a picture in slabs.
-pub fn slab_piece(tiles: u32) -> [Pass; 1] {
-    [Pass::ReconstructSlabs { tiles }]
+/// A piece of a picture in slabs, or of values projected along them.
+pub fn slab_piece(tiles: u32, projects: bool) -> [Pass; 1] {
+    [if projects { Pass::ProjectValues { tiles } } else { Pass::ReconstructSlabs { tiles } }]
 }
 
 /// The lists of scattered kernels, before they are sorted.

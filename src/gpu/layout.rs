@@ -192,6 +192,17 @@ pub struct Slabs {
     pub part: [u32; 4],
 }
 
+/// Planes that cut a volume, and the shader has room for: of a box, and free ones.
+pub const MOST_CLIPS: usize = 6 + crate::scene::MOST_CLIP_PLANES;
+
+/// `Inside` in `shaders/lib/inside.wgsl`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+#[expect(missing_docs, reason = "documented in the shader")]
+pub struct Inside {
+    pub clip: [[f32; 4]; MOST_CLIPS],
+}
+
 /// Entries of each shading table: a cell more than `SHADE_CELLS`.
 pub const SHADE_ENTRIES: usize = 256;
 /// Cells of a shading table.

@@ -12,6 +12,7 @@ mod device_volume;
 mod field;
 pub mod frame;
 mod gather;
+mod inside;
 pub mod layout;
 mod list_plan;
 mod meshes;

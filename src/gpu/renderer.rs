@@ -10,11 +10,12 @@ use super::context::Context;
 use super::device_volume::DeviceVolume;
 use super::frame::{self, Pass, PassTime};
 use super::gather::Gathering;
+use super::inside::Opening;
 use super::meshes::MeshTable;
 use super::pipelines::{Pipelines, SplatVariant};
 use super::scattered::Lists;
-use super::shade::{Shade, ShadeVariant};
-use super::slabs::{PictureConstants, SlabField, SlabPass, step_reach};
+use super::shade::Shade;
+use super::slabs::{Looks, PictureConstants, SlabField, SlabPass, step_reach};
 use super::target::Target;
 use super::timing::{Timer, Timestamps};
 use super::turns::{Kept, few_tiles};
@@ -52,6 +53,8 @@ pub struct Renderer {
     slab_settings: SplatSettings,
     /// Their lights and shading tables.
     shade: Option<Shade>,
+    /// What lets the inside be seen.
+    inside: Option<Opening>,
     /// Whether their rays are walked in parts.
     slabs_in_parts: bool,
     pub(super) kept: Kept,
@@ -100,6 +103,7 @@ impl Renderer {
             slab_field: SlabField::Own,
             slab_settings: SplatSettings::EXACT,
             shade: None,
+            inside: None,
             slabs_in_parts: false,
             kept: Kept::default(),
             pipelines: Pipelines::default(),
@@ -305,7 +309,8 @@ impl Renderer {
     ) -> Result<f64, GpuError> {
         (self.slab_field, self.slab_settings) = (which, *settings);
         let which = which as usize;
-        let parts = self.slabs[which].parts(&self.context, view, settings, picture);
+        let looks = Looks { shade: self.shade.as_ref(), inside: self.inside.as_ref() };
+        let parts = self.slabs[which].parts(&self.context, view, settings, picture, looks);
         self.slabs_in_parts = parts.is_some();
         if self.slabs_in_parts && self.slabs_have_vectors {
             return Err(GpuError::TooLarge {
@@ -320,11 +325,12 @@ impl Renderer {
         for tiles in ranges {
             for &part in parts.as_deref().unwrap_or(&[[0; 4]]) {
                 let (slabs, piece) = (&mut self.slabs[which], (&tiles, part));
-                let shade = self.shade.as_ref();
-                if !slabs.write(&self.context, view, settings, picture, piece, shade) {
+                let looks = Looks { shade: self.shade.as_ref(), inside: self.inside.as_ref() };
+                if !slabs.write(&self.context, view, settings, picture, piece, looks) {
                     return Err(GpuError::Device("slabs came before their field".to_owned()));
                 }
-                wall_ms += self.run(&frame::slab_piece(tiles.len() as u32))?;
+                let projects = looks.variant(false).projects();
+                wall_ms += self.run(&frame::slab_piece(tiles.len() as u32, projects))?;
             }
         }
         Ok(wall_ms)
@@ -343,20 +349,22 @@ impl Renderer {
         let kept = self.kept.buffer().filter(|_| self.slabs_in_parts);
         let rays = (tiles, kept);
         let slabs = &mut self.slabs[self.slab_field as usize];
-        let quickly = self.slab_field == SlabField::Preview;
-        let shade = self.shade.as_ref().map(|shade| ShadeVariant { quickly, ..shade.variant });
+        let looks = Looks { shade: self.shade.as_ref(), inside: self.inside.as_ref() };
+        let variant = looks.variant(self.slab_field == SlabField::Preview);
         let vectors = match (&self.vectors, &self.lists) {
             (Some(vectors), Some(lists)) if self.slabs_have_vectors => Some((vectors, lists)),
             _ => None,
         };
-        let more = (shade, vectors, timestamps);
+        let more = (variant, vectors, timestamps);
         slabs.encode(&self.context, encoder, &settings, light, rays, more);
     }
 
-    /// Sets the lights and the shading tables that slabs are drawn with from now on; a scene that asks
-    /// for none is drawn without a buffer, a pipeline or a gradient for them.
-    pub fn set_shading(&mut self, scene: &Scene) {
+    /// Sets the lights and the shading tables that slabs are drawn with from now on, and what lets their
+    /// inside be seen; a scene that asks for none is drawn without a buffer, a pipeline or a gradient
+    /// for them.
+    pub fn set_looks(&mut self, scene: &Scene) {
         self.shade = Shade::of(scene);
+        self.inside = Opening::of(scene);
     }
 
     /// Submits passes and waits; returns wall milliseconds.
@@ -415,7 +423,9 @@ impl Renderer {
             }
             Pass::Gather { shader, tiles } => self.gather(encoder, shader, tiles, clock),
             Pass::Splat(source) => self.splat(encoder, source, clock),
-            Pass::ReconstructSlabs { tiles } => self.reconstruct_slabs(encoder, tiles, clock),
+            Pass::ReconstructSlabs { tiles } | Pass::ProjectValues { tiles } => {
+                self.reconstruct_slabs(encoder, tiles, clock);
+            }
             Pass::CompositeVectors { tiles } => self.composite_vectors(encoder, tiles, clock),
             Pass::Present => self.encode_present(encoder, clock),
             Pass::CountDigits(_) | Pass::ScanDigits | Pass::ScatterDigits(_) => {
@@ -473,6 +483,11 @@ impl Renderer {
     /// Of them, what lights and shading tables take: nothing once a picture without was drawn.
     pub fn shading_bytes(&self) -> u64 {
         self.slabs.iter().map(SlabPass::shading_bytes).sum()
+    }
+
+    /// Of them, what lets the inside be seen takes: nothing once a picture without was drawn.
+    pub fn inside_bytes(&self) -> u64 {
+        self.slabs.iter().map(SlabPass::inside_bytes).sum()
     }
 
     /// Counts what is held now towards the peak.

@@ -22,12 +22,18 @@ const FIELD: &str = include_str!("../../shaders/lib/field.wgsl");
 const CLASSIFY: &str = include_str!("../../shaders/lib/classify.wgsl");
 const EMPTY: &str = include_str!("../../shaders/lib/empty.wgsl");
 const LIGHT: &str = include_str!("../../shaders/lib/light.wgsl");
+const RAYS: &str = include_str!("../../shaders/lib/rays.wgsl");
+const INSIDE: &str = include_str!("../../shaders/lib/inside.wgsl");
+const UNCLIPPED: &str = include_str!("../../shaders/lib/unclipped.wgsl");
+const CLIPPED: &str = include_str!("../../shaders/lib/clipped.wgsl");
+const MATTER: &str = include_str!("../../shaders/lib/matter.wgsl");
+const SURFACES: &str = include_str!("../../shaders/lib/surfaces.wgsl");
 const NO_VECTORS: &str = include_str!("../../shaders/lib/no_vectors.wgsl");
 const VECTOR_FRAME: &str = include_str!("../../shaders/lib/vector_frame.wgsl");
 const VECTORS: &str = include_str!("../../shaders/lib/vectors.wgsl");
 
 /// The most pieces that a shader is stitched of.
-const MOST_PIECES: usize = 14;
+const MOST_PIECES: usize = 20;
 
 /// A pass's shader: its name is the file's, the pass's label and the timing row's.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -108,24 +114,55 @@ pub struct SlabPieces {
     pub in_parts: bool,
     /// What finds values and growth.
     pub faces: Faces,
+    /// Something is cut away.
+    pub clipped: bool,
+    /// Surfaces lie among the matter.
+    pub surfaces: bool,
     /// Vector splats lie in the same slabs.
     pub vectors: bool,
 }
 
 impl SlabPieces {
     /// Every one there is.
-    pub const ALL: [Self; 12] = {
+    pub const ALL: [Self; 36] = {
         let faces = [Faces::Unlit, Faces::BSplines, Faces::Tents, Faces::Differences];
-        let mut all = [Self { in_parts: false, faces: Faces::Unlit, vectors: false }; 12];
+        let mut all = [Self::PLAIN; 36];
         let mut i = 0;
         while i < all.len() {
-            // Rays beside vectors are walked at once.
-            let (vectors, in_parts) = (i % 3 == 2, i % 3 == 1);
-            all[i] = Self { in_parts, faces: faces[i / 3], vectors };
+            all[i] = if i < 32 {
+                Self {
+                    in_parts: i % 2 == 1,
+                    faces: faces[i / 2 % 4],
+                    clipped: i / 8 % 2 == 1,
+                    surfaces: i / 16 == 1,
+                    vectors: false,
+                }
+            } else {
+                // Rays beside vectors are walked at once, and through all of the field.
+                Self { faces: faces[i - 32], vectors: true, ..Self::PLAIN }
+            };
             i += 1;
         }
         all
     };
+
+    /// What nobody asked for anything with.
+    pub const PLAIN: Self = Self {
+        in_parts: false,
+        faces: Faces::Unlit,
+        clipped: false,
+        surfaces: false,
+        vectors: false,
+    };
+
+    /// The pass that projects values along rays, of these pieces: of the faces, values alone.
+    pub const fn projecting(self) -> Shader {
+        let [inside, clip] = if self.clipped { [INSIDE, CLIPPED] } else { ["", UNCLIPPED] };
+        let rays = if self.in_parts { PARTS } else { WHOLE };
+        let walk = include_str!("../../shaders/project_values.wgsl");
+        let pieces = &[SLABS, FIELD, CLASSIFY, EMPTY, RAYS, inside, clip, rays, walk];
+        stitched(PROJECT_VALUES, pieces)
+    }
 
     /// The pass of these pieces.
     pub const fn shader(self) -> Shader {
@@ -136,6 +173,9 @@ impl SlabPieces {
             Faces::Differences => [SHADE, FACE_DIFFERENCES],
         };
         let rays = if self.in_parts { PARTS } else { WHOLE };
+        let inside = if self.clipped || self.surfaces { INSIDE } else { "" };
+        let clip = if self.clipped { CLIPPED } else { UNCLIPPED };
+        let layers = if self.surfaces { SURFACES } else { MATTER };
         let walk = include_str!("../../shaders/reconstruct_slabs.wgsl");
         let [footprint, share, frame, vectors] = match self.vectors {
             false => ["", "", "", NO_VECTORS],
@@ -144,8 +184,8 @@ impl SlabPieces {
         stitched(
             RECONSTRUCT_SLABS,
             &[
-                SLABS, FIELD, CLASSIFY, EMPTY, LIGHT, rays, shade, face, footprint, share, frame,
-                vectors, walk,
+                SLABS, FIELD, CLASSIFY, EMPTY, LIGHT, RAYS, inside, clip, layers, rays, shade,
+                face, footprint, share, frame, vectors, walk,
             ],
         )
     }
@@ -153,6 +193,21 @@ impl SlabPieces {
 
 /// Name of the pass that composites slabs of a reconstructed field.
 pub const RECONSTRUCT_SLABS: &str = "reconstruct_slabs";
+
+/// Name of the pass that projects values along rays.
+pub const PROJECT_VALUES: &str = "project_values";
+
+/// Projecting passes: whole or in parts, with and without a clip.
+const PROJECTING: [Shader; 4] = {
+    let mut all = [SINGLE[0]; 4];
+    let mut i = 0;
+    while i < all.len() {
+        let pieces = SlabPieces { in_parts: i % 2 == 1, clipped: i / 2 == 1, ..SlabPieces::PLAIN };
+        all[i] = pieces.projecting();
+        i += 1;
+    }
+    all
+};
 
 /// Passes that are stitched in one way only.
 const SINGLE: [Shader; 18] = [
@@ -177,12 +232,16 @@ const SINGLE: [Shader; 18] = [
 ];
 
 /// Every shader there is.
-pub const ALL: [Shader; SINGLE.len() + SlabPieces::ALL.len()] = {
-    let mut all = [SINGLE[0]; SINGLE.len() + SlabPieces::ALL.len()];
+pub const ALL: [Shader; SINGLE.len() + PROJECTING.len() + SlabPieces::ALL.len()] = {
+    let slabs = SINGLE.len() + PROJECTING.len();
+    let mut all = [SINGLE[0]; SINGLE.len() + PROJECTING.len() + SlabPieces::ALL.len()];
     let mut i = 0;
     while i < all.len() {
-        all[i] =
-            if i < SINGLE.len() { SINGLE[i] } else { SlabPieces::ALL[i - SINGLE.len()].shader() };
+        all[i] = match i {
+            _ if i < SINGLE.len() => SINGLE[i],
+            _ if i < slabs => PROJECTING[i - SINGLE.len()],
+            _ => SlabPieces::ALL[i - slabs].shader(),
+        };
         i += 1;
     }
     all

@@ -283,6 +283,10 @@ pub(super) struct SlabRays {
     pub side: u32,
     /// Samples to either side of a position, of kernels that are summed up in loops.
     pub window: Option<usize>,
+    /// Surfaces that a ray may meet among the slabs.
+    pub surfaces: u32,
+    /// Whether values are projected, face by face and without leaps.
+    pub projects: bool,
 }
 
 impl SlabRays {
@@ -304,9 +308,17 @@ impl SlabRays {
         });
         // The look, the loop of leaps and that of faces.
         let every = f64::from(layout::LOOK_EVERY);
-        let look = 1.0 + 1.0 + every + 1.0 + every * value;
+        // Of each slab, layers between surfaces, and a look for the next one before each.
+        let surfaces = f64::from(self.surfaces);
+        let layers = if surfaces > 0.0 { nested(&[surfaces + 1.0, surfaces]) } else { 0.0 };
+        let look = 1.0 + 1.0 + every + 1.0 + every * (value + layers);
         let looks = faces / every + 2.0;
         let others = LANES * leaps;
+        let (looks, look, leaps, others) = match self.projects {
+            // Between two faces there may be one more place to be asked.
+            true => (2.0 * faces + 6.0, 1.0 + value, 0.0, 1.0),
+            false => (looks, look, leaps, others),
+        };
         let ray = 1.0 + looks * look + others;
         let rays = self.side * self.side;
         if f64::from(rays) * ray <= budget {
@@ -429,6 +441,8 @@ mod tests {
             thickness: 1.0 / 64.0,
             side: 1,
             window: None,
+            surfaces: 0,
+            projects: false,
         };
         assert!(row(593).parts(Some(SOFTWARE_TURNS)).is_some());
         assert_eq!(row(450).parts(Some(SOFTWARE_TURNS)), None);
@@ -456,6 +470,8 @@ mod tests {
             thickness: 0.1,
             side: 2,
             window: None,
+            surfaces: 0,
+            projects: false,
         };
         let parts = rays.parts(Some(SOFTWARE_TURNS)).expect("more than one");
         let of_ray = |ray: u32| -> Vec<SlabPart> {

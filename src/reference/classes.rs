@@ -82,6 +82,11 @@ impl Classes {
         [weight, weight * r, weight * g, weight * b]
     }
 
+    /// Linear colour of a value, whatever its opacity.
+    pub(super) fn colour(&self, value: f64) -> [f64; 3] {
+        self.function.colour_at(value).0
+    }
+
     /// Whether no value in low..=high has any opacity. True for an empty range.
     pub(super) fn is_clear(&self, low: f64, high: f64) -> bool {
         let clear = |v| self.function.opacity_at(v) <= 0.0;

@@ -2,10 +2,11 @@
 
 use super::classes::Classes;
 use super::field::{Basis, Field};
+use super::inside::{Layer, Part, Slice};
 use super::quadrature::{self, Density};
 use super::shading::RayShader;
 use super::sources::{Along, GridKernels, Hit, Line};
-use super::truth::{domain, separable_cells};
+use super::truth::separable_cells;
 use crate::kernel::RadialKernel;
 use crate::scene::{OpacityModel, Order};
 
@@ -20,12 +21,16 @@ fn shade(model: OpacityModel, sum: Density) -> (f64, [f64; 3]) {
 }
 
 /// Layers given from front to back, laid over one another in either order.
-pub(super) fn composite(layers: &[Density], model: OpacityModel, order: Order) -> [f64; 4] {
+pub(super) fn composite(layers: &[Layer], model: OpacityModel, order: Order) -> [f64; 4] {
     let mut pixel = [0.0; 4];
+    let shaded = |layer: Layer| match layer {
+        Layer::Matter(sum) => shade(model, sum),
+        Layer::Surface(surface) => (surface.opacity, surface.colour),
+    };
     match order {
         Order::FrontToBack => {
             for &layer in layers {
-                let (alpha, [r, g, b]) = shade(model, layer);
+                let (alpha, [r, g, b]) = shaded(layer);
                 let left = 1.0 - pixel[3];
                 for (p, c) in pixel.iter_mut().zip([r, g, b, 1.0]) {
                     *p += left * alpha * c;
@@ -34,7 +39,7 @@ pub(super) fn composite(layers: &[Density], model: OpacityModel, order: Order) -
         }
         Order::BackToFront => {
             for &layer in layers.iter().rev() {
-                let (alpha, [r, g, b]) = shade(model, layer);
+                let (alpha, [r, g, b]) = shaded(layer);
                 for (p, c) in pixel.iter_mut().zip([r, g, b, 1.0]) {
                     *p = alpha * c + (1.0 - alpha) * *p;
                 }
@@ -174,19 +179,19 @@ pub(super) fn separable_between_planes(
     layers.into_iter().map(|(_, sum)| sum).collect()
 }
 
-/// Slabs of reconstructed values, clipped to the lattice's domain, from front to back: the value in
+/// Slabs of reconstructed values, clipped to a part of the ray, from front to back: the value in
 /// the middle of each, or where `pre_integrated` all values between its faces, along a parabola: a
 /// layer for each half. Each with the number of its slab.
 pub(super) fn classified(
     field: &Field,
     classes: &Classes,
-    line: &Line,
     planes: &Planes,
     pre_integrated: bool,
     model: OpacityModel,
     ray: RayShader<'_>,
-) -> Vec<(i64, Density)> {
-    let Some([a, b]) = domain(field.dims, line) else { return Vec::new() };
+    part: &Part,
+) -> Vec<Slice> {
+    let ([a, b], line) = (part.ends, ray.index);
     let faces: Vec<f64> = (planes.layer_of(a)..=planes.layer_of(b) + 1)
         .map(|layer| planes.face(layer).clamp(a, b))
         .collect();
@@ -195,7 +200,7 @@ pub(super) fn classified(
     } else {
         Vec::new()
     };
-    let mut layers = Vec::new();
+    let mut pieces = Vec::new();
     let first = planes.layer_of(a);
     for (i, pair) in faces.windows(2).enumerate() {
         let slab = first + i as i64;
@@ -207,8 +212,11 @@ pub(super) fn classified(
         }
         if !pre_integrated {
             let shaded = |v| ray.shaded(classes.at(v), t, v);
-            let weight = |v| (slab, shaded(v).map(|w| w * (high - low)));
-            layers.extend(field.value(middle).map(weight));
+            pieces.extend(field.value(middle).map(|v| Slice {
+                slab,
+                ends: [low, high],
+                density: shaded(v),
+            }));
             continue;
         }
         let (Some(near), Some(far)) = (values[i], values[i + 1]) else { continue };
@@ -216,22 +224,22 @@ pub(super) fn classified(
         let value = f64::midpoint(near, far);
         let half = value + 1.5 * bend;
         // Each half along the straight line that has the parabola's mean.
-        let part = |from, to| {
+        let half_slab = |from, to| {
             let mean = classes.mean(from + bend / 4.0, to + bend / 4.0);
             // By the mean of the whole slab's two faces.
-            let shaded = ray.shaded_by(mean, t, value, &[low, high]);
-            shaded.map(|w| w * (high - low) / 2.0)
+            ray.shaded_by(mean, t, value, &[low, high])
         };
-        let (mut near, far) = (part(near, half), part(half, far));
+        let (near, far) = (half_slab(near, half), half_slab(half, far));
         if model == OpacityModel::Published {
             // Opacities are given to slabs.
-            add(&mut near, far, 1.0);
-            layers.push((slab, near));
+            let density = std::array::from_fn(|c| f64::midpoint(near[c], far[c]));
+            pieces.push(Slice { slab, ends: [low, high], density });
         } else {
-            layers.extend([(slab, near), (slab, far)]);
+            pieces.push(Slice { slab, ends: [low, t], density: near });
+            pieces.push(Slice { slab, ends: [t, high], density: far });
         }
     }
-    layers
+    pieces
 }
 
 /// What the mean value of slab `i` differs by from the mean of its two faces: that of the cubic

@@ -8,6 +8,7 @@
 
 mod classes;
 mod field;
+mod inside;
 mod kernels;
 mod layers;
 mod line;
@@ -15,6 +16,7 @@ mod mesh;
 mod picture;
 mod polynomial;
 mod probe;
+mod projection;
 mod quadrature;
 mod renderer;
 mod shading;

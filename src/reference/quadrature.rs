@@ -99,6 +99,14 @@ impl Light {
         }
     }
 
+    /// Lays something without depth behind all that was added before.
+    pub(super) fn cover(&mut self, opacity: f64, colour: [f64; 3]) {
+        for (sum, c) in self.colour.iter_mut().zip(colour) {
+            *sum += self.transmittance * opacity * c;
+        }
+        self.transmittance *= 1.0 - opacity;
+    }
+
     fn step(&mut self, a: f64, b: f64, density: &impl Fn(f64) -> Density, deepest: u32) {
         if self.is_opaque() {
             return;

@@ -6,9 +6,11 @@ use rayon::prelude::*;
 use super::RefKernel;
 use super::classes::Classes;
 use super::field::{Field, Shape};
+use super::inside::{Layer, Opening, Part, Slice, woven};
 use super::kernels::grid_kernels;
 use super::layers::{self, Planes};
 use super::mesh::Meshes;
+use super::projection;
 use super::quadrature::{Density, Light};
 use super::shading::{RayShader, Shader};
 use super::sources::{GridKernels, Hit, Line, ListKernels};
@@ -38,6 +40,7 @@ pub struct Reference {
     exact: bool,
     tolerance: f64,
     shape: Option<RadialKernel>,
+    opening: Opening,
     source: Source,
     vectors: Option<Vectors>,
     alone: bool,
@@ -165,6 +168,7 @@ impl Reference {
             exact,
             tolerance: TOLERANCE,
             shape,
+            opening: Opening::of(scene),
             source,
             vectors: Vectors::of(scene, (size[1] * fine) as f64),
             alone: scene.vectors.as_ref().is_some_and(|layer| layer.alone),
@@ -207,6 +211,7 @@ impl Reference {
             planes.step *= vectors.size();
             let sums = vectors.sums(&ray, &planes);
             let layers = merged(&[], &sums);
+            let layers: Vec<Layer> = layers.into_iter().map(Layer::Matter).collect();
             return layers::composite(&layers, self.splat.opacity_model, self.splat.order);
         }
         let layers = match &self.source {
@@ -215,22 +220,46 @@ impl Reference {
                 let line = ray.mapped(map, self.lattice.origin);
                 let shader = shader.as_deref();
                 let shade = RayShader { shader, field, world: &ray, index: &line };
+                let part = self.opening.part((field, classes), &ray, &line);
+                let part = match part {
+                    Some(part) => part,
+                    None if self.vectors.is_none() => return [0.0; 4],
+                    // Nothing but vectors, perhaps.
+                    None => Part { ends: [0.0; 2], surfaces: Vec::new() },
+                };
+                if let Some(along) = self.opening.projects() {
+                    // The same in every mode: what a mode finds of it is near to this.
+                    let found = projection::projected(field, &line, along, part.ends);
+                    let colour = |value| {
+                        let [r, g, b] = classes.colour(value);
+                        [r, g, b, 1.0]
+                    };
+                    return found.map_or([0.0; 4], colour);
+                }
                 if self.exact {
-                    return truth::after(field, classes, visible, shade, self.tolerance);
+                    return truth::after(field, classes, visible, shade, &part, self.tolerance);
                 }
                 let pre_integrated = self.splat.classify == Classify::PreIntegrated;
                 let (planes, model) = (self.slabs(&ray), self.splat.opacity_model);
                 let slabs = layers::classified(
                     field,
                     classes,
-                    &line,
                     &planes,
                     pre_integrated,
                     model,
                     shade,
+                    &part,
                 );
-                let beside = self.vectors.as_ref().map(|vectors| vectors.sums(&ray, &planes));
-                merged(&slabs, &beside.unwrap_or_default())
+                match &self.vectors {
+                    None => woven(&slabs, &part.surfaces),
+                    Some(vectors) => {
+                        let whole =
+                            |s: &Slice| (s.slab, s.density.map(|w| w * (s.ends[1] - s.ends[0])));
+                        let slabs: Vec<_> = slabs.iter().map(whole).collect();
+                        let layers = merged(&slabs, &vectors.sums(&ray, &planes));
+                        layers.into_iter().map(Layer::Matter).collect()
+                    }
+                }
             }
             Source::Grid(grid, Shape::Separable(basis)) => {
                 if self.exact {
@@ -243,7 +272,8 @@ impl Reference {
                     });
                     return light.pixel();
                 }
-                layers::separable_between_planes(grid, *basis, &ray, &self.slabs(&ray))
+                let sums = layers::separable_between_planes(grid, *basis, &ray, &self.slabs(&ray));
+                sums.into_iter().map(Layer::Matter).collect()
             }
             Source::Grid(grid, _) => return self.splatted(grid.hits(&ray, self.shape), &ray),
             Source::List(list) => return self.splatted(list.hits(&ray, pixel), &ray),
@@ -266,6 +296,7 @@ impl Reference {
             Visibility::Sheets => layers::between_planes(&hits, shape, &self.sheets(ray), from),
             Visibility::Slabs => layers::between_planes(&hits, shape, &self.slabs(ray), from),
         };
+        let layers: Vec<Layer> = layers.into_iter().map(Layer::Matter).collect();
         layers::composite(&layers, self.splat.opacity_model, self.splat.order)
     }
 

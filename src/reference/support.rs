@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use crate::core::{Camera, Projection, Srgb8};
-use crate::scene::{Background, Scene, Shading, SplatSettings};
+use crate::scene::{Background, Inside, Scene, Shading, SplatSettings};
 use crate::transfer::{ColourMap, ColourSource, TransferFunction};
 use crate::volume::{Lattice, Samples, ScalarVolume};
 
@@ -31,6 +31,7 @@ pub(super) fn scene(
         camera: Camera::new(lattice.centre(), direction, DVec3::Y, 2.0),
         background: Background::Colour(Srgb8::BLACK),
         shading: Shading::default(),
+        inside: Inside::default(),
         vectors: None,
     }
 }

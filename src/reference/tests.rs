@@ -6,7 +6,7 @@ use super::*;
 use crate::core::{Projection, Srgb8};
 use crate::kernel::ProjectedKernel;
 use crate::reference::grid_kernels;
-use crate::scene::{Background, Scene, Shading, SplatSettings, framing_camera};
+use crate::scene::{Background, Inside, Scene, Shading, SplatSettings, framing_camera};
 use crate::transfer::{ColourMap, ColourSource, TransferFunction, extinction_from_opacity};
 use crate::volume::{Lattice, Samples, ScalarVolume};
 
@@ -40,6 +40,7 @@ fn constant(lattice: Lattice, camera: Camera, alpha: f64, unit: f64) -> Scene {
         camera,
         background: Background::Colour(Srgb8::BLACK),
         shading: Shading::default(),
+        inside: Inside::default(),
         vectors: None,
     }
 }

@@ -4,6 +4,7 @@ use glam::DVec3;
 
 use super::classes::Classes;
 use super::field::{Basis, Field, Shape, tensor};
+use super::inside::Part;
 use super::polynomial::Piece;
 use super::quadrature::{Density, Light};
 use super::shading::RayShader;
@@ -164,27 +165,34 @@ pub(super) fn separable_cells(
     }
 }
 
-/// The box in which a lattice's values are defined.
+/// The box in which a lattice's values are defined, along a ray.
 pub(super) fn domain(dims: [usize; 3], line: &Line) -> Option<[f64; 2]> {
     let high = DVec3::from(dims.map(|n| n as f64)) - 0.5;
     line.inside(DVec3::splat(-0.5), high)
 }
 
-/// Values reconstructed, then classified. `visible` tells which of the field's bricks may show.
+/// Values reconstructed, then classified, on a part of the ray. `visible` tells which of the field's bricks may show.
 pub(super) fn after(
     field: &Field,
     classes: &Classes,
     visible: &[bool],
     ray: RayShader<'_>,
+    part: &Part,
     tolerance: f64,
 ) -> [f64; 4] {
-    let Some([a, b]) = domain(field.dims, ray.index) else { return [0.0; 4] };
+    let [a, b] = part.ends;
     let mut light = Light::new(tolerance, b - a);
-    gather(field, classes, visible, ray, [a, b], &mut light);
+    let mut from = a;
+    for surface in &part.surfaces {
+        gather(field, classes, visible, ray, [from, surface.t], &mut light);
+        light.cover(surface.opacity, surface.colour);
+        from = surface.t;
+    }
+    gather(field, classes, visible, ray, [from, b], &mut light);
     light.pixel()
 }
 
-/// The same of the part a..b of a ray, which lies in the field's domain.
+/// The part a..b of a ray, which lies in the field's domain and meets no surface.
 pub(super) fn gather(
     field: &Field,
     classes: &Classes,
@@ -206,16 +214,22 @@ pub(super) fn gather(
             from.get_or_insert(pair[0]);
         }
         if let Some(start) = from.take_if(|_| !seen) {
-            part(field, classes, ray, [start, pair[0]], light);
+            visible_part(field, classes, ray, [start, pair[0]], light);
         }
     }
     if let Some(start) = from {
-        part(field, classes, ray, [start, b], light);
+        visible_part(field, classes, ray, [start, b], light);
     }
 }
 
 /// One part of the ray, all of it in bricks that may show.
-fn part(field: &Field, classes: &Classes, ray: RayShader<'_>, [a, b]: [f64; 2], light: &mut Light) {
+fn visible_part(
+    field: &Field,
+    classes: &Classes,
+    ray: RayShader<'_>,
+    [a, b]: [f64; 2],
+    light: &mut Light,
+) {
     let line = ray.index;
     let mut cuts = vec![a, b];
     let halves = field.has_holes() || field.shape == Shape::Nearest;

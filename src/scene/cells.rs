@@ -241,6 +241,32 @@ impl View {
             .collect()
     }
 
+    /// Where the twelve edges of a box of index space land.
+    pub fn box_on_picture(&self, [low, high]: [DVec3; 2]) -> Vec<[DVec2; 2]> {
+        let corner = |bits: usize| {
+            let part = |a: usize| if bits >> a & 1 == 1 { high[a] } else { low[a] };
+            DVec3::new(part(0), part(1), part(2))
+        };
+        let edges = (0..8).flat_map(|bits| (0..3).map(move |axis| (bits, bits | 1 << axis)));
+        edges
+            .filter(|(from, to)| from != to)
+            .filter_map(|(from, to)| self.segment_on_picture([corner(from), corner(to)]))
+            .collect()
+    }
+
+    /// Where a place of index space lands, pixels from the top left corner, also beside the picture;
+    /// `None` at or behind the eye.
+    pub fn point_on_picture(&self, index: DVec3) -> Option<DVec2> {
+        let view = self.view_centre + self.view_from_index * (index - self.lattice_centre);
+        let shrink = match self.eye_distance {
+            Some(distance) if view.z < NEAREST * distance => return None,
+            Some(distance) => distance / view.z,
+            None => 1.0,
+        };
+        let half = DVec2::new(f64::from(self.size[0]), f64::from(self.size[1])) / 2.0;
+        Some(DVec2::new(half.x + view.x * shrink, half.y - view.y * shrink))
+    }
+
     /// The ray through a position on the picture, pixels from its top left corner.
     pub fn index_ray(&self, pixel: DVec2) -> IndexRay {
         let half = DVec2::new(f64::from(self.size[0]), f64::from(self.size[1])) / 2.0;
@@ -372,6 +398,28 @@ mod tests {
             ([[34.0, 24.0], [50.0 - far, 40.0 - far]], 1),
         ] {
             assert_eq!(edges.iter().filter(|&&e| is_near(e, side)).count(), count, "{side:?}");
+        }
+    }
+
+    #[test]
+    fn a_boxs_edges_are_those_of_a_cell_of_its_size() {
+        let lattice = Lattice::unit([8; 3]);
+        let view_angle = 2.0 * 0.5_f64.atan();
+        let projection = Projection::Perspective { view_angle };
+        for camera in [camera(), Camera { projection, ..camera() }] {
+            let view = View::of(&camera, &lattice, [100, 80]);
+            let cell = cells(vec![node([3, 4, 4], [1, 2, 2], 1, 0.0)], 1.0, 9).cells[0];
+            let expected = view.cell_on_picture(&cell);
+            let ends = [DVec3::new(2.5, 3.5, 3.5), DVec3::new(3.5, 5.5, 5.5)];
+            let found = view.box_on_picture(ends);
+            assert_eq!((found.len(), expected.len()), (12, 12));
+            for edge in expected {
+                let edge = edge.map(|end| end.to_array());
+                assert!(found.iter().any(|&other| is_near(other, edge)), "{edge:?}");
+            }
+            let corner = view.point_on_picture(ends[0]).unwrap();
+            let is_end = |end: &DVec2| (*end - corner).length() < 1e-9;
+            assert_eq!(found.iter().flatten().filter(|end| is_end(end)).count(), 3);
         }
     }
 

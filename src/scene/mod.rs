@@ -7,6 +7,7 @@
 pub mod annotations;
 mod cells;
 mod framing;
+mod inside;
 mod mode;
 mod shading;
 mod vectors;
@@ -16,6 +17,9 @@ pub use crate::hierarchy::ErrorMeasure;
 pub use annotations::{Annotation, Annotations, lay_out as lay_out_annotations};
 pub use cells::{Cell, Cells, Edge, IndexRay, WhyWhole, level_colour};
 pub use framing::{NamedView, axis_letters, is_anterior_y};
+pub use inside::{
+    AlongRay, Clip, ClipBox, CutFaces, HalfSpace, Inside, InsideError, MOST_CLIP_PLANES, Plane,
+};
 pub use mode::{
     Backend, Classify, CutSettings, LEAST_SLABS_PER_VOXEL, MOST_GATHERED_EXTENT,
     MOST_SHEETS_PER_KERNEL, MOST_SLABS_PER_VOXEL, ModeChoice, ModeError, OpacityModel, Order,
@@ -57,6 +61,8 @@ pub struct Scene {
     pub splat: SplatSettings,
     /// How it is lit, and what colours and opacities are looked up by beside the value.
     pub shading: Shading,
+    /// What lets its inside be seen.
+    pub inside: Inside,
     /// A vector field beside it, or instead.
     pub vectors: Option<VectorLayer>,
     /// Where it is seen from.
@@ -71,14 +77,24 @@ impl Scene {
         self.splat.opacity_unit_distance.unwrap_or_else(|| self.volume.lattice.smallest_spacing())
     }
 
+    /// What it asks for beside the transfer function and the mode, by name.
+    pub fn effects(&self) -> Vec<&'static str> {
+        // Values that are projected have no opacity, and nothing falls on them.
+        let is_lit = self.inside.along == AlongRay::Composite;
+        let mut effects = if is_lit { self.shading.effects() } else { Vec::new() };
+        effects.extend(self.inside.effects());
+        effects
+    }
+
     /// Whether two scenes make the same picture at the same size.
     pub fn makes_same_picture(&self, other: &Self) -> bool {
         // Taken apart, so that a new field cannot be forgotten here.
-        let Self { volume, transfer, splat, shading, vectors, camera, background } = self;
+        let Self { volume, transfer, splat, shading, inside, vectors, camera, background } = self;
         Arc::ptr_eq(volume, &other.volume)
             && *transfer == other.transfer
             && *splat == other.splat
             && *shading == other.shading
+            && *inside == other.inside
             && *vectors == other.vectors
             && *camera == other.camera
             && *background == other.background
@@ -97,6 +113,7 @@ pub fn opening(volume: Arc<ScalarVolume>, space: Option<&str>) -> Scene {
         camera: framing_camera(&volume.lattice, direction, up),
         splat: SplatSettings::default(),
         shading: Shading::default(),
+        inside: Inside::default(),
         vectors: None,
         background: Background::Colour(BACKGROUND),
         volume,

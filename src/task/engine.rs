@@ -134,7 +134,7 @@ pub struct FrameReport {
     pub checked: Option<Checked>,
     /// From `full` on: how far slabs were doubled, where they can be and that is wanted.
     pub refined: Option<Refined>,
-    /// What of the scene's shading it shows, by name: nothing where kernels are coloured first.
+    /// What of [`Scene::effects`] it shows, by name: nothing where kernels are coloured first.
     pub effects: Vec<&'static str>,
     /// What was held on the device when it was finished, where somebody looked.
     pub held: Option<HeldBytes>,
@@ -149,6 +149,8 @@ pub struct HeldBytes {
     pub all: u64,
     /// Of them, those of lights and shading tables.
     pub shading: u64,
+    /// And those of what lets the inside be seen.
+    pub inside: u64,
 }
 
 impl FrameReport {

@@ -192,8 +192,9 @@ impl Drawer {
             View::new(scene, size).narrowest_voxel_pixels() * widest_voxels(field, scene);
         let splats = self.costs.splats_within(budget_ms);
         let is_sparse = self.active_count().is_some_and(|active| active <= splats);
-        // Cuts know neither lights nor tables.
-        let is_plain = scene.shading.is_plain() && scene.vectors.is_none();
+        // Cuts know neither lights nor tables, and show what is cut away.
+        let is_plain =
+            scene.shading.is_plain() && scene.inside.is_plain() && scene.vectors.is_none();
         let is_lost = shrink > width_px.max(1.0) && is_sparse && is_plain;
         (!is_lost).then_some(Reduction { field, shrink })
     }

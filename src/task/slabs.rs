@@ -119,7 +119,7 @@ impl Drawer {
         let are_alone = vectors::are_alone(scene);
         if !are_alone {
             self.prepare_slabs(scene, &view, which, observer)?;
-            self.renderer.set_shading(scene);
+            self.renderer.set_looks(scene);
         }
         let vectors = self.prepare_vectors(scene, &view, which, observer)?;
         self.renderer.put_vectors_in_slabs(vectors.is_some());

@@ -34,7 +34,7 @@ pub struct Cumulative {
     pub depth: Vec<f32>,
     /// ∫ w·red, green, blue at the same places; the fourth is 0.
     pub emission: Vec<[f32; 4]>,
-    /// Mean colour (weighted by w) and mean w of each cell.
+    /// Mean colour (weighted by w, or evenly where that is 0) and mean w of each cell.
     pub cells: Vec<[f32; 4]>,
     /// Growth of w across each cell, 0 in those with a breakpoint inside. Without it a background
     /// at the foot of a ramp would have half of what the first cell ends with: a haze.
@@ -71,8 +71,8 @@ impl Cumulative {
             cells: vec![[0.0; 4]; count],
             slopes: vec![0.0; count],
             ends: [low, low + count as f64 / scale].map(|v| {
-                let [r, g, b, w, _] = weighed(function, v, weight);
-                [r, g, b, w].map(|x| x as f32)
+                let [r, g, b] = function.colour_at(v).0;
+                [r, g, b, weighed(function, v, weight)[3]].map(|x| x as f32)
             }),
             shows_before: vec![0; count + 1],
             capped_count: 0,
@@ -106,7 +106,13 @@ impl Cumulative {
                 next_break += 1;
             }
             let w = cell_sums[3];
-            let colour = |c: usize| if w > 0.0 { cell_sums[c] / w } else { 0.0 };
+            // Nobody sees it, but slices and projections have no opacities.
+            let unseen = || gauss(begin, end).map(|u| function.colour_at(low + u / scale).0);
+            let unseen = if w > 0.0 { [[0.0; 3]; 2] } else { unseen() };
+            let colour = |c: usize| match w > 0.0 {
+                true => cell_sums[c] / w,
+                false => f64::midpoint(unseen[0][c], unseen[1][c]),
+            };
             table.cells[cell] = [colour(0), colour(1), colour(2), w].map(|x| x as f32);
             table.slopes[cell] = growth as f32;
             table.shows_before[cell + 1] = table.shows_before[cell] + u32::from(w > 0.0);

@@ -14,6 +14,7 @@ mod hard_cases;
 mod hard_kernels;
 mod hard_mode_values;
 mod hard_values;
+mod inside;
 mod invariants;
 mod judging;
 mod layered_truth;

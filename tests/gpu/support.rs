@@ -9,7 +9,7 @@ use voxsplat::core::{Camera, Projection, Srgb8, Ticket};
 use voxsplat::gpu::{AdapterChoice, Context, GpuError, Renderer, Wishes};
 use voxsplat::kernel::Kernel;
 use voxsplat::reference::{Rays, every_sample, grid_kernels};
-use voxsplat::scene::{Background, Scene, Shading, SplatSettings, framing_camera};
+use voxsplat::scene::{Background, Inside, Scene, Shading, SplatSettings, framing_camera};
 use voxsplat::task::draw::{Drawer, Drawn, Rung};
 use voxsplat::transfer::{ColourSource, TransferFunction};
 use voxsplat::volume::{Lattice, Samples, ScalarVolume};
@@ -115,6 +115,7 @@ pub(crate) fn scene(lattice: Lattice, direction: DVec3) -> Scene {
         camera,
         background: Background::Colour(Srgb8::BLACK),
         shading: Shading::default(),
+        inside: Inside::default(),
         vectors: None,
     }
 }

@@ -1,6 +1,7 @@
 //! Modes: their controls, the accuracy panel, the comparison of two.
 
 mod cells;
+mod inside;
 mod refining;
 mod shading;
 mod vectors;

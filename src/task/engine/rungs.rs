@@ -12,7 +12,7 @@ use super::{
 use crate::core::Ticket;
 use crate::gpu::{GpuError, Renderer, SlabField};
 use crate::kernel::Kernel;
-use crate::scene::{Backend, Scene, Shading, SplatSettings};
+use crate::scene::{Backend, Inside, Scene, Shading, SplatSettings};
 use crate::task::cells::CutSource;
 use crate::task::draw::{DrawError, Drawer, Drawn, Observer, PIECE_MS, Rung, background_light};
 use crate::task::estimate::{self, Checked, Coarseness};
@@ -245,6 +245,10 @@ impl Worker {
             }
         };
         rungs.retain(|rung| *rung != Rung::Cheaper(scene.splat.kernel));
+        if !scene.inside.is_plain() && Inside::is_shown_by(&scene.splat) {
+            // Nobody wants to see flash up again what was cut away.
+            rungs.retain(|rung| !matches!(rung, Rung::Subsampled { .. } | Rung::Cheaper(_)));
+        }
         rungs.push(Rung::Full);
         Ok(rungs)
     }
@@ -455,17 +459,21 @@ fn no_device() -> DrawError {
     GpuError::Device("no device".to_owned()).into()
 }
 
-/// What of a scene's shading was drawn.
+/// What of a scene's shading, and of what lets its inside be seen, was drawn.
 pub(super) fn effects(scene: &Scene, drawn: &Drawn) -> Vec<&'static str> {
     match drawn.is_shaded {
-        true => scene.shading.effects(),
+        true => scene.effects(),
         false => Vec::new(),
     }
 }
 
 /// What is held on the device now.
 pub(super) fn held(renderer: &Renderer) -> HeldBytes {
-    HeldBytes { all: renderer.size_bytes(), shading: renderer.shading_bytes() }
+    HeldBytes {
+        all: renderer.size_bytes(),
+        shading: renderer.shading_bytes(),
+        inside: renderer.inside_bytes(),
+    }
 }
 
 /// What was drawn, with what is known of it.

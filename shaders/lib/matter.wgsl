@@ -1,0 +1,38 @@
+// Slabs with nothing in them but matter: see lib/surfaces.wgsl.
+
+const SURFACES: bool = false;
+
+struct Met {
+    // Nothing is met.
+    done: f32,
+}
+
+fn met_along(ray: Ray, part: Part) -> Met {
+    return Met(0.0);
+}
+
+// Lays a slab of some length down, in unit distances, with what vectors have `beside`.
+fn lay(
+    light: ptr<function, Gathered>,
+    met: ptr<function, Met>,
+    found: Halves,
+    length: f32,
+    ends: vec2<f32>,
+    beside: vec4<f32>,
+) {
+    let weight = found.near.w + found.far.w;
+    if classify_middle {
+        composite_beside(light, found.near.rgb, weight * length, beside);
+    } else if published {
+        // Opacities are given to slabs: the mean of the two.
+        let sum = found.near.rgb * found.near.w + found.far.rgb * found.far.w;
+        composite_beside(light, sum / weight, 0.5 * weight * length, beside);
+    } else {
+        let near = 0.5 * found.near.w * length;
+        let far = 0.5 * found.far.w * length;
+        composite_beside(light, found.near.rgb, near, 0.5 * beside);
+        composite_beside(light, found.far.rgb, far, 0.5 * beside);
+    }
+}
+
+fn lay_until(light: ptr<function, Gathered>, met: ptr<function, Met>, t: f32) {}

@@ -1,0 +1,253 @@
+//! What is cut away of the volume: a box along its own axes, and planes.
+
+use eframe::egui::{Button, ComboBox, Label, RichText, Slider, SliderClamping, Ui};
+use glam::DVec3;
+
+use super::range::range_ui;
+use super::{row_ui, slider_ui};
+use crate::app::{modes, theme};
+use crate::core::Camera;
+use crate::scene::{
+    AlongRay, Clip, ClipBox, CutFaces, Inside, MOST_CLIP_PLANES, Plane, Scene, SplatSettings,
+};
+use crate::volume::Lattice;
+
+/// The box keeps at least this share of the volume along each axis.
+pub const LEAST: f64 = 0.005;
+
+/// What the section remembers: what was switched off.
+#[derive(Debug, Clone)]
+pub struct ClipEditor {
+    /// The box, for when it is switched on again.
+    kept: Option<ClipBox>,
+    /// Whether the box is drawn over the picture, with its handles.
+    pub shows_box: bool,
+}
+
+impl Default for ClipEditor {
+    fn default() -> Self {
+        Self { kept: None, shows_box: true }
+    }
+}
+
+impl ClipEditor {
+    /// Forgets what belongs to one volume.
+    pub fn start_over(&mut self) {
+        self.kept = None;
+    }
+}
+
+/// The section. `second` is the mode that the scene's is compared with.
+pub fn clip_ui(
+    ui: &mut Ui,
+    editor: &mut ClipEditor,
+    scene: &mut Scene,
+    second: Option<&SplatSettings>,
+) {
+    mode_ui(ui, scene, second);
+    let Scene { volume, inside, camera, .. } = scene;
+    let Inside { clip, along, .. } = inside;
+    box_ui(ui, editor, clip);
+    planes_ui(ui, clip, &volume.lattice, camera);
+    let mut coloured = clip.faces == CutFaces::Coloured;
+    ui.horizontal(|ui| {
+        let has_faces = clip.cuts() && *along == AlongRay::Composite;
+        let faces = ui.add_enabled_ui(has_faces || coloured, |ui| {
+            ui.checkbox(&mut coloured, "Coloured faces")
+                .on_hover_text(
+                    "Where matter is cut, show its value in its colour instead of what lies behind",
+                )
+                .on_disabled_hover_text(
+                    "Nothing is cut, or values are projected, which have no faces",
+                )
+        });
+        if faces.inner.changed() {
+            clip.faces = if coloured { CutFaces::Coloured } else { CutFaces::Through };
+        }
+        let reset = ui.add_enabled(*clip != Clip::default(), Button::new("Reset"));
+        let reset = reset
+            .accessible_name("Reset clip")
+            .on_hover_text("Back to all of the volume")
+            .on_disabled_hover_text("Nothing is cut");
+        if reset.clicked() {
+            *clip = Clip::default();
+            editor.start_over();
+        }
+    });
+}
+
+/// What modes do not show it, and the way out.
+fn mode_ui(ui: &mut Ui, scene: &mut Scene, second: Option<&SplatSettings>) {
+    if scene.inside.is_plain() {
+        return;
+    }
+    let note = |text: &str| Label::new(RichText::new(text).size(12.0).color(theme::NOTE)).wrap();
+    if !Inside::is_shown_by(&scene.splat) {
+        ui.add(note(
+            "This mode colours samples before they are put together: its pictures show all of the \
+             volume, and nothing of its inside",
+        ));
+        let button =
+            ui.button("Use the exact mode").accessible_name("Use the exact mode to see inside");
+        if button
+            .on_hover_text("Interpolate first and colour then: such slabs can be cut")
+            .clicked()
+        {
+            scene.splat = modes::with_unit_distance_of(SplatSettings::EXACT, &scene.splat);
+        }
+    } else if second.is_some_and(|mode| !Inside::is_shown_by(mode)) {
+        ui.add(note(
+            "The second mode colours samples before they are put together: it is shown whole, and not \
+             from inside",
+        ));
+    }
+}
+
+fn box_ui(ui: &mut Ui, editor: &mut ClipEditor, clip: &mut Clip) {
+    let mut on = clip.bounds.is_some();
+    ui.horizontal(|ui| {
+        let switch = ui.checkbox(&mut on, "Clip box");
+        if switch.on_hover_text("Keep a part of the volume along its own axes").changed() {
+            if on {
+                let fresh = ClipBox { high: [0.5, 1.0, 1.0], ..ClipBox::WHOLE };
+                clip.bounds = Some(editor.kept.take().unwrap_or(fresh));
+            } else {
+                editor.kept = clip.bounds.take();
+            }
+        }
+        if clip.bounds.is_some() {
+            ui.checkbox(&mut editor.shows_box, "On the picture")
+                .on_hover_text("Draw the box over the picture, with a handle on each of its faces");
+        }
+    });
+    if let Some(ClipBox { low, high }) = &mut clip.bounds {
+        for (a, name) in ["Along x", "Along y", "Along z"].into_iter().enumerate() {
+            let help = "Where the box begins and ends along this axis of the volume: 0% is its first \
+                        sample, 100% its last";
+            range_ui(ui, name, [&mut low[a], &mut high[a]], LEAST, help);
+        }
+    }
+}
+
+fn planes_ui(ui: &mut Ui, clip: &mut Clip, lattice: &Lattice, camera: &Camera) {
+    let mut removed = None;
+    for (i, plane) in clip.planes.iter_mut().enumerate() {
+        if plane_ui(ui, &format!("Plane {}", i + 1), plane, lattice, camera) {
+            removed = Some(i);
+        }
+    }
+    if let Some(i) = removed {
+        clip.planes.remove(i);
+    }
+    let has_room = clip.planes.len() < MOST_CLIP_PLANES;
+    let add = ui.add_enabled(has_room, Button::new("Add clip plane"));
+    let add = add
+        .on_hover_text("Cut away what lies between the eye and the middle of the volume; then turn and move it")
+        .on_disabled_hover_text(format!("There are {MOST_CLIP_PLANES} planes, and no more"));
+    if add.clicked() {
+        clip.planes.push(Plane { point: lattice.centre(), normal: camera.direction });
+    }
+}
+
+/// The normals on offer: what they are called, and towards where.
+fn normals(lattice: &Lattice, camera: &Camera) -> [(&'static str, DVec3); 4] {
+    let axes = lattice.axes();
+    let across = |a: DVec3, b: DVec3| a.cross(b).normalize_or_zero();
+    let [x, y, z] = [axes.x_axis, axes.y_axis, axes.z_axis];
+    // Faces of the lattice, which need not be square to its axes; towards growing indices.
+    let towards = |normal: DVec3, axis: DVec3| normal * normal.dot(axis).signum();
+    [
+        ("Across x", towards(across(y, z), x)),
+        ("Across y", towards(across(z, x), y)),
+        ("Across z", towards(across(x, y), z)),
+        ("Across the view", camera.direction),
+    ]
+}
+
+/// Half of what a lattice extends along a unit vector, world units.
+fn half_extent(lattice: &Lattice, along: DVec3) -> f64 {
+    let half = DVec3::from(lattice.dims.map(|n| n as f64)) / 2.0;
+    (lattice.axes().transpose() * along).abs().dot(half)
+}
+
+/// One plane; whether it is to be removed.
+fn plane_ui(
+    ui: &mut Ui,
+    name: &str,
+    plane: &mut Plane,
+    lattice: &Lattice,
+    camera: &Camera,
+) -> bool {
+    let mut removed = false;
+    let normal = plane.normal.normalize_or_zero();
+    row_ui(ui, name, |ui| {
+        let offered = normals(lattice, camera);
+        let is_along = |other: DVec3| normal.dot(other).abs() > 1.0 - 1e-9;
+        let now = offered.iter().find(|(_, other)| is_along(*other));
+        let combo = ComboBox::from_id_salt(("normal of", name)).width(112.0);
+        let shown =
+            combo.selected_text(now.map_or("Oblique", |(label, _)| label)).show_ui(ui, |ui| {
+                for (label, other) in offered {
+                    if ui.selectable_label(is_along(other), label).clicked() {
+                        plane.normal = other;
+                        plane.point = lattice.centre();
+                    }
+                }
+            });
+        let help = "What it lies across: an axis of the volume, or the view as it is now";
+        shown.response.accessible_name(format!("{name} lies")).on_hover_text(help);
+        let flip = ui.small_button("Flip").accessible_name(format!("Flip {}", name.to_lowercase()));
+        if flip.on_hover_text("Keep the other side").clicked() {
+            plane.normal = -plane.normal;
+        }
+        removed = ui
+            .small_button("×")
+            .accessible_name(format!("Remove {}", name.to_lowercase()))
+            .on_hover_text("Remove this plane")
+            .clicked();
+    });
+    row_ui(ui, "", |ui| {
+        let normal = plane.normal.normalize_or_zero();
+        let half = half_extent(lattice, normal);
+        let middle = lattice.centre();
+        let mut share = (plane.point - middle).dot(normal) / half * 100.0;
+        let slider = Slider::new(&mut share, -100.0..=100.0).clamping(SliderClamping::Edits);
+        let label = format!("{name} offset");
+        let moved = slider_ui(ui, &label, true, slider.suffix("%").max_decimals(1));
+        let help = "How far it lies from the middle of the volume, of the way to its end";
+        if moved.on_hover_text(help).changed() {
+            plane.point = middle + normal * (share / 100.0 * half);
+        }
+    });
+    removed
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn normals_stand_on_the_lattices_faces_and_planes_reach_its_ends() {
+        let lattice = Lattice {
+            spacing: DVec3::new(1.0, 2.0, 0.5),
+            direction: glam::DMat3::from_cols(
+                DVec3::X,
+                DVec3::new(0.4, 0.9, 0.0).normalize(),
+                DVec3::NEG_Z,
+            ),
+            ..Lattice::unit([8, 6, 10])
+        };
+        let camera = Camera::new(DVec3::ZERO, DVec3::new(0.3, 0.4, 0.5), DVec3::Z, 1.0);
+        let axes = lattice.axes();
+        for (i, (name, normal)) in normals(&lattice, &camera).into_iter().take(3).enumerate() {
+            assert!((normal.length() - 1.0).abs() < 1e-12, "{name}");
+            for j in 0..3 {
+                let along = normal.dot(axes.col(j));
+                assert!(if i == j { along > 0.1 } else { along.abs() < 1e-12 }, "{name} {j}");
+            }
+            // From one face of the lattice to the other.
+            let thick = axes.col(i).dot(normal) * lattice.dims[i] as f64;
+            assert!((2.0 * half_extent(&lattice, normal) - thick).abs() < 1e-9, "{name}");
+        }
+    }
+}

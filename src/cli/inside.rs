@@ -1,0 +1,144 @@
+//! Flags of what lets a volume's inside be seen.
+
+use clap::Args;
+use glam::DVec3;
+
+use super::values;
+use crate::scene::{AlongRay, Clip, ClipBox, CutFaces, Inside, InsideError, Plane, SplatSettings};
+use crate::volume::ScalarVolume;
+
+/// What is cut away, and what shows where it is.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Inside")]
+pub struct InsideFlags {
+    /// Cut away what lies outside a box along the volume's own axes: from sample number X0 (the first is
+    /// 0) to X1, and so on; 25% is a share of the volume
+    #[arg(long, value_name = "X0,X1,Y0,Y1,Z0,Z1", value_parser = places,
+        allow_hyphen_values = true)]
+    pub clip_box: Option<[Place; 6]>,
+    /// Cut away what lies behind the plane through the world point X,Y,Z; what its normal NX,NY,NZ
+    /// points to is kept. Up to 6 times
+    #[arg(long, value_name = "X,Y,Z,NX,NY,NZ", value_parser = plane, allow_hyphen_values = true)]
+    pub clip_plane: Vec<Plane>,
+    /// Show the value where matter is cut, opaque, instead of what lies behind
+    #[arg(long)]
+    pub cut_faces: bool,
+    /// What stands for a ray: composite (the light along it), or in its colour the maximum, minimum or
+    /// average of the values it meets [default: composite]
+    #[arg(long, value_name = "WHAT", value_parser = values::along_ray)]
+    pub projection: Option<AlongRay>,
+}
+
+/// A place along one of a volume's own axes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Place {
+    /// Sample number, from 0; between two it need not be whole.
+    Sample(f64),
+    /// Share of the volume's extent.
+    Share(f64),
+}
+
+impl Place {
+    /// The share of the extent of so many samples.
+    fn share(self, samples: usize) -> f64 {
+        match self {
+            Self::Sample(number) => (number + 0.5) / samples as f64,
+            Self::Share(share) => share,
+        }
+    }
+}
+
+impl InsideFlags {
+    /// What they mean for a volume.
+    ///
+    /// # Errors
+    /// Where a mode cannot show it, or it means nothing.
+    pub fn resolve(
+        &self,
+        volume: &ScalarVolume,
+        splat: &SplatSettings,
+    ) -> Result<Inside, InsideError> {
+        let bounds = self.clip_box.map(|places| {
+            let end = |end: usize| {
+                std::array::from_fn(|a| places[2 * a + end].share(volume.lattice.dims[a]))
+            };
+            ClipBox { low: end(0), high: end(1) }
+        });
+        let faces = if self.cut_faces { CutFaces::Coloured } else { CutFaces::Through };
+        let inside = Inside {
+            clip: Clip { bounds, planes: self.clip_plane.clone(), faces },
+            along: self.projection.unwrap_or_default(),
+        };
+        inside.check(splat)?;
+        Ok(inside)
+    }
+}
+
+/// A place along an axis: a sample's number, or a percentage.
+fn place(text: &str) -> Result<Place, String> {
+    let text = text.trim();
+    match text.strip_suffix('%') {
+        Some(percent) => Ok(Place::Share(values::number(percent)? / 100.0)),
+        None => values::number(text).map(Place::Sample),
+    }
+}
+
+fn places(text: &str) -> Result<[Place; 6], String> {
+    let places: Vec<Place> = text.split(',').map(place).collect::<Result<_, _>>()?;
+    places.try_into().map_err(|_| {
+        format!(
+            "expected six places X0,X1,Y0,Y1,Z0,Z1 such as 0%,50%,10,90,0%,100%, found {}",
+            values::found(text)
+        )
+    })
+}
+
+fn plane(text: &str) -> Result<Plane, String> {
+    let [x, y, z, nx, ny, nz] = values::numbers(text, "six numbers X,Y,Z,NX,NY,NZ")?;
+    let normal = DVec3::new(nx, ny, nz);
+    if normal == DVec3::ZERO {
+        return Err("expected a normal of non-zero length, found 0,0,0".to_owned());
+    }
+    Ok(Plane { point: DVec3::new(x, y, z), normal })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::volume::{Lattice, Samples};
+
+    #[test]
+    fn boxes_are_of_samples_or_shares_and_planes_of_world_units() {
+        let flags = InsideFlags {
+            clip_box: Some(places("0,7,25%,100%,1.5,4").unwrap()),
+            clip_plane: vec![plane("1,2,-3,0,0.5,-1").unwrap()],
+            cut_faces: true,
+            projection: None,
+        };
+        let samples = Samples::UInt8((0..160).map(|i| i as u8).collect());
+        let lattice = Lattice::unit([8, 4, 5]);
+        let volume = ScalarVolume::from_samples("ramp", lattice, samples).unwrap();
+        let Inside { clip, .. } = flags.resolve(&volume, &SplatSettings::EXACT).unwrap();
+        let bounds = ClipBox { low: [0.0625, 0.25, 0.4], high: [0.9375, 1.0, 0.9] };
+        assert_eq!((clip.bounds, clip.faces), (Some(bounds), CutFaces::Coloured));
+        let [low, high] = bounds.in_index([8, 4, 5]);
+        assert_eq!((low, high), (DVec3::new(0.0, 0.5, 1.5), DVec3::new(7.0, 3.5, 4.0)));
+        let expected =
+            Plane { point: DVec3::new(1.0, 2.0, -3.0), normal: DVec3::new(0.0, 0.5, -1.0) };
+        assert_eq!(clip.planes, [expected]);
+        assert!(flags.resolve(&volume, &SplatSettings::SHADE_FIRST).is_err());
+    }
+
+    #[test]
+    fn what_cannot_be_meant_is_refused_with_what_was_found() {
+        for refused in [
+            places("0,1,0,1").unwrap_err(),
+            places("0,1,0,1,0,half").unwrap_err(),
+            places("0,1,0,1,0,%").unwrap_err(),
+            plane("0,0,0,0,0,0").unwrap_err(),
+            plane("0,0,0").unwrap_err(),
+        ] {
+            assert!(refused.contains("expected") && refused.contains("found"), "{refused}");
+        }
+    }
+}

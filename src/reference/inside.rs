@@ -1,0 +1,180 @@
+//! What is kept of a ray where a volume is cut open, and what it meets there, in float64.
+
+use glam::DVec3;
+
+use super::classes::Classes;
+use super::field::Field;
+use super::quadrature::Density;
+use super::sources::Line;
+use super::truth::domain;
+use crate::scene::{AlongRay, CutFaces, Inside, Scene};
+use crate::volume::Lattice;
+
+/// Something without depth that a ray meets.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Surface {
+    pub(super) t: f64,
+    pub(super) opacity: f64,
+    /// Linear.
+    pub(super) colour: [f64; 3],
+}
+
+/// A layer of a ray.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Layer {
+    /// Densities × length.
+    Matter(Density),
+    /// Without length.
+    Surface(Surface),
+}
+
+/// The part of a ray that is looked at.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Part {
+    pub(super) ends: [f64; 2],
+    /// From the eye inwards.
+    pub(super) surfaces: Vec<Surface>,
+}
+
+/// What a scene is opened by.
+pub(super) struct Opening {
+    inside: Inside,
+    lattice: Lattice,
+}
+
+impl Opening {
+    pub(super) fn of(scene: &Scene) -> Self {
+        Self { inside: scene.inside.clone(), lattice: scene.volume.lattice }
+    }
+
+    /// What stands for a ray, if not its light.
+    pub(super) fn projects(&self) -> Option<AlongRay> {
+        Some(self.inside.along).filter(|along| *along != AlongRay::Composite)
+    }
+
+    /// What is left of a ray; `None` where nothing is. `world` and `index` are the same line.
+    pub(super) fn part(
+        &self,
+        (field, classes): (&Field, &Classes),
+        world: &Line,
+        index: &Line,
+    ) -> Option<Part> {
+        let [mut a, mut b] = domain(field.dims, index)?;
+        let mut is_cut = false;
+        let clip = &self.inside.clip;
+        if let Some(bounds) = clip.bounds {
+            // The box in fractions of its own: along each axis where the ray has come so far.
+            let size = DVec3::from(self.lattice.dims.map(|n| n as f64));
+            let [start, step] = [(index.start + 0.5) / size, index.step / size];
+            for axis in 0..3 {
+                let sides = [(bounds.low[axis], 1.0), (bounds.high[axis], -1.0)];
+                for (face, way) in sides {
+                    if (way > 0.0 && face <= 0.0) || (way < 0.0 && face >= 1.0) {
+                        continue;
+                    }
+                    keep((start[axis] - face) * way, step[axis] * way, &mut a, &mut b, &mut is_cut);
+                }
+            }
+        }
+        for plane in &clip.planes {
+            let height = (world.start - plane.point).dot(plane.normal);
+            keep(height, world.step.dot(plane.normal), &mut a, &mut b, &mut is_cut);
+        }
+        if a >= b {
+            return None;
+        }
+        let mut surfaces = Vec::new();
+        if is_cut && clip.faces == CutFaces::Coloured {
+            let place = index.at(a);
+            let value = field.value(place).filter(|_| !field.is_hole(place));
+            let density = value.map(|value| classes.at(value)).filter(|d| d[0] > 0.0);
+            surfaces.extend(density.map(|[w, r, g, b]| Surface {
+                t: a,
+                opacity: 1.0,
+                colour: [r / w, g / w, b / w],
+            }));
+        }
+        Some(Part { ends: [a, b], surfaces })
+    }
+}
+
+/// Shortens a..b to where height + t · growth ≥ 0; `is_cut` where that is what the ray enters by.
+fn keep(height: f64, growth: f64, a: &mut f64, b: &mut f64, is_cut: &mut bool) {
+    let t = -height / growth;
+    if growth > 0.0 && t > *a {
+        (*a, *is_cut) = (t, true);
+    } else if growth < 0.0 && t < *b {
+        *b = t;
+    } else if growth == 0.0 && height < 0.0 {
+        *b = *a;
+    }
+}
+
+/// Matter of one density on a part of a ray, and the number of its slab.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Slice {
+    pub(super) slab: i64,
+    pub(super) ends: [f64; 2],
+    pub(super) density: Density,
+}
+
+/// Layers of pieces of matter of constant densities, from the eye inwards, and of the surfaces before,
+/// in and behind them.
+pub(super) fn woven(pieces: &[Slice], surfaces: &[Surface]) -> Vec<Layer> {
+    let mut layers = Vec::new();
+    let mut next = surfaces.iter().copied().peekable();
+    for &Slice { ends: [mut from, to], density, .. } in pieces {
+        while let Some(surface) = next.next_if(|surface| surface.t < to) {
+            if surface.t > from {
+                layers.push(Layer::Matter(density.map(|w| w * (surface.t - from))));
+                from = surface.t;
+            }
+            layers.push(Layer::Surface(surface));
+        }
+        layers.push(Layer::Matter(density.map(|w| w * (to - from))));
+    }
+    layers.extend(next.map(Layer::Surface));
+    layers
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn surfaces_are_woven_in_where_they_are() {
+        let surface = |t| Surface { t, opacity: 0.5, colour: [t; 3] };
+        let piece = |ends, weight: f64| Slice { slab: 0, ends, density: [weight; 4] };
+        let pieces = [piece([0.0, 1.0], 1.0), piece([3.0, 5.0], 2.0)];
+        let found = woven(&pieces, &[-1.0, 0.25, 2.0, 4.0, 4.5, 9.0].map(surface));
+        let matter = |length: f64| Layer::Matter([length; 4]);
+        let expected = [
+            Layer::Surface(surface(-1.0)),
+            matter(0.25),
+            Layer::Surface(surface(0.25)),
+            matter(0.75),
+            Layer::Surface(surface(2.0)),
+            matter(2.0),
+            Layer::Surface(surface(4.0)),
+            matter(1.0),
+            Layer::Surface(surface(4.5)),
+            matter(1.0),
+            Layer::Surface(surface(9.0)),
+        ];
+        assert_eq!(found, expected);
+    }
+
+    #[test]
+    fn a_ray_is_kept_where_it_is_above() {
+        let kept = |height, growth| {
+            let (mut a, mut b, mut is_cut) = (1.0, 5.0, false);
+            keep(height, growth, &mut a, &mut b, &mut is_cut);
+            (a, b, is_cut)
+        };
+        assert_eq!(kept(-4.0, 2.0), (2.0, 5.0, true));
+        assert_eq!(kept(4.0, 2.0), (1.0, 5.0, false), "it was above before");
+        assert_eq!(kept(6.0, -2.0), (1.0, 3.0, false));
+        assert_eq!(kept(-6.0, -2.0).1, -3.0, "nothing is left");
+        assert_eq!((kept(1.0, 0.0), kept(-1.0, 0.0)), ((1.0, 5.0, false), (1.0, 1.0, false)));
+    }
+}

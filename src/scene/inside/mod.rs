@@ -1,0 +1,191 @@
+//! What lets people see inside a volume, as plain data: a part that is cut away, and what stands for a
+//! ray in place of the light along it.
+//!
+//! Slabs of a reconstructed field show it. Pictures of other modes do not, and refuse it rather than
+//! pass over it ([`Inside::check`]).
+
+mod clip;
+
+pub use clip::{Clip, ClipBox, CutFaces, HalfSpace, MOST_CLIP_PLANES, Plane};
+
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+
+use super::{Classify, SplatSettings, Visibility};
+
+/// What of a volume is looked into. By default nothing: all of it is seen from outside.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Inside {
+    /// What is kept of it.
+    pub clip: Clip,
+    /// What stands for a ray.
+    pub along: AlongRay,
+}
+
+/// What stands for a ray of the values it meets.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum AlongRay {
+    /// The light of all of them, each hiding what is behind by its opacity.
+    #[default]
+    Composite,
+    /// The greatest, in its colour, whatever the opacities.
+    Maximum,
+    /// The least.
+    Minimum,
+    /// Their mean over the ray's length in the volume.
+    Average,
+}
+
+impl AlongRay {
+    /// Every one.
+    pub const ALL: &[Self] = &[Self::Composite, Self::Maximum, Self::Minimum, Self::Average];
+
+    /// The name scripts use.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Composite => "composite",
+            Self::Maximum => "maximum",
+            Self::Minimum => "minimum",
+            Self::Average => "average",
+        }
+    }
+
+    /// The one of this name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.iter().copied().find(|one| one.name() == name)
+    }
+}
+
+/// What is no way to look inside.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum InsideError {
+    /// A box without an inside, or beyond the volume.
+    #[error(
+        "expected a clip box that begins before it ends, within the volume, found {low} to {high} along \
+         {axis} (shares of the volume); give a lesser number first"
+    )]
+    Box {
+        /// x, y or z.
+        axis: char,
+        /// Where it begins.
+        low: f64,
+        /// Where it ends.
+        high: f64,
+    },
+    /// A plane that faces nowhere.
+    #[error(
+        "expected a plane through a finite point with a finite normal other than 0, found {point} and \
+         {normal}"
+    )]
+    Plane {
+        /// A point on it.
+        point: DVec3,
+        /// The offending normal, or that of an offending point.
+        normal: DVec3,
+    },
+    /// Too many planes.
+    #[error("expected at most {MOST_CLIP_PLANES} clip planes, found {found}; leave some out")]
+    Planes {
+        /// How many.
+        found: usize,
+    },
+    /// What hides, where nothing hides anything.
+    #[error(
+        "expected --projection composite with {what}, found {along}, which is of values and shows no \
+         surfaces; leave one of the two out"
+    )]
+    Projected {
+        /// What was asked for.
+        what: &'static str,
+        /// The projection.
+        along: &'static str,
+    },
+    /// A mode that cannot show it.
+    #[error(
+        "expected slabs classified after reconstruction with {what}, found --visibility {visibility} \
+         --classify {classify}; leave the mode's flags out, which is the exact mode, or leave {what} out"
+    )]
+    Mode {
+        /// What was asked for.
+        what: &'static str,
+        /// The mode's visibility.
+        visibility: &'static str,
+        /// When it classifies.
+        classify: &'static str,
+    },
+}
+
+impl Inside {
+    /// Whether nothing is asked for.
+    pub fn is_plain(&self) -> bool {
+        *self == Self::default()
+    }
+
+    /// Whether pictures of a mode show it.
+    pub fn is_shown_by(splat: &SplatSettings) -> bool {
+        splat.visibility == Visibility::Slabs && splat.classify != Classify::Before
+    }
+
+    /// What it asks for, by name.
+    pub fn effects(&self) -> Vec<&'static str> {
+        let projects = self.along != AlongRay::Composite;
+        let asked = [(self.clip.cuts(), "clip"), (projects, "projection")];
+        asked.into_iter().filter_map(|(is_asked, name)| is_asked.then_some(name)).collect()
+    }
+
+    /// Whether it means something, and a mode can draw it.
+    ///
+    /// # Errors
+    /// See [`InsideError`].
+    pub fn check(&self, splat: &SplatSettings) -> Result<(), InsideError> {
+        self.clip.check()?;
+        if self.along != AlongRay::Composite && self.clip.faces == CutFaces::Coloured {
+            let (what, along) = ("coloured cut faces", self.along.name());
+            return Err(InsideError::Projected { what, along });
+        }
+        let what = self.effects().first().copied();
+        match what.filter(|_| !Self::is_shown_by(splat)) {
+            None => Ok(()),
+            Some(what) => Err(InsideError::Mode {
+                what,
+                visibility: splat.visibility.name(),
+                classify: splat.classify.name(),
+            }),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn modes_that_cannot_show_it_are_refused_only_where_something_is_asked_for() {
+        let plain = Inside::default();
+        let clipped = Inside {
+            clip: Clip {
+                bounds: Some(ClipBox { high: [0.5, 1.0, 1.0], ..ClipBox::WHOLE }),
+                ..Clip::default()
+            },
+            ..Inside::default()
+        };
+        assert!(plain.is_plain() && !clipped.is_plain());
+        assert_eq!(plain.check(&SplatSettings::SHADE_FIRST), Ok(()));
+        assert_eq!(clipped.check(&SplatSettings::EXACT), Ok(()));
+        let refused = clipped.check(&SplatSettings::SHADE_FIRST).unwrap_err().to_string();
+        assert!(refused.contains("with clip, found --visibility every-sample"), "{refused}");
+        assert_eq!((plain.effects(), clipped.effects()), (vec![], vec!["clip"]));
+        let mut both = Inside { along: AlongRay::Maximum, ..clipped };
+        assert_eq!(both.effects(), ["clip", "projection"]);
+        assert_eq!(both.check(&SplatSettings::EXACT), Ok(()));
+        both.clip.faces = CutFaces::Coloured;
+        let refused = both.check(&SplatSettings::EXACT).unwrap_err().to_string();
+        assert!(
+            refused.contains("--projection composite") && refused.contains("maximum"),
+            "{refused}"
+        );
+    }
+}

@@ -1,0 +1,160 @@
+//! What lets the inside be seen: the clip box with its handles, planes, undo.
+
+use eframe::egui::accesskit::{Role, Toggled};
+use eframe::egui::{Key, Modifiers, PointerButton, vec2};
+use egui_kittest::kittest::{NodeT as _, Queryable as _};
+use voxsplat::scene::{AlongRay, ClipBox, CutFaces, Inside, MOST_CLIP_PLANES, SplatSettings, View};
+use voxsplat::task::engine::Effort;
+
+use super::press;
+use crate::ui_support::Bench;
+
+/// What the engine is asked to draw.
+fn inside(bench: &Bench) -> Inside {
+    let scene = bench.window().scene().expect("something is open");
+    assert_eq!(bench.last_request().scene.inside, scene.inside, "what is chosen is asked for");
+    assert_eq!(scene.inside.check(&SplatSettings::EXACT), Ok(()));
+    scene.inside.clone()
+}
+
+fn tick(bench: &mut Bench, part: &str) {
+    bench.harness.get_by_role_and_label(Role::CheckBox, part).click();
+    bench.settle();
+}
+
+fn bounds(bench: &Bench) -> ClipBox {
+    inside(bench).clip.bounds.expect("a box")
+}
+
+#[test]
+fn the_clip_box_is_switched_set_by_numbers_and_taken_back() {
+    let mut bench = Bench::opened();
+    assert!(inside(&bench).is_plain());
+    tick(&mut bench, "Clip box");
+    assert_eq!(bounds(&bench), ClipBox { high: [0.5, 1.0, 1.0], ..ClipBox::WHOLE });
+    bench.set_slider("Along y from", 25.0);
+    bench.set_slider("Along z to", 75.0);
+    let chosen = ClipBox { low: [0.0, 0.25, 0.0], high: [0.5, 1.0, 0.75] };
+    assert_eq!(bounds(&bench), chosen);
+    bench.set_slider("Along x from", 99.0);
+    let ClipBox { low, high } = bounds(&bench);
+    assert!(low[0] == 0.99 && high[0] > low[0], "an end takes the other along: {low:?} {high:?}");
+    bench.harness.check_accessibility();
+    for _ in 0..2 {
+        bench.harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+        bench.settle();
+    }
+    assert_eq!(bounds(&bench).high, [0.5, 1.0, 1.0], "each number was a step");
+    bench.harness.key_press_modifiers(Modifiers::COMMAND, Key::Y);
+    bench.settle();
+    assert_eq!(bounds(&bench), chosen);
+    tick(&mut bench, "Clip box");
+    assert!(inside(&bench).is_plain());
+    tick(&mut bench, "Clip box");
+    assert_eq!(bounds(&bench), chosen, "as it was");
+    tick(&mut bench, "Coloured faces");
+    assert_eq!(inside(&bench).clip.faces, CutFaces::Coloured);
+    press(&mut bench, "Reset clip");
+    assert!(inside(&bench).is_plain());
+}
+
+#[test]
+fn a_face_of_the_box_is_dragged_on_the_picture_and_the_view_stays() {
+    let mut bench = Bench::opened();
+    tick(&mut bench, "Clip box");
+    let (camera, viewport) = (bench.camera(), bench.viewport());
+    let scene = bench.last_request().scene;
+    let view = View::new(&scene, bench.last_request().size);
+    let [low, high] = bounds(&bench).in_index(scene.volume.lattice.dims);
+    let mut at = (low + high) / 2.0;
+    at.x = high.x;
+    let place = |at| {
+        let pixel = view.point_on_picture(at).expect("orthographic").as_vec2();
+        viewport.min + vec2(pixel.x, pixel.y) * (viewport.width() / view.size[0] as f32)
+    };
+    let (here, end) = (place(at), place(at + glam::DVec3::X));
+    let asked = bench.request_count();
+    // Towards smaller x, by a quarter of the volume.
+    let by = (end - here) * (-0.25 * scene.volume.lattice.dims[0] as f32);
+    bench.drag_from(here, PointerButton::Primary, Modifiers::NONE, by);
+    let moved = bench.requests_since(asked);
+    assert!(moved.iter().any(|request| matches!(request.effort, Effort::Moving { .. })));
+    bench.settle();
+    assert_eq!(bench.camera(), camera, "the view stays");
+    let ClipBox { low, high } = bounds(&bench);
+    assert!((high[0] - 0.25).abs() < 0.03, "{high:?}");
+    assert_eq!((low, [high[1], high[2]]), ([0.0; 3], [1.0; 2]), "no other face moved");
+    bench.harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+    bench.settle();
+    assert_eq!(bounds(&bench).high[0], 0.5, "a drag is one step");
+    tick(&mut bench, "On the picture");
+    bench.drag_from(here, PointerButton::Primary, Modifiers::NONE, by);
+    assert_ne!(bench.camera(), camera, "without handles it is the view that turns");
+}
+
+#[test]
+fn planes_are_added_turned_flipped_moved_and_removed() {
+    let mut bench = Bench::opened();
+    let planes = |bench: &Bench| inside(bench).clip.planes;
+    press(&mut bench, "Add clip plane");
+    let [plane] = planes(&bench)[..] else { panic!("one") };
+    let lattice = bench.window().scene().unwrap().volume.lattice;
+    assert_eq!((plane.normal, plane.point), (bench.camera().direction, lattice.centre()));
+    let list =
+        |bench: &Bench| bench.harness.get_by_role_and_label(Role::ComboBox, "Plane 1 lies").value();
+    assert_eq!(list(&bench).as_deref(), Some("Across the view"));
+    bench.choose("Plane 1 lies", "Across y");
+    let normal = planes(&bench)[0].normal;
+    assert!((normal - lattice.axes().y_axis.normalize()).length() < 1e-12, "{normal}");
+    bench.set_slider("Plane 1 offset", -50.0);
+    let plane = planes(&bench)[0];
+    let expected = -0.25 * lattice.dims[1] as f64 * lattice.spacing.y;
+    assert!(((plane.point - lattice.centre()).dot(normal) - expected).abs() < 1e-9);
+    press(&mut bench, "Flip plane 1");
+    let flipped = planes(&bench)[0];
+    assert_eq!((flipped.normal, flipped.point), (-plane.normal, plane.point));
+    for _ in 1..MOST_CLIP_PLANES {
+        press(&mut bench, "Add clip plane");
+    }
+    let add = bench.harness.get_by_role_and_label(Role::Button, "Add clip plane");
+    assert!(add.accesskit_node().is_disabled());
+    bench.harness.check_accessibility();
+    press(&mut bench, "Remove plane 1");
+    assert_eq!(planes(&bench).len(), MOST_CLIP_PLANES - 1);
+    assert_ne!(planes(&bench)[0], flipped);
+}
+
+#[test]
+fn modes_that_show_nothing_of_it_say_so_and_another_file_is_whole() {
+    let mut bench = Bench::opened();
+    let note = "Use the exact mode to see inside";
+    tick(&mut bench, "Clip box");
+    assert!(!bench.shows(note));
+    press(&mut bench, "Classic splatting");
+    assert!(bench.shows(note));
+    press(&mut bench, note);
+    assert_eq!(bench.window().scene().unwrap().splat, SplatSettings::EXACT);
+    assert!(!bench.shows(note));
+    let on = bench.harness.get_by_role_and_label(Role::CheckBox, "Clip box");
+    assert_eq!(on.accesskit_node().toggled(), Some(Toggled::True));
+    bench.open("other.mha");
+    assert!(inside(&bench).is_plain());
+}
+
+#[test]
+fn what_stands_for_a_ray_is_chosen_and_undone() {
+    let mut bench = Bench::opened();
+    for (name, along) in [
+        ("Maximum", AlongRay::Maximum),
+        ("Minimum", AlongRay::Minimum),
+        ("Average", AlongRay::Average),
+    ] {
+        bench.choose("Along rays", name);
+        assert_eq!(inside(&bench).along, along);
+    }
+    bench.harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+    bench.settle();
+    assert_eq!(inside(&bench).along, AlongRay::Minimum);
+    bench.choose("Along rays", "Light");
+    assert!(inside(&bench).is_plain());
+}
