@@ -7,6 +7,7 @@ use serde::Serialize;
 
 use super::classes::Classes;
 use super::field::{Field, Shape};
+use super::inside::Opening;
 use super::quadrature::Light;
 use super::shading::{RayShader, Shader, gradient};
 use super::sources::Line;
@@ -92,11 +93,15 @@ impl Probe {
         let from = scene.camera.eye_distance().map_or(f64::NEG_INFINITY, |_| 0.0);
         let world = Line { start, step, from };
         let index = world.mapped(lattice.axes().inverse(), lattice.origin);
-        let Some([a, b]) = truth::domain(self.field.dims, &index) else { return Seen::Beside };
         let plain = Shading::default();
         let shading = if Shading::is_shown_by(&scene.splat) { &scene.shading } else { &plain };
         let unit = scene.opacity_unit_distance();
         let classes = Classes::new(&shading.by_value(&scene.transfer), unit, false);
+        let opening = Opening::of(scene);
+        let Some(part) = opening.part((&self.field, &classes), &world, &index) else {
+            return Seen::Beside;
+        };
+        let [a, b] = part.ends;
         let shader = match shading.is_plain() {
             true => None,
             false => Shader::of(scene, true),

@@ -37,6 +37,7 @@ pub fn vectors_ui(
 ) -> Option<VectorRequest> {
     let request = field_ui(ui, document, scene);
     let beside = scene.splat;
+    let cuts = !scene.inside.is_plain();
     let range = |layer: &VectorLayer, by| layer.range_of(by, &scene.volume);
     let Some(layer) = &mut scene.vectors else { return request };
     ui.horizontal(|ui| {
@@ -49,6 +50,10 @@ pub fn vectors_ui(
     {
         let text = "This mode shades first, and has no slabs that vectors could lie in: hide the \
                     scalar field, or choose the exact mode under Splats";
+        ui.label(RichText::new(text).size(12.0).color(theme::NOTE));
+    }
+    if cuts {
+        let text = "Beside vectors, clips and projections are not drawn: the field is shown whole";
         ui.label(RichText::new(text).size(12.0).color(theme::NOTE));
     }
     animation_ui(ui, clock, fps, now);
