@@ -13,6 +13,7 @@ mod growth;
 mod laur_hanrahan;
 mod modes;
 mod support;
+mod vectors;
 mod westover;
 
 use std::fs;
@@ -36,10 +37,12 @@ fn main() -> Result<()> {
     let mut page = Page::new(&pictures);
     let scan = |page: &mut Page<'_>| westover::write_scan(page, &data);
     let hierarchy = |page: &mut Page<'_>| laur_hanrahan::write(page, &data);
-    let parts: [(&str, &Part<'_>); 7] = [
+    let winds = |page: &mut Page<'_>| vectors::write(page, &data);
+    let parts: [(&str, &Part<'_>); 8] = [
         ("visibility modes", &modes::write),
         ("classification", &classification::write),
         ("Crawfis–Max", &crawfis_max::write),
+        ("vectors", &winds),
         ("Laur–Hanrahan", &hierarchy),
         ("growth of cost", &growth::write),
         ("Westover", &westover::write),

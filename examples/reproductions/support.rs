@@ -63,13 +63,19 @@ impl<'a> Page<'a> {
         refine: Refine,
         repeat: u32,
     ) -> Result<Still> {
-        let request = StillRequest {
-            scene: scene.clone(),
-            size: [size; 2],
-            refine,
-            repeat,
-            time_passes: false,
-        };
+        self.draw_sized(scene, [size; 2], refine, repeat)
+    }
+
+    /// The same at another shape than a square's.
+    pub(crate) fn draw_sized(
+        &self,
+        scene: &Scene,
+        size: [u32; 2],
+        refine: Refine,
+        repeat: u32,
+    ) -> Result<Still> {
+        let request =
+            StillRequest { scene: scene.clone(), size, refine, repeat, time_passes: false };
         Ok(self.engine.still(request, &Ticket::new())?)
     }
 

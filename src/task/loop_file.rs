@@ -113,7 +113,8 @@ pub fn write(
     ticket: &Ticket,
 ) -> Result<Vec<f64>, LoopError> {
     let format = LoopFormat::of(path).map_err(LoopError::File)?;
-    if !(2..=MOST_FRAMES).contains(&cycle.frames) || !(cycle.seconds > 0.0) {
+    let is_sound = (2..=MOST_FRAMES).contains(&cycle.frames) && cycle.seconds > 0.0;
+    if !is_sound {
         return Err(LoopError::File(format!(
             "expected a loop of 2 to {MOST_FRAMES} pictures in more than 0 seconds, found {} in {}: {}",
             cycle.frames,

@@ -173,7 +173,6 @@ fn frame(places: &Places) -> (DVec3, f64, DMat3) {
     }
 }
 
-#[expect(clippy::cast_possible_truncation, reason = "the device has 32 bits")]
 pub(super) fn columns(m: DMat3) -> [[f32; 4]; 3] {
     [m.x_axis, m.y_axis, m.z_axis].map(|c| c.as_vec3().extend(0.0).to_array())
 }

@@ -59,7 +59,8 @@ const PICTURE: [u32; 2] = [72, 60];
 #[track_caller]
 fn holds(name: &str, scene: &Scene, within: Within) {
     let Some(mut drawer) = drawer() else { return };
-    let expected = Reference::new(scene, PICTURE.map(|n| n as usize)).unwrap().picture();
+    let reference = Reference::new(scene, PICTURE.map(|n| n as usize));
+    let expected = reference.expect("a mode that means something").picture();
     let most = expected.iter().map(|p| p[3]).fold(0.0, f64::max);
     assert!(most > 0.1, "{name}: the reference shows next to nothing: {most}");
     let (found, _) = drawn(&mut drawer, scene, PICTURE, Rung::Full);

@@ -45,9 +45,8 @@ pub fn vectors_ui(
             "Draw the vectors alone: nothing of the scalar field is computed, and pictures are quicker",
         );
     });
-    if !layer.alone
-        && !(beside.visibility == Visibility::Slabs && beside.classify != Classify::Before)
-    {
+    let has_slabs = beside.visibility == Visibility::Slabs && beside.classify != Classify::Before;
+    if !layer.alone && !has_slabs {
         let text = "This mode shades first, and has no slabs that vectors could lie in: hide the \
                     scalar field, or choose the exact mode under Splats";
         ui.label(RichText::new(text).size(12.0).color(theme::NOTE));
