@@ -1,6 +1,6 @@
 //! Vector splats: which field, what they look like, and the animation.
 
-use eframe::egui::{CollapsingHeader, ComboBox, RichText, Slider, Ui};
+use eframe::egui::{CollapsingHeader, ComboBox, RichText, Slider, SliderClamping, Ui};
 
 use super::{maps, reset_ui, row_ui, slider_ui};
 use crate::app::document::Document;
@@ -167,18 +167,23 @@ fn opacity_ui(ui: &mut Ui, layer: &mut VectorLayer) {
     let greatest = points.iter().map(|(_, opacity)| *opacity).fold(0.0, f64::max);
     let (mut from_length, mut to_length, mut opacity) = (low, high, greatest);
     let mut changed = false;
+    // Numbers that nobody has touched stay as they are: rounded, they would be a step to take back.
+    let untouched = SliderClamping::Edits;
     row_ui(ui, "Shown from", |ui| {
         let slider = Slider::new(&mut from_length, 0.0..=most).max_decimals(6);
+        let slider = slider.clamping(untouched);
         let help = "Shorter vectors are transparent, and cost nothing";
         changed |= slider_ui(ui, "Shown from", true, slider).on_hover_text(help).changed();
     });
     row_ui(ui, "Full from", |ui| {
         let slider = Slider::new(&mut to_length, 0.0..=most).max_decimals(6);
+        let slider = slider.clamping(untouched);
         let help = "Vectors of this length and longer have the greatest opacity";
         changed |= slider_ui(ui, "Full from", true, slider).on_hover_text(help).changed();
     });
     row_ui(ui, "Opacity", |ui| {
         let slider = Slider::new(&mut opacity, 0.0..=1.0).max_decimals(3);
+        let slider = slider.clamping(untouched);
         let help = "The greatest opacity per unit distance";
         changed |= slider_ui(ui, "Vector opacity", true, slider).on_hover_text(help).changed();
     });
