@@ -68,6 +68,7 @@ impl InsideFlags {
         let inside = Inside {
             clip: Clip { bounds, planes: self.clip_plane.clone(), faces },
             along: self.projection.unwrap_or_default(),
+            ..Inside::default()
         };
         inside.check(splat)?;
         Ok(inside)
