@@ -128,7 +128,7 @@ impl Opening {
 /// halved until nothing is left to halve.
 fn passes(field: &Field, line: &Line, level: f64, [a, b]: [f64; 2]) -> Vec<f64> {
     /// A voxel, or less, is asked so often.
-    const LOOKS: f64 = 64.0;
+    const LOOKS: f64 = 24.0;
     let voxels = (b - a) * line.step.length();
     let count = (voxels * LOOKS).ceil().max(1.0) as usize;
     let above = |t: f64| field.value(line.at(t)).map(|value| value >= level);
