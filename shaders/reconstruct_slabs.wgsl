@@ -95,7 +95,10 @@ fn ray(screen: vec2<f32>, pixel: vec2<u32>, slot: u32) -> vec4<f32> {
         }
         remaining = select(last - k, k - first, back_to_front) + ahead;
     }
-    while remaining >= 0 && light.transmittance >= slabs.picture.w {
+    // Once the field is behind: what stands there of vectors, in one turn more.
+    var is_behind = false;
+    while (remaining >= 0 || (VECTORS && !is_behind)) && light.transmittance >= slabs.picture.w {
+        is_behind = VECTORS && remaining < 0;
         if IN_PARTS {
             if looks == slabs.part.z {
                 break;
@@ -130,7 +133,12 @@ fn ray(screen: vec2<f32>, pixel: vec2<u32>, slot: u32) -> vec4<f32> {
             far = distance_at(origin + direction * look_t);
         }
         // Loops rather than branches: software adapters run both sides of a branch.
-        for (var n = 0u; n < LOOK_EVERY && remaining >= 0 && light.transmittance >= slabs.picture.w; n++) {
+        for (
+            var n = 0u;
+            n < LOOK_EVERY && (remaining >= 0 || (is_behind && n == 0u))
+                && light.transmittance >= slabs.picture.w;
+            n++
+        ) {
             let t = clamp(f32(k) * step, enter, leave);
             var found = Halves(vec4<f32>(0.0), vec4<f32>(0.0));
             var from_t = t_near;
@@ -143,7 +151,7 @@ fn ray(screen: vec2<f32>, pixel: vec2<u32>, slot: u32) -> vec4<f32> {
                 to_t = clamp(f32(k + way) * step, enter, leave);
             }
             let here_t = select(t, 0.5 * (from_t + to_t), classify_middle);
-            let here = face(origin + direction * here_t);
+            let here = face(select(origin + direction * here_t, vec3<f32>(0.0), is_behind));
             if classify_middle {
                 let u = here.value;
                 u_middle = u.x;
@@ -190,23 +198,22 @@ fn ray(screen: vec2<f32>, pixel: vec2<u32>, slot: u32) -> vec4<f32> {
             }
             let weight = found.near.w + found.far.w;
             let is_met = meet_levels(&met, through, u_ends, vec2<f32>(from_t, to_t), screen);
-            if weight <= 0.0 && !is_met {
+            if weight <= 0.0 && !is_behind && !is_met {
                 continue;
             }
             if has_holes {
-                if is_hole(origin + direction * (0.5 * (from_t + to_t))) {
+                if !is_behind && is_hole(origin + direction * (0.5 * (from_t + to_t))) {
                     continue;
                 }
             }
             let length = stretch * abs(to_t - from_t);
-            let slab = i32(floor(0.5 * (from_t + to_t) / step));
+            let slab = select(i32(floor(0.5 * (from_t + to_t) / step)), EVERY_SLAB, is_behind);
             let beside = vectors_in(&vector_state, &light, slab, screen);
+            if is_behind {
+                continue;
+            }
             lay(&light, &met, found, length, vec2<f32>(from_t, to_t), beside);
         }
-    }
-    if VECTORS {
-        // What stands behind the field, or beside it.
-        let beyond = vectors_in(&vector_state, &light, EVERY_SLAB, screen);
     }
     if SURFACES {
         // Where nothing but surfaces is left, or where the next slab begins.

@@ -46,13 +46,16 @@ const ROOMS: [(&str, &[&str]); 14] = [
 ];
 
 /// Names from outside, and the only rooms that may say them.
-const OUTSIDE: [(&str, &[&str]); 13] = [
+const OUTSIDE: [(&str, &[&str]); 15] = [
     ("wgpu", &["gpu"]),
     ("egui", &["app"]),
     ("eframe", &["app"]),
     ("rfd", &["app"]),
     ("clap", &["cli"]),
     ("plotters", &["cli"]),
+    // Words in pictures, without a window.
+    ("ab_glyph", &["task"]),
+    ("epaint_default_fonts", &["task", "cli"]),
     // One constant: pipes are opened without waiting.
     ("libc", &["task"]),
     ("image", &["task", "app", "cli"]),

@@ -120,6 +120,7 @@ fn wrong_usage_exits_with_2() {
         &["--color", "1:ff0000", "--colormap", "viridis"],
         &["--background", "ff0000", "--no-background"],
         &["--raw-type", "u8"],
+        &["--annotations", "bar"],
     ] {
         let output = render(more);
         assert_eq!(output.status.code(), Some(2), "{more:?}: {}", errors(&output));
@@ -180,6 +181,8 @@ fn wrong_usage_exits_with_2() {
     let coarse = ["--refine", "coarse", "--max-error", "0.1", "--cells"];
     let exr = voxsplat(&[&["render", "demo:shells:8", "-o", "a.exr"], &coarse[..]].concat());
     assert_eq!(fault(&exr, 2, &["a PNG with --cells", "an EXR"], None), None);
+    let exr = voxsplat(&["render", "demo:shells:8", "-o", "a.exr", "--annotations", "all"]);
+    assert_eq!(fault(&exr, 2, &["a PNG with --annotations", "light alone"], None), None);
     let jpeg = voxsplat(&["render", "demo:shells:8", "-o", "a.jpg"]);
     assert_eq!(fault(&jpeg, 2, &[".png", ".exr"], Some(Path::new("a.jpg"))), None);
     assert_eq!(voxsplat(&["render", "demo:shells:8"]).status.code(), Some(2), "no output");
@@ -232,6 +235,97 @@ fn cells_are_drawn_over_a_cut_and_refused_where_there_is_none() {
         let output = render(&none, advised);
         assert_eq!(output.status.code(), Some(0), "{advised:?}: {}", errors(&output));
     }
+}
+
+#[test]
+fn annotations_are_written_over_the_picture_and_what_has_no_room_is_named() {
+    if !can_draw() {
+        return;
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let [plain, written] = ["plain.png", "written.png"].map(|n| folder.path().join(n));
+    let render = |path: &Path, more: &[&str]| {
+        let name = path.to_str().expect("UTF-8");
+        let output = voxsplat(&[&["render", "demo:shells:16", "-o", name], more].concat());
+        assert_eq!(output.status.code(), Some(0), "{}", errors(&output));
+        errors(&output)
+    };
+    let size = ["--resolution", "240,180"];
+    assert_eq!(render(&plain, &size), "");
+    let bar = [&size[..], &["--annotations", "scalar-bar,trihedron"]].concat();
+    assert_eq!(render(&written, &bar), "");
+    let [before, after] =
+        [&plain, &written].map(|path| image::open(path).expect("a PNG").to_rgba8());
+    let changed = |columns: std::ops::Range<u32>| {
+        let pixels = columns.flat_map(|x| (0..180).map(move |y| (x, y)));
+        pixels.filter(|&(x, y)| before.get_pixel(x, y) != after.get_pixel(x, y)).count()
+    };
+    let counts = [changed(0..80), changed(80..160), changed(160..240)];
+    assert!(counts[0] > 200 && counts[1] == 0 && counts[2] > 1000, "{counts:?}");
+    let small = render(&plain, &["--resolution", "48,36", "--annotations", "all"]);
+    assert!(small.contains("no room") && small.contains("scalar-bar"), "{small}");
+}
+
+#[test]
+fn a_probe_finds_the_face_of_a_ramp_and_says_where_there_is_nothing() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let ramp: Vec<u8> = (0..12 * 12 * 12).map(|i| (i % 12 * 10) as u8).collect();
+    let path = written(folder.path(), "ramp.nrrd", &nrrd("uint8", "12 12 12", &ramp));
+    let probe = |more: &[&str]| {
+        let name = path.to_str().expect("UTF-8");
+        let from =
+            ["--camera-direction", "1,0,0", "--opacity", "60:0,60:0.9", "--resolution", "40,30"];
+        voxsplat(&[&["probe", name][..], &from, more].concat())
+    };
+    for angle in [&[][..], &["--camera-view-angle", "40"]] {
+        let output = probe(&[&["--at", "20,15", "--json"], angle].concat());
+        assert_eq!(output.status.code(), Some(0), "{}", errors(&output));
+        let found: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+        let point = &found["point"];
+        // The face is at 6; a tenth is gathered after −ln 0.9 / −ln 0.1 of a spacing.
+        let depth = 0.9_f64.ln() / 0.1_f64.ln();
+        let near = |found: &Value, expected: f64| {
+            found.as_f64().is_some_and(|found| (found - expected).abs() < 0.02)
+        };
+        assert!(near(&point["world"][0], 6.0 + depth), "{found}");
+        assert!(near(&point["value"], 60.0 + 10.0 * depth), "{found}");
+        assert!(
+            near(&point["gradient"][0], 10.0) && near(&point["gradient_length"], 10.0),
+            "{found}"
+        );
+        assert!(near(&point["opacity"], 0.9) && found["gathered"].is_null(), "{found}");
+    }
+    let text = String::from_utf8(probe(&["--at", "20,15"]).stdout).expect("UTF-8");
+    assert!(text.contains("World (x y z)     6.04") && text.contains("gathered 10 %"), "{text}");
+    let beside = String::from_utf8(probe(&["--at", "0,15"]).stdout).expect("UTF-8");
+    assert_eq!(beside, "nothing: the ray passes the volume by\n");
+    let thin = probe(&["--at", "20,15", "--opacity", "0:0.001"]);
+    assert_eq!(thin.status.code(), Some(2), "--opacity twice");
+    let outside = probe(&["--at", "40,15"]);
+    assert_eq!(fault(&outside, 2, &["from 0,0 to 39,29", "40,15"], None), None);
+}
+
+#[test]
+fn a_picture_in_the_backgrounds_colour_says_so() {
+    if !can_draw() {
+        return;
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("bone.png");
+    let render = |more: &[&str]| {
+        let name = path.to_str().expect("UTF-8");
+        let bone = ["render", "demo:head:16", "-o", name, "--preset", "ct-bone"];
+        let size = ["--resolution", "32,32", "--color-range"];
+        errors(&voxsplat(&[&bone[..], &size, more].concat()))
+    };
+    // The map is reversed: all of the bone lies beyond its black end.
+    let black = render(&["100,0"]);
+    assert!(
+        black.contains("told from the background") && black.contains("--color-range"),
+        "{black}"
+    );
+    assert_eq!(render(&["100,0", "--background", "ffffff"]), "");
+    assert_eq!(render(&["0,100"]), "");
 }
 
 #[test]

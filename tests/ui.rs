@@ -1,7 +1,9 @@
 //! The window from outside: keys, mouse, widgets by their accessible names, with a stand-in for
 //! the engine that draws gradients and one for the readers that knows a few names.
 
+mod ui_annotations;
 mod ui_modes;
+mod ui_probe;
 mod ui_support;
 mod ui_transfer;
 
@@ -20,8 +22,8 @@ use voxsplat::app::document::Source;
 use voxsplat::app::settings::Settings;
 use voxsplat::core::{Projection, Srgb8};
 use voxsplat::kernel::Kernel;
-use voxsplat::scene::Background;
-use voxsplat::scene::NamedView;
+use voxsplat::scene::{Annotation, Background, NamedView};
+use voxsplat::task::annotations::{draw, laid_out};
 use voxsplat::task::engine::{Effort, Ladder};
 use voxsplat::transfer::{ColourMap, ColourSource};
 use voxsplat::volume::Component;
@@ -166,10 +168,14 @@ fn every_shortcut_does_what_it_says() {
             Action::SaveScreenshot => {
                 let path = bench.pictures.path().join("good_1.png");
                 bench.wait_until(|window| !window.notices().shown().is_empty());
-                assert_eq!(
-                    image::open(path).unwrap().to_rgba8().into_raw(),
-                    bench.engine.newest().rgba
-                );
+                let picture = bench.engine.newest();
+                let mut rgba = picture.rgba.clone();
+                let chosen = bench.window().settings().annotations;
+                assert!(chosen.trihedron);
+                let scene = bench.window().scene().unwrap();
+                let layout = laid_out(chosen, scene, None, picture.size);
+                draw(&mut rgba, picture.size, &layout.primitives);
+                assert_eq!(image::open(path).unwrap().to_rgba8().into_raw(), rgba);
             }
             Action::Quit => {
                 // The command leaves with the very pass in which the key went down.
@@ -223,6 +229,9 @@ fn every_shortcut_does_what_it_says() {
                 );
                 assert!(insists, "{effort:?}");
             }
+            Action::ToggleAnimation => {
+                assert!(bench.shows("There are no vectors to animate: choose some under Vectors"));
+            }
             Action::ToggleLights => {
                 assert!(bench.window().scene().unwrap().shading.lighting.is_some());
                 press(&mut bench);
@@ -233,10 +242,28 @@ fn every_shortcut_does_what_it_says() {
                 press(&mut bench);
                 assert!(!bench.shows("Modulation table"));
             }
+            Action::ToggleScalarBar
+            | Action::ToggleScaleBar
+            | Action::ToggleAxes
+            | Action::ToggleTrihedron => {
+                let first = Settings::default().annotations;
+                let which = Annotation::ALL.into_iter().find(|which| {
+                    bench.window().settings().annotations.has(*which) != first.has(*which)
+                });
+                let name = which.expect("one is switched").name().replace('-', " ");
+                assert_eq!(name, entry.name.to_lowercase());
+                press(&mut bench);
+                assert_eq!(bench.window().settings().annotations, first);
+            }
             Action::ToggleCells => {
                 assert!(bench.window().cells().on && bench.shows("Octree error"));
                 press(&mut bench);
                 assert!(!bench.window().cells().on && !bench.shows("Octree error"));
+            }
+            Action::ToggleProbe => {
+                assert!(bench.window().probing().is_on());
+                press(&mut bench);
+                assert!(!bench.window().probing().is_on());
             }
             Action::ToggleLeveling => {
                 let range = |b: &Bench| b.window().scene().unwrap().transfer.colour.range();

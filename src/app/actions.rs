@@ -28,8 +28,14 @@ pub enum Action {
     ResetView,
     Converge,
     ToggleLights,
+    ToggleScalarBar,
+    ToggleScaleBar,
+    ToggleAxes,
+    ToggleTrihedron,
+    ToggleAnimation,
     ToggleCells,
     ToggleLeveling,
+    ToggleProbe,
     ToggleSidePanel,
     ToggleAccuracy,
     ToggleEffects,
@@ -90,7 +96,7 @@ const fn entry(
 }
 
 /// Every command there is, in the order of the menus.
-pub const ACTIONS: [Entry; 28] = [
+pub const ACTIONS: [Entry; 34] = [
     entry(Action::Open, Menu::File, "Open…", command(Key::O), "Open a volume in a file dialog"),
     entry(
         Action::OpenPath,
@@ -118,7 +124,7 @@ pub const ACTIONS: [Entry; 28] = [
         Menu::File,
         "Save screenshot",
         plain(Key::F12),
-        "Save the picture on screen to the pictures folder",
+        "Save what is on screen to the pictures folder: the picture and its annotations",
     ),
     entry(
         Action::LoadTransfer,
@@ -194,7 +200,42 @@ pub const ACTIONS: [Entry; 28] = [
         plain(Key::R),
         "Double the slabs of the view at rest until nothing changes, however long that takes",
     ),
+    entry(
+        Action::ToggleAnimation,
+        Menu::View,
+        "Play or pause",
+        plain(Key::Space),
+        "Let the marks of vectors move along the flow, or stop them where they are",
+    ),
     entry(Action::ToggleLights, Menu::View, "Lights", plain(Key::L), "Switch the lights on or off"),
+    entry(
+        Action::ToggleScalarBar,
+        Menu::View,
+        "Scalar bar",
+        plain(Key::B),
+        "Show or hide which colour is which value, and how opaque",
+    ),
+    entry(
+        Action::ToggleScaleBar,
+        Menu::View,
+        "Scale bar",
+        plain(Key::S),
+        "Show or hide a round length in the file's units",
+    ),
+    entry(
+        Action::ToggleAxes,
+        Menu::View,
+        "Axes",
+        plain(Key::X),
+        "Show or hide the box around the volume, with where it lies in the world",
+    ),
+    entry(
+        Action::ToggleTrihedron,
+        Menu::View,
+        "Trihedron",
+        plain(Key::T),
+        "Show or hide the directions of the world's axes",
+    ),
     entry(
         Action::ToggleCells,
         Menu::View,
@@ -208,6 +249,13 @@ pub const ACTIONS: [Entry; 28] = [
         "Window and level",
         plain(Key::W),
         "Left drags change the range of the colours: across its width, up and down its middle",
+    ),
+    entry(
+        Action::ToggleProbe,
+        Menu::View,
+        "Probe",
+        plain(Key::P),
+        "Say what is under the cursor at rest: place, value, gradient and opacity",
     ),
     entry(
         Action::ToggleSidePanel,
@@ -281,7 +329,7 @@ pub fn pressed(ctx: &Context) -> Vec<Action> {
     let typing = ctx.text_edit_focused();
     let focused = ctx.memory(|memory| memory.focused().is_some());
     let available = |shortcut: &KeyboardShortcut| {
-        let activates_widgets = shortcut.logical_key == Key::Enter;
+        let activates_widgets = matches!(shortcut.logical_key, Key::Enter | Key::Space);
         let is_undo = matches!(shortcut.logical_key, Key::Z | Key::Y);
         let is_taken = typing && (is_undo || shortcut.conflicts_with_text_editing());
         !(is_taken || focused && activates_widgets)

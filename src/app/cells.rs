@@ -20,6 +20,8 @@ use crate::task::engine::{CellsRequest, FoundCells};
 pub const OCTREE_ERROR: std::ops::RangeInclusive<f64> = 0.01..=30.0;
 /// Distance of the caption from the viewport's left and top edges, points.
 const INSET: f32 = 12.0;
+/// Height of the caption with its distance from the edge, points.
+const CAPTION: f32 = 52.0;
 /// Side of a swatch, points.
 const SWATCH: f32 = 10.0;
 
@@ -58,6 +60,11 @@ impl Default for CellsOverlay {
 }
 
 impl CellsOverlay {
+    /// Room that its caption takes at the top of the viewport, points.
+    pub fn height(&self) -> f32 {
+        if self.on { CAPTION } else { 0.0 }
+    }
+
     /// Posts what is missing: the cells of a view at rest. Those of a moving one come by themselves.
     pub fn pace(&mut self, drawer: &dyn Drawer, scene: &Scene, size: [u32; 2], is_moving: bool) {
         if !self.on {

@@ -5,7 +5,9 @@ use std::sync::Arc;
 
 use crate::core::Ticket;
 use crate::transfer::TransferFunction;
-use crate::volume::{Component, Grid, ScalarType, ScalarVolume, Statistics, VolumeError};
+use crate::volume::{
+    Component, Grid, ScalarType, ScalarVolume, Statistics, VectorField, VolumeError,
+};
 
 /// The prefix of volumes made in code.
 pub const DEMO_PREFIX: &str = "demo:";
@@ -184,6 +186,8 @@ pub struct Document {
     pub component: Component,
     /// The field that is drawn.
     pub volume: Arc<ScalarVolume>,
+    /// The vectors of the field that it opens with, where that has three components.
+    pub vectors: Option<Arc<VectorField>>,
     /// Partial trouble while reading.
     pub warnings: Vec<String>,
 }
@@ -203,7 +207,16 @@ impl Document {
         let field = grid.field(None)?;
         let component = default_component(field.components);
         let volume = Arc::new(grid.scalar(field, component, ticket)?);
-        Ok(Self { source, grid, field: 0, component, volume, warnings })
+        let vectors = match field.components {
+            3 => Some(Arc::new(grid.vectors(field, ticket)?)),
+            _ => None,
+        };
+        Ok(Self { source, grid, field: 0, component, volume, vectors, warnings })
+    }
+
+    /// Whether the file has a field that can be drawn as vectors.
+    pub fn has_vectors(&self) -> bool {
+        self.grid.fields.iter().any(|field| field.components == 3)
     }
 
     /// The same file with another of its fields drawn.

@@ -11,13 +11,16 @@ use super::actions::{ACTIONS, Action, Entry, Menu, entry_of};
 use super::camera_control;
 use super::document::Source;
 use super::notices::text_and_button_ui;
+use super::panels::vectors::VectorRequest;
 use super::panels::{
-    accuracy, clip, compare, data, inside, section_ui, shading, splat, status, transfer, view,
+    accuracy, clip, compare, data, inside, section_ui, shading, splat, status, transfer, vectors,
+    view,
 };
 use super::viewport::PixelArea;
 use super::window::Window;
-use super::{modes, theme, trihedron};
+use super::{annotations, modes, theme};
 use crate::scene::Inside;
+use crate::task::annotations::laid_out;
 
 /// Width of the side panel before anyone resizes it, points.
 const SIDE_WIDTH: f32 = 336.0;
@@ -149,6 +152,17 @@ impl Window {
             return;
         };
         let choice = section_ui(ui, "Data", |ui| data::data_ui(ui, document)).flatten();
+        let vector_request = document.has_vectors().then(|| {
+            section_ui(ui, "Vectors", |ui| {
+                let (clock, fps) = (&mut self.vectors.clock, &mut self.settings.animation_fps);
+                let now = ui.ctx().time();
+                // Other sections have colours, too.
+                ui.push_id("vectors", |ui| {
+                    vectors::vectors_ui(ui, document, scene, clock, fps, now)
+                })
+                .inner
+            })
+        });
         let action = section_ui(ui, "Transfer function", |ui| {
             let statistics = &scene.volume.statistics;
             let default = || self.parts.library.default_transfer(statistics);
@@ -179,7 +193,15 @@ impl Window {
                 splat::splat_ui(ui, &mut scene.splat, voxel, times);
             }
         });
-        section_ui(ui, "View", |ui| view::view_ui(ui, scene, &mut self.settings, &mut self.cells));
+        section_ui(ui, "View", |ui| {
+            let (settings, cells) = (&mut self.settings, &mut self.cells);
+            view::view_ui(ui, scene, settings, cells, &self.left_out);
+        });
+        match vector_request.flatten().flatten() {
+            Some(VectorRequest::Field(field)) => self.choose_vectors(ui.ctx(), field),
+            Some(VectorRequest::SaveLoop) => self.ask_to_save_loop(),
+            None => {}
+        }
         if let Some(choice) = choice {
             self.choose_field(ui.ctx(), choice);
         }
@@ -214,14 +236,16 @@ impl Window {
                 scene.camera = camera_control::steered(&scene.camera, &response);
             }
             self.leveling.caption_ui(ui, area.rect, &scene.transfer);
-            if self.settings.trihedron {
-                let space = self.document.as_ref().and_then(|d| d.grid.space.as_deref());
-                trihedron::paint(ui.painter(), area.rect, &scene.camera, space);
-            }
+            let space = self.document.as_ref().and_then(|d| d.grid.space.as_deref());
+            let layout = laid_out(self.settings.annotations, scene, space, area.size);
+            annotations::paint(ui.painter(), area, &layout.primitives);
+            self.left_out = layout.left_out;
             self.cells.show(ui, area, scene, &response);
             if self.clip.shows_box && Inside::is_shown_by(&scene.splat) {
                 self.box_handles.show(ui, area, scene);
             }
+            let rests = !self.pacing.is_moving();
+            self.probing.show(ui, area, scene, space, (&response, rests), self.cells.height());
         } else if !self.is_loading() {
             welcome_ui(ui, area.rect);
         }

@@ -5,6 +5,7 @@
 //! than a blink. Called by `main` only.
 
 pub mod actions;
+pub mod annotations;
 pub mod camera_control;
 pub mod cells;
 pub mod clip_box;
@@ -25,6 +26,7 @@ pub mod modes;
 pub mod notices;
 pub mod pacing;
 pub mod panels;
+pub mod probing;
 pub mod reading;
 mod refining;
 pub mod saving;
@@ -32,8 +34,8 @@ pub mod settings;
 pub mod sweeping;
 pub mod theme;
 pub mod trace;
-pub mod trihedron;
 mod undoing;
+mod vectors;
 pub mod viewport;
 mod window;
 pub mod words;

@@ -19,6 +19,10 @@ pub const WAIT_FOR_PICTURE: Duration = Duration::from_millis(24);
 /// Least time between two repaints for the engine's sake while the view rests.
 const REPAINT_AT_REST: Duration = Duration::from_millis(200);
 
+/// Share of the time between two animated pictures that drawing one may take: the rest is the
+/// interface's.
+const ANIMATION_SHARE: f64 = 0.75;
+
 /// What the next pass should do.
 #[derive(Debug, Default)]
 pub struct Decision {
@@ -37,6 +41,8 @@ pub struct Pacing {
     insists: bool,
     /// Modes are being judged: each is shown as it is, and not refined further.
     judging: bool,
+    /// Milliseconds from one animated picture to the next, while there are any.
+    animation_ms: Option<f64>,
 }
 
 impl Pacing {
@@ -102,6 +108,11 @@ impl Pacing {
         self.judging = judging;
     }
 
+    /// While something moves by itself, a picture may take as long as it is shown.
+    pub fn set_animation(&mut self, every_ms: Option<f64>) {
+        self.animation_ms = every_ms;
+    }
+
     /// The picture on screen is the `full` that was asked for, and is to stay: where no more than
     /// that is wanted from now on, nothing need be asked for.
     pub fn keep_full(&mut self) {
@@ -130,8 +141,14 @@ impl Pacing {
 
     fn effort_while_moving(&self, scene: &Scene, settings: &Settings) -> Effort {
         match settings.effort_while_moving() {
-            Effort::Rest { .. } => self.effort_at_rest(scene, settings),
-            moving => moving,
+            Effort::Rest { .. } if self.animation_ms.is_none() => {
+                self.effort_at_rest(scene, settings)
+            }
+            // An animation never ends: it is drawn by what keeps up with it.
+            Effort::Rest { budget_ms, .. } | Effort::Moving { budget_ms } => {
+                let animated = self.animation_ms.map_or(0.0, |ms| ms * ANIMATION_SHARE);
+                Effort::Moving { budget_ms: budget_ms.max(animated) }
+            }
         }
     }
 

@@ -13,7 +13,7 @@ use crate::volume::{Samples, Statistics, demo};
 /// Greatest side of a preview, pixels; larger slices are thinned out.
 const PREVIEW_SIDE: usize = 512;
 /// Extensions of formats with a header: without one such a file is damaged, not raw.
-const WITH_HEADER: [&str; 5] = ["nrrd", "nhdr", "mha", "mhd", "vti"];
+const WITH_HEADER: [&str; 9] = ["nrrd", "nhdr", "mha", "mhd", "vti", "vtr", "vts", "vtk", "nc"];
 
 /// Files on disk and volumes made in code.
 pub struct Files;

@@ -9,8 +9,11 @@ use image::{ImageFormat, RgbaImage};
 
 use super::job::Job;
 use crate::core::Ticket;
-use crate::scene::Scene;
+use crate::scene::annotations::Primitive;
+use crate::scene::{Annotations, Scene};
+use crate::task::annotations;
 use crate::task::engine::{AdapterChoice, Engine, Picture};
+use crate::task::loop_file::{self, Cycle, LoopError};
 use crate::task::output_file::OutputFile;
 use crate::task::picture_file::{self, PictureFormat};
 use crate::task::still::{Refine, StillError, StillRequest};
@@ -23,8 +26,14 @@ pub struct SaveRequest {
     pub scene: Scene,
     /// Size in pixels, each at least 1.
     pub size: [u32; 2],
+    /// What is written over it, where it is a PNG.
+    pub annotations: Annotations,
+    /// What the file calls its space, for the axes.
+    pub space: Option<String>,
     /// Where to; the extension (`png` or `exr`) names the format.
     pub path: PathBuf,
+    /// A whole cycle of the animation rather than one picture.
+    pub cycle: Option<Cycle>,
 }
 
 /// Draws and saves pictures away from the screen, or a stand-in for that in tests.
@@ -36,6 +45,16 @@ pub type Renderer = Arc<dyn Fn(&SaveRequest, &Ticket) -> Result<(), String> + Se
 /// Pictures from an engine of its own, so that the one on screen goes on undisturbed.
 pub fn engine_renderer(adapter: AdapterChoice) -> Renderer {
     Arc::new(move |request, ticket| {
+        if let Some(cycle) = request.cycle {
+            let engine = Engine::start(adapter.clone(), || ());
+            let SaveRequest { scene, size, annotations: chosen, space, path, .. } = request;
+            let written = annotations::laid_out(*chosen, scene, space.as_deref(), *size).primitives;
+            let pictures = (*size, &written[..]);
+            return match loop_file::write(&engine, scene, pictures, cycle, path, ticket) {
+                Ok(_) | Err(LoopError::Cancelled) => Ok(()),
+                Err(error) => Err(error.to_string()),
+            };
+        }
         let format = PictureFormat::of(&request.path)?;
         let engine = Engine::start(adapter.clone(), || ());
         let still = StillRequest {
@@ -46,7 +65,14 @@ pub fn engine_renderer(adapter: AdapterChoice) -> Renderer {
             time_passes: false,
         };
         match engine.still(still, ticket) {
-            Ok(still) => picture_file::write(&still, format, &request.path),
+            Ok(mut still) => {
+                let SaveRequest { scene, size, annotations: chosen, space, .. } = request;
+                if format == PictureFormat::Png {
+                    let layout = annotations::laid_out(*chosen, scene, space.as_deref(), *size);
+                    annotations::draw(&mut still.rgba, *size, &layout.primitives);
+                }
+                picture_file::write(&still, format, &request.path)
+            }
             Err(StillError::Cancelled) => Ok(()),
             Err(error) => Err(error.to_string()),
         }
@@ -59,17 +85,19 @@ pub type Saved = Result<PathBuf, String>;
 /// Draws and saves in the background.
 pub fn save_picture(ctx: &Context, renderer: &Renderer, request: SaveRequest) -> Job<Saved> {
     let renderer = Arc::clone(renderer);
-    let title = format!("Drawing {} × {} pixels", request.size[0], request.size[1]);
+    let times = request.cycle.map_or(String::new(), |cycle| format!("{} times ", cycle.frames));
+    let title = format!("Drawing {times}{} × {} pixels", request.size[0], request.size[1]);
     Job::start("save-picture", title, ctx, move |ticket| {
         make_folder_of(&request.path)?;
         renderer(&request, ticket).map(|()| request.path)
     })
 }
 
-/// Saves a picture as it is, under the next free name in `folder`.
+/// Saves a picture as it is, with what is written over it, under the next free name in `folder`.
 pub fn save_screenshot(
     ctx: &Context,
     picture: Arc<Picture>,
+    written: Vec<Primitive>,
     folder: &Path,
     name: &str,
 ) -> Job<Saved> {
@@ -77,17 +105,19 @@ pub fn save_screenshot(
     Job::start("save-screenshot", "Saving the screenshot", ctx, move |_| {
         let path = next_free(&folder, &name);
         make_folder_of(&path)?;
-        write_png(&picture, &path).map(|()| path)
+        write_png(&picture, &written, &path).map(|()| path)
     })
 }
 
-/// Writes a picture as PNG.
+/// Writes a picture as PNG, with annotations over it.
 ///
 /// # Errors
 /// One sentence for people.
-pub fn write_png(picture: &Picture, path: &Path) -> Result<(), String> {
+pub fn write_png(picture: &Picture, written: &[Primitive], path: &Path) -> Result<(), String> {
     let [width, height] = picture.size;
-    let image = RgbaImage::from_raw(width, height, picture.rgba.clone())
+    let mut rgba = picture.rgba.clone();
+    annotations::draw(&mut rgba, picture.size, written);
+    let image = RgbaImage::from_raw(width, height, rgba)
         .ok_or_else(|| format!("a picture of {width} × {height} pixels came incomplete"))?;
     let place = OutputFile::check(path, "the picture")?;
     let mut bytes = Cursor::new(Vec::new());
@@ -210,8 +240,8 @@ mod tests {
             1.0,
         );
         let picture = Picture { size: [2, 3], requested_size: [2, 3], rgba: rgba.clone(), report };
-        write_png(&picture, &path).unwrap();
+        write_png(&picture, &[], &path).unwrap();
         assert_eq!(image::open(&path).unwrap().to_rgba8().into_raw(), rgba);
-        assert!(write_png(&picture, &folder.path().join("none/p.png")).is_err());
+        assert!(write_png(&picture, &[], &folder.path().join("none/p.png")).is_err());
     }
 }

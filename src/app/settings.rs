@@ -4,9 +4,10 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
+use super::vectors::MOST_FPS;
 use crate::core::Srgb8;
 use crate::scene;
-use crate::scene::Background;
+use crate::scene::{Annotations, Background};
 use crate::task::engine::{Effort, Ladder};
 
 /// How many recent files are kept.
@@ -75,10 +76,12 @@ pub struct Settings {
     pub fade: bool,
     /// Full vertical angle of view that the perspective camera takes, degrees.
     pub view_angle_deg: f64,
+    /// Animated pictures a second, at most.
+    pub animation_fps: u32,
     /// Whether the side panel is open.
     pub side_panel: bool,
-    /// Whether the axes are drawn in the corner of the viewport.
-    pub trihedron: bool,
+    /// What is written over the picture.
+    pub annotations: Annotations,
 }
 
 impl Default for Settings {
@@ -94,8 +97,9 @@ impl Default for Settings {
             converge: true,
             fade: false,
             view_angle_deg: 30.0,
+            animation_fps: MOST_FPS,
             side_panel: true,
-            trihedron: true,
+            annotations: Annotations { trihedron: true, ..Annotations::NONE },
         }
     }
 }
@@ -116,6 +120,7 @@ impl Settings {
         };
         self.budget_ms = inside(self.budget_ms, &BUDGET_MS, default.budget_ms);
         self.view_angle_deg = inside(self.view_angle_deg, &VIEW_ANGLE_DEG, default.view_angle_deg);
+        self.animation_fps = self.animation_fps.clamp(1, 60);
         self.recent.truncate(RECENT_LIMIT);
         self
     }

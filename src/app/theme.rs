@@ -26,7 +26,8 @@ pub const ERROR: Color32 = Color32::from_rgb(233, 136, 120);
 pub const NOTE: Color32 = Color32::from_rgb(150, 196, 160);
 /// The bars of the histogram.
 pub const HISTOGRAM: Color32 = Color32::from_rgb(66, 75, 89);
-/// The three axes of the trihedron: x, y, z.
+
+/// The handles of a box, along x, y, z: as the trihedron's axes.
 pub const AXES: [Color32; 3] = [
     Color32::from_rgb(226, 122, 110),
     Color32::from_rgb(139, 195, 120),

@@ -80,6 +80,7 @@ impl State {
             () if opacity && colour => "transfer function",
             () if opacity => "opacities",
             () if colour => "colours",
+            () if a.vectors != b.vectors => "vectors",
             () if a.splat.opacity_unit_distance != b.splat.opacity_unit_distance => "unit distance",
             () if a.splat != b.splat => "splat settings",
             () if a.shading != b.shading => "shading",
@@ -89,6 +90,7 @@ impl State {
             () if a.camera != b.camera => "view",
             () if self.compare != after.compare => "comparison",
             () if self.cells != after.cells => "octree cells",
+            () if self.settings.annotations != after.settings.annotations => "annotations",
             () if background(&self.settings) != background(&after.settings) => "background",
             () => "display settings",
         }
@@ -105,7 +107,11 @@ pub(super) struct Wheel {
 impl Window {
     /// Everything that can be undone, once something is open.
     fn state(&self) -> Option<State> {
-        let (document, scene) = (self.document.clone()?, self.scene.clone()?);
+        let (document, mut scene) = (self.document.clone()?, self.scene.clone()?);
+        if let Some(layer) = &mut scene.vectors {
+            // Time passes by itself.
+            layer.phase = 0.0;
+        }
         Some(State {
             document,
             scene,

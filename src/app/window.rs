@@ -32,13 +32,19 @@ use super::panels::clip::ClipEditor;
 use super::panels::data::FieldChoice;
 use super::panels::shading::ShadingEditor;
 use super::panels::transfer::TransferEditor;
+use super::probing::Probing;
 use super::saving::{self, Renderer, SaveRequest, Saved};
 use super::settings::Settings;
 use super::theme;
 use super::undoing::{State, Wheel};
+use super::vectors::Vectors;
 use super::viewport::{ScreenFormat, Viewport};
 use crate::core::{Camera, Projection};
-use crate::scene::{self, Background, Inside, NamedView, Scene, Shading, SplatSettings};
+use crate::scene::{
+    self, Annotation, Annotations, Background, Inside, NamedView, Scene, Shading, SplatSettings,
+    VectorLayer,
+};
+use crate::task::annotations::laid_out;
 use crate::task::engine::EngineState;
 use crate::transfer::Gaussian;
 
@@ -96,6 +102,7 @@ pub struct Window {
     pub(super) gaussians: Vec<Gaussian>,
     pub(super) transfer: TransferEditor,
     pub(super) leveling: Leveling,
+    pub(super) probing: Probing,
     pub(super) history: History<State>,
     pub(super) wheel: Wheel,
     pub(super) viewport: Viewport,
@@ -108,6 +115,8 @@ pub struct Window {
     pub(super) dialog: Option<Dialog>,
     pub(super) compare: Compare,
     pub(super) cells: CellsOverlay,
+    /// Annotations that the viewport had no room for at the last pass.
+    pub(super) left_out: Vec<Annotation>,
     pub(super) accuracy: AccuracyPanel,
     pub(super) measuring: Measuring,
     pub(super) estimates: EstimateRecord,
@@ -115,6 +124,7 @@ pub struct Window {
     pub(super) clip: ClipEditor,
     pub(super) box_handles: BoxHandles,
     pub(super) effects: Effects,
+    pub(super) vectors: Vectors,
     /// Reached the engine last.
     pub(super) last_valid_mode: SplatSettings,
     file_dialog: Option<FileDialog>,
@@ -137,6 +147,7 @@ impl Window {
             gaussians: Vec::new(),
             transfer: TransferEditor::default(),
             leveling: Leveling::default(),
+            probing: Probing::default(),
             history: History::default(),
             wheel: Wheel::default(),
             viewport_size: [1, 1],
@@ -146,6 +157,7 @@ impl Window {
             dialog: None,
             compare: Compare::default(),
             cells: CellsOverlay::default(),
+            left_out: Vec::new(),
             accuracy: AccuracyPanel::default(),
             measuring: Measuring::default(),
             estimates: EstimateRecord::default(),
@@ -153,6 +165,7 @@ impl Window {
             clip: ClipEditor::default(),
             box_handles: BoxHandles::default(),
             effects: Effects::default(),
+            vectors: Vectors::default(),
             last_valid_mode: SplatSettings::default(),
             file_dialog: None,
             loading: None,
@@ -190,6 +203,11 @@ impl Window {
     /// The comparison of two modes.
     pub fn compare(&self) -> &Compare {
         &self.compare
+    }
+
+    /// What is under the cursor.
+    pub fn probing(&self) -> &Probing {
+        &self.probing
     }
 
     /// The octree's cells over the picture.
@@ -269,8 +287,14 @@ impl Window {
             Action::ResetView => self.reset_view(),
             Action::Converge => self.converge(),
             Action::ToggleLeveling => self.leveling.on = !self.leveling.on,
+            Action::ToggleProbe => self.toggle_probe(ctx),
+            Action::ToggleAnimation => self.toggle_animation(ctx),
             Action::ToggleLights => self.toggle_lights(),
             Action::ToggleEffects => self.effects.open = !self.effects.open,
+            Action::ToggleScalarBar => self.toggle_annotation(Annotation::ScalarBar),
+            Action::ToggleScaleBar => self.toggle_annotation(Annotation::ScaleBar),
+            Action::ToggleAxes => self.toggle_annotation(Annotation::Axes),
+            Action::ToggleTrihedron => self.toggle_annotation(Annotation::Trihedron),
             Action::ToggleCells => self.cells.on = !self.cells.on,
             Action::ToggleSidePanel => self.settings.side_panel = !self.settings.side_panel,
             Action::ToggleAccuracy => self.accuracy.open = !self.accuracy.open,
@@ -290,6 +314,18 @@ impl Window {
                 self.dialog = (!shown).then_some(Dialog::Help);
             }
         }
+    }
+
+    fn toggle_probe(&mut self, ctx: &Context) {
+        let ctx = ctx.clone();
+        if let Err(reason) = self.probing.toggle(move || ctx.request_repaint()) {
+            self.notices.error(reason);
+        }
+    }
+
+    fn toggle_annotation(&mut self, which: Annotation) {
+        let switch = self.settings.annotations.switch(which);
+        *switch = !*switch;
     }
 
     fn change_camera(&mut self, change: impl FnOnce(&Camera) -> Camera) {
@@ -322,6 +358,7 @@ impl Window {
         let volume = Arc::clone(&document.volume);
         let transfer = self.parts.library.default_transfer(&volume.statistics);
         let before = self.scene.take();
+        let before_vectors = before.as_ref().and_then(|scene| scene.vectors.clone());
         let projection =
             before.as_ref().map_or(Projection::Orthographic, |scene| scene.camera.projection);
         let splat = match &before {
@@ -355,7 +392,14 @@ impl Window {
             _ => Camera { projection, ..framed },
         };
         let background = self.settings.scene_background();
-        let vectors = None;
+        let vectors = match (&document.vectors, before_vectors) {
+            (_, Some(layer)) if keep_view => Some(layer),
+            (Some(field), _) => Some(VectorLayer::new(Arc::clone(field), true)),
+            (None, _) => None,
+        };
+        if !keep_view {
+            self.vectors = Vectors::default();
+        }
         self.scene =
             Some(Scene { volume, transfer, splat, shading, inside, vectors, camera, background });
         self.gaussians.clear();
@@ -376,6 +420,7 @@ impl Window {
     /// Takes what jobs, dialogs and the desktop have brought since the last pass.
     fn take_news(&mut self, ctx: &Context) {
         self.take_document(ctx);
+        self.take_vectors();
         self.take_saved();
         self.take_design();
         self.take_clipboard(ctx);
@@ -512,7 +557,20 @@ impl Window {
         let folder = self.parts.pictures_folder.clone().unwrap_or_default();
         let path = saving::suggested_path(&folder, &document.source.name());
         let with_background = scene.background != Background::Transparent;
-        let dialog = SaveDialog::new(self.viewport_size, with_background, &path);
+        let is_annotated = self.settings.annotations.any();
+        let dialog = SaveDialog::new(self.viewport_size, with_background, is_annotated, &path);
+        self.dialog = Some(Dialog::Save(Box::new(dialog)));
+    }
+
+    /// Asks for the file of a loop of the animation.
+    pub(super) fn ask_to_save_loop(&mut self) {
+        let (Some(document), Some(scene)) = (&self.document, &self.scene) else { return };
+        let folder = self.parts.pictures_folder.clone().unwrap_or_default();
+        let path = saving::suggested_path(&folder, &document.source.name()).with_extension("gif");
+        let with_background = scene.background != Background::Transparent;
+        let is_annotated = self.settings.annotations.any();
+        let size = self.viewport_size;
+        let dialog = SaveDialog::of_cycle(size, with_background, is_annotated, &path);
         self.dialog = Some(Dialog::Save(Box::new(dialog)));
     }
 
@@ -526,19 +584,35 @@ impl Window {
             Background::Transparent
         };
         let scene = Scene { background, ..scene };
-        let request = SaveRequest { scene, size: choice.size, path: choice.path };
+        let annotations = match choice.with_annotations {
+            true => self.settings.annotations,
+            false => Annotations::NONE,
+        };
+        let space = self.document.as_ref().and_then(|document| document.grid.space.clone());
+        let SaveChoice { size, path, cycle, .. } = choice;
+        let request = SaveRequest { scene, size, annotations, space, path, cycle };
         self.saving.push(saving::save_picture(ctx, &self.parts.renderer, request));
     }
 
     fn save_screenshot(&mut self, ctx: &Context) {
-        let (Some(document), Some(picture)) = (&self.document, self.viewport.picture()) else {
+        let (Some(document), Some(picture), Some(scene)) =
+            (&self.document, self.viewport.picture(), &self.scene)
+        else {
             self.notices.hint("There is no picture on screen yet");
             return;
         };
+        let space = document.grid.space.as_deref();
+        let layout = laid_out(self.settings.annotations, scene, space, picture.size);
         match &self.parts.pictures_folder {
             Ok(folder) => {
                 let name = document.source.name();
-                self.saving.push(saving::save_screenshot(ctx, picture, folder, &name));
+                self.saving.push(saving::save_screenshot(
+                    ctx,
+                    picture,
+                    layout.primitives,
+                    folder,
+                    &name,
+                ));
             }
             Err(reason) => self.notices.error(reason.clone()),
         }
@@ -677,6 +751,7 @@ impl eframe::App for Window {
         self.take_picture(&ctx);
         self.cells.take(&*self.parts.drawer);
         self.take_keys(&ctx);
+        self.pace_animation(&ctx);
         self.layout_ui(ui);
         self.dialogs_ui(&ctx);
         self.pace(&ctx);

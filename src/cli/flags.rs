@@ -12,8 +12,8 @@ use crate::core::Srgb8;
 use crate::io::Endian;
 use crate::kernel::Kernel;
 use crate::scene::{
-    Backend, Classify, CutSettings, ErrorMeasure, ModeChoice, ModeError, OpacityModel, Order,
-    Reconstruction, SplatSettings, Visibility,
+    Annotations, Backend, Classify, CutSettings, ErrorMeasure, ModeChoice, ModeError, OpacityModel,
+    Order, Reconstruction, SplatSettings, Visibility,
 };
 use crate::task::engine::AdapterChoice;
 use crate::transfer::ColourMap;
@@ -58,6 +58,9 @@ pub enum Command {
     /// Say what is in a file
     #[command(after_help = EXIT_CODES)]
     Info(InfoFlags),
+    /// Say what a pixel shows: the first visible point of its ray, and the field there
+    #[command(after_help = EXIT_CODES)]
+    Probe(Box<ProbeFlags>),
     /// Measure what each way of drawing costs, and how far from the exact picture it is
     #[command(after_help = format!("{SWEEP}\n\n{EXIT_CODES}"))]
     Accuracy(Box<AccuracyFlags>),
@@ -108,6 +111,36 @@ pub struct InfoFlags {
     /// As JSON
     #[arg(long)]
     pub json: bool,
+}
+
+/// `voxsplat probe`.
+#[derive(Debug, Args)]
+pub struct ProbeFlags {
+    /// The file.
+    #[command(flatten)]
+    pub input: InputFlags,
+    /// Column and row of the pixel, from 0,0 at the upper left
+    #[arg(long, value_name = "X,Y", value_parser = values::pixel, allow_hyphen_values = true)]
+    pub at: [u32; 2],
+    /// Size in pixels of the picture that it is a pixel of, as of `render`
+    #[arg(long, value_name = "W,H", value_parser = values::resolution, default_value = "1280,800",
+        allow_hyphen_values = true)]
+    pub resolution: [u32; 2],
+    /// Opacity that the ray is to have gathered, above 0 and below 1 [default: 0.1]
+    #[arg(long, value_name = "A", value_parser = values::inner_share, allow_hyphen_values = true)]
+    pub share: Option<f64>,
+    /// As JSON
+    #[arg(long)]
+    pub json: bool,
+    /// What is seen, from where.
+    #[command(flatten)]
+    pub scene: SceneFlags,
+    /// What reconstructs the field.
+    #[command(flatten)]
+    pub mode: ModeFlags,
+    /// How it is lit, and what opacities are looked up by.
+    #[command(flatten)]
+    pub shading: ShadingFlags,
 }
 
 /// What is seen, and from where.
@@ -360,6 +393,9 @@ pub struct RenderFlags {
     /// With --refine coarse: draw the edges of the octree's cells over the PNG, coloured by level
     #[arg(long)]
     pub cells: bool,
+    /// Write over the PNG: scalar-bar, scale-bar, axes, trihedron, or all
+    #[arg(long, value_name = "NAME,…", value_parser = values::annotations)]
+    pub annotations: Option<Annotations>,
     /// More frames for timing, each with the camera turned by 1°
     #[arg(long, value_name = "N", value_parser = values::frames, default_value_t = 0,
         allow_hyphen_values = true)]

@@ -9,6 +9,7 @@ mod info;
 mod inside;
 mod open;
 mod plot;
+mod probe;
 mod render;
 mod report;
 mod shading;
@@ -26,7 +27,7 @@ use clap::Parser;
 use crate::task::output_file::{OutputFile, is_one_place};
 
 pub use flags::{
-    AccuracyFlags, Arguments, Command, InfoFlags, RenderFlags, SceneFlags, WindowFlags,
+    AccuracyFlags, Arguments, Command, InfoFlags, ProbeFlags, RenderFlags, SceneFlags, WindowFlags,
 };
 
 /// What went wrong, by whose fault.
@@ -63,6 +64,7 @@ pub fn run(
     let outcome = match arguments.command {
         None => open_window(arguments.window, window),
         Some(Command::Render(flags)) => render::run(&flags),
+        Some(Command::Probe(flags)) => probe::run(&flags),
         Some(Command::Info(flags)) => info::run(&flags),
         Some(Command::Accuracy(flags)) => accuracy::run(&flags),
     };

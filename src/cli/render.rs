@@ -7,19 +7,24 @@ use super::flags::{RefineFlag, RenderFlags};
 use super::stats::Stats;
 use super::{Destination, Failure, note, open, refuse_one_place};
 use crate::core::{Srgb8, Ticket};
+use crate::scene::annotations::Layout;
 use crate::scene::{
-    Background, Inside, MOST_SLABS_PER_VOXEL, Scene, SplatSettings, View, Visibility,
+    Annotation, Background, Inside, MOST_SLABS_PER_VOXEL, Scene, SplatSettings, View, Visibility,
 };
-use crate::task::cells;
 use crate::task::engine::Engine;
+use crate::task::loop_file::{self, Cycle, LoopFormat, MOST_FRAMES};
 use crate::task::picture_file::{self, PictureFormat};
 use crate::task::still::{CONVERGED, Convergence, Refine, StillRequest};
+use crate::task::{annotations, cells};
 
 /// What is behind a picture unless flags say otherwise.
 const BLACK: Srgb8 = Srgb8([0; 3]);
 
 pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
     let refine = refine(flags)?;
+    if let Some(frames) = flags.vectors.cycle {
+        return run_loop(flags, frames);
+    }
     let format = format(&flags.output)?;
     if format == PictureFormat::Exr && flags.background.is_some() {
         // Not refused: scripts say it of pictures of either kind.
@@ -27,6 +32,13 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
     }
     if flags.cells {
         refuse_cells(flags, format)?;
+    }
+    if flags.annotations.is_some() && format == PictureFormat::Exr {
+        return Err(Failure::Usage(
+            "expected a PNG with --annotations, found an EXR, which holds light alone; write to a \
+             name that ends in .png, or leave --annotations out"
+                .to_owned(),
+        ));
     }
     let splat = flags.mode.resolve().map_err(|error| Failure::Usage(error.to_string()))?;
     let splat = SplatSettings { cut: flags.cut.settings(), ..splat };
@@ -49,36 +61,19 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
     let picture_to = Destination::check(&flags.output, "the picture")?;
     let stats_to = stats.map(|path| Destination::check(path, "the statistics")).transpose()?;
     let start = Instant::now();
-    let input = open::grid(&flags.input)?;
-    for warning in &input.warnings {
-        note(warning);
-    }
-    let background = if flags.no_background {
-        Background::Transparent
-    } else {
-        Background::Colour(flags.background.unwrap_or(BLACK))
-    };
-    let scene = Scene { background, ..open::scene(&input, &flags.scene, splat)? };
-    let shading = flags.shading.resolve(&scene.volume, &splat);
-    let shading = shading.map_err(|error| Failure::Usage(error.to_string()))?;
-    let inside = flags.inside.resolve(&scene.volume, &splat);
-    let inside = inside.map_err(|error| Failure::Usage(error.to_string()))?;
-    refuse_coarse(flags, &inside)?;
-    let mut effects = shading.effects();
-    effects.extend(inside.effects());
+    let Meant { scene, mut effects, space } = scene(flags, splat)?;
+    let background = scene.background;
+    let shading = &scene.shading;
     let hides_voxels = shading.opacity.is_some() || shading.modulation.is_some();
-    let is_cut = inside.clip.cuts();
-    let opens_with_scalar = flags.scene.field.is_some() || flags.scene.component.is_some();
-    let vectors = flags.vectors.layer(&input, &scene, opens_with_scalar)?;
-    if vectors.is_some() {
-        effects.push("vectors");
-        refuse_vectors(&inside)?;
-    }
-    let scene = Scene { shading, inside, vectors, ..scene };
+    let is_cut = scene.inside.clip.cuts();
+    let alone = scene.vectors.as_ref().is_some_and(|layer| layer.alone);
     let load_ms = start.elapsed().as_secs_f64() * 1e3;
     let kernels_total = scene.volume.lattice.len() as u64;
     let engine = Engine::start(flags.adapter.clone(), || ());
     let view = View::new(&scene, flags.resolution);
+    let annotated = flags.annotations.map(|annotations| {
+        annotations::laid_out(annotations, &scene, space.as_deref(), flags.resolution)
+    });
     let request = StillRequest {
         scene,
         size: flags.resolution,
@@ -86,7 +81,7 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
         repeat: flags.repeat,
         time_passes: flags.stats.is_some(),
     };
-    let still = if flags.cells {
+    let mut still = if flags.cells {
         let mut still =
             engine.still_with_cells(request, &Ticket::new()).map_err(Failure::failed)?;
         let cells = still.cells.take().ok_or_else(|| Failure::Failed(no_cut(refine)))?;
@@ -97,10 +92,22 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
     };
     // Less than half a step of an 8-bit channel everywhere: nobody would see anything.
     if still.light.iter().all(|pixel| pixel[3] < 1.0 / 512.0) {
-        note(&nothing_seen(still.kernels_active, hides_voxels, is_cut));
+        note(&match alone {
+            true => "nothing can be seen in the picture; look at --vector-opacity and at the lengths of the \
+                     vectors, and at the camera"
+                .to_owned(),
+            false => nothing_seen(still.kernels_active, hides_voxels, is_cut),
+        });
+    } else if is_one_colour(&still.rgba, background) {
+        note(
+            "nothing can be told from the background, though there is opacity: what is seen has its \
+             colour; look at --color-range, beyond which values have the colours of its ends, or \
+             choose another --background",
+        );
     }
-    if !effects.is_empty() && !still.drawn.is_shaded {
-        effects.clear();
+    let needs_lights = effects.iter().any(|effect| *effect != "vectors");
+    if needs_lights && !still.drawn.is_shaded && !alone {
+        effects.retain(|effect| *effect == "vectors");
         note(
             "the picture that fits is an octree cut, which shows no lights and no shading tables: it is \
              of the transfer function alone; give --budget-ms, or a smaller --max-error",
@@ -118,6 +125,12 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
             "the picture that fits is no octree cut, so {cut_flags} changed nothing in it"
         ));
     }
+    if let Some(Layout { primitives, left_out }) = annotated {
+        annotations::draw(&mut still.rgba, still.size, &primitives);
+        if !left_out.is_empty() {
+            note(&no_room(&left_out));
+        }
+    }
     picture_to.write(&picture_file::bytes(&still, format).map_err(Failure::Failed)?)?;
     if let Some(stats_to) = stats_to {
         let stats = Stats::of(&still, (splat, effects), refine, kernels_total, load_ms);
@@ -125,6 +138,96 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
         stats_to.write(text.as_bytes())?;
     }
     Ok(())
+}
+
+/// Whether all pixels have the background's colour, to a step of their bytes.
+fn is_one_colour(rgba: &[u8], background: Background) -> bool {
+    let Background::Colour(Srgb8(behind)) = background else { return false };
+    let is_near = |pixel: &[u8]| pixel.iter().zip(behind).all(|(a, b)| a.abs_diff(b) <= 1);
+    rgba.chunks_exact(4).all(|pixel| is_near(&pixel[..3]))
+}
+
+/// Which annotations a picture is too small for, or has nothing of.
+fn no_room(left_out: &[Annotation]) -> String {
+    let names: Vec<_> = left_out.iter().map(|which| which.name()).collect();
+    format!(
+        "the picture has no room for some of --annotations, which were left out: {}; try a larger \
+         --resolution, or another view",
+        names.join(", ")
+    )
+}
+
+/// `--loop`: one whole cycle of the vectors.
+fn run_loop(flags: &RenderFlags, frames: u32) -> Result<(), Failure> {
+    let path = &flags.output;
+    LoopFormat::of(path).map_err(Failure::Usage)?;
+    if !(2..=MOST_FRAMES).contains(&frames) {
+        return Err(Failure::Usage(format!(
+            "expected --loop with 2 to {MOST_FRAMES} pictures, found {frames}; choose another number"
+        )));
+    }
+    let given = [
+        ("--stats", flags.stats.is_some()),
+        ("--repeat", flags.repeat > 0),
+        ("--cells", flags.cells),
+        ("--refine", flags.refine.is_some()),
+    ];
+    if let Some((flag, _)) = given.into_iter().find(|(_, given)| *given) {
+        return Err(Failure::Usage(format!(
+            "expected --loop without {flag}, which is of one picture, found both; leave one out"
+        )));
+    }
+    let splat = flags.mode.resolve().map_err(|error| Failure::Usage(error.to_string()))?;
+    let Meant { scene, space, .. } = scene(flags, splat)?;
+    let annotations = flags.annotations.unwrap_or_default();
+    let layout = annotations::laid_out(annotations, &scene, space.as_deref(), flags.resolution);
+    if !layout.left_out.is_empty() {
+        note(&no_room(&layout.left_out));
+    }
+    let cycle = Cycle { frames, seconds: flags.vectors.loop_seconds };
+    let engine = Engine::start(flags.adapter.clone(), || ());
+    let ticket = Ticket::new();
+    let written = &layout.primitives;
+    loop_file::write(&engine, &scene, (flags.resolution, written), cycle, path, &ticket)
+        .map(drop)
+        .map_err(Failure::failed)
+}
+
+/// What flags mean.
+struct Meant {
+    scene: Scene,
+    /// What it asks for beside the transfer function.
+    effects: Vec<&'static str>,
+    /// What the file calls its space.
+    space: Option<String>,
+}
+
+fn scene(flags: &RenderFlags, splat: SplatSettings) -> Result<Meant, Failure> {
+    let input = open::grid(&flags.input)?;
+    for warning in &input.warnings {
+        note(warning);
+    }
+    let background = if flags.no_background {
+        Background::Transparent
+    } else {
+        Background::Colour(flags.background.unwrap_or(BLACK))
+    };
+    let scene = Scene { background, ..open::scene(&input, &flags.scene, splat)? };
+    let shading = flags.shading.resolve(&scene.volume, &splat);
+    let shading = shading.map_err(|error| Failure::Usage(error.to_string()))?;
+    let inside = flags.inside.resolve(&scene.volume, &splat);
+    let inside = inside.map_err(|error| Failure::Usage(error.to_string()))?;
+    refuse_coarse(flags, &inside)?;
+    let mut effects = shading.effects();
+    effects.extend(inside.effects());
+    let opens_with_scalar = flags.scene.field.is_some() || flags.scene.component.is_some();
+    let vectors = flags.vectors.layer(&input, &scene, opens_with_scalar)?;
+    if vectors.is_some() {
+        effects.push("vectors");
+        refuse_vectors(&inside)?;
+    }
+    let scene = Scene { shading, inside, vectors, ..scene };
+    Ok(Meant { scene, effects, space: input.grid.space })
 }
 
 /// Refuses vectors beside a field that is looked into: they would be whole.
@@ -280,6 +383,14 @@ mod tests {
         let (none, some) = (nothing_seen(0, false, false), nothing_seen(208, false, false));
         assert!(none.contains("no voxel has opacity") && none.contains("--opacity"), "{none}");
         assert!(some.contains("though 208 voxels") && some.contains("the camera"), "{some}");
+    }
+
+    #[test]
+    fn a_picture_in_the_colour_of_its_background_is_known() {
+        let grey = Background::Colour(Srgb8([7, 8, 9]));
+        assert!(is_one_colour(&[7, 8, 9, 255, 8, 8, 8, 255], grey));
+        assert!(!is_one_colour(&[7, 8, 9, 255, 7, 8, 11, 255], grey));
+        assert!(!is_one_colour(&[0; 4], Background::Transparent), "alpha can be seen");
     }
 
     #[test]

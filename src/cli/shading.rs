@@ -103,14 +103,24 @@ fn index(text: &str) -> Result<(Index, &str), String> {
     Ok((values::one_of(name, Index::from_name(name), names)?, rest))
 }
 
+/// The points that follow the index, if there are any.
+fn points<'a>(text: &str, rest: &'a str, expected: &str) -> Result<&'a str, String> {
+    if rest.contains(':') {
+        return Ok(rest);
+    }
+    Err(format!("expected {expected}, found {text:?}"))
+}
+
 fn amounts(text: &str) -> Result<Amounts, String> {
     let (index, rest) = index(text)?;
+    let rest = points(text, rest, "an index and points I:A such as value:0:0,100:0.5")?;
     let List(points) = values::opacity(rest)?;
     Ok(Amounts { index, points })
 }
 
 fn colours(text: &str) -> Result<Colours, String> {
     let (index, rest) = index(text)?;
+    let rest = points(text, rest, "an index and stops I:RRGGBB such as value:0:000000,100:ff8000")?;
     let List(stops): List<Stop> = values::colours(rest)?;
     Ok(Colours { index, stops })
 }
@@ -158,6 +168,12 @@ mod tests {
             colours("value:1").unwrap_err(),
         ] {
             assert!(refused.contains("expected") && refused.contains("found"), "{refused}");
+        }
+        for text in ["value", "value:", "value:1"] {
+            let refused = amounts(text).unwrap_err();
+            let words = format!("such as value:0:0,100:0.5, found {text:?}");
+            assert!(refused.ends_with(&words), "{refused}");
+            assert!(colours(text).unwrap_err().contains("value:0:000000,100:ff8000"), "{text}");
         }
     }
 }

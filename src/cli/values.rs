@@ -6,8 +6,8 @@ use crate::core::Srgb8;
 use crate::io::Endian;
 use crate::kernel::Kernel;
 use crate::scene::{
-    AlongRay, Backend, Classify, ErrorMeasure, MOST_SHEETS_PER_KERNEL, OpacityModel, Order,
-    Reconstruction, ShadingPreset, Visibility,
+    AlongRay, Annotation, Annotations, Backend, Classify, ErrorMeasure, MOST_SHEETS_PER_KERNEL,
+    OpacityModel, Order, Reconstruction, ShadingPreset, Visibility,
 };
 use crate::task::engine::AdapterChoice;
 use crate::transfer::ColourMap;
@@ -79,6 +79,21 @@ pub(super) fn pixels(text: &str) -> Parsed<u32> {
     small(text, 1..=u32::MAX)
 }
 
+/// Column and row of a pixel.
+pub(super) fn pixel(text: &str) -> Parsed<[u32; 2]> {
+    let parts: Vec<u32> =
+        text.split(',').map(|part| small(part, 0..=u32::MAX)).collect::<Parsed<_>>()?;
+    parts.try_into().map_err(|_| format!("expected two numbers X,Y, found {}", found(text)))
+}
+
+/// A share of something that is neither none of it nor all.
+pub(super) fn inner_share(text: &str) -> Parsed<f64> {
+    match number(text)? {
+        value if value > 0.0 && value < 1.0 => Ok(value),
+        _ => Err(format!("expected a number above 0 and below 1, found {}", found(text))),
+    }
+}
+
 pub(super) fn sheets(text: &str) -> Parsed<u32> {
     small(text, 1..=MOST_SHEETS_PER_KERNEL)
 }
@@ -116,6 +131,24 @@ pub(super) fn positive(text: &str) -> Parsed<f64> {
         value if value > 0.0 => Ok(value),
         _ => Err(format!("expected a number above 0, found {}", found(text))),
     }
+}
+
+/// Names of annotations, or all of them.
+pub(super) fn annotations(text: &str) -> Parsed<Annotations> {
+    let mut chosen = Annotations::NONE;
+    for name in text.split(',').map(str::trim) {
+        match Annotation::from_name(name) {
+            Some(which) => *chosen.switch(which) = true,
+            None if name == "all" => {
+                Annotation::ALL.into_iter().for_each(|which| *chosen.switch(which) = true);
+            }
+            None => {
+                let names = Annotation::ALL.map(Annotation::name).join(", ");
+                return Err(format!("expected all, or some of {names}, found {}", found(name)));
+            }
+        }
+    }
+    Ok(chosen)
 }
 
 pub(super) fn share(text: &str) -> Parsed<f64> {

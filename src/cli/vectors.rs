@@ -32,6 +32,13 @@ pub struct VectorFlags {
     #[arg(long, value_name = "P", value_parser = values::number, default_value_t = 0.0,
         allow_hyphen_values = true)]
     pub phase: f64,
+    /// Draw one whole cycle of N pictures: --output X.gif, or X.png for X-000.png and so on
+    #[arg(long = "loop", value_name = "N")]
+    pub cycle: Option<u32>,
+    /// Seconds that --loop takes in a GIF
+    #[arg(long, value_name = "S", value_parser = values::positive, default_value_t = 3.0,
+        allow_hyphen_values = true)]
+    pub loop_seconds: f64,
     /// Of the splats' own phases
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub seed: u64,
@@ -199,6 +206,7 @@ impl VectorFlags {
             ("--vector-design", self.vector_design.is_some()),
             ("--vector-foreshortening", self.vector_foreshortening.is_some()),
             ("--phase", self.phase != 0.0),
+            ("--loop", self.cycle.is_some()),
         ]
         .into_iter()
         .find_map(|(flag, given)| given.then_some(flag))

@@ -12,9 +12,17 @@ pub struct Cancelled;
 ///
 /// Clones share the same state. A job calls [`Ticket::checkpoint`] often enough that a cancel is
 /// answered within a few milliseconds.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub struct Ticket {
     shared: Arc<Shared>,
+    /// What this clone's work is of the whole: where it begins, and its share.
+    part: [f64; 2],
+}
+
+impl Default for Ticket {
+    fn default() -> Self {
+        Self { shared: Arc::default(), part: [0.0, 1.0] }
+    }
 }
 
 #[derive(Debug, Default)]
@@ -28,6 +36,14 @@ impl Ticket {
     /// A fresh ticket: nothing done, not cancelled.
     pub fn new() -> Self {
         Self::default()
+    }
+
+    /// A ticket for one of several equal parts of the job, which reports how far that is.
+    #[must_use]
+    pub fn part(&self, index: u32, of: u32) -> Self {
+        let [begin, share] = self.part;
+        let each = share / f64::from(of.max(1));
+        Self { part: [begin + each * f64::from(index), each], ..self.clone() }
     }
 
     /// Asks the job to stop at its next checkpoint.
@@ -50,7 +66,9 @@ impl Ticket {
     /// # Errors
     /// [`Cancelled`] once the ticket was cancelled.
     pub fn checkpoint(&self, done: u64, total: u64) -> Result<(), Cancelled> {
-        let fraction = if total == 0 { 1.0 } else { (done as f64 / total as f64).min(1.0) };
+        let [begin, share] = self.part;
+        let done = if total == 0 { 1.0 } else { (done as f64 / total as f64).min(1.0) };
+        let fraction = begin + share * done;
         self.shared.fraction_bits.store((fraction as f32).to_bits(), Ordering::Relaxed);
         if self.is_cancelled() { Err(Cancelled) } else { Ok(()) }
     }
@@ -75,5 +93,16 @@ mod tests {
         let ticket = Ticket::new();
         assert_eq!(ticket.checkpoint(0, 0), Ok(()));
         assert_eq!(ticket.fraction(), 1.0);
+    }
+
+    #[test]
+    fn parts_add_up_to_the_whole_and_share_the_cancel() {
+        let ticket = Ticket::new();
+        let last = ticket.part(3, 4);
+        assert_eq!(last.checkpoint(1, 2), Ok(()));
+        assert_eq!(ticket.fraction(), 0.875);
+        ticket.cancel();
+        assert_eq!(last.part(0, 2).checkpoint(0, 1), Err(Cancelled));
+        assert_eq!(ticket.fraction(), 0.75);
     }
 }

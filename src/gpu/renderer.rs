@@ -366,7 +366,8 @@ impl Renderer {
     /// for them.
     pub fn set_looks(&mut self, scene: &Scene) {
         self.shade = Shade::of(scene);
-        self.inside = Opening::of(scene);
+        // Vectors lie in all of a field: one that is cut open beside them is not drawn so.
+        self.inside = Opening::of(scene).filter(|_| scene.vectors.is_none());
     }
 
     /// Submits passes and waits; returns wall milliseconds.

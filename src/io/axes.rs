@@ -4,12 +4,13 @@
 use std::sync::Arc;
 
 use glam::{DMat3, DVec3};
+use rayon::prelude::*;
 
 use super::bytes::{no_samples, reserve_samples};
 use super::error::{Problem, unsupported};
 use crate::core::Cancelled;
 use crate::core::progress::Ticket;
-use crate::volume::{Association, Field, Lattice, Samples};
+use crate::volume::{Association, Field, Lattice, Samples, Scalar};
 use crate::with_samples;
 
 /// More volumes than this in one file are no list that anybody picks from.
@@ -214,6 +215,24 @@ pub(super) fn lattice_of_spacing(
         }
     }
     Lattice { dims, spacing, origin, direction }
+}
+
+/// Puts the first array that the file calls active in front.
+pub(super) fn activate(fields: &mut [Field], active: &[(Association, String)]) {
+    let place = active.iter().find_map(|(association, name)| {
+        fields.iter().position(|f| f.association == *association && f.name == *name)
+    });
+    if let Some(place) = place {
+        fields[..=place].rotate_right(1);
+    }
+}
+
+/// Triples of numbers as world positions.
+pub(super) fn positions(triples: &Samples) -> Arc<[DVec3]> {
+    with_samples!(triples, values => {
+        let triples = values.par_chunks_exact(3);
+        triples.map(|v| DVec3::from_array([0, 1, 2].map(|axis| v[axis].to_f64()))).collect()
+    })
 }
 
 #[cfg(test)]

@@ -267,6 +267,31 @@ pub(super) fn append_text(
     Ok(())
 }
 
+/// Reads over `count` words of text.
+///
+/// # Errors
+/// [`Problem::Truncated`] where there are fewer.
+pub(super) fn skip_text(
+    reader: &mut dyn BufRead,
+    count: usize,
+    progress: &mut Progress<'_>,
+) -> Result<(), Problem> {
+    let mut words = Words { reader, word: Vec::new() };
+    for done in 0..count {
+        if !words.next()? {
+            return Err(truncated(
+                format!("{count} numbers in text"),
+                format!("that they end after {done}"),
+                "the file was cut short or its header is wrong: copy it again",
+            ));
+        }
+        if done % 4096 == 0 {
+            progress.advance(4096.min(count))?;
+        }
+    }
+    Ok(())
+}
+
 /// Words between white space and commas.
 pub(super) struct Words<'a> {
     reader: &'a mut dyn BufRead,

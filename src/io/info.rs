@@ -2,33 +2,71 @@
 
 use std::fmt;
 
+use glam::DVec3;
+use rayon::prelude::*;
 use serde::Serialize;
 
 use super::Opened;
 use crate::core::progress::{Cancelled, Ticket};
-use crate::volume::{Grid, Statistics};
+use crate::volume::{Field, Grid, Scalar, Shape, Statistics};
+use crate::with_samples;
 
 /// The answer to `voxsplat info`; its JSON form keeps these names.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Info {
     /// See [`super::Format::name`].
     pub format: String,
-    /// Always `grid` so far.
+    /// `grid` for evenly spaced points, `rectilinear` or `curvilinear`.
     pub kind: String,
     /// Points along x, y, z; 1 along axes that the file lacks.
     pub dims: [usize; 3],
-    /// World distance between neighbours along each axis; 1 along axes that the file lacks.
-    pub spacing: [f64; 3],
+    /// World distance between neighbours along each axis; 1 along axes that the file lacks. Of a `grid`
+    /// alone, like the next two.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub spacing: Option<[f64; 3]>,
     /// World position of the first point, in the file's own numbers.
-    pub origin: [f64; 3],
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub origin: Option<[f64; 3]>,
     /// World direction of x, then of y, then of z.
-    pub direction: [f64; 9],
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub direction: Option<[f64; 9]>,
+    /// Coordinates along x, y, z; of `rectilinear` grids alone.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub coordinates: Option<[CoordinateInfo; 3]>,
+    /// Least and greatest x, then y, then z of the points; of `curvilinear` grids alone.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bounds: Option<[f64; 6]>,
     /// The file's name for its space, where it has one.
     pub space: Option<String>,
     /// The active field first.
     pub fields: Vec<FieldInfo>,
     /// What was ignored, assumed or repaired while reading.
     pub warnings: Vec<String>,
+}
+
+/// The coordinates of a rectilinear grid along one axis.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct CoordinateInfo {
+    /// Of the first points.
+    pub first: f64,
+    /// Of the last points.
+    pub last: f64,
+    /// Least difference of neighbours; null for one point.
+    pub min_step: Option<f64>,
+    /// Greatest difference of neighbours; null for one point.
+    pub max_step: Option<f64>,
+}
+
+impl CoordinateInfo {
+    fn of(list: &[f64]) -> Self {
+        let steps = || list.windows(2).map(|pair| (pair[1] - pair[0]).abs());
+        Self {
+            first: list.first().copied().unwrap_or(f64::NAN),
+            last: list.last().copied().unwrap_or(f64::NAN),
+            min_step: steps().reduce(f64::min),
+            max_step: steps().reduce(f64::max),
+        }
+    }
 }
 
 /// One field of an [`Info`].
@@ -38,6 +76,8 @@ pub struct FieldInfo {
     pub name: String,
     /// Numbers a sample.
     pub components: usize,
+    /// Whether these are taken for a vector: three that are not bytes.
+    pub is_vectors: bool,
     /// As stored, in NumPy's words.
     pub scalar_type: String,
     /// `point` or `cell`.
@@ -52,6 +92,22 @@ pub struct FieldInfo {
     pub nan_count: u64,
     /// Stored values that are infinite.
     pub infinite_count: u64,
+    /// Greatest finite length of a sample of several components; of such fields alone.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub magnitude_max: Option<f64>,
+}
+
+/// Greatest finite length of a field's samples; `None` for scalars and where none is finite.
+fn magnitude_max(field: &Field) -> Option<f64> {
+    if field.components < 2 {
+        return None;
+    }
+    with_samples!(&*field.samples, values => {
+        let lengths = values.par_chunks_exact(field.components).map(|sample| {
+            sample.iter().map(|v| v.to_f64() * v.to_f64()).sum::<f64>().sqrt()
+        });
+        lengths.filter(|length| length.is_finite()).reduce_with(f64::max)
+    })
 }
 
 /// Looks at every sample once.
@@ -79,6 +135,7 @@ pub fn describe_grid(
         Ok(FieldInfo {
             name: field.name.clone(),
             components: field.components,
+            is_vectors: field.is_vectors(),
             scalar_type: field.samples.scalar_type().name().to_owned(),
             association: field.association.name().to_owned(),
             min: finite(statistics.min),
@@ -86,19 +143,35 @@ pub fn describe_grid(
             mean: finite(statistics.mean),
             nan_count: statistics.nan_count,
             infinite_count: statistics.infinite_count,
+            magnitude_max: magnitude_max(field),
         })
     });
+    let is_even = matches!(grid.shape, Shape::Affine);
+    let coordinates = match &grid.shape {
+        Shape::Rectilinear(lists) => Some(lists.each_ref().map(|list| CoordinateInfo::of(list))),
+        _ => None,
+    };
     Ok(Info {
         format: format.to_owned(),
-        kind: "grid".to_owned(),
+        kind: grid.shape.name().to_owned(),
         dims: lattice.dims,
-        spacing: lattice.spacing.to_array(),
-        origin: lattice.origin.to_array(),
-        direction: lattice.direction.to_cols_array(),
+        spacing: is_even.then(|| lattice.spacing.to_array()),
+        origin: is_even.then(|| lattice.origin.to_array()),
+        direction: is_even.then(|| lattice.direction.to_cols_array()),
+        coordinates,
+        bounds: bounds(&grid.shape),
         space: grid.space.clone(),
         fields: fields.collect::<Result<_, _>>()?,
         warnings: warnings.to_vec(),
     })
+}
+
+/// Least and greatest x, y, z of points that lie anywhere.
+fn bounds(shape: &Shape) -> Option<[f64; 6]> {
+    let Shape::Curvilinear(points) = shape else { return None };
+    let low = points.iter().fold(DVec3::INFINITY, |low, point| low.min(*point));
+    let high = points.iter().fold(DVec3::NEG_INFINITY, |high, point| high.max(*point));
+    Some([low.x, high.x, low.y, high.y, low.z, high.z])
 }
 
 /// A number in full, or by its power of ten where that would be a row of zeros.
@@ -113,18 +186,42 @@ impl fmt::Display for Info {
         let [x, y, z] = self.dims;
         writeln!(f, "{:<11}{}, {}", "format", self.format, self.kind)?;
         writeln!(f, "{:<11}{x} × {y} × {z}", "dims")?;
-        writeln!(f, "{:<11}{}", "spacing", triple(self.spacing))?;
-        writeln!(f, "{:<11}{}", "origin", triple(self.origin))?;
-        for (axis, column) in ["x", "y", "z"].into_iter().zip(self.direction.chunks_exact(3)) {
+        if let Some(spacing) = self.spacing {
+            writeln!(f, "{:<11}{}", "spacing", triple(spacing))?;
+        }
+        if let Some(origin) = self.origin {
+            writeln!(f, "{:<11}{}", "origin", triple(origin))?;
+        }
+        let names = ["x", "y", "z"];
+        for (axis, column) in names.into_iter().zip(self.direction.iter().flat_map(|d| d.chunks(3)))
+        {
             writeln!(f, "{axis:<11}{}", triple([column[0], column[1], column[2]]))?;
+        }
+        for (axis, list) in names.into_iter().zip(self.coordinates.iter().flatten()) {
+            let number = plain_or_power;
+            write!(f, "{axis:<11}{} to {}", number(list.first), number(list.last))?;
+            match (list.min_step, list.max_step) {
+                (Some(min), Some(max)) => {
+                    writeln!(f, ", steps of {} to {}", number(min), number(max))?;
+                }
+                _ => writeln!(f)?,
+            }
+        }
+        for (axis, ends) in names.into_iter().zip(self.bounds.iter().flat_map(|b| b.chunks(2))) {
+            let [low, high] = [ends[0], ends[1]].map(plain_or_power);
+            writeln!(f, "{axis:<11}{low} to {high}")?;
         }
         writeln!(f, "{:<11}{}", "space", self.space.as_deref().unwrap_or("not told"))?;
         for field in &self.fields {
             let number = |v: Option<f64>| v.map_or("none".to_owned(), plain_or_power);
+            let length = match field.magnitude_max {
+                Some(length) => format!(", length up to {}", plain_or_power(length)),
+                None => String::new(),
+            };
             writeln!(
                 f,
-                "{:<11}{}: {} × {} per {}, {} to {}, mean {}",
-                "field",
+                "{:<11}{}: {} × {} per {}, {} to {}, mean {}{length}",
+                if field.is_vectors { "vectors" } else { "field" },
                 field.name,
                 field.components,
                 field.scalar_type,

@@ -111,7 +111,11 @@ pub(super) fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<Open
     }
     let orientation = keys.get("anatomicalorientation").filter(|v| !v.contains('?'));
     let space = orientation.map(|v| format!("AnatomicalOrientation {v}"));
-    Ok(Opened { grid: Grid { lattice, fields, space }, format: Format::MetaImage, warnings })
+    Ok(Opened {
+        grid: Grid { space, ..Grid::of(lattice, fields) },
+        format: Format::MetaImage,
+        warnings,
+    })
 }
 
 /// The header's keys, lower case, and where it ends.

@@ -9,9 +9,11 @@ mod error;
 mod files;
 pub mod info;
 mod metaimage;
+mod netcdf;
 mod nrrd;
 pub mod raw;
-mod vti;
+mod vtk;
+mod vtk_xml;
 
 use std::io::Read;
 use std::path::Path;
@@ -26,7 +28,7 @@ pub use raw::{RawLayout, RawOverrides};
 use crate::core::memory;
 use crate::core::progress::Ticket;
 use crate::volume::{Field, Grid, Samples};
-use error::{quoted_bytes, unrecognised, unsupported};
+use error::{quoted_bytes, unrecognised};
 
 /// A file format that is read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -38,6 +40,14 @@ pub enum Format {
     MetaImage,
     /// VTK's XML image data.
     Vti,
+    /// VTK's XML rectilinear grid.
+    Vtr,
+    /// VTK's XML structured (curvilinear) grid.
+    Vts,
+    /// VTK's legacy format, ascii or binary, of one of those three.
+    Vtk,
+    /// NetCDF, classic formats.
+    NetCdf,
     /// Samples and nothing else.
     Raw,
 }
@@ -49,6 +59,10 @@ impl Format {
             Self::Nrrd => "nrrd",
             Self::MetaImage => "metaimage",
             Self::Vti => "vti",
+            Self::Vtr => "vtr",
+            Self::Vts => "vts",
+            Self::Vtk => "vtk",
+            Self::NetCdf => "netcdf",
             Self::Raw => "raw",
         }
     }
@@ -106,11 +120,14 @@ fn read(path: &Path, options: &OpenOptions, ticket: &Ticket) -> Result<Opened, P
     let mut opened = match format {
         Format::Nrrd => nrrd::read(path, free_bytes, ticket),
         Format::MetaImage => metaimage::read(path, free_bytes, ticket),
-        Format::Vti => vti::read(path, free_bytes, ticket),
+        Format::Vti | Format::Vtr | Format::Vts => vtk_xml::read(path, free_bytes, ticket),
+        Format::Vtk => vtk::read(path, free_bytes, ticket),
+        Format::NetCdf => netcdf::read(path, free_bytes, ticket),
         Format::Raw => raw::read(path, &options.raw.unwrap_or_default(), free_bytes, ticket),
     }?;
     opened.grid.check()?;
     opened.warnings.extend(opened.grid.fields.iter().filter_map(merged_neighbours));
+    opened.warnings.extend(opened.grid.resampling());
     ticket.checkpoint(1, 1)?;
     Ok(opened)
 }
@@ -168,10 +185,14 @@ fn recognise(path: &Path) -> Result<Format, Problem> {
         "nrrd" | "nhdr" => Err(not_as_named("an NRRD header (\"NRRD000…\")", &start)),
         "mha" | "mhd" => Err(not_as_named("a MetaImage header (\"NDims = …\")", &start)),
         "vti" => Err(not_as_named("VTK image data (\"<VTKFile …\")", &start)),
+        "vtr" | "vts" => Err(not_as_named("a VTK grid (\"<VTKFile …\")", &start)),
+        "vtk" => Err(not_as_named("a legacy VTK header (\"# vtk DataFile …\")", &start)),
+        "nc" | "nc4" if start.starts_with(b"\x89HDF") => Err(netcdf::of_hdf5()),
+        "nc" | "cdf" => Err(not_as_named("a NetCDF header (\"CDF\")", &start)),
         "raw" | "bin" | "dat" | "img" | "vol" => Ok(Format::Raw),
         _ if raw::guess(&name, len).dims.is_some() => Ok(Format::Raw),
         _ => Err(unrecognised(
-            "an NRRD, MetaImage, VTK image (.vti) or raw file",
+            "an NRRD, MetaImage, VTK (.vti, .vtr, .vts, .vtk), NetCDF or raw file",
             match foreign(&start) {
                 Some(other) => other.to_owned(),
                 None => format!("bytes that begin with {}", quoted_bytes(&start)),
@@ -193,29 +214,26 @@ fn by_content(start: &[u8]) -> Result<Option<Format>, Problem> {
     if start.starts_with(b"NRRD") {
         return Ok(Some(Format::Nrrd));
     }
-    if let Some(kind) = vti::file_type(start) {
-        return match kind.as_str() {
-            "ImageData" => Ok(Some(Format::Vti)),
-            other => Err(unsupported(
-                "VTK XML of type \"ImageData\"",
-                error::quoted(other),
-                "resample the data to an image (.vti) first",
-            )),
-        };
+    if let Some(kind) = vtk_xml::file_type(start) {
+        return vtk_xml::format_of(&kind).map(Some);
+    }
+    if start.starts_with(vtk::MAGIC) {
+        return Ok(Some(Format::Vtk));
+    }
+    if let Some(format) = netcdf::format_of(start)? {
+        return Ok(Some(format));
     }
     Ok(metaimage::looks_like_it(start).then_some(Format::MetaImage))
 }
 
 /// The name of a well-known format that is not read, by its first bytes.
 fn foreign(start: &[u8]) -> Option<&'static str> {
-    const MAGIC: [(&[u8], &str); 12] = [
-        (b"# vtk DataFile", "a legacy VTK file"),
+    const MAGIC: [(&[u8], &str); 10] = [
         (b"\x1f\x8b", "a gzip file"),
         (b"BZh", "a bzip2 file"),
         (b"PK\x03\x04", "a zip archive"),
         (b"\x93NUMPY", "a NumPy array"),
         (b"\x89HDF", "an HDF5 file"),
-        (b"CDF", "a NetCDF file"),
         (b"\x89PNG", "a PNG picture"),
         (b"\xff\xd8\xff", "a JPEG picture"),
         (b"II*\0", "a TIFF picture"),

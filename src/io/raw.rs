@@ -225,7 +225,7 @@ pub(super) fn read(
         origin: DVec3::ZERO,
         direction: DMat3::IDENTITY,
     };
-    let grid = Grid { lattice, fields: vec![field], space: None };
+    let grid = Grid::of(lattice, vec![field]);
     Ok(Opened { grid, format: Format::Raw, warnings })
 }
 

@@ -15,6 +15,7 @@ mod line;
 mod mesh;
 mod picture;
 mod polynomial;
+mod probe;
 mod projection;
 mod quadrature;
 mod renderer;
@@ -32,4 +33,5 @@ mod truth_tests;
 
 pub use kernels::{RefKernel, grid_kernels, traversal};
 pub use picture::{Rays, every_sample};
+pub use probe::{Point, Probe, Seen};
 pub use renderer::{Reference, TOLERANCE};

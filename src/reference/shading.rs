@@ -167,7 +167,7 @@ impl Shader {
 }
 
 /// The field's growth per index at a place; 0 along axes where it has no value to either side.
-fn gradient(field: &Field, place: DVec3) -> DVec3 {
+pub(super) fn gradient(field: &Field, place: DVec3) -> DVec3 {
     let step = match field.shape {
         Shape::Separable(Basis::CubicBSpline) => SMOOTH_STEP,
         _ => 0.5,

@@ -184,16 +184,16 @@ pub(super) fn after(
     let mut light = Light::new(tolerance, b - a);
     let mut from = a;
     for surface in &part.surfaces {
-        between(field, classes, visible, ray, [from, surface.t], &mut light);
+        gather(field, classes, visible, ray, [from, surface.t], &mut light);
         light.cover(surface.opacity, surface.colour);
         from = surface.t;
     }
-    between(field, classes, visible, ray, [from, b], &mut light);
+    gather(field, classes, visible, ray, [from, b], &mut light);
     light.pixel()
 }
 
-/// A part of the ray without surfaces.
-fn between(
+/// The part a..b of a ray, which lies in the field's domain and meets no surface.
+pub(super) fn gather(
     field: &Field,
     classes: &Classes,
     visible: &[bool],

@@ -4,6 +4,7 @@
 //! whole state can be rebuilt from it. Imports `core`, `volume`, `transfer`, `kernel`, `hierarchy`,
 //! `vector`.
 
+pub mod annotations;
 mod cells;
 mod framing;
 mod inside;
@@ -13,6 +14,7 @@ mod vectors;
 mod view;
 
 pub use crate::hierarchy::ErrorMeasure;
+pub use annotations::{Annotation, Annotations, lay_out as lay_out_annotations};
 pub use cells::{Cell, Cells, Edge, IndexRay, WhyWhole, level_colour};
 pub use framing::{NamedView, axis_letters, is_anterior_y};
 pub use inside::{

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use glam::DVec2;
 
+use super::annotations::lay_over;
 use super::draw::cut_limits;
 use crate::core::Srgb8;
 use crate::hierarchy::{Cut, CutLimits, Pyramid};
@@ -193,21 +194,6 @@ impl LineRoom {
         let mix = |row| at(column, row) + (at(column + 1, row) - at(column, row)) * across;
         f64::from(mix(row) + (mix(row + 1) - mix(row)) * down)
     }
-}
-
-/// Lays a colour over a pixel of straight alpha, as screens do: in sRGB.
-fn lay_over(pixel: &mut [u8], colour: Srgb8, opacity: f64) {
-    let behind = f64::from(pixel[3]) / 255.0 * (1.0 - opacity);
-    let alpha = opacity + behind;
-    if alpha <= 0.0 {
-        return;
-    }
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0..=255")]
-    let byte = |value: f64| value.round().clamp(0.0, 255.0) as u8;
-    for (channel, line) in pixel.iter_mut().zip(colour.0) {
-        *channel = byte((f64::from(line) * opacity + f64::from(*channel) * behind) / alpha);
-    }
-    pixel[3] = byte(alpha * 255.0);
 }
 
 #[cfg(test)]

@@ -2,6 +2,7 @@
 //!
 //! Owns threads and the channels to them. Refuses widgets and flags. Imports everything below it.
 
+pub mod annotations;
 pub mod calibration;
 pub mod cells;
 mod classified;
@@ -9,9 +10,12 @@ pub mod cost;
 pub mod draw;
 pub mod engine;
 pub mod estimate;
+pub mod lettering;
+pub mod loop_file;
 pub mod output_file;
 pub mod picture_file;
 mod previews;
+pub mod probe;
 mod rows;
 mod slabs;
 pub mod still;

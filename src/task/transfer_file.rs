@@ -1,7 +1,7 @@
 //! Transfer functions as files: the text of [`Design`], read with care and written whole.
 
 use std::fs::File;
-use std::io::Read;
+use std::io::{ErrorKind, Read};
 use std::path::Path;
 
 use super::output_file::OutputFile;
@@ -22,7 +22,13 @@ pub fn is_named_so(path: &Path) -> bool {
 pub fn read(path: &Path) -> Result<Design, String> {
     let with_path = |sentence: String| format!("{sentence}: {}", path.display());
     let unreadable = |error: std::io::Error| {
-        with_path(format!("expected a transfer function that can be read, found that {error}"))
+        let found = match error.kind() {
+            ErrorKind::NotFound => "no such file".to_owned(),
+            ErrorKind::PermissionDenied => "that permission is denied".to_owned(),
+            ErrorKind::IsADirectory => "a folder".to_owned(),
+            _ => format!("that the system refuses ({error})"),
+        };
+        with_path(format!("expected a transfer function that can be read, found {found}"))
     };
     let mut file = File::open(path).map_err(unreadable)?;
     let length = file.metadata().map_err(unreadable)?.len();
@@ -79,8 +85,9 @@ mod tests {
         let refused = read(&path).unwrap_err();
         assert!(refused.contains("no text") && refused.ends_with("a.json"), "{refused}");
         let refused = read(folder.path()).unwrap_err();
-        assert!(refused.starts_with("expected a transfer function that can be read"), "{refused}");
+        assert!(refused.contains("that can be read, found a folder: "), "{refused}");
         let refused = read(&folder.path().join("none.json")).unwrap_err();
-        assert!(refused.ends_with("none.json") && refused.contains("found that"), "{refused}");
+        assert!(refused.ends_with("none.json"), "{refused}");
+        assert!(refused.contains("that can be read, found no such file: "), "{refused}");
     }
 }

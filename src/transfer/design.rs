@@ -95,7 +95,7 @@ struct Text {
 }
 
 #[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "entries with names, in braces")]
 struct Colours {
     #[serde(skip_serializing_if = "Option::is_none")]
     map: Option<String>,
@@ -160,19 +160,18 @@ impl Design {
         if text.len() > MOST_TEXT_BYTES {
             return Err(DesignError::TooLong { bytes: text.len() as u64 });
         }
-        let header: Header = serde_json::from_str(text).map_err(|error| {
+        // Entries in an order are no names for them.
+        if !text.trim_start().starts_with('{') {
             let found = match text.trim().is_empty() {
                 true => "no text".to_owned(),
-                false => format!("what is none ({error})"),
+                false => format!("what is none ({})", shortened(text.trim())),
             };
-            DesignError::Unrecognised { found }
+            return Err(DesignError::Unrecognised { found });
+        }
+        let header: Header = serde_json::from_str(text).map_err(|error| {
+            DesignError::Unrecognised { found: format!("what is none ({error})") }
         })?;
         match &header.format {
-            // Entries in an order are no names for them.
-            _ if !text.trim_start().starts_with('{') => {
-                let found = format!("what is none ({})", shortened(text));
-                return Err(DesignError::Unrecognised { found });
-            }
             Some(serde_json::Value::String(format)) if format == FORMAT => {}
             Some(other) => {
                 let found = format!("\"format\": {}", shortened(&other.to_string()));
@@ -331,8 +330,8 @@ mod tests {
         let colours = "{\"map\":\"ct-like\",\"range\":[-600.0,900.0]}";
         for (text, words) in [
             (String::new(), "no text"),
-            ("volume".into(), "what is none (expected value at line 1"),
-            ("[1, 2]".into(), "what is none"),
+            ("volume".into(), "what is none (volume)"),
+            ("[1, 2]".into(), "what is none ([1, 2])"),
             ("{}".into(), "without \"format\""),
             ("{\"format\": \"glTF\"}".into(), "\"glTF\""),
             (with("\"version\": 1", "\"version\": 2"), "found version 2"),
@@ -351,17 +350,21 @@ mod tests {
             (with(colours, "{}"), "none of them"),
             (with(colours, "{\"stops\":[]}"), "at least one colour stop"),
             (with(colours, "{\"stops\":[[0,\"red\"]]}"), "RRGGBB"),
-            (with("\"opacity\"", "\"gaussians\""), "expected struct Gaussian"),
+            (with("\"opacity\"", "\"gaussians\""), "expected a Gaussian"),
             (with("\"opacity\"", "\"opacities\""), "unknown field `opacities`"),
             (with("\"colours\"", "\"gaussians\": [], \"colours\""), "both"),
             (with("\"colours\"", "\"opacity\": [], \"colours\""), "duplicate field"),
             (many, "at most 4096 opacity points in the transfer function, found 4097"),
-            ("[".repeat(100_000), "recursion limit"),
+            ("[".repeat(100_000), "what is none ([[["),
+            (format!("{{\"format\":{}", "[".repeat(100_000)), "recursion limit"),
+            (with(colours, "[1]"), "expected"),
+            (with(colours, "5"), "expected entries with names, in braces"),
             (" ".repeat(MOST_TEXT_BYTES + 1), "at most 1024 KiB, found 1048577 bytes"),
         ] {
             let refused = Design::from_text(&text).unwrap_err().to_string();
             assert!(refused.contains(words), "{words}: {refused}");
             assert!(refused.starts_with("expected") && refused.contains("found"), "{refused}");
+            assert!(!refused.contains("struct"), "{refused}");
             assert!(!refused.contains('\n') && refused.len() < 400, "{refused}");
         }
     }

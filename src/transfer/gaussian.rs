@@ -21,7 +21,7 @@ const LINES: f64 = GAUSSIAN_TOLERANCE / 2.0;
 /// Where bells overlap the highest one counts, so that opacity never passes 1 and no bell changes
 /// the height of another.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a Gaussian")]
 pub struct Gaussian {
     /// The value of the greatest opacity, in the data's units.
     pub centre: f64,

@@ -163,10 +163,10 @@ pub enum VectorSettingsError {
 }
 
 /// What of the lengths' range is left transparent, and where opacity reaches its greatest.
-const FAINT: f64 = 0.35;
+const FAINT: f64 = 0.5;
 const FULL: f64 = 0.98;
 /// Greatest opacity without other wishes.
-const OPACITY: f64 = 0.6;
+const OPACITY: f64 = 0.95;
 /// Splats along the longest side of a field, at most, as it is first seen.
 const MOST_ACROSS: usize = 40;
 /// Fields are halved no more often than this.

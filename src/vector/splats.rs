@@ -242,8 +242,6 @@ pub(super) fn own_phase(seed: u64, level: u32, index: usize) -> f32 {
 
 #[cfg(test)]
 mod tests {
-    use std::sync::Arc;
-
     use glam::Vec3;
 
     use super::*;

@@ -1,4 +1,4 @@
-//! Rectilinear lattices with one or more fields on them.
+//! Grids with one or more fields on them, and the scalar of one that is drawn.
 
 use std::sync::Arc;
 
@@ -6,82 +6,11 @@ use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
 use super::samples::Scalar;
-use super::{Bricks, Samples, Statistics};
-use crate::core::memory::{self, TooLarge};
-use crate::core::progress::{Cancelled, Ticket};
+use super::shape::Shape;
+use super::{Bricks, Samples, ScalarType, Statistics, VolumeError};
+use crate::core::memory;
+use crate::core::progress::Ticket;
 use crate::with_samples;
-
-/// What cannot be made into a volume.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum VolumeError {
-    /// Sizes and samples do not belong together, or a size is zero.
-    #[error("expected {expected} samples for {what}, found {found}")]
-    Size {
-        /// Which field.
-        what: String,
-        /// Samples that the dimensions ask for.
-        expected: String,
-        /// Samples there are.
-        found: usize,
-    },
-    /// A lattice that has no inverse: a zero spacing, or axes in one plane.
-    #[error("expected three independent axes of finite, non-zero spacing, found {found}")]
-    Degenerate {
-        /// The offending spacing and direction, in words.
-        found: String,
-    },
-    /// A field with nothing to show.
-    #[error("expected at least one finite value in field \"{field}\", found only {found}")]
-    NothingFinite {
-        /// Which field.
-        field: String,
-        /// What there was instead, in words.
-        found: String,
-    },
-    /// A field that is not there.
-    #[error(
-        "expected {} {}, found {asked:?}",
-        if available.len() == 1 { "the field" } else { "one of the fields" },
-        available.join(", ")
-    )]
-    NoSuchField {
-        /// What was asked for.
-        asked: String,
-        /// The names there are.
-        available: Vec<String>,
-    },
-    /// Vectors of another number of components than three.
-    #[error(
-        "expected three components for vectors, found {components} in field \"{field}\"; choose \
-         another field"
-    )]
-    NotVectors {
-        /// Which field.
-        field: String,
-        /// Components there are.
-        components: usize,
-    },
-    /// A component that a field has not.
-    #[error(
-        "expected {} of field \"{field}\", found component {asked}",
-        match components { 1 => "component 0".to_owned(), n => format!("a component from 0 to {}", n - 1) }
-    )]
-    NoSuchComponent {
-        /// Which field.
-        field: String,
-        /// What was asked for.
-        asked: usize,
-        /// Components there are.
-        components: usize,
-    },
-    /// See [`TooLarge`].
-    #[error(transparent)]
-    TooLarge(#[from] TooLarge),
-    /// See [`Cancelled`].
-    #[error(transparent)]
-    Cancelled(#[from] Cancelled),
-}
 
 /// What a field's samples sit on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -210,11 +139,26 @@ pub struct Field {
     pub samples: Arc<Samples>,
 }
 
-/// Everything read from a file that holds a regular grid.
+impl Field {
+    /// Whether its samples are taken for vectors: three components that are not bytes, which are colours.
+    pub fn is_vectors(&self) -> bool {
+        self.components == 3 && self.samples.scalar_type() != ScalarType::UInt8
+    }
+
+    /// Its name and what it sits on, which tells apart what a file calls the same.
+    pub fn full_name(&self) -> String {
+        format!("{} ({})", self.name, self.association.name())
+    }
+}
+
+/// Everything read from a file that holds a grid.
 #[derive(Debug, Clone)]
 pub struct Grid {
-    /// The lattice of the *points*; see [`Grid::lattice_of`] for cell fields.
+    /// The lattice of the *points*; see [`Grid::lattice_of`] for cell fields. Where the shape is not
+    /// affine, a lattice of as many points over the same box.
     pub lattice: Lattice,
+    /// How the points lie.
+    pub shape: Shape,
     /// Its arrays, the active one first; at least one.
     pub fields: Vec<Field>,
     /// What the file calls its space (`left-posterior-superior`, …), where it says.
@@ -231,10 +175,25 @@ pub enum Component {
 }
 
 impl Grid {
+    /// A grid of evenly spaced points, of no space that has a name.
+    pub fn of(lattice: Lattice, fields: Vec<Field>) -> Self {
+        Self { lattice, shape: Shape::Affine, fields, space: None }
+    }
+
+    /// A grid of points of a shape, of no space that has a name.
+    ///
     /// # Errors
-    /// Where a field's samples do not fill its lattice, or the lattice is degenerate.
+    /// See [`Shape::check`].
+    pub fn shaped(dims: [usize; 3], shape: Shape, fields: Vec<Field>) -> Result<Self, VolumeError> {
+        shape.check(dims)?;
+        Ok(Self { lattice: shape.outline(dims), shape, fields, space: None })
+    }
+
+    /// # Errors
+    /// Where a field's samples do not fill its lattice, or the lattice or shape is degenerate.
     pub fn check(&self) -> Result<(), VolumeError> {
         self.lattice.check()?;
+        self.shape.check(self.lattice.dims)?;
         for field in &self.fields {
             let lattice = self.lattice_of(field);
             let sizes = [lattice.dims[0], lattice.dims[1], lattice.dims[2], field.components];
@@ -250,9 +209,14 @@ impl Grid {
         Ok(())
     }
 
-    /// The lattice on which a field's samples lie: the points, or the middles of the cells.
+    /// The lattice on which a field's samples lie: the points, or the middles of the cells. Where the
+    /// shape is not affine, only its `dims` are theirs.
     pub fn lattice_of(&self, field: &Field) -> Lattice {
-        match field.association {
+        self.lattice_on(field.association)
+    }
+
+    pub(super) fn lattice_on(&self, association: Association) -> Lattice {
+        match association {
             Association::Point => self.lattice,
             Association::Cell => {
                 // A flat grid has one cell across; its middle lies in the plane of the points.
@@ -266,22 +230,31 @@ impl Grid {
         }
     }
 
-    /// The field of this name, or the active one for `None`.
+    /// The field of this name or full name (`NAME (cell)`), or the active one for `None`.
     ///
     /// # Errors
     /// [`VolumeError::NoSuchField`].
     pub fn field(&self, name: Option<&str>) -> Result<&Field, VolumeError> {
         let found = match name {
             None => self.fields.first(),
-            Some(name) => self.fields.iter().find(|f| f.name == name),
+            Some(name) => {
+                let by_name = self.fields.iter().find(|f| f.name == name);
+                by_name.or_else(|| self.fields.iter().find(|f| f.full_name() == name))
+            }
+        };
+        let told = |field: &Field| match self.fields.iter().filter(|f| f.name == field.name).count()
+        {
+            1 => field.name.clone(),
+            _ => field.full_name(),
         };
         found.ok_or_else(|| VolumeError::NoSuchField {
             asked: name.unwrap_or_default().to_owned(),
-            available: self.fields.iter().map(|f| f.name.clone()).collect(),
+            available: self.fields.iter().map(told).collect(),
         })
     }
 
-    /// One scalar field of the grid, ready to be drawn: statistics and bricks computed.
+    /// One scalar field of the grid, ready to be drawn: statistics and bricks computed. Where the grid is
+    /// not evenly spaced, it is interpolated onto a lattice that is ([`Grid::resampling`]).
     ///
     /// A single-component field shares its samples; a component or magnitude of several is made
     /// into 64-bit floats only where the type needs them, otherwise 32-bit.
@@ -305,6 +278,7 @@ impl Grid {
             }
             _ => Arc::new(extract(field, component)?),
         };
+        let (lattice, samples) = self.evenly_spaced(field, samples, ticket)?;
         let statistics = Statistics::of(&samples, ticket)?;
         if statistics.finite_count == 0 {
             return Err(VolumeError::NothingFinite {
@@ -315,7 +289,6 @@ impl Grid {
                 ),
             });
         }
-        let lattice = self.lattice_of(field);
         let bricks = Bricks::of(&samples, lattice.dims, ticket)?;
         let name = match component {
             Component::Index(_) if field.components == 1 => field.name.clone(),
@@ -330,7 +303,7 @@ impl Grid {
 fn extract(field: &Field, component: Component) -> Result<Samples, VolumeError> {
     let n = field.components;
     let wide = field.samples.scalar_type().size_bytes() > 2
-        && field.samples.scalar_type() != super::ScalarType::Float32;
+        && field.samples.scalar_type() != ScalarType::Float32;
     let needed = (field.samples.len() / n * if wide { 8 } else { 4 }) as u64;
     memory::require(
         &format!("a scalar of field \"{}\"", field.name),
@@ -435,7 +408,7 @@ impl ScalarVolume {
             association: Association::Point,
             samples: Arc::new(samples),
         };
-        let grid = Grid { lattice, fields: vec![field], space: None };
+        let grid = Grid::of(lattice, vec![field]);
         grid.check()?;
         grid.scalar(&grid.fields[0], Component::Index(0), &Ticket::new())
     }
@@ -473,7 +446,7 @@ mod tests {
             association: Association::Cell,
             samples: Arc::new(ramp([2, 3, 1])),
         };
-        let grid = Grid { lattice, fields: vec![field], space: None };
+        let grid = Grid::of(lattice, vec![field]);
         assert_eq!(grid.check(), Ok(()));
         let cells = grid.lattice_of(&grid.fields[0]);
         assert_eq!(cells.dims, [2, 3, 1]);
@@ -543,12 +516,28 @@ mod tests {
             association: Association::Point,
             samples: Arc::new(Samples::Int16(vec![2, 3, 6, 0, -4, 3])),
         };
-        let grid = Grid { lattice: Lattice::unit([2, 1, 1]), fields: vec![field], space: None };
+        let grid = Grid::of(Lattice::unit([2, 1, 1]), vec![field]);
         let volume = grid.scalar(&grid.fields[0], Component::Magnitude, &Ticket::new()).unwrap();
         assert_eq!((volume.samples.get(0), volume.samples.get(1)), (7.0, 5.0));
         assert_eq!(volume.name, "|v|");
         let second = grid.scalar(&grid.fields[0], Component::Index(1), &Ticket::new()).unwrap();
         assert_eq!((second.samples.get(0), second.samples.get(1)), (3.0, -4.0));
         assert!(grid.scalar(&grid.fields[0], Component::Index(3), &Ticket::new()).is_err());
+    }
+
+    #[test]
+    fn fields_of_one_name_are_told_apart_by_what_they_sit_on() {
+        let field = |association, value| Field {
+            name: "t".into(),
+            components: 1,
+            association,
+            samples: Arc::new(Samples::UInt8(vec![value])),
+        };
+        let fields = vec![field(Association::Point, 1), field(Association::Cell, 2)];
+        let grid = Grid::of(Lattice::unit([1, 1, 1]), fields);
+        let value = |name| grid.field(Some(name)).map(|field| field.samples.get(0));
+        assert_eq!((value("t"), value("t (cell)")), (Ok(1.0), Ok(2.0)));
+        let refused = value("x").unwrap_err().to_string();
+        assert!(refused.contains("t (point), t (cell)"), "{refused}");
     }
 }

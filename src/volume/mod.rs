@@ -4,12 +4,17 @@
 //! ([`ScalarVolume`]), and its vectors ([`VectorField`]). Refuses files and the GPU. Imports `core` only.
 
 pub mod demo;
+mod error;
 mod grid;
+mod resample;
 mod samples;
+mod shape;
 mod statistics;
 mod vector_field;
 
-pub use grid::{Association, Component, Field, Grid, Lattice, ScalarVolume, VolumeError};
+pub use error::VolumeError;
+pub use grid::{Association, Component, Field, Grid, Lattice, ScalarVolume};
 pub use samples::{Samples, Scalar, ScalarType};
+pub use shape::Shape;
 pub use statistics::{BRICK, Bricks, HISTOGRAM_BINS, QUANTILES, Statistics};
 pub use vector_field::{Places, VectorField};

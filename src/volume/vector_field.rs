@@ -6,7 +6,8 @@ use glam::{DMat3, DVec3, Vec3};
 use rayon::prelude::*;
 
 use super::samples::Scalar;
-use super::{Field, Grid, Lattice, Samples, Statistics, VolumeError};
+use super::shape::{Shape, axes_of};
+use super::{Association, Field, Grid, Lattice, Samples, Statistics, VolumeError};
 use crate::core::memory;
 use crate::core::progress::Ticket;
 use crate::with_samples;
@@ -16,14 +17,15 @@ use crate::with_samples;
 pub enum Places {
     /// On a lattice, x fastest.
     Lattice(Lattice),
-    /// On a grid whose points lie anywhere (curvilinear), x fastest.
+    /// On a grid whose points are not evenly spaced (rectilinear or curvilinear), x fastest.
     Points {
         /// Points along x, y, z.
         dims: [usize; 3],
         /// World positions, one a vector.
         points: Arc<[DVec3]>,
         /// World steps from each point to its neighbours along x, y, z, as columns: half the
-        /// difference of the two beside it, at borders the difference to the only one.
+        /// difference of the two beside it, at borders the difference to the only one. Always
+        /// invertible: see `usable_axes` of `shape`.
         axes: Arc<[DMat3]>,
     },
 }
@@ -114,29 +116,82 @@ impl Grid {
                 components: field.components,
             });
         }
-        let count = field.samples.len() / 3;
-        memory::require(
-            &format!("the vectors of field \"{}\"", field.name),
-            16 * count as u64,
-            memory::free_bytes(),
-        )?;
-        let narrow = |v: f64| {
-            #[expect(clippy::cast_possible_truncation, reason = "directions need no more digits")]
-            let narrow = v as f32;
-            narrow
-        };
+        self.require_vectors(&field.name, field.samples.len() / 3)?;
         let vectors = with_samples!(&*field.samples, values => {
             let triples = values.par_chunks_exact(3);
             triples.map(|v| Vec3::from_array([0, 1, 2].map(|c| narrow(v[c].to_f64())))).collect()
         });
-        VectorField::new(&field.name, Places::Lattice(self.lattice_of(field)), vectors, ticket)
+        VectorField::new(&field.name, self.places(field.association), vectors, ticket)
     }
+
+    /// The vectors whose components are three scalar fields, named after them.
+    ///
+    /// # Errors
+    /// Fields of more than one component or not all on points or all on cells, and as
+    /// [`VectorField::new`].
+    pub fn vectors_of(
+        &self,
+        fields: [&Field; 3],
+        ticket: &Ticket,
+    ) -> Result<VectorField, VolumeError> {
+        let [first, ..] = fields;
+        for field in fields {
+            let is_alike = field.association == first.association
+                && field.samples.len() == first.samples.len();
+            if field.components != 1 || !is_alike {
+                return Err(VolumeError::NoTriple {
+                    found: format!(
+                        "field \"{}\" of {} a {} beside \"{}\" on {}s",
+                        field.name,
+                        field.components,
+                        field.association.name(),
+                        first.name,
+                        first.association.name()
+                    ),
+                });
+            }
+        }
+        let name = format!("({})", fields.map(|field| field.name.as_str()).join(", "));
+        let count = first.samples.len();
+        self.require_vectors(&name, count)?;
+        let vector = |index| Vec3::from_array(fields.map(|field| narrow(field.samples.get(index))));
+        let vectors = (0..count).into_par_iter().map(vector).collect();
+        VectorField::new(&name, self.places(first.association), vectors, ticket)
+    }
+
+    fn require_vectors(&self, name: &str, count: usize) -> Result<(), VolumeError> {
+        let places = match self.shape {
+            Shape::Affine => 0,
+            _ => size_of::<DVec3>() + size_of::<DMat3>(),
+        };
+        let needed = ((16 + places) as u64).saturating_mul(count as u64);
+        let what = format!("the vectors of \"{name}\"");
+        Ok(memory::require(&what, needed, memory::free_bytes())?)
+    }
+
+    /// Where samples on points or cells stand: at the true points of grids that are not evenly spaced.
+    pub fn places(&self, association: Association) -> Places {
+        let (shape, dims) = self.shape_of(association);
+        if matches!(shape, Shape::Affine) {
+            return Places::Lattice(self.lattice_on(association));
+        }
+        if let Some(lattice) = shape.even(dims) {
+            return Places::Lattice(lattice);
+        }
+        let points = shape.points(dims);
+        let axes = axes_of(&points, dims);
+        Places::Points { dims, points, axes }
+    }
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "directions need no more digits")]
+fn narrow(v: f64) -> f32 {
+    v as f32
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::volume::Association;
 
     fn grid(components: usize, samples: Samples) -> Grid {
         let field = Field {
@@ -146,7 +201,7 @@ mod tests {
             samples: Arc::new(samples),
         };
         let lattice = Lattice { spacing: DVec3::new(1.0, 2.0, 4.0), ..Lattice::unit([1, 2, 1]) };
-        Grid { lattice, fields: vec![field], space: None }
+        Grid::of(lattice, vec![field])
     }
 
     #[test]
@@ -177,5 +232,56 @@ mod tests {
         let holes = grid(3, Samples::Float32(vec![f32::NAN; 6]));
         let refused = holes.vectors(&holes.fields[0], &Ticket::new());
         assert!(matches!(refused, Err(VolumeError::NothingFinite { .. })));
+    }
+
+    #[test]
+    fn vectors_of_uneven_grids_stand_at_their_true_points_and_those_of_cells_between() {
+        let lists = [vec![0.0, 1.0, 4.0].into(), vec![0.0, 2.0].into(), vec![5.0].into()];
+        let field = |name: &str, association, count: usize| Field {
+            name: name.into(),
+            components: 3,
+            association,
+            samples: Arc::new(Samples::Float32(vec![1.0; 3 * count])),
+        };
+        let fields = vec![field("p", Association::Point, 6), field("c", Association::Cell, 2)];
+        let grid = Grid::shaped([3, 2, 1], Shape::Rectilinear(lists), fields).unwrap();
+        let points = grid.vectors(&grid.fields[0], &Ticket::new()).unwrap();
+        let (place, axes) = points.places.at(4);
+        assert_eq!(place, DVec3::new(1.0, 2.0, 5.0));
+        assert_eq!(axes, DMat3::from_diagonal(DVec3::new(2.0, 2.0, 2.0)));
+        // Middles at 0.5 and 2.5 are even.
+        let cells = grid.vectors(&grid.fields[1], &Ticket::new()).unwrap();
+        let Places::Lattice(lattice) = cells.places else { panic!("{:?}", cells.places) };
+        assert_eq!((lattice.dims, lattice.spacing.x), ([2, 1, 1], 2.0));
+        assert_eq!(lattice.origin, DVec3::new(0.5, 1.0, 5.0));
+    }
+
+    #[test]
+    fn three_scalars_of_one_kind_make_vectors_and_others_do_not() {
+        let field = |name: &str, components: usize, association, samples: Samples| Field {
+            name: name.into(),
+            components,
+            association,
+            samples: Arc::new(samples),
+        };
+        let fields = vec![
+            field("a", 1, Association::Point, Samples::Int16(vec![2, 0])),
+            field("b", 1, Association::Point, Samples::Float64(vec![3.0, -4.0])),
+            field("c", 1, Association::Point, Samples::UInt8(vec![6, 3])),
+            field("two", 2, Association::Point, Samples::UInt8(vec![0; 4])),
+            field("cells", 1, Association::Cell, Samples::UInt8(vec![1])),
+        ];
+        let grid = Grid::of(Lattice::unit([2, 1, 1]), fields);
+        let of = |[a, b, c]: [usize; 3]| {
+            let fields = [&grid.fields[a], &grid.fields[b], &grid.fields[c]];
+            grid.vectors_of(fields, &Ticket::new())
+        };
+        let vectors = of([0, 1, 2]).unwrap();
+        assert_eq!(vectors.name, "(a, b, c)");
+        assert_eq!(&*vectors.vectors, &[Vec3::new(2.0, 3.0, 6.0), Vec3::new(0.0, -4.0, 3.0)]);
+        assert_eq!((vectors.magnitudes.get(0), vectors.magnitudes.get(1)), (7.0, 5.0));
+        for wrong in [[0, 1, 3], [0, 1, 4], [3, 0, 1]] {
+            assert!(matches!(of(wrong), Err(VolumeError::NoTriple { .. })), "{wrong:?}");
+        }
     }
 }

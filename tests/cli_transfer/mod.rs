@@ -67,7 +67,7 @@ fn files_that_are_no_transfer_functions_are_one_line_with_the_path_last() {
         (&format!("{{{header}, \"opacity\": [[0, NaN]], {colours}}}"), "as JSON"),
         (&format!("{{{header}, \"opacity\": [[0, 7]], {colours}}}"), "from 0 to 1"),
         (&format!("{{{header}, \"opacity\": 5, {colours}}}"), "invalid type"),
-        (&"[".repeat(300_000), "recursion"),
+        (&"[".repeat(300_000), "what is none ([[["),
         (&" ".repeat(2 << 20), "1024 KiB"),
     ] {
         let file = written(folder.path(), text);

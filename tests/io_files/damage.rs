@@ -8,7 +8,8 @@ use voxsplat::core::Ticket;
 use voxsplat::io::{OpenOptions, RawOverrides, open};
 use voxsplat::volume::ScalarType;
 
-use crate::write::{self, META_STORAGES, NRRD_ENCODINGS, VTI_FORMATS, Volume, Vti};
+use crate::write::{self, META_STORAGES, NRRD_ENCODINGS, VTI_FORMATS, VTI_KINDS, Volume, Vti};
+use crate::write_legacy::{self, DATASETS, Legacy};
 
 /// The system's allocator, remembering the largest single request.
 struct Watching;
@@ -64,10 +65,25 @@ fn every_kind(folder: &Path) -> Vec<PathBuf> {
     }
     for format in VTI_FORMATS {
         for compressed in [false, true] {
-            let how =
-                Vti { format, compressed, wide: compressed, big: false, split: true, cells: false };
-            keep(write::vti(folder, &volume, how));
+            for kind in VTI_KINDS {
+                let wide = compressed;
+                let (big, split, cells) = (false, true, false);
+                keep(write::vti(
+                    folder,
+                    &volume,
+                    Vti { kind, format, compressed, wide, big, split, cells },
+                ));
+            }
         }
+    }
+    for dataset in DATASETS {
+        for (binary, role) in [(true, "SCALARS"), (false, "FIELD")] {
+            let how = Legacy { dataset, role, binary, cells: binary, extras: true };
+            keep(write_legacy::legacy(folder, &volume, how));
+        }
+    }
+    for version in [1, 2] {
+        keep(crate::winds::winds(folder, version));
     }
     paths
 }
@@ -101,7 +117,8 @@ fn damaged_files_are_answered_without_panic_and_without_absurd_memory() {
                     // A digit of the header becomes nines.
                     let digits: Vec<usize> =
                         (0..header).filter(|&i| bytes[i].is_ascii_digit()).collect();
-                    let at = digits[random.below(digits.len())];
+                    // Headers of bytes have few or none.
+                    let at = if digits.is_empty() { 4 } else { digits[random.below(digits.len())] };
                     let nines = vec![b'9'; 1 + random.below(20)];
                     bytes.splice(at..=at, nines);
                 }
@@ -140,7 +157,7 @@ fn random_bytes_behind_every_magic_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("noise");
     let mut random = Random(0x5eed_0002);
-    let starts: [&[u8]; 6] = [
+    let starts: [&[u8]; 11] = [
         b"",
         b"NRRD0004\n",
         b"NRRD0004\ntype: uchar\ndimension: 3\nsizes: 9 9 9\nencoding: gzip\n\n",
@@ -149,6 +166,12 @@ fn random_bytes_behind_every_magic_are_refused() {
         b"<VTKFile type=\"ImageData\"><ImageData WholeExtent=\"0 9 0 9 0 9\"><Piece><PointData>\
           <DataArray type=\"UInt8\" format=\"appended\" offset=\"0\"/></PointData></Piece>\
           </ImageData><AppendedData encoding=\"raw\">_",
+        b"# vtk DataFile Version 3.0\n",
+        b"# vtk DataFile Version 3.0\nt\nBINARY\nDATASET STRUCTURED_POINTS\nDIMENSIONS 9 9 9\n\
+          POINT_DATA 729\nSCALARS a float\nLOOKUP_TABLE default\n",
+        b"# vtk DataFile Version 3.0\nt\nASCII\nDATASET STRUCTURED_GRID\nDIMENSIONS 2 2 2\nPOINTS 8 float\n",
+        b"CDF\x01\0\0\0\0\0\0\0\x0a\0\0\0\x02",
+        b"CDF\x02",
     ];
     for start in starts {
         for _ in 0..200 {
@@ -178,7 +201,52 @@ fn headers_that_promise_the_earth_allocate_nothing_for_it() {
              </ImageData></VTKFile>"
         )
     };
+    let legacy = |dataset: &str, size: &str, mode: &str, rest: &str| {
+        format!(
+            "# vtk DataFile Version 3.0\nt\n{mode}\nDATASET {dataset}\nDIMENSIONS {size} {size} \
+             {size}\n{rest}"
+        )
+    };
+    let mut promises_of_bytes = Vec::new();
     let mut promises = Vec::new();
+    for mode in ["ASCII", "BINARY"] {
+        for (size, points) in
+            [("300", "27000000"), ("4000000000", "1"), ("2000000", "8000000000000000000")]
+        {
+            let data = format!("POINT_DATA {points}\nSCALARS a float\nLOOKUP_TABLE default\n1 2 3");
+            promises.push(legacy("STRUCTURED_POINTS", size, mode, &data));
+            promises.push(legacy(
+                "STRUCTURED_GRID",
+                size,
+                mode,
+                &format!("POINTS {points} double\n1 2"),
+            ));
+            let list = format!("X_COORDINATES {size} double\n1 2");
+            promises.push(legacy("RECTILINEAR_GRID", size, mode, &list));
+        }
+        for field in [
+            "a 1 4000000000 float",
+            "a 4000000000 4000000000 int",
+            "a 1 4000000000 string",
+            "a 9 9 bit",
+        ] {
+            promises.push(legacy(
+                "STRUCTURED_POINTS",
+                "2",
+                mode,
+                &format!("FIELD f 2\n{field}\n1 2\n"),
+            ));
+        }
+        promises.push(legacy(
+            "STRUCTURED_POINTS",
+            "2",
+            mode,
+            "LOOKUP_TABLE a 4000000000000000000\n1\n",
+        ));
+        promises.push(legacy("STRUCTURED_POINTS", "2", mode, "FIELD f 99999999999\n"));
+        let wide = "POINT_DATA 8\nSCALARS a float 4000000000000000000\nLOOKUP_TABLE default\n1\n";
+        promises.push(legacy("STRUCTURED_POINTS", "2", mode, wide));
+    }
     for encoding in NRRD_ENCODINGS {
         promises.push(nrrd("300 300 300", encoding));
         promises.push(nrrd("4000000000 4000000000 4000000000", encoding));
@@ -192,6 +260,20 @@ fn headers_that_promise_the_earth_allocate_nothing_for_it() {
     }
     for last in ["300", "4000000000", "9223372036854775807"] {
         promises.extend(["ascii", "binary"].map(|format| vti(last, format)));
+    }
+    // The sizes of a NetCDF file's dimensions stand behind their names.
+    let winds = std::fs::read(crate::winds::winds(folder.path(), 1)).unwrap();
+    for (name, size) in [("lev\0", 0x7fff_ffff_u32), ("lat\0", 0x00ff_ffff), ("time", 0xffff_fff0)]
+    {
+        let at = winds.windows(4).position(|window| window == name.as_bytes()).unwrap() + 4;
+        let mut promise = winds.clone();
+        promise[at..at + 4].copy_from_slice(&size.to_be_bytes());
+        promises_of_bytes.push(promise);
+    }
+    for promise in promises_of_bytes {
+        std::fs::write(&path, &promise).unwrap();
+        let error = open(&path, &OpenOptions::default(), &Ticket::new()).unwrap_err();
+        assert!(error.to_string().starts_with("expected "), "{error}");
     }
     for promise in promises {
         std::fs::write(&path, &promise).unwrap();

@@ -4,4 +4,7 @@ mod damage;
 mod messages;
 mod round_trips;
 mod special;
+mod winds;
 mod write;
+mod write_legacy;
+mod write_netcdf;

@@ -7,6 +7,7 @@ use voxsplat::io::{OpenOptions, Problem, RawOverrides, ReadError, open};
 use voxsplat::volume::ScalarType;
 
 use crate::write::{self, Volume, Vti};
+use crate::write_legacy::{self, Legacy};
 
 /// The error of a file with this content.
 fn refused(name: &str, content: impl AsRef<[u8]>) -> (tempfile::TempDir, ReadError) {
@@ -18,7 +19,11 @@ fn refused(name: &str, content: impl AsRef<[u8]>) -> (tempfile::TempDir, ReadErr
 }
 
 fn error_of(path: &Path) -> ReadError {
-    match open(path, &OpenOptions::default(), &Ticket::new()) {
+    error_with(path, &OpenOptions::default())
+}
+
+fn error_with(path: &Path, options: &OpenOptions) -> ReadError {
+    match open(path, options, &Ticket::new()) {
         Err(error) => error,
         Ok(opened) => panic!("{} opened: {opened:?}", path.display()),
     }
@@ -142,8 +147,15 @@ fn promises_that_the_file_does_not_keep_are_counted_in_bytes() {
     says("a.nrrd", text.replace("1 2 3 ", "1 2 70000 3"), &["int16", "\"70000\""]);
     let volume = Volume::new([9, 8, 7], ScalarType::Float32, 1, 3);
     let folder = tempfile::tempdir().unwrap();
-    let how =
-        Vti { format: "raw", compressed: true, wide: true, big: false, split: false, cells: false };
+    let how = Vti {
+        kind: "ImageData",
+        format: "raw",
+        compressed: true,
+        wide: true,
+        big: false,
+        split: false,
+        cells: false,
+    };
     for kind in 0..4 {
         let path = match kind {
             0 => write::nrrd(folder.path(), &volume, "gzip", false, false),
@@ -223,7 +235,82 @@ fn vti_headers_that_contradict_themselves_are_quoted() {
     }
     let pieces = "<Piece Extent=\"9 10 0 1 0 0\"><PointData><DataArray type=\"UInt8\" Name=\"n\" \
         format=\"ascii\">1 2 3 4</DataArray></PointData></Piece></ImageData>";
-    says("a.vti", with("</ImageData>", pieces), &["fill the image", "a gap"]);
+    says("a.vti", with("</ImageData>", pieces), &["fill the grid", "a gap"]);
+}
+
+#[test]
+fn grids_that_contradict_themselves_are_quoted() {
+    let full = "<VTKFile type=\"RectilinearGrid\" byte_order=\"LittleEndian\"><RectilinearGrid \
+        WholeExtent=\"0 1 0 0 0 0\"><Piece Extent=\"0 1 0 0 0 0\"><PointData><DataArray \
+        type=\"UInt8\" Name=\"n\" format=\"ascii\">1 2</DataArray></PointData><Coordinates>\
+        <DataArray type=\"Float32\" format=\"ascii\">0 1.5</DataArray><DataArray type=\"Float32\" \
+        format=\"ascii\">0</DataArray><DataArray type=\"Float32\" format=\"ascii\">0</DataArray>\
+        </Coordinates></Piece></RectilinearGrid></VTKFile>";
+    let with = |from: &str, to: &str| full.replace(from, to);
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("a.vtr"), full).unwrap();
+    assert!(open(&folder.path().join("a.vtr"), &OpenOptions::default(), &Ticket::new()).is_ok());
+    says("a.vtr", with("0 1.5", "0 0"), &["rise or fall", "0 after 0 along x"]);
+    says("a.vtr", with("0 1.5", "0 nan"), &["finite points", "NaN along x"]);
+    says("a.vtr", with("0 1.5", "0    "), &["2 numbers", "after 1"]);
+    says("a.vtr", with("Coordinates", "Places"), &["Coordinates", "found 0"]);
+    let points = with("RectilinearGrid", "StructuredGrid").replace("Coordinates", "Points");
+    says("a.vts", &points, &["one array in the element Points", "found 3"]);
+    says(
+        "a.vtu",
+        with("RectilinearGrid", "UnstructuredGrid"),
+        &["\"UnstructuredGrid\"", "resample"],
+    );
+    says("a.vts", "hello", &["<VTKFile", "\"hello\""]);
+}
+
+#[test]
+fn legacy_vtk_that_contradicts_itself_is_quoted() {
+    let full = "# vtk DataFile Version 3.0\ntitle\nASCII\nDATASET STRUCTURED_POINTS\n\
+        DIMENSIONS 2 2 1\nSPACING 1 1 1\nORIGIN 0 0 0\nPOINT_DATA 4\nSCALARS n int\n\
+        LOOKUP_TABLE default\n1 2 3 4\n";
+    let with = |from: &str, to: &str| full.replace(from, to);
+    for kind in ["UNSTRUCTURED_GRID", "POLYDATA"] {
+        let quoted = format!("{kind:?}");
+        let words = ["STRUCTURED_POINTS, RECTILINEAR_GRID or STRUCTURED_GRID", &quoted, "resample"];
+        says("a.vtk", with("STRUCTURED_POINTS", kind), &words);
+    }
+    says("a.vtk", "hello", &["# vtk DataFile", "\"hello\""]);
+    says("a.vtk", with("ASCII", "MORSE"), &["ASCII or BINARY", "\"MORSE\""]);
+    says("a.vtk", with("2 2 1", "2 0 1"), &["at least one sample", "[2, 0, 1]"]);
+    says("a.vtk", with("2 2 1", "2 2 x"), &["a number after \"DIMENSIONS\"", "\"x\""]);
+    says("a.vtk", with("SPACING 1 1 1", "SPACING 1 0 1"), &["non-zero spacing"]);
+    says("a.vtk", with("POINT_DATA 4", "POINT_DATA 5"), &["POINT_DATA of 4", "\"5\""]);
+    says("a.vtk", with("POINT_DATA 4", "CELL_DATA 4"), &["CELL_DATA of 1", "\"4\""]);
+    says("a.vtk", with("int", "quux"), &["a type of legacy VTK", "\"quux\""]);
+    says("a.vtk", with("1 2 3 4", "1 2    3"), &["4 numbers", "after 3"]);
+    says("a.vtk", with("1 2 3 4", "1 2 3 4 5"), &["SCALARS, VECTORS", "\"5\""]);
+    says("a.vtk", with("n int", "n"), &["2 words after \"SCALARS\"", "\"SCALARS n\""]);
+    says("a.vtk", with("DIMENSIONS 2 2 1\n", ""), &["DIMENSIONS before the data"]);
+    says("a.vtk", with("SPACING", "SPADING"), &["a keyword of the grid", "\"SPADING 1 1 1\""]);
+    says("a.vtk", &full[..full.find("POINT_DATA").unwrap()], &["at least one array"]);
+    says("a.vtk", &full[..full.find("DATASET").unwrap()], &["a DATASET"]);
+    let grid = with("STRUCTURED_POINTS", "STRUCTURED_GRID");
+    let grid = grid.replace("SPACING 1 1 1\nORIGIN 0 0 0\n", "");
+    says("a.vtk", &grid, &["POINTS before the data"]);
+    let points = "POINTS 3 float\n0 0 0\n";
+    says(
+        "a.vtk",
+        grid.replace("POINT_DATA", &format!("{points}POINT_DATA")),
+        &["POINTS of 4", "\"3\""],
+    );
+}
+
+#[test]
+fn netcdf_that_is_not_read_says_how_to_convert_it() {
+    says("a.nc", b"\x89HDF\r\n\x1a\n12345678", &["NetCDF-4", "nccopy"]);
+    says("a.nc", b"CDF\x03\0\0\0\0", &["version 1, 2 or 5", "version 3", "nccopy"]);
+    says("a.nc", b"CDF\x01\0\0\0\0", &["a NetCDF header", "cut short"]);
+    says("a.nc", "hello", &["a NetCDF header", "\"hello\""]);
+    let folder = tempfile::tempdir().unwrap();
+    let path = crate::winds::winds(folder.path(), 2);
+    let bytes = std::fs::read(&path).unwrap();
+    says("a.nc", &bytes[..bytes.len() - 200], &["copy the file again"]);
 }
 
 #[test]
@@ -241,6 +328,33 @@ fn more_than_memory_allows_is_refused_with_both_figures() {
     let options = OpenOptions { memory_limit_bytes: Some(10_000), ..Default::default() };
     let error = open(&path, &options, &Ticket::new()).unwrap_err();
     assert_eq!(fault(&error, &["64.0 kB", "10.0 kB"]), None);
+    // Points and samples together.
+    let options = OpenOptions { memory_limit_bytes: Some(400_000), ..Default::default() };
+    for binary in [false, true] {
+        let how = Legacy {
+            dataset: "STRUCTURED_GRID",
+            role: "SCALARS",
+            binary,
+            cells: false,
+            extras: false,
+        };
+        let error = error_with(&write_legacy::legacy(folder.path(), &volume, how), &options);
+        assert_eq!(fault(&error, &["448.0 kB", "400.0 kB"]), None);
+    }
+    let how = Vti {
+        kind: "StructuredGrid",
+        format: "raw",
+        compressed: true,
+        wide: false,
+        big: false,
+        split: false,
+        cells: false,
+    };
+    let error = error_with(&write::vti(folder.path(), &volume, how), &options);
+    assert_eq!(fault(&error, &["448.0 kB", "400.0 kB"]), None);
+    let options = OpenOptions { memory_limit_bytes: Some(3000), ..Default::default() };
+    let error = error_with(&crate::winds::winds(folder.path(), 1), &options);
+    assert_eq!(fault(&error, &["the variables", "3.0 kB"]), None);
 }
 
 #[test]
@@ -248,6 +362,7 @@ fn a_cancelled_load_is_cancelled_in_every_format() {
     let folder = tempfile::tempdir().unwrap();
     let volume = Volume::new([4, 4, 4], ScalarType::UInt8, 1, 3);
     let how = Vti {
+        kind: "ImageData",
         format: "raw",
         compressed: true,
         wide: false,
@@ -261,6 +376,19 @@ fn a_cancelled_load_is_cancelled_in_every_format() {
         write::nrrd(folder.path(), &volume, "gzip", false, false),
         write::metaimage(folder.path(), &volume, "binary", false, false),
         write::vti(folder.path(), &volume, how),
+        write::vti(folder.path(), &volume, Vti { kind: "RectilinearGrid", ..how }),
+        write_legacy::legacy(
+            folder.path(),
+            &volume,
+            Legacy {
+                dataset: "RECTILINEAR_GRID",
+                role: "FIELD",
+                binary: true,
+                cells: false,
+                extras: false,
+            },
+        ),
+        crate::winds::winds(folder.path(), 2),
     ] {
         let error = open(&path, &OpenOptions::default(), &ticket).unwrap_err();
         assert!(error.is_cancelled(), "{error}");

@@ -3,17 +3,31 @@
 use proptest::prelude::*;
 use voxsplat::core::Ticket;
 use voxsplat::io::{Endian, Format, OpenOptions, Opened, RawOverrides, open, raw};
-use voxsplat::volume::{Association, ScalarType};
+use voxsplat::volume::{Association, ScalarType, Shape};
 use voxsplat::with_samples;
 
-use crate::write::{self, META_STORAGES, NRRD_ENCODINGS, VTI_FORMATS, Volume, Vti};
+use crate::write::{self, META_STORAGES, NRRD_ENCODINGS, VTI_FORMATS, VTI_KINDS, Volume, Vti};
+use crate::write_legacy::{self, DATASETS, Legacy, ROLES};
 
 /// What differs between a volume and what was read of it.
 fn difference(volume: &Volume, opened: &Opened) -> Option<String> {
     let lattice = &opened.grid.lattice;
+    let near = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-12);
+    let checks = [
+        (near(&lattice.spacing.to_array(), &volume.spacing), "spacing"),
+        (near(&lattice.origin.to_array(), &volume.origin), "origin"),
+        (near(&lattice.direction.to_cols_array(), &volume.direction), "direction"),
+    ];
+    difference_of_samples(volume, opened).or_else(|| {
+        let wrong = checks.iter().find(|(same, _)| !same)?.1;
+        Some(format!("{wrong} of {opened:?}"))
+    })
+}
+
+/// What differs between the samples of a volume and those that were read.
+fn difference_of_samples(volume: &Volume, opened: &Opened) -> Option<String> {
     let field = &opened.grid.fields[0];
     let dims = opened.grid.lattice_of(field).dims;
-    let near = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-12);
     let mut bytes = Vec::new();
     with_samples!(&*field.samples, values => {
         bytes.extend(values.iter().flat_map(|value| value.to_le_bytes()));
@@ -23,12 +37,28 @@ fn difference(volume: &Volume, opened: &Opened) -> Option<String> {
         (field.components == volume.components, "components"),
         (field.samples.scalar_type() == volume.scalar_type, "type"),
         (bytes == volume.bytes, "samples"),
-        (near(&lattice.spacing.to_array(), &volume.spacing), "spacing"),
-        (near(&lattice.origin.to_array(), &volume.origin), "origin"),
-        (near(&lattice.direction.to_cols_array(), &volume.direction), "direction"),
     ];
     let wrong = checks.iter().find(|(same, _)| !same)?.1;
     Some(format!("{wrong} of {opened:?}"))
+}
+
+/// Points that are not where the writers put them.
+fn difference_of_shape(opened: &Opened) -> Option<String> {
+    let [x, y, _] = opened.grid.lattice.dims;
+    match &opened.grid.shape {
+        Shape::Affine => None,
+        Shape::Rectilinear(lists) => (0..3).find_map(|axis| {
+            let wrong =
+                lists[axis].iter().enumerate().find(|(i, v)| **v != write::coordinate(axis, *i));
+            wrong.map(|(i, v)| format!("{v} at {i} along {axis}"))
+        }),
+        Shape::Curvilinear(points) => {
+            let expected = |i: usize| write::point([i % x, i / x % y, i / (x * y)]);
+            let mut places = points.iter().enumerate();
+            let wrong = places.find(|(i, p)| p.to_array() != expected(*i));
+            wrong.map(|(i, p)| format!("{p} for point {i}"))
+        }
+    }
 }
 
 fn read(path: &std::path::Path) -> Opened {
@@ -64,18 +94,48 @@ proptest! {
 
     #[test]
     fn vti(
-        v in volumes(), f in 0..VTI_FORMATS.len(),
+        v in volumes(), f in 0..VTI_FORMATS.len(), k in 0..VTI_KINDS.len(),
         compressed: bool, wide: bool, big: bool, split: bool, cells: bool,
     ) {
         let folder = tempfile::tempdir().unwrap();
-        let format = VTI_FORMATS[f];
-        let how = Vti { format, compressed, wide, big, split, cells };
+        let (format, kind) = (VTI_FORMATS[f], VTI_KINDS[k]);
+        let how = Vti { kind, format, compressed, wide, big, split, cells };
         let opened = read(&write::vti(folder.path(), &v, how));
-        prop_assert_eq!(difference(&v, &opened), None);
-        prop_assert_eq!(&opened.warnings, &Vec::<String>::new());
+        if k == 0 {
+            prop_assert_eq!(difference(&v, &opened), None);
+            prop_assert_eq!(&opened.warnings, &Vec::<String>::new());
+        } else {
+            prop_assert_eq!(difference_of_samples(&v, &opened), None);
+            prop_assert_eq!(difference_of_shape(&opened), None);
+        }
         prop_assert_eq!(&opened.grid.fields[0].name, "a & b");
         let association = if cells { Association::Cell } else { Association::Point };
         prop_assert_eq!(opened.grid.fields[0].association, association);
+    }
+
+    #[test]
+    fn legacy_vtk(
+        mut v in volumes(), d in 0..DATASETS.len(), r in 0..ROLES.len(),
+        binary: bool, cells: bool, extras: bool,
+    ) {
+        // Images know no direction, and vectors have three components.
+        v.direction = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
+        if ROLES[r] == "VECTORS" {
+            v = Volume { direction: v.direction, ..Volume::new(v.dims, v.scalar_type, 3, 5) };
+        }
+        let folder = tempfile::tempdir().unwrap();
+        let how = Legacy { dataset: DATASETS[d], role: ROLES[r], binary, cells, extras };
+        let opened = read(&write_legacy::legacy(folder.path(), &v, how));
+        prop_assert_eq!(opened.format, Format::Vtk);
+        let told = if d == 0 { difference(&v, &opened) } else { difference_of_samples(&v, &opened) };
+        prop_assert_eq!(told, None);
+        prop_assert_eq!(difference_of_shape(&opened), None);
+        prop_assert_eq!(opened.grid.fields.len(), 1);
+        prop_assert_eq!(&opened.grid.fields[0].name, "a b");
+        let association = if cells { Association::Cell } else { Association::Point };
+        prop_assert_eq!(opened.grid.fields[0].association, association);
+        let ignored = opened.warnings.iter().filter(|w| w.contains("ignored")).count();
+        prop_assert_eq!(ignored > 0, extras, "{:?}", opened.warnings);
     }
 
     #[test]

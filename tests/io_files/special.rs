@@ -194,7 +194,7 @@ fn info_has_the_names_that_scripts_use() {
         "origin": [0.0, 0.0, 0.0], "direction": [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0],
         "space": null, "warnings": [],
         "fields": [{
-            "name": "v", "components": 1, "scalar_type": "float32", "association": "point",
+            "name": "v", "components": 1, "is_vectors": false, "scalar_type": "float32", "association": "point",
             "min": 1.0, "max": 3.0, "mean": 2.0, "nan_count": 1, "infinite_count": 1,
         }],
     });

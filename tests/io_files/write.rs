@@ -67,7 +67,7 @@ impl Volume {
         }
     }
 
-    fn stored(&self, big: bool) -> Vec<u8> {
+    pub(crate) fn stored(&self, big: bool) -> Vec<u8> {
         let mut bytes = self.bytes.clone();
         if big {
             bytes.chunks_exact_mut(self.scalar_type.size_bytes()).for_each(<[u8]>::reverse);
@@ -76,7 +76,7 @@ impl Volume {
     }
 
     /// The numbers in decimal.
-    fn text(&self) -> String {
+    pub(crate) fn text(&self) -> String {
         let mut text = String::new();
         for bytes in self.bytes.chunks_exact(self.scalar_type.size_bytes()) {
             macro_rules! number {
@@ -114,7 +114,7 @@ impl Volume {
     }
 }
 
-fn save(path: PathBuf, parts: &[&[u8]]) -> PathBuf {
+pub(crate) fn save(path: PathBuf, parts: &[&[u8]]) -> PathBuf {
     std::fs::write(&path, parts.concat()).expect("the temporary folder is ours");
     path
 }
@@ -242,9 +242,11 @@ pub(crate) fn metaimage(
     save(folder.join("v.mha"), &[header.as_bytes(), &data])
 }
 
-/// How a VTI is stored.
+/// How VTK's XML is stored.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Vti {
+    /// Images, rectilinear or structured grids, by their elements' names.
+    pub(crate) kind: &'static str,
     /// `ascii`, `binary`, `raw` or `base64` (the latter two appended).
     pub(crate) format: &'static str,
     pub(crate) compressed: bool,
@@ -257,9 +259,84 @@ pub(crate) struct Vti {
 
 pub(crate) const VTI_FORMATS: [&str; 4] = ["ascii", "binary", "raw", "base64"];
 
-pub(crate) fn vti(folder: &Path, volume: &Volume, how: Vti) -> PathBuf {
+pub(crate) const VTI_KINDS: [&str; 3] = ["ImageData", "RectilinearGrid", "StructuredGrid"];
+
+/// A coordinate of the grids that are not evenly spaced, with 32 bits to spare in none.
+pub(crate) fn coordinate(axis: usize, index: usize) -> f64 {
+    let i = index as f64;
+    [0.5 + i * i, -3.0 * i, 0.125 * i * (i + 4.0) - 1e3][axis]
+}
+
+/// A point of the curvilinear grid.
+pub(crate) fn point([i, j, k]: [usize; 3]) -> [f64; 3] {
+    [i as f64 + 0.25 * k as f64, (j + i * k) as f64, (3 * k) as f64 - 0.5 * j as f64]
+}
+
+/// Numbers of a type that are no samples but places.
+fn places(values: &[f64], components: usize) -> Volume {
+    Volume {
+        dims: [values.len() / components, 1, 1],
+        scalar_type: ScalarType::Float64,
+        components,
+        bytes: values.iter().flat_map(|value| value.to_le_bytes()).collect(),
+        ..Volume::new([1; 3], ScalarType::UInt8, 1, 1)
+    }
+}
+
+/// One `DataArray`, with its numbers or the place of these behind `appended`.
+fn data_array(volume: &Volume, name: &str, how: Vti, appended: &mut Vec<u8>) -> String {
     let word = volume.scalar_type.name().replace("uint", "UInt").replace("int", "Int");
     let word = word.replace("float", "Float");
+    let data = packed(volume, how);
+    let (place, text) = match how.format {
+        "ascii" => ("format=\"ascii\"".to_owned(), volume.text()),
+        "binary" => ("format=\"binary\"".to_owned(), encoded(&data)),
+        _ => (format!("format=\"appended\" offset=\"{}\"", appended.len()), String::new()),
+    };
+    match how.format {
+        "raw" => appended.extend(data.concat()),
+        "base64" => appended.extend(encoded(&data).into_bytes()),
+        _ => {}
+    }
+    format!(
+        "<DataArray type=\"{word}\" Name=\"{name}\" NumberOfComponents=\"{}\" {place}>\n\
+         <InformationKey name=\"k\">7 7</InformationKey>{text}</DataArray>\n",
+        volume.components
+    )
+}
+
+/// What places the points from `first` to `last` along x, y, z.
+fn geometry(first: [usize; 3], last: [usize; 3], how: Vti, appended: &mut Vec<u8>) -> String {
+    match how.kind {
+        "RectilinearGrid" => {
+            let list = |axis: usize| {
+                let values: Vec<f64> =
+                    (first[axis]..=last[axis]).map(|i| coordinate(axis, i)).collect();
+                places(&values, 1)
+            };
+            let mut arrays = String::new();
+            for axis in 0..3 {
+                arrays += &data_array(&list(axis), &format!("c{axis}"), how, appended);
+            }
+            format!("<Coordinates>\n{arrays}</Coordinates>\n")
+        }
+        "StructuredGrid" => {
+            let mut values = Vec::new();
+            for k in first[2]..=last[2] {
+                for j in first[1]..=last[1] {
+                    for i in first[0]..=last[0] {
+                        values.extend(point([i, j, k]));
+                    }
+                }
+            }
+            let array = data_array(&places(&values, 3), "Points", how, appended);
+            format!("<Points>\n{array}</Points>\n")
+        }
+        _ => String::new(),
+    }
+}
+
+pub(crate) fn vti(folder: &Path, volume: &Volume, how: Vti) -> PathBuf {
     let [x, y, z] = volume.dims;
     // Cells are one fewer than points.
     let extra = usize::from(how.cells);
@@ -273,9 +350,10 @@ pub(crate) fn vti(folder: &Path, volume: &Volume, how: Vti) -> PathBuf {
     let list = |numbers: &[f64]| numbers.iter().map(f64::to_string).collect::<Vec<_>>().join(" ");
     let d = volume.direction;
     let rows = [d[0], d[3], d[6], d[1], d[4], d[7], d[2], d[5], d[8]];
+    let kind = how.kind;
     let mut xml = format!(
-        "<?xml version=\"1.0\"?>\n<VTKFile type=\"ImageData\" version=\"1.0\" \
-         byte_order=\"{}Endian\" header_type=\"UInt{}\"{}>\n<ImageData WholeExtent=\"0 {} 0 {} 0 \
+        "<?xml version=\"1.0\"?>\n<VTKFile type=\"{kind}\" version=\"1.0\" \
+         byte_order=\"{}Endian\" header_type=\"UInt{}\"{}>\n<{kind} WholeExtent=\"0 {} 0 {} 0 \
          {}\" Origin=\"{}\" Spacing=\"{}\" Direction=\"{}\">\n",
         if how.big { "Big" } else { "Little" },
         if how.wide { 64 } else { 32 },
@@ -290,38 +368,34 @@ pub(crate) fn vti(folder: &Path, volume: &Volume, how: Vti) -> PathBuf {
     let mut appended = Vec::new();
     for (first, end) in slabs {
         let slab = volume.slab(first, end);
-        let (data, section) =
-            (packed(&slab, how), if how.cells { "CellData" } else { "PointData" });
-        let (place, text) = match how.format {
-            "ascii" => ("format=\"ascii\"".to_owned(), slab.text()),
-            "binary" => ("format=\"binary\"".to_owned(), encoded(&data)),
-            _ => (format!("format=\"appended\" offset=\"{}\"", appended.len()), String::new()),
-        };
-        match how.format {
-            "raw" => appended.extend(data.concat()),
-            "base64" => appended.extend(encoded(&data).into_bytes()),
-            _ => {}
-        }
+        let section = if how.cells { "CellData" } else { "PointData" };
         let z_last = end - 1 + extra;
+        let array = data_array(&slab, "a &amp; b", how, &mut appended);
+        let places = geometry([0, 0, first], [last(x), last(y), z_last], how, &mut appended);
         write!(
             xml,
             "<Piece Extent=\"0 {} 0 {} {first} {z_last}\"><{section} Scalars=\"a &amp; b\">\n\
-             <DataArray type=\"{word}\" Name=\"a &amp; b\" NumberOfComponents=\"{}\" {place}>\n\
-             <InformationKey name=\"k\">7 7</InformationKey>{text}</DataArray>\n\
-             </{section}></Piece>\n",
+             {array}</{section}>\n{places}</Piece>\n",
             last(x),
             last(y),
-            volume.components,
         )
         .expect("a string takes all");
     }
-    xml += "</ImageData>\n";
+    xml += &format!("</{kind}>\n");
+    let name = format!(
+        "v.{}",
+        match kind {
+            "ImageData" => "vti",
+            "RectilinearGrid" => "vtr",
+            _ => "vts",
+        }
+    );
     if matches!(how.format, "raw" | "base64") {
         xml += &format!("<AppendedData encoding=\"{}\">\n _", how.format);
         let tail = b"\n</AppendedData>\n</VTKFile>\n";
-        return save(folder.join("v.vti"), &[xml.as_bytes(), &appended, tail]);
+        return save(folder.join(name), &[xml.as_bytes(), &appended, tail]);
     }
-    save(folder.join("v.vti"), &[xml.as_bytes(), b"</VTKFile>\n"])
+    save(folder.join(name), &[xml.as_bytes(), b"</VTKFile>\n"])
 }
 
 /// Header and data of one array, as two units of base64 need them.

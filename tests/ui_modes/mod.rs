@@ -4,6 +4,7 @@ mod cells;
 mod inside;
 mod refining;
 mod shading;
+mod vectors;
 
 use std::time::Duration;
 

@@ -354,7 +354,7 @@ fn grid(dims: [usize; 3], name: &str, components: usize) -> ReadGrid {
         association: Association::Point,
         samples: Arc::new(Samples::UInt16((0..count).map(|i| i as u16).collect())),
     };
-    let grid = Grid { lattice: Lattice::unit(dims), fields: vec![field], space: None };
+    let grid = Grid::of(Lattice::unit(dims), vec![field]);
     ReadGrid { grid, warnings: Vec::new() }
 }
 

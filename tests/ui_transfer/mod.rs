@@ -111,7 +111,7 @@ const EDITS: [Edit; 18] = [
     ("kernel", |b| b.choose("Kernel", "Nearest")),
     ("background", |b| click(b, "Transparent")),
     ("budget", |b| b.set_slider("Frame budget", 50.0)),
-    ("axes", |b| click(b, "Show axes")),
+    ("axes", |b| click(b, "Trihedron")),
     ("compare", |b| press(b, Modifiers::NONE, Key::C)),
 ];
 
@@ -175,7 +175,7 @@ fn random_edits_and_steps_never_lose_a_state() {
                 // One step each, whatever the state.
                 let simple: [fn(&mut Bench); 5] = [
                     |b| b.drag(PointerButton::Primary, Modifiers::NONE, vec2(33.0, -21.0)),
-                    |b| click(b, "Show axes"),
+                    |b| click(b, "Trihedron"),
                     |b| press(b, Modifiers::NONE, Key::Num5),
                     |b| b.choose("Colours", "Magma"),
                     |b| b.choose("Colours", "Batlow"),
@@ -310,7 +310,7 @@ fn the_edit_menu_says_what_it_would_take_back() {
 #[test]
 fn another_file_begins_anew_and_another_field_is_a_step() {
     let mut bench = Bench::opened();
-    click(&mut bench, "Show axes");
+    click(&mut bench, "Trihedron");
     bench.open("vector.nrrd");
     undo(&mut bench);
     assert!(bench.shows("There is nothing to undo"));

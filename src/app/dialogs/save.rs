@@ -2,24 +2,29 @@
 
 use std::path::PathBuf;
 
-use eframe::egui::{Button, Context, DragValue, Grid, TextEdit, Ui};
+use eframe::egui::{Button, Checkbox, Context, DragValue, Grid, TextEdit, Ui};
 
 use super::{Outcome, buttons_ui, modal};
 use crate::app::file_dialog::{Answer, FileDialog};
 use crate::app::panels::name_ui;
+use crate::task::loop_file::{Cycle, MOST_FRAMES};
 
 /// Greatest side of a saved picture, pixels.
 const MAX_SIDE: u32 = 16_384;
 
 /// What a picture is to be.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct SaveChoice {
     /// Size in pixels.
     pub size: [u32; 2],
     /// Draw the background, or keep the picture's transparency.
     pub with_background: bool,
+    /// Write over it what is written over the view.
+    pub with_annotations: bool,
     /// Where to.
     pub path: PathBuf,
+    /// A whole cycle of the animation rather than one picture.
+    pub cycle: Option<Cycle>,
 }
 
 /// A choice being made.
@@ -28,29 +33,53 @@ pub struct SaveDialog {
     size: [u32; 2],
     keep_shape: bool,
     with_background: bool,
+    /// Whether anything is written over the view, and is to be over the picture.
+    is_annotated: bool,
+    with_annotations: bool,
     path: String,
+    cycle: Option<Cycle>,
     browser: Option<FileDialog>,
     trouble: Option<&'static str>,
 }
 
 impl SaveDialog {
-    /// Twice the viewport, saved at `path`.
-    pub fn new(viewport: [u32; 2], with_background: bool, path: &std::path::Path) -> Self {
+    /// Twice the viewport, saved at `path`. `is_annotated`: whether anything is written over the view.
+    pub fn new(
+        viewport: [u32; 2],
+        with_background: bool,
+        is_annotated: bool,
+        path: &std::path::Path,
+    ) -> Self {
         Self {
             viewport,
             size: viewport.map(|n| n.saturating_mul(2).clamp(1, MAX_SIDE)),
             keep_shape: true,
             with_background,
+            is_annotated,
+            with_annotations: is_annotated,
             path: path.display().to_string(),
+            cycle: None,
             browser: None,
             trouble: None,
         }
     }
 
+    /// A cycle of the animation at the viewport's size.
+    pub fn of_cycle(
+        viewport: [u32; 2],
+        with_background: bool,
+        is_annotated: bool,
+        path: &std::path::Path,
+    ) -> Self {
+        let dialog = Self::new(viewport, with_background, is_annotated, path);
+        Self { size: viewport, cycle: Some(Cycle::default()), ..dialog }
+    }
+
     /// Shows the dialog.
     pub fn show(&mut self, ctx: &Context) -> Outcome<SaveChoice> {
         self.take_answer();
-        modal(ctx, "save picture", "Save picture", 480.0, |ui| {
+        let title = if self.cycle.is_some() { "Save loop" } else { "Save picture" };
+        modal(ctx, "save picture", title, 480.0, |ui| {
             Grid::new("save fields").num_columns(2).spacing([14.0, 8.0]).show(ui, |ui| {
                 name_ui(ui, "Size");
                 self.size_ui(ui);
@@ -59,6 +88,14 @@ impl SaveDialog {
                 ui.checkbox(&mut self.with_background, "Draw the background")
                     .on_hover_text("Without it the picture keeps its transparency");
                 ui.end_row();
+                name_ui(ui, "Annotations");
+                self.annotations_ui(ui);
+                ui.end_row();
+                if let Some(cycle) = &mut self.cycle {
+                    name_ui(ui, "Cycle");
+                    cycle_ui(ui, cycle);
+                    ui.end_row();
+                }
                 name_ui(ui, "File");
                 self.path_ui(ui);
                 ui.end_row();
@@ -70,7 +107,9 @@ impl SaveDialog {
             buttons_ui(ui, "Save", refusal, false, || SaveChoice {
                 size: self.size,
                 with_background: self.with_background,
+                with_annotations: self.with_annotations && self.takes_annotations().is_ok(),
                 path: PathBuf::from(self.path.trim()),
+                cycle: self.cycle,
             })
         })
     }
@@ -103,14 +142,42 @@ impl SaveDialog {
         });
     }
 
+    fn annotations_ui(&mut self, ui: &mut Ui) {
+        let takes = self.takes_annotations();
+        let mut never = false;
+        let value = if takes.is_ok() { &mut self.with_annotations } else { &mut never };
+        let switch = Checkbox::new(value, "Write what is over the view");
+        let shown = ui.add_enabled(takes.is_ok(), switch);
+        let shown =
+            shown.on_hover_text("Scalar bar, scale bar, axes, trihedron: those that are on");
+        shown.on_disabled_hover_text(takes.err().unwrap_or_default());
+    }
+
+    /// Whether the picture can have annotations, or why not.
+    fn takes_annotations(&self) -> Result<(), &'static str> {
+        if self.path.trim().to_ascii_lowercase().ends_with(".exr") {
+            return Err("An EXR holds light alone: save as .png to have annotations");
+        }
+        if !self.is_annotated {
+            return Err("Nothing is written over the view: switch it on under View, Annotations");
+        }
+        Ok(())
+    }
+
     fn path_ui(&mut self, ui: &mut Ui) {
         ui.vertical(|ui| {
+            let help = match self.cycle {
+                None => {
+                    "Ends in .png for a picture to look at, or .exr for linear light and \
+                     premultiplied alpha in full precision"
+                }
+                Some(_) => {
+                    "Ends in .gif for an animation, or .png for numbered pictures in full colour"
+                }
+            };
             ui.add(TextEdit::singleline(&mut self.path).desired_width(360.0))
                 .accessible_name("File to save")
-                .on_hover_text(
-                    "Ends in .png for a picture to look at, or .exr for linear light and \
-                     premultiplied alpha in full precision",
-                );
+                .on_hover_text(help);
             let asking = self.browser.is_some();
             if ui.add_enabled(!asking, Button::new("Browse…")).clicked() {
                 let path = PathBuf::from(&self.path);
@@ -137,12 +204,29 @@ impl SaveDialog {
         let path = self.path.trim().to_ascii_lowercase();
         match () {
             () if path.is_empty() => Some("Type where to save the picture"),
+            () if self.cycle.is_some() => match path.ends_with(".gif") || path.ends_with(".png") {
+                true => None,
+                false => Some("The file's name must end in .gif or .png"),
+            },
             () if !path.ends_with(".png") && !path.ends_with(".exr") => {
                 Some("The file's name must end in .png or .exr")
             }
             () => None,
         }
     }
+}
+
+/// How many pictures a cycle has, and how long it takes.
+fn cycle_ui(ui: &mut Ui, cycle: &mut Cycle) {
+    ui.horizontal(|ui| {
+        ui.add(DragValue::new(&mut cycle.frames).range(2..=MOST_FRAMES))
+            .accessible_name("Pictures of the loop")
+            .on_hover_text("32 are two a step of the marks: more are smoother and larger");
+        ui.label("pictures in");
+        ui.add(DragValue::new(&mut cycle.seconds).range(0.1..=60.0).speed(0.05).max_decimals(2))
+            .accessible_name("Seconds of the loop");
+        ui.label("seconds");
+    });
 }
 
 fn drag(side: &mut u32) -> DragValue<'_> {
@@ -174,11 +258,13 @@ mod tests {
 
     #[test]
     fn the_default_is_twice_the_viewport_and_only_known_formats_are_taken() {
-        let mut dialog = SaveDialog::new([640, 480], true, std::path::Path::new("a.png"));
+        let mut dialog = SaveDialog::new([640, 480], true, true, std::path::Path::new("a.png"));
         assert_eq!(dialog.size, [1280, 960]);
         assert_eq!(dialog.refusal(), None);
-        dialog.path = "a.exr".into();
+        assert!(dialog.takes_annotations().is_ok());
+        dialog.path = "a.EXR".into();
         assert_eq!(dialog.refusal(), None);
+        assert!(dialog.takes_annotations().is_err_and(|why| why.contains("light alone")));
         for bad in ["", "  ", "a", "a.jpg"] {
             dialog.path = bad.into();
             assert!(dialog.refusal().is_some(), "{bad}");

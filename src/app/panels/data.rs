@@ -6,7 +6,7 @@ use super::{facts_ui, row_ui};
 use crate::app::document::{Document, default_component};
 use crate::app::words;
 use crate::core::memory::human_bytes;
-use crate::volume::{Component, Field};
+use crate::volume::{Component, Field, Shape};
 
 /// Another number of the file that a person wants to see.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -46,6 +46,12 @@ pub fn data_ui(ui: &mut Ui, document: &Document) -> Option<FieldChoice> {
             "What the samples on screen take in main memory",
         ),
     ];
+    let shape = &document.grid.shape;
+    if !matches!(shape, Shape::Affine) {
+        let points = document.grid.lattice.dims.map(|n| n.to_string()).join(" × ");
+        let text = format!("{points} points, {}", shape.name());
+        rows.push(("In the file", text, "Its own grid; the lattice above is what is drawn"));
+    }
     let odd = statistics.nan_count + statistics.infinite_count;
     if odd > 0 {
         let text = format!(
@@ -108,6 +114,7 @@ fn field_label(field: &Field) -> String {
     let association = field.association.name();
     match field.components {
         1 => format!("{} ({association})", field.name),
+        _ if field.is_vectors() => format!("{} ({association}, vectors)", field.name),
         n => format!("{} ({association}, {n} components)", field.name),
     }
 }
@@ -117,5 +124,26 @@ fn component_label(component: Component) -> String {
         Component::Magnitude => "Magnitude".to_owned(),
         Component::Index(index @ 0..3) => ["x", "y", "z"][index].to_owned(),
         Component::Index(index) => format!("Number {index}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::volume::{Association, Samples};
+
+    #[test]
+    fn vectors_are_named_as_such_and_colours_are_not() {
+        let label = |components: usize, samples: Samples| {
+            let association = Association::Cell;
+            let samples = Arc::new(samples);
+            field_label(&Field { name: "f".into(), components, association, samples })
+        };
+        assert_eq!(label(3, Samples::Float32(vec![0.0; 3])), "f (cell, vectors)");
+        assert_eq!(label(3, Samples::UInt8(vec![0; 3])), "f (cell, 3 components)");
+        assert_eq!(label(6, Samples::Float32(vec![0.0; 6])), "f (cell, 6 components)");
+        assert_eq!(label(1, Samples::Float32(vec![0.0])), "f (cell)");
     }
 }

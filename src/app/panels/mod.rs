@@ -26,6 +26,7 @@ pub mod status;
 pub mod stops;
 pub mod stretch;
 pub mod transfer;
+pub mod vectors;
 pub mod view;
 
 use eframe::egui::{

@@ -13,6 +13,12 @@ use crate::task::estimate::Checked;
 
 /// Size of the line's letters, points.
 const SMALL: f32 = 12.0;
+/// Width of the progress bar, in wide windows and where less than `NARROW` is left to it and the words.
+const BAR: f32 = 90.0;
+const NARROW_BAR: f32 = 30.0;
+const NARROW: f32 = 420.0;
+/// Less room than this is left free, points.
+const LEAST_REST: f32 = 30.0;
 
 /// The picture on screen.
 #[derive(Debug, Clone)]
@@ -53,36 +59,48 @@ pub fn status_ui(
 fn report_ui(ui: &mut Ui, shown: &Shown) {
     let report = &shown.report;
     let progress = report.progress.clamp(0.0, 1.0);
-    let bar = ProgressBar::new(progress).desired_width(90.0).desired_height(6.0);
+    // A narrow window has room for words alone.
+    let width = if ui.available_width() < NARROW { NARROW_BAR } else { BAR };
+    let bar = ProgressBar::new(progress).desired_width(width).desired_height(6.0);
     ui.add(bar.fill(theme::ACCENT.gamma_multiply(0.8)))
         .accessible_name("Progress of refinement")
         .on_hover_text("How far the picture is on its way to the last one of this view");
     let (error, why) = error_words(shown);
     let picture = format!("{} · {} · {error}", rung_words(report), time_words(report));
-    ui.label(RichText::new(picture).size(SMALL)).on_hover_text(why);
+    ui.add(Label::new(RichText::new(picture).size(SMALL)).truncate()).on_hover_text(why);
     if let Some(checked) = report.checked {
-        ui.add(Label::new(faint(&fitting(ui, checked_words(&checked)))).truncate()).on_hover_text(
-            "What the coarse picture before this one was thought to be off by, and what it was",
-        );
-        ui.separator();
+        let words = fitting(ui, checked_words(&checked));
+        let why =
+            "What the coarse picture before this one was thought to be off by, and what it was";
+        aside_ui(ui, &words, why, true);
     }
     if let Some((next, why)) = next_words(shown) {
-        ui.add(Label::new(faint(&next)).truncate()).on_hover_text(why);
-        ui.separator();
+        aside_ui(ui, &next, &why, true);
     }
     let key = entry_of(Action::Converge).shortcut;
     let key = key.map_or_else(String::new, |key| ui.ctx().format_shortcut(&key));
     if let Some((left, why)) = left_words(report, &key) {
-        ui.add(Label::new(faint(&left)).truncate()).on_hover_text(why);
-        ui.separator();
+        aside_ui(ui, &left, &why, true);
     }
-    let counts = ui.add(Label::new(faint(&counts_words(report))).truncate());
-    counts.on_hover_text(format!(
+    let why = format!(
         "{}, drawn with {}: {}",
         report.rung,
         words::backend(report.backend).0.to_lowercase(),
         counts_tooltip(report),
-    ));
+    );
+    aside_ui(ui, &counts_words(report), &why, false);
+}
+
+/// Words that can be done without, cut where there is no room for all of them, and a line after them
+/// where they are not the last. Those that would be cut to nothing would stand on what is at the right.
+fn aside_ui(ui: &mut Ui, words: &str, why: &str, ends_in_line: bool) {
+    if ui.available_width() < LEAST_REST {
+        return;
+    }
+    ui.add(Label::new(faint(words)).truncate()).on_hover_text(why);
+    if ends_in_line {
+        ui.separator();
+    }
 }
 
 /// What a preview was thought to be off by, and was: the longest words first.
@@ -501,6 +519,48 @@ mod tests {
         }
         assert_eq!(wordings[..2], ["preview estimated 31.0 dB, was 33.0 dB"; 2]);
         assert_ne!(wordings[4], wordings[0]);
+    }
+
+    #[test]
+    fn words_never_stand_on_one_another_however_narrow_the_window() {
+        use eframe::egui::{Context, Pos2, RawInput, Rect, Shape, vec2};
+        let mut full = shown("full", SplatSettings::EXACT);
+        full.report.checked = Some(Checked { estimated_rmse: 0.0282, measured_rmse: 0.0224 });
+        let convergence = Convergence { slabs_per_voxel: 4.0, last_difference: Some(0.01) };
+        full.report.refined = Some(Refined { convergence, left_ms: 12_300.0 });
+        full.report.progress = 1.0;
+        for width in [1280.0, 640.0, 520.0, 480.0, 440.0, 400.0, 360.0] {
+            let ctx = Context::default();
+            let room = Rect::from_min_size(Pos2::ZERO, vec2(width - 24.0, 28.0));
+            let input = RawInput { screen_rect: Some(room), ..RawInput::default() };
+            let pass = || {
+                let mut output = ctx.run_ui(input.clone(), |ui| {
+                    status_ui(ui, Some(&full), &EngineState::Idle, false, Some("llvmpipe (x)"));
+                });
+                // Nobody paints them.
+                output.textures_delta.clear();
+                output.shapes
+            };
+            drop(pass());
+            let words: Vec<(String, Rect)> = pass()
+                .iter()
+                .filter_map(|shape| match &shape.shape {
+                    Shape::Text(text) => {
+                        let place = text.galley.rect.translate(text.pos.to_vec2());
+                        Some((text.galley.text().to_owned(), place))
+                    }
+                    _ => None,
+                })
+                .collect();
+            assert!(words.iter().any(|(text, _)| text.starts_with("Full")), "{width}: {words:?}");
+            for (i, (text, place)) in words.iter().enumerate() {
+                for (other, its) in &words[i + 1..] {
+                    let over = place.intersect(*its);
+                    let apart = over.width() <= 0.5 || over.height() <= 0.5;
+                    assert!(apart, "{width}: {text} {place} and {other} {its}");
+                }
+            }
+        }
     }
 
     #[test]

@@ -4,20 +4,27 @@ use eframe::egui::{ComboBox, Slider, Ui};
 
 use super::{row_ui, slider_ui};
 use crate::app::actions::{Action, entry_of};
+use crate::app::annotations::switches_ui;
 use crate::app::cells::{CellsOverlay, OCTREE_ERROR};
 use crate::app::settings::{
     BUDGET_MS, BudgetPreset, LADDERS, Settings, VIEW_ANGLE_DEG, ladder_label,
 };
 use crate::core::{Projection, Srgb8};
-use crate::scene::Scene;
+use crate::scene::{Annotation, Scene};
 
 /// Background, projection, frame budget, the switches of refinement, and what lies over the picture.
-pub fn view_ui(ui: &mut Ui, scene: &mut Scene, settings: &mut Settings, cells: &mut CellsOverlay) {
+/// `left_out`: annotations that the view has no room for.
+pub fn view_ui(
+    ui: &mut Ui,
+    scene: &mut Scene,
+    settings: &mut Settings,
+    cells: &mut CellsOverlay,
+    left_out: &[Annotation],
+) {
     row_ui(ui, "Background", |ui| background_ui(ui, settings));
     projection_ui(ui, scene, settings);
     refinement_ui(ui, settings);
-    ui.checkbox(&mut settings.trihedron, "Show axes")
-        .on_hover_text("The world's axes in the corner of the viewport");
+    row_ui(ui, "Annotations", |ui| switches_ui(ui, &mut settings.annotations, left_out));
     cells_ui(ui, cells);
 }
 

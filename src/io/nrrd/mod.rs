@@ -66,7 +66,7 @@ pub(super) fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<Open
         ));
     }
     let space = header.get("space").map(str::to_owned);
-    Ok(Opened { grid: Grid { lattice, fields, space }, format: Format::Nrrd, warnings })
+    Ok(Opened { grid: Grid { space, ..Grid::of(lattice, fields) }, format: Format::Nrrd, warnings })
 }
 
 fn sizes(header: &Header) -> Result<Vec<usize>, Problem> {

@@ -53,9 +53,8 @@ pub(super) fn grid(size: usize) -> Grid {
         })
         .collect();
     Grid {
-        lattice,
-        fields: vec![field("ct", 1, Samples::Int16(values))],
         space: Some("left-posterior-superior".to_owned()),
+        ..Grid::of(lattice, vec![field("ct", 1, Samples::Int16(values))])
     }
 }
 

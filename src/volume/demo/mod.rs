@@ -173,7 +173,7 @@ fn field(name: &str, components: usize, samples: Samples) -> Field {
 }
 
 fn scalar(lattice: Lattice, name: &str, samples: Samples) -> Grid {
-    Grid { lattice, fields: vec![field(name, 1, samples)], space: None }
+    Grid::of(lattice, vec![field(name, 1, samples)])
 }
 
 /// The test signal of S. Marschner and R. Lobb (*An Evaluation of Reconstruction Filters for Volume

@@ -19,15 +19,12 @@ pub(super) fn grid(size: usize) -> Grid {
         .collect();
     let condensation = (0..lattice.len()).into_par_iter().map(|i| condensation(at(i)) as f32);
     let speed = velocities.par_iter().map(|v| v.iter().map(|c| c * c).sum::<f32>().sqrt());
-    Grid {
-        lattice,
-        fields: vec![
-            field("condensation", 1, Samples::Float32(condensation.collect())),
-            field("speed", 1, Samples::Float32(speed.collect())),
-            field("velocity", 3, Samples::Float32(velocities.into_flattened())),
-        ],
-        space: None,
-    }
+    let fields = vec![
+        field("condensation", 1, Samples::Float32(condensation.collect())),
+        field("speed", 1, Samples::Float32(speed.collect())),
+        field("velocity", 3, Samples::Float32(velocities.into_flattened())),
+    ];
+    Grid::of(lattice, fields)
 }
 
 /// Where the axis stands at a height −1..=1, and its slope.

@@ -1,4 +1,4 @@
-//! The XML of VTK image data: extents, geometry, and where each array's numbers are.
+//! The XML of VTK's structured data sets: extents, geometry, and where each array's numbers are.
 
 use std::borrow::Cow;
 
@@ -32,6 +32,35 @@ pub(super) struct Array<'a> {
     pub(super) place: Place<'a>,
 }
 
+/// What the file holds, by its element's name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Kind {
+    Image,
+    Rectilinear,
+    Structured,
+}
+
+impl Kind {
+    /// The kind of a file whose `type` or whose element has this name.
+    pub(super) fn from_name(name: &str) -> Option<Self> {
+        match name {
+            "ImageData" => Some(Self::Image),
+            "RectilinearGrid" => Some(Self::Rectilinear),
+            "StructuredGrid" => Some(Self::Structured),
+            _ => None,
+        }
+    }
+
+    /// VTK's word for it.
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::Image => "ImageData",
+            Self::Rectilinear => "RectilinearGrid",
+            Self::Structured => "StructuredGrid",
+        }
+    }
+}
+
 /// First and last index along x, y, z.
 pub(super) type Extent = [[i64; 2]; 3];
 
@@ -40,11 +69,14 @@ pub(super) type Extent = [[i64; 2]; 3];
 pub(super) struct Piece<'a> {
     pub(super) extent: Extent,
     pub(super) arrays: Vec<Array<'a>>,
+    /// Three arrays of coordinates, or one of points; none of images.
+    pub(super) geometry: Vec<Array<'a>>,
 }
 
 /// What the XML says.
 #[derive(Debug)]
 pub(super) struct Document<'a> {
+    pub(super) kind: Kind,
     pub(super) endian: Endian,
     /// Bytes of each number in a binary array's header: 4 or 8.
     pub(super) word_bytes: usize,
@@ -96,16 +128,32 @@ impl<'a> Document<'a> {
     }
 }
 
-/// Attributes of `<VTKFile>` and of `<ImageData>`.
+/// Which of a piece's elements the arrays are in.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Section {
+    Data(Association),
+    Geometry,
+}
+
+/// What an `<ImageData>` element or its like says.
+struct Whole {
+    kind: Kind,
+    extent: Extent,
+    origin: DVec3,
+    spacing: DVec3,
+    direction: DMat3,
+}
+
+/// Attributes of `<VTKFile>` and of what it holds.
 #[derive(Default)]
 struct Parser<'a> {
     file: Option<(Endian, usize, bool)>,
-    image: Option<(Extent, DVec3, DVec3, DMat3)>,
+    whole: Option<Whole>,
     pieces: Vec<Piece<'a>>,
     active: Vec<(u8, Association, String)>,
     warnings: Vec<String>,
-    /// Inside `PointData` or `CellData`.
-    section: Option<Association>,
+    /// Inside `PointData`, `CellData`, `Points` or `Coordinates`.
+    section: Option<Section>,
     /// Inside the last array of the last piece, at this depth of further elements.
     in_array: Option<usize>,
     is_closed: bool,
@@ -119,19 +167,25 @@ impl<'a> Parser<'a> {
         }
         match tag.name().as_ref() {
             "VTKFile" => self.file(tag)?,
-            "ImageData" => self.image(tag)?,
             "Piece" => {
                 let extent = match attribute(tag, "Extent")? {
                     Some(text) => extent(&text)?,
-                    None => self.image.as_ref().map_or([[0; 2]; 3], |image| image.0),
+                    None => self.whole.as_ref().map_or([[0; 2]; 3], |whole| whole.extent),
                 };
-                self.pieces.push(Piece { extent, arrays: Vec::new() });
+                self.pieces.push(Piece { extent, arrays: Vec::new(), geometry: Vec::new() });
+            }
+            "Points" | "Coordinates" => {
+                self.section = (!is_empty).then_some(Section::Geometry);
             }
             "PointData" => self.section(tag, Association::Point, is_empty)?,
             "CellData" => self.section(tag, Association::Cell, is_empty)?,
             "FieldData" => self.warnings.push("field data (no samples) are ignored".into()),
             "DataArray" | "Array" => self.array(tag, is_empty)?,
-            _ => {}
+            name => {
+                if let Some(kind) = Kind::from_name(name) {
+                    self.whole(tag, kind)?;
+                }
+            }
         }
         Ok(())
     }
@@ -145,7 +199,7 @@ impl<'a> Parser<'a> {
             return;
         }
         match name {
-            "PointData" | "CellData" => self.section = None,
+            "PointData" | "CellData" | "Points" | "Coordinates" => self.section = None,
             "VTKFile" => self.is_closed = true,
             _ => {}
         }
@@ -156,7 +210,10 @@ impl<'a> Parser<'a> {
         if self.in_array != Some(0) || text.trim().is_empty() {
             return;
         }
-        let array = self.pieces.last_mut().and_then(|piece| piece.arrays.last_mut());
+        let is_geometry = self.section == Some(Section::Geometry);
+        let array = self.pieces.last_mut().and_then(|piece| {
+            if is_geometry { piece.geometry.last_mut() } else { piece.arrays.last_mut() }
+        });
         if let Some(Array { place: Place::Text(held) | Place::Base64(held), .. }) = array {
             if held.is_empty() {
                 *held = text;
@@ -208,9 +265,10 @@ impl<'a> Parser<'a> {
         Ok(())
     }
 
-    fn image(&mut self, tag: &BytesStart<'_>) -> Result<(), Problem> {
+    fn whole(&mut self, tag: &BytesStart<'_>, kind: Kind) -> Result<(), Problem> {
         let whole = attribute(tag, "WholeExtent")?.ok_or_else(|| {
-            header("an ImageData element with WholeExtent", "none", "add the attribute")
+            let expected = format!("an element {} with WholeExtent", kind.name());
+            header(expected, "none", "add the attribute")
         })?;
         let vector = |name: &str, default: DVec3| -> Result<DVec3, Problem> {
             match attribute(tag, name)? {
@@ -223,12 +281,13 @@ impl<'a> Parser<'a> {
             // Written row by row; the columns are the axes.
             Some(text) => DMat3::from_cols_array(&numbers::<9>("Direction", &text)?).transpose(),
         };
-        self.image = Some((
-            extent(&whole)?,
-            vector("Origin", DVec3::ZERO)?,
-            vector("Spacing", DVec3::ONE)?,
+        self.whole = Some(Whole {
+            kind,
+            extent: extent(&whole)?,
+            origin: vector("Origin", DVec3::ZERO)?,
+            spacing: vector("Spacing", DVec3::ONE)?,
             direction,
-        ));
+        });
         Ok(())
     }
 
@@ -239,7 +298,7 @@ impl<'a> Parser<'a> {
         is_empty: bool,
     ) -> Result<(), Problem> {
         if !is_empty {
-            self.section = Some(association);
+            self.section = Some(Section::Data(association));
         }
         if self.pieces.len() == 1 {
             for (rank, kind) in [(0, "Scalars"), (1, "Vectors")] {
@@ -252,12 +311,16 @@ impl<'a> Parser<'a> {
     }
 
     fn array(&mut self, tag: &BytesStart<'_>, is_empty: bool) -> Result<(), Problem> {
-        let (Some(association), Some(piece)) = (self.section, self.pieces.last_mut()) else {
+        let (Some(section), Some(piece)) = (self.section, self.pieces.last_mut()) else {
             return Ok(());
+        };
+        let (association, arrays) = match section {
+            Section::Data(association) => (association, &mut piece.arrays),
+            Section::Geometry => (Association::Point, &mut piece.geometry),
         };
         let name = match attribute(tag, "Name")? {
             Some(name) if !name.is_empty() => name,
-            _ => format!("array {}", piece.arrays.len()),
+            _ => format!("array {}", arrays.len()),
         };
         let type_name = attribute(tag, "type")?.unwrap_or_default();
         // VTK's words are NumPy's with capitals.
@@ -292,16 +355,16 @@ impl<'a> Parser<'a> {
                 ));
             }
         };
-        piece.arrays.push(Array { name, association, components, scalar_type, place });
+        arrays.push(Array { name, association, components, scalar_type, place });
         self.in_array = (!is_empty).then_some(0);
         Ok(())
     }
 
     fn finish(mut self) -> Result<Document<'a>, Problem> {
-        let (Some((endian, word_bytes, is_compressed)), Some(image)) = (self.file, self.image)
+        let (Some((endian, word_bytes, is_compressed)), Some(whole)) = (self.file, self.whole)
         else {
             return Err(truncated(
-                "the elements VTKFile and ImageData",
+                "the elements VTKFile and ImageData, RectilinearGrid or StructuredGrid",
                 "that one is missing",
                 "the file was cut short: copy it again",
             ));
@@ -309,15 +372,15 @@ impl<'a> Parser<'a> {
         self.active
             .sort_by_key(|(rank, association, _)| (*rank, *association == Association::Cell));
         self.warnings.dedup();
-        let (whole_extent, origin, spacing, direction) = image;
         Ok(Document {
+            kind: whole.kind,
             endian,
             word_bytes,
             is_compressed,
-            whole_extent,
-            origin,
-            spacing,
-            direction,
+            whole_extent: whole.extent,
+            origin: whole.origin,
+            spacing: whole.spacing,
+            direction: whole.direction,
             pieces: self.pieces,
             active: self
                 .active

@@ -1,0 +1,213 @@
+//! What the picture shows under the cursor: the first visible point of its ray, and the field there.
+
+use eframe::egui::accesskit::Role;
+use eframe::egui::{
+    Color32, CornerRadius, FontId, Pos2, Rect, Response, Sense, Stroke, Ui, WidgetInfo, pos2, vec2,
+};
+use glam::DVec3;
+
+use super::viewport::PixelArea;
+use super::{theme, words};
+use crate::scene::{Scene, axis_letters};
+use crate::task::probe::{Answer, FIRST_SEEN, Look, Point, Prober, Seen};
+
+/// Distance of the words from the viewport's left and top edges, and around them, points.
+const INSET: f32 = 12.0;
+const PADDING: f32 = 8.0;
+const FONT: f32 = 12.0;
+const LINE: f32 = 17.0;
+/// Width of the column of names, points.
+const NAMES: f32 = 66.0;
+/// Half the length of the mark's arms, and of the gap in its middle, points.
+const ARM: f32 = 9.0;
+const GAP: f32 = 3.0;
+
+/// The tool: whether it is chosen, what it was asked last and what it found.
+#[derive(Default)]
+pub struct Probing {
+    prober: Option<Prober>,
+    asked: Option<Look>,
+    answer: Option<Answer>,
+}
+
+impl Probing {
+    /// Whether it is chosen.
+    pub fn is_on(&self) -> bool {
+        self.prober.is_some()
+    }
+
+    /// Chooses it, or lets go of it and of the memory that it holds. `wake` is called when an answer
+    /// has come.
+    ///
+    /// # Errors
+    /// One sentence.
+    pub fn toggle(&mut self, wake: impl Fn() + Send + 'static) -> Result<(), String> {
+        if self.is_on() {
+            *self = Self::default();
+            return Ok(());
+        }
+        let refused = |error| format!("the probe cannot be started: {error}; close other programs");
+        self.prober = Some(Prober::start(wake).map_err(refused)?);
+        Ok(())
+    }
+
+    /// What was found last, if it is of what was asked last.
+    pub fn answer(&self) -> Option<&Answer> {
+        let answer = self.answer.as_ref()?;
+        self.asked.as_ref().filter(|asked| asked.is_same(&answer.look)).map(|_| answer)
+    }
+
+    /// Asks about the pixel under the cursor while the view `rests`, and says what is there, `top`
+    /// points below the viewport's upper edge.
+    pub fn show(
+        &mut self,
+        ui: &Ui,
+        area: PixelArea,
+        scene: &Scene,
+        space: Option<&str>,
+        (viewport, rests): (&Response, bool),
+        top: f32,
+    ) {
+        let Some(prober) = &self.prober else { return };
+        let room = Rect::from_min_max(area.rect.min + vec2(0.0, top), area.rect.max);
+        if let Some(answer) = prober.take() {
+            self.answer = Some(answer);
+        }
+        if scene.vectors.as_ref().is_some_and(|layer| layer.alone) {
+            self.asked = None;
+            says(ui, room, &[("Probe", "Only vectors are shown: none of the field is".to_owned())]);
+            return;
+        }
+        let pointer = viewport.hover_pos().filter(|_| rests && !viewport.dragged());
+        let Some(pointer) = pointer else {
+            self.asked = None;
+            let hint = if rests { "Point at the picture" } else { "Once the view rests" };
+            says(ui, room, &[("Probe", hint.to_owned())]);
+            return;
+        };
+        let pixel = pixel_under(pointer, area);
+        // Of the scalar field: vectors in it may move, and would be asked about in every pass.
+        let scene = Scene { vectors: None, ..scene.clone() };
+        let volume = std::sync::Arc::clone(&scene.volume);
+        let look = Look { scene, size: area.size, pixel, share: FIRST_SEEN };
+        if !self.asked.as_ref().is_some_and(|asked| asked.is_same(&look)) {
+            prober.ask(look.clone());
+            self.asked = Some(look);
+        }
+        // Until the answer has come, that of the pixel before stays: words that blink cannot be read.
+        let is_of_volume =
+            |answer: &&Answer| std::sync::Arc::ptr_eq(&answer.look.scene.volume, &volume);
+        let Some(answer) = self.answer.as_ref().filter(is_of_volume) else {
+            says(ui, room, &[("Probe", "Preparing the field…".to_owned())]);
+            return;
+        };
+        says(ui, room, &answer_words(answer, space));
+        if matches!(answer.seen, Ok(Seen::Point(_))) {
+            mark(ui, pointer);
+        }
+    }
+}
+
+/// The pixel under a position on screen.
+fn pixel_under(pointer: Pos2, area: PixelArea) -> [u32; 2] {
+    let pixels_per_point = area.size[0] as f32 / area.rect.width();
+    let at = (pointer - area.rect.min) * pixels_per_point;
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "≥ 0, cut off")]
+    let pixel = |at: f32, size: u32| (at.max(0.0) as u32).min(size.saturating_sub(1));
+    [pixel(at.x, area.size[0]), pixel(at.y, area.size[1])]
+}
+
+/// An answer as rows of a name and what it names.
+pub fn answer_words(answer: &Answer, space: Option<&str>) -> Vec<(&'static str, String)> {
+    let percent = |share: f64| format!("{} %", words::value((share * 1000.0).round() / 10.0));
+    let nothing = |what: String| vec![("Probe", what)];
+    match &answer.seen {
+        Err(reason) => nothing(reason.clone()),
+        Ok(Seen::Beside) => nothing("Nothing: beside the volume".to_owned()),
+        Ok(Seen::TooLittle { gathered }) => nothing(format!(
+            "Nothing: {} opacity along the ray, under {}",
+            percent(*gathered),
+            percent(answer.look.share)
+        )),
+        Ok(Seen::Point(point)) => {
+            let unit = words::value(answer.look.scene.opacity_unit_distance());
+            let Point { world, index, value, gradient, opacity } = *point;
+            vec![
+                ("World", named(world, axis_letters(space))),
+                ("Index", named(index, ["i", "j", "k"])),
+                ("Value", words::value(value)),
+                ("Gradient", format!("{} a unit", words::value(gradient.length()))),
+                ("", named(gradient, axis_letters(space))),
+                ("Opacity", format!("{} in {unit} units", percent(opacity))),
+                ("", format!("Where the ray has gathered {}", percent(answer.look.share))),
+            ]
+        }
+    }
+}
+
+/// Three numbers with the names of their axes.
+fn named(vector: DVec3, names: [&str; 3]) -> String {
+    let number = |axis: usize| format!("{} {}", names[axis], words::value(vector[axis]));
+    [0, 1, 2].map(number).join("   ")
+}
+
+/// Rows of words in the upper left corner of the viewport.
+fn says(ui: &Ui, viewport: Rect, rows: &[(&str, String)]) {
+    let painter = ui.painter_at(viewport);
+    let font = FontId::proportional(FONT);
+    let lay = |text: &str, colour: Color32| {
+        painter.layout(text.to_owned(), font.clone(), colour, viewport.width() * 0.6)
+    };
+    let galleys: Vec<_> = rows
+        .iter()
+        .map(|(name, text)| (lay(name, theme::TEXT_FAINT), lay(text, theme::TEXT)))
+        .collect();
+    let width = galleys.iter().map(|(_, text)| text.size().x).fold(0.0, f32::max) + NAMES;
+    let heights = galleys.iter().map(|(_, text)| text.size().y.max(LINE)).sum::<f32>();
+    let corner = viewport.min + vec2(INSET, INSET);
+    let size = vec2(width, heights) + vec2(2.0, 1.0) * PADDING;
+    let ground = Rect::from_min_size(corner, size);
+    painter.rect_filled(ground, CornerRadius::same(5), theme::PANEL.gamma_multiply(0.9));
+    let mut at = corner + vec2(PADDING, PADDING / 2.0);
+    for (name, text) in galleys {
+        let height = text.size().y.max(LINE);
+        painter.galley(at, name, theme::TEXT_FAINT);
+        painter.galley(pos2(at.x + NAMES, at.y), text, theme::TEXT);
+        at.y += height;
+    }
+    let response = ui.interact(ground, ui.scope_id().with("probe"), Sense::empty());
+    let words: Vec<_> = rows.iter().map(|(name, text)| format!("{name} {text}")).collect();
+    let words = words.join(", ");
+    response.widget_info(move || WidgetInfo::labeled(Role::Label, true, format!("Probe: {words}")));
+}
+
+/// A mark around the pixel, which itself stays free.
+fn mark(ui: &Ui, at: Pos2) {
+    for (width, colour) in [(3.0, Color32::from_black_alpha(160)), (1.0, Color32::WHITE)] {
+        for direction in [vec2(1.0, 0.0), vec2(-1.0, 0.0), vec2(0.0, 1.0), vec2(0.0, -1.0)] {
+            let ends = [at + direction * GAP, at + direction * ARM];
+            ui.painter().line_segment(ends, Stroke::new(width, colour));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_pixel_under_the_pointer_is_found_at_any_scale() {
+        let rect = Rect::from_min_size(pos2(10.0, 20.0), vec2(100.0, 50.0));
+        let area = PixelArea { rect, size: [200, 100] };
+        assert_eq!(pixel_under(pos2(10.0, 20.0), area), [0, 0]);
+        assert_eq!(pixel_under(pos2(60.4, 45.0), area), [100, 50]);
+        assert_eq!(pixel_under(pos2(110.0, 70.0), area), [199, 99], "the last one");
+    }
+
+    #[test]
+    fn vectors_have_the_letters_of_the_space() {
+        let vector = DVec3::new(1.5, -2.0, 0.0);
+        assert_eq!(named(vector, axis_letters(Some("LPS"))), "L 1.5   P -2   S 0");
+        assert_eq!(named(vector, axis_letters(None)), "x 1.5   y -2   z 0");
+    }
+}

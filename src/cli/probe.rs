@@ -1,0 +1,123 @@
+//! `voxsplat probe`.
+
+use glam::DVec3;
+use serde::Serialize;
+
+use super::flags::ProbeFlags;
+use super::{Destination, Failure, note, open};
+use crate::scene::{Scene, axis_letters};
+use crate::task::probe::{FIRST_SEEN, Look, Point, Seen, look};
+
+/// What scripts read.
+#[derive(Debug, Serialize)]
+struct Report {
+    /// Column and row of the pixel.
+    at: [u32; 2],
+    /// Opacity that the ray was to gather.
+    share: f64,
+    /// Names of the world's axes.
+    axes: [&'static str; 3],
+    /// World length that the opacity is of.
+    unit_distance: f64,
+    /// `None` where nothing is seen.
+    point: Option<ReportedPoint>,
+    /// Opacity of the whole ray, where it is less than `share`.
+    gathered: Option<f64>,
+}
+
+#[derive(Debug, Serialize)]
+struct ReportedPoint {
+    world: [f64; 3],
+    index: [f64; 3],
+    value: f64,
+    gradient: [f64; 3],
+    gradient_length: f64,
+    opacity: f64,
+}
+
+pub(super) fn run(flags: &ProbeFlags) -> Result<(), Failure> {
+    let splat = flags.mode.resolve().map_err(|error| Failure::Usage(error.to_string()))?;
+    let [width, height] = flags.resolution;
+    let [column, row] = flags.at;
+    if column >= width || row >= height {
+        return Err(Failure::Usage(format!(
+            "expected a pixel of the picture with --at, from 0,0 to {},{}, found {column},{row}; choose \
+             one, or a larger --resolution",
+            width - 1,
+            height - 1
+        )));
+    }
+    open::check_name(&flags.input.file)?;
+    let input = open::grid(&flags.input)?;
+    for warning in &input.warnings {
+        note(warning);
+    }
+    let scene = open::scene(&input, &flags.scene, splat)?;
+    let shading = flags.shading.resolve(&scene.volume, &splat);
+    let shading = shading.map_err(|error| Failure::Usage(error.to_string()))?;
+    let scene = Scene { shading, ..scene };
+    let unit_distance = scene.opacity_unit_distance();
+    let share = flags.share.unwrap_or(FIRST_SEEN);
+    let question = Look { scene, size: flags.resolution, pixel: flags.at, share };
+    let seen = look(&question).map_err(Failure::failed)?;
+    let axes = axis_letters(input.grid.space.as_deref());
+    let report = Report {
+        at: flags.at,
+        share,
+        axes,
+        unit_distance,
+        point: match seen {
+            Seen::Point(point) => Some(reported(&point)),
+            Seen::Beside | Seen::TooLittle { .. } => None,
+        },
+        gathered: match seen {
+            Seen::Beside => Some(0.0),
+            Seen::TooLittle { gathered } => Some(gathered),
+            Seen::Point(_) => None,
+        },
+    };
+    let text = if flags.json {
+        serde_json::to_string_pretty(&report).map_err(Failure::failed)?
+    } else {
+        sentences(&report, seen)
+    };
+    Destination::Stdout("what is seen").write(format!("{text}\n").as_bytes())
+}
+
+fn reported(point: &Point) -> ReportedPoint {
+    ReportedPoint {
+        world: point.world.to_array(),
+        index: point.index.to_array(),
+        value: point.value,
+        gradient: point.gradient.to_array(),
+        gradient_length: point.gradient.length(),
+        opacity: point.opacity,
+    }
+}
+
+fn sentences(report: &Report, seen: Seen) -> String {
+    let share = 100.0 * report.share;
+    let point = match seen {
+        Seen::Beside => return "nothing: the ray passes the volume by".to_owned(),
+        Seen::TooLittle { gathered } => {
+            let gathered = 100.0 * gathered;
+            return format!(
+                "nothing: the ray gathers {gathered:.3} % opacity, less than the {share} % that count \
+                 as seen (--share)"
+            );
+        }
+        Seen::Point(point) => point,
+    };
+    let three = |v: DVec3| v.to_array().map(|n| format!("{n:.6}")).join(" ");
+    let [x, y, z] = report.axes;
+    [
+        format!("World ({x} {y} {z})     {}", three(point.world)),
+        format!("Index             {}", three(point.index)),
+        format!("Value             {:.6}", point.value),
+        format!("Gradient ({x} {y} {z})  {}", three(point.gradient)),
+        format!("Gradient length   {:.6} a world unit", point.gradient.length()),
+        format!("Opacity           {:.6} in {} world units", point.opacity, report.unit_distance),
+        format!("Seen              where the ray has gathered {share} % opacity"),
+    ]
+    .join("\n")
+}

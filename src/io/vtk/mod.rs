@@ -1,0 +1,287 @@
+//! VTK's legacy format (`.vtk`), ascii or binary: structured points, rectilinear and structured grids.
+//! (*The VTK User's Guide*, VTK File Formats; and what VTK 9's writers add.)
+
+mod attributes;
+mod scanner;
+
+use std::path::Path;
+use std::sync::Arc;
+
+use glam::{DMat3, DVec3};
+
+use self::attributes::{Attributes, Section};
+use self::scanner::{Scanner, Stored, number};
+use super::bytes;
+use super::error::{Problem, corrupt, header, quoted, truncated, unsupported};
+use super::{Format, Opened, axes, files};
+use crate::core::progress::Ticket;
+use crate::volume::{Association, Grid, Samples, Scalar, ScalarType, Shape};
+use crate::with_samples;
+
+/// How every such file begins.
+pub(super) const MAGIC: &[u8] = b"# vtk DataFile";
+
+/// What the file says it holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Dataset {
+    StructuredPoints,
+    RectilinearGrid,
+    StructuredGrid,
+}
+
+/// Where the points are, as far as read.
+struct Geometry {
+    dims: Option<[usize; 3]>,
+    origin: DVec3,
+    spacing: DVec3,
+    lists: [Option<Vec<f64>>; 3],
+    points: Option<Samples>,
+}
+
+pub(super) fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<Opened, Problem> {
+    let (file, len) = files::open_file(path)?;
+    let mut scanner = Scanner::new(files::buffered(file), len, free_bytes, ticket);
+    let mut attributes = Attributes::default();
+    let dataset = head(&mut scanner, &mut attributes)?;
+    let mut geometry = Geometry {
+        dims: None,
+        origin: DVec3::ZERO,
+        spacing: DVec3::ONE,
+        lists: [const { None }; 3],
+        points: None,
+    };
+    let mut section = None;
+    while let Some(words) = scanner.line()? {
+        match words[0].to_ascii_lowercase().as_str() {
+            "metadata" => skip_metadata(&mut scanner)?,
+            "point_data" => {
+                section = Some(section_of(&geometry, Association::Point, &mut scanner, words)?);
+            }
+            "cell_data" => {
+                section = Some(section_of(&geometry, Association::Cell, &mut scanner, words)?);
+            }
+            _ => {
+                let is_known = attributes.read(&mut scanner, &words, section)?
+                    || (section.is_none() && geometry.read(&mut scanner, &words, dataset)?);
+                if !is_known {
+                    return Err(unknown(&words, section));
+                }
+            }
+        }
+    }
+    if attributes.fields.is_empty() {
+        return Err(unsupported(
+            "at least one array of numbers on points or cells",
+            "none",
+            "write the file again with its data",
+        ));
+    }
+    let active = attributes.active();
+    let Attributes { mut fields, mut warnings, .. } = attributes;
+    axes::activate(&mut fields, &active);
+    let dims = geometry.dims()?;
+    let grid = match dataset {
+        Dataset::StructuredPoints => {
+            let (origin, spacing) = (geometry.origin, geometry.spacing);
+            let lattice =
+                axes::lattice_of_spacing(dims, origin, spacing, DMat3::IDENTITY, &mut warnings);
+            Grid::of(lattice, fields)
+        }
+        Dataset::RectilinearGrid => {
+            let mut lists = geometry.lists.into_iter().zip(["X", "Y", "Z"]);
+            let mut list = || -> Result<Arc<[f64]>, Problem> {
+                let (list, axis) = lists.next().unwrap_or((None, ""));
+                list.map(Arc::from).ok_or_else(|| missing(&format!("{axis}_COORDINATES")))
+            };
+            Grid::shaped(dims, Shape::Rectilinear([list()?, list()?, list()?]), fields)?
+        }
+        Dataset::StructuredGrid => {
+            let points = geometry.points.ok_or_else(|| missing("POINTS"))?;
+            Grid::shaped(dims, Shape::Curvilinear(axes::positions(&points)), fields)?
+        }
+    };
+    Ok(Opened { grid, format: Format::Vtk, warnings })
+}
+
+/// Everything up to the kind of the data set.
+fn head(scanner: &mut Scanner<'_>, attributes: &mut Attributes) -> Result<Dataset, Problem> {
+    // The first line is known, the second one is a title.
+    scanner.raw_line()?;
+    scanner.raw_line()?;
+    let mut words = scanner.line()?.unwrap_or_default();
+    let mode = words.first().map(String::as_str).unwrap_or_default();
+    scanner.is_binary = match mode.to_ascii_lowercase().as_str() {
+        "ascii" => false,
+        "binary" => true,
+        _ => {
+            return Err(header(
+                "ASCII or BINARY on the third line",
+                quoted(mode),
+                "correct the line, or copy the file again",
+            ));
+        }
+    };
+    loop {
+        words = match scanner.line()? {
+            Some(words) => words,
+            None => {
+                return Err(unsupported(
+                    "a DATASET",
+                    "a file without one",
+                    "write the file again with its grid",
+                ));
+            }
+        };
+        match words[0].to_ascii_lowercase().as_str() {
+            "dataset" => break,
+            "metadata" => skip_metadata(scanner)?,
+            _ if attributes.read(scanner, &words, None)? => {}
+            _ => return Err(header("DATASET", quoted(&words.join(" ")), "copy the file again")),
+        }
+    }
+    let kind = words.get(1).map(String::as_str).unwrap_or_default();
+    match kind.to_ascii_lowercase().as_str() {
+        "structured_points" => Ok(Dataset::StructuredPoints),
+        "rectilinear_grid" => Ok(Dataset::RectilinearGrid),
+        "structured_grid" => Ok(Dataset::StructuredGrid),
+        _ => Err(unsupported(
+            "a DATASET of STRUCTURED_POINTS, RECTILINEAR_GRID or STRUCTURED_GRID",
+            quoted(kind),
+            "resample the data to an image (.vti) first",
+        )),
+    }
+}
+
+impl Geometry {
+    fn dims(&self) -> Result<[usize; 3], Problem> {
+        self.dims.ok_or_else(|| missing("DIMENSIONS"))
+    }
+
+    /// Reads what places the points; whether the keyword is one of these.
+    fn read(
+        &mut self,
+        scanner: &mut Scanner<'_>,
+        words: &[String],
+        dataset: Dataset,
+    ) -> Result<bool, Problem> {
+        match (words[0].to_ascii_lowercase().as_str(), dataset) {
+            ("dimensions", _) => {
+                let sizes: [u64; 3] = triple(scanner, words)?;
+                bytes::checked_count("a grid", &sizes, ScalarType::UInt8, u64::MAX)?;
+                // Their product fits, so each of them does.
+                self.dims = Some(sizes.map(|n| usize::try_from(n).unwrap_or(usize::MAX)));
+            }
+            ("origin", Dataset::StructuredPoints) => {
+                self.origin = DVec3::from_array(triple(scanner, words)?);
+            }
+            ("spacing" | "aspect_ratio", Dataset::StructuredPoints) => {
+                self.spacing = DVec3::from_array(triple(scanner, words)?);
+            }
+            (
+                keyword @ ("x_coordinates" | "y_coordinates" | "z_coordinates"),
+                Dataset::RectilinearGrid,
+            ) => {
+                let axis = usize::from(keyword.as_bytes()[0] - b'x');
+                let expected = self.dims()?[axis];
+                let samples = places(scanner, words, expected, 1)?;
+                self.lists[axis] =
+                    Some(with_samples!(&samples, v => v.iter().map(|v| v.to_f64()).collect()));
+            }
+            ("points", Dataset::StructuredGrid) => {
+                let dims = self.dims()?;
+                let count = dims.iter().product::<usize>();
+                // As they are kept, beside the numbers of the file.
+                scanner.take_memory((count as u64).saturating_mul(24))?;
+                self.points = Some(places(scanner, words, count, 3)?);
+            }
+            _ => return Ok(false),
+        }
+        Ok(true)
+    }
+}
+
+/// Three numbers behind a keyword.
+fn triple<T: std::str::FromStr + Copy>(
+    scanner: &mut Scanner<'_>,
+    words: &[String],
+) -> Result<[T; 3], Problem> {
+    let words = scanner.words(words.to_vec(), 4)?;
+    let value = |at: usize| number::<T>(&words[0], &words[at]);
+    Ok([value(1)?, value(2)?, value(3)?])
+}
+
+/// The numbers of `KEYWORD count type`, `components` each.
+fn places(
+    scanner: &mut Scanner<'_>,
+    words: &[String],
+    expected: usize,
+    components: usize,
+) -> Result<Samples, Problem> {
+    let [keyword, found, name] = words else {
+        return Err(header(
+            format!("a number and a type after {}", quoted(&words[0])),
+            quoted(&words.join(" ")),
+            "correct the line, or copy the file again",
+        ));
+    };
+    if number::<u64>(keyword, found)? != expected as u64 {
+        return Err(header(
+            format!("{keyword} of {expected}, as DIMENSIONS asks for"),
+            quoted(found),
+            "correct one of the two",
+        ));
+    }
+    scanner.samples(Stored::from_name(name)?, expected.saturating_mul(components))
+}
+
+fn section_of(
+    geometry: &Geometry,
+    association: Association,
+    scanner: &mut Scanner<'_>,
+    words: Vec<String>,
+) -> Result<Section, Problem> {
+    let dims = geometry.dims()?;
+    let tuples = match association {
+        Association::Point => dims.iter().product(),
+        Association::Cell => dims.map(|n| n.saturating_sub(1).max(1)).iter().product::<usize>(),
+    };
+    let words = scanner.words(words, 2)?;
+    if number::<u64>(&words[0], &words[1])? != tuples as u64 {
+        return Err(header(
+            format!("{} of {tuples}, as DIMENSIONS asks for", words[0]),
+            quoted(&words[1]),
+            "correct one of the two",
+        ));
+    }
+    Ok(Section { association, tuples })
+}
+
+/// Reads over the block that VTK 4.2 and later put behind an array: lines up to an empty one.
+fn skip_metadata(scanner: &mut Scanner<'_>) -> Result<(), Problem> {
+    while let Some(line) = scanner.raw_line()? {
+        if line.trim().is_empty() {
+            break;
+        }
+    }
+    Ok(())
+}
+
+fn missing(keyword: &str) -> Problem {
+    truncated(
+        format!("{keyword} before the data"),
+        "none",
+        "the file was cut short or its parts are out of order: copy or write it again",
+    )
+}
+
+fn unknown(words: &[String], section: Option<Section>) -> Problem {
+    let expected = match section {
+        Some(_) => "a keyword such as SCALARS, VECTORS or FIELD",
+        None => "a keyword of the grid, POINT_DATA or CELL_DATA",
+    };
+    corrupt(
+        expected,
+        quoted(&words.join(" ")),
+        "the file was altered, or a count before it is wrong: copy it again",
+    )
+}

@@ -1,0 +1,153 @@
+//! What is written over a picture: scalar bar, scale bar, axes and trihedron, as plain data, and as
+//! lines, rectangles and words in pixels, which the window and files paint each in its own way.
+
+mod axes;
+mod primitives;
+mod scalar_bar;
+mod scale_bar;
+mod ticks;
+mod trihedron;
+
+use serde::{Deserialize, Serialize};
+
+pub use primitives::{Area, Ink, Primitive};
+pub use ticks::{Number, round_below, ticks};
+
+use crate::scene::{Background, Scene};
+use primitives::{Inks, Sheet};
+
+/// Ems of a picture this high, and of one as narrow as 4:3: smaller ones have smaller words.
+const EMS: f64 = 54.0;
+/// Least size of words that can be read, pixels.
+const LEAST_EM: f64 = 10.5;
+/// Distance of what stands at the picture's edges from them, ems.
+const MARGIN: f64 = 1.1;
+
+/// One thing that is written over a picture.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Annotation {
+    /// Which colour is which value, and how opaque that is.
+    ScalarBar,
+    /// A round length in the world.
+    ScaleBar,
+    /// The box around the volume, and where it lies in the world.
+    Axes,
+    /// The directions of the world's axes.
+    Trihedron,
+}
+
+impl Annotation {
+    /// Every one.
+    pub const ALL: [Self; 4] = [Self::ScalarBar, Self::ScaleBar, Self::Axes, Self::Trihedron];
+
+    /// The name scripts use.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::ScalarBar => "scalar-bar",
+            Self::ScaleBar => "scale-bar",
+            Self::Axes => "axes",
+            Self::Trihedron => "trihedron",
+        }
+    }
+
+    /// The one of this name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|one| one.name() == name)
+    }
+}
+
+/// Which annotations a picture has. Each has its place: the scalar bar at the right, the scale bar
+/// below it, the trihedron in the lower left corner, the axes around the volume; all grow with the
+/// picture.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Annotations {
+    /// See [`Annotation::ScalarBar`].
+    pub scalar_bar: bool,
+    /// See [`Annotation::ScaleBar`].
+    pub scale_bar: bool,
+    /// See [`Annotation::Axes`].
+    pub axes: bool,
+    /// See [`Annotation::Trihedron`].
+    pub trihedron: bool,
+}
+
+impl Annotations {
+    /// None of them.
+    pub const NONE: Self =
+        Self { scalar_bar: false, scale_bar: false, axes: false, trihedron: false };
+
+    /// The switch of one of them.
+    pub fn switch(&mut self, which: Annotation) -> &mut bool {
+        match which {
+            Annotation::ScalarBar => &mut self.scalar_bar,
+            Annotation::ScaleBar => &mut self.scale_bar,
+            Annotation::Axes => &mut self.axes,
+            Annotation::Trihedron => &mut self.trihedron,
+        }
+    }
+
+    /// Whether one of them is on.
+    pub fn has(mut self, which: Annotation) -> bool {
+        *self.switch(which)
+    }
+
+    /// Whether any is on.
+    pub fn any(self) -> bool {
+        self != Self::NONE
+    }
+}
+
+/// Annotations of one picture, ready to be painted.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Layout {
+    /// What to paint, in this order.
+    pub primitives: Vec<Primitive>,
+    /// What was asked for and has no room in the picture.
+    pub left_out: Vec<Annotation>,
+}
+
+/// Lays annotations out over a scene's picture of `size` pixels. `space` is what the file calls its
+/// space, and `width_of` the width of words in ems.
+///
+/// Annotations never cover one another; words that would have no room are left out, and so is a whole
+/// annotation that would.
+pub fn lay_out(
+    annotations: Annotations,
+    scene: &Scene,
+    space: Option<&str>,
+    size: [u32; 2],
+    width_of: &dyn Fn(&str) -> f64,
+) -> Layout {
+    let background = match scene.background {
+        Background::Colour(colour) => Some(colour),
+        Background::Transparent => None,
+    };
+    let mut sheet = Sheet::new(size, em_of(size), Inks::over(background), width_of);
+    let mut left_out = Vec::new();
+    // What stands in a corner takes its room first, so that nothing of the axes lies under it.
+    for which in [Annotation::Trihedron, Annotation::ScaleBar, Annotation::ScalarBar] {
+        let fits = !annotations.has(which)
+            || match which {
+                Annotation::Trihedron => trihedron::lay_out(&mut sheet, &scene.camera, space),
+                Annotation::ScaleBar => scale_bar::lay_out(&mut sheet, &scene.camera),
+                _ => scalar_bar::lay_out(&mut sheet, scene, annotations.scale_bar),
+            };
+        if !fits {
+            left_out.push(which);
+        }
+    }
+    if annotations.axes && !axes::lay_out(&mut sheet, scene, space) {
+        left_out.push(Annotation::Axes);
+    }
+    Layout { primitives: sheet.primitives, left_out }
+}
+
+/// Pixels of an em: words are as large a part of any picture, but never too small to be read.
+fn em_of([width, height]: [u32; 2]) -> f64 {
+    let high = f64::from(height).min(f64::from(width) * 0.75);
+    (high / EMS).max(LEAST_EM)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,231 @@
+use std::f64::consts::FRAC_PI_2;
+use std::sync::Arc;
+
+use super::super::shape::voxel;
+use super::super::{Component, Samples};
+use super::*;
+
+fn at(dims: [usize; 3], index: usize) -> DVec3 {
+    DVec3::from(voxel(dims, index).map(|i| i as f64))
+}
+
+/// A grid of a shape with one field.
+fn grid(dims: [usize; 3], shape: Shape, association: Association, values: Vec<f64>) -> Grid {
+    let field = Field {
+        name: "f".into(),
+        components: 1,
+        association,
+        samples: Arc::new(Samples::Float64(values)),
+    };
+    let grid = Grid::shaped(dims, shape, vec![field]).unwrap();
+    grid.check().unwrap();
+    grid
+}
+
+fn scalar(grid: &Grid) -> (Lattice, Vec<f64>) {
+    let field = &grid.fields[0];
+    let volume = grid.scalar(field, Component::Index(0), &Ticket::new()).unwrap();
+    let values = (0..volume.samples.len()).map(|i| volume.samples.get(i)).collect();
+    (volume.lattice, values)
+}
+
+fn rectilinear(x: &[f64], y: &[f64], z: &[f64]) -> ([usize; 3], Shape) {
+    ([x.len(), y.len(), z.len()], Shape::Rectilinear([x.into(), y.into(), z.into()]))
+}
+
+/// Trilinear interpolation loses nothing of this.
+fn product(p: DVec3) -> f64 {
+    1.0 + 2.0 * p.x - 3.0 * p.y + 0.5 * p.z + 0.25 * p.x * p.y * p.z - 0.5 * p.x * p.z
+}
+
+#[test]
+fn a_rectilinear_grid_becomes_a_lattice_of_its_smallest_steps_with_the_same_values() {
+    let x = [0.0, 0.5, 2.0, 3.0, 5.0];
+    let y = [4.0, 3.0, 0.0];
+    let z = [-1.0, 0.0, 1.0];
+    let (dims, shape) = rectilinear(&x, &y, &z);
+    let points = shape.points(dims);
+    let grid = grid(dims, shape, Association::Point, points.iter().map(|p| product(*p)).collect());
+    let (lattice, values) = scalar(&grid);
+    assert_eq!(lattice.dims, [11, 5, 3]);
+    assert_eq!(
+        (lattice.origin, lattice.spacing),
+        (DVec3::new(0., 0., -1.), DVec3::new(0.5, 1., 1.))
+    );
+    for (index, value) in values.iter().enumerate() {
+        let expected = product(lattice.world_from_index(at(lattice.dims, index)));
+        assert!((value - expected).abs() < 1e-12, "{index}: {value}, not {expected}");
+    }
+    let told = grid.resampling().unwrap();
+    assert!(told.contains("11 × 5 × 3 for its 5 × 3 × 3 points"), "{told}");
+}
+
+#[test]
+fn cells_of_a_rectilinear_grid_are_drawn_between_their_middles() {
+    let (dims, shape) = rectilinear(&[0.0, 1.0, 3.0, 4.0], &[0.0, 2.0], &[0.0, 1.0]);
+    let grid = grid(dims, shape, Association::Cell, vec![10.0, 20.0, 30.0]);
+    let (lattice, values) = scalar(&grid);
+    // Middles at 0.5, 2, 3.5: even, so nothing is interpolated.
+    assert_eq!((lattice.dims, lattice.spacing.x, lattice.origin.y), ([3, 1, 1], 1.5, 1.0));
+    assert_eq!(values, [10.0, 20.0, 30.0]);
+    assert_eq!(grid.resampling(), None);
+}
+
+#[test]
+fn a_hole_reaches_no_further_than_its_cells() {
+    let (dims, shape) = rectilinear(&[0.0, 1.0, 2.0, 4.0], &[0.0, 1.0], &[0.0, 1.0]);
+    let mut values = vec![1.0; 16];
+    values[0] = f64::NAN;
+    let (lattice, values) = scalar(&grid(dims, shape, Association::Point, values));
+    let holes: Vec<usize> = (0..values.len()).filter(|&i| values[i].is_nan()).collect();
+    assert_eq!((lattice.dims, holes), ([5, 2, 2], vec![0]));
+}
+
+#[test]
+fn an_even_axis_keeps_its_samples_beside_an_uneven_one() {
+    let x: Vec<f64> = (0..47).map(|i| f64::from(0.05208_f32 * i as f32 - 1.22396)).collect();
+    let (dims, shape) = rectilinear(&x, &[0.0, 1.0], &[0.0, 0.05, 0.15]);
+    assert_eq!(lattice(&shape, dims).unwrap().dims, [47, 2, 4]);
+}
+
+#[test]
+fn a_lattice_is_never_of_more_than_four_times_the_samples() {
+    // A boundary layer: steps from 1e-6 to 1.
+    let layered: Vec<f64> = (0..48).map(|i| 10_f64.powf(i as f64 / 8.0 - 6.0)).collect();
+    let (dims, shape) = rectilinear(&layered, &layered, &layered);
+    let of = lattice(&shape, dims).unwrap();
+    let (had, has) = (48_usize.pow(3), of.len());
+    assert!(has <= 4 * had && has > 3 * had, "{of:?}");
+    assert!(of.dims.iter().all(|&n| n >= 48), "{of:?}");
+    let points = shape.points(dims);
+    let of = lattice(&Shape::Curvilinear(points), dims).unwrap();
+    assert!(of.len() <= 4 * had && of.len() > 3 * had, "{of:?}");
+}
+
+/// A quarter of a thick shell: radius 1 to 2, both angles up to a right one.
+fn shell(dims: [usize; 3]) -> Arc<[DVec3]> {
+    let last = DVec3::from(dims.map(|n| (n - 1) as f64));
+    (0..dims.iter().product())
+        .map(|index| {
+            let part = at(dims, index) / last;
+            let (radius, turn, tilt) =
+                (1.0 + part.x, FRAC_PI_2 * part.y, FRAC_PI_2 * (part.z - 0.5));
+            radius * DVec3::new(turn.cos() * tilt.cos(), turn.sin() * tilt.cos(), tilt.sin())
+        })
+        .collect()
+}
+
+#[test]
+fn a_curvilinear_grid_keeps_what_is_linear_in_the_world_and_leaves_the_rest_of_its_box_empty() {
+    let dims = [9, 14, 13];
+    let points = shell(dims);
+    let linear = |p: DVec3| 3.0 * p.x - 2.0 * p.y + 0.5 * p.z + 10.0;
+    let values = points.iter().map(|p| linear(*p)).collect();
+    let grid = grid(dims, Shape::Curvilinear(points), Association::Point, values);
+    let (lattice, values) = scalar(&grid);
+    // Chords over 1/13 and 1/12 of a right angle lie inside their arcs by no more than
+    // 2 (1 - cos(π/52) cos(π/48)) = 0.0079.
+    const BULGE: f64 = 0.008;
+    let (mut inside, mut outside) = (0, 0);
+    for (index, value) in values.iter().enumerate() {
+        let p = lattice.world_from_index(at(lattice.dims, index));
+        let (radius, turn) = (p.length(), p.y.atan2(p.x));
+        let tilt = (p.z / radius).asin();
+        let depth = (radius - 1.0).min(2.0 - radius);
+        let turned = turn.min(FRAC_PI_2 - turn).min(FRAC_PI_2 / 2.0 - tilt.abs());
+        if depth > BULGE && turned > BULGE {
+            inside += 1;
+            assert!((value - linear(p)).abs() < 1e-5, "{p}: {value}, not {}", linear(p));
+        } else if depth < -BULGE || turned < -BULGE {
+            outside += 1;
+            assert!(value.is_nan(), "{p} is outside but has {value}");
+        }
+    }
+    assert!(inside > 4000 && outside > 4000, "{inside} inside, {outside} outside");
+}
+
+#[test]
+fn values_along_a_curvilinear_grid_are_found_by_inverting_its_map() {
+    let dims = [21, 41, 41];
+    let points = shell(dims);
+    // The radius itself: the first index, halved and halved again.
+    let values = (0..points.len()).map(|i| 1.0 + at(dims, i).x / 20.0).collect();
+    let grid = grid(dims, Shape::Curvilinear(points), Association::Point, values);
+    let (lattice, values) = scalar(&grid);
+    let mut worst = 0.0_f64;
+    for (index, value) in values.iter().enumerate().filter(|(_, value)| value.is_finite()) {
+        let radius = lattice.world_from_index(at(lattice.dims, index)).length();
+        worst = worst.max((value - radius).abs());
+    }
+    // Chords lie inside their arcs by up to radius · (step / 2)² / 2 in two directions: 7.7e-4 at radius
+    // 2 and steps of a right angle's fortieth.
+    assert!(worst < 8e-4 && worst > 1e-5, "{worst}");
+}
+
+#[test]
+fn a_cell_is_inverted_wherever_its_corners_are_even_where_two_fall_together() {
+    let mut state = 0x5eed_0004_u64;
+    let mut random = || {
+        state ^= state << 13;
+        state ^= state >> 7;
+        state ^= state << 17;
+        (state % 1_000_001) as f64 / 1e6
+    };
+    let cube: [DVec3; 8] = std::array::from_fn(|n| at([2; 3], n));
+    for round in 0..500 {
+        let mut corners = cube.map(|corner| {
+            let moved = corner + 0.15 * DVec3::new(random(), random(), random());
+            // Flat by six orders, as in a boundary layer, and turned.
+            let flat = moved * DVec3::new(2.0, 2e-6, 30.0);
+            DVec3::new(flat.x + flat.y, flat.y - flat.x, flat.z)
+        });
+        if round % 2 == 1 {
+            // Two edges fall together, as on an axis that a grid turns about.
+            corners[1] = corners[0];
+            corners[5] = corners[4];
+        }
+        let cell = cells::Cell::new(corners);
+        let unit = DVec3::new(random(), 0.05 + 0.9 * random(), random());
+        let world = cell.world_from_unit(unit);
+        let found = cell.unit_from_world(world).expect("a point of the cell is in it");
+        assert!((found - unit).length() < 1e-5, "seed 0x5eed0004, round {round}: {found}, {unit}");
+        let beside = cell.world_from_unit(unit + DVec3::new(1.5, 0.0, 0.0));
+        assert_eq!(cell.unit_from_world(beside), None, "round {round}");
+    }
+}
+
+#[test]
+fn a_cell_without_depth_holds_what_is_on_it_and_nothing_beside() {
+    let cell = cells::Cell::new(std::array::from_fn(|n| {
+        let corner = at([2; 3], n);
+        DVec3::new(0.0, 2.0 * corner.y, 3.0 * corner.z + corner.y)
+    }));
+    let on = cell.world_from_unit(DVec3::new(0.5, 0.25, 0.75));
+    let found = cell.unit_from_world(on).expect("a point of the cell is in it");
+    assert!((found.y - 0.25).abs() < 1e-9 && (found.z - 0.75).abs() < 1e-9, "{found}");
+    assert_eq!(cell.unit_from_world(on + DVec3::X * 0.01), None);
+}
+
+#[test]
+fn curved_surfaces_have_no_scalars_but_vectors_and_a_cancel_is_answered() {
+    let dims = [5, 4, 1];
+    let points: Arc<[DVec3]> =
+        (0..20).map(|i| at(dims, i) + DVec3::Z * at(dims, i).x.powi(2)).collect();
+    let surface = grid(dims, Shape::Curvilinear(points), Association::Point, vec![1.0; 20]);
+    let field = &surface.fields[0];
+    let refused = surface.scalar(field, Component::Index(0), &Ticket::new()).unwrap_err();
+    assert!(refused.to_string().contains("5 × 4 × 1"), "{refused}");
+    assert!(surface.vectors_of([field; 3], &Ticket::new()).is_ok());
+
+    let ticket = Ticket::new();
+    ticket.cancel();
+    let solid = |shape, dims| {
+        let samples = Samples::Float32(vec![0.0; 64]);
+        let lattice = lattice(&shape, dims).unwrap();
+        super::samples(&samples, &shape, dims, &lattice, &ticket)
+    };
+    let (dims, shape) = rectilinear(&[0., 1., 3., 4.], &[0., 1., 3., 4.], &[0., 1., 3., 4.]);
+    assert!(matches!(solid(shape.clone(), dims), Err(VolumeError::Cancelled(_))));
+    let points = shape.points(dims);
+    assert!(matches!(solid(Shape::Curvilinear(points), dims), Err(VolumeError::Cancelled(_))));
+}

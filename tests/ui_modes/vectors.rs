@@ -1,0 +1,151 @@
+//! Vectors in the side panel, and their animation.
+
+use eframe::egui::accesskit::Role;
+use eframe::egui::{Key, Modifiers};
+use egui_kittest::kittest::Queryable as _;
+use voxsplat::scene::VectorLayer;
+use voxsplat::task::engine::Effort;
+use voxsplat::vector::{ColourBy, Design, Foreshortening, VectorMode};
+
+use super::press;
+use crate::ui_support::Bench;
+
+/// What the engine is asked to draw.
+fn layer(bench: &Bench) -> VectorLayer {
+    let scene = bench.window().scene().expect("something is open");
+    let asked = bench.last_request().scene;
+    assert!(asked.makes_same_picture(scene), "what is chosen is asked for");
+    let layer = scene.vectors.clone().expect("vectors");
+    assert!(layer.settings.check().is_ok(), "{:?}", layer.settings);
+    layer
+}
+
+fn opened() -> Bench {
+    let mut bench = Bench::empty();
+    bench.open("vector.nrrd");
+    bench.settle();
+    bench
+}
+
+#[test]
+fn a_field_of_three_components_opens_as_vectors_alone() {
+    let bench = opened();
+    let layer = layer(&bench);
+    assert!(layer.alone && layer.field.name == "v");
+    assert_eq!(layer.field.vectors.len(), 512);
+}
+
+#[test]
+fn vectors_are_taken_away_and_brought_back() {
+    let mut bench = opened();
+    bench.choose("Vectors", "None");
+    bench.settle();
+    assert!(bench.window().scene().unwrap().vectors.is_none());
+    bench.choose("Vectors", "v");
+    bench.wait_until(|window| window.scene().is_some_and(|scene| scene.vectors.is_some()));
+    bench.settle();
+    assert!(!layer(&bench).alone, "beside the field that is there");
+}
+
+#[test]
+fn what_is_chosen_is_drawn_and_undone() {
+    let mut bench = opened();
+    let before = layer(&bench).settings;
+    bench.choose("Mode", "Blend");
+    bench.choose("Marks", "Comets");
+    bench.choose("Coloured by", "x");
+    bench.set_slider("Vector opacity", 0.25);
+    bench.settle();
+    let after = layer(&bench).settings;
+    assert_eq!(
+        (after.mode, after.design, after.colour_by),
+        (VectorMode::Blend, Design::Comets, ColourBy::X,)
+    );
+    let greatest = after.transfer.opacity.iter().map(|(_, a)| *a).fold(0.0, f64::max);
+    assert_eq!(greatest, 0.25);
+    // Colours by place are of the places there are: 0 to 7 along x.
+    assert_eq!(after.transfer.colour.range(), [0.0, 7.0]);
+    for _ in 0..4 {
+        bench.harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+        bench.settle();
+    }
+    assert_eq!(layer(&bench).settings, before);
+}
+
+#[test]
+fn the_shape_of_splats_is_chosen() {
+    let mut bench = opened();
+    press(&mut bench, "Shape");
+    bench.set_slider("Stretch", 4.0);
+    bench.set_slider("Splat radius", 2.5);
+    bench.set_slider("Coarser", 2.0);
+    bench.choose("Seen askew", "Shorter splat");
+    bench.settle();
+    let found = layer(&bench).settings;
+    assert_eq!((found.stretch, found.extent, found.coarser), (4.0, Some(2.5), 2));
+    assert_eq!(found.foreshortening, Foreshortening::Polygon);
+    press(&mut bench, "Reset splat radius");
+    bench.settle();
+    assert_eq!(layer(&bench).settings.extent, None);
+}
+
+#[test]
+fn marks_move_while_playing_and_stay_where_they_are_paused() {
+    let mut bench = opened();
+    assert_eq!(layer(&bench).phase, 0.0);
+    bench.set_slider("Speed", 1.0);
+    bench.settle();
+    let asked = bench.request_count();
+    bench.harness.remove_cursor();
+    bench.harness.key_press(Key::Space);
+    bench.harness.run_steps(30);
+    let moving = bench.requests_since(asked);
+    let phases: Vec<f64> =
+        moving.iter().map(|request| request.scene.vectors.as_ref().unwrap().phase).collect();
+    assert!(phases.len() > 6 && phases.windows(2).all(|w| w[1] > w[0]), "{phases:?}");
+    // Half a second of passes at one cycle a second, no more often than 20 times a second.
+    assert!((0.3..0.55).contains(phases.last().unwrap()) && phases.len() <= 11, "{phases:?}");
+    assert!(moving.iter().all(|request| matches!(request.effort, Effort::Moving { .. })));
+    bench.harness.key_press(Key::Space);
+    bench.settle();
+    let paused = layer(&bench).phase;
+    assert!(matches!(bench.last_request().effort, Effort::Rest { .. }), "exact again");
+    let asked = bench.request_count();
+    bench.harness.run_steps(20);
+    assert_eq!((bench.request_count(), layer(&bench).phase), (asked, paused));
+    // Time is no step that could be undone, and is not taken back by one.
+    bench.choose("Marks", "Dots");
+    bench.settle();
+    bench.harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+    bench.settle();
+    assert_eq!(layer(&bench).settings.design, Design::Streaks);
+    assert!((layer(&bench).phase - paused).abs() < 1e-12);
+}
+
+#[test]
+fn the_phase_is_scrubbed_and_speed_0_costs_nothing() {
+    let mut bench = opened();
+    bench.set_slider("Phase", 0.625);
+    bench.settle();
+    assert_eq!(layer(&bench).phase, 0.625);
+    bench.set_slider("Speed", 0.0);
+    press(&mut bench, "Play");
+    bench.settle();
+    let asked = bench.request_count();
+    bench.harness.run_steps(20);
+    assert_eq!(bench.request_count(), asked);
+    assert!(bench.harness.get_by_role_and_label(Role::Button, "Pause").rect().is_positive());
+}
+
+#[test]
+fn a_loop_is_saved_from_the_window() {
+    let mut bench = opened();
+    press(&mut bench, "Save loop…");
+    assert!(bench.shows("Pictures of the loop"));
+    press(&mut bench, "Save");
+    bench.wait_until(|window| !window.notices().shown().is_empty());
+    let request = bench.saved();
+    assert_eq!(request.cycle.map(|cycle| cycle.frames), Some(32));
+    assert!(request.path.extension().is_some_and(|e| e == "gif"), "{:?}", request.path);
+    assert!(request.scene.vectors.is_some());
+}
