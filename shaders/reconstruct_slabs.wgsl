@@ -143,6 +143,7 @@ fn ray(screen: vec2<f32>, pixel: vec2<u32>, slot: u32) -> vec4<f32> {
             var found = Halves(vec4<f32>(0.0), vec4<f32>(0.0));
             var from_t = t_near;
             var to_t = t_far;
+            let u_ends = vec2<f32>(u_near, u_far);
             var u_middle = 0.5 * (u_near + u_far);
             var g_middle = 0.5 * (g_near + g_far);
             if classify_middle {
@@ -196,7 +197,8 @@ fn ray(screen: vec2<f32>, pixel: vec2<u32>, slot: u32) -> vec4<f32> {
                 }
             }
             let weight = found.near.w + found.far.w;
-            if weight <= 0.0 && !is_behind {
+            let is_met = meet_levels(&met, through, u_ends, vec2<f32>(from_t, to_t), screen);
+            if weight <= 0.0 && !is_behind && !is_met {
                 continue;
             }
             if has_holes {

@@ -77,7 +77,7 @@ fn host_structs() -> [HostStruct; 12] {
         host_struct!(Scan { counts }),
         host_struct!(Lists { tiles, counts, layers, slabs, parts }),
         host_struct!(Sort { counts }),
-        host_struct!(Inside { clip }),
+        host_struct!(Inside { clip, slices, levels, opacities }),
         host_struct!(Present { background }),
         host_struct!(Slabs {
             base,

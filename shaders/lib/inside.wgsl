@@ -7,4 +7,10 @@
 struct Inside {
     // xyz: a normal of length 1; kept is what has a greater product with it than w.
     clip: array<vec4<f32>, 12>,
+    // xyz: a normal of length 1; on the plane is what has the product w with it.
+    slices: array<vec4<f32>, 6>,
+    // Of isosurfaces: linear colour, and the value in cells of the slab table.
+    levels: array<vec4<f32>, 6>,
+    // Of isosurfaces in x, of slices in y.
+    opacities: array<vec4<f32>, 6>,
 }

@@ -108,23 +108,41 @@ fn lit_by(normal: vec3<f32>, eye: vec3<f32>, share: f32) -> Lit {
     return found;
 }
 
+// What a gradient says of a surface.
+struct Facing {
+    strength: f32,
+    // Of the lights that falls on it.
+    share: f32,
+    // Down the gradient; 0 where it has no direction.
+    normal: vec3<f32>,
+}
+
+// Of a growth per index.
+fn facing(g: vec3<f32>) -> Facing {
+    let world = vec3<f32>(
+        dot(shade.world_x.xyz, g),
+        dot(shade.world_y.xyz, g),
+        dot(shade.world_z.xyz, g),
+    );
+    // By its greatest part: squares of tiny ones are 0.
+    let most = max(abs(world.x), max(abs(world.y), abs(world.z)));
+    let scaled = world / max(most, 1e-37);
+    let strength = most * length(scaled);
+    let share = clamp(strength * shade.world_x.w - 1.0, 0.0, 1.0);
+    let normal = select(vec3<f32>(0.0), -scaled / max(length(scaled), 1e-6), share > 0.0);
+    return Facing(strength, share, normal);
+}
+
 // Colours and weights of a slab whose middle is `t` pixels deep on the ray through a point of the
 // screen, with the value of cell `u` and growth `g` per index.
 fn shaded(found: Halves, u: f32, g: vec3<f32>, t: f32, screen: vec2<f32>) -> Halves {
     var point = Point(u, 0.0, vec3<f32>(0.0), 0.5 + 0.5 * t / shade.right.w);
     var share = 0.0;
     if uses_gradient {
-        let world = vec3<f32>(
-            dot(shade.world_x.xyz, g),
-            dot(shade.world_y.xyz, g),
-            dot(shade.world_z.xyz, g),
-        );
-        // By its greatest part: squares of tiny ones are 0.
-        let most = max(abs(world.x), max(abs(world.y), abs(world.z)));
-        let scaled = world / max(most, 1e-37);
-        point.strength = most * length(scaled);
-        share = clamp(point.strength * shade.world_x.w - 1.0, 0.0, 1.0);
-        point.normal = select(vec3<f32>(0.0), -scaled / max(length(scaled), 1e-6), share > 0.0);
+        let found_facing = facing(g);
+        point.strength = found_facing.strength;
+        share = found_facing.share;
+        point.normal = found_facing.normal;
     }
     var factor = 1.0;
     if opacity_by != BY_NOTHING {

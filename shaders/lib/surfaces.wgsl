@@ -1,11 +1,13 @@
-// Slabs with surfaces among their matter: faces where the volume is cut.
+// Slabs with surfaces among their matter: faces where the volume is cut, slices, isosurfaces.
 
 const SURFACES: bool = true;
-// Of a ray, at most.
-const MOST_MET: u32 = 1u;
+// Of a ray, at most: a cut face, slices, levels within a slab.
+const MOST_MET: u32 = 13u;
 
 // Matter where it is cut shows its value.
 override cut_faces: bool = false;
+// An override, as it ends loops.
+override slices: u32 = 0u;
 
 struct Surface {
     // Depth, pixels.
@@ -26,16 +28,24 @@ fn met_along(ray: Ray, part: Part) -> Met {
     var met: Met;
     met.done = select(-3e38, 3e38, back_to_front);
     // A loop, so that adapters compile `value` once, and skip it where nothing is met.
-    for (var i = 0u; i < MOST_MET; i++) {
-        var t = part.ends.x;
+    for (var i = 0u; i <= slices; i++) {
+        let is_slice = i > 0u;
+        let plane = inside.slices[max(i, 1u) - 1u];
+        let growth = dot(plane.xyz, ray.direction);
+        let is_along = abs(growth) < 1e-20;
+        let crossing = (plane.w - dot(plane.xyz, ray.origin)) / select(growth, 1.0, is_along);
+        let t = select(part.ends.x, crossing, is_slice);
+        let is_in = !is_along && t > part.ends.x && t < part.ends.y;
         met.surfaces[i].t = t;
-        for (var once = cut_faces && part.is_cut; once; once = false) {
+        for (var once = select(cut_faces && part.is_cut, is_in, is_slice); once; once = false) {
             let place = ray.origin + ray.direction * t;
             let u = value(place).x;
             let found = classify(u);
-            let is_there = u != NOTHING && found.w > 0.0 && !(has_holes && is_hole(place));
+            let is_there = u != NOTHING && !(has_holes && is_hole(place));
+            let face_opacity = select(0.0, 1.0, found.w > 0.0);
+            let opacity = select(face_opacity, inside.opacities[max(i, 1u) - 1u].y, is_slice);
             met.surfaces[i].colour = found.rgb;
-            met.surfaces[i].opacity = select(0.0, 1.0, is_there);
+            met.surfaces[i].opacity = select(0.0, opacity, is_there);
         }
     }
     return met;
@@ -46,7 +56,7 @@ fn next_met(met: ptr<function, Met>, end: f32) -> u32 {
     let way = select(1.0, -1.0, back_to_front);
     var next = MOST_MET;
     var nearest_t = end;
-    for (var i = 0u; i < MOST_MET; i++) {
+    for (var i = 0u; i <= slices + level_count(); i++) {
         let t = (*met).surfaces[i].t;
         let is_ahead = (t - (*met).done) * way > 0.0 && (t - nearest_t) * way <= 0.0;
         let is_next = is_ahead && (*met).surfaces[i].opacity > 0.0;
@@ -70,7 +80,7 @@ fn lay(
     let span = select(ends.y - ends.x, 1.0, ends.y == ends.x);
     // Shares of the slab: what is laid down ends here.
     var begin = 0.0;
-    for (var turn = 0u; turn <= MOST_MET; turn++) {
+    for (var turn = 0u; turn < 2u + slices + level_count(); turn++) {
         let next = next_met(met, ends.y);
         let is_last = next == MOST_MET;
         let surface = (*met).surfaces[min(next, MOST_MET - 1u)];

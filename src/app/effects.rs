@@ -194,6 +194,22 @@ impl Window {
             },
             Some(|s| s.inside.along = AlongRay::Composite),
         ));
+        let listed = |count: usize| match count {
+            0 => "Inside in the side panel".to_owned(),
+            count => format!("Inside, {count} of them"),
+        };
+        rows.push(part(
+            "isosurfaces",
+            "Surfaces where the values pass a level, lit",
+            listed(scene.inside.isosurfaces.len()),
+            Some(|s| s.inside.isosurfaces.clear()),
+        ));
+        rows.push(part(
+            "slices",
+            "Planes that show the values on them",
+            listed(scene.inside.slices.len()),
+            Some(|s| s.inside.slices.clear()),
+        ));
         rows.extend(self.other_rows(ctx));
         rows
     }
@@ -308,6 +324,8 @@ fn label_of(name: &str) -> &'static str {
         "reflection table" => "Reflection table",
         "clip" => "Clip",
         "projection" => "Projection",
+        "isosurfaces" => "Isosurfaces",
+        "slices" => "Slices",
         _ => "Emission table",
     }
 }

@@ -4,7 +4,9 @@ use clap::Args;
 use glam::DVec3;
 
 use super::values;
-use crate::scene::{AlongRay, Clip, ClipBox, CutFaces, Inside, InsideError, Plane, SplatSettings};
+use crate::scene::{
+    AlongRay, Clip, ClipBox, CutFaces, Inside, InsideError, Isosurface, Plane, Slice, SplatSettings,
+};
 use crate::volume::ScalarVolume;
 
 /// What is cut away, and what shows where it is.
@@ -23,10 +25,31 @@ pub struct InsideFlags {
     /// Show the value where matter is cut, opaque, instead of what lies behind
     #[arg(long)]
     pub cut_faces: bool,
+    /// Show the values on a plane across one of the volume's own axes, at a sample number or a share as
+    /// with --clip-box, in their colours; opaque, or of an opacity from 0 to 1. Up to 6 planes
+    #[arg(long, value_name = "x=V[:A]|y=V[:A]|z=V[:A]", value_parser = slice)]
+    pub slice: Vec<SliceAt>,
+    /// The same on the plane through the world point X,Y,Z with a normal
+    #[arg(long, value_name = "X,Y,Z,NX,NY,NZ[:A]", value_parser = slice_plane,
+        allow_hyphen_values = true)]
+    pub slice_plane: Vec<Slice>,
+    /// Show where the values pass V, lit by the scene's lights or, without, by the usual one; opaque, or
+    /// of an opacity from 0 to 1; in the colour of V, or another. Up to 6 times
+    #[arg(long, value_name = "V[:A[:RRGGBB]]", value_parser = isosurface,
+        allow_hyphen_values = true)]
+    pub iso: Vec<Isosurface>,
     /// What stands for a ray: composite (the light along it), or in its colour the maximum, minimum or
     /// average of the values it meets [default: composite]
     #[arg(long, value_name = "WHAT", value_parser = values::along_ray)]
     pub projection: Option<AlongRay>,
+}
+
+/// A slice across one of a volume's own axes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SliceAt {
+    axis: usize,
+    place: Place,
+    opacity: f64,
 }
 
 /// A place along one of a volume's own axes.
@@ -65,9 +88,15 @@ impl InsideFlags {
             ClipBox { low: end(0), high: end(1) }
         });
         let faces = if self.cut_faces { CutFaces::Coloured } else { CutFaces::Through };
+        let lattice = &volume.lattice;
+        let across = self.slice.iter().map(|&SliceAt { axis, place, opacity }| {
+            Slice::across(lattice, axis, place.share(lattice.dims[axis]), opacity)
+        });
         let inside = Inside {
             clip: Clip { bounds, planes: self.clip_plane.clone(), faces },
             along: self.projection.unwrap_or_default(),
+            slices: across.chain(self.slice_plane.iter().copied()).collect(),
+            isosurfaces: self.iso.clone(),
         };
         inside.check(splat)?;
         Ok(inside)
@@ -102,6 +131,40 @@ fn plane(text: &str) -> Result<Plane, String> {
     Ok(Plane { point: DVec3::new(x, y, z), normal })
 }
 
+/// What stands before the first colon, and an opacity after it.
+fn with_opacity(text: &str) -> Result<(&str, f64), String> {
+    match text.split_once(':') {
+        Some((first, opacity)) => Ok((first, values::share(opacity)?)),
+        None => Ok((text, 1.0)),
+    }
+}
+
+fn slice(text: &str) -> Result<SliceAt, String> {
+    let (at, opacity) = with_opacity(text)?;
+    let parts = at.split_once('=');
+    let axis = parts.and_then(|(axis, _)| ["x", "y", "z"].iter().position(|a| *a == axis.trim()));
+    match axis.zip(parts) {
+        Some((axis, (_, at))) => Ok(SliceAt { axis, place: place(at)?, opacity }),
+        None => {
+            let found = values::found(text);
+            Err(format!("expected an axis and a place such as x=40 or z=50%, found {found}"))
+        }
+    }
+}
+
+fn slice_plane(text: &str) -> Result<Slice, String> {
+    let (at, opacity) = with_opacity(text)?;
+    Ok(Slice { plane: plane(at)?, opacity })
+}
+
+fn isosurface(text: &str) -> Result<Isosurface, String> {
+    let mut parts = text.splitn(3, ':');
+    let value = values::number(parts.next().unwrap_or_default())?;
+    let opacity = parts.next().map_or(Ok(1.0), values::share)?;
+    let colour = parts.next().map(values::colour).transpose()?;
+    Ok(Isosurface { value, opacity, colour })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -113,12 +176,16 @@ mod tests {
             clip_box: Some(places("0,7,25%,100%,1.5,4").unwrap()),
             clip_plane: vec![plane("1,2,-3,0,0.5,-1").unwrap()],
             cut_faces: true,
+            slice: vec![slice("z=50%:0.25").unwrap()],
+            slice_plane: vec![slice_plane("1,2,3,0,0,-1:0.5").unwrap()],
+            iso: vec![isosurface("-300:0.4:ff8000").unwrap(), isosurface("12.5").unwrap()],
             projection: None,
         };
         let samples = Samples::UInt8((0..160).map(|i| i as u8).collect());
         let lattice = Lattice::unit([8, 4, 5]);
         let volume = ScalarVolume::from_samples("ramp", lattice, samples).unwrap();
-        let Inside { clip, .. } = flags.resolve(&volume, &SplatSettings::EXACT).unwrap();
+        let Inside { clip, slices, isosurfaces, .. } =
+            flags.resolve(&volume, &SplatSettings::EXACT).unwrap();
         let bounds = ClipBox { low: [0.0625, 0.25, 0.4], high: [0.9375, 1.0, 0.9] };
         assert_eq!((clip.bounds, clip.faces), (Some(bounds), CutFaces::Coloured));
         let [low, high] = bounds.in_index([8, 4, 5]);
@@ -126,6 +193,14 @@ mod tests {
         let expected =
             Plane { point: DVec3::new(1.0, 2.0, -3.0), normal: DVec3::new(0.0, 0.5, -1.0) };
         assert_eq!(clip.planes, [expected]);
+        assert!((slices[0].share_across(&lattice, 2).unwrap() - 0.5).abs() < 1e-12);
+        assert_eq!((slices[0].opacity, slices[1].opacity, slices.len()), (0.25, 0.5, 2));
+        let colour = Some(crate::core::Srgb8([255, 128, 0]));
+        let expected = [
+            Isosurface { value: -300.0, opacity: 0.4, colour },
+            Isosurface { value: 12.5, opacity: 1.0, colour: None },
+        ];
+        assert_eq!(isosurfaces, expected);
         assert!(flags.resolve(&volume, &SplatSettings::SHADE_FIRST).is_err());
     }
 
@@ -137,6 +212,12 @@ mod tests {
             places("0,1,0,1,0,%").unwrap_err(),
             plane("0,0,0,0,0,0").unwrap_err(),
             plane("0,0,0").unwrap_err(),
+            slice("w=3").unwrap_err(),
+            slice("x").unwrap_err(),
+            slice("x=3:2").unwrap_err(),
+            slice_plane("0,0,0").unwrap_err(),
+            isosurface("").unwrap_err(),
+            isosurface("3:1:red").unwrap_err(),
         ] {
             assert!(refused.contains("expected") && refused.contains("found"), "{refused}");
         }

@@ -219,9 +219,14 @@ impl DeviceField {
     }
 
     /// For each brick the distance to the nearest in which a position, or a step of `reach` voxels
-    /// from it, can have a value that shows; then, where samples are without data, their bits; and
+    /// from it, can have a value that shows, or one of `levels`; then, where samples are without data, their bits; and
     /// the word at which those begin.
-    pub(super) fn empty_space(&self, table: &Cumulative, reach: usize) -> (Vec<u32>, u32) {
+    pub(super) fn empty_space(
+        &self,
+        table: &Cumulative,
+        reach: usize,
+        levels: &[f64],
+    ) -> (Vec<u32>, u32) {
         // Half a step of 16 bits, and the rounding of 32.
         let slack = match self.format {
             Format::Floats => 0.0,
@@ -232,7 +237,8 @@ impl DeviceField {
         let mut bytes = self.bounds.distances(further, |low, high| {
             let (low, high) = (f64::from(low) + self.bias, f64::from(high) + self.bias);
             let slack = slack + 1e-6 * low.abs().max(high.abs());
-            table.shows(low - slack, high + slack)
+            let (low, high) = (low - slack, high + slack);
+            table.shows(low, high) || levels.iter().any(|level| (low..=high).contains(level))
         });
         bytes.resize(bytes.len().next_multiple_of(4), 0);
         let mut words: Vec<u32> = bytemuck::pod_collect_to_vec(&bytes);

@@ -1,6 +1,7 @@
 //! What lets a volume's inside be seen, on the device (`shaders/lib/inside.wgsl`).
 
 use super::layout::{self, MOST_CLIPS};
+use super::shade::CellsOfValues;
 use crate::scene::{AlongRay, CutFaces, HalfSpace, Scene};
 
 /// What of it a pipeline is made for: what is not asked for is not compiled.
@@ -10,6 +11,10 @@ pub(super) struct InsideVariant {
     pub planes: u32,
     /// Whether matter shows its value where it is cut.
     pub cut_faces: bool,
+    /// Slices.
+    pub slices: u32,
+    /// Isosurfaces.
+    pub levels: u32,
     /// What stands for a ray.
     pub along: AlongRay,
 }
@@ -27,7 +32,7 @@ impl InsideVariant {
 
     /// Surfaces that a ray may meet.
     pub(super) fn surfaces(&self) -> u32 {
-        u32::from(self.cut_faces)
+        u32::from(self.cut_faces) + self.slices + self.levels
     }
 
     /// The shader's overrides.
@@ -45,6 +50,10 @@ impl InsideVariant {
         }
         if self.surfaces() > 0 {
             constants.push(("cut_faces", f64::from(u8::from(self.cut_faces))));
+            constants.push(("slices", f64::from(self.slices)));
+        }
+        if self.levels > 0 {
+            constants.push(("levels", f64::from(self.levels)));
         }
         constants
     }
@@ -55,6 +64,10 @@ impl InsideVariant {
 pub(super) struct Opening {
     pub variant: InsideVariant,
     clip: Vec<HalfSpace>,
+    /// Planes, and opacities.
+    slices: Vec<(HalfSpace, f64)>,
+    /// Values, linear colours, opacities.
+    levels: Vec<(f64, [f32; 3], f64)>,
 }
 
 impl Opening {
@@ -65,25 +78,54 @@ impl Opening {
             return None;
         }
         let clip = scene.inside.clip.half_spaces(&scene.volume.lattice);
+        let composites = scene.inside.along == AlongRay::Composite;
+        // Values that are projected have neither faces nor surfaces.
+        let slices: Vec<_> = scene
+            .inside
+            .slices
+            .iter()
+            .filter(|_| composites)
+            .map(|slice| (slice.plane.in_index(&scene.volume.lattice), slice.opacity))
+            .collect();
+        let levels: Vec<_> = scene
+            .inside
+            .isosurfaces
+            .iter()
+            .filter(|_| composites)
+            .map(|iso| (iso.value, iso.linear_colour(&scene.transfer), iso.opacity))
+            .collect();
+        let count = |n: usize| u32::try_from(n).unwrap_or_default();
         let variant = InsideVariant {
             planes: u32::try_from(clip.len().min(MOST_CLIPS)).unwrap_or_default(),
-            // Values that are projected have no faces.
             cut_faces: scene.inside.clip.faces == CutFaces::Coloured
                 && !clip.is_empty()
-                && scene.inside.along == AlongRay::Composite,
+                && composites,
+            slices: count(slices.len()),
+            levels: count(levels.len()),
             along: scene.inside.along,
         };
-        (variant != InsideVariant::default()).then_some(Self { variant, clip })
+        (variant != InsideVariant::default()).then_some(Self { variant, clip, slices, levels })
     }
 
     /// The shader's uniform for a field that was halved `level` times.
-    pub(super) fn constants(&self, level: u32) -> layout::Inside {
+    #[expect(clippy::cast_possible_truncation, reason = "the device has 32 bits")]
+    pub(super) fn constants(&self, level: u32, values: CellsOfValues) -> layout::Inside {
         let mut constants: layout::Inside = bytemuck::Zeroable::zeroed();
-        for (to, half) in constants.clip.iter_mut().zip(&self.clip) {
+        let words = |half: &HalfSpace| {
             let HalfSpace { normal, least } = half.halved(level);
-            #[expect(clippy::cast_possible_truncation, reason = "the device has 32 bits")]
-            let words = normal.as_vec3().extend(least as f32).to_array();
-            *to = words;
+            normal.as_vec3().extend(least as f32).to_array()
+        };
+        for (to, half) in constants.clip.iter_mut().zip(&self.clip) {
+            *to = words(half);
+        }
+        for (i, (half, opacity)) in self.slices.iter().enumerate() {
+            constants.slices[i] = words(half);
+            constants.opacities[i][1] = *opacity as f32;
+        }
+        for (i, (value, [r, g, b], opacity)) in self.levels.iter().enumerate() {
+            let cell = values.at_zero + values.per_value * value;
+            constants.levels[i] = [*r, *g, *b, cell as f32];
+            constants.opacities[i][0] = *opacity as f32;
         }
         constants
     }

@@ -201,7 +201,12 @@ pub const MOST_CLIPS: usize = 6 + crate::scene::MOST_CLIP_PLANES;
 #[expect(missing_docs, reason = "documented in the shader")]
 pub struct Inside {
     pub clip: [[f32; 4]; MOST_CLIPS],
+    pub slices: [[f32; 4]; crate::scene::MOST_SLICES],
+    pub levels: [[f32; 4]; crate::scene::MOST_ISOSURFACES],
+    pub opacities: [[f32; 4]; 6],
 }
+
+const _: () = assert!(crate::scene::MOST_SLICES == 6 && crate::scene::MOST_ISOSURFACES == 6);
 
 /// Entries of each shading table: a cell more than `SHADE_CELLS`.
 pub const SHADE_ENTRIES: usize = 256;

@@ -258,7 +258,8 @@ impl Renderer {
     }
 
     /// Sets the classification of a field that was set, for steps of up to `reach` voxels between
-    /// two slab faces ([`Renderer::slab_reach`]).
+    /// two slab faces ([`Renderer::slab_reach`]); values of `levels` are looked for whether they show
+    /// or not.
     ///
     /// # Errors
     /// A failing device.
@@ -267,8 +268,9 @@ impl Renderer {
         which: SlabField,
         table: &Cumulative,
         reach: usize,
+        levels: &[f64],
     ) -> Result<(), GpuError> {
-        self.slabs[which as usize].set_table(&self.context, table, reach);
+        self.slabs[which as usize].set_table(&self.context, table, reach, levels);
         self.note_bytes();
         self.context.check()
     }

@@ -55,7 +55,8 @@ impl Shade {
     /// `None` where a scene asks for none.
     pub(super) fn of(scene: &Scene) -> Option<Self> {
         let shading = &scene.shading;
-        if shading.is_plain() {
+        let has_surfaces = scene.inside.has_isosurfaces();
+        if shading.is_plain() && !has_surfaces {
             return None;
         }
         let published = scene.splat.opacity_model == OpacityModel::Published;
@@ -71,7 +72,7 @@ impl Shade {
         constants.world_x[3] = (1.0 / space.least_strength).min(f64::from(f32::MAX)) as f32;
         constants.world_z[3] = Shading::opacity_factor_of_one(published) as f32;
         let mut lights = 0;
-        if let Some(lighting) = &shading.lighting {
+        if let Some(lighting) = &scene.surface_lighting() {
             let shares = [lighting.ambient, lighting.diffuse, lighting.specular, lighting.exponent];
             constants.material = shares.map(|share| share as f32);
             if lighting.uses_lights() {
@@ -114,7 +115,7 @@ impl Shade {
             by,
             is_lit: shading.lighting.is_some(),
             lights,
-            uses_gradient: shading.uses_gradient(),
+            uses_gradient: shading.uses_gradient() || has_surfaces,
             quickly: false,
         };
         Some(Self {

@@ -28,6 +28,8 @@ const UNCLIPPED: &str = include_str!("../../shaders/lib/unclipped.wgsl");
 const CLIPPED: &str = include_str!("../../shaders/lib/clipped.wgsl");
 const MATTER: &str = include_str!("../../shaders/lib/matter.wgsl");
 const SURFACES: &str = include_str!("../../shaders/lib/surfaces.wgsl");
+const NO_LEVELS: &str = include_str!("../../shaders/lib/no_levels.wgsl");
+const LEVELS: &str = include_str!("../../shaders/lib/levels.wgsl");
 const NO_VECTORS: &str = include_str!("../../shaders/lib/no_vectors.wgsl");
 const VECTOR_FRAME: &str = include_str!("../../shaders/lib/vector_frame.wgsl");
 const VECTORS: &str = include_str!("../../shaders/lib/vectors.wgsl");
@@ -118,6 +120,8 @@ pub struct SlabPieces {
     pub clipped: bool,
     /// Surfaces lie among the matter.
     pub surfaces: bool,
+    /// Isosurfaces among them, which only faces with growth have.
+    pub levels: bool,
     /// Vector splats lie in the same slabs.
     pub vectors: bool,
 }
@@ -135,6 +139,7 @@ impl SlabPieces {
                     faces: faces[i / 2 % 4],
                     clipped: i / 8 % 2 == 1,
                     surfaces: i / 16 == 1,
+                    levels: i / 16 == 1 && i / 2 % 4 > 0,
                     vectors: false,
                 }
             } else {
@@ -152,6 +157,7 @@ impl SlabPieces {
         faces: Faces::Unlit,
         clipped: false,
         surfaces: false,
+        levels: false,
         vectors: false,
     };
 
@@ -176,6 +182,7 @@ impl SlabPieces {
         let inside = if self.clipped || self.surfaces { INSIDE } else { "" };
         let clip = if self.clipped { CLIPPED } else { UNCLIPPED };
         let layers = if self.surfaces { SURFACES } else { MATTER };
+        let levels = if self.levels { LEVELS } else { NO_LEVELS };
         let walk = include_str!("../../shaders/reconstruct_slabs.wgsl");
         let [footprint, share, frame, vectors] = match self.vectors {
             false => ["", "", "", NO_VECTORS],
@@ -184,8 +191,8 @@ impl SlabPieces {
         stitched(
             RECONSTRUCT_SLABS,
             &[
-                SLABS, FIELD, CLASSIFY, EMPTY, LIGHT, RAYS, inside, clip, layers, rays, shade,
-                face, footprint, share, frame, vectors, walk,
+                SLABS, FIELD, CLASSIFY, EMPTY, LIGHT, RAYS, inside, clip, layers, levels, rays,
+                shade, face, footprint, share, frame, vectors, walk,
             ],
         )
     }

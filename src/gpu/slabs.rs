@@ -199,9 +199,16 @@ impl SlabPass {
     }
 
     /// Sets the classification, and finds what it leaves empty for steps of `reach` voxels.
-    pub(super) fn set_table(&mut self, context: &Context, table: &Cumulative, reach: usize) {
+    /// Isosurfaces of `levels` are not empty.
+    pub(super) fn set_table(
+        &mut self,
+        context: &Context,
+        table: &Cumulative,
+        reach: usize,
+        levels: &[f64],
+    ) {
         let Some(field) = &self.field else { return };
-        let (empty, holes_at) = field.empty_space(table, reach);
+        let (empty, holes_at) = field.empty_space(table, reach, levels);
         let storage = |label, bytes: &[u8]| {
             let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST;
             let buffer = Growing::make(context, label, usage, bytes.len() as u64);
@@ -309,7 +316,7 @@ impl SlabPass {
         constants.more = [tiles.len() as u32, side, table.holes_at, 0];
         constants.part = part;
         context.queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&constants));
-        write_inside(context, &mut self.inside, field.level, looks.inside);
+        write_inside(context, &mut self.inside, (field.level, table.values), looks.inside);
         let projects = looks.variant(false).projects();
         match looks.shade.filter(|_| !projects) {
             None => self.shade = None,
@@ -422,7 +429,7 @@ impl SlabPass {
 fn write_inside(
     context: &Context,
     buffer: &mut Option<wgpu::Buffer>,
-    level: u32,
+    (level, values): (u32, CellsOfValues),
     inside: Option<&Opening>,
 ) {
     let Some(inside) = inside.filter(|inside| inside.variant.is_bound()) else {
@@ -434,7 +441,7 @@ fn write_inside(
         let size = size_of::<layout::Inside>() as u64;
         Growing::make(context, "inside", Usage::UNIFORM | Usage::COPY_DST, size)
     });
-    context.queue.write_buffer(buffer, 0, bytemuck::bytes_of(&inside.constants(level)));
+    context.queue.write_buffer(buffer, 0, bytemuck::bytes_of(&inside.constants(level, values)));
 }
 
 fn is_interpolating(settings: &SplatSettings) -> bool {
@@ -594,6 +601,7 @@ fn compile(context: &Context, variant: Variant) -> wgpu::ComputePipeline {
         faces,
         clipped: inside.is_clipped(),
         surfaces: inside.surfaces() > 0,
+        levels: inside.levels > 0,
         vectors: variant.vectors,
     };
     let shader = if variant.looks.projects() { pieces.projecting() } else { pieces.shader() };

@@ -310,7 +310,12 @@ impl SlabRays {
         let every = f64::from(layout::LOOK_EVERY);
         // Of each slab, layers between surfaces, and a look for the next one before each.
         let surfaces = f64::from(self.surfaces);
-        let layers = if surfaces > 0.0 { nested(&[surfaces + 1.0, surfaces]) } else { 0.0 };
+        // Where a level is passed, the field is asked up to seven times.
+        let passes = nested(&[surfaces, 1.0, 7.0]) + 7.0 * surfaces * value;
+        let layers = match surfaces > 0.0 {
+            true => nested(&[surfaces + 1.0, surfaces + 1.0]) + passes,
+            false => 0.0,
+        };
         let look = 1.0 + 1.0 + every + 1.0 + every * (value + layers);
         let looks = faces / every + 2.0;
         let others = LANES * leaps;

@@ -5,6 +5,7 @@ use glam::DVec3;
 use super::classes::Classes;
 use super::field::Field;
 use super::quadrature::Density;
+use super::shading::Shader;
 use super::sources::Line;
 use super::truth::domain;
 use crate::scene::{AlongRay, CutFaces, Inside, Scene};
@@ -40,11 +41,13 @@ pub(super) struct Part {
 pub(super) struct Opening {
     inside: Inside,
     lattice: Lattice,
+    lights: Option<Shader>,
 }
 
 impl Opening {
     pub(super) fn of(scene: &Scene) -> Self {
-        Self { inside: scene.inside.clone(), lattice: scene.volume.lattice }
+        let lights = Shader::of_surfaces(scene);
+        Self { inside: scene.inside.clone(), lattice: scene.volume.lattice, lights }
     }
 
     /// What stands for a ray, if not its light.
@@ -94,8 +97,60 @@ impl Opening {
                 colour: [r / w, g / w, b / w],
             }));
         }
+        for slice in &self.inside.slices {
+            let plane = slice.plane;
+            let t = (plane.point - world.start).dot(plane.normal) / world.step.dot(plane.normal);
+            let place = index.at(t);
+            // Nowhere, where the ray runs along it.
+            let is_in = t > a && t < b && !field.is_hole(place);
+            let value = if is_in { field.value(place) } else { None };
+            let opacity = slice.opacity;
+            surfaces.extend(value.map(|v| Surface { t, opacity, colour: classes.colour(v) }));
+        }
+        for iso in &self.inside.isosurfaces {
+            let colour = iso.colour.map_or_else(|| classes.colour(iso.value), |c| c.to_linear().0);
+            for t in passes(field, index, iso.value, [a, b]) {
+                let place = index.at(t);
+                if field.is_hole(place) {
+                    continue;
+                }
+                let lit = |lights: &Shader| lights.surface(field, place, world, colour);
+                let colour = self.lights.as_ref().map_or(colour, lit);
+                surfaces.push(Surface { t, opacity: iso.opacity, colour });
+            }
+        }
+        surfaces.sort_by(|p, q| p.t.total_cmp(&q.t));
         Some(Part { ends: [a, b], surfaces })
     }
+}
+
+/// Where the field passes a level on a part of a ray: looked for between places close together, and
+/// halved until nothing is left to halve.
+fn passes(field: &Field, line: &Line, level: f64, [a, b]: [f64; 2]) -> Vec<f64> {
+    /// A voxel, or less, is asked so often.
+    const LOOKS: f64 = 24.0;
+    let voxels = (b - a) * line.step.length();
+    let count = (voxels * LOOKS).ceil().max(1.0) as usize;
+    let above = |t: f64| field.value(line.at(t)).map(|value| value >= level);
+    let place = |i: usize| a + (b - a) * i as f64 / count as f64;
+    let sides: Vec<Option<bool>> = (0..=count).map(|i| above(place(i))).collect();
+    let mut found = Vec::new();
+    for (i, pair) in sides.windows(2).enumerate() {
+        let [Some(first), Some(last)] = pair[..] else { continue };
+        if first == last {
+            continue;
+        }
+        let (mut low, mut high) = (place(i), place(i + 1));
+        for _ in 0..60 {
+            let middle = f64::midpoint(low, high);
+            match above(middle) {
+                Some(side) if side == first => low = middle,
+                _ => high = middle,
+            }
+        }
+        found.push(f64::midpoint(low, high));
+    }
+    found
 }
 
 /// Shortens a..b to where height + t · growth ≥ 0; `is_cut` where that is what the ray enters by.

@@ -72,6 +72,31 @@ impl Shader {
         })
     }
 
+    /// What surfaces of a scene are lit by, if by anything.
+    pub(super) fn of_surfaces(scene: &Scene) -> Option<Self> {
+        let lighting = Some(scene.surface_lighting()?);
+        let scene = Scene { shading: Shading { lighting, ..Shading::default() }, ..scene.clone() };
+        Self::of(&scene, true)
+    }
+
+    /// The colour of a surface across the gradient at a place of a field, seen along a ray.
+    pub(super) fn surface(
+        &self,
+        field: &Field,
+        place: DVec3,
+        ray: &Line,
+        colour: [f64; 3],
+    ) -> [f64; 3] {
+        let down = -(self.space.world_from_gradient * gradient(field, place));
+        let strength = down.length();
+        let share = self.space.lit_share(strength);
+        let normal = if share > 0.0 { down / strength } else { DVec3::ZERO };
+        match &self.shading.lighting {
+            Some(lighting) => self.lit(colour, lighting, normal, -ray.step.normalize(), share),
+            None => colour,
+        }
+    }
+
     fn shaded(
         &self,
         density: Density,

@@ -18,7 +18,8 @@ pub use annotations::{Annotation, Annotations, lay_out as lay_out_annotations};
 pub use cells::{Cell, Cells, Edge, IndexRay, WhyWhole, level_colour};
 pub use framing::{NamedView, axis_letters, is_anterior_y};
 pub use inside::{
-    AlongRay, Clip, ClipBox, CutFaces, HalfSpace, Inside, InsideError, MOST_CLIP_PLANES, Plane,
+    AlongRay, Clip, ClipBox, CutFaces, HalfSpace, Inside, InsideError, Isosurface,
+    MOST_CLIP_PLANES, MOST_ISOSURFACES, MOST_SLICES, Plane, Slice,
 };
 pub use mode::{
     Backend, Classify, CutSettings, LEAST_SLABS_PER_VOXEL, MOST_GATHERED_EXTENT,
@@ -75,6 +76,13 @@ impl Scene {
     /// World length ℓ over which opacities are given.
     pub fn opacity_unit_distance(&self) -> f64 {
         self.splat.opacity_unit_distance.unwrap_or_else(|| self.volume.lattice.smallest_spacing())
+    }
+
+    /// What surfaces are lit by: the scene's lights, or where there are none the usual ones for
+    /// isosurfaces, which would be flat.
+    pub fn surface_lighting(&self) -> Option<Lighting> {
+        let usual = || self.inside.has_isosurfaces().then(Lighting::default);
+        self.shading.lighting.clone().or_else(usual)
     }
 
     /// What it asks for beside the transfer function and the mode, by name.

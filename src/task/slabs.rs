@@ -57,6 +57,8 @@ struct TableKey {
     transfer: TransferFunction,
     opacity_model: OpacityModel,
     reach: usize,
+    /// Of isosurfaces.
+    levels: Vec<f64>,
 }
 
 impl UnderWay {
@@ -260,6 +262,7 @@ impl Drawer {
             transfer: scene.shading.by_value(&scene.transfer),
             opacity_model: scene.splat.opacity_model,
             reach: Renderer::slab_reach(view, spacing, &scene.splat),
+            levels: scene.inside.isosurfaces.iter().map(|iso| iso.value).collect(),
         };
         if self.field.tables[which as usize].as_ref() != Some(&key) {
             let weight = match key.opacity_model {
@@ -272,7 +275,7 @@ impl Drawer {
                 &scene.volume.statistics,
                 weight,
             );
-            self.renderer.set_slab_table(which, &table, key.reach)?;
+            self.renderer.set_slab_table(which, &table, key.reach, &key.levels)?;
             self.field.tables[which as usize] = Some(key);
         }
         Ok(())

@@ -242,7 +242,7 @@ fn preview(
     let table = Cumulative::new(transfer, volume.samples.scalar_type(), &volume.statistics, weight);
     renderer.set_field(field, volume, splat, coefficients, &ticket).expect("set");
     let reach = Renderer::slab_reach(&view, spacing, splat);
-    renderer.set_slab_table(field, &table, reach).expect("set");
+    renderer.set_slab_table(field, &table, reach, &[]).expect("set");
     renderer.begin(&view, splat.kernel, splat.extent, unit).expect("begun");
     let tiles = 0..tile_count(size);
     let constants =

@@ -13,7 +13,8 @@ use crate::ui_support::Bench;
 fn inside(bench: &Bench) -> Inside {
     let scene = bench.window().scene().expect("something is open");
     assert_eq!(bench.last_request().scene.inside, scene.inside, "what is chosen is asked for");
-    assert_eq!(scene.inside.check(&SplatSettings::EXACT), Ok(()));
+    let projects = scene.inside.along != AlongRay::Composite;
+    assert!(projects || scene.inside.check(&SplatSettings::EXACT).is_ok());
     scene.inside.clone()
 }
 
@@ -156,5 +157,42 @@ fn what_stands_for_a_ray_is_chosen_and_undone() {
     bench.settle();
     assert_eq!(inside(&bench).along, AlongRay::Minimum);
     bench.choose("Along rays", "Light");
+    assert!(inside(&bench).is_plain());
+}
+
+#[test]
+fn isosurfaces_and_slices_are_added_set_and_removed() {
+    let mut bench = Bench::opened();
+    press(&mut bench, "Add isosurface");
+    let volume = bench.window().scene().unwrap().volume.clone();
+    let iso = |bench: &Bench| inside(bench).isosurfaces[0];
+    assert_eq!(iso(&bench).value, volume.statistics.quantile(0.9));
+    let value = (volume.statistics.min + volume.statistics.max) / 2.0;
+    bench.set_slider("Isosurface 1 value", value);
+    bench.set_slider("Isosurface 1 opacity", 0.4);
+    tick(&mut bench, "Isosurface 1 own colour");
+    assert!((iso(&bench).value - value).abs() < 1e-2 * value.abs().max(1.0));
+    assert_eq!((iso(&bench).opacity, iso(&bench).colour.is_some()), (0.4, true));
+    press(&mut bench, "Add slice");
+    press(&mut bench, "Add slice");
+    let lattice = volume.lattice;
+    let share =
+        |bench: &Bench, i: usize, axis| inside(bench).slices[i].share_across(&lattice, axis);
+    assert_eq!((share(&bench, 0, 2), share(&bench, 1, 1)), (Some(0.5), Some(0.5)));
+    bench.set_slider("Slice 2 place", 0.0);
+    let first = 0.5 / lattice.dims[1] as f64;
+    assert!((share(&bench, 1, 1).unwrap() - first).abs() < 1e-9);
+    bench.choose("Slice 1 lies", "Across the view");
+    assert_eq!(inside(&bench).slices[0].plane.normal, bench.camera().direction);
+    bench.set_slider("Slice 1 place", 50.0);
+    bench.set_slider("Slice 1 opacity", 0.25);
+    assert_eq!(inside(&bench).slices[0].opacity, 0.25);
+    bench.harness.check_accessibility();
+    bench.choose("Along rays", "Maximum");
+    assert!(bench.shows("Values that are projected show no isosurfaces and no slices"));
+    bench.choose("Along rays", "Light");
+    for part in ["Remove slice 2", "Remove slice 1", "Remove isosurface 1"] {
+        press(&mut bench, part);
+    }
     assert!(inside(&bench).is_plain());
 }

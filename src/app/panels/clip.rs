@@ -206,20 +206,22 @@ fn plane_ui(
             .on_hover_text("Remove this plane")
             .clicked();
     });
-    row_ui(ui, "", |ui| {
-        let normal = plane.normal.normalize_or_zero();
-        let half = half_extent(lattice, normal);
-        let middle = lattice.centre();
-        let mut share = (plane.point - middle).dot(normal) / half * 100.0;
-        let slider = Slider::new(&mut share, -100.0..=100.0).clamping(SliderClamping::Edits);
-        let label = format!("{name} offset");
-        let moved = slider_ui(ui, &label, true, slider.suffix("%").max_decimals(1));
-        let help = "How far it lies from the middle of the volume, of the way to its end";
-        if moved.on_hover_text(help).changed() {
-            plane.point = middle + normal * (share / 100.0 * half);
-        }
-    });
+    row_ui(ui, "", |ui| offset_ui(ui, &format!("{name} offset"), plane, lattice));
     removed
+}
+
+/// Where a plane lies along its normal.
+pub(super) fn offset_ui(ui: &mut Ui, label: &str, plane: &mut Plane, lattice: &Lattice) {
+    let normal = plane.normal.normalize_or_zero();
+    let half = half_extent(lattice, normal);
+    let middle = lattice.centre();
+    let mut share = (plane.point - middle).dot(normal) / half * 100.0;
+    let slider = Slider::new(&mut share, -100.0..=100.0).clamping(SliderClamping::Edits);
+    let moved = slider_ui(ui, label, true, slider.suffix("%").max_decimals(1));
+    let help = "How far it lies from the middle of the volume, of the way to its end";
+    if moved.on_hover_text(help).changed() {
+        plane.point = middle + normal * (share / 100.0 * half);
+    }
 }
 
 #[cfg(test)]

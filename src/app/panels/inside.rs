@@ -1,13 +1,167 @@
-//! What stands for a ray.
+//! What stands for a ray, isosurfaces and slices.
 
-use eframe::egui::{ComboBox, Ui};
+use eframe::egui::{Button, ComboBox, Label, RichText, Slider, SliderClamping, Ui};
 
-use super::row_ui;
-use crate::scene::{AlongRay, Scene};
+use super::{row_ui, slider_ui};
+use crate::app::theme;
+use crate::core::colour::srgb_from_linear;
+use crate::core::{Camera, Srgb8};
+use crate::scene::{
+    AlongRay, Classify, Inside, Isosurface, MOST_ISOSURFACES, MOST_SLICES, Plane, Scene, Slice,
+};
+use crate::volume::{Lattice, Statistics};
 
 /// The section.
 pub fn inside_ui(ui: &mut Ui, scene: &mut Scene) {
     along_ui(ui, &mut scene.inside.along);
+    let Scene { volume, inside, camera, splat, transfer, .. } = scene;
+    let Inside { along, isosurfaces, slices, .. } = inside;
+    let note = |ui: &mut Ui, text: &str| {
+        ui.add(Label::new(RichText::new(text).size(12.0).color(theme::NOTE)).wrap());
+    };
+    if *along != AlongRay::Composite && !(isosurfaces.is_empty() && slices.is_empty()) {
+        note(ui, "Values that are projected show no isosurfaces and no slices");
+    } else if splat.classify == Classify::After && !isosurfaces.is_empty() {
+        note(ui, "Isosurfaces are shown where values are classified pre-integrated (see Splats)");
+    }
+    let statistics = &volume.statistics;
+    let colour_at = |value: f64| {
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0..=255")]
+        let encoded =
+            transfer.colour_at(value).0.map(|c| (srgb_from_linear(c) * 255.0).round() as u8);
+        Srgb8(encoded)
+    };
+    listed_ui(ui, isosurfaces, |ui, i, iso| isosurface_ui(ui, i, iso, statistics, &colour_at));
+    let has_room = isosurfaces.len() < MOST_ISOSURFACES;
+    let add = ui.add_enabled(has_room, Button::new("Add isosurface"));
+    let add = add
+        .on_hover_text("A surface where the values pass a level, lit by the scene's lights")
+        .on_disabled_hover_text(format!("There are {MOST_ISOSURFACES} isosurfaces, and no more"));
+    if add.clicked() {
+        let value = statistics.quantile(0.9);
+        isosurfaces.push(Isosurface { value, opacity: 1.0, colour: None });
+    }
+    let lattice = &volume.lattice;
+    listed_ui(ui, slices, |ui, i, slice| slice_ui(ui, i, slice, lattice, camera));
+    let has_room = slices.len() < MOST_SLICES;
+    let add = ui.add_enabled(has_room, Button::new("Add slice"));
+    let add = add
+        .on_hover_text("A plane that shows the values on it in their colours")
+        .on_disabled_hover_text(format!("There are {MOST_SLICES} slices, and no more"));
+    if add.clicked() {
+        // The axis that has the fewest of them.
+        let on =
+            |axis: usize| slices.iter().filter(|s| s.share_across(lattice, axis).is_some()).count();
+        let axis = [2, 1, 0].into_iter().min_by_key(|axis| on(*axis)).unwrap_or_default();
+        slices.push(Slice::across(lattice, axis, 0.5, 1.0));
+    }
+}
+
+/// Every one, by a function that tells whether it is to be removed.
+fn listed_ui<T>(
+    ui: &mut Ui,
+    all: &mut Vec<T>,
+    mut one: impl FnMut(&mut Ui, usize, &mut T) -> bool,
+) {
+    let mut removed = None;
+    for (i, item) in all.iter_mut().enumerate() {
+        if one(ui, i, item) {
+            removed = Some(i);
+        }
+    }
+    if let Some(i) = removed {
+        all.remove(i);
+    }
+}
+
+fn remove_ui(ui: &mut Ui, name: &str) -> bool {
+    let button = ui.small_button("×").accessible_name(format!("Remove {}", name.to_lowercase()));
+    button.on_hover_text("Remove it").clicked()
+}
+
+fn opacity_ui(ui: &mut Ui, name: &str, opacity: &mut f64) {
+    row_ui(ui, "", |ui| {
+        let slider = Slider::new(opacity, 0.0..=1.0).clamping(SliderClamping::Edits);
+        slider_ui(ui, &format!("{name} opacity"), true, slider.max_decimals(2))
+            .on_hover_text("How much it hides of what is behind");
+    });
+}
+
+/// One isosurface; whether it is to be removed.
+fn isosurface_ui(
+    ui: &mut Ui,
+    i: usize,
+    iso: &mut Isosurface,
+    statistics: &Statistics,
+    colour_at: &dyn Fn(f64) -> Srgb8,
+) -> bool {
+    let name = format!("Isosurface {}", i + 1);
+    row_ui(ui, &name, |ui| {
+        let slider = Slider::new(&mut iso.value, statistics.min..=statistics.max);
+        slider_ui(ui, &format!("{name} value"), true, slider.clamping(SliderClamping::Edits))
+            .on_hover_text("The value that is passed on it, in the data's units");
+    });
+    opacity_ui(ui, &name, &mut iso.opacity);
+    row_ui(ui, "", |ui| {
+        let mut own = iso.colour.is_some();
+        let switch =
+            ui.checkbox(&mut own, "Own colour").accessible_name(format!("{name} own colour"));
+        if switch
+            .on_hover_text("Another colour than the transfer function's of its value")
+            .changed()
+        {
+            iso.colour = own.then(|| colour_at(iso.value));
+        }
+        if let Some(Srgb8(colour)) = &mut iso.colour {
+            ui.color_edit_button_srgb(colour)
+                .accessible_name(format!("{name} colour"))
+                .on_hover_text("The surface's colour");
+        }
+        remove_ui(ui, &name)
+    })
+}
+
+/// One slice; whether it is to be removed.
+fn slice_ui(ui: &mut Ui, i: usize, slice: &mut Slice, lattice: &Lattice, camera: &Camera) -> bool {
+    let name = format!("Slice {}", i + 1);
+    let across = (0..3).find(|&axis| slice.share_across(lattice, axis).is_some());
+    let removed = row_ui(ui, &name, |ui| {
+        let called = ["Across x", "Across y", "Across z"];
+        let combo = ComboBox::from_id_salt(("slice", i)).width(112.0);
+        let shown =
+            combo.selected_text(across.map_or("Oblique", |axis| called[axis])).show_ui(ui, |ui| {
+                for (axis, label) in called.into_iter().enumerate() {
+                    if ui.selectable_label(across == Some(axis), label).clicked() {
+                        *slice = Slice::across(lattice, axis, 0.5, slice.opacity);
+                    }
+                }
+                if ui.selectable_label(false, "Across the view").clicked() {
+                    slice.plane = Plane { point: lattice.centre(), normal: camera.direction };
+                }
+            });
+        let help = "What it lies across: an axis of the volume, or the view as it is now";
+        shown.response.accessible_name(format!("{name} lies")).on_hover_text(help);
+        remove_ui(ui, &name)
+    });
+    row_ui(ui, "", |ui| {
+        let label = format!("{name} place");
+        match across {
+            Some(axis) => {
+                let samples = lattice.dims[axis] as f64;
+                let share = slice.share_across(lattice, axis).unwrap_or(0.5);
+                let mut sample = share * samples - 0.5;
+                let slider = Slider::new(&mut sample, 0.0..=samples - 1.0).max_decimals(1);
+                let moved = slider_ui(ui, &label, true, slider.clamping(SliderClamping::Edits));
+                if moved.on_hover_text("The number of the sample that it passes, from 0").changed()
+                {
+                    *slice = Slice::across(lattice, axis, (sample + 0.5) / samples, slice.opacity);
+                }
+            }
+            None => super::clip::offset_ui(ui, &label, &mut slice.plane, lattice),
+        }
+    });
+    opacity_ui(ui, &name, &mut slice.opacity);
+    removed
 }
 
 /// What stands for a ray is called so, and means this, one line.

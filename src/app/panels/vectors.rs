@@ -52,7 +52,7 @@ pub fn vectors_ui(
         ui.label(RichText::new(text).size(12.0).color(theme::NOTE));
     }
     if cuts {
-        let text = "Beside vectors, clips and projections are not drawn: the field is shown whole";
+        let text = "Beside vectors, clips, isosurfaces, slices and projections are not drawn: the field is whole";
         ui.label(RichText::new(text).size(12.0).color(theme::NOTE));
     }
     animation_ui(ui, clock, fps, now);

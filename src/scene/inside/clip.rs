@@ -125,7 +125,7 @@ impl Clip {
 
 impl Plane {
     /// The same in a lattice's index space.
-    fn in_index(&self, lattice: &Lattice) -> HalfSpace {
+    pub fn in_index(&self, lattice: &Lattice) -> HalfSpace {
         // By its greatest part first: squares of tiny ones are 0.
         let normal = self.normal / self.normal.abs().max_element();
         let across = lattice.axes().transpose() * normal;

@@ -1,12 +1,14 @@
-//! What lets people see inside a volume, as plain data: a part that is cut away, and what stands for a
-//! ray in place of the light along it.
+//! What lets people see inside a volume, as plain data: a part that is cut away, slices,
+//! isosurfaces, and what stands for a ray in place of the light along it.
 //!
 //! Slabs of a reconstructed field show it. Pictures of other modes do not, and refuse it rather than
 //! pass over it ([`Inside::check`]).
 
 mod clip;
+mod surfaces;
 
 pub use clip::{Clip, ClipBox, CutFaces, HalfSpace, MOST_CLIP_PLANES, Plane};
+pub use surfaces::{Isosurface, MOST_ISOSURFACES, MOST_SLICES, Slice};
 
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
@@ -19,6 +21,10 @@ use super::{Classify, SplatSettings, Visibility};
 pub struct Inside {
     /// What is kept of it.
     pub clip: Clip,
+    /// Planes that show values; at most [`MOST_SLICES`].
+    pub slices: Vec<Slice>,
+    /// Where values pass levels; at most [`MOST_ISOSURFACES`].
+    pub isosurfaces: Vec<Isosurface>,
     /// What stands for a ray.
     pub along: AlongRay,
 }
@@ -86,6 +92,39 @@ pub enum InsideError {
         /// The offending normal, or that of an offending point.
         normal: DVec3,
     },
+    /// A level that is none.
+    #[error("expected a finite value of an isosurface, found {found}")]
+    Level {
+        /// The offending number.
+        found: f64,
+    },
+    /// An opacity that is none.
+    #[error("expected the opacity of {of} from 0 to 1, found {found}")]
+    Opacity {
+        /// Of what.
+        of: &'static str,
+        /// The offending number.
+        found: f64,
+    },
+    /// Too many surfaces.
+    #[error("expected at most {most} {of}, found {found}; leave some out")]
+    Surfaces {
+        /// Of which.
+        of: &'static str,
+        /// How many there may be.
+        most: usize,
+        /// How many.
+        found: usize,
+    },
+    /// Values that are known in the middles of slabs alone.
+    #[error(
+        "expected --classify pre-integrated with an isosurface, which lies between the values on two \
+         slab faces, found --classify {classify}; leave one of the two out"
+    )]
+    Middle {
+        /// When the mode classifies.
+        classify: &'static str,
+    },
     /// Too many planes.
     #[error("expected at most {MOST_CLIP_PLANES} clip planes, found {found}; leave some out")]
     Planes {
@@ -129,10 +168,20 @@ impl Inside {
         splat.visibility == Visibility::Slabs && splat.classify != Classify::Before
     }
 
+    /// Whether isosurfaces are to be seen.
+    pub fn has_isosurfaces(&self) -> bool {
+        !self.isosurfaces.is_empty() && self.along == AlongRay::Composite
+    }
+
     /// What it asks for, by name.
     pub fn effects(&self) -> Vec<&'static str> {
         let projects = self.along != AlongRay::Composite;
-        let asked = [(self.clip.cuts(), "clip"), (projects, "projection")];
+        let asked = [
+            (self.clip.cuts(), "clip"),
+            (projects, "projection"),
+            (!self.isosurfaces.is_empty() && !projects, "isosurfaces"),
+            (!self.slices.is_empty() && !projects, "slices"),
+        ];
         asked.into_iter().filter_map(|(is_asked, name)| is_asked.then_some(name)).collect()
     }
 
@@ -142,12 +191,30 @@ impl Inside {
     /// See [`InsideError`].
     pub fn check(&self, splat: &SplatSettings) -> Result<(), InsideError> {
         self.clip.check()?;
-        if self.along != AlongRay::Composite && self.clip.faces == CutFaces::Coloured {
-            let (what, along) = ("coloured cut faces", self.along.name());
-            return Err(InsideError::Projected { what, along });
+        self.slices.iter().try_for_each(Slice::check)?;
+        self.isosurfaces.iter().try_for_each(Isosurface::check)?;
+        for (of, most, found) in [
+            ("slices", MOST_SLICES, self.slices.len()),
+            ("isosurfaces", MOST_ISOSURFACES, self.isosurfaces.len()),
+        ] {
+            if found > most {
+                return Err(InsideError::Surfaces { of, most, found });
+            }
+        }
+        let hidden = [
+            (self.clip.faces == CutFaces::Coloured, "coloured cut faces"),
+            (!self.slices.is_empty(), "slices"),
+            (!self.isosurfaces.is_empty(), "isosurfaces"),
+        ];
+        let hidden = hidden.into_iter().find(|(is_asked, _)| *is_asked);
+        if let Some((_, what)) = hidden.filter(|_| self.along != AlongRay::Composite) {
+            return Err(InsideError::Projected { what, along: self.along.name() });
         }
         let what = self.effects().first().copied();
         match what.filter(|_| !Self::is_shown_by(splat)) {
+            None if self.has_isosurfaces() && splat.classify == Classify::After => {
+                Err(InsideError::Middle { classify: splat.classify.name() })
+            }
             None => Ok(()),
             Some(what) => Err(InsideError::Mode {
                 what,

@@ -1,0 +1,61 @@
+// Isosurfaces: where the field passes a level between two slab faces. What passes it twice between
+// them is not met; more slabs meet it.
+
+const LEVELS: bool = true;
+// Times that the field is asked where it passes: by the secant, of whose ends the older counts for half
+// once the other was moved twice (the Illinois rule).
+const ROOT_STEPS: u32 = 7u;
+
+// An override, as it ends loops.
+override levels: u32 = 1u;
+
+fn level_count() -> u32 {
+    return levels;
+}
+
+// Notes the levels that are passed from one depth to the other, with these values; whether there are
+// any.
+fn meet_levels(
+    met: ptr<function, Met>,
+    ray: Ray,
+    u: vec2<f32>,
+    ts: vec2<f32>,
+    screen: vec2<f32>,
+) -> bool {
+    var is_met = false;
+    for (var i = 0u; i < levels; i++) {
+        let level = inside.levels[i];
+        let passes = (u.x < level.w) != (u.y < level.w) && u.x != NOTHING && u.y != NOTHING;
+        // A loop, as software adapters run both sides of a branch.
+        for (var once = passes; once; once = false) {
+            var begin = vec2<f32>(ts.x, u.x - level.w);
+            var end = vec2<f32>(ts.y, u.y - level.w);
+            var t = 0.0;
+            var side = 0;
+            var here: Face;
+            for (var n = 0u; n < ROOT_STEPS; n++) {
+                t = begin.x - begin.y * (end.x - begin.x) / (end.y - begin.y);
+                here = face(ray.origin + ray.direction * t);
+                let off = here.value.x - level.w;
+                let before = (off < 0.0) == (begin.y < 0.0);
+                end.y = select(end.y, 0.5 * end.y, before && side == 1);
+                begin.y = select(begin.y, 0.5 * begin.y, !before && side == -1);
+                begin = select(begin, vec2<f32>(t, off), before);
+                end = select(end, vec2<f32>(t, off), !before);
+                side = select(-1, 1, before);
+                if off == 0.0 {
+                    break;
+                }
+            }
+            let in_hole = has_holes && is_hole(ray.origin + ray.direction * t);
+            let found = facing(here.gradient);
+            let along = (shade.right.xyz * screen.x + shade.up.xyz * screen.y) * shade.up.w;
+            let light = lit_by(found.normal, -normalize(shade.forward.xyz + along), found.share);
+            let colour = level.rgb * light.colour + light.mirrored;
+            let at = 1u + slices + i;
+            (*met).surfaces[at] = Surface(t, select(inside.opacities[i].x, 0.0, in_hole), colour);
+            is_met = true;
+        }
+    }
+    return is_met;
+}

@@ -1,0 +1,126 @@
+//! Surfaces inside a volume: slices, and where values pass a level.
+
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+
+use super::{InsideError, Plane};
+use crate::core::Srgb8;
+use crate::transfer::TransferFunction;
+use crate::volume::Lattice;
+
+/// Slices in a scene at most.
+pub const MOST_SLICES: usize = 6;
+/// Isosurfaces in a scene at most.
+pub const MOST_ISOSURFACES: usize = 6;
+
+/// Values on a plane, in their colours and not lit.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Slice {
+    /// Which; of the side that its normal points to nothing depends.
+    pub plane: Plane,
+    /// 0..=1, whatever the values.
+    pub opacity: f64,
+}
+
+/// Where values pass a level.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Isosurface {
+    /// The level, data units.
+    pub value: f64,
+    /// 0..=1.
+    pub opacity: f64,
+    /// Its colour; `None` is the transfer function's of the level.
+    pub colour: Option<Srgb8>,
+}
+
+impl Isosurface {
+    /// Its colour in linear light.
+    #[expect(clippy::cast_possible_truncation, reason = "0..=1")]
+    pub fn linear_colour(&self, transfer: &TransferFunction) -> [f32; 3] {
+        let colour = self.colour.map_or_else(|| transfer.colour_at(self.value), Srgb8::to_linear);
+        colour.0.map(|c| c as f32)
+    }
+
+    pub(super) fn check(&self) -> Result<(), InsideError> {
+        if !self.value.is_finite() {
+            return Err(InsideError::Level { found: self.value });
+        }
+        check_opacity("an isosurface", self.opacity)
+    }
+}
+
+impl Slice {
+    /// Across one of a lattice's own axes, at a share of its extent.
+    pub fn across(lattice: &Lattice, axis: usize, share: f64, opacity: f64) -> Self {
+        let mut index = DVec3::from(lattice.dims.map(|n| n as f64)) / 2.0 - 0.5;
+        index[axis] = share * lattice.dims[axis] as f64 - 0.5;
+        // Square to the other two axes, which the plane runs along.
+        let mut normal = DVec3::ZERO;
+        normal[axis] = 1.0;
+        let normal = (lattice.axes().inverse().transpose() * normal).normalize_or_zero();
+        Self { plane: Plane { point: lattice.world_from_index(index), normal }, opacity }
+    }
+
+    /// The share of a lattice's extent along an axis at which it lies across it; `None` where it lies
+    /// obliquely.
+    pub fn share_across(&self, lattice: &Lattice, axis: usize) -> Option<f64> {
+        let half = self.plane.in_index(lattice);
+        let along = half.normal[axis];
+        let share = (half.least / along + 0.5) / lattice.dims[axis] as f64;
+        (along.abs() > 1.0 - 1e-9).then_some(share)
+    }
+
+    pub(super) fn check(&self) -> Result<(), InsideError> {
+        self.plane.check()?;
+        check_opacity("a slice", self.opacity)
+    }
+}
+
+fn check_opacity(of: &'static str, found: f64) -> Result<(), InsideError> {
+    if (0.0..=1.0).contains(&found) { Ok(()) } else { Err(InsideError::Opacity { of, found }) }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DMat3;
+
+    use super::*;
+
+    #[test]
+    fn a_slice_across_an_axis_holds_what_lies_there_and_knows_where_it_is() {
+        let lattice = Lattice {
+            spacing: DVec3::new(1.0, 2.0, 0.5),
+            origin: DVec3::new(5.0, -7.0, 1.0),
+            direction: DMat3::from_cols(
+                DVec3::X,
+                DVec3::new(0.4, 0.9, 0.0).normalize(),
+                DVec3::new(0.2, -0.1, -0.9).normalize(),
+            ),
+            ..Lattice::unit([8, 6, 10])
+        };
+        for axis in 0..3 {
+            let slice = Slice::across(&lattice, axis, 0.3, 0.5);
+            let mut index = DVec3::new(1.0, 5.0, 2.0);
+            index[axis] = 0.3 * lattice.dims[axis] as f64 - 0.5;
+            let off = (lattice.world_from_index(index) - slice.plane.point).dot(slice.plane.normal);
+            assert!(off.abs() < 1e-12, "{axis}: {off}");
+            for other in 0..3 {
+                let share = slice.share_across(&lattice, other);
+                assert_eq!(share.is_some(), other == axis, "{axis} {other}");
+                assert!(share.is_none_or(|share| (share - 0.3).abs() < 1e-12));
+            }
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_meant_is_refused() {
+        let iso = |value, opacity| Isosurface { value, opacity, colour: None };
+        assert!(iso(1.0, 0.0).check().is_ok() && iso(1.0, 1.0).check().is_ok());
+        for wrong in [iso(f64::NAN, 1.0), iso(0.0, 1.5), iso(0.0, f64::NAN)] {
+            let found = wrong.check().unwrap_err().to_string();
+            assert!(found.contains("expected") && found.contains("found"), "{found}");
+        }
+        let plane = Plane { point: DVec3::ZERO, normal: DVec3::ZERO };
+        assert!(Slice { plane, opacity: 1.0 }.check().is_err());
+    }
+}
