@@ -75,7 +75,8 @@ fn what_is_chosen_is_drawn_and_undone() {
 #[test]
 fn the_shape_of_splats_is_chosen() {
     let mut bench = opened();
-    press(&mut bench, "Shape");
+    bench.harness.get_by_role_and_label(Role::DisclosureTriangle, "Shape").click();
+    bench.settle();
     bench.set_slider("Stretch", 4.0);
     bench.set_slider("Splat radius", 2.5);
     bench.set_slider("Coarser", 2.0);
