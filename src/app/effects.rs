@@ -210,6 +210,15 @@ impl Window {
             listed(scene.inside.slices.len()),
             Some(|s| s.inside.slices.clear()),
         ));
+        rows.push(part(
+            "vectors",
+            "A splat for each vector, with marks that move along the flow",
+            match &scene.vectors {
+                None => "Vectors in the side panel".to_owned(),
+                Some(layer) => format!("Vectors, {}", layer.field.name),
+            },
+            None,
+        ));
         rows.extend(self.other_rows(ctx));
         rows
     }
@@ -326,6 +335,7 @@ fn label_of(name: &str) -> &'static str {
         "projection" => "Projection",
         "isosurfaces" => "Isosurfaces",
         "slices" => "Slices",
+        "vectors" => "Vectors",
         _ => "Emission table",
     }
 }

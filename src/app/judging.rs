@@ -34,6 +34,13 @@ impl Window {
             ui.label("Open a volume first: there is nothing to measure yet");
             return;
         };
+        if scene.vectors.is_some() {
+            ui.label(
+                "The chart measures scalar fields, not vectors: choose None under Vectors in the side \
+                 panel to measure",
+            );
+            return;
+        }
         let (points, is_old) = self.measuring.points();
         let state = self.measuring.state();
         let second = modes::with_unit_distance_of(self.compare.second, &scene.splat);
@@ -153,7 +160,8 @@ impl Window {
         let idle = matches!(drawer.state(), EngineState::Idle);
         let waiting = self.compare.is_waiting(finished.as_ref());
         let now = Now {
-            open: self.accuracy.open,
+            // What is true of vectors is not in the reference of whole views.
+            open: self.accuracy.open && scene.vectors.is_none(),
             quiet: finished.is_some()
                 && idle
                 && !waiting

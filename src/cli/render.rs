@@ -218,15 +218,13 @@ fn scene(flags: &RenderFlags, splat: SplatSettings) -> Result<Meant, Failure> {
     let inside = flags.inside.resolve(&scene.volume, &splat);
     let inside = inside.map_err(|error| Failure::Usage(error.to_string()))?;
     refuse_coarse(flags, &inside)?;
-    let mut effects = shading.effects();
-    effects.extend(inside.effects());
     let opens_with_scalar = flags.scene.field.is_some() || flags.scene.component.is_some();
     let vectors = flags.vectors.layer(&input, &scene, opens_with_scalar)?;
     if vectors.is_some() {
-        effects.push("vectors");
         refuse_vectors(&inside)?;
     }
     let scene = Scene { shading, inside, vectors, ..scene };
+    let effects = scene.effects();
     Ok(Meant { scene, effects, space: input.grid.space })
 }
 

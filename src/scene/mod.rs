@@ -85,12 +85,23 @@ impl Scene {
         self.shading.lighting.clone().or_else(usual)
     }
 
+    /// Whether vectors are drawn and nothing of the scalar field.
+    pub fn hides_field(&self) -> bool {
+        self.vectors.as_ref().is_some_and(|layer| layer.alone)
+    }
+
     /// What it asks for beside the transfer function and the mode, by name.
     pub fn effects(&self) -> Vec<&'static str> {
         // Values that are projected have no opacity, and nothing falls on them.
         let is_lit = self.inside.along == AlongRay::Composite;
         let mut effects = if is_lit { self.shading.effects() } else { Vec::new() };
-        effects.extend(self.inside.effects());
+        if self.vectors.is_some() {
+            // They have the stage to themselves: see `Inside`'s effects.
+            effects = if self.hides_field() { Vec::new() } else { self.shading.effects() };
+            effects.push("vectors");
+        } else {
+            effects.extend(self.inside.effects());
+        }
         effects
     }
 

@@ -140,7 +140,7 @@ impl PictureVectors {
 
 /// Whether a scene shows vectors and nothing else.
 pub(super) fn are_alone(scene: &Scene) -> bool {
-    scene.vectors.as_ref().is_some_and(|layer| layer.alone)
+    scene.hides_field()
 }
 
 impl Drawer {

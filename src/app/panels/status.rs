@@ -202,7 +202,7 @@ fn error_words(shown: &Shown) -> (String, String) {
     if report.rung != "full" && doubled.is_none() {
         return ("not estimated".to_owned(), "On the way to the full picture".to_owned());
     }
-    let (level, why) = level_words(mode, measured.as_ref(), report.frame_ms);
+    let (level, why) = level_words(mode, measured.as_ref(), report);
     let Some(refined) = doubled else { return (level, why) };
     let change = refined.convergence.last_difference.map_or_else(String::new, change_words);
     let slabs = words::value(refined.convergence.slabs_per_voxel);
@@ -225,7 +225,7 @@ fn error_words(shown: &Shown) -> (String, String) {
 fn level_words(
     mode: &SplatSettings,
     measured: Option<&Measured>,
-    took_ms: f64,
+    report: &FrameReport,
 ) -> (String, String) {
     if let Some(Measured { point, is_of_this_view }) = measured {
         let numbers = number_words(point);
@@ -235,12 +235,19 @@ fn level_words(
             );
             return (words::about_decibels(point.db, false), why);
         }
-        let took = words::milliseconds(took_ms);
+        let took = words::milliseconds(report.frame_ms);
         let why = format!(
             "Measured against the exact picture: {numbers}. That time is of a picture drawn in one \
              go; this one took {took} in short pieces, so that the hand never waits"
         );
         return (words::decibels(point.db), why);
+    }
+    if let Some(effect) = report.effects.first() {
+        let why = format!(
+            "What this mode is usually off by is known of plain pictures: with {effect} it was not \
+             measured"
+        );
+        return (format!("not measured with {effect}"), why);
     }
     if modes::is_exact(mode) {
         let why = "What this mode has on most volumes, not measured for this one: fine detail may \

@@ -463,6 +463,7 @@ fn no_device() -> DrawError {
 pub(super) fn effects(scene: &Scene, drawn: &Drawn) -> Vec<&'static str> {
     match drawn.is_shaded {
         true => scene.effects(),
+        false if scene.hides_field() => scene.effects(),
         false => Vec::new(),
     }
 }
