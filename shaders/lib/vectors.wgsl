@@ -141,10 +141,11 @@ fn sum_layer(ray: ptr<function, VectorRay>, screen: vec2<f32>, nearest: f32, sla
                 let share3 = share(q, before + 3.0 * step);
                 let share4 = share(q, before + 4.0 * step);
                 let light = vec4<f32>(colour, 1.0) * amount;
-                sum0 += light * (share1 - share0);
-                sum1 += light * (share2 - share1);
-                sum2 += light * (share3 - share2);
-                sum3 += light * (share4 - share3);
+                // Rounding must not take anything away: what is divided by later would be of either sign.
+                sum0 += light * max(share1 - share0, 0.0);
+                sum1 += light * max(share2 - share1, 0.0);
+                sum2 += light * max(share3 - share2, 0.0);
+                sum3 += light * max(share4 - share3, 0.0);
             }
         }
         entry++;

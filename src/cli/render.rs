@@ -222,6 +222,13 @@ fn scene(flags: &RenderFlags, splat: SplatSettings) -> Result<Meant, Failure> {
     let vectors = flags.vectors.layer(&input, &scene, opens_with_scalar)?;
     if vectors.is_some() {
         refuse_vectors(&inside)?;
+        if flags.max_error.is_some() {
+            return Err(Failure::Usage(
+                "expected --budget-ms with vectors, found --max-error, which finds octree cuts, and these \
+                 have no vectors; give --budget-ms, or leave --refine out"
+                    .to_owned(),
+            ));
+        }
     }
     let scene = Scene { shading, inside, vectors, ..scene };
     let effects = scene.effects();
@@ -232,7 +239,8 @@ fn scene(flags: &RenderFlags, splat: SplatSettings) -> Result<Meant, Failure> {
 fn refuse_vectors(inside: &Inside) -> Result<(), Failure> {
     match inside.effects().first() {
         Some(what) => Err(Failure::Usage(format!(
-            "expected a volume that is whole beside vectors, found {what}; leave one of the two out"
+            "expected no {what} with vectors, beside which a volume is drawn whole, found both; leave one of \
+             the two out"
         ))),
         None => Ok(()),
     }

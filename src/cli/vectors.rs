@@ -131,8 +131,8 @@ impl VectorFlags {
                 return match self.given() {
                     None => Ok(None),
                     Some(flag) => Err(Failure::Usage(format!(
-                        "expected --vector NAME with {flag}, found no vectors; name a field of three \
-                         components, which `voxsplat info` tells"
+                        "expected --vector NAME with {flag}, found no field named; name one of three \
+                         components, which `voxsplat info` tells, or add --vectors-only"
                     ))),
                 };
             }

@@ -208,7 +208,7 @@ impl Reference {
         let ray = Line { start, step, from };
         if let Some(vectors) = self.vectors.as_ref().filter(|_| self.alone) {
             let mut planes = self.slabs(&ray);
-            planes.step *= vectors.size();
+            planes.step *= vectors.step() / self.lattice.smallest_spacing();
             let sums = vectors.sums(&ray, &planes);
             let layers = merged(&[], &sums);
             let layers: Vec<Layer> = layers.into_iter().map(Layer::Matter).collect();

@@ -31,7 +31,7 @@ pub(super) struct Vectors {
     kernel: RadialKernel,
     window: RadialKernel,
     splats: Vec<Seat>,
-    size: f64,
+    step: f64,
 }
 
 /// A splat in the world.
@@ -78,7 +78,7 @@ impl Vectors {
             kernel,
             window,
             splats: Vec::new(),
-            size: splats.list.first().map_or(1.0, |splat| f64::from(splat.size)),
+            step: splats.unit * splats.list.first().map_or(1.0, |splat| f64::from(splat.size)),
         };
         vectors.splats = (0..splats.list.len()).map(|i| vectors.seat(&splats, i)).collect();
         Some(vectors)
@@ -122,9 +122,9 @@ impl Vectors {
         (level.max(0.0) as usize).min(self.marks.levels.len() - 1)
     }
 
-    /// How much thicker slabs are that hold nothing else.
-    pub(super) fn size(&self) -> f64 {
-        self.size
+    /// World distance between the faces of slabs that hold nothing else, one a step of the vectors.
+    pub(super) fn step(&self) -> f64 {
+        self.step
     }
 
     /// What each slab has of the splats that a ray meets, by the slab's number: depth (or opacity)

@@ -154,7 +154,9 @@ impl Drawer {
                     false => renderer.draw_slab_tiles(which, &view, splat, constants, tiles),
                 }
             })?;
-        drawn.kernels += vectors.map_or(0, |vectors| vectors.count());
+        if are_alone {
+            drawn.kernels = vectors.map_or(0, |vectors| vectors.count());
+        }
         let rays = f64::from(size[0]) * f64::from(size[1]);
         let made_pipelines = self.renderer.pipeline_count() != pipelines;
         match which {

@@ -179,10 +179,11 @@ impl Drawer {
         let splats = Arc::clone(splats);
         let size = splats.list.first().map_or(1.0, |splat| f64::from(splat.size));
         let slab = match layer.alone {
-            // As thick as splats are.
+            // As thick as the vectors' own steps.
             true => {
                 let thick = if view.enlarged > 1.0 { QUICK_SLABS } else { 1.0 };
-                thick * size * spacing / scene.splat.slabs_per_voxel * view.pixels_per_unit
+                let step = size * splats.unit;
+                thick * step / scene.splat.slabs_per_voxel * view.pixels_per_unit
             }
             false => self.renderer.slab_thickness(which, view, &scene.splat, spacing),
         };

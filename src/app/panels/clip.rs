@@ -82,6 +82,11 @@ fn mode_ui(ui: &mut Ui, scene: &mut Scene, second: Option<&SplatSettings>) {
         return;
     }
     let note = |text: &str| Label::new(RichText::new(text).size(12.0).color(theme::NOTE)).wrap();
+    if scene.vectors.is_some() {
+        ui.add(note(
+            "Beside vectors the volume is drawn whole: choose None under Vectors to see inside",
+        ));
+    }
     if !Inside::is_shown_by(&scene.splat) {
         ui.add(note(
             "This mode colours samples before they are put together: its pictures show all of the \

@@ -269,7 +269,9 @@ impl Worker {
         };
         let mut picture = self.presented(request, rung_words(rung, &drawn), progress, &drawn)?;
         picture.report.backend = backend;
-        let coarseness = Coarseness::of(rung, &drawn, picture.shrink(), &picture.rgba);
+        // Marks are finer than the field: what smaller pictures of them are off by is not known.
+        let coarseness = Coarseness::of(rung, &drawn, picture.shrink(), &picture.rgba)
+            .filter(|_| request.scene.vectors.is_none());
         if drawn.is_reduced && picture.shrink() > 1.0 {
             self.last_reduced = Some(LastDrawn::of(request, drawn.wall_ms));
         }
