@@ -9,7 +9,8 @@ use super::{Destination, Failure, note, open, refuse_one_place};
 use crate::core::{Srgb8, Ticket};
 use crate::scene::annotations::Layout;
 use crate::scene::{
-    Annotation, Background, Inside, MOST_SLABS_PER_VOXEL, Scene, SplatSettings, View, Visibility,
+    AlongRay, Annotation, Background, Inside, MOST_SLABS_PER_VOXEL, Scene, SplatSettings, View,
+    Visibility,
 };
 use crate::task::engine::Engine;
 use crate::task::loop_file::{self, Cycle, LoopFormat, MOST_FRAMES};
@@ -219,6 +220,10 @@ fn scene(flags: &RenderFlags, splat: SplatSettings) -> Result<Meant, Failure> {
     let inside = inside.map_err(|error| Failure::Usage(error.to_string()))?;
     refuse_coarse(flags, &inside)?;
     let mut effects = shading.effects();
+    if inside.along != AlongRay::Composite {
+        // Nothing falls on values that are projected.
+        effects.clear();
+    }
     effects.extend(inside.effects());
     let opens_with_scalar = flags.scene.field.is_some() || flags.scene.component.is_some();
     let vectors = flags.vectors.layer(&input, &scene, opens_with_scalar)?;
