@@ -239,7 +239,7 @@ const SINGLE: [Shader; 18] = [
 ];
 
 /// Every shader there is.
-pub const ALL: [Shader; SINGLE.len() + PROJECTING.len() + SlabPieces::ALL.len()] = {
+pub static ALL: [Shader; SINGLE.len() + PROJECTING.len() + SlabPieces::ALL.len()] = {
     let slabs = SINGLE.len() + PROJECTING.len();
     let mut all = [SINGLE[0]; SINGLE.len() + PROJECTING.len() + SlabPieces::ALL.len()];
     let mut i = 0;
