@@ -387,6 +387,50 @@ fn effects_are_those_of_the_picture_and_what_is_transparent_by_a_table_says_so()
 }
 
 #[test]
+fn what_shows_the_inside_is_told_and_refused_where_it_cannot_be_shown() {
+    if !can_draw() {
+        return;
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = |name: &str| folder.path().join(name).to_str().expect("UTF-8").to_owned();
+    let (picture, stats) = (path("out.png"), path("stats.json"));
+    let fixed = ["render", "demo:shells:16", "-o", &picture, "--stats", &stats];
+    let fixed = [&fixed[..], &["--resolution", "32,24"]].concat();
+    for (more, effects) in [
+        (
+            &[
+                "--clip-box",
+                "0%,50%,2,12,0,15",
+                "--cut-faces",
+                "--slice",
+                "x=4",
+                "--iso",
+                "0.5:0.4",
+            ][..],
+            &["clip", "isosurfaces", "slices"][..],
+        ),
+        (&["--projection", "maximum", "--shading", "lights"], &["projection"]),
+    ] {
+        let run = voxsplat(&[&fixed[..], more].concat());
+        assert!(run.status.success(), "{}", errors(&run));
+        let text = std::fs::read_to_string(&stats).expect("statistics");
+        let stats = serde_json::from_str::<Value>(&text).expect("JSON");
+        assert_eq!(stats["effects"], serde_json::json!(effects), "{more:?}");
+    }
+    for (refused, words) in [
+        (&["--clip-box", "60%,50%,0%,100%,0%,100%"][..], "begins before it ends"),
+        (&["--slice", "x=4", "--visibility", "every-sample"], "with slices, found --visibility"),
+        (&["--iso", "0.5", "--classify", "after"], "--classify pre-integrated with an isosurface"),
+        (&["--projection", "average", "--iso", "0.5"], "--projection composite with isosurfaces"),
+        (&["--iso", "0.5", "--refine", "coarse", "--max-error", "0.1"], "found --refine coarse"),
+    ] {
+        let run = voxsplat(&[&fixed[..], refused].concat());
+        assert_eq!(run.status.code(), Some(2), "{refused:?}: {}", errors(&run));
+        assert!(errors(&run).contains(words), "{refused:?}: {}", errors(&run));
+    }
+}
+
+#[test]
 fn statistics_of_pictures_within_a_budget_say_what_they_show_and_how_far_off_that_is_thought() {
     if !can_draw() {
         return;

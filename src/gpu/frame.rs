@@ -36,7 +36,7 @@ pub enum Pass {
     /// Gathers a grid's kernels for some tiles of the picture.
     Gather {
         /// The shader that does.
-        shader: Shader,
+        shader: &'static Shader,
         /// Tiles, one workgroup each.
         tiles: u32,
     },

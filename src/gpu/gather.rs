@@ -75,12 +75,12 @@ impl Variant {
         matches!(self.kernel, Kernel::Nearest | Kernel::Linear | Kernel::BSpline)
     }
 
-    fn shader(self) -> Shader {
+    fn shader(self) -> &'static Shader {
         match (self.is_of_cells(), self.in_parts) {
-            (false, false) => shader::GATHER_KERNELS,
-            (false, true) => shader::GATHER_KERNELS_IN_PARTS,
-            (true, false) => shader::GATHER_CELLS,
-            (true, true) => shader::GATHER_CELLS_IN_PARTS,
+            (false, false) => &shader::GATHER_KERNELS,
+            (false, true) => &shader::GATHER_KERNELS_IN_PARTS,
+            (true, false) => &shader::GATHER_CELLS,
+            (true, true) => &shader::GATHER_CELLS_IN_PARTS,
         }
     }
 

@@ -424,7 +424,7 @@ impl Renderer {
             Pass::ScanSegments => {
                 self.dispatch(encoder, pass, shader::SCAN_SEGMENTS, 1, clock);
             }
-            Pass::Gather { shader, tiles } => self.gather(encoder, shader, tiles, clock),
+            Pass::Gather { shader, tiles } => self.gather(encoder, *shader, tiles, clock),
             Pass::Splat(source) => self.splat(encoder, source, clock),
             Pass::ReconstructSlabs { tiles } | Pass::ProjectValues { tiles } => {
                 self.reconstruct_slabs(encoder, tiles, clock);

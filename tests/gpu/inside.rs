@@ -220,7 +220,9 @@ fn projections_are_the_references_extremes_and_means() {
         let mut fine = base();
         fine.splat.slabs_per_voxel = 8.0;
         agrees(&name("in fine slabs"), &fine, PROJECTED_FINELY);
-        for kernel in [Kernel::Nearest, Kernel::Linear, Kernel::Cubic] {
+        // Each takes seconds to compile: one of the three is enough.
+        let kernels = [Kernel::Nearest, Kernel::Linear, Kernel::Cubic];
+        for kernel in kernels.into_iter().filter(|_| along == AlongRay::Maximum) {
             let mut other = fine.clone();
             other.splat.kernel = kernel;
             let within = match kernel {
@@ -330,11 +332,9 @@ fn isosurfaces_are_the_references() {
     lit.shading = Shading { lighting: Some(lights), ..Shading::default() };
     lit.inside.isosurfaces[1].colour = Some(voxsplat::core::Srgb8([40, 90, 220]));
     agrees_but_for_edges("lit", &lit);
-    for kernel in [Kernel::Linear, Kernel::Cubic] {
-        let mut other = with_levels(hill(lattice()), levels());
-        other.splat.kernel = kernel;
-        agrees_but_for_edges(kernel.name(), &other);
-    }
+    let mut other = with_levels(hill(lattice()), levels());
+    other.splat.kernel = Kernel::Cubic;
+    agrees_but_for_edges("radial", &other);
     let mut cut = both(with_levels(hill(lattice()), levels()), CutFaces::Coloured);
     cut.inside.isosurfaces = levels();
     agrees_but_for_edges("cut", &cut);
