@@ -9,8 +9,7 @@ use super::{Destination, Failure, note, open, refuse_one_place};
 use crate::core::{Srgb8, Ticket};
 use crate::scene::annotations::Layout;
 use crate::scene::{
-    AlongRay, Annotation, Background, Inside, MOST_SLABS_PER_VOXEL, Scene, SplatSettings, View,
-    Visibility,
+    Annotation, Background, Inside, MOST_SLABS_PER_VOXEL, Scene, SplatSettings, View, Visibility,
 };
 use crate::task::engine::Engine;
 use crate::task::loop_file::{self, Cycle, LoopFormat, MOST_FRAMES};
