@@ -16,20 +16,6 @@ const RECORD_WORDS: u32 = 7u;
 // Words of `counts` before the first kernel's.
 const COUNT_HEADER_WORDS: u32 = 8u;
 
-// Pixels, along one axis, whose centres lie within `reach` of `middle`: first and after the last.
-fn pixels(middle: f32, reach: f32, size: f32) -> vec2<u32> {
-    let first = clamp(ceil(middle - reach - 0.5), 0.0, size);
-    let end = clamp(floor(middle + reach - 0.5) + 1.0, 0.0, size);
-    return vec2<u32>(u32(first), u32(max(end, first)));
-}
-
-// Tiles that hold pixels first..end, counted from `origin` and within `count`.
-fn tiles(pixels: vec2<u32>, origin: u32, count: u32) -> vec2<u32> {
-    let first = max(pixels.x / TILE, origin) - origin;
-    let end = max(min((pixels.y + TILE - 1u) / TILE, origin + count), origin) - origin;
-    return vec2<u32>(min(first, end), end);
-}
-
 @compute @workgroup_size(LIST_THREADS)
 fn count_entries(
     @builtin(global_invocation_id) id: vec3<u32>,

@@ -35,6 +35,20 @@ override published: bool = false;
 // 0: a radial kernel, 1: a box, 2: a point.
 override shape: u32 = 0u;
 
+// Pixels, along one axis, whose centres lie within `reach` of `middle`: first and after the last.
+fn pixels(middle: f32, reach: f32, size: f32) -> vec2<u32> {
+    let first = clamp(ceil(middle - reach - 0.5), 0.0, size);
+    let end = clamp(floor(middle + reach - 0.5) + 1.0, 0.0, size);
+    return vec2<u32>(u32(first), u32(max(end, first)));
+}
+
+// Tiles that hold pixels first..end, counted from `origin` and within `count`.
+fn tiles(pixels: vec2<u32>, origin: u32, count: u32) -> vec2<u32> {
+    let first = max(pixels.x / TILE, origin) - origin;
+    let end = max(min((pixels.y + TILE - 1u) / TILE, origin + count), origin) - origin;
+    return vec2<u32>(min(first, end), end);
+}
+
 // Layers from `low` to `high`, pixels of view depth beyond the lattice's centre, in the order of
 // compositing: the first, and how many.
 fn layers_between(low: f32, high: f32) -> vec2<u32> {
