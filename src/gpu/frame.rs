@@ -7,7 +7,6 @@ use super::shader::Shader;
 
 /// One pass over the device.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[expect(clippy::large_enum_variant, reason = "a handful of passes at a time")]
 pub enum Pass {
     /// Counts the active voxels of each segment of the piece's rows.
     CountSegments {
