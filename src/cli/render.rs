@@ -113,6 +113,13 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
              of the transfer function alone; give --budget-ms, or a smaller --max-error",
         );
     }
+    if still.drawn.vectors_halved > 0 {
+        note(&format!(
+            "so many vectors lie over one place that means of {} are drawn; --vector-coarser draws means by \
+             choice, and a larger --resolution shows more of them",
+            8_u64.pow(still.drawn.vectors_halved)
+        ));
+    }
     if let Some(convergence) = &still.convergence
         && !convergence.is_reached()
     {

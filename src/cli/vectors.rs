@@ -11,16 +11,18 @@ use crate::core::{Srgb8, Ticket};
 use crate::scene::{Scene, VectorLayer};
 use crate::transfer::{ColourMap, ColourSource};
 use crate::vector::{ColourBy, Design, Foreshortening, VectorMode, VectorSettings};
-use crate::volume::VolumeError;
+use crate::volume::{Field, VolumeError};
 
 /// A vector field, and what its splats look like.
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Vectors")]
 pub struct VectorFlags {
-    /// Draw this field of three components as vectors, beside the scalar field [default: one that opens
-    /// first, alone]
+    /// Draw this field of three components as vectors, beside the scalar field [default: one that opens first, alone]
     #[arg(long, value_name = "NAME")]
     pub vector: Option<String>,
+    /// Draw three scalar fields as the components of vectors, along x, y and z
+    #[arg(long, num_args = 3, value_names = ["U", "V", "W"], conflicts_with = "vector")]
+    pub vector_components: Option<Vec<String>>,
     /// Draw vectors and no scalar field beside them
     #[arg(long)]
     pub vectors_only: bool,
@@ -110,24 +112,32 @@ impl VectorFlags {
         let failed = |error: VolumeError| Failure::Failed(input.about(&error.to_string()));
         let active = input.grid.fields.first();
         let opens_as_vectors = !opens_with_scalar && active.is_some_and(|f| f.components == 3);
-        let (field, alone) = match &self.vector {
-            Some(name) => {
-                let field = input.grid.field(Some(name)).map_err(failed)?;
+        let ticket = Ticket::new();
+        let of = |field: &Field| input.grid.vectors(field, &ticket).map_err(failed);
+        let named = |name: &str| input.grid.field(Some(name)).map_err(failed);
+        let (vectors, alone) = match (&self.vector, self.vector_components.as_deref()) {
+            (_, Some([u, v, w])) => {
+                let fields = [named(u)?, named(v)?, named(w)?];
+                let vectors = input.grid.vectors_of(fields, &ticket).map_err(failed)?;
+                (vectors, self.vectors_only)
+            }
+            (Some(name), _) => {
+                let field = named(name)?;
                 // The length of the same vectors would only stand in their way.
                 let is_same = opens_as_vectors && active.is_some_and(|a| a.name == field.name);
-                (field, self.vectors_only || is_same)
+                (of(field)?, self.vectors_only || is_same)
             }
-            None if opens_as_vectors || self.vectors_only => {
+            (None, _) if opens_as_vectors || self.vectors_only => {
                 let found = input.grid.fields.iter().find(|field| field.components == 3);
                 let field = found.ok_or_else(|| {
                     Failure::Failed(input.about(
                         "expected a field of three components for --vectors-only, found none; leave \
-                         it out",
+                         it out, or name three fields with --vector-components",
                     ))
                 })?;
-                (field, true)
+                (of(field)?, true)
             }
-            None => {
+            (None, _) => {
                 return match self.given() {
                     None => Ok(None),
                     Some(flag) => Err(Failure::Usage(format!(
@@ -137,7 +147,6 @@ impl VectorFlags {
                 };
             }
         };
-        let vectors = input.grid.vectors(field, &Ticket::new()).map_err(failed)?;
         let holes = vectors.vectors.iter().filter(|v| !v.is_finite()).count();
         if holes > 0 {
             note(&format!(

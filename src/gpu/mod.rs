@@ -99,6 +99,17 @@ pub enum GpuError {
          choose one of those two"
     )]
     NoSheets,
+    /// More vector splats over one tile of the picture than a ray can walk.
+    #[error(
+        "expected at most {most} vector splats and layers over a tile of the picture, found {found}; \
+         draw means of them with --vector-coarser, or lower the opacity of short vectors to 0"
+    )]
+    TooManyVectors {
+        /// The limit.
+        most: u64,
+        /// What lies over it.
+        found: u64,
+    },
     /// Vectors lie in the slabs of a field that is reconstructed.
     #[error(
         "expected slabs that are classified after reconstruction for vectors beside a scalar field, \

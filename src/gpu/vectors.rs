@@ -311,16 +311,11 @@ impl Renderer {
         }
         let Some(vectors) = &self.vectors else { return Ok(rows) };
         let splats = Arc::clone(&vectors.splats);
-        let too_many = |found: String| GpuError::TooLarge {
-            what: "vectors over a row of tiles of the picture",
-            limit: format!("{MOST_VECTOR_ENTRIES} entries"),
-            found,
-            advice: "lower the opacity of short vectors to 0, or choose fewer --slabs-per-voxel",
-        };
+        let too_many = |most: u64, found: u64| GpuError::TooManyVectors { most, found };
         let frame = VectorFrame::new(view, &splats, what);
         let layers = frame
             .layers(what.slab)
-            .ok_or_else(|| too_many(format!("over 2^{MOST_LAYER_BITS} layers")))?;
+            .ok_or_else(|| too_many(1 << MOST_LAYER_BITS, frame.layer_count(what.slab)))?;
         #[expect(clippy::cast_possible_truncation, reason = "bound by what one buffer holds")]
         let count = splats.list.len() as u32;
         let front_to_back = what.splat.order == Order::FrontToBack;
@@ -353,7 +348,8 @@ impl Renderer {
             let room = (u32::MAX, MOST_VECTOR_ENTRIES);
             if self.make_lists(&plan, room, &mut ListTotals::default())?.is_none() {
                 if rows.len() < 2 {
-                    return Err(too_many(format!("{count} splats in {} layers", layers.count)));
+                    let found = u64::from(count) * u64::from(layers.count);
+                    return Err(too_many(u64::from(MOST_VECTOR_ENTRIES), found));
                 }
                 rows.end = rows.start + (rows.end - rows.start).div_ceil(2);
                 continue;
@@ -364,7 +360,8 @@ impl Renderer {
             };
             let turns = u64::from(longest) + TURNS_BESIDE;
             if self.context.most_turns.is_some_and(|most| turns > most) {
-                return Err(too_many(format!("{longest} over one tile")));
+                let most = self.context.most_turns.unwrap_or(u64::MAX) - TURNS_BESIDE;
+                return Err(too_many(most, u64::from(longest)));
             }
             let vectors = self.vectors.as_mut().ok_or(GpuError::Cancelled)?;
             vectors.constants.layers[2] = rows.start.cast_signed();
@@ -497,6 +494,14 @@ impl VectorFrame {
             radius,
             reach,
         }
+    }
+
+    /// Layers that splats lie in, however many.
+    fn layer_count(&self, slab: f64) -> u64 {
+        let layer = slab * f64::from(LAYER_SLABS);
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates")]
+        let count = ((self.reach[1] - self.reach[0]) / layer).ceil() as u64;
+        count
     }
 
     fn layers(&self, slab: f64) -> Option<Layers> {

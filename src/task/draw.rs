@@ -68,8 +68,8 @@ pub enum Rung {
     Full,
 }
 
-/// What a finished rung is.
-#[derive(Debug, Clone, PartialEq)]
+/// What a finished rung is; but for what it says, nothing.
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Drawn {
     /// Size it was drawn at.
     pub size: [u32; 2],
@@ -87,6 +87,8 @@ pub struct Drawn {
     pub field: SlabField,
     /// Slabs of a reconstructed field, which lights and shading tables reach.
     pub is_shaded: bool,
+    /// Times that vectors were halved beyond what was asked for, as too many lay over one tile.
+    pub vectors_halved: u32,
     /// Pipelines of slabs were made for it: the next such picture takes less.
     pub made_pipelines: bool,
     /// Wall milliseconds of the drawing, without preparation and reading back.
@@ -301,11 +303,8 @@ impl Drawer {
             nodes: records.len() as u64,
             max_error,
             missing_rmse,
-            is_reduced: false,
-            field: SlabField::Own,
-            is_shaded: false,
-            made_pipelines: false,
             wall_ms,
+            ..Drawn::default()
         })
     }
 
@@ -382,12 +381,8 @@ impl Drawer {
             kernels: records.len() as u64,
             nodes: records.len() as u64,
             max_error: limits.max_error,
-            missing_rmse: 0.0,
-            is_reduced: false,
-            field: SlabField::Own,
-            is_shaded: false,
-            made_pipelines: false,
             wall_ms: start.elapsed().as_secs_f64() * 1e3,
+            ..Drawn::default()
         })
     }
 
@@ -454,14 +449,8 @@ impl Drawer {
                 return Ok(Drawn {
                     size,
                     kernels: totals.kernels,
-                    nodes: 0,
-                    max_error: 0.0,
-                    missing_rmse: 0.0,
-                    is_reduced: false,
-                    field: SlabField::Own,
-                    is_shaded: false,
-                    made_pipelines: false,
                     wall_ms: start.elapsed().as_secs_f64() * 1e3,
+                    ..Drawn::default()
                 });
             }
             slack = 2 * (slack + totals.most_missing);

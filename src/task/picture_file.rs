@@ -91,18 +91,7 @@ mod tests {
     fn exr_holds_the_premultiplied_light_and_png_the_bytes() {
         let light = vec![[0.25, 0.5, 0.125, 0.5], [0.0; 4], [2.0, 1.0, 0.5, 1.0]];
         let rgba = vec![1, 2, 3, 255, 4, 5, 6, 255, 7, 8, 9, 128];
-        let drawn = Drawn {
-            size: [3, 1],
-            kernels: 0,
-            nodes: 0,
-            max_error: 0.0,
-            missing_rmse: 0.0,
-            is_reduced: false,
-            field: SlabField::Own,
-            is_shaded: false,
-            made_pipelines: false,
-            wall_ms: 0.0,
-        };
+        let drawn = Drawn { size: [3, 1], ..Drawn::default() };
         let still = Still {
             is_full: true,
             size: [3, 1],

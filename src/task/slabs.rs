@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use super::draw::{DrawError, Drawer, Drawn, Observer};
 use super::previews::preview_coefficients;
-use super::vectors;
+use super::vectors::{self, PictureVectors};
 use crate::core::Ticket;
 use crate::gpu::layout::TILE;
 use crate::gpu::{GpuError, PictureConstants, Renderer, SlabField, tile_count};
@@ -123,8 +123,6 @@ impl Drawer {
             self.prepare_slabs(scene, &view, which, observer)?;
             self.renderer.set_looks(scene);
         }
-        let vectors = self.prepare_vectors(scene, &view, which, observer)?;
-        self.renderer.put_vectors_in_slabs(vectors.is_some());
         let constants = PictureConstants {
             unit_distance: scene.opacity_unit_distance(),
             smallest_spacing: scene.volume.lattice.smallest_spacing(),
@@ -142,30 +140,43 @@ impl Drawer {
             FIRST_TILES
         };
         let pipelines = self.renderer.pipeline_count();
-        let make_lists = |renderer: &mut Renderer, tiles: Range<u32>| match &vectors {
-            Some(vectors) => vectors.make_lists(renderer, &view, tiles),
-            None => Ok(tiles.end),
-        };
-        let mut drawn =
-            self.tiled(scene, &view, observer, (first, make_lists), |renderer, tiles| {
-                let splat = &scene.splat;
-                match are_alone {
-                    true => renderer.draw_vector_tiles(&view, tiles),
-                    false => renderer.draw_slab_tiles(which, &view, splat, constants, tiles),
+        let mut vectors_halved = 0;
+        let mut drawn = loop {
+            let vectors = self.prepare_vectors(scene, &view, (which, vectors_halved), observer)?;
+            self.renderer.put_vectors_in_slabs(vectors.is_some());
+            let make_lists = |renderer: &mut Renderer, tiles: Range<u32>| match &vectors {
+                Some(vectors) => vectors.make_lists(renderer, &view, tiles),
+                None => Ok(tiles.end),
+            };
+            let draw = |renderer: &mut Renderer, tiles: Range<u32>| match are_alone {
+                true => renderer.draw_vector_tiles(&view, tiles),
+                false => renderer.draw_slab_tiles(which, &view, &scene.splat, constants, tiles),
+            };
+            match self.tiled(scene, &view, observer, (first, make_lists), draw) {
+                // Means are fewer; the picture begins anew.
+                Err(DrawError::Gpu(GpuError::TooManyVectors { .. }))
+                    if vectors.as_ref().is_some_and(PictureVectors::has_coarser) =>
+                {
+                    vectors_halved += 1;
                 }
-            })?;
-        if are_alone {
-            drawn.kernels = vectors.map_or(0, |vectors| vectors.count());
-        }
+                Err(error) => return Err(error),
+                Ok(mut drawn) => {
+                    if are_alone {
+                        drawn.kernels = vectors.map_or(0, |vectors| vectors.count());
+                    }
+                    break Drawn { vectors_halved, ..drawn };
+                }
+            }
+        };
+        drawn.made_pipelines = self.renderer.pipeline_count() != pipelines;
         let rays = f64::from(size[0]) * f64::from(size[1]);
-        let made_pipelines = self.renderer.pipeline_count() != pipelines;
         match which {
             // The next one will not wait for a compiler.
-            _ if made_pipelines => {}
+            _ if drawn.made_pipelines => {}
             SlabField::Own if enlarged <= 1.0 => self.costs.learn_rays(rays, drawn.wall_ms),
             _ => self.costs.learn_reduced(which, rays, drawn.wall_ms),
         }
-        Ok(Drawn { is_shaded: !are_alone, made_pipelines, ..drawn })
+        Ok(Drawn { is_shaded: !are_alone, ..drawn })
     }
 
     /// Brings a field of a scene that reconstructs one to the device.
@@ -234,14 +245,8 @@ impl Drawer {
         Ok(Drawn {
             size: view.size,
             kernels: self.active_count().unwrap_or(0),
-            nodes: 0,
-            max_error: 0.0,
-            missing_rmse: 0.0,
-            is_reduced: false,
-            field: SlabField::Own,
-            is_shaded: false,
-            made_pipelines: false,
             wall_ms: start.elapsed().as_secs_f64() * 1e3,
+            ..Drawn::default()
         })
     }
 

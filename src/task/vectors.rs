@@ -105,9 +105,16 @@ pub(super) struct PictureVectors {
     scene: Scene,
     splats: Arc<Splats>,
     slab: f64,
+    /// Whether there are means of them, too.
+    has_coarser: bool,
 }
 
 impl PictureVectors {
+    /// See the field.
+    pub(super) fn has_coarser(&self) -> bool {
+        self.has_coarser
+    }
+
     /// Splats in the picture, or beside it.
     pub(super) fn count(&self) -> u64 {
         self.splats.list.len() as u64
@@ -144,7 +151,8 @@ pub(super) fn are_alone(scene: &Scene) -> bool {
 }
 
 impl Drawer {
-    /// Brings the device up to the vectors of a picture; `None` for a scene without any.
+    /// Brings the device up to the vectors of a picture, halved so many times beyond what was asked for;
+    /// `None` for a scene without any.
     ///
     /// # Errors
     /// Interrupted, vectors beside a field that is shaded first, or the device.
@@ -152,7 +160,7 @@ impl Drawer {
         &mut self,
         scene: &Scene,
         view: &View,
-        which: SlabField,
+        (which, halved): (SlabField, u32),
         observer: &mut dyn Observer,
     ) -> Result<Option<PictureVectors>, DrawError> {
         let Some(layer) = &scene.vectors else {
@@ -174,7 +182,8 @@ impl Drawer {
         };
         let is_large = |splats: &&Arc<Splats>| radius_px(splats) >= least;
         let coarsest = levels.len().saturating_sub(1);
-        let asked = &levels[coarsest.min(layer.settings.coarser as usize)..];
+        let first = coarsest.min((layer.settings.coarser + halved) as usize);
+        let asked = &levels[first..];
         let Some(splats) = asked.iter().find(is_large).or(asked.last()) else { return Ok(None) };
         let splats = Arc::clone(splats);
         let size = splats.list.first().map_or(1.0, |splat| f64::from(splat.size));
@@ -188,7 +197,8 @@ impl Drawer {
             false => self.renderer.slab_thickness(which, view, &scene.splat, spacing),
         };
         self.renderer.set_vectors(&splats, &layer.settings)?;
-        Ok(Some(PictureVectors { scene: scene.clone(), splats, slab }))
+        let has_coarser = first < coarsest;
+        Ok(Some(PictureVectors { scene: scene.clone(), splats, slab, has_coarser }))
     }
 
     /// The splats of a key, waited for as long as nothing newer comes.

@@ -507,6 +507,9 @@ pub(super) fn rung_words(rung: Rung, drawn: &Drawn) -> String {
         Rung::Subsampled { level } => format!("every {}th sample, averaged", 1 << level),
         Rung::Cheaper(kernel) => format!("every voxel, {} kernel", kernel.name()),
         Rung::Reduced { .. } => reduced_words(drawn),
+        Rung::Full if drawn.vectors_halved > 0 => {
+            format!("full, vectors halved {} times more", drawn.vectors_halved)
+        }
         Rung::Full => "full".to_owned(),
     }
 }
@@ -614,14 +617,9 @@ impl Observer for Watch<'_> {
                 let drawn = Drawn {
                     size: self.request.size,
                     kernels,
-                    nodes: 0,
-                    max_error: 0.0,
-                    missing_rmse: 0.0,
-                    is_reduced: false,
-                    field: SlabField::Own,
                     is_shaded: Shading::is_shown_by(&self.request.scene.splat),
-                    made_pipelines: false,
                     wall_ms: self.start.elapsed().as_secs_f64() * 1e3,
+                    ..Drawn::default()
                 };
                 #[expect(clippy::cast_possible_truncation, reason = "0..1")]
                 let progress = share.min(0.99) as f32;
