@@ -2,6 +2,7 @@
 
 mod cli_hostile;
 mod cli_transfer;
+mod cli_vectors;
 mod command_line;
 
 use std::path::{Path, PathBuf};

@@ -1,0 +1,141 @@
+//! Vectors on the command line: what is drawn, what is refused, and loops.
+
+use std::fs;
+use std::path::Path;
+
+use super::{can_draw, fault};
+use crate::command_line::{errors, voxsplat};
+
+const DEMO: &str = "demo:tornado:12";
+
+/// A picture by these flags, as bytes, and what was said.
+fn drawn(folder: &Path, flags: &[&str]) -> (Vec<u8>, String) {
+    let path = folder.join("picture.png");
+    let mut all =
+        vec!["render", DEMO, "--resolution", "48,36", "-o", path.to_str().expect("UTF-8")];
+    all.extend(flags);
+    let output = voxsplat(&all);
+    assert!(output.status.success(), "{flags:?}: {}", errors(&output));
+    (fs::read(&path).expect("a picture"), errors(&output))
+}
+
+#[test]
+fn phases_count_in_cycles_and_components_may_be_fields_of_their_own() {
+    if !can_draw() {
+        return;
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let of = |flags: &[&str]| drawn(folder.path(), flags).0;
+    let only = ["--vector", "velocity", "--vectors-only"];
+    let at = |phase: &str| of(&[&only[..], &["--phase", phase]].concat());
+    assert_eq!(at("0"), at("1"));
+    assert_ne!(at("0"), at("0.5"));
+    assert_ne!(at("0"), of(&[&only[..], &["--vector-mode", "blend"]].concat()));
+    let beside = of(&["--vector", "velocity"]);
+    assert!(beside != of(&[]) && beside != at("0"));
+    let triple = ["--vector-components", "speed", "condensation", "speed", "--vectors-only"];
+    assert_ne!(at("0"), of(&triple));
+}
+
+#[test]
+fn too_many_vectors_over_a_tile_are_drawn_as_means_and_told() {
+    if !can_draw() {
+        return;
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("many.png");
+    let output = voxsplat(&[
+        "render",
+        "demo:tornado:40",
+        "--vector",
+        "velocity",
+        "--vectors-only",
+        "--vector-coarser",
+        "0",
+        "--vector-extent",
+        "8",
+        "--vector-opacity",
+        "0:0.01",
+        "--resolution",
+        "16,12",
+        "-o",
+        path.to_str().expect("UTF-8"),
+    ]);
+    let said = errors(&output);
+    assert!(output.status.success(), "{said}");
+    assert!(said.contains("means of 8 are drawn"), "{said}");
+}
+
+#[test]
+fn a_loop_is_one_gif_or_numbered_pictures() {
+    if !can_draw() {
+        return;
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let write = |name: &str| {
+        let path = folder.path().join(name);
+        let output = voxsplat(&[
+            "render",
+            DEMO,
+            "--vector",
+            "velocity",
+            "--vectors-only",
+            "--resolution",
+            "24,18",
+            "--loop",
+            "3",
+            "-o",
+            path.to_str().expect("UTF-8"),
+        ]);
+        assert!(output.status.success(), "{}", errors(&output));
+        path
+    };
+    let gif = fs::read(write("wind.gif")).expect("a loop");
+    assert!(gif.starts_with(b"GIF89a"));
+    assert!(!write("wind.png").exists());
+    let pictures: Vec<Vec<u8>> = (0..3)
+        .map(|i| fs::read(folder.path().join(format!("wind-00{i}.png"))).expect("a picture"))
+        .collect();
+    assert!(pictures[0] != pictures[1] && pictures[1] != pictures[2]);
+}
+
+#[test]
+fn what_cannot_be_meant_of_vectors_is_refused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("no.png");
+    let out = path.to_str().expect("UTF-8");
+    for (flags, code, words) in [
+        (vec!["--vector", "nothing"], 1, vec!["nothing"]),
+        (vec!["--vector", "speed"], 1, vec!["three components", "speed"]),
+        (vec!["--vector", "velocity", "--vector-stretch", "99"], 2, vec!["1 to 8", "99"]),
+        (vec!["--vector", "velocity", "--vector-coarser", "99"], 2, vec!["0 to 8", "99"]),
+        (vec!["--vector-mode", "blend"], 2, vec!["--vector NAME", "--vector-mode"]),
+        (vec!["--vector", "velocity", "--loop", "1"], 2, vec!["2 to 999", "found 1"]),
+        (vec!["--vector", "velocity", "--clip-box", "0,5,0,5,0,5"], 2, vec!["clip", "vectors"]),
+        (
+            vec!["--vector", "velocity", "--refine", "coarse", "--max-error", "0.1"],
+            2,
+            vec!["--budget-ms", "--max-error"],
+        ),
+        (vec!["--vector-components", "speed", "velocity", "speed"], 1, vec!["velocity"]),
+    ] {
+        let mut all = vec!["render", DEMO, "-o", out];
+        all.extend(&flags);
+        let output = voxsplat(&all);
+        let found = fault(&output, code, &words, None);
+        assert_eq!(found, None, "{flags:?}");
+        assert!(!path.exists(), "{flags:?}");
+    }
+    let jpg = folder.path().join("no.jpg");
+    let output = voxsplat(&[
+        "render",
+        DEMO,
+        "--vector",
+        "velocity",
+        "--loop",
+        "4",
+        "-o",
+        jpg.to_str().expect("UTF-8"),
+    ]);
+    assert_eq!(fault(&output, 2, &[".gif", ".png"], Some(&jpg)), None);
+}
