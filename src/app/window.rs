@@ -670,6 +670,10 @@ impl Window {
         scene.background = self.settings.scene_background();
         let now_secs = ctx.time();
         let held = ctx.dragged_id().is_some();
+        // The panel says so.
+        let without =
+            scene.lacks_slabs_for_vectors().then(|| Scene { vectors: None, ..scene.clone() });
+        let scene = without.as_ref().unwrap_or(scene);
         let decision =
             self.pacing.decide(scene, self.viewport_size, &self.settings, now_secs, held);
         self.parts.news.set_moving(self.pacing.is_moving());

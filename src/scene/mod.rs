@@ -90,6 +90,13 @@ impl Scene {
         self.vectors.as_ref().is_some_and(|layer| layer.alone)
     }
 
+    /// Whether vectors are to lie in the slabs of a field that has none: its mode shades first.
+    pub fn lacks_slabs_for_vectors(&self) -> bool {
+        let SplatSettings { visibility, classify, .. } = self.splat;
+        let has_slabs = visibility == Visibility::Slabs && classify != Classify::Before;
+        self.vectors.is_some() && !self.hides_field() && !has_slabs
+    }
+
     /// What it asks for beside the transfer function and the mode, by name.
     pub fn effects(&self) -> Vec<&'static str> {
         // Values that are projected have no opacity, and nothing falls on them.

@@ -139,6 +139,23 @@ fn the_phase_is_scrubbed_and_speed_0_costs_nothing() {
 }
 
 #[test]
+fn a_mode_without_slabs_is_drawn_without_vectors_and_says_so() {
+    let mut bench = opened();
+    press(&mut bench, "Hide the scalar field");
+    bench.settle();
+    assert!(bench.last_request().scene.vectors.is_some_and(|layer| !layer.alone));
+    press(&mut bench, "Classic splatting");
+    bench.settle();
+    assert!(bench.last_request().scene.vectors.is_none());
+    let says = "Not drawn: this mode shades first, and has no slabs that vectors could lie in. Hide \
+                the scalar field, or choose the exact mode under Splats";
+    assert!(bench.shows(says));
+    press(&mut bench, "Hide the scalar field");
+    bench.settle();
+    assert!(bench.last_request().scene.vectors.is_some_and(|layer| layer.alone));
+}
+
+#[test]
 fn a_loop_is_saved_from_the_window() {
     let mut bench = opened();
     press(&mut bench, "Save loop…");

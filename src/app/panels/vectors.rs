@@ -6,7 +6,7 @@ use super::{maps, reset_ui, row_ui, slider_ui};
 use crate::app::document::Document;
 use crate::app::theme;
 use crate::core::Srgb8;
-use crate::scene::{Classify, Scene, VectorLayer, Visibility};
+use crate::scene::{Scene, VectorLayer};
 use crate::vector::{
     ColourBy, Design, Foreshortening, MOST_SPEED, MOST_STRETCH, PhaseClock, VectorMode,
     VectorSettings,
@@ -36,7 +36,7 @@ pub fn vectors_ui(
     now: f64,
 ) -> Option<VectorRequest> {
     let request = field_ui(ui, document, scene);
-    let beside = scene.splat;
+    let lacks_slabs = scene.lacks_slabs_for_vectors();
     let cuts = !scene.inside.is_plain();
     let range = |layer: &VectorLayer, by| layer.range_of(by, &scene.volume);
     let Some(layer) = &mut scene.vectors else { return request };
@@ -45,10 +45,9 @@ pub fn vectors_ui(
             "Draw the vectors alone: nothing of the scalar field is computed, and pictures are quicker",
         );
     });
-    let has_slabs = beside.visibility == Visibility::Slabs && beside.classify != Classify::Before;
-    if !layer.alone && !has_slabs {
-        let text = "This mode shades first, and has no slabs that vectors could lie in: hide the \
-                    scalar field, or choose the exact mode under Splats";
+    if lacks_slabs && !layer.alone {
+        let text = "Not drawn: this mode shades first, and has no slabs that vectors could lie in. Hide \
+                    the scalar field, or choose the exact mode under Splats";
         ui.label(RichText::new(text).size(12.0).color(theme::NOTE));
     }
     if cuts {
