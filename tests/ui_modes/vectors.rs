@@ -138,11 +138,15 @@ fn the_phase_is_scrubbed_and_speed_0_costs_nothing() {
     assert!(bench.harness.get_by_role_and_label(Role::Button, "Pause").rect().is_positive());
 }
 
+fn tick(bench: &mut Bench) {
+    bench.harness.get_by_role_and_label(Role::CheckBox, "Hide the scalar field").click();
+    bench.settle();
+}
+
 #[test]
 fn a_mode_without_slabs_is_drawn_without_vectors_and_says_so() {
     let mut bench = opened();
-    press(&mut bench, "Hide the scalar field");
-    bench.settle();
+    tick(&mut bench);
     assert!(bench.last_request().scene.vectors.is_some_and(|layer| !layer.alone));
     press(&mut bench, "Classic splatting");
     bench.settle();
@@ -150,8 +154,7 @@ fn a_mode_without_slabs_is_drawn_without_vectors_and_says_so() {
     let says = "Not drawn: this mode shades first, and has no slabs that vectors could lie in. Hide \
                 the scalar field, or choose the exact mode under Splats";
     assert!(bench.shows(says));
-    press(&mut bench, "Hide the scalar field");
-    bench.settle();
+    tick(&mut bench);
     assert!(bench.last_request().scene.vectors.is_some_and(|layer| layer.alone));
 }
 
