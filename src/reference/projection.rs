@@ -87,7 +87,8 @@ mod tests {
     fn the_top_of_a_parabola_is_found_wherever_it_lies() {
         for (at, expected) in [(0.3, 2.0), (-1.0, 2.0 - 1.0), (0.999, 2.0)] {
             let found = top([0.0, 1.0], &|t| 2.0 - (t - at) * (t - at));
-            assert!((found - expected).abs() < 1e-12, "{at}: {found}");
+            // Ends are met 1e-12 inside, where this one is twice as steep.
+            assert!((found - expected).abs() < 4e-12, "{at}: {found}");
         }
     }
 

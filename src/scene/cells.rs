@@ -419,7 +419,9 @@ mod tests {
             }
             let corner = view.point_on_picture(ends[0]).unwrap();
             let is_end = |end: &DVec2| (*end - corner).length() < 1e-9;
-            assert_eq!(found.iter().flatten().filter(|end| is_end(end)).count(), 3);
+            // Along an axis, the corner behind it is seen in the same place.
+            let count = if view.eye_distance.is_some() { 3 } else { 6 };
+            assert_eq!(found.iter().flatten().filter(|end| is_end(end)).count(), count);
         }
     }
 
