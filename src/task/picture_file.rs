@@ -84,7 +84,6 @@ pub fn write(still: &Still, format: PictureFormat, path: &Path) -> Result<(), St
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gpu::SlabField;
     use crate::task::draw::Drawn;
 
     #[test]
