@@ -215,13 +215,15 @@ fn a_single_splat_is_what_crawfis_and_max_print() {
     for mode in VectorMode::ALL {
         let mut scene = with(alone(), |layer| {
             layer.field = Arc::new(field.clone());
-            layer.settings.mode = mode;
+            (layer.settings.mode, layer.alone) = (mode, false);
             layer.settings.marks = Some(Srgb8([0, 255, 0]));
             layer.settings.transfer.opacity = vec![(5.0, 0.0), (10.0, 0.7)];
             layer.settings.stretch = 1.0;
         });
         scene.splat.opacity_model = OpacityModel::Published;
-        // Slabs are 20 deep and meet in the middle of the lattice: the splat lies before it.
+        // The slabs of a field that does not show are 20 deep and meet in the middle of its lattice: the
+        // splat lies before it.
+        scene.transfer.opacity.clear();
         scene.splat.slabs_per_voxel = 0.5;
         scene.camera =
             voxsplat::core::Camera::new(DVec3::new(1.0, 1.0, 2.0), DVec3::NEG_Z, DVec3::Y, 2.5);
