@@ -63,7 +63,7 @@ fn too_many_vectors_over_a_tile_are_drawn_as_means_and_told() {
     ]);
     let said = errors(&output);
     assert!(output.status.success(), "{said}");
-    assert!(said.contains("means of 8 are drawn"), "{said}");
+    assert!(said.contains("means of 64 are drawn"), "{said}");
 }
 
 #[test]
