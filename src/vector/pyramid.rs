@@ -58,7 +58,9 @@ impl VectorPyramid {
 fn halved(finer: &Splats, published: bool, seed: u64, level: u32) -> Splats {
     let [nx, ny, _] = finer.dims;
     let dims = finer.dims.map(|n| n.div_ceil(2));
-    let mut sums = vec![Sum::default(); dims.iter().product()];
+    // The default of a matrix is not zero.
+    let nothing = Sum { axes: DMat3::ZERO, ..Sum::default() };
+    let mut sums = vec![nothing; dims.iter().product()];
     for (i, (splat, &index)) in finer.list.iter().zip(&finer.indices).enumerate() {
         let index = index as usize;
         let at = [index % nx, index / nx % ny, index / (nx * ny)].map(|i| i / 2);
@@ -182,6 +184,16 @@ mod tests {
         let top = pyramid(field([2, 1, 1], vec![(0, a), (1, b)])).levels.remove(1).list[0];
         assert_eq!((top.direction, top.spread), ([0.0; 3], 1.0));
         assert!(top.amount > 0.0);
+    }
+
+    #[test]
+    fn steps_of_a_curvilinear_grid_are_weighted_means() {
+        let a = splat([0.0; 3], 3e-6, [1.0, 0.0, 0.0], 1.0);
+        let b = splat([1.0, 0.0, 0.0], 1e-6, [1.0, 0.0, 0.0], 0.0);
+        let mut finest = field([2, 1, 1], vec![(0, a), (1, b)]);
+        finest.own_axes = vec![columns(DMat3::IDENTITY), columns(DMat3::IDENTITY * 5.0)];
+        let found = pyramid(finest).levels.remove(1).axes_of(0);
+        assert!(found.abs_diff_eq(DMat3::IDENTITY * 2.0, 1e-6), "{found}");
     }
 
     #[test]

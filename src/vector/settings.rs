@@ -167,6 +167,8 @@ const FAINT: f64 = 0.5;
 const FULL: f64 = 0.98;
 /// Greatest opacity without other wishes.
 const OPACITY: f64 = 0.95;
+/// Lengths beyond so many times that have the last colour.
+const OUTLIER: f64 = 6.0;
 /// Splats along the longest side of a field, at most, as it is first seen.
 const MOST_ACROSS: usize = 40;
 /// Fields are halved no more often than this.
@@ -196,7 +198,9 @@ impl VectorSettings {
             // All of one length.
             false => vec![(low, OPACITY)],
         };
-        let range = if high > 0.0 { [0.0, high] } else { [0.0, 1.0] };
+        // Up to the longest, unless that is an outlier.
+        let top = lengths.max.min(OUTLIER * high);
+        let range = if top > 0.0 { [0.0, top] } else { [0.0, 1.0] };
         let colour = ColourSource::Map { map: ColourMap::Viridis, range };
         Self {
             mode: VectorMode::default(),
