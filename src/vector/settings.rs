@@ -168,7 +168,7 @@ const FULL: f64 = 0.98;
 /// Greatest opacity without other wishes.
 const OPACITY: f64 = 0.95;
 /// Lengths beyond so many times that have the last colour.
-const OUTLIER: f64 = 6.0;
+const OUTLIER: f64 = 2.0;
 /// Splats along the longest side of a field, at most, as it is first seen.
 const MOST_ACROSS: usize = 40;
 /// Fields are halved no more often than this.
