@@ -25,7 +25,7 @@ fn opacities_of_floats_do_not_depend_on_the_colour_range() {
 }
 
 /// Tables and cells are never narrower than 1e-30 · 2⁻²², and 32-bit devices flush what lies below
-/// 1.2e-38: data wholly down there are one value. Issue 3.
+/// 1.2e-38: data wholly down there are one value. `io::open` tells of such fields.
 #[test]
 #[should_panic(expected = "denormals are all the same")]
 fn values_that_lie_wholly_below_the_least_normal_float_are_told_apart() {
