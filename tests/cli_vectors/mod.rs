@@ -109,7 +109,6 @@ fn what_cannot_be_meant_of_vectors_is_refused() {
     for (flags, code, words) in [
         (vec!["--vector", "nothing"], 1, vec!["nothing"]),
         (vec!["--vector", "speed"], 1, vec!["three components", "speed"]),
-        (vec!["--component", "sideways"], 2, vec!["helicity", "sideways"]),
         (
             vec!["--field", "speed", "--component", "vorticity"],
             1,
