@@ -26,6 +26,7 @@ pub mod modes;
 pub mod notices;
 mod opening;
 pub mod pacing;
+mod painting;
 pub mod panels;
 mod picture_saving;
 pub mod probing;
