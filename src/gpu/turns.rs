@@ -531,6 +531,26 @@ mod tests {
         assert!(parts.windows(2).all(|two| two[0][1] == two[1][0]), "{parts:?}");
     }
 
+    /// Between two surfaces lies a layer of its own, and each is looked for: turns of every slab.
+    #[test]
+    fn surfaces_take_turns_of_their_own() {
+        let plain = SlabRays {
+            view_from_index: DMat3::IDENTITY,
+            dims: [1, 1, 450],
+            thickness: 1.0 / 64.0,
+            side: 1,
+            window: None,
+            surfaces: 0,
+            projects: false,
+        };
+        assert_eq!(plain.parts(Some(SOFTWARE_TURNS)), None);
+        let parts = |surfaces| {
+            let rays = SlabRays { surfaces, ..plain };
+            rays.parts(Some(SOFTWARE_TURNS)).map_or(1, |parts| parts.len())
+        };
+        assert!(parts(1) > 1 && parts(4) > 2 * parts(1), "{} {}", parts(1), parts(4));
+    }
+
     #[test]
     fn wide_kernels_come_in_smaller_chunks_and_then_are_refused() {
         let mut gather = along([512, 64, 64], 8.0, 1.0 / 64.0);
