@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::buffers::Growing;
 use super::context::Context;
-use super::slabs::{Looks, PictureConstants, SlabPass, rays_per_side};
+use super::slabs::{Looks, PictureConstants, SlabPass};
 use super::turns::SlabPart;
 use crate::hierarchy::{EMPTY_BRICK, Speck, specks};
 use crate::scene::{SplatSettings, View};
@@ -57,7 +57,7 @@ impl SlabPass {
         let Some(halved) = self.halved(view).filter(|view| view.enlarged > 1.0) else { return 0 };
         let apart = 1.0 / halved.narrowest_voxel_pixels();
         let side = apart * RAYS_A_SAMPLE;
-        let is_averaged = rays_per_side(&halved, settings.kernel, settings.extent) > 1;
+        let is_averaged = halved.rays_per_side(settings.kernel, settings.extent) > 1;
         if side.is_nan() || side <= 1.0 || is_averaged {
             return 0;
         }
