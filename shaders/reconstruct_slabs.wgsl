@@ -247,8 +247,8 @@ fn reconstruct_slabs(
         return;
     }
     let corner = vec2<f32>(f32(pixel.x), f32(slabs.tiles.w - pixel.y)) - slabs.picture.xy;
-    // One ray a pixel, or a square of them where kernels are smaller than a pixel.
-    let side = slabs.more.y;
+    // One ray a pixel, or a square of them where kernels are smaller than a pixel, or things are.
+    let side = rays_along_side(pixel);
     var sum = vec4<f32>(0.0);
     var i = 0u;
     var end = side * side;

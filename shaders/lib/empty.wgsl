@@ -10,6 +10,14 @@ fn is_hole(position: vec3<f32>) -> bool {
     return (bits >> (index % 32u) & 1u) == 1u;
 }
 
+// Rays along the side of a pixel: where something small lies in it, more than elsewhere.
+fn rays_along_side(pixel: vec2<u32>) -> u32 {
+    let index = pixel.y * slabs.tiles.z + pixel.x;
+    let bits = empty[(slabs.more.w & 0x0fffffffu) + index / 32u];
+    let is_marked = slabs.more.w != 0u && (bits >> (index % 32u) & 1u) == 1u;
+    return select(slabs.more.y, slabs.more.w >> 28u, is_marked);
+}
+
 fn distance_at(position: vec3<f32>) -> i32 {
     let brick = vec3<u32>(clamp((position + 0.5) * 0.25, vec3<f32>(0.0), vec3<f32>(slabs.bricks.xyz) - 0.5));
     let index = (brick.z * slabs.bricks.y + brick.y) * slabs.bricks.x + brick.x;

@@ -40,7 +40,8 @@ struct Slabs {
     // First tile, tiles across, picture width, picture height.
     tiles: vec4<u32>,
     // Tiles in this piece; rays along the side of a pixel; word of `empty` at which the bits of
-    // samples without data begin.
+    // samples without data begin. Last, 0 or the word at which the bits of pixels begin that have
+    // more rays, and above bit 28 how many along a side.
     more: vec4<u32>,
     // What this dispatch walks of each pixel: first ray, the one after the last; looks along each
     // ray. w: bit 0, it goes on where the dispatch before ended; bit 1, it ends the ray.

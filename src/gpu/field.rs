@@ -220,13 +220,13 @@ impl DeviceField {
 
     /// For each brick the distance to the nearest in which a position, or a step of `reach` voxels
     /// from it, can have a value that shows, or one of `levels`; then, where samples are without data, their bits; and
-    /// the word at which those begin.
+    /// the word at which those begin. Also which bricks show within a voxel of them.
     pub(super) fn empty_space(
         &self,
         table: &Cumulative,
         reach: usize,
         levels: &[f64],
-    ) -> (Vec<u32>, u32) {
+    ) -> (Vec<u32>, u32, Vec<bool>) {
         // Half a step of 16 bits, and the rounding of 32.
         let slack = match self.format {
             Format::Floats => 0.0,
@@ -234,12 +234,14 @@ impl DeviceField {
         };
         // A step of more than a voxel may end as many bricks further on.
         let further = reach.saturating_sub(BOUNDED_REACH).div_ceil(EMPTY_BRICK);
-        let mut bytes = self.bounds.distances(further, |low, high| {
+        let mut bytes = self.bounds.distances(|low, high| {
             let (low, high) = (f64::from(low) + self.bias, f64::from(high) + self.bias);
             let slack = slack + 1e-6 * low.abs().max(high.abs());
             let (low, high) = (low - slack, high + slack);
             table.shows(low, high) || levels.iter().any(|level| (low..=high).contains(level))
         });
+        let shows = bytes.iter().map(|&distance| distance == 0).collect();
+        FieldBounds::widen(&mut bytes, further);
         bytes.resize(bytes.len().next_multiple_of(4), 0);
         let mut words: Vec<u32> = bytemuck::pod_collect_to_vec(&bytes);
         #[expect(clippy::cast_possible_truncation, reason = "a sixty-fourth of the samples")]
@@ -247,7 +249,7 @@ impl DeviceField {
         if let Some(holes) = &self.holes {
             words.extend(holes);
         }
-        (words, holes_at)
+        (words, holes_at, shows)
     }
 
     /// Bricks along x, y, z.

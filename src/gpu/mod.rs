@@ -15,6 +15,7 @@ mod gather;
 mod inside;
 pub mod layout;
 mod list_plan;
+mod marks;
 mod meshes;
 mod pipelines;
 mod renderer;

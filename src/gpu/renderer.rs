@@ -291,6 +291,24 @@ impl Renderer {
         self.slabs[which as usize].thickness(view, settings, smallest_spacing)
     }
 
+    /// Marks the pixels of a smaller picture (`View::enlarged`) in which single rays would miss small
+    /// things; the number of rays that they get more, `most_rays` at most. They are drawn with the next
+    /// picture of this view, unless its table changes before.
+    pub fn mark_specks(
+        &mut self,
+        which: SlabField,
+        view: &View,
+        settings: &SplatSettings,
+        picture: PictureConstants,
+        most_rays: u64,
+    ) -> u64 {
+        let looks = Looks { shade: self.shade.as_ref(), inside: self.inside.as_ref() };
+        let what = (settings, picture);
+        let rays = self.slabs[which as usize].mark(&self.context, view, what, looks, most_rays);
+        self.note_bytes();
+        rays
+    }
+
     /// Whether slabs have vectors in them from now on, whose lists are made before each piece.
     pub fn put_vectors_in_slabs(&mut self, have: bool) {
         self.slabs_have_vectors = have;

@@ -11,6 +11,7 @@ use super::context::Context;
 use super::field::{DeviceField, FIELD_CHUNKS, Format, window};
 use super::inside::{InsideVariant, Opening};
 use super::layout;
+use super::marks::Marked;
 use super::pipelines::vector_constants;
 use super::scattered::Lists;
 use super::shade::{CellsOfValues, Shade, ShadeVariant};
@@ -18,6 +19,7 @@ use super::shader::{Faces, PROJECT_VALUES, RECONSTRUCT_SLABS, SlabPieces};
 use super::turns::{SlabPart, SlabRays};
 use super::vectors::DeviceVectors;
 use crate::core::Ticket;
+use crate::hierarchy::Speck;
 use crate::kernel::{Coefficients, Kernel, RadialKernel};
 use crate::scene::{AlongRay, Classify, OpacityModel, Order, SplatSettings, View};
 use crate::transfer::Cumulative;
@@ -47,14 +49,23 @@ pub(super) struct SlabPass {
     capped: wgpu::Buffer,
     source: Option<Arc<ScalarVolume>>,
     interpolating: bool,
-    field: Option<DeviceField>,
-    table: Option<SlabTable>,
+    pub(super) field: Option<DeviceField>,
+    pub(super) table: Option<SlabTable>,
+    /// Pixels of the next picture that have more rays than one.
+    pub(super) marked: Option<Marked>,
 }
 
 #[derive(Debug)]
-struct SlabTable {
+pub(super) struct SlabTable {
     sums: wgpu::Buffer,
-    empty: wgpu::Buffer,
+    /// With room for marks once there were some.
+    pub(super) empty: wgpu::Buffer,
+    /// Words of it without them.
+    pub(super) empty_words: u64,
+    /// Bricks that show within a voxel of them.
+    pub(super) shows: Vec<bool>,
+    /// What is small among them, by plates of so many bricks, once someone has asked.
+    pub(super) specks: Option<(usize, Vec<Speck>)>,
     holes_at: u32,
     coordinate: [f32; 2],
     values: CellsOfValues,
@@ -138,6 +149,7 @@ impl SlabPass {
             interpolating: false,
             field: None,
             table: None,
+            marked: None,
         }
     }
 
@@ -178,7 +190,7 @@ impl SlabPass {
 
     /// Lets go of a volume that is not drawn any more.
     pub(super) fn clear(&mut self) {
-        (self.source, self.field, self.table) = (None, None, None);
+        (self.source, self.field, self.table, self.marked) = (None, None, None, None);
     }
 
     pub(super) fn set_field(
@@ -208,9 +220,10 @@ impl SlabPass {
         levels: &[f64],
     ) {
         let Some(field) = &self.field else { return };
-        let (empty, holes_at) = field.empty_space(table, reach, levels);
+        let (empty, holes_at, shows) = field.empty_space(table, reach, levels);
         let storage = |label, bytes: &[u8]| {
-            let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST;
+            use wgpu::BufferUsages as Usage;
+            let usage = Usage::STORAGE | Usage::COPY_DST | Usage::COPY_SRC;
             let buffer = Growing::make(context, label, usage, bytes.len() as u64);
             context.queue.write_buffer(&buffer, 0, bytes);
             buffer
@@ -231,9 +244,13 @@ impl SlabPass {
         ];
         #[expect(clippy::cast_possible_truncation, reason = "a few thousand")]
         let count = table.cells.len() as u32;
+        self.marked = None;
         self.table = Some(SlabTable {
             sums: storage("slab table", bytemuck::cast_slice(&sums)),
             empty: storage("empty space", bytemuck::cast_slice(&empty)),
+            empty_words: empty.len() as u64,
+            shows,
+            specks: None,
             holes_at,
             coordinate,
             values: CellsOfValues {
@@ -265,22 +282,39 @@ impl SlabPass {
         picture: PictureConstants,
         looks: Looks<'_>,
     ) -> Option<Vec<SlabPart>> {
+        let side = self.halved(view)?.rays_per_side(settings.kernel, settings.extent);
+        self.rays(view, settings, picture, looks, side)?.parts(context.most_turns)
+    }
+
+    /// A view as the lattice of the field has it, which may be halved.
+    pub(super) fn halved(&self, view: &View) -> Option<View> {
+        Some(view.halved(self.field.as_ref()?.level))
+    }
+
+    /// The rays of a picture, so many along the side of a pixel.
+    pub(super) fn rays(
+        &self,
+        view: &View,
+        settings: &SplatSettings,
+        picture: PictureConstants,
+        looks: Looks<'_>,
+        side: u32,
+    ) -> Option<SlabRays> {
         let field = self.field.as_ref()?;
         let (view, picture) = &seen(view, picture, field.level);
         let SplatSettings { kernel, extent, .. } = *settings;
         let is_radial = RadialKernel::new(kernel, extent).is_some();
         let samples = window(kernel, extent);
-        let rays = SlabRays {
+        Some(SlabRays {
             view_from_index: view.view_from_index,
             dims: field.dims,
             thickness: face_pixels(view, picture.smallest_spacing, settings, looks),
-            side: view.rays_per_side(kernel, extent),
+            side,
             // Two to either side are summed up without loops.
             window: (is_radial && samples != 2).then_some(samples),
             surfaces: looks.inside.map_or(0, |inside| inside.variant.surfaces()),
             projects: looks.variant(false).projects(),
-        };
-        rays.parts(context.most_turns)
+        })
     }
 
     /// Writes the constants of a piece; false where nothing is set up.
@@ -294,6 +328,7 @@ impl SlabPass {
         looks: Looks<'_>,
     ) -> bool {
         let (Some(field), Some(table)) = (&self.field, &self.table) else { return false };
+        let seen_view = view;
         let (view, picture) = &seen(view, picture, field.level);
         let mut constants = slab_constants(view, settings, *picture, tiles);
         let last = |v: &mut [f32; 4], w: f32| v[3] = w;
@@ -313,7 +348,8 @@ impl SlabPass {
         constants.table = [table.coordinate[0], table.coordinate[1], stretch as f32, 0.0];
         [constants.below, constants.beyond] = table.ends;
         let side = view.rays_per_side(settings.kernel, settings.extent);
-        constants.more = [tiles.len() as u32, side, table.holes_at, 0];
+        let marked = self.marked.as_ref().map_or(0, |marked| marked.word_of(seen_view, part));
+        constants.more = [tiles.len() as u32, side, table.holes_at, marked];
         constants.part = part;
         context.queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&constants));
         write_inside(context, &mut self.inside, (field.level, table.values), looks.inside);

@@ -72,9 +72,8 @@ impl FieldBounds {
     }
 
     /// For each brick the Chebyshev distance, in bricks, to the nearest in which something can show
-    /// by `shows(least, greatest)`, and `further` bricks about it: 0 for those themselves, at most
-    /// [`MOST_DISTANCE`].
-    pub fn distances(&self, further: usize, shows: impl Fn(f32, f32) -> bool + Sync) -> Vec<u8> {
+    /// by `shows(least, greatest)`: 0 for those themselves, at most [`MOST_DISTANCE`].
+    pub fn distances(&self, shows: impl Fn(f32, f32) -> bool + Sync) -> Vec<u8> {
         let [nx, ny, nz] = self.dims;
         let mut distances: Vec<u8> = self
             .ranges
@@ -87,12 +86,16 @@ impl FieldBounds {
         for (stride, n) in [(1, nx), (nx, ny), (nx * ny, nz)] {
             spread(&mut distances, stride, n);
         }
+        distances
+    }
+
+    /// Distances to the nearest brick of those `further` bricks about them as well.
+    pub fn widen(distances: &mut [u8], further: usize) {
         if further > 0 {
             let further = u8::try_from(further).unwrap_or(u8::MAX);
             // Those at the greatest distance may be further off, but not surely.
             distances.par_iter_mut().for_each(|d| *d = d.saturating_sub(further));
         }
-        distances
     }
 }
 
@@ -206,8 +209,9 @@ mod tests {
             ranges[(z * 7 + y) * 9 + x] = [0.0, 1.0];
         }
         let bounds = FieldBounds { dims, ranges };
-        let distances = bounds.distances(0, |_, high| high > 0.5);
-        let wider = bounds.distances(2, |_, high| high > 0.5);
+        let distances = bounds.distances(|_, high| high > 0.5);
+        let mut wider = distances.clone();
+        FieldBounds::widen(&mut wider, 2);
         for (i, &found) in distances.iter().enumerate() {
             let at = [i % 9, i / 9 % 7, i / 63];
             let far = |s: &[usize; 3]| (0..3).map(|a| s[a].abs_diff(at[a])).max().unwrap();

@@ -12,9 +12,11 @@ mod empty_space;
 mod moments;
 mod occlusion;
 mod pyramid;
+mod specks;
 mod sums;
 
 pub use cut::{Cut, CutLimits, CutNode, Visibility, VisitOrder};
 pub use empty_space::{EMPTY_BRICK, FieldBounds, MOST_DISTANCE};
 pub use moments::{ScalarLevel, ScalarPyramid, ScalarPyramidError};
 pub use pyramid::{ActiveCounts, ErrorMeasure, Node, Pyramid, PyramidError, PyramidLevel};
+pub use specks::{Speck, specks};

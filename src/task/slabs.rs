@@ -23,6 +23,11 @@ const FIRST_TILES: u32 = 64;
 /// Transmittance at which rays end: what is behind can change no channel by more than half a step
 /// of 10 bits.
 pub(super) const STOP_BELOW: f64 = 5e-4;
+/// Where one ray a pixel would miss small things, a smaller picture gets so many rays more at most for each that
+/// it has,
+const MOST_MORE_RAYS: f64 = 0.125;
+/// or so many: a few single voxels in the smallest pictures there are.
+const LEAST_MORE_RAYS: f64 = 1536.0;
 /// How often a wait for the coefficients looks whether something newer came.
 const LOOK_EVERY: Duration = Duration::from_millis(4);
 
@@ -140,6 +145,13 @@ impl Drawer {
             FIRST_TILES
         };
         let pipelines = self.renderer.pipeline_count();
+        let rays = f64::from(size[0]) * f64::from(size[1]);
+        if !are_alone {
+            // What these take is learnt with the others: the next picture is smaller for it.
+            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "rays")]
+            let most = (rays * MOST_MORE_RAYS).max(LEAST_MORE_RAYS) as u64;
+            self.renderer.mark_specks(which, &view, &scene.splat, constants, most);
+        }
         let mut vectors_halved = 0;
         let mut drawn = loop {
             let vectors = self.prepare_vectors(scene, &view, (which, vectors_halved), observer)?;
@@ -169,7 +181,6 @@ impl Drawer {
             }
         };
         drawn.made_pipelines = self.renderer.pipeline_count() != pipelines;
-        let rays = f64::from(size[0]) * f64::from(size[1]);
         match which {
             // The next one will not wait for a compiler.
             _ if drawn.made_pipelines => {}

@@ -29,6 +29,7 @@ mod scattered;
 mod shading;
 mod small_kernels;
 mod sort;
+mod specks;
 mod stills;
 mod support;
 mod transfer_moves;

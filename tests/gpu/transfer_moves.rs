@@ -151,6 +151,38 @@ fn a_moving_transfer_function_is_seen_before_the_whole_octree_is_there() {
     assert!((mean(&seen) - mean(&near)).abs() < 1.5 / 255.0, "{} {}", mean(&seen), mean(&near));
 }
 
+/// Each change of an uninterrupted drag has coarse levels of its own, and what was begun for the one before is
+/// dropped; the finer levels come with the rest after it.
+#[test]
+fn every_change_of_a_drag_is_seen_from_its_own_coarse_levels_and_the_finer_ones_follow_it() {
+    let Some(context) = context(Wishes::default()) else { return };
+    let mut drawer = Drawer::new(Renderer::new(context));
+    let base = scene(Lattice::unit(HEAVY), DVec3::new(0.3, -0.5, 0.8));
+    let ticket = Ticket::new();
+    let budget_ms = 15.0;
+    let moved = |step: usize| with(&base, [GREEN, BLUE, RED][step % 3], 0.02);
+    for step in 0..5 {
+        let scene = moved(step);
+        drawer.prepare_preview(&scene, FRAME, budget_ms, &ticket).expect("prepared");
+        assert!(drawer.has_coarse_octree(), "{step}: never all of it before a quick picture");
+        drawer.draw(&scene, FRAME, Rung::Coarse { budget_ms }, &mut ()).expect("drawn");
+        let light = wide(&drawer.renderer.read_light().expect("read"));
+        let lit = [1, 2, 0].map(|channel| light.iter().any(|p| p[channel] > 0.0));
+        let asked = [0, 1, 2].map(|colour| colour == step % 3);
+        assert_eq!(lit, asked, "{step}: of another function");
+        // As where nothing newer is asked for yet; the next change comes at once.
+        drawer.begin_octree(&scene).expect("begun");
+    }
+    let last = moved(4);
+    drawer.prepare(&last, &ticket).expect("prepared");
+    assert!(!drawer.has_coarse_octree() && drawer.active_count().is_some_and(|n| n > 0));
+    let Some(context) = crate::support::context(Wishes::default()) else { return };
+    let mut fresh = Drawer::new(Renderer::new(context));
+    fresh.prepare(&last, &ticket).expect("prepared");
+    assert_eq!(fresh.active_count(), drawer.active_count(), "of another function");
+    assert_eq!(fresh.error_for_count(3000), drawer.error_for_count(3000));
+}
+
 /// A drag of a slider: every picture is of what was asked for last or just before it, and they come.
 #[test]
 fn a_drag_of_a_slider_shows_pictures_all_along() {

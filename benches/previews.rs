@@ -1,0 +1,277 @@
+//! Which field quick pictures are best drawn from: `cargo bench --bench previews`.
+//!
+//! Three scans at 1280 × 800, in the scenes that `benches/peers/vtk_previews.py` draws. Fields are the
+//! nearest tents, and tents through means of 2, 4 and 8 samples a side with the spread about them. For
+//! each, pictures of fixed sizes, enlarged linearly: their PSNR to the exact picture in linear light, how
+//! much brighter they are (1/255), and the least time of several (ms). Prints Markdown. Scans are
+//! those of `VOXSPLAT_DATA` (default `../shared/data`). Of files that are named instead: what the engine
+//! shows of each while its view is turned.
+
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, mpsc};
+use std::time::{Duration, Instant};
+
+use glam::DVec3;
+use voxsplat::accuracy::{self, Difference};
+use voxsplat::core::{Camera, Srgb8, Ticket};
+use voxsplat::gpu::{AdapterChoice, Context, Renderer, SlabField, Wishes};
+use voxsplat::hierarchy::ScalarPyramid;
+use voxsplat::io::{self, OpenOptions};
+use voxsplat::kernel::{Averaged, Coefficients, Kernel, nearest_tents};
+use voxsplat::scene::{self, Background, Scene, SplatSettings};
+use voxsplat::task::draw::{Drawer, Rung};
+use voxsplat::task::engine::{Effort, Engine, EngineState, FrameRequest, Ladder, Picture};
+use voxsplat::task::still::enlarged;
+use voxsplat::transfer::{ColourSource, TransferFunction};
+use voxsplat::volume::{Component, ScalarVolume};
+
+const SIZE: [u32; 2] = [1280, 800];
+/// As in `vtk_previews.py`.
+const DIRECTION: DVec3 = DVec3::new(0.45, 0.75, -0.48);
+const SCALE: f64 = 0.38;
+/// How many times smaller pictures are drawn.
+const SHRINKS: [f64; 6] = [4.0, 6.35, 8.0, 10.67, 12.7, 16.67];
+const RUNS: usize = 5;
+/// The window's viewport at 1280 × 800, and pictures of a turn.
+const VIEWPORT: [u32; 2] = [944, 743];
+const TURNS: usize = 40;
+
+type Points<'a> = &'a [(f64, f64)];
+type Colours<'a> = &'a [(f64, u32)];
+const SCANS: [(&str, Points<'_>, Colours<'_>); 3] = [
+    (
+        "aneurism",
+        &[(40.0, 0.0), (110.0, 0.25), (255.0, 0.8)],
+        &[(40.0, 0x8c1f16), (140.0, 0xe08a4c), (255.0, 0xfff3e0)],
+    ),
+    (
+        "LIDC2",
+        &[(60.0, 0.0), (120.0, 0.02), (170.0, 0.25), (255.0, 0.7)],
+        &[(60.0, 0x304a8c), (130.0, 0xc8705c), (200.0, 0xf0d8b0), (255.0, 0xffffff)],
+    ),
+    (
+        "bonsai",
+        &[(25.0, 0.0), (45.0, 0.06), (90.0, 0.1), (150.0, 0.5), (255.0, 0.8)],
+        &[(25.0, 0x2c6e2c), (70.0, 0x7ab04a), (120.0, 0x9c6a3c), (255.0, 0xf4e4c8)],
+    ),
+];
+
+fn main() {
+    // Cargo's own flags are none of ours.
+    let named: Vec<PathBuf> = std::env::args_os()
+        .skip(1)
+        .filter(|arg| !arg.to_string_lossy().starts_with("--"))
+        .map(PathBuf::from)
+        .collect();
+    if !named.is_empty() {
+        println!(
+            "| file | samples | read, ms | first picture, ms | full, ms | while turned | ms, median and most | rung | load |"
+        );
+        println!("|---|---|---|---|---|---|---|---|---|");
+        named.iter().for_each(|path| turned(path));
+        return;
+    }
+    let data =
+        std::env::var_os("VOXSPLAT_DATA").map_or(PathBuf::from("../shared/data"), PathBuf::from);
+    for (name, opacity, colours) in SCANS {
+        let path = data.join("scalar").join(format!("{name}.vti"));
+        match open(&path) {
+            Ok(mut scene) => {
+                scene.transfer = function(opacity, colours);
+                let lattice = &scene.volume.lattice;
+                let extent = DVec3::from_array(lattice.dims.map(|n| n as f64)) * lattice.spacing;
+                let scale = SCALE * extent.length();
+                scene.camera = Camera::new(lattice.centre(), DIRECTION, DVec3::Z, scale);
+                scene.background = Background::Transparent;
+                scene.splat = SplatSettings::EXACT;
+                measure(name, &scene);
+            }
+            Err(reason) => eprintln!("skipped {name}: {reason}"),
+        }
+    }
+}
+
+/// What the window shows of a file while a hand turns it, by the engine: sizes and times at 20 ms.
+fn turned(path: &Path) {
+    let start = Instant::now();
+    let scene = match open(path) {
+        Ok(scene) => scene,
+        Err(reason) => {
+            eprintln!("skipped {}: {reason}", path.display());
+            return;
+        }
+    };
+    let load_ms = start.elapsed().as_secs_f64() * 1e3;
+    let (sender, receiver) = mpsc::channel();
+    let engine = Engine::start(AdapterChoice::Auto, move || sender.send(()).unwrap_or_default());
+    let next = |is_it: &dyn Fn(&Picture) -> bool| loop {
+        receiver.recv_timeout(Duration::from_secs(400)).expect("the engine answers");
+        if let Some(picture) = engine.take_picture().filter(|picture| is_it(picture)) {
+            return picture;
+        }
+        if let EngineState::Failed(reason) = engine.state() {
+            panic!("{reason}");
+        }
+    };
+    let budget_ms = 20.0;
+    let rest =
+        Effort::Rest { budget_ms, ladder: Ladder::Octree, show_partial: false, converge_ms: 0.0 };
+    let request = |scene: &Scene, effort| {
+        engine.request(FrameRequest { scene: scene.clone(), size: VIEWPORT, effort });
+    };
+    let start = Instant::now();
+    request(&scene, rest);
+    let first = next(&|_| true);
+    let first_ms = start.elapsed().as_secs_f64() * 1e3;
+    let full = match first.report.progress >= 1.0 {
+        true => first,
+        false => next(&|picture| picture.report.progress >= 1.0),
+    };
+    let full_ms = start.elapsed().as_secs_f64() * 1e3;
+    let mut shown: Vec<Arc<Picture>> = Vec::new();
+    for turn in 0..TURNS {
+        let camera = scene.camera.orbited(0.01 * (turn + 1) as f64, 0.0);
+        request(&Scene { camera, ..scene.clone() }, Effort::Moving { budget_ms });
+        shown.push(next(&|_| true));
+    }
+    let mut times: Vec<f64> = shown[TURNS / 2..].iter().map(|p| p.report.frame_ms).collect();
+    times.sort_by(f64::total_cmp);
+    let last = &shown[TURNS - 1];
+    println!(
+        "| {} | {:?} | {load_ms:.0} | {first_ms:.0} | {full_ms:.0} ({:.0}) | {}×{} | {:.1}, {:.1} | {} | {:.1} |",
+        path.file_name().unwrap_or_default().to_string_lossy(),
+        scene.volume.lattice.dims,
+        full.report.frame_ms,
+        last.size[0],
+        last.size[1],
+        times[times.len() / 2],
+        times[times.len() - 1],
+        last.report.rung,
+        sysinfo::System::load_average().map_or(0.0, |load| load.one),
+    );
+}
+
+fn open(path: &Path) -> Result<Scene, String> {
+    let opened =
+        io::open(path, &OpenOptions::default(), &Ticket::new()).map_err(|e| e.to_string())?;
+    let field = opened.grid.field(None).map_err(|e| e.to_string())?;
+    let volume = opened.grid.scalar(field, Component::Index(0), &Ticket::new());
+    Ok(scene::opening(Arc::new(volume.map_err(|e| e.to_string())?), opened.grid.space.as_deref()))
+}
+
+fn function(opacity: Points<'_>, colours: Colours<'_>) -> TransferFunction {
+    let stops = colours.iter().map(|&(value, code)| {
+        let [_, r, g, b] = code.to_be_bytes();
+        (value, Srgb8([r, g, b]))
+    });
+    TransferFunction { opacity: opacity.to_vec(), colour: ColourSource::Stops(stops.collect()) }
+}
+
+fn drawer(scene: &Scene) -> Drawer {
+    let context = Context::new(&AdapterChoice::Auto, Wishes::default()).expect("an adapter");
+    let mut drawer = Drawer::new(Renderer::new(context));
+    drawer.prepare(scene, &Ticket::new()).expect("it fits");
+    drawer
+}
+
+fn light(drawer: &mut Drawer) -> Vec<[f32; 4]> {
+    drawer.renderer.read_light().expect("it reads back")
+}
+
+fn wide(light: Vec<[f32; 4]>) -> Vec<[f64; 4]> {
+    light.into_iter().map(|pixel| pixel.map(f64::from)).collect()
+}
+
+/// Means of 2^level samples a side, with so many times the width that `task` gives them.
+fn means(volume: &ScalarVolume, level: u32, width: f32) -> Coefficients {
+    let ticket = Ticket::new();
+    if level == 0 {
+        return nearest_tents(volume, &ticket).expect("made");
+    }
+    let ScalarPyramid { dims, bias, mut levels } =
+        ScalarPyramid::build_levels(volume, level as usize, &ticket).expect("made");
+    let coarse = levels.swap_remove(level as usize - 1);
+    let half_widths = coarse.spread.iter().map(|s| s * 3.0_f32.sqrt() * width).collect();
+    let averaged = Averaged { level, volume_dims: dims, half_widths };
+    Coefficients::of_means(coarse.dims, coarse.mean, bias, averaged, &ticket).expect("made")
+}
+
+/// Means of the exact picture over the pixels of a smaller one: what any number of rays a pixel comes to.
+fn blocks(exact: &[[f64; 4]], size: [u32; 2]) -> Vec<[f32; 4]> {
+    let mut sums = vec![[0.0_f64; 5]; (size[0] * size[1]) as usize];
+    for (i, pixel) in exact.iter().enumerate() {
+        let (x, y) = (i as u32 % SIZE[0], i as u32 / SIZE[0]);
+        let at = (y * size[1] / SIZE[1] * size[0] + x * size[0] / SIZE[0]) as usize;
+        for c in 0..4 {
+            sums[at][c] += pixel[c];
+        }
+        sums[at][4] += 1.0;
+    }
+    sums.iter().map(|s| [0, 1, 2, 3].map(|c| (s[c] / s[4]) as f32)).collect()
+}
+
+fn measure(name: &str, scene: &Scene) {
+    let load = sysinfo::System::load_average().map_or(0.0, |load| load.one);
+    let mut own = drawer(scene);
+    own.draw(scene, SIZE, Rung::Full, &mut ()).expect("it draws");
+    let exact = wide(light(&mut own));
+    println!("## {name}\n\nLoad average {load:.1}.\n\n| field | {} |", columns());
+    println!("|---{}|", "|---".repeat(SHRINKS.len()));
+    let against = |light: Vec<[f32; 4]>, size: [u32; 2]| {
+        let shown = wide(enlarged(light, size, SIZE));
+        Difference::between(&shown, &exact).expect("one size")
+    };
+    let cells = SHRINKS.map(|shrink| {
+        let size = size_of(shrink);
+        format!("{:.2}", accuracy::psnr_from_rmse(against(blocks(&exact, size), size).rmse))
+    });
+    println!("| means of the exact picture | {} |", cells.join(" | "));
+    row("its own", scene, &mut own, SlabField::Own, &against);
+    for (level, width) in [(0, 0.0), (1, 1.0), (1, 1.25), (2, 1.0), (3, 1.0)] {
+        let title = match level {
+            0 => "nearest tents".to_owned(),
+            _ => format!("means of {}³, width × {width}", 1 << level),
+        };
+        let mut drawer = drawer(scene);
+        let tents = SplatSettings { kernel: Kernel::Linear, ..scene.splat };
+        let (field, ticket) = (SlabField::Preview, Ticket::new());
+        let coefficients = means(&scene.volume, level, width);
+        let set = drawer.renderer.set_field(field, &scene.volume, &tents, coefficients, &ticket);
+        set.expect("it fits");
+        row(&title, scene, &mut drawer, field, &against);
+    }
+    println!();
+}
+
+fn columns() -> String {
+    SHRINKS.map(size_of).map(|[width, height]| format!("{width}×{height}")).join(" | ")
+}
+
+fn size_of(shrink: f64) -> [u32; 2] {
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "of a picture")]
+    let size = SIZE.map(|n| (f64::from(n) / shrink).round() as u32);
+    size
+}
+
+/// A field's pictures of every size.
+fn row(
+    title: &str,
+    scene: &Scene,
+    drawer: &mut Drawer,
+    field: SlabField,
+    against: &impl Fn(Vec<[f32; 4]>, [u32; 2]) -> Difference,
+) {
+    let cells = SHRINKS.map(|shrink| {
+        let mut least = f64::INFINITY;
+        let mut size = SIZE;
+        for _ in 0..RUNS {
+            let rung = Rung::Reduced { field, shrink };
+            let drawn = drawer.draw(scene, SIZE, rung, &mut ()).expect("it draws");
+            (least, size) = (least.min(drawn.wall_ms), drawn.size);
+        }
+        let Difference { rmse, mean_brightness, .. } = against(light(drawer), size);
+        let psnr = accuracy::psnr_from_rmse(rmse);
+        format!("{psnr:.2}, {:+.2}, {least:.1}", mean_brightness * 255.0)
+    });
+    println!("| {title} | {} |", cells.join(" | "));
+}

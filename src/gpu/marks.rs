@@ -1,0 +1,251 @@
+//! Pixels of a smaller picture that have more rays than one, so that small things are met.
+
+use glam::DVec3;
+
+use super::buffers::Growing;
+use super::context::Context;
+use super::slabs::{Looks, PictureConstants, SlabPass};
+use super::turns::SlabPart;
+use crate::hierarchy::{EMPTY_BRICK, Speck, specks};
+use crate::scene::{SplatSettings, View};
+
+/// A small thing is not looked for in more pixels than this along either side: rays meet it.
+const MOST_PIXELS: f64 = 8.0;
+
+/// Rays of marked pixels for the length of a sample: with one, what shows of a single voxel is met or
+/// missed as a whole.
+const RAYS_A_SAMPLE: f64 = 2.0;
+/// Rays along the side of a marked pixel, at most.
+const MOST_RAYS: f64 = 8.0;
+/// Pixels of a row that adapters walk together, about.
+const LANES: u32 = 8;
+/// Bits of `Slabs::more` that say at which word marks begin; above them, how many rays they stand for.
+const WORD_BITS: u32 = 28;
+
+/// Marks on the device.
+#[derive(Debug)]
+pub(super) struct Marked {
+    view: View,
+    word: u32,
+    side: u32,
+}
+
+impl Marked {
+    /// What `Slabs::more` says of them in a dispatch of a view: 0 where they are of another, and where rays
+    /// are walked in parts.
+    pub(super) fn word_of(&self, view: &View, part: SlabPart) -> u32 {
+        match self.view == *view && part == [0; 4] {
+            true => self.word | self.side << WORD_BITS,
+            false => 0,
+        }
+    }
+}
+
+impl SlabPass {
+    /// Marks the pixels of a smaller picture in which rays would miss small things: they get rays half a
+    /// sample apart, or a sample where that is more than [`MOST_RAYS`] or `most_rays` together. Where those do
+    /// not suffice for all things that touch nothing large, nothing is marked. The number of rays.
+    pub(super) fn mark(
+        &mut self,
+        context: &Context,
+        view: &View,
+        (settings, picture): (&SplatSettings, PictureConstants),
+        looks: Looks<'_>,
+        most_rays: u64,
+    ) -> u64 {
+        self.marked = None;
+        let Some(halved) = self.halved(view).filter(|view| view.enlarged > 1.0) else { return 0 };
+        let apart = 1.0 / halved.narrowest_voxel_pixels();
+        let side = apart * RAYS_A_SAMPLE;
+        let is_averaged = halved.rays_per_side(settings.kernel, settings.extent) > 1;
+        if side.is_nan() || side <= 1.0 || is_averaged {
+            return 0;
+        }
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "1..=8")]
+        let [wanted, apart] = [side, apart].map(|n| n.ceil().clamp(1.0, MOST_RAYS) as u32);
+        let fits = |side: &u32| {
+            let rays = self.rays(view, settings, picture, looks, *side);
+            rays.is_some_and(|rays| rays.parts(context.most_turns).is_none())
+        };
+        let Some(most_side) = (2..=wanted).rev().find(fits) else { return 0 };
+        let (Some(field), Some(table)) = (&self.field, &mut self.table) else { return 0 };
+        // A voxel of tents shows in two bricks along each axis, one of splines that are sharpened in up to
+        // four, and so does what is a little wider.
+        let plate = 2 * field.pad + (apart as usize).div_ceil(EMPTY_BRICK);
+        let found = match &mut table.specks {
+            Some((of, found)) if *of == plate => found,
+            specks_of => {
+                let found = specks(field.bricks(), &table.shows, plate);
+                &mut specks_of.insert((plate, found)).1
+            }
+        };
+        if found.is_empty() {
+            return 0;
+        }
+        // Pixels beside one another wait for the one among them with the most rays.
+        let more = |side: u32| u64::from(LANES * (side * side - 1));
+        let least_side = apart.max(2).min(most_side);
+        let most_runs = most_rays / more(least_side);
+        let apart = &found[..found.partition_point(|speck| speck.is_apart)];
+        // All of them, or none: a part of many looks like something else.
+        let sets = [&found[..], apart];
+        let Some(marks) = sets.iter().find_map(|set| marks(set, &halved, most_runs)) else {
+            return 0;
+        };
+        if marks.runs == 0 {
+            return 0;
+        }
+        let fits = |side: &u32| marks.runs * more(*side) <= most_rays;
+        let side = (least_side..=most_side).rev().find(fits).unwrap_or(least_side);
+        let (begin, bytes) = (4 * table.empty_words, bytemuck::cast_slice(&marks.words));
+        if begin >= 4 << WORD_BITS {
+            return 0;
+        }
+        let needed = begin + bytes.len() as u64;
+        if table.empty.size() < needed {
+            let usage = table.empty.usage();
+            let larger = Growing::make(context, "empty space and marks", usage, needed);
+            let mut encoder = context.device.create_command_encoder(&Default::default());
+            encoder.copy_buffer_to_buffer(&table.empty, 0, &larger, 0, begin);
+            context.queue.submit([encoder.finish()]);
+            table.empty = larger;
+        }
+        context.queue.write_buffer(&table.empty, begin, bytes);
+        #[expect(clippy::cast_possible_truncation, reason = "below 2^28")]
+        let word = table.empty_words as u32;
+        self.marked = Some(Marked { view: *view, word, side });
+        marks.runs * more(side)
+    }
+}
+
+/// Which pixels are marked.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub(super) struct Marks {
+    /// A bit for each pixel, row by row from the top.
+    pub words: Vec<u32>,
+    /// Runs of [`LANES`] pixels beside one another that have marks.
+    pub runs: u64,
+}
+
+/// The pixels that specks lie in, unless these are in more than `most` runs; `view` is of the lattice that
+/// they were found in.
+pub(super) fn marks(specks: &[Speck], view: &View, most: u64) -> Option<Marks> {
+    let [width, height] = view.size;
+    let words = (u64::from(width) * u64::from(height)).div_ceil(32);
+    let across = width.div_ceil(LANES);
+    let mut is_run = vec![false; across as usize * height as usize];
+    let mut marks = Marks { words: vec![0; words as usize], runs: 0 };
+    for bounds in specks.iter().flat_map(|speck| &speck.boxes) {
+        let Some([[left, top], [right, bottom]]) = pixels(bounds, view) else { continue };
+        for y in top..bottom {
+            for x in left..right {
+                let at = y as usize * width as usize + x as usize;
+                marks.words[at / 32] |= 1 << (at % 32);
+                let run = &mut is_run[(y * across + x / LANES) as usize];
+                marks.runs += u64::from(!std::mem::replace(run, true));
+            }
+        }
+        if marks.runs > most {
+            return None;
+        }
+    }
+    Some(marks)
+}
+
+/// Pixels from the left and the top that a box lies in, from the first to the one after the last;
+/// `None` where there are none, or very many.
+fn pixels([low, high]: &[[f32; 3]; 2], view: &View) -> Option<[[u32; 2]; 2]> {
+    let (mut first, mut last) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+    for corner in 0..8 {
+        let at = [0, 1, 2].map(|a| f64::from(if corner >> a & 1 == 0 { low[a] } else { high[a] }));
+        let at =
+            view.view_from_index * (DVec3::from_array(at) - view.lattice_centre) + view.view_centre;
+        let scale = match view.eye_distance {
+            None => 1.0,
+            Some(_) if at.z <= 0.0 => return None,
+            Some(distance) => distance / at.z,
+        };
+        let place = [scale * at.x, -scale * at.y];
+        for axis in 0..2 {
+            let place = place[axis] + f64::from(view.size[axis]) / 2.0;
+            (first[axis], last[axis]) = (first[axis].min(place), last[axis].max(place));
+        }
+    }
+    let mut found = [[0; 2]; 2];
+    for axis in 0..2 {
+        let size = f64::from(view.size[axis]);
+        let is_seen = last[axis] >= 0.0 && first[axis] < size;
+        if !is_seen || last[axis] - first[axis] > MOST_PIXELS {
+            return None;
+        }
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "in the picture"
+        )]
+        let ends = [first[axis].max(0.0) as u32, (last[axis] + 1.0).min(size) as u32];
+        (found[0][axis], found[1][axis]) = (ends[0], ends[1]);
+    }
+    Some(found)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::core::{Camera, Projection};
+    use crate::volume::Lattice;
+
+    /// Boxes are found on the picture where the camera says, in parallel and in perspective.
+    #[test]
+    fn pixels_are_those_that_a_box_is_seen_in() {
+        let lattice = Lattice { spacing: DVec3::new(1.0, 2.0, 0.5), ..Lattice::unit([40, 30, 50]) };
+        let camera = Camera::new(lattice.centre(), DVec3::new(0.4, 0.9, -0.3), DVec3::Z, 40.0);
+        let size = [60, 50];
+        for angle in [None, Some(40.0)] {
+            let camera = match angle {
+                None => camera,
+                Some(degrees) => {
+                    let view_angle = f64::to_radians(degrees);
+                    Camera { projection: Projection::Perspective { view_angle }, ..camera }
+                }
+            };
+            let view = View::of(&camera, &lattice, size);
+            let mut seen = 0;
+            for at in [[3.0, 4.0, 5.0], [20.0, 10.0, 30.0], [39.0, 29.0, 0.0]] {
+                let point = [at, at];
+                let Some([first, beyond]) = pixels(&point, &view) else { continue };
+                assert_eq!([beyond[0] - first[0], beyond[1] - first[1]], [1, 1], "one pixel");
+                // The ray through its middle passes within a pixel of it.
+                let middle = first.map(|n| f64::from(n) + 0.5);
+                let (start, direction) = camera.ray(middle.into(), size.map(f64::from));
+                let world = lattice.world_from_index(DVec3::from_array(at.map(f64::from)));
+                let off = (world - start) - direction * (world - start).dot(direction);
+                assert!(off.length() * view.pixels_per_unit < 1.2, "{off} {angle:?}");
+                seen += 1;
+            }
+            assert!(seen >= 2, "{angle:?}");
+        }
+    }
+
+    #[test]
+    fn all_small_things_are_marked_or_none() {
+        let lattice = Lattice::unit([64; 3]);
+        let camera = Camera::new(lattice.centre(), DVec3::Y, DVec3::Z, 32.0);
+        // Two voxels a pixel.
+        let view = View::of(&camera, &lattice, [32, 32]);
+        let cube = |at: f32| Speck {
+            is_apart: true,
+            boxes: vec![[[at + 0.1; 3], [at + 3.5; 3]], [[at + 0.1; 3], [at + 5.5; 3]]],
+        };
+        let specks = [cube(8.0), cube(20.0), cube(40.0)];
+        let all = marks(&specks, &view, u64::MAX).unwrap();
+        let bits: u32 = all.words.iter().map(|w| w.count_ones()).sum();
+        // 5.4 voxels are 3 or 4 pixels: of each row, in one run of 8 or in two.
+        assert!((27..=48).contains(&bits), "{bits}");
+        assert!((9..=24).contains(&all.runs), "{}", all.runs);
+        assert_eq!(marks(&specks, &view, all.runs), Some(all.clone()));
+        assert_eq!(marks(&specks, &view, all.runs - 1), None);
+        let none = Marks { words: vec![0; 32], runs: 0 };
+        assert_eq!(marks(&[], &view, 100), Some(none));
+    }
+}
