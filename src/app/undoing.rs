@@ -78,6 +78,7 @@ impl State {
         match () {
             () if !Arc::ptr_eq(&a.volume, &b.volume) => "another field",
             () if opacity && colour => "transfer function",
+            () if a.transfer.no_data != b.transfer.no_data => "no data",
             () if opacity => "opacities",
             () if colour => "colours",
             () if a.vectors != b.vectors => "vectors",

@@ -12,7 +12,7 @@ use crate::io::{self, OpenOptions, RawOverrides};
 use crate::scene::{self, Scene, SplatSettings};
 use crate::task::transfer_file;
 use crate::transfer::presets::Preset;
-use crate::transfer::{ColourSource, TransferFunction};
+use crate::transfer::{ColourSource, NoData, TransferFunction};
 use crate::volume::{
     Component, Grid, ScalarVolume, Statistics, VolumeError, demo, demo::DemoError,
 };
@@ -166,6 +166,27 @@ pub(super) fn scene(
     Ok(Scene { camera, transfer, splat, ..opening })
 }
 
+/// What NaN looks like by the flags.
+fn no_data(
+    no_data: &mut NoData,
+    flags: &SceneFlags,
+    statistics: &Statistics,
+) -> Result<(), Failure> {
+    no_data.opacity = flags.nan_opacity.unwrap_or(no_data.opacity);
+    no_data.colour = flags.nan_color.unwrap_or(no_data.colour);
+    if flags.nan_color.is_some() && flags.nan_opacity.is_none() && !no_data.shows() {
+        return Err(Failure::Failed(
+            "expected an opacity of NaN with --nan-color, found none, so that nothing of it would be \
+             seen; add --nan-opacity 1"
+                .to_owned(),
+        ));
+    }
+    if (flags.nan_opacity.is_some() || flags.nan_color.is_some()) && statistics.nan_count == 0 {
+        note("no value of the field is NaN, so --nan-opacity and --nan-color change nothing");
+    }
+    Ok(())
+}
+
 /// The transfer function of the flags: a whole one first, then what changes it.
 fn transfer(flags: &SceneFlags, opening: &Scene) -> Result<TransferFunction, Failure> {
     let statistics = &opening.volume.statistics;
@@ -177,6 +198,7 @@ fn transfer(flags: &SceneFlags, opening: &Scene) -> Result<TransferFunction, Fai
     if let Some(preset) = flags.preset.filter(|preset| preset.lacks_hounsfield_units(statistics)) {
         note(&by_percentiles(preset));
     }
+    no_data(&mut transfer.no_data, flags, statistics)?;
     if let Some(points) = &flags.opacity {
         transfer.opacity = points.0.clone();
     }

@@ -56,6 +56,8 @@ struct SlabTable {
     sums: wgpu::Buffer,
     empty: wgpu::Buffer,
     holes_at: u32,
+    /// Whether samples without data can be seen.
+    holes_show: bool,
     coordinate: [f32; 2],
     values: CellsOfValues,
     count: u32,
@@ -69,6 +71,7 @@ struct Variant {
     format: Format,
     one_chunk: bool,
     has_holes: bool,
+    holes_show: bool,
     has_widths: bool,
     middle: bool,
     published: bool,
@@ -223,6 +226,8 @@ impl SlabPass {
             .collect();
         let integrated = table.emission.iter().zip(&table.depth);
         sums.extend(integrated.map(|(e, &w)| [e[0], e[1], e[2], w].map(f32::to_bits)));
+        let holes_show = field.holes.is_some() && table.no_data[3] > 0.0;
+        sums.extend(holes_show.then(|| table.no_data.map(f32::to_bits)));
         let (offset, scale) = (field.offset, field.scale);
         #[expect(clippy::cast_possible_truncation, reason = "the device has 32 bits")]
         let coordinate = [
@@ -235,6 +240,7 @@ impl SlabPass {
             sums: storage("slab table", bytemuck::cast_slice(&sums)),
             empty: storage("empty space", bytemuck::cast_slice(&empty)),
             holes_at,
+            holes_show,
             coordinate,
             values: CellsOfValues {
                 at_zero: layout::LIFT_CELLS - table.low * table.scale,
@@ -356,6 +362,7 @@ impl SlabPass {
             format: field.format,
             one_chunk: field.chunks.len() == 1,
             has_holes: field.holes.is_some(),
+            holes_show: table.holes_show,
             has_widths: field.has_widths,
             middle: settings.classify == Classify::After,
             published: settings.opacity_model == OpacityModel::Published,
@@ -579,6 +586,7 @@ fn compile(context: &Context, variant: Variant) -> wgpu::ComputePipeline {
         ("format", f64::from(format)),
         ("one_chunk", flag(variant.one_chunk)),
         ("has_holes", flag(variant.has_holes)),
+        ("holes_show", flag(variant.holes_show)),
         ("has_widths", flag(variant.has_widths)),
         ("classify_middle", flag(variant.middle)),
         ("published", flag(variant.published)),

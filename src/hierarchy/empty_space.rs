@@ -72,14 +72,19 @@ impl FieldBounds {
     }
 
     /// For each brick the Chebyshev distance, in bricks, to the nearest in which something can show
-    /// by `shows(least, greatest)`, and `further` bricks about it: 0 for those themselves, at most
+    /// by `shows(brick, [least, greatest])`, and `further` bricks about it: 0 for those themselves, at most
     /// [`MOST_DISTANCE`].
-    pub fn distances(&self, further: usize, shows: impl Fn(f32, f32) -> bool + Sync) -> Vec<u8> {
+    pub fn distances(
+        &self,
+        further: usize,
+        shows: impl Fn(usize, [f32; 2]) -> bool + Sync,
+    ) -> Vec<u8> {
         let [nx, ny, nz] = self.dims;
         let mut distances: Vec<u8> = self
             .ranges
             .par_iter()
-            .map(|&[low, high]| if shows(low, high) { 0 } else { MOST_DISTANCE })
+            .enumerate()
+            .map(|(brick, &range)| if shows(brick, range) { 0 } else { MOST_DISTANCE })
             .collect();
         // The box of a distance is the product of its three intervals, so one sweep up and down
         // along each axis in turn would give the city-block distance; taking at each place the
@@ -206,8 +211,8 @@ mod tests {
             ranges[(z * 7 + y) * 9 + x] = [0.0, 1.0];
         }
         let bounds = FieldBounds { dims, ranges };
-        let distances = bounds.distances(0, |_, high| high > 0.5);
-        let wider = bounds.distances(2, |_, high| high > 0.5);
+        let distances = bounds.distances(0, |_, [_, high]| high > 0.5);
+        let wider = bounds.distances(2, |_, [_, high]| high > 0.5);
         for (i, &found) in distances.iter().enumerate() {
             let at = [i % 9, i / 9 % 7, i / 63];
             let far = |s: &[usize; 3]| (0..3).map(|a| s[a].abs_diff(at[a])).max().unwrap();

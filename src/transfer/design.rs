@@ -6,7 +6,7 @@ use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
 
 use super::gaussian::{Gaussian, MOST_GAUSSIANS, points_of};
-use super::{ColourMap, ColourSource, TransferError, TransferFunction};
+use super::{ColourMap, ColourSource, NoData, TransferError, TransferFunction};
 use crate::core::Srgb8;
 
 /// What the text says that it is.
@@ -92,6 +92,15 @@ struct Text {
     opacity: Option<Vec<(f64, f64)>>,
     gaussians: Option<Vec<Gaussian>>,
     colours: Colours,
+    no_data: Option<NoDataText>,
+}
+
+/// What NaN looks like, where it is seen.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields, expecting = "entries with names, in braces")]
+struct NoDataText {
+    opacity: f64,
+    colour: String,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -122,9 +131,16 @@ impl Design {
         for bell in &gaussians {
             bell.validate()?;
         }
-        let function = TransferFunction { opacity: points_of(&gaussians), colour };
+        let function = TransferFunction::of(points_of(&gaussians), colour);
         function.validate()?;
         Ok(Self { function, gaussians })
+    }
+
+    /// With NaN looking so.
+    #[must_use]
+    fn with_no_data(mut self, no_data: NoData) -> Self {
+        self.function.no_data = no_data;
+        self
     }
 
     /// The text that [`Design::from_text`] reads: JSON with a line for each point.
@@ -141,14 +157,19 @@ impl Design {
                 format!("  \"colours\": {}", json(&colours))
             }
             ColourSource::Stops(stops) => {
-                let hex = |Srgb8([r, g, b]): Srgb8| format!("{r:02x}{g:02x}{b:02x}");
                 let stops: Vec<_> = stops.iter().map(|(v, c)| (*v, hex(*c))).collect();
                 let list = list("stops", &stops).replace('\n', "\n  ");
                 format!("  \"colours\": {{\n  {list}\n  }}")
             }
         };
+        let mut more = String::new();
+        if self.function.no_data != NoData::default() {
+            let NoData { opacity, colour } = self.function.no_data;
+            let text = NoDataText { opacity, colour: hex(colour) };
+            write!(more, ",\n  \"no_data\": {}", json(&text)).ok();
+        }
         format!(
-            "{{\n  \"format\": \"{FORMAT}\",\n  \"version\": {VERSION},\n{rows},\n{colours}\n}}\n"
+            "{{\n  \"format\": \"{FORMAT}\",\n  \"version\": {VERSION},\n{rows},\n{colours}{more}\n}}\n"
         )
     }
 
@@ -193,10 +214,16 @@ impl Design {
             entry("\"opacity\" or \"gaussians\", and \"colours\"", error.to_string())
         })?;
         let colour = text.colours.source()?;
-        match (text.opacity, text.gaussians) {
+        let no_data = match text.no_data {
+            None => NoData::default(),
+            Some(NoDataText { opacity, colour }) => {
+                NoData { opacity, colour: read_colour(&colour)? }
+            }
+        };
+        let design = match (text.opacity, text.gaussians) {
             (Some(opacity), None) => {
                 at_most(MOST_POINTS, opacity.len(), "opacity points")?;
-                let function = TransferFunction { opacity, colour };
+                let function = TransferFunction { opacity, colour, no_data };
                 function.validate()?;
                 Ok(function.into())
             }
@@ -206,7 +233,10 @@ impl Design {
             (None, Some(gaussians)) => Self::of_gaussians(gaussians, colour),
             (Some(_), Some(_)) => Err(entry("either \"opacity\" or \"gaussians\"", "both")),
             (None, None) => Err(entry("\"opacity\" or \"gaussians\"", "neither")),
-        }
+        }?;
+        let design = design.with_no_data(no_data);
+        design.function.validate()?;
+        Ok(design)
     }
 }
 
@@ -222,12 +252,10 @@ impl Colours {
             }
             (None, None, Some(stops)) => {
                 at_most(MOST_POINTS, stops.len(), "colour stops")?;
-                let read = |(value, text): (f64, String)| {
-                    let colour = Srgb8::parse(&text);
-                    let refused = || entry("colours RRGGBB such as ff8000", shortened(&text));
-                    colour.map(|colour| (value, colour)).ok_or_else(refused)
-                };
-                Ok(ColourSource::Stops(stops.into_iter().map(read).collect::<Result<_, _>>()?))
+                let read = |(value, text): (f64, String)| Ok((value, read_colour(&text)?));
+                Ok(ColourSource::Stops(
+                    stops.into_iter().map(read).collect::<Result<_, DesignError>>()?,
+                ))
             }
             (map, range, stops) => {
                 let given = [
@@ -243,6 +271,14 @@ impl Colours {
             }
         }
     }
+}
+
+fn hex(Srgb8([r, g, b]): Srgb8) -> String {
+    format!("{r:02x}{g:02x}{b:02x}")
+}
+
+fn read_colour(text: &str) -> Result<Srgb8, DesignError> {
+    Srgb8::parse(text).ok_or_else(|| entry("colours RRGGBB such as ff8000", shortened(text)))
 }
 
 fn at_most(most: usize, found: usize, what: &str) -> Result<(), DesignError> {
@@ -290,7 +326,7 @@ mod tests {
 
     fn points() -> Design {
         let opacity = vec![(-450.0, 0.0), (0.1, 0.25), (0.1, 0.5)];
-        TransferFunction { opacity, colour: map() }.into()
+        TransferFunction::of(opacity, map()).into()
     }
 
     #[test]
@@ -316,6 +352,27 @@ mod tests {
         assert!(text.contains("\n    {\"centre\":1.0,\"height\":0.5,\"width\":0.25}\n"), "{text}");
         assert!(!text.contains("\"opacity\""), "points are made again: {text}");
         assert_eq!(Design::from_text(&text), Ok(design));
+    }
+
+    #[test]
+    fn the_look_of_nan_is_kept_where_there_is_one() {
+        let mut design = points();
+        design.function.no_data = NoData { opacity: 0.25, colour: Srgb8([255, 0, 128]) };
+        let text = design.to_text();
+        assert!(
+            text.contains(",\n  \"no_data\": {\"opacity\":0.25,\"colour\":\"ff0080\"}\n}"),
+            "{text}"
+        );
+        assert_eq!(Design::from_text(&text), Ok(design));
+        for (from, to, words) in [
+            ("0.25,\"colour", "7,\"colour", "opacity of NaN from 0 to 1, found 7"),
+            ("\"ff0080\"", "\"red\"", "RRGGBB"),
+            ("\"opacity\":0.25,\"c", "\"c", "missing field `opacity`"),
+        ] {
+            assert!(text.contains(from), "{from}");
+            let refused = Design::from_text(&text.replace(from, to)).unwrap_err().to_string();
+            assert!(refused.contains(words), "{words}: {refused}");
+        }
     }
 
     #[test]

@@ -27,7 +27,7 @@ fn a_file_draws_what_the_flags_it_stands_for_draw_and_flags_change_it() {
     let folder = tempfile::tempdir().expect("a folder");
     let colour = ColourSource::Map { map: ColourMap::Lapaz, range: [20.0, 230.5] };
     let opacity = vec![(40.0, 0.0), (100.25, 0.3), (100.25, 0.1), (255.0, 0.8)];
-    let design = Design::from(TransferFunction { opacity, colour });
+    let design = Design::from(TransferFunction::of(opacity, colour));
     let file = written(folder.path(), &design.to_text());
     let opacity = ["--opacity", "40:0,100.25:0.3,100.25:0.1,255:0.8"];
     let flags = ["--colormap", "lapaz", "--color-range", "20,230.5"];
@@ -51,6 +51,42 @@ fn a_file_draws_what_the_flags_it_stands_for_draw_and_flags_change_it() {
     assert!(of_stops.stdout == render("demo:shells:24", &same).stdout);
     let refused = render("demo:shells:24", &["--transfer", &file, "--color-range", "20,200"]);
     assert_eq!(fault(&refused, 1, &["with a colour map", "--colormap"], None), None);
+}
+
+/// A strip of float32 with NaN in its middle.
+#[test]
+fn nan_has_an_opacity_and_a_colour_of_its_own() {
+    if !can_draw() {
+        return;
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("holed.raw");
+    let values = (0..8 * 8 * 8).map(|i| if i % 8 < 4 { f32::NAN } else { 1.0 + (i % 3) as f32 });
+    let bytes: Vec<u8> = values.flat_map(f32::to_le_bytes).collect();
+    std::fs::write(&path, bytes).expect("a file");
+    let raw = [
+        "--raw-dims",
+        "8,8,8",
+        "--raw-type",
+        "float32",
+        "--raw-endian",
+        "little",
+        "--opacity",
+        "0:0.3",
+    ];
+    let path = path.to_str().expect("UTF-8");
+    let drawn = |more: &[&str]| render(path, &[&raw[..], more].concat());
+    let left_out = drawn(&[]);
+    assert_eq!(errors(&left_out), "");
+    let seen = drawn(&["--nan-opacity", "0.5", "--nan-color", "00ff00"]);
+    assert_eq!(errors(&seen), "");
+    assert!(seen.stdout != left_out.stdout);
+    let grey = drawn(&["--nan-opacity", "0.5"]);
+    assert!(grey.status.success() && grey.stdout != seen.stdout, "{}", errors(&grey));
+    let refused = drawn(&["--nan-color", "00ff00"]);
+    assert_eq!(fault(&refused, 1, &["opacity of NaN", "--nan-opacity 1"], None), None);
+    let beside = render("demo:shells:16", &["--nan-opacity", "0.5"]);
+    assert!(beside.status.success() && errors(&beside).contains("no value of the field is NaN"));
 }
 
 #[test]

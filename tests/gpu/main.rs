@@ -20,6 +20,7 @@ mod judging;
 mod layered_truth;
 mod long_lists;
 mod long_rays;
+mod no_data;
 mod nodes;
 mod order;
 mod preview_fields;

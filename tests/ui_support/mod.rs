@@ -339,10 +339,10 @@ impl Library for NamedFiles {
 
     fn default_transfer(&self, statistics: &Statistics) -> TransferFunction {
         let (low, high) = (statistics.min, statistics.value_at(0.5));
-        TransferFunction {
-            opacity: vec![(low, 0.0), (high, 0.8)],
-            colour: ColourSource::Map { map: ColourMap::ALL[0], range: [low, high] },
-        }
+        TransferFunction::of(
+            vec![(low, 0.0), (high, 0.8)],
+            ColourSource::Map { map: ColourMap::ALL[0], range: [low, high] },
+        )
     }
 }
 

@@ -16,7 +16,7 @@ use super::{name_ui, number_ui, row_ui};
 use crate::app::actions::{Action, entry_of};
 use crate::app::{theme, words};
 use crate::transfer::presets::{self, Preset, RangeRule};
-use crate::transfer::{ColourSource, Gaussian, TransferFunction};
+use crate::transfer::{ColourSource, Gaussian, NoData, TransferFunction};
 use crate::volume::Statistics;
 
 /// Height of the graph, points.
@@ -92,6 +92,9 @@ pub fn transfer_ui(
     if let ColourSource::Stops(stops) = &mut transfer.colour {
         stops::stop_ui(ui, &mut editor.stops, stops, statistics);
     }
+    if statistics.nan_count > 0 {
+        no_data_ui(ui, &mut transfer.no_data);
+    }
     range_ui(ui, transfer, gaussians, statistics);
     stretch_ui(ui, &editor.graph, transfer, gaussians, statistics);
     exchange_ui(ui)
@@ -105,7 +108,10 @@ fn preset_ui(
     gaussians: &mut Vec<Gaussian>,
     statistics: &Statistics,
 ) {
-    let known = editor.known.iter().find(|(_, function)| function == transfer);
+    // Presets say nothing of NaN.
+    let with_no_data =
+        |f: &TransferFunction| TransferFunction { no_data: transfer.no_data, ..f.clone() };
+    let known = editor.known.iter().find(|(_, function)| with_no_data(function) == *transfer);
     let current = known.map(|(preset, _)| *preset).filter(|_| gaussians.is_empty());
     let mut chosen = None;
     row_ui(ui, "Preset", |ui| {
@@ -120,7 +126,7 @@ fn preset_ui(
                 };
                 let entry = ui.selectable_label(current == Some(*preset), label);
                 if entry.on_hover_text(help).clicked() {
-                    chosen = Some(function.clone());
+                    chosen = Some(with_no_data(function));
                 }
             }
         });
@@ -343,6 +349,20 @@ fn view_ui(ui: &mut Ui, view: &mut GraphView) {
         number_ui(ui, "Low percentile", drag(low, 0.0..=49.0)).on_hover_text(help);
         name_ui(ui, "to");
         number_ui(ui, "High percentile", drag(high, 51.0..=100.0)).on_hover_text(help);
+    });
+}
+
+/// Opacity and colour of NaN.
+fn no_data_ui(ui: &mut Ui, no_data: &mut NoData) {
+    row_ui(ui, "No data", |ui| {
+        number_ui(ui, "Opacity of NaN", opacity_drag(&mut no_data.opacity)).on_hover_text(
+            "Opacity per unit distance where the file holds NaN, 0 to 1. At 0 it is left out; above, each \
+             voxel without data is a box of its own size",
+        );
+        let colour = &mut no_data.colour.0;
+        ui.color_edit_button_srgb(colour)
+            .accessible_name("Colour of NaN")
+            .on_hover_text("Its colour; no light falls on it");
     });
 }
 

@@ -23,10 +23,10 @@ fn scene_of(lattice: Lattice, range: [f64; 2]) -> Scene {
     let samples = Samples::Float64((0..count).map(value).collect());
     let volume = ScalarVolume::from_samples("density", lattice, samples).unwrap();
     let mut scene = opening(Arc::new(volume), None);
-    scene.transfer = TransferFunction {
-        opacity: vec![(range[0], 0.0), (range[1], 0.8)],
-        colour: ColourSource::Map { map: ColourMap::Viridis, range },
-    };
+    scene.transfer = TransferFunction::of(
+        vec![(range[0], 0.0), (range[1], 0.8)],
+        ColourSource::Map { map: ColourMap::Viridis, range },
+    );
     scene
 }
 
@@ -237,7 +237,7 @@ fn vectors_alone_have_the_bar_of_their_lengths() {
     let field = VectorField::new("flow", places, vectors.into(), &Ticket::new()).unwrap();
     let mut layer = VectorLayer::new(Arc::new(field), true);
     let colour = ColourSource::Map { map: ColourMap::Gray, range: [0.0, 25.0] };
-    layer.settings.transfer = TransferFunction { opacity: vec![(0.0, 0.5)], colour };
+    layer.settings.transfer = TransferFunction::of(vec![(0.0, 0.5)], colour);
     let mut scene = Scene { vectors: Some(layer.clone()), ..scene() };
     let texts = |scene: &Scene| -> Vec<String> {
         let layout = laid_out(only(Annotation::ScalarBar), scene, [800, 600]);
