@@ -34,7 +34,7 @@ macro_rules! host_struct {
     }};
 }
 
-fn host_structs() -> [HostStruct; 12] {
+fn host_structs() -> [HostStruct; 13] {
     [
         host_struct!(Frame {
             view_x,
@@ -109,6 +109,7 @@ fn host_structs() -> [HostStruct; 12] {
             places,
             tables,
         }),
+        host_struct!(Regions { places, looks, shapes }),
     ]
 }
 

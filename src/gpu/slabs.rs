@@ -42,6 +42,8 @@ pub(super) struct SlabPass {
     uniform: wgpu::Buffer,
     /// Lights and shading tables, while they are asked for.
     shade: Option<wgpu::Buffer>,
+    /// Regions of value and gradient strength, likewise.
+    regions: Option<wgpu::Buffer>,
     /// What lets the inside be seen, likewise.
     inside: Option<wgpu::Buffer>,
     capped: wgpu::Buffer,
@@ -130,6 +132,7 @@ impl SlabPass {
                 size_of::<layout::Slabs>() as u64,
             ),
             shade: None,
+            regions: None,
             inside: None,
             capped: Growing::make(
                 context,
@@ -160,9 +163,10 @@ impl SlabPass {
         self.inside.as_ref().map_or(0, wgpu::Buffer::size)
     }
 
-    /// Of them, what lights and shading tables take.
+    /// Of them, what lights, shading tables and regions take.
     pub(super) fn shading_bytes(&self) -> u64 {
-        self.shade.as_ref().map_or(0, wgpu::Buffer::size)
+        let size = |buffer: &Option<wgpu::Buffer>| buffer.as_ref().map_or(0, wgpu::Buffer::size);
+        size(&self.shade) + size(&self.regions)
     }
 
     /// Whether the field of these settings is there.
@@ -324,7 +328,13 @@ impl SlabPass {
         context.queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&constants));
         write_inside(context, &mut self.inside, (field.level, table.values), looks.inside);
         let projects = looks.variant(false).projects();
-        match looks.shade.filter(|_| !projects) {
+        let shade = looks.shade.filter(|_| !projects);
+        write_regions(
+            context,
+            &mut self.regions,
+            shade.and_then(|shade| shade.regions(table.values)),
+        );
+        match shade {
             None => self.shade = None,
             Some(shade) => {
                 let growth = constants.up[3];
@@ -389,6 +399,7 @@ impl SlabPass {
             Some(kept) => Some(kept.as_entire_binding()),
         });
         bound.extend(self.shade.as_ref().map(|b| b.as_entire_binding()));
+        bound.extend(self.regions.as_ref().map(|b| b.as_entire_binding()));
         let entries: Vec<wgpu::BindGroupEntry<'_>> = (0_u32..)
             .zip(bound)
             .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })
@@ -449,6 +460,24 @@ fn write_inside(
         Growing::make(context, "inside", Usage::UNIFORM | Usage::COPY_DST, size)
     });
     context.queue.write_buffer(buffer, 0, bytemuck::bytes_of(&inside.constants(level, values)));
+}
+
+/// Writes regions, or lets go of them.
+fn write_regions(
+    context: &Context,
+    buffer: &mut Option<wgpu::Buffer>,
+    regions: Option<layout::Regions>,
+) {
+    let Some(regions) = regions else {
+        *buffer = None;
+        return;
+    };
+    let buffer = buffer.get_or_insert_with(|| {
+        use wgpu::BufferUsages as Usage;
+        let size = size_of::<layout::Regions>() as u64;
+        Growing::make(context, "regions", Usage::UNIFORM | Usage::COPY_DST, size)
+    });
+    context.queue.write_buffer(buffer, 0, bytemuck::bytes_of(&regions));
 }
 
 fn is_interpolating(settings: &SplatSettings) -> bool {
@@ -611,6 +640,7 @@ fn compile(context: &Context, variant: Variant) -> wgpu::ComputePipeline {
         surfaces: inside.surfaces() > 0,
         levels: inside.levels > 0,
         vectors: variant.vectors,
+        regions: shade.is_some_and(|shade| shade.regions > 0),
     };
     let shader = if variant.looks.projects() { pieces.projecting() } else { pieces.shader() };
     let module = shader.module_writing(&context.device, variant.target);

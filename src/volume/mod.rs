@@ -6,6 +6,7 @@
 pub mod demo;
 mod error;
 mod grid;
+mod joint;
 mod resample;
 mod samples;
 mod shape;
@@ -14,6 +15,7 @@ mod vector_field;
 
 pub use error::VolumeError;
 pub use grid::{Association, Component, Field, Grid, Lattice, ScalarVolume};
+pub use joint::{JOINT_BINS, JointHistogram};
 pub use samples::{Samples, Scalar, ScalarType};
 pub use shape::Shape;
 pub use statistics::{BRICK, Bricks, HISTOGRAM_BINS, QUANTILES, Statistics};

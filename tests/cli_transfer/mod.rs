@@ -6,7 +6,9 @@ use std::process::Output;
 use crate::command_line::{errors, voxsplat};
 use crate::{can_draw, fault};
 use voxsplat::core::Srgb8;
-use voxsplat::transfer::{ColourMap, ColourSource, Design, Gaussian, TransferFunction};
+use voxsplat::transfer::{
+    ColourMap, ColourSource, Design, Gaussian, Region, RegionShape, TransferFunction,
+};
 
 fn render(volume: &str, more: &[&str]) -> Output {
     let size = ["render", volume, "-o", "-", "--resolution", "64,48"];
@@ -51,6 +53,45 @@ fn a_file_draws_what_the_flags_it_stands_for_draw_and_flags_change_it() {
     assert!(of_stops.stdout == render("demo:shells:24", &same).stdout);
     let refused = render("demo:shells:24", &["--transfer", &file, "--color-range", "20,200"]);
     assert_eq!(fault(&refused, 1, &["with a colour map", "--colormap"], None), None);
+}
+
+/// Regions by gradient in a file draw; flags of opacity take their place, and modes and sweeps that
+/// cannot draw them refuse.
+#[test]
+fn regions_of_a_file_are_drawn_or_refused() {
+    if !can_draw() {
+        return;
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let region = Region {
+        shape: RegionShape::Rectangle,
+        values: [60.0, 200.0],
+        strengths: [0.0, 9.0],
+        softness: 0.3,
+        opacity: 0.6,
+        colour: Some(Srgb8([255, 0, 0])),
+    };
+    let colour = ColourSource::Map { map: ColourMap::Lapaz, range: [20.0, 230.5] };
+    let plain = Design::from(TransferFunction::of(vec![(40.0, 0.0), (255.0, 0.8)], colour));
+    let design = Design { regions: vec![region], ..plain.clone() };
+    let file = written(folder.path(), &design.to_text());
+    let drawn = render("demo:shells:24", &["--transfer", &file]);
+    assert!(drawn.status.success() && drawn.stdout.len() > 300, "{}", errors(&drawn));
+    let by_value = render("demo:shells:24", &["--transfer", &file, "--opacity", "40:0,255:0.8"]);
+    let plain = render(
+        "demo:shells:24",
+        &["--transfer", &{
+            std::fs::write(folder.path().join("plain.json"), plain.to_text()).expect("a file");
+            folder.path().join("plain.json").to_str().expect("UTF-8").to_owned()
+        }],
+    );
+    assert!(by_value.stdout == plain.stdout && by_value.stdout != drawn.stdout);
+    let first = render("demo:shells:24", &["--transfer", &file, "--classify", "before"]);
+    assert_eq!(fault(&first, 2, &["regions by gradient", "--classify pre-integrated"], None), None);
+    let table = folder.path().join("t.json");
+    let table = table.to_str().expect("UTF-8");
+    let sweep = voxsplat(&["accuracy", "demo:shells:16", "-o", table, "--transfer", &file]);
+    assert_eq!(fault(&sweep, 2, &["by value alone", "regions"], None), None);
 }
 
 /// A strip of float32 with NaN in its middle.

@@ -26,6 +26,7 @@ mod order;
 mod preview_fields;
 mod previews;
 mod reconstructed;
+mod regions;
 mod scattered;
 mod shading;
 mod small_kernels;

@@ -31,7 +31,7 @@ fn holed(lattice: Lattice) -> Samples {
     let sample = |i: usize| {
         let [x, y, z] = [i % nx, i / nx % ny, i / (nx * ny)];
         let is_block = x < 4 && y < 4;
-        let is_hole = if is_block { (4..8).contains(&z) } else { i % 7 == 0 };
+        let is_hole = if is_block { (4..8).contains(&z) } else { i.is_multiple_of(7) };
         match is_hole {
             true => f32::NAN,
             false if is_block => 10.0,

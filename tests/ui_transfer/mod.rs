@@ -1,5 +1,7 @@
 //! The transfer function's editors by hand, its ways in and out, and undo and redo of everything.
 
+mod regions;
+
 use std::path::Path;
 
 use eframe::egui::accesskit::Role;
@@ -84,7 +86,7 @@ fn window_and_level_are_one_step_of_undo() {
 type Edit = (&'static str, fn(&mut Bench));
 
 /// A change of every kind, none of which another one takes back.
-const EDITS: [Edit; 18] = [
+const EDITS: [Edit; 19] = [
     ("orbit", |b| b.drag(PointerButton::Primary, Modifiers::NONE, vec2(60.0, 10.0))),
     ("move", |b| b.drag(PointerButton::Middle, Modifiers::NONE, vec2(20.0, 10.0))),
     ("wheel", |b| {
@@ -106,6 +108,7 @@ const EDITS: [Edit; 18] = [
     ("range", |b| b.set_slider("Range high", 700.0)),
     ("stretch", |b| click(b, "Min–max")),
     ("gaussians", |b| click(b, "Gaussians")),
+    ("regions", |b| click(b, "Add region")),
     ("extent", |b| b.set_slider("Extent", 2.5)),
     ("unit distance", |b| b.set_slider("Unit distance", 10.0)),
     ("kernel", |b| b.choose("Kernel", "Nearest")),
