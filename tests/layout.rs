@@ -468,7 +468,7 @@ mod must_fail {
 
     #[test]
     fn a_moved_member_is_caught() {
-        let [.., host, _, _] = host_structs();
+        let [.., host, _, _, _] = host_structs();
         assert_eq!(found("struct Present { background: vec4<f32> }", &host), [""; 0]);
         let moved = found(PRESENT_MOVED, &host).join("\n");
         assert!(moved.contains("32 bytes in the shader, 16 on the host"), "{moved}");

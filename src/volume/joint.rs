@@ -8,7 +8,7 @@ use crate::core::progress::{Cancelled, Ticket};
 use crate::with_samples;
 
 /// Bins along the values and along the strengths.
-pub const JOINT_BINS: [usize; 2] = [128, 96];
+pub const JOINT_BINS: [usize; 2] = [96, 64];
 /// Samples whose strengths say how far the axis goes: all of a smaller field.
 const MEASURED: usize = 1 << 16;
 /// Of those, the share that the axis leaves out: rare faces would squeeze all others.

@@ -120,8 +120,8 @@ fn plane_ui(ui: &mut Ui, editor: &mut RegionEditor, scene: &mut Scene, shown: [f
     let painter = ui.painter_at(rect.expand(2.0));
     painter.rect_filled(rect, CornerRadius::same(5), theme::WELL);
     let inside = painter.with_clip_rect(rect.shrink(1.0));
-    if let Some((texture, counts)) = editor.counted.picture(ui.ctx()) {
-        plane::paint_counts(&inside, axes, texture, counts);
+    if let Some(counts) = editor.counted.counts() {
+        plane::paint_counts(&inside, axes, counts);
     }
     paint(&inside, axes, scene, editor.selected, hover);
     ui.spacing_mut().item_spacing.y = 4.0;
@@ -155,8 +155,6 @@ fn region_ui(ui: &mut Ui, editor: &mut RegionEditor, scene: &mut Scene) {
             }
         });
         shown.response.accessible_name("Region shape").on_hover_text(help(region.shape));
-        number_ui(ui, "Region opacity", opacity_drag(&mut region.opacity))
-            .on_hover_text("Opacity per unit distance in its middle, 0 to 1");
         ui.spacing_mut().item_spacing.x = 4.0;
         if step_button(ui, "‹", "Previous region", index > 0).clicked() {
             editor.selected -= 1;
@@ -165,6 +163,16 @@ fn region_ui(ui: &mut Ui, editor: &mut RegionEditor, scene: &mut Scene) {
             editor.selected += 1;
         }
         removed = step_button(ui, "×", "Remove region", true).clicked();
+    });
+    row_ui(ui, "Region opacity", |ui| {
+        number_ui(ui, "Region opacity", opacity_drag(&mut region.opacity))
+            .on_hover_text("Opacity per unit distance in its middle, 0 to 1");
+        super::name_ui(ui, "soft");
+        let softness =
+            DragValue::new(&mut region.softness).speed(0.005).range(0.0..=1.0).max_decimals(3);
+        number_ui(ui, "Region softness", softness).on_hover_text(
+            "Softness: the part of the way from its border to its middle over which the opacity rises",
+        );
     });
     row_ui(ui, "Region colour", |ui| {
         let mut own = region.colour.is_some();
@@ -180,11 +188,6 @@ fn region_ui(ui: &mut Ui, editor: &mut RegionEditor, scene: &mut Scene) {
                 .accessible_name("Region colour")
                 .on_hover_text("Its colour");
         }
-        let softness =
-            DragValue::new(&mut region.softness).speed(0.005).range(0.0..=1.0).max_decimals(3);
-        number_ui(ui, "Region softness", softness).on_hover_text(
-            "Softness: the part of the way from its border to its middle over which the opacity rises",
-        );
     });
     let help = "The values that it spans, in the data's own units";
     pair_ui(

@@ -7,7 +7,7 @@ use glam::{DMat3, DVec2, DVec3, Vec3};
 use super::*;
 use crate::core::{Camera, Projection, Srgb8, Ticket};
 use crate::scene::{Amounts, Colours, Index, Shading, VectorLayer, opening};
-use crate::transfer::{ColourMap, ColourSource, TransferFunction};
+use crate::transfer::{ColourMap, ColourSource, Region, RegionShape, TransferFunction};
 use crate::volume::{Lattice, Places, Samples, ScalarVolume, VectorField};
 
 /// Every letter is so wide, ems.
@@ -222,6 +222,18 @@ fn colours_by_a_table_have_that_tables_bar() {
         found.contains(&"40".to_owned()) && !found.contains(&"opacity".to_owned()),
         "{found:?}"
     );
+    // Regions have several opacities for one value.
+    let region = Region {
+        shape: RegionShape::Rectangle,
+        values: [0.0, 9.0],
+        strengths: [0.0, 1.0],
+        softness: 0.5,
+        opacity: 0.5,
+        colour: None,
+    };
+    scene.shading = Shading { regions: vec![region], ..Shading::default() };
+    let found = words(&laid_out(only(Annotation::ScalarBar), &scene, [800, 600]));
+    assert!(found.iter().all(|(text, _)| text != "opacity"), "{found:?}");
     // A mode that shows no tables has the transfer function's.
     scene.splat = crate::scene::SplatSettings::SHADE_FIRST;
     let found = words(&laid_out(only(Annotation::ScalarBar), &scene, [800, 600]));

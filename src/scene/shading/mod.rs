@@ -458,3 +458,37 @@ impl ShadingSpace {
         (strength / self.least_strength - 1.0).clamp(0.0, 1.0)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::transfer::{ColourMap, ColourSource, RegionShape};
+
+    fn region(values: [f64; 2]) -> Region {
+        let (shape, strengths) = (RegionShape::Ellipse, [1.0, 5.0]);
+        Region { shape, values, strengths, softness: 0.5, opacity: 0.8, colour: None }
+    }
+
+    #[test]
+    fn regions_ask_for_gradients_and_slabs_until_a_table_takes_their_place() {
+        let regions = vec![region([3.0, 4.0]), region([8.0, 9.0])];
+        let mut shading = Shading { regions, ..Shading::default() };
+        assert!(!shading.is_plain() && shading.uses_gradient());
+        assert_eq!(shading.effects(), ["gradients", "regions"]);
+        assert_eq!(shading.check(&SplatSettings::EXACT), Ok(()));
+        let refused = shading.check(&SplatSettings::SHADE_FIRST).unwrap_err().to_string();
+        assert!(refused.contains("regions by gradient"), "{refused}");
+        let colour = ColourSource::Map { map: ColourMap::Gray, range: [0.0, 9.0] };
+        let transfer = TransferFunction::of(vec![(0.0, 0.9)], colour);
+        let by_value = shading.by_value(&transfer);
+        assert_eq!(by_value.validate(), Ok(()));
+        let opacities = [2.9, 3.5, 6.0, 8.0, 9.1].map(|value| by_value.opacity_at(value));
+        assert_eq!(opacities, [0.0, BASE_OPACITY, 0.0, BASE_OPACITY, 0.0]);
+        shading.opacity = Some(Amounts { index: Index::Value, points: vec![(0.0, 0.5)] });
+        assert!(shading.painted().is_empty() && !shading.uses_gradient());
+        assert_eq!(shading.effects(), ["opacity table"]);
+        assert_eq!(shading.by_value(&transfer).opacity_at(6.0), BASE_OPACITY);
+        shading.regions[1].values = [9.0, 8.0];
+        assert!(matches!(shading.check(&SplatSettings::EXACT), Err(ShadingError::Region(_))));
+    }
+}

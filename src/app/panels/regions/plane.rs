@@ -2,9 +2,10 @@
 
 use std::sync::{Arc, Weak};
 
+use eframe::egui::epaint::Mesh;
 use eframe::egui::{
-    Color32, ColorImage, Context, CursorIcon, Painter, PointerButton, Pos2, Rect, Response, Shape,
-    Stroke, StrokeKind, TextureHandle, TextureOptions, Ui, Vec2, pos2,
+    Color32, Context, CursorIcon, Painter, PointerButton, Pos2, Rect, Response, Shape, Stroke,
+    StrokeKind, Ui, Vec2, pos2,
 };
 
 use super::super::curve::{GRAB, LINE};
@@ -19,6 +20,8 @@ use crate::volume::{JOINT_BINS, JointHistogram, ScalarVolume};
 
 /// No region is pulled to less than this part of the plane.
 const LEAST_SIZE: f64 = 1.0 / 200.0;
+/// Where values and gradients occur together most often.
+const FREQUENT: Color32 = Color32::from_rgb(190, 200, 214);
 /// Corners of an ellipse as it is painted.
 const CORNERS: u8 = 48;
 
@@ -28,7 +31,6 @@ pub(super) struct Counted {
     of: Weak<ScalarVolume>,
     job: Option<Job<Result<JointHistogram, Cancelled>>>,
     counts: Option<JointHistogram>,
-    texture: Option<TextureHandle>,
 }
 
 impl Counted {
@@ -63,28 +65,10 @@ impl Counted {
         self.job.is_some()
     }
 
-    /// The counts as a picture, rows from the strongest gradients down.
-    pub(super) fn picture(&mut self, ctx: &Context) -> Option<(&TextureHandle, &JointHistogram)> {
-        let counts = self.counts.as_ref()?;
-        let texture = self.texture.get_or_insert_with(|| {
-            let options = TextureOptions::LINEAR;
-            ctx.load_texture("value and gradient", image(counts), options)
-        });
-        Some((texture, counts))
+    /// What was counted, once it is there.
+    pub(super) fn counts(&self) -> Option<&JointHistogram> {
+        self.counts.as_ref()
     }
-}
-
-/// Logarithms of counts as greys, so that thin arches beside much air are seen.
-fn image(counts: &JointHistogram) -> ColorImage {
-    let [across, up] = JOINT_BINS;
-    let most = counts.counts.iter().copied().max().unwrap_or(0).max(1) as f32;
-    let pixels = (0..across * up).map(|i| {
-        let (x, row) = (i % across, i / across);
-        let n = counts.counts[(up - 1 - row) * across + x] as f32;
-        let share = n.ln_1p() / most.ln_1p();
-        theme::WELL.lerp_to_gamma(Color32::from_rgb(190, 200, 214), share)
-    });
-    ColorImage::new(JOINT_BINS, pixels.collect())
 }
 
 /// Where values and strengths lie in the plane.
@@ -264,24 +248,30 @@ pub(super) fn pulled(
     Region { values: [low, high], strengths: [weak, strong], ..*region }
 }
 
-/// The counts behind the regions, as far as the plane shows them.
-pub(super) fn paint_counts(
-    painter: &Painter,
-    axes: PlaneAxes,
-    texture: &TextureHandle,
-    counts: &JointHistogram,
-) {
+/// Logarithms of the counts as greys, so that thin arches beside much air are seen.
+pub(super) fn paint_counts(painter: &Painter, axes: PlaneAxes, counts: &JointHistogram) {
+    let [across, up] = JOINT_BINS;
     let [low, high] = counts.values;
-    let (first, last) = (low.max(axes.across.low), high.min(axes.across.high));
-    if first >= last {
-        return;
+    let value = |i: usize| {
+        let share = i as f64 / across as f64;
+        low * (1.0 - share) + high * share
+    };
+    let strength = |i: usize| counts.strongest * i as f64 / up as f64;
+    let most = counts.counts.iter().copied().max().unwrap_or(0).max(1) as f32;
+    let mut mesh = Mesh::default();
+    for (i, &n) in counts.counts.iter().enumerate().filter(|(_, n)| **n > 0) {
+        let (x, y) = (i % across, i / across);
+        let rect = Rect::from_two_pos(
+            axes.position([value(x), strength(y)]),
+            axes.position([value(x + 1), strength(y + 1)]),
+        );
+        if rect.intersects(axes.rect()) {
+            let share = (n as f32).ln_1p() / most.ln_1p();
+            let grey = theme::WELL.lerp_to_gamma(FREQUENT, share);
+            mesh.add_colored_rect(rect.intersect(axes.rect()), grey);
+        }
     }
-    #[expect(clippy::cast_possible_truncation, reason = "a share")]
-    let u = |value: f64| ((value / 2.0 - low / 2.0) / (high / 2.0 - low / 2.0)) as f32;
-    let rect =
-        Rect::from_two_pos(axes.position([first, counts.strongest]), axes.position([last, 0.0]));
-    let uv = Rect::from_min_max(pos2(u(first), 0.0), pos2(u(last), 1.0));
-    painter.image(texture.id(), rect, uv, Color32::WHITE);
+    painter.add(Shape::mesh(mesh));
 }
 
 /// The regions in their colours; that which is selected with its grips.
