@@ -106,6 +106,7 @@ fn walk(ray_forward: Ray, span: vec2<f32>) {
     // The first of a cell's samples, seen from the cell's own index.
     let back = max(i32(support) / 2 - 1, 0);
     var at = 0.0;
+    sum = vec4<f32>(0.0);
     if IN_PARTS && gather.part.x > 0 {
         sum = bitcast<vec4<f32>>(kept(slot, 1u));
         let place = bitcast<vec4<i32>>(kept(slot, 2u));
@@ -168,11 +169,15 @@ fn gather_cells(
     if !is_in_picture(pixel) {
         return;
     }
-    let ray = ray_at(pixel);
-    let span = span_of(ray);
-    resume();
-    if span.x < span.y {
-        walk(ray, span);
+    begin();
+    for (var number = gather.rays.x; number < gather.rays.y; number++) {
+        let ray = ray_at(pixel, number);
+        let span = span_of(ray);
+        begin_ray();
+        if span.x < span.y {
+            walk(ray, span);
+        }
+        end_ray();
     }
     finish(pixel);
 }

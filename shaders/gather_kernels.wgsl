@@ -322,15 +322,19 @@ fn gather_kernels(
     if !is_in_picture(pixel) {
         return;
     }
-    let ray = ray_at(pixel);
-    let span = span_of(ray);
-    resume();
-    if span.x < span.y && !is_opaque() {
-        if layering == 2u {
-            gather_layers(ray, span);
-        } else {
-            gather_slices(ray, span, slices_of(ray, span), gather.part.xy);
+    begin();
+    for (var number = gather.rays.x; number < gather.rays.y; number++) {
+        let ray = ray_at(pixel, number);
+        let span = span_of(ray);
+        begin_ray();
+        if span.x < span.y && !is_opaque() {
+            if layering == 2u {
+                gather_layers(ray, span);
+            } else {
+                gather_slices(ray, span, slices_of(ray, span), gather.part.xy);
+            }
         }
+        end_ray();
     }
     finish(pixel);
 }

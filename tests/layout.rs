@@ -71,6 +71,7 @@ fn host_structs() -> [HostStruct; 13] {
             strides,
             bricks,
             part,
+            rays,
         }),
         host_struct!(Vectors { axis_x, axis_y, axis_z, depth, picture, flags, layers }),
         host_struct!(VectorTiles { tiles, more, rays }),

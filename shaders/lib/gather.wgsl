@@ -48,13 +48,17 @@ struct Gather {
     // What this dispatch walks of each ray, first and after the last: chunks of layers, slices, or
     // segments. Then layers in a chunk.
     part: vec4<i32>,
+    // Rays of a pixel that this dispatch walks, first and after the last; rays along a pixel's side;
+    // 1: it is not the first, 2: its rays end here.
+    rays: vec4<u32>,
 }
 
 @group(0) @binding(7) var<uniform> gather: Gather;
 @group(0) @binding(9) var light_out: texture_storage_2d<rgba32float, write>;
 
-// Premultiplied light of the pixel so far, and sums capped in it.
+// Premultiplied light of the ray so far; of the pixel's rays that have ended; sums capped in it.
 var<private> light: vec4<f32>;
+var<private> rays_light: vec4<f32>;
 var<private> caps: u32;
 // Where this pixel's ray is kept between dispatches.
 var<private> slot: u32;
@@ -88,9 +92,12 @@ fn is_in_picture(pixel: vec2<u32>) -> bool {
     return pixel.x < u32(gather.low.w) && pixel.y < u32(gather.high.w);
 }
 
-fn ray_at(pixel: vec2<u32>) -> Ray {
+// One of a pixel's square of rays: one where kernels are a pixel wide.
+fn ray_at(pixel: vec2<u32>, number: u32) -> Ray {
     let half = 0.5 * vec2<f32>(f32(gather.low.w), f32(gather.high.w));
-    let from_middle = vec2<f32>(pixel) + 0.5 - half;
+    let side = gather.rays.z;
+    let part = (vec2<f32>(f32(number % side), f32(number / side)) + 0.5) / f32(side);
+    let from_middle = vec2<f32>(pixel) + part - half;
     var out: Ray;
     out.pixel = vec2<f32>(from_middle.x, -from_middle.y);
     let across = gather.right.xyz * out.pixel.x + gather.up.xyz * out.pixel.y;
@@ -193,17 +200,33 @@ fn is_opaque() -> bool {
     return front_to_back && 1.0 - light.w < gather.reach.w;
 }
 
-// Takes up the light of the dispatches before.
-fn resume() {
+// Takes up the pixel of the dispatches before.
+fn begin() {
+    if IN_PARTS && (gather.rays.w & 1u) != 0u {
+        rays_light = bitcast<vec4<f32>>(kept(slot, 4u));
+    }
+}
+
+// Begins a ray, or takes it up.
+fn begin_ray() {
+    light = vec4<f32>(0.0);
     if IN_PARTS && gather.part.x > 0 {
         light = bitcast<vec4<f32>>(kept(slot, 0u));
     }
 }
 
-fn finish(pixel: vec2<u32>) {
-    textureStore(light_out, pixel, light);
-    if IN_PARTS {
+fn end_ray() {
+    if IN_PARTS && (gather.rays.w & 2u) == 0u {
         keep(slot, 0u, bitcast<vec4<u32>>(light));
+    } else {
+        rays_light += light;
+    }
+}
+
+fn finish(pixel: vec2<u32>) {
+    textureStore(light_out, pixel, rays_light / f32(gather.rays.z * gather.rays.z));
+    if IN_PARTS {
+        keep(slot, 4u, bitcast<vec4<u32>>(rays_light));
     }
     if published && caps > 0u {
         let before = atomicAdd(&totals.counts[2], caps);

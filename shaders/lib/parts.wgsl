@@ -4,7 +4,7 @@
 
 const IN_PARTS: bool = true;
 // Vec4s that are kept of a pixel.
-const KEPT_VEC4S: u32 = 4u;
+const KEPT_VEC4S: u32 = 5u;
 
 struct Totals {
     // Words 2 and 3: sums of opacity that were capped, low word first.

@@ -193,7 +193,8 @@ impl Renderer {
         let mut constants = constants.gather();
         let mut variant = Variant::new(view, settings);
         let most = self.context.most_turns;
-        let parts = turns::gathered(&constants, settings.kernel, variant.layers(), most)?;
+        let side = view.rays_per_side(settings.kernel, settings.extent);
+        let parts = turns::gathered(&constants, settings.kernel, variant.layers(), side, most)?;
         variant.in_parts = parts.len() > 1;
         self.write_traversal(view, &(0..0), 0, 0);
         self.gathering.variant = Some(variant);
@@ -203,7 +204,7 @@ impl Renderer {
             constants.splits[3] = tiles.start as i32;
             constants.strides[3] = tiles.end;
             for &part in &parts {
-                constants.part = part;
+                (constants.part, constants.rays) = (part.along, part.rays);
                 let queue = &self.context.queue;
                 queue.write_buffer(&self.gathering.constants, 0, bytemuck::bytes_of(&constants));
                 let shader = variant.shader();
@@ -388,6 +389,7 @@ impl Constants<'_> {
             strides: counts(strides, self.tiles.end),
             bricks: counts(brick_strides, view.size[0].div_ceil(TILE)),
             part: [0; 4],
+            rays: [0; 4],
         }
     }
 }

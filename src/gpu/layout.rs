@@ -80,7 +80,7 @@ pub const LOOK_EVERY: u32 = 4;
 /// number out of the cell that begins with it.
 pub const LIFT_CELLS: f64 = 0.0625;
 /// Vec4s that are kept of a pixel whose ray is walked in parts; see `shaders/lib/parts.wgsl`.
-pub const KEPT_VEC4S: u32 = 4;
+pub const KEPT_VEC4S: u32 = 5;
 
 /// `Gather` in `shaders/lib/gather.wgsl`.
 #[repr(C)]
@@ -105,6 +105,7 @@ pub struct Gather {
     pub strides: [u32; 4],
     pub bricks: [u32; 4],
     pub part: [i32; 4],
+    pub rays: [u32; 4],
 }
 
 /// Vec4s of a vector splat's record, and of one with its own steps of the grid.

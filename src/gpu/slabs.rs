@@ -284,7 +284,7 @@ impl SlabPass {
             view_from_index: view.view_from_index,
             dims: field.dims,
             thickness: face_pixels(view, picture.smallest_spacing, settings, looks),
-            side: rays_per_side(view, kernel, extent),
+            side: view.rays_per_side(kernel, extent),
             // Two to either side are summed up without loops.
             window: (is_radial && samples != 2).then_some(samples),
             surfaces: looks.inside.map_or(0, |inside| inside.variant.surfaces()),
@@ -322,7 +322,7 @@ impl SlabPass {
             RadialKernel::new(settings.kernel, settings.extent).map_or(1.0, |k| k.scale());
         constants.table = [table.coordinate[0], table.coordinate[1], stretch as f32, 0.0];
         [constants.below, constants.beyond] = table.ends;
-        let side = rays_per_side(view, settings.kernel, settings.extent);
+        let side = view.rays_per_side(settings.kernel, settings.extent);
         constants.more = [tiles.len() as u32, side, table.holes_at, 0];
         constants.part = part;
         context.queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&constants));
@@ -569,23 +569,6 @@ fn slab_constants(
         tiles: [tiles.start, view.size[0].div_ceil(TILE), view.size[0], view.size[1]],
         ..bytemuck::Zeroable::zeroed()
     }
-}
-
-/// The most rays along the side of a pixel.
-const MOST_RAYS: f64 = 8.0;
-
-/// Rays along the side of a pixel: 1 while the kernel's radius is a pixel of what is shown at least,
-/// and so many below that it is as much as the rays are apart.
-fn rays_per_side(view: &View, kernel: Kernel, extent: Option<f64>) -> u32 {
-    let radius = kernel.reach(extent);
-    // Boxes have edges at any size: they are averaged by their longest axis, as elsewhere.
-    let pixels = match kernel {
-        Kernel::Nearest => view.voxel_pixels(),
-        _ => view.narrowest_voxel_pixels(),
-    };
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "1..=8")]
-    let side = (1.0 / (radius * pixels * view.enlarged)).ceil().clamp(1.0, MOST_RAYS) as u32;
-    side
 }
 
 /// A cell of the table as the shader takes it.

@@ -42,11 +42,23 @@ pub(super) enum Layers {
     Slabs,
 }
 
-/// One dispatch's part of every ray, as `Gather::part` has it.
-pub(super) type Part = [i32; 4];
+/// One dispatch's part of every pixel, as `Gather` has it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Part {
+    /// Units of each ray, first and after the last; layers of a chunk; 0.
+    pub along: [i32; 4],
+    /// Rays, first and after the last; rays along a pixel's side; whether it goes on, or ends rays.
+    pub rays: [u32; 4],
+}
 
-/// The dispatches that gather a picture's rays: a single one with everything where the loops allow
-/// (`most` turns, if there is a limit), else as many as are needed, in order.
+/// A dispatch goes on with what was kept of the pixel.
+const GOES_ON: u32 = 1;
+/// Its rays end.
+const ENDS: u32 = 2;
+
+/// The dispatches that gather a picture's rays, a square of `side` × `side` to a pixel: a single one
+/// with everything where the loops allow (`most` turns, if there is a limit), else as many as are needed,
+/// in order.
 ///
 /// # Errors
 /// One sentence, where a single layer or slice turns too often.
@@ -54,10 +66,15 @@ pub(super) fn gathered(
     gather: &layout::Gather,
     kernel: Kernel,
     layers: Layers,
+    side: u32,
     most: Option<u64>,
 ) -> Result<Vec<Part>, GpuError> {
-    let whole = |layers| vec![[0, i32::MAX, layers, 0]];
-    let Some(most) = most else { return Ok(whole(LAYERS as i32)) };
+    let count = side * side;
+    let whole = |first: u32, end: u32| Part {
+        along: [0, i32::MAX, LAYERS as i32, 0],
+        rays: [first, end, side, ENDS | if first > 0 { GOES_ON } else { 0 }],
+    };
+    let Some(most) = most else { return Ok(vec![whole(0, count)]) };
     let rays = Rays::of(gather);
     let sizes = [LAYERS, 8, 4, 2, 1];
     let walks: Vec<(u32, Walk)> = match kernel {
@@ -74,15 +91,24 @@ pub(super) fn gathered(
         }
     };
     let budget = most.saturating_sub(REST) as f64;
-    if walks[0].1.turns() <= budget {
-        return Ok(whole(LAYERS as i32));
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturating")]
+    let at_once = (budget / (walks[0].1.turns() + 1.0)) as u32;
+    if at_once > 0 {
+        let starts = (0..count).step_by(at_once as usize);
+        return Ok(starts.map(|first| whole(first, (first + at_once).min(count))).collect());
     }
     let fitting = walks.iter().find(|(_, walk)| walk.each <= budget);
     let (size, walk) = fitting.ok_or_else(|| too_often(walks[walks.len() - 1].1.each))?;
     #[expect(clippy::cast_possible_truncation, reason = "far fewer than 2^31, and saturating")]
     let (units, step) = (walk.units as i32, (budget / walk.each) as i32);
     let starts = (0..units).step_by(step.max(1) as usize);
-    Ok(starts.map(|first| [first, first.saturating_add(step), *size as i32, 0]).collect())
+    let part = |ray: u32, first: i32| {
+        let end = first.saturating_add(step);
+        let goes_on = if ray > 0 || first > 0 { GOES_ON } else { 0 };
+        let ends = if end >= units { ENDS } else { 0 };
+        Part { along: [first, end, *size as i32, 0], rays: [ray, ray + 1, side, goes_on | ends] }
+    };
+    Ok((0..count).flat_map(|ray| starts.clone().map(move |first| part(ray, first))).collect())
 }
 
 fn too_often(found: f64) -> GpuError {
@@ -293,8 +319,6 @@ impl SlabRays {
     /// The dispatches that walk a pixel: `None` for a single one with everything where the loops
     /// allow.
     pub(super) fn parts(&self, most: Option<u64>) -> Option<Vec<SlabPart>> {
-        const RESUMES: u32 = 1;
-        const ENDS: u32 = 2;
         let budget = most?.saturating_sub(REST) as f64;
         let m = self.view_from_index;
         let dims = DVec3::from(self.dims.map(|n| n as f64));
@@ -346,7 +370,7 @@ impl SlabRays {
         let count = whole(((looks + leaps) / step).ceil()).max(1);
         let part = |ray: u32, n: u32| {
             let ends = if n + 1 == count { ENDS } else { 0 };
-            [ray, ray + 1, whole(step), if n > 0 { RESUMES | ends } else { ends }]
+            [ray, ray + 1, whole(step), if n > 0 { GOES_ON | ends } else { ends }]
         };
         Some((0..rays).flat_map(|ray| (0..count).map(move |n| part(ray, n))).collect())
     }
@@ -416,7 +440,7 @@ mod tests {
     }
 
     fn parts(gather: &layout::Gather, kernel: Kernel, layers: Layers) -> Vec<Part> {
-        gathered(gather, kernel, layers, Some(SOFTWARE_TURNS)).expect("steps that fit")
+        gathered(gather, kernel, layers, 1, Some(SOFTWARE_TURNS)).expect("steps that fit")
     }
 
     /// Lengths of rows at which layers were first missing on llvmpipe (Mesa 22.3.6).
@@ -437,8 +461,9 @@ mod tests {
             // And not long before.
             let short = along([counts[0] / 6, counts[1], counts[2]], radius, thickness);
             assert_eq!(parts(&short, kernel, layers).len(), 1, "{counts:?} {kernel:?} {layers:?}");
-            let free = gathered(&gather, kernel, layers, None);
-            assert_eq!(free, Ok(vec![[0, i32::MAX, 16, 0]]));
+            let free = gathered(&gather, kernel, layers, 2, None);
+            let everything = Part { along: [0, i32::MAX, 16, 0], rays: [0, 4, 2, ENDS] };
+            assert_eq!(free, Ok(vec![everything]));
         }
         let row = |n| SlabRays {
             view_from_index: DMat3::IDENTITY,
@@ -459,15 +484,16 @@ mod tests {
         let gather = along([4096, 3, 3], 1.558, 0.5);
         for layers in [Layers::None, Layers::Sheets, Layers::Slabs] {
             let parts = parts(&gather, Kernel::Cubic, layers);
-            assert_eq!(parts[0][0], 0);
-            assert!(parts.windows(2).all(|two| two[0][1] == two[1][0]), "{parts:?}");
-            let size = parts[0][2];
+            assert_eq!(parts[0].along[0], 0);
+            let follow = |two: &[Part]| two[0].along[1] == two[1].along[0];
+            assert!(parts.windows(2).all(follow), "{parts:?}");
+            let size = parts[0].along[2];
             let units = match layers {
                 Layers::None => 4096,
                 // And their rims.
                 Layers::Sheets | Layers::Slabs => (4099 * 2) / size,
             };
-            assert!(parts[parts.len() - 1][1] >= units, "{layers:?} {parts:?}");
+            assert!(parts[parts.len() - 1].along[1] >= units, "{layers:?} {parts:?}");
         }
         let rays = SlabRays {
             view_from_index: DMat3::IDENTITY,
@@ -510,8 +536,8 @@ mod tests {
         let mut gather = along([512, 64, 64], 8.0, 1.0 / 64.0);
         gather.ahead = [1.0, 0.7, 0.7, 0.0];
         let parts = parts(&gather, Kernel::Cubic, Layers::Slabs);
-        assert!(parts[0][2] < 16, "{:?}", parts[0]);
-        let refused = gathered(&gather, Kernel::Cubic, Layers::Slabs, Some(1000));
+        assert!(parts[0].along[2] < 16, "{:?}", parts[0]);
+        let refused = gathered(&gather, Kernel::Cubic, Layers::Slabs, 1, Some(1000));
         assert!(matches!(refused, Err(GpuError::TooLarge { .. })), "{refused:?}");
     }
 }

@@ -11,6 +11,7 @@ pub mod info;
 mod metaimage;
 mod netcdf;
 mod nrrd;
+mod precision;
 pub mod raw;
 mod vtk;
 mod vtk_xml;
@@ -27,7 +28,7 @@ pub use raw::{RawLayout, RawOverrides};
 
 use crate::core::memory;
 use crate::core::progress::Ticket;
-use crate::volume::{Field, Grid, Samples};
+use crate::volume::Grid;
 use error::{quoted_bytes, unrecognised};
 
 /// A file format that is read.
@@ -126,44 +127,11 @@ fn read(path: &Path, options: &OpenOptions, ticket: &Ticket) -> Result<Opened, P
         Format::Raw => raw::read(path, &options.raw.unwrap_or_default(), free_bytes, ticket),
     }?;
     opened.grid.check()?;
-    opened.warnings.extend(opened.grid.fields.iter().filter_map(merged_neighbours));
+    opened.warnings.extend(opened.grid.fields.iter().filter_map(precision::merged_neighbours));
+    opened.warnings.extend(opened.grid.fields.iter().filter_map(precision::merged_at_zero));
     opened.warnings.extend(opened.grid.resampling());
     ticket.checkpoint(1, 1)?;
     Ok(opened)
-}
-
-/// Whole numbers are noted to be too large for doubles where those divide their range into fewer steps
-/// than this.
-const FEW_STEPS: f64 = 4096.0;
-
-/// A sentence for a field of whole numbers so large that doubles, which they are drawn as, do not tell
-/// neighbours apart, and whose range is so small that it shows.
-fn merged_neighbours(field: &Field) -> Option<String> {
-    let [least, greatest] = match &*field.samples {
-        Samples::UInt64(values) => {
-            [values.iter().min(), values.iter().max()].map(|end| end.map(|&v| i128::from(v)))
-        }
-        Samples::Int64(values) => {
-            [values.iter().min(), values.iter().max()].map(|end| end.map(|&v| i128::from(v)))
-        }
-        _ => return None,
-    };
-    let (least, greatest) = (least?, greatest?);
-    // Doubles lie further apart the further from zero: between the ends of the range, as far as here.
-    let [nearest, farthest] = match least.unsigned_abs() < greatest.unsigned_abs() {
-        true => [least, greatest].map(|end| end.unsigned_abs() as f64),
-        false => [greatest, least].map(|end| end.unsigned_abs() as f64),
-    };
-    let step = f64::max(nearest.next_up() - nearest, farthest - farthest.next_down());
-    let range = (greatest - least) as f64;
-    (step > 1.0 && range > 0.0 && range / step < FEW_STEPS).then(|| {
-        format!(
-            "field \"{}\" has whole numbers from {least} to {greatest}, where 64-bit floats, which are \
-             drawn, lie {step} apart: neighbouring values cannot be told apart; subtract {least} from \
-             all of them",
-            field.name
-        )
-    })
 }
 
 /// Bytes that are looked at to tell a format.

@@ -3,6 +3,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::View;
 use crate::hierarchy::ErrorMeasure;
 use crate::kernel::{Kernel, Subdivisions};
 
@@ -356,9 +357,36 @@ impl SplatSettings {
             || self.order == Order::FrontToBack
     }
 
+    /// Whether kernels of samples side by side leave no gap between them.
+    pub fn covers(&self) -> bool {
+        self.kernel.reach(self.extent) >= 0.5
+    }
+
+    /// Whether kernels are narrower than a pixel and gathered by several rays in each. Where they leave
+    /// gaps between the samples, rays would miss them: those are drawn a pixel wide, as triangles always
+    /// do.
+    pub fn takes_several_rays(&self, view: &View) -> bool {
+        let can_gather = self.kernel != Kernel::Gouraud
+            && self.backend != Backend::Raster
+            && self.extent.is_none_or(|extent| extent <= MOST_GATHERED_EXTENT);
+        can_gather && self.covers() && view.rays_per_side(self.kernel, self.extent) > 1
+    }
+
+    /// What draws every voxel in a view where nobody chose and nothing was measured: as
+    /// [`SplatSettings::fixed_backend`], and tiles where kernels are narrower than a pixel.
+    pub fn backend_in(&self, view: &View) -> Backend {
+        match self.backend {
+            Backend::Auto if self.takes_several_rays(view) => Backend::Tiles,
+            _ => self.fixed_backend(),
+        }
+    }
+
     /// Whether nobody chose what draws it, and both can.
-    pub fn is_backend_open(&self) -> bool {
-        self.backend == Backend::Auto && !self.needs_tiles() && self.kernel != Kernel::Gouraud
+    pub fn is_backend_open(&self, view: &View) -> bool {
+        self.backend == Backend::Auto
+            && !self.needs_tiles()
+            && self.kernel != Kernel::Gouraud
+            && !self.takes_several_rays(view)
     }
 }
 
@@ -549,7 +577,11 @@ impl From<SplatSettings> for ModeChoice {
 
 #[cfg(test)]
 mod tests {
+    use glam::DVec3;
+
     use super::*;
+    use crate::core::Camera;
+    use crate::volume::Lattice;
 
     #[test]
     fn nothing_chosen_is_exact_and_both_presets_mean_something() {
@@ -684,10 +716,12 @@ mod tests {
             SplatSettings { kernel: Kernel::Gouraud, ..SplatSettings::SHADE_FIRST }
         );
         let published = ModeChoice { opacity_model: Some(OpacityModel::Published), ..mesh };
+        let camera = Camera::new(DVec3::ZERO, DVec3::Z, DVec3::Y, 100.0);
+        let view = View::of(&camera, &Lattice::unit([8; 3]), [32, 32]);
         for choice in [mesh, published, ModeChoice { extent: Some(3.0), ..mesh }] {
             let settings = choice.resolve_strictly().expect("a mode");
             assert_eq!(
-                (settings.fixed_backend(), settings.is_backend_open()),
+                (settings.fixed_backend(), settings.is_backend_open(&view)),
                 (Backend::Raster, false)
             );
             assert_eq!(ModeChoice::from(settings).resolve(), Ok(settings));

@@ -5,6 +5,7 @@ use glam::{DMat3, DVec2, DVec3};
 use super::Scene;
 use crate::core::Camera;
 use crate::hierarchy::{Visibility, VisitOrder};
+use crate::kernel::Kernel;
 use crate::volume::Lattice;
 
 /// The camera and the lattice brought together, in pixels: view space scaled so that one unit is
@@ -42,6 +43,9 @@ pub struct Traversal {
     /// For each of `axes`, the number of indices at or before the eye.
     pub splits: [usize; 3],
 }
+
+/// The most rays along the side of a pixel.
+const MOST_RAYS: f64 = 8.0;
 
 impl View {
     /// Brings a scene's camera and lattice together.
@@ -133,6 +137,22 @@ impl View {
         // By their product: their difference would have no digits left.
         let shorter = x.cross(y).length() / greater.sqrt();
         shorter * self.voxel_pixels() / longest
+    }
+
+    /// Rays along the side of a pixel, 1 to 8: 1 while the kernel's radius is a pixel of what is shown
+    /// at least, and so many below that it is as much as the rays are apart. Points are a pixel each,
+    /// whatever their size.
+    pub fn rays_per_side(&self, kernel: Kernel, extent: Option<f64>) -> u32 {
+        let pixels = match kernel {
+            Kernel::Point => return 1,
+            // Boxes have edges at any size: they are averaged by their longest axis, as elsewhere.
+            Kernel::Nearest => self.voxel_pixels(),
+            _ => self.narrowest_voxel_pixels(),
+        };
+        let radius = kernel.reach(extent);
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "1..=8")]
+        let side = (1.0 / (radius * pixels * self.enlarged)).ceil().clamp(1.0, MOST_RAYS) as u32;
+        side
     }
 }
 

@@ -240,15 +240,17 @@ impl Drawer {
                 let kernel = scene.splat.kernel.splatted();
                 let view = View::new(scene, size);
                 let radial = RadialKernel::new(kernel, scene.splat.extent);
-                // Kernels under a pixel: the pyramid level whose nodes are not (design §1).
-                match radial {
-                    Some(radial) if radial.radius() * view.voxel_pixels() < 1.0 => {
-                        self.cut(scene, size, cut_limits(scene, 0.0), observer)
-                    }
-                    _ if scene.splat.fixed_backend() == Backend::Tiles => {
+                // Splats are nowhere under a pixel: the pyramid level whose nodes are not.
+                let is_small = radial.is_some_and(|k| k.radius() * view.voxel_pixels() < 1.0);
+                match scene.splat.backend_in(&view) {
+                    Backend::Tiles if !is_small || scene.splat.takes_several_rays(&view) => {
                         self.gathered(scene, size, observer)
                     }
-                    _ => self.grid(scene, size, kernel, observer),
+                    // Larger nodes stand in for kernels that lie side by side, and not for others.
+                    Backend::Raster if !is_small || !scene.splat.covers() => {
+                        self.grid(scene, size, kernel, observer)
+                    }
+                    _ => self.cut(scene, size, cut_limits(scene, 0.0), observer),
                 }
             }
         }

@@ -14,7 +14,7 @@ use crate::core::memory::TooLarge;
 use crate::core::{Camera, Cancelled, Ticket};
 use crate::gpu::{GpuError, PassTime, Renderer, SlabField};
 use crate::kernel::Kernel;
-use crate::scene::{Backend, Cells, Scene, SplatSettings, Visibility};
+use crate::scene::{Backend, Cells, Scene, SplatSettings, View, Visibility};
 
 /// How far a still picture is to be refined.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -284,7 +284,7 @@ pub(super) fn draw(
         timed_frame_ms = Some(timed_ms + presenting);
         drawer.renderer.stop_timing();
     }
-    let backend = backend_of(rung, &drawn, &scene.splat).name();
+    let backend = backend_of(rung, &drawn, scene).name();
     Ok(Still {
         size: *size,
         light,
@@ -328,9 +328,11 @@ fn shown_field(
 }
 
 /// What a rung of a still picture is drawn with.
-fn backend_of(rung: Rung, drawn: &Drawn, splat: &SplatSettings) -> Backend {
+fn backend_of(rung: Rung, drawn: &Drawn, scene: &Scene) -> Backend {
+    let splat = &scene.splat;
     let lists = match rung {
-        Rung::Full | Rung::Reduced { .. } => return splat.fixed_backend(),
+        Rung::Full => return splat.backend_in(&View::new(scene, drawn.size)),
+        Rung::Reduced { .. } => return splat.fixed_backend(),
         Rung::Coarse { .. } if drawn.is_reduced => return splat.fixed_backend(),
         Rung::Octree { .. } | Rung::Subsampled { .. } => lists_cut(splat),
         Rung::Coarse { .. } => previews_by_lists(splat),

@@ -293,6 +293,8 @@ fn red_over_blue_is_westovers_example() {
     );
     scene.camera.focal_point = DVec3::new(0.5, 0.0, 5.0);
     scene.camera.up = DVec3::Y;
+    // A kernel wider than the one pixel, which then takes one ray.
+    scene.camera.parallel_scale = 0.4;
     let cubic = RadialKernel::new(Kernel::Cubic, None).expect("radial");
     scene.splat.opacity_unit_distance = Some(2.0 * cubic.footprint(0.5));
     scene.splat.opacity_model = OpacityModel::Published;

@@ -56,7 +56,8 @@ fn integral(from: f64, to: f64, f: impl Fn(f64) -> f64) -> f64 {
     half * (0..PANELS).map(panel).sum::<f64>()
 }
 
-/// The picture in float64: each kernel integrated along the pixel's ray, layer by layer.
+/// The picture in float64: each kernel integrated along a pixel's rays, layer by layer; as many of them
+/// as its kernels take in this view.
 pub(crate) fn expected(scene: &Scene, size: [u32; 2]) -> Light {
     let SplatSettings { kernel, extent, .. } = scene.splat;
     let view = View::new(scene, size);
@@ -79,8 +80,8 @@ pub(crate) fn expected(scene: &Scene, size: [u32; 2]) -> Light {
     let index = DMat3::inverse(&lattice.axes());
     let middle = camera.to_view(lattice.centre()).z;
     let size = size.map(|n| n as usize);
-    let pixel_light = |pixel: usize| {
-        let at = DVec2::new((pixel % size[0]) as f64 + 0.5, (pixel / size[0]) as f64 + 0.5);
+    let side = view.rays_per_side(kernel, extent);
+    let ray_light = |at: DVec2| {
         let (origin, direction) = camera.ray(at, size.map(|n| n as f64));
         let begin = camera.eye_distance().map_or(f64::NEG_INFINITY, |_| 0.0);
         // Layer coordinate along the ray: at its origin, and per world length.
@@ -155,6 +156,16 @@ pub(crate) fn expected(scene: &Scene, size: [u32; 2]) -> Light {
         light = over(slice.1, published, light);
         for sum in layers.into_values().rev() {
             light = over(sum, published, light);
+        }
+        light
+    };
+    let pixel_light = |pixel: usize| {
+        let corner = DVec2::new((pixel % size[0]) as f64, (pixel / size[0]) as f64);
+        let mut light = [0.0; 4];
+        for ray in 0..side * side {
+            let part = DVec2::new(f64::from(ray % side), f64::from(ray / side)) + 0.5;
+            let of_ray = ray_light(corner + part / f64::from(side));
+            (0..4).for_each(|c| light[c] += of_ray[c] / f64::from(side * side));
         }
         light
     };

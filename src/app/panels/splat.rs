@@ -128,7 +128,8 @@ fn back_end_words(splat: &SplatSettings, times: Option<&BackEndTimes>) -> (Strin
         (Backend::Auto, None) => (
             "Not measured yet".to_owned(),
             "The first finished picture is drawn as triangles; then a sixteenth of it is drawn in \
-             tiles, and the faster way is used from then on",
+             tiles, and the faster way is used from then on. Kernels narrower than a pixel are always \
+             drawn in tiles, which average several rays",
         ),
         (Backend::Auto, Some(times)) => {
             let [raster, tiles] = [times.raster_ms, times.tiles_ms].map(words::milliseconds);

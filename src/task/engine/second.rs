@@ -7,7 +7,7 @@ use super::worker::{REBUILDS, Worker};
 use super::{Engine, EngineState, FrameReport, KernelCounts, Picture};
 use crate::core::Ticket;
 use crate::gpu::{GpuError, Renderer};
-use crate::scene::Scene;
+use crate::scene::{Scene, View};
 use crate::task::draw::{DrawError, Observer, Rung, background_light};
 use crate::task::estimate;
 
@@ -98,7 +98,8 @@ impl Worker {
         let active = drawer.active_count();
         self.drawer = Some(drawer);
         let (drawn, rgba) = drawn?;
-        let (rung, backend) = (rung_words(Rung::Full, &drawn), scene.splat.fixed_backend());
+        let backend = scene.splat.backend_in(&View::new(scene, *size));
+        let rung = rung_words(Rung::Full, &drawn);
         let total = scene.volume.lattice.len() as u64;
         let report = FrameReport {
             effects: effects(scene, &drawn),
