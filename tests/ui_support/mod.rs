@@ -447,7 +447,7 @@ impl Bench {
         let begun = Arc::clone(&measured);
         let (folder, log) = (pictures.path().to_owned(), Arc::clone(&saved));
         let mut builder =
-            Harness::builder().with_size(vec2(1280.0, 2500.0)).with_step_dt(STEP_SECS);
+            Harness::builder().with_size(vec2(1280.0, 2090.0)).with_step_dt(STEP_SECS);
         if let Some(pixels_per_point) = pixels_per_point {
             builder = builder
                 .with_size(vec2(800.0, 600.0))

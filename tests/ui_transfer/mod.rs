@@ -108,7 +108,6 @@ const EDITS: [Edit; 19] = [
     ("range", |b| b.set_slider("Range high", 700.0)),
     ("stretch", |b| click(b, "Min–max")),
     ("gaussians", |b| click(b, "Gaussians")),
-    ("regions", |b| click(b, "Add region")),
     ("extent", |b| b.set_slider("Extent", 2.5)),
     ("unit distance", |b| b.set_slider("Unit distance", 10.0)),
     ("kernel", |b| b.choose("Kernel", "Nearest")),
@@ -116,6 +115,8 @@ const EDITS: [Edit; 19] = [
     ("budget", |b| b.set_slider("Frame budget", 50.0)),
     ("axes", |b| click(b, "Trihedron")),
     ("compare", |b| press(b, Modifiers::NONE, Key::C)),
+    // Last: what is below it in the panel moves out of sight.
+    ("regions", |b| click(b, "Add region")),
 ];
 
 #[test]
