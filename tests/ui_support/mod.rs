@@ -314,7 +314,7 @@ impl Library for NamedFiles {
             "vector.nrrd" => Ok(grid([8; 3], "v", 3)),
             "holed.nrrd" => {
                 let mut holed = grid([8; 3], "holed", 1);
-                let value = |i: u16| if i % 5 == 0 { f32::NAN } else { f32::from(i) };
+                let value = |i: u16| if i.is_multiple_of(5) { f32::NAN } else { f32::from(i) };
                 let samples = Samples::Float32((0..512).map(value).collect());
                 holed.grid.fields[0].samples = Arc::new(samples);
                 Ok(holed)
