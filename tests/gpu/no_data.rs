@@ -135,6 +135,30 @@ fn shaded_first_no_data_is_a_sample_like_any_other() {
     }
 }
 
+/// Nothing but NaN shows, in few of many bricks: rays must not leap over it, nor splats leave it out.
+#[test]
+fn blocks_of_no_data_in_empty_space_are_found() {
+    let lattice = Lattice::unit([12, 24, 12]);
+    let sample = |i: usize| {
+        let [x, y, z] = [i % 12, i / 12 % 24, i / 288];
+        let is_block = (2..7).contains(&x) && (14..18).contains(&y) && (3..9).contains(&z);
+        if is_block { f32::NAN } else { 10.0 + (i % 3) as f32 }
+    };
+    let mut scene = scene(lattice, DVec3::new(0.4, 0.3, -0.8));
+    scene.volume = volume(lattice, Samples::Float32((0..lattice.len()).map(sample).collect()));
+    scene.transfer.no_data = NO_DATA;
+    for (kernel, splat) in [
+        (Kernel::BSpline, SplatSettings::EXACT),
+        (Kernel::Linear, SplatSettings { classify: Classify::After, ..SplatSettings::EXACT }),
+        (Kernel::Cubic, SplatSettings::SHADE_FIRST),
+    ] {
+        let splat = SplatSettings { kernel, ..splat };
+        let name = format!("a block alone, {} {}", kernel.name(), splat.classify.name());
+        // Measured: max 1.7e-4, rmse 6.8e-6, bias 3.3e-7.
+        agrees(&name, &Scene { splat, ..scene.clone() }, WITHIN);
+    }
+}
+
 /// Left out, it costs nothing and changes no bit; once seen, it takes an entry of either table (of what is
 /// classified first, and of slabs), and what it took is given back.
 #[test]
