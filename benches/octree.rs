@@ -7,22 +7,25 @@
 //! what a quiet machine with two cores takes; Linux only. Scans are those of `VOXSPLAT_DATA`
 //! (default `../shared/data`), or the files named.
 
-use std::path::{Path, PathBuf};
-use std::sync::Arc;
+#[path = "support/clock.rs"]
+mod clock;
+#[path = "support/scans.rs"]
+mod scans;
+
 use std::time::Instant;
 
 use voxsplat::accuracy::Difference;
 use voxsplat::core::Ticket;
 use voxsplat::core::colour::srgb_from_linear;
 use voxsplat::gpu::{AdapterChoice, Context, Renderer, Wishes};
-use voxsplat::io::{self, OpenOptions};
 use voxsplat::kernel::Kernel;
-use voxsplat::scene::{self, CutSettings, ErrorMeasure, Scene, SplatSettings};
+use voxsplat::scene::{CutSettings, ErrorMeasure, Scene, SplatSettings};
 use voxsplat::task::draw::{Drawer, Rung};
-use voxsplat::volume::Component;
+
+use clock::processor_ms;
+use scans::{Light, light, scans};
 
 const SIZE: [u32; 2] = [1280, 800];
-const SCANS: [&str; 3] = ["scalar/aneurism.vti", "scalar/bonsai.vti", "scalar/LIDC2.vti"];
 /// Cuts of an option, from so many nodes to every voxel.
 const CUTS: u32 = 10;
 const FEWEST_NODES: f64 = 500.0;
@@ -33,10 +36,6 @@ const TIMES_MS: [f64; 7] = [15.0, 30.0, 60.0, 125.0, 250.0, 500.0, 1000.0];
 /// Each picture is drawn at least so often, and for so many milliseconds of processor time.
 const LEAST_RUNS: usize = 3;
 const LEAST_MS: f64 = 300.0;
-const TICK_MS: f64 = 10.0;
-
-/// Linear premultiplied RGBA, rows from the top.
-type Light = Vec<[f64; 4]>;
 
 /// A picture, what it cost and how far it is from others.
 struct Row {
@@ -54,33 +53,12 @@ struct Row {
 type Curve = (String, Vec<Row>);
 
 fn main() {
-    let data =
-        std::env::var_os("VOXSPLAT_DATA").map_or(PathBuf::from("../shared/data"), PathBuf::from);
-    // Cargo's own flags are none of ours.
-    let named: Vec<PathBuf> = std::env::args_os()
-        .skip(1)
-        .filter(|arg| !arg.to_string_lossy().starts_with("--"))
-        .map(PathBuf::from)
-        .collect();
-    let files = if named.is_empty() { SCANS.map(|scan| data.join(scan)).to_vec() } else { named };
     let context = Context::new(&AdapterChoice::Auto, Wishes::default()).expect("an adapter");
     let mut drawer = Drawer::new(Renderer::new(context));
     println!("{}\n", drawer.renderer.context().adapter_name);
-    for file in files {
-        match open(&file) {
-            Ok(scene) => scan(&mut drawer, &file, &scene),
-            Err(reason) => eprintln!("skipped {}: {reason}", file.display()),
-        }
+    for (name, scene) in scans() {
+        scan(&mut drawer, &name, &scene);
     }
-}
-
-fn open(path: &Path) -> Result<Scene, String> {
-    let opened =
-        io::open(path, &OpenOptions::default(), &Ticket::new()).map_err(|e| e.to_string())?;
-    let field = opened.grid.field(None).map_err(|e| e.to_string())?;
-    let component = if field.components == 1 { Component::Index(0) } else { Component::Magnitude };
-    let volume = opened.grid.scalar(field, component, &Ticket::new()).map_err(|e| e.to_string())?;
-    Ok(scene::opening(Arc::new(volume), opened.grid.space.as_deref()))
 }
 
 fn options() -> Vec<(&'static str, CutSettings)> {
@@ -98,8 +76,7 @@ fn options() -> Vec<(&'static str, CutSettings)> {
     ]
 }
 
-fn scan(drawer: &mut Drawer, file: &Path, base: &Scene) {
-    let name = file.file_name().unwrap_or_default().to_string_lossy();
+fn scan(drawer: &mut Drawer, name: &str, base: &Scene) {
     let load = sysinfo::System::load_average().map_or(0.0, |load| load.one);
     let of = |splat: SplatSettings| Scene { splat, ..base.clone() };
     let exact = of(SplatSettings { slabs_per_voxel: 2.0, ..SplatSettings::EXACT });
@@ -138,18 +115,6 @@ fn scan(drawer: &mut Drawer, file: &Path, base: &Scene) {
     });
     curves.push(("cheaper kernels".to_owned(), cheaper.into()));
     tables(&curves);
-}
-
-fn light(drawer: &mut Drawer) -> Light {
-    let light = drawer.renderer.read_light().expect("it reads back");
-    light.iter().map(|pixel| pixel.map(f64::from)).collect()
-}
-
-/// Processor time of all threads so far, milliseconds, in ticks of ten.
-fn processor_ms() -> f64 {
-    let stat = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
-    let fields = stat.rsplit(')').next().unwrap_or_default().split_whitespace();
-    fields.skip(11).take(2).filter_map(|ticks| ticks.parse::<f64>().ok()).sum::<f64>() * TICK_MS
 }
 
 /// Draws a rung several times, finding its cut each time as a moving view does.

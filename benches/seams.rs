@@ -8,39 +8,26 @@
 //! and of the balanced one with no more nodes. Scans are those of `VOXSPLAT_DATA` (default
 //! `../shared/data`), or the files named.
 
-use std::path::{Path, PathBuf};
-use std::sync::Arc;
+#[path = "support/scans.rs"]
+mod scans;
 
 use voxsplat::core::Ticket;
 use voxsplat::gpu::{AdapterChoice, Context, Renderer, Wishes};
 use voxsplat::hierarchy::CutNode;
-use voxsplat::io::{self, OpenOptions};
 use voxsplat::kernel::RadialKernel;
-use voxsplat::scene::{self, CutSettings, Scene, SplatSettings, View};
+use voxsplat::scene::{CutSettings, Scene, SplatSettings, View};
 use voxsplat::task::draw::{Drawer, Rung};
-use voxsplat::volume::Component;
+
+use scans::{Light, light, scans};
 
 const SIZE: [u32; 2] = [1280, 800];
-const SCANS: [&str; 3] = ["scalar/aneurism.vti", "scalar/bonsai.vti", "scalar/LIDC2.vti"];
 const NODES: [u64; 4] = [1_000, 4_000, 16_000, 64_000];
 /// Halvings of the error's logarithm, to find the balanced cut of as many nodes.
 const STEPS: u32 = 9;
 /// Of a voxel that no node of the cut has.
 const NOTHING: u8 = u8::MAX;
 
-/// Linear premultiplied RGBA, rows from the top.
-type Light = Vec<[f64; 4]>;
-
 fn main() {
-    let data =
-        std::env::var_os("VOXSPLAT_DATA").map_or(PathBuf::from("../shared/data"), PathBuf::from);
-    // Cargo's own flags are none of ours.
-    let named: Vec<PathBuf> = std::env::args_os()
-        .skip(1)
-        .filter(|arg| !arg.to_string_lossy().starts_with("--"))
-        .map(PathBuf::from)
-        .collect();
-    let files = if named.is_empty() { SCANS.map(|scan| data.join(scan)).to_vec() } else { named };
     let context = Context::new(&AdapterChoice::Auto, Wishes::default()).expect("an adapter");
     let mut drawer = Drawer::new(Renderer::new(context));
     println!("{}\n", drawer.renderer.context().adapter_name);
@@ -49,25 +36,12 @@ fn main() {
          balanced, as many nodes (nodes) | elsewhere | balanced, same error | as many nodes |"
     );
     println!("|---|---|---|---|---|---|---|---|---|");
-    for file in files {
-        match open(&file) {
-            Ok(scene) => scan(&mut drawer, &file, &scene),
-            Err(reason) => eprintln!("skipped {}: {reason}", file.display()),
-        }
+    for (name, scene) in scans() {
+        scan(&mut drawer, &name, &scene);
     }
 }
 
-fn open(path: &Path) -> Result<Scene, String> {
-    let opened =
-        io::open(path, &OpenOptions::default(), &Ticket::new()).map_err(|e| e.to_string())?;
-    let field = opened.grid.field(None).map_err(|e| e.to_string())?;
-    let component = if field.components == 1 { Component::Index(0) } else { Component::Magnitude };
-    let volume = opened.grid.scalar(field, component, &Ticket::new()).map_err(|e| e.to_string())?;
-    Ok(scene::opening(Arc::new(volume), opened.grid.space.as_deref()))
-}
-
-fn scan(drawer: &mut Drawer, file: &Path, base: &Scene) {
-    let name = file.file_name().unwrap_or_default().to_string_lossy();
+fn scan(drawer: &mut Drawer, name: &str, base: &Scene) {
     let of =
         |cut| Scene { splat: SplatSettings { cut, ..SplatSettings::SHADE_FIRST }, ..base.clone() };
     let uneven = of(CutSettings::UNIFORM);
@@ -121,11 +95,6 @@ fn scan(drawer: &mut Drawer, file: &Path, base: &Scene) {
             rmse(&as_many_light, false),
         );
     }
-}
-
-fn light(drawer: &mut Drawer) -> Light {
-    let light = drawer.renderer.read_light().expect("it reads back");
-    light.iter().map(|pixel| pixel.map(f64::from)).collect()
 }
 
 fn drawn(drawer: &mut Drawer, scene: &Scene, max_error: f32) -> (Vec<CutNode>, Light) {

@@ -4,6 +4,9 @@
 //! drawn. Prints milliseconds of wall time, the best of a few, and of processor time of all threads
 //! over two, which stays near what a quiet machine with two cores takes. Linux only, for the latter.
 
+#[path = "support/clock.rs"]
+mod clock;
+
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -16,6 +19,8 @@ use voxsplat::kernel::{Kernel, Subdivisions};
 use voxsplat::scene::{self, OpacityModel, Scene, SplatSettings, View};
 use voxsplat::task::draw::{Drawer, Rung};
 use voxsplat::volume::{Component, Lattice, Samples, ScalarVolume, demo};
+
+use clock::processor_ms;
 
 const SIDE: u32 = 1024;
 /// Splats and their radius in pixels: thirty over one another everywhere, but for the smallest.
@@ -32,7 +37,6 @@ const FILLS: [(u32, f64); 8] = [
 const MESHES: [(u32, u32); 4] = [(7, 2), (8, 4), (12, 4), (16, 6)];
 /// Milliseconds of processor time to spend on each.
 const LEAST_MS: f64 = 1000.0;
-const TICK_MS: f64 = 10.0;
 
 fn main() {
     let context = Context::new(&AdapterChoice::Auto, Wishes::default()).expect("an adapter");
@@ -46,13 +50,6 @@ fn main() {
     for (name, size) in [("head", 64), ("blobs", 32), ("marschner-lobb", 40)] {
         volume(&mut drawer, name, size);
     }
-}
-
-/// Processor time of all threads so far, milliseconds, in ticks of ten.
-fn processor_ms() -> f64 {
-    let stat = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
-    let fields = stat.rsplit(')').next().unwrap_or_default().split_whitespace();
-    fields.skip(11).take(2).filter_map(|ticks| ticks.parse::<f64>().ok()).sum::<f64>() * TICK_MS
 }
 
 /// The least wall time of a few runs, and the mean processor time over two.

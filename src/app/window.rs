@@ -1,6 +1,6 @@
 //! The window's state, and what its commands, jobs and dialogs do to it.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -14,37 +14,33 @@ use super::compare::{Compare, Display};
 use super::dialogs::Outcome;
 use super::dialogs::open_path::OpenPath;
 use super::dialogs::raw::RawDialog;
-use super::dialogs::save::{SaveChoice, SaveDialog};
+use super::dialogs::save::SaveDialog;
 use super::dialogs::transfer_file::TransferFileDialog;
-use super::document::{Document, Library, ReadFailure, Source};
+use super::document::{Document, Library};
 use super::drawer::Drawer;
 use super::effects::Effects;
 use super::exchanging::LoadingDesign;
-use super::file_dialog::{Answer, FileDialog};
+use super::file_dialog::FileDialog;
 use super::history::History;
-use super::job::{Ended, Job};
+use super::job::Job;
 use super::leveling::Leveling;
 use super::measuring::{EstimateRecord, Measuring, StartMeasuring};
 use super::notices::Notices;
+use super::opening::Loading;
 use super::pacing::{News, Pacing};
 use super::panels::accuracy::AccuracyPanel;
 use super::panels::clip::ClipEditor;
-use super::panels::data::FieldChoice;
 use super::panels::shading::ShadingEditor;
 use super::panels::transfer::TransferEditor;
 use super::probing::Probing;
-use super::saving::{self, Renderer, SaveRequest, Saved};
+use super::saving::{Renderer, Saved};
 use super::settings::Settings;
 use super::theme;
 use super::undoing::{State, Wheel};
 use super::vectors::Vectors;
 use super::viewport::{ScreenFormat, Viewport};
-use crate::core::{Camera, Projection};
-use crate::scene::{
-    self, Annotation, Annotations, Background, Inside, NamedView, Scene, Shading, SplatSettings,
-    VectorLayer,
-};
-use crate::task::annotations::laid_out;
+use crate::core::Camera;
+use crate::scene::{self, Annotation, NamedView, Scene, SplatSettings};
 use crate::task::engine::EngineState;
 use crate::transfer::Gaussian;
 
@@ -73,14 +69,6 @@ pub struct Parts {
     pub chooser: Box<dyn Fn(&Context) -> FileDialog>,
     /// Where screenshots go, or one sentence why there is no such place.
     pub pictures_folder: Result<PathBuf, String>,
-}
-
-/// A volume being read, or another field of one being made ready.
-struct Loading {
-    job: Job<Result<Document, ReadFailure>>,
-    source: Source,
-    /// Another field of what is open: the view stays.
-    keep_view: bool,
 }
 
 /// The dialog on screen.
@@ -127,8 +115,8 @@ pub struct Window {
     pub(super) vectors: Vectors,
     /// Reached the engine last.
     pub(super) last_valid_mode: SplatSettings,
-    file_dialog: Option<FileDialog>,
-    loading: Option<Loading>,
+    pub(super) file_dialog: Option<FileDialog>,
+    pub(super) loading: Option<Loading>,
     pub(super) saving: Vec<Job<Saved>>,
     pub(super) loading_design: Option<LoadingDesign>,
     reported_failure: Option<String>,
@@ -230,37 +218,6 @@ impl Window {
         self.loading.is_some()
     }
 
-    /// Starts to read a source; what is open stays until it has been read.
-    pub fn open(&mut self, ctx: &Context, source: Source) {
-        let library = Arc::clone(&self.parts.library);
-        let reading = source.clone();
-        let job = Job::start("load", format!("Opening {}", source.name()), ctx, move |ticket| {
-            Document::read(&*library, reading, ticket)
-        });
-        self.loading = Some(Loading { job, source, keep_view: false });
-    }
-
-    /// Opens the first of several sources, or the first demo for none; the others are remembered.
-    pub fn open_all(&mut self, ctx: &Context, sources: Vec<Source>) {
-        for other in sources.iter().skip(1).rev() {
-            self.remember(other);
-        }
-        let demo = || Some(Source::Demo(self.parts.library.demos().first()?.0.to_owned()));
-        if let Some(first) = sources.first().cloned().or_else(demo) {
-            self.open(ctx, first);
-        }
-    }
-
-    /// Starts to make another field of the open file ready.
-    pub(super) fn choose_field(&mut self, ctx: &Context, choice: FieldChoice) {
-        let Some(document) = self.document.clone() else { return };
-        let source = document.source.clone();
-        let job = Job::start("field", "Preparing the field", ctx, move |ticket| {
-            document.with_field(choice.field, choice.component, ticket)
-        });
-        self.loading = Some(Loading { job, source, keep_view: true });
-    }
-
     /// Does what a command says.
     pub(super) fn perform(&mut self, ctx: &Context, action: Action) {
         match action {
@@ -353,70 +310,6 @@ impl Window {
         }
     }
 
-    /// The scene in which a newly opened document is seen.
-    fn show_document(&mut self, ctx: &Context, document: Document, keep_view: bool) {
-        let volume = Arc::clone(&document.volume);
-        let transfer = self.parts.library.default_transfer(&volume.statistics);
-        let before = self.scene.take();
-        let before_vectors = before.as_ref().and_then(|scene| scene.vectors.clone());
-        let projection =
-            before.as_ref().map_or(Projection::Orthographic, |scene| scene.camera.projection);
-        let splat = match &before {
-            Some(scene) if keep_view => scene.splat,
-            // The kernel is a habit; a unit distance belongs to its data.
-            Some(scene) => SplatSettings { opacity_unit_distance: None, ..scene.splat },
-            None => SplatSettings::default(),
-        };
-        let shading = match &before {
-            Some(scene) if keep_view => scene.shading.clone(),
-            // So are the lights; tables belong to their data.
-            Some(scene) => {
-                Shading { lighting: scene.shading.lighting.clone(), ..Shading::default() }
-            }
-            None => Shading::default(),
-        };
-        // What was cut away of another volume is not of this one.
-        let inside = match &before {
-            Some(scene) if keep_view => scene.inside.clone(),
-            _ => Inside::default(),
-        };
-        let space = document.grid.space.as_deref();
-        let framed = camera_control::framed(
-            &volume.lattice,
-            NamedView::Isometric,
-            scene::is_anterior_y(space),
-            self.viewport_size.map(f64::from),
-        );
-        let camera = match before {
-            Some(scene) if keep_view => scene.camera,
-            _ => Camera { projection, ..framed },
-        };
-        let background = self.settings.scene_background();
-        let vectors = match (&document.vectors, before_vectors) {
-            (_, Some(layer)) if keep_view => Some(layer),
-            (Some(field), _) => Some(VectorLayer::new(Arc::clone(field), true)),
-            (None, _) => None,
-        };
-        if !keep_view {
-            self.vectors = Vectors::default();
-        }
-        self.scene =
-            Some(Scene { volume, transfer, splat, shading, inside, vectors, camera, background });
-        self.gaussians.clear();
-        self.transfer.start_over();
-        self.shading.start_over();
-        self.clip.start_over();
-        let title = format!("{} – Voxsplat", document.source.name());
-        ctx.send_viewport_cmd(ViewportCommand::Title(title));
-        for warning in &document.warnings {
-            self.notices.note(warning.clone());
-        }
-        self.document = Some(document);
-        if !keep_view {
-            self.forget_steps();
-        }
-    }
-
     /// Takes what jobs, dialogs and the desktop have brought since the last pass.
     fn take_news(&mut self, ctx: &Context) {
         self.take_document(ctx);
@@ -432,86 +325,6 @@ impl Window {
         }
     }
 
-    fn take_document(&mut self, ctx: &Context) {
-        let Some(ended) = self.loading.as_ref().and_then(|loading| loading.job.poll()) else {
-            return;
-        };
-        let Some(loading) = self.loading.take() else { return };
-        match ended {
-            // A cancel that came too late still is one.
-            _ if loading.job.is_cancelled() => {}
-            Ended::Finished(Ok(document)) => {
-                if !loading.keep_view {
-                    self.notices.clear();
-                    self.remember(&loading.source);
-                }
-                self.show_document(ctx, document, loading.keep_view);
-            }
-            Ended::Finished(Err(ReadFailure::Cancelled)) => {}
-            Ended::Finished(Err(ReadFailure::Refused(reason))) => self.notices.error(reason),
-            Ended::Finished(Err(ReadFailure::NotRecognised(reason))) => {
-                match loading.source.path() {
-                    Some(path) => self.ask_raw_layout(path, None, Some(reason)),
-                    None => self.notices.error(reason),
-                }
-            }
-            Ended::Lost => {
-                let name = loading.source.name();
-                self.notices.error(format!("Reading stopped on a bug of the program: {name}"));
-            }
-        }
-    }
-
-    fn remember(&mut self, source: &Source) {
-        if let Some(path) = source.path() {
-            let path = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
-            self.settings.remember(path);
-        }
-    }
-
-    fn take_saved(&mut self) {
-        let notices = &mut self.notices;
-        self.saving.retain(|job| {
-            let Some(ended) = job.poll() else { return true };
-            match ended {
-                _ if job.is_cancelled() => {}
-                Ended::Finished(Ok(path)) => notices.hint(format!("Saved {}", path.display())),
-                Ended::Finished(Err(reason)) => notices.error(reason),
-                Ended::Lost => notices.error("Saving stopped on a bug of the program"),
-            }
-            false
-        });
-    }
-
-    fn take_chosen_file(&mut self, ctx: &Context) {
-        let Some(answer) = self.file_dialog.as_ref().and_then(FileDialog::poll) else { return };
-        self.file_dialog = None;
-        match answer {
-            Answer::Chosen(path) => self.open_any(ctx, path),
-            Answer::Cancelled => {}
-            Answer::Unavailable => {
-                self.notices.error(
-                    "The file dialog could not open because no desktop portal answered; \
-                     type the path, or drop the file on the window",
-                );
-                self.dialog = Some(Dialog::OpenPath(OpenPath::default()));
-            }
-        }
-    }
-
-    fn take_dropped_files(&mut self, ctx: &Context) {
-        let dropped: Vec<PathBuf> = ctx.input(|input| {
-            input.raw.dropped_files.iter().map(|file| file.path().to_owned()).collect()
-        });
-        if let Some(path) = dropped.first() {
-            if dropped.len() > 1 {
-                let more = dropped.len() - 1;
-                self.notices.hint(format!("One file opens at a time; {more} more were left out"));
-            }
-            self.open_any(ctx, path.clone());
-        }
-    }
-
     /// Says once that the engine cannot draw.
     fn take_failure(&mut self) {
         let failure = match self.parts.drawer.state() {
@@ -523,101 +336,6 @@ impl Window {
                 self.notices.error(reason.clone());
             }
             self.reported_failure = failure;
-        }
-    }
-
-    fn ask_raw_layout(
-        &mut self,
-        path: &Path,
-        layout: Option<super::document::RawLayout>,
-        reason: Option<String>,
-    ) {
-        match RawDialog::new(&*self.parts.library, path, layout, reason) {
-            Ok(dialog) => self.dialog = Some(Dialog::Raw(Box::new(dialog))),
-            Err(reason) => self.notices.error(reason),
-        }
-    }
-
-    fn ask_raw_layout_again(&mut self) {
-        let source = self.document.as_ref().map(|document| document.source.clone());
-        match source {
-            Some(Source::Raw(path, layout)) => self.ask_raw_layout(&path, Some(layout), None),
-            Some(Source::File(path)) => self.ask_raw_layout(&path, None, None),
-            Some(Source::Demo(_)) | None => {
-                self.notices.hint("Only a file has a layout to describe: open one first");
-            }
-        }
-    }
-
-    fn ask_to_save(&mut self) {
-        let (Some(document), Some(scene)) = (&self.document, &self.scene) else {
-            self.notices.hint("There is no picture to save yet: open a volume first");
-            return;
-        };
-        let folder = self.parts.pictures_folder.clone().unwrap_or_default();
-        let path = saving::suggested_path(&folder, &document.source.name());
-        let with_background = scene.background != Background::Transparent;
-        let is_annotated = self.settings.annotations.any();
-        let dialog = SaveDialog::new(self.viewport_size, with_background, is_annotated, &path);
-        self.dialog = Some(Dialog::Save(Box::new(dialog)));
-    }
-
-    /// Asks for the file of a loop of the animation.
-    pub(super) fn ask_to_save_loop(&mut self) {
-        let (Some(document), Some(scene)) = (&self.document, &self.scene) else { return };
-        let folder = self.parts.pictures_folder.clone().unwrap_or_default();
-        let path = saving::suggested_path(&folder, &document.source.name()).with_extension("gif");
-        let with_background = scene.background != Background::Transparent;
-        let is_annotated = self.settings.annotations.any();
-        let size = self.viewport_size;
-        let dialog = SaveDialog::of_cycle(size, with_background, is_annotated, &path);
-        self.dialog = Some(Dialog::Save(Box::new(dialog)));
-    }
-
-    fn save_picture(&mut self, ctx: &Context, choice: SaveChoice) {
-        let Some(mut scene) = self.scene.clone() else { return };
-        // What is saved is what is seen.
-        scene.splat = self.shown_mode(&scene);
-        if scene.lacks_slabs_for_vectors() {
-            scene.vectors = None;
-        }
-        let background = if choice.with_background {
-            Background::Colour(self.settings.background)
-        } else {
-            Background::Transparent
-        };
-        let scene = Scene { background, ..scene };
-        let annotations = match choice.with_annotations {
-            true => self.settings.annotations,
-            false => Annotations::NONE,
-        };
-        let space = self.document.as_ref().and_then(|document| document.grid.space.clone());
-        let SaveChoice { size, path, cycle, .. } = choice;
-        let request = SaveRequest { scene, size, annotations, space, path, cycle };
-        self.saving.push(saving::save_picture(ctx, &self.parts.renderer, request));
-    }
-
-    fn save_screenshot(&mut self, ctx: &Context) {
-        let (Some(document), Some(picture), Some(scene)) =
-            (&self.document, self.viewport.picture(), &self.scene)
-        else {
-            self.notices.hint("There is no picture on screen yet");
-            return;
-        };
-        let space = document.grid.space.as_deref();
-        let layout = laid_out(self.settings.annotations, scene, space, picture.size);
-        match &self.parts.pictures_folder {
-            Ok(folder) => {
-                let name = document.source.name();
-                self.saving.push(saving::save_screenshot(
-                    ctx,
-                    picture,
-                    layout.primitives,
-                    folder,
-                    &name,
-                ));
-            }
-            Err(reason) => self.notices.error(reason.clone()),
         }
     }
 

@@ -18,7 +18,7 @@ use crate::scene::{
 use crate::task::engine::AdapterChoice;
 use crate::transfer::ColourMap;
 use crate::transfer::presets::Preset;
-use crate::volume::ScalarType;
+use crate::volume::{Component, ScalarType};
 
 /// Draws volume data by splatting, and shows what accuracy costs in time
 #[derive(Debug, Parser)]
@@ -167,9 +167,10 @@ pub struct SceneFlags {
     /// Field to draw [default: the active one]
     #[arg(long, value_name = "NAME")]
     pub field: Option<String>,
-    /// Component of the field, from 0 [default: the length of a vector]
+    /// Component of the field, from 0; or magnitude, and of vectors vorticity, divergence or helicity
+    /// [default: magnitude, where there is more than one]
     #[arg(long, value_name = "N", value_parser = values::component, allow_hyphen_values = true)]
-    pub component: Option<usize>,
+    pub component: Option<Component>,
     /// A look that many data call for: default, ct-bone, ct-skin, ct-vessels, mr or simulation; those
     /// of CT in Hounsfield units where the data are, all others by percentiles [default: default]
     #[arg(long, value_name = "NAME", value_parser = values::preset)]

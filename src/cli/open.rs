@@ -93,12 +93,12 @@ pub(super) fn grid(flags: &InputFlags) -> Result<Input, Failure> {
 fn scalar(
     input: &Input,
     field: Option<&str>,
-    component: Option<usize>,
+    component: Option<Component>,
 ) -> Result<Arc<ScalarVolume>, Failure> {
     let failed = |error: VolumeError| Failure::Failed(input.about(&error.to_string()));
     let field = input.grid.field(field).map_err(failed)?;
     let component = match component {
-        Some(index) => Component::Index(index),
+        Some(component) => component,
         None if field.components == 1 => Component::Index(0),
         None => Component::Magnitude,
     };

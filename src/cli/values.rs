@@ -13,7 +13,7 @@ use crate::task::engine::AdapterChoice;
 use crate::transfer::ColourMap;
 use crate::transfer::presets::Preset;
 use crate::vector::{ColourBy, Design, Foreshortening, VectorMode};
-use crate::volume::ScalarType;
+use crate::volume::{Component, ScalarType};
 
 type Parsed<T> = Result<T, String>;
 
@@ -98,8 +98,18 @@ pub(super) fn sheets(text: &str) -> Parsed<u32> {
     small(text, 1..=MOST_SHEETS_PER_KERNEL)
 }
 
-pub(super) fn component(text: &str) -> Parsed<usize> {
-    Ok(small(text, 0..=u32::MAX)? as usize)
+pub(super) fn component(text: &str) -> Parsed<Component> {
+    let words = [Component::Magnitude].into_iter().chain(Component::DERIVED);
+    if let Some(word) = words.into_iter().find(|component| component.word() == text) {
+        return Ok(word);
+    }
+    let number = small(text, 0..=u32::MAX).map_err(|_| {
+        format!(
+            "expected a number from 0, or magnitude, vorticity, divergence or helicity, found {}",
+            found(text)
+        )
+    })?;
+    Ok(Component::Index(number as usize))
 }
 
 pub(super) fn vector(text: &str) -> Parsed<[f64; 3]> {

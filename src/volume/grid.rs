@@ -5,6 +5,7 @@ use std::sync::Arc;
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
+use super::derived::derive;
 use super::samples::Scalar;
 use super::shape::Shape;
 use super::{Bricks, Samples, ScalarType, Statistics, VolumeError};
@@ -172,6 +173,28 @@ pub enum Component {
     Index(usize),
     /// The Euclidean length of all components.
     Magnitude,
+    /// Of a vector: the length of its curl.
+    Vorticity,
+    /// Of a vector.
+    Divergence,
+    /// Of a vector: its scalar product with its curl (helicity density).
+    Helicity,
+}
+
+impl Component {
+    /// What is derived of vectors by their gradient.
+    pub const DERIVED: [Self; 3] = [Self::Vorticity, Self::Divergence, Self::Helicity];
+
+    /// The name scripts use, of what is not a number.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Index(_) => "component",
+            Self::Magnitude => "magnitude",
+            Self::Vorticity => "vorticity",
+            Self::Divergence => "divergence",
+            Self::Helicity => "helicity",
+        }
+    }
 }
 
 impl Grid {
@@ -256,8 +279,8 @@ impl Grid {
     /// One scalar field of the grid, ready to be drawn: statistics and bricks computed. Where the grid is
     /// not evenly spaced, it is interpolated onto a lattice that is ([`Grid::resampling`]).
     ///
-    /// A single-component field shares its samples; a component or magnitude of several is made
-    /// into 64-bit floats only where the type needs them, otherwise 32-bit.
+    /// A single-component field shares its samples; a component or magnitude of several, or what is
+    /// derived of vectors, is made into 64-bit floats only where the type needs them, otherwise 32-bit.
     ///
     /// # Errors
     /// No such component, no finite value, too little memory, or cancelled.
@@ -275,6 +298,13 @@ impl Grid {
                     asked: index,
                     components,
                 });
+            }
+            (derived, components) if Component::DERIVED.contains(&derived) => {
+                if components != 3 {
+                    let field = field.name.clone();
+                    return Err(VolumeError::NotVectors { field, components });
+                }
+                Arc::new(derive(self, field, derived, ticket)?)
             }
             _ => Arc::new(extract(field, component)?),
         };
@@ -294,6 +324,7 @@ impl Grid {
             Component::Index(_) if field.components == 1 => field.name.clone(),
             Component::Index(index) => format!("{}[{index}]", field.name),
             Component::Magnitude => format!("|{}|", field.name),
+            derived => format!("{} of {}", derived.word(), field.name),
         };
         Ok(ScalarVolume { name, lattice, samples, statistics, bricks })
     }
@@ -312,7 +343,7 @@ fn extract(field: &Field, component: Component) -> Result<Samples, VolumeError> 
     )?;
     let value = |tuple: &[f64]| match component {
         Component::Index(index) => tuple[index],
-        Component::Magnitude => magnitude(tuple),
+        _ => magnitude(tuple),
     };
     Ok(with_samples!(&*field.samples, values => {
         let tuples = values.par_chunks_exact(n).map(|tuple| {

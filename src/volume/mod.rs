@@ -4,6 +4,7 @@
 //! ([`ScalarVolume`]), and its vectors ([`VectorField`]). Refuses files and the GPU. Imports `core` only.
 
 pub mod demo;
+mod derived;
 mod error;
 mod grid;
 mod joint;

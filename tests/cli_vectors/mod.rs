@@ -35,6 +35,8 @@ fn phases_count_in_cycles_and_components_may_be_fields_of_their_own() {
     assert!(beside != of(&[]) && beside != at("0"));
     let triple = ["--vector-components", "speed", "condensation", "speed", "--vectors-only"];
     assert_ne!(at("0"), of(&triple));
+    let derived = |component: &str| of(&["--field", "velocity", "--component", component]);
+    assert!(derived("vorticity") != derived("magnitude") && derived("0") != derived("magnitude"));
 }
 
 #[test]
@@ -107,6 +109,11 @@ fn what_cannot_be_meant_of_vectors_is_refused() {
     for (flags, code, words) in [
         (vec!["--vector", "nothing"], 1, vec!["nothing"]),
         (vec!["--vector", "speed"], 1, vec!["three components", "speed"]),
+        (
+            vec!["--field", "speed", "--component", "vorticity"],
+            1,
+            vec!["three components", "speed"],
+        ),
         (vec!["--vector", "velocity", "--vector-stretch", "99"], 2, vec!["1 to 8", "99"]),
         (vec!["--vector", "velocity", "--vector-coarser", "99"], 2, vec!["0 to 8", "99"]),
         (vec!["--vector-mode", "blend"], 2, vec!["--vector NAME", "--vector-mode"]),

@@ -266,6 +266,11 @@ fn a_projection_is_of_values_alone() {
 
 /// A smooth hill of values to 200 about the middle, so that levels are closed surfaces about it.
 fn hill(lattice: Lattice) -> Scene {
+    hill_without(lattice, |_| false)
+}
+
+/// The same where samples are without data.
+fn hill_without(lattice: Lattice, is_missing: impl Fn(usize) -> bool) -> Scene {
     let base = exact(lattice);
     let [nx, ny, _] = lattice.dims;
     let middle = (DVec3::from(lattice.dims.map(|n| n as f64)) - 1.0) / 2.0;
@@ -274,6 +279,7 @@ fn hill(lattice: Lattice) -> Scene {
         let off = (at - middle) / middle;
         200.0 * (-1.5 * off.length_squared()).exp() + 6.0 * (1.7 * at.x + at.z).sin()
     };
+    let value = |i| if is_missing(i) { f64::NAN } else { value(i) };
     let samples = Samples::Float32((0..lattice.len()).map(|i| value(i) as f32).collect());
     Scene { volume: volume(lattice, samples), ..base }
 }
@@ -366,6 +372,8 @@ fn slices_are_the_references_at_their_depth() {
     all.inside.slices = slices(&lattice());
     all.inside.isosurfaces = vec![iso(110.0, 0.7)];
     all.splat.slabs_per_voxel = 2.0;
+    // Growth is found again where a part begins.
+    all.shading = Shading { lighting: Some(Lighting::default()), ..Shading::default() };
     agrees_but_for_edges("with all else", &all);
     let mut context = match context(Wishes::default()) {
         Some(context) => context,
@@ -376,4 +384,23 @@ fn slices_are_the_references_at_their_depth() {
     let Some(mut whole) = drawer() else { return };
     let light = |drawer: &mut Drawer| drawn(drawer, &all, SIZE, Rung::Full).0;
     assert_eq!(light(&mut whole), light(&mut parts), "in parts");
+}
+
+/// Where there are no data, nothing is met and nothing projected.
+#[test]
+fn samples_without_data_have_no_surface_no_slice_and_no_value() {
+    let holed = || hill_without(lattice(), |i| i % 11 == 5);
+    let mut surfaces = with_levels(holed(), vec![iso(60.0, 0.4), iso(150.0, 1.0)]);
+    surfaces.transfer.opacity.iter_mut().for_each(|(_, alpha)| *alpha = 0.0);
+    agrees_but_for_edges("levels among holes", &surfaces);
+    let mut sliced = holed();
+    sliced.inside.slices = vec![Slice { plane: plane(&lattice()), opacity: 0.6 }];
+    sliced.transfer.opacity.iter_mut().for_each(|(_, alpha)| *alpha = 0.0);
+    agrees_but_for_edges("a slice among holes", &sliced);
+    for along in [AlongRay::Maximum, AlongRay::Average] {
+        let mut projected = holed();
+        projected.inside.along = along;
+        projected.splat.slabs_per_voxel = 8.0;
+        agrees(&format!("{} among holes", along.name()), &projected, PROJECTED);
+    }
 }

@@ -93,17 +93,20 @@ fn choice_ui(ui: &mut Ui, document: &Document) -> Option<FieldChoice> {
                 .selected_text(component_label(document.component));
             let shown = combo.show_ui(ui, |ui| {
                 let indices = (0..current.components).map(Component::Index);
-                for component in std::iter::once(Component::Magnitude).chain(indices) {
+                let derived = Component::DERIVED.into_iter().filter(|_| current.components == 3);
+                let all = std::iter::once(Component::Magnitude).chain(indices).chain(derived);
+                for component in all {
                     let selected = component == document.component;
                     if ui.selectable_label(selected, component_label(component)).clicked() {
                         choice.component = component;
                     }
                 }
             });
-            shown
-                .response
-                .accessible_name("Component")
-                .on_hover_text("Which number of each sample is drawn");
+            shown.response.accessible_name("Component").on_hover_text(
+                "Which number of each sample is drawn. Of vectors also what their changes in \
+                     space say: how they turn (vorticity), spread out (divergence), or turn about \
+                     their own direction (helicity)",
+            );
         });
     }
     let unchanged = FieldChoice { field: document.field, component: document.component };
@@ -124,6 +127,9 @@ fn component_label(component: Component) -> String {
         Component::Magnitude => "Magnitude".to_owned(),
         Component::Index(index @ 0..3) => ["x", "y", "z"][index].to_owned(),
         Component::Index(index) => format!("Number {index}"),
+        Component::Vorticity => "Vorticity".to_owned(),
+        Component::Divergence => "Divergence".to_owned(),
+        Component::Helicity => "Helicity".to_owned(),
     }
 }
 

@@ -1,0 +1,207 @@
+//! The window's part in opening files, and in what is seen of them first.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use eframe::egui::{Context, ViewportCommand};
+
+use super::camera_control;
+use super::dialogs::open_path::OpenPath;
+use super::dialogs::raw::RawDialog;
+use super::document::{Document, RawLayout, ReadFailure, Source};
+use super::file_dialog::{Answer, FileDialog};
+use super::job::{Ended, Job};
+use super::panels::data::FieldChoice;
+use super::vectors::Vectors;
+use super::window::{Dialog, Window};
+use crate::core::{Camera, Projection};
+use crate::scene::{self, Inside, NamedView, Scene, Shading, SplatSettings, VectorLayer};
+
+/// A volume being read, or another field of one being made ready.
+pub(super) struct Loading {
+    pub(super) job: Job<Result<Document, ReadFailure>>,
+    source: Source,
+    /// Another field of what is open: the view stays.
+    keep_view: bool,
+}
+
+impl Window {
+    /// Starts to read a source; what is open stays until it has been read.
+    pub fn open(&mut self, ctx: &Context, source: Source) {
+        let library = Arc::clone(&self.parts.library);
+        let reading = source.clone();
+        let job = Job::start("load", format!("Opening {}", source.name()), ctx, move |ticket| {
+            Document::read(&*library, reading, ticket)
+        });
+        self.loading = Some(Loading { job, source, keep_view: false });
+    }
+
+    /// Opens the first of several sources, or the first demo for none; the others are remembered.
+    pub fn open_all(&mut self, ctx: &Context, sources: Vec<Source>) {
+        for other in sources.iter().skip(1).rev() {
+            self.remember(other);
+        }
+        let demo = || Some(Source::Demo(self.parts.library.demos().first()?.0.to_owned()));
+        if let Some(first) = sources.first().cloned().or_else(demo) {
+            self.open(ctx, first);
+        }
+    }
+
+    /// Starts to make another field of the open file ready.
+    pub(super) fn choose_field(&mut self, ctx: &Context, choice: FieldChoice) {
+        let Some(document) = self.document.clone() else { return };
+        let source = document.source.clone();
+        let job = Job::start("field", "Preparing the field", ctx, move |ticket| {
+            document.with_field(choice.field, choice.component, ticket)
+        });
+        self.loading = Some(Loading { job, source, keep_view: true });
+    }
+
+    /// The scene in which a newly opened document is seen.
+    fn show_document(&mut self, ctx: &Context, document: Document, keep_view: bool) {
+        let volume = Arc::clone(&document.volume);
+        let transfer = self.parts.library.default_transfer(&volume.statistics);
+        let before = self.scene.take();
+        let before_vectors = before.as_ref().and_then(|scene| scene.vectors.clone());
+        let projection =
+            before.as_ref().map_or(Projection::Orthographic, |scene| scene.camera.projection);
+        let splat = match &before {
+            Some(scene) if keep_view => scene.splat,
+            // The kernel is a habit; a unit distance belongs to its data.
+            Some(scene) => SplatSettings { opacity_unit_distance: None, ..scene.splat },
+            None => SplatSettings::default(),
+        };
+        let shading = match &before {
+            Some(scene) if keep_view => scene.shading.clone(),
+            // So are the lights; tables belong to their data.
+            Some(scene) => {
+                Shading { lighting: scene.shading.lighting.clone(), ..Shading::default() }
+            }
+            None => Shading::default(),
+        };
+        // What was cut away of another volume is not of this one.
+        let inside = match &before {
+            Some(scene) if keep_view => scene.inside.clone(),
+            _ => Inside::default(),
+        };
+        let space = document.grid.space.as_deref();
+        let framed = camera_control::framed(
+            &volume.lattice,
+            NamedView::Isometric,
+            scene::is_anterior_y(space),
+            self.viewport_size.map(f64::from),
+        );
+        let camera = match before {
+            Some(scene) if keep_view => scene.camera,
+            _ => Camera { projection, ..framed },
+        };
+        let background = self.settings.scene_background();
+        let vectors = match (&document.vectors, before_vectors) {
+            (_, Some(layer)) if keep_view => Some(layer),
+            (Some(field), _) => Some(VectorLayer::new(Arc::clone(field), true)),
+            (None, _) => None,
+        };
+        if !keep_view {
+            self.vectors = Vectors::default();
+        }
+        self.scene =
+            Some(Scene { volume, transfer, splat, shading, inside, vectors, camera, background });
+        self.gaussians.clear();
+        self.transfer.start_over();
+        self.shading.start_over();
+        self.clip.start_over();
+        let title = format!("{} – Voxsplat", document.source.name());
+        ctx.send_viewport_cmd(ViewportCommand::Title(title));
+        for warning in &document.warnings {
+            self.notices.note(warning.clone());
+        }
+        self.document = Some(document);
+        if !keep_view {
+            self.forget_steps();
+        }
+    }
+
+    pub(super) fn take_document(&mut self, ctx: &Context) {
+        let Some(ended) = self.loading.as_ref().and_then(|loading| loading.job.poll()) else {
+            return;
+        };
+        let Some(loading) = self.loading.take() else { return };
+        match ended {
+            // A cancel that came too late still is one.
+            _ if loading.job.is_cancelled() => {}
+            Ended::Finished(Ok(document)) => {
+                if !loading.keep_view {
+                    self.notices.clear();
+                    self.remember(&loading.source);
+                }
+                self.show_document(ctx, document, loading.keep_view);
+            }
+            Ended::Finished(Err(ReadFailure::Cancelled)) => {}
+            Ended::Finished(Err(ReadFailure::Refused(reason))) => self.notices.error(reason),
+            Ended::Finished(Err(ReadFailure::NotRecognised(reason))) => {
+                match loading.source.path() {
+                    Some(path) => self.ask_raw_layout(path, None, Some(reason)),
+                    None => self.notices.error(reason),
+                }
+            }
+            Ended::Lost => {
+                let name = loading.source.name();
+                self.notices.error(format!("Reading stopped on a bug of the program: {name}"));
+            }
+        }
+    }
+
+    fn remember(&mut self, source: &Source) {
+        if let Some(path) = source.path() {
+            let path = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+            self.settings.remember(path);
+        }
+    }
+
+    pub(super) fn take_chosen_file(&mut self, ctx: &Context) {
+        let Some(answer) = self.file_dialog.as_ref().and_then(FileDialog::poll) else { return };
+        self.file_dialog = None;
+        match answer {
+            Answer::Chosen(path) => self.open_any(ctx, path),
+            Answer::Cancelled => {}
+            Answer::Unavailable => {
+                self.notices.error(
+                    "The file dialog could not open because no desktop portal answered; \
+                     type the path, or drop the file on the window",
+                );
+                self.dialog = Some(Dialog::OpenPath(OpenPath::default()));
+            }
+        }
+    }
+
+    pub(super) fn take_dropped_files(&mut self, ctx: &Context) {
+        let dropped: Vec<PathBuf> = ctx.input(|input| {
+            input.raw.dropped_files.iter().map(|file| file.path().to_owned()).collect()
+        });
+        if let Some(path) = dropped.first() {
+            if dropped.len() > 1 {
+                let more = dropped.len() - 1;
+                self.notices.hint(format!("One file opens at a time; {more} more were left out"));
+            }
+            self.open_any(ctx, path.clone());
+        }
+    }
+
+    fn ask_raw_layout(&mut self, path: &Path, layout: Option<RawLayout>, reason: Option<String>) {
+        match RawDialog::new(&*self.parts.library, path, layout, reason) {
+            Ok(dialog) => self.dialog = Some(Dialog::Raw(Box::new(dialog))),
+            Err(reason) => self.notices.error(reason),
+        }
+    }
+
+    pub(super) fn ask_raw_layout_again(&mut self) {
+        let source = self.document.as_ref().map(|document| document.source.clone());
+        match source {
+            Some(Source::Raw(path, layout)) => self.ask_raw_layout(&path, Some(layout), None),
+            Some(Source::File(path)) => self.ask_raw_layout(&path, None, None),
+            Some(Source::Demo(_)) | None => {
+                self.notices.hint("Only a file has a layout to describe: open one first");
+            }
+        }
+    }
+}
