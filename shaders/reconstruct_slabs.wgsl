@@ -196,12 +196,21 @@ fn ray(screen: vec2<f32>, pixel: vec2<u32>, slot: u32) -> vec4<f32> {
                     found = shaded(found, u_middle, g_middle, 0.5 * (from_t + to_t), screen);
                 }
             }
+            if holes_show {
+                // Boxes of samples without data: nothing is interpolated, nor lit.
+                let is_slab = !is_behind && (classify_middle || have > 2);
+                let middle = origin + direction * (0.5 * (from_t + to_t));
+                for (var once = is_slab && is_hole(middle); once; once = false) {
+                    found.near = no_data();
+                    found.far = select(found.near, vec4<f32>(0.0), classify_middle);
+                }
+            }
             let weight = found.near.w + found.far.w;
             let is_met = meet_levels(&met, through, u_ends, vec2<f32>(from_t, to_t), screen);
             if weight <= 0.0 && !is_behind && !is_met {
                 continue;
             }
-            if has_holes {
+            if has_holes && !holes_show {
                 if !is_behind && is_hole(origin + direction * (0.5 * (from_t + to_t))) {
                     continue;
                 }

@@ -790,14 +790,14 @@ fn shells_scene() -> Scene {
     let mut scene = opening(Arc::new(volume), None);
     scene.camera =
         Camera::new(DVec3::new(0.1, 0.0, -0.05), DVec3::new(0.3, -0.5, 0.8), DVec3::Y, 1.4);
-    scene.transfer = TransferFunction {
-        opacity: vec![(40.0, 0.0), (100.0, 0.3), (255.0, 0.8)],
-        colour: ColourSource::Stops(vec![
+    scene.transfer = TransferFunction::of(
+        vec![(40.0, 0.0), (100.0, 0.3), (255.0, 0.8)],
+        ColourSource::Stops(vec![
             (0.0, Srgb8([255, 32, 0])),
             (128.0, Srgb8([32, 240, 64])),
             (255.0, Srgb8([16, 48, 255])),
         ]),
-    };
+    );
     let choice = ModeChoice {
         opacity_unit_distance: Some(0.05),
         extent: Some(1.8),

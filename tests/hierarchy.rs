@@ -25,13 +25,13 @@ fn random(index: usize) -> f64 {
 
 /// A transfer function over offset..offset + 1: clear below 0.4.
 fn transfer(offset: f64) -> TransferFunction {
-    TransferFunction {
-        opacity: vec![(offset + 0.4, 0.0), (offset + 1.0, 0.95)],
-        colour: ColourSource::Stops(vec![
+    TransferFunction::of(
+        vec![(offset + 0.4, 0.0), (offset + 1.0, 0.95)],
+        ColourSource::Stops(vec![
             (offset + 0.4, Srgb8([250, 20, 10])),
             (offset + 1.0, Srgb8([20, 90, 255])),
         ]),
-    }
+    )
 }
 
 struct Built {
@@ -267,10 +267,10 @@ fn nothing_opaque_has_no_node_and_everything_opaque_has_every_voxel() {
     let clear = built(dims, Samples::UInt8(vec![0; count]), &transfer(0.0));
     assert_eq!(clear.cut(limits(0.0, 0), VisitOrder::Along(DVec3::Z)), []);
     assert_eq!((clear.pyramid.active.total, clear.pyramid.error_for_count(100)), (0, 0.0));
-    let opaque = TransferFunction {
-        opacity: vec![(0.0, 1.0)],
-        colour: ColourSource::Map { map: ColourMap::Gray, range: [0.0, 1.0] },
-    };
+    let opaque = TransferFunction::of(
+        vec![(0.0, 1.0)],
+        ColourSource::Map { map: ColourMap::Gray, range: [0.0, 1.0] },
+    );
     let full = built(dims, Samples::Float64(values(dims)), &opaque);
     assert_eq!(full.cut(limits(0.0, 0), VisitOrder::Along(DVec3::Z)).len(), count);
     assert!(nodes(&full.pyramid).iter().all(|n| n.3.extinction.is_finite()));

@@ -17,10 +17,10 @@ fn extinction(function: &TransferFunction, value: f64) -> f32 {
 #[test]
 #[should_panic(expected = "a colour range hides what has opacity")]
 fn opacities_of_floats_do_not_depend_on_the_colour_range() {
-    let function = TransferFunction {
-        opacity: vec![(0.0, 0.0), (1.0, 0.5), (2.0, 0.0)],
-        colour: ColourSource::Map { map: ColourMap::Viridis, range: [-1e30, 1e30] },
-    };
+    let function = TransferFunction::of(
+        vec![(0.0, 0.0), (1.0, 0.5), (2.0, 0.0)],
+        ColourSource::Map { map: ColourMap::Viridis, range: [-1e30, 1e30] },
+    );
     assert!(extinction(&function, 1.0) > 0.0, "a colour range hides what has opacity");
 }
 
@@ -30,10 +30,10 @@ fn opacities_of_floats_do_not_depend_on_the_colour_range() {
 #[should_panic(expected = "denormals are all the same")]
 fn values_that_lie_wholly_below_the_least_normal_float_are_told_apart() {
     let unit = 1e-41;
-    let function = TransferFunction {
-        opacity: vec![(0.0, 0.0), (200.0 * unit, 0.5)],
-        colour: ColourSource::Map { map: ColourMap::Viridis, range: [0.0, 200.0 * unit] },
-    };
+    let function = TransferFunction::of(
+        vec![(0.0, 0.0), (200.0 * unit, 0.5)],
+        ColourSource::Map { map: ColourMap::Viridis, range: [0.0, 200.0 * unit] },
+    );
     let samples = Samples::Float32((0..200_u8).map(|i| f32::from(i) * 1e-41).collect());
     let statistics = Statistics::of(&samples, &Ticket::new()).expect("finite values");
     let integrated =

@@ -34,7 +34,7 @@ macro_rules! host_struct {
     }};
 }
 
-fn host_structs() -> [HostStruct; 12] {
+fn host_structs() -> [HostStruct; 13] {
     [
         host_struct!(Frame {
             view_x,
@@ -110,6 +110,7 @@ fn host_structs() -> [HostStruct; 12] {
             places,
             tables,
         }),
+        host_struct!(Regions { places, looks, shapes }),
     ]
 }
 
@@ -468,7 +469,7 @@ mod must_fail {
 
     #[test]
     fn a_moved_member_is_caught() {
-        let [.., host, _, _] = host_structs();
+        let [.., host, _, _, _] = host_structs();
         assert_eq!(found("struct Present { background: vec4<f32> }", &host), [""; 0]);
         let moved = found(PRESENT_MOVED, &host).join("\n");
         assert!(moved.contains("32 bytes in the shader, 16 on the host"), "{moved}");

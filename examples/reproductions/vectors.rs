@@ -92,7 +92,7 @@ fn with(scene: &Scene, change: impl FnOnce(&mut VectorLayer)) -> Scene {
 }
 
 fn map(opacity: Vec<(f64, f64)>, map: ColourMap, range: [f64; 2]) -> TransferFunction {
-    TransferFunction { opacity, colour: ColourSource::Map { map, range } }
+    TransferFunction::of(opacity, ColourSource::Map { map, range })
 }
 
 fn figures(page: &mut Page<'_>) -> Result<()> {

@@ -21,6 +21,11 @@ fn classify(u: f32) -> vec4<f32> {
     return select(select(inside, slabs.beyond, u >= last), slabs.below, u < 0.0);
 }
 
+// Colour and weight of samples without data.
+fn no_data() -> vec4<f32> {
+    return bitcast<vec4<f32>>(table[2u * slabs.bricks.w + 1u]);
+}
+
 // What the table holds about a place: colour and weight, or what is integrated up to there, where
 // places are whole.
 fn fetched(place: f32, is_cell: bool) -> vec4<f32> {

@@ -135,7 +135,7 @@ fn facing(g: vec3<f32>) -> Facing {
 
 // Colours and weights of a slab whose middle is `t` pixels deep on the ray through a point of the
 // screen, with the value of cell `u` and growth `g` per index.
-fn shaded(found: Halves, u: f32, g: vec3<f32>, t: f32, screen: vec2<f32>) -> Halves {
+fn shaded(slab: Halves, u: f32, g: vec3<f32>, t: f32, screen: vec2<f32>) -> Halves {
     var point = Point(u, 0.0, vec3<f32>(0.0), 0.5 + 0.5 * t / shade.right.w);
     var share = 0.0;
     if uses_gradient {
@@ -144,6 +144,7 @@ fn shaded(found: Halves, u: f32, g: vec3<f32>, t: f32, screen: vec2<f32>) -> Hal
         share = found_facing.share;
         point.normal = found_facing.normal;
     }
+    let found = painted(slab, u, point.strength);
     var factor = 1.0;
     if opacity_by != BY_NOTHING {
         let alpha = min(looked_up(OPACITY, index_of(opacity_by, point)).x, 0.9999);

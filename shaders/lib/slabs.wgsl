@@ -4,6 +4,8 @@
 const NOTHING: f32 = -3e38;
 
 override has_holes: bool = false;
+// Samples without data have a colour and an opacity of their own.
+override holes_show: bool = false;
 // Coefficients are means, each stored beside half the width of the values about it.
 override has_widths: bool = false;
 // Classify the value in the middle of a slab rather than all between its faces.
@@ -61,6 +63,7 @@ struct Slabs {
 @group(0) @binding(5) var<storage, read> empty: array<u32>;
 // Each cell: mean red and green, blue, 16-bit fractions of 1; then 32-bit floats: the weight's growth
 // across it, and its mean. After all cells, in 32-bit floats, weight times colour, and weight,
-// integrated up to where each cell begins, and to the end.
+// integrated up to where each cell begins, and to the end. Where they show, the colour and weight of
+// samples without data come last.
 @group(0) @binding(6) var<storage, read> table: array<vec4<u32>>;
 @group(0) @binding(7) var picture: texture_storage_2d<rgba32float, write>;

@@ -40,8 +40,12 @@ fn met_along(ray: Ray, part: Part) -> Met {
         for (var once = select(cut_faces && part.is_cut, is_in, is_slice); once; once = false) {
             let place = ray.origin + ray.direction * t;
             let u = value(place).x;
-            let found = classify(u);
-            let is_there = u != NOTHING && !(has_holes && is_hole(place));
+            let in_hole = has_holes && is_hole(place);
+            var found = classify(u);
+            if holes_show {
+                found = select(found, no_data(), in_hole);
+            }
+            let is_there = select(u != NOTHING, holes_show, in_hole);
             let face_opacity = select(0.0, 1.0, found.w > 0.0);
             let opacity = select(face_opacity, inside.opacities[max(i, 1u) - 1u].y, is_slice);
             met.surfaces[i].colour = found.rgb;

@@ -20,7 +20,7 @@ struct Traversal {
     axes: vec4<u32>,
     // Per axis of `axes`: the number of indices at or before the eye; w: first row.
     splits: vec4<u32>,
-    // Rows; kernels that fit; 0; 0.
+    // Rows; kernels that fit; entry of samples without data, 0 where they are left out; 0.
     counts: vec4<u32>,
     // Table span of 32-bit samples, entries per unit, and last entry.
     table: vec4<f32>,
@@ -31,7 +31,7 @@ struct Traversal {
 @group(0) @binding(2) var<storage, read> samples1: array<u32>;
 @group(0) @binding(3) var<storage, read> samples2: array<u32>;
 @group(0) @binding(4) var<storage, read> samples3: array<u32>;
-// Linear red, green, blue, and extinction per unit distance.
+// Linear red, green, blue, and extinction per unit distance. Where it is drawn, NaN comes last.
 @group(0) @binding(5) var<storage, read> table: array<vec4<f32>>;
 // One bit a brick: whether any of it can show.
 @group(0) @binding(6) var<storage, read> visible_bricks: array<u32>;
@@ -112,7 +112,8 @@ fn classify(index: u32) -> vec4<f32> {
     }
     let value = bitcast<f32>(sample_word(chunk, within));
     if value <= NO_DATA {
-        return vec4<f32>(0.0);
+        let entry = traversal.counts.z;
+        return select(vec4<f32>(0.0), table[entry], entry > 0u);
     }
     let low = traversal.table.x;
     let high = traversal.table.y;

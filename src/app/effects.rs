@@ -119,7 +119,8 @@ impl Window {
             time: without.map_or(Time::Unknown, added),
             bytes: None,
         };
-        let Shading { opacity, modulation, reflection, emission, lighting } = &scene.shading;
+        let Shading { opacity, modulation, reflection, emission, lighting, regions } =
+            &scene.shading;
         let by = |index: Option<crate::scene::Index>| match index {
             Some(index) => format!("Shading, by {}", index.name().replace('-', " ")),
             None => "Shading in the side panel".to_owned(),
@@ -151,6 +152,15 @@ impl Window {
                 "Surfaces lit from somewhere",
                 lights,
                 Some(|s| s.shading.lighting = None),
+            ),
+            part(
+                "regions",
+                "Opacities and colours by value and gradient strength together",
+                match regions.len() {
+                    0 => "Transfer function, By gradient".to_owned(),
+                    count => format!("Transfer function, {count} of them"),
+                },
+                Some(|s| s.shading.regions.clear()),
             ),
             part(
                 "opacity table",
@@ -292,6 +302,9 @@ fn gradient_words(shading: &Shading) -> String {
     if shading.lighting.as_ref().is_some_and(crate::scene::Lighting::uses_lights) {
         askers.push("lights");
     }
+    if !shading.painted().is_empty() {
+        askers.push("regions");
+    }
     let Shading { opacity, modulation, reflection, emission, .. } = shading;
     let amounts = [("opacity", opacity), ("modulation", modulation)];
     let colours = [("reflection", reflection), ("emission", emission)];
@@ -328,6 +341,7 @@ fn label_of(name: &str) -> &'static str {
     match name {
         "gradients" => "Gradients",
         "lights" => "Lights",
+        "regions" => "Regions by gradient",
         "opacity table" => "Opacity table",
         "modulation table" => "Modulation table",
         "reflection table" => "Reflection table",

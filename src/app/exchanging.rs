@@ -45,8 +45,9 @@ impl Window {
 
     /// The transfer function on screen with what it was made of.
     fn design(&self) -> Option<Design> {
-        let function = self.scene.as_ref()?.transfer.clone();
-        Some(Design { function, gaussians: self.gaussians.clone() })
+        let scene = self.scene.as_ref()?;
+        let (function, regions) = (scene.transfer.clone(), scene.shading.regions.clone());
+        Some(Design { function, gaussians: self.gaussians.clone(), regions })
     }
 
     /// Beside the volume, or with the pictures where that is no file.
@@ -62,6 +63,7 @@ impl Window {
     fn adopt(&mut self, design: Design) {
         if let Some(scene) = &mut self.scene {
             scene.transfer = design.function;
+            scene.shading.regions = design.regions;
             self.gaussians = design.gaussians;
             self.transfer.start_over();
         }

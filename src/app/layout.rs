@@ -21,6 +21,7 @@ use super::window::Window;
 use super::{annotations, modes, theme};
 use crate::scene::Inside;
 use crate::task::annotations::laid_out;
+use crate::volume::Statistics;
 
 /// Width of the side panel before anyone resizes it, points.
 const SIDE_WIDTH: f32 = 336.0;
@@ -164,10 +165,10 @@ impl Window {
             })
         });
         let action = section_ui(ui, "Transfer function", |ui| {
-            let statistics = &scene.volume.statistics;
-            let default = || self.parts.library.default_transfer(statistics);
+            let library = &self.parts.library;
+            let default = |statistics: &Statistics| library.default_transfer(statistics);
             let (editor, bells) = (&mut self.transfer, &mut self.gaussians);
-            transfer::transfer_ui(ui, editor, &mut scene.transfer, bells, statistics, default)
+            transfer::transfer_ui(ui, editor, scene, bells, default)
         });
         section_ui(ui, "Shading", |ui| {
             let second = self.compare.on.then_some(&self.compare.second);

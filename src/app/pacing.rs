@@ -264,10 +264,10 @@ mod tests {
         Scene {
             camera: framing_camera(&volume.lattice, DVec3::Y, DVec3::Z),
             volume: Arc::new(volume),
-            transfer: TransferFunction {
-                opacity: vec![(0.0, 0.0), (7.0, 1.0)],
-                colour: ColourSource::Map { map: ColourMap::Gray, range: [0.0, 7.0] },
-            },
+            transfer: TransferFunction::of(
+                vec![(0.0, 0.0), (7.0, 1.0)],
+                ColourSource::Map { map: ColourMap::Gray, range: [0.0, 7.0] },
+            ),
             splat: SplatSettings::default(),
             background: Background::Transparent,
             shading: Shading::default(),

@@ -77,7 +77,9 @@ impl State {
         let background = |s: &Settings| (s.background, s.transparent_background);
         match () {
             () if !Arc::ptr_eq(&a.volume, &b.volume) => "another field",
+            () if a.shading.regions != b.shading.regions && !opacity && !colour => "regions",
             () if opacity && colour => "transfer function",
+            () if a.transfer.no_data != b.transfer.no_data => "no data",
             () if opacity => "opacities",
             () if colour => "colours",
             () if a.vectors != b.vectors => "vectors",

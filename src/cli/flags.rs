@@ -191,6 +191,12 @@ pub struct SceneFlags {
     /// Data values of the map's ends
     #[arg(long, value_name = "LO,HI", value_parser = values::range, allow_hyphen_values = true)]
     pub color_range: Option<[f64; 2]>,
+    /// Opacity of NaN per unit distance, 0 to 1: a box of a voxel's size each [default: 0, left out]
+    #[arg(long, value_name = "A", value_parser = values::share, allow_hyphen_values = true)]
+    pub nan_opacity: Option<f64>,
+    /// Colour of NaN, which no light falls on [default: a0a0a0]
+    #[arg(long, value_name = "RRGGBB", value_parser = values::colour)]
+    pub nan_color: Option<Srgb8>,
 }
 
 /// How kernels become a picture. What is left open follows from what is chosen.

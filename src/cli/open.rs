@@ -9,10 +9,10 @@ use super::flags::{InputFlags, SceneFlags};
 use super::{Failure, note};
 use crate::core::{Camera, Projection, Ticket};
 use crate::io::{self, OpenOptions, RawOverrides};
-use crate::scene::{self, Scene, SplatSettings};
+use crate::scene::{self, Scene, Shading, SplatSettings};
 use crate::task::transfer_file;
 use crate::transfer::presets::Preset;
-use crate::transfer::{ColourSource, TransferFunction};
+use crate::transfer::{ColourSource, NoData, Region, TransferFunction};
 use crate::volume::{
     Component, Grid, ScalarVolume, Statistics, VolumeError, demo, demo::DemoError,
 };
@@ -162,27 +162,60 @@ pub(super) fn scene(
     let volume = scalar(input, flags.field.as_deref(), flags.component)?;
     let opening = scene::opening(volume, input.grid.space.as_deref());
     let camera = camera(flags, &opening.camera);
-    let transfer = transfer(flags, &opening)?;
-    Ok(Scene { camera, transfer, splat, ..opening })
+    let (transfer, regions) = transfer(flags, &opening)?;
+    let shading = Shading { regions, ..Shading::default() };
+    Ok(Scene { camera, transfer, splat, shading, ..opening })
 }
 
-/// The transfer function of the flags: a whole one first, then what changes it.
-fn transfer(flags: &SceneFlags, opening: &Scene) -> Result<TransferFunction, Failure> {
+/// What NaN looks like by the flags.
+fn no_data(
+    no_data: &mut NoData,
+    flags: &SceneFlags,
+    statistics: &Statistics,
+) -> Result<(), Failure> {
+    no_data.opacity = flags.nan_opacity.unwrap_or(no_data.opacity);
+    no_data.colour = flags.nan_color.unwrap_or(no_data.colour);
+    if flags.nan_color.is_some() && flags.nan_opacity.is_none() && !no_data.shows() {
+        return Err(Failure::Failed(
+            "expected an opacity of NaN with --nan-color, found none, so that nothing of it would be \
+             seen; add --nan-opacity 1"
+                .to_owned(),
+        ));
+    }
+    if (flags.nan_opacity.is_some() || flags.nan_color.is_some()) && statistics.nan_count == 0 {
+        note("no value of the field is NaN, so --nan-opacity and --nan-color change nothing");
+    }
+    Ok(())
+}
+
+/// The transfer function of the flags, and its regions: a whole one first, then what changes it.
+fn transfer(
+    flags: &SceneFlags,
+    opening: &Scene,
+) -> Result<(TransferFunction, Vec<Region>), Failure> {
     let statistics = &opening.volume.statistics;
+    let mut regions = Vec::new();
     let mut transfer = match (&flags.transfer, flags.preset) {
-        (Some(path), _) => transfer_file::read(path).map_err(Failure::Failed)?.function,
+        (Some(path), _) => {
+            let design = transfer_file::read(path).map_err(Failure::Failed)?;
+            regions = design.regions;
+            design.function
+        }
         (None, Some(preset)) => preset.function(statistics),
         (None, None) => opening.transfer.clone(),
     };
     if let Some(preset) = flags.preset.filter(|preset| preset.lacks_hounsfield_units(statistics)) {
         note(&by_percentiles(preset));
     }
+    no_data(&mut transfer.no_data, flags, statistics)?;
     if let Some(points) = &flags.opacity {
         transfer.opacity = points.0.clone();
+        // Opacities by value, in place of any others.
+        regions.clear();
     }
     if let Some(stops) = &flags.color {
         transfer.colour = ColourSource::Stops(stops.0.clone());
-        return Ok(transfer);
+        return Ok((transfer, regions));
     }
     transfer.colour = match (transfer.colour, flags.colormap, flags.color_range) {
         (ColourSource::Map { map, range }, new_map, new_range) => {
@@ -201,7 +234,7 @@ fn transfer(flags: &SceneFlags, opening: &Scene) -> Result<TransferFunction, Fai
         }
         (stops, None, None) => stops,
     };
-    Ok(transfer)
+    Ok((transfer, regions))
 }
 
 fn by_percentiles(preset: Preset) -> String {

@@ -53,7 +53,7 @@ pub(super) fn run(flags: &ProbeFlags) -> Result<(), Failure> {
         note(warning);
     }
     let scene = open::scene(&input, &flags.scene, splat)?;
-    let shading = flags.shading.resolve(&scene.volume, &splat);
+    let shading = flags.shading.resolve(&scene, &splat);
     let shading = shading.map_err(|error| Failure::Usage(error.to_string()))?;
     let scene = Scene { shading, ..scene };
     let unit_distance = scene.opacity_unit_distance();

@@ -220,7 +220,7 @@ fn scene(flags: &RenderFlags, splat: SplatSettings) -> Result<Meant, Failure> {
         Background::Colour(flags.background.unwrap_or(BLACK))
     };
     let scene = Scene { background, ..open::scene(&input, &flags.scene, splat)? };
-    let shading = flags.shading.resolve(&scene.volume, &splat);
+    let shading = flags.shading.resolve(&scene, &splat);
     let shading = shading.map_err(|error| Failure::Usage(error.to_string()))?;
     let inside = flags.inside.resolve(&scene.volume, &splat);
     let inside = inside.map_err(|error| Failure::Usage(error.to_string()))?;

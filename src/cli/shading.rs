@@ -6,10 +6,9 @@ use glam::DVec3;
 use super::values::{self, List, Stop};
 use crate::core::Srgb8;
 use crate::scene::{
-    Amounts, Attached, Colours, Index, Light, Lighting, Shading, ShadingError, ShadingPreset,
-    SplatSettings,
+    Amounts, Attached, Colours, Index, Light, Lighting, Scene, Shading, ShadingError,
+    ShadingPreset, SplatSettings,
 };
-use crate::volume::ScalarVolume;
 
 /// How it is lit, and what opacities and colours are looked up by beside the value.
 #[derive(Debug, Args)]
@@ -55,16 +54,15 @@ pub struct ShadingFlags {
 }
 
 impl ShadingFlags {
-    /// The shading that they mean for a volume.
+    /// The shading that they mean for a scene, whose regions stay.
     ///
     /// # Errors
     /// Where a mode cannot be shaded, or a table means nothing.
-    pub fn resolve(
-        &self,
-        volume: &ScalarVolume,
-        splat: &SplatSettings,
-    ) -> Result<Shading, ShadingError> {
-        let mut shading = self.shading.map(|preset| preset.shading(volume)).unwrap_or_default();
+    pub fn resolve(&self, scene: &Scene, splat: &SplatSettings) -> Result<Shading, ShadingError> {
+        let preset = self.shading.map(|preset| preset.shading(&scene.volume));
+        // The regions are the transfer function's.
+        let mut shading =
+            Shading { regions: scene.shading.regions.clone(), ..preset.unwrap_or_default() };
         let Self { ambient, diffuse, specular, specular_power, .. } = *self;
         let shares = [ambient, diffuse, specular, specular_power];
         if !self.light.is_empty() || shares.iter().any(Option::is_some) {

@@ -27,6 +27,8 @@ pub(super) struct DeviceTable {
     pub(super) showing: [[usize; 3]; 2],
     /// `Traversal::table`: span, entries per unit, last entry.
     pub(super) span: [f32; 4],
+    /// The entry of samples without data; 0 where they are left out.
+    pub(super) no_data: u32,
 }
 
 impl Renderer {
@@ -74,12 +76,12 @@ impl Renderer {
             self.context.queue.write_buffer(&buffer, 0, bytes);
             buffer
         };
-        let ranges = &volume.source.bricks.ranges;
-        let bricks = volume.source.bricks.dims;
+        let held = &volume.source.bricks;
+        let (ranges, bricks) = (&held.ranges, held.dims);
         let mut visible = vec![0_u32; ranges.len().div_ceil(32)];
         let mut showing = [[usize::MAX; 3], [0; 3]];
-        for (index, &[low, high]) in ranges.iter().enumerate() {
-            let shows = low <= high && table.greatest_extinction(low, high) > 0.0;
+        for (index, &range) in ranges.iter().enumerate() {
+            let shows = table.shows(range, held.has_holes(index));
             visible[index / 32] |= u32::from(shows) << (index % 32);
             if shows {
                 let at = [
@@ -103,11 +105,19 @@ impl Renderer {
             coordinate.scale as f32,
             last as f32,
         ];
+        let mut entries = bytemuck::cast_slice(&table.entries).to_vec();
+        let has_holes = volume.source.statistics.nan_count > 0;
+        let mut no_data = 0;
+        if has_holes && table.no_data[3] > 0.0 {
+            no_data = table.entries.len() as u32;
+            entries.extend_from_slice(bytemuck::bytes_of(&table.no_data));
+        }
         volume.table = Some(DeviceTable {
-            entries: storage("table", bytemuck::cast_slice(&table.entries)),
+            entries: storage("table", &entries),
             visible: storage("visible bricks", bytemuck::cast_slice(&visible)),
             showing,
             span,
+            no_data,
         });
         self.note_bytes();
         self.context.check()

@@ -1,5 +1,7 @@
 //! A reconstructed field on the device: its coefficients, and where it can show.
 
+use std::sync::OnceLock;
+
 use super::GpuError;
 use super::buffers::Growing;
 use super::context::Context;
@@ -50,6 +52,8 @@ pub(super) struct DeviceField {
     pub has_widths: bool,
     pub stored: [usize; 3],
     pub holes: Option<Vec<u32>>,
+    /// Bricks from which samples without data are in reach, once they are asked for.
+    near_holes: OnceLock<Vec<bool>>,
     /// Of positions and steps of up to a voxel from them, less `bias`.
     bounds: FieldBounds,
     bias: f64,
@@ -207,6 +211,7 @@ impl DeviceField {
             has_widths,
             stored,
             holes,
+            near_holes: OnceLock::new(),
             bounds,
             bias,
             size_bytes,
@@ -234,11 +239,14 @@ impl DeviceField {
         };
         // A step of more than a voxel may end as many bricks further on.
         let further = reach.saturating_sub(BOUNDED_REACH).div_ceil(EMPTY_BRICK);
-        let mut bytes = self.bounds.distances(|low, high| {
+        let near_holes = if table.no_data[3] > 0.0 { self.near_holes() } else { &[] };
+        let mut bytes = self.bounds.distances(|brick, [low, high]| {
             let (low, high) = (f64::from(low) + self.bias, f64::from(high) + self.bias);
             let slack = slack + 1e-6 * low.abs().max(high.abs());
             let (low, high) = (low - slack, high + slack);
-            table.shows(low, high) || levels.iter().any(|level| (low..=high).contains(level))
+            table.shows(low, high)
+                || near_holes.get(brick).is_some_and(|is| *is)
+                || levels.iter().any(|level| (low..=high).contains(level))
         });
         let shows = bytes.iter().map(|&distance| distance == 0).collect();
         FieldBounds::widen(&mut bytes, further);
@@ -250,6 +258,22 @@ impl DeviceField {
             words.extend(holes);
         }
         (words, holes_at, shows)
+    }
+
+    /// Whether samples without data are in reach of each brick, or of a step of a voxel from it; none of
+    /// it where there are no such samples.
+    fn near_holes(&self) -> &[bool] {
+        let Some(holes) = &self.holes else { return &[] };
+        self.near_holes.get_or_init(|| {
+            let bit = |i: usize| (holes[i / 32] >> (i % 32) & 1) as f32;
+            let mask: Vec<f32> = (0..self.dims.iter().product()).map(bit).collect();
+            let reach = BOUNDED_REACH + 1;
+            match FieldBounds::of(&mask, self.dims, reach, reach, &Ticket::new()) {
+                Ok(bounds) => bounds.ranges.iter().map(|[_, most]| *most > 0.0).collect(),
+                // Nobody cancels; and nothing would be missed.
+                Err(_) => vec![true; self.bounds.ranges.len()],
+            }
+        })
     }
 
     /// Bricks along x, y, z.

@@ -234,6 +234,19 @@ pub struct Shade {
     pub tables: [[f32; 4]; 4 * SHADE_ENTRIES],
 }
 
+/// Regions that the shader has room for.
+pub const MOST_REGIONS: usize = crate::transfer::MOST_REGIONS;
+
+/// `Regions` in `shaders/lib/regions.wgsl`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+#[expect(missing_docs, reason = "documented in the shader")]
+pub struct Regions {
+    pub places: [[f32; 4]; MOST_REGIONS],
+    pub looks: [[f32; 4]; MOST_REGIONS],
+    pub shapes: [[f32; 4]; MOST_REGIONS],
+}
+
 /// One splat as the vertex stage reads it; emitted by the GPU for voxels, by the host for nodes.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]

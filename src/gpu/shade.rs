@@ -4,6 +4,7 @@ use glam::{DMat3, DVec3};
 
 use super::layout::{self, SHADE_ENTRIES};
 use crate::scene::{Amounts, Colours, Index, OpacityModel, Scene, Shading, ShadingSpace};
+use crate::transfer::{Region, RegionShape};
 
 /// What of shading a pipeline is made for: what is not asked for is not compiled.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -15,6 +16,8 @@ pub(super) struct ShadeVariant {
     pub uses_gradient: bool,
     /// Whether tents are lit by their own derivative.
     pub quickly: bool,
+    /// Regions of value and gradient strength.
+    pub regions: u32,
 }
 
 impl ShadeVariant {
@@ -27,7 +30,8 @@ impl ShadeVariant {
             ("lights", f64::from(self.lights)),
             ("uses_gradient", f64::from(u8::from(self.uses_gradient))),
         ];
-        tables.chain(more).collect()
+        let regions = (self.regions > 0).then(|| ("region_count", f64::from(self.regions)));
+        tables.chain(more).chain(regions).collect()
     }
 }
 
@@ -42,6 +46,7 @@ pub(super) struct Shade {
     radius: f64,
     /// Of each table: what it is indexed by, the index of its first entry, and entries per index.
     places: [(Index, f64, f64); 4],
+    regions: Vec<Region>,
 }
 
 /// Where a value lies in a field's table of values: cells = `at_zero` + `per_value` · value.
@@ -117,6 +122,7 @@ impl Shade {
             lights,
             uses_gradient: shading.uses_gradient() || has_surfaces,
             quickly: false,
+            regions: shading.painted().len() as u32,
         };
         Some(Self {
             variant,
@@ -124,7 +130,35 @@ impl Shade {
             world_from_gradient: space.world_from_gradient,
             radius: space.radius,
             places,
+            regions: shading.painted().to_vec(),
         })
+    }
+
+    /// The regions' uniform, where there are any.
+    pub(super) fn regions(&self, values: CellsOfValues) -> Option<layout::Regions> {
+        let mut constants: layout::Regions = bytemuck::Zeroable::zeroed();
+        for (i, region) in self.regions.iter().take(layout::MOST_REGIONS).enumerate() {
+            let [low, high] = region.values.map(|v| values.at_zero + v * values.per_value);
+            let [weak, strong] = match (region.shape, region.strengths) {
+                // It has no border at 0: as if it went as far beyond.
+                (RegionShape::Rectangle, [weak, strong]) if weak <= 0.0 => [-strong, strong],
+                (_, strengths) => strengths,
+            };
+            let place = |low: f64, high: f64| [f64::midpoint(low, high), 2.0 / (high - low)];
+            let ([u, per_u], [g, per_g]) = (place(low, high), place(weak, strong));
+            let narrow = |x: f64| x.clamp(-1e37, 1e37) as f32;
+            constants.places[i] = [u, per_u, g, per_g].map(narrow);
+            let colour = region.colour.map_or([0.0; 3], |colour| colour.to_linear().0);
+            constants.looks[i] = with(DVec3::from(colour), region.opacity);
+            let flag = |is: bool| f32::from(u8::from(is));
+            constants.shapes[i] = [
+                (1.0 / region.softness.max(1e-6)) as f32,
+                flag(region.shape == RegionShape::Ellipse),
+                flag(region.shape == RegionShape::Triangle),
+                flag(region.colour.is_none()),
+            ];
+        }
+        (!self.regions.is_empty()).then_some(constants)
     }
 
     /// The shader's uniform for a field that was halved `level` times.

@@ -12,6 +12,8 @@ const GATHER: &str = include_str!("../../shaders/lib/gather.wgsl");
 const WHOLE: &str = include_str!("../../shaders/lib/whole.wgsl");
 const UNLIT: &str = include_str!("../../shaders/lib/unlit.wgsl");
 const SHADE: &str = include_str!("../../shaders/lib/shade.wgsl");
+const REGIONS: &str = include_str!("../../shaders/lib/regions.wgsl");
+const UNPAINTED: &str = include_str!("../../shaders/lib/unpainted.wgsl");
 const FACE_BSPLINE: &str = include_str!("../../shaders/lib/face_bspline.wgsl");
 const FACE_TENTS: &str = include_str!("../../shaders/lib/face_tents.wgsl");
 const FACE_DIFFERENCES: &str = include_str!("../../shaders/lib/face_differences.wgsl");
@@ -124,13 +126,15 @@ pub struct SlabPieces {
     pub levels: bool,
     /// Vector splats lie in the same slabs.
     pub vectors: bool,
+    /// Opacities are by regions of value and gradient strength, on faces with growth.
+    pub regions: bool,
 }
 
 impl SlabPieces {
     /// Every one there is.
-    pub const ALL: [Self; 36] = {
+    pub const ALL: [Self; 42] = {
         let faces = [Faces::Unlit, Faces::BSplines, Faces::Tents, Faces::Differences];
-        let mut all = [Self::PLAIN; 36];
+        let mut all = [Self::PLAIN; 42];
         let mut i = 0;
         while i < all.len() {
             all[i] = if i < 32 {
@@ -141,7 +145,12 @@ impl SlabPieces {
                     surfaces: i / 16 == 1,
                     levels: i / 16 == 1 && i / 2 % 4 > 0,
                     vectors: false,
+                    regions: false,
                 }
+            } else if i >= 36 {
+                // Regions are a piece beside any other.
+                let faces = faces[1 + (i - 36) / 2];
+                Self { in_parts: i % 2 == 1, faces, regions: true, ..Self::PLAIN }
             } else {
                 // Rays beside vectors are walked at once, and through all of the field.
                 Self { faces: faces[i - 32], vectors: true, ..Self::PLAIN }
@@ -159,6 +168,7 @@ impl SlabPieces {
         surfaces: false,
         levels: false,
         vectors: false,
+        regions: false,
     };
 
     /// The pass that projects values along rays, of these pieces: of the faces, values alone.
@@ -172,6 +182,11 @@ impl SlabPieces {
 
     /// The pass of these pieces.
     pub const fn shader(self) -> Shader {
+        let painted = match (self.faces, self.regions) {
+            (Faces::Unlit, _) => "",
+            (_, true) => REGIONS,
+            (_, false) => UNPAINTED,
+        };
         let [shade, face] = match self.faces {
             Faces::Unlit => [UNLIT, ""],
             Faces::BSplines => [SHADE, FACE_BSPLINE],
@@ -192,7 +207,7 @@ impl SlabPieces {
             RECONSTRUCT_SLABS,
             &[
                 SLABS, FIELD, CLASSIFY, EMPTY, LIGHT, RAYS, inside, clip, layers, levels, rays,
-                shade, face, footprint, share, frame, vectors, walk,
+                painted, shade, face, footprint, share, frame, vectors, walk,
             ],
         )
     }

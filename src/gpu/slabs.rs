@@ -44,6 +44,8 @@ pub(super) struct SlabPass {
     uniform: wgpu::Buffer,
     /// Lights and shading tables, while they are asked for.
     shade: Option<wgpu::Buffer>,
+    /// Regions of value and gradient strength, likewise.
+    regions: Option<wgpu::Buffer>,
     /// What lets the inside be seen, likewise.
     inside: Option<wgpu::Buffer>,
     capped: wgpu::Buffer,
@@ -67,6 +69,8 @@ pub(super) struct SlabTable {
     /// What is small among them, by plates of so many bricks, once someone has asked.
     pub(super) specks: Option<(usize, Vec<Speck>)>,
     holes_at: u32,
+    /// Whether samples without data can be seen.
+    holes_show: bool,
     coordinate: [f32; 2],
     values: CellsOfValues,
     count: u32,
@@ -80,6 +84,7 @@ struct Variant {
     format: Format,
     one_chunk: bool,
     has_holes: bool,
+    holes_show: bool,
     has_widths: bool,
     middle: bool,
     published: bool,
@@ -138,6 +143,7 @@ impl SlabPass {
                 size_of::<layout::Slabs>() as u64,
             ),
             shade: None,
+            regions: None,
             inside: None,
             capped: Growing::make(
                 context,
@@ -169,9 +175,10 @@ impl SlabPass {
         self.inside.as_ref().map_or(0, wgpu::Buffer::size)
     }
 
-    /// Of them, what lights and shading tables take.
+    /// Of them, what lights, shading tables and regions take.
     pub(super) fn shading_bytes(&self) -> u64 {
-        self.shade.as_ref().map_or(0, wgpu::Buffer::size)
+        let size = |buffer: &Option<wgpu::Buffer>| buffer.as_ref().map_or(0, wgpu::Buffer::size);
+        size(&self.shade) + size(&self.regions)
     }
 
     /// Whether the field of these settings is there.
@@ -236,6 +243,8 @@ impl SlabPass {
             .collect();
         let integrated = table.emission.iter().zip(&table.depth);
         sums.extend(integrated.map(|(e, &w)| [e[0], e[1], e[2], w].map(f32::to_bits)));
+        let holes_show = field.holes.is_some() && table.no_data[3] > 0.0;
+        sums.extend(holes_show.then(|| table.no_data.map(f32::to_bits)));
         let (offset, scale) = (field.offset, field.scale);
         #[expect(clippy::cast_possible_truncation, reason = "the device has 32 bits")]
         let coordinate = [
@@ -252,6 +261,7 @@ impl SlabPass {
             shows,
             specks: None,
             holes_at,
+            holes_show,
             coordinate,
             values: CellsOfValues {
                 at_zero: layout::LIFT_CELLS - table.low * table.scale,
@@ -354,7 +364,13 @@ impl SlabPass {
         context.queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&constants));
         write_inside(context, &mut self.inside, (field.level, table.values), looks.inside);
         let projects = looks.variant(false).projects();
-        match looks.shade.filter(|_| !projects) {
+        let shade = looks.shade.filter(|_| !projects);
+        write_regions(
+            context,
+            &mut self.regions,
+            shade.and_then(|shade| shade.regions(table.values)),
+        );
+        match shade {
             None => self.shade = None,
             Some(shade) => {
                 let growth = constants.up[3];
@@ -392,6 +408,7 @@ impl SlabPass {
             format: field.format,
             one_chunk: field.chunks.len() == 1,
             has_holes: field.holes.is_some(),
+            holes_show: table.holes_show,
             has_widths: field.has_widths,
             middle: settings.classify == Classify::After,
             published: settings.opacity_model == OpacityModel::Published,
@@ -418,6 +435,7 @@ impl SlabPass {
             Some(kept) => Some(kept.as_entire_binding()),
         });
         bound.extend(self.shade.as_ref().map(|b| b.as_entire_binding()));
+        bound.extend(self.regions.as_ref().map(|b| b.as_entire_binding()));
         let entries: Vec<wgpu::BindGroupEntry<'_>> = (0_u32..)
             .zip(bound)
             .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })
@@ -478,6 +496,24 @@ fn write_inside(
         Growing::make(context, "inside", Usage::UNIFORM | Usage::COPY_DST, size)
     });
     context.queue.write_buffer(buffer, 0, bytemuck::bytes_of(&inside.constants(level, values)));
+}
+
+/// Writes regions, or lets go of them.
+fn write_regions(
+    context: &Context,
+    buffer: &mut Option<wgpu::Buffer>,
+    regions: Option<layout::Regions>,
+) {
+    let Some(regions) = regions else {
+        *buffer = None;
+        return;
+    };
+    let buffer = buffer.get_or_insert_with(|| {
+        use wgpu::BufferUsages as Usage;
+        let size = size_of::<layout::Regions>() as u64;
+        Growing::make(context, "regions", Usage::UNIFORM | Usage::COPY_DST, size)
+    });
+    context.queue.write_buffer(buffer, 0, bytemuck::bytes_of(&regions));
 }
 
 fn is_interpolating(settings: &SplatSettings) -> bool {
@@ -598,6 +634,7 @@ fn compile(context: &Context, variant: Variant) -> wgpu::ComputePipeline {
         ("format", f64::from(format)),
         ("one_chunk", flag(variant.one_chunk)),
         ("has_holes", flag(variant.has_holes)),
+        ("holes_show", flag(variant.holes_show)),
         ("has_widths", flag(variant.has_widths)),
         ("classify_middle", flag(variant.middle)),
         ("published", flag(variant.published)),
@@ -622,6 +659,7 @@ fn compile(context: &Context, variant: Variant) -> wgpu::ComputePipeline {
         surfaces: inside.surfaces() > 0,
         levels: inside.levels > 0,
         vectors: variant.vectors,
+        regions: shade.is_some_and(|shade| shade.regions > 0),
     };
     let shader = if variant.looks.projects() { pieces.projecting() } else { pieces.shader() };
     let module = shader.module_writing(&context.device, variant.target);

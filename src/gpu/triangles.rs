@@ -118,7 +118,7 @@ impl Renderer {
             bricks: [bx, by, bz, volume.samples.chunk_log2],
             axes: [a, b, c, self.segments_per_row(view)],
             splits: [sa, sb, sc, rows.start],
-            counts: [rows.len() as u32, capacity, 0, 0],
+            counts: [rows.len() as u32, capacity, table.no_data, 0],
             table: table.span,
         };
         self.context.queue.write_buffer(&self.traversal, 0, bytemuck::bytes_of(&constants));

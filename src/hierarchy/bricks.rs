@@ -148,8 +148,7 @@ impl BrickRow<'_> {
         for bx in 0..bricks.dims[0] {
             let low = [bx, self.at[0], self.at[1]].map(|i| i * BRICK);
             let size: [usize; 3] = std::array::from_fn(|a| BRICK.min(dims[a] - low[a]));
-            let [least, greatest] = bricks.ranges[first + bx];
-            let shows = least <= greatest && table.greatest_extinction(least, greatest) > 0.0;
+            let shows = table.shows(bricks.ranges[first + bx], bricks.has_holes(first + bx));
             // What is clear has values, too, and its neighbours' parents are of both.
             self.sums[bx] = match shows || by.by_value {
                 true => self.brick(by, values, low, size, counts),
@@ -365,13 +364,10 @@ mod tests {
 
     #[test]
     fn bricks_give_the_bits_that_all_voxels_give_one_after_the_other() {
-        let transfer = TransferFunction {
-            opacity: vec![(80.0, 0.0), (120.0, 0.2), (250.0, 0.97)],
-            colour: ColourSource::Stops(vec![
-                (80.0, Srgb8([250, 20, 10])),
-                (250.0, Srgb8([20, 90, 255])),
-            ]),
-        };
+        let transfer = TransferFunction::of(
+            vec![(80.0, 0.0), (120.0, 0.2), (250.0, 0.97)],
+            ColourSource::Stops(vec![(80.0, Srgb8([250, 20, 10])), (250.0, Srgb8([20, 90, 255]))]),
+        );
         for dims in
             [[24, 16, 8], [19, 9, 10], [33, 2, 5], [1, 13, 6], [1, 1, 300], [3, 4, 1], [1; 3]]
         {

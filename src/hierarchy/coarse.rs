@@ -42,18 +42,21 @@ pub(super) fn coarse<T: Scalar>(
     ticket: &Ticket,
 ) -> Result<(Vec<Sums>, u64), Cancelled> {
     let (dims, bricks) = (volume.lattice.dims, &volume.bricks);
+    // After them that of NaN.
+    let no_data = table.entries.len();
+    let entries = table.entries.par_iter().chain(rayon::iter::once(&table.no_data));
     let of_entry: Vec<Lanes> =
-        table.entries.par_iter().map(|&entry| lanes(&Voxel::new(entry, voxel_depth))).collect();
+        entries.map(|&entry| lanes(&Voxel::new(entry, voxel_depth))).collect();
     let is_coded = volume.samples.scalar_type().size_bytes() <= 2;
     #[expect(clippy::cast_possible_truncation, reason = "whole, where it is asked for")]
     let first_code = table.coordinate.offset as i64;
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "an entry")]
     let entry = |value: T| match is_coded {
-        true => Some((value.to_i64() - first_code) as usize),
-        false => {
-            let value = value.to_f64();
-            (!value.is_nan()).then(|| (table.coordinate.of(value) + 0.5) as usize)
-        }
+        true => (value.to_i64() - first_code) as usize,
+        false => match value.to_f64() {
+            value if value.is_nan() => no_data,
+            value => (table.coordinate.of(value) + 0.5) as usize,
+        },
     };
     let by_value = measure == ErrorMeasure::Scalar;
     let part_of_range = part_of_range(&volume.statistics);
@@ -62,8 +65,7 @@ pub(super) fn coarse<T: Scalar>(
         let low = [index % nx, index / nx % ny, index / (nx * ny)].map(|i| i * BRICK);
         let size: [usize; 3] = std::array::from_fn(|a| BRICK.min(dims[a] - low[a]));
         let count = size.iter().product();
-        let [least, greatest] = bricks.ranges[index];
-        let shows = least <= greatest && table.greatest_extinction(least, greatest) > 0.0;
+        let shows = table.shows(bricks.ranges[index], bricks.has_holes(index));
         if !shows && !by_value {
             return (Sums::clear(count), 0);
         }
@@ -71,7 +73,7 @@ pub(super) fn coarse<T: Scalar>(
         for z in low[2]..low[2] + size[2] {
             for y in low[1]..low[1] + size[1] {
                 let row = &values[(z * dims[1] + y) * dims[0] + low[0]..][..size[0]];
-                for index in row.iter().filter_map(|&value| entry(value)) {
+                for index in row.iter().map(|&value| entry(value)) {
                     for (sum, lane) in sum.iter_mut().zip(of_entry[index]) {
                         *sum += lane;
                     }
@@ -170,13 +172,10 @@ mod tests {
     use glam::{DMat3, DVec2, DVec3};
 
     fn transfer(low: f64, high: f64) -> TransferFunction {
-        TransferFunction {
-            opacity: vec![(low, 0.0), (high, 0.8)],
-            colour: ColourSource::Stops(vec![
-                (low, Srgb8([250, 20, 10])),
-                (high, Srgb8([20, 90, 255])),
-            ]),
-        }
+        TransferFunction::of(
+            vec![(low, 0.0), (high, 0.8)],
+            ColourSource::Stops(vec![(low, Srgb8([250, 20, 10])), (high, Srgb8([20, 90, 255]))]),
+        )
     }
 
     /// A head of 43 × 48 × 48 voxels or so: no axis need be a multiple of 8.

@@ -72,13 +72,14 @@ impl FieldBounds {
     }
 
     /// For each brick the Chebyshev distance, in bricks, to the nearest in which something can show
-    /// by `shows(least, greatest)`: 0 for those themselves, at most [`MOST_DISTANCE`].
-    pub fn distances(&self, shows: impl Fn(f32, f32) -> bool + Sync) -> Vec<u8> {
+    /// by `shows(brick, [least, greatest])`: 0 for those themselves, at most [`MOST_DISTANCE`].
+    pub fn distances(&self, shows: impl Fn(usize, [f32; 2]) -> bool + Sync) -> Vec<u8> {
         let [nx, ny, nz] = self.dims;
         let mut distances: Vec<u8> = self
             .ranges
             .par_iter()
-            .map(|&[low, high]| if shows(low, high) { 0 } else { MOST_DISTANCE })
+            .enumerate()
+            .map(|(brick, &range)| if shows(brick, range) { 0 } else { MOST_DISTANCE })
             .collect();
         // The box of a distance is the product of its three intervals, so one sweep up and down
         // along each axis in turn would give the city-block distance; taking at each place the
@@ -209,7 +210,7 @@ mod tests {
             ranges[(z * 7 + y) * 9 + x] = [0.0, 1.0];
         }
         let bounds = FieldBounds { dims, ranges };
-        let distances = bounds.distances(|_, high| high > 0.5);
+        let distances = bounds.distances(|_, [_, high]| high > 0.5);
         let mut wider = distances.clone();
         FieldBounds::widen(&mut wider, 2);
         for (i, &found) in distances.iter().enumerate() {

@@ -239,9 +239,10 @@ impl Pyramid {
 
     /// Voxels in bricks that can show, about: what [`Pyramid::build`] has to classify.
     pub fn visible_voxels(volume: &ScalarVolume, table: &Table) -> u64 {
-        let shows =
-            |&&[low, high]: &&[f64; 2]| low <= high && table.greatest_extinction(low, high) > 0.0;
-        volume.bricks.ranges.par_iter().filter(shows).count() as u64 * (BRICK as u64).pow(3)
+        let bricks = &volume.bricks;
+        let shows = |(i, range): &(usize, &[f64; 2])| table.shows(**range, bricks.has_holes(*i));
+        let count = bricks.ranges.par_iter().enumerate().filter(shows).count();
+        count as u64 * (BRICK as u64).pow(3)
     }
 
     /// Whether there is every level, and every voxel is counted.
@@ -376,7 +377,7 @@ mod tests {
         let samples = Samples::UInt8(vec![9; dims.iter().product()]);
         let volume = ScalarVolume::from_samples("test", Lattice::unit(dims), samples).unwrap();
         let colour = ColourSource::Map { map: ColourMap::Gray, range: [0.0, 9.0] };
-        let transfer = TransferFunction { opacity: vec![(0.0, 0.0), (9.0, 0.5)], colour };
+        let transfer = TransferFunction::of(vec![(0.0, 0.0), (9.0, 0.5)], colour);
         let table = Table::new(&transfer, volume.samples.scalar_type());
         let measure = ErrorMeasure::Classified;
         for (finest, pyramid) in [

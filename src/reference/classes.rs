@@ -136,7 +136,7 @@ mod tests {
 
     fn classes(opacity: Vec<(f64, f64)>, published: bool) -> Classes {
         let colour = ColourSource::Map { map: ColourMap::Viridis, range: [0.0, 1.0] };
-        Classes::new(&TransferFunction { opacity, colour }, 0.5, published)
+        Classes::new(&TransferFunction::of(opacity, colour), 0.5, published)
     }
 
     /// ∫ −ln(1 − α) dα = (1 − α) ln(1 − α) + α.

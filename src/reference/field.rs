@@ -151,9 +151,19 @@ impl Field {
         [range[0] - slack, range[1] + slack]
     }
 
-    /// Which bricks have any value that `keep`s (low, high), x fastest.
-    pub(super) fn bricks_where(&self, keep: impl Fn(f64, f64) -> bool) -> Vec<bool> {
-        self.ranges.iter().map(|[low, high]| keep(*low, *high)).collect()
+    /// Which bricks have any value that `keep`s (low, high), x fastest, or hold samples without data if
+    /// these are kept.
+    pub(super) fn bricks_where(&self, holes: bool, keep: impl Fn(f64, f64) -> bool) -> Vec<bool> {
+        let mut kept: Vec<bool> = self.ranges.iter().map(|[low, high]| keep(*low, *high)).collect();
+        for (i, _) in self.holes.iter().flatten().enumerate().filter(|(_, is)| holes && **is) {
+            let at = [
+                i % self.dims[0],
+                i / self.dims[0] % self.dims[1],
+                i / (self.dims[0] * self.dims[1]),
+            ];
+            kept[self.brick_of(DVec3::from(at.map(|i| i as f64)))] = true;
+        }
+        kept
     }
 
     /// Index into [`Field::bricks_where`] of the brick that a place in the domain is in.

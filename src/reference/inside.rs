@@ -89,7 +89,7 @@ impl Opening {
         let mut surfaces = Vec::new();
         if is_cut && clip.faces == CutFaces::Coloured {
             let place = index.at(a);
-            let value = field.value(place).filter(|_| !field.is_hole(place));
+            let value = if field.is_hole(place) { Some(f64::NAN) } else { field.value(place) };
             let density = value.map(|value| classes.at(value)).filter(|d| d[0] > 0.0);
             surfaces.extend(density.map(|[w, r, g, b]| Surface {
                 t: a,
@@ -102,8 +102,17 @@ impl Opening {
             let t = (plane.point - world.start).dot(plane.normal) / world.step.dot(plane.normal);
             let place = index.at(t);
             // Nowhere, where the ray runs along it.
-            let is_in = t > a && t < b && !field.is_hole(place);
-            let value = if is_in { field.value(place) } else { None };
+            let is_in = t > a && t < b;
+            let value = match field.is_hole(place) {
+                true => Some(f64::NAN).filter(|_| is_in && classes.at(f64::NAN)[0] > 0.0),
+                false => {
+                    if is_in {
+                        field.value(place)
+                    } else {
+                        None
+                    }
+                }
+            };
             let opacity = slice.opacity;
             surfaces.extend(value.map(|v| Surface { t, opacity, colour: classes.colour(v) }));
         }

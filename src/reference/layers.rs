@@ -207,7 +207,14 @@ pub(super) fn classified(
         let [low, high] = [pair[0], pair[1]];
         let t = f64::midpoint(low, high);
         let middle = line.at(t);
-        if high <= low || field.is_hole(middle) {
+        if high <= low {
+            continue;
+        }
+        if field.is_hole(middle) {
+            let density = classes.at(f64::NAN);
+            if density[0] > 0.0 {
+                pieces.push(Slice { slab, ends: [low, high], density });
+            }
             continue;
         }
         if !pre_integrated {

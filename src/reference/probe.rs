@@ -109,10 +109,12 @@ impl Probe {
         let shade =
             RayShader { shader: shader.as_ref(), field: &self.field, world: &world, index: &index };
         let density = |t: f64| match self.field.value(index.at(t)) {
+            _ if self.field.is_hole(index.at(t)) => classes.at(f64::NAN),
             Some(value) => shade.shaded(classes.at(value), t, value),
             None => [0.0; 4],
         };
-        let visible = self.field.bricks_where(|low, high| !classes.is_clear(low, high));
+        let holes = scene.transfer.no_data.shows();
+        let visible = self.field.bricks_where(holes, |low, high| !classes.is_clear(low, high));
         let mut light = Light::new(TOLERANCE, b - a);
         let gather = |until: [f64; 2], light: &mut Light| {
             truth::gather(&self.field, &classes, &visible, shade, until, light);
@@ -132,11 +134,14 @@ impl Probe {
             }
             let place = index.at(far);
             let inverse = ShadingSpace::of(scene).world_from_gradient;
+            // No data have no value, whatever stands in for them beside others.
+            let value = self.field.value(place).filter(|_| !self.field.is_hole(place));
+            let gradient = value.map_or(DVec3::NAN, |_| inverse * gradient(&self.field, place));
             return Seen::Point(Point {
                 world: world.at(far),
                 index: place,
-                value: self.field.value(place).unwrap_or(f64::NAN),
-                gradient: inverse * gradient(&self.field, place),
+                value: value.unwrap_or(f64::NAN),
+                gradient,
                 opacity: -(-density(far)[0] * unit).exp_m1(),
             });
         }

@@ -154,7 +154,8 @@ impl Reference {
             }
             (None, _, Some(shape)) => {
                 let field = Field::new(&scene.volume, shape, splat.reconstruction);
-                let visible = field.bricks_where(|low, high| !classes.is_clear(low, high));
+                let holes = scene.transfer.no_data.shows();
+                let visible = field.bricks_where(holes, |low, high| !classes.is_clear(low, high));
                 let shader = Shader::of(scene, exact).map(Box::new);
                 Source::Field { field, classes, visible, shader }
             }

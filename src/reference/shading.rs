@@ -6,6 +6,7 @@ use super::field::{Basis, Field, Shape};
 use super::quadrature::Density;
 use super::sources::Line;
 use crate::scene::{Index, Lighting, OpacityModel, Scene, Shading, ShadingSpace};
+use crate::transfer::regions;
 
 /// Half a step, voxels, between the two values whose difference is the derivative of a B-spline, of
 /// which it is off by less than 1e-7; other fields' derivatives jump, and half a voxel to either side is
@@ -116,7 +117,7 @@ impl Shader {
             Index::GradientAzimuth => normal.y.atan2(normal.x).to_degrees(),
             Index::ViewDepth => 0.5 + 0.5 * depth / self.space.radius,
         };
-        let Shading { opacity, modulation, reflection, emission, lighting } = &self.shading;
+        let Shading { opacity, modulation, reflection, emission, lighting, .. } = &self.shading;
         let mut factor = 1.0;
         if let Some(table) = opacity {
             factor *= Shading::opacity_factor(table.at(index(table.index)), self.published);
@@ -126,6 +127,14 @@ impl Shader {
         }
         let [weight, r, g, b] = density;
         let mut colour = [r, g, b].map(|c| c / weight);
+        if !self.shading.painted().is_empty() {
+            let regions = self.shading.painted();
+            let painted = regions::painted(regions, value, strength, colour);
+            let alpha = -(-painted.extinction).exp_m1();
+            let weight = if self.published { alpha } else { painted.extinction };
+            factor *= weight * Shading::opacity_factor_of_one(self.published);
+            colour = painted.colour;
+        }
         if let Some(table) = reflection {
             colour = table.at(index(table.index));
         }

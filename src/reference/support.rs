@@ -23,10 +23,10 @@ pub(super) fn scene(
     let samples = Samples::Float64(values);
     Scene {
         volume: Arc::new(ScalarVolume::from_samples("t", lattice, samples).unwrap()),
-        transfer: TransferFunction {
+        transfer: TransferFunction::of(
             opacity,
-            colour: ColourSource::Map { map: ColourMap::Viridis, range: [0.0, 1.0] },
-        },
+            ColourSource::Map { map: ColourMap::Viridis, range: [0.0, 1.0] },
+        ),
         splat,
         camera: Camera::new(lattice.centre(), direction, DVec3::Y, 2.0),
         background: Background::Colour(Srgb8::BLACK),

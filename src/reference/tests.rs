@@ -32,10 +32,10 @@ fn constant(lattice: Lattice, camera: Camera, alpha: f64, unit: f64) -> Scene {
     let samples = Samples::UInt8(vec![9; lattice.len()]);
     Scene {
         volume: Arc::new(ScalarVolume::from_samples("c", lattice, samples).unwrap()),
-        transfer: TransferFunction {
-            opacity: vec![(0.0, alpha)],
-            colour: ColourSource::Map { map: ColourMap::Gray, range: [0.0, 1.0] },
-        },
+        transfer: TransferFunction::of(
+            vec![(0.0, alpha)],
+            ColourSource::Map { map: ColourMap::Gray, range: [0.0, 1.0] },
+        ),
         splat: SplatSettings { opacity_unit_distance: Some(unit), ..SplatSettings::SHADE_FIRST },
         camera,
         background: Background::Colour(Srgb8::BLACK),

@@ -245,7 +245,9 @@ fn visible_part(
     cuts.sort_by(f64::total_cmp);
     if let Shape::Radial(kernel) = field.shape {
         for pair in cuts.windows(2).filter(|w| w[1] > w[0]) {
-            if !field.is_hole(line.at(f64::midpoint(pair[0], pair[1]))) {
+            if field.is_hole(line.at(f64::midpoint(pair[0], pair[1]))) {
+                without_data(classes, [pair[0], pair[1]], light);
+            } else {
                 radial(field, kernel, classes, ray, [pair[0], pair[1]], light);
             }
         }
@@ -258,6 +260,7 @@ fn visible_part(
             return;
         }
         if field.is_hole(middle) {
+            without_data(classes, [a, b], light);
             continue;
         }
         let piece = match field.shape {
@@ -272,6 +275,14 @@ fn visible_part(
             }
         };
         shine(&piece, classes, ray, light);
+    }
+}
+
+/// Adds the light of samples without data: of one density, which no light falls on.
+fn without_data(classes: &Classes, [a, b]: [f64; 2], light: &mut Light) {
+    let density = classes.at(f64::NAN);
+    if density[0] > 0.0 {
+        light.add(a, b, &|_| density);
     }
 }
 

@@ -65,7 +65,7 @@ mod tests {
         let path = folder.path().join("bone.json");
         let colour = ColourSource::Map { map: ColourMap::Vik, range: [-0.1, 1e300] };
         let opacity = vec![(f64::MIN_POSITIVE, 0.1), (1.0 / 3.0, 1.0)];
-        let design = Design::from(TransferFunction { opacity, colour });
+        let design = Design::from(TransferFunction::of(opacity, colour));
         write(&design, &path).unwrap();
         assert_eq!(read(&path), Ok(design));
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);

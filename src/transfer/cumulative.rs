@@ -41,6 +41,8 @@ pub struct Cumulative {
     pub slopes: Vec<f32>,
     /// What holds below the first cell and beyond the last: colour and w.
     pub ends: [[f32; 4]; 2],
+    /// Colour and w of NaN; nothing where it is left out.
+    pub no_data: [f32; 4],
     /// Number of cells before each in which anything shows.
     shows_before: Vec<u32>,
     /// Table entries, of two ends and every cell, whose opacity was lowered to the floor.
@@ -74,9 +76,15 @@ impl Cumulative {
                 let [r, g, b] = function.colour_at(v).0;
                 [r, g, b, weighed(function, v, weight)[3]].map(|x| x as f32)
             }),
+            no_data: [0.0; 4],
             shows_before: vec![0; count + 1],
             capped_count: 0,
         };
+        if function.no_data.shows() {
+            let [r, g, b, w, capped] = weighed(function, f64::NAN, weight);
+            table.no_data = [r, g, b, w].map(|x| x as f32);
+            table.capped_count += usize::from(capped > 0.0);
+        }
         let mut sums = [0.0_f64; 4];
         let mut next_break = 0;
         for cell in 0..count {

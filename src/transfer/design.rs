@@ -6,7 +6,10 @@ use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
 
 use super::gaussian::{Gaussian, MOST_GAUSSIANS, points_of};
-use super::{ColourMap, ColourSource, TransferError, TransferFunction};
+use super::{
+    ColourMap, ColourSource, NoData, Region, RegionError, RegionShape, TransferError,
+    TransferFunction, regions,
+};
 use crate::core::Srgb8;
 
 /// What the text says that it is.
@@ -25,11 +28,13 @@ pub struct Design {
     pub function: TransferFunction,
     /// The bells that its opacity points follow; none where the points are their own source.
     pub gaussians: Vec<Gaussian>,
+    /// Opacities and colours by value and gradient strength, in place of its opacities; perhaps none.
+    pub regions: Vec<Region>,
 }
 
 impl From<TransferFunction> for Design {
     fn from(function: TransferFunction) -> Self {
-        Self { function, gaussians: Vec::new() }
+        Self { function, gaussians: Vec::new(), regions: Vec::new() }
     }
 }
 
@@ -72,6 +77,9 @@ pub enum DesignError {
     /// All entries are there, but they mean nothing.
     #[error(transparent)]
     Meaning(#[from] TransferError),
+    /// The same of a region.
+    #[error(transparent)]
+    Region(#[from] RegionError),
 }
 
 /// The first look: whether it is one at all.
@@ -92,6 +100,50 @@ struct Text {
     opacity: Option<Vec<(f64, f64)>>,
     gaussians: Option<Vec<Gaussian>>,
     colours: Colours,
+    no_data: Option<NoDataText>,
+    #[serde(default)]
+    regions: Vec<RegionText>,
+}
+
+/// A region of value and gradient strength.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields, expecting = "entries with names, in braces")]
+struct RegionText {
+    shape: String,
+    values: [f64; 2],
+    strengths: [f64; 2],
+    softness: f64,
+    opacity: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    colour: Option<String>,
+}
+
+impl From<&Region> for RegionText {
+    fn from(region: &Region) -> Self {
+        let Region { shape, values, strengths, softness, opacity, colour } = *region;
+        let (shape, colour) = (shape.name().to_owned(), colour.map(hex));
+        Self { shape, values, strengths, softness, opacity, colour }
+    }
+}
+
+impl RegionText {
+    fn region(self) -> Result<Region, DesignError> {
+        let Self { shape, values, strengths, softness, opacity, colour } = self;
+        let shape = RegionShape::from_name(&shape).ok_or_else(|| {
+            let names = RegionShape::ALL.map(RegionShape::name).join(", ");
+            entry(format!("one of the shapes {names}"), shortened(&shape))
+        })?;
+        let colour = colour.map(|text| read_colour(&text)).transpose()?;
+        Ok(Region { shape, values, strengths, softness, opacity, colour })
+    }
+}
+
+/// What NaN looks like, where it is seen.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields, expecting = "entries with names, in braces")]
+struct NoDataText {
+    opacity: f64,
+    colour: String,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -122,9 +174,16 @@ impl Design {
         for bell in &gaussians {
             bell.validate()?;
         }
-        let function = TransferFunction { opacity: points_of(&gaussians), colour };
+        let function = TransferFunction::of(points_of(&gaussians), colour);
         function.validate()?;
-        Ok(Self { function, gaussians })
+        Ok(Self { function, gaussians, regions: Vec::new() })
+    }
+
+    /// With NaN looking so.
+    #[must_use]
+    fn with_no_data(mut self, no_data: NoData) -> Self {
+        self.function.no_data = no_data;
+        self
     }
 
     /// The text that [`Design::from_text`] reads: JSON with a line for each point.
@@ -141,14 +200,23 @@ impl Design {
                 format!("  \"colours\": {}", json(&colours))
             }
             ColourSource::Stops(stops) => {
-                let hex = |Srgb8([r, g, b]): Srgb8| format!("{r:02x}{g:02x}{b:02x}");
                 let stops: Vec<_> = stops.iter().map(|(v, c)| (*v, hex(*c))).collect();
                 let list = list("stops", &stops).replace('\n', "\n  ");
                 format!("  \"colours\": {{\n  {list}\n  }}")
             }
         };
+        let mut more = String::new();
+        if self.function.no_data != NoData::default() {
+            let NoData { opacity, colour } = self.function.no_data;
+            let text = NoDataText { opacity, colour: hex(colour) };
+            write!(more, ",\n  \"no_data\": {}", json(&text)).ok();
+        }
+        if !self.regions.is_empty() {
+            let texts: Vec<RegionText> = self.regions.iter().map(RegionText::from).collect();
+            write!(more, ",\n{}", list("regions", &texts)).ok();
+        }
         format!(
-            "{{\n  \"format\": \"{FORMAT}\",\n  \"version\": {VERSION},\n{rows},\n{colours}\n}}\n"
+            "{{\n  \"format\": \"{FORMAT}\",\n  \"version\": {VERSION},\n{rows},\n{colours}{more}\n}}\n"
         )
     }
 
@@ -193,10 +261,16 @@ impl Design {
             entry("\"opacity\" or \"gaussians\", and \"colours\"", error.to_string())
         })?;
         let colour = text.colours.source()?;
-        match (text.opacity, text.gaussians) {
+        let no_data = match text.no_data {
+            None => NoData::default(),
+            Some(NoDataText { opacity, colour }) => {
+                NoData { opacity, colour: read_colour(&colour)? }
+            }
+        };
+        let design = match (text.opacity, text.gaussians) {
             (Some(opacity), None) => {
                 at_most(MOST_POINTS, opacity.len(), "opacity points")?;
-                let function = TransferFunction { opacity, colour };
+                let function = TransferFunction { opacity, colour, no_data };
                 function.validate()?;
                 Ok(function.into())
             }
@@ -206,7 +280,13 @@ impl Design {
             (None, Some(gaussians)) => Self::of_gaussians(gaussians, colour),
             (Some(_), Some(_)) => Err(entry("either \"opacity\" or \"gaussians\"", "both")),
             (None, None) => Err(entry("\"opacity\" or \"gaussians\"", "neither")),
-        }
+        }?;
+        let mut design = design.with_no_data(no_data);
+        design.function.validate()?;
+        design.regions =
+            text.regions.into_iter().map(RegionText::region).collect::<Result<_, _>>()?;
+        regions::validate(&design.regions)?;
+        Ok(design)
     }
 }
 
@@ -222,12 +302,10 @@ impl Colours {
             }
             (None, None, Some(stops)) => {
                 at_most(MOST_POINTS, stops.len(), "colour stops")?;
-                let read = |(value, text): (f64, String)| {
-                    let colour = Srgb8::parse(&text);
-                    let refused = || entry("colours RRGGBB such as ff8000", shortened(&text));
-                    colour.map(|colour| (value, colour)).ok_or_else(refused)
-                };
-                Ok(ColourSource::Stops(stops.into_iter().map(read).collect::<Result<_, _>>()?))
+                let read = |(value, text): (f64, String)| Ok((value, read_colour(&text)?));
+                Ok(ColourSource::Stops(
+                    stops.into_iter().map(read).collect::<Result<_, DesignError>>()?,
+                ))
             }
             (map, range, stops) => {
                 let given = [
@@ -243,6 +321,14 @@ impl Colours {
             }
         }
     }
+}
+
+fn hex(Srgb8([r, g, b]): Srgb8) -> String {
+    format!("{r:02x}{g:02x}{b:02x}")
+}
+
+fn read_colour(text: &str) -> Result<Srgb8, DesignError> {
+    Srgb8::parse(text).ok_or_else(|| entry("colours RRGGBB such as ff8000", shortened(text)))
 }
 
 fn at_most(most: usize, found: usize, what: &str) -> Result<(), DesignError> {
@@ -290,7 +376,7 @@ mod tests {
 
     fn points() -> Design {
         let opacity = vec![(-450.0, 0.0), (0.1, 0.25), (0.1, 0.5)];
-        TransferFunction { opacity, colour: map() }.into()
+        TransferFunction::of(opacity, map()).into()
     }
 
     #[test]
@@ -316,6 +402,65 @@ mod tests {
         assert!(text.contains("\n    {\"centre\":1.0,\"height\":0.5,\"width\":0.25}\n"), "{text}");
         assert!(!text.contains("\"opacity\""), "points are made again: {text}");
         assert_eq!(Design::from_text(&text), Ok(design));
+    }
+
+    #[test]
+    fn regions_are_kept_a_line_each() {
+        let mut design = points();
+        let region = Region {
+            shape: RegionShape::Triangle,
+            values: [-100.0, 0.1],
+            strengths: [0.0, 25.5],
+            softness: 0.25,
+            opacity: 0.5,
+            colour: None,
+        };
+        let red = Region { colour: Some(Srgb8([255, 0, 0])), ..region };
+        design.regions = vec![region, red];
+        let text = design.to_text();
+        let line = "\n    {\"shape\":\"triangle\",\"values\":[-100.0,0.1],\"strengths\":[0.0,25.5],\
+                    \"softness\":0.25,\"opacity\":0.5";
+        assert!(
+            text.contains(&format!("\"regions\": [{line}}},{line},\"colour\":\"ff0000\"}}\n  ]")),
+            "{text}"
+        );
+        assert_eq!(Design::from_text(&text), Ok(design.clone()));
+        design.regions = vec![region; 17];
+        let many = design.to_text();
+        for (text, words) in [
+            (
+                text.replacen("triangle", "circle", 1),
+                "one of the shapes rectangle, ellipse, triangle",
+            ),
+            (text.replacen("[0.0,25.5]", "[30,25.5]", 1), "strengths as two numbers"),
+            (text.replacen("\"opacity\":0.5", "\"opacity\":5", 1), "region's opacity from 0 to 1"),
+            (text.replacen(",\"softness\":0.25", "", 1), "missing field `softness`"),
+            (many, "at most 16 regions, found 17"),
+        ] {
+            let refused = Design::from_text(&text).unwrap_err().to_string();
+            assert!(refused.contains(words), "{words}: {refused}");
+        }
+    }
+
+    #[test]
+    fn the_look_of_nan_is_kept_where_there_is_one() {
+        let mut design = points();
+        design.function.no_data = NoData { opacity: 0.25, colour: Srgb8([255, 0, 128]) };
+        let text = design.to_text();
+        assert!(
+            text.contains(",\n  \"no_data\": {\"opacity\":0.25,\"colour\":\"ff0080\"}\n}"),
+            "{text}"
+        );
+        assert_eq!(Design::from_text(&text), Ok(design));
+        for (from, to, words) in [
+            ("0.25,\"colour", "7,\"colour", "opacity of NaN from 0 to 1, found 7"),
+            ("\"ff0080\"", "\"red\"", "RRGGBB"),
+            ("\"opacity\":0.25,\"c", "\"c", "missing field `opacity`"),
+        ] {
+            assert!(text.contains(from), "{from}");
+            let refused = Design::from_text(&text.replace(from, to)).unwrap_err().to_string();
+            assert!(refused.contains(words), "{words}: {refused}");
+        }
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::ColourMap;
+use super::{ColourMap, NoData};
 use crate::core::colour::linear_from_srgb;
 use crate::core::{LinearRgb, Srgb8};
 
@@ -80,13 +80,16 @@ impl ColourSource {
 /// Opacity and colour of a value.
 ///
 /// Both interpolate linearly (colours as sRGB) and hold their end values. Two points at one value
-/// make a step; the value itself takes the later one. NaN is fully transparent.
+/// make a step; the value itself takes the later one. NaN has an opacity and a colour of its own.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct TransferFunction {
     /// (value, opacity per unit distance in 0..=1), sorted by value. None: all transparent.
     pub opacity: Vec<(f64, f64)>,
     /// The colours.
     pub colour: ColourSource,
+    /// What NaN looks like.
+    #[serde(default)]
+    pub no_data: NoData,
 }
 
 /// What is no transfer function.
@@ -108,6 +111,12 @@ pub enum TransferError {
         found: f64,
         /// Where it was given.
         value: f64,
+    },
+    /// The same of NaN.
+    #[error("expected an opacity of NaN from 0 to 1, found {found}")]
+    NoDataOpacity {
+        /// The offending opacity.
+        found: f64,
     },
     /// Points out of order.
     #[error("expected the {of} sorted by value, found {after} after {before}")]
@@ -144,6 +153,12 @@ pub fn extinction_from_opacity(alpha: f64) -> f64 {
 }
 
 impl TransferFunction {
+    /// A transfer function as it is given, sorted by value; see [`TransferFunction::validate`]. NaN is
+    /// left out.
+    pub fn of(opacity: Vec<(f64, f64)>, colour: ColourSource) -> Self {
+        Self { opacity, colour, no_data: NoData::default() }
+    }
+
     /// A transfer function from points in any order; points at one value keep theirs (a step).
     ///
     /// # Errors
@@ -156,7 +171,7 @@ impl TransferFunction {
         if let ColourSource::Stops(stops) = &mut colour {
             stops.sort_by(|a, b| a.0.total_cmp(&b.0));
         }
-        let function = Self { opacity, colour };
+        let function = Self::of(opacity, colour);
         function.validate()?;
         Ok(function)
     }
@@ -171,6 +186,9 @@ impl TransferFunction {
             self.opacity.iter().find(|(_, alpha)| !(0.0..=1.0).contains(alpha))
         {
             return Err(TransferError::Opacity { found, value });
+        }
+        if !(0.0..=1.0).contains(&self.no_data.opacity) {
+            return Err(TransferError::NoDataOpacity { found: self.no_data.opacity });
         }
         match &self.colour {
             ColourSource::Map { range, .. } => {
@@ -207,21 +225,21 @@ impl TransferFunction {
     /// Opacity per unit distance of a value, 0..=1.
     pub fn opacity_at(&self, value: f64) -> f64 {
         if value.is_nan() {
-            return 0.0;
+            return self.no_data.opacity.clamp(0.0, 1.0);
         }
         let alpha = interpolate(&self.opacity, value, |&a| [a]).map_or(0.0, |[a]| a);
         alpha.clamp(0.0, 1.0)
     }
 
-    /// Colour of a value in linear light; black for NaN.
+    /// Colour of a value in linear light; black for NaN that is left out.
     pub fn colour_at(&self, value: f64) -> LinearRgb {
         LinearRgb(self.encoded_colour_at(value).map(linear_from_srgb))
     }
 
-    /// Colour of a value as sRGB in 0..=1; black for NaN.
+    /// Colour of a value as sRGB in 0..=1; black for NaN that is left out.
     pub(super) fn encoded_colour_at(&self, value: f64) -> [f64; 3] {
         if value.is_nan() {
-            return [0.0; 3];
+            return if self.no_data.shows() { self.no_data.colour.encoded() } else { [0.0; 3] };
         }
         match &self.colour {
             ColourSource::Stops(stops) => {
@@ -344,6 +362,17 @@ mod tests {
     }
 
     #[test]
+    fn nan_has_a_look_of_its_own_once_it_is_seen() {
+        let mut f = gray(vec![(0.0, 0.9)], [0.0, 1.0]);
+        assert_eq!((f.opacity_at(f64::NAN), f.colour_at(f64::NAN).0), (0.0, [0.0; 3]));
+        f.no_data = NoData { opacity: 0.5, colour: Srgb8([255, 0, 255]) };
+        assert_eq!((f.opacity_at(f64::NAN), f.colour_at(f64::NAN).0), (0.5, [1.0, 0.0, 1.0]));
+        assert_eq!((f.opacity_at(3.0), f.validate()), (0.9, Ok(())));
+        f.no_data.opacity = f64::NAN;
+        assert!(matches!(f.validate(), Err(TransferError::NoDataOpacity { .. })));
+    }
+
+    #[test]
     fn stops_interpolate_as_srgb() {
         let stops = vec![(2.0, Srgb8::WHITE), (0.0, Srgb8::BLACK)];
         let f = TransferFunction::new(vec![], ColourSource::Stops(stops)).unwrap();
@@ -380,13 +409,13 @@ mod tests {
     #[test]
     fn points_that_mean_nothing_are_refused() {
         let colour = ColourSource::Map { map: ColourMap::Gray, range: [0.0, 1.0] };
-        let of = |opacity| TransferFunction { opacity, colour: colour.clone() }.validate();
+        let of = |opacity| TransferFunction::of(opacity, colour.clone()).validate();
         assert!(matches!(of(vec![(f64::NAN, 0.5)]), Err(TransferError::NotFinite { .. })));
         assert!(matches!(of(vec![(0.0, 1.5)]), Err(TransferError::Opacity { .. })));
         assert!(matches!(of(vec![(0.0, f64::NAN)]), Err(TransferError::Opacity { .. })));
         assert!(matches!(of(vec![(1.0, 0.5), (0.0, 0.5)]), Err(TransferError::Unsorted { .. })));
         assert_eq!(of(vec![(0.0, 0.0), (0.0, 1.0)]), Ok(()));
-        let none = TransferFunction { opacity: vec![], colour: ColourSource::Stops(vec![]) };
+        let none = TransferFunction::of(vec![], ColourSource::Stops(vec![]));
         assert_eq!(none.validate(), Err(TransferError::NoColour));
         let wild = ColourSource::Map { map: ColourMap::Gray, range: [0.0, f64::INFINITY] };
         assert!(TransferFunction::new(vec![], wild).is_err());

@@ -11,7 +11,9 @@ mod diverging;
 mod function;
 mod gaussian;
 mod named_presets;
+mod no_data;
 pub mod presets;
+pub mod regions;
 mod simplify;
 mod table;
 
@@ -23,5 +25,7 @@ pub use function::{
     interpolate,
 };
 pub use gaussian::{GAUSSIAN_TOLERANCE, Gaussian, MOST_GAUSSIANS, opacity_of, points_of};
+pub use no_data::NoData;
+pub use regions::{MOST_REGIONS, Region, RegionError, RegionShape};
 pub use simplify::{FREEHAND_TOLERANCE, MOST_DRAWN_POINTS, redrawn};
 pub use table::{Coordinate, Table};

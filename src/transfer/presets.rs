@@ -57,7 +57,7 @@ pub fn ct_soft() -> TransferFunction {
 }
 
 pub(super) fn ct(opacity: Vec<(f64, f64)>, range: [f64; 2]) -> TransferFunction {
-    TransferFunction { opacity, colour: ColourSource::Map { map: ColourMap::CtLike, range } }
+    TransferFunction::of(opacity, ColourSource::Map { map: ColourMap::CtLike, range })
 }
 
 /// A transfer function for a volume nobody has looked at yet.
@@ -88,10 +88,7 @@ pub fn default_for(statistics: &Statistics) -> TransferFunction {
 /// One value throughout: all of it is seen.
 pub(super) fn of_constant(statistics: &Statistics, map: ColourMap) -> TransferFunction {
     let range = range(statistics, RangeRule::MinMax);
-    TransferFunction {
-        opacity: vec![(statistics.min, 0.2)],
-        colour: ColourSource::Map { map, range },
-    }
+    TransferFunction::of(vec![(statistics.min, 0.2)], ColourSource::Map { map, range })
 }
 
 /// Nothing of the commonest value; beyond it the opacities that `shape` gives to fractions of the
@@ -132,7 +129,7 @@ pub(super) fn by_percentiles(
         Side::High => [at(0.005), near],
     };
     let range = if range[0] < range[1] { range } else { [statistics.min, statistics.max] };
-    TransferFunction { opacity, colour: ColourSource::Map { map, range } }
+    TransferFunction::of(opacity, ColourSource::Map { map, range })
 }
 
 /// A range wider than a double's: the same at a quarter of the values, which is exact up there.
@@ -155,7 +152,7 @@ pub(super) fn for_huge(
 }
 
 fn function(opacity: Vec<(f64, f64)>, range: [f64; 2]) -> TransferFunction {
-    TransferFunction { opacity, colour: ColourSource::Map { map: ColourMap::Viridis, range } }
+    TransferFunction::of(opacity, ColourSource::Map { map: ColourMap::Viridis, range })
 }
 
 /// Air at −1000, or the padding that scanners put below it, and nothing far beyond metal.

@@ -124,7 +124,7 @@ mod tests {
 
     fn opacity(points: &[(f64, f64)], value: f64) -> f64 {
         let colour = ColourSource::Map { map: ColourMap::Gray, range: [0.0, 1.0] };
-        TransferFunction { opacity: points.to_vec(), colour }.opacity_at(value)
+        TransferFunction::of(points.to_vec(), colour).opacity_at(value)
     }
 
     #[test]

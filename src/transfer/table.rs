@@ -53,6 +53,8 @@ pub struct Table {
     pub coordinate: Coordinate,
     /// Entries whose opacity was lowered to keep the transmittance at its floor.
     pub capped_count: usize,
+    /// The same of NaN: nothing where it is left out.
+    pub no_data: [f32; 4],
     /// Maxima of extinction: leaves from `entries.len()` on, node i above 2i and 2i + 1.
     maxima: Vec<f32>,
 }
@@ -62,7 +64,7 @@ impl Table {
     pub fn new(function: &TransferFunction, scalar_type: ScalarType) -> Self {
         let (coordinate, count) = coordinate_for(function, scalar_type);
         let mut entries = vec![[0.0; 4]; count];
-        let capped_count = entries
+        let capped_count: usize = entries
             .par_chunks_mut(CHUNK)
             .enumerate()
             .map(|(chunk, entries)| fill(function, coordinate, chunk * CHUNK, entries))
@@ -74,19 +76,27 @@ impl Table {
         for node in (1..count).rev() {
             maxima[node] = maxima[2 * node].max(maxima[2 * node + 1]);
         }
-        Self { entries, coordinate, capped_count, maxima }
+        let (capped, no_data) = no_data(function);
+        let capped_count = capped_count + usize::from(capped);
+        Self { entries, coordinate, capped_count, no_data, maxima }
     }
 
-    /// Linear red, green, blue and extinction per unit distance of a value; nothing for NaN.
+    /// Linear red, green, blue and extinction per unit distance of a value.
     pub fn lookup(&self, value: f64) -> [f32; 4] {
         if value.is_nan() {
-            return [0.0; 4];
+            return self.no_data;
         }
         let u = self.coordinate.of(value);
         let index = (u as usize).min(self.entries.len() - 2);
         let f = (u - index as f64) as f32;
         let (a, b) = (self.entries[index], self.entries[index + 1]);
         std::array::from_fn(|c| a[c] * (1.0 - f) + b[c] * f)
+    }
+
+    /// Whether anything of a brick can show: values in low..=high (none where low > high), and samples
+    /// without data where it `has_holes`.
+    pub fn shows(&self, [low, high]: [f64; 2], has_holes: bool) -> bool {
+        self.greatest_extinction(low, high) > 0.0 || (has_holes && self.no_data[3] > 0.0)
     }
 
     /// The greatest extinction of any value in low..=high, or a little more: never less than
@@ -148,6 +158,13 @@ fn coordinate_for(function: &TransferFunction, scalar_type: ScalarType) -> (Coor
     // Near ±1e308 there is no room for the entry before the first.
     let offset = (low - 1.0 / scale).max(f64::MIN);
     (Coordinate { offset, scale, last: steps + 1.0 }, ENTRIES)
+}
+
+/// Whether the opacity of NaN was capped, and what it is drawn as.
+fn no_data(function: &TransferFunction) -> (bool, [f32; 4]) {
+    let alpha = function.opacity_at(f64::NAN);
+    let [r, g, b] = function.encoded_colour_at(f64::NAN).map(decode);
+    (alpha > 1.0 - TRANSMITTANCE_FLOOR, [r, g, b, extinction_from_opacity(alpha) as f32])
 }
 
 /// Fills a run of entries that begins at `first`; returns how many were capped.
@@ -285,10 +302,8 @@ mod tests {
         let table = Table::new(&tiny, ScalarType::Float64);
         assert!(table.entries.iter().flatten().all(|x| x.is_finite()));
         assert!(table.lookup(1.0)[3] > 2.0);
-        let none = TransferFunction {
-            opacity: vec![],
-            colour: ColourSource::Stops(vec![(f64::NAN, Srgb8::WHITE)]),
-        };
+        let none =
+            TransferFunction::of(vec![], ColourSource::Stops(vec![(f64::NAN, Srgb8::WHITE)]));
         assert_eq!(Table::new(&none, ScalarType::Float32).lookup(3.0)[3], 0.0);
     }
 

@@ -206,7 +206,7 @@ impl VectorSettings {
             mode: VectorMode::default(),
             opacity_by: ColourBy::Magnitude,
             colour_by: ColourBy::Magnitude,
-            transfer: TransferFunction { opacity, colour },
+            transfer: TransferFunction::of(opacity, colour),
             marks: Some(Srgb8::WHITE),
             design: Design::default(),
             foreshortening: Foreshortening::default(),

@@ -7,6 +7,7 @@ pub mod demo;
 mod derived;
 mod error;
 mod grid;
+mod joint;
 mod resample;
 mod samples;
 mod shape;
@@ -15,6 +16,7 @@ mod vector_field;
 
 pub use error::VolumeError;
 pub use grid::{Association, Component, Field, Grid, Lattice, ScalarVolume};
+pub use joint::{JOINT_BINS, JointHistogram};
 pub use samples::{Samples, Scalar, ScalarType};
 pub use shape::Shape;
 pub use statistics::{BRICK, Bricks, HISTOGRAM_BINS, QUANTILES, Statistics};

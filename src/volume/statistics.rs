@@ -264,9 +264,16 @@ pub struct Bricks {
     pub dims: [usize; 3],
     /// (min, max) of each brick, x fastest.
     pub ranges: Vec<[f64; 2]>,
+    /// Which bricks hold NaN, in the same order; empty where none does.
+    holes: Vec<bool>,
 }
 
 impl Bricks {
+    /// Whether a brick holds NaN.
+    pub fn has_holes(&self, brick: usize) -> bool {
+        self.holes.get(brick).is_some_and(|is| *is)
+    }
+
     /// Reads every sample once.
     ///
     /// # Errors
@@ -283,7 +290,9 @@ impl Bricks {
         let bricks = dims.map(|n| n.div_ceil(BRICK));
         let layer = bricks[0] * bricks[1];
         let mut ranges = vec![[f64::INFINITY, f64::NEG_INFINITY]; layer * bricks[2]];
-        ranges.par_chunks_mut(layer).enumerate().try_for_each(|(bz, ranges)| {
+        let mut holes = vec![false; ranges.len()];
+        let layers = ranges.par_chunks_mut(layer).zip(holes.par_chunks_mut(layer));
+        layers.enumerate().try_for_each(|(bz, (ranges, holes))| {
             for z in bz * BRICK..((bz + 1) * BRICK).min(dims[2]) {
                 if ticket.is_cancelled() {
                     return Err(Cancelled);
@@ -291,18 +300,24 @@ impl Bricks {
                 for y in 0..dims[1] {
                     let row = &values[(z * dims[1] + y) * dims[0]..][..dims[0]];
                     let ranges = &mut ranges[y / BRICK * bricks[0]..][..bricks[0]];
-                    for (range, run) in ranges.iter_mut().zip(row.chunks(BRICK)) {
+                    let holes = &mut holes[y / BRICK * bricks[0]..][..bricks[0]];
+                    let row = holes.iter_mut().zip(row.chunks(BRICK));
+                    for (range, (hole, run)) in ranges.iter_mut().zip(row) {
                         for value in run.iter().map(|v| v.to_f64()) {
                             // `min` and `max` of f64 pass NaN over.
                             range[0] = range[0].min(value);
                             range[1] = range[1].max(value);
+                            *hole |= value.is_nan();
                         }
                     }
                 }
             }
             Ok(())
         })?;
-        Ok(Self { dims: bricks, ranges })
+        if !holes.contains(&true) {
+            holes = Vec::new();
+        }
+        Ok(Self { dims: bricks, ranges, holes })
     }
 }
 
@@ -374,11 +389,28 @@ mod tests {
             .collect();
         let bricks = Bricks::of(&Samples::Float32(values.clone()), dims, &Ticket::new()).unwrap();
         assert_eq!(bricks.dims, [3, 2, 2]);
+        assert!((0..12).all(|brick| bricks.has_holes(brick)));
         for (i, &v) in values.iter().enumerate().filter(|(_, v)| !v.is_nan()) {
             let (x, y, z) = (i % 19, i / 19 % 9, i / (19 * 9));
             let range = bricks.ranges[(z / 8 * 2 + y / 8) * 3 + x / 8];
             assert!(range[0] <= f64::from(v) && f64::from(v) <= range[1]);
         }
+    }
+
+    #[test]
+    fn bricks_with_nan_are_known() {
+        let dims = [19, 9, 10];
+        let mut values = vec![1.0_f32; dims.iter().product()];
+        let of = |values: &[f32]| {
+            Bricks::of(&Samples::Float32(values.to_vec()), dims, &Ticket::new()).unwrap()
+        };
+        assert!(!(0..12).any(|brick| of(&values).has_holes(brick)));
+        // At 17, 8, 3: brick 2, 1, 0.
+        values[(3 * 9 + 8) * 19 + 17] = f32::NAN;
+        let bricks = of(&values);
+        let found: Vec<usize> = (0..12).filter(|&brick| bricks.has_holes(brick)).collect();
+        assert_eq!(found, [5]);
+        assert_eq!(bricks.ranges[5], [1.0; 2]);
     }
 
     #[test]

@@ -6,7 +6,9 @@ use std::process::Output;
 use crate::command_line::{errors, voxsplat};
 use crate::{can_draw, fault};
 use voxsplat::core::Srgb8;
-use voxsplat::transfer::{ColourMap, ColourSource, Design, Gaussian, TransferFunction};
+use voxsplat::transfer::{
+    ColourMap, ColourSource, Design, Gaussian, Region, RegionShape, TransferFunction,
+};
 
 fn render(volume: &str, more: &[&str]) -> Output {
     let size = ["render", volume, "-o", "-", "--resolution", "64,48"];
@@ -27,7 +29,7 @@ fn a_file_draws_what_the_flags_it_stands_for_draw_and_flags_change_it() {
     let folder = tempfile::tempdir().expect("a folder");
     let colour = ColourSource::Map { map: ColourMap::Lapaz, range: [20.0, 230.5] };
     let opacity = vec![(40.0, 0.0), (100.25, 0.3), (100.25, 0.1), (255.0, 0.8)];
-    let design = Design::from(TransferFunction { opacity, colour });
+    let design = Design::from(TransferFunction::of(opacity, colour));
     let file = written(folder.path(), &design.to_text());
     let opacity = ["--opacity", "40:0,100.25:0.3,100.25:0.1,255:0.8"];
     let flags = ["--colormap", "lapaz", "--color-range", "20,230.5"];
@@ -51,6 +53,81 @@ fn a_file_draws_what_the_flags_it_stands_for_draw_and_flags_change_it() {
     assert!(of_stops.stdout == render("demo:shells:24", &same).stdout);
     let refused = render("demo:shells:24", &["--transfer", &file, "--color-range", "20,200"]);
     assert_eq!(fault(&refused, 1, &["with a colour map", "--colormap"], None), None);
+}
+
+/// Regions by gradient in a file draw; flags of opacity take their place, and modes and sweeps that
+/// cannot draw them refuse.
+#[test]
+fn regions_of_a_file_are_drawn_or_refused() {
+    if !can_draw() {
+        return;
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let region = Region {
+        shape: RegionShape::Rectangle,
+        values: [60.0, 200.0],
+        strengths: [0.0, 120.0],
+        softness: 0.3,
+        opacity: 0.6,
+        colour: Some(Srgb8([255, 0, 0])),
+    };
+    let colour = ColourSource::Map { map: ColourMap::Lapaz, range: [20.0, 230.5] };
+    let plain = Design::from(TransferFunction::of(vec![(40.0, 0.0), (255.0, 0.8)], colour));
+    let design = Design { regions: vec![region], ..plain.clone() };
+    let file = written(folder.path(), &design.to_text());
+    let drawn = render("demo:shells:24", &["--transfer", &file]);
+    assert!(drawn.status.success() && drawn.stdout.len() > 300, "{}", errors(&drawn));
+    let by_value = render("demo:shells:24", &["--transfer", &file, "--opacity", "40:0,255:0.8"]);
+    let plain = render(
+        "demo:shells:24",
+        &["--transfer", &{
+            std::fs::write(folder.path().join("plain.json"), plain.to_text()).expect("a file");
+            folder.path().join("plain.json").to_str().expect("UTF-8").to_owned()
+        }],
+    );
+    assert!(by_value.stdout == plain.stdout && by_value.stdout != drawn.stdout);
+    let first = render("demo:shells:24", &["--transfer", &file, "--classify", "before"]);
+    assert_eq!(fault(&first, 2, &["regions by gradient", "--classify pre-integrated"], None), None);
+    let table = folder.path().join("t.json");
+    let table = table.to_str().expect("UTF-8");
+    let sweep = voxsplat(&["accuracy", "demo:shells:16", "-o", table, "--transfer", &file]);
+    assert_eq!(fault(&sweep, 2, &["by value alone", "regions"], None), None);
+}
+
+/// A strip of float32 with NaN in its middle.
+#[test]
+fn nan_has_an_opacity_and_a_colour_of_its_own() {
+    if !can_draw() {
+        return;
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("holed.raw");
+    let values = (0..8 * 8 * 8).map(|i| if i % 8 < 4 { f32::NAN } else { 1.0 + (i % 3) as f32 });
+    let bytes: Vec<u8> = values.flat_map(f32::to_le_bytes).collect();
+    std::fs::write(&path, bytes).expect("a file");
+    let raw = [
+        "--raw-dims",
+        "8,8,8",
+        "--raw-type",
+        "float32",
+        "--raw-endian",
+        "little",
+        "--opacity",
+        "0:0.3",
+    ];
+    let path = path.to_str().expect("UTF-8");
+    let drawn = |more: &[&str]| render(path, &[&raw[..], more].concat());
+    let left_out = drawn(&[]);
+    assert_eq!(errors(&left_out), "");
+    let seen = drawn(&["--nan-opacity", "0.5", "--nan-color", "00ff00"]);
+    assert_eq!(errors(&seen), "");
+    assert!(seen.stdout != left_out.stdout);
+    let grey = drawn(&["--nan-opacity", "0.5"]);
+    assert!(grey.status.success() && grey.stdout != seen.stdout, "{}", errors(&grey));
+    let refused = drawn(&["--nan-color", "00ff00"]);
+    assert_eq!(fault(&refused, 1, &["opacity of NaN", "--nan-opacity 1"], None), None);
+    let beside = render("demo:shells:16", &["--nan-opacity", "0.5"]);
+    assert!(beside.status.success() && errors(&beside).contains("no value of the field is NaN"));
 }
 
 #[test]

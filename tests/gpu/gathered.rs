@@ -287,10 +287,10 @@ fn red_over_blue_is_westovers_example() {
     let lattice = Lattice::unit([2, 1, 24]);
     let mut scene = scene(lattice, DVec3::Z);
     scene.volume = volume(lattice, Samples::UInt8((0..48).map(|i| u8::from(i >= 2)).collect()));
-    scene.transfer = TransferFunction {
-        opacity: vec![(0.0, 1.0), (1.0, 1.0)],
-        colour: ColourSource::Stops(vec![(0.0, Srgb8([255, 0, 0])), (1.0, Srgb8([0, 0, 255]))]),
-    };
+    scene.transfer = TransferFunction::of(
+        vec![(0.0, 1.0), (1.0, 1.0)],
+        ColourSource::Stops(vec![(0.0, Srgb8([255, 0, 0])), (1.0, Srgb8([0, 0, 255]))]),
+    );
     scene.camera.focal_point = DVec3::new(0.5, 0.0, 5.0);
     scene.camera.up = DVec3::Y;
     // A kernel wider than the one pixel, which then takes one ray.

@@ -236,10 +236,10 @@ fn values_of_every_size_with_every_kernel() {
 #[test]
 fn steps_and_opacities_of_one_and_next_to_none_with_every_kernel() {
     let Some(mut drawer) = drawer() else { return };
-    let steps = TransferFunction {
-        opacity: vec![(99.5, 0.0), (99.5, 0.7), (180.5, 0.7), (180.5, 0.1)],
-        colour: ColourSource::Stops(vec![(140.5, Srgb8([255, 0, 0])), (140.5, Srgb8([0, 0, 255]))]),
-    };
+    let steps = TransferFunction::of(
+        vec![(99.5, 0.0), (99.5, 0.7), (180.5, 0.7), (180.5, 0.1)],
+        ColourSource::Stops(vec![(140.5, Srgb8([255, 0, 0])), (140.5, Srgb8([0, 0, 255]))]),
+    );
     let bytes = || Samples::UInt8(values().map(|v| v as u8).collect());
     let constant = |alpha: f64| {
         with_samples(bytes(), TransferFunction { opacity: vec![(0.0, alpha)], ..transfer() })

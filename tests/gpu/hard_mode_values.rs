@@ -53,10 +53,10 @@ fn values_of_every_size_and_sign() {
         (
             "reversed",
             Samples::Float32(values().map(|v| v as f32).collect()),
-            TransferFunction {
-                opacity: vec![(0.0, 0.9), (120.0, 0.0)],
-                colour: ColourSource::Map { map: ColourMap::Viridis, range: [255.0, 0.0] },
-            },
+            TransferFunction::of(
+                vec![(0.0, 0.9), (120.0, 0.0)],
+                ColourSource::Map { map: ColourMap::Viridis, range: [255.0, 0.0] },
+            ),
         ),
         ("all equal, uint8", Samples::UInt8(vec![200; COUNT]), moved(1.0, 0.0)),
         ("all equal, float32", Samples::Float32(vec![200.25; COUNT]), moved(1.0, 0.0)),
@@ -135,10 +135,10 @@ fn opacities_of_nothing_a_hundred_millionth_and_one() {
 #[test]
 fn steps_and_zero_width_functions() {
     let Some(mut drawer) = drawer() else { return };
-    let steps = TransferFunction {
-        opacity: vec![(99.5, 0.0), (99.5, 0.7), (180.5, 0.7), (180.5, 0.1)],
-        colour: ColourSource::Stops(vec![(140.5, Srgb8([255, 0, 0])), (140.5, Srgb8([0, 0, 255]))]),
-    };
+    let steps = TransferFunction::of(
+        vec![(99.5, 0.0), (99.5, 0.7), (180.5, 0.7), (180.5, 0.1)],
+        ColourSource::Stops(vec![(140.5, Srgb8([255, 0, 0])), (140.5, Srgb8([0, 0, 255]))]),
+    );
     let one_value = TransferFunction {
         opacity: vec![(120.0, 0.0), (120.0, 0.8), (120.0, 0.8), (121.0, 0.0)],
         ..steps.clone()

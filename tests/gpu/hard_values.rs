@@ -62,10 +62,10 @@ fn every_scalar_type_is_drawn_by_its_values() {
 
 /// Opaque where values are most negative.
 fn reversed() -> TransferFunction {
-    TransferFunction {
-        opacity: vec![(-255e-9, 0.9), (-90e-9, 0.0)],
-        colour: ColourSource::Map { map: ColourMap::Viridis, range: [-90e-9, -255e-9] },
-    }
+    TransferFunction::of(
+        vec![(-255e-9, 0.9), (-90e-9, 0.0)],
+        ColourSource::Map { map: ColourMap::Viridis, range: [-90e-9, -255e-9] },
+    )
 }
 
 /// Integers above 2²⁴ with a spread of 256, and floats near 1e6 with a spread of 1.
@@ -110,10 +110,10 @@ fn nan_is_nothing_and_infinities_are_the_ends_of_the_table() {
 #[test]
 fn steps_and_zero_width_functions_are_sharp() {
     let Some(mut drawer) = drawer() else { return };
-    let steps = TransferFunction {
-        opacity: vec![(99.5, 0.0), (99.5, 0.7), (180.5, 0.7), (180.5, 0.1)],
-        colour: ColourSource::Stops(vec![(140.5, Srgb8([255, 0, 0])), (140.5, Srgb8([0, 0, 255]))]),
-    };
+    let steps = TransferFunction::of(
+        vec![(99.5, 0.0), (99.5, 0.7), (180.5, 0.7), (180.5, 0.1)],
+        ColourSource::Stops(vec![(140.5, Srgb8([255, 0, 0])), (140.5, Srgb8([0, 0, 255]))]),
+    );
     let one_value = TransferFunction {
         opacity: vec![(120.0, 0.0), (120.0, 0.8), (120.0, 0.8), (121.0, 0.0)],
         ..steps.clone()

@@ -105,10 +105,10 @@ fn thousands_of_shade_first_slabs_have_the_alpha_of_their_slices() {
     let lattice = Lattice::unit([1, 1, 4096]);
     let mut scene = scene(lattice, DVec3::Z);
     scene.volume = volume(lattice, Samples::UInt8(vec![200; 4096]));
-    scene.transfer = TransferFunction {
-        opacity: vec![(0.0, 2e-4)],
-        colour: ColourSource::Map { map: ColourMap::Viridis, range: [0.0, 255.0] },
-    };
+    scene.transfer = TransferFunction::of(
+        vec![(0.0, 2e-4)],
+        ColourSource::Map { map: ColourMap::Viridis, range: [0.0, 255.0] },
+    );
     let mut alpha = |visibility| {
         scene.splat = SplatSettings { visibility, ..SplatSettings::SHADE_FIRST };
         drawn(&mut drawer, &scene, [4, 4], Rung::Full).0[5][3]

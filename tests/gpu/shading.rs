@@ -103,6 +103,7 @@ fn every_table_by_every_index_is_the_references() {
             reflection: Some(colours(by(2))),
             emission: Some(colours(by(3))),
             lighting: None,
+            regions: Vec::new(),
         };
         agrees(&format!("opacity by {}, …", by(0).name()), &shaded(shading), LOOKED_UP);
     }

@@ -80,14 +80,14 @@ pub(crate) fn noise(dims: [usize; 3], seed: u64) -> Samples {
 
 /// Clear below 90, then ever more opaque; red, green, blue.
 pub(crate) fn transfer() -> TransferFunction {
-    TransferFunction {
-        opacity: vec![(90.0, 0.0), (160.0, 0.3), (255.0, 0.9)],
-        colour: ColourSource::Stops(vec![
+    TransferFunction::of(
+        vec![(90.0, 0.0), (160.0, 0.3), (255.0, 0.9)],
+        ColourSource::Stops(vec![
             (90.0, Srgb8([255, 20, 0])),
             (170.0, Srgb8([30, 240, 60])),
             (255.0, Srgb8([10, 40, 255])),
         ]),
-    }
+    )
 }
 
 /// The usual transfer function with its values moved: v becomes v · scale + offset.

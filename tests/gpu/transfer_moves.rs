@@ -21,10 +21,10 @@ const HEAVY: [usize; 3] = [144, 136, 136];
 
 /// One colour, so that a picture tells what it is of.
 fn of_colour(colour: Srgb8, opacity: f64) -> TransferFunction {
-    TransferFunction {
-        opacity: vec![(90.0, 0.0), (160.0, 0.1 * opacity), (255.0, opacity)],
-        colour: ColourSource::Stops(vec![(0.0, colour), (255.0, colour)]),
-    }
+    TransferFunction::of(
+        vec![(90.0, 0.0), (160.0, 0.1 * opacity), (255.0, opacity)],
+        ColourSource::Stops(vec![(0.0, colour), (255.0, colour)]),
+    )
 }
 
 const RED: Srgb8 = Srgb8([255, 0, 0]);

@@ -31,10 +31,7 @@ fn field(places: Places, seed: u64) -> Arc<VectorField> {
 
 fn settings(field: &VectorField) -> VectorSettings {
     let stops = vec![(0.0, Srgb8([255, 60, 0])), (10.0, Srgb8([20, 120, 255]))];
-    let transfer = TransferFunction {
-        opacity: vec![(1.0, 0.0), (10.0, 0.9)],
-        colour: ColourSource::Stops(stops),
-    };
+    let transfer = TransferFunction::of(vec![(1.0, 0.0), (10.0, 0.9)], ColourSource::Stops(stops));
     VectorSettings { transfer, coarser: 0, ..VectorSettings::for_field(field) }
 }
 

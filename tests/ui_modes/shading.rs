@@ -66,7 +66,7 @@ fn presets_are_chosen_told_and_taken_back() {
 fn every_part_has_a_switch_of_its_own_and_comes_back_as_it_was() {
     let mut bench = Bench::opened();
     let parts = |shading: &Shading| {
-        let Shading { opacity, modulation, reflection, emission, lighting } = shading.clone();
+        let Shading { opacity, modulation, reflection, emission, lighting, .. } = shading.clone();
         [
             lighting.map(|part| format!("{part:?}")),
             opacity.map(|part| format!("{part:?}")),

@@ -312,6 +312,13 @@ impl Library for NamedFiles {
                 Err(ReadFailure::NotRecognised(text.to_owned()))
             }
             "vector.nrrd" => Ok(grid([8; 3], "v", 3)),
+            "holed.nrrd" => {
+                let mut holed = grid([8; 3], "holed", 1);
+                let value = |i: u16| if i.is_multiple_of(5) { f32::NAN } else { f32::from(i) };
+                let samples = Samples::Float32((0..512).map(value).collect());
+                holed.grid.fields[0].samples = Arc::new(samples);
+                Ok(holed)
+            }
             _ => match source {
                 Source::Raw(_, layout) => Ok(grid(layout.dims.map(|n| n as usize), "raw", 1)),
                 _ => Ok(grid([8; 3], "ramp", 1)),
@@ -339,10 +346,10 @@ impl Library for NamedFiles {
 
     fn default_transfer(&self, statistics: &Statistics) -> TransferFunction {
         let (low, high) = (statistics.min, statistics.value_at(0.5));
-        TransferFunction {
-            opacity: vec![(low, 0.0), (high, 0.8)],
-            colour: ColourSource::Map { map: ColourMap::ALL[0], range: [low, high] },
-        }
+        TransferFunction::of(
+            vec![(low, 0.0), (high, 0.8)],
+            ColourSource::Map { map: ColourMap::ALL[0], range: [low, high] },
+        )
     }
 }
 

@@ -1,5 +1,7 @@
 //! The transfer function's editors by hand, its ways in and out, and undo and redo of everything.
 
+mod regions;
+
 use std::path::Path;
 
 use eframe::egui::accesskit::Role;
@@ -84,7 +86,7 @@ fn window_and_level_are_one_step_of_undo() {
 type Edit = (&'static str, fn(&mut Bench));
 
 /// A change of every kind, none of which another one takes back.
-const EDITS: [Edit; 18] = [
+const EDITS: [Edit; 19] = [
     ("orbit", |b| b.drag(PointerButton::Primary, Modifiers::NONE, vec2(60.0, 10.0))),
     ("move", |b| b.drag(PointerButton::Middle, Modifiers::NONE, vec2(20.0, 10.0))),
     ("wheel", |b| {
@@ -113,6 +115,8 @@ const EDITS: [Edit; 18] = [
     ("budget", |b| b.set_slider("Frame budget", 50.0)),
     ("axes", |b| click(b, "Trihedron")),
     ("compare", |b| press(b, Modifiers::NONE, Key::C)),
+    // Last: what is below it in the panel moves out of sight.
+    ("regions", |b| click(b, "Add region")),
 ];
 
 #[test]

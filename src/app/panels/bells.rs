@@ -219,10 +219,10 @@ mod tests {
     }
 
     fn transfer() -> TransferFunction {
-        TransferFunction {
-            opacity: vec![(0.0, 0.0), (100.0, 0.6)],
-            colour: ColourSource::Map { map: ColourMap::Gray, range: [0.0, 100.0] },
-        }
+        TransferFunction::of(
+            vec![(0.0, 0.0), (100.0, 0.6)],
+            ColourSource::Map { map: ColourMap::Gray, range: [0.0, 100.0] },
+        )
     }
 
     #[test]

@@ -187,10 +187,10 @@ mod tests {
     use crate::transfer::{ColourMap, ColourSource};
 
     fn transfer() -> TransferFunction {
-        TransferFunction {
-            opacity: vec![(0.0, 0.0), (50.0, 0.2), (100.0, 1.0)],
-            colour: ColourSource::Map { map: ColourMap::Gray, range: [0.0, 100.0] },
-        }
+        TransferFunction::of(
+            vec![(0.0, 0.0), (50.0, 0.2), (100.0, 1.0)],
+            ColourSource::Map { map: ColourMap::Gray, range: [0.0, 100.0] },
+        )
     }
 
     fn axes() -> Axes {

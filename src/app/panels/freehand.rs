@@ -102,7 +102,7 @@ mod tests {
     #[test]
     fn a_line_is_drawn_both_ways_and_the_later_pass_counts() {
         let colour = ColourSource::Map { map: ColourMap::Gray, range: [0.0, 1.0] };
-        let before = TransferFunction { opacity: vec![(0.0, 0.5)], colour };
+        let before = TransferFunction::of(vec![(0.0, 0.5)], colour);
         let rect = Rect::from_min_size(pos2(0.0, 0.0), vec2(101.0, 100.0));
         let axes = Axes { rect, low: 0.0, high: 100.0 };
         let mut stroke = Stroke::start(&before, 101, (20, 0.0));

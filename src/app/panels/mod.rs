@@ -19,6 +19,7 @@ pub mod legend;
 mod light;
 mod maps;
 mod range;
+pub mod regions;
 pub mod shading;
 mod shading_table;
 pub mod splat;

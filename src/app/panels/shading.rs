@@ -149,6 +149,8 @@ fn preset_ui(ui: &mut Ui, scene: &mut Scene) {
     let made = |preset: Option<ShadingPreset>| {
         preset.map_or_else(Shading::default, |preset| preset.shading(volume))
     };
+    // They are the transfer function's.
+    let regions = std::mem::take(&mut shading.regions);
     let now = all().find(|&preset| made(preset) == *shading);
     row_ui(ui, "Preset", |ui| {
         let (name, help) =
@@ -177,6 +179,7 @@ fn preset_ui(ui: &mut Ui, scene: &mut Scene) {
             *shading = Shading::default();
         }
     });
+    shading.regions = regions;
 }
 
 /// What modes do not show it, and the way out.

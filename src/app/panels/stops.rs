@@ -225,7 +225,7 @@ mod tests {
 
     fn transfer() -> TransferFunction {
         let stops = vec![(0.0, Srgb8::BLACK), (100.0, Srgb8::WHITE)];
-        TransferFunction { opacity: vec![], colour: ColourSource::Stops(stops) }
+        TransferFunction::of(vec![], ColourSource::Stops(stops))
     }
 
     #[test]

@@ -54,10 +54,10 @@ mod tests {
     use crate::transfer::ColourMap;
 
     fn transfer() -> TransferFunction {
-        TransferFunction {
-            opacity: vec![(0.0, 0.0), (25.0, 0.5), (100.0, 1.0)],
-            colour: ColourSource::Map { map: ColourMap::Gray, range: [0.0, 100.0] },
-        }
+        TransferFunction::of(
+            vec![(0.0, 0.0), (25.0, 0.5), (100.0, 1.0)],
+            ColourSource::Map { map: ColourMap::Gray, range: [0.0, 100.0] },
+        )
     }
 
     #[test]

@@ -10,13 +10,15 @@ use super::curve::{self, PointEditor, handle_points, paint_curve, paint_points, 
 use super::freehand::{Stroke, handle_freehand};
 use super::graph::{self, Axes, Extent, GraphView};
 use super::maps::map_ui;
+use super::regions::{RegionEditor, regions_ui};
 use super::stops::{self, StopEditor};
 use super::stretch::stretch;
 use super::{name_ui, number_ui, row_ui};
 use crate::app::actions::{Action, entry_of};
 use crate::app::{theme, words};
+use crate::scene::Scene;
 use crate::transfer::presets::{self, Preset, RangeRule};
-use crate::transfer::{ColourSource, Gaussian, TransferFunction};
+use crate::transfer::{ColourSource, Gaussian, NoData, TransferFunction};
 use crate::volume::Statistics;
 
 /// Height of the graph, points.
@@ -32,7 +34,7 @@ enum Tool {
 }
 
 /// What the hand is doing with the transfer function; none of it is part of the picture.
-#[derive(Debug, Clone, Default)]
+#[derive(Default)]
 pub struct TransferEditor {
     points: PointEditor,
     bells: BellEditor,
@@ -40,6 +42,7 @@ pub struct TransferEditor {
     /// Points or freehand; that there are bells says that these are edited.
     tool: Tool,
     stroke: Option<Stroke>,
+    regions: RegionEditor,
     graph: GraphView,
     /// What each preset is for the volume that is open.
     known: Vec<(Preset, TransferFunction)>,
@@ -52,33 +55,40 @@ impl TransferEditor {
         self.bells.let_go();
         self.stops.let_go();
         self.stroke = None;
+        self.regions.let_go();
         self.known.clear();
     }
 
     /// Lets go of everything that belongs to one function.
     pub fn start_over(&mut self) {
         let graph = self.graph;
-        *self = Self { graph, ..Self::default() };
+        // What was counted of a volume is counted once.
+        let mut regions = std::mem::take(&mut self.regions);
+        regions.let_go();
+        *self = Self { graph, regions, ..Self::default() };
     }
 }
 
-/// The section; `default` makes the function that a fresh file would get. What it cannot do itself
+/// The section; `default` makes the function that a fresh file of these statistics would get. What it cannot do itself
 /// is returned.
 pub fn transfer_ui(
     ui: &mut Ui,
     editor: &mut TransferEditor,
-    transfer: &mut TransferFunction,
+    scene: &mut Scene,
     gaussians: &mut Vec<Gaussian>,
-    statistics: &Statistics,
-    default: impl FnOnce() -> TransferFunction,
+    default: impl FnOnce(&Statistics) -> TransferFunction,
 ) -> Option<Action> {
+    let Scene { volume, transfer, shading, .. } = scene;
+    let statistics = &volume.statistics;
     if editor.known.is_empty() {
         let made = |preset: Preset| (preset, preset.function(statistics));
         editor.known =
             Preset::ALL.into_iter().filter(|p| *p != Preset::Default).map(made).collect();
-        editor.known.insert(0, (Preset::Default, default()));
+        editor.known.insert(0, (Preset::Default, default(statistics)));
     }
-    preset_ui(ui, editor, transfer, gaussians, statistics);
+    if preset_ui(ui, editor, transfer, gaussians, statistics) {
+        shading.regions.clear();
+    }
     tools_ui(ui, editor, transfer, gaussians, statistics);
     graph_ui(ui, editor, transfer, gaussians, statistics);
     if !gaussians.is_empty() {
@@ -87,25 +97,35 @@ pub fn transfer_ui(
         point_ui(ui, &mut editor.points, transfer, statistics);
     }
     view_ui(ui, &mut editor.graph);
+    let shown = editor.graph.range(statistics, transfer.colour.range());
+    regions_ui(ui, &mut editor.regions, scene, shown);
+    let Scene { volume, transfer, .. } = scene;
+    let statistics = &volume.statistics;
     ui.add_space(4.0);
     map_ui(ui, transfer);
     if let ColourSource::Stops(stops) = &mut transfer.colour {
         stops::stop_ui(ui, &mut editor.stops, stops, statistics);
+    }
+    if statistics.nan_count > 0 {
+        no_data_ui(ui, &mut transfer.no_data);
     }
     range_ui(ui, transfer, gaussians, statistics);
     stretch_ui(ui, &editor.graph, transfer, gaussians, statistics);
     exchange_ui(ui)
 }
 
-/// Looks that many data call for.
+/// Looks that many data call for; whether one was chosen.
 fn preset_ui(
     ui: &mut Ui,
     editor: &mut TransferEditor,
     transfer: &mut TransferFunction,
     gaussians: &mut Vec<Gaussian>,
     statistics: &Statistics,
-) {
-    let known = editor.known.iter().find(|(_, function)| function == transfer);
+) -> bool {
+    // Presets say nothing of NaN.
+    let with_no_data =
+        |f: &TransferFunction| TransferFunction { no_data: transfer.no_data, ..f.clone() };
+    let known = editor.known.iter().find(|(_, function)| with_no_data(function) == *transfer);
     let current = known.map(|(preset, _)| *preset).filter(|_| gaussians.is_empty());
     let mut chosen = None;
     row_ui(ui, "Preset", |ui| {
@@ -120,7 +140,7 @@ fn preset_ui(
                 };
                 let entry = ui.selectable_label(current == Some(*preset), label);
                 if entry.on_hover_text(help).clicked() {
-                    chosen = Some(function.clone());
+                    chosen = Some(with_no_data(function));
                 }
             }
         });
@@ -129,11 +149,13 @@ fn preset_ui(
             .accessible_name("Preset")
             .on_hover_text("A transfer function to begin with; each can be changed further");
     });
+    let is_chosen = chosen.is_some();
     if let Some(function) = chosen {
         *transfer = function;
         gaussians.clear();
         (editor.tool, editor.points.selected) = (Tool::Points, 0);
     }
+    is_chosen
 }
 
 /// How the curve is edited. From bells to points the curve stays; from points to bells it begins
@@ -307,7 +329,7 @@ pub(super) fn value_drag<'a>(value: &'a mut f64, statistics: &Statistics) -> Dra
     DragValue::new(value).speed(speed).custom_formatter(|v, _| words::value(v))
 }
 
-fn opacity_drag(opacity: &mut f64) -> DragValue<'_> {
+pub(super) fn opacity_drag(opacity: &mut f64) -> DragValue<'_> {
     DragValue::new(opacity).speed(0.005).range(0.0..=1.0).max_decimals(4)
 }
 
@@ -343,6 +365,20 @@ fn view_ui(ui: &mut Ui, view: &mut GraphView) {
         number_ui(ui, "Low percentile", drag(low, 0.0..=49.0)).on_hover_text(help);
         name_ui(ui, "to");
         number_ui(ui, "High percentile", drag(high, 51.0..=100.0)).on_hover_text(help);
+    });
+}
+
+/// Opacity and colour of NaN.
+fn no_data_ui(ui: &mut Ui, no_data: &mut NoData) {
+    row_ui(ui, "No data", |ui| {
+        number_ui(ui, "Opacity of NaN", opacity_drag(&mut no_data.opacity)).on_hover_text(
+            "Opacity per unit distance where the file holds NaN, 0 to 1. At 0 it is left out; above, each \
+             voxel without data is a box of its own size",
+        );
+        let colour = &mut no_data.colour.0;
+        ui.color_edit_button_srgb(colour)
+            .accessible_name("Colour of NaN")
+            .on_hover_text("Its colour; no light falls on it");
     });
 }
 

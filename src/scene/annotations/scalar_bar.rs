@@ -68,9 +68,13 @@ impl<'a> Legend<'a> {
             range => range,
         };
         let opacities = scene.shading.opacity.as_ref().filter(|_| shown);
+        // Regions have different ones for one value.
+        let by_value = !shown || scene.shading.painted().is_empty();
         let opacity: Option<Box<dyn Fn(f64) -> f64>> = match opacities {
             Some(table) if table.index == index => Some(Box::new(|at| table.at(at))),
-            None if index == Index::Value => Some(Box::new(|at| transfer.opacity_at(at))),
+            None if index == Index::Value && by_value => {
+                Some(Box::new(|at| transfer.opacity_at(at)))
+            }
             _ => None,
         };
         let colour: Box<dyn Fn(f64) -> [f64; 3]> = match table {

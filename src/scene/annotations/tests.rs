@@ -7,7 +7,7 @@ use glam::{DMat3, DVec2, DVec3, Vec3};
 use super::*;
 use crate::core::{Camera, Projection, Srgb8, Ticket};
 use crate::scene::{Amounts, Colours, Index, Shading, VectorLayer, opening};
-use crate::transfer::{ColourMap, ColourSource, TransferFunction};
+use crate::transfer::{ColourMap, ColourSource, Region, RegionShape, TransferFunction};
 use crate::volume::{Lattice, Places, Samples, ScalarVolume, VectorField};
 
 /// Every letter is so wide, ems.
@@ -23,10 +23,10 @@ fn scene_of(lattice: Lattice, range: [f64; 2]) -> Scene {
     let samples = Samples::Float64((0..count).map(value).collect());
     let volume = ScalarVolume::from_samples("density", lattice, samples).unwrap();
     let mut scene = opening(Arc::new(volume), None);
-    scene.transfer = TransferFunction {
-        opacity: vec![(range[0], 0.0), (range[1], 0.8)],
-        colour: ColourSource::Map { map: ColourMap::Viridis, range },
-    };
+    scene.transfer = TransferFunction::of(
+        vec![(range[0], 0.0), (range[1], 0.8)],
+        ColourSource::Map { map: ColourMap::Viridis, range },
+    );
     scene
 }
 
@@ -222,6 +222,18 @@ fn colours_by_a_table_have_that_tables_bar() {
         found.contains(&"40".to_owned()) && !found.contains(&"opacity".to_owned()),
         "{found:?}"
     );
+    // Regions have several opacities for one value.
+    let region = Region {
+        shape: RegionShape::Rectangle,
+        values: [0.0, 9.0],
+        strengths: [0.0, 1.0],
+        softness: 0.5,
+        opacity: 0.5,
+        colour: None,
+    };
+    scene.shading = Shading { regions: vec![region], ..Shading::default() };
+    let found = words(&laid_out(only(Annotation::ScalarBar), &scene, [800, 600]));
+    assert!(found.iter().all(|(text, _)| text != "opacity"), "{found:?}");
     // A mode that shows no tables has the transfer function's.
     scene.splat = crate::scene::SplatSettings::SHADE_FIRST;
     let found = words(&laid_out(only(Annotation::ScalarBar), &scene, [800, 600]));
@@ -237,7 +249,7 @@ fn vectors_alone_have_the_bar_of_their_lengths() {
     let field = VectorField::new("flow", places, vectors.into(), &Ticket::new()).unwrap();
     let mut layer = VectorLayer::new(Arc::new(field), true);
     let colour = ColourSource::Map { map: ColourMap::Gray, range: [0.0, 25.0] };
-    layer.settings.transfer = TransferFunction { opacity: vec![(0.0, 0.5)], colour };
+    layer.settings.transfer = TransferFunction::of(vec![(0.0, 0.5)], colour);
     let mut scene = Scene { vectors: Some(layer.clone()), ..scene() };
     let texts = |scene: &Scene| -> Vec<String> {
         let layout = laid_out(only(Annotation::ScalarBar), scene, [800, 600]);

@@ -22,7 +22,8 @@ use serde::{Deserialize, Serialize};
 use crate::core::{Camera, Srgb8};
 use crate::scene::{Classify, Scene, SplatSettings, Visibility};
 use crate::transfer::{
-    TRANSMITTANCE_FLOOR, TransferFunction, extinction_from_opacity, interpolate,
+    Region, RegionError, TRANSMITTANCE_FLOOR, TransferFunction, extinction_from_opacity,
+    interpolate, regions,
 };
 
 /// Lights in a scene at most.
@@ -188,6 +189,9 @@ pub struct Shading {
     pub emission: Option<Colours>,
     /// Lights; without them the reflection's colours shine by themselves.
     pub lighting: Option<Lighting>,
+    /// Opacities and colours by value and gradient strength together, in place of the transfer
+    /// function's opacities. A table of opacity takes their place in turn.
+    pub regions: Vec<Region>,
 }
 
 /// What is no shading.
@@ -240,10 +244,13 @@ pub enum ShadingError {
         /// The offending vector.
         found: DVec3,
     },
+    /// A region that is none.
+    #[error(transparent)]
+    Region(#[from] RegionError),
     /// A mode whose kernels are not lit.
     #[error(
-        "expected slabs classified after reconstruction where there are lights or shading tables, \
-         found {visibility} classified {classify}; try --visibility slabs --classify pre-integrated, \
+        "expected slabs classified after reconstruction where there are lights, shading tables or \
+         regions by gradient, found {visibility} classified {classify}; try --visibility slabs --classify pre-integrated, \
          or leave the shading out"
     )]
     Mode {
@@ -298,18 +305,25 @@ impl Shading {
         amounts.into_iter().chain(colours).flatten()
     }
 
+    /// The regions that opacities are looked up by.
+    pub fn painted(&self) -> &[Region] {
+        if self.opacity.is_some() { &[] } else { &self.regions }
+    }
+
     /// Whether anything asks for the field's gradient.
     pub fn uses_gradient(&self) -> bool {
-        self.lighting.as_ref().is_some_and(Lighting::uses_lights)
+        !self.painted().is_empty()
+            || self.lighting.as_ref().is_some_and(Lighting::uses_lights)
             || self.indices().any(Index::is_of_gradient)
     }
 
     /// What it asks for, by name.
     pub fn effects(&self) -> Vec<&'static str> {
-        let Self { opacity, modulation, reflection, emission, lighting } = self;
+        let Self { opacity, modulation, reflection, emission, lighting, .. } = self;
         let asked = [
             (self.uses_gradient(), "gradients"),
             (lighting.is_some(), "lights"),
+            (!self.painted().is_empty(), "regions"),
             (opacity.is_some(), "opacity table"),
             (modulation.is_some(), "modulation table"),
             (reflection.is_some(), "reflection table"),
@@ -349,6 +363,7 @@ impl Shading {
                 }
             }
         }
+        regions::validate(&self.regions)?;
         if !self.is_plain() && !Self::is_shown_by(splat) {
             let (visibility, classify) = (splat.visibility.name(), splat.classify.name());
             return Err(ShadingError::Mode { visibility, classify });
@@ -357,11 +372,17 @@ impl Shading {
     }
 
     /// The transfer function as far as values decide: where opacity has another index, every value has
-    /// as much as there is, [`BASE_OPACITY`].
+    /// as much as there is, [`BASE_OPACITY`]; so have those of regions, and all others nothing.
     pub fn by_value(&self, transfer: &TransferFunction) -> TransferFunction {
         let mut transfer = transfer.clone();
         if self.opacity.is_some() {
             transfer.opacity = vec![(0.0, BASE_OPACITY)];
+        } else if !self.regions.is_empty() {
+            let step = |[low, high]: [f64; 2]| {
+                [(low, 0.0), (low, BASE_OPACITY), (high, BASE_OPACITY), (high, 0.0)]
+            };
+            transfer.opacity =
+                regions::values_of(&self.regions).into_iter().flat_map(step).collect();
         }
         transfer
     }
@@ -435,5 +456,39 @@ impl ShadingSpace {
     /// How much of its lights falls on a point of this gradient strength, 0..=1.
     pub fn lit_share(&self, strength: f64) -> f64 {
         (strength / self.least_strength - 1.0).clamp(0.0, 1.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::transfer::{ColourMap, ColourSource, RegionShape};
+
+    fn region(values: [f64; 2]) -> Region {
+        let (shape, strengths) = (RegionShape::Ellipse, [1.0, 5.0]);
+        Region { shape, values, strengths, softness: 0.5, opacity: 0.8, colour: None }
+    }
+
+    #[test]
+    fn regions_ask_for_gradients_and_slabs_until_a_table_takes_their_place() {
+        let regions = vec![region([3.0, 4.0]), region([8.0, 9.0])];
+        let mut shading = Shading { regions, ..Shading::default() };
+        assert!(!shading.is_plain() && shading.uses_gradient());
+        assert_eq!(shading.effects(), ["gradients", "regions"]);
+        assert_eq!(shading.check(&SplatSettings::EXACT), Ok(()));
+        let refused = shading.check(&SplatSettings::SHADE_FIRST).unwrap_err().to_string();
+        assert!(refused.contains("regions by gradient"), "{refused}");
+        let colour = ColourSource::Map { map: ColourMap::Gray, range: [0.0, 9.0] };
+        let transfer = TransferFunction::of(vec![(0.0, 0.9)], colour);
+        let by_value = shading.by_value(&transfer);
+        assert_eq!(by_value.validate(), Ok(()));
+        let opacities = [2.9, 3.5, 6.0, 8.0, 9.1].map(|value| by_value.opacity_at(value));
+        assert_eq!(opacities, [0.0, BASE_OPACITY, 0.0, BASE_OPACITY, 0.0]);
+        shading.opacity = Some(Amounts { index: Index::Value, points: vec![(0.0, 0.5)] });
+        assert!(shading.painted().is_empty() && !shading.uses_gradient());
+        assert_eq!(shading.effects(), ["opacity table"]);
+        assert_eq!(shading.by_value(&transfer).opacity_at(6.0), BASE_OPACITY);
+        shading.regions[1].values = [9.0, 8.0];
+        assert!(matches!(shading.check(&SplatSettings::EXACT), Err(ShadingError::Region(_))));
     }
 }
