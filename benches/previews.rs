@@ -164,7 +164,7 @@ fn function(opacity: Points<'_>, colours: Colours<'_>) -> TransferFunction {
         let [_, r, g, b] = code.to_be_bytes();
         (value, Srgb8([r, g, b]))
     });
-    TransferFunction::new(opacity.to_vec(), ColourSource::Stops(stops.collect()))
+    TransferFunction::of(opacity.to_vec(), ColourSource::Stops(stops.collect()))
 }
 
 fn drawer(scene: &Scene) -> Drawer {
