@@ -105,7 +105,7 @@ pub(super) fn component(text: &str) -> Parsed<Component> {
     }
     let number = small(text, 0..=u32::MAX).map_err(|_| {
         format!(
-            "expected a number from 0, or magnitude, vorticity, divergence or helicity, found {}",
+            "expected a whole number from 0, or magnitude, vorticity, divergence or helicity, found {}",
             found(text)
         )
     })?;

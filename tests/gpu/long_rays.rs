@@ -191,18 +191,26 @@ fn rays_in_parts_are_the_same_rays() {
     assert!(count(&parts).1 > count(&whole).1, "nothing was drawn in parts");
 }
 
-/// Small kernels take many rays a pixel, and one dispatch for some of them.
+/// Small kernels take many rays a pixel, and one dispatch for some of them or for a part of one.
 #[test]
 fn many_rays_a_pixel_in_parts_are_the_same_rays() {
-    let mut scene = scene(Lattice::unit([12; 3]), DVec3::new(0.35, -0.52, 0.78));
-    scene.camera.parallel_scale = 40.0;
-    scene.splat = SplatSettings::EXACT;
-    let pictures: Vec<Light> = [None, Some(8000), Some(2000), Some(600)]
-        .into_iter()
-        .filter_map(held_to)
-        .map(|mut drawer| drawn(&mut drawer, &scene, [24, 20], Rung::Full).0)
-        .collect();
-    assert!(pictures.iter().all(|p| *p == pictures[0]));
+    let linear = SplatSettings { kernel: Kernel::Linear, ..SHADED_SLABS };
+    let sheets = SplatSettings { visibility: Visibility::Sheets, ..SHADED_SLABS };
+    for (splat, limits) in [
+        (SplatSettings::EXACT, [8000, 2000, 600]),
+        (linear, [20_000, 4000, 1000]),
+        (sheets, [20_000, 4000, 1000]),
+    ] {
+        let mut scene = scene(Lattice::unit([12; 3]), DVec3::new(0.35, -0.52, 0.78));
+        scene.camera.parallel_scale = 40.0;
+        scene.splat = splat;
+        let pictures: Vec<Light> = std::iter::once(None)
+            .chain(limits.map(Some))
+            .filter_map(held_to)
+            .map(|mut drawer| drawn(&mut drawer, &scene, [24, 20], Rung::Full).0)
+            .collect();
+        assert!(pictures.iter().all(|p| *p == pictures[0]), "{splat:?}");
+    }
 }
 
 /// What is far from the limit costs the same with it and without.
