@@ -330,7 +330,7 @@ impl Renderer {
         (self.slab_field, self.slab_settings) = (which, *settings);
         let which = which as usize;
         let looks = Looks { shade: self.shade.as_ref(), inside: self.inside.as_ref() };
-        let parts = self.slabs[which].parts(&self.context, view, settings, picture, looks);
+        let parts = self.slabs[which].parts(&self.context, view, settings, picture, looks)?;
         self.slabs_in_parts = parts.is_some();
         if self.slabs_in_parts && self.slabs_have_vectors {
             return Err(GpuError::TooLarge {

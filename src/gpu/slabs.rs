@@ -284,6 +284,9 @@ impl SlabPass {
     }
 
     /// The dispatches that walk the rays of a picture: `None` for a single one.
+    ///
+    /// # Errors
+    /// More slabs than can be told apart.
     pub(super) fn parts(
         &self,
         context: &Context,
@@ -291,9 +294,12 @@ impl SlabPass {
         settings: &SplatSettings,
         picture: PictureConstants,
         looks: Looks<'_>,
-    ) -> Option<Vec<SlabPart>> {
-        let side = self.halved(view)?.rays_per_side(settings.kernel, settings.extent);
-        self.rays(view, settings, picture, looks, side)?.parts(context.most_turns)
+    ) -> Result<Option<Vec<SlabPart>>, GpuError> {
+        let Some(halved) = self.halved(view) else { return Ok(None) };
+        let side = halved.rays_per_side(settings.kernel, settings.extent);
+        let Some(rays) = self.rays(view, settings, picture, looks, side) else { return Ok(None) };
+        rays.check()?;
+        Ok(rays.parts(context.most_turns))
     }
 
     /// A view as the lattice of the field has it, which may be halved.

@@ -74,8 +74,9 @@ pub(super) fn gathered(
         along: [0, i32::MAX, LAYERS as i32, 0],
         rays: [first, end, side, ENDS | if first > 0 { GOES_ON } else { 0 }],
     };
-    let Some(most) = most else { return Ok(vec![whole(0, count)]) };
     let rays = Rays::of(gather);
+    check_faces(rays.layers(layers))?;
+    let Some(most) = most else { return Ok(vec![whole(0, count)]) };
     let sizes = [LAYERS, 8, 4, 2, 1];
     let walks: Vec<(u32, Walk)> = match kernel {
         Kernel::Nearest | Kernel::Linear | Kernel::BSpline => {
@@ -109,6 +110,22 @@ pub(super) fn gathered(
         Part { along: [first, end, *size as i32, 0], rays: [ray, ray + 1, side, goes_on | ends] }
     };
     Ok((0..count).flat_map(|ray| starts.clone().map(move |first| part(ray, first))).collect())
+}
+
+/// Slabs are counted in 32-bit floats.
+const MOST_FACES: f64 = 16_777_216.0;
+
+fn check_faces(found: f64) -> Result<(), GpuError> {
+    if found <= MOST_FACES {
+        return Ok(());
+    }
+    Err(GpuError::TooLarge {
+        what: "slabs along a ray",
+        limit: format!("{MOST_FACES}"),
+        found: format!("up to {found:.1e}"),
+        advice: "choose fewer --slabs-per-voxel, --visibility every-sample, or correct a spacing that is \
+                 far less than the others",
+    })
 }
 
 fn too_often(found: f64) -> GpuError {
@@ -316,14 +333,29 @@ pub(super) struct SlabRays {
 }
 
 impl SlabRays {
+    /// Faces that a ray passes at most.
+    fn faces(&self) -> f64 {
+        let m = self.view_from_index;
+        let dims = DVec3::from(self.dims.map(|n| n as f64));
+        let depth = DVec3::new(m.x_axis.z, m.y_axis.z, m.z_axis.z).abs().dot(dims);
+        depth / self.thickness + 6.0
+    }
+
+    /// # Errors
+    /// More faces than can be told apart.
+    pub(super) fn check(&self) -> Result<(), GpuError> {
+        check_faces(self.faces())
+    }
+
     /// The dispatches that walk a pixel: `None` for a single one with everything where the loops
     /// allow.
     pub(super) fn parts(&self, most: Option<u64>) -> Option<Vec<SlabPart>> {
         let budget = most?.saturating_sub(REST) as f64;
-        let m = self.view_from_index;
+        if self.check().is_err() {
+            return None;
+        }
         let dims = DVec3::from(self.dims.map(|n| n as f64));
-        let depth = DVec3::new(m.x_axis.z, m.y_axis.z, m.z_axis.z).abs().dot(dims);
-        let faces = depth / self.thickness + 6.0;
+        let faces = self.faces();
         // Each leap passes from one brick to another.
         let leaps = dims.element_sum() / 4.0 + 8.0;
         let value = self.window.map_or(0.0, |w| {
@@ -549,6 +581,26 @@ mod tests {
             rays.parts(Some(SOFTWARE_TURNS)).map_or(1, |parts| parts.len())
         };
         assert!(parts(1) > 1 && parts(4) > 2 * parts(1), "{} {}", parts(1), parts(4));
+    }
+
+    #[test]
+    fn more_slabs_than_can_be_told_apart_are_refused_before_any_memory_is_taken() {
+        let row = |thickness| SlabRays {
+            view_from_index: DMat3::IDENTITY,
+            dims: [16, 16, 16],
+            thickness,
+            side: 1,
+            window: None,
+            surfaces: 0,
+            projects: false,
+        };
+        assert_eq!(row(1e-5).check(), Ok(()));
+        let refused = row(1e-20).check().expect_err("too many").to_string();
+        assert!(refused.starts_with("expected slabs along a ray of at most 16777216"), "{refused}");
+        assert_eq!(row(1e-20).parts(Some(SOFTWARE_TURNS)), None);
+        let gather = along([16, 16, 16], 1.558, 1e-12);
+        let refused = gathered(&gather, Kernel::Cubic, Layers::Slabs, 1, None);
+        assert!(matches!(refused, Err(GpuError::TooLarge { .. })), "{refused:?}");
     }
 
     #[test]

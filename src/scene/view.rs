@@ -139,6 +139,14 @@ impl View {
         shorter * self.voxel_pixels() / longest
     }
 
+    /// Whether the eye is among the lattice's samples, or within this many voxels of them: kernels there
+    /// cannot be seen as from their middles.
+    pub fn has_eye_within(&self, reach: f64) -> bool {
+        let from_centre = self.view_from_index.inverse() * self.view_centre;
+        let half = self.lattice_centre + DVec3::splat(0.5 + reach);
+        self.eye_distance.is_some() && from_centre.abs().cmple(half).all()
+    }
+
     /// Rays along the side of a pixel, 1 to 8: 1 while the kernel's radius is a pixel of what is shown
     /// at least, and so many below that it is as much as the rays are apart. Points are a pixel each,
     /// whatever their size.

@@ -381,9 +381,11 @@ impl Sweep {
         }
         // A few pixels first: shaders are compiled, and the field made ready, in nobody's time.
         let few = self.size.map(|n| n.min(FEW_PIXELS));
-        if let Err(StillError::Cancelled) = self.still(&setting, few, refine, engine, ticket) {
-            return Err(SweepError::Cancelled);
-        }
+        let mut pipelines = match self.still(&setting, few, refine, engine, ticket) {
+            Err(StillError::Cancelled) => return Err(SweepError::Cancelled),
+            Err(_) => 0,
+            Ok(still) => still.pipelines,
+        };
         let mut time_ms = Vec::new();
         let mut first = None;
         while time_ms.len() <= self.options.repeat as usize
@@ -396,7 +398,11 @@ impl Sweep {
                     return Ok(());
                 }
                 Ok(still) => {
-                    time_ms.push(still.drawn.wall_ms);
+                    // Where few pixels take other shaders, these were compiled in its time.
+                    if still.pipelines == pipelines {
+                        time_ms.push(still.drawn.wall_ms);
+                    }
+                    pipelines = still.pipelines;
                     first.get_or_insert(still);
                 }
             }

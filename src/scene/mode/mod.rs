@@ -370,17 +370,27 @@ impl SplatSettings {
     /// gaps between the samples, rays would miss them: those are drawn a pixel wide, as triangles always
     /// do.
     pub fn takes_several_rays(&self, view: &View) -> bool {
-        let can_gather = self.kernel != Kernel::Gouraud
+        self.can_gather() && self.covers() && view.rays_per_side(self.kernel, self.extent) > 1
+    }
+
+    fn can_gather(&self) -> bool {
+        self.kernel != Kernel::Gouraud
             && self.backend != Backend::Raster
-            && self.extent.is_none_or(|extent| extent <= MOST_GATHERED_EXTENT);
-        can_gather && self.covers() && view.rays_per_side(self.kernel, self.extent) > 1
+            && self.extent.is_none_or(|extent| extent <= MOST_GATHERED_EXTENT)
+    }
+
+    /// Whether triangles would show something else: kernels under a pixel, which they widen, or about the
+    /// eye, which they see as from their middles.
+    fn needs_rays(&self, view: &View) -> bool {
+        let is_among = || view.has_eye_within(self.kernel.reach(self.extent));
+        self.takes_several_rays(view) || self.can_gather() && is_among()
     }
 
     /// What draws every voxel in a view where nobody chose and nothing was measured: as
-    /// [`SplatSettings::fixed_backend`], and tiles where kernels are narrower than a pixel.
+    /// [`SplatSettings::fixed_backend`], and tiles where kernels are narrower than a pixel or about the eye.
     pub fn backend_in(&self, view: &View) -> Backend {
         match self.backend {
-            Backend::Auto if self.takes_several_rays(view) => Backend::Tiles,
+            Backend::Auto if self.needs_rays(view) => Backend::Tiles,
             _ => self.fixed_backend(),
         }
     }
@@ -390,7 +400,7 @@ impl SplatSettings {
         self.backend == Backend::Auto
             && !self.needs_tiles()
             && self.kernel != Kernel::Gouraud
-            && !self.takes_several_rays(view)
+            && !self.needs_rays(view)
     }
 }
 
