@@ -141,9 +141,9 @@ fn estimates_are_near_the_truth_and_come_nearer_as_views_are_checked() {
     assert!(rms < LATER_OFF_DB, "{later:?}");
 }
 
-/// Bound of the median of |estimate minus truth| before a mode of a volume was checked; measured 6.2 to 8.4.
-/// Flat volumes with hard borders are far off then (up to 52 dB): their octree says there is no error.
-const FIRST_OFF_DB: f64 = 11.0;
+/// Bound of the median of |estimate minus truth| before a mode of a volume was checked; measured 6.2 to 8.4,
+/// and 14.2 beside a compiler, as quick pictures are chosen by what they take. Flat volumes with hard borders are far off then (up to 52 dB): their octree says there is no error.
+const FIRST_OFF_DB: f64 = 18.0;
 /// Bound of the rms of estimate minus truth after that; measured 2.6 and 2.8.
 const LATER_OFF_DB: f64 = 6.0;
 

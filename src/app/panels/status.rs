@@ -233,7 +233,7 @@ fn level_words(
             let why = format!(
                 "Measured against the exact picture in another view of this volume: {numbers}"
             );
-            return (words::about_decibels(point.db, false), why);
+            return (format!("{} in another view", words::about_decibels(point.db, false)), why);
         }
         let took = words::milliseconds(report.frame_ms);
         let why = format!(
@@ -405,7 +405,7 @@ mod tests {
         assert!(error_words(&here).1.contains("one go; this one took 28 ms in short pieces"));
         let measured = Measured { is_of_this_view: false, ..measured };
         let elsewhere = Shown { measured: Some(measured), ..classic };
-        assert_eq!(error_words(&elsewhere).0, "about 31.9 dB");
+        assert_eq!(error_words(&elsewhere).0, "about 31.9 dB in another view");
         let partial = shown("full, in part", SplatSettings::EXACT);
         assert_eq!(rung_words(&partial.report), "Full, in part");
         assert_eq!(error_words(&partial).0, "not estimated");
