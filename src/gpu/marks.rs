@@ -7,7 +7,7 @@ use super::context::Context;
 use super::slabs::{Looks, PictureConstants, SlabPass};
 use super::turns::SlabPart;
 use crate::hierarchy::{EMPTY_BRICK, Speck, specks};
-use crate::scene::{SplatSettings, View};
+use crate::scene::{MOST_RAYS, SplatSettings, View};
 
 /// A small thing is not looked for in more pixels than this along either side: rays meet it.
 const MOST_PIXELS: f64 = 8.0;
@@ -15,8 +15,6 @@ const MOST_PIXELS: f64 = 8.0;
 /// Rays of marked pixels for the length of a sample: with one, what shows of a single voxel is met or
 /// missed as a whole.
 const RAYS_A_SAMPLE: f64 = 2.0;
-/// Rays along the side of a marked pixel, at most.
-const MOST_RAYS: f64 = 8.0;
 /// Pixels of a row that adapters walk together, about.
 const LANES: u32 = 8;
 /// Bits of `Slabs::more` that say at which word marks begin; above them, how many rays they stand for.

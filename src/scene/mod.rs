@@ -31,7 +31,7 @@ pub use shading::{
     Shading, ShadingError, ShadingPreset, ShadingSpace, strong_gradient,
 };
 pub use vectors::VectorLayer;
-pub use view::{Traversal, View};
+pub use view::{MOST_RAYS, Traversal, View};
 
 use std::sync::Arc;
 

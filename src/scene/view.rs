@@ -45,7 +45,7 @@ pub struct Traversal {
 }
 
 /// The most rays along the side of a pixel.
-const MOST_RAYS: f64 = 8.0;
+pub const MOST_RAYS: f64 = 8.0;
 
 impl View {
     /// Brings a scene's camera and lattice together.
