@@ -162,7 +162,7 @@ fn what_was_measured_holds_for_the_volume_whatever_the_view() {
     bench.harness.key_press(Key::A);
     bench.drag(PointerButton::Primary, Modifiers::NONE, vec2(60.0, 10.0));
     bench.settle();
-    assert!(bench.shows("Full · 12 ms · about 45.0 dB"));
+    assert!(bench.shows("Full · 12 ms · about 45.0 dB in another view"));
     bench.open("other.nrrd");
     bench.settle();
     assert!(bench.shows("Full · 12 ms · exact mode, usually 40 to 66 dB"), "another volume");
