@@ -424,7 +424,8 @@ fn workgroups_have_the_size_that_the_host_dispatches() {
         let module = parsed(&shader);
         assert_eq!(module.entry_points[0].workgroup_size, [SEGMENT_THREADS, 1, 1]);
     }
-    for shader in [shader::GATHER_KERNELS, shader::GATHER_CELLS, shader::COMPOSITE_VECTORS] {
+    let gathering = shader::GatherPieces::ALL.map(shader::GatherPieces::shader);
+    for shader in gathering.into_iter().chain([shader::COMPOSITE_VECTORS]) {
         assert_eq!(parsed(&shader).entry_points[0].workgroup_size, [layout::TILE, layout::TILE, 1]);
     }
     for shader in

@@ -3,7 +3,6 @@
 //! Nothing here holds a device object, so a frame can be counted and compared before anything is
 //! drawn. [`super::Renderer`] runs it.
 
-use super::shader::Shader;
 
 /// One pass over the device.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -34,8 +33,8 @@ pub enum Pass {
     },
     /// Gathers a grid's kernels for some tiles of the picture.
     Gather {
-        /// The shader that does.
-        shader: &'static Shader,
+        /// The pass that does: of kernels, or of cells.
+        pass: &'static str,
         /// Tiles, one workgroup each.
         tiles: u32,
     },
@@ -109,7 +108,7 @@ impl Pass {
             Self::Splat(_) => super::shader::SPLAT.name,
             Self::ReconstructSlabs { .. } => super::shader::RECONSTRUCT_SLABS,
             Self::ProjectValues { .. } => super::shader::PROJECT_VALUES,
-            Self::Gather { shader, .. } => shader.name,
+            Self::Gather { pass, .. } => pass,
             Self::CountEntries { .. } => super::shader::COUNT_ENTRIES.name,
             Self::CountVectors { .. } => super::shader::COUNT_VECTORS.name,
             Self::CompositeVectors { .. } => super::shader::COMPOSITE_VECTORS.name,

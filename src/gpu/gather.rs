@@ -14,7 +14,8 @@ use super::layout::{self, POINT_TIE, TILE};
 use super::pipelines::share_constants;
 use super::renderer::Renderer;
 use super::samples::CHUNKS;
-use super::shader::{self, Shader};
+use super::shade::ShadeVariant;
+use super::shader::{self, GatherPieces, SampleLooks, Shader};
 use super::timing::Timestamps;
 use super::turns::{self, Layers};
 use crate::kernel::{COEFFICIENTS, FootprintPolynomial, Kernel, RadialKernel, Rim};
@@ -51,6 +52,7 @@ struct Variant {
     order: Order,
     perspective: bool,
     in_parts: bool,
+    shade: Option<ShadeVariant>,
 }
 
 impl Variant {
@@ -68,6 +70,7 @@ impl Variant {
             order: settings.order,
             perspective: view.eye_distance.is_some(),
             in_parts: false,
+            shade: None,
         }
     }
 
@@ -75,13 +78,19 @@ impl Variant {
         matches!(self.kernel, Kernel::Nearest | Kernel::Linear | Kernel::BSpline)
     }
 
-    fn shader(self) -> &'static Shader {
-        match (self.is_of_cells(), self.in_parts) {
-            (false, false) => &shader::GATHER_KERNELS,
-            (false, true) => &shader::GATHER_KERNELS_IN_PARTS,
-            (true, false) => &shader::GATHER_CELLS,
-            (true, true) => &shader::GATHER_CELLS_IN_PARTS,
-        }
+    /// The pass's name.
+    fn pass(self) -> &'static str {
+        if self.is_of_cells() { shader::GATHER_CELLS } else { shader::GATHER_KERNELS }
+    }
+
+    fn shader(self) -> Shader {
+        let looks = match self.shade {
+            None => SampleLooks::Plain,
+            Some(shade) if shade.regions > 0 => SampleLooks::Painted,
+            Some(_) => SampleLooks::Shaded,
+        };
+        let (cells, in_parts) = (self.is_of_cells(), self.in_parts);
+        GatherPieces { cells, in_parts, looks }.shader()
     }
 
     fn layers(self) -> Layers {
@@ -106,6 +115,7 @@ impl Variant {
             ("front_to_back", flag(self.order == Order::FrontToBack)),
             ("perspective", flag(self.perspective)),
         ];
+        constants.extend(self.shade.iter().flat_map(ShadeVariant::constants));
         match self.kernel {
             Kernel::Nearest => constants.push(("support", 1.0)),
             Kernel::Linear => constants.push(("support", 2.0)),
@@ -131,6 +141,9 @@ impl Variant {
 #[derive(Debug)]
 pub(super) struct Gathering {
     constants: wgpu::Buffer,
+    /// Of scenes that shade samples; else they are not there.
+    shade: Option<wgpu::Buffer>,
+    regions: Option<wgpu::Buffer>,
     variant: Option<Variant>,
     pipelines: HashMap<Variant, wgpu::ComputePipeline>,
 }
@@ -141,6 +154,8 @@ impl Gathering {
         let size = size_of::<layout::Gather>() as u64;
         Self {
             constants: Growing::make(context, "gather", Usage::UNIFORM | Usage::COPY_DST, size),
+            shade: None,
+            regions: None,
             variant: None,
             pipelines: HashMap::new(),
         }
@@ -150,6 +165,39 @@ impl Gathering {
     pub(super) fn len(&self) -> usize {
         self.pipelines.len()
     }
+
+    /// Bytes that lights, tables and regions take.
+    pub(super) fn shading_bytes(&self) -> u64 {
+        [&self.shade, &self.regions].into_iter().flatten().map(wgpu::Buffer::size).sum()
+    }
+
+    /// Brings what samples are shaded by to the device, or lets it go.
+    fn write_shade(
+        &mut self,
+        context: &Context,
+        shade: Option<(layout::Shade, Option<layout::Regions>)>,
+    ) {
+        let (shade, regions) = shade.map_or((None, None), |(shade, regions)| (Some(shade), regions));
+        write_uniform(context, &mut self.shade, "shade", shade.as_ref());
+        write_uniform(context, &mut self.regions, "regions", regions.as_ref());
+    }
+}
+
+/// Brings a uniform to the device, or lets it go.
+fn write_uniform<T: bytemuck::Pod>(
+    context: &Context,
+    buffer: &mut Option<wgpu::Buffer>,
+    label: &'static str,
+    constants: Option<&T>,
+) {
+    use wgpu::BufferUsages as Usage;
+    let Some(constants) = constants else {
+        *buffer = None;
+        return;
+    };
+    let size = size_of::<T>() as u64;
+    let made = || Growing::make(context, label, Usage::UNIFORM | Usage::COPY_DST, size);
+    context.queue.write_buffer(buffer.get_or_insert_with(made), 0, bytemuck::bytes_of(constants));
 }
 
 impl Renderer {
@@ -192,6 +240,15 @@ impl Renderer {
         };
         let mut constants = constants.gather();
         let mut variant = Variant::new(view, settings);
+        let shade = self.shade.as_ref().filter(|shade| !shade.is_of_surfaces);
+        variant.shade = shade.map(|shade| shade.variant);
+        let values = volume.samples.values();
+        let growth = view.eye_distance.map_or(0.0, |eye| (1.0 / eye) as f32);
+        let looks = shade.map(|shade| {
+            let constants = shade.constants(values, 0, view.pixels_per_unit, growth);
+            (constants, shade.regions(values))
+        });
+        self.gathering.write_shade(&self.context, looks);
         let most = self.context.most_turns;
         let side = view.rays_per_side(settings.kernel, settings.extent);
         let parts = turns::gathered(&constants, settings.kernel, variant.layers(), side, most)?;
@@ -207,8 +264,8 @@ impl Renderer {
                 (constants.part, constants.rays) = (part.along, part.rays);
                 let queue = &self.context.queue;
                 queue.write_buffer(&self.gathering.constants, 0, bytemuck::bytes_of(&constants));
-                let shader = variant.shader();
-                wall_ms += self.run(&[Pass::Gather { shader, tiles: tiles.len() as u32 }])?;
+                let pass = variant.pass();
+                wall_ms += self.run(&[Pass::Gather { pass, tiles: tiles.len() as u32 }])?;
             }
         }
         Ok(wall_ms)
@@ -235,7 +292,6 @@ impl Renderer {
     pub(super) fn gather(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
-        shader: Shader,
         tiles: u32,
         clock: Option<&Timestamps>,
     ) {
@@ -255,24 +311,35 @@ impl Renderer {
         bound.extend((0..CHUNKS).map(|i| &chunks[i.min(chunks.len() - 1)]));
         let totals = self.kept.buffer().filter(|_| variant.in_parts).unwrap_or(&self.totals);
         bound.extend([&table.entries, &table.visible, &self.gathering.constants, totals]);
-        let mut resources: Vec<wgpu::BindingResource<'_>> =
-            bound.into_iter().map(|buffer| buffer.as_entire_binding()).collect();
-        resources.push(wgpu::BindingResource::TextureView(&light));
+        let Gathering { shade, regions, .. } = &self.gathering;
+        let looks = [(9, shade), (10, regions)];
+        let looks = looks.into_iter().filter_map(|(at, buffer)| Some((at, buffer.as_ref()?)));
         let entries: Vec<wgpu::BindGroupEntry<'_>> = (0_u32..)
-            .zip(resources)
-            .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })
+            .zip(bound)
+            .chain(looks)
+            .map(|(binding, buffer)| wgpu::BindGroupEntry {
+                binding,
+                resource: buffer.as_entire_binding(),
+            })
             .collect();
-        let group = self.context.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some(shader.name),
-            layout: &pipeline.get_bind_group_layout(0),
-            entries: &entries,
-        });
+        let resource = wgpu::BindingResource::TextureView(&light);
+        let light = [wgpu::BindGroupEntry { binding: 0, resource }];
+        let group = |at: u32, entries: &[wgpu::BindGroupEntry<'_>]| {
+            context.device.create_bind_group(&wgpu::BindGroupDescriptor {
+                label: Some(variant.pass()),
+                layout: &pipeline.get_bind_group_layout(at),
+                entries,
+            })
+        };
+        let groups = [group(0, &entries), group(1, &light)];
         let mut compute = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
-            label: Some(shader.name),
+            label: Some(variant.pass()),
             timestamp_writes: clock.map(|c| c.compute(0)),
         });
         compute.set_pipeline(&pipeline);
-        compute.set_bind_group(0, &group, &[]);
+        for (at, group) in (0..).zip(&groups) {
+            compute.set_bind_group(at, group, &[]);
+        }
         let [across, down] = groups_of_tiles(tiles);
         compute.dispatch_workgroups(across, down, 1);
     }

@@ -52,7 +52,7 @@ pub struct Renderer {
     slab_field: SlabField,
     slab_settings: SplatSettings,
     /// Their lights and shading tables.
-    shade: Option<Shade>,
+    pub(super) shade: Option<Shade>,
     /// What lets the inside be seen.
     inside: Option<Opening>,
     /// Whether their rays are walked in parts.
@@ -442,7 +442,7 @@ impl Renderer {
             Pass::ScanSegments => {
                 self.dispatch(encoder, pass, shader::SCAN_SEGMENTS, 1, clock);
             }
-            Pass::Gather { shader, tiles } => self.gather(encoder, *shader, tiles, clock),
+            Pass::Gather { tiles, .. } => self.gather(encoder, tiles, clock),
             Pass::Splat(source) => self.splat(encoder, source, clock),
             Pass::ReconstructSlabs { tiles } | Pass::ProjectValues { tiles } => {
                 self.reconstruct_slabs(encoder, tiles, clock);
@@ -493,7 +493,7 @@ impl Renderer {
             + self.mesh.as_ref().map_or(0, MeshTable::size_bytes)
             + self.vectors.as_ref().map_or(0, DeviceVectors::size_bytes);
         let slabs: u64 = self.slabs.iter().map(SlabPass::size_bytes).sum();
-        target + volume + between + slabs + self.kept.size_bytes()
+        target + volume + between + slabs + self.kept.size_bytes() + self.gathering.shading_bytes()
     }
 
     /// Of them, what lists take: octree cuts and vectors share them.
@@ -503,7 +503,7 @@ impl Renderer {
 
     /// Of them, what lights and shading tables take: nothing once a picture without was drawn.
     pub fn shading_bytes(&self) -> u64 {
-        self.slabs.iter().map(SlabPass::shading_bytes).sum()
+        self.slabs.iter().map(SlabPass::shading_bytes).sum::<u64>() + self.gathering.shading_bytes()
     }
 
     /// Of them, what lets the inside be seen takes: nothing once a picture without was drawn.

@@ -9,6 +9,8 @@ const FOOTPRINT: &str = include_str!("../../shaders/lib/footprint.wgsl");
 const SHARE: &str = include_str!("../../shaders/lib/share.wgsl");
 const OPACITY: &str = include_str!("../../shaders/lib/opacity.wgsl");
 const GATHER: &str = include_str!("../../shaders/lib/gather.wgsl");
+const PLAIN_SAMPLES: &str = include_str!("../../shaders/lib/plain_samples.wgsl");
+const SHADED_SAMPLES: &str = include_str!("../../shaders/lib/shaded_samples.wgsl");
 const WHOLE: &str = include_str!("../../shaders/lib/whole.wgsl");
 const UNLIT: &str = include_str!("../../shaders/lib/unlit.wgsl");
 const SHADE: &str = include_str!("../../shaders/lib/shade.wgsl");
@@ -81,22 +83,69 @@ shader!(COUNT_DIGITS, "count_digits", SORT);
 shader!(SCATTER_DIGITS, "scatter_digits", SORT);
 shader!(FIND_RANGES, "find_ranges", LISTS);
 shader!(COMPOSITE_LISTS, "composite_lists", FRAME, PROJECT, FOOTPRINT, SHARE, OPACITY, LISTS);
-shader!(GATHER_KERNELS, "gather_kernels", TRAVERSAL, FOOTPRINT, SHARE, OPACITY, WHOLE, GATHER);
-shader!(GATHER_CELLS, "gather_cells", TRAVERSAL, OPACITY, WHOLE, GATHER);
 shader!(PRESENT, "present",);
 shader!(PICTURE, "picture",);
-// The same where an adapter's loops end too soon for a whole ray.
-shader!(
-    GATHER_KERNELS_IN_PARTS,
-    "gather_kernels",
-    TRAVERSAL,
-    FOOTPRINT,
-    SHARE,
-    OPACITY,
-    PARTS,
-    GATHER
-);
-shader!(GATHER_CELLS_IN_PARTS, "gather_cells", TRAVERSAL, OPACITY, PARTS, GATHER);
+/// What a sample is when kernels are shaded first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SampleLooks {
+    /// What its value is classified as.
+    Plain,
+    /// With lights or shading tables.
+    Shaded,
+    /// The same, with opacities by regions of value and gradient strength.
+    Painted,
+}
+
+/// What `shaders/gather_kernels.wgsl` and `shaders/gather_cells.wgsl` are stitched of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct GatherPieces {
+    /// Boxes and separable kernels, cell by cell, rather than radial ones and points.
+    pub cells: bool,
+    /// Rays are walked in several dispatches.
+    pub in_parts: bool,
+    /// What samples are.
+    pub looks: SampleLooks,
+}
+
+impl GatherPieces {
+    /// Every one there is.
+    pub const ALL: [Self; 12] = {
+        let looks = [SampleLooks::Plain, SampleLooks::Shaded, SampleLooks::Painted];
+        let mut all = [Self { cells: false, in_parts: false, looks: SampleLooks::Plain }; 12];
+        let mut i = 0;
+        while i < all.len() {
+            all[i] = Self { cells: i % 2 == 1, in_parts: i / 2 % 2 == 1, looks: looks[i / 4] };
+            i += 1;
+        }
+        all
+    };
+
+    /// The pass of these pieces.
+    pub const fn shader(self) -> Shader {
+        let rays = if self.in_parts { PARTS } else { WHOLE };
+        let [samples, shade, painted] = match self.looks {
+            SampleLooks::Plain => [PLAIN_SAMPLES, "", ""],
+            SampleLooks::Shaded => [SHADED_SAMPLES, SHADE, UNPAINTED],
+            SampleLooks::Painted => [SHADED_SAMPLES, SHADE, REGIONS],
+        };
+        let [name, footprint, share, walk] = match self.cells {
+            false => {
+                let walk = include_str!("../../shaders/gather_kernels.wgsl");
+                [GATHER_KERNELS, FOOTPRINT, SHARE, walk]
+            }
+            true => [GATHER_CELLS, "", "", include_str!("../../shaders/gather_cells.wgsl")],
+        };
+        let pieces =
+            &[TRAVERSAL, footprint, share, OPACITY, rays, GATHER, samples, painted, shade, walk];
+        stitched(name, pieces)
+    }
+}
+
+/// Name of the pass that gathers radial kernels and points.
+pub const GATHER_KERNELS: &str = "gather_kernels";
+
+/// Name of the pass that gathers boxes and separable kernels.
+pub const GATHER_CELLS: &str = "gather_cells";
 
 /// What has the values, and growth, of a field on the faces of slabs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -232,13 +281,11 @@ const PROJECTING: [Shader; 4] = {
 };
 
 /// Passes that are stitched in one way only.
-const SINGLE: [Shader; 18] = [
+const SINGLE: [Shader; 14] = [
     COUNT_SEGMENTS,
     SCAN_SEGMENTS,
     EMIT_KERNELS,
     SPLAT,
-    GATHER_KERNELS,
-    GATHER_CELLS,
     COUNT_ENTRIES,
     WRITE_ENTRIES,
     COUNT_DIGITS,
@@ -249,19 +296,24 @@ const SINGLE: [Shader; 18] = [
     COMPOSITE_VECTORS,
     PRESENT,
     PICTURE,
-    GATHER_KERNELS_IN_PARTS,
-    GATHER_CELLS_IN_PARTS,
 ];
 
+/// How many of each family there are, in the order of [`ALL`].
+const COUNTS: [usize; 4] =
+    [SINGLE.len(), PROJECTING.len(), GatherPieces::ALL.len(), SlabPieces::ALL.len()];
+
 /// Every shader there is.
-pub static ALL: [Shader; SINGLE.len() + PROJECTING.len() + SlabPieces::ALL.len()] = {
-    let slabs = SINGLE.len() + PROJECTING.len();
-    let mut all = [SINGLE[0]; SINGLE.len() + PROJECTING.len() + SlabPieces::ALL.len()];
+pub static ALL: [Shader; COUNTS[0] + COUNTS[1] + COUNTS[2] + COUNTS[3]] = {
+    let projecting = COUNTS[0];
+    let gathering = projecting + COUNTS[1];
+    let slabs = gathering + COUNTS[2];
+    let mut all = [SINGLE[0]; COUNTS[0] + COUNTS[1] + COUNTS[2] + COUNTS[3]];
     let mut i = 0;
     while i < all.len() {
         all[i] = match i {
-            _ if i < SINGLE.len() => SINGLE[i],
-            _ if i < slabs => PROJECTING[i - SINGLE.len()],
+            _ if i < projecting => SINGLE[i],
+            _ if i < gathering => PROJECTING[i - projecting],
+            _ if i < slabs => GatherPieces::ALL[i - gathering].shader(),
             _ => SlabPieces::ALL[i - slabs].shader(),
         };
         i += 1;

@@ -12,7 +12,7 @@ use super::layers::{self, Planes};
 use super::mesh::Meshes;
 use super::projection;
 use super::quadrature::{Density, Light};
-use super::shading::{RayShader, Shader};
+use super::shading::{RayShader, SampleShader, Shader};
 use super::sources::{GridKernels, Hit, Line, ListKernels};
 use super::truth;
 use super::vectors::{Vectors, merged};
@@ -150,7 +150,8 @@ impl Reference {
             (Some(kernels), ..) => list(kernels),
             (None, _, None) => list(grid_kernels(scene)),
             (None, Classify::Before, Some(shape)) => {
-                Source::Grid(GridKernels::new(&scene.volume, &scene.camera, classes), shape)
+                let shader = SampleShader::of(scene, exact);
+                Source::Grid(GridKernels::new(&scene.volume, &scene.camera, classes, shader), shape)
             }
             (None, _, Some(shape)) => {
                 let field = Field::new(&scene.volume, shape, splat.reconstruction);

@@ -97,6 +97,24 @@ impl Scene {
         self.vectors.is_some() && !self.hides_field() && !has_slabs
     }
 
+    /// Whether lights or tables shade its samples, before kernels are put together.
+    pub fn shades_samples(&self) -> bool {
+        !self.shading.is_plain()
+            && self.splat.classify == Classify::Before
+            && Shading::is_shown_by(&self.splat)
+    }
+
+    /// What draws every voxel in a view where nobody chose and nothing was measured: as
+    /// [`SplatSettings::backend_in`], and tiles where samples are shaded.
+    pub fn backend_in(&self, view: &View) -> Backend {
+        if self.shades_samples() { Backend::Tiles } else { self.splat.backend_in(view) }
+    }
+
+    /// Whether nobody chose what draws it, and both can.
+    pub fn is_backend_open(&self, view: &View) -> bool {
+        !self.shades_samples() && self.splat.is_backend_open(view)
+    }
+
     /// What it asks for beside the transfer function and the mode, by name.
     pub fn effects(&self) -> Vec<&'static str> {
         // Values that are projected have no opacity, and nothing falls on them.

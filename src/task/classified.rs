@@ -30,6 +30,8 @@ const WHOLE_AT_ONCE: u64 = 1 << 20;
 pub(super) struct Classified {
     pub(super) volume: Arc<ScalarVolume>,
     transfer: TransferFunction,
+    /// The transfer function on the device, where samples are shaded by it.
+    by_value: Option<TransferFunction>,
     unit_distance: f64,
     pub(super) table: Arc<Table>,
     /// Where something has called for it; perhaps only its coarse levels.
@@ -227,9 +229,11 @@ impl Drawer {
     /// Brings the device up to the scene's volume and transfer function.
     fn classify(&mut self, scene: &Scene, ticket: &Ticket) -> Result<(), DrawError> {
         let unit_distance = scene.opacity_unit_distance();
+        let by_value = scene.shades_samples().then(|| scene.shading.by_value(&scene.transfer));
         let current = self.classified.as_ref().is_some_and(|c| {
             Arc::ptr_eq(&c.volume, &scene.volume)
                 && c.transfer == scene.transfer
+                && c.by_value == by_value
                 && c.unit_distance == unit_distance
         });
         if current {
@@ -245,10 +249,18 @@ impl Drawer {
             Err(GpuError::Cancelled) => return Err(DrawError::Interrupted),
             other => other?,
         }
-        self.renderer.set_table(&table)?;
+        // Octrees stand in unlit, and know the transfer function alone.
+        match &by_value {
+            Some(transfer) => {
+                let table = Table::new(transfer, scene.volume.samples.scalar_type());
+                self.renderer.set_table(&table)?;
+            }
+            None => self.renderer.set_table(&table)?,
+        }
         self.classified = Some(Classified {
             volume: Arc::clone(&scene.volume),
             transfer: scene.transfer.clone(),
+            by_value,
             unit_distance,
             table: Arc::new(table),
             pyramid: None,

@@ -85,7 +85,7 @@ pub struct Drawn {
     pub is_reduced: bool,
     /// Which field of those on the device it shows, where it shows one.
     pub field: SlabField,
-    /// Slabs of a reconstructed field, which lights and shading tables reach.
+    /// Slabs of a reconstructed field, or gathered samples, which lights and shading tables reach.
     pub is_shaded: bool,
     /// Times that vectors were halved beyond what was asked for, as too many lay over one tile.
     pub vectors_halved: u32,
@@ -242,8 +242,13 @@ impl Drawer {
                 let radial = RadialKernel::new(kernel, scene.splat.extent);
                 // Splats are nowhere under a pixel: the pyramid level whose nodes are not.
                 let is_small = radial.is_some_and(|k| k.radius() * view.voxel_pixels() < 1.0);
-                match scene.splat.backend_in(&view) {
-                    Backend::Tiles if !is_small || scene.splat.takes_several_rays(&view) => {
+                match scene.backend_in(&view) {
+                    // Larger nodes stand in for kernels that lie side by side, but unlit.
+                    Backend::Tiles
+                        if !is_small
+                            || scene.splat.takes_several_rays(&view)
+                            || scene.shades_samples() =>
+                    {
                         self.gathered(scene, size, observer)
                     }
                     // Larger nodes stand in for kernels that lie side by side, and not for others.

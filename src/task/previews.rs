@@ -8,7 +8,7 @@ use crate::core::Ticket;
 use crate::gpu::{GpuError, SlabField};
 use crate::hierarchy::{ScalarPyramid, ScalarPyramidError};
 use crate::kernel::{Averaged, Coefficients, CoefficientsError, Kernel, nearest_tents};
-use crate::scene::{Reconstruction, Scene, SplatSettings, View};
+use crate::scene::{Backend, Reconstruction, Scene, SplatSettings, View};
 use crate::volume::ScalarVolume;
 
 use super::draw::{DrawError, Drawer, Drawn, LEAST_SIDE, Observer, Rung, shrunk};
@@ -55,7 +55,8 @@ fn rays(size: [u32; 2], shrink: f64) -> f64 {
 }
 
 /// The mode of the field for previews of a scene, where one would be quicker than the scene's own and
-/// look alike: the tents nearest to it, or tents through means. A smooth field is not like them.
+/// look alike: the tents nearest to it, or tents through means. A smooth field is not like them; but
+/// where samples are shaded first it is the only one that can be lit.
 pub(super) fn preview_mode(scene: &Scene) -> Option<SplatSettings> {
     let splat = scene.splat;
     let is_sharp = match splat.kernel {
@@ -66,15 +67,26 @@ pub(super) fn preview_mode(scene: &Scene) -> Option<SplatSettings> {
             splat.reconstruction == Reconstruction::Interpolating
         }
     };
-    (slabs::reconstructs(&splat) && is_sharp && !vectors::are_alone(scene)).then_some(
-        SplatSettings {
-            kernel: Kernel::Linear,
-            extent: None,
-            reconstruction: Reconstruction::Interpolating,
-            slabs_per_voxel: splat.slabs_per_voxel.min(1.0),
-            ..splat
-        },
-    )
+    let tents = SplatSettings {
+        kernel: Kernel::Linear,
+        extent: None,
+        reconstruction: Reconstruction::Interpolating,
+        slabs_per_voxel: splat.slabs_per_voxel.min(1.0),
+        ..splat
+    };
+    if scene.shades_samples() {
+        // Octree cuts are unlit.
+        let SplatSettings { visibility, classify, order, .. } = SplatSettings::EXACT;
+        return Some(SplatSettings {
+            visibility,
+            classify,
+            order,
+            slabs_per_voxel: 1.0,
+            backend: Backend::Auto,
+            ..tents
+        });
+    }
+    (slabs::reconstructs(&splat) && is_sharp && !vectors::are_alone(scene)).then_some(tents)
 }
 
 /// How many times a volume is halved for its previews.
@@ -160,14 +172,15 @@ impl Drawer {
             let shrink = self.affordable(SlabField::Own, size, budget_ms);
             return Some(Reduction { field: SlabField::Own, shrink });
         }
-        if !slabs::reconstructs(&scene.splat) {
+        let shades_samples = scene.shades_samples();
+        if !slabs::reconstructs(&scene.splat) && !shades_samples {
             return None;
         }
         let affordable = |field: SlabField, splat: &SplatSettings| {
             let is_there = self.renderer.holds_field(field, &scene.volume, splat);
             is_there.then(|| self.affordable(field, size, budget_ms))
         };
-        let own = affordable(SlabField::Own, &scene.splat);
+        let own = affordable(SlabField::Own, &scene.splat).filter(|_| !shades_samples);
         let tents = preview_mode(scene).and_then(|splat| affordable(SlabField::Preview, &splat));
         let worth = match self.last_reduction {
             Some(Reduction { field: SlabField::Preview, .. }) => STILL_WORTH_TENTS,

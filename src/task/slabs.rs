@@ -214,9 +214,13 @@ impl Drawer {
         let view = View::new(scene, size);
         let unit_distance = scene.opacity_unit_distance();
         let all = |_: &mut Renderer, tiles: Range<u32>| Ok(tiles.end);
-        self.tiled(scene, &view, observer, (FIRST_TILES, all), |renderer, tiles| {
+        self.renderer.set_looks(scene);
+        let pipelines = self.renderer.pipeline_count();
+        let drawn = self.tiled(scene, &view, observer, (FIRST_TILES, all), |renderer, tiles| {
             renderer.draw_gathered(&view, &scene.splat, unit_distance, STOP_BELOW, tiles)
-        })
+        })?;
+        let made_pipelines = self.renderer.pipeline_count() != pipelines;
+        Ok(Drawn { is_shaded: true, made_pipelines, ..drawn })
     }
 
     /// A picture a few tiles at a time, so many of them in the first piece. Before the tiles of a band

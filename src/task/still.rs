@@ -331,7 +331,7 @@ fn shown_field(
 fn backend_of(rung: Rung, drawn: &Drawn, scene: &Scene) -> Backend {
     let splat = &scene.splat;
     let lists = match rung {
-        Rung::Full => return splat.backend_in(&View::new(scene, drawn.size)),
+        Rung::Full => return scene.backend_in(&View::new(scene, drawn.size)),
         Rung::Reduced { .. } => return splat.fixed_backend(),
         Rung::Coarse { .. } if drawn.is_reduced => return splat.fixed_backend(),
         Rung::Octree { .. } | Rung::Subsampled { .. } => lists_cut(splat),

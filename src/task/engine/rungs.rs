@@ -464,7 +464,8 @@ fn no_device() -> DrawError {
 /// What of a scene's shading, and of what lets its inside be seen, was drawn.
 pub(super) fn effects(scene: &Scene, drawn: &Drawn) -> Vec<&'static str> {
     match drawn.is_shaded {
-        true => scene.effects(),
+        true if Inside::is_shown_by(&scene.splat) => scene.effects(),
+        true => scene.shading.effects(),
         false if scene.hides_field() => scene.effects(),
         false => Vec::new(),
     }

@@ -98,7 +98,7 @@ impl Worker {
         let active = drawer.active_count();
         self.drawer = Some(drawer);
         let (drawn, rgba) = drawn?;
-        let backend = scene.splat.backend_in(&View::new(scene, *size));
+        let backend = scene.backend_in(&View::new(scene, *size));
         let rung = rung_words(Rung::Full, &drawn);
         let total = scene.volume.lattice.len() as u64;
         let report = FrameReport {
