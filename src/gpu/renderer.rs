@@ -233,6 +233,11 @@ impl Renderer {
         self.slabs[which as usize].holds(volume, settings)
     }
 
+    /// Whether a field that was set has got its table since.
+    pub fn holds_slab_table(&self, which: SlabField) -> bool {
+        self.slabs[which as usize].holds_table()
+    }
+
     /// The kernel of a field that was set, and its samples along each axis.
     pub fn field_shape(&self, which: SlabField) -> Option<(Kernel, [usize; 3])> {
         self.slabs[which as usize].shape()

@@ -286,7 +286,9 @@ impl Drawer {
             reach: Renderer::slab_reach(view, spacing, &scene.splat),
             levels: scene.inside.isosurfaces.iter().map(|iso| iso.value).collect(),
         };
-        if self.field.tables[which as usize].as_ref() != Some(&key) {
+        let is_current = self.field.tables[which as usize].as_ref() == Some(&key)
+            && self.renderer.holds_slab_table(which);
+        if !is_current {
             let weight = match key.opacity_model {
                 OpacityModel::OpticalDepth => Weight::Extinction,
                 OpacityModel::Published => Weight::Opacity,

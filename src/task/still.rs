@@ -318,7 +318,9 @@ fn shown_field(
     drawn: &Drawn,
     splat: &SplatSettings,
 ) -> Option<ShownField> {
-    let is_of_field = reconstructs(splat) && (rung == Rung::Full || drawn.is_reduced);
+    let is_preview = drawn.is_reduced && drawn.field == SlabField::Preview;
+    let is_own = reconstructs(splat) && (rung == Rung::Full || drawn.is_reduced);
+    let is_of_field = is_preview || is_own;
     let (kernel, dims) = drawer.renderer.field_shape(drawn.field).filter(|_| is_of_field)?;
     let which = match drawn.field {
         SlabField::Own => "own",

@@ -28,6 +28,7 @@ mod previews;
 mod reconstructed;
 mod regions;
 mod scattered;
+mod shaded_samples;
 mod shading;
 mod small_kernels;
 mod sort;
