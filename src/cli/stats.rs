@@ -3,7 +3,8 @@
 use serde::Serialize;
 
 use crate::scene::SplatSettings;
-use crate::task::still::{Convergence, Refine, ShownField, Still};
+use crate::task::engine::HeldBytes;
+use crate::task::still::{Convergence, LeftOut, Refine, ShownField, Still};
 
 /// The file's content; the names are stable.
 #[derive(Debug, Serialize)]
@@ -35,6 +36,10 @@ pub(super) struct Stats<'a> {
     rmse: Option<f64>,
     /// What the scene asked for beside the transfer function.
     effects: Vec<&'static str>,
+    /// Of each that can be left out of a full picture, what that changes.
+    left_out: &'a [LeftOut],
+    /// Bytes on the device, of parts that not every scene has.
+    held: HeldBytes,
     /// Of one more frame, in which each pass is waited for by itself: they add up to
     /// `timed_frame_ms` at most, which is longer than that of `frame_ms`.
     passes: Vec<PassRow>,
@@ -104,6 +109,8 @@ impl<'a> Stats<'a> {
                 .map(|end| ConvergenceRow { end, is_reached: end.is_reached() }),
             rmse: still.measured_rmse,
             effects,
+            left_out: &still.effects,
+            held: still.held,
             passes: still
                 .passes
                 .iter()

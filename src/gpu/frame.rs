@@ -3,7 +3,6 @@
 //! Nothing here holds a device object, so a frame can be counted and compared before anything is
 //! drawn. [`super::Renderer`] runs it.
 
-
 /// One pass over the device.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Pass {

@@ -177,7 +177,8 @@ impl Gathering {
         context: &Context,
         shade: Option<(layout::Shade, Option<layout::Regions>)>,
     ) {
-        let (shade, regions) = shade.map_or((None, None), |(shade, regions)| (Some(shade), regions));
+        let (shade, regions) =
+            shade.map_or((None, None), |(shade, regions)| (Some(shade), regions));
         write_uniform(context, &mut self.shade, "shade", shade.as_ref());
         write_uniform(context, &mut self.regions, "regions", regions.as_ref());
     }

@@ -506,6 +506,12 @@ impl Renderer {
         self.lists.as_ref().map_or(0, Lists::size_bytes)
     }
 
+    /// Of them, what vectors take, with the lists of where they lie while they are drawn.
+    pub fn vector_bytes(&self) -> u64 {
+        let own = self.vectors.as_ref().map_or(0, DeviceVectors::size_bytes);
+        if own > 0 { own + self.list_bytes() } else { 0 }
+    }
+
     /// Of them, what lights and shading tables take: nothing once a picture without was drawn.
     pub fn shading_bytes(&self) -> u64 {
         self.slabs.iter().map(SlabPass::shading_bytes).sum::<u64>() + self.gathering.shading_bytes()

@@ -49,8 +49,7 @@ impl DeviceSamples {
             }
             Samples::UInt16(values) => Self::codes(context, values, ticket, |v| v),
             Samples::Int16(values) => {
-                let samples =
-                    Self::codes(context, values, ticket, |v| v.cast_unsigned() ^ 0x8000)?;
+                let samples = Self::codes(context, values, ticket, |v| v.cast_unsigned() ^ 0x8000)?;
                 Ok(Self { first: f64::from(i16::MIN), ..samples })
             }
             wide => with_samples!(wide, values => {

@@ -95,7 +95,8 @@ impl SampleShader {
     pub(super) fn shaded(&self, density: Density, index: [usize; 3]) -> Density {
         let lattice = &self.volume.lattice;
         let dims = lattice.dims;
-        let value = |i: [usize; 3]| self.volume.samples.get((i[2] * dims[1] + i[1]) * dims[0] + i[0]);
+        let value =
+            |i: [usize; 3]| self.volume.samples.get((i[2] * dims[1] + i[1]) * dims[0] + i[0]);
         let here = value(index);
         if density[0] <= 0.0 || here.is_nan() {
             return density;

@@ -6,6 +6,7 @@
 
 pub mod annotations;
 mod cells;
+mod effect;
 mod framing;
 mod inside;
 mod mode;
@@ -16,6 +17,7 @@ mod view;
 pub use crate::hierarchy::ErrorMeasure;
 pub use annotations::{Annotation, Annotations, lay_out as lay_out_annotations};
 pub use cells::{Cell, Cells, Edge, IndexRay, WhyWhole, level_colour};
+pub use effect::Effect;
 pub use framing::{NamedView, axis_letters, is_anterior_y};
 pub use inside::{
     AlongRay, Clip, ClipBox, CutFaces, HalfSpace, Inside, InsideError, Isosurface,

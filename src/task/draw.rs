@@ -243,7 +243,6 @@ impl Drawer {
                 // Splats are nowhere under a pixel: the pyramid level whose nodes are not.
                 let is_small = radial.is_some_and(|k| k.radius() * view.voxel_pixels() < 1.0);
                 match scene.backend_in(&view) {
-                    // Larger nodes stand in for kernels that lie side by side, but unlit.
                     Backend::Tiles
                         if !is_small
                             || scene.splat.takes_several_rays(&view)
@@ -251,7 +250,8 @@ impl Drawer {
                     {
                         self.gathered(scene, size, observer)
                     }
-                    // Larger nodes stand in for kernels that lie side by side, and not for others.
+                    // Larger nodes stand in for kernels that lie side by side, and not for others; and
+                    // they are unlit.
                     Backend::Raster if !is_small || !scene.splat.covers() => {
                         self.grid(scene, size, kernel, observer)
                     }

@@ -5,7 +5,9 @@ use std::sync::atomic::Ordering;
 use eframe::egui::accesskit::{Role, Toggled};
 use eframe::egui::{Key, Modifiers, PointerButton, vec2};
 use egui_kittest::kittest::{NodeT as _, Queryable as _};
-use voxsplat::scene::{Attached, Index, MOST_LIGHTS, Shading, ShadingPreset, SplatSettings};
+use voxsplat::scene::{
+    Attached, Backend, Index, MOST_LIGHTS, Shading, ShadingPreset, SplatSettings,
+};
 use voxsplat::task::engine::Effort;
 
 use super::press;
@@ -200,21 +202,23 @@ fn modes_that_show_no_shading_say_so_and_offer_the_exact_one() {
     let says = |bench: &Bench| bench.shows("Use the exact mode");
     assert!(!says(&bench));
     press(&mut bench, "Classic splatting");
+    assert!(!says(&bench), "its samples are lit first");
+    bench.harness.get_by_label("Advanced").click();
+    bench.harness.run_steps(30);
+    bench.choose("Back end", "Triangles");
     assert!(says(&bench));
     bench.choose("Shading preset", "Lights");
     let request = bench.last_request().scene;
-    assert_eq!(request.splat, SplatSettings::SHADE_FIRST, "a preset leaves the mode alone");
+    let triangles = SplatSettings { backend: Backend::Raster, ..SplatSettings::SHADE_FIRST };
+    assert_eq!(request.splat, triangles, "a preset leaves the mode alone");
     assert!(!Shading::is_shown_by(&request.splat) && says(&bench));
-    press(&mut bench, "Use the exact mode");
-    assert_eq!(bench.last_request().scene.splat, SplatSettings::EXACT);
-    assert!(!says(&bench) && shading(&bench).lighting.is_some());
-    // The second mode of a comparison is classic splatting.
-    let second = "The second mode colours samples before they are put together: it is shown without \
-                  lights and tables";
-    assert!(!bench.shows(second));
     bench.harness.key_press(Key::C);
     bench.settle();
-    assert!(bench.shows(second));
+    let second = "The second mode is drawn as triangles: it is shown without lights and tables";
+    assert!(!bench.shows(second), "the exact one");
+    press(&mut bench, "Swap");
+    assert!(bench.shows(second), "they have changed places");
+    assert!(!says(&bench) && shading(&bench).lighting.is_some());
     press(&mut bench, "Reset shading");
     assert!(!bench.shows(second), "there is nothing that it would not show");
 }

@@ -201,7 +201,7 @@ fn gradient(request: &FrameRequest) -> Picture {
             true => request.scene.shading.effects(),
             false => Vec::new(),
         },
-        held: Some(HeldBytes { all: 52_400_000, shading: 17_000, inside: 0 }),
+        held: Some(HeldBytes { all: 52_400_000, shading: 17_000, inside: 0, vectors: 0 }),
         made_pipelines: false,
     };
     Picture { size: request.size, requested_size: request.size, rgba, report }

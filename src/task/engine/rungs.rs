@@ -363,7 +363,7 @@ impl Worker {
     ) -> Result<Picture, DrawError> {
         let drawer = self.device()?;
         let rgba = drawer.renderer.present(background_light(request.scene.background))?;
-        let held = held(&drawer.renderer);
+        let held = HeldBytes::of(&drawer.renderer);
         #[expect(clippy::cast_possible_truncation, reason = "0..=1")]
         let words = (rung, progress as f32);
         let mut picture = picture(request, words, drawn, rgba, drawer.active_count());
@@ -468,15 +468,6 @@ pub(super) fn effects(scene: &Scene, drawn: &Drawn) -> Vec<&'static str> {
         true => scene.shading.effects(),
         false if scene.hides_field() => scene.effects(),
         false => Vec::new(),
-    }
-}
-
-/// What is held on the device now.
-pub(super) fn held(renderer: &Renderer) -> HeldBytes {
-    HeldBytes {
-        all: renderer.size_bytes(),
-        shading: renderer.shading_bytes(),
-        inside: renderer.inside_bytes(),
     }
 }
 
