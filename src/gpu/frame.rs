@@ -30,6 +30,11 @@ pub enum Pass {
         /// Tiles of the picture, a workgroup each.
         tiles: u32,
     },
+    /// Shades samples that kernels are gathered of.
+    ShadeSamples {
+        /// Bricks of the volume, a workgroup each.
+        bricks: u32,
+    },
     /// Gathers a grid's kernels for some tiles of the picture.
     Gather {
         /// The pass that does: of kernels, or of cells.
@@ -107,6 +112,7 @@ impl Pass {
             Self::Splat(_) => super::shader::SPLAT.name,
             Self::ReconstructSlabs { .. } => super::shader::RECONSTRUCT_SLABS,
             Self::ProjectValues { .. } => super::shader::PROJECT_VALUES,
+            Self::ShadeSamples { .. } => super::shader::SHADE_SAMPLES,
             Self::Gather { pass, .. } => pass,
             Self::CountEntries { .. } => super::shader::COUNT_ENTRIES.name,
             Self::CountVectors { .. } => super::shader::COUNT_VECTORS.name,

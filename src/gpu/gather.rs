@@ -52,7 +52,18 @@ struct Variant {
     order: Order,
     perspective: bool,
     in_parts: bool,
-    shade: Option<ShadeVariant>,
+    looks: Looks,
+}
+
+/// What samples are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+enum Looks {
+    /// What their values are classified as.
+    Plain,
+    /// Each ray shades those it meets.
+    Shaded(ShadeVariant),
+    /// They are shaded already.
+    Kept,
 }
 
 impl Variant {
@@ -70,7 +81,7 @@ impl Variant {
             order: settings.order,
             perspective: view.eye_distance.is_some(),
             in_parts: false,
-            shade: None,
+            looks: Looks::Plain,
         }
     }
 
@@ -84,10 +95,11 @@ impl Variant {
     }
 
     fn shader(self) -> Shader {
-        let looks = match self.shade {
-            None => SampleLooks::Plain,
-            Some(shade) if shade.regions > 0 => SampleLooks::Painted,
-            Some(_) => SampleLooks::Shaded,
+        let looks = match self.looks {
+            Looks::Plain => SampleLooks::Plain,
+            Looks::Shaded(shade) if shade.regions > 0 => SampleLooks::Painted,
+            Looks::Shaded(_) => SampleLooks::Shaded,
+            Looks::Kept => SampleLooks::Kept,
         };
         let (cells, in_parts) = (self.is_of_cells(), self.in_parts);
         GatherPieces { cells, in_parts, looks }.shader()
@@ -115,7 +127,9 @@ impl Variant {
             ("front_to_back", flag(self.order == Order::FrontToBack)),
             ("perspective", flag(self.perspective)),
         ];
-        constants.extend(self.shade.iter().flat_map(ShadeVariant::constants));
+        if let Looks::Shaded(shade) = &self.looks {
+            constants.extend(shade.constants());
+        }
         match self.kernel {
             Kernel::Nearest => constants.push(("support", 1.0)),
             Kernel::Linear => constants.push(("support", 2.0)),
@@ -144,6 +158,10 @@ pub(super) struct Gathering {
     /// Of scenes that shade samples; else they are not there.
     shade: Option<wgpu::Buffer>,
     regions: Option<wgpu::Buffer>,
+    /// What those hold.
+    looks: Vec<u8>,
+    /// Of the pass that shades samples.
+    pub(super) shading: layout::Gather,
     variant: Option<Variant>,
     pipelines: HashMap<Variant, wgpu::ComputePipeline>,
 }
@@ -156,6 +174,8 @@ impl Gathering {
             constants: Growing::make(context, "gather", Usage::UNIFORM | Usage::COPY_DST, size),
             shade: None,
             regions: None,
+            looks: Vec::new(),
+            shading: bytemuck::Zeroable::zeroed(),
             variant: None,
             pipelines: HashMap::new(),
         }
@@ -171,6 +191,26 @@ impl Gathering {
         [&self.shade, &self.regions].into_iter().flatten().map(wgpu::Buffer::size).sum()
     }
 
+    /// What samples are shaded by, byte for byte.
+    pub(super) fn looks_bytes(&self) -> &[u8] {
+        &self.looks
+    }
+
+    /// The same on the device, with the numbers of its bindings.
+    pub(super) fn looks(&self) -> impl Iterator<Item = (u32, &wgpu::Buffer)> {
+        let looks = [(9, &self.shade), (10, &self.regions)];
+        looks.into_iter().filter_map(|(at, buffer)| Some((at, buffer.as_ref()?)))
+    }
+
+    /// What passes are given.
+    pub(super) fn buffer(&self) -> &wgpu::Buffer {
+        &self.constants
+    }
+
+    pub(super) fn write(&self, context: &Context, constants: &layout::Gather) {
+        context.queue.write_buffer(&self.constants, 0, bytemuck::bytes_of(constants));
+    }
+
     /// Brings what samples are shaded by to the device, or lets it go.
     fn write_shade(
         &mut self,
@@ -179,6 +219,9 @@ impl Gathering {
     ) {
         let (shade, regions) =
             shade.map_or((None, None), |(shade, regions)| (Some(shade), regions));
+        self.looks.clear();
+        self.looks.extend(shade.iter().flat_map(bytemuck::bytes_of));
+        self.looks.extend(regions.iter().flat_map(bytemuck::bytes_of));
         write_uniform(context, &mut self.shade, "shade", shade.as_ref());
         write_uniform(context, &mut self.regions, "regions", regions.as_ref());
     }
@@ -220,36 +263,24 @@ impl Renderer {
         stop_below: f64,
         tiles: Range<u32>,
     ) -> Result<f64, GpuError> {
-        let Some(volume) = &self.volume else { return Ok(0.0) };
-        let Some(table) = &volume.table else { return Ok(0.0) };
         let tiles = tiles.start..tiles.end.min(tile_count(view.size));
+        let lengths = (unit_distance, stop_below);
+        let Some(mut constants) = self.gather_constants(view, settings, lengths, tiles.clone())
+        else {
+            return Ok(0.0);
+        };
         // Nothing to draw leaves the picture clear, as it was begun.
-        if tiles.is_empty() || table.showing[0][0] > table.showing[1][0] {
+        if tiles.is_empty() {
             return Ok(0.0);
         }
-        let lattice = volume.source.lattice;
-        let constants = Constants {
-            view,
-            settings,
-            unit_distance,
-            stop_below,
-            dims: lattice.dims,
-            bricks: volume.source.bricks.dims,
-            smallest_spacing: lattice.smallest_spacing(),
-            showing: table.showing,
-            tiles: tiles.clone(),
-        };
-        let mut constants = constants.gather();
         let mut variant = Variant::new(view, settings);
         let shade = self.shade.as_ref().filter(|shade| !shade.is_of_surfaces);
-        variant.shade = shade.map(|shade| shade.variant);
-        let values = volume.samples.values();
-        let growth = view.eye_distance.map_or(0.0, |eye| (1.0 / eye) as f32);
-        let looks = shade.map(|shade| {
-            let constants = shade.constants(values, 0, view.pixels_per_unit, growth);
-            (constants, shade.regions(values))
-        });
-        self.gathering.write_shade(&self.context, looks);
+        variant.looks = match shade {
+            None => Looks::Plain,
+            Some(_) if self.shaded.whole().is_some() => Looks::Kept,
+            Some(shade) => Looks::Shaded(shade.variant),
+        };
+        self.write_looks(view);
         let most = self.context.most_turns;
         let side = view.rays_per_side(settings.kernel, settings.extent);
         let parts = turns::gathered(&constants, settings.kernel, variant.layers(), side, most)?;
@@ -263,13 +294,54 @@ impl Renderer {
             constants.strides[3] = tiles.end;
             for &part in &parts {
                 (constants.part, constants.rays) = (part.along, part.rays);
-                let queue = &self.context.queue;
-                queue.write_buffer(&self.gathering.constants, 0, bytemuck::bytes_of(&constants));
+                self.gathering.write(&self.context, &constants);
                 let pass = variant.pass();
                 wall_ms += self.run(&[Pass::Gather { pass, tiles: tiles.len() as u32 }])?;
             }
         }
         Ok(wall_ms)
+    }
+
+    /// What a picture's samples are gathered with; `None` where nothing can show. Of the lengths, the
+    /// first is that over which the table's extinctions are given, the second the transmittance at which
+    /// rays end.
+    pub(super) fn gather_constants(
+        &self,
+        view: &View,
+        settings: &SplatSettings,
+        (unit_distance, stop_below): (f64, f64),
+        tiles: Range<u32>,
+    ) -> Option<layout::Gather> {
+        let volume = self.volume.as_ref()?;
+        let table = volume.table.as_ref()?;
+        let lattice = volume.source.lattice;
+        let shows = table.showing[0][0] <= table.showing[1][0];
+        shows.then(|| {
+            Constants {
+                view,
+                settings,
+                unit_distance,
+                stop_below,
+                dims: lattice.dims,
+                bricks: volume.source.bricks.dims,
+                smallest_spacing: lattice.smallest_spacing(),
+                showing: table.showing,
+                tiles,
+            }
+            .gather()
+        })
+    }
+
+    /// Brings what a scene's samples are shaded by to the device, or lets it go.
+    pub(super) fn write_looks(&mut self, view: &View) {
+        let shade = self.shade.as_ref().filter(|shade| !shade.is_of_surfaces);
+        let values = self.volume.as_ref().map_or_else(Default::default, |v| v.samples.values());
+        let growth = view.eye_distance.map_or(0.0, |eye| (1.0 / eye) as f32);
+        let looks = shade.map(|shade| {
+            let constants = shade.constants(values, 0, view.pixels_per_unit, growth);
+            (constants, shade.regions(values))
+        });
+        self.gathering.write_shade(&self.context, looks);
     }
 
     /// Sums of published opacities that were over 1 since [`Renderer::begin`], and were capped.
@@ -306,25 +378,21 @@ impl Renderer {
         let Some(volume) = &self.volume else { return };
         let Some(table) = &volume.table else { return };
         let light = target.light.create_view(&Default::default());
-        let mut bound = vec![&self.traversal];
+        let kept = self.shaded.whole().filter(|_| variant.looks == Looks::Kept);
         let chunks = &volume.samples.chunks;
-        // Bindings beyond the last chunk repeat it; no index leads there.
-        bound.extend((0..CHUNKS).map(|i| &chunks[i.min(chunks.len() - 1)]));
         let totals = self.kept.buffer().filter(|_| variant.in_parts).unwrap_or(&self.totals);
-        bound.extend([&table.entries, &table.visible, &self.gathering.constants, totals]);
-        let Gathering { shade, regions, .. } = &self.gathering;
-        let looks = [(9, shade), (10, regions)];
-        let looks = looks.into_iter().filter_map(|(at, buffer)| Some((at, buffer.as_ref()?)));
-        let entries: Vec<wgpu::BindGroupEntry<'_>> = (0_u32..)
-            .zip(bound)
-            .chain(looks)
-            .map(|(binding, buffer)| wgpu::BindGroupEntry {
-                binding,
-                resource: buffer.as_entire_binding(),
-            })
-            .collect();
+        let mut bound = vec![(0, &self.traversal)];
+        if kept.is_none() {
+            // Bindings beyond the last chunk repeat it; no index leads there.
+            bound.extend((0..CHUNKS).map(|i| (1 + i as u32, &chunks[i.min(chunks.len() - 1)])));
+            bound.push((5, &table.entries));
+            bound.extend(self.gathering.looks());
+        }
+        bound.extend([(6, &table.visible), (7, &self.gathering.constants), (8, totals)]);
+        let entries: Vec<_> = bound.into_iter().map(entry).collect();
         let resource = wgpu::BindingResource::TextureView(&light);
-        let light = [wgpu::BindGroupEntry { binding: 0, resource }];
+        let mut more = vec![wgpu::BindGroupEntry { binding: 0, resource }];
+        more.extend((1..).zip(kept.into_iter().flatten()).map(entry));
         let group = |at: u32, entries: &[wgpu::BindGroupEntry<'_>]| {
             context.device.create_bind_group(&wgpu::BindGroupDescriptor {
                 label: Some(variant.pass()),
@@ -332,7 +400,7 @@ impl Renderer {
                 entries,
             })
         };
-        let groups = [group(0, &entries), group(1, &light)];
+        let groups = [group(0, &entries), group(1, &more)];
         let mut compute = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
             label: Some(variant.pass()),
             timestamp_writes: clock.map(|c| c.compute(0)),
@@ -344,6 +412,11 @@ impl Renderer {
         let [across, down] = groups_of_tiles(tiles);
         compute.dispatch_workgroups(across, down, 1);
     }
+}
+
+/// A buffer at a binding.
+fn entry((binding, buffer): (u32, &wgpu::Buffer)) -> wgpu::BindGroupEntry<'_> {
+    wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() }
 }
 
 fn pipeline(

@@ -22,6 +22,7 @@ mod renderer;
 mod samples;
 mod scattered;
 mod shade;
+mod shaded_samples;
 pub mod shader;
 mod slabs;
 mod sort;

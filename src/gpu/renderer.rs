@@ -15,6 +15,7 @@ use super::meshes::MeshTable;
 use super::pipelines::{Pipelines, SplatVariant};
 use super::scattered::Lists;
 use super::shade::Shade;
+use super::shaded_samples::ShadedSamples;
 use super::slabs::{Looks, PictureConstants, SlabField, SlabPass, step_reach};
 use super::target::Target;
 use super::timing::{Timer, Timestamps};
@@ -53,6 +54,7 @@ pub struct Renderer {
     slab_settings: SplatSettings,
     /// Their lights and shading tables.
     pub(super) shade: Option<Shade>,
+    pub(super) shaded: ShadedSamples,
     /// What lets the inside be seen.
     inside: Option<Opening>,
     /// Whether their rays are walked in parts.
@@ -103,6 +105,7 @@ impl Renderer {
             slab_field: SlabField::Own,
             slab_settings: SplatSettings::EXACT,
             shade: None,
+            shaded: ShadedSamples::default(),
             inside: None,
             slabs_in_parts: false,
             kept: Kept::default(),
@@ -167,7 +170,7 @@ impl Renderer {
     /// Pipelines compiled so far.
     pub fn pipeline_count(&self) -> usize {
         let slabs: usize = self.slabs.iter().map(SlabPass::pipeline_count).sum();
-        self.pipelines.len() + slabs + self.gathering.len()
+        self.pipelines.len() + slabs + self.gathering.len() + self.shaded.pipeline_count()
     }
 
     /// Begins a picture: a cleared target of the view's size, and the frame's constants.
@@ -447,6 +450,7 @@ impl Renderer {
             Pass::ScanSegments => {
                 self.dispatch(encoder, pass, shader::SCAN_SEGMENTS, 1, clock);
             }
+            Pass::ShadeSamples { bricks } => self.shade_samples(encoder, bricks, clock),
             Pass::Gather { tiles, .. } => self.gather(encoder, tiles, clock),
             Pass::Splat(source) => self.splat(encoder, source, clock),
             Pass::ReconstructSlabs { tiles } | Pass::ProjectValues { tiles } => {
@@ -498,7 +502,13 @@ impl Renderer {
             + self.mesh.as_ref().map_or(0, MeshTable::size_bytes)
             + self.vectors.as_ref().map_or(0, DeviceVectors::size_bytes);
         let slabs: u64 = self.slabs.iter().map(SlabPass::size_bytes).sum();
-        target + volume + between + slabs + self.kept.size_bytes() + self.gathering.shading_bytes()
+        target
+            + volume
+            + between
+            + slabs
+            + self.kept.size_bytes()
+            + self.gathering.shading_bytes()
+            + self.shaded.size_bytes()
     }
 
     /// Of them, what lists take: octree cuts and vectors share them.
@@ -514,7 +524,9 @@ impl Renderer {
 
     /// Of them, what lights and shading tables take: nothing once a picture without was drawn.
     pub fn shading_bytes(&self) -> u64 {
-        self.slabs.iter().map(SlabPass::shading_bytes).sum::<u64>() + self.gathering.shading_bytes()
+        self.slabs.iter().map(SlabPass::shading_bytes).sum::<u64>()
+            + self.gathering.shading_bytes()
+            + self.shaded.size_bytes()
     }
 
     /// Of them, what lets the inside be seen takes: nothing once a picture without was drawn.

@@ -11,6 +11,7 @@ const OPACITY: &str = include_str!("../../shaders/lib/opacity.wgsl");
 const GATHER: &str = include_str!("../../shaders/lib/gather.wgsl");
 const PLAIN_SAMPLES: &str = include_str!("../../shaders/lib/plain_samples.wgsl");
 const SHADED_SAMPLES: &str = include_str!("../../shaders/lib/shaded_samples.wgsl");
+const KEPT_SAMPLES: &str = include_str!("../../shaders/lib/kept_samples.wgsl");
 const WHOLE: &str = include_str!("../../shaders/lib/whole.wgsl");
 const UNLIT: &str = include_str!("../../shaders/lib/unlit.wgsl");
 const SHADE: &str = include_str!("../../shaders/lib/shade.wgsl");
@@ -94,6 +95,8 @@ pub enum SampleLooks {
     Shaded,
     /// The same, with opacities by regions of value and gradient strength.
     Painted,
+    /// As `shade_samples` left it, whatever it is.
+    Kept,
 }
 
 /// What `shaders/gather_kernels.wgsl` and `shaders/gather_cells.wgsl` are stitched of.
@@ -109,9 +112,10 @@ pub struct GatherPieces {
 
 impl GatherPieces {
     /// Every one there is.
-    pub const ALL: [Self; 12] = {
-        let looks = [SampleLooks::Plain, SampleLooks::Shaded, SampleLooks::Painted];
-        let mut all = [Self { cells: false, in_parts: false, looks: SampleLooks::Plain }; 12];
+    pub const ALL: [Self; 16] = {
+        use SampleLooks::{Kept, Painted, Plain, Shaded};
+        let looks = [Plain, Shaded, Painted, Kept];
+        let mut all = [Self { cells: false, in_parts: false, looks: Plain }; 16];
         let mut i = 0;
         while i < all.len() {
             all[i] = Self { cells: i % 2 == 1, in_parts: i / 2 % 2 == 1, looks: looks[i / 4] };
@@ -127,6 +131,7 @@ impl GatherPieces {
             SampleLooks::Plain => [PLAIN_SAMPLES, "", ""],
             SampleLooks::Shaded => [SHADED_SAMPLES, SHADE, UNPAINTED],
             SampleLooks::Painted => [SHADED_SAMPLES, SHADE, REGIONS],
+            SampleLooks::Kept => [KEPT_SAMPLES, "", ""],
         };
         let [name, footprint, share, walk] = match self.cells {
             false => {
@@ -140,6 +145,19 @@ impl GatherPieces {
         stitched(name, pieces)
     }
 }
+
+/// The pass that shades samples once for all rays, with regions or without.
+pub const fn shading_samples(painted: bool) -> Shader {
+    let painted = if painted { REGIONS } else { UNPAINTED };
+    let walk = include_str!("../../shaders/shade_samples.wgsl");
+    stitched(
+        SHADE_SAMPLES,
+        &[TRAVERSAL, OPACITY, WHOLE, GATHER, SHADED_SAMPLES, painted, SHADE, walk],
+    )
+}
+
+/// Name of the pass that shades samples.
+pub const SHADE_SAMPLES: &str = "shade_samples";
 
 /// Name of the pass that gathers radial kernels and points.
 pub const GATHER_KERNELS: &str = "gather_kernels";
@@ -281,7 +299,7 @@ const PROJECTING: [Shader; 4] = {
 };
 
 /// Passes that are stitched in one way only.
-const SINGLE: [Shader; 14] = [
+const SINGLE: [Shader; 16] = [
     COUNT_SEGMENTS,
     SCAN_SEGMENTS,
     EMIT_KERNELS,
@@ -296,6 +314,8 @@ const SINGLE: [Shader; 14] = [
     COMPOSITE_VECTORS,
     PRESENT,
     PICTURE,
+    shading_samples(false),
+    shading_samples(true),
 ];
 
 /// How many of each family there are, in the order of [`ALL`].

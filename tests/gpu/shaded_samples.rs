@@ -7,7 +7,8 @@ use voxsplat::gpu::{Renderer, SlabField, Wishes};
 use voxsplat::kernel::Kernel;
 use voxsplat::reference::Reference;
 use voxsplat::scene::{
-    Classify, Index, OpacityModel, Order, Scene, Shading, SplatSettings, Visibility, framing_camera,
+    Classify, Index, OpacityModel, Order, Scene, Shading, SplatSettings, View, Visibility,
+    framing_camera,
 };
 use voxsplat::task::draw::{Drawer, Rung};
 use voxsplat::transfer::{Region, RegionShape};
@@ -181,12 +182,56 @@ fn what_is_not_asked_for_costs_nothing_and_changes_no_bit() {
     let (_, is_lit) = drawn(&mut drawer, &shaded(lit(), splat), SIZE, Rung::Full);
     assert!(is_lit.is_shaded);
     let (more_pipelines, more_bytes) = held(&drawer);
-    assert_eq!(more_pipelines, pipelines + 1);
-    let shade = size_of::<voxsplat::gpu::layout::Shade>() as u64;
+    assert_eq!(more_pipelines, pipelines + 2, "one shades samples, one gathers them");
+    // All bricks show, of 11 x 9 x 13 samples: 2 x 2 x 2, 8^3 samples each, of 16 bytes.
+    let shade = size_of::<voxsplat::gpu::layout::Shade>() as u64 + 8 * 512 * 16 + 16;
     assert_eq!((more_bytes, drawer.renderer.shading_bytes()), (bytes + shade, shade));
     let (after, _) = drawn(&mut drawer, &plain, SIZE, Rung::Full);
     assert_eq!(after, before);
     assert_eq!(held(&drawer).1, bytes, "let go of");
+}
+
+/// Where there is no room for them, each ray shades the samples that it meets:
+/// the same ones.
+#[test]
+fn rays_shade_samples_as_the_pass_does_that_shades_them_once() {
+    let Some(mut drawer) = drawer() else { return };
+    for kernel in [Kernel::Cubic, Kernel::Linear] {
+        let mut scene = in_perspective(shaded(lit(), mode(kernel, Visibility::Slabs)), 50.0);
+        scene.shading.modulation = Some(amounts(Index::GradientStrength));
+        let (once, _) = drawn(&mut drawer, &scene, SIZE, Rung::Full);
+        let view = View::new(&scene, SIZE);
+        let unit = scene.opacity_unit_distance();
+        assert_eq!(
+            drawer.renderer.bricks_to_shade(&view, &scene.splat, unit),
+            Ok(0),
+            "all are there"
+        );
+        // Lets go of what was shaded.
+        drawer.renderer.set_looks(&Scene { shading: Shading::default(), ..scene.clone() });
+        assert_eq!(
+            drawer.renderer.bricks_to_shade(&view, &scene.splat, unit),
+            Ok(0),
+            "none to shade"
+        );
+        drawer.renderer.set_looks(&scene);
+        drawer.renderer.begin(&view, kernel.splatted(), None, unit).expect("begun");
+        let tiles = 0..voxsplat::gpu::tile_count(SIZE);
+        drawer
+            .renderer
+            .draw_gathered(&view, &scene.splat, unit, 2e-4_f32.into(), tiles)
+            .expect("drawn");
+        let each = crate::support::wide(&drawer.renderer.read_light().expect("read"));
+        assert!(each.iter().any(|p| p[3] > 0.5));
+        let worst = (each.iter().flatten().zip(once.iter().flatten()))
+            .map(|(a, b)| (a - b).abs())
+            .fold(0.0, f64::max);
+        assert!(worst < 2e-6, "{worst}");
+        // And for another view, they are shaded anew.
+        let turned =
+            View::new(&Scene { camera: scene.camera.orbited(0.2, 0.0), ..scene.clone() }, SIZE);
+        assert_eq!(drawer.renderer.bricks_to_shade(&turned, &scene.splat, unit), Ok(8));
+    }
 }
 
 /// Octree cuts are unlit; tents are not. Beside them, samples that are shaded first.
