@@ -12,6 +12,7 @@ use super::frame::{self, Pass, PassTime};
 use super::gather::Gathering;
 use super::inside::Opening;
 use super::meshes::MeshTable;
+use super::octree::BrickBuffers;
 use super::pipelines::{Pipelines, SplatVariant};
 use super::scattered::Lists;
 use super::shade::Shade;
@@ -65,6 +66,8 @@ pub struct Renderer {
     pub(super) vectors: Option<DeviceVectors>,
     /// Whether the slabs being drawn have them, too.
     slabs_have_vectors: bool,
+    /// While an octree is built on the device.
+    pub(super) bricks: Option<BrickBuffers>,
     times: Vec<PassTime>,
     peak_bytes: u64,
     pub(super) upload_count: u64,
@@ -121,6 +124,7 @@ impl Renderer {
             lists: None,
             vectors: None,
             slabs_have_vectors: false,
+            bricks: None,
             times: Vec::new(),
             peak_bytes: 0,
             upload_count: 0,
@@ -448,6 +452,7 @@ impl Renderer {
                 self.reconstruct_slabs(encoder, tiles, clock);
             }
             Pass::CompositeVectors { tiles } => self.composite_vectors(encoder, tiles, clock),
+            Pass::MergeBricks { bricks } => self.encode_bricks(encoder, bricks, clock),
             Pass::Present => self.encode_present(encoder, clock),
             Pass::CountDigits(_) | Pass::ScanDigits | Pass::ScatterDigits(_) => {
                 let Some(lists) = &self.lists else { return };
@@ -491,7 +496,8 @@ impl Renderer {
             .sum::<u64>()
             + self.lists.as_ref().map_or(0, Lists::size_bytes)
             + self.mesh.as_ref().map_or(0, MeshTable::size_bytes)
-            + self.vectors.as_ref().map_or(0, DeviceVectors::size_bytes);
+            + self.vectors.as_ref().map_or(0, DeviceVectors::size_bytes)
+            + self.bricks.as_ref().map_or(0, BrickBuffers::size_bytes);
         let slabs: u64 = self.slabs.iter().map(SlabPass::size_bytes).sum();
         target + volume + between + slabs + self.kept.size_bytes()
     }

@@ -59,7 +59,10 @@ impl ErrorMeasure {
 }
 
 /// What a coarse splat is drawn with.
-#[derive(Debug, Clone, Copy, PartialEq, Default, bytemuck::Zeroable)]
+///
+/// As the device writes it, too (`shaders/merge_bricks.wgsl`).
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct Node {
     /// Extinction per unit distance, averaged so that the mean transmittance along the axes is
     /// kept (a mean of extinctions would make one opaque voxel among eight 3.6 times too bright).
@@ -157,15 +160,8 @@ impl Pyramid {
         let Finest { levels, sums, active } = with_samples!(&*volume.samples, values => {
             finest(volume, values, table, depth, measure, ticket)
         })?;
-        let finest = Self {
-            dims: volume.lattice.dims,
-            finest_level: 0,
-            levels,
-            measure,
-            voxel_depth,
-            active,
-            gains: Vec::new(),
-        };
+        let dims = volume.lattice.dims;
+        let finest = Self::of_finest((dims, 0, levels), measure, voxel_depth, active);
         Ok(finest.completed(volume, table, sums, ticket)?)
     }
 
@@ -199,20 +195,27 @@ impl Pyramid {
             all[..LEVELS].iter().map(|&dims| PyramidLevel { dims, nodes: Vec::new() }).collect();
         levels[LEVELS - 1].nodes = sums.par_iter().map(|sums| sums.node(0)).collect();
         let active = ActiveCounts { total, ..ActiveCounts::default() };
-        let finest = Self {
-            dims,
-            finest_level: LEVELS,
-            levels,
-            measure,
-            voxel_depth,
-            active,
-            gains: Vec::new(),
-        };
+        let finest = Self::of_finest((dims, LEVELS, levels), measure, voxel_depth, active);
         Ok(finest.completed(volume, table, sums, ticket)?)
     }
 
+    /// The finest levels, of which those up to `finest_level` have no nodes.
+    pub(super) fn of_finest(
+        (dims, finest_level, levels): ([usize; 3], usize, Vec<PyramidLevel>),
+        measure: ErrorMeasure,
+        voxel_depth: f64,
+        active: ActiveCounts,
+    ) -> Self {
+        Self { dims, finest_level, levels, measure, voxel_depth, active, gains: Vec::new() }
+    }
+
+    /// Refuses a pyramid of the levels above `finest` that does not fit in memory.
+    pub(super) fn require_room(dims: [usize; 3], finest: usize) -> Result<(), TooLarge> {
+        require_memory(dims, finest, memory::free_bytes())
+    }
+
     /// With the levels above the last one, of which there are the `sums`.
-    fn completed(
+    pub(super) fn completed(
         mut self,
         volume: &ScalarVolume,
         table: &Table,

@@ -12,6 +12,7 @@ pub mod engine;
 pub mod estimate;
 pub mod lettering;
 pub mod loop_file;
+mod octrees;
 pub mod output_file;
 pub mod picture_file;
 mod previews;
