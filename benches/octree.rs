@@ -8,11 +8,14 @@
 //! (default `../shared/data`), or the files named.
 //!
 //! `cargo bench --bench octree -- builders [FILE…]`: what building octrees takes on the host and on the device.
+//! `HANDOVER=1 cargo bench --bench octree`: how much brighter cuts are than what follows them.
 
 #[path = "support/builders.rs"]
 mod builders;
 #[path = "support/clock.rs"]
 mod clock;
+#[path = "support/handover.rs"]
+mod handover;
 #[path = "support/scans.rs"]
 mod scans;
 
@@ -63,6 +66,9 @@ fn main() {
     let context = Context::new(&AdapterChoice::Auto, Wishes::default()).expect("an adapter");
     let mut drawer = Drawer::new(Renderer::new(context));
     println!("{}\n", drawer.renderer.context().adapter_name);
+    if std::env::var_os("HANDOVER").is_some() {
+        return handover::tables(&mut drawer);
+    }
     for (name, scene) in scans() {
         scan(&mut drawer, &name, &scene);
     }

@@ -15,6 +15,7 @@ mod parts;
 mod pyramid;
 mod specks;
 mod sums;
+mod thinning;
 
 pub use bricks::LEVELS as BRICK_LEVELS;
 pub use cut::{Cut, CutLimits, CutNode, Visibility, VisitOrder};
@@ -24,3 +25,4 @@ pub use parts::{MergedBrick, PyramidParts};
 pub use pyramid::{ActiveCounts, ErrorMeasure, Node, Pyramid, PyramidError, PyramidLevel};
 pub use specks::{Speck, specks};
 pub use sums::Sums;
+pub use thinning::Thinning;

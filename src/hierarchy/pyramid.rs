@@ -11,6 +11,7 @@ use super::bricks::{Finest, LEVELS, finest, level_dims};
 use super::coarse::coarse;
 use super::columns;
 use super::sums::Sums;
+use super::thinning::Thinning;
 use crate::core::memory::{self, TooLarge};
 use crate::core::progress::{Cancelled, Ticket};
 use crate::transfer::Table;
@@ -117,6 +118,8 @@ pub struct Pyramid {
     pub voxel_depth: f64,
     /// Voxels with opacity.
     pub active: ActiveCounts,
+    /// How much thinner its cuts are drawn in quick pictures.
+    pub thinning: Thinning,
     /// For each bin of error, how many nodes a cut gains by splitting the nodes in it.
     gains: Vec<u64>,
 }
@@ -206,7 +209,8 @@ impl Pyramid {
         voxel_depth: f64,
         active: ActiveCounts,
     ) -> Self {
-        Self { dims, finest_level, levels, measure, voxel_depth, active, gains: Vec::new() }
+        let (thinning, gains) = (Thinning::default(), Vec::new());
+        Self { dims, finest_level, levels, measure, voxel_depth, active, thinning, gains }
     }
 
     /// Refuses a pyramid of the levels above `finest` that does not fit in memory.
@@ -237,6 +241,7 @@ impl Pyramid {
             columns::measure(volume, table, depth, finest, &mut self.levels, ticket)?;
         }
         self.gains = gains(&self.levels);
+        self.thinning = Thinning::of(&self, volume, table, ticket)?;
         Ok(self)
     }
 

@@ -23,3 +23,6 @@ pub mod still;
 pub mod sweep;
 pub mod transfer_file;
 mod vectors;
+
+#[doc(hidden)]
+pub use previews::coefficients_of as preview_field;
