@@ -34,7 +34,7 @@ macro_rules! host_struct {
     }};
 }
 
-fn host_structs() -> [HostStruct; 13] {
+fn host_structs() -> [HostStruct; 15] {
     [
         host_struct!(Frame {
             view_x,
@@ -78,6 +78,18 @@ fn host_structs() -> [HostStruct; 13] {
         host_struct!(Scan { counts }),
         host_struct!(Lists { tiles, counts, layers, slabs, parts }),
         host_struct!(Sort { counts }),
+        host_struct!(BrickPiece { first, bricks, nodes, scale }),
+        host_struct!(Brick {
+            appearance,
+            emission,
+            count,
+            weight,
+            m2,
+            effective,
+            error,
+            showing,
+            slices,
+        }),
         host_struct!(Inside { clip, slices, levels, opacities }),
         host_struct!(Present { background }),
         host_struct!(Slabs {
@@ -438,6 +450,9 @@ fn workgroups_have_the_size_that_the_host_dispatches() {
         let module = parsed(&shader);
         assert_eq!(module.entry_points[0].workgroup_size, [layout::SORT_THREADS, 1, 1]);
     }
+    // A thread a node of level 1.
+    let edge = BRICK as u32 / 2;
+    assert_eq!(parsed(&shader::MERGE_BRICKS).entry_points[0].workgroup_size, [edge; 3]);
     let module = parsed(&shader::COMPOSITE_LISTS);
     let size = module.entry_points[0].workgroup_size;
     assert_eq!([size[0], size[2]], [layout::TILE, layout::GROUP_TILES]);

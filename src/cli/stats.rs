@@ -20,6 +20,8 @@ pub(super) struct Stats<'a> {
     kernels_drawn: u64,
     octree_nodes: u64,
     octree_error: f32,
+    /// Who classified and merged the octree: `host` or `device`; null where there was none.
+    octree_built_by: Option<&'static str>,
     /// Size the picture was drawn at before it was enlarged.
     drawn_resolution: [u32; 2],
     /// The reconstructed field that it shows; null where kernels are shaded first, and of octree cuts.
@@ -92,6 +94,7 @@ impl<'a> Stats<'a> {
             kernels_drawn: still.drawn.kernels,
             octree_nodes: still.drawn.nodes,
             octree_error: still.drawn.max_error,
+            octree_built_by: still.octree,
             drawn_resolution: still.drawn.size,
             field: still.field,
             budget_ms: match refine {

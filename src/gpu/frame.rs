@@ -80,6 +80,11 @@ pub enum Pass {
         /// Tiles across and down.
         tiles: [u32; 2],
     },
+    /// Merges the classified voxels of bricks into nodes of an octree.
+    MergeBricks {
+        /// Bricks along x, y, z, a workgroup each.
+        bricks: [u32; 3],
+    },
     /// Background and sRGB.
     Present,
 }
@@ -123,6 +128,7 @@ impl Pass {
             Self::ScatterDigits(_) => super::shader::SCATTER_DIGITS.name,
             Self::FindRanges { .. } => super::shader::FIND_RANGES.name,
             Self::CompositeLists { .. } => super::shader::COMPOSITE_LISTS.name,
+            Self::MergeBricks { .. } => super::shader::MERGE_BRICKS.name,
             Self::Present => super::shader::PRESENT.name,
         }
     }

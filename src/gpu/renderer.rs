@@ -12,6 +12,7 @@ use super::frame::{self, Pass, PassTime};
 use super::gather::Gathering;
 use super::inside::Opening;
 use super::meshes::MeshTable;
+use super::octree::BrickBuffers;
 use super::pipelines::{Pipelines, SplatVariant};
 use super::scattered::Lists;
 use super::shade::Shade;
@@ -67,6 +68,8 @@ pub struct Renderer {
     pub(super) vectors: Option<DeviceVectors>,
     /// Whether the slabs being drawn have them, too.
     slabs_have_vectors: bool,
+    /// While an octree is built on the device.
+    pub(super) bricks: Option<BrickBuffers>,
     times: Vec<PassTime>,
     peak_bytes: u64,
     pub(super) upload_count: u64,
@@ -124,6 +127,7 @@ impl Renderer {
             lists: None,
             vectors: None,
             slabs_have_vectors: false,
+            bricks: None,
             times: Vec::new(),
             peak_bytes: 0,
             upload_count: 0,
@@ -144,6 +148,8 @@ impl Renderer {
     pub fn time_passes(&mut self) -> Result<Timer, GpuError> {
         let timer = super::timing::choose(&self.context)?;
         self.timer = Some(timer);
+        // Else their pass would not be among those that are timed.
+        self.shaded.clear();
         Ok(timer)
     }
 
@@ -457,6 +463,7 @@ impl Renderer {
                 self.reconstruct_slabs(encoder, tiles, clock);
             }
             Pass::CompositeVectors { tiles } => self.composite_vectors(encoder, tiles, clock),
+            Pass::MergeBricks { bricks } => self.encode_bricks(encoder, bricks, clock),
             Pass::Present => self.encode_present(encoder, clock),
             Pass::CountDigits(_) | Pass::ScanDigits | Pass::ScatterDigits(_) => {
                 let Some(lists) = &self.lists else { return };
@@ -500,7 +507,8 @@ impl Renderer {
             .sum::<u64>()
             + self.lists.as_ref().map_or(0, Lists::size_bytes)
             + self.mesh.as_ref().map_or(0, MeshTable::size_bytes)
-            + self.vectors.as_ref().map_or(0, DeviceVectors::size_bytes);
+            + self.vectors.as_ref().map_or(0, DeviceVectors::size_bytes)
+            + self.bricks.as_ref().map_or(0, BrickBuffers::size_bytes);
         let slabs: u64 = self.slabs.iter().map(SlabPass::size_bytes).sum();
         target
             + volume

@@ -75,6 +75,7 @@ macro_rules! shader {
 shader!(COUNT_SEGMENTS, "count_segments", TRAVERSAL);
 shader!(SCAN_SEGMENTS, "scan_segments",);
 shader!(EMIT_KERNELS, "emit_kernels", TRAVERSAL);
+shader!(MERGE_BRICKS, "merge_bricks", TRAVERSAL, OPACITY);
 shader!(SPLAT, "splat", FRAME, PROJECT, FOOTPRINT, OPACITY);
 shader!(COUNT_ENTRIES, "count_entries", FRAME, PROJECT, FOOTPRINT, OPACITY, LISTS);
 shader!(COUNT_VECTORS, "count_vectors", FRAME, PROJECT, FOOTPRINT, OPACITY, LISTS, VECTOR_FRAME);
@@ -299,10 +300,11 @@ const PROJECTING: [Shader; 4] = {
 };
 
 /// Passes that are stitched in one way only.
-const SINGLE: [Shader; 16] = [
+const SINGLE: [Shader; 17] = [
     COUNT_SEGMENTS,
     SCAN_SEGMENTS,
     EMIT_KERNELS,
+    MERGE_BRICKS,
     SPLAT,
     COUNT_ENTRIES,
     WRITE_ENTRIES,

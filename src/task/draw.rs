@@ -294,7 +294,17 @@ impl Drawer {
         };
         let view = View::new(scene, smaller);
         self.begin(scene, &view, scene.splat.kernel.splatted())?;
-        let records: Vec<Record> = cut.nodes.iter().map(record).collect();
+        // So that it hides as much as what follows it: nobody wants to see a flash.
+        let factor = match (RadialKernel::new(scene.splat.kernel.splatted(), None), self.pyramid())
+        {
+            (Some(_), Some(pyramid)) => pyramid.thinning.factor(&cut.nodes),
+            _ => 1.0,
+        };
+        let thinner = |mut record: Record| {
+            record.extinction *= factor;
+            record
+        };
+        let records: Vec<Record> = cut.nodes.iter().map(record).map(thinner).collect();
         // A preview: triangles draw large splats quicker, unless someone asked for tiles.
         if previews_by_lists(&scene.splat) {
             self.draw_lists(scene, &view, &records, observer)?;

@@ -26,7 +26,7 @@ use super::calibration::BackEndTimes;
 use super::estimate::Checked;
 use super::still::{Convergence, Still, StillError, StillRequest};
 use crate::core::Ticket;
-use crate::gpu::{GpuError, Renderer, Wishes};
+use crate::gpu::{GpuError, OctreeBuilder, Renderer, Wishes};
 use crate::scene::{Backend, Scene};
 use crate::volume::ScalarVolume;
 use worker::Worker;
@@ -142,6 +142,8 @@ pub struct FrameReport {
     pub held: Option<HeldBytes>,
     /// Pipelines of slabs were made for it: the next such picture takes less.
     pub made_pipelines: bool,
+    /// Who built the octree that was there, where one was.
+    pub octree: Option<OctreeBuilder>,
 }
 
 /// Bytes on the device, as this program allocates them.
@@ -187,6 +189,7 @@ impl FrameReport {
             effects: Vec::new(),
             held: None,
             made_pipelines: false,
+            octree: None,
         }
     }
 }

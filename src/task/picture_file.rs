@@ -99,6 +99,7 @@ mod tests {
             rgba: rgba.clone(),
             drawn,
             kernels_active: 0,
+            octree: None,
             adapter: String::new(),
             frame_ms: Vec::new(),
             field: None,

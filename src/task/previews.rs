@@ -116,7 +116,10 @@ pub(super) fn preview_coefficients(
 }
 
 /// The same of a volume halved so many times.
-fn coefficients_of(
+///
+/// # Errors
+/// Cancelled, or too little memory.
+pub fn coefficients_of(
     volume: &ScalarVolume,
     level: u32,
     ticket: &Ticket,
@@ -131,7 +134,11 @@ fn coefficients_of(
     })?;
     let coarse = levels.swap_remove(level as usize - 1);
     let mut half_widths = coarse.spread;
-    half_widths.iter_mut().for_each(|width| *width *= 3.0_f32.sqrt());
+    let extremes = coarse.low.iter().zip(&coarse.high).zip(&coarse.mean);
+    for (width, ((low, high), mean)) in half_widths.iter_mut().zip(extremes) {
+        // As far as every value: else a single bright voxel could not be seen at all. NaN are no data.
+        *width = (*width * 3.0_f32.sqrt()).max(high - mean).max(mean - low);
+    }
     let averaged = Averaged { level, volume_dims: dims, half_widths };
     Ok(Coefficients::of_means(coarse.dims, coarse.mean, bias, averaged, ticket)?)
 }
@@ -351,7 +358,7 @@ mod tests {
             let averaged = found.averaged.as_ref().unwrap();
             assert_eq!((averaged.level, averaged.volume_dims), (level, dims));
             assert_eq!(found.dims, dims.map(|n| n.div_ceil(1 << level)));
-            let mut holes = 0;
+            let (mut holes, mut extended) = (0, 0);
             for i in 0..found.values.len() {
                 let [nx, ny, _] = found.dims;
                 let block = [i % nx, i / nx % ny, i / (nx * ny)];
@@ -366,11 +373,14 @@ mod tests {
                 let n = held.len() as f64;
                 let mean = held.iter().sum::<f64>() / n;
                 let squares = held.iter().map(|v| (v - mean) * (v - mean)).sum::<f64>();
-                let width = if bit { 0.0 } else { (3.0 * squares / n).sqrt() };
+                let farthest = held.iter().map(|v| (v - mean).abs()).fold(0.0, f64::max);
+                let width = if bit { 0.0 } else { (3.0 * squares / n).sqrt().max(farthest) };
+                extended += u32::from(!bit && width == farthest);
                 assert!(bit || (found.get(i) - mean).abs() < 1e-6, "{} {mean}", found.get(i));
                 assert!((f64::from(averaged.half_widths[i]) - width).abs() < 1e-6, "{width}");
             }
             assert!(holes > 0, "no block is without data");
+            assert!(level > 1 || extended > 0, "no block has a value far from the others");
         }
     }
 }

@@ -13,7 +13,7 @@ use crate::accuracy::{self, Difference};
 use crate::core::colour::srgb_bytes;
 use crate::core::memory::TooLarge;
 use crate::core::{Camera, Cancelled, Ticket};
-use crate::gpu::{GpuError, PassTime, Renderer, SlabField};
+use crate::gpu::{GpuError, OctreeBuilder, PassTime, Renderer, SlabField};
 use crate::kernel::Kernel;
 use crate::scene::{Backend, Cells, Effect, Scene, SplatSettings, View, Visibility};
 
@@ -125,6 +125,8 @@ pub struct Still {
     pub is_full: bool,
     /// Voxels with opacity.
     pub kernels_active: u64,
+    /// Who built the octree, `host` or `device`; `None` where there is none.
+    pub octree: Option<&'static str>,
     /// The adapter.
     pub adapter: String,
     /// Wall milliseconds from camera set to queue finished; the picture's first.
@@ -323,6 +325,7 @@ pub(super) fn draw(
         drawn,
         is_full,
         kernels_active: drawer.active_count().unwrap_or(0),
+        octree: drawer.octree_builder().map(OctreeBuilder::name),
         adapter: drawer.renderer.context().adapter_name.clone(),
         frame_ms,
         field,

@@ -22,6 +22,7 @@ mod long_lists;
 mod long_rays;
 mod no_data;
 mod nodes;
+mod octrees;
 mod order;
 mod preview_fields;
 mod previews;

@@ -203,6 +203,7 @@ fn gradient(request: &FrameRequest) -> Picture {
         },
         held: Some(HeldBytes { all: 52_400_000, shading: 17_000, inside: 0, vectors: 0 }),
         made_pipelines: false,
+        octree: None,
     };
     Picture { size: request.size, requested_size: request.size, rgba, report }
 }

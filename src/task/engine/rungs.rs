@@ -183,10 +183,12 @@ impl Worker {
         if self.shared.lock().frame.as_ref().is_some_and(is_of_another) {
             return Ok(());
         }
-        match self.device()? {
-            drawer if drawer.has_coarse_octree() => drawer.begin_octree(scene),
-            _ => Ok(()),
+        if self.device()?.has_coarse_octree() {
+            self.device()?.begin_octree(scene)?;
+            // On the device at least one piece, so that a hand that never stops gets there.
+            while self.device()?.advance_octree()? && !self.newer_came() {}
         }
+        Ok(())
     }
 
     /// The coarse picture of a request's view, where it is the one that was drawn last.
@@ -368,6 +370,7 @@ impl Worker {
         let words = (rung, progress as f32);
         let mut picture = picture(request, words, drawn, rgba, drawer.active_count());
         picture.report.held = Some(held);
+        picture.report.octree = self.device()?.octree_builder();
         Ok(picture)
     }
 
