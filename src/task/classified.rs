@@ -30,7 +30,7 @@ const WHOLE_AT_ONCE: u64 = 1 << 20;
 pub(super) struct Classified {
     pub(super) volume: Arc<ScalarVolume>,
     transfer: TransferFunction,
-    /// The transfer function on the device, where samples are shaded by it.
+    /// The transfer function on the device, where samples are shaded by another one than this.
     by_value: Option<TransferFunction>,
     unit_distance: f64,
     pub(super) table: Arc<Table>,
@@ -68,6 +68,7 @@ impl Classified {
             table: Arc::clone(&self.table),
             voxel_depth: self.voxel_depth(),
             measure,
+            is_on_device: self.by_value.is_none(),
         }
     }
 
@@ -243,6 +244,7 @@ impl Drawer {
     fn classify(&mut self, scene: &Scene, ticket: &Ticket) -> Result<(), DrawError> {
         let unit_distance = scene.opacity_unit_distance();
         let by_value = scene.shades_samples().then(|| scene.shading.by_value(&scene.transfer));
+        let by_value = by_value.filter(|transfer| *transfer != scene.transfer);
         let current = self.classified.as_ref().is_some_and(|c| {
             Arc::ptr_eq(&c.volume, &scene.volume)
                 && c.transfer == scene.transfer

@@ -29,6 +29,8 @@ pub(super) struct Source {
     /// Thickness of a voxel in opacity unit distances.
     pub voxel_depth: f64,
     pub measure: ErrorMeasure,
+    /// Whether the table on the device is this one.
+    pub is_on_device: bool,
 }
 
 /// All of an octree, on its way; dropping it cancels.
@@ -95,8 +97,8 @@ impl Pieces {
         renderer: &Renderer,
         is_coarse: bool,
     ) -> Result<Option<Self>, DrawError> {
-        let Source { volume, voxel_depth, measure, .. } = source;
-        if !renderer.builds_octree(volume, *measure) {
+        let Source { volume, voxel_depth, measure, is_on_device, .. } = source;
+        if !is_on_device || !renderer.builds_octree(volume, *measure) {
             return Ok(None);
         }
         let parts = PyramidParts::new(volume, *voxel_depth, *measure, is_coarse)?;
