@@ -130,7 +130,7 @@ impl Octree {
             Some(pieces) => (Work::Pieces(pieces), OctreeBuilder::Device),
             None => {
                 let thread = Thread::start(&source, |source, ticket| {
-                    let Source { volume, table, voxel_depth, measure } = source;
+                    let Source { volume, table, voxel_depth, measure, .. } = source;
                     Pyramid::build(volume, table, *voxel_depth, *measure, ticket)
                 })?;
                 (Work::Thread(thread), OctreeBuilder::Host)
@@ -194,7 +194,7 @@ pub(super) fn coarse(
     renderer: &mut Renderer,
     ticket: &Ticket,
 ) -> Result<(Pyramid, OctreeBuilder), DrawError> {
-    let Source { volume, table, voxel_depth, measure } = source;
+    let Source { volume, table, voxel_depth, measure, .. } = source;
     let Some(mut pieces) = Pieces::begin(source, renderer, true)? else {
         let built = Pyramid::coarse(volume, table, *voxel_depth, *measure, ticket)?;
         return Ok((built, OctreeBuilder::Host));
