@@ -34,7 +34,7 @@ macro_rules! host_struct {
     }};
 }
 
-fn host_structs() -> [HostStruct; 13] {
+fn host_structs() -> [HostStruct; 15] {
     [
         host_struct!(Frame {
             view_x,
@@ -75,6 +75,8 @@ fn host_structs() -> [HostStruct; 13] {
         }),
         host_struct!(Vectors { axis_x, axis_y, axis_z, depth, picture, flags, layers }),
         host_struct!(VectorTiles { tiles, more, rays }),
+        host_struct!(Polygons { right, up, forward, picture, material, towards, colours, counts }),
+        host_struct!(PolygonCorner { place, normal }),
         host_struct!(Scan { counts }),
         host_struct!(Lists { tiles, counts, layers, slabs, parts }),
         host_struct!(Sort { counts }),
@@ -115,7 +117,7 @@ fn host_structs() -> [HostStruct; 13] {
 }
 
 /// Constants that shaders and host both name, and the host's value.
-fn host_constants() -> [(&'static str, f64); 23] {
+fn host_constants() -> [(&'static str, f64); 24] {
     [
         ("BRICK", BRICK as f64),
         ("MARK_SIDE", MARK_SIDE as f64),
@@ -140,6 +142,7 @@ fn host_constants() -> [(&'static str, f64); 23] {
         ("SORT_THREADS", f64::from(layout::SORT_THREADS)),
         ("DIGIT_BITS", f64::from(layout::DIGIT_BITS)),
         ("DIGITS", f64::from(layout::DIGITS)),
+        ("FRAGMENT_WORDS", f64::from(layout::FRAGMENT_WORDS)),
     ]
 }
 
@@ -432,6 +435,10 @@ fn workgroups_have_the_size_that_the_host_dispatches() {
     {
         let module = parsed(&shader);
         assert_eq!(module.entry_points[0].workgroup_size, [layout::LIST_THREADS, 1, 1]);
+    }
+    for shader in [shader::PLACE_POLYGONS, shader::SORT_POLYGONS] {
+        let module = parsed(&shader);
+        assert_eq!(module.entry_points[0].workgroup_size, [layout::POLYGON_THREADS, 1, 1]);
     }
     for shader in [shader::COUNT_DIGITS, shader::SCATTER_DIGITS] {
         let module = parsed(&shader);

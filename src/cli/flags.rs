@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use super::inside::InsideFlags;
+use super::polygons::PolygonFlags;
 use super::shading::ShadingFlags;
 use super::values::{self, Stop};
 use super::vectors::VectorFlags;
@@ -387,6 +388,9 @@ pub struct RenderFlags {
     /// Vectors beside it, or instead.
     #[command(flatten)]
     pub vectors: VectorFlags,
+    /// Polygons among all of it.
+    #[command(flatten)]
+    pub polygons: PolygonFlags,
     /// How far to refine [default: full]
     #[arg(long, value_enum)]
     pub refine: Option<RefineFlag>,

@@ -9,6 +9,7 @@ mod info;
 mod inside;
 mod open;
 mod plot;
+mod polygons;
 mod probe;
 mod render;
 mod report;

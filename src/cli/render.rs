@@ -51,12 +51,20 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
     }
     let stats = flags.stats.as_deref();
     open::check_name(&flags.input.file)?;
-    refuse_one_place(&[
-        ("FILE", Some(&flags.input.file)),
+    let mut places = vec![
+        ("FILE", Some(flags.input.file.as_path())),
         ("--transfer", flags.scene.transfer.as_deref()),
         ("--output", Some(&flags.output)),
         ("--stats", stats),
-    ])?;
+    ];
+    refuse_one_place(&places)?;
+    // One mesh may be embedded twice.
+    places.swap_remove(0);
+    for mesh in &flags.polygons.mesh {
+        places.push(("--mesh", Some(mesh.path())));
+        refuse_one_place(&places)?;
+        places.pop();
+    }
     // Drawing may take long: places that cannot be written to are found before it.
     let picture_to = Destination::check(&flags.output, "the picture")?;
     let stats_to = stats.map(|path| Destination::check(path, "the statistics")).transpose()?;
@@ -237,7 +245,16 @@ fn scene(flags: &RenderFlags, splat: SplatSettings) -> Result<Meant, Failure> {
             ));
         }
     }
-    let scene = Scene { shading, inside, vectors, ..scene };
+    let polygons = flags.polygons.layers()?;
+    if !polygons.is_empty() && flags.refine == Some(RefineFlag::Coarse) {
+        return Err(Failure::Usage(
+            "expected --refine full or converged with --mesh, found --refine coarse, whose pictures may \
+             be octree cuts that do not show it; leave --refine out"
+                .to_owned(),
+        ));
+    }
+    let scene = Scene { shading, inside, vectors, polygons, ..scene };
+    scene.check_polygons().map_err(|error| Failure::Usage(error.to_string()))?;
     let effects = scene.effects();
     Ok(Meant { scene, effects, space: input.grid.space })
 }

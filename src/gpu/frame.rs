@@ -77,6 +77,26 @@ pub enum Pass {
         /// Tiles across and down.
         tiles: [u32; 2],
     },
+    /// Counts the polygons that each pixel sees.
+    CountPolygons {
+        /// Triangles.
+        triangles: u32,
+    },
+    /// Gives every pixel room for its polygons.
+    PlacePolygons {
+        /// Pixels, one thread each.
+        pixels: u32,
+    },
+    /// Writes each pixel's polygons.
+    WritePolygons {
+        /// Triangles.
+        triangles: u32,
+    },
+    /// Sorts each pixel's polygons.
+    SortPolygons {
+        /// Pixels, one thread each.
+        pixels: u32,
+    },
     /// Background and sRGB.
     Present,
 }
@@ -119,6 +139,10 @@ impl Pass {
             Self::ScatterDigits(_) => super::shader::SCATTER_DIGITS.name,
             Self::FindRanges { .. } => super::shader::FIND_RANGES.name,
             Self::CompositeLists { .. } => super::shader::COMPOSITE_LISTS.name,
+            Self::CountPolygons { .. } => super::shader::COUNT_POLYGONS.name,
+            Self::PlacePolygons { .. } => super::shader::PLACE_POLYGONS.name,
+            Self::WritePolygons { .. } => super::shader::WRITE_POLYGONS.name,
+            Self::SortPolygons { .. } => super::shader::SORT_POLYGONS.name,
             Self::Present => super::shader::PRESENT.name,
         }
     }

@@ -198,7 +198,7 @@ impl Renderer {
         variant.in_parts = parts.len() > 1;
         self.write_traversal(view, &(0..0), 0, 0);
         self.gathering.variant = Some(variant);
-        let ranges = self.tiles_at_a_time(variant.in_parts, tiles);
+        let ranges = self.tiles_at_a_time((variant.in_parts, 1), tiles);
         let mut wall_ms = 0.0;
         for tiles in ranges {
             constants.splits[3] = tiles.start as i32;

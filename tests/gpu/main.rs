@@ -23,6 +23,7 @@ mod long_rays;
 mod no_data;
 mod nodes;
 mod order;
+mod polygons;
 mod preview_fields;
 mod previews;
 mod reconstructed;
