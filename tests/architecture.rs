@@ -15,7 +15,7 @@ const ROOMS: [(&str, &[&str]); 15] = [
     ("transfer", &["core", "volume"]),
     ("kernel", &["core", "volume", "transfer"]),
     ("hierarchy", &["core", "volume", "transfer"]),
-    ("vector", &["core", "volume", "transfer", "kernel"]),
+    ("vector", &["core", "volume", "transfer", "kernel", "polygons"]),
     ("scene", &["core", "volume", "transfer", "kernel", "hierarchy", "vector", "polygons"]),
     // Truth shares no shortcut with what it judges: neither the GPU nor the hierarchy.
     ("reference", &["core", "volume", "transfer", "kernel", "vector", "polygons", "scene"]),

@@ -34,7 +34,9 @@ fn met_along(ray: Ray, part: Part, pixel: vec2<u32>) -> Met {
         let t = select(part.ends.x, crossing, is_slice);
         let is_in = !is_along && t > part.ends.x && t < part.ends.y;
         met.surfaces[i].t = t;
-        for (var once = select(cut_faces && part.is_cut, is_in, is_slice); once; once = false) {
+        // Where polygons go on, the part may be none.
+        let is_face = cut_faces && part.is_cut && part.ends.x < part.ends.y;
+        for (var once = select(is_face, is_in, is_slice); once; once = false) {
             let place = ray.origin + ray.direction * t;
             let u = value(place).x;
             let in_hole = has_holes && is_hole(place);

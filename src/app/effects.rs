@@ -229,6 +229,15 @@ impl Window {
             },
             None,
         ));
+        rows.push(part(
+            "polygons",
+            "Triangles of files, lit, among all else that is seen",
+            match scene.polygons.len() {
+                0 => "Polygons in the side panel".to_owned(),
+                count => format!("Polygons, {count} of them"),
+            },
+            Some(|s| s.polygons.clear()),
+        ));
         rows.extend(self.other_rows(ctx));
         rows
     }
@@ -350,6 +359,7 @@ fn label_of(name: &str) -> &'static str {
         "isosurfaces" => "Isosurfaces",
         "slices" => "Slices",
         "vectors" => "Vectors",
+        "polygons" => "Polygons",
         _ => "Emission table",
     }
 }

@@ -13,8 +13,8 @@ use super::document::Source;
 use super::notices::text_and_button_ui;
 use super::panels::vectors::VectorRequest;
 use super::panels::{
-    accuracy, clip, compare, data, inside, section_ui, shading, splat, status, transfer, vectors,
-    view,
+    accuracy, clip, compare, data, inside, polygons, section_ui, shading, splat, status, transfer,
+    vectors, view,
 };
 use super::viewport::PixelArea;
 use super::window::Window;
@@ -175,6 +175,7 @@ impl Window {
             shading::shading_ui(ui, &mut self.shading, scene, second);
         });
         section_ui(ui, "Inside", |ui| inside::inside_ui(ui, scene));
+        let embeds = section_ui(ui, "Polygons", |ui| polygons::polygons_ui(ui, scene));
         section_ui(ui, "Clip", |ui| {
             let second = self.compare.on.then_some(&self.compare.second);
             clip::clip_ui(ui, &mut self.clip, scene, second);
@@ -208,6 +209,9 @@ impl Window {
         }
         if let Some(action) = action.flatten() {
             self.perform(ui.ctx(), action);
+        }
+        if embeds == Some(true) {
+            self.perform(ui.ctx(), Action::EmbedPolygons);
         }
     }
 

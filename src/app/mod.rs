@@ -29,6 +29,7 @@ pub mod pacing;
 mod painting;
 pub mod panels;
 mod picture_saving;
+mod polygons;
 pub mod probing;
 pub mod reading;
 mod refining;

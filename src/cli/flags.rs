@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
+use super::flow::FlowFlags;
 use super::inside::InsideFlags;
 use super::polygons::PolygonFlags;
 use super::shading::ShadingFlags;
@@ -391,6 +392,9 @@ pub struct RenderFlags {
     /// Polygons among all of it.
     #[command(flatten)]
     pub polygons: PolygonFlags,
+    /// What vectors become beside splats.
+    #[command(flatten)]
+    pub flow: FlowFlags,
     /// How far to refine [default: full]
     #[arg(long, value_enum)]
     pub refine: Option<RefineFlag>,

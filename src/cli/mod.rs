@@ -5,6 +5,7 @@
 
 mod accuracy;
 mod flags;
+mod flow;
 mod info;
 mod inside;
 mod open;

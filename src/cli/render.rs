@@ -234,7 +234,8 @@ fn scene(flags: &RenderFlags, splat: SplatSettings) -> Result<Meant, Failure> {
     let inside = inside.map_err(|error| Failure::Usage(error.to_string()))?;
     refuse_coarse(flags, &inside)?;
     let opens_with_scalar = flags.scene.field.is_some() || flags.scene.component.is_some();
-    let vectors = flags.vectors.layer(&input, &scene, opens_with_scalar)?;
+    let mut vectors = flags.vectors.layer(&input, &scene, opens_with_scalar)?;
+    let flow = flags.flow.layers(&mut vectors)?;
     if vectors.is_some() {
         refuse_vectors(&inside)?;
         if flags.max_error.is_some() {
@@ -245,10 +246,11 @@ fn scene(flags: &RenderFlags, splat: SplatSettings) -> Result<Meant, Failure> {
             ));
         }
     }
-    let polygons = flags.polygons.layers()?;
+    let mut polygons = flags.polygons.layers()?;
+    polygons.extend(flow);
     if !polygons.is_empty() && flags.refine == Some(RefineFlag::Coarse) {
         return Err(Failure::Usage(
-            "expected --refine full or converged with --mesh, found --refine coarse, whose pictures may \
+            "expected --refine full or converged with polygons, found --refine coarse, whose pictures may \
              be octree cuts that do not show it; leave --refine out"
                 .to_owned(),
         ));

@@ -124,8 +124,11 @@ impl Polygons {
                 opacity: triangle.opacity,
                 colour: self.lights.of_side(colour, normal, &middle),
             };
-            for (seen, _) in seen.iter_mut().zip(covered).filter(|(_, covered)| *covered) {
-                seen.push(surface);
+            // What lies about a polygon is divided there for the whole pixel, which published opacities,
+            // that do not add up, are not indifferent to.
+            for (seen, covered) in seen.iter_mut().zip(covered) {
+                let opacity = if covered { surface.opacity } else { 0.0 };
+                seen.push(Surface { opacity, ..surface });
             }
         }
         // Stable: those at one depth stay in the order of their triangles.

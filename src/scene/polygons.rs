@@ -39,8 +39,8 @@ pub enum PolygonError {
     },
     /// A mode without slabs of a field that is classified after reconstruction.
     #[error(
-        "expected slabs classified after reconstruction with a mesh, found --visibility {visibility} \
-         --classify {classify}; leave the mode's flags out, which is the exact mode, or leave the mesh \
+        "expected slabs classified after reconstruction with polygons, found --visibility {visibility} \
+         --classify {classify}; leave the mode's flags out, which is the exact mode, or leave them \
          out"
     )]
     Mode {
@@ -51,7 +51,7 @@ pub enum PolygonError {
     },
     /// A projection of values.
     #[error(
-        "expected --projection composite with a mesh, found {along}, which is of values and shows no \
+        "expected --projection composite with polygons, found {along}, which is of values and shows no \
          surfaces; leave one of the two out"
     )]
     Projected {
