@@ -159,7 +159,8 @@ impl Window {
                 let now = ui.ctx().time();
                 // Other sections have colours, too.
                 ui.push_id("vectors", |ui| {
-                    vectors::vectors_ui(ui, document, scene, clock, fps, now)
+                    let flow = &mut self.flow.choice;
+                    vectors::vectors_ui(ui, document, scene, (clock, now), fps, flow)
                 })
                 .inner
             })
@@ -202,6 +203,7 @@ impl Window {
         match vector_request.flatten().flatten() {
             Some(VectorRequest::Field(field)) => self.choose_vectors(ui.ctx(), field),
             Some(VectorRequest::SaveLoop) => self.ask_to_save_loop(),
+            Some(VectorRequest::Flow(shape)) => self.start_flow(ui.ctx(), shape),
             None => {}
         }
         if let Some(choice) = choice {

@@ -16,6 +16,7 @@ pub mod drawer;
 pub mod effects;
 mod exchanging;
 pub mod file_dialog;
+pub mod flow;
 pub mod history;
 pub mod job;
 mod judging;

@@ -21,6 +21,7 @@ use super::drawer::Drawer;
 use super::effects::Effects;
 use super::exchanging::LoadingDesign;
 use super::file_dialog::FileDialog;
+use super::flow::Flow;
 use super::history::History;
 use super::job::Job;
 use super::leveling::Leveling;
@@ -115,6 +116,7 @@ pub struct Window {
     pub(super) effects: Effects,
     pub(super) vectors: Vectors,
     pub(super) polygons: Polygons,
+    pub(super) flow: Flow,
     /// Reached the engine last.
     pub(super) last_valid_mode: SplatSettings,
     pub(super) file_dialog: Option<FileDialog>,
@@ -157,6 +159,7 @@ impl Window {
             effects: Effects::default(),
             vectors: Vectors::default(),
             polygons: Polygons::default(),
+            flow: Flow::default(),
             last_valid_mode: SplatSettings::default(),
             file_dialog: None,
             loading: None,
@@ -319,13 +322,14 @@ impl Window {
         self.take_document(ctx);
         self.take_vectors();
         self.take_meshes(ctx);
+        self.take_flow();
         self.take_saved();
         self.take_design();
         self.take_clipboard(ctx);
         self.take_chosen_file(ctx);
         self.take_dropped_files(ctx);
         self.take_failure();
-        if self.loading.is_some() || !self.saving.is_empty() || !self.polygons.reading.is_empty() {
+        if !self.jobs().is_empty() {
             ctx.request_repaint_after(PROGRESS_EVERY);
         }
     }
@@ -348,7 +352,8 @@ impl Window {
     pub(super) fn jobs(&self) -> Vec<JobView<'_>> {
         let loading = self.loading.iter().map(|loading| JobView::of(&loading.job));
         let meshes = self.polygons.reading.iter().map(JobView::of);
-        loading.chain(self.saving.iter().map(JobView::of)).chain(meshes).collect()
+        let made = meshes.chain(self.flow.job.iter().map(JobView::of));
+        loading.chain(self.saving.iter().map(JobView::of)).chain(made).collect()
     }
 
     fn dialogs_ui(&mut self, ctx: &Context) {

@@ -149,8 +149,10 @@ fn what_is_wrong_is_said_in_one_sentence() {
     let empty = "ply\nformat ascii 1.0\nelement thing 9000000000000\nend_header\n";
     let empty = read("a.ply", empty.as_bytes()).unwrap_err();
     assert!(empty.contains("9000000000000 elements"), "{empty}");
-    let nan = read("a.ply", text.replace("3.25", "nan").as_bytes()).unwrap_err();
-    assert!(nan.contains("finite positions") && nan.contains("at corner 2"), "{nan}");
+    let mut nan = stl_binary(b"");
+    nan[84 + 24..84 + 28].copy_from_slice(&f32::NAN.to_le_bytes());
+    let nan = read("a.stl", &nan).unwrap_err();
+    assert!(nan.contains("finite positions") && nan.contains("at corner 1"), "{nan}");
     let index = read("a.ply", text.replace("7 4 0 1 2 3", "7 4 0 1 2 9").as_bytes()).unwrap_err();
     assert!(index.contains("numbered below 4, found 9 in triangle 1"), "{index}");
     let line = read("a.ply", text.replace("7 4 0 1 2 3", "7 2 0 1").as_bytes()).unwrap_err();
