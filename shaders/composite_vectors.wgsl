@@ -29,6 +29,10 @@ fn frame_growth() -> f32 {
     return piece.rays.x;
 }
 
+fn picture_width() -> u32 {
+    return piece.tiles.z;
+}
+
 @compute @workgroup_size(TILE, TILE)
 fn composite_vectors(
     @builtin(workgroup_id) group: vec3<u32>,
@@ -43,8 +47,11 @@ fn composite_vectors(
     }
     let down = vec2<f32>(pixel) + 0.5;
     let half = 0.5 * vec2<f32>(piece.tiles.zw);
-    var light = Gathered(vec3<f32>(0.0), 1.0, 0.0);
+    var light = NO_LIGHT;
+    var met = met_alone(pixel);
     var ray = vector_ray(pixel);
-    let beyond = vectors_in(&ray, &light, EVERY_SLAB, vec2<f32>(down.x - half.x, half.y - down.y));
-    textureStore(picture, pixel, vec4<f32>(light.colour, light.alpha));
+    let screen = vec2<f32>(down.x - half.x, half.y - down.y);
+    let beyond = vectors_in(&ray, &light, &met, EVERY_SLAB, screen);
+    lay_rest(&light, &met);
+    textureStore(picture, pixel, light_of(light));
 }

@@ -15,6 +15,10 @@ fn frame_growth() -> f32 {
     return slabs.up.w;
 }
 
+fn picture_width() -> u32 {
+    return slabs.tiles.z;
+}
+
 // Premultiplied colour and opacity along the ray through a point of the screen, pixels from the
 // picture's middle, as far as this dispatch walks it.
 fn ray(screen: vec2<f32>, pixel: vec2<u32>, slot: u32) -> vec4<f32> {
@@ -26,12 +30,12 @@ fn ray(screen: vec2<f32>, pixel: vec2<u32>, slot: u32) -> vec4<f32> {
     let enter = part.ends.x;
     let leave = part.ends.y;
     let misses = enter >= leave;
-    if !VECTORS && misses {
+    if !VECTORS && !POLYGONS && misses {
         return vec4<f32>(0.0);
     }
 
-    var light = Gathered(vec3<f32>(0.0), 1.0, 0.0);
-    var met = met_along(through, part);
+    var light = NO_LIGHT;
+    var met = met_along(through, part, pixel);
     let step = slabs.base.w;
     let first = i32(floor(enter / step));
     let last = i32(ceil(leave / step));
@@ -43,10 +47,12 @@ fn ray(screen: vec2<f32>, pixel: vec2<u32>, slot: u32) -> vec4<f32> {
     let ahead = select(1, 0, classify_middle);
     var k = select(first, last, back_to_front);
     var remaining = last - first + ahead;
-    if VECTORS && misses {
-        // Vectors reach beyond the lattice.
+    if (VECTORS || POLYGONS) && misses {
+        // They reach beyond the lattice.
         remaining = -1;
     }
+    // Beyond everything on the way.
+    let beyond = select(3e38, -3e38, back_to_front);
     var vector_state = vector_ray(pixel);
     // The faces before the one at k: values, and depths in pixels. The slab between the last two is
     // the next to be classified.
@@ -64,10 +70,9 @@ fn ray(screen: vec2<f32>, pixel: vec2<u32>, slot: u32) -> vec4<f32> {
     var have = 0;
     var looks = 0u;
     if IN_PARTS && (slabs.part.w & 1u) != 0u {
-        let done = bitcast<vec4<f32>>(kept(slot, 0u));
         let values = bitcast<vec4<f32>>(kept(slot, 1u));
         let place = kept(slot, 2u);
-        light = Gathered(done.rgb, values.w, done.a);
+        light = kept_light(slot, values.w);
         u_before = values.x;
         u_near = values.y;
         u_far = values.z;
@@ -85,6 +90,9 @@ fn ray(screen: vec2<f32>, pixel: vec2<u32>, slot: u32) -> vec4<f32> {
         if SURFACES {
             let faces = vec3<f32>(clamp(f32(k) * step, enter, leave), t_far, t_near);
             met.done = faces[min(have, 2)];
+            if POLYGONS && !misses {
+                skip_polygons(&met, met.done);
+            }
         }
         if SHADED {
             // Rather than kept: found again.
@@ -94,10 +102,13 @@ fn ray(screen: vec2<f32>, pixel: vec2<u32>, slot: u32) -> vec4<f32> {
             }
         }
         remaining = select(last - k, k - first, back_to_front) + ahead;
+        if POLYGONS && misses {
+            remaining = -1;
+        }
     }
     // Once the field is behind: what stands there of vectors, in one turn more.
     var is_behind = false;
-    while (remaining >= 0 || (VECTORS && !is_behind)) && light.transmittance >= slabs.picture.w {
+    while (remaining >= 0 || (VECTORS && !is_behind)) && left_of(light) >= slabs.picture.w {
         is_behind = VECTORS && remaining < 0;
         if IN_PARTS {
             if looks == slabs.part.z {
@@ -136,7 +147,7 @@ fn ray(screen: vec2<f32>, pixel: vec2<u32>, slot: u32) -> vec4<f32> {
         for (
             var n = 0u;
             n < LOOK_EVERY && (remaining >= 0 || (is_behind && n == 0u))
-                && light.transmittance >= slabs.picture.w;
+                && left_of(light) >= slabs.picture.w;
             n++
         ) {
             let t = clamp(f32(k) * step, enter, leave);
@@ -217,7 +228,7 @@ fn ray(screen: vec2<f32>, pixel: vec2<u32>, slot: u32) -> vec4<f32> {
             }
             let length = stretch * abs(to_t - from_t);
             let slab = select(i32(floor(0.5 * (from_t + to_t) / step)), EVERY_SLAB, is_behind);
-            let beside = vectors_in(&vector_state, &light, slab, screen);
+            let beside = vectors_in(&vector_state, &light, &met, slab, screen);
             if is_behind {
                 continue;
             }
@@ -226,21 +237,23 @@ fn ray(screen: vec2<f32>, pixel: vec2<u32>, slot: u32) -> vec4<f32> {
     }
     if SURFACES {
         // Where nothing but surfaces is left, or where the next slab begins.
-        let end = select(leave, enter, back_to_front);
+        let end = select(select(leave, enter, back_to_front), beyond, POLYGONS);
         let faces = vec3<f32>(clamp(f32(k) * step, enter, leave), t_far, t_near);
         let goes_on = IN_PARTS && (slabs.part.w & 2u) == 0u;
-        lay_until(&light, &met, select(end, faces[min(have, 2)], goes_on));
+        // Where there is no slab, all are laid down in the end.
+        let next = select(faces[min(have, 2)], -beyond, POLYGONS && misses);
+        lay_until(&light, &met, select(end, next, goes_on));
     }
     if IN_PARTS && (slabs.part.w & 2u) == 0u {
-        keep(slot, 0u, bitcast<vec4<u32>>(vec4<f32>(light.colour, light.alpha)));
+        let beside = keep_light(slot, light);
         let before = select(vec2<f32>(u_before, t_before), vec2<f32>(width_near, width_far), has_widths);
-        let values = vec4<f32>(before.x, u_near, u_far, light.transmittance);
+        let values = vec4<f32>(before.x, u_near, u_far, beside);
         keep(slot, 1u, bitcast<vec4<u32>>(values));
         let depths = bitcast<vec3<u32>>(vec3<f32>(before.y, t_near, t_far));
         keep(slot, 2u, vec4<u32>(depths, bitcast<u32>(k << 2u) | u32(min(have, 2))));
         return vec4<f32>(0.0);
     }
-    return vec4<f32>(light.colour, light.alpha);
+    return light_of(light);
 }
 
 @compute @workgroup_size(TILE, TILE)
@@ -261,7 +274,7 @@ fn reconstruct_slabs(
     var sum = vec4<f32>(0.0);
     var i = 0u;
     var end = side * side;
-    let slot = (within * TILE + local.y) * TILE + local.x;
+    let slot = SLOTS * ((within * TILE + local.y) * TILE + local.x);
     if IN_PARTS {
         i = slabs.part.x;
         end = slabs.part.y;

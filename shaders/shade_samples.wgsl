@@ -3,9 +3,9 @@
 // Samples of a brick that one invocation shades: a column.
 const THREADS: u32 = 64u;
 
-// As in lib/kept_samples.wgsl; the picture of lib/gather.wgsl has no part in this.
-@group(1) @binding(1) var<storage, read> brick_slots: array<u32>;
-@group(1) @binding(2) var<storage, read_write> shaded_samples: array<vec4<f32>>;
+// As in lib/found_samples.wgsl.
+@group(1) @binding(0) var<storage, read> brick_slots: array<u32>;
+@group(1) @binding(1) var<storage, read_write> shaded_samples: array<vec4<f32>>;
 
 @compute @workgroup_size(THREADS)
 fn shade_samples(

@@ -8,18 +8,19 @@ use std::fs;
 use std::path::Path;
 
 /// A room, and the rooms it may import.
-const ROOMS: [(&str, &[&str]); 14] = [
+const ROOMS: [(&str, &[&str]); 15] = [
     ("core", &[]),
+    ("polygons", &["core"]),
     ("volume", &["core"]),
     ("transfer", &["core", "volume"]),
     ("kernel", &["core", "volume", "transfer"]),
     ("hierarchy", &["core", "volume", "transfer"]),
-    ("vector", &["core", "volume", "transfer", "kernel"]),
-    ("scene", &["core", "volume", "transfer", "kernel", "hierarchy", "vector"]),
+    ("vector", &["core", "volume", "transfer", "kernel", "polygons"]),
+    ("scene", &["core", "volume", "transfer", "kernel", "hierarchy", "vector", "polygons"]),
     // Truth shares no shortcut with what it judges: neither the GPU nor the hierarchy.
-    ("reference", &["core", "volume", "transfer", "kernel", "vector", "scene"]),
-    ("io", &["core", "volume"]),
-    ("gpu", &["core", "volume", "transfer", "kernel", "hierarchy", "vector", "scene"]),
+    ("reference", &["core", "volume", "transfer", "kernel", "vector", "polygons", "scene"]),
+    ("io", &["core", "volume", "polygons"]),
+    ("gpu", &["core", "volume", "transfer", "kernel", "hierarchy", "vector", "polygons", "scene"]),
     (
         "accuracy",
         &["core", "volume", "transfer", "kernel", "hierarchy", "scene", "reference", "io", "gpu"],
@@ -33,6 +34,7 @@ const ROOMS: [(&str, &[&str]); 14] = [
             "kernel",
             "hierarchy",
             "vector",
+            "polygons",
             "scene",
             "reference",
             "io",
@@ -41,8 +43,20 @@ const ROOMS: [(&str, &[&str]); 14] = [
         ],
     ),
     // The window and the command line see the engine through `task`, and not each other.
-    ("app", &["core", "volume", "transfer", "kernel", "vector", "scene", "io", "accuracy", "task"]),
-    ("cli", &["core", "volume", "transfer", "kernel", "vector", "scene", "io", "accuracy", "task"]),
+    (
+        "app",
+        &[
+            "core", "volume", "transfer", "kernel", "vector", "polygons", "scene", "io",
+            "accuracy", "task",
+        ],
+    ),
+    (
+        "cli",
+        &[
+            "core", "volume", "transfer", "kernel", "vector", "polygons", "scene", "io",
+            "accuracy", "task",
+        ],
+    ),
 ];
 
 /// Names from outside, and the only rooms that may say them.

@@ -1,6 +1,7 @@
 //! The command line as scripts meet it: exit codes, sentences, files.
 
 mod cli_hostile;
+mod cli_polygons;
 mod cli_transfer;
 mod cli_vectors;
 mod command_line;

@@ -163,7 +163,7 @@ fn every_shortcut_does_what_it_says() {
                 });
             }
             Action::OpenPath => assert!(bench.shows("A file, or demo:NAME")),
-            Action::RawLayout => unreachable!("it has no key"),
+            Action::RawLayout | Action::EmbedPolygons => unreachable!("it has no key"),
             Action::SavePicture => assert!(bench.shows("Width in pixels")),
             Action::SaveScreenshot => {
                 let path = bench.pictures.path().join("good_1.png");

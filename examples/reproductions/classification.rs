@@ -95,6 +95,7 @@ fn scene(name: &str, field: fn(DVec3) -> f64) -> Result<Scene> {
         shading: Shading::default(),
         inside: Inside::default(),
         vectors: None,
+        polygons: Vec::new(),
     })
 }
 

@@ -87,6 +87,7 @@ fn scene(name: &str, opacity: Vec<(f64, f64)>, value: impl Fn(DVec3) -> f64) -> 
         shading: Shading::default(),
         inside: Inside::default(),
         vectors: None,
+        polygons: Vec::new(),
     })
 }
 

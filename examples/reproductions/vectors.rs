@@ -195,6 +195,7 @@ fn costs(page: &mut Page<'_>, data: &Path) -> Result<()> {
             ..SplatSettings::EXACT
         },
         vectors: None,
+        polygons: Vec::new(),
         ..beside
     };
     let plain = page.draw(&shaded, 512, Refine::Full, 2)?;

@@ -9,6 +9,18 @@ struct Gathered {
     alpha: f32,
 }
 
+const NO_LIGHT: Gathered = Gathered(vec3(0.0), 1.0, 0.0);
+
+// What shows through.
+fn left_of(light: Gathered) -> f32 {
+    return light.transmittance;
+}
+
+// Premultiplied colour and opacity of the pixel.
+fn light_of(light: Gathered) -> vec4<f32> {
+    return vec4<f32>(light.colour, light.alpha);
+}
+
 // One layer more, of a weight times its length.
 fn composite(light: ptr<function, Gathered>, colour: vec3<f32>, amount: f32) {
     var opacity: f32;

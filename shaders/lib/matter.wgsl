@@ -5,10 +5,11 @@ const SURFACES: bool = false;
 struct Met {
     // Nothing is met.
     done: f32,
+    polygons: PolygonRay,
 }
 
-fn met_along(ray: Ray, part: Part) -> Met {
-    return Met(0.0);
+fn met_along(ray: Ray, part: Part, pixel: vec2<u32>) -> Met {
+    return Met(0.0, PolygonRay(0u));
 }
 
 // Lays a slab of some length down, in unit distances, with what vectors have `beside`.
@@ -36,3 +37,13 @@ fn lay(
 }
 
 fn lay_until(light: ptr<function, Gathered>, met: ptr<function, Met>, t: f32) {}
+
+// Lays a slab of vectors alone down.
+fn lay_vectors(
+    light: ptr<function, Gathered>,
+    met: ptr<function, Met>,
+    sum: vec4<f32>,
+    ends: vec2<f32>,
+) {
+    composite(light, sum.rgb / max(sum.a, 1e-30), sum.a);
+}

@@ -14,6 +14,7 @@ fn vector_ray(pixel: vec2<u32>) -> VectorRay {
 fn vectors_in(
     ray: ptr<function, VectorRay>,
     light: ptr<function, Gathered>,
+    met: ptr<function, Met>,
     slab: i32,
     screen: vec2<f32>,
 ) -> vec4<f32> {

@@ -164,11 +164,19 @@ fn slab_sum(ray: ptr<function, VectorRay>, slab: i32) -> vec4<f32> {
     return select(late, early, i < 2);
 }
 
+// Depths between which a slab lies, the first on the way first.
+fn slab_ends(slab: i32) -> vec2<f32> {
+    let nearer = f32(select(slab, -slab, back_to_front)) * vectors.depth.y;
+    let ends = vec2<f32>(nearer, nearer + vectors.depth.y);
+    return select(ends, ends.yx, back_to_front);
+}
+
 // Composites every slab of vectors before one, and returns what they give that one: emission and
 // matter. Slabs are counted from the front, beginning at the lattice's centre; EVERY_SLAB is after all.
 fn vectors_in(
     ray: ptr<function, VectorRay>,
     light: ptr<function, Gathered>,
+    met: ptr<function, Met>,
     slab: i32,
     screen: vec2<f32>,
 ) -> vec4<f32> {
@@ -177,10 +185,10 @@ fn vectors_in(
     let until = select(slab, select(-slab, EVERY_SLAB, slab == EVERY_SLAB), back_to_front);
     let last = vectors.layers.y - 1;
     let slant = length(vec3<f32>(screen * frame_growth(), 1.0));
-    while (*light).transmittance >= vectors.depth.z {
+    while left_of(*light) >= vectors.depth.z {
         for (; (*ray).next < min(until, (*ray).after); (*ray).next++) {
             let sum = slab_sum(ray, (*ray).next);
-            composite(light, sum.rgb / max(sum.a, 1e-30), sum.a);
+            lay_vectors(light, met, sum, slab_ends((*ray).next));
         }
         if (*ray).next < (*ray).after || (*ray).entry >= (*ray).end {
             break;

@@ -11,6 +11,7 @@ pub enum Action {
     Open,
     OpenPath,
     RawLayout,
+    EmbedPolygons,
     SavePicture,
     SaveScreenshot,
     LoadTransfer,
@@ -96,7 +97,7 @@ const fn entry(
 }
 
 /// Every command there is, in the order of the menus.
-pub const ACTIONS: [Entry; 34] = [
+pub const ACTIONS: [Entry; 35] = [
     entry(Action::Open, Menu::File, "Open…", command(Key::O), "Open a volume in a file dialog"),
     entry(
         Action::OpenPath,
@@ -111,6 +112,13 @@ pub const ACTIONS: [Entry; 34] = [
         "Raw layout…",
         None,
         "Say how the samples lie in the open file, header or not",
+    ),
+    entry(
+        Action::EmbedPolygons,
+        Menu::File,
+        "Embed polygons…",
+        None,
+        "Add the triangles of an STL, PLY or OBJ file to the volume",
     ),
     entry(
         Action::SavePicture,
@@ -371,6 +379,7 @@ mod tests {
                 Action::Open
                     | Action::OpenPath
                     | Action::RawLayout
+                    | Action::EmbedPolygons
                     | Action::SavePicture
                     | Action::LoadTransfer
                     | Action::SaveTransfer

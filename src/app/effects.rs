@@ -319,6 +319,16 @@ impl Window {
         );
         let bytes = report.and_then(|report| report.held).map(|held| held.vectors);
         rows.push(Row { bytes, ..vectors });
+        let polygons = part(
+            "polygons",
+            "Triangles of files, lit, among all else that is seen",
+            match scene.polygons.len() {
+                0 => "Polygons in the side panel".to_owned(),
+                count => format!("Polygons, {count} of them"),
+            },
+        );
+        let bytes = report.and_then(|report| report.held).map(|held| held.polygons);
+        rows.push(Row { bytes, ..polygons });
         rows.extend(self.other_rows(ctx));
         rows
     }
@@ -448,6 +458,7 @@ fn label_of(name: &str) -> &'static str {
         "isosurfaces" => "Isosurfaces",
         "slices" => "Slices",
         "vectors" => "Vectors",
+        "polygons" => "Polygons",
         _ => "Emission table",
     }
 }

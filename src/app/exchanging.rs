@@ -10,6 +10,7 @@ use super::document::Source;
 use super::job::{Ended, Job};
 use super::saving;
 use super::window::{Dialog, Window};
+use crate::io::mesh::MeshFormat;
 use crate::task::transfer_file;
 use crate::transfer::Design;
 
@@ -85,6 +86,8 @@ impl Window {
     pub(super) fn open_any(&mut self, ctx: &Context, path: PathBuf) {
         if transfer_file::is_named_so(&path) {
             self.load_transfer(ctx, path);
+        } else if MeshFormat::of(&path).is_some() {
+            self.open_mesh(ctx, path);
         } else {
             self.open(ctx, Source::File(path));
         }

@@ -9,6 +9,7 @@ use std::time::{Duration, Instant};
 use eframe::egui::Context;
 
 use super::job::{Ended, Job};
+use crate::io::mesh::MeshFormat;
 use crate::task::transfer_file::EXTENSION;
 
 /// An empty answer within this time means that no dialog ever appeared.
@@ -39,6 +40,15 @@ impl FileDialog {
             .add_filter("Volumes", &extensions)
             .add_filter("All files", &["*"]);
         // The future is made here because some systems insist on the window's thread.
+        Self::wait_for(ctx, dialog.pick_file())
+    }
+
+    /// Asks for polygons to embed.
+    pub fn open_mesh(ctx: &Context) -> Self {
+        let dialog = rfd::AsyncFileDialog::new()
+            .set_title("Embed polygons")
+            .add_filter("Polygons", &MeshFormat::EXTENSIONS)
+            .add_filter("All files", &["*"]);
         Self::wait_for(ctx, dialog.pick_file())
     }
 

@@ -13,8 +13,8 @@ use super::document::Source;
 use super::notices::text_and_button_ui;
 use super::panels::vectors::VectorRequest;
 use super::panels::{
-    accuracy, clip, compare, data, inside, section_ui, shading, splat, status, transfer, vectors,
-    view,
+    accuracy, clip, compare, data, inside, polygons, section_ui, shading, splat, status, transfer,
+    vectors, view,
 };
 use super::viewport::PixelArea;
 use super::window::Window;
@@ -159,7 +159,8 @@ impl Window {
                 let now = ui.ctx().time();
                 // Other sections have colours, too.
                 ui.push_id("vectors", |ui| {
-                    vectors::vectors_ui(ui, document, scene, clock, fps, now)
+                    let flow = &mut self.flow.choice;
+                    vectors::vectors_ui(ui, document, scene, (clock, now), fps, flow)
                 })
                 .inner
             })
@@ -175,6 +176,7 @@ impl Window {
             shading::shading_ui(ui, &mut self.shading, scene, second);
         });
         section_ui(ui, "Inside", |ui| inside::inside_ui(ui, scene));
+        let embeds = section_ui(ui, "Polygons", |ui| polygons::polygons_ui(ui, scene));
         section_ui(ui, "Clip", |ui| {
             let second = self.compare.on.then_some(&self.compare.second);
             clip::clip_ui(ui, &mut self.clip, scene, second);
@@ -201,6 +203,7 @@ impl Window {
         match vector_request.flatten().flatten() {
             Some(VectorRequest::Field(field)) => self.choose_vectors(ui.ctx(), field),
             Some(VectorRequest::SaveLoop) => self.ask_to_save_loop(),
+            Some(VectorRequest::Flow(shape)) => self.start_flow(ui.ctx(), shape),
             None => {}
         }
         if let Some(choice) = choice {
@@ -208,6 +211,9 @@ impl Window {
         }
         if let Some(action) = action.flatten() {
             self.perform(ui.ctx(), action);
+        }
+        if embeds == Some(true) {
+            self.perform(ui.ctx(), Action::EmbedPolygons);
         }
     }
 

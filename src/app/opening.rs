@@ -84,6 +84,11 @@ impl Window {
             Some(scene) if keep_view => scene.inside.clone(),
             _ => Inside::default(),
         };
+        // Polygons are in the world of another file.
+        let polygons = match &before {
+            Some(scene) if keep_view => scene.polygons.clone(),
+            _ => Vec::new(),
+        };
         let space = document.grid.space.as_deref();
         let framed = camera_control::framed(
             &volume.lattice,
@@ -104,8 +109,17 @@ impl Window {
         if !keep_view {
             self.vectors = Vectors::default();
         }
-        self.scene =
-            Some(Scene { volume, transfer, splat, shading, inside, vectors, camera, background });
+        self.scene = Some(Scene {
+            volume,
+            transfer,
+            splat,
+            shading,
+            inside,
+            vectors,
+            polygons,
+            camera,
+            background,
+        });
         self.gaussians.clear();
         self.transfer.start_over();
         self.shading.start_over();

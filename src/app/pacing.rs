@@ -273,6 +273,7 @@ mod tests {
             shading: Shading::default(),
             inside: Inside::default(),
             vectors: None,
+            polygons: Vec::new(),
         }
     }
 

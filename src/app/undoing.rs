@@ -83,6 +83,7 @@ impl State {
             () if opacity => "opacities",
             () if colour => "colours",
             () if a.vectors != b.vectors => "vectors",
+            () if a.polygons != b.polygons => "polygons",
             () if a.splat.opacity_unit_distance != b.splat.opacity_unit_distance => "unit distance",
             () if a.splat != b.splat => "splat settings",
             () if a.shading != b.shading => "shading",

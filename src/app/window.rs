@@ -16,11 +16,12 @@ use super::dialogs::open_path::OpenPath;
 use super::dialogs::raw::RawDialog;
 use super::dialogs::save::SaveDialog;
 use super::dialogs::transfer_file::TransferFileDialog;
-use super::document::{Document, Library};
+use super::document::{Document, Library, Source};
 use super::drawer::Drawer;
 use super::effects::Effects;
 use super::exchanging::LoadingDesign;
 use super::file_dialog::FileDialog;
+use super::flow::Flow;
 use super::history::History;
 use super::job::Job;
 use super::leveling::Leveling;
@@ -32,6 +33,7 @@ use super::panels::accuracy::AccuracyPanel;
 use super::panels::clip::ClipEditor;
 use super::panels::shading::ShadingEditor;
 use super::panels::transfer::TransferEditor;
+use super::polygons::Polygons;
 use super::probing::Probing;
 use super::saving::{Renderer, Saved};
 use super::settings::Settings;
@@ -113,6 +115,8 @@ pub struct Window {
     pub(super) box_handles: BoxHandles,
     pub(super) effects: Effects,
     pub(super) vectors: Vectors,
+    pub(super) polygons: Polygons,
+    pub(super) flow: Flow,
     /// Reached the engine last.
     pub(super) last_valid_mode: SplatSettings,
     pub(super) file_dialog: Option<FileDialog>,
@@ -154,6 +158,8 @@ impl Window {
             box_handles: BoxHandles::default(),
             effects: Effects::default(),
             vectors: Vectors::default(),
+            polygons: Polygons::default(),
+            flow: Flow::default(),
             last_valid_mode: SplatSettings::default(),
             file_dialog: None,
             loading: None,
@@ -224,6 +230,7 @@ impl Window {
             Action::Open => self.file_dialog = Some((self.parts.chooser)(ctx)),
             Action::OpenPath => self.dialog = Some(Dialog::OpenPath(OpenPath::default())),
             Action::RawLayout => self.ask_raw_layout_again(),
+            Action::EmbedPolygons => self.choose_mesh(ctx),
             Action::SavePicture => self.ask_to_save(),
             Action::SaveScreenshot => self.save_screenshot(ctx),
             Action::LoadTransfer
@@ -314,13 +321,15 @@ impl Window {
     fn take_news(&mut self, ctx: &Context) {
         self.take_document(ctx);
         self.take_vectors();
+        self.take_meshes(ctx);
+        self.take_flow();
         self.take_saved();
         self.take_design();
         self.take_clipboard(ctx);
         self.take_chosen_file(ctx);
         self.take_dropped_files(ctx);
         self.take_failure();
-        if self.loading.is_some() || !self.saving.is_empty() {
+        if !self.jobs().is_empty() {
             ctx.request_repaint_after(PROGRESS_EVERY);
         }
     }
@@ -342,7 +351,9 @@ impl Window {
     /// The jobs to be shown with progress and cancel.
     pub(super) fn jobs(&self) -> Vec<JobView<'_>> {
         let loading = self.loading.iter().map(|loading| JobView::of(&loading.job));
-        loading.chain(self.saving.iter().map(JobView::of)).collect()
+        let meshes = self.polygons.reading.iter().map(JobView::of);
+        let made = meshes.chain(self.flow.job.iter().map(JobView::of));
+        loading.chain(self.saving.iter().map(JobView::of)).chain(made).collect()
     }
 
     fn dialogs_ui(&mut self, ctx: &Context) {
@@ -350,6 +361,10 @@ impl Window {
         let stays = match &mut dialog {
             Dialog::Help => !super::dialogs::help::help_ui(ctx),
             Dialog::OpenPath(open_path) => match open_path.show(ctx) {
+                Outcome::Done(Source::File(path)) => {
+                    self.open_any(ctx, path);
+                    false
+                }
                 Outcome::Done(source) => {
                     self.open(ctx, source);
                     false

@@ -4,7 +4,9 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
+use super::flow::FlowFlags;
 use super::inside::InsideFlags;
+use super::polygons::PolygonFlags;
 use super::shading::ShadingFlags;
 use super::values::{self, Stop};
 use super::vectors::VectorFlags;
@@ -387,6 +389,12 @@ pub struct RenderFlags {
     /// Vectors beside it, or instead.
     #[command(flatten)]
     pub vectors: VectorFlags,
+    /// Polygons among all of it.
+    #[command(flatten)]
+    pub polygons: PolygonFlags,
+    /// What vectors become beside splats.
+    #[command(flatten)]
+    pub flow: FlowFlags,
     /// How far to refine [default: full]
     #[arg(long, value_enum)]
     pub refine: Option<RefineFlag>,

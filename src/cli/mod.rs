@@ -5,10 +5,12 @@
 
 mod accuracy;
 mod flags;
+mod flow;
 mod info;
 mod inside;
 mod open;
 mod plot;
+mod polygons;
 mod probe;
 mod render;
 mod report;

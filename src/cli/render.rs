@@ -51,12 +51,20 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
     }
     let stats = flags.stats.as_deref();
     open::check_name(&flags.input.file)?;
-    refuse_one_place(&[
-        ("FILE", Some(&flags.input.file)),
+    let mut places = vec![
+        ("FILE", Some(flags.input.file.as_path())),
         ("--transfer", flags.scene.transfer.as_deref()),
         ("--output", Some(&flags.output)),
         ("--stats", stats),
-    ])?;
+    ];
+    refuse_one_place(&places)?;
+    // One mesh may be embedded twice.
+    places.swap_remove(0);
+    for mesh in &flags.polygons.mesh {
+        places.push(("--mesh", Some(mesh.path())));
+        refuse_one_place(&places)?;
+        places.pop();
+    }
     // Drawing may take long: places that cannot be written to are found before it.
     let picture_to = Destination::check(&flags.output, "the picture")?;
     let stats_to = stats.map(|path| Destination::check(path, "the statistics")).transpose()?;
@@ -226,7 +234,8 @@ fn scene(flags: &RenderFlags, splat: SplatSettings) -> Result<Meant, Failure> {
     let inside = inside.map_err(|error| Failure::Usage(error.to_string()))?;
     refuse_coarse(flags, &inside)?;
     let opens_with_scalar = flags.scene.field.is_some() || flags.scene.component.is_some();
-    let vectors = flags.vectors.layer(&input, &scene, opens_with_scalar)?;
+    let mut vectors = flags.vectors.layer(&input, &scene, opens_with_scalar)?;
+    let flow = flags.flow.layers(&mut vectors)?;
     if vectors.is_some() {
         refuse_vectors(&inside)?;
         if flags.max_error.is_some() {
@@ -237,7 +246,17 @@ fn scene(flags: &RenderFlags, splat: SplatSettings) -> Result<Meant, Failure> {
             ));
         }
     }
-    let scene = Scene { shading, inside, vectors, ..scene };
+    let mut polygons = flags.polygons.layers()?;
+    polygons.extend(flow);
+    if !polygons.is_empty() && flags.refine == Some(RefineFlag::Coarse) {
+        return Err(Failure::Usage(
+            "expected --refine full or converged with polygons, found --refine coarse, whose pictures may \
+             be octree cuts that do not show it; leave --refine out"
+                .to_owned(),
+        ));
+    }
+    let scene = Scene { shading, inside, vectors, polygons, ..scene };
+    scene.check_polygons().map_err(|error| Failure::Usage(error.to_string()))?;
     let effects = scene.effects();
     Ok(Meant { scene, effects, space: input.grid.space })
 }

@@ -8,6 +8,10 @@ use super::turns::SOFTWARE_TURNS;
 
 /// Storage buffers that a pass over a field with vectors in it binds.
 pub(super) const VECTOR_BUFFERS: u32 = 13;
+/// The same with polygons in it.
+pub(super) const POLYGON_BUFFERS: u32 = 9;
+/// The same with both.
+pub(super) const VECTOR_AND_POLYGON_BUFFERS: u32 = 14;
 
 /// Which adapter to draw with.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -99,16 +103,17 @@ impl Context {
         features.set(wgpu::Features::FLOAT32_BLENDABLE, granted.float32_blending);
         features.set(wgpu::Features::TIMESTAMP_QUERY, granted.timestamps);
         // WebGPU's defaults, and the adapter's own for few things only: large volumes (both
-        // buffer limits), large pictures, and vectors beside a field.
+        // buffer limits), large pictures, and vectors and polygons beside a field.
         let most = adapter.limits();
         let limits = wgpu::Limits {
             max_buffer_size: most.max_buffer_size,
             max_storage_buffer_binding_size: most.max_storage_buffer_binding_size,
             max_texture_dimension_2d: most.max_texture_dimension_2d,
-            // Vectors beside a field; without, there are none (`Renderer::set_vectors`).
+            // Vectors and polygons beside a field; without, there are none (`Renderer::set_vectors`,
+            // `Renderer::set_polygons`).
             max_storage_buffers_per_shader_stage: most
                 .max_storage_buffers_per_shader_stage
-                .min(VECTOR_BUFFERS),
+                .min(VECTOR_AND_POLYGON_BUFFERS),
             ..wgpu::Limits::defaults()
         };
         let (device, queue) = pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {

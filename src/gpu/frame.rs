@@ -85,6 +85,26 @@ pub enum Pass {
         /// Bricks along x, y, z, a workgroup each.
         bricks: [u32; 3],
     },
+    /// Counts the polygons that each pixel sees.
+    CountPolygons {
+        /// Triangles.
+        triangles: u32,
+    },
+    /// Gives every pixel room for its polygons.
+    PlacePolygons {
+        /// Pixels, one thread each.
+        pixels: u32,
+    },
+    /// Writes each pixel's polygons.
+    WritePolygons {
+        /// Triangles.
+        triangles: u32,
+    },
+    /// Sorts each pixel's polygons.
+    SortPolygons {
+        /// Pixels, one thread each.
+        pixels: u32,
+    },
     /// Background and sRGB.
     Present,
 }
@@ -129,6 +149,10 @@ impl Pass {
             Self::FindRanges { .. } => super::shader::FIND_RANGES.name,
             Self::CompositeLists { .. } => super::shader::COMPOSITE_LISTS.name,
             Self::MergeBricks { .. } => super::shader::MERGE_BRICKS.name,
+            Self::CountPolygons { .. } => super::shader::COUNT_POLYGONS.name,
+            Self::PlacePolygons { .. } => super::shader::PLACE_POLYGONS.name,
+            Self::WritePolygons { .. } => super::shader::WRITE_POLYGONS.name,
+            Self::SortPolygons { .. } => super::shader::SORT_POLYGONS.name,
             Self::Present => super::shader::PRESENT.name,
         }
     }

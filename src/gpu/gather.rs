@@ -287,7 +287,7 @@ impl Renderer {
         variant.in_parts = parts.len() > 1;
         self.write_traversal(view, &(0..0), 0, 0);
         self.gathering.variant = Some(variant);
-        let ranges = self.tiles_at_a_time(variant.in_parts, tiles);
+        let ranges = self.tiles_at_a_time((variant.in_parts, 1), tiles);
         let mut wall_ms = 0.0;
         for tiles in ranges {
             constants.splits[3] = tiles.start as i32;
@@ -391,8 +391,8 @@ impl Renderer {
         bound.extend([(6, &table.visible), (7, &self.gathering.constants), (8, totals)]);
         let entries: Vec<_> = bound.into_iter().map(entry).collect();
         let resource = wgpu::BindingResource::TextureView(&light);
-        let mut more = vec![wgpu::BindGroupEntry { binding: 0, resource }];
-        more.extend((1..).zip(kept.into_iter().flatten()).map(entry));
+        let light = vec![wgpu::BindGroupEntry { binding: 0, resource }];
+        let samples: Vec<_> = (0..).zip(kept.into_iter().flatten()).map(entry).collect();
         let group = |at: u32, entries: &[wgpu::BindGroupEntry<'_>]| {
             context.device.create_bind_group(&wgpu::BindGroupDescriptor {
                 label: Some(variant.pass()),
@@ -400,7 +400,9 @@ impl Renderer {
                 entries,
             })
         };
-        let groups = [group(0, &entries), group(1, &more)];
+        let groups = [entries, light, samples];
+        let groups = (0..).zip(&groups).filter(|(_, entries)| !entries.is_empty());
+        let groups: Vec<_> = groups.map(|(at, entries)| group(at, entries)).collect();
         let mut compute = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
             label: Some(variant.pass()),
             timestamp_writes: clock.map(|c| c.compute(0)),

@@ -135,6 +135,35 @@ pub struct VectorTiles {
     pub rays: [f32; 4],
 }
 
+/// `Polygons` in `shaders/lib/polygon_corners.wgsl`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+#[expect(missing_docs, reason = "documented in the shader")]
+pub struct Polygons {
+    pub right: [f32; 4],
+    pub up: [f32; 4],
+    pub forward: [f32; 4],
+    pub picture: [f32; 4],
+    pub material: [f32; 4],
+    pub towards: [[f32; 4]; MOST_LIGHTS],
+    pub colours: [[f32; 4]; MOST_LIGHTS],
+    pub counts: [u32; 4],
+}
+
+/// `Corner` in `shaders/lib/polygon_corners.wgsl`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+#[expect(missing_docs, reason = "documented in the shader")]
+pub struct PolygonCorner {
+    pub place: [f32; 4],
+    pub normal: [f32; 4],
+}
+
+/// Words of a polygon in a pixel; see `shaders/lib/polygon_corners.wgsl`.
+pub const FRAGMENT_WORDS: u32 = 6;
+/// Threads in a workgroup of the passes over pixels' polygons.
+pub const POLYGON_THREADS: u32 = 64;
+
 /// `Scan` in `shaders/scan_segments.wgsl`.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]

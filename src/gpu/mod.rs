@@ -2,7 +2,7 @@
 //!
 //! Owns everything that names wgpu outside the window. Refuses egui, clap and files, and what a
 //! picture is for: it is told what to draw piece by piece. Imports `core`, `volume`, `transfer`,
-//! `kernel`, `hierarchy`, `vector`, `scene`.
+//! `kernel`, `hierarchy`, `vector`, `polygons`, `scene`.
 
 mod buffers;
 mod compute;
@@ -19,6 +19,7 @@ mod marks;
 mod meshes;
 mod octree;
 mod pipelines;
+mod polygons;
 mod renderer;
 mod samples;
 mod scattered;

@@ -36,6 +36,7 @@ pub(super) struct ListVariant {
 pub(super) struct VectorVariant {
     pub published: bool,
     pub back_to_front: bool,
+    pub polygons: bool,
 }
 
 /// All pipelines of one device, and how many were ever compiled.
@@ -142,12 +143,16 @@ impl Pipelines {
             let mut constants = vector_constants();
             constants.push(("published", flag(variant.published)));
             constants.push(("back_to_front", flag(variant.back_to_front)));
-            let module = shader::COMPOSITE_VECTORS.module_writing(&context.device, format);
+            let shader = match variant.polygons {
+                true => shader::COMPOSITE_VECTORS_AND_POLYGONS,
+                false => shader::COMPOSITE_VECTORS,
+            };
+            let module = shader.module_writing(&context.device, format);
             context.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-                label: Some(shader::COMPOSITE_VECTORS.name),
+                label: Some(shader.name),
                 layout: None,
                 module: &module,
-                entry_point: Some(shader::COMPOSITE_VECTORS.name),
+                entry_point: Some(shader.name),
                 compilation_options: wgpu::PipelineCompilationOptions {
                     constants: &constants,
                     ..Default::default()

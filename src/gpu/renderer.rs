@@ -14,6 +14,7 @@ use super::inside::Opening;
 use super::meshes::MeshTable;
 use super::octree::BrickBuffers;
 use super::pipelines::{Pipelines, SplatVariant};
+use super::polygons::DevicePolygons;
 use super::scattered::Lists;
 use super::shade::Shade;
 use super::shaded_samples::ShadedSamples;
@@ -70,9 +71,23 @@ pub struct Renderer {
     slabs_have_vectors: bool,
     /// While an octree is built on the device.
     pub(super) bricks: Option<BrickBuffers>,
+    /// Polygons, while a scene has them.
+    pub(super) polygons: Option<DevicePolygons>,
+    /// Of passes that came before the picture was begun.
+    times_before: Vec<PassTime>,
     times: Vec<PassTime>,
     peak_bytes: u64,
     pub(super) upload_count: u64,
+}
+
+/// What the scene being drawn asks for beside its transfer function and its mode.
+fn looks_of<'a>(
+    shade: &'a Option<Shade>,
+    inside: &'a Option<Opening>,
+    polygons: &Option<DevicePolygons>,
+) -> Looks<'a> {
+    let polygons = polygons.as_ref().map(|polygons| polygons.longest);
+    Looks { shade: shade.as_ref(), inside: inside.as_ref(), polygons }
 }
 
 impl Renderer {
@@ -128,6 +143,8 @@ impl Renderer {
             vectors: None,
             slabs_have_vectors: false,
             bricks: None,
+            polygons: None,
+            times_before: Vec::new(),
             times: Vec::new(),
             peak_bytes: 0,
             upload_count: 0,
@@ -195,7 +212,7 @@ impl Renderer {
         unit_distance: f64,
     ) -> Result<(), GpuError> {
         self.resize(view.size)?;
-        self.times.clear();
+        self.times = std::mem::take(&mut self.times_before);
         self.variant = SplatVariant {
             kernel,
             perspective: view.eye_distance.is_some(),
@@ -316,7 +333,7 @@ impl Renderer {
         picture: PictureConstants,
         most_rays: u64,
     ) -> u64 {
-        let looks = Looks { shade: self.shade.as_ref(), inside: self.inside.as_ref() };
+        let looks = looks_of(&self.shade, &self.inside, &self.polygons);
         let what = (settings, picture);
         let rays = self.slabs[which as usize].mark(&self.context, view, what, looks, most_rays);
         self.note_bytes();
@@ -343,7 +360,7 @@ impl Renderer {
     ) -> Result<f64, GpuError> {
         (self.slab_field, self.slab_settings) = (which, *settings);
         let which = which as usize;
-        let looks = Looks { shade: self.shade.as_ref(), inside: self.inside.as_ref() };
+        let looks = looks_of(&self.shade, &self.inside, &self.polygons);
         let parts = self.slabs[which].parts(&self.context, view, settings, picture, looks)?;
         self.slabs_in_parts = parts.is_some();
         if self.slabs_in_parts && self.slabs_have_vectors {
@@ -354,12 +371,14 @@ impl Renderer {
                 advice: "zoom in, choose fewer --slabs-per-voxel, or hide the field or the vectors",
             });
         }
-        let ranges = self.tiles_at_a_time(self.slabs_in_parts, tiles);
+        // What is kept of the samples of polygons takes twice the room.
+        let samples = u32::from(self.polygons.is_some()) + 1;
+        let ranges = self.tiles_at_a_time((self.slabs_in_parts, samples), tiles);
         let mut wall_ms = 0.0;
         for tiles in ranges {
             for &part in parts.as_deref().unwrap_or(&[[0; 4]]) {
                 let (slabs, piece) = (&mut self.slabs[which], (&tiles, part));
-                let looks = Looks { shade: self.shade.as_ref(), inside: self.inside.as_ref() };
+                let looks = looks_of(&self.shade, &self.inside, &self.polygons);
                 if !slabs.write(&self.context, view, settings, picture, piece, looks) {
                     return Err(GpuError::Device("slabs came before their field".to_owned()));
                 }
@@ -383,13 +402,13 @@ impl Renderer {
         let kept = self.kept.buffer().filter(|_| self.slabs_in_parts);
         let rays = (tiles, kept);
         let slabs = &mut self.slabs[self.slab_field as usize];
-        let looks = Looks { shade: self.shade.as_ref(), inside: self.inside.as_ref() };
+        let looks = looks_of(&self.shade, &self.inside, &self.polygons);
         let variant = looks.variant(self.slab_field == SlabField::Preview);
         let vectors = match (&self.vectors, &self.lists) {
             (Some(vectors), Some(lists)) if self.slabs_have_vectors => Some((vectors, lists)),
             _ => None,
         };
-        let more = (variant, vectors, timestamps);
+        let more = (variant, (vectors, self.polygons.as_ref()), timestamps);
         slabs.encode(&self.context, encoder, &settings, light, rays, more);
     }
 
@@ -400,6 +419,15 @@ impl Renderer {
         self.shade = Shade::of(scene);
         // Vectors lie in all of a field: one that is cut open beside them is not drawn so.
         self.inside = Opening::of(scene).filter(|_| scene.vectors.is_none());
+    }
+
+    /// Runs passes that belong to the picture that will be begun next.
+    pub(super) fn run_before(&mut self, passes: &[Pass]) -> Result<f64, GpuError> {
+        let times = std::mem::take(&mut self.times);
+        self.times = std::mem::take(&mut self.times_before);
+        let ran = self.run(passes);
+        self.times_before = std::mem::replace(&mut self.times, times);
+        ran
     }
 
     /// Submits passes and waits; returns wall milliseconds.
@@ -464,6 +492,10 @@ impl Renderer {
             }
             Pass::CompositeVectors { tiles } => self.composite_vectors(encoder, tiles, clock),
             Pass::MergeBricks { bricks } => self.encode_bricks(encoder, bricks, clock),
+            Pass::CountPolygons { .. }
+            | Pass::PlacePolygons { .. }
+            | Pass::WritePolygons { .. }
+            | Pass::SortPolygons { .. } => self.encode_polygons(encoder, pass, clock),
             Pass::Present => self.encode_present(encoder, clock),
             Pass::CountDigits(_) | Pass::ScanDigits | Pass::ScatterDigits(_) => {
                 let Some(lists) = &self.lists else { return };
@@ -479,14 +511,18 @@ impl Renderer {
     }
 
     /// Tiles in the ranges that are drawn one after another: all at once, or where rays are walked
-    /// in parts as many as there is room for what is kept of them.
-    pub(super) fn tiles_at_a_time(&mut self, in_parts: bool, tiles: Range<u32>) -> Vec<Range<u32>> {
+    /// in parts as many as there is room for what is kept of them, in so many places each.
+    pub(super) fn tiles_at_a_time(
+        &mut self,
+        (in_parts, slots): (bool, u32),
+        tiles: Range<u32>,
+    ) -> Vec<Range<u32>> {
         if !in_parts {
             return vec![tiles];
         }
         self.kept.reserve(&self.context);
         self.note_bytes();
-        few_tiles(&tiles)
+        few_tiles(&tiles, slots)
     }
 
     /// Bytes held on the device now, as this program allocates them.
@@ -508,7 +544,8 @@ impl Renderer {
             + self.lists.as_ref().map_or(0, Lists::size_bytes)
             + self.mesh.as_ref().map_or(0, MeshTable::size_bytes)
             + self.vectors.as_ref().map_or(0, DeviceVectors::size_bytes)
-            + self.bricks.as_ref().map_or(0, BrickBuffers::size_bytes);
+            + self.bricks.as_ref().map_or(0, BrickBuffers::size_bytes)
+            + self.polygon_bytes();
         let slabs: u64 = self.slabs.iter().map(SlabPass::size_bytes).sum();
         target
             + volume

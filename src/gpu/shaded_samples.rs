@@ -177,7 +177,7 @@ impl Renderer {
         bound.extend((0..CHUNKS).map(|i| &chunks[i.min(chunks.len() - 1)]));
         bound.extend([&table.entries, &table.visible, self.gathering.buffer()]);
         let bound = (0_u32..).zip(bound).chain(self.gathering.looks());
-        let groups = [bound.collect::<Vec<_>>(), vec![(1, &*slots), (2, &*samples)]];
+        let groups = [bound.collect::<Vec<_>>(), vec![(0, &*slots), (1, &*samples)]];
         let groups = (0..).zip(&groups).map(|(at, bound)| {
             let entries: Vec<_> = bound
                 .iter()

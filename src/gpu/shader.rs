@@ -11,7 +11,7 @@ const OPACITY: &str = include_str!("../../shaders/lib/opacity.wgsl");
 const GATHER: &str = include_str!("../../shaders/lib/gather.wgsl");
 const PLAIN_SAMPLES: &str = include_str!("../../shaders/lib/plain_samples.wgsl");
 const SHADED_SAMPLES: &str = include_str!("../../shaders/lib/shaded_samples.wgsl");
-const KEPT_SAMPLES: &str = include_str!("../../shaders/lib/kept_samples.wgsl");
+const FOUND_SAMPLES: &str = include_str!("../../shaders/lib/found_samples.wgsl");
 const WHOLE: &str = include_str!("../../shaders/lib/whole.wgsl");
 const UNLIT: &str = include_str!("../../shaders/lib/unlit.wgsl");
 const SHADE: &str = include_str!("../../shaders/lib/shade.wgsl");
@@ -27,20 +27,33 @@ const FIELD: &str = include_str!("../../shaders/lib/field.wgsl");
 const CLASSIFY: &str = include_str!("../../shaders/lib/classify.wgsl");
 const EMPTY: &str = include_str!("../../shaders/lib/empty.wgsl");
 const LIGHT: &str = include_str!("../../shaders/lib/light.wgsl");
+const NO_POLYGONS: &str = include_str!("../../shaders/lib/no_polygons.wgsl");
+const POLYGONS: &str = include_str!("../../shaders/lib/polygons.wgsl");
+const POLYGON_CORNERS: &str = include_str!("../../shaders/lib/polygon_corners.wgsl");
+const LIGHT_OF_SAMPLES: &str = include_str!("../../shaders/lib/light_of_samples.wgsl");
+const KEPT_LIGHT: &str = include_str!("../../shaders/lib/kept_light.wgsl");
+const KEPT_SAMPLES: &str = include_str!("../../shaders/lib/kept_samples.wgsl");
+const ALONE: &str = include_str!("../../shaders/lib/alone.wgsl");
+const ALONE_WITH_POLYGONS: &str = include_str!("../../shaders/lib/alone_with_polygons.wgsl");
 const RAYS: &str = include_str!("../../shaders/lib/rays.wgsl");
 const INSIDE: &str = include_str!("../../shaders/lib/inside.wgsl");
 const UNCLIPPED: &str = include_str!("../../shaders/lib/unclipped.wgsl");
 const CLIPPED: &str = include_str!("../../shaders/lib/clipped.wgsl");
 const MATTER: &str = include_str!("../../shaders/lib/matter.wgsl");
 const SURFACES: &str = include_str!("../../shaders/lib/surfaces.wgsl");
+const MET: &str = include_str!("../../shaders/lib/met.wgsl");
+const NO_MET: &str = include_str!("../../shaders/lib/no_met.wgsl");
 const NO_LEVELS: &str = include_str!("../../shaders/lib/no_levels.wgsl");
 const LEVELS: &str = include_str!("../../shaders/lib/levels.wgsl");
 const NO_VECTORS: &str = include_str!("../../shaders/lib/no_vectors.wgsl");
 const VECTOR_FRAME: &str = include_str!("../../shaders/lib/vector_frame.wgsl");
 const VECTORS: &str = include_str!("../../shaders/lib/vectors.wgsl");
 
+/// What pieces call the group of their own bindings.
+const OWN_GROUP: &str = "@group(1)";
+
 /// The most pieces that a shader is stitched of.
-const MOST_PIECES: usize = 20;
+const MOST_PIECES: usize = 24;
 
 /// A pass's shader: its name is the file's, the pass's label and the timing row's.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -79,7 +92,31 @@ shader!(MERGE_BRICKS, "merge_bricks", TRAVERSAL, OPACITY);
 shader!(SPLAT, "splat", FRAME, PROJECT, FOOTPRINT, OPACITY);
 shader!(COUNT_ENTRIES, "count_entries", FRAME, PROJECT, FOOTPRINT, OPACITY, LISTS);
 shader!(COUNT_VECTORS, "count_vectors", FRAME, PROJECT, FOOTPRINT, OPACITY, LISTS, VECTOR_FRAME);
-shader!(COMPOSITE_VECTORS, "composite_vectors", LIGHT, FOOTPRINT, SHARE, VECTOR_FRAME, VECTORS);
+shader!(
+    COMPOSITE_VECTORS,
+    "composite_vectors",
+    LIGHT,
+    FOOTPRINT,
+    SHARE,
+    VECTOR_FRAME,
+    VECTORS,
+    ALONE
+);
+shader!(
+    COMPOSITE_VECTORS_AND_POLYGONS,
+    "composite_vectors",
+    LIGHT_OF_SAMPLES,
+    FOOTPRINT,
+    SHARE,
+    VECTOR_FRAME,
+    VECTORS,
+    POLYGONS,
+    ALONE_WITH_POLYGONS
+);
+shader!(COUNT_POLYGONS, "count_polygons", POLYGON_CORNERS);
+shader!(PLACE_POLYGONS, "place_polygons",);
+shader!(WRITE_POLYGONS, "write_polygons", POLYGON_CORNERS);
+shader!(SORT_POLYGONS, "sort_polygons",);
 shader!(WRITE_ENTRIES, "write_entries", LISTS);
 shader!(COUNT_DIGITS, "count_digits", SORT);
 shader!(SCATTER_DIGITS, "scatter_digits", SORT);
@@ -132,7 +169,7 @@ impl GatherPieces {
             SampleLooks::Plain => [PLAIN_SAMPLES, "", ""],
             SampleLooks::Shaded => [SHADED_SAMPLES, SHADE, UNPAINTED],
             SampleLooks::Painted => [SHADED_SAMPLES, SHADE, REGIONS],
-            SampleLooks::Kept => [KEPT_SAMPLES, "", ""],
+            SampleLooks::Kept => [FOUND_SAMPLES, "", ""],
         };
         let [name, footprint, share, walk] = match self.cells {
             false => {
@@ -153,7 +190,8 @@ pub const fn shading_samples(painted: bool) -> Shader {
     let walk = include_str!("../../shaders/shade_samples.wgsl");
     stitched(
         SHADE_SAMPLES,
-        &[TRAVERSAL, OPACITY, WHOLE, GATHER, SHADED_SAMPLES, painted, SHADE, walk],
+        // Before the gathering, whose own group has no part in this.
+        &[walk, TRAVERSAL, OPACITY, WHOLE, GATHER, SHADED_SAMPLES, painted, SHADE],
     )
 }
 
@@ -188,7 +226,7 @@ pub struct SlabPieces {
     pub faces: Faces,
     /// Something is cut away.
     pub clipped: bool,
-    /// Surfaces lie among the matter.
+    /// Faces where it is cut, slices or isosurfaces lie among the matter.
     pub surfaces: bool,
     /// Isosurfaces among them, which only faces with growth have.
     pub levels: bool,
@@ -196,13 +234,15 @@ pub struct SlabPieces {
     pub vectors: bool,
     /// Opacities are by regions of value and gradient strength, on faces with growth.
     pub regions: bool,
+    /// Polygons lie among all of it.
+    pub polygons: bool,
 }
 
 impl SlabPieces {
     /// Every one there is.
-    pub const ALL: [Self; 42] = {
+    pub const ALL: [Self; 58] = {
         let faces = [Faces::Unlit, Faces::BSplines, Faces::Tents, Faces::Differences];
-        let mut all = [Self::PLAIN; 42];
+        let mut all = [Self::PLAIN; 58];
         let mut i = 0;
         while i < all.len() {
             all[i] = if i < 32 {
@@ -212,8 +252,22 @@ impl SlabPieces {
                     clipped: i / 8 % 2 == 1,
                     surfaces: i / 16 == 1,
                     levels: i / 16 == 1 && i / 2 % 4 > 0,
-                    vectors: false,
-                    regions: false,
+                    ..Self::PLAIN
+                }
+            } else if i >= 42 {
+                // Polygons beside all else: by how they are lit alone, in parts, cut, with surfaces, and
+                // with vectors.
+                let faces = faces[(i - 42) % 4];
+                let with = (i - 42) / 4;
+                Self {
+                    faces,
+                    in_parts: with == 1,
+                    clipped: with == 1,
+                    surfaces: with == 2,
+                    levels: with == 2 && !matches!(faces, Faces::Unlit),
+                    vectors: with == 3,
+                    polygons: true,
+                    ..Self::PLAIN
                 }
             } else if i >= 36 {
                 // Regions are a piece beside any other.
@@ -237,6 +291,7 @@ impl SlabPieces {
         levels: false,
         vectors: false,
         regions: false,
+        polygons: false,
     };
 
     /// The pass that projects values along rays, of these pieces: of the faces, values alone.
@@ -264,7 +319,16 @@ impl SlabPieces {
         let rays = if self.in_parts { PARTS } else { WHOLE };
         let inside = if self.clipped || self.surfaces { INSIDE } else { "" };
         let clip = if self.clipped { CLIPPED } else { UNCLIPPED };
-        let layers = if self.surfaces { SURFACES } else { MATTER };
+        let layers = if self.surfaces || self.polygons { SURFACES } else { MATTER };
+        let met = match (self.surfaces, self.polygons) {
+            (true, _) => MET,
+            (false, true) => NO_MET,
+            (false, false) => "",
+        };
+        let [light, kept_light, polygons] = match self.polygons {
+            false => [LIGHT, KEPT_LIGHT, NO_POLYGONS],
+            true => [LIGHT_OF_SAMPLES, KEPT_SAMPLES, POLYGONS],
+        };
         let levels = if self.levels { LEVELS } else { NO_LEVELS };
         let walk = include_str!("../../shaders/reconstruct_slabs.wgsl");
         let [footprint, share, frame, vectors] = match self.vectors {
@@ -274,8 +338,9 @@ impl SlabPieces {
         stitched(
             RECONSTRUCT_SLABS,
             &[
-                SLABS, FIELD, CLASSIFY, EMPTY, LIGHT, RAYS, inside, clip, layers, levels, rays,
-                painted, shade, face, footprint, share, frame, vectors, walk,
+                SLABS, FIELD, CLASSIFY, EMPTY, light, RAYS, inside, clip, layers, met, levels,
+                rays, kept_light, painted, shade, face, footprint, share, frame, vectors, polygons,
+                walk,
             ],
         )
     }
@@ -300,7 +365,7 @@ const PROJECTING: [Shader; 4] = {
 };
 
 /// Passes that are stitched in one way only.
-const SINGLE: [Shader; 17] = [
+const SINGLE: [Shader; 22] = [
     COUNT_SEGMENTS,
     SCAN_SEGMENTS,
     EMIT_KERNELS,
@@ -314,6 +379,11 @@ const SINGLE: [Shader; 17] = [
     COMPOSITE_LISTS,
     COUNT_VECTORS,
     COMPOSITE_VECTORS,
+    COMPOSITE_VECTORS_AND_POLYGONS,
+    COUNT_POLYGONS,
+    PLACE_POLYGONS,
+    WRITE_POLYGONS,
+    SORT_POLYGONS,
     PRESENT,
     PICTURE,
     shading_samples(false),
@@ -344,9 +414,15 @@ pub static ALL: [Shader; COUNTS[0] + COUNTS[1] + COUNTS[2] + COUNTS[3]] = {
 };
 
 impl Shader {
-    /// The stitched source.
+    /// The stitched source. Pieces with bindings of their own have them in a group of their own, which
+    /// they call the first: they are numbered in the order of the pieces.
     pub fn source(&self) -> String {
-        self.pieces.concat()
+        let mut groups = 0;
+        let numbered = self.pieces.iter().map(|piece| {
+            groups += u32::from(piece.contains(OWN_GROUP));
+            piece.replace(OWN_GROUP, &format!("@group({groups})"))
+        });
+        numbered.collect()
     }
 
     /// The module on a device.

@@ -13,6 +13,7 @@ use super::inside::{InsideVariant, Opening};
 use super::layout;
 use super::marks::Marked;
 use super::pipelines::vector_constants;
+use super::polygons::DevicePolygons;
 use super::scattered::Lists;
 use super::shade::{CellsOfValues, Shade, ShadeVariant};
 use super::shader::{Faces, PROJECT_VALUES, RECONSTRUCT_SLABS, SlabPieces};
@@ -100,6 +101,8 @@ struct Variant {
 pub(super) struct Looks<'a> {
     pub shade: Option<&'a Shade>,
     pub inside: Option<&'a Opening>,
+    /// Polygons that a pixel sees at most.
+    pub polygons: Option<u32>,
 }
 
 /// What of it a pipeline is made for.
@@ -107,6 +110,7 @@ pub(super) struct Looks<'a> {
 pub(super) struct LooksVariant {
     pub shade: Option<ShadeVariant>,
     pub inside: InsideVariant,
+    pub polygons: bool,
 }
 
 impl Looks<'_> {
@@ -115,7 +119,8 @@ impl Looks<'_> {
         let inside = self.inside.map_or_else(InsideVariant::default, |inside| inside.variant);
         // Nothing falls on values that are projected.
         let shade = self.shade.filter(|_| inside.along == AlongRay::Composite);
-        LooksVariant { shade: shade.map(|shade| ShadeVariant { quickly, ..shade.variant }), inside }
+        let shade = shade.map(|shade| ShadeVariant { quickly, ..shade.variant });
+        LooksVariant { shade, inside, polygons: self.polygons.is_some() }
     }
 }
 
@@ -302,7 +307,7 @@ impl SlabPass {
         let Some(halved) = self.halved(view) else { return Ok(None) };
         let side = halved.rays_per_side(settings.kernel, settings.extent);
         let Some(rays) = self.rays(view, settings, picture, looks, side) else { return Ok(None) };
-        rays.check()?;
+        rays.check(context.most_turns)?;
         Ok(rays.parts(context.most_turns))
     }
 
@@ -334,6 +339,7 @@ impl SlabPass {
             window: (is_radial && samples != 2).then_some(samples),
             surfaces: looks.inside.map_or(0, |inside| inside.variant.surfaces()),
             projects: looks.variant(false).projects(),
+            polygons: looks.polygons,
         })
     }
 
@@ -405,9 +411,9 @@ impl SlabPass {
         settings: &SplatSettings,
         (light, format): (&wgpu::TextureView, wgpu::TextureFormat),
         (tiles, kept): (u32, Option<&wgpu::Buffer>),
-        (looks, vectors, timestamps): (
+        (looks, (vectors, polygons), timestamps): (
             LooksVariant,
-            Option<(&DeviceVectors, &Lists)>,
+            (Option<(&DeviceVectors, &Lists)>, Option<&DevicePolygons>),
             Option<wgpu::ComputePassTimestampWrites<'_>>,
         ),
     ) {
@@ -455,6 +461,7 @@ impl SlabPass {
             layout: &pipeline.get_bind_group_layout(0),
             entries: &entries,
         });
+        // Groups count up, whichever there are: see `Shader::source`.
         let inside = self.inside.as_ref().map(|buffer| {
             context.device.create_bind_group(&wgpu::BindGroupDescriptor {
                 label: Some("inside"),
@@ -471,13 +478,19 @@ impl SlabPass {
         });
         compute.set_pipeline(&pipeline);
         compute.set_bind_group(0, &group, &[]);
-        // One of them alone: vectors are beside fields that are whole.
+        let mut next = 1;
         if let Some(inside) = &inside {
-            compute.set_bind_group(1, inside, &[]);
+            compute.set_bind_group(next, inside, &[]);
+            next += 1;
         }
         if let Some((vectors, lists)) = vectors {
-            let layout = pipeline.get_bind_group_layout(1);
-            compute.set_bind_group(1, &vectors.group(context, lists, &layout), &[]);
+            let layout = pipeline.get_bind_group_layout(next);
+            compute.set_bind_group(next, &vectors.group(context, lists, &layout), &[]);
+            next += 1;
+        }
+        if let Some(polygons) = polygons.filter(|_| !looks.projects()) {
+            let layout = pipeline.get_bind_group_layout(next);
+            compute.set_bind_group(next, &polygons.group(context, &layout), &[]);
         }
         let [across, down] = groups_of_tiles(tiles);
         compute.dispatch_workgroups(across, down, 1);
@@ -650,7 +663,7 @@ fn compile(context: &Context, variant: Variant) -> wgpu::ComputePipeline {
         ("published", flag(variant.published)),
         ("back_to_front", flag(variant.back_to_front)),
     ];
-    let LooksVariant { shade, inside } = &variant.looks;
+    let LooksVariant { shade, inside, polygons } = &variant.looks;
     constants.extend(shade.iter().flat_map(ShadeVariant::constants));
     constants.extend(inside.constants());
     if variant.vectors {
@@ -670,6 +683,7 @@ fn compile(context: &Context, variant: Variant) -> wgpu::ComputePipeline {
         levels: inside.levels > 0,
         vectors: variant.vectors,
         regions: shade.is_some_and(|shade| shade.regions > 0),
+        polygons: *polygons,
     };
     let shader = if variant.looks.projects() { pieces.projecting() } else { pieces.shader() };
     let module = shader.module_writing(&context.device, variant.target);

@@ -330,6 +330,8 @@ pub(super) struct SlabRays {
     pub surfaces: u32,
     /// Whether values are projected, face by face and without leaps.
     pub projects: bool,
+    /// Polygons that a pixel sees at most; `None` where there are none in the scene.
+    pub polygons: Option<u32>,
 }
 
 impl SlabRays {
@@ -341,9 +343,25 @@ impl SlabRays {
         depth / self.thickness + 6.0
     }
 
+    /// Turns that polygons take.
+    fn polygon_turns(&self) -> f64 {
+        let polygons = self.polygons.map_or(0.0, f64::from);
+        polygons * (3.0 + f64::from(self.surfaces))
+    }
+
     /// # Errors
-    /// More faces than can be told apart.
-    pub(super) fn check(&self) -> Result<(), GpuError> {
+    /// More faces than can be told apart, or more polygons over a pixel than one dispatch walks.
+    pub(super) fn check(&self, most: Option<u64>) -> Result<(), GpuError> {
+        // What is left is for the slabs between them, and for finding the place again.
+        let most = most.map_or(f64::INFINITY, |most| 0.8 * most as f64 / LANES);
+        if self.polygon_turns() > most {
+            return Err(GpuError::TooLarge {
+                what: "polygons over one pixel",
+                limit: format!("{}", (most / (3.0 + f64::from(self.surfaces))).floor()),
+                found: self.polygons.unwrap_or(0).to_string(),
+                advice: "zoom in, choose a hardware adapter, or leave a mesh out",
+            });
+        }
         check_faces(self.faces())
     }
 
@@ -351,7 +369,7 @@ impl SlabRays {
     /// allow.
     pub(super) fn parts(&self, most: Option<u64>) -> Option<Vec<SlabPart>> {
         let budget = most?.saturating_sub(REST) as f64;
-        if self.check().is_err() {
+        if self.check(most).is_err() {
             return None;
         }
         let dims = DVec3::from(self.dims.map(|n| n as f64));
@@ -368,13 +386,15 @@ impl SlabRays {
         let surfaces = f64::from(self.surfaces);
         // Where a level is passed, the field is asked up to seven times.
         let passes = nested(&[surfaces, 1.0, 7.0]) + 7.0 * surfaces * value;
-        let layers = match surfaces > 0.0 {
+        let layers = match surfaces > 0.0 || self.polygons.is_some() {
             true => nested(&[surfaces + 1.0, surfaces + 1.0]) + passes,
             false => 0.0,
         };
         let look = 1.0 + 1.0 + every + 1.0 + every * (value + layers);
         let looks = faces / every + 2.0;
         let others = LANES * leaps;
+        // Each polygon is a layer of its own, wherever it is.
+        let others = others + LANES * self.polygon_turns();
         let (looks, look, leaps, others) = match self.projects {
             // Between two faces there may be one more place to be asked.
             true => (2.0 * faces + 6.0, 1.0 + value, 0.0, 1.0),
@@ -443,10 +463,11 @@ impl Kept {
     }
 }
 
-/// Ranges of at most [`TILES_IN_PARTS`] tiles.
-pub(super) fn few_tiles(tiles: &std::ops::Range<u32>) -> Vec<std::ops::Range<u32>> {
-    let starts = tiles.clone().step_by(TILES_IN_PARTS as usize);
-    starts.map(|first| first..(first + TILES_IN_PARTS).min(tiles.end)).collect()
+/// Ranges of at most [`TILES_IN_PARTS`] tiles, of which so many places are kept a pixel.
+pub(super) fn few_tiles(tiles: &std::ops::Range<u32>, slots: u32) -> Vec<std::ops::Range<u32>> {
+    let few = TILES_IN_PARTS / slots;
+    let starts = tiles.clone().step_by(few as usize);
+    starts.map(|first| first..(first + few).min(tiles.end)).collect()
 }
 
 #[cfg(test)]
@@ -505,6 +526,7 @@ mod tests {
             window: None,
             surfaces: 0,
             projects: false,
+            polygons: None,
         };
         assert!(row(593).parts(Some(SOFTWARE_TURNS)).is_some());
         assert_eq!(row(450).parts(Some(SOFTWARE_TURNS)), None);
@@ -535,6 +557,7 @@ mod tests {
             window: None,
             surfaces: 0,
             projects: false,
+            polygons: None,
         };
         let parts = rays.parts(Some(SOFTWARE_TURNS)).expect("more than one");
         let of_ray = |ray: u32| -> Vec<SlabPart> {
@@ -574,6 +597,7 @@ mod tests {
             window: None,
             surfaces: 0,
             projects: false,
+            polygons: None,
         };
         assert_eq!(plain.parts(Some(SOFTWARE_TURNS)), None);
         let parts = |surfaces| {
@@ -593,9 +617,10 @@ mod tests {
             window: None,
             surfaces: 0,
             projects: false,
+            polygons: None,
         };
-        assert_eq!(row(1e-5).check(), Ok(()));
-        let refused = row(1e-20).check().expect_err("too many").to_string();
+        assert_eq!(row(1e-5).check(None), Ok(()));
+        let refused = row(1e-20).check(None).expect_err("too many").to_string();
         assert!(refused.starts_with("expected slabs along a ray of at most 16777216"), "{refused}");
         assert_eq!(row(1e-20).parts(Some(SOFTWARE_TURNS)), None);
         let gather = along([16, 16, 16], 1.558, 1e-12);

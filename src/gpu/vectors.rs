@@ -128,7 +128,7 @@ impl DeviceVectors {
             tiles: storage("vector tiles", size_of::<layout::VectorTiles>()),
             made: None,
             constants: bytemuck::Zeroable::zeroed(),
-            variant: VectorVariant { published: false, back_to_front: false },
+            variant: VectorVariant { published: false, back_to_front: false, polygons: false },
         })
     }
 
@@ -333,7 +333,8 @@ impl Renderer {
         self.context.queue.write_buffer(&self.frame, 0, bytemuck::bytes_of(&constants));
         let columns = view.size[0].div_ceil(TILE);
         let vectors = self.vectors.as_mut().ok_or(GpuError::Cancelled)?;
-        vectors.variant = VectorVariant { published, back_to_front: !front_to_back };
+        let back_to_front = !front_to_back;
+        vectors.variant = VectorVariant { published, back_to_front, polygons: false };
         vectors.constants = frame.vectors(view, &splats, what, layers, columns);
         self.write_vectors(what);
         loop {
@@ -413,7 +414,8 @@ impl Renderer {
         };
         let light = target.light.create_view(&Default::default());
         let format = target.light.format();
-        let pipeline = self.pipelines.vectors(&self.context, vectors.variant, format).clone();
+        let variant = VectorVariant { polygons: self.polygons.is_some(), ..vectors.variant };
+        let pipeline = self.pipelines.vectors(&self.context, variant, format).clone();
         let bound = [
             vectors.tiles.as_entire_binding(),
             wgpu::BindingResource::TextureView(&light),
@@ -436,6 +438,10 @@ impl Renderer {
         compute.set_pipeline(&pipeline);
         compute.set_bind_group(0, &group, &[]);
         compute.set_bind_group(1, &second, &[]);
+        if let Some(polygons) = &self.polygons {
+            let layout = pipeline.get_bind_group_layout(2);
+            compute.set_bind_group(2, &polygons.group(&self.context, &layout), &[]);
+        }
         let [across, down] = groups_of_tiles(tiles);
         compute.dispatch_workgroups(across, down, 1);
     }

@@ -1,6 +1,6 @@
 //! Files to grids: one file a format, recognised by content first and extension second.
 //!
-//! Owns readers and what they refuse. Refuses drawing. Imports `core`, `volume`. [`open`] is the
+//! Owns readers and what they refuse. Refuses drawing. Imports `core`, `volume`, `polygons`. [`open`] is the
 //! one way in; every size is checked against the file and against memory before it is allocated.
 
 mod axes;
@@ -8,6 +8,7 @@ mod bytes;
 mod error;
 mod files;
 pub mod info;
+pub mod mesh;
 mod metaimage;
 mod netcdf;
 mod nrrd;

@@ -4,7 +4,7 @@
 //! alone, never a footprint in closed form, a polynomial or a table, so that an error in those shows.
 //! It sharpens, fills holes and classifies by ways of its own. [`Reference`] draws any scene's mode,
 //! and the continuous integral which that mode converges to, pixel by pixel.
-//! Refuses the GPU and the hierarchy. Imports `core`, `volume`, `transfer`, `kernel`, `vector`, `scene`.
+//! Refuses the GPU and the hierarchy. Imports `core`, `volume`, `transfer`, `kernel`, `vector`, `polygons`, `scene`.
 
 mod classes;
 mod field;
@@ -14,6 +14,7 @@ mod layers;
 mod line;
 mod mesh;
 mod picture;
+mod polygons;
 mod polynomial;
 mod probe;
 mod projection;

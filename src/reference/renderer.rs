@@ -6,10 +6,11 @@ use rayon::prelude::*;
 use super::RefKernel;
 use super::classes::Classes;
 use super::field::{Field, Shape};
-use super::inside::{Layer, Opening, Part, Slice, woven};
+use super::inside::{Layer, Opening, Part, Surface, woven};
 use super::kernels::grid_kernels;
 use super::layers::{self, Planes};
 use super::mesh::Meshes;
+use super::polygons::Polygons;
 use super::projection;
 use super::quadrature::{Density, Light};
 use super::shading::{RayShader, SampleShader, Shader};
@@ -44,6 +45,7 @@ pub struct Reference {
     source: Source,
     vectors: Option<Vectors>,
     alone: bool,
+    polygons: Option<Polygons>,
 }
 
 enum Source {
@@ -174,6 +176,7 @@ impl Reference {
             source,
             vectors: Vectors::of(scene, (size[1] * fine) as f64),
             alone: scene.vectors.as_ref().is_some_and(|layer| layer.alone),
+            polygons: Polygons::of(scene, size),
         })
     }
 
@@ -208,12 +211,20 @@ impl Reference {
         let (start, step) = self.camera.ray(at, size);
         let from = self.camera.eye_distance().map_or(f64::NEG_INFINITY, |_| 0.0);
         let ray = Line { start, step, from };
+        let Some(polygons) = &self.polygons else { return self.traced(pixel, &ray, &[]) };
+        let seen = polygons.seen_by(pixel.map(|i| i / self.fine), &ray);
+        let samples = seen.map(|polygons| self.traced(pixel, &ray, &polygons));
+        std::array::from_fn(|c| samples.iter().map(|sample| sample[c]).sum::<f64>() / 4.0)
+    }
+
+    /// One ray, with the polygons that a sample of its pixel sees, from the eye inwards.
+    fn traced(&self, pixel: [usize; 2], ray: &Line, polygons: &[Surface]) -> [f64; 4] {
+        let ray = *ray;
         if let Some(vectors) = self.vectors.as_ref().filter(|_| self.alone) {
             let mut planes = self.slabs(&ray);
             planes.step *= vectors.step() / self.lattice.smallest_spacing();
             let sums = vectors.sums(&ray, &planes);
-            let layers = merged(&[], &sums);
-            let layers: Vec<Layer> = layers.into_iter().map(Layer::Matter).collect();
+            let layers = woven(&merged(Vec::new(), &sums, &planes), polygons);
             return layers::composite(&layers, self.splat.opacity_model, self.splat.order);
         }
         let layers = match &self.source {
@@ -223,12 +234,14 @@ impl Reference {
                 let shader = shader.as_deref();
                 let shade = RayShader { shader, field, world: &ray, index: &line };
                 let part = self.opening.part((field, classes), &ray, &line);
-                let part = match part {
+                let mut part = match part {
                     Some(part) => part,
-                    None if self.vectors.is_none() => return [0.0; 4],
-                    // Nothing but vectors, perhaps.
+                    None if self.vectors.is_none() && polygons.is_empty() => return [0.0; 4],
+                    // Nothing but vectors and polygons, perhaps.
                     None => Part { ends: [0.0; 2], surfaces: Vec::new() },
                 };
+                part.surfaces.extend(polygons);
+                part.surfaces.sort_by(|p, q| p.t.total_cmp(&q.t));
                 if let Some(along) = self.opening.projects() {
                     // The same in every mode: what a mode finds of it is near to this.
                     let found = projection::projected(field, &line, along, part.ends);
@@ -252,16 +265,11 @@ impl Reference {
                     shade,
                     &part,
                 );
-                match &self.vectors {
-                    None => woven(&slabs, &part.surfaces),
-                    Some(vectors) => {
-                        let whole =
-                            |s: &Slice| (s.slab, s.density.map(|w| w * (s.ends[1] - s.ends[0])));
-                        let slabs: Vec<_> = slabs.iter().map(whole).collect();
-                        let layers = merged(&slabs, &vectors.sums(&ray, &planes));
-                        layers.into_iter().map(Layer::Matter).collect()
-                    }
-                }
+                let slabs = match &self.vectors {
+                    None => slabs,
+                    Some(vectors) => merged(slabs, &vectors.sums(&ray, &planes), &planes),
+                };
+                woven(&slabs, &part.surfaces)
             }
             Source::Grid(grid, Shape::Separable(basis)) => {
                 if self.exact {

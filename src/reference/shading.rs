@@ -153,6 +153,29 @@ impl Shader {
         Self::of(&scene, true)
     }
 
+    /// What polygons of a scene are lit by.
+    pub(super) fn of_polygons(scene: &Scene) -> Self {
+        let lighting = scene.polygon_lighting();
+        let lights = lighting.lights.iter();
+        let lights = lights.map(|l| (l.towards(&scene.camera), l.colour.to_linear().0)).collect();
+        Self {
+            shading: Shading { lighting: Some(lighting), ..Shading::default() },
+            space: ShadingSpace::of(scene),
+            published: false,
+            lights,
+            centre: scene.volume.lattice.centre(),
+            forward: scene.camera.direction,
+        }
+    }
+
+    /// The colour of a surface with a normal, seen along a ray.
+    pub(super) fn of_side(&self, colour: [f64; 3], normal: DVec3, ray: &Line) -> [f64; 3] {
+        match &self.shading.lighting {
+            Some(lighting) => self.lit(colour, lighting, normal, -ray.step.normalize(), 1.0),
+            None => colour,
+        }
+    }
+
     /// The colour of a surface across the gradient at a place of a field, seen along a ray.
     pub(super) fn surface(
         &self,

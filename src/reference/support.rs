@@ -33,6 +33,7 @@ pub(super) fn scene(
         shading: Shading::default(),
         inside: Inside::default(),
         vectors: None,
+        polygons: Vec::new(),
     }
 }
 

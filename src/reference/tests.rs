@@ -42,6 +42,7 @@ fn constant(lattice: Lattice, camera: Camera, alpha: f64, unit: f64) -> Scene {
         shading: Shading::default(),
         inside: Inside::default(),
         vectors: None,
+        polygons: Vec::new(),
     }
 }
 

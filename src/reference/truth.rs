@@ -184,11 +184,17 @@ pub(super) fn after(
     let mut light = Light::new(tolerance, b - a);
     let mut from = a;
     for surface in &part.surfaces {
-        gather(field, classes, visible, ray, [from, surface.t], &mut light);
+        // Polygons may lie before the part, or behind it.
+        let to = surface.t.clamp(a, b);
+        if to > from {
+            gather(field, classes, visible, ray, [from, to], &mut light);
+        }
         light.cover(surface.opacity, surface.colour);
-        from = surface.t;
+        from = to;
     }
-    gather(field, classes, visible, ray, [from, b], &mut light);
+    if b > from {
+        gather(field, classes, visible, ray, [from, b], &mut light);
+    }
     light.pixel()
 }
 

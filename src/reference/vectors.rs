@@ -5,6 +5,7 @@
 
 use glam::{DMat3, DVec2, DVec3};
 
+use super::inside::Slice;
 use super::layers::Planes;
 use super::line;
 use super::quadrature::Density;
@@ -237,32 +238,27 @@ struct Touch {
     colour: DVec3,
 }
 
-/// Layers of a field with the sums of vectors in the same slabs, front to back: what a slab has of
-/// vectors is shared evenly by the field's layers there.
-pub(super) fn merged(field: &[(i64, Density)], vectors: &[(i64, Density)]) -> Vec<Density> {
-    if vectors.is_empty() {
-        return field.iter().map(|(_, density)| *density).collect();
+/// Pieces of a field with the sums of vectors in the same slabs, front to back: what a slab has of
+/// vectors is shared evenly by the field's pieces there, or fills the slab where there are none.
+pub(super) fn merged(
+    mut field: Vec<Slice>,
+    vectors: &[(i64, Density)],
+    planes: &Planes,
+) -> Vec<Slice> {
+    let mut alone = Vec::new();
+    for &(slab, sum) in vectors {
+        let parts = field.iter().filter(|piece| piece.slab == slab).count();
+        for piece in field.iter_mut().filter(|piece| piece.slab == slab) {
+            let share = 1.0 / (parts as f64 * (piece.ends[1] - piece.ends[0]));
+            piece.density.iter_mut().zip(sum).for_each(|(p, d)| *p += d * share);
+        }
+        if parts == 0 {
+            let ends = [planes.face(slab), planes.face(slab + 1)];
+            alone.push(Slice { slab, ends, density: sum.map(|d| d / (ends[1] - ends[0])) });
+        }
     }
-    let mut slabs: Vec<i64> = field.iter().chain(vectors).map(|(slab, _)| *slab).collect();
-    slabs.sort_unstable();
-    slabs.dedup();
-    let of = |list: &[(i64, Density)], slab: i64| -> Vec<Density> {
-        list.iter().filter(|(s, _)| *s == slab).map(|(_, density)| *density).collect()
-    };
-    slabs
-        .into_iter()
-        .flat_map(|slab| {
-            let (mut parts, beside) = (of(field, slab), of(vectors, slab));
-            if parts.is_empty() {
-                return beside;
-            }
-            let share = 1.0 / parts.len() as f64;
-            for density in beside {
-                for part in &mut parts {
-                    part.iter_mut().zip(density).for_each(|(p, d)| *p += d * share);
-                }
-            }
-            parts
-        })
-        .collect()
+    field.extend(alone);
+    // Stable: the pieces of a slab stay as they are.
+    field.sort_by_key(|piece| piece.slab);
+    field
 }

@@ -29,6 +29,8 @@ pub enum Effect {
     Slices,
     /// Vector splats.
     Vectors,
+    /// Triangles of files, streamlines and arrows.
+    Polygons,
 }
 
 impl Effect {
@@ -46,6 +48,7 @@ impl Effect {
         Self::Isosurfaces,
         Self::Slices,
         Self::Vectors,
+        Self::Polygons,
     ];
 
     /// The name of [`Scene::effects`] and scripts; that of the shading as a whole is none of those.
@@ -63,6 +66,7 @@ impl Effect {
             Self::Isosurfaces => "isosurfaces",
             Self::Slices => "slices",
             Self::Vectors => "vectors",
+            Self::Polygons => "polygons",
         }
     }
 
@@ -86,6 +90,7 @@ impl Effect {
             Self::Isosurfaces => inside.isosurfaces.clear(),
             Self::Slices => inside.slices.clear(),
             Self::Vectors => other.vectors = None,
+            Self::Polygons => other.polygons.clear(),
         }
         (!other.makes_same_picture(scene)).then_some(other)
     }

@@ -2,7 +2,7 @@
 //!
 //! Owns [`Scene`] and the settings people change. Refuses drawing, files and widgets. The GPU's
 //! whole state can be rebuilt from it. Imports `core`, `volume`, `transfer`, `kernel`, `hierarchy`,
-//! `vector`.
+//! `vector`, `polygons`.
 
 pub mod annotations;
 mod cells;
@@ -10,6 +10,7 @@ mod effect;
 mod framing;
 mod inside;
 mod mode;
+mod polygons;
 mod shading;
 mod vectors;
 mod view;
@@ -28,6 +29,7 @@ pub use mode::{
     MOST_SHEETS_PER_KERNEL, MOST_SLABS_PER_VOXEL, ModeChoice, ModeError, OpacityModel, Order,
     Reconstruction, SplatSettings, Visibility,
 };
+pub use polygons::{POLYGON_COLOUR, PolygonError, PolygonLayer};
 pub use shading::{
     Amounts, Attached, BASE_OPACITY, Colours, Index, LEAST_STRENGTH, Light, Lighting, MOST_LIGHTS,
     Shading, ShadingError, ShadingPreset, ShadingSpace, strong_gradient,
@@ -68,6 +70,8 @@ pub struct Scene {
     pub inside: Inside,
     /// A vector field beside it, or instead.
     pub vectors: Option<VectorLayer>,
+    /// Polygons among all of it.
+    pub polygons: Vec<PolygonLayer>,
     /// Where it is seen from.
     pub camera: Camera,
     /// What lies behind it.
@@ -129,19 +133,33 @@ impl Scene {
         } else {
             effects.extend(self.inside.effects());
         }
+        if self.has_polygons() {
+            effects.push("polygons");
+        }
         effects
     }
 
     /// Whether two scenes make the same picture at the same size.
     pub fn makes_same_picture(&self, other: &Self) -> bool {
         // Taken apart, so that a new field cannot be forgotten here.
-        let Self { volume, transfer, splat, shading, inside, vectors, camera, background } = self;
+        let Self {
+            volume,
+            transfer,
+            splat,
+            shading,
+            inside,
+            vectors,
+            polygons,
+            camera,
+            background,
+        } = self;
         Arc::ptr_eq(volume, &other.volume)
             && *transfer == other.transfer
             && *splat == other.splat
             && *shading == other.shading
             && *inside == other.inside
             && *vectors == other.vectors
+            && *polygons == other.polygons
             && *camera == other.camera
             && *background == other.background
     }
@@ -161,6 +179,7 @@ pub fn opening(volume: Arc<ScalarVolume>, space: Option<&str>) -> Scene {
         shading: Shading::default(),
         inside: Inside::default(),
         vectors: None,
+        polygons: Vec::new(),
         background: Background::Colour(BACKGROUND),
         volume,
     }

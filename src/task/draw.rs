@@ -203,6 +203,7 @@ impl Drawer {
     ) -> Result<Drawn, DrawError> {
         self.kept_cut = None;
         vectors::check(scene)?;
+        self.renderer.set_polygons(scene)?;
         match rung {
             // Vectors have no octree of kernels: what comes before `full` is smaller.
             Rung::Octree { .. } | Rung::Subsampled { .. } | Rung::Cheaper(_)

@@ -157,6 +157,8 @@ pub struct HeldBytes {
     pub inside: u64,
     /// And those of vectors, with the lists of where they lie.
     pub vectors: u64,
+    /// And those of polygons, with the lists of where they are met.
+    pub polygons: u64,
 }
 
 impl HeldBytes {
@@ -167,6 +169,7 @@ impl HeldBytes {
             shading: renderer.shading_bytes(),
             inside: renderer.inside_bytes(),
             vectors: renderer.vector_bytes(),
+            polygons: renderer.polygon_bytes(),
         }
     }
 }

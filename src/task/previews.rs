@@ -213,8 +213,10 @@ impl Drawer {
         let splats = self.costs.splats_within(budget_ms);
         let is_sparse = self.active_count().is_some_and(|active| active <= splats);
         // Cuts know neither lights nor tables, and show what is cut away.
-        let is_plain =
-            scene.shading.is_plain() && scene.inside.is_plain() && scene.vectors.is_none();
+        let is_plain = scene.shading.is_plain()
+            && scene.inside.is_plain()
+            && scene.vectors.is_none()
+            && !scene.has_polygons();
         let is_lost = shrink > width_px.max(1.0) && is_sparse && is_plain;
         (!is_lost).then_some(Reduction { field, shrink })
     }

@@ -130,6 +130,7 @@ impl Drawer {
             self.prepare_slabs(scene, &view, which, observer)?;
             self.renderer.set_looks(scene);
         }
+        self.renderer.make_polygon_lists(scene, &view)?;
         let constants = PictureConstants {
             unit_distance: scene.opacity_unit_distance(),
             smallest_spacing: scene.volume.lattice.smallest_spacing(),

@@ -2,15 +2,18 @@
 //!
 //! Owns what a vector field becomes before it is drawn (Crawfis and Max, "Texture splats for 3D scalar
 //! and vector field visualization"): tables of moving marks, one splat a vector, coarser fields of
-//! mean vectors, and time as a phase. Refuses pictures and the GPU. Imports `core`, `volume`,
-//! `transfer`, `kernel`.
+//! mean vectors, and time as a phase; lines along them and arrows, as polygons. Refuses pictures and the
+//! GPU. Imports `core`, `volume`, `transfer`, `kernel`, `polygons`.
 
+mod glyphs;
 mod marks;
 mod phase;
 mod pyramid;
 mod settings;
 mod splats;
+mod streamlines;
 
+pub use glyphs::{GlyphError, MOST_ARROWS, arrows, tubes};
 pub use marks::{Design, FORESHORTENINGS, Level, MARK_COLUMNS, MARK_SIDE, Marks, PHASES, Seen};
 pub use phase::{MOST_SPEED, PhaseClock};
 pub use pyramid::VectorPyramid;
@@ -19,3 +22,6 @@ pub use settings::{
     VectorSettings, VectorSettingsError,
 };
 pub use splats::{Splat, Splats, WINDOW};
+pub use streamlines::{
+    End, Following, Streamline, StreamlineError, seeds_on_line, seeds_on_plane, streamlines,
+};

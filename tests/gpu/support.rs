@@ -117,6 +117,7 @@ pub(crate) fn scene(lattice: Lattice, direction: DVec3) -> Scene {
         shading: Shading::default(),
         inside: Inside::default(),
         vectors: None,
+        polygons: Vec::new(),
     }
 }
 

@@ -2,6 +2,7 @@
 
 mod cells;
 mod inside;
+mod polygons;
 mod refining;
 mod shading;
 mod vectors;

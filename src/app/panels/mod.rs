@@ -18,6 +18,7 @@ pub mod inside;
 pub mod legend;
 mod light;
 mod maps;
+pub mod polygons;
 mod range;
 pub mod regions;
 pub mod shading;

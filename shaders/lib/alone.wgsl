@@ -1,0 +1,20 @@
+// Slabs of vectors with nothing else: see lib/alone_with_polygons.wgsl.
+
+struct Met {
+    nothing: u32,
+}
+
+fn met_alone(pixel: vec2<u32>) -> Met {
+    return Met(0u);
+}
+
+fn lay_vectors(
+    light: ptr<function, Gathered>,
+    met: ptr<function, Met>,
+    sum: vec4<f32>,
+    ends: vec2<f32>,
+) {
+    composite(light, sum.rgb / max(sum.a, 1e-30), sum.a);
+}
+
+fn lay_rest(light: ptr<function, Gathered>, met: ptr<function, Met>) {}

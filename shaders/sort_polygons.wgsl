@@ -1,0 +1,73 @@
+// Sorts every pixel's fragments from the eye inwards, those of one depth by their triangles: a total
+// order, so that pictures are the same in every bit, whoever came first.
+//
+// A heap in place: its turns hardly grow faster than the fragments (gpu::polygons bounds these).
+
+const THREADS: u32 = 64u;
+const FRAGMENT_WORDS: u32 = 6u;
+
+@group(0) @binding(0) var<storage, read_write> words: array<u32>;
+@group(0) @binding(1) var<storage, read> sums: array<u32, 4>;
+
+fn is_before(a: u32, b: u32) -> bool {
+    let depth_a = bitcast<f32>(words[a]);
+    let depth_b = bitcast<f32>(words[b]);
+    return depth_a < depth_b || (depth_a == depth_b && words[a + 1u] < words[b + 1u]);
+}
+
+fn swap_word(a: u32, b: u32) {
+    let word = words[a];
+    words[a] = words[b];
+    words[b] = word;
+}
+
+fn swap(a: u32, b: u32) {
+    swap_word(a, b);
+    swap_word(a + 1u, b + 1u);
+    swap_word(a + 2u, b + 2u);
+    swap_word(a + 3u, b + 3u);
+    swap_word(a + 4u, b + 4u);
+    swap_word(a + 5u, b + 5u);
+}
+
+@compute @workgroup_size(THREADS)
+fn sort_polygons(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let pixel = (group.y * groups.x + group.x) * THREADS + local;
+    if pixel >= sums[2] {
+        return;
+    }
+    var end = words[2u * pixel + 1u];
+    // Where they end, since they were written.
+    let begin = words[2u * pixel] - FRAGMENT_WORDS * end;
+    var heap = end / 2u;
+    while end > 1u {
+        if heap > 0u {
+            heap -= 1u;
+        } else {
+            end -= 1u;
+            swap(begin, begin + FRAGMENT_WORDS * end);
+        }
+        var root = heap;
+        loop {
+            var child = 2u * root + 1u;
+            if child >= end {
+                break;
+            }
+            let first = begin + FRAGMENT_WORDS * child;
+            if child + 1u < end && is_before(first, first + FRAGMENT_WORDS) {
+                child += 1u;
+            }
+            let above = begin + FRAGMENT_WORDS * root;
+            let below = begin + FRAGMENT_WORDS * child;
+            if !is_before(above, below) {
+                break;
+            }
+            swap(above, below);
+            root = child;
+        }
+    }
+}

@@ -1,0 +1,122 @@
+//! Streamlines and arrows in the window: made of the scene's vectors on a thread of their own, and then
+//! polygons like others.
+
+use std::sync::Arc;
+
+use eframe::egui::Context;
+
+use super::job::{Ended, Job};
+use super::window::Window;
+use crate::core::Ticket;
+use crate::polygons::Mesh;
+use crate::scene::{PolygonLayer, VectorLayer};
+use crate::vector::{self, Following, GlyphError, StreamlineError};
+use crate::volume::Places;
+
+/// What lines and arrows are made by; not a part of the picture until they are.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FlowChoice {
+    /// Streamlines, about.
+    pub seeds: u32,
+    /// The axis of the grid across which their seeds lie, and where along it.
+    pub axis: usize,
+    /// See `axis`; 0..=1.
+    pub share: f64,
+    /// Of the tubes, steps of the grid.
+    pub radius: f64,
+    /// An arrow at every so many vectors along each axis.
+    pub every: u32,
+}
+
+impl Default for FlowChoice {
+    fn default() -> Self {
+        Self { seeds: 60, axis: 2, share: 0.5, radius: 0.15, every: 4 }
+    }
+}
+
+/// Which of them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FlowShape {
+    /// Tubes about lines along the vectors.
+    Streamlines,
+    /// Vectors themselves.
+    Arrows,
+}
+
+/// What is being made.
+type Made = Result<Mesh, Option<String>>;
+
+/// The window's side of them.
+#[derive(Debug, Default)]
+pub(super) struct Flow {
+    pub(super) choice: FlowChoice,
+    pub(super) job: Option<Job<Made>>,
+}
+
+/// Makes shapes of vectors; `None` where that was cancelled.
+fn made(layer: &VectorLayer, choice: FlowChoice, shape: FlowShape, ticket: &Ticket) -> Made {
+    let (field, transfer) = (&layer.field, &layer.settings.transfer);
+    let refused = |error: GlyphError| match error {
+        GlyphError::Cancelled(_) => None,
+        other => Some(other.to_string()),
+    };
+    match shape {
+        FlowShape::Arrows => {
+            vector::arrows(field, transfer, choice.every as usize, 0.9, ticket).map_err(refused)
+        }
+        FlowShape::Streamlines => {
+            let Places::Lattice(lattice) = &field.places else {
+                return Err(Some(StreamlineError::Uneven.to_string()));
+            };
+            let FlowChoice { seeds, axis, share, radius, .. } = choice;
+            let seeds = vector::seeds_on_plane(lattice, axis, share, seeds as usize);
+            let lines = vector::streamlines(field, &seeds, &Following::default(), ticket);
+            let lines = lines.map_err(|error| match error {
+                StreamlineError::Cancelled(_) => None,
+                other => Some(other.to_string()),
+            })?;
+            vector::tubes(&lines, transfer, radius * lattice.smallest_spacing()).map_err(refused)
+        }
+    }
+}
+
+impl Window {
+    /// Starts to make lines or arrows of the scene's vectors.
+    pub(super) fn start_flow(&mut self, ctx: &Context, shape: FlowShape) {
+        let Some(layer) = self.scene.as_ref().and_then(|scene| scene.vectors.clone()) else {
+            return;
+        };
+        let choice = self.flow.choice;
+        let title = match shape {
+            FlowShape::Streamlines => "Following the vectors",
+            FlowShape::Arrows => "Making arrows",
+        };
+        let job = Job::start("flow", title, ctx, move |ticket| made(&layer, choice, shape, ticket));
+        self.flow.job = Some(job);
+    }
+
+    /// Puts what was made into the scene, in place of what was made so before.
+    pub(super) fn take_flow(&mut self) {
+        let Some(ended) = self.flow.job.as_ref().and_then(Job::poll) else { return };
+        let was_cancelled = self.flow.job.take().is_some_and(|job| job.is_cancelled());
+        let Some(scene) = self.scene.as_mut().filter(|_| !was_cancelled) else { return };
+        match ended {
+            Ended::Finished(Ok(mesh)) => {
+                let mut layer = PolygonLayer::new(Arc::new(mesh));
+                let same = |old: &&mut PolygonLayer| old.mesh.name() == layer.mesh.name();
+                match scene.polygons.iter_mut().find(same) {
+                    Some(old) => {
+                        (layer.opacity, layer.is_shown) = (old.opacity, true);
+                        *old = layer;
+                    }
+                    None => scene.polygons.push(layer),
+                }
+            }
+            Ended::Finished(Err(None)) => {}
+            Ended::Finished(Err(Some(reason))) => self.notices.error(reason),
+            Ended::Lost => {
+                self.notices.error("Following the vectors stopped on a bug of the program")
+            }
+        }
+    }
+}

@@ -1,0 +1,126 @@
+//! Flags of polygons in the volume.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use clap::Args;
+
+use super::{Failure, note, values};
+use crate::core::{Srgb8, Ticket};
+use crate::io::mesh;
+use crate::scene::PolygonLayer;
+
+/// Polygons among what else is seen.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Polygons")]
+pub struct PolygonFlags {
+    /// Embed the polygons of an STL, PLY or OBJ file, in the volume's world space and lit from both
+    /// sides: in their own colours or one; opaque, or of an opacity from 0 to 1; each flat, or smooth (by
+    /// the file's normals, or means of neighbours) [default: smooth where the file has normals]. May be
+    /// given again
+    #[arg(long, value_name = "FILE[,color=RRGGBB][,opacity=A][,shading=flat|smooth]",
+        value_parser = mesh_at)]
+    pub mesh: Vec<MeshAt>,
+}
+
+/// A file of polygons, and how they look.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MeshAt {
+    path: PathBuf,
+    colour: Option<Srgb8>,
+    opacity: f64,
+    is_smooth: Option<bool>,
+}
+
+impl MeshAt {
+    /// The file.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+}
+
+impl PolygonFlags {
+    /// The files' polygons.
+    ///
+    /// # Errors
+    /// A file that cannot be read.
+    pub(super) fn layers(&self) -> Result<Vec<PolygonLayer>, Failure> {
+        let read = self.mesh.iter().map(|asked| {
+            let opened = mesh::open(&asked.path, None, &Ticket::new()).map_err(Failure::failed)?;
+            for warning in &opened.warnings {
+                note(&format!("{warning}: {}", asked.path.display()));
+            }
+            let layer = PolygonLayer::new(Arc::new(opened.mesh));
+            let is_smooth = asked.is_smooth.unwrap_or(layer.is_smooth);
+            Ok(PolygonLayer { colour: asked.colour, opacity: asked.opacity, is_smooth, ..layer })
+        });
+        read.collect()
+    }
+}
+
+/// A file's name, which may hold commas, and after it what is said of its polygons.
+fn mesh_at(text: &str) -> Result<MeshAt, String> {
+    let (mut colour, mut opacity, mut is_smooth) = (None, None, None);
+    let mut rest = text;
+    while let Some((before, last)) = rest.rsplit_once(',') {
+        let Some((key, value)) = last.split_once('=') else { break };
+        let is_new = match key {
+            "color" => colour.replace(values::colour(value)?).is_none(),
+            "opacity" => opacity.replace(values::share(value)?).is_none(),
+            "shading" => {
+                let smooth = match value {
+                    "smooth" => true,
+                    "flat" => false,
+                    _ => {
+                        let found = values::found(value);
+                        return Err(format!(
+                            "expected shading=flat or shading=smooth, found {found}"
+                        ));
+                    }
+                };
+                is_smooth.replace(smooth).is_none()
+            }
+            _ => break,
+        };
+        if !is_new {
+            return Err(format!("expected {key} once, found it twice in {}", values::found(text)));
+        }
+        rest = before;
+    }
+    if rest.is_empty() {
+        return Err(format!("expected the name of a file, found {}", values::found(text)));
+    }
+    Ok(MeshAt { path: PathBuf::from(rest), colour, opacity: opacity.unwrap_or(1.0), is_smooth })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_mesh_is_a_file_and_what_is_said_of_it() {
+        let plain = mesh_at("a,b=c.stl").unwrap();
+        assert_eq!(plain.path(), Path::new("a,b=c.stl"));
+        assert_eq!((plain.colour, plain.opacity, plain.is_smooth), (None, 1.0, None));
+        let said = mesh_at("x.ply,shading=flat,color=#ff8000,opacity=0.5").unwrap();
+        let colour = Some(Srgb8([255, 128, 0]));
+        let expected =
+            MeshAt { path: "x.ply".into(), colour, opacity: 0.5, is_smooth: Some(false) };
+        assert_eq!(said, expected);
+    }
+
+    #[test]
+    fn what_cannot_be_meant_is_refused() {
+        for wrong in [
+            "",
+            "x,color=red",
+            "x,opacity=2",
+            "x,shading=gouraud",
+            ",opacity=1",
+            "x,opacity=1,opacity=1",
+        ] {
+            let refused = mesh_at(wrong).unwrap_err();
+            assert!(refused.contains("expected") && refused.contains("found"), "{refused}");
+        }
+    }
+}

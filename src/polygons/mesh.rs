@@ -1,0 +1,246 @@
+//! Triangles that share their corners.
+
+use glam::Vec3;
+
+use crate::core::Srgb8;
+
+/// Triangles in world space. Positions are finite and every index is that of a position: only
+/// [`Mesh::new`] makes one. Triangles without area are there, and drawn by nobody.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Mesh {
+    name: String,
+    positions: Vec<Vec3>,
+    /// As long as `positions` or empty; not of length 1, and perhaps zero.
+    normals: Vec<Vec3>,
+    /// As long as `positions` or empty.
+    colours: Vec<Srgb8>,
+    triangles: Vec<[u32; 3]>,
+}
+
+/// What is no mesh.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum MeshError {
+    /// Nothing to draw.
+    #[error("expected at least one triangle, found none; give a mesh with faces")]
+    Empty,
+    /// A place that is nowhere.
+    #[error("expected finite positions, found {found} at corner {corner}; write the file again")]
+    NotFinite {
+        /// Which, from 0.
+        corner: usize,
+        /// Its position.
+        found: Vec3,
+    },
+    /// A corner that is not there.
+    #[error(
+        "expected corners numbered below {corners}, found {found} in triangle {triangle}; write the \
+         file again"
+    )]
+    Index {
+        /// Which triangle, from 0.
+        triangle: usize,
+        /// What it names.
+        found: u32,
+        /// How many corners there are.
+        corners: usize,
+    },
+    /// Some corners have what others lack.
+    #[error(
+        "expected {what} of all {corners} corners or of none, found {found}; write the file again"
+    )]
+    Uneven {
+        /// Normals or colours.
+        what: &'static str,
+        /// How many corners there are.
+        corners: usize,
+        /// How many have it.
+        found: usize,
+    },
+}
+
+/// A triangle, its corners in order.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Triangle {
+    /// World positions.
+    pub corners: [Vec3; 3],
+    /// Unit normals at the corners.
+    pub normals: [Vec3; 3],
+    /// The corners' own colours.
+    pub colours: Option<[Srgb8; 3]>,
+}
+
+impl Mesh {
+    /// A mesh of positions, of normals and colours as many or none, and of triangles: three indices of
+    /// positions each.
+    ///
+    /// # Errors
+    /// See [`MeshError`].
+    pub fn new(
+        name: impl Into<String>,
+        positions: Vec<Vec3>,
+        normals: Vec<Vec3>,
+        colours: Vec<Srgb8>,
+        triangles: Vec<[u32; 3]>,
+    ) -> Result<Self, MeshError> {
+        let corners = positions.len();
+        if triangles.is_empty() {
+            return Err(MeshError::Empty);
+        }
+        if let Some(corner) = positions.iter().position(|p| !p.is_finite()) {
+            return Err(MeshError::NotFinite { corner, found: positions[corner] });
+        }
+        for (what, found) in [("normals", normals.len()), ("colours", colours.len())] {
+            if found != 0 && found != corners {
+                return Err(MeshError::Uneven { what, corners, found });
+            }
+        }
+        for (triangle, indices) in triangles.iter().enumerate() {
+            if let Some(&found) = indices.iter().find(|&&i| i as usize >= corners) {
+                return Err(MeshError::Index { triangle, found, corners });
+            }
+        }
+        let normals = normals.into_iter().map(sound).collect();
+        Ok(Self { name: name.into(), positions, normals, colours, triangles })
+    }
+
+    /// What it is called.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// How many triangles there are, at least 1.
+    pub fn len(&self) -> usize {
+        self.triangles.len()
+    }
+
+    /// Never.
+    pub fn is_empty(&self) -> bool {
+        self.triangles.is_empty()
+    }
+
+    /// Whether corners have normals of their own.
+    pub fn has_normals(&self) -> bool {
+        !self.normals.is_empty()
+    }
+
+    /// Whether corners have colours of their own.
+    pub fn has_colours(&self) -> bool {
+        !self.colours.is_empty()
+    }
+
+    /// Triangles without area.
+    pub fn degenerate(&self) -> usize {
+        self.triangles.iter().filter(|t| self.flat_normal(**t) == Vec3::ZERO).count()
+    }
+
+    /// Least and greatest coordinates of the corners.
+    pub fn bounds(&self) -> [Vec3; 2] {
+        self.positions.iter().fold([Vec3::INFINITY, Vec3::NEG_INFINITY], |[low, high], p| {
+            [low.min(*p), high.max(*p)]
+        })
+    }
+
+    fn flat_normal(&self, triangle: [u32; 3]) -> Vec3 {
+        let [a, b, c] = triangle.map(|i| self.positions[i as usize].as_dvec3());
+        // In double precision, in which no product of these underflows or overflows.
+        (b - a).cross(c - a).normalize_or_zero().as_vec3()
+    }
+
+    /// Unit normals of all corners: their own, or where they have none means of the triangles about
+    /// them, by area. Zero where those cancel out.
+    fn smooth_normals(&self) -> Vec<Vec3> {
+        if self.has_normals() {
+            return self.normals.clone();
+        }
+        let mut sums = vec![glam::DVec3::ZERO; self.positions.len()];
+        for triangle in &self.triangles {
+            let [a, b, c] = triangle.map(|i| self.positions[i as usize].as_dvec3());
+            let area = (b - a).cross(c - a);
+            triangle.iter().for_each(|&i| sums[i as usize] += area);
+        }
+        sums.into_iter().map(|sum| sum.normalize_or_zero().as_vec3()).collect()
+    }
+
+    /// Every triangle, with the corners' normals where it is to be smooth, and its own else and where
+    /// those are zero.
+    pub fn triangles(&self, is_smooth: bool) -> impl Iterator<Item = Triangle> + '_ {
+        let normals = if is_smooth { self.smooth_normals() } else { Vec::new() };
+        self.triangles.iter().map(move |&indices| {
+            let flat = self.flat_normal(indices);
+            let normal = |i: u32| match normals.get(i as usize) {
+                Some(&normal) if normal != Vec3::ZERO => normal,
+                _ => flat,
+            };
+            Triangle {
+                corners: indices.map(|i| self.positions[i as usize]),
+                normals: indices.map(normal),
+                colours: self.has_colours().then(|| indices.map(|i| self.colours[i as usize])),
+            }
+        })
+    }
+}
+
+/// A unit normal, or zero for what is none.
+fn sound(normal: Vec3) -> Vec3 {
+    let normal = normal.as_dvec3().normalize_or_zero().as_vec3();
+    if normal.is_finite() { normal } else { Vec3::ZERO }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn corners() -> Vec<Vec3> {
+        vec![Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::Z]
+    }
+
+    fn mesh(triangles: Vec<[u32; 3]>) -> Result<Mesh, MeshError> {
+        Mesh::new("test", corners(), Vec::new(), Vec::new(), triangles)
+    }
+
+    #[test]
+    fn what_is_no_mesh_is_refused_with_what_was_found() {
+        assert_eq!(mesh(vec![]), Err(MeshError::Empty));
+        let refused = mesh(vec![[0, 1, 2], [1, 4, 2]]);
+        assert_eq!(refused, Err(MeshError::Index { triangle: 1, found: 4, corners: 4 }));
+        let mut positions = corners();
+        positions[2].y = f32::NAN;
+        let refused = Mesh::new("", positions, Vec::new(), Vec::new(), vec![[0, 1, 3]]);
+        assert!(matches!(refused, Err(MeshError::NotFinite { corner: 2, .. })), "{refused:?}");
+        let refused = Mesh::new("", corners(), vec![Vec3::X], Vec::new(), vec![[0, 1, 3]]);
+        assert!(refused.unwrap_err().to_string().contains("normals of all 4 corners"));
+    }
+
+    #[test]
+    fn flat_normals_are_the_triangles_and_smooth_ones_their_means() {
+        let mesh = mesh(vec![[0, 1, 2], [0, 3, 1]]).unwrap();
+        let flat: Vec<_> = mesh.triangles(false).map(|t| t.normals).collect();
+        assert_eq!(flat, [[Vec3::Z; 3], [Vec3::Y; 3]]);
+        let smooth: Vec<_> = mesh.triangles(true).map(|t| t.normals).collect();
+        let both = (Vec3::Y + Vec3::Z).normalize();
+        let near = |a: Vec3, b: Vec3| (a - b).length() < 1e-6;
+        // The two share corners 0 and 1, and 2 and 3 are of one alone.
+        assert!(near(smooth[0][0], both) && near(smooth[1][2], both), "{smooth:?}");
+        assert!(near(smooth[0][2], Vec3::Z) && near(smooth[1][1], Vec3::Y), "{smooth:?}");
+    }
+
+    #[test]
+    fn triangles_without_area_are_counted_and_tiny_ones_have_a_normal() {
+        let tiny = |p: &Vec3| *p * 1e-30;
+        let positions: Vec<Vec3> = corners().iter().map(tiny).collect();
+        let triangles = vec![[0, 1, 2], [0, 1, 1], [2, 2, 2]];
+        let mesh = Mesh::new("", positions, Vec::new(), Vec::new(), triangles).unwrap();
+        assert_eq!(mesh.degenerate(), 2);
+        assert_eq!(mesh.triangles(false).next().unwrap().normals[0], Vec3::Z);
+        assert_eq!(mesh.bounds(), [Vec3::ZERO, Vec3::splat(1e-30)]);
+    }
+
+    #[test]
+    fn own_normals_are_made_unit_and_those_that_are_none_give_way() {
+        let normals = vec![Vec3::Z * 5.0, Vec3::ZERO, Vec3::splat(f32::NAN), -Vec3::Z];
+        let mesh = Mesh::new("", corners(), normals, Vec::new(), vec![[0, 1, 2]]).unwrap();
+        assert_eq!(mesh.triangles(true).next().unwrap().normals, [Vec3::Z; 3]);
+        assert!(mesh.has_normals() && !mesh.has_colours());
+    }
+}

@@ -1,0 +1,10 @@
+//! Polygons: triangles in the world, as files have them or as they are made here.
+//!
+//! Owns [`Mesh`], what it refuses, and its normals. Refuses files, looks and drawing. Imports `core`.
+//! Read by `vector`, `io`, `scene`, `reference`, `gpu`, `task`, `app` and `cli`.
+
+mod mesh;
+mod shapes;
+
+pub use mesh::{Mesh, MeshError, Triangle};
+pub use shapes::Shapes;

@@ -1,0 +1,230 @@
+//! Shapes made of triangles: tubes about lines, and arrows.
+
+use std::f64::consts::TAU;
+
+use glam::{DVec3, Vec3};
+
+use super::{Mesh, MeshError};
+use crate::core::Srgb8;
+
+/// Sides of a tube, a shaft, a cone.
+const SIDES: u32 = 8;
+/// Of an arrow's length, its head's; of the head's length, its radius; of that, the shaft's.
+const HEAD: f64 = 0.35;
+const HEAD_RADIUS: f64 = 0.4;
+const SHAFT_RADIUS: f64 = 0.4;
+
+/// Shapes one after another, all of one mesh.
+#[derive(Debug, Clone, Default)]
+pub struct Shapes {
+    positions: Vec<Vec3>,
+    normals: Vec<Vec3>,
+    colours: Vec<Srgb8>,
+    triangles: Vec<[u32; 3]>,
+}
+
+impl Shapes {
+    /// How many triangles there are so far.
+    pub fn len(&self) -> usize {
+        self.triangles.len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.triangles.is_empty()
+    }
+
+    /// All of them.
+    ///
+    /// # Errors
+    /// None, or one that reaches beyond 32-bit floats.
+    pub fn mesh(self, name: impl Into<String>) -> Result<Mesh, MeshError> {
+        let Self { positions, normals, colours, triangles } = self;
+        Mesh::new(name, positions, normals, colours, triangles)
+    }
+
+    fn corner(&mut self, place: DVec3, normal: DVec3, colour: Srgb8) -> u32 {
+        let index = self.positions.len() as u32;
+        self.positions.push(place.as_vec3());
+        self.normals.push(normal.as_vec3());
+        self.colours.push(colour);
+        index
+    }
+
+    /// A ring about a place, square to the plane of two directions; its first corner. Normals lean by
+    /// `lean` along the ring's axis.
+    fn ring(
+        &mut self,
+        (place, radius): (DVec3, f64),
+        (across, beside): (DVec3, DVec3),
+        lean: DVec3,
+        colour: Srgb8,
+    ) -> u32 {
+        let first = self.positions.len() as u32;
+        for i in 0..SIDES {
+            let (sin, cos) = (TAU * f64::from(i) / f64::from(SIDES)).sin_cos();
+            let out = across * cos + beside * sin;
+            self.corner(place + out * radius, (out + lean).normalize_or_zero(), colour);
+        }
+        first
+    }
+
+    /// The sides between two rings.
+    fn join(&mut self, a: u32, b: u32) {
+        for i in 0..SIDES {
+            let next = (i + 1) % SIDES;
+            self.triangles.extend([[a + i, a + next, b + i], [b + i, a + next, b + next]]);
+        }
+    }
+
+    /// The disc of a ring, about its middle.
+    fn cap(&mut self, ring: u32, middle: u32) {
+        for i in 0..SIDES {
+            self.triangles.push([middle, ring + i, ring + (i + 1) % SIDES]);
+        }
+    }
+
+    /// A tube about a line of places, each with its colour, closed at both ends. Places that follow one
+    /// another at no distance are one; fewer than two make no tube.
+    pub fn tube(&mut self, line: &[(DVec3, Srgb8)], radius: f64) {
+        let mut places: Vec<(DVec3, Srgb8)> = Vec::with_capacity(line.len());
+        for &(place, colour) in line {
+            if places.last().is_none_or(|(last, _)| (place - *last).length() > 1e-6 * radius) {
+                places.push((place, colour));
+            }
+        }
+        let count = places.len();
+        if count < 2 {
+            return;
+        }
+        let along = |i: usize| {
+            let (from, to) = (i.saturating_sub(1), (i + 1).min(count - 1));
+            let both = (places[to].0 - places[from].0).normalize_or_zero();
+            // Back where it came from: the next piece alone.
+            match both == DVec3::ZERO {
+                true => (places[to].0 - places[i].0).normalize_or_zero(),
+                false => both,
+            }
+        };
+        let mut across = along(0).any_orthonormal_vector();
+        let mut last = None;
+        for i in 0..count {
+            let ahead = along(i);
+            // Carried along without a twist.
+            let carried = across - ahead * across.dot(ahead);
+            across = carried.try_normalize().unwrap_or_else(|| ahead.any_orthonormal_vector());
+            let (place, colour) = places[i];
+            let axes = (across, ahead.cross(across));
+            let ring = self.ring((place, radius), axes, DVec3::ZERO, colour);
+            match last {
+                Some(last) => self.join(last, ring),
+                None => {
+                    let middle = self.corner(place, -ahead, colour);
+                    self.cap(ring, middle);
+                }
+            }
+            if i + 1 == count {
+                let middle = self.corner(place, ahead, colour);
+                self.cap(ring, middle);
+            }
+            last = Some(ring);
+        }
+    }
+
+    /// An arrow from a place: a shaft and a cone. One without length is none.
+    pub fn arrow(&mut self, from: DVec3, by: DVec3, colour: Srgb8) {
+        let length = by.length();
+        let Some(ahead) = by.try_normalize() else { return };
+        let across = ahead.any_orthonormal_vector();
+        let axes = (across, ahead.cross(across));
+        let head_length = HEAD * length;
+        let radius = HEAD_RADIUS * head_length;
+        let neck = from + ahead * (length - head_length);
+        let shaft = SHAFT_RADIUS * radius;
+        let begin = self.ring((from, shaft), axes, DVec3::ZERO, colour);
+        let end = self.ring((neck, shaft), axes, DVec3::ZERO, colour);
+        self.join(begin, end);
+        let middle = self.corner(from, -ahead, colour);
+        self.cap(begin, middle);
+        // The cone leans back by its slope; its rim has a normal of each side.
+        let lean = ahead * HEAD_RADIUS;
+        let rim = self.ring((neck, radius), axes, lean, colour);
+        let tip = self.ring((from + by, 0.0), axes, lean, colour);
+        for i in 0..SIDES {
+            self.triangles.push([rim + i, rim + (i + 1) % SIDES, tip + i]);
+        }
+        let back = self.ring((neck, radius), axes, -ahead * 1e6, colour);
+        let middle = self.corner(neck, -ahead, colour);
+        self.cap(back, middle);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Twice the area of all triangles, and six times the volume that they enclose.
+    fn measures(mesh: &Mesh) -> (f64, f64) {
+        mesh.triangles(false).fold((0.0, 0.0), |(area, volume), t| {
+            let [a, b, c] = t.corners.map(|p| p.as_dvec3());
+            (area + (b - a).cross(c - a).length(), volume + a.dot(b.cross(c)).abs())
+        })
+    }
+
+    #[test]
+    fn a_straight_tube_is_a_closed_prism_whose_normals_point_outwards() {
+        let line = [0.0, 1.0, 1.0, 3.0].map(|x| (DVec3::new(x, 0.5, 0.0), Srgb8::WHITE));
+        let mut shapes = Shapes::default();
+        shapes.tube(&line, 0.2);
+        let mesh = shapes.mesh("tube").unwrap();
+        // Two places at no distance are one.
+        assert_eq!(mesh.len(), 2 * 16 + 2 * 8);
+        assert_eq!(mesh.degenerate(), 0);
+        let side = 2.0 * 0.2 * (std::f64::consts::PI / 8.0).sin();
+        let disc = 8.0 * 0.5 * side * 0.2 * (std::f64::consts::PI / 8.0).cos();
+        let (area, _) = measures(&mesh);
+        assert!((area / 2.0 - (8.0 * side * 3.0 + 2.0 * disc)).abs() < 1e-5, "{area}");
+        for t in mesh.triangles(true) {
+            for (corner, normal) in t.corners.into_iter().zip(t.normals) {
+                let out = corner - Vec3::new(corner.x, 0.5, 0.0);
+                assert!(out.length() < 1e-6 || normal.dot(out) >= -1e-6, "{corner} {normal}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_tube_round_a_corner_keeps_its_width() {
+        let line: Vec<_> = (0..60)
+            .map(|i| {
+                let angle = f64::from(i) * 0.1;
+                (DVec3::new(angle.cos(), angle.sin(), 0.1 * angle), Srgb8::BLACK)
+            })
+            .collect();
+        let mut shapes = Shapes::default();
+        shapes.tube(&line, 0.05);
+        let mesh = shapes.mesh("helix").unwrap();
+        for t in mesh.triangles(true) {
+            for corner in t.corners {
+                let place = corner.as_dvec3();
+                let near = line.iter().map(|(p, _)| (*p - place).length());
+                let near = near.fold(f64::INFINITY, f64::min);
+                assert!(near < 0.0501, "{near}");
+            }
+        }
+    }
+
+    #[test]
+    fn arrows_reach_from_a_place_by_their_vector_and_none_is_none() {
+        let mut shapes = Shapes::default();
+        shapes.arrow(DVec3::ZERO, DVec3::ZERO, Srgb8::WHITE);
+        assert!(shapes.is_empty());
+        shapes.arrow(DVec3::new(1.0, 2.0, 3.0), DVec3::new(0.0, 0.0, 2.0), Srgb8::WHITE);
+        assert!(shapes.mesh("one place").is_ok_and(|mesh| {
+            let [low, high] = mesh.bounds();
+            (low.z, high.z) == (3.0, 5.0) && (high.x - low.x - 2.0 * 0.28).abs() < 1e-6
+        }));
+        let mut line = Shapes::default();
+        line.tube(&[(DVec3::ZERO, Srgb8::WHITE)], 1.0);
+        assert_eq!(line.mesh("one place"), Err(MeshError::Empty));
+    }
+}

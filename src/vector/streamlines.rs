@@ -1,0 +1,411 @@
+//! Lines along a field of vectors, by an adaptive Runge–Kutta method of fifth order.
+//!
+//! Lengths are steps of the grid: a line is followed in index space, at unit speed, so that how closely
+//! it is followed does not depend on how long the vectors are. Between the grid's points vectors are
+//! linear along each axis.
+
+use glam::{DMat3, DVec3};
+
+use crate::core::{Cancelled, Ticket};
+use crate::volume::{Lattice, Places, VectorField};
+
+/// How lines are followed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Following {
+    /// How far a step may be off, steps of the grid.
+    pub tolerance: f64,
+    /// How long a line may be to either side of its seed, steps of the grid.
+    pub most_length: f64,
+    /// The longest step, steps of the grid: how far apart places of a line are.
+    pub most_step: f64,
+    /// Share of the greatest length below which a vector counts as zero.
+    pub least_speed: f64,
+}
+
+impl Default for Following {
+    fn default() -> Self {
+        Self { tolerance: 1e-4, most_length: 500.0, most_step: 0.5, least_speed: 1e-5 }
+    }
+}
+
+/// Why a line ends.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum End {
+    /// At the border of the grid.
+    Border,
+    /// Where vectors are zero, or there are none.
+    Still,
+    /// It is as long as it may be.
+    Length,
+}
+
+/// A line along the vectors.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Streamline {
+    /// World positions along the flow.
+    pub places: Vec<DVec3>,
+    /// Lengths of the vectors there.
+    pub speeds: Vec<f64>,
+    /// Why it ends against the flow, and along it.
+    pub ends: [End; 2],
+}
+
+/// What has no lines.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum StreamlineError {
+    /// Points that are not evenly spaced.
+    #[error(
+        "expected vectors on an evenly spaced grid for streamlines, found points of their own; show the \
+         vectors as splats or arrows"
+    )]
+    Uneven,
+    /// See [`Cancelled`].
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+}
+
+/// Coefficients of Dormand and Prince (1980), RK5(4)7M: nodes are not needed where nothing depends on
+/// time.
+const A: [[f64; 6]; 6] = [
+    [1.0 / 5.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+    [3.0 / 40.0, 9.0 / 40.0, 0.0, 0.0, 0.0, 0.0],
+    [44.0 / 45.0, -56.0 / 15.0, 32.0 / 9.0, 0.0, 0.0, 0.0],
+    [19372.0 / 6561.0, -25360.0 / 2187.0, 64448.0 / 6561.0, -212.0 / 729.0, 0.0, 0.0],
+    [9017.0 / 3168.0, -355.0 / 33.0, 46732.0 / 5247.0, 49.0 / 176.0, -5103.0 / 18656.0, 0.0],
+    [35.0 / 384.0, 0.0, 500.0 / 1113.0, 125.0 / 192.0, -2187.0 / 6784.0, 11.0 / 84.0],
+];
+/// What the step of fifth order differs by from that of fourth.
+const E: [f64; 7] = [
+    71.0 / 57600.0,
+    0.0,
+    -71.0 / 16695.0,
+    71.0 / 1920.0,
+    -17253.0 / 339_200.0,
+    22.0 / 525.0,
+    -1.0 / 40.0,
+];
+
+/// One step, and by how much it is thought to be off; `None` where the field ends on the way.
+fn step(at: DVec3, h: f64, velocity: &impl Fn(DVec3) -> Option<DVec3>) -> Option<(DVec3, f64)> {
+    let mut k = [DVec3::ZERO; 7];
+    k[0] = velocity(at)?;
+    let mut to = at;
+    for (i, row) in A.iter().enumerate() {
+        to = at + row.iter().zip(&k).map(|(a, k)| *k * (*a * h)).sum::<DVec3>();
+        k[i + 1] = velocity(to)?;
+    }
+    let off: DVec3 = E.iter().zip(&k).map(|(e, k)| *k * (*e * h)).sum();
+    Some((to, off.length()))
+}
+
+/// Vectors on a lattice, as they are followed.
+struct Flow<'a> {
+    field: &'a VectorField,
+    lattice: Lattice,
+    index_from_world: DMat3,
+    least_speed: f64,
+}
+
+impl Flow<'_> {
+    /// The vector at a place of index space; `None` beyond the outermost points, and where one of those
+    /// about it is none.
+    fn vector(&self, at: DVec3) -> Option<DVec3> {
+        let dims = self.lattice.dims;
+        let mut low = [0_usize; 3];
+        let mut share = DVec3::ZERO;
+        for axis in 0..3 {
+            let last = dims[axis] as f64 - 1.0;
+            // A single layer has the thickness of a step.
+            let reach = if dims[axis] == 1 { 0.5 } else { 1e-12 };
+            if !(-reach..=last + reach).contains(&at[axis]) {
+                return None;
+            }
+            let place = at[axis].clamp(0.0, last);
+            low[axis] = (place as usize).min(dims[axis].saturating_sub(2));
+            share[axis] = place - low[axis] as f64;
+        }
+        let mut sum = DVec3::ZERO;
+        for corner in 0..8 {
+            let bit = |axis: usize| corner >> axis & 1;
+            let weight = (0..3)
+                .map(|axis| if bit(axis) == 1 { share[axis] } else { 1.0 - share[axis] })
+                .product::<f64>();
+            if weight == 0.0 {
+                continue;
+            }
+            let [x, y, z] = [0, 1, 2].map(|axis| low[axis] + bit(axis));
+            let vector = self.field.vectors[(z * dims[1] + y) * dims[0] + x].as_dvec3();
+            if !vector.is_finite() {
+                return None;
+            }
+            sum += vector * weight;
+        }
+        Some(sum)
+    }
+
+    /// Unit direction in index space along the flow, or against it.
+    fn direction(&self, at: DVec3, way: f64) -> Option<DVec3> {
+        let vector = self.vector(at)?;
+        match vector.length() > self.least_speed {
+            true => (self.index_from_world * vector).try_normalize().map(|v| v * way),
+            false => None,
+        }
+    }
+
+    /// Distance to the border along a direction.
+    fn to_border(&self, at: DVec3, direction: DVec3) -> f64 {
+        let distance = |axis: usize| {
+            let (last, along) = (self.lattice.dims[axis] as f64 - 1.0, direction[axis]);
+            let reach = if self.lattice.dims[axis] == 1 { 0.5 } else { 0.0 };
+            match along {
+                _ if along > 0.0 => (last + reach - at[axis]) / along,
+                _ if along < 0.0 => (-reach - at[axis]) / along,
+                _ => f64::INFINITY,
+            }
+        };
+        (0..3).map(distance).fold(f64::INFINITY, f64::min).max(0.0)
+    }
+
+    /// Places of index space from a seed on, without it, and why they end.
+    fn follow(&self, seed: DVec3, way: f64, how: &Following) -> (Vec<DVec3>, End) {
+        /// Steps shorter than this end at the border, or nowhere.
+        const LEAST_STEP: f64 = 1e-4;
+        let velocity = |at: DVec3| self.direction(at, way);
+        let (mut at, mut length, mut h) = (seed, 0.0, 0.1 * how.most_step);
+        let mut places = Vec::new();
+        // Each step is tried a few times at most: their number is bound by the length.
+        loop {
+            let left = how.most_length - length;
+            if left <= LEAST_STEP {
+                return (places, End::Length);
+            }
+            let Some(direction) = velocity(at) else { return (places, End::Still) };
+            h = h.min(left).min(how.most_step);
+            match step(at, h, &velocity) {
+                Some((to, off)) if off <= how.tolerance || h <= LEAST_STEP => {
+                    at = to;
+                    length += h;
+                    places.push(at);
+                    h *= (0.9 * (how.tolerance / off.max(1e-300)).powf(0.2)).clamp(0.2, 5.0);
+                }
+                Some((_, off)) => {
+                    h *= (0.9 * (how.tolerance / off).powf(0.2)).clamp(0.2, 0.9);
+                    h = h.max(LEAST_STEP);
+                }
+                None if h > LEAST_STEP => h = (0.5 * h).max(LEAST_STEP),
+                None => {
+                    let border = self.to_border(at, direction);
+                    if border > 2.0 * LEAST_STEP {
+                        return (places, End::Still);
+                    }
+                    if border > 0.0 {
+                        places.push(at + direction * border);
+                    }
+                    return (places, End::Border);
+                }
+            }
+        }
+    }
+}
+
+/// The lines through seeds, in the world, in their order. Seeds beyond the grid, or where nothing flows,
+/// have none. The same seeds make the same lines.
+///
+/// # Errors
+/// Vectors whose points are not evenly spaced, or cancelled.
+pub fn streamlines(
+    field: &VectorField,
+    seeds: &[DVec3],
+    how: &Following,
+    ticket: &Ticket,
+) -> Result<Vec<Streamline>, StreamlineError> {
+    let Places::Lattice(lattice) = field.places else { return Err(StreamlineError::Uneven) };
+    let flow = Flow {
+        field,
+        lattice,
+        index_from_world: lattice.axes().inverse(),
+        least_speed: how.least_speed * field.statistics.max,
+    };
+    let mut lines = Vec::new();
+    for (i, &seed) in seeds.iter().enumerate() {
+        ticket.checkpoint(i as u64, seeds.len() as u64)?;
+        let seed = lattice.index_from_world(seed);
+        if flow.direction(seed, 1.0).is_none() {
+            continue;
+        }
+        let (mut places, before) = flow.follow(seed, -1.0, how);
+        places.reverse();
+        places.push(seed);
+        let (ahead, after) = flow.follow(seed, 1.0, how);
+        places.extend(ahead);
+        let speeds = places.iter().map(|at| flow.vector(*at).map_or(0.0, DVec3::length)).collect();
+        let places = places.into_iter().map(|at| lattice.world_from_index(at)).collect();
+        lines.push(Streamline { places, speeds, ends: [before, after] });
+    }
+    Ok(lines)
+}
+
+/// About so many seeds, evenly, on the plane across an axis of a lattice at a share of its extent. At
+/// least one.
+pub fn seeds_on_plane(lattice: &Lattice, axis: usize, share: f64, count: usize) -> Vec<DVec3> {
+    let [u, v] = [(axis + 1) % 3, (axis + 2) % 3];
+    let last = DVec3::from(lattice.dims.map(|n| n as f64 - 1.0));
+    let axes = lattice.axes();
+    let [long, high] = [u, v].map(|a| (axes.col(a).length() * last[a]).max(f64::MIN_POSITIVE));
+    let columns = (count as f64 * long / high).sqrt().round().clamp(1.0, count.max(1) as f64);
+    let rows = (count as f64 / columns).round().max(1.0);
+    let mut seeds = Vec::new();
+    for row in 0..rows as usize {
+        for column in 0..columns as usize {
+            let mut index = DVec3::ZERO;
+            index[axis] = share * last[axis];
+            index[u] = (column as f64 + 0.5) / columns * last[u];
+            index[v] = (row as f64 + 0.5) / rows * last[v];
+            seeds.push(lattice.world_from_index(index));
+        }
+    }
+    seeds
+}
+
+/// So many seeds from one world point to another, both with one where there are two or more.
+pub fn seeds_on_line(from: DVec3, to: DVec3, count: usize) -> Vec<DVec3> {
+    let last = count.saturating_sub(1).max(1) as f64;
+    let share = |i: usize| if count == 1 { 0.5 } else { i as f64 / last };
+    (0..count).map(|i| from.lerp(to, share(i))).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use glam::Vec3;
+
+    use super::*;
+
+    fn field(lattice: Lattice, of: impl Fn(DVec3) -> DVec3) -> VectorField {
+        let places = Places::Lattice(lattice);
+        let vectors: Arc<[Vec3]> =
+            (0..lattice.len()).map(|i| of(places.at(i).0).as_vec3()).collect();
+        VectorField::new("flow", places, vectors, &Ticket::new()).unwrap()
+    }
+
+    fn lines(field: &VectorField, seeds: &[DVec3], how: Following) -> Vec<Streamline> {
+        streamlines(field, seeds, &how, &Ticket::new()).unwrap()
+    }
+
+    /// Linear along each axis, and so between the points what it is on them.
+    fn rotation() -> VectorField {
+        let lattice = Lattice { origin: DVec3::splat(-10.0), ..Lattice::unit([21; 3]) };
+        field(lattice, |p| DVec3::new(-p.y, p.x, 0.0))
+    }
+
+    #[test]
+    fn lines_of_a_rotation_are_circles() {
+        let seed = DVec3::new(6.0, 0.0, 1.25);
+        let how = Following { most_length: 12.0 * std::f64::consts::PI, ..Following::default() };
+        let [line] = &lines(&rotation(), &[seed], how)[..] else { panic!("one line") };
+        assert_eq!(line.ends, [End::Length; 2]);
+        for (place, speed) in line.places.iter().zip(&line.speeds) {
+            let radius = place.truncate().length();
+            // 150 steps of an error below 1e-4 each; measured 9e-6.
+            assert!((radius - 6.0).abs() < 1e-4 && place.z == 1.25, "{place}");
+            assert!((speed - radius).abs() < 1e-6);
+        }
+        // Once round to either side.
+        let (first, last) = (line.places[0], line.places[line.places.len() - 1]);
+        assert!((first - seed).length() < 1e-2 && (last - seed).length() < 1e-2, "{first} {last}");
+    }
+
+    /// Halving the step divides the error of a step by 2⁶, and so that of a line by 2⁵.
+    #[test]
+    fn the_method_is_of_fifth_order() {
+        let velocity = |p: DVec3| Some(DVec3::new(-p.y, p.x, 0.0));
+        let error = |steps: u32| {
+            let h = 1.0 / f64::from(steps);
+            let end = (0..steps).fold(DVec3::X, |at, _| step(at, h, &velocity).unwrap().0);
+            (end - DVec3::new(1.0_f64.cos(), 1.0_f64.sin(), 0.0)).length()
+        };
+        let ratios = [error(4) / error(8), error(8) / error(16)];
+        assert!(ratios.iter().all(|ratio| (26.0..40.0).contains(ratio)), "{ratios:?}");
+        // And what a step is thought to be off by is of the fourth's.
+        let off = |h: f64| step(DVec3::X, h, &velocity).unwrap().1;
+        let ratio = off(0.2) / off(0.1);
+        assert!((26.0..40.0).contains(&ratio), "{ratio}");
+    }
+
+    #[test]
+    fn lines_end_at_the_border_where_nothing_flows_and_where_there_is_nothing() {
+        let lattice = Lattice {
+            spacing: DVec3::new(0.5, 2.0, 1.0),
+            origin: DVec3::new(3.0, 0.0, 0.0),
+            ..Lattice::unit([9, 5, 4])
+        };
+        let straight = field(lattice, |_| DVec3::new(1.0, 2.0, 0.0));
+        let seed = DVec3::new(5.0, 3.9, 1.3);
+        let [line] = &lines(&straight, &[seed], Following::default())[..] else { panic!() };
+        assert_eq!(line.ends, [End::Border; 2]);
+        // x from 3 to 7, y from 0 to 8.
+        let (first, last) = (line.places[0], line.places[line.places.len() - 1]);
+        assert!((first - DVec3::new(3.05, 0.0, 1.3)).length() < 1e-6, "{first}");
+        assert!((last - DVec3::new(7.0, 7.9, 1.3)).length() < 1e-6, "{last}");
+        // Towards x = 5 from both sides, where it comes to rest.
+        let sink = field(lattice, |p| DVec3::new(5.0 - p.x, 0.0, 0.0));
+        let [line] = &lines(&sink, &[DVec3::new(3.3, 4.0, 1.0)], Following::default())[..] else {
+            panic!()
+        };
+        assert_eq!(line.ends, [End::Border, End::Still]);
+        let last = line.places[line.places.len() - 1];
+        assert!((last.x - 5.0).abs() < 1e-3, "{last}");
+        let hole = field(lattice, |p| if p.x > 6.2 { DVec3::NAN } else { DVec3::X });
+        let [line] = &lines(&hole, &[DVec3::new(4.0, 4.0, 1.0)], Following::default())[..] else {
+            panic!()
+        };
+        assert_eq!(line.ends, [End::Border, End::Still]);
+        assert!(line.places.iter().all(|place| place.x <= 6.0 + 1e-3));
+        let outside = DVec3::new(0.0, 4.0, 1.0);
+        assert!(lines(&straight, &[outside, DVec3::NAN], Following::default()).is_empty());
+    }
+
+    /// Axes that are askew and spacings that differ change nothing in the world.
+    #[test]
+    fn lines_are_of_the_world_whatever_the_grid() {
+        let askew = Lattice {
+            direction: DMat3::from_rotation_z(0.3),
+            spacing: DVec3::new(0.5, 0.8, 1.0),
+            origin: DVec3::new(-1.0, -9.0, -2.0),
+            ..Lattice::unit([40, 30, 5])
+        };
+        let flow = |p: DVec3| DVec3::new(1.0, 0.2 * p.x, 0.0);
+        let field = field(askew, flow);
+        let seed = DVec3::new(6.0, 1.0, 0.3);
+        let [line] = &lines(&field, &[seed], Following::default())[..] else { panic!() };
+        for place in &line.places {
+            // y − 0.1 x² is the same everywhere on it.
+            let found = place.y - 0.1 * place.x * place.x;
+            assert!((found - (1.0 - 3.6)).abs() < 1e-4, "{place} {found}");
+        }
+        assert!(line.places.len() > 20);
+    }
+
+    #[test]
+    fn seeds_are_as_many_as_asked_for_about_and_the_same_each_time() {
+        let lattice = Lattice::unit([41, 11, 21]);
+        let seeds = seeds_on_plane(&lattice, 1, 0.25, 50);
+        assert!((40..=60).contains(&seeds.len()), "{}", seeds.len());
+        assert!(seeds.iter().all(|seed| seed.y == 2.5 && seed.x > 0.0 && seed.x < 40.0));
+        assert_eq!(seeds, seeds_on_plane(&lattice, 1, 0.25, 50));
+        assert_eq!(seeds_on_plane(&lattice, 2, 0.5, 1).len(), 1);
+        let line = seeds_on_line(DVec3::ZERO, DVec3::X, 3);
+        assert_eq!(line, [DVec3::ZERO, DVec3::X * 0.5, DVec3::X]);
+        assert_eq!(seeds_on_line(DVec3::ZERO, DVec3::X, 1), [DVec3::X * 0.5]);
+    }
+
+    #[test]
+    fn following_stops_when_cancelled() {
+        let ticket = Ticket::new();
+        ticket.cancel();
+        let found = streamlines(&rotation(), &[DVec3::X], &Following::default(), &ticket);
+        assert_eq!(found, Err(StreamlineError::Cancelled(Cancelled)));
+    }
+}

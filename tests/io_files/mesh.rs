@@ -1,0 +1,222 @@
+//! Files of triangles: what they hold, and what is said of damaged ones.
+
+use std::fs;
+use std::path::PathBuf;
+
+use glam::Vec3;
+use proptest::prelude::*;
+use voxsplat::core::{Srgb8, Ticket};
+use voxsplat::io::mesh::{OpenedMesh, open};
+use voxsplat::polygons::Mesh;
+
+/// A square of two triangles, askew.
+const CORNERS: [[f32; 3]; 4] =
+    [[0.0, 0.0, 1.5], [2.0, -0.0, 1.5], [2.0, 3.25, -1.0], [0.0, 3.25, -1.0]];
+const TRIANGLES: [[u32; 3]; 2] = [[0, 1, 2], [0, 2, 3]];
+
+fn saved(name: &str, bytes: &[u8]) -> (tempfile::TempDir, PathBuf) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join(name);
+    fs::write(&path, bytes).expect("written");
+    (folder, path)
+}
+
+fn read(name: &str, bytes: &[u8]) -> Result<OpenedMesh, String> {
+    let (_folder, path) = saved(name, bytes);
+    open(&path, None, &Ticket::new()).map_err(|error| {
+        let text = error.to_string();
+        assert!(text.starts_with("expected ") && !text.contains('\n'), "{text}");
+        assert!(text.ends_with(&format!(": {}", path.display())), "the path is last: {text}");
+        text.replace(&path.display().to_string(), "PATH")
+    })
+}
+
+/// Corners of every triangle, in order.
+fn soup(mesh: &Mesh) -> Vec<[Vec3; 3]> {
+    mesh.triangles(false).map(|t| t.corners).collect()
+}
+
+fn square() -> Vec<[Vec3; 3]> {
+    TRIANGLES.map(|t| t.map(|i| Vec3::from(CORNERS[i as usize]))).to_vec()
+}
+
+fn stl_ascii() -> Vec<u8> {
+    let mut text = "solid\n".to_owned();
+    for t in TRIANGLES {
+        text += "facet normal 0 0 0\n outer loop\n";
+        for i in t {
+            let [x, y, z] = CORNERS[i as usize];
+            text += &format!("  vertex {x} {y:e} {z}\n");
+        }
+        text += " endloop\nendfacet\n";
+    }
+    (text + "endsolid\n").into_bytes()
+}
+
+fn stl_binary(comment: &[u8]) -> Vec<u8> {
+    let mut bytes = vec![0; 80];
+    bytes[..comment.len()].copy_from_slice(comment);
+    bytes.extend(2_u32.to_le_bytes());
+    for t in TRIANGLES {
+        bytes.extend([0; 12]);
+        bytes.extend(t.iter().flat_map(|i| CORNERS[*i as usize]).flat_map(f32::to_le_bytes));
+        bytes.extend([0; 2]);
+    }
+    bytes
+}
+
+const PLY_HEADER: &str = "element vertex 4\nproperty float x\nproperty float y\nproperty double z\n\
+    property uchar red\nproperty uchar green\nproperty uchar blue\nproperty float nx\n\
+    property float ny\nproperty float nz\nelement face 1\nproperty uchar quality\n\
+    property list uchar int vertex_indices\nend_header\n";
+
+fn ply_ascii() -> Vec<u8> {
+    let mut text = format!("ply\nformat ascii 1.0\ncomment of ours\n{PLY_HEADER}");
+    for (i, [x, y, z]) in CORNERS.into_iter().enumerate() {
+        text += &format!("{x} {y} {z} {} 20 255 0 0 2\n", 10 * i);
+    }
+    (text + "7 4 0 1 2 3\n").into_bytes()
+}
+
+fn ply_binary(is_big: bool) -> Vec<u8> {
+    let order = if is_big { "big" } else { "little" };
+    let mut bytes = format!("ply\nformat binary_{order}_endian 1.0\n{PLY_HEADER}").into_bytes();
+    let single = |v: f32| if is_big { v.to_be_bytes() } else { v.to_le_bytes() };
+    let double = |v: f64| if is_big { v.to_be_bytes() } else { v.to_le_bytes() };
+    for (i, [x, y, z]) in CORNERS.into_iter().enumerate() {
+        bytes.extend([single(x), single(y)].concat());
+        bytes.extend(double(f64::from(z)));
+        bytes.extend([10 * i as u8, 20, 255]);
+        bytes.extend([single(0.0), single(0.0), single(2.0)].concat());
+    }
+    bytes.extend([7, 4]);
+    bytes.extend((0..4_i32).flat_map(|i| if is_big { i.to_be_bytes() } else { i.to_le_bytes() }));
+    bytes
+}
+
+const OBJ: &str = "# a square\nmtllib none.mtl\no one\nv 0 0 1.5\nv 2 0 1.5\nv 2 3.25 -1\n\
+    v 0 3.25 -1\nvn 0 0 1\nusemtl none\nf 1//1 2//1 -2//1 4//1\n";
+
+#[test]
+fn every_format_has_the_same_square() {
+    for (name, bytes) in [
+        ("a.stl", stl_ascii()),
+        ("A.STL", stl_binary(b"")),
+        ("b.stl", stl_binary(b"solid but binary")),
+        ("a.ply", ply_ascii()),
+        ("b.ply", ply_binary(false)),
+        ("no ending", ply_binary(true)),
+        ("a.obj", OBJ.as_bytes().to_vec()),
+    ] {
+        let opened = read(name, &bytes).unwrap();
+        assert_eq!(soup(&opened.mesh), square(), "{name}");
+        assert_eq!((opened.mesh.name(), &opened.warnings), (name, &Vec::new()));
+    }
+}
+
+#[test]
+fn colours_and_normals_come_along() {
+    for bytes in [ply_ascii(), ply_binary(false), ply_binary(true)] {
+        let mesh = read("a.ply", &bytes).unwrap().mesh;
+        let first = mesh.triangles(true).next().unwrap();
+        assert_eq!(first.normals, [Vec3::Z; 3], "unit");
+        let colours = first.colours.unwrap();
+        assert_eq!(colours, [Srgb8([0, 20, 255]), Srgb8([10, 20, 255]), Srgb8([20, 20, 255])]);
+    }
+    let mesh = read("a.obj", OBJ.as_bytes()).unwrap().mesh;
+    assert!(mesh.has_normals() && !mesh.has_colours());
+    let coloured = "v 0 0 0 1 0 0\nv 1 0 0 0 1 0.5\nv 0 1 0 0 0 1\nf 1 2 3\n";
+    let mesh = read("a.obj", coloured.as_bytes()).unwrap().mesh;
+    let colours = mesh.triangles(false).next().unwrap().colours.unwrap();
+    assert_eq!(colours, [Srgb8([255, 0, 0]), Srgb8([0, 255, 128]), Srgb8([0, 0, 255])]);
+    // Shared corners are shared: the square has four, and smooth normals go across its diagonal.
+    let mesh = read("a.stl", &stl_binary(b"")).unwrap().mesh;
+    let [a, b] = [0, 1].map(|i| mesh.triangles(true).nth(i).unwrap().normals[0]);
+    assert_eq!(a, b);
+}
+
+#[test]
+fn what_is_wrong_is_said_in_one_sentence() {
+    let binary = stl_binary(b"");
+    let short = read("a.stl", &binary[..binary.len() - 7]).unwrap_err();
+    assert!(short.contains("found 177 bytes instead of 184"), "{short}");
+    let cut = read("a.ply", &ply_binary(false)[..400]).unwrap_err();
+    assert!(cut.contains("too soon") || cut.contains("a file of"), "{cut}");
+    let text = String::from_utf8(ply_ascii()).unwrap();
+    let huge = text.replace("vertex 4", "vertex 4000000000");
+    let huge = read("a.ply", huge.as_bytes()).unwrap_err();
+    assert!(huge.contains("4000000000 elements \"vertex\""), "{huge}");
+    let empty = "ply\nformat ascii 1.0\nelement thing 9000000000000\nend_header\n";
+    let empty = read("a.ply", empty.as_bytes()).unwrap_err();
+    assert!(empty.contains("9000000000000 elements"), "{empty}");
+    let mut nan = stl_binary(b"");
+    nan[84 + 24..84 + 28].copy_from_slice(&f32::NAN.to_le_bytes());
+    let nan = read("a.stl", &nan).unwrap_err();
+    assert!(nan.contains("finite positions") && nan.contains("at corner 1"), "{nan}");
+    let index = read("a.ply", text.replace("7 4 0 1 2 3", "7 4 0 1 2 9").as_bytes()).unwrap_err();
+    assert!(index.contains("numbered below 4, found 9 in triangle 1"), "{index}");
+    let line = read("a.ply", text.replace("7 4 0 1 2 3", "7 2 0 1").as_bytes()).unwrap_err();
+    assert!(line.contains("three corners or more, found 2 in face 0"), "{line}");
+    let flat = read("a.ply", text.replace("property double z\n", "property double w\n").as_bytes());
+    assert!(flat.unwrap_err().contains("x, y and z"), "a place is missing");
+    assert!(read("a.obj", b"v 0 0 0\n").unwrap_err().contains("at least one triangle"));
+    let far = read("a.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 7\n").unwrap_err();
+    assert!(far.contains("an OBJ file that can be read"), "{far}");
+    assert!(read("a.obj", b"").unwrap_err().contains("an empty file"));
+    assert!(read("a.txt", b"hello").unwrap_err().contains("STL, PLY or OBJ"));
+    let line = "v 0 0 0\nv 1 0 0\nv 2 0 0\nv 0 1 0\nf 1 2 3\nf 1 2 4\n";
+    let opened = read("a.obj", line.as_bytes()).unwrap();
+    assert_eq!(opened.warnings, ["1 of 2 triangles have no area and are not drawn"]);
+}
+
+#[test]
+fn memory_and_cancelling_are_heeded() {
+    let (_folder, path) = saved("a.stl", &stl_binary(b""));
+    let refused = open(&path, Some(100), &Ticket::new()).unwrap_err().to_string();
+    assert!(refused.contains("a mesh to fit in memory"), "{refused}");
+    let ticket = Ticket::new();
+    ticket.cancel();
+    for (name, bytes) in
+        [("a.stl", stl_binary(b"")), ("a.ply", ply_ascii()), ("a.obj", OBJ.as_bytes().to_vec())]
+    {
+        let (_folder, path) = saved(name, &bytes);
+        assert!(open(&path, None, &ticket).unwrap_err().is_cancelled(), "{name}");
+    }
+}
+
+/// A mesh as binary STL.
+fn written(corners: &[[f32; 3]]) -> Vec<u8> {
+    let mut bytes = vec![0; 80];
+    bytes.extend((corners.len() as u32 / 3).to_le_bytes());
+    for t in corners.chunks_exact(3) {
+        bytes.extend([0; 12]);
+        bytes.extend(t.iter().flatten().flat_map(|v| v.to_le_bytes()));
+        bytes.extend([0; 2]);
+    }
+    bytes
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(96))]
+
+    /// What is written is read, whatever the triangles.
+    #[test]
+    fn triangles_go_round(corners in prop::collection::vec([-1e6f32..1e6, -1e6f32..1e6, -1e6f32..1e6], 3..60)) {
+        let whole = corners.len() / 3 * 3;
+        let mesh = read("a.stl", &written(&corners[..whole])).unwrap().mesh;
+        let found: Vec<Vec3> = soup(&mesh).concat();
+        prop_assert_eq!(found, corners[..whole].iter().map(|c| Vec3::from(*c)).collect::<Vec<_>>());
+    }
+
+    /// Damaged files are read or refused in a sentence, and never anything else.
+    #[test]
+    fn damage_is_never_more_than_an_error(which in 0_usize..6, at in 0.0_f64..1.0, byte: u8, cut: bool) {
+        let all = [stl_ascii(), stl_binary(b""), ply_ascii(), ply_binary(false), ply_binary(true), OBJ.into()];
+        let name = ["a.stl", "a.stl", "a.ply", "a.ply", "a.ply", "a.obj"][which];
+        let mut bytes = all[which].clone();
+        let at = (at * bytes.len() as f64) as usize;
+        if cut { bytes.truncate(at) } else { bytes[at] = byte }
+        // The sentence is checked there.
+        drop(read(name, &bytes));
+    }
+}

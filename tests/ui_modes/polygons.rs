@@ -1,0 +1,81 @@
+//! Polygons in the side panel: dropped, shown, changed, removed, taken back; and those made of vectors.
+
+use eframe::egui::accesskit::Role;
+use eframe::egui::{Key, Modifiers};
+use egui_kittest::kittest::Queryable as _;
+use voxsplat::scene::PolygonLayer;
+
+use super::press;
+use crate::ui_support::Bench;
+
+/// What the engine is asked to draw.
+fn layers(bench: &Bench) -> Vec<PolygonLayer> {
+    let scene = bench.window().scene().expect("something is open");
+    assert!(bench.last_request().scene.makes_same_picture(scene), "what is chosen is asked for");
+    scene.polygons.clone()
+}
+
+fn dropped(bench: &mut Bench, name: &str, text: &str) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join(name);
+    std::fs::write(&path, text).expect("written");
+    let before = (layers(bench).len(), bench.window().notices().shown().len());
+    bench.drop_file(path.to_str().expect("UTF-8"));
+    bench.wait_until(|window| {
+        let count = window.scene().map_or(0, |scene| scene.polygons.len());
+        (count, window.notices().shown().len()) != before
+    });
+    bench.settle();
+}
+
+const TRIANGLE: &str = "v 1 1 1\nv 3 1 1\nv 1 3 2\nf 1 2 3\n";
+
+#[test]
+fn a_dropped_mesh_is_embedded_changed_and_taken_back() {
+    let mut bench = Bench::opened();
+    dropped(&mut bench, "fibre.obj", TRIANGLE);
+    let document = bench.window().document().expect("still open").source.name();
+    assert_ne!(document, "fibre.obj", "the volume stays");
+    let [layer] = &layers(&bench)[..] else { panic!("one mesh") };
+    assert_eq!((layer.mesh.name(), layer.mesh.len(), layer.opacity), ("fibre.obj", 1, 1.0));
+    bench.set_slider("Mesh 1 opacity", 0.5);
+    bench.harness.get_by_role_and_label(Role::CheckBox, "Mesh 1 one colour").click();
+    bench.settle();
+    bench.harness.get_by_role_and_label(Role::CheckBox, "Mesh 1 shown").click();
+    bench.settle();
+    let found = &layers(&bench)[0];
+    assert!(found.opacity == 0.5 && found.colour.is_some() && !found.is_shown);
+    bench.harness.check_accessibility();
+    press(&mut bench, "Remove mesh 1");
+    assert!(layers(&bench).is_empty());
+    for _ in 0..2 {
+        bench.harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+        bench.settle();
+    }
+    assert!(layers(&bench)[0].is_shown, "each change was a step");
+    dropped(&mut bench, "broken.obj", "v 1 1 1\n");
+    let said = bench.window().notices().shown().last().expect("an error").text.clone();
+    assert!(said.contains("at least one triangle") && said.contains("broken.obj"), "{said}");
+    assert_eq!(layers(&bench).len(), 1);
+}
+
+#[test]
+fn streamlines_and_arrows_of_vectors_become_meshes() {
+    let mut bench = Bench::empty();
+    bench.open("vector.nrrd");
+    bench.settle();
+    bench.harness.get_by_label("Streamlines and arrows").click();
+    bench.settle();
+    for (button, name, count) in [
+        ("Make arrows", "arrows", 1),
+        ("Make streamlines", "streamlines", 2),
+        ("Make arrows", "arrows", 2),
+    ] {
+        let before = layers(&bench);
+        press(&mut bench, button);
+        bench.wait_until(|window| window.scene().is_some_and(|scene| scene.polygons != before));
+        bench.settle();
+        let names: Vec<_> = layers(&bench).iter().map(|l| l.mesh.name().to_owned()).collect();
+        assert!(names.len() == count && names.iter().any(|n| n == name), "{names:?}");
+    }
+}
