@@ -245,8 +245,9 @@ impl Worker {
             }
         };
         rungs.retain(|rung| *rung != Rung::Cheaper(scene.splat.kernel));
-        if !scene.inside.is_plain() && Inside::is_shown_by(&scene.splat) {
-            // Nobody wants to see flash up again what was cut away.
+        let is_opened = !scene.inside.is_plain() && Inside::is_shown_by(&scene.splat);
+        if is_opened || scene.has_polygons() {
+            // Nobody wants to see flash up again what was cut away, nor what is embedded vanish.
             rungs.retain(|rung| !matches!(rung, Rung::Subsampled { .. } | Rung::Cheaper(_)));
         }
         rungs.push(Rung::Full);
