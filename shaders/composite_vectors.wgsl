@@ -49,7 +49,7 @@ fn composite_vectors(
     let half = 0.5 * vec2<f32>(piece.tiles.zw);
     var light = NO_LIGHT;
     var met = met_alone(pixel);
-    var ray = vector_ray(pixel);
+    var ray = vector_ray(pixel, vec2<f32>(-1e30, 1e30));
     let screen = vec2<f32>(down.x - half.x, half.y - down.y);
     let beyond = vectors_in(&ray, &light, &met, EVERY_SLAB, screen);
     lay_rest(&light, &met);

@@ -5,8 +5,9 @@ const THREADS: u32 = 64u;
 const FRAGMENT_WORDS: u32 = 6u;
 
 @group(0) @binding(0) var<storage, read_write> words: array<u32>;
-// Fragments of all pixels, below 2^32; the most of a pixel; pixels, which the host writes.
-@group(0) @binding(1) var<storage, read_write> sums: array<atomic<u32>, 4>;
+// Fragments of all pixels, below 2^32; the most of a pixel. Pixels, and whether opaque ones hide what is
+// behind them, which the host writes. The most of a pixel of which nothing more is hidden.
+@group(0) @binding(1) var<storage, read_write> sums: array<atomic<u32>, 8>;
 
 @compute @workgroup_size(THREADS)
 fn place_polygons(

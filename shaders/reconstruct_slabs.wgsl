@@ -53,7 +53,7 @@ fn ray(screen: vec2<f32>, pixel: vec2<u32>, slot: u32) -> vec4<f32> {
     }
     // Beyond everything on the way.
     let beyond = select(3e38, -3e38, back_to_front);
-    var vector_state = vector_ray(pixel);
+    var vector_state = vector_ray(pixel, kept_of(through, ENDLESS).ends);
     // The faces before the one at k: values, and depths in pixels. The slab between the last two is
     // the next to be classified.
     var u_before = NOTHING;

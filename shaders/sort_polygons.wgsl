@@ -1,13 +1,13 @@
 // Sorts every pixel's fragments from the eye inwards, those of one depth by their triangles: a total
 // order, so that pictures are the same in every bit, whoever came first.
 //
-// A heap in place: its turns hardly grow faster than the fragments (gpu::polygons bounds these).
+// Then leaves out what is hidden. A heap in place: its turns hardly grow faster than the fragments (gpu::polygons bounds these).
 
 const THREADS: u32 = 64u;
 const FRAGMENT_WORDS: u32 = 6u;
 
 @group(0) @binding(0) var<storage, read_write> words: array<u32>;
-@group(0) @binding(1) var<storage, read> sums: array<u32, 4>;
+@group(0) @binding(1) var<storage, read_write> sums: array<atomic<u32>, 8>;
 
 fn is_before(a: u32, b: u32) -> bool {
     let depth_a = bitcast<f32>(words[a]);
@@ -37,10 +37,11 @@ fn sort_polygons(
     @builtin(local_invocation_index) local: u32,
 ) {
     let pixel = (group.y * groups.x + group.x) * THREADS + local;
-    if pixel >= sums[2] {
+    if pixel >= atomicLoad(&sums[2]) {
         return;
     }
-    var end = words[2u * pixel + 1u];
+    let count = words[2u * pixel + 1u];
+    var end = count;
     // Where they end, since they were written.
     let begin = words[2u * pixel] - FRAGMENT_WORDS * end;
     var heap = end / 2u;
@@ -70,4 +71,16 @@ fn sort_polygons(
             root = child;
         }
     }
+    // What lies behind opaque ones on all four samples is seen by nobody.
+    var hidden = 0u;
+    var seen = 0u;
+    while seen < count && hidden != 15u {
+        let at = begin + FRAGMENT_WORDS * seen;
+        let hides = bitcast<f32>(words[at + 2u]) >= 1.0 && atomicLoad(&sums[3]) != 0u;
+        hidden |= select(0u, words[at + 1u] & 15u, hides);
+        seen += 1u;
+    }
+    words[2u * pixel] = begin + FRAGMENT_WORDS * seen;
+    words[2u * pixel + 1u] = seen;
+    atomicMax(&sums[4], seen);
 }

@@ -5,7 +5,7 @@ struct Met {
 }
 
 fn met_alone(pixel: vec2<u32>) -> Met {
-    return Met(polygon_ray(pixel, vec2<f32>(-3e38, 3e38)));
+    return Met(polygon_ray(pixel, vec2<f32>(-1e30, 1e30)));
 }
 
 // Lays a slab down, and the polygons up to where it ends. It is as dense everywhere.

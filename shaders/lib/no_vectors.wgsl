@@ -7,7 +7,7 @@ struct VectorRay {
     nothing: u32,
 }
 
-fn vector_ray(pixel: vec2<u32>) -> VectorRay {
+fn vector_ray(pixel: vec2<u32>, kept: vec2<f32>) -> VectorRay {
     return VectorRay(0u);
 }
 

@@ -15,6 +15,9 @@ struct Part {
     is_cut: bool,
 }
 
+// All of a ray.
+const ENDLESS: Part = Part(vec2(-1e30, 1e30), false);
+
 // The ray through a point of the screen, pixels from the picture's middle.
 fn ray_through(screen: vec2<f32>) -> Ray {
     let across = slabs.right.xyz * screen.x + slabs.up.xyz * screen.y;

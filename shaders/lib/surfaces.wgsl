@@ -1,7 +1,6 @@
 // Slabs with surfaces among their matter: faces where the volume is cut, slices, isosurfaces, polygons.
 
 const SURFACES: bool = true;
-const ENDLESS: Part = Part(vec2(-3e38, 3e38), false);
 
 struct Surface {
     // Depth, pixels.

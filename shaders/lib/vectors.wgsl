@@ -33,6 +33,8 @@ struct VectorRay {
     begin: i32,
     next: i32,
     after: i32,
+    // What lies between these depths is kept.
+    kept: vec2<f32>,
     // Their emission and matter.
     slab0: vec4<f32>,
     slab1: vec4<f32>,
@@ -40,11 +42,13 @@ struct VectorRay {
     slab3: vec4<f32>,
 }
 
-fn vector_ray(pixel: vec2<u32>) -> VectorRay {
+fn vector_ray(pixel: vec2<u32>, kept: vec2<f32>) -> VectorRay {
     let tile = vec2<i32>(pixel / TILE) - vec2<i32>(0, vectors.layers.z);
     let range = vector_ranges[u32(tile.y * vectors.layers.w + tile.x)];
     let none = vec4<f32>(0.0);
-    return VectorRay(range.x, range.y, 0, 0, 0, none, none, none, none);
+    // Of nothing, one place.
+    let kept_ends = vec2<f32>(kept.x, max(kept.x, kept.y));
+    return VectorRay(range.x, range.y, 0, 0, 0, kept_ends, none, none, none, none);
 }
 
 // Intensity of the marks at a place of the window, -1 to 1.
@@ -135,11 +139,14 @@ fn sum_layer(ray: ptr<function, VectorRay>, screen: vec2<f32>, nearest: f32, sla
                 let per_depth = first.w * inverseSqrt(max(1.0 - q, 1e-12));
                 let before = (nearest - middle) * per_depth;
                 let step = thickness * per_depth;
-                let share0 = share(q, before);
-                let share1 = share(q, before + step);
-                let share2 = share(q, before + 2.0 * step);
-                let share3 = share(q, before + 3.0 * step);
-                let share4 = share(q, before + 4.0 * step);
+                // Of what is cut away nothing.
+                let low = ((*ray).kept.x - middle) * per_depth;
+                let high = ((*ray).kept.y - middle) * per_depth;
+                let share0 = share(q, clamp(before, low, high));
+                let share1 = share(q, clamp(before + step, low, high));
+                let share2 = share(q, clamp(before + 2.0 * step, low, high));
+                let share3 = share(q, clamp(before + 3.0 * step, low, high));
+                let share4 = share(q, clamp(before + 4.0 * step, low, high));
                 let light = vec4<f32>(colour, 1.0) * amount;
                 // Rounding must not take anything away: what is divided by later would be of either sign.
                 sum0 += light * max(share1 - share0, 0.0);
@@ -188,7 +195,8 @@ fn vectors_in(
     while left_of(*light) >= vectors.depth.z {
         for (; (*ray).next < min(until, (*ray).after); (*ray).next++) {
             let sum = slab_sum(ray, (*ray).next);
-            lay_vectors(light, met, sum, slab_ends((*ray).next));
+            let ends = slab_ends((*ray).next);
+            lay_vectors(light, met, sum, clamp(ends, (*ray).kept.xx, (*ray).kept.yy));
         }
         if (*ray).next < (*ray).after || (*ray).entry >= (*ray).end {
             break;

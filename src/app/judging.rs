@@ -41,6 +41,13 @@ impl Window {
             );
             return;
         }
+        if scene.has_polygons() {
+            ui.label(
+                "The chart measures scalar fields without polygons: hide them under Polygons in the side \
+                 panel to measure",
+            );
+            return;
+        }
         let (points, is_old) = self.measuring.points();
         let state = self.measuring.state();
         let second = modes::with_unit_distance_of(self.compare.second, &scene.splat);
@@ -169,8 +176,9 @@ impl Window {
         let idle = matches!(drawer.state(), EngineState::Idle);
         let waiting = self.compare.is_waiting(finished.as_ref());
         let now = Now {
-            // What is true of vectors is not in the reference of whole views.
-            open: self.accuracy.open && scene.vectors.is_none(),
+            // What is true of vectors is not in the reference of whole views, and other modes have no
+            // polygons.
+            open: self.accuracy.open && scene.vectors.is_none() && !scene.has_polygons(),
             quiet: finished.is_some()
                 && idle
                 && !waiting

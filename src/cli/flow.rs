@@ -16,7 +16,7 @@ use crate::volume::Places;
 pub struct FlowFlags {
     /// Draw tubes along about N streamlines of the vectors, in the colours of their lengths. They are
     /// seeded evenly on the plane across an axis of the vectors' grid, V% along it [default: z=50%]; the
-    /// tubes' radius and the longest way to either side are in steps of that grid [defaults: 0.15, 500]
+    /// tubes' radius and the longest way to either side are in steps of that grid [defaults: 0.15, 200]
     #[arg(long, value_name = "N[,x|y|z=V%][,radius=R][,length=L]", value_parser = streamlines)]
     pub streamlines: Option<Streamlines>,
     /// Draw an arrow at every Nth of the vectors along each axis, in the colour of its length; the longest
@@ -114,7 +114,7 @@ fn unknown(name: &str, names: &str) -> String {
 
 fn streamlines(text: &str) -> Result<Streamlines, String> {
     let (count, named) = parts(text)?;
-    let mut asked = Streamlines { count, axis: 2, share: 0.5, radius: 0.15, length: 500.0 };
+    let mut asked = Streamlines { count, axis: 2, share: 0.5, radius: 0.15, length: 200.0 };
     for (name, value) in named {
         match name {
             "radius" => asked.radius = values::positive(value)?,
@@ -155,7 +155,7 @@ mod tests {
 
     #[test]
     fn streamlines_and_arrows_are_a_count_and_what_is_said_of_them() {
-        let plain = Streamlines { count: 30, axis: 2, share: 0.5, radius: 0.15, length: 500.0 };
+        let plain = Streamlines { count: 30, axis: 2, share: 0.5, radius: 0.15, length: 200.0 };
         assert_eq!(streamlines("30"), Ok(plain));
         let said = Streamlines { axis: 0, share: 0.2, radius: 0.3, length: 40.0, ..plain };
         assert_eq!(streamlines("30,radius=0.3,x=20%,length=40"), Ok(said));

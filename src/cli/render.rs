@@ -237,7 +237,7 @@ fn scene(flags: &RenderFlags, splat: SplatSettings) -> Result<Meant, Failure> {
     let mut vectors = flags.vectors.layer(&input, &scene, opens_with_scalar)?;
     let flow = flags.flow.layers(&mut vectors)?;
     if vectors.is_some() {
-        refuse_vectors(&inside)?;
+        refuse_vectors(&inside, vectors.as_ref().is_some_and(|layer| layer.alone))?;
         if flags.max_error.is_some() {
             return Err(Failure::Usage(
                 "expected --budget-ms with vectors, found --max-error, which finds octree cuts, and these \
@@ -261,12 +261,18 @@ fn scene(flags: &RenderFlags, splat: SplatSettings) -> Result<Meant, Failure> {
     Ok(Meant { scene, effects, space: input.grid.space })
 }
 
-/// Refuses vectors beside a field that is looked into: they would be whole.
-fn refuse_vectors(inside: &Inside) -> Result<(), Failure> {
-    match inside.effects().first() {
+/// Refuses vectors beside values that are projected, which have no slabs for them, and vectors alone with
+/// what is seen of the field.
+fn refuse_vectors(inside: &Inside, are_alone: bool) -> Result<(), Failure> {
+    let projects = |what: &&&str| **what == "projection";
+    match inside.effects().iter().find(|what| are_alone || projects(what)) {
+        Some(what) if are_alone => Err(Failure::Usage(format!(
+            "expected no {what} with vectors alone, which are drawn whole, found both; show them beside the \
+             field, or leave one of the two out"
+        ))),
         Some(what) => Err(Failure::Usage(format!(
-            "expected no {what} with vectors, beside which a volume is drawn whole, found both; leave one of \
-             the two out"
+            "expected no {what} with vectors, which has no slabs that they could lie in, found both; leave \
+             one of the two out"
         ))),
         None => Ok(()),
     }

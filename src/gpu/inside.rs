@@ -73,8 +73,8 @@ pub(super) struct Opening {
 impl Opening {
     /// `None` where a scene asks for nothing.
     pub(super) fn of(scene: &Scene) -> Option<Self> {
-        if scene.vectors.is_some() {
-            // They are drawn beside fields that are whole: asking for both is refused.
+        if scene.vectors.is_some() && scene.inside.along != AlongRay::Composite {
+            // Values that are projected have no slabs for them: asking for both is refused.
             return None;
         }
         let clip = scene.inside.clip.half_spaces(&scene.volume.lattice);

@@ -21,9 +21,9 @@ use crate::scene::{Lighting, POLYGON_COLOUR, PolygonLayer, Scene, View};
 
 /// What is nearer to the eye than this share of its distance to the focal plane is left out.
 const NEAREST: f64 = 1e-4;
-/// The most fragments of a pixel that adapters whose loops end can sort and walk: a heap of so many turns
-/// 40 000 times.
-const MOST_OF_A_PIXEL: u32 = 1000;
+/// The most fragments of a pixel that adapters whose loops end can sort: a heap of so many, and a look at
+/// each, turn some 58 000 times. How many of them a ray can walk is for `turns` to say.
+const MOST_OF_A_PIXEL: u32 = 2600;
 /// Places farther than this from the middle of the volume, in its radii, have no digits left.
 const MOST_RADII: f64 = 1e15;
 
@@ -44,7 +44,7 @@ pub(super) struct DevicePolygons {
     samples: Option<wgpu::Texture>,
     pipelines: [Option<wgpu::RenderPipeline>; 2],
     made: Option<MadeOf>,
-    /// The most fragments of a pixel.
+    /// The most fragments of a pixel that are not hidden.
     pub(super) longest: u32,
 }
 
@@ -54,6 +54,7 @@ struct MadeOf {
     view: View,
     axes: [DVec3; 3],
     lighting: Lighting,
+    is_clipped: bool,
 }
 
 fn with(v: DVec3, w: f64) -> [f32; 4] {
@@ -138,7 +139,7 @@ impl DevicePolygons {
             triangles: triangles as u32,
             constants,
             words: Growing::new(context, "polygons of pixels", storage | Usage::COPY_SRC),
-            sums: Growing::make(context, "polygon sums", storage | Usage::COPY_SRC, 16),
+            sums: Growing::make(context, "polygon sums", storage | Usage::COPY_SRC, 32),
             samples: None,
             pipelines: [None, None],
             made: None,
@@ -344,6 +345,7 @@ impl Renderer {
             view: *view,
             axes: [camera.right(), camera.up, camera.direction],
             lighting: scene.polygon_lighting(),
+            is_clipped: scene.inside.clip.cuts() && !scene.hides_field(),
         };
         let most_side = self.context.limits.max_texture_dimension_2d;
         let Some(polygons) = self.polygons.as_mut() else { return Ok(()) };
@@ -363,7 +365,9 @@ impl Renderer {
         loop {
             let Some(polygons) = self.polygons.as_mut() else { return Ok(()) };
             polygons.write_constants(&self.context, scene, view, &made);
-            let sums = [0, 0, pixels, 0];
+            // What is cut away hides nothing.
+            let hides = u32::from(!made.is_clipped);
+            let sums = [0, 0, pixels, hides, 0, 0, 0, 0];
             self.context.queue.write_buffer(&polygons.sums, 0, bytemuck::cast_slice(&sums));
             let mut encoder = self.context.device.create_command_encoder(&Default::default());
             encoder.clear_buffer(&polygons.words.buffer, 0, Some(heads));
@@ -406,9 +410,10 @@ impl Renderer {
                 self.note_bytes();
                 continue;
             }
-            polygons.longest = longest;
             self.run_before(&[Pass::WritePolygons { triangles }, Pass::SortPolygons { pixels }])?;
             if let Some(polygons) = self.polygons.as_mut() {
+                let found = read_words(&self.context, &polygons.sums, 20)?;
+                polygons.longest = found[4];
                 polygons.made = Some(made);
             }
             return self.context.check();

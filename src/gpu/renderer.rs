@@ -417,8 +417,7 @@ impl Renderer {
     /// for them.
     pub fn set_looks(&mut self, scene: &Scene) {
         self.shade = Shade::of(scene);
-        // Vectors lie in all of a field: one that is cut open beside them is not drawn so.
-        self.inside = Opening::of(scene).filter(|_| scene.vectors.is_none());
+        self.inside = Opening::of(scene);
     }
 
     /// Runs passes that belong to the picture that will be begun next.

@@ -240,9 +240,9 @@ pub struct SlabPieces {
 
 impl SlabPieces {
     /// Every one there is.
-    pub const ALL: [Self; 58] = {
+    pub const ALL: [Self; 62] = {
         let faces = [Faces::Unlit, Faces::BSplines, Faces::Tents, Faces::Differences];
-        let mut all = [Self::PLAIN; 58];
+        let mut all = [Self::PLAIN; 62];
         let mut i = 0;
         while i < all.len() {
             all[i] = if i < 32 {
@@ -256,17 +256,17 @@ impl SlabPieces {
                 }
             } else if i >= 42 {
                 // Polygons beside all else: by how they are lit alone, in parts, cut, with surfaces, and
-                // with vectors.
+                // with vectors; and vectors among what is cut, and surfaces.
                 let faces = faces[(i - 42) % 4];
                 let with = (i - 42) / 4;
                 Self {
                     faces,
                     in_parts: with == 1,
-                    clipped: with == 1,
-                    surfaces: with == 2,
-                    levels: with == 2 && !matches!(faces, Faces::Unlit),
-                    vectors: with == 3,
-                    polygons: true,
+                    clipped: with == 1 || with == 4,
+                    surfaces: with == 2 || with == 4,
+                    levels: (with == 2 || with == 4) && !matches!(faces, Faces::Unlit),
+                    vectors: with >= 3,
+                    polygons: with < 4,
                     ..Self::PLAIN
                 }
             } else if i >= 36 {

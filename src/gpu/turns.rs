@@ -368,7 +368,8 @@ impl SlabRays {
     /// The dispatches that walk a pixel: `None` for a single one with everything where the loops
     /// allow.
     pub(super) fn parts(&self, most: Option<u64>) -> Option<Vec<SlabPart>> {
-        let budget = most?.saturating_sub(REST) as f64;
+        // Each polygon is a layer of its own, wherever it is: any part of a ray may meet all of them.
+        let budget = most?.saturating_sub(REST) as f64 - LANES * self.polygon_turns();
         if self.check(most).is_err() {
             return None;
         }
@@ -393,8 +394,6 @@ impl SlabRays {
         let look = 1.0 + 1.0 + every + 1.0 + every * (value + layers);
         let looks = faces / every + 2.0;
         let others = LANES * leaps;
-        // Each polygon is a layer of its own, wherever it is.
-        let others = others + LANES * self.polygon_turns();
         let (looks, look, leaps, others) = match self.projects {
             // Between two faces there may be one more place to be asked.
             true => (2.0 * faces + 6.0, 1.0 + value, 0.0, 1.0),
@@ -605,6 +604,33 @@ mod tests {
             rays.parts(Some(SOFTWARE_TURNS)).map_or(1, |parts| parts.len())
         };
         assert!(parts(1) > 1 && parts(4) > 2 * parts(1), "{} {}", parts(1), parts(4));
+    }
+
+    /// Polygons of one pixel may all lie in one part of its ray, and more than fit are refused.
+    #[test]
+    fn polygons_take_turns_in_every_part() {
+        let row = |polygons| SlabRays {
+            view_from_index: DMat3::IDENTITY,
+            dims: [1, 1, 1200],
+            thickness: 1.0 / 16.0,
+            side: 1,
+            window: None,
+            surfaces: 0,
+            projects: false,
+            polygons,
+        };
+        let parts = |polygons: u32| {
+            let parts = row(Some(polygons)).parts(Some(SOFTWARE_TURNS));
+            parts.map_or(1, |parts| parts.len())
+        };
+        assert!(parts(900) > 2 * parts(1), "{} {}", parts(1), parts(900));
+        assert!(row(Some(1000)).check(Some(SOFTWARE_TURNS)).is_ok());
+        let refused = row(Some(1200)).check(Some(SOFTWARE_TURNS)).expect_err("too many");
+        assert!(
+            refused.to_string().contains("polygons over one pixel of at most 1092"),
+            "{refused}"
+        );
+        assert!(row(Some(1_000_000)).check(None).is_ok());
     }
 
     #[test]

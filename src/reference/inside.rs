@@ -55,15 +55,15 @@ impl Opening {
         Some(self.inside.along).filter(|along| *along != AlongRay::Composite)
     }
 
-    /// What is left of a ray; `None` where nothing is. `world` and `index` are the same line.
-    pub(super) fn part(
+    /// What is kept of the part a..b of a ray; the first may be beyond the last. `world` and `index` are the
+    /// same line; `is_cut` where it begins where something is cut.
+    pub(super) fn kept(
         &self,
-        (field, classes): (&Field, &Classes),
         world: &Line,
         index: &Line,
-    ) -> Option<Part> {
-        let [mut a, mut b] = domain(field.dims, index)?;
-        let mut is_cut = false;
+        [mut a, mut b]: [f64; 2],
+        is_cut: &mut bool,
+    ) -> [f64; 2] {
         let clip = &self.inside.clip;
         if let Some(bounds) = clip.bounds {
             // The box in fractions of its own: along each axis where the ray has come so far.
@@ -75,14 +75,27 @@ impl Opening {
                     if (way > 0.0 && face <= 0.0) || (way < 0.0 && face >= 1.0) {
                         continue;
                     }
-                    keep((start[axis] - face) * way, step[axis] * way, &mut a, &mut b, &mut is_cut);
+                    keep((start[axis] - face) * way, step[axis] * way, &mut a, &mut b, is_cut);
                 }
             }
         }
         for plane in &clip.planes {
             let height = (world.start - plane.point).dot(plane.normal);
-            keep(height, world.step.dot(plane.normal), &mut a, &mut b, &mut is_cut);
+            keep(height, world.step.dot(plane.normal), &mut a, &mut b, is_cut);
         }
+        [a, b]
+    }
+
+    /// What is left of a ray; `None` where nothing is. `world` and `index` are the same line.
+    pub(super) fn part(
+        &self,
+        (field, classes): (&Field, &Classes),
+        world: &Line,
+        index: &Line,
+    ) -> Option<Part> {
+        let mut is_cut = false;
+        let [a, b] = self.kept(world, index, domain(field.dims, index)?, &mut is_cut);
+        let clip = &self.inside.clip;
         if a >= b {
             return None;
         }

@@ -69,7 +69,7 @@ impl Polygons {
                 triangles.push(Triangle { corners, opacity: layer.opacity });
             }
         }
-        let is_clipped = scene.inside.clip.cuts() && scene.vectors.is_none();
+        let is_clipped = scene.inside.clip.cuts() && !scene.hides_field();
         (!triangles.is_empty()).then(|| Self {
             triangles,
             lights: Shader::of_polygons(scene),

@@ -27,6 +27,9 @@ use crate::volume::Lattice;
 /// hundredth of it finds by less than this.
 pub const TOLERANCE: f64 = 1e-7;
 
+/// All of a ray.
+const ENDLESS: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
+
 /// The float64 picture of a scene, pixel by pixel: linear premultiplied RGBA, without background.
 ///
 /// All rays are the pixels' true ones, also in perspective, where they begin at the eye; but meshes
@@ -223,8 +226,8 @@ impl Reference {
         if let Some(vectors) = self.vectors.as_ref().filter(|_| self.alone) {
             let mut planes = self.slabs(&ray);
             planes.step *= vectors.step() / self.lattice.smallest_spacing();
-            let sums = vectors.sums(&ray, &planes);
-            let layers = woven(&merged(Vec::new(), &sums, &planes), polygons);
+            let sums = vectors.sums(&ray, &planes, ENDLESS);
+            let layers = woven(&merged(Vec::new(), &sums, &planes, ENDLESS), polygons);
             return layers::composite(&layers, self.splat.opacity_model, self.splat.order);
         }
         let layers = match &self.source {
@@ -267,7 +270,10 @@ impl Reference {
                 );
                 let slabs = match &self.vectors {
                     None => slabs,
-                    Some(vectors) => merged(slabs, &vectors.sums(&ray, &planes), &planes),
+                    Some(vectors) => {
+                        let kept = self.opening.kept(&ray, &line, ENDLESS, &mut false);
+                        merged(slabs, &vectors.sums(&ray, &planes, kept), &planes, kept)
+                    }
                 };
                 woven(&slabs, &part.surfaces)
             }

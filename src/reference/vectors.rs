@@ -128,9 +128,9 @@ impl Vectors {
         self.step
     }
 
-    /// What each slab has of the splats that a ray meets, by the slab's number: depth (or opacity)
-    /// and its products with red, green and blue.
-    pub(super) fn sums(&self, ray: &Line, planes: &Planes) -> Vec<(i64, Density)> {
+    /// What each slab has of the splats that a ray meets between two places, by the slab's number: depth
+    /// (or opacity) and its products with red, green and blue.
+    pub(super) fn sums(&self, ray: &Line, planes: &Planes, kept: [f64; 2]) -> Vec<(i64, Density)> {
         let mut sums = std::collections::BTreeMap::<i64, Density>::new();
         for seat in &self.splats {
             let Some(touch) = self.touch(seat, ray) else { continue };
@@ -140,7 +140,10 @@ impl Vectors {
             let Some(half) = line::half_chord(kernel.radius(), l) else { continue };
             let half = half / step.length();
             for slab in planes.layer_of(at - half)..=planes.layer_of(at + half) {
-                let part = [planes.face(slab), planes.face(slab + 1)];
+                let part = [planes.face(slab).max(kept[0]), planes.face(slab + 1).min(kept[1])];
+                if part[0] >= part[1] {
+                    continue;
+                }
                 let share = line::radial(kernel, start, step, part) / whole;
                 let depth = amount * share;
                 let sum = sums.entry(slab).or_insert([0.0; 4]);
@@ -239,11 +242,12 @@ struct Touch {
 }
 
 /// Pieces of a field with the sums of vectors in the same slabs, front to back: what a slab has of
-/// vectors is shared evenly by the field's pieces there, or fills the slab where there are none.
+/// vectors is shared evenly by the field's pieces there, or where there are none fills what is kept of it.
 pub(super) fn merged(
     mut field: Vec<Slice>,
     vectors: &[(i64, Density)],
     planes: &Planes,
+    kept: [f64; 2],
 ) -> Vec<Slice> {
     let mut alone = Vec::new();
     for &(slab, sum) in vectors {
@@ -253,7 +257,7 @@ pub(super) fn merged(
             piece.density.iter_mut().zip(sum).for_each(|(p, d)| *p += d * share);
         }
         if parts == 0 {
-            let ends = [planes.face(slab), planes.face(slab + 1)];
+            let ends = [planes.face(slab).max(kept[0]), planes.face(slab + 1).min(kept[1])];
             alone.push(Slice { slab, ends, density: sum.map(|d| d / (ends[1] - ends[0])) });
         }
     }

@@ -129,6 +129,9 @@ impl Scene {
         if self.vectors.is_some() {
             // They have the stage to themselves: see `Inside`'s effects.
             effects = if self.hides_field() { Vec::new() } else { self.shading.effects() };
+            if is_lit && !self.hides_field() {
+                effects.extend(self.inside.effects());
+            }
             effects.push("vectors");
         } else {
             effects.extend(self.inside.effects());

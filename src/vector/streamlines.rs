@@ -24,7 +24,7 @@ pub struct Following {
 
 impl Default for Following {
     fn default() -> Self {
-        Self { tolerance: 1e-4, most_length: 500.0, most_step: 0.5, least_speed: 1e-5 }
+        Self { tolerance: 1e-4, most_length: 200.0, most_step: 0.5, least_speed: 1e-5 }
     }
 }
 

@@ -82,9 +82,9 @@ fn mode_ui(ui: &mut Ui, scene: &mut Scene, second: Option<&SplatSettings>) {
         return;
     }
     let note = |text: &str| Label::new(RichText::new(text).size(12.0).color(theme::NOTE)).wrap();
-    if scene.vectors.is_some() {
+    if scene.hides_field() {
         ui.add(note(
-            "Beside vectors the volume is drawn whole: choose None under Vectors to see inside",
+            "Vectors alone are drawn whole: show the scalar field under Vectors to see inside",
         ));
     }
     if !Inside::is_shown_by(&scene.splat) {

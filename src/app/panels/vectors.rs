@@ -7,7 +7,7 @@ use crate::app::document::Document;
 use crate::app::flow::{FlowChoice, FlowShape};
 use crate::app::theme;
 use crate::core::Srgb8;
-use crate::scene::{Scene, VectorLayer};
+use crate::scene::{AlongRay, Scene, VectorLayer};
 use crate::vector::{
     ColourBy, Design, Foreshortening, MOST_SPEED, MOST_STRETCH, PhaseClock, VectorMode,
     VectorSettings,
@@ -40,6 +40,7 @@ pub fn vectors_ui(
 ) -> Option<VectorRequest> {
     let request = field_ui(ui, document, scene);
     let lacks_slabs = scene.lacks_slabs_for_vectors();
+    let projects = scene.inside.along != AlongRay::Composite;
     let cuts = !scene.inside.is_plain();
     let range = |layer: &VectorLayer, by| layer.range_of(by, &scene.volume);
     let Some(layer) = &mut scene.vectors else { return request };
@@ -53,8 +54,11 @@ pub fn vectors_ui(
                     the scalar field, or choose the exact mode under Splats";
         ui.label(RichText::new(text).size(12.0).color(theme::NOTE));
     }
-    if cuts {
-        let text = "Beside vectors, clips, isosurfaces, slices and projections are not drawn: the field is whole";
+    if projects && !layer.alone {
+        let text = "Beside vectors, values are not projected, and what is cut away is drawn";
+        ui.label(RichText::new(text).size(12.0).color(theme::NOTE));
+    } else if cuts && layer.alone {
+        let text = "Vectors alone are drawn whole: nothing of them is cut away";
         ui.label(RichText::new(text).size(12.0).color(theme::NOTE));
     }
     animation_ui(ui, clock, fps, now);

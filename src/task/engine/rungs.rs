@@ -247,8 +247,9 @@ impl Worker {
             }
         };
         rungs.retain(|rung| *rung != Rung::Cheaper(scene.splat.kernel));
-        if !scene.inside.is_plain() && Inside::is_shown_by(&scene.splat) {
-            // Nobody wants to see flash up again what was cut away.
+        let is_opened = !scene.inside.is_plain() && Inside::is_shown_by(&scene.splat);
+        if is_opened || scene.has_polygons() {
+            // Nobody wants to see flash up again what was cut away, nor what is embedded vanish.
             rungs.retain(|rung| !matches!(rung, Rung::Subsampled { .. } | Rung::Cheaper(_)));
         }
         rungs.push(Rung::Full);
@@ -271,9 +272,11 @@ impl Worker {
         };
         let mut picture = self.presented(request, rung_words(rung, &drawn), progress, &drawn)?;
         picture.report.backend = backend;
-        // Marks are finer than the field: what smaller pictures of them are off by is not known.
-        let coarseness = Coarseness::of(rung, &drawn, picture.shrink(), &picture.rgba)
-            .filter(|_| request.scene.vectors.is_none());
+        // Marks are finer than the field, and so are edges of polygons: what smaller pictures of them are off
+        // by is not known.
+        let is_smooth = request.scene.vectors.is_none() && !request.scene.has_polygons();
+        let coarseness =
+            Coarseness::of(rung, &drawn, picture.shrink(), &picture.rgba).filter(|_| is_smooth);
         if drawn.is_reduced && picture.shrink() > 1.0 {
             self.last_reduced = Some(LastDrawn::of(request, drawn.wall_ms));
         }
