@@ -90,6 +90,7 @@ impl Drawer {
     ) -> Result<(), DrawError> {
         let view = View::new(scene, size);
         self.begin(scene, &view, scene.splat.kernel)?;
+        self.renderer.set_looks(scene);
         let total = tile_count(size);
         let length = (total / SHARE).max(1);
         let (mut timed_ms, mut timed) = (0.0, 0);
