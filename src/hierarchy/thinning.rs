@@ -415,8 +415,8 @@ mod tests {
         let columns = with_samples!(&*volume.samples, values => {
             columns(&volume, values, &table, &ticket).unwrap()
         });
-        for axis in 0..3 {
-            let [a, b] = [spread(&columns[axis], DIMS, axis), laid_over(&all, DIMS, axis)];
+        for (axis, columns) in columns.iter().enumerate() {
+            let [a, b] = [spread(columns, DIMS, axis), laid_over(&all, DIMS, axis)];
             let most = a.sums.iter().zip(&b.sums).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
             assert!(most < 1e-4, "{most}");
             let exact: f64 = a.sums.iter().map(|&tau| -f64::from(-tau).exp_m1()).sum();
