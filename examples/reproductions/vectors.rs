@@ -221,7 +221,8 @@ fn fibres(scene: &Scene) -> Result<PolygonLayer> {
         // Any angles that are not alike.
         let (a, b) = (f64::from(i) * 2.4, f64::from(i) * 1.7 + 0.9);
         let off = DVec3::new(b.cos(), b.sin(), 0.8 * (3.1 * b).sin()) * (0.3 * reach);
-        let along = DVec3::new(a.cos(), a.sin(), 0.4 * (2.3 * a).cos()).normalize() * (0.65 * reach);
+        let along =
+            DVec3::new(a.cos(), a.sin(), 0.4 * (2.3 * a).cos()).normalize() * (0.65 * reach);
         let fibre = [centre + off - along, centre + off + along];
         shapes.tube(&fibre.map(|place| (place, Srgb8([240, 190, 120]))), 0.02 * reach);
     }
