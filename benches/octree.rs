@@ -6,9 +6,16 @@
 //! much brighter the picture is than `full`. Times are processor time of all threads over two, which stays near
 //! what a quiet machine with two cores takes; Linux only. Scans are those of `VOXSPLAT_DATA`
 //! (default `../shared/data`), or the files named.
+//!
+//! `cargo bench --bench octree -- builders [FILE…]`: what building octrees takes on the host and on the device.
+//! `HANDOVER=1 cargo bench --bench octree`: how much brighter cuts are than what follows them.
 
+#[path = "support/builders.rs"]
+mod builders;
 #[path = "support/clock.rs"]
 mod clock;
+#[path = "support/handover.rs"]
+mod handover;
 #[path = "support/scans.rs"]
 mod scans;
 
@@ -53,9 +60,15 @@ struct Row {
 type Curve = (String, Vec<Row>);
 
 fn main() {
+    if std::env::args().any(|argument| argument == "builders") {
+        return builders::tables();
+    }
     let context = Context::new(&AdapterChoice::Auto, Wishes::default()).expect("an adapter");
     let mut drawer = Drawer::new(Renderer::new(context));
     println!("{}\n", drawer.renderer.context().adapter_name);
+    if std::env::var_os("HANDOVER").is_some() {
+        return handover::tables(&mut drawer);
+    }
     for (name, scene) in scans() {
         scan(&mut drawer, &name, &scene);
     }

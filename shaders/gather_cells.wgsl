@@ -40,7 +40,8 @@ fn add_segment(ray: Ray, cell: vec3<i32>, first: f32, end: f32) {
     let strides = gather.strides;
     if support == 1u {
         let at = vec3<u32>(cell);
-        let entry = classify(at.x * strides.x + at.y * strides.y + at.z * strides.z);
+        let linear = at.x * strides.x + at.y * strides.y + at.z * strides.z;
+        let entry = classified(cell, linear);
         sum += matter(entry) * min(depth, MOST_DEPTH);
         return;
     }
@@ -64,7 +65,7 @@ fn add_segment(ray: Ray, cell: vec3<i32>, first: f32, end: f32) {
             let wab = wa * weights(xb - f32(b));
             let row = u32(a) * strides.x + u32(b) * strides.y;
             for (var c = low.z; c <= high.z; c++) {
-                let entry = classify(row + u32(c) * strides.z);
+                let entry = classified(vec3<i32>(a, b, c), row + u32(c) * strides.z);
                 if entry.w > 0.0 {
                     let part = dot(wab, inner[c - cell.z]);
                     sum += matter(entry) * min(part * depth, MOST_DEPTH);

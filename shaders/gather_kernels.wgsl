@@ -117,7 +117,7 @@ fn add_point(ray: Ray, voxel: vec3<i32>, linear: u32) {
             return;
         }
     }
-    let entry = classify(linear);
+    let entry = classified(voxel, linear);
     if entry.w <= 0.0 {
         return;
     }
@@ -219,7 +219,7 @@ fn gather_slice(ray: Ray, span: vec2<f32>, slice: i32) {
             if l2 >= radius2 {
                 continue;
             }
-            let entry = classify(linear);
+            let entry = classified(vec3<i32>(slice, b, c), linear);
             if entry.w <= 0.0 {
                 continue;
             }

@@ -378,10 +378,12 @@ fn effects_are_those_of_the_picture_and_what_is_transparent_by_a_table_says_so()
     let (effects, said) = run(&["--modulation", "value:0:0,1:0"]);
     assert_eq!(effects, serde_json::json!(["modulation table"]));
     assert!(said.contains("the tables of --opacity-by and --modulation"), "{said}");
+    let (effects, _) = run(&["--shading", "lights", "--visibility", "every-sample"]);
+    assert_eq!(effects, serde_json::json!(["gradients", "lights"]));
     for refused in [
         &["--opacity-by", "value:0:0,1:1", "--opacity", "0:0,1:1"][..],
         &["--reflection", "value:0:ff0000", "--colormap", "viridis"],
-        &["--shading", "lights", "--visibility", "every-sample"],
+        &["--shading", "lights", "--kernel", "gouraud"],
     ] {
         let run = voxsplat(&[&["render", "demo:shells:16", "-o", &picture][..], refused].concat());
         assert_eq!(run.status.code(), Some(2), "{refused:?}: {}", errors(&run));

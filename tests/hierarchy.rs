@@ -1086,18 +1086,33 @@ fn cuts_of_few_nodes_are_brighter_as_matter_is_spread_within_their_boxes() {
             let spread: Vec<CutNode> = cut.nodes.iter().flat_map(in_its_box).collect();
             let off = |nodes: &[CutNode]| mean(&picture(&scene, nodes)) / full - 1.0;
             let (whole, boxes) = (off(&cut.nodes), off(&spread));
+            // As quick pictures draw it.
+            let factor = pyramid.thinning.factor(&cut.nodes);
+            let thinned: Vec<CutNode> = cut.nodes.iter().map(|n| thinner(n, factor)).collect();
+            let thinned = off(&thinned);
             let nodes = cut.nodes.len();
-            println!("measured of {share}, {nodes} nodes: {whole:+.4}, within boxes {boxes:+.4}");
+            println!(
+                "measured of {share}, {nodes} nodes: {whole:+.4}, within boxes {boxes:+.4}, \
+                 times {factor:.3} {thinned:+.4}"
+            );
             if thin {
                 // Measured: 0.0123 and 0.0059.
                 assert!(whole.abs() < 0.02, "{whole}");
+                assert!(thinned.abs() < 0.02, "{thinned}");
             } else {
                 // Measured: 0.35 and 0.17; 0.71 and 0.73 of it.
                 assert!(whole > 0.1, "{whole}");
                 assert!((0.6..0.85).contains(&(boxes / whole)), "{boxes} of {whole}");
+                // Measured: 0.078 and 0.037.
+                assert!(thinned.abs() < 0.25 * whole, "{thinned} of {whole}");
             }
         }
     }
+}
+
+fn thinner(cut: &CutNode, factor: f32) -> CutNode {
+    let node = Node { extinction: cut.node.extinction * factor, ..cut.node };
+    CutNode { node, ..*cut }
 }
 
 fn in_its_box(node: &CutNode) -> impl Iterator<Item = CutNode> {

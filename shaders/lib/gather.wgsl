@@ -54,7 +54,8 @@ struct Gather {
 }
 
 @group(0) @binding(7) var<uniform> gather: Gather;
-@group(0) @binding(9) var light_out: texture_storage_2d<rgba32float, write>;
+// A group of its own, since the other one ends with what samples are shaded by, or before.
+@group(1) @binding(0) var light_out: texture_storage_2d<rgba32float, write>;
 
 // Premultiplied light of the ray so far; of the pixel's rays that have ended; sums capped in it.
 var<private> light: vec4<f32>;
@@ -164,15 +165,6 @@ fn any_visible(low: vec3<i32>, high: vec3<i32>) -> bool {
         }
     }
     return false;
-}
-
-// What a unit of footprint of a classified sample weighs: colour times density, and density.
-fn matter(entry: vec4<f32>) -> vec4<f32> {
-    var density = entry.w;
-    if published {
-        density = opacity(density);
-    }
-    return vec4<f32>(entry.xyz * density, density);
 }
 
 // Lays a sum of matter over, or under, what there is.

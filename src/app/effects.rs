@@ -7,13 +7,16 @@ use std::sync::Arc;
 use eframe::egui::Context;
 
 use super::actions::{Action, entry_of};
-use super::panels::effects::{Cost, Row, Run, Time, effects_ui};
+use super::drawer::Drawer;
+use super::panels::effects::{Change, Cost, Row, Run, Time, effects_ui};
 use super::window::Window;
-use crate::scene::{AlongRay, Clip, Scene, Shading};
-use crate::task::engine::Picture;
+use crate::scene::{AlongRay, Clip, Effect, Scene, Shading};
+use crate::task::engine::{Picture, SecondPicture, SecondRequest};
 
-/// Finished pictures that are remembered.
-const MOST_FINISHED: usize = 24;
+/// Finished pictures that are remembered, and changes.
+const MOST_REMEMBERED: usize = 24;
+/// A picture that a shader was made for is drawn once more, and then taken as it is.
+const MOST_TRIES: u32 = 2;
 
 /// The panel, and what finished pictures of one volume took.
 #[derive(Debug, Default)]
@@ -21,6 +24,8 @@ pub struct Effects {
     /// Whether the panel is shown.
     pub open: bool,
     finished: VecDeque<Finished>,
+    left_out: VecDeque<LeftOut>,
+    asked: Option<Asked>,
 }
 
 #[derive(Debug)]
@@ -28,6 +33,27 @@ struct Finished {
     scene: Scene,
     size: [u32; 2],
     ms: f64,
+}
+
+/// How far a scene's picture without an effect is from that with it.
+#[derive(Debug)]
+struct LeftOut {
+    scene: Scene,
+    size: [u32; 2],
+    effect: Effect,
+    rmse: Option<f64>,
+}
+
+/// A picture that is drawn to be measured.
+#[derive(Debug)]
+struct Asked {
+    /// `None` for the scene as it is.
+    effect: Option<Effect>,
+    scene: Scene,
+    /// What is drawn of it.
+    other: Scene,
+    first: Arc<Picture>,
+    tries: u32,
 }
 
 impl Effects {
@@ -38,26 +64,99 @@ impl Effects {
                 && !(one.size == size && one.scene.makes_same_picture(scene))
         });
         self.finished.push_front(Finished { scene: scene.clone(), size, ms });
-        self.finished.truncate(MOST_FINISHED);
+        self.finished.truncate(MOST_REMEMBERED);
+    }
+
+    fn ms_of(&self, scene: &Scene, size: [u32; 2]) -> Option<f64> {
+        let same = |one: &&Finished| one.size == size && one.scene.makes_same_picture(scene);
+        self.finished.iter().find(same).map(|one| one.ms)
     }
 
     /// What the scene's picture took, and what it took without a part of what it asks for.
-    pub fn cost(
-        &self,
-        scene: &Scene,
-        size: [u32; 2],
-        without: impl FnOnce(&mut Scene),
-    ) -> Option<Cost> {
-        let mut other = scene.clone();
-        without(&mut other);
-        if other.makes_same_picture(scene) {
-            return None;
-        }
-        let ms = |scene: &Scene| {
-            let same = |one: &&Finished| one.size == size && one.scene.makes_same_picture(scene);
-            self.finished.iter().find(same).map(|one| one.ms)
+    pub fn cost(&self, scene: &Scene, size: [u32; 2], effect: Effect) -> Option<Cost> {
+        let other = effect.left_out_of(scene)?;
+        let [with_ms, without_ms] = [self.ms_of(scene, size)?, self.ms_of(&other, size)?];
+        Some(Cost { with_ms, without_ms })
+    }
+
+    /// How far the picture without an effect is from the scene's, where that was measured.
+    fn change(&self, scene: &Scene, size: [u32; 2], effect: Effect) -> Option<Option<f64>> {
+        let same = |one: &&LeftOut| {
+            one.effect == effect && one.size == size && one.scene.makes_same_picture(scene)
         };
-        Some(Cost { with_ms: ms(scene)?, without_ms: ms(&other)? })
+        self.left_out.iter().find(same).map(|one| one.rmse)
+    }
+
+    /// Whether a picture that came was asked for by this, and what it says.
+    pub(super) fn accept(&mut self, drawer: &dyn Drawer, drawn: &SecondPicture) -> bool {
+        let is_it = |asked: &mut Asked| Arc::ptr_eq(&asked.first, &drawn.first);
+        let Some(asked) = self.asked.take_if(is_it) else { return false };
+        if drawn.picture.report.made_pipelines && asked.tries < MOST_TRIES {
+            self.ask(drawer, Asked { tries: asked.tries + 1, ..asked });
+            return true;
+        }
+        let Asked { effect, scene, other, first, .. } = asked;
+        let size = first.requested_size;
+        self.note(&other, size, drawn.picture.report.frame_ms);
+        if let Some(effect) = effect {
+            self.left_out.push_front(LeftOut { scene, size, effect, rmse: drawn.rmse });
+            self.left_out.truncate(MOST_REMEMBERED);
+        }
+        true
+    }
+
+    /// Has one picture after the other drawn without an effect that runs, while the panel is open and
+    /// `first` stands finished; `None` while there is none such, or it is compared with another mode.
+    pub(super) fn pace(
+        &mut self,
+        drawer: &dyn Drawer,
+        scene: &Scene,
+        first: Option<&Arc<Picture>>,
+    ) {
+        let Some(first) = first.filter(|_| self.open) else {
+            if self.asked.take().is_some() {
+                drawer.request_second(None);
+            }
+            return;
+        };
+        if self.asked.as_ref().is_some_and(|asked| Arc::ptr_eq(&asked.first, first)) {
+            return;
+        }
+        if let Some((effect, other)) = self.next(scene, first) {
+            let (scene, first) = (scene.clone(), Arc::clone(first));
+            self.ask(drawer, Asked { effect, scene, other, first, tries: 1 });
+        }
+    }
+
+    fn ask(&mut self, drawer: &dyn Drawer, asked: Asked) {
+        drawer.request_second(Some(SecondRequest {
+            scene: asked.other.clone(),
+            size: asked.first.requested_size,
+            first: Arc::clone(&asked.first),
+        }));
+        self.asked = Some(asked);
+    }
+
+    /// Whether a picture is drawn to be measured.
+    pub(super) fn is_measuring(&self) -> bool {
+        self.asked.is_some()
+    }
+
+    /// What is not known yet of the scene's picture: its own time first.
+    fn next(&self, scene: &Scene, first: &Picture) -> Option<(Option<Effect>, Scene)> {
+        let size = first.requested_size;
+        let is_shown = |effect: &Effect| match effect {
+            Effect::Shading => !scene.shading.is_plain() && !first.report.effects.is_empty(),
+            effect => first.report.effects.contains(&effect.name()),
+        };
+        let is_unknown = |effect: &Effect| self.change(scene, size, *effect).is_none();
+        let mut left = Effect::ALL.iter().filter(|e| is_shown(e)).filter(|e| is_unknown(e));
+        let (effect, other) =
+            left.find_map(|effect| Some((*effect, effect.left_out_of(scene)?)))?;
+        match self.ms_of(scene, size) {
+            None => Some((None, scene.clone())),
+            Some(_) => Some((Some(effect), other)),
+        }
     }
 }
 
@@ -65,10 +164,7 @@ impl Window {
     /// Takes in a picture that has come, as the scene stands before this pass changes it.
     pub(super) fn note_effects(&mut self, picture: &Picture) {
         let Some(scene) = &self.scene else { return };
-        let shows_all = match Shading::is_shown_by(&scene.splat) {
-            true => picture.report.effects == scene.effects(),
-            false => false,
-        };
+        let shows_all = picture.report.effects == scene.effects();
         // Shaders that were made meanwhile are no cost of the effect's.
         let is_full = picture.report.rung == "full"
             && !picture.report.made_pipelines
@@ -83,7 +179,9 @@ impl Window {
         let Some(scene) = &mut self.scene else { return };
         self.shading.toggle_lights(&mut scene.shading);
         if scene.shading.lighting.is_some() && !Shading::is_shown_by(&scene.splat) {
-            self.notices.hint("This mode shows no lights: the exact one does (see Splats)");
+            self.notices.hint(
+                "This mode is drawn as triangles, which show no lights: tiles do (see Splats)",
+            );
         }
     }
 
@@ -107,17 +205,25 @@ impl Window {
             (true, true) => Run::On,
             (true, false) => Run::NotShown,
         };
-        let added = |without: fn(&mut Scene)| {
-            let cost = self.effects.cost(scene, self.viewport_size, without);
-            cost.map_or(Time::Unknown, Time::Added)
+        let size = self.viewport_size;
+        let added = |effect: Effect| {
+            self.effects.cost(scene, size, effect).map_or(Time::Unknown, Time::Added)
         };
-        let part = |name: &'static str, help, why: String, without: Option<fn(&mut Scene)>| Row {
-            name: label_of(name),
-            help,
-            run: run(name),
-            why,
-            time: without.map_or(Time::Unknown, added),
-            bytes: None,
+        let change = |effect: Effect| match self.effects.change(scene, size, effect) {
+            None => Change::Unknown,
+            Some(rmse) => Change::of(rmse),
+        };
+        let part = |name: &'static str, help, why: String| {
+            let effect = Effect::ALL.iter().copied().find(|effect| effect.name() == name);
+            Row {
+                name: label_of(name),
+                help,
+                run: run(name),
+                why,
+                time: effect.map_or(Time::Unknown, added),
+                change: effect.map_or(Change::Unknown, change),
+                bytes: None,
+            }
         };
         let Shading { opacity, modulation, reflection, emission, lighting, regions } =
             &scene.shading;
@@ -138,21 +244,16 @@ impl Window {
                 help: "The parts below together: they share one buffer",
                 run: any,
                 why: if shaded.is_empty() { "Nobody" } else { "What runs below" }.to_owned(),
-                time: added(|scene| scene.shading = Shading::default()),
+                time: added(Effect::Shading),
+                change: change(Effect::Shading),
                 bytes: report.and_then(|report| report.held).map(|held| held.shading),
             },
             part(
                 "gradients",
                 "How values change about each point: found while drawing, and kept nowhere",
                 gradient_words(&scene.shading),
-                None,
             ),
-            part(
-                "lights",
-                "Surfaces lit from somewhere",
-                lights,
-                Some(|s| s.shading.lighting = None),
-            ),
+            part("lights", "Surfaces lit from somewhere", lights),
             part(
                 "regions",
                 "Opacities and colours by value and gradient strength together",
@@ -160,40 +261,31 @@ impl Window {
                     0 => "Transfer function, By gradient".to_owned(),
                     count => format!("Transfer function, {count} of them"),
                 },
-                Some(|s| s.shading.regions.clear()),
             ),
             part(
                 "opacity table",
                 "Opacities looked up by something else than the value",
                 by(opacity.as_ref().map(|table| table.index)),
-                Some(|s| s.shading.opacity = None),
             ),
             part(
                 "modulation table",
                 "What opacities are multiplied by",
                 by(modulation.as_ref().map(|table| table.index)),
-                Some(|s| s.shading.modulation = None),
             ),
             part(
                 "reflection table",
                 "Colours looked up by something else than the value",
                 by(reflection.as_ref().map(|table| table.index)),
-                Some(|s| s.shading.reflection = None),
             ),
             part(
                 "emission table",
                 "Light that matter gives off by itself",
                 by(emission.as_ref().map(|table| table.index)),
-                Some(|s| s.shading.emission = None),
             ),
         ];
         let bytes = report.and_then(|report| report.held).map(|held| held.inside);
-        let clip = part(
-            "clip",
-            "Parts of the volume that are cut away",
-            clip_words(&scene.inside.clip),
-            Some(|s| s.inside.clip = Clip::default()),
-        );
+        let clip =
+            part("clip", "Parts of the volume that are cut away", clip_words(&scene.inside.clip));
         rows.push(Row { bytes, ..clip });
         rows.push(part(
             "projection",
@@ -202,7 +294,6 @@ impl Window {
                 AlongRay::Composite => "Inside in the side panel".to_owned(),
                 along => format!("Inside, {}", along.name()),
             },
-            Some(|s| s.inside.along = AlongRay::Composite),
         ));
         let listed = |count: usize| match count {
             0 => "Inside in the side panel".to_owned(),
@@ -212,32 +303,32 @@ impl Window {
             "isosurfaces",
             "Surfaces where the values pass a level, lit",
             listed(scene.inside.isosurfaces.len()),
-            Some(|s| s.inside.isosurfaces.clear()),
         ));
         rows.push(part(
             "slices",
             "Planes that show the values on them",
             listed(scene.inside.slices.len()),
-            Some(|s| s.inside.slices.clear()),
         ));
-        rows.push(part(
+        let vectors = part(
             "vectors",
             "A splat for each vector, with marks that move along the flow",
             match &scene.vectors {
                 None => "Vectors in the side panel".to_owned(),
                 Some(layer) => format!("Vectors, {}", layer.field.name),
             },
-            None,
-        ));
-        rows.push(part(
+        );
+        let bytes = report.and_then(|report| report.held).map(|held| held.vectors);
+        rows.push(Row { bytes, ..vectors });
+        let polygons = part(
             "polygons",
             "Triangles of files, lit, among all else that is seen",
             match scene.polygons.len() {
                 0 => "Polygons in the side panel".to_owned(),
                 count => format!("Polygons, {count} of them"),
             },
-            Some(|s| s.polygons.clear()),
-        ));
+        );
+        let bytes = report.and_then(|report| report.held).map(|held| held.polygons);
+        rows.push(Row { bytes, ..polygons });
         rows.extend(self.other_rows(ctx));
         rows
     }
@@ -249,7 +340,15 @@ impl Window {
             (true, true) => Run::On,
             (true, false) => Run::NotShown,
         };
-        let row = |name, help, run, why, time| Row { name, help, run, why, time, bytes: None };
+        let row = |name, help, run, why, time| Row {
+            name,
+            help,
+            run,
+            why,
+            time,
+            change: Change::Unknown,
+            bytes: None,
+        };
         let scene = self.scene.as_ref();
         let cells = scene.is_some_and(|scene| self.cells.shown(scene).is_some());
         let second = self.beside();
@@ -397,9 +496,9 @@ mod tests {
         let mut effects = Effects::default();
         effects.note(&plain, size, 10.0);
         effects.note(&both, size, 40.0);
-        let without_table = |s: &mut Scene| s.shading.modulation = None;
+        let without_table = Effect::ModulationTable;
         assert_eq!(effects.cost(&both, size, without_table), None, "nobody drew that");
-        let whole = effects.cost(&both, size, |s| s.shading = Shading::default());
+        let whole = effects.cost(&both, size, Effect::Shading);
         assert_eq!(whole, Some(Cost { with_ms: 40.0, without_ms: 10.0 }));
         effects.note(&lit, size, 25.0);
         let table = effects.cost(&both, size, without_table);

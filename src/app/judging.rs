@@ -159,11 +159,20 @@ impl Window {
         let Some(scene) = &self.scene else { return };
         let drawer = &*self.parts.drawer;
         if let Some(second) = drawer.take_second() {
-            self.compare.accept(second);
+            if !self.effects.accept(drawer, &second) {
+                self.compare.accept(second);
+            }
             // The pass that is being made has been laid out without it.
             ctx.request_repaint();
         }
-        self.compare.pace(drawer, scene, finished.as_ref());
+        // Both have the engine's one second picture: whoever has no use for it takes its hands off first.
+        if self.compare.on {
+            self.effects.pace(drawer, scene, None);
+            self.compare.pace(drawer, scene, finished.as_ref());
+        } else {
+            self.compare.pace(drawer, scene, None);
+            self.effects.pace(drawer, scene, finished.as_ref());
+        }
         let idle = matches!(drawer.state(), EngineState::Idle);
         let waiting = self.compare.is_waiting(finished.as_ref());
         let now = Now {
@@ -173,6 +182,7 @@ impl Window {
             quiet: finished.is_some()
                 && idle
                 && !waiting
+                && !self.effects.is_measuring()
                 && !ctx.input(|input| input.pointer.any_down()),
             scene,
             size: self.viewport_size,

@@ -54,6 +54,8 @@ pub struct PictureLine {
     pub rung: String,
     /// Kernels on it and those that `full` draws, where they were counted.
     pub kernels: Option<KernelCounts>,
+    /// Who built the octree that was there when it was drawn, `host` or `device`; `None` where none was.
+    pub octree: Option<String>,
     /// Wall milliseconds that it took.
     pub frame_ms: f64,
     /// Share of the way to `full`; 1 once nothing more will be drawn.
@@ -101,6 +103,7 @@ impl Traced {
             requested_size: picture.requested_size,
             rung: picture.report.rung.clone(),
             kernels: picture.report.kernels,
+            octree: picture.report.octree.map(|builder| builder.name().to_owned()),
             frame_ms: picture.report.frame_ms,
             progress: picture.report.progress,
         });

@@ -3,7 +3,8 @@
 use serde::Serialize;
 
 use crate::scene::SplatSettings;
-use crate::task::still::{Convergence, Refine, ShownField, Still};
+use crate::task::engine::HeldBytes;
+use crate::task::still::{Convergence, LeftOut, Refine, ShownField, Still};
 
 /// The file's content; the names are stable.
 #[derive(Debug, Serialize)]
@@ -19,6 +20,8 @@ pub(super) struct Stats<'a> {
     kernels_drawn: u64,
     octree_nodes: u64,
     octree_error: f32,
+    /// Who classified and merged the octree: `host` or `device`; null where there was none.
+    octree_built_by: Option<&'static str>,
     /// Size the picture was drawn at before it was enlarged.
     drawn_resolution: [u32; 2],
     /// The reconstructed field that it shows; null where kernels are shaded first, and of octree cuts.
@@ -35,6 +38,10 @@ pub(super) struct Stats<'a> {
     rmse: Option<f64>,
     /// What the scene asked for beside the transfer function.
     effects: Vec<&'static str>,
+    /// Of each that can be left out of a full picture, what that changes.
+    left_out: &'a [LeftOut],
+    /// Bytes on the device, of parts that not every scene has.
+    held: HeldBytes,
     /// Of one more frame, in which each pass is waited for by itself: they add up to
     /// `timed_frame_ms` at most, which is longer than that of `frame_ms`.
     passes: Vec<PassRow>,
@@ -87,6 +94,7 @@ impl<'a> Stats<'a> {
             kernels_drawn: still.drawn.kernels,
             octree_nodes: still.drawn.nodes,
             octree_error: still.drawn.max_error,
+            octree_built_by: still.octree,
             drawn_resolution: still.drawn.size,
             field: still.field,
             budget_ms: match refine {
@@ -104,6 +112,8 @@ impl<'a> Stats<'a> {
                 .map(|end| ConvergenceRow { end, is_reached: end.is_reached() }),
             rmse: still.measured_rmse,
             effects,
+            left_out: &still.effects,
+            held: still.held,
             passes: still
                 .passes
                 .iter()

@@ -25,6 +25,25 @@ pub enum AdapterChoice {
     Named(String),
 }
 
+/// Who classifies and merges the finest levels of octrees.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum OctreeBuilder {
+    /// The host's processors: the faster where they are the adapter, too (`benches/results/octree.md`).
+    Host,
+    /// The device, from the samples that it holds.
+    Device,
+}
+
+impl OctreeBuilder {
+    /// The name statistics carry.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Host => "host",
+            Self::Device => "device",
+        }
+    }
+}
+
 /// What is asked of the device beyond WebGPU's defaults; each is used only where it is there.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Wishes {
@@ -32,11 +51,13 @@ pub struct Wishes {
     pub float32_blending: bool,
     /// Time passes on the device's own clock.
     pub timestamps: bool,
+    /// Who builds octrees; `None`: the host for software adapters, and else the device.
+    pub octrees: Option<OctreeBuilder>,
 }
 
 impl Default for Wishes {
     fn default() -> Self {
-        Self { float32_blending: true, timestamps: true }
+        Self { float32_blending: true, timestamps: true, octrees: None }
     }
 }
 
@@ -55,6 +76,8 @@ pub struct Context {
     pub limits: wgpu::Limits,
     /// Turns after which the adapter ends all loops of an invocation; `None` where it never does.
     pub most_turns: Option<u64>,
+    /// Who builds octrees here.
+    pub octrees: OctreeBuilder,
     lost: Arc<AtomicBool>,
     first_error: Arc<Mutex<Option<GpuError>>>,
 }
@@ -72,7 +95,10 @@ impl Context {
             float32_blending: wishes.float32_blending
                 && offered.contains(wgpu::Features::FLOAT32_BLENDABLE),
             timestamps: wishes.timestamps && offered.contains(wgpu::Features::TIMESTAMP_QUERY),
+            ..wishes
         };
+        let is_software = info.device_type == wgpu::DeviceType::Cpu;
+        let builder = if is_software { OctreeBuilder::Host } else { OctreeBuilder::Device };
         let mut features = wgpu::Features::empty();
         features.set(wgpu::Features::FLOAT32_BLENDABLE, granted.float32_blending);
         features.set(wgpu::Features::TIMESTAMP_QUERY, granted.timestamps);
@@ -126,7 +152,8 @@ impl Context {
             adapter_name: format!("{} ({})", info.name, info.backend),
             granted,
             limits,
-            most_turns: (info.device_type == wgpu::DeviceType::Cpu).then_some(SOFTWARE_TURNS),
+            most_turns: is_software.then_some(SOFTWARE_TURNS),
+            octrees: wishes.octrees.unwrap_or(builder),
             lost,
             first_error,
         })

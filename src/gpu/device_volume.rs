@@ -23,6 +23,8 @@ pub(super) struct DeviceVolume {
 pub(super) struct DeviceTable {
     pub(super) entries: wgpu::Buffer,
     pub(super) visible: wgpu::Buffer,
+    /// The same here: a bit for each brick.
+    pub(super) visible_bits: Vec<u32>,
     /// First and last brick along x, y, z that can show; the first beyond the last where none can.
     pub(super) showing: [[usize; 3]; 2],
     /// `Traversal::table`: span, entries per unit, last entry.
@@ -46,6 +48,7 @@ impl Renderer {
         }
         // The old one goes first: two need not fit.
         self.volume = None;
+        self.shaded.clear();
         self.slabs.iter_mut().for_each(SlabPass::clear);
         if volume.lattice.dims.iter().any(|&n| n > 0xffff) {
             return Err(GpuError::TooLarge {
@@ -67,6 +70,7 @@ impl Renderer {
     /// # Errors
     /// A failing device.
     pub fn set_table(&mut self, table: &Table) -> Result<(), GpuError> {
+        self.shaded.clear();
         let Some(volume) = &mut self.volume else {
             return Err(GpuError::Device("a table came before its volume".to_owned()));
         };
@@ -115,6 +119,7 @@ impl Renderer {
         volume.table = Some(DeviceTable {
             entries: storage("table", &entries),
             visible: storage("visible bricks", bytemuck::cast_slice(&visible)),
+            visible_bits: visible,
             showing,
             span,
             no_data,

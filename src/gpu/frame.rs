@@ -3,8 +3,6 @@
 //! Nothing here holds a device object, so a frame can be counted and compared before anything is
 //! drawn. [`super::Renderer`] runs it.
 
-use super::shader::Shader;
-
 /// One pass over the device.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Pass {
@@ -32,10 +30,15 @@ pub enum Pass {
         /// Tiles of the picture, a workgroup each.
         tiles: u32,
     },
+    /// Shades samples that kernels are gathered of.
+    ShadeSamples {
+        /// Bricks of the volume, a workgroup each.
+        bricks: u32,
+    },
     /// Gathers a grid's kernels for some tiles of the picture.
     Gather {
-        /// The shader that does.
-        shader: &'static Shader,
+        /// The pass that does: of kernels, or of cells.
+        pass: &'static str,
         /// Tiles, one workgroup each.
         tiles: u32,
     },
@@ -76,6 +79,11 @@ pub enum Pass {
     CompositeLists {
         /// Tiles across and down.
         tiles: [u32; 2],
+    },
+    /// Merges the classified voxels of bricks into nodes of an octree.
+    MergeBricks {
+        /// Bricks along x, y, z, a workgroup each.
+        bricks: [u32; 3],
     },
     /// Counts the polygons that each pixel sees.
     CountPolygons {
@@ -129,7 +137,8 @@ impl Pass {
             Self::Splat(_) => super::shader::SPLAT.name,
             Self::ReconstructSlabs { .. } => super::shader::RECONSTRUCT_SLABS,
             Self::ProjectValues { .. } => super::shader::PROJECT_VALUES,
-            Self::Gather { shader, .. } => shader.name,
+            Self::ShadeSamples { .. } => super::shader::SHADE_SAMPLES,
+            Self::Gather { pass, .. } => pass,
             Self::CountEntries { .. } => super::shader::COUNT_ENTRIES.name,
             Self::CountVectors { .. } => super::shader::COUNT_VECTORS.name,
             Self::CompositeVectors { .. } => super::shader::COMPOSITE_VECTORS.name,
@@ -139,6 +148,7 @@ impl Pass {
             Self::ScatterDigits(_) => super::shader::SCATTER_DIGITS.name,
             Self::FindRanges { .. } => super::shader::FIND_RANGES.name,
             Self::CompositeLists { .. } => super::shader::COMPOSITE_LISTS.name,
+            Self::MergeBricks { .. } => super::shader::MERGE_BRICKS.name,
             Self::CountPolygons { .. } => super::shader::COUNT_POLYGONS.name,
             Self::PlacePolygons { .. } => super::shader::PLACE_POLYGONS.name,
             Self::WritePolygons { .. } => super::shader::WRITE_POLYGONS.name,

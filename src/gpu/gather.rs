@@ -1,28 +1,27 @@
 //! Grids without lists: each pixel gathers the lattice's kernels along its own ray, shaded first.
 
+mod constants;
+
 use std::collections::HashMap;
 use std::ops::Range;
 
-use glam::DVec3;
+use constants::Constants;
 
 use super::GpuError;
 use super::buffers::{Growing, read_words};
 use super::compute::groups_of_tiles;
 use super::context::Context;
 use super::frame::Pass;
-use super::layout::{self, POINT_TIE, TILE};
+use super::layout::{self, TILE};
 use super::pipelines::share_constants;
 use super::renderer::Renderer;
 use super::samples::CHUNKS;
-use super::shader::{self, Shader};
+use super::shade::ShadeVariant;
+use super::shader::{self, GatherPieces, SampleLooks, Shader};
 use super::timing::Timestamps;
 use super::turns::{self, Layers};
 use crate::kernel::{COEFFICIENTS, FootprintPolynomial, Kernel, RadialKernel, Rim};
 use crate::scene::{OpacityModel, Order, SplatSettings, View, Visibility};
-use crate::volume::BRICK;
-
-/// How much farther than their kernels rays look, voxels: roundings must not lose a sample.
-const MARGIN: f64 = 2e-3;
 
 /// Tiles of a picture, numbered along its rows from the top left.
 pub fn tile_count(size: [u32; 2]) -> u32 {
@@ -51,6 +50,18 @@ struct Variant {
     order: Order,
     perspective: bool,
     in_parts: bool,
+    looks: Looks,
+}
+
+/// What samples are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+enum Looks {
+    /// What their values are classified as.
+    Plain,
+    /// Each ray shades those it meets.
+    Shaded(ShadeVariant),
+    /// They are shaded already.
+    Kept,
 }
 
 impl Variant {
@@ -68,6 +79,7 @@ impl Variant {
             order: settings.order,
             perspective: view.eye_distance.is_some(),
             in_parts: false,
+            looks: Looks::Plain,
         }
     }
 
@@ -75,13 +87,20 @@ impl Variant {
         matches!(self.kernel, Kernel::Nearest | Kernel::Linear | Kernel::BSpline)
     }
 
-    fn shader(self) -> &'static Shader {
-        match (self.is_of_cells(), self.in_parts) {
-            (false, false) => &shader::GATHER_KERNELS,
-            (false, true) => &shader::GATHER_KERNELS_IN_PARTS,
-            (true, false) => &shader::GATHER_CELLS,
-            (true, true) => &shader::GATHER_CELLS_IN_PARTS,
-        }
+    /// The pass's name.
+    fn pass(self) -> &'static str {
+        if self.is_of_cells() { shader::GATHER_CELLS } else { shader::GATHER_KERNELS }
+    }
+
+    fn shader(self) -> Shader {
+        let looks = match self.looks {
+            Looks::Plain => SampleLooks::Plain,
+            Looks::Shaded(shade) if shade.regions > 0 => SampleLooks::Painted,
+            Looks::Shaded(_) => SampleLooks::Shaded,
+            Looks::Kept => SampleLooks::Kept,
+        };
+        let (cells, in_parts) = (self.is_of_cells(), self.in_parts);
+        GatherPieces { cells, in_parts, looks }.shader()
     }
 
     fn layers(self) -> Layers {
@@ -106,6 +125,9 @@ impl Variant {
             ("front_to_back", flag(self.order == Order::FrontToBack)),
             ("perspective", flag(self.perspective)),
         ];
+        if let Looks::Shaded(shade) = &self.looks {
+            constants.extend(shade.constants());
+        }
         match self.kernel {
             Kernel::Nearest => constants.push(("support", 1.0)),
             Kernel::Linear => constants.push(("support", 2.0)),
@@ -131,6 +153,13 @@ impl Variant {
 #[derive(Debug)]
 pub(super) struct Gathering {
     constants: wgpu::Buffer,
+    /// Of scenes that shade samples; else they are not there.
+    shade: Option<wgpu::Buffer>,
+    regions: Option<wgpu::Buffer>,
+    /// What those hold.
+    looks: Vec<u8>,
+    /// Of the pass that shades samples.
+    pub(super) shading: layout::Gather,
     variant: Option<Variant>,
     pipelines: HashMap<Variant, wgpu::ComputePipeline>,
 }
@@ -141,6 +170,10 @@ impl Gathering {
         let size = size_of::<layout::Gather>() as u64;
         Self {
             constants: Growing::make(context, "gather", Usage::UNIFORM | Usage::COPY_DST, size),
+            shade: None,
+            regions: None,
+            looks: Vec::new(),
+            shading: bytemuck::Zeroable::zeroed(),
             variant: None,
             pipelines: HashMap::new(),
         }
@@ -150,6 +183,63 @@ impl Gathering {
     pub(super) fn len(&self) -> usize {
         self.pipelines.len()
     }
+
+    /// Bytes that lights, tables and regions take.
+    pub(super) fn shading_bytes(&self) -> u64 {
+        [&self.shade, &self.regions].into_iter().flatten().map(wgpu::Buffer::size).sum()
+    }
+
+    /// What samples are shaded by, byte for byte.
+    pub(super) fn looks_bytes(&self) -> &[u8] {
+        &self.looks
+    }
+
+    /// The same on the device, with the numbers of its bindings.
+    pub(super) fn looks(&self) -> impl Iterator<Item = (u32, &wgpu::Buffer)> {
+        let looks = [(9, &self.shade), (10, &self.regions)];
+        looks.into_iter().filter_map(|(at, buffer)| Some((at, buffer.as_ref()?)))
+    }
+
+    /// What passes are given.
+    pub(super) fn buffer(&self) -> &wgpu::Buffer {
+        &self.constants
+    }
+
+    pub(super) fn write(&self, context: &Context, constants: &layout::Gather) {
+        context.queue.write_buffer(&self.constants, 0, bytemuck::bytes_of(constants));
+    }
+
+    /// Brings what samples are shaded by to the device, or lets it go.
+    fn write_shade(
+        &mut self,
+        context: &Context,
+        shade: Option<(layout::Shade, Option<layout::Regions>)>,
+    ) {
+        let (shade, regions) =
+            shade.map_or((None, None), |(shade, regions)| (Some(shade), regions));
+        self.looks.clear();
+        self.looks.extend(shade.iter().flat_map(bytemuck::bytes_of));
+        self.looks.extend(regions.iter().flat_map(bytemuck::bytes_of));
+        write_uniform(context, &mut self.shade, "shade", shade.as_ref());
+        write_uniform(context, &mut self.regions, "regions", regions.as_ref());
+    }
+}
+
+/// Brings a uniform to the device, or lets it go.
+fn write_uniform<T: bytemuck::Pod>(
+    context: &Context,
+    buffer: &mut Option<wgpu::Buffer>,
+    label: &'static str,
+    constants: Option<&T>,
+) {
+    use wgpu::BufferUsages as Usage;
+    let Some(constants) = constants else {
+        *buffer = None;
+        return;
+    };
+    let size = size_of::<T>() as u64;
+    let made = || Growing::make(context, label, Usage::UNIFORM | Usage::COPY_DST, size);
+    context.queue.write_buffer(buffer.get_or_insert_with(made), 0, bytemuck::bytes_of(constants));
 }
 
 impl Renderer {
@@ -171,27 +261,24 @@ impl Renderer {
         stop_below: f64,
         tiles: Range<u32>,
     ) -> Result<f64, GpuError> {
-        let Some(volume) = &self.volume else { return Ok(0.0) };
-        let Some(table) = &volume.table else { return Ok(0.0) };
         let tiles = tiles.start..tiles.end.min(tile_count(view.size));
+        let lengths = (unit_distance, stop_below);
+        let Some(mut constants) = self.gather_constants(view, settings, lengths, tiles.clone())
+        else {
+            return Ok(0.0);
+        };
         // Nothing to draw leaves the picture clear, as it was begun.
-        if tiles.is_empty() || table.showing[0][0] > table.showing[1][0] {
+        if tiles.is_empty() {
             return Ok(0.0);
         }
-        let lattice = volume.source.lattice;
-        let constants = Constants {
-            view,
-            settings,
-            unit_distance,
-            stop_below,
-            dims: lattice.dims,
-            bricks: volume.source.bricks.dims,
-            smallest_spacing: lattice.smallest_spacing(),
-            showing: table.showing,
-            tiles: tiles.clone(),
-        };
-        let mut constants = constants.gather();
         let mut variant = Variant::new(view, settings);
+        let shade = self.shade.as_ref().filter(|shade| !shade.is_of_surfaces);
+        variant.looks = match shade {
+            None => Looks::Plain,
+            Some(_) if self.shaded.whole().is_some() => Looks::Kept,
+            Some(shade) => Looks::Shaded(shade.variant),
+        };
+        self.write_looks(view);
         let most = self.context.most_turns;
         let side = view.rays_per_side(settings.kernel, settings.extent);
         let parts = turns::gathered(&constants, settings.kernel, variant.layers(), side, most)?;
@@ -205,13 +292,54 @@ impl Renderer {
             constants.strides[3] = tiles.end;
             for &part in &parts {
                 (constants.part, constants.rays) = (part.along, part.rays);
-                let queue = &self.context.queue;
-                queue.write_buffer(&self.gathering.constants, 0, bytemuck::bytes_of(&constants));
-                let shader = variant.shader();
-                wall_ms += self.run(&[Pass::Gather { shader, tiles: tiles.len() as u32 }])?;
+                self.gathering.write(&self.context, &constants);
+                let pass = variant.pass();
+                wall_ms += self.run(&[Pass::Gather { pass, tiles: tiles.len() as u32 }])?;
             }
         }
         Ok(wall_ms)
+    }
+
+    /// What a picture's samples are gathered with; `None` where nothing can show. Of the lengths, the
+    /// first is that over which the table's extinctions are given, the second the transmittance at which
+    /// rays end.
+    pub(super) fn gather_constants(
+        &self,
+        view: &View,
+        settings: &SplatSettings,
+        (unit_distance, stop_below): (f64, f64),
+        tiles: Range<u32>,
+    ) -> Option<layout::Gather> {
+        let volume = self.volume.as_ref()?;
+        let table = volume.table.as_ref()?;
+        let lattice = volume.source.lattice;
+        let shows = table.showing[0][0] <= table.showing[1][0];
+        shows.then(|| {
+            Constants {
+                view,
+                settings,
+                unit_distance,
+                stop_below,
+                dims: lattice.dims,
+                bricks: volume.source.bricks.dims,
+                smallest_spacing: lattice.smallest_spacing(),
+                showing: table.showing,
+                tiles,
+            }
+            .gather()
+        })
+    }
+
+    /// Brings what a scene's samples are shaded by to the device, or lets it go.
+    pub(super) fn write_looks(&mut self, view: &View) {
+        let shade = self.shade.as_ref().filter(|shade| !shade.is_of_surfaces);
+        let values = self.volume.as_ref().map_or_else(Default::default, |v| v.samples.values());
+        let growth = view.eye_distance.map_or(0.0, |eye| (1.0 / eye) as f32);
+        let looks = shade.map(|shade| {
+            let constants = shade.constants(values, 0, view.pixels_per_unit, growth);
+            (constants, shade.regions(values))
+        });
+        self.gathering.write_shade(&self.context, looks);
     }
 
     /// Sums of published opacities that were over 1 since [`Renderer::begin`], and were capped.
@@ -235,7 +363,6 @@ impl Renderer {
     pub(super) fn gather(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
-        shader: Shader,
         tiles: u32,
         clock: Option<&Timestamps>,
     ) {
@@ -249,33 +376,47 @@ impl Renderer {
         let Some(volume) = &self.volume else { return };
         let Some(table) = &volume.table else { return };
         let light = target.light.create_view(&Default::default());
-        let mut bound = vec![&self.traversal];
+        let kept = self.shaded.whole().filter(|_| variant.looks == Looks::Kept);
         let chunks = &volume.samples.chunks;
-        // Bindings beyond the last chunk repeat it; no index leads there.
-        bound.extend((0..CHUNKS).map(|i| &chunks[i.min(chunks.len() - 1)]));
         let totals = self.kept.buffer().filter(|_| variant.in_parts).unwrap_or(&self.totals);
-        bound.extend([&table.entries, &table.visible, &self.gathering.constants, totals]);
-        let mut resources: Vec<wgpu::BindingResource<'_>> =
-            bound.into_iter().map(|buffer| buffer.as_entire_binding()).collect();
-        resources.push(wgpu::BindingResource::TextureView(&light));
-        let entries: Vec<wgpu::BindGroupEntry<'_>> = (0_u32..)
-            .zip(resources)
-            .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })
-            .collect();
-        let group = self.context.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some(shader.name),
-            layout: &pipeline.get_bind_group_layout(0),
-            entries: &entries,
-        });
+        let mut bound = vec![(0, &self.traversal)];
+        if kept.is_none() {
+            // Bindings beyond the last chunk repeat it; no index leads there.
+            bound.extend((0..CHUNKS).map(|i| (1 + i as u32, &chunks[i.min(chunks.len() - 1)])));
+            bound.push((5, &table.entries));
+            bound.extend(self.gathering.looks());
+        }
+        bound.extend([(6, &table.visible), (7, &self.gathering.constants), (8, totals)]);
+        let entries: Vec<_> = bound.into_iter().map(entry).collect();
+        let resource = wgpu::BindingResource::TextureView(&light);
+        let light = vec![wgpu::BindGroupEntry { binding: 0, resource }];
+        let samples: Vec<_> = (0..).zip(kept.into_iter().flatten()).map(entry).collect();
+        let group = |at: u32, entries: &[wgpu::BindGroupEntry<'_>]| {
+            context.device.create_bind_group(&wgpu::BindGroupDescriptor {
+                label: Some(variant.pass()),
+                layout: &pipeline.get_bind_group_layout(at),
+                entries,
+            })
+        };
+        let groups = [entries, light, samples];
+        let groups = (0..).zip(&groups).filter(|(_, entries)| !entries.is_empty());
+        let groups: Vec<_> = groups.map(|(at, entries)| group(at, entries)).collect();
         let mut compute = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
-            label: Some(shader.name),
+            label: Some(variant.pass()),
             timestamp_writes: clock.map(|c| c.compute(0)),
         });
         compute.set_pipeline(&pipeline);
-        compute.set_bind_group(0, &group, &[]);
+        for (at, group) in (0..).zip(&groups) {
+            compute.set_bind_group(at, group, &[]);
+        }
         let [across, down] = groups_of_tiles(tiles);
         compute.dispatch_workgroups(across, down, 1);
     }
+}
+
+/// A buffer at a binding.
+fn entry((binding, buffer): (u32, &wgpu::Buffer)) -> wgpu::BindGroupEntry<'_> {
+    wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() }
 }
 
 fn pipeline(
@@ -295,101 +436,4 @@ fn pipeline(
         },
         cache: None,
     })
-}
-
-/// What the constants of a piece are made of.
-struct Constants<'a> {
-    view: &'a View,
-    settings: &'a SplatSettings,
-    unit_distance: f64,
-    stop_below: f64,
-    dims: [usize; 3],
-    /// Bricks along x, y, z.
-    bricks: [usize; 3],
-    /// World units.
-    smallest_spacing: f64,
-    /// First and last brick that can show.
-    showing: [[usize; 3]; 2],
-    tiles: Range<u32>,
-}
-
-impl Constants<'_> {
-    /// The same for the device, computed in double precision.
-    fn gather(self) -> layout::Gather {
-        let Self { view, settings, dims, bricks, .. } = self;
-        let axes = view.traversal.axes;
-        // Vectors over lattice axes, in the traversal's order.
-        let turned = |v: DVec3| DVec3::from(axes.map(|axis| v[axis]));
-        let with = |v: DVec3, w: f64| v.as_vec3().extend(w as f32).to_array();
-        let index_from_view = view.view_from_index.inverse();
-        let radial = RadialKernel::new(settings.kernel, settings.extent);
-        let radius = radial.map_or(0.5, RadialKernel::radius);
-        let eye = view.eye_distance.unwrap_or(0.0);
-        // The plane of reference passes the lattice's middle, or lies close before the eye.
-        let reference = match view.eye_distance {
-            None => view.view_centre.z,
-            Some(eye) => view.view_centre.z.max(1e-3 * eye),
-        };
-        let shrink = view.eye_distance.map_or(1.0, |eye| reference / eye);
-        let from_centre =
-            DVec3::new(-view.view_centre.x, -view.view_centre.y, reference - view.view_centre.z);
-        let base = view.lattice_centre + index_from_view * from_centre;
-        let ahead = index_from_view.z_axis * view.eye_distance.unwrap_or(1.0);
-        let reach = match settings.kernel {
-            Kernel::Point => {
-                // Half a pixel, and what counts to it, at the far end.
-                let m = view.view_from_index;
-                let half = view.lattice_centre + DVec3::splat(0.5);
-                let depth = DVec3::new(m.x_axis.z, m.y_axis.z, m.z_axis.z).abs().dot(half);
-                let most = view
-                    .eye_distance
-                    .map_or(1.0, |eye| (view.view_centre.z + depth).max(0.0) / eye);
-                (index_from_view.x_axis.abs() + index_from_view.y_axis.abs())
-                    * ((0.5 + POINT_TIE) * most)
-            }
-            Kernel::Nearest => DVec3::splat(0.5),
-            Kernel::Linear => DVec3::ONE,
-            Kernel::BSpline => DVec3::splat(2.0),
-            Kernel::Gaussian | Kernel::Cubic | Kernel::Gouraud => DVec3::splat(radius),
-        };
-        let thickness = match Variant::new(view, settings).layering {
-            Layering::Sheets => 2.0 * radius / f64::from(settings.sheets_per_kernel),
-            _ => self.smallest_spacing / settings.slabs_per_voxel * view.pixels_per_unit,
-        };
-        // Capped where a voxel is 1e20 unit distances thick: beyond, 32 bits would overflow.
-        let extinction = (1.0 / (self.unit_distance * view.pixels_per_unit)).min(1e20);
-        let stretch = radial.map_or(1.0, RadialKernel::scale);
-        let along = |axis: usize| view.view_from_index.col(axis);
-        let strides = [1, dims[0], dims[0] * dims[1]];
-        let brick_strides = [1, bricks[0], bricks[0] * bricks[1]];
-        let first = axes.map(|axis| (self.showing[0][axis] * BRICK) as i32);
-        let last =
-            axes.map(|axis| (dims[axis] - 1).min(self.showing[1][axis] * BRICK + BRICK - 1) as i32);
-        let splits = view.traversal.splits.map(|split| split as i32);
-        let counts = |v: [usize; 3], w: u32| {
-            let [a, b, c] = axes.map(|axis| v[axis] as u32);
-            [a, b, c, w]
-        };
-        layout::Gather {
-            base: with(turned(base), shrink),
-            right: with(turned(index_from_view.x_axis), 0.0),
-            up: with(turned(index_from_view.y_axis), 0.0),
-            ahead: with(turned(ahead), 0.0),
-            reach: with(turned(reach) + DVec3::splat(MARGIN), self.stop_below),
-            scale: with(DVec3::new(radius, extinction, extinction * stretch.powi(-2)), eye),
-            layers: with(DVec3::new(thickness, reference - view.view_centre.z, 0.0), 0.0),
-            centre: with(turned(view.lattice_centre), view.view_from_index.determinant().abs()),
-            view_a: with(along(axes[0]), 0.0),
-            view_b: with(along(axes[1]), 0.0),
-            view_c: with(along(axes[2]), 0.0),
-            view_centre: with(view.view_centre, 0.0),
-            low: [first[0], first[1], first[2], view.size[0] as i32],
-            high: [last[0], last[1], last[2], view.size[1] as i32],
-            splits: [splits[0], splits[1], splits[2], self.tiles.start as i32],
-            strides: counts(strides, self.tiles.end),
-            bricks: counts(brick_strides, view.size[0].div_ceil(TILE)),
-            part: [0; 4],
-            rays: [0; 4],
-        }
-    }
 }

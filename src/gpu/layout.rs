@@ -192,6 +192,33 @@ pub struct Sort {
     pub counts: [u32; 4],
 }
 
+/// `BrickPiece` in `shaders/merge_bricks.wgsl`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+#[expect(missing_docs, reason = "documented in the shader")]
+pub struct BrickPiece {
+    pub first: [u32; 4],
+    pub bricks: [u32; 4],
+    pub nodes: [u32; 4],
+    pub scale: [f32; 4],
+}
+
+/// `Brick` in `shaders/merge_bricks.wgsl`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+#[expect(missing_docs, reason = "documented in the shader")]
+pub struct Brick {
+    pub appearance: [f32; 4],
+    pub emission: [f32; 4],
+    pub count: f32,
+    pub weight: f32,
+    pub m2: f32,
+    pub effective: f32,
+    pub error: f32,
+    pub showing: u32,
+    pub slices: [u32; 6],
+}
+
 /// `Present` in `shaders/present.wgsl`.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]

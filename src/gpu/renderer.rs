@@ -12,10 +12,12 @@ use super::frame::{self, Pass, PassTime};
 use super::gather::Gathering;
 use super::inside::Opening;
 use super::meshes::MeshTable;
+use super::octree::BrickBuffers;
 use super::pipelines::{Pipelines, SplatVariant};
 use super::polygons::DevicePolygons;
 use super::scattered::Lists;
 use super::shade::Shade;
+use super::shaded_samples::ShadedSamples;
 use super::slabs::{Beside, Looks, PictureConstants, SlabField, SlabPass, step_reach};
 use super::target::Target;
 use super::timing::{Timer, Timestamps};
@@ -53,7 +55,8 @@ pub struct Renderer {
     slab_field: SlabField,
     slab_settings: SplatSettings,
     /// Their lights and shading tables.
-    shade: Option<Shade>,
+    pub(super) shade: Option<Shade>,
+    pub(super) shaded: ShadedSamples,
     /// What lets the inside be seen.
     inside: Option<Opening>,
     /// Whether their rays are walked in parts.
@@ -66,6 +69,8 @@ pub struct Renderer {
     pub(super) vectors: Option<DeviceVectors>,
     /// Whether the slabs being drawn have them, too.
     slabs_have_vectors: bool,
+    /// While an octree is built on the device.
+    pub(super) bricks: Option<BrickBuffers>,
     /// Polygons, while a scene has them.
     pub(super) polygons: Option<DevicePolygons>,
     /// Of passes that came before the picture was begun.
@@ -118,6 +123,7 @@ impl Renderer {
             slab_field: SlabField::Own,
             slab_settings: SplatSettings::EXACT,
             shade: None,
+            shaded: ShadedSamples::default(),
             inside: None,
             slabs_in_parts: false,
             kept: Kept::default(),
@@ -136,6 +142,7 @@ impl Renderer {
             lists: None,
             vectors: None,
             slabs_have_vectors: false,
+            bricks: None,
             polygons: None,
             times_before: Vec::new(),
             times: Vec::new(),
@@ -158,6 +165,8 @@ impl Renderer {
     pub fn time_passes(&mut self) -> Result<Timer, GpuError> {
         let timer = super::timing::choose(&self.context)?;
         self.timer = Some(timer);
+        // Else their pass would not be among those that are timed.
+        self.shaded.clear();
         Ok(timer)
     }
 
@@ -184,7 +193,7 @@ impl Renderer {
     /// Pipelines compiled so far.
     pub fn pipeline_count(&self) -> usize {
         let slabs: usize = self.slabs.iter().map(SlabPass::pipeline_count).sum();
-        self.pipelines.len() + slabs + self.gathering.len()
+        self.pipelines.len() + slabs + self.gathering.len() + self.shaded.pipeline_count()
     }
 
     /// Begins a picture: a cleared target of the view's size, and the frame's constants.
@@ -248,6 +257,11 @@ impl Renderer {
         settings: &SplatSettings,
     ) -> bool {
         self.slabs[which as usize].holds(volume, settings)
+    }
+
+    /// Whether a field that was set has got its table since.
+    pub fn holds_slab_table(&self, which: SlabField) -> bool {
+        self.slabs[which as usize].holds_table()
     }
 
     /// The kernel of a field that was set, and its samples along each axis.
@@ -470,12 +484,14 @@ impl Renderer {
             Pass::ScanSegments => {
                 self.dispatch(encoder, pass, shader::SCAN_SEGMENTS, 1, clock);
             }
-            Pass::Gather { shader, tiles } => self.gather(encoder, *shader, tiles, clock),
+            Pass::ShadeSamples { bricks } => self.shade_samples(encoder, bricks, clock),
+            Pass::Gather { tiles, .. } => self.gather(encoder, tiles, clock),
             Pass::Splat(source) => self.splat(encoder, source, clock),
             Pass::ReconstructSlabs { tiles } | Pass::ProjectValues { tiles } => {
                 self.reconstruct_slabs(encoder, tiles, clock);
             }
             Pass::CompositeVectors { tiles } => self.composite_vectors(encoder, tiles, clock),
+            Pass::MergeBricks { bricks } => self.encode_bricks(encoder, bricks, clock),
             Pass::CountPolygons { .. }
             | Pass::PlacePolygons { .. }
             | Pass::WritePolygons { .. }
@@ -528,9 +544,16 @@ impl Renderer {
             + self.lists.as_ref().map_or(0, Lists::size_bytes)
             + self.mesh.as_ref().map_or(0, MeshTable::size_bytes)
             + self.vectors.as_ref().map_or(0, DeviceVectors::size_bytes)
+            + self.bricks.as_ref().map_or(0, BrickBuffers::size_bytes)
             + self.polygon_bytes();
         let slabs: u64 = self.slabs.iter().map(SlabPass::size_bytes).sum();
-        target + volume + between + slabs + self.kept.size_bytes()
+        target
+            + volume
+            + between
+            + slabs
+            + self.kept.size_bytes()
+            + self.gathering.shading_bytes()
+            + self.shaded.size_bytes()
     }
 
     /// Of them, what lists take: octree cuts and vectors share them.
@@ -538,9 +561,17 @@ impl Renderer {
         self.lists.as_ref().map_or(0, Lists::size_bytes)
     }
 
+    /// Of them, what vectors take, with the lists of where they lie while they are drawn.
+    pub fn vector_bytes(&self) -> u64 {
+        let own = self.vectors.as_ref().map_or(0, DeviceVectors::size_bytes);
+        if own > 0 { own + self.list_bytes() } else { 0 }
+    }
+
     /// Of them, what lights and shading tables take: nothing once a picture without was drawn.
     pub fn shading_bytes(&self) -> u64 {
-        self.slabs.iter().map(SlabPass::shading_bytes).sum()
+        self.slabs.iter().map(SlabPass::shading_bytes).sum::<u64>()
+            + self.gathering.shading_bytes()
+            + self.shaded.size_bytes()
     }
 
     /// Of them, what lets the inside be seen takes: nothing once a picture without was drawn.

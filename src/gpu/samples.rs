@@ -3,6 +3,7 @@
 use super::GpuError;
 use super::context::Context;
 use super::layout::{MOST_SAMPLE, NO_DATA};
+use super::shade::CellsOfValues;
 use crate::core::Ticket;
 use crate::volume::{Samples, Scalar, ScalarVolume, Statistics};
 use crate::with_samples;
@@ -22,6 +23,8 @@ pub(super) struct DeviceSamples {
     pub width: u32,
     /// What was taken off each value before it was rounded to 32 bits.
     pub bias: f64,
+    /// The value of the code 0.
+    pub first: f64,
     pub size_bytes: u64,
 }
 
@@ -41,16 +44,17 @@ impl DeviceSamples {
         match &*volume.samples {
             Samples::UInt8(values) => Self::codes(context, values, ticket, |v| v),
             Samples::Int8(values) => {
-                Self::codes(context, values, ticket, |v| v.cast_unsigned() ^ 0x80)
+                let samples = Self::codes(context, values, ticket, |v| v.cast_unsigned() ^ 0x80)?;
+                Ok(Self { first: f64::from(i8::MIN), ..samples })
             }
             Samples::UInt16(values) => Self::codes(context, values, ticket, |v| v),
             Samples::Int16(values) => {
-                Self::codes(context, values, ticket, |v| v.cast_unsigned() ^ 0x8000)
+                let samples = Self::codes(context, values, ticket, |v| v.cast_unsigned() ^ 0x8000)?;
+                Ok(Self { first: f64::from(i16::MIN), ..samples })
             }
             wide => with_samples!(wide, values => {
-                let mut samples = Self::codes(context, values, ticket, |v| to_f32(v.to_f64(), bias))?;
-                samples.bias = bias;
-                Ok(samples)
+                let samples = Self::codes(context, values, ticket, |v| to_f32(v.to_f64(), bias))?;
+                Ok(Self { bias, first: bias, ..samples })
             }),
         }
     }
@@ -99,7 +103,12 @@ impl DeviceSamples {
             }
             chunks.push(buffer);
         }
-        Ok(Self { chunks, chunk_log2, width: width as u32, bias: 0.0, size_bytes })
+        Ok(Self { chunks, chunk_log2, width: width as u32, bias: 0.0, first: 0.0, size_bytes })
+    }
+
+    /// Where a value lies among what is stored.
+    pub(super) fn values(&self) -> CellsOfValues {
+        CellsOfValues { at_zero: -self.first, per_value: 1.0 }
     }
 }
 

@@ -39,6 +39,8 @@ impl ShadeVariant {
 #[derive(Debug, Clone)]
 pub(super) struct Shade {
     pub variant: ShadeVariant,
+    /// It is there for isosurfaces alone.
+    pub is_of_surfaces: bool,
     constants: layout::Shade,
     /// Rows of the map from gradients per index in data units to the world's.
     world_from_gradient: DMat3,
@@ -126,6 +128,7 @@ impl Shade {
         };
         Some(Self {
             variant,
+            is_of_surfaces: shading.is_plain(),
             constants,
             world_from_gradient: space.world_from_gradient,
             radius: space.radius,

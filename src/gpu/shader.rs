@@ -9,6 +9,9 @@ const FOOTPRINT: &str = include_str!("../../shaders/lib/footprint.wgsl");
 const SHARE: &str = include_str!("../../shaders/lib/share.wgsl");
 const OPACITY: &str = include_str!("../../shaders/lib/opacity.wgsl");
 const GATHER: &str = include_str!("../../shaders/lib/gather.wgsl");
+const PLAIN_SAMPLES: &str = include_str!("../../shaders/lib/plain_samples.wgsl");
+const SHADED_SAMPLES: &str = include_str!("../../shaders/lib/shaded_samples.wgsl");
+const FOUND_SAMPLES: &str = include_str!("../../shaders/lib/found_samples.wgsl");
 const WHOLE: &str = include_str!("../../shaders/lib/whole.wgsl");
 const UNLIT: &str = include_str!("../../shaders/lib/unlit.wgsl");
 const SHADE: &str = include_str!("../../shaders/lib/shade.wgsl");
@@ -85,6 +88,7 @@ macro_rules! shader {
 shader!(COUNT_SEGMENTS, "count_segments", TRAVERSAL);
 shader!(SCAN_SEGMENTS, "scan_segments",);
 shader!(EMIT_KERNELS, "emit_kernels", TRAVERSAL);
+shader!(MERGE_BRICKS, "merge_bricks", TRAVERSAL, OPACITY);
 shader!(SPLAT, "splat", FRAME, PROJECT, FOOTPRINT, OPACITY);
 shader!(COUNT_ENTRIES, "count_entries", FRAME, PROJECT, FOOTPRINT, OPACITY, LISTS);
 shader!(COUNT_VECTORS, "count_vectors", FRAME, PROJECT, FOOTPRINT, OPACITY, LISTS, VECTOR_FRAME);
@@ -118,22 +122,87 @@ shader!(COUNT_DIGITS, "count_digits", SORT);
 shader!(SCATTER_DIGITS, "scatter_digits", SORT);
 shader!(FIND_RANGES, "find_ranges", LISTS);
 shader!(COMPOSITE_LISTS, "composite_lists", FRAME, PROJECT, FOOTPRINT, SHARE, OPACITY, LISTS);
-shader!(GATHER_KERNELS, "gather_kernels", TRAVERSAL, FOOTPRINT, SHARE, OPACITY, WHOLE, GATHER);
-shader!(GATHER_CELLS, "gather_cells", TRAVERSAL, OPACITY, WHOLE, GATHER);
 shader!(PRESENT, "present",);
 shader!(PICTURE, "picture",);
-// The same where an adapter's loops end too soon for a whole ray.
-shader!(
-    GATHER_KERNELS_IN_PARTS,
-    "gather_kernels",
-    TRAVERSAL,
-    FOOTPRINT,
-    SHARE,
-    OPACITY,
-    PARTS,
-    GATHER
-);
-shader!(GATHER_CELLS_IN_PARTS, "gather_cells", TRAVERSAL, OPACITY, PARTS, GATHER);
+/// What a sample is when kernels are shaded first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SampleLooks {
+    /// What its value is classified as.
+    Plain,
+    /// With lights or shading tables.
+    Shaded,
+    /// The same, with opacities by regions of value and gradient strength.
+    Painted,
+    /// As `shade_samples` left it, whatever it is.
+    Kept,
+}
+
+/// What `shaders/gather_kernels.wgsl` and `shaders/gather_cells.wgsl` are stitched of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct GatherPieces {
+    /// Boxes and separable kernels, cell by cell, rather than radial ones and points.
+    pub cells: bool,
+    /// Rays are walked in several dispatches.
+    pub in_parts: bool,
+    /// What samples are.
+    pub looks: SampleLooks,
+}
+
+impl GatherPieces {
+    /// Every one there is.
+    pub const ALL: [Self; 16] = {
+        use SampleLooks::{Kept, Painted, Plain, Shaded};
+        let looks = [Plain, Shaded, Painted, Kept];
+        let mut all = [Self { cells: false, in_parts: false, looks: Plain }; 16];
+        let mut i = 0;
+        while i < all.len() {
+            all[i] = Self { cells: i % 2 == 1, in_parts: i / 2 % 2 == 1, looks: looks[i / 4] };
+            i += 1;
+        }
+        all
+    };
+
+    /// The pass of these pieces.
+    pub const fn shader(self) -> Shader {
+        let rays = if self.in_parts { PARTS } else { WHOLE };
+        let [samples, shade, painted] = match self.looks {
+            SampleLooks::Plain => [PLAIN_SAMPLES, "", ""],
+            SampleLooks::Shaded => [SHADED_SAMPLES, SHADE, UNPAINTED],
+            SampleLooks::Painted => [SHADED_SAMPLES, SHADE, REGIONS],
+            SampleLooks::Kept => [FOUND_SAMPLES, "", ""],
+        };
+        let [name, footprint, share, walk] = match self.cells {
+            false => {
+                let walk = include_str!("../../shaders/gather_kernels.wgsl");
+                [GATHER_KERNELS, FOOTPRINT, SHARE, walk]
+            }
+            true => [GATHER_CELLS, "", "", include_str!("../../shaders/gather_cells.wgsl")],
+        };
+        let pieces =
+            &[TRAVERSAL, footprint, share, OPACITY, rays, GATHER, samples, painted, shade, walk];
+        stitched(name, pieces)
+    }
+}
+
+/// The pass that shades samples once for all rays, with regions or without.
+pub const fn shading_samples(painted: bool) -> Shader {
+    let painted = if painted { REGIONS } else { UNPAINTED };
+    let walk = include_str!("../../shaders/shade_samples.wgsl");
+    stitched(
+        SHADE_SAMPLES,
+        // Before the gathering, whose own group has no part in this.
+        &[walk, TRAVERSAL, OPACITY, WHOLE, GATHER, SHADED_SAMPLES, painted, SHADE],
+    )
+}
+
+/// Name of the pass that shades samples.
+pub const SHADE_SAMPLES: &str = "shade_samples";
+
+/// Name of the pass that gathers radial kernels and points.
+pub const GATHER_KERNELS: &str = "gather_kernels";
+
+/// Name of the pass that gathers boxes and separable kernels.
+pub const GATHER_CELLS: &str = "gather_cells";
 
 /// What has the values, and growth, of a field on the faces of slabs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -296,13 +365,12 @@ const PROJECTING: [Shader; 4] = {
 };
 
 /// Passes that are stitched in one way only.
-const SINGLE: [Shader; 23] = [
+const SINGLE: [Shader; 22] = [
     COUNT_SEGMENTS,
     SCAN_SEGMENTS,
     EMIT_KERNELS,
+    MERGE_BRICKS,
     SPLAT,
-    GATHER_KERNELS,
-    GATHER_CELLS,
     COUNT_ENTRIES,
     WRITE_ENTRIES,
     COUNT_DIGITS,
@@ -318,19 +386,26 @@ const SINGLE: [Shader; 23] = [
     SORT_POLYGONS,
     PRESENT,
     PICTURE,
-    GATHER_KERNELS_IN_PARTS,
-    GATHER_CELLS_IN_PARTS,
+    shading_samples(false),
+    shading_samples(true),
 ];
 
+/// How many of each family there are, in the order of [`ALL`].
+const COUNTS: [usize; 4] =
+    [SINGLE.len(), PROJECTING.len(), GatherPieces::ALL.len(), SlabPieces::ALL.len()];
+
 /// Every shader there is.
-pub static ALL: [Shader; SINGLE.len() + PROJECTING.len() + SlabPieces::ALL.len()] = {
-    let slabs = SINGLE.len() + PROJECTING.len();
-    let mut all = [SINGLE[0]; SINGLE.len() + PROJECTING.len() + SlabPieces::ALL.len()];
+pub static ALL: [Shader; COUNTS[0] + COUNTS[1] + COUNTS[2] + COUNTS[3]] = {
+    let projecting = COUNTS[0];
+    let gathering = projecting + COUNTS[1];
+    let slabs = gathering + COUNTS[2];
+    let mut all = [SINGLE[0]; COUNTS[0] + COUNTS[1] + COUNTS[2] + COUNTS[3]];
     let mut i = 0;
     while i < all.len() {
         all[i] = match i {
-            _ if i < SINGLE.len() => SINGLE[i],
-            _ if i < slabs => PROJECTING[i - SINGLE.len()],
+            _ if i < projecting => SINGLE[i],
+            _ if i < gathering => PROJECTING[i - projecting],
+            _ if i < slabs => GatherPieces::ALL[i - gathering].shader(),
             _ => SlabPieces::ALL[i - slabs].shader(),
         };
         i += 1;

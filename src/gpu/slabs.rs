@@ -284,6 +284,10 @@ impl SlabPass {
         });
     }
 
+    pub(super) fn holds_table(&self) -> bool {
+        self.table.is_some()
+    }
+
     /// Distance between slab faces, pixels of view depth.
     pub(super) fn thickness(
         &self,

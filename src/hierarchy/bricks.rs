@@ -13,7 +13,7 @@ use crate::transfer::Table;
 use crate::volume::{BRICK, Scalar, ScalarVolume, Statistics};
 
 /// Levels of a brick.
-pub(super) const LEVELS: usize = BRICK.ilog2() as usize;
+pub const LEVELS: usize = BRICK.ilog2() as usize;
 /// Nodes of level 1 along a brick's edge.
 const EDGE: usize = BRICK / 2;
 

@@ -11,12 +11,18 @@ mod cut;
 mod empty_space;
 mod moments;
 mod occlusion;
+mod parts;
 mod pyramid;
 mod specks;
 mod sums;
+mod thinning;
 
+pub use bricks::LEVELS as BRICK_LEVELS;
 pub use cut::{Cut, CutLimits, CutNode, Visibility, VisitOrder};
 pub use empty_space::{EMPTY_BRICK, FieldBounds, MOST_DISTANCE};
 pub use moments::{ScalarLevel, ScalarPyramid, ScalarPyramidError};
+pub use parts::{MergedBrick, PyramidParts};
 pub use pyramid::{ActiveCounts, ErrorMeasure, Node, Pyramid, PyramidError, PyramidLevel};
 pub use specks::{Speck, specks};
+pub use sums::Sums;
+pub use thinning::Thinning;

@@ -11,6 +11,7 @@ use super::bricks::{Finest, LEVELS, finest, level_dims};
 use super::coarse::coarse;
 use super::columns;
 use super::sums::Sums;
+use super::thinning::Thinning;
 use crate::core::memory::{self, TooLarge};
 use crate::core::progress::{Cancelled, Ticket};
 use crate::transfer::Table;
@@ -59,7 +60,10 @@ impl ErrorMeasure {
 }
 
 /// What a coarse splat is drawn with.
-#[derive(Debug, Clone, Copy, PartialEq, Default, bytemuck::Zeroable)]
+///
+/// As the device writes it, too (`shaders/merge_bricks.wgsl`).
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct Node {
     /// Extinction per unit distance, averaged so that the mean transmittance along the axes is
     /// kept (a mean of extinctions would make one opaque voxel among eight 3.6 times too bright).
@@ -114,6 +118,8 @@ pub struct Pyramid {
     pub voxel_depth: f64,
     /// Voxels with opacity.
     pub active: ActiveCounts,
+    /// How much thinner its cuts are drawn in quick pictures.
+    pub thinning: Thinning,
     /// For each bin of error, how many nodes a cut gains by splitting the nodes in it.
     gains: Vec<u64>,
 }
@@ -157,15 +163,8 @@ impl Pyramid {
         let Finest { levels, sums, active } = with_samples!(&*volume.samples, values => {
             finest(volume, values, table, depth, measure, ticket)
         })?;
-        let finest = Self {
-            dims: volume.lattice.dims,
-            finest_level: 0,
-            levels,
-            measure,
-            voxel_depth,
-            active,
-            gains: Vec::new(),
-        };
+        let dims = volume.lattice.dims;
+        let finest = Self::of_finest((dims, 0, levels), measure, voxel_depth, active);
         Ok(finest.completed(volume, table, sums, ticket)?)
     }
 
@@ -199,20 +198,28 @@ impl Pyramid {
             all[..LEVELS].iter().map(|&dims| PyramidLevel { dims, nodes: Vec::new() }).collect();
         levels[LEVELS - 1].nodes = sums.par_iter().map(|sums| sums.node(0)).collect();
         let active = ActiveCounts { total, ..ActiveCounts::default() };
-        let finest = Self {
-            dims,
-            finest_level: LEVELS,
-            levels,
-            measure,
-            voxel_depth,
-            active,
-            gains: Vec::new(),
-        };
+        let finest = Self::of_finest((dims, LEVELS, levels), measure, voxel_depth, active);
         Ok(finest.completed(volume, table, sums, ticket)?)
     }
 
+    /// The finest levels, of which those up to `finest_level` have no nodes.
+    pub(super) fn of_finest(
+        (dims, finest_level, levels): ([usize; 3], usize, Vec<PyramidLevel>),
+        measure: ErrorMeasure,
+        voxel_depth: f64,
+        active: ActiveCounts,
+    ) -> Self {
+        let (thinning, gains) = (Thinning::default(), Vec::new());
+        Self { dims, finest_level, levels, measure, voxel_depth, active, thinning, gains }
+    }
+
+    /// Refuses a pyramid of the levels above `finest` that does not fit in memory.
+    pub(super) fn require_room(dims: [usize; 3], finest: usize) -> Result<(), TooLarge> {
+        require_memory(dims, finest, memory::free_bytes())
+    }
+
     /// With the levels above the last one, of which there are the `sums`.
-    fn completed(
+    pub(super) fn completed(
         mut self,
         volume: &ScalarVolume,
         table: &Table,
@@ -234,6 +241,7 @@ impl Pyramid {
             columns::measure(volume, table, depth, finest, &mut self.levels, ticket)?;
         }
         self.gains = gains(&self.levels);
+        self.thinning = Thinning::of(&self, volume, table, ticket)?;
         Ok(self)
     }
 

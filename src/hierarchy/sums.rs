@@ -4,7 +4,7 @@ use super::pyramid::Node;
 
 /// Running sums of one node; means over its real voxels.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub(super) struct Sums {
+pub struct Sums {
     /// Real voxels.
     pub count: f32,
     /// Those among them that `appearance` is the mean of.

@@ -2,8 +2,9 @@
 
 use glam::{DMat3, DVec3};
 
+use super::shading::SampleShader;
 use crate::core::Camera;
-use crate::scene::Scene;
+use crate::scene::{OpacityModel, Scene};
 use crate::transfer::extinction_from_opacity;
 use crate::volume::Lattice;
 
@@ -22,8 +23,15 @@ pub struct RefKernel {
 
 /// The kernels of a scene's volume that can be seen, in the order of [`traversal`].
 ///
-/// The function is asked for each value itself, not tabulated.
+/// The function is asked for each value itself, not tabulated. Samples are shaded where the scene's mode
+/// does that first.
 pub fn grid_kernels(scene: &Scene) -> Vec<RefKernel> {
+    let shader = SampleShader::of(scene, false);
+    let published = scene.splat.opacity_model == OpacityModel::Published;
+    let transfer = match &shader {
+        Some(_) => scene.shading.by_value(&scene.transfer),
+        None => scene.transfer.clone(),
+    };
     let volume = &scene.volume;
     let lattice = volume.lattice;
     let map = lattice.axes();
@@ -33,12 +41,21 @@ pub fn grid_kernels(scene: &Scene) -> Vec<RefKernel> {
         .filter_map(|[x, y, z]| {
             let sample = (z * lattice.dims[1] + y) * lattice.dims[0] + x;
             let value = volume.samples.get(sample);
-            let extinction = extinction_from_opacity(scene.transfer.opacity_at(value)) / unit;
-            (extinction > 0.0).then(|| RefKernel {
+            let mut depth = extinction_from_opacity(transfer.opacity_at(value));
+            let mut colour = transfer.colour_at(value).0;
+            if let Some(shader) = &shader {
+                // Tables multiply opacities where those are what is published.
+                let weight = if published { -(-depth).exp_m1() } else { depth };
+                let [r, g, b] = colour.map(|c| c * weight);
+                let [weight, rgb @ ..] = shader.shaded([weight, r, g, b], [x, y, z]);
+                depth = if published { -(-weight.min(1.0)).ln_1p() } else { weight };
+                colour = rgb.map(|c| if weight > 0.0 { c / weight } else { 0.0 });
+            }
+            (depth > 0.0).then(|| RefKernel {
                 centre: lattice.world_from_index(DVec3::new(x as f64, y as f64, z as f64)),
                 map,
-                extinction,
-                colour: scene.transfer.colour_at(value).0,
+                extinction: depth / unit,
+                colour,
             })
         })
         .collect()

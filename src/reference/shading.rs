@@ -1,12 +1,16 @@
 //! Lights and shading tables in float64 (`scene::shading` has the equations).
 
+use std::sync::Arc;
+
 use glam::DVec3;
 
 use super::field::{Basis, Field, Shape};
 use super::quadrature::Density;
 use super::sources::Line;
+use crate::core::Camera;
 use crate::scene::{Index, Lighting, OpacityModel, Scene, Shading, ShadingSpace};
 use crate::transfer::regions;
+use crate::volume::ScalarVolume;
 
 /// Half a step, voxels, between the two values whose difference is the derivative of a B-spline, of
 /// which it is off by less than 1e-7; other fields' derivatives jump, and half a voxel to either side is
@@ -51,7 +55,76 @@ impl RayShader<'_> {
     ) -> Density {
         let Some(shader) = self.shader.filter(|_| density[0] > 0.0) else { return density };
         let sum: DVec3 = places.iter().map(|&t| gradient(self.field, self.index.at(t))).sum();
-        shader.shaded(density, self, (t, value), sum / places.len() as f64)
+        let seen = Seen {
+            value,
+            gradient: sum / places.len() as f64,
+            place: self.world.at(t),
+            eye: -self.world.step.normalize(),
+        };
+        shader.shaded(density, &seen)
+    }
+}
+
+/// A point that is shaded.
+struct Seen {
+    value: f64,
+    /// Growth per index.
+    gradient: DVec3,
+    /// World space.
+    place: DVec3,
+    /// Unit vector towards the eye.
+    eye: DVec3,
+}
+
+/// What shading does to samples, where a mode shades first.
+pub(super) struct SampleShader {
+    shader: Shader,
+    volume: Arc<ScalarVolume>,
+    camera: Camera,
+}
+
+impl SampleShader {
+    /// `None` where a scene asks for none, or its mode shades reconstructed values. `exact` pictures have
+    /// no published opacities.
+    pub(super) fn of(scene: &Scene, exact: bool) -> Option<Self> {
+        let shader = Shader::of(scene, exact).filter(|_| scene.shades_samples())?;
+        Some(Self { shader, volume: Arc::clone(&scene.volume), camera: scene.camera })
+    }
+
+    /// A sample's density; what has no data stays as it is.
+    pub(super) fn shaded(&self, density: Density, index: [usize; 3]) -> Density {
+        let lattice = &self.volume.lattice;
+        let dims = lattice.dims;
+        let value =
+            |i: [usize; 3]| self.volume.samples.get((i[2] * dims[1] + i[1]) * dims[0] + i[0]);
+        let here = value(index);
+        if density[0] <= 0.0 || here.is_nan() {
+            return density;
+        }
+        // To the neighbours that are there, whichever they are.
+        let growth = |axis: usize| {
+            let known = |i: [usize; 3]| Some(value(i)).filter(|v| !v.is_nan());
+            let moved = |to: usize| {
+                let mut i = index;
+                i[axis] = to;
+                known(i)
+            };
+            let before = index[axis].checked_sub(1).and_then(moved);
+            let after = Some(index[axis] + 1).filter(|&i| i < dims[axis]).and_then(moved);
+            match (before, after) {
+                (Some(before), Some(after)) => (after - before) / 2.0,
+                (Some(before), None) => here - before,
+                (None, Some(after)) => after - here,
+                (None, None) => 0.0,
+            }
+        };
+        let place = lattice.world_from_index(DVec3::from(index.map(|i| i as f64)));
+        let eye = match self.camera.eye_distance() {
+            Some(_) => (self.camera.view_origin() - place).normalize_or_zero(),
+            None => -self.camera.direction,
+        };
+        let gradient = DVec3::new(growth(0), growth(1), growth(2));
+        self.shader.shaded(density, &Seen { value: here, gradient, place, eye })
     }
 }
 
@@ -121,18 +194,13 @@ impl Shader {
         }
     }
 
-    fn shaded(
-        &self,
-        density: Density,
-        ray: &RayShader<'_>,
-        (t, value): (f64, f64),
-        gradient: DVec3,
-    ) -> Density {
+    fn shaded(&self, density: Density, seen: &Seen) -> Density {
+        let &Seen { value, gradient, place, eye } = seen;
         let down = -(self.space.world_from_gradient * gradient);
         let strength = down.length();
         let share = self.space.lit_share(strength);
         let normal = if share > 0.0 { down / strength } else { DVec3::ZERO };
-        let depth = (ray.world.at(t) - self.centre).dot(self.forward);
+        let depth = (place - self.centre).dot(self.forward);
         let index = |by: Index| match by {
             Index::Value => value,
             Index::GradientStrength => strength,
@@ -162,7 +230,6 @@ impl Shader {
             colour = table.at(index(table.index));
         }
         if let Some(lighting) = lighting {
-            let eye = -ray.world.step.normalize();
             colour = self.lit(colour, lighting, normal, eye, share);
         }
         if let Some(table) = emission {

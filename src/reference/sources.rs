@@ -11,6 +11,7 @@ use super::kernels::loops;
 use super::line;
 use super::picture::{Rays, Splat, View};
 use super::quadrature::Density;
+use super::shading::SampleShader;
 use crate::core::Camera;
 use crate::kernel::{Kernel, RadialKernel};
 use crate::volume::{Lattice, Samples, ScalarVolume};
@@ -156,13 +157,19 @@ pub(super) struct GridKernels {
     /// Bricks of `TILE`³ samples in which anything shows, x fastest.
     visible: Vec<bool>,
     bricks: [usize; 3],
+    shader: Option<SampleShader>,
     /// Lattice axes, outermost first, and the place of each index in the loop along it.
     order: [usize; 3],
     places: [Vec<usize>; 3],
 }
 
 impl GridKernels {
-    pub(super) fn new(volume: &ScalarVolume, camera: &Camera, classes: Classes) -> Self {
+    pub(super) fn new(
+        volume: &ScalarVolume,
+        camera: &Camera,
+        classes: Classes,
+        shader: Option<SampleShader>,
+    ) -> Self {
         let lattice = volume.lattice;
         let codes = match &*volume.samples {
             Samples::UInt8(_) => Some((0.0, 1 << 8)),
@@ -189,6 +196,7 @@ impl GridKernels {
             codes,
             visible: Vec::new(),
             bricks,
+            shader,
             order,
             places,
         };
@@ -197,14 +205,14 @@ impl GridKernels {
             .map(|b: usize| {
                 let at = [b % bricks[0], b / bricks[0] % bricks[1], b / (bricks[0] * bricks[1])];
                 let span = |a: usize| at[a] * TILE..((at[a] + 1) * TILE).min(lattice.dims[a]);
-                span(2).any(|z| span(1).any(|y| span(0).any(|x| grid.density([x, y, z])[0] > 0.0)))
+                span(2).any(|z| span(1).any(|y| span(0).any(|x| grid.by_value([x, y, z])[0] > 0.0)))
             })
             .collect();
         grid
     }
 
-    /// Density of a sample's kernel.
-    fn density(&self, [x, y, z]: [usize; 3]) -> Density {
+    /// Density of a sample's kernel, as far as its value says.
+    fn by_value(&self, [x, y, z]: [usize; 3]) -> Density {
         let dims = self.lattice.dims;
         let value = self.samples.get((z * dims[1] + y) * dims[0] + x);
         match &self.codes {
@@ -225,7 +233,11 @@ impl GridKernels {
         if !self.visible[(z * self.bricks[1] + y) * self.bricks[0] + x] {
             return [0.0; 4];
         }
-        self.density(index)
+        let density = self.by_value(index);
+        match &self.shader {
+            Some(shader) => shader.shaded(density, index),
+            None => density,
+        }
     }
 
     /// The ray in index space.

@@ -6,6 +6,7 @@
 
 pub mod annotations;
 mod cells;
+mod effect;
 mod framing;
 mod inside;
 mod mode;
@@ -17,6 +18,7 @@ mod view;
 pub use crate::hierarchy::ErrorMeasure;
 pub use annotations::{Annotation, Annotations, lay_out as lay_out_annotations};
 pub use cells::{Cell, Cells, Edge, IndexRay, WhyWhole, level_colour};
+pub use effect::Effect;
 pub use framing::{NamedView, axis_letters, is_anterior_y};
 pub use inside::{
     AlongRay, Clip, ClipBox, CutFaces, HalfSpace, Inside, InsideError, Isosurface,
@@ -99,6 +101,24 @@ impl Scene {
         let SplatSettings { visibility, classify, .. } = self.splat;
         let has_slabs = visibility == Visibility::Slabs && classify != Classify::Before;
         self.vectors.is_some() && !self.hides_field() && !has_slabs
+    }
+
+    /// Whether lights or tables shade its samples, before kernels are put together.
+    pub fn shades_samples(&self) -> bool {
+        !self.shading.is_plain()
+            && self.splat.classify == Classify::Before
+            && Shading::is_shown_by(&self.splat)
+    }
+
+    /// What draws every voxel in a view where nobody chose and nothing was measured: as
+    /// [`SplatSettings::backend_in`], and tiles where samples are shaded.
+    pub fn backend_in(&self, view: &View) -> Backend {
+        if self.shades_samples() { Backend::Tiles } else { self.splat.backend_in(view) }
+    }
+
+    /// Whether nobody chose what draws it, and both can.
+    pub fn is_backend_open(&self, view: &View) -> bool {
+        !self.shades_samples() && self.splat.is_backend_open(view)
     }
 
     /// What it asks for beside the transfer function and the mode, by name.

@@ -60,19 +60,19 @@ impl Drawer {
     /// one, or until that was measured the fixed rule's.
     pub fn window_backend(&self, scene: &Scene, size: [u32; 2]) -> Backend {
         let measured = self.back_end_times(scene, size);
-        let fixed = || scene.splat.backend_in(&View::new(scene, size));
+        let fixed = || scene.backend_in(&View::new(scene, size));
         measured.map_or_else(fixed, |times| times.faster())
     }
 
     /// What was measured for a scene at a size, where the choice is open.
     pub fn back_end_times(&self, scene: &Scene, size: [u32; 2]) -> Option<BackEndTimes> {
-        let is_open = scene.splat.is_backend_open(&View::new(scene, size));
+        let is_open = scene.is_backend_open(&View::new(scene, size));
         is_open.then(|| self.calibration.times.get(&Task::of(scene, size)).copied()).flatten()
     }
 
     /// Whether the faster back end for a scene is still to be found.
     pub fn is_to_be_calibrated(&self, scene: &Scene, size: [u32; 2]) -> bool {
-        let is_open = scene.splat.is_backend_open(&View::new(scene, size));
+        let is_open = scene.is_backend_open(&View::new(scene, size));
         is_open && self.back_end_times(scene, size).is_none()
     }
 
@@ -90,6 +90,7 @@ impl Drawer {
     ) -> Result<(), DrawError> {
         let view = View::new(scene, size);
         self.begin(scene, &view, scene.splat.kernel)?;
+        self.renderer.set_looks(scene);
         let total = tile_count(size);
         let length = (total / SHARE).max(1);
         let (mut timed_ms, mut timed) = (0.0, 0);

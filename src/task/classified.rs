@@ -1,19 +1,19 @@
 //! A volume under its transfer function: on the device at once, its octree when something calls for it.
 //!
-//! The whole octree takes a thread of its own up to a tenth of a second, which whoever waits for it may
+//! The whole octree takes up to a tenth of a second (`task::octrees`), which whoever waits for it may
 //! leave, and which another transfer function cancels. While a hand moves one, quick pictures
 //! are drawn from level 3 and up.
 
 use std::sync::Arc;
-use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
 use std::time::Duration;
 
 use super::calibration::Calibration;
 use super::cells::CutSource;
 use super::draw::{DrawError, Drawer, Observer};
+use super::octrees::{self, Octree, Source};
 use super::vectors;
 use crate::core::Ticket;
-use crate::gpu::GpuError;
+use crate::gpu::{GpuError, OctreeBuilder, Renderer};
 use crate::hierarchy::{ErrorMeasure, Pyramid, PyramidError};
 use crate::scene::Scene;
 use crate::transfer::{Table, TransferFunction};
@@ -30,26 +30,16 @@ const WHOLE_AT_ONCE: u64 = 1 << 20;
 pub(super) struct Classified {
     pub(super) volume: Arc<ScalarVolume>,
     transfer: TransferFunction,
+    /// The transfer function on the device, where samples are shaded by another one than this.
+    by_value: Option<TransferFunction>,
     unit_distance: f64,
     pub(super) table: Arc<Table>,
     /// Where something has called for it; perhaps only its coarse levels.
     pyramid: Option<Arc<Pyramid>>,
+    /// Who made it.
+    builder: OctreeBuilder,
     /// All of it, on its way.
     under_way: Option<Octree>,
-}
-
-/// An octree that is built on a thread of its own; dropping it cancels.
-#[derive(Debug)]
-struct Octree {
-    measure: ErrorMeasure,
-    ticket: Ticket,
-    result: Receiver<Result<Pyramid, PyramidError>>,
-}
-
-impl Drop for Octree {
-    fn drop(&mut self) {
-        self.ticket.cancel();
-    }
 }
 
 impl From<PyramidError> for DrawError {
@@ -72,55 +62,59 @@ impl Classified {
         self.pyramid.as_ref().filter(|pyramid| pyramid.is_whole())
     }
 
+    fn source(&self, measure: ErrorMeasure) -> Source {
+        Source {
+            volume: Arc::clone(&self.volume),
+            table: Arc::clone(&self.table),
+            voxel_depth: self.voxel_depth(),
+            measure,
+            is_on_device: self.by_value.is_none(),
+        }
+    }
+
     /// Begins to build the octree, unless it is there or on its way.
-    fn begin(&mut self, measure: ErrorMeasure) -> Result<(), DrawError> {
+    fn begin(&mut self, measure: ErrorMeasure, renderer: &Renderer) -> Result<(), DrawError> {
         if self.pyramid.as_ref().is_some_and(|pyramid| pyramid.measure != measure) {
             // Never two at a time.
             self.pyramid = None;
         }
-        if self.whole().is_some() || self.under_way.as_ref().is_some_and(|u| u.measure == measure) {
+        let is_of = |octree: &Octree| octree.measure() == measure;
+        if self.whole().is_some() || self.under_way.as_ref().is_some_and(is_of) {
             return Ok(());
         }
         self.under_way = None;
-        let ticket = Ticket::new();
-        let (sender, result) = mpsc::sync_channel(1);
-        let job = {
-            let (volume, table) = (Arc::clone(&self.volume), Arc::clone(&self.table));
-            let (depth, ticket) = (self.voxel_depth(), ticket.clone());
-            move || {
-                let built = Pyramid::build(&volume, &table, depth, measure, &ticket);
-                // Whoever asked may be gone.
-                drop(sender.send(built));
-            }
-        };
-        let thread = std::thread::Builder::new().name("voxsplat-octree".to_owned()).spawn(job);
-        thread.map_err(|error| {
-            GpuError::Device(format!("the octree's thread did not start: {error}"))
-        })?;
-        self.under_way = Some(Octree { measure, ticket, result });
+        self.under_way = Some(Octree::begin(self.source(measure), renderer)?);
         Ok(())
     }
 
-    /// Takes the octree that is on its way, waiting for it so long at most; whether all of it is there.
-    fn take(&mut self, patience: Duration) -> Result<bool, DrawError> {
-        let Some(octree) = &self.under_way else { return Ok(self.whole().is_some()) };
-        let built = match octree.result.recv_timeout(patience) {
-            Ok(built) => built,
-            Err(RecvTimeoutError::Timeout) => return Ok(false),
-            Err(RecvTimeoutError::Disconnected) => {
+    /// Takes the octree that is on its way, waiting for it so long at most, or merging a piece of it;
+    /// whether all of it is there.
+    fn take(&mut self, renderer: &mut Renderer, patience: Duration) -> Result<bool, DrawError> {
+        let Some(octree) = &mut self.under_way else { return Ok(self.whole().is_some()) };
+        let builder = octree.builder;
+        match octree.step(renderer, patience) {
+            Ok(None) => Ok(false),
+            Ok(Some(built)) => {
                 self.under_way = None;
-                return Err(GpuError::Device("building the octree failed".to_owned()).into());
+                (self.pyramid, self.builder) = (Some(Arc::new(built)), builder);
+                Ok(true)
             }
-        };
-        self.under_way = None;
-        self.pyramid = Some(Arc::new(built?));
-        Ok(true)
+            Err(error) => {
+                self.under_way = None;
+                Err(error)
+            }
+        }
     }
 
     /// Has an octree at hand that quick pictures can be drawn from.
-    fn coarse(&mut self, measure: ErrorMeasure, ticket: &Ticket) -> Result<(), DrawError> {
+    fn coarse(
+        &mut self,
+        measure: ErrorMeasure,
+        renderer: &mut Renderer,
+        ticket: &Ticket,
+    ) -> Result<(), DrawError> {
         let is_of = |pyramid: &Arc<Pyramid>| pyramid.measure == measure;
-        if self.take(Duration::ZERO)? && self.pyramid.as_ref().is_some_and(is_of) {
+        if self.take(renderer, Duration::ZERO)? && self.pyramid.as_ref().is_some_and(is_of) {
             return Ok(());
         }
         if self.pyramid.as_ref().is_some_and(is_of) {
@@ -133,11 +127,11 @@ impl Classified {
             ErrorMeasure::Classified => Pyramid::visible_voxels(volume, table),
             ErrorMeasure::OpticalDepth => 2 * Pyramid::visible_voxels(volume, table),
         };
-        let pyramid = match work <= WHOLE_AT_ONCE {
-            true => Pyramid::build(volume, table, depth, measure, ticket)?,
-            false => Pyramid::coarse(volume, table, depth, measure, ticket)?,
+        let (pyramid, builder) = match work <= WHOLE_AT_ONCE {
+            true => (Pyramid::build(volume, table, depth, measure, ticket)?, OctreeBuilder::Host),
+            false => octrees::coarse(&self.source(measure), renderer, ticket)?,
         };
-        self.pyramid = Some(Arc::new(pyramid));
+        (self.pyramid, self.builder) = (Some(Arc::new(pyramid)), builder);
         Ok(())
     }
 }
@@ -176,7 +170,7 @@ impl Drawer {
         self.classify(scene, ticket)?;
         self.begin_octree(scene)?;
         while let Some(classified) = &mut self.classified
-            && !classified.take(LOOK_EVERY)?
+            && !classified.take(&mut self.renderer, LOOK_EVERY)?
         {
             if stops(self) {
                 return Err(DrawError::Interrupted);
@@ -203,7 +197,9 @@ impl Drawer {
         let needs_octree = self.reduction(scene, size, budget_ms).is_none();
         self.classify(scene, ticket)?;
         match &mut self.classified {
-            Some(classified) if needs_octree => classified.coarse(scene.splat.cut.measure, ticket),
+            Some(classified) if needs_octree => {
+                classified.coarse(scene.splat.cut.measure, &mut self.renderer, ticket)
+            }
             _ => Ok(()),
         }
     }
@@ -214,9 +210,29 @@ impl Drawer {
     /// A thread that does not start.
     pub fn begin_octree(&mut self, scene: &Scene) -> Result<(), DrawError> {
         match &mut self.classified {
-            Some(classified) => classified.begin(scene.splat.cut.measure),
+            Some(classified) => classified.begin(scene.splat.cut.measure, &self.renderer),
             None => Ok(()),
         }
+    }
+
+    /// Merges a piece of the octree that was begun, where the device builds it; whether there are more.
+    ///
+    /// # Errors
+    /// A failing device.
+    pub fn advance_octree(&mut self) -> Result<bool, DrawError> {
+        let Some(classified) = &mut self.classified else { return Ok(false) };
+        let has_pieces = |c: &Classified| c.under_way.as_ref().is_some_and(Octree::has_pieces);
+        if !has_pieces(classified) {
+            return Ok(false);
+        }
+        classified.take(&mut self.renderer, LOOK_EVERY)?;
+        Ok(has_pieces(classified))
+    }
+
+    /// Who made the octree of the scene prepared last, where there is one.
+    pub fn octree_builder(&self) -> Option<OctreeBuilder> {
+        let classified = self.classified.as_ref()?;
+        classified.pyramid.is_some().then_some(classified.builder)
     }
 
     /// Whether the octree of the scene prepared last is there only in part.
@@ -227,9 +243,12 @@ impl Drawer {
     /// Brings the device up to the scene's volume and transfer function.
     fn classify(&mut self, scene: &Scene, ticket: &Ticket) -> Result<(), DrawError> {
         let unit_distance = scene.opacity_unit_distance();
+        let by_value = scene.shades_samples().then(|| scene.shading.by_value(&scene.transfer));
+        let by_value = by_value.filter(|transfer| *transfer != scene.transfer);
         let current = self.classified.as_ref().is_some_and(|c| {
             Arc::ptr_eq(&c.volume, &scene.volume)
                 && c.transfer == scene.transfer
+                && c.by_value == by_value
                 && c.unit_distance == unit_distance
         });
         if current {
@@ -240,18 +259,28 @@ impl Drawer {
         }
         // An octree on its way is cancelled.
         self.classified = None;
+        self.renderer.drop_bricks();
         let table = Table::new(&scene.transfer, scene.volume.samples.scalar_type());
         match self.renderer.set_volume(&scene.volume, ticket) {
             Err(GpuError::Cancelled) => return Err(DrawError::Interrupted),
             other => other?,
         }
-        self.renderer.set_table(&table)?;
+        // Octrees stand in unlit, and know the transfer function alone.
+        match &by_value {
+            Some(transfer) => {
+                let table = Table::new(transfer, scene.volume.samples.scalar_type());
+                self.renderer.set_table(&table)?;
+            }
+            None => self.renderer.set_table(&table)?,
+        }
         self.classified = Some(Classified {
             volume: Arc::clone(&scene.volume),
             transfer: scene.transfer.clone(),
+            by_value,
             unit_distance,
             table: Arc::new(table),
             pyramid: None,
+            builder: OctreeBuilder::Host,
             under_way: None,
         });
         Ok(())

@@ -85,7 +85,7 @@ pub struct Drawn {
     pub is_reduced: bool,
     /// Which field of those on the device it shows, where it shows one.
     pub field: SlabField,
-    /// Slabs of a reconstructed field, which lights and shading tables reach.
+    /// Slabs of a reconstructed field, or gathered samples, which lights and shading tables reach.
     pub is_shaded: bool,
     /// Times that vectors were halved beyond what was asked for, as too many lay over one tile.
     pub vectors_halved: u32,
@@ -243,11 +243,16 @@ impl Drawer {
                 let radial = RadialKernel::new(kernel, scene.splat.extent);
                 // Splats are nowhere under a pixel: the pyramid level whose nodes are not.
                 let is_small = radial.is_some_and(|k| k.radius() * view.voxel_pixels() < 1.0);
-                match scene.splat.backend_in(&view) {
-                    Backend::Tiles if !is_small || scene.splat.takes_several_rays(&view) => {
+                match scene.backend_in(&view) {
+                    Backend::Tiles
+                        if !is_small
+                            || scene.splat.takes_several_rays(&view)
+                            || scene.shades_samples() =>
+                    {
                         self.gathered(scene, size, observer)
                     }
-                    // Larger nodes stand in for kernels that lie side by side, and not for others.
+                    // Larger nodes stand in for kernels that lie side by side, and not for others; and
+                    // they are unlit.
                     Backend::Raster if !is_small || !scene.splat.covers() => {
                         self.grid(scene, size, kernel, observer)
                     }
@@ -290,7 +295,17 @@ impl Drawer {
         };
         let view = View::new(scene, smaller);
         self.begin(scene, &view, scene.splat.kernel.splatted())?;
-        let records: Vec<Record> = cut.nodes.iter().map(record).collect();
+        // So that it hides as much as what follows it: nobody wants to see a flash.
+        let factor = match (RadialKernel::new(scene.splat.kernel.splatted(), None), self.pyramid())
+        {
+            (Some(_), Some(pyramid)) => pyramid.thinning.factor(&cut.nodes),
+            _ => 1.0,
+        };
+        let thinner = |mut record: Record| {
+            record.extinction *= factor;
+            record
+        };
+        let records: Vec<Record> = cut.nodes.iter().map(record).map(thinner).collect();
         // A preview: triangles draw large splats quicker, unless someone asked for tiles.
         if previews_by_lists(&scene.splat) {
             self.draw_lists(scene, &view, &records, observer)?;

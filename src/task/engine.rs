@@ -18,13 +18,15 @@ use std::collections::VecDeque;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError, mpsc};
 use std::thread::JoinHandle;
 
+use serde::Serialize;
+
 pub use crate::gpu::AdapterChoice;
 
 use super::calibration::BackEndTimes;
 use super::estimate::Checked;
 use super::still::{Convergence, Still, StillError, StillRequest};
 use crate::core::Ticket;
-use crate::gpu::{GpuError, Wishes};
+use crate::gpu::{GpuError, OctreeBuilder, Renderer, Wishes};
 use crate::scene::{Backend, Scene};
 use crate::volume::ScalarVolume;
 use worker::Worker;
@@ -140,10 +142,12 @@ pub struct FrameReport {
     pub held: Option<HeldBytes>,
     /// Pipelines of slabs were made for it: the next such picture takes less.
     pub made_pipelines: bool,
+    /// Who built the octree that was there, where one was.
+    pub octree: Option<OctreeBuilder>,
 }
 
 /// Bytes on the device, as this program allocates them.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 pub struct HeldBytes {
     /// All of them.
     pub all: u64,
@@ -151,6 +155,23 @@ pub struct HeldBytes {
     pub shading: u64,
     /// And those of what lets the inside be seen.
     pub inside: u64,
+    /// And those of vectors, with the lists of where they lie.
+    pub vectors: u64,
+    /// And those of polygons, with the lists of where they are met.
+    pub polygons: u64,
+}
+
+impl HeldBytes {
+    /// What is held on the device now.
+    pub(super) fn of(renderer: &Renderer) -> Self {
+        Self {
+            all: renderer.size_bytes(),
+            shading: renderer.shading_bytes(),
+            inside: renderer.inside_bytes(),
+            vectors: renderer.vector_bytes(),
+            polygons: renderer.polygon_bytes(),
+        }
+    }
 }
 
 impl FrameReport {
@@ -171,6 +192,7 @@ impl FrameReport {
             effects: Vec::new(),
             held: None,
             made_pipelines: false,
+            octree: None,
         }
     }
 }

@@ -12,6 +12,7 @@ pub mod engine;
 pub mod estimate;
 pub mod lettering;
 pub mod loop_file;
+mod octrees;
 pub mod output_file;
 pub mod picture_file;
 mod previews;
@@ -22,3 +23,6 @@ pub mod still;
 pub mod sweep;
 pub mod transfer_file;
 mod vectors;
+
+#[doc(hidden)]
+pub use previews::coefficients_of as preview_field;

@@ -85,6 +85,7 @@ pub fn write(still: &Still, format: PictureFormat, path: &Path) -> Result<(), St
 mod tests {
     use super::*;
     use crate::task::draw::Drawn;
+    use crate::task::engine::HeldBytes;
 
     #[test]
     fn exr_holds_the_premultiplied_light_and_png_the_bytes() {
@@ -98,6 +99,7 @@ mod tests {
             rgba: rgba.clone(),
             drawn,
             kernels_active: 0,
+            octree: None,
             adapter: String::new(),
             frame_ms: Vec::new(),
             field: None,
@@ -105,6 +107,8 @@ mod tests {
             passes: Vec::new(),
             timed_frame_ms: None,
             timer: None,
+            effects: Vec::new(),
+            held: HeldBytes::default(),
             peak_gpu_bytes: 0,
             backend: "raster",
             capped_sums: 0,

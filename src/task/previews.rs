@@ -8,7 +8,7 @@ use crate::core::Ticket;
 use crate::gpu::{GpuError, SlabField};
 use crate::hierarchy::{ScalarPyramid, ScalarPyramidError};
 use crate::kernel::{Averaged, Coefficients, CoefficientsError, Kernel, nearest_tents};
-use crate::scene::{Reconstruction, Scene, SplatSettings, View};
+use crate::scene::{Backend, Reconstruction, Scene, SplatSettings, View};
 use crate::volume::ScalarVolume;
 
 use super::draw::{DrawError, Drawer, Drawn, LEAST_SIDE, Observer, Rung, shrunk};
@@ -55,7 +55,8 @@ fn rays(size: [u32; 2], shrink: f64) -> f64 {
 }
 
 /// The mode of the field for previews of a scene, where one would be quicker than the scene's own and
-/// look alike: the tents nearest to it, or tents through means. A smooth field is not like them.
+/// look alike: the tents nearest to it, or tents through means. A smooth field is not like them; but
+/// where samples are shaded first it is the only one that can be lit.
 pub(super) fn preview_mode(scene: &Scene) -> Option<SplatSettings> {
     let splat = scene.splat;
     let is_sharp = match splat.kernel {
@@ -66,15 +67,26 @@ pub(super) fn preview_mode(scene: &Scene) -> Option<SplatSettings> {
             splat.reconstruction == Reconstruction::Interpolating
         }
     };
-    (slabs::reconstructs(&splat) && is_sharp && !vectors::are_alone(scene)).then_some(
-        SplatSettings {
-            kernel: Kernel::Linear,
-            extent: None,
-            reconstruction: Reconstruction::Interpolating,
-            slabs_per_voxel: splat.slabs_per_voxel.min(1.0),
-            ..splat
-        },
-    )
+    let tents = SplatSettings {
+        kernel: Kernel::Linear,
+        extent: None,
+        reconstruction: Reconstruction::Interpolating,
+        slabs_per_voxel: splat.slabs_per_voxel.min(1.0),
+        ..splat
+    };
+    if scene.shades_samples() {
+        // Octree cuts are unlit.
+        let SplatSettings { visibility, classify, order, .. } = SplatSettings::EXACT;
+        return Some(SplatSettings {
+            visibility,
+            classify,
+            order,
+            slabs_per_voxel: 1.0,
+            backend: Backend::Auto,
+            ..tents
+        });
+    }
+    (slabs::reconstructs(&splat) && is_sharp && !vectors::are_alone(scene)).then_some(tents)
 }
 
 /// How many times a volume is halved for its previews.
@@ -104,7 +116,10 @@ pub(super) fn preview_coefficients(
 }
 
 /// The same of a volume halved so many times.
-fn coefficients_of(
+///
+/// # Errors
+/// Cancelled, or too little memory.
+pub fn coefficients_of(
     volume: &ScalarVolume,
     level: u32,
     ticket: &Ticket,
@@ -119,7 +134,11 @@ fn coefficients_of(
     })?;
     let coarse = levels.swap_remove(level as usize - 1);
     let mut half_widths = coarse.spread;
-    half_widths.iter_mut().for_each(|width| *width *= 3.0_f32.sqrt());
+    let extremes = coarse.low.iter().zip(&coarse.high).zip(&coarse.mean);
+    for (width, ((low, high), mean)) in half_widths.iter_mut().zip(extremes) {
+        // As far as every value: else a single bright voxel could not be seen at all. NaN are no data.
+        *width = (*width * 3.0_f32.sqrt()).max(high - mean).max(mean - low);
+    }
     let averaged = Averaged { level, volume_dims: dims, half_widths };
     Ok(Coefficients::of_means(coarse.dims, coarse.mean, bias, averaged, ticket)?)
 }
@@ -160,14 +179,15 @@ impl Drawer {
             let shrink = self.affordable(SlabField::Own, size, budget_ms);
             return Some(Reduction { field: SlabField::Own, shrink });
         }
-        if !slabs::reconstructs(&scene.splat) {
+        let shades_samples = scene.shades_samples();
+        if !slabs::reconstructs(&scene.splat) && !shades_samples {
             return None;
         }
         let affordable = |field: SlabField, splat: &SplatSettings| {
             let is_there = self.renderer.holds_field(field, &scene.volume, splat);
             is_there.then(|| self.affordable(field, size, budget_ms))
         };
-        let own = affordable(SlabField::Own, &scene.splat);
+        let own = affordable(SlabField::Own, &scene.splat).filter(|_| !shades_samples);
         let tents = preview_mode(scene).and_then(|splat| affordable(SlabField::Preview, &splat));
         let worth = match self.last_reduction {
             Some(Reduction { field: SlabField::Preview, .. }) => STILL_WORTH_TENTS,
@@ -340,7 +360,7 @@ mod tests {
             let averaged = found.averaged.as_ref().unwrap();
             assert_eq!((averaged.level, averaged.volume_dims), (level, dims));
             assert_eq!(found.dims, dims.map(|n| n.div_ceil(1 << level)));
-            let mut holes = 0;
+            let (mut holes, mut extended) = (0, 0);
             for i in 0..found.values.len() {
                 let [nx, ny, _] = found.dims;
                 let block = [i % nx, i / nx % ny, i / (nx * ny)];
@@ -355,11 +375,14 @@ mod tests {
                 let n = held.len() as f64;
                 let mean = held.iter().sum::<f64>() / n;
                 let squares = held.iter().map(|v| (v - mean) * (v - mean)).sum::<f64>();
-                let width = if bit { 0.0 } else { (3.0 * squares / n).sqrt() };
+                let farthest = held.iter().map(|v| (v - mean).abs()).fold(0.0, f64::max);
+                let width = if bit { 0.0 } else { (3.0 * squares / n).sqrt().max(farthest) };
+                extended += u32::from(!bit && width == farthest);
                 assert!(bit || (found.get(i) - mean).abs() < 1e-6, "{} {mean}", found.get(i));
                 assert!((f64::from(averaged.half_widths[i]) - width).abs() < 1e-6, "{width}");
             }
             assert!(holes > 0, "no block is without data");
+            assert!(level > 1 || extended > 0, "no block has a value far from the others");
         }
     }
 }

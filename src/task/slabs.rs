@@ -20,6 +20,8 @@ use crate::volume::ScalarVolume;
 
 /// Tiles in the first piece, before any was timed.
 const FIRST_TILES: u32 = 64;
+/// Bricks of samples that are shaded in the first piece.
+const FIRST_BRICKS: u32 = 512;
 /// Transmittance at which rays end: what is behind can change no channel by more than half a step
 /// of 10 bits.
 pub(super) const STOP_BELOW: f64 = 5e-4;
@@ -215,9 +217,41 @@ impl Drawer {
         let view = View::new(scene, size);
         let unit_distance = scene.opacity_unit_distance();
         let all = |_: &mut Renderer, tiles: Range<u32>| Ok(tiles.end);
-        self.tiled(scene, &view, observer, (FIRST_TILES, all), |renderer, tiles| {
+        self.renderer.set_looks(scene);
+        let pipelines = self.renderer.pipeline_count();
+        let start = Instant::now();
+        self.shade_samples(scene, &view, observer)?;
+        let shading_ms = start.elapsed().as_secs_f64() * 1e3;
+        let drawn = self.tiled(scene, &view, observer, (FIRST_TILES, all), |renderer, tiles| {
             renderer.draw_gathered(&view, &scene.splat, unit_distance, STOP_BELOW, tiles)
-        })
+        })?;
+        let made_pipelines = self.renderer.pipeline_count() != pipelines;
+        let wall_ms = drawn.wall_ms + shading_ms;
+        Ok(Drawn { is_shaded: true, made_pipelines, wall_ms, ..drawn })
+    }
+
+    /// Shades the samples of a scene that asks for it, some bricks at a time.
+    fn shade_samples(
+        &mut self,
+        scene: &Scene,
+        view: &View,
+        observer: &mut dyn Observer,
+    ) -> Result<(), DrawError> {
+        let unit_distance = scene.opacity_unit_distance();
+        let total = self.renderer.bricks_to_shade(view, &scene.splat, unit_distance)?;
+        let (mut done, mut piece) = (0, FIRST_BRICKS);
+        while done < total {
+            let end = (done + piece).min(total);
+            let wall_ms = self.renderer.shade_bricks(done..end)?;
+            let rate = f64::from(end - done) / wall_ms.max(0.01);
+            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
+            let fitting = (rate * observer.piece_ms()).clamp(64.0, f64::from(piece) * 2.0) as u32;
+            (done, piece) = (end, fitting);
+            if observer.piece_done(&mut self.renderer, 0.0) {
+                return Err(DrawError::Interrupted);
+            }
+        }
+        Ok(())
     }
 
     /// A picture a few tiles at a time, so many of them in the first piece. Before the tiles of a band
@@ -283,7 +317,9 @@ impl Drawer {
             reach: Renderer::slab_reach(view, spacing, &scene.splat),
             levels: scene.inside.isosurfaces.iter().map(|iso| iso.value).collect(),
         };
-        if self.field.tables[which as usize].as_ref() != Some(&key) {
+        let is_current = self.field.tables[which as usize].as_ref() == Some(&key)
+            && self.renderer.holds_slab_table(which);
+        if !is_current {
             let weight = match key.opacity_model {
                 OpacityModel::OpticalDepth => Weight::Extinction,
                 OpacityModel::Published => Weight::Opacity,

@@ -5,6 +5,7 @@ use serde::Serialize;
 use super::draw::{
     DrawError, Drawer, Drawn, Observer, Rung, background_light, lists_cut, previews_by_lists,
 };
+use super::engine::HeldBytes;
 use super::estimate::{Coarseness, Estimator};
 use super::slabs::reconstructs;
 use crate::accuracy::sweep::Detail;
@@ -12,9 +13,9 @@ use crate::accuracy::{self, Difference};
 use crate::core::colour::srgb_bytes;
 use crate::core::memory::TooLarge;
 use crate::core::{Camera, Cancelled, Ticket};
-use crate::gpu::{GpuError, PassTime, Renderer, SlabField};
+use crate::gpu::{GpuError, OctreeBuilder, PassTime, Renderer, SlabField};
 use crate::kernel::Kernel;
-use crate::scene::{Backend, Cells, Scene, SplatSettings, View, Visibility};
+use crate::scene::{Backend, Cells, Effect, Scene, SplatSettings, View, Visibility};
 
 /// How far a still picture is to be refined.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -89,8 +90,24 @@ pub struct StillRequest {
     pub refine: Refine,
     /// More frames after the picture, each with the camera turned by one degree, for timing.
     pub repeat: u32,
-    /// Whether to time each pass, in one more frame.
+    /// Whether to time each pass, in one more frame, and to find what each effect of a full picture costs
+    /// and changes, in a few more.
     pub time_passes: bool,
+}
+
+/// What leaving an effect out of a full picture changes.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct LeftOut {
+    /// Its name.
+    pub name: &'static str,
+    /// Wall milliseconds of the picture with it, once every pipeline was there.
+    pub with_ms: f64,
+    /// The same without it.
+    pub without_ms: f64,
+    /// Root mean square of the change over pixels and RGB, linear light.
+    pub rmse: f64,
+    /// What its mean brightness is then greater by, linear light.
+    pub mean_brightness: f64,
 }
 
 /// A still picture and what it cost.
@@ -108,6 +125,8 @@ pub struct Still {
     pub is_full: bool,
     /// Voxels with opacity.
     pub kernels_active: u64,
+    /// Who built the octree, `host` or `device`; `None` where there is none.
+    pub octree: Option<&'static str>,
     /// The adapter.
     pub adapter: String,
     /// Wall milliseconds from camera set to queue finished; the picture's first.
@@ -124,6 +143,10 @@ pub struct Still {
     pub timed_frame_ms: Option<f64>,
     /// `device` or `wall`.
     pub timer: Option<&'static str>,
+    /// What each effect of a full picture costs, where passes were timed.
+    pub effects: Vec<LeftOut>,
+    /// Bytes held on the device when it was drawn, of parts that not every scene has.
+    pub held: HeldBytes,
     /// Most bytes held on the device.
     pub peak_gpu_bytes: u64,
     /// Opacities and sums of them that were over 1 and lowered to it, with published opacity.
@@ -285,13 +308,24 @@ pub(super) fn draw(
         drawer.renderer.stop_timing();
     }
     let backend = backend_of(rung, &drawn, scene).name();
+    let is_full = rung == Rung::Full && drawn_size == *size;
+    let held = HeldBytes::of(&drawer.renderer);
+    let peak_gpu_bytes = drawer.renderer.peak_bytes();
+    let (pipelines, uploads) = (drawer.renderer.pipeline_count(), drawer.renderer.upload_count());
+    let effects = match request.time_passes && is_full {
+        true => left_out(drawer, scene, (*size, &light), ticket)?,
+        false => Vec::new(),
+    };
     Ok(Still {
         size: *size,
+        effects,
+        held,
         light,
         rgba,
         drawn,
-        is_full: rung == Rung::Full && drawn_size == *size,
+        is_full,
         kernels_active: drawer.active_count().unwrap_or(0),
+        octree: drawer.octree_builder().map(OctreeBuilder::name),
         adapter: drawer.renderer.context().adapter_name.clone(),
         frame_ms,
         field,
@@ -299,16 +333,59 @@ pub(super) fn draw(
         passes,
         timed_frame_ms,
         timer,
-        peak_gpu_bytes: drawer.renderer.peak_bytes(),
+        peak_gpu_bytes,
         capped_sums,
         backend,
-        pipelines: drawer.renderer.pipeline_count(),
-        uploads: drawer.renderer.upload_count(),
+        pipelines,
+        uploads,
         measured_rmse,
         convergence,
         cells,
         capped_opacities: drawer.capped_count(),
     })
+}
+
+/// Draws a full picture once more without each of its effects in turn.
+fn left_out(
+    drawer: &mut Drawer,
+    scene: &Scene,
+    (size, light): ([u32; 2], &[[f32; 4]]),
+    ticket: &Ticket,
+) -> Result<Vec<LeftOut>, StillError> {
+    let parts = || Effect::ALL.iter().filter(|effect| **effect != Effect::Shading);
+    let others: Vec<_> =
+        parts().filter_map(|effect| Some((effect.name(), effect.left_out_of(scene)?))).collect();
+    if others.is_empty() {
+        return Ok(Vec::new());
+    }
+    let with_ms = full_ms(drawer, scene, size, ticket)?;
+    let full = widened(light);
+    let mut found = Vec::new();
+    for (name, other) in others {
+        let without_ms = full_ms(drawer, &other, size, ticket)?;
+        let without = widened(&drawer.renderer.read_light()?);
+        let difference = Difference::between(&without, &full)
+            .map_err(|error| GpuError::Device(format!("two pictures of one size: {error}")))?;
+        let Difference { rmse, mean_brightness, .. } = difference;
+        found.push(LeftOut { name, with_ms, without_ms, rmse, mean_brightness });
+    }
+    Ok(found)
+}
+
+/// What a full picture takes once every pipeline is there.
+fn full_ms(
+    drawer: &mut Drawer,
+    scene: &Scene,
+    size: [u32; 2],
+    ticket: &Ticket,
+) -> Result<f64, StillError> {
+    let mut watch = Watch(ticket);
+    drawer.prepare(scene, ticket)?;
+    let drawn = drawer.draw(scene, size, Rung::Full, &mut watch)?;
+    match drawn.made_pipelines {
+        true => Ok(drawer.draw(scene, size, Rung::Full, &mut watch)?.wall_ms),
+        false => Ok(drawn.wall_ms),
+    }
 }
 
 /// The reconstructed field on the picture of a rung, if that is of one.
@@ -318,7 +395,9 @@ fn shown_field(
     drawn: &Drawn,
     splat: &SplatSettings,
 ) -> Option<ShownField> {
-    let is_of_field = reconstructs(splat) && (rung == Rung::Full || drawn.is_reduced);
+    let is_preview = drawn.is_reduced && drawn.field == SlabField::Preview;
+    let is_own = reconstructs(splat) && (rung == Rung::Full || drawn.is_reduced);
+    let is_of_field = is_preview || is_own;
     let (kernel, dims) = drawer.renderer.field_shape(drawn.field).filter(|_| is_of_field)?;
     let which = match drawn.field {
         SlabField::Own => "own",
@@ -331,7 +410,7 @@ fn shown_field(
 fn backend_of(rung: Rung, drawn: &Drawn, scene: &Scene) -> Backend {
     let splat = &scene.splat;
     let lists = match rung {
-        Rung::Full => return splat.backend_in(&View::new(scene, drawn.size)),
+        Rung::Full => return scene.backend_in(&View::new(scene, drawn.size)),
         Rung::Reduced { .. } => return splat.fixed_backend(),
         Rung::Coarse { .. } if drawn.is_reduced => return splat.fixed_backend(),
         Rung::Octree { .. } | Rung::Subsampled { .. } => lists_cut(splat),

@@ -25,7 +25,7 @@ const LIT: Within = Within { max_abs: 2e-3, rmse: 1.2e-4, bias: 2e-5 };
 /// 1.4e-4, bias to 2.4e-5.
 const LOOKED_UP: Within = Within { max_abs: 8e-3, rmse: 3e-4, bias: 5e-5 };
 
-fn lattice() -> Lattice {
+pub(crate) fn lattice() -> Lattice {
     Lattice { spacing: DVec3::new(1.0, 1.3, 0.7), ..Lattice::unit([11, 9, 13]) }
 }
 
@@ -51,12 +51,12 @@ fn lamps() -> Lighting {
     }
 }
 
-fn lit() -> Shading {
+pub(crate) fn lit() -> Shading {
     Shading { lighting: Some(lamps()), ..Shading::default() }
 }
 
 #[track_caller]
-fn agrees(name: &str, scene: &Scene, within: Within) {
+pub(crate) fn agrees(name: &str, scene: &Scene, within: Within) {
     let Some(mut drawer) = drawer() else { return };
     let reference = Reference::new(scene, SIZE.map(|n| n as usize)).expect("a mode with meaning");
     let expected: Light = reference.picture();
@@ -79,13 +79,13 @@ fn range(index: Index) -> [f64; 2] {
     }
 }
 
-fn amounts(index: Index) -> Amounts {
+pub(crate) fn amounts(index: Index) -> Amounts {
     let [low, high] = range(index);
     let at = |share: f64| low + (high - low) * share;
     Amounts { index, points: vec![(at(0.0), 0.1), (at(0.3), 0.9), (at(0.6), 0.2), (at(1.0), 0.6)] }
 }
 
-fn colours(index: Index) -> Colours {
+pub(crate) fn colours(index: Index) -> Colours {
     let [low, high] = range(index);
     let stops = [[250, 30, 10], [20, 200, 90], [10, 60, 250]].map(Srgb8);
     let places = [low, 0.4 * high + 0.6 * low, high];

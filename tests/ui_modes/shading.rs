@@ -5,7 +5,9 @@ use std::sync::atomic::Ordering;
 use eframe::egui::accesskit::{Role, Toggled};
 use eframe::egui::{Key, Modifiers, PointerButton, vec2};
 use egui_kittest::kittest::{NodeT as _, Queryable as _};
-use voxsplat::scene::{Attached, Index, MOST_LIGHTS, Shading, ShadingPreset, SplatSettings};
+use voxsplat::scene::{
+    Attached, Backend, Index, MOST_LIGHTS, Shading, ShadingPreset, SplatSettings,
+};
 use voxsplat::task::engine::Effort;
 
 use super::press;
@@ -200,21 +202,23 @@ fn modes_that_show_no_shading_say_so_and_offer_the_exact_one() {
     let says = |bench: &Bench| bench.shows("Use the exact mode");
     assert!(!says(&bench));
     press(&mut bench, "Classic splatting");
+    assert!(!says(&bench), "its samples are lit first");
+    bench.harness.get_by_label("Advanced").click();
+    bench.harness.run_steps(30);
+    bench.choose("Back end", "Triangles");
     assert!(says(&bench));
     bench.choose("Shading preset", "Lights");
     let request = bench.last_request().scene;
-    assert_eq!(request.splat, SplatSettings::SHADE_FIRST, "a preset leaves the mode alone");
+    let triangles = SplatSettings { backend: Backend::Raster, ..SplatSettings::SHADE_FIRST };
+    assert_eq!(request.splat, triangles, "a preset leaves the mode alone");
     assert!(!Shading::is_shown_by(&request.splat) && says(&bench));
-    press(&mut bench, "Use the exact mode");
-    assert_eq!(bench.last_request().scene.splat, SplatSettings::EXACT);
-    assert!(!says(&bench) && shading(&bench).lighting.is_some());
-    // The second mode of a comparison is classic splatting.
-    let second = "The second mode colours samples before they are put together: it is shown without \
-                  lights and tables";
-    assert!(!bench.shows(second));
     bench.harness.key_press(Key::C);
     bench.settle();
-    assert!(bench.shows(second));
+    let second = "The second mode is drawn as triangles: it is shown without lights and tables";
+    assert!(!bench.shows(second), "the exact one");
+    press(&mut bench, "Swap");
+    assert!(bench.shows(second), "they have changed places");
+    assert!(!says(&bench) && shading(&bench).lighting.is_some());
     press(&mut bench, "Reset shading");
     assert!(!bench.shows(second), "there is nothing that it would not show");
 }
@@ -241,20 +245,46 @@ fn the_effects_panel_says_what_runs_why_and_what_was_measured() {
     let running = |bench: &Bench| count(bench, "Yes");
     assert_eq!((count(&bench, "Lights"), count(&bench, "+0.0 ms")), (2, 0));
     let before = running(&bench);
+    let seconds = |bench: &Bench| -> Vec<Shading> {
+        bench.engine.seconds().iter().flatten().map(|second| second.scene.shading.clone()).collect()
+    };
+    assert!(seconds(&bench).is_empty(), "nothing asks for anything");
+    // The picture's own time is not known, as shaders were made for it: it is drawn once more, and
+    // then without what it shows.
     bench.engine.makes_pipelines.store(true, Ordering::SeqCst);
     tick(&mut bench, "Lights");
-    assert_eq!(count(&bench, "+0.0 ms"), 0, "making shaders is no cost of the lights");
     bench.engine.makes_pipelines.store(false, Ordering::SeqCst);
-    tick(&mut bench, "Lights");
-    tick(&mut bench, "Lights");
+    bench.settle();
+    let lit = shading(&bench);
+    let plain = Shading::default();
+    assert_eq!(seconds(&bench), [lit, plain.clone(), plain]);
     // All shading, gradients and lights.
     assert_eq!(running(&bench), before + 3);
     assert!(bench.shows("Shading, 1 light") && bench.shows("lights"));
-    // The stand-in takes as long for each: of all shading, and of the lights.
-    assert_eq!(count(&bench, "+0.0 ms"), 2);
-    // Classic splatting shows none of it.
+    // The stand-in takes as long for each: of all shading, and of the lights; 20 log10(1 / 0.03).
+    assert_eq!((count(&bench, "+0.0 ms"), count(&bench, "30.5 dB")), (2, 2));
+    tick(&mut bench, "Lights");
+    assert_eq!((count(&bench, "+0.0 ms"), count(&bench, "30.5 dB")), (0, 0), "they are off");
+    tick(&mut bench, "Lights");
+    assert_eq!((count(&bench, "+0.0 ms"), count(&bench, "30.5 dB")), (2, 2));
+    assert_eq!(seconds(&bench).len(), 3, "it is remembered");
+    // Classic splatting lights samples; triangles show none of it.
     press(&mut bench, "Classic splatting");
+    assert_eq!((running(&bench), count(&bench, "Not here")), (before + 3, 0));
+    bench.harness.get_by_label("Advanced").click();
+    bench.harness.run_steps(30);
+    bench.choose("Back end", "Triangles");
     assert_eq!((running(&bench), count(&bench, "Not here")), (before, 3));
-    assert_eq!(count(&bench, "+0.0 ms"), 0, "nobody has drawn it");
+    assert_eq!((count(&bench, "+0.0 ms"), count(&bench, "30.5 dB")), (0, 0));
+    // Closed, it measures nothing.
+    let asked = seconds(&bench).len();
+    bench.harness.key_press(Key::E);
+    press(&mut bench, "Exact");
+    tick(&mut bench, "Emission");
+    bench.settle();
+    assert_eq!(seconds(&bench).len(), asked);
+    bench.harness.key_press(Key::E);
+    bench.settle();
+    assert!(seconds(&bench).len() > asked);
     bench.harness.check_accessibility();
 }

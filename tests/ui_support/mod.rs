@@ -201,8 +201,15 @@ fn gradient(request: &FrameRequest) -> Picture {
             true => request.scene.shading.effects(),
             false => Vec::new(),
         },
-        held: Some(HeldBytes { all: 52_400_000, shading: 17_000, inside: 0 }),
+        held: Some(HeldBytes {
+            all: 52_400_000,
+            shading: 17_000,
+            inside: 0,
+            vectors: 0,
+            polygons: 0,
+        }),
         made_pipelines: false,
+        octree: None,
     };
     Picture { size: request.size, requested_size: request.size, rgba, report }
 }

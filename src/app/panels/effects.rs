@@ -39,6 +39,22 @@ pub enum Time {
     Added(Cost),
 }
 
+/// How far the picture without an effect is from the one with it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Change {
+    /// Nobody has measured.
+    Unknown,
+    /// RMSE in linear light.
+    Rmse(f64),
+}
+
+impl Change {
+    /// Of a measured one; two pictures that cannot be compared say nothing.
+    pub fn of(rmse: Option<f64>) -> Self {
+        rmse.map_or(Self::Unknown, Self::Rmse)
+    }
+}
+
 /// One effect.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Row {
@@ -52,6 +68,8 @@ pub struct Row {
     pub why: String,
     /// What it took.
     pub time: Time,
+    /// What it changes.
+    pub change: Change,
     /// Bytes on the device of its own; `None` where they are not counted by themselves.
     pub bytes: Option<u64>,
 }
@@ -61,16 +79,20 @@ pub fn effects_ui(ctx: &Context, rows: &[Row], all_bytes: Option<u64>) -> bool {
     let mut open = true;
     let panel = Floating::new("Effects").open(&mut open).resizable(false).collapsible(false);
     panel.default_pos(pos2(16.0, 48.0)).show(ctx, |ui| {
-        Grid::new("effects").num_columns(5).spacing([14.0, 4.0]).striped(true).show(ui, |ui| {
+        Grid::new("effects").num_columns(6).spacing([14.0, 4.0]).striped(true).show(ui, |ui| {
             for (title, help) in [
                 ("Effect", ""),
                 ("Runs", "Whether it is on the picture shown now"),
                 ("Asked for by", "What asked for it, or how to"),
                 (
                     "Time",
-                    "How much longer the finished picture of this view took than without it, once \
-                     both were drawn; pictures that a shader was made for do not count. – where \
-                     nobody has measured",
+                    "How much longer the finished picture of this view takes than one without it. Both \
+                     are drawn while this panel is open and nothing moves",
+                ),
+                (
+                    "Without it",
+                    "How near the picture without it would be to this one: the fewer decibels, the more \
+                     it changes",
                 ),
                 ("Device", "Bytes that it holds on the device; – where they are not its own"),
             ] {
@@ -119,6 +141,18 @@ fn row_ui(ui: &mut Ui, row: &Row) {
     let time = ui.label(RichText::new(time).color(colour));
     if let Some(detail) = detail {
         time.on_hover_text(detail);
+    }
+    let (change, detail) = match row.change {
+        Change::Unknown => ("–".to_owned(), None),
+        Change::Rmse(0.0) => ("the same".to_owned(), None),
+        Change::Rmse(rmse) => {
+            let detail = format!("RMSE {rmse:.2e} in linear light");
+            (words::decibels(-20.0 * rmse.log10()), Some(detail))
+        }
+    };
+    let change = ui.label(RichText::new(change).color(colour));
+    if let Some(detail) = detail {
+        change.on_hover_text(detail);
     }
     let bytes = row.bytes.map_or_else(|| "–".to_owned(), human_bytes);
     ui.label(RichText::new(bytes).color(colour));

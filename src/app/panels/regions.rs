@@ -96,7 +96,7 @@ fn note_ui(ui: &mut Ui, scene: &Scene) {
     let text = if scene.shading.opacity.is_some() {
         "The opacity table below (Shading) takes the place of the regions"
     } else if !Shading::is_shown_by(&scene.splat) {
-        "This mode colours samples before they are put together: it shows the curve, and no regions"
+        "This mode is drawn as triangles: it shows the curve, and no regions"
     } else {
         return;
     };

@@ -187,17 +187,16 @@ fn mode_ui(ui: &mut Ui, scene: &mut Scene, second: Option<&SplatSettings>) {
     let note = |text: &str| Label::new(RichText::new(text).size(12.0).color(theme::NOTE)).wrap();
     if !Shading::is_shown_by(&scene.splat) {
         ui.add(note(
-            "This mode colours samples before they are put together: its pictures show the transfer \
-             function alone, without lights and tables",
+            "Samples are lit in tiles alone, and this mode is drawn as triangles: its pictures show the \
+             transfer function, without lights and tables",
         ));
         let button = ui.button("Use the exact mode");
-        if button.on_hover_text("Interpolate first and colour then: such slabs are lit").clicked() {
+        if button.on_hover_text("Interpolate first, then colour and light the slabs").clicked() {
             scene.splat = modes::with_unit_distance_of(SplatSettings::EXACT, &scene.splat);
         }
     } else if !scene.shading.is_plain() && second.is_some_and(|mode| !Shading::is_shown_by(mode)) {
         ui.add(note(
-            "The second mode colours samples before they are put together: it is shown without lights \
-             and tables",
+            "The second mode is drawn as triangles: it is shown without lights and tables",
         ));
     }
 }

@@ -368,6 +368,7 @@ mod tests {
             effects: Vec::new(),
             held: None,
             made_pipelines: false,
+            octree: None,
         };
         Shown { report, mode, measured: None }
     }

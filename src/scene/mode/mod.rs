@@ -373,7 +373,8 @@ impl SplatSettings {
         self.can_gather() && self.covers() && view.rays_per_side(self.kernel, self.extent) > 1
     }
 
-    fn can_gather(&self) -> bool {
+    /// Whether its samples may be gathered by rays in tiles.
+    pub(super) fn can_gather(&self) -> bool {
         self.kernel != Kernel::Gouraud
             && self.backend != Backend::Raster
             && self.extent.is_none_or(|extent| extent <= MOST_GATHERED_EXTENT)

@@ -9,6 +9,10 @@
 //! - light: emission + reflection · (ambient + diffuse Σ Iⱼ max(N·Lⱼ, 0))
 //!   + specular Σ Iⱼ max(Rⱼ·V, 0)ⁿ, where N·Lⱼ > 0.
 //!
+//! After reconstruction, points are slabs, with the field's gradient; shaded first ([`Classify::Before`]),
+//! they are samples, with that of the samples beside them: central differences, one-sided at the borders
+//! and beside samples without data. V and the depth in the view are those of the sample's own place.
+//!
 //! Each of the four tables may be indexed by any [`Index`]; the transfer function is those of opacity
 //! and reflection by value.
 
@@ -20,7 +24,8 @@ use glam::{DMat3, DVec3};
 use serde::{Deserialize, Serialize};
 
 use crate::core::{Camera, Srgb8};
-use crate::scene::{Classify, Scene, SplatSettings, Visibility};
+use crate::kernel::Kernel;
+use crate::scene::{Backend, Classify, Scene, SplatSettings};
 use crate::transfer::{
     Region, RegionError, TRANSMITTANCE_FLOOR, TransferFunction, extinction_from_opacity,
     interpolate, regions,
@@ -249,15 +254,13 @@ pub enum ShadingError {
     Region(#[from] RegionError),
     /// A mode whose kernels are not lit.
     #[error(
-        "expected slabs classified after reconstruction where there are lights, shading tables or \
-         regions by gradient, found {visibility} classified {classify}; try --visibility slabs --classify pre-integrated, \
+        "expected a mode that tiles draw where there are lights, shading tables or regions by gradient, \
+         found {found}; choose --backend auto and another kernel than gouraud, no wider than 8 voxels, \
          or leave the shading out"
     )]
     Mode {
-        /// The mode's visibility.
-        visibility: &'static str,
-        /// When it classifies.
-        classify: &'static str,
+        /// Of the mode, what only triangles draw.
+        found: String,
     },
 }
 
@@ -295,7 +298,7 @@ impl Shading {
     /// Whether pictures of a mode show lights and tables; those of others show the transfer function
     /// alone.
     pub fn is_shown_by(splat: &SplatSettings) -> bool {
-        splat.visibility == Visibility::Slabs && splat.classify != Classify::Before
+        splat.classify != Classify::Before || splat.can_gather()
     }
 
     /// What its tables are indexed by.
@@ -365,8 +368,14 @@ impl Shading {
         }
         regions::validate(&self.regions)?;
         if !self.is_plain() && !Self::is_shown_by(splat) {
-            let (visibility, classify) = (splat.visibility.name(), splat.classify.name());
-            return Err(ShadingError::Mode { visibility, classify });
+            let found = match (splat.kernel, splat.extent) {
+                (Kernel::Gouraud, _) => "--kernel gouraud".to_owned(),
+                (_, Some(extent)) if splat.backend != Backend::Raster => {
+                    format!("--extent {extent}")
+                }
+                _ => "--backend raster".to_owned(),
+            };
+            return Err(ShadingError::Mode { found });
         }
         Ok(())
     }
@@ -476,8 +485,16 @@ mod tests {
         assert!(!shading.is_plain() && shading.uses_gradient());
         assert_eq!(shading.effects(), ["gradients", "regions"]);
         assert_eq!(shading.check(&SplatSettings::EXACT), Ok(()));
-        let refused = shading.check(&SplatSettings::SHADE_FIRST).unwrap_err().to_string();
-        assert!(refused.contains("regions by gradient"), "{refused}");
+        let first = SplatSettings::SHADE_FIRST;
+        assert_eq!(shading.check(&first), Ok(()));
+        for (mode, what) in [
+            (SplatSettings { kernel: Kernel::Gouraud, ..first }, "--kernel gouraud"),
+            (SplatSettings { backend: Backend::Raster, ..first }, "--backend raster"),
+            (SplatSettings { extent: Some(9.0), ..first }, "--extent 9"),
+        ] {
+            let refused = shading.check(&mode).unwrap_err().to_string();
+            assert!(refused.contains("regions by gradient") && refused.contains(what), "{refused}");
+        }
         let colour = ColourSource::Map { map: ColourMap::Gray, range: [0.0, 9.0] };
         let transfer = TransferFunction::of(vec![(0.0, 0.9)], colour);
         let by_value = shading.by_value(&transfer);

@@ -183,10 +183,12 @@ impl Worker {
         if self.shared.lock().frame.as_ref().is_some_and(is_of_another) {
             return Ok(());
         }
-        match self.device()? {
-            drawer if drawer.has_coarse_octree() => drawer.begin_octree(scene),
-            _ => Ok(()),
+        if self.device()?.has_coarse_octree() {
+            self.device()?.begin_octree(scene)?;
+            // On the device at least one piece, so that a hand that never stops gets there.
+            while self.device()?.advance_octree()? && !self.newer_came() {}
         }
+        Ok(())
     }
 
     /// The coarse picture of a request's view, where it is the one that was drawn last.
@@ -366,11 +368,12 @@ impl Worker {
     ) -> Result<Picture, DrawError> {
         let drawer = self.device()?;
         let rgba = drawer.renderer.present(background_light(request.scene.background))?;
-        let held = held(&drawer.renderer);
+        let held = HeldBytes::of(&drawer.renderer);
         #[expect(clippy::cast_possible_truncation, reason = "0..=1")]
         let words = (rung, progress as f32);
         let mut picture = picture(request, words, drawn, rgba, drawer.active_count());
         picture.report.held = Some(held);
+        picture.report.octree = self.device()?.octree_builder();
         Ok(picture)
     }
 
@@ -467,18 +470,10 @@ fn no_device() -> DrawError {
 /// What of a scene's shading, and of what lets its inside be seen, was drawn.
 pub(super) fn effects(scene: &Scene, drawn: &Drawn) -> Vec<&'static str> {
     match drawn.is_shaded {
-        true => scene.effects(),
+        true if Inside::is_shown_by(&scene.splat) => scene.effects(),
+        true => scene.shading.effects(),
         false if scene.hides_field() => scene.effects(),
         false => Vec::new(),
-    }
-}
-
-/// What is held on the device now.
-pub(super) fn held(renderer: &Renderer) -> HeldBytes {
-    HeldBytes {
-        all: renderer.size_bytes(),
-        shading: renderer.shading_bytes(),
-        inside: renderer.inside_bytes(),
     }
 }
 

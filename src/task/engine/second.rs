@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
-use super::rungs::{effects, held, rung_words};
+use super::rungs::{effects, rung_words};
 use super::worker::{REBUILDS, Worker};
-use super::{Engine, EngineState, FrameReport, KernelCounts, Picture};
+use super::{Engine, EngineState, FrameReport, HeldBytes, KernelCounts, Picture};
 use crate::core::Ticket;
 use crate::gpu::{GpuError, Renderer};
 use crate::scene::{Scene, View};
@@ -94,16 +94,17 @@ impl Worker {
         let drawn = drawer.draw(scene, *size, Rung::Full, &mut Aside(self));
         let background = background_light(scene.background);
         let drawn = drawn.and_then(|drawn| Ok((drawn, drawer.renderer.present(background)?)));
-        let held = held(&drawer.renderer);
+        let held = HeldBytes::of(&drawer.renderer);
         let active = drawer.active_count();
         self.drawer = Some(drawer);
         let (drawn, rgba) = drawn?;
-        let backend = scene.splat.backend_in(&View::new(scene, *size));
+        let backend = scene.backend_in(&View::new(scene, *size));
         let rung = rung_words(Rung::Full, &drawn);
         let total = scene.volume.lattice.len() as u64;
         let report = FrameReport {
             effects: effects(scene, &drawn),
             held: Some(held),
+            made_pipelines: drawn.made_pipelines,
             kernels: active.map(|active| KernelCounts { drawn: drawn.kernels, active }),
             ..FrameReport::last(rung, total, backend, drawn.wall_ms)
         };

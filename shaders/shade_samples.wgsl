@@ -1,0 +1,39 @@
+// Shades every sample of the bricks that can show, for all rays that will meet it.
+
+// Samples of a brick that one invocation shades: a column.
+const THREADS: u32 = 64u;
+
+// As in lib/found_samples.wgsl.
+@group(1) @binding(0) var<storage, read> brick_slots: array<u32>;
+@group(1) @binding(1) var<storage, read_write> shaded_samples: array<vec4<f32>>;
+
+@compute @workgroup_size(THREADS)
+fn shade_samples(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) thread: u32,
+) {
+    let index = u32(gather.part.x) + group.y * groups.x + group.x;
+    if index >= u32(gather.part.y) {
+        return;
+    }
+    let word = visible_bricks[index / 32u];
+    let bit = index % 32u;
+    if (word >> bit & 1u) == 0u {
+        return;
+    }
+    let bricks = traversal.bricks.xyz;
+    let brick = vec3<u32>(index, index / bricks.x, index / (bricks.x * bricks.y)) % bricks;
+    let slot = brick_slots[index / 32u] + countOneBits(word & ((1u << bit) - 1u));
+    for (var z = 0u; z < BRICK; z++) {
+        let at = brick * BRICK + vec3<u32>(thread % BRICK, thread / BRICK, z);
+        if all(at < traversal.dims.xyz) {
+            var sample = vec3<i32>(0);
+            for (var k = 0u; k < 3u; k++) {
+                sample[k] = i32(at[traversal.axes[k]]);
+            }
+            let place = slot * (THREADS * BRICK) + z * THREADS + thread;
+            shaded_samples[place] = classified(sample, linear_index(at));
+        }
+    }
+}

@@ -1,0 +1,456 @@
+//! How much thinner a cut's nodes are drawn in a quick picture, so that it hides as much as the voxels do.
+//!
+//! A node spreads its matter over its box and its kernel beyond it, and what it lets through the next node along a ray meets as if
+//! it lay anywhere; in truth skins and vessels run on from node to node, and columns between them stay
+//! clear. So cuts of few nodes are too opaque, each node's own mean transmittance notwithstanding. What they
+//! should hide is known along the axes of the lattice: the mean over all columns of voxels, from border to
+//! border. Cuts of a few sizes are laid over the same columns, and one factor of all extinctions of a cut makes both means equal.
+
+use rayon::prelude::*;
+
+use super::cut::{Cut, CutLimits, CutNode, Visibility, VisitOrder};
+use super::pyramid::Pyramid;
+use crate::core::progress::{Cancelled, Ticket};
+use crate::transfer::Table;
+use crate::volume::{BRICK, Scalar, ScalarVolume};
+use crate::with_samples;
+use glam::{DMat3, DVec2, DVec3};
+
+/// Nodes of the cuts that are measured, about.
+const COUNTS: [u64; 3] = [300, 2_000, 12_000];
+/// Cuts of so many are drawn as they are: too bright by 0.2 of 255 at most on three scans, and no nearer if thinned.
+const AS_THEY_ARE: u64 = 72_000;
+/// Edge of the box that spreads matter as far as the cubic kernel of a node does, in the node's edges: √12 times the
+/// root of the footprint's variance along an axis, 0.1994.
+const REACH: f32 = 1.547;
+/// Cells beyond the border: a kernel of a node no larger than 32 voxels ends there.
+const PAD: usize = 10;
+/// Halvings of the interval in which a factor is looked for.
+const HALVINGS: u32 = 20;
+
+/// Factors of extinctions, by how coarse a cut is.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Thinning {
+    /// Mean level of a cut's matter, and its factor, 0..=1; by level. Of cuts that are finer, 1.
+    steps: Vec<[f32; 2]>,
+}
+
+impl Thinning {
+    /// What all extinctions of a cut are to be multiplied by, 0..=1.
+    pub fn factor(&self, cut: &[CutNode]) -> f32 {
+        let level = mean_level(cut);
+        let after = self.steps.partition_point(|&[at, _]| at < level);
+        let before = after.checked_sub(1).map_or([0.0, 1.0], |i| self.steps[i]);
+        let Some(next) = self.steps.get(after) else { return before[1] };
+        let share = (level - before[0]) / (next[0] - before[0]).max(f32::MIN_POSITIVE);
+        before[1] + (next[1] - before[1]) * share
+    }
+
+    /// Measured on cuts of a pyramid.
+    pub(super) fn of(
+        pyramid: &Pyramid,
+        volume: &ScalarVolume,
+        table: &Table,
+        ticket: &Ticket,
+    ) -> Result<Self, Cancelled> {
+        #[expect(clippy::cast_possible_truncation, reason = "a ratio of order 1")]
+        let depth = pyramid.voxel_depth as f32;
+        let columns = with_samples!(&*volume.samples, values => {
+            columns(volume, values, table, ticket)
+        })?;
+        let dims = volume.lattice.dims;
+        let voxels = (0..3).map(|axis| spread(&columns[axis], dims, axis));
+        let hidden = Bins::of(voxels, depth).hidden(1.0);
+        let mut steps: Vec<[f32; 2]> = COUNTS
+            .into_par_iter()
+            .map(|count| {
+                ticket.checkpoint(1, 1)?;
+                let max_error = pyramid.error_for_count(count);
+                let cut = whole_cut(pyramid, max_error, volume, table);
+                let bins = Bins::of((0..3).map(|axis| laid_over(&cut, dims, axis)), depth);
+                Ok([mean_level(&cut), bins.factor(hidden)])
+            })
+            .collect::<Result<_, _>>()?;
+        if pyramid.is_whole() {
+            let max_error = pyramid.error_for_count(AS_THEY_ARE);
+            steps.push([mean_level(&whole_cut(pyramid, max_error, volume, table)), 1.0]);
+        }
+        // Where there are fewer nodes than asked for, cuts are the same: the first is as it is.
+        steps.retain(|step| step[0] > 0.0);
+        steps.sort_by(|a, b| a[0].total_cmp(&b[0]).then(b[1].total_cmp(&a[1])));
+        steps.dedup_by(|a, b| a[0] - b[0] < 1e-3);
+        Ok(Self { steps })
+    }
+}
+
+/// Mean level of a cut's nodes, weighted by the matter in them.
+fn mean_level(cut: &[CutNode]) -> f32 {
+    let (mut sum, mut all) = (0.0, 0.0);
+    for CutNode { size, level, node, .. } in cut {
+        let matter = f64::from(node.extinction) * f64::from(size[0] * size[1] * size[2]);
+        sum += matter * f64::from(*level);
+        all += matter;
+    }
+    #[expect(clippy::cast_possible_truncation, reason = "a level")]
+    let mean = (sum / f64::max(all, f64::MIN_POSITIVE)) as f32;
+    mean
+}
+
+/// The cut of an error in no view.
+fn whole_cut(
+    pyramid: &Pyramid,
+    max_error: f32,
+    volume: &ScalarVolume,
+    table: &Table,
+) -> Vec<CutNode> {
+    let limits = CutLimits {
+        max_error,
+        finest_level: 0,
+        min_radius_px: 0.0,
+        view_dependent: false,
+        splat_px: None,
+        balanced: false,
+    };
+    let everything = Visibility {
+        view_from_index: DMat3::IDENTITY,
+        view_origin: DVec3::ZERO,
+        half_size: DVec2::splat(1e9),
+        eye_distance: None,
+        kernel_radius: 1.0,
+    };
+    let voxel = |index| table.lookup(volume.samples.get(index));
+    Cut::of(pyramid, limits, VisitOrder::Along(DVec3::Z), &everything, voxel).nodes
+}
+
+/// Axes across one, the faster first.
+fn across(axis: usize) -> [usize; 2] {
+    [[1, 2], [0, 2], [0, 1]][axis]
+}
+
+/// Sums of extinction along each axis, for each column of voxels.
+fn columns<T: Scalar>(
+    volume: &ScalarVolume,
+    values: &[T],
+    table: &Table,
+    ticket: &Ticket,
+) -> Result<[Vec<f32>; 3], Cancelled> {
+    let [nx, ny, nz] = volume.lattice.dims;
+    let bricks = &volume.bricks;
+    let shows: Vec<bool> = (0..bricks.ranges.len())
+        .into_par_iter()
+        .map(|i| table.shows(bricks.ranges[i], bricks.has_holes(i)))
+        .collect();
+    let is_coded = volume.samples.scalar_type().size_bytes() <= 2;
+    #[expect(clippy::cast_possible_truncation, reason = "whole, where it is asked for")]
+    let first_code = table.coordinate.offset as i64;
+    let extinctions: Vec<f32> = table.entries.iter().map(|entry| entry[3]).collect();
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "an entry")]
+    let extinction = |value: T| match is_coded {
+        true => extinctions[(value.to_i64() - first_code) as usize],
+        false => match value.to_f64() {
+            value if value.is_nan() => table.no_data[3],
+            value => extinctions[(table.coordinate.of(value) + 0.5) as usize],
+        },
+    };
+    let mut along = [vec![0.0; ny * nz], vec![0.0; nx * nz], Vec::new()];
+    let [along_x, along_y, _] = &mut along;
+    let empty = || vec![0.0_f32; nx * ny];
+    let layers = along_x.par_chunks_mut(ny * BRICK).zip(along_y.par_chunks_mut(nx * BRICK));
+    let along_z = layers
+        .enumerate()
+        .try_fold(empty, |mut along_z, (bz, (along_x, along_y))| {
+            ticket.checkpoint(1, 1)?;
+            for z in bz * BRICK..((bz + 1) * BRICK).min(nz) {
+                let along_x = &mut along_x[z % BRICK * ny..][..ny];
+                let along_y = &mut along_y[z % BRICK * nx..][..nx];
+                for y in 0..ny {
+                    let bricks_before = (bz * bricks.dims[1] + y / BRICK) * bricks.dims[0];
+                    let row = &values[(z * ny + y) * nx..][..nx];
+                    for (bx, run) in row.chunks(BRICK).enumerate() {
+                        if !shows[bricks_before + bx] {
+                            continue;
+                        }
+                        let own = &mut along_z[y * nx + bx * BRICK..][..run.len()];
+                        let across = &mut along_y[bx * BRICK..][..run.len()];
+                        let mut sum = 0.0;
+                        for ((&value, z), y) in run.iter().zip(own).zip(across) {
+                            let extinction = extinction(value);
+                            *z += extinction;
+                            *y += extinction;
+                            sum += extinction;
+                        }
+                        along_x[y] += sum;
+                    }
+                }
+            }
+            Ok(along_z)
+        })
+        .try_reduce(empty, |mut a, b| {
+            a.iter_mut().zip(b).for_each(|(a, b)| *a += b);
+            Ok(a)
+        })?;
+    along[2] = along_z;
+    Ok(along)
+}
+
+/// A map of columns along an axis, with a border of [`PAD`] cells.
+struct Map {
+    sums: Vec<f32>,
+    width: usize,
+}
+
+impl Map {
+    fn empty(dims: [usize; 3], axis: usize) -> Self {
+        // A cell more, for the differences.
+        let [width, height] = across(axis).map(|a| dims[a] + 2 * PAD + 1);
+        Self { sums: vec![0.0; width * height], width }
+    }
+}
+
+/// What voxels' kernels make of columns of voxels.
+fn spread(columns: &[f32], dims: [usize; 3], axis: usize) -> Map {
+    let mut map = Map::empty(dims, axis);
+    let nu = dims[across(axis)[0]];
+    let beside = (REACH - 1.0) / 2.0 / REACH;
+    let taps = [beside, 1.0 / REACH, beside];
+    for (i, &sum) in columns.iter().enumerate().filter(|(_, sum)| **sum > 0.0) {
+        let place = (i / nu + PAD) * map.width + i % nu + PAD;
+        for (dv, v) in taps.into_iter().enumerate() {
+            for (du, u) in taps.into_iter().enumerate() {
+                map.sums[place + (dv * map.width + du) - map.width - 1] += sum * u * v;
+            }
+        }
+    }
+    map
+}
+
+/// What kernels of a cut make of the same columns: by differences, which are then summed.
+fn laid_over(cut: &[CutNode], dims: [usize; 3], axis: usize) -> Map {
+    let mut map = Map::empty(dims, axis);
+    let edges = |low: u32, size: u32, n: usize| {
+        let (low, size) = (low as f32 + PAD as f32, size as f32);
+        let beyond = size * (REACH - 1.0) / 2.0;
+        [low - beyond, low + size + beyond].map(|edge| {
+            let edge = edge.clamp(0.0, (n + 2 * PAD - 1) as f32);
+            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a cell")]
+            let cell = edge as usize;
+            (cell, edge - cell as f32)
+        })
+    };
+    let [u, v] = across(axis);
+    for CutNode { low, size, node, .. } in cut {
+        let sum = node.extinction * size[axis] as f32 / (REACH * REACH);
+        let [us, vs] = [u, v].map(|a| edges(low[a], size[a], dims[a]));
+        for ((v, part_v), sign_v) in vs.into_iter().zip([1.0, -1.0]) {
+            for ((u, part_u), sign_u) in us.into_iter().zip([1.0, -1.0]) {
+                let sum = sum * sign_u * sign_v;
+                let place = v * map.width + u;
+                map.sums[place] += sum * (1.0 - part_u) * (1.0 - part_v);
+                map.sums[place + 1] += sum * part_u * (1.0 - part_v);
+                map.sums[place + map.width] += sum * (1.0 - part_u) * part_v;
+                map.sums[place + map.width + 1] += sum * part_u * part_v;
+            }
+        }
+    }
+    let width = map.width;
+    for row in map.sums.chunks_mut(width) {
+        row.iter_mut().fold(0.0, |sum, cell| {
+            *cell += sum;
+            *cell
+        });
+    }
+    for place in width..map.sums.len() {
+        map.sums[place] += map.sums[place - width];
+    }
+    map
+}
+
+/// Columns by optical depth, in bins a sixteenth of a doubling wide: how many, and their mean.
+struct Bins(Vec<[f64; 2]>);
+
+impl Bins {
+    /// Bits of a depth's fraction that no bin tells apart: all but four.
+    const DROPPED_BITS: u32 = f32::MANTISSA_DIGITS - 1 - 4;
+
+    fn of(maps: impl Iterator<Item = Map>, depth: f32) -> Self {
+        let mut bins = vec![[0.0; 2]; 1 << (31 - Self::DROPPED_BITS)];
+        for map in maps {
+            for tau in map.sums.into_iter().map(|sum| sum * depth).filter(|tau| *tau > 0.0) {
+                // Exponent and leading bits, which count up with the depth.
+                let bin = &mut bins[(tau.to_bits() >> Self::DROPPED_BITS) as usize];
+                bin[0] += 1.0;
+                bin[1] += f64::from(tau);
+            }
+        }
+        Self(bins.into_iter().filter(|bin| bin[0] > 0.0).map(|[n, sum]| [n, sum / n]).collect())
+    }
+
+    /// Opacity of all columns together, of so many times their depth.
+    fn hidden(&self, factor: f64) -> f64 {
+        self.0.iter().map(|[n, tau]| -n * (-factor * tau).exp_m1()).sum()
+    }
+
+    /// What depths are to be multiplied by, 1 at most, so that columns hide so much together.
+    fn factor(&self, hidden: f64) -> f32 {
+        let of =
+            |factor: f64| self.0.iter().map(|[n, tau]| -n * (-factor * tau).exp_m1()).sum::<f64>();
+        let (mut low, mut high) = (0.0, 1.0);
+        if of(high) <= hidden {
+            return 1.0;
+        }
+        for _ in 0..HALVINGS {
+            let middle = f64::midpoint(low, high);
+            *(if self.hidden(middle) > hidden { &mut high } else { &mut low }) = middle;
+        }
+        #[expect(clippy::cast_possible_truncation, reason = "0..=1")]
+        let factor = high as f32;
+        factor
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::pyramid::{ErrorMeasure, Node};
+    use super::*;
+    use crate::core::Srgb8;
+    use crate::transfer::{ColourSource, NoData, TransferFunction};
+    use crate::volume::{Lattice, Samples};
+
+    const DIMS: [usize; 3] = [19, 10, 25];
+
+    fn transfer() -> TransferFunction {
+        let transfer = TransferFunction::of(
+            vec![(60.0, 0.0), (100.0, 0.6)],
+            ColourSource::Stops(vec![(0.0, Srgb8([250, 20, 10])), (100.0, Srgb8([20, 90, 255]))]),
+        );
+        TransferFunction { no_data: NoData { opacity: 0.3, ..NoData::default() }, ..transfer }
+    }
+
+    fn volume(samples: Samples) -> ScalarVolume {
+        ScalarVolume::from_samples("test", Lattice::unit(DIMS), samples).unwrap()
+    }
+
+    /// Clear bricks, mixed ones, and holes where there can be.
+    fn value(i: usize) -> f64 {
+        let z = i / (DIMS[0] * DIMS[1]);
+        if z < 9 { 3.0 } else { (i * 7919 % 101) as f64 }
+    }
+
+    #[test]
+    fn columns_are_the_sums_of_all_their_voxels() {
+        let count = DIMS.iter().product();
+        let holed = |i: usize| if i % 11 == 3 { f32::NAN } else { value(i) as f32 };
+        for samples in [
+            Samples::UInt8((0..count).map(|i| value(i) as u8).collect()),
+            Samples::Int16((0..count).map(|i| value(i) as i16).collect()),
+            Samples::Float32((0..count).map(holed).collect()),
+        ] {
+            let volume = volume(samples);
+            let table = Table::new(&transfer(), volume.samples.scalar_type());
+            let found = with_samples!(&*volume.samples, values => {
+                columns(&volume, values, &table, &Ticket::new()).unwrap()
+            });
+            for axis in 0..3 {
+                let [u, v] = across(axis);
+                let mut expected = vec![0.0_f64; DIMS[u] * DIMS[v]];
+                for i in 0..count {
+                    let at = [i % DIMS[0], i / DIMS[0] % DIMS[1], i / (DIMS[0] * DIMS[1])];
+                    let voxel = table.lookup(volume.samples.get(i));
+                    expected[at[v] * DIMS[u] + at[u]] += f64::from(voxel[3]);
+                }
+                assert!(expected.iter().any(|sum| *sum > 1.0));
+                for (found, expected) in found[axis].iter().zip(expected) {
+                    // Of wide types the nearest of 65 536 entries is taken.
+                    assert!((f64::from(*found) - expected).abs() < 1e-3, "{found} {expected}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn nodes_are_laid_over_the_cells_that_their_kernels_reach() {
+        let node = |low, size, extinction| CutNode {
+            low,
+            size,
+            level: 1,
+            node: Node { extinction, ..Node::default() },
+        };
+        let cut = [node([4, 2, 8], [4; 3], 0.7), node([16, 8, 24], [3, 2, 1], 2.0)];
+        for axis in 0..3 {
+            let map = laid_over(&cut, DIMS, axis);
+            let [u, v] = across(axis);
+            let mut sum = 0.0;
+            for (i, &found) in map.sums.iter().enumerate() {
+                let at = [i % map.width, i / map.width].map(|n| n as f32 - PAD as f32);
+                let expected: f32 = cut
+                    .iter()
+                    .map(|node| {
+                        let part = |at: f32, a: usize| {
+                            let (low, size) = (node.low[a] as f32, node.size[a] as f32);
+                            let (middle, half) = (low + size / 2.0, size * REACH / 2.0);
+                            ((at + 1.0).min(middle + half) - at.max(middle - half)).max(0.0)
+                        };
+                        let [pu, pv] = [part(at[0], u), part(at[1], v)];
+                        node.node.extinction * node.size[axis] as f32 / (REACH * REACH) * pu * pv
+                    })
+                    .sum();
+                assert!((found - expected).abs() < 2e-5, "{axis} {at:?}: {found} {expected}");
+                sum += found;
+            }
+            // Nothing is lost, and nothing added.
+            assert!((sum - (0.7 * 64.0 + 2.0 * 6.0)).abs() < 1e-2, "{sum}");
+        }
+    }
+
+    #[test]
+    fn voxels_by_themselves_are_spread_alike_and_need_no_factor() {
+        let volume = volume(Samples::UInt8((0..4750).map(|i| value(i) as u8).collect()));
+        let table = Table::new(&transfer(), volume.samples.scalar_type());
+        let ticket = Ticket::new();
+        let measure = ErrorMeasure::Classified;
+        let pyramid = Pyramid::build(&volume, &table, 1.0, measure, &ticket).unwrap();
+        let all = whole_cut(&pyramid, 0.0, &volume, &table);
+        assert!(all.len() > 1000 && mean_level(&all) == 0.0);
+        assert_eq!(pyramid.thinning.factor(&all), 1.0);
+        let columns = with_samples!(&*volume.samples, values => {
+            columns(&volume, values, &table, &ticket).unwrap()
+        });
+        for (axis, columns) in columns.iter().enumerate() {
+            let [a, b] = [spread(columns, DIMS, axis), laid_over(&all, DIMS, axis)];
+            let most = a.sums.iter().zip(&b.sums).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+            assert!(most < 1e-4, "{most}");
+            let exact: f64 = a.sums.iter().map(|&tau| -f64::from(-tau).exp_m1()).sum();
+            // Bins are a sixteenth of a doubling wide, and know their means.
+            let bins = Bins::of([b].into_iter(), 1.0);
+            assert!((bins.hidden(1.0) / exact - 1.0).abs() < 1e-4, "{} {exact}", bins.hidden(1.0));
+            assert!((f64::from(bins.factor(exact * 0.999)) - 1.0).abs() < 0.02);
+            assert!(bins.factor(exact / 2.0) < 0.5);
+            assert_eq!(bins.factor(exact * 1.01), 1.0);
+        }
+    }
+
+    #[test]
+    fn factors_lie_between_those_that_were_measured() {
+        let thinning = Thinning { steps: vec![[1.0, 0.9], [3.0, 0.5]] };
+        let cut = |level: u8| {
+            let node = Node { extinction: 1.0, ..Node::default() };
+            [CutNode { low: [0; 3], size: [1; 3], level, node }]
+        };
+        let factors = [0, 1, 2, 3, 7].map(|level| thinning.factor(&cut(level)));
+        let expected = [1.0, 0.9, 0.7, 0.5, 0.5];
+        assert!(factors.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-6), "{factors:?}");
+        assert_eq!(thinning.factor(&[]), 1.0);
+        assert_eq!(Thinning::default().factor(&cut(3)), 1.0);
+    }
+
+    #[test]
+    fn what_has_nothing_to_show_is_as_it_is() {
+        let volume = volume(Samples::UInt8(vec![0; 4750]));
+        let table = Table::new(&transfer(), volume.samples.scalar_type());
+        for build in [Pyramid::build, Pyramid::coarse] {
+            let measure = ErrorMeasure::Classified;
+            let pyramid = build(&volume, &table, 1.0, measure, &Ticket::new()).unwrap();
+            assert_eq!(pyramid.thinning, Thinning::default());
+        }
+    }
+}

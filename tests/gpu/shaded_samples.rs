@@ -1,0 +1,268 @@
+//! Samples that are shaded before their kernels are put together, against the float64 reference's same
+//! mode.
+
+use glam::{DMat3, DVec3};
+use voxsplat::core::Ticket;
+use voxsplat::gpu::{Renderer, SlabField, Wishes};
+use voxsplat::kernel::Kernel;
+use voxsplat::reference::Reference;
+use voxsplat::scene::{
+    Classify, Index, OpacityModel, Order, Scene, Shading, SplatSettings, View, Visibility,
+    framing_camera,
+};
+use voxsplat::task::draw::{Drawer, Rung};
+use voxsplat::transfer::{Region, RegionShape};
+use voxsplat::volume::{Lattice, Samples};
+
+use crate::shading::{agrees, amounts, colours, lattice, lit};
+use crate::support::{Within, context, drawer, drawn, in_perspective, scene, volume};
+
+const SIZE: [u32; 2] = [36, 30];
+
+const LIT: Within = Within { max_abs: 1e-3, rmse: 5e-5, bias: 3e-6 };
+/// Tables have 255 cells, and cut the corners of what bends within one.
+const LOOKED_UP: Within = Within { max_abs: 8e-3, rmse: 3e-4, bias: 5e-5 };
+
+fn mode(kernel: Kernel, visibility: Visibility) -> SplatSettings {
+    SplatSettings { kernel, visibility, ..SplatSettings::SHADE_FIRST }
+}
+
+fn shaded(shading: Shading, splat: SplatSettings) -> Scene {
+    Scene { shading, splat, ..scene(lattice(), DVec3::new(0.4, 0.9, -0.5)) }
+}
+
+#[test]
+fn samples_are_lit_as_the_reference_lights_them_in_every_mode() {
+    use Visibility::{EverySample, Sheets, Slabs};
+    for (kernel, visibility) in [
+        (Kernel::Cubic, EverySample),
+        (Kernel::Gaussian, Sheets),
+        (Kernel::Point, EverySample),
+        (Kernel::Nearest, EverySample),
+        (Kernel::Linear, Slabs),
+        (Kernel::BSpline, Slabs),
+    ] {
+        let name = format!("{} {}", kernel.name(), visibility.name());
+        let scene = shaded(lit(), mode(kernel, visibility));
+        agrees(&name, &scene, LIT);
+        let mut published = scene;
+        published.splat.opacity_model = OpacityModel::Published;
+        published.splat.order = Order::FrontToBack;
+        published.shading.modulation = Some(amounts(Index::GradientStrength));
+        agrees(&format!("{name}, published"), &published, LOOKED_UP);
+    }
+}
+
+#[test]
+fn samples_are_lit_in_every_geometry_and_of_every_type() {
+    let splat = mode(Kernel::Cubic, Visibility::Slabs);
+    let seen = |lattice| {
+        let scene = scene(lattice, DVec3::new(-0.3, 0.8, 0.6));
+        Scene { shading: lit(), splat, ..scene }
+    };
+    agrees("perspective", &in_perspective(seen(lattice()), 60.0), LIT);
+    let sheared = Lattice {
+        direction: DMat3::from_cols(
+            DVec3::X,
+            DVec3::new(0.4, 0.9, 0.0).normalize(),
+            DVec3::new(0.2, -0.1, -0.9).normalize(),
+        ),
+        ..lattice()
+    };
+    agrees("sheared", &seen(sheared), LIT);
+    let noise = |i: usize| ((i * 7919) % 251) as f64;
+    let count = lattice().len();
+    // Values are looked up by their type's own steps, and colours lie over 0 to 255.
+    let holes = |i: usize| if i % 7 == 3 { f32::NAN } else { noise(i) as f32 };
+    for (name, samples) in [
+        ("signed bytes", Samples::Int8((0..count).map(|i| (noise(i) / 2.0) as i8).collect())),
+        ("signed words", Samples::Int16((0..count).map(|i| noise(i) as i16).collect())),
+        ("words", Samples::UInt16((0..count).map(|i| noise(i) as u16).collect())),
+        ("floats with holes", Samples::Float32((0..count).map(holes).collect())),
+    ] {
+        let mut scene = seen(lattice());
+        scene.volume = volume(lattice(), samples);
+        scene.shading.reflection = Some(colours(Index::Value));
+        agrees(name, &scene, LOOKED_UP);
+    }
+}
+
+#[test]
+fn every_table_by_every_index_and_regions_are_the_references() {
+    let splat = mode(Kernel::Cubic, Visibility::EverySample);
+    for turn in 0..Index::ALL.len() {
+        let by = |table: usize| Index::ALL[(turn + table) % Index::ALL.len()];
+        let shading = Shading {
+            opacity: Some(amounts(by(0))),
+            modulation: Some(amounts(by(1))),
+            reflection: Some(colours(by(2))),
+            emission: Some(colours(by(3))),
+            ..Shading::default()
+        };
+        agrees(&format!("opacity by {}, …", by(0).name()), &shaded(shading, splat), LOOKED_UP);
+    }
+    let region = |shape, values, strengths, opacity| Region {
+        shape,
+        values,
+        strengths,
+        softness: 0.6,
+        opacity,
+        colour: None,
+    };
+    let regions = vec![
+        region(RegionShape::Ellipse, [60.0, 190.0], [10.0, 130.0], 0.5),
+        region(RegionShape::Triangle, [120.0, 250.0], [0.0, 160.0], 0.9),
+    ];
+    for published in [OpacityModel::OpticalDepth, OpacityModel::Published] {
+        let mut scene = shaded(Shading { regions: regions.clone(), ..lit() }, splat);
+        scene.splat.opacity_model = published;
+        agrees(&format!("regions, {}", published.name()), &scene, LIT);
+    }
+}
+
+/// A ramp has one gradient, up to its borders: what light falls on it is known without a reference, and
+/// every pixel has its colour.
+#[test]
+fn a_ramp_is_lit_by_the_cosine_to_its_gradient_up_to_its_borders() {
+    let mut shading = lit();
+    let lighting = shading.lighting.as_mut().expect("lights");
+    (lighting.ambient, lighting.diffuse, lighting.specular) = (0.1, 0.8, 0.0);
+    lighting.lights.truncate(1);
+    let lamp = &mut lighting.lights[0];
+    (lamp.direction, lamp.attached) =
+        (DVec3::new(-2.0, -1.0, 0.5), voxsplat::scene::Attached::Data);
+    let light = lamp.colour.to_linear().0;
+    let mut scene = shaded(shading, mode(Kernel::Cubic, Visibility::EverySample));
+    let Lattice { dims, spacing, .. } = lattice();
+    let value = |i: usize| {
+        let [x, y, z] = [i % dims[0], i / dims[0] % dims[1], i / (dims[0] * dims[1])];
+        (5 * x + 4 * y + 3 * z) as u8
+    };
+    scene.volume = volume(lattice(), Samples::UInt8((0..lattice().len()).map(value).collect()));
+    let colour = [0.25, 0.5, 0.75];
+    let grey = voxsplat::core::Srgb8([137, 188, 225]);
+    scene.transfer = voxsplat::transfer::TransferFunction::of(
+        vec![(0.0, 0.3)],
+        voxsplat::transfer::ColourSource::Stops(vec![(0.0, grey)]),
+    );
+    assert!((0..3).all(|c| (grey.to_linear().0[c] - colour[c]).abs() < 3e-3), "an even colour");
+    let normal = -(DVec3::new(5.0, 4.0, 3.0) / spacing).normalize();
+    // Turned to the eye.
+    let normal = if normal.dot(scene.camera.direction) > 0.0 { -normal } else { normal };
+    let cosine = normal.dot(DVec3::new(-2.0, -1.0, 0.5).normalize()).max(0.0);
+    assert!(cosine > 0.2, "{normal} {cosine}");
+    let expected: [f64; 3] =
+        std::array::from_fn(|c| grey.to_linear().0[c] * (0.1 + 0.8 * cosine * light[c]));
+    let reference = Reference::new(&scene, SIZE.map(|n| n as usize)).expect("a mode").picture();
+    let mut pictures = vec![reference];
+    if let Some(mut drawer) = drawer() {
+        pictures.push(drawn(&mut drawer, &scene, SIZE, Rung::Full).0);
+    }
+    for picture in pictures {
+        let seen: Vec<_> = picture.iter().filter(|p| p[3] > 0.05).collect();
+        assert!(seen.len() > 100);
+        for pixel in seen {
+            for c in 0..3 {
+                let share = pixel[c] / pixel[3];
+                assert!((share - expected[c]).abs() < 2e-5, "{pixel:?} {expected:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn what_is_not_asked_for_costs_nothing_and_changes_no_bit() {
+    let Some(context) = context(Wishes::default()) else { return };
+    let mut drawer = Drawer::new(Renderer::new(context));
+    let splat = mode(Kernel::Cubic, Visibility::Slabs);
+    let plain = shaded(Shading::default(), splat);
+    let (before, _) = drawn(&mut drawer, &plain, SIZE, Rung::Full);
+    let held = |drawer: &Drawer| (drawer.renderer.pipeline_count(), drawer.renderer.size_bytes());
+    let (pipelines, bytes) = held(&drawer);
+    let (_, is_lit) = drawn(&mut drawer, &shaded(lit(), splat), SIZE, Rung::Full);
+    assert!(is_lit.is_shaded);
+    let (more_pipelines, more_bytes) = held(&drawer);
+    assert_eq!(more_pipelines, pipelines + 2, "one shades samples, one gathers them");
+    // All bricks show, of 11 x 9 x 13 samples: 2 x 2 x 2, 8^3 samples each, of 16 bytes.
+    let shade = size_of::<voxsplat::gpu::layout::Shade>() as u64 + 8 * 512 * 16 + 16;
+    assert_eq!((more_bytes, drawer.renderer.shading_bytes()), (bytes + shade, shade));
+    let (after, _) = drawn(&mut drawer, &plain, SIZE, Rung::Full);
+    assert_eq!(after, before);
+    assert_eq!(held(&drawer).1, bytes, "let go of");
+}
+
+/// Where there is no room for them, each ray shades the samples that it meets:
+/// the same ones.
+#[test]
+fn rays_shade_samples_as_the_pass_does_that_shades_them_once() {
+    let Some(mut drawer) = drawer() else { return };
+    for kernel in [Kernel::Cubic, Kernel::Linear] {
+        let mut scene = in_perspective(shaded(lit(), mode(kernel, Visibility::Slabs)), 50.0);
+        scene.shading.modulation = Some(amounts(Index::GradientStrength));
+        let (once, _) = drawn(&mut drawer, &scene, SIZE, Rung::Full);
+        let view = View::new(&scene, SIZE);
+        let unit = scene.opacity_unit_distance();
+        assert_eq!(
+            drawer.renderer.bricks_to_shade(&view, &scene.splat, unit),
+            Ok(0),
+            "all are there"
+        );
+        // Lets go of what was shaded.
+        drawer.renderer.set_looks(&Scene { shading: Shading::default(), ..scene.clone() });
+        assert_eq!(
+            drawer.renderer.bricks_to_shade(&view, &scene.splat, unit),
+            Ok(0),
+            "none to shade"
+        );
+        drawer.renderer.set_looks(&scene);
+        drawer.renderer.begin(&view, kernel.splatted(), None, unit).expect("begun");
+        let tiles = 0..voxsplat::gpu::tile_count(SIZE);
+        drawer
+            .renderer
+            .draw_gathered(&view, &scene.splat, unit, 2e-4_f32.into(), tiles)
+            .expect("drawn");
+        let each = crate::support::wide(&drawer.renderer.read_light().expect("read"));
+        assert!(each.iter().any(|p| p[3] > 0.5));
+        let worst = (each.iter().flatten().zip(once.iter().flatten()))
+            .map(|(a, b)| (a - b).abs())
+            .fold(0.0, f64::max);
+        assert!(worst < 2e-6, "{worst}");
+        // And for another view, they are shaded anew.
+        let turned =
+            View::new(&Scene { camera: scene.camera.orbited(0.2, 0.0), ..scene.clone() }, SIZE);
+        assert_eq!(drawer.renderer.bricks_to_shade(&turned, &scene.splat, unit), Ok(8));
+    }
+}
+
+/// Octree cuts are unlit; tents are not. Beside them, samples that are shaded first.
+#[test]
+fn quick_pictures_of_shaded_samples_are_lit() {
+    let Some(mut drawer) = drawer() else { return };
+    let lattice = Lattice::unit([24; 3]);
+    let smooth = |i: usize| {
+        let [x, y, z] = [i % 24, i / 24 % 24, i / 576].map(|n| n as f64 / 24.0);
+        let waves = (9.0 * x).sin() * (7.0 * y).cos() + (8.0 * z + 2.0 * x).sin();
+        (128.0 + 60.0 * waves) as u8
+    };
+    let mut scene = shaded(lit(), mode(Kernel::Cubic, Visibility::EverySample));
+    scene.volume = volume(lattice, Samples::UInt8((0..lattice.len()).map(smooth).collect()));
+    scene.camera = framing_camera(&lattice, scene.camera.direction, DVec3::Z);
+    let (full, _) = drawn(&mut drawer, &scene, SIZE, Rung::Full);
+    let plain = Scene { shading: Shading::default(), ..scene.clone() };
+    let (unlit, _) = drawn(&mut drawer, &plain, SIZE, Rung::Full);
+    let ticket = Ticket::new();
+    let tents = voxsplat::kernel::nearest_tents(&scene.volume, &ticket).expect("made");
+    let splat = SplatSettings { kernel: Kernel::Linear, ..SplatSettings::EXACT };
+    let preview = SlabField::Preview;
+    drawer.renderer.set_field(preview, &scene.volume, &splat, tents, &ticket).expect("set");
+    let (quick, what) = drawn(&mut drawer, &scene, SIZE, Rung::Coarse { budget_ms: 1e4 });
+    assert!(what.is_shaded && what.is_reduced && what.field == preview, "{what:?}");
+    let apart = |other| voxsplat::accuracy::Difference::between(&quick, other).expect("one size");
+    let (lit, unlit) = (apart(&full), apart(&unlit));
+    println!("measured lit {lit:?}\nunlit {unlit:?}");
+    assert!(lit.rmse < 0.5 * unlit.rmse, "{lit:?} {unlit:?}");
+    // Without shading the same mode has its octree.
+    let (_, what) = drawn(&mut drawer, &plain, SIZE, Rung::Coarse { budget_ms: 1e4 });
+    assert!(!what.is_reduced && !what.is_shaded);
+    assert_eq!(plain.splat.classify, Classify::Before);
+}
