@@ -97,8 +97,11 @@ impl FlowFlags {
     }
 }
 
+/// Names and their values.
+type Named<'a> = Vec<(&'a str, &'a str)>;
+
 /// A count, and after it what is said by name.
-fn parts(text: &str) -> Result<(usize, Vec<(&str, &str)>), String> {
+fn parts(text: &str) -> Result<(usize, Named<'_>), String> {
     let mut parts = text.split(',');
     let count = values::pixels(parts.next().unwrap_or_default())? as usize;
     let named = parts.map(|part| {

@@ -79,10 +79,9 @@ fn corners(
                 (None, Some(own)) => own,
                 (None, None) => [POLYGON_COLOUR; 3],
             };
-            for i in 0..3 {
+            for (i, Srgb8([r, g, b])) in colours.into_iter().enumerate() {
                 let place = (triangle.corners[i].as_dvec3() - centre) / radius;
                 farthest = farthest.max(place.abs().max_element());
-                let Srgb8([r, g, b]) = colours[i];
                 let bits = f32::from_bits(u32::from_le_bytes([r, g, b, 0]));
                 found.push(layout::PolygonCorner {
                     place: with(place, layer.opacity),

@@ -18,7 +18,7 @@ use super::polygons::DevicePolygons;
 use super::scattered::Lists;
 use super::shade::Shade;
 use super::shaded_samples::ShadedSamples;
-use super::slabs::{Looks, PictureConstants, SlabField, SlabPass, step_reach};
+use super::slabs::{Beside, Looks, PictureConstants, SlabField, SlabPass, step_reach};
 use super::target::Target;
 use super::timing::{Timer, Timestamps};
 use super::turns::{Kept, few_tiles};
@@ -408,7 +408,8 @@ impl Renderer {
             (Some(vectors), Some(lists)) if self.slabs_have_vectors => Some((vectors, lists)),
             _ => None,
         };
-        let more = (variant, (vectors, self.polygons.as_ref()), timestamps);
+        let beside = Beside { vectors, polygons: self.polygons.as_ref() };
+        let more = (variant, beside, timestamps);
         slabs.encode(&self.context, encoder, &settings, light, rays, more);
     }
 

@@ -105,6 +105,13 @@ pub(super) struct Looks<'a> {
     pub polygons: Option<u32>,
 }
 
+/// What lies in the slabs of a field.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Beside<'a> {
+    pub vectors: Option<(&'a DeviceVectors, &'a Lists)>,
+    pub polygons: Option<&'a DevicePolygons>,
+}
+
 /// What of it a pipeline is made for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) struct LooksVariant {
@@ -411,9 +418,9 @@ impl SlabPass {
         settings: &SplatSettings,
         (light, format): (&wgpu::TextureView, wgpu::TextureFormat),
         (tiles, kept): (u32, Option<&wgpu::Buffer>),
-        (looks, (vectors, polygons), timestamps): (
+        (looks, beside, timestamps): (
             LooksVariant,
-            (Option<(&DeviceVectors, &Lists)>, Option<&DevicePolygons>),
+            Beside<'_>,
             Option<wgpu::ComputePassTimestampWrites<'_>>,
         ),
     ) {
@@ -432,7 +439,7 @@ impl SlabPass {
             target: format,
             in_parts: kept.is_some(),
             looks,
-            vectors: vectors.is_some(),
+            vectors: beside.vectors.is_some(),
         };
         let pipeline =
             self.pipelines.entry(variant).or_insert_with(|| compile(context, variant)).clone();
@@ -483,12 +490,12 @@ impl SlabPass {
             compute.set_bind_group(next, inside, &[]);
             next += 1;
         }
-        if let Some((vectors, lists)) = vectors {
+        if let Some((vectors, lists)) = beside.vectors {
             let layout = pipeline.get_bind_group_layout(next);
             compute.set_bind_group(next, &vectors.group(context, lists, &layout), &[]);
             next += 1;
         }
-        if let Some(polygons) = polygons.filter(|_| !looks.projects()) {
+        if let Some(polygons) = beside.polygons.filter(|_| !looks.projects()) {
             let layout = pipeline.get_bind_group_layout(next);
             compute.set_bind_group(next, &polygons.group(context, &layout), &[]);
         }

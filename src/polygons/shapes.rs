@@ -108,12 +108,11 @@ impl Shapes {
         };
         let mut across = along(0).any_orthonormal_vector();
         let mut last = None;
-        for i in 0..count {
+        for (i, &(place, colour)) in places.iter().enumerate() {
             let ahead = along(i);
             // Carried along without a twist.
             let carried = across - ahead * across.dot(ahead);
             across = carried.try_normalize().unwrap_or_else(|| ahead.any_orthonormal_vector());
-            let (place, colour) = places[i];
             let axes = (across, ahead.cross(across));
             let ring = self.ring((place, radius), axes, DVec3::ZERO, colour);
             match last {

@@ -52,9 +52,9 @@ pub struct Reference {
 }
 
 enum Source {
-    Grid(GridKernels, Shape),
+    Grid(Box<GridKernels>, Shape),
     List(Box<ListKernels>),
-    Field { field: Field, classes: Classes, visible: Vec<bool>, shader: Option<Box<Shader>> },
+    Field { field: Box<Field>, classes: Classes, visible: Vec<bool>, shader: Option<Box<Shader>> },
     Meshes(Meshes),
 }
 
@@ -156,14 +156,15 @@ impl Reference {
             (None, _, None) => list(grid_kernels(scene)),
             (None, Classify::Before, Some(shape)) => {
                 let shader = SampleShader::of(scene, exact);
-                Source::Grid(GridKernels::new(&scene.volume, &scene.camera, classes, shader), shape)
+                let grid = GridKernels::new(&scene.volume, &scene.camera, classes, shader);
+                Source::Grid(Box::new(grid), shape)
             }
             (None, _, Some(shape)) => {
                 let field = Field::new(&scene.volume, shape, splat.reconstruction);
                 let holes = scene.transfer.no_data.shows();
                 let visible = field.bricks_where(holes, |low, high| !classes.is_clear(low, high));
                 let shader = Shader::of(scene, exact).map(Box::new);
-                Source::Field { field, classes, visible, shader }
+                Source::Field { field: Box::new(field), classes, visible, shader }
             }
         };
         Ok(Self {
@@ -232,6 +233,7 @@ impl Reference {
         }
         let layers = match &self.source {
             Source::Field { field, classes, visible, shader } => {
+                let field: &Field = field;
                 let map = self.lattice.axes().inverse();
                 let line = ray.mapped(map, self.lattice.origin);
                 let shader = shader.as_deref();
