@@ -71,14 +71,21 @@ fn sort_polygons(
             root = child;
         }
     }
-    // What lies behind opaque ones on all four samples is seen by nobody.
+    // What lies behind opaque ones on all of its samples is seen by nobody.
+    let can_hide = atomicLoad(&sums[3]) != 0u;
     var hidden = 0u;
     var seen = 0u;
-    while seen < count && hidden != 15u {
-        let at = begin + FRAGMENT_WORDS * seen;
-        let hides = bitcast<f32>(words[at + 2u]) >= 1.0 && atomicLoad(&sums[3]) != 0u;
-        hidden |= select(0u, words[at + 1u] & 15u, hides);
-        seen += 1u;
+    for (var i = 0u; i < count && hidden != 15u; i++) {
+        let at = begin + FRAGMENT_WORDS * i;
+        let samples = words[at + 1u] & 15u;
+        let hides = can_hide && bitcast<f32>(words[at + 2u]) >= 1.0;
+        if (samples & ~hidden) != 0u {
+            if seen != i {
+                swap(begin + FRAGMENT_WORDS * seen, at);
+            }
+            seen += 1u;
+        }
+        hidden |= select(0u, samples, hides);
     }
     words[2u * pixel] = begin + FRAGMENT_WORDS * seen;
     words[2u * pixel + 1u] = seen;

@@ -6,7 +6,10 @@ use std::sync::Arc;
 use anyhow::{Context, Result};
 use glam::DVec3;
 use voxsplat::core::{Srgb8, Ticket};
-use voxsplat::scene::{self, Backend, Classify, Reconstruction, Scene, SplatSettings, VectorLayer};
+use voxsplat::polygons::Shapes;
+use voxsplat::scene::{
+    self, Backend, Classify, PolygonLayer, Reconstruction, Scene, SplatSettings, VectorLayer,
+};
 use voxsplat::task::still::Refine;
 use voxsplat::transfer::{ColourMap, ColourSource, TransferFunction};
 use voxsplat::vector::{
@@ -112,6 +115,7 @@ fn figures(page: &mut Page<'_>) -> Result<()> {
         s.transfer = map(vec![(0.6, 0.0), (2.5, 0.12)], ColourMap::Viridis, [0.4, 2.4]);
     });
     seventh.vectors.iter_mut().for_each(|layer| layer.alone = true);
+    seventh.polygons = vec![fibres(&seventh)?];
     let eighth = with(&opening, |layer| {
         layer.alone = false;
         layer.settings.opacity_by = ColourBy::Scalar;
@@ -125,7 +129,7 @@ fn figures(page: &mut Page<'_>) -> Result<()> {
     let scenes = [
         ("5", "tornado: length of the wind as opacity, browns", fifth),
         ("6", "stretched comets, opacity and colour by length", sixth),
-        ("7", "BLEND: white marks in matter coloured by length", seventh),
+        ("7", "BLEND: white marks in matter coloured by length, and polygons in it", seventh),
         ("8", "cloud, and its winds alone, coloured by height", eighth),
     ];
     let (mut panels, mut rows) = (Vec::new(), Vec::new());
@@ -207,6 +211,22 @@ fn costs(page: &mut Page<'_>, data: &Path) -> Result<()> {
         (least_ms(&marked) / least_ms(&plain) - 1.0) * 100.0
     ));
     Ok(())
+}
+
+/// Fibres through a scene, as the paper's gel has them, from side to side.
+fn fibres(scene: &Scene) -> Result<PolygonLayer> {
+    let (centre, reach) = (scene.volume.lattice.centre(), scene.volume.lattice.bounding_radius());
+    let mut shapes = Shapes::default();
+    for i in 0..12 {
+        // Any angles that are not alike.
+        let (a, b) = (f64::from(i) * 2.4, f64::from(i) * 1.7 + 0.9);
+        let off = DVec3::new(b.cos(), b.sin(), 0.8 * (3.1 * b).sin()) * (0.3 * reach);
+        let along =
+            DVec3::new(a.cos(), a.sin(), 0.4 * (2.3 * a).cos()).normalize() * (0.65 * reach);
+        let fibre = [centre + off - along, centre + off + along];
+        shapes.tube(&fibre.map(|place| (place, Srgb8([240, 190, 120]))), 0.02 * reach);
+    }
+    Ok(PolygonLayer::new(Arc::new(shapes.mesh("fibres")?)))
 }
 
 /// A row of the table of costs.

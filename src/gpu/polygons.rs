@@ -17,7 +17,7 @@ use super::renderer::Renderer;
 use super::shader::{self, Shader};
 use super::timing::Timestamps;
 use crate::core::Srgb8;
-use crate::scene::{Lighting, POLYGON_COLOUR, PolygonLayer, Scene, View};
+use crate::scene::{Lighting, OpacityModel, POLYGON_COLOUR, PolygonLayer, Scene, View};
 
 /// What is nearer to the eye than this share of its distance to the focal plane is left out.
 const NEAREST: f64 = 1e-4;
@@ -54,7 +54,8 @@ struct MadeOf {
     view: View,
     axes: [DVec3; 3],
     lighting: Lighting,
-    is_clipped: bool,
+    /// Whether opaque ones hide what is behind them.
+    hides: bool,
 }
 
 fn with(v: DVec3, w: f64) -> [f32; 4] {
@@ -345,7 +346,10 @@ impl Renderer {
             view: *view,
             axes: [camera.right(), camera.up, camera.direction],
             lighting: scene.polygon_lighting(),
-            is_clipped: scene.inside.clip.cuts() && !scene.hides_field(),
+            // What is cut away hides nothing; and published opacities do not add up, so that matter is divided
+            // wherever any sample of a pixel has a polygon.
+            hides: (!scene.inside.clip.cuts() || scene.hides_field())
+                && scene.splat.opacity_model == OpacityModel::OpticalDepth,
         };
         let most_side = self.context.limits.max_texture_dimension_2d;
         let Some(polygons) = self.polygons.as_mut() else { return Ok(()) };
@@ -365,9 +369,7 @@ impl Renderer {
         loop {
             let Some(polygons) = self.polygons.as_mut() else { return Ok(()) };
             polygons.write_constants(&self.context, scene, view, &made);
-            // What is cut away hides nothing.
-            let hides = u32::from(!made.is_clipped);
-            let sums = [0, 0, pixels, hides, 0, 0, 0, 0];
+            let sums = [0, 0, pixels, u32::from(made.hides), 0, 0, 0, 0];
             self.context.queue.write_buffer(&polygons.sums, 0, bytemuck::cast_slice(&sums));
             let mut encoder = self.context.device.create_command_encoder(&Default::default());
             encoder.clear_buffer(&polygons.words.buffer, 0, Some(heads));

@@ -59,8 +59,8 @@ impl Thinning {
             columns(volume, values, table, ticket)
         })?;
         let dims = volume.lattice.dims;
-        let hidden: f64 =
-            (0..3).map(|axis| hidden(&spread(&columns[axis], dims, axis), depth)).sum();
+        let voxels = (0..3).map(|axis| spread(&columns[axis], dims, axis));
+        let hidden = Bins::of(voxels, depth).hidden(1.0);
         let mut steps: Vec<[f32; 2]> = COUNTS
             .into_par_iter()
             .map(|count| {
@@ -265,34 +265,29 @@ fn laid_over(cut: &[CutNode], dims: [usize; 3], axis: usize) -> Map {
     map
 }
 
-/// Opacity of all columns together.
-fn hidden(map: &Map, depth: f32) -> f64 {
-    map.sums.iter().map(|&sum| f64::from(-(-sum * depth).exp_m1())).sum()
-}
-
-/// Columns by optical depth, in bins by its logarithm: how many, and their mean.
+/// Columns by optical depth, in bins a sixteenth of a doubling wide: how many, and their mean.
 struct Bins(Vec<[f64; 2]>);
 
 impl Bins {
-    const A_DOUBLING: f32 = 16.0;
-    const LEAST: f32 = 1e-6;
+    /// Bits of a depth's fraction that no bin tells apart: all but four.
+    const DROPPED_BITS: u32 = f32::MANTISSA_DIGITS - 1 - 4;
 
     fn of(maps: impl Iterator<Item = Map>, depth: f32) -> Self {
-        let mut bins = vec![[0.0; 2]; 640];
+        let mut bins = vec![[0.0; 2]; 1 << (31 - Self::DROPPED_BITS)];
         for map in maps {
             for tau in map.sums.into_iter().map(|sum| sum * depth).filter(|tau| *tau > 0.0) {
-                let place = (tau / Self::LEAST).log2() * Self::A_DOUBLING;
-                #[expect(
-                    clippy::cast_possible_truncation,
-                    clippy::cast_sign_loss,
-                    reason = "a bin"
-                )]
-                let bin = &mut bins[(place.max(0.0) as usize).min(639)];
+                // Exponent and leading bits, which count up with the depth.
+                let bin = &mut bins[(tau.to_bits() >> Self::DROPPED_BITS) as usize];
                 bin[0] += 1.0;
                 bin[1] += f64::from(tau);
             }
         }
         Self(bins.into_iter().filter(|bin| bin[0] > 0.0).map(|[n, sum]| [n, sum / n]).collect())
+    }
+
+    /// Opacity of all columns together, of so many times their depth.
+    fn hidden(&self, factor: f64) -> f64 {
+        self.0.iter().map(|[n, tau]| -n * (-factor * tau).exp_m1()).sum()
     }
 
     /// What depths are to be multiplied by, 1 at most, so that columns hide so much together.
@@ -305,7 +300,7 @@ impl Bins {
         }
         for _ in 0..HALVINGS {
             let middle = f64::midpoint(low, high);
-            *(if of(middle) > hidden { &mut high } else { &mut low }) = middle;
+            *(if self.hidden(middle) > hidden { &mut high } else { &mut low }) = middle;
         }
         #[expect(clippy::cast_possible_truncation, reason = "0..=1")]
         let factor = high as f32;
@@ -420,12 +415,14 @@ mod tests {
         let columns = with_samples!(&*volume.samples, values => {
             columns(&volume, values, &table, &ticket).unwrap()
         });
-        for axis in 0..3 {
-            let [a, b] = [spread(&columns[axis], DIMS, axis), laid_over(&all, DIMS, axis)];
+        for (axis, columns) in columns.iter().enumerate() {
+            let [a, b] = [spread(columns, DIMS, axis), laid_over(&all, DIMS, axis)];
             let most = a.sums.iter().zip(&b.sums).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
             assert!(most < 1e-4, "{most}");
+            let exact: f64 = a.sums.iter().map(|&tau| -f64::from(-tau).exp_m1()).sum();
             // Bins are a sixteenth of a doubling wide, and know their means.
-            let (exact, bins) = (hidden(&a, 1.0), Bins::of([b].into_iter(), 1.0));
+            let bins = Bins::of([b].into_iter(), 1.0);
+            assert!((bins.hidden(1.0) / exact - 1.0).abs() < 1e-4, "{} {exact}", bins.hidden(1.0));
             assert!((f64::from(bins.factor(exact * 0.999)) - 1.0).abs() < 0.02);
             assert!(bins.factor(exact / 2.0) < 0.5);
             assert_eq!(bins.factor(exact * 1.01), 1.0);

@@ -118,7 +118,16 @@ fn what_cannot_be_meant_of_vectors_is_refused() {
         (vec!["--vector", "velocity", "--vector-coarser", "99"], 2, vec!["0 to 8", "99"]),
         (vec!["--vector-mode", "blend"], 2, vec!["--vector NAME", "--vector-mode"]),
         (vec!["--vector", "velocity", "--loop", "1"], 2, vec!["2 to 999", "found 1"]),
-        (vec!["--vector", "velocity", "--clip-box", "0,5,0,5,0,5"], 2, vec!["clip", "vectors"]),
+        (
+            vec!["--vector", "velocity", "--vectors-only", "--clip-box", "0,5,0,5,0,5"],
+            2,
+            vec!["no clip with vectors alone"],
+        ),
+        (
+            vec!["--vector", "velocity", "--projection", "maximum"],
+            2,
+            vec!["no projection with vectors"],
+        ),
         (
             vec!["--vector", "velocity", "--refine", "coarse", "--max-error", "0.1"],
             2,

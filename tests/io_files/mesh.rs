@@ -203,7 +203,7 @@ proptest! {
     #[test]
     fn triangles_go_round(corners in prop::collection::vec([-1e6f32..1e6, -1e6f32..1e6, -1e6f32..1e6], 3..60)) {
         let whole = corners.len() / 3 * 3;
-        let mesh = read("a.stl", &written(&corners[..whole])).unwrap().mesh;
+        let mesh = read("a.stl", &written(&corners[..whole])).expect("a mesh").mesh;
         let found: Vec<Vec3> = soup(&mesh).concat();
         prop_assert_eq!(found, corners[..whole].iter().map(|c| Vec3::from(*c)).collect::<Vec<_>>());
     }
