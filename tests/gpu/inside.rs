@@ -1,6 +1,7 @@
 //! Volumes that are cut open, against the float64 reference's same mode and its limit.
 
 use glam::{DMat3, DVec3};
+use voxsplat::core::Camera;
 use voxsplat::gpu::{Renderer, SlabField, Wishes};
 use voxsplat::kernel::Kernel;
 use voxsplat::reference::Reference;
@@ -265,7 +266,7 @@ fn a_projection_is_of_values_alone() {
 }
 
 /// A smooth hill of values to 200 about the middle, so that levels are closed surfaces about it.
-fn hill(lattice: Lattice) -> Scene {
+pub(crate) fn hill(lattice: Lattice) -> Scene {
     hill_without(lattice, |_| false)
 }
 
@@ -403,4 +404,14 @@ fn samples_without_data_have_no_surface_no_slice_and_no_value() {
         projected.splat.slabs_per_voxel = 8.0;
         agrees(&format!("{} among holes", along.name()), &projected, PROJECTED);
     }
+}
+
+/// Rays along the faces of a box are on one side of them or on the other, and meet none.
+#[test]
+fn rays_along_the_faces_of_a_clip_are_kept_or_cut_whole() {
+    let lattice = Lattice::unit([11, 9, 13]);
+    let mut scene = exact(lattice);
+    scene.camera = Camera::new(lattice.centre(), DVec3::NEG_Z, DVec3::Y, 6.37);
+    let clip = Clip { bounds: Some(bounds()), ..Clip::default() };
+    agrees("along an axis", &clipped(scene, clip), WITHIN);
 }

@@ -24,6 +24,7 @@ mod no_data;
 mod nodes;
 mod octrees;
 mod order;
+mod polygon_edges;
 mod polygons;
 mod preview_fields;
 mod previews;

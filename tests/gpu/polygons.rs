@@ -18,20 +18,20 @@ use crate::support::{
     Light, Within, context, drawer, drawn, fault, in_perspective, print_measured, random, scene,
 };
 
-const SIZE: [u32; 2] = [36, 30];
+pub(crate) const SIZE: [u32; 2] = [36, 30];
 
 /// As without polygons (`inside`).
-const WITHIN: Within = Within { max_abs: 2e-3, rmse: 2.2e-4, bias: 5e-5 };
+pub(crate) const WITHIN: Within = Within { max_abs: 2e-3, rmse: 2.2e-4, bias: 5e-5 };
 /// Pixels, of 1080, in which an edge passes so near to a sample that 8 bits of a pixel decide otherwise.
 const MOST_AT_EDGES: usize = 12;
 /// See the field and vectors of `vectors`.
-const CLOSE: Within = Within { max_abs: 4e-3, rmse: 4e-4, bias: 1e-4 };
+pub(crate) const CLOSE: Within = Within { max_abs: 4e-3, rmse: 4e-4, bias: 1e-4 };
 
-fn lattice() -> Lattice {
+pub(crate) fn lattice() -> Lattice {
     Lattice { spacing: DVec3::new(1.0, 1.3, 0.7), ..Lattice::unit([11, 9, 13]) }
 }
 
-fn exact() -> Scene {
+pub(crate) fn exact() -> Scene {
     Scene { splat: SplatSettings::EXACT, ..scene(lattice(), DVec3::new(0.4, 0.9, -0.5)) }
 }
 
@@ -64,16 +64,16 @@ fn octahedron(size: f32) -> Mesh {
     Mesh::new("octahedron", positions, Vec::new(), Vec::new(), triangles).expect("a mesh")
 }
 
-fn layer(mesh: Mesh, opacity: f64) -> PolygonLayer {
+pub(crate) fn layer(mesh: Mesh, opacity: f64) -> PolygonLayer {
     PolygonLayer { opacity, ..PolygonLayer::new(Arc::new(mesh)) }
 }
 
-fn with(scene: Scene, polygons: Vec<PolygonLayer>) -> Scene {
+pub(crate) fn with(scene: Scene, polygons: Vec<PolygonLayer>) -> Scene {
     Scene { polygons, ..scene }
 }
 
 /// Translucent shards and an opaque, smooth body among them.
-fn both() -> Vec<PolygonLayer> {
+pub(crate) fn both() -> Vec<PolygonLayer> {
     let body = PolygonLayer {
         colour: Some(Srgb8([240, 200, 90])),
         is_smooth: true,
@@ -87,13 +87,13 @@ fn clear(mut scene: Scene) -> Scene {
     scene
 }
 
-fn expected(scene: &Scene) -> Light {
+pub(crate) fn expected(scene: &Scene) -> Light {
     Reference::new(scene, SIZE.map(|n| n as usize)).expect("a mode with meaning").picture()
 }
 
 /// Whether a picture is the reference's but for few pixels at edges, and not one without polygons.
 #[track_caller]
-fn agrees(name: &str, scene: &Scene, within: Within) {
+pub(crate) fn agrees(name: &str, scene: &Scene, within: Within) {
     let Some(mut drawer) = drawer() else { return };
     let expected = expected(scene);
     let plain = Scene { polygons: Vec::new(), ..scene.clone() };
@@ -104,7 +104,7 @@ fn agrees(name: &str, scene: &Scene, within: Within) {
 }
 
 #[track_caller]
-fn compares(name: &str, found: &Light, expected: &Light, within: Within) {
+pub(crate) fn compares(name: &str, found: &Light, expected: &Light, within: Within) {
     print_measured(name, found, expected);
     let is_near =
         |(a, b): &(&[f64; 4], &[f64; 4])| (0..4).all(|c| (a[c] - b[c]).abs() < within.max_abs);
@@ -223,7 +223,7 @@ fn what_has_no_polygons_costs_nothing_and_the_same_ones_are_the_same_bits() {
 }
 
 /// A square across the view at a depth of the lattice, in so many strips, each of two triangles.
-fn squares(scene: &Scene, strips: u32, depths: &[f64]) -> Mesh {
+pub(crate) fn squares(scene: &Scene, strips: u32, depths: &[f64]) -> Mesh {
     let camera = &scene.camera;
     let reach = camera.parallel_scale * 0.8;
     let (mut positions, mut triangles) = (Vec::new(), Vec::new());
@@ -314,7 +314,7 @@ fn all_rays_of_a_pixel_meet_its_polygons() {
     compares("several rays", &found, &expected, WITHIN);
 }
 
-fn with_vectors(scene: Scene, alone: bool) -> Scene {
+pub(crate) fn with_vectors(scene: Scene, alone: bool) -> Scene {
     let grid = demo::open("tornado:10", None).expect("a demo");
     let field = grid.fields.iter().find(|field| field.components == 3).expect("vectors");
     let vectors = grid.vectors(field, &voxsplat::core::Ticket::new()).expect("vectors");

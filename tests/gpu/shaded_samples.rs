@@ -11,11 +11,11 @@ use voxsplat::scene::{
     framing_camera,
 };
 use voxsplat::task::draw::{Drawer, Rung};
-use voxsplat::transfer::{Region, RegionShape};
+use voxsplat::transfer::{NoData, Region, RegionShape};
 use voxsplat::volume::{Lattice, Samples};
 
 use crate::shading::{agrees, amounts, colours, lattice, lit};
-use crate::support::{Within, context, drawer, drawn, in_perspective, scene, volume};
+use crate::support::{Within, context, drawer, drawn, in_perspective, random, scene, volume};
 
 const SIZE: [u32; 2] = [36, 30];
 
@@ -265,4 +265,57 @@ fn quick_pictures_of_shaded_samples_are_lit() {
     let (_, what) = drawn(&mut drawer, &plain, SIZE, Rung::Coarse { budget_ms: 1e4 });
     assert!(!what.is_reduced && !what.is_shaded);
     assert_eq!(plain.splat.classify, Classify::Before);
+}
+
+/// Few of many bricks show: their samples lie one after the other, by a count over words of bits, and
+/// bricks that do not show have none. In pieces, they are the same.
+#[test]
+fn bricks_that_show_are_found_among_many_that_do_not() {
+    let lattice = Lattice::unit([26, 26, 18]);
+    // 4 x 4 x 3 bricks: two words of bits.
+    let brick = |i: usize| (i % 26 / 8) + 4 * (i / 26 % 26 / 8) + 16 * (i / 676 / 8);
+    let shows = |i: usize| random(4, brick(i)) < 0.4;
+    let value = |i: usize| if shows(i) { (random(3, i) * 255.0) as u8 } else { 40 };
+    let direction = DVec3::new(0.4, 0.9, -0.5);
+    let splat = mode(Kernel::Linear, Visibility::Slabs);
+    let mut scene = Scene { shading: lit(), splat, ..scene(lattice, direction) };
+    // One ray a pixel.
+    scene.camera.parallel_scale *= 0.5;
+    let samples = (0..lattice.len()).map(value).collect();
+    scene.volume = volume(lattice, Samples::UInt8(samples));
+    agrees("scattered bricks", &scene, LIT);
+
+    let Some(mut drawer) = drawer() else { return };
+    let (whole, _) = drawn(&mut drawer, &scene, SIZE, Rung::Full);
+    let view = View::new(&scene, SIZE);
+    let unit = scene.opacity_unit_distance();
+    let renderer = &mut drawer.renderer;
+    // Lets go of what was shaded.
+    renderer.set_looks(&Scene { shading: Shading::default(), ..scene.clone() });
+    assert_eq!(renderer.bricks_to_shade(&view, &scene.splat, unit), Ok(0));
+    renderer.set_looks(&scene);
+    assert_eq!(renderer.bricks_to_shade(&view, &scene.splat, unit), Ok(48));
+    for piece in [0..7, 7..38, 38..48] {
+        renderer.shade_bricks(piece).expect("shaded");
+    }
+    renderer.begin(&view, scene.splat.kernel.splatted(), None, unit).expect("begun");
+    let tiles = 0..voxsplat::gpu::tile_count(SIZE);
+    renderer.draw_gathered(&view, &scene.splat, unit, 2e-4_f32.into(), tiles).expect("drawn");
+    let pieces = crate::support::wide(&renderer.read_light().expect("read"));
+    assert_eq!(pieces, whole);
+}
+
+/// Samples without data that show have their colour and opacity, in either model, and no light on them.
+#[test]
+fn samples_without_data_that_show_are_not_lit() {
+    let holes = |i: usize| if i % 7 == 3 { f32::NAN } else { (random(6, i) * 255.0) as f32 };
+    for model in [OpacityModel::OpticalDepth, OpacityModel::Published] {
+        let mut scene = shaded(lit(), mode(Kernel::Cubic, Visibility::EverySample));
+        let samples = (0..lattice().len()).map(holes).collect();
+        scene.volume = volume(lattice(), Samples::Float32(samples));
+        scene.transfer.no_data =
+            NoData { opacity: 0.6, colour: voxsplat::core::Srgb8([250, 0, 200]) };
+        scene.splat.opacity_model = model;
+        agrees(&format!("holes that show, {}", model.name()), &scene, LIT);
+    }
 }

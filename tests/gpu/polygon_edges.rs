@@ -1,0 +1,132 @@
+//! Polygons where two things meet: at one depth, with clips alone, with isosurfaces, beside vectors in
+//! every model, and at the limits of what is sorted. Against the float64 reference.
+
+use glam::DVec3;
+use voxsplat::core::{Camera, Srgb8};
+use voxsplat::gpu::{Renderer, Wishes};
+use voxsplat::polygons::Mesh;
+use voxsplat::scene::{
+    Classify, Clip, ClipBox, CutFaces, Inside, Isosurface, OpacityModel, Order, Plane,
+    PolygonLayer, Scene,
+};
+use voxsplat::task::draw::{Drawer, Rung};
+use voxsplat::volume::{Lattice, demo};
+
+use crate::inside::hill;
+use crate::polygons::{
+    CLOSE, SIZE, WITHIN, agrees, both, compares, exact, expected, lattice, layer, squares, with,
+    with_vectors,
+};
+use crate::support::{context, drawer, drawn, scene};
+
+fn cut() -> Clip {
+    let point = lattice().world_from_index(DVec3::new(4.6, 4.1, 6.3));
+    let plane = Plane { point, normal: DVec3::new(0.5, -0.8, 0.6) };
+    let bounds = ClipBox { low: [0.2, 0.13, 0.0], high: [0.83, 0.7, 0.61] };
+    Clip { bounds: Some(bounds), planes: vec![plane], faces: CutFaces::Through }
+}
+
+/// Polygons are the only surfaces of such a scene: another piece of shader than beside cut faces and slices.
+#[test]
+fn clips_without_faces_cut_polygons() {
+    let inside = Inside { clip: cut(), ..Inside::default() };
+    agrees("cut", &Scene { inside, ..with(exact(), both()) }, WITHIN);
+}
+
+/// Surfaces of both kinds are looked for in every slab, and the nearer one is laid down first.
+#[test]
+fn isosurfaces_and_polygons_lie_at_their_depths() {
+    let Some(mut drawer) = drawer() else { return };
+    for order in [Order::FrontToBack, Order::BackToFront] {
+        let mut scene = with(hill(lattice()), both());
+        scene.splat.slabs_per_voxel = 2.0;
+        scene.splat.order = order;
+        let level = |value, opacity| Isosurface { value, opacity, colour: None };
+        scene.inside.isosurfaces = vec![level(60.0, 0.4), level(150.0, 0.7)];
+        let (found, _) = drawn(&mut drawer, &scene, SIZE, Rung::Full);
+        compares(&format!("levels, {order:?}"), &found, &expected(&scene), WITHIN);
+    }
+}
+
+/// Along an axis of a lattice of unit cubes, with the middle one's centre at depth 0.
+fn along_an_axis() -> Scene {
+    let lattice = Lattice::unit([11, 9, 13]);
+    let mut scene = Scene { splat: exact().splat, ..scene(lattice, DVec3::NEG_Z) };
+    scene.camera = Camera::new(lattice.centre(), DVec3::NEG_Z, DVec3::Y, 6.37);
+    scene
+}
+
+/// Three squares in the plane through the lattice's middle, alike but for their colours: their triangles'
+/// numbers decide. Depth 0 is exact, and the face of a slab.
+#[test]
+fn what_lies_at_one_depth_lies_in_the_order_of_its_triangles() {
+    let base = along_an_axis();
+    let of = |colour, opacity| PolygonLayer {
+        colour: Some(Srgb8(colour)),
+        ..layer(squares(&base, 1, &[0.0]), opacity)
+    };
+    let layers = vec![of([250, 20, 20], 0.6), of([20, 250, 30], 0.5), of([30, 40, 250], 0.7)];
+    for order in [Order::FrontToBack, Order::BackToFront] {
+        let mut scene = with(base.clone(), layers.clone());
+        scene.splat.order = order;
+        agrees(&format!("three at one depth, {order:?}"), &scene, WITHIN);
+    }
+}
+
+/// A part of a ray that ends at the face where they lie: neither twice nor never.
+#[test]
+fn polygons_on_the_face_where_a_part_ends_are_laid_down_once() {
+    let base = along_an_axis();
+    for order in [Order::FrontToBack, Order::BackToFront] {
+        let mut scene = with(base.clone(), vec![layer(squares(&base, 1, &[0.0]), 0.5)]);
+        scene.splat.order = order;
+        let light = |most_turns| {
+            let mut context = context(Wishes::default())?;
+            context.most_turns = most_turns;
+            let mut drawer = Drawer::new(Renderer::new(context));
+            Some(drawn(&mut drawer, &scene, SIZE, Rung::Full).0)
+        };
+        let Some(whole) = light(None) else { return };
+        for most_turns in [500, 600, 700, 800] {
+            assert_eq!(light(Some(most_turns)).as_ref(), Some(&whole), "{order:?} {most_turns}");
+        }
+    }
+}
+
+/// So many that sorting them would take more turns than an adapter's loops have, though all but the first
+/// are hidden in the end.
+#[test]
+fn more_polygons_over_a_pixel_than_can_be_sorted_are_refused() {
+    let Some(mut drawer) = drawer() else { return };
+    let base = exact();
+    let depths: Vec<f64> = (0..1400).map(|i| f64::from(i) * 0.001).collect();
+    let scene = with(base.clone(), vec![layer(squares(&base, 1, &depths), 1.0)]);
+    drawer.prepare(&scene, &voxsplat::core::Ticket::new()).expect("prepared");
+    if drawer.renderer.context().most_turns.is_some() {
+        let refused = drawer.draw(&scene, SIZE, Rung::Full, &mut ()).unwrap_err().to_string();
+        assert!(refused.contains("at most 2600"), "{refused}");
+        // Two triangles each, on their common edge.
+        assert!(refused.contains("found 2800"), "{refused}");
+    }
+    drawn(&mut drawer, &base, SIZE, Rung::Full);
+}
+
+/// What vectors have of a slab is shared out beside its matter in every model.
+#[test]
+fn polygons_split_vectors_and_matter_in_every_model() {
+    let grid = demo::open("tornado:10", None).expect("a demo");
+    let mut base = scene(grid.lattice, DVec3::new(0.4, 0.9, -0.5));
+    base.splat = exact().splat;
+    let reach = grid.lattice.bounding_radius();
+    let depths = [-0.4, -0.1, 0.13, 0.3].map(|share| share * reach);
+    let tilted: Mesh = squares(&base, 3, &depths);
+    let body = PolygonLayer { colour: Some(Srgb8([90, 200, 240])), ..layer(tilted, 0.5) };
+    for (name, classify, model) in [
+        ("in the middle", Classify::After, OpacityModel::OpticalDepth),
+        ("published", Classify::PreIntegrated, OpacityModel::Published),
+    ] {
+        let mut scene = with(with_vectors(base.clone(), false), vec![body.clone()]);
+        (scene.splat.classify, scene.splat.opacity_model) = (classify, model);
+        agrees(&format!("beside vectors, {name}"), &scene, CLOSE);
+    }
+}
