@@ -35,22 +35,20 @@ struct Finished {
     ms: f64,
 }
 
-/// How far a scene's picture without an effect is from that with it.
+/// How far a scene's picture is from that of the scene without an effect.
 #[derive(Debug)]
 struct LeftOut {
     scene: Scene,
+    other: Scene,
     size: [u32; 2],
-    effect: Effect,
     rmse: Option<f64>,
 }
 
 /// A picture that is drawn to be measured.
 #[derive(Debug)]
 struct Asked {
-    /// `None` for the scene as it is.
-    effect: Option<Effect>,
     scene: Scene,
-    /// What is drawn of it.
+    /// What is drawn: it without an effect, or as it is.
     other: Scene,
     first: Arc<Picture>,
     tries: u32,
@@ -81,8 +79,11 @@ impl Effects {
 
     /// How far the picture without an effect is from the scene's, where that was measured.
     fn change(&self, scene: &Scene, size: [u32; 2], effect: Effect) -> Option<Option<f64>> {
+        let other = effect.left_out_of(scene)?;
         let same = |one: &&LeftOut| {
-            one.effect == effect && one.size == size && one.scene.makes_same_picture(scene)
+            one.size == size
+                && one.other.makes_same_picture(&other)
+                && one.scene.makes_same_picture(scene)
         };
         self.left_out.iter().find(same).map(|one| one.rmse)
     }
@@ -95,11 +96,11 @@ impl Effects {
             self.ask(drawer, Asked { tries: asked.tries + 1, ..asked });
             return true;
         }
-        let Asked { effect, scene, other, first, .. } = asked;
+        let Asked { scene, other, first, .. } = asked;
         let size = first.requested_size;
         self.note(&other, size, drawn.picture.report.frame_ms);
-        if let Some(effect) = effect {
-            self.left_out.push_front(LeftOut { scene, size, effect, rmse: drawn.rmse });
+        if !other.makes_same_picture(&scene) {
+            self.left_out.push_front(LeftOut { scene, other, size, rmse: drawn.rmse });
             self.left_out.truncate(MOST_REMEMBERED);
         }
         true
@@ -122,9 +123,9 @@ impl Effects {
         if self.asked.as_ref().is_some_and(|asked| Arc::ptr_eq(&asked.first, first)) {
             return;
         }
-        if let Some((effect, other)) = self.next(scene, first) {
+        if let Some(other) = self.next(scene, first) {
             let (scene, first) = (scene.clone(), Arc::clone(first));
-            self.ask(drawer, Asked { effect, scene, other, first, tries: 1 });
+            self.ask(drawer, Asked { scene, other, first, tries: 1 });
         }
     }
 
@@ -142,8 +143,8 @@ impl Effects {
         self.asked.is_some()
     }
 
-    /// What is not known yet of the scene's picture: its own time first.
-    fn next(&self, scene: &Scene, first: &Picture) -> Option<(Option<Effect>, Scene)> {
+    /// What is to be drawn for what is not known yet of the scene's picture: its own time first.
+    fn next(&self, scene: &Scene, first: &Picture) -> Option<Scene> {
         let size = first.requested_size;
         let is_shown = |effect: &Effect| match effect {
             Effect::Shading => !scene.shading.is_plain() && !first.report.effects.is_empty(),
@@ -151,11 +152,10 @@ impl Effects {
         };
         let is_unknown = |effect: &Effect| self.change(scene, size, *effect).is_none();
         let mut left = Effect::ALL.iter().filter(|e| is_shown(e)).filter(|e| is_unknown(e));
-        let (effect, other) =
-            left.find_map(|effect| Some((*effect, effect.left_out_of(scene)?)))?;
+        let other = left.find_map(|effect| effect.left_out_of(scene))?;
         match self.ms_of(scene, size) {
-            None => Some((None, scene.clone())),
-            Some(_) => Some((Some(effect), other)),
+            None => Some(scene.clone()),
+            Some(_) => Some(other),
         }
     }
 }

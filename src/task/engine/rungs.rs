@@ -215,7 +215,8 @@ impl Worker {
             is_worth_it.then(|| vec![Rung::Coarse { budget_ms: unspent_ms }])
         };
         let mut rungs = match ladder {
-            Ladder::Octree if vectors::is_walked(scene) => {
+            // Samples that are shaded first have fields before them, and cost about as much a ray.
+            Ladder::Octree if vectors::is_walked(scene) || scene.shades_samples() => {
                 let rays = f64::from(size[0]) * f64::from(size[1]);
                 let full_ms = rays * drawer.costs.ray_ms;
                 let reduced = |shares: &[f64]| {
