@@ -14,8 +14,8 @@ use voxsplat::volume::{Lattice, demo};
 
 use crate::inside::hill;
 use crate::polygons::{
-    CLOSE, SIZE, WITHIN, agrees, both, compares, exact, expected, lattice, layer, squares, with,
-    with_vectors,
+    CLOSE, SIZE, WITHIN, agrees, both, compares, exact, expected, lattice, layer, shards, squares,
+    with, with_vectors,
 };
 use crate::support::{context, drawer, drawn, scene};
 
@@ -26,11 +26,28 @@ fn cut() -> Clip {
     Clip { bounds: Some(bounds), planes: vec![plane], faces: CutFaces::Through }
 }
 
+/// Coloured faces are the lattice's: polygons beyond it are cut by the clip alone.
+#[test]
+fn polygons_beyond_the_lattice_are_cut_by_clips_alone() {
+    let clip = Clip { bounds: None, faces: CutFaces::Coloured, ..cut() };
+    let inside = Inside { clip, ..Inside::default() };
+    let wide = layer(shards(10, 11, 3.0), 0.5);
+    agrees("cut beyond", &Scene { inside, ..with(exact(), vec![wide]) }, WITHIN);
+}
+
 /// Polygons are the only surfaces of such a scene: another piece of shader than beside cut faces and slices.
 #[test]
 fn clips_without_faces_cut_polygons() {
     let inside = Inside { clip: cut(), ..Inside::default() };
     agrees("cut", &Scene { inside, ..with(exact(), both()) }, WITHIN);
+    // An opaque square that is cut away hides nothing of the one behind it.
+    let base = along_an_axis();
+    let point = base.volume.lattice.centre() + DVec3::Z;
+    let planes = vec![Plane { point, normal: DVec3::NEG_Z }];
+    let clip = Clip { bounds: None, planes, ..cut() };
+    let inside = Inside { clip, ..Inside::default() };
+    let squares = layer(squares(&base, 1, &[-3.0, 1.0]), 1.0);
+    agrees("one of two cut away", &Scene { inside, ..with(base, vec![squares]) }, WITHIN);
 }
 
 /// Surfaces of both kinds are looked for in every slab, and the nearer one is laid down first.

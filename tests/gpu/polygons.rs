@@ -36,7 +36,7 @@ pub(crate) fn exact() -> Scene {
 }
 
 /// Triangles of random corners about the lattice, some beyond it, none sharing any.
-fn shards(count: usize, seed: u64, reach: f64) -> Mesh {
+pub(crate) fn shards(count: usize, seed: u64, reach: f64) -> Mesh {
     let lattice = lattice();
     let half = lattice.bounding_radius() * reach;
     let at = |i: usize| {
