@@ -82,7 +82,7 @@ pub(crate) fn both() -> Vec<PolygonLayer> {
     vec![layer(shards(14, 3, 0.9), 0.45), body]
 }
 
-fn clear(mut scene: Scene) -> Scene {
+pub(crate) fn clear(mut scene: Scene) -> Scene {
     scene.transfer.opacity.iter_mut().for_each(|(_, alpha)| *alpha = 0.0);
     scene
 }
