@@ -14,10 +14,10 @@ use voxsplat::volume::{Lattice, demo};
 
 use crate::inside::hill;
 use crate::polygons::{
-    CLOSE, SIZE, WITHIN, agrees, both, compares, exact, expected, lattice, layer, squares, with,
-    with_vectors,
+    CLOSE, SIZE, WITHIN, agrees, both, clear, compares, exact, expected, lattice, layer, shards,
+    squares, with, with_vectors,
 };
-use crate::support::{context, drawer, drawn, scene};
+use crate::support::{context, drawer, drawn, in_perspective, scene};
 
 fn cut() -> Clip {
     let point = lattice().world_from_index(DVec3::new(4.6, 4.1, 6.3));
@@ -26,11 +26,28 @@ fn cut() -> Clip {
     Clip { bounds: Some(bounds), planes: vec![plane], faces: CutFaces::Through }
 }
 
+/// Coloured faces are the lattice's: polygons beyond it are cut by the clip alone.
+#[test]
+fn polygons_beyond_the_lattice_are_cut_by_clips_alone() {
+    let clip = Clip { bounds: None, faces: CutFaces::Coloured, ..cut() };
+    let inside = Inside { clip, ..Inside::default() };
+    let wide = layer(shards(10, 11, 3.0), 0.5);
+    agrees("cut beyond", &Scene { inside, ..with(exact(), vec![wide]) }, WITHIN);
+}
+
 /// Polygons are the only surfaces of such a scene: another piece of shader than beside cut faces and slices.
 #[test]
 fn clips_without_faces_cut_polygons() {
     let inside = Inside { clip: cut(), ..Inside::default() };
     agrees("cut", &Scene { inside, ..with(exact(), both()) }, WITHIN);
+    // An opaque square that is cut away hides nothing of the one behind it.
+    let base = along_an_axis(13);
+    let point = base.volume.lattice.centre() + DVec3::Z;
+    let planes = vec![Plane { point, normal: DVec3::NEG_Z }];
+    let clip = Clip { bounds: None, planes, ..cut() };
+    let inside = Inside { clip, ..Inside::default() };
+    let squares = layer(squares(&base, 1, &[-3.0, 1.0]), 1.0);
+    agrees("one of two cut away", &Scene { inside, ..with(base, vec![squares]) }, WITHIN);
 }
 
 /// Surfaces of both kinds are looked for in every slab, and the nearer one is laid down first.
@@ -49,8 +66,8 @@ fn isosurfaces_and_polygons_lie_at_their_depths() {
 }
 
 /// Along an axis of a lattice of unit cubes, with the middle one's centre at depth 0.
-fn along_an_axis() -> Scene {
-    let lattice = Lattice::unit([11, 9, 13]);
+fn along_an_axis(depth: usize) -> Scene {
+    let lattice = Lattice::unit([11, 9, depth]);
     let mut scene = Scene { splat: exact().splat, ..scene(lattice, DVec3::NEG_Z) };
     scene.camera = Camera::new(lattice.centre(), DVec3::NEG_Z, DVec3::Y, 6.37);
     scene
@@ -60,7 +77,7 @@ fn along_an_axis() -> Scene {
 /// numbers decide. Depth 0 is exact, and the face of a slab.
 #[test]
 fn what_lies_at_one_depth_lies_in_the_order_of_its_triangles() {
-    let base = along_an_axis();
+    let base = along_an_axis(13);
     let of = |colour, opacity| PolygonLayer {
         colour: Some(Srgb8(colour)),
         ..layer(squares(&base, 1, &[0.0]), opacity)
@@ -73,24 +90,38 @@ fn what_lies_at_one_depth_lies_in_the_order_of_its_triangles() {
     }
 }
 
-/// A part of a ray that ends at the face where they lie: neither twice nor never.
+/// A part of a ray that ends at the face where they lie: neither twice nor never. Depths of the lattice
+/// move that face along the parts.
 #[test]
 fn polygons_on_the_face_where_a_part_ends_are_laid_down_once() {
-    let base = along_an_axis();
+    let drawer = |most_turns| {
+        let mut context = context(Wishes::default())?;
+        context.most_turns = most_turns;
+        Some(Drawer::new(Renderer::new(context)))
+    };
+    let (Some(mut whole), Some(mut parts)) = (drawer(None), drawer(Some(500))) else { return };
     for order in [Order::FrontToBack, Order::BackToFront] {
-        let mut scene = with(base.clone(), vec![layer(squares(&base, 1, &[0.0]), 0.5)]);
-        scene.splat.order = order;
-        let light = |most_turns| {
-            let mut context = context(Wishes::default())?;
-            context.most_turns = most_turns;
-            let mut drawer = Drawer::new(Renderer::new(context));
-            Some(drawn(&mut drawer, &scene, SIZE, Rung::Full).0)
-        };
-        let Some(whole) = light(None) else { return };
-        for most_turns in [500, 600, 700, 800] {
-            assert_eq!(light(Some(most_turns)).as_ref(), Some(&whole), "{order:?} {most_turns}");
+        for depth in 0..8 {
+            let base = along_an_axis(7 + 2 * depth);
+            let mut scene = with(base.clone(), vec![layer(squares(&base, 1, &[0.0]), 0.5)]);
+            scene.splat.order = order;
+            let light = |drawer: &mut Drawer| drawn(drawer, &scene, SIZE, Rung::Full).0;
+            assert_eq!(light(&mut whole), light(&mut parts), "{order:?} {depth}");
         }
     }
+}
+
+/// Up to 1e-4 of the way from the eye to the plane in focus.
+#[test]
+fn polygons_close_to_the_eye_are_seen_up_to_where_they_are_left_out() {
+    let base = in_perspective(clear(exact()), 60.0);
+    let eye = base.camera.eye_distance().expect("an eye");
+    let of = |share: f64, colour| PolygonLayer {
+        colour: Some(Srgb8(colour)),
+        ..layer(squares(&base, 1, &[eye * (share - 1.0)]), 0.5)
+    };
+    let layers = vec![of(3e-4, [250, 20, 20]), of(3e-5, [20, 250, 30]), of(0.9, [30, 40, 250])];
+    agrees("close to the eye", &with(base.clone(), layers), WITHIN);
 }
 
 /// So many that sorting them would take more turns than an adapter's loops have, though all but the first

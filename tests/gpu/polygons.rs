@@ -36,7 +36,7 @@ pub(crate) fn exact() -> Scene {
 }
 
 /// Triangles of random corners about the lattice, some beyond it, none sharing any.
-fn shards(count: usize, seed: u64, reach: f64) -> Mesh {
+pub(crate) fn shards(count: usize, seed: u64, reach: f64) -> Mesh {
     let lattice = lattice();
     let half = lattice.bounding_radius() * reach;
     let at = |i: usize| {
@@ -82,7 +82,7 @@ pub(crate) fn both() -> Vec<PolygonLayer> {
     vec![layer(shards(14, 3, 0.9), 0.45), body]
 }
 
-fn clear(mut scene: Scene) -> Scene {
+pub(crate) fn clear(mut scene: Scene) -> Scene {
     scene.transfer.opacity.iter_mut().for_each(|(_, alpha)| *alpha = 0.0);
     scene
 }
