@@ -10,6 +10,9 @@ use crate::scene::{PolygonLayer, VectorLayer};
 use crate::vector::{self, Following};
 use crate::volume::Places;
 
+/// More lines than anybody can tell apart.
+const MOST_STREAMLINES: usize = 100_000;
+
 /// Streamlines and arrows of the vectors.
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Streamlines and arrows")]
@@ -54,6 +57,13 @@ impl FlowFlags {
         &self,
         vectors: &mut Option<VectorLayer>,
     ) -> Result<Vec<PolygonLayer>, Failure> {
+        if self.no_vector_splats && self.streamlines.is_none() && self.arrows.is_none() {
+            return Err(Failure::Usage(
+                "expected --streamlines or --arrows with --no-vector-splats, found neither; leave all three \
+                 out, and --vector too, to draw the field alone"
+                    .to_owned(),
+            ));
+        }
         let asked = [
             (self.streamlines.is_some(), "--streamlines"),
             (self.arrows.is_some(), "--arrows"),
@@ -117,6 +127,9 @@ fn unknown(name: &str, names: &str) -> String {
 
 fn streamlines(text: &str) -> Result<Streamlines, String> {
     let (count, named) = parts(text)?;
+    if count > MOST_STREAMLINES {
+        return Err(format!("expected at most {MOST_STREAMLINES} streamlines, found {count}"));
+    }
     let mut asked = Streamlines { count, axis: 2, share: 0.5, radius: 0.15, length: 200.0 };
     for (name, value) in named {
         match name {

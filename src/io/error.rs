@@ -53,7 +53,7 @@ pub enum Problem {
         found: String,
     },
     /// Zero bytes.
-    #[error("expected a volume, found an empty file; copy or write the file again")]
+    #[error("expected data, found an empty file; copy or write the file again")]
     Empty,
     /// No reader knows this content.
     #[error(transparent)]

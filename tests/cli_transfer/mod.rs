@@ -87,7 +87,10 @@ fn regions_of_a_file_are_drawn_or_refused() {
     );
     assert!(by_value.stdout == plain.stdout && by_value.stdout != drawn.stdout);
     let first = render("demo:shells:24", &["--transfer", &file, "--classify", "before"]);
-    assert_eq!(fault(&first, 2, &["regions by gradient", "--classify pre-integrated"], None), None);
+    assert!(first.status.success(), "{}", errors(&first));
+    assert!(first.stdout.len() > 300 && first.stdout != drawn.stdout);
+    let meshes = render("demo:shells:24", &["--transfer", &file, "--kernel", "gouraud"]);
+    assert_eq!(fault(&meshes, 2, &["regions by gradient", "--kernel gouraud"], None), None);
     let table = folder.path().join("t.json");
     let table = table.to_str().expect("UTF-8");
     let sweep = voxsplat(&["accuracy", "demo:shells:16", "-o", table, "--transfer", &file]);

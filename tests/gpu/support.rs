@@ -61,6 +61,10 @@ pub(crate) fn drawer() -> Option<Shared> {
     if shared.is_none() {
         *shared = context(Wishes::default()).map(|c| Drawer::new(Renderer::new(c)));
     }
+    if let Some(drawer) = shared.as_mut() {
+        // Some draw with the renderer alone, and are not to have the lights of the test before.
+        drawer.renderer.set_looks(&scene(Lattice::unit([2; 3]), DVec3::Z));
+    }
     shared.is_some().then_some(Shared(shared))
 }
 

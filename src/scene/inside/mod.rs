@@ -71,7 +71,7 @@ pub enum InsideError {
     /// A box without an inside, or beyond the volume.
     #[error(
         "expected a clip box that begins before it ends, within the volume, found {low} to {high} along \
-         {axis} (shares of the volume); give a lesser number first"
+         {axis} (shares of the volume); give places within it, the lesser first"
     )]
     Box {
         /// x, y or z.
