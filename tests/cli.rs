@@ -384,7 +384,6 @@ fn effects_are_those_of_the_picture_and_what_is_transparent_by_a_table_says_so()
         &["--opacity-by", "value:0:0,1:1", "--opacity", "0:0,1:1"][..],
         &["--reflection", "value:0:ff0000", "--colormap", "viridis"],
         &["--shading", "lights", "--kernel", "gouraud"],
-        &["--shading", "lights", "--projection", "maximum"],
         &["--cut-faces"],
         &["--no-vector-splats"],
     ] {

@@ -9,8 +9,7 @@ use super::{Destination, Failure, note, open, refuse_one_place};
 use crate::core::{Srgb8, Ticket};
 use crate::scene::annotations::Layout;
 use crate::scene::{
-    AlongRay, Annotation, Background, Inside, MOST_SLABS_PER_VOXEL, Scene, Shading, SplatSettings,
-    View, Visibility,
+    Annotation, Background, Inside, MOST_SLABS_PER_VOXEL, Scene, SplatSettings, View, Visibility,
 };
 use crate::task::engine::Engine;
 use crate::task::loop_file::{self, Cycle, LoopFormat, MOST_FRAMES};
@@ -219,20 +218,13 @@ struct Meant {
 }
 
 /// What would change nothing.
-fn refuse_idle(cut_faces: bool, inside: &Inside, shading: &Shading) -> Result<(), Failure> {
+fn refuse_idle(cut_faces: bool, inside: &Inside) -> Result<(), Failure> {
     if cut_faces && !inside.clip.cuts() {
         return Err(Failure::Usage(
             "expected --clip-box or --clip-plane with --cut-faces, found neither; cut something away, or \
              leave it out"
                 .to_owned(),
         ));
-    }
-    if inside.along != AlongRay::Composite && !shading.is_plain() {
-        return Err(Failure::Usage(format!(
-            "expected no lights, shading tables or regions with --projection {}, whose rays have a value \
-             and no light; leave one of them out",
-            inside.along.name()
-        )));
     }
     Ok(())
 }
@@ -253,7 +245,7 @@ fn scene(flags: &RenderFlags, splat: SplatSettings) -> Result<Meant, Failure> {
     let inside = flags.inside.resolve(&scene.volume, &splat);
     let inside = inside.map_err(|error| Failure::Usage(error.to_string()))?;
     refuse_coarse(flags, &inside)?;
-    refuse_idle(flags.inside.cut_faces, &inside, &shading)?;
+    refuse_idle(flags.inside.cut_faces, &inside)?;
     let opens_with_scalar = flags.scene.field.is_some() || flags.scene.component.is_some();
     let mut vectors = flags.vectors.layer(&input, &scene, opens_with_scalar)?;
     let flow = flags.flow.layers(&mut vectors)?;

@@ -66,7 +66,7 @@ fn regions_of_a_file_are_drawn_or_refused() {
     let region = Region {
         shape: RegionShape::Rectangle,
         values: [60.0, 200.0],
-        strengths: [0.0, 120.0],
+        strengths: [0.0, 400.0],
         softness: 0.3,
         opacity: 0.6,
         colour: Some(Srgb8([255, 0, 0])),
