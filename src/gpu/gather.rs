@@ -16,7 +16,7 @@ use super::layout::{self, TILE};
 use super::pipelines::share_constants;
 use super::renderer::Renderer;
 use super::samples::CHUNKS;
-use super::shade::ShadeVariant;
+use super::shade::{Shade, ShadeVariant};
 use super::shader::{self, GatherPieces, SampleLooks, Shader};
 use super::timing::Timestamps;
 use super::turns::{self, Layers};
@@ -272,8 +272,7 @@ impl Renderer {
             return Ok(0.0);
         }
         let mut variant = Variant::new(view, settings);
-        let shade = self.shade.as_ref().filter(|shade| !shade.is_of_surfaces);
-        variant.looks = match shade {
+        variant.looks = match self.sample_shade() {
             None => Looks::Plain,
             Some(_) if self.shaded.whole().is_some() => Looks::Kept,
             Some(shade) => Looks::Shaded(shade.variant),
@@ -330,9 +329,14 @@ impl Renderer {
         })
     }
 
+    /// What samples are shaded by, where a scene shades any.
+    pub(super) fn sample_shade(&self) -> Option<&Shade> {
+        self.shade.as_ref().filter(|shade| !shade.is_of_surfaces)
+    }
+
     /// Brings what a scene's samples are shaded by to the device, or lets it go.
     pub(super) fn write_looks(&mut self, view: &View) {
-        let shade = self.shade.as_ref().filter(|shade| !shade.is_of_surfaces);
+        let shade = self.sample_shade();
         let values = self.volume.as_ref().map_or_else(Default::default, |v| v.samples.values());
         let growth = view.eye_distance.map_or(0.0, |eye| (1.0 / eye) as f32);
         let looks = shade.map(|shade| {
@@ -415,7 +419,7 @@ impl Renderer {
 }
 
 /// A buffer at a binding.
-fn entry((binding, buffer): (u32, &wgpu::Buffer)) -> wgpu::BindGroupEntry<'_> {
+pub(super) fn entry((binding, buffer): (u32, &wgpu::Buffer)) -> wgpu::BindGroupEntry<'_> {
     wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() }
 }
 

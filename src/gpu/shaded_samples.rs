@@ -8,6 +8,7 @@ use super::buffers::Growing;
 use super::compute::groups_of_tiles;
 use super::context::Context;
 use super::frame::Pass;
+use super::gather::entry;
 use super::renderer::Renderer;
 use super::samples::CHUNKS;
 use super::shade::ShadeVariant;
@@ -90,8 +91,7 @@ impl Renderer {
         settings: &SplatSettings,
         unit_distance: f64,
     ) -> Result<u32, GpuError> {
-        let shade = self.shade.as_ref().filter(|shade| !shade.is_of_surfaces);
-        let variant = shade.map(|shade| Variant {
+        let variant = self.sample_shade().map(|shade| Variant {
             shade: shade.variant,
             published: settings.opacity_model == OpacityModel::Published,
             perspective: view.eye_distance.is_some(),
@@ -179,13 +179,7 @@ impl Renderer {
         let bound = (0_u32..).zip(bound).chain(self.gathering.looks());
         let groups = [bound.collect::<Vec<_>>(), vec![(0, &*slots), (1, &*samples)]];
         let groups = (0..).zip(&groups).map(|(at, bound)| {
-            let entries: Vec<_> = bound
-                .iter()
-                .map(|&(binding, buffer)| wgpu::BindGroupEntry {
-                    binding,
-                    resource: buffer.as_entire_binding(),
-                })
-                .collect();
+            let entries: Vec<_> = bound.iter().copied().map(entry).collect();
             context.device.create_bind_group(&wgpu::BindGroupDescriptor {
                 label: Some(shader::SHADE_SAMPLES),
                 layout: &pipeline.get_bind_group_layout(at),
