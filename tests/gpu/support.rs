@@ -62,8 +62,11 @@ pub(crate) fn drawer() -> Option<Shared> {
         *shared = context(Wishes::default()).map(|c| Drawer::new(Renderer::new(c)));
     }
     if let Some(drawer) = shared.as_mut() {
-        // Some draw with the renderer alone, and are not to have the lights of the test before.
-        drawer.renderer.set_looks(&scene(Lattice::unit([2; 3]), DVec3::Z));
+        // Some draw with the renderer alone, and are not to have what the test before lit or put in.
+        let plain = scene(Lattice::unit([2; 3]), DVec3::Z);
+        drawer.renderer.set_looks(&plain);
+        drawer.renderer.set_polygons(&plain).expect("none");
+        drawer.renderer.put_vectors_in_slabs(false);
     }
     shared.is_some().then_some(Shared(shared))
 }
