@@ -266,12 +266,14 @@ impl SlabPass {
         #[expect(clippy::cast_possible_truncation, reason = "a few thousand")]
         let count = table.cells.len() as u32;
         self.marked = None;
+        // An edit seldom changes where something can show.
+        let before = self.table.take().filter(|before| before.shows == shows);
         self.table = Some(SlabTable {
             sums: storage("slab table", bytemuck::cast_slice(&sums)),
             empty: storage("empty space", bytemuck::cast_slice(&empty)),
             empty_words: empty.len() as u64,
             shows,
-            specks: None,
+            specks: before.and_then(|before| before.specks),
             holes_at,
             holes_show,
             coordinate,
