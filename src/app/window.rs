@@ -419,13 +419,15 @@ impl Window {
         let Some(request) = decision.post else { return };
         self.parts.news.forget();
         self.parts.drawer.request(request);
-        if self.pacing.is_moving() && self.parts.news.wait(self.parts.wait_for_picture) {
-            self.take_picture(ctx);
+        if self.pacing.is_moving() {
+            let news = Arc::clone(&self.parts.news);
+            news.wait_for(self.parts.wait_for_picture, || self.take_picture(ctx));
         }
     }
 
-    fn take_picture(&mut self, ctx: &Context) {
-        let Some(picture) = self.parts.drawer.take_picture() else { return };
+    /// Shows the picture that has come since the last pass; whether one has.
+    fn take_picture(&mut self, ctx: &Context) -> bool {
+        let Some(picture) = self.parts.drawer.take_picture() else { return false };
         self.record_estimate(&picture);
         self.note_effects(&picture);
         // While the view moves, the picture before would be of another view.
@@ -437,6 +439,7 @@ impl Window {
         if moved || fades {
             ctx.request_repaint();
         }
+        true
     }
 
     /// Asks for the octree's cells, and takes those that were found meanwhile.

@@ -48,13 +48,6 @@ pub(super) fn run(flags: &AccuracyFlags) -> Result<(), Failure> {
         note(warning);
     }
     let scene = open::scene(&input, &flags.scene, splat)?;
-    if !scene.shading.is_plain() {
-        return Err(Failure::Usage(
-            "expected a transfer function by value alone, which every mode can draw, found regions by \
-             gradient strength; take \"regions\" out of the file of --transfer"
-                .to_owned(),
-        ));
-    }
     let options = SweepOptions {
         pixels: flags.pixels as usize,
         seed: flags.seed,

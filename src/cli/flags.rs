@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use super::flow::FlowFlags;
-use super::inside::InsideFlags;
+use super::inside::{ClipFlags, InsideFlags};
 use super::polygons::PolygonFlags;
 use super::shading::ShadingFlags;
 use super::values::{self, Stop};
@@ -143,6 +143,9 @@ pub struct ProbeFlags {
     /// How it is lit, and what opacities are looked up by.
     #[command(flatten)]
     pub shading: ShadingFlags,
+    /// What is cut away, and so not seen.
+    #[command(flatten)]
+    pub clip: ClipFlags,
 }
 
 /// What is seen, and from where.

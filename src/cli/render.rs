@@ -246,6 +246,7 @@ fn scene(flags: &RenderFlags, splat: SplatSettings) -> Result<Meant, Failure> {
     let inside = inside.map_err(|error| Failure::Usage(error.to_string()))?;
     refuse_coarse(flags, &inside)?;
     refuse_idle(flags.inside.cut_faces, &inside)?;
+    inside.beside(&scene.volume).iter().for_each(|what| note(what));
     let opens_with_scalar = flags.scene.field.is_some() || flags.scene.component.is_some();
     let mut vectors = flags.vectors.layer(&input, &scene, opens_with_scalar)?;
     let flow = flags.flow.layers(&mut vectors)?;
