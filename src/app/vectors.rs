@@ -7,9 +7,10 @@ use eframe::egui::Context;
 
 use super::job::{Ended, Job};
 use super::window::Window;
+use crate::core::Ticket;
 use crate::scene::VectorLayer;
 use crate::vector::PhaseClock;
-use crate::volume::{VectorField, VolumeError};
+use crate::volume::{Grid, VectorField, VolumeError};
 
 /// Cycles a second when an animation is first started.
 const FIRST_SPEED: f64 = 0.4;
@@ -17,10 +18,77 @@ const FIRST_SPEED: f64 = 0.4;
 /// of a battery.
 pub(super) const MOST_FPS: u32 = 20;
 
+/// Which fields of the open file are drawn as vectors.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum VectorSource {
+    /// The one of this number, of three components.
+    Field(usize),
+    /// The ones of these numbers, of one component each: along x, y and z.
+    Triple([usize; 3]),
+}
+
+/// Three scalar fields that a person is putting together. What they make is a part of the picture once
+/// it is drawn, and this is none.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Triple {
+    fields: Option<[usize; 3]>,
+}
+
+impl Triple {
+    /// Begins with these fields, or goes on with those there are.
+    pub fn open(&mut self, fields: [usize; 3]) {
+        self.fields.get_or_insert(fields);
+    }
+
+    /// Nothing is put together any more.
+    pub fn close(&mut self) {
+        self.fields = None;
+    }
+
+    /// Whether one is being put together.
+    pub fn is_open(&self) -> bool {
+        self.fields.is_some()
+    }
+
+    /// The fields along x, y and z.
+    pub fn fields(&self) -> Option<[usize; 3]> {
+        self.fields
+    }
+
+    /// Another field along an axis.
+    pub fn choose(&mut self, axis: usize, field: usize) {
+        if let Some(chosen) = self.fields.as_mut().and_then(|fields| fields.get_mut(axis)) {
+            *chosen = field;
+        }
+    }
+}
+
+/// The vectors of fields of a grid.
+fn vectors_of(
+    grid: &Grid,
+    source: VectorSource,
+    ticket: &Ticket,
+) -> Result<VectorField, VolumeError> {
+    let field = |index: usize| {
+        grid.fields.get(index).ok_or_else(|| VolumeError::NoSuchField {
+            asked: format!("number {index}"),
+            available: grid.fields.iter().map(|field| field.name.clone()).collect(),
+        })
+    };
+    match source {
+        VectorSource::Field(index) => grid.vectors(field(index)?, ticket),
+        VectorSource::Triple([u, v, w]) => {
+            grid.vectors_of([field(u)?, field(v)?, field(w)?], ticket)
+        }
+    }
+}
+
 /// The window's side of vectors.
 #[derive(Debug)]
 pub(super) struct Vectors {
     pub(super) clock: PhaseClock,
+    /// Fields that are being put together.
+    pub(super) triple: Triple,
     /// Vectors of a field that was chosen, on their way.
     job: Option<Job<Result<VectorField, VolumeError>>>,
     /// When the phase was last moved on, seconds.
@@ -29,15 +97,16 @@ pub(super) struct Vectors {
 
 impl Default for Vectors {
     fn default() -> Self {
-        Self { clock: PhaseClock::new(0.0, FIRST_SPEED), job: None, moved_at: 0.0 }
+        let clock = PhaseClock::new(0.0, FIRST_SPEED);
+        Self { clock, triple: Triple::default(), job: None, moved_at: 0.0 }
     }
 }
 
 impl Window {
-    /// Starts to make the vectors of a field of the open file ready, or takes those there are away.
-    pub(super) fn choose_vectors(&mut self, ctx: &Context, field: Option<usize>) {
+    /// Starts to make the vectors of fields of the open file ready, or takes those there are away.
+    pub(super) fn choose_vectors(&mut self, ctx: &Context, source: Option<VectorSource>) {
         self.vectors.job = None;
-        let Some(index) = field else {
+        let Some(source) = source else {
             if let Some(scene) = &mut self.scene {
                 scene.vectors = None;
             }
@@ -47,13 +116,7 @@ impl Window {
             return;
         };
         let job = Job::start("vectors", "Preparing the vectors", ctx, move |ticket| {
-            match grid.fields.get(index) {
-                Some(field) => grid.vectors(field, ticket),
-                None => Err(VolumeError::NoSuchField {
-                    asked: format!("number {index}"),
-                    available: grid.fields.iter().map(|field| field.name.clone()).collect(),
-                }),
-            }
+            vectors_of(&grid, source, ticket)
         });
         self.vectors.job = Some(job);
     }

@@ -48,6 +48,32 @@ fn vectors_are_taken_away_and_brought_back() {
 }
 
 #[test]
+fn three_scalar_fields_are_put_together_and_undone() {
+    let mut bench = Bench::empty();
+    bench.open("triples.nrrd");
+    bench.settle();
+    assert!(bench.window().scene().unwrap().vectors.is_none(), "it opens as the scalar it is");
+    bench.choose("Vectors", "Three scalar fields…");
+    bench.choose("Along x", "w");
+    bench.settle();
+    assert!(bench.window().scene().unwrap().vectors.is_none(), "nothing is drawn of a choice");
+    press(&mut bench, "Draw as vectors");
+    bench.wait_until(|window| window.scene().is_some_and(|scene| scene.vectors.is_some()));
+    bench.settle();
+    let found = layer(&bench);
+    // All three count up in the same way.
+    assert_eq!(found.field.name, "(w, v, w)");
+    assert_eq!(found.field.vectors[7], glam::Vec3::splat(7.0));
+    assert!(!found.alone && !bench.shows("Along x"));
+    bench.harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+    bench.settle();
+    assert!(bench.window().scene().unwrap().vectors.is_none());
+    bench.harness.key_press_modifiers(Modifiers::COMMAND | Modifiers::SHIFT, Key::Z);
+    bench.settle();
+    assert_eq!(layer(&bench).field.name, "(w, v, w)");
+}
+
+#[test]
 fn what_is_chosen_is_drawn_and_undone() {
     let mut bench = opened();
     let before = layer(&bench).settings;
