@@ -174,8 +174,13 @@ fn gathered_rays_in_parts_meet_the_same_polygons() {
             assert!(parts.1 > whole.1, "something is kept between parts");
             let apart = Difference::between(&whole.0, &parts.0).expect("comparable").max_abs;
             println!("measured parts, {kernel:?} {visibility:?} {order:?}: {apart:.1e}");
-            // Chunks of other layers round their sums otherwise.
-            let most = if kernel == Kernel::Cubic && visibility == Slabs { 1e-6 } else { 0.0 };
+            // Smaller chunks of layers: front to back a ray ends with the chunk in which next to nothing
+            // (5e-4) is left. Measured: 4.1e-4.
+            let most = match (kernel, visibility, order) {
+                (Kernel::Cubic, Slabs, Order::FrontToBack) => 5e-4,
+                (Kernel::Cubic, Slabs, Order::BackToFront) => 1e-6,
+                _ => 0.0,
+            };
             assert!(apart <= most, "{kernel:?} {visibility:?} {order:?}: {apart}");
         }
     }
