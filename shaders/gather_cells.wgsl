@@ -75,8 +75,16 @@ fn add_segment(ray: Ray, cell: vec3<i32>, first: f32, end: f32) {
     }
 }
 
-fn lay_sum() {
-    lay(sum);
+// Lays what was summed up of a slice or of a layer. The ray's way is that of its slices.
+fn lay_sum(ray: Ray, slice: i32, layer: i32) {
+    if sum.w > 1e-30 {
+        if layering == 2u {
+            lay_layer(ray, sum, layer);
+        } else {
+            lay_before_slice(ray, slice, select(gather.splits.x <= 0, ray.step.x > 0.0, perspective));
+            lay(sum);
+        }
+    }
     sum = vec4<f32>(0.0);
 }
 
@@ -131,16 +139,16 @@ fn walk(ray_forward: Ray, span: vec2<f32>) {
         }
         let is_over = min(cell_end, layer_end) >= last;
         if is_over || layer_end <= cell_end {
-            lay_sum();
+            lay_sum(ray_forward, cell.x, layer);
             layer += layer_sign;
         } else if next.x <= cell_end {
             if layering < 2u {
-                lay_sum();
+                lay_sum(ray_forward, cell.x, layer);
             }
             cell.x += sign.x;
         } else {
             if layering == 0u {
-                lay_sum();
+                lay_sum(ray_forward, cell.x, layer);
             }
             if next.y <= cell_end {
                 cell.y += sign.y;
@@ -174,7 +182,7 @@ fn gather_cells(
     for (var number = gather.rays.x; number < gather.rays.y; number++) {
         let ray = ray_at(pixel, number);
         let span = span_of(ray);
-        begin_ray();
+        begin_ray(pixel);
         if span.x < span.y {
             walk(ray, span);
         }

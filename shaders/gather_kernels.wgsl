@@ -270,6 +270,9 @@ fn gather_slices(ray: Ray, span: vec2<f32>, slices: Run, part: vec2<i32>) {
                 continue;
             }
         }
+        if layering < 2u {
+            lay_before_slice(ray, slice, slice >= gather.splits.x);
+        }
         gather_slice(ray, span, slice);
         if layering == 1u {
             lay(sum);
@@ -304,7 +307,8 @@ fn gather_layers(ray: Ray, span: vec2<f32>) {
         let near = within + vec2<f32>(-1.0, 1.0) * length(gather.reach.xyz);
         gather_slices(ray, near, slices, vec2<i32>(0, slices.count));
         for (var k = 0; k < LAYERS; k++) {
-            lay(layers[select(LAYERS - 1 - k, k, front_to_back)]);
+            let at = select(LAYERS - 1 - k, k, front_to_back);
+            lay_layer(ray, layers[at], begin + at);
         }
         if is_opaque() {
             return;
@@ -326,7 +330,7 @@ fn gather_kernels(
     for (var number = gather.rays.x; number < gather.rays.y; number++) {
         let ray = ray_at(pixel, number);
         let span = span_of(ray);
-        begin_ray();
+        begin_ray(pixel);
         if span.x < span.y && !is_opaque() {
             if layering == 2u {
                 gather_layers(ray, span);

@@ -57,8 +57,7 @@ struct Gather {
 // A group of its own, since the other one ends with what samples are shaded by, or before.
 @group(1) @binding(0) var light_out: texture_storage_2d<rgba32float, write>;
 
-// Premultiplied light of the ray so far; of the pixel's rays that have ended; sums capped in it.
-var<private> light: vec4<f32>;
+// Premultiplied light of the pixel's rays that have ended; sums capped in it.
 var<private> rays_light: vec4<f32>;
 var<private> caps: u32;
 // Where this pixel's ray is kept between dispatches.
@@ -81,7 +80,7 @@ struct Ray {
 // The pixel of an invocation; beyond the picture where there is none.
 fn pixel_of(group: vec3<u32>, groups: vec3<u32>, local: vec3<u32>) -> vec2<u32> {
     let within = group.x * groups.y + group.y;
-    slot = (within * TILE + local.y) * TILE + local.x;
+    slot = SLOTS * ((within * TILE + local.y) * TILE + local.x);
     let tile = u32(gather.splits.w) + within;
     if tile >= gather.strides.w {
         return vec2<u32>(0xffffffffu);
@@ -167,58 +166,43 @@ fn any_visible(low: vec3<i32>, high: vec3<i32>) -> bool {
     return false;
 }
 
-// Lays a sum of matter over, or under, what there is.
-fn lay(sum: vec4<f32>) {
-    if sum.w <= 1e-30 {
-        return;
-    }
-    var alpha: f32;
+// What a sum of matter hides, capped and counted where opacities were summed.
+fn opacity_of(sum: vec4<f32>) -> f32 {
     if published {
         caps += select(0u, 1u, sum.w > 1.0);
-        alpha = min(sum.w, 1.0);
-    } else {
-        alpha = opacity(sum.w);
+        return min(sum.w, 1.0);
     }
-    let layer = vec4<f32>(sum.xyz * (alpha / sum.w), alpha);
-    if front_to_back {
-        light += (1.0 - light.w) * layer;
-    } else {
-        light = layer + (1.0 - alpha) * light;
-    }
-}
-
-// Nothing behind can be seen any more.
-fn is_opaque() -> bool {
-    return front_to_back && 1.0 - light.w < gather.reach.w;
+    return opacity(sum.w);
 }
 
 // Takes up the pixel of the dispatches before.
 fn begin() {
     if IN_PARTS && (gather.rays.w & 1u) != 0u {
-        rays_light = bitcast<vec4<f32>>(kept(slot, 4u));
+        rays_light = bitcast<vec4<f32>>(kept(slot + RAYS_SLOT, RAYS_PART));
     }
 }
 
 // Begins a ray, or takes it up.
-fn begin_ray() {
-    light = vec4<f32>(0.0);
+fn begin_ray(pixel: vec2<u32>) {
+    begin_light(pixel);
     if IN_PARTS && gather.part.x > 0 {
-        light = bitcast<vec4<f32>>(kept(slot, 0u));
+        take_up_light();
     }
 }
 
 fn end_ray() {
     if IN_PARTS && (gather.rays.w & 2u) == 0u {
-        keep(slot, 0u, bitcast<vec4<u32>>(light));
+        keep_light_of_ray();
     } else {
-        rays_light += light;
+        lay_rest();
+        rays_light += light_of_ray();
     }
 }
 
 fn finish(pixel: vec2<u32>) {
     textureStore(light_out, pixel, rays_light / f32(gather.rays.z * gather.rays.z));
     if IN_PARTS {
-        keep(slot, 4u, bitcast<vec4<u32>>(rays_light));
+        keep(slot + RAYS_SLOT, RAYS_PART, bitcast<vec4<u32>>(rays_light));
     }
     if published && caps > 0u {
         let before = atomicAdd(&totals.counts[2], caps);

@@ -51,6 +51,7 @@ struct Variant {
     perspective: bool,
     in_parts: bool,
     looks: Looks,
+    polygons: bool,
 }
 
 /// What samples are.
@@ -80,6 +81,7 @@ impl Variant {
             perspective: view.eye_distance.is_some(),
             in_parts: false,
             looks: Looks::Plain,
+            polygons: false,
         }
     }
 
@@ -99,8 +101,8 @@ impl Variant {
             Looks::Shaded(_) => SampleLooks::Shaded,
             Looks::Kept => SampleLooks::Kept,
         };
-        let (cells, in_parts) = (self.is_of_cells(), self.in_parts);
-        GatherPieces { cells, in_parts, looks }.shader()
+        let Self { in_parts, polygons, .. } = self;
+        GatherPieces { cells: self.is_of_cells(), in_parts, looks, polygons }.shader()
     }
 
     fn layers(self) -> Layers {
@@ -125,6 +127,9 @@ impl Variant {
             ("front_to_back", flag(self.order == Order::FrontToBack)),
             ("perspective", flag(self.perspective)),
         ];
+        if self.polygons {
+            constants.push(("back_to_front", flag(self.order == Order::BackToFront)));
+        }
         if let Looks::Shaded(shade) = &self.looks {
             constants.extend(shade.constants());
         }
@@ -244,15 +249,20 @@ fn write_uniform<T: bytemuck::Pod>(
 
 impl Renderer {
     /// Draws some tiles of a picture that [`Renderer::begin`] began, whole: samples classified
-    /// first ([`crate::scene::Classify::Before`]), in the mode that `settings` name. Tiles are
-    /// numbered as [`tile_count`] counts them. Returns wall milliseconds.
+    /// first ([`crate::scene::Classify::Before`]), in the mode that `settings` name, and the polygons that
+    /// were set, whose lists were made for this view. Tiles are numbered as [`tile_count`] counts them.
+    /// Returns wall milliseconds.
+    ///
+    /// Samples and whole slices stay whole: a polygon has its turn in the traversal's order between two
+    /// slices, as a sample would where the ray meets it. Sheets that cut kernels, and slabs, are split by it:
+    /// what is in one is taken to be as dense everywhere between its two planes.
     ///
     /// `unit_distance` is the world length over which the table's extinctions are given. Front to
     /// back, a pixel ends where its transmittance is under `stop_below`.
     ///
     /// # Errors
-    /// Kernels so wide that a single step of a ray is too much for the adapter's loops, or a
-    /// failing device.
+    /// Kernels so wide that a single step of a ray is too much for the adapter's loops, more polygons
+    /// over a pixel than these allow, or a failing device.
     pub fn draw_gathered(
         &mut self,
         view: &View,
@@ -280,11 +290,16 @@ impl Renderer {
         self.write_looks(view);
         let most = self.context.most_turns;
         let side = view.rays_per_side(settings.kernel, settings.extent);
-        let parts = turns::gathered(&constants, settings.kernel, variant.layers(), side, most)?;
+        let polygons = self.polygons.as_ref().map(|polygons| polygons.longest);
+        variant.polygons = polygons.is_some();
+        let walked = (settings.kernel, variant.layers());
+        let parts = turns::gathered(&constants, walked, side, polygons, most)?;
         variant.in_parts = parts.len() > 1;
         self.write_traversal(view, &(0..0), 0, 0);
         self.gathering.variant = Some(variant);
-        let ranges = self.tiles_at_a_time((variant.in_parts, 1), tiles);
+        // What is kept of the samples of polygons takes twice the room.
+        let slots = u32::from(variant.polygons) + 1;
+        let ranges = self.tiles_at_a_time((variant.in_parts, slots), tiles);
         let mut wall_ms = 0.0;
         for tiles in ranges {
             constants.splits[3] = tiles.start as i32;
@@ -299,9 +314,9 @@ impl Renderer {
         Ok(wall_ms)
     }
 
-    /// What a picture's samples are gathered with; `None` where nothing can show. Of the lengths, the
-    /// first is that over which the table's extinctions are given, the second the transmittance at which
-    /// rays end.
+    /// What a picture's samples are gathered with; `None` where nothing can show, nor anything lies among
+    /// them. Of the lengths, the first is that over which the table's extinctions are given, the second
+    /// the transmittance at which rays end.
     pub(super) fn gather_constants(
         &self,
         view: &View,
@@ -313,7 +328,9 @@ impl Renderer {
         let table = volume.table.as_ref()?;
         let lattice = volume.source.lattice;
         let shows = table.showing[0][0] <= table.showing[1][0];
-        shows.then(|| {
+        // Any brick, which is known to show nothing.
+        let showing = if shows { table.showing } else { [[0; 3]; 2] };
+        (shows || self.polygons.is_some()).then(|| {
             Constants {
                 view,
                 settings,
@@ -322,7 +339,7 @@ impl Renderer {
                 dims: lattice.dims,
                 bricks: volume.source.bricks.dims,
                 smallest_spacing: lattice.smallest_spacing(),
-                showing: table.showing,
+                showing,
                 tiles,
             }
             .gather()
@@ -402,8 +419,12 @@ impl Renderer {
                 entries,
             })
         };
-        let groups = [entries, light, samples];
-        let groups = (0..).zip(&groups).filter(|(_, entries)| !entries.is_empty());
+        let words = self.polygons.as_ref().filter(|_| variant.polygons);
+        let words: Vec<_> =
+            words.map(|polygons| entry((0, polygons.words()))).into_iter().collect();
+        let groups = [entries, light, samples, words];
+        let groups = groups.iter().filter(|entries| !entries.is_empty());
+        let groups = (0..).zip(groups);
         let groups: Vec<_> = groups.map(|(at, entries)| group(at, entries)).collect();
         let mut compute = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
             label: Some(variant.pass()),

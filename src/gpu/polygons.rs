@@ -17,7 +17,7 @@ use super::renderer::Renderer;
 use super::shader::{self, Shader};
 use super::timing::Timestamps;
 use crate::core::Srgb8;
-use crate::scene::{Lighting, OpacityModel, POLYGON_COLOUR, PolygonLayer, Scene, View};
+use crate::scene::{Inside, Lighting, OpacityModel, POLYGON_COLOUR, PolygonLayer, Scene, View};
 
 /// What is nearer to the eye than this share of its distance to the focal plane is left out.
 const NEAREST: f64 = 1e-4;
@@ -150,6 +150,11 @@ impl DevicePolygons {
     fn size_bytes(&self) -> u64 {
         let samples = self.samples.as_ref().map_or(0, |s| 4 * s.width() * s.height());
         self.corners.size() + self.words.buffer.size() + u64::from(samples)
+    }
+
+    /// The fragments of pixels.
+    pub(super) fn words(&self) -> &wgpu::Buffer {
+        &self.words.buffer
     }
 
     /// A group of bindings of a pipeline that walks the pixels' fragments.
@@ -347,7 +352,9 @@ impl Renderer {
             lighting: scene.polygon_lighting(),
             // What is cut away hides nothing; and published opacities do not add up, so that matter is divided
             // wherever any sample of a pixel has a polygon.
-            hides: (!scene.inside.clip.cuts() || scene.hides_field())
+            hides: (!scene.inside.clip.cuts()
+                || scene.hides_field()
+                || !Inside::is_shown_by(&scene.splat))
                 && scene.splat.opacity_model == OpacityModel::OpticalDepth,
         };
         let most_side = self.context.limits.max_texture_dimension_2d;

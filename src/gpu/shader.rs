@@ -9,6 +9,8 @@ const FOOTPRINT: &str = include_str!("../../shaders/lib/footprint.wgsl");
 const SHARE: &str = include_str!("../../shaders/lib/share.wgsl");
 const OPACITY: &str = include_str!("../../shaders/lib/opacity.wgsl");
 const GATHER: &str = include_str!("../../shaders/lib/gather.wgsl");
+const GATHERED_LIGHT: &str = include_str!("../../shaders/lib/gathered_light.wgsl");
+const GATHERED_SAMPLES: &str = include_str!("../../shaders/lib/gathered_samples.wgsl");
 const PLAIN_SAMPLES: &str = include_str!("../../shaders/lib/plain_samples.wgsl");
 const SHADED_SAMPLES: &str = include_str!("../../shaders/lib/shaded_samples.wgsl");
 const FOUND_SAMPLES: &str = include_str!("../../shaders/lib/found_samples.wgsl");
@@ -146,17 +148,24 @@ pub struct GatherPieces {
     pub in_parts: bool,
     /// What samples are.
     pub looks: SampleLooks,
+    /// Polygons lie among them.
+    pub polygons: bool,
 }
 
 impl GatherPieces {
     /// Every one there is.
-    pub const ALL: [Self; 16] = {
+    pub const ALL: [Self; 32] = {
         use SampleLooks::{Kept, Painted, Plain, Shaded};
         let looks = [Plain, Shaded, Painted, Kept];
-        let mut all = [Self { cells: false, in_parts: false, looks: Plain }; 16];
+        let mut all = [Self { cells: false, in_parts: false, looks: Plain, polygons: false }; 32];
         let mut i = 0;
         while i < all.len() {
-            all[i] = Self { cells: i % 2 == 1, in_parts: i / 2 % 2 == 1, looks: looks[i / 4] };
+            all[i] = Self {
+                cells: i % 2 == 1,
+                in_parts: i / 2 % 2 == 1,
+                looks: looks[i / 4 % 4],
+                polygons: i / 16 == 1,
+            };
             i += 1;
         }
         all
@@ -178,8 +187,14 @@ impl GatherPieces {
             }
             true => [GATHER_CELLS, "", "", include_str!("../../shaders/gather_cells.wgsl")],
         };
-        let pieces =
-            &[TRAVERSAL, footprint, share, OPACITY, rays, GATHER, samples, painted, shade, walk];
+        let [light, gathered, kept_light, polygons] = match self.polygons {
+            false => ["", GATHERED_LIGHT, "", ""],
+            true => [LIGHT_OF_SAMPLES, GATHERED_SAMPLES, KEPT_SAMPLES, POLYGONS],
+        };
+        let pieces = &[
+            TRAVERSAL, footprint, share, OPACITY, rays, GATHER, light, gathered, kept_light,
+            samples, painted, shade, polygons, walk,
+        ];
         stitched(name, pieces)
     }
 }
@@ -191,7 +206,7 @@ pub const fn shading_samples(painted: bool) -> Shader {
     stitched(
         SHADE_SAMPLES,
         // Before the gathering, whose own group has no part in this.
-        &[walk, TRAVERSAL, OPACITY, WHOLE, GATHER, SHADED_SAMPLES, painted, SHADE],
+        &[walk, TRAVERSAL, OPACITY, WHOLE, GATHER, GATHERED_LIGHT, SHADED_SAMPLES, painted, SHADE],
     )
 }
 

@@ -58,15 +58,15 @@ const ENDS: u32 = 2;
 
 /// The dispatches that gather a picture's rays, a square of `side` × `side` to a pixel: a single one
 /// with everything where the loops allow (`most` turns, if there is a limit), else as many as are needed,
-/// in order.
+/// in order. `polygons` is how many of them a pixel sees at most, where there are any in the scene.
 ///
 /// # Errors
-/// One sentence, where a single layer or slice turns too often.
+/// One sentence, where a single layer or slice turns too often, or polygons do.
 pub(super) fn gathered(
     gather: &layout::Gather,
-    kernel: Kernel,
-    layers: Layers,
+    (kernel, layers): (Kernel, Layers),
     side: u32,
+    polygons: Option<u32>,
     most: Option<u64>,
 ) -> Result<Vec<Part>, GpuError> {
     let count = side * side;
@@ -76,6 +76,7 @@ pub(super) fn gathered(
     };
     let rays = Rays::of(gather);
     check_faces(rays.layers(layers))?;
+    check_polygons(polygons, 0, most)?;
     let Some(most) = most else { return Ok(vec![whole(0, count)]) };
     let sizes = [LAYERS, 8, 4, 2, 1];
     let walks: Vec<(u32, Walk)> = match kernel {
@@ -91,7 +92,11 @@ pub(super) fn gathered(
             sizes.iter().map(|&size| (size, rays.chunks(kernel, layers, size))).collect()
         }
     };
-    let budget = most.saturating_sub(REST) as f64;
+    // Any part of a ray may meet all polygons, and looks for one before each slice and layer.
+    let budget = most.saturating_sub(REST) as f64 - LANES * polygon_turns(polygons, 0);
+    let looks = if polygons.is_some() { 2.0 * f64::from(LAYERS) } else { 0.0 };
+    let walks: Vec<(u32, Walk)> =
+        walks.into_iter().map(|(size, walk)| (size, walk.with(looks))).collect();
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturating")]
     let at_once = (budget / (walks[0].1.turns() + 1.0)) as u32;
     if at_once > 0 {
@@ -110,6 +115,25 @@ pub(super) fn gathered(
         Part { along: [first, end, *size as i32, 0], rays: [ray, ray + 1, side, goes_on | ends] }
     };
     Ok((0..count).flat_map(|ray| starts.clone().map(move |first| part(ray, first))).collect())
+}
+
+/// Turns that polygons take, so many of them over a pixel, among so many other surfaces.
+fn polygon_turns(polygons: Option<u32>, surfaces: u32) -> f64 {
+    polygons.map_or(0.0, f64::from) * (3.0 + f64::from(surfaces))
+}
+
+fn check_polygons(polygons: Option<u32>, surfaces: u32, most: Option<u64>) -> Result<(), GpuError> {
+    // What is left is for what lies between them, and for finding the place again.
+    let most = most.map_or(f64::INFINITY, |most| 0.8 * most as f64 / LANES);
+    if polygon_turns(polygons, surfaces) <= most {
+        return Ok(());
+    }
+    Err(GpuError::TooLarge {
+        what: "polygons over one pixel",
+        limit: format!("{}", (most / (3.0 + f64::from(surfaces))).floor()),
+        found: polygons.unwrap_or(0).to_string(),
+        advice: "zoom in, choose a hardware adapter, or leave a mesh out",
+    })
 }
 
 /// Slabs are counted in 32-bit floats.
@@ -145,6 +169,11 @@ struct Walk {
 }
 
 impl Walk {
+    /// With so many turns more in each unit.
+    fn with(self, more: f64) -> Self {
+        Self { each: self.each + more, ..self }
+    }
+
     fn turns(self) -> f64 {
         self.units * self.each
     }
@@ -343,25 +372,10 @@ impl SlabRays {
         depth / self.thickness + 6.0
     }
 
-    /// Turns that polygons take.
-    fn polygon_turns(&self) -> f64 {
-        let polygons = self.polygons.map_or(0.0, f64::from);
-        polygons * (3.0 + f64::from(self.surfaces))
-    }
-
     /// # Errors
     /// More faces than can be told apart, or more polygons over a pixel than one dispatch walks.
     pub(super) fn check(&self, most: Option<u64>) -> Result<(), GpuError> {
-        // What is left is for the slabs between them, and for finding the place again.
-        let most = most.map_or(f64::INFINITY, |most| 0.8 * most as f64 / LANES);
-        if self.polygon_turns() > most {
-            return Err(GpuError::TooLarge {
-                what: "polygons over one pixel",
-                limit: format!("{}", (most / (3.0 + f64::from(self.surfaces))).floor()),
-                found: self.polygons.unwrap_or(0).to_string(),
-                advice: "zoom in, choose a hardware adapter, or leave a mesh out",
-            });
-        }
+        check_polygons(self.polygons, self.surfaces, most)?;
         check_faces(self.faces())
     }
 
@@ -369,7 +383,8 @@ impl SlabRays {
     /// allow.
     pub(super) fn parts(&self, most: Option<u64>) -> Option<Vec<SlabPart>> {
         // Each polygon is a layer of its own, wherever it is: any part of a ray may meet all of them.
-        let budget = most?.saturating_sub(REST) as f64 - LANES * self.polygon_turns();
+        let budget =
+            most?.saturating_sub(REST) as f64 - LANES * polygon_turns(self.polygons, self.surfaces);
         if self.check(most).is_err() {
             return None;
         }
@@ -492,7 +507,7 @@ mod tests {
     }
 
     fn parts(gather: &layout::Gather, kernel: Kernel, layers: Layers) -> Vec<Part> {
-        gathered(gather, kernel, layers, 1, Some(SOFTWARE_TURNS)).expect("steps that fit")
+        gathered(gather, (kernel, layers), 1, None, Some(SOFTWARE_TURNS)).expect("steps that fit")
     }
 
     /// Lengths of rows at which layers were first missing on llvmpipe (Mesa 22.3.6).
@@ -513,7 +528,7 @@ mod tests {
             // And not long before.
             let short = along([counts[0] / 6, counts[1], counts[2]], radius, thickness);
             assert_eq!(parts(&short, kernel, layers).len(), 1, "{counts:?} {kernel:?} {layers:?}");
-            let free = gathered(&gather, kernel, layers, 2, None);
+            let free = gathered(&gather, (kernel, layers), 2, None, None);
             let everything = Part { along: [0, i32::MAX, 16, 0], rays: [0, 4, 2, ENDS] };
             assert_eq!(free, Ok(vec![everything]));
         }
@@ -650,7 +665,7 @@ mod tests {
         assert!(refused.starts_with("expected slabs along a ray of at most 16777216"), "{refused}");
         assert_eq!(row(1e-20).parts(Some(SOFTWARE_TURNS)), None);
         let gather = along([16, 16, 16], 1.558, 1e-12);
-        let refused = gathered(&gather, Kernel::Cubic, Layers::Slabs, 1, None);
+        let refused = gathered(&gather, (Kernel::Cubic, Layers::Slabs), 1, None, None);
         assert!(matches!(refused, Err(GpuError::TooLarge { .. })), "{refused:?}");
     }
 
@@ -660,7 +675,7 @@ mod tests {
         gather.ahead = [1.0, 0.7, 0.7, 0.0];
         let parts = parts(&gather, Kernel::Cubic, Layers::Slabs);
         assert!(parts[0].along[2] < 16, "{:?}", parts[0]);
-        let refused = gathered(&gather, Kernel::Cubic, Layers::Slabs, 1, Some(1000));
+        let refused = gathered(&gather, (Kernel::Cubic, Layers::Slabs), 1, None, Some(1000));
         assert!(matches!(refused, Err(GpuError::TooLarge { .. })), "{refused:?}");
     }
 }

@@ -2,7 +2,7 @@
 
 use super::classes::Classes;
 use super::field::{Basis, Field};
-use super::inside::{Layer, Part, Slice};
+use super::inside::{Layer, Part, Slice, Surface};
 use super::quadrature::{self, Density};
 use super::shading::RayShader;
 use super::sources::{Along, GridKernels, Hit, Line};
@@ -53,26 +53,50 @@ fn add(to: &mut Density, weight: Density, length: f64) {
     to.iter_mut().zip(weight).for_each(|(t, w)| *t += w * length);
 }
 
-/// Each kernel for itself, from front to back.
+/// A surface, and how many slices of the traversal are farther.
+pub(super) type Seated = (Surface, usize);
+
+/// Matter of slices, from front to back, and the surfaces each before the slices that are farther.
+fn seated(matter: impl IntoIterator<Item = (usize, Density)>, surfaces: &[Seated]) -> Vec<Layer> {
+    let mut layers = Vec::new();
+    let mut next = surfaces.iter().peekable();
+    for (slice, sum) in matter {
+        while let Some((surface, _)) = next.next_if(|(_, farther)| slice < *farther) {
+            layers.push(Layer::Surface(*surface));
+        }
+        layers.push(Layer::Matter(sum));
+    }
+    layers.extend(next.map(|(surface, _)| Layer::Surface(*surface)));
+    layers
+}
+
+/// Each kernel for itself, from front to back, and surfaces among them.
 pub(super) fn every_sample(
     mut hits: Vec<Hit>,
     shape: Option<RadialKernel>,
     from: f64,
-) -> Vec<Density> {
+    surfaces: &[Seated],
+) -> Vec<Layer> {
     hits.sort_by_key(|hit| std::cmp::Reverse(hit.rank));
     let whole = [from, f64::INFINITY];
-    hits.iter().map(|hit| hit.weight.map(|w| w * hit.length(shape, whole))).collect()
+    let sum = |hit: &Hit| (hit.slice, hit.weight.map(|w| w * hit.length(shape, whole)));
+    seated(hits.iter().map(sum), surfaces)
 }
 
-/// Kernels summed up in the slice they are centred on, from front to back.
-pub(super) fn slices(hits: &[Hit], shape: Option<RadialKernel>, from: f64) -> Vec<Density> {
+/// Kernels summed up in the slice they are centred on, from front to back, and surfaces among them.
+pub(super) fn slices(
+    hits: &[Hit],
+    shape: Option<RadialKernel>,
+    from: f64,
+    surfaces: &[Seated],
+) -> Vec<Layer> {
     let count = hits.iter().map(|hit| hit.slice + 1).max().unwrap_or(0);
     let mut layers = vec![[0.0; 4]; count];
     for hit in hits {
         let length = hit.length(shape, [from, f64::INFINITY]);
-        add(&mut layers[count - 1 - hit.slice], hit.weight, length);
+        add(&mut layers[hit.slice], hit.weight, length);
     }
-    layers
+    seated(layers.into_iter().enumerate().rev(), surfaces)
 }
 
 /// Planes that a ray crosses at even distances.
@@ -98,6 +122,13 @@ impl Planes {
             f64::NEG_INFINITY
         }
     }
+
+    /// What is as dense everywhere between two planes, as far as the ray has begun there.
+    fn slice(&self, slab: i64, sum: Density, from: f64) -> Slice {
+        let ends = [self.face(slab).max(from), self.face(slab + 1)];
+        let ends = if self.step.is_finite() { ends } else { [-1e12, 1e12] };
+        Slice { slab, ends, density: sum.map(|w| w / (ends[1] - ends[0])) }
+    }
 }
 
 /// Sums by the number of the layer.
@@ -117,13 +148,14 @@ impl Sums {
     }
 }
 
-/// Each kernel's integrals between the planes, from front to back.
+/// Each kernel's integrals between the planes, from front to back, as matter that is as dense everywhere
+/// between two of them.
 pub(super) fn between_planes(
     hits: &[Hit],
     shape: Option<RadialKernel>,
     planes: &Planes,
     from: f64,
-) -> Vec<Density> {
+) -> Vec<Slice> {
     let spans: Vec<_> = hits.iter().map(|hit| hit.span(shape)).collect();
     let ends = spans
         .iter()
@@ -151,7 +183,8 @@ pub(super) fn between_planes(
             add(sums.at(layer), hit.weight, length);
         }
     }
-    sums.sums
+    let first = sums.first;
+    (first..).zip(sums.sums).map(|(slab, sum)| planes.slice(slab, sum, from)).collect()
 }
 
 /// The same for separable kernels: the densities' integrals over each slab.
@@ -160,7 +193,7 @@ pub(super) fn separable_between_planes(
     basis: Basis,
     ray: &Line,
     planes: &Planes,
-) -> Vec<Density> {
+) -> Vec<Slice> {
     let mut layers: Vec<(i64, Density)> = Vec::new();
     separable_cells(grid, basis, ray, |a, b, density| {
         for layer in planes.layer_of(a)..=planes.layer_of(b) {
@@ -176,7 +209,7 @@ pub(super) fn separable_between_planes(
         }
         true
     });
-    layers.into_iter().map(|(_, sum)| sum).collect()
+    layers.into_iter().map(|(slab, sum)| planes.slice(slab, sum, ray.from)).collect()
 }
 
 /// Slabs of reconstructed values, clipped to a part of the ray, from front to back: the value in

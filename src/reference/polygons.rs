@@ -10,7 +10,7 @@ use super::inside::Surface;
 use super::shading::Shader;
 use super::sources::Line;
 use crate::core::Camera;
-use crate::scene::{Clip, POLYGON_COLOUR, Scene};
+use crate::scene::{Clip, Inside, POLYGON_COLOUR, Scene};
 use crate::volume::Lattice;
 
 /// Where the samples of a pixel are, from its upper left.
@@ -69,7 +69,8 @@ impl Polygons {
                 triangles.push(Triangle { corners, opacity: layer.opacity });
             }
         }
-        let is_clipped = scene.inside.clip.cuts() && !scene.hides_field();
+        let is_clipped =
+            scene.inside.clip.cuts() && !scene.hides_field() && Inside::is_shown_by(&scene.splat);
         (!triangles.is_empty()).then(|| Self {
             triangles,
             lights: Shader::of_polygons(scene),

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::RefKernel;
 use super::classes::Classes;
 use super::field::{Field, Shape};
-use super::inside::{Layer, Opening, Part, Surface, woven};
+use super::inside::{Opening, Part, Surface, woven};
 use super::kernels::grid_kernels;
 use super::layers::{self, Planes};
 use super::mesh::Meshes;
@@ -26,6 +26,9 @@ use crate::volume::Lattice;
 /// Error allowed in a pixel of the continuous integral. Measured: what is found differs from what a
 /// hundredth of it finds by less than this.
 pub const TOLERANCE: f64 = 1e-7;
+
+/// A surface so few steps of the lattice behind a slice counts as before it.
+const SLICE_TIE: f64 = 1.0 / 256.0;
 
 /// All of a ray.
 const ENDLESS: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
@@ -284,38 +287,78 @@ impl Reference {
                     // The span only shares out the error: any measure of the volume will do.
                     let span = 2.0 * self.lattice.bounding_radius();
                     let mut light = Light::new(self.tolerance, span);
+                    let mut surfaces = truth::Surfaces(polygons);
                     truth::separable_cells(grid, *basis, &ray, |a, b, density| {
-                        light.add(a, b, &density);
+                        surfaces.add(&mut light, a, b, &density);
                         !light.is_opaque()
                     });
+                    surfaces.lay_until(&mut light, f64::INFINITY);
                     return light.pixel();
                 }
-                let sums = layers::separable_between_planes(grid, *basis, &ray, &self.slabs(&ray));
-                sums.into_iter().map(Layer::Matter).collect()
+                let slabs = layers::separable_between_planes(grid, *basis, &ray, &self.slabs(&ray));
+                woven(&slabs, polygons)
             }
-            Source::Grid(grid, _) => return self.splatted(grid.hits(&ray, self.shape), &ray),
-            Source::List(list) => return self.splatted(list.hits(&ray, pixel), &ray),
+            Source::Grid(grid, _) => {
+                return self.splatted(grid.hits(&ray, self.shape), &ray, polygons);
+            }
+            Source::List(list) => return self.splatted(list.hits(&ray, pixel), &ray, polygons),
             Source::Meshes(meshes) => return meshes.pixel(&self.camera, pixel),
         };
         layers::composite(&layers, self.splat.opacity_model, self.splat.order)
     }
 
-    /// Kernels that are shaded first, by the mode.
-    fn splatted(&self, hits: Vec<Hit>, ray: &Line) -> [f64; 4] {
+    /// Kernels that are shaded first, by the mode, and the surfaces among them from the eye inwards.
+    ///
+    /// Samples and whole slices stay whole: a surface has its turn between two slices of the traversal, as
+    /// a sample would in its place. What is summed up between two planes is taken to be as dense everywhere
+    /// there, and split.
+    fn splatted(&self, hits: Vec<Hit>, ray: &Line, surfaces: &[Surface]) -> [f64; 4] {
         let (shape, from) = (self.shape, ray.from);
         if self.exact {
-            return truth::shade_first(&hits, shape, from, self.tolerance);
+            return truth::shade_first(&hits, shape, from, self.tolerance, surfaces);
         }
+        let split =
+            |planes: Planes| woven(&layers::between_planes(&hits, shape, &planes, from), surfaces);
         let layers = match self.splat.visibility {
-            Visibility::EverySample => layers::every_sample(hits, shape, from),
-            Visibility::Sheets if self.splat.sheets_per_kernel == 1 => {
-                layers::slices(&hits, shape, from)
+            Visibility::EverySample => {
+                layers::every_sample(hits, shape, from, &self.seats(ray, surfaces))
             }
-            Visibility::Sheets => layers::between_planes(&hits, shape, &self.sheets(ray), from),
-            Visibility::Slabs => layers::between_planes(&hits, shape, &self.slabs(ray), from),
+            Visibility::Sheets if self.splat.sheets_per_kernel == 1 => {
+                layers::slices(&hits, shape, from, &self.seats(ray, surfaces))
+            }
+            Visibility::Sheets => split(self.sheets(ray)),
+            Visibility::Slabs => split(self.slabs(ray)),
         };
-        let layers: Vec<Layer> = layers.into_iter().map(Layer::Matter).collect();
         layers::composite(&layers, self.splat.opacity_model, self.splat.order)
+    }
+
+    /// How many slices of the traversal are farther than each surface: if close behind one, it too.
+    fn seats(&self, ray: &Line, surfaces: &[Surface]) -> Vec<layers::Seated> {
+        if surfaces.is_empty() {
+            return Vec::new();
+        }
+        let (order, runs) = super::kernels::loops(&self.lattice, &self.camera);
+        let axis = order[0];
+        let line = ray.mapped(self.lattice.axes().inverse(), self.lattice.origin);
+        let eye = match self.camera.eye_distance() {
+            Some(_) => self.lattice.index_from_world(self.camera.view_origin())[axis],
+            None if line.step[axis] > 0.0 => f64::NEG_INFINITY,
+            None => f64::INFINITY,
+        };
+        let seat = |surface: &Surface| {
+            let place = line.at(surface.t)[axis];
+            let is_beyond = place > eye;
+            let is_farther = |&&slice: &&usize| {
+                let slice = slice as f64;
+                match (is_beyond, slice > eye) {
+                    (true, true) => slice > place - SLICE_TIE,
+                    (false, false) => slice < place + SLICE_TIE,
+                    (_, slice_is_beyond) => slice_is_beyond,
+                }
+            };
+            (*surface, runs[0].iter().take_while(is_farther).count())
+        };
+        surfaces.iter().map(seat).collect()
     }
 
     /// Image-aligned planes Δ = smallest spacing / N apart, one through the lattice's centre.

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::classes::Classes;
 use super::field::{Basis, Field, Shape, tensor};
-use super::inside::Part;
+use super::inside::{Part, Surface};
 use super::polynomial::Piece;
 use super::quadrature::{Density, Light};
 use super::shading::RayShader;
@@ -89,12 +89,46 @@ impl<T> Sweep<T> {
     }
 }
 
-/// Kernels shaded first; boxes where there is no `shape`.
+/// Surfaces that are still to come, from the eye inwards.
+pub(super) struct Surfaces<'a>(pub(super) &'a [Surface]);
+
+impl Surfaces<'_> {
+    /// Lays down those before a place.
+    pub(super) fn lay_until(&mut self, light: &mut Light, t: f64) {
+        while let [first, rest @ ..] = self.0
+            && first.t < t
+        {
+            light.cover(first.opacity, first.colour);
+            self.0 = rest;
+        }
+    }
+
+    /// Adds matter between two places, and the surfaces before and in it.
+    pub(super) fn add(
+        &mut self,
+        light: &mut Light,
+        mut a: f64,
+        b: f64,
+        density: &impl Fn(f64) -> Density,
+    ) {
+        self.lay_until(light, a);
+        while let Some(first) = self.0.first().filter(|first| first.t < b) {
+            let t = first.t;
+            light.add(a, t, density);
+            self.lay_until(light, t.next_up());
+            a = t;
+        }
+        light.add(a, b, density);
+    }
+}
+
+/// Kernels shaded first, and surfaces among them; boxes where there is no `shape`.
 pub(super) fn shade_first(
     hits: &[Hit],
     shape: Option<RadialKernel>,
     from: f64,
     tolerance: f64,
+    surfaces: &[Surface],
 ) -> [f64; 4] {
     let mut sweep = Sweep::new();
     let (mut first, mut last) = (f64::INFINITY, f64::NEG_INFINITY);
@@ -106,12 +140,10 @@ pub(super) fn shade_first(
         }
     }
     first = first.max(from);
-    if first >= last {
-        return [0.0; 4];
-    }
-    let mut light = Light::new(tolerance, last - first);
+    let mut surfaces = Surfaces(surfaces);
+    let mut light = Light::new(tolerance, if first < last { last - first } else { 1.0 });
     sweep.run([first, last], |a, b, active| {
-        light.add(a, b, &|t| {
+        surfaces.add(&mut light, a, b, &|t| {
             let mut density = [0.0; 4];
             for kernel in active {
                 let h = kernel.value(shape, t);
@@ -121,6 +153,7 @@ pub(super) fn shade_first(
         });
         !light.is_opaque()
     });
+    surfaces.lay_until(&mut light, f64::INFINITY);
     light.pixel()
 }
 

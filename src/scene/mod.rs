@@ -110,15 +110,22 @@ impl Scene {
             && Shading::is_shown_by(&self.splat)
     }
 
+    /// Whether only rays through samples that are shaded first show all of it: lights or tables shade
+    /// these, or polygons lie among them.
+    pub fn needs_gathering(&self) -> bool {
+        let has_others = self.has_polygons() && !self.hides_field();
+        self.shades_samples() || self.splat.classify == Classify::Before && has_others
+    }
+
     /// What draws every voxel in a view where nobody chose and nothing was measured: as
-    /// [`SplatSettings::backend_in`], and tiles where samples are shaded.
+    /// [`SplatSettings::backend_in`], and tiles where only these show all of it.
     pub fn backend_in(&self, view: &View) -> Backend {
-        if self.shades_samples() { Backend::Tiles } else { self.splat.backend_in(view) }
+        if self.needs_gathering() { Backend::Tiles } else { self.splat.backend_in(view) }
     }
 
     /// Whether nobody chose what draws it, and both can.
     pub fn is_backend_open(&self, view: &View) -> bool {
-        !self.shades_samples() && self.splat.is_backend_open(view)
+        !self.needs_gathering() && self.splat.is_backend_open(view)
     }
 
     /// What it asks for beside the transfer function and the mode, by name.

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use crate::core::Srgb8;
 use crate::polygons::Mesh;
 
-use super::{AlongRay, Classify, Lighting, Scene, Visibility};
+use super::{AlongRay, Classify, Lighting, Scene};
 
 /// What polygons look like that say nothing of it.
 pub const POLYGON_COLOUR: Srgb8 = Srgb8([225, 225, 225]);
@@ -37,17 +37,14 @@ pub enum PolygonError {
         /// The offending number.
         found: f64,
     },
-    /// A mode without slabs of a field that is classified after reconstruction.
+    /// A mode whose kernels are triangles themselves.
     #[error(
-        "expected slabs classified after reconstruction with polygons, found --visibility {visibility} \
-         --classify {classify}; leave the mode's flags out, which is the exact mode, or leave them \
-         out"
+        "expected a mode that tiles draw with polygons, found {found}; choose --backend auto and another \
+         kernel than gouraud, no wider than 8 voxels, or leave the polygons out"
     )]
     Mode {
-        /// The mode's visibility.
-        visibility: &'static str,
-        /// When it classifies.
-        classify: &'static str,
+        /// Of the mode, what only triangles draw.
+        found: String,
     },
     /// A projection of values.
     #[error(
@@ -119,13 +116,10 @@ impl Scene {
         if along != AlongRay::Composite && !self.hides_field() {
             return Err(PolygonError::Projected { along: along.name() });
         }
-        let (visibility, classify) = (self.splat.visibility, self.splat.classify);
-        let has_slabs = visibility == Visibility::Slabs && classify != Classify::Before;
-        match has_slabs || self.hides_field() {
-            true => Ok(()),
-            false => {
-                Err(PolygonError::Mode { visibility: visibility.name(), classify: classify.name() })
-            }
+        let shades_first = self.splat.classify == Classify::Before && !self.hides_field();
+        match self.splat.drawn_by_triangles_alone() {
+            Some(found) if shades_first => Err(PolygonError::Mode { found }),
+            _ => Ok(()),
         }
     }
 }

@@ -247,7 +247,7 @@ impl Drawer {
                     Backend::Tiles
                         if !is_small
                             || scene.splat.takes_several_rays(&view)
-                            || scene.shades_samples() =>
+                            || scene.needs_gathering() =>
                     {
                         self.gathered(scene, size, observer)
                     }

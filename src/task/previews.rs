@@ -74,8 +74,8 @@ pub(super) fn preview_mode(scene: &Scene) -> Option<SplatSettings> {
         slabs_per_voxel: splat.slabs_per_voxel.min(1.0),
         ..splat
     };
-    if scene.shades_samples() {
-        // Octree cuts are unlit.
+    if scene.needs_gathering() {
+        // Octree cuts are unlit, and of nothing but the field.
         let SplatSettings { visibility, classify, order, .. } = SplatSettings::EXACT;
         return Some(SplatSettings {
             visibility,
@@ -179,15 +179,15 @@ impl Drawer {
             let shrink = self.affordable(SlabField::Own, size, budget_ms);
             return Some(Reduction { field: SlabField::Own, shrink });
         }
-        let shades_samples = scene.shades_samples();
-        if !slabs::reconstructs(&scene.splat) && !shades_samples {
+        let is_gathered = scene.needs_gathering();
+        if !slabs::reconstructs(&scene.splat) && !is_gathered {
             return None;
         }
         let affordable = |field: SlabField, splat: &SplatSettings| {
             let is_there = self.renderer.holds_field(field, &scene.volume, splat);
             is_there.then(|| self.affordable(field, size, budget_ms))
         };
-        let own = affordable(SlabField::Own, &scene.splat).filter(|_| !shades_samples);
+        let own = affordable(SlabField::Own, &scene.splat).filter(|_| !is_gathered);
         let tents = preview_mode(scene).and_then(|splat| affordable(SlabField::Preview, &splat));
         let worth = match self.last_reduction {
             Some(Reduction { field: SlabField::Preview, .. }) => STILL_WORTH_TENTS,

@@ -218,6 +218,7 @@ impl Drawer {
         let unit_distance = scene.opacity_unit_distance();
         let all = |_: &mut Renderer, tiles: Range<u32>| Ok(tiles.end);
         self.renderer.set_looks(scene);
+        self.renderer.make_polygon_lists(scene, &view)?;
         let pipelines = self.renderer.pipeline_count();
         let start = Instant::now();
         self.shade_samples(scene, &view, observer)?;

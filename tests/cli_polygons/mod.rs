@@ -29,8 +29,8 @@ fn meshes_are_embedded_or_refused_in_a_sentence() {
     let of = |flags: &[&str]| rendered(folder.path(), flags);
     let refused = of(&["--mesh", "nothing.stl"]).unwrap_err();
     assert!(refused.contains("found nothing of that name"), "{refused}");
-    let refused = of(&["--mesh", mesh, "--classify", "before"]).unwrap_err();
-    assert!(refused.contains("with polygons, found --visibility"), "{refused}");
+    let refused = of(&["--mesh", mesh, "--backend", "raster"]).unwrap_err();
+    assert!(refused.contains("with polygons, found --backend raster"), "{refused}");
     let refused = of(&["--mesh", mesh, "--projection", "maximum"]).unwrap_err();
     assert!(refused.contains("--projection composite with polygons"), "{refused}");
     let refused = of(&["--mesh", mesh, "--refine", "coarse", "--budget-ms", "9"]).unwrap_err();
@@ -45,6 +45,8 @@ fn meshes_are_embedded_or_refused_in_a_sentence() {
         of(&[]),
         of(&["--mesh", mesh]),
         of(&["--mesh", &red]),
+        of(&["--classify", "before"]),
+        of(&["--classify", "before", "--mesh", &red]),
         of(&["--vector", "velocity", "--vectors-only", "--streamlines", "9", "--no-vector-splats"]),
         of(&["--vector", "velocity", "--arrows", "4", "--no-vector-splats"]),
     ];

@@ -9,6 +9,7 @@ mod engine;
 mod field_storage;
 mod gathered;
 mod gathered_edges;
+mod gathered_polygons;
 mod gouraud;
 mod hard_cases;
 mod hard_kernels;

@@ -10,8 +10,8 @@ use crate::scene::{POLYGON_COLOUR, PolygonLayer, Scene};
 /// The section; whether another file is to be opened.
 pub fn polygons_ui(ui: &mut Ui, scene: &mut Scene) -> bool {
     if scene.check_polygons().is_err() {
-        let text = "Not drawn: this mode has no slabs that polygons could lie in, or projects values. \
-                    Choose the exact mode under Splats, and Light under Inside";
+        let text = "Not drawn: this mode is of triangles of its own, or projects values. Choose the exact \
+                    mode under Splats, or another kernel and back end, and Light under Inside";
         ui.add(Label::new(RichText::new(text).size(12.0).color(theme::NOTE)).wrap());
     }
     let mut removed = None;

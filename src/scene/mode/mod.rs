@@ -373,6 +373,18 @@ impl SplatSettings {
         self.can_gather() && self.covers() && view.rays_per_side(self.kernel, self.extent) > 1
     }
 
+    /// What of it only triangles draw, where that is why its samples are not gathered by rays.
+    pub(super) fn drawn_by_triangles_alone(&self) -> Option<String> {
+        if self.can_gather() {
+            return None;
+        }
+        Some(match (self.kernel, self.extent) {
+            (Kernel::Gouraud, _) => "--kernel gouraud".to_owned(),
+            (_, Some(extent)) if self.backend != Backend::Raster => format!("--extent {extent}"),
+            _ => "--backend raster".to_owned(),
+        })
+    }
+
     /// Whether its samples may be gathered by rays in tiles.
     pub(super) fn can_gather(&self) -> bool {
         self.kernel != Kernel::Gouraud

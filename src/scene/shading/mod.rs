@@ -24,8 +24,7 @@ use glam::{DMat3, DVec3};
 use serde::{Deserialize, Serialize};
 
 use crate::core::{Camera, Srgb8};
-use crate::kernel::Kernel;
-use crate::scene::{Backend, Classify, Scene, SplatSettings};
+use crate::scene::{Classify, Scene, SplatSettings};
 use crate::transfer::{
     Region, RegionError, TRANSMITTANCE_FLOOR, TransferFunction, extinction_from_opacity,
     interpolate, regions,
@@ -367,17 +366,12 @@ impl Shading {
             }
         }
         regions::validate(&self.regions)?;
-        if !self.is_plain() && !Self::is_shown_by(splat) {
-            let found = match (splat.kernel, splat.extent) {
-                (Kernel::Gouraud, _) => "--kernel gouraud".to_owned(),
-                (_, Some(extent)) if splat.backend != Backend::Raster => {
-                    format!("--extent {extent}")
-                }
-                _ => "--backend raster".to_owned(),
-            };
-            return Err(ShadingError::Mode { found });
+        match splat.drawn_by_triangles_alone() {
+            Some(found) if !self.is_plain() && !Self::is_shown_by(splat) => {
+                Err(ShadingError::Mode { found })
+            }
+            _ => Ok(()),
         }
-        Ok(())
     }
 
     /// The transfer function as far as values decide: where opacity has another index, every value has
@@ -471,6 +465,8 @@ impl ShadingSpace {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::kernel::Kernel;
+    use crate::scene::Backend;
     use crate::transfer::{ColourMap, ColourSource, RegionShape};
 
     fn region(values: [f64; 2]) -> Region {

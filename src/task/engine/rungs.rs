@@ -216,7 +216,7 @@ impl Worker {
         };
         let mut rungs = match ladder {
             // Samples that are shaded first have fields before them, and cost about as much a ray.
-            Ladder::Octree if vectors::is_walked(scene) || scene.shades_samples() => {
+            Ladder::Octree if vectors::is_walked(scene) || scene.needs_gathering() => {
                 let rays = f64::from(size[0]) * f64::from(size[1]);
                 let full_ms = rays * drawer.costs.ray_ms;
                 let reduced = |shares: &[f64]| {
@@ -472,7 +472,11 @@ fn no_device() -> DrawError {
 pub(super) fn effects(scene: &Scene, drawn: &Drawn) -> Vec<&'static str> {
     let mut effects = match drawn.is_shaded {
         true if Inside::is_shown_by(&scene.splat) => scene.effects(),
-        true => scene.shading.effects(),
+        true => {
+            let shown = ["vectors", "polygons"];
+            let others = scene.effects().into_iter().filter(|effect| shown.contains(effect));
+            scene.shading.effects().into_iter().chain(others).collect()
+        }
         false if scene.hides_field() => scene.effects(),
         false => Vec::new(),
     };
