@@ -425,8 +425,9 @@ mod tests {
         let mut looks = 0;
         let found = news.wait_for(Duration::from_secs(10), || {
             looks += 1;
+            let has_come = came.load(std::sync::atomic::Ordering::SeqCst);
             let _is_late = tell.send(());
-            came.load(std::sync::atomic::Ordering::SeqCst)
+            has_come
         });
         assert!(found && looks == 2, "{found} after {looks}");
         thread.join().expect("it ends");
