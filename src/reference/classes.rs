@@ -193,7 +193,7 @@ mod tests {
         assert_eq!(peak.splits_within(0.4, 0.6), [0.5]);
     }
 
-    /// From black to white and back by way of blue, over and over the place where sRGB bends.
+    /// Of channels that rise and fall past the place where sRGB bends.
     #[test]
     fn means_of_colours_are_those_of_many_small_parts() {
         use crate::core::Srgb8;
