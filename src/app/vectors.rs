@@ -8,8 +8,8 @@ use eframe::egui::Context;
 use super::job::{Ended, Job};
 use super::window::Window;
 use crate::core::Ticket;
-use crate::scene::VectorLayer;
-use crate::vector::PhaseClock;
+use crate::scene::{SecondVectors, VectorLayer};
+use crate::vector::{PhaseClock, VectorSettings};
 use crate::volume::{Grid, VectorField, VolumeError};
 
 /// Cycles a second when an animation is first started.
@@ -83,14 +83,25 @@ fn vectors_of(
     }
 }
 
+/// Another field keeps what was chosen, but for what belongs to its lengths.
+fn kept(chosen: VectorSettings, opening: &VectorSettings) -> VectorSettings {
+    VectorSettings {
+        transfer: opening.transfer.clone(),
+        opacity_by: opening.opacity_by,
+        colour_by: opening.colour_by,
+        coarser: opening.coarser,
+        ..chosen
+    }
+}
+
 /// The window's side of vectors.
 #[derive(Debug)]
 pub(super) struct Vectors {
     pub(super) clock: PhaseClock,
-    /// Fields that are being put together.
-    pub(super) triple: Triple,
-    /// Vectors of a field that was chosen, on their way.
-    job: Option<Job<Result<VectorField, VolumeError>>>,
+    /// Fields that are being put together, for the first vectors and for the second.
+    pub(super) triples: [Triple; 2],
+    /// Vectors of fields that were chosen, on their way; whether they are second ones.
+    job: Option<(bool, Job<Result<VectorField, VolumeError>>)>,
     /// When the phase was last moved on, seconds.
     moved_at: f64,
 }
@@ -98,17 +109,25 @@ pub(super) struct Vectors {
 impl Default for Vectors {
     fn default() -> Self {
         let clock = PhaseClock::new(0.0, FIRST_SPEED);
-        Self { clock, triple: Triple::default(), job: None, moved_at: 0.0 }
+        Self { clock, triples: Default::default(), job: None, moved_at: 0.0 }
     }
 }
 
 impl Window {
-    /// Starts to make the vectors of fields of the open file ready, or takes those there are away.
-    pub(super) fn choose_vectors(&mut self, ctx: &Context, source: Option<VectorSource>) {
+    /// Starts to make the vectors of fields of the open file ready, or takes those there are away: all of
+    /// them, or the second ones.
+    pub(super) fn choose_vectors(
+        &mut self,
+        ctx: &Context,
+        is_second: bool,
+        source: Option<VectorSource>,
+    ) {
         self.vectors.job = None;
         let Some(source) = source else {
-            if let Some(scene) = &mut self.scene {
-                scene.vectors = None;
+            match self.scene.as_mut().map(|scene| &mut scene.vectors) {
+                Some(Some(layer)) if is_second => layer.second = None,
+                Some(vectors) => *vectors = None,
+                None => {}
             }
             return;
         };
@@ -118,29 +137,39 @@ impl Window {
         let job = Job::start("vectors", "Preparing the vectors", ctx, move |ticket| {
             vectors_of(&grid, source, ticket)
         });
-        self.vectors.job = Some(job);
+        self.vectors.job = Some((is_second, job));
     }
 
     /// Puts vectors that are ready into the scene.
     pub(super) fn take_vectors(&mut self) {
-        let Some(ended) = self.vectors.job.as_ref().and_then(Job::poll) else { return };
+        let Some((is_second, ended)) =
+            self.vectors.job.as_ref().and_then(|(second, job)| Some((*second, job.poll()?)))
+        else {
+            return;
+        };
         self.vectors.job = None;
         let Some(scene) = &mut self.scene else { return };
         match ended {
+            Ended::Finished(Ok(field)) if is_second => {
+                if let Some(layer) = &mut scene.vectors {
+                    let opening = SecondVectors::new(Arc::new(field));
+                    layer.second = Some(match layer.second.take() {
+                        Some(before) => SecondVectors {
+                            settings: kept(before.settings, &opening.settings),
+                            ..opening
+                        },
+                        None => opening,
+                    });
+                }
+            }
             Ended::Finished(Ok(field)) => {
                 let opening = VectorLayer::new(Arc::new(field), false);
                 let layer = match scene.vectors.take() {
-                    // Another field keeps what was chosen, but for what belongs to its lengths.
                     Some(before) => VectorLayer {
-                        settings: crate::vector::VectorSettings {
-                            transfer: opening.settings.transfer.clone(),
-                            opacity_by: opening.settings.opacity_by,
-                            colour_by: opening.settings.colour_by,
-                            coarser: opening.settings.coarser,
-                            ..before.settings
-                        },
+                        settings: kept(before.settings, &opening.settings),
                         phase: before.phase,
                         alone: before.alone,
+                        second: before.second,
                         ..opening
                     },
                     None => opening,

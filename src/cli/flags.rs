@@ -204,6 +204,24 @@ pub struct SceneFlags {
     pub nan_color: Option<Srgb8>,
 }
 
+impl SceneFlags {
+    /// The first flag that was given of the scalar field's opacities and colours.
+    pub(super) fn of_colours(&self) -> Option<&'static str> {
+        [
+            ("--preset", self.preset.is_some()),
+            ("--transfer", self.transfer.is_some()),
+            ("--opacity", self.opacity.is_some()),
+            ("--color", self.color.is_some()),
+            ("--colormap", self.colormap.is_some()),
+            ("--color-range", self.color_range.is_some()),
+            ("--nan-opacity", self.nan_opacity.is_some()),
+            ("--nan-color", self.nan_color.is_some()),
+        ]
+        .into_iter()
+        .find_map(|(flag, given)| given.then_some(flag))
+    }
+}
+
 /// How kernels become a picture. What is left open follows from what is chosen.
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Mode")]

@@ -43,7 +43,7 @@ pub use scattered::{ListTotals, Scattered};
 pub use slabs::{PictureConstants, SlabField};
 pub use sort::MOST_KEYS;
 pub use triangles::GridTotals;
-pub use vectors::VectorSplats;
+pub use vectors::{VectorLook, VectorSplats};
 
 /// What can go wrong on the device.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]

@@ -49,7 +49,7 @@ pub struct Reference {
     shape: Option<RadialKernel>,
     opening: Opening,
     source: Source,
-    vectors: Option<Vectors>,
+    vectors: Vec<Vectors>,
     alone: bool,
     polygons: Option<Polygons>,
 }
@@ -227,10 +227,10 @@ impl Reference {
     /// One ray, with the polygons that a sample of its pixel sees, from the eye inwards.
     fn traced(&self, pixel: [usize; 2], ray: &Line, polygons: &[Surface]) -> [f64; 4] {
         let ray = *ray;
-        if let Some(vectors) = self.vectors.as_ref().filter(|_| self.alone) {
+        if self.alone && !self.vectors.is_empty() {
             let mut planes = self.slabs(&ray);
-            planes.step *= vectors.step() / self.lattice.smallest_spacing();
-            let sums = vectors.sums(&ray, &planes, ENDLESS);
+            planes.step *= Vectors::step(&self.vectors) / self.lattice.smallest_spacing();
+            let sums = Vectors::sums(&self.vectors, &ray, &planes, ENDLESS);
             let layers = woven(&merged(Vec::new(), &sums, &planes, ENDLESS), polygons);
             return layers::composite(&layers, self.splat.opacity_model, self.splat.order);
         }
@@ -244,7 +244,7 @@ impl Reference {
                 let part = self.opening.part((field, classes), &ray, &line);
                 let mut part = match part {
                     Some(part) => part,
-                    None if self.vectors.is_none() && polygons.is_empty() => return [0.0; 4],
+                    None if self.vectors.is_empty() && polygons.is_empty() => return [0.0; 4],
                     // Nothing but vectors and polygons, perhaps.
                     None => Part { ends: [0.0; 2], surfaces: Vec::new() },
                 };
@@ -273,11 +273,12 @@ impl Reference {
                     shade,
                     &part,
                 );
-                let slabs = match &self.vectors {
-                    None => slabs,
-                    Some(vectors) => {
+                let slabs = match self.vectors.as_slice() {
+                    [] => slabs,
+                    vectors => {
                         let kept = self.opening.kept(&ray, &line, ENDLESS, &mut false);
-                        merged(slabs, &vectors.sums(&ray, &planes, kept), &planes, kept)
+                        let sums = Vectors::sums(vectors, &ray, &planes, kept);
+                        merged(slabs, &sums, &planes, kept)
                     }
                 };
                 woven(&slabs, &part.surfaces)

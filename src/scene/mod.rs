@@ -34,7 +34,7 @@ pub use shading::{
     Amounts, Attached, BASE_OPACITY, Colours, Index, LEAST_STRENGTH, Light, Lighting, MOST_LIGHTS,
     Shading, ShadingError, ShadingPreset, ShadingSpace, strong_gradient,
 };
-pub use vectors::VectorLayer;
+pub use vectors::{SecondVectors, VectorLayer, vector_range};
 pub use view::{MOST_RAYS, Traversal, View};
 
 use std::sync::Arc;
@@ -96,6 +96,11 @@ impl Scene {
         self.vectors.as_ref().is_some_and(|layer| layer.alone)
     }
 
+    /// Whether two vector fields are drawn.
+    pub fn has_second_vectors(&self) -> bool {
+        self.vectors.as_ref().is_some_and(|layer| layer.second.is_some())
+    }
+
     /// Whether vectors are to lie in the slabs of a field that has none: its mode shades first.
     pub fn lacks_slabs_for_vectors(&self) -> bool {
         let SplatSettings { visibility, classify, .. } = self.splat;
@@ -140,6 +145,9 @@ impl Scene {
                 effects.extend(self.inside.effects());
             }
             effects.push("vectors");
+            if self.has_second_vectors() {
+                effects.push("second vectors");
+            }
         } else {
             effects.extend(self.inside.effects());
         }

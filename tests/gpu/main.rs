@@ -40,4 +40,5 @@ mod specks;
 mod stills;
 mod support;
 mod transfer_moves;
+mod two_vectors;
 mod vectors;

@@ -17,7 +17,7 @@ use voxsplat::volume::{Lattice, Places, VectorField};
 use crate::support::*;
 
 /// Directions all about, of lengths 0..=10.
-fn field(places: Places, seed: u64) -> Arc<VectorField> {
+pub(crate) fn field(places: Places, seed: u64) -> Arc<VectorField> {
     let count = places.dims().iter().product();
     let vectors: Arc<[Vec3]> = (0..count)
         .map(|i| {
@@ -29,32 +29,32 @@ fn field(places: Places, seed: u64) -> Arc<VectorField> {
     Arc::new(VectorField::new("wind", places, vectors, &Ticket::new()).expect("a sound field"))
 }
 
-fn settings(field: &VectorField) -> VectorSettings {
+pub(crate) fn settings(field: &VectorField) -> VectorSettings {
     let stops = vec![(0.0, Srgb8([255, 60, 0])), (10.0, Srgb8([20, 120, 255]))];
     let transfer = TransferFunction::of(vec![(1.0, 0.0), (10.0, 0.9)], ColourSource::Stops(stops));
     VectorSettings { transfer, coarser: 0, ..VectorSettings::for_field(field) }
 }
 
 /// A handful of vectors, alone, seen askew.
-fn alone() -> Scene {
+pub(crate) fn alone() -> Scene {
     let spacing = DVec3::new(1.0, 1.2, 0.8);
     let lattice = Lattice { spacing, ..Lattice::unit([5, 4, 4]) };
     let field = field(Places::Lattice(lattice), 3);
     let settings = settings(&field);
-    let layer = VectorLayer { field, settings, phase: 0.3, alone: true };
+    let layer = VectorLayer { field, settings, phase: 0.3, alone: true, second: None };
     let scene = scene(lattice, DVec3::new(-0.5, 0.4, -0.8));
     Scene { vectors: Some(layer), splat: SplatSettings::EXACT, ..scene }
 }
 
-fn with(mut scene: Scene, change: impl FnOnce(&mut VectorLayer)) -> Scene {
+pub(crate) fn with(mut scene: Scene, change: impl FnOnce(&mut VectorLayer)) -> Scene {
     change(scene.vectors.as_mut().expect("it has vectors"));
     scene
 }
 
-const PICTURE: [u32; 2] = [72, 60];
+pub(crate) const PICTURE: [u32; 2] = [72, 60];
 
 #[track_caller]
-fn holds(name: &str, scene: &Scene, within: Within) {
+pub(crate) fn holds(name: &str, scene: &Scene, within: Within) {
     holds_at(name, scene, PICTURE, within);
 }
 
@@ -76,7 +76,7 @@ fn holds_at(name: &str, scene: &Scene, size: [u32; 2], within: Within) {
 
 /// The polynomial of the slabs' shares is within 3.5e-4 of the kernel; the rest is single precision,
 /// phases of 12 bits and colours of 16.
-const CLOSE: Within = Within { max_abs: 4e-3, rmse: 4e-4, bias: 1e-4 };
+pub(crate) const CLOSE: Within = Within { max_abs: 4e-3, rmse: 4e-4, bias: 1e-4 };
 
 #[test]
 fn both_modes_both_models_and_both_orders_are_those_of_the_reference() {

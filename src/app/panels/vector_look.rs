@@ -5,76 +5,130 @@ use eframe::egui::{CollapsingHeader, ComboBox, RichText, Slider, SliderClamping,
 use super::{maps, reset_ui, row_ui, slider_ui};
 use crate::app::theme;
 use crate::core::Srgb8;
-use crate::scene::VectorLayer;
+use crate::scene::vector_range;
 use crate::transfer::ColourSource;
 use crate::vector::{ColourBy, Design, Foreshortening, MOST_STRETCH, VectorMode, VectorSettings};
-use crate::volume::ScalarVolume;
+use crate::volume::{ScalarVolume, VectorField};
 
 /// Radii on offer, steps of the grid.
 const EXTENT: std::ops::RangeInclusive<f64> = 0.5..=4.0;
 /// Most halvings on offer.
 const COARSER: std::ops::RangeInclusive<u32> = 0..=5;
 
-/// Everything about how the vectors of a layer look; `scalar` is the field beside them.
-pub(super) fn look_ui(ui: &mut Ui, layer: &mut VectorLayer, scalar: &ScalarVolume) {
-    let settings = &mut layer.settings;
-    choice_ui(ui, "Mode", VectorMode::ALL, &mut settings.mode, mode_words);
-    choice_ui(ui, "Marks", Design::ALL, &mut settings.design, design_words);
+/// What the widgets of a field are called.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Names {
+    /// By what they are.
+    First,
+    /// With a word more, where there are two of each.
+    Second,
+}
+
+impl Names {
+    fn of(self, name: &str) -> String {
+        match self {
+            Self::First => name.to_owned(),
+            Self::Second => format!("{name} (second)"),
+        }
+    }
+}
+
+/// Everything about how the vectors of a field look; `scalar` is the field beside them.
+pub(super) fn look_ui(
+    ui: &mut Ui,
+    names: Names,
+    field: &VectorField,
+    settings: &mut VectorSettings,
+    scalar: &ScalarVolume,
+) {
+    choice_ui(ui, names, "Mode", VectorMode::ALL, &mut settings.mode, mode_words);
+    choice_ui(ui, names, "Marks", Design::ALL, &mut settings.design, design_words);
+    opacity_ui(ui, names, field, settings, scalar);
     let before = settings.colour_by;
-    opacity_ui(ui, layer);
-    let settings = &mut layer.settings;
-    choice_ui(ui, "Coloured by", ColourBy::ALL, &mut settings.colour_by, by_words);
+    choice_ui(ui, names, "Coloured by", ColourBy::ALL, &mut settings.colour_by, by_words);
     maps::map_ui(ui, &mut settings.transfer);
     if settings.mode == VectorMode::Blend {
         marks_colour_ui(ui, settings);
     }
-    if layer.settings.colour_by != before {
-        let range = layer.range_of(layer.settings.colour_by, scalar);
-        if let ColourSource::Map { range: colours, .. } = &mut layer.settings.transfer.colour {
-            *colours = range;
-        }
+    if settings.colour_by != before
+        && let ColourSource::Map { range, .. } = &mut settings.transfer.colour
+    {
+        *range = vector_range(field, settings.colour_by, scalar);
     }
-    shape_ui(ui, &mut layer.settings);
+    shape_ui(ui, names, settings);
 }
 
-/// Opacity as a ramp: below one length nothing, from another on the greatest.
-fn opacity_ui(ui: &mut Ui, layer: &mut VectorLayer) {
-    let most = layer.field.statistics.max.max(f64::MIN_POSITIVE);
-    let settings = &mut layer.settings;
+/// Opacity as a ramp: below one length (or place, or value) nothing, from another on the greatest.
+fn opacity_ui(
+    ui: &mut Ui,
+    names: Names,
+    field: &VectorField,
+    settings: &mut VectorSettings,
+    scalar: &ScalarVolume,
+) {
+    let greatest = |settings: &VectorSettings| {
+        settings.transfer.opacity.iter().map(|(_, opacity)| *opacity).fold(0.0, f64::max)
+    };
+    let by = settings.opacity_by;
+    choice_ui(ui, names, "Opaque by", ColourBy::ALL, &mut settings.opacity_by, by_words);
+    let range = match settings.opacity_by {
+        // Nothing is shorter than nothing.
+        ColourBy::Magnitude => [0.0, field.statistics.max],
+        by => vector_range(field, by, scalar),
+    };
+    if settings.opacity_by != by {
+        let most = greatest(settings);
+        settings.transfer.opacity = match settings.opacity_by {
+            ColourBy::Magnitude => VectorSettings::for_field(field).transfer.opacity,
+            // Nowhere transparent but at the lower end.
+            _ => vec![(range[0], 0.0), (range[1], most)],
+        };
+    }
+    let [least, most] = range;
+    let most = if most > least { most } else { least + 1.0 };
     let points = &settings.transfer.opacity;
     let (low, high) = match points.as_slice() {
-        [] => (0.0, most),
-        [only] => (0.0, only.0),
+        [] => (least, most),
+        [only] => (least, only.0),
         [first, .., last] => (first.0, last.0),
     };
-    let greatest = points.iter().map(|(_, opacity)| *opacity).fold(0.0, f64::max);
-    let (mut from_length, mut to_length, mut opacity) = (low, high, greatest);
+    let (mut shown_from, mut full_from, mut opacity) = (low, high, greatest(settings));
     let mut changed = false;
     // Numbers that nobody has touched stay as they are: rounded, they would be a step to take back.
     let untouched = SliderClamping::Edits;
+    let of_length = settings.opacity_by == ColourBy::Magnitude;
     row_ui(ui, "Shown from", |ui| {
-        let slider = Slider::new(&mut from_length, 0.0..=most).max_decimals(6);
+        let slider = Slider::new(&mut shown_from, least..=most).max_decimals(6);
         let slider = slider.clamping(untouched);
-        let help = "Shorter vectors are transparent, and cost nothing";
-        changed |= slider_ui(ui, "Shown from", true, slider).on_hover_text(help).changed();
+        let help = match of_length {
+            true => "Shorter vectors are transparent, and cost nothing",
+            false => "Vectors where it is less are transparent, and cost nothing",
+        };
+        let name = names.of("Shown from");
+        changed |= slider_ui(ui, &name, true, slider).on_hover_text(help).changed();
     });
     row_ui(ui, "Full from", |ui| {
-        let slider = Slider::new(&mut to_length, 0.0..=most).max_decimals(6);
+        let slider = Slider::new(&mut full_from, least..=most).max_decimals(6);
         let slider = slider.clamping(untouched);
-        let help = "Vectors of this length and longer have the greatest opacity";
-        changed |= slider_ui(ui, "Full from", true, slider).on_hover_text(help).changed();
+        let help = match of_length {
+            true => "Vectors of this length and longer have the greatest opacity",
+            false => "Vectors where it is this much and more have the greatest opacity",
+        };
+        let name = names.of("Full from");
+        changed |= slider_ui(ui, &name, true, slider).on_hover_text(help).changed();
     });
     row_ui(ui, "Opacity", |ui| {
         let slider = Slider::new(&mut opacity, 0.0..=1.0).max_decimals(3);
         let slider = slider.clamping(untouched);
         let help = "The greatest opacity per unit distance";
-        changed |= slider_ui(ui, "Vector opacity", true, slider).on_hover_text(help).changed();
+        let name = names.of("Vector opacity");
+        changed |= slider_ui(ui, &name, true, slider).on_hover_text(help).changed();
     });
     if changed {
         // A ramp that is dragged past its other end takes it along.
-        let (a, b) = match from_length != low {
-            true => (from_length, to_length.max(from_length)),
-            false => (from_length.min(to_length), to_length),
+        let (a, b) = match shown_from != low {
+            true => (shown_from, full_from.max(shown_from)),
+            false => (shown_from.min(full_from), full_from),
         };
         settings.transfer.opacity = vec![(a, 0.0), (b, opacity)];
     }
@@ -94,23 +148,24 @@ fn marks_colour_ui(ui: &mut Ui, settings: &mut VectorSettings) {
     });
 }
 
-fn shape_ui(ui: &mut Ui, settings: &mut VectorSettings) {
+fn shape_ui(ui: &mut Ui, names: Names, settings: &mut VectorSettings) {
     let title = RichText::new("Shape").size(12.5).color(theme::TEXT_FAINT);
     CollapsingHeader::new(title).default_open(false).show_unindented(ui, |ui| {
         row_ui(ui, "Stretch", |ui| {
             let slider = Slider::new(&mut settings.stretch, 1.0..=MOST_STRETCH).max_decimals(2);
             let help = "Length of a splat along the flow over its width: wisps";
-            slider_ui(ui, "Stretch", true, slider).on_hover_text(help);
+            slider_ui(ui, &names.of("Stretch"), true, slider).on_hover_text(help);
         });
         row_ui(ui, "Splat radius", |ui| {
             let mut radius = settings.radius();
             let slider = Slider::new(&mut radius, EXTENT).max_decimals(2);
             let help = "In steps of the vectors' grid; 1.6 hides the single splats";
-            if slider_ui(ui, "Splat radius", true, slider).on_hover_text(help).changed() {
+            if slider_ui(ui, &names.of("Splat radius"), true, slider).on_hover_text(help).changed()
+            {
                 settings.extent = Some(radius);
             }
             let given = settings.extent.is_some();
-            if reset_ui(ui, given, "Reset splat radius", "Back to 1.6") {
+            if reset_ui(ui, given, &names.of("Reset splat radius"), "Back to 1.6") {
                 settings.extent = None;
             }
         });
@@ -118,12 +173,13 @@ fn shape_ui(ui: &mut Ui, settings: &mut VectorSettings) {
             let slider = Slider::new(&mut settings.coarser, COARSER);
             let help =
                 "Draw means of 2 × 2 × 2 vectors, and of these again: larger marks, and fewer";
-            slider_ui(ui, "Coarser", true, slider).on_hover_text(help);
+            slider_ui(ui, &names.of("Coarser"), true, slider).on_hover_text(help);
         });
-        choice_ui(ui, "Seen askew", Foreshortening::ALL, &mut settings.foreshortening, way_words);
+        let way = &mut settings.foreshortening;
+        choice_ui(ui, names, "Seen askew", Foreshortening::ALL, way, way_words);
         row_ui(ui, "Seed", |ui| {
             let drag = eframe::egui::DragValue::new(&mut settings.seed);
-            super::number_ui(ui, "Seed", drag)
+            super::number_ui(ui, &names.of("Seed"), drag)
                 .on_hover_text("Of the splats' own phases, which keep them from moving in step");
         });
     });
@@ -131,6 +187,7 @@ fn shape_ui(ui: &mut Ui, settings: &mut VectorSettings) {
 
 fn choice_ui<T: Copy + PartialEq, const N: usize>(
     ui: &mut Ui,
+    names: Names,
     name: &str,
     all: [T; N],
     now: &mut T,
@@ -146,7 +203,7 @@ fn choice_ui<T: Copy + PartialEq, const N: usize>(
                 }
             }
         });
-        shown.response.accessible_name(name).on_hover_text(words(*now).1);
+        shown.response.accessible_name(names.of(name)).on_hover_text(words(*now).1);
     });
 }
 

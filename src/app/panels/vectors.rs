@@ -1,20 +1,24 @@
 //! Vector splats: which field, what they look like, and the animation.
 
-use eframe::egui::{ComboBox, RichText, Slider, Ui};
+use eframe::egui::{CollapsingHeader, ComboBox, RichText, Slider, Ui};
+use glam::DVec3;
 
+use super::vector_look::Names;
 use super::{flow, row_ui, slider_ui, vector_look};
 use crate::app::document::Document;
 use crate::app::flow::{FlowChoice, FlowShape};
 use crate::app::theme;
 use crate::app::vectors::{Triple, VectorSource};
-use crate::scene::{AlongRay, Scene};
-use crate::vector::{MOST_SPEED, PhaseClock};
+use crate::scene::{AlongRay, Scene, SecondVectors, vector_range};
+use crate::vector::{ColourBy, MOST_SPEED, PhaseClock};
 
 /// What a person asked of the section that it cannot do itself.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum VectorRequest {
     /// The vectors of these fields of the file, or none.
     Field(Option<VectorSource>),
+    /// The same of a second field among them.
+    Second(Option<VectorSource>),
     /// A loop of pictures as a file.
     SaveLoop,
     /// Polygons made of the vectors.
@@ -28,10 +32,10 @@ pub fn vectors_ui(
     scene: &mut Scene,
     (clock, now): (&mut PhaseClock, f64),
     fps: &mut u32,
-    (choice, triple): (&mut FlowChoice, &mut Triple),
+    (choice, triples, probed): (&mut FlowChoice, &mut [Triple; 2], Option<DVec3>),
 ) -> Option<VectorRequest> {
     let shown = scene.vectors.as_ref().map(|layer| layer.field.name.as_str());
-    let request = field_ui(ui, document, shown, triple).map(VectorRequest::Field);
+    let request = field_ui(ui, document, FIRST, shown, &mut triples[0]).map(VectorRequest::Field);
     let lacks_slabs = scene.lacks_slabs_for_vectors();
     let projects = scene.inside.along != AlongRay::Composite;
     let cuts = !scene.inside.is_plain();
@@ -58,22 +62,58 @@ pub fn vectors_ui(
                 without a seam";
     let save = row_ui(ui, "", |ui| ui.button("Save loop…").on_hover_text(help).clicked());
     let request = if save { Some(VectorRequest::SaveLoop) } else { request };
-    vector_look::look_ui(ui, layer, &scene.volume);
-    let shape = flow::flow_ui(ui, choice);
+    let scalar = &scene.volume;
+    vector_look::look_ui(ui, Names::First, &layer.field, &mut layer.settings, scalar);
+    let second = ui.push_id("second", |ui| {
+        let shown = layer.second.as_ref().map(|second| second.field.name.as_str());
+        let second = field_ui(ui, document, SECOND, shown, &mut triples[1]);
+        if let Some(SecondVectors { field, settings }) = &mut layer.second {
+            let title = RichText::new("Look of the second field").size(12.5);
+            let header = CollapsingHeader::new(title.color(theme::TEXT_FAINT)).default_open(true);
+            header.show_unindented(ui, |ui| {
+                vector_look::look_ui(ui, Names::Second, field, settings, scalar);
+            });
+        }
+        second
+    });
+    let request = second.inner.map(VectorRequest::Second).or(request);
+    let box_of = || {
+        let along = [ColourBy::X, ColourBy::Y, ColourBy::Z];
+        let ranges = along.map(|by| vector_range(&layer.field, by, scalar));
+        [0, 1].map(|end| DVec3::from(ranges.map(|range| range[end])))
+    };
+    let shape = flow::flow_ui(ui, choice, probed, box_of);
     shape.map(VectorRequest::Flow).or(request)
 }
+
+/// What the choice of a field is called, of which what is.
+#[derive(Debug, Clone, Copy)]
+struct Choice {
+    name: &'static str,
+    help: &'static str,
+}
+
+const FIRST: Choice = Choice {
+    name: "Vectors",
+    help: "Which field of three components is drawn as vectors, or which three scalar fields",
+};
+const SECOND: Choice = Choice {
+    name: "Second field",
+    help: "Add a second vector field, with a look of its own: both lie among each other in depth",
+};
 
 /// Which field is drawn, of those of three components or put together of three: what is to be drawn
 /// instead of the one of the name that is `shown`.
 fn field_ui(
     ui: &mut Ui,
     document: &Document,
+    choice: Choice,
     shown: Option<&str>,
     triple: &mut Triple,
 ) -> Option<Option<VectorSource>> {
     let fields = || document.grid.fields.iter().enumerate();
     let mut request = None;
-    row_ui(ui, "Vectors", |ui| {
+    row_ui(ui, choice.name, |ui| {
         let combo = ComboBox::from_id_salt("vectors").selected_text(shown.unwrap_or("None"));
         let response = combo.truncate().show_ui(ui, |ui| {
             if ui.selectable_label(shown.is_none(), "None").clicked() {
@@ -94,9 +134,7 @@ fn field_ui(
                 }
             }
         });
-        let help =
-            "Which field of three components is drawn as vectors, or which three scalar fields";
-        response.response.accessible_name("Vectors").on_hover_text(help);
+        response.response.accessible_name(choice.name).on_hover_text(choice.help);
     });
     if request.is_some() {
         triple.close();
