@@ -144,7 +144,7 @@ fn bends(colours: &[(f64, [f64; 3])]) -> impl Iterator<Item = f64> {
         let ((v0, c0), (v1, c1)) = (pair[0], pair[1]);
         c0.into_iter().zip(c1).filter_map(move |(c0, c1)| {
             let f = (SRGB_BEND - c0) / (c1 - c0);
-            (f > 0.0 && f < 1.0).then(|| v0 + f * (v1 - v0))
+            (f > 0.0 && f < 1.0).then_some(v0 + f * (v1 - v0))
         })
     })
 }
