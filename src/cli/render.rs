@@ -117,7 +117,7 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
     let are_vectors = |effect: &&str| ["vectors", "second vectors"].contains(effect);
     let needs_lights = !effects.iter().all(are_vectors);
     if needs_lights && !still.drawn.is_shaded && !alone {
-        effects.retain(|effect| are_vectors(&effect));
+        effects.retain(are_vectors);
         note(
             "the picture that fits is an octree cut, which shows no lights and no shading tables: it is \
              of the transfer function alone; give --budget-ms, or a smaller --max-error",

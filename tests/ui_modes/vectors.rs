@@ -115,7 +115,7 @@ fn a_second_field_has_a_look_of_its_own_and_is_undone() {
     bench.settle();
     let found = layer(&bench);
     assert_eq!((&found.settings, &*found.field.name), (&first.settings, "wind"));
-    let second = found.second.clone().expect("a second field");
+    let second = found.second.expect("a second field");
     assert_eq!(second.field.name, "field");
     assert_ne!(second.settings.transfer.colour, first.settings.transfer.colour);
     bench.choose("Mode (second)", "Blend");
