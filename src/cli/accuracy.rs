@@ -48,6 +48,12 @@ pub(super) fn run(flags: &AccuracyFlags) -> Result<(), Failure> {
         note(warning);
     }
     let scene = open::scene(&input, &flags.scene, splat)?;
+    if !scene.shading.is_plain() {
+        note(
+            "triangles (--backend raster, --kernel gouraud) show no regions by gradient strength: their \
+             rows are of the transfer function alone, and so far off",
+        );
+    }
     let options = SweepOptions {
         pixels: flags.pixels as usize,
         seed: flags.seed,
