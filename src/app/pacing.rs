@@ -14,8 +14,9 @@ pub const REST_AFTER_SECS: f64 = 0.12;
 /// How long a pass may wait for the picture of the change it has just posted.
 ///
 /// A pass of the interface costs as much as a coarse picture on a software adapter, so while the
-/// hand moves it is better to show that picture in this pass than to run another for it. A picture of
-/// 20 ms comes within 45 even after an edit, when 256³ samples are classified anew.
+/// hand moves it is better to show that picture in this pass than to run another for it. After
+/// an edit 256³ samples are classified anew, 22 to 25 ms on llvmpipe's two cores: pictures of up to 20 ms
+/// still come in time.
 pub const WAIT_FOR_PICTURE: Duration = Duration::from_millis(45);
 /// Least time between two repaints for the engine's sake while the view rests.
 const REPAINT_AT_REST: Duration = Duration::from_millis(200);
