@@ -13,6 +13,7 @@ pub mod compare;
 pub mod dialogs;
 pub mod document;
 pub mod drawer;
+mod effect_rows;
 pub mod effects;
 mod exchanging;
 pub mod file_dialog;
