@@ -26,7 +26,13 @@ struct Vectors {
     second_origin: vec4<f32>,
     // Its first splat; see BLEND; see POLYGON and COORDINATES; which table of marks is its.
     second_flags: vec4<u32>,
+    // Of each table of marks: what each size has lost of their contrast, by foreshortening.
+    blur: array<f32, 160>,
 }
+
+// Of `blur`: numbers of a table, and of a size.
+const BLURS: u32 = 80u;
+const BLUR_COLUMNS: u32 = 16u;
 
 override two_fields: bool = false;
 

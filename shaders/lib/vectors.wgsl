@@ -51,8 +51,8 @@ fn vector_ray(pixel: vec2<u32>, kept: vec2<f32>) -> VectorRay {
     return VectorRay(range.x, range.y, 0, 0, 0, kept_ends, none, none, none, none);
 }
 
-// Intensity of the marks at a place of the window, -1 to 1.
-fn mark_at(place: vec2<f32>, word: u32, second: bool) -> f32 {
+// Intensity of the marks at a place of the window, -1 to 1; and what that does to a colour (`Marks::light`).
+fn mark_at(place: vec2<f32>, word: u32, second: bool) -> vec2<f32> {
     let is_round = select(vectors.flags.z, vectors.second_flags.z, second) == COORDINATES;
     let across = f32(word >> 12u & 0xfffu) * (1.0 / 4095.0);
     let turns = fract(vectors.depth.w + f32(word & 0xfffu) * (1.0 / 4096.0)) * f32(PHASES);
@@ -89,7 +89,11 @@ fn mark_at(place: vec2<f32>, word: u32, second: bool) -> f32 {
     );
     let found = mix(low_row, high_row, f.y);
     let of_columns = mix(found.xz, found.yw, turns - early);
-    return mix(of_columns.x, of_columns.y, share);
+    let mark = mix(of_columns.x, of_columns.y, share);
+    let blur = select(0u, BLURS * vectors.second_flags.w, second)
+        + BLUR_COLUMNS * u32(level) + select(u32(low), FORESHORTENINGS, is_round);
+    let lost = mix(vectors.blur[blur], vectors.blur[blur + 1u], share);
+    return vec2<f32>(mark, mark + lost * (1.0 - mark));
 }
 
 // Sums up the splats of the layer that the list comes to.
@@ -127,14 +131,15 @@ fn sum_layer(ray: ptr<function, VectorRay>, screen: vec2<f32>, nearest: f32, sla
                 second.z * unit.y - second.w * unit.x,
             );
             let windowed = max(footprint(q * window * window) * vectors.picture.w, 0.0);
-            let intensity = mark_at(turned * window, packed.w, of_second) * windowed;
+            let marked = mark_at(turned * window, packed.w, of_second) * windowed;
+            let intensity = marked.x;
             let rg = unpack2x16unorm(packed.x);
             let b_r = unpack2x16unorm(packed.y);
             let gb = unpack2x16unorm(packed.z);
             let body = vec3<f32>(rg, b_r.x);
             let of_marks = vec3<f32>(b_r.y, gb);
             // The printed operators: of the colour, then of the opacity.
-            let colour = select(body * intensity, mix(body, of_marks, intensity), is_blend);
+            let colour = select(body * marked.y, mix(body, of_marks, intensity), is_blend);
             let texture = select(intensity, max(footprint(q), 0.0), is_blend);
             let amount = head.w * texture * slant;
             // Between the marks there is nothing to share out.

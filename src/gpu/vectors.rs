@@ -76,6 +76,8 @@ pub(super) struct DeviceVectors {
     marks: wgpu::Texture,
     /// Of the tables of marks, one above the other.
     designs: Vec<Design>,
+    /// Of them, as `shaders/lib/vector_frame.wgsl` has it.
+    blur: [[f32; 16]; 10],
     settings: wgpu::Buffer,
     tiles: wgpu::Buffer,
     /// What lists there are were made of.
@@ -135,11 +137,13 @@ impl DeviceVectors {
             Growing::make(context, label, Usage::STORAGE | Usage::COPY_DST, size as u64)
         };
         let designs = designs_of(looks);
+        let tables: Vec<Marks> = designs.iter().map(|design| Marks::new(*design)).collect();
         Ok(Self {
             splats: looks.iter().map(|look| Arc::clone(look.splats)).collect(),
             record_vec4s: vec4s,
             records,
-            marks: marks_texture(context, &designs),
+            marks: marks_texture(context, &tables),
+            blur: blur_of(&tables),
             designs,
             settings: storage("vectors", size_of::<layout::Vectors>()),
             tiles: storage("vector tiles", size_of::<layout::VectorTiles>()),
@@ -213,8 +217,7 @@ fn designs_of(looks: &[VectorLook<'_>]) -> Vec<Design> {
 
 /// Every phase of every column, each beside the next phase, and these beside those of the next column;
 /// further tables are below the first.
-fn marks_texture(context: &Context, designs: &[Design]) -> wgpu::Texture {
-    let tables: Vec<Marks> = designs.iter().map(|design| Marks::new(*design)).collect();
+fn marks_texture(context: &Context, tables: &[Marks]) -> wgpu::Texture {
     #[expect(clippy::cast_possible_truncation, reason = "a few hundred")]
     let [side, layers, levels, count] =
         [MARK_SIDE, MARK_COLUMNS * PHASES, tables[0].levels.len(), tables.len()].map(|n| n as u32);
@@ -228,7 +231,7 @@ fn marks_texture(context: &Context, designs: &[Design]) -> wgpu::Texture {
         usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
         view_formats: &[],
     });
-    for (table, marks) in (0_u32..).zip(&tables) {
+    for (table, marks) in (0_u32..).zip(tables) {
         for (mip, level) in (0_u32..).zip(&marks.levels) {
             #[expect(clippy::cast_possible_truncation, reason = "64 at most")]
             let side = level.side as u32;
@@ -250,6 +253,19 @@ fn marks_texture(context: &Context, designs: &[Design]) -> wgpu::Texture {
         }
     }
     texture
+}
+
+/// What each size of each table has lost of its contrast.
+#[expect(clippy::cast_possible_truncation, reason = "the device has 32 bits")]
+fn blur_of(tables: &[Marks]) -> [[f32; 16]; 10] {
+    let mut rows = [[0.0; 16]; 10];
+    let (of_tables, _) = rows.as_chunks_mut::<5>();
+    for (rows, marks) in of_tables.iter_mut().zip(tables) {
+        for (row, level) in rows.iter_mut().zip(&marks.levels) {
+            row.iter_mut().zip(level.blur).for_each(|(to, blur)| *to = blur as f32);
+        }
+    }
+    rows
 }
 
 fn texels(level: &Level) -> Vec<u8> {
@@ -379,6 +395,7 @@ impl Renderer {
             ..VectorVariant::default()
         };
         vectors.constants = frame.vectors(view, what, record_vec4s, layers, columns);
+        vectors.constants.blur = vectors.blur;
         self.write_vectors(what);
         loop {
             let plan = Plan {

@@ -239,13 +239,14 @@ impl Vectors {
         }
         let windowed = self.footprint(l / WINDOW) / self.footprint(0.0);
         let phase = self.phase + seat.phase;
-        let intensity =
-            self.marks.intensity(seat.level, texture.to_array(), phase, seen) * windowed;
+        let mark = self.marks.intensity(seat.level, texture.to_array(), phase, seen);
+        let intensity = mark * windowed;
         // Crawfis–Max: of the colour, then of the opacity.
         let (colour, opacity) = if is_blend {
             (seat.colour.lerp(seat.marks, intensity), self.footprint(l))
         } else {
-            (seat.colour * intensity, intensity)
+            let light = self.marks.light(seat.level, mark, seen) * windowed;
+            (seat.colour * light, intensity)
         };
         let length = match self.published {
             true => 1.0,

@@ -99,6 +99,8 @@ pub(super) fn left_out(
             break;
         }
         with.push(full_ms(drawer, scene, size, watch, ticket)?);
+        // Read as the others are below, since reading takes a buffer.
+        drawer.renderer.read_light()?;
         let held = HeldBytes::of(&drawer.renderer).all;
         for (index, (effect, other)) in others.iter().enumerate() {
             without[index].push(full_ms(drawer, other, size, watch, ticket)?);

@@ -334,7 +334,7 @@ fn a_single_splat_is_what_crawfis_and_max_print() {
         scene.transfer.opacity.clear();
         scene.splat.slabs_per_voxel = 0.5;
         scene.camera =
-            voxsplat::core::Camera::new(DVec3::new(1.0, 1.0, 2.0), DVec3::NEG_Z, DVec3::Y, 2.5);
+            voxsplat::core::Camera::new(DVec3::new(1.0, 1.0, 2.0), DVec3::NEG_Z, DVec3::Y, 1.0);
         let small = Lattice { spacing: DVec3::splat(10.0), ..Lattice::unit([2, 2, 2]) };
         let small = Lattice { origin: DVec3::new(-4.0, -4.0, -14.0), ..small };
         scene.volume = volume(small, noise([2; 3], 1));
@@ -348,7 +348,7 @@ fn a_single_splat_is_what_crawfis_and_max_print() {
             voxsplat::vector::Splats::new(&layer.field, &layer.settings, None, 10.0, true, &ticket)
                 .unwrap();
         let phase = layer.phase + f64::from(splats.list[0].phase);
-        let pixel = 60.0 / 5.0;
+        let pixel = 60.0 / 2.0;
         let extent = 1.6 / kernel.radius();
         let (mut worst, mut most) = (0.0_f64, 0.0_f64);
         for (i, seen) in found.iter().enumerate() {
@@ -356,9 +356,9 @@ fn a_single_splat_is_what_crawfis_and_max_print() {
             let l = x.hypot(y) / pixel / extent;
             let place = [x, y].map(|v| v / pixel / extent / (kernel.radius() * 1.15));
             let windowed = kernel.footprint(l / 1.15) / kernel.footprint(0.0);
-            // 1.6 · 1.15 voxels are 22 pixels: the pictures of 32 texels a side... nearest by size.
+            // 1.6 · 1.15 voxels are 55 pixels: the pictures of 64 texels a side are nearest by size.
             let i_tex =
-                windowed * marks.intensity(1, place, phase, voxsplat::vector::Seen::Across(1.0));
+                windowed * marks.intensity(0, place, phase, voxsplat::vector::Seen::Across(1.0));
             let colour = [20.0, 120.0, 255.0_f64].map(|c| {
                 let c: f64 = c / 255.0;
                 if c <= 0.04045 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) }
@@ -380,6 +380,26 @@ fn a_single_splat_is_what_crawfis_and_max_print() {
         }
         println!("measured {mode:?} as printed: max {worst:.2e}");
         assert!(most > 0.3 && worst < 2e-3, "{mode:?}: {worst} of {most}");
+    }
+}
+
+/// Marks that are too small to be told apart give as much light as the same from near.
+#[test]
+fn marks_give_as_much_light_from_afar() {
+    let Some(mut drawer) = drawer() else { return };
+    for design in Design::ALL {
+        let scene = with(alone(), |layer| layer.settings.design = design);
+        let mut mean = |times: u32| {
+            let size = PICTURE.map(|n| n * times / 2);
+            let (light, _) = drawn(&mut drawer, &scene, size, Rung::Full);
+            light.iter().map(|pixel| pixel[1]).sum::<f64>() / light.len() as f64
+        };
+        let near = mean(8);
+        let ratios = [4, 2, 1].map(|times| mean(times) / near);
+        println!(
+            "measured {design:?}: light at a half, a quarter, an eighth of the size {ratios:.3?}"
+        );
+        assert!(ratios.iter().all(|ratio| (ratio - 1.0).abs() < 0.05), "{design:?}: {ratios:?}");
     }
 }
 
