@@ -334,7 +334,9 @@ fn blur_of(level: &Level, finest: &Level) -> [f64; MARK_COLUMNS] {
             for (phase, share) in BLUR_PHASES {
                 let round = column == FORESHORTENINGS;
                 for (i, window) in windows.iter().enumerate().filter(|(_, w)| **w > 0.0) {
-                    let at = [place(i % finest.side), place(i / finest.side)];
+                    // Between texels the finest is a blend, too.
+                    let at = [i % finest.side, i / finest.side]
+                        .map(|n| place(n) + texel * (n % 5) as f64 / 5.0);
                     let of = |level: &Level| {
                         let [a, b] = [phase, (phase + 1) % PHASES]
                             .map(|phase| bilinear(level, column, phase, at, round));

@@ -399,7 +399,7 @@ fn marks_give_as_much_light_from_afar() {
         println!(
             "measured {design:?}: light at a half, a quarter, an eighth of the size {ratios:.3?}"
         );
-        assert!(ratios.iter().all(|ratio| (ratio - 1.0).abs() < 0.05), "{design:?}: {ratios:?}");
+        assert!(ratios.iter().all(|ratio| (ratio - 1.0).abs() < 0.1), "{design:?}: {ratios:?}");
     }
 }
 
