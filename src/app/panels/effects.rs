@@ -1,12 +1,18 @@
 //! Every effect in a row: whether it runs, what asked for it, what it costs as far as that was measured.
 
-use eframe::egui::{Context, Grid, Label, RichText, Ui, Window as Floating, pos2};
+use eframe::egui::{
+    Context, Grid, Label, RichText, ScrollArea, Ui, Vec2, Window as Floating, pos2, vec2,
+};
 
 use crate::app::{theme, words};
 use crate::core::memory::human_bytes;
 
 /// Width of the reasons, points.
 const WHY_WIDTH: f32 = 250.0;
+/// How much of the window the rows may cover, as parts of its width and height, and what they are not made
+/// smaller than, points: what is left shows what they change.
+const MOST: Vec2 = vec2(0.6, 0.5);
+const LEAST: Vec2 = vec2(120.0, 60.0);
 
 /// Whether an effect runs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -77,9 +83,23 @@ pub struct Row {
 /// The panel; whether it is to stay open. `all_bytes` is what the device holds in all.
 pub fn effects_ui(ctx: &Context, rows: &[Row], all_bytes: Option<u64>) -> bool {
     let mut open = true;
-    let panel = Floating::new("Effects").open(&mut open).resizable(false).collapsible(false);
+    let room = (ctx.content_rect().size() * MOST).max(LEAST);
+    let panel = Floating::new("Effects").open(&mut open).resizable(false).collapsible(true);
     panel.default_pos(pos2(16.0, 48.0)).show(ctx, |ui| {
-        Grid::new("effects").num_columns(6).spacing([14.0, 4.0]).striped(true).show(ui, |ui| {
+        let scroll = ScrollArea::both().max_width(room.x).max_height(room.y);
+        scroll.show(ui, |ui| rows_ui(ui, rows));
+        let all = all_bytes.map_or_else(|| "–".to_owned(), human_bytes);
+        let text = format!("On the device in all: {all}");
+        ui.label(RichText::new(text).size(12.0).color(theme::TEXT_FAINT)).on_hover_text(
+            "Samples, fields, tables and pictures, as this program allocates them, when the picture \
+             on screen was finished",
+        );
+    });
+    open
+}
+
+fn rows_ui(ui: &mut Ui, rows: &[Row]) {
+    Grid::new("effects").num_columns(6).spacing([14.0, 4.0]).striped(true).show(ui, |ui| {
             for (title, help) in [
                 ("Effect", ""),
                 ("Runs", "Whether it is on the picture shown now"),
@@ -106,14 +126,6 @@ pub fn effects_ui(ctx: &Context, rows: &[Row], all_bytes: Option<u64>) -> bool {
                 row_ui(ui, row);
             }
         });
-        let all = all_bytes.map_or_else(|| "–".to_owned(), human_bytes);
-        let text = format!("On the device in all: {all}");
-        ui.label(RichText::new(text).size(12.0).color(theme::TEXT_FAINT)).on_hover_text(
-            "Samples, fields, tables and pictures, as this program allocates them, when the picture \
-             on screen was finished",
-        );
-    });
-    open
 }
 
 fn row_ui(ui: &mut Ui, row: &Row) {
