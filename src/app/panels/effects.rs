@@ -11,7 +11,7 @@ use crate::core::memory::human_bytes;
 const WHY_WIDTH: f32 = 250.0;
 /// How much of the window the rows may cover, as parts of its width and height, and what they are not made
 /// smaller than, points: what is left shows what they change.
-const MOST: Vec2 = vec2(0.6, 0.5);
+const MOST: Vec2 = vec2(0.6, 0.45);
 const LEAST: Vec2 = vec2(120.0, 60.0);
 
 /// Whether an effect runs.
@@ -85,8 +85,10 @@ pub fn effects_ui(ctx: &Context, rows: &[Row], all_bytes: Option<u64>) -> bool {
     let mut open = true;
     let room = (ctx.content_rect().size() * MOST).max(LEAST);
     let panel = Floating::new("Effects").open(&mut open).resizable(false).collapsible(true);
-    panel.default_pos(pos2(16.0, 48.0)).show(ctx, |ui| {
+    panel.max_width(room.x).default_pos(pos2(16.0, 48.0)).show(ctx, |ui| {
+        // As large as the rows up to that, whatever size the panel had before.
         let scroll = ScrollArea::both().max_width(room.x).max_height(room.y);
+        let scroll = scroll.min_scrolled_width(room.x).min_scrolled_height(room.y);
         scroll.show(ui, |ui| rows_ui(ui, rows));
         let all = all_bytes.map_or_else(|| "–".to_owned(), human_bytes);
         let text = format!("On the device in all: {all}");
