@@ -68,7 +68,7 @@ impl Causes {
             }
             _ => "look at --color-range, beyond which values have the colours of its ends",
         };
-        let lights = match self.is_lit || (active == 0 && self.has_isosurfaces) {
+        let lights = match self.is_lit {
             true => ", look at the lights (--light, --ambient), without which all is dark",
             false => "",
         };
@@ -162,8 +162,8 @@ mod tests {
         assert!(Causes { is_lit: true, ..plain }.one_colour(5).contains("--ambient"));
         let opened = Causes { has_isosurfaces: true, ..plain };
         let said = opened.one_colour(0);
-        assert!(said.contains("--iso V:1:RRGGBB") && said.contains("--ambient"), "{said}");
-        assert!(!said.contains("--color-range"), "{said}");
+        assert!(said.contains("--iso V:1:RRGGBB") && !said.contains("--color-range"), "{said}");
+        assert!(Causes { is_lit: true, ..opened }.one_colour(0).contains("--ambient"));
         assert_eq!(opened.one_colour(5), plain.one_colour(5), "matter is seen too");
     }
 
