@@ -305,6 +305,25 @@ fn a_probe_finds_the_face_of_a_ramp_and_says_where_there_is_nothing() {
     assert_eq!(thin.status.code(), Some(2), "--opacity twice");
     let outside = probe(&["--at", "40,15"]);
     assert_eq!(fault(&outside, 2, &["from 0,0 to 39,29", "40,15"], None), None);
+    // What lies before the face at 6 is met there.
+    for (more, met, x) in [
+        (&["--iso", "45:0.5", "--slice", "z=5"][..], "isosurface", 4.5),
+        (&["--iso", "45:0.5", "--slice", "x=3:0.2"], "slice", 3.0),
+        (&["--clip-box", "8,11,0,11,0,11", "--cut-faces"], "cut-face", 8.0),
+    ] {
+        let output = probe(&[&["--at", "20,15", "--json"], more].concat());
+        assert_eq!(errors(&output), "", "{more:?}");
+        let found: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+        let point = &found["point"];
+        assert_eq!(point["met"], met, "{more:?}: {found}");
+        assert!(point["world"][0].as_f64().is_some_and(|at| (at - x).abs() < 0.02), "{found}");
+    }
+    let greatest = probe(&["--at", "20,15", "--projection", "maximum"]);
+    assert!(errors(&greatest).contains("--opacity changes nothing"), "{}", errors(&greatest));
+    let text = String::from_utf8(greatest.stdout).expect("UTF-8");
+    assert!(text.contains("Value             110.0") && text.contains("greatest value"), "{text}");
+    let average = probe(&["--at", "20,15", "--projection", "average"]);
+    assert_eq!(fault(&average, 2, &["maximum or minimum with probe", "found average"], None), None);
 }
 
 #[test]

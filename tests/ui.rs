@@ -265,6 +265,17 @@ fn every_shortcut_does_what_it_says() {
                 press(&mut bench);
                 assert!(!bench.window().probing().is_on());
             }
+            Action::EndTools => {
+                for key in [Key::W, Key::P, Key::G] {
+                    bench.harness.key_press(key);
+                }
+                bench.harness.run_steps(3);
+                let window = bench.window();
+                assert!(window.probing().is_on() && window.cells().on && levels(&bench));
+                press(&mut bench);
+                let window = bench.window();
+                assert!(!window.probing().is_on() && !window.cells().on && !levels(&bench));
+            }
             Action::ToggleLeveling => {
                 let range = |b: &Bench| b.window().scene().unwrap().transfer.colour.range();
                 let before = (bench.camera(), range(&bench));
@@ -306,6 +317,119 @@ fn every_shortcut_does_what_it_says() {
             }
         }
     }
+}
+
+/// Whether a left drag would change window and level.
+fn levels(bench: &Bench) -> bool {
+    bench.window().leveling().on
+}
+
+/// Whether a menu with this entry is open.
+fn is_listed(bench: &Bench, entry: &str) -> bool {
+    bench.harness.query_all_by_label_contains(entry).next().is_some()
+}
+
+/// What is open, or is being typed in, is left first.
+#[test]
+fn escape_ends_tools_once_nothing_else_is_there_to_be_left() {
+    let mut bench = Bench::opened();
+    bench.harness.key_press(Key::W);
+    bench.harness.run_steps(3);
+    let escape = |bench: &mut Bench| {
+        bench.harness.key_press(Key::Escape);
+        bench.harness.run_steps(3);
+    };
+    for (menu, entry) in [("Edit", "Redo"), ("Help", "Keys and mouse")] {
+        bench.harness.get_by_label(menu).click();
+        bench.harness.run_steps(3);
+        assert!(is_listed(&bench, entry), "{menu} is open");
+        escape(&mut bench);
+        assert!(levels(&bench) && !is_listed(&bench, entry), "{menu} was closed, and no more");
+    }
+    bench.harness.key_press_modifiers(Modifiers::COMMAND, Key::L);
+    bench.harness.run_steps(3);
+    escape(&mut bench);
+    // The text field was left, the dialog closed, or both.
+    assert!(levels(&bench));
+    escape(&mut bench);
+    escape(&mut bench);
+    assert!(!levels(&bench) && !bench.shows("A file, or demo:NAME"));
+}
+
+#[test]
+fn steps_go_back_behind_menus_and_dialogs_unless_text_is_typed() {
+    let mut bench = Bench::opened();
+    let before = bench.camera();
+    let press = |bench: &mut Bench, modifiers: Modifiers, key: Key| {
+        bench.harness.key_press_modifiers(modifiers, key);
+        bench.harness.run_steps(3);
+    };
+    let undo = |bench: &mut Bench| press(bench, Modifiers::COMMAND, Key::Z);
+    press(&mut bench, Modifiers::NONE, Key::Num1);
+    let turned = bench.camera();
+    bench.harness.get_by_label("Edit").click();
+    bench.harness.run_steps(3);
+    assert!(is_listed(&bench, "Redo"));
+    undo(&mut bench);
+    assert_eq!(bench.camera(), before, "behind a menu");
+    press(&mut bench, Modifiers::NONE, Key::Escape);
+    press(&mut bench, Modifiers::COMMAND, Key::Y);
+    assert_eq!(bench.camera(), turned);
+    press(&mut bench, Modifiers::NONE, Key::H);
+    assert!(bench.shows("Put what is under the cursor in the centre"));
+    undo(&mut bench);
+    assert_eq!(bench.camera(), before, "behind the list of keys");
+    assert!(bench.shows("Put what is under the cursor in the centre"));
+    press(&mut bench, Modifiers::NONE, Key::Escape);
+    press(&mut bench, Modifiers::COMMAND, Key::Y);
+    // A path is being typed, and its own steps are meant.
+    press(&mut bench, Modifiers::COMMAND, Key::L);
+    undo(&mut bench);
+    assert_eq!(bench.camera(), turned, "while text is typed");
+}
+
+/// A window that no panel fits beside the picture keeps the picture; once wider, it is as before.
+#[test]
+fn tiny_windows_keep_their_menus_and_the_picture() {
+    let mut bench = Bench::opened();
+    assert!(bench.shows("Extent"));
+    bench.harness.key_press(Key::A);
+    bench.harness.set_size(vec2(200.0, 120.0));
+    bench.harness.run_steps(20);
+    assert!(!bench.shows("Extent") && !bench.shows("Side panel"));
+    assert!(!bench.shows("Time against error"));
+    let viewport = bench.viewport();
+    assert!(viewport.width() > 190.0 && viewport.height() > 40.0, "{viewport:?}");
+    let menus = ["File", "Edit", "View", "Help"];
+    let menus =
+        menus.map(|name| bench.harness.get_all_by_label(name).next().expect("a menu").rect());
+    for pair in menus.windows(2) {
+        assert!(
+            pair[0].right() <= pair[1].left() && pair[1].bottom() <= viewport.top(),
+            "{pair:?}"
+        );
+    }
+    bench.harness.set_size(vec2(1280.0, 2090.0));
+    bench.harness.run_steps(20);
+    assert!(
+        bench.shows("Extent") && bench.shows("Side panel") && bench.shows("Time against error")
+    );
+}
+
+/// The list of effects never covers the whole picture of a small window.
+#[test]
+fn the_effects_scroll_where_the_window_is_small() {
+    let mut bench = Bench::opened();
+    bench.harness.key_press(Key::E);
+    bench.harness.run_steps(4);
+    let covered = |bench: &Bench| bench.harness.get_by_label("Effects").rect();
+    let whole = covered(&bench);
+    bench.harness.set_size(vec2(640.0, 420.0));
+    bench.harness.run_steps(20);
+    let small = covered(&bench);
+    assert!(small.width() < 0.75 * 640.0 && small.height() < 0.7 * 420.0, "{small:?} of {whole:?}");
+    assert!(whole.width() > 500.0 && whole.height() > small.height(), "{whole:?}");
+    assert!(bench.shows("Modulation table"));
 }
 
 #[test]

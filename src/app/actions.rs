@@ -37,6 +37,7 @@ pub enum Action {
     ToggleCells,
     ToggleLeveling,
     ToggleProbe,
+    EndTools,
     ToggleSidePanel,
     ToggleAccuracy,
     ToggleEffects,
@@ -97,7 +98,7 @@ const fn entry(
 }
 
 /// Every command there is, in the order of the menus.
-pub const ACTIONS: [Entry; 35] = [
+pub const ACTIONS: [Entry; 36] = [
     entry(Action::Open, Menu::File, "Open…", command(Key::O), "Open a volume in a file dialog"),
     entry(
         Action::OpenPath,
@@ -266,6 +267,13 @@ pub const ACTIONS: [Entry; 35] = [
         "Say what is under the cursor at rest: place, value, gradient and opacity",
     ),
     entry(
+        Action::EndTools,
+        Menu::View,
+        "End tools",
+        plain(Key::Escape),
+        "Let go of window and level, the probe and the octree's cells",
+    ),
+    entry(
         Action::ToggleSidePanel,
         Menu::View,
         "Side panel",
@@ -332,14 +340,15 @@ pub fn entry_of(action: Action) -> &'static Entry {
 /// The commands whose keys were pressed since the last pass; their key presses are used up.
 ///
 /// Keys that a focused text field needs are left to it, its own undo among them, and Enter to any
-/// focused widget.
-pub fn pressed(ctx: &Context) -> Vec<Action> {
+/// focused widget; Escape is left to others unless it `ends_tools`.
+pub fn pressed(ctx: &Context, ends_tools: bool) -> Vec<Action> {
     let typing = ctx.text_edit_focused();
     let focused = ctx.memory(|memory| memory.focused().is_some());
     let available = |shortcut: &KeyboardShortcut| {
         let activates_widgets = matches!(shortcut.logical_key, Key::Enter | Key::Space);
         let is_undo = matches!(shortcut.logical_key, Key::Z | Key::Y);
-        let is_taken = typing && (is_undo || shortcut.conflicts_with_text_editing());
+        let is_taken = typing && (is_undo || shortcut.conflicts_with_text_editing())
+            || shortcut.logical_key == Key::Escape && !ends_tools;
         !(is_taken || focused && activates_widgets)
     };
     let keys = ACTIONS.iter().filter_map(|e| Some((e.action, e.shortcut?))).chain(SECOND_KEYS);

@@ -10,9 +10,30 @@ use super::document::Source;
 use super::job::{Ended, Job};
 use super::saving;
 use super::window::{Dialog, Window};
+use super::words;
 use crate::io::mesh::MeshFormat;
 use crate::task::transfer_file;
 use crate::transfer::Design;
+use crate::volume::Statistics;
+
+/// What to say where no value of a volume lies among those of a transfer function.
+fn of_other_values(design: &Design, statistics: &Statistics) -> Option<String> {
+    let opacities = design.function.opacity.iter().map(|(value, _)| *value);
+    let regions = design.regions.iter().flat_map(|region| region.values);
+    let values = opacities.chain(regions).chain(design.function.colour.range());
+    let [low, high] = values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| {
+        [low.min(value), high.max(value)]
+    });
+    let Statistics { min, max, .. } = *statistics;
+    let is_beside = min <= max && (high < min || low > max);
+    is_beside.then(|| {
+        let [low, high, min, max] = [low, high, min, max].map(words::value);
+        format!(
+            "That transfer function is of values from {low} to {high}, and this volume's go from {min} to \
+             {max}: Stretch to Min–max, under Transfer function, fits it to them"
+        )
+    })
+}
 
 /// A transfer function being read.
 pub(super) type LoadingDesign = Job<Result<Design, String>>;
@@ -60,9 +81,12 @@ impl Window {
         saving::suggested_transfer_path(&folder.unwrap_or_default(), &name)
     }
 
-    /// Shows another transfer function.
+    /// Shows another transfer function, and tells where it is one of other values.
     fn adopt(&mut self, design: Design) {
         if let Some(scene) = &mut self.scene {
+            if let Some(hint) = of_other_values(&design, &scene.volume.statistics) {
+                self.notices.hint(hint);
+            }
             scene.transfer = design.function;
             scene.shading.regions = design.regions;
             self.gaussians = design.gaussians;

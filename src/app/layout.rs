@@ -23,6 +23,14 @@ use crate::scene::Inside;
 use crate::task::annotations::laid_out;
 use crate::volume::Statistics;
 
+/// Narrowest side panel, and what is left beside it of the window at least, points: in narrower windows it
+/// waits.
+const SIDE_LEAST: f32 = 336.0;
+const BESIDE_LEAST: f32 = 200.0;
+/// Height that the accuracy panel leaves over itself at least, points.
+const ABOVE_LEAST: f32 = 60.0;
+/// Room that the side panel's button in the menus asks for, points.
+const SIDE_BUTTON: f32 = 90.0;
 /// Width of the side panel before anyone resizes it, points.
 const SIDE_WIDTH: f32 = 336.0;
 /// Distance of the bars over the viewport from its edges, points.
@@ -39,15 +47,16 @@ impl Window {
         Panel::top("menus").frame(bar).show(ui, |ui| self.menus_ui(ui));
         let line = bar.inner_margin(Margin::symmetric(12, 4));
         Panel::bottom("status").frame(line).exact_size(28.0).show(ui, |ui| self.status_ui(ui));
-        if self.settings.side_panel {
+        let has_room = ui.available_width() >= SIDE_LEAST + BESIDE_LEAST;
+        if self.settings.side_panel && has_room {
             Panel::right("side")
                 .frame(Frame::NONE)
                 .resizable(true)
                 .default_size(SIDE_WIDTH)
-                .size_range(336.0..=560.0)
+                .size_range(SIDE_LEAST..=560.0)
                 .show(ui, |ui| self.side_ui(ui));
         }
-        if self.accuracy.open {
+        if self.accuracy.open && ui.available_height() >= accuracy::LEAST_HEIGHT + ABOVE_LEAST {
             let frame =
                 Frame::new().inner_margin(Margin { left: 12, right: 12, top: 8, bottom: 6 });
             Panel::bottom("accuracy")
@@ -73,6 +82,9 @@ impl Window {
             ui.menu_button("Edit", |ui| edit_menu_ui(ui, &steps, &mut chosen));
             ui.menu_button("View", |ui| menu_entries_ui(ui, Menu::View, &mut chosen));
             ui.menu_button("Help", |ui| menu_entries_ui(ui, Menu::Help, &mut chosen));
+            if ui.available_width() < SIDE_BUTTON {
+                return;
+            }
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
                 let side = entry_of(Action::ToggleSidePanel);
                 let button = Button::selectable(self.settings.side_panel, side.name);

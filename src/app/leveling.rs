@@ -63,7 +63,7 @@ impl Leveling {
         let [low, high] = transfer.colour.range();
         let window = words::value((high / 2.0 - low / 2.0) * 2.0);
         let level = words::value(low / 2.0 + high / 2.0);
-        let text = format!("Window {window}, level {level} – drag to change, W to stop");
+        let text = format!("Window {window}, level {level} – drag to change, W or Escape to stop");
         let at = viewport.center_bottom() - vec2(0.0, 14.0);
         let font = FontId::proportional(13.0);
         let galley = ui.painter().layout_no_wrap(text, font, theme::TEXT);

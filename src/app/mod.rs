@@ -39,6 +39,7 @@ pub mod saving;
 pub mod settings;
 pub mod sweeping;
 pub mod theme;
+mod tools;
 pub mod trace;
 mod undoing;
 mod vectors;

@@ -8,8 +8,8 @@ use glam::DVec3;
 
 use super::viewport::PixelArea;
 use super::{theme, words};
-use crate::scene::{Scene, axis_letters};
-use crate::task::probe::{Answer, FIRST_SEEN, Look, Point, Prober, Seen};
+use crate::scene::{AlongRay, Scene, axis_letters};
+use crate::task::probe::{Answer, FIRST_SEEN, Look, Met, Point, Prober, Seen};
 
 /// Distance of the words from the viewport's left and top edges, and around them, points.
 const INSET: f32 = 12.0;
@@ -133,6 +133,13 @@ pub fn answer_words(answer: &Answer, space: Option<&str>) -> Vec<(&'static str, 
     let nothing = |what: String| vec![("Probe", what)];
     match &answer.seen {
         Err(reason) => nothing(reason.clone()),
+        Ok(Seen::Average) => nothing(
+            "The average of a ray lies at no one point: choose Maximum or Minimum along the ray"
+                .to_owned(),
+        ),
+        Ok(Seen::Beside) if answer.look.along() != AlongRay::Composite => {
+            nothing("Nothing: the ray meets no value".to_owned())
+        }
         Ok(Seen::Beside) => nothing("Nothing: beside the volume".to_owned()),
         Ok(Seen::TooLittle { gathered }) => nothing(format!(
             "Nothing: {} opacity along the ray, under {}",
@@ -141,7 +148,8 @@ pub fn answer_words(answer: &Answer, space: Option<&str>) -> Vec<(&'static str, 
         )),
         Ok(Seen::Point(point)) => {
             let unit = words::value(answer.look.scene.opacity_unit_distance());
-            let Point { world, index, value, gradient, opacity } = *point;
+            let Point { met, world, index, value, gradient, opacity } = *point;
+            let gathered = percent(answer.look.share);
             vec![
                 ("World", named(world, axis_letters(space))),
                 ("Index", named(index, ["i", "j", "k"])),
@@ -149,9 +157,23 @@ pub fn answer_words(answer: &Answer, space: Option<&str>) -> Vec<(&'static str, 
                 ("Gradient", format!("{} a unit", words::value(gradient.length()))),
                 ("", named(gradient, axis_letters(space))),
                 ("Opacity", format!("{} in {unit} units", percent(opacity))),
-                ("", format!("Where the ray has gathered {}", percent(answer.look.share))),
+                ("", met_words(met, &gathered)),
             ]
         }
+    }
+}
+
+/// In or on what a point is, and why it is this one.
+fn met_words(met: Met, gathered: &str) -> String {
+    let where_gathered = |on: &str| format!("{on} the ray has gathered {gathered}");
+    match met {
+        Met::Matter => where_gathered("Where"),
+        Met::CutFace => where_gathered("On a cut face, where"),
+        Met::Slice => where_gathered("On a slice, where"),
+        Met::Isosurface => where_gathered("On an isosurface, where"),
+        Met::Polygon => where_gathered("On a polygon, where"),
+        Met::Maximum => "The greatest value along the ray".to_owned(),
+        Met::Minimum => "The least value along the ray".to_owned(),
     }
 }
 

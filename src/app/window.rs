@@ -126,6 +126,8 @@ pub struct Window {
     pub(super) saving: Vec<Job<Saved>>,
     pub(super) loading_design: Option<LoadingDesign>,
     reported_failure: Option<String>,
+    /// Whether something had the keyboard at the end of the last pass.
+    pub(super) had_focus: bool,
 }
 
 impl Window {
@@ -168,6 +170,7 @@ impl Window {
             saving: Vec::new(),
             loading_design: None,
             reported_failure: None,
+            had_focus: false,
         }
     }
 
@@ -199,6 +202,11 @@ impl Window {
     /// The comparison of two modes.
     pub fn compare(&self) -> &Compare {
         &self.compare
+    }
+
+    /// Window and level by hand.
+    pub fn leveling(&self) -> &Leveling {
+        &self.leveling
     }
 
     /// What is under the cursor.
@@ -254,6 +262,7 @@ impl Window {
             Action::Converge => self.converge(),
             Action::ToggleLeveling => self.leveling.on = !self.leveling.on,
             Action::ToggleProbe => self.toggle_probe(ctx),
+            Action::EndTools => self.end_tools(ctx),
             Action::ToggleAnimation => self.toggle_animation(ctx),
             Action::ToggleLights => self.toggle_lights(),
             Action::ToggleEffects => self.effects.open = !self.effects.open,
@@ -282,7 +291,7 @@ impl Window {
         }
     }
 
-    fn toggle_probe(&mut self, ctx: &Context) {
+    pub(super) fn toggle_probe(&mut self, ctx: &Context) {
         let ctx = ctx.clone();
         if let Err(reason) = self.probing.toggle(move || ctx.request_repaint()) {
             self.notices.error(reason);
@@ -457,13 +466,15 @@ impl Window {
 
     /// Runs the commands whose keys were pressed.
     fn take_keys(&mut self, ctx: &Context) {
-        // While a dialog asks, keys are its own; only help closes by its own key.
-        let allowed = |action: &Action| match &self.dialog {
-            None => true,
-            Some(Dialog::Help) => matches!(action, Action::ToggleHelp | Action::Quit),
-            Some(_) => *action == Action::Quit,
+        // While a dialog asks, keys are its own; only help closes by its own key. Steps go back behind it
+        // all the same, where no text is being typed.
+        let allowed = |action: &Action| match (&self.dialog, action) {
+            (None, _) | (Some(_), Action::Quit | Action::Undo | Action::Redo) => true,
+            (Some(Dialog::Help), Action::ToggleHelp) => true,
+            (Some(_), _) => false,
         };
-        let pressed: Vec<Action> = actions::pressed(ctx).into_iter().filter(allowed).collect();
+        let pressed = actions::pressed(ctx, self.escape_ends_tools(ctx));
+        let pressed: Vec<Action> = pressed.into_iter().filter(allowed).collect();
         for action in pressed {
             self.perform(ctx, action);
         }
@@ -503,6 +514,7 @@ impl eframe::App for Window {
         self.record_step(&ctx);
         self.pace_judging(&ctx);
         self.pace_cells(&ctx);
+        self.note_focus(&ctx);
     }
 
     fn save(&mut self, storage: &mut dyn eframe::Storage) {

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use super::flow::FlowFlags;
-use super::inside::{ClipFlags, InsideFlags};
+use super::inside::InsideFlags;
 use super::polygons::PolygonFlags;
 use super::shading::ShadingFlags;
 use super::values::{self, Stop};
@@ -128,7 +128,8 @@ pub struct ProbeFlags {
     #[arg(long, value_name = "W,H", value_parser = values::resolution, default_value = "1280,800",
         allow_hyphen_values = true)]
     pub resolution: [u32; 2],
-    /// Opacity that the ray is to have gathered, above 0 and below 1 [default: 0.1]
+    /// Opacity that the ray is to have gathered, above 0 and below 1; not with --projection, where no
+    /// opacity counts [default: 0.1]
     #[arg(long, value_name = "A", value_parser = values::inner_share, allow_hyphen_values = true)]
     pub share: Option<f64>,
     /// As JSON
@@ -143,9 +144,9 @@ pub struct ProbeFlags {
     /// How it is lit, and what opacities are looked up by.
     #[command(flatten)]
     pub shading: ShadingFlags,
-    /// What is cut away, and so not seen.
+    /// What is cut away, and so not seen; and the surfaces that are seen before all else, if any.
     #[command(flatten)]
-    pub clip: ClipFlags,
+    pub inside: InsideFlags,
 }
 
 /// What is seen, and from where.
@@ -183,18 +184,19 @@ pub struct SceneFlags {
     /// A transfer function saved in the window; the flags below change it
     #[arg(long, value_name = "FILE", conflicts_with = "preset")]
     pub transfer: Option<PathBuf>,
-    /// Opacities at data values; linear between, held beyond
+    /// Opacities at data values, the least first; linear between, held beyond, a step where a value is
+    /// given twice
     #[arg(long, value_name = "V:A,…", value_parser = values::opacity, allow_hyphen_values = true)]
     pub opacity: Option<values::Points>,
-    /// Colours at data values
+    /// Colours at data values, the least first; a step where a value is given twice
     #[arg(long, value_name = "V:RRGGBB,…", value_parser = values::colours,
         allow_hyphen_values = true, conflicts_with_all = ["colormap", "color_range"])]
     pub color: Option<values::List<Stop>>,
     /// Named colour map: viridis, cividis, inferno, …
     #[arg(long, value_name = "NAME", value_parser = values::colour_map)]
     pub colormap: Option<ColourMap>,
-    /// Data values of the map's ends
-    #[arg(long, value_name = "LO,HI", value_parser = values::range, allow_hyphen_values = true)]
+    /// Data values of the map's ends, two different ones; the greater first turns the map round
+    #[arg(long, value_name = "LO,HI", value_parser = values::unequal, allow_hyphen_values = true)]
     pub color_range: Option<[f64; 2]>,
     /// Opacity of NaN per unit distance, 0 to 1: a box of a voxel's size each [default: 0, left out]
     #[arg(long, value_name = "A", value_parser = values::share, allow_hyphen_values = true)]
@@ -205,6 +207,16 @@ pub struct SceneFlags {
 }
 
 impl SceneFlags {
+    /// The flags that were given of opacities alone, and of NaN, which have no part in some pictures.
+    pub(super) fn of_opacities(&self) -> Vec<&'static str> {
+        let given = [
+            ("--opacity", self.opacity.is_some()),
+            ("--nan-opacity", self.nan_opacity.is_some()),
+            ("--nan-color", self.nan_color.is_some()),
+        ];
+        given.into_iter().filter_map(|(flag, given)| given.then_some(flag)).collect()
+    }
+
     /// The first flag that was given of the scalar field's opacities and colours.
     pub(super) fn of_colours(&self) -> Option<&'static str> {
         [

@@ -5,7 +5,7 @@ use glam::DVec3;
 
 use super::values;
 use crate::scene::{
-    AlongRay, Clip, ClipBox, CutFaces, Inside, InsideError, Isosurface, Plane, Slice, SplatSettings,
+    AlongRay, Clip, ClipBox, CutFaces, Inside, Isosurface, Plane, Slice, SplatSettings,
 };
 use crate::volume::{Lattice, ScalarVolume};
 
@@ -25,7 +25,7 @@ pub struct ClipFlags {
 }
 
 /// What is cut away, and what shows where it is.
-#[derive(Debug, Args)]
+#[derive(Debug, Default, Args)]
 #[command(next_help_heading = "Inside")]
 pub struct InsideFlags {
     /// What is cut away.
@@ -96,12 +96,8 @@ impl InsideFlags {
     /// What they mean for a volume.
     ///
     /// # Errors
-    /// Where a mode cannot show it, or it means nothing.
-    pub fn resolve(
-        &self,
-        volume: &ScalarVolume,
-        splat: &SplatSettings,
-    ) -> Result<Inside, InsideError> {
+    /// One sentence where a mode cannot show it, or it means nothing.
+    pub fn resolve(&self, volume: &ScalarVolume, splat: &SplatSettings) -> Result<Inside, String> {
         let clip = self.clip.resolve(&volume.lattice);
         let faces = if self.cut_faces { CutFaces::Coloured } else { CutFaces::Through };
         let lattice = &volume.lattice;
@@ -114,8 +110,29 @@ impl InsideFlags {
             slices: across.chain(self.slice_plane.iter().copied()).collect(),
             isosurfaces: self.iso.clone(),
         };
-        inside.check(splat)?;
+        inside.check(splat).map_err(|error| error.to_string())?;
+        if self.cut_faces && !inside.clip.cuts() {
+            return Err(
+                "expected --clip-box or --clip-plane with --cut-faces, found neither; cut \
+                        something away, or leave it out"
+                    .to_owned(),
+            );
+        }
+        self.refuse_twins()?;
         Ok(inside)
+    }
+
+    /// Refuses two isosurfaces in one place, of which nothing says which lies before the other.
+    fn refuse_twins(&self) -> Result<(), String> {
+        let values: Vec<f64> = self.iso.iter().map(|iso| iso.value).collect();
+        let twin = values.iter().enumerate().find(|(i, value)| values[..*i].contains(value));
+        match twin {
+            None => Ok(()),
+            Some((_, value)) => Err(format!(
+                "expected every --iso at a value of its own, found {value} twice; give one of the two \
+                 another value, or leave it out"
+            )),
+        }
     }
 }
 
@@ -220,6 +237,13 @@ mod tests {
         ];
         assert_eq!(isosurfaces, expected);
         assert!(flags.resolve(&volume, &SplatSettings::SHADE_FIRST).is_err());
+        let mut twins = flags;
+        twins.iso.push(isosurface("-3e2:0.5").unwrap());
+        let refused = twins.resolve(&volume, &SplatSettings::EXACT).unwrap_err();
+        assert!(refused.contains("found -300 twice"), "{refused}");
+        let uncut = InsideFlags { cut_faces: true, ..InsideFlags::default() };
+        let refused = uncut.resolve(&volume, &SplatSettings::EXACT).unwrap_err();
+        assert!(refused.contains("--clip-box or --clip-plane with --cut-faces"), "{refused}");
     }
 
     #[test]

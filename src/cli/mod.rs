@@ -8,6 +8,7 @@ mod flags;
 mod flow;
 mod info;
 mod inside;
+mod notes;
 mod open;
 mod plot;
 mod polygons;

@@ -164,6 +164,10 @@ pub(super) fn scene(
     let camera = camera(flags, &opening.camera);
     let (transfer, regions) = transfer(flags, &opening)?;
     let shading = Shading { regions, ..Shading::default() };
+    let spacing = opening.volume.lattice.smallest_spacing();
+    if let Some(sentence) = splat.opacity_unit_distance.and_then(|unit| all_opaque(unit, spacing)) {
+        note(&sentence);
+    }
     Ok(Scene { camera, transfer, splat, shading, ..opening })
 }
 
@@ -175,15 +179,18 @@ fn no_data(
 ) -> Result<(), Failure> {
     no_data.opacity = flags.nan_opacity.unwrap_or(no_data.opacity);
     no_data.colour = flags.nan_color.unwrap_or(no_data.colour);
+    if statistics.nan_count == 0 {
+        if flags.nan_opacity.is_some() || flags.nan_color.is_some() {
+            note("no value of the field is NaN, so --nan-opacity and --nan-color change nothing");
+        }
+        return Ok(());
+    }
     if flags.nan_color.is_some() && flags.nan_opacity.is_none() && !no_data.shows() {
         return Err(Failure::Failed(
             "expected an opacity of NaN with --nan-color, found none, so that nothing of it would be \
              seen; add --nan-opacity 1"
                 .to_owned(),
         ));
-    }
-    if (flags.nan_opacity.is_some() || flags.nan_color.is_some()) && statistics.nan_count == 0 {
-        note("no value of the field is NaN, so --nan-opacity and --nan-color change nothing");
     }
     Ok(())
 }
@@ -237,6 +244,18 @@ fn transfer(
     Ok((transfer, regions))
 }
 
+/// What to say of a unit distance so short that hardly any opacities can be told apart.
+fn all_opaque(unit: f64, spacing: f64) -> Option<String> {
+    // 1 − 0.99¹⁰⁰⁰ is 1 but for 4e-5: opaque to any display.
+    (unit < spacing / 1000.0).then(|| {
+        format!(
+            "--opacity-unit-distance {unit:e} is less than a thousandth of the smallest voxel spacing \
+             ({spacing}): whatever has an opacity of 1 % over it is opaque within a voxel; from a hundredth \
+             of the spacing on they are told apart"
+        )
+    })
+}
+
 fn by_percentiles(preset: Preset) -> String {
     format!(
         "the values are no Hounsfield units (whole numbers from about -1000), so --preset {} goes by \
@@ -263,6 +282,15 @@ fn camera(flags: &SceneFlags, opening: &Camera) -> Camera {
 mod tests {
     use super::*;
     use crate::volume::Samples;
+
+    #[test]
+    fn unit_distances_over_which_all_is_opaque_are_told() {
+        assert!(
+            all_opaque(1e-30, 0.5)
+                .is_some_and(|said| said.contains("1e-30") && said.contains("(0.5)"))
+        );
+        assert!(all_opaque(0.4e-3, 0.5).is_some() && all_opaque(0.6e-3, 0.5).is_none());
+    }
 
     #[test]
     fn what_32_bit_floats_cannot_tell_apart_is_out_of_reach() {

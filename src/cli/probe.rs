@@ -4,17 +4,17 @@ use glam::DVec3;
 use serde::Serialize;
 
 use super::flags::ProbeFlags;
-use super::{Destination, Failure, note, open};
-use crate::scene::{Inside, Scene, axis_letters};
-use crate::task::probe::{FIRST_SEEN, Look, Point, Seen, look};
+use super::{Destination, Failure, note, notes, open};
+use crate::scene::{AlongRay, Scene, axis_letters};
+use crate::task::probe::{FIRST_SEEN, Look, Met, Point, Seen, look};
 
 /// What scripts read.
 #[derive(Debug, Serialize)]
 struct Report {
     /// Column and row of the pixel.
     at: [u32; 2],
-    /// Opacity that the ray was to gather.
-    share: f64,
+    /// Opacity that the ray was to gather; `None` where values are projected.
+    share: Option<f64>,
     /// Names of the world's axes.
     axes: [&'static str; 3],
     /// World length that the opacity is of.
@@ -27,6 +27,7 @@ struct Report {
 
 #[derive(Debug, Serialize)]
 struct ReportedPoint {
+    met: Met,
     world: [f64; 3],
     index: [f64; 3],
     value: f64,
@@ -47,6 +48,8 @@ pub(super) fn run(flags: &ProbeFlags) -> Result<(), Failure> {
             height - 1
         )));
     }
+    let projection = flags.inside.projection.filter(|along| *along != AlongRay::Composite);
+    refuse_nowhere(projection, flags.share)?;
     open::check_name(&flags.input.file)?;
     let input = open::grid(&flags.input)?;
     for warning in &input.warnings {
@@ -55,8 +58,10 @@ pub(super) fn run(flags: &ProbeFlags) -> Result<(), Failure> {
     let scene = open::scene(&input, &flags.scene, splat)?;
     let shading = flags.shading.resolve(&scene, &splat);
     let shading = shading.map_err(|error| Failure::Usage(error.to_string()))?;
-    let inside = Inside { clip: flags.clip.resolve(&scene.volume.lattice), ..Inside::default() };
-    inside.check(&splat).map_err(|error| Failure::Usage(error.to_string()))?;
+    let inside = flags.inside.resolve(&scene.volume, &splat).map_err(Failure::Usage)?;
+    inside.beside(&scene.volume).iter().for_each(|what| note(what));
+    let idle = notes::idle_beside_projection(&inside, &flags.scene, &flags.shading);
+    idle.iter().for_each(|what| note(what));
     let scene = Scene { shading, inside, ..scene };
     let unit_distance = scene.opacity_unit_distance();
     let share = flags.share.unwrap_or(FIRST_SEEN);
@@ -65,17 +70,17 @@ pub(super) fn run(flags: &ProbeFlags) -> Result<(), Failure> {
     let axes = axis_letters(input.grid.space.as_deref());
     let report = Report {
         at: flags.at,
-        share,
+        share: projection.is_none().then_some(share),
         axes,
         unit_distance,
         point: match seen {
             Seen::Point(point) => Some(reported(&point)),
-            Seen::Beside | Seen::TooLittle { .. } => None,
+            Seen::Beside | Seen::Average | Seen::TooLittle { .. } => None,
         },
         gathered: match seen {
-            Seen::Beside => Some(0.0),
+            Seen::Beside if projection.is_none() => Some(0.0),
             Seen::TooLittle { gathered } => Some(gathered),
-            Seen::Point(_) => None,
+            Seen::Beside | Seen::Average | Seen::Point(_) => None,
         },
     };
     let text = if flags.json {
@@ -86,8 +91,28 @@ pub(super) fn run(flags: &ProbeFlags) -> Result<(), Failure> {
     Destination::Stdout("what is seen").write(format!("{text}\n").as_bytes())
 }
 
+/// Refuses what has no one point, and what no point goes by.
+fn refuse_nowhere(projection: Option<AlongRay>, share: Option<f64>) -> Result<(), Failure> {
+    if projection == Some(AlongRay::Average) {
+        return Err(Failure::Usage(
+            "expected --projection composite, maximum or minimum with probe, found average, which lies at \
+             no one point of a ray; choose one of the others"
+                .to_owned(),
+        ));
+    }
+    match (projection, share) {
+        (Some(along), Some(_)) => Err(Failure::Usage(format!(
+            "expected no --share with --projection {}, whose point goes by values and no opacity, found \
+             both; leave one of the two out",
+            along.name()
+        ))),
+        _ => Ok(()),
+    }
+}
+
 fn reported(point: &Point) -> ReportedPoint {
     ReportedPoint {
+        met: point.met,
         world: point.world.to_array(),
         index: point.index.to_array(),
         value: point.value,
@@ -98,8 +123,12 @@ fn reported(point: &Point) -> ReportedPoint {
 }
 
 fn sentences(report: &Report, seen: Seen) -> String {
-    let share = 100.0 * report.share;
+    let share = 100.0 * report.share.unwrap_or_default();
     let point = match seen {
+        Seen::Average => return "nothing: a mean lies at no one point".to_owned(),
+        Seen::Beside if report.share.is_none() => {
+            return "nothing: the ray meets no value of the volume".to_owned();
+        }
         Seen::Beside => return "nothing: the ray passes the volume by".to_owned(),
         Seen::TooLittle { gathered } => {
             let gathered = 100.0 * gathered;
@@ -119,7 +148,21 @@ fn sentences(report: &Report, seen: Seen) -> String {
         format!("Gradient ({x} {y} {z})  {}", three(point.gradient)),
         format!("Gradient length   {:.6} a world unit", point.gradient.length()),
         format!("Opacity           {:.6} in {} world units", point.opacity, report.unit_distance),
-        format!("Seen              where the ray has gathered {share} % opacity"),
+        format!("Seen              {}", met_words(point.met, share)),
     ]
     .join("\n")
+}
+
+/// In or on what a point is, and why it is this one.
+fn met_words(met: Met, share: f64) -> String {
+    let on = match met {
+        Met::Maximum => return "at the greatest value of the ray".to_owned(),
+        Met::Minimum => return "at the least value of the ray".to_owned(),
+        Met::Matter => "",
+        Met::CutFace => "on a cut face, ",
+        Met::Slice => "on a slice, ",
+        Met::Isosurface => "on an isosurface, ",
+        Met::Polygon => "on a polygon, ",
+    };
+    format!("{on}where the ray has gathered {share} % opacity")
 }

@@ -4,17 +4,18 @@ use std::path::Path;
 use std::time::Instant;
 
 use super::flags::{RefineFlag, RenderFlags};
+use super::notes::{self, Causes, did_not_converge, is_one_colour, no_room};
 use super::stats::{Stats, asked_of};
 use super::{Destination, Failure, note, open, refuse_one_place};
 use crate::core::{Srgb8, Ticket};
 use crate::scene::annotations::Layout;
 use crate::scene::{
-    Annotation, Background, Inside, MOST_SLABS_PER_VOXEL, Scene, SplatSettings, View, Visibility,
+    Background, Inside, MOST_SLABS_PER_VOXEL, Scene, SplatSettings, View, Visibility,
 };
 use crate::task::engine::Engine;
 use crate::task::loop_file::{self, Cycle, LoopFormat, MOST_FRAMES};
 use crate::task::picture_file::{self, PictureFormat};
-use crate::task::still::{CONVERGED, Convergence, Refine, StillRequest};
+use crate::task::still::{Refine, StillRequest};
 use crate::task::{annotations, cells};
 
 /// What is behind a picture unless flags say otherwise.
@@ -73,9 +74,7 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
     let Meant { scene, mut effects, space } = scene(flags, splat)?;
     let asked = asked_of(&scene);
     let background = scene.background;
-    let shading = &scene.shading;
-    let hides_voxels = shading.opacity.is_some() || shading.modulation.is_some();
-    let is_cut = scene.inside.clip.cuts();
+    let causes = Causes::of(&scene);
     let alone = scene.vectors.as_ref().is_some_and(|layer| layer.alone);
     let load_ms = start.elapsed().as_secs_f64() * 1e3;
     let kernels_total = scene.volume.lattice.len() as u64;
@@ -106,14 +105,10 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
             true => "nothing can be seen in the picture; look at --vector-opacity and at the lengths of the \
                      vectors, and at the camera"
                 .to_owned(),
-            false => nothing_seen(still.kernels_active, hides_voxels, is_cut),
+            false => causes.nothing_seen(still.kernels_active),
         });
     } else if is_one_colour(&still.rgba, background) {
-        note(
-            "nothing can be told from the background, though there is opacity: what is seen has its \
-             colour; look at --color-range, beyond which values have the colours of its ends, or \
-             choose another --background",
-        );
+        note(&causes.one_colour(still.kernels_active));
     }
     let are_vectors = |effect: &&str| ["vectors", "second vectors"].contains(effect);
     let needs_lights = !effects.iter().all(are_vectors);
@@ -156,23 +151,6 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
         stats_to.write(text.as_bytes())?;
     }
     Ok(())
-}
-
-/// Whether all pixels have the background's colour, to a step of their bytes.
-fn is_one_colour(rgba: &[u8], background: Background) -> bool {
-    let Background::Colour(Srgb8(behind)) = background else { return false };
-    let is_near = |pixel: &[u8]| pixel.iter().zip(behind).all(|(a, b)| a.abs_diff(b) <= 1);
-    rgba.chunks_exact(4).all(|pixel| is_near(&pixel[..3]))
-}
-
-/// Which annotations a picture is too small for, or has nothing of.
-fn no_room(left_out: &[Annotation]) -> String {
-    let names: Vec<_> = left_out.iter().map(|which| which.name()).collect();
-    format!(
-        "the picture has no room for some of --annotations, which were left out: {}; try a larger \
-         --resolution, or another view",
-        names.join(", ")
-    )
 }
 
 /// `--loop`: one whole cycle of the vectors.
@@ -220,18 +198,6 @@ struct Meant {
     space: Option<String>,
 }
 
-/// What would change nothing.
-fn refuse_idle(cut_faces: bool, inside: &Inside) -> Result<(), Failure> {
-    if cut_faces && !inside.clip.cuts() {
-        return Err(Failure::Usage(
-            "expected --clip-box or --clip-plane with --cut-faces, found neither; cut something away, or \
-             leave it out"
-                .to_owned(),
-        ));
-    }
-    Ok(())
-}
-
 fn scene(flags: &RenderFlags, splat: SplatSettings) -> Result<Meant, Failure> {
     let input = open::grid(&flags.input)?;
     for warning in &input.warnings {
@@ -246,10 +212,11 @@ fn scene(flags: &RenderFlags, splat: SplatSettings) -> Result<Meant, Failure> {
     let shading = flags.shading.resolve(&scene, &splat);
     let shading = shading.map_err(|error| Failure::Usage(error.to_string()))?;
     let inside = flags.inside.resolve(&scene.volume, &splat);
-    let inside = inside.map_err(|error| Failure::Usage(error.to_string()))?;
+    let inside = inside.map_err(Failure::Usage)?;
     refuse_coarse(flags, &inside)?;
-    refuse_idle(flags.inside.cut_faces, &inside)?;
     inside.beside(&scene.volume).iter().for_each(|what| note(what));
+    let idle = notes::idle_beside_projection(&inside, &flags.scene, &flags.shading);
+    idle.iter().for_each(|what| note(what));
     let opens_with_scalar = flags.scene.field.is_some() || flags.scene.component.is_some();
     let mut vectors = flags.vectors.layer(&input, &scene, opens_with_scalar)?;
     let flow = flags.flow.layers(&mut vectors)?;
@@ -351,47 +318,6 @@ fn no_cut(refine: Refine) -> String {
     }
 }
 
-fn nothing_seen(kernels_active: u64, hides_voxels: bool, is_cut: bool) -> String {
-    match kernels_active {
-        _ if is_cut => {
-            "nothing can be seen in the picture; look at --clip-box and --clip-plane, which say what is \
-             kept of the volume, at the opacities and the camera"
-                .to_owned()
-        }
-        _ if hides_voxels => {
-            "nothing can be seen in the picture; look at the tables of --opacity-by and --modulation, \
-             which say how much of each voxel shows, and at the camera"
-                .to_owned()
-        }
-        0 => {
-            "nothing can be seen in the picture, as no voxel has opacity; look at --opacity and at \
-              the range of the data, which `voxsplat info` tells"
-                .to_owned()
-        }
-        active => format!(
-            "nothing can be seen in the picture, though {active} voxels have opacity; look at the \
-             opacities, the extent and the camera"
-        ),
-    }
-}
-
-/// How doubling the slabs ended without two pictures alike.
-fn did_not_converge(convergence: &Convergence) -> String {
-    let slabs = convergence.slabs_per_voxel;
-    let most = MOST_SLABS_PER_VOXEL;
-    match convergence.last_difference {
-        Some(difference) => format!(
-            "the picture did not converge: with {slabs} slabs per voxel, which cannot be doubled \
-             again (at most {most}), it still changed by {difference:.1e}, not less than \
-             {CONVERGED:.1e}"
-        ),
-        None => format!(
-            "whether the picture converged is not known: {slabs} slabs per voxel cannot be doubled \
-             (at most {most}); choose fewer --slabs-per-voxel to begin with"
-        ),
-    }
-}
-
 /// What the output's name asks for: PNG on stdout.
 fn format(output: &Path) -> Result<PictureFormat, Failure> {
     if output == Path::new("-") {
@@ -432,37 +358,5 @@ fn refine(flags: &RenderFlags) -> Result<Refine, Failure> {
         (RefineFlag::Coarse, Some(_), Some(_)) => {
             usage("expected one of --budget-ms and --max-error, found both; leave one out")
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_picture_of_nothing_says_whether_anything_could_be_seen() {
-        let (none, some) = (nothing_seen(0, false, false), nothing_seen(208, false, false));
-        assert!(none.contains("no voxel has opacity") && none.contains("--opacity"), "{none}");
-        assert!(some.contains("though 208 voxels") && some.contains("the camera"), "{some}");
-    }
-
-    #[test]
-    fn a_picture_in_the_colour_of_its_background_is_known() {
-        let grey = Background::Colour(Srgb8([7, 8, 9]));
-        assert!(is_one_colour(&[7, 8, 9, 255, 8, 8, 8, 255], grey));
-        assert!(!is_one_colour(&[7, 8, 9, 255, 7, 8, 11, 255], grey));
-        assert!(!is_one_colour(&[0; 4], Background::Transparent), "alpha can be seen");
-    }
-
-    #[test]
-    fn what_did_not_converge_says_by_how_much_and_what_cannot_be_known_says_that() {
-        let ended = |slabs_per_voxel, last_difference| {
-            did_not_converge(&Convergence { slabs_per_voxel, last_difference })
-        };
-        let changed = ended(48.0, Some(0.0123));
-        assert!(changed.contains("did not converge: with 48 slabs"), "{changed}");
-        assert!(changed.contains("changed by 1.2e-2, not less than 2.0e-3"), "{changed}");
-        let alone = ended(64.0, None);
-        assert!(alone.contains("not known: 64 slabs") && !alone.contains("changed"), "{alone}");
     }
 }

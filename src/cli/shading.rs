@@ -54,6 +54,23 @@ pub struct ShadingFlags {
 }
 
 impl ShadingFlags {
+    /// The flags that were given.
+    pub(super) fn given(&self) -> Vec<&'static str> {
+        let given = [
+            ("--shading", self.shading.is_some()),
+            ("--light", !self.light.is_empty()),
+            ("--ambient", self.ambient.is_some()),
+            ("--diffuse", self.diffuse.is_some()),
+            ("--specular", self.specular.is_some()),
+            ("--specular-power", self.specular_power.is_some()),
+            ("--opacity-by", self.opacity_by.is_some()),
+            ("--modulation", self.modulation.is_some()),
+            ("--reflection", self.reflection.is_some()),
+            ("--emission", self.emission.is_some()),
+        ];
+        given.into_iter().filter_map(|(flag, given)| given.then_some(flag)).collect()
+    }
+
     /// The shading that they mean for a scene, whose regions stay.
     ///
     /// # Errors
@@ -109,10 +126,29 @@ fn points<'a>(text: &str, rest: &'a str, expected: &str) -> Result<&'a str, Stri
     Err(format!("expected {expected}, found {text:?}"))
 }
 
+/// Refuses places along an index that nothing in any picture has.
+fn check_reach<T>(index: Index, points: &[(f64, T)]) -> Result<(), String> {
+    let (range, words) = match index {
+        Index::Value => return Ok(()),
+        Index::GradientStrength => (0.0..=f64::INFINITY, "of at least 0"),
+        Index::GradientElevation => (-90.0..=90.0, "from -90 to 90"),
+        Index::GradientAzimuth => (-180.0..=180.0, "from -180 to 180"),
+        Index::ViewDepth => (0.0..=1.0, "from 0 to 1"),
+    };
+    match points.iter().find(|(at, _)| !range.contains(at)) {
+        Some((found, _)) => Err(format!(
+            "expected {} {words}, found {found}; give its table points that lie there",
+            index.name()
+        )),
+        None => Ok(()),
+    }
+}
+
 fn amounts(text: &str) -> Result<Amounts, String> {
     let (index, rest) = index(text)?;
     let rest = points(text, rest, "an index and points I:A such as value:0:0,100:0.5")?;
     let List(points) = values::opacity(rest)?;
+    check_reach(index, &points)?;
     Ok(Amounts { index, points })
 }
 
@@ -120,6 +156,7 @@ fn colours(text: &str) -> Result<Colours, String> {
     let (index, rest) = index(text)?;
     let rest = points(text, rest, "an index and stops I:RRGGBB such as value:0:000000,100:ff8000")?;
     let List(stops): List<Stop> = values::colours(rest)?;
+    check_reach(index, &stops)?;
     Ok(Colours { index, stops })
 }
 
@@ -152,6 +189,10 @@ mod tests {
         assert_eq!(table.points, [(0.0, 0.0), (12.5, 1.0)]);
         let table = colours("view-depth:0:ffffff,1:000040").unwrap();
         assert_eq!(table.stops[1], (1.0, Srgb8([0, 0, 64])));
+        for ends in ["value:-5:0", "gradient-elevation:-90:0,90:1", "gradient-azimuth:-180:0,180:1"]
+        {
+            assert!(amounts(ends).is_ok(), "{ends}");
+        }
     }
 
     #[test]
@@ -163,6 +204,12 @@ mod tests {
             amounts("gradient:0:1").unwrap_err(),
             amounts("view-depth").unwrap_err(),
             amounts("view-depth:0:1.5").unwrap_err(),
+            amounts("view-depth:-5:1").unwrap_err(),
+            amounts("view-depth:0:1,1.5:0").unwrap_err(),
+            amounts("gradient-strength:-1:0,1:1").unwrap_err(),
+            colours("gradient-azimuth:0:ffffff,360:000000").unwrap_err(),
+            colours("gradient-elevation:-91:ffffff").unwrap_err(),
+            amounts("value:5:0.1,2:0.3").unwrap_err(),
             colours("value:1").unwrap_err(),
         ] {
             assert!(refused.contains("expected") && refused.contains("found"), "{refused}");

@@ -139,9 +139,10 @@ pub(super) fn range(text: &str) -> Parsed<[f64; 2]> {
 /// A range that holds more than one value.
 pub(super) fn unequal(text: &str) -> Parsed<[f64; 2]> {
     match range(text)? {
-        [low, high] if low == high => {
-            Err(format!("expected two different numbers LO,HI, found {}", found(text)))
-        }
+        [low, high] if low == high => Err(format!(
+            "expected two different numbers LO,HI, found {}; give the values of the map's two ends",
+            found(text)
+        )),
         range => Ok(range),
     }
 }
@@ -216,7 +217,7 @@ pub(super) fn resolution(text: &str) -> Parsed<[u32; 2]> {
     Ok(size)
 }
 
-/// Splits `V:X,V:X,…` and sorts by V, keeping the order of equal ones (a step).
+/// Splits `V:X,V:X,…`, the least V first; one that is there twice is a step.
 fn pairs<T>(text: &str, what: &str, read: impl Fn(&str) -> Parsed<T>) -> Parsed<List<(f64, T)>> {
     let mut pairs = Vec::new();
     for pair in text.split(',') {
@@ -225,8 +226,13 @@ fn pairs<T>(text: &str, what: &str, read: impl Fn(&str) -> Parsed<T>) -> Parsed<
             .ok_or_else(|| format!("expected {what}, found {}", found(pair)))?;
         pairs.push((number(value)?, read(thing)?));
     }
-    pairs.sort_by(|a: &(f64, T), b| a.0.total_cmp(&b.0));
-    Ok(List(pairs))
+    match pairs.windows(2).find(|two: &&[(f64, T)]| two[1].0 < two[0].0) {
+        Some(two) => Err(format!(
+            "expected {what} by value, the least first, found {} after {}; sort them",
+            two[1].0, two[0].0
+        )),
+        None => Ok(List(pairs)),
+    }
 }
 
 pub(super) fn opacity(text: &str) -> Parsed<Points> {
@@ -324,9 +330,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn lists_are_sorted_and_steps_keep_their_order() {
-        let points = opacity("5:1,-2:0,5:0.5").unwrap();
+    fn steps_keep_their_order_and_lists_out_of_order_are_refused() {
+        let points = opacity("-2:0,5:1,5:0.5").unwrap();
         assert_eq!(points.0, [(-2.0, 0.0), (5.0, 1.0), (5.0, 0.5)]);
+        let refused = opacity("5:0.1,2:0.3").unwrap_err();
+        assert!(refused.contains("the least first, found 2 after 5; sort them"), "{refused}");
+        assert!(colours("0:ff0000,-1:00ff00").is_err());
         assert_eq!(colours("1:ff0000").unwrap().0, [(1.0, Srgb8([255, 0, 0]))]);
     }
 

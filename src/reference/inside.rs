@@ -1,6 +1,7 @@
 //! What is kept of a ray where a volume is cut open, and what it meets there, in float64.
 
 use glam::DVec3;
+use serde::Serialize;
 
 use super::classes::Classes;
 use super::field::Field;
@@ -11,9 +12,30 @@ use super::truth::domain;
 use crate::scene::{AlongRay, CutFaces, Inside, Scene};
 use crate::volume::Lattice;
 
+/// What of a scene a ray meets.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Met {
+    /// What has depth.
+    Matter,
+    /// Matter where it is cut.
+    CutFace,
+    /// Values on a plane.
+    Slice,
+    /// Where values pass a level.
+    Isosurface,
+    /// A triangle. Probes look past these.
+    Polygon,
+    /// The ray's greatest value.
+    Maximum,
+    /// Its least.
+    Minimum,
+}
+
 /// Something without depth that a ray meets.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Surface {
+    pub(super) of: Met,
     pub(super) t: f64,
     pub(super) opacity: f64,
     /// Linear.
@@ -48,6 +70,11 @@ impl Opening {
     pub(super) fn of(scene: &Scene) -> Self {
         let lights = Shader::of_surfaces(scene);
         Self { inside: scene.inside.clone(), lattice: scene.volume.lattice, lights }
+    }
+
+    /// The same, of what pictures of the scene's mode show.
+    pub(super) fn as_shown(scene: &Scene) -> Self {
+        Self { inside: scene.inside.shown_by(&scene.splat), ..Self::of(scene) }
     }
 
     /// What stands for a ray, if not its light.
@@ -105,6 +132,7 @@ impl Opening {
             let value = if field.is_hole(place) { Some(f64::NAN) } else { field.value(place) };
             let density = value.map(|value| classes.at(value)).filter(|d| d[0] > 0.0);
             surfaces.extend(density.map(|[w, r, g, b]| Surface {
+                of: Met::CutFace,
                 t: a,
                 opacity: 1.0,
                 colour: [r / w, g / w, b / w],
@@ -127,7 +155,8 @@ impl Opening {
                 }
             };
             let opacity = slice.opacity;
-            surfaces.extend(value.map(|v| Surface { t, opacity, colour: classes.colour(v) }));
+            let of = Met::Slice;
+            surfaces.extend(value.map(|v| Surface { of, t, opacity, colour: classes.colour(v) }));
         }
         for iso in &self.inside.isosurfaces {
             let colour = iso.colour.map_or_else(|| classes.colour(iso.value), |c| c.to_linear().0);
@@ -138,7 +167,8 @@ impl Opening {
                 }
                 let lit = |lights: &Shader| lights.surface(field, place, world, colour);
                 let colour = self.lights.as_ref().map_or(colour, lit);
-                surfaces.push(Surface { t, opacity: iso.opacity, colour });
+                let of = Met::Isosurface;
+                surfaces.push(Surface { of, t, opacity: iso.opacity, colour });
             }
         }
         surfaces.sort_by(|p, q| p.t.total_cmp(&q.t));
@@ -220,7 +250,8 @@ mod tests {
 
     #[test]
     fn surfaces_are_woven_in_where_they_are() {
-        let surface = |t| Surface { t, opacity: 0.5, colour: [t; 3] };
+        let of = Met::Slice;
+        let surface = |t| Surface { of, t, opacity: 0.5, colour: [t; 3] };
         let piece = |ends, weight: f64| Slice { slab: 0, ends, density: [weight; 4] };
         let pieces = [piece([0.0, 1.0], 1.0), piece([3.0, 5.0], 2.0)];
         let found = woven(&pieces, &[-1.0, 0.25, 2.0, 4.0, 4.5, 9.0].map(surface));

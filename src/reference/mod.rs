@@ -32,6 +32,7 @@ mod support;
 #[cfg(test)]
 mod truth_tests;
 
+pub use inside::Met;
 pub use kernels::{RefKernel, grid_kernels, traversal};
 pub use picture::{Rays, every_sample};
 pub use probe::{Point, Probe, Seen};

@@ -6,7 +6,7 @@
 
 use glam::{DVec2, DVec3};
 
-use super::inside::Surface;
+use super::inside::{Met, Surface};
 use super::shading::Shader;
 use super::sources::Line;
 use crate::core::Camera;
@@ -121,6 +121,7 @@ impl Polygons {
             let normal = of(&|corner| corner.normal).normalize_or_zero();
             let colour = of(&|corner| DVec3::from(corner.colour)).to_array();
             let surface = Surface {
+                of: Met::Polygon,
                 t: (depth - forward.dot(ray.start)) / forward.dot(ray.step),
                 opacity: triangle.opacity,
                 colour: self.lights.of_side(colour, normal, &middle),

@@ -7,13 +7,16 @@ use serde::Serialize;
 
 use super::classes::Classes;
 use super::field::{Field, Shape};
-use super::inside::Opening;
+use super::inside::{Met, Opening, Part};
+use super::projection;
 use super::quadrature::Light;
 use super::shading::{RayShader, Shader, gradient};
 use super::sources::Line;
 use super::truth;
 use crate::kernel::Kernel;
-use crate::scene::{Classify, Reconstruction, Scene, Shading, ShadingSpace, SplatSettings};
+use crate::scene::{
+    AlongRay, Classify, Reconstruction, Scene, Shading, ShadingSpace, SplatSettings,
+};
 use crate::volume::ScalarVolume;
 
 /// Error allowed in the opacity that a ray gathers.
@@ -24,6 +27,8 @@ const HALVINGS: u32 = 48;
 /// The field at a point.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Point {
+    /// In or on what it is.
+    pub met: Met,
     /// World position.
     pub world: DVec3,
     /// Index-space position: whole numbers at samples.
@@ -39,8 +44,10 @@ pub struct Point {
 /// What a ray sees.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Seen {
-    /// It passes the volume by.
+    /// It passes by what is kept of the volume; where values are projected, by all that has any.
     Beside,
+    /// The mean of its values, which lies at no one point.
+    Average,
     /// It goes through and gathers less opacity than was asked for: this much, 0..1.
     TooLittle {
         /// Opacity of the whole ray.
@@ -86,8 +93,13 @@ impl Probe {
     }
 
     /// Where the ray through a place of the picture, in pixels, first has gathered an opacity of
-    /// `share`, in 0..1: continuous, without slabs.
+    /// `share`, in 0..1: continuous, without slabs, on what is kept of the volume and with the surfaces
+    /// that lie there. Where values are projected it is where the one is that stands for the ray.
     pub fn look(&self, scene: &Scene, size: [u32; 2], at: DVec2, share: f64) -> Seen {
+        let opening = Opening::as_shown(scene);
+        if opening.projects() == Some(AlongRay::Average) {
+            return Seen::Average;
+        }
         let lattice = &self.volume.lattice;
         let (start, step) = scene.camera.ray(at, size.map(f64::from));
         let from = scene.camera.eye_distance().map_or(f64::NEG_INFINITY, |_| 0.0);
@@ -97,29 +109,76 @@ impl Probe {
         let shading = if Shading::is_shown_by(&scene.splat) { &scene.shading } else { &plain };
         let unit = scene.opacity_unit_distance();
         let classes = Classes::new(&shading.by_value(&scene.transfer), unit, false);
-        let opening = Opening::of(scene);
         let Some(part) = opening.part((&self.field, &classes), &world, &index) else {
             return Seen::Beside;
         };
-        let [a, b] = part.ends;
         let shader = match shading.is_plain() {
             true => None,
             false => Shader::of(scene, true),
         };
         let shade =
             RayShader { shader: shader.as_ref(), field: &self.field, world: &world, index: &index };
-        let density = |t: f64| match self.field.value(index.at(t)) {
-            _ if self.field.is_hole(index.at(t)) => classes.at(f64::NAN),
+        let found = match opening.projects() {
+            Some(along) => self.extreme(&index, along, part.ends),
+            None => {
+                self.first_seen((&classes, scene.transfer.no_data.shows()), shade, &part, share)
+            }
+        };
+        let (t, met) = match found {
+            Ok(found) => found,
+            Err(nothing) => return nothing,
+        };
+        let place = index.at(t);
+        let is_hole = self.field.is_hole(place);
+        let density = match self.field.value(place) {
+            _ if is_hole => classes.at(f64::NAN),
             Some(value) => shade.shaded(classes.at(value), t, value),
             None => [0.0; 4],
         };
-        let holes = scene.transfer.no_data.shows();
-        let visible = self.field.bricks_where(holes, |low, high| !classes.is_clear(low, high));
+        let inverse = ShadingSpace::of(scene).world_from_gradient;
+        // No data have no value, whatever stands in for them beside others.
+        let value = self.field.value(place).filter(|_| !is_hole);
+        let gradient = value.map_or(DVec3::NAN, |_| inverse * gradient(&self.field, place));
+        Seen::Point(Point {
+            met,
+            world: world.at(t),
+            index: place,
+            value: value.unwrap_or(f64::NAN),
+            gradient,
+            opacity: -(-density[0] * unit).exp_m1(),
+        })
+    }
+
+    /// Where a part of a ray has its greatest or its least value.
+    fn extreme(&self, index: &Line, along: AlongRay, ends: [f64; 2]) -> Result<(f64, Met), Seen> {
+        let met = if along == AlongRay::Maximum { Met::Maximum } else { Met::Minimum };
+        let found = projection::extreme(&self.field, index, along, ends);
+        found.map(|found| (found.t, met)).ok_or(Seen::Beside)
+    }
+
+    /// Where a part of a ray first has gathered so much, and in or on what.
+    fn first_seen(
+        &self,
+        (classes, shows_holes): (&Classes, bool),
+        shade: RayShader<'_>,
+        part: &Part,
+        share: f64,
+    ) -> Result<(f64, Met), Seen> {
+        let [a, b] = part.ends;
+        let visible =
+            self.field.bricks_where(shows_holes, |low, high| !classes.is_clear(low, high));
         let mut light = Light::new(TOLERANCE, b - a);
         let gather = |until: [f64; 2], light: &mut Light| {
-            truth::gather(&self.field, &classes, &visible, shade, until, light);
+            truth::gather(&self.field, classes, &visible, shade, until, light);
         };
-        for [from, to] in self.parts(&index, [a, b]) {
+        let mut surfaces = part.surfaces.iter().peekable();
+        for [from, to] in self.parts(shade.index, part) {
+            while let Some(surface) = surfaces.next_if(|surface| surface.t <= from) {
+                light.cover(surface.opacity, surface.colour);
+                if 1.0 - light.transmittance >= share {
+                    return Ok((surface.t, surface.of));
+                }
+            }
             let before = light;
             gather([from, to], &mut light);
             if 1.0 - light.transmittance < share {
@@ -132,28 +191,20 @@ impl Probe {
                 gather([from, place], &mut until);
                 if 1.0 - until.transmittance < share { near = place } else { far = place }
             }
-            let place = index.at(far);
-            let inverse = ShadingSpace::of(scene).world_from_gradient;
-            // No data have no value, whatever stands in for them beside others.
-            let value = self.field.value(place).filter(|_| !self.field.is_hole(place));
-            let gradient = value.map_or(DVec3::NAN, |_| inverse * gradient(&self.field, place));
-            return Seen::Point(Point {
-                world: world.at(far),
-                index: place,
-                value: value.unwrap_or(f64::NAN),
-                gradient,
-                opacity: -(-density(far)[0] * unit).exp_m1(),
-            });
+            return Ok((far, Met::Matter));
         }
-        Seen::TooLittle { gathered: 1.0 - light.transmittance }
+        Err(Seen::TooLittle { gathered: 1.0 - light.transmittance })
     }
 
-    /// The parts of a ray within one brick each, in their order.
-    fn parts(&self, index: &Line, [a, b]: [f64; 2]) -> Vec<[f64; 2]> {
+    /// The parts of a ray within one brick each and between two surfaces, in their order.
+    fn parts(&self, index: &Line, part: &Part) -> Vec<[f64; 2]> {
+        let [a, b] = part.ends;
         let mut cuts = vec![a, b];
         for axis in 0..3 {
             cuts.extend(index.crossings(axis, self.field.brick_faces(axis), [a, b]));
         }
+        // All lie before the part's end, so that each has a part behind it.
+        cuts.extend(part.surfaces.iter().map(|surface| surface.t));
         cuts.sort_by(f64::total_cmp);
         cuts.windows(2).filter(|w| w[1] > w[0]).map(|w| [w[0], w[1]]).collect()
     }
@@ -166,7 +217,7 @@ mod tests {
     use super::*;
     use crate::reference::Reference;
     use crate::reference::support::{in_perspective, rough, scene};
-    use crate::scene::{Amounts, Index};
+    use crate::scene::{Amounts, ClipBox, CutFaces, Index, Isosurface, Slice};
     use crate::volume::{Lattice, Samples};
 
     const SIZE: [u32; 2] = [40, 30];
@@ -277,6 +328,90 @@ mod tests {
                 }
             }
         }
+    }
+
+    /// What a ray through the middle of a ramp meets, in perspective and not.
+    fn met(scene: &Scene, share: f64) -> Point {
+        let at = DVec2::new(20.5, 15.5);
+        let found = point(Probe::new(scene).look(scene, SIZE, at, share));
+        let index = lattice().index_from_world(found.world);
+        assert!((found.index - index).length() < 1e-9);
+        found
+    }
+
+    #[test]
+    fn surfaces_before_matter_are_met_where_they_are_and_thin_ones_add_up() {
+        // Along the lattice's z; matter begins at index 40/3 and takes little to be opaque.
+        let mut scene = ramp(0.6);
+        scene.camera.direction = DVec3::new(-1.0, 0.1, 0.05).normalize();
+        let iso = |value, opacity| Isosurface { value, opacity, colour: None };
+        scene.inside.isosurfaces = vec![iso(36.0, 0.4), iso(33.0, 0.06)];
+        let found = met(&scene, 0.1);
+        assert_eq!(found.met, Met::Isosurface);
+        // The thin one alone is too little.
+        assert!((found.index.z - 12.0).abs() < 1e-5, "{found:?}");
+        assert!((found.value - 36.0).abs() < 1e-9 && found.opacity == 0.0, "{found:?}");
+        assert!((met(&scene, 0.05).index.z - 11.0).abs() < 1e-5);
+        // 1 − 0.94 · 0.6 of both is 0.436, and the rest is the matter's.
+        let found = met(&scene, 0.44);
+        assert!(found.met == Met::Matter && found.index.z > 40.0 / 3.0, "{found:?}");
+        assert_eq!(met(&scene, 0.43).met, Met::Isosurface);
+        // A slice in front of all that; behind it, and in the matter, it is not the first.
+        scene.inside.slices = vec![Slice::across(&lattice(), 2, 10.0 / 31.0, 0.5)];
+        let found = met(&scene, 0.1);
+        assert_eq!(found.met, Met::Slice);
+        assert!(
+            (found.index.z - 9.5).abs() < 1e-9 && (found.value - 28.5).abs() < 1e-4,
+            "{found:?}"
+        );
+        scene.inside.slices = vec![Slice::across(&lattice(), 2, 20.0 / 31.0, 0.5)];
+        assert_eq!(met(&scene, 0.1).met, Met::Isosurface);
+        scene.inside.isosurfaces.clear();
+        assert_eq!(met(&scene, 0.1).met, Met::Matter);
+        // Modes that show no isosurfaces have none to be met.
+        scene.inside.isosurfaces = vec![iso(36.0, 1.0)];
+        assert_eq!(met(&scene, 0.1).met, Met::Isosurface);
+        scene.splat.classify = Classify::After;
+        assert_eq!(met(&scene, 0.1).met, Met::Matter);
+        scene.splat = SplatSettings::SHADE_FIRST;
+        assert_eq!(met(&scene, 0.1).met, Met::Matter);
+    }
+
+    #[test]
+    fn a_cut_face_is_met_where_the_matter_is_cut() {
+        let mut scene = ramp(0.001);
+        let bounds = ClipBox { low: [0.0, 0.0, 0.6], ..ClipBox::WHOLE };
+        scene.inside.clip.bounds = Some(bounds);
+        let thin = Probe::new(&scene).look(&scene, SIZE, DVec2::new(20.5, 15.5), 0.1);
+        assert!(matches!(thin, Seen::TooLittle { .. }), "{thin:?}");
+        scene.inside.clip.faces = CutFaces::Coloured;
+        let found = met(&scene, 0.1);
+        assert_eq!(found.met, Met::CutFace);
+        assert!((found.index.z - (0.6 * 31.0 - 0.5)).abs() < 1e-9, "{found:?}");
+        assert!((found.opacity - 0.001).abs() < 1e-12, "of the matter: {found:?}");
+    }
+
+    #[test]
+    fn of_projected_values_the_extreme_is_met_and_the_mean_lies_nowhere() {
+        let mut scene = ramp(0.6);
+        scene.inside.along = AlongRay::Maximum;
+        scene.inside.isosurfaces = vec![Isosurface { value: 36.0, opacity: 1.0, colour: None }];
+        let found = met(&scene, 0.1);
+        // The field is mirrored about its last sample, where it is greatest.
+        assert!(found.met == Met::Maximum && (found.index.z - 30.0).abs() < 1e-5, "{found:?}");
+        assert!((found.value - 90.0).abs() < 1e-6, "{found:?}");
+        scene.inside.along = AlongRay::Minimum;
+        let found = met(&scene, 0.1);
+        assert!(found.met == Met::Minimum && found.index.z.abs() < 1e-5, "{found:?}");
+        let bounds = ClipBox { low: [0.0, 0.0, 0.5], ..ClipBox::WHOLE };
+        scene.inside.clip.bounds = Some(bounds);
+        assert!((met(&scene, 0.1).index.z - 15.0).abs() < 1e-6, "of what is kept");
+        scene.inside.along = AlongRay::Average;
+        let probe = Probe::new(&scene);
+        assert_eq!(probe.look(&scene, SIZE, DVec2::new(20.5, 15.5), 0.1), Seen::Average);
+        scene.inside.along = AlongRay::Minimum;
+        scene.camera.focal_point.y += 500.0;
+        assert_eq!(probe.look(&scene, SIZE, DVec2::new(20.5, 15.5), 0.1), Seen::Beside);
     }
 
     #[test]

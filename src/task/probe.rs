@@ -8,8 +8,8 @@ use glam::DVec2;
 use crate::core::memory::{self, TooLarge};
 use crate::kernel::Kernel;
 use crate::reference::Probe;
-pub use crate::reference::{Point, Seen};
-use crate::scene::Scene;
+pub use crate::reference::{Met, Point, Seen};
+use crate::scene::{AlongRay, Scene};
 
 /// A ray's first visible point is where it has gathered this much opacity, unless one says otherwise.
 pub const FIRST_SEEN: f64 = 0.1;
@@ -35,11 +35,20 @@ impl Look {
             && (size, pixel, share) == (&other.size, &other.pixel, &other.share)
     }
 
+    /// What stands for the ray in the picture.
+    pub fn along(&self) -> AlongRay {
+        self.scene.inside.shown_by(&self.scene.splat).along
+    }
+
     /// The answer, and what was made for it, to be used for the next question.
     ///
     /// # Errors
     /// Where the field does not fit into memory.
     fn answer(&self, kept: &mut Option<Probe>) -> Result<Seen, TooLarge> {
+        if self.along() == AlongRay::Average {
+            // Known without a field.
+            return Ok(Seen::Average);
+        }
         let probe = match kept.take().filter(|probe| probe.suits(&self.scene)) {
             Some(probe) => probe,
             None => {

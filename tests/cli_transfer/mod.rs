@@ -140,6 +140,8 @@ fn nan_has_an_opacity_and_a_colour_of_its_own() {
     assert_eq!(fault(&refused, 1, &["opacity of NaN", "--nan-opacity 1"], None), None);
     let beside = render("demo:shells:16", &["--nan-opacity", "0.5"]);
     assert!(beside.status.success() && errors(&beside).contains("no value of the field is NaN"));
+    let beside = render("demo:shells:16", &["--nan-color", "00ff00"]);
+    assert!(beside.status.success() && errors(&beside).contains("no value of the field is NaN"));
 }
 
 #[test]

@@ -1,8 +1,9 @@
 //! The probe under the cursor.
 
-use eframe::egui::{Key, Modifiers, PointerButton, vec2};
+use eframe::egui::{Event, Key, Modifiers, PointerButton, vec2};
 use egui_kittest::kittest::Queryable as _;
-use voxsplat::task::probe::{Point, Seen};
+use voxsplat::task::probe::{Met, Point, Seen};
+use voxsplat::transfer::{ColourMap, ColourSource, Design, TransferFunction};
 
 use crate::ui_support::Bench;
 
@@ -67,4 +68,33 @@ fn a_moving_view_is_not_asked_about_and_one_at_rest_again_is() {
     assert!(bench.window().probing().answer().is_none(), "of another view");
     bench.harness.run_steps(20);
     assert!(matches!(answered(&mut bench), Seen::Point(_)));
+}
+
+/// What the picture shows first is what is pointed at.
+#[test]
+fn surfaces_and_projections_are_pointed_at_as_the_picture_shows_them() {
+    let mut bench = Bench::opened();
+    let gray = ColourSource::Map { map: ColourMap::Gray, range: [0.0, 511.0] };
+    let clear = Design::from(TransferFunction::of(vec![(0.0, 0.0)], gray));
+    bench.harness.event(Event::Paste(clear.to_text()));
+    bench.harness.get_by_label("Add isosurface").click();
+    bench.harness.run_steps(4);
+    bench.set_slider("Isosurface 1 value", 255.5);
+    bench.settle();
+    press(&mut bench, Key::P, Modifiers::NONE);
+    let middle = bench.viewport().center();
+    bench.hover(middle);
+    let Seen::Point(Point { met, .. }) = answered(&mut bench) else { panic!("it is seen") };
+    let says = |bench: &Bench, part: &str| bench.harness.query_by_label_contains(part).is_some();
+    assert_eq!(met, Met::Isosurface);
+    assert!(says(&bench, "On an isosurface, where the ray has gathered 10 %"));
+    bench.choose("Along rays", "Maximum");
+    bench.hover(middle);
+    let Seen::Point(Point { met, value, .. }) = answered(&mut bench) else { panic!("it is seen") };
+    assert_eq!(met, Met::Maximum);
+    assert!(value > 256.0 && says(&bench, "The greatest value along the ray"), "{value}");
+    bench.choose("Along rays", "Average");
+    bench.hover(middle);
+    assert_eq!(answered(&mut bench), Seen::Average);
+    assert!(says(&bench, "lies at no one point"));
 }

@@ -540,6 +540,25 @@ fn what_is_copied_can_be_pasted_and_other_text_is_refused() {
     assert_eq!(bench.window().notices().shown().len(), 2, "the hint and the bar from before");
 }
 
+/// The ramp's values go from 0 to 511.
+#[test]
+fn a_transfer_function_of_other_values_says_so_and_how_to_fit_it() {
+    let mut bench = Bench::opened();
+    let pasted = |bench: &mut Bench, low: f64, high: f64| {
+        let colour = ColourSource::Map { map: ColourMap::Gray, range: [low, high] };
+        let of = TransferFunction::of(vec![(low, 0.0), (high, 0.5)], colour);
+        bench.harness.event(Event::Paste(Design::from(of).to_text()));
+        bench.harness.run_steps(3);
+        let notices = bench.window().notices().shown();
+        notices.iter().any(|notice| notice.text.contains("this volume's go from 0 to 511"))
+    };
+    assert!(!pasted(&mut bench, 500.0, 900.0), "some of them");
+    assert!(pasted(&mut bench, -3.0, -0.5));
+    click(&mut bench, "Min–max");
+    assert_eq!(function(&bench).colour.range(), [0.0, 511.0]);
+    assert_eq!(function(&bench).opacity, [(0.0, 0.0), (511.0, 0.5)]);
+}
+
 fn some_design() -> Design {
     let gaussians = vec![Gaussian { centre: 300.0, height: 0.25, width: 12.5 }];
     let stops = vec![(100.0, Srgb8([1, 2, 3])), (400.0, Srgb8([250, 200, 100]))];

@@ -1,6 +1,9 @@
 //! Every effect in a row: whether it runs, what asked for it, what it costs as far as that was measured.
 
-use eframe::egui::{Context, Grid, Label, RichText, Ui, Window as Floating, pos2};
+use eframe::egui::{
+    Context, Frame, Grid, Label, Margin, RichText, ScrollArea, Ui, Vec2, Window as Floating, pos2,
+    vec2,
+};
 
 use crate::app::{theme, words};
 use crate::core::memory::human_bytes;
@@ -8,6 +11,13 @@ use crate::task::effect_costs::AddedTime;
 
 /// Width of the reasons, points.
 const WHY_WIDTH: f32 = 250.0;
+/// How much of the window the rows may cover, as parts of its width and height, and what they are not made
+/// smaller than, points: what is left shows what they change.
+const MOST: Vec2 = vec2(0.6, 0.35);
+const LEAST: Vec2 = vec2(120.0, 60.0);
+/// Height of the menus, and width of the bar by which the rows are scrolled, points.
+const MENUS: f32 = 28.0;
+const BAR: i8 = 14;
 
 /// Whether an effect runs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -80,9 +90,31 @@ pub struct Row {
 /// The panel; whether it is to stay open. `all_bytes` is what the device holds in all.
 pub fn effects_ui(ctx: &Context, rows: &[Row], all_bytes: Option<u64>) -> bool {
     let mut open = true;
-    let panel = Floating::new("Effects").open(&mut open).resizable(false).collapsible(false);
-    panel.default_pos(pos2(16.0, 48.0)).show(ctx, |ui| {
-        Grid::new("effects").num_columns(6).spacing([14.0, 4.0]).striped(true).show(ui, |ui| {
+    // Below the menus, which it is not to cover.
+    let mut place = ctx.content_rect();
+    place.min.y += MENUS;
+    let room = (place.size() * MOST).max(LEAST);
+    let frame = ctx.global_style().spacing.window_margin.sum() + Vec2::splat(2.0);
+    let panel = Floating::new("Effects").open(&mut open).resizable(false).collapsible(true);
+    let panel = panel.constrain_to(place).default_pos(pos2(16.0, 48.0));
+    panel.max_width(room.x + frame.x).show(ctx, |ui| {
+        // As large as the rows up to that, whatever size the panel had before.
+        let scroll = ScrollArea::both().max_width(room.x).max_height(room.y);
+        let scroll = scroll.min_scrolled_width(room.x).min_scrolled_height(room.y);
+        let beside_bar = Frame::new().inner_margin(Margin { right: BAR, ..Margin::ZERO });
+        scroll.show(ui, |ui| beside_bar.show(ui, |ui| rows_ui(ui, rows)));
+        let all = all_bytes.map_or_else(|| "–".to_owned(), human_bytes);
+        let text = format!("On the device in all: {all}");
+        ui.label(RichText::new(text).size(12.0).color(theme::TEXT_FAINT)).on_hover_text(
+            "Samples, fields, tables and pictures, as this program allocates them, when the picture \
+             on screen was finished",
+        );
+    });
+    open
+}
+
+fn rows_ui(ui: &mut Ui, rows: &[Row]) {
+    Grid::new("effects").num_columns(6).spacing([14.0, 4.0]).striped(true).show(ui, |ui| {
             for (title, help) in [
                 ("Effect", ""),
                 ("Runs", "Whether it is on the picture shown now"),
@@ -109,14 +141,6 @@ pub fn effects_ui(ctx: &Context, rows: &[Row], all_bytes: Option<u64>) -> bool {
                 row_ui(ui, row);
             }
         });
-        let all = all_bytes.map_or_else(|| "–".to_owned(), human_bytes);
-        let text = format!("On the device in all: {all}");
-        ui.label(RichText::new(text).size(12.0).color(theme::TEXT_FAINT)).on_hover_text(
-            "Samples, fields, tables and pictures, as this program allocates them, when the picture \
-             on screen was finished",
-        );
-    });
-    open
 }
 
 fn row_ui(ui: &mut Ui, row: &Row) {

@@ -2,6 +2,7 @@
 
 use glam::{DVec2, DVec3};
 
+use super::SMALL;
 use super::primitives::{Area, FIGURE, Ink, Sheet};
 use super::ticks::{Number, ticks};
 use crate::core::Camera;
@@ -15,6 +16,8 @@ const GAP: f64 = 0.35;
 const BETWEEN: f64 = 4.0;
 /// Edges shorter than this on the picture have no ticks, ems.
 const SHORT: f64 = 3.0;
+/// How far lines end before what else is there, ems.
+const BESIDE_LINES: f64 = 0.2;
 /// How plain the outline of the box is, and its edges before the volume.
 const OUTLINE_OPACITY: f64 = 0.55;
 const BEFORE_OPACITY: f64 = 0.3;
@@ -134,10 +137,16 @@ struct Ruler {
     marks: Vec<(DVec2, Number)>,
 }
 
-/// Lays the box and its ticks out; whether there is any of it on the picture.
+/// Lays the box and its ticks out; whether there is any of it on the picture, and in a small one whether
+/// nothing else stands in its way.
 pub(super) fn lay_out(sheet: &mut Sheet<'_>, scene: &Scene, space: Option<&str>) -> bool {
     let size = sheet.picture.size();
     let seen = Seen::new(&scene.volume.lattice, &scene.camera, size);
+    let is_small = size.min_element() < SMALL * sheet.em;
+    let mut lines = Seen::edges().filter(|edge| seen.seen_beside(*edge) > 0);
+    if is_small && lines.any(|edge| seen.line(edge).is_some_and(|line| is_crossed(sheet, line))) {
+        return false;
+    }
     let mut is_seen = false;
     // What lies behind the volume would be drawn before it.
     for (faces, opacity) in [(2, BEFORE_OPACITY), (1, OUTLINE_OPACITY)] {
@@ -159,13 +168,20 @@ pub(super) fn lay_out(sheet: &mut Sheet<'_>, scene: &Scene, space: Option<&str>)
     is_seen
 }
 
+/// Whether something that was laid out before stands in the way of a line.
+fn is_crossed(sheet: &Sheet<'_>, ends: [DVec2; 2]) -> bool {
+    sheet.taken().any(|taken| taken.grown(BESIDE_LINES * sheet.em).part_of(ends).is_some())
+}
+
 /// A line where nothing stands that was laid out before; whether any of it is on the picture.
 fn free_line(sheet: &mut Sheet<'_>, ends: [DVec2; 2], ink: Ink) -> bool {
     let around = sheet.picture.grown(4.0 * sheet.hair());
     let Some(part) = around.part_of(ends) else { return false };
     let mut parts = vec![part];
     for taken in sheet.taken() {
-        let Some([enter, leave]) = taken.grown(0.2 * sheet.em).part_of(ends) else { continue };
+        let Some([enter, leave]) = taken.grown(BESIDE_LINES * sheet.em).part_of(ends) else {
+            continue;
+        };
         parts = parts
             .into_iter()
             .flat_map(|[a, b]| [[a, b.min(enter)], [a.max(leave), b]])

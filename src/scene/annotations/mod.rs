@@ -23,6 +23,13 @@ const LEAST_EM: f64 = 10.5;
 /// Distance of what stands at the picture's edges from them, ems.
 const MARGIN: f64 = 1.1;
 
+/// Pictures with fewer ems than this along a side are small: the box around the volume gives way to what
+/// else is asked for.
+const SMALL: f64 = 28.0;
+/// What takes its room before what.
+const IN_TURN: [Annotation; 4] =
+    [Annotation::ScalarBar, Annotation::ScaleBar, Annotation::Trihedron, Annotation::Axes];
+
 /// One thing that is written over a picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Annotation {
@@ -111,7 +118,9 @@ pub struct Layout {
 /// space, and `width_of` the width of words in ems.
 ///
 /// Annotations never cover one another; words that would have no room are left out, and so is a whole
-/// annotation that would.
+/// annotation that would. Which colour is which value counts most, then lengths, then directions; the box
+/// around the volume gives way to all of them in small pictures. A scalar bar of nothing is no bar, and is
+/// not told as left out.
 pub fn lay_out(
     annotations: Annotations,
     scene: &Scene,
@@ -125,20 +134,17 @@ pub fn lay_out(
     };
     let mut sheet = Sheet::new(size, em_of(size), Inks::over(background), width_of);
     let mut left_out = Vec::new();
-    // What stands in a corner takes its room first, so that nothing of the axes lies under it.
-    for which in [Annotation::Trihedron, Annotation::ScaleBar, Annotation::ScalarBar] {
-        let fits = !annotations.has(which)
-            || match which {
-                Annotation::Trihedron => trihedron::lay_out(&mut sheet, &scene.camera, space),
-                Annotation::ScaleBar => scale_bar::lay_out(&mut sheet, &scene.camera),
-                _ => scalar_bar::lay_out(&mut sheet, scene, annotations.scale_bar),
-            };
+    // What counts most takes its room first; nothing of the axes lies under what stands in a corner.
+    for which in IN_TURN.into_iter().filter(|which| annotations.has(*which)) {
+        let fits = match which {
+            Annotation::ScalarBar => scalar_bar::lay_out(&mut sheet, scene, annotations.scale_bar),
+            Annotation::ScaleBar => scale_bar::lay_out(&mut sheet, &scene.camera),
+            Annotation::Trihedron => trihedron::lay_out(&mut sheet, &scene.camera, space),
+            Annotation::Axes => axes::lay_out(&mut sheet, scene, space),
+        };
         if !fits {
             left_out.push(which);
         }
-    }
-    if annotations.axes && !axes::lay_out(&mut sheet, scene, space) {
-        left_out.push(Annotation::Axes);
     }
     Layout { primitives: sheet.primitives, left_out }
 }

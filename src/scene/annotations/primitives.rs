@@ -200,6 +200,17 @@ impl<'a> Sheet<'a> {
         self.picture.holds(area) && self.taken.iter().all(|taken| !taken.meets(&apart))
     }
 
+    /// What has been laid out so far, to be returned to.
+    pub(super) fn mark(&self) -> [usize; 2] {
+        [self.primitives.len(), self.taken.len()]
+    }
+
+    /// Takes back what was laid out since.
+    pub(super) fn return_to(&mut self, [primitives, taken]: [usize; 2]) {
+        self.primitives.truncate(primitives);
+        self.taken.truncate(taken);
+    }
+
     /// Width of a number, pixels.
     pub(super) fn number_width(&self, number: &Number) -> f64 {
         self.em * ((self.width_of)(&number.text) + RAISED * (self.width_of)(&number.raised))
@@ -226,9 +237,15 @@ impl<'a> Sheet<'a> {
 
     /// A number whose baseline begins at a place.
     pub(super) fn number(&mut self, at: DVec2, number: &Number, ink: Ink) {
-        self.words(at, &number.text, 1.0, ink);
-        let beyond = self.em * (self.width_of)(&number.text);
-        self.words(at + DVec2::new(beyond, -RAISED_BY * self.em), &number.raised, RAISED, ink);
+        self.scaled_number(at, number, 1.0, ink);
+    }
+
+    /// The same; `scale` in ordinary ems.
+    pub(super) fn scaled_number(&mut self, at: DVec2, number: &Number, scale: f64, ink: Ink) {
+        self.words(at, &number.text, scale, ink);
+        let em = scale * self.em;
+        let beyond = DVec2::new(em * (self.width_of)(&number.text), -RAISED_BY * em);
+        self.words(at + beyond, &number.raised, RAISED * scale, ink);
     }
 
     /// A line that can be seen over anything.

@@ -7,7 +7,7 @@ use super::ticks::{Number, round_above, ticks};
 use super::{MARGIN, scale_bar};
 use crate::core::Srgb8;
 use crate::core::colour::srgb_from_linear;
-use crate::scene::{Index, Scene, Shading};
+use crate::scene::{AlongRay, Index, Scene, Shading};
 use crate::vector::{ColourBy, VectorSettings};
 
 /// Height of the bar, as a part of the picture's height, and its limits, ems.
@@ -20,6 +20,9 @@ const OPACITIES: f64 = 2.6;
 /// Length of a tick, and its distance to its number, ems.
 const TICK: f64 = 0.35;
 const GAP: f64 = 0.3;
+/// How far to the left a first bar and a second one may reach, as parts of the picture's width.
+const FIRST: f64 = 0.66;
+const SECOND: f64 = 0.4;
 /// Between two bars, ems.
 const BESIDE: f64 = 1.5;
 /// Between two ticks at least, ems.
@@ -81,8 +84,10 @@ impl<'a> Legend<'a> {
         // Regions have different ones for one value.
         let by_value = !shown || scene.shading.painted().is_empty();
         let opacity: Option<Box<dyn Fn(f64) -> f64>> = match opacities {
-            Some(table) if table.index == index => Some(Box::new(|at| table.at(at))),
-            None if index == Index::Value && by_value => {
+            Some(table) if table.index == index && !has_none(&table.points) => {
+                Some(Box::new(|at| table.at(at)))
+            }
+            None if index == Index::Value && by_value && !has_none(&transfer.opacity) => {
                 Some(Box::new(|at| transfer.opacity_at(at)))
             }
             _ => None,
@@ -132,13 +137,54 @@ impl<'a> Legend<'a> {
     }
 }
 
+/// Whether nothing of a scene has the field's colours: no opacity anywhere, and no surface.
+fn shows_nothing(scene: &Scene) -> bool {
+    let inside = scene.inside.shown_by(&scene.splat);
+    let has_surfaces = !inside.isosurfaces.is_empty() || !inside.slices.is_empty();
+    if scene.vectors.is_some() || has_surfaces || inside.along != AlongRay::Composite {
+        return false;
+    }
+    let shown = Shading::is_shown_by(&scene.splat);
+    match scene.shading.opacity.as_ref().filter(|_| shown) {
+        Some(table) => has_none(&table.points),
+        None if shown && !scene.shading.painted().is_empty() => false,
+        None => has_none(&scene.transfer.opacity),
+    }
+}
+
+/// Whether no point of opacities is above 0, and so nothing between or beyond them.
+fn has_none(points: &[(f64, f64)]) -> bool {
+    points.iter().all(|(_, alpha)| *alpha <= 0.0)
+}
+
 /// Lays it out at the right edge, above the scale bar where there `has_below`, and that of a second field
-/// beside it; whether there is room.
+/// beside it; whether there is room, if need be where the scale bar would be, or without the opacities. Where
+/// nothing has its colours there is none.
 pub(super) fn lay_out(sheet: &mut Sheet<'_>, scene: &Scene, has_below: bool) -> bool {
+    if shows_nothing(scene) {
+        return true;
+    }
+    let mut legends = Legend::all_of(scene);
+    let before = sheet.mark();
+    for with_opacities in [true, false] {
+        if !with_opacities {
+            legends.iter_mut().for_each(|legend| legend.opacity = None);
+        }
+        for has_below in if has_below { &[true, false][..] } else { &[false] } {
+            if lay_out_all(sheet, &legends, *has_below) {
+                return true;
+            }
+            sheet.return_to(before);
+        }
+    }
+    false
+}
+
+fn lay_out_all(sheet: &mut Sheet<'_>, legends: &[Legend<'_>], has_below: bool) -> bool {
     let mut right = (sheet.picture.size().x - MARGIN * sheet.em).round();
-    for (i, legend) in Legend::all_of(scene).iter().enumerate() {
+    for (i, legend) in legends.iter().enumerate() {
         // The middle is for the picture; a second bar may come nearer to it.
-        let least = if i == 0 { 0.5 } else { 0.3 } * sheet.picture.size().x;
+        let least = if i == 0 { FIRST } else { SECOND } * sheet.picture.size().x;
         match lay_out_one(sheet, legend, has_below, [least, right]) {
             Some(left) => right = (left - BESIDE * sheet.em).round(),
             None => return false,
@@ -171,7 +217,7 @@ fn lay_out_one(
     // In the middle, or as far up as what is below asks for.
     let lowest = size.y - (BELOW + below) * em - height;
     let top = ((size.y - height) / 2.0).min(lowest).max((MARGIN + ABOVE) * em).round();
-    let title = elided(&legend.title, (TITLE * em).min(0.5 * size.x) / em, sheet.width_of);
+    let title = elided(&legend.title, (TITLE * em).min(right - least) / em, sheet.width_of);
     let title_width = em * (sheet.width_of)(&title);
     let area = Area {
         low: DVec2::new(left.min(right - title_width), top - (ABOVE - 0.4) * em),
@@ -269,7 +315,7 @@ fn opacities(sheet: &mut Sheet<'_>, legend: &Legend<'_>, opacity: &dyn Fn(f64) -
     let least = Number::alone(0.0);
     let width = |text: &str| small * (sheet.width_of)(text);
     let zero_at = area.high.x - width(&least.text) / 2.0;
-    sheet.words(DVec2::new(area.low.x, y), &number.text, SMALL, ink);
+    sheet.scaled_number(DVec2::new(area.low.x, y), &number, SMALL, ink);
     if number.raised.is_empty() {
         sheet.words(DVec2::new(zero_at, y), &least.text, SMALL, ink);
     }

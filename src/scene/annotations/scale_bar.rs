@@ -9,6 +9,8 @@ use crate::core::Camera;
 
 /// Greatest length of the bar, as a part of the picture's width.
 const MOST: f64 = 0.22;
+/// Greatest width of its words, as a part of the same.
+const MOST_WORDS: f64 = 0.6;
 /// Half the height of the marks at its ends, ems.
 const END: f64 = 0.3;
 /// Distance of its words, ems.
@@ -41,7 +43,7 @@ pub(super) fn lay_out(sheet: &mut Sheet<'_>, camera: &Camera) -> bool {
     let top = at.y - FIGURE * em;
     let area =
         Area { low: DVec2::new(at.x.min(ends[0].x), top), high: DVec2::new(right, y + END * em) };
-    if !sheet.is_free(&area) {
+    if width > MOST_WORDS * size.x || !sheet.is_free(&area) {
         return false;
     }
     sheet.take(area);

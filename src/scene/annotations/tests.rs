@@ -6,7 +6,9 @@ use glam::{DMat3, DVec2, DVec3, Vec3};
 
 use super::*;
 use crate::core::{Camera, Projection, Srgb8, Ticket};
-use crate::scene::{Amounts, Colours, Index, SecondVectors, Shading, VectorLayer, opening};
+use crate::scene::{
+    Amounts, Colours, Index, Isosurface, SecondVectors, Shading, VectorLayer, opening,
+};
 use crate::transfer::{ColourMap, ColourSource, Region, RegionShape, TransferFunction};
 use crate::volume::{Lattice, Places, Samples, ScalarVolume, VectorField};
 
@@ -113,6 +115,61 @@ fn nothing_is_said_to_be_there_that_has_no_room() {
     let mut away = scene();
     away.camera.focal_point += DVec3::splat(500.0);
     assert_eq!(laid_out(all(), &away, [480, 360]).left_out, [Annotation::Axes]);
+}
+
+/// Colours count most, then lengths, then directions; the box gives way.
+#[test]
+fn small_pictures_have_what_counts_most_and_nothing_in_its_way() {
+    use Annotation::{Axes, ScalarBar, ScaleBar, Trihedron};
+    for (size, left_out) in [
+        ([480, 360], &[][..]),
+        ([280, 210], &[Axes]),
+        ([200, 160], &[Trihedron, Axes]),
+        ([160, 120], &[ScalarBar, Trihedron, Axes]),
+        ([300, 100], &[ScalarBar, Trihedron]),
+    ] {
+        let scene = scene();
+        let layout = laid_out(all(), &scene, size);
+        assert_eq!(layout.left_out, left_out, "{size:?}");
+        let middle = Area {
+            low: DVec2::from(size.map(f64::from)) * DVec2::new(0.35, 0.3),
+            high: DVec2::from(size.map(f64::from)) * DVec2::new(0.64, 0.6),
+        };
+        let in_the_way = words(&layout).into_iter().filter(|(_, area)| area.meets(&middle));
+        assert_eq!(in_the_way.count(), 0, "{size:?}");
+        // Alone it has its room.
+        assert_eq!(laid_out(only(Axes), &scene, size).left_out, [], "{size:?}");
+        assert_eq!(laid_out(only(ScaleBar), &scene, size).left_out, [], "{size:?}");
+    }
+    let says_opacity = |size| {
+        let layout = laid_out(only(ScalarBar), &scene(), size);
+        assert_eq!(layout.left_out, [], "{size:?}");
+        words(&layout).iter().any(|(text, _)| text == "opacity")
+    };
+    assert!(says_opacity([280, 210]) && !says_opacity([200, 160]), "colours before opacities");
+    let mut far = scene();
+    far.camera.projection = Projection::Perspective { view_angle: 0.5 };
+    assert_eq!(laid_out(only(ScaleBar), &far, [160, 120]).left_out, [ScaleBar], "long words");
+}
+
+#[test]
+fn opacities_that_are_none_have_no_scale_and_a_picture_of_nothing_no_bar() {
+    let mut scene = scene();
+    scene.transfer.opacity = vec![(0.0, 0.0)];
+    let layout = laid_out(only(Annotation::ScalarBar), &scene, [800, 600]);
+    assert_eq!(layout, Layout::default());
+    scene.inside.isosurfaces = vec![Isosurface { value: 50.0, opacity: 1.0, colour: None }];
+    let texts = |scene: &Scene| -> Vec<String> {
+        let layout = laid_out(only(Annotation::ScalarBar), scene, [800, 600]);
+        words(&layout).into_iter().map(|(text, _)| text).collect()
+    };
+    let found = texts(&scene);
+    assert!(found.contains(&"density".to_owned()) && !found.contains(&"opacity".to_owned()));
+    // Ten to the minus fifth, and not ten.
+    scene.transfer.opacity = vec![(0.0, 8e-6)];
+    let found = texts(&scene);
+    let at = found.iter().position(|text| text == "1×10").expect("an opacity");
+    assert_eq!(found[at + 1], "−5", "{found:?}");
 }
 
 #[test]

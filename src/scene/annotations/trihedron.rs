@@ -44,7 +44,7 @@ pub(super) fn lay_out(sheet: &mut Sheet<'_>, camera: &Camera, space: Option<&str
     let inset = (MARGIN + REACH) * em - 0.5 * em;
     let origin = DVec2::new(inset, size.y - inset).round();
     let area = Area { low: origin - REACH * em, high: origin + REACH * em };
-    if area.size().max_element() > 0.45 * size.min_element() {
+    if area.size().max_element() > 0.45 * size.min_element() || !sheet.is_free(&area) {
         return false;
     }
     sheet.take(area);

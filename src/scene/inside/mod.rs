@@ -169,6 +169,24 @@ impl Inside {
         splat.visibility == Visibility::Slabs && splat.classify != Classify::Before
     }
 
+    /// What pictures of a mode show of it: nothing where they are of shaded samples, isosurfaces where
+    /// values are pre-integrated, surfaces where values are not projected.
+    pub fn shown_by(&self, splat: &SplatSettings) -> Self {
+        if !Self::is_shown_by(splat) {
+            return Self::default();
+        }
+        let mut shown = self.clone();
+        if splat.classify != Classify::PreIntegrated {
+            shown.isosurfaces.clear();
+        }
+        if shown.along != AlongRay::Composite {
+            shown.isosurfaces.clear();
+            shown.slices.clear();
+            shown.clip.faces = CutFaces::Through;
+        }
+        shown
+    }
+
     /// Whether isosurfaces are to be seen.
     pub fn has_isosurfaces(&self) -> bool {
         !self.isosurfaces.is_empty() && self.along == AlongRay::Composite
@@ -179,7 +197,11 @@ impl Inside {
         let Statistics { min, max, .. } = volume.statistics;
         let levels = self.isosurfaces.iter().map(|iso| iso.value);
         let levels = levels.filter(|value| !(min..=max).contains(value)).map(|value| {
-            format!("no value of the field passes {value}, where an isosurface is asked for: they go from {min} to {max}")
+            // Kernels that pass through the samples go a little beyond them in between.
+            format!(
+                "no sample of the field reaches {value}, where an isosurface is asked for: they go from {min} \
+                 to {max}, and it shows at most where the field between them goes beyond"
+            )
         });
         let is_beside = |slice: &&Slice| slice.is_beside(&volume.lattice);
         let slices = self.slices.iter().filter(is_beside).map(|slice| {
@@ -261,7 +283,7 @@ mod tests {
         let refused = clipped.check(&SplatSettings::SHADE_FIRST).unwrap_err().to_string();
         assert!(refused.contains("with clip, found --visibility every-sample"), "{refused}");
         assert_eq!((plain.effects(), clipped.effects()), (vec![], vec!["clip"]));
-        let mut both = Inside { along: AlongRay::Maximum, ..clipped };
+        let mut both = Inside { along: AlongRay::Maximum, ..clipped.clone() };
         assert_eq!(both.effects(), ["clip", "projection"]);
         assert_eq!(both.check(&SplatSettings::EXACT), Ok(()));
         both.clip.faces = CutFaces::Coloured;
@@ -270,5 +292,14 @@ mod tests {
             refused.contains("--projection composite") && refused.contains("maximum"),
             "{refused}"
         );
+        let iso = Isosurface { value: 1.0, opacity: 1.0, colour: None };
+        let mut all = Inside { isosurfaces: vec![iso], ..clipped.clone() };
+        assert_eq!(all.shown_by(&SplatSettings::EXACT), all);
+        let after = SplatSettings { classify: Classify::After, ..SplatSettings::EXACT };
+        assert_eq!(all.shown_by(&after), clipped, "values in the middles of slabs pass no level");
+        assert!(all.shown_by(&SplatSettings::SHADE_FIRST).is_plain());
+        (all.along, all.clip.faces) = (AlongRay::Minimum, CutFaces::Coloured);
+        let projected = Inside { along: AlongRay::Minimum, ..clipped };
+        assert_eq!(all.shown_by(&SplatSettings::EXACT), projected);
     }
 }

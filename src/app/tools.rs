@@ -1,0 +1,28 @@
+//! Letting go of the tools in the viewport.
+
+use eframe::egui::{Context, Popup};
+
+use super::window::Window;
+
+impl Window {
+    /// Whether Escape would end a tool: nothing else is there that it closes or leaves first.
+    pub(super) fn escape_ends_tools(&self, ctx: &Context) -> bool {
+        let has_tool = self.leveling.on || self.probing.is_on() || self.cells.on;
+        let is_held = ctx.input(|input| input.pointer.any_down());
+        has_tool && self.dialog.is_none() && !self.had_focus && !is_held && !Popup::is_any_open(ctx)
+    }
+
+    /// Takes note of whether something has the keyboard, which Escape takes from it before anyone is asked.
+    pub(super) fn note_focus(&mut self, ctx: &Context) {
+        self.had_focus = ctx.memory(|memory| memory.focused().is_some());
+    }
+
+    /// Ends window and level, the probe and the octree's cells.
+    pub(super) fn end_tools(&mut self, ctx: &Context) {
+        self.leveling.on = false;
+        self.cells.on = false;
+        if self.probing.is_on() {
+            self.toggle_probe(ctx);
+        }
+    }
+}
