@@ -182,7 +182,7 @@ fn gather_cells(
     for (var number = gather.rays.x; number < gather.rays.y; number++) {
         let ray = ray_at(pixel, number);
         let span = span_of(ray);
-        begin_ray(pixel);
+        begin_ray(ray, pixel);
         if span.x < span.y {
             walk(ray, span);
         }

@@ -1,7 +1,7 @@
 // What a ray has gathered where there is nothing but kernels: see lib/gathered_samples.wgsl.
 
 // Places of a pixel in what is kept, and where among them the light of its rays is.
-const SLOTS: u32 = 1u;
+const PLACES: u32 = 1u;
 const RAYS_SLOT: u32 = 0u;
 const RAYS_PART: u32 = 4u;
 
@@ -37,7 +37,7 @@ fn is_opaque() -> bool {
     return front_to_back && 1.0 - light.w < gather.reach.w;
 }
 
-fn begin_light(pixel: vec2<u32>) {
+fn begin_light(ray: Ray, pixel: vec2<u32>) {
     light = vec4<f32>(0.0);
 }
 

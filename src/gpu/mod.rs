@@ -115,10 +115,11 @@ pub enum GpuError {
         /// What lies over it.
         found: u64,
     },
-    /// Vectors lie in the slabs of a field that is reconstructed.
+    /// Vectors lie among kernels that tiles draw.
     #[error(
-        "expected slabs that are classified after reconstruction for vectors beside a scalar field, \
-         found a mode that shades first; choose --classify pre-integrated, or show the vectors alone"
+        "expected a mode that tiles draw, with one sheet a kernel at most, for vectors beside a scalar \
+         field, found one of triangles or of several sheets a kernel; choose --backend auto, \
+         --sheets-per-kernel 1, and another kernel than gouraud, or show the vectors alone"
     )]
     VectorsBesideKernels,
     /// See [`crate::core::Cancelled`].

@@ -51,6 +51,18 @@ pub(super) struct Part {
     pub rays: [u32; 4],
 }
 
+/// What lies among the samples that rays gather.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(super) struct Among {
+    /// Polygons that a pixel sees at most, where there are any in the scene.
+    pub polygons: Option<u32>,
+    /// Vector splats of a tile at most, likewise.
+    pub longest: Option<u32>,
+}
+
+/// Turns of a splat: the list's own, and two loops that stand for branches.
+const SPLAT_TURNS: f64 = 5.0;
+
 /// A dispatch goes on with what was kept of the pixel.
 const GOES_ON: u32 = 1;
 /// Its rays end.
@@ -58,15 +70,15 @@ const ENDS: u32 = 2;
 
 /// The dispatches that gather a picture's rays, a square of `side` × `side` to a pixel: a single one
 /// with everything where the loops allow (`most` turns, if there is a limit), else as many as are needed,
-/// in order. `polygons` is how many of them a pixel sees at most, where there are any in the scene.
+/// in order.
 ///
 /// # Errors
-/// One sentence, where a single layer or slice turns too often, or polygons do.
+/// One sentence, where a single layer or slice turns too often, or what lies among them does.
 pub(super) fn gathered(
     gather: &layout::Gather,
     (kernel, layers): (Kernel, Layers),
     side: u32,
-    polygons: Option<u32>,
+    Among { polygons, longest }: Among,
     most: Option<u64>,
 ) -> Result<Vec<Part>, GpuError> {
     let count = side * side;
@@ -92,9 +104,20 @@ pub(super) fn gathered(
             sizes.iter().map(|&size| (size, rays.chunks(kernel, layers, size))).collect()
         }
     };
-    // Any part of a ray may meet all polygons, and looks for one before each slice and layer.
-    let budget = most.saturating_sub(REST) as f64 - LANES * polygon_turns(polygons, 0);
-    let looks = if polygons.is_some() { 2.0 * f64::from(LAYERS) } else { 0.0 };
+    // Any part of a ray may meet all that lies among its samples.
+    let splats = longest.map_or(0.0, f64::from) * SPLAT_TURNS;
+    let left = most as f64 - LANES * polygon_turns(polygons, 0);
+    if splats > 0.7 * left {
+        let most = (0.7 * left.max(0.0) / SPLAT_TURNS) as u64;
+        return Err(GpuError::TooManyVectors { most, found: longest.unwrap_or(0).into() });
+    }
+    let budget = left - splats - REST as f64;
+    // Before each slice and layer a look, at slabs of vectors too.
+    let looks = match (polygons, longest) {
+        (None, None) => 0.0,
+        (_, None) => 2.0 * f64::from(LAYERS),
+        (_, Some(_)) => 12.0 * f64::from(LAYERS),
+    };
     let walks: Vec<(u32, Walk)> =
         walks.into_iter().map(|(size, walk)| (size, walk.with(looks))).collect();
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturating")]
@@ -507,7 +530,8 @@ mod tests {
     }
 
     fn parts(gather: &layout::Gather, kernel: Kernel, layers: Layers) -> Vec<Part> {
-        gathered(gather, (kernel, layers), 1, None, Some(SOFTWARE_TURNS)).expect("steps that fit")
+        gathered(gather, (kernel, layers), 1, Among::default(), Some(SOFTWARE_TURNS))
+            .expect("steps that fit")
     }
 
     /// Lengths of rows at which layers were first missing on llvmpipe (Mesa 22.3.6).
@@ -528,7 +552,7 @@ mod tests {
             // And not long before.
             let short = along([counts[0] / 6, counts[1], counts[2]], radius, thickness);
             assert_eq!(parts(&short, kernel, layers).len(), 1, "{counts:?} {kernel:?} {layers:?}");
-            let free = gathered(&gather, (kernel, layers), 2, None, None);
+            let free = gathered(&gather, (kernel, layers), 2, Among::default(), None);
             let everything = Part { along: [0, i32::MAX, 16, 0], rays: [0, 4, 2, ENDS] };
             assert_eq!(free, Ok(vec![everything]));
         }
@@ -665,7 +689,7 @@ mod tests {
         assert!(refused.starts_with("expected slabs along a ray of at most 16777216"), "{refused}");
         assert_eq!(row(1e-20).parts(Some(SOFTWARE_TURNS)), None);
         let gather = along([16, 16, 16], 1.558, 1e-12);
-        let refused = gathered(&gather, (Kernel::Cubic, Layers::Slabs), 1, None, None);
+        let refused = gathered(&gather, (Kernel::Cubic, Layers::Slabs), 1, Among::default(), None);
         assert!(matches!(refused, Err(GpuError::TooLarge { .. })), "{refused:?}");
     }
 
@@ -675,7 +699,8 @@ mod tests {
         gather.ahead = [1.0, 0.7, 0.7, 0.0];
         let parts = parts(&gather, Kernel::Cubic, Layers::Slabs);
         assert!(parts[0].along[2] < 16, "{:?}", parts[0]);
-        let refused = gathered(&gather, (Kernel::Cubic, Layers::Slabs), 1, None, Some(1000));
+        let refused =
+            gathered(&gather, (Kernel::Cubic, Layers::Slabs), 1, Among::default(), Some(1000));
         assert!(matches!(refused, Err(GpuError::TooLarge { .. })), "{refused:?}");
     }
 }

@@ -69,6 +69,8 @@ pub(super) struct DeviceVectors {
     /// What pixels are drawn with.
     constants: layout::Vectors,
     variant: VectorVariant,
+    /// The most entries of a tile, where loops are counted.
+    pub(super) longest: u32,
 }
 
 /// Everything that lists depend on.
@@ -129,6 +131,7 @@ impl DeviceVectors {
             made: None,
             constants: bytemuck::Zeroable::zeroed(),
             variant: VectorVariant { published: false, back_to_front: false, polygons: false },
+            longest: 0,
         })
     }
 
@@ -366,6 +369,7 @@ impl Renderer {
             }
             let vectors = self.vectors.as_mut().ok_or(GpuError::Cancelled)?;
             vectors.constants.layers[2] = rows.start.cast_signed();
+            vectors.longest = longest;
             vectors.made = Some(made_of(&rows));
             self.write_vectors(what);
             return Ok(rows);

@@ -96,11 +96,16 @@ impl Scene {
         self.vectors.as_ref().is_some_and(|layer| layer.alone)
     }
 
-    /// Whether vectors are to lie in the slabs of a field that has none: its mode shades first.
-    pub fn lacks_slabs_for_vectors(&self) -> bool {
-        let SplatSettings { visibility, classify, .. } = self.splat;
-        let has_slabs = visibility == Visibility::Slabs && classify != Classify::Before;
-        self.vectors.is_some() && !self.hides_field() && !has_slabs
+    /// Whether vectors are to lie beside a field whose mode has no room for them: triangles draw it, or
+    /// its sheets cut kernels.
+    pub fn lacks_room_for_vectors(&self) -> bool {
+        let SplatSettings { visibility, classify, kernel, sheets_per_kernel, .. } = self.splat;
+        let cuts = visibility == Visibility::Sheets
+            && sheets_per_kernel > 1
+            && kernel != crate::kernel::Kernel::Point;
+        let has_none = cuts || self.splat.drawn_by_triangles_alone().is_some();
+        let is_beside = self.vectors.is_some() && !self.hides_field();
+        is_beside && classify == Classify::Before && has_none
     }
 
     /// Whether lights or tables shade its samples, before kernels are put together.
@@ -111,9 +116,10 @@ impl Scene {
     }
 
     /// Whether only rays through samples that are shaded first show all of it: lights or tables shade
-    /// these, or polygons lie among them.
+    /// these, or polygons or vectors lie among them.
     pub fn needs_gathering(&self) -> bool {
-        let has_others = self.has_polygons() && !self.hides_field();
+        let has_vectors = self.vectors.is_some() && !self.lacks_room_for_vectors();
+        let has_others = (self.has_polygons() || has_vectors) && !self.hides_field();
         self.shades_samples() || self.splat.classify == Classify::Before && has_others
     }
 

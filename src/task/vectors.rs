@@ -250,7 +250,7 @@ pub(super) fn is_walked(scene: &Scene) -> bool {
 /// # Errors
 /// Vectors beside a field in a mode that has no slabs of it.
 pub(super) fn check(scene: &Scene) -> Result<(), DrawError> {
-    match scene.lacks_slabs_for_vectors() {
+    match scene.lacks_room_for_vectors() {
         true => Err(GpuError::VectorsBesideKernels.into()),
         false => Ok(()),
     }

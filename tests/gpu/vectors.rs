@@ -36,7 +36,7 @@ fn settings(field: &VectorField) -> VectorSettings {
 }
 
 /// A handful of vectors, alone, seen askew.
-fn alone() -> Scene {
+pub(crate) fn alone() -> Scene {
     let spacing = DVec3::new(1.0, 1.2, 0.8);
     let lattice = Lattice { spacing, ..Lattice::unit([5, 4, 4]) };
     let field = field(Places::Lattice(lattice), 3);
@@ -46,19 +46,19 @@ fn alone() -> Scene {
     Scene { vectors: Some(layer), splat: SplatSettings::EXACT, ..scene }
 }
 
-fn with(mut scene: Scene, change: impl FnOnce(&mut VectorLayer)) -> Scene {
+pub(crate) fn with(mut scene: Scene, change: impl FnOnce(&mut VectorLayer)) -> Scene {
     change(scene.vectors.as_mut().expect("it has vectors"));
     scene
 }
 
-const PICTURE: [u32; 2] = [72, 60];
+pub(crate) const PICTURE: [u32; 2] = [72, 60];
 
 #[track_caller]
-fn holds(name: &str, scene: &Scene, within: Within) {
+pub(crate) fn holds(name: &str, scene: &Scene, within: Within) {
     holds_at(name, scene, PICTURE, within);
 }
 
-fn expected(scene: &Scene, size: [u32; 2]) -> Light {
+pub(crate) fn expected(scene: &Scene, size: [u32; 2]) -> Light {
     let reference = Reference::new(scene, size.map(|n| n as usize));
     reference.expect("a mode that means something").picture()
 }
@@ -76,7 +76,7 @@ fn holds_at(name: &str, scene: &Scene, size: [u32; 2], within: Within) {
 
 /// The polynomial of the slabs' shares is within 3.5e-4 of the kernel; the rest is single precision,
 /// phases of 12 bits and colours of 16.
-const CLOSE: Within = Within { max_abs: 4e-3, rmse: 4e-4, bias: 1e-4 };
+pub(crate) const CLOSE: Within = Within { max_abs: 4e-3, rmse: 4e-4, bias: 1e-4 };
 
 #[test]
 fn both_modes_both_models_and_both_orders_are_those_of_the_reference() {
@@ -442,13 +442,14 @@ fn a_scene_without_vectors_has_no_trace_of_them() {
 }
 
 #[test]
-fn vectors_beside_kernels_that_are_shaded_first_are_refused() {
+fn vectors_beside_triangles_are_refused() {
     let Some(mut drawer) = drawer() else { return };
     let mut scene = with(alone(), |layer| layer.alone = false);
-    scene.splat = SplatSettings::SHADE_FIRST;
+    let backend = voxsplat::scene::Backend::Raster;
+    scene.splat = SplatSettings { backend, ..SplatSettings::SHADE_FIRST };
     drawer.prepare(&scene, &Ticket::new()).unwrap();
     let refused = drawer.draw(&scene, PICTURE, Rung::Full, &mut ()).unwrap_err().to_string();
-    assert!(refused.contains("found a mode that shades first"), "{refused}");
+    assert!(refused.contains("found one of triangles"), "{refused}");
 }
 
 /// Clips cut splats as they cut the field, and faces, slices and isosurfaces lie at their depth among them.

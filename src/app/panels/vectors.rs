@@ -39,7 +39,7 @@ pub fn vectors_ui(
     flow: &mut FlowChoice,
 ) -> Option<VectorRequest> {
     let request = field_ui(ui, document, scene);
-    let lacks_slabs = scene.lacks_slabs_for_vectors();
+    let lacks_room = scene.lacks_room_for_vectors();
     let projects = scene.inside.along != AlongRay::Composite;
     let cuts = !scene.inside.is_plain();
     let range = |layer: &VectorLayer, by| layer.range_of(by, &scene.volume);
@@ -49,9 +49,9 @@ pub fn vectors_ui(
             "Draw the vectors alone: nothing of the scalar field is computed, and pictures are quicker",
         );
     });
-    if lacks_slabs && !layer.alone {
-        let text = "Not drawn: this mode shades first, and has no slabs that vectors could lie in. Hide \
-                    the scalar field, or choose the exact mode under Splats";
+    if lacks_room && !layer.alone {
+        let text = "Not drawn: this mode is of triangles, or of several sheets a kernel. Hide the scalar \
+                    field, or choose another mode under Splats";
         ui.label(RichText::new(text).size(12.0).color(theme::NOTE));
     }
     if projects && !layer.alone {

@@ -1,13 +1,15 @@
-// What a ray has gathered of kernels that are shaded first, with polygons among them, for four samples of its
-// pixel at once (lib/light_of_samples.wgsl).
+// What a ray has gathered of kernels that are shaded first, with polygons and vectors among them, for four
+// samples of its pixel at once (lib/light_of_samples.wgsl).
 //
 // Samples and slices are whole: a polygon has its turn among them as a sample would where the ray meets
-// it. What lies between two planes, sheets and slabs, is as dense everywhere there, and is split.
+// it, and so has what a slab holds of vectors, in its middle. What lies between two planes, sheets and
+// slabs, is as dense everywhere there, vectors and all, and is split.
 
 // As gather.wgsl's `front_to_back` has it.
 override back_to_front: bool = false;
 
-// See lib/gathered_light.wgsl and lib/kept_samples.wgsl.
+// See lib/gathered_light.wgsl and lib/kept_samples.wgsl; vectors have a place of their own.
+const PLACES: u32 = SLOTS + VECTOR_PLACES;
 const RAYS_SLOT: u32 = 1u;
 const RAYS_PART: u32 = 3u;
 const CURSOR_PART: u32 = 4u;
@@ -21,6 +23,13 @@ struct Met {
 
 var<private> gathered: Gathered;
 var<private> met: Met;
+var<private> splats: VectorRay;
+// Where the ray is on the screen: pixels from its middle, y up.
+var<private> at_screen: vec2<f32>;
+
+fn frame_growth() -> f32 {
+    return select(0.0, 1.0 / select(1.0, gather.scale.w, perspective), perspective);
+}
 
 fn picture_width() -> u32 {
     return u32(gather.low.w);
@@ -37,29 +46,61 @@ fn depth_along(ray: Ray) -> vec2<f32> {
 
 // Lays matter between two depths, the first on the way first, with the polygons up to there. It is as
 // dense everywhere.
-fn lay_among(sum: vec4<f32>, ends: vec2<f32>) {
-    var light = gathered;
-    var on_the_way = met;
-    let span = select(ends.y - ends.x, 1.0, ends.y == ends.x);
+fn lay_split(
+    light: ptr<function, Gathered>,
+    met: ptr<function, Met>,
+    sum: vec4<f32>,
+    ends: vec2<f32>,
+) {
+    let span = select(ends.y - ends.x, select(1.0, -1.0, back_to_front), ends.y == ends.x);
     // Shares of the matter: what is laid down ends here.
     var begin = 0.0;
-    let most = 1u + polygons_left(on_the_way.polygons);
+    let most = 1u + polygons_left((*met).polygons);
     for (var turn = 0u; turn < most; turn++) {
-        let is_polygon = is_polygon_next(on_the_way.polygons, ends.y, 0.0, true);
-        let depth = polygon_depth(on_the_way.polygons);
+        let is_polygon = is_polygon_next((*met).polygons, ends.y, 0.0, true);
+        let depth = polygon_depth((*met).polygons);
         let end = select(1.0, clamp((depth - ends.x) / span, begin, 1.0), is_polygon);
         let part = sum * (end - begin);
         if part.w > 1e-30 {
-            cover(&light, part.xyz / part.w, opacity_of(part));
+            cover(light, part.xyz / part.w, opacity_of(part));
         }
         if !is_polygon {
             break;
         }
         begin = end;
-        lay_polygon(&light, &on_the_way);
+        lay_polygon(light, met);
+    }
+}
+
+// Lays a slab of vectors alone down.
+fn lay_vectors(
+    light: ptr<function, Gathered>,
+    met: ptr<function, Met>,
+    sum: vec4<f32>,
+    ends: vec2<f32>,
+) {
+    let middle = vec2<f32>(0.5 * (ends.x + ends.y));
+    lay_split(light, met, sum, select(middle, ends, layering == 2u));
+}
+
+// Lays matter between two depths with what a slab has of vectors, after the slabs before that one.
+fn lay_among(sum: vec4<f32>, ends: vec2<f32>, slab: i32) {
+    var light = gathered;
+    var on_the_way = met;
+    var beside_ray = splats;
+    let beside = vectors_in(&beside_ray, &light, &on_the_way, slab, at_screen);
+    if layering == 2u {
+        lay_split(&light, &on_the_way, sum + beside, ends);
+    } else {
+        if VECTORS && beside.w > 0.0 {
+            let middle = (f32(slab) + 0.5) * gather.layers.x;
+            lay_split(&light, &on_the_way, beside, vec2<f32>(middle));
+        }
+        lay_split(&light, &on_the_way, sum, ends);
     }
     gathered = light;
     met = on_the_way;
+    splats = beside_ray;
 }
 
 // Lays a sum of matter over, or under, what there is.
@@ -81,7 +122,7 @@ fn lay_layer(ray: Ray, sum: vec4<f32>, layer: i32) {
     let along = max((faces - ray.layer.x) / ray.layer.y, vec2<f32>(ray.begin));
     let depths = depth_along(ray);
     let ends = depths.x + depths.y * along;
-    lay_among(sum, select(ends, ends.yx, back_to_front));
+    lay_among(sum, select(ends, ends.yx, back_to_front), layer);
 }
 
 // Lays down what comes before a slice, which is beyond the eye (scene::Traversal) or before it.
@@ -100,7 +141,10 @@ fn lay_before_slice(ray: Ray, slice: i32, is_beyond: bool) {
         let along = (f32(slice) + way * SLICE_TIE - ray.origin.x) / ray.step.x;
         depth = depths.x + depths.y * along;
     }
-    lay_among(vec4<f32>(0.0), vec2<f32>(depth));
+    // The last slab of vectors whose middle lies before it.
+    let place = clamp(depth / gather.layers.x - 0.5, -1e9, 1e9);
+    let slab = select(i32(ceil(place)) - 1, i32(floor(place)) + 1, back_to_front);
+    lay_among(vec4<f32>(0.0), vec2<f32>(depth), slab);
 }
 
 // Nothing behind can be seen any more.
@@ -110,24 +154,33 @@ fn is_opaque() -> bool {
 
 fn lay_rest() {
     let end = select(BEYOND_ALL, -BEYOND_ALL, back_to_front);
-    lay_among(vec4<f32>(0.0), vec2<f32>(end));
+    lay_among(vec4<f32>(0.0), vec2<f32>(end), EVERY_SLAB);
 }
 
-fn begin_light(pixel: vec2<u32>) {
+fn begin_light(ray: Ray, pixel: vec2<u32>) {
     gathered = NO_LIGHT;
+    at_screen = ray.pixel;
+    splats = vector_ray(pixel, vec2<f32>(-1e30, 1e30));
     met = Met(polygon_ray(pixel, vec2<f32>(-BEYOND_ALL, BEYOND_ALL)));
 }
 
 fn take_up_light() {
     gathered = kept_light(slot, 0.0);
-    let cursor = kept(slot + RAYS_SLOT, CURSOR_PART);
-    met.polygons.at = cursor.x;
-    met.polygons.left = cursor.y;
+    met.polygons = with_cursor(met.polygons, kept(slot + RAYS_SLOT, CURSOR_PART).xy);
+    var words: array<vec4<u32>, 5>;
+    for (var i = 0u; i < 5u * VECTOR_PLACES; i++) {
+        words[i] = kept(slot + SLOTS, i);
+    }
+    splats = with_words(splats, words);
 }
 
 fn keep_light_of_ray() {
     _ = keep_light(slot, gathered);
-    keep(slot + RAYS_SLOT, CURSOR_PART, vec4<u32>(met.polygons.at, met.polygons.left, 0u, 0u));
+    keep(slot + RAYS_SLOT, CURSOR_PART, vec4<u32>(cursor_of(met.polygons), 0u, 0u));
+    var words = words_of(splats);
+    for (var i = 0u; i < 5u * VECTOR_PLACES; i++) {
+        keep(slot + SLOTS, i, words[i]);
+    }
 }
 
 fn light_of_ray() -> vec4<f32> {
