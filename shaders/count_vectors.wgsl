@@ -41,21 +41,27 @@ fn count_vectors(
     let flow = records[at + 1u];
     let body = records[at + 2u];
     let marks = records[at + 3u];
-    var axis_x = vectors.axis_x.xyz;
-    var axis_y = vectors.axis_y.xyz;
-    var axis_z = vectors.axis_z.xyz;
+    let of_second = is_second(slot);
+    var axis_x = select(vectors.axis_x.xyz, vectors.second_x.xyz, of_second);
+    var axis_y = select(vectors.axis_y.xyz, vectors.second_y.xyz, of_second);
+    var axis_z = select(vectors.axis_z.xyz, vectors.second_z.xyz, of_second);
+    let stretch = select(vectors.axis_x.w, vectors.second_x.w, of_second);
+    let extent = select(vectors.axis_y.w, vectors.second_y.w, of_second);
+    let window = select(vectors.picture.z, vectors.second_z.w, of_second);
+    let way = select(vectors.flags.z, vectors.second_flags.z, of_second);
     if vectors.flags.x > 4u {
         axis_x = records[at + 4u].xyz;
         axis_y = records[at + 5u].xyz;
         axis_z = records[at + 6u].xyz;
     }
     // Stretched along the flow.
-    let longer = (vectors.axis_x.w - 1.0) * flow.xyz;
-    let scale = vectors.axis_y.w * body.w;
+    let longer = (stretch - 1.0) * flow.xyz;
+    let scale = extent * body.w;
     let step_x = in_view(scale * (axis_x + longer * dot(flow.xyz, axis_x)));
     let step_y = in_view(scale * (axis_y + longer * dot(flow.xyz, axis_y)));
     let step_z = in_view(scale * (axis_z + longer * dot(flow.xyz, axis_z)));
-    let from_origin = in_view(place.xyz);
+    let moved = place.xyz * vectors.second_origin.w + vectors.second_origin.xyz;
+    let from_origin = in_view(select(place.xyz, moved, of_second));
     let view = frame.view_centre.xyz + from_origin;
     var kernel: Projected;
     kernel.middle = view.xy;
@@ -89,7 +95,7 @@ fn count_vectors(
     let across = select(0.0, min(part, 1.0), has_flow);
 
     var narrow = ellipse(kernel);
-    if vectors.flags.z == POLYGON {
+    if way == POLYGON {
         // Shortened along the flow: on the unit circle its direction is e, and K (1 - (1 - f) e e^T)
         // maps the circle to the shorter ellipse.
         let on_circle = vec2<f32>(
@@ -112,7 +118,9 @@ fn count_vectors(
         // Widened splats of less than a pixel are as much thinner.
         matter *= k.w / narrow.w;
     } else {
-        matter = optical_depth(place.w, k.w);
+        // As deep as it is with its own radius, and an extinction per unit of its own.
+        let factor = window / (vectors.picture.z * vectors.second_origin.w);
+        matter = optical_depth(place.w * select(1.0, factor, of_second), k.w);
     }
     // How the splat's middle leans: the part of the depth row along the first two.
     let wide = ellipse(kernel);
@@ -167,7 +175,7 @@ fn count_vectors(
     let trace = wide.x * wide.x + dot(wide.yz, wide.yz);
     let product = wide.x * wide.z;
     let larger = 0.5 * trace + sqrt(max(0.25 * trace * trace - product * product, 0.0));
-    let radius = frame.radius * vectors.picture.z * product / sqrt(larger);
+    let radius = frame.radius * window * product / sqrt(larger);
     let level = clamp(floor(log2(0.5 * vectors.axis_z.w / max(radius, 1e-3)) + 0.5), 0.0, LAST_MARK_LEVEL);
     let word = (u32(flow.w * 4096.0) & 0xfffu) | (u32(across * 4095.0 + 0.5) << 12u) | (u32(level) << 24u);
     projected[4u * slot] = head;

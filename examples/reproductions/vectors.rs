@@ -30,6 +30,7 @@ pub(crate) fn write(page: &mut Page<'_>, data: &Path) -> Result<()> {
     page.say("## Crawfis–Max: vectors, figures 3 and 5 to 8");
     figure_3(page)?;
     figures(page)?;
+    climate(page, data)?;
     costs(page, data)
 }
 
@@ -149,6 +150,63 @@ fn figures(page: &mut Page<'_>) -> Result<()> {
         "Figures 5 to 8 in kind, of a tornado made in code: dummy data and climate were the paper's",
     );
     page.table(&["figure", "what", "splats (and voxels)", "300 × 300"], &rows);
+    Ok(())
+}
+
+/// Winds of a reanalysis, as theirs were of a climate's model, seen from above.
+const CLIMATE: &str = "vector/eraint_uvz.nc";
+
+/// Figures 6 and 8 of real winds: numbers, and what draws them.
+fn climate(page: &mut Page<'_>, data: &Path) -> Result<()> {
+    let path = data.join(CLIMATE);
+    if !path.exists() {
+        page.say(&format!("(`{CLIMATE}` is not here, and so not drawn.)"));
+        return Ok(());
+    }
+    let opened = io::open(&path, &io::OpenOptions::default(), &Ticket::new())?;
+    let grid = &opened.grid;
+    let field = grid.field(Some("z[month=1]"))?;
+    let volume = grid.scalar(field, voxsplat::volume::Component::Index(0), &Ticket::new())?;
+    let mut scene = scene::opening(Arc::new(volume), None);
+    let camera = scene::framing_camera(&scene.volume.lattice, -DVec3::Z, DVec3::Y);
+    scene.camera = Camera { parallel_scale: 92.0, ..camera };
+    let mut layer = VectorLayer::new(vectors(grid, "(u, v)[month=1]")?, true);
+    layer.alone = true;
+    layer.settings.stretch = 3.0;
+    let range = [0.0, 80.0];
+    layer.settings.transfer = map(vec![(15.0, 0.0), (45.0, 0.9)], ColourMap::Viridis, range);
+    scene.vectors = Some(layer);
+    let sixth = scene.clone();
+    let eighth = with(&scene, |layer| {
+        layer.alone = false;
+        layer.settings.colour_by = ColourBy::Z;
+        layer.settings.transfer = map(vec![(15.0, 0.0), (45.0, 0.9)], ColourMap::Roma, [-1.0, 1.0]);
+    });
+    let matter = map(vec![(4e4, 0.05), (1.2e5, 0.0)], ColourMap::Gray, [0.0, 8e4]);
+    let eighth = Scene { transfer: matter, ..eighth };
+    let mut rows = Vec::new();
+    for (figure, words, scene) in [
+        ("6", "jet streams of January, stretched, opacity and colour by length", sixth),
+        ("8", "geopotential as matter, the same winds coloured by level", eighth),
+    ] {
+        let still = page.draw_sized(&scene, [600, 310], Refine::Full, 1)?;
+        let light = still.light.iter().map(|pixel| f64::from(pixel[3])).sum::<f64>();
+        rows.push(vec![
+            figure.to_owned(),
+            words.to_owned(),
+            still.drawn.kernels.to_string(),
+            format!("{:.0} %", 100.0 * light / still.light.len() as f64),
+            format!("{} ms", short(least_ms(&still))),
+        ]);
+    }
+    page.say(
+        "Figures 6 and 8 of real winds, ERA-Interim's at 200, 500 and 850 millibars (`eraint_uvz.nc`, \
+         480 × 241 × 3, whose licence its source does not state: numbers alone). `voxsplat render \
+         eraint_uvz.nc --vector \"(u, v)[month=1]\" --vectors-only --vector-stretch 3 --vector-opacity \
+         15:0,45:0.9 --camera-direction 0,0,-1 --camera-view-up 0,1,0 --parallel-scale 92 --resolution \
+         1200,620 --output jets.png` draws the first: jet streams that meander over Asia and the Pacific.",
+    );
+    page.table(&["figure", "what", "splats (and voxels)", "opacity", "600 × 310"], &rows);
     Ok(())
 }
 

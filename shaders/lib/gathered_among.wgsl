@@ -2,8 +2,9 @@
 // samples of its pixel at once (lib/light_of_samples.wgsl).
 //
 // Samples and slices are whole: a polygon has its turn among them as a sample would where the ray meets
-// it, and so has what a slab holds of vectors, in its middle. What lies between two planes, sheets and
-// slabs, is as dense everywhere there, vectors and all, and is split.
+// it, and so has what a slab holds of vectors, in its middle. What lies between two planes is as dense
+// everywhere there, and is split by what lies in it: sheets by polygons and by slabs of vectors, slabs by
+// polygons, with the vectors that are in the same slab.
 
 // As gather.wgsl's `front_to_back` has it.
 override back_to_front: bool = false;
@@ -19,6 +20,11 @@ const BEYOND_ALL: f32 = 3e38;
 
 struct Met {
     polygons: PolygonRay,
+    // What lies between two planes, their depths, the first on the way first, and how much of it is laid
+    // down: a share.
+    layer: vec4<f32>,
+    ends: vec2<f32>,
+    laid: f32,
 }
 
 var<private> gathered: Gathered;
@@ -44,30 +50,37 @@ fn depth_along(ray: Ray) -> vec2<f32> {
     return vec2<f32>(gather.layers.y, ray.length / slant);
 }
 
-// Lays matter between two depths, the first on the way first, with the polygons up to there. It is as
-// dense everywhere.
-fn lay_split(
-    light: ptr<function, Gathered>,
-    met: ptr<function, Met>,
-    sum: vec4<f32>,
-    ends: vec2<f32>,
-) {
+// Whether what a slab holds of vectors is composited together with the kernels in it.
+fn shares_slabs() -> bool {
+    return layering == 2u && !sheets;
+}
+
+fn begin_layer(met: ptr<function, Met>, sum: vec4<f32>, ends: vec2<f32>) {
+    (*met).layer = sum;
+    (*met).ends = ends;
+    (*met).laid = 0.0;
+}
+
+// Lays what there is up to a depth down: of the layer, which is as dense everywhere, and of polygons.
+fn lay_until(light: ptr<function, Gathered>, met: ptr<function, Met>, depth: f32) {
+    let ends = (*met).ends;
+    // Of no length, it comes after all that is before it.
     let span = select(ends.y - ends.x, select(1.0, -1.0, back_to_front), ends.y == ends.x);
-    // Shares of the matter: what is laid down ends here.
-    var begin = 0.0;
+    let share = select((depth - ends.x) / span, 1.0, depth == ends.y);
     let most = 1u + polygons_left((*met).polygons);
     for (var turn = 0u; turn < most; turn++) {
-        let is_polygon = is_polygon_next((*met).polygons, ends.y, 0.0, true);
-        let depth = polygon_depth((*met).polygons);
-        let end = select(1.0, clamp((depth - ends.x) / span, begin, 1.0), is_polygon);
-        let part = sum * (end - begin);
+        let is_polygon = is_polygon_next((*met).polygons, depth, 0.0, true);
+        let before = (polygon_depth((*met).polygons) - ends.x) / span;
+        let laid = (*met).laid;
+        let end = clamp(select(share, before, is_polygon), laid, 1.0);
+        let part = (*met).layer * (end - laid);
         if part.w > 1e-30 {
             cover(light, part.xyz / part.w, opacity_of(part));
         }
+        (*met).laid = end;
         if !is_polygon {
             break;
         }
-        begin = end;
         lay_polygon(light, met);
     }
 }
@@ -79,25 +92,35 @@ fn lay_vectors(
     sum: vec4<f32>,
     ends: vec2<f32>,
 ) {
-    let middle = vec2<f32>(0.5 * (ends.x + ends.y));
-    lay_split(light, met, sum, select(middle, ends, layering == 2u));
+    if shares_slabs() {
+        begin_layer(met, sum, ends);
+        lay_until(light, met, ends.y);
+    } else if sum.w > 1e-30 {
+        lay_until(light, met, 0.5 * (ends.x + ends.y));
+        cover(light, sum.xyz / sum.w, opacity_of(sum));
+    }
 }
 
-// Lays matter between two depths with what a slab has of vectors, after the slabs before that one.
+// The last slab of vectors whose middle lies before a depth.
+fn slab_before(depth: f32) -> i32 {
+    let place = clamp(depth / vectors_thickness() - 0.5, -1e9, 1e9);
+    return select(i32(ceil(place)) - 1, i32(floor(place)) + 1, back_to_front);
+}
+
+// Lays matter between two depths, with what a slab has of vectors, after the slabs before that one.
 fn lay_among(sum: vec4<f32>, ends: vec2<f32>, slab: i32) {
     var light = gathered;
     var on_the_way = met;
     var beside_ray = splats;
+    begin_layer(&on_the_way, sum, ends);
     let beside = vectors_in(&beside_ray, &light, &on_the_way, slab, at_screen);
-    if layering == 2u {
-        lay_split(&light, &on_the_way, sum + beside, ends);
-    } else {
-        if VECTORS && beside.w > 0.0 {
-            let middle = (f32(slab) + 0.5) * gather.layers.x;
-            lay_split(&light, &on_the_way, beside, vec2<f32>(middle));
-        }
-        lay_split(&light, &on_the_way, sum, ends);
+    if shares_slabs() {
+        begin_layer(&on_the_way, sum + beside, ends);
+    } else if VECTORS {
+        let middle = (f32(slab) + 0.5) * vectors_thickness();
+        lay_vectors(&light, &on_the_way, beside, vec2<f32>(middle));
     }
+    lay_until(&light, &on_the_way, ends.y);
     gathered = light;
     met = on_the_way;
     splats = beside_ray;
@@ -122,7 +145,8 @@ fn lay_layer(ray: Ray, sum: vec4<f32>, layer: i32) {
     let along = max((faces - ray.layer.x) / ray.layer.y, vec2<f32>(ray.begin));
     let depths = depth_along(ray);
     let ends = depths.x + depths.y * along;
-    lay_among(sum, select(ends, ends.yx, back_to_front), layer);
+    let on_the_way = select(ends, ends.yx, back_to_front);
+    lay_among(sum, on_the_way, select(layer, slab_before(on_the_way.y), sheets));
 }
 
 // Lays down what comes before a slice, which is beyond the eye (scene::Traversal) or before it.
@@ -141,10 +165,7 @@ fn lay_before_slice(ray: Ray, slice: i32, is_beyond: bool) {
         let along = (f32(slice) + way * SLICE_TIE - ray.origin.x) / ray.step.x;
         depth = depths.x + depths.y * along;
     }
-    // The last slab of vectors whose middle lies before it.
-    let place = clamp(depth / gather.layers.x - 0.5, -1e9, 1e9);
-    let slab = select(i32(ceil(place)) - 1, i32(floor(place)) + 1, back_to_front);
-    lay_among(vec4<f32>(0.0), vec2<f32>(depth), slab);
+    lay_among(vec4<f32>(0.0), vec2<f32>(depth), slab_before(depth));
 }
 
 // Nothing behind can be seen any more.
@@ -161,7 +182,7 @@ fn begin_light(ray: Ray, pixel: vec2<u32>) {
     gathered = NO_LIGHT;
     at_screen = ray.pixel;
     splats = vector_ray(pixel, vec2<f32>(-1e30, 1e30));
-    met = Met(polygon_ray(pixel, vec2<f32>(-BEYOND_ALL, BEYOND_ALL)));
+    met.polygons = polygon_ray(pixel, vec2<f32>(-BEYOND_ALL, BEYOND_ALL));
 }
 
 fn take_up_light() {

@@ -1,4 +1,4 @@
-// What a ray has gathered where there is nothing but kernels: see lib/gathered_samples.wgsl.
+// What a ray has gathered where there is nothing but kernels: see lib/gathered_among.wgsl.
 
 // Places of a pixel in what is kept, and where among them the light of its rays is.
 const PLACES: u32 = 1u;

@@ -12,6 +12,10 @@ fn vector_ray(pixel: vec2<u32>, kept: vec2<f32>) -> VectorRay {
     return VectorRay(0u);
 }
 
+fn vectors_thickness() -> f32 {
+    return 1.0;
+}
+
 fn words_of(ray: VectorRay) -> array<vec4<u32>, 5> {
     return array<vec4<u32>, 5>();
 }

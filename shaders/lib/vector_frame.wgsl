@@ -16,6 +16,23 @@ struct Vectors {
     flags: vec4<u32>,
     // First layer from the front, layers; first row of tiles, tiles across.
     layers: vec4<i32>,
+    // Of the splats of a second field, which come after those of the first, in units of that. Axes as
+    // above, with the factor of the extent so that what is drawn has the first field's radius. w: length
+    // along the flow over width; factor of the extent; `picture.z`.
+    second_x: vec4<f32>,
+    second_y: vec4<f32>,
+    second_z: vec4<f32>,
+    // Its origin from the first field's; its own unit.
+    second_origin: vec4<f32>,
+    // Its first splat; see BLEND; see POLYGON and COORDINATES; which table of marks is its.
+    second_flags: vec4<u32>,
+}
+
+override two_fields: bool = false;
+
+// Whether a splat is of the second field.
+fn is_second(splat: u32) -> bool {
+    return select(false, splat >= vectors.second_flags.x, two_fields);
 }
 
 // `flags.y`: 0 is MODULATE.

@@ -53,6 +53,11 @@ fn vector_ray(pixel: vec2<u32>, kept: vec2<f32>) -> VectorRay {
     return VectorRay(range.x, range.y, 0, 0, 0, kept_ends, none, none, none, none);
 }
 
+// Of a slab, pixels of view depth.
+fn vectors_thickness() -> f32 {
+    return vectors.depth.y;
+}
+
 // What is kept of it between dispatches.
 fn words_of(ray: VectorRay) -> array<vec4<u32>, 5> {
     return array<vec4<u32>, 5>(
@@ -81,8 +86,8 @@ fn with_words(ray: VectorRay, words: array<vec4<u32>, 5>) -> VectorRay {
 }
 
 // Intensity of the marks at a place of the window, -1 to 1.
-fn mark_at(place: vec2<f32>, word: u32) -> f32 {
-    let is_round = vectors.flags.z == COORDINATES;
+fn mark_at(place: vec2<f32>, word: u32, second: bool) -> f32 {
+    let is_round = select(vectors.flags.z, vectors.second_flags.z, second) == COORDINATES;
     let across = f32(word >> 12u & 0xfffu) * (1.0 / 4095.0);
     let turns = fract(vectors.depth.w + f32(word & 0xfffu) * (1.0 / 4096.0)) * f32(PHASES);
     let early = min(floor(turns), f32(PHASES - 1u));
@@ -103,7 +108,9 @@ fn mark_at(place: vec2<f32>, word: u32) -> f32 {
         vec2<i32>(at.x, at.x + 1) & vec2<i32>(side - 1),
         is_round,
     );
-    let y = clamp(vec2<i32>(at.y, at.y + 1), vec2<i32>(0), vec2<i32>(side - 1));
+    let rows = clamp(vec2<i32>(at.y, at.y + 1), vec2<i32>(0), vec2<i32>(side - 1));
+    // A second table is below the first.
+    let y = rows + select(0, i32(vectors.second_flags.w) * side, second);
     let low_row = mix(
         textureLoad(marks, vec2<i32>(x.x, y.x), layer, level),
         textureLoad(marks, vec2<i32>(x.y, y.x), layer, level),
@@ -124,9 +131,6 @@ fn sum_layer(ray: ptr<function, VectorRay>, screen: vec2<f32>, nearest: f32, sla
     let mask = (1u << vectors.flags.w) - 1u;
     let own = vector_keys[(*ray).entry] & mask;
     let thickness = vectors.depth.y;
-    let is_blend = vectors.flags.y == BLEND;
-    // Of the circle that the ellipse becomes, in the window of the marks.
-    let window = 1.0 / vectors.picture.z;
     var sum0 = vec4<f32>(0.0);
     var sum1 = vec4<f32>(0.0);
     var sum2 = vec4<f32>(0.0);
@@ -136,7 +140,8 @@ fn sum_layer(ray: ptr<function, VectorRay>, screen: vec2<f32>, nearest: f32, sla
         if (vector_keys[entry] & mask) != own {
             break;
         }
-        let at = 4u * vector_words[entry];
+        let splat = vector_words[entry];
+        let at = 4u * splat;
         let head = vector_splats[at];
         let first = vector_splats[at + 1u];
         let right = screen.x - head.x;
@@ -145,6 +150,10 @@ fn sum_layer(ray: ptr<function, VectorRay>, screen: vec2<f32>, nearest: f32, sla
         let q = dot(unit, unit);
         // A loop, since a software adapter would walk past an `if` with everything in it.
         for (var once = q < 1.0; once; once = false) {
+            let of_second = is_second(splat);
+            let is_blend = select(vectors.flags.y, vectors.second_flags.y, of_second) == BLEND;
+            // Of the circle that the ellipse becomes, in the window of the marks.
+            let window = 1.0 / select(vectors.picture.z, vectors.second_z.w, of_second);
             let second = vector_splats[at + 2u];
             let packed = bitcast<vec4<u32>>(vector_splats[at + 3u]);
             let turned = vec2<f32>(
@@ -152,7 +161,7 @@ fn sum_layer(ray: ptr<function, VectorRay>, screen: vec2<f32>, nearest: f32, sla
                 second.z * unit.y - second.w * unit.x,
             );
             let windowed = max(footprint(q * window * window) * vectors.picture.w, 0.0);
-            let intensity = mark_at(turned * window, packed.w) * windowed;
+            let intensity = mark_at(turned * window, packed.w, of_second) * windowed;
             let rg = unpack2x16unorm(packed.x);
             let b_r = unpack2x16unorm(packed.y);
             let gb = unpack2x16unorm(packed.z);

@@ -214,9 +214,25 @@ impl Document {
         Ok(Self { source, grid, field: 0, component, volume, vectors, warnings })
     }
 
-    /// Whether the file has a field that can be drawn as vectors.
+    /// Whether the file has a field that can be drawn as vectors, or fields to put them together of.
     pub fn has_vectors(&self) -> bool {
-        self.grid.fields.iter().any(|field| field.components == 3)
+        let is_triple = self.grid.fields.iter().any(|field| field.components == 3);
+        is_triple || self.scalar_triple().is_some()
+    }
+
+    /// The first three fields of one component on the same points or cells, which could be those of
+    /// vectors.
+    pub fn scalar_triple(&self) -> Option<[usize; 3]> {
+        let fields = &self.grid.fields;
+        fields.iter().find_map(|first| {
+            let mut alike = fields.iter().enumerate().filter(|(_, field)| {
+                field.components == 1
+                    && first.components == 1
+                    && field.association == first.association
+            });
+            let mut next = || alike.next().map(|(index, _)| index);
+            Some([next()?, next()?, next()?])
+        })
     }
 
     /// The same file with another of its fields drawn.

@@ -319,6 +319,14 @@ impl Window {
         );
         let bytes = report.and_then(|report| report.held).map(|held| held.vectors);
         rows.push(Row { bytes, ..vectors });
+        rows.push(part(
+            "second vectors",
+            "Those of another field among them, with a look of their own",
+            match scene.vectors.as_ref().and_then(|layer| layer.second.as_ref()) {
+                None => "Vectors in the side panel".to_owned(),
+                Some(second) => format!("Vectors, {}", second.field.name),
+            },
+        ));
         let polygons = part(
             "polygons",
             "Triangles of files, lit, among all else that is seen",
@@ -458,6 +466,7 @@ fn label_of(name: &str) -> &'static str {
         "isosurfaces" => "Isosurfaces",
         "slices" => "Slices",
         "vectors" => "Vectors",
+        "second vectors" => "Second vectors",
         "polygons" => "Polygons",
         _ => "Emission table",
     }

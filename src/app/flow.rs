@@ -4,20 +4,36 @@
 use std::sync::Arc;
 
 use eframe::egui::Context;
+use glam::DVec3;
 
 use super::job::{Ended, Job};
 use super::window::Window;
 use crate::core::Ticket;
 use crate::polygons::Mesh;
 use crate::scene::{PolygonLayer, VectorLayer};
-use crate::vector::{self, Following, GlyphError, StreamlineError};
-use crate::volume::Places;
+use crate::vector::{self, Following, GlyphError, Seeds, StreamlineError};
+
+/// Where streamlines begin.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SeedPlace {
+    /// Evenly on a plane of the grid.
+    Plane,
+    /// Evenly from one world point to another.
+    Line,
+    /// At a world point and within a step of the grid about it.
+    Point,
+}
 
 /// What lines and arrows are made by; not a part of the picture until they are.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FlowChoice {
     /// Streamlines, about.
     pub seeds: u32,
+    /// Where they begin.
+    pub place: SeedPlace,
+    /// World points: those that a line goes between, or the one about which; none until they were first
+    /// asked for.
+    pub ends: Option<[DVec3; 2]>,
     /// The axis of the grid across which their seeds lie, and where along it.
     pub axis: usize,
     /// See `axis`; 0..=1.
@@ -30,7 +46,15 @@ pub struct FlowChoice {
 
 impl Default for FlowChoice {
     fn default() -> Self {
-        Self { seeds: 60, axis: 2, share: 0.5, radius: 0.15, every: 4 }
+        Self {
+            seeds: 60,
+            place: SeedPlace::Plane,
+            ends: None,
+            axis: 2,
+            share: 0.5,
+            radius: 0.15,
+            every: 4,
+        }
     }
 }
 
@@ -65,17 +89,20 @@ fn made(layer: &VectorLayer, choice: FlowChoice, shape: FlowShape, ticket: &Tick
             vector::arrows(field, transfer, choice.every as usize, 0.9, ticket).map_err(refused)
         }
         FlowShape::Streamlines => {
-            let Places::Lattice(lattice) = &field.places else {
-                return Err(Some(StreamlineError::Uneven.to_string()));
+            let FlowChoice { seeds, place, ends, axis, share, radius, .. } = choice;
+            let (count, step) = (seeds as usize, vector::typical_step(&field.places));
+            let seeds = match (place, ends) {
+                (SeedPlace::Line, Some([first, last])) => {
+                    Seeds::At(vector::seeds_on_line(first, last, count))
+                }
+                (SeedPlace::Point, Some([point, _])) => {
+                    Seeds::At(vector::seeds_about(point, step, count))
+                }
+                _ => Seeds::OnPlane { axis, share, count },
             };
-            let FlowChoice { seeds, axis, share, radius, .. } = choice;
-            let seeds = vector::seeds_on_plane(lattice, axis, share, seeds as usize);
             let lines = vector::streamlines(field, &seeds, &Following::default(), ticket);
-            let lines = lines.map_err(|error| match error {
-                StreamlineError::Cancelled(_) => None,
-                other => Some(other.to_string()),
-            })?;
-            vector::tubes(&lines, transfer, radius * lattice.smallest_spacing()).map_err(refused)
+            let lines = lines.map_err(|StreamlineError::Cancelled(_)| None)?;
+            vector::tubes(&lines, transfer, radius * step).map_err(refused)
         }
     }
 }

@@ -159,8 +159,9 @@ impl Window {
                 let now = ui.ctx().time();
                 // Other sections have colours, too.
                 ui.push_id("vectors", |ui| {
-                    let flow = &mut self.flow.choice;
-                    vectors::vectors_ui(ui, document, scene, (clock, now), fps, flow)
+                    let probed = self.probing.last_point(scene);
+                    let choices = (&mut self.flow.choice, &mut self.vectors.triples, probed);
+                    vectors::vectors_ui(ui, document, scene, (clock, now), fps, choices)
                 })
                 .inner
             })
@@ -201,7 +202,8 @@ impl Window {
             view::view_ui(ui, scene, settings, cells, &self.left_out);
         });
         match vector_request.flatten().flatten() {
-            Some(VectorRequest::Field(field)) => self.choose_vectors(ui.ctx(), field),
+            Some(VectorRequest::Field(source)) => self.choose_vectors(ui.ctx(), false, source),
+            Some(VectorRequest::Second(source)) => self.choose_vectors(ui.ctx(), true, source),
             Some(VectorRequest::SaveLoop) => self.ask_to_save_loop(),
             Some(VectorRequest::Flow(shape)) => self.start_flow(ui.ctx(), shape),
             None => {}

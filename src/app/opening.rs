@@ -108,6 +108,8 @@ impl Window {
         };
         if !keep_view {
             self.vectors = Vectors::default();
+            // Points of another file's world.
+            self.flow.choice.ends = None;
         }
         self.scene = Some(Scene {
             volume,

@@ -57,6 +57,16 @@ impl Probing {
         self.asked.as_ref().filter(|asked| asked.is_same(&answer.look)).map(|_| answer)
     }
 
+    /// The world point that was found last, of the field that is shown, wherever the cursor went since.
+    pub fn last_point(&self, scene: &Scene) -> Option<DVec3> {
+        let answer = self.answer.as_ref()?;
+        let is_of = std::sync::Arc::ptr_eq(&answer.look.scene.volume, &scene.volume);
+        match &answer.seen {
+            Ok(Seen::Point(point)) if is_of => Some(point.world),
+            _ => None,
+        }
+    }
+
     /// Asks about the pixel under the cursor while the view `rests`, and says what is there, `top`
     /// points below the viewport's upper edge.
     pub fn show(

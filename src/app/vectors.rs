@@ -7,9 +7,10 @@ use eframe::egui::Context;
 
 use super::job::{Ended, Job};
 use super::window::Window;
-use crate::scene::VectorLayer;
-use crate::vector::PhaseClock;
-use crate::volume::{VectorField, VolumeError};
+use crate::core::Ticket;
+use crate::scene::{SecondVectors, VectorLayer};
+use crate::vector::{PhaseClock, VectorSettings};
+use crate::volume::{Grid, VectorField, VolumeError};
 
 /// Cycles a second when an animation is first started.
 const FIRST_SPEED: f64 = 0.4;
@@ -17,29 +18,116 @@ const FIRST_SPEED: f64 = 0.4;
 /// of a battery.
 pub(super) const MOST_FPS: u32 = 20;
 
+/// Which fields of the open file are drawn as vectors.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum VectorSource {
+    /// The one of this number, of three components.
+    Field(usize),
+    /// The ones of these numbers, of one component each: along x, y and z.
+    Triple([usize; 3]),
+}
+
+/// Three scalar fields that a person is putting together. What they make is a part of the picture once
+/// it is drawn, and this is none.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Triple {
+    fields: Option<[usize; 3]>,
+}
+
+impl Triple {
+    /// Begins with these fields, or goes on with those there are.
+    pub fn open(&mut self, fields: [usize; 3]) {
+        self.fields.get_or_insert(fields);
+    }
+
+    /// Nothing is put together any more.
+    pub fn close(&mut self) {
+        self.fields = None;
+    }
+
+    /// Whether one is being put together.
+    pub fn is_open(&self) -> bool {
+        self.fields.is_some()
+    }
+
+    /// The fields along x, y and z.
+    pub fn fields(&self) -> Option<[usize; 3]> {
+        self.fields
+    }
+
+    /// Another field along an axis.
+    pub fn choose(&mut self, axis: usize, field: usize) {
+        if let Some(chosen) = self.fields.as_mut().and_then(|fields| fields.get_mut(axis)) {
+            *chosen = field;
+        }
+    }
+}
+
+/// The vectors of fields of a grid.
+fn vectors_of(
+    grid: &Grid,
+    source: VectorSource,
+    ticket: &Ticket,
+) -> Result<VectorField, VolumeError> {
+    let field = |index: usize| {
+        grid.fields.get(index).ok_or_else(|| VolumeError::NoSuchField {
+            asked: format!("number {index}"),
+            available: grid.fields.iter().map(|field| field.name.clone()).collect(),
+        })
+    };
+    match source {
+        VectorSource::Field(index) => grid.vectors(field(index)?, ticket),
+        VectorSource::Triple([u, v, w]) => {
+            grid.vectors_of([field(u)?, field(v)?, field(w)?], ticket)
+        }
+    }
+}
+
+/// Another field keeps what was chosen, but for what belongs to its lengths.
+fn kept(chosen: VectorSettings, opening: &VectorSettings) -> VectorSettings {
+    VectorSettings {
+        transfer: opening.transfer.clone(),
+        opacity_by: opening.opacity_by,
+        colour_by: opening.colour_by,
+        coarser: opening.coarser,
+        ..chosen
+    }
+}
+
 /// The window's side of vectors.
 #[derive(Debug)]
 pub(super) struct Vectors {
     pub(super) clock: PhaseClock,
-    /// Vectors of a field that was chosen, on their way.
-    job: Option<Job<Result<VectorField, VolumeError>>>,
+    /// Fields that are being put together, for the first vectors and for the second.
+    pub(super) triples: [Triple; 2],
+    /// Vectors of fields that were chosen, on their way; whether they are second ones.
+    job: Option<(bool, Job<Result<VectorField, VolumeError>>)>,
     /// When the phase was last moved on, seconds.
     moved_at: f64,
 }
 
 impl Default for Vectors {
     fn default() -> Self {
-        Self { clock: PhaseClock::new(0.0, FIRST_SPEED), job: None, moved_at: 0.0 }
+        let clock = PhaseClock::new(0.0, FIRST_SPEED);
+        Self { clock, triples: Default::default(), job: None, moved_at: 0.0 }
     }
 }
 
 impl Window {
-    /// Starts to make the vectors of a field of the open file ready, or takes those there are away.
-    pub(super) fn choose_vectors(&mut self, ctx: &Context, field: Option<usize>) {
+    /// Starts to make the vectors of fields of the open file ready, or takes those there are away: all of
+    /// them, or the second ones.
+    pub(super) fn choose_vectors(
+        &mut self,
+        ctx: &Context,
+        is_second: bool,
+        source: Option<VectorSource>,
+    ) {
         self.vectors.job = None;
-        let Some(index) = field else {
-            if let Some(scene) = &mut self.scene {
-                scene.vectors = None;
+        let Some(source) = source else {
+            match self.scene.as_mut().map(|scene| &mut scene.vectors) {
+                Some(Some(layer)) if is_second => layer.second = None,
+                Some(vectors) => *vectors = None,
+                None => {}
             }
             return;
         };
@@ -47,37 +135,41 @@ impl Window {
             return;
         };
         let job = Job::start("vectors", "Preparing the vectors", ctx, move |ticket| {
-            match grid.fields.get(index) {
-                Some(field) => grid.vectors(field, ticket),
-                None => Err(VolumeError::NoSuchField {
-                    asked: format!("number {index}"),
-                    available: grid.fields.iter().map(|field| field.name.clone()).collect(),
-                }),
-            }
+            vectors_of(&grid, source, ticket)
         });
-        self.vectors.job = Some(job);
+        self.vectors.job = Some((is_second, job));
     }
 
     /// Puts vectors that are ready into the scene.
     pub(super) fn take_vectors(&mut self) {
-        let Some(ended) = self.vectors.job.as_ref().and_then(Job::poll) else { return };
+        let Some((is_second, ended)) =
+            self.vectors.job.as_ref().and_then(|(second, job)| Some((*second, job.poll()?)))
+        else {
+            return;
+        };
         self.vectors.job = None;
         let Some(scene) = &mut self.scene else { return };
         match ended {
+            Ended::Finished(Ok(field)) if is_second => {
+                if let Some(layer) = &mut scene.vectors {
+                    let opening = SecondVectors::new(Arc::new(field));
+                    layer.second = Some(match layer.second.take() {
+                        Some(before) => SecondVectors {
+                            settings: kept(before.settings, &opening.settings),
+                            ..opening
+                        },
+                        None => opening,
+                    });
+                }
+            }
             Ended::Finished(Ok(field)) => {
                 let opening = VectorLayer::new(Arc::new(field), false);
                 let layer = match scene.vectors.take() {
-                    // Another field keeps what was chosen, but for what belongs to its lengths.
                     Some(before) => VectorLayer {
-                        settings: crate::vector::VectorSettings {
-                            transfer: opening.settings.transfer.clone(),
-                            opacity_by: opening.settings.opacity_by,
-                            colour_by: opening.settings.colour_by,
-                            coarser: opening.settings.coarser,
-                            ..before.settings
-                        },
+                        settings: kept(before.settings, &opening.settings),
                         phase: before.phase,
                         alone: before.alone,
+                        second: before.second,
                         ..opening
                     },
                     None => opening,

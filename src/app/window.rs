@@ -407,8 +407,8 @@ impl Window {
         let now_secs = ctx.time();
         let held = ctx.dragged_id().is_some();
         // The panel says so.
-        let without =
-            scene.lacks_room_for_vectors().then(|| Scene { vectors: None, ..scene.clone() });
+        let lacks_room = scene.lacks_room_for_vectors().is_some();
+        let without = lacks_room.then(|| Scene { vectors: None, ..scene.clone() });
         let scene = without.as_ref().unwrap_or(scene);
         let decision =
             self.pacing.decide(scene, self.viewport_size, &self.settings, now_secs, held);
@@ -419,13 +419,15 @@ impl Window {
         let Some(request) = decision.post else { return };
         self.parts.news.forget();
         self.parts.drawer.request(request);
-        if self.pacing.is_moving() && self.parts.news.wait(self.parts.wait_for_picture) {
-            self.take_picture(ctx);
+        if self.pacing.is_moving() {
+            let news = Arc::clone(&self.parts.news);
+            news.wait_for(self.parts.wait_for_picture, || self.take_picture(ctx));
         }
     }
 
-    fn take_picture(&mut self, ctx: &Context) {
-        let Some(picture) = self.parts.drawer.take_picture() else { return };
+    /// Shows the picture that has come since the last pass; whether one has.
+    fn take_picture(&mut self, ctx: &Context) -> bool {
+        let Some(picture) = self.parts.drawer.take_picture() else { return false };
         self.record_estimate(&picture);
         self.note_effects(&picture);
         // While the view moves, the picture before would be of another view.
@@ -437,6 +439,7 @@ impl Window {
         if moved || fades {
             ctx.request_repaint();
         }
+        true
     }
 
     /// Asks for the octree's cells, and takes those that were found meanwhile.

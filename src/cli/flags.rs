@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use super::flow::FlowFlags;
-use super::inside::InsideFlags;
+use super::inside::{ClipFlags, InsideFlags};
 use super::polygons::PolygonFlags;
 use super::shading::ShadingFlags;
 use super::values::{self, Stop};
@@ -143,6 +143,9 @@ pub struct ProbeFlags {
     /// How it is lit, and what opacities are looked up by.
     #[command(flatten)]
     pub shading: ShadingFlags,
+    /// What is cut away, and so not seen.
+    #[command(flatten)]
+    pub clip: ClipFlags,
 }
 
 /// What is seen, and from where.
@@ -199,6 +202,24 @@ pub struct SceneFlags {
     /// Colour of NaN, which no light falls on [default: a0a0a0]
     #[arg(long, value_name = "RRGGBB", value_parser = values::colour)]
     pub nan_color: Option<Srgb8>,
+}
+
+impl SceneFlags {
+    /// The first flag that was given of the scalar field's opacities and colours.
+    pub(super) fn of_colours(&self) -> Option<&'static str> {
+        [
+            ("--preset", self.preset.is_some()),
+            ("--transfer", self.transfer.is_some()),
+            ("--opacity", self.opacity.is_some()),
+            ("--color", self.color.is_some()),
+            ("--colormap", self.colormap.is_some()),
+            ("--color-range", self.color_range.is_some()),
+            ("--nan-opacity", self.nan_opacity.is_some()),
+            ("--nan-color", self.nan_color.is_some()),
+        ]
+        .into_iter()
+        .find_map(|(flag, given)| given.then_some(flag))
+    }
 }
 
 /// How kernels become a picture. What is left open follows from what is chosen.

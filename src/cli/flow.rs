@@ -3,12 +3,12 @@
 use std::sync::Arc;
 
 use clap::Args;
+use glam::DVec3;
 
 use super::{Failure, values};
 use crate::core::Ticket;
 use crate::scene::{PolygonLayer, VectorLayer};
-use crate::vector::{self, Following};
-use crate::volume::Places;
+use crate::vector::{self, Following, MOST_ARROW_SIZE, Seeds};
 
 /// More lines than anybody can tell apart.
 const MOST_STREAMLINES: usize = 100_000;
@@ -22,8 +22,12 @@ pub struct FlowFlags {
     /// tubes' radius and the longest way to either side are in steps of that grid [defaults: 0.15, 200]
     #[arg(long, value_name = "N[,x|y|z=V%][,radius=R][,length=L]", value_parser = streamlines)]
     pub streamlines: Option<Streamlines>,
+    /// Seed the streamlines at a world point and within a step of the grid about it, or evenly on the line
+    /// from one point to another, instead of on a plane
+    #[arg(long, value_name = "X,Y,Z[,X,Y,Z]", value_parser = ends, allow_hyphen_values = true)]
+    pub streamline_seeds: Option<Ends>,
     /// Draw an arrow at every Nth of the vectors along each axis, in the colour of its length; the longest
-    /// is S times as long as these are apart [default: 0.9]
+    /// is S times as long as these are apart, at most 100 [default: 0.9]
     #[arg(long, value_name = "N[,size=S]", value_parser = arrows)]
     pub arrows: Option<Arrows>,
     /// Draw the streamlines or arrows without the vectors' splats
@@ -31,12 +35,32 @@ pub struct FlowFlags {
     pub no_vector_splats: bool,
 }
 
+/// A world point, or two that a line goes between.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Ends {
+    first: DVec3,
+    last: Option<DVec3>,
+}
+
+fn ends(text: &str) -> Result<Ends, String> {
+    match text.split(',').count() {
+        6 => {
+            let [a, b, c, d, e, f] = values::numbers(text, "six numbers X,Y,Z,X,Y,Z")?;
+            Ok(Ends { first: DVec3::new(a, b, c), last: Some(DVec3::new(d, e, f)) })
+        }
+        _ => {
+            let point = values::numbers(text, "one point X,Y,Z or two X,Y,Z,X,Y,Z")?;
+            Ok(Ends { first: DVec3::from(point), last: None })
+        }
+    }
+}
+
 /// Streamlines that were asked for.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Streamlines {
     count: usize,
-    axis: usize,
-    share: f64,
+    /// The axis across which the plane of the seeds lies, and where along it.
+    plane: Option<(usize, f64)>,
     radius: f64,
     length: f64,
 }
@@ -64,6 +88,16 @@ impl FlowFlags {
                     .to_owned(),
             ));
         }
+        if self.streamline_seeds.is_some() && self.streamlines.is_none_or(|s| s.plane.is_some()) {
+            let found = match self.streamlines {
+                Some(_) => "a plane, too",
+                None => "no --streamlines",
+            };
+            return Err(Failure::Usage(format!(
+                "expected --streamlines N with --streamline-seeds, found {found}; say how many, and seed them \
+                 in one way"
+            )));
+        }
         let asked = [
             (self.streamlines.is_some(), "--streamlines"),
             (self.arrows.is_some(), "--arrows"),
@@ -78,18 +112,34 @@ impl FlowFlags {
                  which `voxsplat info` tells"
             )));
         };
+        if self.no_vector_splats && layer.second.is_some() {
+            return Err(Failure::Usage(
+                "expected --second-vector with splats, which is all that is drawn of it, found \
+                 --no-vector-splats; leave one of the two out"
+                    .to_owned(),
+            ));
+        }
         let (field, transfer) = (&layer.field, &layer.settings.transfer);
         let ticket = Ticket::new();
         let mut found = Vec::new();
-        if let Some(Streamlines { count, axis, share, radius, length }) = self.streamlines {
-            let Places::Lattice(lattice) = field.places else {
-                return Err(Failure::failed(vector::StreamlineError::Uneven));
+        if let Some(Streamlines { count, plane, radius, length }) = self.streamlines {
+            let step = vector::typical_step(&field.places);
+            let seeds = match self.streamline_seeds {
+                Some(Ends { first, last: Some(last) }) => {
+                    Seeds::At(vector::seeds_on_line(first, last, count))
+                }
+                Some(Ends { first, last: None }) => {
+                    Seeds::At(vector::seeds_about(first, step, count))
+                }
+                None => {
+                    let (axis, share) = plane.unwrap_or((2, 0.5));
+                    Seeds::OnPlane { axis, share, count }
+                }
             };
-            let seeds = vector::seeds_on_plane(&lattice, axis, share, count);
             let how = Following { most_length: length, ..Following::default() };
             let lines = vector::streamlines(field, &seeds, &how, &ticket);
             let lines = lines.map_err(Failure::failed)?;
-            let radius = radius * lattice.smallest_spacing();
+            let radius = radius * step;
             found.push(vector::tubes(&lines, transfer, radius).map_err(Failure::failed)?);
         }
         if let Some(Arrows { every, size }) = self.arrows {
@@ -130,14 +180,14 @@ fn streamlines(text: &str) -> Result<Streamlines, String> {
     if count > MOST_STREAMLINES {
         return Err(format!("expected at most {MOST_STREAMLINES} streamlines, found {count}"));
     }
-    let mut asked = Streamlines { count, axis: 2, share: 0.5, radius: 0.15, length: 200.0 };
+    let mut asked = Streamlines { count, plane: None, radius: 0.15, length: 200.0 };
     for (name, value) in named {
         match name {
             "radius" => asked.radius = values::positive(value)?,
             "length" => asked.length = values::positive(value)?,
             _ => {
                 let axis = ["x", "y", "z"].iter().position(|axis| *axis == name);
-                asked.axis = axis.ok_or_else(|| unknown(name, "x, y, z, radius or length"))?;
+                let axis = axis.ok_or_else(|| unknown(name, "x, y, z, radius or length"))?;
                 let percent = value.strip_suffix('%').unwrap_or(value);
                 let share = values::number(percent)? / 100.0;
                 if !(0.0..=1.0).contains(&share) {
@@ -146,7 +196,7 @@ fn streamlines(text: &str) -> Result<Streamlines, String> {
                         values::found(value)
                     ));
                 }
-                asked.share = share;
+                asked.plane = Some((axis, share));
             }
         }
     }
@@ -158,7 +208,15 @@ fn arrows(text: &str) -> Result<Arrows, String> {
     let mut asked = Arrows { every, size: 0.9 };
     for (name, value) in named {
         match name {
-            "size" => asked.size = values::positive(value)?,
+            "size" => match values::positive(value)? {
+                size if size <= MOST_ARROW_SIZE => asked.size = size,
+                _ => {
+                    return Err(format!(
+                        "expected a size of arrows of at most {MOST_ARROW_SIZE}, found {}",
+                        values::found(value)
+                    ));
+                }
+            },
             _ => return Err(unknown(name, "size")),
         }
     }
@@ -171,11 +229,18 @@ mod tests {
 
     #[test]
     fn streamlines_and_arrows_are_a_count_and_what_is_said_of_them() {
-        let plain = Streamlines { count: 30, axis: 2, share: 0.5, radius: 0.15, length: 200.0 };
+        let plain = Streamlines { count: 30, plane: None, radius: 0.15, length: 200.0 };
         assert_eq!(streamlines("30"), Ok(plain));
-        let said = Streamlines { axis: 0, share: 0.2, radius: 0.3, length: 40.0, ..plain };
+        let plane = Some((0, 0.2));
+        let said = Streamlines { plane, radius: 0.3, length: 40.0, ..plain };
         assert_eq!(streamlines("30,radius=0.3,x=20%,length=40"), Ok(said));
         assert_eq!(arrows("4,size=2"), Ok(Arrows { every: 4, size: 2.0 }));
+        let point = Ends { first: DVec3::new(1.0, -2.0, 3.0), last: None };
+        assert_eq!(ends("1,-2,3"), Ok(point));
+        assert_eq!(
+            ends("1,-2,3,4,5,6"),
+            Ok(Ends { last: Some(DVec3::new(4.0, 5.0, 6.0)), ..point })
+        );
         for refused in [
             streamlines("0").unwrap_err(),
             streamlines("9,w=3").unwrap_err(),
@@ -183,6 +248,10 @@ mod tests {
             streamlines("9,radius=0").unwrap_err(),
             streamlines("9,30").unwrap_err(),
             arrows("2,length=3").unwrap_err(),
+            arrows("1,size=1e9").unwrap_err(),
+            ends("1,2").unwrap_err(),
+            ends("1,2,3,4").unwrap_err(),
+            ends("1,2,3,4,5,x").unwrap_err(),
             arrows("").unwrap_err(),
         ] {
             assert!(refused.contains("expected") && refused.contains("found"), "{refused}");

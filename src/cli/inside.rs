@@ -7,12 +7,12 @@ use super::values;
 use crate::scene::{
     AlongRay, Clip, ClipBox, CutFaces, Inside, InsideError, Isosurface, Plane, Slice, SplatSettings,
 };
-use crate::volume::ScalarVolume;
+use crate::volume::{Lattice, ScalarVolume};
 
-/// What is cut away, and what shows where it is.
-#[derive(Debug, Args)]
+/// What is cut away.
+#[derive(Debug, Default, Args)]
 #[command(next_help_heading = "Inside")]
-pub struct InsideFlags {
+pub struct ClipFlags {
     /// Cut away what lies outside a box along the volume's own axes: from sample number X0 (the first is
     /// 0) to X1, and so on; 25% is a share of the volume
     #[arg(long, value_name = "X0,X1,Y0,Y1,Z0,Z1", value_parser = places,
@@ -22,6 +22,15 @@ pub struct InsideFlags {
     /// points to is kept. Up to 6 times
     #[arg(long, value_name = "X,Y,Z,NX,NY,NZ", value_parser = plane, allow_hyphen_values = true)]
     pub clip_plane: Vec<Plane>,
+}
+
+/// What is cut away, and what shows where it is.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Inside")]
+pub struct InsideFlags {
+    /// What is cut away.
+    #[command(flatten)]
+    pub clip: ClipFlags,
     /// Show the value where matter is cut, opaque, instead of what lies behind
     #[arg(long)]
     pub cut_faces: bool,
@@ -71,6 +80,18 @@ impl Place {
     }
 }
 
+impl ClipFlags {
+    /// What they mean for a lattice.
+    pub fn resolve(&self, lattice: &Lattice) -> Clip {
+        let bounds = self.clip_box.map(|places| {
+            let end =
+                |end: usize| std::array::from_fn(|a| places[2 * a + end].share(lattice.dims[a]));
+            ClipBox { low: end(0), high: end(1) }
+        });
+        Clip { bounds, planes: self.clip_plane.clone(), faces: CutFaces::Through }
+    }
+}
+
 impl InsideFlags {
     /// What they mean for a volume.
     ///
@@ -81,19 +102,14 @@ impl InsideFlags {
         volume: &ScalarVolume,
         splat: &SplatSettings,
     ) -> Result<Inside, InsideError> {
-        let bounds = self.clip_box.map(|places| {
-            let end = |end: usize| {
-                std::array::from_fn(|a| places[2 * a + end].share(volume.lattice.dims[a]))
-            };
-            ClipBox { low: end(0), high: end(1) }
-        });
+        let clip = self.clip.resolve(&volume.lattice);
         let faces = if self.cut_faces { CutFaces::Coloured } else { CutFaces::Through };
         let lattice = &volume.lattice;
         let across = self.slice.iter().map(|&SliceAt { axis, place, opacity }| {
             Slice::across(lattice, axis, place.share(lattice.dims[axis]), opacity)
         });
         let inside = Inside {
-            clip: Clip { bounds, planes: self.clip_plane.clone(), faces },
+            clip: Clip { faces, ..clip },
             along: self.projection.unwrap_or_default(),
             slices: across.chain(self.slice_plane.iter().copied()).collect(),
             isosurfaces: self.iso.clone(),
@@ -173,8 +189,10 @@ mod tests {
     #[test]
     fn boxes_are_of_samples_or_shares_and_planes_of_world_units() {
         let flags = InsideFlags {
-            clip_box: Some(places("0,7,25%,100%,1.5,4").unwrap()),
-            clip_plane: vec![plane("1,2,-3,0,0.5,-1").unwrap()],
+            clip: ClipFlags {
+                clip_box: Some(places("0,7,25%,100%,1.5,4").unwrap()),
+                clip_plane: vec![plane("1,2,-3,0,0.5,-1").unwrap()],
+            },
             cut_faces: true,
             slice: vec![slice("z=50%:0.25").unwrap()],
             slice_plane: vec![slice_plane("1,2,3,0,0,-1:0.5").unwrap()],

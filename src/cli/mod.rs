@@ -17,6 +17,7 @@ mod report;
 mod shading;
 mod stats;
 mod values;
+mod vector_look;
 mod vectors;
 
 use std::ffi::OsString;

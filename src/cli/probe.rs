@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use super::flags::ProbeFlags;
 use super::{Destination, Failure, note, open};
-use crate::scene::{Scene, axis_letters};
+use crate::scene::{Inside, Scene, axis_letters};
 use crate::task::probe::{FIRST_SEEN, Look, Point, Seen, look};
 
 /// What scripts read.
@@ -55,7 +55,9 @@ pub(super) fn run(flags: &ProbeFlags) -> Result<(), Failure> {
     let scene = open::scene(&input, &flags.scene, splat)?;
     let shading = flags.shading.resolve(&scene, &splat);
     let shading = shading.map_err(|error| Failure::Usage(error.to_string()))?;
-    let scene = Scene { shading, ..scene };
+    let inside = Inside { clip: flags.clip.resolve(&scene.volume.lattice), ..Inside::default() };
+    inside.check(&splat).map_err(|error| Failure::Usage(error.to_string()))?;
+    let scene = Scene { shading, inside, ..scene };
     let unit_distance = scene.opacity_unit_distance();
     let share = flags.share.unwrap_or(FIRST_SEEN);
     let question = Look { scene, size: flags.resolution, pixel: flags.at, share };

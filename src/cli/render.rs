@@ -22,8 +22,9 @@ const BLACK: Srgb8 = Srgb8([0; 3]);
 
 pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
     let refine = refine(flags)?;
+    let seconds = flags.vectors.loop_seconds(&flags.output)?;
     if let Some(frames) = flags.vectors.cycle {
-        return run_loop(flags, frames);
+        return run_loop(flags, frames, seconds);
     }
     let format = format(&flags.output)?;
     if format == PictureFormat::Exr && flags.background.is_some() {
@@ -113,9 +114,10 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
              choose another --background",
         );
     }
-    let needs_lights = effects.iter().any(|effect| *effect != "vectors");
+    let are_vectors = |effect: &&str| ["vectors", "second vectors"].contains(effect);
+    let needs_lights = !effects.iter().all(are_vectors);
     if needs_lights && !still.drawn.is_shaded && !alone {
-        effects.retain(|effect| *effect == "vectors");
+        effects.retain(are_vectors);
         note(
             "the picture that fits is an octree cut, which shows no lights and no shading tables: it is \
              of the transfer function alone; give --budget-ms, or a smaller --max-error",
@@ -173,7 +175,7 @@ fn no_room(left_out: &[Annotation]) -> String {
 }
 
 /// `--loop`: one whole cycle of the vectors.
-fn run_loop(flags: &RenderFlags, frames: u32) -> Result<(), Failure> {
+fn run_loop(flags: &RenderFlags, frames: u32, seconds: f64) -> Result<(), Failure> {
     let path = &flags.output;
     LoopFormat::of(path).map_err(Failure::Usage)?;
     if !(2..=MOST_FRAMES).contains(&frames) {
@@ -199,7 +201,7 @@ fn run_loop(flags: &RenderFlags, frames: u32) -> Result<(), Failure> {
     if !layout.left_out.is_empty() {
         note(&no_room(&layout.left_out));
     }
-    let cycle = Cycle { frames, seconds: flags.vectors.loop_seconds };
+    let cycle = Cycle { frames, seconds };
     let engine = Engine::start(flags.adapter.clone(), || ());
     let ticket = Ticket::new();
     let written = &layout.primitives;
@@ -246,11 +248,18 @@ fn scene(flags: &RenderFlags, splat: SplatSettings) -> Result<Meant, Failure> {
     let inside = inside.map_err(|error| Failure::Usage(error.to_string()))?;
     refuse_coarse(flags, &inside)?;
     refuse_idle(flags.inside.cut_faces, &inside)?;
+    inside.beside(&scene.volume).iter().for_each(|what| note(what));
     let opens_with_scalar = flags.scene.field.is_some() || flags.scene.component.is_some();
     let mut vectors = flags.vectors.layer(&input, &scene, opens_with_scalar)?;
     let flow = flags.flow.layers(&mut vectors)?;
-    if vectors.is_some() {
-        refuse_vectors(&inside, vectors.as_ref().is_some_and(|layer| layer.alone))?;
+    if let Some(layer) = &vectors {
+        refuse_vectors(&inside, layer.alone)?;
+        if let Some(flag) = flags.scene.of_colours().filter(|_| layer.alone) {
+            return Err(Failure::Usage(format!(
+                "expected no {flag} with vectors alone, which it changes nothing of, found both; say it of \
+                 the vectors, as with --vector-opacity and --vector-colormap, or show them beside the field"
+            )));
+        }
         if flags.max_error.is_some() {
             return Err(Failure::Usage(
                 "expected --budget-ms with vectors, found --max-error, which finds octree cuts, and these \

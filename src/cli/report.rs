@@ -6,7 +6,7 @@ use crate::accuracy::sweep::{Detail, Point, SampledError};
 use crate::core::Camera;
 use crate::scene::{SplatSettings, Visibility};
 use crate::task::sweep::Sweep;
-use crate::transfer::TransferFunction;
+use crate::transfer::{Region, TransferFunction};
 
 /// The file's content; the names are stable. dB of no error at all, which JSON has no number for,
 /// are null.
@@ -33,6 +33,9 @@ struct SceneRow<'a> {
     spacing: [f64; 3],
     camera: &'a Camera,
     transfer: &'a TransferFunction,
+    /// Regions of value and gradient strength beside it.
+    #[serde(skip_serializing_if = "<[_]>::is_empty")]
+    regions: &'a [Region],
     opacity_unit_distance: f64,
 }
 
@@ -136,6 +139,7 @@ impl<'a> Report<'a> {
                 spacing: lattice.spacing.to_array(),
                 camera: &scene.camera,
                 transfer: &scene.transfer,
+                regions: &scene.shading.regions,
                 opacity_unit_distance: scene.opacity_unit_distance(),
             },
             resolution: sweep.size(),

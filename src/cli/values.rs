@@ -136,6 +136,16 @@ pub(super) fn range(text: &str) -> Parsed<[f64; 2]> {
     numbers(text, "two numbers LO,HI")
 }
 
+/// A range that holds more than one value.
+pub(super) fn unequal(text: &str) -> Parsed<[f64; 2]> {
+    match range(text)? {
+        [low, high] if low == high => {
+            Err(format!("expected two different numbers LO,HI, found {}", found(text)))
+        }
+        range => Ok(range),
+    }
+}
+
 pub(super) fn positive(text: &str) -> Parsed<f64> {
     match number(text)? {
         value if value > 0.0 => Ok(value),

@@ -1,17 +1,20 @@
 //! Flags of vector splats.
 
+use std::path::Path;
 use std::sync::Arc;
 
 use clap::Args;
 
 use super::open::Input;
-use super::values::{self, List, Points};
-use super::{Failure, note};
-use crate::core::{Srgb8, Ticket};
-use crate::scene::{Scene, VectorLayer};
-use crate::transfer::{ColourMap, ColourSource};
-use crate::vector::{ColourBy, Design, Foreshortening, VectorMode, VectorSettings};
-use crate::volume::{Field, VolumeError};
+use super::vector_look::{self, LookFlags, Said};
+use super::{Failure, note, values};
+use crate::core::Ticket;
+use crate::scene::{Scene, SecondVectors, VectorLayer, vector_range};
+use crate::task::loop_file::LoopFormat;
+use crate::volume::{Field, VectorField, VolumeError};
+
+/// Seconds that a loop takes unless flags say otherwise.
+const LOOP_SECONDS: f64 = 3.0;
 
 /// A vector field, and what its splats look like.
 #[derive(Debug, Args)]
@@ -26,10 +29,6 @@ pub struct VectorFlags {
     /// Draw vectors and no scalar field beside them
     #[arg(long)]
     pub vectors_only: bool,
-    /// How marks meet the colour of a splat: modulate (the marks alone) or blend (matter with marks in
-    /// it) [default: modulate]
-    #[arg(long, value_name = "MODE", value_parser = values::vector_mode)]
-    pub vector_mode: Option<VectorMode>,
     /// How far the marks have moved, in cycles; 0 and 1 are the same
     #[arg(long, value_name = "P", value_parser = values::number, default_value_t = 0.0,
         allow_hyphen_values = true)]
@@ -37,65 +36,23 @@ pub struct VectorFlags {
     /// Draw one whole cycle of N pictures: --output X.gif, or X.png for X-000.png and so on
     #[arg(long = "loop", value_name = "N")]
     pub cycle: Option<u32>,
-    /// Seconds that --loop takes in a GIF
-    #[arg(long, value_name = "S", value_parser = values::positive, default_value_t = 3.0,
-        allow_hyphen_values = true)]
-    pub loop_seconds: f64,
-    /// Of the splats' own phases
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    pub seed: u64,
-    /// Opacity per unit distance by the length of the vector (or by --vector-opacity-by)
-    #[arg(long, value_name = "V:A,…", value_parser = values::opacity, allow_hyphen_values = true)]
-    pub vector_opacity: Option<Points>,
-    /// What opacities are by: magnitude, x, y, z (world position) or scalar (the field beside)
-    #[arg(long, value_name = "BY", value_parser = values::colour_by)]
-    pub vector_opacity_by: Option<ColourBy>,
-    /// Colours of vectors: a map
-    #[arg(long, value_name = "NAME", value_parser = values::colour_map)]
-    pub vector_colormap: Option<ColourMap>,
-    /// The values that take its first and its last colour
-    #[arg(long, value_name = "LO,HI", value_parser = values::range, allow_hyphen_values = true)]
-    pub vector_color_range: Option<[f64; 2]>,
-    /// What colours are by: magnitude, x, y, z or scalar
-    #[arg(long, value_name = "BY", value_parser = values::colour_by)]
-    pub vector_color_by: Option<ColourBy>,
-    /// One colour for all vectors: of all marks with modulate, of the matter with blend
-    #[arg(long, value_name = "RRGGBB", value_parser = values::colour,
-        conflicts_with_all = ["vector_colormap", "vector_color_range", "vector_color_by"])]
-    pub vector_color: Option<Srgb8>,
-    /// With blend: the colour of the marks, or mapped for that of the map over grey matter [default:
-    /// ffffff]
-    #[arg(long, value_name = "RRGGBB|mapped", value_parser = marks)]
-    pub vector_marks: Option<Marks>,
-    /// Length of a splat along the flow over its width, 1 to 8 [default: 1.5]
+    /// Seconds that --loop takes in a GIF [default: 3]
     #[arg(long, value_name = "S", value_parser = values::positive, allow_hyphen_values = true)]
-    pub vector_stretch: Option<f64>,
-    /// Radius of a splat in steps of its grid [default: 1.6]
-    #[arg(long, value_name = "E", value_parser = values::positive, allow_hyphen_values = true)]
-    pub vector_extent: Option<f64>,
-    /// Draw means of 2 × 2 × 2 vectors, and of these again, so many times [default: as often as leaves
-    /// 40 along the longest side]
-    #[arg(long, value_name = "N")]
-    pub vector_coarser: Option<u32>,
-    /// What the marks look like: streaks, dots or comets [default: streaks]
-    #[arg(long, value_name = "NAME", value_parser = values::design)]
-    pub vector_design: Option<Design>,
-    /// How vectors towards the eye are shown: table, polygon or coordinates [default: table]
-    #[arg(long, value_name = "WAY", value_parser = values::foreshortening)]
-    pub vector_foreshortening: Option<Foreshortening>,
-}
-
-/// The colour of BLEND's marks.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Marks(Option<Srgb8>);
-
-fn marks(text: &str) -> Result<Marks, String> {
-    match text {
-        "mapped" => Ok(Marks(None)),
-        colour => values::colour(colour)
-            .map(|colour| Marks(Some(colour)))
-            .map_err(|error| format!("{error}; or say mapped for the colours of the map")),
-    }
+    pub loop_seconds: Option<f64>,
+    /// What the splats look like.
+    #[command(flatten)]
+    pub look: LookFlags,
+    /// Draw this field of three components as vectors, too, among those of --vector
+    #[arg(long, value_name = "NAME")]
+    pub second_vector: Option<String>,
+    /// Draw three scalar fields as the components of second vectors, along x, y and z
+    #[arg(long, num_args = 3, value_names = ["U", "V", "W"], conflicts_with = "second_vector")]
+    pub second_vector_components: Option<Vec<String>>,
+    /// What the second vectors look like: mode, opacity, opacity-by, colormap, color-range, color-by,
+    /// color, marks, stretch, extent, coarser, design, foreshortening or seed, as the --vector- flags;
+    /// once for each
+    #[arg(long, value_name = "WHAT=VALUE", value_parser = vector_look::said)]
+    pub second_look: Vec<Said>,
 }
 
 impl VectorFlags {
@@ -147,90 +104,93 @@ impl VectorFlags {
                 };
             }
         };
-        let holes = vectors.vectors.iter().filter(|v| !v.is_finite()).count();
-        if holes > 0 {
-            note(&format!(
-                "{holes} of {} vectors of \"{}\" have no finite length and are not drawn",
-                vectors.vectors.len(),
-                vectors.name
-            ));
-        }
-        let layer = VectorLayer::new(Arc::new(vectors), alone);
-        let settings = self.settings(&layer.settings, &layer, scene);
-        settings.check().map_err(|error| Failure::Usage(error.to_string()))?;
-        Ok(Some(VectorLayer { settings, phase: self.phase, ..layer }))
+        note_holes(&vectors);
+        let mut layer = VectorLayer::new(Arc::new(vectors), alone);
+        let range = |by| vector_range(&layer.field, by, &scene.volume);
+        let settings = self.look.settings(&layer.settings, range, |name| match name {
+            "mode blend" => "--vector-mode blend".to_owned(),
+            name => format!("--vector-{name}"),
+        });
+        layer.settings = settings.map_err(Failure::Usage)?;
+        layer.second = self.second(input, scene)?;
+        Ok(Some(VectorLayer { phase: self.phase, ..layer }))
     }
 
-    fn settings(
-        &self,
-        opening: &VectorSettings,
-        layer: &VectorLayer,
-        scene: &Scene,
-    ) -> VectorSettings {
-        let mut transfer = opening.transfer.clone();
-        if let Some(List(points)) = &self.vector_opacity {
-            transfer.opacity.clone_from(points);
-        }
-        let colour_by = self.vector_color_by.unwrap_or(opening.colour_by);
-        if let ColourSource::Map { map, range } = &mut transfer.colour {
-            *map = self.vector_colormap.unwrap_or(*map);
-            *range = match self.vector_color_range {
-                Some(range) => range,
-                None if colour_by == opening.colour_by => *range,
-                None => layer.range_of(colour_by, &scene.volume),
-            };
-        }
-        if let Some(colour) = self.vector_color {
-            transfer.colour = ColourSource::Stops(vec![(0.0, colour)]);
-        }
-        VectorSettings {
-            mode: self.vector_mode.unwrap_or(opening.mode),
-            opacity_by: self.vector_opacity_by.unwrap_or(opening.opacity_by),
-            colour_by,
-            transfer,
-            marks: self.vector_marks.map_or(opening.marks, |Marks(marks)| marks),
-            design: self.vector_design.unwrap_or(opening.design),
-            foreshortening: self.vector_foreshortening.unwrap_or(opening.foreshortening),
-            stretch: self.vector_stretch.unwrap_or(opening.stretch),
-            extent: self.vector_extent.or(opening.extent),
-            coarser: self.vector_coarser.unwrap_or(opening.coarser),
-            seed: self.seed,
+    /// The second field, where one was asked for.
+    fn second(&self, input: &Input, scene: &Scene) -> Result<Option<SecondVectors>, Failure> {
+        let failed = |error: VolumeError| Failure::Failed(input.about(&error.to_string()));
+        let named = |name: &str| input.grid.field(Some(name)).map_err(failed);
+        let ticket = Ticket::new();
+        let vectors = match (&self.second_vector, self.second_vector_components.as_deref()) {
+            (_, Some([u, v, w])) => {
+                input.grid.vectors_of([named(u)?, named(v)?, named(w)?], &ticket)
+            }
+            (Some(name), _) => input.grid.vectors(named(name)?, &ticket),
+            (None, _) if self.second_look.is_empty() => return Ok(None),
+            (None, _) => {
+                return Err(Failure::Usage(
+                    "expected --second-vector NAME with --second-look, found no second field; name one, or \
+                     leave it out"
+                        .to_owned(),
+                ));
+            }
+        };
+        let vectors = vectors.map_err(failed)?;
+        note_holes(&vectors);
+        let opening = SecondVectors::new(Arc::new(vectors));
+        let range = |by| vector_range(&opening.field, by, &scene.volume);
+        let look = LookFlags::of(&self.second_look).map_err(Failure::Usage)?;
+        let settings = look.settings(&opening.settings, range, |name| match name {
+            "mode blend" => "--second-look mode=blend".to_owned(),
+            name => format!("--second-look {name}"),
+        });
+        let settings = settings.map_err(Failure::Usage)?;
+        Ok(Some(SecondVectors { settings, ..opening }))
+    }
+
+    /// Seconds that a loop takes.
+    ///
+    /// # Errors
+    /// Seconds without a loop that has any.
+    pub(super) fn loop_seconds(&self, output: &Path) -> Result<f64, Failure> {
+        let is_gif = matches!(LoopFormat::of(output), Ok(LoopFormat::Gif));
+        match self.loop_seconds {
+            Some(_) if self.cycle.is_none() => Err(Failure::Usage(
+                "expected --loop with --loop-seconds, found one picture; add --loop N, or leave it out"
+                    .to_owned(),
+            )),
+            Some(_) if !is_gif => Err(Failure::Usage(
+                "expected a GIF with --loop-seconds, found pictures, which have no speed; write to a name \
+                 that ends in .gif, or leave it out"
+                    .to_owned(),
+            )),
+            seconds => Ok(seconds.unwrap_or(LOOP_SECONDS)),
         }
     }
 
     /// The first flag that was given and changes nothing without vectors.
     fn given(&self) -> Option<&'static str> {
-        [
-            ("--vector-mode", self.vector_mode.is_some()),
-            ("--vector-opacity", self.vector_opacity.is_some()),
-            ("--vector-opacity-by", self.vector_opacity_by.is_some()),
-            ("--vector-colormap", self.vector_colormap.is_some()),
-            ("--vector-color-range", self.vector_color_range.is_some()),
-            ("--vector-color-by", self.vector_color_by.is_some()),
-            ("--vector-color", self.vector_color.is_some()),
-            ("--vector-marks", self.vector_marks.is_some()),
-            ("--vector-stretch", self.vector_stretch.is_some()),
-            ("--vector-extent", self.vector_extent.is_some()),
-            ("--vector-coarser", self.vector_coarser.is_some()),
-            ("--vector-design", self.vector_design.is_some()),
-            ("--vector-foreshortening", self.vector_foreshortening.is_some()),
-            ("--phase", self.phase != 0.0),
-            ("--loop", self.cycle.is_some()),
-        ]
-        .into_iter()
-        .find_map(|(flag, given)| given.then_some(flag))
+        self.look.given().or_else(|| {
+            [
+                ("--second-vector", self.second_vector.is_some()),
+                ("--second-vector-components", self.second_vector_components.is_some()),
+                ("--second-look", !self.second_look.is_empty()),
+                ("--phase", self.phase != 0.0),
+                ("--loop", self.cycle.is_some()),
+            ]
+            .into_iter()
+            .find_map(|(flag, given)| given.then_some(flag))
+        })
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn marks_are_a_colour_or_mapped() {
-        assert_eq!(marks("mapped"), Ok(Marks(None)));
-        assert_eq!(marks("ff8000"), Ok(Marks(Some(Srgb8([255, 128, 0])))));
-        let refused = marks("white").unwrap_err();
-        assert!(refused.contains("found") && refused.contains("mapped"), "{refused}");
+fn note_holes(vectors: &VectorField) {
+    let holes = vectors.vectors.iter().filter(|v| !v.is_finite()).count();
+    if holes > 0 {
+        note(&format!(
+            "{holes} of {} vectors of \"{}\" have no finite length and are not drawn",
+            vectors.vectors.len(),
+            vectors.name
+        ));
     }
 }

@@ -17,7 +17,7 @@ use super::pipelines::{share_constants, vector_constants};
 use super::renderer::Renderer;
 use super::samples::CHUNKS;
 use super::shade::{Shade, ShadeVariant};
-use super::shader::{self, GatherPieces, OWN_PREFIX, SampleLooks, Shader};
+use super::shader::{self, GatherPieces, SampleLooks, Shader};
 use super::timing::Timestamps;
 use super::turns::{self, Among, Layers};
 use crate::kernel::{COEFFICIENTS, FootprintPolynomial, Kernel, RadialKernel, Rim};
@@ -53,6 +53,8 @@ struct Variant {
     looks: Looks,
     polygons: bool,
     vectors: bool,
+    /// Of two fields.
+    two_fields: bool,
 }
 
 /// What samples are.
@@ -84,6 +86,7 @@ impl Variant {
             looks: Looks::Plain,
             polygons: false,
             vectors: false,
+            two_fields: false,
         }
     }
 
@@ -298,6 +301,7 @@ impl Renderer {
         let splats = self.vectors.as_ref().filter(|_| self.slabs_have_vectors);
         let longest = splats.map(|vectors| vectors.longest);
         variant.vectors = longest.is_some();
+        variant.two_fields = splats.is_some_and(|vectors| vectors.are_of_two());
         if variant.polygons && variant.vectors && variant.looks == Looks::Kept {
             // There are no bindings left for what was shaded.
             variant.looks = self.sample_shade().map_or(Looks::Plain, |s| Looks::Shaded(s.variant));
@@ -341,7 +345,7 @@ impl Renderer {
         let shows = table.showing[0][0] <= table.showing[1][0];
         // Any brick, which is known to show nothing.
         let showing = if shows { table.showing } else { [[0; 3]; 2] };
-        (shows || self.polygons.is_some()).then(|| {
+        (shows || self.polygons.is_some() || self.slabs_have_vectors).then(|| {
             Constants {
                 view,
                 settings,
@@ -466,14 +470,14 @@ fn pipeline(
 ) -> wgpu::ComputePipeline {
     let shader = variant.shader();
     let constants = variant.constants();
-    let owned: Vec<(String, f64)> = match variant.vectors {
-        true => {
-            vector_constants().into_iter().map(|(n, v)| (format!("{OWN_PREFIX}{n}"), v)).collect()
-        }
+    let of_vectors = match variant.vectors {
+        true => vector_constants(variant.two_fields),
         false => Vec::new(),
     };
-    let owned = owned.iter().map(|(name, value)| (name.as_str(), *value));
-    let constants: Vec<(&str, f64)> = constants.into_iter().chain(owned).collect();
+    let own: Vec<_> =
+        of_vectors.into_iter().map(|(name, value)| (shader::own_name(name), value)).collect();
+    let own = own.iter().map(|(name, value)| (name.as_str(), *value));
+    let constants: Vec<(&str, f64)> = constants.into_iter().chain(own).collect();
     context.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
         label: Some(shader.name),
         layout: None,

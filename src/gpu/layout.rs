@@ -123,6 +123,11 @@ pub struct Vectors {
     pub picture: [f32; 4],
     pub flags: [u32; 4],
     pub layers: [i32; 4],
+    pub second_x: [f32; 4],
+    pub second_y: [f32; 4],
+    pub second_z: [f32; 4],
+    pub second_origin: [f32; 4],
+    pub second_flags: [u32; 4],
 }
 
 /// `VectorTiles` in `shaders/composite_vectors.wgsl`.

@@ -43,7 +43,7 @@ pub use scattered::{ListTotals, Scattered};
 pub use slabs::{PictureConstants, SlabField};
 pub use sort::MOST_KEYS;
 pub use triangles::GridTotals;
-pub use vectors::VectorSplats;
+pub use vectors::{VectorLook, VectorSplats};
 
 /// What can go wrong on the device.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -117,11 +117,14 @@ pub enum GpuError {
     },
     /// Vectors lie among kernels that tiles draw.
     #[error(
-        "expected a mode that tiles draw, with one sheet a kernel at most, for vectors beside a scalar \
-         field, found one of triangles or of several sheets a kernel; choose --backend auto, \
-         --sheets-per-kernel 1, and another kernel than gouraud, or show the vectors alone"
+        "expected a mode that tiles draw for vectors beside a scalar field, found {found}, which only \
+         triangles draw; choose --backend auto, a smaller --extent or another --kernel, or show the \
+         vectors alone"
     )]
-    VectorsBesideKernels,
+    VectorsBesideTriangles {
+        /// What of the mode is of triangles alone.
+        found: String,
+    },
     /// See [`crate::core::Cancelled`].
     #[error("cancelled")]
     Cancelled,

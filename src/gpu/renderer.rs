@@ -68,7 +68,7 @@ pub struct Renderer {
     /// Vector splats, while a scene has them.
     pub(super) vectors: Option<DeviceVectors>,
     /// Whether the slabs being drawn have them, too.
-    slabs_have_vectors: bool,
+    pub(super) slabs_have_vectors: bool,
     /// While an octree is built on the device.
     pub(super) bricks: Option<BrickBuffers>,
     /// Polygons, while a scene has them.

@@ -156,6 +156,7 @@ impl Lists {
                 slabs: false,
                 front_to_back: false,
                 published: false,
+                two_fields: false,
             },
         }
     }
@@ -255,6 +256,7 @@ impl Renderer {
             slabs,
             front_to_back: settings.order == Order::FrontToBack,
             published: settings.opacity_model == OpacityModel::Published,
+            two_fields: false,
         };
         let mut totals = ListTotals::default();
         let whole = Rectangle::of(view.size);

@@ -206,11 +206,19 @@ fn number(index: Index) -> u32 {
     }
 }
 
+/// Indices at which a table's first and last entries are. One that begins with a step has an entry
+/// before it, or what lies below would be as what lies above.
 fn ends<T>(points: &[(f64, T)]) -> [f64; 2] {
-    match (points.first(), points.last()) {
-        (Some((low, _)), Some((high, _))) => [*low, *high],
-        _ => [0.0; 2],
-    }
+    let (Some(&(low, _)), Some(&(high, _))) = (points.first(), points.last()) else {
+        return [0.0; 2];
+    };
+    let begins_with_step = points.get(1).is_some_and(|(second, _)| *second == low);
+    let cell = match high > low {
+        true => (high - low) / (SHADE_ENTRIES - 2) as f64,
+        // A step and nothing else.
+        false => 1e-3 * low.abs().max(1.0),
+    };
+    if begins_with_step { [low - cell, high] } else { [low, high] }
 }
 
 #[expect(clippy::cast_possible_truncation, reason = "the device has 32 bits")]

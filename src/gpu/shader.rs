@@ -54,13 +54,19 @@ const VECTORS: &str = include_str!("../../shaders/lib/vectors.wgsl");
 /// Before pieces that are of another kernel than those before: their names are the vectors' own.
 const MARKS_OWN: &str = "// Of the splats of vectors:\n";
 /// What those names begin with.
-pub(super) const OWN_PREFIX: &str = "marks_";
+const OWN_PREFIX: &str = "marks_";
 
 /// Whether a name is of one radial kernel: its footprint, its shares, and their coefficients.
 fn is_of_a_kernel(word: &str) -> bool {
     let is_number = |text: &str| !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit());
     matches!(word, "footprint" | "share" | "rim_root")
         || word.strip_prefix(['c', 's']).is_some_and(is_number)
+}
+
+/// What pieces after [`MARKS_OWN`] call something.
+pub(super) fn own_name(word: &str) -> String {
+    let prefix = if is_of_a_kernel(word) { OWN_PREFIX } else { "" };
+    format!("{prefix}{word}")
 }
 
 /// A piece with names of its own for what is of a kernel.
@@ -71,10 +77,7 @@ fn with_own_names(piece: &str) -> String {
     while let Some(start) = rest.find(is_in_word) {
         let end = rest[start..].find(|c| !is_in_word(c)).map_or(rest.len(), |n| start + n);
         renamed.push_str(&rest[..start]);
-        if is_of_a_kernel(&rest[start..end]) {
-            renamed.push_str(OWN_PREFIX);
-        }
-        renamed.push_str(&rest[start..end]);
+        renamed.push_str(&own_name(&rest[start..end]));
         rest = &rest[end..];
     }
     renamed + rest

@@ -94,6 +94,8 @@ struct Variant {
     in_parts: bool,
     looks: LooksVariant,
     vectors: bool,
+    /// Those of two fields.
+    two_fields: bool,
 }
 
 /// What a scene asks for beside its transfer function and its mode.
@@ -266,12 +268,14 @@ impl SlabPass {
         #[expect(clippy::cast_possible_truncation, reason = "a few thousand")]
         let count = table.cells.len() as u32;
         self.marked = None;
+        // An edit seldom changes where something can show.
+        let before = self.table.take().filter(|before| before.shows == shows);
         self.table = Some(SlabTable {
             sums: storage("slab table", bytemuck::cast_slice(&sums)),
             empty: storage("empty space", bytemuck::cast_slice(&empty)),
             empty_words: empty.len() as u64,
             shows,
-            specks: None,
+            specks: before.and_then(|before| before.specks),
             holes_at,
             holes_show,
             coordinate,
@@ -440,6 +444,7 @@ impl SlabPass {
             in_parts: kept.is_some(),
             looks,
             vectors: beside.vectors.is_some(),
+            two_fields: beside.vectors.is_some_and(|(vectors, _)| vectors.are_of_two()),
         };
         let pipeline =
             self.pipelines.entry(variant).or_insert_with(|| compile(context, variant)).clone();
@@ -674,7 +679,7 @@ fn compile(context: &Context, variant: Variant) -> wgpu::ComputePipeline {
     constants.extend(shade.iter().flat_map(ShadeVariant::constants));
     constants.extend(inside.constants());
     if variant.vectors {
-        constants.extend(vector_constants());
+        constants.extend(vector_constants(variant.two_fields));
     }
     let faces = match (shade, variant.kernel) {
         (None, _) => Faces::Unlit,

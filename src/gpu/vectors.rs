@@ -4,29 +4,32 @@
 //! Lists are made for some rows of tiles at a time. While neither the splats nor the view changes they
 //! stay, so that an animated picture at rest costs its compositing alone.
 
+mod frame;
+
 use std::ops::Range;
 use std::sync::Arc;
 
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 
+use self::frame::VectorFrame;
 use super::GpuError;
 use super::buffers::{Growing, read_words};
 use super::compute::groups_of_tiles;
 use super::context::Context;
 use super::frame::Pass;
-use super::layout::{self, LAYER_SLABS, TILE, VECTOR_VEC4S};
-use super::list_plan::{Layers, MOST_LAYER_BITS, Plan, Rectangle, bits_below};
+use super::layout::{self, TILE, VECTOR_VEC4S};
+use super::list_plan::{MOST_LAYER_BITS, Plan, Rectangle};
 use super::pipelines::{ListVariant, VectorVariant};
 use super::renderer::Renderer;
 use super::scattered::{ListTotals, Lists, ListsOf};
 use super::shader;
 use super::timing::Timestamps;
 use crate::core::Camera;
-use crate::kernel::{Kernel, RadialKernel};
+use crate::kernel::Kernel;
 use crate::scene::{OpacityModel, Order, SplatSettings, View};
 use crate::vector::{
-    FORESHORTENINGS, Foreshortening, Level, MARK_COLUMNS, Marks, PHASES, Splat, Splats, VectorMode,
-    VectorSettings, WINDOW,
+    Design, FORESHORTENINGS, Foreshortening, Level, MARK_COLUMNS, MARK_SIDE, Marks, PHASES, Splat,
+    Splats, VectorMode, VectorSettings,
 };
 
 /// Turns that what else a ray walks may take beside a list.
@@ -34,13 +37,20 @@ const TURNS_BESIDE: u64 = 12_000;
 /// The most entries that lists of some rows are made of.
 const MOST_VECTOR_ENTRIES: u32 = 1 << 23;
 
-/// Vector splats to draw, and how.
+/// Splats of one field, and how they look.
 #[derive(Debug, Clone, Copy)]
-pub struct VectorSplats<'a> {
+pub struct VectorLook<'a> {
     /// The splats.
     pub splats: &'a Arc<Splats>,
     /// How they look; those that they were classified by.
     pub settings: &'a VectorSettings,
+}
+
+/// Vector splats to draw, and how.
+#[derive(Debug, Clone, Copy)]
+pub struct VectorSplats<'a> {
+    /// Those of one field, or of two.
+    pub looks: &'a [VectorLook<'a>],
     /// In cycles.
     pub phase: f64,
     /// Visibility's order and opacity model count.
@@ -58,10 +68,14 @@ pub struct VectorSplats<'a> {
 /// What vectors keep on the device.
 #[derive(Debug)]
 pub(super) struct DeviceVectors {
-    splats: Arc<Splats>,
+    /// Of each field, in the order of their records.
+    splats: Vec<Arc<Splats>>,
+    /// Vec4s of a record.
+    record_vec4s: u32,
     records: wgpu::Buffer,
     marks: wgpu::Texture,
-    design: crate::vector::Design,
+    /// Of the tables of marks, one above the other.
+    designs: Vec<Design>,
     settings: wgpu::Buffer,
     tiles: wgpu::Buffer,
     /// What lists there are were made of.
@@ -77,8 +91,7 @@ pub(super) struct DeviceVectors {
 #[derive(Debug, Clone, PartialEq)]
 struct MadeOf {
     view: View,
-    mode: VectorMode,
-    foreshortening: Foreshortening,
+    looks: Vec<(VectorMode, Foreshortening)>,
     slab: f64,
     published: bool,
     order: Order,
@@ -86,20 +99,19 @@ struct MadeOf {
 }
 
 impl DeviceVectors {
-    fn new(
-        context: &Context,
-        splats: &Arc<Splats>,
-        settings: &VectorSettings,
-    ) -> Result<Self, GpuError> {
+    fn new(context: &Context, looks: &[VectorLook<'_>]) -> Result<Self, GpuError> {
         use wgpu::BufferUsages as Usage;
-        let vec4s = VECTOR_VEC4S[usize::from(!splats.own_axes.is_empty())];
-        let bytes = 16 * u64::from(vec4s) * splats.list.len() as u64;
+        // Steps of their own have all splats, or none has.
+        let has_own = looks.iter().any(|look| !look.splats.own_axes.is_empty());
+        let vec4s = VECTOR_VEC4S[usize::from(has_own)];
+        let count: usize = looks.iter().map(|look| look.splats.list.len()).sum();
+        let bytes = 16 * u64::from(vec4s) * count as u64;
         let most = context.limits.max_storage_buffer_binding_size;
         if bytes > most {
             return Err(GpuError::TooLarge {
                 what: "vectors that can show",
                 limit: format!("{} splats", most / (16 * u64::from(vec4s))),
-                found: splats.list.len().to_string(),
+                found: count.to_string(),
                 advice: "lower the opacity of short vectors to 0",
             });
         }
@@ -109,35 +121,46 @@ impl DeviceVectors {
             Usage::STORAGE | Usage::COPY_DST,
             bytes.max(16),
         );
-        match splats.own_axes.as_slice() {
-            [] => context.queue.write_buffer(&records, 0, bytemuck::cast_slice(&splats.list)),
-            axes => {
-                let both = splats.list.iter().zip(axes);
+        let mut at = 0;
+        for VectorLook { splats, .. } in looks {
+            if has_own {
+                let both = splats.list.iter().enumerate();
                 let words: Vec<[f32; 28]> =
-                    both.map(|(splat, axes)| with_axes(splat, axes)).collect();
-                context.queue.write_buffer(&records, 0, bytemuck::cast_slice(&words));
+                    both.map(|(i, splat)| with_axes(splat, &splats.columns_of(i))).collect();
+                context.queue.write_buffer(&records, at, bytemuck::cast_slice(&words));
+            } else {
+                context.queue.write_buffer(&records, at, bytemuck::cast_slice(&splats.list));
             }
+            at += 16 * u64::from(vec4s) * splats.list.len() as u64;
         }
         let storage = |label, size: usize| {
             Growing::make(context, label, Usage::STORAGE | Usage::COPY_DST, size as u64)
         };
+        let designs = designs_of(looks);
         Ok(Self {
-            splats: Arc::clone(splats),
+            splats: looks.iter().map(|look| Arc::clone(look.splats)).collect(),
+            record_vec4s: vec4s,
             records,
-            marks: marks_texture(context, &Marks::new(settings.design)),
-            design: settings.design,
+            marks: marks_texture(context, &designs),
+            designs,
             settings: storage("vectors", size_of::<layout::Vectors>()),
             tiles: storage("vector tiles", size_of::<layout::VectorTiles>()),
             made: None,
             constants: bytemuck::Zeroable::zeroed(),
-            variant: VectorVariant { published: false, back_to_front: false, polygons: false },
+            variant: VectorVariant::default(),
             longest: 0,
         })
     }
 
     pub(super) fn size_bytes(&self) -> u64 {
         let texels: u64 = (0..5).map(|level| 64_u64 >> level).map(|side| side * side).sum();
-        self.records.size() + texels * 4 * (MARK_COLUMNS * PHASES) as u64
+        let tables = self.designs.len() as u64;
+        self.records.size() + tables * texels * 4 * (MARK_COLUMNS * PHASES) as u64
+    }
+
+    /// Whether there are splats of a second field among them.
+    pub(super) fn are_of_two(&self) -> bool {
+        self.splats.len() > 1
     }
 
     /// The records that lists are made of, and what their passes are told.
@@ -184,14 +207,23 @@ fn with_axes(splat: &Splat, axes: &[[f32; 4]; 3]) -> [f32; 28] {
     words
 }
 
-/// Every phase of every column, each beside the next phase, and these beside those of the next column.
-fn marks_texture(context: &Context, marks: &Marks) -> wgpu::Texture {
+/// The tables of marks that fields need: one where their designs are the same.
+fn designs_of(looks: &[VectorLook<'_>]) -> Vec<Design> {
+    let mut designs: Vec<Design> = looks.iter().map(|look| look.settings.design).collect();
+    designs.dedup();
+    designs
+}
+
+/// Every phase of every column, each beside the next phase, and these beside those of the next column;
+/// further tables are below the first.
+fn marks_texture(context: &Context, designs: &[Design]) -> wgpu::Texture {
+    let tables: Vec<Marks> = designs.iter().map(|design| Marks::new(*design)).collect();
     #[expect(clippy::cast_possible_truncation, reason = "a few hundred")]
-    let [side, layers, levels] =
-        [marks.levels[0].side, MARK_COLUMNS * PHASES, marks.levels.len()].map(|n| n as u32);
+    let [side, layers, levels, count] =
+        [MARK_SIDE, MARK_COLUMNS * PHASES, tables[0].levels.len(), tables.len()].map(|n| n as u32);
     let texture = context.device.create_texture(&wgpu::TextureDescriptor {
         label: Some("marks"),
-        size: wgpu::Extent3d { width: side, height: side, depth_or_array_layers: layers },
+        size: wgpu::Extent3d { width: side, height: count * side, depth_or_array_layers: layers },
         mip_level_count: levels,
         sample_count: 1,
         dimension: wgpu::TextureDimension::D2,
@@ -199,24 +231,26 @@ fn marks_texture(context: &Context, marks: &Marks) -> wgpu::Texture {
         usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
         view_formats: &[],
     });
-    for (mip, level) in (0_u32..).zip(&marks.levels) {
-        #[expect(clippy::cast_possible_truncation, reason = "64 at most")]
-        let side = level.side as u32;
-        context.queue.write_texture(
-            wgpu::TexelCopyTextureInfo {
-                texture: &texture,
-                mip_level: mip,
-                origin: wgpu::Origin3d::ZERO,
-                aspect: wgpu::TextureAspect::All,
-            },
-            &texels(level),
-            wgpu::TexelCopyBufferLayout {
-                offset: 0,
-                bytes_per_row: Some(4 * side),
-                rows_per_image: Some(side),
-            },
-            wgpu::Extent3d { width: side, height: side, depth_or_array_layers: layers },
-        );
+    for (table, marks) in (0_u32..).zip(&tables) {
+        for (mip, level) in (0_u32..).zip(&marks.levels) {
+            #[expect(clippy::cast_possible_truncation, reason = "64 at most")]
+            let side = level.side as u32;
+            context.queue.write_texture(
+                wgpu::TexelCopyTextureInfo {
+                    texture: &texture,
+                    mip_level: mip,
+                    origin: wgpu::Origin3d { x: 0, y: table * side, z: 0 },
+                    aspect: wgpu::TextureAspect::All,
+                },
+                &texels(level),
+                wgpu::TexelCopyBufferLayout {
+                    offset: 0,
+                    bytes_per_row: Some(4 * side),
+                    rows_per_image: Some(side),
+                },
+                wgpu::Extent3d { width: side, height: side, depth_or_array_layers: layers },
+            );
+        }
     }
     texture
 }
@@ -244,11 +278,7 @@ impl Renderer {
     ///
     /// # Errors
     /// Too many of them, or an adapter that binds too few buffers.
-    pub fn set_vectors(
-        &mut self,
-        splats: &Arc<Splats>,
-        settings: &VectorSettings,
-    ) -> Result<(), GpuError> {
+    pub fn set_vectors(&mut self, looks: &[VectorLook<'_>]) -> Result<(), GpuError> {
         let offered = self.context.limits.max_storage_buffers_per_shader_stage;
         if offered < super::context::VECTOR_BUFFERS {
             return Err(GpuError::TooLarge {
@@ -259,11 +289,14 @@ impl Renderer {
             });
         }
         let is_there = self.vectors.as_ref().is_some_and(|held| {
-            Arc::ptr_eq(&held.splats, splats) && held.design == settings.design
+            let both = held.splats.iter().zip(looks);
+            held.splats.len() == looks.len()
+                && both.into_iter().all(|(held, look)| Arc::ptr_eq(held, look.splats))
+                && held.designs == designs_of(looks)
         });
         if !is_there {
             self.vectors = None;
-            self.vectors = Some(DeviceVectors::new(&self.context, splats, settings)?);
+            self.vectors = Some(DeviceVectors::new(&self.context, looks)?);
             self.upload_count += 1;
             self.note_bytes();
         }
@@ -288,8 +321,11 @@ impl Renderer {
         let published = what.splat.opacity_model == OpacityModel::Published;
         let made_of = |rows: &Range<u32>| MadeOf {
             view: *view,
-            mode: what.settings.mode,
-            foreshortening: what.settings.foreshortening,
+            looks: what
+                .looks
+                .iter()
+                .map(|l| (l.settings.mode, l.settings.foreshortening))
+                .collect(),
             slab: what.slab,
             published,
             order: what.splat.order,
@@ -313,14 +349,15 @@ impl Renderer {
             }
         }
         let Some(vectors) = &self.vectors else { return Ok(rows) };
-        let splats = Arc::clone(&vectors.splats);
+        let (record_vec4s, are_of_two) = (vectors.record_vec4s, vectors.are_of_two());
+        let total: usize = vectors.splats.iter().map(|splats| splats.list.len()).sum();
         let too_many = |most: u64, found: u64| GpuError::TooManyVectors { most, found };
-        let frame = VectorFrame::new(view, &splats, what);
+        let Some(frame) = VectorFrame::new(view, what) else { return Ok(rows) };
         let layers = frame
             .layers(what.slab)
             .ok_or_else(|| too_many(1 << MOST_LAYER_BITS, frame.layer_count(what.slab)))?;
         #[expect(clippy::cast_possible_truncation, reason = "bound by what one buffer holds")]
-        let count = splats.list.len() as u32;
+        let count = total as u32;
         let front_to_back = what.splat.order == Order::FrontToBack;
         let lists = self.lists.get_or_insert_with(|| Lists::new(&self.context));
         lists.reserve(&self.context, u64::from(count));
@@ -331,14 +368,20 @@ impl Renderer {
             slabs: true,
             front_to_back,
             published,
+            two_fields: are_of_two,
         };
         let constants = frame.constants();
         self.context.queue.write_buffer(&self.frame, 0, bytemuck::bytes_of(&constants));
         let columns = view.size[0].div_ceil(TILE);
         let vectors = self.vectors.as_mut().ok_or(GpuError::Cancelled)?;
         let back_to_front = !front_to_back;
-        vectors.variant = VectorVariant { published, back_to_front, polygons: false };
-        vectors.constants = frame.vectors(view, &splats, what, layers, columns);
+        vectors.variant = VectorVariant {
+            published,
+            back_to_front,
+            two_fields: are_of_two,
+            ..VectorVariant::default()
+        };
+        vectors.constants = frame.vectors(view, what, record_vec4s, layers, columns);
         self.write_vectors(what);
         loop {
             let plan = Plan {
@@ -456,142 +499,5 @@ impl Renderer {
         let [.., ranges] = lists.made();
         let ranges = read_words(&self.context, ranges, 8 * u64::from(tiles))?;
         Ok(ranges.chunks_exact(2).map(|r| r[1].saturating_sub(r[0])).max().unwrap_or(0))
-    }
-}
-
-/// Where splats land: their view in pixels.
-struct VectorFrame {
-    /// View space from units, pixels.
-    view_from_unit: DMat3,
-    /// View-space position of the origin of the splats, pixels.
-    origin: DVec3,
-    /// View depth of it beyond the lattice's centre, pixels.
-    beyond: f64,
-    eye_distance: Option<f64>,
-    size: [u32; 2],
-    /// Of the ellipse that is drawn, in kernel space.
-    radius: f64,
-    /// Depths that splats reach, beyond the lattice's centre, pixels.
-    reach: [f64; 2],
-}
-
-impl VectorFrame {
-    fn new(view: &View, splats: &Splats, what: &VectorSplats<'_>) -> Self {
-        let (camera, mode) = (what.camera, what.settings.mode);
-        let natural = RadialKernel::new(Kernel::Cubic, None).map_or(1.0, RadialKernel::radius);
-        let radius = natural * if mode == VectorMode::Blend { 1.0 } else { WINDOW };
-        let pixels = view.pixels_per_unit;
-        let view_from_unit = camera.view_from_world_rotation() * (pixels * splats.unit);
-        let origin = camera.to_view(splats.origin) * pixels;
-        let beyond = camera.direction.dot(splats.origin - what.centre) * pixels;
-        let along = view_from_unit.transpose().z_axis;
-        let mut reach = [0.0_f64; 2];
-        for (i, splat) in splats.list.iter().enumerate() {
-            let middle = beyond + along.dot(DVec3::from(splat.centre.map(f64::from)));
-            // A row of the map is as long as the splat is deep.
-            let axes = splats.axes_of(i) * f64::from(splat.size);
-            let longest = axes.x_axis.length() + axes.y_axis.length() + axes.z_axis.length();
-            let depth =
-                longest * splats.stretch * (splats.radius / natural) * radius * along.length();
-            reach = [reach[0].min(middle - depth), reach[1].max(middle + depth)];
-        }
-        Self {
-            view_from_unit,
-            origin,
-            beyond,
-            eye_distance: view.eye_distance,
-            size: view.size,
-            radius,
-            reach,
-        }
-    }
-
-    /// Layers that splats lie in, however many.
-    fn layer_count(&self, slab: f64) -> u64 {
-        let layer = slab * f64::from(LAYER_SLABS);
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates")]
-        let count = ((self.reach[1] - self.reach[0]) / layer).ceil() as u64;
-        count
-    }
-
-    fn layers(&self, slab: f64) -> Option<Layers> {
-        let layer = slab * f64::from(LAYER_SLABS);
-        // One more on each side: the device rounds.
-        let first = (self.reach[0] / layer).floor() - 1.0;
-        let count = (self.reach[1] / layer).floor() + 2.0 - first;
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "2^22 at most")]
-        (count <= f64::from(1_u32 << MOST_LAYER_BITS)).then_some(Layers {
-            first: first as i32,
-            count: count as u32,
-            slab,
-        })
-    }
-
-    /// Of the pass that projects: lengths in units, the origin's at 0.
-    #[expect(clippy::cast_possible_truncation, reason = "the device has 32 bits")]
-    fn constants(&self) -> layout::Frame {
-        let m = self.view_from_unit;
-        let column = |v: DVec3| v.as_vec3().extend(0.0).to_array();
-        let half = self.size.map(|n| n as f32 / 2.0);
-        // What extinctions are given per: a unit.
-        let unit_pixels = m.x_axis.length();
-        layout::Frame {
-            view_x: column(m.x_axis),
-            view_y: column(m.y_axis),
-            view_z: column(m.z_axis),
-            view_centre: self
-                .origin
-                .as_vec3()
-                .extend(self.eye_distance.unwrap_or(0.0) as f32)
-                .to_array(),
-            lattice_centre: [0.0; 4],
-            footprint: [0.0; 4],
-            half_size: half,
-            radius: self.radius as f32,
-            extinction_scale: (1.0 / unit_pixels).min(1e20) as f32,
-            footprint_scale: 1.0,
-            padding0: 0.0,
-            padding1: 0.0,
-            padding2: 0.0,
-        }
-    }
-
-    #[expect(clippy::cast_possible_truncation, reason = "the device has 32 bits")]
-    fn vectors(
-        &self,
-        view: &View,
-        splats: &Splats,
-        what: &VectorSplats<'_>,
-        layers: Layers,
-        columns: u32,
-    ) -> layout::Vectors {
-        let natural = RadialKernel::new(Kernel::Cubic, None);
-        let natural_radius = natural.map_or(1.0, RadialKernel::radius);
-        let middle = natural.map_or(1.0, |kernel| kernel.footprint(0.0));
-        let extent = splats.radius / natural_radius;
-        let with = |v: DVec3, w: f64| v.as_vec3().extend(w as f32).to_array();
-        let finest = crate::vector::MARK_SIDE as f64;
-        let window = WINDOW * natural_radius / self.radius;
-        let half = view.size.map(|n| n as f32 / 2.0);
-        // Far to near nothing is hidden before it is drawn.
-        let stop = if what.splat.order == Order::FrontToBack { what.stop_below } else { 0.0 };
-        layout::Vectors {
-            axis_x: with(splats.axes.x_axis, splats.stretch),
-            axis_y: with(splats.axes.y_axis, extent),
-            axis_z: with(splats.axes.z_axis, finest),
-            depth: [self.beyond as f32, what.slab as f32, stop, 0.0],
-            picture: [half[0], half[1], window as f32, (1.0 / middle) as f32],
-            flags: [
-                VECTOR_VEC4S[usize::from(!splats.own_axes.is_empty())],
-                u32::from(what.settings.mode == VectorMode::Blend),
-                match what.settings.foreshortening {
-                    Foreshortening::Table => 0,
-                    Foreshortening::Polygon => 1,
-                    Foreshortening::Coordinates => 2,
-                },
-                bits_below(layers.count),
-            ],
-            layers: [layers.first, layers.count.cast_signed(), 0, columns.cast_signed()],
-        }
     }
 }

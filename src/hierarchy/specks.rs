@@ -52,16 +52,24 @@ impl Bricks<'_> {
         let (stride, n) = (self.stride(axis), self.dims[axis]);
         // Where an axis has fewer bricks, all of them are as long as it gets.
         let side = side.min(n);
-        let mut found = of.to_vec();
-        for step in 1..side {
-            let shift = step * stride;
-            for (i, found) in found.iter_mut().enumerate() {
-                let at = i / stride % n;
-                let other = match all {
-                    true => at + step < n && of[i + shift],
-                    false => at >= step && of[i - shift],
-                };
-                *found = if all { *found && other } else { *found || other };
+        // For each line along the axis, how many in a row are set, or for how many more the last counts.
+        let mut counts = vec![0; stride];
+        let (next, least): (fn(usize, bool, usize) -> usize, _) = match all {
+            true => (|count, is_set, _| if is_set { count + 1 } else { 0 }, side),
+            false => (|count, is_set, side| if is_set { side } else { count.saturating_sub(1) }, 1),
+        };
+        let mut found = vec![false; of.len()];
+        for (of, found) in of.chunks(stride * n).zip(found.chunks_mut(stride * n)) {
+            counts.fill(0);
+            for step in 0..n {
+                let from = stride * if all { n - 1 - step } else { step };
+                let row = from..from + stride;
+                for ((count, &is_set), found) in
+                    counts.iter_mut().zip(&of[row.clone()]).zip(&mut found[row])
+                {
+                    *count = next(*count, is_set, side);
+                    *found = *count >= least;
+                }
             }
         }
         found
@@ -208,6 +216,24 @@ mod tests {
         // A vessel, from border to border.
         let vessel = of(|p| p[1] == 20 && p[2] == 20, 3);
         assert_eq!((vessel.len(), vessel[0].boxes.len()), (1, 12 * 4));
+    }
+
+    #[test]
+    fn runs_are_what_they_are_counted_to_be() {
+        let dims = [7, 5, 6];
+        let shows: Vec<bool> = (0..210_usize).map(|i| i * i % 11 < 6 || i % 13 < 4).collect();
+        let bricks = Bricks { dims, shows: &shows };
+        for (axis, side) in [(0, 1), (0, 3), (1, 2), (1, 5), (2, 4), (2, 9)] {
+            let (stride, n) = (bricks.stride(axis), dims[axis]);
+            let side_here = side.min(n);
+            for i in 0..shows.len() {
+                let at = bricks.place(i)[axis];
+                let all = at + side_here <= n && (0..side_here).all(|s| shows[i + s * stride]);
+                let any = (0..side_here.min(at + 1)).any(|s| shows[i - s * stride]);
+                assert_eq!(bricks.run(&shows, axis, side, true)[i], all, "{axis} {side} {i}");
+                assert_eq!(bricks.run(&shows, axis, side, false)[i], any, "{axis} {side} {i}");
+            }
+        }
     }
 
     #[test]

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::RefKernel;
 use super::classes::Classes;
 use super::field::{Field, Shape};
-use super::inside::{Layer, Opening, Part, Slice, Surface, woven};
+use super::inside::{Layer, Opening, Part, Slice, Surface, woven, woven_among};
 use super::kernels::grid_kernels;
 use super::layers::{self, Planes};
 use super::mesh::Meshes;
@@ -49,7 +49,7 @@ pub struct Reference {
     shape: Option<RadialKernel>,
     opening: Opening,
     source: Source,
-    vectors: Option<Vectors>,
+    vectors: Vec<Vectors>,
     alone: bool,
     polygons: Option<Polygons>,
 }
@@ -227,10 +227,10 @@ impl Reference {
     /// One ray, with the polygons that a sample of its pixel sees, from the eye inwards.
     fn traced(&self, pixel: [usize; 2], ray: &Line, polygons: &[Surface]) -> [f64; 4] {
         let ray = *ray;
-        if let Some(vectors) = self.vectors.as_ref().filter(|_| self.alone) {
+        if self.alone && !self.vectors.is_empty() {
             let mut planes = self.slabs(&ray);
-            planes.step *= vectors.step() / self.lattice.smallest_spacing();
-            let sums = vectors.sums(&ray, &planes, ENDLESS);
+            planes.step *= Vectors::step(&self.vectors) / self.lattice.smallest_spacing();
+            let sums = Vectors::sums(&self.vectors, &ray, &planes, ENDLESS);
             let layers = woven(&merged(Vec::new(), &sums, &planes, ENDLESS), polygons);
             return layers::composite(&layers, self.splat.opacity_model, self.splat.order);
         }
@@ -244,7 +244,7 @@ impl Reference {
                 let part = self.opening.part((field, classes), &ray, &line);
                 let mut part = match part {
                     Some(part) => part,
-                    None if self.vectors.is_none() && polygons.is_empty() => return [0.0; 4],
+                    None if self.vectors.is_empty() && polygons.is_empty() => return [0.0; 4],
                     // Nothing but vectors and polygons, perhaps.
                     None => Part { ends: [0.0; 2], surfaces: Vec::new() },
                 };
@@ -273,11 +273,12 @@ impl Reference {
                     shade,
                     &part,
                 );
-                let slabs = match &self.vectors {
-                    None => slabs,
-                    Some(vectors) => {
+                let slabs = match self.vectors.as_slice() {
+                    [] => slabs,
+                    vectors => {
                         let kept = self.opening.kept(&ray, &line, ENDLESS, &mut false);
-                        merged(slabs, &vectors.sums(&ray, &planes, kept), &planes, kept)
+                        let sums = Vectors::sums(vectors, &ray, &planes, kept);
+                        merged(slabs, &sums, &planes, kept)
                     }
                 };
                 woven(&slabs, &part.surfaces)
@@ -311,17 +312,15 @@ impl Reference {
     /// Kernels that are shaded first, by the mode, and the surfaces among them from the eye inwards.
     ///
     /// Samples and whole slices stay whole: a surface has its turn between two slices of the traversal, as
-    /// a sample would in its place, and a slab of vectors as one in its middle. What is summed up between two planes is taken to be as dense everywhere
-    /// there, and split.
+    /// a sample would in its place, and a slab of vectors as one in its middle. What is summed up between
+    /// two planes is taken to be as dense everywhere there, and split by both; in slabs, which vectors
+    /// have in common with kernels, by surfaces.
     fn splatted(&self, hits: Vec<Hit>, ray: &Line, surfaces: &[Surface]) -> [f64; 4] {
         let (shape, from) = (self.shape, ray.from);
         if self.exact {
             return truth::shade_first(&hits, shape, from, self.tolerance, surfaces);
         }
-        let split = |planes: Planes| {
-            let sums = layers::between_planes(&hits, shape, &planes, from);
-            woven(&self.beside(sums, ray, &planes), surfaces)
-        };
+        let between = |planes: &Planes| layers::between_planes(&hits, shape, planes, from);
         let layers = match self.splat.visibility {
             Visibility::EverySample => {
                 layers::every_sample(hits, shape, from, &self.seats(ray, surfaces))
@@ -329,32 +328,43 @@ impl Reference {
             Visibility::Sheets if self.splat.sheets_per_kernel == 1 => {
                 layers::slices(&hits, shape, from, &self.seats(ray, surfaces))
             }
-            Visibility::Sheets => split(self.sheets(ray)),
-            Visibility::Slabs => split(self.slabs(ray)),
+            Visibility::Sheets => {
+                woven_among(&between(&self.sheets(ray)), &self.others(ray, surfaces))
+            }
+            Visibility::Slabs => {
+                let planes = self.slabs(ray);
+                woven(&self.beside(between(&planes), ray, &planes), surfaces)
+            }
         };
         layers::composite(&layers, self.splat.opacity_model, self.splat.order)
     }
 
     /// What slabs hold, with what they hold of vectors.
     fn beside(&self, slabs: Vec<Slice>, ray: &Line, planes: &Planes) -> Vec<Slice> {
-        match &self.vectors {
-            None => slabs,
-            Some(vectors) => merged(slabs, &vectors.sums(ray, planes, ENDLESS), planes, ENDLESS),
+        if self.vectors.is_empty() {
+            return slabs;
         }
+        merged(slabs, &Vectors::sums(&self.vectors, ray, planes, ENDLESS), planes, ENDLESS)
     }
 
-    /// Surfaces and slabs of vectors, these in their middles, from the eye inwards, and how many slices of
-    /// the traversal are farther than each: if it is close behind one, that too.
+    /// Surfaces and slabs of vectors, these in their middles, from the eye inwards.
+    fn others(&self, ray: &Line, surfaces: &[Surface]) -> Vec<(f64, Layer)> {
+        let planes = self.slabs(ray);
+        let slabs = Vectors::sums(&self.vectors, ray, &planes, ENDLESS);
+        let middle = |slab| f64::midpoint(planes.face(slab), planes.face(slab + 1));
+        let slabs = slabs.into_iter().map(|(slab, sum)| (middle(slab), Layer::Matter(sum)));
+        let surfaces = surfaces.iter().map(|surface| (surface.t, Layer::Surface(*surface)));
+        let mut others: Vec<_> = surfaces.chain(slabs).collect();
+        others.sort_by(|(a, _), (b, _)| a.total_cmp(b));
+        others
+    }
+
+    /// The same, and how many slices of the traversal are farther than each: if it is close behind one,
+    /// that too.
     fn seats(&self, ray: &Line, surfaces: &[Surface]) -> Vec<layers::Seated> {
-        let mut others: Vec<(f64, Layer)> =
-            surfaces.iter().map(|surface| (surface.t, Layer::Surface(*surface))).collect();
-        if let Some(vectors) = &self.vectors {
-            let planes = self.slabs(ray);
-            let sums = vectors.sums(ray, &planes, ENDLESS);
-            others.extend(sums.into_iter().map(|(slab, sum)| {
-                (f64::midpoint(planes.face(slab), planes.face(slab + 1)), Layer::Matter(sum))
-            }));
-            others.sort_by(|(a, _), (b, _)| a.total_cmp(b));
+        let others = self.others(ray, surfaces);
+        if others.is_empty() {
+            return Vec::new();
         }
         let (order, runs) = super::kernels::loops(&self.lattice, &self.camera);
         let axis = order[0];

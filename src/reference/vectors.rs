@@ -3,6 +3,9 @@
 //! Knows of a splat what [`Splats`] says of it, the table of marks, and h(r); its footprint on the
 //! picture, and what each slab has of it, are found along the pixel's own ray in kernel space.
 
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
 use glam::{DMat3, DVec2, DVec3};
 
 use super::inside::Slice;
@@ -16,11 +19,12 @@ use crate::scene::{OpacityModel, Scene};
 use crate::vector::{
     Foreshortening, Marks, Seen, Splats, VectorMode, VectorPyramid, VectorSettings, WINDOW,
 };
+use crate::volume::VectorField;
 
 /// Splats are not shortened, nor coordinates stretched, beyond this.
 const LEAST_ACROSS: f64 = 0.1;
 
-/// A scene's vectors.
+/// One of a scene's vector fields.
 pub(super) struct Vectors {
     settings: VectorSettings,
     phase: f64,
@@ -52,16 +56,31 @@ struct Seat {
 }
 
 impl Vectors {
-    /// `None` for a scene without vectors. `height` of the picture in pixels.
-    pub(super) fn of(scene: &Scene, height: f64) -> Option<Self> {
-        let layer = scene.vectors.as_ref()?;
-        let settings = layer.settings.clone();
+    /// The fields of a scene, none where it has no vectors. `height` of the picture in pixels.
+    pub(super) fn of(scene: &Scene, height: f64) -> Vec<Self> {
+        let Some(layer) = &scene.vectors else { return Vec::new() };
+        let fields = std::iter::once((&layer.field, &layer.settings));
+        let second = layer.second.iter().map(|second| (&second.field, &second.settings));
+        let of = |(field, settings): (&Arc<VectorField>, &VectorSettings)| {
+            Self::of_field(scene, field, settings, layer.phase, height)
+        };
+        fields.chain(second).filter_map(of).collect()
+    }
+
+    fn of_field(
+        scene: &Scene,
+        field: &VectorField,
+        settings: &VectorSettings,
+        phase: f64,
+        height: f64,
+    ) -> Option<Self> {
+        let settings = settings.clone();
         let published = scene.splat.opacity_model == OpacityModel::Published;
         let unit_distance = scene.opacity_unit_distance();
         let scalar = Some(&*scene.volume);
         let ticket = Ticket::new();
         let finest =
-            Splats::new(&layer.field, &settings, scalar, unit_distance, published, &ticket).ok()?;
+            Splats::new(field, &settings, scalar, unit_distance, published, &ticket).ok()?;
         // What coarser splats are is the pyramid's to say, and tested there.
         let mut levels = VectorPyramid::new(finest, published, settings.seed, &ticket).ok()?.levels;
         let level = (settings.coarser as usize).min(levels.len() - 1);
@@ -70,9 +89,9 @@ impl Vectors {
         // h(r / WINDOW), as it is as high in the middle.
         let window = RadialKernel::new(Kernel::Cubic, Some(kernel.radius() * WINDOW))?;
         let mut vectors = Self {
+            phase,
+            marks: Marks::new(settings.design),
             settings,
-            phase: layer.phase,
-            marks: Marks::new(layer.settings.design),
             camera: scene.camera,
             pixels_per_unit: scene.camera.pixels_per_unit(height),
             published,
@@ -123,15 +142,36 @@ impl Vectors {
         (level.max(0.0) as usize).min(self.marks.levels.len() - 1)
     }
 
-    /// World distance between the faces of slabs that hold nothing else, one a step of the vectors.
-    pub(super) fn step(&self) -> f64 {
-        self.step
+    /// World distance between the faces of slabs that hold nothing else: a step of the vectors, of
+    /// several fields the least of one that shows.
+    pub(super) fn step(fields: &[Self]) -> f64 {
+        let shown = fields.iter().filter(|field| !field.splats.is_empty());
+        let least = shown.map(|field| field.step).fold(f64::INFINITY, f64::min);
+        if least.is_finite() { least } else { fields.first().map_or(1.0, |field| field.step) }
     }
 
-    /// What each slab has of the splats that a ray meets between two places, by the slab's number: depth
-    /// (or opacity) and its products with red, green and blue.
-    pub(super) fn sums(&self, ray: &Line, planes: &Planes, kept: [f64; 2]) -> Vec<(i64, Density)> {
-        let mut sums = std::collections::BTreeMap::<i64, Density>::new();
+    /// What each slab has of the splats of all fields that a ray meets between two places, by the slab's
+    /// number: depth (or opacity) and its products with red, green and blue.
+    pub(super) fn sums(
+        fields: &[Self],
+        ray: &Line,
+        planes: &Planes,
+        kept: [f64; 2],
+    ) -> Vec<(i64, Density)> {
+        let mut sums = BTreeMap::new();
+        for field in fields {
+            field.add_to(&mut sums, ray, planes, kept);
+        }
+        sums.into_iter().collect()
+    }
+
+    fn add_to(
+        &self,
+        sums: &mut BTreeMap<i64, Density>,
+        ray: &Line,
+        planes: &Planes,
+        kept: [f64; 2],
+    ) {
         for seat in &self.splats {
             let Some(touch) = self.touch(seat, ray) else { continue };
             let Touch { start, step, kernel, amount, colour } = touch;
@@ -152,7 +192,6 @@ impl Vectors {
                 }
             }
         }
-        sums.into_iter().collect()
     }
 
     /// How a ray meets a splat: `None` where it passes beside it.

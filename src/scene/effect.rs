@@ -29,6 +29,8 @@ pub enum Effect {
     Slices,
     /// Vector splats.
     Vectors,
+    /// Those of the second field among them.
+    SecondVectors,
     /// Triangles of files, streamlines and arrows.
     Polygons,
 }
@@ -48,6 +50,7 @@ impl Effect {
         Self::Isosurfaces,
         Self::Slices,
         Self::Vectors,
+        Self::SecondVectors,
         Self::Polygons,
     ];
 
@@ -66,6 +69,7 @@ impl Effect {
             Self::Isosurfaces => "isosurfaces",
             Self::Slices => "slices",
             Self::Vectors => "vectors",
+            Self::SecondVectors => "second vectors",
             Self::Polygons => "polygons",
         }
     }
@@ -90,6 +94,11 @@ impl Effect {
             Self::Isosurfaces => inside.isosurfaces.clear(),
             Self::Slices => inside.slices.clear(),
             Self::Vectors => other.vectors = None,
+            Self::SecondVectors => {
+                if let Some(layer) = &mut other.vectors {
+                    layer.second = None;
+                }
+            }
             Self::Polygons => other.polygons.clear(),
         }
         (!other.makes_same_picture(scene)).then_some(other)
@@ -101,8 +110,9 @@ mod tests {
     use std::sync::Arc;
 
     use super::*;
-    use crate::scene::{Amounts, ClipBox, Index, Lighting, opening};
-    use crate::volume::{Lattice, Samples, ScalarVolume};
+    use crate::core::Ticket;
+    use crate::scene::{Amounts, ClipBox, Index, Lighting, SecondVectors, VectorLayer, opening};
+    use crate::volume::{Lattice, Places, Samples, ScalarVolume, VectorField};
 
     #[test]
     fn every_effect_that_a_scene_names_can_be_left_out_and_no_other() {
@@ -115,8 +125,18 @@ mod tests {
         let points = vec![(0.0, 0.5)];
         scene.shading.modulation = Some(Amounts { index: Index::Value, points });
         scene.inside.clip.bounds = Some(ClipBox { low: [0.0; 3], high: [0.5; 3] });
+        let vectors = vec![glam::Vec3::X; 8].into();
+        let places = Places::Lattice(Lattice::unit([2; 3]));
+        let field = VectorField::new("v", places, vectors, &Ticket::new()).unwrap();
+        let field = Arc::new(field);
+        let mut layer = VectorLayer::new(Arc::clone(&field), false);
+        layer.second = Some(SecondVectors::new(field));
+        scene.vectors = Some(layer);
         let named = scene.effects();
-        assert_eq!(named, ["gradients", "lights", "modulation table", "clip"]);
+        assert_eq!(
+            named,
+            ["gradients", "lights", "modulation table", "clip", "vectors", "second vectors"]
+        );
         for effect in Effect::ALL {
             let is_named = named.contains(&effect.name()) || *effect == Effect::Shading;
             let without = effect.left_out_of(&scene);

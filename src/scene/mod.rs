@@ -34,7 +34,7 @@ pub use shading::{
     Amounts, Attached, BASE_OPACITY, Colours, Index, LEAST_STRENGTH, Light, Lighting, MOST_LIGHTS,
     Shading, ShadingError, ShadingPreset, ShadingSpace, strong_gradient,
 };
-pub use vectors::VectorLayer;
+pub use vectors::{SecondVectors, VectorLayer, vector_range};
 pub use view::{MOST_RAYS, Traversal, View};
 
 use std::sync::Arc;
@@ -96,16 +96,16 @@ impl Scene {
         self.vectors.as_ref().is_some_and(|layer| layer.alone)
     }
 
-    /// Whether vectors are to lie beside a field whose mode has no room for them: triangles draw it, or
-    /// its sheets cut kernels.
-    pub fn lacks_room_for_vectors(&self) -> bool {
-        let SplatSettings { visibility, classify, kernel, sheets_per_kernel, .. } = self.splat;
-        let cuts = visibility == Visibility::Sheets
-            && sheets_per_kernel > 1
-            && kernel != crate::kernel::Kernel::Point;
-        let has_none = cuts || self.splat.drawn_by_triangles_alone().is_some();
+    /// Whether two vector fields are drawn.
+    pub fn has_second_vectors(&self) -> bool {
+        self.vectors.as_ref().is_some_and(|layer| layer.second.is_some())
+    }
+
+    /// What draws a field in triangles alone, among which there is no room for its vectors.
+    pub fn lacks_room_for_vectors(&self) -> Option<String> {
         let is_beside = self.vectors.is_some() && !self.hides_field();
-        is_beside && classify == Classify::Before && has_none
+        let shades_first = self.splat.classify == Classify::Before;
+        self.splat.drawn_by_triangles_alone().filter(|_| is_beside && shades_first)
     }
 
     /// Whether lights or tables shade its samples, before kernels are put together.
@@ -118,7 +118,7 @@ impl Scene {
     /// Whether only rays through samples that are shaded first show all of it: lights or tables shade
     /// these, or polygons or vectors lie among them.
     pub fn needs_gathering(&self) -> bool {
-        let has_vectors = self.vectors.is_some() && !self.lacks_room_for_vectors();
+        let has_vectors = self.vectors.is_some() && self.lacks_room_for_vectors().is_none();
         let has_others = (self.has_polygons() || has_vectors) && !self.hides_field();
         self.shades_samples() || self.splat.classify == Classify::Before && has_others
     }
@@ -146,6 +146,9 @@ impl Scene {
                 effects.extend(self.inside.effects());
             }
             effects.push("vectors");
+            if self.has_second_vectors() {
+                effects.push("second vectors");
+            }
         } else {
             effects.extend(self.inside.effects());
         }

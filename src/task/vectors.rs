@@ -10,7 +10,7 @@ use super::draw::{DrawError, Drawer, Observer};
 use super::slabs::{self, STOP_BELOW};
 use crate::core::{Cancelled, Ticket};
 use crate::gpu::layout::TILE;
-use crate::gpu::{GpuError, Renderer, SlabField, VectorSplats};
+use crate::gpu::{GpuError, Renderer, SlabField, VectorLook, VectorSplats};
 use crate::scene::{OpacityModel, Scene, VectorLayer, View};
 use crate::vector::{ColourBy, Design, Foreshortening, Splats, VectorPyramid, VectorSettings};
 use crate::volume::{ScalarVolume, VectorField};
@@ -36,17 +36,17 @@ struct Key {
 }
 
 impl Key {
-    fn of(scene: &Scene, layer: &VectorLayer) -> Self {
-        let by_scalar = [layer.settings.opacity_by, layer.settings.colour_by];
+    fn of(scene: &Scene, field: &Arc<VectorField>, settings: &VectorSettings) -> Self {
+        let by_scalar = [settings.opacity_by, settings.colour_by];
         let needs_scalar = by_scalar.contains(&ColourBy::Scalar);
         Self {
-            field: Arc::clone(&layer.field),
+            field: Arc::clone(field),
             scalar: needs_scalar.then(|| Arc::clone(&scene.volume)),
             settings: VectorSettings {
                 coarser: 0,
                 design: Design::default(),
                 foreshortening: Foreshortening::default(),
-                ..layer.settings.clone()
+                ..settings.clone()
             },
             unit_distance: scene.opacity_unit_distance(),
             published: scene.splat.opacity_model == OpacityModel::Published,
@@ -77,10 +77,10 @@ impl PartialEq for Key {
     }
 }
 
-/// The splats of the scene drawn last, finest level first, and those under way.
+/// The splats of the scene drawn last, of each field and the finest level first, and those under way.
 #[derive(Debug, Default)]
 pub(super) struct VectorJob {
-    held: Option<(Key, Vec<Arc<Splats>>)>,
+    held: Vec<(Key, Vec<Arc<Splats>>)>,
     under_way: Option<UnderWay>,
 }
 
@@ -103,7 +103,8 @@ impl Drop for VectorJob {
 #[derive(Debug, Clone)]
 pub(super) struct PictureVectors {
     scene: Scene,
-    splats: Arc<Splats>,
+    /// Of each field.
+    splats: Vec<Arc<Splats>>,
     slab: f64,
     /// Whether there are means of them, too.
     has_coarser: bool,
@@ -117,7 +118,7 @@ impl PictureVectors {
 
     /// Splats in the picture, or beside it.
     pub(super) fn count(&self) -> u64 {
-        self.splats.list.len() as u64
+        self.splats.iter().map(|splats| splats.list.len() as u64).sum()
     }
 
     /// Makes the lists of the tiles from `first` on, and as many rows after as fit; the one after the
@@ -131,8 +132,7 @@ impl PictureVectors {
         let Some(layer) = &self.scene.vectors else { return Ok(tiles.end) };
         let columns = view.size[0].div_ceil(TILE);
         let what = VectorSplats {
-            splats: &self.splats,
-            settings: &layer.settings,
+            looks: &looks(&self.splats, layer),
             phase: layer.phase,
             splat: &self.scene.splat,
             camera: &self.scene.camera,
@@ -143,6 +143,17 @@ impl PictureVectors {
         let rows = tiles.start / columns..tiles.end / columns;
         Ok(renderer.make_vector_lists(view, &what, rows)?.end * columns)
     }
+}
+
+/// How the splats of each field of a layer look.
+fn looks<'a>(splats: &'a [Arc<Splats>], layer: &'a VectorLayer) -> Vec<VectorLook<'a>> {
+    let both = splats.iter().zip(layer.looks());
+    both.map(|(splats, (_, settings))| VectorLook { splats, settings }).collect()
+}
+
+/// Width of a splat in steps of its grid.
+fn size_of(splats: &Splats) -> f64 {
+    splats.list.first().map_or(1.0, |splat| f64::from(splat.size))
 }
 
 /// Whether a scene shows vectors and nothing else.
@@ -169,35 +180,45 @@ impl Drawer {
             return Ok(None);
         };
         let spacing = scene.volume.lattice.smallest_spacing();
-        let key = Key::of(scene, layer);
-        if self.vectors.held.as_ref().is_none_or(|(held, _)| *held != key) {
+        for (i, (field, settings)) in layer.looks().enumerate() {
+            let key = Key::of(scene, field, settings);
+            if self.vectors.held.get(i).is_some_and(|(held, _)| *held == key) {
+                continue;
+            }
             let levels = self.vector_levels(&key, observer)?;
-            self.vectors.held = Some((key, levels));
+            match self.vectors.held.get_mut(i) {
+                Some(held) => *held = (key, levels),
+                None => self.vectors.held.push((key, levels)),
+            }
         }
-        let Some((_, levels)) = &self.vectors.held else { return Ok(None) };
+        self.vectors.held.truncate(layer.looks().count());
         let least = if view.enlarged > 1.0 { LEAST_QUICK_RADIUS_PX } else { LEAST_RADIUS_PX };
-        let radius_px = |splats: &Splats| {
-            let size = splats.list.first().map_or(1.0, |splat| f64::from(splat.size));
-            splats.radius * size * splats.unit * view.pixels_per_unit
-        };
+        let radius_px =
+            |splats: &Splats| splats.radius * size_of(splats) * splats.unit * view.pixels_per_unit;
         let is_large = |splats: &&Arc<Splats>| radius_px(splats) >= least;
-        let coarsest = levels.len().saturating_sub(1);
-        let first = coarsest.min((layer.settings.coarser + halved) as usize);
-        let asked = &levels[first..];
-        let Some(splats) = asked.iter().find(is_large).or(asked.last()) else { return Ok(None) };
-        let splats = Arc::clone(splats);
-        let size = splats.list.first().map_or(1.0, |splat| f64::from(splat.size));
+        let mut splats = Vec::new();
+        let mut has_coarser = false;
+        for ((_, levels), (_, settings)) in self.vectors.held.iter().zip(layer.looks()) {
+            let coarsest = levels.len().saturating_sub(1);
+            let first = coarsest.min((settings.coarser + halved) as usize);
+            let asked = &levels[first..];
+            let Some(found) = asked.iter().find(is_large).or(asked.last()) else { return Ok(None) };
+            splats.push(Arc::clone(found));
+            has_coarser |= first < coarsest;
+        }
         let slab = match layer.alone {
-            // As thick as the vectors' own steps.
+            // As thick as the vectors' own steps; of two fields, the shorter ones of what shows.
             true => {
                 let thick = if view.enlarged > 1.0 { QUICK_SLABS } else { 1.0 };
-                let step = size * splats.unit;
+                let some = splats.iter().filter(|splats| !splats.list.is_empty());
+                let steps = some.map(|splats| size_of(splats) * splats.unit);
+                let none = splats.first().map_or(1.0, |splats| splats.unit);
+                let step = steps.min_by(f64::total_cmp).unwrap_or(none);
                 thick * step / scene.splat.slabs_per_voxel * view.pixels_per_unit
             }
             false => self.renderer.slab_thickness(which, view, &scene.splat, spacing),
         };
-        self.renderer.set_vectors(&splats, &layer.settings)?;
-        let has_coarser = first < coarsest;
+        self.renderer.set_vectors(&looks(&splats, layer))?;
         Ok(Some(PictureVectors { scene: scene.clone(), splats, slab, has_coarser }))
     }
 
@@ -248,10 +269,10 @@ pub(super) fn is_walked(scene: &Scene) -> bool {
 }
 
 /// # Errors
-/// Vectors beside a field in a mode that has no slabs of it.
+/// Vectors beside a field that only triangles draw.
 pub(super) fn check(scene: &Scene) -> Result<(), DrawError> {
     match scene.lacks_room_for_vectors() {
-        true => Err(GpuError::VectorsBesideKernels.into()),
-        false => Ok(()),
+        Some(found) => Err(GpuError::VectorsBesideTriangles { found }.into()),
+        None => Ok(()),
     }
 }

@@ -10,6 +10,8 @@ use super::Streamline;
 
 /// Arrows at most: some five hundred million bytes of triangles.
 pub const MOST_ARROWS: usize = 100_000;
+/// How many times as long as arrows are apart the longest may be: beyond, they would hide everything.
+pub const MOST_ARROW_SIZE: f64 = 100.0;
 
 /// What makes no polygons of vectors.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -129,7 +131,7 @@ mod tests {
 
     use super::*;
     use crate::transfer::{ColourMap, ColourSource};
-    use crate::vector::{Following, streamlines};
+    use crate::vector::{Following, Seeds, streamlines};
     use crate::volume::Lattice;
 
     fn wind() -> VectorField {
@@ -148,6 +150,7 @@ mod tests {
     #[test]
     fn tubes_are_coloured_by_speed_along_them() {
         let seeds = [DVec3::new(4.0, 4.0, 1.0)];
+        let seeds = Seeds::At(seeds.into());
         let lines = streamlines(&wind(), &seeds, &Following::default(), &Ticket::new()).unwrap();
         let mesh = tubes(&lines, &map(), 0.1).unwrap();
         let [low, high] = mesh.bounds();

@@ -6,6 +6,7 @@
 //! GPU. Imports `core`, `volume`, `transfer`, `kernel`, `polygons`.
 
 mod glyphs;
+mod grid_map;
 mod marks;
 mod phase;
 mod pyramid;
@@ -13,7 +14,7 @@ mod settings;
 mod splats;
 mod streamlines;
 
-pub use glyphs::{GlyphError, MOST_ARROWS, arrows, tubes};
+pub use glyphs::{GlyphError, MOST_ARROW_SIZE, MOST_ARROWS, arrows, tubes};
 pub use marks::{Design, FORESHORTENINGS, Level, MARK_COLUMNS, MARK_SIDE, Marks, PHASES, Seen};
 pub use phase::{MOST_SPEED, PhaseClock};
 pub use pyramid::VectorPyramid;
@@ -21,7 +22,7 @@ pub use settings::{
     ColourBy, Foreshortening, MOST_COARSER, MOST_STRETCH, MOST_VECTOR_EXTENT, VectorMode,
     VectorSettings, VectorSettingsError,
 };
-pub use splats::{Splat, Splats, WINDOW};
+pub use splats::{Splat, Splats, WINDOW, typical_step};
 pub use streamlines::{
-    End, Following, Streamline, StreamlineError, seeds_on_line, seeds_on_plane, streamlines,
+    End, Following, Seeds, Streamline, StreamlineError, seeds_about, seeds_on_line, streamlines,
 };

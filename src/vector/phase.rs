@@ -3,7 +3,7 @@
 /// Cycles a second, either way, at most.
 pub const MOST_SPEED: f64 = 4.0;
 
-/// The phase of an animation, in cycles 0..1.
+/// The phase of an animation, in cycles 0..1, and 1 where it was set to that.
 ///
 /// What was passed before the speed last changed is kept as a phase, and only the time since is
 /// multiplied: in double precision, so that a week of running leaves it 1e-10 of a cycle.
@@ -60,9 +60,11 @@ impl PhaseClock {
         *self = Self { phase: self.phase(now), since: now, speed: usable(speed), ..*self };
     }
 
-    /// Another phase, now.
+    /// Another phase, now. The end of a cycle stays as it is, though it is its beginning, too: who drags a
+    /// slider there is to find it there.
     pub fn set_phase(&mut self, phase: f64, now: f64) {
-        *self = Self { phase: wrapped(phase), since: now, ..*self };
+        let phase = if phase == 1.0 { phase } else { wrapped(phase) };
+        *self = Self { phase, since: now, ..*self };
     }
 }
 
@@ -108,6 +110,11 @@ mod tests {
         assert!((clock.phase(91.2) - 0.4).abs() < 1e-12);
         clock.set_speed(0.0, 91.2);
         assert!(!clock.is_moving() && (clock.phase(1e9) - 0.4).abs() < 1e-12);
+        let mut at_the_end = PhaseClock::new(0.0, 0.5);
+        at_the_end.set_phase(1.0, 3.0);
+        assert_eq!(at_the_end.phase(9.0), 1.0, "where the slider is");
+        at_the_end.set_running(true, 9.0);
+        assert!((at_the_end.phase(9.4) - 0.2).abs() < 1e-12);
         assert_eq!(PhaseClock::new(f64::NAN, f64::INFINITY), PhaseClock::new(0.0, 0.0));
         assert_eq!(PhaseClock::new(-1e-20, 0.0).phase(0.0), 0.0);
     }

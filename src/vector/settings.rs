@@ -195,8 +195,8 @@ impl VectorSettings {
         let (low, high) = (quantile(FAINT), quantile(FULL));
         let opacity = match high > low {
             true => vec![(low, 0.0), (high, OPACITY)],
-            // All of one length.
-            false => vec![(low, OPACITY)],
+            // All of one length; of none, there is nothing to show a direction of.
+            false => vec![(low, if lengths.max > 0.0 { OPACITY } else { 0.0 })],
         };
         // Up to the longest, unless that is an outlier.
         let top = lengths.max.min(OUTLIER * high);

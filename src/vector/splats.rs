@@ -142,6 +142,11 @@ impl Splats {
         }
     }
 
+    /// The same as columns of 32-bit floats.
+    pub fn columns_of(&self, splat: usize) -> [[f32; 4]; 3] {
+        self.own_axes.get(splat).copied().unwrap_or_else(|| columns(self.axes))
+    }
+
     /// World from kernel space of a splat, in units, where 1 is a step of the grid: stretched along the
     /// flow.
     pub fn map_of(&self, splat: usize) -> DMat3 {
@@ -152,6 +157,12 @@ impl Splats {
         let stretched = DMat3::IDENTITY + along * (self.stretch - 1.0);
         stretched * self.axes_of(splat) * (f64::from(size) * self.radius / natural)
     }
+}
+
+/// World length of a step of a grid: the shortest of a lattice, and the mean of the shortest where steps
+/// differ.
+pub fn typical_step(places: &Places) -> f64 {
+    frame(places).1
 }
 
 /// Where positions are counted from, the world length of a unit, and the steps of a lattice in units.

@@ -39,6 +39,29 @@ fn phases_count_in_cycles_and_components_may_be_fields_of_their_own() {
     assert!(derived("vorticity") != derived("magnitude") && derived("0") != derived("magnitude"));
 }
 
+/// The second of the tornado's fields is put together of its scalars.
+#[test]
+fn a_second_field_is_drawn_among_the_first_and_told_of() {
+    if !can_draw() {
+        return;
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let stats = folder.path().join("s.json");
+    let of = |flags: &[&str]| drawn(folder.path(), flags).0;
+    let one = ["--vector", "velocity", "--vectors-only"];
+    let both =
+        [&one[..], &["--second-vector-components", "speed", "condensation", "speed"]].concat();
+    let told = [&both[..], &["--stats", stats.to_str().expect("UTF-8")]].concat();
+    let (first, second) = (of(&one), of(&told));
+    assert_ne!(first, second);
+    assert_ne!(second, of(&[&both[..], &["--second-look", "mode=blend"]].concat()));
+    // Without opacity it is not to be seen.
+    assert_eq!(first, of(&[&both[..], &["--second-look", "opacity=0:0"]].concat()));
+    let stats: serde_json::Value =
+        serde_json::from_slice(&fs::read(stats).expect("statistics")).expect("JSON");
+    assert_eq!(stats["effects"], serde_json::json!(["vectors", "second vectors"]));
+}
+
 #[test]
 fn too_many_vectors_over_a_tile_are_drawn_as_means_and_told() {
     if !can_draw() {
@@ -134,6 +157,47 @@ fn what_cannot_be_meant_of_vectors_is_refused() {
             vec!["--budget-ms", "--max-error"],
         ),
         (vec!["--vector-components", "speed", "velocity", "speed"], 1, vec!["velocity"]),
+        (
+            vec!["--vector", "velocity", "--loop-seconds", "2"],
+            2,
+            vec!["--loop with --loop-seconds"],
+        ),
+        (
+            vec!["--vector", "velocity", "--loop", "4", "--loop-seconds", "2"],
+            2,
+            vec!["a GIF with --loop-seconds"],
+        ),
+        (
+            vec!["--vector", "velocity", "--vector-marks", "ff0000"],
+            2,
+            vec!["--vector-mode blend with --vector-marks", "found modulate"],
+        ),
+        (
+            vec!["--vector", "velocity", "--vector-color", "ff0000", "--vector-colormap", "gray"],
+            2,
+            vec!["--vector-color and --vector-colormap"],
+        ),
+        (
+            vec!["--vector", "velocity", "--vectors-only", "--colormap", "gray"],
+            2,
+            vec!["no --colormap with vectors alone"],
+        ),
+        (vec!["--second-vector", "velocity"], 2, vec!["--vector NAME with --second-vector"]),
+        (
+            vec!["--vector", "velocity", "--second-look", "mode=blend"],
+            2,
+            vec!["--second-vector NAME with --second-look"],
+        ),
+        (
+            vec!["--vector", "velocity", "--second-vector", "speed"],
+            1,
+            vec!["three components", "speed"],
+        ),
+        (
+            vec!["--vector", "velocity", "--streamline-seeds", "0,0,0"],
+            2,
+            vec!["--streamlines N with --streamline-seeds"],
+        ),
     ] {
         let mut all = vec!["render", DEMO, "-o", out];
         all.extend(&flags);
@@ -141,6 +205,21 @@ fn what_cannot_be_meant_of_vectors_is_refused() {
         let found = fault(&output, code, &words, None);
         assert_eq!(found, None, "{flags:?}");
         assert!(!path.exists(), "{flags:?}");
+    }
+    // What is no value of its flag.
+    for (flags, words) in [
+        (["--seed", "-1"], "expected a whole number of at least 0, found \"-1\""),
+        (["--arrows", "1,size=1e9"], "expected a size of arrows of at most 100, found \"1e9\""),
+        (["--vector-color-range", "3,3"], "expected two different numbers LO,HI, found \"3,3\""),
+        (["--second-look", "mode=x"], "expected one of modulate, blend, found \"x\""),
+        (["--second-look", "modes=blend"], "or seed, found \"modes\""),
+        (["--streamline-seeds", "1,2"], "expected one point X,Y,Z or two"),
+    ] {
+        let mut all = vec!["render", DEMO, "--vector", "velocity", "-o", out];
+        all.extend(flags);
+        let output = voxsplat(&all);
+        assert_eq!(output.status.code(), Some(2), "{flags:?}");
+        assert!(errors(&output).contains(words), "{flags:?}: {}", errors(&output));
     }
     let jpg = folder.path().join("no.jpg");
     let output = voxsplat(&[

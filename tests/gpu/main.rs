@@ -41,4 +41,5 @@ mod specks;
 mod stills;
 mod support;
 mod transfer_moves;
+mod two_vectors;
 mod vectors;

@@ -111,6 +111,19 @@ fn every_table_by_every_index_is_the_references() {
     agrees("no gradient", &shaded(Shading { emission, ..Shading::default() }), LOOKED_UP);
 }
 
+/// What lies below the first of two equal places is as that, not as the second: tables are 256 entries, in
+/// which a step is as wide as a cell. Measured: rmse 6e-3, max 0.20, and 8e-5 where there is nothing else.
+#[test]
+fn tables_that_begin_with_a_step_are_clear_below_it() {
+    let within = Within { max_abs: 0.3, rmse: 0.02, bias: 0.01 };
+    for points in [vec![(120.0, 0.0), (120.0, 0.5), (255.0, 0.5)], vec![(120.0, 0.0), (120.0, 0.5)]]
+    {
+        let name = format!("{} points", points.len());
+        let opacity = Some(Amounts { index: Index::Value, points });
+        agrees(&name, &shaded(Shading { opacity, ..Shading::default() }), within);
+    }
+}
+
 #[test]
 fn lights_are_the_references_with_every_kernel_and_classification() {
     use Classify::{After, PreIntegrated};

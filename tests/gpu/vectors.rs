@@ -17,7 +17,7 @@ use voxsplat::volume::{Lattice, Places, VectorField};
 use crate::support::*;
 
 /// Directions all about, of lengths 0..=10.
-fn field(places: Places, seed: u64) -> Arc<VectorField> {
+pub(crate) fn field(places: Places, seed: u64) -> Arc<VectorField> {
     let count = places.dims().iter().product();
     let vectors: Arc<[Vec3]> = (0..count)
         .map(|i| {
@@ -29,7 +29,7 @@ fn field(places: Places, seed: u64) -> Arc<VectorField> {
     Arc::new(VectorField::new("wind", places, vectors, &Ticket::new()).expect("a sound field"))
 }
 
-fn settings(field: &VectorField) -> VectorSettings {
+pub(crate) fn settings(field: &VectorField) -> VectorSettings {
     let stops = vec![(0.0, Srgb8([255, 60, 0])), (10.0, Srgb8([20, 120, 255]))];
     let transfer = TransferFunction::of(vec![(1.0, 0.0), (10.0, 0.9)], ColourSource::Stops(stops));
     VectorSettings { transfer, coarser: 0, ..VectorSettings::for_field(field) }
@@ -41,7 +41,7 @@ pub(crate) fn alone() -> Scene {
     let lattice = Lattice { spacing, ..Lattice::unit([5, 4, 4]) };
     let field = field(Places::Lattice(lattice), 3);
     let settings = settings(&field);
-    let layer = VectorLayer { field, settings, phase: 0.3, alone: true };
+    let layer = VectorLayer { field, settings, phase: 0.3, alone: true, second: None };
     let scene = scene(lattice, DVec3::new(-0.5, 0.4, -0.8));
     Scene { vectors: Some(layer), splat: SplatSettings::EXACT, ..scene }
 }
@@ -449,7 +449,7 @@ fn vectors_beside_triangles_are_refused() {
     scene.splat = SplatSettings { backend, ..SplatSettings::SHADE_FIRST };
     drawer.prepare(&scene, &Ticket::new()).unwrap();
     let refused = drawer.draw(&scene, PICTURE, Rung::Full, &mut ()).unwrap_err().to_string();
-    assert!(refused.contains("found one of triangles"), "{refused}");
+    assert!(refused.contains("found --backend raster"), "{refused}");
 }
 
 /// Clips cut splats as they cut the field, and faces, slices and isosurfaces lie at their depth among them.

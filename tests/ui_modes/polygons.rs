@@ -79,3 +79,27 @@ fn streamlines_and_arrows_of_vectors_become_meshes() {
         assert!(names.len() == count && names.iter().any(|n| n == name), "{names:?}");
     }
 }
+
+#[test]
+fn streamlines_are_seeded_on_a_plane_a_line_or_about_a_point() {
+    let mut bench = Bench::empty();
+    bench.open("vector.nrrd");
+    bench.settle();
+    bench.harness.get_by_label("Streamlines and arrows").click();
+    bench.settle();
+    bench.choose("Seeded", "On a line");
+    // Vectors stand at 0 to 7 along each axis: lines begin in the middle.
+    bench.set_slider("From y", 1.0);
+    bench.set_slider("To y", 1.0);
+    bench.set_slider("Streamlines", 5.0);
+    let mut boxes = Vec::new();
+    for place in ["On a line", "About a point", "On a plane"] {
+        bench.choose("Seeded", place);
+        let before = layers(&bench);
+        press(&mut bench, "Make streamlines");
+        bench.wait_until(|window| window.scene().is_some_and(|scene| scene.polygons != before));
+        bench.settle();
+        boxes.push(layers(&bench)[0].mesh.bounds());
+    }
+    assert!(boxes[0] != boxes[1] && boxes[1] != boxes[2], "{boxes:?}");
+}

@@ -48,6 +48,32 @@ fn vectors_are_taken_away_and_brought_back() {
 }
 
 #[test]
+fn three_scalar_fields_are_put_together_and_undone() {
+    let mut bench = Bench::empty();
+    bench.open("triples.nrrd");
+    bench.settle();
+    assert!(bench.window().scene().unwrap().vectors.is_none(), "it opens as the scalar it is");
+    bench.choose("Vectors", "Three scalar fields…");
+    bench.choose("Along x", "w");
+    bench.settle();
+    assert!(bench.window().scene().unwrap().vectors.is_none(), "nothing is drawn of a choice");
+    press(&mut bench, "Draw as vectors");
+    bench.wait_until(|window| window.scene().is_some_and(|scene| scene.vectors.is_some()));
+    bench.settle();
+    let found = layer(&bench);
+    // All three count up in the same way.
+    assert_eq!(found.field.name, "(w, v, w)");
+    assert_eq!(found.field.vectors[7], glam::Vec3::splat(7.0));
+    assert!(!found.alone && !bench.shows("Along x"));
+    bench.harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+    bench.settle();
+    assert!(bench.window().scene().unwrap().vectors.is_none());
+    bench.harness.key_press_modifiers(Modifiers::COMMAND | Modifiers::SHIFT, Key::Z);
+    bench.settle();
+    assert_eq!(layer(&bench).field.name, "(w, v, w)");
+}
+
+#[test]
 fn what_is_chosen_is_drawn_and_undone() {
     let mut bench = opened();
     let before = layer(&bench).settings;
@@ -70,6 +96,71 @@ fn what_is_chosen_is_drawn_and_undone() {
         bench.settle();
     }
     assert_eq!(layer(&bench).settings, before);
+}
+
+#[test]
+fn a_second_field_has_a_look_of_its_own_and_is_undone() {
+    let mut bench = Bench::empty();
+    bench.open("triples.nrrd");
+    bench.settle();
+    bench.choose("Vectors", "wind");
+    bench.wait_until(|window| window.scene().is_some_and(|scene| scene.vectors.is_some()));
+    bench.settle();
+    let first = layer(&bench);
+    bench.choose("Second field", "field");
+    let has_second = |window: &voxsplat::app::Window| {
+        window.scene().is_some_and(voxsplat::scene::Scene::has_second_vectors)
+    };
+    bench.wait_until(has_second);
+    bench.settle();
+    let found = layer(&bench);
+    assert_eq!((&found.settings, &*found.field.name), (&first.settings, "wind"));
+    let second = found.second.expect("a second field");
+    assert_eq!(second.field.name, "field");
+    assert_ne!(second.settings.transfer.colour, first.settings.transfer.colour);
+    bench.choose("Mode (second)", "Blend");
+    bench.choose("Marks (second)", "Dots");
+    bench.set_slider("Vector opacity (second)", 0.5);
+    bench.settle();
+    let changed = layer(&bench);
+    let look = &changed.second.as_ref().expect("a second field").settings;
+    assert_eq!((look.mode, look.design), (VectorMode::Blend, Design::Dots));
+    assert_eq!(changed.settings, first.settings, "the first stays as it is");
+    for _ in 0..4 {
+        bench.harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+        bench.settle();
+    }
+    assert!(layer(&bench).second.is_none(), "adding it is a step, too");
+    bench.harness.key_press_modifiers(Modifiers::COMMAND | Modifiers::SHIFT, Key::Z);
+    bench.settle();
+    assert_eq!(layer(&bench).second, Some(second));
+    bench.choose("Second field", "None");
+    bench.settle();
+    assert!(layer(&bench).second.is_none());
+}
+
+#[test]
+fn opacity_is_by_place_or_by_the_scalar_field() {
+    let mut bench = opened();
+    let by_length = layer(&bench).settings.transfer.opacity;
+    bench.choose("Opaque by", "z");
+    bench.settle();
+    let found = layer(&bench).settings;
+    let greatest = by_length.iter().map(|(_, a)| *a).fold(0.0, f64::max);
+    assert_eq!(found.opacity_by, ColourBy::Z);
+    // Of the places there are: 0 to 7 along z.
+    assert_eq!(found.transfer.opacity, [(0.0, 0.0), (7.0, greatest)]);
+    bench.set_slider("Full from", 3.0);
+    bench.settle();
+    assert_eq!(layer(&bench).settings.transfer.opacity, [(0.0, 0.0), (3.0, greatest)]);
+    bench.choose("Opaque by", "Scalar field");
+    bench.settle();
+    let statistics = bench.window().scene().unwrap().volume.statistics.clone();
+    let expected = [(statistics.min, 0.0), (statistics.max, greatest)];
+    assert_eq!(layer(&bench).settings.transfer.opacity, expected);
+    bench.choose("Opaque by", "Length");
+    bench.settle();
+    assert_eq!(layer(&bench).settings.transfer.opacity, by_length);
 }
 
 #[test]
@@ -129,6 +220,9 @@ fn the_phase_is_scrubbed_and_speed_0_costs_nothing() {
     bench.set_slider("Phase", 0.625);
     bench.settle();
     assert_eq!(layer(&bench).phase, 0.625);
+    bench.set_slider("Phase", 1.0);
+    bench.settle();
+    assert_eq!(layer(&bench).phase, 1.0, "the end of the slider stays its end");
     bench.set_slider("Speed", 0.0);
     press(&mut bench, "Play");
     bench.settle();

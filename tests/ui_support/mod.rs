@@ -319,6 +319,14 @@ impl Library for NamedFiles {
                 Err(ReadFailure::NotRecognised(text.to_owned()))
             }
             "vector.nrrd" => Ok(grid([8; 3], "v", 3)),
+            // Scalars that vectors could be put together of, and vectors beside them.
+            "triples.nrrd" => {
+                let mut found = grid([8; 3], "u", 1);
+                for (name, components) in [("v", 1), ("w", 1), ("wind", 3), ("field", 3)] {
+                    found.grid.fields.extend(grid([8; 3], name, components).grid.fields);
+                }
+                Ok(found)
+            }
             "holed.nrrd" => {
                 let mut holed = grid([8; 3], "holed", 1);
                 let value = |i: u16| if i.is_multiple_of(5) { f32::NAN } else { f32::from(i) };

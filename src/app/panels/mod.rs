@@ -12,6 +12,7 @@ pub mod compare;
 pub mod curve;
 pub mod data;
 pub mod effects;
+mod flow;
 pub mod freehand;
 pub mod graph;
 pub mod inside;
@@ -28,6 +29,7 @@ pub mod status;
 pub mod stops;
 pub mod stretch;
 pub mod transfer;
+mod vector_look;
 pub mod vectors;
 pub mod view;
 

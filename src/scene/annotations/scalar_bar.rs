@@ -7,7 +7,7 @@ use super::ticks::{Number, round_above, ticks};
 use super::{MARGIN, scale_bar};
 use crate::core::Srgb8;
 use crate::core::colour::srgb_from_linear;
-use crate::scene::{Index, Scene, Shading, VectorLayer};
+use crate::scene::{Index, Scene, Shading};
 use crate::vector::{ColourBy, VectorSettings};
 
 /// Height of the bar, as a part of the picture's height, and its limits, ems.
@@ -20,6 +20,8 @@ const OPACITIES: f64 = 2.6;
 /// Length of a tick, and its distance to its number, ems.
 const TICK: f64 = 0.35;
 const GAP: f64 = 0.3;
+/// Between two bars, ems.
+const BESIDE: f64 = 1.5;
 /// Between two ticks at least, ems.
 const BETWEEN: f64 = 3.0;
 /// Room above the bar for its title, and below it for what the opacities are, ems.
@@ -38,11 +40,19 @@ struct Legend<'a> {
 }
 
 impl<'a> Legend<'a> {
-    /// Of the vectors where they are seen alone, and else of the scalar field.
-    fn of(scene: &'a Scene) -> Self {
-        if let Some(layer) = scene.vectors.as_ref().filter(|layer| layer.alone) {
-            return Self::of_vectors(layer);
+    /// Of each field of vectors where they are seen alone, and else of the scalar field.
+    fn all_of(scene: &'a Scene) -> Vec<Self> {
+        match scene.vectors.as_ref().filter(|layer| layer.alone) {
+            Some(layer) => layer
+                .looks()
+                .map(|(field, settings)| Self::of_vectors(&field.name, settings))
+                .collect(),
+            None => vec![Self::of(scene)],
         }
+    }
+
+    /// Of the scalar field.
+    fn of(scene: &'a Scene) -> Self {
         let transfer = &scene.transfer;
         let shown = Shading::is_shown_by(&scene.splat);
         let table = scene.shading.reflection.as_ref().filter(|_| shown);
@@ -84,9 +94,8 @@ impl<'a> Legend<'a> {
         Self { title, range, colour, opacity }
     }
 
-    fn of_vectors(layer: &'a VectorLayer) -> Self {
-        let VectorSettings { transfer, colour_by, opacity_by, .. } = &layer.settings;
-        let name = &layer.field.name;
+    fn of_vectors(name: &str, settings: &'a VectorSettings) -> Self {
+        let VectorSettings { transfer, colour_by, opacity_by, .. } = settings;
         let title = match colour_by {
             ColourBy::Magnitude => format!("{name}, length"),
             ColourBy::X => "x".to_owned(),
@@ -123,21 +132,39 @@ impl<'a> Legend<'a> {
     }
 }
 
-/// Lays it out at the right edge, above the scale bar where there `has_below`; whether there is room.
+/// Lays it out at the right edge, above the scale bar where there `has_below`, and that of a second field
+/// beside it; whether there is room.
 pub(super) fn lay_out(sheet: &mut Sheet<'_>, scene: &Scene, has_below: bool) -> bool {
-    let legend = Legend::of(scene);
+    let mut right = (sheet.picture.size().x - MARGIN * sheet.em).round();
+    for (i, legend) in Legend::all_of(scene).iter().enumerate() {
+        // The middle is for the picture; a second bar may come nearer to it.
+        let least = if i == 0 { 0.5 } else { 0.3 } * sheet.picture.size().x;
+        match lay_out_one(sheet, legend, has_below, [least, right]) {
+            Some(left) => right = (left - BESIDE * sheet.em).round(),
+            None => return false,
+        }
+    }
+    true
+}
+
+/// Lays one out between two columns of pixels; the one where it begins, or `None` without room.
+fn lay_out_one(
+    sheet: &mut Sheet<'_>,
+    legend: &Legend<'_>,
+    has_below: bool,
+    [least, right]: [f64; 2],
+) -> Option<f64> {
     let (em, size) = (sheet.em, sheet.picture.size());
     let below = if has_below { scale_bar::HEIGHT + 1.0 } else { MARGIN };
     let room = size.y - (MARGIN + ABOVE + BELOW + below) * em;
     let height = (SHARE * size.y).min(MOST_HEIGHT * em).min(room).round();
     if height < LEAST_HEIGHT * em {
-        return false;
+        return None;
     }
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a few")]
     let most = (height / (BETWEEN * em)) as u32;
     let ticks = ticks(legend.range[0], legend.range[1], most);
     let numbers = ticks.iter().map(|(_, number)| sheet.number_width(number)).fold(0.0, f64::max);
-    let right = (size.x - MARGIN * em).round();
     let bar_right = (right - numbers - (TICK + GAP) * em).round();
     let bar_left = bar_right - (COLOURS * em).round();
     let left = bar_left - if legend.opacity.is_some() { (OPACITIES * em).round() } else { 0.0 };
@@ -150,18 +177,19 @@ pub(super) fn lay_out(sheet: &mut Sheet<'_>, scene: &Scene, has_below: bool) -> 
         low: DVec2::new(left.min(right - title_width), top - (ABOVE - 0.4) * em),
         high: DVec2::new(right, top + height + BELOW * em),
     };
-    if left < 0.5 * size.x || !sheet.is_free(&area) {
-        return false;
+    if left < least || !sheet.is_free(&area) {
+        return None;
     }
+    let begins = area.low.x;
     sheet.take(area);
     let ink = sheet.inks.ink;
     sheet.words(DVec2::new(right - title_width, top - 0.7 * em).round(), &title, 1.0, ink);
     let bar = Area { low: DVec2::new(bar_left, top), high: DVec2::new(bar_right, top + height) };
     if let Some(opacity) = &legend.opacity {
         let area = Area { low: DVec2::new(left, top), high: DVec2::new(bar_left, top + height) };
-        opacities(sheet, &legend, opacity, area);
+        opacities(sheet, legend, opacity, area);
     }
-    colours(sheet, &legend, bar);
+    colours(sheet, legend, bar);
     let y_of = |index: f64| top + (1.0 - legend.share(index)) * height;
     for (index, number) in &ticks {
         let y = y_of(*index);
@@ -170,7 +198,7 @@ pub(super) fn lay_out(sheet: &mut Sheet<'_>, scene: &Scene, has_below: bool) -> 
         let at = DVec2::new(bar_right + (TICK + GAP) * em, y + FIGURE / 2.0 * em);
         sheet.number(at, number, ink);
     }
-    true
+    Some(begins)
 }
 
 /// The colours, one row of pixels after another, and a frame around them.

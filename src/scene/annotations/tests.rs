@@ -6,7 +6,7 @@ use glam::{DMat3, DVec2, DVec3, Vec3};
 
 use super::*;
 use crate::core::{Camera, Projection, Srgb8, Ticket};
-use crate::scene::{Amounts, Colours, Index, Shading, VectorLayer, opening};
+use crate::scene::{Amounts, Colours, Index, SecondVectors, Shading, VectorLayer, opening};
 use crate::transfer::{ColourMap, ColourSource, Region, RegionShape, TransferFunction};
 use crate::volume::{Lattice, Places, Samples, ScalarVolume, VectorField};
 
@@ -260,6 +260,17 @@ fn vectors_alone_have_the_bar_of_their_lengths() {
         found.contains(&"flow, length".to_owned()) && found.contains(&"25".to_owned()),
         "{found:?}"
     );
+    // A second field has a bar of its own, beside.
+    let second = VectorField { name: "other".into(), ..VectorField::clone(&layer.field) };
+    let mut both = layer.clone();
+    both.second = Some(SecondVectors::new(Arc::new(second)));
+    scene.vectors = Some(both);
+    let found = texts(&scene);
+    for title in ["flow, length", "other, length"] {
+        assert!(found.contains(&title.to_owned()), "{found:?}");
+    }
+    let narrow = laid_out(only(Annotation::ScalarBar), &scene, [160, 600]);
+    assert_eq!(narrow.left_out, [Annotation::ScalarBar], "no room for both");
     layer.alone = false;
     scene.vectors = Some(layer);
     assert!(texts(&scene).contains(&"density".to_owned()), "beside a field, the field's");

@@ -14,6 +14,7 @@ use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 use super::{Classify, SplatSettings, Visibility};
+use crate::volume::{ScalarVolume, Statistics};
 
 /// What of a volume is looked into. By default nothing: all of it is seen from outside.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -171,6 +172,21 @@ impl Inside {
     /// Whether isosurfaces are to be seen.
     pub fn has_isosurfaces(&self) -> bool {
         !self.isosurfaces.is_empty() && self.along == AlongRay::Composite
+    }
+
+    /// What of it can show nothing of a volume since it lies beside it, a sentence each.
+    pub fn beside(&self, volume: &ScalarVolume) -> Vec<String> {
+        let Statistics { min, max, .. } = volume.statistics;
+        let levels = self.isosurfaces.iter().map(|iso| iso.value);
+        let levels = levels.filter(|value| !(min..=max).contains(value)).map(|value| {
+            format!("no value of the field passes {value}, where an isosurface is asked for: they go from {min} to {max}")
+        });
+        let is_beside = |slice: &&Slice| slice.is_beside(&volume.lattice);
+        let slices = self.slices.iter().filter(is_beside).map(|slice| {
+            let [x, y, z] = slice.plane.point.to_array();
+            format!("the slice through {x}, {y}, {z} (world) lies beside the volume, and shows nothing of it")
+        });
+        levels.chain(slices).collect()
     }
 
     /// What it asks for, by name.

@@ -70,6 +70,16 @@ impl Slice {
         (along.abs() > 1.0 - 1e-9).then_some(share)
     }
 
+    /// Whether every voxel lies on one side of it, whole.
+    pub(super) fn is_beside(&self, lattice: &Lattice) -> bool {
+        let half = self.plane.in_index(lattice);
+        let dims = lattice.dims.map(|n| n as f64);
+        // How far the corners reach to either side of the middle.
+        let reach: f64 = (0..3).map(|axis| half.normal[axis].abs() * dims[axis] / 2.0).sum();
+        let middle = (DVec3::from(dims) - 1.0) / 2.0;
+        (half.normal.dot(middle) - half.least).abs() > reach
+    }
+
     pub(super) fn check(&self) -> Result<(), InsideError> {
         self.plane.check()?;
         check_opacity("a slice", self.opacity)
@@ -108,6 +118,10 @@ mod tests {
                 let share = slice.share_across(&lattice, other);
                 assert_eq!(share.is_some(), other == axis, "{axis} {other}");
                 assert!(share.is_none_or(|share| (share - 0.3).abs() < 1e-12));
+            }
+            for (share, is_beside) in [(-0.01, true), (0.01, false), (0.99, false), (1.01, true)] {
+                let slice = Slice::across(&lattice, axis, share, 0.5);
+                assert_eq!(slice.is_beside(&lattice), is_beside, "{axis} {share}");
             }
         }
     }

@@ -12,7 +12,7 @@ use super::{
 use crate::core::Ticket;
 use crate::gpu::{GpuError, Renderer, SlabField};
 use crate::kernel::Kernel;
-use crate::scene::{Backend, Inside, Scene, Shading, SplatSettings};
+use crate::scene::{Backend, Classify, Effect, Inside, Scene, Shading, SplatSettings};
 use crate::task::cells::CutSource;
 use crate::task::draw::{DrawError, Drawer, Drawn, Observer, PIECE_MS, Rung, background_light};
 use crate::task::estimate::{self, Checked, Coarseness};
@@ -470,7 +470,7 @@ fn no_device() -> DrawError {
 
 /// What of a scene's shading, and of what lets its inside be seen, was drawn.
 pub(super) fn effects(scene: &Scene, drawn: &Drawn) -> Vec<&'static str> {
-    match drawn.is_shaded {
+    let mut effects = match drawn.is_shaded {
         true if Inside::is_shown_by(&scene.splat) => scene.effects(),
         true => {
             let shown = ["vectors", "polygons"];
@@ -479,7 +479,12 @@ pub(super) fn effects(scene: &Scene, drawn: &Drawn) -> Vec<&'static str> {
         }
         false if scene.hides_field() => scene.effects(),
         false => Vec::new(),
+    };
+    // Values in the middle of slabs pass no level.
+    if scene.splat.classify == Classify::After {
+        effects.retain(|name| *name != Effect::Isosurfaces.name());
     }
+    effects
 }
 
 /// What was drawn, with what is known of it.

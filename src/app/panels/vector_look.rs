@@ -1,0 +1,254 @@
+//! What vector splats look like.
+
+use eframe::egui::{CollapsingHeader, ComboBox, RichText, Slider, SliderClamping, Ui};
+
+use super::{maps, reset_ui, row_ui, slider_ui};
+use crate::app::theme;
+use crate::core::Srgb8;
+use crate::scene::vector_range;
+use crate::transfer::ColourSource;
+use crate::vector::{ColourBy, Design, Foreshortening, MOST_STRETCH, VectorMode, VectorSettings};
+use crate::volume::{ScalarVolume, VectorField};
+
+/// Radii on offer, steps of the grid.
+const EXTENT: std::ops::RangeInclusive<f64> = 0.5..=4.0;
+/// Most halvings on offer.
+const COARSER: std::ops::RangeInclusive<u32> = 0..=5;
+
+/// What the widgets of a field are called.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Names {
+    /// By what they are.
+    First,
+    /// With a word more, where there are two of each.
+    Second,
+}
+
+impl Names {
+    fn of(self, name: &str) -> String {
+        match self {
+            Self::First => name.to_owned(),
+            Self::Second => format!("{name} (second)"),
+        }
+    }
+}
+
+/// Everything about how the vectors of a field look; `scalar` is the field beside them.
+pub(super) fn look_ui(
+    ui: &mut Ui,
+    names: Names,
+    field: &VectorField,
+    settings: &mut VectorSettings,
+    scalar: &ScalarVolume,
+) {
+    choice_ui(ui, names, "Mode", VectorMode::ALL, &mut settings.mode, mode_words);
+    choice_ui(ui, names, "Marks", Design::ALL, &mut settings.design, design_words);
+    opacity_ui(ui, names, field, settings, scalar);
+    let before = settings.colour_by;
+    choice_ui(ui, names, "Coloured by", ColourBy::ALL, &mut settings.colour_by, by_words);
+    maps::map_ui(ui, &mut settings.transfer);
+    if settings.mode == VectorMode::Blend {
+        marks_colour_ui(ui, settings);
+    }
+    if settings.colour_by != before
+        && let ColourSource::Map { range, .. } = &mut settings.transfer.colour
+    {
+        *range = vector_range(field, settings.colour_by, scalar);
+    }
+    shape_ui(ui, names, settings);
+}
+
+/// Opacity as a ramp: below one length (or place, or value) nothing, from another on the greatest.
+fn opacity_ui(
+    ui: &mut Ui,
+    names: Names,
+    field: &VectorField,
+    settings: &mut VectorSettings,
+    scalar: &ScalarVolume,
+) {
+    let greatest = |settings: &VectorSettings| {
+        settings.transfer.opacity.iter().map(|(_, opacity)| *opacity).fold(0.0, f64::max)
+    };
+    let by = settings.opacity_by;
+    choice_ui(ui, names, "Opaque by", ColourBy::ALL, &mut settings.opacity_by, by_words);
+    let range = match settings.opacity_by {
+        // Nothing is shorter than nothing.
+        ColourBy::Magnitude => [0.0, field.statistics.max],
+        by => vector_range(field, by, scalar),
+    };
+    if settings.opacity_by != by {
+        let most = greatest(settings);
+        settings.transfer.opacity = match settings.opacity_by {
+            ColourBy::Magnitude => VectorSettings::for_field(field).transfer.opacity,
+            // Nowhere transparent but at the lower end.
+            _ => vec![(range[0], 0.0), (range[1], most)],
+        };
+    }
+    let [least, most] = range;
+    let most = if most > least { most } else { least + 1.0 };
+    let points = &settings.transfer.opacity;
+    let (low, high) = match points.as_slice() {
+        [] => (least, most),
+        [only] => (least, only.0),
+        [first, .., last] => (first.0, last.0),
+    };
+    let (mut shown_from, mut full_from, mut opacity) = (low, high, greatest(settings));
+    let mut changed = false;
+    // Numbers that nobody has touched stay as they are: rounded, they would be a step to take back.
+    let untouched = SliderClamping::Edits;
+    let of_length = settings.opacity_by == ColourBy::Magnitude;
+    row_ui(ui, "Shown from", |ui| {
+        let slider = Slider::new(&mut shown_from, least..=most).max_decimals(6);
+        let slider = slider.clamping(untouched);
+        let help = match of_length {
+            true => "Shorter vectors are transparent, and cost nothing",
+            false => "Vectors where it is less are transparent, and cost nothing",
+        };
+        let name = names.of("Shown from");
+        changed |= slider_ui(ui, &name, true, slider).on_hover_text(help).changed();
+    });
+    row_ui(ui, "Full from", |ui| {
+        let slider = Slider::new(&mut full_from, least..=most).max_decimals(6);
+        let slider = slider.clamping(untouched);
+        let help = match of_length {
+            true => "Vectors of this length and longer have the greatest opacity",
+            false => "Vectors where it is this much and more have the greatest opacity",
+        };
+        let name = names.of("Full from");
+        changed |= slider_ui(ui, &name, true, slider).on_hover_text(help).changed();
+    });
+    row_ui(ui, "Opacity", |ui| {
+        let slider = Slider::new(&mut opacity, 0.0..=1.0).max_decimals(3);
+        let slider = slider.clamping(untouched);
+        let help = "The greatest opacity per unit distance";
+        let name = names.of("Vector opacity");
+        changed |= slider_ui(ui, &name, true, slider).on_hover_text(help).changed();
+    });
+    if changed {
+        // A ramp that is dragged past its other end takes it along.
+        let (a, b) = match shown_from != low {
+            true => (shown_from, full_from.max(shown_from)),
+            false => (shown_from.min(full_from), full_from),
+        };
+        settings.transfer.opacity = vec![(a, 0.0), (b, opacity)];
+    }
+}
+
+fn marks_colour_ui(ui: &mut Ui, settings: &mut VectorSettings) {
+    row_ui(ui, "Mark colour", |ui| {
+        let mut mapped = settings.marks.is_none();
+        let mut colour = settings.marks.unwrap_or(Srgb8::WHITE);
+        ui.add_enabled_ui(!mapped, |ui| {
+            ui.color_edit_button_srgb(&mut colour.0)
+                .on_hover_text("The constant colour that BLEND dissolves the splat's own into");
+        });
+        ui.checkbox(&mut mapped, "Mapped")
+            .on_hover_text("Marks in the colours of the map, in grey matter");
+        settings.marks = (!mapped).then_some(colour);
+    });
+}
+
+fn shape_ui(ui: &mut Ui, names: Names, settings: &mut VectorSettings) {
+    let title = RichText::new("Shape").size(12.5).color(theme::TEXT_FAINT);
+    CollapsingHeader::new(title).default_open(false).show_unindented(ui, |ui| {
+        row_ui(ui, "Stretch", |ui| {
+            let slider = Slider::new(&mut settings.stretch, 1.0..=MOST_STRETCH).max_decimals(2);
+            let help = "Length of a splat along the flow over its width: wisps";
+            slider_ui(ui, &names.of("Stretch"), true, slider).on_hover_text(help);
+        });
+        row_ui(ui, "Splat radius", |ui| {
+            let mut radius = settings.radius();
+            let slider = Slider::new(&mut radius, EXTENT).max_decimals(2);
+            let help = "In steps of the vectors' grid; 1.6 hides the single splats";
+            if slider_ui(ui, &names.of("Splat radius"), true, slider).on_hover_text(help).changed()
+            {
+                settings.extent = Some(radius);
+            }
+            let given = settings.extent.is_some();
+            if reset_ui(ui, given, &names.of("Reset splat radius"), "Back to 1.6") {
+                settings.extent = None;
+            }
+        });
+        row_ui(ui, "Coarser", |ui| {
+            let slider = Slider::new(&mut settings.coarser, COARSER);
+            let help =
+                "Draw means of 2 × 2 × 2 vectors, and of these again: larger marks, and fewer";
+            slider_ui(ui, &names.of("Coarser"), true, slider).on_hover_text(help);
+        });
+        let way = &mut settings.foreshortening;
+        choice_ui(ui, names, "Seen askew", Foreshortening::ALL, way, way_words);
+        row_ui(ui, "Seed", |ui| {
+            let drag = eframe::egui::DragValue::new(&mut settings.seed);
+            super::number_ui(ui, &names.of("Seed"), drag)
+                .on_hover_text("Of the splats' own phases, which keep them from moving in step");
+        });
+    });
+}
+
+fn choice_ui<T: Copy + PartialEq, const N: usize>(
+    ui: &mut Ui,
+    names: Names,
+    name: &str,
+    all: [T; N],
+    now: &mut T,
+    words: impl Fn(T) -> (&'static str, &'static str),
+) {
+    row_ui(ui, name, |ui| {
+        let combo = ComboBox::from_id_salt(name).selected_text(words(*now).0);
+        let shown = combo.show_ui(ui, |ui| {
+            for one in all {
+                let (text, help) = words(one);
+                if ui.selectable_label(one == *now, text).on_hover_text(help).clicked() {
+                    *now = one;
+                }
+            }
+        });
+        shown.response.accessible_name(names.of(name)).on_hover_text(words(*now).1);
+    });
+}
+
+fn mode_words(mode: VectorMode) -> (&'static str, &'static str) {
+    match mode {
+        VectorMode::Modulate => (
+            "Modulate",
+            "Colour and opacity times the marks' intensity: the marks alone are seen (Crawfis–Max)",
+        ),
+        VectorMode::Blend => (
+            "Blend",
+            "Matter with marks in it: a dissolve from the splat's colour to that of the marks \
+             (Crawfis–Max)",
+        ),
+    }
+}
+
+fn design_words(design: Design) -> (&'static str, &'static str) {
+    match design {
+        Design::Streaks => ("Streaks", "Short scratch marks along the flow, as in the paper"),
+        Design::Dots => ("Dots", "Round particles: the flow shows once they move"),
+        Design::Comets => {
+            ("Comets", "Bright heads and fading tails: the sense of the flow shows at rest")
+        }
+    }
+}
+
+fn way_words(way: Foreshortening) -> (&'static str, &'static str) {
+    match way {
+        Foreshortening::Table => {
+            ("Table", "The particles as seen from there, from a table of views")
+        }
+        Foreshortening::Polygon => ("Shorter splat", "The splat itself is shortened"),
+        Foreshortening::Coordinates => {
+            ("Stretched texture", "The texture is compressed within the same window")
+        }
+    }
+}
+
+fn by_words(by: ColourBy) -> (&'static str, &'static str) {
+    match by {
+        ColourBy::Magnitude => ("Length", "The length of the vector"),
+        ColourBy::X => ("x", "World position along x"),
+        ColourBy::Y => ("y", "World position along y"),
+        ColourBy::Z => ("z", "World position along z"),
+        ColourBy::Scalar => ("Scalar field", "The scalar field, where the vector stands"),
+    }
+}

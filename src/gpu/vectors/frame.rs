@@ -1,0 +1,180 @@
+//! Where vector splats land, and what the passes over them are told of that.
+
+use glam::{DMat3, DVec3};
+
+use super::{VectorLook, VectorSplats};
+use crate::gpu::layout::{self, LAYER_SLABS};
+use crate::gpu::list_plan::{Layers, MOST_LAYER_BITS, bits_below};
+use crate::kernel::{Kernel, RadialKernel};
+use crate::scene::{Order, View};
+use crate::vector::{Foreshortening, MARK_SIDE, VectorMode, WINDOW};
+
+/// Where splats land: their view in pixels. Units are those of the first field.
+pub(super) struct VectorFrame {
+    /// View space from units, pixels.
+    view_from_unit: DMat3,
+    /// View-space position of the origin of the splats, pixels.
+    origin: DVec3,
+    /// View depth of it beyond the lattice's centre, pixels.
+    beyond: f64,
+    eye_distance: Option<f64>,
+    size: [u32; 2],
+    /// Of the ellipse that is drawn, in kernel space, of the first field.
+    radius: f64,
+    /// Depths that splats reach, beyond the lattice's centre, pixels.
+    reach: [f64; 2],
+}
+
+/// Radius of the ellipse that is drawn, in kernel space: that of the marks' window, but for BLEND.
+fn drawn_radius(natural: f64, mode: VectorMode) -> f64 {
+    natural * if mode == VectorMode::Blend { 1.0 } else { WINDOW }
+}
+
+impl VectorFrame {
+    /// `None` where there is no field.
+    pub(super) fn new(view: &View, what: &VectorSplats<'_>) -> Option<Self> {
+        let camera = what.camera;
+        let natural = RadialKernel::new(Kernel::Cubic, None).map_or(1.0, RadialKernel::radius);
+        let pixels = view.pixels_per_unit;
+        let mut reach = [0.0_f64; 2];
+        for VectorLook { splats, settings } in what.looks {
+            let radius = drawn_radius(natural, settings.mode);
+            let beyond = camera.direction.dot(splats.origin - what.centre) * pixels;
+            let view_from_unit = camera.view_from_world_rotation() * (pixels * splats.unit);
+            let along = view_from_unit.transpose().z_axis;
+            for (i, splat) in splats.list.iter().enumerate() {
+                let middle = beyond + along.dot(DVec3::from(splat.centre.map(f64::from)));
+                // A row of the map is as long as the splat is deep.
+                let axes = splats.axes_of(i) * f64::from(splat.size);
+                let longest = axes.x_axis.length() + axes.y_axis.length() + axes.z_axis.length();
+                let depth =
+                    longest * splats.stretch * (splats.radius / natural) * radius * along.length();
+                reach = [reach[0].min(middle - depth), reach[1].max(middle + depth)];
+            }
+        }
+        let VectorLook { splats, settings } = what.looks.first()?;
+        Some(Self {
+            view_from_unit: camera.view_from_world_rotation() * (pixels * splats.unit),
+            origin: camera.to_view(splats.origin) * pixels,
+            beyond: camera.direction.dot(splats.origin - what.centre) * pixels,
+            eye_distance: view.eye_distance,
+            size: view.size,
+            radius: drawn_radius(natural, settings.mode),
+            reach,
+        })
+    }
+
+    /// Layers that splats lie in, however many.
+    pub(super) fn layer_count(&self, slab: f64) -> u64 {
+        let layer = slab * f64::from(LAYER_SLABS);
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates")]
+        let count = ((self.reach[1] - self.reach[0]) / layer).ceil() as u64;
+        count
+    }
+
+    pub(super) fn layers(&self, slab: f64) -> Option<Layers> {
+        let layer = slab * f64::from(LAYER_SLABS);
+        // One more on each side: the device rounds.
+        let first = (self.reach[0] / layer).floor() - 1.0;
+        let count = (self.reach[1] / layer).floor() + 2.0 - first;
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "2^22 at most")]
+        (count <= f64::from(1_u32 << MOST_LAYER_BITS)).then_some(Layers {
+            first: first as i32,
+            count: count as u32,
+            slab,
+        })
+    }
+
+    /// Of the pass that projects: lengths in units, the origin's at 0.
+    #[expect(clippy::cast_possible_truncation, reason = "the device has 32 bits")]
+    pub(super) fn constants(&self) -> layout::Frame {
+        let m = self.view_from_unit;
+        let column = |v: DVec3| v.as_vec3().extend(0.0).to_array();
+        let half = self.size.map(|n| n as f32 / 2.0);
+        // What extinctions are given per: a unit.
+        let unit_pixels = m.x_axis.length();
+        layout::Frame {
+            view_x: column(m.x_axis),
+            view_y: column(m.y_axis),
+            view_z: column(m.z_axis),
+            view_centre: self
+                .origin
+                .as_vec3()
+                .extend(self.eye_distance.unwrap_or(0.0) as f32)
+                .to_array(),
+            lattice_centre: [0.0; 4],
+            footprint: [0.0; 4],
+            half_size: half,
+            radius: self.radius as f32,
+            extinction_scale: (1.0 / unit_pixels).min(1e20) as f32,
+            footprint_scale: 1.0,
+            padding0: 0.0,
+            padding1: 0.0,
+            padding2: 0.0,
+        }
+    }
+
+    #[expect(clippy::cast_possible_truncation, reason = "the device has 32 bits")]
+    pub(super) fn vectors(
+        &self,
+        view: &View,
+        what: &VectorSplats<'_>,
+        record_vec4s: u32,
+        layers: Layers,
+        columns: u32,
+    ) -> layout::Vectors {
+        let natural = RadialKernel::new(Kernel::Cubic, None);
+        let natural_radius = natural.map_or(1.0, RadialKernel::radius);
+        let middle = natural.map_or(1.0, |kernel| kernel.footprint(0.0));
+        let finest = MARK_SIDE as f64;
+        let half = view.size.map(|n| n as f32 / 2.0);
+        // Far to near nothing is hidden before it is drawn.
+        let stop = if what.splat.order == Order::FrontToBack { what.stop_below } else { 0.0 };
+        let mut constants = layout::Vectors {
+            depth: [self.beyond as f32, what.slab as f32, stop, 0.0],
+            layers: [layers.first, layers.count.cast_signed(), 0, columns.cast_signed()],
+            ..bytemuck::Zeroable::zeroed()
+        };
+        let Some(first) = what.looks.first() else { return constants };
+        let with = |v: DVec3, w: f64| v.as_vec3().extend(w as f32).to_array();
+        let extent = first.splats.radius / natural_radius;
+        let window = WINDOW * natural_radius / self.radius;
+        constants.axis_x = with(first.splats.axes.x_axis, first.splats.stretch);
+        constants.axis_y = with(first.splats.axes.y_axis, extent);
+        constants.axis_z = with(first.splats.axes.z_axis, finest);
+        constants.picture = [half[0], half[1], window as f32, (1.0 / middle) as f32];
+        constants.flags = [
+            record_vec4s,
+            u32::from(first.settings.mode == VectorMode::Blend),
+            number_of(first.settings.foreshortening),
+            bits_below(layers.count),
+        ];
+        if let Some(VectorLook { splats, settings }) = what.looks.get(1) {
+            let radius = drawn_radius(natural_radius, settings.mode);
+            let ratio = splats.unit / first.splats.unit;
+            // As large as drawn with the first field's radius.
+            let extent = splats.radius / natural_radius * ratio * radius / self.radius;
+            let shift = (splats.origin - first.splats.origin) / first.splats.unit;
+            constants.second_x = with(splats.axes.x_axis, splats.stretch);
+            constants.second_y = with(splats.axes.y_axis, extent);
+            constants.second_z = with(splats.axes.z_axis, WINDOW * natural_radius / radius);
+            constants.second_origin = with(shift, ratio);
+            constants.second_flags = [
+                first.splats.list.len() as u32,
+                u32::from(settings.mode == VectorMode::Blend),
+                number_of(settings.foreshortening),
+                u32::from(settings.design != first.settings.design),
+            ];
+        }
+        constants
+    }
+}
+
+/// As `shaders/lib/vector_frame.wgsl` counts them.
+fn number_of(foreshortening: Foreshortening) -> u32 {
+    match foreshortening {
+        Foreshortening::Table => 0,
+        Foreshortening::Polygon => 1,
+        Foreshortening::Coordinates => 2,
+    }
+}

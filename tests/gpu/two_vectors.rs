@@ -1,0 +1,167 @@
+//! Two vector fields among each other and beside a scalar field, against their float64 reference.
+//!
+//! Measured on llvmpipe (LLVM 15, Mesa 22.3.6).
+
+use glam::{DMat3, DVec3};
+use voxsplat::core::Srgb8;
+use voxsplat::scene::{OpacityModel, Order, Scene, SecondVectors};
+use voxsplat::task::draw::Rung;
+use voxsplat::transfer::ColourSource;
+use voxsplat::vector::{Design, Foreshortening, VectorMode, VectorSettings};
+use voxsplat::volume::{Lattice, Places};
+
+use crate::support::*;
+use crate::vectors::{CLOSE, PICTURE, alone, field, holds, settings, with};
+
+/// The handful of vectors and as many others on the same grid, that look as differently as they can.
+pub(crate) fn both() -> Scene {
+    with(alone(), |layer| {
+        let other = field(layer.field.places.clone(), 21);
+        let mut settings = VectorSettings {
+            mode: VectorMode::Blend,
+            design: Design::Comets,
+            foreshortening: Foreshortening::Coordinates,
+            stretch: 2.5,
+            extent: Some(1.1),
+            seed: 4,
+            marks: Some(Srgb8([40, 255, 90])),
+            ..settings(&other)
+        };
+        settings.transfer.opacity = vec![(2.0, 0.0), (9.0, 0.7)];
+        settings.transfer.colour =
+            ColourSource::Stops(vec![(0.0, Srgb8([255, 220, 0])), (10.0, Srgb8([200, 0, 255]))]);
+        layer.second = Some(SecondVectors { field: other, settings });
+    })
+}
+
+fn with_modes(modes: [VectorMode; 2], (model, order): (OpacityModel, Order)) -> Scene {
+    let mut scene = with(both(), |layer| {
+        layer.settings.mode = modes[0];
+        if let Some(second) = &mut layer.second {
+            second.settings.mode = modes[1];
+        }
+    });
+    (scene.splat.opacity_model, scene.splat.order) = (model, order);
+    scene
+}
+
+#[test]
+fn two_fields_are_those_of_the_reference_in_every_pair_of_modes() {
+    use OpacityModel::{OpticalDepth, Published};
+    use Order::{BackToFront, FrontToBack};
+    use VectorMode::{Blend, Modulate};
+    for (modes, how) in [
+        ([Modulate, Blend], (OpticalDepth, FrontToBack)),
+        ([Blend, Modulate], (OpticalDepth, BackToFront)),
+        ([Blend, Blend], (Published, FrontToBack)),
+        ([Modulate, Modulate], (Published, BackToFront)),
+    ] {
+        let scene = with_modes(modes, how);
+        holds(&format!("two fields, {modes:?}, {how:?}"), &scene, CLOSE);
+        let mut beside = with(scene, |layer| layer.alone = false);
+        beside.splat.classify = match modes[1] {
+            Modulate => voxsplat::scene::Classify::PreIntegrated,
+            Blend => voxsplat::scene::Classify::After,
+        };
+        holds(&format!("two fields beside a scalar one, {modes:?}, {how:?}"), &beside, CLOSE);
+    }
+}
+
+#[test]
+fn ways_of_foreshortening_and_means_are_each_fields_own() {
+    let scene = with(both(), |layer| {
+        layer.settings.coarser = 1;
+        layer.settings.foreshortening = Foreshortening::Polygon;
+        if let Some(second) = &mut layer.second {
+            second.settings.foreshortening = Foreshortening::Table;
+        }
+    });
+    holds("two fields, one halved", &scene, CLOSE);
+    let scene = with(scene, |layer| {
+        layer.settings.coarser = 0;
+        layer.settings.foreshortening = Foreshortening::Coordinates;
+        if let Some(second) = &mut layer.second {
+            second.settings.coarser = 1;
+            second.settings.foreshortening = Foreshortening::Polygon;
+        }
+    });
+    holds("two fields, the other halved", &scene, CLOSE);
+}
+
+#[test]
+fn fields_on_points_and_cells_and_on_points_of_their_own_share_their_slabs() {
+    let moved = Lattice {
+        spacing: DVec3::new(1.7, 1.1, 1.4),
+        origin: DVec3::new(0.8, -0.7, 1.1),
+        direction: DMat3::from_rotation_z(0.4),
+        ..Lattice::unit([3, 3, 2])
+    };
+    for model in [OpacityModel::OpticalDepth, OpacityModel::Published] {
+        let mut scene = with(both(), |layer| {
+            let second = layer.second.as_mut().expect("a second field");
+            second.field = field(Places::Lattice(moved), 9);
+        });
+        scene.splat.opacity_model = model;
+        holds(&format!("two fields on two lattices, {model:?}"), &scene, CLOSE);
+    }
+    // Points of a sheared grid, told one by one.
+    let places = Places::Lattice(moved);
+    let count = moved.len();
+    let at = |i: usize| places.at(i);
+    let points = (0..count).map(|i| at(i).0 * 1.2).collect();
+    let axes = (0..count).map(|i| at(i).1 * 1.2).collect();
+    let uneven = field(Places::Points { dims: moved.dims, points, axes }, 9);
+    let first_uneven = with(both(), |layer| layer.field = uneven.clone());
+    holds("points of their own, then a lattice", &first_uneven, CLOSE);
+    let second_uneven = with(both(), |layer| {
+        layer.second.as_mut().expect("a second field").field = uneven;
+    });
+    holds("a lattice, then points of their own", &second_uneven, CLOSE);
+}
+
+/// A picture of either field alone is not that of both: what is compared could fail.
+#[test]
+fn either_field_would_be_missed() {
+    let Some(mut drawer) = drawer() else { return };
+    let mut light = |scene: &Scene| drawn(&mut drawer, scene, PICTURE, Rung::Full).0;
+    let found = light(&both());
+    let first = light(&with(both(), |layer| layer.second = None));
+    let second = light(&with(both(), |layer| {
+        let second = layer.second.take().expect("a second field");
+        (layer.field, layer.settings) = (second.field, second.settings);
+    }));
+    for missing in [first, second] {
+        assert!(fault(&found, &missing, CLOSE).is_some(), "a field is not missed");
+    }
+}
+
+#[test]
+fn a_second_field_of_nothing_changes_no_bit_and_one_field_has_no_trace_of_another() {
+    let Some(context) = context(voxsplat::gpu::Wishes::default()) else { return };
+    let mut drawer = voxsplat::task::draw::Drawer::new(voxsplat::gpu::Renderer::new(context));
+    let all = both();
+    let one = with(all.clone(), |layer| layer.second = None);
+    let (before, _) = drawn(&mut drawer, &one, PICTURE, Rung::Full);
+    let (bytes, pipelines) = (drawer.renderer.size_bytes(), drawer.renderer.pipeline_count());
+    let nothing = with(all.clone(), |layer| {
+        let second = layer.second.as_mut().expect("a second field");
+        second.settings.transfer.opacity.clear();
+    });
+    assert_eq!(drawn(&mut drawer, &nothing, PICTURE, Rung::Full).0, before);
+    drawn(&mut drawer, &all, PICTURE, Rung::Full);
+    // Those that project and those that composite.
+    assert_eq!(drawer.renderer.pipeline_count(), pipelines + 2);
+    drawer.renderer.time_passes().unwrap();
+    let mut names = |scene: &Scene| {
+        let (light, _) = drawn(&mut drawer, scene, PICTURE, Rung::Full);
+        let times = drawer.renderer.times();
+        (light, times.iter().map(|pass| pass.name).collect::<Vec<_>>())
+    };
+    let (_, with_second) = names(&with(all.clone(), |layer| layer.phase = 0.4));
+    let (after, with_one) = names(&one);
+    assert_eq!(after, before);
+    assert!(with_one.contains(&"count_vectors"), "{with_one:?}");
+    assert_eq!(with_second, ["composite_vectors"], "lists stay while time passes");
+    let lists = drawer.renderer.list_bytes();
+    assert!(drawer.renderer.size_bytes() - lists <= bytes, "records and marks are let go of");
+}
