@@ -204,6 +204,7 @@ fn finish(pixel: vec2<u32>) {
     if IN_PARTS {
         keep(slot + RAYS_SLOT, RAYS_PART, bitcast<vec4<u32>>(rays_light));
     }
+    note_ended_loops();
     if published && caps > 0u {
         let before = atomicAdd(&totals.counts[2], caps);
         if before + caps < before {

@@ -32,6 +32,8 @@ fn lay_before_slice(ray: Ray, slice: i32, is_beyond: bool) {}
 
 fn lay_rest() {}
 
+fn note_ended_loops() {}
+
 // Nothing behind can be seen any more.
 fn is_opaque() -> bool {
     return front_to_back && 1.0 - light.w < gather.reach.w;

@@ -259,6 +259,19 @@ fn vectors_in(
     return found;
 }
 
+// Counts an invocation whose loops the adapter has ended, and so perhaps left splats out: software
+// adapters do after so many turns of a ray and those beside it (gpu::turns). All loops after that turn once.
+fn note_ended_loops() {
+    let asked = min(u32(vectors.layers.y), 2u);
+    var turns = 0u;
+    while turns < asked {
+        turns++;
+    }
+    if turns < asked {
+        atomicAdd(&totals.counts[1], 1u);
+    }
+}
+
 // A part of a slab, beside so much of vectors.
 fn composite_beside(
     light: ptr<function, Gathered>,

@@ -268,7 +268,7 @@ impl Renderer {
     ///
     /// # Errors
     /// Kernels so wide that a single step of a ray is too much for the adapter's loops, more polygons
-    /// over a pixel than these allow, or a failing device.
+    /// over a pixel or vectors along a ray than these allow, or a failing device.
     pub fn draw_gathered(
         &mut self,
         view: &View,
@@ -299,15 +299,16 @@ impl Renderer {
         let polygons = self.polygons.as_ref().map(|polygons| polygons.longest);
         variant.polygons = polygons.is_some();
         let splats = self.vectors.as_ref().filter(|_| self.slabs_have_vectors);
-        let longest = splats.map(|vectors| vectors.longest);
-        variant.vectors = longest.is_some();
+        variant.vectors = splats.is_some();
         variant.two_fields = splats.is_some_and(|vectors| vectors.are_of_two());
         if variant.polygons && variant.vectors && variant.looks == Looks::Kept {
             // There are no bindings left for what was shaded.
             variant.looks = self.sample_shade().map_or(Looks::Plain, |s| Looks::Shaded(s.variant));
         }
         let walked = (settings.kernel, variant.layers());
-        let parts = turns::gathered(&constants, walked, side, Among { polygons, longest }, most)?;
+        let quartered = variant.vectors.then_some(self.vectors_quartered);
+        let among = Among { polygons, vectors: quartered };
+        let parts = turns::gathered(&constants, walked, side, among, most)?;
         variant.in_parts = parts.len() > 1;
         self.write_traversal(view, &(0..0), 0, 0);
         self.gathering.variant = Some(variant);
@@ -326,6 +327,8 @@ impl Renderer {
                 wall_ms += self.run(&[Pass::Gather { pass, tiles: tiles.len() as u32 }])?;
             }
         }
+        let kept = self.kept.buffer().filter(|_| variant.in_parts);
+        self.check_turns(kept.unwrap_or(&self.totals))?;
         Ok(wall_ms)
     }
 

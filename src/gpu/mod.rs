@@ -115,6 +115,16 @@ pub enum GpuError {
         /// What lies over it.
         found: u64,
     },
+    /// More vector splats along rays than a software adapter's loops allow.
+    #[error(
+        "expected rays past as many vector splats as a software adapter's loops allow (65 535 \
+         turns), found too many among the {found} over a tile of the picture; draw means of them with \
+         --vector-coarser, lower the opacity of short vectors to 0, or choose a hardware adapter"
+    )]
+    TooManyTurns {
+        /// Most splats over one tile of those that were drawn.
+        found: u32,
+    },
     /// Vectors lie among kernels that tiles draw.
     #[error(
         "expected a mode that tiles draw for vectors beside a scalar field, found {found}, which only \

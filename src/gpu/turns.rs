@@ -56,12 +56,11 @@ pub(super) struct Part {
 pub(super) struct Among {
     /// Polygons that a pixel sees at most, where there are any in the scene.
     pub polygons: Option<u32>,
-    /// Vector splats of a tile at most, likewise.
-    pub longest: Option<u32>,
+    /// Vector splats, where there are any, and how often the turns of a part are quartered for them: how
+    /// many more they take depends on which rays come to a layer of them at the same time. Where they
+    /// took too many the device says so ([`GpuError::TooManyTurns`]).
+    pub vectors: Option<u32>,
 }
-
-/// Turns of a splat: the list's own, and two loops that stand for branches.
-const SPLAT_TURNS: f64 = 5.0;
 
 /// A dispatch goes on with what was kept of the pixel.
 const GOES_ON: u32 = 1;
@@ -78,7 +77,7 @@ pub(super) fn gathered(
     gather: &layout::Gather,
     (kernel, layers): (Kernel, Layers),
     side: u32,
-    Among { polygons, longest }: Among,
+    Among { polygons, vectors }: Among,
     most: Option<u64>,
 ) -> Result<Vec<Part>, GpuError> {
     let count = side * side;
@@ -104,16 +103,14 @@ pub(super) fn gathered(
             sizes.iter().map(|&size| (size, rays.chunks(kernel, layers, size))).collect()
         }
     };
-    // Any part of a ray may meet all that lies among its samples.
-    let splats = longest.map_or(0.0, f64::from) * SPLAT_TURNS;
-    let left = most as f64 - LANES * polygon_turns(polygons, 0);
-    if splats > 0.7 * left {
-        let most = (0.7 * left.max(0.0) / SPLAT_TURNS) as u64;
-        return Err(GpuError::TooManyVectors { most, found: longest.unwrap_or(0).into() });
-    }
-    let budget = left - splats - REST as f64;
+    // Any part of a ray may meet all polygons.
+    let all = most.saturating_sub(REST) as f64 - LANES * polygon_turns(polygons, 0);
+    let budget = match vectors {
+        None => all,
+        Some(quartered) => 0.5 * all * 0.25_f64.powi(quartered.cast_signed()),
+    };
     // Before each slice and layer a look, at slabs of vectors too.
-    let looks = match (polygons, longest) {
+    let looks = match (polygons, vectors) {
         (None, None) => 0.0,
         (_, None) => 2.0 * f64::from(LAYERS),
         (_, Some(_)) => 12.0 * f64::from(LAYERS),
@@ -126,7 +123,9 @@ pub(super) fn gathered(
         let starts = (0..count).step_by(at_once as usize);
         return Ok(starts.map(|first| whole(first, (first + at_once).min(count))).collect());
     }
-    let fitting = walks.iter().find(|(_, walk)| walk.each <= budget);
+    // The smallest step is all that vectors can ask for.
+    let smallest = walks.last().filter(|(_, walk)| vectors.is_some() && walk.each <= all);
+    let fitting = walks.iter().find(|(_, walk)| walk.each <= budget).or(smallest);
     let (size, walk) = fitting.ok_or_else(|| too_often(walks[walks.len() - 1].1.each))?;
     #[expect(clippy::cast_possible_truncation, reason = "far fewer than 2^31, and saturating")]
     let (units, step) = (walk.units as i32, (budget / walk.each) as i32);

@@ -20,6 +20,9 @@ use crate::volume::ScalarVolume;
 
 /// Tiles in the first piece, before any was timed.
 const FIRST_TILES: u32 = 64;
+/// How often the parts of rays among vectors are quartered on software adapters before means are drawn:
+/// less than a slice or slab has no part.
+const MOST_QUARTERED: u32 = 6;
 /// Bricks of samples that are shaded in the first piece.
 const FIRST_BRICKS: u32 = 512;
 /// Transmittance at which rays end: what is behind can change no channel by more than half a step
@@ -160,7 +163,7 @@ impl Drawer {
             false => renderer.draw_slab_tiles(which, &view, &scene.splat, constants, tiles),
         };
         let (mut drawn, splats) =
-            self.beside_vectors(scene, &view, which, observer, (first, draw))?;
+            self.beside_vectors(scene, &view, which, observer, (first, 0, draw))?;
         if are_alone {
             drawn.kernels = splats;
         }
@@ -175,29 +178,41 @@ impl Drawer {
     }
 
     /// A picture of tiles, so many in the first piece, with a scene's vectors among them, and how many of
-    /// these there are: where too many lie over a tile, means of them.
+    /// these there are. Where a software adapter's loops do not allow so many along a ray, its parts are
+    /// quartered as often as may be; then means of vectors are drawn.
     fn beside_vectors(
         &mut self,
         scene: &Scene,
         view: &View,
         which: SlabField,
         observer: &mut dyn Observer,
-        (first, draw): (u32, impl Fn(&mut Renderer, Range<u32>) -> Result<f64, GpuError>),
+        (first, most_quartered, draw): (
+            u32,
+            u32,
+            impl Fn(&mut Renderer, Range<u32>) -> Result<f64, GpuError>,
+        ),
     ) -> Result<(Drawn, u64), DrawError> {
-        let mut vectors_halved = 0;
+        let (mut vectors_halved, mut quartered) = (0, 0);
         loop {
             let vectors = self.prepare_vectors(scene, view, (which, vectors_halved), observer)?;
-            self.renderer.put_vectors_in_slabs(vectors.is_some());
+            self.renderer.put_vectors_in_slabs(vectors.is_some(), quartered);
             let make_lists = |renderer: &mut Renderer, tiles: Range<u32>| match &vectors {
                 Some(vectors) => vectors.make_lists(renderer, view, tiles),
                 None => Ok(tiles.end),
             };
             match self.tiled(scene, view, observer, (first, make_lists), &draw) {
-                // Means are fewer; the picture begins anew.
-                Err(DrawError::Gpu(GpuError::TooManyVectors { .. }))
-                    if vectors.as_ref().is_some_and(PictureVectors::has_coarser) =>
+                // The picture begins anew.
+                Err(DrawError::Gpu(GpuError::TooManyTurns { .. }))
+                    if quartered < most_quartered =>
                 {
+                    quartered += 1;
+                }
+                // Means are fewer.
+                Err(DrawError::Gpu(
+                    GpuError::TooManyVectors { .. } | GpuError::TooManyTurns { .. },
+                )) if vectors.as_ref().is_some_and(PictureVectors::has_coarser) => {
                     vectors_halved += 1;
+                    quartered = 0;
                 }
                 Err(error) => return Err(error),
                 Ok(drawn) => {
@@ -240,9 +255,8 @@ impl Drawer {
         let draw = |renderer: &mut Renderer, tiles: Range<u32>| {
             renderer.draw_gathered(&view, &scene.splat, unit_distance, STOP_BELOW, tiles)
         };
-        let drawn =
-            self.beside_vectors(scene, &view, SlabField::Own, observer, (FIRST_TILES, draw))?;
-        let (drawn, _) = drawn;
+        let how = (FIRST_TILES, MOST_QUARTERED, draw);
+        let (drawn, _) = self.beside_vectors(scene, &view, SlabField::Own, observer, how)?;
         let made_pipelines = self.renderer.pipeline_count() != pipelines;
         let wall_ms = drawn.wall_ms + shading_ms;
         Ok(Drawn { is_shaded: true, made_pipelines, wall_ms, ..drawn })
