@@ -360,20 +360,38 @@ fn effects_are_those_of_the_picture_and_what_is_transparent_by_a_table_says_so()
     let folder = tempfile::tempdir().expect("a folder");
     let path = |name: &str| folder.path().join(name).to_str().expect("UTF-8").to_owned();
     let (picture, stats) = (path("out.png"), path("stats.json"));
+    let last_rows = std::cell::RefCell::new(Vec::new());
     let run = |more: &[&str]| {
         let fixed = ["render", "demo:shells:16", "-o", &picture, "--stats", &stats];
         let run = voxsplat(&[&fixed[..], &["--resolution", "32,24"], more].concat());
         assert!(run.status.success(), "{}", errors(&run));
         let text = std::fs::read_to_string(&stats).expect("statistics");
         let stats = serde_json::from_str::<Value>(&text).expect("JSON");
+        let rows = stats["effect_rows"].as_array().expect("rows");
+        let runs = rows.iter().filter(|row| row["runs"] == true).map(|row| row["name"].clone());
+        assert_eq!(runs.collect::<Vec<_>>(), *stats["effects"].as_array().expect("a list"));
+        last_rows.replace(rows.clone());
         (stats["effects"].clone(), errors(&run))
     };
     let (effects, said) = run(&["--shading", "lights"]);
     assert_eq!(effects, serde_json::json!(["gradients", "lights"]));
+    let rows = last_rows.take();
+    assert_eq!([&rows[0]["asked_by"], &rows[1]["asked_by"]], ["lights", "1 light"]);
+    for row in &rows {
+        assert!(row["rmse"].as_f64() > Some(1e-3) && row["bytes"].as_i64() > Some(1000), "{row}");
+        let added = &row["added"];
+        assert!(added["pictures"].as_u64() >= Some(1), "{row}");
+        let range = [&added["least_ms"], &added["ms"], &added["most_ms"]].map(Value::as_f64);
+        assert!(range.is_sorted() && range[0].is_some(), "{row}");
+    }
     assert!(!said.contains("octree"), "{said}");
     let cut = ["--shading", "lights", "--refine", "coarse", "--max-error", "0.3"];
     let (effects, said) = run(&cut);
     assert_eq!(effects, serde_json::json!([]));
+    let rows = last_rows.take();
+    assert!(
+        rows.len() == 2 && rows.iter().all(|row| row["added"].is_null() && row["bytes"].is_null())
+    );
     assert!(said.contains("octree cut, which shows no lights"), "{said}");
     let (effects, said) = run(&["--modulation", "value:0:0,1:0"]);
     assert_eq!(effects, serde_json::json!(["modulation table"]));

@@ -1,8 +1,8 @@
 //! Undo and redo: states one after another, each whole.
 //!
 //! The rule: a step is what changed between two moments at which nothing was held, so that a drag,
-//! or a number being typed, is one step however long it takes. The last [`LIMIT`] steps are kept; the
-//! oldest makes room. A new step forgets what had been undone.
+//! or a number being typed, is one step however long it takes. The last [`LIMIT`] steps are kept, and
+//! fewer where they hold too much memory; the oldest makes room. A new step forgets what had been undone.
 
 use std::collections::VecDeque;
 
@@ -26,12 +26,7 @@ impl<T> Default for History<T> {
 }
 
 impl<T: Clone + PartialEq> History<T> {
-    /// Begins anew: there is nothing to undo from here.
-    pub fn start(&mut self, state: T) {
-        *self = Self { present: Some(state), ..Self::default() };
-    }
-
-    /// Takes note of a state. One that differs from the present is a step; where it `continues` the
+    /// Takes note of a state; the first is where steps begin. One that differs from the present is a step; where it `continues` the
     /// last step (notch upon notch of the wheel), it takes that one's place. Whether there was one.
     pub fn record(&mut self, state: &T, continues: bool) -> bool {
         let Some(present) = &mut self.present else {
@@ -53,6 +48,15 @@ impl<T: Clone + PartialEq> History<T> {
             self.past.pop_front();
         }
         true
+    }
+
+    /// Forgets the oldest steps for as long as those that are left are too much; whether any was.
+    pub fn forget_while(&mut self, is_too_much: impl Fn(&VecDeque<T>) -> bool) -> bool {
+        let before = self.past.len();
+        while !self.past.is_empty() && is_too_much(&self.past) {
+            self.past.pop_front();
+        }
+        self.past.len() < before
     }
 
     /// Goes one step back; the state to be shown, if there is one.
@@ -102,7 +106,7 @@ mod tests {
     #[test]
     fn a_step_that_goes_on_is_one_and_vanishes_where_it_comes_back() {
         let mut history = History::default();
-        history.start(0);
+        history.record(&0, false);
         history.record(&1, false);
         for state in [5, 6, 7] {
             history.record(&state, state > 5);
@@ -114,15 +118,17 @@ mod tests {
     }
 
     #[test]
-    fn another_file_cannot_be_undone() {
+    fn what_is_too_much_is_forgotten_from_the_oldest_on() {
         let mut history = History::default();
-        history.start(1);
-        history.record(&2, false);
-        history.undo();
-        history.start(9);
-        assert_eq!((history.undo(), history.redo()), (None, None));
-        history.record(&9, false);
-        assert!(history.last_step().is_none(), "the same again is no step");
+        for state in [1, 2, 3, 4] {
+            history.record(&state, false);
+        }
+        history.record(&4, false);
+        assert_eq!(history.last_step(), Some([&3, &4]), "the same again is no step");
+        let sum_is_over_4 = |past: &VecDeque<i32>| past.iter().sum::<i32>() > 4;
+        assert!(history.forget_while(sum_is_over_4) && !history.forget_while(sum_is_over_4));
+        assert_eq!((history.undo(), history.undo()), (Some(3), None));
+        assert_eq!(history.redo(), Some(4), "what comes after stays");
     }
 
     /// What a hand may do.
@@ -146,7 +152,7 @@ mod tests {
         #[test]
         fn undo_never_loses_a_step(deeds in proptest::collection::vec(deed(), 1..LIMIT)) {
             let mut history = History::default();
-            history.start(u8::MAX);
+            history.record(&u8::MAX, false);
             // Every state from the first to the last that can be reached, and the present one.
             let (mut states, mut at) = (vec![u8::MAX], 0);
             for deed in deeds {

@@ -13,6 +13,7 @@ pub mod compare;
 pub mod dialogs;
 pub mod document;
 pub mod drawer;
+mod effect_rows;
 pub mod effects;
 mod exchanging;
 pub mod file_dialog;
@@ -52,6 +53,7 @@ use anyhow::anyhow;
 use eframe::egui::{Context, ViewportBuilder};
 use eframe::{NativeOptions, egui_wgpu};
 
+use crate::core::memory::free_bytes;
 use crate::task::engine::{AdapterChoice, Engine};
 use crate::task::sweep::exact_truth;
 use document::Source;
@@ -126,6 +128,10 @@ pub fn run(options: Options) -> anyhow::Result<()> {
     })
 }
 
+/// One in so many of the free bytes may be held for steps back to other volumes: little enough to leave
+/// room for the next file.
+const PART_FOR_STEPS: u64 = 8;
+
 /// The real engine, readers and dialogs.
 fn parts(ctx: &Context, adapter: AdapterChoice, screen_format: Option<ScreenFormat>) -> Parts {
     let news = Arc::new(News::new(ctx));
@@ -139,6 +145,7 @@ fn parts(ctx: &Context, adapter: AdapterChoice, screen_format: Option<ScreenForm
         library: Arc::new(Files),
         renderer: saving::engine_renderer(adapter.clone()),
         measure: sweeping::engine_measurer(adapter, exact_truth),
+        bytes_for_steps: Box::new(|| free_bytes() / PART_FOR_STEPS),
         chooser: Box::new(FileDialog::open),
         pictures_folder: saving::pictures_folder(),
     }

@@ -59,6 +59,8 @@ impl Window {
 
     /// The scene in which a newly opened document is seen.
     fn show_document(&mut self, ctx: &Context, document: Document, keep_view: bool) {
+        // What is still in the hand is a step of its own.
+        self.record_now(ctx);
         let volume = Arc::clone(&document.volume);
         let transfer = self.parts.library.default_transfer(&volume.statistics);
         let before = self.scene.take();
@@ -107,7 +109,7 @@ impl Window {
             (None, _) => None,
         };
         if !keep_view {
-            self.vectors = Vectors::default();
+            self.leave_file(ctx, &document);
             // Points of another file's world.
             self.flow.choice.ends = None;
         }
@@ -126,15 +128,20 @@ impl Window {
         self.transfer.start_over();
         self.shading.start_over();
         self.clip.start_over();
-        let title = format!("{} – Voxsplat", document.source.name());
-        ctx.send_viewport_cmd(ViewportCommand::Title(title));
         for warning in &document.warnings {
             self.notices.note(warning.clone());
         }
         self.document = Some(document);
-        if !keep_view {
-            self.forget_steps();
-        }
+    }
+
+    /// Lets go of what belongs to the file that was open, before another is shown.
+    pub(super) fn leave_file(&mut self, ctx: &Context, other: &Document) {
+        self.vectors = Vectors::default();
+        self.flow.job = None;
+        self.shading.start_over();
+        self.clip.start_over();
+        let title = format!("{} – Voxsplat", other.source.name());
+        ctx.send_viewport_cmd(ViewportCommand::Title(title));
     }
 
     pub(super) fn take_document(&mut self, ctx: &Context) {

@@ -1,21 +1,26 @@
 //! Undo and redo in the window: what a state is, what is called what, and when a step ends.
 //!
-//! Everything that changes the picture, or what lies over it, belongs to a state: the transfer
-//! function, the mode, the view, the comparison, the background and the other display settings, and
-//! which field of the file is drawn. What does not: which panels are open, how the graph of the
-//! transfer function is zoomed, and the list of recent files. Another file begins a new history,
-//! since two files might not fit into memory.
+//! Everything that changes the picture, or what lies over it, belongs to a state: which file is open and
+//! which of its fields is drawn, the transfer function and how its graph shows it, the mode, the view, the
+//! comparison, the background and the other display settings, by what streamlines would be made, and the
+//! speed of an animation. What does not: which panels and tools are open, time as it passes, and the list
+//! of recent files. Volumes of earlier steps stay in memory for as long as they take little of what is
+//! free; else the oldest steps are forgotten, and that is said.
 
+use std::collections::{HashSet, VecDeque};
 use std::sync::Arc;
 
 use eframe::egui::{Context, Event};
 
 use super::compare::{Compare, Display};
 use super::document::Document;
+use super::flow::FlowChoice;
+use super::panels::transfer::CurveView;
 use super::settings::Settings;
 use super::window::Window;
 use crate::scene::{Scene, SplatSettings};
 use crate::transfer::Gaussian;
+use crate::volume::Samples;
 
 /// Seconds within which one notch of the wheel goes on with the step of the one before.
 const WHEEL_SECS: f64 = 0.6;
@@ -29,6 +34,10 @@ pub(super) struct State {
     settings: Settings,
     compare: Comparison,
     cells: (bool, f64),
+    curve: CurveView,
+    flow: FlowChoice,
+    /// Cycles a second.
+    speed: f64,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -58,13 +67,17 @@ impl Comparison {
 impl PartialEq for State {
     fn eq(&self, other: &Self) -> bool {
         // Taken apart, so that a new part cannot be forgotten here.
-        let Self { document, scene, gaussians, settings, compare, cells } = self;
+        let Self { document, scene, gaussians, settings, compare, cells, curve, flow, speed } =
+            self;
         Arc::ptr_eq(&document.volume, &other.document.volume)
             && scene.makes_same_picture(&other.scene)
             && *gaussians == other.gaussians
             && *settings == other.settings
             && *compare == other.compare
             && *cells == other.cells
+            && *curve == other.curve
+            && *flow == other.flow
+            && *speed == other.speed
     }
 }
 
@@ -76,6 +89,7 @@ impl State {
         let colour = a.transfer.colour != b.transfer.colour;
         let background = |s: &Settings| (s.background, s.transparent_background);
         match () {
+            () if self.is_of_another_file(after) => "file",
             () if !Arc::ptr_eq(&a.volume, &b.volume) => "another field",
             () if a.shading.regions != b.shading.regions && !opacity && !colour => "regions",
             () if opacity && colour => "transfer function",
@@ -95,9 +109,38 @@ impl State {
             () if self.cells != after.cells => "octree cells",
             () if self.settings.annotations != after.settings.annotations => "annotations",
             () if background(&self.settings) != background(&after.settings) => "background",
+            () if self.curve != after.curve => "graph",
+            () if self.flow != after.flow => "streamlines and arrows",
+            () if self.speed != after.speed => "speed",
             () => "display settings",
         }
     }
+
+    fn is_of_another_file(&self, other: &Self) -> bool {
+        !Arc::ptr_eq(&self.document.grid, &other.document.grid)
+    }
+
+    /// The arrays that it holds: where each lies, and its bytes.
+    fn arrays(&self) -> impl Iterator<Item = (*const (), usize)> {
+        let Document { grid, volume, vectors, .. } = &self.document;
+        let samples = |samples: &Arc<Samples>| (Arc::as_ptr(samples).cast(), samples.size_bytes());
+        let layer = self.scene.vectors.as_ref();
+        let second = layer.and_then(|layer| layer.second.as_ref()).map(|second| &second.field);
+        let fields = vectors.iter().chain(layer.map(|layer| &layer.field)).chain(second);
+        let fields = fields.flat_map(move |field| {
+            let vectors = Arc::as_ptr(&field.vectors).cast();
+            [(vectors, size_of_val(&*field.vectors)), samples(&field.magnitudes)]
+        });
+        let scalars = grid.fields.iter().map(|field| &field.samples).chain([&volume.samples]);
+        scalars.map(samples).chain(fields)
+    }
+}
+
+/// Bytes of the arrays that only these states hold, and not the present one.
+fn bytes_held_by(past: &VecDeque<State>, present: &State) -> u64 {
+    let mut counted: HashSet<_> = present.arrays().map(|(place, _)| place).collect();
+    let new = past.iter().flat_map(State::arrays).filter(|(place, _)| counted.insert(*place));
+    new.map(|(_, bytes)| bytes as u64).sum()
 }
 
 /// What the wheel did last, for notches that go on with a step.
@@ -122,15 +165,10 @@ impl Window {
             settings: Settings { recent: Vec::new(), side_panel: true, ..self.settings.clone() },
             compare: Comparison::of(&self.compare),
             cells: (self.cells.on, self.cells.max_error),
+            curve: self.transfer.curve_view(),
+            flow: self.flow.choice,
+            speed: self.vectors.clock.speed(),
         })
-    }
-
-    /// Begins a new history.
-    pub(super) fn forget_steps(&mut self) {
-        self.wheel = Wheel::default();
-        if let Some(state) = self.state() {
-            self.history.start(state);
-        }
     }
 
     /// Takes note of what has changed, unless something is still being held or typed.
@@ -141,13 +179,32 @@ impl Window {
         }
     }
 
-    fn record_now(&mut self, ctx: &Context) {
+    /// Takes note of what has changed, be it still in the hand.
+    pub(super) fn record_now(&mut self, ctx: &Context) {
         let Some(state) = self.state() else { return };
         let is_wheel = |event: &Event| matches!(event, Event::MouseWheel { .. } | Event::Zoom(_));
         let (now_secs, wheel) = ctx.input(|i| (i.time, i.events.iter().any(is_wheel)));
         let goes_on = self.wheel.last_secs.is_some_and(|last| now_secs - last < WHEEL_SECS);
         if self.history.record(&state, wheel && goes_on) {
             self.wheel.last_secs = wheel.then_some(now_secs);
+            self.limit_memory(&state);
+        }
+    }
+
+    /// Forgets the oldest steps where the last one brought another volume and theirs take too much.
+    fn limit_memory(&mut self, present: &State) {
+        let same_volume = |[before, after]: [&State; 2]| {
+            Arc::ptr_eq(&before.document.volume, &after.document.volume)
+        };
+        if self.history.last_step().is_none_or(same_volume) {
+            return;
+        }
+        let most = (self.parts.bytes_for_steps)();
+        if self.history.forget_while(|past| bytes_held_by(past, present) > most) {
+            self.notices.note(
+                "The oldest steps can no longer be undone: what was open then would take too much of the \
+                 free memory",
+            );
         }
     }
 
@@ -158,14 +215,19 @@ impl Window {
         self.wheel = Wheel::default();
         let state = if back { self.history.undo() } else { self.history.redo() };
         match state {
-            Some(state) => self.return_to(state),
+            Some(state) => self.return_to(ctx, state),
             None if back => self.notices.hint("There is nothing to undo"),
             None => self.notices.hint("There is nothing to redo"),
         }
     }
 
-    fn return_to(&mut self, state: State) {
-        let State { document, scene, gaussians, settings, compare, cells } = state;
+    fn return_to(&mut self, ctx: &Context, state: State) {
+        let State { document, scene, gaussians, settings, compare, cells, curve, flow, speed } =
+            state;
+        let is_same = |now: &Document| Arc::ptr_eq(&now.grid, &document.grid);
+        if !self.document.as_ref().is_some_and(is_same) {
+            self.leave_file(ctx, &document);
+        }
         self.document = Some(document);
         self.scene = Some(scene);
         self.gaussians = gaussians;
@@ -174,6 +236,9 @@ impl Window {
         compare.give_to(&mut self.compare);
         (self.cells.on, self.cells.max_error) = cells;
         self.transfer.let_go();
+        self.transfer.set_curve_view(curve);
+        self.flow.choice = flow;
+        self.vectors.clock.set_speed(speed, ctx.time());
     }
 
     /// What undo and redo would do now, for people: `None` where they would do nothing.

@@ -67,6 +67,8 @@ pub struct Parts {
     pub renderer: Renderer,
     /// Who measures modes for the accuracy panel.
     pub measure: StartMeasuring,
+    /// Bytes that volumes of earlier steps may take; asked whenever a step brings another.
+    pub bytes_for_steps: Box<dyn Fn() -> u64>,
     /// Asks the person for a file to open.
     pub chooser: Box<dyn Fn(&Context) -> FileDialog>,
     /// Where screenshots go, or one sentence why there is no such place.

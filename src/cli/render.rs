@@ -4,7 +4,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use super::flags::{RefineFlag, RenderFlags};
-use super::stats::Stats;
+use super::stats::{Stats, asked_of};
 use super::{Destination, Failure, note, open, refuse_one_place};
 use crate::core::{Srgb8, Ticket};
 use crate::scene::annotations::Layout;
@@ -71,6 +71,7 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
     let stats_to = stats.map(|path| Destination::check(path, "the statistics")).transpose()?;
     let start = Instant::now();
     let Meant { scene, mut effects, space } = scene(flags, splat)?;
+    let asked = asked_of(&scene);
     let background = scene.background;
     let shading = &scene.shading;
     let hides_voxels = shading.opacity.is_some() || shading.modulation.is_some();
@@ -150,7 +151,7 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
     }
     picture_to.write(&picture_file::bytes(&still, format).map_err(Failure::Failed)?)?;
     if let Some(stats_to) = stats_to {
-        let stats = Stats::of(&still, (splat, effects), refine, kernels_total, load_ms);
+        let stats = Stats::of(&still, splat, (asked, effects), refine, kernels_total, load_ms);
         let text = serde_json::to_string_pretty(&stats).map_err(Failure::failed)? + "\n";
         stats_to.write(text.as_bytes())?;
     }

@@ -2,9 +2,10 @@
 
 use serde::Serialize;
 
-use crate::scene::SplatSettings;
+use crate::scene::{Effect, Scene, SplatSettings};
+use crate::task::effect_costs::{AddedTime, LeftOut};
 use crate::task::engine::HeldBytes;
-use crate::task::still::{Convergence, LeftOut, Refine, ShownField, Still};
+use crate::task::still::{Convergence, Refine, ShownField, Still};
 
 /// The file's content; the names are stable.
 #[derive(Debug, Serialize)]
@@ -36,10 +37,10 @@ pub(super) struct Stats<'a> {
     convergence: Option<ConvergenceRow>,
     /// Measured against `full`, where `--max-error` asked for it.
     rmse: Option<f64>,
-    /// What the scene asked for beside the transfer function.
+    /// What is on the picture beside the transfer function.
     effects: Vec<&'static str>,
-    /// Of each that can be left out of a full picture, what that changes.
-    left_out: &'a [LeftOut],
+    /// Of each that the scene asks for, what asks, what it costs and what it changes.
+    effect_rows: Vec<EffectRow>,
     /// Bytes on the device, of parts that not every scene has.
     held: HeldBytes,
     /// Of one more frame, in which each pass is waited for by itself: they add up to
@@ -70,6 +71,42 @@ struct ConvergenceRow {
 }
 
 #[derive(Debug, Serialize)]
+struct EffectRow {
+    name: &'static str,
+    asked_by: String,
+    /// Whether it is on the picture.
+    runs: bool,
+    /// This and the rest: of full pictures with it and without; null where none such were drawn.
+    added: Option<AddedTime>,
+    /// On the device, more than without it.
+    bytes: Option<i64>,
+    /// Of the picture without it, linear light.
+    rmse: Option<f64>,
+    mean_brightness: Option<f64>,
+}
+
+/// What a scene asks for, and what of it: the parts of all shading, not that as a whole.
+pub(super) fn asked_of(scene: &Scene) -> Vec<(Effect, String)> {
+    let parts = Effect::ALL.iter().copied().filter(|effect| *effect != Effect::Shading);
+    parts.filter_map(|effect| Some((effect, effect.asked_by(scene)?))).collect()
+}
+
+impl EffectRow {
+    fn of((effect, asked_by): (Effect, String), runs: bool, measured: &[LeftOut]) -> Self {
+        let measured = measured.iter().find(|row| row.effect == effect);
+        Self {
+            name: effect.name(),
+            asked_by,
+            runs,
+            added: measured.map(|row| row.added),
+            bytes: measured.map(|row| row.bytes),
+            rmse: measured.map(|row| row.rmse),
+            mean_brightness: measured.map(|row| row.mean_brightness),
+        }
+    }
+}
+
+#[derive(Debug, Serialize)]
 struct PassRow {
     name: &'static str,
     gpu_ms: f64,
@@ -79,12 +116,18 @@ struct PassRow {
 impl<'a> Stats<'a> {
     pub(super) fn of(
         still: &'a Still,
-        (mode, effects): (SplatSettings, Vec<&'static str>),
+        mode: SplatSettings,
+        (asked, effects): (Vec<(Effect, String)>, Vec<&'static str>),
         refine: Refine,
         kernels_total: u64,
         load_ms: f64,
     ) -> Self {
+        let row = |asked: (Effect, String)| {
+            let runs = effects.contains(&asked.0.name());
+            EffectRow::of(asked, runs, &still.effects)
+        };
         Self {
+            effect_rows: asked.into_iter().map(row).collect(),
             adapter: &still.adapter,
             resolution: still.size,
             mode,
@@ -112,7 +155,6 @@ impl<'a> Stats<'a> {
                 .map(|end| ConvergenceRow { end, is_reached: end.is_reached() }),
             rmse: still.measured_rmse,
             effects,
-            left_out: &still.effects,
             held: still.held,
             passes: still
                 .passes

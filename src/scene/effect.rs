@@ -1,12 +1,14 @@
 //! What a scene may ask for beside its transfer function and its mode, part by part.
 
-use super::{AlongRay, Clip, Scene, Shading};
+use super::{AlongRay, Clip, Index, Lighting, Scene, Shading};
 
-/// A part that can be left out. Gradients are none: they come and go with what asks for them.
+/// A part that can be left out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Effect {
     /// Every shading table, region and light together.
     Shading,
+    /// How values change about each point; they come and go with what asks for them.
+    Gradients,
     /// Lights.
     Lights,
     /// Regions of value and gradient strength.
@@ -39,6 +41,7 @@ impl Effect {
     /// Every one.
     pub const ALL: &[Self] = &[
         Self::Shading,
+        Self::Gradients,
         Self::Lights,
         Self::Regions,
         Self::OpacityTable,
@@ -58,6 +61,7 @@ impl Effect {
     pub fn name(self) -> &'static str {
         match self {
             Self::Shading => "shading",
+            Self::Gradients => "gradients",
             Self::Lights => "lights",
             Self::Regions => "regions",
             Self::OpacityTable => "opacity table",
@@ -74,6 +78,56 @@ impl Effect {
         }
     }
 
+    /// What of a scene asks for it, in a few words; `None` where nothing does.
+    pub fn asked_by(self, scene: &Scene) -> Option<String> {
+        let Scene { shading, inside, vectors, polygons, .. } = scene;
+        let Shading { opacity, modulation, reflection, emission, lighting, regions } = shading;
+        let by = |index: Index| format!("by {}", index.name().replace('-', " "));
+        let counted = |count: usize, one: &str| match count {
+            0 => None,
+            1 => Some(format!("1 {one}")),
+            _ => Some(format!("{count} {one}s")),
+        };
+        match self {
+            Self::Shading => Some(shading.effects().join(", ")).filter(|names| !names.is_empty()),
+            Self::Gradients => {
+                Some(askers_of_gradients(shading).join(", ")).filter(|n| !n.is_empty())
+            }
+            Self::Lights => lighting.as_ref().map(|lighting| {
+                counted(lighting.lights.len(), "light")
+                    .unwrap_or_else(|| "ambient light".to_owned())
+            }),
+            Self::Regions if shading.painted().is_empty() => None,
+            Self::Regions => counted(regions.len(), "region"),
+            Self::OpacityTable => opacity.as_ref().map(|table| by(table.index)),
+            Self::ModulationTable => modulation.as_ref().map(|table| by(table.index)),
+            Self::ReflectionTable => reflection.as_ref().map(|table| by(table.index)),
+            Self::EmissionTable => emission.as_ref().map(|table| by(table.index)),
+            Self::Clip if !inside.clip.cuts() => None,
+            Self::Clip => {
+                let Clip { bounds, planes, .. } = &inside.clip;
+                let parts = bounds.map(|_| "a box".to_owned()).into_iter();
+                let parts: Vec<_> = parts.chain(counted(planes.len(), "plane")).collect();
+                Some(parts.join(" and "))
+            }
+            Self::Projection => {
+                (inside.along != AlongRay::Composite).then(|| inside.along.name().to_owned())
+            }
+            Self::Isosurfaces => counted(inside.isosurfaces.len(), "level"),
+            Self::Slices => counted(inside.slices.len(), "plane"),
+            Self::Vectors => vectors.as_ref().map(|layer| layer.field.name.clone()),
+            Self::SecondVectors => {
+                let second = vectors.as_ref().and_then(|layer| layer.second.as_ref());
+                second.map(|second| second.field.name.clone())
+            }
+            Self::Polygons if !scene.has_polygons() => None,
+            Self::Polygons => {
+                let names: Vec<_> = polygons.iter().map(|layer| layer.mesh.name()).collect();
+                Some(names.join(", "))
+            }
+        }
+    }
+
     /// The scene without it; `None` where that would make the same picture, or none.
     pub fn left_out_of(self, scene: &Scene) -> Option<Scene> {
         if self == Self::Vectors && scene.hides_field() {
@@ -83,6 +137,14 @@ impl Effect {
         let (shading, inside) = (&mut other.shading, &mut other.inside);
         match self {
             Self::Shading => *shading = Shading::default(),
+            Self::Gradients => {
+                shading.lighting.take_if(|lighting| lighting.uses_lights());
+                shading.regions.clear();
+                shading.opacity.take_if(|table| table.index.is_of_gradient());
+                shading.modulation.take_if(|table| table.index.is_of_gradient());
+                shading.reflection.take_if(|table| table.index.is_of_gradient());
+                shading.emission.take_if(|table| table.index.is_of_gradient());
+            }
             Self::Lights => shading.lighting = None,
             Self::Regions => shading.regions.clear(),
             Self::OpacityTable => shading.opacity = None,
@@ -105,6 +167,21 @@ impl Effect {
     }
 }
 
+/// What of a scene's shading looks at gradients, by the names of effects.
+fn askers_of_gradients(shading: &Shading) -> Vec<&'static str> {
+    let Shading { opacity, modulation, reflection, emission, lighting, .. } = shading;
+    let of = |index: Option<Index>| index.is_some_and(Index::is_of_gradient);
+    let askers = [
+        (lighting.as_ref().is_some_and(Lighting::uses_lights), Effect::Lights),
+        (!shading.painted().is_empty(), Effect::Regions),
+        (of(opacity.as_ref().map(|table| table.index)), Effect::OpacityTable),
+        (of(modulation.as_ref().map(|table| table.index)), Effect::ModulationTable),
+        (of(reflection.as_ref().map(|table| table.index)), Effect::ReflectionTable),
+        (of(emission.as_ref().map(|table| table.index)), Effect::EmissionTable),
+    ];
+    askers.into_iter().filter_map(|(asks, effect)| asks.then_some(effect.name())).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use std::sync::Arc;
@@ -119,6 +196,7 @@ mod tests {
         let samples = Samples::UInt8((0..8).collect());
         let volume = ScalarVolume::from_samples("ramp", Lattice::unit([2; 3]), samples).unwrap();
         let plain = opening(Arc::new(volume), None);
+        assert!(Effect::ALL.iter().all(|effect| effect.asked_by(&plain).is_none()));
         assert!(Effect::ALL.iter().all(|effect| effect.left_out_of(&plain).is_none()));
         let mut scene = plain;
         scene.shading.lighting = Some(Lighting::default());
@@ -141,7 +219,31 @@ mod tests {
             let is_named = named.contains(&effect.name()) || *effect == Effect::Shading;
             let without = effect.left_out_of(&scene);
             assert_eq!(without.is_some(), is_named, "{effect:?}");
+            assert_eq!(effect.asked_by(&scene).is_some(), is_named, "{effect:?}");
             assert!(without.is_none_or(|other| !other.effects().contains(&effect.name())));
         }
+    }
+
+    #[test]
+    fn what_asks_is_said_in_words() {
+        let samples = Samples::UInt8((0..8).collect());
+        let volume = ScalarVolume::from_samples("ramp", Lattice::unit([2; 3]), samples).unwrap();
+        let mut scene = opening(Arc::new(volume), None);
+        let by = |effect: Effect, scene: &Scene| effect.asked_by(scene).unwrap_or_default();
+        let amounts = |index| Some(Amounts { index, points: vec![(0.0, 0.5)] });
+        scene.shading.modulation = amounts(Index::ViewDepth);
+        assert_eq!(by(Effect::Gradients, &scene), "");
+        assert_eq!(Effect::Gradients.left_out_of(&scene).map(drop), None);
+        assert_eq!(by(Effect::ModulationTable, &scene), "by view depth");
+        scene.shading.opacity = amounts(Index::GradientElevation);
+        scene.shading.lighting = Some(Lighting::default());
+        assert_eq!(by(Effect::Gradients, &scene), "lights, opacity table");
+        let without = Effect::Gradients.left_out_of(&scene).expect("they are asked for");
+        assert_eq!(without.shading.effects(), ["modulation table"]);
+        let plane = crate::scene::Plane { point: glam::DVec3::ZERO, normal: glam::DVec3::X };
+        scene.inside.clip.planes = vec![plane; 2];
+        assert_eq!(by(Effect::Clip, &scene), "2 planes");
+        scene.inside.clip.bounds = Some(ClipBox { low: [0.0; 3], high: [0.5; 3] });
+        assert_eq!(by(Effect::Clip, &scene), "a box and 2 planes");
     }
 }

@@ -8,6 +8,7 @@ pub mod cells;
 mod classified;
 pub mod cost;
 pub mod draw;
+pub mod effect_costs;
 pub mod engine;
 pub mod estimate;
 pub mod lettering;

@@ -5,6 +5,7 @@ use serde::Serialize;
 use super::draw::{
     DrawError, Drawer, Drawn, Observer, Rung, background_light, lists_cut, previews_by_lists,
 };
+use super::effect_costs::{LeftOut, left_out};
 use super::engine::HeldBytes;
 use super::estimate::{Coarseness, Estimator};
 use super::slabs::reconstructs;
@@ -15,7 +16,7 @@ use crate::core::memory::TooLarge;
 use crate::core::{Camera, Cancelled, Ticket};
 use crate::gpu::{GpuError, OctreeBuilder, PassTime, Renderer, SlabField};
 use crate::kernel::Kernel;
-use crate::scene::{Backend, Cells, Effect, Scene, SplatSettings, View, Visibility};
+use crate::scene::{Backend, Cells, Scene, SplatSettings, View, Visibility};
 
 /// How far a still picture is to be refined.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -93,21 +94,6 @@ pub struct StillRequest {
     /// Whether to time each pass, in one more frame, and to find what each effect of a full picture costs
     /// and changes, in a few more.
     pub time_passes: bool,
-}
-
-/// What leaving an effect out of a full picture changes.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct LeftOut {
-    /// Its name.
-    pub name: &'static str,
-    /// Wall milliseconds of the picture with it, once every pipeline was there.
-    pub with_ms: f64,
-    /// The same without it.
-    pub without_ms: f64,
-    /// Root mean square of the change over pixels and RGB, linear light.
-    pub rmse: f64,
-    /// What its mean brightness is then greater by, linear light.
-    pub mean_brightness: f64,
 }
 
 /// A still picture and what it cost.
@@ -313,7 +299,7 @@ pub(super) fn draw(
     let peak_gpu_bytes = drawer.renderer.peak_bytes();
     let (pipelines, uploads) = (drawer.renderer.pipeline_count(), drawer.renderer.upload_count());
     let effects = match request.time_passes && is_full {
-        true => left_out(drawer, scene, (*size, &light), ticket)?,
+        true => left_out(drawer, scene, (*size, &light), &mut watch, ticket)?,
         false => Vec::new(),
     };
     Ok(Still {
@@ -343,49 +329,6 @@ pub(super) fn draw(
         cells,
         capped_opacities: drawer.capped_count(),
     })
-}
-
-/// Draws a full picture once more without each of its effects in turn.
-fn left_out(
-    drawer: &mut Drawer,
-    scene: &Scene,
-    (size, light): ([u32; 2], &[[f32; 4]]),
-    ticket: &Ticket,
-) -> Result<Vec<LeftOut>, StillError> {
-    let parts = || Effect::ALL.iter().filter(|effect| **effect != Effect::Shading);
-    let others: Vec<_> =
-        parts().filter_map(|effect| Some((effect.name(), effect.left_out_of(scene)?))).collect();
-    if others.is_empty() {
-        return Ok(Vec::new());
-    }
-    let with_ms = full_ms(drawer, scene, size, ticket)?;
-    let full = widened(light);
-    let mut found = Vec::new();
-    for (name, other) in others {
-        let without_ms = full_ms(drawer, &other, size, ticket)?;
-        let without = widened(&drawer.renderer.read_light()?);
-        let difference = Difference::between(&without, &full)
-            .map_err(|error| GpuError::Device(format!("two pictures of one size: {error}")))?;
-        let Difference { rmse, mean_brightness, .. } = difference;
-        found.push(LeftOut { name, with_ms, without_ms, rmse, mean_brightness });
-    }
-    Ok(found)
-}
-
-/// What a full picture takes once every pipeline is there.
-fn full_ms(
-    drawer: &mut Drawer,
-    scene: &Scene,
-    size: [u32; 2],
-    ticket: &Ticket,
-) -> Result<f64, StillError> {
-    let mut watch = Watch(ticket);
-    drawer.prepare(scene, ticket)?;
-    let drawn = drawer.draw(scene, size, Rung::Full, &mut watch)?;
-    match drawn.made_pipelines {
-        true => Ok(drawer.draw(scene, size, Rung::Full, &mut watch)?.wall_ms),
-        false => Ok(drawn.wall_ms),
-    }
 }
 
 /// The reconstructed field on the picture of a rung, if that is of one.
@@ -491,7 +434,7 @@ pub fn scaled(size: [u32; 2], scale: f64) -> [u32; 2] {
     size.map(|n| (f64::from(n) * scale.clamp(0.0, 1.0)).round().max(1.0) as u32)
 }
 
-fn widened(light: &[[f32; 4]]) -> Vec<[f64; 4]> {
+pub(super) fn widened(light: &[[f32; 4]]) -> Vec<[f64; 4]> {
     light.iter().map(|pixel| pixel.map(f64::from)).collect()
 }
 

@@ -2,7 +2,7 @@
 
 use eframe::egui::accesskit::Role;
 use eframe::egui::{Key, Modifiers};
-use egui_kittest::kittest::Queryable as _;
+use egui_kittest::kittest::{NodeT as _, Queryable as _};
 use voxsplat::scene::{Classify, VectorLayer};
 use voxsplat::task::engine::Effort;
 use voxsplat::vector::{ColourBy, Design, Foreshortening, VectorMode};
@@ -212,6 +212,14 @@ fn marks_move_while_playing_and_stay_where_they_are_paused() {
     bench.settle();
     assert_eq!(layer(&bench).settings.design, Design::Streaks);
     assert!((layer(&bench).phase - paused).abs() < 1e-12);
+    let speed = |bench: &Bench| {
+        let node = bench.harness.get_all_by_label("Speed").last().expect("there");
+        node.accesskit_node().numeric_value()
+    };
+    assert_eq!(speed(&bench), Some(1.0));
+    bench.harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+    bench.settle();
+    assert_eq!(speed(&bench), Some(0.4));
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
@@ -419,6 +419,8 @@ pub(crate) struct Bench {
     pub(crate) pictures: tempfile::TempDir,
     /// What was measured.
     pub(crate) measured: Arc<MeasureLog>,
+    /// Bytes that volumes of earlier steps may take.
+    pub(crate) bytes_for_steps: Arc<AtomicU64>,
     library: Arc<NamedFiles>,
     saved: Arc<Mutex<Vec<SaveRequest>>>,
 }
@@ -460,6 +462,8 @@ impl Bench {
         let (drawer, files) = (GradientDrawer(Arc::clone(&engine)), Arc::clone(&library));
         let measured = Arc::new(MeasureLog::default());
         let begun = Arc::clone(&measured);
+        let bytes_for_steps = Arc::new(AtomicU64::new(u64::MAX));
+        let steps = Arc::clone(&bytes_for_steps);
         let (folder, log) = (pictures.path().to_owned(), Arc::clone(&saved));
         let mut builder =
             Harness::builder().with_size(vec2(1280.0, 2090.0)).with_step_dt(STEP_SECS);
@@ -485,12 +489,13 @@ impl Bench {
                     begun.started.fetch_add(1, Ordering::SeqCst);
                     Box::new(OnePointAStep { found: 0, log: Arc::clone(&begun) })
                 }),
+                bytes_for_steps: Box::new(move || steps.load(Ordering::SeqCst)),
                 chooser: Box::new(move |ctx| FileDialog::answering(ctx, chosen.clone())),
                 pictures_folder: Ok(folder.clone()),
             };
             Window::new(ctx, parts, Settings::default())
         });
-        Self { harness, engine, pictures, measured, library, saved }
+        Self { harness, engine, pictures, measured, bytes_for_steps, library, saved }
     }
 
     /// The window itself.

@@ -4,8 +4,11 @@ mod regions;
 
 use std::path::Path;
 
-use eframe::egui::accesskit::Role;
-use eframe::egui::{Event, Key, Modifiers, OutputCommand, PointerButton, Pos2, Rect, vec2};
+use eframe::egui::accesskit::{Role, Toggled};
+use eframe::egui::{
+    Event, Key, KeyboardShortcut, Modifiers, OutputCommand, PointerButton, Pos2, Rect,
+    ViewportCommand, vec2,
+};
 use egui_kittest::kittest::{NodeT as _, Queryable as _};
 
 use crate::ui_support::Bench;
@@ -36,7 +39,8 @@ fn seen(bench: &Bench) -> Seen {
     let window = bench.window();
     Seen {
         scene: window.scene().expect("something is open").clone(),
-        settings: window.settings().clone(),
+        // What was open is remembered, whatever is undone.
+        settings: Settings { recent: Vec::new(), ..window.settings().clone() },
         comparison: (window.compare().on, window.compare().divider),
     }
 }
@@ -312,20 +316,81 @@ fn the_edit_menu_says_what_it_would_take_back() {
 }
 
 #[test]
-fn another_file_begins_anew_and_another_field_is_a_step() {
+fn another_file_is_a_step_and_so_is_another_field() {
     let mut bench = Bench::opened();
+    let plain = seen(&bench);
     click(&mut bench, "Trihedron");
+    let with_trihedron = seen(&bench);
     bench.open("vector.nrrd");
-    undo(&mut bench);
-    assert!(bench.shows("There is nothing to undo"));
-    assert_eq!(bench.window().document().unwrap().source.name(), "vector.nrrd");
-    let before = seen(&bench);
+    bench.settle();
+    let name = |bench: &Bench| bench.window().document().expect("open").source.name();
+    let other = seen(&bench);
     bench.choose("Component", "y");
     bench.wait_until(|window| !window.is_loading());
-    bench.harness.run_steps(3);
-    assert!(seen(&bench) != before);
+    bench.settle();
+    let other_field = seen(&bench);
+    assert!(other_field != other);
     undo(&mut bench);
-    assert!(seen(&bench) == before);
+    assert!(seen(&bench) == other);
+    let title = ViewportCommand::Title("good.nrrd – Voxsplat".to_owned());
+    assert!(bench.press_sends(KeyboardShortcut::new(Modifiers::COMMAND, Key::Z), &title));
+    bench.harness.run_steps(3);
+    assert!(seen(&bench) == with_trihedron);
+    assert_eq!(name(&bench), "good.nrrd");
+    undo(&mut bench);
+    assert!(seen(&bench) == plain);
+    undo(&mut bench);
+    assert!(bench.shows("There is nothing to undo"));
+    for _ in 0..3 {
+        redo(&mut bench);
+    }
+    assert!(seen(&bench) == other_field);
+    assert_eq!(name(&bench), "vector.nrrd");
+}
+
+#[test]
+fn steps_of_files_that_take_too_much_memory_are_forgotten_and_that_is_said() {
+    let mut bench = Bench::opened();
+    click(&mut bench, "Trihedron");
+    // Each has 8³ samples of 16 bits: enough for one that is not open, not for two.
+    bench.bytes_for_steps.store(2047, std::sync::atomic::Ordering::SeqCst);
+    bench.open("second.nrrd");
+    bench.settle();
+    let note = "The oldest steps can no longer be undone: what was open then would take too much of the free \
+                memory";
+    assert!(!bench.shows(note));
+    let second = seen(&bench);
+    bench.open("third.nrrd");
+    bench.settle();
+    assert!(bench.shows(note));
+    undo(&mut bench);
+    assert!(seen(&bench) == second, "of two the older one went");
+    undo(&mut bench);
+    assert!(bench.shows("There is nothing to undo"));
+}
+
+#[test]
+fn how_the_curve_is_shown_and_edited_is_undone_too() {
+    let mut bench = Bench::opened();
+    let is_on = |bench: &Bench, label: &str| {
+        let node = bench.harness.get_all_by_label(label).last().expect("there");
+        node.accesskit_node().toggled() == Some(Toggled::True)
+    };
+    assert!(is_on(&bench, "Log") && is_on(&bench, "Points"));
+    click(&mut bench, "Log");
+    click(&mut bench, "Freehand");
+    bench.set_slider("Low percentile", 7.0);
+    assert!(!is_on(&bench, "Log") && is_on(&bench, "Freehand"));
+    undo(&mut bench);
+    undo(&mut bench);
+    assert!(!is_on(&bench, "Log") && is_on(&bench, "Points"));
+    undo(&mut bench);
+    assert!(is_on(&bench, "Log"));
+    undo(&mut bench);
+    assert!(bench.shows("There is nothing to undo"));
+    redo(&mut bench);
+    redo(&mut bench);
+    assert!(!is_on(&bench, "Log") && is_on(&bench, "Freehand"));
 }
 
 #[test]

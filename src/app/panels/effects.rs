@@ -4,6 +4,7 @@ use eframe::egui::{Context, Grid, Label, RichText, Ui, Window as Floating, pos2}
 
 use crate::app::{theme, words};
 use crate::core::memory::human_bytes;
+use crate::task::effect_costs::AddedTime;
 
 /// Width of the reasons, points.
 const WHY_WIDTH: f32 = 250.0;
@@ -19,13 +20,15 @@ pub enum Run {
     NotShown,
 }
 
-/// What an effect costs: finished pictures of one view and size with it and without.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Cost {
-    /// Milliseconds with it.
-    pub with_ms: f64,
-    /// Milliseconds without.
-    pub without_ms: f64,
+impl Run {
+    /// Of what is asked for or not, and shown or not.
+    pub fn of(is_asked: bool, is_shown: bool) -> Self {
+        match (is_asked, is_shown) {
+            (false, _) => Self::Off,
+            (true, true) => Self::On,
+            (true, false) => Self::NotShown,
+        }
+    }
 }
 
 /// Milliseconds, as far as they were measured.
@@ -36,7 +39,7 @@ pub enum Time {
     /// Of a picture of its own.
     Own(f64),
     /// Of pictures with and without it.
-    Added(Cost),
+    Added(AddedTime),
 }
 
 /// How far the picture without an effect is from the one with it.
@@ -70,8 +73,8 @@ pub struct Row {
     pub time: Time,
     /// What it changes.
     pub change: Change,
-    /// Bytes on the device of its own; `None` where they are not counted by themselves.
-    pub bytes: Option<u64>,
+    /// Bytes on the device, more than without it; `None` where nobody has counted.
+    pub bytes: Option<i64>,
 }
 
 /// The panel; whether it is to stay open. `all_bytes` is what the device holds in all.
@@ -86,15 +89,15 @@ pub fn effects_ui(ctx: &Context, rows: &[Row], all_bytes: Option<u64>) -> bool {
                 ("Asked for by", "What asked for it, or how to"),
                 (
                     "Time",
-                    "How much longer the finished picture of this view takes than one without it. Both \
-                     are drawn while this panel is open and nothing moves",
+                    "How much longer the finished picture of this view takes than one without it, between \
+                     medians of three each. They are drawn while this panel is open and nothing moves",
                 ),
                 (
                     "Without it",
                     "How near the picture without it would be to this one: the fewer decibels, the more \
                      it changes",
                 ),
-                ("Device", "Bytes that it holds on the device; – where they are not its own"),
+                ("Device", "How much more the device holds with it than without"),
             ] {
                 let title = ui.label(RichText::new(title).size(12.0).color(theme::TEXT_FAINT));
                 if !help.is_empty() {
@@ -154,7 +157,13 @@ fn row_ui(ui: &mut Ui, row: &Row) {
     if let Some(detail) = detail {
         change.on_hover_text(detail);
     }
-    let bytes = row.bytes.map_or_else(|| "–".to_owned(), human_bytes);
+    let bytes = row.bytes.map_or_else(
+        || "–".to_owned(),
+        |bytes| {
+            let sign = if bytes < 0 { "−" } else { "" };
+            format!("{sign}{}", human_bytes(bytes.unsigned_abs()))
+        },
+    );
     ui.label(RichText::new(bytes).color(colour));
     ui.end_row();
 }
@@ -164,14 +173,22 @@ fn time_words(time: Time) -> (String, Option<String>) {
     match time {
         Time::Unknown => ("–".to_owned(), None),
         Time::Own(ms) => (words::milliseconds(ms), Some("A picture of its own".to_owned())),
-        Time::Added(Cost { with_ms, without_ms }) => {
-            let added = with_ms - without_ms;
-            let sign = if added < 0.0 { "−" } else { "+" };
-            let [with, without] = [with_ms, without_ms].map(words::milliseconds);
-            let text = format!("{sign}{}", words::milliseconds(added.abs()));
-            (text, Some(format!("{with} with it, {without} without")))
+        Time::Added(added) => {
+            let AddedTime { ms, least_ms, most_ms, pictures } = added;
+            let text = match added.is_within_noise() {
+                true => format!("< {}", words::milliseconds(most_ms.max(-least_ms))),
+                false => signed(ms),
+            };
+            let pictures =
+                if pictures == 1 { "1 picture".to_owned() } else { format!("{pictures} pictures") };
+            let [least, most] = [least_ms, most_ms].map(signed);
+            (text, Some(format!("{least} to {most}, of {pictures} with it and without")))
         }
     }
+}
+
+fn signed(ms: f64) -> String {
+    format!("{}{}", if ms < 0.0 { "−" } else { "+" }, words::milliseconds(ms.abs()))
 }
 
 #[cfg(test)]
@@ -183,10 +200,14 @@ mod tests {
         let words = |time| time_words(time).0;
         assert_eq!(words(Time::Unknown), "–");
         assert_eq!(words(Time::Own(84.0)), "84 ms");
-        let cost = Cost { with_ms: 210.0, without_ms: 84.0 };
-        assert_eq!(words(Time::Added(cost)), "+126 ms");
-        let cost = Cost { with_ms: 80.0, without_ms: 84.0 };
-        assert_eq!(words(Time::Added(cost)), "−4.0 ms");
-        assert_eq!(time_words(Time::Added(cost)).1.unwrap(), "80 ms with it, 84 ms without");
+        let added =
+            |with: &[f64], without: &[f64]| Time::Added(AddedTime::of(with, without).unwrap());
+        assert_eq!(words(added(&[210.0], &[84.0])), "+126 ms");
+        assert_eq!(words(added(&[80.0], &[84.0])), "−4.0 ms");
+        let several = added(&[200.0, 210.0, 230.0], &[80.0, 90.0, 84.0]);
+        assert_eq!(words(several), "+126 ms");
+        let detail = "+110 ms to +150 ms, of 3 pictures with it and without";
+        assert_eq!(time_words(several).1.unwrap(), detail);
+        assert_eq!(words(added(&[80.0, 90.0], &[84.0, 84.0])), "< 6.0 ms", "it may take nothing");
     }
 }

@@ -33,6 +33,13 @@ enum Tool {
     Freehand,
 }
 
+/// How the curve is shown and edited; none of it is part of the picture.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CurveView {
+    tool: Tool,
+    graph: GraphView,
+}
+
 /// What the hand is doing with the transfer function; none of it is part of the picture.
 #[derive(Default)]
 pub struct TransferEditor {
@@ -49,6 +56,16 @@ pub struct TransferEditor {
 }
 
 impl TransferEditor {
+    /// How the curve is shown and edited.
+    pub fn curve_view(&self) -> CurveView {
+        CurveView { tool: self.tool, graph: self.graph }
+    }
+
+    /// Shows it as it was shown.
+    pub fn set_curve_view(&mut self, CurveView { tool, graph }: CurveView) {
+        (self.tool, self.graph) = (tool, graph);
+    }
+
     /// Lets go of what is held, after something else has changed the function or the volume.
     pub fn let_go(&mut self) {
         self.points.let_go();

@@ -1,0 +1,205 @@
+//! The rows of the effects panel: what runs, what asked for it, and what it was found to cost.
+
+use eframe::egui::Context;
+
+use super::actions::{Action, entry_of};
+use super::panels::effects::{Change, Row, Run, Time, effects_ui};
+use super::window::Window;
+use crate::scene::Effect;
+
+impl Window {
+    /// The panel over the viewport.
+    pub(super) fn effects_panel_ui(&mut self, ctx: &Context) {
+        if self.effects.open {
+            let rows = self.effect_rows(ctx);
+            let held = self.viewport.picture().and_then(|picture| picture.report.held);
+            self.effects.open = effects_ui(ctx, &rows, held.map(|held| held.all));
+        }
+    }
+
+    fn effect_rows(&self, ctx: &Context) -> Vec<Row> {
+        let Some(scene) = &self.scene else { return Vec::new() };
+        let picture = self.viewport.picture();
+        let shown = picture.as_ref().map_or(&[][..], |picture| &picture.report.effects);
+        let (size, costs) = (self.viewport_size, &self.effects);
+        let row = |effect: Effect| {
+            let asked_by = effect.asked_by(scene);
+            let runs = match effect {
+                Effect::Shading => scene.shading.effects().iter().all(|name| shown.contains(name)),
+                effect => shown.contains(&effect.name()),
+            };
+            let About { name, help, place, hint } = about(effect);
+            let key = if effect == Effect::Lights {
+                key(ctx, Action::ToggleLights)
+            } else {
+                String::new()
+            };
+            Row {
+                name,
+                help,
+                run: Run::of(asked_by.is_some(), runs),
+                why: match (asked_by, place) {
+                    (None, _) if key.is_empty() => hint.to_owned(),
+                    (None, _) => format!("{hint}, {key}"),
+                    (Some(words), "") => words,
+                    (Some(words), place) => format!("{place}, {words}"),
+                },
+                time: costs.added(scene, size, effect).map_or(Time::Unknown, Time::Added),
+                change: match costs.change(scene, size, effect) {
+                    None => Change::Unknown,
+                    Some(rmse) => Change::of(rmse),
+                },
+                bytes: costs.bytes(scene, size, effect),
+            }
+        };
+        Effect::ALL.iter().copied().map(row).chain(self.other_rows(ctx)).collect()
+    }
+
+    /// What is beside the picture, or follows it.
+    fn other_rows(&self, ctx: &Context) -> [Row; 5] {
+        let row = |name, help, run, why, time| Row {
+            name,
+            help,
+            run,
+            why,
+            time,
+            change: Change::Unknown,
+            bytes: None,
+        };
+        let scene = self.scene.as_ref();
+        let cells = scene.is_some_and(|scene| self.cells.shown(scene).is_some());
+        let second = self.beside();
+        let second_ms = second.as_ref().map(|(second, _)| second.picture.report.frame_ms);
+        let refined = self.viewport.picture().and_then(|picture| picture.report.refined);
+        let refines = refined.is_some_and(|r| r.convergence.last_difference.is_some());
+        let fades = self.viewport.is_fading(ctx.time());
+        [
+            row(
+                "Octree cells",
+                "The edges of the octree's cells over the picture",
+                Run::of(self.cells.on, cells),
+                format!("View in the side panel, {}", key(ctx, Action::ToggleCells)),
+                Time::Unknown,
+            ),
+            row(
+                "Second picture",
+                "The view in another mode, drawn once the first is finished",
+                Run::of(self.compare.on, second.is_some()),
+                format!("Comparison, {}", key(ctx, Action::ToggleCompare)),
+                second_ms.map_or(Time::Unknown, Time::Own),
+            ),
+            row(
+                "Convergence",
+                "Slabs doubled after the full picture, until nothing changes",
+                Run::of(refined.is_some(), refines),
+                format!("Refine until converged, {}", key(ctx, Action::Converge)),
+                Time::Unknown,
+            ),
+            row(
+                "Fading",
+                "A picture gives way to the next within a sixth of a second",
+                Run::of(self.settings.fade, fades),
+                "Fade between pictures, in View".to_owned(),
+                Time::Unknown,
+            ),
+            row(
+                "Measuring modes",
+                "Time and error of other modes, while nothing moves",
+                Run::of(self.accuracy.open, self.measuring.is_running()),
+                format!("Accuracy panel, {}", key(ctx, Action::ToggleAccuracy)),
+                Time::Unknown,
+            ),
+        ]
+    }
+}
+
+/// What is said of an effect whatever the scene.
+struct About {
+    name: &'static str,
+    help: &'static str,
+    /// Where it was asked for; empty where other effects do.
+    place: &'static str,
+    /// Where it could be.
+    hint: &'static str,
+}
+
+fn about(effect: Effect) -> About {
+    let (name, help, place, hint) = match effect {
+        Effect::Shading => {
+            ("All shading", "The parts below together: they share one buffer", "", "Nobody")
+        }
+        Effect::Gradients => (
+            "Gradients",
+            "How values change about each point: found while drawing, and kept nowhere. Without them nothing \
+             is drawn that uses them",
+            "",
+            "Nobody",
+        ),
+        Effect::Lights => ("Lights", "Surfaces lit from somewhere", "Shading", IN_SHADING),
+        Effect::Regions => (
+            "Regions by gradient",
+            "Opacities and colours by value and gradient strength together",
+            "Transfer function",
+            "Transfer function, By gradient",
+        ),
+        Effect::OpacityTable => (
+            "Opacity table",
+            "Opacities looked up by something else than the value",
+            "Shading",
+            IN_SHADING,
+        ),
+        Effect::ModulationTable => {
+            ("Modulation table", "What opacities are multiplied by", "Shading", IN_SHADING)
+        }
+        Effect::ReflectionTable => (
+            "Reflection table",
+            "Colours looked up by something else than the value",
+            "Shading",
+            IN_SHADING,
+        ),
+        Effect::EmissionTable => {
+            ("Emission table", "Light that matter gives off by itself", "Shading", IN_SHADING)
+        }
+        Effect::Clip => {
+            ("Clip", "Parts of the volume that are cut away", "Clip", "Clip in the side panel")
+        }
+        Effect::Projection => (
+            "Projection",
+            "The greatest, least or mean value of each ray in place of its light",
+            "Inside",
+            IN_INSIDE,
+        ),
+        Effect::Isosurfaces => {
+            ("Isosurfaces", "Surfaces where the values pass a level, lit", "Inside", IN_INSIDE)
+        }
+        Effect::Slices => ("Slices", "Planes that show the values on them", "Inside", IN_INSIDE),
+        Effect::Vectors => (
+            "Vectors",
+            "A splat for each vector, with marks that move along the flow",
+            "Vectors",
+            IN_VECTORS,
+        ),
+        Effect::SecondVectors => (
+            "Second vectors",
+            "Those of another field among them, with a look of their own",
+            "Vectors",
+            IN_VECTORS,
+        ),
+        Effect::Polygons => (
+            "Polygons",
+            "Triangles of files, lit, among all else that is seen",
+            "Polygons",
+            "Polygons in the side panel",
+        ),
+    };
+    About { name, help, place, hint }
+}
+
+const IN_SHADING: &str = "Shading in the side panel";
+const IN_INSIDE: &str = "Inside in the side panel";
+const IN_VECTORS: &str = "Vectors in the side panel";
+
+fn key(ctx: &Context, action: Action) -> String {
+    let shortcut = entry_of(action).shortcut;
+    shortcut.map_or_else(String::new, |key| format!("key {}", ctx.format_shortcut(&key)))
+}
