@@ -19,7 +19,7 @@ struct VectorTiles {
 @group(0) @binding(1) var picture: texture_storage_2d<rgba32float, write>;
 
 struct Totals {
-    // Words 2 and 3: sums of opacity that were capped, low word first.
+    // Word 1: invocations whose loops were ended. Words 2 and 3: sums of opacity that were capped, low word first.
     counts: array<atomic<u32>, 4>,
 }
 
@@ -54,4 +54,5 @@ fn composite_vectors(
     let beyond = vectors_in(&ray, &light, &met, EVERY_SLAB, screen);
     lay_rest(&light, &met);
     textureStore(picture, pixel, light_of(light));
+    note_ended_loops();
 }

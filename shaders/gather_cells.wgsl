@@ -138,23 +138,19 @@ fn walk(ray_forward: Ray, span: vec2<f32>) {
             at = end;
         }
         let is_over = min(cell_end, layer_end) >= last;
-        if is_over || layer_end <= cell_end {
+        let ends_layer = is_over || layer_end <= cell_end;
+        // At one place, since what lies among the samples is much to compile.
+        if ends_layer || layering == 0u || (layering == 1u && next.x <= cell_end) {
             lay_sum(ray_forward, cell.x, layer);
+        }
+        if ends_layer {
             layer += layer_sign;
         } else if next.x <= cell_end {
-            if layering < 2u {
-                lay_sum(ray_forward, cell.x, layer);
-            }
             cell.x += sign.x;
+        } else if next.y <= cell_end {
+            cell.y += sign.y;
         } else {
-            if layering == 0u {
-                lay_sum(ray_forward, cell.x, layer);
-            }
-            if next.y <= cell_end {
-                cell.y += sign.y;
-            } else {
-                cell.z += sign.z;
-            }
+            cell.z += sign.z;
         }
         if is_over || is_opaque() {
             at = last;
@@ -182,7 +178,7 @@ fn gather_cells(
     for (var number = gather.rays.x; number < gather.rays.y; number++) {
         let ray = ray_at(pixel, number);
         let span = span_of(ray);
-        begin_ray(pixel);
+        begin_ray(ray, pixel);
         if span.x < span.y {
             walk(ray, span);
         }

@@ -330,7 +330,7 @@ fn gather_kernels(
     for (var number = gather.rays.x; number < gather.rays.y; number++) {
         let ray = ray_at(pixel, number);
         let span = span_of(ray);
-        begin_ray(pixel);
+        begin_ray(ray, pixel);
         if span.x < span.y && !is_opaque() {
             if layering == 2u {
                 gather_layers(ray, span);

@@ -290,4 +290,5 @@ fn reconstruct_slabs(
         keep(slot, 3u, bitcast<vec4<u32>>(sum));
     }
     textureStore(picture, pixel, sum / f32(side * side));
+    note_ended_loops();
 }

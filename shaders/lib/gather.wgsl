@@ -80,7 +80,7 @@ struct Ray {
 // The pixel of an invocation; beyond the picture where there is none.
 fn pixel_of(group: vec3<u32>, groups: vec3<u32>, local: vec3<u32>) -> vec2<u32> {
     let within = group.x * groups.y + group.y;
-    slot = SLOTS * ((within * TILE + local.y) * TILE + local.x);
+    slot = PLACES * ((within * TILE + local.y) * TILE + local.x);
     let tile = u32(gather.splits.w) + within;
     if tile >= gather.strides.w {
         return vec2<u32>(0xffffffffu);
@@ -183,8 +183,8 @@ fn begin() {
 }
 
 // Begins a ray, or takes it up.
-fn begin_ray(pixel: vec2<u32>) {
-    begin_light(pixel);
+fn begin_ray(ray: Ray, pixel: vec2<u32>) {
+    begin_light(ray, pixel);
     if IN_PARTS && gather.part.x > 0 {
         take_up_light();
     }
@@ -204,6 +204,7 @@ fn finish(pixel: vec2<u32>) {
     if IN_PARTS {
         keep(slot + RAYS_SLOT, RAYS_PART, bitcast<vec4<u32>>(rays_light));
     }
+    note_ended_loops();
     if published && caps > 0u {
         let before = atomicAdd(&totals.counts[2], caps);
         if before + caps < before {

@@ -1,7 +1,7 @@
-// What a ray has gathered where there is nothing but kernels: see lib/gathered_samples.wgsl.
+// What a ray has gathered where there is nothing but kernels: see lib/gathered_among.wgsl.
 
 // Places of a pixel in what is kept, and where among them the light of its rays is.
-const SLOTS: u32 = 1u;
+const PLACES: u32 = 1u;
 const RAYS_SLOT: u32 = 0u;
 const RAYS_PART: u32 = 4u;
 
@@ -32,12 +32,14 @@ fn lay_before_slice(ray: Ray, slice: i32, is_beyond: bool) {}
 
 fn lay_rest() {}
 
+fn note_ended_loops() {}
+
 // Nothing behind can be seen any more.
 fn is_opaque() -> bool {
     return front_to_back && 1.0 - light.w < gather.reach.w;
 }
 
-fn begin_light(pixel: vec2<u32>) {
+fn begin_light(ray: Ray, pixel: vec2<u32>) {
     light = vec4<f32>(0.0);
 }
 

@@ -10,6 +10,14 @@ fn polygon_ray(pixel: vec2<u32>, kept: vec2<f32>) -> PolygonRay {
     return PolygonRay(0u);
 }
 
+fn cursor_of(ray: PolygonRay) -> vec2<u32> {
+    return vec2<u32>(0u);
+}
+
+fn with_cursor(ray: PolygonRay, cursor: vec2<u32>) -> PolygonRay {
+    return ray;
+}
+
 fn polygons_left(ray: PolygonRay) -> u32 {
     return 0u;
 }

@@ -7,7 +7,7 @@ const IN_PARTS: bool = true;
 const KEPT_VEC4S: u32 = 5u;
 
 struct Totals {
-    // Words 2 and 3: sums of opacity that were capped, low word first.
+    // Word 1: invocations whose loops were ended. Words 2 and 3: sums of opacity that were capped, low word first.
     counts: array<atomic<u32>, 4>,
     rays: array<vec4<u32>>,
 }

@@ -23,6 +23,15 @@ fn polygon_ray(pixel: vec2<u32>, kept: vec2<f32>) -> PolygonRay {
     return PolygonRay(end - FRAGMENT_WORDS * ways, count, kept);
 }
 
+// What is kept of it between dispatches.
+fn cursor_of(ray: PolygonRay) -> vec2<u32> {
+    return vec2<u32>(ray.at, ray.left);
+}
+
+fn with_cursor(ray: PolygonRay, cursor: vec2<u32>) -> PolygonRay {
+    return PolygonRay(cursor.x, cursor.y, ray.kept);
+}
+
 // How many are ahead.
 fn polygons_left(ray: PolygonRay) -> u32 {
     return ray.left;

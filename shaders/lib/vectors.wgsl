@@ -5,6 +5,8 @@
 // the slab that is asked for on their own, that one together with what else is in it.
 
 const VECTORS: bool = true;
+// Places of a pixel that are kept of it between dispatches.
+const VECTOR_PLACES: u32 = 1u;
 
 @group(1) @binding(0) var<storage, read> vectors: Vectors;
 // Of `count_vectors`, four a splat.
@@ -49,6 +51,38 @@ fn vector_ray(pixel: vec2<u32>, kept: vec2<f32>) -> VectorRay {
     // Of nothing, one place.
     let kept_ends = vec2<f32>(kept.x, max(kept.x, kept.y));
     return VectorRay(range.x, range.y, 0, 0, 0, kept_ends, none, none, none, none);
+}
+
+// Of a slab, pixels of view depth.
+fn vectors_thickness() -> f32 {
+    return vectors.depth.y;
+}
+
+// What is kept of it between dispatches.
+fn words_of(ray: VectorRay) -> array<vec4<u32>, 5> {
+    return array<vec4<u32>, 5>(
+        bitcast<vec4<u32>>(ray.slab0),
+        bitcast<vec4<u32>>(ray.slab1),
+        bitcast<vec4<u32>>(ray.slab2),
+        bitcast<vec4<u32>>(ray.slab3),
+        vec4<u32>(ray.entry, bitcast<vec3<u32>>(vec3<i32>(ray.begin, ray.next, ray.after))),
+    );
+}
+
+fn with_words(ray: VectorRay, words: array<vec4<u32>, 5>) -> VectorRay {
+    let places = bitcast<vec3<i32>>(words[4].yzw);
+    return VectorRay(
+        words[4].x,
+        ray.end,
+        places.x,
+        places.y,
+        places.z,
+        ray.kept,
+        bitcast<vec4<f32>>(words[0]),
+        bitcast<vec4<f32>>(words[1]),
+        bitcast<vec4<f32>>(words[2]),
+        bitcast<vec4<f32>>(words[3]),
+    );
 }
 
 // Intensity of the marks at a place of the window, -1 to 1; and what that does to a colour (`Marks::light`).
@@ -228,6 +262,19 @@ fn vectors_in(
         (*ray).next += 1;
     }
     return found;
+}
+
+// Counts an invocation whose loops the adapter has ended, and so perhaps left splats out: software
+// adapters do after so many turns of a ray and those beside it (gpu::turns). All loops after that turn once.
+fn note_ended_loops() {
+    let asked = min(u32(vectors.layers.y), 2u);
+    var turns = 0u;
+    while turns < asked {
+        turns++;
+    }
+    if turns < asked {
+        atomicAdd(&totals.counts[1], 1u);
+    }
 }
 
 // A part of a slab, beside so much of vectors.

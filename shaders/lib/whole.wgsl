@@ -3,7 +3,7 @@
 const IN_PARTS: bool = false;
 
 struct Totals {
-    // Words 2 and 3: sums of opacity that were capped, low word first.
+    // Word 1: invocations whose loops were ended. Words 2 and 3: sums of opacity that were capped, low word first.
     counts: array<atomic<u32>, 4>,
 }
 

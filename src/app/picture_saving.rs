@@ -39,7 +39,7 @@ impl Window {
         let Some(mut scene) = self.scene.clone() else { return };
         // What is saved is what is seen.
         scene.splat = self.shown_mode(&scene);
-        if scene.lacks_slabs_for_vectors() {
+        if scene.lacks_room_for_vectors().is_some() {
             scene.vectors = None;
         }
         let background = if choice.with_background {

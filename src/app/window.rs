@@ -418,8 +418,8 @@ impl Window {
         let now_secs = ctx.time();
         let held = ctx.dragged_id().is_some();
         // The panel says so.
-        let without =
-            scene.lacks_slabs_for_vectors().then(|| Scene { vectors: None, ..scene.clone() });
+        let lacks_room = scene.lacks_room_for_vectors().is_some();
+        let without = lacks_room.then(|| Scene { vectors: None, ..scene.clone() });
         let scene = without.as_ref().unwrap_or(scene);
         let decision =
             self.pacing.decide(scene, self.viewport_size, &self.settings, now_secs, held);

@@ -13,13 +13,13 @@ use super::compute::groups_of_tiles;
 use super::context::Context;
 use super::frame::Pass;
 use super::layout::{self, TILE};
-use super::pipelines::share_constants;
+use super::pipelines::{share_constants, vector_constants};
 use super::renderer::Renderer;
 use super::samples::CHUNKS;
 use super::shade::{Shade, ShadeVariant};
 use super::shader::{self, GatherPieces, SampleLooks, Shader};
 use super::timing::Timestamps;
-use super::turns::{self, Layers};
+use super::turns::{self, Among, Layers};
 use crate::kernel::{COEFFICIENTS, FootprintPolynomial, Kernel, RadialKernel, Rim};
 use crate::scene::{OpacityModel, Order, SplatSettings, View, Visibility};
 
@@ -52,6 +52,9 @@ struct Variant {
     in_parts: bool,
     looks: Looks,
     polygons: bool,
+    vectors: bool,
+    /// Of two fields.
+    two_fields: bool,
 }
 
 /// What samples are.
@@ -82,6 +85,8 @@ impl Variant {
             in_parts: false,
             looks: Looks::Plain,
             polygons: false,
+            vectors: false,
+            two_fields: false,
         }
     }
 
@@ -101,8 +106,8 @@ impl Variant {
             Looks::Shaded(_) => SampleLooks::Shaded,
             Looks::Kept => SampleLooks::Kept,
         };
-        let Self { in_parts, polygons, .. } = self;
-        GatherPieces { cells: self.is_of_cells(), in_parts, looks, polygons }.shader()
+        let Self { in_parts, polygons, vectors, .. } = self;
+        GatherPieces { cells: self.is_of_cells(), in_parts, looks, polygons, vectors }.shader()
     }
 
     fn layers(self) -> Layers {
@@ -127,7 +132,7 @@ impl Variant {
             ("front_to_back", flag(self.order == Order::FrontToBack)),
             ("perspective", flag(self.perspective)),
         ];
-        if self.polygons {
+        if self.polygons || self.vectors {
             constants.push(("back_to_front", flag(self.order == Order::BackToFront)));
         }
         if let Looks::Shaded(shade) = &self.looks {
@@ -249,20 +254,21 @@ fn write_uniform<T: bytemuck::Pod>(
 
 impl Renderer {
     /// Draws some tiles of a picture that [`Renderer::begin`] began, whole: samples classified
-    /// first ([`crate::scene::Classify::Before`]), in the mode that `settings` name, and the polygons that
-    /// were set, whose lists were made for this view. Tiles are numbered as [`tile_count`] counts them.
+    /// first ([`crate::scene::Classify::Before`]), in the mode that `settings` name, and the polygons and
+    /// vectors that were set, whose lists were made for this view. Tiles are numbered as [`tile_count`] counts them.
     /// Returns wall milliseconds.
     ///
     /// Samples and whole slices stay whole: a polygon has its turn in the traversal's order between two
-    /// slices, as a sample would where the ray meets it. Sheets that cut kernels, and slabs, are split by it:
-    /// what is in one is taken to be as dense everywhere between its two planes.
+    /// slices, as a sample would where the ray meets it, and so has a slab of vectors in its middle. Sheets
+    /// that cut kernels, and slabs, are split: what is in one, vectors and all, is taken to be as dense
+    /// everywhere between its two planes.
     ///
     /// `unit_distance` is the world length over which the table's extinctions are given. Front to
     /// back, a pixel ends where its transmittance is under `stop_below`.
     ///
     /// # Errors
     /// Kernels so wide that a single step of a ray is too much for the adapter's loops, more polygons
-    /// over a pixel than these allow, or a failing device.
+    /// over a pixel or vectors along a ray than these allow, or a failing device.
     pub fn draw_gathered(
         &mut self,
         view: &View,
@@ -292,13 +298,23 @@ impl Renderer {
         let side = view.rays_per_side(settings.kernel, settings.extent);
         let polygons = self.polygons.as_ref().map(|polygons| polygons.longest);
         variant.polygons = polygons.is_some();
+        let splats = self.vectors.as_ref().filter(|_| self.slabs_have_vectors);
+        variant.vectors = splats.is_some();
+        variant.two_fields = splats.is_some_and(|vectors| vectors.are_of_two());
+        if variant.polygons && variant.vectors && variant.looks == Looks::Kept {
+            // There are no bindings left for what was shaded.
+            variant.looks = self.sample_shade().map_or(Looks::Plain, |s| Looks::Shaded(s.variant));
+        }
         let walked = (settings.kernel, variant.layers());
-        let parts = turns::gathered(&constants, walked, side, polygons, most)?;
+        let quartered = variant.vectors.then_some(self.vectors_quartered);
+        let among = Among { polygons, vectors: quartered };
+        let parts = turns::gathered(&constants, walked, side, among, most)?;
         variant.in_parts = parts.len() > 1;
         self.write_traversal(view, &(0..0), 0, 0);
         self.gathering.variant = Some(variant);
-        // What is kept of the samples of polygons takes twice the room.
-        let slots = u32::from(variant.polygons) + 1;
+        // What is kept of a pixel's samples takes twice the room, and vectors a place more.
+        let among = variant.polygons || variant.vectors;
+        let slots = 1 + u32::from(among) + u32::from(variant.vectors);
         let ranges = self.tiles_at_a_time((variant.in_parts, slots), tiles);
         let mut wall_ms = 0.0;
         for tiles in ranges {
@@ -311,6 +327,8 @@ impl Renderer {
                 wall_ms += self.run(&[Pass::Gather { pass, tiles: tiles.len() as u32 }])?;
             }
         }
+        let kept = self.kept.buffer().filter(|_| variant.in_parts);
+        self.check_turns(kept.unwrap_or(&self.totals))?;
         Ok(wall_ms)
     }
 
@@ -330,7 +348,7 @@ impl Renderer {
         let shows = table.showing[0][0] <= table.showing[1][0];
         // Any brick, which is known to show nothing.
         let showing = if shows { table.showing } else { [[0; 3]; 2] };
-        (shows || self.polygons.is_some()).then(|| {
+        (shows || self.polygons.is_some() || self.slabs_have_vectors).then(|| {
             Constants {
                 view,
                 settings,
@@ -425,7 +443,11 @@ impl Renderer {
         let groups = [entries, light, samples, words];
         let groups = groups.iter().filter(|entries| !entries.is_empty());
         let groups = (0..).zip(groups);
-        let groups: Vec<_> = groups.map(|(at, entries)| group(at, entries)).collect();
+        let mut groups: Vec<_> = groups.map(|(at, entries)| group(at, entries)).collect();
+        if let (true, Some(vectors), Some(lists)) = (variant.vectors, &self.vectors, &self.lists) {
+            let layout = pipeline.get_bind_group_layout(groups.len() as u32);
+            groups.push(vectors.group(context, lists, &layout));
+        }
         let mut compute = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
             label: Some(variant.pass()),
             timestamp_writes: clock.map(|c| c.compute(0)),
@@ -450,13 +472,22 @@ fn pipeline(
     format: wgpu::TextureFormat,
 ) -> wgpu::ComputePipeline {
     let shader = variant.shader();
+    let constants = variant.constants();
+    let of_vectors = match variant.vectors {
+        true => vector_constants(variant.two_fields),
+        false => Vec::new(),
+    };
+    let own: Vec<_> =
+        of_vectors.into_iter().map(|(name, value)| (shader::own_name(name), value)).collect();
+    let own = own.iter().map(|(name, value)| (name.as_str(), *value));
+    let constants: Vec<(&str, f64)> = constants.into_iter().chain(own).collect();
     context.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
         label: Some(shader.name),
         layout: None,
         module: &shader.module_writing(&context.device, format),
         entry_point: Some(shader.name),
         compilation_options: wgpu::PipelineCompilationOptions {
-            constants: &variant.constants(),
+            constants: &constants,
             ..Default::default()
         },
         cache: None,

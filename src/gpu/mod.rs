@@ -115,12 +115,26 @@ pub enum GpuError {
         /// What lies over it.
         found: u64,
     },
-    /// Vectors lie in the slabs of a field that is reconstructed.
+    /// More vector splats along rays than a software adapter's loops allow.
     #[error(
-        "expected slabs that are classified after reconstruction for vectors beside a scalar field, \
-         found a mode that shades first; choose --classify pre-integrated, or show the vectors alone"
+        "expected rays past as many vector splats as a software adapter's loops allow (65 535 \
+         turns), found too many among the {found} over a tile of the picture; draw means of them with \
+         --vector-coarser, lower the opacity of short vectors to 0, or choose a hardware adapter"
     )]
-    VectorsBesideKernels,
+    TooManyTurns {
+        /// Most splats over one tile of those that were drawn.
+        found: u32,
+    },
+    /// Vectors lie among kernels that tiles draw.
+    #[error(
+        "expected a mode that tiles draw for vectors beside a scalar field, found {found}, which only \
+         triangles draw; choose --backend auto, a smaller --extent or another --kernel, or show the \
+         vectors alone"
+    )]
+    VectorsBesideTriangles {
+        /// What of the mode is of triangles alone.
+        found: String,
+    },
     /// See [`crate::core::Cancelled`].
     #[error("cancelled")]
     Cancelled,

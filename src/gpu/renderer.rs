@@ -4,7 +4,7 @@ use std::ops::Range;
 use std::sync::Arc;
 use std::time::Instant;
 
-use super::buffers::Growing;
+use super::buffers::{Growing, read_words};
 use super::constants::frame_constants;
 use super::context::Context;
 use super::device_volume::DeviceVolume;
@@ -68,7 +68,9 @@ pub struct Renderer {
     /// Vector splats, while a scene has them.
     pub(super) vectors: Option<DeviceVectors>,
     /// Whether the slabs being drawn have them, too.
-    slabs_have_vectors: bool,
+    pub(super) slabs_have_vectors: bool,
+    /// How often parts of rays are quartered for them.
+    pub(super) vectors_quartered: u32,
     /// While an octree is built on the device.
     pub(super) bricks: Option<BrickBuffers>,
     /// Polygons, while a scene has them.
@@ -142,6 +144,7 @@ impl Renderer {
             lists: None,
             vectors: None,
             slabs_have_vectors: false,
+            vectors_quartered: 0,
             bricks: None,
             polygons: None,
             times_before: Vec::new(),
@@ -340,9 +343,23 @@ impl Renderer {
         rays
     }
 
-    /// Whether slabs have vectors in them from now on, whose lists are made before each piece.
-    pub fn put_vectors_in_slabs(&mut self, have: bool) {
-        self.slabs_have_vectors = have;
+    /// Whether slabs, and what is gathered, have vectors in them from now on, whose lists are made before
+    /// each piece; and how often the parts in which software adapters walk rays are quartered for them.
+    pub fn put_vectors_in_slabs(&mut self, have: bool, quartered: u32) {
+        (self.slabs_have_vectors, self.vectors_quartered) = (have, quartered);
+    }
+
+    /// Whether every ray past vectors came to its end in the passes that counted in `totals`.
+    ///
+    /// # Errors
+    /// [`GpuError::TooManyTurns`], or a failing device.
+    pub(super) fn check_turns(&self, totals: &wgpu::Buffer) -> Result<(), GpuError> {
+        let vectors = self.vectors.as_ref().filter(|_| self.slabs_have_vectors);
+        let (Some(vectors), Some(_)) = (vectors, self.context.most_turns) else { return Ok(()) };
+        match read_words(&self.context, totals, 8)?[1] {
+            0 => Ok(()),
+            _ => Err(GpuError::TooManyTurns { found: vectors.longest }),
+        }
     }
 
     /// Draws the slabs of some tiles of the picture, row by row from the top, and waits; returns
@@ -386,6 +403,7 @@ impl Renderer {
                 wall_ms += self.run(&frame::slab_piece(tiles.len() as u32, projects))?;
             }
         }
+        self.check_turns(self.slabs[which].capped())?;
         Ok(wall_ms)
     }
 

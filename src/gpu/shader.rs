@@ -10,7 +10,7 @@ const SHARE: &str = include_str!("../../shaders/lib/share.wgsl");
 const OPACITY: &str = include_str!("../../shaders/lib/opacity.wgsl");
 const GATHER: &str = include_str!("../../shaders/lib/gather.wgsl");
 const GATHERED_LIGHT: &str = include_str!("../../shaders/lib/gathered_light.wgsl");
-const GATHERED_SAMPLES: &str = include_str!("../../shaders/lib/gathered_samples.wgsl");
+const GATHERED_AMONG: &str = include_str!("../../shaders/lib/gathered_among.wgsl");
 const PLAIN_SAMPLES: &str = include_str!("../../shaders/lib/plain_samples.wgsl");
 const SHADED_SAMPLES: &str = include_str!("../../shaders/lib/shaded_samples.wgsl");
 const FOUND_SAMPLES: &str = include_str!("../../shaders/lib/found_samples.wgsl");
@@ -50,6 +50,38 @@ const LEVELS: &str = include_str!("../../shaders/lib/levels.wgsl");
 const NO_VECTORS: &str = include_str!("../../shaders/lib/no_vectors.wgsl");
 const VECTOR_FRAME: &str = include_str!("../../shaders/lib/vector_frame.wgsl");
 const VECTORS: &str = include_str!("../../shaders/lib/vectors.wgsl");
+
+/// Before pieces that are of another kernel than those before: their names are the vectors' own.
+const MARKS_OWN: &str = "// Of the splats of vectors:\n";
+/// What those names begin with.
+const OWN_PREFIX: &str = "marks_";
+
+/// Whether a name is of one radial kernel: its footprint, its shares, and their coefficients.
+fn is_of_a_kernel(word: &str) -> bool {
+    let is_number = |text: &str| !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit());
+    matches!(word, "footprint" | "share" | "rim_root")
+        || word.strip_prefix(['c', 's']).is_some_and(is_number)
+}
+
+/// What pieces after [`MARKS_OWN`] call something.
+pub(super) fn own_name(word: &str) -> String {
+    let prefix = if is_of_a_kernel(word) { OWN_PREFIX } else { "" };
+    format!("{prefix}{word}")
+}
+
+/// A piece with names of its own for what is of a kernel.
+fn with_own_names(piece: &str) -> String {
+    let is_in_word = |c: char| c.is_ascii_alphanumeric() || c == '_';
+    let mut renamed = String::with_capacity(piece.len());
+    let mut rest = piece;
+    while let Some(start) = rest.find(is_in_word) {
+        let end = rest[start..].find(|c| !is_in_word(c)).map_or(rest.len(), |n| start + n);
+        renamed.push_str(&rest[..start]);
+        renamed.push_str(&own_name(&rest[start..end]));
+        rest = &rest[end..];
+    }
+    renamed + rest
+}
 
 /// What pieces call the group of their own bindings.
 const OWN_GROUP: &str = "@group(1)";
@@ -150,21 +182,27 @@ pub struct GatherPieces {
     pub looks: SampleLooks,
     /// Polygons lie among them.
     pub polygons: bool,
+    /// Vector splats do.
+    pub vectors: bool,
 }
 
 impl GatherPieces {
     /// Every one there is.
-    pub const ALL: [Self; 32] = {
+    pub const ALL: [Self; 60] = {
         use SampleLooks::{Kept, Painted, Plain, Shaded};
         let looks = [Plain, Shaded, Painted, Kept];
-        let mut all = [Self { cells: false, in_parts: false, looks: Plain, polygons: false }; 32];
+        let plain =
+            Self { cells: false, in_parts: false, looks: Plain, polygons: false, vectors: false };
+        let mut all = [plain; 60];
         let mut i = 0;
         while i < all.len() {
             all[i] = Self {
                 cells: i % 2 == 1,
                 in_parts: i / 2 % 2 == 1,
+                // Samples that are shaded already have a group of bindings more than is left beside both.
                 looks: looks[i / 4 % 4],
-                polygons: i / 16 == 1,
+                polygons: i / 16 % 2 == 1,
+                vectors: i / 32 == 1,
             };
             i += 1;
         }
@@ -187,13 +225,24 @@ impl GatherPieces {
             }
             true => [GATHER_CELLS, "", "", include_str!("../../shaders/gather_cells.wgsl")],
         };
-        let [light, gathered, kept_light, polygons] = match self.polygons {
-            false => ["", GATHERED_LIGHT, "", ""],
-            true => [LIGHT_OF_SAMPLES, GATHERED_SAMPLES, KEPT_SAMPLES, POLYGONS],
+        let [light, gathered, kept_light] = match self.polygons || self.vectors {
+            false => ["", GATHERED_LIGHT, ""],
+            true => [LIGHT_OF_SAMPLES, GATHERED_AMONG, KEPT_SAMPLES],
         };
+        let polygons = match (self.polygons, self.vectors) {
+            (true, _) => POLYGONS,
+            (false, true) => NO_POLYGONS,
+            (false, false) => "",
+        };
+        let vectors = match (self.vectors, self.polygons) {
+            (true, _) => [MARKS_OWN, FOOTPRINT, SHARE, VECTOR_FRAME, VECTORS],
+            (false, true) => [NO_VECTORS, "", "", "", ""],
+            (false, false) => [""; 5],
+        };
+        let [marks, others, parts, frame, vectors] = vectors;
         let pieces = &[
             TRAVERSAL, footprint, share, OPACITY, rays, GATHER, light, gathered, kept_light,
-            samples, painted, shade, polygons, walk,
+            samples, painted, shade, polygons, walk, marks, others, parts, frame, vectors,
         ];
         stitched(name, pieces)
     }
@@ -432,10 +481,12 @@ impl Shader {
     /// The stitched source. Pieces with bindings of their own have them in a group of their own, which
     /// they call the first: they are numbered in the order of the pieces.
     pub fn source(&self) -> String {
-        let mut groups = 0;
+        let (mut groups, mut have_own_names) = (0, false);
         let numbered = self.pieces.iter().map(|piece| {
             groups += u32::from(piece.contains(OWN_GROUP));
-            piece.replace(OWN_GROUP, &format!("@group({groups})"))
+            let numbered = piece.replace(OWN_GROUP, &format!("@group({groups})"));
+            have_own_names |= *piece == MARKS_OWN;
+            if have_own_names { with_own_names(&numbered) } else { numbered }
         });
         numbered.collect()
     }

@@ -51,6 +51,17 @@ pub(super) struct Part {
     pub rays: [u32; 4],
 }
 
+/// What lies among the samples that rays gather.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(super) struct Among {
+    /// Polygons that a pixel sees at most, where there are any in the scene.
+    pub polygons: Option<u32>,
+    /// Vector splats, where there are any, and how often the turns of a part are quartered for them: how
+    /// many more they take depends on which rays come to a layer of them at the same time. Where they
+    /// took too many the device says so ([`GpuError::TooManyTurns`]).
+    pub vectors: Option<u32>,
+}
+
 /// A dispatch goes on with what was kept of the pixel.
 const GOES_ON: u32 = 1;
 /// Its rays end.
@@ -58,15 +69,15 @@ const ENDS: u32 = 2;
 
 /// The dispatches that gather a picture's rays, a square of `side` × `side` to a pixel: a single one
 /// with everything where the loops allow (`most` turns, if there is a limit), else as many as are needed,
-/// in order. `polygons` is how many of them a pixel sees at most, where there are any in the scene.
+/// in order.
 ///
 /// # Errors
-/// One sentence, where a single layer or slice turns too often, or polygons do.
+/// One sentence, where a single layer or slice turns too often, or what lies among them does.
 pub(super) fn gathered(
     gather: &layout::Gather,
     (kernel, layers): (Kernel, Layers),
     side: u32,
-    polygons: Option<u32>,
+    Among { polygons, vectors }: Among,
     most: Option<u64>,
 ) -> Result<Vec<Part>, GpuError> {
     let count = side * side;
@@ -92,9 +103,18 @@ pub(super) fn gathered(
             sizes.iter().map(|&size| (size, rays.chunks(kernel, layers, size))).collect()
         }
     };
-    // Any part of a ray may meet all polygons, and looks for one before each slice and layer.
-    let budget = most.saturating_sub(REST) as f64 - LANES * polygon_turns(polygons, 0);
-    let looks = if polygons.is_some() { 2.0 * f64::from(LAYERS) } else { 0.0 };
+    // Any part of a ray may meet all polygons.
+    let all = most.saturating_sub(REST) as f64 - LANES * polygon_turns(polygons, 0);
+    let budget = match vectors {
+        None => all,
+        Some(quartered) => 0.5 * all * 0.25_f64.powi(quartered.cast_signed()),
+    };
+    // Before each slice and layer a look, at slabs of vectors too.
+    let looks = match (polygons, vectors) {
+        (None, None) => 0.0,
+        (_, None) => 2.0 * f64::from(LAYERS),
+        (_, Some(_)) => 12.0 * f64::from(LAYERS),
+    };
     let walks: Vec<(u32, Walk)> =
         walks.into_iter().map(|(size, walk)| (size, walk.with(looks))).collect();
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturating")]
@@ -103,7 +123,9 @@ pub(super) fn gathered(
         let starts = (0..count).step_by(at_once as usize);
         return Ok(starts.map(|first| whole(first, (first + at_once).min(count))).collect());
     }
-    let fitting = walks.iter().find(|(_, walk)| walk.each <= budget);
+    // The smallest step is all that vectors can ask for.
+    let smallest = walks.last().filter(|(_, walk)| vectors.is_some() && walk.each <= all);
+    let fitting = walks.iter().find(|(_, walk)| walk.each <= budget).or(smallest);
     let (size, walk) = fitting.ok_or_else(|| too_often(walks[walks.len() - 1].1.each))?;
     #[expect(clippy::cast_possible_truncation, reason = "far fewer than 2^31, and saturating")]
     let (units, step) = (walk.units as i32, (budget / walk.each) as i32);
@@ -507,7 +529,8 @@ mod tests {
     }
 
     fn parts(gather: &layout::Gather, kernel: Kernel, layers: Layers) -> Vec<Part> {
-        gathered(gather, (kernel, layers), 1, None, Some(SOFTWARE_TURNS)).expect("steps that fit")
+        gathered(gather, (kernel, layers), 1, Among::default(), Some(SOFTWARE_TURNS))
+            .expect("steps that fit")
     }
 
     /// Lengths of rows at which layers were first missing on llvmpipe (Mesa 22.3.6).
@@ -528,7 +551,7 @@ mod tests {
             // And not long before.
             let short = along([counts[0] / 6, counts[1], counts[2]], radius, thickness);
             assert_eq!(parts(&short, kernel, layers).len(), 1, "{counts:?} {kernel:?} {layers:?}");
-            let free = gathered(&gather, (kernel, layers), 2, None, None);
+            let free = gathered(&gather, (kernel, layers), 2, Among::default(), None);
             let everything = Part { along: [0, i32::MAX, 16, 0], rays: [0, 4, 2, ENDS] };
             assert_eq!(free, Ok(vec![everything]));
         }
@@ -665,7 +688,7 @@ mod tests {
         assert!(refused.starts_with("expected slabs along a ray of at most 16777216"), "{refused}");
         assert_eq!(row(1e-20).parts(Some(SOFTWARE_TURNS)), None);
         let gather = along([16, 16, 16], 1.558, 1e-12);
-        let refused = gathered(&gather, (Kernel::Cubic, Layers::Slabs), 1, None, None);
+        let refused = gathered(&gather, (Kernel::Cubic, Layers::Slabs), 1, Among::default(), None);
         assert!(matches!(refused, Err(GpuError::TooLarge { .. })), "{refused:?}");
     }
 
@@ -675,7 +698,8 @@ mod tests {
         gather.ahead = [1.0, 0.7, 0.7, 0.0];
         let parts = parts(&gather, Kernel::Cubic, Layers::Slabs);
         assert!(parts[0].along[2] < 16, "{:?}", parts[0]);
-        let refused = gathered(&gather, (Kernel::Cubic, Layers::Slabs), 1, None, Some(1000));
+        let refused =
+            gathered(&gather, (Kernel::Cubic, Layers::Slabs), 1, Among::default(), Some(1000));
         assert!(matches!(refused, Err(GpuError::TooLarge { .. })), "{refused:?}");
     }
 }

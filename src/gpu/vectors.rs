@@ -32,8 +32,8 @@ use crate::vector::{
     Splats, VectorMode, VectorSettings,
 };
 
-/// Turns that what else a ray walks may take beside a list.
-const TURNS_BESIDE: u64 = 12_000;
+/// Turns of loops that a splat takes at least.
+const LEAST_TURNS: u64 = 2;
 /// The most entries that lists of some rows are made of.
 const MOST_VECTOR_ENTRIES: u32 = 1 << 23;
 
@@ -85,6 +85,8 @@ pub(super) struct DeviceVectors {
     /// What pixels are drawn with.
     constants: layout::Vectors,
     variant: VectorVariant,
+    /// The most entries of a tile, where loops are counted.
+    pub(super) longest: u32,
 }
 
 /// Everything that lists depend on.
@@ -150,6 +152,7 @@ impl DeviceVectors {
             made: None,
             constants: bytemuck::Zeroable::zeroed(),
             variant: VectorVariant::default(),
+            longest: 0,
         })
     }
 
@@ -419,13 +422,14 @@ impl Renderer {
                 Some(_) => self.longest_list(plan.rectangle.tiles())?,
                 None => 0,
             };
-            let turns = u64::from(longest) + TURNS_BESIDE;
-            if self.context.most_turns.is_some_and(|most| turns > most) {
-                let most = self.context.most_turns.unwrap_or(u64::MAX) - TURNS_BESIDE;
+            // More are too many for certain; where fewer are, the rays tell.
+            let most = self.context.most_turns.map_or(u64::MAX, |most| most / LEAST_TURNS);
+            if u64::from(longest) > most {
                 return Err(too_many(most, u64::from(longest)));
             }
             let vectors = self.vectors.as_mut().ok_or(GpuError::Cancelled)?;
             vectors.constants.layers[2] = rows.start.cast_signed();
+            vectors.longest = longest;
             vectors.made = Some(made_of(&rows));
             self.write_vectors(what);
             return Ok(rows);
@@ -448,7 +452,7 @@ impl Renderer {
     /// Draws tiles of vectors alone, whose lists were made, and waits; returns milliseconds.
     ///
     /// # Errors
-    /// A failing device.
+    /// More splats than a software adapter's loops allow, or a failing device.
     pub fn draw_vector_tiles(&mut self, view: &View, tiles: Range<u32>) -> Result<f64, GpuError> {
         let Some(vectors) = &self.vectors else { return Ok(0.0) };
         #[expect(clippy::cast_possible_truncation, reason = "the device has 32 bits")]
@@ -459,7 +463,9 @@ impl Renderer {
             rays: [growth, 0.0, 0.0, 0.0],
         };
         self.context.queue.write_buffer(&vectors.tiles, 0, bytemuck::bytes_of(&constants));
-        self.run(&[Pass::CompositeVectors { tiles: tiles.len() as u32 }])
+        let wall_ms = self.run(&[Pass::CompositeVectors { tiles: tiles.len() as u32 }])?;
+        self.check_turns(self.slabs[0].capped())?;
+        Ok(wall_ms)
     }
 
     pub(super) fn composite_vectors(

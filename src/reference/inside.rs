@@ -228,19 +228,25 @@ pub(super) struct Slice {
 /// Layers of pieces of matter of constant densities, from the eye inwards, and of the surfaces before,
 /// in and behind them.
 pub(super) fn woven(pieces: &[Slice], surfaces: &[Surface]) -> Vec<Layer> {
+    let surfaces: Vec<_> = surfaces.iter().map(|s| (s.t, Layer::Surface(*s))).collect();
+    woven_among(pieces, &surfaces)
+}
+
+/// The same of anything that has its place, from the eye inwards.
+pub(super) fn woven_among(pieces: &[Slice], others: &[(f64, Layer)]) -> Vec<Layer> {
     let mut layers = Vec::new();
-    let mut next = surfaces.iter().copied().peekable();
+    let mut next = others.iter().copied().peekable();
     for &Slice { ends: [mut from, to], density, .. } in pieces {
-        while let Some(surface) = next.next_if(|surface| surface.t < to) {
-            if surface.t > from {
-                layers.push(Layer::Matter(density.map(|w| w * (surface.t - from))));
-                from = surface.t;
+        while let Some((t, other)) = next.next_if(|(t, _)| *t < to) {
+            if t > from {
+                layers.push(Layer::Matter(density.map(|w| w * (t - from))));
+                from = t;
             }
-            layers.push(Layer::Surface(surface));
+            layers.push(other);
         }
         layers.push(Layer::Matter(density.map(|w| w * (to - from))));
     }
-    layers.extend(next.map(Layer::Surface));
+    layers.extend(next.map(|(_, other)| other));
     layers
 }
 

@@ -2,7 +2,7 @@
 
 use super::classes::Classes;
 use super::field::{Basis, Field};
-use super::inside::{Layer, Part, Slice, Surface};
+use super::inside::{Layer, Part, Slice};
 use super::quadrature::{self, Density};
 use super::shading::RayShader;
 use super::sources::{Along, GridKernels, Hit, Line};
@@ -53,42 +53,42 @@ fn add(to: &mut Density, weight: Density, length: f64) {
     to.iter_mut().zip(weight).for_each(|(t, w)| *t += w * length);
 }
 
-/// A surface, and how many slices of the traversal are farther.
-pub(super) type Seated = (Surface, usize);
+/// A layer that is no slice, and how many slices of the traversal are farther.
+pub(super) type Seated = (Layer, usize);
 
-/// Matter of slices, from front to back, and the surfaces each before the slices that are farther.
-fn seated(matter: impl IntoIterator<Item = (usize, Density)>, surfaces: &[Seated]) -> Vec<Layer> {
+/// Matter of slices, from front to back, and others each before the slices that are farther.
+fn seated(matter: impl IntoIterator<Item = (usize, Density)>, others: &[Seated]) -> Vec<Layer> {
     let mut layers = Vec::new();
-    let mut next = surfaces.iter().peekable();
+    let mut next = others.iter().peekable();
     for (slice, sum) in matter {
-        while let Some((surface, _)) = next.next_if(|(_, farther)| slice < *farther) {
-            layers.push(Layer::Surface(*surface));
+        while let Some((other, _)) = next.next_if(|(_, farther)| slice < *farther) {
+            layers.push(*other);
         }
         layers.push(Layer::Matter(sum));
     }
-    layers.extend(next.map(|(surface, _)| Layer::Surface(*surface)));
+    layers.extend(next.map(|(other, _)| *other));
     layers
 }
 
-/// Each kernel for itself, from front to back, and surfaces among them.
+/// Each kernel for itself, from front to back, and others among them.
 pub(super) fn every_sample(
     mut hits: Vec<Hit>,
     shape: Option<RadialKernel>,
     from: f64,
-    surfaces: &[Seated],
+    others: &[Seated],
 ) -> Vec<Layer> {
     hits.sort_by_key(|hit| std::cmp::Reverse(hit.rank));
     let whole = [from, f64::INFINITY];
     let sum = |hit: &Hit| (hit.slice, hit.weight.map(|w| w * hit.length(shape, whole)));
-    seated(hits.iter().map(sum), surfaces)
+    seated(hits.iter().map(sum), others)
 }
 
-/// Kernels summed up in the slice they are centred on, from front to back, and surfaces among them.
+/// Kernels summed up in the slice they are centred on, from front to back, and others among them.
 pub(super) fn slices(
     hits: &[Hit],
     shape: Option<RadialKernel>,
     from: f64,
-    surfaces: &[Seated],
+    others: &[Seated],
 ) -> Vec<Layer> {
     let count = hits.iter().map(|hit| hit.slice + 1).max().unwrap_or(0);
     let mut layers = vec![[0.0; 4]; count];
@@ -96,7 +96,7 @@ pub(super) fn slices(
         let length = hit.length(shape, [from, f64::INFINITY]);
         add(&mut layers[hit.slice], hit.weight, length);
     }
-    seated(layers.into_iter().enumerate().rev(), surfaces)
+    seated(layers.into_iter().enumerate().rev(), others)
 }
 
 /// Planes that a ray crosses at even distances.

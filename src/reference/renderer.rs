@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::RefKernel;
 use super::classes::Classes;
 use super::field::{Field, Shape};
-use super::inside::{Opening, Part, Surface, woven};
+use super::inside::{Layer, Opening, Part, Slice, Surface, woven, woven_among};
 use super::kernels::grid_kernels;
 use super::layers::{self, Planes};
 use super::mesh::Meshes;
@@ -296,8 +296,9 @@ impl Reference {
                     surfaces.lay_until(&mut light, f64::INFINITY);
                     return light.pixel();
                 }
-                let slabs = layers::separable_between_planes(grid, *basis, &ray, &self.slabs(&ray));
-                woven(&slabs, polygons)
+                let planes = self.slabs(&ray);
+                let slabs = layers::separable_between_planes(grid, *basis, &ray, &planes);
+                woven(&self.beside(slabs, &ray, &planes), polygons)
             }
             Source::Grid(grid, _) => {
                 return self.splatted(grid.hits(&ray, self.shape), &ray, polygons);
@@ -311,15 +312,15 @@ impl Reference {
     /// Kernels that are shaded first, by the mode, and the surfaces among them from the eye inwards.
     ///
     /// Samples and whole slices stay whole: a surface has its turn between two slices of the traversal, as
-    /// a sample would in its place. What is summed up between two planes is taken to be as dense everywhere
-    /// there, and split.
+    /// a sample would in its place, and a slab of vectors as one in its middle. What is summed up between
+    /// two planes is taken to be as dense everywhere there, and split by both; in slabs, which vectors
+    /// have in common with kernels, by surfaces.
     fn splatted(&self, hits: Vec<Hit>, ray: &Line, surfaces: &[Surface]) -> [f64; 4] {
         let (shape, from) = (self.shape, ray.from);
         if self.exact {
             return truth::shade_first(&hits, shape, from, self.tolerance, surfaces);
         }
-        let split =
-            |planes: Planes| woven(&layers::between_planes(&hits, shape, &planes, from), surfaces);
+        let between = |planes: &Planes| layers::between_planes(&hits, shape, planes, from);
         let layers = match self.splat.visibility {
             Visibility::EverySample => {
                 layers::every_sample(hits, shape, from, &self.seats(ray, surfaces))
@@ -327,15 +328,42 @@ impl Reference {
             Visibility::Sheets if self.splat.sheets_per_kernel == 1 => {
                 layers::slices(&hits, shape, from, &self.seats(ray, surfaces))
             }
-            Visibility::Sheets => split(self.sheets(ray)),
-            Visibility::Slabs => split(self.slabs(ray)),
+            Visibility::Sheets => {
+                woven_among(&between(&self.sheets(ray)), &self.others(ray, surfaces))
+            }
+            Visibility::Slabs => {
+                let planes = self.slabs(ray);
+                woven(&self.beside(between(&planes), ray, &planes), surfaces)
+            }
         };
         layers::composite(&layers, self.splat.opacity_model, self.splat.order)
     }
 
-    /// How many slices of the traversal are farther than each surface: if close behind one, it too.
+    /// What slabs hold, with what they hold of vectors.
+    fn beside(&self, slabs: Vec<Slice>, ray: &Line, planes: &Planes) -> Vec<Slice> {
+        if self.vectors.is_empty() {
+            return slabs;
+        }
+        merged(slabs, &Vectors::sums(&self.vectors, ray, planes, ENDLESS), planes, ENDLESS)
+    }
+
+    /// Surfaces and slabs of vectors, these in their middles, from the eye inwards.
+    fn others(&self, ray: &Line, surfaces: &[Surface]) -> Vec<(f64, Layer)> {
+        let planes = self.slabs(ray);
+        let slabs = Vectors::sums(&self.vectors, ray, &planes, ENDLESS);
+        let middle = |slab| f64::midpoint(planes.face(slab), planes.face(slab + 1));
+        let slabs = slabs.into_iter().map(|(slab, sum)| (middle(slab), Layer::Matter(sum)));
+        let surfaces = surfaces.iter().map(|surface| (surface.t, Layer::Surface(*surface)));
+        let mut others: Vec<_> = surfaces.chain(slabs).collect();
+        others.sort_by(|(a, _), (b, _)| a.total_cmp(b));
+        others
+    }
+
+    /// The same, and how many slices of the traversal are farther than each: if it is close behind one,
+    /// that too.
     fn seats(&self, ray: &Line, surfaces: &[Surface]) -> Vec<layers::Seated> {
-        if surfaces.is_empty() {
+        let others = self.others(ray, surfaces);
+        if others.is_empty() {
             return Vec::new();
         }
         let (order, runs) = super::kernels::loops(&self.lattice, &self.camera);
@@ -346,8 +374,8 @@ impl Reference {
             None if line.step[axis] > 0.0 => f64::NEG_INFINITY,
             None => f64::INFINITY,
         };
-        let seat = |surface: &Surface| {
-            let place = line.at(surface.t)[axis];
+        let seat = |(t, layer): (f64, Layer)| {
+            let place = line.at(t)[axis];
             let is_beyond = place > eye;
             let is_farther = |&&slice: &&usize| {
                 let slice = slice as f64;
@@ -357,9 +385,9 @@ impl Reference {
                     (_, slice_is_beyond) => slice_is_beyond,
                 }
             };
-            (*surface, runs[0].iter().take_while(is_farther).count())
+            (layer, runs[0].iter().take_while(is_farther).count())
         };
-        surfaces.iter().map(seat).collect()
+        others.into_iter().map(seat).collect()
     }
 
     /// Image-aligned planes Δ = smallest spacing / N apart, one through the lattice's centre.

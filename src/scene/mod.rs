@@ -101,11 +101,11 @@ impl Scene {
         self.vectors.as_ref().is_some_and(|layer| layer.second.is_some())
     }
 
-    /// Whether vectors are to lie in the slabs of a field that has none: its mode shades first.
-    pub fn lacks_slabs_for_vectors(&self) -> bool {
-        let SplatSettings { visibility, classify, .. } = self.splat;
-        let has_slabs = visibility == Visibility::Slabs && classify != Classify::Before;
-        self.vectors.is_some() && !self.hides_field() && !has_slabs
+    /// What draws a field in triangles alone, among which there is no room for its vectors.
+    pub fn lacks_room_for_vectors(&self) -> Option<String> {
+        let is_beside = self.vectors.is_some() && !self.hides_field();
+        let shades_first = self.splat.classify == Classify::Before;
+        self.splat.drawn_by_triangles_alone().filter(|_| is_beside && shades_first)
     }
 
     /// Whether lights or tables shade its samples, before kernels are put together.
@@ -116,9 +116,10 @@ impl Scene {
     }
 
     /// Whether only rays through samples that are shaded first show all of it: lights or tables shade
-    /// these, or polygons lie among them.
+    /// these, or polygons or vectors lie among them.
     pub fn needs_gathering(&self) -> bool {
-        let has_others = self.has_polygons() && !self.hides_field();
+        let has_vectors = self.vectors.is_some() && self.lacks_room_for_vectors().is_none();
+        let has_others = (self.has_polygons() || has_vectors) && !self.hides_field();
         self.shades_samples() || self.splat.classify == Classify::Before && has_others
     }
 

@@ -20,6 +20,9 @@ use crate::volume::ScalarVolume;
 
 /// Tiles in the first piece, before any was timed.
 const FIRST_TILES: u32 = 64;
+/// How often the parts of rays among vectors are quartered on software adapters before means are drawn:
+/// less than a slice or slab has no part.
+const MOST_QUARTERED: u32 = 6;
 /// Bricks of samples that are shaded in the first piece.
 const FIRST_BRICKS: u32 = 512;
 /// Transmittance at which rays end: what is behind can change no channel by more than half a step
@@ -155,34 +158,15 @@ impl Drawer {
             let most = (rays * MOST_MORE_RAYS).max(LEAST_MORE_RAYS) as u64;
             self.renderer.mark_specks(which, &view, &scene.splat, constants, most);
         }
-        let mut vectors_halved = 0;
-        let mut drawn = loop {
-            let vectors = self.prepare_vectors(scene, &view, (which, vectors_halved), observer)?;
-            self.renderer.put_vectors_in_slabs(vectors.is_some());
-            let make_lists = |renderer: &mut Renderer, tiles: Range<u32>| match &vectors {
-                Some(vectors) => vectors.make_lists(renderer, &view, tiles),
-                None => Ok(tiles.end),
-            };
-            let draw = |renderer: &mut Renderer, tiles: Range<u32>| match are_alone {
-                true => renderer.draw_vector_tiles(&view, tiles),
-                false => renderer.draw_slab_tiles(which, &view, &scene.splat, constants, tiles),
-            };
-            match self.tiled(scene, &view, observer, (first, make_lists), draw) {
-                // Means are fewer; the picture begins anew.
-                Err(DrawError::Gpu(GpuError::TooManyVectors { .. }))
-                    if vectors.as_ref().is_some_and(PictureVectors::has_coarser) =>
-                {
-                    vectors_halved += 1;
-                }
-                Err(error) => return Err(error),
-                Ok(mut drawn) => {
-                    if are_alone {
-                        drawn.kernels = vectors.map_or(0, |vectors| vectors.count());
-                    }
-                    break Drawn { vectors_halved, ..drawn };
-                }
-            }
+        let draw = |renderer: &mut Renderer, tiles: Range<u32>| match are_alone {
+            true => renderer.draw_vector_tiles(&view, tiles),
+            false => renderer.draw_slab_tiles(which, &view, &scene.splat, constants, tiles),
         };
+        let (mut drawn, splats) =
+            self.beside_vectors(scene, &view, which, observer, (first, 0, draw))?;
+        if are_alone {
+            drawn.kernels = splats;
+        }
         drawn.made_pipelines = self.renderer.pipeline_count() != pipelines;
         match which {
             // The next one will not wait for a compiler.
@@ -191,6 +175,52 @@ impl Drawer {
             _ => self.costs.learn_reduced(which, rays, drawn.wall_ms),
         }
         Ok(Drawn { is_shaded: !are_alone, ..drawn })
+    }
+
+    /// A picture of tiles, so many in the first piece, with a scene's vectors among them, and how many of
+    /// these there are. Where a software adapter's loops do not allow so many along a ray, its parts are
+    /// quartered as often as may be; then means of vectors are drawn.
+    fn beside_vectors(
+        &mut self,
+        scene: &Scene,
+        view: &View,
+        which: SlabField,
+        observer: &mut dyn Observer,
+        (first, most_quartered, draw): (
+            u32,
+            u32,
+            impl Fn(&mut Renderer, Range<u32>) -> Result<f64, GpuError>,
+        ),
+    ) -> Result<(Drawn, u64), DrawError> {
+        let (mut vectors_halved, mut quartered) = (0, 0);
+        loop {
+            let vectors = self.prepare_vectors(scene, view, (which, vectors_halved), observer)?;
+            self.renderer.put_vectors_in_slabs(vectors.is_some(), quartered);
+            let make_lists = |renderer: &mut Renderer, tiles: Range<u32>| match &vectors {
+                Some(vectors) => vectors.make_lists(renderer, view, tiles),
+                None => Ok(tiles.end),
+            };
+            match self.tiled(scene, view, observer, (first, make_lists), &draw) {
+                // The picture begins anew.
+                Err(DrawError::Gpu(GpuError::TooManyTurns { .. }))
+                    if quartered < most_quartered =>
+                {
+                    quartered += 1;
+                }
+                // Means are fewer.
+                Err(DrawError::Gpu(
+                    GpuError::TooManyVectors { .. } | GpuError::TooManyTurns { .. },
+                )) if vectors.as_ref().is_some_and(PictureVectors::has_coarser) => {
+                    vectors_halved += 1;
+                    quartered = 0;
+                }
+                Err(error) => return Err(error),
+                Ok(drawn) => {
+                    let splats = vectors.map_or(0, |vectors| vectors.count());
+                    return Ok((Drawn { vectors_halved, ..drawn }, splats));
+                }
+            }
+        }
     }
 
     /// Brings a field of a scene that reconstructs one to the device.
@@ -216,16 +246,17 @@ impl Drawer {
     ) -> Result<Drawn, DrawError> {
         let view = View::new(scene, size);
         let unit_distance = scene.opacity_unit_distance();
-        let all = |_: &mut Renderer, tiles: Range<u32>| Ok(tiles.end);
         self.renderer.set_looks(scene);
         self.renderer.make_polygon_lists(scene, &view)?;
         let pipelines = self.renderer.pipeline_count();
         let start = Instant::now();
         self.shade_samples(scene, &view, observer)?;
         let shading_ms = start.elapsed().as_secs_f64() * 1e3;
-        let drawn = self.tiled(scene, &view, observer, (FIRST_TILES, all), |renderer, tiles| {
+        let draw = |renderer: &mut Renderer, tiles: Range<u32>| {
             renderer.draw_gathered(&view, &scene.splat, unit_distance, STOP_BELOW, tiles)
-        })?;
+        };
+        let how = (FIRST_TILES, MOST_QUARTERED, draw);
+        let (drawn, _) = self.beside_vectors(scene, &view, SlabField::Own, observer, how)?;
         let made_pipelines = self.renderer.pipeline_count() != pipelines;
         let wall_ms = drawn.wall_ms + shading_ms;
         Ok(Drawn { is_shaded: true, made_pipelines, wall_ms, ..drawn })

@@ -269,10 +269,10 @@ pub(super) fn is_walked(scene: &Scene) -> bool {
 }
 
 /// # Errors
-/// Vectors beside a field in a mode that has no slabs of it.
+/// Vectors beside a field that only triangles draw.
 pub(super) fn check(scene: &Scene) -> Result<(), DrawError> {
-    match scene.lacks_slabs_for_vectors() {
-        true => Err(GpuError::VectorsBesideKernels.into()),
-        false => Ok(()),
+    match scene.lacks_room_for_vectors() {
+        Some(found) => Err(GpuError::VectorsBesideTriangles { found }.into()),
+        None => Ok(()),
     }
 }

@@ -10,6 +10,7 @@ mod field_storage;
 mod gathered;
 mod gathered_edges;
 mod gathered_polygons;
+mod gathered_vectors;
 mod gouraud;
 mod hard_cases;
 mod hard_kernels;

@@ -66,7 +66,7 @@ pub(crate) fn drawer() -> Option<Shared> {
         let plain = scene(Lattice::unit([2; 3]), DVec3::Z);
         drawer.renderer.set_looks(&plain);
         drawer.renderer.set_polygons(&plain).expect("none");
-        drawer.renderer.put_vectors_in_slabs(false);
+        drawer.renderer.put_vectors_in_slabs(false, 0);
     }
     shared.is_some().then_some(Shared(shared))
 }

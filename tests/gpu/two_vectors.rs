@@ -14,7 +14,7 @@ use crate::support::*;
 use crate::vectors::{CLOSE, PICTURE, alone, field, holds, settings, with};
 
 /// The handful of vectors and as many others on the same grid, that look as differently as they can.
-fn both() -> Scene {
+pub(crate) fn both() -> Scene {
     with(alone(), |layer| {
         let other = field(layer.field.places.clone(), 21);
         let mut settings = VectorSettings {

@@ -58,7 +58,7 @@ pub(crate) fn holds(name: &str, scene: &Scene, within: Within) {
     holds_at(name, scene, PICTURE, within);
 }
 
-fn expected(scene: &Scene, size: [u32; 2]) -> Light {
+pub(crate) fn expected(scene: &Scene, size: [u32; 2]) -> Light {
     let reference = Reference::new(scene, size.map(|n| n as usize));
     reference.expect("a mode that means something").picture()
 }
@@ -462,13 +462,14 @@ fn a_scene_without_vectors_has_no_trace_of_them() {
 }
 
 #[test]
-fn vectors_beside_kernels_that_are_shaded_first_are_refused() {
+fn vectors_beside_triangles_are_refused() {
     let Some(mut drawer) = drawer() else { return };
     let mut scene = with(alone(), |layer| layer.alone = false);
-    scene.splat = SplatSettings::SHADE_FIRST;
+    let backend = voxsplat::scene::Backend::Raster;
+    scene.splat = SplatSettings { backend, ..SplatSettings::SHADE_FIRST };
     drawer.prepare(&scene, &Ticket::new()).unwrap();
     let refused = drawer.draw(&scene, PICTURE, Rung::Full, &mut ()).unwrap_err().to_string();
-    assert!(refused.contains("found a mode that shades first"), "{refused}");
+    assert!(refused.contains("found --backend raster"), "{refused}");
 }
 
 /// Clips cut splats as they cut the field, and faces, slices and isosurfaces lie at their depth among them.

@@ -3,7 +3,7 @@
 use eframe::egui::accesskit::Role;
 use eframe::egui::{Key, Modifiers};
 use egui_kittest::kittest::{NodeT as _, Queryable as _};
-use voxsplat::scene::VectorLayer;
+use voxsplat::scene::{Classify, VectorLayer};
 use voxsplat::task::engine::Effort;
 use voxsplat::vector::{ColourBy, Design, Foreshortening, VectorMode};
 
@@ -246,15 +246,20 @@ fn tick(bench: &mut Bench) {
 }
 
 #[test]
-fn a_mode_without_slabs_is_drawn_without_vectors_and_says_so() {
+fn modes_that_shade_first_have_vectors_and_triangles_say_that_they_have_none() {
     let mut bench = opened();
     tick(&mut bench);
     assert!(bench.last_request().scene.vectors.is_some_and(|layer| !layer.alone));
+    let says = "Not drawn: this mode is of triangles alone, which have no room for vectors. Hide the \
+                scalar field, or choose another mode under Splats";
     press(&mut bench, "Classic splatting");
     bench.settle();
+    let scene = bench.last_request().scene;
+    assert!(scene.vectors.is_some() && scene.splat.classify == Classify::Before);
+    assert!(!bench.shows(says));
+    bench.choose("Back end", "Triangles");
+    bench.settle();
     assert!(bench.last_request().scene.vectors.is_none());
-    let says = "Not drawn: this mode shades first, and has no slabs that vectors could lie in. Hide \
-                the scalar field, or choose the exact mode under Splats";
     assert!(bench.shows(says));
     tick(&mut bench);
     assert!(bench.last_request().scene.vectors.is_some_and(|layer| layer.alone));

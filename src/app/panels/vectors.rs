@@ -36,7 +36,7 @@ pub fn vectors_ui(
 ) -> Option<VectorRequest> {
     let shown = scene.vectors.as_ref().map(|layer| layer.field.name.as_str());
     let request = field_ui(ui, document, FIRST, shown, &mut triples[0]).map(VectorRequest::Field);
-    let lacks_slabs = scene.lacks_slabs_for_vectors();
+    let lacks_room = scene.lacks_room_for_vectors();
     let projects = scene.inside.along != AlongRay::Composite;
     let cuts = !scene.inside.is_plain();
     let Some(layer) = &mut scene.vectors else { return request };
@@ -45,9 +45,9 @@ pub fn vectors_ui(
             "Draw the vectors alone: nothing of the scalar field is computed, and pictures are quicker",
         );
     });
-    if lacks_slabs && !layer.alone {
-        let text = "Not drawn: this mode shades first, and has no slabs that vectors could lie in. Hide \
-                    the scalar field, or choose the exact mode under Splats";
+    if lacks_room.is_some() && !layer.alone {
+        let text = "Not drawn: this mode is of triangles alone, which have no room for vectors. Hide the \
+                    scalar field, or choose another mode under Splats";
         ui.label(RichText::new(text).size(12.0).color(theme::NOTE));
     }
     if projects && !layer.alone {
