@@ -257,6 +257,8 @@ fn modes_that_shade_first_have_vectors_and_triangles_say_that_they_have_none() {
     let scene = bench.last_request().scene;
     assert!(scene.vectors.is_some() && scene.splat.classify == Classify::Before);
     assert!(!bench.shows(says));
+    bench.harness.get_by_label("Advanced").click();
+    bench.harness.run_steps(30);
     bench.choose("Back end", "Triangles");
     bench.settle();
     assert!(bench.last_request().scene.vectors.is_none());
