@@ -533,6 +533,23 @@ mod tests {
             .expect("steps that fit")
     }
 
+    /// Parts of rays among vectors are shortened as often as is asked for, down to one step each.
+    #[test]
+    fn parts_among_vectors_are_quartered_to_single_steps() {
+        let gather = along([400, 16, 16], 1.558, 1.0);
+        let parts = |vectors, most| {
+            let among = Among { polygons: None, vectors };
+            gathered(&gather, (Kernel::Cubic, Layers::None), 1, among, Some(most))
+        };
+        let counts: Vec<usize> =
+            (0..8).map(|n| parts(Some(n), SOFTWARE_TURNS).expect("parts").len()).collect();
+        assert!(counts.is_sorted() && counts[1] > 2 * counts[0], "{counts:?}");
+        assert_eq!((counts[6], counts[7]), (400, 400));
+        assert!(parts(None, SOFTWARE_TURNS).expect("parts").len() <= counts[0]);
+        let refused = parts(Some(0), 200);
+        assert!(matches!(refused, Err(GpuError::TooLarge { .. })), "{refused:?}");
+    }
+
     /// Lengths of rows at which layers were first missing on llvmpipe (Mesa 22.3.6).
     #[test]
     fn rays_are_cut_before_the_adapter_cuts_them() {

@@ -257,10 +257,19 @@ fn modes_that_shade_first_have_vectors_and_triangles_say_that_they_have_none() {
     let scene = bench.last_request().scene;
     assert!(scene.vectors.is_some() && scene.splat.classify == Classify::Before);
     assert!(!bench.shows(says));
+    bench.harness.get_by_label("Advanced").scroll_to_me();
+    bench.harness.run_steps(30);
+    bench.harness.get_by_label("Advanced").click();
+    bench.harness.run_steps(30);
+    bench.harness.get_by_role_and_label(Role::ComboBox, "Back end").scroll_to_me();
+    bench.harness.run_steps(30);
     bench.choose("Back end", "Triangles");
     bench.settle();
     assert!(bench.last_request().scene.vectors.is_none());
     assert!(bench.shows(says));
+    let alone = bench.harness.get_by_role_and_label(Role::CheckBox, "Hide the scalar field");
+    alone.scroll_to_me();
+    bench.harness.run_steps(30);
     tick(&mut bench);
     assert!(bench.last_request().scene.vectors.is_some_and(|layer| layer.alone));
 }
