@@ -285,6 +285,17 @@ pub struct ModeFlags {
 }
 
 impl ModeFlags {
+    /// Those given that say how matter hides what is behind it.
+    pub(super) fn of_hiding(&self) -> Vec<&'static str> {
+        let given = [
+            (self.opacity_model.is_some(), "--opacity-model"),
+            (self.classify.is_some(), "--classify"),
+            (self.order.is_some(), "--order"),
+            (self.opacity_unit_distance.is_some(), "--opacity-unit-distance"),
+        ];
+        given.into_iter().filter_map(|(is_given, flag)| is_given.then_some(flag)).collect()
+    }
+
     /// The mode that they mean.
     ///
     /// # Errors

@@ -3,7 +3,7 @@
 use super::flags::SceneFlags;
 use super::shading::ShadingFlags;
 use crate::core::Srgb8;
-use crate::scene::{Annotation, Background, Inside, MOST_SLABS_PER_VOXEL, Scene};
+use crate::scene::{AlongRay, Annotation, Background, Inside, MOST_SLABS_PER_VOXEL, Scene};
 use crate::task::still::{CONVERGED, Convergence};
 
 /// What of a scene may be why nothing is seen of it.
@@ -22,7 +22,7 @@ impl Causes {
         Self {
             hides_voxels: shading.opacity.is_some() || shading.modulation.is_some(),
             is_cut: inside.clip.cuts(),
-            is_lit: shading.lighting.is_some(),
+            is_lit: shading.lighting.is_some() && inside.along == AlongRay::Composite,
             has_isosurfaces: inside.has_isosurfaces(),
             has_slices: !inside.slices.is_empty(),
         }
@@ -102,11 +102,13 @@ pub(super) fn idle_beside_projection(
     inside: &Inside,
     scene: &SceneFlags,
     shading: &ShadingFlags,
+    of_hiding: Vec<&'static str>,
 ) -> Option<String> {
     if !inside.effects().contains(&"projection") {
         return None;
     }
-    let idle: Vec<_> = scene.of_opacities().into_iter().chain(shading.given()).collect();
+    let idle: Vec<_> =
+        scene.of_opacities().into_iter().chain(shading.given()).chain(of_hiding).collect();
     let (last, others) = idle.split_last()?;
     let (names, change) = match others {
         [] => ((*last).to_owned(), "changes"),
@@ -141,7 +143,6 @@ mod tests {
 
     use super::*;
     use crate::cli::flags::{Arguments, Command};
-    use crate::scene::AlongRay;
 
     #[test]
     fn a_picture_of_nothing_says_whether_anything_could_be_seen() {
@@ -182,14 +183,21 @@ mod tests {
             let parsed = Arguments::try_parse_from(line.iter().chain(more)).expect("flags");
             let Some(Command::Probe(flags)) = parsed.command else { panic!("a probe") };
             let inside = Inside { along, ..Inside::default() };
-            idle_beside_projection(&inside, &flags.scene, &flags.shading)
+            idle_beside_projection(&inside, &flags.scene, &flags.shading, vec!["--order"])
         };
         let greatest = |more: &[&str]| said(AlongRay::Maximum, more);
-        assert_eq!(greatest(&["--colormap", "gray", "--color-range", "0,1"]), None);
+        let mode = greatest(&["--colormap", "gray", "--color-range", "0,1"]).expect("a note");
+        assert!(mode.ends_with("--order changes nothing in the picture"), "{mode}");
         let lit = greatest(&["--light", "0,0,1", "--nan-color", "ff0000"]).expect("a note");
-        assert!(lit.ends_with("--nan-color and --light change nothing in the picture"), "{lit}");
+        assert!(
+            lit.ends_with("--nan-color, --light and --order change nothing in the picture"),
+            "{lit}"
+        );
         let tables = greatest(&["--modulation", "value:0:1"]).expect("a note");
-        assert!(tables.ends_with("--modulation changes nothing in the picture"), "{tables}");
+        assert!(
+            tables.ends_with("--modulation and --order change nothing in the picture"),
+            "{tables}"
+        );
         assert_eq!(said(AlongRay::Composite, &["--light", "0,0,1"]), None);
     }
 

@@ -60,7 +60,8 @@ pub(super) fn run(flags: &ProbeFlags) -> Result<(), Failure> {
     let shading = shading.map_err(|error| Failure::Usage(error.to_string()))?;
     let inside = flags.inside.resolve(&scene.volume, &splat).map_err(Failure::Usage)?;
     inside.beside(&scene.volume).iter().for_each(|what| note(what));
-    let idle = notes::idle_beside_projection(&inside, &flags.scene, &flags.shading);
+    let hiding = flags.mode.of_hiding();
+    let idle = notes::idle_beside_projection(&inside, &flags.scene, &flags.shading, hiding);
     idle.iter().for_each(|what| note(what));
     let scene = Scene { shading, inside, ..scene };
     let unit_distance = scene.opacity_unit_distance();

@@ -215,7 +215,8 @@ fn scene(flags: &RenderFlags, splat: SplatSettings) -> Result<Meant, Failure> {
     let inside = inside.map_err(Failure::Usage)?;
     refuse_coarse(flags, &inside)?;
     inside.beside(&scene.volume).iter().for_each(|what| note(what));
-    let idle = notes::idle_beside_projection(&inside, &flags.scene, &flags.shading);
+    let hiding = flags.mode.of_hiding();
+    let idle = notes::idle_beside_projection(&inside, &flags.scene, &flags.shading, hiding);
     idle.iter().for_each(|what| note(what));
     let opens_with_scalar = flags.scene.field.is_some() || flags.scene.component.is_some();
     let mut vectors = flags.vectors.layer(&input, &scene, opens_with_scalar)?;

@@ -118,7 +118,7 @@ fn rows_ui(ui: &mut Ui, rows: &[Row]) {
             for (title, help) in [
                 ("Effect", ""),
                 ("Runs", "Whether it is on the picture shown now"),
-                ("Asked for by", "What asked for it, or how to"),
+                ("Asked for by, or where to", "What asked for it, or where it can be asked for"),
                 (
                     "Time",
                     "How much longer the finished picture of this view takes than one without it, between \

@@ -208,7 +208,14 @@ impl Inside {
             let [x, y, z] = slice.plane.point.to_array();
             format!("the slice through {x}, {y}, {z} (world) lies beside the volume, and shows nothing of it")
         });
-        levels.chain(slices).collect()
+        let clear = |(of, opacity): (&str, f64)| {
+            (opacity == 0.0)
+                .then(|| format!("{of} of opacity 0 shows nothing; give it another, up to 1"))
+        };
+        let isosurfaces = self.isosurfaces.iter().map(|iso| ("an isosurface", iso.opacity));
+        let opacities =
+            isosurfaces.chain(self.slices.iter().map(|slice| ("a slice", slice.opacity)));
+        levels.chain(slices).chain(opacities.filter_map(clear)).collect()
     }
 
     /// What it asks for, by name.
@@ -301,5 +308,27 @@ mod tests {
         (all.along, all.clip.faces) = (AlongRay::Minimum, CutFaces::Coloured);
         let projected = Inside { along: AlongRay::Minimum, ..clipped };
         assert_eq!(all.shown_by(&SplatSettings::EXACT), projected);
+    }
+
+    #[test]
+    fn what_is_asked_for_and_cannot_be_seen_is_told() {
+        let samples = crate::volume::Samples::UInt8((0..8).collect());
+        let lattice = crate::volume::Lattice::unit([2; 3]);
+        let slice = |share| Slice::across(&lattice, 0, share, 0.5);
+        let volume = ScalarVolume::from_samples("ramp", lattice, samples).unwrap();
+        let iso = Isosurface { value: 3.5, opacity: 0.5, colour: None };
+        let mut inside =
+            Inside { isosurfaces: vec![iso], slices: vec![slice(0.5)], ..Inside::default() };
+        assert!(inside.beside(&volume).is_empty(), "both are seen");
+        inside.isosurfaces[0].opacity = 0.0;
+        inside.slices[0].opacity = 0.0;
+        let told = inside.beside(&volume);
+        assert_eq!(told.len(), 2);
+        assert!(
+            told[0].starts_with("an isosurface of opacity 0") && told[1].starts_with("a slice of")
+        );
+        inside.isosurfaces[0] = Isosurface { value: 9.0, ..iso };
+        inside.slices[0] = slice(3.0);
+        assert_eq!(inside.beside(&volume).len(), 2);
     }
 }
