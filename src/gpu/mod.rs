@@ -118,8 +118,9 @@ pub enum GpuError {
     /// More vector splats along rays than a software adapter's loops allow.
     #[error(
         "expected rays past as many vector splats as a software adapter's loops allow (65 535 \
-         turns), found too many among the {found} over a tile of the picture; draw means of them with \
-         --vector-coarser, lower the opacity of short vectors to 0, or choose a hardware adapter"
+         turns), found too many among the {found} over a tile of the picture; choose fewer \
+         --slabs-per-voxel, of which each splat then lies in fewer, lower the opacity of short vectors to 0, \
+         or choose a hardware adapter"
     )]
     TooManyTurns {
         /// Most splats over one tile of those that were drawn.

@@ -193,6 +193,7 @@ impl Drawer {
         ),
     ) -> Result<(Drawn, u64), DrawError> {
         let (mut vectors_halved, mut quartered) = (0, 0);
+        let mut first_refusal = None;
         loop {
             let vectors = self.prepare_vectors(scene, view, (which, vectors_halved), observer)?;
             self.renderer.put_vectors_in_slabs(vectors.is_some(), quartered);
@@ -209,11 +210,16 @@ impl Drawer {
                 }
                 // Means are fewer.
                 Err(DrawError::Gpu(
-                    GpuError::TooManyVectors { .. } | GpuError::TooManyTurns { .. },
+                    error @ (GpuError::TooManyVectors { .. } | GpuError::TooManyTurns { .. }),
                 )) if vectors.as_ref().is_some_and(PictureVectors::has_coarser) => {
                     vectors_halved += 1;
                     quartered = 0;
+                    first_refusal.get_or_insert(error);
                 }
+                // Means lie in as many more slabs as they are larger: why the finest were too many says more.
+                Err(DrawError::Gpu(
+                    error @ (GpuError::TooManyVectors { .. } | GpuError::TooManyTurns { .. }),
+                )) => return Err(first_refusal.unwrap_or(error).into()),
                 Err(error) => return Err(error),
                 Ok(drawn) => {
                     let splats = vectors.map_or(0, |vectors| vectors.count());
