@@ -115,32 +115,32 @@ pub fn effects_ui(ctx: &Context, rows: &[Row], all_bytes: Option<u64>) -> bool {
 
 fn rows_ui(ui: &mut Ui, rows: &[Row]) {
     Grid::new("effects").num_columns(6).spacing([14.0, 4.0]).striped(true).show(ui, |ui| {
-            for (title, help) in [
-                ("Effect", ""),
-                ("Runs", "Whether it is on the picture shown now"),
-                ("Asked for by, or where to", "What asked for it, or where it can be asked for"),
-                (
-                    "Time",
-                    "How much longer the finished picture of this view takes than one without it, between \
-                     medians of three each. They are drawn while this panel is open and nothing moves",
-                ),
-                (
-                    "Without it",
-                    "How near the picture without it would be to this one: the fewer decibels, the more \
-                     it changes",
-                ),
-                ("Device", "How much more the device holds with it than without"),
-            ] {
-                let title = ui.label(RichText::new(title).size(12.0).color(theme::TEXT_FAINT));
-                if !help.is_empty() {
-                    title.on_hover_text(help);
-                }
+        for (title, help) in [
+            ("Effect", ""),
+            ("Runs", "Whether it is on the picture shown now"),
+            ("Asked for by, or where to", "What asked for it, or where it can be asked for"),
+            (
+                "Time",
+                "How much longer the finished picture of this view takes than one without it, between \
+                 medians of three each. They are drawn while this panel is open and nothing moves",
+            ),
+            (
+                "Without it",
+                "How near the picture without it would be to this one: the fewer decibels, the more \
+                 it changes",
+            ),
+            ("Device", "How much more the device holds with it than without"),
+        ] {
+            let title = ui.label(RichText::new(title).size(12.0).color(theme::TEXT_FAINT));
+            if !help.is_empty() {
+                title.on_hover_text(help);
             }
-            ui.end_row();
-            for row in rows {
-                row_ui(ui, row);
-            }
-        });
+        }
+        ui.end_row();
+        for row in rows {
+            row_ui(ui, row);
+        }
+    });
 }
 
 fn row_ui(ui: &mut Ui, row: &Row) {
