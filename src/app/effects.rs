@@ -73,18 +73,31 @@ impl Effects {
         self.finished.iter().find(|one| one.size == size && one.scene.makes_same_picture(scene))
     }
 
+    /// What the scene's picture took, and what it took without a part of what it asks for.
+    fn both(&self, scene: &Scene, size: [u32; 2], effect: Effect) -> Option<[&Finished; 2]> {
+        let other = effect.left_out_of(scene)?;
+        Some([self.finished(scene, size)?, self.finished(&other, size)?])
+    }
+
     /// How much longer the scene's picture takes than without a part of what it asks for.
     pub fn added(&self, scene: &Scene, size: [u32; 2], effect: Effect) -> Option<AddedTime> {
-        let other = effect.left_out_of(scene)?;
-        let [with, without] = [self.finished(scene, size)?, self.finished(&other, size)?];
+        let [with, without] = self.both(scene, size, effect)?;
         AddedTime::of(&with.ms, &without.ms)
     }
 
     /// How many more bytes the device holds with it than without.
     pub fn bytes(&self, scene: &Scene, size: [u32; 2], effect: Effect) -> Option<i64> {
-        let other = effect.left_out_of(scene)?;
-        let [with, without] = [self.finished(scene, size)?, self.finished(&other, size)?];
+        let [with, without] = self.both(scene, size, effect)?;
         Some(with.bytes? as i64 - without.bytes? as i64)
+    }
+
+    /// What was found of a scene and another without something of it.
+    fn left_out(&self, scene: &Scene, other: &Scene, size: [u32; 2]) -> Option<&LeftOut> {
+        self.left_out.iter().find(|one| {
+            one.size == size
+                && one.other.makes_same_picture(other)
+                && one.scene.makes_same_picture(scene)
+        })
     }
 
     /// How far the picture without an effect is from the scene's, where that was measured.
@@ -95,12 +108,7 @@ impl Effects {
         effect: Effect,
     ) -> Option<Option<f64>> {
         let other = effect.left_out_of(scene)?;
-        let same = |one: &&LeftOut| {
-            one.size == size
-                && one.other.makes_same_picture(&other)
-                && one.scene.makes_same_picture(scene)
-        };
-        self.left_out.iter().find(same).map(|one| one.rmse)
+        self.left_out(scene, &other, size).map(|one| one.rmse)
     }
 
     /// Whether a picture that came was asked for by this, and what it says.
@@ -115,12 +123,7 @@ impl Effects {
         let size = first.requested_size;
         let report = &drawn.picture.report;
         self.note(&other, size, report.frame_ms, report.held.map(|held| held.all));
-        let is_known = |one: &LeftOut| {
-            one.size == size
-                && one.other.makes_same_picture(&other)
-                && one.scene.makes_same_picture(&scene)
-        };
-        if !other.makes_same_picture(&scene) && !self.left_out.iter().any(is_known) {
+        if !other.makes_same_picture(&scene) && self.left_out(&scene, &other, size).is_none() {
             self.left_out.push_front(LeftOut { scene, other, size, rmse: drawn.rmse });
             self.left_out.truncate(MOST_REMEMBERED);
         }
