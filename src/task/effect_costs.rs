@@ -6,6 +6,7 @@ use super::draw::{Drawer, Observer, Rung};
 use super::engine::HeldBytes;
 use super::still::{StillError, widened};
 use crate::accuracy::Difference;
+use crate::accuracy::sweep::median;
 use crate::core::Ticket;
 use crate::gpu::GpuError;
 use crate::scene::{Effect, Scene};
@@ -50,14 +51,6 @@ fn sorted(values: &[f64]) -> Option<Vec<f64>> {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
     (!sorted.is_empty()).then_some(sorted)
-}
-
-fn median(sorted: &[f64]) -> f64 {
-    let middle = sorted.len() / 2;
-    match sorted.len() % 2 {
-        0 => (sorted[middle - 1] + sorted[middle]) / 2.0,
-        _ => sorted[middle],
-    }
 }
 
 /// What leaving an effect out of a full picture changes.
