@@ -247,18 +247,18 @@ mod tests {
             boxes: vec![[[at + 0.1; 3], [at + 3.5; 3]], [[at + 0.1; 3], [at + 5.5; 3]]],
         };
         let specks = [cube(8.0), cube(20.0), cube(40.0)];
-        let marks = |specks: &[Speck], most| super::marks(specks, &view, (MOST_PIXELS, most));
-        let all = marks(&specks, u64::MAX).unwrap();
+        let within = |specks: &[Speck], most| marks(specks, &view, (MOST_PIXELS, most));
+        let all = within(&specks, u64::MAX).unwrap();
         let bits: u32 = all.words.iter().map(|w| w.count_ones()).sum();
         // 5.4 voxels are 3 or 4 pixels: of each row, in one run of 8 or in two.
         assert!((27..=48).contains(&bits), "{bits}");
         assert!((9..=24).contains(&all.runs), "{}", all.runs);
-        assert_eq!(marks(&specks, all.runs), Some(all.clone()));
-        assert_eq!(marks(&specks, all.runs - 1), None);
+        assert_eq!(within(&specks, all.runs), Some(all.clone()));
+        assert_eq!(within(&specks, all.runs - 1), None);
         let none = Marks { words: vec![0; 32], runs: 0 };
-        assert_eq!(marks(&[], 100), Some(none));
+        assert_eq!(within(&[], 100), Some(none));
         // What covers many pixels is met without marks, unless it has to be looked for.
-        let wide = |most| super::marks(&specks, &view, (most, u64::MAX)).unwrap().runs;
+        let wide = |most| marks(&specks, &view, (most, u64::MAX)).unwrap().runs;
         assert!(wide(1.5) == 0 && wide(64.0) == all.runs);
     }
 }

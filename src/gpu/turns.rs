@@ -697,6 +697,7 @@ mod tests {
             surfaces: 0,
             projects: false,
             polygons,
+            seeks_specks: false,
         };
         let parts = |polygons: u32| {
             let parts = row(Some(polygons)).parts(Some(SOFTWARE_TURNS));

@@ -173,42 +173,35 @@ fn true_light(back: f64, first: f64) -> f64 {
 }
 
 /// Of volumes of more than 21 million samples previews show means: of 8 voxels each, or of 64. However late opacities begin,
-/// and whatever all else is, the voxel stays: rays 0.4 to 3.4 voxels apart, and 10.
+/// and whatever all else is, the voxel stays: rays 0.7 to 10 voxels apart.
 #[test]
 fn a_bright_voxel_among_means_stays_however_late_opacities_begin() {
     let ticket = Ticket::new();
-    let mut found_all = Vec::new();
     for (back, first, has_ball) in
         [(0, 60.0, true), (0, 150.0, true), (0, 200.0, true), (199, 200.0, false)]
     {
         let truth = true_light(f64::from(back), first);
-        for at in [[100, 71, 50], [101, 70, 51]] {
-            let mut scene =
-                seen_along(&scene_among(back, has_ball, &[at]), DVec3::new(0.1, 1.0, 0.2));
-            scene.transfer.opacity = vec![(first, 0.0), (255.0, 0.9)];
-            let Some(mut drawer) = drawer_of(&scene) else { return };
-            for level in 0..3 {
-                if level > 0 {
-                    let means = preview_field(&scene.volume, level, &ticket).expect("made");
-                    let (volume, renderer) = (&scene.volume, &mut drawer.renderer);
-                    let field = SlabField::Preview;
-                    renderer.set_field(field, volume, &TENTS, means, &ticket).expect("set");
-                }
-                for shrink in [1.5, 3.0, 6.5, 10.0, 24.0] {
-                    let rung = Rung::Reduced { field: SlabField::Preview, shrink };
-                    let (light, drawn) = drawn(&mut drawer, &scene, [480, 480], rung);
-                    let found = light_about(&light, drawn.size, &scene, at, 14.0) / truth;
-                    let name = format!("{back}, from {first}, {at:?}, level {level}, {shrink}");
-                    println!("measured {name}: {found:.3} of {truth:.3}");
-                    found_all.push((found, name));
-                }
+        let at = [101, 70, 51];
+        let mut scene = seen_along(&scene_among(back, has_ball, &[at]), DVec3::new(0.1, 1.0, 0.2));
+        scene.transfer.opacity = vec![(first, 0.0), (255.0, 0.9)];
+        let Some(mut drawer) = drawer_of(&scene) else { return };
+        for level in 1..3 {
+            let means = preview_field(&scene.volume, level, &ticket).expect("made");
+            let (volume, renderer) = (&scene.volume, &mut drawer.renderer);
+            let field = SlabField::Preview;
+            renderer.set_field(field, volume, &TENTS, means, &ticket).expect("set");
+            for shrink in [1.5, 6.5, 24.0] {
+                let rung = Rung::Reduced { field, shrink };
+                let (light, drawn) = drawn(&mut drawer, &scene, [480, 480], rung);
+                let found = light_about(&light, drawn.size, &scene, at, 14.0) / truth;
+                let name = format!("{back}, from {first}, means of {}³, {shrink}", 1 << level);
+                println!("measured {name}: {found:.3} of {truth:.3}");
+                // Measured: 0.91 to 2.34; but of 64 among 199, whose mean is hardly less than what shows, 8.9 to 9.3.
+                let most = if (back, level) == (199, 2) { 11.0 } else { 2.8 };
+                assert!(found > 0.7 && found < most, "{name}: {found}");
             }
         }
     }
-    found_all.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let [least, most] = [&found_all[0], &found_all[found_all.len() - 1]];
-    println!("measured {least:?} to {most:?}");
-    assert!(least.0 > 0.1 && most.0 < 12.0, "{least:?} {most:?}");
 }
 
 /// A marked pixel is the mean of rays, all others are the ray through their middle.
