@@ -218,7 +218,7 @@ fn climate(page: &mut Page<'_>, data: &Path) -> Result<()> {
 
 fn costs(page: &mut Page<'_>, data: &Path) -> Result<()> {
     let mut rows = Vec::new();
-    for size in [32, 64] {
+    for size in [32, 64, 128] {
         let scene = with(&tornado(size)?, |layer| layer.settings.coarser = 0);
         rows.push(timed(page, &format!("tornado {size}³"), &scene)?);
     }

@@ -89,6 +89,8 @@ pub struct Drawn {
     pub is_shaded: bool,
     /// Times that vectors were halved beyond what was asked for, as too many lay over one tile.
     pub vectors_halved: u32,
+    /// Times that vectors were halved beyond what a full picture of the size shown would have them, at most.
+    pub vectors_averaged: usize,
     /// Pipelines of slabs were made for it: the next such picture takes less.
     pub made_pipelines: bool,
     /// Wall milliseconds of the drawing, without preparation and reading back.

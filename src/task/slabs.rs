@@ -222,8 +222,9 @@ impl Drawer {
                 )) => return Err(first_refusal.unwrap_or(error).into()),
                 Err(error) => return Err(error),
                 Ok(drawn) => {
-                    let splats = vectors.map_or(0, |vectors| vectors.count());
-                    return Ok((Drawn { vectors_halved, ..drawn }, splats));
+                    let (splats, vectors_averaged) =
+                        vectors.map_or((0, 0), |vectors| (vectors.count(), vectors.averaged()));
+                    return Ok((Drawn { vectors_halved, vectors_averaged, ..drawn }, splats));
                 }
             }
         }

@@ -269,8 +269,7 @@ pub(super) fn draw(
     let background = background_light(scene.background);
     let shown = drawer.renderer.present(background)?;
     let shrink = f64::from(size[1]) / f64::from(drawn.size[1]);
-    let estimated_rmse = Coarseness::of(rung, &drawn, shrink, &shown)
-        .filter(|_| scene.vectors.is_none())
+    let estimated_rmse = Coarseness::of(scene, rung, &drawn, shrink, &shown)
         .map(|coarseness| Estimator::default().rmse(scene, coarseness, shrink));
     let rgba = if drawn.size == *size { shown } else { srgb_bytes(&light, background) };
     let field = shown_field(drawer, rung, &drawn, &scene.splat);

@@ -57,7 +57,7 @@ impl Key {
         let Self { field, scalar, settings, unit_distance, published } = self;
         let scalar = scalar.as_deref();
         let splats = Splats::new(field, settings, scalar, *unit_distance, *published, ticket)?;
-        let pyramid = VectorPyramid::new(splats, *published, settings.seed, ticket)?;
+        let pyramid = VectorPyramid::new(splats, settings, *published, ticket)?;
         Ok(pyramid.levels.into_iter().map(Arc::new).collect())
     }
 }
@@ -108,9 +108,16 @@ pub(super) struct PictureVectors {
     slab: f64,
     /// Whether there are means of them, too.
     has_coarser: bool,
+    /// See `Drawn::vectors_averaged`.
+    averaged: usize,
 }
 
 impl PictureVectors {
+    /// See the field.
+    pub(super) fn averaged(&self) -> usize {
+        self.averaged
+    }
+
     /// See the field.
     pub(super) fn has_coarser(&self) -> bool {
         self.has_coarser
@@ -195,16 +202,23 @@ impl Drawer {
         let least = if view.enlarged > 1.0 { LEAST_QUICK_RADIUS_PX } else { LEAST_RADIUS_PX };
         let radius_px =
             |splats: &Splats| splats.radius * size_of(splats) * splats.unit * view.pixels_per_unit;
-        let is_large = |splats: &&Arc<Splats>| radius_px(splats) >= least;
+        // The finest of splats that are as large as asked for; else the coarsest.
+        let finest = |levels: &[Arc<Splats>], least: f64| {
+            let found = levels.iter().position(|splats| radius_px(splats) >= least);
+            found.or(levels.len().checked_sub(1))
+        };
         let mut splats = Vec::new();
-        let mut has_coarser = false;
+        let (mut has_coarser, mut averaged) = (false, 0);
         for ((_, levels), (_, settings)) in self.vectors.held.iter().zip(layer.looks()) {
             let coarsest = levels.len().saturating_sub(1);
-            let first = coarsest.min((settings.coarser + halved) as usize);
-            let asked = &levels[first..];
-            let Some(found) = asked.iter().find(is_large).or(asked.last()) else { return Ok(None) };
-            splats.push(Arc::clone(found));
+            let asked = coarsest.min(settings.coarser as usize);
+            let first = coarsest.min(asked + halved as usize);
+            let Some(found) = finest(&levels[first..], least) else { return Ok(None) };
+            let at_rest = finest(&levels[asked..], LEAST_RADIUS_PX / view.enlarged);
+            let level = first + found;
+            splats.push(Arc::clone(&levels[level]));
             has_coarser |= first < coarsest;
+            averaged = averaged.max(level - asked - at_rest.unwrap_or(0));
         }
         let slab = match layer.alone {
             // As thick as the vectors' own steps; of two fields, the shorter ones of what shows.
@@ -219,7 +233,7 @@ impl Drawer {
             false => self.renderer.slab_thickness(which, view, &scene.splat, spacing),
         };
         self.renderer.set_vectors(&looks(&splats, layer))?;
-        Ok(Some(PictureVectors { scene: scene.clone(), splats, slab, has_coarser }))
+        Ok(Some(PictureVectors { scene: scene.clone(), splats, slab, has_coarser, averaged }))
     }
 
     /// The splats of a key, waited for as long as nothing newer comes.

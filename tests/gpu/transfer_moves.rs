@@ -16,6 +16,8 @@ use crate::engine::{Bench, rest};
 use crate::support::{context, drawn, scene, wide};
 
 const FRAME: [u32; 2] = [420, 360];
+/// Of many pictures, each a second or so: what changes in mid refinement must find it under way.
+const SMALL: [u32; 2] = [260, 220];
 /// Of noise, more voxels can show than are classified before a quick picture.
 const HEAVY: [usize; 3] = [144, 136, 136];
 
@@ -59,8 +61,8 @@ fn a_transfer_function_that_changes_in_mid_refinement_leaves_nothing_of_the_one_
         let new = with(&scene, GREEN, 0.9);
         // At once, on a device of its own.
         let Some(other) = Bench::new() else { return };
-        other.request(&new, FRAME, rest());
-        let expected = other.until_full(FRAME);
+        other.request(&new, SMALL, rest());
+        let expected = other.until_full(SMALL);
         let expected = &expected[expected.len() - 1];
         let uploads = other.still(&new).uploads;
         assert!(uploads > 0 && shows(expected, 1), "{name}");
@@ -74,15 +76,15 @@ fn a_transfer_function_that_changes_in_mid_refinement_leaves_nothing_of_the_one_
                 show_partial: true,
                 converge_ms: 0.0,
             };
-            bench.request(&with(&scene, RED, 0.7), FRAME, effort);
+            bench.request(&with(&scene, RED, 0.7), SMALL, effort);
             // Its first picture is out, and what follows has begun.
             let mut pictures = bench.pictures_until(|_, seen| !seen.is_empty());
             std::thread::sleep(Duration::from_millis(pause_ms));
             if is_moving {
-                bench.request(&new, FRAME, Effort::Moving { budget_ms: 20.0 });
+                bench.request(&new, SMALL, Effort::Moving { budget_ms: 20.0 });
                 std::thread::sleep(Duration::from_millis(pause_ms));
             }
-            bench.request(&new, FRAME, rest());
+            bench.request(&new, SMALL, rest());
             pictures.extend(bench.pictures_until(|bench, seen| {
                 seen.last().is_some_and(|p| p.report.rung == "full" && shows(p, 1))
                     && bench.engine.state() == EngineState::Idle

@@ -57,7 +57,7 @@ impl Worker {
     ) -> Option<Next> {
         let (scene, size) = (&request.scene, request.size);
         let drawer = self.drawer.as_ref()?;
-        let is_reduced = matches!(coarseness, Coarseness::Reduced { .. });
+        let is_reduced = !matches!(coarseness, Coarseness::Octree { .. });
         let rmse_at = |shrink: f64| {
             let rmse = shown.report.estimated_rmse.filter(|_| is_reduced)?;
             Some(rmse_when_sharper(rmse, shown.shrink(), shrink))

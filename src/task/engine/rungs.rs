@@ -140,7 +140,7 @@ impl Worker {
         }
         let is_short_of = |c: &Unchecked| match c.coarseness {
             Coarseness::Octree { max_error, .. } => max_error > 0.0 || c.picture.shrink() > 1.0,
-            Coarseness::Reduced { .. } => c.picture.shrink() > 1.0,
+            Coarseness::Reduced { .. } | Coarseness::Vectors { .. } => c.picture.shrink() > 1.0,
         };
         let Some(longer) = longer.filter(|_| self.preview_of(request).is_some_and(is_short_of))
         else {
@@ -273,11 +273,8 @@ impl Worker {
         };
         let mut picture = self.presented(request, rung_words(rung, &drawn), progress, &drawn)?;
         picture.report.backend = backend;
-        // Marks are finer than the field, and so are edges of polygons: what smaller pictures of them are off
-        // by is not known.
-        let is_smooth = request.scene.vectors.is_none() && !request.scene.has_polygons();
         let coarseness =
-            Coarseness::of(rung, &drawn, picture.shrink(), &picture.rgba).filter(|_| is_smooth);
+            Coarseness::of(&request.scene, rung, &drawn, picture.shrink(), &picture.rgba);
         if drawn.is_reduced && picture.shrink() > 1.0 {
             self.last_reduced = Some(LastDrawn::of(request, drawn.wall_ms));
         }
@@ -288,7 +285,8 @@ impl Worker {
                 picture.report.budget_ms = Some(budget_ms);
             }
             let sharpness = match coarseness {
-                Coarseness::Octree { .. } => f64::INFINITY,
+                // Marks are finer than the field: each larger picture shows more of them.
+                Coarseness::Octree { .. } | Coarseness::Vectors { .. } => f64::INFINITY,
                 Coarseness::Reduced { field, .. } => {
                     Reduction { field, shrink: picture.shrink() }.own_shrink()
                 }
@@ -413,7 +411,7 @@ impl Worker {
     fn preview_reduction(&self) -> Option<f64> {
         let preview = self.coarse.iter().find(|c| c.is_preview)?;
         match preview.coarseness {
-            Coarseness::Octree { .. } => None,
+            Coarseness::Octree { .. } | Coarseness::Vectors { .. } => None,
             Coarseness::Reduced { field, .. } => {
                 Some(Reduction { field, shrink: preview.picture.shrink() }.own_shrink())
             }
