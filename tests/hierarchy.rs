@@ -1120,9 +1120,9 @@ fn cuts_of_few_nodes_are_brighter_as_matter_is_spread_within_their_boxes() {
                 // Measured: 0.35 and 0.17; 0.71 and 0.73 of it.
                 assert!(whole > 0.1, "{whole}");
                 assert!((0.6..0.85).contains(&(boxes / whole)), "{boxes} of {whole}");
-                // Measured: -0.081 and -0.054. Encoded 0.55 and 0.28; thinned by opacities themselves 0.70 and 0.37.
-                assert!(thinned.abs() < 0.35 * whole, "{thinned} of {whole}");
-                assert!(encoded < 1.7 * whole, "{encoded} of {whole}");
+                // Measured: 0.078 and 0.037. Encoded 0.70 and 0.37, which no factor takes back.
+                assert!(thinned.abs() < 0.25 * whole, "{thinned} of {whole}");
+                assert!(encoded < 2.4 * whole, "{encoded} of {whole}");
             }
         }
     }
