@@ -4,8 +4,9 @@
 //! nearest tents, and tents through means of 2, 4 and 8 samples a side with the spread about them. For
 //! each, pictures of fixed sizes, enlarged linearly: their PSNR to the exact picture in linear light, how
 //! much brighter they are (1/255), and the least time of several (ms). Prints Markdown. Scans are
-//! those of `VOXSPLAT_DATA` (default `../shared/data`). Of files that are named instead: what the engine
-//! shows of each while its view is turned.
+//! those of `VOXSPLAT_DATA` (default `../shared/data`). Of files or demos that are named instead: what the
+//! engine shows of each while its view is turned, and how long it takes from a new view to the full picture,
+//! by way of coarser ones and at once.
 
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, mpsc};
@@ -23,7 +24,7 @@ use voxsplat::task::draw::{Drawer, Rung};
 use voxsplat::task::engine::{Effort, Engine, EngineState, FrameRequest, Ladder, Picture};
 use voxsplat::task::still::enlarged;
 use voxsplat::transfer::{ColourSource, TransferFunction};
-use voxsplat::volume::{Component, ScalarVolume};
+use voxsplat::volume::{Component, ScalarVolume, demo};
 
 const SIZE: [u32; 2] = [1280, 800];
 /// As in `vtk_previews.py`.
@@ -35,6 +36,8 @@ const RUNS: usize = 5;
 /// The window's viewport at 1280 × 800, and pictures of a turn.
 const VIEWPORT: [u32; 2] = [944, 743];
 const TURNS: usize = 40;
+/// New views that are drawn up to the full picture, by rungs and at once in turns.
+const CLIMBS: usize = 3;
 
 type Points<'a> = &'a [(f64, f64)];
 type Colours<'a> = &'a [(f64, u32)];
@@ -65,9 +68,9 @@ fn main() {
         .collect();
     if !named.is_empty() {
         println!(
-            "| file | samples | read, ms | first picture, ms | full, ms | while turned | ms, median and most | rung | load |"
+            "| file | samples | read, ms | first picture, ms | full, ms | while turned | ms, median and most | rung | to full by rungs, ms | at once, ms | ratio | load |"
         );
-        println!("|---|---|---|---|---|---|---|---|---|");
+        println!("|---|---|---|---|---|---|---|---|---|---|---|---|");
         named.iter().for_each(|path| turned(path));
         return;
     }
@@ -137,8 +140,25 @@ fn turned(path: &Path) {
     let mut times: Vec<f64> = shown[TURNS / 2..].iter().map(|p| p.report.frame_ms).collect();
     times.sort_by(f64::total_cmp);
     let last = &shown[TURNS - 1];
+    let mut climbs = [Ladder::Octree, Ladder::AtOnce].map(|ladder| (ladder, Vec::new()));
+    for climb in 0..CLIMBS {
+        for (way, (ladder, took)) in climbs.iter_mut().enumerate() {
+            let turn = 0.5 + 0.02 * (2 * climb + way) as f64;
+            let camera = scene.camera.orbited(turn, 0.0);
+            let effort =
+                Effort::Rest { budget_ms, ladder: *ladder, show_partial: false, converge_ms: 0.0 };
+            let start = Instant::now();
+            request(&Scene { camera, ..scene.clone() }, effort);
+            next(&|picture| picture.report.progress >= 1.0);
+            took.push(start.elapsed().as_secs_f64() * 1e3);
+        }
+    }
+    let [rungs, at_once] = climbs.map(|(_, mut took)| {
+        took.sort_by(f64::total_cmp);
+        took[CLIMBS / 2]
+    });
     println!(
-        "| {} | {:?} | {load_ms:.0} | {first_ms:.0} | {full_ms:.0} ({:.0}) | {}×{} | {:.1}, {:.1} | {} | {:.1} |",
+        "| {} | {:?} | {load_ms:.0} | {first_ms:.0} | {full_ms:.0} ({:.0}) | {}×{} | {:.1}, {:.1} | {} | {rungs:.0} | {at_once:.0} | {:.2} | {:.1} |",
         path.file_name().unwrap_or_default().to_string_lossy(),
         scene.volume.lattice.dims,
         full.report.frame_ms,
@@ -147,16 +167,23 @@ fn turned(path: &Path) {
         times[times.len() / 2],
         times[times.len() - 1],
         last.report.rung,
+        rungs / at_once,
         sysinfo::System::load_average().map_or(0.0, |load| load.one),
     );
 }
 
 fn open(path: &Path) -> Result<Scene, String> {
-    let opened =
-        io::open(path, &OpenOptions::default(), &Ticket::new()).map_err(|e| e.to_string())?;
-    let field = opened.grid.field(None).map_err(|e| e.to_string())?;
-    let volume = opened.grid.scalar(field, Component::Index(0), &Ticket::new());
-    Ok(scene::opening(Arc::new(volume.map_err(|e| e.to_string())?), opened.grid.space.as_deref()))
+    let name = path.to_str().filter(|name| name.starts_with("demo:"));
+    let grid = match name {
+        Some(name) => demo::open(name, None).map_err(|e| e.to_string())?,
+        None => {
+            let opened = io::open(path, &OpenOptions::default(), &Ticket::new());
+            opened.map_err(|e| e.to_string())?.grid
+        }
+    };
+    let field = grid.field(None).map_err(|e| e.to_string())?;
+    let volume = grid.scalar(field, Component::Index(0), &Ticket::new());
+    Ok(scene::opening(Arc::new(volume.map_err(|e| e.to_string())?), grid.space.as_deref()))
 }
 
 fn function(opacity: Points<'_>, colours: Colours<'_>) -> TransferFunction {

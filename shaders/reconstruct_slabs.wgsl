@@ -11,6 +11,9 @@ const LOOK_EVERY: u32 = 4u;
 // lattice they are clipped.
 const WHOLE_SLABS: f32 = 2.99;
 
+// Whether small things lie in the pixel, that a single ray may miss.
+var<private> seeks_specks: bool;
+
 fn frame_growth() -> f32 {
     return slabs.up.w;
 }
@@ -199,6 +202,13 @@ fn ray(screen: vec2<f32>, pixel: vec2<u32>, slot: u32) -> vec4<f32> {
                 t_far = t;
                 have += 1;
             }
+            if has_widths {
+                // A loop, because software adapters run both sides of a branch.
+                let is_slab = classify_middle || (u_ends.x != NOTHING && u_ends.y != NOTHING);
+                for (var once = seeks_specks && is_slab && !is_behind; once; once = false) {
+                    found = with_specks(found, origin + direction * (0.5 * (from_t + to_t)));
+                }
+            }
             k += way;
             remaining -= 1;
             if SHADED {
@@ -271,6 +281,7 @@ fn reconstruct_slabs(
     let corner = vec2<f32>(f32(pixel.x), f32(slabs.tiles.w - pixel.y)) - slabs.picture.xy;
     // One ray a pixel, or a square of them where kernels are smaller than a pixel, or things are.
     let side = rays_along_side(pixel);
+    seeks_specks = side > slabs.more.y;
     var sum = vec4<f32>(0.0);
     var i = 0u;
     var end = side * side;

@@ -92,8 +92,8 @@ impl DeviceField {
         // Widths take the same steps as means, and may be far greater than what those span.
         let widest = widths.iter().flatten().fold(0.0, |most, &width| f64::from(width).max(most));
         let span = (max - min).max(widest);
-        let sixteen = sixteen_bits_suffice(volume, min, min + span);
-        let (format, chunk_log2) = storage(context, stored, sixteen, has_widths)?;
+        let step = step_of_sixteen_bits(volume, min, min + span);
+        let (format, chunk_log2) = storage(context, stored, step, has_widths)?;
         let (offset, scale) = match format {
             Format::Floats => (bias, 1.0),
             Format::Pairs | Format::Halves => (min, span.max(f64::MIN_POSITIVE)),
@@ -293,29 +293,50 @@ fn mirrored(at: usize, pad: usize, n: usize) -> usize {
     i.min(period - i)
 }
 
-/// Whether 65 536 steps over the coefficients are fine enough: a quarter of a code of whole-number
-/// data; of others a 4096th of the range that holds all values but the outer hundredths.
-fn sixteen_bits_suffice(volume: &ScalarVolume, min: f64, max: f64) -> bool {
+/// How coarse 65 536 steps over the coefficients are: in whole numbers of whole-number data; of others
+/// in 1024ths of the range that holds all values but the outer hundredths.
+fn step_of_sixteen_bits(volume: &ScalarVolume, min: f64, max: f64) -> Step {
     let step = (max - min) / 65535.0;
     match volume.samples.scalar_type() {
         ScalarType::Float32 | ScalarType::Float64 => {
             let quantiles = &volume.statistics.quantiles;
             let last = quantiles.len().saturating_sub(1);
             let at = |share: f64| quantiles.get((share * last as f64) as usize);
-            match (at(0.01), at(0.99)) {
-                (Some(low), Some(high)) => step <= (high - low) / 4096.0,
-                _ => true,
-            }
+            Step::OfAny(match (at(0.01), at(0.99)) {
+                (Some(low), Some(high)) => step * 1024.0 / (high - low),
+                _ => 0.0,
+            })
         }
-        _ => step <= 0.25,
+        _ => Step::OfWhole(step),
     }
 }
 
-/// The quickest storage that fits the device.
+/// A step of 16 bits, see [`step_of_sixteen_bits`].
+#[derive(Debug, Clone, Copy)]
+enum Step {
+    OfWhole(f64),
+    OfAny(f64),
+}
+
+impl Step {
+    /// Whether 16 bits lose nothing that counts.
+    fn is_fine(self) -> bool {
+        let (Self::OfWhole(step) | Self::OfAny(step)) = self;
+        step <= 0.25
+    }
+
+    /// Whether what they lose is no more than whole numbers had lost before: half of one at most.
+    fn is_whole(self) -> bool {
+        matches!(self, Self::OfWhole(step) if step <= 1.0)
+    }
+}
+
+/// The quickest storage that fits the device: 32 bits where 16 are not fine, but 16 for whole numbers
+/// that do not fit in 32.
 fn storage(
     context: &Context,
     stored: [usize; 3],
-    sixteen: bool,
+    step: Step,
     has_widths: bool,
 ) -> Result<(Format, u32), GpuError> {
     let limits = &context.limits;
@@ -323,19 +344,22 @@ fn storage(
     let chunk_log2 = (binding / 4).ilog2().min(31);
     let samples = stored.iter().try_fold(1_u64, |n, &s| n.checked_mul(s as u64));
     let room = (FIELD_CHUNKS as u64) << chunk_log2;
-    let too_large = |most: u64| GpuError::TooLarge {
+    let most = |sixteen: bool| {
+        let most = match (sixteen, has_widths) {
+            (true, true) | (false, false) => room,
+            (true, false) => 2 * room,
+            (false, true) => room / 2,
+        };
+        most.min(u64::from(u32::MAX))
+    };
+    let fits = |sixteen: bool| samples.filter(|&n| n <= most(sixteen));
+    let sixteen = step.is_fine() || step.is_whole() && fits(false).is_none();
+    let samples = fits(sixteen).ok_or_else(|| GpuError::TooLarge {
         what: "a volume to reconstruct",
-        limit: format!("{most} voxels with its borders"),
+        limit: format!("{} voxels with its borders", most(sixteen)),
         found: format!("{} × {} × {}", stored[0], stored[1], stored[2]),
         advice: "open a subsampled copy, or choose --visibility every-sample",
-    };
-    let most = match (sixteen, has_widths) {
-        (true, true) | (false, false) => room,
-        (true, false) => 2 * room,
-        (false, true) => room / 2,
-    };
-    let most = most.min(u64::from(u32::MAX));
-    let samples = samples.filter(|&n| n <= most).ok_or_else(|| too_large(most))?;
+    })?;
     let format = match sixteen {
         true if has_widths || samples <= 1 << chunk_log2 => Format::Pairs,
         true => Format::Halves,

@@ -11,6 +11,8 @@ use crate::scene::{MOST_RAYS, SplatSettings, View};
 
 /// A small thing is not looked for in more pixels than this along either side: rays meet it.
 const MOST_PIXELS: f64 = 8.0;
+/// The same of means, where rays that pass through it may find nothing unless they look for it.
+const MOST_PIXELS_OF_MEANS: f64 = 64.0;
 
 /// Rays of marked pixels for the length of a sample: with one, what shows of a single voxel is met or
 /// missed as a whole.
@@ -56,11 +58,13 @@ impl SlabPass {
         let apart = 1.0 / halved.narrowest_voxel_pixels();
         let side = apart * RAYS_A_SAMPLE;
         let is_averaged = halved.rays_per_side(settings.kernel, settings.extent) > 1;
-        if side.is_nan() || side <= 1.0 || is_averaged {
+        let are_means = self.field.as_ref().is_some_and(|field| field.has_widths);
+        if side.is_nan() || side <= 1.0 && !are_means || is_averaged {
             return 0;
         }
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "1..=8")]
         let [wanted, apart] = [side, apart].map(|n| n.ceil().clamp(1.0, MOST_RAYS) as u32);
+        let wanted = if are_means { wanted.max(2) } else { wanted };
         let fits = |side: &u32| {
             let rays = self.rays(view, settings, picture, looks, *side);
             rays.is_some_and(|rays| rays.parts(context.most_turns).is_none())
@@ -87,7 +91,8 @@ impl SlabPass {
         let apart = &found[..found.partition_point(|speck| speck.is_apart)];
         // All of them, or none: a part of many looks like something else.
         let sets = [&found[..], apart];
-        let Some(marks) = sets.iter().find_map(|set| marks(set, &halved, most_runs)) else {
+        let most = (if are_means { MOST_PIXELS_OF_MEANS } else { MOST_PIXELS }, most_runs);
+        let Some(marks) = sets.iter().find_map(|set| marks(set, &halved, most)) else {
             return 0;
         };
         if marks.runs == 0 {
@@ -125,16 +130,22 @@ pub(super) struct Marks {
     pub runs: u64,
 }
 
-/// The pixels that specks lie in, unless these are in more than `most` runs; `view` is of the lattice that
-/// they were found in.
-pub(super) fn marks(specks: &[Speck], view: &View, most: u64) -> Option<Marks> {
+/// The pixels that specks lie in, but those that are seen across more of them than `most_pixels`, unless
+/// these are in more than `most` runs; `view` is of the lattice that they were found in.
+pub(super) fn marks(
+    specks: &[Speck],
+    view: &View,
+    (most_pixels, most): (f64, u64),
+) -> Option<Marks> {
     let [width, height] = view.size;
     let words = (u64::from(width) * u64::from(height)).div_ceil(32);
     let across = width.div_ceil(LANES);
     let mut is_run = vec![false; across as usize * height as usize];
     let mut marks = Marks { words: vec![0; words as usize], runs: 0 };
     for bounds in specks.iter().flat_map(|speck| &speck.boxes) {
-        let Some([[left, top], [right, bottom]]) = pixels(bounds, view) else { continue };
+        let Some([[left, top], [right, bottom]]) = pixels(bounds, view, most_pixels) else {
+            continue;
+        };
         for y in top..bottom {
             for x in left..right {
                 let at = y as usize * width as usize + x as usize;
@@ -151,8 +162,8 @@ pub(super) fn marks(specks: &[Speck], view: &View, most: u64) -> Option<Marks> {
 }
 
 /// Pixels from the left and the top that a box lies in, from the first to the one after the last;
-/// `None` where there are none, or very many.
-fn pixels([low, high]: &[[f32; 3]; 2], view: &View) -> Option<[[u32; 2]; 2]> {
+/// `None` where there are none, or more than `most` along either side.
+fn pixels([low, high]: &[[f32; 3]; 2], view: &View, most: f64) -> Option<[[u32; 2]; 2]> {
     let (mut first, mut last) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
     for corner in 0..8 {
         let at = [0, 1, 2].map(|a| f64::from(if corner >> a & 1 == 0 { low[a] } else { high[a] }));
@@ -173,7 +184,7 @@ fn pixels([low, high]: &[[f32; 3]; 2], view: &View) -> Option<[[u32; 2]; 2]> {
     for axis in 0..2 {
         let size = f64::from(view.size[axis]);
         let is_seen = last[axis] >= 0.0 && first[axis] < size;
-        if !is_seen || last[axis] - first[axis] > MOST_PIXELS {
+        if !is_seen || last[axis] - first[axis] > most {
             return None;
         }
         #[expect(
@@ -211,7 +222,7 @@ mod tests {
             let mut seen = 0;
             for at in [[3.0, 4.0, 5.0], [20.0, 10.0, 30.0], [39.0, 29.0, 0.0]] {
                 let point = [at, at];
-                let Some([first, beyond]) = pixels(&point, &view) else { continue };
+                let Some([first, beyond]) = pixels(&point, &view, MOST_PIXELS) else { continue };
                 assert_eq!([beyond[0] - first[0], beyond[1] - first[1]], [1, 1], "one pixel");
                 // The ray through its middle passes within a pixel of it.
                 let middle = first.map(|n| f64::from(n) + 0.5);
@@ -236,14 +247,18 @@ mod tests {
             boxes: vec![[[at + 0.1; 3], [at + 3.5; 3]], [[at + 0.1; 3], [at + 5.5; 3]]],
         };
         let specks = [cube(8.0), cube(20.0), cube(40.0)];
-        let all = marks(&specks, &view, u64::MAX).unwrap();
+        let within = |specks: &[Speck], most| marks(specks, &view, (MOST_PIXELS, most));
+        let all = within(&specks, u64::MAX).unwrap();
         let bits: u32 = all.words.iter().map(|w| w.count_ones()).sum();
         // 5.4 voxels are 3 or 4 pixels: of each row, in one run of 8 or in two.
         assert!((27..=48).contains(&bits), "{bits}");
         assert!((9..=24).contains(&all.runs), "{}", all.runs);
-        assert_eq!(marks(&specks, &view, all.runs), Some(all.clone()));
-        assert_eq!(marks(&specks, &view, all.runs - 1), None);
+        assert_eq!(within(&specks, all.runs), Some(all.clone()));
+        assert_eq!(within(&specks, all.runs - 1), None);
         let none = Marks { words: vec![0; 32], runs: 0 };
-        assert_eq!(marks(&[], &view, 100), Some(none));
+        assert_eq!(within(&[], 100), Some(none));
+        // What covers many pixels is met without marks, unless it has to be looked for.
+        let wide = |most| marks(&specks, &view, (most, u64::MAX)).unwrap().runs;
+        assert!(wide(1.5) == 0 && wide(64.0) == all.runs);
     }
 }

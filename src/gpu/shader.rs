@@ -27,6 +27,8 @@ const PARTS: &str = include_str!("../../shaders/lib/parts.wgsl");
 const SLABS: &str = include_str!("../../shaders/lib/slabs.wgsl");
 const FIELD: &str = include_str!("../../shaders/lib/field.wgsl");
 const CLASSIFY: &str = include_str!("../../shaders/lib/classify.wgsl");
+const SPECKS: &str = include_str!("../../shaders/lib/specks.wgsl");
+const NO_SPECKS: &str = include_str!("../../shaders/lib/no_specks.wgsl");
 const EMPTY: &str = include_str!("../../shaders/lib/empty.wgsl");
 const LIGHT: &str = include_str!("../../shaders/lib/light.wgsl");
 const NO_POLYGONS: &str = include_str!("../../shaders/lib/no_polygons.wgsl");
@@ -300,13 +302,15 @@ pub struct SlabPieces {
     pub regions: bool,
     /// Polygons lie among all of it.
     pub polygons: bool,
+    /// The field is of means, with the width of the values about them.
+    pub means: bool,
 }
 
 impl SlabPieces {
     /// Every one there is.
-    pub const ALL: [Self; 62] = {
+    pub const ALL: [Self; 66] = {
         let faces = [Faces::Unlit, Faces::BSplines, Faces::Tents, Faces::Differences];
-        let mut all = [Self::PLAIN; 62];
+        let mut all = [Self::PLAIN; 66];
         let mut i = 0;
         while i < all.len() {
             all[i] = if i < 32 {
@@ -318,6 +322,10 @@ impl SlabPieces {
                     levels: i / 16 == 1 && i / 2 % 4 > 0,
                     ..Self::PLAIN
                 }
+            } else if i >= 62 {
+                // Means are a piece beside any other, and always of tents.
+                let faces = [Faces::Unlit, Faces::Tents][(i - 62) / 2];
+                Self { in_parts: i % 2 == 1, faces, means: true, ..Self::PLAIN }
             } else if i >= 42 {
                 // Polygons beside all else: by how they are lit alone, in parts, cut, with surfaces, and
                 // with vectors; and vectors among what is cut, and surfaces.
@@ -356,6 +364,7 @@ impl SlabPieces {
         vectors: false,
         regions: false,
         polygons: false,
+        means: false,
     };
 
     /// The pass that projects values along rays, of these pieces: of the faces, values alone.
@@ -394,6 +403,7 @@ impl SlabPieces {
             true => [LIGHT_OF_SAMPLES, KEPT_SAMPLES, POLYGONS],
         };
         let levels = if self.levels { LEVELS } else { NO_LEVELS };
+        let specks = if self.means { SPECKS } else { NO_SPECKS };
         let walk = include_str!("../../shaders/reconstruct_slabs.wgsl");
         let [footprint, share, frame, vectors] = match self.vectors {
             false => ["", "", "", NO_VECTORS],
@@ -402,9 +412,9 @@ impl SlabPieces {
         stitched(
             RECONSTRUCT_SLABS,
             &[
-                SLABS, FIELD, CLASSIFY, EMPTY, light, RAYS, inside, clip, layers, met, levels,
-                rays, kept_light, painted, shade, face, footprint, share, frame, vectors, polygons,
-                walk,
+                SLABS, FIELD, CLASSIFY, specks, EMPTY, light, RAYS, inside, clip, layers, met,
+                levels, rays, kept_light, painted, shade, face, footprint, share, frame, vectors,
+                polygons, walk,
             ],
         )
     }

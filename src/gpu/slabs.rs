@@ -351,6 +351,7 @@ impl SlabPass {
             surfaces: looks.inside.map_or(0, |inside| inside.variant.surfaces()),
             projects: looks.variant(false).projects(),
             polygons: looks.polygons,
+            seeks_specks: field.has_widths,
         })
     }
 
@@ -696,6 +697,7 @@ fn compile(context: &Context, variant: Variant) -> wgpu::ComputePipeline {
         vectors: variant.vectors,
         regions: shade.is_some_and(|shade| shade.regions > 0),
         polygons: *polygons,
+        means: variant.has_widths,
     };
     let shader = if variant.looks.projects() { pieces.projecting() } else { pieces.shader() };
     let module = shader.module_writing(&context.device, variant.target);

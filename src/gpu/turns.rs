@@ -383,6 +383,8 @@ pub(super) struct SlabRays {
     pub projects: bool,
     /// Polygons that a pixel sees at most; `None` where there are none in the scene.
     pub polygons: Option<u32>,
+    /// Whether each slab is looked at once more for small things.
+    pub seeks_specks: bool,
 }
 
 impl SlabRays {
@@ -428,7 +430,8 @@ impl SlabRays {
             true => nested(&[surfaces + 1.0, surfaces + 1.0]) + passes,
             false => 0.0,
         };
-        let look = 1.0 + 1.0 + every + 1.0 + every * (value + layers);
+        let specks = if self.seeks_specks { 2.0 } else { 0.0 };
+        let look = 1.0 + 1.0 + every + 1.0 + every * (value + layers + specks);
         let looks = faces / every + 2.0;
         let others = LANES * leaps;
         let (looks, look, leaps, others) = match self.projects {
@@ -581,6 +584,7 @@ mod tests {
             surfaces: 0,
             projects: false,
             polygons: None,
+            seeks_specks: false,
         };
         assert!(row(593).parts(Some(SOFTWARE_TURNS)).is_some());
         assert_eq!(row(450).parts(Some(SOFTWARE_TURNS)), None);
@@ -612,6 +616,7 @@ mod tests {
             surfaces: 0,
             projects: false,
             polygons: None,
+            seeks_specks: false,
         };
         let parts = rays.parts(Some(SOFTWARE_TURNS)).expect("more than one");
         let of_ray = |ray: u32| -> Vec<SlabPart> {
@@ -640,6 +645,24 @@ mod tests {
         assert!(parts.windows(2).all(|two| two[0][1] == two[1][0]), "{parts:?}");
     }
 
+    #[test]
+    fn specks_are_looked_for_in_turns_of_their_own() {
+        let plain = SlabRays {
+            view_from_index: DMat3::IDENTITY,
+            dims: [1, 1, 450],
+            thickness: 1.0 / 64.0,
+            side: 1,
+            window: None,
+            surfaces: 0,
+            projects: false,
+            polygons: None,
+            seeks_specks: false,
+        };
+        assert_eq!(plain.parts(Some(SOFTWARE_TURNS)), None);
+        let seeking = SlabRays { seeks_specks: true, ..plain };
+        assert!(seeking.parts(Some(SOFTWARE_TURNS)).is_some_and(|parts| parts.len() > 1));
+    }
+
     /// Between two surfaces lies a layer of its own, and each is looked for: turns of every slab.
     #[test]
     fn surfaces_take_turns_of_their_own() {
@@ -652,6 +675,7 @@ mod tests {
             surfaces: 0,
             projects: false,
             polygons: None,
+            seeks_specks: false,
         };
         assert_eq!(plain.parts(Some(SOFTWARE_TURNS)), None);
         let parts = |surfaces| {
@@ -673,6 +697,7 @@ mod tests {
             surfaces: 0,
             projects: false,
             polygons,
+            seeks_specks: false,
         };
         let parts = |polygons: u32| {
             let parts = row(Some(polygons)).parts(Some(SOFTWARE_TURNS));
@@ -699,6 +724,7 @@ mod tests {
             surfaces: 0,
             projects: false,
             polygons: None,
+            seeks_specks: false,
         };
         assert_eq!(row(1e-5).check(None), Ok(()));
         let refused = row(1e-20).check(None).expect_err("too many").to_string();

@@ -344,6 +344,28 @@ mod tests {
         assert_eq!(Thinning::default().factor(&cut(3)), 1.0);
     }
 
+    /// Cuts of few nodes are thinned, of [`AS_THEY_ARE`] and more not; coarse levels alone have none of those.
+    #[test]
+    fn thinning_fades_out_towards_cuts_of_many_nodes() {
+        let grid = crate::volume::demo::open("head:64", None).unwrap();
+        let component = crate::volume::Component::Index(0);
+        let volume = grid.scalar(&grid.fields[0], component, &Ticket::new()).unwrap();
+        let [min, max] = [volume.statistics.min, volume.statistics.max];
+        let transfer = TransferFunction { opacity: vec![(min, 0.0), (max, 0.6)], ..transfer() };
+        let table = Table::new(&transfer, volume.samples.scalar_type());
+        let measure = ErrorMeasure::Classified;
+        let pyramid = Pyramid::build(&volume, &table, 1.0, measure, &Ticket::new()).unwrap();
+        let factors = [2_000, 12_000, 30_000, AS_THEY_ARE, 2 * AS_THEY_ARE].map(|count| {
+            let max_error = pyramid.error_for_count(count);
+            let cut = whole_cut(&pyramid, max_error, &volume, &table);
+            pyramid.thinning.factor(&cut)
+        });
+        println!("measured {factors:?}");
+        assert!(factors[..3].iter().all(|factor| *factor < 0.99), "{factors:?}");
+        assert!(factors[1] < factors[2], "{factors:?}");
+        assert_eq!(factors[3..], [1.0; 2]);
+    }
+
     #[test]
     fn what_has_nothing_to_show_is_as_it_is() {
         let volume = volume(Samples::UInt8(vec![0; 4750]));

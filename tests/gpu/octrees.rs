@@ -4,13 +4,14 @@ use std::sync::Arc;
 
 use glam::DVec3;
 use voxsplat::core::{Srgb8, Ticket};
+use voxsplat::gpu::layout::Record;
 use voxsplat::gpu::{BrickRows, OctreeBuilder, Renderer, Wishes};
-use voxsplat::hierarchy::{ErrorMeasure, Node, Pyramid, PyramidParts};
-use voxsplat::scene::{Scene, SplatSettings};
+use voxsplat::hierarchy::{CutNode, ErrorMeasure, Node, Pyramid, PyramidParts};
+use voxsplat::scene::{Scene, SplatSettings, View, opening};
 use voxsplat::task::draw::{Drawer, Rung};
 use voxsplat::task::engine::Effort;
 use voxsplat::transfer::{ColourSource, NoData, Table, TransferFunction};
-use voxsplat::volume::{Lattice, Samples, ScalarVolume};
+use voxsplat::volume::{Component, Lattice, Samples, ScalarVolume, demo};
 
 use crate::engine::{Bench, rest};
 use crate::support::{context, drawn, noise, random, scene, volume, wide};
@@ -307,6 +308,41 @@ fn what_the_device_merges_is_what_every_voxel_comes_to_in_float64() {
             }
         }
     }
+}
+
+/// A picture within a budget is its cut, thinned: the same bits as the cut's nodes drawn by themselves with the
+/// factor that belongs to them.
+#[test]
+fn quick_pictures_of_cuts_are_thinned() {
+    let Some(context) = context(Wishes::default()) else { return };
+    let mut drawer = Drawer::new(Renderer::new(context));
+    let grid = demo::open("head", Some(40)).expect("a demo there is");
+    let volume = grid.scalar(&grid.fields[0], Component::Index(0), &Ticket::new()).expect("finite");
+    let scene = opening(Arc::new(volume), None);
+    let scene = Scene { splat: SplatSettings::SHADE_FIRST, ..scene };
+    drawer.keeps_cut = true;
+    let (found, coarse) = drawn(&mut drawer, &scene, FRAME, Rung::Coarse { budget_ms: 2.0 });
+    let (cut, _) = drawer.take_cut().expect("it was kept");
+    assert!(cut.nodes.len() > 50 && cut.nodes.len() as u64 == coarse.nodes);
+    let table = Table::new(&scene.transfer, scene.volume.samples.scalar_type());
+    let unit = scene.opacity_unit_distance();
+    let depth = scene.volume.lattice.axes().determinant().abs().cbrt() / unit;
+    let measure = ErrorMeasure::Classified;
+    let pyramid = Pyramid::build(&scene.volume, &table, depth, measure, &Ticket::new());
+    let factor = pyramid.expect("not cancelled").thinning.factor(&cut.nodes);
+    println!("measured {factor} of {} nodes", cut.nodes.len());
+    assert!(factor < 0.97, "{factor}");
+    let mut by_hand = |factor: f32| {
+        let record =
+            |n: &CutNode| Record::new(n.low, n.size, n.node.extinction * factor, n.node.colour);
+        let records: Vec<Record> = cut.nodes.iter().map(record).collect();
+        let view = View::new(&scene, coarse.size);
+        drawer.renderer.begin(&view, scene.splat.kernel, None, unit).expect("begun");
+        drawer.renderer.draw_records(&records).expect("drawn");
+        wide(&drawer.renderer.read_light().expect("read"))
+    };
+    assert!(by_hand(factor) == found, "another picture than its cut, thinned");
+    assert!(by_hand(1.0) != found);
 }
 
 /// Of noise, more voxels can show than are classified at once before a quick picture.

@@ -183,6 +183,20 @@ fn a_constant_field_has_the_ambient_light_alone() {
     }
 }
 
+/// Lights fade in from the least strength that has a direction to twice that: here it is 1.5 times as
+/// much but near two corners, about which every strength is found. Floats, as 65 536 steps are too coarse for such a ramp.
+/// Measured: PLACEHOLDER
+#[test]
+fn lights_fade_in_from_the_least_strength_on() {
+    let lattice = lattice();
+    let count = lattice.len();
+    let mut values: Vec<f32> = (0..count).map(|i| 180.0 + 0.0546 * (i % 11) as f32).collect();
+    (values[0], values[count - 1]) = (0.0, 255.0);
+    let mut scene = shaded(lit());
+    scene.volume = volume(lattice, Samples::Float32(values));
+    agrees("about the least strength", &scene, LIT);
+}
+
 /// A scene without lights or tables is drawn with the passes, pipelines and bytes that it had before
 /// there were any, and after they were used, as before, to the bit.
 #[test]

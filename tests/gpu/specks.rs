@@ -18,12 +18,17 @@ const TENTS: SplatSettings = SplatSettings { kernel: Kernel::Linear, ..SplatSett
 
 /// Voxels that are set, beside a ball if there is one.
 fn scene_of(has_ball: bool, voxels: &[[usize; 3]]) -> Scene {
+    scene_among(0, has_ball, voxels)
+}
+
+/// The same where all else is `back`.
+fn scene_among(back: u8, has_ball: bool, voxels: &[[usize; 3]]) -> Scene {
     let is_set = |i: usize| {
         let at = [i % N, i / N % N, i / (N * N)];
         let off = DVec3::from_array(at.map(|n| n as f64)) - DVec3::new(36.0, 60.0, 60.0);
         (has_ball && off.length() < 30.0) || voxels.contains(&at)
     };
-    let values = (0..N * N * N).map(|i| if is_set(i) { 255 } else { 0 }).collect();
+    let values = (0..N * N * N).map(|i| if is_set(i) { 255 } else { back }).collect();
     let base = scene(Lattice::unit([N; 3]), DVec3::Y);
     let volume = volume(base.volume.lattice, Samples::UInt8(values));
     Scene { volume, splat: SplatSettings::EXACT, ..base }
@@ -138,34 +143,63 @@ fn rays(drawer: &mut Drawer, scene: &Scene, size: [u32; 2], most: Option<u64>) -
     (wide(&renderer.read_light().expect("read")), more)
 }
 
-/// Of volumes of more than 21 million samples previews show means: of 8 voxels each, or of 64. Where opacities begin at
-/// 150 of the voxel's 255, those of 8 still lose it (measured: 0).
+/// Light of a lone voxel of 255 among `back`, in squares of a voxel's edge, where opacities rise from 0 at
+/// `first` to 0.9 at 255: of the interpolating spline about it, whose coefficients are √3 zᵏ along each
+/// axis, along parallel rays a 20th of a voxel apart in steps as long. In float64, and by nothing of the program's.
+fn true_light(back: f64, first: f64) -> f64 {
+    const STEPS: i32 = 40;
+    let pole = 3.0_f64.sqrt() - 2.0;
+    let bspline = |x: f64| match x.abs() {
+        x if x < 1.0 => 2.0 / 3.0 - x * x + x * x * x / 2.0,
+        x if x < 2.0 => (2.0 - x).powi(3) / 6.0,
+        _ => 0.0,
+    };
+    let through: Vec<f64> = (-STEPS..STEPS)
+        .map(|i| (f64::from(i) + 0.5) / 20.0)
+        .map(|x| {
+            let share = |k: i32| 3.0_f64.sqrt() * pole.powi(k.abs()) * bspline(x - f64::from(k));
+            (-12..=12).map(share).sum()
+        })
+        .collect();
+    let extinction = |part: f64| {
+        let above = (back + (255.0 - back) * part - first) / (255.0 - first);
+        -(-0.9 * above.clamp(0.0, 1.0)).ln_1p()
+    };
+    let ray = |x: f64, y: f64| {
+        let depth: f64 = through.iter().map(|z| extinction(x * y * z)).sum();
+        -(-depth / 20.0).exp_m1() / 400.0
+    };
+    through.iter().flat_map(|&x| through.iter().map(move |&y| (x, y))).map(|(x, y)| ray(x, y)).sum()
+}
+
+/// Of volumes of more than 21 million samples previews show means: of 8 voxels each, or of 64. However late opacities begin,
+/// and whatever all else is, the voxel stays: rays 0.7 to 10 voxels apart.
 #[test]
-fn a_bright_voxel_among_means_stays_where_opacities_begin_low() {
-    let at = [100, 71, 50];
-    let plain = seen_along(&scene_of(true, &[at]), DVec3::new(0.1, 1.0, 0.2));
+fn a_bright_voxel_among_means_stays_however_late_opacities_begin() {
     let ticket = Ticket::new();
-    for (first, level) in [(60.0, 1), (60.0, 2)] {
-        let mut scene = plain.clone();
+    for (back, first, has_ball) in
+        [(0, 60.0, true), (0, 150.0, true), (0, 200.0, true), (199, 200.0, false)]
+    {
+        let truth = true_light(f64::from(back), first);
+        let at = [101, 70, 51];
+        let mut scene = seen_along(&scene_among(back, has_ball, &[at]), DVec3::new(0.1, 1.0, 0.2));
         scene.transfer.opacity = vec![(first, 0.0), (255.0, 0.9)];
         let Some(mut drawer) = drawer_of(&scene) else { return };
-        let mut near = scene.clone();
-        near.camera.focal_point =
-            plain.volume.lattice.world_from_index(at.map(|n| n as f64).into());
-        near.camera.parallel_scale = 8.0;
-        let rung = Rung::Reduced { field: SlabField::Own, shrink: 1.0 };
-        let (light, found) = drawn(&mut drawer, &near, [80, 80], rung);
-        let exact = light_about(&light, found.size, &near, at, 7.0);
-        let means = preview_field(&scene.volume, level, &ticket).expect("made");
-        let (volume, renderer) = (&scene.volume, &mut drawer.renderer);
-        renderer.set_field(SlabField::Preview, volume, &TENTS, means, &ticket).expect("set");
-        for shrink in [3.0, 6.5, 10.0] {
-            let rung = Rung::Reduced { field: SlabField::Preview, shrink };
-            let (light, found) = drawn(&mut drawer, &scene, [480, 480], rung);
-            let ratio = light_about(&light, found.size, &scene, at, 7.0) / exact;
-            println!("measured from {first}, means of {}³, {shrink}: {ratio:.3}", 1 << level);
-            // Measured: 0.12 to 0.17, and 1.7 to 2.0.
-            assert!(ratio > 0.05 && ratio < 4.0, "{ratio}");
+        for level in 1..3 {
+            let means = preview_field(&scene.volume, level, &ticket).expect("made");
+            let (volume, renderer) = (&scene.volume, &mut drawer.renderer);
+            let field = SlabField::Preview;
+            renderer.set_field(field, volume, &TENTS, means, &ticket).expect("set");
+            for shrink in [1.5, 6.5, 24.0] {
+                let rung = Rung::Reduced { field, shrink };
+                let (light, drawn) = drawn(&mut drawer, &scene, [480, 480], rung);
+                let found = light_about(&light, drawn.size, &scene, at, 14.0) / truth;
+                let name = format!("{back}, from {first}, means of {}³, {shrink}", 1 << level);
+                println!("measured {name}: {found:.3} of {truth:.3}");
+                // Measured: 0.91 to 2.34; but of 64 among 199, whose mean is hardly less than what shows, 8.9 to 9.3.
+                let most = if (back, level) == (199, 2) { 11.0 } else { 2.8 };
+                assert!(found > 0.7 && found < most, "{name}: {found}");
+            }
         }
     }
 }
