@@ -4,7 +4,8 @@
 //! it lay anywhere; in truth skins and vessels run on from node to node, and columns between them stay
 //! clear. So cuts of few nodes are too opaque, each node's own mean transmittance notwithstanding. What they
 //! should hide is known along the axes of the lattice: the mean over all columns of voxels, from border to
-//! border. Cuts of a few sizes are laid over the same columns, and one factor of all extinctions of a cut makes both means equal.
+//! border. Cuts of a few sizes are laid over the same columns, and one factor of all extinctions of a cut makes both means equal:
+//! of opacities raised to a power, as what is seen of them is encoded.
 
 use rayon::prelude::*;
 
@@ -21,6 +22,11 @@ use glam::{DMat3, DVec2, DVec3};
 const COUNTS: [u64; 3] = [300, 2_000, 12_000];
 /// Cuts of so many are drawn as they are: too bright by 0.2 of 255 at most on three scans, and no nearer if thinned.
 const AS_THEY_ARE: u64 = 72_000;
+/// Opacities of columns are raised to this before they are added up: between light, of which cuts stayed too
+/// bright by 0.5 of 255 in the mean and 1.1 at most, and what is encoded of it (0.45), which left them too dark by 1.1 and 2.2.
+/// On 42 cuts of three scans, at 0.85, 0.75 and 0.65: 0.26, 0.25, 0.38 off in the mean, 0.8, 0.8, 1.0 at most; encoded
+/// 3.2, 2.7, 2.0 (with 1: 3.8); dB +0.05, +0.01, −0.1.
+const POWER: f64 = 0.75;
 /// Factors of extinctions, by how coarse a cut is.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Thinning {
@@ -53,7 +59,7 @@ impl Thinning {
         })?;
         let dims = volume.lattice.dims;
         let voxels = (0..3).map(|axis| spread(&columns[axis], dims, axis));
-        let hidden = Cover::of(voxels, depth).hidden(1.0);
+        let hidden = Cover::of(voxels, depth).raised(POWER).hidden(1.0);
         let mut steps: Vec<[f32; 2]> = COUNTS
             .into_par_iter()
             .map(|count| {
@@ -61,7 +67,7 @@ impl Thinning {
                 let max_error = pyramid.error_for_count(count);
                 let cut = whole_cut(pyramid, max_error, volume, table);
                 let bins = Cover::of((0..3).map(|axis| laid_over(&cut, dims, axis)), depth);
-                Ok([mean_level(&cut), bins.factor(hidden)])
+                Ok([mean_level(&cut), bins.raised(POWER).factor(hidden)])
             })
             .collect::<Result<_, _>>()?;
         if pyramid.is_whole() {

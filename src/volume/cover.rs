@@ -84,9 +84,14 @@ impl Map {
     }
 }
 
-/// Columns by optical depth, in bins a sixteenth of a doubling wide: how many, and their mean.
+/// Columns by optical depth, in bins a sixteenth of a doubling wide.
 #[derive(Debug, Clone)]
-pub struct Cover(Vec<[f64; 2]>);
+pub struct Cover {
+    /// How many columns, and their mean depth.
+    bins: Vec<[f64; 2]>,
+    /// What opacities are raised to before they are added up.
+    power: f64,
+}
 
 impl Cover {
     /// Bits of a depth's fraction that no bin tells apart: all but four.
@@ -103,12 +108,24 @@ impl Cover {
                 bin[1] += f64::from(tau);
             }
         }
-        Self(bins.into_iter().filter(|bin| bin[0] > 0.0).map(|[n, sum]| [n, sum / n]).collect())
+        let bins = bins.into_iter().filter(|bin| bin[0] > 0.0).map(|[n, sum]| [n, sum / n]);
+        Self { bins: bins.collect(), power: 1.0 }
+    }
+
+    /// The same, of opacities raised to a power: of less than 1, much matter that hides little counts for more,
+    /// as it does once light is encoded (some 0.45).
+    #[must_use]
+    pub fn raised(self, power: f64) -> Self {
+        Self { power, ..self }
     }
 
     /// Opacity of all columns together, of so many times their depth.
     pub fn hidden(&self, factor: f64) -> f64 {
-        self.0.iter().map(|[n, tau]| -n * (-factor * tau).exp_m1()).sum()
+        let opacity = |tau: f64| match (-(-factor * tau).exp_m1(), self.power) {
+            (opacity, 1.0) => opacity,
+            (opacity, power) => opacity.powf(power),
+        };
+        self.bins.iter().map(|[n, tau]| n * opacity(*tau)).sum()
     }
 
     /// What depths are to be multiplied by, 1 at most, so that columns hide so much together.

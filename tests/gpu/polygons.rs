@@ -247,30 +247,6 @@ pub(crate) fn squares(scene: &Scene, strips: u32, depths: &[f64]) -> Mesh {
     Mesh::new("squares", positions, Vec::new(), Vec::new(), triangles).expect("a mesh")
 }
 
-/// Opaque strips two pixels wide, with as much between them, before all of the matter: each sample of a pixel
-/// that a strip's edge crosses sees its own, and rays go on for those that nothing hides.
-#[test]
-fn matter_behind_the_edge_of_what_is_opaque_stays() {
-    let base = exact();
-    let camera = &base.camera;
-    let place = |across: f64, up: f64| {
-        let depth = camera.direction * -base.volume.lattice.bounding_radius();
-        (camera.focal_point + camera.right() * across + camera.up * (up + 0.2 * across) + depth)
-            .as_vec3()
-    };
-    let reach = camera.parallel_scale * 0.7;
-    let mut positions = Vec::new();
-    for strip in 0..5 {
-        let low = reach * (f64::from(strip) / 2.5 - 1.0);
-        let high = low + reach * 0.2;
-        positions.extend([place(-reach, low), place(reach, low), place(reach, high)]);
-        positions.extend([place(-reach, low), place(reach, high), place(-reach, high)]);
-    }
-    let triangles = (0..10).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
-    let strips = Mesh::new("strips", positions, Vec::new(), Vec::new(), triangles).expect("a mesh");
-    agrees("strips", &with(base, vec![layer(strips, 1.0)]), WITHIN);
-}
-
 /// Where triangles meet nothing shows between them, and nothing twice.
 #[test]
 fn seams_are_closed() {

@@ -185,7 +185,7 @@ fn a_constant_field_has_the_ambient_light_alone() {
 
 /// Lights fade in from the least strength that has a direction to twice that: here it is 1.5 times as
 /// much but near two corners, about which every strength is found. Floats, as 65 536 steps are too coarse for such a ramp.
-/// Measured: PLACEHOLDER
+/// Measured: max 4.8e-4, rmse 2.6e-5, bias -5.8e-6.
 #[test]
 fn lights_fade_in_from_the_least_strength_on() {
     let lattice = lattice();
