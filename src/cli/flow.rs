@@ -73,6 +73,12 @@ pub struct Arrows {
 }
 
 impl FlowFlags {
+    /// The first flag that was given and asks for polygons.
+    pub(super) fn given(&self) -> Option<&'static str> {
+        let streamlines = self.streamlines.is_some().then_some("--streamlines");
+        streamlines.or(self.arrows.is_some().then_some("--arrows"))
+    }
+
     /// What they make of vectors; those are left without splats where that was asked for.
     ///
     /// # Errors

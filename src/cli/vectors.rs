@@ -168,6 +168,12 @@ impl VectorFlags {
         }
     }
 
+    /// The flag that names vectors, if one was given.
+    pub(super) fn named(&self) -> Option<&'static str> {
+        let components = self.vector_components.is_some().then_some("--vector-components");
+        self.vector.is_some().then_some("--vector").or(components)
+    }
+
     /// The first flag that was given and changes nothing without vectors.
     fn given(&self) -> Option<&'static str> {
         self.look.given().or_else(|| {

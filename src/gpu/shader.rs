@@ -130,6 +130,20 @@ shader!(
     COMPOSITE_VECTORS,
     "composite_vectors",
     LIGHT,
+    WHOLE,
+    KEPT_LIGHT,
+    FOOTPRINT,
+    SHARE,
+    VECTOR_FRAME,
+    VECTORS,
+    ALONE
+);
+shader!(
+    COMPOSITE_VECTORS_IN_PARTS,
+    "composite_vectors",
+    LIGHT,
+    PARTS,
+    KEPT_LIGHT,
     FOOTPRINT,
     SHARE,
     VECTOR_FRAME,
@@ -140,6 +154,21 @@ shader!(
     COMPOSITE_VECTORS_AND_POLYGONS,
     "composite_vectors",
     LIGHT_OF_SAMPLES,
+    WHOLE,
+    KEPT_SAMPLES,
+    FOOTPRINT,
+    SHARE,
+    VECTOR_FRAME,
+    VECTORS,
+    POLYGONS,
+    ALONE_WITH_POLYGONS
+);
+shader!(
+    COMPOSITE_VECTORS_AND_POLYGONS_IN_PARTS,
+    "composite_vectors",
+    LIGHT_OF_SAMPLES,
+    PARTS,
+    KEPT_SAMPLES,
     FOOTPRINT,
     SHARE,
     VECTOR_FRAME,
@@ -304,9 +333,9 @@ pub struct SlabPieces {
 
 impl SlabPieces {
     /// Every one there is.
-    pub const ALL: [Self; 62] = {
+    pub const ALL: [Self; 72] = {
         let faces = [Faces::Unlit, Faces::BSplines, Faces::Tents, Faces::Differences];
-        let mut all = [Self::PLAIN; 62];
+        let mut all = [Self::PLAIN; 72];
         let mut i = 0;
         while i < all.len() {
             all[i] = if i < 32 {
@@ -316,6 +345,21 @@ impl SlabPieces {
                     clipped: i / 8 % 2 == 1,
                     surfaces: i / 16 == 1,
                     levels: i / 16 == 1 && i / 2 % 4 > 0,
+                    ..Self::PLAIN
+                }
+            } else if i >= 62 {
+                // Rays among vectors that are walked in parts: by how they are lit alone, among all else,
+                // and among polygons and nothing else.
+                let faces = faces[(i - 62) % 4];
+                let with = (i - 62) / 4;
+                Self {
+                    faces,
+                    in_parts: true,
+                    vectors: true,
+                    clipped: with == 1,
+                    surfaces: with == 1,
+                    levels: with == 1 && !matches!(faces, Faces::Unlit),
+                    polygons: with >= 1,
                     ..Self::PLAIN
                 }
             } else if i >= 42 {
@@ -338,7 +382,6 @@ impl SlabPieces {
                 let faces = faces[1 + (i - 36) / 2];
                 Self { in_parts: i % 2 == 1, faces, regions: true, ..Self::PLAIN }
             } else {
-                // Rays beside vectors are walked at once, and through all of the field.
                 Self { faces: faces[i - 32], vectors: true, ..Self::PLAIN }
             };
             i += 1;
@@ -429,7 +472,7 @@ const PROJECTING: [Shader; 4] = {
 };
 
 /// Passes that are stitched in one way only.
-const SINGLE: [Shader; 22] = [
+const SINGLE: [Shader; 24] = [
     COUNT_SEGMENTS,
     SCAN_SEGMENTS,
     EMIT_KERNELS,
@@ -443,7 +486,9 @@ const SINGLE: [Shader; 22] = [
     COMPOSITE_LISTS,
     COUNT_VECTORS,
     COMPOSITE_VECTORS,
+    COMPOSITE_VECTORS_IN_PARTS,
     COMPOSITE_VECTORS_AND_POLYGONS,
+    COMPOSITE_VECTORS_AND_POLYGONS_IN_PARTS,
     COUNT_POLYGONS,
     PLACE_POLYGONS,
     WRITE_POLYGONS,
