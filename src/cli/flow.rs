@@ -14,7 +14,7 @@ use crate::vector::{self, Following, MOST_ARROW_SIZE, Seeds};
 const MOST_STREAMLINES: usize = 100_000;
 
 /// Streamlines and arrows of the vectors.
-#[derive(Debug, Args)]
+#[derive(Debug, Default, Args)]
 #[command(next_help_heading = "Streamlines and arrows")]
 pub struct FlowFlags {
     /// Draw tubes along about N streamlines of the vectors, in the colours of their lengths. They are

@@ -280,7 +280,7 @@ pub(super) fn refuse_among_triangles(
 
 /// Refuses vectors beside values that are projected, which have no slabs for them, and vectors alone with
 /// what is seen of the field.
-fn refuse_vectors(inside: &Inside, are_alone: bool) -> Result<(), Failure> {
+pub(super) fn refuse_vectors(inside: &Inside, are_alone: bool) -> Result<(), Failure> {
     let projects = |what: &&&str| **what == "projection";
     match inside.effects().iter().find(|what| are_alone || projects(what)) {
         Some(what) if are_alone => Err(Failure::Usage(format!(

@@ -168,6 +168,18 @@ impl VectorFlags {
         }
     }
 
+    /// # Errors
+    /// A loop asked of a command that draws none.
+    pub(super) fn refuse_loop(&self, command: &str) -> Result<(), Failure> {
+        let seconds = self.loop_seconds.map(|_| "--loop-seconds");
+        match self.cycle.map(|_| "--loop").or(seconds) {
+            Some(flag) => Err(Failure::Usage(format!(
+                "expected {flag} with render, found it with {command}, which writes no pictures; leave it out"
+            ))),
+            None => Ok(()),
+        }
+    }
+
     /// The flag that names vectors, if one was given.
     pub(super) fn named(&self) -> Option<&'static str> {
         let components = self.vector_components.is_some().then_some("--vector-components");

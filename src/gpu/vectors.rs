@@ -491,9 +491,8 @@ impl Renderer {
         let slots = 2 + u32::from(polygons.is_some());
         let mut wall_ms = 0.0;
         for tiles in self.tiles_at_a_time((true, slots), tiles) {
-            wall_ms += self.until_none_waits(|renderer, flags| {
-                dispatch(renderer, &tiles, [turns, flags])
-            })?;
+            wall_ms += self
+                .until_none_waits(|renderer, flags| dispatch(renderer, &tiles, [turns, flags]))?;
         }
         Ok(wall_ms)
     }
