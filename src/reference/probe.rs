@@ -519,7 +519,7 @@ mod tests {
             assert!(thin.met == Met::Matter && thin.index.z < alone.index.z - 1e-3, "{thin:?}");
             assert_eq!(see(with(0.6, vec![across(at(10.0), 0.2)]), 0.1).met, Met::Polygon);
             // Before the volume and behind it, where there is no value.
-            for index in [-6.0, 60.0] {
+            for index in [-0.9, 60.0] {
                 let found = see(with(0.001, vec![across(at(index), 0.5)]), 0.1);
                 assert_eq!(found.met, Met::Polygon, "{index}");
                 assert!((found.index.z - index).abs() < 1e-4, "{found:?}");
