@@ -12,6 +12,7 @@ use super::cut::{Cut, CutLimits, CutNode, Visibility, VisitOrder};
 use super::pyramid::Pyramid;
 use crate::core::progress::{Cancelled, Ticket};
 use crate::transfer::Table;
+use crate::volume::cover::{Cover, Map, PAD, REACH, across};
 use crate::volume::{BRICK, Scalar, ScalarVolume};
 use crate::with_samples;
 use glam::{DMat3, DVec2, DVec3};
@@ -20,14 +21,6 @@ use glam::{DMat3, DVec2, DVec3};
 const COUNTS: [u64; 3] = [300, 2_000, 12_000];
 /// Cuts of so many are drawn as they are: too bright by 0.2 of 255 at most on three scans, and no nearer if thinned.
 const AS_THEY_ARE: u64 = 72_000;
-/// Edge of the box that spreads matter as far as the cubic kernel of a node does, in the node's edges: √12 times the
-/// root of the footprint's variance along an axis, 0.1994.
-const REACH: f32 = 1.547;
-/// Cells beyond the border: a kernel of a node no larger than 32 voxels ends there.
-const PAD: usize = 10;
-/// Halvings of the interval in which a factor is looked for.
-const HALVINGS: u32 = 20;
-
 /// Factors of extinctions, by how coarse a cut is.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Thinning {
@@ -60,14 +53,14 @@ impl Thinning {
         })?;
         let dims = volume.lattice.dims;
         let voxels = (0..3).map(|axis| spread(&columns[axis], dims, axis));
-        let hidden = Bins::of(voxels, depth).hidden(1.0);
+        let hidden = Cover::of(voxels, depth).hidden(1.0);
         let mut steps: Vec<[f32; 2]> = COUNTS
             .into_par_iter()
             .map(|count| {
                 ticket.checkpoint(1, 1)?;
                 let max_error = pyramid.error_for_count(count);
                 let cut = whole_cut(pyramid, max_error, volume, table);
-                let bins = Bins::of((0..3).map(|axis| laid_over(&cut, dims, axis)), depth);
+                let bins = Cover::of((0..3).map(|axis| laid_over(&cut, dims, axis)), depth);
                 Ok([mean_level(&cut), bins.factor(hidden)])
             })
             .collect::<Result<_, _>>()?;
@@ -120,11 +113,6 @@ fn whole_cut(
     };
     let voxel = |index| table.lookup(volume.samples.get(index));
     Cut::of(pyramid, limits, VisitOrder::Along(DVec3::Z), &everything, voxel).nodes
-}
-
-/// Axes across one, the faster first.
-fn across(axis: usize) -> [usize; 2] {
-    [[1, 2], [0, 2], [0, 1]][axis]
 }
 
 /// Sums of extinction along each axis, for each column of voxels.
@@ -193,24 +181,10 @@ fn columns<T: Scalar>(
     Ok(along)
 }
 
-/// A map of columns along an axis, with a border of [`PAD`] cells.
-struct Map {
-    sums: Vec<f32>,
-    width: usize,
-}
-
-impl Map {
-    fn empty(dims: [usize; 3], axis: usize) -> Self {
-        // A cell more, for the differences.
-        let [width, height] = across(axis).map(|a| dims[a] + 2 * PAD + 1);
-        Self { sums: vec![0.0; width * height], width }
-    }
-}
-
 /// What voxels' kernels make of columns of voxels.
 fn spread(columns: &[f32], dims: [usize; 3], axis: usize) -> Map {
-    let mut map = Map::empty(dims, axis);
-    let nu = dims[across(axis)[0]];
+    let [nu, nv] = across(axis).map(|a| dims[a]);
+    let mut map = Map::new([nu, nv]);
     let beside = (REACH - 1.0) / 2.0 / REACH;
     let taps = [beside, 1.0 / REACH, beside];
     for (i, &sum) in columns.iter().enumerate().filter(|(_, sum)| **sum > 0.0) {
@@ -224,88 +198,15 @@ fn spread(columns: &[f32], dims: [usize; 3], axis: usize) -> Map {
     map
 }
 
-/// What kernels of a cut make of the same columns: by differences, which are then summed.
+/// What kernels of a cut make of the same columns.
 fn laid_over(cut: &[CutNode], dims: [usize; 3], axis: usize) -> Map {
-    let mut map = Map::empty(dims, axis);
-    let edges = |low: u32, size: u32, n: usize| {
-        let (low, size) = (low as f32 + PAD as f32, size as f32);
-        let beyond = size * (REACH - 1.0) / 2.0;
-        [low - beyond, low + size + beyond].map(|edge| {
-            let edge = edge.clamp(0.0, (n + 2 * PAD - 1) as f32);
-            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a cell")]
-            let cell = edge as usize;
-            (cell, edge - cell as f32)
-        })
-    };
     let [u, v] = across(axis);
+    let mut map = Map::new([dims[u], dims[v]]);
     for CutNode { low, size, node, .. } in cut {
-        let sum = node.extinction * size[axis] as f32 / (REACH * REACH);
-        let [us, vs] = [u, v].map(|a| edges(low[a], size[a], dims[a]));
-        for ((v, part_v), sign_v) in vs.into_iter().zip([1.0, -1.0]) {
-            for ((u, part_u), sign_u) in us.into_iter().zip([1.0, -1.0]) {
-                let sum = sum * sign_u * sign_v;
-                let place = v * map.width + u;
-                map.sums[place] += sum * (1.0 - part_u) * (1.0 - part_v);
-                map.sums[place + 1] += sum * part_u * (1.0 - part_v);
-                map.sums[place + map.width] += sum * (1.0 - part_u) * part_v;
-                map.sums[place + map.width + 1] += sum * part_u * part_v;
-            }
-        }
+        let edges = |a: usize| [low[a] as f32, size[a] as f32];
+        map.lay([edges(u), edges(v)], REACH, node.extinction * size[axis] as f32);
     }
-    let width = map.width;
-    for row in map.sums.chunks_mut(width) {
-        row.iter_mut().fold(0.0, |sum, cell| {
-            *cell += sum;
-            *cell
-        });
-    }
-    for place in width..map.sums.len() {
-        map.sums[place] += map.sums[place - width];
-    }
-    map
-}
-
-/// Columns by optical depth, in bins a sixteenth of a doubling wide: how many, and their mean.
-struct Bins(Vec<[f64; 2]>);
-
-impl Bins {
-    /// Bits of a depth's fraction that no bin tells apart: all but four.
-    const DROPPED_BITS: u32 = f32::MANTISSA_DIGITS - 1 - 4;
-
-    fn of(maps: impl Iterator<Item = Map>, depth: f32) -> Self {
-        let mut bins = vec![[0.0; 2]; 1 << (31 - Self::DROPPED_BITS)];
-        for map in maps {
-            for tau in map.sums.into_iter().map(|sum| sum * depth).filter(|tau| *tau > 0.0) {
-                // Exponent and leading bits, which count up with the depth.
-                let bin = &mut bins[(tau.to_bits() >> Self::DROPPED_BITS) as usize];
-                bin[0] += 1.0;
-                bin[1] += f64::from(tau);
-            }
-        }
-        Self(bins.into_iter().filter(|bin| bin[0] > 0.0).map(|[n, sum]| [n, sum / n]).collect())
-    }
-
-    /// Opacity of all columns together, of so many times their depth.
-    fn hidden(&self, factor: f64) -> f64 {
-        self.0.iter().map(|[n, tau]| -n * (-factor * tau).exp_m1()).sum()
-    }
-
-    /// What depths are to be multiplied by, 1 at most, so that columns hide so much together.
-    fn factor(&self, hidden: f64) -> f32 {
-        let of =
-            |factor: f64| self.0.iter().map(|[n, tau]| -n * (-factor * tau).exp_m1()).sum::<f64>();
-        let (mut low, mut high) = (0.0, 1.0);
-        if of(high) <= hidden {
-            return 1.0;
-        }
-        for _ in 0..HALVINGS {
-            let middle = f64::midpoint(low, high);
-            *(if self.hidden(middle) > hidden { &mut high } else { &mut low }) = middle;
-        }
-        #[expect(clippy::cast_possible_truncation, reason = "0..=1")]
-        let factor = high as f32;
-        factor
-    }
+    map.summed()
 }
 
 #[cfg(test)]
@@ -421,7 +322,7 @@ mod tests {
             assert!(most < 1e-4, "{most}");
             let exact: f64 = a.sums.iter().map(|&tau| -f64::from(-tau).exp_m1()).sum();
             // Bins are a sixteenth of a doubling wide, and know their means.
-            let bins = Bins::of([b].into_iter(), 1.0);
+            let bins = Cover::of([b].into_iter(), 1.0);
             assert!((bins.hidden(1.0) / exact - 1.0).abs() < 1e-4, "{} {exact}", bins.hidden(1.0));
             assert!((f64::from(bins.factor(exact * 0.999)) - 1.0).abs() < 0.02);
             assert!(bins.factor(exact / 2.0) < 0.5);

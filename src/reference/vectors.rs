@@ -123,7 +123,7 @@ impl Vectors {
         let finest =
             Splats::new(field, &settings, scalar, unit_distance, published, &ticket).ok()?;
         // What coarser splats are is the pyramid's to say, and tested there.
-        let mut levels = VectorPyramid::new(finest, published, settings.seed, &ticket).ok()?.levels;
+        let mut levels = VectorPyramid::new(finest, &settings, published, &ticket).ok()?.levels;
         let level = (settings.coarser as usize).min(levels.len() - 1);
         let splats = levels.swap_remove(level);
         let kernel = RadialKernel::new(Kernel::Cubic, None)?;

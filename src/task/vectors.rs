@@ -57,7 +57,7 @@ impl Key {
         let Self { field, scalar, settings, unit_distance, published } = self;
         let scalar = scalar.as_deref();
         let splats = Splats::new(field, settings, scalar, *unit_distance, *published, ticket)?;
-        let pyramid = VectorPyramid::new(splats, *published, settings.seed, ticket)?;
+        let pyramid = VectorPyramid::new(splats, settings, *published, ticket)?;
         Ok(pyramid.levels.into_iter().map(Arc::new).collect())
     }
 }

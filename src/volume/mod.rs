@@ -3,6 +3,7 @@
 //! Owns what a file holds once read ([`Grid`]), the one scalar field of it that is drawn
 //! ([`ScalarVolume`]), and its vectors ([`VectorField`]). Refuses files and the GPU. Imports `core` only.
 
+pub mod cover;
 pub mod demo;
 mod derived;
 mod error;
