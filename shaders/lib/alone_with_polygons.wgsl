@@ -48,5 +48,5 @@ fn lay_rest(light: ptr<function, Gathered>, met: ptr<function, Met>) {
 
 // Turns of loops that it takes, beside those of what lies in it (gpu::turns).
 fn turns_of_slab() -> u32 {
-    return 3u;
+    return 4u;
 }

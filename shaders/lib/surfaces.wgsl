@@ -76,5 +76,5 @@ fn lay_vectors(
 
 // Turns of loops that it takes, beside those of what lies in it (gpu::turns).
 fn turns_of_slab() -> u32 {
-    return surface_count() + 4u;
+    return surface_count() + 6u;
 }

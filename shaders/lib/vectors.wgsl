@@ -25,9 +25,10 @@ const FORESHORTENINGS: u32 = 12u;
 const LEAST_AMOUNT: f32 = 1e-7;
 // No slab of any volume.
 const EVERY_SLAB: i32 = 0x3fffffff;
-// Turns of loops that an entry takes, and a layer beside them (gpu::turns).
-const TURNS_OF_ENTRY: u32 = 5u;
-const TURNS_OF_LAYER: u32 = 4u;
+// Turns of loops that an entry takes, and a layer beside them (gpu::turns): a loop's last look turns the loops
+// within it once more.
+const TURNS_OF_ENTRY: u32 = 6u;
+const TURNS_OF_LAYER: u32 = 8u;
 
 struct VectorRay {
     // The next entry of the list, and the one after its last.

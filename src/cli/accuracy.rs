@@ -57,7 +57,12 @@ pub(super) fn run(flags: &AccuracyFlags) -> Result<(), Failure> {
         note(warning);
     }
     let scene = open::scene(&input, &flags.scene, splat)?;
-    let mut vectors = flags.vectors.layer(&input, &scene, true)?;
+    let mut asked = flags.vectors.clone();
+    if asked.named().is_none() && !asked.vectors_only {
+        // It chooses pixels, too.
+        asked.look.seed = None;
+    }
+    let mut vectors = asked.layer(&input, &scene, true)?;
     let flow = flags.flow.layers(&mut vectors)?;
     let mut polygons = flags.polygons.layers()?;
     polygons.extend(flow);
@@ -71,7 +76,7 @@ pub(super) fn run(flags: &AccuracyFlags) -> Result<(), Failure> {
     }
     let options = SweepOptions {
         pixels: flags.pixels as usize,
-        seed: flags.seed,
+        seed: flags.vectors.look.seed.unwrap_or(1),
         repeat: flags.repeat,
         most_slabs: flags.max_slabs,
         ..SweepOptions::new(&scene)

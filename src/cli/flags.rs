@@ -496,10 +496,6 @@ pub struct AccuracyFlags {
     #[arg(long, value_name = "N", value_parser = values::pixels, default_value_t = 2000,
         allow_hyphen_values = true)]
     pub pixels: u32,
-    /// Chooses those pixels
-    #[arg(long, value_name = "N", value_parser = values::count, default_value_t = 1,
-        allow_hyphen_values = true)]
-    pub seed: u64,
     /// More frames of each mode; its time is their median
     #[arg(long, value_name = "N", value_parser = values::frames, default_value_t = 2,
         allow_hyphen_values = true)]

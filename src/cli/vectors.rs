@@ -17,7 +17,7 @@ use crate::volume::{Field, VectorField, VolumeError};
 const LOOP_SECONDS: f64 = 3.0;
 
 /// A vector field, and what its splats look like.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Vectors")]
 pub struct VectorFlags {
     /// Draw this field of three components as vectors, beside the scalar field [default: one that opens first, alone]

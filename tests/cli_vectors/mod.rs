@@ -117,7 +117,7 @@ fn vectors_among_triangles_are_wrong_usage_before_anything_is_opened() {
 fn probes_tell_vectors_and_meet_polygons() {
     let folder = tempfile::tempdir().expect("a folder");
     let mesh = folder.path().join("wall.obj");
-    fs::write(&mesh, "v -99 -99 5\nv 99 -99 5\nv 0 120 5\nf 1 2 3\n").expect("written");
+    fs::write(&mesh, "v -99 -99 0\nv 99 -99 0\nv 0 120 0\nf 1 2 3\n").expect("written");
     let mesh = mesh.to_str().expect("UTF-8");
     let probe = |flags: &[&str]| -> serde_json::Value {
         let up = ["--camera-direction", "0,0,-1", "--json"];
@@ -128,7 +128,7 @@ fn probes_tell_vectors_and_meet_polygons() {
         serde_json::from_slice(&output.stdout).expect("JSON")
     };
     let opaque = ["--opacity", "0:0.9"];
-    let plain = probe(&opaque);
+    let plain = probe(&[&opaque[..], &["--vector", "velocity"]].concat());
     assert_eq!(plain["point"]["met"], "matter");
     assert_eq!(plain["point"]["vectors"][0]["field"], "velocity", "{plain}");
     let alone = probe(&["--vectors-only", "--vector-opacity", "0:0.9"]);
@@ -136,9 +136,10 @@ fn probes_tell_vectors_and_meet_polygons() {
     assert!(alone["point"]["value"].is_null());
     let among = probe(&[&opaque[..], &["--mesh", mesh]].concat());
     assert_eq!(among["point"]["met"], "matter", "before the wall: {among}");
+    assert!(among["point"]["vectors"].is_null());
     let clear = probe(&["--opacity", "0:0", "--mesh", mesh]);
     assert_eq!(clear["point"]["met"], "polygon", "{clear}");
-    assert_eq!(clear["point"]["world"][2], 5.0);
+    assert_eq!(clear["point"]["world"][2], 0.0);
 }
 
 #[test]

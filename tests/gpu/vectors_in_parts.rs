@@ -70,11 +70,11 @@ fn vectors_alone_are_the_same_in_parts() {
 #[test]
 fn vectors_beside_a_field_are_the_same_in_parts() {
     let beside = with(alone(), |layer| layer.alone = false);
-    is_the_same("beside a field", &beside, 300, 20);
-    is_the_same("beside a field, back to front", &back_to_front(beside.clone()), 300, 20);
+    is_the_same("beside a field", &beside, 160, 20);
+    is_the_same("beside a field, back to front", &back_to_front(beside.clone()), 160, 20);
     let mut after = with(beside.clone(), |layer| layer.settings.mode = VectorMode::Blend);
     (after.splat.classify, after.splat.opacity_model) = (Classify::After, OpacityModel::Published);
-    is_the_same("classified after", &in_perspective(after, 40.0), 300, 20);
+    is_the_same("classified after", &in_perspective(after, 40.0), 100, 20);
     // Where rays meet no field, too.
     let wide = Lattice { origin: DVec3::new(-3.0, 1.0, -2.0), ..Lattice::unit([7, 3, 6]) };
     let other = field(Places::Lattice(wide), 9);
@@ -82,8 +82,8 @@ fn vectors_beside_a_field_are_the_same_in_parts() {
         layer.settings = settings(&other);
         layer.field = other;
     });
-    is_the_same("about a field", &crate::polygons::clear(around.clone()), 300, 20);
-    is_the_same("about a field that shows", &around, 300, 20);
+    is_the_same("about a field", &crate::polygons::clear(around.clone()), 100, 20);
+    is_the_same("about a field that shows", &around, 100, 20);
 }
 
 /// Polygons, slices, faces and levels among both, where rays wait in the midst of them.
@@ -110,7 +110,7 @@ fn what_lies_among_a_field_and_vectors_keeps_its_place_in_parts() {
     is_the_same("cut, sliced, with a level", &opened, 600, 4);
     is_the_same("the same, back to front", &back_to_front(opened.clone()), 600, 4);
     for (name, mut scene) in [("polygons", beside), ("polygons and all else", opened)] {
-        scene.splat.slabs_per_voxel = 12.0;
+        scene.splat.slabs_per_voxel = 8.0;
         scene.polygons = vec![layer(squares(&scene, 3, &[-1.1, -0.3, 0.17, 0.9]), 0.4)];
         is_the_same(name, &scene, 1500, 4);
         is_the_same(&format!("{name}, back to front"), &back_to_front(scene), 1500, 4);
@@ -131,7 +131,7 @@ fn a_field_of_very_many_slabs_has_its_vectors() {
         });
     scene.splat.slabs_per_voxel = 4.0;
     scene.transfer.opacity = vec![(90.0, 0.0), (255.0, 0.02)];
-    let Some((found, runs, halved)) = light(&scene, Some(4000)) else { return };
+    let Some((found, runs, halved)) = light(&scene, Some(1000)) else { return };
     assert!(runs > 1 && halved == 0, "{runs} dispatches, halved {halved} times");
     let expected = expected(&scene, SIZE);
     print_measured("very many slabs", &found, &expected);
