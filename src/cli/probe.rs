@@ -188,6 +188,12 @@ fn sentences(report: &Report, seen: Seen) -> String {
     };
     let three = |v: DVec3| v.to_array().map(|n| format!("{n:.6}")).join(" ");
     let [x, y, z] = report.axes;
+    if point.met == Met::Vectors {
+        // Of the field, which is not shown, nothing is told.
+        let seen = format!("Seen              {}", met_words(point.met, share));
+        let world = format!("World ({x} {y} {z})     {}", three(point.world));
+        return [vec![world, seen], vector_lines(report)].concat().join("\n");
+    }
     let mut lines = vec![
         format!("World ({x} {y} {z})     {}", three(point.world)),
         format!("Index             {}", three(point.index)),
@@ -197,17 +203,22 @@ fn sentences(report: &Report, seen: Seen) -> String {
         format!("Opacity           {:.6} in {} world units", point.opacity, report.unit_distance),
         format!("Seen              {}", met_words(point.met, share)),
     ];
-    for found in report.point.iter().flat_map(|point| &point.vectors) {
-        let [i, j, k] = found.index;
-        lines.extend([
-            format!("Vector ({x} {y} {z})    {}", three(DVec3::from(found.vector))),
-            format!(
-                "Its length        {:.6}, of {}, nearest at index {i} {j} {k}",
-                found.length, found.field
-            ),
-        ]);
-    }
+    lines.extend(vector_lines(report));
     lines.join("\n")
+}
+
+/// The nearest vector of each field.
+fn vector_lines(report: &Report) -> Vec<String> {
+    let [x, y, z] = report.axes;
+    let found = report.point.iter().flat_map(|point| &point.vectors);
+    let lines = found.flat_map(|found| {
+        let ReportedVector { field, index: [i, j, k], vector: [u, v, w], length, .. } = found;
+        [
+            format!("Vector ({x} {y} {z})    {u:.6} {v:.6} {w:.6}"),
+            format!("Its length        {length:.6}, of {field}, nearest at index {i} {j} {k}"),
+        ]
+    });
+    lines.collect()
 }
 
 /// In or on what a point is, and why it is this one.

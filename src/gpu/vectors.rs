@@ -430,15 +430,14 @@ impl Renderer {
                 None => 0,
             };
             let vectors = self.vectors.as_mut().ok_or(GpuError::Cancelled)?;
+            vectors.constants.layers[2] = rows.start.cast_signed();
             vectors.longest = longest;
+            vectors.made = Some(made_of(&rows));
             // More are too many for one dispatch for certain; where fewer are, the rays tell.
             let most = self.context.most_turns.map_or(u64::MAX, |most| most / LEAST_TURNS);
             if u64::from(longest) > most && self.vectors_quartered == 0 {
                 return Err(self.too_many_turns());
             }
-            let vectors = self.vectors.as_mut().ok_or(GpuError::Cancelled)?;
-            vectors.constants.layers[2] = rows.start.cast_signed();
-            vectors.made = Some(made_of(&rows));
             self.write_vectors(what);
             return Ok(rows);
         }

@@ -165,3 +165,13 @@ fn a_second_field_of_nothing_changes_no_bit_and_one_field_has_no_trace_of_anothe
     let lists = drawer.renderer.list_bytes();
     assert!(drawer.renderer.size_bytes() - lists <= bytes, "records and marks are let go of");
 }
+
+/// Layers are counted for the splats of both.
+#[test]
+fn a_second_field_far_before_and_behind_the_first_is_whole() {
+    let long = Lattice { origin: DVec3::new(0.3, 0.2, -12.0), ..Lattice::unit([3, 3, 26]) };
+    let scene = with(both(), |layer| {
+        layer.second.as_mut().expect("a second field").field = field(Places::Lattice(long), 9);
+    });
+    holds("two fields, one far before and behind", &scene, CLOSE);
+}

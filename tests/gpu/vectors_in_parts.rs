@@ -5,11 +5,14 @@
 
 use glam::DVec3;
 use voxsplat::accuracy::Difference;
+use voxsplat::core::Ticket;
 use voxsplat::gpu::{Renderer, Wishes};
+use voxsplat::kernel::Kernel;
 use voxsplat::scene::{
-    Classify, Clip, ClipBox, CutFaces, Inside, Isosurface, OpacityModel, Order, Plane, Scene, Slice,
+    Classify, Clip, ClipBox, CutFaces, Inside, Isosurface, OpacityModel, Order, Plane, Scene,
+    Slice, SplatSettings,
 };
-use voxsplat::task::draw::{Drawer, Rung};
+use voxsplat::task::draw::{Drawer, Observer, Rung};
 use voxsplat::vector::VectorMode;
 use voxsplat::volume::{Lattice, Places};
 
@@ -19,14 +22,33 @@ use crate::vectors::{CLOSE, alone, expected, field, settings, with};
 
 const SIZE: [u32; 2] = [40, 36];
 
+/// Lets pieces take as long as they will, and so be as large as they may.
+struct Patient;
+
+impl Observer for Patient {
+    fn piece_done(&mut self, _: &mut Renderer, _: f64) -> bool {
+        false
+    }
+
+    fn piece_ms(&self) -> f64 {
+        1e9
+    }
+}
+
 /// The picture, dispatches of the pass that composites it, and how often vectors were halved.
 fn light(scene: &Scene, most_turns: Option<u64>) -> Option<(Light, u32, u32)> {
+    light_at(scene, SIZE, most_turns)
+}
+
+fn light_at(scene: &Scene, size: [u32; 2], most_turns: Option<u64>) -> Option<(Light, u32, u32)> {
     let mut context = context(Wishes::default())?;
     context.most_turns = most_turns;
     let mut drawer = Drawer::new(Renderer::new(context));
     drawer.renderer.time_passes().expect("it times");
-    let (light, how) = drawn(&mut drawer, scene, SIZE, Rung::Full);
-    let composites = ["composite_vectors", "reconstruct_slabs"];
+    drawer.prepare(scene, &Ticket::new()).expect("prepared");
+    let how = drawer.draw(scene, size, Rung::Full, &mut Patient).expect("drawn");
+    let light = wide(&drawer.renderer.read_light().expect("read back"));
+    let composites = ["composite_vectors", "reconstruct_slabs", "gather_kernels"];
     let passes = drawer.renderer.times().iter().filter(|pass| composites.contains(&pass.name));
     Some((light, passes.map(|pass| pass.runs).sum(), how.vectors_halved))
 }
@@ -110,7 +132,7 @@ fn what_lies_among_a_field_and_vectors_keeps_its_place_in_parts() {
     is_the_same("cut, sliced, with a level", &opened, 600, 4);
     is_the_same("the same, back to front", &back_to_front(opened.clone()), 600, 4);
     for (name, mut scene) in [("polygons", beside), ("polygons and all else", opened)] {
-        scene.splat.slabs_per_voxel = 8.0;
+        scene.splat.slabs_per_voxel = 12.0;
         scene.polygons = vec![layer(squares(&scene, 3, &[-1.1, -0.3, 0.17, 0.9]), 0.4)];
         is_the_same(name, &scene, 1500, 4);
         is_the_same(&format!("{name}, back to front"), &back_to_front(scene), 1500, 4);
@@ -136,4 +158,45 @@ fn a_field_of_very_many_slabs_has_its_vectors() {
     let expected = expected(&scene, SIZE);
     print_measured("very many slabs", &found, &expected);
     assert_eq!(fault(&found, &expected, CLOSE), None);
+}
+
+/// Room is kept for some tiles, and a picture of more is drawn in several ranges of them.
+#[test]
+fn more_tiles_than_are_kept_at_a_time_lose_nothing() {
+    const LARGE: [u32; 2] = [140, 140];
+    let beside = with(alone(), |layer| layer.alone = false);
+    let mut among = beside.clone();
+    among.splat = SplatSettings { order: Order::FrontToBack, ..SplatSettings::SHADE_FIRST };
+    among.splat.kernel = Kernel::Cubic;
+    for (name, scene, turns) in
+        [("alone", alone(), 100), ("beside a field", beside, 100), ("among samples", among, 1100)]
+    {
+        let (Some((whole, ..)), Some((parts, runs, _))) =
+            (light_at(&scene, LARGE, None), light_at(&scene, LARGE, Some(turns)))
+        else {
+            return;
+        };
+        assert!(runs > 4, "{name}: {runs} dispatches");
+        let apart = Difference::between(&whole, &parts).expect("comparable").max_abs;
+        assert_eq!(apart, 0.0, "{name} of many tiles");
+    }
+}
+
+/// What did not do in one dispatch is not tried again in one while lists and view are the same.
+#[test]
+fn an_animated_picture_in_parts_is_begun_once() {
+    let Some(mut context) = context(Wishes::default()) else { return };
+    context.most_turns = Some(120);
+    let mut drawer = Drawer::new(Renderer::new(context));
+    drawer.renderer.time_passes().expect("it times");
+    let still = alone();
+    let mut passes = |phase: f64| {
+        let scene = with(still.clone(), |layer| layer.phase = phase);
+        drawn(&mut drawer, &scene, SIZE, Rung::Full);
+        let times = drawer.renderer.times().iter();
+        times.map(|pass| (pass.name, pass.runs)).collect::<Vec<_>>()
+    };
+    passes(0.1);
+    let again = passes(0.2);
+    assert!(matches!(again[..], [("composite_vectors", 2..)]), "{again:?}");
 }
