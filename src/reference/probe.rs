@@ -48,6 +48,7 @@ pub struct Point {
 
 /// What a ray sees.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[expect(clippy::large_enum_variant, reason = "one for each question")]
 pub enum Seen {
     /// It passes by what is kept of the volume; where values are projected, by all that has any.
     Beside,
@@ -137,9 +138,11 @@ impl Probe {
             beside: &[],
         };
         let found = match opening.projects() {
-            Some(along) => self.extreme(&index, along, part.ends),
+            Some(along) => self.extreme(&index, along, part.ends).ok_or(Seen::Beside),
             None => {
-                self.first_seen((&classes, scene.transfer.no_data.shows()), shade, &part, share)
+                let classes = (&classes, scene.transfer.no_data.shows());
+                let found = self.first_seen(classes, shade, &part, share);
+                found.map_err(|gathered| Seen::TooLittle { gathered })
             }
         };
         let (t, met) = match found {
@@ -172,20 +175,20 @@ impl Probe {
     }
 
     /// Where a part of a ray has its greatest or its least value.
-    fn extreme(&self, index: &Line, along: AlongRay, ends: [f64; 2]) -> Result<(f64, Met), Seen> {
+    fn extreme(&self, index: &Line, along: AlongRay, ends: [f64; 2]) -> Option<(f64, Met)> {
         let met = if along == AlongRay::Maximum { Met::Maximum } else { Met::Minimum };
         let found = projection::extreme(&self.field, index, along, ends);
-        found.map(|found| (found.t, met)).ok_or(Seen::Beside)
+        found.map(|found| (found.t, met))
     }
 
-    /// Where a part of a ray first has gathered so much, and in or on what.
+    /// Where a part of a ray first has gathered so much, and in or on what; else all that it gathers.
     fn first_seen(
         &self,
         (classes, shows_holes): (&Classes, bool),
         shade: RayShader<'_>,
         part: &Part,
         share: f64,
-    ) -> Result<(f64, Met), Seen> {
+    ) -> Result<(f64, Met), f64> {
         let [a, b] = part.ends;
         let visible =
             self.field.bricks_where(shows_holes, |low, high| !classes.is_clear(low, high));
@@ -225,7 +228,7 @@ impl Probe {
         if let Some(found) = meet(&mut light, f64::INFINITY) {
             return Ok(found);
         }
-        Err(Seen::TooLittle { gathered: 1.0 - light.transmittance })
+        Err(1.0 - light.transmittance)
     }
 
     /// The parts of a ray within one brick each and between two surfaces, in their order.
@@ -567,7 +570,7 @@ mod tests {
         let origin = lattice().index_from_world(DVec3::ZERO);
         assert!((off - origin).abs().max_element() <= 1.0 + 1e-9, "within half a step of it");
         // The same where each point is told by itself, but beyond half a step of the grid none.
-        let layer = scene.vectors.clone().unwrap();
+        let layer = scene.vectors.unwrap();
         let places = &layer.field.places;
         let count = 13 * 13 * 16;
         let points = crate::volume::Places::Points {

@@ -100,7 +100,7 @@ fn vectors_beside_a_field_are_the_same_in_parts() {
     // Where rays meet no field, too.
     let wide = Lattice { origin: DVec3::new(-3.0, 1.0, -2.0), ..Lattice::unit([7, 3, 6]) };
     let other = field(Places::Lattice(wide), 9);
-    let around = with(beside.clone(), |layer| {
+    let around = with(beside, |layer| {
         layer.settings = settings(&other);
         layer.field = other;
     });
