@@ -431,14 +431,6 @@ mod tests {
         assert_eq!(alone[0], all[0]);
         assert!((6..12).contains(&alone.len()), "{}", alone.len());
         assert!(alone.iter().all(|s| s.splat.classify == Classify::PreIntegrated));
-        scene.vectors = None;
-        let corners = vec![glam::Vec3::ZERO, glam::Vec3::X, glam::Vec3::Y];
-        let mesh =
-            crate::polygons::Mesh::new("m", corners, vec![], vec![], vec![[0, 1, 2]]).unwrap();
-        scene.polygons = vec![PolygonLayer::new(std::sync::Arc::new(mesh))];
-        assert_eq!(candidates_of(&scene), beside);
-        scene.polygons[0].is_shown = false;
-        assert_eq!(candidates_of(&scene), all);
     }
 
     #[test]

@@ -529,7 +529,11 @@ impl Shader {
         let (mut groups, mut have_own_names) = (0, false);
         let numbered = self.pieces.iter().map(|piece| {
             groups += u32::from(piece.contains(OWN_GROUP));
-            let numbered = piece.replace(OWN_GROUP, &format!("@group({groups})"));
+            let mut numbered = piece.replace(OWN_GROUP, &format!("@group({groups})"));
+            if self.name == COMPOSITE_VECTORS.name && (*piece == PARTS || *piece == WHOLE) {
+                // Bindings count up, and few are before it there.
+                numbered = numbered.replace("@binding(8)", "@binding(2)");
+            }
             have_own_names |= *piece == MARKS_OWN;
             if have_own_names { with_own_names(&numbered) } else { numbered }
         });

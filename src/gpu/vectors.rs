@@ -512,14 +512,13 @@ impl Renderer {
         let pipeline = self.pipelines.vectors(&self.context, variant, format).clone();
         let kept = self.kept.buffer().filter(|_| variant.in_parts);
         let totals = kept.unwrap_or(self.slabs[0].capped());
-        // See `shaders/lib/parts.wgsl`.
         let bound = [
-            (0, vectors.tiles.as_entire_binding()),
-            (1, wgpu::BindingResource::TextureView(&light)),
-            (8, totals.as_entire_binding()),
+            vectors.tiles.as_entire_binding(),
+            wgpu::BindingResource::TextureView(&light),
+            totals.as_entire_binding(),
         ];
-        let entries: Vec<wgpu::BindGroupEntry<'_>> = bound
-            .into_iter()
+        let entries: Vec<wgpu::BindGroupEntry<'_>> = (0_u32..)
+            .zip(bound)
             .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })
             .collect();
         let group = self.context.device.create_bind_group(&wgpu::BindGroupDescriptor {
