@@ -10,6 +10,16 @@ const LOOK_EVERY: u32 = 4u;
 // Least depth of three slabs together, in slabs, for all three to be whole: at the borders of the
 // lattice they are clipped.
 const WHOLE_SLABS: f32 = 2.99;
+// Places of a pixel in what is kept between dispatches: its light and its vectors'.
+const PLACES: u32 = SLOTS + VECTOR_PLACES;
+// Where, in the last place of its light, stands what is laid down.
+const PASSED_PART: u32 = 4u;
+// Rays wait for the next dispatch where the splats in one are too many.
+const PAUSES: bool = VECTORS && IN_PARTS;
+
+fn most_vector_turns() -> u32 {
+    return slabs.part.w >> 2u;
+}
 
 // Whether small things lie in the pixel, that a single ray may miss.
 var<private> seeks_specks: bool;
@@ -90,12 +100,22 @@ fn ray(screen: vec2<f32>, pixel: vec2<u32>, slot: u32) -> vec4<f32> {
         }
         k = bitcast<i32>(place.w) >> 2u;
         have = i32(place.w & 3u);
-        if SURFACES {
+        if SURFACES && !VECTORS {
             let faces = vec3<f32>(clamp(f32(k) * step, enter, leave), t_far, t_near);
             met.done = faces[min(have, 2)];
             if POLYGONS && !misses {
                 skip_polygons(&met, met.done);
             }
+        }
+        if VECTORS {
+            let passed = kept(slot + SLOTS - 1u, PASSED_PART);
+            met.polygons = with_cursor(met.polygons, passed.xy);
+            met.done = bitcast<f32>(passed.z);
+            var words: array<vec4<u32>, 5>;
+            for (var i = 0u; i < 5u; i++) {
+                words[i] = kept(slot + SLOTS, i);
+            }
+            vector_state = with_words(vector_state, words);
         }
         if SHADED {
             // Rather than kept: found again.
@@ -105,7 +125,7 @@ fn ray(screen: vec2<f32>, pixel: vec2<u32>, slot: u32) -> vec4<f32> {
             }
         }
         remaining = select(last - k, k - first, back_to_front) + ahead;
-        if POLYGONS && misses {
+        if (VECTORS || POLYGONS) && misses {
             remaining = -1;
         }
     }
@@ -164,6 +184,8 @@ fn ray(screen: vec2<f32>, pixel: vec2<u32>, slot: u32) -> vec4<f32> {
                 from_t = t;
                 to_t = clamp(f32(k + way) * step, enter, leave);
             }
+            // What this turn would lose.
+            let lost = vec3<f32>(u_before, t_before, width_near);
             let here_t = select(t, 0.5 * (from_t + to_t), classify_middle);
             let here = face(select(origin + direction * here_t, vec3<f32>(0.0), is_behind));
             if classify_middle {
@@ -239,10 +261,30 @@ fn ray(screen: vec2<f32>, pixel: vec2<u32>, slot: u32) -> vec4<f32> {
             let length = stretch * abs(to_t - from_t);
             let slab = select(i32(floor(0.5 * (from_t + to_t) / step)), EVERY_SLAB, is_behind);
             let beside = vectors_in(&vector_state, &light, &met, slab, screen);
+            if PAUSES && (vector_state.is_late || is_behind) {
+                // This turn begins anew in the next dispatch, or has nothing of the field.
+                k -= way;
+                remaining += 1;
+                if !classify_middle {
+                    width_far = width_near;
+                    width_near = lost.z;
+                    u_far = u_near;
+                    u_near = u_before;
+                    u_before = lost.x;
+                    t_far = t_near;
+                    t_near = t_before;
+                    t_before = lost.y;
+                    have -= 1;
+                }
+                break;
+            }
             if is_behind {
                 continue;
             }
             lay(&light, &met, found, length, vec2<f32>(from_t, to_t), beside);
+        }
+        if PAUSES && vector_state.is_late {
+            break;
         }
     }
     if SURFACES {
@@ -250,8 +292,9 @@ fn ray(screen: vec2<f32>, pixel: vec2<u32>, slot: u32) -> vec4<f32> {
         let end = select(select(leave, enter, back_to_front), beyond, POLYGONS);
         let faces = vec3<f32>(clamp(f32(k) * step, enter, leave), t_far, t_near);
         let goes_on = IN_PARTS && (slabs.part.w & 2u) == 0u;
-        // Where there is no slab, all are laid down in the end.
-        let next = select(faces[min(have, 2)], -beyond, POLYGONS && misses);
+        // Where there is no slab, all are laid down in the end; and so are those among vectors that are
+        // still to come.
+        let next = select(faces[min(have, 2)], -beyond, VECTORS || (POLYGONS && misses));
         lay_until(&light, &met, select(end, next, goes_on));
     }
     if IN_PARTS && (slabs.part.w & 2u) == 0u {
@@ -261,6 +304,16 @@ fn ray(screen: vec2<f32>, pixel: vec2<u32>, slot: u32) -> vec4<f32> {
         keep(slot, 1u, bitcast<vec4<u32>>(values));
         let depths = bitcast<vec3<u32>>(vec3<f32>(before.y, t_near, t_far));
         keep(slot, 2u, vec4<u32>(depths, bitcast<u32>(k << 2u) | u32(min(have, 2))));
+        if VECTORS {
+            let passed = vec4<u32>(cursor_of(met.polygons), bitcast<u32>(met.done), 0u);
+            keep(slot + SLOTS - 1u, PASSED_PART, passed);
+            var words = words_of(vector_state);
+            for (var i = 0u; i < 5u; i++) {
+                keep(slot + SLOTS, i, words[i]);
+            }
+            let is_left = remaining >= 0 || has_vectors_left(vector_state);
+            note_waiting(is_left && left_of(light) >= slabs.picture.w);
+        }
         return vec4<f32>(0.0);
     }
     return light_of(light);
@@ -285,7 +338,7 @@ fn reconstruct_slabs(
     var sum = vec4<f32>(0.0);
     var i = 0u;
     var end = side * side;
-    let slot = SLOTS * ((within * TILE + local.y) * TILE + local.x);
+    let slot = PLACES * ((within * TILE + local.y) * TILE + local.x);
     if IN_PARTS {
         i = slabs.part.x;
         end = slabs.part.y;

@@ -8,6 +8,15 @@ fn met_alone(pixel: vec2<u32>) -> Met {
     return Met(polygon_ray(pixel, vec2<f32>(-1e30, 1e30)));
 }
 
+// What is kept of it between dispatches.
+fn passed_of(met: Met) -> vec2<u32> {
+    return cursor_of(met.polygons);
+}
+
+fn with_passed(met: Met, passed: vec2<u32>) -> Met {
+    return Met(with_cursor(met.polygons, passed));
+}
+
 // Lays a slab down, and the polygons up to where it ends. It is as dense everywhere.
 fn lay_vectors(
     light: ptr<function, Gathered>,
@@ -35,4 +44,9 @@ fn lay_vectors(
 fn lay_rest(light: ptr<function, Gathered>, met: ptr<function, Met>) {
     let end = select(3e38, -3e38, back_to_front);
     lay_vectors(light, met, vec4<f32>(0.0), vec2<f32>(end, end));
+}
+
+// Turns of loops that it takes, beside those of what lies in it (gpu::turns).
+fn turns_of_slab() -> u32 {
+    return 4u;
 }

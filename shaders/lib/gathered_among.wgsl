@@ -17,6 +17,16 @@ const CURSOR_PART: u32 = 4u;
 // Polygons so near behind a slice count as before it: rounding must not decide, pixel by pixel.
 const SLICE_TIE: f32 = 0.00390625;
 const BEYOND_ALL: f32 = 3e38;
+// Slices and layers of kernels are few enough in a part for what vectors have there to go with them.
+const PAUSES: bool = false;
+
+fn most_vector_turns() -> u32 {
+    return 0u;
+}
+
+fn turns_of_slab() -> u32 {
+    return 0u;
+}
 
 struct Met {
     polygons: PolygonRay,

@@ -47,3 +47,8 @@ fn lay_vectors(
 ) {
     composite(light, sum.rgb / max(sum.a, 1e-30), sum.a);
 }
+
+// Turns of loops that it takes, beside those of what lies in it (gpu::turns).
+fn turns_of_slab() -> u32 {
+    return 1u;
+}

@@ -5,11 +5,11 @@ const VECTOR_PLACES: u32 = 0u;
 const EVERY_SLAB: i32 = 0;
 
 struct VectorRay {
-    nothing: u32,
+    is_late: bool,
 }
 
 fn vector_ray(pixel: vec2<u32>, kept: vec2<f32>) -> VectorRay {
-    return VectorRay(0u);
+    return VectorRay(false);
 }
 
 fn vectors_thickness() -> f32 {
@@ -22,6 +22,10 @@ fn words_of(ray: VectorRay) -> array<vec4<u32>, 5> {
 
 fn with_words(ray: VectorRay, words: array<vec4<u32>, 5>) -> VectorRay {
     return ray;
+}
+
+fn has_vectors_left(ray: VectorRay) -> bool {
+    return false;
 }
 
 fn vectors_in(

@@ -7,8 +7,9 @@ const IN_PARTS: bool = true;
 const KEPT_VEC4S: u32 = 5u;
 
 struct Totals {
-    // Word 1: invocations whose loops were ended. Words 2 and 3: sums of opacity that were capped, low word first.
-    counts: array<atomic<u32>, 4>,
+    // Word 1: invocations whose loops were ended. Words 2 and 3: sums of opacity that were capped, low word
+    // first. Word 4: rays among vectors that wait for another dispatch.
+    counts: array<atomic<u32>, 8>,
     rays: array<vec4<u32>>,
 }
 
@@ -20,4 +21,10 @@ fn kept(slot: u32, part: u32) -> vec4<u32> {
 
 fn keep(slot: u32, part: u32, value: vec4<u32>) {
     totals.rays[KEPT_VEC4S * slot + part] = value;
+}
+
+fn note_waiting(waits: bool) {
+    if waits {
+        atomicAdd(&totals.counts[4], 1u);
+    }
 }

@@ -73,3 +73,8 @@ fn lay_vectors(
 ) {
     lay(light, met, Halves(vec4<f32>(0.0), vec4<f32>(0.0)), 0.0, ends, sum);
 }
+
+// Turns of loops that it takes, beside those of what lies in it (gpu::turns).
+fn turns_of_slab() -> u32 {
+    return surface_count() + 6u;
+}

@@ -25,13 +25,18 @@ const FORESHORTENINGS: u32 = 12u;
 const LEAST_AMOUNT: f32 = 1e-7;
 // No slab of any volume.
 const EVERY_SLAB: i32 = 0x3fffffff;
+// Turns of loops that an entry takes, and a layer beside them (gpu::turns): a loop's last look turns the loops
+// within it once more.
+const TURNS_OF_ENTRY: u32 = 6u;
+const TURNS_OF_LAYER: u32 = 8u;
 
 struct VectorRay {
     // The next entry of the list, and the one after its last.
     entry: u32,
     end: u32,
     // Slabs in the order of compositing: the first of the layer that was summed up, the next to be
-    // composited, and the one after its last.
+    // composited, and the one after its last; the first again where some of the layer is still to be
+    // summed up, in the next dispatch.
     begin: i32,
     next: i32,
     after: i32,
@@ -42,6 +47,9 @@ struct VectorRay {
     slab1: vec4<f32>,
     slab2: vec4<f32>,
     slab3: vec4<f32>,
+    // Turns of its loops in this dispatch, and whether it waits for the next one.
+    turns: u32,
+    is_late: bool,
 }
 
 fn vector_ray(pixel: vec2<u32>, kept: vec2<f32>) -> VectorRay {
@@ -50,7 +58,7 @@ fn vector_ray(pixel: vec2<u32>, kept: vec2<f32>) -> VectorRay {
     let none = vec4<f32>(0.0);
     // Of nothing, one place.
     let kept_ends = vec2<f32>(kept.x, max(kept.x, kept.y));
-    return VectorRay(range.x, range.y, 0, 0, 0, kept_ends, none, none, none, none);
+    return VectorRay(range.x, range.y, 0, 0, 0, kept_ends, none, none, none, none, 0u, false);
 }
 
 // Of a slab, pixels of view depth.
@@ -82,7 +90,14 @@ fn with_words(ray: VectorRay, words: array<vec4<u32>, 5>) -> VectorRay {
         bitcast<vec4<f32>>(words[1]),
         bitcast<vec4<f32>>(words[2]),
         bitcast<vec4<f32>>(words[3]),
+        0u,
+        false,
     );
+}
+
+// Whether any of it is still to be composited.
+fn has_vectors_left(ray: VectorRay) -> bool {
+    return ray.next < ray.after || ray.entry < ray.end;
 }
 
 // Intensity of the marks at a place of the window, -1 to 1; and what that does to a colour (`Marks::light`).
@@ -130,8 +145,9 @@ fn mark_at(place: vec2<f32>, word: u32, second: bool) -> vec2<f32> {
     return vec2<f32>(mark, mark + lost * (1.0 - mark));
 }
 
-// Sums up the splats of the layer that the list comes to.
-fn sum_layer(ray: ptr<function, VectorRay>, screen: vec2<f32>, nearest: f32, slant: f32) {
+// Sums up the splats of the layer that the list comes to, or some more of them; whether these were the
+// last.
+fn sum_layer(ray: ptr<function, VectorRay>, screen: vec2<f32>, nearest: f32, slant: f32) -> bool {
     let mask = (1u << vectors.flags.w) - 1u;
     let own = vector_keys[(*ray).entry] & mask;
     let thickness = vectors.depth.y;
@@ -139,10 +155,23 @@ fn sum_layer(ray: ptr<function, VectorRay>, screen: vec2<f32>, nearest: f32, sla
     var sum1 = vec4<f32>(0.0);
     var sum2 = vec4<f32>(0.0);
     var sum3 = vec4<f32>(0.0);
+    if PAUSES && (*ray).after == (*ray).begin {
+        // With what the dispatch before has summed up of it.
+        sum0 = select((*ray).slab0, (*ray).slab3, back_to_front);
+        sum1 = select((*ray).slab1, (*ray).slab2, back_to_front);
+        sum2 = select((*ray).slab2, (*ray).slab1, back_to_front);
+        sum3 = select((*ray).slab3, (*ray).slab0, back_to_front);
+    }
     var entry = (*ray).entry;
     while entry < (*ray).end {
         if (vector_keys[entry] & mask) != own {
             break;
+        }
+        if PAUSES {
+            if (*ray).turns >= most_vector_turns() {
+                break;
+            }
+            (*ray).turns += TURNS_OF_ENTRY;
         }
         let splat = vector_words[entry];
         let at = 4u * splat;
@@ -205,6 +234,8 @@ fn sum_layer(ray: ptr<function, VectorRay>, screen: vec2<f32>, nearest: f32, sla
     (*ray).slab1 = select(sum1, sum2, back_to_front);
     (*ray).slab2 = select(sum2, sum1, back_to_front);
     (*ray).slab3 = select(sum3, sum0, back_to_front);
+    let last = max((*ray).end, 1u) - 1u;
+    return entry >= (*ray).end || (vector_keys[min(entry, last)] & mask) != own;
 }
 
 fn slab_sum(ray: ptr<function, VectorRay>, slab: i32) -> vec4<f32> {
@@ -223,6 +254,7 @@ fn slab_ends(slab: i32) -> vec2<f32> {
 
 // Composites every slab of vectors before one, and returns what they give that one: emission and
 // matter. Slabs are counted from the front, beginning at the lattice's centre; EVERY_SLAB is after all.
+// Where a ray may pause (PAUSES) and has had its turns, it is late, and gives nothing yet.
 fn vectors_in(
     ray: ptr<function, VectorRay>,
     light: ptr<function, Gathered>,
@@ -235,8 +267,12 @@ fn vectors_in(
     let until = select(slab, select(-slab, EVERY_SLAB, slab == EVERY_SLAB), back_to_front);
     let last = vectors.layers.y - 1;
     let slant = length(vec3<f32>(screen * frame_growth(), 1.0));
+    (*ray).is_late = false;
     while left_of(*light) >= vectors.depth.z {
         for (; (*ray).next < min(until, (*ray).after); (*ray).next++) {
+            if PAUSES {
+                (*ray).turns += turns_of_slab();
+            }
             let sum = slab_sum(ray, (*ray).next);
             let ends = slab_ends((*ray).next);
             lay_vectors(light, met, sum, clamp(ends, (*ray).kept.xx, (*ray).kept.yy));
@@ -251,10 +287,19 @@ fn vectors_in(
         if begin > until {
             break;
         }
-        sum_layer(ray, screen, f32(nearest) * vectors.depth.y, slant);
+        if PAUSES {
+            (*ray).is_late = (*ray).turns >= most_vector_turns();
+            if (*ray).is_late {
+                break;
+            }
+        }
+        let is_whole = sum_layer(ray, screen, f32(nearest) * vectors.depth.y, slant);
+        if PAUSES {
+            (*ray).turns += TURNS_OF_LAYER;
+        }
         (*ray).begin = begin;
         (*ray).next = begin;
-        (*ray).after = begin + LAYER_SLABS;
+        (*ray).after = select(begin, begin + LAYER_SLABS, is_whole || !PAUSES);
     }
     var found = vec4<f32>(0.0);
     if (*ray).next == until && until < (*ray).after {

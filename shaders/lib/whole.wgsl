@@ -14,3 +14,5 @@ fn kept(slot: u32, part: u32) -> vec4<u32> {
 }
 
 fn keep(slot: u32, part: u32, value: vec4<u32>) {}
+
+fn note_waiting(waits: bool) {}

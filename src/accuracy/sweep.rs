@@ -4,7 +4,8 @@ use serde::Serialize;
 
 use crate::kernel::Kernel;
 use crate::scene::{
-    Classify, ModeChoice, ModeError, OpacityModel, Reconstruction, SplatSettings, Visibility,
+    Classify, ModeChoice, ModeError, OpacityModel, PolygonLayer, Reconstruction, Scene,
+    SplatSettings, Visibility,
 };
 
 /// What of a scene is drawn.
@@ -214,6 +215,26 @@ pub fn candidates(current: &SplatSettings) -> Vec<Setting> {
     list
 }
 
+/// What is compared for a scene: of [`candidates`] those that show all of it. Octree cuts, and kernels that
+/// only triangles draw, have nothing beside the field; and of vectors alone kernels and modes of the field
+/// change nothing.
+pub fn candidates_of(scene: &Scene) -> Vec<Setting> {
+    let mut list = candidates(&scene.splat);
+    let is_shown = |layer: &PolygonLayer| layer.is_shown && layer.opacity > 0.0;
+    if scene.hides_field() {
+        let of_slabs = |splat: &SplatSettings| exact_mode(&scene.splat, splat.slabs_per_voxel);
+        list.retain(|setting| {
+            let is_own = setting.splat == scene.splat;
+            setting.detail == Detail::Full && (is_own || setting.splat == of_slabs(&setting.splat))
+        });
+    } else if scene.vectors.is_some() || scene.polygons.iter().any(is_shown) {
+        list.retain(|setting| {
+            setting.detail == Detail::Full && setting.splat.lacks_room_for_others().is_none()
+        });
+    }
+    list
+}
+
 /// Error at sampled pixels, against the exact integral.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct SampledError {
@@ -382,6 +403,34 @@ mod tests {
             assert!(list.iter().filter(|s| s.detail != Detail::Full).count() >= 4);
             assert!(list.iter().any(|s| s.scale == 0.5) && list.iter().any(|s| s.scale == 0.25));
         }
+    }
+
+    /// Nothing is measured that leaves out what a scene shows, or differs by what it does not.
+    #[test]
+    fn candidates_of_a_scene_show_all_of_it() {
+        let lattice = crate::volume::Lattice::unit([2; 3]);
+        let samples = crate::volume::Samples::UInt8(vec![1; 8]);
+        let volume = crate::volume::ScalarVolume::from_samples("t", lattice, samples).unwrap();
+        let mut scene = crate::scene::opening(std::sync::Arc::new(volume), None);
+        scene.splat = SplatSettings::EXACT;
+        let all = candidates(&scene.splat);
+        assert_eq!(candidates_of(&scene), all);
+        let vectors = vec![glam::Vec3::X; 8].into();
+        let places = crate::volume::Places::Lattice(lattice);
+        let ticket = crate::core::Ticket::new();
+        let field = crate::volume::VectorField::new("v", places, vectors, &ticket).unwrap();
+        let layer = crate::scene::VectorLayer::new(std::sync::Arc::new(field), false);
+        scene.vectors = Some(layer);
+        let beside = candidates_of(&scene);
+        assert!(beside.len() > 30 && beside.len() < all.len(), "{}", beside.len());
+        assert!(
+            beside.iter().all(|s| s.detail == Detail::Full && s.splat.kernel != Kernel::Gouraud)
+        );
+        scene.vectors.as_mut().unwrap().alone = true;
+        let alone = candidates_of(&scene);
+        assert_eq!(alone[0], all[0]);
+        assert!((6..12).contains(&alone.len()), "{}", alone.len());
+        assert!(alone.iter().all(|s| s.splat.classify == Classify::PreIntegrated));
     }
 
     #[test]

@@ -34,20 +34,6 @@ impl Window {
             ui.label("Open a volume first: there is nothing to measure yet");
             return;
         };
-        if scene.vectors.is_some() {
-            ui.label(
-                "The chart measures scalar fields, not vectors: choose None under Vectors in the side \
-                 panel to measure",
-            );
-            return;
-        }
-        if scene.has_polygons() {
-            ui.label(
-                "The chart measures scalar fields without polygons: hide them under Polygons in the side \
-                 panel to measure",
-            );
-            return;
-        }
         let (points, is_old) = self.measuring.points();
         let state = self.measuring.state();
         let second = modes::with_unit_distance_of(self.compare.second, &scene.splat);
@@ -176,10 +162,10 @@ impl Window {
         let idle = matches!(drawer.state(), EngineState::Idle);
         let waiting = self.compare.is_waiting(finished.as_ref());
         let now = Now {
-            // What is true of vectors is not in the reference of whole views, and other modes have no
-            // polygons.
-            open: self.accuracy.open && scene.vectors.is_none() && !scene.has_polygons(),
+            open: self.accuracy.open,
+            // Marks that move make another picture each time.
             quiet: finished.is_some()
+                && (scene.vectors.is_none() || !self.vectors.clock.is_running())
                 && idle
                 && !waiting
                 && !self.effects.is_measuring()

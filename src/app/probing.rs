@@ -9,7 +9,7 @@ use glam::DVec3;
 use super::viewport::PixelArea;
 use super::{theme, words};
 use crate::scene::{AlongRay, Scene, axis_letters};
-use crate::task::probe::{Answer, FIRST_SEEN, Look, Met, Point, Prober, Seen};
+use crate::task::probe::{Answer, FIRST_SEEN, Look, Met, Point, ProbedVector, Prober, Seen};
 
 /// Distance of the words from the viewport's left and top edges, and around them, points.
 const INSET: f32 = 12.0;
@@ -83,11 +83,6 @@ impl Probing {
         if let Some(answer) = prober.take() {
             self.answer = Some(answer);
         }
-        if scene.vectors.as_ref().is_some_and(|layer| layer.alone) {
-            self.asked = None;
-            says(ui, room, &[("Probe", "Only vectors are shown: none of the field is".to_owned())]);
-            return;
-        }
         let pointer = viewport.hover_pos().filter(|_| rests && !viewport.dragged());
         let Some(pointer) = pointer else {
             self.asked = None;
@@ -96,8 +91,11 @@ impl Probing {
             return;
         };
         let pixel = pixel_under(pointer, area);
-        // Of the scalar field: vectors in it may move, and would be asked about in every pass.
-        let scene = Scene { vectors: None, ..scene.clone() };
+        // Marks may move, and would be asked about in every pass; vectors stay where they are.
+        let mut scene = scene.clone();
+        if let Some(layer) = &mut scene.vectors {
+            layer.phase = 0.0;
+        }
         let volume = std::sync::Arc::clone(&scene.volume);
         let look = Look { scene, size: area.size, pixel, share: FIRST_SEEN };
         if !self.asked.as_ref().is_some_and(|asked| asked.is_same(&look)) {
@@ -148,17 +146,26 @@ pub fn answer_words(answer: &Answer, space: Option<&str>) -> Vec<(&'static str, 
         )),
         Ok(Seen::Point(point)) => {
             let unit = words::value(answer.look.scene.opacity_unit_distance());
-            let Point { met, world, index, value, gradient, opacity } = *point;
+            let Point { met, world, index, value, gradient, opacity, vectors } = *point;
             let gathered = percent(answer.look.share);
-            vec![
-                ("World", named(world, axis_letters(space))),
-                ("Index", named(index, ["i", "j", "k"])),
-                ("Value", words::value(value)),
-                ("Gradient", format!("{} a unit", words::value(gradient.length()))),
-                ("", named(gradient, axis_letters(space))),
-                ("Opacity", format!("{} in {unit} units", percent(opacity))),
-                ("", met_words(met, &gathered)),
-            ]
+            let mut rows = vec![("World", named(world, axis_letters(space)))];
+            if !answer.look.scene.hides_field() {
+                rows.extend([
+                    ("Index", named(index, ["i", "j", "k"])),
+                    ("Value", words::value(value)),
+                    ("Gradient", format!("{} a unit", words::value(gradient.length()))),
+                    ("", named(gradient, axis_letters(space))),
+                    ("Opacity", format!("{} in {unit} units", percent(opacity))),
+                ]);
+            }
+            rows.push(("", met_words(met, &gathered)));
+            for ProbedVector { index, vector, length, .. } in vectors.into_iter().flatten() {
+                let [i, j, k] = index;
+                let length = words::value(length);
+                rows.push(("Vector", format!("{length} long, nearest at i {i}   j {j}   k {k}")));
+                rows.push(("", named(vector, axis_letters(space))));
+            }
+            rows
         }
     }
 }
@@ -172,6 +179,9 @@ fn met_words(met: Met, gathered: &str) -> String {
         Met::Slice => where_gathered("On a slice, where"),
         Met::Isosurface => where_gathered("On an isosurface, where"),
         Met::Polygon => where_gathered("On a polygon, where"),
+        Met::Vectors => {
+            where_gathered("Among vectors, each as dense about it as it is opaque, where")
+        }
         Met::Maximum => "The greatest value along the ray".to_owned(),
         Met::Minimum => "The least value along the ray".to_owned(),
     }

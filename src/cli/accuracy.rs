@@ -4,6 +4,7 @@ use std::io::{IsTerminal, Write};
 
 use super::flags::AccuracyFlags;
 use super::plot;
+use super::render::refuse_among_triangles;
 use super::report::Report;
 use super::{Destination, Failure, note, open, refuse_one_place};
 use crate::core::Ticket;
@@ -32,6 +33,8 @@ pub(super) fn run(flags: &AccuracyFlags) -> Result<(), Failure> {
     }
     let splat = flags.mode.resolve().map_err(|error| Failure::Usage(error.to_string()))?;
     let splat = SplatSettings { cut: flags.cut.settings(), ..splat };
+    refuse_among_triangles(&splat, &flags.vectors, &flags.polygons, &flags.flow)?;
+    flags.vectors.refuse_loop("accuracy")?;
     let plot = flags.plot.as_deref();
     open::check_name(&flags.input.file)?;
     refuse_one_place(&[
@@ -40,6 +43,12 @@ pub(super) fn run(flags: &AccuracyFlags) -> Result<(), Failure> {
         ("--output", Some(&flags.output)),
         ("--plot", plot),
     ])?;
+    for mesh in &flags.polygons.mesh {
+        let written = [("--output", Some(flags.output.as_path())), ("--plot", plot)];
+        for place in written {
+            refuse_one_place(&[("--mesh", Some(mesh.path())), place])?;
+        }
+    }
     // A sweep takes minutes: places that cannot be written to are found before it.
     let table_to = Destination::check(&flags.output, "the table")?;
     let plot_to = plot.map(|path| Destination::file(path, "the plot")).transpose()?;
@@ -48,6 +57,17 @@ pub(super) fn run(flags: &AccuracyFlags) -> Result<(), Failure> {
         note(warning);
     }
     let scene = open::scene(&input, &flags.scene, splat)?;
+    let mut asked = flags.vectors.clone();
+    if asked.named().is_none() && !asked.vectors_only {
+        // It chooses pixels, too.
+        asked.look.seed = None;
+    }
+    let mut vectors = asked.layer(&input, &scene, true)?;
+    let flow = flags.flow.layers(&mut vectors)?;
+    let mut polygons = flags.polygons.layers()?;
+    polygons.extend(flow);
+    let scene = Scene { vectors, polygons, ..scene };
+    scene.check_polygons().map_err(|error| Failure::Usage(error.to_string()))?;
     if !scene.shading.is_plain() {
         note(
             "triangles (--backend raster, --kernel gouraud) show no regions by gradient strength: their \
@@ -56,7 +76,7 @@ pub(super) fn run(flags: &AccuracyFlags) -> Result<(), Failure> {
     }
     let options = SweepOptions {
         pixels: flags.pixels as usize,
-        seed: flags.seed,
+        seed: flags.vectors.look.seed.unwrap_or(1),
         repeat: flags.repeat,
         most_slabs: flags.max_slabs,
         ..SweepOptions::new(&scene)

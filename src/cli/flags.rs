@@ -49,6 +49,9 @@ Mode: the other flags of that list describe one way of drawing, which is measure
 the table and the chart beside the rest; without them it is the mode of `render` without flags. The
 rest does not follow them. It is always the same some fifty ways: kernels, visibility, classification,
 reconstruction, opacity models, 1/2 to 4 slabs per voxel, octree cuts, and smaller pictures enlarged.
+Vectors: a field of three components is measured as scalars unless --vector or --vectors-only asks for
+its vectors. Beside vectors or polygons there are no octree cuts and no triangles, which show none; of
+vectors alone slabs and sizes are compared.
 All are held to one exact picture: interpolating B-splines, pre-integrated, in ever thinner slabs.";
 
 /// What else than the window.
@@ -147,6 +150,12 @@ pub struct ProbeFlags {
     /// What is cut away, and so not seen; and the surfaces that are seen before all else, if any.
     #[command(flatten)]
     pub inside: InsideFlags,
+    /// Vectors, of which the nearest is told; the file's own where it opens with some.
+    #[command(flatten)]
+    pub vectors: VectorFlags,
+    /// Polygons, which are met before what is behind them.
+    #[command(flatten)]
+    pub polygons: PolygonFlags,
 }
 
 /// What is seen, and from where.
@@ -487,10 +496,6 @@ pub struct AccuracyFlags {
     #[arg(long, value_name = "N", value_parser = values::pixels, default_value_t = 2000,
         allow_hyphen_values = true)]
     pub pixels: u32,
-    /// Chooses those pixels
-    #[arg(long, value_name = "N", value_parser = values::count, default_value_t = 1,
-        allow_hyphen_values = true)]
-    pub seed: u64,
     /// More frames of each mode; its time is their median
     #[arg(long, value_name = "N", value_parser = values::frames, default_value_t = 2,
         allow_hyphen_values = true)]
@@ -508,6 +513,15 @@ pub struct AccuracyFlags {
     /// A mode to compare with the others.
     #[command(flatten)]
     pub mode: ModeFlags,
+    /// Vectors beside the field, or instead.
+    #[command(flatten)]
+    pub vectors: VectorFlags,
+    /// Polygons among all of it.
+    #[command(flatten)]
+    pub polygons: PolygonFlags,
+    /// What vectors become beside splats.
+    #[command(flatten)]
+    pub flow: FlowFlags,
     /// Adapter to draw with: auto, software, or part of a name
     #[arg(long, value_parser = values::adapter, default_value = "auto", value_name = "NAME",
         help_heading = "Options")]

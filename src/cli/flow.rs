@@ -14,7 +14,7 @@ use crate::vector::{self, Following, MOST_ARROW_SIZE, Seeds};
 const MOST_STREAMLINES: usize = 100_000;
 
 /// Streamlines and arrows of the vectors.
-#[derive(Debug, Args)]
+#[derive(Debug, Default, Args)]
 #[command(next_help_heading = "Streamlines and arrows")]
 pub struct FlowFlags {
     /// Draw tubes along about N streamlines of the vectors, in the colours of their lengths. They are
@@ -73,6 +73,12 @@ pub struct Arrows {
 }
 
 impl FlowFlags {
+    /// The first flag that was given and asks for polygons.
+    pub(super) fn given(&self) -> Option<&'static str> {
+        let streamlines = self.streamlines.is_some().then_some("--streamlines");
+        streamlines.or(self.arrows.is_some().then_some("--arrows"))
+    }
+
     /// What they make of vectors; those are left without splats where that was asked for.
     ///
     /// # Errors

@@ -40,6 +40,11 @@ impl MeshAt {
 }
 
 impl PolygonFlags {
+    /// The flag that asks for polygons, if it was given.
+    pub(super) fn given(&self) -> Option<&'static str> {
+        (!self.mesh.is_empty()).then_some("--mesh")
+    }
+
     /// The files' polygons.
     ///
     /// # Errors

@@ -1,12 +1,17 @@
 //! `voxsplat probe`.
 
+use std::sync::Arc;
+
 use glam::DVec3;
 use serde::Serialize;
 
 use super::flags::ProbeFlags;
+use super::flow::FlowFlags;
+use super::render::{refuse_among_triangles, refuse_vectors};
 use super::{Destination, Failure, note, notes, open};
-use crate::scene::{AlongRay, Scene, axis_letters};
-use crate::task::probe::{FIRST_SEEN, Look, Met, Point, Seen, look};
+use crate::core::Ticket;
+use crate::scene::{AlongRay, Scene, VectorLayer, axis_letters};
+use crate::task::probe::{FIRST_SEEN, Look, Met, Point, ProbedVector, Seen, look};
 
 /// What scripts read.
 #[derive(Debug, Serialize)]
@@ -34,6 +39,18 @@ struct ReportedPoint {
     gradient: [f64; 3],
     gradient_length: f64,
     opacity: f64,
+    /// The nearest of each field of vectors.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    vectors: Vec<ReportedVector>,
+}
+
+#[derive(Debug, Serialize)]
+struct ReportedVector {
+    field: String,
+    index: [usize; 3],
+    world: [f64; 3],
+    vector: [f64; 3],
+    length: f64,
 }
 
 pub(super) fn run(flags: &ProbeFlags) -> Result<(), Failure> {
@@ -50,6 +67,8 @@ pub(super) fn run(flags: &ProbeFlags) -> Result<(), Failure> {
     }
     let projection = flags.inside.projection.filter(|along| *along != AlongRay::Composite);
     refuse_nowhere(projection, flags.share)?;
+    refuse_among_triangles(&splat, &flags.vectors, &flags.polygons, &FlowFlags::default())?;
+    flags.vectors.refuse_loop("probe")?;
     open::check_name(&flags.input.file)?;
     let input = open::grid(&flags.input)?;
     for warning in &input.warnings {
@@ -63,7 +82,18 @@ pub(super) fn run(flags: &ProbeFlags) -> Result<(), Failure> {
     let hiding = flags.mode.of_hiding();
     let idle = notes::idle_beside_projection(&inside, &flags.scene, &flags.shading, hiding);
     idle.iter().for_each(|what| note(what));
-    let scene = Scene { shading, inside, ..scene };
+    let vectors = match flags.vectors.layer(&input, &scene, true)? {
+        None => own_vectors(&input)?,
+        layer => layer,
+    };
+    if let Some(layer) = vectors.as_ref().filter(|layer| layer.alone) {
+        refuse_vectors(&inside, layer.alone)?;
+    }
+    let polygons = flags.polygons.layers()?;
+    let scene = Scene { shading, inside, vectors, polygons, ..scene };
+    scene.check_polygons().map_err(|error| Failure::Usage(error.to_string()))?;
+    let names: Vec<String> =
+        scene.vectors.iter().flat_map(VectorLayer::looks).map(|(f, _)| f.name.clone()).collect();
     let unit_distance = scene.opacity_unit_distance();
     let share = flags.share.unwrap_or(FIRST_SEEN);
     let question = Look { scene, size: flags.resolution, pixel: flags.at, share };
@@ -75,7 +105,7 @@ pub(super) fn run(flags: &ProbeFlags) -> Result<(), Failure> {
         axes,
         unit_distance,
         point: match seen {
-            Seen::Point(point) => Some(reported(&point)),
+            Seen::Point(point) => Some(reported(&point, &names)),
             Seen::Beside | Seen::Average | Seen::TooLittle { .. } => None,
         },
         gathered: match seen {
@@ -111,7 +141,22 @@ fn refuse_nowhere(projection: Option<AlongRay>, share: Option<f64>) -> Result<()
     }
 }
 
-fn reported(point: &Point) -> ReportedPoint {
+/// The vectors that a file opens with, of which the nearest is told though its lengths are what is looked at.
+fn own_vectors(input: &open::Input) -> Result<Option<VectorLayer>, Failure> {
+    let Some(field) = input.grid.fields.first().filter(|field| field.components == 3) else {
+        return Ok(None);
+    };
+    let vectors = input.grid.vectors(field, &Ticket::new());
+    let vectors = vectors.map_err(|error| Failure::Failed(input.about(&error.to_string())))?;
+    Ok(Some(VectorLayer::new(Arc::new(vectors), false)))
+}
+
+fn reported(point: &Point, names: &[String]) -> ReportedPoint {
+    let vectors = point.vectors.iter().zip(names).filter_map(|(found, name)| {
+        let ProbedVector { index, world, vector, length } = (*found)?;
+        let (world, vector) = (world.to_array(), vector.to_array());
+        Some(ReportedVector { field: name.clone(), index, world, vector, length })
+    });
     ReportedPoint {
         met: point.met,
         world: point.world.to_array(),
@@ -120,6 +165,7 @@ fn reported(point: &Point) -> ReportedPoint {
         gradient: point.gradient.to_array(),
         gradient_length: point.gradient.length(),
         opacity: point.opacity,
+        vectors: vectors.collect(),
     }
 }
 
@@ -142,7 +188,13 @@ fn sentences(report: &Report, seen: Seen) -> String {
     };
     let three = |v: DVec3| v.to_array().map(|n| format!("{n:.6}")).join(" ");
     let [x, y, z] = report.axes;
-    [
+    if point.met == Met::Vectors {
+        // Of the field, which is not shown, nothing is told.
+        let seen = format!("Seen              {}", met_words(point.met, share));
+        let world = format!("World ({x} {y} {z})     {}", three(point.world));
+        return [vec![world, seen], vector_lines(report)].concat().join("\n");
+    }
+    let mut lines = vec![
         format!("World ({x} {y} {z})     {}", three(point.world)),
         format!("Index             {}", three(point.index)),
         format!("Value             {:.6}", point.value),
@@ -150,8 +202,23 @@ fn sentences(report: &Report, seen: Seen) -> String {
         format!("Gradient length   {:.6} a world unit", point.gradient.length()),
         format!("Opacity           {:.6} in {} world units", point.opacity, report.unit_distance),
         format!("Seen              {}", met_words(point.met, share)),
-    ]
-    .join("\n")
+    ];
+    lines.extend(vector_lines(report));
+    lines.join("\n")
+}
+
+/// The nearest vector of each field.
+fn vector_lines(report: &Report) -> Vec<String> {
+    let [x, y, z] = report.axes;
+    let found = report.point.iter().flat_map(|point| &point.vectors);
+    let lines = found.flat_map(|found| {
+        let ReportedVector { field, index: [i, j, k], vector: [u, v, w], length, .. } = found;
+        [
+            format!("Vector ({x} {y} {z})    {u:.6} {v:.6} {w:.6}"),
+            format!("Its length        {length:.6}, of {field}, nearest at index {i} {j} {k}"),
+        ]
+    });
+    lines.collect()
 }
 
 /// In or on what a point is, and why it is this one.
@@ -164,6 +231,7 @@ fn met_words(met: Met, share: f64) -> String {
         Met::Slice => "on a slice, ",
         Met::Isosurface => "on an isosurface, ",
         Met::Polygon => "on a polygon, ",
+        Met::Vectors => "among vectors, each as dense about it as it is opaque, ",
     };
     format!("{on}where the ray has gathered {share} % opacity")
 }

@@ -4,8 +4,11 @@ use std::path::Path;
 use std::time::Instant;
 
 use super::flags::{RefineFlag, RenderFlags};
+use super::flow::FlowFlags;
 use super::notes::{self, Causes, did_not_converge, is_one_colour, no_room};
+use super::polygons::PolygonFlags;
 use super::stats::{Stats, asked_of};
+use super::vectors::VectorFlags;
 use super::{Destination, Failure, note, open, refuse_one_place};
 use crate::core::{Srgb8, Ticket};
 use crate::scene::annotations::Layout;
@@ -44,6 +47,7 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
     }
     let splat = flags.mode.resolve().map_err(|error| Failure::Usage(error.to_string()))?;
     let splat = SplatSettings { cut: flags.cut.settings(), ..splat };
+    refuse_among_triangles(&splat, &flags.vectors, &flags.polygons, &flags.flow)?;
     if flags.refine == Some(RefineFlag::Converged) && splat.visibility != Visibility::Slabs {
         return Err(Failure::Usage(format!(
             "expected --refine converged with --visibility slabs, which it doubles, found \
@@ -174,6 +178,7 @@ fn run_loop(flags: &RenderFlags, frames: u32, seconds: f64) -> Result<(), Failur
         )));
     }
     let splat = flags.mode.resolve().map_err(|error| Failure::Usage(error.to_string()))?;
+    refuse_among_triangles(&splat, &flags.vectors, &flags.polygons, &flags.flow)?;
     let Meant { scene, space, .. } = scene(flags, splat)?;
     let annotations = flags.annotations.unwrap_or_default();
     let layout = annotations::laid_out(annotations, &scene, space.as_deref(), flags.resolution);
@@ -252,9 +257,30 @@ fn scene(flags: &RenderFlags, splat: SplatSettings) -> Result<Meant, Failure> {
     Ok(Meant { scene, effects, space: input.grid.space })
 }
 
+/// Refuses what needs rays beside a field that only triangles draw. Vectors alone have no such field.
+pub(super) fn refuse_among_triangles(
+    splat: &SplatSettings,
+    vectors: &VectorFlags,
+    polygons: &PolygonFlags,
+    flow: &FlowFlags,
+) -> Result<(), Failure> {
+    let Some(found) = splat.lacks_room_for_others().filter(|_| !vectors.vectors_only) else {
+        return Ok(());
+    };
+    let given = [vectors.named(), polygons.given(), flow.given()];
+    match given.into_iter().flatten().next() {
+        Some(flag) => Err(Failure::Usage(format!(
+            "expected a mode that tiles draw with {flag}, found {found}, which only triangles draw; choose \
+             --backend auto, a smaller --extent or another --kernel, leave {flag} out, or draw vectors alone \
+             with --vectors-only"
+        ))),
+        None => Ok(()),
+    }
+}
+
 /// Refuses vectors beside values that are projected, which have no slabs for them, and vectors alone with
 /// what is seen of the field.
-fn refuse_vectors(inside: &Inside, are_alone: bool) -> Result<(), Failure> {
+pub(super) fn refuse_vectors(inside: &Inside, are_alone: bool) -> Result<(), Failure> {
     let projects = |what: &&&str| **what == "projection";
     match inside.effects().iter().find(|what| are_alone || projects(what)) {
         Some(what) if are_alone => Err(Failure::Usage(format!(

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use crate::accuracy::sweep::{Detail, Point, SampledError};
 use crate::core::Camera;
-use crate::scene::{SplatSettings, Visibility};
+use crate::scene::{SplatSettings, VectorLayer, Visibility};
 use crate::task::sweep::Sweep;
 use crate::transfer::{Region, TransferFunction};
 
@@ -37,6 +37,15 @@ struct SceneRow<'a> {
     #[serde(skip_serializing_if = "<[_]>::is_empty")]
     regions: &'a [Region],
     opacity_unit_distance: f64,
+    /// Vector fields beside it, or instead.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    vectors: Vec<&'a str>,
+    /// Whether the field itself is not shown.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    vectors_only: bool,
+    /// Meshes among all of it.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    meshes: Vec<&'a str>,
 }
 
 /// What every point is held to: the exact integral in float64, at some pixels.
@@ -128,6 +137,7 @@ impl<'a> Report<'a> {
     pub(super) fn of(sweep: &'a Sweep, file: String) -> Self {
         let scene = sweep.scene();
         let lattice = &scene.volume.lattice;
+        let fields = scene.vectors.iter().flat_map(VectorLayer::looks);
         let front = sweep.front();
         let converged = sweep.converged();
         Self {
@@ -141,6 +151,9 @@ impl<'a> Report<'a> {
                 transfer: &scene.transfer,
                 regions: &scene.shading.regions,
                 opacity_unit_distance: scene.opacity_unit_distance(),
+                vectors: fields.map(|(field, _)| field.name.as_str()).collect(),
+                vectors_only: scene.hides_field(),
+                meshes: scene.drawn_polygons().map(|layer| layer.mesh.name()).collect(),
             },
             resolution: sweep.size(),
             truth: TruthRow {
@@ -169,6 +182,9 @@ impl<'a> Report<'a> {
 
     /// What the truth reconstructs, in few words.
     pub(super) fn truth_words(sweep: &Sweep) -> String {
+        if sweep.scene().hides_field() {
+            return "splats of vectors where they lie".to_owned();
+        }
         let mode = sweep.truth_mode();
         let (kernel, how) = (mode.kernel.name(), mode.reconstruction.name());
         format!("{kernel} {how}, classified after reconstruction")

@@ -53,7 +53,8 @@ pub struct LookFlags {
     /// How vectors towards the eye are shown: table, polygon or coordinates [default: table]
     #[arg(long, value_name = "WAY", value_parser = values::foreshortening)]
     pub vector_foreshortening: Option<Foreshortening>,
-    /// Of the splats' own phases, a whole number from 0 [default: 0]
+    /// Of the splats' own phases, a whole number from 0 [default: 0]; of accuracy, too, which pixels are
+    /// compared [default: 1]
     #[arg(long, value_name = "N", value_parser = values::count, allow_hyphen_values = true)]
     pub seed: Option<u64>,
 }

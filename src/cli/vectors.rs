@@ -17,7 +17,7 @@ use crate::volume::{Field, VectorField, VolumeError};
 const LOOP_SECONDS: f64 = 3.0;
 
 /// A vector field, and what its splats look like.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Vectors")]
 pub struct VectorFlags {
     /// Draw this field of three components as vectors, beside the scalar field [default: one that opens first, alone]
@@ -166,6 +166,24 @@ impl VectorFlags {
             )),
             seconds => Ok(seconds.unwrap_or(LOOP_SECONDS)),
         }
+    }
+
+    /// # Errors
+    /// A loop asked of a command that draws none.
+    pub(super) fn refuse_loop(&self, command: &str) -> Result<(), Failure> {
+        let seconds = self.loop_seconds.map(|_| "--loop-seconds");
+        match self.cycle.map(|_| "--loop").or(seconds) {
+            Some(flag) => Err(Failure::Usage(format!(
+                "expected {flag} with render, found it with {command}, which writes no pictures; leave it out"
+            ))),
+            None => Ok(()),
+        }
+    }
+
+    /// The flag that names vectors, if one was given.
+    pub(super) fn named(&self) -> Option<&'static str> {
+        let components = self.vector_components.is_some().then_some("--vector-components");
+        self.vector.is_some().then_some("--vector").or(components)
     }
 
     /// The first flag that was given and changes nothing without vectors.

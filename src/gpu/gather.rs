@@ -328,7 +328,8 @@ impl Renderer {
             }
         }
         let kept = self.kept.buffer().filter(|_| variant.in_parts);
-        self.check_turns(kept.unwrap_or(&self.totals))?;
+        let totals = kept.unwrap_or(&self.totals).clone();
+        self.check_turns(&totals)?;
         Ok(wall_ms)
     }
 

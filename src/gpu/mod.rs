@@ -33,6 +33,7 @@ pub mod timing;
 mod triangles;
 mod turns;
 mod vectors;
+mod waiting;
 
 pub use context::{AdapterChoice, Context, OctreeBuilder, Wishes};
 pub use frame::{Pass, PassTime};

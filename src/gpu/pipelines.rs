@@ -40,6 +40,8 @@ pub(super) struct VectorVariant {
     pub back_to_front: bool,
     pub two_fields: bool,
     pub polygons: bool,
+    /// Rays are walked in several dispatches.
+    pub in_parts: bool,
 }
 
 /// All pipelines of one device, and how many were ever compiled.
@@ -152,9 +154,11 @@ impl Pipelines {
             let mut constants = vector_constants(variant.two_fields);
             constants.push(("published", flag(variant.published)));
             constants.push(("back_to_front", flag(variant.back_to_front)));
-            let shader = match variant.polygons {
-                true => shader::COMPOSITE_VECTORS_AND_POLYGONS,
-                false => shader::COMPOSITE_VECTORS,
+            let shader = match (variant.polygons, variant.in_parts) {
+                (true, false) => shader::COMPOSITE_VECTORS_AND_POLYGONS,
+                (true, true) => shader::COMPOSITE_VECTORS_AND_POLYGONS_IN_PARTS,
+                (false, false) => shader::COMPOSITE_VECTORS,
+                (false, true) => shader::COMPOSITE_VECTORS_IN_PARTS,
             };
             let module = shader.module_writing(&context.device, format);
             context.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {

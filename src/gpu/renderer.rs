@@ -21,7 +21,7 @@ use super::shaded_samples::ShadedSamples;
 use super::slabs::{Beside, Looks, PictureConstants, SlabField, SlabPass, step_reach};
 use super::target::Target;
 use super::timing::{Timer, Timestamps};
-use super::turns::{Kept, few_tiles};
+use super::turns::{Kept, SOFTWARE_TURNS, SlabPart, few_tiles};
 use super::vectors::DeviceVectors;
 use super::{GpuError, layout, shader};
 use crate::core::Ticket;
@@ -353,13 +353,23 @@ impl Renderer {
     ///
     /// # Errors
     /// [`GpuError::TooManyTurns`], or a failing device.
-    pub(super) fn check_turns(&self, totals: &wgpu::Buffer) -> Result<(), GpuError> {
+    pub(super) fn check_turns(&mut self, totals: &wgpu::Buffer) -> Result<(), GpuError> {
         let vectors = self.vectors.as_ref().filter(|_| self.slabs_have_vectors);
-        let (Some(vectors), Some(_)) = (vectors, self.context.most_turns) else { return Ok(()) };
+        let (Some(_), Some(_)) = (vectors, self.context.most_turns) else { return Ok(()) };
         match read_words(&self.context, totals, 8)?[1] {
             0 => Ok(()),
-            _ => Err(GpuError::TooManyTurns { found: vectors.longest }),
+            _ => Err(self.too_many_turns()),
         }
+    }
+
+    /// What is said where the loops of rays past vectors were ended, or would be. It is remembered with the
+    /// lists, so that an animated picture at rest is not begun in vain each time.
+    pub(super) fn too_many_turns(&mut self) -> GpuError {
+        let found = self.vectors.as_mut().map_or(0, |vectors| {
+            vectors.failed = vectors.failed.max(Some(self.vectors_quartered));
+            vectors.longest
+        });
+        GpuError::TooManyTurns { found }
     }
 
     /// Draws the slabs of some tiles of the picture, row by row from the top, and waits; returns
@@ -379,32 +389,57 @@ impl Renderer {
         let which = which as usize;
         let looks = looks_of(&self.shade, &self.inside, &self.polygons);
         let parts = self.slabs[which].parts(&self.context, view, settings, picture, looks)?;
-        self.slabs_in_parts = parts.is_some();
-        if self.slabs_in_parts && self.slabs_have_vectors {
-            return Err(GpuError::TooLarge {
-                what: "steps along a ray beside vectors",
-                limit: "65 535 turns of its loops".to_owned(),
-                found: "more".to_owned(),
-                advice: "zoom in, choose fewer --slabs-per-voxel, or hide the field or the vectors",
-            });
+        // Rays among vectors count for themselves, once a picture of them did not do without.
+        let are_among = self.slabs_have_vectors && (parts.is_some() || self.vectors_quartered > 0);
+        self.slabs_in_parts = parts.is_some() || are_among;
+        // What is kept of the samples of polygons takes twice the room, and vectors a place more.
+        let slots = 1 + u32::from(self.polygons.is_some()) + u32::from(are_among);
+        let ranges = self.tiles_at_a_time((self.slabs_in_parts, slots), tiles);
+        if are_among {
+            let which = self.slab_field;
+            return self.draw_slabs_among_vectors(which, view, settings, picture, &ranges);
         }
-        // What is kept of the samples of polygons takes twice the room.
-        let samples = u32::from(self.polygons.is_some()) + 1;
-        let ranges = self.tiles_at_a_time((self.slabs_in_parts, samples), tiles);
         let mut wall_ms = 0.0;
         for tiles in ranges {
             for &part in parts.as_deref().unwrap_or(&[[0; 4]]) {
-                let (slabs, piece) = (&mut self.slabs[which], (&tiles, part));
-                let looks = looks_of(&self.shade, &self.inside, &self.polygons);
-                if !slabs.write(&self.context, view, settings, picture, piece, looks) {
-                    return Err(GpuError::Device("slabs came before their field".to_owned()));
-                }
-                let projects = looks.variant(false).projects();
+                let what = (view, settings, picture);
+                let projects = self.write_slabs(self.slab_field, what, (&tiles, part))?;
                 wall_ms += self.run(&frame::slab_piece(tiles.len() as u32, projects))?;
             }
         }
-        self.check_turns(self.slabs[which].capped())?;
+        let totals = self.slabs[which].capped().clone();
+        self.check_turns(&totals)?;
         Ok(wall_ms)
+    }
+
+    /// Writes what the next dispatch of slabs is told; whether it projects values.
+    pub(super) fn write_slabs(
+        &mut self,
+        which: SlabField,
+        (view, settings, picture): (&View, &SplatSettings, PictureConstants),
+        piece: (&Range<u32>, SlabPart),
+    ) -> Result<bool, GpuError> {
+        let slabs = &mut self.slabs[which as usize];
+        let looks = looks_of(&self.shade, &self.inside, &self.polygons);
+        match slabs.write(&self.context, view, settings, picture, piece, looks) {
+            true => Ok(looks.variant(false).projects()),
+            false => Err(GpuError::Device("slabs came before their field".to_owned())),
+        }
+    }
+
+    /// Rays along the side of a pixel of slabs that vectors lie in, and what each may take in one dispatch
+    /// ([`SlabRays::among_vectors`](super::turns::SlabRays::among_vectors)); `None` without a field.
+    pub(super) fn rays_among_vectors(
+        &self,
+        which: SlabField,
+        (view, settings, picture): (&View, &SplatSettings, PictureConstants),
+    ) -> Option<(u32, [u32; 2])> {
+        let most = self.context.most_turns.unwrap_or(SOFTWARE_TURNS);
+        let slabs = &self.slabs[which as usize];
+        let side = slabs.halved(view)?.rays_per_side(settings.kernel, settings.extent);
+        let looks = looks_of(&self.shade, &self.inside, &self.polygons);
+        let rays = slabs.rays(view, settings, picture, looks, side)?;
+        Some((side, rays.among_vectors(most)))
     }
 
     fn reconstruct_slabs(

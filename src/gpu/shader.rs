@@ -132,6 +132,20 @@ shader!(
     COMPOSITE_VECTORS,
     "composite_vectors",
     LIGHT,
+    WHOLE,
+    KEPT_LIGHT,
+    FOOTPRINT,
+    SHARE,
+    VECTOR_FRAME,
+    VECTORS,
+    ALONE
+);
+shader!(
+    COMPOSITE_VECTORS_IN_PARTS,
+    "composite_vectors",
+    LIGHT,
+    PARTS,
+    KEPT_LIGHT,
     FOOTPRINT,
     SHARE,
     VECTOR_FRAME,
@@ -142,6 +156,21 @@ shader!(
     COMPOSITE_VECTORS_AND_POLYGONS,
     "composite_vectors",
     LIGHT_OF_SAMPLES,
+    WHOLE,
+    KEPT_SAMPLES,
+    FOOTPRINT,
+    SHARE,
+    VECTOR_FRAME,
+    VECTORS,
+    POLYGONS,
+    ALONE_WITH_POLYGONS
+);
+shader!(
+    COMPOSITE_VECTORS_AND_POLYGONS_IN_PARTS,
+    "composite_vectors",
+    LIGHT_OF_SAMPLES,
+    PARTS,
+    KEPT_SAMPLES,
     FOOTPRINT,
     SHARE,
     VECTOR_FRAME,
@@ -308,9 +337,9 @@ pub struct SlabPieces {
 
 impl SlabPieces {
     /// Every one there is.
-    pub const ALL: [Self; 66] = {
+    pub const ALL: [Self; 76] = {
         let faces = [Faces::Unlit, Faces::BSplines, Faces::Tents, Faces::Differences];
-        let mut all = [Self::PLAIN; 66];
+        let mut all = [Self::PLAIN; 76];
         let mut i = 0;
         while i < all.len() {
             all[i] = if i < 32 {
@@ -322,10 +351,25 @@ impl SlabPieces {
                     levels: i / 16 == 1 && i / 2 % 4 > 0,
                     ..Self::PLAIN
                 }
-            } else if i >= 62 {
+            } else if i >= 72 {
                 // Means are a piece beside any other, and always of tents.
-                let faces = [Faces::Unlit, Faces::Tents][(i - 62) / 2];
+                let faces = [Faces::Unlit, Faces::Tents][(i - 72) / 2];
                 Self { in_parts: i % 2 == 1, faces, means: true, ..Self::PLAIN }
+            } else if i >= 62 {
+                // Rays among vectors that are walked in parts: by how they are lit alone, among all else,
+                // and among polygons and nothing else.
+                let faces = faces[(i - 62) % 4];
+                let with = (i - 62) / 4;
+                Self {
+                    faces,
+                    in_parts: true,
+                    vectors: true,
+                    clipped: with == 1,
+                    surfaces: with == 1,
+                    levels: with == 1 && !matches!(faces, Faces::Unlit),
+                    polygons: with >= 1,
+                    ..Self::PLAIN
+                }
             } else if i >= 42 {
                 // Polygons beside all else: by how they are lit alone, in parts, cut, with surfaces, and
                 // with vectors; and vectors among what is cut, and surfaces.
@@ -346,7 +390,6 @@ impl SlabPieces {
                 let faces = faces[1 + (i - 36) / 2];
                 Self { in_parts: i % 2 == 1, faces, regions: true, ..Self::PLAIN }
             } else {
-                // Rays beside vectors are walked at once, and through all of the field.
                 Self { faces: faces[i - 32], vectors: true, ..Self::PLAIN }
             };
             i += 1;
@@ -439,7 +482,7 @@ const PROJECTING: [Shader; 4] = {
 };
 
 /// Passes that are stitched in one way only.
-const SINGLE: [Shader; 22] = [
+const SINGLE: [Shader; 24] = [
     COUNT_SEGMENTS,
     SCAN_SEGMENTS,
     EMIT_KERNELS,
@@ -453,7 +496,9 @@ const SINGLE: [Shader; 22] = [
     COMPOSITE_LISTS,
     COUNT_VECTORS,
     COMPOSITE_VECTORS,
+    COMPOSITE_VECTORS_IN_PARTS,
     COMPOSITE_VECTORS_AND_POLYGONS,
+    COMPOSITE_VECTORS_AND_POLYGONS_IN_PARTS,
     COUNT_POLYGONS,
     PLACE_POLYGONS,
     WRITE_POLYGONS,
@@ -494,7 +539,11 @@ impl Shader {
         let (mut groups, mut have_own_names) = (0, false);
         let numbered = self.pieces.iter().map(|piece| {
             groups += u32::from(piece.contains(OWN_GROUP));
-            let numbered = piece.replace(OWN_GROUP, &format!("@group({groups})"));
+            let mut numbered = piece.replace(OWN_GROUP, &format!("@group({groups})"));
+            if self.name == COMPOSITE_VECTORS.name && (*piece == PARTS || *piece == WHOLE) {
+                // Bindings count up, and few are before it there.
+                numbered = numbered.replace("@binding(8)", "@binding(2)");
+            }
             have_own_names |= *piece == MARKS_OWN;
             if have_own_names { with_own_names(&numbered) } else { numbered }
         });

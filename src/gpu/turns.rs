@@ -9,7 +9,7 @@
 use glam::{DMat3, DVec3};
 
 use super::GpuError;
-use super::buffers::Growing;
+use super::buffers::{Growing, read_words};
 use super::context::Context;
 use super::layout::{self, KEPT_VEC4S, LAYERS};
 use crate::kernel::Kernel;
@@ -63,9 +63,11 @@ pub(super) struct Among {
 }
 
 /// A dispatch goes on with what was kept of the pixel.
-const GOES_ON: u32 = 1;
+pub(super) const GOES_ON: u32 = 1;
 /// Its rays end.
-const ENDS: u32 = 2;
+pub(super) const ENDS: u32 = 2;
+/// Turns that a face takes beside vectors, of which none lies there.
+const VECTOR_LOOK: f64 = 4.0;
 
 /// The dispatches that gather a picture's rays, a square of `side` × `side` to a pixel: a single one
 /// with everything where the loops allow (`most` turns, if there is a limit), else as many as are needed,
@@ -361,6 +363,16 @@ impl<'a> Rays<'a> {
     }
 }
 
+/// Turns that a ray may take among vectors alone before it waits for the next dispatch: rays beside one
+/// another walk the same list in step.
+pub(super) fn among_vectors_alone(polygons: Option<u32>, most: u64) -> Result<u32, GpuError> {
+    check_polygons(polygons, 0, Some(most))?;
+    let left = most.saturating_sub(REST) as f64 - LANES * polygon_turns(polygons, 0);
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturating")]
+    let turns = (0.9 * left).max(1.0) as u32;
+    Ok(turns)
+}
+
 /// One dispatch's part of a pixel of slabs, as `Slabs::part` has it.
 pub(super) type SlabPart = [u32; 4];
 
@@ -403,19 +415,14 @@ impl SlabRays {
         check_faces(self.faces())
     }
 
-    /// The dispatches that walk a pixel: `None` for a single one with everything where the loops
-    /// allow.
-    pub(super) fn parts(&self, most: Option<u64>) -> Option<Vec<SlabPart>> {
-        // Each polygon is a layer of its own, wherever it is: any part of a ray may meet all of them.
-        let budget =
-            most?.saturating_sub(REST) as f64 - LANES * polygon_turns(self.polygons, self.surfaces);
-        if self.check(most).is_err() {
-            return None;
-        }
-        let dims = DVec3::from(self.dims.map(|n| n as f64));
-        let faces = self.faces();
-        // Each leap passes from one brick to another.
-        let leaps = dims.element_sum() / 4.0 + 8.0;
+    /// Turns of a dispatch for what is not polygons. Each of these is a layer of its own, wherever it is:
+    /// any part of a ray may meet all of them.
+    fn budget(&self, most: u64) -> f64 {
+        most.saturating_sub(REST) as f64 - LANES * polygon_turns(self.polygons, self.surfaces)
+    }
+
+    /// Turns of one look, with those of the faces up to the next.
+    fn look(&self) -> f64 {
         let value = self.window.map_or(0.0, |w| {
             let side = 2.0 * w as f64;
             nested(&[side, side, w as f64])
@@ -431,13 +438,42 @@ impl SlabRays {
             false => 0.0,
         };
         let specks = if self.seeks_specks { 2.0 } else { 0.0 };
-        let look = 1.0 + 1.0 + every + 1.0 + every * (value + layers + specks);
-        let looks = faces / every + 2.0;
-        let others = LANES * leaps;
-        let (looks, look, leaps, others) = match self.projects {
+        match self.projects {
+            true => 1.0 + value,
+            false => 1.0 + 1.0 + every + 1.0 + every * (value + layers + specks),
+        }
+    }
+
+    /// What a ray among vectors may take in one dispatch before it waits for the next: looks, and turns
+    /// among the splats. Rays beside one another take the former together, but the latter each in its own
+    /// time; either may be half of what there is.
+    pub(super) fn among_vectors(&self, most: u64) -> [u32; 2] {
+        let surfaces = f64::from(self.surfaces);
+        // A surface divides a slab of vectors, too.
+        let half = 0.5 * (self.budget(most) - LANES * surfaces * (surfaces + 4.0));
+        let look = self.look() + VECTOR_LOOK * f64::from(layout::LOOK_EVERY);
+        // Leaps count as looks.
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturating")]
+        let whole = |n: f64| n.max(1.0) as u32;
+        [whole(half / (look + LANES)), whole(half / LANES)]
+    }
+
+    /// The dispatches that walk a pixel: `None` for a single one with everything where the loops
+    /// allow.
+    pub(super) fn parts(&self, most: Option<u64>) -> Option<Vec<SlabPart>> {
+        let budget = self.budget(most?);
+        if self.check(most).is_err() {
+            return None;
+        }
+        let dims = DVec3::from(self.dims.map(|n| n as f64));
+        let faces = self.faces();
+        // Each leap passes from one brick to another.
+        let leaps = dims.element_sum() / 4.0 + 8.0;
+        let look = self.look();
+        let (looks, leaps, others) = match self.projects {
             // Between two faces there may be one more place to be asked.
-            true => (2.0 * faces + 6.0, 1.0 + value, 0.0, 1.0),
-            false => (looks, look, leaps, others),
+            true => (2.0 * faces + 6.0, 0.0, 1.0),
+            false => (faces / f64::from(layout::LOOK_EVERY) + 2.0, leaps, LANES * leaps),
         };
         let ray = 1.0 + looks * look + others;
         let rays = self.side * self.side;
@@ -473,7 +509,9 @@ pub(super) struct Kept(Option<wgpu::Buffer>);
 
 impl Kept {
     /// Bytes of the counts before the rays'.
-    const HEADER: u64 = 16;
+    const HEADER: u64 = 32;
+    /// Where among them the rays that wait for another dispatch are counted.
+    const WAITING: u64 = 16;
 
     /// Counts nothing so far.
     pub(super) fn clear(&self, context: &Context) {
@@ -491,6 +529,20 @@ impl Kept {
             let size = Self::HEADER + 16 * u64::from(KEPT_VEC4S) * pixels;
             Growing::make(context, "rays in parts", usage, size)
         });
+    }
+
+    /// Counts none that wait.
+    pub(super) fn clear_waiting(&self, context: &Context) {
+        if let Some(buffer) = &self.0 {
+            context.queue.write_buffer(buffer, Self::WAITING, &[0; 4]);
+        }
+    }
+
+    /// Rays that wait for another dispatch, and invocations whose loops were ended.
+    pub(super) fn waiting(&self, context: &Context) -> Result<[u32; 2], GpuError> {
+        let Some(buffer) = &self.0 else { return Ok([0; 2]) };
+        let counts = read_words(context, buffer, Self::HEADER)?;
+        Ok([counts[4], counts[1]])
     }
 
     pub(super) fn buffer(&self) -> Option<&wgpu::Buffer> {

@@ -24,6 +24,7 @@ use super::renderer::Renderer;
 use super::scattered::{ListTotals, Lists, ListsOf};
 use super::shader;
 use super::timing::Timestamps;
+use super::turns::among_vectors_alone;
 use crate::core::Camera;
 use crate::kernel::Kernel;
 use crate::scene::{OpacityModel, Order, SplatSettings, View};
@@ -87,6 +88,8 @@ pub(super) struct DeviceVectors {
     variant: VectorVariant,
     /// The most entries of a tile, where loops are counted.
     pub(super) longest: u32,
+    /// Of these lists: how often parts were quartered at most where loops were ended all the same.
+    pub(super) failed: Option<u32>,
 }
 
 /// Everything that lists depend on.
@@ -153,6 +156,7 @@ impl DeviceVectors {
             constants: bytemuck::Zeroable::zeroed(),
             variant: VectorVariant::default(),
             longest: 0,
+            failed: None,
         })
     }
 
@@ -358,10 +362,13 @@ impl Renderer {
                         && *made == made_of(&made.rows) =>
                 {
                     let made = made.rows.clone();
+                    if vectors.failed.is_some_and(|failed| self.vectors_quartered <= failed) {
+                        return Err(self.too_many_turns());
+                    }
                     self.write_vectors(what);
                     return Ok(made);
                 }
-                _ => vectors.made = None,
+                _ => (vectors.made, vectors.failed) = (None, None),
             }
         }
         let Some(vectors) = &self.vectors else { return Ok(rows) };
@@ -422,15 +429,15 @@ impl Renderer {
                 Some(_) => self.longest_list(plan.rectangle.tiles())?,
                 None => 0,
             };
-            // More are too many for certain; where fewer are, the rays tell.
-            let most = self.context.most_turns.map_or(u64::MAX, |most| most / LEAST_TURNS);
-            if u64::from(longest) > most {
-                return Err(too_many(most, u64::from(longest)));
-            }
             let vectors = self.vectors.as_mut().ok_or(GpuError::Cancelled)?;
             vectors.constants.layers[2] = rows.start.cast_signed();
             vectors.longest = longest;
             vectors.made = Some(made_of(&rows));
+            // More are too many for one dispatch for certain; where fewer are, the rays tell.
+            let most = self.context.most_turns.map_or(u64::MAX, |most| most / LEAST_TURNS);
+            if u64::from(longest) > most && self.vectors_quartered == 0 {
+                return Err(self.too_many_turns());
+            }
             self.write_vectors(what);
             return Ok(rows);
         }
@@ -457,14 +464,35 @@ impl Renderer {
         let Some(vectors) = &self.vectors else { return Ok(0.0) };
         #[expect(clippy::cast_possible_truncation, reason = "the device has 32 bits")]
         let growth = view.eye_distance.map_or(0.0, |distance| 1.0 / distance) as f32;
-        let constants = layout::VectorTiles {
-            tiles: [tiles.start, view.size[0].div_ceil(TILE), view.size[0], view.size[1]],
-            more: [tiles.len() as u32, 0, 0, 0],
-            rays: [growth, 0.0, 0.0, 0.0],
+        let size = view.size;
+        let told = vectors.tiles.clone();
+        let dispatch = |renderer: &mut Self, tiles: &Range<u32>, [turns, flags]: [u32; 2]| {
+            let constants = layout::VectorTiles {
+                tiles: [tiles.start, size[0].div_ceil(TILE), size[0], size[1]],
+                more: [tiles.len() as u32, turns, flags, 0],
+                rays: [growth, 0.0, 0.0, 0.0],
+            };
+            renderer.context.queue.write_buffer(&told, 0, bytemuck::bytes_of(&constants));
+            renderer.run(&[Pass::CompositeVectors { tiles: tiles.len() as u32 }])
         };
-        self.context.queue.write_buffer(&vectors.tiles, 0, bytemuck::bytes_of(&constants));
-        let wall_ms = self.run(&[Pass::CompositeVectors { tiles: tiles.len() as u32 }])?;
-        self.check_turns(self.slabs[0].capped())?;
+        let most = self.context.most_turns.filter(|_| self.vectors_quartered > 0);
+        if let Some(vectors) = &mut self.vectors {
+            vectors.variant.in_parts = most.is_some();
+        }
+        let Some(most) = most else {
+            let wall_ms = dispatch(self, &tiles, [0; 2])?;
+            let totals = self.slabs[0].capped().clone();
+            self.check_turns(&totals)?;
+            return Ok(wall_ms);
+        };
+        let polygons = self.polygons.as_ref().map(|polygons| polygons.longest);
+        let turns = among_vectors_alone(polygons, most)?;
+        let slots = 2 + u32::from(polygons.is_some());
+        let mut wall_ms = 0.0;
+        for tiles in self.tiles_at_a_time((true, slots), tiles) {
+            wall_ms += self
+                .until_none_waits(|renderer, flags| dispatch(renderer, &tiles, [turns, flags]))?;
+        }
         Ok(wall_ms)
     }
 
@@ -482,10 +510,12 @@ impl Renderer {
         let format = target.light.format();
         let variant = VectorVariant { polygons: self.polygons.is_some(), ..vectors.variant };
         let pipeline = self.pipelines.vectors(&self.context, variant, format).clone();
+        let kept = self.kept.buffer().filter(|_| variant.in_parts);
+        let totals = kept.unwrap_or(self.slabs[0].capped());
         let bound = [
             vectors.tiles.as_entire_binding(),
             wgpu::BindingResource::TextureView(&light),
-            self.slabs[0].capped().as_entire_binding(),
+            totals.as_entire_binding(),
         ];
         let entries: Vec<wgpu::BindGroupEntry<'_>> = (0_u32..)
             .zip(bound)

@@ -24,8 +24,10 @@ pub enum Met {
     Slice,
     /// Where values pass a level.
     Isosurface,
-    /// A triangle. Probes look past these.
+    /// A triangle.
     Polygon,
+    /// Vectors, where these are shown alone.
+    Vectors,
     /// The ray's greatest value.
     Maximum,
     /// Its least.

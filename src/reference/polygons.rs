@@ -53,6 +53,48 @@ fn meet(line: &Line, [a, b, c]: [DVec3; 3]) -> Option<(DVec3, f64)> {
     Some((shares / shares.element_sum(), t))
 }
 
+/// The triangles that a ray itself meets, from where it begins and as far as they are kept, nearest first;
+/// of no colour, which nobody asks for.
+pub(super) fn met_by(scene: &Scene, ray: &Line) -> Vec<Surface> {
+    let clip = clip_of(scene);
+    let mut met = Vec::new();
+    for layer in scene.drawn_polygons() {
+        for triangle in layer.mesh.triangles(false) {
+            let found = meet(ray, triangle.corners.map(|corner| corner.as_dvec3()));
+            let inside = found.filter(|(shares, _)| shares.min_element() >= 0.0);
+            let Some((_, t)) = inside else { continue };
+            if t >= ray.from && is_kept(clip.as_ref(), ray.at(t)) {
+                let (of, opacity) = (Met::Polygon, layer.opacity);
+                met.push(Surface { of, t, opacity, colour: [0.0; 3] });
+            }
+        }
+    }
+    met.sort_by(|p, q| p.t.total_cmp(&q.t));
+    met
+}
+
+/// What a scene's polygons are cut by.
+fn clip_of(scene: &Scene) -> Option<(Clip, Lattice)> {
+    let is_clipped =
+        scene.inside.clip.cuts() && !scene.hides_field() && Inside::is_shown_by(&scene.splat);
+    is_clipped.then(|| (scene.inside.clip.clone(), scene.volume.lattice))
+}
+
+/// Whether a place is in what is kept of the scene.
+fn is_kept(clip: Option<&(Clip, Lattice)>, place: DVec3) -> bool {
+    let Some((clip, lattice)) = clip else { return true };
+    let is_above = |plane: &crate::scene::Plane| (place - plane.point).dot(plane.normal) >= 0.0;
+    let size = DVec3::from(lattice.dims.map(|n| n as f64));
+    let share = ((lattice.index_from_world(place) + 0.5) / size).to_array();
+    let in_box = clip.bounds.is_none_or(|bounds| {
+        (0..3).all(|a| {
+            let is_above = bounds.low[a] <= 0.0 || share[a] >= bounds.low[a];
+            is_above && (bounds.high[a] >= 1.0 || share[a] <= bounds.high[a])
+        })
+    });
+    in_box && clip.planes.iter().all(is_above)
+}
+
 impl Polygons {
     /// `None` for a scene without any.
     pub(super) fn of(scene: &Scene, size: [usize; 2]) -> Option<Self> {
@@ -69,14 +111,12 @@ impl Polygons {
                 triangles.push(Triangle { corners, opacity: layer.opacity });
             }
         }
-        let is_clipped =
-            scene.inside.clip.cuts() && !scene.hides_field() && Inside::is_shown_by(&scene.splat);
         (!triangles.is_empty()).then(|| Self {
             triangles,
             lights: Shader::of_polygons(scene),
             camera: scene.camera,
             size: size.map(|n| n as f64),
-            clip: is_clipped.then(|| (scene.inside.clip.clone(), scene.volume.lattice)),
+            clip: clip_of(scene),
         })
     }
 
@@ -115,7 +155,7 @@ impl Polygons {
             };
             let depth = forward.dot(of(&|corner| corner.place));
             let at = (depth - forward.dot(middle.start)) / forward.dot(middle.step);
-            if !self.is_kept(middle.start + middle.step * at) {
+            if !is_kept(self.clip.as_ref(), middle.start + middle.step * at) {
                 continue;
             }
             let normal = of(&|corner| corner.normal).normalize_or_zero();
@@ -136,20 +176,5 @@ impl Polygons {
         // Stable: those at one depth stay in the order of their triangles.
         seen.iter_mut().for_each(|seen| seen.sort_by(|p, q| p.t.total_cmp(&q.t)));
         seen
-    }
-
-    /// Whether a place is in what is kept of the scene.
-    fn is_kept(&self, place: DVec3) -> bool {
-        let Some((clip, lattice)) = &self.clip else { return true };
-        let is_above = |plane: &crate::scene::Plane| (place - plane.point).dot(plane.normal) >= 0.0;
-        let size = DVec3::from(lattice.dims.map(|n| n as f64));
-        let share = ((lattice.index_from_world(place) + 0.5) / size).to_array();
-        let in_box = clip.bounds.is_none_or(|bounds| {
-            (0..3).all(|a| {
-                let is_above = bounds.low[a] <= 0.0 || share[a] >= bounds.low[a];
-                is_above && (bounds.high[a] >= 1.0 || share[a] <= bounds.high[a])
-            })
-        });
-        in_box && clip.planes.iter().all(is_above)
     }
 }

@@ -8,6 +8,8 @@ use serde::Serialize;
 use super::classes::Classes;
 use super::field::{Field, Shape};
 use super::inside::{Met, Opening, Part};
+use super::polygons;
+use super::probed_vectors::{self, ProbedVector};
 use super::projection;
 use super::quadrature::Light;
 use super::shading::{RayShader, Shader, gradient};
@@ -24,7 +26,8 @@ const TOLERANCE: f64 = 1e-6;
 /// Halvings of the part of the ray in which its point lies: to the last bits of its place.
 const HALVINGS: u32 = 48;
 
-/// The field at a point.
+/// The field at a point. Beside the field's grid, and where vectors are shown without it, value and gradient are
+/// NaN, and the opacity is 0.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Point {
     /// In or on what it is.
@@ -39,10 +42,13 @@ pub struct Point {
     pub gradient: DVec3,
     /// Opacity there over the scene's unit distance, 0..=1, shading tables included.
     pub opacity: f64,
+    /// Of each vector field of the scene the vector nearest to it, where the field's grid is.
+    pub vectors: [Option<ProbedVector>; 2],
 }
 
 /// What a ray sees.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[expect(clippy::large_enum_variant, reason = "one for each question")]
 pub enum Seen {
     /// It passes by what is kept of the volume; where values are projected, by all that has any.
     Beside,
@@ -96,6 +102,9 @@ impl Probe {
     /// `share`, in 0..1: continuous, without slabs, on what is kept of the volume and with the surfaces
     /// that lie there. Where values are projected it is where the one is that stands for the ray.
     pub fn look(&self, scene: &Scene, size: [u32; 2], at: DVec2, share: f64) -> Seen {
+        if scene.hides_field() {
+            return seen_alone(scene, size, at, share);
+        }
         let opening = Opening::as_shown(scene);
         if opening.projects() == Some(AlongRay::Average) {
             return Seen::Average;
@@ -109,19 +118,31 @@ impl Probe {
         let shading = if Shading::is_shown_by(&scene.splat) { &scene.shading } else { &plain };
         let unit = scene.opacity_unit_distance();
         let classes = Classes::new(&shading.by_value(&scene.transfer), unit, false);
-        let Some(part) = opening.part((&self.field, &classes), &world, &index) else {
-            return Seen::Beside;
+        let polygons = polygons::met_by(scene, &world);
+        let mut part = match opening.part((&self.field, &classes), &world, &index) {
+            Some(part) => part,
+            None if polygons.is_empty() => return Seen::Beside,
+            None => Part { ends: [0.0; 2], surfaces: Vec::new() },
         };
+        part.surfaces.extend(polygons);
+        part.surfaces.sort_by(|p, q| p.t.total_cmp(&q.t));
         let shader = match shading.is_plain() {
             true => None,
             false => Shader::of(scene, true),
         };
-        let shade =
-            RayShader { shader: shader.as_ref(), field: &self.field, world: &world, index: &index };
+        let shade = RayShader {
+            shader: shader.as_ref(),
+            field: &self.field,
+            world: &world,
+            index: &index,
+            beside: &[],
+        };
         let found = match opening.projects() {
-            Some(along) => self.extreme(&index, along, part.ends),
+            Some(along) => self.extreme(&index, along, part.ends).ok_or(Seen::Beside),
             None => {
-                self.first_seen((&classes, scene.transfer.no_data.shows()), shade, &part, share)
+                let classes = (&classes, scene.transfer.no_data.shows());
+                let found = self.first_seen(classes, shade, &part, share);
+                found.map_err(|gathered| Seen::TooLittle { gathered })
             }
         };
         let (t, met) = match found {
@@ -129,15 +150,18 @@ impl Probe {
             Err(nothing) => return nothing,
         };
         let place = index.at(t);
-        let is_hole = self.field.is_hole(place);
+        // Polygons are met there, too.
+        let is_beside = met == Met::Polygon && !is_in(self.field.dims, place);
+        let is_hole = !is_beside && self.field.is_hole(place);
         let density = match self.field.value(place) {
+            _ if is_beside => [0.0; 4],
             _ if is_hole => classes.at(f64::NAN),
             Some(value) => shade.shaded(classes.at(value), t, value),
             None => [0.0; 4],
         };
         let inverse = ShadingSpace::of(scene).world_from_gradient;
         // No data have no value, whatever stands in for them beside others.
-        let value = self.field.value(place).filter(|_| !is_hole);
+        let value = self.field.value(place).filter(|_| !is_hole && !is_beside);
         let gradient = value.map_or(DVec3::NAN, |_| inverse * gradient(&self.field, place));
         Seen::Point(Point {
             met,
@@ -146,24 +170,25 @@ impl Probe {
             value: value.unwrap_or(f64::NAN),
             gradient,
             opacity: -(-density[0] * unit).exp_m1(),
+            vectors: vectors_at(scene, world.at(t)),
         })
     }
 
     /// Where a part of a ray has its greatest or its least value.
-    fn extreme(&self, index: &Line, along: AlongRay, ends: [f64; 2]) -> Result<(f64, Met), Seen> {
+    fn extreme(&self, index: &Line, along: AlongRay, ends: [f64; 2]) -> Option<(f64, Met)> {
         let met = if along == AlongRay::Maximum { Met::Maximum } else { Met::Minimum };
         let found = projection::extreme(&self.field, index, along, ends);
-        found.map(|found| (found.t, met)).ok_or(Seen::Beside)
+        found.map(|found| (found.t, met))
     }
 
-    /// Where a part of a ray first has gathered so much, and in or on what.
+    /// Where a part of a ray first has gathered so much, and in or on what; else all that it gathers.
     fn first_seen(
         &self,
         (classes, shows_holes): (&Classes, bool),
         shade: RayShader<'_>,
         part: &Part,
         share: f64,
-    ) -> Result<(f64, Met), Seen> {
+    ) -> Result<(f64, Met), f64> {
         let [a, b] = part.ends;
         let visible =
             self.field.bricks_where(shows_holes, |low, high| !classes.is_clear(low, high));
@@ -172,12 +197,18 @@ impl Probe {
             truth::gather(&self.field, classes, &visible, shade, until, light);
         };
         let mut surfaces = part.surfaces.iter().peekable();
-        for [from, to] in self.parts(shade.index, part) {
-            while let Some(surface) = surfaces.next_if(|surface| surface.t <= from) {
+        let mut meet = |light: &mut Light, until: f64| {
+            while let Some(surface) = surfaces.next_if(|surface| surface.t <= until) {
                 light.cover(surface.opacity, surface.colour);
                 if 1.0 - light.transmittance >= share {
-                    return Ok((surface.t, surface.of));
+                    return Some((surface.t, surface.of));
                 }
+            }
+            None
+        };
+        for [from, to] in self.parts(shade.index, part) {
+            if let Some(found) = meet(&mut light, from) {
+                return Ok(found);
             }
             let before = light;
             gather([from, to], &mut light);
@@ -193,7 +224,11 @@ impl Probe {
             }
             return Ok((far, Met::Matter));
         }
-        Err(Seen::TooLittle { gathered: 1.0 - light.transmittance })
+        // Polygons behind all of it.
+        if let Some(found) = meet(&mut light, f64::INFINITY) {
+            return Ok(found);
+        }
+        Err(1.0 - light.transmittance)
     }
 
     /// The parts of a ray within one brick each and between two surfaces, in their order.
@@ -203,10 +238,47 @@ impl Probe {
         for axis in 0..3 {
             cuts.extend(index.crossings(axis, self.field.brick_faces(axis), [a, b]));
         }
-        // All lie before the part's end, so that each has a part behind it.
-        cuts.extend(part.surfaces.iter().map(|surface| surface.t));
+        // Polygons may lie before and behind.
+        let is_within = |t: &f64| *t > a && *t < b;
+        cuts.extend(part.surfaces.iter().map(|surface| surface.t).filter(is_within));
         cuts.sort_by(f64::total_cmp);
         cuts.windows(2).filter(|w| w[1] > w[0]).map(|w| [w[0], w[1]]).collect()
+    }
+}
+
+/// Whether a place of index space is in the box in which values are defined.
+fn is_in(dims: [usize; 3], place: DVec3) -> bool {
+    (0..3).all(|axis| (-0.5..=dims[axis] as f64 - 0.5).contains(&place[axis]))
+}
+
+/// The nearest vector of each of a scene's fields.
+fn vectors_at(scene: &Scene, world: DVec3) -> [Option<ProbedVector>; 2] {
+    let mut found = [None; 2];
+    let fields = scene.vectors.iter().flat_map(|layer| layer.looks());
+    for (found, (field, _)) in found.iter_mut().zip(fields) {
+        *found = probed_vectors::nearest(field, world);
+    }
+    found
+}
+
+/// The same as [`Probe::look`] where vectors are shown without the field, of which nothing is needed: where
+/// what there is of vectors, each in the box about it and without marks, and of polygons has gathered so much.
+pub fn seen_alone(scene: &Scene, size: [u32; 2], at: DVec2, share: f64) -> Seen {
+    let (start, step) = scene.camera.ray(at, size.map(f64::from));
+    let from = scene.camera.eye_distance().map_or(f64::NEG_INFINITY, |_| 0.0);
+    let ray = Line { start, step, from };
+    let surfaces = polygons::met_by(scene, &ray);
+    match probed_vectors::first_seen(scene, &ray, &surfaces, share) {
+        Err(gathered) => Seen::TooLittle { gathered },
+        Ok((t, met)) => Seen::Point(Point {
+            met,
+            world: ray.at(t),
+            index: scene.volume.lattice.index_from_world(ray.at(t)),
+            value: f64::NAN,
+            gradient: DVec3::NAN,
+            opacity: 0.0,
+            vectors: vectors_at(scene, ray.at(t)),
+        }),
     }
 }
 
@@ -412,6 +484,134 @@ mod tests {
         scene.inside.along = AlongRay::Minimum;
         scene.camera.focal_point.y += 500.0;
         assert_eq!(probe.look(&scene, SIZE, DVec2::new(20.5, 15.5), 0.1), Seen::Beside);
+    }
+
+    /// A triangle across the world's x axis there, far larger than the picture.
+    fn across(x: f32, opacity: f64) -> crate::scene::PolygonLayer {
+        let corners = [[-90.0, -90.0], [90.0, -90.0], [0.0, 120.0]];
+        let corner = |[y, z]: [f32; 2]| glam::Vec3::new(x, y - 16.0, z + 19.0);
+        let positions = corners.map(corner).to_vec();
+        let triangles = vec![[0, 1, 2]];
+        let mesh = crate::polygons::Mesh::new("t", positions, Vec::new(), Vec::new(), triangles);
+        let layer = crate::scene::PolygonLayer::new(Arc::new(mesh.unwrap()));
+        crate::scene::PolygonLayer { opacity, ..layer }
+    }
+
+    #[test]
+    fn polygons_are_met_before_within_and_behind_the_volume() {
+        // Index z of the lattice is (300 − x) / 0.5; matter begins at 40/3.
+        let at = |index: f64| 300.0 - 0.5 * index as f32;
+        for perspective in [false, true] {
+            let see = |scene: Scene, share: f64| {
+                let scene = if perspective { in_perspective(scene, 0.7) } else { scene };
+                met(&scene, share)
+            };
+            let with = |opacity: f64, layers: Vec<crate::scene::PolygonLayer>| Scene {
+                polygons: layers,
+                ..ramp(opacity)
+            };
+            // In the matter, and behind where it is opaque.
+            let found = see(with(0.001, vec![across(at(20.0), 0.5)]), 0.1);
+            assert_eq!(found.met, Met::Polygon);
+            assert!((found.index.z - 20.0).abs() < 1e-4, "{found:?}");
+            assert!((found.value - 60.0).abs() < 1e-2 && found.opacity > 0.0, "{found:?}");
+            assert_eq!(see(with(0.6, vec![across(at(20.0), 0.5)]), 0.1).met, Met::Matter);
+            // Too thin a polygon before it adds to what is gathered.
+            let thin = see(with(0.6, vec![across(at(10.0), 0.06)]), 0.1);
+            let alone = see(with(0.6, vec![]), 0.1);
+            assert!(thin.met == Met::Matter && thin.index.z < alone.index.z - 1e-3, "{thin:?}");
+            assert_eq!(see(with(0.6, vec![across(at(10.0), 0.2)]), 0.1).met, Met::Polygon);
+            // Before the volume and behind it, where there is no value.
+            for index in [-0.9, 60.0] {
+                let found = see(with(0.001, vec![across(at(index), 0.5)]), 0.1);
+                assert_eq!(found.met, Met::Polygon, "{index}");
+                assert!((found.index.z - index).abs() < 1e-4, "{found:?}");
+                assert!(found.value.is_nan() && found.opacity == 0.0, "{found:?}");
+            }
+        }
+        // Beside the volume, and cut away.
+        let mut scene = Scene { polygons: vec![across(at(20.0), 1.0)], ..ramp(0.001) };
+        let bounds = ClipBox { low: [0.0, 0.0, 0.8], ..ClipBox::WHOLE };
+        scene.inside.clip.bounds = Some(bounds);
+        let probe = Probe::new(&scene);
+        let middle = DVec2::new(20.5, 15.5);
+        assert!(matches!(probe.look(&scene, SIZE, middle, 0.1), Seen::TooLittle { .. }));
+        scene.inside.clip.bounds = None;
+        scene.camera.focal_point.y += 50.0;
+        let beside = point(probe.look(&scene, SIZE, middle, 0.1));
+        assert!(beside.met == Met::Polygon && beside.value.is_nan(), "{beside:?}");
+        scene.polygons.clear();
+        assert_eq!(probe.look(&scene, SIZE, middle, 0.1), Seen::Beside);
+    }
+
+    /// Vectors twice as far apart as the samples, each with its number as its length.
+    fn numbered(alone: bool) -> Scene {
+        let base = lattice();
+        let vectors: Vec<glam::Vec3> =
+            (0..13 * 13 * 16).map(|i| glam::Vec3::new(0.0, 0.0, (i + 1) as f32)).collect();
+        let grid = Lattice { dims: [13, 13, 16], spacing: base.spacing * 2.0, ..base };
+        let places = crate::volume::Places::Lattice(grid);
+        let ticket = crate::core::Ticket::new();
+        let field = crate::volume::VectorField::new("v", places, vectors.into(), &ticket).unwrap();
+        let layer = crate::scene::VectorLayer::new(Arc::new(field), alone);
+        Scene { vectors: Some(layer), ..ramp(0.6) }
+    }
+
+    #[test]
+    fn the_vector_nearest_to_a_point_is_told() {
+        let scene = numbered(false);
+        let found = met(&scene, 0.1);
+        let [Some(vector), None] = found.vectors else { panic!("{found:?}") };
+        let expected = (found.index / 2.0).round().to_array().map(|n| n as usize);
+        let number = (expected[2] * 13 + expected[1]) * 13 + expected[0] + 1;
+        assert_eq!((vector.index, vector.length), (expected, number as f64));
+        assert_eq!(vector.vector, DVec3::new(0.0, 0.0, number as f64));
+        let off = lattice().index_from_world(found.world - vector.world);
+        let origin = lattice().index_from_world(DVec3::ZERO);
+        assert!((off - origin).abs().max_element() <= 1.0 + 1e-9, "within half a step of it");
+        // The same where each point is told by itself, but beyond half a step of the grid none.
+        let layer = scene.vectors.unwrap();
+        let places = &layer.field.places;
+        let count = 13 * 13 * 16;
+        let points = crate::volume::Places::Points {
+            dims: [13, 13, 16],
+            points: (0..count).map(|i| places.at(i).0).collect(),
+            axes: (0..count).map(|i| places.at(i).1).collect(),
+        };
+        let field = crate::volume::VectorField { places: points, ..(*layer.field).clone() };
+        assert_eq!(probed_vectors::nearest(&field, found.world), Some(vector));
+        let far = lattice().world_from_index(DVec3::new(12.0, 12.0, -1.1));
+        assert_eq!(probed_vectors::nearest(&layer.field, far), None);
+        let near = lattice().world_from_index(DVec3::new(12.0, 12.0, -0.9));
+        assert!(probed_vectors::nearest(&layer.field, near).is_some());
+    }
+
+    #[test]
+    fn vectors_alone_are_seen_in_boxes_of_their_opacity() {
+        let mut scene = numbered(true);
+        let layer = scene.vectors.as_mut().unwrap();
+        // From the sixth layer on: 13 · 13 · 5 and more.
+        layer.settings.transfer.opacity = vec![(845.5, 0.0), (845.5, 0.3)];
+        let middle = DVec2::new(20.5, 15.5);
+        let found = point(seen_alone(&scene, SIZE, middle, 0.1));
+        // Boxes of the sixth layer, index 5, begin at 4.5 steps, 9 samples; opacities are of 0.5 world units,
+        // a sample.
+        let deep = 0.9_f64.ln() / 0.7_f64.ln();
+        assert_eq!(found.met, Met::Vectors);
+        assert!((found.index.z - (9.0 + deep)).abs() < 1e-9, "{found:?}");
+        assert_eq!(found.vectors[0].map(|vector| vector.index[2]), Some(5));
+        let Seen::TooLittle { gathered } = seen_alone(&scene, SIZE, middle, 0.999_999) else {
+            panic!()
+        };
+        let expected = 1.0 - 0.7_f64.powf(2.0 * 11.0);
+        assert!((gathered - expected).abs() < 1e-9, "{gathered} {expected}");
+        // A polygon before them, and one too thin among them.
+        scene.polygons = vec![across(300.0 - 0.5 * 8.0, 0.5)];
+        assert_eq!(point(seen_alone(&scene, SIZE, middle, 0.1)).met, Met::Polygon);
+        scene.polygons = vec![across(300.0 - 0.5 * 9.1, 0.05)];
+        let thinner = point(seen_alone(&scene, SIZE, middle, 0.1));
+        let deep = (0.9_f64 / 0.95).ln() / 0.7_f64.ln();
+        assert!((thinner.index.z - (9.0 + deep)).abs() < 1e-9, "{thinner:?}");
     }
 
     #[test]

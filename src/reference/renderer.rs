@@ -72,7 +72,8 @@ impl Reference {
 
     /// The continuous integral that the mode converges to: shade first, or of values classified
     /// after reconstruction, by `scene.splat.classify`. Its optical depths are exact, whatever the
-    /// opacity model and visibility. Points are taken as their voxels' boxes.
+    /// opacity model and visibility. Points are taken as their voxels' boxes. Vectors are in it alone, and
+    /// beside values that are classified after reconstruction.
     ///
     /// # Errors
     /// As [`Reference::new`].
@@ -181,7 +182,7 @@ impl Reference {
             shape,
             opening: Opening::of(scene),
             source,
-            vectors: Vectors::of(scene, (size[1] * fine) as f64),
+            vectors: Vectors::of(scene, (size[1] * fine) as f64, exact),
             alone: scene.vectors.as_ref().is_some_and(|layer| layer.alone),
             polygons: Polygons::of(scene, size),
         })
@@ -227,6 +228,11 @@ impl Reference {
     /// One ray, with the polygons that a sample of its pixel sees, from the eye inwards.
     fn traced(&self, pixel: [usize; 2], ray: &Line, polygons: &[Surface]) -> [f64; 4] {
         let ray = *ray;
+        if self.alone && !self.vectors.is_empty() && self.exact {
+            let part = Part { ends: [0.0; 2], surfaces: polygons.to_vec() };
+            let splats = Vectors::on_ray(&self.vectors, &ray, ENDLESS);
+            return truth::among_vectors(None, &part, &splats, self.tolerance);
+        }
         if self.alone && !self.vectors.is_empty() {
             let mut planes = self.slabs(&ray);
             planes.step *= Vectors::step(&self.vectors) / self.lattice.smallest_spacing();
@@ -240,7 +246,7 @@ impl Reference {
                 let map = self.lattice.axes().inverse();
                 let line = ray.mapped(map, self.lattice.origin);
                 let shader = shader.as_deref();
-                let shade = RayShader { shader, field, world: &ray, index: &line };
+                let shade = RayShader { shader, field, world: &ray, index: &line, beside: &[] };
                 let part = self.opening.part((field, classes), &ray, &line);
                 let mut part = match part {
                     Some(part) => part,
@@ -258,6 +264,12 @@ impl Reference {
                         [r, g, b, 1.0]
                     };
                     return found.map_or([0.0; 4], colour);
+                }
+                if self.exact && !self.vectors.is_empty() {
+                    let kept = self.opening.kept(&ray, &line, ENDLESS, &mut false);
+                    let splats = Vectors::on_ray(&self.vectors, &ray, kept);
+                    let matter = Some((field, classes, visible.as_slice(), shade));
+                    return truth::among_vectors(matter, &part, &splats, self.tolerance);
                 }
                 if self.exact {
                     return truth::after(field, classes, visible, shade, &part, self.tolerance);

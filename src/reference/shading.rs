@@ -7,6 +7,7 @@ use glam::DVec3;
 use super::field::{Basis, Field, Shape};
 use super::quadrature::Density;
 use super::sources::Line;
+use super::vectors::{OnRay, density_of};
 use crate::core::Camera;
 use crate::scene::{Index, Lighting, OpacityModel, Scene, Shading, ShadingSpace};
 use crate::transfer::regions;
@@ -37,12 +38,21 @@ pub(super) struct RayShader<'a> {
     /// The ray in the world, and in index space.
     pub(super) world: &'a Line,
     pub(super) index: &'a Line,
+    /// Splats of vectors that lie there, too: not lit.
+    pub(super) beside: &'a [&'a OnRay],
 }
 
 impl RayShader<'_> {
     /// A density at t, of this value and the gradient there.
     pub(super) fn shaded(&self, density: Density, t: f64, value: f64) -> Density {
         self.shaded_by(density, t, value, &[t])
+    }
+
+    /// The same with what lies beside it.
+    pub(super) fn among(&self, density: Density, t: f64) -> Density {
+        let mut sum = density_of(self.beside, t);
+        sum.iter_mut().zip(density).for_each(|(s, d)| *s += d);
+        sum
     }
 
     /// A density at t, of this value and the mean of the gradients at some places of the ray.

@@ -9,6 +9,7 @@ use super::polynomial::Piece;
 use super::quadrature::{Density, Light};
 use super::shading::RayShader;
 use super::sources::{Along, GridKernels, Hit, Line, indices_near, nearest};
+use super::vectors::{OnRay, density_of};
 use crate::kernel::RadialKernel;
 
 /// Degree of the polynomials that stand for values between the rims of radial kernels.
@@ -231,6 +232,47 @@ pub(super) fn after(
     light.pixel()
 }
 
+/// The same among splats of vectors, nearest first, and without any field where there is none: what
+/// ever thinner slabs of both converge to. Both lie where they are along the ray.
+pub(super) fn among_vectors(
+    matter: Option<(&Field, &Classes, &[bool], RayShader<'_>)>,
+    part: &Part,
+    splats: &[OnRay],
+    tolerance: f64,
+) -> [f64; 4] {
+    let [a, b] = part.ends;
+    let mut places = vec![a, b];
+    places.extend(splats.iter().flat_map(OnRay::places));
+    places.extend(part.surfaces.iter().map(|surface| surface.t));
+    places.sort_by(f64::total_cmp);
+    let mut light = Light::new(tolerance, places[places.len() - 1] - places[0]);
+    let mut surfaces = Surfaces(&part.surfaces);
+    let (mut next, mut active) = (0, Vec::<&OnRay>::new());
+    for pair in places.windows(2).filter(|w| w[1] > w[0]) {
+        let (from, to) = (pair[0], pair[1]);
+        surfaces.lay_until(&mut light, from.next_up());
+        if light.is_opaque() {
+            break;
+        }
+        let middle = f64::midpoint(from, to);
+        while let Some(splat) = splats.get(next).filter(|splat| splat.enter < middle) {
+            active.push(splat);
+            next += 1;
+        }
+        active.retain(|splat| splat.leave > middle);
+        match matter.filter(|_| a < middle && middle < b) {
+            Some((field, classes, visible, ray)) => {
+                let ray = RayShader { beside: &active, ..ray };
+                gather(field, classes, visible, ray, [from, to], &mut light);
+            }
+            None if active.is_empty() => {}
+            None => light.add(from, to, &|t| density_of(&active, t)),
+        }
+    }
+    surfaces.lay_until(&mut light, f64::INFINITY);
+    light.pixel()
+}
+
 /// The part a..b of a ray, which lies in the field's domain and meets no surface.
 pub(super) fn gather(
     field: &Field,
@@ -248,7 +290,8 @@ pub(super) fn gather(
     cuts.sort_by(f64::total_cmp);
     let mut from = None;
     for pair in cuts.windows(2) {
-        let seen = visible[field.brick_of(line.at(f64::midpoint(pair[0], pair[1])))];
+        let brick = field.brick_of(line.at(f64::midpoint(pair[0], pair[1])));
+        let seen = visible[brick] || !ray.beside.is_empty();
         if seen {
             from.get_or_insert(pair[0]);
         }
@@ -285,7 +328,7 @@ fn visible_part(
     if let Shape::Radial(kernel) = field.shape {
         for pair in cuts.windows(2).filter(|w| w[1] > w[0]) {
             if field.is_hole(line.at(f64::midpoint(pair[0], pair[1]))) {
-                without_data(classes, [pair[0], pair[1]], light);
+                without_data(classes, ray, [pair[0], pair[1]], light);
             } else {
                 radial(field, kernel, classes, ray, [pair[0], pair[1]], light);
             }
@@ -299,7 +342,7 @@ fn visible_part(
             return;
         }
         if field.is_hole(middle) {
-            without_data(classes, [a, b], light);
+            without_data(classes, ray, [a, b], light);
             continue;
         }
         let piece = match field.shape {
@@ -318,17 +361,17 @@ fn visible_part(
 }
 
 /// Adds the light of samples without data: of one density, which no light falls on.
-fn without_data(classes: &Classes, [a, b]: [f64; 2], light: &mut Light) {
+fn without_data(classes: &Classes, ray: RayShader<'_>, [a, b]: [f64; 2], light: &mut Light) {
     let density = classes.at(f64::NAN);
-    if density[0] > 0.0 {
-        light.add(a, b, &|_| density);
+    if density[0] > 0.0 || !ray.beside.is_empty() {
+        light.add(a, b, &|t| ray.among(density, t));
     }
 }
 
 /// Adds the light of a value that is a polynomial of t.
 fn shine(piece: &Piece, classes: &Classes, ray: RayShader<'_>, light: &mut Light) {
     let [low, high] = piece.range();
-    if classes.is_clear(low, high) {
+    if classes.is_clear(low, high) && ray.beside.is_empty() {
         return;
     }
     let mut cuts = vec![piece.a];
@@ -337,7 +380,7 @@ fn shine(piece: &Piece, classes: &Classes, ray: RayShader<'_>, light: &mut Light
     for pair in cuts.windows(2) {
         light.add(pair[0], pair[1], &|t| {
             let value = piece.at(t);
-            ray.shaded(classes.at(value), t, value)
+            ray.among(ray.shaded(classes.at(value), t, value), t)
         });
     }
 }

@@ -53,16 +53,57 @@ struct Seat {
     marks: DVec3,
     /// Of the marks' table.
     level: usize,
+    /// No point of it is farther from its centre, world units.
+    reach: f64,
+}
+
+/// A splat as a ray meets it: a density that is smooth between its ends but for where its kernel bends.
+pub(super) struct OnRay {
+    kernel: RadialKernel,
+    /// Kernel space about its middle.
+    start: DVec3,
+    step: DVec3,
+    pub(super) enter: f64,
+    pub(super) leave: f64,
+    /// Per unit of the ray, where its kernel is 1.
+    weight: Density,
+}
+
+impl OnRay {
+    /// Per unit of the ray.
+    pub(super) fn density(&self, t: f64) -> Density {
+        let h = self.kernel.value((self.start + self.step * t).length());
+        self.weight.map(|w| w * h)
+    }
+
+    /// Where it begins, bends and ends.
+    pub(super) fn places(&self) -> impl Iterator<Item = f64> {
+        let (at, l) = nearest(self.start, self.step);
+        let knot = self.kernel.knot().and_then(|r| line::half_chord(r, l));
+        let half = knot.map(|half| half / self.step.length());
+        let bends = half.map(|half| [at - half, at + half]).into_iter().flatten();
+        bends.chain([self.enter, self.leave])
+    }
+}
+
+/// What several splats have at a place of a ray.
+pub(super) fn density_of(splats: &[&OnRay], t: f64) -> Density {
+    let mut sum = [0.0; 4];
+    for splat in splats {
+        sum.iter_mut().zip(splat.density(t)).for_each(|(s, d)| *s += d);
+    }
+    sum
 }
 
 impl Vectors {
-    /// The fields of a scene, none where it has no vectors. `height` of the picture in pixels.
-    pub(super) fn of(scene: &Scene, height: f64) -> Vec<Self> {
+    /// The fields of a scene, none where it has no vectors. `height` of the picture in pixels; `exact`, by
+    /// optical depth in any case.
+    pub(super) fn of(scene: &Scene, height: f64, exact: bool) -> Vec<Self> {
         let Some(layer) = &scene.vectors else { return Vec::new() };
         let fields = std::iter::once((&layer.field, &layer.settings));
         let second = layer.second.iter().map(|second| (&second.field, &second.settings));
         let of = |(field, settings): (&Arc<VectorField>, &VectorSettings)| {
-            Self::of_field(scene, field, settings, layer.phase, height)
+            Self::of_field(scene, field, settings, layer.phase, (height, exact))
         };
         fields.chain(second).filter_map(of).collect()
     }
@@ -72,10 +113,10 @@ impl Vectors {
         field: &VectorField,
         settings: &VectorSettings,
         phase: f64,
-        height: f64,
+        (height, exact): (f64, bool),
     ) -> Option<Self> {
         let settings = settings.clone();
-        let published = scene.splat.opacity_model == OpacityModel::Published;
+        let published = !exact && scene.splat.opacity_model == OpacityModel::Published;
         let unit_distance = scene.opacity_unit_distance();
         let scalar = Some(&*scene.volume);
         let ticket = Ticket::new();
@@ -108,6 +149,7 @@ impl Vectors {
         let splat = splats.list[i];
         let wide = |v: [f32; 3]| DVec3::from(v.map(f64::from));
         let map = splats.map_of(i) * splats.unit;
+        let longest = map.to_cols_array().map(|m| m * m).iter().sum::<f64>().sqrt();
         let centre = splats.origin + wide(splat.centre) * splats.unit;
         Seat {
             centre,
@@ -119,6 +161,7 @@ impl Vectors {
             colour: wide(splat.colour),
             marks: wide(splat.marks),
             level: self.level(map, centre),
+            reach: longest * self.window.radius().max(self.kernel.radius()),
         }
     }
 
@@ -165,6 +208,27 @@ impl Vectors {
         sums.into_iter().collect()
     }
 
+    /// The splats of all fields that a ray meets within what is kept of it, nearest first: what slabs of
+    /// them converge to.
+    pub(super) fn on_ray(fields: &[Self], ray: &Line, kept: [f64; 2]) -> Vec<OnRay> {
+        let found = fields.iter().flat_map(|field| field.splats.iter().map(move |s| (field, s)));
+        let mut all: Vec<OnRay> = found
+            .filter_map(|(field, seat)| {
+                let Touch { start, step, kernel, amount, colour } = field.touch(seat, ray)?;
+                let whole = line::radial(kernel, start, step, [f64::NEG_INFINITY, f64::INFINITY]);
+                let (at, l) = nearest(start, step);
+                let half = line::half_chord(kernel.radius(), l)? / step.length();
+                let enter = (at - half).max(kept[0]).max(ray.from);
+                let leave = (at + half).min(kept[1]);
+                let weight = [1.0, colour.x, colour.y, colour.z].map(|c| c * amount / whole);
+                let is_there = enter < leave && amount > 0.0 && whole > 0.0;
+                is_there.then_some(OnRay { kernel, start, step, enter, leave, weight })
+            })
+            .collect();
+        all.sort_by(|p, q| p.enter.total_cmp(&q.enter));
+        all
+    }
+
     fn add_to(
         &self,
         sums: &mut BTreeMap<i64, Density>,
@@ -196,6 +260,10 @@ impl Vectors {
 
     /// How a ray meets a splat: `None` where it passes beside it.
     fn touch(&self, seat: &Seat, ray: &Line) -> Option<Touch> {
+        let (_, beside) = nearest(ray.start - seat.centre, ray.step);
+        if beside > seat.reach {
+            return None;
+        }
         let start = seat.inverse * (ray.start - seat.centre);
         let step = seat.inverse * ray.step;
         let along = step.normalize();

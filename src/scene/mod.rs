@@ -104,8 +104,7 @@ impl Scene {
     /// What draws a field in triangles alone, among which there is no room for its vectors.
     pub fn lacks_room_for_vectors(&self) -> Option<String> {
         let is_beside = self.vectors.is_some() && !self.hides_field();
-        let shades_first = self.splat.classify == Classify::Before;
-        self.splat.drawn_by_triangles_alone().filter(|_| is_beside && shades_first)
+        self.splat.lacks_room_for_others().filter(|_| is_beside)
     }
 
     /// Whether lights or tables shade its samples, before kernels are put together.

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use crate::core::Srgb8;
 use crate::polygons::Mesh;
 
-use super::{AlongRay, Classify, Lighting, Scene};
+use super::{AlongRay, Lighting, Scene};
 
 /// What polygons look like that say nothing of it.
 pub const POLYGON_COLOUR: Srgb8 = Srgb8([225, 225, 225]);
@@ -116,9 +116,8 @@ impl Scene {
         if along != AlongRay::Composite && !self.hides_field() {
             return Err(PolygonError::Projected { along: along.name() });
         }
-        let shades_first = self.splat.classify == Classify::Before && !self.hides_field();
-        match self.splat.drawn_by_triangles_alone() {
-            Some(found) if shades_first => Err(PolygonError::Mode { found }),
+        match self.splat.lacks_room_for_others() {
+            Some(found) if !self.hides_field() => Err(PolygonError::Mode { found }),
             _ => Ok(()),
         }
     }

@@ -122,7 +122,7 @@ impl Coarseness {
             Self::Octree { .. } => 0,
             Self::Reduced { field: SlabField::Own, .. } => 1,
             Self::Reduced { field: SlabField::Preview, .. } => 2,
-            Self::Vectors { .. } => 3,
+            Self::Vectors { means_rmse, .. } => 3 + usize::from(means_rmse > 0.0),
         }
     }
 
@@ -151,7 +151,7 @@ impl Coarseness {
 }
 
 /// Of coarseness.
-const KINDS: usize = 4;
+const KINDS: usize = 5;
 
 /// The model of a coarse picture's error: what its cut, its size and its shading are thought to
 /// cost, times a gain learnt from the finished pictures of the same volume and mode.
@@ -537,6 +537,11 @@ mod tests {
         estimator.learn(&scene, of(2, &scene), &checked);
         assert!((estimator.rmse(&scene, of(2, &scene), 2.0) * 3.0 / means - 1.0).abs() < 1e-9);
         assert_eq!(estimator.rmse(&plain, of(0, &plain), 2.0), field);
+        assert_eq!(
+            estimator.rmse(&scene, of(0, &scene), 2.0),
+            all,
+            "what means cost is no pixels' matter"
+        );
     }
 
     fn with_vectors() -> Option<VectorLayer> {

@@ -7,8 +7,8 @@ use glam::DVec2;
 
 use crate::core::memory::{self, TooLarge};
 use crate::kernel::Kernel;
-use crate::reference::Probe;
-pub use crate::reference::{Met, Point, Seen};
+pub use crate::reference::{Met, Point, ProbedVector, Seen};
+use crate::reference::{Probe, seen_alone};
 use crate::scene::{AlongRay, Scene};
 
 /// A ray's first visible point is where it has gathered this much opacity, unless one says otherwise.
@@ -37,6 +37,9 @@ impl Look {
 
     /// What stands for the ray in the picture.
     pub fn along(&self) -> AlongRay {
+        if self.scene.hides_field() {
+            return AlongRay::Composite;
+        }
         self.scene.inside.shown_by(&self.scene.splat).along
     }
 
@@ -45,6 +48,10 @@ impl Look {
     /// # Errors
     /// Where the field does not fit into memory.
     fn answer(&self, kept: &mut Option<Probe>) -> Result<Seen, TooLarge> {
+        let at = DVec2::from(self.pixel.map(|p| f64::from(p) + 0.5));
+        if self.scene.hides_field() {
+            return Ok(seen_alone(&self.scene, self.size, at, self.share));
+        }
         if self.along() == AlongRay::Average {
             // Known without a field.
             return Ok(Seen::Average);
@@ -66,7 +73,6 @@ impl Look {
                 Probe::new(&self.scene)
             }
         };
-        let at = DVec2::from(self.pixel.map(|p| f64::from(p) + 0.5));
         let seen = probe.look(&self.scene, self.size, at, self.share);
         *kept = Some(probe);
         Ok(seen)

@@ -23,6 +23,8 @@ const FIRST_TILES: u32 = 64;
 /// How often the parts of rays among vectors are quartered on software adapters before means are drawn:
 /// less than a slice or slab has no part.
 const MOST_QUARTERED: u32 = 6;
+/// The same of rays that wait by themselves for as many dispatches as they need: these count no parts.
+const WAITING: u32 = 1;
 /// Bricks of samples that are shaded in the first piece.
 const FIRST_BRICKS: u32 = 512;
 /// Transmittance at which rays end: what is behind can change no channel by more than half a step
@@ -163,7 +165,7 @@ impl Drawer {
             false => renderer.draw_slab_tiles(which, &view, &scene.splat, constants, tiles),
         };
         let (mut drawn, splats) =
-            self.beside_vectors(scene, &view, which, observer, (first, 0, draw))?;
+            self.beside_vectors(scene, &view, which, observer, (first, WAITING, draw))?;
         if are_alone {
             drawn.kernels = splats;
         }
@@ -179,7 +181,8 @@ impl Drawer {
 
     /// A picture of tiles, so many in the first piece, with a scene's vectors among them, and how many of
     /// these there are. Where a software adapter's loops do not allow so many along a ray, its parts are
-    /// quartered as often as may be; then means of vectors are drawn.
+    /// quartered as often as may be; then means of vectors are drawn. Quick pictures, for which parts take too
+    /// long, are of means first.
     fn beside_vectors(
         &mut self,
         scene: &Scene,
@@ -201,17 +204,19 @@ impl Drawer {
                 Some(vectors) => vectors.make_lists(renderer, view, tiles),
                 None => Ok(tiles.end),
             };
+            let is_quick = view.enlarged > 1.0;
+            let has_coarser = vectors.as_ref().is_some_and(PictureVectors::has_coarser);
             match self.tiled(scene, view, observer, (first, make_lists), &draw) {
                 // The picture begins anew.
                 Err(DrawError::Gpu(GpuError::TooManyTurns { .. }))
-                    if quartered < most_quartered =>
+                    if quartered < most_quartered && !(is_quick && has_coarser) =>
                 {
                     quartered += 1;
                 }
                 // Means are fewer.
                 Err(DrawError::Gpu(
                     error @ (GpuError::TooManyVectors { .. } | GpuError::TooManyTurns { .. }),
-                )) if vectors.as_ref().is_some_and(PictureVectors::has_coarser) => {
+                )) if has_coarser => {
                     vectors_halved += 1;
                     quartered = 0;
                     first_refusal.get_or_insert(error);

@@ -11,7 +11,7 @@ use crate::accuracy::flip::Flip;
 use crate::accuracy::sample::StratifiedPixels;
 use crate::accuracy::ssim::Ssim;
 use crate::accuracy::sweep::{
-    Measured, Point, SampledError, Setting, WholeError, candidates, exact_mode, front,
+    Measured, Point, SampledError, Setting, WholeError, candidates_of, exact_mode, front,
 };
 use crate::accuracy::{CompareError, Difference};
 use crate::core::{Cancelled, Ticket};
@@ -83,7 +83,7 @@ impl SweepOptions {
     /// All candidates for a scene, as the command line has them by default.
     pub fn new(scene: &Scene) -> Self {
         Self {
-            settings: candidates(&scene.splat),
+            settings: candidates_of(scene),
             pixels: 2000,
             seed: 1,
             repeat: 2,

@@ -30,7 +30,7 @@ fn meshes_are_embedded_or_refused_in_a_sentence() {
     let refused = of(&["--mesh", "nothing.stl"]).unwrap_err();
     assert!(refused.contains("found nothing of that name"), "{refused}");
     let refused = of(&["--mesh", mesh, "--backend", "raster"]).unwrap_err();
-    assert!(refused.contains("with polygons, found --backend raster"), "{refused}");
+    assert!(refused.contains("with --mesh, found --backend raster"), "{refused}");
     let refused = of(&["--mesh", mesh, "--projection", "maximum"]).unwrap_err();
     assert!(refused.contains("--projection composite with polygons"), "{refused}");
     let refused = of(&["--mesh", mesh, "--refine", "coarse", "--budget-ms", "9"]).unwrap_err();

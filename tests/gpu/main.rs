@@ -43,3 +43,4 @@ mod support;
 mod transfer_moves;
 mod two_vectors;
 mod vectors;
+mod vectors_in_parts;

@@ -165,3 +165,15 @@ fn a_second_field_of_nothing_changes_no_bit_and_one_field_has_no_trace_of_anothe
     let lists = drawer.renderer.list_bytes();
     assert!(drawer.renderer.size_bytes() - lists <= bytes, "records and marks are let go of");
 }
+
+/// Layers are counted for the splats of both: farther than those of the first may reach.
+#[test]
+fn a_second_field_far_before_and_behind_the_first_is_whole() {
+    let (spacing, origin) = (DVec3::new(1.0, 1.0, 20.0), DVec3::new(0.3, 0.2, -70.0));
+    let long = Lattice { spacing, origin, ..Lattice::unit([3, 3, 8]) };
+    let mut scene = with(both(), |layer| {
+        layer.second.as_mut().expect("a second field").field = field(Places::Lattice(long), 9);
+    });
+    scene.camera.direction = DVec3::new(-0.02, 0.03, -1.0).normalize();
+    holds("two fields, one far before and behind", &scene, CLOSE);
+}

@@ -7,6 +7,7 @@ use std::sync::Arc;
 
 use glam::{DMat3, DVec3, Vec3};
 use voxsplat::core::{Srgb8, Ticket};
+use voxsplat::gpu::SlabField;
 use voxsplat::reference::Reference;
 use voxsplat::scene::{OpacityModel, Order, Scene, SplatSettings, VectorLayer};
 use voxsplat::task::draw::Rung;
@@ -290,6 +291,23 @@ fn vectors_behind_the_eye_are_not_drawn() {
 fn coarser_vectors_are_those_of_the_pyramid() {
     let scene = with(alone(), |layer| layer.settings.coarser = 1);
     holds("vectors halved once", &scene, CLOSE);
+}
+
+/// Quick pictures tell what they have less of than a full one of the same size has, so that their error is known for
+/// what it is.
+#[test]
+fn only_means_that_a_full_picture_would_not_have_are_told() {
+    let Some(mut drawer) = drawer() else { return };
+    let reduced = |shrink| Rung::Reduced { field: SlabField::Own, shrink };
+    for coarser in [0, 1] {
+        let scene = with(alone(), |layer| layer.settings.coarser = coarser);
+        let mut averaged = |rung| drawn(&mut drawer, &scene, PICTURE, rung).1.vectors_averaged;
+        assert_eq!(averaged(Rung::Full), 0);
+        assert_eq!(averaged(reduced(1.5)), 0);
+        // Radii of 8 to 16 pixels at full size, or twice that; quick pictures have 4 and more.
+        let found = [8.0, 16.0].map(|shrink| averaged(reduced(shrink)));
+        assert_eq!(found, if coarser == 0 { [2, 3] } else { [1, 2] });
+    }
 }
 
 #[test]

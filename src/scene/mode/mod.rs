@@ -385,6 +385,12 @@ impl SplatSettings {
         })
     }
 
+    /// What of it leaves no room for vectors or polygons beside the field: kernels that are shaded first,
+    /// and drawn as triangles alone.
+    pub fn lacks_room_for_others(&self) -> Option<String> {
+        self.drawn_by_triangles_alone().filter(|_| self.classify == Classify::Before)
+    }
+
     /// Whether its samples may be gathered by rays in tiles.
     pub(super) fn can_gather(&self) -> bool {
         self.kernel != Kernel::Gouraud
