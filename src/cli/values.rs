@@ -12,7 +12,7 @@ use crate::scene::{
 use crate::task::engine::AdapterChoice;
 use crate::transfer::ColourMap;
 use crate::transfer::presets::Preset;
-use crate::vector::{ColourBy, Design, Foreshortening, VectorMode};
+use crate::vector::{ColourBy, Design, Foreshortening, MOST_COARSER, VectorMode};
 use crate::volume::{Component, ScalarType};
 
 type Parsed<T> = Result<T, String>;
@@ -69,6 +69,11 @@ fn small(text: &str, range: RangeInclusive<u32>) -> Parsed<u32> {
     let (least, most) = range.into_inner();
     let value = whole_number(text, u64::from(least)..=u64::from(most))?;
     u32::try_from(value).map_err(|error| error.to_string())
+}
+
+/// How often vectors are halved.
+pub(super) fn halvings(text: &str) -> Parsed<u32> {
+    small(text, 0..=MOST_COARSER)
 }
 
 pub(super) fn frames(text: &str) -> Parsed<u32> {

@@ -45,7 +45,7 @@ pub struct LookFlags {
     pub vector_extent: Option<f64>,
     /// Draw means of 2 × 2 × 2 vectors, and of these again, so many times [default: as often as leaves
     /// 40 along the longest side]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = values::halvings, allow_hyphen_values = true)]
     pub vector_coarser: Option<u32>,
     /// What the marks look like: streaks, dots or comets [default: streaks]
     #[arg(long, value_name = "NAME", value_parser = values::design)]
@@ -126,7 +126,7 @@ impl LookFlags {
             "marks" => self.vector_marks = Some(marks(value)?),
             "stretch" => self.vector_stretch = Some(values::positive(value)?),
             "extent" => self.vector_extent = Some(values::positive(value)?),
-            "coarser" => self.vector_coarser = Some(values::frames(value)?),
+            "coarser" => self.vector_coarser = Some(values::halvings(value)?),
             "design" => self.vector_design = Some(values::design(value)?),
             "foreshortening" => self.vector_foreshortening = Some(values::foreshortening(value)?),
             "seed" => self.seed = Some(values::count(value)?),

@@ -98,7 +98,7 @@ impl VectorFlags {
                 return match self.given() {
                     None => Ok(None),
                     Some(flag) => Err(Failure::Usage(format!(
-                        "expected --vector NAME with {flag}, found no field named; name one of three \
+                        "expected --vector NAME with {flag}, found no field named; name a field of three \
                          components, which `voxsplat info` tells, or add --vectors-only"
                     ))),
                 };

@@ -29,8 +29,8 @@ impl PictureFormat {
             Some("exr") => Ok(Self::Exr),
             _ => Err(format!(
                 "expected a picture name that ends in .png or .exr, found another; \
-                 rename it: {}",
-                path.display()
+                 name it {}, for one",
+                path.with_extension("png").display()
             )),
         }
     }

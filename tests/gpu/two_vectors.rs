@@ -3,7 +3,7 @@
 //! Measured on llvmpipe (LLVM 15, Mesa 22.3.6).
 
 use glam::{DMat3, DVec3};
-use voxsplat::core::Srgb8;
+use voxsplat::core::{Camera, Srgb8};
 use voxsplat::scene::{OpacityModel, Order, Scene, SecondVectors};
 use voxsplat::task::draw::Rung;
 use voxsplat::transfer::ColourSource;
@@ -174,6 +174,8 @@ fn a_second_field_far_before_and_behind_the_first_is_whole() {
     let mut scene = with(both(), |layer| {
         layer.second.as_mut().expect("a second field").field = field(Places::Lattice(long), 9);
     });
-    scene.camera.direction = DVec3::new(-0.02, 0.03, -1.0).normalize();
+    let Camera { focal_point, up, parallel_scale, .. } = scene.camera;
+    let along = DVec3::new(-0.02, 0.03, -1.0);
+    scene.camera = Camera::new(focal_point, along, up, parallel_scale);
     holds("two fields, one far before and behind", &scene, CLOSE);
 }
