@@ -19,8 +19,8 @@ pub(super) fn run(flags: &AccuracyFlags) -> Result<(), Failure> {
         let extension = plot.extension().map(|e| e.to_string_lossy().to_lowercase());
         if extension.as_deref() != Some("png") {
             return usage(format!(
-                "expected a plot's name that ends in .png, found another; name it {}",
-                plot.with_extension("png").display()
+                "expected a plot's name that ends in .png, found another; choose such a name: {}",
+                plot.display()
             ));
         }
     }

@@ -56,8 +56,8 @@ impl LoopFormat {
             Some("png") => Ok(Self::Pngs),
             _ => Err(format!(
                 "expected a loop's name that ends in .gif, or in .png for numbered pictures, found \
-                 another; name it {}, for one",
-                path.with_extension("gif").display()
+                 another; choose such a name: {}",
+                path.display()
             )),
         }
     }

@@ -29,8 +29,8 @@ impl PictureFormat {
             Some("exr") => Ok(Self::Exr),
             _ => Err(format!(
                 "expected a picture name that ends in .png or .exr, found another; \
-                 name it {}, for one",
-                path.with_extension("png").display()
+                 choose such a name: {}",
+                path.display()
             )),
         }
     }
