@@ -363,11 +363,17 @@ impl<'a> Rays<'a> {
     }
 }
 
+/// Turns of a dispatch for what is not polygons. Each of these is a layer of its own, wherever it is: any part
+/// of a ray may meet all of them.
+fn budget(polygons: Option<u32>, surfaces: u32, most: u64) -> f64 {
+    most.saturating_sub(REST) as f64 - LANES * polygon_turns(polygons, surfaces)
+}
+
 /// Turns that a ray may take among vectors alone before it waits for the next dispatch: rays beside one
 /// another walk the same list in step.
 pub(super) fn among_vectors_alone(polygons: Option<u32>, most: u64) -> Result<u32, GpuError> {
     check_polygons(polygons, 0, Some(most))?;
-    let left = most.saturating_sub(REST) as f64 - LANES * polygon_turns(polygons, 0);
+    let left = budget(polygons, 0, most);
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturating")]
     let turns = (0.9 * left).max(1.0) as u32;
     Ok(turns)
@@ -415,12 +421,6 @@ impl SlabRays {
         check_faces(self.faces())
     }
 
-    /// Turns of a dispatch for what is not polygons. Each of these is a layer of its own, wherever it is:
-    /// any part of a ray may meet all of them.
-    fn budget(&self, most: u64) -> f64 {
-        most.saturating_sub(REST) as f64 - LANES * polygon_turns(self.polygons, self.surfaces)
-    }
-
     /// Turns of one look, with those of the faces up to the next.
     fn look(&self) -> f64 {
         let value = self.window.map_or(0.0, |w| {
@@ -450,7 +450,8 @@ impl SlabRays {
     pub(super) fn among_vectors(&self, most: u64) -> [u32; 2] {
         let surfaces = f64::from(self.surfaces);
         // A surface divides a slab of vectors, too.
-        let half = 0.5 * (self.budget(most) - LANES * surfaces * (surfaces + 4.0));
+        let half = 0.5
+            * (budget(self.polygons, self.surfaces, most) - LANES * surfaces * (surfaces + 4.0));
         let look = self.look() + VECTOR_LOOK * f64::from(layout::LOOK_EVERY);
         // Leaps count as looks.
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturating")]
@@ -461,7 +462,7 @@ impl SlabRays {
     /// The dispatches that walk a pixel: `None` for a single one with everything where the loops
     /// allow.
     pub(super) fn parts(&self, most: Option<u64>) -> Option<Vec<SlabPart>> {
-        let budget = self.budget(most?);
+        let budget = budget(self.polygons, self.surfaces, most?);
         if self.check(most).is_err() {
             return None;
         }
