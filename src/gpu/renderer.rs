@@ -439,7 +439,8 @@ impl Renderer {
         let side = slabs.halved(view)?.rays_per_side(settings.kernel, settings.extent);
         let looks = looks_of(&self.shade, &self.inside, &self.polygons);
         let rays = slabs.rays(view, settings, picture, looks, side)?;
-        Some((side, rays.among_vectors(most)))
+        let apart = self.vectors_quartered.saturating_sub(1);
+        Some((side, rays.among_vectors(most, apart)))
     }
 
     fn reconstruct_slabs(

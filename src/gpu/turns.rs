@@ -445,9 +445,10 @@ impl SlabRays {
     }
 
     /// What a ray among vectors may take in one dispatch before it waits for the next: looks, and turns
-    /// among the splats. Rays beside one another take the former together, but the latter each in its own
-    /// time; either may be half of what there is.
-    pub(super) fn among_vectors(&self, most: u64) -> [u32; 2] {
+    /// among the splats. Rays beside one another take both together, as long as they come to the same layers;
+    /// either may be half of what there is. How often the turns are `quartered` says how far from one another
+    /// they may be.
+    pub(super) fn among_vectors(&self, most: u64, quartered: u32) -> [u32; 2] {
         let surfaces = f64::from(self.surfaces);
         // A surface divides a slab of vectors, too.
         let half = 0.5
@@ -456,7 +457,7 @@ impl SlabRays {
         // Leaps count as looks.
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturating")]
         let whole = |n: f64| n.max(1.0) as u32;
-        [whole(half / (look + LANES)), whole(half / LANES)]
+        [whole(half / (look + LANES)), whole(half * 0.25_f64.powi(quartered.cast_signed()))]
     }
 
     /// The dispatches that walk a pixel: `None` for a single one with everything where the loops

@@ -23,8 +23,9 @@ const FIRST_TILES: u32 = 64;
 /// How often the parts of rays among vectors are quartered on software adapters before means are drawn:
 /// less than a slice or slab has no part.
 const MOST_QUARTERED: u32 = 6;
-/// The same of rays that wait by themselves for as many dispatches as they need: these count no parts.
-const WAITING: u32 = 1;
+/// The same of rays that wait by themselves for as many dispatches as they need: the last time they have a 16th of
+/// the turns, as many as neighbours may take one after another.
+const WAITING: u32 = 3;
 /// Bricks of samples that are shaded in the first piece.
 const FIRST_BRICKS: u32 = 512;
 /// Transmittance at which rays end: what is behind can change no channel by more than half a step
