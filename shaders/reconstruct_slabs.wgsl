@@ -28,6 +28,12 @@ fn frame_growth() -> f32 {
     return slabs.up.w;
 }
 
+// The slab that is classified next, in the order of compositing.
+fn slab_ahead(k: i32, way: i32, have: i32) -> i32 {
+    let at = k - way * select(min(have, 2), 0, classify_middle);
+    return select(at, 1 - at, back_to_front);
+}
+
 fn picture_width() -> u32 {
     return slabs.tiles.z;
 }
@@ -129,161 +135,154 @@ fn ray(screen: vec2<f32>, pixel: vec2<u32>, slot: u32) -> vec4<f32> {
             remaining = -1;
         }
     }
-    // Once the field is behind: what stands there of vectors, in one turn more.
-    var is_behind = false;
-    while (remaining >= 0 || (VECTORS && !is_behind)) && left_of(light) >= slabs.picture.w {
-        is_behind = VECTORS && remaining < 0;
-        if IN_PARTS {
-            if looks == slabs.part.z {
-                break;
-            }
-            looks += 1u;
-        }
-        // Where the next slab begins.
-        var at = k - way * min(have, 2 * ahead);
-        var look_t = clamp(f32(at) * step, enter, leave);
-        var far = distance_at(origin + direction * look_t);
-        while far > 0 && remaining >= 0 {
+    // From layer to layer of vectors, so that the rays of a tile, whose list is one, come to each together:
+    // software adapters run what neighbours do at different times once for each. Without vectors, once.
+    loop {
+        let layer = next_layer(vector_state);
+        let bound = field_slab(layer);
+        while remaining >= 0 && left_of(light) >= slabs.picture.w
+            && (!VECTORS || slab_ahead(k, way, have) < bound)
+        {
             if IN_PARTS {
                 if looks == slabs.part.z {
                     break;
                 }
                 looks += 1u;
             }
-            // To the first face that is not known to be followed by nothing.
-            let free = leap(origin + direction * look_t, far, inverse * f32(way));
-            let faces = max(i32(ceil((abs(look_t - f32(at) * step) + free) / step)), 1);
-            at += way * faces;
-            // One sooner, for the face before the slab.
-            let next = at - way * ahead;
-            if (next - k) * way > 0 {
-                k = next;
-                remaining = select(last - k, k - first, back_to_front) + ahead;
-                have = 0;
-                u_near = NOTHING;
-                u_far = NOTHING;
+            // Where the next slab begins.
+            var at = k - way * min(have, 2 * ahead);
+            var look_t = clamp(f32(at) * step, enter, leave);
+            var far = distance_at(origin + direction * look_t);
+            while far > 0 && remaining >= 0 {
+                if IN_PARTS {
+                    if looks == slabs.part.z {
+                        break;
+                    }
+                    looks += 1u;
+                }
+                // To the first face that is not known to be followed by nothing.
+                let free = leap(origin + direction * look_t, far, inverse * f32(way));
+                let faces = max(i32(ceil((abs(look_t - f32(at) * step) + free) / step)), 1);
+                at += way * faces;
+                // One sooner, for the face before the slab.
+                let next = at - way * ahead;
+                if (next - k) * way > 0 {
+                    k = next;
+                    remaining = select(last - k, k - first, back_to_front) + ahead;
+                    have = 0;
+                    u_near = NOTHING;
+                    u_far = NOTHING;
+                }
+                look_t = clamp(f32(at) * step, enter, leave);
+                far = distance_at(origin + direction * look_t);
             }
-            look_t = clamp(f32(at) * step, enter, leave);
-            far = distance_at(origin + direction * look_t);
-        }
-        // Loops rather than branches: software adapters run both sides of a branch.
-        for (
-            var n = 0u;
-            n < LOOK_EVERY && (remaining >= 0 || (is_behind && n == 0u))
-                && left_of(light) >= slabs.picture.w;
-            n++
-        ) {
-            let t = clamp(f32(k) * step, enter, leave);
-            var found = Halves(vec4<f32>(0.0), vec4<f32>(0.0));
-            var from_t = t_near;
-            var to_t = t_far;
-            let u_ends = vec2<f32>(u_near, u_far);
-            var u_middle = 0.5 * (u_near + u_far);
-            var g_middle = 0.5 * (g_near + g_far);
-            if classify_middle {
-                from_t = t;
-                to_t = clamp(f32(k + way) * step, enter, leave);
-            }
-            // What this turn would lose.
-            let lost = vec3<f32>(u_before, t_before, width_near);
-            let here_t = select(t, 0.5 * (from_t + to_t), classify_middle);
-            let here = face(select(origin + direction * here_t, vec3<f32>(0.0), is_behind));
-            if classify_middle {
-                let u = here.value;
-                u_middle = u.x;
-                g_middle = here.gradient;
-                if u.x != NOTHING {
-                    if has_widths {
-                        found.near = classify_about(u.x, u.x, u.y).near;
-                    } else {
-                        found.near = classify(u.x);
+            // Loops rather than branches: software adapters run both sides of a branch.
+            for (
+                var n = 0u;
+                n < LOOK_EVERY && remaining >= 0 && left_of(light) >= slabs.picture.w
+                    && (!VECTORS || slab_ahead(k, way, have) < bound);
+                n++
+            ) {
+                let t = clamp(f32(k) * step, enter, leave);
+                var found = Halves(vec4<f32>(0.0), vec4<f32>(0.0));
+                var from_t = t_near;
+                var to_t = t_far;
+                let u_ends = vec2<f32>(u_near, u_far);
+                var u_middle = 0.5 * (u_near + u_far);
+                var g_middle = 0.5 * (g_near + g_far);
+                let slab = slab_ahead(k, way, have);
+                if classify_middle {
+                    from_t = t;
+                    to_t = clamp(f32(k + way) * step, enter, leave);
+                }
+                let here_t = select(t, 0.5 * (from_t + to_t), classify_middle);
+                let here = face(origin + direction * here_t);
+                if classify_middle {
+                    let u = here.value;
+                    u_middle = u.x;
+                    g_middle = here.gradient;
+                    if u.x != NOTHING {
+                        if has_widths {
+                            found.near = classify_about(u.x, u.x, u.y).near;
+                        } else {
+                            found.near = classify(u.x);
+                        }
+                    }
+                } else {
+                    let u = here.value.x;
+                    // The parabola has the mean of the cubic through four faces.
+                    let whole = abs(t - t_before) >= WHOLE_SLABS * step
+                        && u_before != NOTHING && u != NOTHING;
+                    let bend = ((u_near - u_before) + (u_far - u)) * (1.0 / 24.0);
+                    if u_near != NOTHING && u_far != NOTHING {
+                        if has_widths {
+                            found = classify_about(u_near, u_far, 0.5 * (width_near + width_far));
+                        } else {
+                            found = classify_between(u_near, u_far, select(0.0, bend, whole));
+                        }
+                    }
+                    width_near = width_far;
+                    width_far = here.value.y;
+                    g_near = g_far;
+                    g_far = here.gradient;
+                    u_before = u_near;
+                    u_near = u_far;
+                    u_far = u;
+                    t_before = t_near;
+                    t_near = t_far;
+                    t_far = t;
+                    have += 1;
+                }
+                if has_widths {
+                    // A loop, because software adapters run both sides of a branch.
+                    let is_slab = classify_middle || (u_ends.x != NOTHING && u_ends.y != NOTHING);
+                    for (var once = seeks_specks && is_slab; once; once = false) {
+                        found = with_specks(found, origin + direction * (0.5 * (from_t + to_t)));
                     }
                 }
-            } else {
-                let u = here.value.x;
-                // The parabola has the mean of the cubic through four faces.
-                let whole = abs(t - t_before) >= WHOLE_SLABS * step
-                    && u_before != NOTHING && u != NOTHING;
-                let bend = ((u_near - u_before) + (u_far - u)) * (1.0 / 24.0);
-                if u_near != NOTHING && u_far != NOTHING {
-                    if has_widths {
-                        found = classify_about(u_near, u_far, 0.5 * (width_near + width_far));
-                    } else {
-                        found = classify_between(u_near, u_far, select(0.0, bend, whole));
+                k += way;
+                remaining -= 1;
+                if SHADED {
+                    // A loop for the same reason.
+                    for (var once = found.near.w + found.far.w > 0.0; once; once = false) {
+                        found = shaded(found, u_middle, g_middle, 0.5 * (from_t + to_t), screen);
                     }
                 }
-                width_near = width_far;
-                width_far = here.value.y;
-                g_near = g_far;
-                g_far = here.gradient;
-                u_before = u_near;
-                u_near = u_far;
-                u_far = u;
-                t_before = t_near;
-                t_near = t_far;
-                t_far = t;
-                have += 1;
-            }
-            if has_widths {
-                // A loop, because software adapters run both sides of a branch.
-                let is_slab = classify_middle || (u_ends.x != NOTHING && u_ends.y != NOTHING);
-                for (var once = seeks_specks && is_slab && !is_behind; once; once = false) {
-                    found = with_specks(found, origin + direction * (0.5 * (from_t + to_t)));
+                if holes_show {
+                    // Boxes of samples without data: nothing is interpolated, nor lit.
+                    let is_slab = classify_middle || have > 2;
+                    let middle = origin + direction * (0.5 * (from_t + to_t));
+                    for (var once = is_slab && is_hole(middle); once; once = false) {
+                        found.near = no_data();
+                        found.far = select(found.near, vec4<f32>(0.0), classify_middle);
+                    }
                 }
-            }
-            k += way;
-            remaining -= 1;
-            if SHADED {
-                // A loop for the same reason.
-                for (var once = found.near.w + found.far.w > 0.0; once; once = false) {
-                    found = shaded(found, u_middle, g_middle, 0.5 * (from_t + to_t), screen);
-                }
-            }
-            if holes_show {
-                // Boxes of samples without data: nothing is interpolated, nor lit.
-                let is_slab = !is_behind && (classify_middle || have > 2);
-                let middle = origin + direction * (0.5 * (from_t + to_t));
-                for (var once = is_slab && is_hole(middle); once; once = false) {
-                    found.near = no_data();
-                    found.far = select(found.near, vec4<f32>(0.0), classify_middle);
-                }
-            }
-            let weight = found.near.w + found.far.w;
-            let is_met = meet_levels(&met, through, u_ends, vec2<f32>(from_t, to_t), screen);
-            if weight <= 0.0 && !is_behind && !is_met {
-                continue;
-            }
-            if has_holes && !holes_show {
-                if !is_behind && is_hole(origin + direction * (0.5 * (from_t + to_t))) {
+                let weight = found.near.w + found.far.w;
+                let is_met = meet_levels(&met, through, u_ends, vec2<f32>(from_t, to_t), screen);
+                if weight <= 0.0 && !is_met {
                     continue;
                 }
-            }
-            let length = stretch * abs(to_t - from_t);
-            let slab = select(i32(floor(0.5 * (from_t + to_t) / step)), EVERY_SLAB, is_behind);
-            let beside = vectors_in(&vector_state, &light, &met, slab, screen);
-            if PAUSES && (vector_state.is_late || is_behind) {
-                // This turn begins anew in the next dispatch, or has nothing of the field.
-                k -= way;
-                remaining += 1;
-                if !classify_middle {
-                    width_far = width_near;
-                    width_near = lost.z;
-                    u_far = u_near;
-                    u_near = u_before;
-                    u_before = lost.x;
-                    t_far = t_near;
-                    t_near = t_before;
-                    t_before = lost.y;
-                    have -= 1;
+                if has_holes && !holes_show {
+                    if is_hole(origin + direction * (0.5 * (from_t + to_t))) {
+                        continue;
+                    }
                 }
-                break;
+                let length = stretch * abs(to_t - from_t);
+                lay_slabs_before(&vector_state, &light, &met, slab_of_vectors(slab));
+                let beside = take_slab(&vector_state, slab_of_vectors(slab));
+                lay(&light, &met, found, length, vec2<f32>(from_t, to_t), beside);
             }
-            if is_behind {
-                continue;
-            }
-            lay(&light, &met, found, length, vec2<f32>(from_t, to_t), beside);
         }
-        if PAUSES && vector_state.is_late {
+        if !VECTORS || (IN_PARTS && looks == slabs.part.z) {
+            break;
+        }
+        // What stands where the field has nothing.
+        lay_slabs_before(&vector_state, &light, &met, layer);
+        if layer == EVERY_SLAB || left_of(light) < slabs.picture.w {
+            break;
+        }
+        sum_next_layer(&vector_state, screen);
+        if vector_state.is_late {
             break;
         }
     }

@@ -86,6 +86,7 @@ fn host_structs() -> [HostStruct; 17] {
             second_z,
             second_origin,
             second_flags,
+            field_slabs,
             blur,
         }),
         host_struct!(VectorTiles { tiles, more, rays }),

@@ -28,6 +28,31 @@ fn has_vectors_left(ray: VectorRay) -> bool {
     return false;
 }
 
+fn lay_slabs_before(
+    ray: ptr<function, VectorRay>,
+    light: ptr<function, Gathered>,
+    met: ptr<function, Met>,
+    slab: i32,
+) {}
+
+fn take_slab(ray: ptr<function, VectorRay>, slab: i32) -> vec4<f32> {
+    return vec4<f32>(0.0);
+}
+
+fn next_layer(ray: VectorRay) -> i32 {
+    return EVERY_SLAB;
+}
+
+fn field_slab(slab: i32) -> i32 {
+    return slab;
+}
+
+fn slab_of_vectors(slab: i32) -> i32 {
+    return slab;
+}
+
+fn sum_next_layer(ray: ptr<function, VectorRay>, screen: vec2<f32>) {}
+
 fn vectors_in(
     ray: ptr<function, VectorRay>,
     light: ptr<function, Gathered>,

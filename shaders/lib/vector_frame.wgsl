@@ -26,6 +26,8 @@ struct Vectors {
     second_origin: vec4<f32>,
     // Its first splat; see BLEND; see POLYGON and COORDINATES; which table of marks is its.
     second_flags: vec4<u32>,
+    // Slabs of the field in each of theirs.
+    field_slabs: vec4<i32>,
     // Of each table of marks: what each size has lost of their contrast, by foreshortening.
     blur: array<f32, 160>,
 }

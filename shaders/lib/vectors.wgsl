@@ -42,6 +42,8 @@ struct VectorRay {
     after: i32,
     // What lies between these depths is kept.
     kept: vec2<f32>,
+    // How many slabs of the field have taken their share of the next one.
+    taken: i32,
     // Their emission and matter.
     slab0: vec4<f32>,
     slab1: vec4<f32>,
@@ -58,7 +60,7 @@ fn vector_ray(pixel: vec2<u32>, kept: vec2<f32>) -> VectorRay {
     let none = vec4<f32>(0.0);
     // Of nothing, one place.
     let kept_ends = vec2<f32>(kept.x, max(kept.x, kept.y));
-    return VectorRay(range.x, range.y, 0, 0, 0, kept_ends, none, none, none, none, 0u, false);
+    return VectorRay(range.x, range.y, 0, 0, 0, kept_ends, 0, none, none, none, none, 0u, false);
 }
 
 // Of a slab, pixels of view depth.
@@ -73,7 +75,12 @@ fn words_of(ray: VectorRay) -> array<vec4<u32>, 5> {
         bitcast<vec4<u32>>(ray.slab1),
         bitcast<vec4<u32>>(ray.slab2),
         bitcast<vec4<u32>>(ray.slab3),
-        vec4<u32>(ray.entry, bitcast<vec3<u32>>(vec3<i32>(ray.begin, ray.next, ray.after))),
+        bitcast<vec4<u32>>(vec4<i32>(
+            bitcast<i32>(ray.entry),
+            ray.begin,
+            ray.next,
+            (ray.taken << 1u) | i32(ray.after > ray.begin),
+        )),
     );
 }
 
@@ -84,8 +91,9 @@ fn with_words(ray: VectorRay, words: array<vec4<u32>, 5>) -> VectorRay {
         ray.end,
         places.x,
         places.y,
-        places.z,
+        places.x + LAYER_SLABS * (places.z & 1),
         ray.kept,
+        places.z >> 1u,
         bitcast<vec4<f32>>(words[0]),
         bitcast<vec4<f32>>(words[1]),
         bitcast<vec4<f32>>(words[2]),
@@ -252,9 +260,89 @@ fn slab_ends(slab: i32) -> vec2<f32> {
     return select(ends, ends.yx, back_to_front);
 }
 
-// Composites every slab of vectors before one, and returns what they give that one: emission and
-// matter. Slabs are counted from the front, beginning at the lattice's centre; EVERY_SLAB is after all.
-// Where a ray may pause (PAUSES) and has had its turns, it is late, and gives nothing yet.
+// Composites the slabs that were summed up and lie before one. Here and below slabs are counted in the order of
+// compositing, from the lattice's centre; EVERY_SLAB is after all.
+fn lay_slabs_before(
+    ray: ptr<function, VectorRay>,
+    light: ptr<function, Gathered>,
+    met: ptr<function, Met>,
+    slab: i32,
+) {
+    for (; (*ray).next < min(slab, (*ray).after); (*ray).next++) {
+        if PAUSES {
+            (*ray).turns += turns_of_slab();
+        }
+        let left = vectors.field_slabs.x - (*ray).taken;
+        let sum = slab_sum(ray, (*ray).next) * (f32(left) / f32(vectors.field_slabs.x));
+        let ends = slab_ends((*ray).next);
+        (*ray).taken = 0;
+        lay_vectors(light, met, sum, clamp(ends, (*ray).kept.xx, (*ray).kept.yy));
+    }
+}
+
+// The first slab of the field in a slab of vectors, which may be thicker.
+fn field_slab(slab: i32) -> i32 {
+    let most = vectors.field_slabs.x;
+    let first = most * slab - select(0, most - 1, back_to_front);
+    return select(first, EVERY_SLAB, slab == EVERY_SLAB);
+}
+
+// The slab of vectors that one of the field lies in.
+fn slab_of_vectors(slab: i32) -> i32 {
+    let most = vectors.field_slabs.x;
+    let below = select(select(0, most - 1, slab < 0), select(0, most - 1, slab > 0), back_to_front);
+    return (slab + select(-below, below, back_to_front)) / most;
+}
+
+// What vectors give a slab of the field, before whose own all is composited: emission and matter, an equal share
+// for each.
+fn take_slab(ray: ptr<function, VectorRay>, slab: i32) -> vec4<f32> {
+    var found = vec4<f32>(0.0);
+    if (*ray).next == slab && slab < (*ray).after {
+        found = slab_sum(ray, slab) / f32(vectors.field_slabs.x);
+        (*ray).taken += 1;
+        let is_last = (*ray).taken == vectors.field_slabs.x;
+        (*ray).next += i32(is_last);
+        (*ray).taken = select((*ray).taken, 0, is_last);
+    }
+    return found;
+}
+
+// The first slab of the layer that the list comes to.
+fn next_layer(ray: VectorRay) -> i32 {
+    if ray.entry >= ray.end {
+        return EVERY_SLAB;
+    }
+    let own = i32(vector_keys[ray.entry] & ((1u << vectors.flags.w) - 1u));
+    let layer = select(own, vectors.layers.y - 1 - own, back_to_front) + vectors.layers.x;
+    let nearest = LAYER_SLABS * layer;
+    return select(nearest, 1 - nearest - LAYER_SLABS, back_to_front);
+}
+
+// Sums up that layer, once the slabs of the one before are composited. Where a ray may pause (PAUSES) and has had
+// its turns, it is late: in the next dispatch this is asked for again.
+fn sum_next_layer(ray: ptr<function, VectorRay>, screen: vec2<f32>) {
+    let begin = next_layer(*ray);
+    let nearest = select(begin, 1 - begin - LAYER_SLABS, back_to_front);
+    let slant = length(vec3<f32>(screen * frame_growth(), 1.0));
+    var is_whole = true;
+    if PAUSES {
+        (*ray).is_late = (*ray).turns >= most_vector_turns();
+    }
+    for (var once = !(*ray).is_late; once; once = false) {
+        is_whole = sum_layer(ray, screen, f32(nearest) * vectors.depth.y, slant);
+        (*ray).begin = begin;
+        (*ray).next = begin;
+        (*ray).after = select(begin, begin + LAYER_SLABS, is_whole);
+    }
+    if PAUSES {
+        (*ray).turns += TURNS_OF_LAYER;
+        (*ray).is_late = (*ray).is_late || !is_whole;
+    }
+}
+
+// Composites every slab of vectors before one, as they are counted from the front, and returns what they give
+// that one. Where a ray is late, it gives nothing yet.
 fn vectors_in(
     ray: ptr<function, VectorRay>,
     light: ptr<function, Gathered>,
@@ -262,51 +350,20 @@ fn vectors_in(
     slab: i32,
     screen: vec2<f32>,
 ) -> vec4<f32> {
-    let mask = (1u << vectors.flags.w) - 1u;
-    // In the order of compositing.
     let until = select(slab, select(-slab, EVERY_SLAB, slab == EVERY_SLAB), back_to_front);
-    let last = vectors.layers.y - 1;
-    let slant = length(vec3<f32>(screen * frame_growth(), 1.0));
     (*ray).is_late = false;
     while left_of(*light) >= vectors.depth.z {
-        for (; (*ray).next < min(until, (*ray).after); (*ray).next++) {
-            if PAUSES {
-                (*ray).turns += turns_of_slab();
-            }
-            let sum = slab_sum(ray, (*ray).next);
-            let ends = slab_ends((*ray).next);
-            lay_vectors(light, met, sum, clamp(ends, (*ray).kept.xx, (*ray).kept.yy));
-        }
-        if (*ray).next < (*ray).after || (*ray).entry >= (*ray).end {
+        lay_slabs_before(ray, light, met, until);
+        let is_behind = next_layer(*ray) > until || (*ray).entry >= (*ray).end;
+        if (*ray).next < (*ray).after || is_behind {
             break;
         }
-        let own = i32(vector_keys[(*ray).entry] & mask);
-        let layer = select(own, last - own, back_to_front) + vectors.layers.x;
-        let nearest = LAYER_SLABS * layer;
-        let begin = select(nearest, 1 - nearest - LAYER_SLABS, back_to_front);
-        if begin > until {
+        sum_next_layer(ray, screen);
+        if (*ray).is_late {
             break;
         }
-        if PAUSES {
-            (*ray).is_late = (*ray).turns >= most_vector_turns();
-            if (*ray).is_late {
-                break;
-            }
-        }
-        let is_whole = sum_layer(ray, screen, f32(nearest) * vectors.depth.y, slant);
-        if PAUSES {
-            (*ray).turns += TURNS_OF_LAYER;
-        }
-        (*ray).begin = begin;
-        (*ray).next = begin;
-        (*ray).after = select(begin, begin + LAYER_SLABS, is_whole || !PAUSES);
     }
-    var found = vec4<f32>(0.0);
-    if (*ray).next == until && until < (*ray).after {
-        found = slab_sum(ray, until);
-        (*ray).next += 1;
-    }
-    return found;
+    return take_slab(ray, until);
 }
 
 // Counts an invocation whose loops the adapter has ended, and so perhaps left splats out: software

@@ -128,6 +128,7 @@ pub struct Vectors {
     pub second_z: [f32; 4],
     pub second_origin: [f32; 4],
     pub second_flags: [u32; 4],
+    pub field_slabs: [i32; 4],
     pub blur: [[f32; 16]; 10],
 }
 

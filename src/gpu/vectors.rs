@@ -62,6 +62,8 @@ pub struct VectorSplats<'a> {
     pub centre: DVec3,
     /// Distance between slab faces, pixels of view depth ([`Renderer::slab_thickness`]).
     pub slab: f64,
+    /// How many slabs of the field lie in each: 1, but where a quick picture may share them out.
+    pub field_slabs: u32,
     /// Front to back, a pixel is done once less of what lies behind shows through.
     pub stop_below: f32,
 }

@@ -8,7 +8,7 @@ use super::line::voxel_span;
 use super::sources::Line;
 use crate::scene::Scene;
 use crate::transfer::extinction_from_opacity;
-use crate::vector::{ColourBy, VectorSettings};
+use crate::vector::{ColourBy, VectorSettings, slimmed};
 use crate::volume::{Places, ScalarVolume, VectorField};
 
 /// A vector of a field.
@@ -79,7 +79,8 @@ fn boxes(
 ) -> Vec<Box> {
     let of = |index: usize| {
         let vector = field.vectors[index].as_dvec3();
-        let (place, axes) = field.places.at(index);
+        let (place, steps) = field.places.at(index);
+        let (axes, share) = slimmed(steps);
         let inverse = axes.inverse();
         let [enter, leave] = voxel_span(inverse * (ray.start - place), inverse * ray.step)?;
         let by = match settings.opacity_by {
@@ -90,7 +91,8 @@ fn boxes(
             ColourBy::Scalar => scalar.value_at(place),
         };
         let opacity = settings.transfer.opacity_at(by);
-        let extinction = extinction_from_opacity(opacity) / unit_distance * ray.step.length();
+        let extinction =
+            extinction_from_opacity(opacity) / (unit_distance * share) * ray.step.length();
         let is_seen = vector.is_finite() && opacity > 0.0 && leave > ray.from;
         is_seen.then(|| Box { enter: enter.max(ray.from), leave, extinction })
     };

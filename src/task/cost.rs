@@ -20,6 +20,8 @@ pub struct Costs {
     /// Per smaller picture in slabs, however few its rays: the device is woken, and in a window whose
     /// interface is painted by the same processor it waits for that.
     pub reduced_start_ms: f64,
+    /// Making the lists of vectors of a smaller picture, which few rays do not shorten; 0 without any.
+    pub lists_ms: f64,
 }
 
 impl Default for Costs {
@@ -33,6 +35,7 @@ impl Default for Costs {
             ray_ms: 2e-3,
             reduced_ray_ms: [2e-3, 0.7e-3],
             reduced_start_ms: 1.0,
+            lists_ms: 0.0,
         }
     }
 }
@@ -102,6 +105,16 @@ impl Costs {
         let a_share = off / (start * start + drawn * drawn);
         self.reduced_start_ms += start * start * a_share;
         *ray_ms += *ray_ms * drawn * a_share;
+    }
+
+    /// Takes in how long the lists of vectors of a smaller picture were made.
+    pub fn learn_lists(&mut self, wall_ms: f64) {
+        self.lists_ms += (wall_ms - self.lists_ms) * RAY_TRUST;
+    }
+
+    /// What lists leave of a budget.
+    pub fn beside_lists(&self, budget_ms: f64) -> f64 {
+        (budget_ms - self.lists_ms).max(budget_ms * LEAST_RAY_SHARE)
     }
 
     /// What a smaller picture in slabs is thought to take.

@@ -90,6 +90,8 @@ pub struct Drawn {
     pub made_pipelines: bool,
     /// Wall milliseconds of the drawing, without preparation and reading back.
     pub wall_ms: f64,
+    /// Of it, making lists of vectors.
+    pub lists_ms: f64,
 }
 
 /// Why a rung was not finished.

@@ -175,6 +175,10 @@ impl Drawer {
         size: [u32; 2],
         budget_ms: f64,
     ) -> Option<Reduction> {
+        let budget_ms = match scene.vectors {
+            Some(_) => self.costs.beside_lists(budget_ms),
+            None => budget_ms,
+        };
         if vectors::are_alone(scene) {
             let shrink = self.affordable(SlabField::Own, size, budget_ms);
             return Some(Reduction { field: SlabField::Own, shrink });

@@ -174,7 +174,10 @@ impl Drawer {
             // The next one will not wait for a compiler.
             _ if drawn.made_pipelines => {}
             SlabField::Own if enlarged <= 1.0 => self.costs.learn_rays(rays, drawn.wall_ms),
-            _ => self.costs.learn_reduced(which, rays, drawn.wall_ms),
+            _ => {
+                self.costs.learn_lists(drawn.lists_ms);
+                self.costs.learn_reduced(which, rays, drawn.wall_ms - drawn.lists_ms);
+            }
         }
         Ok(Drawn { is_shaded: !are_alone, ..drawn })
     }
@@ -314,10 +317,12 @@ impl Drawer {
         let start = Instant::now();
         self.begin(scene, view, scene.splat.kernel.splatted())?;
         let total = tile_count(view.size);
-        let (mut done, mut piece, mut ready) = (0, first, 0);
+        let (mut done, mut piece, mut ready, mut lists_ms) = (0, first, 0, 0.0);
         while done < total {
             if done == ready {
+                let start = Instant::now();
                 ready = make_ready(&mut self.renderer, done..total)?;
+                lists_ms += start.elapsed().as_secs_f64() * 1e3;
             }
             let end = (done + piece).min(ready);
             let wall_ms = draw(&mut self.renderer, done..end)?;
@@ -336,6 +341,7 @@ impl Drawer {
             size: view.size,
             kernels: self.active_count().unwrap_or(0),
             wall_ms: start.elapsed().as_secs_f64() * 1e3,
+            lists_ms,
             ..Drawn::default()
         })
     }

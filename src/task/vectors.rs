@@ -24,6 +24,8 @@ const LEAST_QUICK_RADIUS_PX: f64 = 4.0;
 
 /// How much thicker slabs are in quick pictures: splats then lie in half as many.
 const QUICK_SLABS: f64 = 2.0;
+/// Slabs of a field that share one of vectors in quick pictures, at most.
+const MOST_FIELD_SLABS: f64 = 64.0;
 
 /// What splats were made of; how they are drawn besides does not count.
 #[derive(Debug, Clone)]
@@ -106,6 +108,8 @@ pub(super) struct PictureVectors {
     /// Of each field.
     splats: Vec<Arc<Splats>>,
     slab: f64,
+    /// How many of the field lie in each.
+    field_slabs: u32,
     /// Whether there are means of them, too.
     has_coarser: bool,
     /// See `Drawn::vectors_averaged`.
@@ -145,6 +149,7 @@ impl PictureVectors {
             camera: &self.scene.camera,
             centre: self.scene.volume.lattice.centre(),
             slab: self.slab,
+            field_slabs: self.field_slabs,
             stop_below: STOP_BELOW as f32,
         };
         let rows = tiles.start / columns..tiles.end / columns;
@@ -220,20 +225,28 @@ impl Drawer {
             has_coarser |= first < coarsest;
             averaged = averaged.max(level - asked - at_rest.unwrap_or(0));
         }
-        let slab = match layer.alone {
-            // As thick as the vectors' own steps; of two fields, the shorter ones of what shows.
-            true => {
-                let thick = if view.enlarged > 1.0 { QUICK_SLABS } else { 1.0 };
-                let some = splats.iter().filter(|splats| !splats.list.is_empty());
-                let steps = some.map(|splats| size_of(splats) * splats.unit);
-                let none = splats.first().map_or(1.0, |splats| splats.unit);
-                let step = steps.min_by(f64::total_cmp).unwrap_or(none);
-                thick * step / scene.splat.slabs_per_voxel * view.pixels_per_unit
+        // As thick as the vectors' own steps; of two fields, the shorter ones of what shows.
+        let thick = if view.enlarged > 1.0 { QUICK_SLABS } else { 1.0 };
+        let some = splats.iter().filter(|splats| !splats.list.is_empty());
+        let steps = some.map(|splats| size_of(splats) * splats.unit);
+        let none = splats.first().map_or(1.0, |splats| splats.unit);
+        let step = steps.min_by(f64::total_cmp).unwrap_or(none);
+        let own_slab = thick * step / scene.splat.slabs_per_voxel * view.pixels_per_unit;
+        let (slab, field_slabs) = match layer.alone {
+            true => (own_slab, 1),
+            false => {
+                let thickness = self.renderer.slab_thickness(which, view, &scene.splat, spacing);
+                // Those of the field are shared out only where nobody looks closely.
+                let most = if view.enlarged > 1.0 { MOST_FIELD_SLABS } else { 1.0 };
+                let count = (own_slab / thickness).floor().clamp(1.0, most);
+                #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "few")]
+                let whole = count as u32;
+                (count * thickness, whole)
             }
-            false => self.renderer.slab_thickness(which, view, &scene.splat, spacing),
         };
         self.renderer.set_vectors(&looks(&splats, layer))?;
-        Ok(Some(PictureVectors { scene: scene.clone(), splats, slab, has_coarser, averaged }))
+        let scene = scene.clone();
+        Ok(Some(PictureVectors { scene, splats, slab, field_slabs, has_coarser, averaged }))
     }
 
     /// The splats of a key, waited for as long as nothing newer comes.

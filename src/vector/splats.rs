@@ -19,6 +19,9 @@ pub const WINDOW: f64 = 1.15;
 const CHUNK: usize = 1 << 14;
 /// Colour of what marks of mapped colours are blended into.
 const GREY: [f32; 3] = [0.2; 3];
+/// No axis of a splat is longer than the second longest so many times: of winds at a few levels far apart a splat as
+/// tall as its cell would be a curtain, in which no direction can be read.
+const MOST_ASPECT: f64 = 2.0;
 
 /// A vector, classified. Positions are in [`Splats::unit`]s from [`Splats::origin`].
 #[repr(C)]
@@ -52,7 +55,8 @@ pub struct Splats {
     pub unit: f64,
     /// Grid points along x, y, z.
     pub dims: [usize; 3],
-    /// World steps of the grid, as columns, in units; of the whole field where there are no own.
+    /// World axes of a splat in kernel space, as columns, in units: steps of the grid, none longer than twice the
+    /// second. Of the whole field where there are no own.
     pub axes: DMat3,
     /// The same of each splat, where a grid is curvilinear.
     pub own_axes: Vec<[[f32; 4]; 3]>,
@@ -84,7 +88,8 @@ impl Splats {
         published: bool,
         ticket: &Ticket,
     ) -> Result<Self, Cancelled> {
-        let (origin, unit, axes) = frame(&field.places);
+        let (origin, unit, steps) = frame(&field.places);
+        let (axes, _) = slimmed(steps);
         let natural = RadialKernel::new(Kernel::Cubic, None).map_or(1.0, RadialKernel::radius);
         // h_E(r) = h(r/s)/s³ and a stretched kernel is thinner by as much as it is longer.
         let spread_out = (settings.radius() / natural).powi(3) * settings.stretch;
@@ -114,9 +119,10 @@ impl Splats {
             parts.into_iter().flat_map(|(part, _)| part).unzip();
         let own_axes = match &field.places {
             Places::Lattice(_) => Vec::new(),
-            Places::Points { axes, .. } => {
-                indices.iter().map(|&i| columns(axes[i as usize] * (1.0 / unit))).collect()
-            }
+            Places::Points { axes, .. } => indices
+                .iter()
+                .map(|&i| columns(slimmed(axes[i as usize] * (1.0 / unit)).0))
+                .collect(),
         };
         Ok(Self {
             origin,
@@ -132,7 +138,7 @@ impl Splats {
         })
     }
 
-    /// Steps of the grid about a splat, as columns, in units.
+    /// Axes of a splat in kernel space, as columns, in units: see [`Self::axes`].
     pub fn axes_of(&self, splat: usize) -> DMat3 {
         match self.own_axes.get(splat) {
             Some(columns) => DMat3::from_cols_array_2d(
@@ -184,6 +190,19 @@ fn frame(places: &Places) -> (DVec3, f64, DMat3) {
     }
 }
 
+/// Axes of a splat for a cell of such steps ([`MOST_ASPECT`]), and how many times smaller it is than the cell.
+pub fn slimmed(steps: DMat3) -> (DMat3, f64) {
+    let lengths = [0, 1, 2].map(|axis| steps.col(axis).length());
+    let mut sorted = lengths;
+    sorted.sort_by(f64::total_cmp);
+    let most = MOST_ASPECT * sorted[1];
+    if sorted[2] <= most || most <= 0.0 {
+        return (steps, 1.0);
+    }
+    let scale = DVec3::from(lengths.map(|length| (most / length).min(1.0)));
+    (steps * DMat3::from_diagonal(scale), most / sorted[2])
+}
+
 pub(super) fn columns(m: DMat3) -> [[f32; 4]; 3] {
     [m.x_axis, m.y_axis, m.z_axis].map(|c| c.as_vec3().extend(0.0).to_array())
 }
@@ -207,7 +226,7 @@ impl Asked<'_> {
         if !v.is_finite() {
             return None;
         }
-        let (place, _) = self.field.places.at(index);
+        let (place, steps) = self.field.places.at(index);
         let VectorSettings { transfer, opacity_by, colour_by, .. } = self.settings;
         let quantity = |by: ColourBy| match by {
             ColourBy::Magnitude => v.length(),
@@ -221,7 +240,8 @@ impl Asked<'_> {
             true => opacity,
             false => {
                 let per_unit = extinction_from_opacity(opacity) * self.unit / self.unit_distance;
-                per_unit / self.spread_out
+                // As much matter as fills the cell, in a splat that may be slimmer.
+                per_unit / (self.spread_out * slimmed(steps).1)
             }
         };
         let mapped = transfer.colour_at(quantity(*colour_by)).0.map(|c| c as f32);
@@ -303,6 +323,32 @@ mod tests {
         // −ln(1 − 0.5) per unit distance, which is a unit here, over a step of 1 × 1 × 2 units.
         assert!((depth(&settings) - 2.0 * 2.0_f64.ln()).abs() < 1e-6, "{}", depth(&settings));
         assert!((depth(&wide) - 2.0 * 2.0_f64.ln()).abs() < 1e-6, "{}", depth(&wide));
+    }
+
+    #[test]
+    fn splats_of_levels_far_apart_are_no_curtains_and_as_much_matter() {
+        let of = |spacing: DVec3, published: bool| {
+            let lattice = Lattice { spacing, ..Lattice::unit([3, 1, 1]) };
+            let field = VectorField::new(
+                "v",
+                Places::Lattice(lattice),
+                vec![Vec3::X * 3.0; 3].into(),
+                &Ticket::new(),
+            );
+            let settings = settings(VectorMode::Modulate);
+            Splats::new(&field.unwrap(), &settings, None, 2.0, published, &Ticket::new()).unwrap()
+        };
+        let lengths = |splats: &Splats| [0, 1, 2].map(|axis| splats.axes.col(axis).length());
+        let winds = of(DVec3::new(0.75, 0.75, 22.5), false);
+        // In units of 0.75.
+        assert_eq!(lengths(&winds), [1.0, 1.0, 2.0]);
+        let depth = f64::from(winds.list[0].amount) * winds.map_of(0).determinant();
+        let expected = 2.0_f64.ln() * 0.75 / 2.0 * 30.0;
+        assert!((depth / expected - 1.0).abs() < 1e-6, "{depth}");
+        // What is short is not: cells of a grid whose lines meet.
+        assert_eq!(lengths(&of(DVec3::new(0.01, 1.0, 2.0), false)), [1.0, 100.0, 200.0]);
+        assert_eq!(lengths(&of(DVec3::new(1.0, 9.0, 3.0), false)), [1.0, 6.0, 3.0]);
+        assert_eq!(of(DVec3::new(0.75, 0.75, 22.5), true).list[0].amount, 0.5, "an opacity");
     }
 
     #[test]

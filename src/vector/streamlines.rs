@@ -38,7 +38,16 @@ pub enum End {
     Still,
     /// It is as long as it may be.
     Length,
+    /// It winds about one place ([`WINDING`]): more of it would lie where it lies.
+    Winding,
 }
+
+/// Steps of the grid that a line goes on for before it is asked how far it has come, and once more for lines that
+/// wind more widely.
+const WINDING: [f64; 2] = [10.0, 40.0];
+/// A line winds where it has come no farther along any axis than this share of its way: on circles of a radius of
+/// half a step, and of two steps. Where noise flows most lines would, thousands of times over one pixel.
+const LEAST_WAY: f64 = 0.1;
 
 /// A line along the vectors.
 #[derive(Debug, Clone, PartialEq)]
@@ -171,6 +180,7 @@ impl Flow<'_> {
         let velocity = |at: DVec3| self.direction(at, way);
         let (mut at, mut length, mut h) = (seed, 0.0, 0.1 * how.most_step);
         let mut places = Vec::new();
+        let mut lengths = Vec::new();
         // Each step is tried a few times at most: their number is bound by the length.
         loop {
             let left = how.most_length - length;
@@ -185,6 +195,10 @@ impl Flow<'_> {
                     at = to;
                     length += tried;
                     places.push(at);
+                    lengths.push(length);
+                    if winds(&places, &lengths) {
+                        return (places, End::Winding);
+                    }
                     let next = (0.9 * (how.tolerance / off.max(1e-300)).powf(0.2)).clamp(0.2, 5.0);
                     // A step that ended at a face says nothing against longer ones.
                     h = if tried < h { h.max(tried * next) } else { tried * next };
@@ -207,6 +221,24 @@ impl Flow<'_> {
             }
         }
     }
+}
+
+/// Whether a line of places, at such lengths, winds about one place (see [`LEAST_WAY`]).
+fn winds(places: &[DVec3], lengths: &[f64]) -> bool {
+    let (Some(&last), Some(&before)) = (lengths.last(), lengths.iter().rev().nth(1)) else {
+        return false;
+    };
+    WINDING.iter().any(|way| {
+        // Once every such way, so that each place is looked at once a way.
+        if (last / way).floor() <= (before / way).floor() {
+            return false;
+        }
+        let first = lengths.partition_point(|length| *length < last - way);
+        let recent = &places[first..];
+        let [low, high] = [DVec3::min, DVec3::max]
+            .map(|of| recent.iter().copied().reduce(of).unwrap_or_default());
+        (high - low).max_element() < LEAST_WAY * way
+    })
 }
 
 /// Where lines begin.
@@ -414,6 +446,23 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn lines_that_wind_about_one_place_end_there() {
+        let ends = |radius: f64| {
+            let seed = DVec3::new(radius, 0.0, 1.25);
+            let [line] = &lines(&rotation(), &[seed], Following::default())[..] else { panic!() };
+            let ways = line.places.windows(2).map(|pair| (pair[1] - pair[0]).length());
+            (line.ends, ways.sum::<f64>())
+        };
+        // Chords are shorter than arcs, and a way ends with the step that passes it.
+        for (radius, way) in [(0.45, 10.0), (0.55, 40.0), (1.9, 40.0)] {
+            let (found, length) = ends(radius);
+            assert_eq!(found, [End::Winding; 2], "{radius}");
+            assert!((0.95 * 2.0 * way..2.0 * way + 1.1).contains(&length), "{radius}: {length}");
+        }
+        assert_eq!(ends(2.1).0, [End::Length; 2], "wider circles may be a vortex to be looked at");
     }
 
     /// Halving the step divides the error of a step by 2⁶, and so that of a line by 2⁵.

@@ -133,6 +133,7 @@ impl VectorFrame {
         let mut constants = layout::Vectors {
             depth: [self.beyond as f32, what.slab as f32, stop, 0.0],
             layers: [layers.first, layers.count.cast_signed(), 0, columns.cast_signed()],
+            field_slabs: [what.field_slabs.cast_signed(), 0, 0, 0],
             ..bytemuck::Zeroable::zeroed()
         };
         let Some(first) = what.looks.first() else { return constants };
