@@ -405,6 +405,33 @@ fn the_error_for_a_count_falls_with_it_and_its_cut_is_near_it() {
     assert_eq!(last, 0.0);
 }
 
+/// Cuts whose error for a count is not known come near it from either side; the others stay as they are. Of made-up
+/// cuts, whose nodes grow fewer by a power of the error.
+#[test]
+fn a_cut_of_a_count_is_fitted_to_it_where_its_error_is_not_known() {
+    let node = CutNode { low: [0; 3], size: [1; 3], level: 0, node: Node::default() };
+    for power in [1.0_f64, 1.5] {
+        let cut_of = |limits: CutLimits| {
+            let count = 1000.0 * (f64::from(limits.max_error) / 0.1).powf(-power);
+            Cut { nodes: vec![node; count as usize], visited: 0 }
+        };
+        for begun in [0.04, 0.25] {
+            for fit in fits(begun) {
+                let (cut, fitted) = Cut::of_count(fit, 1000, cut_of);
+                assert_eq!(cut.nodes.len(), cut_of(fitted).nodes.len());
+                if fit.view_dependent || fit.balanced {
+                    assert!((800..=1000).contains(&cut.nodes.len()), "{power}: {fitted:?}");
+                } else {
+                    assert_eq!(fitted, fit);
+                }
+            }
+            let dear = CutLimits { splat_px: Some(9.0), ..limits(begun, 0) };
+            let count = Cut::of_count(dear, 1000, cut_of).0.nodes.len();
+            assert!((800..=1000).contains(&count), "{power}: {count}");
+        }
+    }
+}
+
 /// −ln⟨exp(−column depth)⟩ / depth of the columns, at every level and for thin voxels.
 #[test]
 fn whole_nodes_of_every_level_keep_the_mean_transmittance_of_their_children() {

@@ -7,6 +7,12 @@ use glam::{DMat3, DVec2, DVec3};
 use super::occlusion::Occlusion;
 use super::pyramid::{Node, Pyramid};
 
+/// A cut that is fitted to a count is fitted again at most so often,
+const MOST_REFITS: usize = 4;
+/// its error by this power of how many times too many nodes it has: less than 1, so that it does not
+/// swing.
+const REFIT_POWER: f32 = 0.8;
+
 /// When a node is drawn rather than its children.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CutLimits {
@@ -113,6 +119,29 @@ pub struct Cut {
 }
 
 impl Cut {
+    /// A cut of about `count` nodes and the limits that it has: near those given, of the error for that
+    /// count, which is known for cuts that are the same in every view and not balanced. `cut_of` makes one.
+    pub fn of_count(
+        mut limits: CutLimits,
+        count: u64,
+        cut_of: impl Fn(CutLimits) -> Self,
+    ) -> (Self, CutLimits) {
+        let mut cut = cut_of(limits);
+        if limits.view_dependent || limits.balanced || limits.splat_px.is_some() {
+            for _ in 0..MOST_REFITS {
+                let ratio = cut.nodes.len() as f32 / count.max(1) as f32;
+                // With an error of 0 there is nothing finer, and in no node nothing to fit.
+                if limits.max_error == 0.0 || (0.8..=1.0).contains(&ratio) || ratio == 0.0 {
+                    break;
+                }
+                // Aims a little below, as too many nodes take too long.
+                limits.max_error *= (ratio / 0.9).powf(REFIT_POWER);
+                cut = cut_of(limits);
+            }
+        }
+        (cut, limits)
+    }
+
     /// One traversal from the root. `voxel` classifies the voxel of a linear index: its linear
     /// colour and extinction; it is only asked where the cut reaches level 0. No cut goes below
     /// [`Pyramid::finest_level`].

@@ -364,6 +364,44 @@ mod tests {
         assert!(factors[..3].iter().all(|factor| *factor < 0.99), "{factors:?}");
         assert!(factors[1] < factors[2], "{factors:?}");
         assert_eq!(factors[3..], [1.0; 2]);
+        let columns = with_samples!(&*volume.samples, values => {
+            columns(&volume, values, &table, &Ticket::new()).unwrap()
+        });
+        let dims = volume.lattice.dims;
+        let hidden = Cover::of((0..3).map(|axis| spread(&columns[axis], dims, axis)), 1.0);
+        for count in COUNTS {
+            let cut = whole_cut(&pyramid, pyramid.error_for_count(count), &volume, &table);
+            let cover = Cover::of((0..3).map(|axis| laid_over(&cut, dims, axis)), 1.0);
+            let found = cover.hidden(f64::from(pyramid.thinning.factor(&cut)));
+            let ratio = found / hidden.hidden(1.0);
+            assert!((ratio - 1.0).abs() < 1e-4, "{count}: {ratio}");
+        }
+        let coarse = Pyramid::coarse(&volume, &table, 1.0, measure, &Ticket::new()).unwrap();
+        let finest = whole_cut(&coarse, 0.0, &volume, &table);
+        assert!(coarse.thinning.factor(&finest) < 0.99, "{:?}", coarse.thinning);
+    }
+
+    /// Voxels of a tenth of the depth that are denser by as much are the same.
+    #[test]
+    fn factors_are_of_optical_depths() {
+        let grid = crate::volume::demo::open("head:48", None).unwrap();
+        let component = crate::volume::Component::Index(0);
+        let volume = grid.scalar(&grid.fields[0], component, &Ticket::new()).unwrap();
+        let middle = f64::midpoint(volume.statistics.min, volume.statistics.max);
+        let of = |opacity: f64, depth: f64| {
+            let step = vec![(middle, 0.0), (middle, opacity)];
+            let transfer = TransferFunction { opacity: step, ..transfer() };
+            let table = Table::new(&transfer, volume.samples.scalar_type());
+            let measure = ErrorMeasure::Classified;
+            Pyramid::build(&volume, &table, depth, measure, &Ticket::new()).unwrap().thinning.steps
+        };
+        let [thick, thin] = [of(1.0 - 0.65_f64.powi(10), 0.1), of(0.35, 1.0)];
+        println!("measured {thick:?} {thin:?}");
+        assert!(thick.len() > 1 && thick.iter().all(|step| step[1] < 0.99), "{thick:?}");
+        assert_eq!(thick.len(), thin.len());
+        for (a, b) in thick.as_flattened().iter().zip(thin.as_flattened()) {
+            assert!((a - b).abs() < 2e-3, "{thick:?} {thin:?}");
+        }
     }
 
     #[test]

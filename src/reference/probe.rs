@@ -289,7 +289,8 @@ mod tests {
     use super::*;
     use crate::reference::Reference;
     use crate::reference::support::{in_perspective, rough, scene};
-    use crate::scene::{Amounts, ClipBox, CutFaces, Index, Isosurface, Slice};
+    use crate::scene::{Amounts, ClipBox, CutFaces, Index, Isosurface, SecondVectors, Slice};
+    use crate::vector::ColourBy;
     use crate::volume::{Lattice, Samples};
 
     const SIZE: [u32; 2] = [40, 30];
@@ -612,6 +613,62 @@ mod tests {
         let thinner = point(seen_alone(&scene, SIZE, middle, 0.1));
         let deep = (0.9_f64 / 0.95).ln() / 0.7_f64.ln();
         assert!((thinner.index.z - (9.0 + deep)).abs() < 1e-9, "{thinner:?}");
+    }
+
+    /// Opacities by place, by the scalar field and by both fields, from either side, and about the eye.
+    #[test]
+    fn vectors_alone_are_met_where_their_boxes_begin() {
+        let middle = DVec2::new(20.5, 15.5);
+        let deep = |share: f64, left: f64| (1.0 - share).ln() / left.ln();
+        let with = |by: ColourBy, opacity: Vec<(f64, f64)>| {
+            let mut scene = numbered(true);
+            let settings = &mut scene.vectors.as_mut().unwrap().settings;
+            (settings.opacity_by, settings.transfer.opacity) = (by, opacity);
+            scene
+        };
+        let depth = |scene: &Scene| {
+            let found = point(seen_alone(scene, SIZE, middle, 0.1));
+            assert_eq!(found.met, Met::Vectors);
+            found.index.z
+        };
+        // Sample 10 has a value of 30, and lies at 300 − 5 along the world's x axis.
+        let by_value = with(ColourBy::Scalar, vec![(29.0, 0.0), (29.0, 0.3)]);
+        assert!((depth(&by_value) - (9.0 + deep(0.1, 0.7))).abs() < 1e-9);
+        let by_place = with(ColourBy::X, vec![(295.5, 0.3), (295.5, 0.0)]);
+        assert!((depth(&by_place) - (9.0 + deep(0.1, 0.7))).abs() < 1e-9);
+        // The other way round: boxes that come last in the grid are met first.
+        let mut behind = by_value.clone();
+        let lattice = behind.volume.lattice;
+        behind.camera = crate::core::Camera::new(lattice.centre(), DVec3::X, DVec3::Y, 3.0);
+        assert!((depth(&behind) - (31.0 - deep(0.1, 0.7))).abs() < 1e-9);
+        // Two fields in the same place hide together, and each box only where it is.
+        let mut both = by_value.clone();
+        let layer = both.vectors.as_mut().unwrap();
+        let mut settings = layer.settings.clone();
+        settings.transfer.opacity = vec![(41.0, 0.0), (41.0, 0.2)];
+        layer.second = Some(SecondVectors { field: Arc::clone(&layer.field), settings });
+        layer.settings.transfer.opacity =
+            vec![(0.0, 0.05), (20.0, 0.05), (20.0, 0.0), (41.0, 0.0), (41.0, 0.3)];
+        // Boxes of indices 0 to 3 reach from −1 to 7, those from 7 on begin at 13.
+        let left = 0.95_f64.powf(8.0);
+        let found = point(seen_alone(&both, SIZE, middle, 0.5)).index.z;
+        let expected = 13.0 + (0.5 / left).ln() / (0.7_f64 * 0.8).ln();
+        assert!((found - expected).abs() < 1e-9, "{found} {expected}");
+        // Missing vectors show nothing, wherever they are.
+        let mut holed = by_value.clone();
+        let layer = holed.vectors.as_mut().unwrap();
+        let mut field = (*layer.field).clone();
+        let sixth = |(i, v): (usize, &glam::Vec3)| if i / 169 == 5 { glam::Vec3::NAN } else { *v };
+        field.vectors = field.vectors.iter().enumerate().map(sixth).collect();
+        layer.field = Arc::new(field);
+        assert!((depth(&holed) - (11.0 + deep(0.1, 0.7))).abs() < 1e-9);
+        // From an eye in the midst of them nothing behind it is seen.
+        let mut within = in_perspective(by_value, 0.5);
+        let eye = within.camera.view_origin();
+        let from = lattice.world_from_index(DVec3::new(12.0, 12.0, 17.3));
+        within.camera.focal_point += from - eye;
+        let found = point(seen_alone(&within, SIZE, DVec2::new(20.0, 15.0), 0.5));
+        assert!((found.index.z - (17.3 + deep(0.5, 0.7))).abs() < 1e-6, "{found:?}");
     }
 
     #[test]

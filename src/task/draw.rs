@@ -30,11 +30,6 @@ const STOP_BELOW: f32 = 2e-4;
 pub(super) const LEAST_SIDE: f64 = 48.0;
 /// How much smaller vectors are drawn where an octree cut was asked for.
 const AT_ONCE_SHRINK: f64 = 4.0;
-/// A cut that is fitted to a view is fitted again at most so often,
-const MOST_REFITS: usize = 4;
-/// its error by this power of how many times too many nodes it has: less than 1, so that it does not
-/// swing.
-const REFIT_POWER: f32 = 0.8;
 
 /// What to draw of a scene.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -358,22 +353,10 @@ impl Drawer {
         &self,
         scene: &Scene,
         view: &View,
-        mut limits: CutLimits,
+        limits: CutLimits,
         count: u64,
     ) -> (Cut, f32) {
-        let mut cut = self.cut_of(scene, view, limits);
-        if limits.view_dependent || limits.balanced || limits.splat_px.is_some() {
-            for _ in 0..MOST_REFITS {
-                let ratio = cut.nodes.len() as f32 / count.max(1) as f32;
-                // With an error of 0 there is nothing finer, and in no node nothing to fit.
-                if limits.max_error == 0.0 || (0.8..=1.0).contains(&ratio) || ratio == 0.0 {
-                    break;
-                }
-                // Aims a little below, as too many nodes take too long.
-                limits.max_error *= (ratio / 0.9).powf(REFIT_POWER);
-                cut = self.cut_of(scene, view, limits);
-            }
-        }
+        let (cut, limits) = Cut::of_count(limits, count, |limits| self.cut_of(scene, view, limits));
         // Coarse levels have no finer nodes, whatever the error of those that are there.
         let greatest = || cut.nodes.iter().map(|node| node.node.error).fold(0.0, f32::max);
         let reached = if self.has_coarse_octree() { greatest() } else { 0.0 };

@@ -525,6 +525,14 @@ mod tests {
         let picture = picture([40, 30], [80, 60], |x, _| if x < 10 { 200 } else { 40 });
         let rms = light_rms(Background::Colour(grey), &picture.rgba);
         assert!((rms - (lit - behind) / 2.0).abs() < 1e-9, "{rms}");
+        // Each colour counts; of large pictures some pixels are looked at, and behind transparent ones is nothing.
+        let large: Vec<u8> = [[40, 40, 40, 255], [200, 40, 120, 255]].repeat(90_000).concat();
+        let of_three = light_rms(Background::Colour(grey), &large[..4 * 60_000]);
+        let middle = linear_from_srgb(120.0 / 255.0) - behind;
+        let expected = ((lit - behind).powi(2) + middle.powi(2)) / 6.0;
+        assert!((of_three - expected.sqrt()).abs() < 1e-9, "{green_is_dark}");
+        let white = vec![200; 4 * 300_000];
+        assert!((light_rms(Background::Transparent, &white) - lit).abs() < 1e-9);
         let mut scene = scene(Classify::PreIntegrated);
         scene.background = Background::Colour(grey);
         scene.vectors = with_vectors();

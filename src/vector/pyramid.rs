@@ -264,6 +264,60 @@ mod tests {
         assert!(found.abs_diff_eq(DMat3::IDENTITY * 2.0, 1e-6), "{found}");
     }
 
+    #[test]
+    fn means_of_means_are_those_of_all_and_have_phases_of_their_own() {
+        let directions = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.6, 0.8]];
+        let list = directions.into_iter().zip(0_u32..).map(|(direction, i)| {
+            let one = splat([i as f32, 0.0, 0.0], 1e-6 * (i + 1) as f32, direction, 0.5);
+            (i, Splat { marks: [i as f32, 0.0, 1.0], ..one })
+        });
+        let levels = levels(list.collect(), [4, 1, 1], false);
+        assert_eq!(levels.len(), 3);
+        let top = levels[2].list[0];
+        let mean = DVec3::new(0.1, 0.2 + 0.4 * 0.6, 0.3 + 0.4 * 0.8);
+        assert!((f64::from(top.spread) - (1.0 - mean.length())).abs() < 1e-6, "{}", top.spread);
+        let direction = DVec3::from(top.direction.map(f64::from));
+        assert!(direction.abs_diff_eq(mean.normalize(), 1e-6), "{direction}");
+        assert!((top.marks[0] - 2.0).abs() < 1e-6 && top.marks[2] == 1.0, "{:?}", top.marks);
+        let phases: Vec<f32> = levels[1..].iter().map(|level| level.list[0].phase).collect();
+        let seed = settings(VectorMode::Blend).seed;
+        assert_eq!(phases, [1, 2].map(|level| own_phase(seed, level, 0)));
+        assert_ne!(phases[0], phases[1]);
+    }
+
+    /// Through grids of any steps, wide and stretched kernels: what is clear covers as much as there is of it,
+    /// what is opaque every column that its kernel reaches.
+    #[test]
+    fn columns_are_covered_by_all_matter_as_far_as_kernels_reach() {
+        let natural = RadialKernel::new(Kernel::Cubic, None).unwrap().radius();
+        let axes = DMat3::from_diagonal(DVec3::new(1.0, 2.0, 4.0));
+        for own_axes in [vec![], vec![columns(axes * 0.5), columns(axes)]] {
+            let of = |amount: f32| {
+                let large = |i: usize| {
+                    let one = splat([0.0; 3], amount * i as f32, [1.0, 0.0, 0.0], 0.5);
+                    (i as u32, Splat { size: 8.0, ..one })
+                };
+                Splats {
+                    own_axes: own_axes.clone(),
+                    axes,
+                    radius: 1.25 * natural,
+                    stretch: 3.0,
+                    ..field([2, 1, 1], vec![large(0), large(1)])
+                }
+            };
+            let clear = cover(&of(1e-9), [16, 8, 8], false, 1.0).hidden(1.0);
+            // Lengths along the axes, the box, and how much more the kernel is spread out.
+            let matter = 1e-9 * 7.0 * 8.0_f64.powi(3) * 1.25_f64.powi(3) * 3.0;
+            assert!((clear / matter - 1.0).abs() < 1e-3, "{clear} {matter}");
+            // 8 cells × 1.547 × 1.25, of which 3.7 lie before the box: 16 cells, at least in part.
+            // Single precision leaves a little beside it.
+            let opaque = cover(&of(30.0), [16, 8, 8], false, 1.0).hidden(1.0);
+            assert!((opaque - 3.0 * 256.0).abs() < 8.0, "{opaque}");
+            let published = cover(&of(1e-9), [16, 8, 8], true, 1.0).hidden(1.0);
+            assert!((published / (1e-9 * 3.0 * 64.0) - 1.0).abs() < 1e-3, "{published}");
+        }
+    }
+
     /// Two thirds of a grid, of uneven amounts.
     fn speckled(dims: [usize; 3], most: f32) -> Vec<(u32, Splat)> {
         let some = (0..dims.iter().product::<usize>()).filter(|i| i % 3 != 0);
@@ -309,6 +363,17 @@ mod tests {
         let mut list: Vec<_> = (0..16 * 16).map(|i| wall(i % 16, i / 16)).collect();
         // And a piece of it, a third as dense.
         list[17].1.amount /= 3.0;
+        // All levels hide as much: of MODULATE what marks leave of it.
+        for (mode, marked) in [(VectorMode::Modulate, MARKED), (VectorMode::Blend, 1.0)] {
+            let finest = field(dims, list.clone());
+            let all = VectorPyramid::new(finest, &settings(mode), false, &Ticket::new()).unwrap();
+            let hidden = |level: &Splats| cover(level, dims, false, marked).hidden(1.0);
+            let finest = hidden(&all.levels[0]);
+            for level in &all.levels[1..3] {
+                let ratio = hidden(level) / finest;
+                assert!((ratio - 1.0).abs() < 1e-4, "{mode:?} {:?}: {ratio}", level.dims);
+            }
+        }
         let levels = levels(list, dims, false);
         for level in &levels[1..3] {
             let size = level.list[0].size;

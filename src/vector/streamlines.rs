@@ -402,6 +402,52 @@ mod tests {
         assert!((first - seed).length() < 1e-2 && (last - seed).length() < 1e-2, "{first} {last}");
     }
 
+    /// What Dormand and Prince's conditions (Butcher's, to fifth order) ask of the coefficients, and their second
+    /// solution as printed. These, too, are what the step is made of.
+    #[test]
+    fn coefficients_meet_the_conditions_of_their_order() {
+        let c: Vec<f64> =
+            std::iter::once(0.0).chain(A.iter().map(|row| row.iter().sum())).collect();
+        for (c, printed) in c.iter().zip([0.0, 0.2, 0.3, 0.8, 8.0 / 9.0, 1.0, 1.0]) {
+            assert!((c - printed).abs() < 1e-14, "{c} {printed}");
+        }
+        let fifth: Vec<f64> = A[5].into_iter().chain([0.0]).collect();
+        let fourth = [
+            5179.0 / 57600.0,
+            0.0,
+            7571.0 / 16695.0,
+            393.0 / 640.0,
+            -92097.0 / 339_200.0,
+            187.0 / 2100.0,
+            1.0 / 40.0,
+        ];
+        for ((fifth, fourth), off) in fifth.iter().zip(fourth).zip(E) {
+            assert!((fifth - fourth - off).abs() < 1e-14, "{fifth} {fourth} {off}");
+        }
+        // Of each stage, what the stages before have of cᵏ.
+        let inner = |k: i32, i: usize| -> f64 {
+            let row = i.checked_sub(1).map_or([0.0; 6], |i| A[i]);
+            row.iter().zip(&c).map(|(a, c)| a * c.powi(k)).sum()
+        };
+        for (solution, order) in [(&fifth[..], 5), (&fourth[..], 4)] {
+            let sum = |of: &dyn Fn(usize) -> f64| -> f64 {
+                solution.iter().enumerate().map(|(i, b)| b * of(i)).sum()
+            };
+            for k in 0..order {
+                let found = sum(&|i| c[i].powi(k)) * f64::from(k + 1);
+                assert!((found - 1.0).abs() < 1e-13, "{order} {k}: {found}");
+            }
+            // Σ b cʲ a cᵏ = 1 / ((k + 1) (j + k + 2)).
+            for (j, k) in (0..3).flat_map(|j| (1..4).map(move |k| (j, k))) {
+                if j + k + 2 <= order {
+                    let found = sum(&|i| c[i].powi(j) * inner(k, i));
+                    let expected = 1.0 / f64::from((k + 1) * (j + k + 2));
+                    assert!((found - expected).abs() < 1e-14, "{order} {j} {k}: {found}");
+                }
+            }
+        }
+    }
+
     #[test]
     fn lines_that_wind_about_one_place_end_there() {
         let ends = |radius: f64| {
@@ -465,6 +511,14 @@ mod tests {
         };
         assert_eq!(line.ends, [End::Border, End::Still]);
         assert!(line.places.iter().all(|place| place.x <= 6.0 + 1e-3));
+        // A grid of one layer is half a step thick to either side: no border where a line is within it.
+        let layer = Lattice { dims: [9, 5, 1], ..lattice };
+        let hole =
+            field(layer, |p| if p.x > 6.2 { DVec3::NAN } else { DVec3::new(1.0, 0.0, 0.01) });
+        let [line] = &lines(&hole, &[DVec3::new(4.0, 4.0, 0.0)], Following::default())[..] else {
+            panic!()
+        };
+        assert_eq!(line.ends, [End::Border, End::Still]);
         let outside = DVec3::new(0.0, 4.0, 1.0);
         assert!(lines(&straight, &[outside, DVec3::NAN], Following::default()).is_empty());
     }
@@ -563,6 +617,15 @@ mod tests {
         assert!(seeds.iter().all(|seed| seed.y == 2.5 && seed.x > 0.0 && seed.x < 40.0));
         assert_eq!(seeds, seeds_on_plane(1, 0.25, 50));
         assert_eq!(seeds_on_plane(2, 0.5, 1).len(), 1);
+        // As far apart along one side as along the other: 10 × 5 on 40 × 20.
+        let apart = |of: fn(&DVec3) -> f64| {
+            let mut places: Vec<f64> = seeds.iter().map(of).collect();
+            places.sort_by(f64::total_cmp);
+            places.dedup_by(|a, b| *a - *b < 1e-9);
+            places[1] - places[0]
+        };
+        let apart = [apart(|seed| seed.x), apart(|seed| seed.z)];
+        assert!((apart[0] / apart[1] - 1.0).abs() < 1e-9, "{apart:?}");
         let line = seeds_on_line(DVec3::ZERO, DVec3::X, 3);
         assert_eq!(line, [DVec3::ZERO, DVec3::X * 0.5, DVec3::X]);
         assert_eq!(seeds_on_line(DVec3::ZERO, DVec3::X, 1), [DVec3::X * 0.5]);
@@ -571,6 +634,9 @@ mod tests {
         let mean = about.iter().map(|seed| *seed - DVec3::Y).sum::<DVec3>() / 200.0;
         assert!(about.iter().all(|seed| (*seed - DVec3::Y).length() <= 2.0 + 1e-12));
         assert!(mean.length() < 0.1, "evenly: {mean}");
+        // As many in each part of the ball as it is large: an eighth within half its radius.
+        let near = about.iter().filter(|seed| (**seed - DVec3::Y).length() < 1.0).count();
+        assert!((20..=30).contains(&near), "{near} of 200");
     }
 
     #[test]

@@ -126,3 +126,49 @@ impl Cover {
         factor
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::kernel::{Kernel, RadialKernel};
+
+    /// A box of so many edges has the variance of the kernel's footprint along each axis.
+    #[test]
+    fn boxes_reach_as_far_as_the_cubic_kernel() {
+        let kernel = RadialKernel::new(Kernel::Cubic, None).unwrap();
+        let (mut all, mut squares) = (0.0, 0.0);
+        for i in 0..4000 {
+            let l = (f64::from(i) + 0.5) / 4000.0 * kernel.radius();
+            // Of a ring: half of l² along either axis.
+            all += kernel.footprint(l) * l;
+            squares += kernel.footprint(l) * l * l * l / 2.0;
+        }
+        let reach = (12.0 * squares / all).sqrt();
+        assert!((reach - f64::from(REACH)).abs() < 1e-3, "{reach}");
+    }
+
+    #[test]
+    fn boxes_of_32_cells_lose_nothing_at_the_borders() {
+        let mut map = Map::new([40, 33]);
+        for low in [[0.0, 0.0], [8.0, 0.0], [8.0, 1.0]] {
+            map.lay(low.map(|low| [low, 32.0]), REACH, 1.0);
+        }
+        let sum: f32 = map.summed().sums.iter().sum();
+        assert!((sum / (3.0 * 1024.0) - 1.0).abs() < 1e-3, "{sum}");
+    }
+
+    #[test]
+    fn factors_hide_what_is_asked_for() {
+        let mut map = Map::new([9, 9]);
+        for n in 0..9 {
+            map.lay([[n as f32, 1.0]; 2], REACH, 0.3 * (n + 1) as f32);
+        }
+        let cover = Cover::of([map.summed()].into_iter(), 2.0);
+        for share in [0.03, 0.4, 0.93] {
+            let wanted = cover.hidden(1.0) * share;
+            let found = cover.hidden(f64::from(cover.factor(wanted)));
+            assert!((found / wanted - 1.0).abs() < 1e-4, "{share}: {found} {wanted}");
+        }
+        assert_eq!(cover.factor(cover.hidden(1.0)), 1.0);
+    }
+}

@@ -11,7 +11,7 @@ use voxsplat::vector::{Design, Foreshortening, VectorMode, VectorSettings};
 use voxsplat::volume::{Lattice, Places};
 
 use crate::support::*;
-use crate::vectors::{CLOSE, PICTURE, alone, field, holds, settings, with};
+use crate::vectors::{CLOSE, PICTURE, alone, field, holds, holds_at, settings, with};
 
 /// The handful of vectors and as many others on the same grid, that look as differently as they can.
 pub(crate) fn both() -> Scene {
@@ -148,6 +148,12 @@ fn a_second_field_of_nothing_changes_no_bit_and_one_field_has_no_trace_of_anothe
         second.settings.transfer.opacity.clear();
     });
     assert_eq!(drawn(&mut drawer, &nothing, PICTURE, Rung::Full).0, before);
+    // Nor do the shorter steps of what does not show make slabs thinner.
+    let finer = with(nothing, |layer| {
+        let near = Lattice { spacing: DVec3::splat(0.2), ..Lattice::unit([5, 4, 4]) };
+        layer.second.as_mut().expect("a second field").field = field(Places::Lattice(near), 21);
+    });
+    assert_eq!(drawn(&mut drawer, &finer, PICTURE, Rung::Full).0, before);
     drawn(&mut drawer, &all, PICTURE, Rung::Full);
     // Those that project and those that composite.
     assert_eq!(drawer.renderer.pipeline_count(), pipelines + 2);
@@ -164,6 +170,19 @@ fn a_second_field_of_nothing_changes_no_bit_and_one_field_has_no_trace_of_anothe
     assert_eq!(with_second, ["composite_vectors"], "lists stay while time passes");
     let lists = drawer.renderer.list_bytes();
     assert!(drawer.renderer.size_bytes() - lists <= bytes, "records and marks are let go of");
+}
+
+/// Marks of a few pixels: each design is as bright as it is from near, by what its own table has lost.
+#[test]
+fn marks_of_both_are_seen_from_afar_as_the_reference_has_them() {
+    let modes = [VectorMode::Modulate; 2];
+    for foreshortening in [Foreshortening::Table, Foreshortening::Coordinates] {
+        let scene = with_modes(modes, (OpacityModel::OpticalDepth, Order::FrontToBack));
+        let scene = with(scene, |layer| {
+            layer.second.as_mut().expect("a second field").settings.foreshortening = foreshortening;
+        });
+        holds_at(&format!("two designs from afar, {foreshortening:?}"), &scene, [24, 20], CLOSE);
+    }
 }
 
 /// Layers are counted for the splats of both: farther than those of the first may reach.

@@ -9,7 +9,7 @@ use glam::{DMat3, DVec3, Vec3};
 use voxsplat::core::{Srgb8, Ticket};
 use voxsplat::gpu::SlabField;
 use voxsplat::reference::Reference;
-use voxsplat::scene::{OpacityModel, Order, Scene, SplatSettings, VectorLayer};
+use voxsplat::scene::{OpacityModel, Order, Scene, SecondVectors, SplatSettings, VectorLayer};
 use voxsplat::task::draw::Rung;
 use voxsplat::transfer::{ColourSource, TransferFunction};
 use voxsplat::vector::{Design, Foreshortening, VectorMode, VectorSettings};
@@ -65,7 +65,7 @@ pub(crate) fn expected(scene: &Scene, size: [u32; 2]) -> Light {
 }
 
 #[track_caller]
-fn holds_at(name: &str, scene: &Scene, size: [u32; 2], within: Within) {
+pub(crate) fn holds_at(name: &str, scene: &Scene, size: [u32; 2], within: Within) {
     let Some(mut drawer) = drawer() else { return };
     let expected = expected(scene, size);
     let most = expected.iter().map(|p| p[3]).fold(0.0, f64::max);
@@ -308,6 +308,18 @@ fn only_means_that_a_full_picture_would_not_have_are_told() {
         let found = [8.0, 16.0].map(|shrink| averaged(reduced(shrink)));
         assert_eq!(found, if coarser == 0 { [2, 3] } else { [1, 2] });
     }
+    // From afar full pictures have means themselves.
+    let mut far = alone();
+    far.camera.parallel_scale *= 24.0;
+    let mut averaged = |rung| drawn(&mut drawer, &far, PICTURE, rung).1.vectors_averaged;
+    assert_eq!((averaged(Rung::Full), averaged(reduced(2.0)) > 0), (0, true));
+    // Of two fields the one that has lost more, whichever it is.
+    let both = with(alone(), |layer| {
+        let settings = VectorSettings { coarser: 1, ..layer.settings.clone() };
+        layer.second = Some(SecondVectors { field: Arc::clone(&layer.field), settings });
+    });
+    let found = drawn(&mut drawer, &both, PICTURE, reduced(8.0)).1.vectors_averaged;
+    assert_eq!(found, 2);
 }
 
 #[test]
