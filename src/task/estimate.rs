@@ -530,7 +530,7 @@ mod tests {
         let of_three = light_rms(Background::Colour(grey), &large[..4 * 60_000]);
         let middle = linear_from_srgb(120.0 / 255.0) - behind;
         let expected = ((lit - behind).powi(2) + middle.powi(2)) / 6.0;
-        assert!((of_three - expected.sqrt()).abs() < 1e-9, "{green_is_dark}");
+        assert!((of_three - expected.sqrt()).abs() < 1e-9, "{of_three}");
         let white = vec![200; 4 * 300_000];
         assert!((light_rms(Background::Transparent, &white) - lit).abs() < 1e-9);
         let mut scene = scene(Classify::PreIntegrated);
