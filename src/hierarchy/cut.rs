@@ -126,20 +126,38 @@ impl Cut {
         count: u64,
         cut_of: impl Fn(CutLimits) -> Self,
     ) -> (Self, CutLimits) {
-        let mut cut = cut_of(limits);
-        if limits.view_dependent || limits.balanced || limits.splat_px.is_some() {
-            for _ in 0..MOST_REFITS {
-                let ratio = cut.nodes.len() as f32 / count.max(1) as f32;
-                // With an error of 0 there is nothing finer, and in no node nothing to fit.
-                if limits.max_error == 0.0 || (0.8..=1.0).contains(&ratio) || ratio == 0.0 {
-                    break;
-                }
-                // Aims a little below, as too many nodes take too long.
-                limits.max_error *= (ratio / 0.9).powf(REFIT_POWER);
-                cut = cut_of(limits);
+        let cut = cut_of(limits);
+        let is_known = !limits.view_dependent && !limits.balanced && limits.splat_px.is_none();
+        // In no node there is nothing to fit.
+        if is_known || cut.nodes.is_empty() {
+            return (cut, limits);
+        }
+        // Aims a little below, as too many nodes take too long.
+        let share = |cut: &Self| cut.nodes.len() as f32 / (0.9 * count.max(1) as f32);
+        let mut last = share(&cut);
+        let (mut nearest, mut nearest_off) = ((cut, limits), last.ln().abs());
+        // Errors of too many and of too few nodes: the one that is looked for lies between them.
+        let (mut of_many, mut of_few) = (0.0_f32, f32::INFINITY);
+        for _ in 0..MOST_REFITS {
+            // With an error of 0 there is nothing finer.
+            if limits.max_error == 0.0 || (0.8..=1.0).contains(&(0.9 * last)) {
+                break;
+            }
+            match last > 1.0 {
+                true => of_many = of_many.max(limits.max_error),
+                false => of_few = of_few.min(limits.max_error),
+            }
+            let stepped = limits.max_error * last.powf(REFIT_POWER);
+            // Where the count falls faster than thought, a step goes too far.
+            let is_between = stepped > of_many && stepped < of_few;
+            limits.max_error = if is_between { stepped } else { (of_many * of_few).sqrt() };
+            let cut = cut_of(limits);
+            last = share(&cut);
+            if last.ln().abs() < nearest_off {
+                (nearest, nearest_off) = ((cut, limits), last.ln().abs());
             }
         }
-        (cut, limits)
+        nearest
     }
 
     /// One traversal from the root. `voxel` classifies the voxel of a linear index: its linear
