@@ -3,7 +3,7 @@
 use eframe::egui::accesskit::Role;
 use eframe::egui::{Key, Modifiers};
 use egui_kittest::kittest::{NodeT as _, Queryable as _};
-use voxsplat::scene::{Classify, VectorLayer};
+use voxsplat::scene::{Classify, SplatSettings, VectorLayer};
 use voxsplat::task::engine::Effort;
 use voxsplat::vector::{ColourBy, Design, Foreshortening, VectorMode};
 
@@ -45,6 +45,30 @@ fn vectors_are_taken_away_and_brought_back() {
     bench.wait_until(|window| window.scene().is_some_and(|scene| scene.vectors.is_some()));
     bench.settle();
     assert!(!layer(&bench).alone, "beside the field that is there");
+}
+
+/// What the engine makes of these requests `tests/gpu/vectors_on_the_way.rs` holds.
+#[test]
+fn another_field_beside_vectors_takes_neither_them_nor_the_mode_over() {
+    let mut bench = Bench::empty();
+    bench.open("triples.nrrd");
+    bench.settle();
+    bench.choose("Vectors", "wind");
+    bench.wait_until(|window| window.scene().is_some_and(|scene| scene.vectors.is_some()));
+    bench.settle();
+    let wind = layer(&bench);
+    bench.choose("Field", "wind (point, vectors)");
+    bench.wait_until(|window| window.document().is_some_and(|document| document.field == 3));
+    bench.settle();
+    for component in ["y", "Vorticity"] {
+        assert_eq!(layer(&bench), wind);
+        assert_eq!(bench.last_request().scene.splat, SplatSettings::EXACT);
+        bench.choose("Component", component);
+        bench.wait_until(|window| !window.is_loading());
+        bench.settle();
+    }
+    assert_eq!(layer(&bench), wind);
+    assert!(bench.window().notices().shown().is_empty());
 }
 
 #[test]
