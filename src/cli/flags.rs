@@ -74,8 +74,9 @@ pub enum Command {
 /// `voxsplat [FILE]…`.
 #[derive(Debug, Args)]
 pub struct WindowFlags {
-    /// Volumes to open, demo:NAME or demo:NAME:SIZE (2 to 512); the first is shown [default: the
-    /// built-in demo]
+    /// Volumes to open, demo:NAME or demo:NAME:SIZE (2 to 512): the first is shown, the others wait among
+    /// the recent files. STL, PLY and OBJ files are embedded in it, a transfer function is loaded
+    /// [default: the built-in demo]
     pub files: Vec<PathBuf>,
     /// Adapter to draw with: auto, software, or part of a name
     #[arg(long, value_parser = values::adapter, default_value = "auto", value_name = "NAME")]
