@@ -234,6 +234,12 @@ fn scene(flags: &RenderFlags, splat: SplatSettings) -> Result<Meant, Failure> {
                  the vectors, as with --vector-opacity and --vector-colormap, or show them beside the field"
             )));
         }
+        if let Some(flag) = flags.mode.of_field().filter(|_| layer.alone) {
+            return Err(Failure::Usage(format!(
+                "expected no {flag} with vectors alone, which it changes nothing of, found both; leave it out \
+                 (--vector-extent and the like shape their splats), or show them beside the field"
+            )));
+        }
         if flags.max_error.is_some() {
             return Err(Failure::Usage(
                 "expected --budget-ms with vectors, found --max-error, which finds octree cuts, and these \
@@ -271,8 +277,7 @@ pub(super) fn refuse_among_triangles(
     match given.into_iter().flatten().next() {
         Some(flag) => Err(Failure::Usage(format!(
             "expected a mode that tiles draw with {flag}, found {found}, which only triangles draw; choose \
-             --backend auto, a smaller --extent or another --kernel, leave {flag} out, or draw vectors alone \
-             with --vectors-only"
+             --backend auto, a smaller --extent or another --kernel, or leave {flag} out"
         ))),
         None => Ok(()),
     }

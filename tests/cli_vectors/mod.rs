@@ -232,6 +232,16 @@ fn what_cannot_be_meant_of_vectors_is_refused() {
             2,
             vec!["no --colormap with vectors alone"],
         ),
+        (
+            vec!["--vector", "velocity", "--vectors-only", "--backend", "raster"],
+            2,
+            vec!["no --backend with vectors alone"],
+        ),
+        (
+            vec!["--vector", "velocity", "--vectors-only", "--kernel", "cubic"],
+            2,
+            vec!["no --kernel with vectors alone"],
+        ),
         (vec!["--second-vector", "velocity"], 2, vec!["--vector NAME with --second-vector"]),
         (
             vec!["--vector", "velocity", "--second-look", "mode=blend"],
