@@ -160,6 +160,13 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
 /// `--loop`: one whole cycle of the vectors.
 fn run_loop(flags: &RenderFlags, frames: u32, seconds: f64) -> Result<(), Failure> {
     let path = &flags.output;
+    if path == Path::new("-") {
+        return Err(Failure::Usage(
+            "expected a file for --loop, found - for standard output, which takes one picture; name a file \
+             that ends in .gif, or in .png for numbered pictures"
+                .to_owned(),
+        ));
+    }
     LoopFormat::of(path).map_err(Failure::Usage)?;
     if !(2..=MOST_FRAMES).contains(&frames) {
         return Err(Failure::Usage(format!(

@@ -283,6 +283,8 @@ fn what_cannot_be_meant_of_vectors_is_refused() {
         assert_eq!(output.status.code(), Some(2), "{flags:?}");
         assert!(errors(&output).contains(words), "{flags:?}: {}", errors(&output));
     }
+    let output = voxsplat(&["render", DEMO, "--vector", "velocity", "--loop", "4", "-o", "-"]);
+    assert_eq!(fault(&output, 2, &["--loop", "standard output", ".gif"], None), None);
     let jpg = folder.path().join("no.jpg");
     let output = voxsplat(&[
         "render",

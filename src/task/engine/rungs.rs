@@ -506,6 +506,7 @@ fn picture(
         effects: effects(&request.scene, drawn),
         made_pipelines: drawn.made_pipelines,
         kernels: kernels_active.map(|active| KernelCounts { drawn: drawn.kernels, active }),
+        vector_splats: request.scene.hides_field().then_some(drawn.kernels),
         progress,
         ..FrameReport::last(rung, total, Backend::Raster, drawn.wall_ms)
     };
