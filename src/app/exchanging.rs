@@ -8,7 +8,7 @@ use super::actions::Action;
 use super::dialogs::transfer_file::TransferFileDialog;
 use super::document::Source;
 use super::job::{Ended, Job};
-use super::saving;
+use super::saving::{self, Written};
 use super::window::{Dialog, Window};
 use super::words;
 use crate::io::mesh::MeshFormat;
@@ -101,7 +101,7 @@ impl Window {
         } else if let Some(design) = self.design() {
             let title = "Saving the transfer function";
             self.saving.push(Job::start("save-transfer", title, ctx, move |_| {
-                transfer_file::write(&design, &path).map(|()| path)
+                transfer_file::write(&design, &path).map(|()| Written::of(&path, None))
             }));
         }
     }

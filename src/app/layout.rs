@@ -21,6 +21,7 @@ use super::window::Window;
 use super::{annotations, modes, theme};
 use crate::scene::Inside;
 use crate::task::annotations::laid_out;
+use crate::vector::MOST_SPEED;
 use crate::volume::Statistics;
 
 /// Narrowest side panel, and what is left beside it of the window at least, points: in narrower windows it
@@ -218,6 +219,9 @@ impl Window {
             Some(VectorRequest::Second(source)) => self.choose_vectors(ui.ctx(), true, source),
             Some(VectorRequest::SaveLoop) => self.ask_to_save_loop(),
             Some(VectorRequest::Flow(shape)) => self.start_flow(ui.ctx(), shape),
+            Some(VectorRequest::SpeedBeyond) => self.notices.hint(format!(
+                "Speeds are within {MOST_SPEED} cycles a second, forwards or backwards: it stays as it was"
+            )),
             None => {}
         }
         if let Some(choice) = choice {
@@ -277,20 +281,30 @@ impl Window {
         }
     }
 
-    /// Notices at the top of the viewport, jobs under them.
+    /// Notices at the top of the viewport, jobs under them; at its bottom while the probe tells at the top
+    /// what is under the hand, which may be on the way to one of them.
     fn overlays_ui(&mut self, ui: &mut Ui, viewport: Rect) {
         let width = (viewport.width() - 2.0 * OVERLAY_INSET).clamp(0.0, OVERLAY_WIDTH);
         if width < 40.0 {
             return;
         }
-        let top = pos2(viewport.center().x - width / 2.0, viewport.top() + OVERLAY_INSET);
-        let rect = Rect::from_min_size(top, vec2(width, viewport.height() - 2.0 * OVERLAY_INSET));
-        ui.scope_builder(UiBuilder::new().max_rect(rect), |ui| {
+        let room = viewport.height() - 2.0 * OVERLAY_INSET;
+        let lower = if self.probing.is_on() { (room - self.overlays_height).max(0.0) } else { 0.0 };
+        let top = viewport.top() + OVERLAY_INSET + lower;
+        let top = pos2(viewport.center().x - width / 2.0, top);
+        let rect = Rect::from_min_size(top, vec2(width, room));
+        let shown = ui.scope_builder(UiBuilder::new().max_rect(rect), |ui| {
             self.notices.bars_ui(ui);
             for job in self.jobs() {
                 job_ui(ui, job.title, job.fraction, job.is_cancelled, &*job.cancel);
             }
+            ui.min_rect().height()
         });
+        if (shown.inner - self.overlays_height).abs() > 0.5 {
+            self.overlays_height = shown.inner;
+            // They were laid out for another height.
+            ui.ctx().request_repaint();
+        }
     }
 }
 

@@ -36,6 +36,7 @@ pub mod probing;
 pub mod reading;
 mod refining;
 pub mod saving;
+mod sentences;
 pub mod settings;
 pub mod sweeping;
 pub mod theme;

@@ -6,6 +6,7 @@ use eframe::egui::{
     Align, Button, Color32, CornerRadius, Frame, Label, Layout, Margin, RichText, Stroke, Ui, vec2,
 };
 
+use super::sentences::without_flags;
 use super::theme;
 
 /// How many are kept; older ones make room.
@@ -81,7 +82,7 @@ impl Notices {
     }
 
     fn push(&mut self, kind: Kind, text: String) {
-        let text = one_line(&text);
+        let text = without_flags(&one_line(&text));
         self.shown.retain(|notice| notice.text != text);
         if self.shown.len() == LIMIT {
             self.shown.remove(0);

@@ -15,7 +15,9 @@ use super::panels::data::FieldChoice;
 use super::vectors::Vectors;
 use super::window::{Dialog, Window};
 use crate::core::{Camera, Projection};
+use crate::io::mesh::MeshFormat;
 use crate::scene::{self, Inside, NamedView, Scene, Shading, SplatSettings, VectorLayer};
+use crate::task::transfer_file;
 
 /// A volume being read, or another field of one being made ready.
 pub(super) struct Loading {
@@ -23,6 +25,15 @@ pub(super) struct Loading {
     source: Source,
     /// Another field of what is open: the view stays.
     keep_view: bool,
+    /// Files that were named with it and belong into it: polygons, and a transfer function.
+    companions: Vec<PathBuf>,
+}
+
+/// Whether a source is no volume and belongs into one.
+fn is_companion(source: &Source) -> bool {
+    let is_named_so =
+        |path: &PathBuf| MeshFormat::of(path).is_some() || transfer_file::is_named_so(path);
+    matches!(source, Source::File(path) if is_named_so(path))
 }
 
 impl Window {
@@ -33,17 +44,23 @@ impl Window {
         let job = Job::start("load", format!("Opening {}", source.name()), ctx, move |ticket| {
             Document::read(&*library, reading, ticket)
         });
-        self.loading = Some(Loading { job, source, keep_view: false });
+        self.loading = Some(Loading { job, source, keep_view: false, companions: Vec::new() });
     }
 
-    /// Opens the first of several sources, or the first demo for none; the others are remembered.
+    /// Opens the first volume of several sources, or the first demo for none, and puts polygons and a
+    /// transfer function among them into it; the other volumes are remembered.
     pub fn open_all(&mut self, ctx: &Context, sources: Vec<Source>) {
-        for other in sources.iter().skip(1).rev() {
+        let (companions, volumes): (Vec<_>, Vec<_>) = sources.into_iter().partition(is_companion);
+        for other in volumes.iter().skip(1).rev() {
             self.remember(other);
         }
         let demo = || Some(Source::Demo(self.parts.library.demos().first()?.0.to_owned()));
-        if let Some(first) = sources.first().cloned().or_else(demo) {
+        if let Some(first) = volumes.first().cloned().or_else(demo) {
             self.open(ctx, first);
+        }
+        if let Some(loading) = &mut self.loading {
+            let paths = companions.iter().filter_map(Source::path);
+            loading.companions = paths.map(Path::to_owned).collect();
         }
     }
 
@@ -54,7 +71,7 @@ impl Window {
         let job = Job::start("field", "Preparing the field", ctx, move |ticket| {
             document.with_field(choice.field, choice.component, ticket)
         });
-        self.loading = Some(Loading { job, source, keep_view: true });
+        self.loading = Some(Loading { job, source, keep_view: true, companions: Vec::new() });
     }
 
     /// The scene in which a newly opened document is seen.
@@ -158,6 +175,10 @@ impl Window {
                     self.remember(&loading.source);
                 }
                 self.show_document(ctx, document, loading.keep_view);
+                for path in loading.companions {
+                    self.open_any(ctx, path);
+                }
+                return;
             }
             Ended::Finished(Err(ReadFailure::Cancelled)) => {}
             Ended::Finished(Err(ReadFailure::Refused(reason))) => self.notices.error(reason),
@@ -171,6 +192,10 @@ impl Window {
                 let name = loading.source.name();
                 self.notices.error(format!("Reading stopped on a bug of the program: {name}"));
             }
+        }
+        for path in loading.companions {
+            let path = path.display();
+            self.notices.note(format!("Left out, as there is no volume to put it into: {path}"));
         }
     }
 

@@ -88,7 +88,7 @@ impl Window {
             let Some(ended) = job.poll() else { return true };
             match ended {
                 _ if job.is_cancelled() => {}
-                Ended::Finished(Ok(path)) => notices.hint(format!("Saved {}", path.display())),
+                Ended::Finished(Ok(written)) => notices.hint(format!("Saved {written}")),
                 Ended::Finished(Err(reason)) => notices.error(reason),
                 Ended::Lost => notices.error("Saving stopped on a bug of the program"),
             }

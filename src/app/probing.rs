@@ -172,16 +172,14 @@ pub fn answer_words(answer: &Answer, space: Option<&str>) -> Vec<(&'static str, 
 
 /// In or on what a point is, and why it is this one.
 fn met_words(met: Met, gathered: &str) -> String {
-    let where_gathered = |on: &str| format!("{on} the ray has gathered {gathered}");
+    let where_gathered = |on: &str| format!("{on} the ray has gathered {gathered} opacity");
     match met {
         Met::Matter => where_gathered("Where"),
         Met::CutFace => where_gathered("On a cut face, where"),
         Met::Slice => where_gathered("On a slice, where"),
         Met::Isosurface => where_gathered("On an isosurface, where"),
         Met::Polygon => where_gathered("On a polygon, where"),
-        Met::Vectors => {
-            where_gathered("Among vectors, each as dense about it as it is opaque, where")
-        }
+        Met::Vectors => where_gathered("Among vectors, where"),
         Met::Maximum => "The greatest value along the ray".to_owned(),
         Met::Minimum => "The least value along the ray".to_owned(),
     }

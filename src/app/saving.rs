@@ -13,7 +13,7 @@ use crate::scene::annotations::Primitive;
 use crate::scene::{Annotations, Scene};
 use crate::task::annotations;
 use crate::task::engine::{AdapterChoice, Engine, Picture};
-use crate::task::loop_file::{self, Cycle, LoopError};
+use crate::task::loop_file::{self, Cycle, LoopError, LoopFormat};
 use crate::task::output_file::OutputFile;
 use crate::task::picture_file::{self, PictureFormat};
 use crate::task::still::{Refine, StillError, StillRequest};
@@ -79,8 +79,38 @@ pub fn engine_renderer(adapter: AdapterChoice) -> Renderer {
     })
 }
 
-/// Where a job has put its picture, or one sentence why there is none.
-pub type Saved = Result<PathBuf, String>;
+/// The files that a job has written.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Written {
+    /// The first of them.
+    pub first: PathBuf,
+    /// Numbered ones after it.
+    pub others: usize,
+}
+
+impl Written {
+    pub(super) fn of(path: &Path, cycle: Option<Cycle>) -> Self {
+        let numbered = cycle.and_then(|cycle| Some((LoopFormat::of(path).ok()?, cycle)));
+        let mut paths = match numbered {
+            Some((format, cycle)) => loop_file::paths(path, format, cycle).into_iter(),
+            None => vec![path.to_owned()].into_iter(),
+        };
+        let first = paths.next().unwrap_or_else(|| path.to_owned());
+        Self { first, others: paths.len() }
+    }
+}
+
+impl std::fmt::Display for Written {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match (self.first.display(), self.others) {
+            (first, 0) => write!(f, "{first}"),
+            (first, others) => write!(f, "{first} and {others} more after it"),
+        }
+    }
+}
+
+/// What a job has written, or one sentence why there is nothing.
+pub type Saved = Result<Written, String>;
 
 /// Draws and saves in the background.
 pub fn save_picture(ctx: &Context, renderer: &Renderer, request: SaveRequest) -> Job<Saved> {
@@ -89,7 +119,8 @@ pub fn save_picture(ctx: &Context, renderer: &Renderer, request: SaveRequest) ->
     let title = format!("Drawing {times}{} × {} pixels", request.size[0], request.size[1]);
     Job::start("save-picture", title, ctx, move |ticket| {
         make_folder_of(&request.path)?;
-        renderer(&request, ticket).map(|()| request.path)
+        renderer(&request, ticket)?;
+        Ok(Written::of(&request.path, request.cycle))
     })
 }
 
@@ -105,7 +136,7 @@ pub fn save_screenshot(
     Job::start("save-screenshot", "Saving the screenshot", ctx, move |_| {
         let path = next_free(&folder, &name);
         make_folder_of(&path)?;
-        write_png(&picture, &written, &path).map(|()| path)
+        write_png(&picture, &written, &path).map(|()| Written { first: path, others: 0 })
     })
 }
 
@@ -216,6 +247,15 @@ mod tests {
         assert_eq!(first, folder.path().join("tooth_1.png"));
         std::fs::write(&first, b"").unwrap();
         assert_eq!(next_free(folder.path(), "tooth"), folder.path().join("tooth_2.png"));
+    }
+
+    #[test]
+    fn what_was_saved_is_told_by_the_names_that_it_has() {
+        let told = |path: &str, cycle| Written::of(Path::new(path), cycle).to_string();
+        let cycle = Some(Cycle { frames: 32, seconds: 3.0 });
+        assert_eq!(told("/a/p.png", None), "/a/p.png");
+        assert_eq!(told("/a/loop.gif", cycle), "/a/loop.gif");
+        assert_eq!(told("/a/loop.png", cycle), "/a/loop-000.png and 31 more after it");
     }
 
     #[test]

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use super::measuring::{ChartPoint, Measurer, StartMeasuring, Stepped};
 use super::modes;
+use super::sentences::without_flags;
 use crate::accuracy::sweep::{Detail, Point, Setting};
 use crate::core::Ticket;
 use crate::task::engine::{AdapterChoice, Engine};
@@ -42,7 +43,7 @@ impl Measurer for EngineSweep {
         let engine = self.engine.get_or_insert_with(|| Engine::start(self.adapter.clone(), || ()));
         match self.sweep.step(engine, ticket) {
             Err(SweepError::Cancelled) => Stepped::Stopped,
-            Err(error) => Stepped::Failed(error.to_string()),
+            Err(error) => Stepped::Failed(without_flags(&error.to_string())),
             Ok(()) if self.sweep.next_step() == Step::Done => Stepped::Done,
             Ok(()) => Stepped::More,
         }
@@ -69,7 +70,7 @@ fn chart_point(point: &Point, on_front: bool) -> ChartPoint {
                 found.sampled.psnr_interval_db.map_or(f64::NAN, |[low, high]| (high - low) / 2.0);
             (found.median_ms(), found.sampled.psnr_db, ci, None)
         }
-        Err(reason) => (0.0, 0.0, 0.0, Some(reason.clone())),
+        Err(reason) => (0.0, 0.0, 0.0, Some(without_flags(reason))),
     };
     ChartPoint {
         name: name(&point.setting),

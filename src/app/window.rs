@@ -107,6 +107,8 @@ pub struct Window {
     pub(super) dialog: Option<Dialog>,
     pub(super) compare: Compare,
     pub(super) cells: CellsOverlay,
+    /// Of notices and jobs at the last pass, points.
+    pub(super) overlays_height: f32,
     /// Annotations that the viewport had no room for at the last pass.
     pub(super) left_out: Vec<Annotation>,
     pub(super) accuracy: AccuracyPanel,
@@ -153,6 +155,7 @@ impl Window {
             dialog: None,
             compare: Compare::default(),
             cells: CellsOverlay::default(),
+            overlays_height: 0.0,
             left_out: Vec::new(),
             accuracy: AccuracyPanel::default(),
             measuring: Measuring::default(),

@@ -74,8 +74,9 @@ pub enum Command {
 /// `voxsplat [FILE]…`.
 #[derive(Debug, Args)]
 pub struct WindowFlags {
-    /// Volumes to open, demo:NAME or demo:NAME:SIZE (2 to 512); the first is shown [default: the
-    /// built-in demo]
+    /// Volumes to open, demo:NAME or demo:NAME:SIZE (2 to 512): the first is shown, the others wait among
+    /// the recent files. STL, PLY and OBJ files are embedded in it, a transfer function is loaded
+    /// [default: the built-in demo]
     pub files: Vec<PathBuf>,
     /// Adapter to draw with: auto, software, or part of a name
     #[arg(long, value_parser = values::adapter, default_value = "auto", value_name = "NAME")]
@@ -303,6 +304,24 @@ impl ModeFlags {
             (self.opacity_unit_distance.is_some(), "--opacity-unit-distance"),
         ];
         given.into_iter().filter_map(|(is_given, flag)| is_given.then_some(flag)).collect()
+    }
+
+    /// The first that was given and says how the scalar field is drawn, of which vectors have nothing: these
+    /// are splats of their own, laid into slabs in an order, with opacities by a model and over a distance.
+    pub(super) fn of_field(&self) -> Option<&'static str> {
+        [
+            ("--kernel", self.kernel.is_some()),
+            ("--extent", self.extent.is_some()),
+            ("--reconstruction", self.reconstruction.is_some()),
+            ("--visibility", self.visibility.is_some()),
+            ("--sheets-per-kernel", self.sheets_per_kernel.is_some()),
+            ("--classify", self.classify.is_some()),
+            ("--backend", self.backend.is_some()),
+            ("--gouraud-angles", self.gouraud_angles.is_some()),
+            ("--gouraud-rings", self.gouraud_rings.is_some()),
+        ]
+        .into_iter()
+        .find_map(|(flag, given)| given.then_some(flag))
     }
 
     /// The mode that they mean.

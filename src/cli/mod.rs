@@ -23,12 +23,14 @@ mod vectors;
 
 use std::ffi::OsString;
 use std::io::{ErrorKind, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Parser;
 
+use crate::io::mesh::MeshFormat;
 use crate::task::output_file::{OutputFile, is_one_place};
+use crate::task::transfer_file::is_named_so;
 
 pub use flags::{
     AccuracyFlags, Arguments, Command, InfoFlags, ProbeFlags, RenderFlags, SceneFlags, WindowFlags,
@@ -91,6 +93,14 @@ fn open_window(
 ) -> Result<(), Failure> {
     // The window tells what is wrong with a file; a wrong name is wrong usage here as anywhere.
     flags.files.iter().try_for_each(|file| open::check_name(file))?;
+    let belongs_into_one = |file: &PathBuf| MeshFormat::of(file).is_some() || is_named_so(file);
+    if let Some(last) = flags.files.last().filter(|_| flags.files.iter().all(belongs_into_one)) {
+        return Err(Failure::Usage(format!(
+            "expected a volume to put polygons and transfer functions into, found none; name one beside \
+             them, which may be demo:head: {}",
+            last.display()
+        )));
+    }
     window(flags).map_err(Failure::Failed)
 }
 

@@ -231,7 +231,7 @@ fn met_words(met: Met, share: f64) -> String {
         Met::Slice => "on a slice, ",
         Met::Isosurface => "on an isosurface, ",
         Met::Polygon => "on a polygon, ",
-        Met::Vectors => "among vectors, each as dense about it as it is opaque, ",
+        Met::Vectors => "among vectors, ",
     };
     format!("{on}where the ray has gathered {share} % opacity")
 }

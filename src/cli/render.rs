@@ -160,6 +160,13 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
 /// `--loop`: one whole cycle of the vectors.
 fn run_loop(flags: &RenderFlags, frames: u32, seconds: f64) -> Result<(), Failure> {
     let path = &flags.output;
+    if path == Path::new("-") {
+        return Err(Failure::Usage(
+            "expected a file for --loop, found - for standard output, which takes one picture; name a file \
+             that ends in .gif, or in .png for numbered pictures"
+                .to_owned(),
+        ));
+    }
     LoopFormat::of(path).map_err(Failure::Usage)?;
     if !(2..=MOST_FRAMES).contains(&frames) {
         return Err(Failure::Usage(format!(
@@ -234,6 +241,12 @@ fn scene(flags: &RenderFlags, splat: SplatSettings) -> Result<Meant, Failure> {
                  the vectors, as with --vector-opacity and --vector-colormap, or show them beside the field"
             )));
         }
+        if let Some(flag) = flags.mode.of_field().filter(|_| layer.alone) {
+            return Err(Failure::Usage(format!(
+                "expected no {flag} with vectors alone, which it changes nothing of, found both; leave it out \
+                 (--vector-extent and the like shape their splats), or show them beside the field"
+            )));
+        }
         if flags.max_error.is_some() {
             return Err(Failure::Usage(
                 "expected --budget-ms with vectors, found --max-error, which finds octree cuts, and these \
@@ -271,8 +284,7 @@ pub(super) fn refuse_among_triangles(
     match given.into_iter().flatten().next() {
         Some(flag) => Err(Failure::Usage(format!(
             "expected a mode that tiles draw with {flag}, found {found}, which only triangles draw; choose \
-             --backend auto, a smaller --extent or another --kernel, leave {flag} out, or draw vectors alone \
-             with --vectors-only"
+             --backend auto, a smaller --extent or another --kernel, or leave {flag} out"
         ))),
         None => Ok(()),
     }

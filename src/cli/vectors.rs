@@ -203,10 +203,12 @@ impl VectorFlags {
 }
 
 fn note_holes(vectors: &VectorField) {
-    let holes = vectors.vectors.iter().filter(|v| !v.is_finite()).count();
+    let statistics = &vectors.statistics;
+    let holes = statistics.nan_count + statistics.infinite_count;
     if holes > 0 {
         note(&format!(
-            "{holes} of {} vectors of \"{}\" have no finite length and are not drawn",
+            "{holes} of {} vectors of \"{}\" have no length that is finite and within 3.4e38, and are not \
+             drawn",
             vectors.vectors.len(),
             vectors.name
         ));

@@ -117,6 +117,8 @@ pub struct FrameReport {
     /// Kernels on the picture; `None` where nobody has counted: a preview in the scene's own mode
     /// needs no hierarchy, and waits for none.
     pub kernels: Option<KernelCounts>,
+    /// Splats on a picture of vectors alone; of one in part nobody counts them, and it is 0.
+    pub vector_splats: Option<u64>,
     /// Voxels in the volume.
     pub kernels_total: u64,
     /// What drew it.
@@ -180,6 +182,7 @@ impl FrameReport {
         Self {
             rung,
             kernels: None,
+            vector_splats: None,
             kernels_total,
             backend,
             frame_ms,

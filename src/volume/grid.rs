@@ -313,10 +313,19 @@ impl Grid {
         if statistics.finite_count == 0 {
             return Err(VolumeError::NothingFinite {
                 field: field.name.clone(),
-                found: format!(
-                    "{} NaN and {} infinite",
-                    statistics.nan_count, statistics.infinite_count
-                ),
+                found: match component {
+                    // The length of finite components may have no number of their bits.
+                    Component::Magnitude => format!(
+                        "lengths of which {} are NaN and {} infinite or beyond what {} can hold",
+                        statistics.nan_count,
+                        statistics.infinite_count,
+                        samples.scalar_type().name()
+                    ),
+                    _ => format!(
+                        "{} NaN and {} infinite",
+                        statistics.nan_count, statistics.infinite_count
+                    ),
+                },
             });
         }
         let bricks = Bricks::of(&samples, lattice.dims, ticket)?;

@@ -94,7 +94,8 @@ impl VectorField {
             return Err(VolumeError::NothingFinite {
                 field: name.to_owned(),
                 found: format!(
-                    "{} NaN and {} infinite lengths",
+                    "lengths of which {} are NaN and {} infinite or beyond 3.4e38, which 32-bit numbers \
+                     cannot hold",
                     statistics.nan_count, statistics.infinite_count
                 ),
             });

@@ -27,6 +27,10 @@ fn meshes_are_embedded_or_refused_in_a_sentence() {
     fs::write(&mesh, "v 1 1 1\nv 9 1 1\nv 1 9 9\nf 1 2 3\n").expect("written");
     let mesh = mesh.to_str().expect("UTF-8");
     let of = |flags: &[&str]| rendered(folder.path(), flags);
+    // The window has no volume to put it into.
+    let output = voxsplat(&[mesh]);
+    let said = errors(&output);
+    assert!(output.status.code() == Some(2) && said.contains("expected a volume"), "{said}");
     let refused = of(&["--mesh", "nothing.stl"]).unwrap_err();
     assert!(refused.contains("found nothing of that name"), "{refused}");
     let refused = of(&["--mesh", mesh, "--backend", "raster"]).unwrap_err();

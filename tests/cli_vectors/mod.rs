@@ -232,6 +232,16 @@ fn what_cannot_be_meant_of_vectors_is_refused() {
             2,
             vec!["no --colormap with vectors alone"],
         ),
+        (
+            vec!["--vector", "velocity", "--vectors-only", "--backend", "raster"],
+            2,
+            vec!["no --backend with vectors alone"],
+        ),
+        (
+            vec!["--vector", "velocity", "--vectors-only", "--kernel", "cubic"],
+            2,
+            vec!["no --kernel with vectors alone"],
+        ),
         (vec!["--second-vector", "velocity"], 2, vec!["--vector NAME with --second-vector"]),
         (
             vec!["--vector", "velocity", "--second-look", "mode=blend"],
@@ -273,6 +283,8 @@ fn what_cannot_be_meant_of_vectors_is_refused() {
         assert_eq!(output.status.code(), Some(2), "{flags:?}");
         assert!(errors(&output).contains(words), "{flags:?}: {}", errors(&output));
     }
+    let output = voxsplat(&["render", DEMO, "--vector", "velocity", "--loop", "4", "-o", "-"]);
+    assert_eq!(fault(&output, 2, &["--loop", "standard output", ".gif"], None), None);
     let jpg = folder.path().join("no.jpg");
     let output = voxsplat(&[
         "render",

@@ -44,3 +44,4 @@ mod transfer_moves;
 mod two_vectors;
 mod vectors;
 mod vectors_in_parts;
+mod vectors_on_the_way;

@@ -3,6 +3,7 @@
 use eframe::egui::accesskit::Role;
 use eframe::egui::{Key, Modifiers};
 use egui_kittest::kittest::Queryable as _;
+use voxsplat::app::document::Source;
 use voxsplat::scene::PolygonLayer;
 
 use super::press;
@@ -57,6 +58,31 @@ fn a_dropped_mesh_is_embedded_changed_and_taken_back() {
     let said = bench.window().notices().shown().last().expect("an error").text.clone();
     assert!(said.contains("at least one triangle") && said.contains("broken.obj"), "{said}");
     assert_eq!(layers(&bench).len(), 1);
+}
+
+/// As `voxsplat fibre.obj good.nrrd other.nrrd` begins.
+#[test]
+fn a_mesh_that_the_window_starts_with_is_embedded_in_the_volume() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("fibre.obj");
+    std::fs::write(&path, TRIANGLE).expect("written");
+    let start = |volume: &str| {
+        let mut bench = Bench::empty();
+        let ctx = bench.harness.ctx.clone();
+        let sources = [path.clone(), volume.into(), "other.nrrd".into()].map(Source::File);
+        bench.harness.state_mut().open_all(&ctx, sources.into());
+        bench.wait_until(|window| !window.is_loading());
+        bench
+    };
+    let mut bench = start("good.nrrd");
+    bench.wait_until(|window| window.scene().is_some_and(|scene| !scene.polygons.is_empty()));
+    bench.settle();
+    assert_eq!(layers(&bench)[0].mesh.name(), "fibre.obj");
+    assert_eq!(bench.window().document().expect("open").source.name(), "good.nrrd");
+    assert!(bench.window().notices().shown().is_empty());
+    let bench = start("bad.nrrd");
+    let said = bench.window().notices().shown().last().expect("a note").text.clone();
+    assert!(said.starts_with("Left out") && said.ends_with("fibre.obj"), "{said}");
 }
 
 #[test]

@@ -1,9 +1,9 @@
 //! Vectors in the side panel, and their animation.
 
 use eframe::egui::accesskit::Role;
-use eframe::egui::{Key, Modifiers};
+use eframe::egui::{Event, Key, Modifiers, PointerButton};
 use egui_kittest::kittest::{NodeT as _, Queryable as _};
-use voxsplat::scene::{Classify, VectorLayer};
+use voxsplat::scene::{Classify, SplatSettings, VectorLayer};
 use voxsplat::task::engine::Effort;
 use voxsplat::vector::{ColourBy, Design, Foreshortening, VectorMode};
 
@@ -32,6 +32,7 @@ fn a_field_of_three_components_opens_as_vectors_alone() {
     let bench = opened();
     let layer = layer(&bench);
     assert!(layer.alone && layer.field.name == "v");
+    assert!(bench.harness.query_by_label_contains("321 splats of vectors").is_some());
     assert_eq!(layer.field.vectors.len(), 512);
 }
 
@@ -45,6 +46,30 @@ fn vectors_are_taken_away_and_brought_back() {
     bench.wait_until(|window| window.scene().is_some_and(|scene| scene.vectors.is_some()));
     bench.settle();
     assert!(!layer(&bench).alone, "beside the field that is there");
+}
+
+/// What the engine makes of these requests `tests/gpu/vectors_on_the_way.rs` holds.
+#[test]
+fn another_field_beside_vectors_takes_neither_them_nor_the_mode_over() {
+    let mut bench = Bench::empty();
+    bench.open("triples.nrrd");
+    bench.settle();
+    bench.choose("Vectors", "wind");
+    bench.wait_until(|window| window.scene().is_some_and(|scene| scene.vectors.is_some()));
+    bench.settle();
+    let wind = layer(&bench);
+    bench.choose("Field", "wind (point, vectors)");
+    bench.wait_until(|window| window.document().is_some_and(|document| document.field == 3));
+    bench.settle();
+    for component in ["y", "Vorticity"] {
+        assert_eq!(layer(&bench), wind);
+        assert_eq!(bench.last_request().scene.splat, SplatSettings::EXACT);
+        bench.choose("Component", component);
+        bench.wait_until(|window| !window.is_loading());
+        bench.settle();
+    }
+    assert_eq!(layer(&bench), wind);
+    assert!(bench.window().notices().shown().is_empty());
 }
 
 #[test]
@@ -223,6 +248,28 @@ fn marks_move_while_playing_and_stay_where_they_are_paused() {
 }
 
 #[test]
+fn a_speed_beyond_all_is_not_taken_and_that_is_told() {
+    let mut bench = opened();
+    let speed = |bench: &Bench| {
+        let node = bench.harness.get_all_by_label("Speed").last().expect("there");
+        (node.rect().center(), node.accesskit_node().numeric_value())
+    };
+    for (typed, taken, told) in [("-3.5", -3.5, 0), ("1e30", -3.5, 1)] {
+        bench.click(speed(&bench).0, PointerButton::Primary);
+        bench.harness.run_steps(2);
+        bench.harness.key_press_modifiers(Modifiers::COMMAND, Key::A);
+        bench.harness.run_steps(2);
+        bench.harness.event(Event::Text(typed.to_owned()));
+        bench.harness.run_steps(2);
+        bench.harness.key_press(Key::Enter);
+        bench.harness.run_steps(4);
+        assert_eq!(speed(&bench).1, Some(taken), "{typed}");
+        assert_eq!(bench.window().notices().shown().len(), told, "{typed}");
+    }
+    assert!(bench.window().notices().shown()[0].text.contains("within 4 cycles"));
+}
+
+#[test]
 fn the_phase_is_scrubbed_and_speed_0_costs_nothing() {
     let mut bench = opened();
     bench.set_slider("Phase", 0.625);
@@ -282,6 +329,7 @@ fn a_loop_is_saved_from_the_window() {
     press(&mut bench, "Save");
     bench.wait_until(|window| !window.notices().shown().is_empty());
     let request = bench.saved();
+    assert!(bench.window().notices().shown()[0].text.ends_with(".gif"));
     assert_eq!(request.cycle.map(|cycle| cycle.frames), Some(32));
     assert!(request.path.extension().is_some_and(|e| e == "gif"), "{:?}", request.path);
     assert!(request.scene.vectors.is_some());

@@ -70,6 +70,22 @@ fn a_moving_view_is_not_asked_about_and_one_at_rest_again_is() {
     assert!(matches!(answered(&mut bench), Seen::Point(_)));
 }
 
+#[test]
+fn notices_do_not_cover_what_the_probe_tells() {
+    let mut bench = Bench::opened();
+    press(&mut bench, Key::P, Modifiers::NONE);
+    bench.start_opening("bad.nrrd");
+    bench.wait_until(|window| !window.notices().shown().is_empty());
+    bench.hover(bench.viewport().center());
+    answered(&mut bench);
+    bench.harness.run_steps(3);
+    let told = bench.harness.get_by_label_contains("Probe: World x").rect();
+    let notice = bench.harness.get_by_label_contains("found nonsense").rect();
+    let dismiss = bench.harness.get_by_label("Dismiss").rect();
+    assert!(!told.intersects(notice) && !told.intersects(dismiss), "{told} {notice} {dismiss}");
+    assert!(bench.viewport().contains_rect(notice) && bench.viewport().contains_rect(dismiss));
+}
+
 /// What the picture shows first is what is pointed at.
 #[test]
 fn surfaces_and_projections_are_pointed_at_as_the_picture_shows_them() {

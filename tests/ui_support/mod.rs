@@ -185,6 +185,7 @@ fn gradient(request: &FrameRequest) -> Picture {
     let report = FrameReport {
         rung: rung.to_owned(),
         kernels: Some(voxsplat::task::engine::KernelCounts { drawn: 500, active: 500 }),
+        vector_splats: request.scene.hides_field().then_some(321),
         kernels_total: 512,
         backend: voxsplat::scene::Backend::Raster,
         frame_ms: 12.0,

@@ -12,6 +12,7 @@ use super::{Outcome, buttons_ui, modal};
 use crate::app::document::{Library, RawLayout, Slice, Source};
 use crate::app::job::{Ended, Job};
 use crate::app::panels::name_ui;
+use crate::app::sentences::without_flags;
 use crate::app::{theme, words};
 use crate::volume::ScalarType;
 
@@ -46,7 +47,7 @@ impl RawDialog {
         let layout = layout.unwrap_or_else(|| library.guess_raw(path));
         Ok(Self {
             path: path.to_owned(),
-            reason,
+            reason: reason.map(|reason| without_flags(&reason)),
             found_bytes,
             layout,
             z: layout.dims[2] / 2,

@@ -55,9 +55,15 @@ pub fn data_ui(ui: &mut Ui, document: &Document) -> Option<FieldChoice> {
     let odd = statistics.nan_count + statistics.infinite_count;
     if odd > 0 {
         let text = format!(
-            "{} NaN, {} infinite",
+            "{} NaN, {} infinite{}",
             words::count(statistics.nan_count),
-            words::count(statistics.infinite_count)
+            words::count(statistics.infinite_count),
+            // Lengths of finite components may be, too.
+            match document.component {
+                Component::Magnitude =>
+                    format!(" or beyond {}", volume.samples.scalar_type().name()),
+                _ => String::new(),
+            }
         );
         rows.push(("Not finite", text, "NaN is drawn fully transparent"));
     }

@@ -302,6 +302,11 @@ fn typical_db(mode: &SplatSettings) -> (u32, u32) {
 
 /// Kernels drawn of active of total.
 fn counts_words(report: &FrameReport) -> String {
+    match report.vector_splats {
+        Some(0) => return "vectors alone".to_owned(),
+        Some(splats) => return format!("{} splats of vectors", words::count(splats)),
+        None => {}
+    }
     let total = words::count(report.kernels_total);
     match report.kernels {
         Some(KernelCounts { drawn, active }) => {
@@ -313,6 +318,11 @@ fn counts_words(report: &FrameReport) -> String {
 }
 
 fn counts_tooltip(report: &FrameReport) -> String {
+    if report.vector_splats.is_some() {
+        return "Each is a vector, or the mean of several, in or beside the picture; nothing is drawn of the \
+                scalar field"
+            .to_owned();
+    }
     let total = words::count(report.kernels_total);
     match report.kernels {
         Some(KernelCounts { drawn, active }) => {
@@ -356,6 +366,7 @@ mod tests {
         let report = FrameReport {
             rung: rung.into(),
             kernels: Some(KernelCounts { drawn: 1234, active: 56_789 }),
+            vector_splats: None,
             kernels_total: 16_777_216,
             backend: crate::scene::Backend::Raster,
             frame_ms: 28.4,
@@ -379,6 +390,10 @@ mod tests {
         let words = counts_words(&shown.report).replace('\u{a0}', " ");
         assert_eq!(words, "1 234 of 56 789 kernels drawn, 16 777 216 voxels");
         assert_eq!(rung_words(&shown.report), "Octree error 0.010");
+        // Of vectors alone no voxel is drawn.
+        let alone = FrameReport { vector_splats: Some(1728), kernels: None, ..shown.report };
+        assert_eq!(counts_words(&alone).replace('\u{a0}', " "), "1 728 splats of vectors");
+        assert!(!counts_tooltip(&alone).contains("voxel"));
     }
 
     #[test]

@@ -1,5 +1,7 @@
 //! Vector splats: which field, what they look like, and the animation.
 
+use std::cell::Cell;
+
 use eframe::egui::{CollapsingHeader, ComboBox, RichText, Slider, Ui};
 use glam::DVec3;
 
@@ -23,6 +25,8 @@ pub enum VectorRequest {
     SaveLoop,
     /// Polygons made of the vectors.
     Flow(FlowShape),
+    /// A speed that there is not: to be told why it was not taken.
+    SpeedBeyond,
 }
 
 /// The section; the clock with `now`, in seconds of the window's clock.
@@ -57,11 +61,15 @@ pub fn vectors_ui(
         let text = "Vectors alone are drawn whole: nothing of them is cut away";
         ui.label(RichText::new(text).size(12.0).color(theme::NOTE));
     }
-    animation_ui(ui, clock, fps, now);
+    let is_beyond = animation_ui(ui, clock, fps, now);
     let help = "Draw one whole cycle and save it as an animated GIF or as numbered PNGs: it runs on \
                 without a seam";
     let save = row_ui(ui, "", |ui| ui.button("Save loop…").on_hover_text(help).clicked());
-    let request = if save { Some(VectorRequest::SaveLoop) } else { request };
+    let request = match (save, is_beyond) {
+        (true, _) => Some(VectorRequest::SaveLoop),
+        (false, true) => Some(VectorRequest::SpeedBeyond),
+        (false, false) => request,
+    };
     let scalar = &scene.volume;
     vector_look::look_ui(ui, Names::First, &layer.field, &mut layer.settings, scalar);
     let second = ui.push_id("second", |ui| {
@@ -174,7 +182,8 @@ fn triple_ui(ui: &mut Ui, document: &Document, triple: &mut Triple) -> Option<Ve
     buttons[0].then_some(VectorSource::Triple(chosen))
 }
 
-fn animation_ui(ui: &mut Ui, clock: &mut PhaseClock, fps: &mut u32, now: f64) {
+/// Whether a speed was typed that is beyond those that there are, and so was not taken.
+fn animation_ui(ui: &mut Ui, clock: &mut PhaseClock, fps: &mut u32, now: f64) -> bool {
     row_ui(ui, "Animation", |ui| {
         let text = if clock.is_running() { "Pause" } else { "Play" };
         let help =
@@ -194,9 +203,18 @@ fn animation_ui(ui: &mut Ui, clock: &mut PhaseClock, fps: &mut u32, now: f64) {
             .accessible_name("Pictures a second")
             .on_hover_text("Animated pictures a second at most: fewer spare the battery");
     });
+    let is_beyond = Cell::new(false);
     row_ui(ui, "Speed", |ui| {
         let mut speed = clock.speed();
+        let typed = |text: &str| {
+            let speed: f64 = text.trim().replace('\u{2212}', "-").parse().ok()?;
+            let is_one = speed.abs() <= MOST_SPEED;
+            is_beyond.set(!is_one);
+            is_one.then_some(speed)
+        };
         let slider = Slider::new(&mut speed, -MOST_SPEED..=MOST_SPEED).max_decimals(2);
+        // Of a number only all of it says whether it is one.
+        let slider = slider.custom_parser(typed).update_while_editing(false);
         let help = "Cycles a second: negative runs backwards, 0 stands still";
         let response = slider_ui(ui, "Speed", true, slider).on_hover_text(help);
         if response.changed() {
@@ -212,4 +230,5 @@ fn animation_ui(ui: &mut Ui, clock: &mut PhaseClock, fps: &mut u32, now: f64) {
             clock.set_phase(phase, now);
         }
     });
+    is_beyond.get()
 }

@@ -7,7 +7,8 @@ use super::ticks::{Number, round_above, ticks};
 use super::{MARGIN, scale_bar};
 use crate::core::Srgb8;
 use crate::core::colour::srgb_from_linear;
-use crate::scene::{AlongRay, Index, Scene, Shading};
+use crate::scene::{AlongRay, Index, Scene, Shading, VectorLayer};
+use crate::transfer::ColourSource;
 use crate::vector::{ColourBy, VectorSettings};
 
 /// Height of the bar, as a part of the picture's height, and its limits, ems.
@@ -20,9 +21,8 @@ const OPACITIES: f64 = 2.6;
 /// Length of a tick, and its distance to its number, ems.
 const TICK: f64 = 0.35;
 const GAP: f64 = 0.3;
-/// How far to the left a first bar and a second one may reach, as parts of the picture's width.
-const FIRST: f64 = 0.66;
-const SECOND: f64 = 0.4;
+/// How far to the left a first bar may reach, and each that stands beside it: parts of the picture's width.
+const REACH: [f64; 3] = [0.66, 0.4, 0.2];
 /// Between two bars, ems.
 const BESIDE: f64 = 1.5;
 /// Between two ticks at least, ems.
@@ -43,15 +43,17 @@ struct Legend<'a> {
 }
 
 impl<'a> Legend<'a> {
-    /// Of each field of vectors where they are seen alone, and else of the scalar field.
+    /// Of the scalar field where something of it is seen, and of each field of vectors. Where one of these
+    /// has but one colour, that is no map, and gets a bar only where there is nothing else.
     fn all_of(scene: &'a Scene) -> Vec<Self> {
-        match scene.vectors.as_ref().filter(|layer| layer.alone) {
-            Some(layer) => layer
-                .looks()
-                .map(|(field, settings)| Self::of_vectors(&field.name, settings))
-                .collect(),
-            None => vec![Self::of(scene)],
+        let shows_field = !scene.hides_field() && !shows_nothing(scene);
+        let mut all: Vec<Self> = shows_field.then(|| Self::of(scene)).into_iter().collect();
+        for (field, settings) in scene.vectors.iter().flat_map(VectorLayer::looks) {
+            if all.is_empty() || has_several(&settings.transfer.colour) {
+                all.push(Self::of_vectors(&field.name, settings));
+            }
         }
+        all
     }
 
     /// Of the scalar field.
@@ -137,11 +139,19 @@ impl<'a> Legend<'a> {
     }
 }
 
+/// Whether there are several colours, and so a map of them.
+fn has_several(colours: &ColourSource) -> bool {
+    match colours {
+        ColourSource::Map { .. } => true,
+        ColourSource::Stops(stops) => stops.windows(2).any(|pair| pair[0].1 != pair[1].1),
+    }
+}
+
 /// Whether nothing of a scene has the field's colours: no opacity anywhere, and no surface.
 fn shows_nothing(scene: &Scene) -> bool {
     let inside = scene.inside.shown_by(&scene.splat);
     let has_surfaces = !inside.isosurfaces.is_empty() || !inside.slices.is_empty();
-    if scene.vectors.is_some() || has_surfaces || inside.along != AlongRay::Composite {
+    if has_surfaces || inside.along != AlongRay::Composite {
         return false;
     }
     let shown = Shading::is_shown_by(&scene.splat);
@@ -157,13 +167,10 @@ fn has_none(points: &[(f64, f64)]) -> bool {
     points.iter().all(|(_, alpha)| *alpha <= 0.0)
 }
 
-/// Lays it out at the right edge, above the scale bar where there `has_below`, and that of a second field
-/// beside it; whether there is room, if need be where the scale bar would be, or without the opacities. Where
-/// nothing has its colours there is none.
+/// Lays it out at the right edge, above the scale bar where there `has_below`, and those of further fields
+/// beside it, or else below one another; whether there is room, if need be where the scale bar would be, or
+/// without the opacities. Where nothing has colours there is none.
 pub(super) fn lay_out(sheet: &mut Sheet<'_>, scene: &Scene, has_below: bool) -> bool {
-    if shows_nothing(scene) {
-        return true;
-    }
     let mut legends = Legend::all_of(scene);
     let before = sheet.mark();
     for with_opacities in [true, false] {
@@ -171,39 +178,78 @@ pub(super) fn lay_out(sheet: &mut Sheet<'_>, scene: &Scene, has_below: bool) -> 
             legends.iter_mut().for_each(|legend| legend.opacity = None);
         }
         for has_below in if has_below { &[true, false][..] } else { &[false] } {
-            if lay_out_all(sheet, &legends, *has_below) {
-                return true;
+            for lay_out_all in [lay_out_beside, lay_out_stacked] {
+                if lay_out_all(sheet, &legends, *has_below) {
+                    return true;
+                }
+                sheet.return_to(before);
             }
-            sheet.return_to(before);
         }
     }
     false
 }
 
-fn lay_out_all(sheet: &mut Sheet<'_>, legends: &[Legend<'_>], has_below: bool) -> bool {
-    let mut right = (sheet.picture.size().x - MARGIN * sheet.em).round();
-    for (i, legend) in legends.iter().enumerate() {
-        // The middle is for the picture; a second bar may come nearer to it.
-        let least = if i == 0 { FIRST } else { SECOND } * sheet.picture.size().x;
-        match lay_out_one(sheet, legend, has_below, [least, right]) {
-            Some(left) => right = (left - BESIDE * sheet.em).round(),
-            None => return false,
+/// What lies below the bars, ems.
+fn room_below(has_below: bool) -> f64 {
+    if has_below { scale_bar::HEIGHT + 1.0 } else { MARGIN }
+}
+
+/// The column at which the rightmost bar ends.
+fn rightmost(sheet: &Sheet<'_>) -> f64 {
+    (sheet.picture.size().x - MARGIN * sheet.em).round()
+}
+
+/// The first at the right, and each further one to the left of those before.
+fn lay_out_beside(sheet: &mut Sheet<'_>, legends: &[Legend<'_>], has_below: bool) -> bool {
+    let size = sheet.picture.size();
+    let rows = Rows { from: 0.0, to: size.y, below: room_below(has_below), share: SHARE };
+    let mut right = rightmost(sheet);
+    legends.iter().zip(REACH).all(|(legend, reach)| {
+        // The middle is for the picture; a further bar may come nearer to it.
+        match lay_out_one(sheet, legend, &rows, [reach * size.x, right]) {
+            Some(left) => {
+                right = (left - BESIDE * sheet.em).round();
+                true
+            }
+            None => false,
         }
-    }
-    true
+    })
+}
+
+/// Each below those before, in pictures that are too narrow for them beside one another.
+fn lay_out_stacked(sheet: &mut Sheet<'_>, legends: &[Legend<'_>], has_below: bool) -> bool {
+    let size = sheet.picture.size();
+    let below = room_below(has_below);
+    let each = (size.y - below * sheet.em) / legends.len() as f64;
+    let columns = [REACH[0] * size.x, rightmost(sheet)];
+    legends.iter().enumerate().all(|(i, legend)| {
+        let from = (i as f64 * each).round();
+        let rows = Rows { from, to: from + each, below: 0.0, share: 1.0 };
+        lay_out_one(sheet, legend, &rows, columns).is_some()
+    })
+}
+
+/// Where a bar stands from top to bottom.
+struct Rows {
+    /// Rows of pixels that are its own.
+    from: f64,
+    to: f64,
+    /// Room that is left free below it, ems.
+    below: f64,
+    /// Of its rows as much as it takes where nothing else limits it.
+    share: f64,
 }
 
 /// Lays one out between two columns of pixels; the one where it begins, or `None` without room.
 fn lay_out_one(
     sheet: &mut Sheet<'_>,
     legend: &Legend<'_>,
-    has_below: bool,
+    &Rows { from, to, below, share }: &Rows,
     [least, right]: [f64; 2],
 ) -> Option<f64> {
-    let (em, size) = (sheet.em, sheet.picture.size());
-    let below = if has_below { scale_bar::HEIGHT + 1.0 } else { MARGIN };
-    let room = size.y - (MARGIN + ABOVE + BELOW + below) * em;
-    let height = (SHARE * size.y).min(MOST_HEIGHT * em).min(room).round();
+    let em = sheet.em;
+    let room = to - from - (MARGIN + ABOVE + BELOW + below) * em;
+    let height = (share * (to - from)).min(MOST_HEIGHT * em).min(room).round();
     if height < LEAST_HEIGHT * em {
         return None;
     }
@@ -215,8 +261,9 @@ fn lay_out_one(
     let bar_left = bar_right - (COLOURS * em).round();
     let left = bar_left - if legend.opacity.is_some() { (OPACITIES * em).round() } else { 0.0 };
     // In the middle, or as far up as what is below asks for.
-    let lowest = size.y - (BELOW + below) * em - height;
-    let top = ((size.y - height) / 2.0).min(lowest).max((MARGIN + ABOVE) * em).round();
+    let lowest = to - (BELOW + below) * em - height;
+    let highest = from + (MARGIN + ABOVE) * em;
+    let top = (from + (to - from - height) / 2.0).min(lowest).max(highest).round();
     let title = elided(&legend.title, (TITLE * em).min(right - least) / em, sheet.width_of);
     let title_width = em * (sheet.width_of)(&title);
     let area = Area {

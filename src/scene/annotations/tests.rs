@@ -326,11 +326,88 @@ fn vectors_alone_have_the_bar_of_their_lengths() {
     for title in ["flow, length", "other, length"] {
         assert!(found.contains(&title.to_owned()), "{found:?}");
     }
-    let narrow = laid_out(only(Annotation::ScalarBar), &scene, [160, 600]);
+    let narrow = laid_out(only(Annotation::ScalarBar), &scene, [160, 120]);
     assert_eq!(narrow.left_out, [Annotation::ScalarBar], "no room for both");
-    layer.alone = false;
-    scene.vectors = Some(layer);
-    assert!(texts(&scene).contains(&"density".to_owned()), "beside a field, the field's");
+    // One colour is no map: nothing says more by a bar of it.
+    let white = ColourSource::Stops(vec![(0.0, Srgb8::WHITE), (25.0, Srgb8::WHITE)]);
+    if let Some(second) = scene.vectors.as_mut().and_then(|layer| layer.second.as_mut()) {
+        second.settings.transfer.colour = white;
+    }
+    assert!(!texts(&scene).contains(&"other, length".to_owned()));
+}
+
+/// Vectors beside a field, and second ones among them.
+fn beside() -> [Scene; 2] {
+    let vectors = (0..27).map(|i| Vec3::X * i as f32).collect::<Vec<_>>();
+    let places = Places::Lattice(Lattice::unit([3; 3]));
+    let field = VectorField::new("flow", places, vectors.into(), &Ticket::new()).unwrap();
+    let second = VectorField { name: "other".into(), ..field.clone() };
+    let one = VectorLayer::new(Arc::new(field), false);
+    let mut two = one.clone();
+    two.second = Some(SecondVectors::new(Arc::new(second)));
+    [one, two].map(|layer| Scene { vectors: Some(layer), ..scene() })
+}
+
+/// Frames of bars, and the rows of one colour within them.
+fn bars(layout: &Layout) -> Vec<Area> {
+    let mut bars: Vec<Area> = Vec::new();
+    for primitive in &layout.primitives {
+        match primitive {
+            Primitive::Rectangle { area, ink } if ink.opacity == 1.0 => {
+                if !bars.iter().any(|bar| bar.holds(area)) {
+                    bars.push(*area);
+                }
+            }
+            _ => {}
+        }
+    }
+    bars
+}
+
+#[test]
+fn vectors_beside_a_field_have_a_bar_each_and_none_covers_another() {
+    // Side by side, and one below the other where that has no room.
+    for (size, most) in [
+        ([1280, 800], 3),
+        ([480, 360], 3),
+        ([280, 210], 3),
+        ([200, 160], 2),
+        ([150, 480], 3),
+        ([160, 120], 0),
+        ([3000, 500], 3),
+    ] {
+        for (scene, titles) in
+            beside().iter().zip([&["density", "flow"][..], &["density", "flow", "other"]])
+        {
+            if titles.len() > most {
+                let layout = laid_out(only(Annotation::ScalarBar), scene, size);
+                assert_eq!(layout.left_out, [Annotation::ScalarBar], "{size:?}");
+                continue;
+            }
+            for annotations in [only(Annotation::ScalarBar), all()] {
+                let layout = laid_out(annotations, scene, size);
+                let bars = bars(&layout);
+                let words = words(&layout);
+                assert!(!layout.left_out.contains(&Annotation::ScalarBar), "{size:?}");
+                assert_eq!(bars.len(), titles.len(), "{size:?}: {bars:?}");
+                for title in titles {
+                    let begins = &title[..4];
+                    let count = words.iter().filter(|(text, _)| text.starts_with(begins)).count();
+                    assert_eq!(count, 1, "{size:?}: {title} in {words:?}");
+                }
+                for (i, bar) in bars.iter().enumerate() {
+                    assert!(bars[i + 1..].iter().all(|other| !bar.meets(other)), "{size:?}");
+                    assert!(words.iter().all(|(_, area)| !bar.meets(area)), "{size:?}");
+                }
+            }
+        }
+    }
+    // A field without any opacity has none of its own.
+    let [mut scene, _] = beside();
+    scene.transfer.opacity = vec![(0.0, 0.0)];
+    let layout = laid_out(only(Annotation::ScalarBar), &scene, [480, 360]);
+    assert!(words(&layout).iter().all(|(text, _)| text != "density"));
+    assert_eq!(bars(&layout).len(), 1);
 }
 
 #[test]

@@ -12,7 +12,7 @@ use super::{
 use crate::core::Ticket;
 use crate::gpu::{GpuError, Renderer, SlabField};
 use crate::kernel::Kernel;
-use crate::scene::{Backend, Classify, Effect, Inside, Scene, Shading, SplatSettings};
+use crate::scene::{Backend, Classify, Effect, Inside, Scene, Shading};
 use crate::task::cells::CutSource;
 use crate::task::draw::{DrawError, Drawer, Drawn, Observer, PIECE_MS, Rung, background_light};
 use crate::task::estimate::{self, Checked, Coarseness};
@@ -77,8 +77,10 @@ impl Worker {
                 let seen = self.preview_of(request).is_some();
                 let budget_ms_now = budget_ms.min(QUICK_MS);
                 let drawer = self.device()?;
-                let has_preview =
-                    has_octree || drawer.reduction(scene, size, budget_ms_now).is_some();
+                // Cuts have no vectors, which nobody wants to see vanish: while there is no field to draw
+                // them beside, the picture before stays.
+                let has_cut = has_octree && scene.vectors.is_none();
+                let has_preview = has_cut || drawer.reduction(scene, size, budget_ms_now).is_some();
                 if !seen && has_preview && ladder != Ladder::AtOnce {
                     let budget_ms = budget_ms_now;
                     self.rung(request, Rung::Coarse { budget_ms }, Manner::Whole, None)?;
@@ -275,6 +277,11 @@ impl Worker {
         picture.report.backend = backend;
         let coarseness =
             Coarseness::of(&request.scene, rung, &drawn, picture.shrink(), &picture.rgba);
+        // What a cut is off by says nothing of the vectors that it leaves out.
+        let leaves_out = |of: &Coarseness| {
+            matches!(of, Coarseness::Octree { .. }) && request.scene.vectors.is_some()
+        };
+        let coarseness = coarseness.filter(|of| !leaves_out(of));
         if drawn.is_reduced && picture.shrink() > 1.0 {
             self.last_reduced = Some(LastDrawn::of(request, drawn.wall_ms));
         }
@@ -341,20 +348,21 @@ impl Worker {
             }
             _ => false,
         };
-        let splat = if in_own_mode {
-            let backend = drawer.window_backend(&request.scene, request.size);
-            SplatSettings { backend, ..request.scene.splat }
+        let mut scene = request.scene.clone();
+        if in_own_mode {
+            scene.splat.backend = drawer.window_backend(&request.scene, request.size);
         } else {
-            request.scene.splat.previewed()
-        };
-        let scene = Scene { splat, ..request.scene.clone() };
+            scene.splat = scene.splat.previewed();
+            // Triangles of the field alone: no room for what lies beside it.
+            scene.vectors = scene.vectors.filter(|layer| layer.alone);
+        }
         let drawn = drawer.draw(&scene, request.size, rung, &mut watch);
         if matches!((rung, manner), (Rung::Coarse { .. }, Manner::InPieces { .. })) {
             // A picture that may take far longer has other prices than those the hand needs.
             drawer.costs = learnt;
         }
         self.drawer = Some(drawer);
-        Ok((drawn?, splat.backend))
+        Ok((drawn?, scene.splat.backend))
     }
 
     /// The picture on the device, with what is known of it.
@@ -498,6 +506,7 @@ fn picture(
         effects: effects(&request.scene, drawn),
         made_pipelines: drawn.made_pipelines,
         kernels: kernels_active.map(|active| KernelCounts { drawn: drawn.kernels, active }),
+        vector_splats: request.scene.hides_field().then_some(drawn.kernels),
         progress,
         ..FrameReport::last(rung, total, Backend::Raster, drawn.wall_ms)
     };

@@ -105,6 +105,7 @@ impl Worker {
             effects: effects(scene, &drawn),
             held: Some(held),
             made_pipelines: drawn.made_pipelines,
+            vector_splats: scene.hides_field().then_some(drawn.kernels),
             kernels: active.map(|active| KernelCounts { drawn: drawn.kernels, active }),
             ..FrameReport::last(rung, total, backend, drawn.wall_ms)
         };
