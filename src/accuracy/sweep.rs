@@ -426,17 +426,6 @@ mod tests {
         assert!(
             beside.iter().all(|s| s.detail == Detail::Full && s.splat.kernel != Kernel::Gouraud)
         );
-        let plain = Scene { vectors: None, ..scene.clone() };
-        let corners = vec![glam::Vec3::ZERO, glam::Vec3::X, glam::Vec3::Y];
-        let mesh =
-            crate::polygons::Mesh::new("t", corners, Vec::new(), Vec::new(), vec![[0, 1, 2]]);
-        let mesh = PolygonLayer::new(std::sync::Arc::new(mesh.unwrap()));
-        for (is_shown, opacity) in [(true, 1.0), (true, 0.0), (false, 1.0)] {
-            let layer = PolygonLayer { is_shown, opacity, ..mesh.clone() };
-            let among = Scene { polygons: vec![layer], ..plain.clone() };
-            let expected = if is_shown && opacity > 0.0 { &beside } else { &all };
-            assert_eq!(&candidates_of(&among), expected, "{is_shown} {opacity}");
-        }
         scene.vectors.as_mut().unwrap().alone = true;
         let alone = candidates_of(&scene);
         assert_eq!(alone[0], all[0]);

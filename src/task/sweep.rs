@@ -443,3 +443,35 @@ impl Sweep {
 fn widened(light: &[[f32; 4]]) -> Vec<[f64; 4]> {
     light.iter().map(|pixel| pixel.map(f64::from)).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use glam::Vec3;
+
+    use super::*;
+    use crate::polygons::Mesh;
+    use crate::scene::{PolygonLayer, opening};
+    use crate::volume::{Lattice, Samples, ScalarVolume};
+
+    #[test]
+    fn polygons_that_are_seen_leave_out_modes_that_do_not_show_them() {
+        let samples = Samples::UInt8(vec![1; 8]);
+        let volume = ScalarVolume::from_samples("t", Lattice::unit([2; 3]), samples).unwrap();
+        let mut scene = opening(Arc::new(volume), None);
+        scene.splat = SplatSettings::EXACT;
+        let all = candidates_of(&scene);
+        let corners = vec![Vec3::ZERO, Vec3::X, Vec3::Y];
+        let mesh = Mesh::new("t", corners, Vec::new(), Vec::new(), vec![[0, 1, 2]]).unwrap();
+        let mesh = PolygonLayer::new(Arc::new(mesh));
+        for (is_shown, opacity) in [(true, 1.0), (true, 0.0), (false, 1.0)] {
+            let layer = PolygonLayer { is_shown, opacity, ..mesh.clone() };
+            let among = Scene { polygons: vec![layer], ..scene.clone() };
+            let is_seen = is_shown && opacity > 0.0;
+            let found = candidates_of(&among);
+            assert_eq!(found != all, is_seen, "{is_shown} {opacity}");
+            assert!(found.len() > 30 && (!is_seen || found.len() < all.len()), "{}", found.len());
+        }
+    }
+}

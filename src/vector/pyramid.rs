@@ -228,6 +228,21 @@ mod tests {
         pyramid(field(dims, list), published).levels
     }
 
+    /// A box of so many edges has the variance of the kernel's footprint along each axis.
+    #[test]
+    fn boxes_reach_as_far_as_the_cubic_kernel() {
+        let kernel = RadialKernel::new(Kernel::Cubic, None).unwrap();
+        let (mut all, mut squares) = (0.0, 0.0);
+        for i in 0..4000 {
+            let l = (f64::from(i) + 0.5) / 4000.0 * kernel.radius();
+            // Of a ring: half of l² along either axis.
+            all += kernel.footprint(l) * l;
+            squares += kernel.footprint(l) * l * l * l / 2.0;
+        }
+        let reach = (12.0 * squares / all).sqrt();
+        assert!((reach - f64::from(REACH)).abs() < 1e-3, "{reach}");
+    }
+
     #[test]
     fn eight_become_one_of_their_weighted_means() {
         let a = splat([0.0; 3], 3e-6, [1.0, 0.0, 0.0], 1.0);

@@ -130,22 +130,6 @@ impl Cover {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::kernel::{Kernel, RadialKernel};
-
-    /// A box of so many edges has the variance of the kernel's footprint along each axis.
-    #[test]
-    fn boxes_reach_as_far_as_the_cubic_kernel() {
-        let kernel = RadialKernel::new(Kernel::Cubic, None).unwrap();
-        let (mut all, mut squares) = (0.0, 0.0);
-        for i in 0..4000 {
-            let l = (f64::from(i) + 0.5) / 4000.0 * kernel.radius();
-            // Of a ring: half of l² along either axis.
-            all += kernel.footprint(l) * l;
-            squares += kernel.footprint(l) * l * l * l / 2.0;
-        }
-        let reach = (12.0 * squares / all).sqrt();
-        assert!((reach - f64::from(REACH)).abs() < 1e-3, "{reach}");
-    }
 
     #[test]
     fn boxes_of_32_cells_lose_nothing_at_the_borders() {

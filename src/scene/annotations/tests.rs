@@ -319,7 +319,7 @@ fn vectors_alone_have_the_bar_of_their_lengths() {
     );
     // A second field has a bar of its own, beside.
     let second = VectorField { name: "other".into(), ..VectorField::clone(&layer.field) };
-    let mut both = layer.clone();
+    let mut both = layer;
     both.second = Some(SecondVectors::new(Arc::new(second)));
     scene.vectors = Some(both);
     let found = texts(&scene);
@@ -353,10 +353,10 @@ fn bars(layout: &Layout) -> Vec<Area> {
     let mut bars: Vec<Area> = Vec::new();
     for primitive in &layout.primitives {
         match primitive {
-            Primitive::Rectangle { area, ink } if ink.opacity == 1.0 => {
-                if !bars.iter().any(|bar| bar.holds(area)) {
-                    bars.push(*area);
-                }
+            Primitive::Rectangle { area, ink }
+                if ink.opacity == 1.0 && !bars.iter().any(|bar| bar.holds(area)) =>
+            {
+                bars.push(*area);
             }
             _ => {}
         }
