@@ -45,18 +45,14 @@ pub(super) fn without_flags(sentence: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gpu::GpuError;
 
     #[test]
     fn flags_have_the_windows_names_and_files_keep_theirs() {
-        let found = "--backend raster".to_owned();
-        let told = without_flags(&GpuError::VectorsBesideTriangles { found }.to_string());
-        assert!(
-            !told.contains("--") && told.contains("choose Back end auto, a smaller Extent"),
-            "{told}"
-        );
-        let told = without_flags(&GpuError::TooManyVectors { most: 1, found: 2 }.to_string());
-        assert!(told.contains("draw means of them with Coarser, or"), "{told}");
+        let told =
+            without_flags("found --backend raster; choose --backend auto, a smaller --extent");
+        assert_eq!(told, "found Back end raster; choose Back end auto, a smaller Extent");
+        let told = without_flags("draw means of them with --vector-coarser, or zoom in");
+        assert_eq!(told, "draw means of them with Coarser, or zoom in");
         let told =
             without_flags("give --raw-dims X,Y,Z (--raw-skip), or rename it: /a/b--c/-- d--e.raw");
         assert_eq!(told, "give raw dims X,Y,Z (raw skip), or rename it: /a/b--c/-- d--e.raw");
