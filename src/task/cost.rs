@@ -22,6 +22,8 @@ pub struct Costs {
     pub reduced_start_ms: f64,
     /// Making the lists of vectors of a smaller picture, which few rays do not shorten; 0 without any.
     pub lists_ms: f64,
+    /// Per pixel that a splat of a smaller picture's vectors is looked at in (`task::vectors`).
+    pub visit_ms: f64,
 }
 
 impl Default for Costs {
@@ -36,6 +38,7 @@ impl Default for Costs {
             reduced_ray_ms: [2e-3, 0.7e-3],
             reduced_start_ms: 1.0,
             lists_ms: 0.0,
+            visit_ms: 4e-6,
         }
     }
 }
@@ -46,6 +49,8 @@ const TRUST: f64 = 0.3;
 const RAY_TRUST: f64 = 0.7;
 /// A smaller picture is believed to be cheaper than was thought by no more than this share at once.
 const MOST_FALL: f64 = 0.8;
+/// Visits are believed to be dearer by no more than this at once.
+const MOST_RISE: f64 = 4.0;
 /// How many times more a ray of a smaller picture costs than one of `full`, at most: its neighbours
 /// cross other voxels, and what they fetch is in no cache. 2.9 to 3.7 on scans, 8 times smaller; a ray
 /// of tents, 5 times smaller, 0.5 of one of `full` through B-splines. By [`SlabField`].
@@ -112,9 +117,22 @@ impl Costs {
         self.lists_ms += (wall_ms - self.lists_ms) * RAY_TRUST;
     }
 
-    /// What lists leave of a budget.
-    pub fn beside_lists(&self, budget_ms: f64) -> f64 {
-        (budget_ms - self.lists_ms).max(budget_ms * LEAST_RAY_SHARE)
+    /// Takes in a smaller picture of so many rays of a field, 0 for vectors alone, and of so many visits, without its
+    /// lists. What rays cost is learnt from pictures without vectors.
+    pub fn learn_visits(&mut self, field: SlabField, rays: f64, visits: f64, wall_ms: f64) {
+        if visits <= 0.0 || wall_ms <= 0.0 {
+            return;
+        }
+        let thought = visits * self.visit_ms;
+        let others = self.reduced_ms(field, rays);
+        // Never for nothing; and what took far longer than thought is not believed at once.
+        let found = (wall_ms - others).clamp((1.0 - MOST_FALL) * thought, MOST_RISE * thought);
+        self.visit_ms *= 1.0 + (found / thought - 1.0) * RAY_TRUST;
+    }
+
+    /// What a smaller picture with so many visits is thought to take.
+    pub fn among_vectors_ms(&self, field: SlabField, rays: f64, visits: f64) -> f64 {
+        self.lists_ms + self.reduced_ms(field, rays) + visits * self.visit_ms
     }
 
     /// What a smaller picture in slabs is thought to take.
@@ -211,6 +229,30 @@ mod tests {
         // What no budget can pay is not saved by drawing next to nothing.
         let rays = costs.reduced_rays_within(SlabField::Preview, 5.0);
         assert!((rays * ray_ms - 2.0).abs() < 0.02, "{rays}");
+    }
+
+    #[test]
+    fn visits_cost_what_rays_and_lists_do_not() {
+        let mut costs = Costs::default();
+        let own = SlabField::Own;
+        let before = costs;
+        let wall_ms = costs.reduced_ms(own, 1000.0) + 1e6 * 3e-5;
+        costs.learn_visits(own, 1000.0, 1e6, wall_ms);
+        assert!(costs.visit_ms > before.visit_ms && costs.visit_ms < 3e-5, "{costs:?}");
+        for _ in 0..20 {
+            costs.learn_visits(own, 1000.0, 1e6, wall_ms);
+        }
+        assert!((costs.visit_ms / 3e-5 - 1.0).abs() < 1e-3, "{costs:?}");
+        assert_eq!(costs.reduced_ray_ms, before.reduced_ray_ms);
+        costs.learn_lists(5.0);
+        costs.learn_lists(5.0);
+        let thought = costs.among_vectors_ms(own, 1000.0, 2e6);
+        assert!((thought - (wall_ms + 30.0 + 0.91 * 5.0)).abs() < 0.01, "{thought}");
+        // Quicker than its rays were thought to be: cheap, but never for nothing.
+        for _ in 0..100 {
+            costs.learn_visits(own, 1000.0, 1e6, 0.1);
+        }
+        assert!(costs.visit_ms > 0.0 && costs.visit_ms < 1e-9, "{costs:?}");
     }
 
     #[test]

@@ -211,16 +211,20 @@ impl Drawer {
                 let reduction = Reduction { field: SlabField::Own, shrink: AT_ONCE_SHRINK };
                 self.reduced(scene, size, reduction, observer)
             }
-            Rung::Coarse { budget_ms } => match self.reduction(scene, size, budget_ms) {
-                Some(reduction) => {
-                    self.last_reduction = Some(reduction);
-                    self.reduced(scene, size, reduction, observer)
+            Rung::Coarse { budget_ms } => {
+                // How many there are says how small a picture must be.
+                self.classify_vectors(scene, observer)?;
+                match self.reduction(scene, size, budget_ms) {
+                    Some(reduction) => {
+                        self.last_reduction = Some(reduction);
+                        self.reduced(scene, size, reduction, observer)
+                    }
+                    None => {
+                        self.last_reduction = None;
+                        self.coarse(scene, size, budget_ms, observer)
+                    }
                 }
-                None => {
-                    self.last_reduction = None;
-                    self.coarse(scene, size, budget_ms, observer)
-                }
-            },
+            }
             Rung::Octree { max_error } => {
                 let limits = cut_limits(scene, max_error);
                 self.cut(scene, size, limits, observer)

@@ -29,6 +29,8 @@ const STILL_WORTH_TENTS: f64 = 0.25;
 /// A field for previews has no more samples than this, or means of them: 256³, and a quarter more. What
 /// is larger is seen with less than a pixel a sample, and would cost the memory of two.
 const MOST_SAMPLES: usize = 5 << 22;
+/// How many times longer a picture with vectors that nobody has drawn yet is thought to take.
+const UNKNOWN_VECTORS: f64 = 16.0;
 
 /// A field drawn smaller than it is shown.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -175,12 +177,8 @@ impl Drawer {
         size: [u32; 2],
         budget_ms: f64,
     ) -> Option<Reduction> {
-        let budget_ms = match scene.vectors {
-            Some(_) => self.costs.beside_lists(budget_ms),
-            None => budget_ms,
-        };
         if vectors::are_alone(scene) {
-            let shrink = self.affordable(SlabField::Own, size, budget_ms);
+            let shrink = self.affordable_among_vectors(scene, SlabField::Own, size, budget_ms);
             return Some(Reduction { field: SlabField::Own, shrink });
         }
         let is_gathered = scene.needs_gathering();
@@ -189,7 +187,10 @@ impl Drawer {
         }
         let affordable = |field: SlabField, splat: &SplatSettings| {
             let is_there = self.renderer.holds_field(field, &scene.volume, splat);
-            is_there.then(|| self.affordable(field, size, budget_ms))
+            is_there.then(|| match scene.vectors {
+                Some(_) => self.affordable_among_vectors(scene, field, size, budget_ms),
+                None => self.affordable(field, size, budget_ms),
+            })
         };
         let own = affordable(SlabField::Own, &scene.splat).filter(|_| !is_gathered);
         let tents = preview_mode(scene).and_then(|splat| affordable(SlabField::Preview, &splat));
@@ -197,7 +198,7 @@ impl Drawer {
             Some(Reduction { field: SlabField::Preview, .. }) => STILL_WORTH_TENTS,
             _ => WORTH_TENTS,
         };
-        let thought_ms = |field, shrink| self.costs.reduced_ms(field, rays(size, shrink));
+        let thought_ms = |field, shrink| self.thought_ms(scene, field, size, shrink);
         let (field, shrink) = match (own, tents) {
             // Where neither may be smaller, the cheaper one.
             (Some(own), Some(tents))
@@ -246,6 +247,54 @@ impl Drawer {
         // Up to the next step, but for what rounding adds to one.
         let steps = (shrink.log2() * SIZE_STEPS_A_HALVING - 1e-9).ceil();
         (steps / SIZE_STEPS_A_HALVING).exp2().min(most)
+    }
+
+    /// What a picture of a field, with a scene's vectors, is thought to take, so many times smaller.
+    pub(super) fn thought_ms(
+        &self,
+        scene: &Scene,
+        field: SlabField,
+        size: [u32; 2],
+        shrink: f64,
+    ) -> f64 {
+        let rays = rays(size, shrink);
+        match (&scene.vectors, self.thought_visits(scene, size, shrink)) {
+            (Some(layer), Some(visits)) => {
+                let of_field = if layer.alone { 0.0 } else { rays };
+                let thought = self.costs.among_vectors_ms(field, of_field, visits);
+                // Whole ones have thinner slabs and finer marks, and a price of their own.
+                if shrink > 1.0 { thought } else { thought.max(rays * self.costs.ray_ms) }
+            }
+            // As long as nobody knows how many there are.
+            (Some(_), None) => UNKNOWN_VECTORS * self.costs.reduced_ms(field, rays),
+            (None, _) => self.costs.reduced_ms(field, rays),
+        }
+    }
+
+    /// [`Self::affordable`] of a scene with vectors, of which there are other ones in pictures of other sizes.
+    fn affordable_among_vectors(
+        &self,
+        scene: &Scene,
+        field: SlabField,
+        size: [u32; 2],
+        budget_ms: f64,
+    ) -> f64 {
+        let thought_ms = |shrink: f64| self.thought_ms(scene, field, size, shrink);
+        let most = (f64::from(size[0].min(size[1])) / LEAST_SIDE).max(1.0);
+        let step = (1.0 / SIZE_STEPS_A_HALVING).exp2();
+        if let Some(last) = self.last_reduction.filter(|last| last.field == field)
+            && (1.0..=most).contains(&last.shrink)
+            && thought_ms(last.shrink) <= MOST_KEPT * budget_ms
+            && (last.shrink == 1.0 || thought_ms(last.shrink / step) >= LARGER_WITHIN * budget_ms)
+        {
+            return last.shrink;
+        }
+        #[expect(clippy::cast_possible_truncation, reason = "a few dozen")]
+        let steps = (most.log2() * SIZE_STEPS_A_HALVING).ceil() as i32;
+        let shrinks = (0..=steps).rev().map(|n| (f64::from(n) / SIZE_STEPS_A_HALVING).exp2());
+        // From the smallest picture on: the next size may have finer vectors, and many more.
+        let affordable = shrinks.map(|s| s.min(most)).take_while(|s| thought_ms(*s) <= budget_ms);
+        affordable.last().unwrap_or(most)
     }
 
     /// A picture so many times smaller than `size`.

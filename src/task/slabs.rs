@@ -165,7 +165,7 @@ impl Drawer {
             true => renderer.draw_vector_tiles(&view, tiles),
             false => renderer.draw_slab_tiles(which, &view, &scene.splat, constants, tiles),
         };
-        let (mut drawn, splats) =
+        let (mut drawn, (splats, visits)) =
             self.beside_vectors(scene, &view, which, observer, (first, WAITING, draw))?;
         if are_alone {
             drawn.kernels = splats;
@@ -176,15 +176,22 @@ impl Drawer {
             _ if drawn.made_pipelines => {}
             SlabField::Own if enlarged <= 1.0 => self.costs.learn_rays(rays, drawn.wall_ms),
             _ => {
-                self.costs.learn_lists(drawn.lists_ms);
-                self.costs.learn_reduced(which, rays, drawn.wall_ms - drawn.lists_ms);
+                let wall_ms = drawn.wall_ms - drawn.lists_ms;
+                let of_field = if are_alone { 0.0 } else { rays };
+                match visits > 0.0 {
+                    true => {
+                        self.costs.learn_lists(drawn.lists_ms);
+                        self.costs.learn_visits(which, of_field, visits, wall_ms);
+                    }
+                    false => self.costs.learn_reduced(which, rays, wall_ms),
+                }
             }
         }
         Ok(Drawn { is_shaded: !are_alone, ..drawn })
     }
 
     /// A picture of tiles, so many in the first piece, with a scene's vectors among them, and how many of
-    /// these there are. Where a software adapter's loops do not allow so many along a ray, its parts are
+    /// these there are, and are visited. Where a software adapter's loops do not allow so many along a ray, its parts are
     /// quartered as often as may be; then means of vectors are drawn. Quick pictures, for which parts take too
     /// long, are of means first.
     fn beside_vectors(
@@ -198,7 +205,7 @@ impl Drawer {
             u32,
             impl Fn(&mut Renderer, Range<u32>) -> Result<f64, GpuError>,
         ),
-    ) -> Result<(Drawn, u64), DrawError> {
+    ) -> Result<(Drawn, (u64, f64)), DrawError> {
         let (mut vectors_halved, mut quartered) = (0, 0);
         let mut first_refusal = None;
         loop {
@@ -231,9 +238,10 @@ impl Drawer {
                 )) => return Err(first_refusal.unwrap_or(error).into()),
                 Err(error) => return Err(error),
                 Ok(drawn) => {
-                    let (splats, vectors_averaged) =
-                        vectors.map_or((0, 0), |vectors| (vectors.count(), vectors.averaged()));
-                    return Ok((Drawn { vectors_halved, vectors_averaged, ..drawn }, splats));
+                    let (counted, vectors_averaged) = vectors.map_or(((0, 0.0), 0), |vectors| {
+                        ((vectors.count(), vectors.visits()), vectors.averaged())
+                    });
+                    return Ok((Drawn { vectors_halved, vectors_averaged, ..drawn }, counted));
                 }
             }
         }

@@ -9,7 +9,7 @@ use std::time::Duration;
 use super::draw::{DrawError, Drawer, Observer};
 use super::slabs::{self, STOP_BELOW};
 use crate::core::{Cancelled, Ticket};
-use crate::gpu::layout::TILE;
+use crate::gpu::layout::{LAYER_SLABS, TILE};
 use crate::gpu::{GpuError, Renderer, SlabField, VectorLook, VectorSplats};
 use crate::scene::{OpacityModel, Scene, VectorLayer, View};
 use crate::vector::{ColourBy, Design, Foreshortening, Splats, VectorPyramid, VectorSettings};
@@ -21,6 +21,11 @@ const LOOK_EVERY: Duration = Duration::from_millis(4);
 const LEAST_RADIUS_PX: f64 = 1.0;
 /// Those of quick pictures, in pixels of what is drawn.
 const LEAST_QUICK_RADIUS_PX: f64 = 4.0;
+
+/// The least radius of a picture's splats, pixels.
+fn least_radius_px(is_quick: bool) -> f64 {
+    if is_quick { LEAST_QUICK_RADIUS_PX } else { LEAST_RADIUS_PX }
+}
 
 /// How much thicker slabs are in quick pictures: splats then lie in half as many.
 const QUICK_SLABS: f64 = 2.0;
@@ -114,12 +119,19 @@ pub(super) struct PictureVectors {
     has_coarser: bool,
     /// See `Drawn::vectors_averaged`.
     averaged: usize,
+    /// See [`visits`].
+    visits: f64,
 }
 
 impl PictureVectors {
     /// See the field.
     pub(super) fn averaged(&self) -> usize {
         self.averaged
+    }
+
+    /// See the field.
+    pub(super) fn visits(&self) -> f64 {
+        self.visits
     }
 
     /// See the field.
@@ -168,30 +180,63 @@ fn size_of(splats: &Splats) -> f64 {
     splats.list.first().map_or(1.0, |splat| f64::from(splat.size))
 }
 
+/// The radius of splats without their stretch, pixels.
+fn radius_px(splats: &Splats, pixels_per_unit: f64) -> f64 {
+    splats.radius * size_of(splats) * splats.unit * pixels_per_unit
+}
+
+/// The finest of some levels whose splats have a radius of so many pixels at least; else the coarsest.
+fn finest(levels: &[Arc<Splats>], least: f64, pixels_per_unit: f64) -> Option<usize> {
+    let found = levels.iter().position(|splats| radius_px(splats, pixels_per_unit) >= least);
+    found.or(levels.len().checked_sub(1))
+}
+
+/// As thick as slabs of vectors alone are, pixels: as their own steps, and of two fields as the shorter ones of
+/// what shows.
+fn own_slab(
+    splats: &[Arc<Splats>],
+    scene: &Scene,
+    (pixels_per_unit, is_quick): (f64, bool),
+) -> f64 {
+    let thick = if is_quick { QUICK_SLABS } else { 1.0 };
+    let some = splats.iter().filter(|splats| !splats.list.is_empty());
+    let steps = some.map(|splats| size_of(splats) * splats.unit);
+    let none = splats.first().map_or(1.0, |splats| splats.unit);
+    let step = steps.min_by(f64::total_cmp).unwrap_or(none);
+    thick * step / scene.splat.slabs_per_voxel * pixels_per_unit
+}
+
+/// How often pixels look at a splat: each one of the tiles that it may lie over, once for each layer of slabs. A
+/// measure of what they cost.
+fn visits(splats: &[Arc<Splats>], slab: f64, pixels_per_unit: f64) -> f64 {
+    let of = |splats: &Arc<Splats>| {
+        let across = 2.0 * radius_px(splats, pixels_per_unit);
+        let layers = across / (f64::from(LAYER_SLABS) * slab) + 1.0;
+        splats.list.len() as f64 * (across + f64::from(TILE)).powi(2) * layers
+    };
+    splats.iter().map(of).sum()
+}
+
 /// Whether a scene shows vectors and nothing else.
 pub(super) fn are_alone(scene: &Scene) -> bool {
     scene.hides_field()
 }
 
 impl Drawer {
-    /// Brings the device up to the vectors of a picture, halved so many times beyond what was asked for;
-    /// `None` for a scene without any.
+    /// Classifies the vectors of a scene, and averages them, where that is not done; lets go of others.
     ///
     /// # Errors
-    /// Interrupted, vectors beside a field that is shaded first, or the device.
-    pub(super) fn prepare_vectors(
+    /// Interrupted.
+    pub(super) fn classify_vectors(
         &mut self,
         scene: &Scene,
-        view: &View,
-        (which, halved): (SlabField, u32),
         observer: &mut dyn Observer,
-    ) -> Result<Option<PictureVectors>, DrawError> {
+    ) -> Result<(), DrawError> {
         let Some(layer) = &scene.vectors else {
             self.vectors = VectorJob::default();
             self.renderer.clear_vectors();
-            return Ok(None);
+            return Ok(());
         };
-        let spacing = scene.volume.lattice.smallest_spacing();
         for (i, (field, settings)) in layer.looks().enumerate() {
             let key = Key::of(scene, field, settings);
             if self.vectors.held.get(i).is_some_and(|(held, _)| *held == key) {
@@ -204,40 +249,49 @@ impl Drawer {
             }
         }
         self.vectors.held.truncate(layer.looks().count());
-        let least = if view.enlarged > 1.0 { LEAST_QUICK_RADIUS_PX } else { LEAST_RADIUS_PX };
-        let radius_px =
-            |splats: &Splats| splats.radius * size_of(splats) * splats.unit * view.pixels_per_unit;
-        // The finest of splats that are as large as asked for; else the coarsest.
-        let finest = |levels: &[Arc<Splats>], least: f64| {
-            let found = levels.iter().position(|splats| radius_px(splats) >= least);
-            found.or(levels.len().checked_sub(1))
-        };
+        Ok(())
+    }
+
+    /// Brings the device up to the vectors of a picture, halved so many times beyond what was asked for;
+    /// `None` for a scene without any.
+    ///
+    /// # Errors
+    /// Interrupted, vectors beside a field that is shaded first, or the device.
+    pub(super) fn prepare_vectors(
+        &mut self,
+        scene: &Scene,
+        view: &View,
+        (which, halved): (SlabField, u32),
+        observer: &mut dyn Observer,
+    ) -> Result<Option<PictureVectors>, DrawError> {
+        self.classify_vectors(scene, observer)?;
+        let Some(layer) = &scene.vectors else { return Ok(None) };
+        let spacing = scene.volume.lattice.smallest_spacing();
+        let (pixels_per_unit, is_quick) = (view.pixels_per_unit, view.enlarged > 1.0);
+        let least = least_radius_px(is_quick);
         let mut splats = Vec::new();
         let (mut has_coarser, mut averaged) = (false, 0);
         for ((_, levels), (_, settings)) in self.vectors.held.iter().zip(layer.looks()) {
             let coarsest = levels.len().saturating_sub(1);
             let asked = coarsest.min(settings.coarser as usize);
             let first = coarsest.min(asked + halved as usize);
-            let Some(found) = finest(&levels[first..], least) else { return Ok(None) };
-            let at_rest = finest(&levels[asked..], LEAST_RADIUS_PX / view.enlarged);
+            let Some(found) = finest(&levels[first..], least, pixels_per_unit) else {
+                return Ok(None);
+            };
+            let at_rest =
+                finest(&levels[asked..], LEAST_RADIUS_PX / view.enlarged, pixels_per_unit);
             let level = first + found;
             splats.push(Arc::clone(&levels[level]));
             has_coarser |= first < coarsest;
             averaged = averaged.max(level - asked - at_rest.unwrap_or(0));
         }
-        // As thick as the vectors' own steps; of two fields, the shorter ones of what shows.
-        let thick = if view.enlarged > 1.0 { QUICK_SLABS } else { 1.0 };
-        let some = splats.iter().filter(|splats| !splats.list.is_empty());
-        let steps = some.map(|splats| size_of(splats) * splats.unit);
-        let none = splats.first().map_or(1.0, |splats| splats.unit);
-        let step = steps.min_by(f64::total_cmp).unwrap_or(none);
-        let own_slab = thick * step / scene.splat.slabs_per_voxel * view.pixels_per_unit;
+        let own_slab = own_slab(&splats, scene, (pixels_per_unit, is_quick));
         let (slab, field_slabs) = match layer.alone {
             true => (own_slab, 1),
             false => {
                 let thickness = self.renderer.slab_thickness(which, view, &scene.splat, spacing);
                 // Those of the field are shared out only where nobody looks closely.
-                let most = if view.enlarged > 1.0 { MOST_FIELD_SLABS } else { 1.0 };
+                let most = if is_quick { MOST_FIELD_SLABS } else { 1.0 };
                 let count = (own_slab / thickness).floor().clamp(1.0, most);
                 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "few")]
                 let whole = count as u32;
@@ -245,8 +299,31 @@ impl Drawer {
             }
         };
         self.renderer.set_vectors(&looks(&splats, layer))?;
-        let scene = scene.clone();
-        Ok(Some(PictureVectors { scene, splats, slab, field_slabs, has_coarser, averaged }))
+        let (scene, visits) = (scene.clone(), visits(&splats, slab, pixels_per_unit));
+        Ok(Some(PictureVectors { scene, splats, slab, field_slabs, has_coarser, averaged, visits }))
+    }
+
+    /// How often pixels of a smaller picture look at splats of a scene's vectors ([`visits`]), about; `None` before
+    /// these were drawn.
+    pub(super) fn thought_visits(&self, scene: &Scene, size: [u32; 2], shrink: f64) -> Option<f64> {
+        let layer = scene.vectors.as_ref()?;
+        let is_quick = shrink > 1.0;
+        let pixels_per_unit = View::new(scene, size).pixels_per_unit / shrink;
+        let both = layer.looks().zip(&self.vectors.held);
+        let splats = both.map(|((field, settings), (key, levels))| {
+            let first = (levels.len().checked_sub(1)?).min(settings.coarser as usize);
+            let levels = Arc::ptr_eq(&key.field, field).then(|| &levels[first..])?;
+            let found = finest(levels, least_radius_px(is_quick), pixels_per_unit)?;
+            Some(Arc::clone(&levels[found]))
+        });
+        let splats = splats.collect::<Option<Vec<_>>>().filter(|splats| !splats.is_empty())?;
+        let own = own_slab(&splats, scene, (pixels_per_unit, is_quick));
+        let spacing = scene.volume.lattice.smallest_spacing();
+        let of_field = match layer.alone {
+            true => 0.0,
+            false => spacing / scene.splat.slabs_per_voxel * pixels_per_unit,
+        };
+        Some(visits(&splats, own.max(of_field), pixels_per_unit))
     }
 
     /// The splats of a key, waited for as long as nothing newer comes.

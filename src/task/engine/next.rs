@@ -65,7 +65,7 @@ impl Worker {
         // The price of such rays is known once some were drawn.
         let is_priced = self.last_reduced.as_ref().is_some_and(|l| l.is_like(scene));
         let reduced_ms = |Reduction { field, shrink }: Reduction| {
-            is_priced.then(|| drawer.costs.reduced_ms(field, pixels(size) / (shrink * shrink)))
+            is_priced.then(|| drawer.thought_ms(scene, field, size, shrink))
         };
         match rung {
             Rung::Full => {
