@@ -38,7 +38,7 @@ pub enum End {
     Still,
     /// It is as long as it may be.
     Length,
-    /// It winds about one place ([`WINDING`]): more of it would lie where it lies.
+    /// It winds about one place, no farther than a tenth of its way: more of it would lie where it lies.
     Winding,
 }
 
