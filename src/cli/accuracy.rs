@@ -1,6 +1,7 @@
 //! `voxsplat accuracy`.
 
 use std::io::{IsTerminal, Write};
+use std::time::{Duration, Instant};
 
 use super::flags::AccuracyFlags;
 use super::plot;
@@ -95,10 +96,15 @@ pub(super) fn run(flags: &AccuracyFlags) -> Result<(), Failure> {
         engine.still(sliver, &Ticket::new()).map_err(Failure::failed)?;
     }
     let mut sweep = Sweep::new(scene, flags.resolution, options, exact_truth);
-    let shows = std::io::stderr().is_terminal();
+    let is_terminal = std::io::stderr().is_terminal();
+    let mut told = Instant::now();
     let outcome = sweep.run(&engine, &Ticket::new(), &mut |sweep| {
-        if shows {
-            show(sweep);
+        if is_terminal {
+            // One line, written over again and again. A terminal that has gone away needs no progress.
+            drop(write!(std::io::stderr(), "\r\x1b[2K{}", progress(sweep)));
+        } else if told.elapsed() >= TELL_EVERY && sweep.next_step() != Step::Done {
+            drop(writeln!(std::io::stderr(), "voxsplat: {}", progress(sweep)));
+            told = Instant::now();
         }
     });
     outcome.map_err(Failure::failed)?;
@@ -138,8 +144,11 @@ fn nothing_drawn(sweep: &Sweep) -> Option<String> {
     sweep.points().first().and_then(|point| point.outcome.as_ref().err().cloned())
 }
 
-/// One line on a terminal, written over again and again.
-fn show(sweep: &Sweep) {
+/// How often a log is told how far a long measurement is.
+const TELL_EVERY: Duration = Duration::from_secs(15);
+
+/// How far a measurement is; nothing once it is done.
+fn progress(sweep: &Sweep) -> String {
     let settings = &sweep.options().settings;
     let words = match sweep.next_step() {
         Step::Truth => "the exact picture in float64".to_owned(),
@@ -154,6 +163,5 @@ fn show(sweep: &Sweep) {
     } else {
         format!("{:3.0} % ", 100.0 * sweep.fraction())
     };
-    // A terminal that has gone away needs no progress.
-    drop(write!(std::io::stderr(), "\r\x1b[2K{percent}{words}"));
+    percent + &words
 }

@@ -1,13 +1,19 @@
-//! Vectors beside a field that is not on the device yet: what the engine shows meanwhile, and in the end.
+//! Vectors beside a field in quick pictures, and while that is not on the device yet.
+//!
+//! Measured on llvmpipe (LLVM 15, Mesa 22.3.6).
 
 use std::sync::Arc;
 
+use voxsplat::accuracy::Difference;
+use voxsplat::gpu::SlabField;
 use voxsplat::kernel::Kernel;
-use voxsplat::scene::{Reconstruction, Scene};
+use voxsplat::scene::{Order, Reconstruction, Scene, SplatSettings};
+use voxsplat::task::draw::Rung;
 use voxsplat::task::engine::{Effort, EngineState};
 
 use crate::engine::{Bench, rest};
-use crate::vectors::{PICTURE, alone, with};
+use crate::support::{drawer, drawn};
+use crate::vectors::{PICTURE, alone, expected, with};
 
 fn beside() -> Scene {
     with(alone(), |layer| layer.alone = false)
@@ -53,4 +59,42 @@ fn a_moving_hand_has_the_field_alone_until_it_is_reconstructed_and_no_estimate_o
     bench.request(&smooth, PICTURE, rest());
     let full = bench.until_full(PICTURE);
     assert!(full.last().is_some_and(|picture| picture.report.effects.contains(&"vectors")));
+}
+
+/// Slabs of vectors are twice as thick there as those of the field, which share each out.
+#[test]
+fn quick_pictures_share_vectors_out_and_keep_their_light() {
+    let Some(mut drawer) = drawer() else { return };
+    for order in [Order::FrontToBack, Order::BackToFront] {
+        let scene = Scene { splat: SplatSettings { order, ..SplatSettings::EXACT }, ..beside() };
+        let expected = expected(&scene, PICTURE);
+        let rung = Rung::Reduced { field: SlabField::Own, shrink: 1.25 };
+        let shown = PICTURE.map(|n| n * 5 / 4);
+        let (found, how) = drawn(&mut drawer, &scene, shown, rung);
+        assert_eq!((how.size, how.vectors_averaged), (PICTURE, 0));
+        let sum = |light: &[[f64; 4]], c: usize| light.iter().map(|p| p[c]).sum::<f64>();
+        let kept = [0, 1, 2, 3].map(|c| sum(&found, c) / sum(&expected, c));
+        let rmse = Difference::between(&found, &expected).expect("comparable").rmse;
+        println!("{order:?}: of each channel {kept:.4?}, rmse {rmse:.2e}");
+        assert!(kept.iter().all(|kept| (0.99..1.01).contains(kept)), "{kept:?}");
+        assert!(rmse < 0.01, "{rmse}");
+    }
+}
+
+/// By how often pixels look at splats, which says that smaller pictures have fewer of them.
+#[test]
+fn quick_pictures_are_as_small_as_their_vectors_are_dear() {
+    let Some(mut drawer) = drawer() else { return };
+    let size = [200, 160];
+    for scene in [beside(), alone()] {
+        let mut at = |visit_ms: f64| {
+            (drawer.costs.visit_ms, drawer.costs.lists_ms) = (visit_ms, 0.0);
+            (drawer.costs.reduced_ray_ms, drawer.costs.ray_ms) = ([1e-9; 2], 1e-9);
+            drawn(&mut drawer, &scene, size, Rung::Coarse { budget_ms: 100.0 }).1.size
+        };
+        assert_eq!(at(1e-12), size, "next to nothing");
+        assert_eq!(at(1.0)[1], 48, "more than there is");
+        let between = at(1e-4);
+        assert!(between[0] < size[0] && between[1] > 48, "{between:?}");
+    }
 }
