@@ -77,7 +77,8 @@ fn quick_pictures_share_vectors_out_and_keep_their_light() {
         let rmse = Difference::between(&found, &expected).expect("comparable").rmse;
         println!("{order:?}: of each channel {kept:.4?}, rmse {rmse:.2e}");
         assert!(kept.iter().all(|kept| (0.99..1.01).contains(kept)), "{kept:?}");
-        assert!(rmse < 0.01, "{rmse}");
+        // Measured: 0.993 to 1.007, and 2.4e-3.
+        assert!(rmse < 5e-3, "{rmse}");
     }
 }
 
@@ -87,6 +88,8 @@ fn quick_pictures_are_as_small_as_their_vectors_are_dear() {
     let Some(mut drawer) = drawer() else { return };
     let size = [200, 160];
     for scene in [beside(), alone()] {
+        // Its field is there from then on.
+        drawn(&mut drawer, &scene, size, Rung::Full);
         let mut at = |visit_ms: f64| {
             (drawer.costs.visit_ms, drawer.costs.lists_ms) = (visit_ms, 0.0);
             (drawer.costs.reduced_ray_ms, drawer.costs.ray_ms) = ([1e-9; 2], 1e-9);
@@ -94,7 +97,7 @@ fn quick_pictures_are_as_small_as_their_vectors_are_dear() {
         };
         assert_eq!(at(1e-12), size, "next to nothing");
         assert_eq!(at(1.0)[1], 48, "more than there is");
-        let between = at(1e-4);
+        let between = at(4e-4);
         assert!(between[0] < size[0] && between[1] > 48, "{between:?}");
     }
 }
