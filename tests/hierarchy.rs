@@ -405,16 +405,19 @@ fn the_error_for_a_count_falls_with_it_and_its_cut_is_near_it() {
     assert_eq!(last, 0.0);
 }
 
+/// A made-up cut of 1000 nodes where the error is 0.1, and fewer by a power of it.
+fn cut_by_power(power: f64, limits: CutLimits) -> Cut {
+    let node = CutNode { low: [0; 3], size: [1; 3], level: 0, node: Node::default() };
+    let count = 1000.0 * (f64::from(limits.max_error) / 0.1).powf(-power);
+    Cut { nodes: vec![node; count as usize], visited: 0 }
+}
+
 /// Cuts whose error for a count is not known come near it from either side; the others stay as they are. Of made-up
 /// cuts, whose nodes grow fewer by a power of the error.
 #[test]
 fn a_cut_of_a_count_is_fitted_to_it_where_its_error_is_not_known() {
-    let node = CutNode { low: [0; 3], size: [1; 3], level: 0, node: Node::default() };
     for power in [1.0_f64, 1.5] {
-        let cut_of = |limits: CutLimits| {
-            let count = 1000.0 * (f64::from(limits.max_error) / 0.1).powf(-power);
-            Cut { nodes: vec![node; count as usize], visited: 0 }
-        };
+        let cut_of = |limits| cut_by_power(power, limits);
         for begun in [0.04, 0.25] {
             for fit in fits(begun) {
                 let (cut, fitted) = Cut::of_count(fit, 1000, cut_of);
@@ -435,12 +438,8 @@ fn a_cut_of_a_count_is_fitted_to_it_where_its_error_is_not_known() {
 /// Of cuts whose counts fall much faster with the error than a refit thinks.
 #[test]
 fn a_cut_of_a_count_comes_nearer_to_it_however_steep() {
-    let node = CutNode { low: [0; 3], size: [1; 3], level: 0, node: Node::default() };
     for power in [3.0_f64, 5.0] {
-        let cut_of = |limits: CutLimits| {
-            let count = 1000.0 * (f64::from(limits.max_error) / 0.1).powf(-power);
-            Cut { nodes: vec![node; count as usize], visited: 0 }
-        };
+        let cut_of = |limits| cut_by_power(power, limits);
         // 0.0987: 4 to 7 % too many.
         for begun in [0.06, 0.0987, 0.12, 0.16] {
             let fit = CutLimits { balanced: true, ..limits(begun, 0) };

@@ -9,8 +9,7 @@ use super::pyramid::{Node, Pyramid};
 
 /// A cut that is fitted to a count is fitted again at most so often,
 const MOST_REFITS: usize = 4;
-/// its error by this power of how many times too many nodes it has: less than 1, so that it does not
-/// swing.
+/// its error by this power of how many times too many nodes it has, or to between what was too many and too few.
 const REFIT_POWER: f32 = 0.8;
 
 /// When a node is drawn rather than its children.

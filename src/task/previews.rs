@@ -226,22 +226,32 @@ impl Drawer {
         (!is_lost).then_some(Reduction { field, shrink })
     }
 
+    /// The last picture's size, up to so many times smaller, where one of so many milliseconds would hardly differ.
+    fn kept_shrink(
+        &self,
+        field: SlabField,
+        (most, most_ms): (f64, f64),
+        thought_ms: impl Fn(f64) -> f64,
+    ) -> Option<f64> {
+        let last = self.last_reduction.filter(|last| last.field == field)?.shrink;
+        let step = (1.0 / SIZE_STEPS_A_HALVING).exp2();
+        let is_kept = (1.0..=most).contains(&last)
+            && thought_ms(last) <= MOST_KEPT * most_ms
+            && (last == 1.0 || thought_ms(last / step) >= LARGER_WITHIN * most_ms);
+        is_kept.then_some(last)
+    }
+
     /// How much smaller a field is drawn within a budget: as little as that allows, or as the last
     /// time where that is hardly different. No picture is fewer than [`LEAST_SIDE`] pixels high, which
     /// may take longer than the budget.
     fn affordable(&self, field: SlabField, size: [u32; 2], budget_ms: f64) -> f64 {
         let thought_ms = |shrink: f64| self.costs.reduced_ms(field, rays(size, shrink));
         let most = (f64::from(size[0].min(size[1])) / LEAST_SIDE).max(1.0);
-        let step = (1.0 / SIZE_STEPS_A_HALVING).exp2();
         let affordable = self.costs.reduced_rays_within(field, budget_ms);
         // More than the budget where that is not enough for anything.
         let most_ms = self.costs.reduced_ms(field, affordable).max(budget_ms);
-        if let Some(last) = self.last_reduction.filter(|last| last.field == field)
-            && (1.0..=most).contains(&last.shrink)
-            && thought_ms(last.shrink) <= MOST_KEPT * most_ms
-            && (last.shrink == 1.0 || thought_ms(last.shrink / step) >= LARGER_WITHIN * most_ms)
-        {
-            return last.shrink;
+        if let Some(kept) = self.kept_shrink(field, (most, most_ms), thought_ms) {
+            return kept;
         }
         let shrink = (rays(size, 1.0) / affordable).sqrt().max(1.0);
         // Up to the next step, but for what rounding adds to one.
@@ -281,13 +291,8 @@ impl Drawer {
     ) -> f64 {
         let thought_ms = |shrink: f64| self.thought_ms(scene, field, size, shrink);
         let most = (f64::from(size[0].min(size[1])) / LEAST_SIDE).max(1.0);
-        let step = (1.0 / SIZE_STEPS_A_HALVING).exp2();
-        if let Some(last) = self.last_reduction.filter(|last| last.field == field)
-            && (1.0..=most).contains(&last.shrink)
-            && thought_ms(last.shrink) <= MOST_KEPT * budget_ms
-            && (last.shrink == 1.0 || thought_ms(last.shrink / step) >= LARGER_WITHIN * budget_ms)
-        {
-            return last.shrink;
+        if let Some(kept) = self.kept_shrink(field, (most, budget_ms), thought_ms) {
+            return kept;
         }
         #[expect(clippy::cast_possible_truncation, reason = "a few dozen")]
         let steps = (most.log2() * SIZE_STEPS_A_HALVING).ceil() as i32;
