@@ -62,6 +62,7 @@ fn classification(c: &mut Criterion) {
             min_radius_px: 1.0,
             view_dependent: false,
             splat_px: None,
+            minds_edges: false,
             balanced: false,
         };
         b.iter(|| Cut::of(&pyramid, limits, view.visit_order(), &visibility, |_| [0.0; 4]));

@@ -108,6 +108,7 @@ fn limits(max_error: f32, finest_level: usize) -> CutLimits {
         min_radius_px: 0.0,
         view_dependent: false,
         splat_px: None,
+        minds_edges: false,
         balanced: false,
     }
 }
@@ -609,6 +610,34 @@ fn a_sparse_node_is_split_where_its_children_cost_no_more() {
     let cut = alone.seen(fit, along, &visibility);
     assert_eq!((cut.len(), cut[0].low, cut[0].size), (1, [5, 7, 11], [1; 3]));
     assert_eq!(alone.seen(limits(1e9, 0), along, &visibility)[0].size, [32; 3]);
+}
+
+/// No node of a solid body is off within its box. A box of 32 voxels has 8 nodes of 8 voxels that nothing is beside, and
+/// in the 56 others 448 of 4 voxels, 296 of them at its faces.
+#[test]
+fn a_solid_body_is_finer_at_its_faces_where_those_are_minded() {
+    let solid = built([32; 3], Samples::Float64(vec![0.9; 32 * 32 * 32]), &transfer(0.0));
+    let along = VisitOrder::Along(DVec3::Z);
+    assert_eq!(solid.cut(limits(1e-3, 0), along).len(), 1);
+    let [r, g, b, extinction] = solid.voxel([0; 3]);
+    let opacity = 1.0 - (-extinction).exp();
+    // The rms of six parts of what shows and one of nothing, whose nodes are two of level 1 along an edge.
+    let shown = opacity * (1.0 + r * r + g * g + b * b).sqrt();
+    let error = 2.0 * shown * (6.0_f64 / 49.0).sqrt();
+    let of = |share: f64| {
+        let cut = CutLimits { minds_edges: true, ..limits((share * error) as f32, 0) };
+        let cut = solid.cut(cut, along);
+        [1, 2, 4, 8, 16, 32].map(|edge| cut.iter().filter(|node| node.size[0] == edge).count())
+    };
+    assert_eq!(of(1.01), [0, 0, 448, 8, 0, 0]);
+    assert_eq!(of(0.99), [0, 8 * 296, 152, 8, 0, 0]);
+    assert_eq!(of(1e9), [0, 0, 0, 0, 0, 1]);
+    // Clear voxels beside it are as nothing, too.
+    let is_inside = |i: usize| i % 64 < 32 && i / 64 % 64 < 32 && i / 4096 < 32;
+    let half = (0..64 * 64 * 64).map(|i| if is_inside(i) { 0.9 } else { 0.0 }).collect();
+    let half = built([64; 3], Samples::Float64(half), &transfer(0.0));
+    let cut = CutLimits { minds_edges: true, ..limits((1.01 * error) as f32, 0) };
+    assert_eq!(half.cut(cut, along).len(), 456);
 }
 
 /// Every voxel of which some direction's rim lands on the picture is drawn; what lies far beside

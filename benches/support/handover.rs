@@ -54,6 +54,7 @@ fn table(drawer: &mut Drawer, name: &str, scene: &Scene) {
                 min_radius_px: 1.0,
                 view_dependent: false,
                 splat_px: None,
+                minds_edges: false,
                 balanced: false,
             };
             let voxel = |i| table.lookup(scene.volume.samples.get(i));

@@ -52,6 +52,15 @@ struct Halves {
     far: vec4<f32>,
 }
 
+// Whether values between two faces, and so much beyond, along a parabola with so much `bend` (below), can lie in
+// cells that show.
+fn may_show(near: f32, far: f32, width: f32, bend: f32) -> bool {
+    let middle = 0.5 * (near + far) + 1.5 * bend;
+    let least = min(min(near, far), middle) + 0.25 * bend - width;
+    let most = max(max(near, far), middle) + 0.25 * bend + width;
+    return most >= slabs.table.w && least <= slabs.end.w;
+}
+
 // All values between two faces, along a parabola whose mean differs by `bend` from theirs: in each
 // half along the straight line with its mean.
 fn classify_between(near: f32, far: f32, bend: f32) -> Halves {

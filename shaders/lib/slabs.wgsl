@@ -28,13 +28,15 @@ struct Slabs {
     picture: vec4<f32>,
     // Samples along x, y, z; w: mirrored samples beyond each border.
     dims: vec4<u32>,
-    // Where the lattice ends along x, y, z, in index space: means at its borders may stand for less.
+    // Where the lattice ends along x, y, z, in index space: means at its borders may stand for less; w: no
+    // cell of the table beyond shows.
     end: vec4<f32>,
     // Stored samples along x and y; log2 of the words in a chunk; radius of the window, samples.
     stored: vec4<u32>,
     // Bricks along x, y, z; cells of the table.
     bricks: vec4<u32>,
-    // Cell of a stored value s: x + y * s. z: what distances are divided by before the kernel.
+    // Cell of a stored value s: x + y * s. z: what distances are divided by before the kernel. w: no cell
+    // before it shows.
     table: vec4<f32>,
     // Colour and weight below the first cell and beyond the last.
     below: vec4<f32>,

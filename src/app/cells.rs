@@ -85,6 +85,7 @@ impl CellsOverlay {
             asked.size == size
                 && asked.max_error == max_error
                 && asked.scene.makes_same_picture(scene)
+                && asked.scene.splat.cut == scene.splat.cut
         };
         if self.asked.as_ref().is_some_and(is_asked) {
             return;

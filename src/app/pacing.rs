@@ -395,6 +395,14 @@ mod tests {
             change(&mut changed);
             assert!(!base.makes_same_picture(&changed), "change {i}");
         }
+        // How cuts are found is no part of a finished field, and all of one that is shaded first.
+        for (splat, is_same) in [(SplatSettings::EXACT, true), (SplatSettings::SHADE_FIRST, false)]
+        {
+            let base = Scene { splat, ..scene() };
+            let mut changed = base.clone();
+            changed.splat.cut.balanced = !changed.splat.cut.balanced;
+            assert_eq!(base.makes_same_picture(&changed), is_same, "{:?}", splat.visibility);
+        }
     }
 
     #[test]

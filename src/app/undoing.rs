@@ -71,6 +71,7 @@ impl PartialEq for State {
             self;
         Arc::ptr_eq(&document.volume, &other.document.volume)
             && scene.makes_same_picture(&other.scene)
+            && scene.splat == other.scene.splat
             && *gaussians == other.gaussians
             && *settings == other.settings
             && *compare == other.compare

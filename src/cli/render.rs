@@ -21,6 +21,9 @@ use crate::task::picture_file::{self, PictureFormat};
 use crate::task::still::{Refine, StillRequest};
 use crate::task::{annotations, cells};
 
+/// A picture that takes so many times its budget is told of.
+const MUCH_LONGER: f64 = 2.0;
+
 /// What is behind a picture unless flags say otherwise.
 const BLACK: Srgb8 = Srgb8([0; 3]);
 
@@ -140,6 +143,16 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
     {
         note(&format!(
             "the picture that fits is no octree cut, so {cut_flags} changed nothing in it"
+        ));
+    }
+    // Prices are guesses until the first picture of a kind has been drawn.
+    if let Refine::Budget { budget_ms } = refine
+        && let Some(first_ms) = still.frame_ms.first()
+        && *first_ms > MUCH_LONGER * budget_ms
+    {
+        note(&format!(
+            "the picture took {first_ms:.0} ms of the {budget_ms} ms asked for: what rays cost is learnt from \
+             pictures that were drawn before, and no picture is less than 48 pixels high; --repeat draws more"
         ));
     }
     if let Some(Layout { primitives, left_out }) = annotated {

@@ -75,7 +75,7 @@ pub const TILE: u32 = 8;
 /// The most layers that a gathering pass works on at a time; see `shaders/gather_kernels.wgsl`.
 pub const LAYERS: u32 = 16;
 /// Faces between two looks at whether anything can show; see `shaders/reconstruct_slabs.wgsl`.
-pub const LOOK_EVERY: u32 = 4;
+pub const LOOK_EVERY: u32 = 8;
 /// Part of a cell of the table by which values are lifted, so that rounding does not take a whole
 /// number out of the cell that begins with it.
 pub const LIFT_CELLS: f64 = 0.0625;

@@ -17,8 +17,9 @@ const MOST_PIXELS_OF_MEANS: f64 = 64.0;
 /// Rays of marked pixels for the length of a sample: with one, what shows of a single voxel is met or
 /// missed as a whole.
 const RAYS_A_SAMPLE: f64 = 2.0;
-/// Pixels of a row that adapters walk together, about.
-const LANES: u32 = 8;
+/// Pixels across and down that adapters walk together, about.
+const BLOCK: [u32; 2] = [4, 2];
+const LANES: u32 = BLOCK[0] * BLOCK[1];
 /// Bits of `Slabs::more` that say at which word marks begin; above them, how many rays they stand for.
 const WORD_BITS: u32 = 28;
 
@@ -87,18 +88,18 @@ impl SlabPass {
         // Pixels beside one another wait for the one among them with the most rays.
         let more = |side: u32| u64::from(LANES * (side * side - 1));
         let least_side = apart.max(2).min(most_side);
-        let most_runs = most_rays / more(least_side);
+        let most_blocks = most_rays / more(least_side);
         let apart = &found[..found.partition_point(|speck| speck.is_apart)];
         // All of them, or none: a part of many looks like something else.
         let sets = [&found[..], apart];
-        let most = (if are_means { MOST_PIXELS_OF_MEANS } else { MOST_PIXELS }, most_runs);
+        let most = (if are_means { MOST_PIXELS_OF_MEANS } else { MOST_PIXELS }, most_blocks);
         let Some(marks) = sets.iter().find_map(|set| marks(set, &halved, most)) else {
             return 0;
         };
-        if marks.runs == 0 {
+        if marks.blocks == 0 {
             return 0;
         }
-        let fits = |side: &u32| marks.runs * more(*side) <= most_rays;
+        let fits = |side: &u32| marks.blocks * more(*side) <= most_rays;
         let side = (least_side..=most_side).rev().find(fits).unwrap_or(least_side);
         let (begin, bytes) = (4 * table.empty_words, bytemuck::cast_slice(&marks.words));
         if begin >= 4 << WORD_BITS {
@@ -117,7 +118,7 @@ impl SlabPass {
         #[expect(clippy::cast_possible_truncation, reason = "below 2^28")]
         let word = table.empty_words as u32;
         self.marked = Some(Marked { view: *view, word, side });
-        marks.runs * more(side)
+        marks.blocks * more(side)
     }
 }
 
@@ -126,12 +127,12 @@ impl SlabPass {
 pub(super) struct Marks {
     /// A bit for each pixel, row by row from the top.
     pub words: Vec<u32>,
-    /// Runs of [`LANES`] pixels beside one another that have marks.
-    pub runs: u64,
+    /// Blocks of pixels ([`BLOCK`]) that have marks.
+    pub blocks: u64,
 }
 
 /// The pixels that specks lie in, but those that are seen across more of them than `most_pixels`, unless
-/// these are in more than `most` runs; `view` is of the lattice that they were found in.
+/// these are in more than `most` blocks; `view` is of the lattice that they were found in.
 pub(super) fn marks(
     specks: &[Speck],
     view: &View,
@@ -139,9 +140,9 @@ pub(super) fn marks(
 ) -> Option<Marks> {
     let [width, height] = view.size;
     let words = (u64::from(width) * u64::from(height)).div_ceil(32);
-    let across = width.div_ceil(LANES);
-    let mut is_run = vec![false; across as usize * height as usize];
-    let mut marks = Marks { words: vec![0; words as usize], runs: 0 };
+    let [across, down] = [width.div_ceil(BLOCK[0]), height.div_ceil(BLOCK[1])];
+    let mut is_met = vec![false; across as usize * down as usize];
+    let mut marks = Marks { words: vec![0; words as usize], blocks: 0 };
     for bounds in specks.iter().flat_map(|speck| &speck.boxes) {
         let Some([[left, top], [right, bottom]]) = pixels(bounds, view, most_pixels) else {
             continue;
@@ -150,11 +151,11 @@ pub(super) fn marks(
             for x in left..right {
                 let at = y as usize * width as usize + x as usize;
                 marks.words[at / 32] |= 1 << (at % 32);
-                let run = &mut is_run[(y * across + x / LANES) as usize];
-                marks.runs += u64::from(!std::mem::replace(run, true));
+                let block = &mut is_met[(y / BLOCK[1] * across + x / BLOCK[0]) as usize];
+                marks.blocks += u64::from(!std::mem::replace(block, true));
             }
         }
-        if marks.runs > most {
+        if marks.blocks > most {
             return None;
         }
     }
@@ -250,15 +251,15 @@ mod tests {
         let within = |specks: &[Speck], most| marks(specks, &view, (MOST_PIXELS, most));
         let all = within(&specks, u64::MAX).unwrap();
         let bits: u32 = all.words.iter().map(|w| w.count_ones()).sum();
-        // 5.4 voxels are 3 or 4 pixels: of each row, in one run of 8 or in two.
+        // 5.4 voxels are 3 or 4 pixels: in one block or two across, and in two or three down.
         assert!((27..=48).contains(&bits), "{bits}");
-        assert!((9..=24).contains(&all.runs), "{}", all.runs);
-        assert_eq!(within(&specks, all.runs), Some(all.clone()));
-        assert_eq!(within(&specks, all.runs - 1), None);
-        let none = Marks { words: vec![0; 32], runs: 0 };
+        assert!((6..=18).contains(&all.blocks), "{}", all.blocks);
+        assert_eq!(within(&specks, all.blocks), Some(all.clone()));
+        assert_eq!(within(&specks, all.blocks - 1), None);
+        let none = Marks { words: vec![0; 32], blocks: 0 };
         assert_eq!(within(&[], 100), Some(none));
         // What covers many pixels is met without marks, unless it has to be looked for.
-        let wide = |most| marks(&specks, &view, (most, u64::MAX)).unwrap().runs;
-        assert!(wide(1.5) == 0 && wide(64.0) == all.runs);
+        let wide = |most| marks(&specks, &view, (most, u64::MAX)).unwrap().blocks;
+        assert!(wide(1.5) == 0 && wide(64.0) == all.blocks);
     }
 }

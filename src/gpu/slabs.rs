@@ -75,6 +75,8 @@ pub(super) struct SlabTable {
     coordinate: [f32; 2],
     values: CellsOfValues,
     count: u32,
+    /// Between which cells all lie that show.
+    shown: [f32; 2],
     ends: [[f32; 4]; 2],
 }
 
@@ -284,6 +286,7 @@ impl SlabPass {
                 per_value: table.scale,
             },
             count,
+            shown: table.shown(),
             ends: table.ends,
         });
     }
@@ -377,13 +380,14 @@ impl SlabPass {
         let [bx, by, bz] = field.bricks().map(|n| n as u32);
         constants.dims = [x, y, z, field.pad as u32];
         let [ex, ey, ez] = field.end.map(|end| end as f32);
-        constants.end = [ex, ey, ez, 0.0];
+        let [first, last] = table.shown;
+        constants.end = [ex, ey, ez, last];
         constants.stored =
             [sx, sy, field.chunk_log2, window(settings.kernel, settings.extent) as u32];
         constants.bricks = [bx, by, bz, table.count];
         let stretch =
             RadialKernel::new(settings.kernel, settings.extent).map_or(1.0, |k| k.scale());
-        constants.table = [table.coordinate[0], table.coordinate[1], stretch as f32, 0.0];
+        constants.table = [table.coordinate[0], table.coordinate[1], stretch as f32, first];
         [constants.below, constants.beyond] = table.ends;
         let side = view.rays_per_side(settings.kernel, settings.extent);
         let marked = self.marked.as_ref().map_or(0, |marked| marked.word_of(seen_view, part));

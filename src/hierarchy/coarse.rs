@@ -291,6 +291,7 @@ mod tests {
                     min_radius_px: 0.0,
                     view_dependent,
                     splat_px: Some(100.0),
+                    minds_edges: true,
                     balanced,
                 };
                 let order = VisitOrder::Along(DVec3::Z);

@@ -8,9 +8,15 @@ use super::occlusion::Occlusion;
 use super::pyramid::{Node, Pyramid};
 
 /// A cut that is fitted to a count is fitted again at most so often,
-const MOST_REFITS: usize = 4;
+const MOST_REFITS: usize = 6;
 /// its error by this power of how many times too many nodes it has, or to between what was too many and too few.
 const REFIT_POWER: f32 = 0.8;
+/// and by this factor besides where the step before made no difference: between two levels of an even body there
+/// are no errors.
+const REFIT_LEAP: f32 = 8.0;
+
+/// A node beside nothing is off by as much as if so large a share of what its kernel covers were empty.
+const BEYOND_EDGE: f32 = 1.0 / 7.0;
 
 /// When a node is drawn rather than its children.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -30,6 +36,9 @@ pub struct CutLimits {
     /// those of their children that show take no more than they do. A large node that holds a piece of
     /// one vessel covers many times the pixels of its few children. `None`: by error alone.
     pub splat_px: Option<f64>,
+    /// Counts what a node's kernel lays beyond its box as an error, too, where nothing is beside it: by errors
+    /// within boxes alone, a solid cube would be one node, and blurred.
+    pub minds_edges: bool,
     /// Splits further until nodes that share a face differ by at most one level.
     pub balanced: bool,
 }
@@ -133,7 +142,7 @@ impl Cut {
         }
         // Aims a little below, as too many nodes take too long.
         let share = |cut: &Self| cut.nodes.len() as f32 / (0.9 * count.max(1) as f32);
-        let mut last = share(&cut);
+        let (mut last, mut before) = (share(&cut), f32::NAN);
         let (mut nearest, mut nearest_off) = ((cut, limits), last.ln().abs());
         // Errors of too many and of too few nodes: the one that is looked for lies between them.
         let (mut of_many, mut of_few) = (0.0_f32, f32::INFINITY);
@@ -146,7 +155,9 @@ impl Cut {
                 true => of_many = of_many.max(limits.max_error),
                 false => of_few = of_few.min(limits.max_error),
             }
-            let stepped = limits.max_error * last.powf(REFIT_POWER);
+            let leap = if last == before { REFIT_LEAP.powf(last.ln().signum()) } else { 1.0 };
+            before = last;
+            let stepped = limits.max_error * last.powf(REFIT_POWER) * leap;
             // Where the count falls faster than thought, a step goes too far.
             let is_between = stepped > of_many && stepped < of_few;
             limits.max_error = if is_between { stepped } else { (of_many * of_few).sqrt() };
@@ -282,7 +293,8 @@ impl<F: Fn(usize) -> [f32; 4]> Walk<'_, F> {
                 _ => {
                     level <= self.limits.finest_level
                         || radius_px * 0.5 < self.limits.min_radius_px
-                        || node.error * self.weight(centre, edge) < self.limits.max_error
+                        || self.error(node, level, at) * self.weight(centre, edge)
+                            < self.limits.max_error
                             && !self.is_dearer_whole(node, level, edge, radius_px)
                 }
             };
@@ -334,6 +346,34 @@ impl<F: Fn(usize) -> [f32; 4]> Walk<'_, F> {
                 self.visit(level - 1, child);
             }
         }
+    }
+
+    /// The error that is held to the limit.
+    fn error(&self, node: Node, level: usize, at: [usize; 3]) -> f32 {
+        if !self.limits.minds_edges || !self.is_beside_nothing(level, at) {
+            return node.error;
+        }
+        // As of classified voxels (`Sums::rms`): their opacity, and their light.
+        let alpha = -(-f64::from(node.extinction) * self.pyramid.voxel_depth).exp_m1();
+        let light: f64 = node.colour.iter().map(|&c| (f64::from(c) / 65535.0).powi(2)).sum();
+        #[expect(clippy::cast_possible_truncation, reason = "an error")]
+        let size = (alpha * (1.0 + light).sqrt() * f64::from(1_u32 << (level - 1))) as f32;
+        node.error.max(size * (BEYOND_EDGE * (1.0 - BEYOND_EDGE)).sqrt())
+    }
+
+    /// Whether nothing shows beside one of a node's faces.
+    fn is_beside_nothing(&self, level: usize, at: [usize; 3]) -> bool {
+        let dims = self.dims(level);
+        (0..6).any(|face| {
+            let axis = face / 2;
+            let mut beside = at;
+            beside[axis] = match face % 2 {
+                0 if at[axis] > 0 => at[axis] - 1,
+                1 if at[axis] + 1 < dims[axis] => at[axis] + 1,
+                _ => return true,
+            };
+            !self.node(level, beside).is_active()
+        })
     }
 
     /// What of an error shows (see [`CutLimits::view_dependent`]).

@@ -102,6 +102,7 @@ fn whole_cut(
         min_radius_px: 0.0,
         view_dependent: false,
         splat_px: None,
+        minds_edges: false,
         balanced: false,
     };
     let everything = Visibility {

@@ -349,6 +349,7 @@ mod tests {
             min_radius_px: 1.0,
             view_dependent: false,
             splat_px: None,
+            minds_edges: false,
             balanced: false,
         };
         Cells::of(&Cut { nodes, visited: 0 }, &limits, most)

@@ -173,7 +173,7 @@ impl Scene {
         } = self;
         Arc::ptr_eq(volume, &other.volume)
             && *transfer == other.transfer
-            && *splat == other.splat
+            && splat.makes_same_picture(&other.splat)
             && *shading == other.shading
             && *inside == other.inside
             && *vectors == other.vectors

@@ -94,6 +94,14 @@ pub struct Drawn {
     pub lists_ms: f64,
 }
 
+impl Drawn {
+    /// Whether it is the scene's own field at a size, and so the finished picture, by whatever way it came.
+    pub fn is_whole(&self, size: [u32; 2]) -> bool {
+        let is_own = self.is_reduced && self.field == SlabField::Own;
+        is_own && self.size == size && self.vectors_averaged == 0
+    }
+}
+
 /// Why a rung was not finished.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -143,6 +151,8 @@ pub struct Drawer {
     pub(super) classified: Option<Classified>,
     /// How much smaller the last coarse picture was drawn than shown.
     last_shrink: f64,
+    /// Nodes that the last coarse cut was to have, and the error that it was fitted to.
+    last_fit: Option<(u64, f32)>,
     /// The field and the size of the last coarse picture, where it was of one.
     pub(super) last_reduction: Option<Reduction>,
     /// Sums that lists capped since the picture began.
@@ -166,6 +176,7 @@ impl Drawer {
             costs: Costs::default(),
             classified: None,
             last_shrink: 2.0,
+            last_fit: None,
             last_reduction: None,
             capped_in_lists: 0,
             calibration: Calibration::default(),
@@ -277,13 +288,22 @@ impl Drawer {
         let count = self.costs.splats_within(budget_ms);
         let view = View::new(scene, size);
         // Nodes that would be under a pixel at the size drawn last are not split further.
+        // The error that the last cut of as many nodes was fitted to is the nearer guess.
+        let is_like = |(of, error): &(u64, f32)| of / 2 <= count && count <= 2 * of && *error > 0.0;
+        let known = self.last_fit.filter(is_like).map(|(_, error)| error);
         let limits = CutLimits {
             min_radius_px: self.last_shrink.max(1.0),
             // At the size drawn last, too.
             splat_px: Some(self.costs.splat_pixels() * self.last_shrink * self.last_shrink),
-            ..cut_limits(scene, self.error_for_count(count))
+            minds_edges: true,
+            ..cut_limits(scene, known.unwrap_or_else(|| self.error_for_count(count)))
         };
-        let (cut, max_error) = self.cut_of_count(scene, &view, limits, count);
+        let (cut, limits) =
+            Cut::of_count(limits, count, |limits| self.cut_of(scene, &view, limits));
+        self.last_fit = Some((count, limits.max_error));
+        // Coarse levels have no finer nodes, and those under a pixel are not split, whatever their error.
+        let reached = cut.nodes.iter().map(|node| node.node.error).fold(0.0, f32::max);
+        let max_error = limits.max_error.max(reached);
         let fragments = fragments(&cut, scene, &view);
         let affordable = self.costs.fragments_within(budget_ms, cut.nodes.len() as u64);
         // Smooth pictures lose little at a smaller size, which is enlarged when shown; those of a few
@@ -349,22 +369,6 @@ impl Drawer {
 
     fn keep(&mut self, cut: Cut, limits: CutLimits) {
         self.kept_cut = self.keeps_cut.then_some((cut, limits));
-    }
-
-    /// The cut of about `count` nodes, and its error: near that of `limits`, which is known for cuts
-    /// that are the same in every view and not balanced.
-    fn cut_of_count(
-        &self,
-        scene: &Scene,
-        view: &View,
-        limits: CutLimits,
-        count: u64,
-    ) -> (Cut, f32) {
-        let (cut, limits) = Cut::of_count(limits, count, |limits| self.cut_of(scene, view, limits));
-        // Coarse levels have no finer nodes, whatever the error of those that are there.
-        let greatest = || cut.nodes.iter().map(|node| node.node.error).fold(0.0, f32::max);
-        let reached = if self.has_coarse_octree() { greatest() } else { 0.0 };
-        (cut, limits.max_error.max(reached))
     }
 
     fn cut(
@@ -503,6 +507,7 @@ pub(super) fn cut_limits(scene: &Scene, max_error: f32) -> CutLimits {
         min_radius_px,
         view_dependent,
         splat_px: None,
+        minds_edges: false,
         balanced,
     }
 }

@@ -109,6 +109,10 @@ impl Coarseness {
             }
             Rung::Coarse { .. } | Rung::Reduced { .. } => {
                 let is_smaller = shrink > 1.0;
+                if !is_smaller && drawn.field == SlabField::Own && drawn.vectors_averaged == 0 {
+                    // The finished picture.
+                    return None;
+                }
                 let sampling_rmse = if is_smaller { sampling_rmse(drawn.size, rgba) } else { 0.0 };
                 if scene.vectors.is_some() {
                     let are_means = drawn.vectors_averaged > 0;
@@ -562,17 +566,22 @@ mod tests {
             all,
             "what means cost is no pixels' matter"
         );
-        let whole = Coarseness::of(
-            &scene,
-            Rung::Reduced { field: SlabField::Own, shrink: 1.0 },
-            &Drawn { size: picture.size, is_reduced: true, ..Drawn::default() },
-            1.0,
-            &picture.rgba,
-        );
-        assert_eq!(
-            whole,
-            Some(Coarseness::Vectors { sampling_rmse: 0.0, marks_rmse: 0.0, are_means: false })
-        );
+        // Of every pixel, it is the finished picture, unless means stand for some of its vectors.
+        let whole = |vectors_averaged| {
+            let drawn = Drawn {
+                size: picture.size,
+                is_reduced: true,
+                vectors_averaged,
+                ..Drawn::default()
+            };
+            let rung = Rung::Reduced { field: SlabField::Own, shrink: 1.0 };
+            Coarseness::of(&scene, rung, &drawn, 1.0, &picture.rgba)
+        };
+        assert_eq!(whole(0), None);
+        assert!(matches!(
+            whole(1),
+            Some(Coarseness::Vectors { sampling_rmse: 0.0, are_means: true, .. })
+        ));
     }
 
     fn with_vectors() -> Option<VectorLayer> {

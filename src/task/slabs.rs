@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use super::draw::{DrawError, Drawer, Drawn, Observer};
+use super::draw::{DrawError, Drawer, Drawn, LEAST_SIDE, Observer};
 use super::previews::preview_coefficients;
 use super::vectors::{self, PictureVectors};
 use crate::core::Ticket;
@@ -174,6 +174,8 @@ impl Drawer {
         match which {
             // The next one will not wait for a compiler.
             _ if drawn.made_pipelines => {}
+            // In a window that is hardly there, a picture's time is none of its rays'.
+            _ if rays < LEAST_SIDE * LEAST_SIDE => {}
             SlabField::Own if enlarged <= 1.0 => self.costs.learn_rays(rays, drawn.wall_ms),
             _ => {
                 let wall_ms = drawn.wall_ms - drawn.lists_ms;

@@ -148,6 +148,29 @@ impl Cumulative {
         let last = (to.floor() + 1.0).clamp(0.0, count) as usize;
         below || beyond || self.shows_before[last.max(first)] > self.shows_before[first]
     }
+
+    /// Places in the table, in cells, that all which shows lies between, each a cell further out than it need be
+    /// for rounding: infinite where what lies beyond the table shows, and empty (first > last) where nothing does.
+    pub fn shown(&self) -> [f32; 2] {
+        let count = self.cells.len();
+        let shows = |cell: &[f32; 4]| cell[3] > 0.0;
+        let first = self.cells.iter().position(shows);
+        let last = self.cells.iter().rposition(shows);
+        let [below, beyond] = self.ends.map(|end| end[3] > 0.0);
+        let first = match first {
+            _ if below => f32::NEG_INFINITY,
+            Some(cell) => cell as f32 - 1.0,
+            None if beyond => count as f32 - 1.0,
+            None => f32::INFINITY,
+        };
+        let last = match last {
+            _ if beyond => f32::INFINITY,
+            Some(cell) => cell as f32 + 2.0,
+            None if below => 1.0,
+            None => f32::NEG_INFINITY,
+        };
+        [first, last]
+    }
 }
 
 /// Colour in linear light, weight, and 1 where the opacity was capped.
@@ -329,6 +352,44 @@ mod tests {
                 assert!(table.scale > 0.0 && table.low.is_finite(), "{table:?}");
                 assert!(table.depth.iter().all(|x| x.is_finite()), "{f:?}");
                 assert!(table.cells.iter().flatten().all(|x| x.is_finite()));
+            }
+        }
+    }
+
+    /// Held to [`Cumulative::shows`], value by value from far below the table to far beyond.
+    #[test]
+    fn all_that_shows_lies_between_the_first_and_the_last_place_that_do() {
+        type Points<'a> = &'a [(f64, f64)];
+        let cases: [(Points<'_>, [bool; 2]); 5] = [
+            (&[(0.2, 0.0), (0.35, 0.8), (0.6, 0.0)], [true, true]),
+            (&[(0.4, 0.0), (0.9, 0.5)], [true, false]),
+            (&[(0.1, 0.7), (0.3, 0.0)], [false, true]),
+            (&[(0.1, 0.7), (0.3, 0.0), (0.7, 0.0), (0.8, 0.2)], [false, false]),
+            (&[(0.1, 0.0), (0.3, 0.0)], [true, true]),
+        ];
+        for (points, finite) in cases {
+            let f = function(points, [0.0, 1.0]);
+            let table =
+                Cumulative::new(&f, ScalarType::Float32, &statistics(0.0, 1.0), Weight::Extinction);
+            let [first, last] = table.shown().map(f64::from);
+            let mut shows = 0;
+            for i in -2000..3000 {
+                let value = f64::from(i) * 1e-3;
+                let place = (value - table.low) * table.scale;
+                if table.shows(value, value) {
+                    assert!(first + 1.0 <= place && place <= last - 1.0, "{points:?} {value}");
+                    shows += 1;
+                }
+            }
+            let (begins, ends) = (first.is_finite(), last.is_finite());
+            match shows {
+                0 => assert!(first > last, "{points:?}"),
+                _ => assert_eq!([begins, ends], finite, "{points:?}"),
+            }
+            // No further out than they need be.
+            for (place, step) in [(first, 2.5), (last, -2.5)] {
+                let value = (place + step) / table.scale + table.low;
+                assert!(!place.is_finite() || table.shows(value, value), "{points:?} {place}");
             }
         }
     }

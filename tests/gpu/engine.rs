@@ -346,7 +346,13 @@ fn the_ladder_ends_in_converged_slabs_which_are_those_of_a_still() {
     let refine = Refine::Converged { most_slabs: 64.0 };
     let still = StillRequest { refine, ..still_request(&scene, SIZE) };
     let still = bench.engine.still(still, &Ticket::new()).expect("a still");
-    bench.request(&scene, SIZE, until_converged(f64::INFINITY));
+    // Too little for the whole picture, so that there is a preview to be checked.
+    let Effort::Rest { ladder, show_partial, converge_ms, .. } = until_converged(f64::INFINITY)
+    else {
+        unreachable!("at rest")
+    };
+    let effort = Effort::Rest { budget_ms: 1.0, ladder, show_partial, converge_ms };
+    bench.request(&scene, SIZE, effort);
     let pictures = bench.pictures_until(|bench, seen| {
         !seen.is_empty() && bench.engine.state() == EngineState::Idle
     });
@@ -433,6 +439,38 @@ fn another_effort_for_the_same_view_shows_nothing_coarse_again() {
     let [first, .., last] = &full[..] else { panic!("nothing") };
     assert!(first.rgba == last.rgba && first.report.progress == 1.0);
     assert_eq!(full[1].report.frame_ms, last.report.frame_ms, "nothing was drawn for it");
+}
+
+/// Where a budget affords every ray, its picture is the finished one: after the hand nothing is drawn again.
+#[test]
+fn a_budget_for_every_ray_ends_in_full_at_once() {
+    let Some(bench) = Bench::new() else { return };
+    let scene = exact(small());
+    bench.request(&scene, SIZE, until_converged(0.0));
+    bench.until_full(SIZE);
+    let turned = Scene { camera: scene.camera.orbited(0.3, 0.1), ..scene };
+    bench.request(&turned, SIZE, Effort::Moving { budget_ms: 10_000.0 });
+    let moving = bench.until_full(SIZE);
+    let [moved] = &moving[..] else { panic!("{} pictures", moving.len()) };
+    assert_eq!((moved.report.progress, moved.report.estimated_rmse), (1.0, None));
+    assert!(moved.size == SIZE && moved.rgba == bench.still(&turned).rgba);
+    bench.request(&turned, SIZE, until_converged(0.0));
+    let again = bench.until_full(SIZE);
+    let [again] = &again[..] else { panic!("{} pictures", again.len()) };
+    assert_eq!(again.report.frame_ms, moved.report.frame_ms, "nothing was drawn for it");
+
+    // And at rest, of a view that nobody has seen.
+    let beyond = Scene { camera: turned.camera.orbited(0.3, 0.1), ..turned };
+    let effort = Effort::Rest {
+        budget_ms: 10_000.0,
+        ladder: Ladder::Octree,
+        show_partial: false,
+        converge_ms: 0.0,
+    };
+    bench.request(&beyond, SIZE, effort);
+    let rested = bench.until_full(SIZE);
+    assert_eq!(rested.len(), 1, "{:?}", rested.iter().map(|p| &p.report.rung).collect::<Vec<_>>());
+    assert!(rested[0].rgba == bench.still(&beyond).rgba);
 }
 
 #[test]

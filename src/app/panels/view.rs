@@ -94,9 +94,10 @@ fn preset_words(preset: BudgetPreset) -> (&'static str, &'static str) {
             "5 seconds",
             "A fifth of a second while the hand moves, and what five seconds allow whenever it pauses",
         ),
-        BudgetPreset::Full => {
-            ("Full", "Every voxel even while the view moves, however slowly that goes")
-        }
+        BudgetPreset::Full => (
+            "Full",
+            "Up to full quality whenever the hand pauses; while it moves on, quick pictures",
+        ),
     }
 }
 
@@ -123,7 +124,8 @@ fn refinement_ui(ui: &mut Ui, settings: &mut Settings) {
     row_ui(ui, "Frame budget", |ui| {
         let budget = Slider::new(&mut settings.budget_ms, BUDGET_MS).logarithmic(true);
         let enabled = !settings.full_quality_while_moving;
-        slider_ui(ui, "Frame budget", enabled, budget.suffix(" ms").fixed_decimals(0))
+        let budget = budget.suffix(" ms").fixed_decimals(0).custom_parser(milliseconds);
+        slider_ui(ui, "Frame budget", enabled, budget)
             .on_hover_text(
                 "What a picture may cost while the view moves: more time shows finer detail, \
                  less time follows the hand more closely. What goes beyond a fifth of a second is \
@@ -154,5 +156,35 @@ fn refinement_ui(ui: &mut Ui, settings: &mut Settings) {
         "At rest, let a picture give way to a finer one within a sixth of a second rather than at once",
     );
     ui.checkbox(&mut settings.full_quality_while_moving, "Full quality while moving")
-        .on_hover_text("Draw every voxel even while the view moves, however slowly that goes");
+        .on_hover_text(
+            "Draw each view up to full quality, by the same steps as at rest, even with the button held: a hand \
+             that moves on sees the quick pictures that they begin with",
+        );
+}
+
+/// What is typed for a time: milliseconds, or seconds where it says so.
+fn milliseconds(typed: &str) -> Option<f64> {
+    let typed = typed.trim();
+    let (number, times) = match typed.strip_suffix("ms") {
+        Some(number) => (number, 1.0),
+        None => typed.strip_suffix('s').map_or((typed, 1.0), |number| (number, 1e3)),
+    };
+    Some(number.trim().parse::<f64>().ok()? * times)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_are_typed_in_either_unit() {
+        let cases =
+            [("20", 20.0), (" 3 s", 3000.0), ("0.5s", 500.0), ("57 ms", 57.0), ("1e2", 100.0)];
+        for (typed, expected) in cases {
+            assert_eq!(milliseconds(typed), Some(expected), "{typed}");
+        }
+        for typed in ["", "s", "3 m", "ms 3"] {
+            assert_eq!(milliseconds(typed), None, "{typed}");
+        }
+    }
 }

@@ -345,6 +345,14 @@ impl SplatSettings {
         }
     }
 
+    /// Whether finished pictures in two modes are the same: octree cuts take no part in a reconstructed field.
+    pub fn makes_same_picture(&self, other: &Self) -> bool {
+        let reconstructs =
+            self.visibility == Visibility::Slabs && self.classify != Classify::Before;
+        let cut = if reconstructs { other.cut } else { self.cut };
+        Self { cut, ..*self } == *other
+    }
+
     /// What `render` draws with where nobody chose: triangles for every sample, composited far to
     /// near by optical depth; tiles for all else, which triangles cannot do.
     pub fn fixed_backend(&self) -> Backend {

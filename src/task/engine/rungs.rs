@@ -85,18 +85,23 @@ impl Worker {
                     let budget_ms = budget_ms_now;
                     self.rung(request, Rung::Coarse { budget_ms }, Manner::Whole, None)?;
                 }
+                // What was finished before has been taken above.
+                let whole = self.finished.as_ref().map(|(_, full)| full.report.frame_ms);
                 let cuts = self.device()?.cut_source();
                 self.find_cells(cuts.as_ref());
                 let spent = self.preview_of(request).and_then(|c| c.picture.report.budget_ms);
                 let unspent_ms = if spent == Some(budget_ms) { 0.0 } else { budget_ms };
                 self.prepare_preview_field(request)?;
-                let mut rungs = self.ladder(scene, size, ladder, unspent_ms)?;
+                let mut rungs = match whole {
+                    Some(_) => Vec::new(),
+                    None => self.ladder(scene, size, ladder, unspent_ms)?,
+                };
                 // A preview in the scene's own mode may have been as sharp as the next rung.
                 let sharpness = self.preview_reduction().unwrap_or(f64::INFINITY);
                 rungs.retain(|rung| is_worth_it(*rung, sharpness));
                 let share = if doublings(request, 0.0).is_some() { FULL_SHARE } else { 1.0 };
                 let step = share / rungs.len() as f64;
-                let mut full_ms = 0.0;
+                let mut full_ms = whole.unwrap_or(0.0);
                 for (i, rung) in rungs.iter().copied().enumerate() {
                     if self.newer_came() {
                         return Err(DrawError::Interrupted);
@@ -105,6 +110,10 @@ impl Worker {
                     let (before, after) = (i as f64 * step, (i + 1) as f64 * step);
                     let manner = Manner::InPieces { show_partial, before, after };
                     full_ms = self.rung(request, rung, manner, rungs.get(i + 1).copied())?;
+                    if self.finished.is_some() {
+                        // By a budget that affords every ray.
+                        break;
+                    }
                 }
                 if self.device()?.is_to_be_calibrated(scene, size) {
                     self.calibrate(request, full_ms)?;
@@ -269,6 +278,8 @@ impl Worker {
         following: Option<Rung>,
     ) -> Result<f64, DrawError> {
         let (drawn, backend) = self.drawn(request, rung, manner)?;
+        // Where a budget affords every ray, nothing is left to be drawn after it.
+        let rung = if drawn.is_whole(request.size) { Rung::Full } else { rung };
         let progress = match manner {
             Manner::Whole => 0.0,
             Manner::InPieces { after, .. } => after,
@@ -519,6 +530,7 @@ pub(super) fn rung_words(rung: Rung, drawn: &Drawn) -> String {
         Rung::Coarse { .. } if drawn.is_reduced => format!("coarse, {}", reduced_words(drawn)),
         Rung::Coarse { .. } => format!("coarse, octree error {:.3}", drawn.max_error),
         Rung::Octree { .. } => format!("octree error {:.3}", drawn.max_error),
+        Rung::Subsampled { level: 1 } => "every second sample, averaged".to_owned(),
         Rung::Subsampled { level } => format!("every {}th sample, averaged", 1 << level),
         Rung::Cheaper(kernel) => format!("every voxel, {} kernel", kernel.name()),
         Rung::Reduced { .. } => reduced_words(drawn),
