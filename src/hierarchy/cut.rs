@@ -8,7 +8,7 @@ use super::occlusion::Occlusion;
 use super::pyramid::{Node, Pyramid};
 
 /// A cut that is fitted to a count is fitted again at most so often,
-const MOST_REFITS: usize = 6;
+const MOST_REFITS: usize = 10;
 /// its error by this power of how many times too many nodes it has, or to between what was too many and too few.
 const REFIT_POWER: f32 = 0.8;
 /// and by this factor besides where the step before made no difference: between two levels of an even body there
