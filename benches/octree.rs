@@ -8,12 +8,15 @@
 //! (default `../shared/data`), or the files named.
 //!
 //! `cargo bench --bench octree -- builders [FILE…]`: what building octrees takes on the host and on the device.
+//! `FITTED=1 cargo bench --bench octree`: cuts as quick pictures fit them to a time, thinned and not, beside subsampling.
 //! `HANDOVER=1 cargo bench --bench octree`: how much brighter cuts are than what follows them.
 
 #[path = "support/builders.rs"]
 mod builders;
 #[path = "support/clock.rs"]
 mod clock;
+#[path = "support/fitted.rs"]
+mod fitted;
 #[path = "support/handover.rs"]
 mod handover;
 #[path = "support/scans.rs"]
@@ -66,6 +69,9 @@ fn main() {
     let context = Context::new(&AdapterChoice::Auto, Wishes::default()).expect("an adapter");
     let mut drawer = Drawer::new(Renderer::new(context));
     println!("{}\n", drawer.renderer.context().adapter_name);
+    if std::env::var_os("FITTED").is_some() {
+        return fitted::tables(&mut drawer);
+    }
     if std::env::var_os("HANDOVER").is_some() {
         return handover::tables(&mut drawer);
     }
