@@ -287,11 +287,11 @@ impl Drawer {
         let start = Instant::now();
         let count = self.costs.splats_within(budget_ms);
         let view = View::new(scene, size);
-        // Nodes that would be under a pixel at the size drawn last are not split further.
         // The error that the last cut of as many nodes was fitted to is the nearer guess.
         let is_like = |(of, error): &(u64, f32)| of / 2 <= count && count <= 2 * of && *error > 0.0;
         let known = self.last_fit.filter(is_like).map(|(_, error)| error);
         let limits = CutLimits {
+            // Nodes that would be under a pixel at the size drawn last are not split further.
             min_radius_px: self.last_shrink.max(1.0),
             // At the size drawn last, too.
             splat_px: Some(self.costs.splat_pixels() * self.last_shrink * self.last_shrink),
