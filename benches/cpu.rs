@@ -56,15 +56,7 @@ fn classification(c: &mut Criterion) {
     let view = View::new(&scene, [944, 743]);
     let visibility = view.visibility(1.556);
     c.bench_function("octree cut of 20 000 nodes", |b| {
-        let limits = CutLimits {
-            max_error: pyramid.error_for_count(20_000),
-            finest_level: 0,
-            min_radius_px: 1.0,
-            view_dependent: false,
-            splat_px: None,
-            minds_edges: false,
-            balanced: false,
-        };
+        let limits = CutLimits::of_error(pyramid.error_for_count(20_000));
         b.iter(|| Cut::of(&pyramid, limits, view.visit_order(), &visibility, |_| [0.0; 4]));
     });
 }

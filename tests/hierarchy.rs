@@ -102,15 +102,7 @@ impl Built {
 }
 
 fn limits(max_error: f32, finest_level: usize) -> CutLimits {
-    CutLimits {
-        max_error,
-        finest_level,
-        min_radius_px: 0.0,
-        view_dependent: false,
-        splat_px: None,
-        minds_edges: false,
-        balanced: false,
-    }
+    CutLimits { finest_level, min_radius_px: 0.0, ..CutLimits::of_error(max_error) }
 }
 
 /// Every voxel of a box.

@@ -48,15 +48,7 @@ fn table(drawer: &mut Drawer, scene: &Scene) {
     let mut curves: Vec<Vec<(f64, f64)>> = Vec::new();
     for (way, name) in WAYS.into_iter().enumerate() {
         let rows = COUNTS.map(|count| {
-            let plain = CutLimits {
-                max_error: pyramid.error_for_count(count),
-                finest_level: 0,
-                min_radius_px: 1.0,
-                view_dependent: false,
-                splat_px: None,
-                minds_edges: false,
-                balanced: false,
-            };
+            let plain = CutLimits::of_error(pyramid.error_for_count(count));
             let splat_px = Some(Costs::default().splat_pixels());
             let fitted = CutLimits { splat_px, minds_edges: true, ..plain };
             // As for a hand that moves on: from the error of the picture before.

@@ -48,15 +48,7 @@ fn table(drawer: &mut Drawer, name: &str, scene: &Scene) {
                 continue;
             }
             let view = View::new(scene, SIZE);
-            let limits = CutLimits {
-                max_error: pyramid.error_for_count(count),
-                finest_level: 0,
-                min_radius_px: 1.0,
-                view_dependent: false,
-                splat_px: None,
-                minds_edges: false,
-                balanced: false,
-            };
+            let limits = CutLimits::of_error(pyramid.error_for_count(count));
             let voxel = |i| table.lookup(scene.volume.samples.get(i));
             let cut = Cut::of(pyramid, limits, view.visit_order(), &view.visibility(1.556), voxel);
             let factor = pyramid.thinning.factor(&cut.nodes);

@@ -43,6 +43,21 @@ pub struct CutLimits {
     pub balanced: bool,
 }
 
+impl CutLimits {
+    /// By error alone, down to nodes whose kernels are a pixel wide.
+    pub const fn of_error(max_error: f32) -> Self {
+        Self {
+            max_error,
+            finest_level: 0,
+            min_radius_px: 1.0,
+            view_dependent: false,
+            splat_px: None,
+            minds_edges: false,
+            balanced: false,
+        }
+    }
+}
+
 /// Far-to-near order of octants, and what of the octree is in view.
 #[derive(Debug, Clone, Copy)]
 pub enum VisitOrder {

@@ -96,15 +96,7 @@ fn whole_cut(
     volume: &ScalarVolume,
     table: &Table,
 ) -> Vec<CutNode> {
-    let limits = CutLimits {
-        max_error,
-        finest_level: 0,
-        min_radius_px: 0.0,
-        view_dependent: false,
-        splat_px: None,
-        minds_edges: false,
-        balanced: false,
-    };
+    let limits = CutLimits { min_radius_px: 0.0, ..CutLimits::of_error(max_error) };
     let everything = Visibility {
         view_from_index: DMat3::IDENTITY,
         view_origin: DVec3::ZERO,

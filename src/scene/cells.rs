@@ -343,15 +343,7 @@ mod tests {
     }
 
     fn cells(nodes: Vec<CutNode>, max_error: f32, most: usize) -> Cells {
-        let limits = CutLimits {
-            max_error,
-            finest_level: 0,
-            min_radius_px: 1.0,
-            view_dependent: false,
-            splat_px: None,
-            minds_edges: false,
-            balanced: false,
-        };
+        let limits = CutLimits::of_error(max_error);
         Cells::of(&Cut { nodes, visited: 0 }, &limits, most)
     }
 

@@ -95,10 +95,14 @@ pub struct Drawn {
 }
 
 impl Drawn {
-    /// Whether it is the scene's own field at a size, and so the finished picture, by whatever way it came.
+    /// Whether it is the scene's own field, with vectors as they are: only pixels can be missing.
+    pub(super) fn is_of_own(&self) -> bool {
+        self.is_reduced && self.field == SlabField::Own && self.vectors_averaged == 0
+    }
+
+    /// Whether it is that at a size, and so the finished picture, by whatever way it came.
     pub fn is_whole(&self, size: [u32; 2]) -> bool {
-        let is_own = self.is_reduced && self.field == SlabField::Own;
-        is_own && self.size == size && self.vectors_averaged == 0
+        self.is_of_own() && self.size == size
     }
 }
 
@@ -500,16 +504,7 @@ impl Drawer {
 /// The cut of an error, down to nodes whose kernels are a pixel wide.
 pub(super) fn cut_limits(scene: &Scene, max_error: f32) -> CutLimits {
     let CutSettings { view_dependent, balanced, .. } = scene.splat.cut;
-    let min_radius_px = 1.0;
-    CutLimits {
-        max_error,
-        finest_level: 0,
-        min_radius_px,
-        view_dependent,
-        splat_px: None,
-        minds_edges: false,
-        balanced,
-    }
+    CutLimits { view_dependent, balanced, ..CutLimits::of_error(max_error) }
 }
 
 /// Whether a coarse picture within a budget is drawn by lists rather than triangles.

@@ -109,7 +109,7 @@ impl Coarseness {
             }
             Rung::Coarse { .. } | Rung::Reduced { .. } => {
                 let is_smaller = shrink > 1.0;
-                if !is_smaller && drawn.field == SlabField::Own && drawn.vectors_averaged == 0 {
+                if !is_smaller && drawn.is_of_own() {
                     // The finished picture.
                     return None;
                 }

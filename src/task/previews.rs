@@ -30,8 +30,8 @@ const STILL_WORTH_TENTS: f64 = 0.25;
 /// is larger is seen with less than a pixel a sample, and would cost the memory of two.
 const MOST_SAMPLES: usize = 5 << 22;
 /// Voxels that show may be splatted one by one in place of the field where they are no more than so many: a few
-/// scattered ones. Of more, rays are the nearer to the exact picture (aneurism, 114 695 voxels, 1 s, 944 × 943
-/// pixels: 31.3 dB by rays, 26.7 by splats), and are sent where small things lie (`gpu::marks`).
+/// scattered ones. Of more, rays are the nearer to the exact picture, and are sent where small things lie (`gpu::marks`):
+/// aneurism as it opens, 114 695 voxels, 944 × 943 pixels, llvmpipe: 33.8 dB in 370 ms by rays, 26.7 in 386 by splats.
 const MOST_SPARSE: u64 = 4096;
 /// How many times longer a picture with vectors that nobody has drawn yet is thought to take.
 const UNKNOWN_VECTORS: f64 = 16.0;
