@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use crate::kernel::Kernel;
 use crate::scene::{
-    Classify, ModeChoice, ModeError, OpacityModel, PolygonLayer, Reconstruction, Scene,
+    Classify, Ground, ModeChoice, ModeError, OpacityModel, Reconstruction, Scene,
     SplatSettings, Visibility,
 };
 
@@ -220,16 +220,15 @@ pub fn candidates(current: &SplatSettings) -> Vec<Setting> {
 /// change nothing.
 pub fn candidates_of(scene: &Scene) -> Vec<Setting> {
     let mut list = candidates(&scene.splat);
-    let is_shown = |layer: &PolygonLayer| layer.is_shown && layer.opacity > 0.0;
-    if scene.hides_field() {
+    if !scene.shows_field() {
         let of_slabs = |splat: &SplatSettings| exact_mode(&scene.splat, splat.slabs_per_voxel);
         list.retain(|setting| {
             let is_own = setting.splat == scene.splat;
             setting.detail == Detail::Full && (is_own || setting.splat == of_slabs(&setting.splat))
         });
-    } else if scene.vectors.is_some() || scene.polygons.iter().any(is_shown) {
+    } else if !scene.vectors().is_empty() || !scene.polygons().is_empty() {
         list.retain(|setting| {
-            setting.detail == Detail::Full && setting.splat.lacks_room_for_others().is_none()
+            setting.detail == Detail::Full && Ground::of_mode(&setting.splat).is_none()
         });
     }
     list

@@ -105,7 +105,8 @@ impl CellsOverlay {
 
     /// The cells on screen.
     pub fn shown(&self, scene: &Scene) -> Option<&Arc<FoundCells>> {
-        let is_of = |found: &&Arc<FoundCells>| Arc::ptr_eq(&found.volume, &scene.volume);
+        let volume = scene.volume()?;
+        let is_of = |found: &&Arc<FoundCells>| Arc::ptr_eq(&found.volume, volume);
         self.found.as_ref().filter(|_| self.on).filter(is_of)
     }
 

@@ -22,7 +22,7 @@ impl BoxHandles {
     /// Draws the box as `scene`'s camera sees it, and moves the faces that are dragged.
     pub fn show(&mut self, ui: &Ui, area: PixelArea, scene: &mut Scene) {
         let view = View::new(scene, area.size);
-        let dims = scene.volume.lattice.dims;
+        let dims = scene.lattice().dims;
         let Some(bounds) = &mut scene.inside.clip.bounds else { return };
         let points_per_pixel = area.rect.width() / area.size[0] as f32;
         let to_screen = |pixel: DVec2| {

@@ -47,6 +47,14 @@ impl Source {
         }
     }
 
+    /// What scenes call it: its path, or `demo:NAME`.
+    pub fn key(&self) -> PathBuf {
+        match self {
+            Self::File(path) | Self::Raw(path, _) => path.clone(),
+            Self::Demo(name) => PathBuf::from(format!("{DEMO_PREFIX}{name}")),
+        }
+    }
+
     /// The file it is read from, if it is one.
     pub fn path(&self) -> Option<&Path> {
         match self {

@@ -58,7 +58,7 @@ struct Asked {
 impl Effects {
     /// Takes in what a `full` picture of a scene took, in milliseconds and in bytes on the device.
     pub fn note(&mut self, scene: &Scene, size: [u32; 2], took_ms: f64, bytes: Option<u64>) {
-        self.finished.retain(|one| Arc::ptr_eq(&one.scene.volume, &scene.volume));
+        self.finished.retain(|one| one.scene.has_same_volume(scene));
         let is_same = |one: &Finished| one.size == size && one.scene.makes_same_picture(scene);
         let known = self.finished.iter().position(is_same);
         let known = known.and_then(|index| self.finished.remove(index)).map(|one| one.ms);

@@ -1,5 +1,6 @@
 //! The window's part in copying, pasting, loading and saving transfer functions.
 
+use std::sync::Arc;
 use std::path::{Path, PathBuf};
 
 use eframe::egui::{Context, Event, ViewportCommand};
@@ -68,7 +69,7 @@ impl Window {
     /// The transfer function on screen with what it was made of.
     fn design(&self) -> Option<Design> {
         let scene = self.scene.as_ref()?;
-        let (function, regions) = (scene.transfer.clone(), scene.shading.regions.clone());
+        let (function, regions) = (scene.transfer()?.clone(), scene.shading.regions.clone());
         Some(Design { function, gaussians: self.gaussians.clone(), regions })
     }
 
@@ -84,10 +85,12 @@ impl Window {
     /// Shows another transfer function, and tells where it is one of other values.
     fn adopt(&mut self, design: Design) {
         if let Some(scene) = &mut self.scene {
-            if let Some(hint) = of_other_values(&design, &scene.volume.statistics) {
+            let volume = scene.volume().map(Arc::clone);
+            let Some((volume, transfer)) = volume.zip(scene.transfer_mut()) else { return };
+            if let Some(hint) = of_other_values(&design, &volume.statistics) {
                 self.notices.hint(hint);
             }
-            scene.transfer = design.function;
+            *transfer = design.function;
             scene.shading.regions = design.regions;
             self.gaussians = design.gaussians;
             self.transfer.start_over();

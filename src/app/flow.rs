@@ -10,7 +10,7 @@ use super::job::{Ended, Job};
 use super::window::Window;
 use crate::core::Ticket;
 use crate::polygons::Mesh;
-use crate::scene::{PolygonLayer, VectorLayer};
+use crate::scene::{Layer, Look, PolygonLayer, SampleSource, VectorLayer};
 use crate::vector::{self, Following, GlyphError, Seeds, StreamlineError};
 
 /// Where streamlines begin.
@@ -110,7 +110,8 @@ fn made(layer: &VectorLayer, choice: FlowChoice, shape: FlowShape, ticket: &Tick
 impl Window {
     /// Starts to make lines or arrows of the scene's vectors.
     pub(super) fn start_flow(&mut self, ctx: &Context, shape: FlowShape) {
-        let Some(layer) = self.scene.as_ref().and_then(|scene| scene.vectors.clone()) else {
+        let vectors = self.scene.as_ref().and_then(|scene| scene.vectors().into_iter().next());
+        let Some(layer) = vectors else {
             return;
         };
         let choice = self.flow.choice;
@@ -129,14 +130,19 @@ impl Window {
         let Some(scene) = self.scene.as_mut().filter(|_| !was_cancelled) else { return };
         match ended {
             Ended::Finished(Ok(mesh)) => {
+                let source = SampleSource::made(mesh.name());
                 let mut layer = PolygonLayer::new(Arc::new(mesh));
-                let same = |old: &&mut PolygonLayer| old.mesh.name() == layer.mesh.name();
-                match scene.polygons.iter_mut().find(same) {
-                    Some(old) => {
-                        (layer.opacity, layer.is_shown) = (old.opacity, true);
-                        *old = layer;
+                let is_of_name = |old: &Layer| {
+                    (&old.source.path, &old.source.field) == (&source.path, &source.field)
+                };
+                match scene.layers.iter().position(is_of_name) {
+                    Some(at) => {
+                        if let Look::Polygons(old) = &scene.layers[at].look {
+                            layer.look.opacity = old.opacity;
+                        }
+                        scene.replace(at, source, layer);
                     }
-                    None => scene.polygons.push(layer),
+                    None => drop(scene.add(source, layer)),
                 }
             }
             Ended::Finished(Err(None)) => {}

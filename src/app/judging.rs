@@ -165,7 +165,7 @@ impl Window {
             open: self.accuracy.open,
             // Marks that move make another picture each time.
             quiet: finished.is_some()
-                && (scene.vectors.is_none() || !self.vectors.clock.is_running())
+                && (scene.vectors().is_empty() || !self.vectors.clock.is_running())
                 && idle
                 && !waiting
                 && !self.effects.is_measuring()

@@ -1,5 +1,7 @@
 //! Where things stand in the window: menus, side panel, viewport, status line.
 
+use std::sync::Arc;
+
 use eframe::egui::accesskit::Role;
 use eframe::egui::{
     Align, Align2, Button, CentralPanel, Color32, Context, CornerRadius, FontId, Frame, Key,
@@ -199,7 +201,7 @@ impl Window {
         let times = self.parts.drawer.back_end_times();
         section_ui(ui, "Splats", |ui| {
             compare::compare_ui(ui, compare, &mut scene.splat);
-            let voxel = scene.volume.lattice.smallest_spacing();
+            let voxel = scene.lattice().smallest_spacing();
             if compare.on && compare.edits_second {
                 // The unit distance is one for both.
                 let mut second = modes::with_unit_distance_of(compare.second, &scene.splat);
@@ -255,12 +257,19 @@ impl Window {
             ui.ctx().request_repaint();
         }
         if let Some(scene) = &mut self.scene {
-            let statistics = &scene.volume.statistics;
-            let (transfer, bells) = (&mut scene.transfer, &mut self.gaussians);
-            if !self.leveling.drag(&response, transfer, bells, statistics) {
+            let (volume, bells) = (scene.volume().map(Arc::clone), &mut self.gaussians);
+            let levels = match volume.zip(scene.transfer_mut()) {
+                Some((volume, transfer)) => {
+                    self.leveling.drag(&response, transfer, bells, &volume.statistics)
+                }
+                None => false,
+            };
+            if !levels {
                 scene.camera = camera_control::steered(&scene.camera, &response);
             }
-            self.leveling.caption_ui(ui, area.rect, &scene.transfer);
+            if let Some(transfer) = scene.transfer() {
+                self.leveling.caption_ui(ui, area.rect, transfer);
+            }
             let space = self.document.as_ref().and_then(|d| d.grid.space.as_deref());
             let layout = laid_out(self.settings.annotations, scene, space, area.size);
             annotations::paint(ui.painter(), area, &layout.primitives);

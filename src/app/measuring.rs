@@ -283,17 +283,9 @@ pub fn is_of(point: &ChartPoint, mode: &SplatSettings) -> bool {
 /// Whether two scenes show the same volume in the same way, from wherever.
 fn shows_same_data(a: &Scene, b: &Scene) -> bool {
     // However far their marks have moved.
-    let has_same_vectors = match (&a.vectors, &b.vectors) {
-        (None, None) => true,
-        (Some(a), Some(b)) => a.differs_by_phase_alone(b),
-        _ => false,
-    };
-    Arc::ptr_eq(&a.volume, &b.volume)
-        && a.transfer == b.transfer
+    a.has_same_layers(b)
         && a.shading == b.shading
         && a.inside == b.inside
-        && has_same_vectors
-        && a.polygons == b.polygons
         && a.opacity_unit_distance() == b.opacity_unit_distance()
 }
 

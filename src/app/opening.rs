@@ -16,7 +16,9 @@ use super::vectors::Vectors;
 use super::window::{Dialog, Window};
 use crate::core::{Camera, Projection};
 use crate::io::mesh::MeshFormat;
-use crate::scene::{self, Inside, NamedView, Scene, Shading, SplatSettings, VectorLayer};
+use crate::scene::{
+    self, Inside, Look, NamedView, SampleSource, Sampled, Scene, Shading, SplatSettings, VectorLayer,
+};
 use crate::task::transfer_file;
 
 /// A volume being read, or another field of one being made ready.
@@ -81,7 +83,6 @@ impl Window {
         let volume = Arc::clone(&document.volume);
         let transfer = self.parts.library.default_transfer(&volume.statistics);
         let before = self.scene.take();
-        let before_vectors = before.as_ref().and_then(|scene| scene.vectors.clone());
         let projection =
             before.as_ref().map_or(Projection::Orthographic, |scene| scene.camera.projection);
         let splat = match &before {
@@ -103,11 +104,6 @@ impl Window {
             Some(scene) if keep_view => scene.inside.clone(),
             _ => Inside::default(),
         };
-        // Polygons are in the world of another file.
-        let polygons = match &before {
-            Some(scene) if keep_view => scene.polygons.clone(),
-            _ => Vec::new(),
-        };
         let space = document.grid.space.as_deref();
         let framed = camera_control::framed(
             &volume.lattice,
@@ -116,31 +112,37 @@ impl Window {
             self.viewport_size.map(f64::from),
         );
         let camera = match before {
-            Some(scene) if keep_view => scene.camera,
+            Some(ref scene) if keep_view => scene.camera,
             _ => Camera { projection, ..framed },
         };
         let background = self.settings.scene_background();
-        let vectors = match (&document.vectors, before_vectors) {
-            (_, Some(layer)) if keep_view => Some(layer),
-            (Some(field), _) => Some(VectorLayer::new(Arc::clone(field), true)),
-            (None, _) => None,
+        let path = document.source.key();
+        let name = document.grid.fields.get(document.field).map_or("", |field| &field.name);
+        let source = SampleSource::component(&path, name, document.component);
+        let field = (Sampled::Volume(volume), Look::Field(transfer));
+        let opening = Scene { splat, shading, inside, background, ..Scene::seen_by(camera) };
+        // Vectors and polygons are in the world of their file.
+        let kept = before.filter(|_| keep_view);
+        let has_vectors = kept.as_ref().is_some_and(|scene| !scene.vectors().is_empty());
+        let mut scene = match kept {
+            Some(before) => before.with_other_field(opening, source, field),
+            None => {
+                let mut scene = opening;
+                scene.add(source, field);
+                scene
+            }
         };
+        if let Some(field) = document.vectors.as_ref().filter(|_| !has_vectors) {
+            let source = SampleSource::whole(&path, &field.name);
+            scene.add(source, VectorLayer::new(Arc::clone(field)));
+            scene.show_field(false);
+        }
         if !keep_view {
             self.leave_file(ctx, &document);
             // Points of another file's world.
             self.flow.choice.ends = None;
         }
-        self.scene = Some(Scene {
-            volume,
-            transfer,
-            splat,
-            shading,
-            inside,
-            vectors,
-            polygons,
-            camera,
-            background,
-        });
+        self.scene = Some(scene);
         self.gaussians.clear();
         self.transfer.start_over();
         self.shading.start_over();

@@ -1,6 +1,6 @@
 //! When the engine is asked for what: once for every change, then once more at rest, then never.
 
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use eframe::egui::Context;
@@ -61,7 +61,7 @@ impl Pacing {
         let Some(posted) = &self.posted else {
             return self.post(scene, size, self.effort_at_rest(scene, settings), now_secs);
         };
-        if !Arc::ptr_eq(&posted.scene.volume, &scene.volume) {
+        if !posted.scene.has_same_volume(scene) {
             self.insists = false;
             // Nothing moves: the ladder's own first rung is the coarse picture.
             return self.post(scene, size, self.effort_at_rest(scene, settings), now_secs);

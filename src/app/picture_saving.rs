@@ -39,8 +39,8 @@ impl Window {
         let Some(mut scene) = self.scene.clone() else { return };
         // What is saved is what is seen.
         scene.splat = self.shown_mode(&scene);
-        if scene.lacks_room_for_vectors().is_some() {
-            scene.vectors = None;
+        if let Some(without) = scene.without_vectors_refused() {
+            scene = without;
         }
         let background = if choice.with_background {
             Background::Colour(self.settings.background)

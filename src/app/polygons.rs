@@ -10,7 +10,7 @@ use super::job::{Ended, Job};
 use super::window::Window;
 use crate::io::ReadError;
 use crate::io::mesh::{self, OpenedMesh};
-use crate::scene::PolygonLayer;
+use crate::scene::{PolygonLayer, SampleSource};
 
 /// The window's side of polygons.
 #[derive(Default)]
@@ -77,7 +77,7 @@ impl Window {
             self.notices.note(format!("{warning}: {}", opened.mesh.name()));
         }
         let [low, high] = opened.mesh.bounds();
-        let lattice = &scene.volume.lattice;
+        let lattice = scene.lattice();
         let middle = (low + high).as_dvec3() / 2.0;
         let reach = f64::from((high - low).length()) / 2.0;
         if (middle - lattice.centre()).length() > reach + lattice.bounding_radius() {
@@ -86,7 +86,8 @@ impl Window {
                 opened.mesh.name()
             ));
         }
-        scene.polygons.push(PolygonLayer::new(Arc::new(opened.mesh)));
+        let source = SampleSource::whole(&opened.path, opened.mesh.name());
+        scene.add(source, PolygonLayer::new(Arc::new(opened.mesh)));
     }
 }
 

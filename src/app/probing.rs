@@ -60,7 +60,7 @@ impl Probing {
     /// The world point that was found last, of the field that is shown, wherever the cursor went since.
     pub fn last_point(&self, scene: &Scene) -> Option<DVec3> {
         let answer = self.answer.as_ref()?;
-        let is_of = std::sync::Arc::ptr_eq(&answer.look.scene.volume, &scene.volume);
+        let is_of = answer.look.scene.has_same_volume(scene);
         match &answer.seen {
             Ok(Seen::Point(point)) if is_of => Some(point.world),
             _ => None,
@@ -92,19 +92,14 @@ impl Probing {
         };
         let pixel = pixel_under(pointer, area);
         // Marks may move, and would be asked about in every pass; vectors stay where they are.
-        let mut scene = scene.clone();
-        if let Some(layer) = &mut scene.vectors {
-            layer.phase = 0.0;
-        }
-        let volume = std::sync::Arc::clone(&scene.volume);
-        let look = Look { scene, size: area.size, pixel, share: FIRST_SEEN };
+        let still = Scene { phase: 0.0, ..scene.clone() };
+        let look = Look { scene: still, size: area.size, pixel, share: FIRST_SEEN };
         if !self.asked.as_ref().is_some_and(|asked| asked.is_same(&look)) {
             prober.ask(look.clone());
             self.asked = Some(look);
         }
         // Until the answer has come, that of the pixel before stays: words that blink cannot be read.
-        let is_of_volume =
-            |answer: &&Answer| std::sync::Arc::ptr_eq(&answer.look.scene.volume, &volume);
+        let is_of_volume = |answer: &&Answer| answer.look.scene.has_same_volume(scene);
         let Some(answer) = self.answer.as_ref().filter(is_of_volume) else {
             says(ui, room, &[("Probe", "Preparing the field…".to_owned())]);
             return;
@@ -149,7 +144,7 @@ pub fn answer_words(answer: &Answer, space: Option<&str>) -> Vec<(&'static str, 
             let Point { met, world, index, value, gradient, opacity, vectors } = *point;
             let gathered = percent(answer.look.share);
             let mut rows = vec![("World", named(world, axis_letters(space)))];
-            if !answer.look.scene.hides_field() {
+            if answer.look.scene.shows_field() {
                 rows.extend([
                     ("Index", named(index, ["i", "j", "k"])),
                     ("Value", words::value(value)),

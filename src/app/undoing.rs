@@ -18,8 +18,8 @@ use super::flow::FlowChoice;
 use super::panels::transfer::CurveView;
 use super::settings::Settings;
 use super::window::Window;
-use crate::scene::{Scene, SplatSettings};
-use crate::transfer::Gaussian;
+use crate::scene::{Sampled, Scene, SplatSettings};
+use crate::transfer::{Gaussian, TransferFunction};
 use crate::volume::Samples;
 
 /// Seconds within which one notch of the wheel goes on with the step of the one before.
@@ -86,19 +86,26 @@ impl State {
     /// What is different after a step, in a few words.
     fn change_to(&self, after: &Self) -> &'static str {
         let (a, b) = (&self.scene, &after.scene);
-        let opacity = a.transfer.opacity != b.transfer.opacity || self.gaussians != after.gaussians;
-        let colour = a.transfer.colour != b.transfer.colour;
+        let of = |scene: &Scene| scene.transfer().cloned();
+        let (before, now) = (of(a), of(b));
+        let differ = |what: fn(&TransferFunction) -> &Vec<(f64, f64)>| {
+            before.as_ref().map(what) != now.as_ref().map(what)
+        };
+        let opacity = differ(|f| &f.opacity) || self.gaussians != after.gaussians;
+        let colour = before.as_ref().map(|f| &f.colour) != now.as_ref().map(|f| &f.colour);
+        let no_data = before.as_ref().map(|f| f.no_data) != now.as_ref().map(|f| f.no_data);
+        let vectors = a.vectors() != b.vectors() || a.shows_field() != b.shows_field();
         let background = |s: &Settings| (s.background, s.transparent_background);
         match () {
             () if self.is_of_another_file(after) => "file",
-            () if !Arc::ptr_eq(&a.volume, &b.volume) => "another field",
+            () if !a.has_same_volume(b) => "another field",
             () if a.shading.regions != b.shading.regions && !opacity && !colour => "regions",
             () if opacity && colour => "transfer function",
-            () if a.transfer.no_data != b.transfer.no_data => "no data",
+            () if no_data => "no data",
             () if opacity => "opacities",
             () if colour => "colours",
-            () if a.vectors != b.vectors => "vectors",
-            () if a.polygons != b.polygons => "polygons",
+            () if vectors => "vectors",
+            () if !a.has_same_layers(b) => "polygons",
             () if a.splat.opacity_unit_distance != b.splat.opacity_unit_distance => "unit distance",
             () if a.splat != b.splat => "splat settings",
             () if a.shading != b.shading => "shading",
@@ -125,9 +132,11 @@ impl State {
     fn arrays(&self) -> impl Iterator<Item = (*const (), usize)> {
         let Document { grid, volume, vectors, .. } = &self.document;
         let samples = |samples: &Arc<Samples>| (Arc::as_ptr(samples).cast(), samples.size_bytes());
-        let layer = self.scene.vectors.as_ref();
-        let second = layer.and_then(|layer| layer.second.as_ref()).map(|second| &second.field);
-        let fields = vectors.iter().chain(layer.map(|layer| &layer.field)).chain(second);
+        let stored = self.scene.store.samples().filter_map(|samples| match samples {
+            Sampled::Vectors(field) => Some(field),
+            Sampled::Volume(_) | Sampled::Mesh(_) => None,
+        });
+        let fields = vectors.iter().chain(stored);
         let fields = fields.flat_map(move |field| {
             let vectors = Arc::as_ptr(&field.vectors).cast();
             [(vectors, size_of_val(&*field.vectors)), samples(&field.magnitudes)]
@@ -155,10 +164,8 @@ impl Window {
     /// Everything that can be undone, once something is open.
     fn state(&self) -> Option<State> {
         let (document, mut scene) = (self.document.clone()?, self.scene.clone()?);
-        if let Some(layer) = &mut scene.vectors {
-            // Time passes by itself.
-            layer.phase = 0.0;
-        }
+        // Time passes by itself.
+        scene.phase = 0.0;
         Some(State {
             document,
             scene,

@@ -8,7 +8,7 @@ use eframe::egui::Context;
 use super::job::{Ended, Job};
 use super::window::Window;
 use crate::core::Ticket;
-use crate::scene::{SecondVectors, VectorLayer};
+use crate::scene::{Layer, Look, SampleSource, VectorLayer};
 use crate::vector::{PhaseClock, VectorSettings};
 use crate::volume::{Grid, VectorField, VolumeError};
 
@@ -124,10 +124,8 @@ impl Window {
     ) {
         self.vectors.job = None;
         let Some(source) = source else {
-            match self.scene.as_mut().map(|scene| &mut scene.vectors) {
-                Some(Some(layer)) if is_second => layer.second = None,
-                Some(vectors) => *vectors = None,
-                None => {}
+            if let Some(scene) = &mut self.scene {
+                scene.keep_vectors(usize::from(is_second));
             }
             return;
         };
@@ -150,31 +148,29 @@ impl Window {
         self.vectors.job = None;
         let Some(scene) = &mut self.scene else { return };
         match ended {
-            Ended::Finished(Ok(field)) if is_second => {
-                if let Some(layer) = &mut scene.vectors {
-                    let opening = SecondVectors::new(Arc::new(field));
-                    layer.second = Some(match layer.second.take() {
-                        Some(before) => SecondVectors {
-                            settings: kept(before.settings, &opening.settings),
-                            ..opening
-                        },
-                        None => opening,
-                    });
-                }
-            }
             Ended::Finished(Ok(field)) => {
-                let opening = VectorLayer::new(Arc::new(field), false);
-                let layer = match scene.vectors.take() {
-                    Some(before) => VectorLayer {
-                        settings: kept(before.settings, &opening.settings),
-                        phase: before.phase,
-                        alone: before.alone,
-                        second: before.second,
-                        ..opening
-                    },
-                    None => opening,
+                let path = self.document.as_ref().map(|document| document.source.key());
+                let source = SampleSource::whole(&path.unwrap_or_default(), &field.name);
+                let field = Arc::new(field);
+                let opening = match is_second {
+                    true => VectorLayer::beside_another(field),
+                    false => VectorLayer::new(field),
                 };
-                scene.vectors = Some(layer);
+                let index = usize::from(is_second);
+                match scene.vectors().into_iter().nth(index) {
+                    Some(before) => {
+                        let settings = kept(before.settings, &opening.settings);
+                        let is_one = |layer: &&Layer| {
+                            layer.is_shown && matches!(layer.look, Look::Vectors(_))
+                        };
+                        let layers = scene.layers.iter().enumerate();
+                        let mut shown = layers.filter(|(_, layer)| is_one(layer));
+                        if let Some((at, _)) = shown.nth(index) {
+                            scene.replace(at, source, VectorLayer { settings, ..opening });
+                        }
+                    }
+                    None => drop(scene.add(source, opening)),
+                }
             }
             Ended::Finished(Err(VolumeError::Cancelled(_))) => {}
             Ended::Finished(Err(error)) => self.notices.error(error.to_string()),
@@ -186,7 +182,7 @@ impl Window {
 
     /// Starts or stops the animation.
     pub(super) fn toggle_animation(&mut self, ctx: &Context) {
-        let has_vectors = self.scene.as_ref().is_some_and(|scene| scene.vectors.is_some());
+        let has_vectors = self.scene.as_ref().is_some_and(|scene| !scene.vectors().is_empty());
         if !has_vectors {
             self.notices.hint("There are no vectors to animate: choose some under Vectors");
             return;
@@ -198,14 +194,15 @@ impl Window {
     /// Moves the marks on, as often as asked for.
     pub(super) fn pace_animation(&mut self, ctx: &Context) {
         let now = ctx.time();
-        let Some(layer) = self.scene.as_mut().and_then(|scene| scene.vectors.as_mut()) else {
+        let scene = self.scene.as_mut().filter(|scene| !scene.vectors().is_empty());
+        let Some(scene) = scene else {
             self.vectors.clock.set_running(false, now);
             self.pacing.set_animation(None);
             return;
         };
         let clock = &self.vectors.clock;
         if !clock.is_moving() {
-            layer.phase = clock.phase(now);
+            scene.phase = clock.phase(now);
             self.pacing.set_animation(None);
             return;
         }
@@ -214,7 +211,7 @@ impl Window {
         let waited = now - self.vectors.moved_at;
         // Passes come a little early or late.
         if waited >= 0.9 * every || waited < 0.0 {
-            layer.phase = clock.phase(now);
+            scene.phase = clock.phase(now);
             self.vectors.moved_at = now;
             ctx.request_repaint_after(Duration::from_secs_f64(every));
         } else {

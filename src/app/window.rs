@@ -325,7 +325,7 @@ impl Window {
     fn reset_view(&mut self) {
         let (anterior_y, size) = (self.has_anterior_y(), self.viewport_size.map(f64::from));
         if let Some(scene) = &mut self.scene {
-            let lattice = &scene.volume.lattice;
+            let lattice = &scene.lattice();
             let framed = camera_control::framed(lattice, NamedView::Isometric, anterior_y, size);
             scene.camera = Camera { projection: scene.camera.projection, ..framed };
         }
@@ -421,8 +421,7 @@ impl Window {
         let now_secs = ctx.time();
         let held = ctx.dragged_id().is_some();
         // The panel says so.
-        let lacks_room = scene.lacks_room_for_vectors().is_some();
-        let without = lacks_room.then(|| Scene { vectors: None, ..scene.clone() });
+        let without = scene.without_vectors_refused();
         let scene = without.as_ref().unwrap_or(scene);
         let decision =
             self.pacing.decide(scene, self.viewport_size, &self.settings, now_secs, held);

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use super::flags::AccuracyFlags;
 use super::plot;
-use super::render::refuse_among_triangles;
+use super::render::{refuse_among_triangles, with_layers};
 use super::report::Report;
 use super::{Destination, Failure, note, open, refuse_one_place};
 use crate::core::Ticket;
@@ -67,8 +67,7 @@ pub(super) fn run(flags: &AccuracyFlags) -> Result<(), Failure> {
     let flow = flags.flow.layers(&mut vectors)?;
     let mut polygons = flags.polygons.layers()?;
     polygons.extend(flow);
-    let scene = Scene { vectors, polygons, ..scene };
-    scene.check_polygons().map_err(|error| Failure::Usage(error.to_string()))?;
+    let scene = with_layers(scene, vectors, polygons)?;
     if !scene.shading.is_plain() {
         note(
             "triangles (--backend raster, --kernel gouraud) show no regions by gradient strength: their \

@@ -7,7 +7,9 @@ use glam::DVec3;
 
 use super::{Failure, values};
 use crate::core::Ticket;
-use crate::scene::{PolygonLayer, VectorLayer};
+use super::vectors::Vectors;
+use crate::polygons::Mesh;
+use crate::scene::{PolygonLayer, SampleSource};
 use crate::vector::{self, Following, MOST_ARROW_SIZE, Seeds};
 
 /// More lines than anybody can tell apart.
@@ -85,8 +87,8 @@ impl FlowFlags {
     /// No vectors, or none that any could be made of.
     pub(super) fn layers(
         &self,
-        vectors: &mut Option<VectorLayer>,
-    ) -> Result<Vec<PolygonLayer>, Failure> {
+        vectors: &mut Option<Vectors>,
+    ) -> Result<Vec<(SampleSource, PolygonLayer)>, Failure> {
         if self.no_vector_splats && self.streamlines.is_none() && self.arrows.is_none() {
             return Err(Failure::Usage(
                 "expected --streamlines or --arrows with --no-vector-splats, found neither; leave all three \
@@ -112,19 +114,20 @@ impl FlowFlags {
         let Some((_, flag)) = asked.into_iter().find(|(is_asked, _)| *is_asked) else {
             return Ok(Vec::new());
         };
-        let Some(layer) = vectors else {
+        let Some(Vectors { layers, alone, .. }) = vectors else {
             return Err(Failure::Usage(format!(
                 "expected vectors with {flag}, found none; name a field of three components with --vector, \
                  which `voxsplat info` tells"
             )));
         };
-        if self.no_vector_splats && layer.second.is_some() {
+        if self.no_vector_splats && layers.len() > 1 {
             return Err(Failure::Usage(
                 "expected --second-vector with splats, which is all that is drawn of it, found \
                  --no-vector-splats; leave one of the two out"
                     .to_owned(),
             ));
         }
+        let Some((_, layer)) = layers.first_mut() else { return Ok(Vec::new()) };
         let (field, transfer) = (&layer.field, &layer.settings.transfer);
         let ticket = Ticket::new();
         let mut found = Vec::new();
@@ -153,13 +156,16 @@ impl FlowFlags {
             found.push(arrows.map_err(Failure::failed)?);
         }
         if self.no_vector_splats {
-            match layer.alone {
+            match *alone {
                 // Still in place of the field.
                 true => layer.settings.transfer.opacity = vec![(0.0, 0.0)],
                 false => *vectors = None,
             }
         }
-        Ok(found.into_iter().map(|mesh| PolygonLayer::new(Arc::new(mesh))).collect())
+        let of = |mesh: Mesh| {
+            (SampleSource::made(mesh.name()), PolygonLayer::new(Arc::new(mesh)))
+        };
+        Ok(found.into_iter().map(of).collect())
     }
 }
 

@@ -9,7 +9,7 @@ use super::flags::{InputFlags, SceneFlags};
 use super::{Failure, note};
 use crate::core::{Camera, Projection, Ticket};
 use crate::io::{self, OpenOptions, RawOverrides};
-use crate::scene::{self, Scene, Shading, SplatSettings};
+use crate::scene::{self, SampleSource, Scene, Shading, SplatSettings};
 use crate::task::transfer_file;
 use crate::transfer::presets::Preset;
 use crate::transfer::{ColourSource, NoData, Region, TransferFunction};
@@ -25,7 +25,17 @@ pub(super) struct Input {
     path: PathBuf,
 }
 
+/// The field of a scene, which every scene of the command line opens with.
+pub(super) fn volume(scene: &Scene) -> Result<&Arc<ScalarVolume>, Failure> {
+    scene.volume().ok_or_else(|| Failure::Failed("expected a field of values, found none".to_owned()))
+}
+
 impl Input {
+    /// What a scene calls all of a field.
+    pub(super) fn source(&self, field: &str) -> SampleSource {
+        SampleSource::whole(&self.path, field)
+    }
+
     /// A sentence about what is in the file, with its path last.
     pub(super) fn about(&self, sentence: &str) -> String {
         format!("{sentence}; `voxsplat info` tells what is there: {}", self.path.display())
@@ -94,7 +104,7 @@ fn scalar(
     input: &Input,
     field: Option<&str>,
     component: Option<Component>,
-) -> Result<Arc<ScalarVolume>, Failure> {
+) -> Result<(SampleSource, Arc<ScalarVolume>), Failure> {
     let failed = |error: VolumeError| Failure::Failed(input.about(&error.to_string()));
     let field = input.grid.field(field).map_err(failed)?;
     let component = match component {
@@ -102,6 +112,7 @@ fn scalar(
         None if field.components == 1 => Component::Index(0),
         None => Component::Magnitude,
     };
+    let source = SampleSource::component(&input.path, &field.name, component);
     let volume = input.grid.scalar(field, component, &Ticket::new()).map_err(failed)?;
     match reach(&volume.statistics) {
         Reach::All => {}
@@ -125,7 +136,7 @@ fn scalar(
             )));
         }
     }
-    Ok(Arc::new(volume))
+    Ok((source, Arc::new(volume)))
 }
 
 /// How much of a field 32-bit floats can hold.
@@ -159,16 +170,19 @@ pub(super) fn scene(
     flags: &SceneFlags,
     splat: SplatSettings,
 ) -> Result<Scene, Failure> {
-    let volume = scalar(input, flags.field.as_deref(), flags.component)?;
-    let opening = scene::opening(volume, input.grid.space.as_deref());
+    let (source, volume) = scalar(input, flags.field.as_deref(), flags.component)?;
+    let mut opening = scene::opening(source, Arc::clone(&volume), input.grid.space.as_deref());
     let camera = camera(flags, &opening.camera);
-    let (transfer, regions) = transfer(flags, &opening)?;
+    let mut regions = Vec::new();
+    if let Some(function) = opening.transfer_mut() {
+        (*function, regions) = transfer(flags, &volume.statistics, function)?;
+    }
     let shading = Shading { regions, ..Shading::default() };
-    let spacing = opening.volume.lattice.smallest_spacing();
+    let spacing = volume.lattice.smallest_spacing();
     if let Some(sentence) = splat.opacity_unit_distance.and_then(|unit| all_opaque(unit, spacing)) {
         note(&sentence);
     }
-    Ok(Scene { camera, transfer, splat, shading, ..opening })
+    Ok(Scene { camera, splat, shading, ..opening })
 }
 
 /// What NaN looks like by the flags.
@@ -198,9 +212,9 @@ fn no_data(
 /// The transfer function of the flags, and its regions: a whole one first, then what changes it.
 fn transfer(
     flags: &SceneFlags,
-    opening: &Scene,
+    statistics: &Statistics,
+    opening: &TransferFunction,
 ) -> Result<(TransferFunction, Vec<Region>), Failure> {
-    let statistics = &opening.volume.statistics;
     let mut regions = Vec::new();
     let mut transfer = match (&flags.transfer, flags.preset) {
         (Some(path), _) => {
@@ -209,7 +223,7 @@ fn transfer(
             design.function
         }
         (None, Some(preset)) => preset.function(statistics),
-        (None, None) => opening.transfer.clone(),
+        (None, None) => opening.clone(),
     };
     if let Some(preset) = flags.preset.filter(|preset| preset.lacks_hounsfield_units(statistics)) {
         note(&by_percentiles(preset));

@@ -8,7 +8,7 @@ use clap::Args;
 use super::{Failure, note, values};
 use crate::core::{Srgb8, Ticket};
 use crate::io::mesh;
-use crate::scene::PolygonLayer;
+use crate::scene::{PolygonLayer, PolygonLook, SampleSource};
 
 /// Polygons among what else is seen.
 #[derive(Debug, Args)]
@@ -49,15 +49,18 @@ impl PolygonFlags {
     ///
     /// # Errors
     /// A file that cannot be read.
-    pub(super) fn layers(&self) -> Result<Vec<PolygonLayer>, Failure> {
+    pub(super) fn layers(&self) -> Result<Vec<(SampleSource, PolygonLayer)>, Failure> {
         let read = self.mesh.iter().map(|asked| {
             let opened = mesh::open(&asked.path, None, &Ticket::new()).map_err(Failure::failed)?;
             for warning in &opened.warnings {
                 note(&format!("{warning}: {}", asked.path.display()));
             }
-            let layer = PolygonLayer::new(Arc::new(opened.mesh));
-            let is_smooth = asked.is_smooth.unwrap_or(layer.is_smooth);
-            Ok(PolygonLayer { colour: asked.colour, opacity: asked.opacity, is_smooth, ..layer })
+            let source = SampleSource::whole(&opened.path, opened.mesh.name());
+            let PolygonLayer { mesh, look } = PolygonLayer::new(Arc::new(opened.mesh));
+            let is_smooth = asked.is_smooth.unwrap_or(look.is_smooth);
+            let look = PolygonLook { colour: asked.colour, opacity: asked.opacity, is_smooth };
+            look.check().map_err(|error| Failure::Usage(error.to_string()))?;
+            Ok((source, PolygonLayer { mesh, look }))
         });
         read.collect()
     }

@@ -7,7 +7,8 @@ use serde::Serialize;
 
 use super::flags::ProbeFlags;
 use super::flow::FlowFlags;
-use super::render::{refuse_among_triangles, refuse_vectors};
+use super::render::{refuse_among_triangles, with_layers};
+use super::vectors::Vectors;
 use super::{Destination, Failure, note, notes, open};
 use crate::core::Ticket;
 use crate::scene::{AlongRay, Scene, VectorLayer, axis_letters};
@@ -77,8 +78,9 @@ pub(super) fn run(flags: &ProbeFlags) -> Result<(), Failure> {
     let scene = open::scene(&input, &flags.scene, splat)?;
     let shading = flags.shading.resolve(&scene, &splat);
     let shading = shading.map_err(|error| Failure::Usage(error.to_string()))?;
-    let inside = flags.inside.resolve(&scene.volume, &splat).map_err(Failure::Usage)?;
-    inside.beside(&scene.volume).iter().for_each(|what| note(what));
+    let volume = open::volume(&scene)?;
+    let inside = flags.inside.resolve(volume, &splat).map_err(Failure::Usage)?;
+    inside.beside(volume).iter().for_each(|what| note(what));
     let hiding = flags.mode.of_hiding();
     let idle = notes::idle_beside_projection(&inside, &flags.scene, &flags.shading, hiding);
     idle.iter().for_each(|what| note(what));
@@ -86,14 +88,11 @@ pub(super) fn run(flags: &ProbeFlags) -> Result<(), Failure> {
         None => own_vectors(&input)?,
         layer => layer,
     };
-    if let Some(layer) = vectors.as_ref().filter(|layer| layer.alone) {
-        refuse_vectors(&inside, layer.alone)?;
-    }
     let polygons = flags.polygons.layers()?;
-    let scene = Scene { shading, inside, vectors, polygons, ..scene };
-    scene.check_polygons().map_err(|error| Failure::Usage(error.to_string()))?;
+    // Vectors beside values that are projected are told all the same.
+    let scene = with_layers(Scene { shading, inside, ..scene }, vectors, polygons)?;
     let names: Vec<String> =
-        scene.vectors.iter().flat_map(VectorLayer::looks).map(|(f, _)| f.name.clone()).collect();
+        scene.vectors().into_iter().map(|layer| layer.field.name.clone()).collect();
     let unit_distance = scene.opacity_unit_distance();
     let share = flags.share.unwrap_or(FIRST_SEEN);
     let question = Look { scene, size: flags.resolution, pixel: flags.at, share };
@@ -142,13 +141,14 @@ fn refuse_nowhere(projection: Option<AlongRay>, share: Option<f64>) -> Result<()
 }
 
 /// The vectors that a file opens with, of which the nearest is told though its lengths are what is looked at.
-fn own_vectors(input: &open::Input) -> Result<Option<VectorLayer>, Failure> {
+fn own_vectors(input: &open::Input) -> Result<Option<Vectors>, Failure> {
     let Some(field) = input.grid.fields.first().filter(|field| field.components == 3) else {
         return Ok(None);
     };
     let vectors = input.grid.vectors(field, &Ticket::new());
     let vectors = vectors.map_err(|error| Failure::Failed(input.about(&error.to_string())))?;
-    Ok(Some(VectorLayer::new(Arc::new(vectors), false)))
+    let layer = (input.source(&field.name), VectorLayer::new(Arc::new(vectors)));
+    Ok(Some(Vectors { layers: vec![layer], alone: false, phase: 0.0 }))
 }
 
 fn reported(point: &Point, names: &[String]) -> ReportedPoint {

@@ -8,12 +8,13 @@ use super::flow::FlowFlags;
 use super::notes::{self, Causes, did_not_converge, is_one_colour, no_room};
 use super::polygons::PolygonFlags;
 use super::stats::{Stats, asked_of};
-use super::vectors::VectorFlags;
+use super::vectors::{VectorFlags, Vectors};
 use super::{Destination, Failure, note, open, refuse_one_place};
 use crate::core::{Srgb8, Ticket};
 use crate::scene::annotations::Layout;
 use crate::scene::{
-    Background, Inside, MOST_SLABS_PER_VOXEL, Scene, SplatSettings, View, Visibility,
+    Background, Effect, Ground, Inside, MOST_SLABS_PER_VOXEL, PolygonLayer, SampleSource, Scene,
+    SplatSettings, View, Visibility,
 };
 use crate::task::engine::Engine;
 use crate::task::loop_file::{self, Cycle, LoopFormat, MOST_FRAMES};
@@ -82,9 +83,9 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
     let asked = asked_of(&scene);
     let background = scene.background;
     let causes = Causes::of(&scene);
-    let alone = scene.vectors.as_ref().is_some_and(|layer| layer.alone);
+    let alone = !scene.shows_field();
     let load_ms = start.elapsed().as_secs_f64() * 1e3;
-    let kernels_total = scene.volume.lattice.len() as u64;
+    let kernels_total = scene.voxel_count();
     let engine = Engine::start(flags.adapter.clone(), || ());
     let view = View::new(&scene, flags.resolution);
     let annotated = flags.annotations.map(|annotations| {
@@ -236,25 +237,25 @@ fn scene(flags: &RenderFlags, splat: SplatSettings) -> Result<Meant, Failure> {
     let scene = Scene { background, ..open::scene(&input, &flags.scene, splat)? };
     let shading = flags.shading.resolve(&scene, &splat);
     let shading = shading.map_err(|error| Failure::Usage(error.to_string()))?;
-    let inside = flags.inside.resolve(&scene.volume, &splat);
+    let volume = open::volume(&scene)?;
+    let inside = flags.inside.resolve(volume, &splat);
     let inside = inside.map_err(Failure::Usage)?;
     refuse_coarse(flags, &inside)?;
-    inside.beside(&scene.volume).iter().for_each(|what| note(what));
+    inside.beside(volume).iter().for_each(|what| note(what));
     let hiding = flags.mode.of_hiding();
     let idle = notes::idle_beside_projection(&inside, &flags.scene, &flags.shading, hiding);
     idle.iter().for_each(|what| note(what));
     let opens_with_scalar = flags.scene.field.is_some() || flags.scene.component.is_some();
     let mut vectors = flags.vectors.layer(&input, &scene, opens_with_scalar)?;
     let flow = flags.flow.layers(&mut vectors)?;
-    if let Some(layer) = &vectors {
-        refuse_vectors(&inside, layer.alone)?;
-        if let Some(flag) = flags.scene.of_colours().filter(|_| layer.alone) {
+    if let Some(Vectors { alone, .. }) = vectors {
+        if let Some(flag) = flags.scene.of_colours().filter(|_| alone) {
             return Err(Failure::Usage(format!(
                 "expected no {flag} with vectors alone, which it changes nothing of, found both; say it of \
                  the vectors, as with --vector-opacity and --vector-colormap, or show them beside the field"
             )));
         }
-        if let Some(flag) = flags.mode.of_field().filter(|_| layer.alone) {
+        if let Some(flag) = flags.mode.of_field().filter(|_| alone) {
             return Err(Failure::Usage(format!(
                 "expected no {flag} with vectors alone, which it changes nothing of, found both; leave it out \
                  (--vector-extent and the like shape their splats), or show them beside the field"
@@ -277,8 +278,10 @@ fn scene(flags: &RenderFlags, splat: SplatSettings) -> Result<Meant, Failure> {
                 .to_owned(),
         ));
     }
-    let scene = Scene { shading, inside, vectors, polygons, ..scene };
-    scene.check_polygons().map_err(|error| Failure::Usage(error.to_string()))?;
+    let scene = with_layers(Scene { shading, inside, ..scene }, vectors, polygons)?;
+    if let Some(refusal) = scene.refusals().first() {
+        return Err(Failure::Usage(refusal.to_string()));
+    }
     let effects = scene.effects();
     Ok(Meant { scene, effects, space: input.grid.space })
 }
@@ -290,9 +293,8 @@ pub(super) fn refuse_among_triangles(
     polygons: &PolygonFlags,
     flow: &FlowFlags,
 ) -> Result<(), Failure> {
-    let Some(found) = splat.lacks_room_for_others().filter(|_| !vectors.vectors_only) else {
-        return Ok(());
-    };
+    let ground = Ground::of_mode(splat).filter(|_| !vectors.vectors_only);
+    let Some(Ground::Triangles(found)) = ground else { return Ok(()) };
     let given = [vectors.named(), polygons.given(), flow.given()];
     match given.into_iter().flatten().next() {
         Some(flag) => Err(Failure::Usage(format!(
@@ -303,20 +305,27 @@ pub(super) fn refuse_among_triangles(
     }
 }
 
-/// Refuses vectors beside values that are projected, which have no slabs for them, and vectors alone with
-/// what is seen of the field.
-pub(super) fn refuse_vectors(inside: &Inside, are_alone: bool) -> Result<(), Failure> {
-    let projects = |what: &&&str| **what == "projection";
-    match inside.effects().iter().find(|what| are_alone || projects(what)) {
-        Some(what) if are_alone => Err(Failure::Usage(format!(
-            "expected no {what} with vectors alone, which are drawn whole, found both; show them beside the \
-             field, or leave one of the two out"
-        ))),
-        Some(what) => Err(Failure::Usage(format!(
-            "expected no {what} with vectors, which has no slabs that they could lie in, found both; leave \
-             one of the two out"
-        ))),
-        None => Ok(()),
+/// A scene with vectors and polygons in it.
+///
+/// # Errors
+/// Polygons that its mode has no place for.
+pub(super) fn with_layers(
+    mut scene: Scene,
+    vectors: Option<Vectors>,
+    polygons: Vec<(SampleSource, PolygonLayer)>,
+) -> Result<Scene, Failure> {
+    if let Some(vectors) = vectors {
+        vectors.add_to(&mut scene);
+    }
+    for (source, layer) in polygons {
+        scene.add(source, layer);
+    }
+    let refusal = scene.refusals().into_iter().find(|refusal| {
+        refusal.part == Effect::Polygons || refusal.ground == Ground::Hidden
+    });
+    match refusal {
+        Some(refusal) => Err(Failure::Usage(refusal.to_string())),
+        None => Ok(scene),
     }
 }
 

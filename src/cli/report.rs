@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use crate::accuracy::sweep::{Detail, Point, SampledError};
 use crate::core::Camera;
-use crate::scene::{SplatSettings, VectorLayer, Visibility};
+use crate::scene::{SplatSettings, Visibility};
 use crate::task::sweep::Sweep;
 use crate::transfer::{Region, TransferFunction};
 
@@ -32,20 +32,20 @@ struct SceneRow<'a> {
     dims: [usize; 3],
     spacing: [f64; 3],
     camera: &'a Camera,
-    transfer: &'a TransferFunction,
+    transfer: Option<&'a TransferFunction>,
     /// Regions of value and gradient strength beside it.
     #[serde(skip_serializing_if = "<[_]>::is_empty")]
     regions: &'a [Region],
     opacity_unit_distance: f64,
     /// Vector fields beside it, or instead.
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    vectors: Vec<&'a str>,
+    vectors: Vec<String>,
     /// Whether the field itself is not shown.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     vectors_only: bool,
     /// Meshes among all of it.
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    meshes: Vec<&'a str>,
+    meshes: Vec<String>,
 }
 
 /// What every point is held to: the exact integral in float64, at some pixels.
@@ -136,24 +136,26 @@ impl<'a> Report<'a> {
     /// A finished sweep of `file`.
     pub(super) fn of(sweep: &'a Sweep, file: String) -> Self {
         let scene = sweep.scene();
-        let lattice = &scene.volume.lattice;
-        let fields = scene.vectors.iter().flat_map(VectorLayer::looks);
+        let volume = scene.volume();
+        let lattice = scene.lattice();
+        let fields = scene.vectors().into_iter();
+        let meshes = scene.drawn_polygons().into_iter();
         let front = sweep.front();
         let converged = sweep.converged();
         Self {
             adapter: sweep.adapter().unwrap_or_default(),
             scene: SceneRow {
                 file,
-                field: &scene.volume.name,
+                field: volume.map_or("", |volume| &volume.name),
                 dims: lattice.dims,
                 spacing: lattice.spacing.to_array(),
                 camera: &scene.camera,
-                transfer: &scene.transfer,
+                transfer: scene.transfer(),
                 regions: &scene.shading.regions,
                 opacity_unit_distance: scene.opacity_unit_distance(),
-                vectors: fields.map(|(field, _)| field.name.as_str()).collect(),
-                vectors_only: scene.hides_field(),
-                meshes: scene.drawn_polygons().map(|layer| layer.mesh.name()).collect(),
+                vectors: fields.map(|layer| layer.field.name.clone()).collect(),
+                vectors_only: !scene.shows_field(),
+                meshes: meshes.map(|layer| layer.mesh.name().to_owned()).collect(),
             },
             resolution: sweep.size(),
             truth: TruthRow {
@@ -182,7 +184,7 @@ impl<'a> Report<'a> {
 
     /// What the truth reconstructs, in few words.
     pub(super) fn truth_words(sweep: &Sweep) -> String {
-        if sweep.scene().hides_field() {
+        if !sweep.scene().shows_field() {
             return "splats of vectors where they lie".to_owned();
         }
         let mode = sweep.truth_mode();

@@ -76,7 +76,8 @@ impl ShadingFlags {
     /// # Errors
     /// Where a mode cannot be shaded, or a table means nothing.
     pub fn resolve(&self, scene: &Scene, splat: &SplatSettings) -> Result<Shading, ShadingError> {
-        let preset = self.shading.map(|preset| preset.shading(&scene.volume));
+        let preset = self.shading.zip(scene.volume());
+        let preset = preset.map(|(preset, volume)| preset.shading(volume));
         // The regions are the transfer function's.
         let mut shading =
             Shading { regions: scene.shading.regions.clone(), ..preset.unwrap_or_default() };

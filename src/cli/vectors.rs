@@ -9,7 +9,8 @@ use super::open::Input;
 use super::vector_look::{self, LookFlags, Said};
 use super::{Failure, note, values};
 use crate::core::Ticket;
-use crate::scene::{Scene, SecondVectors, VectorLayer, vector_range};
+use crate::scene::{SampleSource, Scene, VectorLayer};
+use crate::vector::ColourBy;
 use crate::task::loop_file::LoopFormat;
 use crate::volume::{Field, VectorField, VolumeError};
 
@@ -55,6 +56,29 @@ pub struct VectorFlags {
     pub second_look: Vec<Said>,
 }
 
+/// Vectors that flags ask for.
+pub(super) struct Vectors {
+    /// One field, or two.
+    pub layers: Vec<(SampleSource, VectorLayer)>,
+    /// Without the scalar field.
+    pub alone: bool,
+    /// In cycles.
+    pub phase: f64,
+}
+
+impl Vectors {
+    /// Puts them into a scene.
+    pub(super) fn add_to(self, scene: &mut Scene) {
+        for (source, layer) in self.layers {
+            scene.add(source, layer);
+        }
+        scene.phase = self.phase;
+        if self.alone {
+            scene.show_field(false);
+        }
+    }
+}
+
 impl VectorFlags {
     /// The vectors of a scene, where there are any.
     ///
@@ -65,7 +89,7 @@ impl VectorFlags {
         input: &Input,
         scene: &Scene,
         opens_with_scalar: bool,
-    ) -> Result<Option<VectorLayer>, Failure> {
+    ) -> Result<Option<Vectors>, Failure> {
         let failed = |error: VolumeError| Failure::Failed(input.about(&error.to_string()));
         let active = input.grid.fields.first();
         let opens_as_vectors = !opens_with_scalar && active.is_some_and(|f| f.components == 3);
@@ -105,19 +129,22 @@ impl VectorFlags {
             }
         };
         note_holes(&vectors);
-        let mut layer = VectorLayer::new(Arc::new(vectors), alone);
-        let range = |by| vector_range(&layer.field, by, &scene.volume);
+        let mut layer = VectorLayer::new(Arc::new(vectors));
+        let beside = scene.volume().map(|volume| &**volume);
+        let range = |by: ColourBy| by.range(&layer.field, beside);
         let settings = self.look.settings(&layer.settings, range, |name| match name {
             "mode blend" => "--vector-mode blend".to_owned(),
             name => format!("--vector-{name}"),
         });
         layer.settings = settings.map_err(Failure::Usage)?;
-        layer.second = self.second(input, scene)?;
-        Ok(Some(VectorLayer { phase: self.phase, ..layer }))
+        let mut layers = vec![layer];
+        layers.extend(self.second(input, scene)?);
+        let of = |layer: VectorLayer| (input.source(&layer.field.name), layer);
+        Ok(Some(Vectors { layers: layers.into_iter().map(of).collect(), alone, phase: self.phase }))
     }
 
     /// The second field, where one was asked for.
-    fn second(&self, input: &Input, scene: &Scene) -> Result<Option<SecondVectors>, Failure> {
+    fn second(&self, input: &Input, scene: &Scene) -> Result<Option<VectorLayer>, Failure> {
         let failed = |error: VolumeError| Failure::Failed(input.about(&error.to_string()));
         let named = |name: &str| input.grid.field(Some(name)).map_err(failed);
         let ticket = Ticket::new();
@@ -137,15 +164,16 @@ impl VectorFlags {
         };
         let vectors = vectors.map_err(failed)?;
         note_holes(&vectors);
-        let opening = SecondVectors::new(Arc::new(vectors));
-        let range = |by| vector_range(&opening.field, by, &scene.volume);
+        let opening = VectorLayer::beside_another(Arc::new(vectors));
+        let beside = scene.volume().map(|volume| &**volume);
+        let range = |by: ColourBy| by.range(&opening.field, beside);
         let look = LookFlags::of(&self.second_look).map_err(Failure::Usage)?;
         let settings = look.settings(&opening.settings, range, |name| match name {
             "mode blend" => "--second-look mode=blend".to_owned(),
             name => format!("--second-look {name}"),
         });
         let settings = settings.map_err(Failure::Usage)?;
-        Ok(Some(SecondVectors { settings, ..opening }))
+        Ok(Some(VectorLayer { settings, ..opening }))
     }
 
     /// Seconds that a loop takes.

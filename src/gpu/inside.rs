@@ -2,7 +2,8 @@
 
 use super::layout::{self, MOST_CLIPS};
 use super::shade::CellsOfValues;
-use crate::scene::{AlongRay, CutFaces, HalfSpace, Scene};
+use crate::plan::Plan;
+use crate::scene::{AlongRay, CutFaces, HalfSpace};
 
 /// What of it a pipeline is made for: what is not asked for is not compiled.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
@@ -71,38 +72,33 @@ pub(super) struct Opening {
 }
 
 impl Opening {
-    /// `None` where a scene asks for nothing.
-    pub(super) fn of(scene: &Scene) -> Option<Self> {
-        if scene.vectors.is_some() && scene.inside.along != AlongRay::Composite {
-            // Values that are projected have no slabs for them: asking for both is refused.
-            return None;
-        }
-        let clip = scene.inside.clip.half_spaces(&scene.volume.lattice);
-        let composites = scene.inside.along == AlongRay::Composite;
+    /// `None` where a plan asks for nothing, or has no field.
+    pub(super) fn of(plan: &Plan) -> Option<Self> {
+        let (field, lattice, inside) = (plan.field()?, &plan.frame.lattice, &plan.inside);
+        let clip = inside.clip.half_spaces(lattice);
+        let composites = inside.along == AlongRay::Composite;
         // Values that are projected have neither faces nor surfaces.
-        let slices: Vec<_> = scene
-            .inside
+        let slices: Vec<_> = inside
             .slices
             .iter()
             .filter(|_| composites)
-            .map(|slice| (slice.plane.in_index(&scene.volume.lattice), slice.opacity))
+            .map(|slice| (slice.plane.in_index(lattice), slice.opacity))
             .collect();
-        let levels: Vec<_> = scene
-            .inside
+        let levels: Vec<_> = inside
             .isosurfaces
             .iter()
             .filter(|_| composites)
-            .map(|iso| (iso.value, iso.linear_colour(&scene.transfer), iso.opacity))
+            .map(|iso| (iso.value, iso.linear_colour(&field.transfer), iso.opacity))
             .collect();
         let count = |n: usize| u32::try_from(n).unwrap_or_default();
         let variant = InsideVariant {
             planes: u32::try_from(clip.len().min(MOST_CLIPS)).unwrap_or_default(),
-            cut_faces: scene.inside.clip.faces == CutFaces::Coloured
+            cut_faces: inside.clip.faces == CutFaces::Coloured
                 && !clip.is_empty()
                 && composites,
             slices: count(slices.len()),
             levels: count(levels.len()),
-            along: scene.inside.along,
+            along: inside.along,
         };
         (variant != InsideVariant::default()).then_some(Self { variant, clip, slices, levels })
     }

@@ -2,7 +2,7 @@
 //!
 //! Owns everything that names wgpu outside the window. Refuses egui, clap and files, and what a
 //! picture is for: it is told what to draw piece by piece. Imports `core`, `volume`, `transfer`,
-//! `kernel`, `hierarchy`, `vector`, `polygons`, `scene`.
+//! `kernel`, `hierarchy`, `vector`, `polygons`, `scene`, `plan`.
 
 mod buffers;
 mod compute;
@@ -28,6 +28,7 @@ mod shaded_samples;
 pub mod shader;
 mod slabs;
 mod sort;
+mod supports;
 mod target;
 pub mod timing;
 mod triangles;
@@ -43,6 +44,7 @@ pub use renderer::Renderer;
 pub use scattered::{ListTotals, Scattered};
 pub use slabs::{PictureConstants, SlabField};
 pub use sort::MOST_KEYS;
+pub use supports::supports;
 pub use triangles::GridTotals;
 pub use vectors::{VectorLook, VectorSplats};
 
@@ -127,16 +129,9 @@ pub enum GpuError {
         /// Most splats over one tile of those that were drawn.
         found: u32,
     },
-    /// Vectors lie among kernels that tiles draw.
-    #[error(
-        "expected a mode that tiles draw for vectors beside a scalar field, found {found}, which only \
-         triangles draw; choose --backend auto, a smaller --extent or another --kernel, or show the \
-         vectors alone"
-    )]
-    VectorsBesideTriangles {
-        /// What of the mode is of triangles alone.
-        found: String,
-    },
+    /// A plan that this engine does not draw: one sentence.
+    #[error("{0}")]
+    Unsupported(String),
     /// See [`crate::core::Cancelled`].
     #[error("cancelled")]
     Cancelled,

@@ -17,7 +17,8 @@ use super::renderer::Renderer;
 use super::shader::{self, Shader};
 use super::timing::Timestamps;
 use crate::core::Srgb8;
-use crate::scene::{Inside, Lighting, OpacityModel, POLYGON_COLOUR, PolygonLayer, Scene, View};
+use crate::plan::Plan;
+use crate::scene::{Lighting, OpacityModel, POLYGON_COLOUR, PolygonLayer, View};
 
 /// What is nearer to the eye than this share of its distance to the focal plane is left out.
 const NEAREST: f64 = 1e-4;
@@ -73,8 +74,8 @@ fn corners(
     let mut found = Vec::new();
     let mut farthest = 0.0_f64;
     for layer in layers {
-        for triangle in layer.mesh.triangles(layer.is_smooth) {
-            let colours = match (layer.colour, triangle.colours) {
+        for triangle in layer.mesh.triangles(layer.look.is_smooth) {
+            let colours = match (layer.look.colour, triangle.colours) {
                 (Some(colour), _) => [colour; 3],
                 (None, Some(own)) => own,
                 (None, None) => [POLYGON_COLOUR; 3],
@@ -84,7 +85,7 @@ fn corners(
                 farthest = farthest.max(place.abs().max_element());
                 let bits = f32::from_bits(u32::from_le_bytes([r, g, b, 0]));
                 found.push(layout::PolygonCorner {
-                    place: with(place, layer.opacity),
+                    place: with(place, layer.look.opacity),
                     normal: triangle.normals[i].extend(bits).to_array(),
                 });
             }
@@ -102,11 +103,11 @@ fn corners(
 }
 
 impl DevicePolygons {
-    fn new(context: &Context, layers: Vec<PolygonLayer>, scene: &Scene) -> Result<Self, GpuError> {
+    fn new(context: &Context, plan: &Plan) -> Result<Self, GpuError> {
         use wgpu::BufferUsages as Usage;
-        let lattice = &scene.volume.lattice;
+        let lattice = &plan.frame.lattice;
         let (centre, radius) = (lattice.centre(), lattice.bounding_radius());
-        let triangles: usize = layers.iter().map(|layer| layer.mesh.len()).sum();
+        let triangles: usize = plan.polygons.iter().map(|layer| layer.mesh.len()).sum();
         let bytes = 3 * (size_of::<layout::PolygonCorner>() * triangles) as u64;
         let most = context.limits.max_storage_buffer_binding_size.min(u64::from(u32::MAX) << 2);
         // Triangles are numbered in 28 bits.
@@ -121,7 +122,7 @@ impl DevicePolygons {
                 advice: "simplify the mesh, or leave one out",
             });
         }
-        let placed = corners(&layers, centre, radius)?;
+        let placed = corners(&plan.polygons, centre, radius)?;
         let storage = Usage::STORAGE | Usage::COPY_DST;
         let corners = Growing::make(context, "polygon corners", storage, bytes);
         context.queue.write_buffer(&corners, 0, bytemuck::cast_slice(&placed));
@@ -132,7 +133,7 @@ impl DevicePolygons {
             size_of::<layout::Polygons>() as u64,
         );
         Ok(Self {
-            layers,
+            layers: plan.polygons.clone(),
             centre,
             radius,
             corners,
@@ -192,12 +193,12 @@ impl DevicePolygons {
         constants
     }
 
-    fn write_constants(&self, context: &Context, scene: &Scene, view: &View, made: &MadeOf) {
+    fn write_constants(&self, context: &Context, plan: &Plan, view: &View, made: &MadeOf) {
         let mut constants = self.constants(view, made);
         if made.lighting.uses_lights() {
             let lights = made.lighting.lights.iter().take(layout::MOST_LIGHTS);
             for (i, light) in lights.enumerate() {
-                constants.towards[i] = with(light.towards(&scene.camera), 0.0);
+                constants.towards[i] = with(light.towards(&plan.camera), 0.0);
                 constants.colours[i] = with(DVec3::from(light.colour.to_linear().0), 0.0);
                 constants.counts[3] += 1;
             }
@@ -296,17 +297,16 @@ fn samples(context: &Context, size: [u32; 2]) -> wgpu::Texture {
 }
 
 impl Renderer {
-    /// Brings a scene's polygons to the device, or lets go of those that are not drawn any more.
+    /// Brings a plan's polygons to the device, or lets go of those that are not drawn any more.
     ///
     /// # Errors
     /// Too many of them, or too far away, or an adapter that binds too few buffers.
-    pub fn set_polygons(&mut self, scene: &Scene) -> Result<(), GpuError> {
-        let layers: Vec<PolygonLayer> = scene.drawn_polygons().cloned().collect();
-        if layers.is_empty() {
-            self.polygons = None;
+    pub(super) fn set_polygons(&mut self, plan: &Plan) -> Result<(), GpuError> {
+        if plan.polygons.is_empty() {
+            (self.polygons, self.polygons_before) = (None, None);
             return Ok(());
         }
-        let needed = match scene.vectors.is_some() {
+        let needed = match !plan.kernels.is_empty() {
             true => VECTOR_AND_POLYGON_BUFFERS,
             false => POLYGON_BUFFERS,
         };
@@ -319,16 +319,16 @@ impl Renderer {
                 advice: "choose another --adapter",
             });
         }
-        let lattice = &scene.volume.lattice;
+        let lattice = &plan.frame.lattice;
         let is_there = self.polygons.as_ref().is_some_and(|held| {
-            held.layers == layers
+            held.layers == plan.polygons
                 && held.centre == lattice.centre()
                 && held.radius == lattice.bounding_radius()
         });
         if !is_there {
             // What was compiled stays.
             let old = self.polygons.take();
-            let mut new = DevicePolygons::new(&self.context, layers, scene)?;
+            let mut new = DevicePolygons::new(&self.context, plan)?;
             if let Some(old) = old {
                 (new.pipelines, new.samples, new.words) = (old.pipelines, old.samples, old.words);
             }
@@ -344,18 +344,16 @@ impl Renderer {
     ///
     /// # Errors
     /// More of them over a pixel, or over all, than there is room or time for; a failing device.
-    pub fn make_polygon_lists(&mut self, scene: &Scene, view: &View) -> Result<(), GpuError> {
-        let camera = &scene.camera;
+    pub fn make_polygon_lists(&mut self, plan: &Plan, view: &View) -> Result<(), GpuError> {
+        let camera = &plan.camera;
         let made = MadeOf {
             view: *view,
             axes: [camera.right(), camera.up, camera.direction],
-            lighting: scene.polygon_lighting(),
+            lighting: plan.shading.lighting.clone().unwrap_or_default(),
             // What is cut away hides nothing; and published opacities do not add up, so that matter is divided
             // wherever any sample of a pixel has a polygon.
-            hides: (!scene.inside.clip.cuts()
-                || scene.hides_field()
-                || !Inside::is_shown_by(&scene.splat))
-                && scene.splat.opacity_model == OpacityModel::OpticalDepth,
+            hides: !plan.inside.clip.cuts()
+                && plan.mode.opacity_model == OpacityModel::OpticalDepth,
         };
         let most_side = self.context.limits.max_texture_dimension_2d;
         let Some(polygons) = self.polygons.as_mut() else { return Ok(()) };
@@ -374,7 +372,7 @@ impl Renderer {
         let triangles = polygons.triangles;
         loop {
             let Some(polygons) = self.polygons.as_mut() else { return Ok(()) };
-            polygons.write_constants(&self.context, scene, view, &made);
+            polygons.write_constants(&self.context, plan, view, &made);
             let sums = [0, 0, pixels, u32::from(made.hides), 0, 0, 0, 0];
             self.context.queue.write_buffer(&polygons.sums, 0, bytemuck::cast_slice(&sums));
             let mut encoder = self.context.device.create_command_encoder(&Default::default());
@@ -430,7 +428,8 @@ impl Renderer {
 
     /// Bytes that polygons take on the device: nothing once a picture without was drawn.
     pub fn polygon_bytes(&self) -> u64 {
-        self.polygons.as_ref().map_or(0, DevicePolygons::size_bytes)
+        let held = self.polygons.as_ref().or(self.polygons_before.as_ref());
+        held.map_or(0, DevicePolygons::size_bytes)
     }
 
     pub(super) fn encode_polygons(

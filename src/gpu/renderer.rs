@@ -26,7 +26,8 @@ use super::vectors::DeviceVectors;
 use super::{GpuError, layout, shader};
 use crate::core::Ticket;
 use crate::kernel::{Coefficients, Kernel, Subdivisions};
-use crate::scene::{Scene, SplatSettings, View};
+use crate::plan::Plan;
+use crate::scene::{SplatSettings, View};
 use crate::transfer::Cumulative;
 use crate::volume::ScalarVolume;
 
@@ -73,8 +74,10 @@ pub struct Renderer {
     pub(super) vectors_quartered: u32,
     /// While an octree is built on the device.
     pub(super) bricks: Option<BrickBuffers>,
-    /// Polygons, while a scene has them.
+    /// Polygons, while a picture has them.
     pub(super) polygons: Option<DevicePolygons>,
+    /// Those of the picture before.
+    pub(super) polygons_before: Option<DevicePolygons>,
     /// Of passes that came before the picture was begun.
     times_before: Vec<PassTime>,
     times: Vec<PassTime>,
@@ -147,6 +150,7 @@ impl Renderer {
             vectors_quartered: 0,
             bricks: None,
             polygons: None,
+            polygons_before: None,
             times_before: Vec::new(),
             times: Vec::new(),
             peak_bytes: 0,
@@ -467,12 +471,30 @@ impl Renderer {
         slabs.encode(&self.context, encoder, &settings, light, rays, more);
     }
 
-    /// Sets the lights and the shading tables that slabs are drawn with from now on, and what lets their
-    /// inside be seen; a scene that asks for none is drawn without a buffer, a pipeline or a gradient
-    /// for them.
-    pub fn set_looks(&mut self, scene: &Scene) {
-        self.shade = Shade::of(scene);
-        self.inside = Opening::of(scene);
+    /// Takes what a plan says besides its samples, until [`Renderer::end_plan`]: lights and shading tables, what
+    /// lets the inside be seen, polygons. What it does not ask for takes no buffer, no pipeline and no gradient.
+    ///
+    /// # Errors
+    /// See [`super::supports`]; too many polygons, or a failing device.
+    pub fn begin_plan(&mut self, plan: &Plan) -> Result<(), GpuError> {
+        super::supports(plan)?;
+        self.shade = Shade::of(plan);
+        self.inside = Opening::of(plan);
+        self.put_vectors_in_slabs(false, 0);
+        if self.polygons.is_none() {
+            self.polygons = self.polygons_before.take();
+        }
+        self.set_polygons(plan)
+    }
+
+    /// Nothing of a plan decides what is drawn from now on. Its picture stays, and what it may have in common with
+    /// the next.
+    pub fn end_plan(&mut self) {
+        (self.shade, self.inside) = (None, None);
+        self.put_vectors_in_slabs(false, 0);
+        if let Some(polygons) = self.polygons.take() {
+            self.polygons_before = Some(polygons);
+        }
     }
 
     /// Runs passes that belong to the picture that will be begun next.

@@ -3,7 +3,8 @@
 use glam::{DMat3, DVec3};
 
 use super::layout::{self, SHADE_ENTRIES};
-use crate::scene::{Amounts, Colours, Index, OpacityModel, Scene, Shading, ShadingSpace};
+use crate::plan::Plan;
+use crate::scene::{Amounts, Colours, Index, OpacityModel, Shading, ShadingSpace};
 use crate::transfer::{Region, RegionShape};
 
 /// What of shading a pipeline is made for: what is not asked for is not compiled.
@@ -59,16 +60,17 @@ pub(super) struct CellsOfValues {
 }
 
 impl Shade {
-    /// `None` where a scene asks for none.
-    pub(super) fn of(scene: &Scene) -> Option<Self> {
-        let shading = &scene.shading;
-        let has_surfaces = scene.inside.has_isosurfaces();
+    /// `None` where a plan asks for none, or has no field.
+    pub(super) fn of(plan: &Plan) -> Option<Self> {
+        let field = plan.field()?;
+        let shading = &plan.shading;
+        let has_surfaces = plan.inside.has_isosurfaces();
         if shading.is_plain() && !has_surfaces {
             return None;
         }
-        let published = scene.splat.opacity_model == OpacityModel::Published;
-        let space = ShadingSpace::of(scene);
-        let camera = &scene.camera;
+        let published = plan.mode.opacity_model == OpacityModel::Published;
+        let space = ShadingSpace::of(&plan.frame.lattice, Some(&field.volume));
+        let camera = &plan.camera;
         let [right, up, forward] = [camera.right(), camera.up, camera.direction];
         let mut constants = layout::Shade {
             right: with(right, 0.0),
@@ -79,7 +81,7 @@ impl Shade {
         constants.world_x[3] = (1.0 / space.least_strength).min(f64::from(f32::MAX)) as f32;
         constants.world_z[3] = Shading::opacity_factor_of_one(published) as f32;
         let mut lights = 0;
-        if let Some(lighting) = &scene.surface_lighting() {
+        if let Some(lighting) = &plan.surface_lighting() {
             let shares = [lighting.ambient, lighting.diffuse, lighting.specular, lighting.exponent];
             constants.material = shares.map(|share| share as f32);
             if lighting.uses_lights() {

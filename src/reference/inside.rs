@@ -71,7 +71,7 @@ pub(super) struct Opening {
 impl Opening {
     pub(super) fn of(scene: &Scene) -> Self {
         let lights = Shader::of_surfaces(scene);
-        Self { inside: scene.inside.clone(), lattice: scene.volume.lattice, lights }
+        Self { inside: scene.inside.clone(), lattice: scene.lattice(), lights }
     }
 
     /// The same, of what pictures of the scene's mode show.

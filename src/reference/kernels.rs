@@ -26,13 +26,13 @@ pub struct RefKernel {
 /// The function is asked for each value itself, not tabulated. Samples are shaded where the scene's mode
 /// does that first.
 pub fn grid_kernels(scene: &Scene) -> Vec<RefKernel> {
+    let Some((volume, transfer)) = scene.volume().zip(scene.transfer()) else { return Vec::new() };
     let shader = SampleShader::of(scene, false);
     let published = scene.splat.opacity_model == OpacityModel::Published;
     let transfer = match &shader {
-        Some(_) => scene.shading.by_value(&scene.transfer),
-        None => scene.transfer.clone(),
+        Some(_) => scene.shading.by_value(transfer),
+        None => transfer.clone(),
     };
-    let volume = &scene.volume;
     let lattice = volume.lattice;
     let map = lattice.axes();
     let unit = scene.opacity_unit_distance();

@@ -64,7 +64,7 @@ pub(super) fn met_by(scene: &Scene, ray: &Line) -> Vec<Surface> {
             let inside = found.filter(|(shares, _)| shares.min_element() >= 0.0);
             let Some((_, t)) = inside else { continue };
             if t >= ray.from && is_kept(clip.as_ref(), ray.at(t)) {
-                let (of, opacity) = (Met::Polygon, layer.opacity);
+                let (of, opacity) = (Met::Polygon, layer.look.opacity);
                 met.push(Surface { of, t, opacity, colour: [0.0; 3] });
             }
         }
@@ -76,8 +76,8 @@ pub(super) fn met_by(scene: &Scene, ray: &Line) -> Vec<Surface> {
 /// What a scene's polygons are cut by.
 fn clip_of(scene: &Scene) -> Option<(Clip, Lattice)> {
     let is_clipped =
-        scene.inside.clip.cuts() && !scene.hides_field() && Inside::is_shown_by(&scene.splat);
-    is_clipped.then(|| (scene.inside.clip.clone(), scene.volume.lattice))
+        scene.inside.clip.cuts() && scene.shows_field() && Inside::is_shown_by(&scene.splat);
+    is_clipped.then(|| (scene.inside.clip.clone(), scene.lattice()))
 }
 
 /// Whether a place is in what is kept of the scene.
@@ -100,15 +100,15 @@ impl Polygons {
     pub(super) fn of(scene: &Scene, size: [usize; 2]) -> Option<Self> {
         let mut triangles = Vec::new();
         for layer in scene.drawn_polygons() {
-            for triangle in layer.mesh.triangles(layer.is_smooth) {
+            for triangle in layer.mesh.triangles(layer.look.is_smooth) {
                 let own = triangle.colours.unwrap_or([POLYGON_COLOUR; 3]);
                 let corner = |i: usize| Corner {
                     place: triangle.corners[i].as_dvec3(),
                     normal: triangle.normals[i].as_dvec3(),
-                    colour: layer.colour.unwrap_or(own[i]).to_linear().0,
+                    colour: layer.look.colour.unwrap_or(own[i]).to_linear().0,
                 };
                 let corners = [corner(0), corner(1), corner(2)];
-                triangles.push(Triangle { corners, opacity: layer.opacity });
+                triangles.push(Triangle { corners, opacity: layer.look.opacity });
             }
         }
         (!triangles.is_empty()).then(|| Self {

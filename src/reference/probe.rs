@@ -85,16 +85,17 @@ fn field_of(splat: &SplatSettings) -> (Shape, Reconstruction) {
 }
 
 impl Probe {
-    /// Of a scene's volume: 8 bytes a sample, and some seconds for hundreds of millions of them.
-    pub fn new(scene: &Scene) -> Self {
+    /// Of a scene's volume, if it has one: 8 bytes a sample, and some seconds for hundreds of millions of them.
+    pub fn new(scene: &Scene) -> Option<Self> {
+        let volume = scene.volume()?;
         let (shape, reconstruction) = field_of(&scene.splat);
-        let field = Field::new(&scene.volume, shape, reconstruction);
-        Self { volume: Arc::clone(&scene.volume), shape, reconstruction, field }
+        let field = Field::new(volume, shape, reconstruction);
+        Some(Self { volume: Arc::clone(volume), shape, reconstruction, field })
     }
 
     /// Whether it is that of a scene.
     pub fn suits(&self, scene: &Scene) -> bool {
-        Arc::ptr_eq(&self.volume, &scene.volume)
+        scene.volume().is_some_and(|volume| Arc::ptr_eq(&self.volume, volume))
             && field_of(&scene.splat) == (self.shape, self.reconstruction)
     }
 
@@ -102,9 +103,9 @@ impl Probe {
     /// `share`, in 0..1: continuous, without slabs, on what is kept of the volume and with the surfaces
     /// that lie there. Where values are projected it is where the one is that stands for the ray.
     pub fn look(&self, scene: &Scene, size: [u32; 2], at: DVec2, share: f64) -> Seen {
-        if scene.hides_field() {
+        let Some(transfer) = scene.transfer().filter(|_| scene.shows_field()) else {
             return seen_alone(scene, size, at, share);
-        }
+        };
         let opening = Opening::as_shown(scene);
         if opening.projects() == Some(AlongRay::Average) {
             return Seen::Average;
@@ -117,7 +118,7 @@ impl Probe {
         let plain = Shading::default();
         let shading = if Shading::is_shown_by(&scene.splat) { &scene.shading } else { &plain };
         let unit = scene.opacity_unit_distance();
-        let classes = Classes::new(&shading.by_value(&scene.transfer), unit, false);
+        let classes = Classes::new(&shading.by_value(transfer), unit, false);
         let polygons = polygons::met_by(scene, &world);
         let mut part = match opening.part((&self.field, &classes), &world, &index) {
             Some(part) => part,
@@ -140,7 +141,7 @@ impl Probe {
         let found = match opening.projects() {
             Some(along) => self.extreme(&index, along, part.ends).ok_or(Seen::Beside),
             None => {
-                let classes = (&classes, scene.transfer.no_data.shows());
+                let classes = (&classes, transfer.no_data.shows());
                 let found = self.first_seen(classes, shade, &part, share);
                 found.map_err(|gathered| Seen::TooLittle { gathered })
             }
@@ -159,7 +160,7 @@ impl Probe {
             Some(value) => shade.shaded(classes.at(value), t, value),
             None => [0.0; 4],
         };
-        let inverse = ShadingSpace::of(scene).world_from_gradient;
+        let inverse = ShadingSpace::of(lattice, Some(&self.volume)).world_from_gradient;
         // No data have no value, whatever stands in for them beside others.
         let value = self.field.value(place).filter(|_| !is_hole && !is_beside);
         let gradient = value.map_or(DVec3::NAN, |_| inverse * gradient(&self.field, place));
@@ -254,9 +255,8 @@ fn is_in(dims: [usize; 3], place: DVec3) -> bool {
 /// The nearest vector of each of a scene's fields.
 fn vectors_at(scene: &Scene, world: DVec3) -> [Option<ProbedVector>; 2] {
     let mut found = [None; 2];
-    let fields = scene.vectors.iter().flat_map(|layer| layer.looks());
-    for (found, (field, _)) in found.iter_mut().zip(fields) {
-        *found = probed_vectors::nearest(field, world);
+    for (found, layer) in found.iter_mut().zip(scene.vectors()) {
+        *found = probed_vectors::nearest(&layer.field, world);
     }
     found
 }
@@ -273,7 +273,7 @@ pub fn seen_alone(scene: &Scene, size: [u32; 2], at: DVec2, share: f64) -> Seen 
         Ok((t, met)) => Seen::Point(Point {
             met,
             world: ray.at(t),
-            index: scene.volume.lattice.index_from_world(ray.at(t)),
+            index: scene.lattice().index_from_world(ray.at(t)),
             value: f64::NAN,
             gradient: DVec3::NAN,
             opacity: 0.0,

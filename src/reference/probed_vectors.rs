@@ -6,7 +6,7 @@ use serde::Serialize;
 use super::inside::{Met, Surface};
 use super::line::voxel_span;
 use super::sources::Line;
-use crate::scene::Scene;
+use crate::scene::{Scene, VectorLayer};
 use crate::transfer::extinction_from_opacity;
 use crate::vector::{ColourBy, VectorSettings, slimmed};
 use crate::volume::{Places, ScalarVolume, VectorField};
@@ -74,7 +74,7 @@ struct Box {
 fn boxes(
     field: &VectorField,
     settings: &VectorSettings,
-    (scalar, unit_distance): (&ScalarVolume, f64),
+    (scalar, unit_distance): (Option<&ScalarVolume>, f64),
     ray: &Line,
 ) -> Vec<Box> {
     let of = |index: usize| {
@@ -88,7 +88,7 @@ fn boxes(
             ColourBy::X => place.x,
             ColourBy::Y => place.y,
             ColourBy::Z => place.z,
-            ColourBy::Scalar => scalar.value_at(place),
+            ColourBy::Scalar => scalar.map_or(f64::NAN, |scalar| scalar.value_at(place)),
         };
         let opacity = settings.transfer.opacity_at(by);
         let extinction =
@@ -107,10 +107,10 @@ pub(super) fn first_seen(
     surfaces: &[Surface],
     share: f64,
 ) -> Result<(f64, Met), f64> {
-    let beside = (&*scene.volume, scene.opacity_unit_distance());
-    let layers = scene.vectors.iter().flat_map(|layer| layer.looks());
-    let mut boxes: Vec<Box> =
-        layers.flat_map(|(field, settings)| boxes(field, settings, beside, ray)).collect();
+    let beside = (scene.volume().map(|volume| &**volume), scene.opacity_unit_distance());
+    let layers = scene.vectors().into_iter();
+    let of = |layer: VectorLayer| boxes(&layer.field, &layer.settings, beside, ray);
+    let mut boxes: Vec<Box> = layers.flat_map(of).collect();
     boxes.sort_by(|p, q| p.enter.total_cmp(&q.enter));
     let mut places: Vec<f64> = boxes.iter().flat_map(|b| [b.enter, b.leave]).collect();
     places.extend(surfaces.iter().map(|surface| surface.t));

@@ -50,13 +50,13 @@ pub struct Reference {
     opening: Opening,
     source: Source,
     vectors: Vec<Vectors>,
-    alone: bool,
     polygons: Option<Polygons>,
 }
 
 enum Source {
     Grid(Box<GridKernels>, Shape),
     List(Box<ListKernels>),
+    Nothing,
     Field { field: Box<Field>, classes: Classes, visible: Vec<bool>, shader: Option<Box<Shader>> },
     Meshes(Meshes),
 }
@@ -137,12 +137,14 @@ impl Reference {
         }
         let unit = scene.opacity_unit_distance();
         let published = !exact && splat.opacity_model == OpacityModel::Published;
-        let classes = Classes::new(&scene.shading.by_value(&scene.transfer), unit, published);
+        let transfer = scene.transfer().map(|transfer| scene.shading.by_value(transfer));
+        let classes = transfer.as_ref().map(|transfer| Classes::new(transfer, unit, published));
+        let field = scene.volume().zip(classes).filter(|_| scene.shows_field());
         let shape = RadialKernel::new(splat.kernel, splat.extent);
         let list = |kernels: Vec<RefKernel>| {
             let weight = |k: &RefKernel| density(k, unit, published);
             let size = size.map(|n| n * fine);
-            let (camera, lattice) = (&scene.camera, &scene.volume.lattice);
+            let (camera, lattice) = (&scene.camera, &scene.lattice());
             let SplatSettings { kernel, extent, .. } = splat;
             let list = ListKernels::new(kernels, kernel, extent, camera, lattice, weight, size);
             Source::List(Box::new(list))
@@ -153,19 +155,20 @@ impl Reference {
             Source::Meshes(Meshes::new(kernels, mesh, shape, &scene.camera, size, opacity))
         };
         let mesh_shape = shape.filter(|_| !exact && splat.kernel == Kernel::Gouraud);
-        let source = match (kernels, splat.classify, Shape::new(splat.kernel, splat.extent)) {
+        let source = match (kernels, field, Shape::new(splat.kernel, splat.extent)) {
             (Some(kernels), ..) if let Some(shape) = mesh_shape => meshes(&kernels, shape),
-            (None, ..) if let Some(shape) = mesh_shape => meshes(&grid_kernels(scene), shape),
             (Some(kernels), ..) => list(kernels),
+            (None, None, _) => Source::Nothing,
+            (None, ..) if let Some(shape) = mesh_shape => meshes(&grid_kernels(scene), shape),
             (None, _, None) => list(grid_kernels(scene)),
-            (None, Classify::Before, Some(shape)) => {
+            (None, Some((volume, classes)), Some(shape)) if splat.classify == Classify::Before => {
                 let shader = SampleShader::of(scene, exact);
-                let grid = GridKernels::new(&scene.volume, &scene.camera, classes, shader);
+                let grid = GridKernels::new(volume, &scene.camera, classes, shader);
                 Source::Grid(Box::new(grid), shape)
             }
-            (None, _, Some(shape)) => {
-                let field = Field::new(&scene.volume, shape, splat.reconstruction);
-                let holes = scene.transfer.no_data.shows();
+            (None, Some((volume, classes)), Some(shape)) => {
+                let field = Field::new(volume, shape, splat.reconstruction);
+                let holes = scene.transfer().is_some_and(|transfer| transfer.no_data.shows());
                 let visible = field.bricks_where(holes, |low, high| !classes.is_clear(low, high));
                 let shader = Shader::of(scene, exact).map(Box::new);
                 Source::Field { field: Box::new(field), classes, visible, shader }
@@ -173,7 +176,7 @@ impl Reference {
         };
         Ok(Self {
             camera: scene.camera,
-            lattice: scene.volume.lattice,
+            lattice: scene.lattice(),
             size,
             fine,
             splat,
@@ -183,7 +186,6 @@ impl Reference {
             opening: Opening::of(scene),
             source,
             vectors: Vectors::of(scene, (size[1] * fine) as f64, exact),
-            alone: scene.vectors.as_ref().is_some_and(|layer| layer.alone),
             polygons: Polygons::of(scene, size),
         })
     }
@@ -228,12 +230,13 @@ impl Reference {
     /// One ray, with the polygons that a sample of its pixel sees, from the eye inwards.
     fn traced(&self, pixel: [usize; 2], ray: &Line, polygons: &[Surface]) -> [f64; 4] {
         let ray = *ray;
-        if self.alone && !self.vectors.is_empty() && self.exact {
+        let is_alone = matches!(self.source, Source::Nothing);
+        if is_alone && self.exact {
             let part = Part { ends: [0.0; 2], surfaces: polygons.to_vec() };
             let splats = Vectors::on_ray(&self.vectors, &ray, ENDLESS);
             return truth::among_vectors(None, &part, &splats, self.tolerance);
         }
-        if self.alone && !self.vectors.is_empty() {
+        if is_alone && !self.vectors.is_empty() {
             let mut planes = self.slabs(&ray);
             planes.step *= Vectors::step(&self.vectors) / self.lattice.smallest_spacing();
             let sums = Vectors::sums(&self.vectors, &ray, &planes, ENDLESS);
@@ -241,6 +244,7 @@ impl Reference {
             return layers::composite(&layers, self.splat.opacity_model, self.splat.order);
         }
         let layers = match &self.source {
+            Source::Nothing => woven(&[], polygons),
             Source::Field { field, classes, visible, shader } => {
                 let field: &Field = field;
                 let map = self.lattice.axes().inverse();

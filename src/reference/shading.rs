@@ -97,8 +97,8 @@ impl SampleShader {
     /// `None` where a scene asks for none, or its mode shades reconstructed values. `exact` pictures have
     /// no published opacities.
     pub(super) fn of(scene: &Scene, exact: bool) -> Option<Self> {
-        let shader = Shader::of(scene, exact).filter(|_| scene.shades_samples())?;
-        Some(Self { shader, volume: Arc::clone(&scene.volume), camera: scene.camera })
+        let shader = Shader::of(scene, exact).filter(|_| scene.shading.is_of_samples(&scene.splat))?;
+        Some(Self { shader, volume: Arc::clone(scene.volume()?), camera: scene.camera })
     }
 
     /// A sample's density; what has no data stays as it is.
@@ -148,10 +148,10 @@ impl Shader {
         let light = |l: &crate::scene::Light| (l.towards(&scene.camera), l.colour.to_linear().0);
         Some(Self {
             shading: scene.shading.clone(),
-            space: ShadingSpace::of(scene),
+            space: ShadingSpace::of(&scene.lattice(), scene.volume().map(|volume| &**volume)),
             published: !exact && scene.splat.opacity_model == OpacityModel::Published,
             lights: lights.iter().map(light).collect(),
-            centre: scene.volume.lattice.centre(),
+            centre: scene.lattice().centre(),
             forward: scene.camera.direction,
         })
     }
@@ -170,10 +170,10 @@ impl Shader {
         let lights = lights.map(|l| (l.towards(&scene.camera), l.colour.to_linear().0)).collect();
         Self {
             shading: Shading { lighting: Some(lighting), ..Shading::default() },
-            space: ShadingSpace::of(scene),
+            space: ShadingSpace::of(&scene.lattice(), scene.volume().map(|volume| &**volume)),
             published: false,
             lights,
-            centre: scene.volume.lattice.centre(),
+            centre: scene.lattice().centre(),
             forward: scene.camera.direction,
         }
     }

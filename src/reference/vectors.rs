@@ -4,7 +4,6 @@
 //! picture, and what each slab has of it, are found along the pixel's own ray in kernel space.
 
 use std::collections::BTreeMap;
-use std::sync::Arc;
 
 use glam::{DMat3, DVec2, DVec3};
 
@@ -15,7 +14,7 @@ use super::quadrature::Density;
 use super::sources::{Line, nearest};
 use crate::core::{Camera, Ticket};
 use crate::kernel::{Kernel, RadialKernel};
-use crate::scene::{OpacityModel, Scene};
+use crate::scene::{OpacityModel, Scene, VectorLayer};
 use crate::vector::{
     Foreshortening, Marks, Seen, Splats, VectorMode, VectorPyramid, VectorSettings, WINDOW,
 };
@@ -99,13 +98,10 @@ impl Vectors {
     /// The fields of a scene, none where it has no vectors. `height` of the picture in pixels; `exact`, by
     /// optical depth in any case.
     pub(super) fn of(scene: &Scene, height: f64, exact: bool) -> Vec<Self> {
-        let Some(layer) = &scene.vectors else { return Vec::new() };
-        let fields = std::iter::once((&layer.field, &layer.settings));
-        let second = layer.second.iter().map(|second| (&second.field, &second.settings));
-        let of = |(field, settings): (&Arc<VectorField>, &VectorSettings)| {
-            Self::of_field(scene, field, settings, layer.phase, (height, exact))
+        let of = |VectorLayer { field, settings }: VectorLayer| {
+            Self::of_field(scene, &field, &settings, scene.phase, (height, exact))
         };
-        fields.chain(second).filter_map(of).collect()
+        scene.vectors().into_iter().filter_map(of).collect()
     }
 
     fn of_field(
@@ -118,7 +114,7 @@ impl Vectors {
         let settings = settings.clone();
         let published = !exact && scene.splat.opacity_model == OpacityModel::Published;
         let unit_distance = scene.opacity_unit_distance();
-        let scalar = Some(&*scene.volume);
+        let scalar = scene.volume().map(|volume| &**volume);
         let ticket = Ticket::new();
         let finest =
             Splats::new(field, &settings, scalar, unit_distance, published, &ticket).ok()?;

@@ -1,6 +1,6 @@
 //! What a scene may ask for beside its transfer function and its mode, part by part.
 
-use super::{AlongRay, Clip, Index, Lighting, Scene, Shading};
+use super::{AlongRay, Clip, Index, Lighting, Look, Scene, Shading};
 
 /// A part that can be left out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -80,7 +80,7 @@ impl Effect {
 
     /// What of a scene asks for it, in a few words; `None` where nothing does.
     pub fn asked_by(self, scene: &Scene) -> Option<String> {
-        let Scene { shading, inside, vectors, polygons, .. } = scene;
+        let Scene { shading, inside, .. } = scene;
         let Shading { opacity, modulation, reflection, emission, lighting, regions } = shading;
         let by = |index: Index| format!("by {}", index.name().replace('-', " "));
         let counted = |count: usize, one: &str| match count {
@@ -115,22 +115,19 @@ impl Effect {
             }
             Self::Isosurfaces => counted(inside.isosurfaces.len(), "level"),
             Self::Slices => counted(inside.slices.len(), "plane"),
-            Self::Vectors => vectors.as_ref().map(|layer| layer.field.name.clone()),
-            Self::SecondVectors => {
-                let second = vectors.as_ref().and_then(|layer| layer.second.as_ref());
-                second.map(|second| second.field.name.clone())
-            }
-            Self::Polygons if !scene.has_polygons() => None,
+            Self::Vectors => scene.vectors().first().map(|layer| layer.field.name.clone()),
+            Self::SecondVectors => scene.vectors().get(1).map(|layer| layer.field.name.clone()),
             Self::Polygons => {
+                let polygons = scene.polygons();
                 let names: Vec<_> = polygons.iter().map(|layer| layer.mesh.name()).collect();
-                Some(names.join(", "))
+                Some(names.join(", ")).filter(|_| !names.is_empty())
             }
         }
     }
 
     /// The scene without it; `None` where that would make the same picture, or none.
     pub fn left_out_of(self, scene: &Scene) -> Option<Scene> {
-        if self == Self::Vectors && scene.hides_field() {
+        if self == Self::Vectors && !scene.shows_field() {
             return None;
         }
         let mut other = scene.clone();
@@ -155,13 +152,10 @@ impl Effect {
             Self::Projection => inside.along = AlongRay::Composite,
             Self::Isosurfaces => inside.isosurfaces.clear(),
             Self::Slices => inside.slices.clear(),
-            Self::Vectors => other.vectors = None,
-            Self::SecondVectors => {
-                if let Some(layer) = &mut other.vectors {
-                    layer.second = None;
-                }
-            }
-            Self::Polygons => other.polygons.clear(),
+            // The field takes their place where they had its.
+            Self::Vectors => other.keep_vectors(0),
+            Self::SecondVectors => other.keep_vectors(1),
+            Self::Polygons => other.keep(|layer| !matches!(layer.look, Look::Polygons(_))),
         }
         (!other.makes_same_picture(scene)).then_some(other)
     }

@@ -1,6 +1,6 @@
 //! What is to be seen, as plain data: everything a picture depends on except its size.
 //!
-//! Owns [`Scene`] and the settings people change. Refuses drawing, files and widgets. The GPU's
+//! Owns [`Scene`], the layers it is made of, the store of their samples, and the settings people change. Refuses drawing, files and widgets. The GPU's
 //! whole state can be rebuilt from it. Imports `core`, `volume`, `transfer`, `kernel`, `hierarchy`,
 //! `vector`, `polygons`.
 
@@ -9,10 +9,13 @@ mod cells;
 mod effect;
 mod framing;
 mod inside;
+mod layer;
 mod mode;
 mod polygons;
+mod refusals;
+mod saved;
 mod shading;
-mod vectors;
+mod store;
 mod view;
 
 pub use crate::hierarchy::ErrorMeasure;
@@ -29,12 +32,15 @@ pub use mode::{
     MOST_SHEETS_PER_KERNEL, MOST_SLABS_PER_VOXEL, ModeChoice, ModeError, OpacityModel, Order,
     Reconstruction, SplatSettings, Visibility,
 };
-pub use polygons::{POLYGON_COLOUR, PolygonError, PolygonLayer};
+pub use layer::{Layer, Look, VectorLayer};
+pub use polygons::{POLYGON_COLOUR, PolygonError, PolygonLayer, PolygonLook};
+pub use refusals::{Ground, Refusal};
+pub use saved::{SAVED_VERSION, SavedError};
 pub use shading::{
     Amounts, Attached, BASE_OPACITY, Colours, Index, LEAST_STRENGTH, Light, Lighting, MOST_LIGHTS,
     Shading, ShadingError, ShadingPreset, ShadingSpace, strong_gradient,
 };
-pub use vectors::{SecondVectors, VectorLayer, vector_range};
+pub use store::{SampleSource, Sampled, Store};
 pub use view::{MOST_RAYS, Traversal, View};
 
 use std::sync::Arc;
@@ -43,7 +49,7 @@ use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 use crate::core::{Camera, Srgb8};
-use crate::transfer::{TransferFunction, presets};
+use crate::transfer::presets;
 use crate::volume::{Lattice, ScalarVolume};
 
 /// What lies behind the volume.
@@ -55,33 +61,34 @@ pub enum Background {
     Transparent,
 }
 
-/// Everything a picture depends on except its size. Cheap to clone: the volume is shared.
-#[derive(Debug, Clone)]
+/// Everything a picture depends on except its size. Cheap to clone: samples are shared.
+///
+/// All but the samples can be saved ([`Scene::to_json`]); layers name these, and [`Scene::store`] holds them.
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Scene {
-    /// The field that is drawn.
-    pub volume: Arc<ScalarVolume>,
-    /// Its opacity and colour.
-    pub transfer: TransferFunction,
+    /// What is drawn together. Where one lies behind another is up to their places, not to this order.
+    pub layers: Vec<Layer>,
+    /// How far the marks of vectors have moved, in cycles: 0 and 1 are the same.
+    pub phase: f64,
     /// How it is splatted.
     pub splat: SplatSettings,
     /// How it is lit, and what colours and opacities are looked up by beside the value.
     pub shading: Shading,
     /// What lets its inside be seen.
     pub inside: Inside,
-    /// A vector field beside it, or instead.
-    pub vectors: Option<VectorLayer>,
-    /// Polygons among all of it.
-    pub polygons: Vec<PolygonLayer>,
     /// Where it is seen from.
     pub camera: Camera,
     /// What lies behind it.
     pub background: Background,
+    /// The samples that the layers name.
+    #[serde(skip)]
+    pub store: Store,
 }
 
 impl Scene {
     /// World length ℓ over which opacities are given.
     pub fn opacity_unit_distance(&self) -> f64 {
-        self.splat.opacity_unit_distance.unwrap_or_else(|| self.volume.lattice.smallest_spacing())
+        self.splat.opacity_unit_distance.unwrap_or_else(|| self.lattice().smallest_spacing())
     }
 
     /// What surfaces are lit by: the scene's lights, or where there are none the usual ones for
@@ -91,95 +98,60 @@ impl Scene {
         self.shading.lighting.clone().or_else(usual)
     }
 
-    /// Whether vectors are drawn and nothing of the scalar field.
-    pub fn hides_field(&self) -> bool {
-        self.vectors.as_ref().is_some_and(|layer| layer.alone)
-    }
-
-    /// Whether two vector fields are drawn.
-    pub fn has_second_vectors(&self) -> bool {
-        self.vectors.as_ref().is_some_and(|layer| layer.second.is_some())
-    }
-
-    /// What draws a field in triangles alone, among which there is no room for its vectors.
-    pub fn lacks_room_for_vectors(&self) -> Option<String> {
-        let is_beside = self.vectors.is_some() && !self.hides_field();
-        self.splat.lacks_room_for_others().filter(|_| is_beside)
-    }
-
-    /// Whether lights or tables shade its samples, before kernels are put together.
-    pub fn shades_samples(&self) -> bool {
-        !self.shading.is_plain()
-            && self.splat.classify == Classify::Before
-            && Shading::is_shown_by(&self.splat)
-    }
-
-    /// Whether only rays through samples that are shaded first show all of it: lights or tables shade
-    /// these, or polygons or vectors lie among them.
-    pub fn needs_gathering(&self) -> bool {
-        let has_vectors = self.vectors.is_some() && self.lacks_room_for_vectors().is_none();
-        let has_others = (self.has_polygons() || has_vectors) && !self.hides_field();
-        self.shades_samples() || self.splat.classify == Classify::Before && has_others
-    }
-
-    /// What draws every voxel in a view where nobody chose and nothing was measured: as
-    /// [`SplatSettings::backend_in`], and tiles where only these show all of it.
-    pub fn backend_in(&self, view: &View) -> Backend {
-        if self.needs_gathering() { Backend::Tiles } else { self.splat.backend_in(view) }
-    }
-
-    /// Whether nobody chose what draws it, and both can.
-    pub fn is_backend_open(&self, view: &View) -> bool {
-        !self.needs_gathering() && self.splat.is_backend_open(view)
+    /// What polygons are lit by: the scene's lights, or where there are none the usual ones.
+    pub fn polygon_lighting(&self) -> Lighting {
+        self.shading.lighting.clone().unwrap_or_default()
     }
 
     /// What it asks for beside the transfer function and the mode, by name.
     pub fn effects(&self) -> Vec<&'static str> {
+        let vectors = self.vectors().len();
         // Values that are projected have no opacity, and nothing falls on them.
         let is_lit = self.inside.along == AlongRay::Composite;
-        let mut effects = if is_lit { self.shading.effects() } else { Vec::new() };
-        if self.vectors.is_some() {
-            // They have the stage to themselves: see `Inside`'s effects.
-            effects = if self.hides_field() { Vec::new() } else { self.shading.effects() };
-            if is_lit && !self.hides_field() {
-                effects.extend(self.inside.effects());
-            }
-            effects.push("vectors");
-            if self.has_second_vectors() {
-                effects.push("second vectors");
-            }
-        } else {
-            effects.extend(self.inside.effects());
+        let mut effects = Vec::new();
+        if self.shows_field() {
+            // Beside vectors, nothing is projected.
+            let is_shaded = is_lit || vectors > 0;
+            effects.extend(is_shaded.then(|| self.shading.effects()).into_iter().flatten());
+            let is_opened = is_lit || vectors == 0;
+            effects.extend(is_opened.then(|| self.inside.effects()).into_iter().flatten());
         }
-        if self.has_polygons() {
-            effects.push("polygons");
-        }
+        let shown = [
+            (vectors > 0, "vectors"),
+            (vectors > 1, "second vectors"),
+            (!self.drawn_polygons().is_empty(), "polygons"),
+        ];
+        effects.extend(shown.into_iter().filter_map(|(is_shown, name)| is_shown.then_some(name)));
         effects
     }
 
     /// Whether two scenes make the same picture at the same size.
     pub fn makes_same_picture(&self, other: &Self) -> bool {
+        self.phase == other.phase && self.differs_by_phase_alone(other)
+    }
+
+    /// Whether they do but for how far marks have moved.
+    pub fn differs_by_phase_alone(&self, other: &Self) -> bool {
         // Taken apart, so that a new field cannot be forgotten here.
-        let Self {
-            volume,
-            transfer,
-            splat,
-            shading,
-            inside,
-            vectors,
-            polygons,
-            camera,
-            background,
-        } = self;
-        Arc::ptr_eq(volume, &other.volume)
-            && *transfer == other.transfer
+        let Self { layers: _, phase: _, splat, shading, inside, camera, background, store: _ } = self;
+        self.has_same_layers(other)
             && splat.makes_same_picture(&other.splat)
             && *shading == other.shading
             && *inside == other.inside
-            && *vectors == other.vectors
-            && *polygons == other.polygons
             && *camera == other.camera
             && *background == other.background
+    }
+
+    /// Whether both show the same samples in the same way.
+    pub fn has_same_layers(&self, other: &Self) -> bool {
+        let is_same = |layer: &Layer| {
+            match (self.store.get(&layer.source), other.store.get(&layer.source)) {
+                (Some(a), Some(b)) => a.is_same(b),
+                (None, None) => true,
+                _ => false,
+            }
+        };
+        self.layers == other.layers && self.layers.iter().all(is_same)
     }
 }
 
@@ -188,18 +160,27 @@ pub const BACKGROUND: Srgb8 = Srgb8::BLACK;
 
 /// What a newly opened volume is seen as: a transfer function from its histogram, the whole
 /// lattice in the isometric view, black behind. `space` is what the file calls its space.
-pub fn opening(volume: Arc<ScalarVolume>, space: Option<&str>) -> Scene {
+pub fn opening(source: SampleSource, volume: Arc<ScalarVolume>, space: Option<&str>) -> Scene {
     let (direction, up) = NamedView::Isometric.direction_and_up(is_anterior_y(space));
-    Scene {
-        transfer: presets::default_for(&volume.statistics),
-        camera: framing_camera(&volume.lattice, direction, up),
-        splat: SplatSettings::default(),
-        shading: Shading::default(),
-        inside: Inside::default(),
-        vectors: None,
-        polygons: Vec::new(),
-        background: Background::Colour(BACKGROUND),
-        volume,
+    let mut scene = Scene::seen_by(framing_camera(&volume.lattice, direction, up));
+    let transfer = presets::default_for(&volume.statistics);
+    scene.add(source, (Sampled::Volume(volume), Look::Field(transfer)));
+    scene
+}
+
+impl Scene {
+    /// Nothing, black behind, in the exact mode.
+    pub fn seen_by(camera: Camera) -> Self {
+        Self {
+            layers: Vec::new(),
+            phase: 0.0,
+            splat: SplatSettings::default(),
+            shading: Shading::default(),
+            inside: Inside::default(),
+            camera,
+            background: Background::Colour(BACKGROUND),
+            store: Store::default(),
+        }
     }
 }
 

@@ -50,7 +50,7 @@ pub const MOST_RAYS: f64 = 8.0;
 impl View {
     /// Brings a scene's camera and lattice together.
     pub fn new(scene: &Scene, size: [u32; 2]) -> Self {
-        Self::of(&scene.camera, &scene.volume.lattice, size)
+        Self::of(&scene.camera, &scene.lattice(), size)
     }
 
     /// The same from its parts.

@@ -6,7 +6,8 @@ use super::draw::{DrawError, Drawer, Observer};
 use super::slabs::STOP_BELOW;
 use crate::gpu::tile_count;
 use crate::kernel::Kernel;
-use crate::scene::{Backend, Scene, View};
+use crate::plan::Plan;
+use crate::scene::Backend;
 
 /// Runs of tiles that are timed, spread over the picture,
 const RUNS: u32 = 16;
@@ -41,11 +42,11 @@ struct Task {
 }
 
 impl Task {
-    fn of(scene: &Scene, size: [u32; 2]) -> Self {
-        let view = View::new(scene, size);
+    fn of(plan: &Plan) -> Self {
+        let view = plan.view();
         #[expect(clippy::cast_possible_truncation, reason = "a few doublings of a pixel")]
         let doublings = view.voxel_pixels().max(f64::MIN_POSITIVE).log2().round() as i32;
-        Self { kernel: scene.splat.kernel, perspective: view.eye_distance.is_some(), doublings }
+        Self { kernel: plan.mode.kernel, perspective: view.eye_distance.is_some(), doublings }
     }
 }
 
@@ -56,24 +57,22 @@ pub struct Calibration {
 }
 
 impl Drawer {
-    /// What draws a scene at full quality in the window: what was chosen, or can; else the faster
+    /// What draws a plan at full quality in the window: what was chosen, or can; else the faster
     /// one, or until that was measured the fixed rule's.
-    pub fn window_backend(&self, scene: &Scene, size: [u32; 2]) -> Backend {
-        let measured = self.back_end_times(scene, size);
-        let fixed = || scene.backend_in(&View::new(scene, size));
-        measured.map_or_else(fixed, |times| times.faster())
+    pub fn window_backend(&self, plan: &Plan) -> Backend {
+        let measured = self.back_end_times(plan);
+        measured.map_or_else(|| plan.backend(), |times| times.faster())
     }
 
-    /// What was measured for a scene at a size, where the choice is open.
-    pub fn back_end_times(&self, scene: &Scene, size: [u32; 2]) -> Option<BackEndTimes> {
-        let is_open = scene.is_backend_open(&View::new(scene, size));
-        is_open.then(|| self.calibration.times.get(&Task::of(scene, size)).copied()).flatten()
+    /// What was measured for a plan, where the choice is open.
+    pub fn back_end_times(&self, plan: &Plan) -> Option<BackEndTimes> {
+        let measured = || self.calibration.times.get(&Task::of(plan)).copied();
+        plan.is_backend_open().then(measured).flatten()
     }
 
-    /// Whether the faster back end for a scene is still to be found.
-    pub fn is_to_be_calibrated(&self, scene: &Scene, size: [u32; 2]) -> bool {
-        let is_open = scene.is_backend_open(&View::new(scene, size));
-        is_open && self.back_end_times(scene, size).is_none()
+    /// Whether the faster back end for a plan is still to be found.
+    pub fn is_to_be_calibrated(&self, plan: &Plan) -> bool {
+        plan.is_backend_open() && self.back_end_times(plan).is_none()
     }
 
     /// Times a sixteenth of the tiles of a picture that took triangles `raster_ms`, and remembers
@@ -83,14 +82,24 @@ impl Drawer {
     /// Interrupted by the observer, or the device.
     pub fn calibrate(
         &mut self,
-        scene: &Scene,
-        size: [u32; 2],
+        plan: &Plan,
         raster_ms: f64,
         observer: &mut dyn Observer,
     ) -> Result<(), DrawError> {
-        let view = View::new(scene, size);
-        self.begin(scene, &view, scene.splat.kernel)?;
-        self.renderer.set_looks(scene);
+        self.renderer.begin_plan(plan)?;
+        let calibrated = self.calibrate_begun(plan, raster_ms, observer);
+        self.renderer.end_plan();
+        calibrated
+    }
+
+    fn calibrate_begun(
+        &mut self,
+        plan: &Plan,
+        raster_ms: f64,
+        observer: &mut dyn Observer,
+    ) -> Result<(), DrawError> {
+        let (view, size) = (plan.view(), plan.size);
+        self.begin(plan, &view, plan.mode.kernel)?;
         let total = tile_count(size);
         let length = (total / SHARE).max(1);
         let (mut timed_ms, mut timed) = (0.0, 0);
@@ -100,7 +109,7 @@ impl Drawer {
             let from = u32::try_from(from).unwrap_or(0);
             let tiles = from..(from + length).min(total);
             let count = tiles.len();
-            let (splat, unit) = (&scene.splat, scene.opacity_unit_distance());
+            let (splat, unit) = (&plan.mode, plan.frame.unit_distance);
             let ms = self.renderer.draw_gathered(&view, splat, unit, STOP_BELOW, tiles)?;
             if observer.piece_done(&mut self.renderer, 0.0) {
                 return Err(DrawError::Interrupted);
@@ -111,13 +120,13 @@ impl Drawer {
             }
         }
         let tiles_ms = timed_ms * f64::from(total) / timed.max(1) as f64;
-        let kernel = scene.splat.kernel;
+        let kernel = plan.mode.kernel;
         log::info!(
             "{} kernels: {raster_ms:.0} ms as triangles, about {tiles_ms:.0} ms in tiles",
             kernel.name()
         );
         let times = BackEndTimes { kernel, raster_ms, tiles_ms };
-        self.calibration.times.insert(Task::of(scene, size), times);
+        self.calibration.times.insert(Task::of(plan), times);
         Ok(())
     }
 }

@@ -9,7 +9,7 @@ use super::draw::cut_limits;
 use crate::core::Srgb8;
 use crate::hierarchy::{Cut, CutLimits, Pyramid};
 use crate::kernel::RadialKernel;
-use crate::scene::{Cells, Scene, View, level_colour};
+use crate::scene::{Cells, Scene, SplatSettings, View, level_colour};
 use crate::transfer::{Table, TransferFunction};
 use crate::volume::ScalarVolume;
 
@@ -34,15 +34,15 @@ pub(super) struct CutSource {
 impl CutSource {
     /// Whether it is that of a scene.
     pub(super) fn is_for(&self, scene: &Scene) -> bool {
-        Arc::ptr_eq(&self.volume, &scene.volume)
-            && self.transfer == scene.transfer
+        scene.volume().is_some_and(|volume| Arc::ptr_eq(&self.volume, volume))
+            && scene.transfer() == Some(&self.transfer)
             && self.unit_distance == scene.opacity_unit_distance()
     }
 
     /// The cut that a view asks for.
-    pub(super) fn cut(&self, scene: &Scene, view: &View, limits: CutLimits) -> Cut {
-        let radius = RadialKernel::new(scene.splat.kernel.splatted(), scene.splat.extent)
-            .map_or(0.5, |k| k.radius());
+    pub(super) fn cut(&self, mode: &SplatSettings, view: &View, limits: CutLimits) -> Cut {
+        let radius = RadialKernel::new(mode.kernel.splatted(), mode.extent);
+        let radius = radius.map_or(0.5, |k| k.radius());
         let samples = &self.volume.samples;
         Cut::of(&self.pyramid, limits, view.visit_order(), &view.visibility(radius), |index| {
             self.table.lookup(samples.get(index))
@@ -57,8 +57,9 @@ impl CutSource {
         max_error: f32,
         most: usize,
     ) -> Cells {
-        let limits = cut_limits(scene, max_error);
-        Cells::of(&self.cut(scene, &View::new(scene, size), limits), &limits, most)
+        let limits = cut_limits(&scene.splat, max_error);
+        let cut = self.cut(&scene.splat, &View::new(scene, size), limits);
+        Cells::of(&cut, &limits, most)
     }
 }
 

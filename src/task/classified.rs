@@ -11,11 +11,10 @@ use super::calibration::Calibration;
 use super::cells::CutSource;
 use super::draw::{DrawError, Drawer, Observer};
 use super::octrees::{self, Octree, Source};
-use super::vectors;
 use crate::core::Ticket;
 use crate::gpu::{GpuError, OctreeBuilder, Renderer};
 use crate::hierarchy::{ErrorMeasure, Pyramid, PyramidError};
-use crate::scene::Scene;
+use crate::plan::{Field, Plan};
 use crate::transfer::{Table, TransferFunction};
 use crate::volume::ScalarVolume;
 
@@ -137,38 +136,38 @@ impl Classified {
 }
 
 impl Drawer {
-    /// Brings the device and the whole octree up to the scene's volume and transfer function.
+    /// Brings the device and the whole octree up to the plan's volume and transfer function.
     ///
     /// # Errors
     /// Interrupted by the ticket, too little memory, or the device.
-    pub fn prepare(&mut self, scene: &Scene, ticket: &Ticket) -> Result<(), DrawError> {
-        self.prepare_until(scene, ticket, |_| ticket.is_cancelled())
+    pub fn prepare(&mut self, plan: &Plan, ticket: &Ticket) -> Result<(), DrawError> {
+        self.prepare_until(plan, ticket, |_| ticket.is_cancelled())
     }
 
     /// The same, for as long as nothing newer comes. The octree then goes on being built.
     pub(super) fn prepare_watched(
         &mut self,
-        scene: &Scene,
+        plan: &Plan,
         ticket: &Ticket,
         observer: &mut dyn Observer,
     ) -> Result<(), DrawError> {
-        self.prepare_until(scene, ticket, |drawer| {
+        self.prepare_until(plan, ticket, |drawer| {
             ticket.is_cancelled() || observer.piece_done(&mut drawer.renderer, 0.0)
         })
     }
 
     fn prepare_until(
         &mut self,
-        scene: &Scene,
+        plan: &Plan,
         ticket: &Ticket,
         mut stops: impl FnMut(&mut Self) -> bool,
     ) -> Result<(), DrawError> {
-        if vectors::are_alone(scene) {
+        if plan.field().is_none() {
             self.classified = None;
             return Ok(());
         }
-        self.classify(scene, ticket)?;
-        self.begin_octree(scene)?;
+        self.classify(plan, ticket)?;
+        self.begin_octree(plan)?;
         while let Some(classified) = &mut self.classified
             && !classified.take(&mut self.renderer, LOOK_EVERY)?
         {
@@ -186,31 +185,30 @@ impl Drawer {
     /// See [`Drawer::prepare`].
     pub fn prepare_preview(
         &mut self,
-        scene: &Scene,
-        size: [u32; 2],
+        plan: &Plan,
         budget_ms: f64,
         ticket: &Ticket,
     ) -> Result<(), DrawError> {
-        if vectors::are_alone(scene) {
+        if plan.field().is_none() {
             return Ok(());
         }
-        let needs_octree = self.reduction(scene, size, budget_ms).is_none();
-        self.classify(scene, ticket)?;
+        let needs_octree = self.reduction(plan, budget_ms).is_none();
+        self.classify(plan, ticket)?;
         match &mut self.classified {
             Some(classified) if needs_octree => {
-                classified.coarse(scene.splat.cut.measure, &mut self.renderer, ticket)
+                classified.coarse(plan.mode.cut.measure, &mut self.renderer, ticket)
             }
             _ => Ok(()),
         }
     }
 
-    /// Begins to build all of the octree of the scene prepared last, where there is but a part.
+    /// Begins to build all of the octree of the plan prepared last, where there is but a part.
     ///
     /// # Errors
     /// A thread that does not start.
-    pub fn begin_octree(&mut self, scene: &Scene) -> Result<(), DrawError> {
+    pub fn begin_octree(&mut self, plan: &Plan) -> Result<(), DrawError> {
         match &mut self.classified {
-            Some(classified) => classified.begin(scene.splat.cut.measure, &self.renderer),
+            Some(classified) => classified.begin(plan.mode.cut.measure, &self.renderer),
             None => Ok(()),
         }
     }
@@ -229,53 +227,54 @@ impl Drawer {
         Ok(has_pieces(classified))
     }
 
-    /// Who made the octree of the scene prepared last, where there is one.
+    /// Who made the octree of the plan prepared last, where there is one.
     pub fn octree_builder(&self) -> Option<OctreeBuilder> {
         let classified = self.classified.as_ref()?;
         classified.pyramid.is_some().then_some(classified.builder)
     }
 
-    /// Whether the octree of the scene prepared last is there only in part.
+    /// Whether the octree of the plan prepared last is there only in part.
     pub fn has_coarse_octree(&self) -> bool {
         self.pyramid().is_some_and(|pyramid| !pyramid.is_whole())
     }
 
-    /// Brings the device up to the scene's volume and transfer function.
-    fn classify(&mut self, scene: &Scene, ticket: &Ticket) -> Result<(), DrawError> {
-        let unit_distance = scene.opacity_unit_distance();
-        let by_value = scene.shades_samples().then(|| scene.shading.by_value(&scene.transfer));
-        let by_value = by_value.filter(|transfer| *transfer != scene.transfer);
+    /// Brings the device up to the plan's volume and transfer function.
+    fn classify(&mut self, plan: &Plan, ticket: &Ticket) -> Result<(), DrawError> {
+        let Some(Field { volume, transfer, .. }) = plan.field() else { return Ok(()) };
+        let unit_distance = plan.frame.unit_distance;
+        let by_value = plan.shades_samples().then(|| plan.shading.by_value(transfer));
+        let by_value = by_value.filter(|by_value| by_value != transfer);
         let current = self.classified.as_ref().is_some_and(|c| {
-            Arc::ptr_eq(&c.volume, &scene.volume)
-                && c.transfer == scene.transfer
+            Arc::ptr_eq(&c.volume, volume)
+                && c.transfer == *transfer
                 && c.by_value == by_value
                 && c.unit_distance == unit_distance
         });
         if current {
             return Ok(());
         }
-        if self.classified.as_ref().is_some_and(|c| !Arc::ptr_eq(&c.volume, &scene.volume)) {
+        if self.classified.as_ref().is_some_and(|c| !Arc::ptr_eq(&c.volume, volume)) {
             self.calibration = Calibration::default();
         }
         // An octree on its way is cancelled.
         self.classified = None;
         self.renderer.drop_bricks();
-        let table = Table::new(&scene.transfer, scene.volume.samples.scalar_type());
-        match self.renderer.set_volume(&scene.volume, ticket) {
+        let table = Table::new(transfer, volume.samples.scalar_type());
+        match self.renderer.set_volume(volume, ticket) {
             Err(GpuError::Cancelled) => return Err(DrawError::Interrupted),
             other => other?,
         }
         // Octrees stand in unlit, and know the transfer function alone.
         match &by_value {
             Some(transfer) => {
-                let table = Table::new(transfer, scene.volume.samples.scalar_type());
+                let table = Table::new(transfer, volume.samples.scalar_type());
                 self.renderer.set_table(&table)?;
             }
             None => self.renderer.set_table(&table)?,
         }
         self.classified = Some(Classified {
-            volume: Arc::clone(&scene.volume),
-            transfer: scene.transfer.clone(),
+            volume: Arc::clone(volume),
+            transfer: transfer.clone(),
             by_value,
             unit_distance,
             table: Arc::new(table),
@@ -296,7 +295,7 @@ impl Drawer {
         self.classified.as_ref()?.pyramid.as_deref()
     }
 
-    /// What octree cuts of the scene prepared last are found in, once all of it is there.
+    /// What octree cuts of the plan prepared last are found in, once all of it is there.
     pub(super) fn cut_source(&self) -> Option<CutSource> {
         self.coarse_cut_source().filter(|source| source.pyramid.is_whole())
     }

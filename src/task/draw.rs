@@ -8,9 +8,9 @@ use crate::gpu::layout::Record;
 use crate::gpu::{GpuError, Renderer, Scattered, SlabField};
 use crate::hierarchy::{Cut, CutLimits, CutNode};
 use crate::kernel::{Kernel, RadialKernel};
+use crate::plan::{Plan, Way};
 use crate::scene::{
-    Backend, Background, Classify, CutSettings, OpacityModel, Scene, SplatSettings, View,
-    Visibility,
+    Backend, Background, Classify, CutSettings, OpacityModel, SplatSettings, View, Visibility,
 };
 
 use super::calibration::Calibration;
@@ -19,7 +19,7 @@ use super::cost::Costs;
 use super::previews::Reduction;
 use super::rows::RowPlan;
 use super::slabs;
-use super::vectors::{self, VectorJob};
+use super::vectors::VectorJob;
 
 /// A piece should not keep the device from a newer request for longer than this.
 pub const PIECE_MS: f64 = 10.0;
@@ -204,93 +204,99 @@ impl Drawer {
         Ok(self.renderer.capped_sums()? + self.capped_in_lists)
     }
 
-    /// Draws one rung of the scene prepared last; the picture is then the renderer's.
+    /// Draws one rung of the plan prepared last; the picture is then the renderer's.
     ///
     /// # Errors
     /// Interrupted by the observer, or the device.
     pub fn draw(
         &mut self,
-        scene: &Scene,
-        size: [u32; 2],
+        plan: &Plan,
         rung: Rung,
         observer: &mut dyn Observer,
     ) -> Result<Drawn, DrawError> {
         self.kept_cut = None;
-        vectors::check(scene)?;
-        self.renderer.set_polygons(scene)?;
+        self.renderer.begin_plan(plan)?;
+        let drawn = self.draw_rung(plan, rung, observer);
+        self.renderer.end_plan();
+        drawn
+    }
+
+    fn draw_rung(
+        &mut self,
+        plan: &Plan,
+        rung: Rung,
+        observer: &mut dyn Observer,
+    ) -> Result<Drawn, DrawError> {
         match rung {
             // Vectors have no octree of kernels: what comes before `full` is smaller.
             Rung::Octree { .. } | Rung::Subsampled { .. } | Rung::Cheaper(_)
-                if scene.vectors.is_some() =>
+                if !plan.kernels.is_empty() =>
             {
                 let reduction = Reduction { field: SlabField::Own, shrink: AT_ONCE_SHRINK };
-                self.reduced(scene, size, reduction, observer)
+                self.reduced(plan, reduction, observer)
             }
             Rung::Coarse { budget_ms } => {
                 // How many there are says how small a picture must be.
-                self.classify_vectors(scene, observer)?;
-                match self.reduction(scene, size, budget_ms) {
+                self.classify_vectors(plan, observer)?;
+                match self.reduction(plan, budget_ms) {
                     Some(reduction) => {
                         self.last_reduction = Some(reduction);
-                        self.reduced(scene, size, reduction, observer)
+                        self.reduced(plan, reduction, observer)
                     }
                     None => {
                         self.last_reduction = None;
-                        self.coarse(scene, size, budget_ms, observer)
+                        self.coarse(plan, budget_ms, observer)
                     }
                 }
             }
             Rung::Octree { max_error } => {
-                let limits = cut_limits(scene, max_error);
-                self.cut(scene, size, limits, observer)
+                self.cut(plan, cut_limits(&plan.mode, max_error), observer)
             }
             Rung::Subsampled { level } => {
-                let limits = CutLimits { finest_level: level, ..cut_limits(scene, 0.0) };
-                self.cut(scene, size, limits, observer)
+                let limits = CutLimits { finest_level: level, ..cut_limits(&plan.mode, 0.0) };
+                self.cut(plan, limits, observer)
             }
-            Rung::Cheaper(kernel) => self.grid(scene, size, kernel, observer),
+            Rung::Cheaper(kernel) => self.grid(plan, kernel, observer),
             Rung::Reduced { field, shrink } => {
-                self.reduced(scene, size, Reduction { field, shrink }, observer)
+                self.reduced(plan, Reduction { field, shrink }, observer)
             }
-            Rung::Full if vectors::is_walked(scene) => {
-                self.slabs(scene, size, SlabField::Own, 1.0, observer)
-            }
-            Rung::Full => {
-                let kernel = scene.splat.kernel.splatted();
-                let view = View::new(scene, size);
-                let radial = RadialKernel::new(kernel, scene.splat.extent);
-                // Splats are nowhere under a pixel: the pyramid level whose nodes are not.
-                let is_small = radial.is_some_and(|k| k.radius() * view.voxel_pixels() < 1.0);
-                match scene.backend_in(&view) {
-                    Backend::Tiles
-                        if !is_small
-                            || scene.splat.takes_several_rays(&view)
-                            || scene.needs_gathering() =>
-                    {
-                        self.gathered(scene, size, observer)
-                    }
-                    // Larger nodes stand in for kernels that lie side by side, and not for others; and
-                    // they are unlit.
-                    Backend::Raster if !is_small || !scene.splat.covers() => {
-                        self.grid(scene, size, kernel, observer)
-                    }
-                    _ => self.cut(scene, size, cut_limits(scene, 0.0), observer),
-                }
-            }
+            Rung::Full => self.full(plan, observer),
         }
+    }
+
+    /// The finished picture, the way that its plan says.
+    pub(super) fn full(
+        &mut self,
+        plan: &Plan,
+        observer: &mut dyn Observer,
+    ) -> Result<Drawn, DrawError> {
+        match plan.way {
+            Way::Nothing => self.nothing(plan),
+            Way::Slabs => self.slabs(plan, SlabField::Own, observer),
+            Way::Gathered => self.gathered(plan, observer),
+            Way::Triangles => self.grid(plan, plan.mode.kernel.splatted(), observer),
+            Way::Nodes => self.cut(plan, cut_limits(&plan.mode, 0.0), observer),
+        }
+    }
+
+    /// The background alone.
+    fn nothing(&mut self, plan: &Plan) -> Result<Drawn, DrawError> {
+        let start = Instant::now();
+        self.begin(plan, &plan.view(), Kernel::Point)?;
+        let wall_ms = start.elapsed().as_secs_f64() * 1e3;
+        Ok(Drawn { size: plan.size, wall_ms, ..Drawn::default() })
     }
 
     /// The cut and the size that fit a budget, from the costs measured so far.
     fn coarse(
         &mut self,
-        scene: &Scene,
-        size: [u32; 2],
+        plan: &Plan,
         budget_ms: f64,
         observer: &mut dyn Observer,
     ) -> Result<Drawn, DrawError> {
         let start = Instant::now();
         let count = self.costs.splats_within(budget_ms);
-        let view = View::new(scene, size);
+        let (size, view) = (plan.size, plan.view());
         // The error that the last cut of as many nodes was fitted to is the nearer guess.
         let is_like = |(of, error): &(u64, f32)| of / 2 <= count && count <= 2 * of && *error > 0.0;
         let known = self.last_fit.filter(is_like).map(|(_, error)| error);
@@ -300,15 +306,15 @@ impl Drawer {
             // At the size drawn last, too.
             splat_px: Some(self.costs.splat_pixels() * self.last_shrink * self.last_shrink),
             minds_edges: true,
-            ..cut_limits(scene, known.unwrap_or_else(|| self.error_for_count(count)))
+            ..cut_limits(&plan.mode, known.unwrap_or_else(|| self.error_for_count(count)))
         };
         let (cut, limits) =
-            Cut::of_count(limits, count, |limits| self.cut_of(scene, &view, limits));
+            Cut::of_count(limits, count, |limits| self.cut_of(plan, &view, limits));
         self.last_fit = Some((count, limits.max_error));
         // Coarse levels have no finer nodes, and those under a pixel are not split, whatever their error.
         let reached = cut.nodes.iter().map(|node| node.node.error).fold(0.0, f32::max);
         let max_error = limits.max_error.max(reached);
-        let fragments = fragments(&cut, scene, &view);
+        let fragments = fragments(&cut, &plan.mode, &view);
         let affordable = self.costs.fragments_within(budget_ms, cut.nodes.len() as u64);
         // Smooth pictures lose little at a smaller size, which is enlarged when shown; those of a few
         // nodes that each fill the picture, next to nothing.
@@ -316,14 +322,14 @@ impl Drawer {
         let shrink = (fragments / affordable).sqrt().clamp(1.0, most);
         self.last_shrink = shrink;
         let smaller = shrunk(size, shrink);
-        let missing_rmse = match scene.splat.kernel {
+        let missing_rmse = match plan.mode.kernel {
             Kernel::Point => missing_rmse(&cut, f64::from(size[0]) * f64::from(size[1])),
             _ => 0.0,
         };
-        let view = View::new(scene, smaller);
-        self.begin(scene, &view, scene.splat.kernel.splatted())?;
+        let view = plan.at_size(smaller, 1.0).view();
+        self.begin(plan, &view, plan.mode.kernel.splatted())?;
         // So that it hides as much as what follows it: nobody wants to see a flash.
-        let factor = match (RadialKernel::new(scene.splat.kernel.splatted(), None), self.pyramid())
+        let factor = match (RadialKernel::new(plan.mode.kernel.splatted(), None), self.pyramid())
         {
             (Some(_), Some(pyramid)) => pyramid.thinning.factor(&cut.nodes),
             _ => 1.0,
@@ -334,8 +340,8 @@ impl Drawer {
         };
         let records: Vec<Record> = cut.nodes.iter().map(record).map(thinner).collect();
         // A preview: triangles draw large splats quicker, unless someone asked for tiles.
-        if previews_by_lists(&scene.splat) {
-            self.draw_lists(scene, &view, &records, observer)?;
+        if previews_by_lists(&plan.mode) {
+            self.draw_lists(plan, &view, &records, observer)?;
         } else {
             self.draw_records(&records, observer)?;
         }
@@ -355,20 +361,21 @@ impl Drawer {
 
     pub(super) fn begin(
         &mut self,
-        scene: &Scene,
+        plan: &Plan,
         view: &View,
         kernel: Kernel,
     ) -> Result<(), DrawError> {
         self.capped_in_lists = 0;
-        let unit_distance = scene.opacity_unit_distance();
+        let unit_distance = plan.frame.unit_distance;
         if kernel == Kernel::Gouraud {
-            return Ok(self.renderer.begin_meshes(view, &scene.splat, unit_distance)?);
+            return Ok(self.renderer.begin_meshes(view, &plan.mode, unit_distance)?);
         }
-        Ok(self.renderer.begin(view, kernel, scene.splat.extent, unit_distance)?)
+        Ok(self.renderer.begin(view, kernel, plan.mode.extent, unit_distance)?)
     }
 
-    fn cut_of(&self, scene: &Scene, view: &View, limits: CutLimits) -> Cut {
-        self.coarse_cut_source().map_or_else(Cut::default, |source| source.cut(scene, view, limits))
+    fn cut_of(&self, plan: &Plan, view: &View, limits: CutLimits) -> Cut {
+        let source = self.coarse_cut_source();
+        source.map_or_else(Cut::default, |source| source.cut(&plan.mode, view, limits))
     }
 
     fn keep(&mut self, cut: Cut, limits: CutLimits) {
@@ -377,18 +384,17 @@ impl Drawer {
 
     fn cut(
         &mut self,
-        scene: &Scene,
-        size: [u32; 2],
+        plan: &Plan,
         limits: CutLimits,
         observer: &mut dyn Observer,
     ) -> Result<Drawn, DrawError> {
         let start = Instant::now();
-        let view = View::new(scene, size);
-        let cut = self.cut_of(scene, &view, limits);
+        let (size, view) = (plan.size, plan.view());
+        let cut = self.cut_of(plan, &view, limits);
         let records: Vec<Record> = cut.nodes.iter().map(record).collect();
-        self.begin(scene, &view, scene.splat.kernel.splatted())?;
-        if lists_cut(&scene.splat) {
-            self.draw_lists(scene, &view, &records, observer)?;
+        self.begin(plan, &view, plan.mode.kernel.splatted())?;
+        if lists_cut(&plan.mode) {
+            self.draw_lists(plan, &view, &records, observer)?;
         } else {
             self.draw_records(&records, observer)?;
         }
@@ -406,12 +412,12 @@ impl Drawer {
     /// An octree cut by lists of scattered kernels (see [`Renderer::draw_scattered`]).
     fn draw_lists(
         &mut self,
-        scene: &Scene,
+        plan: &Plan,
         view: &View,
         records: &[Record],
         observer: &mut dyn Observer,
     ) -> Result<(), DrawError> {
-        let mut splat = scene.splat;
+        let mut splat = plan.mode;
         if splat.visibility == Visibility::Sheets {
             // Nodes lie in no sheet of the lattice: they are composited one by one.
             splat.visibility = Visibility::EverySample;
@@ -448,18 +454,17 @@ impl Drawer {
     /// Every voxel with opacity, a few rows of the traversal at a time.
     fn grid(
         &mut self,
-        scene: &Scene,
-        size: [u32; 2],
+        plan: &Plan,
         kernel: Kernel,
         observer: &mut dyn Observer,
     ) -> Result<Drawn, DrawError> {
         let start = Instant::now();
-        let view = View::new(scene, size);
+        let (size, view) = (plan.size, plan.view());
         // The device rounds 32-bit samples, and may find a few more with opacity than the host
         // did. A picture with too little room in a piece is drawn again with more, never short.
         let mut slack = 0;
         loop {
-            self.begin(scene, &view, kernel)?;
+            self.begin(plan, &view, kernel)?;
             self.grid_pieces(&view, slack, observer)?;
             let totals = self.renderer.grid_totals()?;
             if totals.most_missing == 0 {
@@ -502,8 +507,8 @@ impl Drawer {
 }
 
 /// The cut of an error, down to nodes whose kernels are a pixel wide.
-pub(super) fn cut_limits(scene: &Scene, max_error: f32) -> CutLimits {
-    let CutSettings { view_dependent, balanced, .. } = scene.splat.cut;
+pub(super) fn cut_limits(mode: &SplatSettings, max_error: f32) -> CutLimits {
+    let CutSettings { view_dependent, balanced, .. } = mode.cut;
     CutLimits { view_dependent, balanced, ..CutLimits::of_error(max_error) }
 }
 
@@ -538,8 +543,8 @@ fn record(node: &CutNode) -> Record {
 
 /// Pixels that a cut's quads cover, overlaps counted each time, none more than the picture has; in
 /// perspective as at the middle.
-fn fragments(cut: &Cut, scene: &Scene, view: &View) -> f64 {
-    let radius = RadialKernel::new(scene.splat.kernel.splatted(), scene.splat.extent)
+fn fragments(cut: &Cut, mode: &SplatSettings, view: &View) -> f64 {
+    let radius = RadialKernel::new(mode.kernel.splatted(), mode.extent)
         .map_or(0.5, |k| k.radius());
     let rows = view.view_from_index.transpose();
     let area = rows.x_axis.cross(rows.y_axis).length() * 4.0 * radius * radius;

@@ -9,6 +9,7 @@ use crate::accuracy::Difference;
 use crate::accuracy::sweep::median;
 use crate::core::Ticket;
 use crate::gpu::GpuError;
+use crate::plan::Plan;
 use crate::scene::{Effect, Scene};
 
 /// Pictures of each kind, as far as time allows: of one alone nobody knows by how much its time varies.
@@ -129,10 +130,11 @@ fn full_ms(
     watch: &mut dyn Observer,
     ticket: &Ticket,
 ) -> Result<f64, StillError> {
-    drawer.prepare(scene, ticket)?;
-    let drawn = drawer.draw(scene, size, Rung::Full, watch)?;
+    let plan = Plan::of(scene, size);
+    drawer.prepare(&plan, ticket)?;
+    let drawn = drawer.draw(&plan, Rung::Full, watch)?;
     match drawn.made_pipelines {
-        true => Ok(drawer.draw(scene, size, Rung::Full, watch)?.wall_ms),
+        true => Ok(drawer.draw(&plan, Rung::Full, watch)?.wall_ms),
         false => Ok(drawn.wall_ms),
     }
 }

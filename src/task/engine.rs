@@ -27,8 +27,8 @@ use super::estimate::Checked;
 use super::still::{Convergence, Still, StillError, StillRequest};
 use crate::core::Ticket;
 use crate::gpu::{GpuError, OctreeBuilder, Renderer, Wishes};
+use crate::plan::Plan;
 use crate::scene::{Backend, Scene};
-use crate::volume::ScalarVolume;
 use worker::Worker;
 
 /// What to draw until the next request.
@@ -40,6 +40,13 @@ pub struct FrameRequest {
     pub size: [u32; 2],
     /// How far to go.
     pub effort: Effort,
+}
+
+impl FrameRequest {
+    /// The finished picture that it asks for.
+    pub fn plan(&self) -> Plan {
+        Plan::of(&self.scene, self.size)
+    }
 }
 
 /// How far a request is to be refined.
@@ -265,8 +272,8 @@ struct Slot {
     cells_wanted: bool,
     found_cells: Option<Arc<FoundCells>>,
     stop: bool,
-    /// The volume of the frame under way, and what cancels its preparation.
-    under_way: Option<(Arc<ScalarVolume>, Ticket)>,
+    /// The scene of the frame under way, and what cancels its preparation.
+    under_way: Option<(Scene, Ticket)>,
     picture: Option<Arc<Picture>>,
     state: EngineState,
     adapter_name: Option<String>,
@@ -312,7 +319,7 @@ impl Slot {
             return cells.or_else(|| self.second.take().map(Posted::Second));
         };
         let ticket = Ticket::new();
-        self.under_way = Some((Arc::clone(&frame.scene.volume), ticket.clone()));
+        self.under_way = Some((frame.scene.clone(), ticket.clone()));
         Some(Posted::Frame(frame, ticket))
     }
 }
@@ -370,8 +377,8 @@ impl Engine {
     /// Replaces whatever was asked for before. Never blocks.
     pub fn request(&self, request: FrameRequest) {
         let mut slot = self.shared.lock();
-        if let Some((volume, ticket)) = &slot.under_way
-            && !Arc::ptr_eq(volume, &request.scene.volume)
+        if let Some((scene, ticket)) = &slot.under_way
+            && !scene.has_same_volume(&request.scene)
         {
             ticket.cancel();
         }

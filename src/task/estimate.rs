@@ -1,14 +1,12 @@
 //! How far a coarse picture is thought to be from the finished one, and how far it turned out to be.
 
-use std::sync::Arc;
-
 use super::draw::{Drawn, Rung, background_light};
 use super::engine::Picture;
 use crate::accuracy::{self, CompareError};
 use crate::core::colour::linear_from_srgb;
 use crate::gpu::SlabField;
-use crate::scene::{Background, Classify, Scene, SplatSettings};
-use crate::volume::ScalarVolume;
+use crate::plan::Plan;
+use crate::scene::{Background, Classify};
 
 /// RMSE that a cut adds, per unit of its greatest node error: 0.03 to 0.08 on the demos shells,
 /// tornado and head (48³) and on hydrogen, 480 × 400 pixels, budgets of 4 to 50 ms.
@@ -93,10 +91,10 @@ pub enum Coarseness {
 }
 
 impl Coarseness {
-    /// How the picture of a rung of `scene` is coarser, drawn `shrink` times smaller than it is shown; `rgba`
+    /// How the picture of a rung of `plan` is coarser, drawn `shrink` times smaller than it is shown; `rgba`
     /// are its bytes at the size drawn, as in [`Picture`]. `None` for rungs without an estimate.
     pub(super) fn of(
-        scene: &Scene,
+        plan: &Plan,
         rung: Rung,
         drawn: &Drawn,
         shrink: f64,
@@ -114,7 +112,7 @@ impl Coarseness {
                     return None;
                 }
                 let sampling_rmse = if is_smaller { sampling_rmse(drawn.size, rgba) } else { 0.0 };
-                if scene.vectors.is_some() {
+                if !plan.kernels.is_empty() {
                     let are_means = drawn.vectors_averaged > 0;
                     let share = match are_means {
                         true => MEANS_SHARE,
@@ -122,7 +120,7 @@ impl Coarseness {
                     };
                     let marks_rmse = match share {
                         0.0 => 0.0,
-                        _ => share * light_rms(scene.background, rgba),
+                        _ => share * light_rms(plan.background, rgba),
                     };
                     return Some(Self::Vectors { sampling_rmse, marks_rmse, are_means });
                 }
@@ -176,23 +174,23 @@ pub struct Estimator {
     doublings: [f64; KINDS],
     /// Checks of each kind.
     checks: [u32; KINDS],
-    learnt_from: Option<(Arc<ScalarVolume>, SplatSettings)>,
+    learnt_from: Option<Plan>,
 }
 
 impl Estimator {
-    /// The RMSE that a coarse picture of `scene` is thought to have, drawn `shrink` times smaller
+    /// The RMSE that a coarse picture of `plan` is thought to have, drawn `shrink` times smaller
     /// than it is shown.
-    pub fn rmse(&self, scene: &Scene, coarseness: Coarseness, shrink: f64) -> f64 {
-        let known = if self.knows(scene) { self.doublings[coarseness.kind()] } else { 0.0 };
-        let first = coarseness.first_rmse(scene.splat.classify, shrink);
+    pub fn rmse(&self, plan: &Plan, coarseness: Coarseness, shrink: f64) -> f64 {
+        let known = if self.knows(plan) { self.doublings[coarseness.kind()] } else { 0.0 };
+        let first = coarseness.first_rmse(plan.mode.classify, shrink);
         first.max(LEAST_RMSE) * known.exp2()
     }
 
-    /// Takes in what a coarse picture of `scene` turned out to be.
-    pub fn learn(&mut self, scene: &Scene, coarseness: Coarseness, checked: &Checked) {
-        if !self.knows(scene) {
+    /// Takes in what a coarse picture of `plan` turned out to be.
+    pub fn learn(&mut self, plan: &Plan, coarseness: Coarseness, checked: &Checked) {
+        if !self.knows(plan) {
             (self.doublings, self.checks) = Default::default();
-            self.learnt_from = Some((Arc::clone(&scene.volume), scene.splat));
+            self.learnt_from = Some(plan.clone());
         }
         let off = (checked.measured_rmse / checked.estimated_rmse).log2();
         if off.is_finite() {
@@ -204,10 +202,9 @@ impl Estimator {
         }
     }
 
-    fn knows(&self, scene: &Scene) -> bool {
-        self.learnt_from.as_ref().is_some_and(|(volume, splat)| {
-            Arc::ptr_eq(volume, &scene.volume) && *splat == scene.splat
-        })
+    fn knows(&self, plan: &Plan) -> bool {
+        let is_like = |of: &Plan| of.has_same_samples(plan) && of.mode == plan.mode;
+        self.learnt_from.as_ref().is_some_and(is_like)
     }
 }
 

@@ -170,9 +170,7 @@ fn frame(
     ticket: &Ticket,
 ) -> Result<Still, StillError> {
     let mut scene = scene.clone();
-    if let Some(layer) = &mut scene.vectors {
-        layer.phase += f64::from(i) / f64::from(frames);
-    }
+    scene.phase += f64::from(i) / f64::from(frames);
     let request = StillRequest { scene, size, refine: Refine::Full, repeat: 0, time_passes: false };
     engine.still(request, &ticket.part(i, frames))
 }

@@ -8,11 +8,11 @@ use crate::core::Ticket;
 use crate::gpu::{GpuError, SlabField};
 use crate::hierarchy::{ScalarPyramid, ScalarPyramidError};
 use crate::kernel::{Averaged, Coefficients, CoefficientsError, Kernel, nearest_tents};
-use crate::scene::{Backend, Reconstruction, Scene, SplatSettings, View};
+use crate::plan::{Field, Plan, Way};
+use crate::scene::{Backend, Reconstruction, SplatSettings};
 use crate::volume::ScalarVolume;
 
-use super::draw::{DrawError, Drawer, Drawn, LEAST_SIDE, Observer, Rung, shrunk};
-use super::{slabs, vectors};
+use super::draw::{DrawError, Drawer, Drawn, LEAST_SIDE, Observer, shrunk};
 
 /// A picture changes its size by no less than this, so that the hand does not see sharpness flicker: by
 /// an eighth a side.
@@ -63,11 +63,11 @@ fn rays(size: [u32; 2], shrink: f64) -> f64 {
 /// The mode of the field for previews of a scene, where one would be quicker than the scene's own and
 /// look alike: the tents nearest to it, or tents through means. A smooth field is not like them; but
 /// where samples are shaded first it is the only one that can be lit.
-pub(super) fn preview_mode(scene: &Scene) -> Option<SplatSettings> {
-    let splat = scene.splat;
+pub(super) fn preview_mode(plan: &Plan) -> Option<SplatSettings> {
+    let splat = plan.mode;
     let is_sharp = match splat.kernel {
         // They interpolate in any case.
-        Kernel::Linear => level(scene.volume.lattice.dims) > 0,
+        Kernel::Linear => level(plan.frame.lattice.dims) > 0,
         Kernel::Point | Kernel::Nearest => false,
         Kernel::Gaussian | Kernel::Cubic | Kernel::BSpline | Kernel::Gouraud => {
             splat.reconstruction == Reconstruction::Interpolating
@@ -80,7 +80,7 @@ pub(super) fn preview_mode(scene: &Scene) -> Option<SplatSettings> {
         slabs_per_voxel: splat.slabs_per_voxel.min(1.0),
         ..splat
     };
-    if scene.needs_gathering() {
+    if plan.is_gathered() {
         // Octree cuts are unlit, and of nothing but the field.
         let SplatSettings { visibility, classify, order, .. } = SplatSettings::EXACT;
         return Some(SplatSettings {
@@ -92,7 +92,7 @@ pub(super) fn preview_mode(scene: &Scene) -> Option<SplatSettings> {
             ..tents
         });
     }
-    (slabs::reconstructs(&splat) && is_sharp && !vectors::are_alone(scene)).then_some(tents)
+    (plan.reconstructs() && is_sharp && plan.field().is_some()).then_some(tents)
 }
 
 /// How many times a volume is halved for its previews.
@@ -102,12 +102,11 @@ fn level(dims: [usize; 3]) -> u32 {
 }
 
 /// Voxels that a sample of a field is seen across.
-fn widest_voxels(field: SlabField, scene: &Scene) -> f64 {
-    let Scene { volume, splat, .. } = scene;
+fn widest_voxels(field: SlabField, plan: &Plan) -> f64 {
     2.0 * match field {
-        SlabField::Own => splat.kernel.reach(splat.extent),
+        SlabField::Own => plan.mode.kernel.reach(plan.mode.extent),
         SlabField::Preview => {
-            Kernel::Linear.reach(None) * f64::from(1_u32 << level(volume.lattice.dims))
+            Kernel::Linear.reach(None) * f64::from(1_u32 << level(plan.frame.lattice.dims))
         }
     }
 }
@@ -153,13 +152,11 @@ impl Drawer {
     /// Brings to the device what previews of a scene are drawn from, if anything, beside its own field.
     pub(super) fn prepare_preview_field(
         &mut self,
-        scene: &Scene,
-        size: [u32; 2],
+        plan: &Plan,
         observer: &mut dyn Observer,
     ) -> Result<(), DrawError> {
-        let Some(splat) = preview_mode(scene) else { return Ok(()) };
-        let scene = Scene { splat, ..scene.clone() };
-        match self.prepare_field(&scene, size, SlabField::Preview, observer) {
+        let Some(mode) = preview_mode(plan) else { return Ok(()) };
+        match self.prepare_field(&plan.in_mode(mode), SlabField::Preview, observer) {
             // It is not needed for any picture but a quick one, which then shows another.
             Err(DrawError::Gpu(error @ GpuError::TooLarge { .. })) => {
                 log::warn!("no field for previews: {error}");
@@ -177,32 +174,36 @@ impl Drawer {
     /// 0.1/255; cuts that take twice the time 26.3, 30.6, 31.7, and too bright by 0.5 to 1.5 of 255.
     pub(super) fn reduction(
         &self,
-        scene: &Scene,
-        size: [u32; 2],
+        plan: &Plan,
         budget_ms: f64,
     ) -> Option<Reduction> {
-        if vectors::are_alone(scene) {
-            let shrink = self.affordable_among_vectors(scene, SlabField::Own, size, budget_ms);
+        let size = plan.size;
+        if plan.is_of_kernels_alone() {
+            let shrink = self.affordable_among_vectors(plan, SlabField::Own, budget_ms);
             return Some(Reduction { field: SlabField::Own, shrink });
         }
-        let is_gathered = scene.needs_gathering();
-        if !slabs::reconstructs(&scene.splat) && !is_gathered {
+        let Some(Field { volume, .. }) = plan.field() else {
+            // Nothing takes no time.
+            return Some(Reduction { field: SlabField::Own, shrink: 1.0 });
+        };
+        let is_gathered = plan.is_gathered();
+        if !plan.reconstructs() && !is_gathered {
             return None;
         }
-        let affordable = |field: SlabField, splat: &SplatSettings| {
-            let is_there = self.renderer.holds_field(field, &scene.volume, splat);
-            is_there.then(|| match scene.vectors {
-                Some(_) => self.affordable_among_vectors(scene, field, size, budget_ms),
-                None => self.affordable(field, size, budget_ms),
+        let affordable = |field: SlabField, mode: &SplatSettings| {
+            let is_there = self.renderer.holds_field(field, volume, mode);
+            is_there.then(|| match plan.kernels.is_empty() {
+                false => self.affordable_among_vectors(plan, field, budget_ms),
+                true => self.affordable(field, size, budget_ms),
             })
         };
-        let own = affordable(SlabField::Own, &scene.splat).filter(|_| !is_gathered);
-        let tents = preview_mode(scene).and_then(|splat| affordable(SlabField::Preview, &splat));
+        let own = affordable(SlabField::Own, &plan.mode).filter(|_| !is_gathered);
+        let tents = preview_mode(plan).and_then(|splat| affordable(SlabField::Preview, &splat));
         let worth = match self.last_reduction {
             Some(Reduction { field: SlabField::Preview, .. }) => STILL_WORTH_TENTS,
             _ => WORTH_TENTS,
         };
-        let thought_ms = |field, shrink| self.thought_ms(scene, field, size, shrink);
+        let thought_ms = |field, shrink| self.thought_ms(plan, field, shrink);
         let (field, shrink) = match (own, tents) {
             // Where neither may be smaller, the cheaper one.
             (Some(own), Some(tents))
@@ -218,14 +219,14 @@ impl Drawer {
         // Between rays farther apart than a sample is wide a single bright one is lost: where every voxel
         // that shows can be splatted in the time, no ray need find it.
         let width_px =
-            View::new(scene, size).narrowest_voxel_pixels() * widest_voxels(field, scene);
+            plan.view().narrowest_voxel_pixels() * widest_voxels(field, plan);
         let splats = self.costs.splats_within(budget_ms).min(MOST_SPARSE);
         let is_sparse = self.active_count().is_some_and(|active| active <= splats);
         // Cuts know neither lights nor tables, and show what is cut away.
-        let is_plain = scene.shading.is_plain()
-            && scene.inside.is_plain()
-            && scene.vectors.is_none()
-            && !scene.has_polygons();
+        let is_plain = plan.shading.is_plain()
+            && plan.inside.is_plain()
+            && plan.kernels.is_empty()
+            && plan.polygons.is_empty();
         let is_lost = shrink > width_px.max(1.0) && is_sparse && is_plain;
         (!is_lost).then_some(Reduction { field, shrink })
     }
@@ -266,34 +267,35 @@ impl Drawer {
     /// What a picture of a field, with a scene's vectors, is thought to take, so many times smaller.
     pub(super) fn thought_ms(
         &self,
-        scene: &Scene,
+        plan: &Plan,
         field: SlabField,
-        size: [u32; 2],
         shrink: f64,
     ) -> f64 {
-        let rays = rays(size, shrink);
-        match (&scene.vectors, self.thought_visits(scene, size, shrink)) {
-            (Some(layer), Some(visits)) => {
-                let of_field = if layer.alone { 0.0 } else { rays };
+        let rays = rays(plan.size, shrink);
+        if plan.kernels.is_empty() {
+            return self.costs.reduced_ms(field, rays);
+        }
+        match self.thought_visits(plan, shrink) {
+            Some(visits) => {
+                let of_field = if plan.is_of_kernels_alone() { 0.0 } else { rays };
                 let thought = self.costs.among_vectors_ms(field, of_field, visits);
                 // Whole ones have thinner slabs and finer marks, and a price of their own.
                 if shrink > 1.0 { thought } else { thought.max(rays * self.costs.ray_ms) }
             }
             // As long as nobody knows how many there are.
-            (Some(_), None) => UNKNOWN_VECTORS * self.costs.reduced_ms(field, rays),
-            (None, _) => self.costs.reduced_ms(field, rays),
+            None => UNKNOWN_VECTORS * self.costs.reduced_ms(field, rays),
         }
     }
 
     /// [`Self::affordable`] of a scene with vectors, of which there are other ones in pictures of other sizes.
     fn affordable_among_vectors(
         &self,
-        scene: &Scene,
+        plan: &Plan,
         field: SlabField,
-        size: [u32; 2],
         budget_ms: f64,
     ) -> f64 {
-        let thought_ms = |shrink: f64| self.thought_ms(scene, field, size, shrink);
+        let size = plan.size;
+        let thought_ms = |shrink: f64| self.thought_ms(plan, field, shrink);
         let most = (f64::from(size[0].min(size[1])) / LEAST_SIDE).max(1.0);
         if let Some(kept) = self.kept_shrink(field, (most, budget_ms), thought_ms) {
             return kept;
@@ -309,22 +311,21 @@ impl Drawer {
     /// A picture so many times smaller than `size`.
     pub(super) fn reduced(
         &mut self,
-        scene: &Scene,
-        size: [u32; 2],
+        plan: &Plan,
         Reduction { field, shrink }: Reduction,
         observer: &mut dyn Observer,
     ) -> Result<Drawn, DrawError> {
-        let smaller = shrunk(size, shrink);
+        let smaller = shrunk(plan.size, shrink);
         let drawn = match field {
             SlabField::Preview => {
-                let splat = preview_mode(scene).unwrap_or(scene.splat);
-                let scene = Scene { splat, ..scene.clone() };
-                self.slabs(&scene, smaller, field, shrink, observer)
+                let mode = preview_mode(plan).unwrap_or(plan.mode);
+                let plan = plan.in_mode(mode).at_size(smaller, shrink);
+                self.slabs(&plan, field, observer)
             }
-            SlabField::Own if vectors::is_walked(scene) => {
-                self.slabs(scene, smaller, field, shrink, observer)
+            SlabField::Own if plan.way == Way::Slabs => {
+                self.slabs(&plan.at_size(smaller, shrink), field, observer)
             }
-            SlabField::Own => self.draw(scene, smaller, Rung::Full, observer),
+            SlabField::Own => self.full(&plan.at_size(smaller, 1.0), observer),
         };
         Ok(Drawn { is_reduced: true, field, ..drawn? })
     }

@@ -37,7 +37,7 @@ impl Look {
 
     /// What stands for the ray in the picture.
     pub fn along(&self) -> AlongRay {
-        if self.scene.hides_field() {
+        if !self.scene.shows_field() {
             return AlongRay::Composite;
         }
         self.scene.inside.shown_by(&self.scene.splat).along
@@ -49,22 +49,23 @@ impl Look {
     /// Where the field does not fit into memory.
     fn answer(&self, kept: &mut Option<Probe>) -> Result<Seen, TooLarge> {
         let at = DVec2::from(self.pixel.map(|p| f64::from(p) + 0.5));
-        if self.scene.hides_field() {
-            return Ok(seen_alone(&self.scene, self.size, at, self.share));
+        let alone = || Ok(seen_alone(&self.scene, self.size, at, self.share));
+        if !self.scene.shows_field() {
+            return alone();
         }
         if self.along() == AlongRay::Average {
             // Known without a field.
             return Ok(Seen::Average);
         }
         let probe = match kept.take().filter(|probe| probe.suits(&self.scene)) {
-            Some(probe) => probe,
+            Some(probe) => Some(probe),
             None => {
                 // Sharpening radial kernels needs what was before beside what comes.
                 let copies = match self.scene.splat.kernel {
                     Kernel::Nearest | Kernel::Linear | Kernel::BSpline => 1,
                     _ => 3,
                 };
-                let bytes = self.scene.volume.lattice.len() as u64 * 8 * copies;
+                let bytes = self.scene.voxel_count() * 8 * copies;
                 memory::require(
                     "the probe's field in double precision",
                     bytes,
@@ -73,6 +74,7 @@ impl Look {
                 Probe::new(&self.scene)
             }
         };
+        let Some(probe) = probe else { return alone() };
         let seen = probe.look(&self.scene, self.size, at, self.share);
         *kept = Some(probe);
         Ok(seen)

@@ -7,14 +7,13 @@ use std::time::{Duration, Instant};
 
 use super::draw::{DrawError, Drawer, Drawn, LEAST_SIDE, Observer};
 use super::previews::preview_coefficients;
-use super::vectors::{self, PictureVectors};
+use super::vectors::PictureVectors;
 use crate::core::Ticket;
 use crate::gpu::layout::TILE;
 use crate::gpu::{GpuError, PictureConstants, Renderer, SlabField, tile_count};
 use crate::kernel::{Coefficients, CoefficientsError, coefficients};
-use crate::scene::{
-    Classify, OpacityModel, Reconstruction, Scene, SplatSettings, View, Visibility,
-};
+use crate::plan::{Field, Plan};
+use crate::scene::{OpacityModel, Reconstruction, SplatSettings, View};
 use crate::transfer::{Cumulative, TransferFunction, Weight};
 use crate::volume::ScalarVolume;
 
@@ -38,11 +37,6 @@ const MOST_MORE_RAYS: f64 = 0.125;
 const LEAST_MORE_RAYS: f64 = 1536.0;
 /// How often a wait for the coefficients looks whether something newer came.
 const LOOK_EVERY: Duration = Duration::from_millis(4);
-
-/// Whether a mode reconstructs values before it classifies them.
-pub(super) fn reconstructs(settings: &SplatSettings) -> bool {
-    settings.visibility == Visibility::Slabs && settings.classify != Classify::Before
-}
 
 /// Coefficients under way on a thread of their own, and the classification of those that arrived.
 ///
@@ -124,22 +118,17 @@ impl Drawer {
     /// Every slab of a reconstructed field, for a picture that is shown `enlarged` times larger.
     pub(super) fn slabs(
         &mut self,
-        scene: &Scene,
-        size: [u32; 2],
+        plan: &Plan,
         which: SlabField,
-        enlarged: f64,
         observer: &mut dyn Observer,
     ) -> Result<Drawn, DrawError> {
-        let view = View { enlarged, ..View::new(scene, size) };
-        let are_alone = vectors::are_alone(scene);
-        if !are_alone {
-            self.prepare_slabs(scene, &view, which, observer)?;
-            self.renderer.set_looks(scene);
-        }
-        self.renderer.make_polygon_lists(scene, &view)?;
+        let (view, size, enlarged) = (plan.view(), plan.size, plan.enlarged);
+        let are_alone = plan.is_of_kernels_alone();
+        self.prepare_field(plan, which, observer)?;
+        self.renderer.make_polygon_lists(plan, &view)?;
         let constants = PictureConstants {
-            unit_distance: scene.opacity_unit_distance(),
-            smallest_spacing: scene.volume.lattice.smallest_spacing(),
+            unit_distance: plan.frame.unit_distance,
+            smallest_spacing: plan.frame.lattice.smallest_spacing(),
             stop_below: STOP_BELOW,
         };
         // Only of small pictures is the first piece large: the price of a full one's rays was learnt in
@@ -159,14 +148,14 @@ impl Drawer {
             // What these take is learnt with the others: the next picture is smaller for it.
             #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "rays")]
             let most = (rays * MOST_MORE_RAYS).max(LEAST_MORE_RAYS) as u64;
-            self.renderer.mark_specks(which, &view, &scene.splat, constants, most);
+            self.renderer.mark_specks(which, &view, &plan.mode, constants, most);
         }
         let draw = |renderer: &mut Renderer, tiles: Range<u32>| match are_alone {
             true => renderer.draw_vector_tiles(&view, tiles),
-            false => renderer.draw_slab_tiles(which, &view, &scene.splat, constants, tiles),
+            false => renderer.draw_slab_tiles(which, &view, &plan.mode, constants, tiles),
         };
         let (mut drawn, (splats, visits)) =
-            self.beside_vectors(scene, &view, which, observer, (first, WAITING, draw))?;
+            self.beside_vectors(plan, &view, which, observer, (first, WAITING, draw))?;
         if are_alone {
             drawn.kernels = splats;
         }
@@ -198,7 +187,7 @@ impl Drawer {
     /// long, are of means first.
     fn beside_vectors(
         &mut self,
-        scene: &Scene,
+        plan: &Plan,
         view: &View,
         which: SlabField,
         observer: &mut dyn Observer,
@@ -211,7 +200,7 @@ impl Drawer {
         let (mut vectors_halved, mut quartered) = (0, 0);
         let mut first_refusal = None;
         loop {
-            let vectors = self.prepare_vectors(scene, view, (which, vectors_halved), observer)?;
+            let vectors = self.prepare_vectors(plan, view, (which, vectors_halved), observer)?;
             self.renderer.put_vectors_in_slabs(vectors.is_some(), quartered);
             let make_lists = |renderer: &mut Renderer, tiles: Range<u32>| match &vectors {
                 Some(vectors) => vectors.make_lists(renderer, view, tiles),
@@ -219,7 +208,7 @@ impl Drawer {
             };
             let is_quick = view.enlarged > 1.0;
             let has_coarser = vectors.as_ref().is_some_and(PictureVectors::has_coarser);
-            match self.tiled(scene, view, observer, (first, make_lists), &draw) {
+            match self.tiled(plan, view, observer, (first, make_lists), &draw) {
                 // The picture begins anew.
                 Err(DrawError::Gpu(GpuError::TooManyTurns { .. }))
                     if quartered < most_quartered && !(is_quick && has_coarser) =>
@@ -249,40 +238,36 @@ impl Drawer {
         }
     }
 
-    /// Brings a field of a scene that reconstructs one to the device.
+    /// Brings a field of a plan that reconstructs one to the device.
     pub(super) fn prepare_field(
         &mut self,
-        scene: &Scene,
-        size: [u32; 2],
+        plan: &Plan,
         which: SlabField,
         observer: &mut dyn Observer,
     ) -> Result<(), DrawError> {
-        match reconstructs(&scene.splat) && !vectors::are_alone(scene) {
-            true => self.prepare_slabs(scene, &View::new(scene, size), which, observer),
-            false => Ok(()),
+        match plan.field() {
+            Some(field) if plan.reconstructs() => self.prepare_slabs(plan, field, which, observer),
+            _ => Ok(()),
         }
     }
 
     /// Every kernel of the grid, gathered pixel by pixel.
     pub(super) fn gathered(
         &mut self,
-        scene: &Scene,
-        size: [u32; 2],
+        plan: &Plan,
         observer: &mut dyn Observer,
     ) -> Result<Drawn, DrawError> {
-        let view = View::new(scene, size);
-        let unit_distance = scene.opacity_unit_distance();
-        self.renderer.set_looks(scene);
-        self.renderer.make_polygon_lists(scene, &view)?;
+        let (view, unit_distance) = (plan.view(), plan.frame.unit_distance);
+        self.renderer.make_polygon_lists(plan, &view)?;
         let pipelines = self.renderer.pipeline_count();
         let start = Instant::now();
-        self.shade_samples(scene, &view, observer)?;
+        self.shade_samples(plan, &view, observer)?;
         let shading_ms = start.elapsed().as_secs_f64() * 1e3;
         let draw = |renderer: &mut Renderer, tiles: Range<u32>| {
-            renderer.draw_gathered(&view, &scene.splat, unit_distance, STOP_BELOW, tiles)
+            renderer.draw_gathered(&view, &plan.mode, unit_distance, STOP_BELOW, tiles)
         };
         let how = (FIRST_TILES, MOST_QUARTERED, draw);
-        let (drawn, _) = self.beside_vectors(scene, &view, SlabField::Own, observer, how)?;
+        let (drawn, _) = self.beside_vectors(plan, &view, SlabField::Own, observer, how)?;
         let made_pipelines = self.renderer.pipeline_count() != pipelines;
         let wall_ms = drawn.wall_ms + shading_ms;
         Ok(Drawn { is_shaded: true, made_pipelines, wall_ms, ..drawn })
@@ -291,12 +276,12 @@ impl Drawer {
     /// Shades the samples of a scene that asks for it, some bricks at a time.
     fn shade_samples(
         &mut self,
-        scene: &Scene,
+        plan: &Plan,
         view: &View,
         observer: &mut dyn Observer,
     ) -> Result<(), DrawError> {
-        let unit_distance = scene.opacity_unit_distance();
-        let total = self.renderer.bricks_to_shade(view, &scene.splat, unit_distance)?;
+        let unit_distance = plan.frame.unit_distance;
+        let total = self.renderer.bricks_to_shade(view, &plan.mode, unit_distance)?;
         let (mut done, mut piece) = (0, FIRST_BRICKS);
         while done < total {
             let end = (done + piece).min(total);
@@ -316,7 +301,7 @@ impl Drawer {
     /// are drawn it is made ready, which says where it ends.
     fn tiled(
         &mut self,
-        scene: &Scene,
+        plan: &Plan,
         view: &View,
         observer: &mut dyn Observer,
         (first, mut make_ready): (
@@ -326,7 +311,7 @@ impl Drawer {
         mut draw: impl FnMut(&mut Renderer, Range<u32>) -> Result<f64, GpuError>,
     ) -> Result<Drawn, DrawError> {
         let start = Instant::now();
-        self.begin(scene, view, scene.splat.kernel.splatted())?;
+        self.begin(plan, view, plan.mode.kernel.splatted())?;
         let total = tile_count(view.size);
         let (mut done, mut piece, mut ready, mut lists_ms) = (0, first, 0, 0.0);
         while done < total {
@@ -357,26 +342,26 @@ impl Drawer {
         })
     }
 
-    /// Brings the device up to the field and the classification of a scene.
+    /// Brings the device up to a field of a plan and its classification.
     fn prepare_slabs(
         &mut self,
-        scene: &Scene,
-        view: &View,
+        plan: &Plan,
+        Field { volume, transfer, .. }: &Field,
         which: SlabField,
         observer: &mut dyn Observer,
     ) -> Result<(), DrawError> {
-        if !self.renderer.holds_field(which, &scene.volume, &scene.splat) {
+        if !self.renderer.holds_field(which, volume, &plan.mode) {
             self.field.tables[which as usize] = None;
-            let coefficients = self.coefficients(scene, which, observer)?;
+            let coefficients = self.coefficients(volume, &plan.mode, which, observer)?;
             let ticket = Ticket::new();
-            self.renderer.set_field(which, &scene.volume, &scene.splat, coefficients, &ticket)?;
+            self.renderer.set_field(which, volume, &plan.mode, coefficients, &ticket)?;
         }
-        let spacing = scene.volume.lattice.smallest_spacing();
+        let spacing = plan.frame.lattice.smallest_spacing();
         let key = TableKey {
-            transfer: scene.shading.by_value(&scene.transfer),
-            opacity_model: scene.splat.opacity_model,
-            reach: Renderer::slab_reach(view, spacing, &scene.splat),
-            levels: scene.inside.isosurfaces.iter().map(|iso| iso.value).collect(),
+            transfer: plan.shading.by_value(transfer),
+            opacity_model: plan.mode.opacity_model,
+            reach: Renderer::slab_reach(&plan.view(), spacing, &plan.mode),
+            levels: plan.inside.isosurfaces.iter().map(|iso| iso.value).collect(),
         };
         let is_current = self.field.tables[which as usize].as_ref() == Some(&key)
             && self.renderer.holds_slab_table(which);
@@ -387,8 +372,8 @@ impl Drawer {
             };
             let table = Cumulative::new(
                 &key.transfer,
-                scene.volume.samples.scalar_type(),
-                &scene.volume.statistics,
+                volume.samples.scalar_type(),
+                &volume.statistics,
                 weight,
             );
             self.renderer.set_slab_table(which, &table, key.reach, &key.levels)?;
@@ -397,20 +382,21 @@ impl Drawer {
         Ok(())
     }
 
-    /// The coefficients of a scene, waited for as long as nothing newer comes.
+    /// The coefficients of a field in a mode, waited for as long as nothing newer comes.
     fn coefficients(
         &mut self,
-        scene: &Scene,
+        volume: &Arc<ScalarVolume>,
+        mode: &SplatSettings,
         which: SlabField,
         observer: &mut dyn Observer,
     ) -> Result<Coefficients, DrawError> {
         let job = match self.field.under_way.take() {
-            Some(job) if job.is_for(which, &scene.volume, &scene.splat) => job,
+            Some(job) if job.is_for(which, volume, mode) => job,
             other => {
                 if let Some(old) = other {
                     old.ticket.cancel();
                 }
-                UnderWay::start(which, &scene.volume, scene.splat)?
+                UnderWay::start(which, volume, *mode)?
             }
         };
         while !job.thread.is_finished() {

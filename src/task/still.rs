@@ -8,7 +8,6 @@ use super::draw::{
 use super::effect_costs::{LeftOut, left_out};
 use super::engine::HeldBytes;
 use super::estimate::{Coarseness, Estimator};
-use super::slabs::reconstructs;
 use crate::accuracy::sweep::Detail;
 use crate::accuracy::{self, Difference};
 use crate::core::colour::srgb_bytes;
@@ -16,7 +15,8 @@ use crate::core::memory::TooLarge;
 use crate::core::{Camera, Cancelled, Ticket};
 use crate::gpu::{GpuError, OctreeBuilder, PassTime, Renderer, SlabField};
 use crate::kernel::Kernel;
-use crate::scene::{Backend, Cells, Scene, SplatSettings, View, Visibility};
+use crate::plan::{Outline, Plan};
+use crate::scene::{Backend, Cells, Scene, SplatSettings, Visibility};
 
 /// How far a still picture is to be refined.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -101,6 +101,8 @@ pub struct StillRequest {
 pub struct Still {
     /// Its size in pixels.
     pub size: [u32; 2],
+    /// What it is made of.
+    pub outline: Outline,
     /// Premultiplied linear RGBA, rows from the top, no background.
     pub light: Vec<[f32; 4]>,
     /// sRGB bytes with straight alpha, background composited.
@@ -210,73 +212,71 @@ pub(super) fn draw(
 ) -> Result<Still, StillError> {
     let StillRequest { scene, size, .. } = request;
     drawer.keeps_cut = keeps_cells;
-    let (mut scene, mut drawn_size) = (scene, *size);
+    let mut plan = Plan::of(scene, *size);
     let mut watch = Watch(ticket);
-    drawer.prepare(scene, ticket)?;
+    drawer.prepare(&plan, ticket)?;
     let (mut measured_rmse, mut convergence, mut drawn) = (None, None, None);
-    let finest;
     let rung = match request.refine {
         Refine::Full => Rung::Full,
         Refine::Budget { budget_ms } => Rung::Coarse { budget_ms },
         Refine::Error { max_error } => {
-            let (rung, rmse) = coarsest_within(drawer, request, max_error, &mut watch)?;
+            let (rung, rmse) = coarsest_within(drawer, &plan, max_error, &mut watch)?;
             measured_rmse = Some(rmse);
             rung
         }
         Refine::Converged { most_slabs } => {
-            if scene.splat.visibility == Visibility::Slabs {
-                let (reached, last) = converge(drawer, request, most_slabs, &mut watch)?;
+            if plan.mode.visibility == Visibility::Slabs {
+                let (reached, last) = converge(drawer, &plan, most_slabs, &mut watch)?;
                 (convergence, drawn) = (Some(reached), Some(last));
-                finest = with_slabs(scene, reached.slabs_per_voxel);
-                scene = &finest;
+                plan = with_slabs(&plan, reached.slabs_per_voxel);
             }
             Rung::Full
         }
         Refine::Reduced { detail, scale } => {
-            drawn_size = scaled(*size, scale);
             match detail {
                 Detail::Full if scale == 1.0 => Rung::Full,
-                Detail::Full => {
-                    drawn_size = *size;
-                    Rung::Reduced { field: SlabField::Own, shrink: 1.0 / scale }
+                Detail::Full => Rung::Reduced { field: SlabField::Own, shrink: 1.0 / scale },
+                Detail::Octree { max_error } => {
+                    plan = plan.at_size(scaled(*size, scale), 1.0);
+                    Rung::Octree { max_error }
                 }
-                Detail::Octree { max_error } => Rung::Octree { max_error },
             }
         }
     };
     if let Rung::Coarse { .. } = rung {
-        drawer.prepare_field(scene, *size, SlabField::Own, &mut watch)?;
-        drawer.prepare_preview_field(scene, *size, &mut watch)?;
+        drawer.prepare_field(&plan, SlabField::Own, &mut watch)?;
+        drawer.prepare_preview_field(&plan, &mut watch)?;
         // Costs are learnt first; the picture then fits its budget.
         for _ in 0..4 {
-            drawer.draw(scene, drawn_size, rung, &mut watch)?;
+            drawer.draw(&plan, rung, &mut watch)?;
         }
     }
     let prices = drawer.costs;
     let mut drawn = match drawn {
         Some(drawn) => drawn,
-        None => drawer.draw(scene, drawn_size, rung, &mut watch)?,
+        None => drawer.draw(&plan, rung, &mut watch)?,
     };
     if matches!(rung, Rung::Coarse { .. }) && drawn.made_pipelines {
         // By the other field, which had not been drawn yet: a compiler's time is none of a picture's.
-        drawn = drawer.draw(scene, drawn_size, rung, &mut watch)?;
+        drawn = drawer.draw(&plan, rung, &mut watch)?;
     }
     let cells = drawer.take_cut().map(|(cut, limits)| Cells::of(&cut, &limits, usize::MAX));
     drawer.keeps_cut = false;
     let capped_sums = drawer.capped_sums()?;
     let mut frame_ms = vec![drawn.wall_ms];
     let light = enlarged(drawer.renderer.read_light()?, drawn.size, *size);
-    let background = background_light(scene.background);
+    let background = background_light(plan.background);
     let shown = drawer.renderer.present(background)?;
     let shrink = f64::from(size[1]) / f64::from(drawn.size[1]);
-    let estimated_rmse = Coarseness::of(scene, rung, &drawn, shrink, &shown)
-        .map(|coarseness| Estimator::default().rmse(scene, coarseness, shrink));
+    let estimated_rmse = Coarseness::of(&plan, rung, &drawn, shrink, &shown)
+        .map(|coarseness| Estimator::default().rmse(&plan, coarseness, shrink));
     let rgba = if drawn.size == *size { shown } else { srgb_bytes(&light, background) };
-    let field = shown_field(drawer, rung, &drawn, &scene.splat);
+    let field = shown_field(drawer, rung, &drawn, &plan);
     for turn in 1..=request.repeat {
         ticket.checkpoint(u64::from(turn), u64::from(request.repeat))?;
-        let turned = Scene { camera: turned(&scene.camera, turn), ..scene.clone() };
-        frame_ms.push(drawer.draw(&turned, drawn_size, rung, &mut watch)?.wall_ms);
+        let camera = turned(&plan.camera, turn);
+        let turned = Plan { camera, ..plan.clone() }.at_size(plan.size, plan.enlarged);
+        frame_ms.push(drawer.draw(&turned, rung, &mut watch)?.wall_ms);
     }
     let (mut timer, mut timed_frame_ms) = (None, None);
     let mut passes = Vec::new();
@@ -284,7 +284,7 @@ pub(super) fn draw(
         timer = Some(drawer.renderer.time_passes()?.name());
         // What fitted a budget then fits it now: the same picture is timed.
         drawer.costs = prices;
-        let timed_ms = drawer.draw(scene, drawn_size, rung, &mut watch)?.wall_ms;
+        let timed_ms = drawer.draw(&plan, rung, &mut watch)?.wall_ms;
         let drawing = drawer.renderer.times().len();
         drawer.renderer.present(background)?;
         passes = drawer.renderer.times().to_vec();
@@ -292,17 +292,21 @@ pub(super) fn draw(
         timed_frame_ms = Some(timed_ms + presenting);
         drawer.renderer.stop_timing();
     }
-    let backend = backend_of(rung, &drawn, scene).name();
-    let is_full = rung == Rung::Full && drawn_size == *size;
+    let backend = backend_of(rung, &drawn, &plan).name();
+    let is_full = rung == Rung::Full;
     let held = HeldBytes::of(&drawer.renderer);
     let peak_gpu_bytes = drawer.renderer.peak_bytes();
     let (pipelines, uploads) = (drawer.renderer.pipeline_count(), drawer.renderer.upload_count());
     let effects = match request.time_passes && is_full {
-        true => left_out(drawer, scene, (*size, &light), &mut watch, ticket)?,
+        true => {
+            let scene = Scene { splat: plan.mode, ..scene.clone() };
+            left_out(drawer, &scene, (*size, &light), &mut watch, ticket)?
+        }
         false => Vec::new(),
     };
     Ok(Still {
         size: *size,
+        outline: plan.outline(),
         effects,
         held,
         light,
@@ -335,10 +339,10 @@ fn shown_field(
     drawer: &Drawer,
     rung: Rung,
     drawn: &Drawn,
-    splat: &SplatSettings,
+    plan: &Plan,
 ) -> Option<ShownField> {
     let is_preview = drawn.is_reduced && drawn.field == SlabField::Preview;
-    let is_own = reconstructs(splat) && (rung == Rung::Full || drawn.is_reduced);
+    let is_own = plan.reconstructs() && (rung == Rung::Full || drawn.is_reduced);
     let is_of_field = is_preview || is_own;
     let (kernel, dims) = drawer.renderer.field_shape(drawn.field).filter(|_| is_of_field)?;
     let which = match drawn.field {
@@ -349,10 +353,10 @@ fn shown_field(
 }
 
 /// What a rung of a still picture is drawn with.
-fn backend_of(rung: Rung, drawn: &Drawn, scene: &Scene) -> Backend {
-    let splat = &scene.splat;
+fn backend_of(rung: Rung, drawn: &Drawn, plan: &Plan) -> Backend {
+    let splat = &plan.mode;
     let lists = match rung {
-        Rung::Full => return scene.backend_in(&View::new(scene, drawn.size)),
+        Rung::Full => return plan.at_size(drawn.size, 1.0).backend(),
         Rung::Reduced { .. } => return splat.fixed_backend(),
         Rung::Coarse { .. } if drawn.is_reduced => return splat.fixed_backend(),
         Rung::Octree { .. } | Rung::Subsampled { .. } => lists_cut(splat),
@@ -371,17 +375,16 @@ fn turned(camera: &Camera, degrees: u32) -> Camera {
 /// Doubles the nodes of a cut until its picture is near enough to `full`.
 fn coarsest_within(
     drawer: &mut Drawer,
-    request: &StillRequest,
+    plan: &Plan,
     max_error: f64,
     watch: &mut Watch<'_>,
 ) -> Result<(Rung, f64), StillError> {
-    let StillRequest { scene, size, .. } = request;
-    drawer.draw(scene, *size, Rung::Full, watch)?;
+    drawer.draw(plan, Rung::Full, watch)?;
     let full = widened(&drawer.renderer.read_light()?);
     let mut count = 64;
     while count < drawer.active_count().unwrap_or(0) {
         let rung = Rung::Octree { max_error: drawer.error_for_count(count) };
-        drawer.draw(scene, *size, rung, watch)?;
+        drawer.draw(plan, rung, watch)?;
         let picture = widened(&drawer.renderer.read_light()?);
         let rmse = accuracy::rmse(&picture, &full)
             .map_err(|error| GpuError::Device(format!("two pictures of one size: {error}")))?;
@@ -393,22 +396,21 @@ fn coarsest_within(
     Ok((Rung::Full, 0.0))
 }
 
-fn with_slabs(scene: &Scene, slabs_per_voxel: f64) -> Scene {
-    Scene { splat: SplatSettings { slabs_per_voxel, ..scene.splat }, ..scene.clone() }
+fn with_slabs(plan: &Plan, slabs_per_voxel: f64) -> Plan {
+    plan.in_mode(SplatSettings { slabs_per_voxel, ..plan.mode })
 }
 
 /// Doubles the slabs until two pictures are the same, or there are the most. The last is the
 /// renderer's.
 fn converge(
     drawer: &mut Drawer,
-    request: &StillRequest,
+    plan: &Plan,
     most_slabs: f64,
     watch: &mut Watch<'_>,
 ) -> Result<(Convergence, Drawn), StillError> {
-    let StillRequest { scene, size, .. } = request;
-    let mut slabs_per_voxel = scene.splat.slabs_per_voxel;
+    let mut slabs_per_voxel = plan.mode.slabs_per_voxel;
     let mut picture = |slabs: f64| -> Result<_, StillError> {
-        let drawn = drawer.draw(&with_slabs(scene, slabs), *size, Rung::Full, watch)?;
+        let drawn = drawer.draw(&with_slabs(plan, slabs), Rung::Full, watch)?;
         Ok((drawn, widened(&drawer.renderer.read_light()?)))
     };
     let (mut drawn, mut coarser) = picture(slabs_per_voxel)?;

@@ -7,13 +7,13 @@ use std::thread::JoinHandle;
 use std::time::Duration;
 
 use super::draw::{DrawError, Drawer, Observer};
-use super::slabs::{self, STOP_BELOW};
+use super::slabs::STOP_BELOW;
 use crate::core::{Cancelled, Ticket};
 use crate::gpu::layout::{LAYER_SLABS, TILE};
 use crate::gpu::{GpuError, Renderer, SlabField, VectorLook, VectorSplats};
-use crate::scene::{OpacityModel, Scene, VectorLayer, View};
-use crate::vector::{ColourBy, Design, Foreshortening, Splats, VectorPyramid, VectorSettings};
-use crate::volume::{ScalarVolume, VectorField};
+use crate::plan::{Classification, KernelList, Plan};
+use crate::scene::{SplatSettings, View};
+use crate::vector::Splats;
 
 /// How often a wait for the splats looks whether something newer came.
 const LOOK_EVERY: Duration = Duration::from_millis(4);
@@ -32,68 +32,16 @@ const QUICK_SLABS: f64 = 2.0;
 /// Slabs of a field that share one of vectors in quick pictures, at most.
 const MOST_FIELD_SLABS: f64 = 64.0;
 
-/// What splats were made of; how they are drawn besides does not count.
-#[derive(Debug, Clone)]
-struct Key {
-    field: Arc<VectorField>,
-    scalar: Option<Arc<ScalarVolume>>,
-    settings: VectorSettings,
-    unit_distance: f64,
-    published: bool,
-}
-
-impl Key {
-    fn of(scene: &Scene, field: &Arc<VectorField>, settings: &VectorSettings) -> Self {
-        let by_scalar = [settings.opacity_by, settings.colour_by];
-        let needs_scalar = by_scalar.contains(&ColourBy::Scalar);
-        Self {
-            field: Arc::clone(field),
-            scalar: needs_scalar.then(|| Arc::clone(&scene.volume)),
-            settings: VectorSettings {
-                coarser: 0,
-                design: Design::default(),
-                foreshortening: Foreshortening::default(),
-                ..settings.clone()
-            },
-            unit_distance: scene.opacity_unit_distance(),
-            published: scene.splat.opacity_model == OpacityModel::Published,
-        }
-    }
-
-    fn levels(&self, ticket: &Ticket) -> Result<Vec<Arc<Splats>>, Cancelled> {
-        let Self { field, scalar, settings, unit_distance, published } = self;
-        let scalar = scalar.as_deref();
-        let splats = Splats::new(field, settings, scalar, *unit_distance, *published, ticket)?;
-        let pyramid = VectorPyramid::new(splats, settings, *published, ticket)?;
-        Ok(pyramid.levels.into_iter().map(Arc::new).collect())
-    }
-}
-
-impl PartialEq for Key {
-    fn eq(&self, other: &Self) -> bool {
-        let same_scalar = match (&self.scalar, &other.scalar) {
-            (None, None) => true,
-            (Some(a), Some(b)) => Arc::ptr_eq(a, b),
-            _ => false,
-        };
-        same_scalar
-            && Arc::ptr_eq(&self.field, &other.field)
-            && self.settings == other.settings
-            && self.unit_distance == other.unit_distance
-            && self.published == other.published
-    }
-}
-
 /// The splats of the scene drawn last, of each field and the finest level first, and those under way.
 #[derive(Debug, Default)]
 pub(super) struct VectorJob {
-    held: Vec<(Key, Vec<Arc<Splats>>)>,
+    held: Vec<(Classification, Vec<Arc<Splats>>)>,
     under_way: Option<UnderWay>,
 }
 
 #[derive(Debug)]
 struct UnderWay {
-    key: Key,
+    key: Classification,
     ticket: Ticket,
     thread: JoinHandle<Result<Vec<Arc<Splats>>, Cancelled>>,
 }
@@ -109,8 +57,8 @@ impl Drop for VectorJob {
 /// Vectors of one picture: which level, and how the slabs are cut.
 #[derive(Debug, Clone)]
 pub(super) struct PictureVectors {
-    scene: Scene,
-    /// Of each field.
+    plan: Plan,
+    /// Of each list.
     splats: Vec<Arc<Splats>>,
     slab: f64,
     /// How many of the field lie in each.
@@ -152,14 +100,14 @@ impl PictureVectors {
         view: &View,
         tiles: Range<u32>,
     ) -> Result<u32, GpuError> {
-        let Some(layer) = &self.scene.vectors else { return Ok(tiles.end) };
+        let plan = &self.plan;
         let columns = view.size[0].div_ceil(TILE);
         let what = VectorSplats {
-            looks: &looks(&self.splats, layer),
-            phase: layer.phase,
-            splat: &self.scene.splat,
-            camera: &self.scene.camera,
-            centre: self.scene.volume.lattice.centre(),
+            looks: &looks(&self.splats, &plan.kernels),
+            phase: plan.phase,
+            splat: &plan.mode,
+            camera: &plan.camera,
+            centre: plan.frame.lattice.centre(),
             slab: self.slab,
             field_slabs: self.field_slabs,
             stop_below: STOP_BELOW as f32,
@@ -169,10 +117,10 @@ impl PictureVectors {
     }
 }
 
-/// How the splats of each field of a layer look.
-fn looks<'a>(splats: &'a [Arc<Splats>], layer: &'a VectorLayer) -> Vec<VectorLook<'a>> {
-    let both = splats.iter().zip(layer.looks());
-    both.map(|(splats, (_, settings))| VectorLook { splats, settings }).collect()
+/// How the splats of each list look.
+fn looks<'a>(splats: &'a [Arc<Splats>], lists: &'a [KernelList]) -> Vec<VectorLook<'a>> {
+    let both = splats.iter().zip(lists);
+    both.map(|(splats, list)| VectorLook { splats, settings: &list.settings }).collect()
 }
 
 /// Width of a splat in steps of its grid.
@@ -195,7 +143,7 @@ fn finest(levels: &[Arc<Splats>], least: f64, pixels_per_unit: f64) -> Option<us
 /// what shows.
 fn own_slab(
     splats: &[Arc<Splats>],
-    scene: &Scene,
+    mode: &SplatSettings,
     (pixels_per_unit, is_quick): (f64, bool),
 ) -> f64 {
     let thick = if is_quick { QUICK_SLABS } else { 1.0 };
@@ -203,7 +151,7 @@ fn own_slab(
     let steps = some.map(|splats| size_of(splats) * splats.unit);
     let none = splats.first().map_or(1.0, |splats| splats.unit);
     let step = steps.min_by(f64::total_cmp).unwrap_or(none);
-    thick * step / scene.splat.slabs_per_voxel * pixels_per_unit
+    thick * step / mode.slabs_per_voxel * pixels_per_unit
 }
 
 /// How often pixels look at a splat: each one of the tiles that it may lie over, once for each layer of slabs. A
@@ -217,38 +165,32 @@ fn visits(splats: &[Arc<Splats>], slab: f64, pixels_per_unit: f64) -> f64 {
     splats.iter().map(of).sum()
 }
 
-/// Whether a scene shows vectors and nothing else.
-pub(super) fn are_alone(scene: &Scene) -> bool {
-    scene.hides_field()
-}
-
 impl Drawer {
-    /// Classifies the vectors of a scene, and averages them, where that is not done; lets go of others.
+    /// Classifies the kernel lists of a plan, and averages them, where that is not done; lets go of others.
     ///
     /// # Errors
     /// Interrupted.
     pub(super) fn classify_vectors(
         &mut self,
-        scene: &Scene,
+        plan: &Plan,
         observer: &mut dyn Observer,
     ) -> Result<(), DrawError> {
-        let Some(layer) = &scene.vectors else {
+        if plan.kernels.is_empty() {
             self.vectors = VectorJob::default();
             self.renderer.clear_vectors();
             return Ok(());
-        };
-        for (i, (field, settings)) in layer.looks().enumerate() {
-            let key = Key::of(scene, field, settings);
-            if self.vectors.held.get(i).is_some_and(|(held, _)| *held == key) {
+        }
+        for (i, KernelList { classification: key, .. }) in plan.kernels.iter().enumerate() {
+            if self.vectors.held.get(i).is_some_and(|(held, _)| held == key) {
                 continue;
             }
-            let levels = self.vector_levels(&key, observer)?;
+            let levels = self.vector_levels(key, observer)?;
             match self.vectors.held.get_mut(i) {
-                Some(held) => *held = (key, levels),
-                None => self.vectors.held.push((key, levels)),
+                Some(held) => *held = (key.clone(), levels),
+                None => self.vectors.held.push((key.clone(), levels)),
             }
         }
-        self.vectors.held.truncate(layer.looks().count());
+        self.vectors.held.truncate(plan.kernels.len());
         Ok(())
     }
 
@@ -259,21 +201,23 @@ impl Drawer {
     /// Interrupted, vectors beside a field that is shaded first, or the device.
     pub(super) fn prepare_vectors(
         &mut self,
-        scene: &Scene,
+        plan: &Plan,
         view: &View,
         (which, halved): (SlabField, u32),
         observer: &mut dyn Observer,
     ) -> Result<Option<PictureVectors>, DrawError> {
-        self.classify_vectors(scene, observer)?;
-        let Some(layer) = &scene.vectors else { return Ok(None) };
-        let spacing = scene.volume.lattice.smallest_spacing();
+        self.classify_vectors(plan, observer)?;
+        if plan.kernels.is_empty() {
+            return Ok(None);
+        }
+        let spacing = plan.frame.lattice.smallest_spacing();
         let (pixels_per_unit, is_quick) = (view.pixels_per_unit, view.enlarged > 1.0);
         let least = least_radius_px(is_quick);
         let mut splats = Vec::new();
         let (mut has_coarser, mut averaged) = (false, 0);
-        for ((_, levels), (_, settings)) in self.vectors.held.iter().zip(layer.looks()) {
+        for ((_, levels), list) in self.vectors.held.iter().zip(&plan.kernels) {
             let coarsest = levels.len().saturating_sub(1);
-            let asked = coarsest.min(settings.coarser as usize);
+            let asked = coarsest.min(list.settings.coarser as usize);
             let first = coarsest.min(asked + halved as usize);
             let Some(found) = finest(&levels[first..], least, pixels_per_unit) else {
                 return Ok(None);
@@ -285,11 +229,11 @@ impl Drawer {
             has_coarser |= first < coarsest;
             averaged = averaged.max(level - asked - at_rest.unwrap_or(0));
         }
-        let own_slab = own_slab(&splats, scene, (pixels_per_unit, is_quick));
-        let (slab, field_slabs) = match layer.alone {
+        let own_slab = own_slab(&splats, &plan.mode, (pixels_per_unit, is_quick));
+        let (slab, field_slabs) = match plan.is_of_kernels_alone() {
             true => (own_slab, 1),
             false => {
-                let thickness = self.renderer.slab_thickness(which, view, &scene.splat, spacing);
+                let thickness = self.renderer.slab_thickness(which, view, &plan.mode, spacing);
                 // Those of the field are shared out only where nobody looks closely.
                 let most = if is_quick { MOST_FIELD_SLABS } else { 1.0 };
                 let count = (own_slab / thickness).floor().clamp(1.0, most);
@@ -298,30 +242,29 @@ impl Drawer {
                 (count * thickness, whole)
             }
         };
-        self.renderer.set_vectors(&looks(&splats, layer))?;
-        let (scene, visits) = (scene.clone(), visits(&splats, slab, pixels_per_unit));
-        Ok(Some(PictureVectors { scene, splats, slab, field_slabs, has_coarser, averaged, visits }))
+        self.renderer.set_vectors(&looks(&splats, &plan.kernels))?;
+        let (plan, visits) = (plan.clone(), visits(&splats, slab, pixels_per_unit));
+        Ok(Some(PictureVectors { plan, splats, slab, field_slabs, has_coarser, averaged, visits }))
     }
 
     /// How often pixels of a smaller picture look at splats of a scene's vectors ([`visits`]), about; `None` before
     /// these were drawn.
-    pub(super) fn thought_visits(&self, scene: &Scene, size: [u32; 2], shrink: f64) -> Option<f64> {
-        let layer = scene.vectors.as_ref()?;
+    pub(super) fn thought_visits(&self, plan: &Plan, shrink: f64) -> Option<f64> {
         let is_quick = shrink > 1.0;
-        let pixels_per_unit = View::new(scene, size).pixels_per_unit / shrink;
-        let both = layer.looks().zip(&self.vectors.held);
-        let splats = both.map(|((field, settings), (key, levels))| {
-            let first = (levels.len().checked_sub(1)?).min(settings.coarser as usize);
-            let levels = Arc::ptr_eq(&key.field, field).then(|| &levels[first..])?;
+        let pixels_per_unit = plan.view().pixels_per_unit / shrink;
+        let both = plan.kernels.iter().zip(&self.vectors.held);
+        let splats = both.map(|(list, (key, levels))| {
+            let first = (levels.len().checked_sub(1)?).min(list.settings.coarser as usize);
+            let levels = key.is_of(&list.field).then(|| &levels[first..])?;
             let found = finest(levels, least_radius_px(is_quick), pixels_per_unit)?;
             Some(Arc::clone(&levels[found]))
         });
         let splats = splats.collect::<Option<Vec<_>>>().filter(|splats| !splats.is_empty())?;
-        let own = own_slab(&splats, scene, (pixels_per_unit, is_quick));
-        let spacing = scene.volume.lattice.smallest_spacing();
-        let of_field = match layer.alone {
+        let own = own_slab(&splats, &plan.mode, (pixels_per_unit, is_quick));
+        let spacing = plan.frame.lattice.smallest_spacing();
+        let of_field = match plan.is_of_kernels_alone() {
             true => 0.0,
-            false => spacing / scene.splat.slabs_per_voxel * pixels_per_unit,
+            false => spacing / plan.mode.slabs_per_voxel * pixels_per_unit,
         };
         Some(visits(&splats, own.max(of_field), pixels_per_unit))
     }
@@ -329,7 +272,7 @@ impl Drawer {
     /// The splats of a key, waited for as long as nothing newer comes.
     fn vector_levels(
         &mut self,
-        key: &Key,
+        key: &Classification,
         observer: &mut dyn Observer,
     ) -> Result<Vec<Arc<Splats>>, DrawError> {
         let job = match self.vectors.under_way.take() {
@@ -364,19 +307,5 @@ impl Drawer {
                 Err(GpuError::Device("the vectors could not be classified".to_owned()).into())
             }
         }
-    }
-}
-
-/// Whether a scene's picture is walked slab by slab: a reconstructed field, or vectors alone.
-pub(super) fn is_walked(scene: &Scene) -> bool {
-    are_alone(scene) || slabs::reconstructs(&scene.splat)
-}
-
-/// # Errors
-/// Vectors beside a field that only triangles draw.
-pub(super) fn check(scene: &Scene) -> Result<(), DrawError> {
-    match scene.lacks_room_for_vectors() {
-        Some(found) => Err(GpuError::VectorsBesideTriangles { found }.into()),
-        None => Ok(()),
     }
 }

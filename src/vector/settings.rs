@@ -1,11 +1,12 @@
 //! What people choose about vector splats.
 
+use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 use super::Design;
 use crate::core::Srgb8;
 use crate::transfer::{ColourMap, ColourSource, TransferError, TransferFunction};
-use crate::volume::{Statistics, VectorField};
+use crate::volume::{Places, ScalarVolume, Statistics, VectorField};
 
 /// The longest that splats are stretched along the flow, times their width.
 pub const MOST_STRETCH: f64 = 8.0;
@@ -111,6 +112,32 @@ impl ColourBy {
     /// The one of a name.
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|one| one.name() == name)
+    }
+
+    /// Least and greatest of what is looked up by; `scalar` is the field beside the vectors. Two zeros where there
+    /// is none.
+    pub fn range(self, field: &VectorField, scalar: Option<&ScalarVolume>) -> [f64; 2] {
+        let none = [f64::INFINITY, f64::NEG_INFINITY];
+        let wider = |[low, high]: [f64; 2], v: f64| [low.min(v), high.max(v)];
+        let along = |axis: usize| match &field.places {
+            // The corners are farthest.
+            Places::Lattice(lattice) => (0..8).fold(none, |range, corner| {
+                let last = lattice.dims.map(|n| n as f64 - 1.0);
+                let at = std::array::from_fn(|a| if corner >> a & 1 == 1 { last[a] } else { 0.0 });
+                wider(range, lattice.world_from_index(DVec3::from_array(at))[axis])
+            }),
+            Places::Points { points, .. } => {
+                points.iter().fold(none, |range, point| wider(range, point[axis]))
+            }
+        };
+        let of = |statistics: &Statistics| [statistics.min, statistics.max];
+        match self {
+            Self::Magnitude => of(&field.statistics),
+            Self::X => along(0),
+            Self::Y => along(1),
+            Self::Z => along(2),
+            Self::Scalar => scalar.map_or([0.0; 2], |scalar| of(&scalar.statistics)),
+        }
     }
 }
 

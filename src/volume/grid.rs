@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use super::derived::derive;
 use super::samples::Scalar;
@@ -167,7 +168,8 @@ pub struct Grid {
 }
 
 /// Which number of a field is drawn.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Component {
     /// The component of this index.
     Index(usize),

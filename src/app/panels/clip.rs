@@ -45,10 +45,11 @@ pub fn clip_ui(
     second: Option<&SplatSettings>,
 ) {
     mode_ui(ui, scene, second);
-    let Scene { volume, inside, camera, .. } = scene;
+    let lattice = scene.lattice();
+    let Scene { inside, camera, .. } = scene;
     let Inside { clip, along, .. } = inside;
     box_ui(ui, editor, clip);
-    planes_ui(ui, clip, &volume.lattice, camera);
+    planes_ui(ui, clip, &lattice, camera);
     let mut coloured = clip.faces == CutFaces::Coloured;
     ui.horizontal(|ui| {
         let has_faces = clip.cuts() && *along == AlongRay::Composite;
@@ -82,7 +83,7 @@ fn mode_ui(ui: &mut Ui, scene: &mut Scene, second: Option<&SplatSettings>) {
         return;
     }
     let note = |text: &str| Label::new(RichText::new(text).size(12.0).color(theme::NOTE)).wrap();
-    if scene.hides_field() {
+    if !scene.shows_field() {
         ui.add(note(
             "Vectors alone are drawn whole: show the scalar field under Vectors to see inside",
         ));

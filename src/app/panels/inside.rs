@@ -14,7 +14,10 @@ use crate::volume::{Lattice, Statistics};
 /// The section.
 pub fn inside_ui(ui: &mut Ui, scene: &mut Scene) {
     along_ui(ui, &mut scene.inside.along);
-    let Scene { volume, inside, camera, splat, transfer, .. } = scene;
+    let Some((volume, transfer)) = scene.volume().cloned().zip(scene.transfer().cloned()) else {
+        return;
+    };
+    let Scene { inside, camera, splat, .. } = scene;
     let Inside { along, isosurfaces, slices, .. } = inside;
     let note = |ui: &mut Ui, text: &str| {
         ui.add(Label::new(RichText::new(text).size(12.0).color(theme::NOTE)).wrap());

@@ -5,23 +5,24 @@ use eframe::egui::{Label, RichText, Slider, SliderClamping, Ui};
 use super::{row_ui, slider_ui};
 use crate::app::theme;
 use crate::core::Srgb8;
-use crate::scene::{POLYGON_COLOUR, PolygonLayer, Scene};
+use crate::polygons::Mesh;
+use crate::scene::{Effect, POLYGON_COLOUR, PolygonLook, Scene};
 
 /// The section; whether another file is to be opened.
 pub fn polygons_ui(ui: &mut Ui, scene: &mut Scene) -> bool {
-    if scene.check_polygons().is_err() {
+    if scene.has_polygons() && scene.refusal_of(Effect::Polygons).is_some() {
         let text = "Not drawn: this mode is of triangles of its own, or projects values. Choose the exact \
                     mode under Splats, or another kernel and back end, and Light under Inside";
         ui.add(Label::new(RichText::new(text).size(12.0).color(theme::NOTE)).wrap());
     }
     let mut removed = None;
-    for (i, layer) in scene.polygons.iter_mut().enumerate() {
-        if ui.push_id(("mesh", i), |ui| layer_ui(ui, i, layer)).inner {
+    for (i, (mesh, look, is_shown)) in scene.polygons_mut().into_iter().enumerate() {
+        if ui.push_id(("mesh", i), |ui| layer_ui(ui, i, (&mesh, look, is_shown))).inner {
             removed = Some(i);
         }
     }
     if let Some(i) = removed {
-        scene.polygons.remove(i);
+        scene.remove_polygons(i);
     }
     let open = ui.button("Embed polygons…");
     open.on_hover_text("Add the triangles of an STL, PLY or OBJ file, in the volume's world")
@@ -29,36 +30,40 @@ pub fn polygons_ui(ui: &mut Ui, scene: &mut Scene) -> bool {
 }
 
 /// One mesh; whether it is to be removed.
-fn layer_ui(ui: &mut Ui, i: usize, layer: &mut PolygonLayer) -> bool {
+fn layer_ui(
+    ui: &mut Ui,
+    i: usize,
+    (mesh, look, is_shown): (&Mesh, &mut PolygonLook, &mut bool),
+) -> bool {
     let name = format!("Mesh {}", i + 1);
     let removed = row_ui(ui, &name, |ui| {
-        let shown = ui.checkbox(&mut layer.is_shown, "").accessible_name(format!("{name} shown"));
+        let shown = ui.checkbox(is_shown, "").accessible_name(format!("{name} shown"));
         shown.on_hover_text("Draw it");
         let button = ui.small_button("×").accessible_name(format!("Remove mesh {}", i + 1));
         let removed = button.on_hover_text("Remove it").clicked();
-        let of = format!("{} ({} triangles)", layer.mesh.name(), layer.mesh.len());
+        let of = format!("{} ({} triangles)", mesh.name(), mesh.len());
         ui.add(Label::new(of).truncate());
         removed
     });
     row_ui(ui, "", |ui| {
-        let slider = Slider::new(&mut layer.opacity, 0.0..=1.0).clamping(SliderClamping::Edits);
+        let slider = Slider::new(&mut look.opacity, 0.0..=1.0).clamping(SliderClamping::Edits);
         slider_ui(ui, &format!("{name} opacity"), true, slider.max_decimals(2))
             .on_hover_text("How much each triangle hides of what is behind");
     });
     row_ui(ui, "", |ui| {
-        let mut is_one = layer.colour.is_some();
+        let mut is_one = look.colour.is_some();
         let switch = ui.checkbox(&mut is_one, "One colour");
         let switch = switch.accessible_name(format!("{name} one colour"));
         let help = "Another colour than the file's own";
         if switch.on_hover_text(help).changed() {
-            layer.colour = is_one.then_some(POLYGON_COLOUR);
+            look.colour = is_one.then_some(POLYGON_COLOUR);
         }
-        if let Some(Srgb8(colour)) = &mut layer.colour {
+        if let Some(Srgb8(colour)) = &mut look.colour {
             ui.color_edit_button_srgb(colour)
                 .accessible_name(format!("{name} colour"))
                 .on_hover_text("The colour of all its triangles");
         }
-        ui.checkbox(&mut layer.is_smooth, "Smooth")
+        ui.checkbox(&mut look.is_smooth, "Smooth")
             .accessible_name(format!("{name} smooth"))
             .on_hover_text("Lit by the corners' normals rather than each triangle's own");
     });

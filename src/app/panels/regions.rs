@@ -2,6 +2,8 @@
 
 mod plane;
 
+use std::sync::Arc;
+
 use eframe::egui::accesskit::Role;
 use eframe::egui::{
     Button, Checkbox, ComboBox, CornerRadius, DragValue, Label, RichText, Sense, Ui, WidgetInfo,
@@ -56,8 +58,9 @@ pub(super) fn regions_ui(
     scene: &mut Scene,
     shown: [f64; 2],
 ) {
-    let strongest = editor.counted.strongest(&scene.volume);
-    let strongest = strongest.unwrap_or_else(|| STRONG_SHOWN * strong_gradient(&scene.volume));
+    let Some(volume) = scene.volume().map(Arc::clone) else { return };
+    let strongest = editor.counted.strongest(&volume);
+    let strongest = strongest.unwrap_or_else(|| STRONG_SHOWN * strong_gradient(&volume));
     let regions = &mut scene.shading.regions;
     let top = regions.iter().fold(strongest, |top, region| top.max(region.strengths[1]));
     row_ui(ui, "By gradient", |ui| {
@@ -84,7 +87,7 @@ pub(super) fn regions_ui(
         editor.held = None;
         return;
     }
-    editor.counted.count(ui.ctx(), &scene.volume);
+    editor.counted.count(ui.ctx(), &volume);
     editor.selected = editor.selected.min(regions.len() - 1);
     note_ui(ui, scene);
     plane_ui(ui, editor, scene, shown, top);
@@ -141,7 +144,10 @@ fn plane_ui(ui: &mut Ui, editor: &mut RegionEditor, scene: &mut Scene, shown: [f
 
 /// Numbers, shape and colour of the selected region.
 fn region_ui(ui: &mut Ui, editor: &mut RegionEditor, scene: &mut Scene) {
-    let Scene { shading: Shading { regions, .. }, volume, transfer, .. } = scene;
+    let Some((volume, transfer)) = scene.volume().cloned().zip(scene.transfer().cloned()) else {
+        return;
+    };
+    let regions = &mut scene.shading.regions;
     let (index, last) = (editor.selected, regions.len().saturating_sub(1));
     let Some(&(mut region)) = regions.get(index) else { return };
     let mut removed = false;
@@ -198,7 +204,7 @@ fn region_ui(ui: &mut Ui, editor: &mut RegionEditor, scene: &mut Scene) {
         &mut region.values,
         |v| value_drag(v, &volume.statistics),
     );
-    let speed = strong_gradient(volume) / 100.0;
+    let speed = strong_gradient(&volume) / 100.0;
     let help = "The gradient strengths that it spans: data units per unit of length, from 0 on";
     let names = ["Region gradients from", "Region gradients to"];
     pair_ui(ui, "Gradients", names, help, &mut region.strengths, |strength| {

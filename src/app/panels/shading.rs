@@ -1,5 +1,7 @@
 //! Lights, and the tables that opacities and colours are looked up in beside the value.
 
+use std::sync::Arc;
+
 use eframe::egui::{Button, ComboBox, Label, RichText, Ui};
 
 use super::light::lighting_ui;
@@ -49,7 +51,8 @@ pub fn shading_ui(
 ) {
     preset_ui(ui, scene);
     mode_ui(ui, scene, second);
-    let Scene { volume, shading, camera, .. } = scene;
+    let Some(volume) = scene.volume().map(Arc::clone) else { return };
+    let Scene { shading, camera, .. } = scene;
     let kept = &mut editor.kept;
     let key = entry_of(Action::ToggleLights).shortcut;
     let key = key.map_or_else(String::new, |key| ui.ctx().format_shortcut(&key));
@@ -61,7 +64,7 @@ pub fn shading_ui(
     if let Some(lighting) = &mut shading.lighting {
         ui.indent("lights", |ui| lighting_ui(ui, lighting, camera));
     }
-    let strong = strong_gradient(volume);
+    let strong = strong_gradient(&volume);
     let by_strength = |points: [(f64, f64); 2]| Amounts {
         index: Index::GradientStrength,
         points: points.map(|(share, amount)| (share * strong, amount)).to_vec(),
@@ -76,7 +79,7 @@ pub fn shading_ui(
         ),
         opacity,
         (&mut shading.opacity, &mut kept.opacity),
-        (|| by_strength([(0.25, 0.0), (1.0, 0.8)]), volume),
+        (|| by_strength([(0.25, 0.0), (1.0, 0.8)]), &volume),
     );
     amounts_ui(
         ui,
@@ -87,7 +90,7 @@ pub fn shading_ui(
         ),
         modulation,
         (&mut shading.modulation, &mut kept.modulation),
-        (|| by_strength([(0.0, 0.0), (1.0, 1.0)]), volume),
+        (|| by_strength([(0.0, 0.0), (1.0, 1.0)]), &volume),
     );
     colours_ui(
         ui,
@@ -103,7 +106,7 @@ pub fn shading_ui(
                 index: Index::ViewDepth,
                 stops: vec![(0.25, Srgb8([255, 246, 224])), (0.75, Srgb8([46, 62, 104]))],
             },
-            volume,
+            &volume,
         ),
     );
     colours_ui(
@@ -116,7 +119,7 @@ pub fn shading_ui(
                 index: Index::GradientStrength,
                 stops: vec![(0.0, Srgb8::BLACK), (strong, Srgb8([120, 60, 10]))],
             },
-            volume,
+            &volume,
         ),
     );
 }
@@ -144,10 +147,11 @@ fn preset_words(preset: Option<ShadingPreset>) -> (&'static str, &'static str) {
 }
 
 fn preset_ui(ui: &mut Ui, scene: &mut Scene) {
-    let Scene { volume, shading, .. } = scene;
+    let Some(volume) = scene.volume().map(Arc::clone) else { return };
+    let shading = &mut scene.shading;
     let all = || std::iter::once(None).chain(ShadingPreset::ALL.iter().copied().map(Some));
     let made = |preset: Option<ShadingPreset>| {
-        preset.map_or_else(Shading::default, |preset| preset.shading(volume))
+        preset.map_or_else(Shading::default, |preset| preset.shading(&volume))
     };
     // They are the transfer function's.
     let regions = std::mem::take(&mut shading.regions);

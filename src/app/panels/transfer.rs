@@ -1,5 +1,7 @@
 //! From values to opacity and colour: presets, the graph with its editors, the colours, the range.
 
+use std::sync::Arc;
+
 use eframe::egui::accesskit::Role;
 use eframe::egui::{
     Button, ComboBox, CornerRadius, DragValue, Response, RichText, Sense, Ui, WidgetInfo, vec2,
@@ -95,8 +97,9 @@ pub fn transfer_ui(
     gaussians: &mut Vec<Gaussian>,
     default: impl FnOnce(&Statistics) -> TransferFunction,
 ) -> Option<Action> {
-    let Scene { volume, transfer, shading, .. } = scene;
+    let volume = Arc::clone(scene.volume()?);
     let statistics = &volume.statistics;
+    let transfer = scene.transfer_mut()?;
     if editor.known.is_empty() {
         let made = |preset: Preset| (preset, preset.function(statistics));
         editor.known =
@@ -104,8 +107,9 @@ pub fn transfer_ui(
         editor.known.insert(0, (Preset::Default, default(statistics)));
     }
     if preset_ui(ui, editor, transfer, gaussians, statistics) {
-        shading.regions.clear();
+        scene.shading.regions.clear();
     }
+    let transfer = scene.transfer_mut()?;
     tools_ui(ui, editor, transfer, gaussians, statistics);
     graph_ui(ui, editor, transfer, gaussians, statistics);
     if !gaussians.is_empty() {
@@ -116,8 +120,7 @@ pub fn transfer_ui(
     view_ui(ui, &mut editor.graph);
     let shown = editor.graph.range(statistics, transfer.colour.range());
     regions_ui(ui, &mut editor.regions, scene, shown);
-    let Scene { volume, transfer, .. } = scene;
-    let statistics = &volume.statistics;
+    let transfer = scene.transfer_mut()?;
     ui.add_space(4.0);
     map_ui(ui, transfer);
     if let ColourSource::Stops(stops) = &mut transfer.colour {

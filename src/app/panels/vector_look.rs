@@ -5,7 +5,6 @@ use eframe::egui::{CollapsingHeader, ComboBox, RichText, Slider, SliderClamping,
 use super::{maps, reset_ui, row_ui, slider_ui};
 use crate::app::theme;
 use crate::core::Srgb8;
-use crate::scene::vector_range;
 use crate::transfer::ColourSource;
 use crate::vector::{ColourBy, Design, Foreshortening, MOST_STRETCH, VectorMode, VectorSettings};
 use crate::volume::{ScalarVolume, VectorField};
@@ -39,7 +38,7 @@ pub(super) fn look_ui(
     names: Names,
     field: &VectorField,
     settings: &mut VectorSettings,
-    scalar: &ScalarVolume,
+    scalar: Option<&ScalarVolume>,
 ) {
     choice_ui(ui, names, "Mode", VectorMode::ALL, &mut settings.mode, mode_words);
     choice_ui(ui, names, "Marks", Design::ALL, &mut settings.design, design_words);
@@ -53,7 +52,7 @@ pub(super) fn look_ui(
     if settings.colour_by != before
         && let ColourSource::Map { range, .. } = &mut settings.transfer.colour
     {
-        *range = vector_range(field, settings.colour_by, scalar);
+        *range = settings.colour_by.range(field, scalar);
     }
     shape_ui(ui, names, settings);
 }
@@ -64,7 +63,7 @@ fn opacity_ui(
     names: Names,
     field: &VectorField,
     settings: &mut VectorSettings,
-    scalar: &ScalarVolume,
+    scalar: Option<&ScalarVolume>,
 ) {
     let greatest = |settings: &VectorSettings| {
         settings.transfer.opacity.iter().map(|(_, opacity)| *opacity).fold(0.0, f64::max)
@@ -74,7 +73,7 @@ fn opacity_ui(
     let range = match settings.opacity_by {
         // Nothing is shorter than nothing.
         ColourBy::Magnitude => [0.0, field.statistics.max],
-        by => vector_range(field, by, scalar),
+        by => by.range(field, scalar),
     };
     if settings.opacity_by != by {
         let most = greatest(settings);

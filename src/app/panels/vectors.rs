@@ -1,6 +1,7 @@
 //! Vector splats: which field, what they look like, and the animation.
 
 use std::cell::Cell;
+use std::sync::Arc;
 
 use eframe::egui::{CollapsingHeader, ComboBox, RichText, Slider, Ui};
 use glam::DVec3;
@@ -11,7 +12,7 @@ use crate::app::document::Document;
 use crate::app::flow::{FlowChoice, FlowShape};
 use crate::app::theme;
 use crate::app::vectors::{Triple, VectorSource};
-use crate::scene::{AlongRay, Scene, SecondVectors, vector_range};
+use crate::scene::{AlongRay, Effect, Scene};
 use crate::vector::{ColourBy, MOST_SPEED, PhaseClock};
 
 /// What a person asked of the section that it cannot do itself.
@@ -38,26 +39,35 @@ pub fn vectors_ui(
     fps: &mut u32,
     (choice, triples, probed): (&mut FlowChoice, &mut [Triple; 2], Option<DVec3>),
 ) -> Option<VectorRequest> {
-    let shown = scene.vectors.as_ref().map(|layer| layer.field.name.as_str());
-    let request = field_ui(ui, document, FIRST, shown, &mut triples[0]).map(VectorRequest::Field);
-    let lacks_room = scene.lacks_room_for_vectors();
+    let names: Vec<String> =
+        scene.vectors().iter().map(|layer| layer.field.name.clone()).collect();
+    let shown = |index: usize| names.get(index).map(String::as_str);
+    let request = field_ui(ui, document, FIRST, shown(0), &mut triples[0]);
+    let request = request.map(VectorRequest::Field);
+    if names.is_empty() {
+        return request;
+    }
+    let has_no_room = scene.refusal_of(Effect::Vectors).is_some();
     let projects = scene.inside.along != AlongRay::Composite;
     let cuts = !scene.inside.is_plain();
-    let Some(layer) = &mut scene.vectors else { return request };
+    let mut is_alone = !scene.shows_field();
     ui.horizontal(|ui| {
-        ui.checkbox(&mut layer.alone, "Hide the scalar field").on_hover_text(
+        let hides = ui.checkbox(&mut is_alone, "Hide the scalar field").on_hover_text(
             "Draw the vectors alone: nothing of the scalar field is computed, and pictures are quicker",
         );
+        if hides.changed() {
+            scene.show_field(!is_alone);
+        }
     });
-    if lacks_room.is_some() && !layer.alone {
+    if has_no_room && !is_alone {
         let text = "Not drawn: this mode is of triangles alone, which have no room for vectors. Hide the \
                     scalar field, or choose another mode under Splats";
         ui.label(RichText::new(text).size(12.0).color(theme::NOTE));
     }
-    if projects && !layer.alone {
+    if projects && !is_alone {
         let text = "Beside vectors, values are not projected, and what is cut away is drawn";
         ui.label(RichText::new(text).size(12.0).color(theme::NOTE));
-    } else if cuts && layer.alone {
+    } else if cuts && is_alone {
         let text = "Vectors alone are drawn whole: nothing of them is cut away";
         ui.label(RichText::new(text).size(12.0).color(theme::NOTE));
     }
@@ -70,16 +80,18 @@ pub fn vectors_ui(
         (false, true) => Some(VectorRequest::SpeedBeyond),
         (false, false) => request,
     };
-    let scalar = &scene.volume;
-    vector_look::look_ui(ui, Names::First, &layer.field, &mut layer.settings, scalar);
+    let scalar = scene.volume().map(Arc::clone);
+    let scalar = scalar.as_deref();
+    let mut layers = scene.vectors_mut().into_iter();
+    let Some((first, settings)) = layers.next() else { return request };
+    vector_look::look_ui(ui, Names::First, &first, settings, scalar);
     let second = ui.push_id("second", |ui| {
-        let shown = layer.second.as_ref().map(|second| second.field.name.as_str());
-        let second = field_ui(ui, document, SECOND, shown, &mut triples[1]);
-        if let Some(SecondVectors { field, settings }) = &mut layer.second {
+        let second = field_ui(ui, document, SECOND, shown(1), &mut triples[1]);
+        if let Some((field, settings)) = layers.next() {
             let title = RichText::new("Look of the second field").size(12.5);
             let header = CollapsingHeader::new(title.color(theme::TEXT_FAINT)).default_open(true);
             header.show_unindented(ui, |ui| {
-                vector_look::look_ui(ui, Names::Second, field, settings, scalar);
+                vector_look::look_ui(ui, Names::Second, &field, settings, scalar);
             });
         }
         second
@@ -87,7 +99,7 @@ pub fn vectors_ui(
     let request = second.inner.map(VectorRequest::Second).or(request);
     let box_of = || {
         let along = [ColourBy::X, ColourBy::Y, ColourBy::Z];
-        let ranges = along.map(|by| vector_range(&layer.field, by, scalar));
+        let ranges = along.map(|by| by.range(&first, scalar));
         [0, 1].map(|end| DVec3::from(ranges.map(|range| range[end])))
     };
     let shape = flow::flow_ui(ui, choice, probed, box_of);

@@ -8,7 +8,7 @@ mod ply;
 mod stl;
 
 use std::io::{self, Cursor, Read, Seek};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::error::{Problem, ReadError, corrupt, quoted_bytes, truncated, unrecognised};
 use super::files;
@@ -48,6 +48,8 @@ impl MeshFormat {
 pub struct OpenedMesh {
     /// The triangles, named as the file is.
     pub mesh: Mesh,
+    /// The file.
+    pub path: PathBuf,
     /// What was ignored or repaired, one sentence each.
     pub warnings: Vec<String>,
 }
@@ -97,7 +99,7 @@ fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<OpenedMesh, Pro
             mesh.len()
         ));
     }
-    Ok(OpenedMesh { mesh, warnings })
+    Ok(OpenedMesh { mesh, path: path.to_owned(), warnings })
 }
 
 /// What readers find.

@@ -141,7 +141,7 @@ struct Ruler {
 /// nothing else stands in its way.
 pub(super) fn lay_out(sheet: &mut Sheet<'_>, scene: &Scene, space: Option<&str>) -> bool {
     let size = sheet.picture.size();
-    let seen = Seen::new(&scene.volume.lattice, &scene.camera, size);
+    let seen = Seen::new(&scene.lattice(), &scene.camera, size);
     let is_small = size.min_element() < SMALL * sheet.em;
     let mut lines = Seen::edges().filter(|edge| seen.seen_beside(*edge) > 0);
     if is_small && lines.any(|edge| seen.line(edge).is_some_and(|line| is_crossed(sheet, line))) {

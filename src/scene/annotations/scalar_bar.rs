@@ -8,8 +8,9 @@ use super::{MARGIN, scale_bar};
 use crate::core::Srgb8;
 use crate::core::colour::srgb_from_linear;
 use crate::scene::{AlongRay, Index, Scene, Shading, VectorLayer};
-use crate::transfer::ColourSource;
+use crate::transfer::{ColourSource, TransferFunction};
 use crate::vector::{ColourBy, VectorSettings};
+use crate::volume::ScalarVolume;
 
 /// Height of the bar, as a part of the picture's height, and its limits, ems.
 const SHARE: f64 = 0.55;
@@ -46,25 +47,26 @@ impl<'a> Legend<'a> {
     /// Of the scalar field where something of it is seen, and of each field of vectors. Where one of these
     /// has but one colour, that is no map, and gets a bar only where there is nothing else.
     fn all_of(scene: &'a Scene) -> Vec<Self> {
-        let shows_field = !scene.hides_field() && !shows_nothing(scene);
-        let mut all: Vec<Self> = shows_field.then(|| Self::of(scene)).into_iter().collect();
-        for (field, settings) in scene.vectors.iter().flat_map(VectorLayer::looks) {
-            if all.is_empty() || has_several(&settings.transfer.colour) {
-                all.push(Self::of_vectors(&field.name, settings));
+        let shows_field = scene.shows_field() && !shows_nothing(scene);
+        let field = scene.volume().zip(scene.transfer()).filter(|_| shows_field);
+        let field = field.map(|(volume, transfer)| Self::of(scene, volume, transfer));
+        let mut all: Vec<Self> = field.into_iter().collect();
+        for layer in scene.vectors() {
+            if all.is_empty() || has_several(&layer.settings.transfer.colour) {
+                all.push(Self::of_vectors(layer));
             }
         }
         all
     }
 
     /// Of the scalar field.
-    fn of(scene: &'a Scene) -> Self {
-        let transfer = &scene.transfer;
+    fn of(scene: &'a Scene, volume: &ScalarVolume, transfer: &'a TransferFunction) -> Self {
         let shown = Shading::is_shown_by(&scene.splat);
         let table = scene.shading.reflection.as_ref().filter(|_| shown);
         let index = table.map_or(Index::Value, |table| table.index);
         let title = match index {
-            Index::Value => scene.volume.name.clone(),
-            Index::GradientStrength => format!("{}, gradient strength", scene.volume.name),
+            Index::Value => volume.name.clone(),
+            Index::GradientStrength => format!("{}, gradient strength", volume.name),
             Index::GradientElevation => "gradient elevation, °".to_owned(),
             Index::GradientAzimuth => "gradient azimuth, °".to_owned(),
             Index::ViewDepth => "depth in the view".to_owned(),
@@ -74,7 +76,7 @@ impl<'a> Legend<'a> {
                 .map(|stop| stop.map_or(0.0, |(value, _)| *value)),
             None => transfer.colour.range(),
         };
-        let statistics = &scene.volume.statistics;
+        let statistics = &volume.statistics;
         let range = match [range[0].min(range[1]), range[0].max(range[1])] {
             // A step, of which either side is to be seen.
             [low, high] if low == high && index == Index::Value => {
@@ -101,8 +103,9 @@ impl<'a> Legend<'a> {
         Self { title, range, colour, opacity }
     }
 
-    fn of_vectors(name: &str, settings: &'a VectorSettings) -> Self {
-        let VectorSettings { transfer, colour_by, opacity_by, .. } = settings;
+    fn of_vectors(layer: VectorLayer) -> Self {
+        let VectorSettings { transfer, colour_by, opacity_by, .. } = layer.settings;
+        let name = &layer.field.name;
         let title = match colour_by {
             ColourBy::Magnitude => format!("{name}, length"),
             ColourBy::X => "x".to_owned(),
@@ -112,11 +115,14 @@ impl<'a> Legend<'a> {
         };
         let [a, b] = transfer.colour.range();
         let opacity: Option<Box<dyn Fn(f64) -> f64>> = match opacity_by == colour_by {
-            true => Some(Box::new(|at| transfer.opacity_at(at))),
+            true => {
+                let transfer = transfer.clone();
+                Some(Box::new(move |at| transfer.opacity_at(at)))
+            }
             false => None,
         };
         let range = [a.min(b), a.max(b)];
-        Self { title, range, colour: Box::new(|at| transfer.colour_at(at).0), opacity }
+        Self { title, range, colour: Box::new(move |at| transfer.colour_at(at).0), opacity }
     }
 
     /// The index at a height of 0..=1 over the lower end.
@@ -158,7 +164,7 @@ fn shows_nothing(scene: &Scene) -> bool {
     match scene.shading.opacity.as_ref().filter(|_| shown) {
         Some(table) => has_none(&table.points),
         None if shown && !scene.shading.painted().is_empty() => false,
-        None => has_none(&scene.transfer.opacity),
+        None => scene.transfer().is_none_or(|transfer| has_none(&transfer.opacity)),
     }
 }
 

@@ -24,7 +24,8 @@ use glam::{DMat3, DVec3};
 use serde::{Deserialize, Serialize};
 
 use crate::core::{Camera, Srgb8};
-use crate::scene::{Classify, Scene, SplatSettings};
+use crate::scene::{Classify, SplatSettings};
+use crate::volume::{Lattice, ScalarVolume};
 use crate::transfer::{
     Region, RegionError, TRANSMITTANCE_FLOOR, TransferFunction, extinction_from_opacity,
     interpolate, regions,
@@ -300,6 +301,11 @@ impl Shading {
         splat.classify != Classify::Before || splat.can_gather()
     }
 
+    /// Whether samples are shaded in a mode, before kernels are put together.
+    pub fn is_of_samples(&self, splat: &SplatSettings) -> bool {
+        !self.is_plain() && splat.classify == Classify::Before && Self::is_shown_by(splat)
+    }
+
     /// What its tables are indexed by.
     pub fn indices(&self) -> impl Iterator<Item = Index> {
         let amounts = [&self.opacity, &self.modulation].map(|t| t.as_ref().map(|t| t.index));
@@ -442,12 +448,11 @@ pub struct ShadingSpace {
 }
 
 impl ShadingSpace {
-    /// Of a scene.
-    pub fn of(scene: &Scene) -> Self {
-        let lattice = &scene.volume.lattice;
-        let statistics = &scene.volume.statistics;
+    /// Of values on a lattice, if there are any.
+    pub fn of(lattice: &Lattice, values: Option<&ScalarVolume>) -> Self {
         // Halved, so that ±1e308 does not overflow.
-        let range = 2.0 * (statistics.max / 2.0 - statistics.min / 2.0);
+        let half = |values: &ScalarVolume| values.statistics.max / 2.0 - values.statistics.min / 2.0;
+        let range = 2.0 * values.map_or(0.0, half);
         Self {
             world_from_gradient: lattice.axes().inverse().transpose(),
             least_strength: LEAST_STRENGTH * range.max(f64::MIN_POSITIVE)

@@ -6,6 +6,7 @@ use super::worker::{REBUILDS, Worker};
 use super::{Effort, Engine, EngineState, FrameRequest};
 use crate::core::Ticket;
 use crate::gpu::GpuError;
+use crate::plan::Plan;
 use crate::scene::{Cells, Scene};
 use crate::task::cells::CutSource;
 use crate::task::draw::DrawError;
@@ -72,7 +73,7 @@ impl Worker {
             return;
         };
         let cells = Cells::of(&cut, &limits, MOST_CELLS);
-        let volume = Arc::clone(&request.scene.volume);
+        let Some(volume) = request.scene.volume().map(Arc::clone) else { return };
         let asked_error = limits.max_error;
         self.publish_cells(FoundCells { volume, cells, asked_error, is_drawn: true });
     }
@@ -90,7 +91,8 @@ impl Worker {
         let Some(CellsRequest { scene, size, max_error }) = request else { return };
         let least = source.pyramid.error_for_count(MOST_IN_CUT);
         let cells = source.cells(&scene, size, max_error.max(least), MOST_CELLS);
-        let (volume, asked_error) = (scene.volume, max_error);
+        let Some(volume) = scene.volume().map(Arc::clone) else { return };
+        let asked_error = max_error;
         self.publish_cells(FoundCells { volume, cells, asked_error, is_drawn: false });
     }
 
@@ -112,7 +114,7 @@ impl Worker {
             let prepared = self
                 .device()
                 .map_err(DrawError::from)
-                .and_then(|drawer| drawer.prepare(&request.scene, &Ticket::new()));
+                .and_then(|drawer| drawer.prepare(&Plan::of(&request.scene, request.size), &Ticket::new()));
             match prepared {
                 Err(DrawError::Gpu(GpuError::Lost(_))) if tries < REBUILDS => self.drop_device(),
                 other => break other,

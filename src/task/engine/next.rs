@@ -1,16 +1,14 @@
 //! What is known of the picture that comes after a coarse one: what it takes, and what it will be off
 //! by. What nobody has measured is left out.
 
-use std::sync::Arc;
-
 use super::rungs::is_worth_it;
 use super::worker::Worker;
 use super::{FrameRequest, Ladder, Next, Picture};
-use crate::scene::{Scene, SplatSettings};
+use crate::plan::Plan;
+use crate::scene::Scene;
 use crate::task::draw::{Drawer, Rung};
 use crate::task::estimate::Coarseness;
 use crate::task::previews::Reduction;
-use crate::volume::ScalarVolume;
 
 /// A picture half as small is this power of 2 nearer: 3.1, 3.2 and 4.7 dB a halving on the scans
 /// aneurism, LIDC2 and bonsai (`Drawer::reduction`), 3.7 dB in the mean.
@@ -19,21 +17,19 @@ const GAIN_A_HALVING: f64 = 0.61;
 /// What the last picture of a kind was of, and what it took.
 #[derive(Debug, Clone)]
 pub(super) struct LastDrawn {
-    volume: Arc<ScalarVolume>,
-    splat: SplatSettings,
+    scene: Scene,
     size: [u32; 2],
     ms: f64,
 }
 
 impl LastDrawn {
     pub(super) fn of(request: &FrameRequest, ms: f64) -> Self {
-        let Scene { volume, splat, .. } = &request.scene;
-        Self { volume: Arc::clone(volume), splat: *splat, size: request.size, ms }
+        Self { scene: request.scene.clone(), size: request.size, ms }
     }
 
     /// Whether it was of the same volume and mode.
     fn is_like(&self, scene: &Scene) -> bool {
-        Arc::ptr_eq(&self.volume, &scene.volume) && self.splat == scene.splat
+        self.scene.has_same_volume(scene) && self.scene.splat == scene.splat
     }
 
     /// What a picture of its kind is thought to take at a size.
@@ -55,7 +51,7 @@ impl Worker {
         shown: &Picture,
         coarseness: Coarseness,
     ) -> Option<Next> {
-        let (scene, size) = (&request.scene, request.size);
+        let (scene, plan) = (&request.scene, request.plan());
         let drawer = self.drawer.as_ref()?;
         let is_reduced = !matches!(coarseness, Coarseness::Octree { .. });
         let rmse_at = |shrink: f64| {
@@ -65,25 +61,25 @@ impl Worker {
         // The price of such rays is known once some were drawn.
         let is_priced = self.last_reduced.as_ref().is_some_and(|l| l.is_like(scene));
         let reduced_ms = |Reduction { field, shrink }: Reduction| {
-            is_priced.then(|| drawer.thought_ms(scene, field, size, shrink))
+            is_priced.then(|| drawer.thought_ms(&plan, field, shrink))
         };
         match rung {
             Rung::Full => {
-                let ms = self.last_full.as_ref().filter(|l| l.is_like(scene))?.ms_at(size);
+                let ms = self.last_full.as_ref().filter(|l| l.is_like(scene))?.ms_at(plan.size);
                 Some(Next { is_full: true, ms, rmse: None })
             }
             Rung::Reduced { field, shrink } => {
                 let ms = reduced_ms(Reduction { field, shrink })?;
                 Some(Next { is_full: false, ms, rmse: rmse_at(shrink) })
             }
-            Rung::Coarse { budget_ms } => match drawer.reduction(scene, size, budget_ms) {
+            Rung::Coarse { budget_ms } => match drawer.reduction(&plan, budget_ms) {
                 // Less than the budget where that affords every pixel.
                 Some(reduction) => {
                     let ms = reduced_ms(reduction).map_or(budget_ms, |ms| ms.min(budget_ms));
                     Some(Next { is_full: false, ms, rmse: rmse_at(reduction.shrink) })
                 }
                 None => {
-                    let rmse = self.cut_rmse(drawer, scene, budget_ms);
+                    let rmse = self.cut_rmse(drawer, &plan, budget_ms);
                     Some(Next { is_full: false, ms: budget_ms, rmse })
                 }
             },
@@ -92,11 +88,11 @@ impl Worker {
     }
 
     /// What the cut of a budget is thought to be off by, at full size.
-    fn cut_rmse(&self, drawer: &Drawer, scene: &Scene, budget_ms: f64) -> Option<f64> {
+    fn cut_rmse(&self, drawer: &Drawer, plan: &Plan, budget_ms: f64) -> Option<f64> {
         drawer.active_count()?;
         let max_error = drawer.error_for_count(drawer.costs.splats_within(budget_ms));
         let coarseness = Coarseness::Octree { max_error, missing_rmse: 0.0 };
-        Some(self.estimator.rmse(scene, coarseness, 1.0))
+        Some(self.estimator.rmse(plan, coarseness, 1.0))
     }
 
     /// What comes after a picture of a moving view once it rests: by the way up that was asked for
@@ -106,7 +102,7 @@ impl Worker {
         if ladder == Ladder::AtOnce {
             return Some(Rung::Full);
         }
-        let rungs = self.ladder(&request.scene, request.size, ladder, 0.0).ok()?;
+        let rungs = self.ladder(&request.plan(), ladder, 0.0).ok()?;
         rungs.into_iter().find(|rung| is_worth_it(*rung, sharpness))
     }
 }

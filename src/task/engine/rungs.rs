@@ -12,12 +12,12 @@ use super::{
 use crate::core::Ticket;
 use crate::gpu::{GpuError, Renderer, SlabField};
 use crate::kernel::Kernel;
-use crate::scene::{Backend, Classify, Effect, Inside, Scene, Shading};
+use crate::plan::{Plan, Way};
+use crate::scene::{Backend, Classify, Effect, Inside, Scene, Shading, SplatSettings};
 use crate::task::cells::CutSource;
 use crate::task::draw::{DrawError, Drawer, Drawn, Observer, PIECE_MS, Rung, background_light};
 use crate::task::estimate::{self, Checked, Coarseness};
 use crate::task::previews::Reduction;
-use crate::task::{slabs, vectors};
 
 /// How often progress within a rung is announced.
 const PROGRESS_EVERY: Duration = Duration::from_millis(250);
@@ -50,7 +50,7 @@ impl Worker {
         ticket: &Ticket,
     ) -> Result<(), DrawError> {
         self.announce(EngineState::Drawing(0.0));
-        let (scene, size) = (&request.scene, request.size);
+        let (scene, size, plan) = (&request.scene, request.size, request.plan());
         match request.effort {
             Effort::Moving { budget_ms } => self.follow(request, budget_ms, ticket),
             Effort::Rest { budget_ms, ladder, show_partial, .. } => {
@@ -79,8 +79,8 @@ impl Worker {
                 let drawer = self.device()?;
                 // Cuts have no vectors, which nobody wants to see vanish: while there is no field to draw
                 // them beside, the picture before stays.
-                let has_cut = has_octree && scene.vectors.is_none();
-                let has_preview = has_cut || drawer.reduction(scene, size, budget_ms_now).is_some();
+                let has_cut = has_octree && plan.kernels.is_empty();
+                let has_preview = has_cut || drawer.reduction(&plan, budget_ms_now).is_some();
                 if !seen && has_preview && ladder != Ladder::AtOnce {
                     let budget_ms = budget_ms_now;
                     self.rung(request, Rung::Coarse { budget_ms }, Manner::Whole, None)?;
@@ -94,7 +94,7 @@ impl Worker {
                 self.prepare_preview_field(request)?;
                 let mut rungs = match whole {
                     Some(_) => Vec::new(),
-                    None => self.ladder(scene, size, ladder, unspent_ms)?,
+                    None => self.ladder(&plan, ladder, unspent_ms)?,
                 };
                 // A preview in the scene's own mode may have been as sharp as the next rung.
                 let sharpness = self.preview_reduction().unwrap_or(f64::INFINITY);
@@ -115,10 +115,10 @@ impl Worker {
                         break;
                     }
                 }
-                if self.device()?.is_to_be_calibrated(scene, size) {
+                if self.device()?.is_to_be_calibrated(&plan) {
                     self.calibrate(request, full_ms)?;
                 }
-                let times = self.device()?.back_end_times(scene, size);
+                let times = self.device()?.back_end_times(&plan);
                 self.shared.lock().back_end_times = times;
                 match doublings(request, full_ms) {
                     Some(doublings) => self.converge(request, doublings, share),
@@ -136,18 +136,18 @@ impl Worker {
         budget_ms: f64,
         ticket: &Ticket,
     ) -> Result<(), DrawError> {
-        let (scene, size) = (&request.scene, request.size);
+        let (scene, plan) = (&request.scene, request.plan());
         let quick_ms = budget_ms.min(QUICK_MS);
         let longer = (budget_ms > QUICK_MS).then_some(Rung::Coarse { budget_ms });
         self.finished = None;
         // It is there already where a still interrupted the longer one.
         if longer.is_none() || self.preview_of(request).is_none() {
-            self.device()?.prepare_preview(scene, size, quick_ms, ticket)?;
+            self.device()?.prepare_preview(&plan, quick_ms, ticket)?;
             // Bounded by its budget, and so never interrupted: a hand that moves faster than
             // pictures are drawn still sees every one of them.
             let quick = Rung::Coarse { budget_ms: quick_ms };
             self.rung(request, quick, Manner::Whole, longer)?;
-            self.complete_octree(scene)?;
+            self.complete_octree(scene, &plan)?;
         }
         let is_short_of = |c: &Unchecked| match c.coarseness {
             Coarseness::Octree { max_error, .. } => max_error > 0.0 || c.picture.shrink() > 1.0,
@@ -160,7 +160,7 @@ impl Worker {
         if self.newer_came() {
             return Err(DrawError::Interrupted);
         }
-        self.device()?.prepare_preview(scene, size, budget_ms, ticket)?;
+        self.device()?.prepare_preview(&plan, budget_ms, ticket)?;
         let manner = Manner::InPieces { show_partial: false, before: 0.0, after: 0.0 };
         self.rung(request, longer, manner, None)?;
         Ok(())
@@ -173,11 +173,11 @@ impl Worker {
         let Some(mut drawer) = self.drawer.take() else { return Err(no_device()) };
         let manner = Manner::InPieces { show_partial: false, before: 0.0, after: 0.0 };
         let mut watch = Watch::new(self, request, manner, &drawer);
-        let prepared = drawer.prepare_watched(&request.scene, ticket, &mut watch);
+        let prepared = drawer.prepare_watched(&request.plan(), ticket, &mut watch);
         self.drawer = Some(drawer);
         match prepared {
             Ok(()) => Ok(true),
-            Err(DrawError::TooLarge(error)) if slabs::reconstructs(&request.scene.splat) => {
+            Err(DrawError::TooLarge(error)) if request.plan().reconstructs() => {
                 log::warn!("no octree for quick pictures: {error}");
                 Ok(false)
             }
@@ -187,15 +187,15 @@ impl Worker {
 
     /// Has the finer levels of the octree built beside what is drawn next, where a quick picture was drawn
     /// without them and the next is of the same transfer function.
-    fn complete_octree(&mut self, scene: &Scene) -> Result<(), DrawError> {
+    fn complete_octree(&mut self, scene: &Scene, plan: &Plan) -> Result<(), DrawError> {
         let is_of_another = |next: &FrameRequest| {
-            !Arc::ptr_eq(&next.scene.volume, &scene.volume) || next.scene.transfer != scene.transfer
+            !next.scene.has_same_volume(scene) || next.scene.transfer() != scene.transfer()
         };
         if self.shared.lock().frame.as_ref().is_some_and(is_of_another) {
             return Ok(());
         }
         if self.device()?.has_coarse_octree() {
-            self.device()?.begin_octree(scene)?;
+            self.device()?.begin_octree(plan)?;
             // On the device at least one piece, so that a hand that never stops gets there.
             while self.device()?.advance_octree()? && !self.newer_came() {}
         }
@@ -215,8 +215,7 @@ impl Worker {
     /// to be drawn in.
     pub(super) fn ladder(
         &mut self,
-        scene: &Scene,
-        size: [u32; 2],
+        plan: &Plan,
         ladder: Ladder,
         unspent_ms: f64,
     ) -> Result<Vec<Rung>, DrawError> {
@@ -227,11 +226,11 @@ impl Worker {
         };
         let mut rungs = match ladder {
             // Samples that are shaded first have fields before them, and cost about as much a ray.
-            Ladder::Octree if vectors::is_walked(scene) || scene.needs_gathering() => {
-                let rays = f64::from(size[0]) * f64::from(size[1]);
+            Ladder::Octree if matches!(plan.way, Way::Nothing | Way::Slabs) || plan.is_gathered() => {
+                let rays = f64::from(plan.size[0]) * f64::from(plan.size[1]);
                 let full_ms = rays * drawer.costs.ray_ms;
                 let reduced = |shares: &[f64]| {
-                    let within = |share| drawer.reduction(scene, size, full_ms * share);
+                    let within = |share| drawer.reduction(plan, full_ms * share);
                     let rung = |Reduction { field, shrink }| Rung::Reduced { field, shrink };
                     shares.iter().copied().filter_map(within).map(rung).collect()
                 };
@@ -249,7 +248,7 @@ impl Worker {
                 })
             }
             // What kernels of the field alone would show hides the vectors.
-            Ladder::Subsampling | Ladder::CheaperKernels if scene.vectors.is_some() => Vec::new(),
+            Ladder::Subsampling | Ladder::CheaperKernels if !plan.kernels.is_empty() => Vec::new(),
             Ladder::Subsampling => {
                 vec![Rung::Subsampled { level: 2 }, Rung::Subsampled { level: 1 }]
             }
@@ -258,9 +257,8 @@ impl Worker {
                 vec![Rung::Cheaper(Kernel::Point), Rung::Cheaper(Kernel::Nearest)]
             }
         };
-        rungs.retain(|rung| *rung != Rung::Cheaper(scene.splat.kernel));
-        let is_opened = !scene.inside.is_plain() && Inside::is_shown_by(&scene.splat);
-        if is_opened || scene.has_polygons() {
+        rungs.retain(|rung| *rung != Rung::Cheaper(plan.mode.kernel));
+        if !plan.inside.is_plain() || !plan.polygons.is_empty() {
             // Nobody wants to see flash up again what was cut away, nor what is embedded vanish.
             rungs.retain(|rung| !matches!(rung, Rung::Subsampled { .. } | Rung::Cheaper(_)));
         }
@@ -277,6 +275,7 @@ impl Worker {
         manner: Manner,
         following: Option<Rung>,
     ) -> Result<f64, DrawError> {
+        let plan = request.plan();
         let (drawn, backend) = self.drawn(request, rung, manner)?;
         // Where a budget affords every ray, nothing is left to be drawn after it.
         let rung = if drawn.is_whole(request.size) { Rung::Full } else { rung };
@@ -287,17 +286,17 @@ impl Worker {
         let mut picture = self.presented(request, rung_words(rung, &drawn), progress, &drawn)?;
         picture.report.backend = backend;
         let coarseness =
-            Coarseness::of(&request.scene, rung, &drawn, picture.shrink(), &picture.rgba);
+            Coarseness::of(&plan, rung, &drawn, picture.shrink(), &picture.rgba);
         // What a cut is off by says nothing of the vectors that it leaves out.
         let leaves_out = |of: &Coarseness| {
-            matches!(of, Coarseness::Octree { .. }) && request.scene.vectors.is_some()
+            matches!(of, Coarseness::Octree { .. }) && !plan.kernels.is_empty()
         };
         let coarseness = coarseness.filter(|of| !leaves_out(of));
         if drawn.is_reduced && picture.shrink() > 1.0 {
             self.last_reduced = Some(LastDrawn::of(request, drawn.wall_ms));
         }
         if let Some(coarseness) = coarseness {
-            let rmse = self.estimator.rmse(&request.scene, coarseness, picture.shrink());
+            let rmse = self.estimator.rmse(&plan, coarseness, picture.shrink());
             picture.report.estimated_rmse = Some(rmse);
             if let Rung::Coarse { budget_ms } = rung {
                 picture.report.budget_ms = Some(budget_ms);
@@ -350,30 +349,29 @@ impl Worker {
         // Taken out while it draws, so that pieces can announce themselves through `self`.
         let Some(mut drawer) = self.drawer.take() else { return Err(no_device()) };
         let mut watch = Watch::new(self, request, manner, &drawer);
-        let learnt = drawer.costs;
+        let (learnt, plan) = (drawer.costs, request.plan());
         drawer.keeps_cut = self.wants_cut_of(request);
         let in_own_mode = match rung {
             Rung::Full | Rung::Reduced { .. } => true,
             Rung::Coarse { budget_ms } => {
-                drawer.reduction(&request.scene, request.size, budget_ms).is_some()
+                drawer.reduction(&plan, budget_ms).is_some()
             }
             _ => false,
         };
-        let mut scene = request.scene.clone();
-        if in_own_mode {
-            scene.splat.backend = drawer.window_backend(&request.scene, request.size);
-        } else {
-            scene.splat = scene.splat.previewed();
-            // Triangles of the field alone: no room for what lies beside it.
-            scene.vectors = scene.vectors.filter(|layer| layer.alone);
-        }
-        let drawn = drawer.draw(&scene, request.size, rung, &mut watch);
+        let plan = match in_own_mode {
+            true => {
+                let backend = drawer.window_backend(&plan);
+                plan.in_mode(SplatSettings { backend, ..plan.mode })
+            }
+            false => plan.previewed(),
+        };
+        let drawn = drawer.draw(&plan, rung, &mut watch);
         if matches!((rung, manner), (Rung::Coarse { .. }, Manner::InPieces { .. })) {
             // A picture that may take far longer has other prices than those the hand needs.
             drawer.costs = learnt;
         }
         self.drawer = Some(drawer);
-        Ok((drawn?, scene.splat.backend))
+        Ok((drawn?, plan.mode.backend))
     }
 
     /// The picture on the device, with what is known of it.
@@ -400,7 +398,7 @@ impl Worker {
         let Some(mut drawer) = self.drawer.take() else { return Err(no_device()) };
         let manner = Manner::InPieces { show_partial: false, before: 0.0, after: 0.0 };
         let mut watch = Watch::new(self, request, manner, &drawer);
-        let result = drawer.prepare_preview_field(&request.scene, request.size, &mut watch);
+        let result = drawer.prepare_preview_field(&request.plan(), &mut watch);
         self.drawer = Some(drawer);
         result
     }
@@ -411,7 +409,7 @@ impl Worker {
         let Some(mut drawer) = self.drawer.take() else { return Err(no_device()) };
         let manner = Manner::InPieces { show_partial: false, before: 1.0, after: 1.0 };
         let mut watch = Watch::new(self, request, manner, &drawer);
-        let result = drawer.calibrate(&request.scene, request.size, raster_ms, &mut watch);
+        let result = drawer.calibrate(&request.plan(), raster_ms, &mut watch);
         self.drawer = Some(drawer);
         match result {
             // The picture stands; the next finished one is measured instead.
@@ -447,7 +445,7 @@ impl Worker {
             };
             if let Ok(measured_rmse) = estimate::shown_rmse(&shown, picture) {
                 let checked = Checked { estimated_rmse, measured_rmse };
-                self.estimator.learn(&request.scene, coarseness, &checked);
+                self.estimator.learn(&request.plan(), coarseness, &checked);
                 // The preview is the one that the hand saw.
                 if is_preview {
                     picture.report.checked = Some(checked);
@@ -494,7 +492,7 @@ pub(super) fn effects(scene: &Scene, drawn: &Drawn) -> Vec<&'static str> {
             let others = scene.effects().into_iter().filter(|effect| shown.contains(effect));
             scene.shading.effects().into_iter().chain(others).collect()
         }
-        false if scene.hides_field() => scene.effects(),
+        false if !scene.shows_field() => scene.effects(),
         false => Vec::new(),
     };
     // Values in the middle of slabs pass no level.
@@ -512,12 +510,12 @@ fn picture(
     rgba: Vec<u8>,
     kernels_active: Option<u64>,
 ) -> Picture {
-    let total = request.scene.volume.lattice.len() as u64;
+    let total = request.scene.voxel_count();
     let report = FrameReport {
         effects: effects(&request.scene, drawn),
         made_pipelines: drawn.made_pipelines,
         kernels: kernels_active.map(|active| KernelCounts { drawn: drawn.kernels, active }),
-        vector_splats: request.scene.hides_field().then_some(drawn.kernels),
+        vector_splats: (!request.scene.shows_field()).then_some(drawn.kernels),
         progress,
         ..FrameReport::last(rung, total, Backend::Raster, drawn.wall_ms)
     };

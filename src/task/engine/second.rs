@@ -7,7 +7,8 @@ use super::worker::{REBUILDS, Worker};
 use super::{Engine, EngineState, FrameReport, HeldBytes, KernelCounts, Picture};
 use crate::core::Ticket;
 use crate::gpu::{GpuError, Renderer};
-use crate::scene::{Scene, View};
+use crate::plan::Plan;
+use crate::scene::Scene;
 use crate::task::draw::{DrawError, Observer, Rung, background_light};
 use crate::task::estimate;
 
@@ -89,23 +90,24 @@ impl Worker {
     fn second(&mut self, request: &SecondRequest) -> Result<(), DrawError> {
         self.announce(EngineState::Drawing(0.0));
         let SecondRequest { scene, size, first } = request;
-        self.device()?.prepare(scene, &Ticket::new())?;
+        let plan = Plan::of(scene, *size);
+        self.device()?.prepare(&plan, &Ticket::new())?;
         let Some(mut drawer) = self.drawer.take() else { return Ok(()) };
-        let drawn = drawer.draw(scene, *size, Rung::Full, &mut Aside(self));
+        let drawn = drawer.draw(&plan, Rung::Full, &mut Aside(self));
         let background = background_light(scene.background);
         let drawn = drawn.and_then(|drawn| Ok((drawn, drawer.renderer.present(background)?)));
         let held = HeldBytes::of(&drawer.renderer);
         let active = drawer.active_count();
         self.drawer = Some(drawer);
         let (drawn, rgba) = drawn?;
-        let backend = scene.backend_in(&View::new(scene, *size));
+        let backend = plan.backend();
         let rung = rung_words(Rung::Full, &drawn);
-        let total = scene.volume.lattice.len() as u64;
+        let total = scene.voxel_count();
         let report = FrameReport {
             effects: effects(scene, &drawn),
             held: Some(held),
             made_pipelines: drawn.made_pipelines,
-            vector_splats: scene.hides_field().then_some(drawn.kernels),
+            vector_splats: plan.is_of_kernels_alone().then_some(drawn.kernels),
             kernels: active.map(|active| KernelCounts { drawn: drawn.kernels, active }),
             ..FrameReport::last(rung, total, backend, drawn.wall_ms)
         };

@@ -286,7 +286,8 @@ pub(super) fn paint(
     let near = hover.and_then(|at| grip_near(axes, regions, selected, at));
     for (index, region) in regions.iter().enumerate() {
         let middle = region.values[0] / 2.0 + region.values[1] / 2.0;
-        let by_value = scene.transfer.colour_at(middle);
+        let transfer = scene.transfer();
+        let by_value = transfer.map_or(LinearRgb([0.0; 3]), |f| f.colour_at(middle));
         let colour = region.colour.map_or(by_value, |colour| LinearRgb(colour.to_linear().0));
         #[expect(clippy::cast_possible_truncation, reason = "0.15..=0.6")]
         let alpha = (0.15 + 0.45 * region.opacity) as f32;
