@@ -17,7 +17,7 @@ fn head() -> Scene {
     let grid = demo::open("head", Some(128)).expect("a demo there is");
     let field = &grid.fields[0];
     let volume = grid.scalar(field, Component::Index(0), &Ticket::new()).expect("finite values");
-    scene::opening(Arc::new(volume), None)
+    scene::opening(SampleSource::default(), Arc::new(volume), None)
 }
 
 fn statistics(c: &mut Criterion) {
@@ -35,12 +35,12 @@ fn classification(c: &mut Criterion) {
     let scene = head();
     for scalar_type in [ScalarType::UInt8, ScalarType::Int16, ScalarType::Float32] {
         c.bench_function(&format!("table for {}", scalar_type.name()), |b| {
-            b.iter(|| Table::new(black_box(&scene.transfer), scalar_type));
+            b.iter(|| Table::new(black_box(scene.transfer().expect("a field")), scalar_type));
         });
     }
-    let table = Table::new(&scene.transfer, ScalarType::Int16);
+    let table = Table::new(scene.transfer().expect("a field"), ScalarType::Int16);
     let build = |measure| {
-        let volume = black_box(&scene.volume);
+        let volume = black_box(scene.volume().expect("a field"));
         Pyramid::build(volume, &table, 1.0, measure, &Ticket::new()).expect("nobody cancels")
     };
     for &measure in ErrorMeasure::ALL {
@@ -49,7 +49,7 @@ fn classification(c: &mut Criterion) {
         });
     }
     c.bench_function("coarse levels of the pyramid of 128³ int16", |b| {
-        let (volume, measure) = (black_box(&scene.volume), ErrorMeasure::Classified);
+        let (volume, measure) = (black_box(scene.volume().expect("a field")), ErrorMeasure::Classified);
         b.iter(|| Pyramid::coarse(volume, &table, 1.0, measure, &Ticket::new()));
     });
     let pyramid = build(ErrorMeasure::Classified);

@@ -96,9 +96,9 @@ fn scan(name: &str, base: &Scene) {
     let mut plain: Option<Light> = None;
     for (effects, scene) in variants(base) {
         let mut drawer = drawer();
-        drawer.prepare(&scene, &Ticket::new()).expect("it fits");
+        drawer.prepare(&Plan::of(&scene, SIZE), &Ticket::new()).expect("it fits");
         let mut draw = || {
-            let drawn = drawer.draw(&scene, SIZE, Rung::Full, &mut ()).expect("it draws");
+            let drawn = drawer.draw(&Plan::of(&scene, SIZE), Rung::Full, &mut ()).expect("it draws");
             drawn.wall_ms
         };
         // Compiles.

@@ -81,7 +81,7 @@ fn opening(grid: &Grid) -> Scene {
     let field = grid.field(None).expect("every grid has a field");
     let component = if field.components == 1 { Component::Index(0) } else { Component::Magnitude };
     let volume = grid.scalar(field, component, &Ticket::new()).expect("something finite");
-    scene::opening(Arc::new(volume), grid.space.as_deref())
+    scene::opening(SampleSource::default(), Arc::new(volume), grid.space.as_deref())
 }
 
 fn ms(duration: Duration) -> f64 {
@@ -97,13 +97,13 @@ fn measure(drawer: &mut Drawer, name: &str, scene: &Scene, load: Duration) -> Va
     let start = Instant::now();
     drawer.prepare(scene, &Ticket::new()).expect("it fits");
     let prepare = start.elapsed();
-    drawer.draw(scene, VIEWPORT, Rung::Coarse { budget_ms: 20.0 }, &mut ()).expect("it draws");
+    drawer.draw(&Plan::of(scene, VIEWPORT), Rung::Coarse { budget_ms: 20.0 }, &mut ()).expect("it draws");
     let first_coarse = load + start.elapsed();
     let active = drawer.active_count().unwrap_or(0);
 
     let full = |drawer: &mut Drawer, size| {
         let times: Vec<f64> = (0..RUNS)
-            .map(|_| drawer.draw(scene, size, Rung::Full, &mut ()).expect("it draws").wall_ms)
+            .map(|_| drawer.draw(&Plan::of(scene, size), Rung::Full, &mut ()).expect("it draws").wall_ms)
             .collect();
         median(times)
     };
@@ -117,7 +117,7 @@ fn measure(drawer: &mut Drawer, name: &str, scene: &Scene, load: Duration) -> Va
             let rung = Rung::Coarse { budget_ms };
             // The costs are learnt as the window learns them: picture by picture.
             let drawn: Vec<_> = (0..12)
-                .map(|_| drawer.draw(scene, VIEWPORT, rung, &mut ()).expect("it draws"))
+                .map(|_| drawer.draw(&Plan::of(scene, VIEWPORT), rung, &mut ()).expect("it draws"))
                 .collect();
             let last = &drawn[drawn.len() - 1];
             let light = drawer.renderer.read_light().expect("it reads back");
@@ -136,7 +136,7 @@ fn measure(drawer: &mut Drawer, name: &str, scene: &Scene, load: Duration) -> Va
     let (to_full_ms, at_once_ms) = ladder(scene);
     let row = json!({
         "name": name,
-        "voxels": scene.volume.lattice.len(),
+        "voxels": scene.lattice().len(),
         "active_kernels": active,
         "load_ms": ms(load),
         "prepare_ms": ms(prepare),

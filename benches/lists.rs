@@ -21,7 +21,7 @@ fn main() {
     let grid = demo::open("head", Some(128)).expect("a demo there is");
     let field = grid.field(None).expect("it has a field");
     let volume = grid.scalar(field, Component::Index(0), &Ticket::new()).expect("it is finite");
-    let base = scene::opening(Arc::new(volume), None);
+    let base = scene::opening(SampleSource::default(), Arc::new(volume), None);
     for nodes in [4_000, 16_000, 64_000] {
         for backend in [Backend::Raster, Backend::Tiles] {
             let splat = SplatSettings { backend, ..SplatSettings::SHADE_FIRST };
@@ -41,13 +41,13 @@ fn main() {
 
 fn measure(drawer: &mut Drawer, name: &str, base: &Scene, splat: SplatSettings, nodes: u64) {
     let scene = Scene { splat, ..base.clone() };
-    drawer.prepare(&scene, &Ticket::new()).expect("it prepares");
+    drawer.prepare(&Plan::of(&scene, SIZE), &Ticket::new()).expect("it prepares");
     let rung = Rung::Octree { max_error: drawer.error_for_count(nodes) };
-    let mut drawn = || drawer.draw(&scene, SIZE, rung, &mut ()).expect("it draws");
+    let mut drawn = || drawer.draw(&Plan::of(&scene, SIZE), rung, &mut ()).expect("it draws");
     let times: Vec<_> = (0..=RUNS).map(|_| drawn()).collect();
     let best = times[1..].iter().map(|d| d.wall_ms).fold(f64::INFINITY, f64::min);
     drawer.renderer.time_passes().expect("it times");
-    drawer.draw(&scene, SIZE, rung, &mut ()).expect("it draws");
+    drawer.draw(&Plan::of(&scene, SIZE), rung, &mut ()).expect("it draws");
     let rows: Vec<String> =
         drawer.renderer.times().iter().map(|t| format!("{} {:.1}", t.name, t.gpu_ms)).collect();
     drawer.renderer.stop_timing();

@@ -100,11 +100,11 @@ fn scan(drawer: &mut Drawer, name: &str, base: &Scene) {
     let of = |splat: SplatSettings| Scene { splat, ..base.clone() };
     let exact = of(SplatSettings { slabs_per_voxel: 2.0, ..SplatSettings::EXACT });
     let own = of(SplatSettings::SHADE_FIRST);
-    drawer.prepare(&exact, &Ticket::new()).expect("it fits");
-    drawer.draw(&exact, SIZE, Rung::Full, &mut ()).expect("it draws");
+    drawer.prepare(&Plan::of(&exact, SIZE), &Ticket::new()).expect("it fits");
+    drawer.draw(&Plan::of(&exact, SIZE), Rung::Full, &mut ()).expect("it draws");
     let exact = light(drawer);
-    drawer.prepare(&own, &Ticket::new()).expect("it fits");
-    drawer.draw(&own, SIZE, Rung::Full, &mut ()).expect("it draws");
+    drawer.prepare(&Plan::of(&own, SIZE), &Ticket::new()).expect("it fits");
+    drawer.draw(&Plan::of(&own, SIZE), Rung::Full, &mut ()).expect("it draws");
     let truths = [light(drawer), exact];
     let active = drawer.active_count().unwrap_or(0);
     println!("## {name}\n\n{active} active kernels, load {load:.1} at the start.\n");
@@ -113,7 +113,7 @@ fn scan(drawer: &mut Drawer, name: &str, base: &Scene) {
     for (option, cut) in options() {
         let scene = of(SplatSettings { cut, ..SplatSettings::SHADE_FIRST });
         let start = Instant::now();
-        drawer.prepare(&scene, &Ticket::new()).expect("it fits");
+        drawer.prepare(&Plan::of(&scene, SIZE), &Ticket::new()).expect("it fits");
         eprintln!("{name}, {option}: prepared in {:.0} ms", start.elapsed().as_secs_f64() * 1e3);
         let step = (active as f64 / FEWEST_NODES).ln() / f64::from(CUTS);
         let rows = (0..CUTS).map(|i| {
@@ -144,7 +144,7 @@ fn measured(
     name: String,
     [own, exact]: &[Light; 2],
 ) -> Row {
-    let mut draw = || drawer.draw(scene, SIZE, rung, &mut ()).expect("it draws");
+    let mut draw = || drawer.draw(&Plan::of(scene, SIZE), rung, &mut ()).expect("it draws");
     let nodes = draw().kernels;
     let (before, mut walls) = (processor_ms(), Vec::new());
     while walls.len() < LEAST_RUNS || processor_ms() - before < LEAST_MS {

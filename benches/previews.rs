@@ -80,8 +80,8 @@ fn main() {
         let path = data.join("scalar").join(format!("{name}.vti"));
         match open(&path) {
             Ok(mut scene) => {
-                scene.transfer = function(opacity, colours);
-                let lattice = &scene.volume.lattice;
+                *scene.transfer_mut().expect("a field") = function(opacity, colours);
+                let lattice = &scene.lattice();
                 let extent = DVec3::from_array(lattice.dims.map(|n| n as f64)) * lattice.spacing;
                 let scale = SCALE * extent.length();
                 scene.camera = Camera::new(lattice.centre(), DIRECTION, DVec3::Z, scale);
@@ -160,7 +160,7 @@ fn turned(path: &Path) {
     println!(
         "| {} | {:?} | {load_ms:.0} | {first_ms:.0} | {full_ms:.0} ({:.0}) | {}×{} | {:.1}, {:.1} | {} | {rungs:.0} | {at_once:.0} | {:.2} | {:.1} |",
         path.file_name().unwrap_or_default().to_string_lossy(),
-        scene.volume.lattice.dims,
+        scene.lattice().dims,
         full.report.frame_ms,
         last.size[0],
         last.size[1],
@@ -183,7 +183,7 @@ fn open(path: &Path) -> Result<Scene, String> {
     };
     let field = grid.field(None).map_err(|e| e.to_string())?;
     let volume = grid.scalar(field, Component::Index(0), &Ticket::new());
-    Ok(scene::opening(Arc::new(volume.map_err(|e| e.to_string())?), grid.space.as_deref()))
+    Ok(scene::opening(SampleSource::default(), Arc::new(volume.map_err(|e| e.to_string())?), grid.space.as_deref()))
 }
 
 fn function(opacity: Points<'_>, colours: Colours<'_>) -> TransferFunction {
@@ -240,7 +240,7 @@ fn blocks(exact: &[[f64; 4]], size: [u32; 2]) -> Vec<[f32; 4]> {
 fn measure(name: &str, scene: &Scene) {
     let load = sysinfo::System::load_average().map_or(0.0, |load| load.one);
     let mut own = drawer(scene);
-    own.draw(scene, SIZE, Rung::Full, &mut ()).expect("it draws");
+    own.draw(&Plan::of(scene, SIZE), Rung::Full, &mut ()).expect("it draws");
     let exact = wide(light(&mut own));
     println!("## {name}\n\nLoad average {load:.1}.\n\n| field | {} |", columns());
     println!("|---{}|", "|---".repeat(SHRINKS.len()));
@@ -262,8 +262,8 @@ fn measure(name: &str, scene: &Scene) {
         let mut drawer = drawer(scene);
         let tents = SplatSettings { kernel: Kernel::Linear, ..scene.splat };
         let (field, ticket) = (SlabField::Preview, Ticket::new());
-        let coefficients = means(&scene.volume, level, width);
-        let set = drawer.renderer.set_field(field, &scene.volume, &tents, coefficients, &ticket);
+        let coefficients = means(scene.volume().expect("a field"), level, width);
+        let set = drawer.renderer.set_field(field, scene.volume().expect("a field"), &tents, coefficients, &ticket);
         set.expect("it fits");
         row(&title, scene, &mut drawer, field, &against);
     }
@@ -293,7 +293,7 @@ fn row(
         let mut size = SIZE;
         for _ in 0..RUNS {
             let rung = Rung::Reduced { field, shrink };
-            let drawn = drawer.draw(scene, SIZE, rung, &mut ()).expect("it draws");
+            let drawn = drawer.draw(&Plan::of(scene, SIZE), rung, &mut ()).expect("it draws");
             (least, size) = (least.min(drawn.wall_ms), drawn.size);
         }
         let Difference { rmse, mean_brightness, .. } = against(light(drawer), size);

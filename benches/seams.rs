@@ -46,8 +46,8 @@ fn scan(drawer: &mut Drawer, name: &str, base: &Scene) {
         |cut| Scene { splat: SplatSettings { cut, ..SplatSettings::SHADE_FIRST }, ..base.clone() };
     let uneven = of(CutSettings::UNIFORM);
     let even = of(CutSettings { balanced: true, ..CutSettings::UNIFORM });
-    drawer.prepare(&uneven, &Ticket::new()).expect("it fits");
-    drawer.draw(&uneven, SIZE, Rung::Full, &mut ()).expect("it draws");
+    drawer.prepare(&Plan::of(&uneven, SIZE), &Ticket::new()).expect("it fits");
+    drawer.draw(&Plan::of(&uneven, SIZE), Rung::Full, &mut ()).expect("it draws");
     let full = light(drawer);
     for count in NODES {
         let max_error = drawer.error_for_count(count);
@@ -99,14 +99,14 @@ fn scan(drawer: &mut Drawer, name: &str, base: &Scene) {
 
 fn drawn(drawer: &mut Drawer, scene: &Scene, max_error: f32) -> (Vec<CutNode>, Light) {
     drawer.keeps_cut = true;
-    drawer.draw(scene, SIZE, Rung::Octree { max_error }, &mut ()).expect("it draws");
+    drawer.draw(&Plan::of(scene, SIZE), Rung::Octree { max_error }, &mut ()).expect("it draws");
     let (cut, _) = drawer.take_cut().expect("it was kept");
     (cut.nodes, light(drawer))
 }
 
 /// Pixels near a face of a node beyond which lies one at least two levels finer.
 fn seams(scene: &Scene, cut: &[CutNode]) -> Vec<bool> {
-    let lattice = &scene.volume.lattice;
+    let lattice = &scene.lattice();
     let dims = lattice.dims;
     let mut level_of = vec![NOTHING; lattice.len()];
     let index = |[x, y, z]: [usize; 3]| (z * dims[1] + y) * dims[0] + x;

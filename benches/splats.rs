@@ -89,14 +89,14 @@ fn fill(drawer: &mut Drawer, count: u32, radius: f64) {
     let lattice = Lattice::unit([n, n, 1]);
     let samples = Samples::UInt8(vec![1; n * n]);
     let volume = ScalarVolume::from_samples("flat", lattice, samples).expect("a sound volume");
-    let mut scene = scene::opening(Arc::new(volume), None);
+    let mut scene = scene::opening(SampleSource::default(), Arc::new(volume), None);
     scene.camera = scene::framing_camera(&lattice, DVec3::NEG_Z, DVec3::Y);
     scene.camera.parallel_scale = voxels / 2.0;
     let records: Vec<Record> = (0..count).map(|i| record(i, voxels)).collect();
     let mut truth = None;
     for (name, splat) in modes() {
         let scene = Scene { splat, ..scene.clone() };
-        drawer.prepare(&scene, &Ticket::new()).expect("it prepares");
+        drawer.prepare(&Plan::of(&scene, SIZE), &Ticket::new()).expect("it prepares");
         let view = View::new(&scene, [SIDE; 2]);
         let renderer = &mut drawer.renderer;
         let mut draw = || {
@@ -138,13 +138,13 @@ fn volume(drawer: &mut Drawer, name: &str, size: usize) {
     let grid = demo::open(name, Some(size)).expect("a demo there is");
     let field = grid.field(None).expect("it has a field");
     let volume = grid.scalar(field, Component::Index(0), &Ticket::new()).expect("it is finite");
-    let base = scene::opening(Arc::new(volume), grid.space.as_deref());
+    let base = scene::opening(SampleSource::default(), Arc::new(volume), grid.space.as_deref());
     let mut draw = |splat: SplatSettings| {
         let scene = Scene { splat, ..base.clone() };
-        drawer.prepare(&scene, &Ticket::new()).expect("it prepares");
+        drawer.prepare(&Plan::of(&scene, SIZE), &Ticket::new()).expect("it prepares");
         let size = [512; 2];
         let times = timed(|| {
-            drawer.draw(&scene, size, Rung::Full, &mut ()).expect("it draws");
+            drawer.draw(&Plan::of(&scene, size), Rung::Full, &mut ()).expect("it draws");
         });
         (times, wide(&drawer.renderer.read_light().expect("it reads back")))
     };

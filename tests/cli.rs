@@ -834,10 +834,10 @@ fn shells_scene() -> Scene {
     let volume = grid
         .scalar(&grid.fields[0], Component::Index(0), &voxsplat::core::Ticket::new())
         .expect("a scalar");
-    let mut scene = opening(Arc::new(volume), None);
+    let mut scene = opening(Default::default(), Arc::new(volume), None);
     scene.camera =
         Camera::new(DVec3::new(0.1, 0.0, -0.05), DVec3::new(0.3, -0.5, 0.8), DVec3::Y, 1.4);
-    scene.transfer = TransferFunction::of(
+    *scene.transfer_mut().expect("a field") = TransferFunction::of(
         vec![(40.0, 0.0), (100.0, 0.3), (255.0, 0.8)],
         ColourSource::Stops(vec![
             (0.0, Srgb8([255, 32, 0])),

@@ -1088,7 +1088,7 @@ fn fits_are_drawn_far_before_near_like_any_cut() {
 
 /// A cut's float64 picture, every sample laid over those behind it.
 fn picture(scene: &Scene, cut: &[CutNode]) -> Vec<[f64; 4]> {
-    let lattice = scene.volume.lattice;
+    let lattice = scene.lattice();
     let kernels = cut.iter().map(|cut| RefKernel {
         centre: lattice.world_from_index(DVec3::from_array(std::array::from_fn(|a| {
             f64::from(cut.low[a]) + (f64::from(cut.size[a]) - 1.0) / 2.0
@@ -1105,20 +1105,20 @@ fn picture(scene: &Scene, cut: &[CutNode]) -> Vec<[f64; 4]> {
 fn a_cut_weighted_by_what_shows_is_nearer_to_the_reference_with_as_many_nodes() {
     let grid = demo::open("head", Some(40)).expect("a demo there is");
     let volume = grid.scalar(&grid.fields[0], Component::Index(0), &Ticket::new()).expect("finite");
-    let mut scene = scene::opening(Arc::new(volume), None);
+    let mut scene = scene::opening(Default::default(), Arc::new(volume), None);
     scene.splat = SplatSettings::SHADE_FIRST;
-    let table = Table::new(&scene.transfer, scene.volume.samples.scalar_type());
+    let table = Table::new(scene.transfer().expect("a field"), scene.volume().expect("a field").samples.scalar_type());
     let reference = Reference::new(&scene, [56, 48]).expect("a mode").picture();
     let view = View::new(&scene, [56, 48]);
     for &measure in ErrorMeasure::ALL {
-        let pyramid = Pyramid::build(&scene.volume, &table, 1.0, measure, &Ticket::new());
+        let pyramid = Pyramid::build(scene.volume().expect("a field"), &table, 1.0, measure, &Ticket::new());
         let pyramid = pyramid.expect("not cancelled");
         let rmse = |view_dependent: bool| {
             let cut = |max_error: f32| {
                 let limits = CutLimits { view_dependent, ..limits(max_error, 0) };
                 let visibility = view.visibility(1.556);
                 Cut::of(&pyramid, limits, view.visit_order(), &visibility, |index| {
-                    table.lookup(scene.volume.samples.get(index))
+                    table.lookup(scene.volume().expect("a field").samples.get(index))
                 })
                 .nodes
             };
@@ -1145,22 +1145,22 @@ fn a_cut_weighted_by_what_shows_is_nearer_to_the_reference_with_as_many_nodes() 
 fn cuts_of_few_nodes_are_brighter_as_matter_is_spread_within_their_boxes() {
     let grid = demo::open("head", Some(40)).expect("a demo there is");
     let volume = grid.scalar(&grid.fields[0], Component::Index(0), &Ticket::new()).expect("finite");
-    let mut scene = scene::opening(Arc::new(volume), None);
+    let mut scene = scene::opening(Default::default(), Arc::new(volume), None);
     scene.splat = SplatSettings::SHADE_FIRST;
-    let opening = scene.transfer.opacity.clone();
+    let opening = scene.transfer().expect("a field").opacity.clone();
     let mean = |p: &[[f64; 4]]| p.iter().map(|p| p[3]).sum::<f64>() / p.len() as f64;
     // As white light of that opacity is shown.
     let encoded =
         |p: &[[f64; 4]]| p.iter().map(|p| srgb_from_linear(p[3])).sum::<f64>() / p.len() as f64;
     // Of the whole depth, and of a fiftieth of it.
     for (share, thin) in [(1.0, false), (0.02, true)] {
-        scene.transfer.opacity.clone_from(&opening);
-        scene.transfer.opacity.iter_mut().for_each(|p| p.1 = 1.0 - (1.0 - p.1).powf(share));
-        let table = Table::new(&scene.transfer, scene.volume.samples.scalar_type());
-        let lattice = &scene.volume.lattice;
+        scene.transfer_mut().expect("a field").opacity.clone_from(&opening);
+        scene.transfer_mut().expect("a field").opacity.iter_mut().for_each(|p| p.1 = 1.0 - (1.0 - p.1).powf(share));
+        let table = Table::new(scene.transfer().expect("a field"), scene.volume().expect("a field").samples.scalar_type());
+        let lattice = &scene.lattice();
         let depth = lattice.axes().determinant().abs().cbrt() / scene.opacity_unit_distance();
         let measure = ErrorMeasure::Classified;
-        let pyramid = Pyramid::build(&scene.volume, &table, depth, measure, &Ticket::new());
+        let pyramid = Pyramid::build(scene.volume().expect("a field"), &table, depth, measure, &Ticket::new());
         let pyramid = pyramid.expect("not cancelled");
         let picture_of_all = Reference::new(&scene, [56, 48]).expect("a mode").picture();
         let (full, encoded_full) = (mean(&picture_of_all), encoded(&picture_of_all));
@@ -1169,7 +1169,7 @@ fn cuts_of_few_nodes_are_brighter_as_matter_is_spread_within_their_boxes() {
             let limits = limits(pyramid.error_for_count(count), 0);
             let visibility = view.visibility(1.556);
             let cut = Cut::of(&pyramid, limits, view.visit_order(), &visibility, |index| {
-                table.lookup(scene.volume.samples.get(index))
+                table.lookup(scene.volume().expect("a field").samples.get(index))
             });
             // Each node as kernels of one voxel, all over its box.
             let spread: Vec<CutNode> = cut.nodes.iter().flat_map(in_its_box).collect();
@@ -1232,8 +1232,10 @@ fn vessel() -> Scene {
     let settings = VectorSettings { transfer, ..VectorSettings::for_field(&field) };
     let samples = Samples::UInt8(vec![0; 8000]);
     let volume = ScalarVolume::from_samples("still", lattice, samples).expect("sound");
-    let layer = VectorLayer { field, settings, phase: 0.2, alone: true, second: None };
-    Scene { vectors: Some(layer), ..scene::opening(Arc::new(volume), None) }
+    let opening = scene::opening(Default::default(), Arc::new(volume), None);
+    let mut scene = Scene { phase: 0.2, ..opening }.with(VectorLayer { field, settings });
+    scene.show_field(false);
+    scene
 }
 
 /// Means of vectors hide as much as the vectors do, in the float64 reference.
@@ -1248,8 +1250,8 @@ fn coarser_vectors_hide_as_much_and_shine_as_bright() {
         let means = |coarser: u32| {
             let mut scene = vessel();
             scene.splat.opacity_model = model;
-            let layer = scene.vectors.as_mut().expect("vectors");
-            (layer.settings.mode, layer.settings.coarser) = (mode, coarser);
+            let (_, settings) = scene.vectors_mut().remove(0);
+            (settings.mode, settings.coarser) = (mode, coarser);
             let picture = Reference::new(&scene, [48, 48]).expect("a mode").picture();
             let mean = |c: usize| picture.iter().map(|p| p[c]).sum::<f64>() / picture.len() as f64;
             [mean(3), mean(0)]

@@ -216,8 +216,8 @@ fn every_shortcut_does_what_it_says() {
                 assert_ne!(before.direction, bench.camera().direction);
                 let viewport = bench.viewport();
                 let size = [viewport.width(), viewport.height()].map(f64::from);
-                let lattice = &bench.window().scene().unwrap().volume.lattice;
-                let whole = framed(lattice, NamedView::Isometric, false, size);
+                let lattice = bench.window().scene().unwrap().lattice();
+                let whole = framed(&lattice, NamedView::Isometric, false, size);
                 assert_eq!(bench.camera(), whole);
             }
             Action::Converge => {
@@ -277,7 +277,7 @@ fn every_shortcut_does_what_it_says() {
                 assert!(!window.probing().is_on() && !window.cells().on && !levels(&bench));
             }
             Action::ToggleLeveling => {
-                let range = |b: &Bench| b.window().scene().unwrap().transfer.colour.range();
+                let range = |b: &Bench| b.window().scene().unwrap().transfer().unwrap().colour.range();
                 let before = (bench.camera(), range(&bench));
                 let by = vec2(-60.0, -40.0);
                 bench.drag(PointerButton::Primary, Modifiers::NONE, by);
@@ -452,7 +452,7 @@ fn a_bad_file_shows_a_bar_and_leaves_the_old_scene() {
     bench.open("bad.nrrd");
     assert!(bench.shows("expected a header, found nonsense: bad.nrrd"));
     assert_eq!(bench.window().document().unwrap().source.name(), "good.nrrd");
-    assert!(std::sync::Arc::ptr_eq(&bench.window().scene().unwrap().volume, &before.volume));
+    assert!(std::sync::Arc::ptr_eq(bench.window().scene().unwrap().volume().unwrap(), before.volume().unwrap()));
     assert_eq!(bench.window().settings().recent, [absolute("good.nrrd")]);
 
     let dismiss = bench.harness.get_by_label("Dismiss").rect();
@@ -559,7 +559,7 @@ fn sliders_and_choices_change_the_scene() {
     let extent = bench.harness.get_by_role_and_label(Role::Slider, "Extent");
     assert!(extent.accesskit_node().is_disabled(), "boxes have a size of their own");
     bench.choose("Colours", "Gray");
-    let colour = bench.window().scene().unwrap().transfer.colour.clone();
+    let colour = bench.window().scene().unwrap().transfer().unwrap().colour.clone();
     assert!(matches!(colour, ColourSource::Map { map: ColourMap::Gray, .. }), "{colour:?}");
     bench.choose("Refine by", "Subsampling");
     let Effort::Rest { ladder, .. } = bench.last_request().effort else { panic!("not at rest") };
@@ -592,23 +592,23 @@ fn full_quality_while_moving_asks_for_rest_during_a_drag() {
 #[test]
 fn ranges_stretch_colours_and_opacities_and_the_default_is_a_choice() {
     let mut bench = Bench::opened();
-    let fresh = bench.window().scene().unwrap().transfer.clone();
+    let fresh = bench.window().scene().unwrap().transfer().unwrap().clone();
     bench.harness.get_by_label("Min–max").click();
     bench.settle();
-    let transfer = bench.last_request().scene.transfer;
+    let transfer = bench.last_request().scene.transfer().unwrap().clone();
     let ColourSource::Map { range, .. } = transfer.colour else { panic!("custom colours") };
-    let statistics = &bench.window().scene().unwrap().volume.statistics;
+    let statistics = &bench.window().scene().unwrap().volume().unwrap().statistics;
     assert_eq!(range, [statistics.min, statistics.max]);
     assert_ne!(transfer.opacity, fresh.opacity, "the stand-in starts elsewhere");
     bench.choose("Preset", "Default");
     bench.settle();
-    assert_eq!(bench.last_request().scene.transfer, fresh);
+    assert_eq!(*bench.last_request().scene.transfer().unwrap(), fresh);
 }
 
 #[test]
 fn points_of_the_curve_are_added_moved_and_removed_by_hand() {
     let mut bench = Bench::opened();
-    let points = |bench: &Bench| bench.window().scene().unwrap().transfer.opacity.clone();
+    let points = |bench: &Bench| bench.window().scene().unwrap().transfer().unwrap().opacity.clone();
     let before = points(&bench);
     let curve = bench.harness.get_by_label("Opacity curve over the histogram").rect();
     let empty = Pos2::new(curve.left() + curve.width() * 0.2, curve.top() + 20.0);
@@ -652,7 +652,7 @@ fn the_selected_point_can_be_typed() {
     bench.harness.get_by_label("Next point").click();
     bench.harness.run_steps(2);
     bench.set_slider("Point opacity", 0.25);
-    assert_eq!(bench.window().scene().unwrap().transfer.opacity[1].1, 0.25);
+    assert_eq!(bench.window().scene().unwrap().transfer().unwrap().opacity[1].1, 0.25);
 }
 
 #[test]
@@ -666,7 +666,7 @@ fn a_vectors_component_can_be_chosen_and_the_view_stays() {
     bench.choose("Component", "y");
     bench.wait_until(|window| !window.is_loading());
     assert_eq!(bench.window().document().unwrap().component, Component::Index(1));
-    assert_eq!(bench.window().scene().unwrap().volume.name, "v[1]");
+    assert_eq!(bench.window().scene().unwrap().volume().unwrap().name, "v[1]");
     assert_eq!(bench.camera(), before);
 }
 

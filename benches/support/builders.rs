@@ -24,7 +24,7 @@ pub(crate) fn tables() {
     println!("| volume | builder | coarse | all of it | longest piece |\n|---|---|---|---|---|");
     for size in [128, 256] {
         let volume = shells(size);
-        let opening = scene::opening(Arc::clone(&volume), None).transfer;
+        let opening = scene::opening(SampleSource::default(), Arc::clone(&volume), None).transfer;
         let ramp = TransferFunction { opacity: vec![(0.0, 0.01), (255.0, 0.5)], ..opening.clone() };
         for (name, transfer) in [("as it opens", opening), ("a ramp", ramp)] {
             let table = Table::new(&transfer, volume.samples.scalar_type());

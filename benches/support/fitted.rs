@@ -31,17 +31,17 @@ pub(crate) fn tables(drawer: &mut Drawer) {
 fn table(drawer: &mut Drawer, scene: &Scene) {
     let ticket = Ticket::new();
     drawer.prepare(scene, &ticket).expect("it fits");
-    drawer.draw(scene, SIZE, Rung::Full, &mut ()).expect("it draws");
+    drawer.draw(&Plan::of(scene, SIZE), Rung::Full, &mut ()).expect("it draws");
     let full = light(drawer);
-    let table = Table::new(&scene.transfer, scene.volume.samples.scalar_type());
-    let depth = scene.volume.lattice.axes().determinant().abs().cbrt();
+    let table = Table::new(scene.transfer().expect("a field"), scene.volume().expect("a field").samples.scalar_type());
+    let depth = scene.lattice().axes().determinant().abs().cbrt();
     let depth = depth / scene.opacity_unit_distance();
     let measure = ErrorMeasure::Classified;
-    let pyramid = Pyramid::build(&scene.volume, &table, depth, measure, &ticket).expect("it fits");
+    let pyramid = Pyramid::build(scene.volume().expect("a field"), &table, depth, measure, &ticket).expect("it fits");
     let view = View::new(scene, SIZE);
     let unit = scene.opacity_unit_distance();
     let cut_of = |limits| {
-        let voxel = |i| table.lookup(scene.volume.samples.get(i));
+        let voxel = |i| table.lookup(scene.volume().expect("a field").samples.get(i));
         Cut::of(&pyramid, limits, view.visit_order(), &view.visibility(1.556), voxel)
     };
     println!("| way | nodes | ms | dB to full | brighter, linear |\n|---|---|---|---|---|");
@@ -77,7 +77,7 @@ fn table(drawer: &mut Drawer, scene: &Scene) {
     for level in LEVELS {
         let mut draw = || {
             let rung = Rung::Subsampled { level };
-            drawer.draw(scene, SIZE, rung, &mut ()).expect("it draws").kernels as usize
+            drawer.draw(&Plan::of(scene, SIZE), rung, &mut ()).expect("it draws").kernels as usize
         };
         let (nodes, ms) = timed(&mut draw);
         let name = format!("every {}. sample", 1 << level);

@@ -30,14 +30,14 @@ pub(crate) fn tables(drawer: &mut Drawer) {
 fn table(drawer: &mut Drawer, name: &str, scene: &Scene) {
     let ticket = Ticket::new();
     drawer.prepare(scene, &ticket).expect("it fits");
-    drawer.draw(scene, SIZE, Rung::Full, &mut ()).expect("it draws");
+    drawer.draw(&Plan::of(scene, SIZE), Rung::Full, &mut ()).expect("it draws");
     let full = light(drawer);
-    let table = Table::new(&scene.transfer, scene.volume.samples.scalar_type());
-    let lattice = &scene.volume.lattice;
+    let table = Table::new(scene.transfer().expect("a field"), scene.volume().expect("a field").samples.scalar_type());
+    let lattice = &scene.lattice();
     let depth = lattice.axes().determinant().abs().cbrt() / scene.opacity_unit_distance();
     let measure = ErrorMeasure::Classified;
-    let whole = Pyramid::build(&scene.volume, &table, depth, measure, &ticket).expect("it fits");
-    let coarse = Pyramid::coarse(&scene.volume, &table, depth, measure, &ticket).expect("it fits");
+    let whole = Pyramid::build(scene.volume().expect("a field"), &table, depth, measure, &ticket).expect("it fits");
+    let coarse = Pyramid::coarse(scene.volume().expect("a field"), &table, depth, measure, &ticket).expect("it fits");
     println!(
         "| {name} | nodes | factor | brighter, linear | thinned | encoded | thinned | dB | thinned |"
     );
@@ -49,7 +49,7 @@ fn table(drawer: &mut Drawer, name: &str, scene: &Scene) {
             }
             let view = View::new(scene, SIZE);
             let limits = CutLimits::of_error(pyramid.error_for_count(count));
-            let voxel = |i| table.lookup(scene.volume.samples.get(i));
+            let voxel = |i| table.lookup(scene.volume().expect("a field").samples.get(i));
             let cut = Cut::of(pyramid, limits, view.visit_order(), &view.visibility(1.556), voxel);
             let factor = pyramid.thinning.factor(&cut.nodes);
             let [plain, thinned] = [1.0, factor].map(|factor| {

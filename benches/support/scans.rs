@@ -42,7 +42,7 @@ fn open(path: &Path) -> Result<Scene, String> {
     let field = opened.grid.field(None).map_err(|e| e.to_string())?;
     let component = if field.components == 1 { Component::Index(0) } else { Component::Magnitude };
     let volume = opened.grid.scalar(field, component, &Ticket::new()).map_err(|e| e.to_string())?;
-    Ok(scene::opening(Arc::new(volume), opened.grid.space.as_deref()))
+    Ok(scene::opening(SampleSource::default(), Arc::new(volume), opened.grid.space.as_deref()))
 }
 
 /// The picture that was drawn last.

@@ -132,7 +132,7 @@ fn figure_4(page: &mut Page<'_>) -> Result<()> {
     const CUT: usize = 300;
     let grid = demo_grid("blobs", 16)?;
     let volume = scalar(&grid)?;
-    let opening = scene::opening(volume, grid.space.as_deref());
+    let opening = scene::opening(SampleSource::default(), volume, grid.space.as_deref());
     // Along an axis, where the lattice shows most.
     let (direction, up) = NamedView::Front.direction_and_up(false);
     let mut camera = scene::framing_camera(&opening.volume.lattice, direction, up);

@@ -104,7 +104,7 @@ fn constant(samples: usize, opacity: f64, pixels: f64, size: u32) -> Result<Scen
     let value = volume.statistics.min;
     let colour = ColourSource::Stops(vec![(value, Srgb8::WHITE)]);
     let transfer = TransferFunction::new(vec![(value, opacity)], colour)?;
-    Ok(Scene { camera, transfer, ..scene::opening(volume, None) })
+    Ok(Scene { camera, transfer, ..scene::opening(SampleSource::default(), volume, None) })
 }
 
 /// White splats alone.

@@ -182,7 +182,7 @@ type Found = ([[f64; 3]; 8], String);
 /// Every mode's picture of every scene along `direction`, held to the exact integral.
 fn measured(page: &Page<'_>, scenes: &[Scene; 3], direction: DVec3) -> Result<Found> {
     let scenes = scenes.clone().map(|scene| Scene {
-        camera: framing_camera(&scene.volume.lattice, direction, DVec3::Z),
+        camera: framing_camera(&scene.lattice(), direction, DVec3::Z),
         ..scene
     });
     let truths: Vec<_> = scenes
@@ -223,7 +223,7 @@ fn jump(
     let picture = |turn: f64| -> Result<_> {
         let angle = middle + turn;
         let direction = DVec3::new(angle.sin(), angle.cos(), -0.3);
-        let camera = framing_camera(&scene.volume.lattice, direction, DVec3::Z);
+        let camera = framing_camera(&scene.lattice(), direction, DVec3::Z);
         // One scale: only the direction differs.
         let camera = voxsplat::core::Camera { parallel_scale: GRID as f64 * 0.75, ..camera };
         let scene = Scene { camera, splat, ..scene.clone() };

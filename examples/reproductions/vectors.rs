@@ -79,8 +79,8 @@ fn tornado(size: usize) -> Result<Scene> {
     let grid = demo_grid("tornado", size)?;
     let volume = scalar(&grid)?;
     let field = vectors(&grid, "velocity")?;
-    let mut scene = scene::opening(volume, None);
-    let lattice = scene.volume.lattice;
+    let mut scene = scene::opening(SampleSource::default(), volume, None);
+    let lattice = scene.lattice();
     let camera = scene::framing_camera(&lattice, DVec3::new(-0.4, 0.9, -0.25), DVec3::Z);
     scene.camera = Camera { parallel_scale: 0.95 * camera.parallel_scale, ..camera };
     scene.vectors = Some(VectorLayer::new(field, true));
@@ -167,8 +167,8 @@ fn climate(page: &mut Page<'_>, data: &Path) -> Result<()> {
     let grid = &opened.grid;
     let field = grid.field(Some("z[month=1]"))?;
     let volume = grid.scalar(field, voxsplat::volume::Component::Index(0), &Ticket::new())?;
-    let mut scene = scene::opening(Arc::new(volume), None);
-    let camera = scene::framing_camera(&scene.volume.lattice, -DVec3::Z, DVec3::Y);
+    let mut scene = scene::opening(SampleSource::default(), Arc::new(volume), None);
+    let camera = scene::framing_camera(&scene.lattice(), -DVec3::Z, DVec3::Y);
     scene.camera = Camera { parallel_scale: 92.0, ..camera };
     let mut layer = VectorLayer::new(vectors(grid, "(u, v)[month=1]")?, true);
     layer.alone = true;
@@ -231,7 +231,7 @@ fn costs(page: &mut Page<'_>, data: &Path) -> Result<()> {
         }
         let opened = io::open(&path, &io::OpenOptions::default(), &Ticket::new())?;
         let volume = scalar(&opened.grid)?;
-        let mut scene = scene::opening(volume, None);
+        let mut scene = scene::opening(SampleSource::default(), volume, None);
         scene.vectors = Some(VectorLayer::new(vectors(&opened.grid, name)?, true));
         rows.push(timed(page, file, &scene)?);
     }
@@ -279,7 +279,7 @@ fn costs(page: &mut Page<'_>, data: &Path) -> Result<()> {
 
 /// Fibres through a scene, as the paper's gel has them, from side to side.
 fn fibres(scene: &Scene) -> Result<PolygonLayer> {
-    let (centre, reach) = (scene.volume.lattice.centre(), scene.volume.lattice.bounding_radius());
+    let (centre, reach) = (scene.lattice().centre(), scene.lattice().bounding_radius());
     let mut shapes = Shapes::default();
     for i in 0..12 {
         // Any angles that are not alike.

@@ -63,8 +63,8 @@ pub(crate) fn write(page: &mut Page<'_>) -> Result<()> {
     let volume = subsampled(&*scalar(&grid)?, [1, 1, 2])?;
     let anterior = is_anterior_y(grid.space.as_deref());
     let (direction, up) = NamedView::Front.direction_and_up(anterior);
-    let mut scene = scene::opening(Arc::clone(&volume), grid.space.as_deref());
-    scene.transfer = presets::ct_bone();
+    let mut scene = scene::opening(SampleSource::default(), Arc::clone(&volume), grid.space.as_deref());
+    *scene.transfer_mut().expect("a field") = presets::ct_bone();
     scene.camera = scene::framing_camera(&volume.lattice, direction, up);
     two_pixels_a_voxel(&mut scene);
     let published = table(page, &scene, true)?;
@@ -95,7 +95,7 @@ pub(crate) fn write_scan(page: &mut Page<'_>, data: &Path) -> Result<()> {
 
 /// A scale factor of two, with samples over the middles of pixels, where points meet no edge.
 fn two_pixels_a_voxel(scene: &mut Scene) {
-    let spacing = scene.volume.lattice.smallest_spacing();
+    let spacing = scene.lattice().smallest_spacing();
     scene.camera.parallel_scale = f64::from(SIZE) / 4.0 * spacing;
     let (right, up) = (scene.camera.right(), scene.camera.up);
     scene.camera.focal_point += (right + up) * (0.25 * spacing);
@@ -108,7 +108,7 @@ fn real_scan(data: &Path) -> Result<Scene> {
         .map_err(|_| anyhow::anyhow!("it could not be opened"))?
         .grid;
     let volume = scalar(&grid)?;
-    let mut scene = scene::opening(Arc::clone(&volume), grid.space.as_deref());
+    let mut scene = scene::opening(SampleSource::default(), Arc::clone(&volume), grid.space.as_deref());
     let (direction, up) = NamedView::Front.direction_and_up(is_anterior_y(grid.space.as_deref()));
     scene.camera = scene::framing_camera(&volume.lattice, direction, up);
     Ok(scene)
@@ -116,7 +116,7 @@ fn real_scan(data: &Path) -> Result<Scene> {
 
 /// The table, and where asked for the nine pictures by the published method.
 fn table(page: &mut Page<'_>, scene: &Scene, first: bool) -> Result<Vec<Vec<Cell>>> {
-    let unit = scene.volume.lattice.smallest_spacing();
+    let unit = scene.lattice().smallest_spacing();
     // What his method approximates: the same Gaussians, shaded first; and the exact picture.
     let own = SplatSettings {
         kernel: Kernel::Gaussian,
@@ -140,7 +140,7 @@ fn table(page: &mut Page<'_>, scene: &Scene, first: bool) -> Result<Vec<Vec<Cell
         truths.push(wide(&still.light));
     }
     let volumes: Vec<Arc<ScalarVolume>> =
-        STEPS.iter().map(|&s| subsampled(&scene.volume, [s; 3])).collect::<Result<_>>()?;
+        STEPS.iter().map(|&s| subsampled(scene.volume().expect("a field"), [s; 3])).collect::<Result<_>>()?;
     let nine = |opacity_model| nine(page, scene, &volumes, opacity_model, &truths);
     let published = nine(OpacityModel::Published)?;
     let optical = nine(OpacityModel::OpticalDepth)?;
@@ -183,7 +183,7 @@ fn table(page: &mut Page<'_>, scene: &Scene, first: bool) -> Result<Vec<Vec<Cell
         &rows,
     );
     let active: Vec<String> = published.active.iter().map(u64::to_string).collect();
-    let share = 100.0 * published.active[2] as f64 / scene.volume.lattice.len() as f64;
+    let share = 100.0 * published.active[2] as f64 / scene.lattice().len() as f64;
     page.say(&format!(
         "*own*: against the picture, refined as far as stated, of his own model, Gaussians shaded first, every sample \
          ({}). *exact*: against the like picture of values interpolated by cubic B-splines and \
@@ -222,7 +222,7 @@ fn nine(
     opacity_model: OpacityModel,
     truths: &[Light],
 ) -> Result<Nine> {
-    let unit = scene.volume.lattice.smallest_spacing();
+    let unit = scene.lattice().smallest_spacing();
     let (mut cells, mut active) = (Vec::new(), Vec::new());
     for volume in volumes {
         let mut row = Vec::new();

@@ -410,7 +410,7 @@ mod tests {
         let lattice = crate::volume::Lattice::unit([2; 3]);
         let samples = crate::volume::Samples::UInt8(vec![1; 8]);
         let volume = crate::volume::ScalarVolume::from_samples("t", lattice, samples).unwrap();
-        let mut scene = crate::scene::opening(std::sync::Arc::new(volume), None);
+        let mut scene = crate::scene::opening(Default::default(), std::sync::Arc::new(volume), None);
         scene.splat = SplatSettings::EXACT;
         let all = candidates(&scene.splat);
         assert_eq!(candidates_of(&scene), all);
@@ -418,14 +418,14 @@ mod tests {
         let places = crate::volume::Places::Lattice(lattice);
         let ticket = crate::core::Ticket::new();
         let field = crate::volume::VectorField::new("v", places, vectors, &ticket).unwrap();
-        let layer = crate::scene::VectorLayer::new(std::sync::Arc::new(field), false);
-        scene.vectors = Some(layer);
+        let layer = crate::scene::VectorLayer::new(std::sync::Arc::new(field));
+        let mut scene = scene.with(layer);
         let beside = candidates_of(&scene);
         assert!(beside.len() > 30 && beside.len() < all.len(), "{}", beside.len());
         assert!(
             beside.iter().all(|s| s.detail == Detail::Full && s.splat.kernel != Kernel::Gouraud)
         );
-        scene.vectors.as_mut().unwrap().alone = true;
+        scene.show_field(false);
         let alone = candidates_of(&scene);
         assert_eq!(alone[0], all[0]);
         assert!((6..12).contains(&alone.len()), "{}", alone.len());

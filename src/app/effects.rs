@@ -224,7 +224,7 @@ mod tests {
     fn a_cost_is_of_two_pictures_that_differ_in_one_effect_alone() {
         let samples = Samples::UInt8((0..8).collect());
         let volume = ScalarVolume::from_samples("ramp", Lattice::unit([2; 3]), samples).unwrap();
-        let plain = crate::scene::opening(Arc::new(volume), None);
+        let plain = crate::scene::opening(Default::default(), Arc::new(volume), None);
         let table = || Some(Amounts { index: Index::Value, points: vec![(0.0, 0.5)] });
         let both = Scene {
             shading: Shading {

@@ -268,27 +268,20 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
-    use crate::scene::{Background, Inside, Shading, framing_camera};
+    use std::sync::Arc;
+
+    use crate::scene::{Background, Look, SampleSource, Sampled, framing_camera};
     use crate::transfer::{ColourMap, ColourSource, TransferFunction};
     use crate::volume::{Lattice, Samples, ScalarVolume};
 
     fn scene() -> Scene {
         let samples = Samples::UInt8((0..8).collect());
         let volume = ScalarVolume::from_samples("ramp", Lattice::unit([2, 2, 2]), samples).unwrap();
-        Scene {
-            camera: framing_camera(&volume.lattice, DVec3::Y, DVec3::Z),
-            volume: Arc::new(volume),
-            transfer: TransferFunction::of(
-                vec![(0.0, 0.0), (7.0, 1.0)],
-                ColourSource::Map { map: ColourMap::Gray, range: [0.0, 7.0] },
-            ),
-            splat: SplatSettings::default(),
-            background: Background::Transparent,
-            shading: Shading::default(),
-            inside: Inside::default(),
-            vectors: None,
-            polygons: Vec::new(),
-        }
+        let camera = framing_camera(&volume.lattice, DVec3::Y, DVec3::Z);
+        let colour = ColourSource::Map { map: ColourMap::Gray, range: [0.0, 7.0] };
+        let transfer = TransferFunction::of(vec![(0.0, 0.0), (7.0, 1.0)], colour);
+        let field = (Sampled::Volume(Arc::new(volume)), Look::Field(transfer));
+        Scene { background: Background::Transparent, ..Scene::seen_by(camera) }.with(field)
     }
 
     fn effort(decision: &Decision) -> Option<Effort> {
@@ -384,7 +377,7 @@ mod tests {
         let base = scene();
         let changes: [fn(&mut Scene); 5] = [
             |s| s.inside.clip.faces = crate::scene::CutFaces::Coloured,
-            |s| s.transfer.opacity[0].1 = 0.5,
+            |s| s.transfer_mut().unwrap().opacity[0].1 = 0.5,
             |s| s.splat.extent = Some(1.0),
             |s| s.camera.parallel_scale *= 2.0,
             |s| s.background = Background::Colour(crate::core::Srgb8::WHITE),
@@ -464,7 +457,9 @@ mod tests {
         let resized = pacing.decide(&scene, [12, 10], &settings, 1.0, false);
         assert_eq!(effort(&resized), Some(settings.effort_while_moving()));
         assert_eq!(resized.post.unwrap().size, [12, 10]);
-        scene.volume = Arc::new((*scene.volume).clone());
+        let volume = Arc::new((**scene.volume().unwrap()).clone());
+        let look = scene.layers[0].look.clone();
+        scene.replace(0, SampleSource::default(), (Sampled::Volume(volume), look));
         let opened = pacing.decide(&scene, [12, 10], &settings, 1.01, false);
         assert_eq!(effort(&opened), Some(settings.effort_at_rest()));
     }

@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::Plan;
 
 /// A plan at a glance.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Outline {
     /// How it comes to be a picture.
     pub way: &'static str,

@@ -289,7 +289,7 @@ mod tests {
     use super::*;
     use crate::reference::Reference;
     use crate::reference::support::{in_perspective, rough, scene};
-    use crate::scene::{Amounts, ClipBox, CutFaces, Index, Isosurface, SecondVectors, Slice};
+    use crate::scene::{Amounts, ClipBox, CutFaces, Index, Isosurface, Slice};
     use crate::vector::ColourBy;
     use crate::volume::{Lattice, Samples};
 
@@ -324,7 +324,7 @@ mod tests {
         let parallel = ramp(0.6);
         let share = 0.1;
         for scene in [parallel.clone(), in_perspective(parallel, 0.7)] {
-            let probe = Probe::new(&scene);
+            let probe = Probe::new(&scene).unwrap();
             for at in [DVec2::new(20.5, 15.5), DVec2::new(3.5, 28.5)] {
                 let found = point(probe.look(&scene, SIZE, at, share));
                 let (start, step) = scene.camera.ray(at, SIZE.map(f64::from));
@@ -349,7 +349,7 @@ mod tests {
     #[test]
     fn rays_that_see_nothing_say_so_and_how_much_there_was() {
         let mut scene = ramp(0.01);
-        let probe = Probe::new(&scene);
+        let probe = Probe::new(&scene).unwrap();
         let middle = DVec2::new(20.5, 15.5);
         // From index 40/3 to 30.5, half a world unit apart, by 0.01 every half unit.
         let Seen::TooLittle { gathered } = probe.look(&scene, SIZE, middle, 0.5) else { panic!() };
@@ -364,7 +364,7 @@ mod tests {
         assert_eq!(probe.look(&behind, SIZE, middle, 0.1), Seen::Beside);
         // Nothing has any opacity.
         scene = ramp(0.01);
-        scene.transfer.opacity.clear();
+        scene.transfer_mut().expect("a field").opacity.clear();
         assert_eq!(probe.look(&scene, SIZE, middle, 0.1), Seen::TooLittle { gathered: 0.0 });
     }
 
@@ -387,7 +387,7 @@ mod tests {
                 Amounts { index: Index::GradientStrength, points: vec![(0.0, 1.0), (0.6, 0.1)] };
             let shading = Shading { modulation: Some(thinned), ..Shading::default() };
             for scene in [plain.clone(), Scene { shading, ..plain }] {
-                let probe = Probe::new(&scene);
+                let probe = Probe::new(&scene).unwrap();
                 let exact = Reference::exact(&scene, SIZE.map(|n| n as usize)).unwrap();
                 for pixel in [[20, 15], [12, 9], [30, 20]] {
                     let at = DVec2::from(pixel.map(|p| p as f64 + 0.5));
@@ -406,7 +406,7 @@ mod tests {
     /// What a ray through the middle of a ramp meets, in perspective and not.
     fn met(scene: &Scene, share: f64) -> Point {
         let at = DVec2::new(20.5, 15.5);
-        let found = point(Probe::new(scene).look(scene, SIZE, at, share));
+        let found = point(Probe::new(scene).unwrap().look(scene, SIZE, at, share));
         let index = lattice().index_from_world(found.world);
         assert!((found.index - index).length() < 1e-9);
         found
@@ -455,7 +455,7 @@ mod tests {
         let mut scene = ramp(0.001);
         let bounds = ClipBox { low: [0.0, 0.0, 0.6], ..ClipBox::WHOLE };
         scene.inside.clip.bounds = Some(bounds);
-        let thin = Probe::new(&scene).look(&scene, SIZE, DVec2::new(20.5, 15.5), 0.1);
+        let thin = Probe::new(&scene).unwrap().look(&scene, SIZE, DVec2::new(20.5, 15.5), 0.1);
         assert!(matches!(thin, Seen::TooLittle { .. }), "{thin:?}");
         scene.inside.clip.faces = CutFaces::Coloured;
         let found = met(&scene, 0.1);
@@ -480,7 +480,7 @@ mod tests {
         scene.inside.clip.bounds = Some(bounds);
         assert!((met(&scene, 0.1).index.z - 15.0).abs() < 1e-6, "of what is kept");
         scene.inside.along = AlongRay::Average;
-        let probe = Probe::new(&scene);
+        let probe = Probe::new(&scene).unwrap();
         assert_eq!(probe.look(&scene, SIZE, DVec2::new(20.5, 15.5), 0.1), Seen::Average);
         scene.inside.along = AlongRay::Minimum;
         scene.camera.focal_point.y += 500.0;
@@ -494,8 +494,10 @@ mod tests {
         let positions = corners.map(corner).to_vec();
         let triangles = vec![[0, 1, 2]];
         let mesh = crate::polygons::Mesh::new("t", positions, Vec::new(), Vec::new(), triangles);
-        let layer = crate::scene::PolygonLayer::new(Arc::new(mesh.unwrap()));
-        crate::scene::PolygonLayer { opacity, ..layer }
+        let crate::scene::PolygonLayer { mesh, look } =
+            crate::scene::PolygonLayer::new(Arc::new(mesh.unwrap()));
+        let look = crate::scene::PolygonLook { opacity, ..look };
+        crate::scene::PolygonLayer { mesh, look }
     }
 
     #[test]
@@ -507,9 +509,8 @@ mod tests {
                 let scene = if perspective { in_perspective(scene, 0.7) } else { scene };
                 met(&scene, share)
             };
-            let with = |opacity: f64, layers: Vec<crate::scene::PolygonLayer>| Scene {
-                polygons: layers,
-                ..ramp(opacity)
+            let with = |opacity: f64, layers: Vec<crate::scene::PolygonLayer>| {
+                layers.into_iter().fold(ramp(opacity), Scene::with)
             };
             // In the matter, and behind where it is opaque.
             let found = see(with(0.001, vec![across(at(20.0), 0.5)]), 0.1);
@@ -531,17 +532,17 @@ mod tests {
             }
         }
         // Beside the volume, and cut away.
-        let mut scene = Scene { polygons: vec![across(at(20.0), 1.0)], ..ramp(0.001) };
+        let mut scene = ramp(0.001).with(across(at(20.0), 1.0));
         let bounds = ClipBox { low: [0.0, 0.0, 0.8], ..ClipBox::WHOLE };
         scene.inside.clip.bounds = Some(bounds);
-        let probe = Probe::new(&scene);
+        let probe = Probe::new(&scene).unwrap();
         let middle = DVec2::new(20.5, 15.5);
         assert!(matches!(probe.look(&scene, SIZE, middle, 0.1), Seen::TooLittle { .. }));
         scene.inside.clip.bounds = None;
         scene.camera.focal_point.y += 50.0;
         let beside = point(probe.look(&scene, SIZE, middle, 0.1));
         assert!(beside.met == Met::Polygon && beside.value.is_nan(), "{beside:?}");
-        scene.polygons.clear();
+        scene.remove_polygons(0);
         assert_eq!(probe.look(&scene, SIZE, middle, 0.1), Seen::Beside);
     }
 
@@ -554,8 +555,10 @@ mod tests {
         let places = crate::volume::Places::Lattice(grid);
         let ticket = crate::core::Ticket::new();
         let field = crate::volume::VectorField::new("v", places, vectors.into(), &ticket).unwrap();
-        let layer = crate::scene::VectorLayer::new(Arc::new(field), alone);
-        Scene { vectors: Some(layer), ..ramp(0.6) }
+        let layer = crate::scene::VectorLayer::new(Arc::new(field));
+        let mut scene = ramp(0.6).with(layer);
+        scene.show_field(!alone);
+        scene
     }
 
     #[test]
@@ -571,7 +574,7 @@ mod tests {
         let origin = lattice().index_from_world(DVec3::ZERO);
         assert!((off - origin).abs().max_element() <= 1.0 + 1e-9, "within half a step of it");
         // The same where each point is told by itself, but beyond half a step of the grid none.
-        let layer = scene.vectors.unwrap();
+        let layer = scene.vectors().remove(0);
         let places = &layer.field.places;
         let count = 13 * 13 * 16;
         let points = crate::volume::Places::Points {
@@ -594,9 +597,8 @@ mod tests {
     #[test]
     fn vectors_alone_are_seen_in_boxes_of_their_opacity() {
         let mut scene = numbered(true);
-        let layer = scene.vectors.as_mut().unwrap();
         // From the sixth layer on: 13 · 13 · 5 and more.
-        layer.settings.transfer.opacity = vec![(845.5, 0.0), (845.5, 0.3)];
+        scene.vectors_mut()[0].1.transfer.opacity = vec![(845.5, 0.0), (845.5, 0.3)];
         let middle = DVec2::new(20.5, 15.5);
         let found = point(seen_alone(&scene, SIZE, middle, 0.1));
         // Boxes of the sixth layer, index 5, begin at 4.5 steps, 9 samples; opacities are of 0.5 world units,
@@ -611,9 +613,10 @@ mod tests {
         let expected = 1.0 - 0.7_f64.powf(2.0 * 11.0);
         assert!((gathered - expected).abs() < 1e-9, "{gathered} {expected}");
         // A polygon before them, and one too thin among them.
-        scene.polygons = vec![across(300.0 - 0.5 * 8.0, 0.5)];
+        let mut scene = scene.with(across(300.0 - 0.5 * 8.0, 0.5));
         assert_eq!(point(seen_alone(&scene, SIZE, middle, 0.1)).met, Met::Polygon);
-        scene.polygons = vec![across(300.0 - 0.5 * 9.1, 0.05)];
+        scene.remove_polygons(0);
+        let scene = scene.with(across(300.0 - 0.5 * 9.1, 0.05));
         let thinner = point(seen_alone(&scene, SIZE, middle, 0.1));
         let deep = (0.9_f64 / 0.95).ln() / 0.7_f64.ln();
         assert!((thinner.index.z - (9.0 + deep)).abs() < 1e-9, "{thinner:?}");
@@ -626,7 +629,7 @@ mod tests {
         let deep = |share: f64, left: f64| (1.0 - share).ln() / left.ln();
         let with = |by: ColourBy, opacity: Vec<(f64, f64)>| {
             let mut scene = numbered(true);
-            let settings = &mut scene.vectors.as_mut().unwrap().settings;
+            let settings = scene.vectors_mut().remove(0).1;
             (settings.opacity_by, settings.transfer.opacity) = (by, opacity);
             scene
         };
@@ -642,16 +645,14 @@ mod tests {
         assert!((depth(&by_place) - (9.0 + deep(0.1, 0.7))).abs() < 1e-9);
         // The other way round: boxes that come last in the grid are met first.
         let mut behind = by_value.clone();
-        let lattice = behind.volume.lattice;
+        let lattice = behind.lattice();
         behind.camera = crate::core::Camera::new(lattice.centre(), DVec3::X, DVec3::Y, 3.0);
         assert!((depth(&behind) - (31.0 - deep(0.1, 0.7))).abs() < 1e-9);
         // Two fields in the same place hide together, and each box only where it is.
-        let mut both = by_value.clone();
-        let layer = both.vectors.as_mut().unwrap();
-        let mut settings = layer.settings.clone();
-        settings.transfer.opacity = vec![(41.0, 0.0), (41.0, 0.2)];
-        layer.second = Some(SecondVectors { field: Arc::clone(&layer.field), settings });
-        layer.settings.transfer.opacity =
+        let mut second = by_value.vectors().remove(0);
+        second.settings.transfer.opacity = vec![(41.0, 0.0), (41.0, 0.2)];
+        let mut both = by_value.clone().with(second);
+        both.vectors_mut()[0].1.transfer.opacity =
             vec![(0.0, 0.05), (20.0, 0.05), (20.0, 0.0), (41.0, 0.0), (41.0, 0.3)];
         // Boxes of indices 0 to 3 reach from −1 to 7, those from 7 on begin at 13.
         let left = 0.95_f64.powf(8.0);
@@ -660,11 +661,14 @@ mod tests {
         assert!((found - expected).abs() < 1e-9, "{found} {expected}");
         // Missing vectors show nothing, wherever they are.
         let mut holed = by_value.clone();
-        let layer = holed.vectors.as_mut().unwrap();
+        let mut layer = holed.vectors().remove(0);
         let mut field = (*layer.field).clone();
         let sixth = |(i, v): (usize, &glam::Vec3)| if i / 169 == 5 { glam::Vec3::NAN } else { *v };
         field.vectors = field.vectors.iter().enumerate().map(sixth).collect();
         layer.field = Arc::new(field);
+        holed.keep_vectors(0);
+        let mut holed = holed.with(layer);
+        holed.show_field(false);
         assert!((depth(&holed) - (11.0 + deep(0.1, 0.7))).abs() < 1e-9);
         // From an eye in the midst of them nothing behind it is seen.
         let mut within = in_perspective(by_value, 0.5);
@@ -677,18 +681,20 @@ mod tests {
 
     #[test]
     fn a_probe_is_of_its_volume_and_its_reconstruction() {
-        let scene = ramp(0.5);
-        let probe = Probe::new(&scene);
+        let mut scene = ramp(0.5);
+        let probe = Probe::new(&scene).unwrap();
         assert!(probe.suits(&scene));
         let mut other = scene.clone();
         other.camera.parallel_scale = 9.0;
-        other.transfer.opacity.clear();
+        other.transfer_mut().unwrap().opacity.clear();
         other.splat = SplatSettings::SHADE_FIRST;
         assert!(probe.suits(&other), "colours first: as the exact mode");
         other.splat = SplatSettings { kernel: Kernel::Linear, ..SplatSettings::EXACT };
         assert!(!probe.suits(&other));
         let samples = Samples::Float64(vec![0.0; lattice().len()]);
         let volume = Arc::new(ScalarVolume::from_samples("t", lattice(), samples).unwrap());
-        assert!(!probe.suits(&Scene { volume, ..scene }));
+        let look = scene.layers[0].look.clone();
+        scene.replace(0, Default::default(), (crate::scene::Sampled::Volume(volume), look));
+        assert!(!probe.suits(&scene));
     }
 }

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-use crate::core::{Camera, Projection, Srgb8};
-use crate::scene::{Background, Inside, Scene, Shading, SplatSettings};
+use crate::core::{Camera, Projection};
+use crate::scene::{Look, Sampled, Scene, SplatSettings};
 use crate::transfer::{ColourMap, ColourSource, TransferFunction};
 use crate::volume::{Lattice, Samples, ScalarVolume};
 
@@ -21,20 +21,11 @@ pub(super) fn scene(
     let place = |i: usize| DVec3::from([i % nx, i / nx % ny, i / (nx * ny)].map(|i| i as f64));
     let values = (0..nx * ny * nz).map(|i| f(place(i))).collect();
     let samples = Samples::Float64(values);
-    Scene {
-        volume: Arc::new(ScalarVolume::from_samples("t", lattice, samples).unwrap()),
-        transfer: TransferFunction::of(
-            opacity,
-            ColourSource::Map { map: ColourMap::Viridis, range: [0.0, 1.0] },
-        ),
-        splat,
-        camera: Camera::new(lattice.centre(), direction, DVec3::Y, 2.0),
-        background: Background::Colour(Srgb8::BLACK),
-        shading: Shading::default(),
-        inside: Inside::default(),
-        vectors: None,
-        polygons: Vec::new(),
-    }
+    let volume = Arc::new(ScalarVolume::from_samples("t", lattice, samples).unwrap());
+    let colour = ColourSource::Map { map: ColourMap::Viridis, range: [0.0, 1.0] };
+    let camera = Camera::new(lattice.centre(), direction, DVec3::Y, 2.0);
+    let field = (Sampled::Volume(volume), Look::Field(TransferFunction::of(opacity, colour)));
+    Scene { splat, ..Scene::seen_by(camera) }.with(field)
 }
 
 pub(super) fn in_perspective(mut scene: Scene, view_angle: f64) -> Scene {

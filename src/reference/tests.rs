@@ -3,10 +3,10 @@
 use std::sync::Arc;
 
 use super::*;
-use crate::core::{Projection, Srgb8};
+use crate::core::Projection;
 use crate::kernel::ProjectedKernel;
 use crate::reference::grid_kernels;
-use crate::scene::{Background, Inside, Scene, Shading, SplatSettings, framing_camera};
+use crate::scene::{Look, Sampled, Scene, SplatSettings, framing_camera};
 use crate::transfer::{ColourMap, ColourSource, TransferFunction, extinction_from_opacity};
 use crate::volume::{Lattice, Samples, ScalarVolume};
 
@@ -30,20 +30,12 @@ fn perspective(mut camera: Camera, view_angle: f64) -> Camera {
 /// A grid of one value with `alpha` per `unit` world lengths.
 fn constant(lattice: Lattice, camera: Camera, alpha: f64, unit: f64) -> Scene {
     let samples = Samples::UInt8(vec![9; lattice.len()]);
-    Scene {
-        volume: Arc::new(ScalarVolume::from_samples("c", lattice, samples).unwrap()),
-        transfer: TransferFunction::of(
-            vec![(0.0, alpha)],
-            ColourSource::Map { map: ColourMap::Gray, range: [0.0, 1.0] },
-        ),
-        splat: SplatSettings { opacity_unit_distance: Some(unit), ..SplatSettings::SHADE_FIRST },
-        camera,
-        background: Background::Colour(Srgb8::BLACK),
-        shading: Shading::default(),
-        inside: Inside::default(),
-        vectors: None,
-        polygons: Vec::new(),
-    }
+    let volume = Arc::new(ScalarVolume::from_samples("c", lattice, samples).unwrap());
+    let colour = ColourSource::Map { map: ColourMap::Gray, range: [0.0, 1.0] };
+    let transfer = TransferFunction::of(vec![(0.0, alpha)], colour);
+    let splat = SplatSettings { opacity_unit_distance: Some(unit), ..SplatSettings::SHADE_FIRST };
+    let field = (Sampled::Volume(volume), Look::Field(transfer));
+    Scene { splat, ..Scene::seen_by(camera) }.with(field)
 }
 
 #[test]

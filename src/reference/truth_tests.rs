@@ -30,7 +30,7 @@ fn before(kernel: Kernel) -> SplatSettings {
 fn along(scene: &Scene, [x, y]: [usize; 2]) -> impl Fn(f64) -> DVec3 {
     let at = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
     let (origin, direction) = scene.camera.ray(at, SIZE.map(|n| n as f64));
-    let lattice = scene.volume.lattice;
+    let lattice = scene.lattice();
     move |t| lattice.index_from_world(origin + direction * t)
 }
 
@@ -71,7 +71,7 @@ fn a_constant_slab_is_its_closed_form_for_every_kernel_and_both_projections() {
             let parallel = scene(lattice, |_| 0.7, vec![(0.0, 0.2)], splat, direction);
             for scene in [parallel.clone(), in_perspective(parallel, 0.3)] {
                 let picture = Reference::exact(&scene, SIZE).unwrap().picture();
-                let colour = scene.transfer.colour_at(0.7).0;
+                let colour = scene.transfer().expect("a field").colour_at(0.7).0;
                 for (i, pixel) in picture.iter().enumerate() {
                     let place = along(&scene, [i % SIZE[0], i / SIZE[0]]);
                     // World length per slice of index space.
@@ -212,7 +212,7 @@ fn values_after_reconstruction_agree_with_brute_force() {
             // The eye is inside the volume in perspective.
             for scene in [parallel.clone(), in_perspective(parallel, 2.0)] {
                 let shape = Shape::new(kernel, None).unwrap();
-                let field = Field::new(&scene.volume, shape, how);
+                let field = Field::new(scene.volume().expect("a field"), shape, how);
                 let exact = Reference::exact(&scene, SIZE).unwrap();
                 for pixel in [[2, 2], [4, 1]] {
                     let found = exact.pixel(pixel);
@@ -221,9 +221,9 @@ fn values_after_reconstruction_agree_with_brute_force() {
                             return None;
                         }
                         let value = field.value(place)?;
-                        let alpha = scene.transfer.opacity_at(value);
+                        let alpha = scene.transfer().expect("a field").opacity_at(value);
                         let extinction = extinction_from_opacity(alpha) / 0.8;
-                        Some((extinction, scene.transfer.colour_at(value).0))
+                        Some((extinction, scene.transfer().expect("a field").colour_at(value).0))
                     });
                     let error = difference(&[found], &[expected]);
                     assert!(error < 1e-3, "{kernel:?} {how:?} {error}: {found:?} {expected:?}");
@@ -268,9 +268,9 @@ fn kernels_shaded_first_agree_with_brute_force() {
                         continue;
                     }
                     let value = rough(index);
-                    let alpha = scene.transfer.opacity_at(value);
+                    let alpha = scene.transfer().expect("a field").opacity_at(value);
                     let weight = h(place - index) * extinction_from_opacity(alpha) / 0.8;
-                    let [r, g, b] = scene.transfer.colour_at(value).0;
+                    let [r, g, b] = scene.transfer().expect("a field").colour_at(value).0;
                     for (sum, c) in sums.iter_mut().zip([1.0, r, g, b]) {
                         *sum += weight * c;
                     }
@@ -316,12 +316,14 @@ fn with_vectors(alone: bool) -> Scene {
         .collect();
     let places = crate::volume::Places::Lattice(lattice);
     let field = crate::volume::VectorField::new("v", places, vectors.into(), &Ticket::new());
-    let mut layer = crate::scene::VectorLayer::new(Arc::new(field.unwrap()), alone);
+    let mut layer = crate::scene::VectorLayer::new(Arc::new(field.unwrap()));
     layer.settings.transfer.opacity = vec![(0.0, 0.6)];
     let opacity = vec![(0.1, 0.0), (0.6, 0.3)];
     let direction = DVec3::new(0.3, -0.5, 0.8);
-    let scene = scene(lattice, bump([4, 3, 4], 1.2), opacity, SplatSettings::EXACT, direction);
-    Scene { vectors: Some(layer), ..scene }
+    let field = bump([4, 3, 4], 1.2);
+    let mut scene = scene(lattice, field, opacity, SplatSettings::EXACT, direction).with(layer);
+    scene.show_field(!alone);
+    scene
 }
 
 /// Greatest difference of slabs so many times thinner from the continuous integral.
@@ -349,7 +351,8 @@ fn thinner_slabs_of_vectors_come_to_where_the_splats_lie() {
     // Without the field's part, or the vectors', it is another picture.
     let both = Reference::exact(&with_vectors(false), [16, 12]).unwrap().pixel([8, 6]);
     let alone = Reference::exact(&with_vectors(true), [16, 12]).unwrap().pixel([8, 6]);
-    let plain = Scene { vectors: None, ..with_vectors(false) };
+    let mut plain = with_vectors(false);
+    plain.keep_vectors(0);
     let plain = Reference::exact(&plain, [16, 12]).unwrap().pixel([8, 6]);
     assert!((both[3] - alone[3]).abs() > 1e-3 && (both[3] - plain[3]).abs() > 1e-3);
     // Optical depths of both add up.
@@ -361,13 +364,16 @@ fn thinner_slabs_of_vectors_come_to_where_the_splats_lie() {
 #[test]
 fn a_single_splat_is_as_deep_in_slabs_as_it_is() {
     let mut scene = with_vectors(true);
-    let layer = scene.vectors.as_mut().unwrap();
+    let mut layer = scene.vectors().remove(0);
     let mut vectors = vec![glam::Vec3::ZERO; 48];
     vectors[21] = glam::Vec3::new(1.0, 0.5, 0.2);
     let places = layer.field.places.clone();
     let field = crate::volume::VectorField::new("v", places, vectors.into(), &Ticket::new());
     layer.field = Arc::new(field.unwrap());
     layer.settings.transfer.opacity = vec![(0.5, 0.0), (0.6, 0.9)];
+    scene.keep_vectors(0);
+    let mut scene = scene.with(layer);
+    scene.show_field(false);
     // Measured: 4.2e-8.
     assert!(apart(&scene, 1.0) < 1e-6, "{}", apart(&scene, 1.0));
 }

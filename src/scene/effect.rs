@@ -182,14 +182,14 @@ mod tests {
 
     use super::*;
     use crate::core::Ticket;
-    use crate::scene::{Amounts, ClipBox, Index, Lighting, SecondVectors, VectorLayer, opening};
+    use crate::scene::{Amounts, ClipBox, Index, Lighting, SampleSource, VectorLayer, opening};
     use crate::volume::{Lattice, Places, Samples, ScalarVolume, VectorField};
 
     #[test]
     fn every_effect_that_a_scene_names_can_be_left_out_and_no_other() {
         let samples = Samples::UInt8((0..8).collect());
         let volume = ScalarVolume::from_samples("ramp", Lattice::unit([2; 3]), samples).unwrap();
-        let plain = opening(Arc::new(volume), None);
+        let plain = opening(SampleSource::default(), Arc::new(volume), None);
         assert!(Effect::ALL.iter().all(|effect| effect.asked_by(&plain).is_none()));
         assert!(Effect::ALL.iter().all(|effect| effect.left_out_of(&plain).is_none()));
         let mut scene = plain;
@@ -201,9 +201,8 @@ mod tests {
         let places = Places::Lattice(Lattice::unit([2; 3]));
         let field = VectorField::new("v", places, vectors, &Ticket::new()).unwrap();
         let field = Arc::new(field);
-        let mut layer = VectorLayer::new(Arc::clone(&field), false);
-        layer.second = Some(SecondVectors::new(field));
-        scene.vectors = Some(layer);
+        let first = VectorLayer::new(Arc::clone(&field));
+        let scene = scene.with(first).with(VectorLayer::beside_another(field));
         let named = scene.effects();
         assert_eq!(
             named,
@@ -222,7 +221,7 @@ mod tests {
     fn what_asks_is_said_in_words() {
         let samples = Samples::UInt8((0..8).collect());
         let volume = ScalarVolume::from_samples("ramp", Lattice::unit([2; 3]), samples).unwrap();
-        let mut scene = opening(Arc::new(volume), None);
+        let mut scene = opening(SampleSource::default(), Arc::new(volume), None);
         let by = |effect: Effect, scene: &Scene| effect.asked_by(scene).unwrap_or_default();
         let amounts = |index| Some(Amounts { index, points: vec![(0.0, 0.5)] });
         scene.shading.modulation = amounts(Index::ViewDepth);

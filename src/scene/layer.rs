@@ -97,6 +97,13 @@ impl Scene {
         self.layers.len() - 1
     }
 
+    /// The scene with one more layer, of samples that no file holds.
+    #[must_use]
+    pub fn with(mut self, layer: impl Into<(Sampled, Look)>) -> Self {
+        self.add(SampleSource::default(), layer);
+        self
+    }
+
     /// Leaves only the layers that are wanted, and lets go of the samples of the others.
     pub fn keep(&mut self, is_wanted: impl FnMut(&Layer) -> bool) {
         self.layers.retain(is_wanted);

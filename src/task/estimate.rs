@@ -361,9 +361,11 @@ fn positions(shown: u32, stored: u32) -> Vec<(usize, usize, f64)> {
 mod tests {
     use super::*;
     use crate::core::{Srgb8, Ticket};
-    use crate::scene::VectorLayer;
+    use std::sync::Arc;
+
+    use crate::scene::{Scene, VectorLayer};
     use crate::task::engine::FrameReport;
-    use crate::volume::{Lattice, Places, VectorField};
+    use crate::volume::{Lattice, Places, ScalarVolume, VectorField};
 
     fn picture(
         size: [u32; 2],
@@ -378,11 +380,15 @@ mod tests {
         Picture { size, requested_size, rgba, report }
     }
 
+    fn plan(classify: Classify) -> Plan {
+        Plan::of(&scene(classify), [32, 24])
+    }
+
     fn scene(classify: Classify) -> Scene {
         use crate::volume::{Lattice, Samples};
         let samples = Samples::UInt8((0..8).collect());
         let volume = ScalarVolume::from_samples("ramp", Lattice::unit([2; 3]), samples).unwrap();
-        let mut scene = crate::scene::opening(Arc::new(volume), None);
+        let mut scene = crate::scene::opening(Default::default(), Arc::new(volume), None);
         scene.splat.classify = classify;
         scene
     }
@@ -474,7 +480,7 @@ mod tests {
 
     #[test]
     fn estimates_come_to_what_was_found_and_begin_anew_for_another_mode() {
-        let (before, after) = (scene(Classify::Before), scene(Classify::PreIntegrated));
+        let (before, after) = (plan(Classify::Before), plan(Classify::PreIntegrated));
         let mut estimator = Estimator::default();
         let first = estimator.rmse(&before, CUT, 1.0);
         let reduced = estimator.rmse(&before, REDUCED, 4.0);
@@ -494,7 +500,7 @@ mod tests {
     /// teaches nothing about the other.
     #[test]
     fn tents_are_thought_to_be_worse_and_are_learnt_apart() {
-        let scene = scene(Classify::PreIntegrated);
+        let scene = plan(Classify::PreIntegrated);
         let tents = Coarseness::Reduced { sampling_rmse: 0.05, field: SlabField::Preview };
         let mut estimator = Estimator::default();
         let of = |estimator: &Estimator| {
@@ -536,8 +542,11 @@ mod tests {
         assert!((light_rms(Background::Transparent, &white) - lit).abs() < 1e-9);
         let mut scene = scene(Classify::PreIntegrated);
         scene.background = Background::Colour(grey);
-        scene.vectors = with_vectors();
-        let of = |averaged: usize, scene: &Scene| {
+        let field = Plan::of(&scene, [32, 24]);
+        let mut scene = scene.with(vectors());
+        scene.show_field(false);
+        let scene = Plan::of(&scene, [32, 24]);
+        let of = |averaged: usize, scene: &Plan| {
             let drawn = Drawn {
                 size: picture.size,
                 is_reduced: true,
@@ -549,7 +558,7 @@ mod tests {
         };
         let mut estimator = Estimator::default();
         let [all, means] = [0, 2].map(|n| estimator.rmse(&scene, of(n, &scene), 2.0));
-        let plain = Scene { vectors: None, ..scene.clone() };
+        let plain = field;
         let field = estimator.rmse(&plain, of(0, &plain), 2.0);
         // Halved once.
         assert!((all - field.hypot(BLUR_SHARE * rms)).abs() < 1e-12, "{all} {field}");
@@ -581,22 +590,22 @@ mod tests {
         ));
     }
 
-    fn with_vectors() -> Option<VectorLayer> {
+    fn vectors() -> VectorLayer {
         let places = Places::Lattice(Lattice::unit([2, 1, 1]));
         let vectors = vec![glam::Vec3::X; 2].into();
         let field = VectorField::new("v", places, vectors, &Ticket::new()).unwrap();
-        Some(VectorLayer::new(Arc::new(field), true))
+        VectorLayer::new(Arc::new(field))
     }
 
     /// Of a picture without detail.
     fn first_of_whole(field: SlabField) -> f64 {
         let whole = Coarseness::Reduced { sampling_rmse: 0.0, field };
-        Estimator::default().rmse(&scene(Classify::PreIntegrated), whole, 1.0)
+        Estimator::default().rmse(&plan(Classify::PreIntegrated), whole, 1.0)
     }
 
     #[test]
     fn a_coarser_cut_and_a_smaller_picture_are_thought_to_be_worse() {
-        let (scene, estimator) = (scene(Classify::Before), Estimator::default());
+        let (scene, estimator) = (plan(Classify::Before), Estimator::default());
         let worse = Coarseness::Octree { max_error: 0.1, missing_rmse: 0.0 };
         assert!(estimator.rmse(&scene, worse, 1.0) > estimator.rmse(&scene, CUT, 1.0));
         let holes = Coarseness::Octree { max_error: 0.01, missing_rmse: 0.2 };
@@ -609,7 +618,7 @@ mod tests {
 
     #[test]
     fn a_perfect_or_broken_check_teaches_nothing_wild() {
-        let scene = scene(Classify::Before);
+        let scene = plan(Classify::Before);
         for measured_rmse in [0.0, f64::NAN, f64::INFINITY, 1e300] {
             let mut estimator = Estimator::default();
             estimator.learn(&scene, CUT, &Checked { estimated_rmse: 0.01, measured_rmse });

@@ -95,6 +95,7 @@ mod tests {
         let still = Still {
             is_full: true,
             size: [3, 1],
+            outline: crate::plan::Outline::default(),
             light: light.clone(),
             rgba: rgba.clone(),
             drawn,

@@ -336,7 +336,7 @@ mod tests {
     use std::sync::Arc;
 
     use super::*;
-    use crate::scene::{Visibility, opening};
+    use crate::scene::{Scene, Visibility, opening};
     use crate::volume::{Lattice, Samples};
 
     #[test]
@@ -360,7 +360,7 @@ mod tests {
         samples[0] = 255;
         let volume =
             ScalarVolume::from_samples("flat", Lattice::unit(dims), Samples::UInt8(samples));
-        Scene { splat: SplatSettings::EXACT, ..opening(Arc::new(volume.unwrap()), None) }
+        Scene { splat: SplatSettings::EXACT, ..opening(Default::default(), Arc::new(volume.unwrap()), None) }
     }
 
     #[test]
@@ -368,7 +368,7 @@ mod tests {
         let mut scene = scene([4; 3]);
         scene.splat.slabs_per_voxel = 3.0;
         let tents = |scene: &Scene| {
-            let splat = preview_mode(scene)?;
+            let splat = preview_mode(&Plan::of(scene, [8, 8]))?;
             assert_eq!((splat.kernel, splat.extent), (Kernel::Linear, None));
             assert_eq!(splat.reconstruction, Reconstruction::Interpolating);
             assert_eq!(splat.classify, scene.splat.classify);
@@ -399,10 +399,10 @@ mod tests {
     #[test]
     fn tents_are_previewed_by_tents_only_where_those_are_fewer() {
         let linear = SplatSettings { kernel: Kernel::Linear, ..SplatSettings::EXACT };
-        assert_eq!(preview_mode(&Scene { splat: linear, ..scene([4; 3]) }), None);
+        assert_eq!(preview_mode(&Plan::of(&Scene { splat: linear, ..scene([4; 3]) }, [8, 8])), None);
         let large = Scene { splat: linear, ..scene([1, 4600, 4600]) };
-        assert!(level(large.volume.lattice.dims) > 0);
-        assert_eq!(preview_mode(&large).map(|splat| splat.kernel), Some(Kernel::Linear));
+        assert!(level(large.lattice().dims) > 0);
+        assert_eq!(preview_mode(&Plan::of(&large, [8, 8])).map(|splat| splat.kernel), Some(Kernel::Linear));
     }
 
     /// Means and half widths by brute force, of blocks that the border cuts and that hold holes.

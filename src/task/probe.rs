@@ -188,8 +188,8 @@ mod tests {
         let lattice = Lattice::unit([12; 3]);
         let samples = Samples::Float64((0..lattice.len()).map(|i| i as f64).collect());
         let volume = ScalarVolume::from_samples("v", lattice, samples).unwrap();
-        let mut scene = opening(Arc::new(volume), None);
-        scene.transfer.opacity = vec![(0.0, 0.5)];
+        let mut scene = opening(Default::default(), Arc::new(volume), None);
+        scene.transfer_mut().expect("a field").opacity = vec![(0.0, 0.5)];
         Look { scene, size: [30, 30], pixel, share: FIRST_SEEN }
     }
 

@@ -459,15 +459,17 @@ mod tests {
     fn polygons_that_are_seen_leave_out_modes_that_do_not_show_them() {
         let samples = Samples::UInt8(vec![1; 8]);
         let volume = ScalarVolume::from_samples("t", Lattice::unit([2; 3]), samples).unwrap();
-        let mut scene = opening(Arc::new(volume), None);
+        let mut scene = opening(Default::default(), Arc::new(volume), None);
         scene.splat = SplatSettings::EXACT;
         let all = candidates_of(&scene);
         let corners = vec![Vec3::ZERO, Vec3::X, Vec3::Y];
         let mesh = Mesh::new("t", corners, Vec::new(), Vec::new(), vec![[0, 1, 2]]).unwrap();
         let mesh = PolygonLayer::new(Arc::new(mesh));
         for (is_shown, opacity) in [(true, 1.0), (true, 0.0), (false, 1.0)] {
-            let layer = PolygonLayer { is_shown, opacity, ..mesh.clone() };
-            let among = Scene { polygons: vec![layer], ..scene.clone() };
+            let mut among = scene.clone().with(mesh.clone());
+            for (_, look, shown) in among.polygons_mut() {
+                (look.opacity, *shown) = (opacity, is_shown);
+            }
             let is_seen = is_shown && opacity > 0.0;
             let found = candidates_of(&among);
             assert_eq!(found != all, is_seen, "{is_shown} {opacity}");

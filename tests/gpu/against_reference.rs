@@ -119,7 +119,7 @@ fn stretched(spacing: DVec3, direction: DVec3, parallel_scale: Option<f64>) -> S
     if let Some(scale) = parallel_scale {
         scene.splat.opacity_unit_distance = Some(spacing.max_element());
         scene.camera.parallel_scale = scale;
-        scene.camera.focal_point = scene.volume.lattice.centre() + DVec3::splat(0.13);
+        scene.camera.focal_point = scene.lattice().centre() + DVec3::splat(0.13);
     }
     scene
 }
@@ -217,7 +217,7 @@ fn an_eye_inside_the_volume_sees_what_lies_before_it() {
     inside.camera.parallel_scale = 0.9;
     inside.splat.backend = Backend::Raster;
     let view = inside.camera.view_origin();
-    let index = inside.volume.lattice.index_from_world(view);
+    let index = inside.lattice().index_from_world(view);
     assert!(index.cmpge(DVec3::ZERO).all() && index.cmple(DVec3::splat(7.0)).all(), "{index}");
     agrees(&mut drawer, "eye inside", &inside, EXACT);
 }

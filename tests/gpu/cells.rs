@@ -45,7 +45,7 @@ fn the_cells_that_are_published_are_the_cut_that_is_drawn() {
             let found = cells_of(&bench);
             let cells = &found.cells;
             assert_eq!((cells.max_error, found.asked_error), (max_error, max_error));
-            assert!(!found.is_drawn && Arc::ptr_eq(&found.volume, &scene.volume));
+            assert!(!found.is_drawn && Arc::ptr_eq(&found.volume, scene.volume().expect("a field")));
             let (cut, info) = drawn(&mut drawer, &scene, SIZE, Rung::Octree { max_error });
             assert_eq!((info.nodes, cells.cells.len() as u64), (cells.total, cells.total));
             let view = View::new(&scene, SIZE);
@@ -73,7 +73,7 @@ fn the_cells_that_are_published_are_the_cut_that_is_drawn() {
             }
             assert!(covered.iter().all(|&count| count <= 1), "cells overlap");
             for (i, &count) in covered.iter().enumerate() {
-                assert!(count == 1 || scene.volume.samples.get(i) <= 90.0, "voxel {i} is in none");
+                assert!(count == 1 || scene.volume().expect("a field").samples.get(i) <= 90.0, "voxel {i} is in none");
             }
             counts.push(cells.total);
         }

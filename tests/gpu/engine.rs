@@ -240,7 +240,7 @@ fn what_the_device_cannot_hold_is_one_sentence_and_the_next_request_works() {
     let Some(bench) = Bench::new() else { return };
     let long = Lattice::unit([70_000, 1, 1]);
     let mut too_long = small();
-    too_long.volume = volume(long, Samples::UInt8(vec![200; 70_000]));
+    too_long = with_field(too_long, volume(long, Samples::UInt8(vec![200; 70_000])));
     for (scene, size) in [(&too_long, SIZE), (&small(), [1_000_000, 8]), (&small(), [0, 5])] {
         bench.request(scene, size, rest());
         bench.pictures_until(|bench, _| matches!(bench.engine.state(), EngineState::Failed(_)));
@@ -496,7 +496,7 @@ fn the_faster_back_end_is_measured_for_each_kernel_and_a_choice_holds_against_it
     let Some(mut drawer) = drawer() else { return };
     let scene = with_kernel(small(), Kernel::Gaussian);
     let size = [64, 48];
-    drawer.prepare(&scene, &Ticket::new()).expect("the device prepares");
+    drawer.prepare(&Plan::of(&scene, SIZE), &Ticket::new()).expect("the device prepares");
     for (raster_ms, faster) in [(1e9, Backend::Tiles), (1e-9, Backend::Raster)] {
         drawer.calibrate(&scene, size, raster_ms, &mut ()).expect("it is measured");
         assert_eq!(drawer.window_backend(&scene, size), faster);
@@ -516,7 +516,7 @@ fn the_faster_back_end_is_measured_for_each_kernel_and_a_choice_holds_against_it
     assert_eq!((times.kernel, times.raster_ms), (Kernel::Gaussian, 1e9));
     assert!(times.tiles_ms > 0.0 && times.tiles_ms < 1e5, "{times:?}");
     let other = Scene { volume: small().volume, ..scene.clone() };
-    drawer.prepare(&other, &Ticket::new()).expect("the device prepares");
+    drawer.prepare(&Plan::of(&other, SIZE), &Ticket::new()).expect("the device prepares");
     assert!(drawer.is_to_be_calibrated(&scene, size), "another volume is another task");
     let exact = Scene { splat: SplatSettings::EXACT, ..scene };
     assert_eq!(drawer.window_backend(&exact, size), Backend::Tiles);

@@ -26,8 +26,8 @@ fn limited(bytes: u64) -> Option<Drawer> {
 fn with_samples(samples: Samples, scale: f64, offset: f64) -> Scene {
     let lattice = Lattice::unit(DIMS);
     let mut scene = scene(lattice, DVec3::new(-0.6, 0.3, -0.7));
-    scene.volume = volume(lattice, samples);
-    scene.transfer = moved(scale, offset);
+    scene = with_field(scene, volume(lattice, samples));
+    *scene.transfer_mut().expect("a field") = moved(scale, offset);
     scene.splat = SplatSettings::EXACT;
     scene
 }
@@ -54,7 +54,7 @@ fn is_refused(scene: &Scene, bytes: u64) {
     let Some(mut drawer) = limited(bytes) else { return };
     let refused = drawer
         .prepare(scene, &Ticket::new())
-        .and_then(|_| drawer.draw(scene, SMALL, Rung::Full, &mut ()).map(drop));
+        .and_then(|_| drawer.draw(&Plan::of(scene, SMALL), Rung::Full, &mut ()).map(drop));
     let is_too_large = matches!(
         refused,
         Err(DrawError::Gpu(GpuError::TooLarge { what: "a volume to reconstruct", .. }))

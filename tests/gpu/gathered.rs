@@ -207,7 +207,7 @@ fn extents_and_samples_without_data() {
         let value = random(7, i) * 255.0;
         if random(8, i) < 0.2 { f32::NAN } else { value as f32 }
     });
-    holes.volume = volume(lattice(), Samples::Float32(values.collect()));
+    holes = with_field(holes, volume(lattice(), Samples::Float32(values.collect())));
     let mut faults = compare(&mut drawer, "holes", &holes, Kernel::Gaussian);
     faults.extend(compare(&mut drawer, "holes", &holes, Kernel::Linear));
     for extent in [1.0, 3.4] {
@@ -286,8 +286,8 @@ fn red_over_blue_is_westovers_example() {
     let Some(mut drawer) = drawer() else { return };
     let lattice = Lattice::unit([2, 1, 24]);
     let mut scene = scene(lattice, DVec3::Z);
-    scene.volume = volume(lattice, Samples::UInt8((0..48).map(|i| u8::from(i >= 2)).collect()));
-    scene.transfer = TransferFunction::of(
+    scene = with_field(scene, volume(lattice, Samples::UInt8((0..48).map(|i| u8::from(i >= 2)).collect())));
+    *scene.transfer_mut().expect("a field") = TransferFunction::of(
         vec![(0.0, 1.0), (1.0, 1.0)],
         ColourSource::Stops(vec![(0.0, Srgb8([255, 0, 0])), (1.0, Srgb8([0, 0, 255]))]),
     );
@@ -332,9 +332,9 @@ fn capped_sums_are_counted() {
     // At most one a pixel and slice.
     assert!(capped > 100 && capped < 45 * 37 * 10, "{capped}");
     // Boxes of 0.9, five behind one another: a little over 1, or a little under.
-    scene.volume = volume(Lattice::unit([6, 6, 5]), Samples::UInt8(vec![200; 180]));
+    scene = with_field(scene, volume(Lattice::unit([6, 6, 5]), Samples::UInt8(vec![200; 180])));
     scene.camera = Camera::new(DVec3::new(2.5, 2.5, 2.0), DVec3::Z, DVec3::Y, 2.0);
-    scene.transfer.opacity = vec![(0.0, 0.9)];
+    scene.transfer_mut().expect("a field").opacity = vec![(0.0, 0.9)];
     scene.splat.kernel = Kernel::Nearest;
     scene.splat.order = Order::BackToFront;
     for visibility in [Visibility::EverySample, Visibility::Sheets] {
@@ -424,7 +424,7 @@ fn boxes_and_veils_in_slabs_are_the_same_by_lists() {
             s.slabs_per_voxel = 4.0;
         });
         let mut scene = with(&scene, |s| s.backend = voxsplat::scene::Backend::Tiles);
-        scene.transfer.opacity = vec![(90.0, 0.0), (255.0, most)];
+        scene.transfer_mut().expect("a field").opacity = vec![(90.0, 0.0), (255.0, most)];
         let rays = gathered(&mut drawer, &scene, ODD);
         let (lists, _) = drawn(&mut drawer, &scene, ODD, Rung::Octree { max_error: 0.0 });
         let greatest = rays.iter().map(|p| p[3]).fold(0.0, f64::max);

@@ -70,7 +70,7 @@ fn slices_behind_an_eye_in_an_empty_brick_are_not_leapt_over() {
     // Bricks of 8: the eye is in the middle one, at 10.4, and kernels reach from 7 to it.
     let value = |i: usize| if (8..16).contains(&(i % 24)) { 0 } else { 120 + (i % 120) as u8 };
     let mut scene = in_perspective(scene(lattice, DVec3::new(0.8, 0.6, 0.1)), 100.0);
-    scene.volume = volume(lattice, Samples::UInt8((0..lattice.len()).map(value).collect()));
+    scene = with_field(scene, volume(lattice, Samples::UInt8((0..lattice.len()).map(value).collect())));
     scene.splat.kernel = Kernel::Gaussian;
     scene.splat.extent = Some(6.0);
     scene.camera.parallel_scale = 2.0;
@@ -89,7 +89,7 @@ fn slices_behind_an_eye_in_an_empty_brick_are_not_leapt_over() {
 fn a_point_on_an_edge_is_of_one_pixel() {
     let Some(mut drawer) = drawer() else { return };
     let mut scene = with_kernel(scene(Lattice::unit([1; 3]), DVec3::Z), Kernel::Point);
-    scene.volume = volume(Lattice::unit([1; 3]), Samples::UInt8(vec![200]));
+    scene = with_field(scene, volume(Lattice::unit([1; 3]), Samples::UInt8(vec![200])));
     scene.camera = Camera::new(DVec3::ZERO, DVec3::Z, DVec3::Y, 2.0);
     for (name, scene) in modes(&scene, Kernel::Point) {
         let found = gathered(&mut drawer, &scene, [4, 4]);
@@ -114,7 +114,7 @@ fn points_on_the_edges_of_pixels_are_of_the_same_pixel_in_every_back_end() {
     let directions = [DVec3::Z, DVec3::X, -DVec3::Y];
     for (direction, up) in directions.into_iter().zip([DVec3::Y, DVec3::Z, DVec3::X]) {
         let mut scene = with_kernel(base.clone(), Kernel::Point);
-        scene.volume = volume(lattice, Samples::UInt8(vec![200; lattice.len()]));
+        scene = with_field(scene, volume(lattice, Samples::UInt8(vec![200; lattice.len()])));
         // Two pixels a voxel.
         scene.camera = Camera::new(middle, direction, up, 0.1 * f64::from(size[1]) / 4.0);
         scene.splat = SplatSettings { kernel: Kernel::Point, ..SplatSettings::SHADE_FIRST };
@@ -147,14 +147,14 @@ fn empty_bricks_change_no_picture() {
     for kernel in [Kernel::Gaussian, Kernel::Nearest, Kernel::Linear, Kernel::BSpline] {
         for direction in [OBLIQUE, DVec3::new(-0.2, 0.9, -0.1)] {
             let mut scene = scene(lattice, direction);
-            scene.volume = sparse.clone();
+            scene = with_field(scene, sparse.clone());
             if direction != OBLIQUE {
                 scene = in_perspective(scene, 60.0);
             }
             let modes = modes(&scene, kernel).into_iter();
             for (name, mut scene) in modes.filter(|(_, s)| s.splat.slabs_per_voxel == 1.0) {
                 let [found, expected] = [0.0, 1e-12].map(|least| {
-                    scene.transfer.opacity = vec![(100.0, least), (101.0, 0.95)];
+                    scene.transfer_mut().expect("a field").opacity = vec![(100.0, least), (101.0, 0.95)];
                     gathered(&mut drawer, &scene, SMALL)
                 });
                 let seen = expected.iter().filter(|p| p[3] > 0.1).count();

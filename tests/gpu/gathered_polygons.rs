@@ -3,20 +3,20 @@
 
 use glam::{DVec3, Vec3};
 use voxsplat::accuracy::Difference;
-use voxsplat::core::{Camera, Srgb8};
+use voxsplat::core::Camera;
 use voxsplat::gpu::{Renderer, Wishes};
 use voxsplat::kernel::Kernel;
 use voxsplat::polygons::Mesh;
 use voxsplat::reference::Reference;
 use voxsplat::scene::{
-    Backend, Lighting, OpacityModel, Order, PolygonLayer, Scene, Shading, SplatSettings, View,
+    Backend, Lighting, OpacityModel, Order, Scene, Shading, SplatSettings, View,
     Visibility,
 };
 use voxsplat::task::draw::{Drawer, Rung};
 use voxsplat::volume::{Lattice, Samples};
 
-use crate::polygons::{SIZE, WITHIN, agrees, both, clear, compares, exact, layer, shards, with};
-use crate::support::{context, drawer, drawn, in_perspective, random, volume};
+use crate::polygons::{SIZE, WITHIN, agrees, both, clear, coloured, compares, exact, layer, shards};
+use crate::support::{context, drawer, drawn, in_perspective, random, volume, with_field, with_polygons};
 
 fn first(kernel: Kernel, visibility: Visibility, sheets: u32) -> Scene {
     let splat = SplatSettings {
@@ -26,7 +26,7 @@ fn first(kernel: Kernel, visibility: Visibility, sheets: u32) -> Scene {
         order: Order::FrontToBack,
         ..SplatSettings::SHADE_FIRST
     };
-    with(Scene { splat, ..exact() }, both())
+    with_polygons(Scene { splat, ..exact() }, both())
 }
 
 fn back_to_front(mut scene: Scene) -> Scene {
@@ -103,8 +103,7 @@ fn lit_samples_and_fields_that_do_not_show_have_polygons_among_them() {
     lit.shading = Shading { lighting: Some(Lighting::default()), ..Shading::default() };
     agrees("lit", &lit, WITHIN);
     agrees("nothing shows", &clear(first(Kernel::Cubic, EverySample, 1)), WITHIN);
-    let mut far = first(Kernel::Cubic, Slabs, 1);
-    far.polygons = vec![layer(shards(10, 11, 3.0), 0.5)];
+    let far = with_polygons(first(Kernel::Cubic, Slabs, 1), [layer(shards(10, 11, 3.0), 0.5)]);
     agrees("far beyond", &far, WITHIN);
 }
 
@@ -116,7 +115,7 @@ fn polygons_are_seen_from_within_the_volume() {
             let mut scene = in_perspective(first(Kernel::Gaussian, visibility, 1), 80.0);
             scene.camera.parallel_scale = 0.9;
             scene.camera.direction *= way;
-            scene.polygons = vec![layer(shards(30, 4, 0.9), 0.5)];
+            let scene = with_polygons(scene, [layer(shards(30, 4, 0.9), 0.5)]);
             agrees(&format!("within, {visibility:?}, {way}"), &scene, WITHIN);
             agrees(&format!("within, {visibility:?}, {way}, back"), &back_to_front(scene), WITHIN);
         }
@@ -127,9 +126,9 @@ fn polygons_are_seen_from_within_the_volume() {
 #[test]
 fn a_polygon_in_a_slice_lies_before_all_of_it() {
     let lattice = Lattice::unit([11, 9, 13]);
-    let mut scene = first(Kernel::Cubic, EverySample, 1);
     let values = (0..lattice.len()).map(|i| (random(7, i) * 255.99) as u8).collect();
-    scene.volume = volume(lattice, Samples::UInt8(values));
+    let values = volume(lattice, Samples::UInt8(values));
+    let mut scene = with_field(first(Kernel::Cubic, EverySample, 1), values);
     for direction in [DVec3::NEG_Z, DVec3::Z] {
         scene.camera = Camera::new(lattice.centre(), direction, DVec3::Y, 6.37);
         // Two slices beyond the middle, and one before it.
@@ -143,8 +142,8 @@ fn a_polygon_in_a_slice_lies_before_all_of_it() {
         let triangles = [0, 4].into_iter().flat_map(|i| [[i, i + 1, i + 2], [i, i + 2, i + 3]]);
         let mesh =
             Mesh::new("flat", positions, Vec::new(), Vec::new(), triangles.collect::<Vec<_>>());
-        let colour = Some(Srgb8([250, 220, 30]));
-        scene.polygons = vec![PolygonLayer { colour, ..layer(mesh.expect("a mesh"), 0.7) }];
+        let flat = coloured(layer(mesh.expect("a mesh"), 0.7), [250, 220, 30]);
+        scene = with_polygons(scene, [flat]);
         for visibility in [EverySample, Sheets] {
             scene.splat.visibility = visibility;
             agrees(&format!("in a slice along {direction}, {visibility:?}"), &scene, WITHIN);
@@ -206,7 +205,7 @@ fn kernels_without_polygons_are_drawn_as_before() {
     let mut drawer = Drawer::new(Renderer::new(context));
     for visibility in [EverySample, Slabs] {
         let embedded = first(Kernel::Cubic, visibility, 1);
-        let plain = Scene { polygons: Vec::new(), ..embedded.clone() };
+        let plain = with_polygons(embedded.clone(), []);
         let held =
             |drawer: &Drawer| (drawer.renderer.pipeline_count(), drawer.renderer.size_bytes());
         let (before, _) = drawn(&mut drawer, &plain, SIZE, Rung::Full);
@@ -217,7 +216,7 @@ fn kernels_without_polygons_are_drawn_as_before() {
         // The walk, and once the two passes over pixels.
         assert_eq!(more, if visibility == EverySample { 3 } else { 1 });
         let mut hidden = embedded;
-        hidden.polygons.iter_mut().for_each(|layer| layer.is_shown = false);
+        hidden.polygons_mut().into_iter().for_each(|(_, _, is_shown)| *is_shown = false);
         let (after, _) = drawn(&mut drawer, &hidden, SIZE, Rung::Full);
         assert_eq!(after, before, "the same bits");
         assert_eq!(held(&drawer).1, bytes, "let go of");
@@ -228,16 +227,16 @@ fn kernels_without_polygons_are_drawn_as_before() {
 #[test]
 fn modes_of_triangles_refuse_polygons_in_a_sentence() {
     let scene = first(Kernel::Cubic, EverySample, 1);
-    assert_eq!(scene.check_polygons(), Ok(()));
+    assert_eq!(scene.refusals(), []);
     for (change, found) in [
-        ((|s| s.backend = Backend::Raster) as fn(&mut SplatSettings), "found --backend raster;"),
-        (|s| s.kernel = Kernel::Gouraud, "found --kernel gouraud;"),
-        (|s| s.extent = Some(12.0), "found --extent 12;"),
+        ((|s| s.backend = Backend::Raster) as fn(&mut SplatSettings), "found --backend raster,"),
+        (|s| s.kernel = Kernel::Gouraud, "found --kernel gouraud,"),
+        (|s| s.extent = Some(12.0), "found --extent 12,"),
     ] {
         let mut scene = scene.clone();
         change(&mut scene.splat);
-        let refused = scene.check_polygons().expect_err("triangles").to_string();
+        let refused = scene.refusals().first().expect("triangles").to_string();
         assert!(refused.contains(found) && refused.contains("leave the polygons out"), "{refused}");
-        assert!(!scene.has_polygons());
+        assert_eq!(scene.drawn_polygons(), []);
     }
 }

@@ -6,6 +6,7 @@ use voxsplat::accuracy::Difference;
 use voxsplat::core::{Camera, Srgb8, Ticket};
 use voxsplat::gpu::{Renderer, Wishes};
 use voxsplat::kernel::Kernel;
+use voxsplat::plan::Plan;
 use voxsplat::scene::{
     Backend, Lighting, OpacityModel, Order, Scene, Shading, SplatSettings, Visibility,
 };
@@ -29,7 +30,7 @@ const SEEN: Within = Within { max_abs: 6e-3, rmse: 6e-4, bias: 1e-4 };
 const LONG: Within = Within { max_abs: 6e-5, rmse: 2e-5, bias: 1e-5 };
 
 fn beside(kernel: Kernel, visibility: Visibility) -> Scene {
-    embedded(with(alone(), |layer| layer.alone = false), kernel, visibility)
+    embedded(beside_field(alone()), kernel, visibility)
 }
 
 fn embedded(scene: Scene, kernel: Kernel, visibility: Visibility) -> Scene {
@@ -98,7 +99,7 @@ fn vectors_among_boxes_and_separable_kernels_and_points_are_the_references() {
 #[test]
 fn two_fields_lie_among_kernels() {
     for (visibility, sheets) in [(EverySample, 1), (Sheets, 2), (Slabs, 1)] {
-        let both = with(crate::two_vectors::both(), |layer| layer.alone = false);
+        let both = beside_field(crate::two_vectors::both());
         let mut scene = embedded(both, Kernel::Gaussian, visibility);
         (scene.splat.sheets_per_kernel, scene.splat.slabs_per_voxel) = (sheets, 1.7);
         let name = format!("two fields, {visibility:?} {sheets}");
@@ -159,7 +160,8 @@ fn polygons_vectors_and_kernels_lie_at_their_depths() {
                 let lighting = Some(Lighting::default());
                 scene.shading = Shading { lighting, ..Shading::default() };
             }
-            scene.polygons = vec![layer(squares(&scene, 3, &[-1.1, -0.3, 0.17, 0.9]), 0.4)];
+            let squares = layer(squares(&scene, 3, &[-1.1, -0.3, 0.17, 0.9]), 0.4);
+            let scene = with_polygons(scene, [squares]);
             let expected = expected(&scene, PICTURE);
             let (found, _) = drawn(&mut drawer, &scene, PICTURE, Rung::Full);
             compares(&format!("all three, {visibility:?}, {order:?}"), &found, &expected, AMONG);
@@ -178,7 +180,8 @@ fn rays_in_parts_meet_the_same_vectors() {
     ] {
         let mut scene = beside(kernel, visibility);
         scene.splat.order = order;
-        scene.polygons = vec![layer(squares(&scene, 3, &[-0.3, 0.9]), 0.4)];
+        let squares = layer(squares(&scene, 3, &[-0.3, 0.9]), 0.4);
+        let scene = with_polygons(scene, [squares]);
         let light = |most_turns| {
             let mut context = context(Wishes::default())?;
             context.most_turns = most_turns;
@@ -208,7 +211,7 @@ fn kernels_without_vectors_are_drawn_as_before() {
     let Some(context) = context(Wishes::default()) else { return };
     let mut drawer = Drawer::new(Renderer::new(context));
     let embedded = beside(Kernel::Cubic, Slabs);
-    let plain = Scene { vectors: None, ..embedded.clone() };
+    let plain = with_vectors(embedded.clone(), []);
     let (before, _) = drawn(&mut drawer, &plain, PICTURE, Rung::Full);
     let bytes = drawer.renderer.size_bytes();
     let (shown, _) = drawn(&mut drawer, &embedded, PICTURE, Rung::Full);
@@ -232,8 +235,9 @@ fn modes_of_triangles_refuse_vectors_in_a_sentence() {
     ] {
         let mut scene = beside(Kernel::Cubic, EverySample);
         change(&mut scene.splat);
-        drawer.prepare(&scene, &Ticket::new()).expect("prepared");
-        let refused = drawer.draw(&scene, PICTURE, Rung::Full, &mut ()).unwrap_err().to_string();
+        let plan = Plan::of(&scene, PICTURE);
+        drawer.prepare(&plan, &Ticket::new()).expect("prepared");
+        let refused = drawer.draw(&plan, Rung::Full, &mut ()).unwrap_err().to_string();
         assert!(refused.contains(found) && refused.contains("show the vectors alone"), "{refused}");
     }
 }
@@ -256,12 +260,11 @@ fn no_splat_of_a_long_list_is_left_out() {
         scene.camera = Camera::new(lattice.centre(), direction.normalize(), DVec3::Y, 0.4 / 1.2);
         let lattice = Lattice { spacing: spacing * 2.0, ..Lattice::unit([7, 7, count / 2]) };
         let values = (0..lattice.len()).map(|i| (random(7, i) * 255.99) as u8).collect();
-        scene.volume = volume(lattice, Samples::UInt8(values));
-        scene.transfer.opacity = vec![(0.0, 0.0), (255.0, 0.02)];
+        let mut scene = with_field(scene, volume(lattice, Samples::UInt8(values)));
+        scene.transfer_mut().expect("a field").opacity = vec![(0.0, 0.0), (255.0, 0.02)];
         scene
     };
-    let askew = deep(90, DVec3::new(0.5, 0.4, -1.0));
-    let askew = with(askew, |layer| layer.alone = false);
+    let askew = beside_field(deep(90, DVec3::new(0.5, 0.4, -1.0)));
     let mut field = Scene { splat: SplatSettings::EXACT, ..askew.clone() };
     let mut slabs = embedded(askew, Kernel::Cubic, Slabs);
     (field.splat.slabs_per_voxel, slabs.splat.slabs_per_voxel) = (3.0, 3.0);
@@ -270,7 +273,7 @@ fn no_splat_of_a_long_list_is_left_out() {
     {
         let Some(mut drawer) = drawer() else { return };
         const SIZE: [u32; 2] = [8, 8];
-        drawer.prepare(&scene, &Ticket::new()).expect("prepared");
+        drawer.prepare(&Plan::of(&scene, SIZE), &Ticket::new()).expect("prepared");
         let (found, how) = drawn(&mut drawer, &scene, SIZE, Rung::Full);
         assert_eq!(how.vectors_halved, 0, "{name}");
         let expected = expected(&scene, SIZE);

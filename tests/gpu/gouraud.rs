@@ -172,7 +172,7 @@ fn meshes_converge_to_the_footprint_at_second_order() {
     let Some(mut drawer) = drawer() else { return };
     for (name, opacity) in [("thin", 0.02), ("dense", 0.8)] {
         let mut base = scene(Lattice::unit([5, 4, 6]), OBLIQUE);
-        base.transfer.opacity = vec![(90.0, 0.0), (255.0, opacity)];
+        base.transfer_mut().expect("a field").opacity = vec![(90.0, 0.0), (255.0, opacity)];
         let base = in_perspective(base, 25.0);
         let (footprints, _) = drawn(&mut drawer, &base, SIZE, Rung::Full);
         let error = |drawer: &mut Drawer, angles, rings| {
@@ -197,7 +197,7 @@ fn published_opacities_over_1_are_capped_and_counted() {
     let lattice = Lattice { spacing: DVec3::new(1.0, 1.0, 2.0), ..Lattice::unit([1, 1, 1]) };
     let mut scene = published(with_kernel(scene(lattice, DVec3::Z), Kernel::Gouraud));
     scene.splat.opacity_unit_distance = Some(1.0);
-    scene.transfer.opacity = vec![(0.0, 0.9999)];
+    scene.transfer_mut().expect("a field").opacity = vec![(0.0, 0.9999)];
     let expected = expected(&scene, None);
     let (found, _) = drawn(&mut drawer, &scene, SIZE, Rung::Full);
     print_measured("one capped mesh", &found, &expected);

@@ -210,7 +210,7 @@ fn an_eye_in_the_volume_and_one_before_it() {
     let mut faults = Vec::new();
     let mut inside = in_perspective(scene(lattice(), OBLIQUE), 60.0);
     inside.camera.parallel_scale = 0.9;
-    let index = inside.volume.lattice.index_from_world(inside.camera.view_origin());
+    let index = inside.lattice().index_from_world(inside.camera.view_origin());
     assert!(index.cmpge(DVec3::ZERO).all() && index.cmple(DVec3::splat(6.0)).all(), "{index}");
     faults.extend(in_modes(&mut drawer, "eye inside", &inside));
     let mut at_sample = inside.clone();
@@ -270,7 +270,7 @@ fn four_thousand_and_ninety_six_layers() {
     for (name, opacity) in [("soft", 0.002), ("solid", 0.9)] {
         let mut scene = scene(Lattice::unit([1, 1, 4096]), DVec3::Z);
         scene.camera.parallel_scale = 1.3;
-        scene.transfer.opacity = vec![(0.0, 0.0), (255.0, opacity)];
+        scene.transfer_mut().expect("a field").opacity = vec![(0.0, 0.0), (255.0, opacity)];
         for (mode, scene, mut within) in modes(&scene) {
             if opacity > 0.5 && mode != "exact" {
                 // The rim's polynomial, off by 6e-5 of the peak, four thousand times over.
@@ -411,7 +411,7 @@ fn two_renderers_draw_the_same_bits() {
             let one = drawn(&mut shared, &scene, SMALL, Rung::Full).0;
             let other = drawn(&mut own, &scene, SMALL, Rung::Full).0;
             assert!(one == other, "{mode}: {:?}", Difference::between(&one, &other));
-            own.prepare(&scene, &Ticket::new()).expect("it prepares twice");
+            own.prepare(&Plan::of(&scene, SIZE), &Ticket::new()).expect("it prepares twice");
             let again = drawn(&mut own, &scene, SMALL, Rung::Full).0;
             assert!(one == again, "{mode}, again");
         }

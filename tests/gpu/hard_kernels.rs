@@ -195,7 +195,7 @@ fn large_kernels_and_an_eye_among_them_with_every_kernel() {
 
 fn with_samples(samples: Samples, transfer: TransferFunction) -> Scene {
     let scene = scene(lattice(), DVec3::new(-0.6, 0.3, -0.7));
-    Scene { volume: volume(lattice(), samples), transfer, ..scene }
+    with_transfer(with_field(scene, volume(lattice(), samples)), transfer)
 }
 
 /// 0..256, one a sample.

@@ -17,7 +17,7 @@ const COUNT: usize = 336;
 fn with_samples(samples: Samples, transfer: TransferFunction) -> Scene {
     let lattice = Lattice::unit(DIMS);
     let scene = scene(lattice, DVec3::new(-0.6, 0.3, -0.7));
-    Scene { volume: volume(lattice, samples), transfer, ..scene }
+    with_transfer(with_field(scene, volume(lattice, samples)), transfer)
 }
 
 /// 0..256, one a sample.

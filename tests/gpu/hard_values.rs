@@ -24,7 +24,7 @@ const OBLIQUE: DVec3 = DVec3::new(-0.6, 0.3, -0.7);
 
 fn with_samples(samples: Samples, transfer: TransferFunction) -> Scene {
     let lattice = Lattice::unit(DIMS);
-    Scene { volume: volume(lattice, samples), transfer, ..scene(lattice, OBLIQUE) }
+    with_transfer(with_field(scene(lattice, OBLIQUE), volume(lattice, samples)), transfer)
 }
 
 /// 0..256, one a sample.
@@ -213,8 +213,8 @@ fn opacity_one_is_the_transmittance_floor_on_both_sides() {
     assert_eq!(drawer.capped_count(), 0);
     // One voxel alone, where the floor is what is seen.
     let mut one = scene(Lattice::unit([1, 1, 1]), OBLIQUE);
-    one.volume = volume(Lattice::unit([1, 1, 1]), Samples::UInt8(vec![200]));
-    one.transfer.opacity = vec![(0.0, 1.0)];
+    one = with_field(one, volume(Lattice::unit([1, 1, 1]), Samples::UInt8(vec![200])));
+    one.transfer_mut().expect("a field").opacity = vec![(0.0, 1.0)];
     agrees(&mut drawer, "one voxel of alpha 1", &one, EXACT);
 }
 
@@ -224,8 +224,8 @@ fn the_transmittance_floor_is_one_part_in_ten_thousand() {
     let Some(mut drawer) = drawer() else { return };
     let lattice = Lattice::unit([3, 3, 1]);
     let mut scene = with_kernel(scene(lattice, DVec3::Z), Kernel::Nearest);
-    scene.volume = volume(lattice, Samples::UInt8(vec![200; 9]));
-    scene.transfer.opacity = vec![(0.0, 1.0)];
+    scene = with_field(scene, volume(lattice, Samples::UInt8(vec![200; 9])));
+    scene.transfer_mut().expect("a field").opacity = vec![(0.0, 1.0)];
     let (found, _) = drawn(&mut drawer, &scene, SIZE, Rung::Full);
     let middle = found[40 * 96 + 48][3];
     // Measured: 1.0e-4 to within 1e-6.
@@ -240,9 +240,9 @@ fn bricks_of_infinities_and_of_nan_alone_are_what_their_values_are() {
     for value in [f32::INFINITY, f32::NEG_INFINITY, f32::NAN] {
         let sample = |i: usize| if i % 24 < 8 { value } else { (i % 24) as f32 };
         let mut scene = scene(lattice, OBLIQUE);
-        scene.volume = volume(lattice, Samples::Float32((0..24 * 64).map(sample).collect()));
+        scene = with_field(scene, volume(lattice, Samples::Float32((0..24 * 64).map(sample).collect())));
         // Opaque at both ends, clear between but for 20..24.
-        scene.transfer.opacity = vec![(0.0, 0.4), (8.0, 0.0), (18.0, 0.0), (24.0, 0.4)];
+        scene.transfer_mut().expect("a field").opacity = vec![(0.0, 0.4), (8.0, 0.0), (18.0, 0.0), (24.0, 0.4)];
         agrees(&mut drawer, &format!("a brick of {value}"), &scene, EXACT);
     }
 }

@@ -56,7 +56,7 @@ fn clipped(scene: Scene, clip: Clip) -> Scene {
 }
 
 fn both(scene: Scene, faces: CutFaces) -> Scene {
-    let planes = vec![plane(&scene.volume.lattice)];
+    let planes = vec![plane(&scene.lattice())];
     clipped(scene, Clip { bounds: Some(bounds()), planes, faces })
 }
 
@@ -178,11 +178,11 @@ fn previews_are_cut_as_the_exact_picture_is() {
     let scene = both(exact(lattice()), CutFaces::Coloured);
     let (exact, _) = drawn(&mut drawer, &scene, SIZE, Rung::Full);
     let ticket = voxsplat::core::Ticket::new();
-    let tents = voxsplat::kernel::nearest_tents(&scene.volume, &ticket).expect("made");
+    let tents = voxsplat::kernel::nearest_tents(scene.volume().expect("a field"), &ticket).expect("made");
     let splat = SplatSettings { kernel: Kernel::Linear, ..SplatSettings::EXACT };
     drawer
         .renderer
-        .set_field(SlabField::Preview, &scene.volume, &splat, tents, &ticket)
+        .set_field(SlabField::Preview, scene.volume().expect("a field"), &splat, tents, &ticket)
         .expect("set");
     let rung = Rung::Reduced { field: SlabField::Preview, shrink: 1.0 };
     let (quick, drawn) = drawn(&mut drawer, &scene, SIZE, rung);
@@ -247,7 +247,7 @@ fn a_projection_is_of_values_alone() {
     let scene = projected(AlongRay::Maximum);
     let (found, _) = drawn(&mut drawer, &scene, SIZE, Rung::Full);
     let mut other = scene.clone();
-    other.transfer.opacity.iter_mut().for_each(|(_, alpha)| *alpha = (*alpha * 0.1).max(0.01));
+    other.transfer_mut().expect("a field").opacity.iter_mut().for_each(|(_, alpha)| *alpha = (*alpha * 0.1).max(0.01));
     other.shading = Shading { lighting: Some(Lighting::default()), ..Shading::default() };
     other.splat.order = Order::BackToFront;
     let (same, _) = drawn(&mut drawer, &other, SIZE, Rung::Full);
@@ -323,7 +323,7 @@ fn agrees_but_for_edges(name: &str, scene: &Scene) {
 fn isosurfaces_are_the_references() {
     let levels = || vec![iso(60.0, 0.4), iso(150.0, 1.0)];
     let clear = |mut scene: Scene| {
-        scene.transfer.opacity.iter_mut().for_each(|(_, alpha)| *alpha = 0.0);
+        scene.transfer_mut().expect("a field").opacity.iter_mut().for_each(|(_, alpha)| *alpha = 0.0);
         scene
     };
     agrees("alone", &clear(with_levels(hill(lattice()), levels())), SURFACES);
@@ -365,7 +365,7 @@ fn slices_are_the_references_at_their_depth() {
         ("in the middle", |s| s.classify = Classify::After),
     ] {
         let mut scene = exact(sheared());
-        scene.inside.slices = slices(&scene.volume.lattice);
+        scene.inside.slices = slices(&scene.lattice());
         change(&mut scene.splat);
         agrees(name, &scene, WITHIN);
     }
@@ -392,11 +392,11 @@ fn slices_are_the_references_at_their_depth() {
 fn samples_without_data_have_no_surface_no_slice_and_no_value() {
     let holed = || hill_without(lattice(), |i| i % 11 == 5);
     let mut surfaces = with_levels(holed(), vec![iso(60.0, 0.4), iso(150.0, 1.0)]);
-    surfaces.transfer.opacity.iter_mut().for_each(|(_, alpha)| *alpha = 0.0);
+    surfaces.transfer_mut().expect("a field").opacity.iter_mut().for_each(|(_, alpha)| *alpha = 0.0);
     agrees_but_for_edges("levels among holes", &surfaces);
     let mut sliced = holed();
     sliced.inside.slices = vec![Slice { plane: plane(&lattice()), opacity: 0.6 }];
-    sliced.transfer.opacity.iter_mut().for_each(|(_, alpha)| *alpha = 0.0);
+    sliced.transfer_mut().expect("a field").opacity.iter_mut().for_each(|(_, alpha)| *alpha = 0.0);
     agrees_but_for_edges("a slice among holes", &sliced);
     for along in [AlongRay::Maximum, AlongRay::Average] {
         let mut projected = holed();

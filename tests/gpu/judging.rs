@@ -88,7 +88,7 @@ fn what_points_leave_out_is_part_of_their_estimate() {
     let Some(bench) = Bench::new() else { return };
     let mut off = Vec::new();
     for name in ["head", "tornado", "blobs", "checkerboard", "constant"] {
-        let mut scene = opening(Arc::new(demo_volume(name)), None);
+        let mut scene = opening(SampleSource::default(), Arc::new(demo_volume(name)), None);
         scene.splat = SplatSettings { kernel: Kernel::Point, ..SplatSettings::SHADE_FIRST };
         // So little time that most points are left out on any machine.
         bench.request(&scene, [320, 240], Effort::Moving { budget_ms: 1.0 });
@@ -115,7 +115,7 @@ fn estimates_are_near_the_truth_and_come_nearer_as_views_are_checked() {
         for (splat, size) in
             [(SplatSettings::SHADE_FIRST, [160, 120]), (SplatSettings::EXACT, [480, 360])]
         {
-            let mut scene = opening(Arc::new(volume.clone()), None);
+            let mut scene = opening(SampleSource::default(), Arc::new(volume.clone()), None);
             scene.splat = splat;
             for view in 0..5 {
                 scene.camera = scene.camera.orbited(0.5, 0.1);

@@ -62,7 +62,7 @@ pub(crate) fn expected(scene: &Scene, size: [u32; 2]) -> Light {
     let SplatSettings { kernel, extent, .. } = scene.splat;
     let view = View::new(scene, size);
     let outer = view.traversal.axes[0];
-    let lattice = scene.volume.lattice;
+    let lattice = scene.lattice();
     let camera = &scene.camera;
     let published = scene.splat.opacity_model == OpacityModel::Published;
     let unit = scene.opacity_unit_distance();

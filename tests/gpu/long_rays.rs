@@ -22,7 +22,7 @@ const SIZE: [u32; 2] = [6, 5];
 fn row(splat: SplatSettings) -> Scene {
     let mut scene = scene(Lattice::unit([1, 1, 4096]), DVec3::Z);
     scene.camera.parallel_scale = 1.3;
-    scene.transfer.opacity = vec![(0.0, 0.0), (255.0, 2e-3)];
+    scene.transfer_mut().expect("a field").opacity = vec![(0.0, 0.0), (255.0, 2e-3)];
     scene.splat = splat;
     scene
 }
@@ -104,8 +104,8 @@ fn thousands_of_shade_first_slabs_have_the_alpha_of_their_slices() {
     let Some(mut drawer) = drawer() else { return };
     let lattice = Lattice::unit([1, 1, 4096]);
     let mut scene = scene(lattice, DVec3::Z);
-    scene.volume = volume(lattice, Samples::UInt8(vec![200; 4096]));
-    scene.transfer = TransferFunction::of(
+    scene = with_field(scene, volume(lattice, Samples::UInt8(vec![200; 4096])));
+    *scene.transfer_mut().expect("a field") = TransferFunction::of(
         vec![(0.0, 2e-4)],
         ColourSource::Map { map: ColourMap::Viridis, range: [0.0, 255.0] },
     );
@@ -237,7 +237,7 @@ fn a_step_that_the_loops_cannot_hold_is_refused() {
     let mut scene = scene(Lattice::unit([9, 8, 10]), DVec3::new(0.35, -0.52, 0.78));
     scene.splat = SplatSettings { extent: Some(8.0), ..SHADED_SLABS };
     drawer.prepare(&scene, &voxsplat::core::Ticket::new()).expect("the device prepares");
-    let refused = drawer.draw(&scene, [24, 20], Rung::Full, &mut ());
+    let refused = drawer.draw(&Plan::of(&scene, [24, 20]), Rung::Full, &mut ());
     let Err(DrawError::Gpu(error @ GpuError::TooLarge { .. })) = refused else {
         panic!("{refused:?}");
     };

@@ -318,17 +318,17 @@ fn quick_pictures_of_cuts_are_thinned() {
     let mut drawer = Drawer::new(Renderer::new(context));
     let grid = demo::open("head", Some(40)).expect("a demo there is");
     let volume = grid.scalar(&grid.fields[0], Component::Index(0), &Ticket::new()).expect("finite");
-    let scene = opening(Arc::new(volume), None);
+    let scene = opening(SampleSource::default(), Arc::new(volume), None);
     let scene = Scene { splat: SplatSettings::SHADE_FIRST, ..scene };
     drawer.keeps_cut = true;
     let (found, coarse) = drawn(&mut drawer, &scene, FRAME, Rung::Coarse { budget_ms: 2.0 });
     let (cut, _) = drawer.take_cut().expect("it was kept");
     assert!(cut.nodes.len() > 50 && cut.nodes.len() as u64 == coarse.nodes);
-    let table = Table::new(&scene.transfer, scene.volume.samples.scalar_type());
+    let table = Table::new(scene.transfer().expect("a field"), scene.volume().expect("a field").samples.scalar_type());
     let unit = scene.opacity_unit_distance();
-    let depth = scene.volume.lattice.axes().determinant().abs().cbrt() / unit;
+    let depth = scene.lattice().axes().determinant().abs().cbrt() / unit;
     let measure = ErrorMeasure::Classified;
-    let pyramid = Pyramid::build(&scene.volume, &table, depth, measure, &Ticket::new());
+    let pyramid = Pyramid::build(scene.volume().expect("a field"), &table, depth, measure, &Ticket::new());
     let factor = pyramid.expect("not cancelled").thinning.factor(&cut.nodes);
     println!("measured {factor} of {} nodes", cut.nodes.len());
     assert!(factor < 0.97, "{factor}");
@@ -384,7 +384,7 @@ fn a_drag_is_seen_from_coarse_levels_and_pieces_follow_until_all_of_it_is_there(
     let moved = recoloured(&first, GREEN, 0.02);
     drawer.prepare_preview(&moved, FRAME, budget_ms, &ticket).expect("prepared");
     assert!(!drawer.advance_octree().expect("a device"), "that of the function before");
-    let coarse = drawer.draw(&moved, FRAME, Rung::Coarse { budget_ms }, &mut ()).expect("drawn");
+    let coarse = drawer.draw(&Plan::of(&moved, FRAME), Rung::Coarse { budget_ms }, &mut ()).expect("drawn");
     assert!(coarse.nodes > 0 && coarse.max_error > 0.0);
     let seen = wide(&drawer.renderer.read_light().expect("read"));
     assert!(seen.iter().all(|p| p[0] == 0.0) && seen.iter().any(|p| p[1] > 0.0));
@@ -429,7 +429,7 @@ fn only_who_asks_for_an_octree_has_the_device_build_one() {
     let seen = drawers.each_mut().map(|drawer| {
         drawer.prepare_preview(&exact, FRAME, 15.0, &ticket).expect("prepared");
         let rung = Rung::Full;
-        drawer.draw(&exact, FRAME, rung, &mut ()).expect("drawn");
+        drawer.draw(&Plan::of(&exact, FRAME), rung, &mut ()).expect("drawn");
         let light = drawer.renderer.read_light().expect("read");
         (light, drawer.renderer.size_bytes(), drawer.renderer.pipeline_count())
     });

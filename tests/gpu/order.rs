@@ -17,7 +17,7 @@ const EXACT: Within = Within { max_abs: 2.5e-3, rmse: 8e-5, bias: 6e-6 };
 fn one_piece(drawer: &mut Drawer, scene: &Scene, capacity: u64) -> GridTotals {
     drawn(drawer, scene, [8, 8], Rung::Full);
     let view = View::new(scene, [8, 8]);
-    let dims = scene.volume.lattice.dims;
+    let dims = scene.lattice().dims;
     let [a, b, _] = view.traversal.axes;
     let rows = (dims[a] * dims[b]) as u32;
     let renderer = &mut drawer.renderer;
@@ -28,7 +28,7 @@ fn one_piece(drawer: &mut Drawer, scene: &Scene, capacity: u64) -> GridTotals {
 
 /// Indices and extinctions of what is emitted, in order.
 fn emitted(drawer: &mut Drawer, scene: &Scene) -> Vec<([usize; 3], f32)> {
-    let totals = one_piece(drawer, scene, scene.volume.lattice.len() as u64);
+    let totals = one_piece(drawer, scene, scene.lattice().len() as u64);
     assert_eq!(totals.most_missing, 0);
     let records = drawer.renderer.read_records(totals.kernels).expect("the device reads back");
     records.iter().map(|r| (r.centre.map(|c| c as usize), r.extinction)).collect()
@@ -36,12 +36,12 @@ fn emitted(drawer: &mut Drawer, scene: &Scene) -> Vec<([usize; 3], f32)> {
 
 /// The reference's traversal without what is transparent.
 fn expected(scene: &Scene) -> Vec<([usize; 3], f32)> {
-    let dims = scene.volume.lattice.dims;
-    traversal(&scene.volume.lattice, &scene.camera)
+    let dims = scene.lattice().dims;
+    traversal(&scene.lattice(), &scene.camera)
         .into_iter()
         .filter_map(|[x, y, z]| {
-            let value = scene.volume.samples.get((z * dims[1] + y) * dims[0] + x);
-            let extinction = extinction_from_opacity(scene.transfer.opacity_at(value)) as f32;
+            let value = scene.volume().expect("a field").samples.get((z * dims[1] + y) * dims[0] + x);
+            let extinction = extinction_from_opacity(scene.transfer().expect("a field").opacity_at(value)) as f32;
             (extinction > 0.0).then_some(([x, y, z], extinction))
         })
         .collect()
@@ -113,7 +113,7 @@ fn a_piece_with_too_little_room_says_how_much_is_missing() {
 fn a_picture_whose_pieces_were_planned_too_small_is_complete() {
     let Some(mut drawer) = drawer() else { return };
     let mut scene = scene(Lattice::unit([12, 16, 11]), DVec3::new(0.2, 0.3, 0.9));
-    scene.transfer.opacity = vec![(0.0, 0.0), (255.0, 0.5)];
+    scene.transfer_mut().expect("a field").opacity = vec![(0.0, 0.0), (255.0, 0.5)];
     let costs = drawer.costs;
     // One row a piece.
     drawer.costs.row_ms = 1e3;
@@ -131,16 +131,16 @@ fn what_the_host_did_not_count_makes_the_picture_be_drawn_again_complete() {
     let Some(mut drawer) = drawer() else { return };
     let dims = [12, 12, 12];
     let mut scene = scene(Lattice::unit(dims), DVec3::new(0.2, 0.3, 0.9));
-    scene.transfer.opacity = (0..50)
+    scene.transfer_mut().expect("a field").opacity = (0..50)
         .flat_map(|tooth| {
             let at = 0.02 * (f64::from(tooth) + 0.37);
             [(at, 0.0), (at + 0.005, 0.5), (at + 0.01, 0.0)]
         })
         .collect();
-    if let ColourSource::Stops(stops) = &mut scene.transfer.colour {
+    if let ColourSource::Stops(stops) = &mut scene.transfer().expect("a field").colour {
         stops.iter_mut().for_each(|(value, _)| *value /= 255.0);
     }
-    let coordinate = Table::new(&scene.transfer, ScalarType::Float64).coordinate;
+    let coordinate = Table::new(scene.transfer().expect("a field"), ScalarType::Float64).coordinate;
     let value = |i: usize| {
         // One voxel a slice, along every axis, that is surely seen.
         if i % 12 == i / 12 % 12 && i % 12 == i / 144 {
@@ -150,7 +150,7 @@ fn what_the_host_did_not_count_makes_the_picture_be_drawn_again_complete() {
         let entry = coordinate.of(tooth).floor();
         coordinate.offset + (entry - 1e-5) / coordinate.scale
     };
-    scene.volume = volume(scene.volume.lattice, Samples::Float64((0..1728).map(value).collect()));
+    scene = with_field(scene, volume(scene.lattice(), Samples::Float64((0..1728).map(value).collect())));
     let on_device = one_piece(&mut drawer, &scene, 1728).kernels;
     let planned = drawer.active_count().expect("they are counted");
     println!("measured {on_device} kernels on the device, {planned} planned by the host");
@@ -168,7 +168,7 @@ fn opaque_noise_of_many_colours_is_the_references_picture() {
     let Some(mut drawer) = drawer() else { return };
     for direction in [DVec3::new(0.3, 0.5, 0.8), DVec3::new(-0.3, -0.8, 0.5)] {
         let mut scene = scene(Lattice::unit([9, 10, 9]), direction);
-        scene.transfer.opacity = vec![(0.0, 0.9)];
+        scene.transfer_mut().expect("a field").opacity = vec![(0.0, 0.9)];
         agrees(&mut drawer, "opaque noise", &scene, EXACT);
         let mut reversed = scene.clone();
         reversed.camera.direction = -reversed.camera.direction;

@@ -2,22 +2,23 @@
 //! every model, and at the limits of what is sorted. Against the float64 reference.
 
 use glam::DVec3;
-use voxsplat::core::{Camera, Srgb8};
+use voxsplat::core::Camera;
 use voxsplat::gpu::{Renderer, Wishes};
+use voxsplat::plan::Plan;
 use voxsplat::polygons::Mesh;
 use voxsplat::scene::{
     Classify, Clip, ClipBox, CutFaces, Inside, Isosurface, OpacityModel, Order, Plane,
-    PolygonLayer, Scene,
+    Scene,
 };
 use voxsplat::task::draw::{Drawer, Rung};
 use voxsplat::volume::{Lattice, demo};
 
 use crate::inside::hill;
 use crate::polygons::{
-    CLOSE, SIZE, WITHIN, agrees, both, clear, compares, exact, expected, lattice, layer, shards,
-    squares, with, with_vectors,
+    CLOSE, SIZE, WITHIN, agrees, both, clear, coloured, compares, exact, expected, lattice, layer, shards,
+    squares, with_tornado,
 };
-use crate::support::{context, drawer, drawn, in_perspective, scene};
+use crate::support::{context, drawer, drawn, in_perspective, scene, with_polygons};
 
 fn cut() -> Clip {
     let point = lattice().world_from_index(DVec3::new(4.6, 4.1, 6.3));
@@ -42,7 +43,7 @@ fn clips_without_faces_cut_polygons() {
     agrees("cut", &Scene { inside, ..with(exact(), both()) }, WITHIN);
     // An opaque square that is cut away hides nothing of the one behind it.
     let base = along_an_axis(13);
-    let point = base.volume.lattice.centre() + DVec3::Z;
+    let point = base.lattice().centre() + DVec3::Z;
     let planes = vec![Plane { point, normal: DVec3::NEG_Z }];
     let clip = Clip { bounds: None, planes, ..cut() };
     let inside = Inside { clip, ..Inside::default() };
@@ -55,7 +56,7 @@ fn clips_without_faces_cut_polygons() {
 fn isosurfaces_and_polygons_lie_at_their_depths() {
     let Some(mut drawer) = drawer() else { return };
     for order in [Order::FrontToBack, Order::BackToFront] {
-        let mut scene = with(hill(lattice()), both());
+        let mut scene = with_polygons(hill(lattice()), both());
         scene.splat.slabs_per_voxel = 2.0;
         scene.splat.order = order;
         let level = |value, opacity| Isosurface { value, opacity, colour: None };
@@ -78,13 +79,10 @@ fn along_an_axis(depth: usize) -> Scene {
 #[test]
 fn what_lies_at_one_depth_lies_in_the_order_of_its_triangles() {
     let base = along_an_axis(13);
-    let of = |colour, opacity| PolygonLayer {
-        colour: Some(Srgb8(colour)),
-        ..layer(squares(&base, 1, &[0.0]), opacity)
-    };
+    let of = |colour, opacity| coloured(layer(squares(&base, 1, &[0.0]), opacity), colour);
     let layers = vec![of([250, 20, 20], 0.6), of([20, 250, 30], 0.5), of([30, 40, 250], 0.7)];
     for order in [Order::FrontToBack, Order::BackToFront] {
-        let mut scene = with(base.clone(), layers.clone());
+        let mut scene = with_polygons(base.clone(), layers.clone());
         scene.splat.order = order;
         agrees(&format!("three at one depth, {order:?}"), &scene, WITHIN);
     }
@@ -103,7 +101,7 @@ fn polygons_on_the_face_where_a_part_ends_are_laid_down_once() {
     for order in [Order::FrontToBack, Order::BackToFront] {
         for depth in 0..8 {
             let base = along_an_axis(7 + 2 * depth);
-            let mut scene = with(base.clone(), vec![layer(squares(&base, 1, &[0.0]), 0.5)]);
+            let mut scene = with_polygons(base.clone(), vec![layer(squares(&base, 1, &[0.0]), 0.5)]);
             scene.splat.order = order;
             let light = |drawer: &mut Drawer| drawn(drawer, &scene, SIZE, Rung::Full).0;
             assert_eq!(light(&mut whole), light(&mut parts), "{order:?} {depth}");
@@ -116,12 +114,11 @@ fn polygons_on_the_face_where_a_part_ends_are_laid_down_once() {
 fn polygons_close_to_the_eye_are_seen_up_to_where_they_are_left_out() {
     let base = in_perspective(clear(exact()), 60.0);
     let eye = base.camera.eye_distance().expect("an eye");
-    let of = |share: f64, colour| PolygonLayer {
-        colour: Some(Srgb8(colour)),
-        ..layer(squares(&base, 1, &[eye * (share - 1.0)]), 0.5)
+    let of = |share: f64, colour| {
+        coloured(layer(squares(&base, 1, &[eye * (share - 1.0)]), 0.5), colour)
     };
     let layers = vec![of(3e-4, [250, 20, 20]), of(3e-5, [20, 250, 30]), of(0.9, [30, 40, 250])];
-    agrees("close to the eye", &with(base.clone(), layers), WITHIN);
+    agrees("close to the eye", &with_polygons(base.clone(), layers), WITHIN);
 }
 
 /// So many that sorting them would take more turns than an adapter's loops have, though all but the first
@@ -131,10 +128,11 @@ fn more_polygons_over_a_pixel_than_can_be_sorted_are_refused() {
     let Some(mut drawer) = drawer() else { return };
     let base = exact();
     let depths: Vec<f64> = (0..1400).map(|i| f64::from(i) * 0.001).collect();
-    let scene = with(base.clone(), vec![layer(squares(&base, 1, &depths), 1.0)]);
-    drawer.prepare(&scene, &voxsplat::core::Ticket::new()).expect("prepared");
+    let scene = with_polygons(base.clone(), vec![layer(squares(&base, 1, &depths), 1.0)]);
+    let plan = Plan::of(&scene, SIZE);
+    drawer.prepare(&plan, &voxsplat::core::Ticket::new()).expect("prepared");
     if drawer.renderer.context().most_turns.is_some() {
-        let refused = drawer.draw(&scene, SIZE, Rung::Full, &mut ()).unwrap_err().to_string();
+        let refused = drawer.draw(&plan, Rung::Full, &mut ()).unwrap_err().to_string();
         assert!(refused.contains("at most 2600"), "{refused}");
         // Two triangles each, on their common edge.
         assert!(refused.contains("found 2800"), "{refused}");
@@ -151,12 +149,12 @@ fn polygons_split_vectors_and_matter_in_every_model() {
     let reach = grid.lattice.bounding_radius();
     let depths = [-0.4, -0.1, 0.13, 0.3].map(|share| share * reach);
     let tilted: Mesh = squares(&base, 3, &depths);
-    let body = PolygonLayer { colour: Some(Srgb8([90, 200, 240])), ..layer(tilted, 0.5) };
+    let body = coloured(layer(tilted, 0.5), [90, 200, 240]);
     for (name, classify, model) in [
         ("in the middle", Classify::After, OpacityModel::OpticalDepth),
         ("published", Classify::PreIntegrated, OpacityModel::Published),
     ] {
-        let mut scene = with(with_vectors(base.clone(), false), vec![body.clone()]);
+        let mut scene = with_polygons(with_tornado(base.clone(), false), vec![body.clone()]);
         (scene.splat.classify, scene.splat.opacity_model) = (classify, model);
         agrees(&format!("beside vectors, {name}"), &scene, CLOSE);
     }

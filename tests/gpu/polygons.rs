@@ -5,6 +5,7 @@ use std::sync::Arc;
 use glam::{DVec3, Vec3};
 use voxsplat::core::Srgb8;
 use voxsplat::gpu::{Renderer, SlabField, Wishes};
+use voxsplat::plan::Plan;
 use voxsplat::polygons::Mesh;
 use voxsplat::reference::Reference;
 use voxsplat::scene::{
@@ -16,6 +17,7 @@ use voxsplat::volume::{Lattice, demo};
 
 use crate::support::{
     Light, Within, context, drawer, drawn, fault, in_perspective, print_measured, random, scene,
+    with_polygons, without_field,
 };
 
 pub(crate) const SIZE: [u32; 2] = [36, 30];
@@ -65,25 +67,25 @@ fn octahedron(size: f32) -> Mesh {
 }
 
 pub(crate) fn layer(mesh: Mesh, opacity: f64) -> PolygonLayer {
-    PolygonLayer { opacity, ..PolygonLayer::new(Arc::new(mesh)) }
+    let mut layer = PolygonLayer::new(Arc::new(mesh));
+    layer.look.opacity = opacity;
+    layer
 }
 
-pub(crate) fn with(scene: Scene, polygons: Vec<PolygonLayer>) -> Scene {
-    Scene { polygons, ..scene }
+pub(crate) fn coloured(mut layer: PolygonLayer, colour: [u8; 3]) -> PolygonLayer {
+    layer.look.colour = Some(Srgb8(colour));
+    layer
 }
 
 /// Translucent shards and an opaque, smooth body among them.
 pub(crate) fn both() -> Vec<PolygonLayer> {
-    let body = PolygonLayer {
-        colour: Some(Srgb8([240, 200, 90])),
-        is_smooth: true,
-        ..layer(octahedron(2.7), 1.0)
-    };
+    let mut body = coloured(layer(octahedron(2.7), 1.0), [240, 200, 90]);
+    body.look.is_smooth = true;
     vec![layer(shards(14, 3, 0.9), 0.45), body]
 }
 
 pub(crate) fn clear(mut scene: Scene) -> Scene {
-    scene.transfer.opacity.iter_mut().for_each(|(_, alpha)| *alpha = 0.0);
+    scene.transfer_mut().expect("a field").opacity.iter_mut().for_each(|(_, alpha)| *alpha = 0.0);
     scene
 }
 
@@ -96,7 +98,7 @@ pub(crate) fn expected(scene: &Scene) -> Light {
 pub(crate) fn agrees(name: &str, scene: &Scene, within: Within) {
     let Some(mut drawer) = drawer() else { return };
     let expected = expected(scene);
-    let plain = Scene { polygons: Vec::new(), ..scene.clone() };
+    let plain = with_polygons(scene.clone(), []);
     let (plain, _) = drawn(&mut drawer, &plain, SIZE, Rung::Full);
     assert!(fault(&plain, &expected, within).is_some(), "{name} changes nothing");
     let (found, _) = drawn(&mut drawer, scene, SIZE, Rung::Full);
@@ -118,14 +120,14 @@ pub(crate) fn compares(name: &str, found: &Light, expected: &Light, within: With
 
 #[test]
 fn polygons_alone_are_the_references() {
-    agrees("opaque", &with(clear(exact()), vec![layer(shards(8, 5, 0.9), 1.0)]), WITHIN);
-    agrees("translucent", &with(clear(exact()), both()), WITHIN);
+    agrees("opaque", &with_polygons(clear(exact()), vec![layer(shards(8, 5, 0.9), 1.0)]), WITHIN);
+    agrees("translucent", &with_polygons(clear(exact()), both()), WITHIN);
     let wide = vec![layer(shards(10, 11, 3.0), 0.5)];
-    agrees("far beyond", &with(clear(exact()), wide.clone()), WITHIN);
+    agrees("far beyond", &with_polygons(clear(exact()), wide.clone()), WITHIN);
     let perspective = in_perspective(clear(exact()), 60.0);
-    agrees("perspective", &with(perspective.clone(), both()), WITHIN);
+    agrees("perspective", &with_polygons(perspective.clone(), both()), WITHIN);
     // Some pass the eye's plane.
-    agrees("about the eye", &with(perspective, wide), WITHIN);
+    agrees("about the eye", &with_polygons(perspective, wide), WITHIN);
 }
 
 #[test]
@@ -136,11 +138,11 @@ fn polygons_in_matter_are_the_references_in_every_slab_mode() {
         ("published", |s| s.opacity_model = OpacityModel::Published),
         ("in the middle", |s| s.classify = Classify::After),
     ] {
-        let mut scene = with(exact(), both());
+        let mut scene = with_polygons(exact(), both());
         change(&mut scene.splat);
         agrees(name, &scene, WITHIN);
     }
-    agrees("in perspective", &with(in_perspective(exact(), 60.0), both()), WITHIN);
+    agrees("in perspective", &with_polygons(in_perspective(exact(), 60.0), both()), WITHIN);
 }
 
 /// What is cut away, faces, slices, isosurfaces and polygons, each at its depth.
@@ -177,7 +179,7 @@ fn rays_in_parts_meet_the_same_polygons() {
     for order in [Order::FrontToBack, Order::BackToFront] {
         let mut layers = both();
         layers.push(layer(shards(4, 8, 3.0), 0.3));
-        let mut scene = with(exact(), layers);
+        let mut scene = with_polygons(exact(), layers);
         scene.splat.order = order;
         scene.splat.slabs_per_voxel = 2.0;
         let light = |most_turns| {
@@ -204,7 +206,7 @@ fn what_has_no_polygons_costs_nothing_and_the_same_ones_are_the_same_bits() {
     let held = |drawer: &Drawer| (drawer.renderer.pipeline_count(), drawer.renderer.size_bytes());
     let (pipelines, bytes) = held(&drawer);
     assert_eq!(drawer.renderer.polygon_bytes(), 0);
-    let embedded = with(plain.clone(), both());
+    let embedded = with_polygons(plain.clone(), both());
     let (first, _) = drawn(&mut drawer, &embedded, SIZE, Rung::Full);
     // The walk, and the two passes over pixels; those that rasterise are the polygons' own.
     assert_eq!(drawer.renderer.pipeline_count(), pipelines + 3);
@@ -216,7 +218,7 @@ fn what_has_no_polygons_costs_nothing_and_the_same_ones_are_the_same_bits() {
     let (again, _) = drawn(&mut drawer, &embedded, SIZE, Rung::Full);
     assert_eq!(first, again, "the same bits");
     let mut hidden = embedded.clone();
-    hidden.polygons.iter_mut().for_each(|layer| layer.is_shown = false);
+    hidden.polygons_mut().into_iter().for_each(|(_, _, is_shown)| *is_shown = false);
     let (after, _) = drawn(&mut drawer, &hidden, SIZE, Rung::Full);
     assert_eq!(after, before);
     assert_eq!(held(&drawer).1, bytes, "let go of");
@@ -253,7 +255,7 @@ fn seams_are_closed() {
     let Some(mut drawer) = drawer() else { return };
     let base = clear(exact());
     for opacity in [1.0, 0.5] {
-        let scene = with(base.clone(), vec![layer(squares(&base, 57, &[0.3]), opacity)]);
+        let scene = with_polygons(base.clone(), vec![layer(squares(&base, 57, &[0.3]), opacity)]);
         let (found, _) = drawn(&mut drawer, &scene, SIZE, Rung::Full);
         let inner = |i: usize| (6..30).contains(&(i % 36)) && (6..24).contains(&(i / 36));
         let inner: Vec<f64> = (0..found.len()).filter(|i| inner(*i)).map(|i| found[i][3]).collect();
@@ -269,17 +271,18 @@ fn seams_are_closed() {
 fn many_polygons_over_a_pixel_are_drawn_or_refused() {
     let base = exact();
     let depths: Vec<f64> = (0..300).map(|i| f64::from(i / 2) * 0.02 - 1.5).collect();
-    let many = with(base.clone(), vec![layer(squares(&base, 1, &depths), 0.01)]);
+    let many = with_polygons(base.clone(), vec![layer(squares(&base, 1, &depths), 0.01)]);
     agrees("300 over a pixel", &many, WITHIN);
     let Some(mut drawer) = drawer() else { return };
     let depths: Vec<f64> = (0..1100).map(|i| f64::from(i) * 0.002).collect();
     // Of opaque ones the first hides all others.
-    let opaque = with(base.clone(), vec![layer(squares(&base, 1, &depths), 1.0)]);
+    let opaque = with_polygons(base.clone(), vec![layer(squares(&base, 1, &depths), 1.0)]);
     drawn(&mut drawer, &opaque, SIZE, Rung::Full);
-    let scene = with(base.clone(), vec![layer(squares(&base, 1, &depths), 0.01)]);
-    drawer.prepare(&scene, &voxsplat::core::Ticket::new()).expect("prepared");
+    let scene = with_polygons(base.clone(), vec![layer(squares(&base, 1, &depths), 0.01)]);
+    let plan = Plan::of(&scene, SIZE);
+    drawer.prepare(&plan, &voxsplat::core::Ticket::new()).expect("prepared");
     if drawer.renderer.context().most_turns.is_some() {
-        let refused = drawer.draw(&scene, SIZE, Rung::Full, &mut ()).unwrap_err().to_string();
+        let refused = drawer.draw(&plan, Rung::Full, &mut ()).unwrap_err().to_string();
         assert!(refused.starts_with("expected polygons over one pixel of at most"), "{refused}");
         // Two triangles each, on their common edge.
         assert!(refused.contains("found 2200"), "{refused}");
@@ -291,7 +294,7 @@ fn many_polygons_over_a_pixel_are_drawn_or_refused() {
 #[test]
 fn fine_slabs_come_to_the_continuous_integral_with_polygons() {
     let Some(mut drawer) = drawer() else { return };
-    let mut scene = with(exact(), both());
+    let mut scene = with_polygons(exact(), both());
     let limit = Reference::exact(&scene, SIZE.map(|n| n as usize)).expect("a mode").picture();
     scene.splat.slabs_per_voxel = 16.0;
     let (found, _) = drawn(&mut drawer, &scene, SIZE, Rung::Full);
@@ -303,7 +306,7 @@ fn fine_slabs_come_to_the_continuous_integral_with_polygons() {
 fn all_rays_of_a_pixel_meet_its_polygons() {
     let Some(mut drawer) = drawer() else { return };
     let size = [12, 10];
-    let mut scene = with(exact(), both());
+    let mut scene = with_polygons(exact(), both());
     scene.camera.parallel_scale *= 2.2;
     let view = voxsplat::scene::View::new(&scene, size);
     let rays = view.rays_per_side(scene.splat.kernel, scene.splat.extent);
@@ -314,13 +317,14 @@ fn all_rays_of_a_pixel_meet_its_polygons() {
     compares("several rays", &found, &expected, WITHIN);
 }
 
-pub(crate) fn with_vectors(scene: Scene, alone: bool) -> Scene {
+pub(crate) fn with_tornado(scene: Scene, alone: bool) -> Scene {
     let grid = demo::open("tornado:10", None).expect("a demo");
     let field = grid.fields.iter().find(|field| field.components == 3).expect("vectors");
     let vectors = grid.vectors(field, &voxsplat::core::Ticket::new()).expect("vectors");
-    let mut layer = VectorLayer::new(Arc::new(vectors), alone);
+    let mut layer = VectorLayer::new(Arc::new(vectors));
     layer.settings.coarser = 0;
-    Scene { vectors: Some(layer), ..scene }
+    let scene = scene.with(layer);
+    if alone { without_field(scene) } else { scene }
 }
 
 /// What slabs have of vectors is split at polygons, beside a field and alone.
@@ -334,11 +338,11 @@ fn polygons_among_vectors_are_the_references() {
         let reach = lattice.bounding_radius();
         let depths = [-0.4, -0.1, 0.13, 0.3].map(|share| share * reach);
         let tilted = squares(&base, 3, &depths);
-        vec![PolygonLayer { colour: Some(Srgb8([90, 200, 240])), ..layer(tilted, opacity) }]
+        vec![coloured(layer(tilted, opacity), [90, 200, 240])]
     };
     for alone in [true, false] {
         for order in [Order::FrontToBack, Order::BackToFront] {
-            let mut scene = with(with_vectors(base.clone(), alone), body(0.5));
+            let mut scene = with_polygons(with_tornado(base.clone(), alone), body(0.5));
             scene.splat.order = order;
             agrees(&format!("among vectors, alone {alone}, {order:?}"), &scene, CLOSE);
         }
@@ -349,7 +353,7 @@ fn polygons_among_vectors_are_the_references() {
 #[test]
 fn previews_show_polygons() {
     let Some(mut drawer) = drawer() else { return };
-    let scene = with(clear(exact()), vec![layer(octahedron(3.0), 1.0)]);
+    let scene = with_polygons(clear(exact()), vec![layer(octahedron(3.0), 1.0)]);
     drawn(&mut drawer, &scene, SIZE, Rung::Full);
     let rung = Rung::Reduced { field: SlabField::Own, shrink: 2.0 };
     let (quick, drawn) = drawn(&mut drawer, &scene, SIZE, rung);

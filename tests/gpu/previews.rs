@@ -83,16 +83,16 @@ fn a_preview_in_the_own_mode_waits_for_no_hierarchy() {
     let (mut scene, ticket) = (exact(), Ticket::new());
     let (_, full) = drawn(&mut drawer, &scene, SIZE, Rung::Full);
     assert_eq!(drawer.active_count(), Some(full.kernels));
-    scene.transfer.opacity.iter_mut().for_each(|(_, alpha)| *alpha *= 0.5);
+    scene.transfer_mut().expect("a field").opacity.iter_mut().for_each(|(_, alpha)| *alpha *= 0.5);
     let budget_ms = 1e9;
     drawer.prepare_preview(&scene, SIZE, budget_ms, &ticket).expect("prepared");
     assert_eq!((drawer.active_count(), drawer.hierarchy_bytes()), (None, 0));
-    let preview = drawer.draw(&scene, SIZE, Rung::Coarse { budget_ms }, &mut ()).expect("drawn");
+    let preview = drawer.draw(&Plan::of(&scene, SIZE), Rung::Coarse { budget_ms }, &mut ()).expect("drawn");
     let preview = (preview.is_reduced, wide(&drawer.renderer.read_light().expect("read")));
     let (full, _) = drawn(&mut drawer, &scene, SIZE, Rung::Full);
     assert_eq!(preview, (true, full), "of the transfer function as it is now");
     assert!(drawer.active_count().is_some_and(|count| count > 0), "at rest they are counted");
-    scene.transfer.opacity.iter_mut().for_each(|(_, alpha)| *alpha *= 0.5);
+    scene.transfer_mut().expect("a field").opacity.iter_mut().for_each(|(_, alpha)| *alpha *= 0.5);
     drawer.prepare_preview(&scene, SIZE, 1e-6, &ticket).expect("prepared");
     assert_eq!(drawer.hierarchy_bytes(), 0, "however little time there is");
     scene.splat = SplatSettings::SHADE_FIRST;
@@ -122,7 +122,7 @@ fn a_smaller_picture_has_one_ray_a_pixel() {
     let mut light = |size: [u32; 2], enlarged: f64| {
         let view = View { enlarged, ..View::new(&scene, size) };
         let (spacing, unit) =
-            (scene.volume.lattice.smallest_spacing(), scene.opacity_unit_distance());
+            (scene.lattice().smallest_spacing(), scene.opacity_unit_distance());
         let renderer = &mut drawer.renderer;
         renderer.begin(&view, scene.splat.kernel, None, unit).expect("begun");
         let tiles = 0..tile_count(size);
@@ -165,7 +165,7 @@ fn tents_are_taken_where_the_own_field_would_be_much_smaller() {
         drawer.costs.reduced_start_ms = 0.0;
         drawer.costs.reduced_ray_ms = [own, tents].map(|shrink| shrink * shrink / rays);
         drawer.prepare(scene, &Ticket::new()).expect("prepared");
-        let drawn = drawer.draw(scene, size, Rung::Coarse { budget_ms: 1.0 }, &mut ());
+        let drawn = drawer.draw(&Plan::of(scene, size), Rung::Coarse { budget_ms: 1.0 }, &mut ());
         let Drawn { size: at, field, is_reduced, .. } = drawn.expect("drawn");
         is_reduced.then(|| (field, (f64::from(size[0]) / f64::from(at[0])).log2() * 6.0))
     };
@@ -179,8 +179,8 @@ fn tents_are_taken_where_the_own_field_would_be_much_smaller() {
     // Only the scene's own field is there.
     assert_eq!(chosen(&mut drawer, &scene, steps(13), 1.0), Some((own, 13.0)));
     let ticket = Ticket::new();
-    let tents = coefficients(&scene.volume, Kernel::Linear, None, true, &ticket).expect("made");
-    drawer.renderer.set_field(preview, &scene.volume, &TENTS, tents, &ticket).expect("set");
+    let tents = coefficients(scene.volume().expect("a field"), Kernel::Linear, None, true, &ticket).expect("made");
+    drawer.renderer.set_field(preview, scene.volume().expect("a field"), &TENTS, tents, &ticket).expect("set");
 
     assert_eq!(chosen(&mut drawer, &scene, 1.0, 1.0), Some((own, 0.0)), "whole");
     assert_eq!(chosen(&mut drawer, &scene, steps(8), steps(7)), Some((own, 8.0)));
@@ -222,13 +222,13 @@ fn a_thousandth_of_a_second_affords_the_smallest_picture_and_ten_seconds_the_who
     let mut drawer = Drawer::new(Renderer::new(context));
     let (scene, ticket) = (exact(), Ticket::new());
     drawn(&mut drawer, &scene, SIZE, Rung::Full);
-    let tents = coefficients(&scene.volume, Kernel::Linear, None, true, &ticket).expect("made");
+    let tents = coefficients(scene.volume().expect("a field"), Kernel::Linear, None, true, &ticket).expect("made");
     let preview = SlabField::Preview;
-    drawer.renderer.set_field(preview, &scene.volume, &TENTS, tents, &ticket).expect("set");
+    drawer.renderer.set_field(preview, scene.volume().expect("a field"), &TENTS, tents, &ticket).expect("set");
     let costs = Costs::default();
     let mut coarse = |size: [u32; 2], budget_ms: f64| {
         drawer.costs = costs;
-        drawer.draw(&scene, size, Rung::Coarse { budget_ms }, &mut ()).expect("drawn")
+        drawer.draw(&Plan::of(&scene, size), Rung::Coarse { budget_ms }, &mut ()).expect("drawn")
     };
     // Less than waking the device takes: as few pixels as there may be.
     let least = coarse(SIZE, 1.0);
@@ -252,7 +252,7 @@ fn a_single_bright_voxel_is_in_every_preview() {
     let mut values = vec![0_u8; n * n * n];
     values[(at[2] * n + at[1]) * n + at[0]] = 255;
     let base = scene(Lattice::unit([n; 3]), DVec3::new(0.4, 0.9, -0.3));
-    let volume = volume(base.volume.lattice, Samples::UInt8(values));
+    let volume = volume(base.lattice(), Samples::UInt8(values));
     let transfer = presets::default_for(&volume.statistics);
     let mut scene = Scene { volume, transfer, splat: SplatSettings::EXACT, ..base };
     let ticket = Ticket::new();
@@ -288,11 +288,11 @@ fn quick_pictures_of_a_solid_body_are_no_blur() {
     let mut drawer = Drawer::new(Renderer::new(context));
     let n = 32;
     let base = scene(Lattice::unit([n; 3]), DVec3::new(0.4, 0.9, -0.3));
-    let volume = volume(base.volume.lattice, Samples::UInt8(vec![255; n * n * n]));
+    let volume = volume(base.lattice(), Samples::UInt8(vec![255; n * n * n]));
     for opacity in [0.02, 0.3, 1.0] {
         let mut scene =
             Scene { volume: volume.clone(), splat: SplatSettings::SHADE_FIRST, ..base.clone() };
-        scene.transfer.opacity = vec![(0.0, opacity)];
+        scene.transfer_mut().expect("a field").opacity = vec![(0.0, opacity)];
         let truth = reference(&scene, SIZE, Rays::Local);
         let mut rmse = |budget_ms| {
             drawer.costs = Costs::default();

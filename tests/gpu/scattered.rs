@@ -50,7 +50,7 @@ pub(crate) fn dense(scene: &Scene, count: usize, seed: u64) -> Vec<Record> {
 
 fn world(scene: &Scene, record: &Record) -> DVec3 {
     let centre = DVec3::from_array(record.centre.map(f64::from));
-    scene.volume.lattice.world_from_index(centre)
+    scene.lattice().world_from_index(centre)
 }
 
 /// What records are to the reference.
@@ -65,7 +65,7 @@ pub(crate) fn kernels(scene: &Scene, records: &[Record]) -> Vec<RefKernel> {
         .iter()
         .map(|r| RefKernel {
             centre: world(scene, r),
-            map: scene.volume.lattice.axes() * DMat3::from_diagonal(parts(r).0),
+            map: scene.lattice().axes() * DMat3::from_diagonal(parts(r).0),
             extinction: f64::from(r.extinction) / unit,
             colour: parts(r).1,
         })
@@ -164,8 +164,8 @@ fn slabs(scene: &Scene, kernels: &[RefKernel], published: bool) -> (Light, u64) 
     let eye = camera.eye_distance();
     let rotation = camera.view_from_world_rotation();
     let unit = scene.opacity_unit_distance();
-    let middle = camera.to_view(scene.volume.lattice.centre()).z;
-    let thickness = scene.volume.lattice.smallest_spacing() / scene.splat.slabs_per_voxel;
+    let middle = camera.to_view(scene.lattice().centre()).z;
+    let thickness = scene.lattice().smallest_spacing() / scene.splat.slabs_per_voxel;
     let shape = RadialKernel::new(scene.splat.kernel, scene.splat.extent).expect("radial");
     struct Seen {
         at: DVec2,

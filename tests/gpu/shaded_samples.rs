@@ -81,7 +81,7 @@ fn samples_are_lit_in_every_geometry_and_of_every_type() {
         ("floats with holes", Samples::Float32((0..count).map(holes).collect())),
     ] {
         let mut scene = seen(lattice());
-        scene.volume = volume(lattice(), samples);
+        scene = with_field(scene, volume(lattice(), samples));
         scene.shading.reflection = Some(colours(Index::Value));
         agrees(name, &scene, LOOKED_UP);
     }
@@ -138,10 +138,10 @@ fn a_ramp_is_lit_by_the_cosine_to_its_gradient_up_to_its_borders() {
         let [x, y, z] = [i % dims[0], i / dims[0] % dims[1], i / (dims[0] * dims[1])];
         (5 * x + 4 * y + 3 * z) as u8
     };
-    scene.volume = volume(lattice(), Samples::UInt8((0..lattice().len()).map(value).collect()));
+    scene = with_field(scene, volume(lattice(), Samples::UInt8((0..lattice().len()).map(value).collect())));
     let colour = [0.25, 0.5, 0.75];
     let grey = voxsplat::core::Srgb8([137, 188, 225]);
-    scene.transfer = voxsplat::transfer::TransferFunction::of(
+    *scene.transfer_mut().expect("a field") = voxsplat::transfer::TransferFunction::of(
         vec![(0.0, 0.3)],
         voxsplat::transfer::ColourSource::Stops(vec![(0.0, grey)]),
     );
@@ -245,16 +245,16 @@ fn quick_pictures_of_shaded_samples_are_lit() {
         (128.0 + 60.0 * waves) as u8
     };
     let mut scene = shaded(lit(), mode(Kernel::Cubic, Visibility::EverySample));
-    scene.volume = volume(lattice, Samples::UInt8((0..lattice.len()).map(smooth).collect()));
+    scene = with_field(scene, volume(lattice, Samples::UInt8((0..lattice.len()).map(smooth).collect())));
     scene.camera = framing_camera(&lattice, scene.camera.direction, DVec3::Z);
     let (full, _) = drawn(&mut drawer, &scene, SIZE, Rung::Full);
     let plain = Scene { shading: Shading::default(), ..scene.clone() };
     let (unlit, _) = drawn(&mut drawer, &plain, SIZE, Rung::Full);
     let ticket = Ticket::new();
-    let tents = voxsplat::kernel::nearest_tents(&scene.volume, &ticket).expect("made");
+    let tents = voxsplat::kernel::nearest_tents(scene.volume().expect("a field"), &ticket).expect("made");
     let splat = SplatSettings { kernel: Kernel::Linear, ..SplatSettings::EXACT };
     let preview = SlabField::Preview;
-    drawer.renderer.set_field(preview, &scene.volume, &splat, tents, &ticket).expect("set");
+    drawer.renderer.set_field(preview, scene.volume().expect("a field"), &splat, tents, &ticket).expect("set");
     let (quick, what) = drawn(&mut drawer, &scene, SIZE, Rung::Coarse { budget_ms: 1e4 });
     assert!(what.is_shaded && what.is_reduced && what.field == preview, "{what:?}");
     let apart = |other| voxsplat::accuracy::Difference::between(&quick, other).expect("one size");
@@ -282,7 +282,7 @@ fn bricks_that_show_are_found_among_many_that_do_not() {
     // One ray a pixel.
     scene.camera.parallel_scale *= 0.5;
     let samples = (0..lattice.len()).map(value).collect();
-    scene.volume = volume(lattice, Samples::UInt8(samples));
+    scene = with_field(scene, volume(lattice, Samples::UInt8(samples)));
     agrees("scattered bricks", &scene, LIT);
 
     let Some(mut drawer) = drawer() else { return };
@@ -312,8 +312,8 @@ fn samples_without_data_that_show_are_not_lit() {
     for model in [OpacityModel::OpticalDepth, OpacityModel::Published] {
         let mut scene = shaded(lit(), mode(Kernel::Cubic, Visibility::EverySample));
         let samples = (0..lattice().len()).map(holes).collect();
-        scene.volume = volume(lattice(), Samples::Float32(samples));
-        scene.transfer.no_data =
+        scene = with_field(scene, volume(lattice(), Samples::Float32(samples)));
+        scene.transfer_mut().expect("a field").no_data =
             NoData { opacity: 0.6, colour: voxsplat::core::Srgb8([250, 0, 200]) };
         scene.splat.opacity_model = model;
         agrees(&format!("holes that show, {}", model.name()), &scene, LIT);
@@ -336,7 +336,7 @@ fn samples_in_several_buffers_are_lit_as_those_in_one() {
         Samples::UInt16((0..count).map(|i| value(i) as u16).collect()),
     ] {
         let mut scene = shaded(lit(), mode(Kernel::Linear, Visibility::Slabs));
-        scene.volume = volume(lattice(), samples);
+        scene = with_field(scene, volume(lattice(), samples));
         let (expected, _) = drawn(&mut one, &scene, SIZE, Rung::Full);
         let (found, what) = drawn(&mut several, &scene, SIZE, Rung::Full);
         assert!(what.is_shaded && expected.iter().any(|p| p[3] > 0.5));

@@ -172,7 +172,7 @@ fn a_constant_field_has_the_ambient_light_alone() {
     let Some(mut drawer) = drawer() else { return };
     let lattice = lattice();
     let mut scene = shaded(lit());
-    scene.volume = volume(lattice, Samples::Float32(vec![180.25; lattice.len()]));
+    scene = with_field(scene, volume(lattice, Samples::Float32(vec![180.25; lattice.len()])));
     let (found, _) = drawn(&mut drawer, &scene, SIZE, Rung::Full);
     let plain = Scene { shading: Shading::default(), ..scene };
     let (shining, _) = drawn(&mut drawer, &plain, SIZE, Rung::Full);
@@ -193,7 +193,7 @@ fn lights_fade_in_from_the_least_strength_on() {
     let mut values: Vec<f32> = (0..count).map(|i| 180.0 + 0.0546 * (i % 11) as f32).collect();
     (values[0], values[count - 1]) = (0.0, 255.0);
     let mut scene = shaded(lit());
-    scene.volume = volume(lattice, Samples::Float32(values));
+    scene = with_field(scene, volume(lattice, Samples::Float32(values)));
     agrees("about the least strength", &scene, LIT);
 }
 
@@ -230,16 +230,16 @@ fn previews_are_lit_as_the_exact_picture_is() {
         (128.0 + 60.0 * waves) as u8
     };
     let mut scene = shaded(lit());
-    scene.volume = volume(lattice, Samples::UInt8((0..lattice.len()).map(smooth).collect()));
+    scene = with_field(scene, volume(lattice, Samples::UInt8((0..lattice.len()).map(smooth).collect())));
     scene.camera = voxsplat::scene::framing_camera(&lattice, scene.camera.direction, DVec3::Z);
     let (exact, _) = drawn(&mut drawer, &scene, SIZE, Rung::Full);
     let plain = Scene { shading: Shading::default(), ..scene.clone() };
     let (shining, _) = drawn(&mut drawer, &plain, SIZE, Rung::Full);
     let ticket = voxsplat::core::Ticket::new();
-    let tents = voxsplat::kernel::nearest_tents(&scene.volume, &ticket).expect("made");
+    let tents = voxsplat::kernel::nearest_tents(scene.volume().expect("a field"), &ticket).expect("made");
     let preview = voxsplat::gpu::SlabField::Preview;
     let splat = SplatSettings { kernel: Kernel::Linear, ..SplatSettings::EXACT };
-    drawer.renderer.set_field(preview, &scene.volume, &splat, tents, &ticket).expect("set");
+    drawer.renderer.set_field(preview, scene.volume().expect("a field"), &splat, tents, &ticket).expect("set");
     let (quick, drawn) =
         drawn(&mut drawer, &scene, SIZE, Rung::Reduced { field: preview, shrink: 1.0 });
     assert_eq!(drawn.field, preview);

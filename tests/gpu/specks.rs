@@ -30,7 +30,7 @@ fn scene_among(back: u8, has_ball: bool, voxels: &[[usize; 3]]) -> Scene {
     };
     let values = (0..N * N * N).map(|i| if is_set(i) { 255 } else { back }).collect();
     let base = scene(Lattice::unit([N; 3]), DVec3::Y);
-    let volume = volume(base.volume.lattice, Samples::UInt8(values));
+    let volume = volume(base.lattice(), Samples::UInt8(values));
     Scene { volume, splat: SplatSettings::EXACT, ..base }
 }
 
@@ -45,8 +45,8 @@ fn drawer_of(scene: &Scene) -> Option<Drawer> {
     let mut drawer = Drawer::new(Renderer::new(context(Wishes::default())?));
     drawn(&mut drawer, scene, SIZE, Rung::Full);
     let ticket = Ticket::new();
-    let tents = nearest_tents(&scene.volume, &ticket).expect("made");
-    let set = drawer.renderer.set_field(SlabField::Preview, &scene.volume, &TENTS, tents, &ticket);
+    let tents = nearest_tents(scene.volume().expect("a field"), &ticket).expect("made");
+    let set = drawer.renderer.set_field(SlabField::Preview, scene.volume().expect("a field"), &TENTS, tents, &ticket);
     set.expect("set");
     Some(drawer)
 }
@@ -85,7 +85,7 @@ fn a_bright_voxel_beside_a_body_keeps_its_light_in_every_preview() {
         let whole = voxels.map(|at| {
             let mut near = scene.clone();
             near.camera.focal_point =
-                plain.volume.lattice.world_from_index(at.map(|n| n as f64).into());
+                plain.lattice().world_from_index(at.map(|n| n as f64).into());
             near.camera.parallel_scale = 8.0;
             [own, preview].map(|field| {
                 let rung = Rung::Reduced { field, shrink: 1.0 };
@@ -123,7 +123,7 @@ fn a_bright_voxel_beside_a_body_keeps_its_light_in_every_preview() {
 fn constants(scene: &Scene) -> PictureConstants {
     PictureConstants {
         unit_distance: scene.opacity_unit_distance(),
-        smallest_spacing: scene.volume.lattice.smallest_spacing(),
+        smallest_spacing: scene.lattice().smallest_spacing(),
         stop_below: 5e-4,
     }
 }
@@ -183,11 +183,11 @@ fn a_bright_voxel_among_means_stays_however_late_opacities_begin() {
         let truth = true_light(f64::from(back), first);
         let at = [101, 70, 51];
         let mut scene = seen_along(&scene_among(back, has_ball, &[at]), DVec3::new(0.1, 1.0, 0.2));
-        scene.transfer.opacity = vec![(first, 0.0), (255.0, 0.9)];
+        scene.transfer_mut().expect("a field").opacity = vec![(first, 0.0), (255.0, 0.9)];
         let Some(mut drawer) = drawer_of(&scene) else { return };
         for level in 1..3 {
-            let means = preview_field(&scene.volume, level, &ticket).expect("made");
-            let (volume, renderer) = (&scene.volume, &mut drawer.renderer);
+            let means = preview_field(scene.volume().expect("a field"), level, &ticket).expect("made");
+            let (volume, renderer) = (scene.volume().expect("a field"), &mut drawer.renderer);
             let field = SlabField::Preview;
             renderer.set_field(field, volume, &TENTS, means, &ticket).expect("set");
             for shrink in [1.5, 6.5, 24.0] {
@@ -267,7 +267,7 @@ fn bodies_get_no_more_rays_and_dust_beyond_what_is_allowed_neither() {
 
     let dust = |i: usize| if random(9, i) < 1e-4 { 255 } else { 0 };
     let samples = Samples::UInt8((0..N * N * N).map(dust).collect());
-    let dusty = Scene { volume: volume(body.volume.lattice, samples), ..body };
+    let dusty = Scene { volume: volume(body.lattice(), samples), ..body };
     let Some(mut drawer) = drawer_of(&dusty) else { return };
     let rung = Rung::Reduced { field: SlabField::Preview, shrink: 6.0 };
     let (light, _) = drawn(&mut drawer, &dusty, SIZE, rung);

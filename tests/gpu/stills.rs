@@ -31,7 +31,7 @@ fn blobs() -> Scene {
         let wave = (x * 0.3).sin() + (y * 0.25).sin() + (z * 0.35).sin();
         (100.0 + 50.0 * wave) as u8
     };
-    scene.volume = volume(lattice, Samples::UInt8((0..lattice.len()).map(value).collect()));
+    scene = with_field(scene, volume(lattice, Samples::UInt8((0..lattice.len()).map(value).collect())));
     scene
 }
 
@@ -100,11 +100,11 @@ fn a_still_says_truly_what_was_drawn() {
     let Some(engine) = engine() else { return };
     let still = draw(engine, request(Refine::Full));
     let scene = blobs();
-    let with_opacity = (0..scene.volume.samples.len())
-        .filter(|&i| scene.transfer.opacity_at(scene.volume.samples.get(i)) > 0.0)
+    let with_opacity = (0..scene.volume().expect("a field").samples.len())
+        .filter(|&i| scene.transfer().expect("a field").opacity_at(scene.volume().expect("a field").samples.get(i)) > 0.0)
         .count() as u64;
     assert_eq!((still.drawn.kernels, still.kernels_active), (with_opacity, with_opacity));
-    assert!(with_opacity > 1000 && with_opacity < scene.volume.lattice.len() as u64);
+    assert!(with_opacity > 1000 && with_opacity < scene.lattice().len() as u64);
     assert_eq!((still.drawn.nodes, still.drawn.size, still.size), (0, [128, 96], [128, 96]));
     assert!(!still.adapter.is_empty() && still.pipelines >= 5);
     // The volume and the light at least.

@@ -8,8 +8,12 @@ use voxsplat::accuracy::Difference;
 use voxsplat::core::{Camera, Projection, Srgb8, Ticket};
 use voxsplat::gpu::{AdapterChoice, Context, GpuError, Renderer, Wishes};
 use voxsplat::kernel::Kernel;
+use voxsplat::plan::Plan;
 use voxsplat::reference::{Rays, every_sample, grid_kernels};
-use voxsplat::scene::{Background, Inside, Scene, Shading, SplatSettings, framing_camera};
+use voxsplat::scene::{
+    Background, Layer, Look, PolygonLayer, SampleSource, Sampled, Scene, SplatSettings, VectorLayer,
+    framing_camera,
+};
 use voxsplat::task::draw::{Drawer, Drawn, Rung};
 use voxsplat::transfer::{ColourSource, TransferFunction};
 use voxsplat::volume::{Lattice, Samples, ScalarVolume};
@@ -61,13 +65,6 @@ pub(crate) fn drawer() -> Option<Shared> {
     if shared.is_none() {
         *shared = context(Wishes::default()).map(|c| Drawer::new(Renderer::new(c)));
     }
-    if let Some(drawer) = shared.as_mut() {
-        // Some draw with the renderer alone, and are not to have what the test before lit or put in.
-        let plain = scene(Lattice::unit([2; 3]), DVec3::Z);
-        drawer.renderer.set_looks(&plain);
-        drawer.renderer.set_polygons(&plain).expect("none");
-        drawer.renderer.put_vectors_in_slabs(false, 0);
-    }
     shared.is_some().then_some(Shared(shared))
 }
 
@@ -115,17 +112,62 @@ pub(crate) fn volume(lattice: Lattice, samples: Samples) -> Arc<ScalarVolume> {
 pub(crate) fn scene(lattice: Lattice, direction: DVec3) -> Scene {
     let mut camera = framing_camera(&lattice, direction, DVec3::new(0.1, 0.9, 0.3));
     camera.focal_point += camera.up * (0.013 * camera.parallel_scale);
+    let field = Sampled::Volume(volume(lattice, noise(lattice.dims, 7)));
     Scene {
-        volume: volume(lattice, noise(lattice.dims, 7)),
-        transfer: transfer(),
         splat: SplatSettings::SHADE_FIRST,
-        camera,
         background: Background::Colour(Srgb8::BLACK),
-        shading: Shading::default(),
-        inside: Inside::default(),
-        vectors: None,
-        polygons: Vec::new(),
+        ..Scene::seen_by(camera).with((field, Look::Field(transfer())))
     }
+}
+
+/// A scene's field of values.
+pub(crate) fn volume_of(scene: &Scene) -> &Arc<ScalarVolume> {
+    scene.volume().expect("a field")
+}
+
+/// With other values in the place of its own, seen as those were.
+pub(crate) fn with_field(mut scene: Scene, volume: Arc<ScalarVolume>) -> Scene {
+    let is_field = |layer: &Layer| matches!(layer.look, Look::Field(_));
+    let at = scene.layers.iter().position(is_field).expect("a field");
+    let Layer { is_shown, look, .. } = scene.layers[at].clone();
+    scene.replace(at, SampleSource::default(), (Sampled::Volume(volume), look));
+    scene.layers[at].is_shown = is_shown;
+    scene
+}
+
+pub(crate) fn with_transfer(mut scene: Scene, transfer: TransferFunction) -> Scene {
+    *scene.transfer_mut().expect("a field") = transfer;
+    scene
+}
+
+/// With these vectors and no others, beside the field or not as it is.
+pub(crate) fn with_vectors(
+    mut scene: Scene,
+    layers: impl IntoIterator<Item = VectorLayer>,
+) -> Scene {
+    scene.keep(|layer| !matches!(layer.look, Look::Vectors(_)));
+    layers.into_iter().fold(scene, Scene::with)
+}
+
+/// With its vectors beside its field.
+pub(crate) fn beside_field(mut scene: Scene) -> Scene {
+    scene.show_field(true);
+    scene
+}
+
+/// With its vectors and without its field.
+pub(crate) fn without_field(mut scene: Scene) -> Scene {
+    scene.show_field(false);
+    scene
+}
+
+/// With these polygons and no others.
+pub(crate) fn with_polygons(
+    mut scene: Scene,
+    layers: impl IntoIterator<Item = PolygonLayer>,
+) -> Scene {
+    scene.keep(|layer| !matches!(layer.look, Look::Polygons(_)));
+    layers.into_iter().fold(scene, Scene::with)
 }
 
 pub(crate) fn with_kernel(mut scene: Scene, kernel: Kernel) -> Scene {
@@ -150,8 +192,9 @@ pub(crate) fn drawn(
     size: [u32; 2],
     rung: Rung,
 ) -> (Light, Drawn) {
-    drawer.prepare(scene, &Ticket::new()).expect("the device prepares");
-    let drawn = drawer.draw(scene, size, rung, &mut ()).expect("the device draws");
+    let plan = Plan::of(scene, size);
+    drawer.prepare(&plan, &Ticket::new()).expect("the device prepares");
+    let drawn = drawer.draw(&plan, rung, &mut ()).expect("the device draws");
     (wide(&drawer.renderer.read_light().expect("the device reads back")), drawn)
 }
 

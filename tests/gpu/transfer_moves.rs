@@ -123,12 +123,12 @@ fn a_moving_transfer_function_is_seen_before_the_whole_octree_is_there() {
     drawer.prepare_preview(&moved, FRAME, budget_ms, &ticket).expect("prepared");
     assert!(drawer.has_coarse_octree(), "no less than would be classified at once");
     let active = drawer.active_count();
-    let coarse = drawer.draw(&moved, FRAME, Rung::Coarse { budget_ms }, &mut ()).expect("drawn");
+    let coarse = drawer.draw(&Plan::of(&moved, FRAME), Rung::Coarse { budget_ms }, &mut ()).expect("drawn");
     assert!(coarse.nodes > 0 && coarse.max_error > 0.0, "{coarse:?}");
     let seen = wide(&drawer.renderer.read_light().expect("read"));
     assert!(seen.iter().all(|p| p[0] == 0.0) && seen.iter().any(|p| p[1] > 0.0));
     // Rows of voxels are planned by counts that only the whole one has.
-    let refused = drawer.draw(&moved, FRAME, Rung::Full, &mut ());
+    let refused = drawer.draw(&Plan::of(&moved, FRAME), Rung::Full, &mut ());
     assert!(refused.is_err(), "{refused:?}");
 
     // Begun, and there after a while.
@@ -167,7 +167,7 @@ fn every_change_of_a_drag_is_seen_from_its_own_coarse_levels_and_the_finer_ones_
         let scene = moved(step);
         drawer.prepare_preview(&scene, FRAME, budget_ms, &ticket).expect("prepared");
         assert!(drawer.has_coarse_octree(), "{step}: never all of it before a quick picture");
-        drawer.draw(&scene, FRAME, Rung::Coarse { budget_ms }, &mut ()).expect("drawn");
+        drawer.draw(&Plan::of(&scene, FRAME), Rung::Coarse { budget_ms }, &mut ()).expect("drawn");
         let light = wide(&drawer.renderer.read_light().expect("read"));
         let lit = [1, 2, 0].map(|channel| light.iter().any(|p| p[channel] > 0.0));
         let asked = [0, 1, 2].map(|colour| colour == step % 3);

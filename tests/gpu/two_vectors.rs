@@ -4,7 +4,7 @@
 
 use glam::{DMat3, DVec3};
 use voxsplat::core::{Camera, Srgb8};
-use voxsplat::scene::{OpacityModel, Order, Scene, SecondVectors};
+use voxsplat::scene::{OpacityModel, Order, Scene, VectorLayer};
 use voxsplat::task::draw::Rung;
 use voxsplat::transfer::ColourSource;
 use voxsplat::vector::{Design, Foreshortening, VectorMode, VectorSettings};
@@ -15,32 +15,40 @@ use crate::vectors::{CLOSE, PICTURE, alone, field, holds, holds_at, settings, wi
 
 /// The handful of vectors and as many others on the same grid, that look as differently as they can.
 pub(crate) fn both() -> Scene {
-    with(alone(), |layer| {
-        let other = field(layer.field.places.clone(), 21);
-        let mut settings = VectorSettings {
-            mode: VectorMode::Blend,
-            design: Design::Comets,
-            foreshortening: Foreshortening::Coordinates,
-            stretch: 2.5,
-            extent: Some(1.1),
-            seed: 4,
-            marks: Some(Srgb8([40, 255, 90])),
-            ..settings(&other)
-        };
-        settings.transfer.opacity = vec![(2.0, 0.0), (9.0, 0.7)];
-        settings.transfer.colour =
-            ColourSource::Stops(vec![(0.0, Srgb8([255, 220, 0])), (10.0, Srgb8([200, 0, 255]))]);
-        layer.second = Some(SecondVectors { field: other, settings });
-    })
+    let first = alone();
+    let other = field(first.vectors()[0].field.places.clone(), 21);
+    let mut settings = VectorSettings {
+        mode: VectorMode::Blend,
+        design: Design::Comets,
+        foreshortening: Foreshortening::Coordinates,
+        stretch: 2.5,
+        extent: Some(1.1),
+        seed: 4,
+        marks: Some(Srgb8([40, 255, 90])),
+        ..settings(&other)
+    };
+    settings.transfer.opacity = vec![(2.0, 0.0), (9.0, 0.7)];
+    settings.transfer.colour =
+        ColourSource::Stops(vec![(0.0, Srgb8([255, 220, 0])), (10.0, Srgb8([200, 0, 255]))]);
+    first.with(VectorLayer { field: other, settings })
+}
+
+/// With the second of its fields changed.
+fn with_second(scene: Scene, change: impl FnOnce(&mut VectorLayer)) -> Scene {
+    let mut layers = scene.vectors();
+    change(layers.get_mut(1).expect("a second field"));
+    with_vectors(scene, layers)
+}
+
+/// With one of its fields alone.
+fn of_one(scene: Scene, which: usize) -> Scene {
+    let layer = scene.vectors().swap_remove(which);
+    with_vectors(scene, [layer])
 }
 
 fn with_modes(modes: [VectorMode; 2], (model, order): (OpacityModel, Order)) -> Scene {
-    let mut scene = with(both(), |layer| {
-        layer.settings.mode = modes[0];
-        if let Some(second) = &mut layer.second {
-            second.settings.mode = modes[1];
-        }
-    });
+    let scene = with(both(), |first| first.settings.mode = modes[0]);
+    let mut scene = with_second(scene, |second| second.settings.mode = modes[1]);
     (scene.splat.opacity_model, scene.splat.order) = (model, order);
     scene
 }
@@ -58,7 +66,7 @@ fn two_fields_are_those_of_the_reference_in_every_pair_of_modes() {
     ] {
         let scene = with_modes(modes, how);
         holds(&format!("two fields, {modes:?}, {how:?}"), &scene, CLOSE);
-        let mut beside = with(scene, |layer| layer.alone = false);
+        let mut beside = beside_field(scene);
         beside.splat.classify = match modes[1] {
             Modulate => voxsplat::scene::Classify::PreIntegrated,
             Blend => voxsplat::scene::Classify::After,
@@ -69,21 +77,20 @@ fn two_fields_are_those_of_the_reference_in_every_pair_of_modes() {
 
 #[test]
 fn ways_of_foreshortening_and_means_are_each_fields_own() {
-    let scene = with(both(), |layer| {
-        layer.settings.coarser = 1;
-        layer.settings.foreshortening = Foreshortening::Polygon;
-        if let Some(second) = &mut layer.second {
-            second.settings.foreshortening = Foreshortening::Table;
-        }
+    let scene = with(both(), |first| {
+        first.settings.coarser = 1;
+        first.settings.foreshortening = Foreshortening::Polygon;
     });
+    let scene =
+        with_second(scene, |second| second.settings.foreshortening = Foreshortening::Table);
     holds("two fields, one halved", &scene, CLOSE);
-    let scene = with(scene, |layer| {
-        layer.settings.coarser = 0;
-        layer.settings.foreshortening = Foreshortening::Coordinates;
-        if let Some(second) = &mut layer.second {
-            second.settings.coarser = 1;
-            second.settings.foreshortening = Foreshortening::Polygon;
-        }
+    let scene = with(scene, |first| {
+        first.settings.coarser = 0;
+        first.settings.foreshortening = Foreshortening::Coordinates;
+    });
+    let scene = with_second(scene, |second| {
+        second.settings.coarser = 1;
+        second.settings.foreshortening = Foreshortening::Polygon;
     });
     holds("two fields, the other halved", &scene, CLOSE);
 }
@@ -97,10 +104,8 @@ fn fields_on_points_and_cells_and_on_points_of_their_own_share_their_slabs() {
         ..Lattice::unit([3, 3, 2])
     };
     for model in [OpacityModel::OpticalDepth, OpacityModel::Published] {
-        let mut scene = with(both(), |layer| {
-            let second = layer.second.as_mut().expect("a second field");
-            second.field = field(Places::Lattice(moved), 9);
-        });
+        let moved = field(Places::Lattice(moved), 9);
+        let mut scene = with_second(both(), |second| second.field = moved);
         scene.splat.opacity_model = model;
         holds(&format!("two fields on two lattices, {model:?}"), &scene, CLOSE);
     }
@@ -113,9 +118,7 @@ fn fields_on_points_and_cells_and_on_points_of_their_own_share_their_slabs() {
     let uneven = field(Places::Points { dims: moved.dims, points, axes }, 9);
     let first_uneven = with(both(), |layer| layer.field = uneven.clone());
     holds("points of their own, then a lattice", &first_uneven, CLOSE);
-    let second_uneven = with(both(), |layer| {
-        layer.second.as_mut().expect("a second field").field = uneven;
-    });
+    let second_uneven = with_second(both(), |second| second.field = uneven);
     holds("a lattice, then points of their own", &second_uneven, CLOSE);
 }
 
@@ -125,11 +128,7 @@ fn either_field_would_be_missed() {
     let Some(mut drawer) = drawer() else { return };
     let mut light = |scene: &Scene| drawn(&mut drawer, scene, PICTURE, Rung::Full).0;
     let found = light(&both());
-    let first = light(&with(both(), |layer| layer.second = None));
-    let second = light(&with(both(), |layer| {
-        let second = layer.second.take().expect("a second field");
-        (layer.field, layer.settings) = (second.field, second.settings);
-    }));
+    let [first, second] = [0, 1].map(|which| light(&of_one(both(), which)));
     for missing in [first, second] {
         assert!(fault(&found, &missing, CLOSE).is_some(), "a field is not missed");
     }
@@ -140,19 +139,15 @@ fn a_second_field_of_nothing_changes_no_bit_and_one_field_has_no_trace_of_anothe
     let Some(context) = context(voxsplat::gpu::Wishes::default()) else { return };
     let mut drawer = voxsplat::task::draw::Drawer::new(voxsplat::gpu::Renderer::new(context));
     let all = both();
-    let one = with(all.clone(), |layer| layer.second = None);
+    let one = of_one(all.clone(), 0);
     let (before, _) = drawn(&mut drawer, &one, PICTURE, Rung::Full);
     let (bytes, pipelines) = (drawer.renderer.size_bytes(), drawer.renderer.pipeline_count());
-    let nothing = with(all.clone(), |layer| {
-        let second = layer.second.as_mut().expect("a second field");
-        second.settings.transfer.opacity.clear();
-    });
+    let nothing =
+        with_second(all.clone(), |second| second.settings.transfer.opacity.clear());
     assert_eq!(drawn(&mut drawer, &nothing, PICTURE, Rung::Full).0, before);
     // Nor do the shorter steps of what does not show make slabs thinner.
-    let finer = with(nothing, |layer| {
-        let near = Lattice { spacing: DVec3::splat(0.2), ..Lattice::unit([5, 4, 4]) };
-        layer.second.as_mut().expect("a second field").field = field(Places::Lattice(near), 21);
-    });
+    let near = Lattice { spacing: DVec3::splat(0.2), ..Lattice::unit([5, 4, 4]) };
+    let finer = with_second(nothing, |second| second.field = field(Places::Lattice(near), 21));
     assert_eq!(drawn(&mut drawer, &finer, PICTURE, Rung::Full).0, before);
     drawn(&mut drawer, &all, PICTURE, Rung::Full);
     // Those that project and those that composite.
@@ -163,7 +158,7 @@ fn a_second_field_of_nothing_changes_no_bit_and_one_field_has_no_trace_of_anothe
         let times = drawer.renderer.times();
         (light, times.iter().map(|pass| pass.name).collect::<Vec<_>>())
     };
-    let (_, with_second) = names(&with(all.clone(), |layer| layer.phase = 0.4));
+    let (_, with_second) = names(&Scene { phase: 0.4, ..all.clone() });
     let (after, with_one) = names(&one);
     assert_eq!(after, before);
     assert!(with_one.contains(&"count_vectors"), "{with_one:?}");
@@ -178,9 +173,7 @@ fn marks_of_both_are_seen_from_afar_as_the_reference_has_them() {
     let modes = [VectorMode::Modulate; 2];
     for foreshortening in [Foreshortening::Table, Foreshortening::Coordinates] {
         let scene = with_modes(modes, (OpacityModel::OpticalDepth, Order::FrontToBack));
-        let scene = with(scene, |layer| {
-            layer.second.as_mut().expect("a second field").settings.foreshortening = foreshortening;
-        });
+        let scene = with_second(scene, |second| second.settings.foreshortening = foreshortening);
         holds_at(&format!("two designs from afar, {foreshortening:?}"), &scene, [24, 20], CLOSE);
     }
 }
@@ -190,9 +183,7 @@ fn marks_of_both_are_seen_from_afar_as_the_reference_has_them() {
 fn a_second_field_far_before_and_behind_the_first_is_whole() {
     let (spacing, origin) = (DVec3::new(1.0, 1.0, 20.0), DVec3::new(0.3, 0.2, -70.0));
     let long = Lattice { spacing, origin, ..Lattice::unit([3, 3, 8]) };
-    let mut scene = with(both(), |layer| {
-        layer.second.as_mut().expect("a second field").field = field(Places::Lattice(long), 9);
-    });
+    let mut scene = with_second(both(), |second| second.field = field(Places::Lattice(long), 9));
     let Camera { focal_point, up, parallel_scale, .. } = scene.camera;
     let along = DVec3::new(-0.02, 0.03, -1.0);
     scene.camera = Camera::new(focal_point, along, up, parallel_scale);

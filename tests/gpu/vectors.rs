@@ -8,8 +8,9 @@ use std::sync::Arc;
 use glam::{DMat3, DVec3, Vec3};
 use voxsplat::core::{Srgb8, Ticket};
 use voxsplat::gpu::SlabField;
+use voxsplat::plan::Plan;
 use voxsplat::reference::Reference;
-use voxsplat::scene::{OpacityModel, Order, Scene, SecondVectors, SplatSettings, VectorLayer};
+use voxsplat::scene::{OpacityModel, Order, Scene, SplatSettings, VectorLayer};
 use voxsplat::task::draw::Rung;
 use voxsplat::transfer::{ColourSource, TransferFunction};
 use voxsplat::vector::{Design, Foreshortening, VectorMode, VectorSettings};
@@ -42,14 +43,15 @@ pub(crate) fn alone() -> Scene {
     let lattice = Lattice { spacing, ..Lattice::unit([5, 4, 4]) };
     let field = field(Places::Lattice(lattice), 3);
     let settings = settings(&field);
-    let layer = VectorLayer { field, settings, phase: 0.3, alone: true, second: None };
-    let scene = scene(lattice, DVec3::new(-0.5, 0.4, -0.8));
-    Scene { vectors: Some(layer), splat: SplatSettings::EXACT, ..scene }
+    let scene = scene(lattice, DVec3::new(-0.5, 0.4, -0.8)).with(VectorLayer { field, settings });
+    Scene { phase: 0.3, splat: SplatSettings::EXACT, ..without_field(scene) }
 }
 
-pub(crate) fn with(mut scene: Scene, change: impl FnOnce(&mut VectorLayer)) -> Scene {
-    change(scene.vectors.as_mut().expect("it has vectors"));
-    scene
+/// With its vectors changed, the first of them where there are two fields.
+pub(crate) fn with(scene: Scene, change: impl FnOnce(&mut VectorLayer)) -> Scene {
+    let mut layers = scene.vectors();
+    change(layers.first_mut().expect("it has vectors"));
+    with_vectors(scene, layers)
 }
 
 pub(crate) const PICTURE: [u32; 2] = [72, 60];
@@ -117,9 +119,7 @@ fn a_field_and_vectors_share_their_slabs() {
         (Blend, OpticalDepth, BackToFront),
         (Blend, Published, FrontToBack),
     ] {
-        let mut scene = with(alone(), |layer| {
-            (layer.alone, layer.settings.mode) = (false, mode);
-        });
+        let mut scene = with(beside_field(alone()), |layer| layer.settings.mode = mode);
         scene.splat.opacity_model = model;
         scene.splat.order = order;
         scene.splat.classify = match mode {
@@ -139,9 +139,9 @@ fn vectors_of_another_grid_than_the_field_stand_where_they_are() {
         ..Lattice::unit([3, 3, 2])
     };
     let other = field(Places::Lattice(lattice), 9);
-    let scene = with(alone(), |layer| {
+    let scene = with(beside_field(alone()), |layer| {
         layer.settings = settings(&other);
-        (layer.field, layer.alone) = (other, false);
+        layer.field = other;
     });
     holds("vectors of another grid", &scene, CLOSE);
 }
@@ -215,11 +215,10 @@ fn far_from_the_middle_flow_is_shortened_by_the_way_to_the_eye() {
 /// Splats that are shortened on the screen keep their place in depth, among a field's slabs.
 #[test]
 fn shortened_splats_keep_their_depth() {
-    let mut scene = with(alone(), |layer| {
+    let mut scene = with(beside_field(alone()), |layer| {
         layer.settings.foreshortening = Foreshortening::Polygon;
         layer.settings.stretch = 4.0;
         layer.settings.transfer.opacity = vec![(0.0, 0.95)];
-        layer.alone = false;
     });
     scene.splat.slabs_per_voxel = 2.0;
     // Measured: max 7.7e-4, rmse 5.0e-5; 3.7e-2 and 2.2e-3 where what is drawn tells the depth.
@@ -314,10 +313,10 @@ fn only_means_that_a_full_picture_would_not_have_are_told() {
     let mut averaged = |rung| drawn(&mut drawer, &far, PICTURE, rung).1.vectors_averaged;
     assert_eq!((averaged(Rung::Full), averaged(reduced(2.0)) > 0), (0, true));
     // Of two fields the one that has lost more, whichever it is.
-    let both = with(alone(), |layer| {
-        let settings = VectorSettings { coarser: 1, ..layer.settings.clone() };
-        layer.second = Some(SecondVectors { field: Arc::clone(&layer.field), settings });
-    });
+    let first = alone();
+    let mut second = first.vectors().swap_remove(0);
+    second.settings.coarser = 1;
+    let both = first.with(second);
     let found = drawn(&mut drawer, &both, PICTURE, reduced(8.0)).1.vectors_averaged;
     assert_eq!(found, 2);
 }
@@ -351,9 +350,9 @@ fn a_single_splat_is_what_crawfis_and_max_print() {
         (0..27).map(|i| if i == 22 { Vec3::X * 10.0 } else { Vec3::ZERO }).collect();
     let field = VectorField::new("one", Places::Lattice(lattice), vectors, &Ticket::new()).unwrap();
     for mode in VectorMode::ALL {
-        let mut scene = with(alone(), |layer| {
+        let mut scene = with(beside_field(alone()), |layer| {
             layer.field = Arc::new(field.clone());
-            (layer.settings.mode, layer.alone) = (mode, false);
+            layer.settings.mode = mode;
             layer.settings.marks = Some(Srgb8([0, 255, 0]));
             layer.settings.transfer.opacity = vec![(5.0, 0.0), (10.0, 0.7)];
             layer.settings.stretch = 1.0;
@@ -361,23 +360,23 @@ fn a_single_splat_is_what_crawfis_and_max_print() {
         scene.splat.opacity_model = OpacityModel::Published;
         // The slabs of a field that does not show are 20 deep and meet in the middle of its lattice: the
         // splat lies before it.
-        scene.transfer.opacity.clear();
+        scene.transfer_mut().expect("a field").opacity.clear();
         scene.splat.slabs_per_voxel = 0.5;
         scene.camera =
             voxsplat::core::Camera::new(DVec3::new(1.0, 1.0, 2.0), DVec3::NEG_Z, DVec3::Y, 1.0);
         let small = Lattice { spacing: DVec3::splat(10.0), ..Lattice::unit([2, 2, 2]) };
         let small = Lattice { origin: DVec3::new(-4.0, -4.0, -14.0), ..small };
-        scene.volume = volume(small, noise([2; 3], 1));
+        let scene = with_field(scene, volume(small, noise([2; 3], 1)));
         let (found, _) = drawn(&mut drawer, &scene, PICTURE, Rung::Full);
         let marks = voxsplat::vector::Marks::new(Design::Streaks);
         let kernel = voxsplat::kernel::RadialKernel::new(voxsplat::kernel::Kernel::Cubic, None);
         let kernel = kernel.unwrap();
-        let layer = scene.vectors.as_ref().unwrap();
+        let layer = &scene.vectors()[0];
         let ticket = Ticket::new();
         let splats =
             voxsplat::vector::Splats::new(&layer.field, &layer.settings, None, 10.0, true, &ticket)
                 .unwrap();
-        let phase = layer.phase + f64::from(splats.list[0].phase);
+        let phase = scene.phase + f64::from(splats.list[0].phase);
         let pixel = 60.0 / 2.0;
         let extent = 1.6 / kernel.radius();
         let (mut worst, mut most) = (0.0_f64, 0.0_f64);
@@ -438,7 +437,7 @@ fn marks_give_as_much_light_from_afar() {
 fn a_cycle_comes_round_and_does_not_flicker() {
     let Some(mut drawer) = drawer() else { return };
     let mut at = |phase: f64| {
-        let scene = with(alone(), |layer| layer.phase = phase);
+        let scene = Scene { phase, ..alone() };
         drawn(&mut drawer, &scene, PICTURE, Rung::Full).0
     };
     assert_eq!(at(0.25), at(1.25), "phases count in cycles");
@@ -460,7 +459,7 @@ fn an_animated_picture_at_rest_makes_its_lists_once() {
     let Some(mut drawer) = drawer() else { return };
     let still = alone();
     let mut passes = |phase: f64| {
-        let scene = with(still.clone(), |layer| layer.phase = phase);
+        let scene = Scene { phase, ..still.clone() };
         drawer.renderer.time_passes().unwrap();
         drawn(&mut drawer, &scene, PICTURE, Rung::Full);
         let names: Vec<&str> = drawer.renderer.times().iter().map(|pass| pass.name).collect();
@@ -475,8 +474,8 @@ fn an_animated_picture_at_rest_makes_its_lists_once() {
 fn a_scene_without_vectors_has_no_trace_of_them() {
     let Some(context) = context(voxsplat::gpu::Wishes::default()) else { return };
     let mut drawer = voxsplat::task::draw::Drawer::new(voxsplat::gpu::Renderer::new(context));
-    let beside = with(alone(), |layer| layer.alone = false);
-    let plain = Scene { vectors: None, ..beside.clone() };
+    let beside = beside_field(alone());
+    let plain = with_vectors(beside.clone(), []);
     let (before, _) = drawn(&mut drawer, &plain, PICTURE, Rung::Full);
     let (bytes, pipelines) = (drawer.renderer.size_bytes(), drawer.renderer.pipeline_count());
     drawn(&mut drawer, &beside, PICTURE, Rung::Full);
@@ -495,11 +494,12 @@ fn a_scene_without_vectors_has_no_trace_of_them() {
 #[test]
 fn vectors_beside_triangles_are_refused() {
     let Some(mut drawer) = drawer() else { return };
-    let mut scene = with(alone(), |layer| layer.alone = false);
+    let mut scene = beside_field(alone());
     let backend = voxsplat::scene::Backend::Raster;
     scene.splat = SplatSettings { backend, ..SplatSettings::SHADE_FIRST };
-    drawer.prepare(&scene, &Ticket::new()).unwrap();
-    let refused = drawer.draw(&scene, PICTURE, Rung::Full, &mut ()).unwrap_err().to_string();
+    let plan = Plan::of(&scene, PICTURE);
+    drawer.prepare(&plan, &Ticket::new()).unwrap();
+    let refused = drawer.draw(&plan, Rung::Full, &mut ()).unwrap_err().to_string();
     assert!(refused.contains("found --backend raster"), "{refused}");
 }
 
@@ -507,8 +507,8 @@ fn vectors_beside_triangles_are_refused() {
 #[test]
 fn vectors_beside_a_field_are_cut_and_split_as_it_is() {
     use voxsplat::scene::{Clip, ClipBox, CutFaces, Inside, Isosurface, Plane, Slice};
-    let base = with(alone(), |layer| layer.alone = false);
-    let lattice = base.volume.lattice;
+    let base = beside_field(alone());
+    let lattice = base.lattice();
     let plane = |x, y, z| Plane {
         point: lattice.world_from_index(DVec3::new(2.1, 1.4, 1.7)),
         normal: DVec3::new(x, y, z),
@@ -544,7 +544,8 @@ fn vectors_beside_a_field_are_cut_and_split_as_it_is() {
                 // Values that pass the level once.
                 let value = |i: usize| 60 * (i % 5) + 20 * (i / 5 % 4) + 10 * (i / 20);
                 let ramp = (0..lattice.len()).map(|i| value(i) as f32).collect();
-                scene.volume = volume(lattice, voxsplat::volume::Samples::Float32(ramp));
+                let ramp = voxsplat::volume::Samples::Float32(ramp);
+                scene = with_field(scene, volume(lattice, ramp));
             }
             let (within, name) = (CUT, format!("vectors, {name}, {order:?}"));
             if isosurfaces.is_empty() {

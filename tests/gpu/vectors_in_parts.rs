@@ -8,9 +8,10 @@ use voxsplat::accuracy::Difference;
 use voxsplat::core::Ticket;
 use voxsplat::gpu::{Renderer, Wishes};
 use voxsplat::kernel::Kernel;
+use voxsplat::plan::Plan;
 use voxsplat::scene::{
     Classify, Clip, ClipBox, CutFaces, Inside, Isosurface, OpacityModel, Order, Plane, Scene,
-    Slice, SplatSettings,
+    Slice, SplatSettings, VectorLayer,
 };
 use voxsplat::task::draw::{Drawer, Observer, Rung};
 use voxsplat::vector::VectorMode;
@@ -45,8 +46,9 @@ fn light_at(scene: &Scene, size: [u32; 2], most_turns: Option<u64>) -> Option<(L
     context.most_turns = most_turns;
     let mut drawer = Drawer::new(Renderer::new(context));
     drawer.renderer.time_passes().expect("it times");
-    drawer.prepare(scene, &Ticket::new()).expect("prepared");
-    let how = drawer.draw(scene, size, Rung::Full, &mut Patient).expect("drawn");
+    let plan = Plan::of(scene, size);
+    drawer.prepare(&plan, &Ticket::new()).expect("prepared");
+    let how = drawer.draw(&plan, Rung::Full, &mut Patient).expect("drawn");
     let light = wide(&drawer.renderer.read_light().expect("read back"));
     let composites = ["composite_vectors", "reconstruct_slabs", "gather_kernels"];
     let passes = drawer.renderer.times().iter().filter(|pass| composites.contains(&pass.name));
@@ -84,14 +86,15 @@ fn vectors_alone_are_the_same_in_parts() {
     // Thin slabs, and so long lists.
     let mut embedded = scene;
     embedded.splat.slabs_per_voxel = 16.0;
-    embedded.polygons = vec![layer(squares(&embedded, 3, &[-1.1, -0.3, 0.17, 0.9]), 0.4)];
+    let squares = layer(squares(&embedded, 3, &[-1.1, -0.3, 0.17, 0.9]), 0.4);
+    let embedded = with_polygons(embedded, [squares]);
     is_the_same("polygons among vectors", &embedded, 800, 3);
     is_the_same("polygons, back to front", &back_to_front(embedded), 800, 3);
 }
 
 #[test]
 fn vectors_beside_a_field_are_the_same_in_parts() {
-    let beside = with(alone(), |layer| layer.alone = false);
+    let beside = beside_field(alone());
     is_the_same("beside a field", &beside, 160, 20);
     is_the_same("beside a field, back to front", &back_to_front(beside.clone()), 160, 20);
     let mut after = with(beside.clone(), |layer| layer.settings.mode = VectorMode::Blend);
@@ -111,8 +114,8 @@ fn vectors_beside_a_field_are_the_same_in_parts() {
 /// Polygons, slices, faces and levels among both, where rays wait in the midst of them.
 #[test]
 fn what_lies_among_a_field_and_vectors_keeps_its_place_in_parts() {
-    let beside = with(alone(), |layer| layer.alone = false);
-    let lattice = beside.volume.lattice;
+    let beside = beside_field(alone());
+    let lattice = beside.lattice();
     let plane = |x, y, z| Plane {
         point: lattice.world_from_index(DVec3::new(2.1, 1.4, 1.7)),
         normal: DVec3::new(x, y, z),
@@ -133,7 +136,8 @@ fn what_lies_among_a_field_and_vectors_keeps_its_place_in_parts() {
     is_the_same("the same, back to front", &back_to_front(opened.clone()), 600, 4);
     for (name, mut scene) in [("polygons", beside), ("polygons and all else", opened)] {
         scene.splat.slabs_per_voxel = 12.0;
-        scene.polygons = vec![layer(squares(&scene, 3, &[-1.1, -0.3, 0.17, 0.9]), 0.4)];
+        let squares = layer(squares(&scene, 3, &[-1.1, -0.3, 0.17, 0.9]), 0.4);
+        let scene = with_polygons(scene, [squares]);
         is_the_same(name, &scene, 1500, 4);
         is_the_same(&format!("{name}, back to front"), &back_to_front(scene), 1500, 4);
     }
@@ -145,14 +149,12 @@ fn a_field_of_very_many_slabs_has_its_vectors() {
     let spacing = DVec3::new(1.0, 1.0, 20.0);
     let lattice = Lattice { spacing, ..Lattice::unit([5, 4, 4]) };
     let winds = field(Places::Lattice(lattice), 3);
-    let base = scene(lattice, DVec3::new(-0.2, 0.3, -1.0));
-    let mut scene =
-        with(Scene { splat: alone().splat, vectors: alone().vectors, ..base }, |layer| {
-            layer.settings = settings(&winds);
-            (layer.field, layer.alone) = (winds, false);
-        });
+    let settings = settings(&winds);
+    let mut scene = scene(lattice, DVec3::new(-0.2, 0.3, -1.0));
+    (scene.splat, scene.phase) = (alone().splat, alone().phase);
+    let mut scene = scene.with(VectorLayer { field: winds, settings });
     scene.splat.slabs_per_voxel = 4.0;
-    scene.transfer.opacity = vec![(90.0, 0.0), (255.0, 0.02)];
+    scene.transfer_mut().expect("a field").opacity = vec![(90.0, 0.0), (255.0, 0.02)];
     let Some((found, runs, halved)) = light(&scene, Some(300)) else { return };
     assert!(runs > 1 && halved == 0, "{runs} dispatches, halved {halved} times");
     let expected = expected(&scene, SIZE);
@@ -164,7 +166,7 @@ fn a_field_of_very_many_slabs_has_its_vectors() {
 #[test]
 fn more_tiles_than_are_kept_at_a_time_lose_nothing() {
     const LARGE: [u32; 2] = [140, 140];
-    let beside = with(alone(), |layer| layer.alone = false);
+    let beside = beside_field(alone());
     let mut among = beside.clone();
     among.splat = SplatSettings { order: Order::FrontToBack, ..SplatSettings::SHADE_FIRST };
     among.splat.kernel = Kernel::Cubic;
@@ -191,7 +193,7 @@ fn an_animated_picture_in_parts_is_begun_once() {
     drawer.renderer.time_passes().expect("it times");
     let still = alone();
     let mut passes = |phase: f64| {
-        let scene = with(still.clone(), |layer| layer.phase = phase);
+        let scene = Scene { phase, ..still.clone() };
         drawn(&mut drawer, &scene, SIZE, Rung::Full);
         let times = drawer.renderer.times().iter();
         times.map(|pass| (pass.name, pass.runs)).collect::<Vec<_>>()

@@ -12,17 +12,17 @@ use voxsplat::task::draw::Rung;
 use voxsplat::task::engine::{Effort, EngineState};
 
 use crate::engine::{Bench, rest};
-use crate::support::{drawer, drawn};
-use crate::vectors::{PICTURE, alone, expected, with};
+use crate::support::{beside_field, drawer, drawn, volume_of, with_field};
+use crate::vectors::{PICTURE, alone, expected};
 
 fn beside() -> Scene {
-    with(alone(), |layer| layer.alone = false)
+    beside_field(alone())
 }
 
 /// The same values, as another volume: what another field or component of the file is to the engine.
-fn of_another_volume(mut scene: Scene) -> Scene {
-    scene.volume = Arc::new((*scene.volume).clone());
-    scene
+fn of_another_volume(scene: Scene) -> Scene {
+    let volume = Arc::new((**volume_of(&scene)).clone());
+    with_field(scene, volume)
 }
 
 #[test]

@@ -132,7 +132,7 @@ fn cells_lie_where_the_present_camera_sees_them() {
 #[test]
 fn what_is_left_out_is_said() {
     let bench = Bench::opened();
-    let volume = Arc::clone(&bench.window().scene().expect("something is open").volume);
+    let volume = Arc::clone(bench.window().scene().expect("something is open").volume().unwrap());
     let cell = Cell {
         low: [0; 3],
         size: [1; 3],

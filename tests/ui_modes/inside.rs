@@ -66,7 +66,7 @@ fn a_face_of_the_box_is_dragged_on_the_picture_and_the_view_stays() {
     let (camera, viewport) = (bench.camera(), bench.viewport());
     let scene = bench.last_request().scene;
     let view = View::new(&scene, bench.last_request().size);
-    let [low, high] = bounds(&bench).in_index(scene.volume.lattice.dims);
+    let [low, high] = bounds(&bench).in_index(scene.lattice().dims);
     let mut at = (low + high) / 2.0;
     at.x = high.x;
     let place = |at| {
@@ -76,7 +76,7 @@ fn a_face_of_the_box_is_dragged_on_the_picture_and_the_view_stays() {
     let (here, end) = (place(at), place(at + glam::DVec3::X));
     let asked = bench.request_count();
     // Towards smaller x, by a quarter of the volume.
-    let by = (end - here) * (-0.25 * scene.volume.lattice.dims[0] as f32);
+    let by = (end - here) * (-0.25 * scene.lattice().dims[0] as f32);
     bench.drag_from(here, PointerButton::Primary, Modifiers::NONE, by);
     let moved = bench.requests_since(asked);
     assert!(moved.iter().any(|request| matches!(request.effort, Effort::Moving { .. })));
@@ -99,7 +99,7 @@ fn planes_are_added_turned_flipped_moved_and_removed() {
     let planes = |bench: &Bench| inside(bench).clip.planes;
     press(&mut bench, "Add clip plane");
     let [plane] = planes(&bench)[..] else { panic!("one") };
-    let lattice = bench.window().scene().unwrap().volume.lattice;
+    let lattice = bench.window().scene().unwrap().lattice();
     assert_eq!((plane.normal, plane.point), (bench.camera().direction, lattice.centre()));
     let list =
         |bench: &Bench| bench.harness.get_by_role_and_label(Role::ComboBox, "Plane 1 lies").value();
@@ -164,7 +164,7 @@ fn what_stands_for_a_ray_is_chosen_and_undone() {
 fn isosurfaces_and_slices_are_added_set_and_removed() {
     let mut bench = Bench::opened();
     press(&mut bench, "Add isosurface");
-    let volume = bench.window().scene().unwrap().volume.clone();
+    let volume = bench.window().scene().unwrap().volume().unwrap().clone();
     let iso = |bench: &Bench| inside(bench).isosurfaces[0];
     assert_eq!(iso(&bench).value, volume.statistics.quantile(0.9));
     let value = (volume.statistics.min + volume.statistics.max) / 2.0;

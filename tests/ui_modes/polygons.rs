@@ -1,19 +1,38 @@
 //! Polygons in the side panel: dropped, shown, changed, removed, taken back; and those made of vectors.
 
+use std::sync::Arc;
+
 use eframe::egui::accesskit::Role;
 use eframe::egui::{Key, Modifiers};
 use egui_kittest::kittest::Queryable as _;
 use voxsplat::app::document::Source;
-use voxsplat::scene::PolygonLayer;
+use voxsplat::polygons::Mesh;
+use voxsplat::scene::{PolygonLook, Scene};
 
 use super::press;
 use crate::ui_support::Bench;
 
+/// A mesh of the scene, drawn or not.
+#[derive(Debug, PartialEq)]
+struct Shown {
+    mesh: Arc<Mesh>,
+    look: PolygonLook,
+    is_shown: bool,
+}
+
+impl Shown {
+    fn all_of(scene: &Scene) -> Vec<Self> {
+        let mut scene = scene.clone();
+        let all = scene.polygons_mut().into_iter();
+        all.map(|(mesh, look, shown)| Self { mesh, look: *look, is_shown: *shown }).collect()
+    }
+}
+
 /// What the engine is asked to draw.
-fn layers(bench: &Bench) -> Vec<PolygonLayer> {
+fn layers(bench: &Bench) -> Vec<Shown> {
     let scene = bench.window().scene().expect("something is open");
     assert!(bench.last_request().scene.makes_same_picture(scene), "what is chosen is asked for");
-    scene.polygons.clone()
+    Shown::all_of(scene)
 }
 
 fn dropped(bench: &mut Bench, name: &str, text: &str) {
@@ -23,7 +42,7 @@ fn dropped(bench: &mut Bench, name: &str, text: &str) {
     let before = (layers(bench).len(), bench.window().notices().shown().len());
     bench.drop_file(path.to_str().expect("UTF-8"));
     bench.wait_until(|window| {
-        let count = window.scene().map_or(0, |scene| scene.polygons.len());
+        let count = window.scene().map_or(0, |scene| Shown::all_of(scene).len());
         (count, window.notices().shown().len()) != before
     });
     bench.settle();
@@ -38,14 +57,14 @@ fn a_dropped_mesh_is_embedded_changed_and_taken_back() {
     let document = bench.window().document().expect("still open").source.name();
     assert_ne!(document, "fibre.obj", "the volume stays");
     let [layer] = &layers(&bench)[..] else { panic!("one mesh") };
-    assert_eq!((layer.mesh.name(), layer.mesh.len(), layer.opacity), ("fibre.obj", 1, 1.0));
+    assert_eq!((layer.mesh.name(), layer.mesh.len(), layer.look.opacity), ("fibre.obj", 1, 1.0));
     bench.set_slider("Mesh 1 opacity", 0.5);
     bench.harness.get_by_role_and_label(Role::CheckBox, "Mesh 1 one colour").click();
     bench.settle();
     bench.harness.get_by_role_and_label(Role::CheckBox, "Mesh 1 shown").click();
     bench.settle();
     let found = &layers(&bench)[0];
-    assert!(found.opacity == 0.5 && found.colour.is_some() && !found.is_shown);
+    assert!(found.look.opacity == 0.5 && found.look.colour.is_some() && !found.is_shown);
     bench.harness.check_accessibility();
     press(&mut bench, "Remove mesh 1");
     assert!(layers(&bench).is_empty());
@@ -75,7 +94,7 @@ fn a_mesh_that_the_window_starts_with_is_embedded_in_the_volume() {
         bench
     };
     let mut bench = start("good.nrrd");
-    bench.wait_until(|window| window.scene().is_some_and(|scene| !scene.polygons.is_empty()));
+    bench.wait_until(|window| window.scene().is_some_and(Scene::has_polygons));
     bench.settle();
     assert_eq!(layers(&bench)[0].mesh.name(), "fibre.obj");
     assert_eq!(bench.window().document().expect("open").source.name(), "good.nrrd");
@@ -99,7 +118,7 @@ fn streamlines_and_arrows_of_vectors_become_meshes() {
     ] {
         let before = layers(&bench);
         press(&mut bench, button);
-        bench.wait_until(|window| window.scene().is_some_and(|scene| scene.polygons != before));
+        bench.wait_until(|window| window.scene().is_some_and(|scene| Shown::all_of(scene) != before));
         bench.settle();
         let names: Vec<_> = layers(&bench).iter().map(|l| l.mesh.name().to_owned()).collect();
         assert!(names.len() == count && names.iter().any(|n| n == name), "{names:?}");
@@ -123,7 +142,7 @@ fn streamlines_are_seeded_on_a_plane_a_line_or_about_a_point() {
         bench.choose("Seeded", place);
         let before = layers(&bench);
         press(&mut bench, "Make streamlines");
-        bench.wait_until(|window| window.scene().is_some_and(|scene| scene.polygons != before));
+        bench.wait_until(|window| window.scene().is_some_and(|scene| Shown::all_of(scene) != before));
         bench.settle();
         boxes.push(layers(&bench)[0].mesh.bounds());
     }

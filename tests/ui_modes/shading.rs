@@ -38,7 +38,7 @@ const PARTS: [&str; 5] = ["Lights", "Opacity", "Modulation", "Reflection", "Emis
 fn presets_are_chosen_told_and_taken_back() {
     let mut bench = Bench::opened();
     assert!(shading(&bench).is_plain());
-    let volume = bench.window().scene().unwrap().volume.clone();
+    let volume = bench.window().scene().unwrap().volume().unwrap().clone();
     for (name, preset) in [
         ("Lights", ShadingPreset::Lights),
         ("Cloud", ShadingPreset::Cloud),

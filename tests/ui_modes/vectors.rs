@@ -1,21 +1,52 @@
 //! Vectors in the side panel, and their animation.
 
+use std::sync::Arc;
+
 use eframe::egui::accesskit::Role;
 use eframe::egui::{Event, Key, Modifiers, PointerButton};
 use egui_kittest::kittest::{NodeT as _, Queryable as _};
-use voxsplat::scene::{Classify, SplatSettings, VectorLayer};
+use voxsplat::scene::{Classify, Scene, SplatSettings, VectorLayer};
 use voxsplat::task::engine::Effort;
-use voxsplat::vector::{ColourBy, Design, Foreshortening, VectorMode};
+use voxsplat::vector::{ColourBy, Design, Foreshortening, VectorMode, VectorSettings};
+use voxsplat::volume::VectorField;
 
 use super::press;
 use crate::ui_support::Bench;
 
+/// What is drawn of vectors.
+#[derive(Debug)]
+struct Shown {
+    field: Arc<VectorField>,
+    settings: VectorSettings,
+    phase: f64,
+    alone: bool,
+    second: Option<VectorLayer>,
+}
+
+impl PartialEq for Shown {
+    fn eq(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.field, &other.field)
+            && self.settings == other.settings
+            && (self.phase, self.alone) == (other.phase, other.alone)
+            && self.second == other.second
+    }
+}
+
+impl Shown {
+    fn of(scene: &Scene) -> Option<Self> {
+        let mut layers = scene.vectors().into_iter();
+        let VectorLayer { field, settings } = layers.next()?;
+        let (phase, alone) = (scene.phase, !scene.shows_field());
+        Some(Self { field, settings, phase, alone, second: layers.next() })
+    }
+}
+
 /// What the engine is asked to draw.
-fn layer(bench: &Bench) -> VectorLayer {
+fn layer(bench: &Bench) -> Shown {
     let scene = bench.window().scene().expect("something is open");
     let asked = bench.last_request().scene;
     assert!(asked.makes_same_picture(scene), "what is chosen is asked for");
-    let layer = scene.vectors.clone().expect("vectors");
+    let layer = Shown::of(scene).expect("vectors");
     assert!(layer.settings.check().is_ok(), "{:?}", layer.settings);
     layer
 }
@@ -41,9 +72,9 @@ fn vectors_are_taken_away_and_brought_back() {
     let mut bench = opened();
     bench.choose("Vectors", "None");
     bench.settle();
-    assert!(bench.window().scene().unwrap().vectors.is_none());
+    assert!(bench.window().scene().unwrap().vectors().is_empty());
     bench.choose("Vectors", "v");
-    bench.wait_until(|window| window.scene().is_some_and(|scene| scene.vectors.is_some()));
+    bench.wait_until(|window| window.scene().is_some_and(|scene| !scene.vectors().is_empty()));
     bench.settle();
     assert!(!layer(&bench).alone, "beside the field that is there");
 }
@@ -54,7 +85,7 @@ fn with_wind() -> Bench {
     bench.open("triples.nrrd");
     bench.settle();
     bench.choose("Vectors", "wind");
-    bench.wait_until(|window| window.scene().is_some_and(|scene| scene.vectors.is_some()));
+    bench.wait_until(|window| window.scene().is_some_and(|scene| !scene.vectors().is_empty()));
     bench.settle();
     bench
 }
@@ -83,13 +114,13 @@ fn three_scalar_fields_are_put_together_and_undone() {
     let mut bench = Bench::empty();
     bench.open("triples.nrrd");
     bench.settle();
-    assert!(bench.window().scene().unwrap().vectors.is_none(), "it opens as the scalar it is");
+    assert!(bench.window().scene().unwrap().vectors().is_empty(), "it opens as the scalar it is");
     bench.choose("Vectors", "Three scalar fields…");
     bench.choose("Along x", "w");
     bench.settle();
-    assert!(bench.window().scene().unwrap().vectors.is_none(), "nothing is drawn of a choice");
+    assert!(bench.window().scene().unwrap().vectors().is_empty(), "nothing is drawn of a choice");
     press(&mut bench, "Draw as vectors");
-    bench.wait_until(|window| window.scene().is_some_and(|scene| scene.vectors.is_some()));
+    bench.wait_until(|window| window.scene().is_some_and(|scene| !scene.vectors().is_empty()));
     bench.settle();
     let found = layer(&bench);
     // All three count up in the same way.
@@ -98,7 +129,7 @@ fn three_scalar_fields_are_put_together_and_undone() {
     assert!(!found.alone && !bench.shows("Along x"));
     bench.harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
     bench.settle();
-    assert!(bench.window().scene().unwrap().vectors.is_none());
+    assert!(bench.window().scene().unwrap().vectors().is_empty());
     bench.harness.key_press_modifiers(Modifiers::COMMAND | Modifiers::SHIFT, Key::Z);
     bench.settle();
     assert_eq!(layer(&bench).field.name, "(w, v, w)");
@@ -135,7 +166,7 @@ fn a_second_field_has_a_look_of_its_own_and_is_undone() {
     let first = layer(&bench);
     bench.choose("Second field", "field");
     let has_second = |window: &voxsplat::app::Window| {
-        window.scene().is_some_and(voxsplat::scene::Scene::has_second_vectors)
+        window.scene().is_some_and(|scene| scene.vectors().len() > 1)
     };
     bench.wait_until(has_second);
     bench.settle();
@@ -181,7 +212,7 @@ fn opacity_is_by_place_or_by_the_scalar_field() {
     assert_eq!(layer(&bench).settings.transfer.opacity, [(0.0, 0.0), (3.0, greatest)]);
     bench.choose("Opaque by", "Scalar field");
     bench.settle();
-    let statistics = bench.window().scene().unwrap().volume.statistics.clone();
+    let statistics = bench.window().scene().unwrap().volume().expect("a field").statistics.clone();
     let expected = [(statistics.min, 0.0), (statistics.max, greatest)];
     assert_eq!(layer(&bench).settings.transfer.opacity, expected);
     bench.choose("Opaque by", "Length");
@@ -219,7 +250,7 @@ fn marks_move_while_playing_and_stay_where_they_are_paused() {
     bench.harness.run_steps(30);
     let moving = bench.requests_since(asked);
     let phases: Vec<f64> =
-        moving.iter().map(|request| request.scene.vectors.as_ref().unwrap().phase).collect();
+        moving.iter().map(|request| request.scene.phase).collect();
     assert!(phases.len() > 6 && phases.windows(2).all(|w| w[1] > w[0]), "{phases:?}");
     // Half a second of passes at one cycle a second, no more often than 20 times a second.
     assert!((0.3..0.55).contains(phases.last().unwrap()) && phases.len() <= 11, "{phases:?}");
@@ -297,13 +328,13 @@ fn tick(bench: &mut Bench) {
 fn modes_that_shade_first_have_vectors_and_triangles_say_that_they_have_none() {
     let mut bench = opened();
     tick(&mut bench);
-    assert!(bench.last_request().scene.vectors.is_some_and(|layer| !layer.alone));
+    assert!(Shown::of(&bench.last_request().scene).is_some_and(|layer| !layer.alone));
     let says = "Not drawn: this mode is of triangles alone, which have no room for vectors. Hide the \
                 scalar field, or choose another mode under Splats";
     press(&mut bench, "Classic splatting");
     bench.settle();
     let scene = bench.last_request().scene;
-    assert!(scene.vectors.is_some() && scene.splat.classify == Classify::Before);
+    assert!(!scene.vectors().is_empty() && scene.splat.classify == Classify::Before);
     assert!(!bench.shows(says));
     bench.harness.get_by_label("Advanced").scroll_to_me();
     bench.harness.run_steps(30);
@@ -313,13 +344,13 @@ fn modes_that_shade_first_have_vectors_and_triangles_say_that_they_have_none() {
     bench.harness.run_steps(30);
     bench.choose("Back end", "Triangles");
     bench.settle();
-    assert!(bench.last_request().scene.vectors.is_none());
+    assert!(bench.last_request().scene.vectors().is_empty());
     assert!(bench.shows(says));
     let alone = bench.harness.get_by_role_and_label(Role::CheckBox, "Hide the scalar field");
     alone.scroll_to_me();
     bench.harness.run_steps(30);
     tick(&mut bench);
-    assert!(bench.last_request().scene.vectors.is_some_and(|layer| layer.alone));
+    assert!(Shown::of(&bench.last_request().scene).is_some_and(|layer| layer.alone));
 }
 
 #[test]
@@ -333,5 +364,5 @@ fn a_loop_is_saved_from_the_window() {
     assert!(bench.window().notices().shown()[0].text.ends_with(".gif"));
     assert_eq!(request.cycle.map(|cycle| cycle.frames), Some(32));
     assert!(request.path.extension().is_some_and(|e| e == "gif"), "{:?}", request.path);
-    assert!(request.scene.vectors.is_some());
+    assert!(!request.scene.vectors().is_empty());
 }

@@ -142,7 +142,7 @@ impl Drawer for GradientDrawer {
 
 /// The whole volume as one cell.
 fn one_cell(request: &CellsRequest) -> FoundCells {
-    let volume = Arc::clone(&request.scene.volume);
+    let volume = Arc::clone(request.scene.volume().expect("a field"));
     let cell = Cell {
         low: [0; 3],
         size: volume.lattice.dims.map(|n| n as u32),
@@ -185,7 +185,7 @@ fn gradient(request: &FrameRequest) -> Picture {
     let report = FrameReport {
         rung: rung.to_owned(),
         kernels: Some(voxsplat::task::engine::KernelCounts { drawn: 500, active: 500 }),
-        vector_splats: request.scene.hides_field().then_some(321),
+        vector_splats: (!request.scene.shows_field()).then_some(321),
         kernels_total: 512,
         backend: voxsplat::scene::Backend::Raster,
         frame_ms: 12.0,

@@ -64,7 +64,7 @@ fn click(bench: &mut Bench, label: &str) {
 }
 
 fn function(bench: &Bench) -> TransferFunction {
-    bench.window().scene().expect("something is open").transfer.clone()
+    bench.window().scene().expect("something is open").transfer().expect("a field").clone()
 }
 
 fn graph(bench: &Bench) -> Rect {
@@ -572,7 +572,7 @@ fn a_transfer_function_is_saved_loaded_and_dropped() {
     let path = folder.path().join("some.json");
     std::fs::write(&path, some_design().to_text()).unwrap();
     bench.drop_file(path.to_str().unwrap());
-    bench.wait_until(|w| w.scene().unwrap().transfer == some_design().function);
+    bench.wait_until(|w| *w.scene().unwrap().transfer().unwrap() == some_design().function);
     assert_eq!(bench.window().document().unwrap().source.name(), "good.nrrd", "no other volume");
     assert!(!bench.window().settings().recent.contains(&path));
 
@@ -586,7 +586,7 @@ fn a_transfer_function_is_saved_loaded_and_dropped() {
     assert_ne!(function(&bench), some_design().function);
     click(&mut bench, "Load transfer function…");
     type_path(&mut bench, &saved);
-    bench.wait_until(|w| w.scene().unwrap().transfer == some_design().function);
+    bench.wait_until(|w| *w.scene().unwrap().transfer().unwrap() == some_design().function);
 
     let wrong = folder.path().join("wrong.json");
     std::fs::write(&wrong, "{\"format\": \"voxsplat transfer function\", \"version\": 9}").unwrap();

@@ -7,7 +7,7 @@ use glam::{DMat3, DVec2, DVec3, Vec3};
 use super::*;
 use crate::core::{Camera, Projection, Srgb8, Ticket};
 use crate::scene::{
-    Amounts, Colours, Index, Isosurface, SecondVectors, Shading, VectorLayer, opening,
+    Amounts, Colours, Index, Isosurface, SampleSource, Shading, VectorLayer, opening,
 };
 use crate::transfer::{ColourMap, ColourSource, Region, RegionShape, TransferFunction};
 use crate::volume::{Lattice, Places, Samples, ScalarVolume, VectorField};
@@ -24,8 +24,8 @@ fn scene_of(lattice: Lattice, range: [f64; 2]) -> Scene {
     let value = |i: usize| range[0] + (range[1] - range[0]) * i as f64 / (count - 1) as f64;
     let samples = Samples::Float64((0..count).map(value).collect());
     let volume = ScalarVolume::from_samples("density", lattice, samples).unwrap();
-    let mut scene = opening(Arc::new(volume), None);
-    scene.transfer = TransferFunction::of(
+    let mut scene = opening(SampleSource::default(), Arc::new(volume), None);
+    *scene.transfer_mut().expect("a field") = TransferFunction::of(
         vec![(range[0], 0.0), (range[1], 0.8)],
         ColourSource::Map { map: ColourMap::Viridis, range },
     );
@@ -155,7 +155,7 @@ fn small_pictures_have_what_counts_most_and_nothing_in_its_way() {
 #[test]
 fn opacities_that_are_none_have_no_scale_and_a_picture_of_nothing_no_bar() {
     let mut scene = scene();
-    scene.transfer.opacity = vec![(0.0, 0.0)];
+    scene.transfer_mut().expect("a field").opacity = vec![(0.0, 0.0)];
     let layout = laid_out(only(Annotation::ScalarBar), &scene, [800, 600]);
     assert_eq!(layout, Layout::default());
     scene.inside.isosurfaces = vec![Isosurface { value: 50.0, opacity: 1.0, colour: None }];
@@ -166,7 +166,7 @@ fn opacities_that_are_none_have_no_scale_and_a_picture_of_nothing_no_bar() {
     let found = texts(&scene);
     assert!(found.contains(&"density".to_owned()) && !found.contains(&"opacity".to_owned()));
     // Ten to the minus fifth, and not ten.
-    scene.transfer.opacity = vec![(0.0, 8e-6)];
+    scene.transfer_mut().expect("a field").opacity = vec![(0.0, 8e-6)];
     let found = texts(&scene);
     let at = found.iter().position(|text| text == "1×10").expect("an opacity");
     assert_eq!(found[at + 1], "−5", "{found:?}");
@@ -231,7 +231,7 @@ fn the_scalar_bar_has_each_value_where_its_colour_is() {
     for (value, y) in numbers {
         let (_, found) =
             rows.iter().find(|(area, _)| area.low.y <= y && y <= area.high.y + 1.0).unwrap();
-        let expected = scene.transfer.colour_at(value).0.map(crate::core::colour::srgb_from_linear);
+        let expected = scene.transfer().expect("a field").colour_at(value).0.map(crate::core::colour::srgb_from_linear);
         for (found, expected) in found.0.iter().zip(expected) {
             // A row of pixels is half a value high: measured 2.1 of 255.
             assert!(
@@ -250,14 +250,14 @@ fn the_scalar_bar_has_each_value_where_its_colour_is() {
 #[test]
 fn reversed_and_steplike_colours_have_a_bar_all_the_same() {
     let mut scene = scene();
-    scene.transfer.colour = ColourSource::Map { map: ColourMap::Gray, range: [200.0, 0.0] };
+    scene.transfer_mut().expect("a field").colour = ColourSource::Map { map: ColourMap::Gray, range: [200.0, 0.0] };
     let (rows, numbers) = bar(&laid_out(only(Annotation::ScalarBar), &scene, [800, 600]));
     assert!(
         numbers.windows(2).all(|pair| pair[0].0 < pair[1].0 && pair[0].1 > pair[1].1),
         "{numbers:?}"
     );
     assert!(rows[0].1.0[0] < 5 && rows[rows.len() - 1].1.0[0] > 250, "great values are black");
-    scene.transfer.colour = ColourSource::Map { map: ColourMap::Gray, range: [80.0, 80.0] };
+    scene.transfer_mut().expect("a field").colour = ColourSource::Map { map: ColourMap::Gray, range: [80.0, 80.0] };
     let (rows, numbers) = bar(&laid_out(only(Annotation::ScalarBar), &scene, [800, 600]));
     assert_eq!(rows.iter().map(|(_, c)| c.0[0]).collect::<Vec<_>>(), [255, 0], "one step");
     assert!(numbers.iter().any(|(value, _)| *value == 200.0), "{numbers:?}");
@@ -304,10 +304,11 @@ fn vectors_alone_have_the_bar_of_their_lengths() {
     let vectors = (0..27).map(|i| Vec3::X * i as f32).collect::<Vec<_>>();
     let places = Places::Lattice(Lattice::unit([3; 3]));
     let field = VectorField::new("flow", places, vectors.into(), &Ticket::new()).unwrap();
-    let mut layer = VectorLayer::new(Arc::new(field), true);
+    let mut layer = VectorLayer::new(Arc::new(field));
     let colour = ColourSource::Map { map: ColourMap::Gray, range: [0.0, 25.0] };
     layer.settings.transfer = TransferFunction::of(vec![(0.0, 0.5)], colour);
-    let mut scene = Scene { vectors: Some(layer.clone()), ..scene() };
+    let mut scene = scene().with(layer.clone());
+    scene.show_field(false);
     let texts = |scene: &Scene| -> Vec<String> {
         let layout = laid_out(only(Annotation::ScalarBar), scene, [800, 600]);
         words(&layout).into_iter().map(|(text, _)| text).collect()
@@ -319,9 +320,7 @@ fn vectors_alone_have_the_bar_of_their_lengths() {
     );
     // A second field has a bar of its own, beside.
     let second = VectorField { name: "other".into(), ..VectorField::clone(&layer.field) };
-    let mut both = layer;
-    both.second = Some(SecondVectors::new(Arc::new(second)));
-    scene.vectors = Some(both);
+    let mut scene = scene.with(VectorLayer::beside_another(Arc::new(second)));
     let found = texts(&scene);
     for title in ["flow, length", "other, length"] {
         assert!(found.contains(&title.to_owned()), "{found:?}");
@@ -330,9 +329,7 @@ fn vectors_alone_have_the_bar_of_their_lengths() {
     assert_eq!(narrow.left_out, [Annotation::ScalarBar], "no room for both");
     // One colour is no map: nothing says more by a bar of it.
     let white = ColourSource::Stops(vec![(0.0, Srgb8::WHITE), (25.0, Srgb8::WHITE)]);
-    if let Some(second) = scene.vectors.as_mut().and_then(|layer| layer.second.as_mut()) {
-        second.settings.transfer.colour = white;
-    }
+    scene.vectors_mut()[1].1.transfer.colour = white;
     assert!(!texts(&scene).contains(&"other, length".to_owned()));
 }
 
@@ -342,10 +339,9 @@ fn beside() -> [Scene; 2] {
     let places = Places::Lattice(Lattice::unit([3; 3]));
     let field = VectorField::new("flow", places, vectors.into(), &Ticket::new()).unwrap();
     let second = VectorField { name: "other".into(), ..field.clone() };
-    let one = VectorLayer::new(Arc::new(field), false);
-    let mut two = one.clone();
-    two.second = Some(SecondVectors::new(Arc::new(second)));
-    [one, two].map(|layer| Scene { vectors: Some(layer), ..scene() })
+    let one = scene().with(VectorLayer::new(Arc::new(field)));
+    let two = one.clone().with(VectorLayer::beside_another(Arc::new(second)));
+    [one, two]
 }
 
 /// Frames of bars, and the rows of one colour within them.
@@ -404,7 +400,7 @@ fn vectors_beside_a_field_have_a_bar_each_and_none_covers_another() {
     }
     // A field without any opacity has none of its own.
     let [mut scene, _] = beside();
-    scene.transfer.opacity = vec![(0.0, 0.0)];
+    scene.transfer_mut().expect("a field").opacity = vec![(0.0, 0.0)];
     let layout = laid_out(only(Annotation::ScalarBar), &scene, [480, 360]);
     assert!(words(&layout).iter().all(|(text, _)| text != "density"));
     assert_eq!(bars(&layout).len(), 1);
