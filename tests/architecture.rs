@@ -8,7 +8,7 @@ use std::fs;
 use std::path::Path;
 
 /// A room, and the rooms it may import.
-const ROOMS: [(&str, &[&str]); 15] = [
+const ROOMS: [(&str, &[&str]); 16] = [
     ("core", &[]),
     ("polygons", &["core"]),
     ("volume", &["core"]),
@@ -20,7 +20,21 @@ const ROOMS: [(&str, &[&str]); 15] = [
     // Truth shares no shortcut with what it judges: neither the GPU nor the hierarchy.
     ("reference", &["core", "volume", "transfer", "kernel", "vector", "polygons", "scene"]),
     ("io", &["core", "volume", "polygons"]),
-    ("gpu", &["core", "volume", "transfer", "kernel", "hierarchy", "vector", "polygons", "scene"]),
+    ("plan", &["core", "volume", "transfer", "kernel", "vector", "polygons", "scene"]),
+    (
+        "gpu",
+        &[
+            "core",
+            "volume",
+            "transfer",
+            "kernel",
+            "hierarchy",
+            "vector",
+            "polygons",
+            "scene",
+            "plan",
+        ],
+    ),
     (
         "accuracy",
         &["core", "volume", "transfer", "kernel", "hierarchy", "scene", "reference", "io", "gpu"],
@@ -36,6 +50,7 @@ const ROOMS: [(&str, &[&str]); 15] = [
             "vector",
             "polygons",
             "scene",
+            "plan",
             "reference",
             "io",
             "gpu",
@@ -74,7 +89,8 @@ const OUTSIDE: [(&str, &[&str]); 15] = [
     ("libc", &["task"]),
     ("image", &["task", "app", "cli"]),
     ("std::fs", &["io", "task", "app", "cli"]),
-    ("std::path", &["io", "task", "app", "cli"]),
+    // Layers of a scene are named after files, which it never opens.
+    ("std::path", &["scene", "io", "task", "app", "cli"]),
     ("std::process", &["cli"]),
     ("std::net", &[]),
     ("std::env", &["app", "cli"]),

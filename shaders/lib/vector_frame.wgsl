@@ -36,11 +36,9 @@ struct Vectors {
 const BLURS: u32 = 80u;
 const BLUR_COLUMNS: u32 = 16u;
 
-override two_fields: bool = false;
-
 // Whether a splat is of the second field.
 fn is_second(splat: u32) -> bool {
-    return select(false, splat >= vectors.second_flags.x, two_fields);
+    return splat >= vectors.second_flags.x;
 }
 
 // `flags.y`: 0 is MODULATE.

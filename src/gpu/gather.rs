@@ -53,8 +53,6 @@ struct Variant {
     looks: Looks,
     polygons: bool,
     vectors: bool,
-    /// Of two fields.
-    two_fields: bool,
 }
 
 /// What samples are.
@@ -86,7 +84,6 @@ impl Variant {
             looks: Looks::Plain,
             polygons: false,
             vectors: false,
-            two_fields: false,
         }
     }
 
@@ -300,7 +297,6 @@ impl Renderer {
         variant.polygons = polygons.is_some();
         let splats = self.vectors.as_ref().filter(|_| self.slabs_have_vectors);
         variant.vectors = splats.is_some();
-        variant.two_fields = splats.is_some_and(|vectors| vectors.are_of_two());
         if variant.polygons && variant.vectors && variant.looks == Looks::Kept {
             // There are no bindings left for what was shaded.
             variant.looks = self.sample_shade().map_or(Looks::Plain, |s| Looks::Shaded(s.variant));
@@ -475,7 +471,7 @@ fn pipeline(
     let shader = variant.shader();
     let constants = variant.constants();
     let of_vectors = match variant.vectors {
-        true => vector_constants(variant.two_fields),
+        true => vector_constants(),
         false => Vec::new(),
     };
     let own: Vec<_> =

@@ -48,6 +48,25 @@ pub use supports::supports;
 pub use triangles::GridTotals;
 pub use vectors::{VectorLook, VectorSplats};
 
+impl GpuError {
+    /// Whether it says what cannot be drawn, rather than that the device failed.
+    pub fn is_refusal(&self) -> bool {
+        match self {
+            Self::TooLarge { .. }
+            | Self::NoSheets
+            | Self::TooManyVectors { .. }
+            | Self::TooManyTurns { .. }
+            | Self::Unsupported(_)
+            | Self::Cancelled => true,
+            Self::NoAdapter { .. }
+            | Self::NoDevice { .. }
+            | Self::Lost(_)
+            | Self::OutOfMemory
+            | Self::Device(_) => false,
+        }
+    }
+}
+
 /// What can go wrong on the device.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]

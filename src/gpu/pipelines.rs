@@ -29,8 +29,6 @@ pub(super) struct ListVariant {
     pub slabs: bool,
     pub front_to_back: bool,
     pub published: bool,
-    /// Vectors of two fields; of the pass that projects them alone.
-    pub two_fields: bool,
 }
 
 /// Which variant of the pass over vectors alone.
@@ -38,7 +36,6 @@ pub(super) struct ListVariant {
 pub(super) struct VectorVariant {
     pub published: bool,
     pub back_to_front: bool,
-    pub two_fields: bool,
     pub polygons: bool,
     /// Rays are walked in several dispatches.
     pub in_parts: bool,
@@ -92,9 +89,6 @@ impl Pipelines {
         shader: Shader,
         variant: ListVariant,
     ) -> &wgpu::ComputePipeline {
-        // The other passes are the same for any.
-        let two_fields = variant.two_fields && shader == shader::COUNT_VECTORS;
-        let variant = ListVariant { two_fields, ..variant };
         self.lists.entry((shader.name, variant)).or_insert_with(|| {
             let shape = match variant.kernel {
                 Kernel::Gaussian
@@ -119,9 +113,6 @@ impl Pipelines {
                 && let Some(radial) = RadialKernel::new(variant.kernel, None)
             {
                 constants.extend(share_constants(radial));
-            }
-            if shader == shader::COUNT_VECTORS {
-                constants.push(("two_fields", flag(variant.two_fields)));
             }
             let format = if context.granted.float32_blending {
                 wgpu::TextureFormat::Rgba32Float
@@ -151,7 +142,7 @@ impl Pipelines {
         format: wgpu::TextureFormat,
     ) -> &wgpu::ComputePipeline {
         self.vectors.entry(variant).or_insert_with(|| {
-            let mut constants = vector_constants(variant.two_fields);
+            let mut constants = vector_constants();
             constants.push(("published", flag(variant.published)));
             constants.push(("back_to_front", flag(variant.back_to_front)));
             let shader = match (variant.polygons, variant.in_parts) {
@@ -216,11 +207,9 @@ fn flag(on: bool) -> f64 {
     f64::from(u8::from(on))
 }
 
-/// What `shaders/lib/vectors.wgsl` is told of the kernel of vectors (`footprint.wgsl`, `share.wgsl`), and
-/// whether they are of two fields.
-pub(super) fn vector_constants(two_fields: bool) -> Vec<(&'static str, f64)> {
+/// What `shaders/lib/vectors.wgsl` is told of the kernel of vectors (`footprint.wgsl`, `share.wgsl`).
+pub(super) fn vector_constants() -> Vec<(&'static str, f64)> {
     let mut constants = footprint_constants(Kernel::Cubic);
-    constants.push(("two_fields", flag(two_fields)));
     if let Some(radial) = RadialKernel::new(Kernel::Cubic, None) {
         constants.extend(share_constants(radial));
     }

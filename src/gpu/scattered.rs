@@ -156,7 +156,6 @@ impl Lists {
                 slabs: false,
                 front_to_back: false,
                 published: false,
-                two_fields: false,
             },
         }
     }
@@ -256,7 +255,6 @@ impl Renderer {
             slabs,
             front_to_back: settings.order == Order::FrontToBack,
             published: settings.opacity_model == OpacityModel::Published,
-            two_fields: false,
         };
         let mut totals = ListTotals::default();
         let whole = Rectangle::of(view.size);

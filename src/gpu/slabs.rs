@@ -96,8 +96,6 @@ struct Variant {
     in_parts: bool,
     looks: LooksVariant,
     vectors: bool,
-    /// Those of two fields.
-    two_fields: bool,
 }
 
 /// What a scene asks for beside its transfer function and its mode.
@@ -449,7 +447,6 @@ impl SlabPass {
             in_parts: kept.is_some(),
             looks,
             vectors: beside.vectors.is_some(),
-            two_fields: beside.vectors.is_some_and(|(vectors, _)| vectors.are_of_two()),
         };
         let pipeline =
             self.pipelines.entry(variant).or_insert_with(|| compile(context, variant)).clone();
@@ -684,7 +681,7 @@ fn compile(context: &Context, variant: Variant) -> wgpu::ComputePipeline {
     constants.extend(shade.iter().flat_map(ShadeVariant::constants));
     constants.extend(inside.constants());
     if variant.vectors {
-        constants.extend(vector_constants(variant.two_fields));
+        constants.extend(vector_constants());
     }
     let faces = match (shade, variant.kernel) {
         (None, _) => Faces::Unlit,

@@ -13,11 +13,8 @@ const MOST_KERNEL_LISTS: usize = 2;
 /// [`GpuError::Unsupported`], with one sentence. The device has nothing to do with it.
 pub fn supports(plan: &Plan) -> Result<(), GpuError> {
     let refuse = |sentence: String| Err(GpuError::Unsupported(sentence));
-    if plan.fields.len() > 1 {
-        return refuse(format!(
-            "expected at most one field of values in a picture, found {}; hide the others",
-            plan.fields.len()
-        ));
+    if let Some(fault) = &plan.fault {
+        return refuse(fault.to_string());
     }
     if plan.kernels.len() > MOST_KERNEL_LISTS {
         return refuse(format!(

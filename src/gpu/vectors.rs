@@ -168,11 +168,6 @@ impl DeviceVectors {
         self.records.size() + tables * texels * 4 * (MARK_COLUMNS * PHASES) as u64
     }
 
-    /// Whether there are splats of a second field among them.
-    pub(super) fn are_of_two(&self) -> bool {
-        self.splats.len() > 1
-    }
-
     /// The records that lists are made of, and what their passes are told.
     pub(super) fn counted(&self) -> [&wgpu::Buffer; 2] {
         [&self.records, &self.settings]
@@ -374,7 +369,7 @@ impl Renderer {
             }
         }
         let Some(vectors) = &self.vectors else { return Ok(rows) };
-        let (record_vec4s, are_of_two) = (vectors.record_vec4s, vectors.are_of_two());
+        let record_vec4s = vectors.record_vec4s;
         let total: usize = vectors.splats.iter().map(|splats| splats.list.len()).sum();
         let too_many = |most: u64, found: u64| GpuError::TooManyVectors { most, found };
         let Some(frame) = VectorFrame::new(view, what) else { return Ok(rows) };
@@ -393,7 +388,6 @@ impl Renderer {
             slabs: true,
             front_to_back,
             published,
-            two_fields: are_of_two,
         };
         let constants = frame.constants();
         self.context.queue.write_buffer(&self.frame, 0, bytemuck::bytes_of(&constants));
@@ -403,7 +397,6 @@ impl Renderer {
         vectors.variant = VectorVariant {
             published,
             back_to_front,
-            two_fields: are_of_two,
             ..VectorVariant::default()
         };
         vectors.constants = frame.vectors(view, what, record_vec4s, layers, columns);

@@ -13,6 +13,8 @@
 
 mod kernels;
 mod outline;
+#[cfg(test)]
+mod tests;
 
 pub use kernels::{Classification, KernelList};
 pub use outline::Outline;
@@ -22,7 +24,8 @@ use std::sync::Arc;
 use crate::core::Camera;
 use crate::kernel::RadialKernel;
 use crate::scene::{
-    Backend, Background, Classify, Effect, Ground, Inside, Lighting, PolygonLayer, Refusal, Scene,
+    Backend, Background, Classify, Effect, Ground, Inside, Lighting, ModeError, PolygonLayer, Refusal,
+    Scene,
     Shading, SplatSettings, View, Visibility,
 };
 use crate::transfer::TransferFunction;
@@ -59,6 +62,8 @@ pub struct Plan {
     pub way: Way,
     /// What the scene asks for and this picture has no place for.
     pub left_out: Vec<Refusal>,
+    /// Why it would be no picture of the scene, if so: a layer that was moved, or has no samples.
+    pub fault: Option<ModeError>,
 }
 
 /// Values on a lattice, and what classifies them.
@@ -155,6 +160,7 @@ impl Plan {
             shading: scene.shading.clone(),
             way: Way::Nothing,
             left_out,
+            fault: scene.check_layers().err(),
         };
         plan.way = plan.way_there();
         plan

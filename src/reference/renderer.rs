@@ -65,7 +65,7 @@ impl Reference {
     /// The picture by the scene's own mode, `size` [width, height] pixels.
     ///
     /// # Errors
-    /// [`ModeError`] for a mode that means nothing.
+    /// [`ModeError`] for a mode that means nothing, and for layers that cannot be drawn.
     pub fn new(scene: &Scene, size: [usize; 2]) -> Result<Self, ModeError> {
         Self::of(scene, size, 1, false, None)
     }
@@ -131,6 +131,7 @@ impl Reference {
         kernels: Option<Vec<RefKernel>>,
     ) -> Result<Self, ModeError> {
         scene.splat.check()?;
+        scene.check_layers()?;
         let mut splat = scene.splat;
         if exact && splat.kernel == Kernel::Point {
             splat.kernel = Kernel::Nearest;

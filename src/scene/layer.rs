@@ -7,7 +7,7 @@ use glam::{DAffine3, DVec3};
 use serde::{Deserialize, Serialize};
 
 use super::store::{SampleSource, Sampled};
-use super::{Effect, PolygonLayer, PolygonLook, Scene};
+use super::{Effect, ModeError, PolygonLayer, PolygonLook, Scene};
 use crate::polygons::Mesh;
 use crate::transfer::{ColourMap, ColourSource, TransferFunction};
 use crate::vector::VectorSettings;
@@ -104,6 +104,41 @@ impl Scene {
         self
     }
 
+    /// Whether its layers are what the reference and the engines know to draw: one field of values at most, every
+    /// layer where its file says, with its samples.
+    ///
+    /// # Errors
+    /// The first that is not.
+    pub fn check_layers(&self) -> Result<(), ModeError> {
+        let is_field = |layer: &&Layer| layer.is_shown && matches!(layer.look, Look::Field(_));
+        let fields = self.layers.iter().filter(is_field).count();
+        if fields > 1 {
+            return Err(ModeError {
+                expected: "one field of values at most",
+                found: fields.to_string(),
+                advice: "hide the others",
+            });
+        }
+        for layer in self.layers.iter().filter(|layer| layer.is_shown) {
+            let name = format!("{} \"{}\"", layer.look.kind(), layer.source.field);
+            if layer.placement != DAffine3::IDENTITY {
+                return Err(ModeError {
+                    expected: "every layer where its file says",
+                    found: format!("{name} moved elsewhere"),
+                    advice: "leave its placement out",
+                });
+            }
+            if self.store.get(&layer.source).is_none() {
+                return Err(ModeError {
+                    expected: "samples of every layer that is drawn",
+                    found: format!("none of {name}"),
+                    advice: "open its file, or hide the layer",
+                });
+            }
+        }
+        Ok(())
+    }
+
     /// Leaves only the layers that are wanted, and lets go of the samples of the others.
     pub fn keep(&mut self, is_wanted: impl FnMut(&Layer) -> bool) {
         self.layers.retain(is_wanted);
@@ -111,12 +146,21 @@ impl Scene {
         self.store.retain(|source| layers.iter().any(|layer| layer.source == *source));
     }
 
-    /// The first layer of values, drawn or not: the field that panels, clips and opacities speak of.
+    /// The layer of the field that panels, clips and opacities speak of: the first that is drawn, else the first.
+    fn field_index(&self) -> Option<usize> {
+        let is_field = |layer: &&Layer| matches!(layer.look, Look::Field(_));
+        let of = |is_one: &dyn Fn(&Layer) -> bool| {
+            self.layers.iter().position(|layer| is_field(&layer) && is_one(layer))
+        };
+        of(&|layer| layer.is_shown).or_else(|| of(&|_| true))
+    }
+
+    /// The samples of the field that is drawn, or was hidden.
     pub fn volume(&self) -> Option<&Arc<ScalarVolume>> {
-        self.layers.iter().find_map(|layer| match (&layer.look, self.store.get(&layer.source)?) {
-            (Look::Field(_), Sampled::Volume(volume)) => Some(volume),
+        match self.store.get(&self.layers[self.field_index()?].source)? {
+            Sampled::Volume(volume) => Some(volume),
             _ => None,
-        })
+        }
     }
 
     /// Its samples; 0 where there is none.
@@ -135,18 +179,19 @@ impl Scene {
 
     /// Opacities and colours of [`Scene::volume`].
     pub fn transfer(&self) -> Option<&TransferFunction> {
-        self.layers.iter().find_map(|layer| match &layer.look {
+        match &self.layers[self.field_index()?].look {
             Look::Field(transfer) => Some(transfer),
             _ => None,
-        })
+        }
     }
 
     /// The same, to be changed.
     pub fn transfer_mut(&mut self) -> Option<&mut TransferFunction> {
-        self.layers.iter_mut().find_map(|layer| match &mut layer.look {
+        let index = self.field_index()?;
+        match &mut self.layers[index].look {
             Look::Field(transfer) => Some(transfer),
             _ => None,
-        })
+        }
     }
 
     /// Whether a field of values is drawn.

@@ -109,3 +109,36 @@ impl std::fmt::Display for Refusal {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_rule_has_parts_that_can_be_asked_for_and_a_sentence_of_its_own() {
+        let grounds = [
+            Ground::Triangles("--kernel gouraud".to_owned()),
+            Ground::Projection(AlongRay::Maximum),
+            Ground::Vectors,
+            Ground::Hidden,
+        ];
+        let sentences = grounds.map(|ground| Refusal { part: Effect::Polygons, ground }.to_string());
+        for (i, sentence) in sentences.iter().enumerate() {
+            assert!(sentence.starts_with("expected ") && sentence.contains(", found "), "{sentence}");
+            assert!(sentence.contains("; ") && !sentence.ends_with('.'), "{sentence}");
+            assert!(sentences[..i].iter().all(|other| other != sentence));
+        }
+        for (parts, _) in RULES {
+            assert!(parts.iter().all(|part| Effect::ALL.contains(part)));
+        }
+    }
+
+    #[test]
+    fn triangles_are_what_gouraud_and_wide_kernels_shaded_first_are_drawn_as() {
+        let first = SplatSettings::SHADE_FIRST;
+        assert_eq!(Ground::of_mode(&SplatSettings::EXACT), None);
+        assert_eq!(Ground::of_mode(&first), None, "tiles can");
+        let wide = SplatSettings { extent: Some(12.0), ..first };
+        assert_eq!(Ground::of_mode(&wide), Some(Ground::Triangles("--extent 12".to_owned())));
+    }
+}

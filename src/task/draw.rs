@@ -121,6 +121,16 @@ pub enum DrawError {
     Gpu(#[from] GpuError),
 }
 
+impl DrawError {
+    /// Whether it says what cannot be drawn, of a device that is well.
+    pub(super) fn is_refusal(&self) -> bool {
+        match self {
+            Self::Interrupted | Self::TooLarge(_) => true,
+            Self::Gpu(error) => error.is_refusal(),
+        }
+    }
+}
+
 impl From<Cancelled> for DrawError {
     fn from(_: Cancelled) -> Self {
         Self::Interrupted

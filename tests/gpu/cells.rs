@@ -13,7 +13,7 @@ use voxsplat::task::still::{Refine, StillRequest};
 use voxsplat::volume::Lattice;
 
 use crate::engine::{Bench, large, rest, small};
-use crate::support::{SIZE, drawer, drawn, in_perspective, scene, wide};
+use crate::support::{SIZE, drawer, drawn, in_perspective, scene, volume_of, wide};
 
 fn cells_of(bench: &Bench) -> Arc<FoundCells> {
     let start = Instant::now();
@@ -45,7 +45,7 @@ fn the_cells_that_are_published_are_the_cut_that_is_drawn() {
             let found = cells_of(&bench);
             let cells = &found.cells;
             assert_eq!((cells.max_error, found.asked_error), (max_error, max_error));
-            assert!(!found.is_drawn && Arc::ptr_eq(&found.volume, scene.volume().expect("a field")));
+            assert!(!found.is_drawn && Arc::ptr_eq(&found.volume, volume_of(&scene)));
             let (cut, info) = drawn(&mut drawer, &scene, SIZE, Rung::Octree { max_error });
             assert_eq!((info.nodes, cells.cells.len() as u64), (cells.total, cells.total));
             let view = View::new(&scene, SIZE);
@@ -73,7 +73,10 @@ fn the_cells_that_are_published_are_the_cut_that_is_drawn() {
             }
             assert!(covered.iter().all(|&count| count <= 1), "cells overlap");
             for (i, &count) in covered.iter().enumerate() {
-                assert!(count == 1 || scene.volume().expect("a field").samples.get(i) <= 90.0, "voxel {i} is in none");
+                assert!(
+                    count == 1 || volume_of(&scene).samples.get(i) <= 90.0,
+                    "voxel {i} is in none"
+                );
             }
             counts.push(cells.total);
         }

@@ -8,6 +8,7 @@ use glam::DVec3;
 use voxsplat::core::Ticket;
 use voxsplat::gpu::Wishes;
 use voxsplat::kernel::Kernel;
+use voxsplat::plan::Plan;
 use voxsplat::reference::Rays;
 use voxsplat::scene::{Backend, Scene, SplatSettings};
 use voxsplat::task::draw::Rung;
@@ -496,28 +497,31 @@ fn the_faster_back_end_is_measured_for_each_kernel_and_a_choice_holds_against_it
     let Some(mut drawer) = drawer() else { return };
     let scene = with_kernel(small(), Kernel::Gaussian);
     let size = [64, 48];
-    drawer.prepare(&Plan::of(&scene, SIZE), &Ticket::new()).expect("the device prepares");
+    let plan_of = |scene: &Scene| Plan::of(scene, size);
+    let plan = plan_of(&scene);
+    drawer.prepare(&plan, &Ticket::new()).expect("the device prepares");
     for (raster_ms, faster) in [(1e9, Backend::Tiles), (1e-9, Backend::Raster)] {
-        drawer.calibrate(&scene, size, raster_ms, &mut ()).expect("it is measured");
-        assert_eq!(drawer.window_backend(&scene, size), faster);
-        assert!(!drawer.is_to_be_calibrated(&scene, size));
+        drawer.calibrate(&plan, raster_ms, &mut ()).expect("it is measured");
+        assert_eq!(drawer.window_backend(&plan), faster);
+        assert!(!drawer.is_to_be_calibrated(&plan));
     }
-    drawer.calibrate(&scene, size, 1e9, &mut ()).expect("it is measured");
+    drawer.calibrate(&plan, 1e9, &mut ()).expect("it is measured");
     for backend in [Backend::Raster, Backend::Tiles] {
         let mut chosen = scene.clone();
         chosen.splat.backend = backend;
-        assert_eq!(drawer.window_backend(&chosen, size), backend);
-        assert!(!drawer.is_to_be_calibrated(&chosen, size));
+        let chosen = plan_of(&chosen);
+        assert_eq!(drawer.window_backend(&chosen), backend);
+        assert!(!drawer.is_to_be_calibrated(&chosen));
     }
     let mut closer = scene.clone();
     closer.camera.parallel_scale /= 4.0;
-    assert!(drawer.is_to_be_calibrated(&closer, size), "larger kernels are another task");
-    let times = drawer.back_end_times(&scene, size).expect("it was measured");
+    assert!(drawer.is_to_be_calibrated(&plan_of(&closer)), "larger kernels are another task");
+    let times = drawer.back_end_times(&plan).expect("it was measured");
     assert_eq!((times.kernel, times.raster_ms), (Kernel::Gaussian, 1e9));
     assert!(times.tiles_ms > 0.0 && times.tiles_ms < 1e5, "{times:?}");
-    let other = Scene { volume: small().volume, ..scene.clone() };
-    drawer.prepare(&Plan::of(&other, SIZE), &Ticket::new()).expect("the device prepares");
-    assert!(drawer.is_to_be_calibrated(&scene, size), "another volume is another task");
+    let other = with_field(scene.clone(), Arc::clone(volume_of(&small())));
+    drawer.prepare(&plan_of(&other), &Ticket::new()).expect("the device prepares");
+    assert!(drawer.is_to_be_calibrated(&plan), "another volume is another task");
     let exact = Scene { splat: SplatSettings::EXACT, ..scene };
-    assert_eq!(drawer.window_backend(&exact, size), Backend::Tiles);
+    assert_eq!(drawer.window_backend(&plan_of(&exact)), Backend::Tiles);
 }

@@ -5,6 +5,7 @@ use glam::DVec3;
 use voxsplat::core::Ticket;
 use voxsplat::gpu::{GpuError, Renderer, Wishes};
 use voxsplat::kernel::Kernel;
+use voxsplat::plan::Plan;
 use voxsplat::scene::{Classify, Scene, SplatSettings};
 use voxsplat::task::draw::{DrawError, Drawer, Rung};
 use voxsplat::volume::{Lattice, Samples};
@@ -25,11 +26,9 @@ fn limited(bytes: u64) -> Option<Drawer> {
 
 fn with_samples(samples: Samples, scale: f64, offset: f64) -> Scene {
     let lattice = Lattice::unit(DIMS);
-    let mut scene = scene(lattice, DVec3::new(-0.6, 0.3, -0.7));
-    scene = with_field(scene, volume(lattice, samples));
-    *scene.transfer_mut().expect("a field") = moved(scale, offset);
-    scene.splat = SplatSettings::EXACT;
-    scene
+    let scene = scene(lattice, DVec3::new(-0.6, 0.3, -0.7));
+    let scene = with_transfer(with_field(scene, volume(lattice, samples)), moved(scale, offset));
+    Scene { splat: SplatSettings::EXACT, ..scene }
 }
 
 /// 0..256, one a sample.
@@ -52,9 +51,10 @@ fn pictures(scene: &Scene, bytes: u64) -> Option<(Vec<Light>, u64)> {
 #[track_caller]
 fn is_refused(scene: &Scene, bytes: u64) {
     let Some(mut drawer) = limited(bytes) else { return };
+    let plan = Plan::of(scene, SMALL);
     let refused = drawer
-        .prepare(scene, &Ticket::new())
-        .and_then(|_| drawer.draw(&Plan::of(scene, SMALL), Rung::Full, &mut ()).map(drop));
+        .prepare(&plan, &Ticket::new())
+        .and_then(|_| drawer.draw(&plan, Rung::Full, &mut ()).map(drop));
     let is_too_large = matches!(
         refused,
         Err(DrawError::Gpu(GpuError::TooLarge { what: "a volume to reconstruct", .. }))

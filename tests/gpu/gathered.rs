@@ -6,6 +6,7 @@ use voxsplat::accuracy::Difference;
 use voxsplat::core::{Camera, Srgb8, Ticket};
 use voxsplat::gpu::{Renderer, Wishes, tile_count};
 use voxsplat::kernel::{Kernel, RadialKernel};
+use voxsplat::plan::Plan;
 use voxsplat::reference::Rays;
 use voxsplat::scene::{OpacityModel, Order, Scene, SplatSettings, View, Visibility};
 use voxsplat::task::draw::{Drawer, Rung};
@@ -41,7 +42,7 @@ pub(crate) fn gathered(drawer: &mut Drawer, scene: &Scene, size: [u32; 2]) -> Li
 
 fn pieces(drawer: &mut Drawer, scene: &Scene, size: [u32; 2], stop: f64, piece: u32) -> Light {
     scene.splat.check().expect("a mode that means something");
-    drawer.prepare(scene, &Ticket::new()).expect("the device prepares");
+    drawer.prepare(&Plan::of(scene, size), &Ticket::new()).expect("the device prepares");
     let renderer = &mut drawer.renderer;
     let (view, unit) = (View::new(scene, size), scene.opacity_unit_distance());
     renderer.begin(&view, scene.splat.kernel, scene.splat.extent, unit).expect("a sound view");
@@ -286,8 +287,11 @@ fn red_over_blue_is_westovers_example() {
     let Some(mut drawer) = drawer() else { return };
     let lattice = Lattice::unit([2, 1, 24]);
     let mut scene = scene(lattice, DVec3::Z);
-    scene = with_field(scene, volume(lattice, Samples::UInt8((0..48).map(|i| u8::from(i >= 2)).collect())));
-    *scene.transfer_mut().expect("a field") = TransferFunction::of(
+    scene = with_field(
+        scene,
+        volume(lattice, Samples::UInt8((0..48).map(|i| u8::from(i >= 2)).collect())),
+    );
+    *transfer_of(&mut scene) = TransferFunction::of(
         vec![(0.0, 1.0), (1.0, 1.0)],
         ColourSource::Stops(vec![(0.0, Srgb8([255, 0, 0])), (1.0, Srgb8([0, 0, 255]))]),
     );
@@ -334,7 +338,7 @@ fn capped_sums_are_counted() {
     // Boxes of 0.9, five behind one another: a little over 1, or a little under.
     scene = with_field(scene, volume(Lattice::unit([6, 6, 5]), Samples::UInt8(vec![200; 180])));
     scene.camera = Camera::new(DVec3::new(2.5, 2.5, 2.0), DVec3::Z, DVec3::Y, 2.0);
-    scene.transfer_mut().expect("a field").opacity = vec![(0.0, 0.9)];
+    transfer_of(&mut scene).opacity = vec![(0.0, 0.9)];
     scene.splat.kernel = Kernel::Nearest;
     scene.splat.order = Order::BackToFront;
     for visibility in [Visibility::EverySample, Visibility::Sheets] {
@@ -424,7 +428,7 @@ fn boxes_and_veils_in_slabs_are_the_same_by_lists() {
             s.slabs_per_voxel = 4.0;
         });
         let mut scene = with(&scene, |s| s.backend = voxsplat::scene::Backend::Tiles);
-        scene.transfer_mut().expect("a field").opacity = vec![(90.0, 0.0), (255.0, most)];
+        transfer_of(&mut scene).opacity = vec![(90.0, 0.0), (255.0, most)];
         let rays = gathered(&mut drawer, &scene, ODD);
         let (lists, _) = drawn(&mut drawer, &scene, ODD, Rung::Octree { max_error: 0.0 });
         let greatest = rays.iter().map(|p| p[3]).fold(0.0, f64::max);

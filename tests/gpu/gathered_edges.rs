@@ -70,7 +70,8 @@ fn slices_behind_an_eye_in_an_empty_brick_are_not_leapt_over() {
     // Bricks of 8: the eye is in the middle one, at 10.4, and kernels reach from 7 to it.
     let value = |i: usize| if (8..16).contains(&(i % 24)) { 0 } else { 120 + (i % 120) as u8 };
     let mut scene = in_perspective(scene(lattice, DVec3::new(0.8, 0.6, 0.1)), 100.0);
-    scene = with_field(scene, volume(lattice, Samples::UInt8((0..lattice.len()).map(value).collect())));
+    scene =
+        with_field(scene, volume(lattice, Samples::UInt8((0..lattice.len()).map(value).collect())));
     scene.splat.kernel = Kernel::Gaussian;
     scene.splat.extent = Some(6.0);
     scene.camera.parallel_scale = 2.0;
@@ -154,7 +155,7 @@ fn empty_bricks_change_no_picture() {
             let modes = modes(&scene, kernel).into_iter();
             for (name, mut scene) in modes.filter(|(_, s)| s.splat.slabs_per_voxel == 1.0) {
                 let [found, expected] = [0.0, 1e-12].map(|least| {
-                    scene.transfer_mut().expect("a field").opacity = vec![(100.0, least), (101.0, 0.95)];
+                    transfer_of(&mut scene).opacity = vec![(100.0, least), (101.0, 0.95)];
                     gathered(&mut drawer, &scene, SMALL)
                 });
                 let seen = expected.iter().filter(|p| p[3] > 0.1).count();

@@ -9,14 +9,17 @@ use voxsplat::kernel::Kernel;
 use voxsplat::polygons::Mesh;
 use voxsplat::reference::Reference;
 use voxsplat::scene::{
-    Backend, Lighting, OpacityModel, Order, Scene, Shading, SplatSettings, View,
-    Visibility,
+    Backend, Lighting, OpacityModel, Order, Scene, Shading, SplatSettings, View, Visibility,
 };
 use voxsplat::task::draw::{Drawer, Rung};
 use voxsplat::volume::{Lattice, Samples};
 
-use crate::polygons::{SIZE, WITHIN, agrees, both, clear, coloured, compares, exact, layer, shards};
-use crate::support::{context, drawer, drawn, in_perspective, random, volume, with_field, with_polygons};
+use crate::polygons::{
+    SIZE, WITHIN, agrees, both, clear, coloured, compares, exact, layer, shards,
+};
+use crate::support::{
+    context, drawer, drawn, in_perspective, random, volume, with_field, with_polygons,
+};
 
 fn first(kernel: Kernel, visibility: Visibility, sheets: u32) -> Scene {
     let splat = SplatSettings {

@@ -261,7 +261,7 @@ fn no_splat_of_a_long_list_is_left_out() {
         let lattice = Lattice { spacing: spacing * 2.0, ..Lattice::unit([7, 7, count / 2]) };
         let values = (0..lattice.len()).map(|i| (random(7, i) * 255.99) as u8).collect();
         let mut scene = with_field(scene, volume(lattice, Samples::UInt8(values)));
-        scene.transfer_mut().expect("a field").opacity = vec![(0.0, 0.0), (255.0, 0.02)];
+        transfer_of(&mut scene).opacity = vec![(0.0, 0.0), (255.0, 0.02)];
         scene
     };
     let askew = beside_field(deep(90, DVec3::new(0.5, 0.4, -1.0)));

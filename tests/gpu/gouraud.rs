@@ -4,6 +4,7 @@ use glam::{DMat3, DVec3};
 use voxsplat::accuracy::rmse;
 use voxsplat::gpu::{Renderer, Wishes};
 use voxsplat::kernel::{Kernel, Subdivisions};
+use voxsplat::plan::Plan;
 use voxsplat::reference::{RefKernel, Reference};
 use voxsplat::scene::{OpacityModel, Scene, View};
 use voxsplat::task::draw::{Drawer, Rung};
@@ -110,7 +111,9 @@ fn nodes_of_many_sides_are_the_references() {
             for scene in
                 [mesh(base.clone(), angles, rings), published(mesh(base.clone(), angles, rings))]
             {
-                drawer.prepare(&scene, &Default::default()).expect("the device prepares");
+                drawer
+                    .prepare(&Plan::of(&scene, SIZE), &Default::default())
+                    .expect("the device prepares");
                 let (view, unit) = (View::new(&scene, SIZE), scene.opacity_unit_distance());
                 drawer.renderer.begin_meshes(&view, &scene.splat, unit).expect("it begins");
                 drawer.renderer.draw_records(&records).expect("it draws");
@@ -172,7 +175,7 @@ fn meshes_converge_to_the_footprint_at_second_order() {
     let Some(mut drawer) = drawer() else { return };
     for (name, opacity) in [("thin", 0.02), ("dense", 0.8)] {
         let mut base = scene(Lattice::unit([5, 4, 6]), OBLIQUE);
-        base.transfer_mut().expect("a field").opacity = vec![(90.0, 0.0), (255.0, opacity)];
+        transfer_of(&mut base).opacity = vec![(90.0, 0.0), (255.0, opacity)];
         let base = in_perspective(base, 25.0);
         let (footprints, _) = drawn(&mut drawer, &base, SIZE, Rung::Full);
         let error = |drawer: &mut Drawer, angles, rings| {
@@ -197,7 +200,7 @@ fn published_opacities_over_1_are_capped_and_counted() {
     let lattice = Lattice { spacing: DVec3::new(1.0, 1.0, 2.0), ..Lattice::unit([1, 1, 1]) };
     let mut scene = published(with_kernel(scene(lattice, DVec3::Z), Kernel::Gouraud));
     scene.splat.opacity_unit_distance = Some(1.0);
-    scene.transfer_mut().expect("a field").opacity = vec![(0.0, 0.9999)];
+    transfer_of(&mut scene).opacity = vec![(0.0, 0.9999)];
     let expected = expected(&scene, None);
     let (found, _) = drawn(&mut drawer, &scene, SIZE, Rung::Full);
     print_measured("one capped mesh", &found, &expected);

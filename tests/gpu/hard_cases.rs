@@ -6,6 +6,7 @@ use voxsplat::accuracy::{Difference, rmse};
 use voxsplat::core::Ticket;
 use voxsplat::gpu::{Renderer, Wishes};
 use voxsplat::kernel::Kernel;
+use voxsplat::plan::Plan;
 use voxsplat::reference::{Rays, Reference};
 use voxsplat::scene::{Backend, Order, Scene, SplatSettings, View, Visibility};
 use voxsplat::task::draw::{Drawer, Rung};
@@ -270,7 +271,7 @@ fn four_thousand_and_ninety_six_layers() {
     for (name, opacity) in [("soft", 0.002), ("solid", 0.9)] {
         let mut scene = scene(Lattice::unit([1, 1, 4096]), DVec3::Z);
         scene.camera.parallel_scale = 1.3;
-        scene.transfer_mut().expect("a field").opacity = vec![(0.0, 0.0), (255.0, opacity)];
+        transfer_of(&mut scene).opacity = vec![(0.0, 0.0), (255.0, opacity)];
         for (mode, scene, mut within) in modes(&scene) {
             if opacity > 0.5 && mode != "exact" {
                 // The rim's polynomial, off by 6e-5 of the peak, four thousand times over.
@@ -411,7 +412,7 @@ fn two_renderers_draw_the_same_bits() {
             let one = drawn(&mut shared, &scene, SMALL, Rung::Full).0;
             let other = drawn(&mut own, &scene, SMALL, Rung::Full).0;
             assert!(one == other, "{mode}: {:?}", Difference::between(&one, &other));
-            own.prepare(&Plan::of(&scene, SIZE), &Ticket::new()).expect("it prepares twice");
+            own.prepare(&Plan::of(&scene, SMALL), &Ticket::new()).expect("it prepares twice");
             let again = drawn(&mut own, &scene, SMALL, Rung::Full).0;
             assert!(one == again, "{mode}, again");
         }

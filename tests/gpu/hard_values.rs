@@ -214,7 +214,7 @@ fn opacity_one_is_the_transmittance_floor_on_both_sides() {
     // One voxel alone, where the floor is what is seen.
     let mut one = scene(Lattice::unit([1, 1, 1]), OBLIQUE);
     one = with_field(one, volume(Lattice::unit([1, 1, 1]), Samples::UInt8(vec![200])));
-    one.transfer_mut().expect("a field").opacity = vec![(0.0, 1.0)];
+    transfer_of(&mut one).opacity = vec![(0.0, 1.0)];
     agrees(&mut drawer, "one voxel of alpha 1", &one, EXACT);
 }
 
@@ -225,7 +225,7 @@ fn the_transmittance_floor_is_one_part_in_ten_thousand() {
     let lattice = Lattice::unit([3, 3, 1]);
     let mut scene = with_kernel(scene(lattice, DVec3::Z), Kernel::Nearest);
     scene = with_field(scene, volume(lattice, Samples::UInt8(vec![200; 9])));
-    scene.transfer_mut().expect("a field").opacity = vec![(0.0, 1.0)];
+    transfer_of(&mut scene).opacity = vec![(0.0, 1.0)];
     let (found, _) = drawn(&mut drawer, &scene, SIZE, Rung::Full);
     let middle = found[40 * 96 + 48][3];
     // Measured: 1.0e-4 to within 1e-6.
@@ -240,9 +240,12 @@ fn bricks_of_infinities_and_of_nan_alone_are_what_their_values_are() {
     for value in [f32::INFINITY, f32::NEG_INFINITY, f32::NAN] {
         let sample = |i: usize| if i % 24 < 8 { value } else { (i % 24) as f32 };
         let mut scene = scene(lattice, OBLIQUE);
-        scene = with_field(scene, volume(lattice, Samples::Float32((0..24 * 64).map(sample).collect())));
+        scene = with_field(
+            scene,
+            volume(lattice, Samples::Float32((0..24 * 64).map(sample).collect())),
+        );
         // Opaque at both ends, clear between but for 20..24.
-        scene.transfer_mut().expect("a field").opacity = vec![(0.0, 0.4), (8.0, 0.0), (18.0, 0.0), (24.0, 0.4)];
+        transfer_of(&mut scene).opacity = vec![(0.0, 0.4), (8.0, 0.0), (18.0, 0.0), (24.0, 0.4)];
         agrees(&mut drawer, &format!("a brick of {value}"), &scene, EXACT);
     }
 }

@@ -13,7 +13,8 @@ use voxsplat::task::draw::{Drawer, Rung};
 use voxsplat::volume::{Lattice, Samples};
 
 use crate::support::{
-    Light, Within, context, drawer, drawn, fault, in_perspective, print_measured, scene, volume,
+    Light, Within, context, drawer, drawn, fault, in_perspective, print_measured, scene,
+    transfer_of, volume, volume_of, with_field,
 };
 
 const SIZE: [u32; 2] = [36, 30];
@@ -178,11 +179,11 @@ fn previews_are_cut_as_the_exact_picture_is() {
     let scene = both(exact(lattice()), CutFaces::Coloured);
     let (exact, _) = drawn(&mut drawer, &scene, SIZE, Rung::Full);
     let ticket = voxsplat::core::Ticket::new();
-    let tents = voxsplat::kernel::nearest_tents(scene.volume().expect("a field"), &ticket).expect("made");
+    let tents = voxsplat::kernel::nearest_tents(volume_of(&scene), &ticket).expect("made");
     let splat = SplatSettings { kernel: Kernel::Linear, ..SplatSettings::EXACT };
     drawer
         .renderer
-        .set_field(SlabField::Preview, scene.volume().expect("a field"), &splat, tents, &ticket)
+        .set_field(SlabField::Preview, volume_of(&scene), &splat, tents, &ticket)
         .expect("set");
     let rung = Rung::Reduced { field: SlabField::Preview, shrink: 1.0 };
     let (quick, drawn) = drawn(&mut drawer, &scene, SIZE, rung);
@@ -247,7 +248,10 @@ fn a_projection_is_of_values_alone() {
     let scene = projected(AlongRay::Maximum);
     let (found, _) = drawn(&mut drawer, &scene, SIZE, Rung::Full);
     let mut other = scene.clone();
-    other.transfer_mut().expect("a field").opacity.iter_mut().for_each(|(_, alpha)| *alpha = (*alpha * 0.1).max(0.01));
+    transfer_of(&mut other)
+        .opacity
+        .iter_mut()
+        .for_each(|(_, alpha)| *alpha = (*alpha * 0.1).max(0.01));
     other.shading = Shading { lighting: Some(Lighting::default()), ..Shading::default() };
     other.splat.order = Order::BackToFront;
     let (same, _) = drawn(&mut drawer, &other, SIZE, Rung::Full);
@@ -282,7 +286,7 @@ fn hill_without(lattice: Lattice, is_missing: impl Fn(usize) -> bool) -> Scene {
     };
     let value = |i| if is_missing(i) { f64::NAN } else { value(i) };
     let samples = Samples::Float32((0..lattice.len()).map(|i| value(i) as f32).collect());
-    Scene { volume: volume(lattice, samples), ..base }
+    with_field(base, volume(lattice, samples))
 }
 
 fn iso(value: f64, opacity: f64) -> Isosurface {
@@ -323,7 +327,7 @@ fn agrees_but_for_edges(name: &str, scene: &Scene) {
 fn isosurfaces_are_the_references() {
     let levels = || vec![iso(60.0, 0.4), iso(150.0, 1.0)];
     let clear = |mut scene: Scene| {
-        scene.transfer_mut().expect("a field").opacity.iter_mut().for_each(|(_, alpha)| *alpha = 0.0);
+        transfer_of(&mut scene).opacity.iter_mut().for_each(|(_, alpha)| *alpha = 0.0);
         scene
     };
     agrees("alone", &clear(with_levels(hill(lattice()), levels())), SURFACES);
@@ -392,11 +396,11 @@ fn slices_are_the_references_at_their_depth() {
 fn samples_without_data_have_no_surface_no_slice_and_no_value() {
     let holed = || hill_without(lattice(), |i| i % 11 == 5);
     let mut surfaces = with_levels(holed(), vec![iso(60.0, 0.4), iso(150.0, 1.0)]);
-    surfaces.transfer_mut().expect("a field").opacity.iter_mut().for_each(|(_, alpha)| *alpha = 0.0);
+    transfer_of(&mut surfaces).opacity.iter_mut().for_each(|(_, alpha)| *alpha = 0.0);
     agrees_but_for_edges("levels among holes", &surfaces);
     let mut sliced = holed();
     sliced.inside.slices = vec![Slice { plane: plane(&lattice()), opacity: 0.6 }];
-    sliced.transfer_mut().expect("a field").opacity.iter_mut().for_each(|(_, alpha)| *alpha = 0.0);
+    transfer_of(&mut sliced).opacity.iter_mut().for_each(|(_, alpha)| *alpha = 0.0);
     agrees_but_for_edges("a slice among holes", &sliced);
     for along in [AlongRay::Maximum, AlongRay::Average] {
         let mut projected = holed();

@@ -47,7 +47,7 @@ fn constant_cube(opacity: f64) -> Scene {
     let lattice = Lattice::unit([32; 3]);
     let mut scene = scene(lattice, DVec3::Z);
     scene = with_field(scene, volume(lattice, Samples::UInt8(vec![200; 32 * 32 * 32])));
-    scene.transfer_mut().expect("a field").opacity = vec![(0.0, opacity)];
+    transfer_of(&mut scene).opacity = vec![(0.0, opacity)];
     scene.camera = Camera::new(lattice.centre(), DVec3::Z, DVec3::Y, 20.0);
     scene
 }

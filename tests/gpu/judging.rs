@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use voxsplat::core::Ticket;
 use voxsplat::kernel::Kernel;
-use voxsplat::scene::{Scene, SplatSettings, opening};
+use voxsplat::scene::{SampleSource, Scene, SplatSettings, opening};
 use voxsplat::task::engine::{Effort, EngineState, Picture, SecondPicture, SecondRequest};
 use voxsplat::task::estimate::shown_rmse;
 use voxsplat::volume::{Component, ScalarVolume, demo};

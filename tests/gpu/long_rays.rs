@@ -4,6 +4,7 @@
 use glam::DVec3;
 use voxsplat::gpu::{GpuError, Renderer, Wishes};
 use voxsplat::kernel::Kernel;
+use voxsplat::plan::Plan;
 use voxsplat::reference::Reference;
 use voxsplat::scene::{
     Classify, MOST_SLABS_PER_VOXEL, OpacityModel, Order, Reconstruction, Scene, SplatSettings,
@@ -22,7 +23,7 @@ const SIZE: [u32; 2] = [6, 5];
 fn row(splat: SplatSettings) -> Scene {
     let mut scene = scene(Lattice::unit([1, 1, 4096]), DVec3::Z);
     scene.camera.parallel_scale = 1.3;
-    scene.transfer_mut().expect("a field").opacity = vec![(0.0, 0.0), (255.0, 2e-3)];
+    transfer_of(&mut scene).opacity = vec![(0.0, 0.0), (255.0, 2e-3)];
     scene.splat = splat;
     scene
 }
@@ -105,7 +106,7 @@ fn thousands_of_shade_first_slabs_have_the_alpha_of_their_slices() {
     let lattice = Lattice::unit([1, 1, 4096]);
     let mut scene = scene(lattice, DVec3::Z);
     scene = with_field(scene, volume(lattice, Samples::UInt8(vec![200; 4096])));
-    *scene.transfer_mut().expect("a field") = TransferFunction::of(
+    *transfer_of(&mut scene) = TransferFunction::of(
         vec![(0.0, 2e-4)],
         ColourSource::Map { map: ColourMap::Viridis, range: [0.0, 255.0] },
     );
@@ -236,8 +237,9 @@ fn a_step_that_the_loops_cannot_hold_is_refused() {
     let Some(mut drawer) = held_to(Some(300)) else { return };
     let mut scene = scene(Lattice::unit([9, 8, 10]), DVec3::new(0.35, -0.52, 0.78));
     scene.splat = SplatSettings { extent: Some(8.0), ..SHADED_SLABS };
-    drawer.prepare(&scene, &voxsplat::core::Ticket::new()).expect("the device prepares");
-    let refused = drawer.draw(&Plan::of(&scene, [24, 20]), Rung::Full, &mut ());
+    let plan = Plan::of(&scene, [24, 20]);
+    drawer.prepare(&plan, &voxsplat::core::Ticket::new()).expect("the device prepares");
+    let refused = drawer.draw(&plan, Rung::Full, &mut ());
     let Err(DrawError::Gpu(error @ GpuError::TooLarge { .. })) = refused else {
         panic!("{refused:?}");
     };

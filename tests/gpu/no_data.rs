@@ -44,7 +44,7 @@ fn holed(lattice: Lattice) -> Samples {
 fn with_holes(no_data: NoData) -> Scene {
     let mut scene = scene(lattice(), DVec3::new(0.4, 0.9, -0.5));
     scene = with_field(scene, volume(lattice(), holed(lattice())));
-    scene.transfer_mut().expect("a field").no_data = no_data;
+    transfer_of(&mut scene).no_data = no_data;
     Scene { splat: SplatSettings::EXACT, ..scene }
 }
 
@@ -55,7 +55,7 @@ fn agrees(name: &str, scene: &Scene, within: Within) {
     };
     let expected = reference(scene);
     let mut without = scene.clone();
-    without.transfer_mut().expect("a field").no_data = NoData::default();
+    transfer_of(&mut without).no_data = NoData::default();
     let apart = voxsplat::accuracy::rmse(&expected, &reference(&without)).expect("one size");
     assert!(apart > 20.0 * within.rmse, "{name}: NaN is hardly seen: {apart:e}");
     let Some(mut drawer) = drawer() else { return };
@@ -129,7 +129,7 @@ fn shaded_first_no_data_is_a_sample_like_any_other() {
         let within = Within { max_abs: 1e-3, rmse: 8e-5, bias: 6e-6 };
         assert_eq!(fault(&found, &expected, within), None, "{}", kernel.name());
         let mut without = scene.clone();
-        without.transfer_mut().expect("a field").no_data = NoData::default();
+        transfer_of(&mut without).no_data = NoData::default();
         let (without, _) = drawn(&mut drawer, &without, SIZE, Rung::Full);
         assert!(voxsplat::accuracy::rmse(&found, &without).expect("one size") > 0.01);
     }
@@ -145,8 +145,11 @@ fn blocks_of_no_data_in_empty_space_are_found() {
         if is_block { f32::NAN } else { 10.0 + (i % 3) as f32 }
     };
     let mut scene = scene(lattice, DVec3::new(0.4, 0.3, -0.8));
-    scene = with_field(scene, volume(lattice, Samples::Float32((0..lattice.len()).map(sample).collect())));
-    scene.transfer_mut().expect("a field").no_data = NO_DATA;
+    scene = with_field(
+        scene,
+        volume(lattice, Samples::Float32((0..lattice.len()).map(sample).collect())),
+    );
+    transfer_of(&mut scene).no_data = NO_DATA;
     for (kernel, splat) in [
         (Kernel::BSpline, SplatSettings::EXACT),
         (Kernel::Linear, SplatSettings { classify: Classify::After, ..SplatSettings::EXACT }),

@@ -4,13 +4,15 @@ use glam::{DMat3, DVec3};
 use voxsplat::core::Ticket;
 use voxsplat::gpu::layout::Record;
 use voxsplat::kernel::Kernel;
+use voxsplat::plan::Plan;
 use voxsplat::reference::{Rays, RefKernel, every_sample};
 use voxsplat::scene::View;
 use voxsplat::task::draw::Rung;
 use voxsplat::volume::{Lattice, Samples};
 
 use crate::support::{
-    SIZE, Within, agrees, drawer, drawn, fault, in_perspective, print_measured, scene, volume, wide,
+    SIZE, Within, agrees, drawer, drawn, fault, in_perspective, print_measured, scene, transfer_of,
+    volume, wide, with_field,
 };
 
 #[test]
@@ -55,7 +57,7 @@ fn nothing_of_the_scene_before_stays_when_function_or_unit_change() {
     let within = Within { max_abs: 2e-3, rmse: 1e-4, bias: 2e-5 };
     let mut scene = scene(Lattice::unit([9; 3]), DVec3::new(0.5, -0.4, 0.7));
     agrees(&mut drawer, "as it opens", &scene, within);
-    scene.transfer_mut().expect("a field").opacity = vec![(40.0, 0.5), (120.0, 0.0)];
+    transfer_of(&mut scene).opacity = vec![(40.0, 0.5), (120.0, 0.0)];
     agrees(&mut drawer, "another function", &scene, within);
     scene.splat.opacity_unit_distance = Some(3.0);
     agrees(&mut drawer, "another unit distance", &scene, within);
@@ -72,8 +74,9 @@ fn no_data_stays_nothing_where_even_the_least_value_is_opaque() {
     let Some(mut drawer) = drawer() else { return };
     let mut scene = scene(Lattice::unit([6; 3]), DVec3::new(0.5, -0.4, 0.7));
     let values = (0..216).map(|i| if i % 3 == 0 { f32::NAN } else { (i % 50) as f32 });
-    scene = with_field(scene, volume(scene.lattice(), Samples::Float32(values.collect())));
-    scene.transfer_mut().expect("a field").opacity = vec![(0.0, 0.6), (50.0, 0.2)];
+    let values = volume(scene.lattice(), Samples::Float32(values.collect()));
+    scene = with_field(scene, values);
+    transfer_of(&mut scene).opacity = vec![(0.0, 0.6), (50.0, 0.2)];
     agrees(
         &mut drawer,
         "NaN beside opaque lows",
@@ -87,7 +90,7 @@ fn light_is_finite_and_alpha_within_0_and_1_however_deep_a_voxel_is() {
     let Some(mut drawer) = drawer() else { return };
     let mut scene = scene(Lattice::unit([12; 3]), DVec3::new(0.5, -0.4, 0.7));
     // From nearly clear to opaque: the polynomial's rim is where a depth could turn negative.
-    scene.transfer_mut().expect("a field").opacity = vec![(0.0, 0.0), (255.0, 1.0)];
+    transfer_of(&mut scene).opacity = vec![(0.0, 0.0), (255.0, 1.0)];
     for kernel in Kernel::ALL {
         scene.splat.kernel = kernel;
         for unit in [1.0, 1e-4, 1e-8, 1e-12, 1e-30] {

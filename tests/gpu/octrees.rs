@@ -7,14 +7,17 @@ use voxsplat::core::{Srgb8, Ticket};
 use voxsplat::gpu::layout::Record;
 use voxsplat::gpu::{BrickRows, OctreeBuilder, Renderer, Wishes};
 use voxsplat::hierarchy::{CutNode, ErrorMeasure, Node, Pyramid, PyramidParts};
-use voxsplat::scene::{Scene, SplatSettings, View, opening};
+use voxsplat::plan::Plan;
+use voxsplat::scene::{SampleSource, Scene, SplatSettings, View, opening};
 use voxsplat::task::draw::{Drawer, Rung};
 use voxsplat::task::engine::Effort;
 use voxsplat::transfer::{ColourSource, NoData, Table, TransferFunction};
 use voxsplat::volume::{Component, Lattice, Samples, ScalarVolume, demo};
 
 use crate::engine::{Bench, rest};
-use crate::support::{context, drawn, noise, random, scene, volume, wide};
+use crate::support::{
+    context, drawn, noise, random, scene, volume, volume_of, wide, with_field, with_transfer,
+};
 
 const ON_DEVICE: Wishes =
     Wishes { float32_blending: true, timestamps: true, octrees: Some(OctreeBuilder::Device) };
@@ -324,11 +327,12 @@ fn quick_pictures_of_cuts_are_thinned() {
     let (found, coarse) = drawn(&mut drawer, &scene, FRAME, Rung::Coarse { budget_ms: 2.0 });
     let (cut, _) = drawer.take_cut().expect("it was kept");
     assert!(cut.nodes.len() > 50 && cut.nodes.len() as u64 == coarse.nodes);
-    let table = Table::new(scene.transfer().expect("a field"), scene.volume().expect("a field").samples.scalar_type());
+    let table =
+        Table::new(scene.transfer().expect("a field"), volume_of(&scene).samples.scalar_type());
     let unit = scene.opacity_unit_distance();
     let depth = scene.lattice().axes().determinant().abs().cbrt() / unit;
     let measure = ErrorMeasure::Classified;
-    let pyramid = Pyramid::build(scene.volume().expect("a field"), &table, depth, measure, &Ticket::new());
+    let pyramid = Pyramid::build(volume_of(&scene), &table, depth, measure, &Ticket::new());
     let factor = pyramid.expect("not cancelled").thinning.factor(&cut.nodes);
     println!("measured {factor} of {} nodes", cut.nodes.len());
     assert!(factor < 0.97, "{factor}");
@@ -349,6 +353,10 @@ fn quick_pictures_of_cuts_are_thinned() {
 const HEAVY: [usize; 3] = [104; 3];
 const FRAME: [u32; 2] = [96, 80];
 
+fn plan_of(scene: &Scene) -> Plan {
+    Plan::of(scene, FRAME)
+}
+
 fn heavy(colour: Srgb8, opacity: f64) -> Scene {
     let scene = scene(Lattice::unit(HEAVY), DVec3::new(0.3, -0.5, 0.8));
     recoloured(&scene, colour, opacity)
@@ -359,7 +367,7 @@ fn recoloured(scene: &Scene, colour: Srgb8, opacity: f64) -> Scene {
         vec![(90.0, 0.0), (160.0, 0.1 * opacity), (255.0, opacity)],
         ColourSource::Stops(vec![(0.0, colour), (255.0, colour)]),
     );
-    Scene { transfer, ..scene.clone() }
+    with_transfer(scene.clone(), transfer)
 }
 
 const RED: Srgb8 = Srgb8([255, 0, 0]);
@@ -373,35 +381,37 @@ fn a_drag_is_seen_from_coarse_levels_and_pieces_follow_until_all_of_it_is_there(
     let [mut drawer, mut other] = [device, host].map(|c| Drawer::new(Renderer::new(c)));
     let first = heavy(RED, 0.7);
     let (ticket, budget_ms) = (Ticket::new(), 15.0);
-    drawer.prepare_preview(&first, FRAME, budget_ms, &ticket).expect("prepared");
+    let plan = plan_of(&first);
+    drawer.prepare_preview(&plan, budget_ms, &ticket).expect("prepared");
     assert!(drawer.has_coarse_octree());
     assert_eq!(drawer.octree_builder(), Some(OctreeBuilder::Device));
     let uploads = drawer.renderer.upload_count();
     assert!(!drawer.advance_octree().expect("a device"), "nobody began it");
-    drawer.begin_octree(&first).expect("begun");
+    drawer.begin_octree(&plan).expect("begun");
     assert!(drawer.advance_octree().expect("a device"), "not all of it at once");
 
     let moved = recoloured(&first, GREEN, 0.02);
-    drawer.prepare_preview(&moved, FRAME, budget_ms, &ticket).expect("prepared");
+    let plan = plan_of(&moved);
+    drawer.prepare_preview(&plan, budget_ms, &ticket).expect("prepared");
     assert!(!drawer.advance_octree().expect("a device"), "that of the function before");
-    let coarse = drawer.draw(&Plan::of(&moved, FRAME), Rung::Coarse { budget_ms }, &mut ()).expect("drawn");
+    let coarse = drawer.draw(&plan, Rung::Coarse { budget_ms }, &mut ()).expect("drawn");
     assert!(coarse.nodes > 0 && coarse.max_error > 0.0);
     let seen = wide(&drawer.renderer.read_light().expect("read"));
     assert!(seen.iter().all(|p| p[0] == 0.0) && seen.iter().any(|p| p[1] > 0.0));
     let held = drawer.renderer.size_bytes();
-    drawer.begin_octree(&moved).expect("begun");
+    drawer.begin_octree(&plan).expect("begun");
     let mut pieces = 1;
     while drawer.advance_octree().expect("a device") {
         assert!(drawer.has_coarse_octree(), "the coarse one stays until then");
         pieces += 1;
     }
     assert!(pieces > 2, "{pieces} pieces");
-    drawer.prepare(&moved, &ticket).expect("prepared");
+    drawer.prepare(&plan, &ticket).expect("prepared");
     assert!(!drawer.has_coarse_octree());
     assert_eq!(drawer.octree_builder(), Some(OctreeBuilder::Device));
     assert_eq!(drawer.renderer.upload_count(), uploads, "the samples were there");
 
-    other.prepare(&moved, &ticket).expect("prepared");
+    other.prepare(&plan, &ticket).expect("prepared");
     assert_eq!(other.octree_builder(), Some(OctreeBuilder::Host));
     assert_eq!(drawer.active_count(), other.active_count());
     assert_eq!(drawer.renderer.size_bytes(), held, "bricks are let go");
@@ -424,22 +434,21 @@ fn only_who_asks_for_an_octree_has_the_device_build_one() {
     let [Some(device), Some(host)] = [ON_DEVICE, Wishes::default()].map(context) else { return };
     let mut drawers = [device, host].map(|c| Drawer::new(Renderer::new(c)));
     let base = scene(Lattice::unit([24; 3]), DVec3::new(0.3, -0.5, 0.8));
-    let exact = Scene { splat: SplatSettings::EXACT, ..base.clone() };
+    let exact = plan_of(&Scene { splat: SplatSettings::EXACT, ..base.clone() });
     let ticket = Ticket::new();
     let seen = drawers.each_mut().map(|drawer| {
-        drawer.prepare_preview(&exact, FRAME, 15.0, &ticket).expect("prepared");
-        let rung = Rung::Full;
-        drawer.draw(&Plan::of(&exact, FRAME), rung, &mut ()).expect("drawn");
+        drawer.prepare_preview(&exact, 15.0, &ticket).expect("prepared");
+        drawer.draw(&exact, Rung::Full, &mut ()).expect("drawn");
         let light = drawer.renderer.read_light().expect("read");
         (light, drawer.renderer.size_bytes(), drawer.renderer.pipeline_count())
     });
     assert!(seen[0] == seen[1]);
     let [device, _] = &mut drawers;
-    let volume = &base.volume;
+    let volume = volume_of(&base);
     assert!(!device.renderer.builds_octree(volume, ErrorMeasure::OpticalDepth));
     let mut deep = base.clone();
     deep.splat.cut.measure = ErrorMeasure::OpticalDepth;
-    device.prepare(&deep, &ticket).expect("prepared");
+    device.prepare(&plan_of(&deep), &ticket).expect("prepared");
     assert_eq!(device.octree_builder(), Some(OctreeBuilder::Host));
     // No level 3, and values that 32 bits have no room for.
     for (dims, samples, measure) in [
@@ -451,17 +460,17 @@ fn only_who_asks_for_an_octree_has_the_device_build_one() {
             ErrorMeasure::Scalar,
         ),
     ] {
-        let mut odd = Scene { volume: volume_of(dims, samples), ..base.clone() };
+        let mut odd = with_field(base.clone(), unit_volume(dims, samples));
         odd.splat.cut.measure = measure;
-        device.prepare(&odd, &ticket).expect("prepared");
+        device.prepare(&plan_of(&odd), &ticket).expect("prepared");
         assert_eq!(device.octree_builder(), Some(OctreeBuilder::Host), "{dims:?}");
         assert!(device.active_count().is_some());
     }
-    device.prepare(&base, &ticket).expect("prepared");
+    device.prepare(&plan_of(&base), &ticket).expect("prepared");
     assert_eq!(device.octree_builder(), Some(OctreeBuilder::Device));
 }
 
-fn volume_of(dims: [usize; 3], samples: Samples) -> Arc<ScalarVolume> {
+fn unit_volume(dims: [usize; 3], samples: Samples) -> Arc<ScalarVolume> {
     volume(Lattice::unit(dims), samples)
 }
 

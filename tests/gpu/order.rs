@@ -40,8 +40,10 @@ fn expected(scene: &Scene) -> Vec<([usize; 3], f32)> {
     traversal(&scene.lattice(), &scene.camera)
         .into_iter()
         .filter_map(|[x, y, z]| {
-            let value = scene.volume().expect("a field").samples.get((z * dims[1] + y) * dims[0] + x);
-            let extinction = extinction_from_opacity(scene.transfer().expect("a field").opacity_at(value)) as f32;
+            let value = volume_of(scene).samples.get((z * dims[1] + y) * dims[0] + x);
+            let extinction =
+                extinction_from_opacity(scene.transfer().expect("a field").opacity_at(value))
+                    as f32;
             (extinction > 0.0).then_some(([x, y, z], extinction))
         })
         .collect()
@@ -113,7 +115,7 @@ fn a_piece_with_too_little_room_says_how_much_is_missing() {
 fn a_picture_whose_pieces_were_planned_too_small_is_complete() {
     let Some(mut drawer) = drawer() else { return };
     let mut scene = scene(Lattice::unit([12, 16, 11]), DVec3::new(0.2, 0.3, 0.9));
-    scene.transfer_mut().expect("a field").opacity = vec![(0.0, 0.0), (255.0, 0.5)];
+    transfer_of(&mut scene).opacity = vec![(0.0, 0.0), (255.0, 0.5)];
     let costs = drawer.costs;
     // One row a piece.
     drawer.costs.row_ms = 1e3;
@@ -131,13 +133,13 @@ fn what_the_host_did_not_count_makes_the_picture_be_drawn_again_complete() {
     let Some(mut drawer) = drawer() else { return };
     let dims = [12, 12, 12];
     let mut scene = scene(Lattice::unit(dims), DVec3::new(0.2, 0.3, 0.9));
-    scene.transfer_mut().expect("a field").opacity = (0..50)
+    transfer_of(&mut scene).opacity = (0..50)
         .flat_map(|tooth| {
             let at = 0.02 * (f64::from(tooth) + 0.37);
             [(at, 0.0), (at + 0.005, 0.5), (at + 0.01, 0.0)]
         })
         .collect();
-    if let ColourSource::Stops(stops) = &mut scene.transfer().expect("a field").colour {
+    if let ColourSource::Stops(stops) = &mut transfer_of(&mut scene).colour {
         stops.iter_mut().for_each(|(value, _)| *value /= 255.0);
     }
     let coordinate = Table::new(scene.transfer().expect("a field"), ScalarType::Float64).coordinate;
@@ -150,7 +152,8 @@ fn what_the_host_did_not_count_makes_the_picture_be_drawn_again_complete() {
         let entry = coordinate.of(tooth).floor();
         coordinate.offset + (entry - 1e-5) / coordinate.scale
     };
-    scene = with_field(scene, volume(scene.lattice(), Samples::Float64((0..1728).map(value).collect())));
+    let values = volume(scene.lattice(), Samples::Float64((0..1728).map(value).collect()));
+    scene = with_field(scene, values);
     let on_device = one_piece(&mut drawer, &scene, 1728).kernels;
     let planned = drawer.active_count().expect("they are counted");
     println!("measured {on_device} kernels on the device, {planned} planned by the host");
@@ -168,7 +171,7 @@ fn opaque_noise_of_many_colours_is_the_references_picture() {
     let Some(mut drawer) = drawer() else { return };
     for direction in [DVec3::new(0.3, 0.5, 0.8), DVec3::new(-0.3, -0.8, 0.5)] {
         let mut scene = scene(Lattice::unit([9, 10, 9]), direction);
-        scene.transfer_mut().expect("a field").opacity = vec![(0.0, 0.9)];
+        transfer_of(&mut scene).opacity = vec![(0.0, 0.9)];
         agrees(&mut drawer, "opaque noise", &scene, EXACT);
         let mut reversed = scene.clone();
         reversed.camera.direction = -reversed.camera.direction;

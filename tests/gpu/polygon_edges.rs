@@ -7,16 +7,15 @@ use voxsplat::gpu::{Renderer, Wishes};
 use voxsplat::plan::Plan;
 use voxsplat::polygons::Mesh;
 use voxsplat::scene::{
-    Classify, Clip, ClipBox, CutFaces, Inside, Isosurface, OpacityModel, Order, Plane,
-    Scene,
+    Classify, Clip, ClipBox, CutFaces, Inside, Isosurface, OpacityModel, Order, Plane, Scene,
 };
 use voxsplat::task::draw::{Drawer, Rung};
 use voxsplat::volume::{Lattice, demo};
 
 use crate::inside::hill;
 use crate::polygons::{
-    CLOSE, SIZE, WITHIN, agrees, both, clear, coloured, compares, exact, expected, lattice, layer, shards,
-    squares, with_tornado,
+    CLOSE, SIZE, WITHIN, agrees, both, clear, coloured, compares, exact, expected, lattice, layer,
+    shards, squares, with_tornado,
 };
 use crate::support::{context, drawer, drawn, in_perspective, scene, with_polygons};
 
@@ -33,14 +32,14 @@ fn polygons_beyond_the_lattice_are_cut_by_clips_alone() {
     let clip = Clip { bounds: None, faces: CutFaces::Coloured, ..cut() };
     let inside = Inside { clip, ..Inside::default() };
     let wide = layer(shards(10, 11, 3.0), 0.5);
-    agrees("cut beyond", &Scene { inside, ..with(exact(), vec![wide]) }, WITHIN);
+    agrees("cut beyond", &Scene { inside, ..with_polygons(exact(), vec![wide]) }, WITHIN);
 }
 
 /// Polygons are the only surfaces of such a scene: another piece of shader than beside cut faces and slices.
 #[test]
 fn clips_without_faces_cut_polygons() {
     let inside = Inside { clip: cut(), ..Inside::default() };
-    agrees("cut", &Scene { inside, ..with(exact(), both()) }, WITHIN);
+    agrees("cut", &Scene { inside, ..with_polygons(exact(), both()) }, WITHIN);
     // An opaque square that is cut away hides nothing of the one behind it.
     let base = along_an_axis(13);
     let point = base.lattice().centre() + DVec3::Z;
@@ -48,7 +47,7 @@ fn clips_without_faces_cut_polygons() {
     let clip = Clip { bounds: None, planes, ..cut() };
     let inside = Inside { clip, ..Inside::default() };
     let squares = layer(squares(&base, 1, &[-3.0, 1.0]), 1.0);
-    agrees("one of two cut away", &Scene { inside, ..with(base, vec![squares]) }, WITHIN);
+    agrees("one of two cut away", &Scene { inside, ..with_polygons(base, vec![squares]) }, WITHIN);
 }
 
 /// Surfaces of both kinds are looked for in every slab, and the nearer one is laid down first.
@@ -101,7 +100,8 @@ fn polygons_on_the_face_where_a_part_ends_are_laid_down_once() {
     for order in [Order::FrontToBack, Order::BackToFront] {
         for depth in 0..8 {
             let base = along_an_axis(7 + 2 * depth);
-            let mut scene = with_polygons(base.clone(), vec![layer(squares(&base, 1, &[0.0]), 0.5)]);
+            let mut scene =
+                with_polygons(base.clone(), vec![layer(squares(&base, 1, &[0.0]), 0.5)]);
             scene.splat.order = order;
             let light = |drawer: &mut Drawer| drawn(drawer, &scene, SIZE, Rung::Full).0;
             assert_eq!(light(&mut whole), light(&mut parts), "{order:?} {depth}");

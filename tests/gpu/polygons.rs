@@ -17,7 +17,7 @@ use voxsplat::volume::{Lattice, demo};
 
 use crate::support::{
     Light, Within, context, drawer, drawn, fault, in_perspective, print_measured, random, scene,
-    with_polygons, without_field,
+    transfer_of, with_polygons, without_field,
 };
 
 pub(crate) const SIZE: [u32; 2] = [36, 30];
@@ -85,7 +85,7 @@ pub(crate) fn both() -> Vec<PolygonLayer> {
 }
 
 pub(crate) fn clear(mut scene: Scene) -> Scene {
-    scene.transfer_mut().expect("a field").opacity.iter_mut().for_each(|(_, alpha)| *alpha = 0.0);
+    transfer_of(&mut scene).opacity.iter_mut().for_each(|(_, alpha)| *alpha = 0.0);
     scene
 }
 
@@ -163,7 +163,7 @@ fn polygons_among_all_other_surfaces_are_the_references() {
         slices: vec![Slice { plane: across, opacity: 0.6 }],
         ..Inside::default()
     };
-    let mut scene = Scene { inside, ..with(exact(), both()) };
+    let mut scene = Scene { inside, ..with_polygons(exact(), both()) };
     scene.shading = Shading {
         lighting: Some(Lighting { ambient: 0.1, specular: 0.6, ..Lighting::default() }),
         ..Shading::default()

@@ -133,7 +133,7 @@ fn weighed(function: &TransferFunction, published: bool, value: f64) -> [f64; 4]
 fn expected(scene: &Scene, means: &Means, size: [u32; 2]) -> (Light, u64) {
     let integrated = Integrated::of(scene);
     // Where there are none a neighbour's stands in; what is nearest decides whether it shows.
-    let bridged = means.coefficients(scene.volume().expect("a field"));
+    let bridged = means.coefficients(volume_of(scene));
     let side = f64::from(1_u32 << means.level);
     let [nx, ny, nz] = means.dims;
     let place = |at: DVec3| (at + 0.5) / side - 0.5;
@@ -231,7 +231,8 @@ fn preview(
     coefficients: Coefficients,
     size: [u32; 2],
 ) -> (Light, u64) {
-    let Scene { volume, splat, transfer, .. } = scene;
+    let (volume, splat) = (volume_of(scene), &scene.splat);
+    let transfer = scene.transfer().expect("a field");
     let (field, ticket) = (SlabField::Preview, Ticket::new());
     let (view, unit) = (View::new(scene, size), scene.opacity_unit_distance());
     let spacing = volume.lattice.smallest_spacing();
@@ -290,9 +291,9 @@ fn wavy() -> Scene {
 
 /// What is out of bounds between the device's picture of means and the float64 one.
 fn held(renderer: &mut Renderer, name: &str, scene: &Scene, level: u32) -> Vec<String> {
-    let means = Means::of(scene.volume().expect("a field"), level);
+    let means = Means::of(volume_of(scene), level);
     let (expected, caps) = expected(scene, &means, SMALL);
-    let (found, capped) = preview(renderer, scene, means.coefficients(scene.volume().expect("a field")), SMALL);
+    let (found, capped) = preview(renderer, scene, means.coefficients(volume_of(scene)), SMALL);
     let name = format!("{name}, level {level}");
     print_measured(&name, &found, &expected);
     let mut faults: Vec<String> =
@@ -353,7 +354,7 @@ fn holes_far_values_noise_and_steps_are_the_float64_ones() {
         |value: &dyn Fn(usize) -> f64| Samples::Float64((0..count()).map(value).collect());
     let place = |i: usize| [i % DIMS[0], i / DIMS[0] % DIMS[1], i / (DIMS[0] * DIMS[1])];
     let far = |i: usize| 1e6 + waves(i) / 255.0;
-    let near_a_million = |samples| Scene { transfer: moved(1.0 / 255.0, 1e6), ..of(samples) };
+    let near_a_million = |samples| with_transfer(of(samples), moved(1.0 / 255.0, 1e6));
     let holed = |i: usize| {
         // Two blocks of 8 voxels a side, some of 2, and single ones.
         let [x, y, z] = place(i);
@@ -417,11 +418,11 @@ fn a_voxel_that_shows_only_beside_its_mean_is_not_leapt_over() {
         scene.camera.parallel_scale = 6.0;
         scene = with_field(scene, volume(lattice, Samples::UInt8(samples)));
         scene.splat = TENTS;
-        let means = Means::of(scene.volume().expect("a field"), level);
+        let means = Means::of(volume_of(&scene), level);
         let mean = &means.mean;
         let (most, least) =
             (mean.iter().fold(0.0, |a, &b| b.max(a)), mean.iter().fold(255.0, |a, &b| b.min(a)));
-        scene.transfer_mut().expect("a field").opacity = if is_bright {
+        transfer_of(&mut scene).opacity = if is_bright {
             vec![(most + 5.0, 0.0), (most + 45.0, 0.6)]
         } else {
             vec![(least - 45.0, 0.6), (least - 5.0, 0.0)]
@@ -440,11 +441,11 @@ fn rays_through_means_in_parts_are_the_same_rays() {
             let opacity_model = OpacityModel::Published;
             let mut scene = of(noise(DIMS, 3));
             // Enough for caps to be counted, and clear where a ray may leap.
-            scene.transfer_mut().expect("a field").opacity = vec![(100.0, 0.0), (130.0, 1.0)];
+            transfer_of(&mut scene).opacity = vec![(100.0, 0.0), (130.0, 1.0)];
             scene.splat =
                 SplatSettings { classify, order, opacity_model, slabs_per_voxel: 0.7, ..TENTS };
             for scene in [in_perspective(scene.clone(), 50.0), scene] {
-                let coefficients = Means::of(scene.volume().expect("a field"), 1).coefficients(scene.volume().expect("a field"));
+                let coefficients = Means::of(volume_of(&scene), 1).coefficients(volume_of(&scene));
                 let (one, caps) = preview(&mut whole, &scene, coefficients.clone(), SMALL);
                 let (other, theirs) = preview(&mut parts, &scene, coefficients, SMALL);
                 assert!(one.iter().any(|p| p[3] > 0.1));
@@ -474,13 +475,13 @@ fn means_and_widths_are_the_same_in_four_buffers() {
         else {
             return;
         };
-        let means = || Means::of(scene.volume().expect("a field"), 1).coefficients(scene.volume().expect("a field"));
+        let means = || Means::of(volume_of(&scene), 1).coefficients(volume_of(&scene));
         let whole = preview(&mut one, &scene, means(), SMALL).0;
         assert!(whole.iter().any(|p| p[3] > 0.1));
         assert!(whole == preview(&mut parts, &scene, means(), SMALL).0, "{four} bytes");
         let refused = too_small.set_field(
             SlabField::Preview,
-            scene.volume().expect("a field"),
+            volume_of(&scene),
             &scene.splat,
             means(),
             &Ticket::new(),
@@ -496,14 +497,14 @@ fn capped_opacities_are_counted_from_each_beginning() {
     let mut scene = wavy();
     scene.splat.opacity_model = OpacityModel::Published;
     scene.splat.slabs_per_voxel = 0.5;
-    scene.transfer_mut().expect("a field").opacity = vec![(90.0, 0.9), (160.0, 1.0)];
-    let means = Means::of(scene.volume().expect("a field"), 2);
+    transfer_of(&mut scene).opacity = vec![(90.0, 0.9), (160.0, 1.0)];
+    let means = Means::of(volume_of(&scene), 2);
     let (_, caps) = expected(&scene, &means, SMALL);
     let (_, capped) =
-        preview(&mut drawer.renderer, &scene, means.coefficients(scene.volume().expect("a field")), SMALL);
+        preview(&mut drawer.renderer, &scene, means.coefficients(volume_of(&scene)), SMALL);
     assert!(caps > 100 && capped.abs_diff(caps) <= caps / 50, "{capped} of {caps}");
     // The field of before stays on the device; the scene's own caps nothing.
-    scene.transfer_mut().expect("a field").opacity = vec![(90.0, 0.0), (255.0, 1e-3)];
+    transfer_of(&mut scene).opacity = vec![(90.0, 0.0), (255.0, 1e-3)];
     let (own, _) = drawn(&mut drawer, &scene, SMALL, Rung::Full);
     assert!(own.iter().any(|p| p[3] > 0.0));
     assert_eq!(drawer.capped_sums().expect("read"), 0);
@@ -534,13 +535,13 @@ fn previews_are_about_as_bright_as_the_exact_picture() {
         let grid = demo::open(name, None).expect("a demo");
         let volume = grid.scalar(&grid.fields[0], component, &Ticket::new()).expect("a volume");
         let mut scene = scene(volume.lattice, OBLIQUE);
-        *scene.transfer_mut().expect("a field") = presets::default_for(&volume.statistics);
+        *transfer_of(&mut scene) = presets::default_for(&volume.statistics);
         scene = with_field(scene, volume.into());
         scene.splat = SplatSettings::EXACT;
         let exact = Reference::new(&scene, size.map(|n| n as usize)).expect("a mode").picture();
         scene.splat = TENTS;
         for (level, most) in (0..).zip(most) {
-            let coefficients = of_level(scene.volume().expect("a field"), level);
+            let coefficients = of_level(volume_of(&scene), level);
             let (found, _) = preview(&mut renderer, &scene, coefficients, size);
             let name = format!("{name}, level {level}");
             print_measured(&name, &found, &exact);

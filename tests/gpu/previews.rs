@@ -7,6 +7,7 @@ use voxsplat::accuracy::Difference;
 use voxsplat::core::Ticket;
 use voxsplat::gpu::{PictureConstants, Renderer, SlabField, Wishes, tile_count};
 use voxsplat::kernel::{Kernel, coefficients};
+use voxsplat::plan::Plan;
 use voxsplat::reference::Rays;
 use voxsplat::scene::{Reconstruction, Scene, SplatSettings, View};
 use voxsplat::task::cost::Costs;
@@ -14,7 +15,10 @@ use voxsplat::task::draw::{Drawer, Drawn, Rung};
 use voxsplat::transfer::presets;
 use voxsplat::volume::{Component, Lattice, Samples, demo};
 
-use crate::support::{Light, context, drawn, reference, scene, volume, wide};
+use crate::support::{
+    Light, context, drawn, reference, scene, transfer_of, volume, volume_of, wide, with_field,
+    with_transfer,
+};
 
 const SIZE: [u32; 2] = [240, 200];
 
@@ -25,7 +29,8 @@ fn exact() -> Scene {
         grid.scalar(&grid.fields[0], Component::Index(0), &Ticket::new()).expect("a volume");
     let base = scene(volume.lattice, DVec3::new(0.4, 0.9, -0.3));
     let transfer = presets::default_for(&volume.statistics);
-    Scene { volume: volume.into(), transfer, splat: SplatSettings::EXACT, ..base }
+    let scene = with_transfer(with_field(base, volume.into()), transfer);
+    Scene { splat: SplatSettings::EXACT, ..scene }
 }
 
 /// The picture of `drawn`, enlarged as it is shown.
@@ -83,20 +88,21 @@ fn a_preview_in_the_own_mode_waits_for_no_hierarchy() {
     let (mut scene, ticket) = (exact(), Ticket::new());
     let (_, full) = drawn(&mut drawer, &scene, SIZE, Rung::Full);
     assert_eq!(drawer.active_count(), Some(full.kernels));
-    scene.transfer_mut().expect("a field").opacity.iter_mut().for_each(|(_, alpha)| *alpha *= 0.5);
+    transfer_of(&mut scene).opacity.iter_mut().for_each(|(_, alpha)| *alpha *= 0.5);
     let budget_ms = 1e9;
-    drawer.prepare_preview(&scene, SIZE, budget_ms, &ticket).expect("prepared");
+    let plan = Plan::of(&scene, SIZE);
+    drawer.prepare_preview(&plan, budget_ms, &ticket).expect("prepared");
     assert_eq!((drawer.active_count(), drawer.hierarchy_bytes()), (None, 0));
-    let preview = drawer.draw(&Plan::of(&scene, SIZE), Rung::Coarse { budget_ms }, &mut ()).expect("drawn");
+    let preview = drawer.draw(&plan, Rung::Coarse { budget_ms }, &mut ()).expect("drawn");
     let preview = (preview.is_reduced, wide(&drawer.renderer.read_light().expect("read")));
     let (full, _) = drawn(&mut drawer, &scene, SIZE, Rung::Full);
     assert_eq!(preview, (true, full), "of the transfer function as it is now");
     assert!(drawer.active_count().is_some_and(|count| count > 0), "at rest they are counted");
-    scene.transfer_mut().expect("a field").opacity.iter_mut().for_each(|(_, alpha)| *alpha *= 0.5);
-    drawer.prepare_preview(&scene, SIZE, 1e-6, &ticket).expect("prepared");
+    transfer_of(&mut scene).opacity.iter_mut().for_each(|(_, alpha)| *alpha *= 0.5);
+    drawer.prepare_preview(&Plan::of(&scene, SIZE), 1e-6, &ticket).expect("prepared");
     assert_eq!(drawer.hierarchy_bytes(), 0, "however little time there is");
     scene.splat = SplatSettings::SHADE_FIRST;
-    drawer.prepare_preview(&scene, SIZE, 1e-6, &ticket).expect("prepared");
+    drawer.prepare_preview(&Plan::of(&scene, SIZE), 1e-6, &ticket).expect("prepared");
     assert!(drawer.hierarchy_bytes() > 0, "an octree cut needs its tree");
 }
 
@@ -121,8 +127,7 @@ fn a_smaller_picture_has_one_ray_a_pixel() {
     drawn(&mut drawer, &scene, large, Rung::Full);
     let mut light = |size: [u32; 2], enlarged: f64| {
         let view = View { enlarged, ..View::new(&scene, size) };
-        let (spacing, unit) =
-            (scene.lattice().smallest_spacing(), scene.opacity_unit_distance());
+        let (spacing, unit) = (scene.lattice().smallest_spacing(), scene.opacity_unit_distance());
         let renderer = &mut drawer.renderer;
         renderer.begin(&view, scene.splat.kernel, None, unit).expect("begun");
         let tiles = 0..tile_count(size);
@@ -164,8 +169,9 @@ fn tents_are_taken_where_the_own_field_would_be_much_smaller() {
         let rays = f64::from(size[0]) * f64::from(size[1]);
         drawer.costs.reduced_start_ms = 0.0;
         drawer.costs.reduced_ray_ms = [own, tents].map(|shrink| shrink * shrink / rays);
-        drawer.prepare(scene, &Ticket::new()).expect("prepared");
-        let drawn = drawer.draw(&Plan::of(scene, size), Rung::Coarse { budget_ms: 1.0 }, &mut ());
+        let plan = Plan::of(scene, size);
+        drawer.prepare(&plan, &Ticket::new()).expect("prepared");
+        let drawn = drawer.draw(&plan, Rung::Coarse { budget_ms: 1.0 }, &mut ());
         let Drawn { size: at, field, is_reduced, .. } = drawn.expect("drawn");
         is_reduced.then(|| (field, (f64::from(size[0]) / f64::from(at[0])).log2() * 6.0))
     };
@@ -179,8 +185,8 @@ fn tents_are_taken_where_the_own_field_would_be_much_smaller() {
     // Only the scene's own field is there.
     assert_eq!(chosen(&mut drawer, &scene, steps(13), 1.0), Some((own, 13.0)));
     let ticket = Ticket::new();
-    let tents = coefficients(scene.volume().expect("a field"), Kernel::Linear, None, true, &ticket).expect("made");
-    drawer.renderer.set_field(preview, scene.volume().expect("a field"), &TENTS, tents, &ticket).expect("set");
+    let tents = coefficients(volume_of(&scene), Kernel::Linear, None, true, &ticket).expect("made");
+    drawer.renderer.set_field(preview, volume_of(&scene), &TENTS, tents, &ticket).expect("set");
 
     assert_eq!(chosen(&mut drawer, &scene, 1.0, 1.0), Some((own, 0.0)), "whole");
     assert_eq!(chosen(&mut drawer, &scene, steps(8), steps(7)), Some((own, 8.0)));
@@ -210,8 +216,8 @@ fn tents_are_taken_where_the_own_field_would_be_much_smaller() {
     scene.splat.reconstruction = Reconstruction::Smooth;
     assert_eq!(chosen(&mut drawer, &scene, 1.0, 3.0), None, "a smooth field is not like them");
     // Another volume's are not.
-    scene =
-        Scene { volume: Arc::new((*scene.volume).clone()), splat: SplatSettings::EXACT, ..scene };
+    let copied = Arc::new((**volume_of(&scene)).clone());
+    scene = Scene { splat: SplatSettings::EXACT, ..with_field(scene, copied) };
     assert_eq!(chosen(&mut drawer, &scene, 1.0, 1.0), None);
 }
 
@@ -222,9 +228,9 @@ fn a_thousandth_of_a_second_affords_the_smallest_picture_and_ten_seconds_the_who
     let mut drawer = Drawer::new(Renderer::new(context));
     let (scene, ticket) = (exact(), Ticket::new());
     drawn(&mut drawer, &scene, SIZE, Rung::Full);
-    let tents = coefficients(scene.volume().expect("a field"), Kernel::Linear, None, true, &ticket).expect("made");
+    let tents = coefficients(volume_of(&scene), Kernel::Linear, None, true, &ticket).expect("made");
     let preview = SlabField::Preview;
-    drawer.renderer.set_field(preview, scene.volume().expect("a field"), &TENTS, tents, &ticket).expect("set");
+    drawer.renderer.set_field(preview, volume_of(&scene), &TENTS, tents, &ticket).expect("set");
     let costs = Costs::default();
     let mut coarse = |size: [u32; 2], budget_ms: f64| {
         drawer.costs = costs;
@@ -254,9 +260,9 @@ fn a_single_bright_voxel_is_in_every_preview() {
     let base = scene(Lattice::unit([n; 3]), DVec3::new(0.4, 0.9, -0.3));
     let volume = volume(base.lattice(), Samples::UInt8(values));
     let transfer = presets::default_for(&volume.statistics);
-    let mut scene = Scene { volume, transfer, splat: SplatSettings::EXACT, ..base };
-    let ticket = Ticket::new();
-    drawer.prepare(&scene, &ticket).expect("prepared");
+    let mut scene = with_transfer(with_field(base, volume), transfer);
+    scene.splat = SplatSettings::EXACT;
+    drawer.prepare(&Plan::of(&scene, SIZE), &Ticket::new()).expect("prepared");
     drawn(&mut drawer, &scene, SIZE, Rung::Full);
     let mut reduced = 0;
     for turn in 0..24 {
@@ -290,9 +296,9 @@ fn quick_pictures_of_a_solid_body_are_no_blur() {
     let base = scene(Lattice::unit([n; 3]), DVec3::new(0.4, 0.9, -0.3));
     let volume = volume(base.lattice(), Samples::UInt8(vec![255; n * n * n]));
     for opacity in [0.02, 0.3, 1.0] {
-        let mut scene =
-            Scene { volume: volume.clone(), splat: SplatSettings::SHADE_FIRST, ..base.clone() };
-        scene.transfer_mut().expect("a field").opacity = vec![(0.0, opacity)];
+        let mut scene = with_field(base.clone(), volume.clone());
+        scene.splat = SplatSettings::SHADE_FIRST;
+        transfer_of(&mut scene).opacity = vec![(0.0, opacity)];
         let truth = reference(&scene, SIZE, Rays::Local);
         let mut rmse = |budget_ms| {
             drawer.costs = Costs::default();

@@ -12,7 +12,8 @@ use voxsplat::transfer::{ColourMap, ColourSource, TransferFunction};
 use voxsplat::volume::{Lattice, Samples};
 
 use crate::support::{
-    Light, Within, drawer, drawn, fault, in_perspective, print_measured, random, scene, volume,
+    Light, Within, drawer, drawn, fault, in_perspective, print_measured, random, scene,
+    transfer_of, volume, with_field,
 };
 
 const SIZE: [u32; 2] = [48, 40];
@@ -130,7 +131,7 @@ fn samples_without_data_are_nothing_and_spoil_nothing() {
     values[40] = f32::INFINITY;
     let mut scene = scene(lattice, DVec3::new(0.4, 0.9, -0.5));
     scene = with_field(scene, volume(lattice, Samples::Float32(values)));
-    *scene.transfer_mut().expect("a field") = TransferFunction::new(
+    *transfer_of(&mut scene) = TransferFunction::new(
         vec![(0.0, 0.05), (1.0, 0.6)],
         ColourSource::Map { map: ColourMap::Viridis, range: [0.0, 1.0] },
     )
@@ -186,7 +187,7 @@ fn empty_space_is_leapt_over_without_losing_a_thin_shell() {
         .collect();
     let mut scene = scene(lattice, DVec3::new(0.4, 0.9, -0.5));
     scene = with_field(scene, volume(lattice, Samples::UInt8(samples)));
-    *scene.transfer_mut().expect("a field") = TransferFunction::new(
+    *transfer_of(&mut scene) = TransferFunction::new(
         vec![(99.0, 0.0), (100.0, 0.9), (101.5, 0.9), (102.0, 0.0)],
         ColourSource::Map { map: ColourMap::Viridis, range: [90.0, 110.0] },
     )
@@ -263,7 +264,7 @@ fn air_at_the_foot_of_a_ramp_is_clear() {
             for steepest in [1.0, 255.0] {
                 let mut scene = scene(Lattice::unit([8; 3]), DVec3::new(0.0, 0.1, -1.0));
                 scene = with_field(scene, volume(Lattice::unit([8; 3]), spotted.clone()));
-                scene.transfer_mut().expect("a field").opacity = vec![(0.0, 0.0), (steepest, 0.5), (255.0, 0.5)];
+                transfer_of(&mut scene).opacity = vec![(0.0, 0.0), (steepest, 0.5), (255.0, 0.5)];
                 let scene = reconstructed(scene, Kernel::Linear, classify);
                 let (found, _) = drawn(&mut drawer, &scene, SIZE, Rung::Full);
                 let middle = found[(SIZE[1] / 2 * SIZE[0] + SIZE[0] / 2) as usize][3];
@@ -309,7 +310,7 @@ fn leaps_change_no_picture() {
                 scene = in_perspective(scene, degrees);
             }
             let [found, expected] = [0.0, 1e-12].map(|least| {
-                scene.transfer_mut().expect("a field").opacity = vec![(from, least), (from + 1.0, 0.5)];
+                transfer_of(&mut scene).opacity = vec![(from, least), (from + 1.0, 0.5)];
                 drawn(&mut drawer, &scene, [24, 20], Rung::Full).0
             });
             let name = format!("{classify:?} {order:?} {slabs_per_voxel} {kernel:?} {degrees:?}");
@@ -337,10 +338,13 @@ fn a_thin_veil_keeps_its_digits_beside_opaque_values() {
         _ => 200.0 + 0.06 * (i / 81) as f32 + 0.03 * (i % 9) as f32,
     };
     let mut scene = scene(lattice, DVec3::new(0.2, 0.1, 0.9));
-    scene = with_field(scene, volume(lattice, Samples::Float32((0..lattice.len()).map(sample).collect())));
+    scene = with_field(
+        scene,
+        volume(lattice, Samples::Float32((0..lattice.len()).map(sample).collect())),
+    );
     // Without the corners.
     scene.camera.parallel_scale = 2.0;
-    scene.transfer_mut().expect("a field").opacity = vec![(0.0, 1.0), (150.0, 1.0), (160.0, 1e-4), (255.0, 2e-4)];
+    transfer_of(&mut scene).opacity = vec![(0.0, 1.0), (150.0, 1.0), (160.0, 1e-4), (255.0, 2e-4)];
     let scene = reconstructed(scene, Kernel::Linear, Classify::PreIntegrated);
     let expected = reference(&scene);
     let (found, _) = drawn(&mut drawer, &scene, SIZE, Rung::Full);
@@ -361,7 +365,7 @@ fn capped_slabs_are_counted_one_by_one() {
     let lattice = Lattice::unit([6, 6, 5]);
     let mut scene = scene(lattice, DVec3::Z);
     scene = with_field(scene, volume(lattice, Samples::UInt8(vec![200; lattice.len()])));
-    scene.transfer_mut().expect("a field").opacity = vec![(0.0, 0.9)];
+    transfer_of(&mut scene).opacity = vec![(0.0, 0.9)];
     scene.camera.parallel_scale = 2.0;
     for classify in [Classify::After, Classify::PreIntegrated] {
         // Front to back the first is opaque, and ends the ray.
@@ -387,12 +391,13 @@ fn whole_numbers_are_classified_by_the_cells_that_begin_with_them() {
     let lattice = Lattice::unit([9, 8, 10]);
     let codes = |i| 7 + (random(5, i) * 239.0) as u8;
     let mut scene = scene(lattice, DVec3::new(0.4, 0.9, -0.5));
-    scene = with_field(scene, volume(lattice, Samples::UInt8((0..lattice.len()).map(codes).collect())));
+    scene =
+        with_field(scene, volume(lattice, Samples::UInt8((0..lattice.len()).map(codes).collect())));
     let step = |code: i32| {
         let [before, after] = if code % 2 == 0 { [0.0, 0.6] } else { [0.6, 0.0] };
         [(f64::from(code), before), (f64::from(code), after)]
     };
-    scene.transfer_mut().expect("a field").opacity = (6..250).flat_map(step).collect();
+    transfer_of(&mut scene).opacity = (6..250).flat_map(step).collect();
     let scene = reconstructed(scene, Kernel::Nearest, Classify::After);
     // Measured: max 6.1e-4, rmse 1.2e-4, bias 3.1e-6.
     agrees("whole numbers", &scene, WITHIN);

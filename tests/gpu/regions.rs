@@ -156,8 +156,11 @@ fn regions_tell_matter_from_the_blur_between_two_others() {
     };
     let mut scene = scene(lattice, DVec3::NEG_Z);
     scene.camera = voxsplat::scene::framing_camera(&lattice, DVec3::NEG_Z, DVec3::Y);
-    scene = with_field(scene, volume(lattice, Samples::Float32((0..lattice.len()).map(sample).collect())));
-    scene.transfer_mut().expect("a field").opacity = vec![(80.0, 0.0), (90.0, 0.5), (110.0, 0.5), (120.0, 0.0)];
+    scene = with_field(
+        scene,
+        volume(lattice, Samples::Float32((0..lattice.len()).map(sample).collect())),
+    );
+    transfer_of(&mut scene).opacity = vec![(80.0, 0.0), (90.0, 0.5), (110.0, 0.5), (120.0, 0.0)];
     scene.splat = SplatSettings::EXACT;
     // The share of the light that comes from the side of the dense ball.
     let mut beside = |scene: &Scene| {
@@ -222,16 +225,19 @@ fn previews_are_painted_as_the_exact_picture_is() {
         (128.0 + 60.0 * waves) as u8
     };
     let mut scene = painted(by_regions());
-    scene = with_field(scene, volume(lattice, Samples::UInt8((0..lattice.len()).map(smooth).collect())));
+    scene = with_field(
+        scene,
+        volume(lattice, Samples::UInt8((0..lattice.len()).map(smooth).collect())),
+    );
     scene.camera = voxsplat::scene::framing_camera(&lattice, scene.camera.direction, DVec3::Z);
     let (exact, _) = drawn(&mut drawer, &scene, SIZE, Rung::Full);
     let by_value = Scene { shading: Shading::default(), ..scene.clone() };
     let (by_value, _) = drawn(&mut drawer, &by_value, SIZE, Rung::Full);
     let ticket = voxsplat::core::Ticket::new();
-    let tents = voxsplat::kernel::nearest_tents(scene.volume().expect("a field"), &ticket).expect("made");
+    let tents = voxsplat::kernel::nearest_tents(volume_of(&scene), &ticket).expect("made");
     let splat = SplatSettings { kernel: Kernel::Linear, ..SplatSettings::EXACT };
     let preview = SlabField::Preview;
-    drawer.renderer.set_field(preview, scene.volume().expect("a field"), &splat, tents, &ticket).expect("set");
+    drawer.renderer.set_field(preview, volume_of(&scene), &splat, tents, &ticket).expect("set");
     let (quick, what) =
         drawn(&mut drawer, &scene, SIZE, Rung::Reduced { field: preview, shrink: 1.0 });
     assert_eq!(what.field, preview);

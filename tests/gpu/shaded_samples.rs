@@ -5,6 +5,7 @@ use glam::{DMat3, DVec3};
 use voxsplat::core::Ticket;
 use voxsplat::gpu::{Renderer, SlabField, Wishes};
 use voxsplat::kernel::Kernel;
+use voxsplat::plan::Plan;
 use voxsplat::reference::Reference;
 use voxsplat::scene::{
     Amounts, Classify, Index, OpacityModel, Order, Scene, Shading, SplatSettings, View, Visibility,
@@ -15,7 +16,10 @@ use voxsplat::transfer::{NoData, Region, RegionShape};
 use voxsplat::volume::{Lattice, Samples};
 
 use crate::shading::{agrees, amounts, colours, lattice, lit};
-use crate::support::{Within, context, drawer, drawn, in_perspective, random, scene, volume};
+use crate::support::{
+    Within, context, drawer, drawn, in_perspective, random, scene, transfer_of, volume, volume_of,
+    with_field,
+};
 
 const SIZE: [u32; 2] = [36, 30];
 
@@ -138,10 +142,13 @@ fn a_ramp_is_lit_by_the_cosine_to_its_gradient_up_to_its_borders() {
         let [x, y, z] = [i % dims[0], i / dims[0] % dims[1], i / (dims[0] * dims[1])];
         (5 * x + 4 * y + 3 * z) as u8
     };
-    scene = with_field(scene, volume(lattice(), Samples::UInt8((0..lattice().len()).map(value).collect())));
+    scene = with_field(
+        scene,
+        volume(lattice(), Samples::UInt8((0..lattice().len()).map(value).collect())),
+    );
     let colour = [0.25, 0.5, 0.75];
     let grey = voxsplat::core::Srgb8([137, 188, 225]);
-    *scene.transfer_mut().expect("a field") = voxsplat::transfer::TransferFunction::of(
+    *transfer_of(&mut scene) = voxsplat::transfer::TransferFunction::of(
         vec![(0.0, 0.3)],
         voxsplat::transfer::ColourSource::Stops(vec![(0.0, grey)]),
     );
@@ -202,19 +209,22 @@ fn rays_shade_samples_as_the_pass_does_that_shades_them_once() {
         let (once, _) = drawn(&mut drawer, &scene, SIZE, Rung::Full);
         let view = View::new(&scene, SIZE);
         let unit = scene.opacity_unit_distance();
+        let lit = Plan::of(&scene, SIZE);
+        drawer.renderer.begin_plan(&lit).expect("begun");
         assert_eq!(
             drawer.renderer.bricks_to_shade(&view, &scene.splat, unit),
             Ok(0),
             "all are there"
         );
         // Lets go of what was shaded.
-        drawer.renderer.set_looks(&Scene { shading: Shading::default(), ..scene.clone() });
+        let plain = Plan { shading: Shading::default(), ..lit.clone() };
+        drawer.renderer.begin_plan(&plain).expect("begun");
         assert_eq!(
             drawer.renderer.bricks_to_shade(&view, &scene.splat, unit),
             Ok(0),
             "none to shade"
         );
-        drawer.renderer.set_looks(&scene);
+        drawer.renderer.begin_plan(&lit).expect("begun");
         drawer.renderer.begin(&view, kernel.splatted(), None, unit).expect("begun");
         let tiles = 0..voxsplat::gpu::tile_count(SIZE);
         drawer
@@ -231,6 +241,7 @@ fn rays_shade_samples_as_the_pass_does_that_shades_them_once() {
         let turned =
             View::new(&Scene { camera: scene.camera.orbited(0.2, 0.0), ..scene.clone() }, SIZE);
         assert_eq!(drawer.renderer.bricks_to_shade(&turned, &scene.splat, unit), Ok(8));
+        drawer.renderer.end_plan();
     }
 }
 
@@ -245,16 +256,19 @@ fn quick_pictures_of_shaded_samples_are_lit() {
         (128.0 + 60.0 * waves) as u8
     };
     let mut scene = shaded(lit(), mode(Kernel::Cubic, Visibility::EverySample));
-    scene = with_field(scene, volume(lattice, Samples::UInt8((0..lattice.len()).map(smooth).collect())));
+    scene = with_field(
+        scene,
+        volume(lattice, Samples::UInt8((0..lattice.len()).map(smooth).collect())),
+    );
     scene.camera = framing_camera(&lattice, scene.camera.direction, DVec3::Z);
     let (full, _) = drawn(&mut drawer, &scene, SIZE, Rung::Full);
     let plain = Scene { shading: Shading::default(), ..scene.clone() };
     let (unlit, _) = drawn(&mut drawer, &plain, SIZE, Rung::Full);
     let ticket = Ticket::new();
-    let tents = voxsplat::kernel::nearest_tents(scene.volume().expect("a field"), &ticket).expect("made");
+    let tents = voxsplat::kernel::nearest_tents(volume_of(&scene), &ticket).expect("made");
     let splat = SplatSettings { kernel: Kernel::Linear, ..SplatSettings::EXACT };
     let preview = SlabField::Preview;
-    drawer.renderer.set_field(preview, scene.volume().expect("a field"), &splat, tents, &ticket).expect("set");
+    drawer.renderer.set_field(preview, volume_of(&scene), &splat, tents, &ticket).expect("set");
     let (quick, what) = drawn(&mut drawer, &scene, SIZE, Rung::Coarse { budget_ms: 1e4 });
     assert!(what.is_shaded && what.is_reduced && what.field == preview, "{what:?}");
     let apart = |other| voxsplat::accuracy::Difference::between(&quick, other).expect("one size");
@@ -291,9 +305,11 @@ fn bricks_that_show_are_found_among_many_that_do_not() {
     let unit = scene.opacity_unit_distance();
     let renderer = &mut drawer.renderer;
     // Lets go of what was shaded.
-    renderer.set_looks(&Scene { shading: Shading::default(), ..scene.clone() });
+    let lit = Plan::of(&scene, SIZE);
+    let plain = Plan { shading: Shading::default(), ..lit.clone() };
+    renderer.begin_plan(&plain).expect("begun");
     assert_eq!(renderer.bricks_to_shade(&view, &scene.splat, unit), Ok(0));
-    renderer.set_looks(&scene);
+    renderer.begin_plan(&lit).expect("begun");
     assert_eq!(renderer.bricks_to_shade(&view, &scene.splat, unit), Ok(48));
     for piece in [0..7, 7..38, 38..48] {
         renderer.shade_bricks(piece).expect("shaded");
@@ -302,6 +318,7 @@ fn bricks_that_show_are_found_among_many_that_do_not() {
     let tiles = 0..voxsplat::gpu::tile_count(SIZE);
     renderer.draw_gathered(&view, &scene.splat, unit, 2e-4_f32.into(), tiles).expect("drawn");
     let pieces = crate::support::wide(&renderer.read_light().expect("read"));
+    renderer.end_plan();
     assert_eq!(pieces, whole);
 }
 
@@ -313,7 +330,7 @@ fn samples_without_data_that_show_are_not_lit() {
         let mut scene = shaded(lit(), mode(Kernel::Cubic, Visibility::EverySample));
         let samples = (0..lattice().len()).map(holes).collect();
         scene = with_field(scene, volume(lattice(), Samples::Float32(samples)));
-        scene.transfer_mut().expect("a field").no_data =
+        transfer_of(&mut scene).no_data =
             NoData { opacity: 0.6, colour: voxsplat::core::Srgb8([250, 0, 200]) };
         scene.splat.opacity_model = model;
         agrees(&format!("holes that show, {}", model.name()), &scene, LIT);

@@ -15,6 +15,7 @@ use voxsplat::volume::{Lattice, Samples};
 
 use crate::support::{
     Light, Within, context, drawer, drawn, fault, in_perspective, print_measured, scene, volume,
+    volume_of, with_field,
 };
 
 const SIZE: [u32; 2] = [36, 30];
@@ -230,16 +231,19 @@ fn previews_are_lit_as_the_exact_picture_is() {
         (128.0 + 60.0 * waves) as u8
     };
     let mut scene = shaded(lit());
-    scene = with_field(scene, volume(lattice, Samples::UInt8((0..lattice.len()).map(smooth).collect())));
+    scene = with_field(
+        scene,
+        volume(lattice, Samples::UInt8((0..lattice.len()).map(smooth).collect())),
+    );
     scene.camera = voxsplat::scene::framing_camera(&lattice, scene.camera.direction, DVec3::Z);
     let (exact, _) = drawn(&mut drawer, &scene, SIZE, Rung::Full);
     let plain = Scene { shading: Shading::default(), ..scene.clone() };
     let (shining, _) = drawn(&mut drawer, &plain, SIZE, Rung::Full);
     let ticket = voxsplat::core::Ticket::new();
-    let tents = voxsplat::kernel::nearest_tents(scene.volume().expect("a field"), &ticket).expect("made");
+    let tents = voxsplat::kernel::nearest_tents(volume_of(&scene), &ticket).expect("made");
     let preview = voxsplat::gpu::SlabField::Preview;
     let splat = SplatSettings { kernel: Kernel::Linear, ..SplatSettings::EXACT };
-    drawer.renderer.set_field(preview, scene.volume().expect("a field"), &splat, tents, &ticket).expect("set");
+    drawer.renderer.set_field(preview, volume_of(&scene), &splat, tents, &ticket).expect("set");
     let (quick, drawn) =
         drawn(&mut drawer, &scene, SIZE, Rung::Reduced { field: preview, shrink: 1.0 });
     assert_eq!(drawn.field, preview);

@@ -21,7 +21,8 @@ fn zoomed_out(kernel: Kernel, radius_px: f64) -> Scene {
         let wave = (x * 0.6).sin() + (y * 0.5).sin() + (z * 0.7).sin();
         (128.0 + 40.0 * wave) as u8
     };
-    scene = with_field(scene, volume(lattice, Samples::UInt8((0..24 * 24 * 24).map(value).collect())));
+    scene =
+        with_field(scene, volume(lattice, Samples::UInt8((0..24 * 24 * 24).map(value).collect())));
     let radius = kernel.natural_extent().unwrap_or(0.5);
     scene.camera.parallel_scale = f64::from(SMALL[1]) / 2.0 / (radius_px / radius);
     scene
@@ -127,8 +128,11 @@ fn opaque(lattice: Lattice, is_ball: bool, direction: DVec3, parallel_scale: f64
     };
     let mut scene = scene(lattice, direction);
     scene.camera.parallel_scale = parallel_scale;
-    scene = with_field(scene, volume(lattice, Samples::UInt8((0..lattice.len()).map(sample).collect())));
-    scene.transfer_mut().expect("a field").opacity = vec![(0.0, 0.0), (255.0, 0.95)];
+    scene = with_field(
+        scene,
+        volume(lattice, Samples::UInt8((0..lattice.len()).map(sample).collect())),
+    );
+    transfer_of(&mut scene).opacity = vec![(0.0, 0.0), (255.0, 0.95)];
     scene
 }
 

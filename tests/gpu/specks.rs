@@ -4,12 +4,15 @@ use glam::DVec3;
 use voxsplat::core::{Camera, Ticket};
 use voxsplat::gpu::{PictureConstants, Renderer, SlabField, Wishes, tile_count};
 use voxsplat::kernel::{Kernel, nearest_tents};
+use voxsplat::plan::Plan;
 use voxsplat::scene::{AlongRay, Scene, SplatSettings, View};
 use voxsplat::task::draw::{Drawer, Rung};
 use voxsplat::task::preview_field;
 use voxsplat::volume::{Lattice, Samples};
 
-use crate::support::{Light, context, drawn, random, scene, volume, wide};
+use crate::support::{
+    Light, context, drawn, random, scene, transfer_of, volume, volume_of, wide, with_field,
+};
 
 const N: usize = 120;
 /// Of whole pictures.
@@ -31,7 +34,7 @@ fn scene_among(back: u8, has_ball: bool, voxels: &[[usize; 3]]) -> Scene {
     let values = (0..N * N * N).map(|i| if is_set(i) { 255 } else { back }).collect();
     let base = scene(Lattice::unit([N; 3]), DVec3::Y);
     let volume = volume(base.lattice(), Samples::UInt8(values));
-    Scene { volume, splat: SplatSettings::EXACT, ..base }
+    Scene { splat: SplatSettings::EXACT, ..with_field(base, volume) }
 }
 
 fn seen_along(scene: &Scene, direction: DVec3) -> Scene {
@@ -45,8 +48,9 @@ fn drawer_of(scene: &Scene) -> Option<Drawer> {
     let mut drawer = Drawer::new(Renderer::new(context(Wishes::default())?));
     drawn(&mut drawer, scene, SIZE, Rung::Full);
     let ticket = Ticket::new();
-    let tents = nearest_tents(scene.volume().expect("a field"), &ticket).expect("made");
-    let set = drawer.renderer.set_field(SlabField::Preview, scene.volume().expect("a field"), &TENTS, tents, &ticket);
+    let tents = nearest_tents(volume_of(scene), &ticket).expect("made");
+    let set =
+        drawer.renderer.set_field(SlabField::Preview, volume_of(scene), &TENTS, tents, &ticket);
     set.expect("set");
     Some(drawer)
 }
@@ -84,8 +88,7 @@ fn a_bright_voxel_beside_a_body_keeps_its_light_in_every_preview() {
         // From near by, five pixels a voxel.
         let whole = voxels.map(|at| {
             let mut near = scene.clone();
-            near.camera.focal_point =
-                plain.lattice().world_from_index(at.map(|n| n as f64).into());
+            near.camera.focal_point = plain.lattice().world_from_index(at.map(|n| n as f64).into());
             near.camera.parallel_scale = 8.0;
             [own, preview].map(|field| {
                 let rung = Rung::Reduced { field, shrink: 1.0 };
@@ -134,7 +137,7 @@ fn rays(drawer: &mut Drawer, scene: &Scene, size: [u32; 2], most: Option<u64>) -
     let (field, constants) = (SlabField::Preview, constants(scene));
     let scene = &Scene { splat: TENTS, ..scene.clone() };
     let renderer = &mut drawer.renderer;
-    renderer.set_looks(scene);
+    renderer.begin_plan(&Plan::of(scene, size)).expect("begun");
     let more =
         most.map_or(0, |most| renderer.mark_specks(field, &view, &scene.splat, constants, most));
     renderer.begin(&view, scene.splat.kernel, None, constants.unit_distance).expect("begun");
@@ -183,11 +186,11 @@ fn a_bright_voxel_among_means_stays_however_late_opacities_begin() {
         let truth = true_light(f64::from(back), first);
         let at = [101, 70, 51];
         let mut scene = seen_along(&scene_among(back, has_ball, &[at]), DVec3::new(0.1, 1.0, 0.2));
-        scene.transfer_mut().expect("a field").opacity = vec![(first, 0.0), (255.0, 0.9)];
+        transfer_of(&mut scene).opacity = vec![(first, 0.0), (255.0, 0.9)];
         let Some(mut drawer) = drawer_of(&scene) else { return };
         for level in 1..3 {
-            let means = preview_field(scene.volume().expect("a field"), level, &ticket).expect("made");
-            let (volume, renderer) = (scene.volume().expect("a field"), &mut drawer.renderer);
+            let means = preview_field(volume_of(&scene), level, &ticket).expect("made");
+            let (volume, renderer) = (volume_of(&scene), &mut drawer.renderer);
             let field = SlabField::Preview;
             renderer.set_field(field, volume, &TENTS, means, &ticket).expect("set");
             for shrink in [1.5, 6.5, 24.0] {
@@ -267,7 +270,7 @@ fn bodies_get_no_more_rays_and_dust_beyond_what_is_allowed_neither() {
 
     let dust = |i: usize| if random(9, i) < 1e-4 { 255 } else { 0 };
     let samples = Samples::UInt8((0..N * N * N).map(dust).collect());
-    let dusty = Scene { volume: volume(body.lattice(), samples), ..body };
+    let dusty = with_field(body.clone(), volume(body.lattice(), samples));
     let Some(mut drawer) = drawer_of(&dusty) else { return };
     let rung = Rung::Reduced { field: SlabField::Preview, shrink: 6.0 };
     let (light, _) = drawn(&mut drawer, &dusty, SIZE, rung);

@@ -25,14 +25,13 @@ fn engine() -> Option<&'static Engine> {
 /// Smooth blobs: coarse nodes stand for them well.
 fn blobs() -> Scene {
     let lattice = Lattice::unit([40, 36, 44]);
-    let mut scene = scene(lattice, DVec3::new(0.35, -0.52, 0.78));
+    let scene = scene(lattice, DVec3::new(0.35, -0.52, 0.78));
     let value = |i: usize| {
         let [x, y, z] = [i % 40, i / 40 % 36, i / 1440].map(|n| n as f64);
         let wave = (x * 0.3).sin() + (y * 0.25).sin() + (z * 0.35).sin();
         (100.0 + 50.0 * wave) as u8
     };
-    scene = with_field(scene, volume(lattice, Samples::UInt8((0..lattice.len()).map(value).collect())));
-    scene
+    with_field(scene, volume(lattice, Samples::UInt8((0..lattice.len()).map(value).collect())))
 }
 
 fn request(refine: Refine) -> StillRequest {
@@ -100,8 +99,10 @@ fn a_still_says_truly_what_was_drawn() {
     let Some(engine) = engine() else { return };
     let still = draw(engine, request(Refine::Full));
     let scene = blobs();
-    let with_opacity = (0..scene.volume().expect("a field").samples.len())
-        .filter(|&i| scene.transfer().expect("a field").opacity_at(scene.volume().expect("a field").samples.get(i)) > 0.0)
+    let with_opacity = (0..volume_of(&scene).samples.len())
+        .filter(|&i| {
+            scene.transfer().expect("a field").opacity_at(volume_of(&scene).samples.get(i)) > 0.0
+        })
         .count() as u64;
     assert_eq!((still.drawn.kernels, still.kernels_active), (with_opacity, with_opacity));
     assert!(with_opacity > 1000 && with_opacity < scene.lattice().len() as u64);

@@ -11,8 +11,8 @@ use voxsplat::kernel::Kernel;
 use voxsplat::plan::Plan;
 use voxsplat::reference::{Rays, every_sample, grid_kernels};
 use voxsplat::scene::{
-    Background, Layer, Look, PolygonLayer, SampleSource, Sampled, Scene, SplatSettings, VectorLayer,
-    framing_camera,
+    Background, Layer, Look, PolygonLayer, SampleSource, Sampled, Scene, SplatSettings,
+    VectorLayer, framing_camera,
 };
 use voxsplat::task::draw::{Drawer, Drawn, Rung};
 use voxsplat::transfer::{ColourSource, TransferFunction};
@@ -135,8 +135,13 @@ pub(crate) fn with_field(mut scene: Scene, volume: Arc<ScalarVolume>) -> Scene {
     scene
 }
 
+/// Its opacities and colours, to be changed.
+pub(crate) fn transfer_of(scene: &mut Scene) -> &mut TransferFunction {
+    scene.transfer_mut().expect("a field")
+}
+
 pub(crate) fn with_transfer(mut scene: Scene, transfer: TransferFunction) -> Scene {
-    *scene.transfer_mut().expect("a field") = transfer;
+    *transfer_of(&mut scene) = transfer;
     scene
 }
 

@@ -6,6 +6,7 @@ use std::time::Duration;
 use glam::DVec3;
 use voxsplat::core::{Srgb8, Ticket};
 use voxsplat::gpu::{Renderer, Wishes};
+use voxsplat::plan::Plan;
 use voxsplat::scene::{Scene, SplatSettings};
 use voxsplat::task::draw::{Drawer, Rung};
 use voxsplat::task::engine::{Effort, EngineState, Ladder, Picture};
@@ -13,7 +14,7 @@ use voxsplat::transfer::{ColourSource, TransferFunction};
 use voxsplat::volume::Lattice;
 
 use crate::engine::{Bench, rest};
-use crate::support::{context, drawn, scene, wide};
+use crate::support::{context, drawn, scene, wide, with_transfer};
 
 const FRAME: [u32; 2] = [420, 360];
 /// Of many pictures, each a second or so: what changes in mid refinement must find it under way.
@@ -34,7 +35,11 @@ const GREEN: Srgb8 = Srgb8([0, 255, 0]);
 const BLUE: Srgb8 = Srgb8([0, 0, 255]);
 
 fn with(scene: &Scene, colour: Srgb8, opacity: f64) -> Scene {
-    Scene { transfer: of_colour(colour, opacity), ..scene.clone() }
+    with_transfer(scene.clone(), of_colour(colour, opacity))
+}
+
+fn plan_of(scene: &Scene) -> Plan {
+    Plan::of(scene, FRAME)
 }
 
 /// Whether a picture shows anything of a channel.
@@ -117,24 +122,25 @@ fn a_moving_transfer_function_is_seen_before_the_whole_octree_is_there() {
     let base = scene(Lattice::unit(HEAVY), DVec3::new(0.3, -0.5, 0.8));
     let ticket = Ticket::new();
     let budget_ms = 20.0;
-    drawer.prepare(&with(&base, RED, 0.7), &ticket).expect("prepared");
+    drawer.prepare(&plan_of(&with(&base, RED, 0.7)), &ticket).expect("prepared");
     let uploads = drawer.renderer.upload_count();
     let moved = with(&base, GREEN, 0.02);
-    drawer.prepare_preview(&moved, FRAME, budget_ms, &ticket).expect("prepared");
+    let plan = plan_of(&moved);
+    drawer.prepare_preview(&plan, budget_ms, &ticket).expect("prepared");
     assert!(drawer.has_coarse_octree(), "no less than would be classified at once");
     let active = drawer.active_count();
-    let coarse = drawer.draw(&Plan::of(&moved, FRAME), Rung::Coarse { budget_ms }, &mut ()).expect("drawn");
+    let coarse = drawer.draw(&plan, Rung::Coarse { budget_ms }, &mut ()).expect("drawn");
     assert!(coarse.nodes > 0 && coarse.max_error > 0.0, "{coarse:?}");
     let seen = wide(&drawer.renderer.read_light().expect("read"));
     assert!(seen.iter().all(|p| p[0] == 0.0) && seen.iter().any(|p| p[1] > 0.0));
     // Rows of voxels are planned by counts that only the whole one has.
-    let refused = drawer.draw(&Plan::of(&moved, FRAME), Rung::Full, &mut ());
+    let refused = drawer.draw(&plan, Rung::Full, &mut ());
     assert!(refused.is_err(), "{refused:?}");
 
     // Begun, and there after a while.
-    drawer.begin_octree(&moved).expect("begun");
-    drawer.prepare_preview(&moved, FRAME, budget_ms, &ticket).expect("prepared");
-    drawer.prepare(&moved, &ticket).expect("prepared");
+    drawer.begin_octree(&plan).expect("begun");
+    drawer.prepare_preview(&plan, budget_ms, &ticket).expect("prepared");
+    drawer.prepare(&plan, &ticket).expect("prepared");
     assert!(!drawer.has_coarse_octree());
     assert_eq!(drawer.active_count(), active, "8-bit values are counted alike");
     assert_eq!(drawer.renderer.upload_count(), uploads, "the volume was there");
@@ -142,7 +148,7 @@ fn a_moving_transfer_function_is_seen_before_the_whole_octree_is_there() {
     let (found, _) = drawn(&mut drawer, &moved, FRAME, Rung::Octree { max_error });
     let Some(context) = crate::support::context(Wishes::default()) else { return };
     let mut fresh = Drawer::new(Renderer::new(context));
-    fresh.prepare(&moved, &ticket).expect("prepared");
+    fresh.prepare(&plan, &ticket).expect("prepared");
     let (expected, _) = drawn(&mut fresh, &moved, FRAME, Rung::Octree { max_error });
     assert!(found == expected, "other bits than at once");
     // As bright as the whole one's cut of about as many nodes. Measured: 0.26 of 255 apart.
@@ -162,18 +168,18 @@ fn every_change_of_a_drag_is_seen_from_its_own_coarse_levels_and_the_finer_ones_
     let base = scene(Lattice::unit(HEAVY), DVec3::new(0.3, -0.5, 0.8));
     let ticket = Ticket::new();
     let budget_ms = 15.0;
-    let moved = |step: usize| with(&base, [GREEN, BLUE, RED][step % 3], 0.02);
+    let moved = |step: usize| plan_of(&with(&base, [GREEN, BLUE, RED][step % 3], 0.02));
     for step in 0..5 {
-        let scene = moved(step);
-        drawer.prepare_preview(&scene, FRAME, budget_ms, &ticket).expect("prepared");
+        let plan = moved(step);
+        drawer.prepare_preview(&plan, budget_ms, &ticket).expect("prepared");
         assert!(drawer.has_coarse_octree(), "{step}: never all of it before a quick picture");
-        drawer.draw(&Plan::of(&scene, FRAME), Rung::Coarse { budget_ms }, &mut ()).expect("drawn");
+        drawer.draw(&plan, Rung::Coarse { budget_ms }, &mut ()).expect("drawn");
         let light = wide(&drawer.renderer.read_light().expect("read"));
         let lit = [1, 2, 0].map(|channel| light.iter().any(|p| p[channel] > 0.0));
         let asked = [0, 1, 2].map(|colour| colour == step % 3);
         assert_eq!(lit, asked, "{step}: of another function");
         // As where nothing newer is asked for yet; the next change comes at once.
-        drawer.begin_octree(&scene).expect("begun");
+        drawer.begin_octree(&plan).expect("begun");
     }
     let last = moved(4);
     drawer.prepare(&last, &ticket).expect("prepared");

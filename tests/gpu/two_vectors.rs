@@ -81,8 +81,7 @@ fn ways_of_foreshortening_and_means_are_each_fields_own() {
         first.settings.coarser = 1;
         first.settings.foreshortening = Foreshortening::Polygon;
     });
-    let scene =
-        with_second(scene, |second| second.settings.foreshortening = Foreshortening::Table);
+    let scene = with_second(scene, |second| second.settings.foreshortening = Foreshortening::Table);
     holds("two fields, one halved", &scene, CLOSE);
     let scene = with(scene, |first| {
         first.settings.coarser = 0;
@@ -142,8 +141,7 @@ fn a_second_field_of_nothing_changes_no_bit_and_one_field_has_no_trace_of_anothe
     let one = of_one(all.clone(), 0);
     let (before, _) = drawn(&mut drawer, &one, PICTURE, Rung::Full);
     let (bytes, pipelines) = (drawer.renderer.size_bytes(), drawer.renderer.pipeline_count());
-    let nothing =
-        with_second(all.clone(), |second| second.settings.transfer.opacity.clear());
+    let nothing = with_second(all.clone(), |second| second.settings.transfer.opacity.clear());
     assert_eq!(drawn(&mut drawer, &nothing, PICTURE, Rung::Full).0, before);
     // Nor do the shorter steps of what does not show make slabs thinner.
     let near = Lattice { spacing: DVec3::splat(0.2), ..Lattice::unit([5, 4, 4]) };

@@ -360,7 +360,7 @@ fn a_single_splat_is_what_crawfis_and_max_print() {
         scene.splat.opacity_model = OpacityModel::Published;
         // The slabs of a field that does not show are 20 deep and meet in the middle of its lattice: the
         // splat lies before it.
-        scene.transfer_mut().expect("a field").opacity.clear();
+        transfer_of(&mut scene).opacity.clear();
         scene.splat.slabs_per_voxel = 0.5;
         scene.camera =
             voxsplat::core::Camera::new(DVec3::new(1.0, 1.0, 2.0), DVec3::NEG_Z, DVec3::Y, 1.0);

@@ -154,7 +154,7 @@ fn a_field_of_very_many_slabs_has_its_vectors() {
     (scene.splat, scene.phase) = (alone().splat, alone().phase);
     let mut scene = scene.with(VectorLayer { field: winds, settings });
     scene.splat.slabs_per_voxel = 4.0;
-    scene.transfer_mut().expect("a field").opacity = vec![(90.0, 0.0), (255.0, 0.02)];
+    transfer_of(&mut scene).opacity = vec![(90.0, 0.0), (255.0, 0.02)];
     let Some((found, runs, halved)) = light(&scene, Some(300)) else { return };
     assert!(runs > 1 && halved == 0, "{runs} dispatches, halved {halved} times");
     let expected = expected(&scene, SIZE);

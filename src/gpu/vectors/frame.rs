@@ -150,6 +150,8 @@ impl VectorFrame {
             number_of(first.settings.foreshortening),
             bits_below(layers.count),
         ];
+        // No splat is of a second field where there is none.
+        constants.second_flags[0] = u32::MAX;
         if let Some(VectorLook { splats, settings }) = what.looks.get(1) {
             let radius = drawn_radius(natural_radius, settings.mode);
             let ratio = splats.unit / first.splats.unit;

@@ -157,9 +157,9 @@ pub const MOST_GATHERED_EXTENT: f64 = 8.0;
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("expected {expected}, found {found}; {advice}")]
 pub struct ModeError {
-    expected: &'static str,
-    found: String,
-    advice: &'static str,
+    pub(super) expected: &'static str,
+    pub(super) found: String,
+    pub(super) advice: &'static str,
 }
 
 impl SplatSettings {

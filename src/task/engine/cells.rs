@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::worker::{REBUILDS, Worker};
-use super::{Effort, Engine, EngineState, FrameRequest};
+use super::{Effort, Engine, FrameRequest};
 use crate::core::Ticket;
 use crate::gpu::GpuError;
 use crate::plan::Plan;
@@ -128,13 +128,7 @@ impl Worker {
                 self.find_cells(source.as_ref());
             }
             Err(DrawError::Interrupted) => {}
-            Err(error @ DrawError::TooLarge(_)) => {
-                self.announce(EngineState::Failed(error.to_string()));
-            }
-            Err(DrawError::Gpu(error)) => {
-                self.drop_device();
-                self.announce(EngineState::Failed(error.to_string()));
-            }
+            Err(error) => self.fail(&error),
         }
     }
 }

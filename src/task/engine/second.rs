@@ -77,13 +77,7 @@ impl Worker {
                     self.announce(EngineState::Idle);
                 }
             }
-            Err(error @ DrawError::TooLarge(_)) => {
-                self.announce(EngineState::Failed(error.to_string()));
-            }
-            Err(DrawError::Gpu(error)) => {
-                self.drop_device();
-                self.announce(EngineState::Failed(error.to_string()));
-            }
+            Err(error) => self.fail(&error),
         }
     }
 

@@ -129,6 +129,14 @@ impl Worker {
         self.drawer = None;
     }
 
+    /// Says why there is no picture. A refusal leaves the device as it is.
+    pub(super) fn fail(&mut self, error: &DrawError) {
+        if !error.is_refusal() {
+            self.drop_device();
+        }
+        self.announce(EngineState::Failed(error.to_string()));
+    }
+
     pub(super) fn announce(&self, state: EngineState) {
         let mut slot = self.shared.lock();
         if slot.state == state {
@@ -163,13 +171,7 @@ impl Worker {
             Err(DrawError::Interrupted) => {
                 self.shared.lock().frame.get_or_insert(request);
             }
-            Err(error @ DrawError::TooLarge(_)) => {
-                self.announce(EngineState::Failed(error.to_string()));
-            }
-            Err(DrawError::Gpu(error)) => {
-                self.drop_device();
-                self.announce(EngineState::Failed(error.to_string()));
-            }
+            Err(error) => self.fail(&error),
         }
     }
 }
