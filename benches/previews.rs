@@ -14,6 +14,7 @@ use std::time::{Duration, Instant};
 
 use glam::DVec3;
 use voxsplat::accuracy::{self, Difference};
+use voxsplat::app::words;
 use voxsplat::core::{Camera, Srgb8, Ticket};
 use voxsplat::gpu::{AdapterChoice, Context, Renderer, SlabField, Wishes};
 use voxsplat::hierarchy::ScalarPyramid;
@@ -166,7 +167,7 @@ fn turned(path: &Path) {
         last.size[1],
         times[times.len() / 2],
         times[times.len() - 1],
-        last.report.rung,
+        words::level_in_full(&last.report.level),
         rungs / at_once,
         sysinfo::System::load_average().map_or(0.0, |load| load.one),
     );

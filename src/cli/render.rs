@@ -13,7 +13,7 @@ use super::{Destination, Failure, note, open, refuse_one_place};
 use crate::core::{Srgb8, Ticket};
 use crate::scene::annotations::Layout;
 use crate::scene::{
-    Background, Inside, MOST_SLABS_PER_VOXEL, Scene, SplatSettings, View, Visibility,
+    Background, Effect, Inside, MOST_SLABS_PER_VOXEL, Scene, SplatSettings, View, Visibility,
 };
 use crate::task::engine::Engine;
 use crate::task::loop_file::{self, Cycle, LoopFormat, MOST_FRAMES};
@@ -117,7 +117,7 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
     } else if is_one_colour(&still.rgba, background) {
         note(&causes.one_colour(still.kernels_active));
     }
-    let are_vectors = |effect: &&str| ["vectors", "second vectors"].contains(effect);
+    let are_vectors = |effect: &Effect| matches!(effect, Effect::Vectors | Effect::SecondVectors);
     let needs_lights = !effects.iter().all(are_vectors);
     if needs_lights && !still.drawn.is_shaded && !alone {
         effects.retain(are_vectors);
@@ -163,7 +163,7 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
     }
     picture_to.write(&picture_file::bytes(&still, format).map_err(Failure::Failed)?)?;
     if let Some(stats_to) = stats_to {
-        let stats = Stats::of(&still, splat, (asked, effects), refine, kernels_total, load_ms);
+        let stats = Stats::of(&still, splat, (asked, &effects), refine, kernels_total, load_ms);
         let text = serde_json::to_string_pretty(&stats).map_err(Failure::failed)? + "\n";
         stats_to.write(text.as_bytes())?;
     }
@@ -218,7 +218,7 @@ fn run_loop(flags: &RenderFlags, frames: u32, seconds: f64) -> Result<(), Failur
 struct Meant {
     scene: Scene,
     /// What it asks for beside the transfer function.
-    effects: Vec<&'static str>,
+    effects: Vec<Effect>,
     /// What the file calls its space.
     space: Option<String>,
 }
@@ -306,8 +306,9 @@ pub(super) fn refuse_among_triangles(
 /// Refuses vectors beside values that are projected, which have no slabs for them, and vectors alone with
 /// what is seen of the field.
 pub(super) fn refuse_vectors(inside: &Inside, are_alone: bool) -> Result<(), Failure> {
-    let projects = |what: &&&str| **what == "projection";
-    match inside.effects().iter().find(|what| are_alone || projects(what)) {
+    let mut effects = inside.effects().into_iter();
+    let found = effects.find(|effect| are_alone || *effect == Effect::Projection);
+    match found.map(Effect::name) {
         Some(what) if are_alone => Err(Failure::Usage(format!(
             "expected no {what} with vectors alone, which are drawn whole, found both; show them beside the \
              field, or leave one of the two out"
@@ -322,7 +323,7 @@ pub(super) fn refuse_vectors(inside: &Inside, are_alone: bool) -> Result<(), Fai
 
 /// Refuses pictures that may be of an octree cut, which shows nothing of the inside.
 fn refuse_coarse(flags: &RenderFlags, inside: &Inside) -> Result<(), Failure> {
-    match inside.effects().first() {
+    match inside.effects().first().map(|effect| effect.name()) {
         Some(what) if flags.refine == Some(RefineFlag::Coarse) => Err(Failure::Usage(format!(
             "expected --refine full or converged with {what}, found --refine coarse, whose pictures may \
              be octree cuts that do not show it; leave --refine out"

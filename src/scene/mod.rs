@@ -133,8 +133,8 @@ impl Scene {
         !self.needs_gathering() && self.splat.is_backend_open(view)
     }
 
-    /// What it asks for beside the transfer function and the mode, by name.
-    pub fn effects(&self) -> Vec<&'static str> {
+    /// What it asks for beside the transfer function and the mode.
+    pub fn effects(&self) -> Vec<Effect> {
         // Values that are projected have no opacity, and nothing falls on them.
         let is_lit = self.inside.along == AlongRay::Composite;
         let mut effects = if is_lit { self.shading.effects() } else { Vec::new() };
@@ -144,15 +144,15 @@ impl Scene {
             if is_lit && !self.hides_field() {
                 effects.extend(self.inside.effects());
             }
-            effects.push("vectors");
+            effects.push(Effect::Vectors);
             if self.has_second_vectors() {
-                effects.push("second vectors");
+                effects.push(Effect::SecondVectors);
             }
         } else {
             effects.extend(self.inside.effects());
         }
         if self.has_polygons() {
-            effects.push("polygons");
+            effects.push(Effect::Polygons);
         }
         effects
     }

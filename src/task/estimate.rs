@@ -366,6 +366,7 @@ mod tests {
     use crate::core::{Srgb8, Ticket};
     use crate::scene::VectorLayer;
     use crate::task::engine::FrameReport;
+    use crate::task::level::LevelOfDetail;
     use crate::volume::{Lattice, Places, VectorField};
 
     fn picture(
@@ -377,7 +378,7 @@ mod tests {
             .flat_map(|y| (0..size[0]).map(move |x| (x, y)))
             .flat_map(|(x, y)| [pixel(x, y), pixel(x, y), pixel(x, y), 255])
             .collect();
-        let report = FrameReport::last("full".into(), 1, crate::scene::Backend::Raster, 1.0);
+        let report = FrameReport::last(LevelOfDetail::FULL, 1, crate::scene::Backend::Raster, 1.0);
         Picture { size, requested_size, rgba, report }
     }
 
