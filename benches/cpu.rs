@@ -7,7 +7,7 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use voxsplat::core::Ticket;
 use voxsplat::hierarchy::{Cut, CutLimits, ErrorMeasure, Pyramid, ScalarPyramid};
 use voxsplat::kernel::{FootprintPolynomial, Kernel, RadialKernel, SlabShare, coefficients};
-use voxsplat::scene::{self, Scene, View};
+use voxsplat::scene::{self, SampleSource, Scene, View};
 use voxsplat::transfer::Table;
 use voxsplat::volume::{
     Bricks, Component, Lattice, Samples, ScalarType, ScalarVolume, Statistics, demo,
@@ -20,8 +20,13 @@ fn head() -> Scene {
     scene::opening(SampleSource::default(), Arc::new(volume), None)
 }
 
+fn volume_of(scene: &Scene) -> &Arc<ScalarVolume> {
+    scene.volume().expect("a field")
+}
+
 fn statistics(c: &mut Criterion) {
-    let ScalarVolume { samples, lattice, .. } = &*head().volume;
+    let scene = head();
+    let ScalarVolume { samples, lattice, .. } = &**volume_of(&scene);
     let ticket = Ticket::new();
     c.bench_function("statistics of 128³ int16", |b| {
         b.iter(|| Statistics::of(black_box(samples), &ticket));
@@ -40,7 +45,7 @@ fn classification(c: &mut Criterion) {
     }
     let table = Table::new(scene.transfer().expect("a field"), ScalarType::Int16);
     let build = |measure| {
-        let volume = black_box(scene.volume().expect("a field"));
+        let volume = black_box(volume_of(&scene));
         Pyramid::build(volume, &table, 1.0, measure, &Ticket::new()).expect("nobody cancels")
     };
     for &measure in ErrorMeasure::ALL {
@@ -49,7 +54,7 @@ fn classification(c: &mut Criterion) {
         });
     }
     c.bench_function("coarse levels of the pyramid of 128³ int16", |b| {
-        let (volume, measure) = (black_box(scene.volume().expect("a field")), ErrorMeasure::Classified);
+        let (volume, measure) = (black_box(volume_of(&scene)), ErrorMeasure::Classified);
         b.iter(|| Pyramid::coarse(volume, &table, 1.0, measure, &Ticket::new()));
     });
     let pyramid = build(ErrorMeasure::Classified);
@@ -99,7 +104,8 @@ fn kernels(c: &mut Criterion) {
 }
 
 fn reconstruction(c: &mut Criterion) {
-    let volume = head().volume;
+    let scene = head();
+    let volume = volume_of(&scene);
     let mut group = c.benchmark_group("coefficients of 128³ int16");
     for (kernel, interpolating) in [
         (Kernel::Linear, false),
@@ -109,9 +115,7 @@ fn reconstruction(c: &mut Criterion) {
     ] {
         let word = if interpolating { "interpolating" } else { "smooth" };
         group.bench_function(format!("{}, {word}", kernel.name()), |b| {
-            b.iter(|| {
-                coefficients(black_box(&volume), kernel, None, interpolating, &Ticket::new())
-            });
+            b.iter(|| coefficients(black_box(volume), kernel, None, interpolating, &Ticket::new()));
         });
     }
     group.finish();

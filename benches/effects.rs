@@ -15,6 +15,7 @@ use glam::DVec3;
 use voxsplat::accuracy::Difference;
 use voxsplat::core::Ticket;
 use voxsplat::gpu::{AdapterChoice, Context, Renderer, Wishes};
+use voxsplat::plan::Plan;
 use voxsplat::scene::{
     AlongRay, Clip, ClipBox, CutFaces, Inside, Isosurface, Plane, Scene, Shading, ShadingPreset,
     Slice,
@@ -44,14 +45,14 @@ fn drawer() -> Drawer {
 
 /// Everything that is measured, plain first.
 fn variants(base: &Scene) -> Vec<(String, Scene)> {
-    let volume = &base.volume;
+    let volume = base.volume().expect("a field");
     let lattice = volume.lattice;
     let with = |name: &str, inside: Inside| (name.to_owned(), Scene { inside, ..base.clone() });
     let half = ClipBox { high: [1.0, 0.5, 1.0], ..ClipBox::WHOLE };
     let clip = |faces| Clip { bounds: Some(half), faces, ..Clip::default() };
     let oblique = Plane { point: lattice.centre(), normal: DVec3::new(0.6, -0.5, 0.4) };
     // A level with opacity: where the function first has half of its greatest.
-    let points = &base.transfer.opacity;
+    let points = &base.transfer().expect("a field").opacity;
     let most = points.iter().map(|point| point.1).fold(0.0, f64::max);
     let level = points.iter().find(|point| point.1 >= 0.5 * most).map_or(0.0, |point| point.0);
     let surface = Isosurface { value: level, opacity: 0.8, colour: None };
@@ -96,11 +97,9 @@ fn scan(name: &str, base: &Scene) {
     let mut plain: Option<Light> = None;
     for (effects, scene) in variants(base) {
         let mut drawer = drawer();
-        drawer.prepare(&Plan::of(&scene, SIZE), &Ticket::new()).expect("it fits");
-        let mut draw = || {
-            let drawn = drawer.draw(&Plan::of(&scene, SIZE), Rung::Full, &mut ()).expect("it draws");
-            drawn.wall_ms
-        };
+        let plan = Plan::of(&scene, SIZE);
+        drawer.prepare(&plan, &Ticket::new()).expect("it fits");
+        let mut draw = || drawer.draw(&plan, Rung::Full, &mut ()).expect("it draws").wall_ms;
         // Compiles.
         draw();
         let (before, mut walls) = (processor_ms(), Vec::new());

@@ -15,7 +15,8 @@ use voxsplat::accuracy;
 use voxsplat::core::Ticket;
 use voxsplat::gpu::{AdapterChoice, Context, Renderer, Wishes};
 use voxsplat::io::{self, OpenOptions};
-use voxsplat::scene::{self, Scene};
+use voxsplat::plan::Plan;
+use voxsplat::scene::{self, SampleSource, Scene};
 use voxsplat::task::draw::{Drawer, Rung};
 use voxsplat::task::engine::{Effort, Engine, FrameRequest, Ladder, Picture};
 use voxsplat::task::still::enlarged;
@@ -95,20 +96,21 @@ fn median(mut values: Vec<f64>) -> f64 {
 
 fn measure(drawer: &mut Drawer, name: &str, scene: &Scene, load: Duration) -> Value {
     let start = Instant::now();
-    drawer.prepare(scene, &Ticket::new()).expect("it fits");
+    let plan = Plan::of(scene, VIEWPORT);
+    drawer.prepare(&plan, &Ticket::new()).expect("it fits");
     let prepare = start.elapsed();
-    drawer.draw(&Plan::of(scene, VIEWPORT), Rung::Coarse { budget_ms: 20.0 }, &mut ()).expect("it draws");
+    drawer.draw(&plan, Rung::Coarse { budget_ms: 20.0 }, &mut ()).expect("it draws");
     let first_coarse = load + start.elapsed();
     let active = drawer.active_count().unwrap_or(0);
 
-    let full = |drawer: &mut Drawer, size| {
+    let full = |drawer: &mut Drawer, plan: &Plan| {
         let times: Vec<f64> = (0..RUNS)
-            .map(|_| drawer.draw(&Plan::of(scene, size), Rung::Full, &mut ()).expect("it draws").wall_ms)
+            .map(|_| drawer.draw(plan, Rung::Full, &mut ()).expect("it draws").wall_ms)
             .collect();
         median(times)
     };
-    let square_ms = full(drawer, SQUARE);
-    let viewport_ms = full(drawer, VIEWPORT);
+    let square_ms = full(drawer, &Plan::of(scene, SQUARE));
+    let viewport_ms = full(drawer, &plan);
     let truth = wide(drawer.renderer.read_light().expect("it reads back"));
 
     let coarse: Vec<Value> = BUDGETS_MS
@@ -116,9 +118,8 @@ fn measure(drawer: &mut Drawer, name: &str, scene: &Scene, load: Duration) -> Va
         .map(|&budget_ms| {
             let rung = Rung::Coarse { budget_ms };
             // The costs are learnt as the window learns them: picture by picture.
-            let drawn: Vec<_> = (0..12)
-                .map(|_| drawer.draw(&Plan::of(scene, VIEWPORT), rung, &mut ()).expect("it draws"))
-                .collect();
+            let drawn: Vec<_> =
+                (0..12).map(|_| drawer.draw(&plan, rung, &mut ()).expect("it draws")).collect();
             let last = &drawn[drawn.len() - 1];
             let light = drawer.renderer.read_light().expect("it reads back");
             let picture = wide(enlarged(light, last.size, VIEWPORT));

@@ -6,7 +6,8 @@ use std::sync::Arc;
 
 use voxsplat::core::Ticket;
 use voxsplat::gpu::{AdapterChoice, Context, Renderer, Wishes};
-use voxsplat::scene::{self, Backend, Order, Scene, SplatSettings, Visibility};
+use voxsplat::plan::Plan;
+use voxsplat::scene::{self, Backend, Order, SampleSource, Scene, SplatSettings, Visibility};
 use voxsplat::task::draw::{Drawer, Rung};
 use voxsplat::volume::{Component, demo};
 
@@ -40,14 +41,14 @@ fn main() {
 }
 
 fn measure(drawer: &mut Drawer, name: &str, base: &Scene, splat: SplatSettings, nodes: u64) {
-    let scene = Scene { splat, ..base.clone() };
-    drawer.prepare(&Plan::of(&scene, SIZE), &Ticket::new()).expect("it prepares");
+    let plan = Plan::of(&Scene { splat, ..base.clone() }, SIZE);
+    drawer.prepare(&plan, &Ticket::new()).expect("it prepares");
     let rung = Rung::Octree { max_error: drawer.error_for_count(nodes) };
-    let mut drawn = || drawer.draw(&Plan::of(&scene, SIZE), rung, &mut ()).expect("it draws");
+    let mut drawn = || drawer.draw(&plan, rung, &mut ()).expect("it draws");
     let times: Vec<_> = (0..=RUNS).map(|_| drawn()).collect();
     let best = times[1..].iter().map(|d| d.wall_ms).fold(f64::INFINITY, f64::min);
     drawer.renderer.time_passes().expect("it times");
-    drawer.draw(&Plan::of(&scene, SIZE), rung, &mut ()).expect("it draws");
+    drawer.draw(&plan, rung, &mut ()).expect("it draws");
     let rows: Vec<String> =
         drawer.renderer.times().iter().map(|t| format!("{} {:.1}", t.name, t.gpu_ms)).collect();
     drawer.renderer.stop_timing();

@@ -29,6 +29,7 @@ use voxsplat::core::Ticket;
 use voxsplat::core::colour::srgb_from_linear;
 use voxsplat::gpu::{AdapterChoice, Context, Renderer, Wishes};
 use voxsplat::kernel::Kernel;
+use voxsplat::plan::Plan;
 use voxsplat::scene::{CutSettings, ErrorMeasure, Scene, SplatSettings};
 use voxsplat::task::draw::{Drawer, Rung};
 
@@ -97,30 +98,30 @@ fn options() -> Vec<(&'static str, CutSettings)> {
 
 fn scan(drawer: &mut Drawer, name: &str, base: &Scene) {
     let load = sysinfo::System::load_average().map_or(0.0, |load| load.one);
-    let of = |splat: SplatSettings| Scene { splat, ..base.clone() };
+    let of = |splat: SplatSettings| Plan::of(&Scene { splat, ..base.clone() }, SIZE);
     let exact = of(SplatSettings { slabs_per_voxel: 2.0, ..SplatSettings::EXACT });
     let own = of(SplatSettings::SHADE_FIRST);
-    drawer.prepare(&Plan::of(&exact, SIZE), &Ticket::new()).expect("it fits");
-    drawer.draw(&Plan::of(&exact, SIZE), Rung::Full, &mut ()).expect("it draws");
+    drawer.prepare(&exact, &Ticket::new()).expect("it fits");
+    drawer.draw(&exact, Rung::Full, &mut ()).expect("it draws");
     let exact = light(drawer);
-    drawer.prepare(&Plan::of(&own, SIZE), &Ticket::new()).expect("it fits");
-    drawer.draw(&Plan::of(&own, SIZE), Rung::Full, &mut ()).expect("it draws");
+    drawer.prepare(&own, &Ticket::new()).expect("it fits");
+    drawer.draw(&own, Rung::Full, &mut ()).expect("it draws");
     let truths = [light(drawer), exact];
     let active = drawer.active_count().unwrap_or(0);
     println!("## {name}\n\n{active} active kernels, load {load:.1} at the start.\n");
     let full = measured(drawer, &own, Rung::Full, "full".to_owned(), &truths);
     let mut curves: Vec<Curve> = Vec::new();
     for (option, cut) in options() {
-        let scene = of(SplatSettings { cut, ..SplatSettings::SHADE_FIRST });
+        let plan = of(SplatSettings { cut, ..SplatSettings::SHADE_FIRST });
         let start = Instant::now();
-        drawer.prepare(&Plan::of(&scene, SIZE), &Ticket::new()).expect("it fits");
+        drawer.prepare(&plan, &Ticket::new()).expect("it fits");
         eprintln!("{name}, {option}: prepared in {:.0} ms", start.elapsed().as_secs_f64() * 1e3);
         let step = (active as f64 / FEWEST_NODES).ln() / f64::from(CUTS);
         let rows = (0..CUTS).map(|i| {
             #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "> 0")]
             let count = (FEWEST_NODES * (step * f64::from(i)).exp()) as u64;
             let max_error = drawer.error_for_count(count);
-            measured(drawer, &scene, Rung::Octree { max_error }, format!("{max_error:.4}"), &truths)
+            measured(drawer, &plan, Rung::Octree { max_error }, format!("{max_error:.4}"), &truths)
         });
         curves.push((option.to_owned(), rows.collect()));
     }
@@ -139,12 +140,12 @@ fn scan(drawer: &mut Drawer, name: &str, base: &Scene) {
 /// Draws a rung several times, finding its cut each time as a moving view does.
 fn measured(
     drawer: &mut Drawer,
-    scene: &Scene,
+    plan: &Plan,
     rung: Rung,
     name: String,
     [own, exact]: &[Light; 2],
 ) -> Row {
-    let mut draw = || drawer.draw(&Plan::of(scene, SIZE), rung, &mut ()).expect("it draws");
+    let mut draw = || drawer.draw(plan, rung, &mut ()).expect("it draws");
     let nodes = draw().kernels;
     let (before, mut walls) = (processor_ms(), Vec::new());
     while walls.len() < LEAST_RUNS || processor_ms() - before < LEAST_MS {

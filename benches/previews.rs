@@ -14,12 +14,14 @@ use std::time::{Duration, Instant};
 
 use glam::DVec3;
 use voxsplat::accuracy::{self, Difference};
+use voxsplat::app::words;
 use voxsplat::core::{Camera, Srgb8, Ticket};
 use voxsplat::gpu::{AdapterChoice, Context, Renderer, SlabField, Wishes};
 use voxsplat::hierarchy::ScalarPyramid;
 use voxsplat::io::{self, OpenOptions};
 use voxsplat::kernel::{Averaged, Coefficients, Kernel, nearest_tents};
-use voxsplat::scene::{self, Background, Scene, SplatSettings};
+use voxsplat::plan::Plan;
+use voxsplat::scene::{self, Background, SampleSource, Scene, SplatSettings};
 use voxsplat::task::draw::{Drawer, Rung};
 use voxsplat::task::engine::{Effort, Engine, EngineState, FrameRequest, Ladder, Picture};
 use voxsplat::task::still::enlarged;
@@ -166,7 +168,7 @@ fn turned(path: &Path) {
         last.size[1],
         times[times.len() / 2],
         times[times.len() - 1],
-        last.report.rung,
+        words::level_in_full(&last.report.level),
         rungs / at_once,
         sysinfo::System::load_average().map_or(0.0, |load| load.one),
     );
@@ -183,7 +185,8 @@ fn open(path: &Path) -> Result<Scene, String> {
     };
     let field = grid.field(None).map_err(|e| e.to_string())?;
     let volume = grid.scalar(field, Component::Index(0), &Ticket::new());
-    Ok(scene::opening(SampleSource::default(), Arc::new(volume.map_err(|e| e.to_string())?), grid.space.as_deref()))
+    let volume = Arc::new(volume.map_err(|e| e.to_string())?);
+    Ok(scene::opening(SampleSource::default(), volume, grid.space.as_deref()))
 }
 
 fn function(opacity: Points<'_>, colours: Colours<'_>) -> TransferFunction {
@@ -197,7 +200,7 @@ fn function(opacity: Points<'_>, colours: Colours<'_>) -> TransferFunction {
 fn drawer(scene: &Scene) -> Drawer {
     let context = Context::new(&AdapterChoice::Auto, Wishes::default()).expect("an adapter");
     let mut drawer = Drawer::new(Renderer::new(context));
-    drawer.prepare(scene, &Ticket::new()).expect("it fits");
+    drawer.prepare(&Plan::of(scene, SIZE), &Ticket::new()).expect("it fits");
     drawer
 }
 
@@ -262,8 +265,9 @@ fn measure(name: &str, scene: &Scene) {
         let mut drawer = drawer(scene);
         let tents = SplatSettings { kernel: Kernel::Linear, ..scene.splat };
         let (field, ticket) = (SlabField::Preview, Ticket::new());
-        let coefficients = means(scene.volume().expect("a field"), level, width);
-        let set = drawer.renderer.set_field(field, scene.volume().expect("a field"), &tents, coefficients, &ticket);
+        let volume = scene.volume().expect("a field");
+        let coefficients = means(volume, level, width);
+        let set = drawer.renderer.set_field(field, volume, &tents, coefficients, &ticket);
         set.expect("it fits");
         row(&title, scene, &mut drawer, field, &against);
     }
@@ -288,12 +292,13 @@ fn row(
     field: SlabField,
     against: &impl Fn(Vec<[f32; 4]>, [u32; 2]) -> Difference,
 ) {
+    let plan = Plan::of(scene, SIZE);
     let cells = SHRINKS.map(|shrink| {
         let mut least = f64::INFINITY;
         let mut size = SIZE;
         for _ in 0..RUNS {
             let rung = Rung::Reduced { field, shrink };
-            let drawn = drawer.draw(&Plan::of(scene, SIZE), rung, &mut ()).expect("it draws");
+            let drawn = drawer.draw(&plan, rung, &mut ()).expect("it draws");
             (least, size) = (least.min(drawn.wall_ms), drawn.size);
         }
         let Difference { rmse, mean_brightness, .. } = against(light(drawer), size);

@@ -15,6 +15,7 @@ use voxsplat::core::Ticket;
 use voxsplat::gpu::{AdapterChoice, Context, Renderer, Wishes};
 use voxsplat::hierarchy::CutNode;
 use voxsplat::kernel::RadialKernel;
+use voxsplat::plan::Plan;
 use voxsplat::scene::{CutSettings, Scene, SplatSettings, View};
 use voxsplat::task::draw::{Drawer, Rung};
 
@@ -46,8 +47,9 @@ fn scan(drawer: &mut Drawer, name: &str, base: &Scene) {
         |cut| Scene { splat: SplatSettings { cut, ..SplatSettings::SHADE_FIRST }, ..base.clone() };
     let uneven = of(CutSettings::UNIFORM);
     let even = of(CutSettings { balanced: true, ..CutSettings::UNIFORM });
-    drawer.prepare(&Plan::of(&uneven, SIZE), &Ticket::new()).expect("it fits");
-    drawer.draw(&Plan::of(&uneven, SIZE), Rung::Full, &mut ()).expect("it draws");
+    let plan = Plan::of(&uneven, SIZE);
+    drawer.prepare(&plan, &Ticket::new()).expect("it fits");
+    drawer.draw(&plan, Rung::Full, &mut ()).expect("it draws");
     let full = light(drawer);
     for count in NODES {
         let max_error = drawer.error_for_count(count);

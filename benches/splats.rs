@@ -16,7 +16,8 @@ use voxsplat::core::Ticket;
 use voxsplat::gpu::layout::Record;
 use voxsplat::gpu::{AdapterChoice, Context, Renderer, Wishes};
 use voxsplat::kernel::{Kernel, Subdivisions};
-use voxsplat::scene::{self, OpacityModel, Scene, SplatSettings, View};
+use voxsplat::plan::Plan;
+use voxsplat::scene::{self, OpacityModel, SampleSource, Scene, SplatSettings, View};
 use voxsplat::task::draw::{Drawer, Rung};
 use voxsplat::volume::{Component, Lattice, Samples, ScalarVolume, demo};
 
@@ -96,7 +97,7 @@ fn fill(drawer: &mut Drawer, count: u32, radius: f64) {
     let mut truth = None;
     for (name, splat) in modes() {
         let scene = Scene { splat, ..scene.clone() };
-        drawer.prepare(&Plan::of(&scene, SIZE), &Ticket::new()).expect("it prepares");
+        drawer.prepare(&Plan::of(&scene, [SIDE; 2]), &Ticket::new()).expect("it prepares");
         let view = View::new(&scene, [SIDE; 2]);
         let renderer = &mut drawer.renderer;
         let mut draw = || {
@@ -141,10 +142,10 @@ fn volume(drawer: &mut Drawer, name: &str, size: usize) {
     let base = scene::opening(SampleSource::default(), Arc::new(volume), grid.space.as_deref());
     let mut draw = |splat: SplatSettings| {
         let scene = Scene { splat, ..base.clone() };
-        drawer.prepare(&Plan::of(&scene, SIZE), &Ticket::new()).expect("it prepares");
-        let size = [512; 2];
+        let plan = Plan::of(&scene, [512; 2]);
+        drawer.prepare(&plan, &Ticket::new()).expect("it prepares");
         let times = timed(|| {
-            drawer.draw(&Plan::of(&scene, size), Rung::Full, &mut ()).expect("it draws");
+            drawer.draw(&plan, Rung::Full, &mut ()).expect("it draws");
         });
         (times, wide(&drawer.renderer.read_light().expect("it reads back")))
     };

@@ -6,8 +6,7 @@ use std::time::Instant;
 use voxsplat::core::Ticket;
 use voxsplat::gpu::{AdapterChoice, BrickRows, Context, OctreeBuilder, Renderer, Wishes};
 use voxsplat::hierarchy::{ErrorMeasure, Pyramid, PyramidParts};
-use voxsplat::scene;
-use voxsplat::transfer::{Table, TransferFunction};
+use voxsplat::transfer::{Table, TransferFunction, presets};
 use voxsplat::volume::{Component, Lattice, Samples, ScalarVolume, demo};
 
 /// Pieces of about so many bricks: on llvmpipe of 10 ms or so.
@@ -24,7 +23,7 @@ pub(crate) fn tables() {
     println!("| volume | builder | coarse | all of it | longest piece |\n|---|---|---|---|---|");
     for size in [128, 256] {
         let volume = shells(size);
-        let opening = scene::opening(SampleSource::default(), Arc::clone(&volume), None).transfer;
+        let opening = presets::default_for(&volume.statistics);
         let ramp = TransferFunction { opacity: vec![(0.0, 0.01), (255.0, 0.5)], ..opening.clone() };
         for (name, transfer) in [("as it opens", opening), ("a ramp", ramp)] {
             let table = Table::new(&transfer, volume.samples.scalar_type());

@@ -5,6 +5,7 @@ use voxsplat::core::Ticket;
 use voxsplat::gpu::layout::Record;
 use voxsplat::hierarchy::{Cut, CutLimits, ErrorMeasure, Pyramid};
 use voxsplat::kernel::Kernel;
+use voxsplat::plan::Plan;
 use voxsplat::scene::{Scene, SplatSettings, View};
 use voxsplat::task::cost::Costs;
 use voxsplat::task::draw::{Drawer, Rung};
@@ -30,18 +31,21 @@ pub(crate) fn tables(drawer: &mut Drawer) {
 
 fn table(drawer: &mut Drawer, scene: &Scene) {
     let ticket = Ticket::new();
-    drawer.prepare(scene, &ticket).expect("it fits");
-    drawer.draw(&Plan::of(scene, SIZE), Rung::Full, &mut ()).expect("it draws");
+    let plan = Plan::of(scene, SIZE);
+    drawer.prepare(&plan, &ticket).expect("it fits");
+    drawer.draw(&plan, Rung::Full, &mut ()).expect("it draws");
     let full = light(drawer);
-    let table = Table::new(scene.transfer().expect("a field"), scene.volume().expect("a field").samples.scalar_type());
+    let volume = scene.volume().expect("a field");
+    let transfer = scene.transfer().expect("a field");
+    let table = Table::new(transfer, volume.samples.scalar_type());
     let depth = scene.lattice().axes().determinant().abs().cbrt();
     let depth = depth / scene.opacity_unit_distance();
     let measure = ErrorMeasure::Classified;
-    let pyramid = Pyramid::build(scene.volume().expect("a field"), &table, depth, measure, &ticket).expect("it fits");
+    let pyramid = Pyramid::build(volume, &table, depth, measure, &ticket).expect("it fits");
     let view = View::new(scene, SIZE);
     let unit = scene.opacity_unit_distance();
     let cut_of = |limits| {
-        let voxel = |i| table.lookup(scene.volume().expect("a field").samples.get(i));
+        let voxel = |i| table.lookup(volume.samples.get(i));
         Cut::of(&pyramid, limits, view.visit_order(), &view.visibility(1.556), voxel)
     };
     println!("| way | nodes | ms | dB to full | brighter, linear |\n|---|---|---|---|---|");
@@ -77,7 +81,7 @@ fn table(drawer: &mut Drawer, scene: &Scene) {
     for level in LEVELS {
         let mut draw = || {
             let rung = Rung::Subsampled { level };
-            drawer.draw(&Plan::of(scene, SIZE), rung, &mut ()).expect("it draws").kernels as usize
+            drawer.draw(&plan, rung, &mut ()).expect("it draws").kernels as usize
         };
         let (nodes, ms) = timed(&mut draw);
         let name = format!("every {}. sample", 1 << level);

@@ -6,6 +6,7 @@ use voxsplat::core::colour::srgb_from_linear;
 use voxsplat::gpu::layout::Record;
 use voxsplat::hierarchy::{Cut, CutLimits, ErrorMeasure, Pyramid};
 use voxsplat::kernel::Kernel;
+use voxsplat::plan::Plan;
 use voxsplat::scene::{Scene, SplatSettings, View};
 use voxsplat::task::draw::{Drawer, Rung};
 use voxsplat::transfer::Table;
@@ -20,7 +21,7 @@ pub(crate) fn tables(drawer: &mut Drawer) {
     for (name, base) in scans() {
         let own = Scene { splat: SplatSettings::SHADE_FIRST, ..base };
         let mut half = own.clone();
-        half.transfer.opacity.iter_mut().for_each(|point| point.1 /= 2.0);
+        half.transfer_mut().expect("a field").opacity.iter_mut().for_each(|point| point.1 /= 2.0);
         for (words, scene) in [("", own), (", half", half)] {
             table(drawer, &format!("{name}{words}"), &scene);
         }
@@ -29,15 +30,18 @@ pub(crate) fn tables(drawer: &mut Drawer) {
 
 fn table(drawer: &mut Drawer, name: &str, scene: &Scene) {
     let ticket = Ticket::new();
-    drawer.prepare(scene, &ticket).expect("it fits");
-    drawer.draw(&Plan::of(scene, SIZE), Rung::Full, &mut ()).expect("it draws");
+    let plan = Plan::of(scene, SIZE);
+    drawer.prepare(&plan, &ticket).expect("it fits");
+    drawer.draw(&plan, Rung::Full, &mut ()).expect("it draws");
     let full = light(drawer);
-    let table = Table::new(scene.transfer().expect("a field"), scene.volume().expect("a field").samples.scalar_type());
+    let volume = scene.volume().expect("a field");
+    let transfer = scene.transfer().expect("a field");
+    let table = Table::new(transfer, volume.samples.scalar_type());
     let lattice = &scene.lattice();
     let depth = lattice.axes().determinant().abs().cbrt() / scene.opacity_unit_distance();
     let measure = ErrorMeasure::Classified;
-    let whole = Pyramid::build(scene.volume().expect("a field"), &table, depth, measure, &ticket).expect("it fits");
-    let coarse = Pyramid::coarse(scene.volume().expect("a field"), &table, depth, measure, &ticket).expect("it fits");
+    let whole = Pyramid::build(volume, &table, depth, measure, &ticket).expect("it fits");
+    let coarse = Pyramid::coarse(volume, &table, depth, measure, &ticket).expect("it fits");
     println!(
         "| {name} | nodes | factor | brighter, linear | thinned | encoded | thinned | dB | thinned |"
     );
@@ -49,7 +53,7 @@ fn table(drawer: &mut Drawer, name: &str, scene: &Scene) {
             }
             let view = View::new(scene, SIZE);
             let limits = CutLimits::of_error(pyramid.error_for_count(count));
-            let voxel = |i| table.lookup(scene.volume().expect("a field").samples.get(i));
+            let voxel = |i| table.lookup(volume.samples.get(i));
             let cut = Cut::of(pyramid, limits, view.visit_order(), &view.visibility(1.556), voxel);
             let factor = pyramid.thinning.factor(&cut.nodes);
             let [plain, thinned] = [1.0, factor].map(|factor| {

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use voxsplat::core::Ticket;
 use voxsplat::io::{self, OpenOptions};
-use voxsplat::scene::{self, Scene};
+use voxsplat::scene::{self, SampleSource, Scene};
 use voxsplat::task::draw::Drawer;
 use voxsplat::volume::Component;
 

@@ -9,14 +9,12 @@ use rayon::prelude::*;
 use voxsplat::accuracy::Difference;
 use voxsplat::core::{Camera, Srgb8};
 use voxsplat::kernel::Kernel;
-use voxsplat::scene::{
-    Background, Classify, Inside, Reconstruction, Scene, Shading, SplatSettings, Visibility,
-};
+use voxsplat::scene::{Classify, Reconstruction, Scene, SplatSettings, Visibility};
 use voxsplat::task::still::Refine;
 use voxsplat::transfer::{ColourMap, ColourSource, TransferFunction};
 use voxsplat::volume::{Lattice, Samples, ScalarVolume};
 
-use crate::support::{Light, Page, compare, db, with};
+use crate::support::{Light, Page, compare, db, of_field, with};
 
 const GRID: usize = 128;
 const SIZE: u32 = 256;
@@ -83,20 +81,13 @@ fn scene(name: &str, field: fn(DVec3) -> f64) -> Result<Scene> {
             value
         })
         .collect();
-    Ok(Scene {
-        volume: Arc::new(ScalarVolume::from_samples(name, lattice, Samples::Float32(samples))?),
-        transfer: transfer()?,
-        splat: SplatSettings::EXACT,
-        camera: Camera {
-            parallel_scale: 1.0,
-            ..voxsplat::scene::framing_camera(&lattice, DVec3::new(-0.45, 0.6, -0.66), DVec3::Z)
-        },
-        background: Background::Colour(Srgb8::BLACK),
-        shading: Shading::default(),
-        inside: Inside::default(),
-        vectors: None,
-        polygons: Vec::new(),
-    })
+    let volume = ScalarVolume::from_samples(name, lattice, Samples::Float32(samples))?;
+    let camera = Camera {
+        parallel_scale: 1.0,
+        ..voxsplat::scene::framing_camera(&lattice, DVec3::new(-0.45, 0.6, -0.66), DVec3::Z)
+    };
+    let scene = of_field(Scene::seen_by(camera), Arc::new(volume), transfer()?);
+    Ok(with(&scene, SplatSettings::EXACT))
 }
 
 /// The picture of the field itself, no lattice: midpoints of equal steps through the ball, float64.

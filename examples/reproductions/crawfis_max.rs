@@ -2,7 +2,9 @@
 
 use anyhow::{Result, anyhow};
 use voxsplat::kernel::{Kernel, RadialKernel, Subdivisions};
-use voxsplat::scene::{self, Backend, NamedView, OpacityModel, Scene, SplatSettings, View};
+use voxsplat::scene::{
+    self, Backend, NamedView, OpacityModel, SampleSource, Scene, SplatSettings, View,
+};
 use voxsplat::task::still::Refine;
 
 use crate::support::{Curve, Page, charts, compare, crop, db, demo_grid, least_ms, scalar, short};
@@ -135,7 +137,7 @@ fn figure_4(page: &mut Page<'_>) -> Result<()> {
     let opening = scene::opening(SampleSource::default(), volume, grid.space.as_deref());
     // Along an axis, where the lattice shows most.
     let (direction, up) = NamedView::Front.direction_and_up(false);
-    let mut camera = scene::framing_camera(&opening.volume.lattice, direction, up);
+    let mut camera = scene::framing_camera(&opening.lattice(), direction, up);
     camera.parallel_scale *= 0.9;
     let scene = Scene { camera, ..opening };
     let cubic = SplatSettings {
@@ -221,7 +223,7 @@ fn small_and_large(page: &mut Page<'_>) -> Result<()> {
     let mut rows = Vec::new();
     for samples in [64, 32, 16, 8, 4] {
         let grid = demo_grid("blobs", samples)?;
-        let scene = scene::opening(scalar(&grid)?, grid.space.as_deref());
+        let scene = scene::opening(SampleSource::default(), scalar(&grid)?, grid.space.as_deref());
         let backend = Backend::Raster;
         let splat = SplatSettings { backend, ..SplatSettings::SHADE_FIRST };
         let view = View::new(&with(&scene, splat), [SIZE; 2]);

@@ -2,19 +2,22 @@
 
 use anyhow::Result;
 use voxsplat::kernel::Kernel;
-use voxsplat::scene::{self, Scene, SplatSettings, Visibility};
+use voxsplat::scene::{self, SampleSource, Scene, SplatSettings, Visibility};
 use voxsplat::task::still::Refine;
 use voxsplat::transfer::presets;
 
-use crate::support::{Curve, Page, Straight, charts, demo_grid, least_ms, scalar, short, with};
+use crate::support::{
+    Curve, Page, Straight, charts, demo_grid, least_ms, scalar, short, with, with_transfer,
+};
 
 /// Frames of which the least counts.
 const REPEAT: u32 = 2;
 
 fn head(size: usize) -> Result<Scene> {
     let grid = demo_grid("head", size)?;
-    let scene = scene::opening(scalar(&grid)?, grid.space.as_deref());
-    Ok(Scene { transfer: presets::ct_bone(), ..scene })
+    let source = SampleSource::default();
+    let scene = scene::opening(source, scalar(&grid)?, grid.space.as_deref());
+    Ok(with_transfer(scene, presets::ct_bone()))
 }
 
 pub(crate) fn write(page: &mut Page<'_>) -> Result<()> {

@@ -8,14 +8,14 @@ use voxsplat::gpu::layout::Record;
 use voxsplat::gpu::{AdapterChoice, Context, Renderer, SlabField, Wishes};
 use voxsplat::io::{self, OpenOptions};
 use voxsplat::kernel::{Kernel, RadialKernel};
-use voxsplat::scene::{self, NamedView, OpacityModel, Scene, SplatSettings, View};
+use voxsplat::scene::{self, NamedView, OpacityModel, SampleSource, Scene, SplatSettings, View};
 use voxsplat::task::cells;
 use voxsplat::task::draw::{Drawer, Rung};
 use voxsplat::task::still::{Refine, Still, StillRequest};
 use voxsplat::transfer::{ColourSource, TransferFunction};
 
 use crate::support::{
-    Page, compare, crop, db, demo_grid, least_ms, on_black, scalar, short, wide, with,
+    Page, compare, crop, db, demo_grid, least_ms, of_field, on_black, scalar, short, wide, with,
 };
 
 /// Levels of the pyramid: nodes of 1, 2, 4 and 8 voxels along an edge.
@@ -104,7 +104,7 @@ fn constant(samples: usize, opacity: f64, pixels: f64, size: u32) -> Result<Scen
     let value = volume.statistics.min;
     let colour = ColourSource::Stops(vec![(value, Srgb8::WHITE)]);
     let transfer = TransferFunction::new(vec![(value, opacity)], colour)?;
-    Ok(Scene { camera, transfer, ..scene::opening(SampleSource::default(), volume, None) })
+    Ok(of_field(Scene::seen_by(camera), volume, transfer))
 }
 
 /// White splats alone.
@@ -295,13 +295,13 @@ fn scan(data: &Path, name: &str) -> Result<Scene> {
     let grid = io::open(&data.join(name), &OpenOptions::default(), &Ticket::new())
         .map_err(|_| anyhow!("{name} could not be opened"))?
         .grid;
-    Ok(scene::opening(scalar(&grid)?, grid.space.as_deref()))
+    Ok(scene::opening(SampleSource::default(), scalar(&grid)?, grid.space.as_deref()))
 }
 
 /// What is drawn: a head, which may be published, and a patient's scan where the data pack is there.
 fn subjects(page: &mut Page<'_>, data: &Path, samples: usize) -> Result<Vec<(String, Scene)>> {
     let grid = demo_grid("head", samples)?;
-    let mut head = scene::opening(scalar(&grid)?, grid.space.as_deref());
+    let mut head = scene::opening(SampleSource::default(), scalar(&grid)?, grid.space.as_deref());
     head.camera.parallel_scale *= ZOOM;
     let mut subjects = vec![(format!("`demo:head:{samples}`"), head)];
     match scan(data, SCAN) {

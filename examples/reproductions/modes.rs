@@ -8,14 +8,12 @@ use voxsplat::accuracy::Difference;
 use voxsplat::accuracy::sweep::Detail;
 use voxsplat::core::Srgb8;
 use voxsplat::reference::Reference;
-use voxsplat::scene::{
-    Background, Inside, OpacityModel, Scene, Shading, SplatSettings, Visibility, framing_camera,
-};
+use voxsplat::scene::{OpacityModel, Scene, SplatSettings, Visibility, framing_camera};
 use voxsplat::task::still::Refine;
 use voxsplat::transfer::{ColourSource, TransferFunction};
 use voxsplat::volume::{Lattice, Samples, ScalarVolume};
 
-use crate::support::{Page, compare, db, wide, with};
+use crate::support::{Page, compare, db, of_field, wide, with};
 
 const GRID: usize = 32;
 /// Pixels of the pictures that are held to the float64 integral, and of those that are not.
@@ -78,17 +76,10 @@ fn scene(name: &str, opacity: Vec<(f64, f64)>, value: impl Fn(DVec3) -> f64) -> 
     ];
     let stops = stops.map(|(at, colour)| (at, Srgb8(colour))).to_vec();
     let volume = ScalarVolume::from_samples(name, lattice, Samples::Float32(samples))?;
-    Ok(Scene {
-        camera: framing_camera(&lattice, DVec3::Y, DVec3::Z),
-        volume: Arc::new(volume),
-        transfer: TransferFunction::new(opacity, ColourSource::Stops(stops))?,
-        splat: SplatSettings::SHADE_FIRST,
-        background: Background::Colour(Srgb8::BLACK),
-        shading: Shading::default(),
-        inside: Inside::default(),
-        vectors: None,
-        polygons: Vec::new(),
-    })
+    let transfer = TransferFunction::new(opacity, ColourSource::Stops(stops))?;
+    let seen = Scene::seen_by(framing_camera(&lattice, DVec3::Y, DVec3::Z));
+    let scene = of_field(seen, Arc::new(volume), transfer);
+    Ok(with(&scene, SplatSettings::SHADE_FIRST))
 }
 
 /// Soft cloud, thin shell, binary shell.

@@ -12,9 +12,10 @@ use voxsplat::accuracy::Difference;
 use voxsplat::core::Ticket;
 use voxsplat::core::colour::srgb_bytes;
 use voxsplat::gpu::AdapterChoice;
-use voxsplat::scene::{Scene, SplatSettings};
+use voxsplat::scene::{Look, Sampled, Scene, SplatSettings};
 use voxsplat::task::engine::Engine;
 use voxsplat::task::still::{Refine, Still, StillRequest};
+use voxsplat::transfer::TransferFunction;
 use voxsplat::volume::{Component, Grid, Lattice, Samples, ScalarVolume, demo};
 
 /// Linear premultiplied RGBA, rows from the top.
@@ -176,6 +177,24 @@ pub(crate) fn subsampled(volume: &ScalarVolume, steps: [usize; 3]) -> Result<Arc
 /// The scene drawn another way.
 pub(crate) fn with(scene: &Scene, splat: SplatSettings) -> Scene {
     Scene { splat, ..scene.clone() }
+}
+
+/// Seen as a scene is, a field of values alone.
+pub(crate) fn of_field(
+    mut scene: Scene,
+    volume: Arc<ScalarVolume>,
+    transfer: TransferFunction,
+) -> Scene {
+    scene.keep(|_| false);
+    scene.with((Sampled::Volume(volume), Look::Field(transfer)))
+}
+
+/// The scene with other opacities and colours of its field.
+pub(crate) fn with_transfer(mut scene: Scene, transfer: TransferFunction) -> Scene {
+    if let Some(own) = scene.transfer_mut() {
+        *own = transfer;
+    }
+    scene
 }
 
 /// Decibels as they stand in tables.

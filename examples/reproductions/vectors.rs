@@ -8,7 +8,8 @@ use glam::DVec3;
 use voxsplat::core::{Srgb8, Ticket};
 use voxsplat::polygons::Shapes;
 use voxsplat::scene::{
-    self, Backend, Classify, PolygonLayer, Reconstruction, Scene, SplatSettings, VectorLayer,
+    self, Backend, Classify, PolygonLayer, Reconstruction, SampleSource, Scene, SplatSettings,
+    VectorLayer,
 };
 use voxsplat::task::still::Refine;
 use voxsplat::transfer::{ColourMap, ColourSource, TransferFunction};
@@ -18,7 +19,7 @@ use voxsplat::vector::{
 use voxsplat::volume::{Grid, VectorField};
 use voxsplat::{core::Camera, io};
 
-use crate::support::{Page, demo_grid, least_ms, on_black, scalar, short};
+use crate::support::{Page, demo_grid, least_ms, of_field, on_black, scalar, short, with_transfer};
 
 /// Pixels a side of a figure's panel, and of a picture of the table.
 const PANEL: u32 = 300;
@@ -83,15 +84,24 @@ fn tornado(size: usize) -> Result<Scene> {
     let lattice = scene.lattice();
     let camera = scene::framing_camera(&lattice, DVec3::new(-0.4, 0.9, -0.25), DVec3::Z);
     scene.camera = Camera { parallel_scale: 0.95 * camera.parallel_scale, ..camera };
-    scene.vectors = Some(VectorLayer::new(field, true));
-    Ok(scene)
+    Ok(alone(scene.with(VectorLayer::new(field))))
 }
 
-fn with(scene: &Scene, change: impl FnOnce(&mut VectorLayer)) -> Scene {
+/// Vectors without the field.
+fn alone(mut scene: Scene) -> Scene {
+    scene.show_field(false);
+    scene
+}
+
+/// Vectors beside the field.
+fn beside(mut scene: Scene) -> Scene {
+    scene.show_field(true);
+    scene
+}
+
+fn with(scene: &Scene, change: impl Fn(&mut VectorSettings)) -> Scene {
     let mut scene = scene.clone();
-    if let Some(layer) = &mut scene.vectors {
-        change(layer);
-    }
+    scene.vectors_mut().into_iter().for_each(|(_, settings)| change(settings));
     scene
 }
 
@@ -101,32 +111,27 @@ fn map(opacity: Vec<(f64, f64)>, map: ColourMap, range: [f64; 2]) -> TransferFun
 
 fn figures(page: &mut Page<'_>) -> Result<()> {
     let opening = tornado(64)?;
-    let change =
-        |change: &dyn Fn(&mut VectorSettings)| with(&opening, |layer| change(&mut layer.settings));
-    let fifth = change(&|s| {
+    let fifth = with(&opening, |s| {
         s.transfer = map(vec![(0.5, 0.0), (2.2, 0.9)], ColourMap::Lajolla, [-1.0, 3.0]);
     });
-    let sixth = change(&|s| {
+    let sixth = with(&opening, |s| {
         s.stretch = 6.0;
         s.design = Design::Comets;
     });
-    let mut seventh = change(&|s| {
+    let seventh = with(&opening, |s| {
         s.mode = VectorMode::Blend;
         s.marks = Some(Srgb8::WHITE);
         s.transfer = map(vec![(0.6, 0.0), (2.5, 0.12)], ColourMap::Viridis, [0.4, 2.4]);
     });
-    seventh.vectors.iter_mut().for_each(|layer| layer.alone = true);
-    seventh.polygons = vec![fibres(&seventh)?];
-    let eighth = with(&opening, |layer| {
-        layer.alone = false;
-        layer.settings.opacity_by = ColourBy::Scalar;
-        layer.settings.colour_by = ColourBy::Z;
-        layer.settings.transfer = map(vec![(0.15, 0.0), (0.5, 0.9)], ColourMap::Roma, [-1.0, 1.0]);
+    let fibres = fibres(&seventh)?;
+    let seventh = seventh.with(fibres);
+    let eighth = with(&opening, |s| {
+        s.opacity_by = ColourBy::Scalar;
+        s.colour_by = ColourBy::Z;
+        s.transfer = map(vec![(0.15, 0.0), (0.5, 0.9)], ColourMap::Roma, [-1.0, 1.0]);
     });
-    let eighth = Scene {
-        transfer: map(vec![(0.1, 0.0), (1.0, 0.06)], ColourMap::Gray, [-0.5, 0.8]),
-        ..eighth
-    };
+    let cloud = map(vec![(0.1, 0.0), (1.0, 0.06)], ColourMap::Gray, [-0.5, 0.8]);
+    let eighth = with_transfer(beside(eighth), cloud);
     let scenes = [
         ("5", "tornado: length of the wind as opacity, browns", fifth),
         ("6", "stretched comets, opacity and colour by length", sixth),
@@ -170,20 +175,17 @@ fn climate(page: &mut Page<'_>, data: &Path) -> Result<()> {
     let mut scene = scene::opening(SampleSource::default(), Arc::new(volume), None);
     let camera = scene::framing_camera(&scene.lattice(), -DVec3::Z, DVec3::Y);
     scene.camera = Camera { parallel_scale: 92.0, ..camera };
-    let mut layer = VectorLayer::new(vectors(grid, "(u, v)[month=1]")?, true);
-    layer.alone = true;
+    let mut layer = VectorLayer::new(vectors(grid, "(u, v)[month=1]")?);
     layer.settings.stretch = 3.0;
     let range = [0.0, 80.0];
     layer.settings.transfer = map(vec![(15.0, 0.0), (45.0, 0.9)], ColourMap::Viridis, range);
-    scene.vectors = Some(layer);
-    let sixth = scene.clone();
-    let eighth = with(&scene, |layer| {
-        layer.alone = false;
-        layer.settings.colour_by = ColourBy::Z;
-        layer.settings.transfer = map(vec![(15.0, 0.0), (45.0, 0.9)], ColourMap::Roma, [-1.0, 1.0]);
+    let sixth = alone(scene.with(layer));
+    let eighth = with(&sixth, |s| {
+        s.colour_by = ColourBy::Z;
+        s.transfer = map(vec![(15.0, 0.0), (45.0, 0.9)], ColourMap::Roma, [-1.0, 1.0]);
     });
     let matter = map(vec![(4e4, 0.05), (1.2e5, 0.0)], ColourMap::Gray, [0.0, 8e4]);
-    let mut eighth = Scene { transfer: matter, ..eighth };
+    let mut eighth = with_transfer(beside(eighth), matter);
     // Levels are 30 steps of the grid apart: each splat lies in many slabs, more than software adapters walk.
     eighth.splat.slabs_per_voxel = 0.5;
     let mut rows = Vec::new();
@@ -219,7 +221,7 @@ fn climate(page: &mut Page<'_>, data: &Path) -> Result<()> {
 fn costs(page: &mut Page<'_>, data: &Path) -> Result<()> {
     let mut rows = Vec::new();
     for size in [32, 64, 128] {
-        let scene = with(&tornado(size)?, |layer| layer.settings.coarser = 0);
+        let scene = with(&tornado(size)?, |s| s.coarser = 0);
         rows.push(timed(page, &format!("tornado {size}³"), &scene)?);
     }
     for (file, name) in [("vector/office.binary.vtk", "vectors"), ("vector/carotid.vtk", "vectors")]
@@ -231,8 +233,8 @@ fn costs(page: &mut Page<'_>, data: &Path) -> Result<()> {
         }
         let opened = io::open(&path, &io::OpenOptions::default(), &Ticket::new())?;
         let volume = scalar(&opened.grid)?;
-        let mut scene = scene::opening(SampleSource::default(), volume, None);
-        scene.vectors = Some(VectorLayer::new(vectors(&opened.grid, name)?, true));
+        let scene = scene::opening(SampleSource::default(), volume, None);
+        let scene = alone(scene.with(VectorLayer::new(vectors(&opened.grid, name)?)));
         rows.push(timed(page, file, &scene)?);
     }
     page.say(&format!(
@@ -246,25 +248,19 @@ fn costs(page: &mut Page<'_>, data: &Path) -> Result<()> {
         &rows,
     );
     // The paper's penalty of a vector splat: half as much again.
-    let beside = with(&tornado(32)?, |layer| layer.settings.coarser = 0);
-    let marked = page.draw(&beside, 512, Refine::Full, 2)?;
-    let layer = beside.vectors.as_ref().context("it has vectors")?;
+    let winds = with(&tornado(32)?, |s| s.coarser = 0);
+    let marked = page.draw(&winds, 512, Refine::Full, 2)?;
+    let layer = winds.vectors().into_iter().next().context("it has vectors")?;
     let magnitude = demo_grid("tornado", 32)?;
     let field = magnitude.field(Some("speed"))?;
     let volume = magnitude.scalar(field, voxsplat::volume::Component::Index(0), &Ticket::new())?;
-    let shaded = Scene {
-        volume: Arc::new(volume),
-        transfer: layer.settings.transfer.clone(),
-        splat: SplatSettings {
-            kernel: voxsplat::kernel::Kernel::Cubic,
-            classify: Classify::Before,
-            reconstruction: Reconstruction::Smooth,
-            backend: Backend::Tiles,
-            ..SplatSettings::EXACT
-        },
-        vectors: None,
-        polygons: Vec::new(),
-        ..beside
+    let mut shaded = of_field(winds, Arc::new(volume), layer.settings.transfer);
+    shaded.splat = SplatSettings {
+        kernel: voxsplat::kernel::Kernel::Cubic,
+        classify: Classify::Before,
+        reconstruction: Reconstruction::Smooth,
+        backend: Backend::Tiles,
+        ..SplatSettings::EXACT
     };
     let plain = page.draw(&shaded, 512, Refine::Full, 2)?;
     page.say(&format!(

@@ -3,19 +3,20 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use anyhow::Result;
+use anyhow::{Context, Result};
 use voxsplat::core::Ticket;
 use voxsplat::io::{self, OpenOptions};
 use voxsplat::kernel::Kernel;
 use voxsplat::scene::{
-    self, Classify, NamedView, OpacityModel, Scene, SplatSettings, Visibility, is_anterior_y,
+    self, Classify, NamedView, OpacityModel, SampleSource, Scene, SplatSettings, Visibility,
+    is_anterior_y,
 };
 use voxsplat::task::still::Refine;
 use voxsplat::transfer::presets;
 use voxsplat::volume::ScalarVolume;
 
 use crate::support::{Light, Page, compare, crop, db, demo_grid, least_ms, scalar, short};
-use crate::support::{subsampled, wide, with};
+use crate::support::{of_field, subsampled, wide, with};
 
 const SIZE: u32 = 512;
 /// Pixels of the figures' panels, cut from the pictures.
@@ -63,9 +64,8 @@ pub(crate) fn write(page: &mut Page<'_>) -> Result<()> {
     let volume = subsampled(&*scalar(&grid)?, [1, 1, 2])?;
     let anterior = is_anterior_y(grid.space.as_deref());
     let (direction, up) = NamedView::Front.direction_and_up(anterior);
-    let mut scene = scene::opening(SampleSource::default(), Arc::clone(&volume), grid.space.as_deref());
-    *scene.transfer_mut().expect("a field") = presets::ct_bone();
-    scene.camera = scene::framing_camera(&volume.lattice, direction, up);
+    let seen = Scene::seen_by(scene::framing_camera(&volume.lattice, direction, up));
+    let mut scene = of_field(seen, volume, presets::ct_bone());
     two_pixels_a_voxel(&mut scene);
     let published = table(page, &scene, true)?;
     figures(page, &published)?;
@@ -108,7 +108,8 @@ fn real_scan(data: &Path) -> Result<Scene> {
         .map_err(|_| anyhow::anyhow!("it could not be opened"))?
         .grid;
     let volume = scalar(&grid)?;
-    let mut scene = scene::opening(SampleSource::default(), Arc::clone(&volume), grid.space.as_deref());
+    let source = SampleSource::default();
+    let mut scene = scene::opening(source, Arc::clone(&volume), grid.space.as_deref());
     let (direction, up) = NamedView::Front.direction_and_up(is_anterior_y(grid.space.as_deref()));
     scene.camera = scene::framing_camera(&volume.lattice, direction, up);
     Ok(scene)
@@ -139,8 +140,9 @@ fn table(page: &mut Page<'_>, scene: &Scene, first: bool) -> Result<Vec<Vec<Cell
         }
         truths.push(wide(&still.light));
     }
+    let whole = scene.volume().context("it has a field")?;
     let volumes: Vec<Arc<ScalarVolume>> =
-        STEPS.iter().map(|&s| subsampled(scene.volume().expect("a field"), [s; 3])).collect::<Result<_>>()?;
+        STEPS.iter().map(|&s| subsampled(whole, [s; 3])).collect::<Result<_>>()?;
     let nine = |opacity_model| nine(page, scene, &volumes, opacity_model, &truths);
     let published = nine(OpacityModel::Published)?;
     let optical = nine(OpacityModel::OpticalDepth)?;
@@ -223,6 +225,7 @@ fn nine(
     truths: &[Light],
 ) -> Result<Nine> {
     let unit = scene.lattice().smallest_spacing();
+    let transfer = scene.transfer().context("it has a field")?;
     let (mut cells, mut active) = (Vec::new(), Vec::new());
     for volume in volumes {
         let mut row = Vec::new();
@@ -238,7 +241,7 @@ fn nine(
                     .then_some(unit),
                 ..SplatSettings::SHADE_FIRST
             };
-            let scene = Scene { volume: Arc::clone(volume), splat, ..scene.clone() };
+            let scene = of_field(with(scene, splat), Arc::clone(volume), transfer.clone());
             let still = page.draw(&scene, SIZE, Refine::Full, 1)?;
             count = still.kernels_active;
             let own = compare(&still, &truths[0])?;

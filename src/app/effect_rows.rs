@@ -25,8 +25,8 @@ impl Window {
         let row = |effect: Effect| {
             let asked_by = effect.asked_by(scene);
             let runs = match effect {
-                Effect::Shading => scene.shading.effects().iter().all(|name| shown.contains(name)),
-                effect => shown.contains(&effect.name()),
+                Effect::Shading => scene.shading.effects().iter().all(|part| shown.contains(part)),
+                effect => shown.contains(&effect),
             };
             let About { name, help, place, hint } = about(effect);
             let key = if effect == Effect::Lights {

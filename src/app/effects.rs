@@ -172,7 +172,7 @@ impl Effects {
         let size = first.requested_size;
         let is_shown = |effect: &Effect| match effect {
             Effect::Shading => !scene.shading.is_plain() && !first.report.effects.is_empty(),
-            effect => first.report.effects.contains(&effect.name()),
+            effect => first.report.effects.contains(effect),
         };
         let shown = Effect::ALL.iter().filter(|effect| is_shown(effect));
         let others: Vec<Scene> = shown.filter_map(|effect| effect.left_out_of(scene)).collect();
@@ -192,7 +192,7 @@ impl Window {
         let Some(scene) = &self.scene else { return };
         let shows_all = picture.report.effects == scene.effects();
         // Shaders that were made meanwhile are no cost of the effect's.
-        let is_full = picture.report.rung == "full"
+        let is_full = picture.report.level.is_full()
             && !picture.report.made_pipelines
             && !self.pacing.is_moving();
         if shows_all && is_full && picture.requested_size == self.viewport_size {

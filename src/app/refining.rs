@@ -32,10 +32,9 @@ impl Window {
     pub(super) fn pace_refining(&mut self) {
         let judging = self.accuracy.open || self.compare.on;
         let idle = matches!(self.parts.drawer.state(), EngineState::Idle);
-        let is_full = self
-            .viewport
-            .picture()
-            .is_some_and(|picture| picture.report.progress >= 1.0 && picture.report.rung == "full");
+        let is_full = self.viewport.picture().is_some_and(|picture| {
+            picture.report.progress >= 1.0 && picture.report.level.is_full()
+        });
         if judging && idle && is_full {
             self.pacing.keep_full();
         }

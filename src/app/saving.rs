@@ -273,12 +273,9 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("p.png");
         let rgba: Vec<u8> = (0..2 * 3 * 4).map(|i| (i * 10) as u8).collect();
-        let report = crate::task::engine::FrameReport::last(
-            "full".into(),
-            1,
-            crate::scene::Backend::Raster,
-            1.0,
-        );
+        let level = crate::task::level::LevelOfDetail::FULL;
+        let backend = crate::scene::Backend::Raster;
+        let report = crate::task::engine::FrameReport::last(level, 1, backend, 1.0);
         let picture = Picture { size: [2, 3], requested_size: [2, 3], rgba: rgba.clone(), report };
         write_png(&picture, &[], &path).unwrap();
         assert_eq!(image::open(&path).unwrap().to_rgba8().into_raw(), rgba);

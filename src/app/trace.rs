@@ -13,9 +13,10 @@ use serde::{Deserialize, Serialize};
 
 use super::notices::Kind;
 use super::window::Window;
+use super::words;
 use crate::core::Camera;
 use crate::scene::Background;
-use crate::task::engine::{KernelCounts, Picture};
+use crate::task::engine::{KernelCounts, OctreeBuilder, Picture};
 use crate::task::output_file::OutputFile;
 
 /// One pass of the interface.
@@ -54,8 +55,8 @@ pub struct PictureLine {
     pub rung: String,
     /// Kernels on it and those that `full` draws, where they were counted.
     pub kernels: Option<KernelCounts>,
-    /// Who built the octree that was there when it was drawn, `host` or `device`; `None` where none was.
-    pub octree: Option<String>,
+    /// Who built the octree that was there when it was drawn; `None` where none was.
+    pub octree: Option<OctreeBuilder>,
     /// Wall milliseconds that it took.
     pub frame_ms: f64,
     /// Share of the way to `full`; 1 once nothing more will be drawn.
@@ -101,9 +102,9 @@ impl Traced {
         let picture_line = picture.as_deref().map(|picture| PictureLine {
             size: picture.size,
             requested_size: picture.requested_size,
-            rung: picture.report.rung.clone(),
+            rung: words::level_in_full(&picture.report.level),
             kernels: picture.report.kernels,
-            octree: picture.report.octree.map(|builder| builder.name().to_owned()),
+            octree: picture.report.octree,
             frame_ms: picture.report.frame_ms,
             progress: picture.report.progress,
         });

@@ -258,6 +258,7 @@ fn load_checker(ctx: &Context) -> TextureHandle {
 mod tests {
     use super::*;
     use crate::task::engine::FrameReport;
+    use crate::task::level::LevelOfDetail;
 
     #[test]
     fn an_area_is_whole_pixels_at_every_scale() {
@@ -286,7 +287,7 @@ mod tests {
 
     fn picture(size: [u32; 2], byte: u8) -> Arc<Picture> {
         let rgba = vec![byte; (size[0] * size[1] * 4) as usize];
-        let report = FrameReport::last("full".into(), 1, crate::scene::Backend::Tiles, 1.0);
+        let report = FrameReport::last(LevelOfDetail::FULL, 1, crate::scene::Backend::Tiles, 1.0);
         Arc::new(Picture { size, requested_size: [8, 8], rgba, report })
     }
 

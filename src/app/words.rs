@@ -2,6 +2,7 @@
 
 use crate::kernel::Kernel;
 use crate::scene::{Backend, Classify, OpacityModel, Order, Reconstruction, Visibility};
+use crate::task::level::{LevelOfDetail, SlabField};
 use crate::transfer::ColourMap;
 use crate::transfer::presets::Preset;
 
@@ -245,9 +246,54 @@ pub fn backend(backend: Backend) -> (&'static str, &'static str) {
     }
 }
 
+/// To what level of detail a picture was drawn, without its details: `Coarse`, `Full`.
+pub fn level(level: &LevelOfDetail) -> String {
+    sentence_case(&level_and_details(level).0)
+}
+
+/// The same with them, as within a sentence: `coarse, full at 132 × 104`.
+pub fn level_in_full(level: &LevelOfDetail) -> String {
+    match level_and_details(level) {
+        (level, Some(details)) => format!("{level}, {details}"),
+        (level, None) => level,
+    }
+}
+
+fn level_and_details(level: &LevelOfDetail) -> (String, Option<String>) {
+    let with = |level: &str, details: String| (level.to_owned(), Some(details));
+    match *level {
+        LevelOfDetail::Octree { max_error } => {
+            with("coarse", format!("octree error {max_error:.3}"))
+        }
+        LevelOfDetail::Reduced { field, size: [width, height], is_timed } => {
+            let field = match field {
+                SlabField::Own => "full",
+                SlabField::Preview => "linear kernels",
+            };
+            let reduced = format!("{field} at {width} × {height}");
+            if is_timed { with("coarse", reduced) } else { (reduced, None) }
+        }
+        LevelOfDetail::Subsampled { level } => {
+            let which = if level == 1 { "second".to_owned() } else { format!("{}th", 1 << level) };
+            with(&format!("every {which} sample"), "averaged".to_owned())
+        }
+        LevelOfDetail::Cheaper(kernel) => with("every voxel", format!("{} kernel", kernel.name())),
+        LevelOfDetail::FullInPart => ("full, in part".to_owned(), None),
+        LevelOfDetail::FULL => ("full".to_owned(), None),
+        LevelOfDetail::Full { vectors_halved } => {
+            with("full", format!("vectors halved {vectors_halved} times more"))
+        }
+        LevelOfDetail::Refined(convergence) => {
+            let state = if convergence.is_reached() { "converged" } else { "refined" };
+            with(state, format!("{} slabs per voxel", convergence.slabs_per_voxel))
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::task::still::Convergence;
 
     #[test]
     fn counts_are_grouped() {
@@ -317,6 +363,31 @@ mod tests {
         for (i, (name, help)) in lines.iter().enumerate() {
             assert!(!help.ends_with('.') && !help.contains('\n'), "{help}");
             assert!(lines[i + 1..].iter().all(|(other, _)| other != name), "{name}");
+        }
+    }
+
+    #[test]
+    fn a_level_is_said_with_its_details_and_without() {
+        use LevelOfDetail::{Cheaper, Full, FullInPart, Octree, Reduced, Refined, Subsampled};
+        let at = |field, is_timed| Reduced { field, size: [132, 104], is_timed };
+        let slabs = |slabs_per_voxel, difference| {
+            Refined(Convergence { slabs_per_voxel, last_difference: Some(difference) })
+        };
+        for (of, short, details) in [
+            (Octree { max_error: 0.01 }, "Coarse", ", octree error 0.010"),
+            (at(SlabField::Own, true), "Coarse", ", full at 132 × 104"),
+            (at(SlabField::Preview, false), "Linear kernels at 132 × 104", ""),
+            (Subsampled { level: 1 }, "Every second sample", ", averaged"),
+            (Subsampled { level: 2 }, "Every 4th sample", ", averaged"),
+            (Cheaper(Kernel::Point), "Every voxel", ", point kernel"),
+            (FullInPart, "Full, in part", ""),
+            (LevelOfDetail::FULL, "Full", ""),
+            (Full { vectors_halved: 2 }, "Full", ", vectors halved 2 times more"),
+            (slabs(4.0, 0.1), "Refined", ", 4 slabs per voxel"),
+            (slabs(8.0, 0.001), "Converged", ", 8 slabs per voxel"),
+        ] {
+            assert_eq!(level(&of), short);
+            assert_eq!(level_in_full(&of), format!("{short}{details}").to_lowercase());
         }
     }
 

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use serde::Serialize;
 
 use super::flow::FlowFlags;
 use super::inside::InsideFlags;
@@ -402,7 +403,8 @@ impl CutFlags {
 }
 
 /// How far `render` refines.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize)]
+#[serde(rename_all = "lowercase")]
 pub enum RefineFlag {
     /// The best picture within --budget-ms or --max-error
     Coarse,

@@ -104,7 +104,7 @@ pub(super) fn idle_beside_projection(
     shading: &ShadingFlags,
     of_hiding: Vec<&'static str>,
 ) -> Option<String> {
-    if !inside.effects().contains(&"projection") {
+    if inside.along == AlongRay::Composite {
         return None;
     }
     let idle: Vec<_> =

@@ -118,7 +118,7 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
     } else if is_one_colour(&still.rgba, background) {
         note(&causes.one_colour(still.kernels_active));
     }
-    let are_vectors = |effect: &&str| ["vectors", "second vectors"].contains(effect);
+    let are_vectors = |effect: &Effect| matches!(effect, Effect::Vectors | Effect::SecondVectors);
     let needs_lights = !effects.iter().all(are_vectors);
     if needs_lights && !still.drawn.is_shaded && !alone {
         effects.retain(are_vectors);
@@ -164,7 +164,7 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
     }
     picture_to.write(&picture_file::bytes(&still, format).map_err(Failure::Failed)?)?;
     if let Some(stats_to) = stats_to {
-        let stats = Stats::of(&still, splat, (asked, effects), refine, kernels_total, load_ms);
+        let stats = Stats::of(&still, splat, (asked, &effects), refine, kernels_total, load_ms);
         let text = serde_json::to_string_pretty(&stats).map_err(Failure::failed)? + "\n";
         stats_to.write(text.as_bytes())?;
     }
@@ -219,7 +219,7 @@ fn run_loop(flags: &RenderFlags, frames: u32, seconds: f64) -> Result<(), Failur
 struct Meant {
     scene: Scene,
     /// What it asks for beside the transfer function.
-    effects: Vec<&'static str>,
+    effects: Vec<Effect>,
     /// What the file calls its space.
     space: Option<String>,
 }
@@ -331,7 +331,7 @@ pub(super) fn with_layers(
 
 /// Refuses pictures that may be of an octree cut, which shows nothing of the inside.
 fn refuse_coarse(flags: &RenderFlags, inside: &Inside) -> Result<(), Failure> {
-    match inside.effects().first() {
+    match inside.effects().first().map(|effect| effect.name()) {
         Some(what) if flags.refine == Some(RefineFlag::Coarse) => Err(Failure::Usage(format!(
             "expected --refine full or converged with {what}, found --refine coarse, whose pictures may \
              be octree cuts that do not show it; leave --refine out"

@@ -2,10 +2,11 @@
 
 use serde::Serialize;
 
-use crate::scene::{Effect, Scene, SplatSettings};
+use super::flags::RefineFlag;
+use crate::scene::{Backend, Effect, Scene, SplatSettings};
 use crate::task::effect_costs::{AddedTime, LeftOut};
-use crate::task::engine::HeldBytes;
-use crate::task::still::{Convergence, Refine, ShownField, Still};
+use crate::task::engine::{HeldBytes, OctreeBuilder};
+use crate::task::still::{Convergence, PassTime, Refine, ShownField, Still, Timer};
 
 /// The file's content; the names are stable.
 #[derive(Debug, Serialize)]
@@ -15,14 +16,14 @@ pub(super) struct Stats<'a> {
     /// The mode it was drawn in.
     mode: SplatSettings,
     /// `raster` or `tiles`.
-    backend: &'static str,
+    backend: Backend,
     kernels_total: u64,
     kernels_active: u64,
     kernels_drawn: u64,
     octree_nodes: u64,
     octree_error: f32,
     /// Who classified and merged the octree: `host` or `device`; null where there was none.
-    octree_built_by: Option<&'static str>,
+    octree_built_by: Option<OctreeBuilder>,
     /// Size the picture was drawn at before it was enlarged.
     drawn_resolution: [u32; 2],
     /// The reconstructed field that it shows; null where kernels are shaded first, and of octree cuts.
@@ -32,7 +33,7 @@ pub(super) struct Stats<'a> {
     /// What a picture within a budget is thought to be off by, RMSE in linear light against `full`.
     estimated_rmse: Option<f64>,
     /// `coarse`, `full` or `converged`.
-    refinement: &'static str,
+    refinement: RefineFlag,
     /// Where slabs were doubled, how that ended.
     convergence: Option<ConvergenceRow>,
     /// Measured against `full`, where `--max-error` asked for it.
@@ -45,11 +46,11 @@ pub(super) struct Stats<'a> {
     held: HeldBytes,
     /// Of one more frame, in which each pass is waited for by itself: they add up to
     /// `timed_frame_ms` at most, which is longer than that of `frame_ms`.
-    passes: Vec<PassRow>,
+    passes: &'a [PassTime],
     /// Wall time of that frame, `present` included; null where passes were not timed.
     timed_frame_ms: Option<f64>,
     /// Whose clock the passes were timed by: `device` or `wall`.
-    timer: Option<&'static str>,
+    timer: Option<Timer>,
     /// Wall time from camera set to queue finished, without `present`: of the picture written first,
     /// then of each of `--repeat`.
     frame_ms: &'a [f64],
@@ -106,24 +107,17 @@ impl EffectRow {
     }
 }
 
-#[derive(Debug, Serialize)]
-struct PassRow {
-    name: &'static str,
-    gpu_ms: f64,
-    runs: u32,
-}
-
 impl<'a> Stats<'a> {
     pub(super) fn of(
         still: &'a Still,
         mode: SplatSettings,
-        (asked, effects): (Vec<(Effect, String)>, Vec<&'static str>),
+        (asked, effects): (Vec<(Effect, String)>, &[Effect]),
         refine: Refine,
         kernels_total: u64,
         load_ms: f64,
     ) -> Self {
         let row = |asked: (Effect, String)| {
-            let runs = effects.contains(&asked.0.name());
+            let runs = effects.contains(&asked.0);
             EffectRow::of(asked, runs, &still.effects)
         };
         Self {
@@ -146,21 +140,17 @@ impl<'a> Stats<'a> {
             },
             estimated_rmse: still.estimated_rmse,
             refinement: match &still.convergence {
-                Some(convergence) if convergence.is_reached() => "converged",
-                _ if still.is_full => "full",
-                _ => "coarse",
+                Some(convergence) if convergence.is_reached() => RefineFlag::Converged,
+                _ if still.is_full => RefineFlag::Full,
+                _ => RefineFlag::Coarse,
             },
             convergence: still
                 .convergence
                 .map(|end| ConvergenceRow { end, is_reached: end.is_reached() }),
             rmse: still.measured_rmse,
-            effects,
+            effects: effects.iter().map(|effect| effect.name()).collect(),
             held: still.held,
-            passes: still
-                .passes
-                .iter()
-                .map(|p| PassRow { name: p.name, gpu_ms: p.gpu_ms, runs: p.runs })
-                .collect(),
+            passes: &still.passes,
             timed_frame_ms: still.timed_frame_ms,
             timer: still.timer,
             frame_ms: &still.frame_ms,

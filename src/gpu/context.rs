@@ -3,6 +3,8 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
+use serde::{Deserialize, Serialize};
+
 use super::GpuError;
 use super::turns::SOFTWARE_TURNS;
 
@@ -26,22 +28,13 @@ pub enum AdapterChoice {
 }
 
 /// Who classifies and merges the finest levels of octrees.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum OctreeBuilder {
     /// The host's processors: the faster where they are the adapter, too (`benches/results/octree.md`).
     Host,
     /// The device, from the samples that it holds.
     Device,
-}
-
-impl OctreeBuilder {
-    /// The name statistics carry.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Host => "host",
-            Self::Device => "device",
-        }
-    }
 }
 
 /// What is asked of the device beyond WebGPU's defaults; each is used only where it is there.

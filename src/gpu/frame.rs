@@ -197,7 +197,7 @@ pub fn sort(rounds: u32, threads: u32) -> Vec<Pass> {
 }
 
 /// What a pass took, summed over the pieces of a frame.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct PassTime {
     /// Name of the pass.
     pub name: &'static str,

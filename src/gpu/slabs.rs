@@ -29,7 +29,8 @@ use crate::volume::ScalarVolume;
 use layout::TILE;
 
 /// Which of the fields on the device slabs are made of.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum SlabField {
     /// The scene's own.
     #[default]

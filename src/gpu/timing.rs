@@ -6,22 +6,13 @@ use super::GpuError;
 use super::context::Context;
 
 /// Where pass times come from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Timer {
     /// Timestamps on the device.
     Device,
     /// A submit of its own for every pass, waited for.
     Wall,
-}
-
-impl Timer {
-    /// The name statistics carry.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Device => "device",
-            Self::Wall => "wall",
-        }
-    }
 }
 
 /// Greatest relative difference at which the device's clock is believed.

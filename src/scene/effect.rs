@@ -1,5 +1,6 @@
 //! What a scene may ask for beside its transfer function and its mode, part by part.
 
+use super::mode::names;
 use super::{AlongRay, Clip, Index, Lighting, Look, Scene, Shading};
 
 /// A part that can be left out.
@@ -37,45 +38,29 @@ pub enum Effect {
     Polygons,
 }
 
-impl Effect {
-    /// Every one.
-    pub const ALL: &[Self] = &[
-        Self::Shading,
-        Self::Gradients,
-        Self::Lights,
-        Self::Regions,
-        Self::OpacityTable,
-        Self::ModulationTable,
-        Self::ReflectionTable,
-        Self::EmissionTable,
-        Self::Clip,
-        Self::Projection,
-        Self::Isosurfaces,
-        Self::Slices,
-        Self::Vectors,
-        Self::SecondVectors,
-        Self::Polygons,
-    ];
+names!(Effect {
+    Shading => "shading",
+    Gradients => "gradients",
+    Lights => "lights",
+    Regions => "regions",
+    OpacityTable => "opacity table",
+    ModulationTable => "modulation table",
+    ReflectionTable => "reflection table",
+    EmissionTable => "emission table",
+    Clip => "clip",
+    Projection => "projection",
+    Isosurfaces => "isosurfaces",
+    Slices => "slices",
+    Vectors => "vectors",
+    SecondVectors => "second vectors",
+    Polygons => "polygons",
+});
 
-    /// The name of [`Scene::effects`] and scripts; that of the shading as a whole is none of those.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Shading => "shading",
-            Self::Gradients => "gradients",
-            Self::Lights => "lights",
-            Self::Regions => "regions",
-            Self::OpacityTable => "opacity table",
-            Self::ModulationTable => "modulation table",
-            Self::ReflectionTable => "reflection table",
-            Self::EmissionTable => "emission table",
-            Self::Clip => "clip",
-            Self::Projection => "projection",
-            Self::Isosurfaces => "isosurfaces",
-            Self::Slices => "slices",
-            Self::Vectors => "vectors",
-            Self::SecondVectors => "second vectors",
-            Self::Polygons => "polygons",
-        }
+impl Effect {
+    /// Names one after the other; `None` where there are none.
+    fn listed(effects: &[Self]) -> Option<String> {
+        let names: Vec<_> = effects.iter().map(|effect| effect.name()).collect();
+        (!names.is_empty()).then(|| names.join(", "))
     }
 
     /// What of a scene asks for it, in a few words; `None` where nothing does.
@@ -89,10 +74,8 @@ impl Effect {
             _ => Some(format!("{count} {one}s")),
         };
         match self {
-            Self::Shading => Some(shading.effects().join(", ")).filter(|names| !names.is_empty()),
-            Self::Gradients => {
-                Some(askers_of_gradients(shading).join(", ")).filter(|n| !n.is_empty())
-            }
+            Self::Shading => Self::listed(&shading.effects()),
+            Self::Gradients => Self::listed(&askers_of_gradients(shading)),
             Self::Lights => lighting.as_ref().map(|lighting| {
                 counted(lighting.lights.len(), "light")
                     .unwrap_or_else(|| "ambient light".to_owned())
@@ -161,8 +144,8 @@ impl Effect {
     }
 }
 
-/// What of a scene's shading looks at gradients, by the names of effects.
-fn askers_of_gradients(shading: &Shading) -> Vec<&'static str> {
+/// What of a scene's shading looks at gradients.
+fn askers_of_gradients(shading: &Shading) -> Vec<Effect> {
     let Shading { opacity, modulation, reflection, emission, lighting, .. } = shading;
     let of = |index: Option<Index>| index.is_some_and(Index::is_of_gradient);
     let askers = [
@@ -173,7 +156,7 @@ fn askers_of_gradients(shading: &Shading) -> Vec<&'static str> {
         (of(reflection.as_ref().map(|table| table.index)), Effect::ReflectionTable),
         (of(emission.as_ref().map(|table| table.index)), Effect::EmissionTable),
     ];
-    askers.into_iter().filter_map(|(asks, effect)| asks.then_some(effect.name())).collect()
+    askers.into_iter().filter_map(|(asks, effect)| asks.then_some(effect)).collect()
 }
 
 #[cfg(test)]
@@ -204,16 +187,17 @@ mod tests {
         let first = VectorLayer::new(Arc::clone(&field));
         let scene = scene.with(first).with(VectorLayer::beside_another(field));
         let named = scene.effects();
+        let names: Vec<_> = named.iter().map(|effect| effect.name()).collect();
         assert_eq!(
-            named,
+            names,
             ["gradients", "lights", "modulation table", "clip", "vectors", "second vectors"]
         );
         for effect in Effect::ALL {
-            let is_named = named.contains(&effect.name()) || *effect == Effect::Shading;
+            let is_named = named.contains(effect) || *effect == Effect::Shading;
             let without = effect.left_out_of(&scene);
             assert_eq!(without.is_some(), is_named, "{effect:?}");
             assert_eq!(effect.asked_by(&scene).is_some(), is_named, "{effect:?}");
-            assert!(without.is_none_or(|other| !other.effects().contains(&effect.name())));
+            assert!(without.is_none_or(|other| !other.effects().contains(effect)));
         }
     }
 
@@ -232,7 +216,7 @@ mod tests {
         scene.shading.lighting = Some(Lighting::default());
         assert_eq!(by(Effect::Gradients, &scene), "lights, opacity table");
         let without = Effect::Gradients.left_out_of(&scene).expect("they are asked for");
-        assert_eq!(without.shading.effects(), ["modulation table"]);
+        assert_eq!(without.shading.effects(), [Effect::ModulationTable]);
         let plane = crate::scene::Plane { point: glam::DVec3::ZERO, normal: glam::DVec3::X };
         scene.inside.clip.planes = vec![plane; 2];
         assert_eq!(by(Effect::Clip, &scene), "2 planes");

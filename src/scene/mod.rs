@@ -103,8 +103,8 @@ impl Scene {
         self.shading.lighting.clone().unwrap_or_default()
     }
 
-    /// What it asks for beside the transfer function and the mode, by name.
-    pub fn effects(&self) -> Vec<&'static str> {
+    /// What it asks for beside the transfer function and the mode.
+    pub fn effects(&self) -> Vec<Effect> {
         let vectors = self.vectors().len();
         // Values that are projected have no opacity, and nothing falls on them.
         let is_lit = self.inside.along == AlongRay::Composite;
@@ -117,11 +117,11 @@ impl Scene {
             effects.extend(is_opened.then(|| self.inside.effects()).into_iter().flatten());
         }
         let shown = [
-            (vectors > 0, "vectors"),
-            (vectors > 1, "second vectors"),
-            (!self.drawn_polygons().is_empty(), "polygons"),
+            (vectors > 0, Effect::Vectors),
+            (vectors > 1, Effect::SecondVectors),
+            (!self.drawn_polygons().is_empty(), Effect::Polygons),
         ];
-        effects.extend(shown.into_iter().filter_map(|(is_shown, name)| is_shown.then_some(name)));
+        effects.extend(shown.into_iter().filter_map(|(is_shown, effect)| is_shown.then_some(effect)));
         effects
     }
 

@@ -20,15 +20,16 @@ use std::thread::JoinHandle;
 
 use serde::Serialize;
 
-pub use crate::gpu::AdapterChoice;
+pub use crate::gpu::{AdapterChoice, OctreeBuilder};
 
 use super::calibration::BackEndTimes;
 use super::estimate::Checked;
+use super::level::LevelOfDetail;
 use super::still::{Convergence, Still, StillError, StillRequest};
 use crate::core::Ticket;
-use crate::gpu::{GpuError, OctreeBuilder, Renderer, Wishes};
+use crate::gpu::{GpuError, Renderer, Wishes};
 use crate::plan::Plan;
-use crate::scene::{Backend, Scene};
+use crate::scene::{Backend, Effect, Scene};
 use worker::Worker;
 
 /// What to draw until the next request.
@@ -119,8 +120,8 @@ pub struct KernelCounts {
 /// What a picture shows and what it cost.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FrameReport {
-    /// `coarse`, `octree`, `subsampled`, `full`, … in words for people.
-    pub rung: String,
+    /// To what level it was drawn.
+    pub level: LevelOfDetail,
     /// Kernels on the picture; `None` where nobody has counted: a preview in the scene's own mode
     /// needs no hierarchy, and waits for none.
     pub kernels: Option<KernelCounts>,
@@ -145,8 +146,8 @@ pub struct FrameReport {
     pub checked: Option<Checked>,
     /// From `full` on: how far slabs were doubled, where they can be and that is wanted.
     pub refined: Option<Refined>,
-    /// What of [`Scene::effects`] it shows, by name: nothing where kernels are coloured first.
-    pub effects: Vec<&'static str>,
+    /// What of [`Scene::effects`] it shows: nothing where kernels are coloured first.
+    pub effects: Vec<Effect>,
     /// What was held on the device when it was finished, where somebody looked.
     pub held: Option<HeldBytes>,
     /// Pipelines of slabs were made for it: the next such picture takes less.
@@ -185,12 +186,12 @@ impl HeldBytes {
 
 impl FrameReport {
     /// Of a picture after which nothing follows, of a volume of so many voxels.
-    pub(crate) fn last(rung: String, kernels_total: u64, backend: Backend, frame_ms: f64) -> Self {
+    pub(crate) fn last(level: LevelOfDetail, voxels: u64, backend: Backend, frame_ms: f64) -> Self {
         Self {
-            rung,
+            level,
             kernels: None,
             vector_splats: None,
-            kernels_total,
+            kernels_total: voxels,
             backend,
             frame_ms,
             budget_ms: None,

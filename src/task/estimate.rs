@@ -365,6 +365,7 @@ mod tests {
 
     use crate::scene::{Scene, VectorLayer};
     use crate::task::engine::FrameReport;
+    use crate::task::level::LevelOfDetail;
     use crate::volume::{Lattice, Places, ScalarVolume, VectorField};
 
     fn picture(
@@ -376,7 +377,7 @@ mod tests {
             .flat_map(|y| (0..size[0]).map(move |x| (x, y)))
             .flat_map(|(x, y)| [pixel(x, y), pixel(x, y), pixel(x, y), 255])
             .collect();
-        let report = FrameReport::last("full".into(), 1, crate::scene::Backend::Raster, 1.0);
+        let report = FrameReport::last(LevelOfDetail::FULL, 1, crate::scene::Backend::Raster, 1.0);
         Picture { size, requested_size, rgba, report }
     }
 

@@ -12,6 +12,7 @@ pub mod effect_costs;
 pub mod engine;
 pub mod estimate;
 pub mod lettering;
+pub mod level;
 pub mod loop_file;
 mod octrees;
 pub mod output_file;

@@ -111,7 +111,7 @@ mod tests {
             effects: Vec::new(),
             held: HeldBytes::default(),
             peak_gpu_bytes: 0,
-            backend: "raster",
+            backend: crate::scene::Backend::Raster,
             capped_sums: 0,
             pipelines: 0,
             uploads: 0,

@@ -13,7 +13,8 @@ use crate::accuracy::{self, Difference};
 use crate::core::colour::srgb_bytes;
 use crate::core::memory::TooLarge;
 use crate::core::{Camera, Cancelled, Ticket};
-use crate::gpu::{GpuError, OctreeBuilder, PassTime, Renderer, SlabField};
+use crate::gpu::{GpuError, OctreeBuilder, Renderer, SlabField};
+pub use crate::gpu::{PassTime, timing::Timer};
 use crate::kernel::Kernel;
 use crate::plan::{Outline, Plan};
 use crate::scene::{Backend, Cells, Scene, SplatSettings, Visibility};
@@ -72,8 +73,8 @@ impl Convergence {
 /// The reconstructed field that a picture shows.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct ShownField {
-    /// `own`: the one that `full` is drawn from, or `preview`: a quicker one that stands in for it.
-    pub which: &'static str,
+    /// The one that `full` is drawn from, or a quicker one that stands in for it.
+    pub which: SlabField,
     /// What reconstructs it.
     pub kernel: Kernel,
     /// Its samples along each axis: the volume's, or fewer where previews are drawn from means.
@@ -113,8 +114,8 @@ pub struct Still {
     pub is_full: bool,
     /// Voxels with opacity.
     pub kernels_active: u64,
-    /// Who built the octree, `host` or `device`; `None` where there is none.
-    pub octree: Option<&'static str>,
+    /// Who built the octree; `None` where there is none.
+    pub octree: Option<OctreeBuilder>,
     /// The adapter.
     pub adapter: String,
     /// Wall milliseconds from camera set to queue finished; the picture's first.
@@ -129,8 +130,8 @@ pub struct Still {
     pub passes: Vec<PassTime>,
     /// Wall milliseconds of that frame: from camera set to queue finished, and `present`.
     pub timed_frame_ms: Option<f64>,
-    /// `device` or `wall`.
-    pub timer: Option<&'static str>,
+    /// Whose clock the passes were timed by.
+    pub timer: Option<Timer>,
     /// What each effect of a full picture costs, where passes were timed.
     pub effects: Vec<LeftOut>,
     /// Bytes held on the device when it was drawn, of parts that not every scene has.
@@ -139,8 +140,8 @@ pub struct Still {
     pub peak_gpu_bytes: u64,
     /// Opacities and sums of them that were over 1 and lowered to it, with published opacity.
     pub capped_sums: u64,
-    /// What drew it: `raster` or `tiles`.
-    pub backend: &'static str,
+    /// What drew it, never [`Backend::Auto`].
+    pub backend: Backend,
     /// Pipelines compiled.
     pub pipelines: usize,
     /// Volumes and fields brought to the device since there is one.
@@ -281,7 +282,7 @@ pub(super) fn draw(
     let (mut timer, mut timed_frame_ms) = (None, None);
     let mut passes = Vec::new();
     if request.time_passes {
-        timer = Some(drawer.renderer.time_passes()?.name());
+        timer = Some(drawer.renderer.time_passes()?);
         // What fitted a budget then fits it now: the same picture is timed.
         drawer.costs = prices;
         let timed_ms = drawer.draw(&plan, rung, &mut watch)?.wall_ms;
@@ -292,7 +293,7 @@ pub(super) fn draw(
         timed_frame_ms = Some(timed_ms + presenting);
         drawer.renderer.stop_timing();
     }
-    let backend = backend_of(rung, &drawn, &plan).name();
+    let backend = backend_of(rung, &drawn, &plan);
     let is_full = rung == Rung::Full;
     let held = HeldBytes::of(&drawer.renderer);
     let peak_gpu_bytes = drawer.renderer.peak_bytes();
@@ -314,7 +315,7 @@ pub(super) fn draw(
         drawn,
         is_full,
         kernels_active: drawer.active_count().unwrap_or(0),
-        octree: drawer.octree_builder().map(OctreeBuilder::name),
+        octree: drawer.octree_builder(),
         adapter: drawer.renderer.context().adapter_name.clone(),
         frame_ms,
         field,
@@ -345,11 +346,7 @@ fn shown_field(
     let is_own = plan.reconstructs() && (rung == Rung::Full || drawn.is_reduced);
     let is_of_field = is_preview || is_own;
     let (kernel, dims) = drawer.renderer.field_shape(drawn.field).filter(|_| is_of_field)?;
-    let which = match drawn.field {
-        SlabField::Own => "own",
-        SlabField::Preview => "preview",
-    };
-    Some(ShownField { which, kernel, dims })
+    Some(ShownField { which: drawn.field, kernel, dims })
 }
 
 /// What a rung of a still picture is drawn with.

@@ -9,6 +9,7 @@ use voxsplat::gpu::layout::Record;
 use voxsplat::scene::{Scene, SplatSettings, View, WhyWhole};
 use voxsplat::task::draw::Rung;
 use voxsplat::task::engine::{CellsRequest, Effort, EngineState, FoundCells};
+use voxsplat::task::level::LevelOfDetail;
 use voxsplat::task::still::{Refine, StillRequest};
 use voxsplat::volume::Lattice;
 
@@ -105,8 +106,8 @@ fn a_moving_view_hands_out_the_cut_on_its_picture_only_while_that_is_wanted() {
     let found = cells_of(&bench);
     assert!(found.is_drawn);
     assert_eq!(Some(found.cells.total), shown.report.kernels.map(|kernels| kernels.drawn));
-    let words = format!("coarse, octree error {:.3}", found.cells.max_error);
-    assert_eq!(shown.report.rung, words);
+    let max_error = found.cells.max_error;
+    assert_eq!(shown.report.level, LevelOfDetail::Octree { max_error });
     bench.engine.request_cells(None);
     picture(&Scene { camera: scene.camera.orbited(0.2, 0.0), ..scene });
     assert!(bench.engine.take_cells().is_none(), "nobody wants them any more");
@@ -128,8 +129,11 @@ fn cells_do_not_wait_for_a_picture_nor_stop_it() {
     let during = bench.engine.state();
     pictures.extend(bench.until_full([700, 600]));
     assert!(matches!(during, EngineState::Drawing(_)), "the picture was done before: {during:?}");
-    let of = |rung: &str| pictures.iter().filter(|p| p.report.rung.starts_with(rung)).count();
-    assert!(of("coarse") <= 1 && of("full") >= 1, "begun again");
+    let of = |is: fn(&LevelOfDetail) -> bool| {
+        pictures.iter().filter(|picture| is(&picture.report.level)).count()
+    };
+    let counts = (of(LevelOfDetail::is_coarse), of(LevelOfDetail::is_full));
+    assert!(counts.0 <= 1 && counts.1 >= 1, "begun again");
 }
 
 #[test]

@@ -15,7 +15,8 @@ use voxsplat::task::draw::Rung;
 use voxsplat::task::engine::{
     AdapterChoice, Effort, Engine, EngineState, FrameRequest, Ladder, Picture,
 };
-use voxsplat::task::still::{Refine, Still, StillRequest};
+use voxsplat::task::level::LevelOfDetail;
+use voxsplat::task::still::{Refine, Still, StillRequest, Timer};
 use voxsplat::volume::{Lattice, Samples};
 
 use crate::support::*;
@@ -75,7 +76,7 @@ impl Bench {
     #[track_caller]
     pub(crate) fn until_full(&self, size: [u32; 2]) -> Vec<Arc<Picture>> {
         self.pictures_until(|bench, seen| {
-            seen.last().is_some_and(|p| p.report.rung == "full" && p.requested_size == size)
+            seen.last().is_some_and(|p| p.report.level.is_full() && p.requested_size == size)
                 && bench.engine.state() == EngineState::Idle
         })
     }
@@ -112,7 +113,7 @@ fn of_many_requests_the_last_ones_picture_arrives_and_most_others_are_dropped() 
         std::thread::sleep(Duration::from_millis(1));
     }
     let pictures = bench.until_full([159, 90]);
-    let full = pictures.iter().filter(|p| p.report.rung == "full").count();
+    let full = pictures.iter().filter(|p| p.report.level.is_full()).count();
     assert!(full < 10, "{full} of 60 were finished");
 }
 
@@ -172,7 +173,7 @@ fn moving_gives_one_coarse_picture() {
         !seen.is_empty() && bench.engine.state() == EngineState::Idle
     });
     let [picture] = &pictures[..] else { panic!("{} pictures", pictures.len()) };
-    assert!(picture.report.rung.starts_with("coarse"), "{:?}", picture.report);
+    assert!(picture.report.level.is_coarse(), "{:?}", picture.report);
     assert!(picture.report.kernels.is_some_and(|kernels| kernels.drawn < kernels.active));
     assert!(picture.size[0] <= 320 && picture.size[1] <= 200);
     assert_eq!(picture.rgba.len(), (picture.size[0] * picture.size[1] * 4) as usize);
@@ -226,7 +227,7 @@ fn without_float32_blending_and_timestamps_pictures_are_as_near_as_stated() {
     assert!(fault(&found, &full, Within { max_abs: 1e-6, rmse: 1e-6, bias: 1e-6 }).is_some());
     let timed = StillRequest { time_passes: true, ..still_request(&small(), SIZE) };
     let still = bench.engine.still(timed, &Ticket::new()).expect("a still");
-    assert_eq!(still.timer, Some("wall"));
+    assert_eq!(still.timer, Some(Timer::Wall));
 }
 
 /// One sentence: what was expected and found, no line break, no Rust.
@@ -319,16 +320,17 @@ fn a_still_makes_no_finished_picture_drawn_again() {
     // In the middle of the ladder.
     bench.still(&small());
     pictures.extend(bench.pictures_until(|_, seen| {
-        seen.last().is_some_and(|picture| picture.report.rung == "full")
+        seen.last().is_some_and(|picture| picture.report.level.is_full())
     }));
     // In the middle of the calibration that follows.
     bench.still(&small());
     pictures.extend(bench.pictures_until(|bench, _| bench.engine.state() == EngineState::Idle));
     std::thread::sleep(Duration::from_millis(50));
     pictures.extend(bench.pictures_until(|bench, _| bench.engine.state() == EngineState::Idle));
-    let of = |rung: &str| pictures.iter().filter(|p| p.report.rung.starts_with(rung)).count();
-    let rungs: Vec<_> = pictures.iter().map(|p| &p.report.rung).collect();
-    assert_eq!((of("coarse"), of("full")), (1, 1), "{rungs:?}");
+    let levels: Vec<_> = pictures.iter().map(|p| p.report.level).collect();
+    let of = |is: fn(&LevelOfDetail) -> bool| levels.iter().copied().filter(is).count();
+    let counts = (of(LevelOfDetail::is_coarse), of(LevelOfDetail::is_full));
+    assert_eq!(counts, (1, 1), "{levels:?}");
 }
 
 fn exact(scene: Scene) -> Scene {
@@ -364,8 +366,7 @@ fn the_ladder_ends_in_converged_slabs_which_are_those_of_a_still() {
     assert_eq!(Some(refined.convergence), still.convergence);
     assert!(refined.convergence.is_reached() && refined.left_ms == 0.0, "{refined:?}");
     assert!(last.rgba == still.rgba, "another picture than the still");
-    let slabs = refined.convergence.slabs_per_voxel;
-    assert_eq!(last.report.rung, format!("converged, {slabs} slabs per voxel"));
+    assert_eq!(last.report.level, LevelOfDetail::Refined(refined.convergence));
     assert_eq!(last.report.progress, 1.0);
     let checked = last.report.checked.expect("what the full picture found of its preview");
     assert!(checked.estimated_rmse > 0.0, "{checked:?}");
@@ -400,7 +401,7 @@ fn doubling_slabs_stops_for_the_hand() {
     let Some(bench) = Bench::new() else { return };
     let scene = exact(large());
     bench.request(&scene, [400, 300], until_converged(f64::INFINITY));
-    bench.pictures_until(|_, seen| seen.iter().any(|p| p.report.rung == "full"));
+    bench.pictures_until(|_, seen| seen.iter().any(|p| p.report.level.is_full()));
     // In the middle of the first doubling.
     std::thread::sleep(Duration::from_millis(30));
     let turned = Scene { camera: scene.camera.orbited(0.1, 0.0), ..scene };
@@ -410,8 +411,8 @@ fn doubling_slabs_stops_for_the_hand() {
         !seen.is_empty() && bench.engine.state() == EngineState::Idle
     });
     println!("measured answer after {:?}", asked.elapsed());
-    let rungs: Vec<_> = pictures.iter().map(|p| &p.report.rung).collect();
-    assert!(rungs.iter().all(|rung| rung.starts_with("coarse")), "{rungs:?}");
+    let levels: Vec<_> = pictures.iter().map(|p| p.report.level).collect();
+    assert!(levels.iter().all(LevelOfDetail::is_coarse), "{levels:?}");
 }
 
 #[test]
@@ -426,8 +427,8 @@ fn another_effort_for_the_same_view_shows_nothing_coarse_again() {
         seen.last().is_some_and(|p| p.report.progress >= 1.0)
             && bench.engine.state() == EngineState::Idle
     });
-    let rungs: Vec<_> = pictures.iter().map(|p| &p.report.rung).collect();
-    assert!(rungs.iter().all(|rung| !rung.starts_with("coarse")), "{rungs:?}");
+    let levels: Vec<_> = pictures.iter().map(|p| p.report.level).collect();
+    assert!(!levels.iter().any(LevelOfDetail::is_coarse), "{levels:?}");
 
     // Back to full, or on where the time does not suffice: from memory.
     for (converge_ms, is_noted) in [(0.0, false), (0.01, true)] {
@@ -470,7 +471,7 @@ fn a_budget_for_every_ray_ends_in_full_at_once() {
     };
     bench.request(&beyond, SIZE, effort);
     let rested = bench.until_full(SIZE);
-    assert_eq!(rested.len(), 1, "{:?}", rested.iter().map(|p| &p.report.rung).collect::<Vec<_>>());
+    assert_eq!(rested.len(), 1, "{:?}", rested.iter().map(|p| p.report.level).collect::<Vec<_>>());
     assert!(rested[0].rgba == bench.still(&beyond).rgba);
 }
 

@@ -8,7 +8,7 @@ use voxsplat::accuracy::sweep::Detail;
 use voxsplat::core::colour::srgb_bytes;
 use voxsplat::core::{Srgb8, Ticket};
 use voxsplat::gpu::Wishes;
-use voxsplat::scene::{Background, Classify, OpacityModel, Scene, Visibility};
+use voxsplat::scene::{Backend, Background, Classify, OpacityModel, Scene, Visibility};
 use voxsplat::task::draw::background_light;
 use voxsplat::task::engine::{AdapterChoice, Engine};
 use voxsplat::task::still::{Refine, Still, StillError, StillRequest};
@@ -120,7 +120,7 @@ fn what_is_capped_is_counted_whatever_drew_it() {
     let Some(engine) = engine() else { return };
     let cut = Refine::Reduced { detail: Detail::Octree { max_error: 0.02 }, scale: 1.0 };
     for visibility in [Visibility::EverySample, Visibility::Sheets, Visibility::Slabs] {
-        for (refine, backend) in [(Refine::Full, "tiles"), (cut, "tiles")] {
+        for (refine, backend) in [(Refine::Full, Backend::Tiles), (cut, Backend::Tiles)] {
             let still = |opacity_model, unit| {
                 let mut request = request(refine);
                 let splat = &mut request.scene.splat;

@@ -91,18 +91,18 @@ fn a_transfer_function_that_changes_in_mid_refinement_leaves_nothing_of_the_one_
             }
             bench.request(&new, SMALL, rest());
             pictures.extend(bench.pictures_until(|bench, seen| {
-                seen.last().is_some_and(|p| p.report.rung == "full" && shows(p, 1))
+                seen.last().is_some_and(|p| p.report.level.is_full() && shows(p, 1))
                     && bench.engine.state() == EngineState::Idle
             }));
             let first_new = pictures.iter().position(|p| shows(p, 1)).expect("it is there");
             let (old, after) = pictures.split_at(first_new);
-            let rungs: Vec<_> = pictures.iter().map(|p| &p.report.rung).collect();
-            assert!(old.iter().all(|p| shows(p, 0)), "{name}: {rungs:?}");
-            assert!(after.iter().all(|p| !shows(p, 0)), "{name}: the old one again, {rungs:?}");
-            stopped += usize::from(old.iter().all(|p| p.report.rung != "full"));
+            let levels: Vec<_> = pictures.iter().map(|p| p.report.level).collect();
+            assert!(old.iter().all(|p| shows(p, 0)), "{name}: {levels:?}");
+            assert!(after.iter().all(|p| !shows(p, 0)), "{name}: the old one again, {levels:?}");
+            stopped += usize::from(old.iter().all(|p| !p.report.level.is_full()));
             partial += usize::from(after.len() > 1);
             let last = &after[after.len() - 1];
-            assert!(last.rgba == expected.rgba, "{name}: other bits, {rungs:?}");
+            assert!(last.rgba == expected.rgba, "{name}: other bits, {levels:?}");
             assert_eq!(last.report.kernels, expected.report.kernels, "{name}");
             // The volume, its bricks and the fields made of it are those of the first one.
             assert_eq!(bench.still(&new).uploads, uploads, "{name}: brought again");

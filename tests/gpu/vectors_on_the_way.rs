@@ -7,9 +7,10 @@ use std::sync::Arc;
 use voxsplat::accuracy::Difference;
 use voxsplat::gpu::SlabField;
 use voxsplat::kernel::Kernel;
-use voxsplat::scene::{Order, Reconstruction, Scene, SplatSettings};
+use voxsplat::scene::{Effect, Order, Reconstruction, Scene, SplatSettings};
 use voxsplat::task::draw::Rung;
 use voxsplat::task::engine::{Effort, EngineState};
+use voxsplat::task::level::LevelOfDetail;
 
 use crate::engine::{Bench, rest};
 use crate::support::{beside_field, drawer, drawn, volume_of, with_field};
@@ -36,8 +37,12 @@ fn another_field_beside_vectors_is_drawn_and_never_without_them() {
     let (first, second) = (last(&first).expect("a picture"), last(&pictures).expect("a picture"));
     assert!(first.rgba == second.rgba, "the same values make another picture");
     for picture in &pictures {
-        assert!(!picture.report.rung.contains("octree"), "{:?}", picture.report.rung);
-        assert!(picture.report.effects.contains(&"vectors"), "{:?}", picture.report);
+        let is_cut = matches!(picture.report.level, LevelOfDetail::Octree { .. });
+        assert!(
+            !is_cut && picture.report.effects.contains(&Effect::Vectors),
+            "{:?}",
+            picture.report
+        );
     }
 }
 
@@ -54,11 +59,11 @@ fn a_moving_hand_has_the_field_alone_until_it_is_reconstructed_and_no_estimate_o
         !seen.is_empty() && bench.engine.state() == EngineState::Idle
     });
     let report = &pictures[0].report;
-    assert!(report.rung.starts_with("coarse, octree"), "{report:?}");
+    assert!(matches!(report.level, LevelOfDetail::Octree { .. }), "{report:?}");
     assert!(report.effects.is_empty() && report.estimated_rmse.is_none(), "{report:?}");
     bench.request(&smooth, PICTURE, rest());
     let full = bench.until_full(PICTURE);
-    assert!(full.last().is_some_and(|picture| picture.report.effects.contains(&"vectors")));
+    assert!(full.last().is_some_and(|picture| picture.report.effects.contains(&Effect::Vectors)));
 }
 
 /// Slabs of vectors are twice as thick there as those of the field, which share each out.

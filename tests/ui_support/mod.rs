@@ -30,6 +30,7 @@ use voxsplat::task::engine::{
     Refined, SecondPicture, SecondRequest,
 };
 use voxsplat::task::estimate::Checked;
+use voxsplat::task::level::LevelOfDetail;
 use voxsplat::task::still::Convergence;
 use voxsplat::transfer::{ColourMap, ColourSource, TransferFunction};
 use voxsplat::volume::{Association, Field, Grid, Lattice, Samples, ScalarType, Statistics};
@@ -177,13 +178,13 @@ fn gradient(request: &FrameRequest) -> Picture {
         },
         left_ms: if converged { 0.0 } else { 12_000.0 },
     });
-    let rung = match (moving, converged) {
-        (true, _) => "coarse, octree error 0.010",
-        (false, false) => "full",
-        (false, true) => "converged, 8 slabs per voxel",
+    let level = match (moving, refined) {
+        (true, _) => LevelOfDetail::Octree { max_error: 0.01 },
+        (false, Some(refined)) if converged => LevelOfDetail::Refined(refined.convergence),
+        (false, _) => LevelOfDetail::FULL,
     };
     let report = FrameReport {
-        rung: rung.to_owned(),
+        level,
         kernels: Some(voxsplat::task::engine::KernelCounts { drawn: 500, active: 500 }),
         vector_splats: (!request.scene.shows_field()).then_some(321),
         kernels_total: 512,

@@ -66,7 +66,7 @@ fn report_ui(ui: &mut Ui, shown: &Shown) {
         .accessible_name("Progress of refinement")
         .on_hover_text("How far the picture is on its way to the last one of this view");
     let (error, why) = error_words(shown);
-    let picture = format!("{} · {} · {error}", rung_words(report), time_words(report));
+    let picture = format!("{} · {} · {error}", words::level(&report.level), time_words(report));
     ui.add(Label::new(RichText::new(picture).size(SMALL)).truncate()).on_hover_text(why);
     if let Some(checked) = report.checked {
         let words = fitting(ui, checked_words(&checked));
@@ -84,7 +84,7 @@ fn report_ui(ui: &mut Ui, shown: &Shown) {
     }
     let why = format!(
         "{}, drawn with {}: {}",
-        report.rung,
+        words::level_in_full(&report.level),
         words::backend(report.backend).0.to_lowercase(),
         counts_tooltip(report),
     );
@@ -122,16 +122,6 @@ fn fitting<const N: usize>(ui: &Ui, words: [String; N]) -> String {
     };
     let fits = words.iter().position(|words| width(words) <= ui.available_width());
     words.into_iter().nth(fits.unwrap_or(N.saturating_sub(1))).unwrap_or_default()
-}
-
-/// The rung in sentence case, without its details.
-fn rung_words(report: &FrameReport) -> String {
-    let rung = match report.rung.split_once(',') {
-        Some((rung, _)) if !report.rung.ends_with("in part") => rung,
-        _ => &report.rung,
-    };
-    let mut letters = rung.chars();
-    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
 /// What the picture took, and of how much where it was fitted to a time: `18 of 20 ms`.
@@ -199,7 +189,7 @@ fn error_words(shown: &Shown) -> (String, String) {
         return (words::about_decibels(db, true), why.to_owned());
     }
     let doubled = report.refined.filter(|refined| refined.convergence.last_difference.is_some());
-    if report.rung != "full" && doubled.is_none() {
+    if !report.level.is_full() && doubled.is_none() {
         return ("not estimated".to_owned(), "On the way to the full picture".to_owned());
     }
     let (level, why) = level_words(mode, measured.as_ref(), report);
@@ -242,7 +232,7 @@ fn level_words(
         );
         return (words::decibels(point.db), why);
     }
-    if let Some(effect) = report.effects.first() {
+    if let Some(effect) = report.effects.first().map(|effect| effect.name()) {
         let why = format!(
             "What this mode is usually off by is known of plain pictures: with {effect} it was not \
              measured"
@@ -360,36 +350,26 @@ mod tests {
     use super::*;
     use crate::app::measuring::ChartPoint;
     use crate::task::engine::{Next, Refined};
+    use crate::task::level::LevelOfDetail;
     use crate::task::still::Convergence;
 
-    fn shown(rung: &str, mode: SplatSettings) -> Shown {
+    const COARSE: LevelOfDetail = LevelOfDetail::Octree { max_error: 0.01 };
+
+    fn shown(level: LevelOfDetail, mode: SplatSettings) -> Shown {
+        let backend = crate::scene::Backend::Raster;
         let report = FrameReport {
-            rung: rung.into(),
             kernels: Some(KernelCounts { drawn: 1234, active: 56_789 }),
-            vector_splats: None,
-            kernels_total: 16_777_216,
-            backend: crate::scene::Backend::Raster,
-            frame_ms: 28.4,
-            budget_ms: None,
-            next: None,
             progress: 0.1,
-            estimated_rmse: None,
-            checked: None,
-            refined: None,
-            effects: Vec::new(),
-            held: None,
-            made_pipelines: false,
-            octree: None,
+            ..FrameReport::last(level, 16_777_216, backend, 28.4)
         };
         Shown { report, mode, measured: None }
     }
 
     #[test]
     fn the_line_states_drawn_active_and_total_kernels() {
-        let shown = shown("octree error 0.010", SplatSettings::EXACT);
+        let shown = shown(COARSE, SplatSettings::EXACT);
         let words = counts_words(&shown.report).replace('\u{a0}', " ");
         assert_eq!(words, "1 234 of 56 789 kernels drawn, 16 777 216 voxels");
-        assert_eq!(rung_words(&shown.report), "Octree error 0.010");
         // Of vectors alone no voxel is drawn.
         let alone = FrameReport { vector_splats: Some(1728), kernels: None, ..shown.report };
         assert_eq!(counts_words(&alone).replace('\u{a0}', " "), "1 728 splats of vectors");
@@ -398,13 +378,12 @@ mod tests {
 
     #[test]
     fn every_picture_says_how_far_it_is_from_exact() {
-        let coarse = shown("coarse, octree error 0.010", SplatSettings::EXACT);
-        assert_eq!(rung_words(&coarse.report), "Coarse");
+        let coarse = shown(COARSE, SplatSettings::EXACT);
         let report = FrameReport { estimated_rmse: Some(0.0282), ..coarse.report.clone() };
         assert_eq!(error_words(&Shown { report, ..coarse }).0, "about 31 dB");
-        let exact = shown("full", SplatSettings::EXACT);
+        let exact = shown(LevelOfDetail::FULL, SplatSettings::EXACT);
         assert_eq!(error_words(&exact).0, "exact mode, usually 40 to 66 dB");
-        let classic = shown("full", SplatSettings::SHADE_FIRST);
+        let classic = shown(LevelOfDetail::FULL, SplatSettings::SHADE_FIRST);
         assert_eq!(error_words(&classic).0, "usually 26 to 44 dB");
         let point = ChartPoint {
             name: "classic".into(),
@@ -422,30 +401,29 @@ mod tests {
         let measured = Measured { is_of_this_view: false, ..measured };
         let elsewhere = Shown { measured: Some(measured), ..classic };
         assert_eq!(error_words(&elsewhere).0, "about 31.9 dB in another view");
-        let partial = shown("full, in part", SplatSettings::EXACT);
-        assert_eq!(rung_words(&partial.report), "Full, in part");
+        let partial = shown(LevelOfDetail::FullInPart, SplatSettings::EXACT);
         assert_eq!(error_words(&partial).0, "not estimated");
     }
 
     #[test]
     fn a_converged_picture_says_what_it_still_changes_and_a_full_one_what_that_would_take() {
-        let with = |rung: &str, last_difference, left_ms, progress| {
-            let mut shown = shown(rung, SplatSettings::EXACT);
+        let with = |last_difference: Option<f64>, left_ms, progress| {
             let convergence = Convergence { slabs_per_voxel: 8.0, last_difference };
+            let level = last_difference.map(|_| LevelOfDetail::Refined(convergence));
+            let mut shown = shown(level.unwrap_or(LevelOfDetail::FULL), SplatSettings::EXACT);
             shown.report.refined = Some(Refined { convergence, left_ms });
             shown.report.progress = progress;
             shown
         };
-        let converged = with("converged, 8 slabs per voxel", Some(0.00079), 0.0, 1.0);
-        assert_eq!(rung_words(&converged.report), "Converged");
+        let converged = with(Some(0.00079), 0.0, 1.0);
         let words = error_words(&converged).0;
         assert_eq!(words, "exact mode, 8 slabs a voxel, change below 0.0008");
         assert_eq!(left_words(&converged.report, "R"), None);
-        let full = with("full", None, 12_300.0, 1.0);
+        let full = with(None, 12_300.0, 1.0);
         assert_eq!(error_words(&full).0, "exact mode, usually 40 to 66 dB");
         let left = left_words(&full.report, "R").map(|(words, _)| words);
         assert_eq!(left.as_deref(), Some("converged would take about 12 s: press R"));
-        let on_the_way = with("refined, 8 slabs per voxel", Some(0.3), 800.0, 0.7);
+        let on_the_way = with(Some(0.3), 800.0, 0.7);
         let words = error_words(&on_the_way).0;
         assert_eq!(words, "exact mode, 8 slabs a voxel, change below 0.3");
         let left = left_words(&on_the_way.report, "R").map(|(words, _)| words);
@@ -456,7 +434,7 @@ mod tests {
 
     #[test]
     fn a_coarse_picture_says_what_it_was_given_and_what_comes_next_as_far_as_that_is_known() {
-        let coarse = shown("coarse, full at 300 × 200", SplatSettings::EXACT);
+        let coarse = shown(COARSE, SplatSettings::EXACT);
         let with = |frame_ms, budget_ms, next| {
             let report = FrameReport { frame_ms, budget_ms, next, ..coarse.report.clone() };
             Shown { report, ..coarse.clone() }
@@ -488,7 +466,7 @@ mod tests {
             words(&Shown { measured, ..long }).as_deref(),
             Some("next about 52 dB in 820 ms")
         );
-        assert_eq!(time_words(&shown("full", SplatSettings::EXACT).report), "28 ms");
+        assert_eq!(time_words(&shown(LevelOfDetail::FULL, SplatSettings::EXACT).report), "28 ms");
     }
 
     #[test]
@@ -508,7 +486,7 @@ mod tests {
     #[test]
     fn what_a_preview_was_is_said_whole_in_narrow_windows_too() {
         use eframe::egui::{Context, Pos2, RawInput, Rect, Shape, vec2};
-        let mut full = shown("full", SplatSettings::EXACT);
+        let mut full = shown(LevelOfDetail::FULL, SplatSettings::EXACT);
         full.report.checked = Some(Checked { estimated_rmse: 0.0282, measured_rmse: 0.0224 });
         let convergence = Convergence { slabs_per_voxel: 1.0, last_difference: None };
         full.report.refined = Some(Refined { convergence, left_ms: 12_300.0 });
@@ -547,7 +525,7 @@ mod tests {
     #[test]
     fn words_never_stand_on_one_another_however_narrow_the_window() {
         use eframe::egui::{Context, Pos2, RawInput, Rect, Shape, vec2};
-        let mut full = shown("full", SplatSettings::EXACT);
+        let mut full = shown(LevelOfDetail::FULL, SplatSettings::EXACT);
         full.report.checked = Some(Checked { estimated_rmse: 0.0282, measured_rmse: 0.0224 });
         let convergence = Convergence { slabs_per_voxel: 4.0, last_difference: Some(0.01) };
         full.report.refined = Some(Refined { convergence, left_ms: 12_300.0 });

@@ -13,7 +13,7 @@ pub use surfaces::{Isosurface, MOST_ISOSURFACES, MOST_SLICES, Slice};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
-use super::{Classify, SplatSettings, Visibility};
+use super::{Classify, Effect, SplatSettings, Visibility};
 use crate::volume::{ScalarVolume, Statistics};
 
 /// What of a volume is looked into. By default nothing: all of it is seen from outside.
@@ -218,16 +218,16 @@ impl Inside {
         levels.chain(slices).chain(opacities.filter_map(clear)).collect()
     }
 
-    /// What it asks for, by name.
-    pub fn effects(&self) -> Vec<&'static str> {
+    /// What it asks for.
+    pub fn effects(&self) -> Vec<Effect> {
         let projects = self.along != AlongRay::Composite;
         let asked = [
-            (self.clip.cuts(), "clip"),
-            (projects, "projection"),
-            (!self.isosurfaces.is_empty() && !projects, "isosurfaces"),
-            (!self.slices.is_empty() && !projects, "slices"),
+            (self.clip.cuts(), Effect::Clip),
+            (projects, Effect::Projection),
+            (!self.isosurfaces.is_empty() && !projects, Effect::Isosurfaces),
+            (!self.slices.is_empty() && !projects, Effect::Slices),
         ];
-        asked.into_iter().filter_map(|(is_asked, name)| is_asked.then_some(name)).collect()
+        asked.into_iter().filter_map(|(is_asked, effect)| is_asked.then_some(effect)).collect()
     }
 
     /// Whether it means something, and a mode can draw it.
@@ -255,7 +255,7 @@ impl Inside {
         if let Some((_, what)) = hidden.filter(|_| self.along != AlongRay::Composite) {
             return Err(InsideError::Projected { what, along: self.along.name() });
         }
-        let what = self.effects().first().copied();
+        let what = self.effects().first().map(|effect| effect.name());
         match what.filter(|_| !Self::is_shown_by(splat)) {
             None if self.has_isosurfaces() && splat.classify == Classify::After => {
                 Err(InsideError::Middle { classify: splat.classify.name() })
@@ -289,9 +289,9 @@ mod tests {
         assert_eq!(clipped.check(&SplatSettings::EXACT), Ok(()));
         let refused = clipped.check(&SplatSettings::SHADE_FIRST).unwrap_err().to_string();
         assert!(refused.contains("with clip, found --visibility every-sample"), "{refused}");
-        assert_eq!((plain.effects(), clipped.effects()), (vec![], vec!["clip"]));
+        assert_eq!((plain.effects(), clipped.effects()), (vec![], vec![Effect::Clip]));
         let mut both = Inside { along: AlongRay::Maximum, ..clipped.clone() };
-        assert_eq!(both.effects(), ["clip", "projection"]);
+        assert_eq!(both.effects(), [Effect::Clip, Effect::Projection]);
         assert_eq!(both.check(&SplatSettings::EXACT), Ok(()));
         both.clip.faces = CutFaces::Coloured;
         let refused = both.check(&SplatSettings::EXACT).unwrap_err().to_string();

@@ -437,7 +437,7 @@ macro_rules! names {
             /// Every one.
             pub const ALL: &[Self] = &[$(Self::$variant),*];
 
-            /// The name scripts use.
+            /// The name in scripts, statistics and sentences.
             pub fn name(self) -> &'static str {
                 match self {
                     $(Self::$variant => $name,)*
@@ -451,6 +451,8 @@ macro_rules! names {
         }
     };
 }
+
+pub(super) use names;
 
 names!(Visibility { EverySample => "every-sample", Sheets => "sheets", Slabs => "slabs" });
 names!(OpacityModel { OpticalDepth => "optical-depth", Published => "published" });

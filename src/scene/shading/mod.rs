@@ -24,7 +24,7 @@ use glam::{DMat3, DVec3};
 use serde::{Deserialize, Serialize};
 
 use crate::core::{Camera, Srgb8};
-use crate::scene::{Classify, SplatSettings};
+use crate::scene::{Classify, Effect, SplatSettings};
 use crate::volume::{Lattice, ScalarVolume};
 use crate::transfer::{
     Region, RegionError, TRANSMITTANCE_FLOOR, TransferFunction, extinction_from_opacity,
@@ -325,19 +325,19 @@ impl Shading {
             || self.indices().any(Index::is_of_gradient)
     }
 
-    /// What it asks for, by name.
-    pub fn effects(&self) -> Vec<&'static str> {
+    /// What it asks for.
+    pub fn effects(&self) -> Vec<Effect> {
         let Self { opacity, modulation, reflection, emission, lighting, .. } = self;
         let asked = [
-            (self.uses_gradient(), "gradients"),
-            (lighting.is_some(), "lights"),
-            (!self.painted().is_empty(), "regions"),
-            (opacity.is_some(), "opacity table"),
-            (modulation.is_some(), "modulation table"),
-            (reflection.is_some(), "reflection table"),
-            (emission.is_some(), "emission table"),
+            (self.uses_gradient(), Effect::Gradients),
+            (lighting.is_some(), Effect::Lights),
+            (!self.painted().is_empty(), Effect::Regions),
+            (opacity.is_some(), Effect::OpacityTable),
+            (modulation.is_some(), Effect::ModulationTable),
+            (reflection.is_some(), Effect::ReflectionTable),
+            (emission.is_some(), Effect::EmissionTable),
         ];
-        asked.into_iter().filter_map(|(is_asked, name)| is_asked.then_some(name)).collect()
+        asked.into_iter().filter_map(|(is_asked, effect)| is_asked.then_some(effect)).collect()
     }
 
     /// Whether it means something, and a mode can draw it.
@@ -484,7 +484,7 @@ mod tests {
         let regions = vec![region([3.0, 4.0]), region([8.0, 9.0])];
         let mut shading = Shading { regions, ..Shading::default() };
         assert!(!shading.is_plain() && shading.uses_gradient());
-        assert_eq!(shading.effects(), ["gradients", "regions"]);
+        assert_eq!(shading.effects(), [Effect::Gradients, Effect::Regions]);
         assert_eq!(shading.check(&SplatSettings::EXACT), Ok(()));
         let first = SplatSettings::SHADE_FIRST;
         assert_eq!(shading.check(&first), Ok(()));
@@ -504,7 +504,7 @@ mod tests {
         assert_eq!(opacities, [0.0, BASE_OPACITY, 0.0, BASE_OPACITY, 0.0]);
         shading.opacity = Some(Amounts { index: Index::Value, points: vec![(0.0, 0.5)] });
         assert!(shading.painted().is_empty() && !shading.uses_gradient());
-        assert_eq!(shading.effects(), ["opacity table"]);
+        assert_eq!(shading.effects(), [Effect::OpacityTable]);
         assert_eq!(shading.by_value(&transfer).opacity_at(6.0), BASE_OPACITY);
         shading.regions[1].values = [9.0, 8.0];
         assert!(matches!(shading.check(&SplatSettings::EXACT), Err(ShadingError::Region(_))));

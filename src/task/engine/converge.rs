@@ -7,6 +7,7 @@ use super::worker::Worker;
 use super::{FrameRequest, Refined};
 use crate::scene::{MOST_SLABS_PER_VOXEL, Scene, SplatSettings, Visibility};
 use crate::task::draw::{DrawError, Rung};
+use crate::task::level::LevelOfDetail;
 use crate::task::still::{CONVERGED, Convergence};
 
 /// Doublings that are thought to be needed before any was drawn: 3 to 5 on the demos shells,
@@ -100,12 +101,6 @@ impl Doublings {
         [self.spent_ms, self.spent_ms + next_ms].map(|ms| ms / (self.spent_ms + left_ms))
     }
 
-    /// The picture drawn last in words.
-    fn words(&self) -> String {
-        let state = if self.convergence.is_reached() { "converged" } else { "refined" };
-        format!("{state}, {} slabs per voxel", self.convergence.slabs_per_voxel)
-    }
-
     /// What a picture's report says of it.
     pub(super) fn report(&self) -> Refined {
         Refined { convergence: self.convergence, left_ms: self.left_ms() }
@@ -150,7 +145,8 @@ impl Worker {
             // Estimates may come and go; the bar does not go back.
             before = of_whole(doublings.shares()[0]).max(before);
             let progress = if doublings.goes_on() { before.min(0.99) } else { 1.0 };
-            let mut picture = self.presented(&finer, doublings.words(), progress, &drawn)?;
+            let level = LevelOfDetail::Refined(doublings.convergence);
+            let mut picture = self.presented(&finer, level, progress, &drawn)?;
             picture.report.backend = backend;
             picture.report.refined = Some(doublings.report());
             picture.report.checked = checked;
@@ -204,7 +200,7 @@ mod tests {
         doublings.drawn(40.0, 0.001);
         assert!(doublings.convergence.is_reached() && !doublings.goes_on());
         assert_eq!((doublings.left_ms(), doublings.shares()), (0.0, [1.0; 2]));
-        assert_eq!(doublings.words(), "converged, 4 slabs per voxel");
+        assert_eq!(doublings.convergence.slabs_per_voxel, 4.0);
 
         let mut doublings = after_full(300.0);
         doublings.drawn(20.0, 0.4);
@@ -213,7 +209,8 @@ mod tests {
         doublings.drawn(180.0, 0.1);
         assert!(!doublings.goes_on(), "540 ms more do not: {doublings:?}");
         assert!(doublings.left_ms() > 540.0 && doublings.shares()[1] < 1.0);
-        assert_eq!(doublings.words(), "refined, 8 slabs per voxel");
+        assert!(!doublings.convergence.is_reached());
+        assert_eq!(doublings.convergence.slabs_per_voxel, 8.0);
     }
 
     #[test]

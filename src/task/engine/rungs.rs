@@ -10,13 +10,14 @@ use super::{
     Effort, EngineState, FrameReport, FrameRequest, HeldBytes, KernelCounts, Ladder, Picture,
 };
 use crate::core::Ticket;
-use crate::gpu::{GpuError, Renderer, SlabField};
+use crate::gpu::{GpuError, Renderer};
 use crate::kernel::Kernel;
 use crate::plan::{Plan, Way};
 use crate::scene::{Backend, Classify, Effect, Inside, Scene, Shading, SplatSettings};
 use crate::task::cells::CutSource;
 use crate::task::draw::{DrawError, Drawer, Drawn, Observer, PIECE_MS, Rung, background_light};
 use crate::task::estimate::{self, Checked, Coarseness};
+use crate::task::level::LevelOfDetail;
 use crate::task::previews::Reduction;
 
 /// How often progress within a rung is announced.
@@ -283,7 +284,8 @@ impl Worker {
             Manner::Whole => 0.0,
             Manner::InPieces { after, .. } => after,
         };
-        let mut picture = self.presented(request, rung_words(rung, &drawn), progress, &drawn)?;
+        let level = LevelOfDetail::of(rung, &drawn);
+        let mut picture = self.presented(request, level, progress, &drawn)?;
         picture.report.backend = backend;
         let coarseness =
             Coarseness::of(&plan, rung, &drawn, picture.shrink(), &picture.rgba);
@@ -378,7 +380,7 @@ impl Worker {
     pub(super) fn presented(
         &mut self,
         request: &FrameRequest,
-        rung: String,
+        level: LevelOfDetail,
         progress: f64,
         drawn: &Drawn,
     ) -> Result<Picture, DrawError> {
@@ -386,8 +388,9 @@ impl Worker {
         let rgba = drawer.renderer.present(background_light(request.scene.background))?;
         let held = HeldBytes::of(&drawer.renderer);
         #[expect(clippy::cast_possible_truncation, reason = "0..=1")]
-        let words = (rung, progress as f32);
-        let mut picture = picture(request, words, drawn, rgba, drawer.active_count());
+        let level = (level, progress as f32);
+        let mut picture =
+            picture((&request.scene, request.size), level, drawn, rgba, drawer.active_count());
         picture.report.held = Some(held);
         picture.report.octree = self.device()?.octree_builder();
         Ok(picture)
@@ -484,11 +487,11 @@ fn no_device() -> DrawError {
 }
 
 /// What of a scene's shading, and of what lets its inside be seen, was drawn.
-pub(super) fn effects(scene: &Scene, drawn: &Drawn) -> Vec<&'static str> {
+fn effects(scene: &Scene, drawn: &Drawn) -> Vec<Effect> {
     let mut effects = match drawn.is_shaded {
         true if Inside::is_shown_by(&scene.splat) => scene.effects(),
         true => {
-            let shown = ["vectors", "polygons"];
+            let shown = [Effect::Vectors, Effect::Polygons];
             let others = scene.effects().into_iter().filter(|effect| shown.contains(effect));
             scene.shading.effects().into_iter().chain(others).collect()
         }
@@ -497,55 +500,29 @@ pub(super) fn effects(scene: &Scene, drawn: &Drawn) -> Vec<&'static str> {
     };
     // Values in the middle of slabs pass no level.
     if scene.splat.classify == Classify::After {
-        effects.retain(|name| *name != Effect::Isosurfaces.name());
+        effects.retain(|effect| *effect != Effect::Isosurfaces);
     }
     effects
 }
 
 /// What was drawn, with what is known of it.
-fn picture(
-    request: &FrameRequest,
-    (rung, progress): (String, f32),
+pub(super) fn picture(
+    (scene, size): (&Scene, [u32; 2]),
+    (level, progress): (LevelOfDetail, f32),
     drawn: &Drawn,
     rgba: Vec<u8>,
     kernels_active: Option<u64>,
 ) -> Picture {
-    let total = request.scene.voxel_count();
+    let total = scene.voxel_count();
     let report = FrameReport {
-        effects: effects(&request.scene, drawn),
+        effects: effects(scene, drawn),
         made_pipelines: drawn.made_pipelines,
         kernels: kernels_active.map(|active| KernelCounts { drawn: drawn.kernels, active }),
-        vector_splats: (!request.scene.shows_field()).then_some(drawn.kernels),
+        vector_splats: (!scene.shows_field()).then_some(drawn.kernels),
         progress,
-        ..FrameReport::last(rung, total, Backend::Raster, drawn.wall_ms)
+        ..FrameReport::last(level, total, Backend::Raster, drawn.wall_ms)
     };
-    Picture { size: drawn.size, requested_size: request.size, rgba, report }
-}
-
-/// A finished rung in words.
-pub(super) fn rung_words(rung: Rung, drawn: &Drawn) -> String {
-    match rung {
-        Rung::Coarse { .. } if drawn.is_reduced => format!("coarse, {}", reduced_words(drawn)),
-        Rung::Coarse { .. } => format!("coarse, octree error {:.3}", drawn.max_error),
-        Rung::Octree { .. } => format!("octree error {:.3}", drawn.max_error),
-        Rung::Subsampled { level: 1 } => "every second sample, averaged".to_owned(),
-        Rung::Subsampled { level } => format!("every {}th sample, averaged", 1 << level),
-        Rung::Cheaper(kernel) => format!("every voxel, {} kernel", kernel.name()),
-        Rung::Reduced { .. } => reduced_words(drawn),
-        Rung::Full if drawn.vectors_halved > 0 => {
-            format!("full, vectors halved {} times more", drawn.vectors_halved)
-        }
-        Rung::Full => "full".to_owned(),
-    }
-}
-
-/// Which field a smaller picture is of, and its size.
-fn reduced_words(Drawn { field, size: [width, height], .. }: &Drawn) -> String {
-    let field = match field {
-        SlabField::Own => "full",
-        SlabField::Preview => "linear kernels",
-    };
-    format!("{field} at {width} × {height}")
+    Picture { size: drawn.size, requested_size: size, rgba, report }
 }
 
 /// Whether a rung shows more than a picture in the scene's own mode that is so many times smaller than
@@ -648,8 +625,9 @@ impl Observer for Watch<'_> {
                 };
                 #[expect(clippy::cast_possible_truncation, reason = "0..1")]
                 let progress = share.min(0.99) as f32;
-                let words = ("full, in part".to_owned(), progress);
-                let picture = picture(self.request, words, &drawn, rgba, self.active);
+                let level = (LevelOfDetail::FullInPart, progress);
+                let seen = (&self.request.scene, self.request.size);
+                let picture = picture(seen, level, &drawn, rgba, self.active);
                 self.worker.publish(Arc::new(picture));
             }
             self.last_partial = Instant::now();

@@ -2,15 +2,16 @@
 
 use std::sync::Arc;
 
-use super::rungs::{effects, rung_words};
+use super::rungs::picture;
 use super::worker::{REBUILDS, Worker};
-use super::{Engine, EngineState, FrameReport, HeldBytes, KernelCounts, Picture};
+use super::{Engine, EngineState, HeldBytes, Picture};
 use crate::core::Ticket;
 use crate::gpu::{GpuError, Renderer};
 use crate::plan::Plan;
 use crate::scene::Scene;
 use crate::task::draw::{DrawError, Observer, Rung, background_light};
 use crate::task::estimate;
+use crate::task::level::LevelOfDetail;
 
 /// A second picture of a view, beside the one on screen.
 #[derive(Debug, Clone)]
@@ -94,18 +95,10 @@ impl Worker {
         let active = drawer.active_count();
         self.drawer = Some(drawer);
         let (drawn, rgba) = drawn?;
-        let backend = plan.backend();
-        let rung = rung_words(Rung::Full, &drawn);
-        let total = scene.voxel_count();
-        let report = FrameReport {
-            effects: effects(scene, &drawn),
-            held: Some(held),
-            made_pipelines: drawn.made_pipelines,
-            vector_splats: plan.is_of_kernels_alone().then_some(drawn.kernels),
-            kernels: active.map(|active| KernelCounts { drawn: drawn.kernels, active }),
-            ..FrameReport::last(rung, total, backend, drawn.wall_ms)
-        };
-        let picture = Picture { size: drawn.size, requested_size: *size, rgba, report };
+        let level = (LevelOfDetail::of(Rung::Full, &drawn), 1.0);
+        let mut picture = picture((scene, *size), level, &drawn, rgba, active);
+        picture.report.backend = plan.backend();
+        picture.report.held = Some(held);
         let rmse = estimate::shown_rmse(&picture, first).ok();
         let (picture, first) = (Arc::new(picture), Arc::clone(first));
         self.shared.lock().second_picture = Some(Arc::new(SecondPicture { picture, first, rmse }));

@@ -1,0 +1,70 @@
+//! To what level of detail a picture was drawn.
+
+pub use crate::gpu::SlabField;
+
+use super::draw::{Drawn, Rung};
+use super::still::Convergence;
+use crate::kernel::Kernel;
+
+/// What a picture shows of its scene: a rung as it was drawn. The window puts it into words.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum LevelOfDetail {
+    /// An octree cut.
+    Octree {
+        /// Greatest error of a node (see `hierarchy::Node::error`).
+        max_error: f32,
+    },
+    /// Fewer pixels than are shown.
+    Reduced {
+        /// Of which field.
+        field: SlabField,
+        /// Pixels.
+        size: [u32; 2],
+        /// Whether it was fitted to a time.
+        is_timed: bool,
+    },
+    /// Every 2^level-th sample along each axis, averaged.
+    Subsampled {
+        /// Level of the pyramid.
+        level: usize,
+    },
+    /// Every voxel with a cheaper kernel.
+    Cheaper(Kernel),
+    /// As much of `full` as there was by then.
+    FullInPart,
+    /// All of it, in the scene's own mode.
+    Full {
+        /// Times that vectors were halved beyond what was asked for.
+        vectors_halved: u32,
+    },
+    /// `full` with slabs that were doubled.
+    Refined(Convergence),
+}
+
+impl LevelOfDetail {
+    /// All that was asked for.
+    pub const FULL: Self = Self::Full { vectors_halved: 0 };
+
+    pub(super) fn of(rung: Rung, drawn: &Drawn) -> Self {
+        let &Drawn { max_error, field, size, vectors_halved, .. } = drawn;
+        match rung {
+            Rung::Octree { .. } => Self::Octree { max_error },
+            Rung::Coarse { .. } if !drawn.is_reduced => Self::Octree { max_error },
+            Rung::Coarse { .. } => Self::Reduced { field, size, is_timed: true },
+            Rung::Reduced { .. } => Self::Reduced { field, size, is_timed: false },
+            Rung::Subsampled { level } => Self::Subsampled { level },
+            Rung::Cheaper(kernel) => Self::Cheaper(kernel),
+            Rung::Full => Self::Full { vectors_halved },
+        }
+    }
+
+    /// Whether it is [`LevelOfDetail::FULL`].
+    pub fn is_full(&self) -> bool {
+        *self == Self::FULL
+    }
+
+    /// Whether it is an octree cut, or else was fitted to a time.
+    pub fn is_coarse(&self) -> bool {
+        matches!(self, Self::Octree { .. } | Self::Reduced { is_timed: true, .. })
+    }
+}
