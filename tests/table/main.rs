@@ -1,0 +1,13 @@
+//! One table of scenes, modes and projections, in which every way of drawing has rows: each picture is held
+//! to the float64 reference, and its bits can be written down and compared with those of another commit
+//! (`scripts/compare-bits.sh`).
+//!
+//! `scenes` makes every scene, `rows` says what is drawn of which, `floors.txt` how near it must be. A device
+//! is required; `VOXSPLAT_GPU=allow-skip` prints what is left out instead.
+
+mod bits;
+mod coverage;
+mod drawing;
+mod judging;
+mod rows;
+mod scenes;

@@ -1,0 +1,604 @@
+//! The table: which scene, in which mode, seen from where, what is drawn of it, and what it is held to.
+
+use voxsplat::gpu::SlabField;
+use voxsplat::hierarchy::ErrorMeasure;
+use voxsplat::kernel::Kernel;
+use voxsplat::scene::{
+    AlongRay, Backend, Classify, CutSettings, Index, OpacityModel, Order, Reconstruction, Scene,
+    SplatSettings, Visibility,
+};
+use voxsplat::task::draw::Rung;
+use voxsplat::vector::VectorMode;
+
+use crate::scenes::{self, Eye, Field, Part};
+
+/// Of most rows, pixels.
+const SIZE: [u32; 2] = [48, 40];
+/// So few that kernels are smaller than a pixel.
+const FEW: [u32; 2] = [18, 15];
+
+/// What a picture is held to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Judged {
+    /// The scene's picture in a mode, mostly its own.
+    In(SplatSettings),
+    /// The kernels of the cut that it was drawn from.
+    AsCut,
+    /// Nothing: it is not drawn, and a sentence says why.
+    Refused,
+}
+
+/// One picture.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Row {
+    pub(crate) field: Field,
+    pub(crate) parts: Vec<Part>,
+    pub(crate) eye: Eye,
+    pub(crate) mode: SplatSettings,
+    pub(crate) size: [u32; 2],
+    pub(crate) rung: Rung,
+    pub(crate) judged: Judged,
+}
+
+impl Row {
+    fn new(field: Field, parts: &[Part], mode: SplatSettings) -> Self {
+        Self {
+            field,
+            parts: parts.to_vec(),
+            eye: Eye::Parallel,
+            mode,
+            size: SIZE,
+            rung: Rung::Full,
+            judged: Judged::In(mode),
+        }
+    }
+
+    fn from(self, eye: Eye) -> Self {
+        Self { eye, ..self }
+    }
+
+    fn of(self, rung: Rung) -> Self {
+        Self { rung, ..self }
+    }
+
+    /// Held to the cut it is drawn from, rather than to the scene.
+    fn as_cut(self) -> Self {
+        Self { judged: Judged::AsCut, ..self }
+    }
+
+    pub(crate) fn scene(&self) -> Scene {
+        scenes::scene(self.field, &self.parts, self.eye, self.mode)
+    }
+
+    /// The name, of all that makes it: no two are alike unless they are the same picture.
+    pub(crate) fn name(&self) -> String {
+        let Self { field, parts, eye, mode, size, rung, judged } = self;
+        let mut scene = vec![format!("{field:?}").to_lowercase()];
+        scene.extend(parts.iter().map(|&part| part_name(part)));
+        let mut words = vec![scene.join("+")];
+        words.extend(mode_names(mode));
+        let eye = match eye {
+            Eye::Parallel => "parallel",
+            Eye::Perspective => "perspective",
+            Eye::Within => "within",
+        };
+        words.push(if *size == FEW { format!("{eye} small") } else { eye.to_owned() });
+        words.push(match rung {
+            Rung::Full => "full".to_owned(),
+            Rung::Octree { max_error } => format!("octree {max_error}"),
+            Rung::Subsampled { level } => format!("subsampled {level}"),
+            Rung::Cheaper(kernel) => format!("cheaper {}", kernel.name()),
+            Rung::Reduced { field: SlabField::Own, shrink } => format!("reduced {shrink}"),
+            Rung::Reduced { field: SlabField::Preview, shrink } => format!("preview {shrink}"),
+            Rung::Coarse { .. } => "coarse".to_owned(),
+        });
+        match judged {
+            Judged::In(_) => {}
+            Judged::AsCut => words.push("as cut".to_owned()),
+            Judged::Refused => words.push("refused".to_owned()),
+        }
+        words.join("/")
+    }
+}
+
+fn part_name(part: Part) -> String {
+    match part {
+        Part::NoData => "no-data".to_owned(),
+        Part::Clear => "clear".to_owned(),
+        Part::Transparent => "transparent".to_owned(),
+        Part::Lights => "lit".to_owned(),
+        Part::Regions => "regions".to_owned(),
+        Part::OpacityBy(index) => format!("opacity by {}", index.name()),
+        Part::ModulationBy(index) => format!("modulation by {}", index.name()),
+        Part::ReflectionBy(index) => format!("reflection by {}", index.name()),
+        Part::EmissionBy(index) => format!("emission by {}", index.name()),
+        Part::Clip => "clip".to_owned(),
+        Part::CutFaces => "cut-faces".to_owned(),
+        Part::Slices => "slices".to_owned(),
+        Part::Isosurfaces => "isosurfaces".to_owned(),
+        Part::Along(along) => along.name().to_owned(),
+        Part::Vectors(mode) => format!("vectors {}", mode.name()),
+        Part::SecondVectors(mode) => format!("second vectors {}", mode.name()),
+        Part::Alone => "alone".to_owned(),
+        Part::OpaquePolygons => "opaque".to_owned(),
+        Part::TranslucentPolygons => "translucent".to_owned(),
+    }
+}
+
+/// A mode's words: what is usual beside the others is left out.
+fn mode_names(mode: &SplatSettings) -> Vec<String> {
+    let extent = mode.extent.map_or(String::new(), |extent| format!(" {extent}"));
+    let mut words = vec![format!("{}{extent}", mode.kernel.name())];
+    let smooth = mode.classify != Classify::Before && mode.reconstruction == Reconstruction::Smooth;
+    let smooth = if smooth { " smooth" } else { "" };
+    words.push(format!("{}{smooth}", mode.classify.name()));
+    words.push(match mode.visibility {
+        Visibility::Sheets => format!("sheets {}", mode.sheets_per_kernel),
+        Visibility::Slabs => format!("slabs {}", mode.slabs_per_voxel),
+        Visibility::EverySample => mode.visibility.name().to_owned(),
+    });
+    if mode.opacity_model == OpacityModel::Published {
+        words.push(mode.opacity_model.name().to_owned());
+    }
+    if mode.order != usual_order(mode.visibility) {
+        words.push(mode.order.name().to_owned());
+    }
+    if mode.backend != Backend::Auto {
+        words.push(mode.backend.name().to_owned());
+    }
+    let CutSettings { measure, view_dependent, balanced } = mode.cut;
+    if measure != ErrorMeasure::Classified {
+        words.push(format!("by {}", measure.name()));
+    }
+    words.extend(view_dependent.then(|| "view-dependent".to_owned()));
+    words.extend(balanced.then(|| "balanced".to_owned()));
+    words
+}
+
+fn usual_order(visibility: Visibility) -> Order {
+    match visibility {
+        Visibility::EverySample => Order::BackToFront,
+        Visibility::Sheets | Visibility::Slabs => Order::FrontToBack,
+    }
+}
+
+const EXACT: SplatSettings = SplatSettings::EXACT;
+const EVERY_SAMPLE: SplatSettings = SplatSettings::SHADE_FIRST;
+const TILES: SplatSettings = SplatSettings { backend: Backend::Tiles, ..EVERY_SAMPLE };
+const RASTER: SplatSettings = SplatSettings { backend: Backend::Raster, ..EVERY_SAMPLE };
+/// Kernels between planes, shaded first.
+const SLABS: SplatSettings = SplatSettings {
+    visibility: Visibility::Slabs,
+    order: Order::FrontToBack,
+    ..SplatSettings::SHADE_FIRST
+};
+const SHEETS: SplatSettings = SplatSettings { visibility: Visibility::Sheets, ..SLABS };
+const MESH: SplatSettings = SplatSettings { kernel: Kernel::Gouraud, ..EVERY_SAMPLE };
+
+fn with(kernel: Kernel, mode: SplatSettings) -> SplatSettings {
+    SplatSettings { kernel, ..mode }
+}
+
+fn after(kernel: Kernel) -> SplatSettings {
+    SplatSettings { classify: Classify::After, ..with(kernel, EXACT) }
+}
+
+fn published(mode: SplatSettings) -> SplatSettings {
+    SplatSettings { opacity_model: OpacityModel::Published, ..mode }
+}
+
+fn turned(mode: SplatSettings) -> SplatSettings {
+    let order = match mode.order {
+        Order::BackToFront => Order::FrontToBack,
+        Order::FrontToBack => Order::BackToFront,
+    };
+    SplatSettings { order, ..mode }
+}
+
+fn slabs(slabs_per_voxel: f64, mode: SplatSettings) -> SplatSettings {
+    SplatSettings { slabs_per_voxel, ..mode }
+}
+
+fn sheets(sheets_per_kernel: u32, kernel: Kernel) -> SplatSettings {
+    SplatSettings { sheets_per_kernel, ..with(kernel, SHEETS) }
+}
+
+/// Every other one in perspective.
+fn either_eye(rows: Vec<Row>) -> impl Iterator<Item = Row> {
+    let eyes = [Eye::Parallel, Eye::Perspective].into_iter().cycle();
+    rows.into_iter().zip(eyes).map(|(row, eye)| row.from(eye))
+}
+
+/// Each from either eye.
+fn both_eyes(rows: Vec<Row>) -> impl Iterator<Item = Row> {
+    rows.into_iter().flat_map(|row| [row.clone(), row.from(Eye::Perspective)])
+}
+
+/// A scene in several modes.
+fn in_modes<const N: usize>(field: Field, parts: &[Part], modes: [SplatSettings; N]) -> Vec<Row> {
+    modes.map(|mode| Row::new(field, parts, mode)).to_vec()
+}
+
+/// Every row.
+pub(crate) fn rows() -> Vec<Row> {
+    [
+        fields(),
+        reconstructed(),
+        shaded_first(),
+        effects(),
+        vectors(),
+        polygons(),
+        from_within(),
+        smaller_than_a_pixel(),
+        cuts(),
+        other_rungs(),
+        refused(),
+    ]
+    .concat()
+}
+
+/// Values of every kind, on lattices of every kind.
+fn fields() -> Vec<Row> {
+    let mut rows = Vec::new();
+    for field in [
+        Field::Noise16,
+        Field::NoiseFloat,
+        Field::NoiseWide,
+        Field::Stretched,
+        Field::Turned,
+        Field::Sheared,
+    ] {
+        let modes = [EXACT, EVERY_SAMPLE, with(Kernel::Linear, SLABS)];
+        rows.extend(either_eye(in_modes(field, &[], modes)));
+    }
+    rows.extend(in_modes(Field::Holed, &[], [EXACT, EVERY_SAMPLE]));
+    let modes = [EXACT, after(Kernel::Linear), EVERY_SAMPLE, with(Kernel::Linear, SLABS), SHEETS];
+    rows.extend(either_eye(in_modes(Field::Holed, &[Part::NoData], modes)));
+    rows.extend(in_modes(Field::Noise, &[Part::Transparent], [EXACT]));
+    rows
+}
+
+/// Fields that are reconstructed before they are classified.
+fn reconstructed() -> Vec<Row> {
+    let mut modes = Vec::new();
+    for kernel in
+        [Kernel::Nearest, Kernel::Linear, Kernel::Gaussian, Kernel::Cubic, Kernel::BSpline]
+    {
+        for &reconstruction in Reconstruction::ALL {
+            let passes_through = matches!(kernel, Kernel::Nearest | Kernel::Linear);
+            if passes_through && reconstruction == Reconstruction::Smooth {
+                continue;
+            }
+            for classify in [Classify::After, Classify::PreIntegrated] {
+                modes.push(SplatSettings { reconstruction, classify, ..with(kernel, EXACT) });
+            }
+        }
+    }
+    let all = |modes: &[SplatSettings]| {
+        modes.iter().map(|&mode| Row::new(Field::Noise, &[], mode)).collect::<Vec<_>>()
+    };
+    let mut rows: Vec<Row> = both_eyes(all(&modes)).collect();
+    for mode in [EXACT, after(Kernel::BSpline)] {
+        let modes = [slabs(0.5, mode), slabs(2.0, mode), turned(mode)];
+        rows.extend(either_eye(all(&modes)));
+        rows.extend(all(&[published(mode), turned(published(mode))]));
+    }
+    rows
+}
+
+/// Samples that are classified before they are put together.
+fn shaded_first() -> Vec<Row> {
+    let all = |modes: Vec<SplatSettings>| {
+        modes.into_iter().map(|mode| Row::new(Field::Noise, &[], mode)).collect::<Vec<_>>()
+    };
+    let whole = [Kernel::Point, Kernel::Nearest, Kernel::Gaussian, Kernel::Cubic];
+    let back_ends = whole.iter().flat_map(|&kernel| [RASTER, TILES].map(|mode| with(kernel, mode)));
+    let mut rows: Vec<Row> = both_eyes(all(back_ends.collect())).collect();
+    rows.extend(both_eyes(all(vec![MESH, published(MESH)])));
+    let wide = SplatSettings { extent: Some(2.2), ..EVERY_SAMPLE };
+    rows.extend(all(vec![
+        turned(TILES),
+        published(TILES),
+        turned(published(TILES)),
+        published(with(Kernel::Nearest, TILES)),
+        SplatSettings { backend: Backend::Tiles, ..wide },
+        SplatSettings { backend: Backend::Raster, ..wide },
+        SplatSettings { extent: Some(2.2), ..MESH },
+    ]));
+    let in_sheets = whole.iter().flat_map(|&kernel| [1, 3].map(|count| sheets(count, kernel)));
+    rows.extend(all(in_sheets.clone().collect()));
+    let smooth = [Kernel::Gaussian, Kernel::Cubic].map(|kernel| [1, 3].map(|n| sheets(n, kernel)));
+    let seen = all(smooth.concat()).into_iter().map(|row| row.from(Eye::Perspective));
+    rows.extend(seen);
+    rows.extend(all(vec![turned(SHEETS), published(sheets(3, Kernel::Gaussian))]));
+    let in_slabs = Kernel::ALL.into_iter().filter(|&kernel| kernel != Kernel::Gouraud);
+    rows.extend(both_eyes(all(in_slabs.map(|kernel| with(kernel, SLABS)).collect())));
+    for mode in [SLABS, with(Kernel::BSpline, SLABS)] {
+        rows.extend(all(vec![slabs(0.5, mode), slabs(2.0, mode), turned(published(mode))]));
+    }
+    rows
+}
+
+/// Lights, tables, and what lets the inside be seen.
+fn effects() -> Vec<Row> {
+    use Part::{
+        Along, Clip, CutFaces, EmissionBy, Isosurfaces, Lights, ModulationBy, OpacityBy,
+        ReflectionBy, Regions, Slices,
+    };
+    let mut rows = Vec::new();
+    let first = [EVERY_SAMPLE, SHEETS, with(Kernel::BSpline, SLABS)];
+    for part in [Lights, Regions] {
+        let row = |mode: &SplatSettings| Row::new(Field::Stretched, &[part], *mode);
+        rows.extend(both_eyes(vec![row(&EXACT)]));
+        rows.push(row(&after(Kernel::Cubic)));
+        rows.extend(either_eye(first.iter().map(row).collect()));
+    }
+    for turn in 0..Index::ALL.len() {
+        let by = |table: usize| Index::ALL[(turn + table) % Index::ALL.len()];
+        let tables =
+            [OpacityBy(by(0)), ModulationBy(by(1)), ReflectionBy(by(2)), EmissionBy(by(3))];
+        rows.push(Row::new(Field::Stretched, &tables, EXACT));
+        rows.push(Row::new(Field::Stretched, &[tables[turn % 4], Lights], first[turn % 3]));
+    }
+    rows.push(Row::new(Field::Turned, &[Lights], published(EXACT)));
+    for part in [Clip, CutFaces, Slices, Isosurfaces] {
+        let row = |mode: SplatSettings| Row::new(Field::Stretched, &[part], mode);
+        rows.extend(both_eyes(vec![row(EXACT)]));
+        rows.push(row(with(Kernel::Linear, EXACT)));
+        if part != Isosurfaces {
+            rows.push(row(after(Kernel::BSpline)));
+        }
+    }
+    for along in AlongRay::ALL.iter().filter(|&&along| along != AlongRay::Composite) {
+        let parts = [Along(*along)];
+        rows.extend(both_eyes(vec![Row::new(Field::Stretched, &parts, EXACT)]));
+        rows.push(Row::new(Field::Holed, &parts, after(Kernel::Linear)));
+    }
+    let all = [Lights, CutFaces, Slices, Isosurfaces];
+    rows.extend(both_eyes(vec![Row::new(Field::Sheared, &all, EXACT)]));
+    rows.push(Row::new(Field::Stretched, &[Clip, Along(AlongRay::Maximum)], EXACT));
+    rows.push(Row::new(Field::Holed, &[Part::NoData, CutFaces, Slices], EXACT));
+    rows
+}
+
+/// Vectors alone, beside a field and among kernels, and two fields of them.
+fn vectors() -> Vec<Row> {
+    use Part::{Alone, Clip, Lights, SecondVectors, Vectors};
+    use VectorMode::{Blend, Modulate};
+    let mut rows = Vec::new();
+    for (mode, other) in [(Modulate, Blend), (Blend, Modulate)] {
+        let [one, two] = [Vectors(mode), SecondVectors(other)];
+        let alone = |mode: SplatSettings| Row::new(Field::Noise, &[one, Alone], mode);
+        rows.extend(both_eyes(vec![alone(EXACT)]));
+        rows.extend([alone(published(EXACT)), alone(turned(EXACT))]);
+        rows.push(Row::new(Field::Turned, &[one, two, Alone], EXACT));
+        rows.push(Row::new(Field::Noise, &[one, two, Alone], published(EXACT)));
+        let beside = |mode: SplatSettings| Row::new(Field::Noise, &[one], mode);
+        rows.extend(both_eyes(vec![beside(EXACT)]));
+        rows.extend([
+            beside(turned(published(after(Kernel::Linear)))),
+            beside(slabs(2.0, EXACT)),
+            Row::new(Field::Stretched, &[one, two], EXACT),
+        ]);
+    }
+    let among = |mode: SplatSettings| Row::new(Field::Noise, &[Vectors(Modulate)], mode);
+    for mode in [
+        with(Kernel::Point, EVERY_SAMPLE),
+        with(Kernel::Nearest, EVERY_SAMPLE),
+        EVERY_SAMPLE,
+        turned(EVERY_SAMPLE),
+        published(EVERY_SAMPLE),
+        sheets(1, Kernel::Cubic),
+        sheets(3, Kernel::Gaussian),
+        SLABS,
+        with(Kernel::BSpline, SLABS),
+    ] {
+        rows.push(among(mode));
+    }
+    rows.push(among(SLABS).from(Eye::Perspective));
+    rows.push(Row::new(Field::Noise, &[Vectors(Blend), SecondVectors(Modulate)], SLABS));
+    rows.extend(in_modes(Field::Noise, &[Lights, Vectors(Blend)], [EXACT, EVERY_SAMPLE]));
+    rows.push(Row::new(Field::Noise, &[Clip, Vectors(Modulate)], EXACT));
+    rows
+}
+
+/// Polygons alone, in a field, among kernels and vectors.
+fn polygons() -> Vec<Row> {
+    use Part::{
+        Alone, Clear, CutFaces, Isosurfaces, Lights, OpaquePolygons, TranslucentPolygons, Vectors,
+    };
+    let mut rows = vec![Row::new(Field::Noise, &[Clear, TranslucentPolygons], EXACT)];
+    for part in [OpaquePolygons, TranslucentPolygons] {
+        rows.extend(both_eyes(vec![Row::new(Field::Noise, &[part], EXACT)]));
+        let modes = [EVERY_SAMPLE, sheets(1, Kernel::Cubic), with(Kernel::BSpline, SLABS)];
+        rows.extend(either_eye(in_modes(Field::Noise, &[part], modes)));
+    }
+    let both = [OpaquePolygons, TranslucentPolygons];
+    let modes = [
+        published(EXACT),
+        turned(EXACT),
+        after(Kernel::Linear),
+        turned(EVERY_SAMPLE),
+        sheets(3, Kernel::Gaussian),
+        SLABS,
+        published(SLABS),
+    ];
+    rows.extend(in_modes(Field::Stretched, &both, modes));
+    let among = |parts: &[Part]| [parts, &both].concat();
+    rows.push(Row::new(Field::Noise, &among(&[Lights, CutFaces, Isosurfaces]), EXACT));
+    let vectors = Vectors(VectorMode::Modulate);
+    rows.push(Row::new(Field::Noise, &among(&[vectors, Alone]), EXACT));
+    let modes = [EXACT, EVERY_SAMPLE, with(Kernel::Gaussian, SLABS)];
+    rows.extend(in_modes(Field::Noise, &among(&[vectors]), modes));
+    rows
+}
+
+/// The eye in the middle of the volume.
+fn from_within() -> Vec<Row> {
+    use Part::{Alone, CutFaces, Lights, TranslucentPolygons, Vectors};
+    let modes = [
+        EXACT,
+        after(Kernel::Linear),
+        EVERY_SAMPLE,
+        RASTER,
+        with(Kernel::Nearest, TILES),
+        MESH,
+        sheets(1, Kernel::Cubic),
+        sheets(3, Kernel::Gaussian),
+        SLABS,
+        with(Kernel::BSpline, SLABS),
+    ];
+    let mut rows = in_modes(Field::Noise, &[], modes);
+    let vectors = Vectors(VectorMode::Blend);
+    for parts in [&[Lights][..], &[CutFaces], &[vectors], &[vectors, Alone], &[TranslucentPolygons]]
+    {
+        rows.push(Row::new(Field::Noise, parts, EXACT));
+    }
+    rows.push(Row::new(Field::Noise, &[vectors, TranslucentPolygons], SLABS));
+    rows.into_iter().map(|row| row.from(Eye::Within)).collect()
+}
+
+fn smaller_than_a_pixel() -> Vec<Row> {
+    let modes = [
+        EXACT,
+        EVERY_SAMPLE,
+        RASTER,
+        TILES,
+        with(Kernel::Nearest, EVERY_SAMPLE),
+        with(Kernel::Point, EVERY_SAMPLE),
+        with(Kernel::Gaussian, TILES),
+        MESH,
+        SHEETS,
+        SLABS,
+        // With gaps between them.
+        SplatSettings { extent: Some(0.4), ..EVERY_SAMPLE },
+    ];
+    let mut rows = in_modes(Field::Waves, &[], modes);
+    let parts = [Part::Vectors(VectorMode::Modulate), Part::OpaquePolygons];
+    rows.extend(in_modes(Field::Waves, &parts, [EXACT, EVERY_SAMPLE]));
+    rows.into_iter().map(|row| Row { size: FEW, ..row }).collect()
+}
+
+/// Octree cuts as triangles and by lists, held to the cut and to the scene.
+fn cuts() -> Vec<Row> {
+    let (every, some) = (Rung::Octree { max_error: 0.0 }, Rung::Octree { max_error: 0.03 });
+    let row = |mode: &SplatSettings| Row::new(Field::Waves, &[], *mode);
+    let modes = [
+        EVERY_SAMPLE,
+        TILES,
+        turned(with(Kernel::Gaussian, TILES)),
+        published(EVERY_SAMPLE),
+        with(Kernel::Nearest, EVERY_SAMPLE),
+        with(Kernel::Point, EVERY_SAMPLE),
+        MESH,
+        SHEETS,
+        SLABS,
+    ];
+    let mut rows: Vec<Row> = either_eye(modes.iter().map(row).collect())
+        .flat_map(|row| [row.clone().of(every).as_cut(), row.of(some).as_cut()])
+        .collect();
+    rows.extend([EXACT, EVERY_SAMPLE, TILES, MESH].iter().map(|mode| row(mode).of(some)));
+    let subsampled = Rung::Subsampled { level: 1 };
+    rows.extend([RASTER, TILES].iter().map(|mode| row(mode).of(subsampled).as_cut()));
+    rows.extend([EXACT, EVERY_SAMPLE].iter().map(|mode| row(mode).of(subsampled)));
+    let uniform = CutSettings::UNIFORM;
+    for cut in [
+        CutSettings { measure: ErrorMeasure::Scalar, ..uniform },
+        CutSettings { measure: ErrorMeasure::OpticalDepth, ..uniform },
+        CutSettings { view_dependent: true, ..uniform },
+        CutSettings { balanced: true, ..uniform },
+    ] {
+        rows.push(row(&SplatSettings { cut, ..EVERY_SAMPLE }).of(some).as_cut());
+    }
+    rows
+}
+
+/// Every voxel with a cheaper kernel, and fields at a smaller size.
+fn other_rungs() -> Vec<Row> {
+    use Part::{Alone, Lights, OpaquePolygons, Vectors};
+    let cheaper = [Kernel::Point, Kernel::Nearest, Kernel::Gaussian, Kernel::Gouraud];
+    let mut rows: Vec<Row> = either_eye(
+        cheaper
+            .map(|kernel| {
+                let judged = Judged::In(with(kernel, EVERY_SAMPLE));
+                let row = Row::new(Field::Waves, &[], EVERY_SAMPLE);
+                Row { judged, ..row }.of(Rung::Cheaper(kernel))
+            })
+            .to_vec(),
+    )
+    .collect();
+    let vectors = Vectors(VectorMode::Modulate);
+    let reduced = |field, shrink| Rung::Reduced { field, shrink };
+    let of = |parts: &[Part], mode: SplatSettings| Row::new(Field::Waves, parts, mode);
+    for row in [
+        of(&[], EXACT),
+        of(&[], RASTER),
+        of(&[], TILES),
+        of(&[Lights], EXACT),
+        of(&[Lights], SLABS),
+        of(&[vectors], EXACT),
+        of(&[vectors], EVERY_SAMPLE),
+        of(&[vectors, Alone], EXACT),
+        of(&[OpaquePolygons], EXACT),
+    ] {
+        rows.push(row.of(reduced(SlabField::Own, 2.0)));
+    }
+    for (row, judged) in [
+        (of(&[], EXACT), EXACT),
+        (of(&[], slabs(2.0, EXACT)), EXACT),
+        // Samples that are shaded first have a field to stand in for them.
+        (of(&[Lights], EVERY_SAMPLE), with(Kernel::Linear, EXACT)),
+        (of(&[vectors], EXACT), EXACT),
+        (of(&[OpaquePolygons], SLABS), with(Kernel::Linear, EXACT)),
+    ] {
+        let row = Row { judged: Judged::In(judged), ..row };
+        rows.push(row.clone().of(reduced(SlabField::Preview, 1.0)));
+        rows.push(row.of(reduced(SlabField::Preview, 2.0)));
+    }
+    // Vectors have no octree: a smaller picture stands in.
+    rows.push(of(&[vectors], EXACT).of(Rung::Octree { max_error: 0.03 }));
+    rows
+}
+
+/// What means nothing, or what nothing can draw.
+fn refused() -> Vec<Row> {
+    use Part::{
+        Along, Clip, CutFaces, Isosurfaces, Lights, OpaquePolygons, Regions, Slices, Vectors,
+    };
+    let vectors = Vectors(VectorMode::Modulate);
+    let wide = SplatSettings { extent: Some(12.0), ..EVERY_SAMPLE };
+    [
+        (&[][..], SplatSettings { visibility: Visibility::EverySample, ..EXACT }),
+        (&[], SplatSettings { visibility: Visibility::Sheets, ..after(Kernel::Cubic) }),
+        (&[], SplatSettings { reconstruction: Reconstruction::Interpolating, ..SLABS }),
+        (&[], with(Kernel::Linear, SHEETS)),
+        (&[], with(Kernel::BSpline, EVERY_SAMPLE)),
+        (&[], with(Kernel::Point, EXACT)),
+        (&[], with(Kernel::Gouraud, SLABS)),
+        (&[], with(Kernel::Gouraud, TILES)),
+        (&[], turned(MESH)),
+        (&[], turned(RASTER)),
+        (&[], published(RASTER)),
+        (&[], slabs(0.0, EXACT)),
+        (&[], SplatSettings { sheets_per_kernel: 0, ..SHEETS }),
+        (&[], SplatSettings { backend: Backend::Tiles, ..wide }),
+        (&[], SplatSettings { extent: Some(2.0), ..with(Kernel::Nearest, EVERY_SAMPLE) }),
+        (&[Lights], RASTER),
+        (&[Lights], MESH),
+        (&[Regions], wide),
+        (&[Clip], EVERY_SAMPLE),
+        (&[Slices], SLABS),
+        (&[Isosurfaces], after(Kernel::BSpline)),
+        (&[Isosurfaces, Along(AlongRay::Maximum)], EXACT),
+        (&[CutFaces, Along(AlongRay::Average)], EXACT),
+        (&[Along(AlongRay::Minimum)], SHEETS),
+        (&[OpaquePolygons], MESH),
+        (&[OpaquePolygons], RASTER),
+        (&[OpaquePolygons, Along(AlongRay::Maximum)], EXACT),
+        (&[vectors], MESH),
+        (&[vectors], wide),
+        (&[vectors], RASTER),
+    ]
+    .map(|(parts, mode)| Row { judged: Judged::Refused, ..Row::new(Field::Noise, parts, mode) })
+    .to_vec()
+}
