@@ -6,7 +6,8 @@ use std::time::Instant;
 use voxsplat::core::Ticket;
 use voxsplat::gpu::{AdapterChoice, BrickRows, Context, OctreeBuilder, Renderer, Wishes};
 use voxsplat::hierarchy::{ErrorMeasure, Pyramid, PyramidParts};
-use voxsplat::transfer::{Table, TransferFunction, presets};
+use voxsplat::scene::{self, SampleSource};
+use voxsplat::transfer::{Table, TransferFunction};
 use voxsplat::volume::{Component, Lattice, Samples, ScalarVolume, demo};
 
 /// Pieces of about so many bricks: on llvmpipe of 10 ms or so.
@@ -23,7 +24,8 @@ pub(crate) fn tables() {
     println!("| volume | builder | coarse | all of it | longest piece |\n|---|---|---|---|---|");
     for size in [128, 256] {
         let volume = shells(size);
-        let opening = presets::default_for(&volume.statistics);
+        let scene = scene::opening(SampleSource::default(), Arc::clone(&volume), None);
+        let opening = scene.transfer().expect("a field").clone();
         let ramp = TransferFunction { opacity: vec![(0.0, 0.01), (255.0, 0.5)], ..opening.clone() };
         for (name, transfer) in [("as it opens", opening), ("a ramp", ramp)] {
             let table = Table::new(&transfer, volume.samples.scalar_type());

@@ -7,7 +7,7 @@ use anyhow::Result;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use voxsplat::accuracy::Difference;
-use voxsplat::core::{Camera, Srgb8};
+use voxsplat::core::Camera;
 use voxsplat::kernel::Kernel;
 use voxsplat::scene::{Classify, Reconstruction, Scene, SplatSettings, Visibility};
 use voxsplat::task::still::Refine;

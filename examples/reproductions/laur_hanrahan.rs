@@ -8,6 +8,7 @@ use voxsplat::gpu::layout::Record;
 use voxsplat::gpu::{AdapterChoice, Context, Renderer, SlabField, Wishes};
 use voxsplat::io::{self, OpenOptions};
 use voxsplat::kernel::{Kernel, RadialKernel};
+use voxsplat::plan::Plan;
 use voxsplat::scene::{self, NamedView, OpacityModel, SampleSource, Scene, SplatSettings, View};
 use voxsplat::task::cells;
 use voxsplat::task::draw::{Drawer, Rung};
@@ -114,7 +115,7 @@ fn draw_records(
     size: u32,
     records: &[Record],
 ) -> Result<Vec<[f32; 4]>> {
-    drawer.prepare(scene, &Ticket::new())?;
+    drawer.prepare(&Plan::of(scene, [size; 2]), &Ticket::new())?;
     let view = View::new(scene, [size; 2]);
     let (splat, unit) = (&scene.splat, scene.opacity_unit_distance());
     match splat.kernel {
@@ -239,7 +240,8 @@ fn figure_4(page: &mut Page<'_>, drawer: &mut Drawer) -> Result<()> {
             let light = draw_records(drawer, &scene, CUBE_SIZE, &records)?;
             if correction == Correction::Proportional {
                 // What these records stand for, by way of the pyramid and a cut.
-                drawer.draw(&scene, [CUBE_SIZE; 2], Rung::Subsampled { level }, &mut ())?;
+                let plan = Plan::of(&scene, [CUBE_SIZE; 2]);
+                drawer.draw(&plan, Rung::Subsampled { level }, &mut ())?;
                 let cut = drawer.renderer.read_light()?;
                 let off = cut.iter().zip(&light).map(|(a, b)| f64::from((a[3] - b[3]).abs()));
                 most_off = off.fold(most_off, f64::max);

@@ -21,6 +21,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
 use anyhow::{Context, Result, ensure};
+use voxsplat::scene::SampleSource;
 use voxsplat::task::still::Refine;
 
 use support::Page;
@@ -95,7 +96,8 @@ fn some(page: &mut Page<'_>, parts: &[(&str, &Part<'_>)], asked: &[String]) -> R
 
 fn heading(page: &mut Page<'_>) -> Result<()> {
     let grid = support::demo_grid("blobs", 16)?;
-    let scene = voxsplat::scene::opening(support::scalar(&grid)?, grid.space.as_deref());
+    let source = SampleSource::default();
+    let scene = voxsplat::scene::opening(source, support::scalar(&grid)?, grid.space.as_deref());
     let adapter = page.draw(&scene, 16, Refine::Full, 0)?.adapter;
     let cores = std::thread::available_parallelism().map_or(0, usize::from);
     let load = sysinfo::System::load_average().map_or(0.0, |load| load.one);

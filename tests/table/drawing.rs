@@ -5,6 +5,7 @@ use std::sync::{LazyLock, Mutex, PoisonError};
 use voxsplat::core::Ticket;
 use voxsplat::gpu::{AdapterChoice, Context, GpuError, Renderer, Wishes};
 use voxsplat::hierarchy::Cut;
+use voxsplat::plan::Plan;
 use voxsplat::scene::Scene;
 use voxsplat::task::draw::{DrawError, Drawer};
 
@@ -83,8 +84,9 @@ fn draw(drawer: &mut Drawer, row: &Row, scene: &Scene) -> Result<Picture, String
         return Err(refusal);
     }
     let mut picture = || -> Result<Picture, DrawError> {
-        drawer.prepare(scene, &Ticket::new())?;
-        let drawn = drawer.draw(scene, row.size, row.rung, &mut ())?;
+        let plan = Plan::of(scene, row.size);
+        drawer.prepare(&plan, &Ticket::new())?;
+        let drawn = drawer.draw(&plan, row.rung, &mut ())?;
         Ok(Picture {
             size: drawn.size,
             light: drawer.renderer.read_light()?,

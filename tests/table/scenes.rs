@@ -8,9 +8,9 @@ use voxsplat::hierarchy::Cut;
 use voxsplat::polygons::Mesh;
 use voxsplat::reference::RefKernel;
 use voxsplat::scene::{
-    AlongRay, Amounts, Attached, Background, ClipBox, Colours, CutFaces, Index, Isosurface, Light,
-    Lighting, Plane, PolygonLayer, Scene, SecondVectors, Slice, SplatSettings, VectorLayer,
-    framing_camera, opening,
+    AlongRay, Amounts, Attached, Background, ClipBox, Colours, CutFaces, Effect, Index, Isosurface, Light,
+    Lighting, Plane, PolygonLayer, PolygonLook, SampleSource, Scene, Slice, SplatSettings,
+    VectorLayer, framing_camera, opening,
 };
 use voxsplat::task::draw::background_light;
 use voxsplat::transfer::{ColourSource, NoData, Region, RegionShape, TransferFunction};
@@ -110,14 +110,15 @@ pub(crate) fn refusal(scene: &Scene) -> Option<String> {
         splat.check().map_err(|error| error.to_string()),
         scene.shading.check(splat).map_err(|error| error.to_string()),
         scene.inside.check(splat).map_err(|error| error.to_string()),
-        scene.check_polygons().map_err(|error| error.to_string()),
     ];
-    refusals.into_iter().find_map(Result::err)
+    let polygons = scene.refusals().into_iter().find(|refusal| refusal.part == Effect::Polygons);
+    let beside = polygons.map(|refusal| refusal.to_string());
+    refusals.into_iter().find_map(Result::err).or(beside)
 }
 
 /// The kernels of a cut as the reference takes them.
 pub(crate) fn kernels_of(cut: &Cut, scene: &Scene) -> Vec<RefKernel> {
-    let (lattice, unit) = (&scene.volume.lattice, scene.opacity_unit_distance());
+    let (lattice, unit) = (scene.lattice(), scene.opacity_unit_distance());
     let kernel = |cut: &voxsplat::hierarchy::CutNode| {
         let [low, size] = [cut.low, cut.size].map(|box_| DVec3::from(box_.map(f64::from)));
         RefKernel {
@@ -134,8 +135,8 @@ pub(crate) fn kernels_of(cut: &Cut, scene: &Scene) -> Vec<RefKernel> {
 fn scalar(field: Field, eye: Eye) -> Scene {
     let (lattice, samples, [scale, offset]) = values(field);
     let volume = ScalarVolume::from_samples("table", lattice, samples).expect("a sound volume");
-    let mut scene = opening(Arc::new(volume), None);
-    scene.transfer = transfer(scale, offset);
+    let mut scene = opening(SampleSource::made("table"), Arc::new(volume), None);
+    *scene.transfer_mut().expect("a field") = transfer(scale, offset);
     scene.background = Background::Colour(Srgb8([12, 20, 40]));
     let mut camera =
         framing_camera(&lattice, DVec3::new(0.35, -0.52, 0.78), DVec3::new(0.1, 0.9, 0.3));
@@ -230,13 +231,17 @@ fn transfer(scale: f64, offset: f64) -> TransferFunction {
 
 /// Indices, parts of scenes, are those of fields of 0..=255.
 fn add(scene: &mut Scene, part: Part) {
-    let lattice = scene.volume.lattice;
+    let lattice = scene.lattice();
     let (shading, inside) = (&mut scene.shading, &mut scene.inside);
     match part {
         Part::NoData => {
-            scene.transfer.no_data = NoData { opacity: 0.6, colour: Srgb8([250, 0, 200]) };
+            scene.transfer_mut().expect("a field").no_data =
+                NoData { opacity: 0.6, colour: Srgb8([250, 0, 200]) };
         }
-        Part::Clear => scene.transfer.opacity.iter_mut().for_each(|(_, alpha)| *alpha = 0.0),
+        Part::Clear => {
+            let transfer = scene.transfer_mut().expect("a field");
+            transfer.opacity.iter_mut().for_each(|(_, alpha)| *alpha = 0.0);
+        }
         Part::Transparent => scene.background = Background::Transparent,
         Part::Lights => shading.lighting = Some(lights()),
         Part::Regions => shading.regions = regions(),
@@ -268,8 +273,8 @@ fn add(scene: &mut Scene, part: Part) {
             let field = vectors(Places::Lattice(coarser(&lattice, 0.0)), 3);
             let mut settings = vector_settings(&field);
             settings.mode = mode;
-            scene.vectors =
-                Some(VectorLayer { settings, phase: 0.3, ..VectorLayer::new(field, false) });
+            scene.phase = 0.3;
+            scene.add(SampleSource::made("wind"), VectorLayer { field, settings });
         }
         Part::SecondVectors(mode) => {
             let field = vectors(Places::Lattice(coarser(&lattice, 0.5)), 21);
@@ -283,24 +288,20 @@ fn add(scene: &mut Scene, part: Part) {
                 ..vector_settings(&field)
             };
             settings.transfer.opacity = vec![(2.0, 0.0), (9.0, 0.4)];
-            if let Some(layer) = &mut scene.vectors {
-                layer.second = Some(SecondVectors { field, settings });
-            }
+            scene.add(SampleSource::made("wind"), VectorLayer { field, settings });
         }
-        Part::Alone => {
-            if let Some(layer) = &mut scene.vectors {
-                layer.alone = true;
-            }
+        Part::Alone => scene.show_field(false),
+        Part::OpaquePolygons => {
+            let PolygonLayer { mesh, look } = PolygonLayer::new(Arc::new(octahedron(&lattice)));
+            let colour = Some(Srgb8([240, 200, 90]));
+            let look = PolygonLook { colour, is_smooth: true, ..look };
+            scene.add(SampleSource::made("body"), PolygonLayer { mesh, look });
         }
-        Part::OpaquePolygons => scene.polygons.push(PolygonLayer {
-            colour: Some(Srgb8([240, 200, 90])),
-            is_smooth: true,
-            ..PolygonLayer::new(Arc::new(octahedron(&lattice)))
-        }),
-        Part::TranslucentPolygons => scene.polygons.push(PolygonLayer {
-            opacity: 0.45,
-            ..PolygonLayer::new(Arc::new(shards(&lattice, 14)))
-        }),
+        Part::TranslucentPolygons => {
+            let PolygonLayer { mesh, look } = PolygonLayer::new(Arc::new(shards(&lattice, 14)));
+            let look = PolygonLook { opacity: 0.45, ..look };
+            scene.add(SampleSource::made("shards"), PolygonLayer { mesh, look });
+        }
     }
 }
 
