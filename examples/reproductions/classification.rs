@@ -94,6 +94,7 @@ fn scene(name: &str, field: fn(DVec3) -> f64) -> Result<Scene> {
 fn exact(scene: &Scene, field: fn(DVec3) -> f64, steps: usize) -> Light {
     let unit = 2.0 / GRID as f64;
     let size = SIZE as usize;
+    let transfer = scene.transfer().expect("a field");
     let pixel = |i: usize| {
         let at = DVec2::new((i % size) as f64 + 0.5, (i / size) as f64 + 0.5);
         let (start, along) = scene.camera.ray(at, [f64::from(SIZE); 2]);
@@ -104,12 +105,12 @@ fn exact(scene: &Scene, field: fn(DVec3) -> f64, steps: usize) -> Light {
         let (mut light, mut left) = ([0.0; 4], 1.0);
         for n in 0..steps {
             let value = field(nearest + along * ((n as f64 + 0.5) * step - half));
-            let alpha = scene.transfer().expect("a field").opacity_at(value);
+            let alpha = transfer.opacity_at(value);
             if alpha <= 0.0 {
                 continue;
             }
             let stays = (1.0 - alpha).powf(step / unit);
-            let [r, g, b] = scene.transfer().expect("a field").colour_at(value).0;
+            let [r, g, b] = transfer.colour_at(value).0;
             for (sum, c) in light.iter_mut().zip([r, g, b, 1.0]) {
                 *sum += left * (1.0 - stays) * c;
             }
