@@ -68,7 +68,7 @@ const ROOMS: [(&str, &[&str]); 16] = [
     (
         "cli",
         &[
-            "core", "volume", "transfer", "kernel", "vector", "polygons", "scene", "io",
+            "core", "volume", "transfer", "kernel", "vector", "polygons", "scene", "plan", "io",
             "accuracy", "task",
         ],
     ),

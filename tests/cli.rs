@@ -911,6 +911,12 @@ fn stats_are_complete(path: &str, kernels: usize) {
     assert_eq!(stats["mode"]["classify"], "pre-integrated");
     assert_eq!(stats["mode"]["extent"], 1.8);
     assert_eq!(stats["backend"], "tiles");
+    let plan = &stats["plan"];
+    assert_eq!((&plan["way"], plan["fields"].as_array().map(Vec::len)), (&"slabs".into(), Some(1)));
+    assert!(plan["slab_thickness"].as_f64() > Some(0.0), "{plan}");
+    for none in ["kernels", "surfaces", "left_out"] {
+        assert_eq!(plan[none], serde_json::json!([]), "{none}");
+    }
     assert_eq!(stats["frame_ms"].as_array().map(Vec::len), Some(3));
     assert!(stats["load_ms"].is_number() && stats["peak_gpu_bytes"].as_u64() > Some(0));
     let passes = stats["passes"].as_array().expect("passes");

@@ -1107,11 +1107,15 @@ fn a_cut_weighted_by_what_shows_is_nearer_to_the_reference_with_as_many_nodes() 
     let volume = grid.scalar(&grid.fields[0], Component::Index(0), &Ticket::new()).expect("finite");
     let mut scene = scene::opening(Default::default(), Arc::new(volume), None);
     scene.splat = SplatSettings::SHADE_FIRST;
-    let table = Table::new(scene.transfer().expect("a field"), scene.volume().expect("a field").samples.scalar_type());
+    let table = Table::new(
+        scene.transfer().expect("a field"),
+        scene.volume().expect("a field").samples.scalar_type(),
+    );
     let reference = Reference::new(&scene, [56, 48]).expect("a mode").picture();
     let view = View::new(&scene, [56, 48]);
     for &measure in ErrorMeasure::ALL {
-        let pyramid = Pyramid::build(scene.volume().expect("a field"), &table, 1.0, measure, &Ticket::new());
+        let pyramid =
+            Pyramid::build(scene.volume().expect("a field"), &table, 1.0, measure, &Ticket::new());
         let pyramid = pyramid.expect("not cancelled");
         let rmse = |view_dependent: bool| {
             let cut = |max_error: f32| {
@@ -1155,12 +1159,26 @@ fn cuts_of_few_nodes_are_brighter_as_matter_is_spread_within_their_boxes() {
     // Of the whole depth, and of a fiftieth of it.
     for (share, thin) in [(1.0, false), (0.02, true)] {
         scene.transfer_mut().expect("a field").opacity.clone_from(&opening);
-        scene.transfer_mut().expect("a field").opacity.iter_mut().for_each(|p| p.1 = 1.0 - (1.0 - p.1).powf(share));
-        let table = Table::new(scene.transfer().expect("a field"), scene.volume().expect("a field").samples.scalar_type());
+        scene
+            .transfer_mut()
+            .expect("a field")
+            .opacity
+            .iter_mut()
+            .for_each(|p| p.1 = 1.0 - (1.0 - p.1).powf(share));
+        let table = Table::new(
+            scene.transfer().expect("a field"),
+            scene.volume().expect("a field").samples.scalar_type(),
+        );
         let lattice = &scene.lattice();
         let depth = lattice.axes().determinant().abs().cbrt() / scene.opacity_unit_distance();
         let measure = ErrorMeasure::Classified;
-        let pyramid = Pyramid::build(scene.volume().expect("a field"), &table, depth, measure, &Ticket::new());
+        let pyramid = Pyramid::build(
+            scene.volume().expect("a field"),
+            &table,
+            depth,
+            measure,
+            &Ticket::new(),
+        );
         let pyramid = pyramid.expect("not cancelled");
         let picture_of_all = Reference::new(&scene, [56, 48]).expect("a mode").picture();
         let (full, encoded_full) = (mean(&picture_of_all), encoded(&picture_of_all));

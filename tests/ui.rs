@@ -277,7 +277,8 @@ fn every_shortcut_does_what_it_says() {
                 assert!(!window.probing().is_on() && !window.cells().on && !levels(&bench));
             }
             Action::ToggleLeveling => {
-                let range = |b: &Bench| b.window().scene().unwrap().transfer().unwrap().colour.range();
+                let range =
+                    |b: &Bench| b.window().scene().unwrap().transfer().unwrap().colour.range();
                 let before = (bench.camera(), range(&bench));
                 let by = vec2(-60.0, -40.0);
                 bench.drag(PointerButton::Primary, Modifiers::NONE, by);
@@ -452,7 +453,10 @@ fn a_bad_file_shows_a_bar_and_leaves_the_old_scene() {
     bench.open("bad.nrrd");
     assert!(bench.shows("expected a header, found nonsense: bad.nrrd"));
     assert_eq!(bench.window().document().unwrap().source.name(), "good.nrrd");
-    assert!(std::sync::Arc::ptr_eq(bench.window().scene().unwrap().volume().unwrap(), before.volume().unwrap()));
+    assert!(std::sync::Arc::ptr_eq(
+        bench.window().scene().unwrap().volume().unwrap(),
+        before.volume().unwrap()
+    ));
     assert_eq!(bench.window().settings().recent, [absolute("good.nrrd")]);
 
     let dismiss = bench.harness.get_by_label("Dismiss").rect();
@@ -608,7 +612,8 @@ fn ranges_stretch_colours_and_opacities_and_the_default_is_a_choice() {
 #[test]
 fn points_of_the_curve_are_added_moved_and_removed_by_hand() {
     let mut bench = Bench::opened();
-    let points = |bench: &Bench| bench.window().scene().unwrap().transfer().unwrap().opacity.clone();
+    let points =
+        |bench: &Bench| bench.window().scene().unwrap().transfer().unwrap().opacity.clone();
     let before = points(&bench);
     let curve = bench.harness.get_by_label("Opacity curve over the histogram").rect();
     let empty = Pos2::new(curve.left() + curve.width() * 0.2, curve.top() + 20.0);

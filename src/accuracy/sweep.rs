@@ -4,8 +4,8 @@ use serde::Serialize;
 
 use crate::kernel::Kernel;
 use crate::scene::{
-    Classify, Ground, ModeChoice, ModeError, OpacityModel, Reconstruction, Scene,
-    SplatSettings, Visibility,
+    Classify, Ground, ModeChoice, ModeError, OpacityModel, Reconstruction, Scene, SplatSettings,
+    Visibility,
 };
 
 /// What of a scene is drawn.
@@ -410,7 +410,8 @@ mod tests {
         let lattice = crate::volume::Lattice::unit([2; 3]);
         let samples = crate::volume::Samples::UInt8(vec![1; 8]);
         let volume = crate::volume::ScalarVolume::from_samples("t", lattice, samples).unwrap();
-        let mut scene = crate::scene::opening(Default::default(), std::sync::Arc::new(volume), None);
+        let mut scene =
+            crate::scene::opening(Default::default(), std::sync::Arc::new(volume), None);
         scene.splat = SplatSettings::EXACT;
         let all = candidates(&scene.splat);
         assert_eq!(candidates_of(&scene), all);

@@ -1,7 +1,7 @@
 //! The window's part in copying, pasting, loading and saving transfer functions.
 
-use std::sync::Arc;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use eframe::egui::{Context, Event, ViewportCommand};
 

@@ -17,7 +17,8 @@ use super::window::{Dialog, Window};
 use crate::core::{Camera, Projection};
 use crate::io::mesh::MeshFormat;
 use crate::scene::{
-    self, Inside, Look, NamedView, SampleSource, Sampled, Scene, Shading, SplatSettings, VectorLayer,
+    self, Inside, Look, NamedView, SampleSource, Sampled, Scene, Shading, SplatSettings,
+    VectorLayer,
 };
 use crate::task::transfer_file;
 

@@ -5,9 +5,9 @@ use std::sync::Arc;
 use clap::Args;
 use glam::DVec3;
 
+use super::vectors::Vectors;
 use super::{Failure, values};
 use crate::core::Ticket;
-use super::vectors::Vectors;
 use crate::polygons::Mesh;
 use crate::scene::{PolygonLayer, SampleSource};
 use crate::vector::{self, Following, MOST_ARROW_SIZE, Seeds};
@@ -162,9 +162,7 @@ impl FlowFlags {
                 false => *vectors = None,
             }
         }
-        let of = |mesh: Mesh| {
-            (SampleSource::made(mesh.name()), PolygonLayer::new(Arc::new(mesh)))
-        };
+        let of = |mesh: Mesh| (SampleSource::made(mesh.name()), PolygonLayer::new(Arc::new(mesh)));
         Ok(found.into_iter().map(of).collect())
     }
 }

@@ -27,7 +27,9 @@ pub(super) struct Input {
 
 /// The field of a scene, which every scene of the command line opens with.
 pub(super) fn volume(scene: &Scene) -> Result<&Arc<ScalarVolume>, Failure> {
-    scene.volume().ok_or_else(|| Failure::Failed("expected a field of values, found none".to_owned()))
+    scene
+        .volume()
+        .ok_or_else(|| Failure::Failed("expected a field of values, found none".to_owned()))
 }
 
 impl Input {

@@ -320,9 +320,10 @@ pub(super) fn with_layers(
     for (source, layer) in polygons {
         scene.add(source, layer);
     }
-    let refusal = scene.refusals().into_iter().find(|refusal| {
-        refusal.part == Effect::Polygons || refusal.ground == Ground::Hidden
-    });
+    let refusal = scene
+        .refusals()
+        .into_iter()
+        .find(|refusal| refusal.part == Effect::Polygons || refusal.ground == Ground::Hidden);
     match refusal {
         Some(refusal) => Err(Failure::Usage(refusal.to_string())),
         None => Ok(scene),

@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::flags::RefineFlag;
+use crate::plan::Outline;
 use crate::scene::{Backend, Effect, Scene, SplatSettings};
 use crate::task::effect_costs::{AddedTime, LeftOut};
 use crate::task::engine::{HeldBytes, OctreeBuilder};
@@ -17,6 +18,8 @@ pub(super) struct Stats<'a> {
     mode: SplatSettings,
     /// `raster` or `tiles`.
     backend: Backend,
+    /// What the picture is made of, and what of the scene it has no place for.
+    plan: &'a Outline,
     kernels_total: u64,
     kernels_active: u64,
     kernels_drawn: u64,
@@ -126,6 +129,7 @@ impl<'a> Stats<'a> {
             resolution: still.size,
             mode,
             backend: still.backend,
+            plan: &still.outline,
             kernels_total,
             kernels_active: still.kernels_active,
             kernels_drawn: still.drawn.kernels,

@@ -10,8 +10,8 @@ use super::vector_look::{self, LookFlags, Said};
 use super::{Failure, note, values};
 use crate::core::Ticket;
 use crate::scene::{SampleSource, Scene, VectorLayer};
-use crate::vector::ColourBy;
 use crate::task::loop_file::LoopFormat;
+use crate::vector::ColourBy;
 use crate::volume::{Field, VectorField, VolumeError};
 
 /// Seconds that a loop takes unless flags say otherwise.

@@ -93,9 +93,7 @@ impl Opening {
         let count = |n: usize| u32::try_from(n).unwrap_or_default();
         let variant = InsideVariant {
             planes: u32::try_from(clip.len().min(MOST_CLIPS)).unwrap_or_default(),
-            cut_faces: inside.clip.faces == CutFaces::Coloured
-                && !clip.is_empty()
-                && composites,
+            cut_faces: inside.clip.faces == CutFaces::Coloured && !clip.is_empty() && composites,
             slices: count(slices.len()),
             levels: count(levels.len()),
             along: inside.along,

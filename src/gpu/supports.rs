@@ -24,7 +24,8 @@ pub fn supports(plan: &Plan) -> Result<(), GpuError> {
     }
     if plan.way == Way::Nothing && !plan.polygons.is_empty() {
         return refuse(
-            "expected a field or vectors beside polygons, found polygons alone; show one of these".to_owned(),
+            "expected a field or vectors beside polygons, found polygons alone; show one of these"
+                .to_owned(),
         );
     }
     match plan.kernels.is_empty() || plan.fields.is_empty() {

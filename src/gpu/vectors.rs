@@ -394,11 +394,7 @@ impl Renderer {
         let columns = view.size[0].div_ceil(TILE);
         let vectors = self.vectors.as_mut().ok_or(GpuError::Cancelled)?;
         let back_to_front = !front_to_back;
-        vectors.variant = VectorVariant {
-            published,
-            back_to_front,
-            ..VectorVariant::default()
-        };
+        vectors.variant = VectorVariant { published, back_to_front, ..VectorVariant::default() };
         vectors.constants = frame.vectors(view, what, record_vec4s, layers, columns);
         vectors.constants.blur = vectors.blur;
         self.write_vectors(what);

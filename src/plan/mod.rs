@@ -24,9 +24,8 @@ use std::sync::Arc;
 use crate::core::Camera;
 use crate::kernel::RadialKernel;
 use crate::scene::{
-    Backend, Background, Classify, Effect, Ground, Inside, Lighting, ModeError, PolygonLayer, Refusal,
-    Scene,
-    Shading, SplatSettings, View, Visibility,
+    Backend, Background, Classify, Effect, Ground, Inside, Lighting, ModeError, PolygonLayer,
+    Refusal, Scene, Shading, SplatSettings, View, Visibility,
 };
 use crate::transfer::TransferFunction;
 use crate::volume::{Lattice, ScalarVolume};
@@ -135,9 +134,8 @@ impl Plan {
             transfer: transfer.clone(),
             has_gradient: scene.shading.uses_gradient() || scene.inside.has_isosurfaces(),
         };
-        let is_hidden = |refusal: &Refusal| {
-            matches!(refusal.ground, Ground::Hidden | Ground::Vectors)
-        };
+        let is_hidden =
+            |refusal: &Refusal| matches!(refusal.ground, Ground::Hidden | Ground::Vectors);
         let inside = match left_out.iter().any(is_hidden) {
             true => Inside::default(),
             false => scene.inside.shown_by(&scene.splat),
@@ -147,10 +145,7 @@ impl Plan {
             enlarged: 1.0,
             camera: scene.camera,
             background: scene.background,
-            frame: Frame {
-                lattice: scene.lattice(),
-                unit_distance: scene.opacity_unit_distance(),
-            },
+            frame: Frame { lattice: scene.lattice(), unit_distance: scene.opacity_unit_distance() },
             mode: scene.splat,
             fields: fields.map(field).into_iter().collect(),
             kernels: KernelList::all_of(scene),

@@ -187,7 +187,8 @@ fn converging(kernel: Kernel, classify: Classify, how: Reconstruction) -> [f64; 
     let opacity = vec![(0.0, 0.0), (1.0, 0.5)];
     let mut scene = scene(Lattice::unit(dims), bump(dims, 3.0), opacity, splat, direction);
     // Maps of 256 rounded colours are no smooth functions of value: single values see their steps.
-    scene.transfer_mut().expect("a field").colour = ColourSource::Map { map: ColourMap::Gray, range: [-0.2, 1.2] };
+    scene.transfer_mut().expect("a field").colour =
+        ColourSource::Map { map: ColourMap::Gray, range: [-0.2, 1.2] };
     let exact = Reference::exact(&scene, SIZE).unwrap().picture();
     [1.0, 2.0, 4.0, 8.0].map(|slabs_per_voxel| {
         decibels(&picture(&scene, SplatSettings { slabs_per_voxel, ..splat }), &exact)

@@ -97,7 +97,8 @@ impl SampleShader {
     /// `None` where a scene asks for none, or its mode shades reconstructed values. `exact` pictures have
     /// no published opacities.
     pub(super) fn of(scene: &Scene, exact: bool) -> Option<Self> {
-        let shader = Shader::of(scene, exact).filter(|_| scene.shading.is_of_samples(&scene.splat))?;
+        let shader =
+            Shader::of(scene, exact).filter(|_| scene.shading.is_of_samples(&scene.splat))?;
         Some(Self { shader, volume: Arc::clone(scene.volume()?), camera: scene.camera })
     }
 

@@ -27,12 +27,12 @@ pub use inside::{
     AlongRay, Clip, ClipBox, CutFaces, HalfSpace, Inside, InsideError, Isosurface,
     MOST_CLIP_PLANES, MOST_ISOSURFACES, MOST_SLICES, Plane, Slice,
 };
+pub use layer::{Layer, Look, VectorLayer};
 pub use mode::{
     Backend, Classify, CutSettings, LEAST_SLABS_PER_VOXEL, MOST_GATHERED_EXTENT,
     MOST_SHEETS_PER_KERNEL, MOST_SLABS_PER_VOXEL, ModeChoice, ModeError, OpacityModel, Order,
     Reconstruction, SplatSettings, Visibility,
 };
-pub use layer::{Layer, Look, VectorLayer};
 pub use polygons::{POLYGON_COLOUR, PolygonError, PolygonLayer, PolygonLook};
 pub use refusals::{Ground, Refusal};
 pub use saved::{SAVED_VERSION, SavedError};
@@ -121,7 +121,8 @@ impl Scene {
             (vectors > 1, Effect::SecondVectors),
             (!self.drawn_polygons().is_empty(), Effect::Polygons),
         ];
-        effects.extend(shown.into_iter().filter_map(|(is_shown, effect)| is_shown.then_some(effect)));
+        effects
+            .extend(shown.into_iter().filter_map(|(is_shown, effect)| is_shown.then_some(effect)));
         effects
     }
 
@@ -133,7 +134,8 @@ impl Scene {
     /// Whether they do but for how far marks have moved.
     pub fn differs_by_phase_alone(&self, other: &Self) -> bool {
         // Taken apart, so that a new field cannot be forgotten here.
-        let Self { layers: _, phase: _, splat, shading, inside, camera, background, store: _ } = self;
+        let Self { layers: _, phase: _, splat, shading, inside, camera, background, store: _ } =
+            self;
         self.has_same_layers(other)
             && splat.makes_same_picture(&other.splat)
             && *shading == other.shading
@@ -144,13 +146,12 @@ impl Scene {
 
     /// Whether both show the same samples in the same way.
     pub fn has_same_layers(&self, other: &Self) -> bool {
-        let is_same = |layer: &Layer| {
-            match (self.store.get(&layer.source), other.store.get(&layer.source)) {
+        let is_same =
+            |layer: &Layer| match (self.store.get(&layer.source), other.store.get(&layer.source)) {
                 (Some(a), Some(b)) => a.is_same(b),
                 (None, None) => true,
                 _ => false,
-            }
-        };
+            };
         self.layers == other.layers && self.layers.iter().all(is_same)
     }
 }

@@ -31,8 +31,7 @@ pub struct Refusal {
 type Rule = fn(&Scene) -> Option<Ground>;
 
 /// What is seen inside a field.
-const INSIDE: &[Effect] =
-    &[Effect::Clip, Effect::Projection, Effect::Isosurfaces, Effect::Slices];
+const INSIDE: &[Effect] = &[Effect::Clip, Effect::Projection, Effect::Isosurfaces, Effect::Slices];
 
 /// Who may not stand where, and why.
 const RULES: &[(&[Effect], Rule)] = &[
@@ -65,9 +64,12 @@ impl Ground {
 impl Scene {
     /// What of it cannot be drawn beside the rest, by the table.
     pub fn refusals(&self) -> Vec<Refusal> {
-        let parts = RULES.iter().flat_map(|(parts, rule)| parts.iter().map(move |part| (part, rule)));
+        let parts =
+            RULES.iter().flat_map(|(parts, rule)| parts.iter().map(move |part| (part, rule)));
         let asked = parts.filter(|(part, _)| part.asked_by(self).is_some());
-        asked.filter_map(|(part, rule)| Some(Refusal { part: *part, ground: rule(self)? })).collect()
+        asked
+            .filter_map(|(part, rule)| Some(Refusal { part: *part, ground: rule(self)? }))
+            .collect()
     }
 
     /// Why a part of it cannot be drawn, asked for or not.
@@ -122,9 +124,13 @@ mod tests {
             Ground::Vectors,
             Ground::Hidden,
         ];
-        let sentences = grounds.map(|ground| Refusal { part: Effect::Polygons, ground }.to_string());
+        let sentences =
+            grounds.map(|ground| Refusal { part: Effect::Polygons, ground }.to_string());
         for (i, sentence) in sentences.iter().enumerate() {
-            assert!(sentence.starts_with("expected ") && sentence.contains(", found "), "{sentence}");
+            assert!(
+                sentence.starts_with("expected ") && sentence.contains(", found "),
+                "{sentence}"
+            );
             assert!(sentence.contains("; ") && !sentence.ends_with('.'), "{sentence}");
             assert!(sentences[..i].iter().all(|other| other != sentence));
         }

@@ -36,7 +36,9 @@ pub enum SavedError {
         found: u32,
     },
     /// NaN or ±∞, which the text has no words for.
-    #[error("expected finite numbers in a scene to be saved, found others; reset what was set last")]
+    #[error(
+        "expected finite numbers in a scene to be saved, found others; reset what was set last"
+    )]
     NotFinite,
 }
 

@@ -12,7 +12,7 @@ use super::cells::CutSource;
 use super::draw::{DrawError, Drawer, Observer};
 use super::octrees::{self, Octree, Source};
 use crate::core::Ticket;
-use crate::gpu::{GpuError, OctreeBuilder, Renderer};
+use crate::gpu::{GpuError, OctreeBuilder, Renderer, supports};
 use crate::hierarchy::{ErrorMeasure, Pyramid, PyramidError};
 use crate::plan::{Field, Plan};
 use crate::transfer::{Table, TransferFunction};
@@ -162,6 +162,7 @@ impl Drawer {
         ticket: &Ticket,
         mut stops: impl FnMut(&mut Self) -> bool,
     ) -> Result<(), DrawError> {
+        supports(plan)?;
         if plan.field().is_none() {
             self.classified = None;
             return Ok(());

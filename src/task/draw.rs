@@ -318,8 +318,7 @@ impl Drawer {
             minds_edges: true,
             ..cut_limits(&plan.mode, known.unwrap_or_else(|| self.error_for_count(count)))
         };
-        let (cut, limits) =
-            Cut::of_count(limits, count, |limits| self.cut_of(plan, &view, limits));
+        let (cut, limits) = Cut::of_count(limits, count, |limits| self.cut_of(plan, &view, limits));
         self.last_fit = Some((count, limits.max_error));
         // Coarse levels have no finer nodes, and those under a pixel are not split, whatever their error.
         let reached = cut.nodes.iter().map(|node| node.node.error).fold(0.0, f32::max);
@@ -339,8 +338,7 @@ impl Drawer {
         let view = plan.at_size(smaller, 1.0).view();
         self.begin(plan, &view, plan.mode.kernel.splatted())?;
         // So that it hides as much as what follows it: nobody wants to see a flash.
-        let factor = match (RadialKernel::new(plan.mode.kernel.splatted(), None), self.pyramid())
-        {
+        let factor = match (RadialKernel::new(plan.mode.kernel.splatted(), None), self.pyramid()) {
             (Some(_), Some(pyramid)) => pyramid.thinning.factor(&cut.nodes),
             _ => 1.0,
         };
@@ -554,8 +552,7 @@ fn record(node: &CutNode) -> Record {
 /// Pixels that a cut's quads cover, overlaps counted each time, none more than the picture has; in
 /// perspective as at the middle.
 fn fragments(cut: &Cut, mode: &SplatSettings, view: &View) -> f64 {
-    let radius = RadialKernel::new(mode.kernel.splatted(), mode.extent)
-        .map_or(0.5, |k| k.radius());
+    let radius = RadialKernel::new(mode.kernel.splatted(), mode.extent).map_or(0.5, |k| k.radius());
     let rows = view.view_from_index.transpose();
     let area = rows.x_axis.cross(rows.y_axis).length() * 4.0 * radius * radius;
     let picture = f64::from(view.size[0]) * f64::from(view.size[1]);

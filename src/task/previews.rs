@@ -172,11 +172,7 @@ impl Drawer {
     /// Cuts are no match at any size: at 1280 × 800 pixels, on the scans aneurism, LIDC2, bonsai, tents
     /// 8.5 to 9.5 times smaller are 26.4, 32.4, 36.5 dB from the exact picture and as bright within
     /// 0.1/255; cuts that take twice the time 26.3, 30.6, 31.7, and too bright by 0.5 to 1.5 of 255.
-    pub(super) fn reduction(
-        &self,
-        plan: &Plan,
-        budget_ms: f64,
-    ) -> Option<Reduction> {
+    pub(super) fn reduction(&self, plan: &Plan, budget_ms: f64) -> Option<Reduction> {
         let size = plan.size;
         if plan.is_of_kernels_alone() {
             let shrink = self.affordable_among_vectors(plan, SlabField::Own, budget_ms);
@@ -218,8 +214,7 @@ impl Drawer {
         };
         // Between rays farther apart than a sample is wide a single bright one is lost: where every voxel
         // that shows can be splatted in the time, no ray need find it.
-        let width_px =
-            plan.view().narrowest_voxel_pixels() * widest_voxels(field, plan);
+        let width_px = plan.view().narrowest_voxel_pixels() * widest_voxels(field, plan);
         let splats = self.costs.splats_within(budget_ms).min(MOST_SPARSE);
         let is_sparse = self.active_count().is_some_and(|active| active <= splats);
         // Cuts know neither lights nor tables, and show what is cut away.
@@ -265,12 +260,7 @@ impl Drawer {
     }
 
     /// What a picture of a field, with a scene's vectors, is thought to take, so many times smaller.
-    pub(super) fn thought_ms(
-        &self,
-        plan: &Plan,
-        field: SlabField,
-        shrink: f64,
-    ) -> f64 {
+    pub(super) fn thought_ms(&self, plan: &Plan, field: SlabField, shrink: f64) -> f64 {
         let rays = rays(plan.size, shrink);
         if plan.kernels.is_empty() {
             return self.costs.reduced_ms(field, rays);
@@ -288,12 +278,7 @@ impl Drawer {
     }
 
     /// [`Self::affordable`] of a scene with vectors, of which there are other ones in pictures of other sizes.
-    fn affordable_among_vectors(
-        &self,
-        plan: &Plan,
-        field: SlabField,
-        budget_ms: f64,
-    ) -> f64 {
+    fn affordable_among_vectors(&self, plan: &Plan, field: SlabField, budget_ms: f64) -> f64 {
         let size = plan.size;
         let thought_ms = |shrink: f64| self.thought_ms(plan, field, shrink);
         let most = (f64::from(size[0].min(size[1])) / LEAST_SIDE).max(1.0);
@@ -360,7 +345,10 @@ mod tests {
         samples[0] = 255;
         let volume =
             ScalarVolume::from_samples("flat", Lattice::unit(dims), Samples::UInt8(samples));
-        Scene { splat: SplatSettings::EXACT, ..opening(Default::default(), Arc::new(volume.unwrap()), None) }
+        Scene {
+            splat: SplatSettings::EXACT,
+            ..opening(Default::default(), Arc::new(volume.unwrap()), None)
+        }
     }
 
     #[test]
@@ -399,10 +387,16 @@ mod tests {
     #[test]
     fn tents_are_previewed_by_tents_only_where_those_are_fewer() {
         let linear = SplatSettings { kernel: Kernel::Linear, ..SplatSettings::EXACT };
-        assert_eq!(preview_mode(&Plan::of(&Scene { splat: linear, ..scene([4; 3]) }, [8, 8])), None);
+        assert_eq!(
+            preview_mode(&Plan::of(&Scene { splat: linear, ..scene([4; 3]) }, [8, 8])),
+            None
+        );
         let large = Scene { splat: linear, ..scene([1, 4600, 4600]) };
         assert!(level(large.lattice().dims) > 0);
-        assert_eq!(preview_mode(&Plan::of(&large, [8, 8])).map(|splat| splat.kernel), Some(Kernel::Linear));
+        assert_eq!(
+            preview_mode(&Plan::of(&large, [8, 8])).map(|splat| splat.kernel),
+            Some(Kernel::Linear)
+        );
     }
 
     /// Means and half widths by brute force, of blocks that the border cuts and that hold holes.

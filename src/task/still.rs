@@ -233,16 +233,14 @@ pub(super) fn draw(
             }
             Rung::Full
         }
-        Refine::Reduced { detail, scale } => {
-            match detail {
-                Detail::Full if scale == 1.0 => Rung::Full,
-                Detail::Full => Rung::Reduced { field: SlabField::Own, shrink: 1.0 / scale },
-                Detail::Octree { max_error } => {
-                    plan = plan.at_size(scaled(*size, scale), 1.0);
-                    Rung::Octree { max_error }
-                }
+        Refine::Reduced { detail, scale } => match detail {
+            Detail::Full if scale == 1.0 => Rung::Full,
+            Detail::Full => Rung::Reduced { field: SlabField::Own, shrink: 1.0 / scale },
+            Detail::Octree { max_error } => {
+                plan = plan.at_size(scaled(*size, scale), 1.0);
+                Rung::Octree { max_error }
             }
-        }
+        },
     };
     if let Rung::Coarse { .. } = rung {
         drawer.prepare_field(&plan, SlabField::Own, &mut watch)?;
@@ -336,12 +334,7 @@ pub(super) fn draw(
 }
 
 /// The reconstructed field on the picture of a rung, if that is of one.
-fn shown_field(
-    drawer: &Drawer,
-    rung: Rung,
-    drawn: &Drawn,
-    plan: &Plan,
-) -> Option<ShownField> {
+fn shown_field(drawer: &Drawer, rung: Rung, drawn: &Drawn, plan: &Plan) -> Option<ShownField> {
     let is_preview = drawn.is_reduced && drawn.field == SlabField::Preview;
     let is_own = plan.reconstructs() && (rung == Rung::Full || drawn.is_reduced);
     let is_of_field = is_preview || is_own;

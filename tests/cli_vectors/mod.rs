@@ -60,6 +60,7 @@ fn a_second_field_is_drawn_among_the_first_and_told_of() {
     let stats: serde_json::Value =
         serde_json::from_slice(&fs::read(stats).expect("statistics")).expect("JSON");
     assert_eq!(stats["effects"], serde_json::json!(["vectors", "second vectors"]));
+    assert_eq!(stats["plan"]["kernels"].as_array().map(Vec::len), Some(2), "{}", stats["plan"]);
 }
 
 /// More than one dispatch could walk on a software adapter.

@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
-use glam::DVec3;
+use glam::{DAffine3, DVec3};
 use voxsplat::core::Ticket;
 use voxsplat::gpu::Wishes;
 use voxsplat::kernel::Kernel;
@@ -178,6 +178,31 @@ fn moving_gives_one_coarse_picture() {
     assert!(picture.size[0] <= 320 && picture.size[1] <= 200);
     assert_eq!(picture.rgba.len(), (picture.size[0] * picture.size[1] * 4) as usize);
     assert!(picture.rgba.chunks(4).any(|p| p[0] > 20), "something is seen");
+}
+
+/// What cannot be drawn is told in one sentence, and takes neither the device nor what lies on it.
+#[test]
+fn a_refused_scene_leaves_the_device_as_it_is() {
+    let Some(bench) = Bench::new() else { return };
+    bench.still(&large());
+    let scene = small();
+    let before = bench.still(&scene);
+    assert!(before.uploads > 1, "a new device would begin to count anew");
+    let mut moved = scene.clone();
+    moved.layers[0].placement = DAffine3::from_translation(DVec3::X);
+    bench.request(&moved, SIZE, rest());
+    let start = Instant::now();
+    let sentence = loop {
+        match bench.engine.state() {
+            EngineState::Failed(sentence) => break sentence,
+            state => assert!(start.elapsed() < PATIENCE, "{state:?}"),
+        }
+    };
+    assert!(sentence.starts_with("expected every layer where its file says"), "{sentence}");
+    assert!(bench.engine.take_picture().is_none());
+    let after = bench.still(&scene);
+    assert_eq!((after.uploads, after.pipelines), (before.uploads, before.pipelines));
+    assert_eq!(after.light, before.light);
 }
 
 #[test]

@@ -8,8 +8,8 @@ use voxsplat::hierarchy::Cut;
 use voxsplat::polygons::Mesh;
 use voxsplat::reference::RefKernel;
 use voxsplat::scene::{
-    AlongRay, Amounts, Attached, Background, ClipBox, Colours, CutFaces, Effect, Index, Isosurface, Light,
-    Lighting, Plane, PolygonLayer, PolygonLook, SampleSource, Scene, Slice, SplatSettings,
+    AlongRay, Amounts, Attached, Background, ClipBox, Colours, CutFaces, Effect, Index, Isosurface,
+    Light, Lighting, Plane, PolygonLayer, PolygonLook, SampleSource, Scene, Slice, SplatSettings,
     VectorLayer, framing_camera, opening,
 };
 use voxsplat::task::draw::background_light;

@@ -444,8 +444,7 @@ fn the_controls_change_the_first_or_the_second_mode_and_swap_them() {
 #[test]
 fn buttons_that_take_a_long_number_back_are_whole() {
     let mut bench = Bench::opened();
-    let voxel =
-        bench.window().scene().expect("something is open").lattice().smallest_spacing();
+    let voxel = bench.window().scene().expect("something is open").lattice().smallest_spacing();
     for share in [0.012_345_67, 12.345_678] {
         bench.set_slider("Unit distance", voxel * share);
         bench.set_slider("Slabs per voxel", 1.23);

@@ -118,7 +118,9 @@ fn streamlines_and_arrows_of_vectors_become_meshes() {
     ] {
         let before = layers(&bench);
         press(&mut bench, button);
-        bench.wait_until(|window| window.scene().is_some_and(|scene| Shown::all_of(scene) != before));
+        bench.wait_until(|window| {
+            window.scene().is_some_and(|scene| Shown::all_of(scene) != before)
+        });
         bench.settle();
         let names: Vec<_> = layers(&bench).iter().map(|l| l.mesh.name().to_owned()).collect();
         assert!(names.len() == count && names.iter().any(|n| n == name), "{names:?}");
@@ -142,7 +144,9 @@ fn streamlines_are_seeded_on_a_plane_a_line_or_about_a_point() {
         bench.choose("Seeded", place);
         let before = layers(&bench);
         press(&mut bench, "Make streamlines");
-        bench.wait_until(|window| window.scene().is_some_and(|scene| Shown::all_of(scene) != before));
+        bench.wait_until(|window| {
+            window.scene().is_some_and(|scene| Shown::all_of(scene) != before)
+        });
         bench.settle();
         boxes.push(layers(&bench)[0].mesh.bounds());
     }

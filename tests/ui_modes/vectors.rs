@@ -249,8 +249,7 @@ fn marks_move_while_playing_and_stay_where_they_are_paused() {
     bench.harness.key_press(Key::Space);
     bench.harness.run_steps(30);
     let moving = bench.requests_since(asked);
-    let phases: Vec<f64> =
-        moving.iter().map(|request| request.scene.phase).collect();
+    let phases: Vec<f64> = moving.iter().map(|request| request.scene.phase).collect();
     assert!(phases.len() > 6 && phases.windows(2).all(|w| w[1] > w[0]), "{phases:?}");
     // Half a second of passes at one cycle a second, no more often than 20 times a second.
     assert!((0.3..0.55).contains(phases.last().unwrap()) && phases.len() <= 11, "{phases:?}");

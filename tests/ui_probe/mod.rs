@@ -43,7 +43,8 @@ fn pointing_at_the_picture_tells_what_is_there_and_is_no_step() {
     let lattice = scene.lattice();
     assert!((lattice.index_from_world(world) - index).length() < 1e-9);
     assert!(
-        scene.volume().expect("a field").statistics.min - 1.0 <= value && value <= scene.volume().expect("a field").statistics.max + 1.0
+        scene.volume().expect("a field").statistics.min - 1.0 <= value
+            && value <= scene.volume().expect("a field").statistics.max + 1.0
     );
     let says = |part: &str| bench.harness.query_by_label_contains(part).is_some();
     assert!(says("Probe: World x") && says("a unit") && says("gathered 10 %"));

@@ -39,8 +39,7 @@ pub fn vectors_ui(
     fps: &mut u32,
     (choice, triples, probed): (&mut FlowChoice, &mut [Triple; 2], Option<DVec3>),
 ) -> Option<VectorRequest> {
-    let names: Vec<String> =
-        scene.vectors().iter().map(|layer| layer.field.name.clone()).collect();
+    let names: Vec<String> = scene.vectors().iter().map(|layer| layer.field.name.clone()).collect();
     let shown = |index: usize| names.get(index).map(String::as_str);
     let request = field_ui(ui, document, FIRST, shown(0), &mut triples[0]);
     let request = request.map(VectorRequest::Field);

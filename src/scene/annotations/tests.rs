@@ -231,7 +231,12 @@ fn the_scalar_bar_has_each_value_where_its_colour_is() {
     for (value, y) in numbers {
         let (_, found) =
             rows.iter().find(|(area, _)| area.low.y <= y && y <= area.high.y + 1.0).unwrap();
-        let expected = scene.transfer().expect("a field").colour_at(value).0.map(crate::core::colour::srgb_from_linear);
+        let expected = scene
+            .transfer()
+            .expect("a field")
+            .colour_at(value)
+            .0
+            .map(crate::core::colour::srgb_from_linear);
         for (found, expected) in found.0.iter().zip(expected) {
             // A row of pixels is half a value high: measured 2.1 of 255.
             assert!(
@@ -250,14 +255,16 @@ fn the_scalar_bar_has_each_value_where_its_colour_is() {
 #[test]
 fn reversed_and_steplike_colours_have_a_bar_all_the_same() {
     let mut scene = scene();
-    scene.transfer_mut().expect("a field").colour = ColourSource::Map { map: ColourMap::Gray, range: [200.0, 0.0] };
+    scene.transfer_mut().expect("a field").colour =
+        ColourSource::Map { map: ColourMap::Gray, range: [200.0, 0.0] };
     let (rows, numbers) = bar(&laid_out(only(Annotation::ScalarBar), &scene, [800, 600]));
     assert!(
         numbers.windows(2).all(|pair| pair[0].0 < pair[1].0 && pair[0].1 > pair[1].1),
         "{numbers:?}"
     );
     assert!(rows[0].1.0[0] < 5 && rows[rows.len() - 1].1.0[0] > 250, "great values are black");
-    scene.transfer_mut().expect("a field").colour = ColourSource::Map { map: ColourMap::Gray, range: [80.0, 80.0] };
+    scene.transfer_mut().expect("a field").colour =
+        ColourSource::Map { map: ColourMap::Gray, range: [80.0, 80.0] };
     let (rows, numbers) = bar(&laid_out(only(Annotation::ScalarBar), &scene, [800, 600]));
     assert_eq!(rows.iter().map(|(_, c)| c.0[0]).collect::<Vec<_>>(), [255, 0], "one step");
     assert!(numbers.iter().any(|(value, _)| *value == 200.0), "{numbers:?}");

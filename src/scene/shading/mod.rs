@@ -25,11 +25,11 @@ use serde::{Deserialize, Serialize};
 
 use crate::core::{Camera, Srgb8};
 use crate::scene::{Classify, Effect, SplatSettings};
-use crate::volume::{Lattice, ScalarVolume};
 use crate::transfer::{
     Region, RegionError, TRANSMITTANCE_FLOOR, TransferFunction, extinction_from_opacity,
     interpolate, regions,
 };
+use crate::volume::{Lattice, ScalarVolume};
 
 /// Lights in a scene at most.
 pub const MOST_LIGHTS: usize = 8;
@@ -451,7 +451,8 @@ impl ShadingSpace {
     /// Of values on a lattice, if there are any.
     pub fn of(lattice: &Lattice, values: Option<&ScalarVolume>) -> Self {
         // Halved, so that ±1e308 does not overflow.
-        let half = |values: &ScalarVolume| values.statistics.max / 2.0 - values.statistics.min / 2.0;
+        let half =
+            |values: &ScalarVolume| values.statistics.max / 2.0 - values.statistics.min / 2.0;
         let range = 2.0 * values.map_or(0.0, half);
         Self {
             world_from_gradient: lattice.axes().inverse().transpose(),

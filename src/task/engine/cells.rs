@@ -111,10 +111,9 @@ impl Worker {
     pub(super) fn serve_cells(&mut self, request: CellsRequest) {
         let mut tries = 0;
         let prepared = loop {
-            let prepared = self
-                .device()
-                .map_err(DrawError::from)
-                .and_then(|drawer| drawer.prepare(&Plan::of(&request.scene, request.size), &Ticket::new()));
+            let prepared = self.device().map_err(DrawError::from).and_then(|drawer| {
+                drawer.prepare(&Plan::of(&request.scene, request.size), &Ticket::new())
+            });
             match prepared {
                 Err(DrawError::Gpu(GpuError::Lost(_))) if tries < REBUILDS => self.drop_device(),
                 other => break other,

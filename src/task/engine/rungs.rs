@@ -227,7 +227,9 @@ impl Worker {
         };
         let mut rungs = match ladder {
             // Samples that are shaded first have fields before them, and cost about as much a ray.
-            Ladder::Octree if matches!(plan.way, Way::Nothing | Way::Slabs) || plan.is_gathered() => {
+            Ladder::Octree
+                if matches!(plan.way, Way::Nothing | Way::Slabs) || plan.is_gathered() =>
+            {
                 let rays = f64::from(plan.size[0]) * f64::from(plan.size[1]);
                 let full_ms = rays * drawer.costs.ray_ms;
                 let reduced = |shares: &[f64]| {
@@ -287,12 +289,10 @@ impl Worker {
         let level = LevelOfDetail::of(rung, &drawn);
         let mut picture = self.presented(request, level, progress, &drawn)?;
         picture.report.backend = backend;
-        let coarseness =
-            Coarseness::of(&plan, rung, &drawn, picture.shrink(), &picture.rgba);
+        let coarseness = Coarseness::of(&plan, rung, &drawn, picture.shrink(), &picture.rgba);
         // What a cut is off by says nothing of the vectors that it leaves out.
-        let leaves_out = |of: &Coarseness| {
-            matches!(of, Coarseness::Octree { .. }) && !plan.kernels.is_empty()
-        };
+        let leaves_out =
+            |of: &Coarseness| matches!(of, Coarseness::Octree { .. }) && !plan.kernels.is_empty();
         let coarseness = coarseness.filter(|of| !leaves_out(of));
         if drawn.is_reduced && picture.shrink() > 1.0 {
             self.last_reduced = Some(LastDrawn::of(request, drawn.wall_ms));
@@ -355,9 +355,7 @@ impl Worker {
         drawer.keeps_cut = self.wants_cut_of(request);
         let in_own_mode = match rung {
             Rung::Full | Rung::Reduced { .. } => true,
-            Rung::Coarse { budget_ms } => {
-                drawer.reduction(&plan, budget_ms).is_some()
-            }
+            Rung::Coarse { budget_ms } => drawer.reduction(&plan, budget_ms).is_some(),
             _ => false,
         };
         let plan = match in_own_mode {
