@@ -27,10 +27,7 @@ fn shells(dims: usize) -> Scene {
     let grid = demo::open(&format!("shells:{dims}"), None).expect("a demo");
     let volume =
         grid.scalar(&grid.fields[0], Component::Index(0), &Ticket::new()).expect("a scalar");
-    Scene {
-        splat: SplatSettings::EXACT,
-        ..opening(SampleSource::default(), Arc::new(volume), None)
-    }
+    Scene { splat: SplatSettings::EXACT, ..opening(Default::default(), Arc::new(volume), None) }
 }
 
 /// One line on stderr with these words, and this exit code.

@@ -142,7 +142,7 @@ impl Window {
                         }
                         scene.replace(at, source, layer);
                     }
-                    None => drop(scene.add(source, layer)),
+                    None => scene.add(source, layer),
                 }
             }
             Ended::Finished(Err(None)) => {}

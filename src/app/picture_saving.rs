@@ -39,9 +39,6 @@ impl Window {
         let Some(mut scene) = self.scene.clone() else { return };
         // What is saved is what is seen.
         scene.splat = self.shown_mode(&scene);
-        if let Some(without) = scene.without_vectors_refused() {
-            scene = without;
-        }
         let background = if choice.with_background {
             Background::Colour(self.settings.background)
         } else {

@@ -170,13 +170,10 @@ fn met_words(met: Met, gathered: &str) -> String {
     let where_gathered = |on: &str| format!("{on} the ray has gathered {gathered} opacity");
     match met {
         Met::Matter => where_gathered("Where"),
-        Met::CutFace => where_gathered("On a cut face, where"),
-        Met::Slice => where_gathered("On a slice, where"),
-        Met::Isosurface => where_gathered("On an isosurface, where"),
-        Met::Polygon => where_gathered("On a polygon, where"),
         Met::Vectors => where_gathered("Among vectors, where"),
         Met::Maximum => "The greatest value along the ray".to_owned(),
         Met::Minimum => "The least value along the ray".to_owned(),
+        surface => where_gathered(&format!("On {}, where", surface.name())),
     }
 }
 

@@ -134,7 +134,7 @@ impl State {
         let samples = |samples: &Arc<Samples>| (Arc::as_ptr(samples).cast(), samples.size_bytes());
         let stored = self.scene.store.samples().filter_map(|samples| match samples {
             Sampled::Vectors(field) => Some(field),
-            Sampled::Volume(_) | Sampled::Mesh(_) => None,
+            _ => None,
         });
         let fields = vectors.iter().chain(stored);
         let fields = fields.flat_map(move |field| {

@@ -169,7 +169,7 @@ impl Window {
                             scene.replace(at, source, VectorLayer { settings, ..opening });
                         }
                     }
-                    None => drop(scene.add(source, opening)),
+                    None => scene.add(source, opening),
                 }
             }
             Ended::Finished(Err(VolumeError::Cancelled(_))) => {}

@@ -420,9 +420,6 @@ impl Window {
         scene.background = self.settings.scene_background();
         let now_secs = ctx.time();
         let held = ctx.dragged_id().is_some();
-        // The panel says so.
-        let without = scene.without_vectors_refused();
-        let scene = without.as_ref().unwrap_or(scene);
         let decision =
             self.pacing.decide(scene, self.viewport_size, &self.settings, now_secs, held);
         self.parts.news.set_moving(self.pacing.is_moving());

@@ -226,12 +226,9 @@ fn met_words(met: Met, share: f64) -> String {
     let on = match met {
         Met::Maximum => return "at the greatest value of the ray".to_owned(),
         Met::Minimum => return "at the least value of the ray".to_owned(),
-        Met::Matter => "",
-        Met::CutFace => "on a cut face, ",
-        Met::Slice => "on a slice, ",
-        Met::Isosurface => "on an isosurface, ",
-        Met::Polygon => "on a polygon, ",
-        Met::Vectors => "among vectors, ",
+        Met::Matter => String::new(),
+        Met::Vectors => "among vectors, ".to_owned(),
+        surface => format!("on {}, ", surface.name()),
     };
     format!("{on}where the ray has gathered {share} % opacity")
 }

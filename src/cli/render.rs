@@ -308,7 +308,7 @@ pub(super) fn refuse_among_triangles(
 /// A scene with vectors and polygons in it.
 ///
 /// # Errors
-/// Polygons that its mode has no place for.
+/// What its mode has no place for.
 pub(super) fn with_layers(
     mut scene: Scene,
     vectors: Option<Vectors>,
@@ -320,10 +320,8 @@ pub(super) fn with_layers(
     for (source, layer) in polygons {
         scene.add(source, layer);
     }
-    let refusal = scene
-        .refusals()
-        .into_iter()
-        .find(|refusal| refusal.part == Effect::Polygons || refusal.ground == Ground::Hidden);
+    // Of vectors beside values that are projected a probe tells all the same.
+    let refusal = scene.refusals().into_iter().find(|refusal| refusal.ground != Ground::Vectors);
     match refusal {
         Some(refusal) => Err(Failure::Usage(refusal.to_string())),
         None => Ok(scene),

@@ -139,7 +139,7 @@ impl<'a> Report<'a> {
         let volume = scene.volume();
         let lattice = scene.lattice();
         let fields = scene.vectors().into_iter();
-        let meshes = scene.drawn_polygons().into_iter();
+        let meshes = scene.surfaces().into_iter();
         let front = sweep.front();
         let converged = sweep.converged();
         Self {
@@ -155,7 +155,7 @@ impl<'a> Report<'a> {
                 opacity_unit_distance: scene.opacity_unit_distance(),
                 vectors: fields.map(|layer| layer.field.name.clone()).collect(),
                 vectors_only: !scene.shows_field(),
-                meshes: meshes.map(|layer| layer.mesh.name().to_owned()).collect(),
+                meshes: meshes.map(|surface| surface.name().to_owned()).collect(),
             },
             resolution: sweep.size(),
             truth: TruthRow {

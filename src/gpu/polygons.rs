@@ -103,11 +103,11 @@ fn corners(
 }
 
 impl DevicePolygons {
-    fn new(context: &Context, plan: &Plan) -> Result<Self, GpuError> {
+    fn new(context: &Context, layers: Vec<PolygonLayer>, plan: &Plan) -> Result<Self, GpuError> {
         use wgpu::BufferUsages as Usage;
         let lattice = &plan.frame.lattice;
         let (centre, radius) = (lattice.centre(), lattice.bounding_radius());
-        let triangles: usize = plan.polygons.iter().map(|layer| layer.mesh.len()).sum();
+        let triangles: usize = layers.iter().map(|layer| layer.mesh.len()).sum();
         let bytes = 3 * (size_of::<layout::PolygonCorner>() * triangles) as u64;
         let most = context.limits.max_storage_buffer_binding_size.min(u64::from(u32::MAX) << 2);
         // Triangles are numbered in 28 bits.
@@ -122,7 +122,7 @@ impl DevicePolygons {
                 advice: "simplify the mesh, or leave one out",
             });
         }
-        let placed = corners(&plan.polygons, centre, radius)?;
+        let placed = corners(&layers, centre, radius)?;
         let storage = Usage::STORAGE | Usage::COPY_DST;
         let corners = Growing::make(context, "polygon corners", storage, bytes);
         context.queue.write_buffer(&corners, 0, bytemuck::cast_slice(&placed));
@@ -133,7 +133,7 @@ impl DevicePolygons {
             size_of::<layout::Polygons>() as u64,
         );
         Ok(Self {
-            layers: plan.polygons.clone(),
+            layers,
             centre,
             radius,
             corners,
@@ -302,7 +302,8 @@ impl Renderer {
     /// # Errors
     /// Too many of them, or too far away, or an adapter that binds too few buffers.
     pub(super) fn set_polygons(&mut self, plan: &Plan) -> Result<(), GpuError> {
-        if plan.polygons.is_empty() {
+        let layers = plan.polygons();
+        if layers.is_empty() {
             (self.polygons, self.polygons_before) = (None, None);
             return Ok(());
         }
@@ -321,14 +322,14 @@ impl Renderer {
         }
         let lattice = &plan.frame.lattice;
         let is_there = self.polygons.as_ref().is_some_and(|held| {
-            held.layers == plan.polygons
+            held.layers == layers
                 && held.centre == lattice.centre()
                 && held.radius == lattice.bounding_radius()
         });
         if !is_there {
             // What was compiled stays.
             let old = self.polygons.take();
-            let mut new = DevicePolygons::new(&self.context, plan)?;
+            let mut new = DevicePolygons::new(&self.context, layers, plan)?;
             if let Some(old) = old {
                 (new.pipelines, new.samples, new.words) = (old.pipelines, old.samples, old.words);
             }
@@ -349,7 +350,7 @@ impl Renderer {
         let made = MadeOf {
             view: *view,
             axes: [camera.right(), camera.up, camera.direction],
-            lighting: plan.shading.lighting.clone().unwrap_or_default(),
+            lighting: plan.shading.polygon_lighting(),
             // What is cut away hides nothing; and published opacities do not add up, so that matter is divided
             // wherever any sample of a pixel has a polygon.
             hides: !plan.inside.clip.cuts()

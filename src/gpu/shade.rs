@@ -81,7 +81,7 @@ impl Shade {
         constants.world_x[3] = (1.0 / space.least_strength).min(f64::from(f32::MAX)) as f32;
         constants.world_z[3] = Shading::opacity_factor_of_one(published) as f32;
         let mut lights = 0;
-        if let Some(lighting) = &plan.surface_lighting() {
+        if let Some(lighting) = &plan.shading.surface_lighting(&plan.inside) {
             let shares = [lighting.ambient, lighting.diffuse, lighting.specular, lighting.exponent];
             constants.material = shares.map(|share| share as f32);
             if lighting.uses_lights() {

@@ -2,7 +2,6 @@
 
 use super::GpuError;
 use crate::plan::{Plan, Way};
-use crate::scene::{Effect, Ground, Refusal};
 
 /// Kernel lists that one picture may have.
 const MOST_KERNEL_LISTS: usize = 2;
@@ -22,18 +21,11 @@ pub fn supports(plan: &Plan) -> Result<(), GpuError> {
             plan.kernels.len()
         ));
     }
-    if plan.way == Way::Nothing && !plan.polygons.is_empty() {
-        return refuse(
-            "expected a field or vectors beside polygons, found polygons alone; show one of these"
+    match plan.way == Way::Nothing && !plan.surfaces.is_empty() {
+        true => refuse(
+            "expected a field or vectors beside surfaces, found surfaces alone; show one of these"
                 .to_owned(),
-        );
-    }
-    match plan.kernels.is_empty() || plan.fields.is_empty() {
-        true => Ok(()),
-        // Among triangles of the field there is no room for kernels.
-        false => match Ground::of_mode(&plan.mode) {
-            Some(ground) => refuse(Refusal { part: Effect::Vectors, ground }.to_string()),
-            None => Ok(()),
-        },
+        ),
+        false => Ok(()),
     }
 }

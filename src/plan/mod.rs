@@ -13,8 +13,6 @@
 
 mod kernels;
 mod outline;
-#[cfg(test)]
-mod tests;
 
 pub use kernels::{Classification, KernelList};
 pub use outline::Outline;
@@ -24,8 +22,8 @@ use std::sync::Arc;
 use crate::core::Camera;
 use crate::kernel::RadialKernel;
 use crate::scene::{
-    Backend, Background, Classify, Effect, Ground, Inside, Lighting, ModeError, PolygonLayer,
-    Refusal, Scene, Shading, SplatSettings, View, Visibility,
+    Backend, Background, Classify, Effect, Ground, Inside, ModeError, PolygonLayer, Refusal, Scene,
+    Shading, SplatSettings, Surface, View, Visibility,
 };
 use crate::transfer::TransferFunction;
 use crate::volume::{Lattice, ScalarVolume};
@@ -51,8 +49,8 @@ pub struct Plan {
     pub kernels: Vec<KernelList>,
     /// How far the marks of kernels have moved, in cycles.
     pub phase: f64,
-    /// Triangles.
-    pub polygons: Vec<PolygonLayer>,
+    /// What rays meet at places, beside what is seen inside a field.
+    pub surfaces: Vec<Surface>,
     /// What is cut away, slices, isosurfaces, and what stands for a ray.
     pub inside: Inside,
     /// Lights, and the tables that shade the fields.
@@ -98,7 +96,7 @@ pub struct Frame {
 /// How the parts of a picture come to be one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Way {
-    /// Nothing is there but the background.
+    /// Neither a field nor kernels are there: the background, and surfaces where an engine draws them alone.
     Nothing,
     /// Rays go from slab to slab of a reconstructed field, of kernel lists, or of both.
     Slabs,
@@ -134,12 +132,6 @@ impl Plan {
             transfer: transfer.clone(),
             has_gradient: scene.shading.uses_gradient() || scene.inside.has_isosurfaces(),
         };
-        let is_hidden =
-            |refusal: &Refusal| matches!(refusal.ground, Ground::Hidden | Ground::Vectors);
-        let inside = match left_out.iter().any(is_hidden) {
-            true => Inside::default(),
-            false => scene.inside.shown_by(&scene.splat),
-        };
         let mut plan = Self {
             size,
             enlarged: 1.0,
@@ -148,10 +140,10 @@ impl Plan {
             frame: Frame { lattice: scene.lattice(), unit_distance: scene.opacity_unit_distance() },
             mode: scene.splat,
             fields: fields.map(field).into_iter().collect(),
-            kernels: KernelList::all_of(scene),
+            kernels: if has_no(Effect::Vectors) { Vec::new() } else { KernelList::all_of(scene) },
             phase: scene.phase,
-            polygons: if has_no(Effect::Polygons) { Vec::new() } else { scene.polygons() },
-            inside,
+            surfaces: if has_no(Effect::Polygons) { Vec::new() } else { scene.surfaces() },
+            inside: scene.inside_in_place().shown_by(&scene.splat),
             shading: scene.shading.clone(),
             way: Way::Nothing,
             left_out,
@@ -230,19 +222,16 @@ impl Plan {
         !self.fields.is_empty() && self.shading.is_of_samples(&self.mode)
     }
 
-    /// What surfaces are lit by: the lights, or where there are none the usual ones for isosurfaces, which would be
-    /// flat.
-    pub fn surface_lighting(&self) -> Option<Lighting> {
-        let usual = || self.inside.has_isosurfaces().then(Lighting::default);
-        self.shading.lighting.clone().or_else(usual)
+    /// Its triangles.
+    pub fn polygons(&self) -> Vec<PolygonLayer> {
+        self.surfaces.iter().map(|Surface::Polygons(layer)| layer.clone()).collect()
     }
 
     /// Whether only rays through samples that are shaded first show all of it: lights or tables shade these, or
     /// polygons or kernels lie among them.
     pub fn is_gathered(&self) -> bool {
-        let has_others = !self.polygons.is_empty() || !self.kernels.is_empty();
-        let has_room = Ground::of_mode(&self.mode).is_none();
-        let is_among = self.mode.classify == Classify::Before && has_others && has_room;
+        let has_others = !self.surfaces.is_empty() || !self.kernels.is_empty();
+        let is_among = self.mode.classify == Classify::Before && has_others;
         !self.fields.is_empty() && (self.shades_samples() || is_among)
     }
 

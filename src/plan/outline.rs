@@ -28,7 +28,7 @@ impl Plan {
         let several = |count: usize, name: &str| (0..count).map(|_| name.to_owned()).collect();
         let mut surfaces: Vec<String> = several(inside.isosurfaces.len(), "isosurface");
         surfaces.extend::<Vec<_>>(several(inside.slices.len(), "slice"));
-        surfaces.extend(self.polygons.iter().map(|layer| layer.mesh.name().to_owned()));
+        surfaces.extend(self.surfaces.iter().map(|surface| surface.name().to_owned()));
         let has_slabs = self.mode.visibility == crate::scene::Visibility::Slabs;
         Outline {
             way: self.way.name(),

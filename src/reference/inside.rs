@@ -34,6 +34,22 @@ pub enum Met {
     Minimum,
 }
 
+impl Met {
+    /// What it is, for people.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Matter => "matter",
+            Self::CutFace => "a cut face",
+            Self::Slice => "a slice",
+            Self::Isosurface => "an isosurface",
+            Self::Polygon => "a polygon",
+            Self::Vectors => "vectors",
+            Self::Maximum => "the greatest value",
+            Self::Minimum => "the least value",
+        }
+    }
+}
+
 /// Something without depth that a ray meets.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Surface {
@@ -71,7 +87,7 @@ pub(super) struct Opening {
 impl Opening {
     pub(super) fn of(scene: &Scene) -> Self {
         let lights = Shader::of_surfaces(scene);
-        Self { inside: scene.inside.clone(), lattice: scene.lattice(), lights }
+        Self { inside: scene.inside_in_place(), lattice: scene.lattice(), lights }
     }
 
     /// The same, of what pictures of the scene's mode show.

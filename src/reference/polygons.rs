@@ -10,7 +10,7 @@ use super::inside::{Met, Surface};
 use super::shading::Shader;
 use super::sources::Line;
 use crate::core::Camera;
-use crate::scene::{Clip, Inside, POLYGON_COLOUR, Scene};
+use crate::scene::{Clip, Effect, Inside, POLYGON_COLOUR, PolygonLayer, Scene};
 use crate::volume::Lattice;
 
 /// Where the samples of a pixel are, from its upper left.
@@ -58,7 +58,7 @@ fn meet(line: &Line, [a, b, c]: [DVec3; 3]) -> Option<(DVec3, f64)> {
 pub(super) fn met_by(scene: &Scene, ray: &Line) -> Vec<Surface> {
     let clip = clip_of(scene);
     let mut met = Vec::new();
-    for layer in scene.drawn_polygons() {
+    for layer in drawn(scene) {
         for triangle in layer.mesh.triangles(false) {
             let found = meet(ray, triangle.corners.map(|corner| corner.as_dvec3()));
             let inside = found.filter(|(shares, _)| shares.min_element() >= 0.0);
@@ -71,6 +71,14 @@ pub(super) fn met_by(scene: &Scene, ray: &Line) -> Vec<Surface> {
     }
     met.sort_by(|p, q| p.t.total_cmp(&q.t));
     met
+}
+
+/// The polygons that a scene's mode has a place for.
+fn drawn(scene: &Scene) -> Vec<PolygonLayer> {
+    match scene.refusal_of(Effect::Polygons) {
+        Some(_) => Vec::new(),
+        None => scene.polygons(),
+    }
 }
 
 /// What a scene's polygons are cut by.
@@ -99,7 +107,7 @@ impl Polygons {
     /// `None` for a scene without any.
     pub(super) fn of(scene: &Scene, size: [usize; 2]) -> Option<Self> {
         let mut triangles = Vec::new();
-        for layer in scene.drawn_polygons() {
+        for layer in drawn(scene) {
             for triangle in layer.mesh.triangles(layer.look.is_smooth) {
                 let own = triangle.colours.unwrap_or([POLYGON_COLOUR; 3]);
                 let corner = |i: usize| Corner {

@@ -542,7 +542,7 @@ mod tests {
         scene.camera.focal_point.y += 50.0;
         let beside = point(probe.look(&scene, SIZE, middle, 0.1));
         assert!(beside.met == Met::Polygon && beside.value.is_nan(), "{beside:?}");
-        scene.remove_polygons(0);
+        scene.remove(scene.layers.len() - 1);
         assert_eq!(probe.look(&scene, SIZE, middle, 0.1), Seen::Beside);
     }
 
@@ -615,7 +615,7 @@ mod tests {
         // A polygon before them, and one too thin among them.
         let mut scene = scene.with(across(300.0 - 0.5 * 8.0, 0.5));
         assert_eq!(point(seen_alone(&scene, SIZE, middle, 0.1)).met, Met::Polygon);
-        scene.remove_polygons(0);
+        scene.remove(scene.layers.len() - 1);
         let scene = scene.with(across(300.0 - 0.5 * 9.1, 0.05));
         let thinner = point(seen_alone(&scene, SIZE, middle, 0.1));
         let deep = (0.9_f64 / 0.95).ln() / 0.7_f64.ln();

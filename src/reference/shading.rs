@@ -159,14 +159,14 @@ impl Shader {
 
     /// What surfaces of a scene are lit by, if by anything.
     pub(super) fn of_surfaces(scene: &Scene) -> Option<Self> {
-        let lighting = Some(scene.surface_lighting()?);
+        let lighting = Some(scene.shading.surface_lighting(&scene.inside)?);
         let scene = Scene { shading: Shading { lighting, ..Shading::default() }, ..scene.clone() };
         Self::of(&scene, true)
     }
 
     /// What polygons of a scene are lit by.
     pub(super) fn of_polygons(scene: &Scene) -> Self {
-        let lighting = scene.polygon_lighting();
+        let lighting = scene.shading.polygon_lighting();
         let lights = lighting.lights.iter();
         let lights = lights.map(|l| (l.towards(&scene.camera), l.colour.to_linear().0)).collect();
         Self {

@@ -1,7 +1,7 @@
 //! What a scene may ask for beside its transfer function and its mode, part by part.
 
 use super::mode::names;
-use super::{AlongRay, Clip, Index, Lighting, Look, Scene, Shading};
+use super::{AlongRay, Clip, Index, Lighting, Scene, Shading, Surface};
 
 /// A part that can be left out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -101,11 +101,18 @@ impl Effect {
             Self::Vectors => scene.vectors().first().map(|layer| layer.field.name.clone()),
             Self::SecondVectors => scene.vectors().get(1).map(|layer| layer.field.name.clone()),
             Self::Polygons => {
-                let polygons = scene.polygons();
-                let names: Vec<_> = polygons.iter().map(|layer| layer.mesh.name()).collect();
+                let surfaces = scene.surfaces();
+                let names: Vec<_> = surfaces.iter().map(Surface::name).collect();
                 Some(names.join(", ")).filter(|_| !names.is_empty())
             }
         }
+    }
+
+    /// Whether it is a table or a light.
+    pub fn is_of_shading(self) -> bool {
+        use Effect::*;
+        let tables = [OpacityTable, ModulationTable, ReflectionTable, EmissionTable];
+        matches!(self, Gradients | Lights | Regions) || tables.contains(&self)
     }
 
     /// The scene without it; `None` where that would make the same picture, or none.
@@ -138,7 +145,7 @@ impl Effect {
             // The field takes their place where they had its.
             Self::Vectors => other.keep_vectors(0),
             Self::SecondVectors => other.keep_vectors(1),
-            Self::Polygons => other.keep(|layer| !matches!(layer.look, Look::Polygons(_))),
+            Self::Polygons => other.keep(|layer| !layer.look.is_surface()),
         }
         (!other.makes_same_picture(scene)).then_some(other)
     }

@@ -7,8 +7,7 @@ use glam::{DAffine3, DVec3};
 use serde::{Deserialize, Serialize};
 
 use super::store::{SampleSource, Sampled};
-use super::{Effect, ModeError, PolygonLayer, PolygonLook, Scene};
-use crate::polygons::Mesh;
+use super::{ModeError, PolygonLayer, PolygonLook, Scene};
 use crate::transfer::{ColourMap, ColourSource, TransferFunction};
 use crate::vector::VectorSettings;
 use crate::volume::{Lattice, Places, ScalarVolume, VectorField};
@@ -40,6 +39,19 @@ pub enum Look {
 }
 
 impl Look {
+    /// Whether rays meet it at places, rather than pass through it.
+    pub fn is_surface(&self) -> bool {
+        matches!(self, Self::Polygons(_))
+    }
+
+    /// The opacity of surfaces.
+    pub fn opacity_mut(&mut self) -> Option<&mut f64> {
+        match self {
+            Self::Polygons(look) => Some(&mut look.opacity),
+            Self::Field(_) | Self::Vectors(_) => None,
+        }
+    }
+
     /// What such a layer is, in a word.
     pub fn kind(&self) -> &'static str {
         match self {
@@ -47,6 +59,12 @@ impl Look {
             Self::Vectors(_) => "vectors",
             Self::Polygons(_) => "polygons",
         }
+    }
+}
+
+impl Layer {
+    fn is_field(&self) -> bool {
+        matches!(self.look, Look::Field(_))
     }
 }
 
@@ -88,13 +106,28 @@ impl From<VectorLayer> for (Sampled, Look) {
     }
 }
 
+/// What rays meet at places.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Surface {
+    /// Triangles.
+    Polygons(PolygonLayer),
+}
+
+impl Surface {
+    /// Its name, for people.
+    pub fn name(&self) -> &str {
+        match self {
+            Self::Polygons(layer) => layer.mesh.name(),
+        }
+    }
+}
+
 impl Scene {
-    /// Adds a layer that is drawn, at its own place; where it is among the layers.
-    pub fn add(&mut self, source: SampleSource, layer: impl Into<(Sampled, Look)>) -> usize {
+    /// Adds a layer that is drawn, at its own place.
+    pub fn add(&mut self, source: SampleSource, layer: impl Into<(Sampled, Look)>) {
         let (samples, look) = layer.into();
         let source = self.store.insert(source, samples);
         self.layers.push(Layer { source, is_shown: true, placement: DAffine3::IDENTITY, look });
-        self.layers.len() - 1
     }
 
     /// The scene with one more layer, of samples that no file holds.
@@ -110,33 +143,32 @@ impl Scene {
     /// # Errors
     /// The first that is not.
     pub fn check_layers(&self) -> Result<(), ModeError> {
-        let is_field = |layer: &&Layer| layer.is_shown && matches!(layer.look, Look::Field(_));
-        let fields = self.layers.iter().filter(is_field).count();
+        let refuse = |expected, found, advice| Err(ModeError { expected, found, advice });
+        let shown = || self.layers.iter().filter(|layer| layer.is_shown);
+        let fields = shown().filter(|layer| layer.is_field()).count();
         if fields > 1 {
-            return Err(ModeError {
-                expected: "one field of values at most",
-                found: fields.to_string(),
-                advice: "hide the others",
-            });
+            return refuse("one field of values at most", fields.to_string(), "hide the others");
         }
-        for layer in self.layers.iter().filter(|layer| layer.is_shown) {
+        for layer in shown() {
             let name = format!("{} \"{}\"", layer.look.kind(), layer.source.field);
             if layer.placement != DAffine3::IDENTITY {
-                return Err(ModeError {
-                    expected: "every layer where its file says",
-                    found: format!("{name} moved elsewhere"),
-                    advice: "leave its placement out",
-                });
+                let (expected, found) = ("every layer where its file says", " moved elsewhere");
+                return refuse(expected, name + found, "leave its placement out");
             }
             if self.store.get(&layer.source).is_none() {
-                return Err(ModeError {
-                    expected: "samples of every layer that is drawn",
-                    found: format!("none of {name}"),
-                    advice: "open its file, or hide the layer",
-                });
+                let (expected, found) = ("samples of every layer that is drawn", " without any");
+                return refuse(expected, name + found, "open its file, or hide the layer");
             }
         }
         Ok(())
+    }
+
+    /// Takes a layer away.
+    pub fn remove(&mut self, index: usize) {
+        if index < self.layers.len() {
+            self.layers.remove(index);
+        }
+        self.keep(|_| true);
     }
 
     /// Leaves only the layers that are wanted, and lets go of the samples of the others.
@@ -148,11 +180,8 @@ impl Scene {
 
     /// The layer of the field that panels, clips and opacities speak of: the first that is drawn, else the first.
     fn field_index(&self) -> Option<usize> {
-        let is_field = |layer: &&Layer| matches!(layer.look, Look::Field(_));
-        let of = |is_one: &dyn Fn(&Layer) -> bool| {
-            self.layers.iter().position(|layer| is_field(&layer) && is_one(layer))
-        };
-        of(&|layer| layer.is_shown).or_else(|| of(&|_| true))
+        let shown = self.layers.iter().position(|layer| layer.is_field() && layer.is_shown);
+        shown.or_else(|| self.layers.iter().position(Layer::is_field))
     }
 
     /// The samples of the field that is drawn, or was hidden.
@@ -196,23 +225,19 @@ impl Scene {
 
     /// Whether a field of values is drawn.
     pub fn shows_field(&self) -> bool {
-        let is_field = |layer: &&Layer| matches!(layer.look, Look::Field(_));
-        self.layers.iter().filter(is_field).any(|layer| layer.is_shown)
+        self.layers.iter().any(|layer| layer.is_field() && layer.is_shown)
     }
 
     /// Draws the fields of values, or leaves them out.
     pub fn show_field(&mut self, is_shown: bool) {
-        for layer in &mut self.layers {
-            if matches!(layer.look, Look::Field(_)) {
-                layer.is_shown = is_shown;
-            }
-        }
+        let fields = self.layers.iter_mut().filter(|layer| layer.is_field());
+        fields.for_each(|layer| layer.is_shown = is_shown);
     }
 
     /// The vectors that are drawn.
     pub fn vectors(&self) -> Vec<VectorLayer> {
-        let shown = self.layers.iter().filter(|layer| layer.is_shown);
-        let vectors = |layer: &Layer| match (&layer.look, self.store.get(&layer.source)?) {
+        let shown = self.sampled().filter(|(layer, _)| layer.is_shown);
+        let vectors = |(layer, samples): (&Layer, &Sampled)| match (&layer.look, samples) {
             (Look::Vectors(settings), Sampled::Vectors(field)) => {
                 Some(VectorLayer { field: Arc::clone(field), settings: settings.clone() })
             }
@@ -221,18 +246,30 @@ impl Scene {
         shown.filter_map(vectors).collect()
     }
 
+    /// The layers whose samples are there, with these.
+    fn sampled(&self) -> impl Iterator<Item = (&Layer, &Sampled)> {
+        self.layers.iter().filter_map(|layer| Some((layer, self.store.get(&layer.source)?)))
+    }
+
+    /// The same, to be changed.
+    fn sampled_mut(&mut self) -> impl Iterator<Item = (&mut Layer, &Sampled)> {
+        let Self { layers, store, .. } = self;
+        layers.iter_mut().filter_map(|layer| {
+            let samples = store.get(&layer.source)?;
+            Some((layer, samples))
+        })
+    }
+
     /// The vectors that are drawn, and what they look like, to be changed.
     pub fn vectors_mut(&mut self) -> Vec<(Arc<VectorField>, &mut VectorSettings)> {
-        let Self { layers, store, .. } = self;
-        let shown = layers.iter_mut().filter(|layer| layer.is_shown);
-        let both = shown.filter_map(|layer| Some((store.get(&layer.source)?, layer)));
-        both.filter_map(|(samples, layer)| match (&mut layer.look, samples) {
+        let shown = self.sampled_mut().filter(|(layer, _)| layer.is_shown);
+        let vectors = shown.filter_map(|(layer, samples)| match (&mut layer.look, samples) {
             (Look::Vectors(settings), Sampled::Vectors(field)) => {
                 Some((Arc::clone(field), settings))
             }
             _ => None,
-        })
-        .collect()
+        });
+        vectors.collect()
     }
 
     /// Its layers, seen as another scene is, with another field in the place of the first.
@@ -245,14 +282,13 @@ impl Scene {
     ) -> Self {
         let Self { layers, store, phase, .. } = self;
         let mut scene = Self { layers, store, phase, ..seen_as };
-        let is_field = |layer: &Layer| matches!(layer.look, Look::Field(_));
-        match scene.layers.iter().position(is_field) {
+        match scene.layers.iter().position(Layer::is_field) {
             Some(at) => {
                 let is_shown = scene.layers[at].is_shown;
                 scene.replace(at, source, field);
                 scene.layers[at].is_shown = is_shown;
             }
-            None => drop(scene.add(source, field)),
+            None => scene.add(source, field),
         }
         scene
     }
@@ -285,18 +321,10 @@ impl Scene {
         }
     }
 
-    /// The scene without its vectors, where its mode has no place for them.
-    pub fn without_vectors_refused(&self) -> Option<Self> {
-        self.refusal_of(Effect::Vectors).filter(|_| !self.vectors().is_empty())?;
-        let mut without = self.clone();
-        without.keep_vectors(0);
-        Some(without)
-    }
-
     /// The polygons that are drawn.
     pub fn polygons(&self) -> Vec<PolygonLayer> {
-        let shown = self.layers.iter().filter(|layer| layer.is_shown);
-        let polygons = |layer: &Layer| match (&layer.look, self.store.get(&layer.source)?) {
+        let shown = self.sampled().filter(|(layer, _)| layer.is_shown);
+        let polygons = |(layer, samples): (&Layer, &Sampled)| match (&layer.look, samples) {
             (Look::Polygons(look), Sampled::Mesh(mesh)) => {
                 Some(PolygonLayer { mesh: Arc::clone(mesh), look: *look })
             }
@@ -305,40 +333,9 @@ impl Scene {
         shown.filter_map(polygons).filter(|layer| layer.look.opacity > 0.0).collect()
     }
 
-    /// All polygons, what they look like and whether they are drawn, to be changed.
-    pub fn polygons_mut(&mut self) -> Vec<(Arc<Mesh>, &mut PolygonLook, &mut bool)> {
-        let Self { layers, store, .. } = self;
-        let both = layers.iter_mut().filter_map(|layer| Some((store.get(&layer.source)?, layer)));
-        both.filter_map(|(samples, layer)| match (&mut layer.look, samples) {
-            (Look::Polygons(look), Sampled::Mesh(mesh)) => {
-                Some((Arc::clone(mesh), look, &mut layer.is_shown))
-            }
-            _ => None,
-        })
-        .collect()
-    }
-
-    /// Whether there are polygons, drawn or not.
-    pub fn has_polygons(&self) -> bool {
-        self.layers.iter().any(|layer| matches!(layer.look, Look::Polygons(_)))
-    }
-
-    /// Removes the layer of polygons of this number.
-    pub fn remove_polygons(&mut self, number: usize) {
-        let mut seen = 0;
-        self.keep(|layer| {
-            let is_one = matches!(layer.look, Look::Polygons(_));
-            seen += usize::from(is_one);
-            !is_one || seen != number + 1
-        });
-    }
-
-    /// Those of them that its mode has a place for.
-    pub fn drawn_polygons(&self) -> Vec<PolygonLayer> {
-        match self.refusal_of(Effect::Polygons) {
-            Some(_) => Vec::new(),
-            None => self.polygons(),
-        }
+    /// What rays meet at places, of all kinds, whether its mode has a place for that or not.
+    pub fn surfaces(&self) -> Vec<Surface> {
+        self.polygons().into_iter().map(Surface::Polygons).collect()
     }
 
     /// The lattice that slabs, clips and opacities go by: that of [`Scene::volume`], drawn or not; without one, of
@@ -347,15 +344,14 @@ impl Scene {
         if let Some(volume) = self.volume() {
             return volume.lattice;
         }
-        let samples = || self.layers.iter().filter_map(|layer| self.store.get(&layer.source));
-        let own = samples().find_map(|samples| match samples {
+        let own = self.sampled().find_map(|(_, samples)| match samples {
             Sampled::Vectors(field) => match field.places {
                 Places::Lattice(lattice) => Some(lattice),
                 Places::Points { .. } => None,
             },
             _ => None,
         });
-        own.unwrap_or_else(|| box_about(samples().flat_map(corners)))
+        own.unwrap_or_else(|| box_about(self.sampled().flat_map(|(_, samples)| corners(samples))))
     }
 }
 

@@ -27,7 +27,7 @@ pub use inside::{
     AlongRay, Clip, ClipBox, CutFaces, HalfSpace, Inside, InsideError, Isosurface,
     MOST_CLIP_PLANES, MOST_ISOSURFACES, MOST_SLICES, Plane, Slice,
 };
-pub use layer::{Layer, Look, VectorLayer};
+pub use layer::{Layer, Look, Surface, VectorLayer};
 pub use mode::{
     Backend, Classify, CutSettings, LEAST_SLABS_PER_VOXEL, MOST_GATHERED_EXTENT,
     MOST_SHEETS_PER_KERNEL, MOST_SLABS_PER_VOXEL, ModeChoice, ModeError, OpacityModel, Order,
@@ -91,39 +91,31 @@ impl Scene {
         self.splat.opacity_unit_distance.unwrap_or_else(|| self.lattice().smallest_spacing())
     }
 
-    /// What surfaces are lit by: the scene's lights, or where there are none the usual ones for
-    /// isosurfaces, which would be flat.
-    pub fn surface_lighting(&self) -> Option<Lighting> {
-        let usual = || self.inside.has_isosurfaces().then(Lighting::default);
-        self.shading.lighting.clone().or_else(usual)
-    }
-
-    /// What polygons are lit by: the scene's lights, or where there are none the usual ones.
-    pub fn polygon_lighting(&self) -> Lighting {
-        self.shading.lighting.clone().unwrap_or_default()
-    }
-
     /// What it asks for beside the transfer function and the mode.
     pub fn effects(&self) -> Vec<Effect> {
-        let vectors = self.vectors().len();
-        // Values that are projected have no opacity, and nothing falls on them.
-        let is_lit = self.inside.along == AlongRay::Composite;
-        let mut effects = Vec::new();
-        if self.shows_field() {
-            // Beside vectors, nothing is projected.
-            let is_shaded = is_lit || vectors > 0;
-            effects.extend(is_shaded.then(|| self.shading.effects()).into_iter().flatten());
-            let is_opened = is_lit || vectors == 0;
-            effects.extend(is_opened.then(|| self.inside.effects()).into_iter().flatten());
+        let projects = self.inside.along != AlongRay::Composite;
+        let is_shown = |effect: &Effect| match effect {
+            // The whole of what follows it.
+            Effect::Shading => false,
+            // Values that are projected have no opacity, nothing falls on them, and there are no surfaces; but beside
+            // vectors nothing is projected.
+            _ if effect.is_of_shading() => {
+                self.shows_field() && (!projects || !self.vectors().is_empty())
+            }
+            Effect::Isosurfaces | Effect::Slices => !projects,
+            _ => true,
+        };
+        let asked = Effect::ALL.iter().copied().filter(|effect| effect.asked_by(self).is_some());
+        asked.filter(is_shown).filter(|effect| self.refusal_of(*effect).is_none()).collect()
+    }
+
+    /// What is seen inside its field: nothing where that is hidden, nor where values are to be projected beside
+    /// vectors.
+    pub fn inside_in_place(&self) -> Inside {
+        match self.refusal_of(Effect::Clip) {
+            Some(_) => Inside::default(),
+            None => self.inside.clone(),
         }
-        let shown = [
-            (vectors > 0, Effect::Vectors),
-            (vectors > 1, Effect::SecondVectors),
-            (!self.drawn_polygons().is_empty(), Effect::Polygons),
-        ];
-        effects
-            .extend(shown.into_iter().filter_map(|(is_shown, effect)| is_shown.then_some(effect)));
-        effects
     }
 
     /// Whether two scenes make the same picture at the same size.

@@ -50,6 +50,15 @@ pub enum Sampled {
 }
 
 impl Sampled {
+    /// What they are, for people: a name, and how much there is.
+    pub fn about(&self) -> String {
+        match self {
+            Self::Volume(volume) => volume.name.clone(),
+            Self::Vectors(field) => format!("{} ({} vectors)", field.name, field.vectors.len()),
+            Self::Mesh(mesh) => format!("{} ({} triangles)", mesh.name(), mesh.len()),
+        }
+    }
+
     /// Whether both are the same samples, rather than equal ones.
     pub fn is_same(&self, other: &Self) -> bool {
         match (self, other) {

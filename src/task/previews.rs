@@ -221,7 +221,7 @@ impl Drawer {
         let is_plain = plan.shading.is_plain()
             && plan.inside.is_plain()
             && plan.kernels.is_empty()
-            && plan.polygons.is_empty();
+            && plan.surfaces.is_empty();
         let is_lost = shrink > width_px.max(1.0) && is_sparse && is_plain;
         (!is_lost).then_some(Reduction { field, shrink })
     }

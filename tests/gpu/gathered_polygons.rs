@@ -6,6 +6,7 @@ use voxsplat::accuracy::Difference;
 use voxsplat::core::Camera;
 use voxsplat::gpu::{Renderer, Wishes};
 use voxsplat::kernel::Kernel;
+use voxsplat::plan::Plan;
 use voxsplat::polygons::Mesh;
 use voxsplat::reference::Reference;
 use voxsplat::scene::{
@@ -219,7 +220,7 @@ fn kernels_without_polygons_are_drawn_as_before() {
         // The walk, and once the two passes over pixels.
         assert_eq!(more, if visibility == EverySample { 3 } else { 1 });
         let mut hidden = embedded;
-        hidden.polygons_mut().into_iter().for_each(|(_, _, is_shown)| *is_shown = false);
+        hidden.layers.iter_mut().filter(|l| l.look.is_surface()).for_each(|l| l.is_shown = false);
         let (after, _) = drawn(&mut drawer, &hidden, SIZE, Rung::Full);
         assert_eq!(after, before, "the same bits");
         assert_eq!(held(&drawer).1, bytes, "let go of");
@@ -240,6 +241,6 @@ fn modes_of_triangles_refuse_polygons_in_a_sentence() {
         change(&mut scene.splat);
         let refused = scene.refusals().first().expect("triangles").to_string();
         assert!(refused.contains(found) && refused.contains("leave the polygons out"), "{refused}");
-        assert_eq!(scene.drawn_polygons(), []);
+        assert_eq!(Plan::of(&scene, SIZE).surfaces, []);
     }
 }

@@ -236,9 +236,15 @@ fn modes_of_triangles_refuse_vectors_in_a_sentence() {
         let mut scene = beside(Kernel::Cubic, EverySample);
         change(&mut scene.splat);
         let plan = Plan::of(&scene, PICTURE);
-        drawer.prepare(&plan, &Ticket::new()).expect("prepared");
-        let refused = drawer.draw(&plan, Rung::Full, &mut ()).unwrap_err().to_string();
+        let [refusal] = &plan.left_out[..] else { panic!("{:?}", plan.left_out) };
+        let refused = refusal.to_string();
         assert!(refused.contains(found) && refused.contains("show the vectors alone"), "{refused}");
+        // What is drawn is the field, as it is without them.
+        let mut plain = scene.clone();
+        plain.keep_vectors(0);
+        let [without, alone] =
+            [&scene, &plain].map(|scene| drawn(&mut drawer, scene, PICTURE, Rung::Full).0);
+        assert_eq!(without, alone);
     }
 }
 

@@ -218,7 +218,7 @@ fn what_has_no_polygons_costs_nothing_and_the_same_ones_are_the_same_bits() {
     let (again, _) = drawn(&mut drawer, &embedded, SIZE, Rung::Full);
     assert_eq!(first, again, "the same bits");
     let mut hidden = embedded.clone();
-    hidden.polygons_mut().into_iter().for_each(|(_, _, is_shown)| *is_shown = false);
+    hidden.layers.iter_mut().filter(|l| l.look.is_surface()).for_each(|l| l.is_shown = false);
     let (after, _) = drawn(&mut drawer, &hidden, SIZE, Rung::Full);
     assert_eq!(after, before);
     assert_eq!(held(&drawer).1, bytes, "let go of");

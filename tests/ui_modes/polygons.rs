@@ -7,7 +7,7 @@ use eframe::egui::{Key, Modifiers};
 use egui_kittest::kittest::Queryable as _;
 use voxsplat::app::document::Source;
 use voxsplat::polygons::Mesh;
-use voxsplat::scene::{PolygonLook, Scene};
+use voxsplat::scene::{Layer, Look, PolygonLook, Sampled, Scene};
 
 use super::press;
 use crate::ui_support::Bench;
@@ -22,9 +22,13 @@ struct Shown {
 
 impl Shown {
     fn all_of(scene: &Scene) -> Vec<Self> {
-        let mut scene = scene.clone();
-        let all = scene.polygons_mut().into_iter();
-        all.map(|(mesh, look, shown)| Self { mesh, look: *look, is_shown: *shown }).collect()
+        let mesh = |layer: &Layer| match (&layer.look, scene.store.get(&layer.source)?) {
+            (Look::Polygons(look), Sampled::Mesh(mesh)) => {
+                Some(Self { mesh: Arc::clone(mesh), look: *look, is_shown: layer.is_shown })
+            }
+            _ => None,
+        };
+        scene.layers.iter().filter_map(mesh).collect()
     }
 }
 
@@ -94,7 +98,7 @@ fn a_mesh_that_the_window_starts_with_is_embedded_in_the_volume() {
         bench
     };
     let mut bench = start("good.nrrd");
-    bench.wait_until(|window| window.scene().is_some_and(Scene::has_polygons));
+    bench.wait_until(|window| window.scene().is_some_and(|scene| !scene.polygons().is_empty()));
     bench.settle();
     assert_eq!(layers(&bench)[0].mesh.name(), "fibre.obj");
     assert_eq!(bench.window().document().expect("open").source.name(), "good.nrrd");

@@ -343,7 +343,7 @@ fn modes_that_shade_first_have_vectors_and_triangles_say_that_they_have_none() {
     bench.harness.run_steps(30);
     bench.choose("Back end", "Triangles");
     bench.settle();
-    assert!(bench.last_request().scene.vectors().is_empty());
+    assert!(bench.last_request().plan().kernels.is_empty(), "the picture is of the field alone");
     assert!(bench.shows(says));
     let alone = bench.harness.get_by_role_and_label(Role::CheckBox, "Hide the scalar field");
     alone.scroll_to_me();

@@ -5,24 +5,27 @@ use eframe::egui::{Label, RichText, Slider, SliderClamping, Ui};
 use super::{row_ui, slider_ui};
 use crate::app::theme;
 use crate::core::Srgb8;
-use crate::polygons::Mesh;
-use crate::scene::{Effect, POLYGON_COLOUR, PolygonLook, Scene};
+use crate::scene::{Effect, Layer, Look, POLYGON_COLOUR, Sampled, Scene};
 
 /// The section; whether another file is to be opened.
 pub fn polygons_ui(ui: &mut Ui, scene: &mut Scene) -> bool {
-    if scene.has_polygons() && scene.refusal_of(Effect::Polygons).is_some() {
+    let at: Vec<usize> =
+        (0..scene.layers.len()).filter(|at| scene.layers[*at].look.is_surface()).collect();
+    if !at.is_empty() && scene.refusal_of(Effect::Polygons).is_some() {
         let text = "Not drawn: this mode is of triangles of its own, or projects values. Choose the exact \
                     mode under Splats, or another kernel and back end, and Light under Inside";
         ui.add(Label::new(RichText::new(text).size(12.0).color(theme::NOTE)).wrap());
     }
     let mut removed = None;
-    for (i, (mesh, look, is_shown)) in scene.polygons_mut().into_iter().enumerate() {
-        if ui.push_id(("mesh", i), |ui| layer_ui(ui, i, (&mesh, look, is_shown))).inner {
-            removed = Some(i);
+    for (i, at) in at.into_iter().enumerate() {
+        let about = scene.store.get(&scene.layers[at].source).map(Sampled::about);
+        let layer = (about.unwrap_or_default(), &mut scene.layers[at]);
+        if ui.push_id(("mesh", i), |ui| layer_ui(ui, i, layer)).inner {
+            removed = Some(at);
         }
     }
-    if let Some(i) = removed {
-        scene.remove_polygons(i);
+    if let Some(at) = removed {
+        scene.remove(at);
     }
     let open = ui.button("Embed polygons…");
     open.on_hover_text("Add the triangles of an STL, PLY or OBJ file, in the volume's world")
@@ -30,26 +33,24 @@ pub fn polygons_ui(ui: &mut Ui, scene: &mut Scene) -> bool {
 }
 
 /// One mesh; whether it is to be removed.
-fn layer_ui(
-    ui: &mut Ui,
-    i: usize,
-    (mesh, look, is_shown): (&Mesh, &mut PolygonLook, &mut bool),
-) -> bool {
+fn layer_ui(ui: &mut Ui, i: usize, (about, layer): (String, &mut Layer)) -> bool {
     let name = format!("Mesh {}", i + 1);
     let removed = row_ui(ui, &name, |ui| {
-        let shown = ui.checkbox(is_shown, "").accessible_name(format!("{name} shown"));
+        let shown = ui.checkbox(&mut layer.is_shown, "").accessible_name(format!("{name} shown"));
         shown.on_hover_text("Draw it");
         let button = ui.small_button("×").accessible_name(format!("Remove mesh {}", i + 1));
         let removed = button.on_hover_text("Remove it").clicked();
-        let of = format!("{} ({} triangles)", mesh.name(), mesh.len());
-        ui.add(Label::new(of).truncate());
+        ui.add(Label::new(about).truncate());
         removed
     });
-    row_ui(ui, "", |ui| {
-        let slider = Slider::new(&mut look.opacity, 0.0..=1.0).clamping(SliderClamping::Edits);
-        slider_ui(ui, &format!("{name} opacity"), true, slider.max_decimals(2))
-            .on_hover_text("How much each triangle hides of what is behind");
-    });
+    if let Some(opacity) = layer.look.opacity_mut() {
+        row_ui(ui, "", |ui| {
+            let slider = Slider::new(opacity, 0.0..=1.0).clamping(SliderClamping::Edits);
+            slider_ui(ui, &format!("{name} opacity"), true, slider.max_decimals(2))
+                .on_hover_text("How much each triangle hides of what is behind");
+        });
+    }
+    let Look::Polygons(look) = &mut layer.look else { return removed };
     row_ui(ui, "", |ui| {
         let mut is_one = look.colour.is_some();
         let switch = ui.checkbox(&mut is_one, "One colour");

@@ -24,7 +24,7 @@ use glam::{DMat3, DVec3};
 use serde::{Deserialize, Serialize};
 
 use crate::core::{Camera, Srgb8};
-use crate::scene::{Classify, Effect, SplatSettings};
+use crate::scene::{Classify, Effect, Inside, SplatSettings};
 use crate::transfer::{
     Region, RegionError, TRANSMITTANCE_FLOOR, TransferFunction, extinction_from_opacity,
     interpolate, regions,
@@ -304,6 +304,18 @@ impl Shading {
     /// Whether samples are shaded in a mode, before kernels are put together.
     pub fn is_of_samples(&self, splat: &SplatSettings) -> bool {
         !self.is_plain() && splat.classify == Classify::Before && Self::is_shown_by(splat)
+    }
+
+    /// What surfaces in a field are lit by: its lights, or where there are none the usual ones for isosurfaces, which
+    /// would be flat.
+    pub fn surface_lighting(&self, inside: &Inside) -> Option<Lighting> {
+        let usual = || inside.has_isosurfaces().then(Lighting::default);
+        self.lighting.clone().or_else(usual)
+    }
+
+    /// What polygons are lit by: its lights, or where there are none the usual ones.
+    pub fn polygon_lighting(&self) -> Lighting {
+        self.lighting.clone().unwrap_or_default()
     }
 
     /// What its tables are indexed by.

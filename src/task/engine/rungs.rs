@@ -261,7 +261,7 @@ impl Worker {
             }
         };
         rungs.retain(|rung| *rung != Rung::Cheaper(plan.mode.kernel));
-        if !plan.inside.is_plain() || !plan.polygons.is_empty() {
+        if !plan.inside.is_plain() || !plan.surfaces.is_empty() {
             // Nobody wants to see flash up again what was cut away, nor what is embedded vanish.
             rungs.retain(|rung| !matches!(rung, Rung::Subsampled { .. } | Rung::Cheaper(_)));
         }
@@ -489,7 +489,7 @@ fn effects(scene: &Scene, drawn: &Drawn) -> Vec<Effect> {
     let mut effects = match drawn.is_shaded {
         true if Inside::is_shown_by(&scene.splat) => scene.effects(),
         true => {
-            let shown = [Effect::Vectors, Effect::Polygons];
+            let shown = [Effect::Vectors, Effect::SecondVectors, Effect::Polygons];
             let others = scene.effects().into_iter().filter(|effect| shown.contains(effect));
             scene.shading.effects().into_iter().chain(others).collect()
         }
