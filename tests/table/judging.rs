@@ -5,11 +5,13 @@ use std::sync::LazyLock;
 
 use rayon::prelude::*;
 use voxsplat::accuracy::{Difference, psnr_from_rmse};
+use voxsplat::hierarchy::Cut;
 use voxsplat::reference::Reference;
 use voxsplat::scene::{Classify, Scene, SplatSettings, View, Visibility};
+use voxsplat::task::draw::Rung;
 
-use crate::drawing::{Drawn, Picture, table};
-use crate::rows::{Judged, Row};
+use crate::drawing::{Drawn, Picture, Table, table};
+use crate::rows::{Judged, Row, rows};
 use crate::scenes;
 
 /// `DECIBELS NAME` a line: how near each row must be, about 1.5 dB less than what was measured.
@@ -31,22 +33,19 @@ fn nearness(found: &Light, expected: &Light) -> f64 {
     Difference::between(found, expected).map_or(f64::NAN, |d| psnr_from_rmse(rmse(d)))
 }
 
-/// The reference's picture of what a row shows, as large as it was drawn.
-fn expected(row: &Row, scene: &Scene, picture: &Picture) -> Light {
-    let size = picture.size.map(|n| n as usize);
-    let reference = match (&picture.cut, row.judged) {
-        (Some(cut), Judged::AsCut) => {
-            let scene = scenes::in_mode(scene, mode_of_cut(row.mode));
-            Reference::of_kernels(scenes::kernels_of(cut, &scene), &scene, size, false)
-        }
-        (_, Judged::In(mode)) => {
-            let scene = scenes::in_mode(scene, mode);
-            let view = View::new(&scene, picture.size);
-            let rays = view.rays_per_side(mode.kernel, mode.extent) as usize;
-            Reference::supersampled(&scene, size, rays, false)
-        }
-        _ => panic!("{}: expected a cut", row.name()),
-    };
+/// The reference's picture in the mode that a row is held to, so large.
+fn expected_in(mode: SplatSettings, scene: &Scene, size: [u32; 2]) -> Light {
+    let scene = scenes::in_mode(scene, mode);
+    let rays = View::new(&scene, size).rays_per_side(mode.kernel, mode.extent) as usize;
+    let reference = Reference::supersampled(&scene, size.map(|n| n as usize), rays, false);
+    reference.expect("a mode with meaning").picture()
+}
+
+/// The reference's picture of the kernels of a cut.
+fn expected_of(cut: &Cut, Drawn { row, scene, .. }: &Drawn) -> Light {
+    let scene = scenes::in_mode(scene, mode_of_cut(row.mode));
+    let kernels = scenes::kernels_of(cut, &scene);
+    let reference = Reference::of_kernels(kernels, &scene, row.size.map(|n| n as usize), false);
     reference.expect("a mode with meaning").picture()
 }
 
@@ -77,20 +76,36 @@ impl Measured {
     }
 }
 
-/// Every row that there is a picture of.
+/// Every row that there is a picture of. What does not wait for the pictures is found while they are drawn.
 fn measured() -> &'static [Measured] {
     static MEASURED: LazyLock<Vec<Measured>> = LazyLock::new(|| {
-        let Some(table) = table() else { return Vec::new() };
-        let measure = |drawn: &'static Drawn| {
-            let Drawn { row, scene, outcome } = drawn;
-            let picture = outcome.as_ref().ok().filter(|_| row.judged != Judged::Refused)?;
-            let expected = expected(row, scene, picture);
+        let early = |row: &Row| match (row.judged, row.rung) {
+            (Judged::In(mode), Rung::Full) => Some(expected_in(mode, &row.scene(), row.size)),
+            _ => None,
+        };
+        let (table, expected) =
+            rayon::join(table, || rows().par_iter().map(early).collect::<Vec<_>>());
+        let Some(table) = table else { return Vec::new() };
+        let measure = |(drawn, expected): (&'static Drawn, Option<Light>)| {
+            let picture = drawn.outcome.as_ref().ok()?;
+            let expected = match (expected, drawn.row.judged, &picture.cut) {
+                (Some(expected), ..) => expected,
+                (None, Judged::In(mode), _) => expected_in(mode, &drawn.scene, picture.size),
+                (None, Judged::AsCut, Some(cut)) => expected_of(cut, drawn),
+                _ => return None,
+            };
             let decibels = nearness(&wide(picture), &expected);
             Some(Measured { drawn, expected, decibels })
         };
-        table.rows.par_iter().filter_map(measure).collect()
+        table.rows.par_iter().zip(expected).filter_map(measure).collect()
     });
     &MEASURED
+}
+
+/// The table, where there is one, once everything in it is measured: drawing goes on beside that.
+fn table_and_measured() -> Option<&'static Table> {
+    measured();
+    table()
 }
 
 /// What each row must be at least, dB, by its name.
@@ -105,12 +120,18 @@ fn floors() -> BTreeMap<&'static str, f64> {
 
 #[test]
 fn every_row_is_as_near_to_the_reference_as_it_was() {
-    let Some(table) = table() else { return };
+    let Some(table) = table_and_measured() else { return };
     let floors = floors();
     let mut faults = Vec::new();
     for Drawn { row, outcome, .. } in &table.rows {
-        if let (Err(error), true) = (outcome, row.judged != Judged::Refused) {
-            faults.push(format!("{}: {error}", row.name()));
+        match (outcome, row.judged) {
+            (Err(error), Judged::In(_) | Judged::AsCut) => {
+                faults.push(format!("{}: {error}", row.name()));
+            }
+            (Ok(Picture { cut: None, .. }), Judged::AsCut) => {
+                faults.push(format!("{}: no cut was drawn", row.name()));
+            }
+            _ => {}
         }
     }
     for one in measured() {
@@ -125,10 +146,28 @@ fn every_row_is_as_near_to_the_reference_as_it_was() {
     assert!(faults.is_empty(), "{}", faults.join("\n"));
 }
 
+/// What means nothing is said in one sentence: what was expected, what was found, what to try.
+#[test]
+fn what_is_refused_is_refused_in_a_sentence() {
+    let Some(table) = table_and_measured() else { return };
+    let refused = table.rows.iter().filter(|drawn| drawn.row.judged == Judged::Refused);
+    let faults = refused.filter_map(|Drawn { row, outcome, .. }| {
+        let found = outcome.as_ref().err().map_or("a picture", String::as_str);
+        let is_sentence = found.starts_with("expected ")
+            && found.contains(", found ")
+            && found.contains("; ")
+            && !found.ends_with('.')
+            && !found.contains('\n');
+        (!is_sentence).then(|| format!("{}: {found}", row.name()))
+    });
+    let faults: Vec<String> = faults.collect();
+    assert!(faults.is_empty(), "{}", faults.join("\n"));
+}
+
 /// A floor that nothing falls under is none.
 #[test]
 fn floors_are_near_what_is_measured_and_of_rows_that_are_there() {
-    if table().is_none() {
+    if table_and_measured().is_none() {
         return;
     }
     let mut floors = floors();
@@ -148,18 +187,36 @@ fn floors_are_near_what_is_measured_and_of_rows_that_are_there() {
     assert!(faults.is_empty(), "{}", faults.join("\n"));
 }
 
-/// A picture in another place: a column further to the right.
-#[test]
-fn a_picture_that_is_a_pixel_beside_its_place_is_refused() {
+/// Names of rows whose pictures, made wrong on purpose, are passed.
+fn passed(wrong: impl Fn(&Measured) -> Option<Light>) -> Vec<String> {
     let floors = floors();
-    let mut passed = Vec::new();
-    for one in measured() {
+    let passes = |one: &&Measured| {
+        let floor = floors.get(one.name().as_str()).copied().unwrap_or(f64::INFINITY);
+        wrong(one).is_some_and(|light| nearness(&light, &one.expected) >= floor)
+    };
+    measured().iter().filter(passes).map(Measured::name).collect()
+}
+
+/// In another place: a column further to the right.
+#[test]
+fn a_picture_beside_its_place_is_refused() {
+    let passed = passed(|one| {
         let mut light = one.light();
         light.rotate_right(1);
-        let floor = floors.get(one.name().as_str()).copied().unwrap_or(f64::INFINITY);
-        if nearness(&light, &one.expected) >= floor {
-            passed.push(one.name());
-        }
-    }
+        Some(light)
+    });
+    assert!(passed.is_empty(), "{}", passed.join("\n"));
+}
+
+/// By a fiftieth, where nothing is simpler than its scene.
+#[test]
+fn a_picture_of_less_extinction_is_refused() {
+    let Some(table) = table_and_measured() else { return };
+    let passed = passed(|one| {
+        let Drawn { row, scene, .. } = one.drawn;
+        let thinner = scenes::thinner(scene, 1.02);
+        (row.rung == Rung::Full && one.decibels > 65.0)
+            .then(|| table.draw(row, &thinner).map(|picture| wide(&picture)).unwrap_or_default())
+    });
     assert!(passed.is_empty(), "{}", passed.join("\n"));
 }

@@ -13,9 +13,11 @@ use voxsplat::vector::VectorMode;
 use crate::scenes::{self, Eye, Field, Part};
 
 /// Of most rows, pixels.
-const SIZE: [u32; 2] = [48, 40];
+const SIZE: [u32; 2] = [40, 32];
 /// So few that kernels are smaller than a pixel.
-const FEW: [u32; 2] = [18, 15];
+const FEW: [u32; 2] = [15, 12];
+/// So many that a picture at half the size has every splat of a field of vectors.
+const MANY: [u32; 2] = [80, 64];
 
 /// What a picture is held to.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -82,7 +84,11 @@ impl Row {
             Eye::Perspective => "perspective",
             Eye::Within => "within",
         };
-        words.push(if *size == FEW { format!("{eye} small") } else { eye.to_owned() });
+        words.push(match *size {
+            FEW => format!("{eye} small"),
+            MANY => format!("{eye} large"),
+            _ => eye.to_owned(),
+        });
         words.push(match rung {
             Rung::Full => "full".to_owned(),
             Rung::Octree { max_error } => format!("octree {max_error}"),
@@ -203,9 +209,10 @@ fn sheets(sheets_per_kernel: u32, kernel: Kernel) -> SplatSettings {
     SplatSettings { sheets_per_kernel, ..with(kernel, SHEETS) }
 }
 
-/// Every other one in perspective.
+/// Each from one of both, so that what comes in pairs is seen from either.
 fn either_eye(rows: Vec<Row>) -> impl Iterator<Item = Row> {
-    let eyes = [Eye::Parallel, Eye::Perspective].into_iter().cycle();
+    use Eye::{Parallel, Perspective};
+    let eyes = [Parallel, Perspective, Perspective, Parallel].into_iter().cycle();
     rows.into_iter().zip(eyes).map(|(row, eye)| row.from(eye))
 }
 
@@ -248,9 +255,9 @@ fn fields() -> Vec<Row> {
         Field::Turned,
         Field::Sheared,
     ] {
-        let modes = [EXACT, EVERY_SAMPLE, with(Kernel::Linear, SLABS)];
-        rows.extend(either_eye(in_modes(field, &[], modes)));
+        rows.extend(either_eye(in_modes(field, &[], [EXACT, EVERY_SAMPLE])));
     }
+    rows.extend(in_modes(Field::Sheared, &[], [after(Kernel::Cubic), with(Kernel::Linear, SLABS)]));
     rows.extend(in_modes(Field::Holed, &[], [EXACT, EVERY_SAMPLE]));
     let modes = [EXACT, after(Kernel::Linear), EVERY_SAMPLE, with(Kernel::Linear, SLABS), SHEETS];
     rows.extend(either_eye(in_modes(Field::Holed, &[Part::NoData], modes)));
@@ -277,12 +284,12 @@ fn reconstructed() -> Vec<Row> {
     let all = |modes: &[SplatSettings]| {
         modes.iter().map(|&mode| Row::new(Field::Noise, &[], mode)).collect::<Vec<_>>()
     };
-    let mut rows: Vec<Row> = both_eyes(all(&modes)).collect();
-    for mode in [EXACT, after(Kernel::BSpline)] {
-        let modes = [slabs(0.5, mode), slabs(2.0, mode), turned(mode)];
-        rows.extend(either_eye(all(&modes)));
-        rows.extend(all(&[published(mode), turned(published(mode))]));
+    let mut rows: Vec<Row> = either_eye(all(&modes)).collect();
+    let middles = after(Kernel::BSpline);
+    for mode in [EXACT, middles] {
+        rows.extend(either_eye(all(&[slabs(0.5, mode), slabs(2.0, mode)])));
     }
+    rows.extend(all(&[turned(EXACT), published(EXACT), turned(published(middles))]));
     rows
 }
 
@@ -306,13 +313,10 @@ fn shaded_first() -> Vec<Row> {
         SplatSettings { extent: Some(2.2), ..MESH },
     ]));
     let in_sheets = whole.iter().flat_map(|&kernel| [1, 3].map(|count| sheets(count, kernel)));
-    rows.extend(all(in_sheets.clone().collect()));
-    let smooth = [Kernel::Gaussian, Kernel::Cubic].map(|kernel| [1, 3].map(|n| sheets(n, kernel)));
-    let seen = all(smooth.concat()).into_iter().map(|row| row.from(Eye::Perspective));
-    rows.extend(seen);
+    rows.extend(either_eye(all(in_sheets.collect())));
     rows.extend(all(vec![turned(SHEETS), published(sheets(3, Kernel::Gaussian))]));
     let in_slabs = Kernel::ALL.into_iter().filter(|&kernel| kernel != Kernel::Gouraud);
-    rows.extend(both_eyes(all(in_slabs.map(|kernel| with(kernel, SLABS)).collect())));
+    rows.extend(either_eye(all(in_slabs.map(|kernel| with(kernel, SLABS)).collect())));
     for mode in [SLABS, with(Kernel::BSpline, SLABS)] {
         rows.extend(all(vec![slabs(0.5, mode), slabs(2.0, mode), turned(published(mode))]));
     }
@@ -330,32 +334,36 @@ fn effects() -> Vec<Row> {
     for part in [Lights, Regions] {
         let row = |mode: &SplatSettings| Row::new(Field::Stretched, &[part], *mode);
         rows.extend(both_eyes(vec![row(&EXACT)]));
-        rows.push(row(&after(Kernel::Cubic)));
         rows.extend(either_eye(first.iter().map(row).collect()));
     }
+    rows.push(Row::new(Field::Stretched, &[Lights], after(Kernel::Cubic)));
+    rows.extend(in_modes(Field::Turned, &[Lights], [EXACT, published(EXACT)]));
+    // Each table by each index, all four at a time; and one of them among lights.
     for turn in 0..Index::ALL.len() {
         let by = |table: usize| Index::ALL[(turn + table) % Index::ALL.len()];
         let tables =
             [OpacityBy(by(0)), ModulationBy(by(1)), ReflectionBy(by(2)), EmissionBy(by(3))];
         rows.push(Row::new(Field::Stretched, &tables, EXACT));
-        rows.push(Row::new(Field::Stretched, &[tables[turn % 4], Lights], first[turn % 3]));
-    }
-    rows.push(Row::new(Field::Turned, &[Lights], published(EXACT)));
-    for part in [Clip, CutFaces, Slices, Isosurfaces] {
-        let row = |mode: SplatSettings| Row::new(Field::Stretched, &[part], mode);
-        rows.extend(both_eyes(vec![row(EXACT)]));
-        rows.push(row(with(Kernel::Linear, EXACT)));
-        if part != Isosurfaces {
-            rows.push(row(after(Kernel::BSpline)));
+        if let (Some(&table), Some(&mode)) = (tables.get(turn), first.get(turn)) {
+            rows.push(Row::new(Field::Stretched, &[table, Lights], mode));
         }
     }
+    for part in [Clip, CutFaces, Slices] {
+        rows.extend(both_eyes(vec![Row::new(Field::Stretched, &[part], EXACT)]));
+    }
+    rows.push(Row::new(Field::Stretched, &[Clip], with(Kernel::Linear, EXACT)));
+    rows.push(Row::new(Field::Stretched, &[CutFaces, Slices], after(Kernel::BSpline)));
+    // Surfaces are found to a slab: near their rims these are to be thin.
+    let fine = slabs(4.0, EXACT);
+    rows.extend(both_eyes(vec![Row::new(Field::Waves, &[Isosurfaces], fine)]));
+    rows.push(Row::new(Field::Waves, &[Isosurfaces], with(Kernel::Linear, fine)));
+    let all = [Lights, CutFaces, Slices, Isosurfaces];
+    rows.push(Row::new(Field::Sheared, &all, fine).from(Eye::Perspective));
     for along in AlongRay::ALL.iter().filter(|&&along| along != AlongRay::Composite) {
         let parts = [Along(*along)];
         rows.extend(both_eyes(vec![Row::new(Field::Stretched, &parts, EXACT)]));
-        rows.push(Row::new(Field::Holed, &parts, after(Kernel::Linear)));
+        rows.push(Row::new(Field::Holed, &parts, slabs(4.0, after(Kernel::Linear))));
     }
-    let all = [Lights, CutFaces, Slices, Isosurfaces];
-    rows.extend(both_eyes(vec![Row::new(Field::Sheared, &all, EXACT)]));
     rows.push(Row::new(Field::Stretched, &[Clip, Along(AlongRay::Maximum)], EXACT));
     rows.push(Row::new(Field::Holed, &[Part::NoData, CutFaces, Slices], EXACT));
     rows
@@ -368,37 +376,33 @@ fn vectors() -> Vec<Row> {
     let mut rows = Vec::new();
     for (mode, other) in [(Modulate, Blend), (Blend, Modulate)] {
         let [one, two] = [Vectors(mode), SecondVectors(other)];
-        let alone = |mode: SplatSettings| Row::new(Field::Noise, &[one, Alone], mode);
-        rows.extend(both_eyes(vec![alone(EXACT)]));
-        rows.extend([alone(published(EXACT)), alone(turned(EXACT))]);
+        rows.extend(both_eyes(vec![Row::new(Field::Noise, &[one, Alone], EXACT)]));
         rows.push(Row::new(Field::Turned, &[one, two, Alone], EXACT));
-        rows.push(Row::new(Field::Noise, &[one, two, Alone], published(EXACT)));
-        let beside = |mode: SplatSettings| Row::new(Field::Noise, &[one], mode);
-        rows.extend(both_eyes(vec![beside(EXACT)]));
-        rows.extend([
-            beside(turned(published(after(Kernel::Linear)))),
-            beside(slabs(2.0, EXACT)),
-            Row::new(Field::Stretched, &[one, two], EXACT),
-        ]);
+        rows.extend(both_eyes(vec![Row::new(Field::Noise, &[one], EXACT)]));
+        rows.push(Row::new(Field::Stretched, &[one, two], EXACT));
     }
-    let among = |mode: SplatSettings| Row::new(Field::Noise, &[Vectors(Modulate)], mode);
-    for mode in [
+    let [modulate, blend] = [Vectors(Modulate), Vectors(Blend)];
+    let modes = [published(EXACT), turned(EXACT)];
+    rows.extend(in_modes(Field::Noise, &[modulate, Alone], modes));
+    let two = [blend, SecondVectors(Modulate)];
+    rows.push(Row::new(Field::Noise, &[&two[..], &[Alone]].concat(), published(EXACT)));
+    let modes = [turned(published(after(Kernel::Linear))), slabs(2.0, EXACT)];
+    rows.extend(in_modes(Field::Noise, &[blend], modes));
+    let modes = [
         with(Kernel::Point, EVERY_SAMPLE),
         with(Kernel::Nearest, EVERY_SAMPLE),
         EVERY_SAMPLE,
-        turned(EVERY_SAMPLE),
-        published(EVERY_SAMPLE),
+        turned(published(EVERY_SAMPLE)),
         sheets(1, Kernel::Cubic),
         sheets(3, Kernel::Gaussian),
         SLABS,
         with(Kernel::BSpline, SLABS),
-    ] {
-        rows.push(among(mode));
-    }
-    rows.push(among(SLABS).from(Eye::Perspective));
-    rows.push(Row::new(Field::Noise, &[Vectors(Blend), SecondVectors(Modulate)], SLABS));
-    rows.extend(in_modes(Field::Noise, &[Lights, Vectors(Blend)], [EXACT, EVERY_SAMPLE]));
-    rows.push(Row::new(Field::Noise, &[Clip, Vectors(Modulate)], EXACT));
+    ];
+    rows.extend(in_modes(Field::Noise, &[modulate], modes));
+    rows.push(Row::new(Field::Noise, &[modulate], SLABS).from(Eye::Perspective));
+    rows.push(Row::new(Field::Noise, &two, SLABS));
+    rows.extend(in_modes(Field::Noise, &[Lights, blend], [EXACT, EVERY_SAMPLE]));
+    rows.push(Row::new(Field::Noise, &[Clip, modulate], EXACT));
     rows
 }
 
@@ -416,16 +420,15 @@ fn polygons() -> Vec<Row> {
     let both = [OpaquePolygons, TranslucentPolygons];
     let modes = [
         published(EXACT),
-        turned(EXACT),
         after(Kernel::Linear),
         turned(EVERY_SAMPLE),
         sheets(3, Kernel::Gaussian),
-        SLABS,
-        published(SLABS),
+        turned(published(SLABS)),
     ];
     rows.extend(in_modes(Field::Stretched, &both, modes));
     let among = |parts: &[Part]| [parts, &both].concat();
-    rows.push(Row::new(Field::Noise, &among(&[Lights, CutFaces, Isosurfaces]), EXACT));
+    let all = among(&[Lights, CutFaces, Isosurfaces]);
+    rows.push(Row::new(Field::Waves, &all, slabs(4.0, EXACT)));
     let vectors = Vectors(VectorMode::Modulate);
     rows.push(Row::new(Field::Noise, &among(&[vectors, Alone]), EXACT));
     let modes = [EXACT, EVERY_SAMPLE, with(Kernel::Gaussian, SLABS)];
@@ -481,7 +484,7 @@ fn smaller_than_a_pixel() -> Vec<Row> {
 
 /// Octree cuts as triangles and by lists, held to the cut and to the scene.
 fn cuts() -> Vec<Row> {
-    let (every, some) = (Rung::Octree { max_error: 0.0 }, Rung::Octree { max_error: 0.03 });
+    let (every, some) = (Rung::Octree { max_error: 0.0 }, Rung::Octree { max_error: 0.3 });
     let row = |mode: &SplatSettings| Row::new(Field::Waves, &[], *mode);
     let modes = [
         EVERY_SAMPLE,
@@ -494,10 +497,11 @@ fn cuts() -> Vec<Row> {
         SHEETS,
         SLABS,
     ];
-    let mut rows: Vec<Row> = either_eye(modes.iter().map(row).collect())
-        .flat_map(|row| [row.clone().of(every).as_cut(), row.of(some).as_cut()])
-        .collect();
-    rows.extend([EXACT, EVERY_SAMPLE, TILES, MESH].iter().map(|mode| row(mode).of(some)));
+    let seen: Vec<Row> = either_eye(modes.iter().map(row).collect()).collect();
+    let mut rows: Vec<Row> = seen.iter().map(|row| row.clone().of(some).as_cut()).collect();
+    rows.extend(seen.into_iter().take(3).map(|row| row.of(every).as_cut()));
+    let near = Rung::Octree { max_error: 0.1 };
+    rows.extend([EXACT, EVERY_SAMPLE, TILES, MESH].iter().map(|mode| row(mode).of(near)));
     let subsampled = Rung::Subsampled { level: 1 };
     rows.extend([RASTER, TILES].iter().map(|mode| row(mode).of(subsampled).as_cut()));
     rows.extend([EXACT, EVERY_SAMPLE].iter().map(|mode| row(mode).of(subsampled)));
@@ -516,47 +520,43 @@ fn cuts() -> Vec<Row> {
 /// Every voxel with a cheaper kernel, and fields at a smaller size.
 fn other_rungs() -> Vec<Row> {
     use Part::{Alone, Lights, OpaquePolygons, Vectors};
-    let cheaper = [Kernel::Point, Kernel::Nearest, Kernel::Gaussian, Kernel::Gouraud];
-    let mut rows: Vec<Row> = either_eye(
-        cheaper
-            .map(|kernel| {
-                let judged = Judged::In(with(kernel, EVERY_SAMPLE));
-                let row = Row::new(Field::Waves, &[], EVERY_SAMPLE);
-                Row { judged, ..row }.of(Rung::Cheaper(kernel))
-            })
-            .to_vec(),
-    )
-    .collect();
+    let kernels = [Kernel::Point, Kernel::Nearest, Kernel::Gaussian, Kernel::Gouraud];
+    let cheaper = kernels.map(|kernel| {
+        let row = Row::new(Field::Waves, &[], EVERY_SAMPLE).of(Rung::Cheaper(kernel));
+        Row { judged: Judged::In(with(kernel, EVERY_SAMPLE)), ..row }
+    });
+    let mut rows: Vec<Row> = either_eye(cheaper.to_vec()).collect();
     let vectors = Vectors(VectorMode::Modulate);
-    let reduced = |field, shrink| Rung::Reduced { field, shrink };
     let of = |parts: &[Part], mode: SplatSettings| Row::new(Field::Waves, parts, mode);
-    for row in [
-        of(&[], EXACT),
-        of(&[], RASTER),
-        of(&[], TILES),
-        of(&[Lights], EXACT),
-        of(&[Lights], SLABS),
-        of(&[vectors], EXACT),
-        of(&[vectors], EVERY_SAMPLE),
-        of(&[vectors, Alone], EXACT),
-        of(&[OpaquePolygons], EXACT),
-    ] {
-        rows.push(row.of(reduced(SlabField::Own, 2.0)));
-    }
+    let large = |row: Row| Row { size: MANY, ..row };
+    let half = Rung::Reduced { field: SlabField::Own, shrink: 2.0 };
+    rows.extend([
+        of(&[], EXACT).of(half),
+        of(&[], RASTER).of(half),
+        of(&[], TILES).of(half),
+        of(&[Lights], EXACT).of(half),
+        of(&[Lights], SLABS).of(half),
+        of(&[OpaquePolygons], EXACT).of(half),
+        large(of(&[vectors], EXACT)).of(half),
+        large(of(&[vectors], EVERY_SAMPLE)).of(half),
+        large(of(&[vectors, Alone], EXACT)).of(half),
+        // Vectors have no octree: a smaller picture of their means stands in.
+        large(of(&[vectors], EXACT)).of(Rung::Octree { max_error: 0.1 }),
+    ]);
+    // Samples that are shaded first have a field to stand in for them.
+    let tents = with(Kernel::Linear, EXACT);
     for (row, judged) in [
         (of(&[], EXACT), EXACT),
         (of(&[], slabs(2.0, EXACT)), EXACT),
-        // Samples that are shaded first have a field to stand in for them.
-        (of(&[Lights], EVERY_SAMPLE), with(Kernel::Linear, EXACT)),
-        (of(&[vectors], EXACT), EXACT),
-        (of(&[OpaquePolygons], SLABS), with(Kernel::Linear, EXACT)),
+        (of(&[Lights], EVERY_SAMPLE), tents),
+        (large(of(&[vectors], EXACT)), EXACT),
+        (of(&[OpaquePolygons], SLABS), tents),
     ] {
-        let row = Row { judged: Judged::In(judged), ..row };
-        rows.push(row.clone().of(reduced(SlabField::Preview, 1.0)));
-        rows.push(row.of(reduced(SlabField::Preview, 2.0)));
+        let row = row.of(Rung::Reduced { field: SlabField::Preview, shrink: 2.0 });
+        rows.push(Row { judged: Judged::In(judged), ..row });
     }
-    // Vectors have no octree: a smaller picture stands in.
-    rows.push(of(&[vectors], EXACT).of(Rung::Octree { max_error: 0.03 }));
+    let whole = Rung::Reduced { field: SlabField::Preview, shrink: 1.0 };
+    rows.push(of(&[], EXACT).of(whole));
     rows
 }
 

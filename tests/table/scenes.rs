@@ -98,6 +98,13 @@ pub(crate) fn in_mode(scene: &Scene, mode: SplatSettings) -> Scene {
     scene
 }
 
+/// The same scene with its opacities over distances so many times as long.
+pub(crate) fn thinner(scene: &Scene, times: f64) -> Scene {
+    let mut scene = scene.clone();
+    scene.splat.opacity_unit_distance = Some(times * scene.opacity_unit_distance());
+    scene
+}
+
 /// What is laid behind it.
 pub(crate) fn background(scene: &Scene) -> Option<LinearRgb> {
     background_light(scene.background)
@@ -131,7 +138,7 @@ pub(crate) fn kernels_of(cut: &Cut, scene: &Scene) -> Vec<RefKernel> {
     cut.nodes.iter().map(kernel).collect()
 }
 
-/// A scalar field alone, seen askew and a little beside its middle.
+/// A scalar field alone, seen askew and so near that its corners are beside the picture.
 fn scalar(field: Field, eye: Eye) -> Scene {
     let (lattice, samples, [scale, offset]) = values(field);
     let volume = ScalarVolume::from_samples("table", lattice, samples).expect("a sound volume");
@@ -140,6 +147,7 @@ fn scalar(field: Field, eye: Eye) -> Scene {
     scene.background = Background::Colour(Srgb8([12, 20, 40]));
     let mut camera =
         framing_camera(&lattice, DVec3::new(0.35, -0.52, 0.78), DVec3::new(0.1, 0.9, 0.3));
+    camera.parallel_scale *= 0.8;
     camera.focal_point += camera.up * (0.013 * camera.parallel_scale);
     let through = |degrees: f64| Projection::Perspective { view_angle: degrees.to_radians() };
     match eye {
