@@ -9,5 +9,7 @@ mod bits;
 mod coverage;
 mod drawing;
 mod judging;
+mod plans;
 mod rows;
+mod saved;
 mod scenes;
