@@ -112,7 +112,7 @@ mod tests {
     use crate::volume::{Lattice, Samples};
 
     fn volume() -> Sampled {
-        let samples = Samples::UInt8(vec![0].into());
+        let samples = Samples::UInt8(vec![0]);
         let volume = ScalarVolume::from_samples("v", Lattice::unit([1; 3]), samples);
         Sampled::Volume(Arc::new(volume.unwrap()))
     }

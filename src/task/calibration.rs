@@ -86,10 +86,7 @@ impl Drawer {
         raster_ms: f64,
         observer: &mut dyn Observer,
     ) -> Result<(), DrawError> {
-        self.renderer.begin_plan(plan)?;
-        let calibrated = self.calibrate_begun(plan, raster_ms, observer);
-        self.renderer.end_plan();
-        calibrated
+        self.within(plan, |drawer| drawer.calibrate_begun(plan, raster_ms, observer))
     }
 
     fn calibrate_begun(

@@ -225,10 +225,19 @@ impl Drawer {
         observer: &mut dyn Observer,
     ) -> Result<Drawn, DrawError> {
         self.kept_cut = None;
-        self.renderer.begin_plan(plan)?;
-        let drawn = self.draw_rung(plan, rung, observer);
+        self.within(plan, |drawer| drawer.draw_rung(plan, rung, observer))
+    }
+
+    /// Does work for which the device has what a plan says; nothing of the plan is left after it.
+    pub(super) fn within<T>(
+        &mut self,
+        plan: &Plan,
+        work: impl FnOnce(&mut Self) -> Result<T, DrawError>,
+    ) -> Result<T, DrawError> {
+        let done =
+            self.renderer.begin_plan(plan).map_err(DrawError::from).and_then(|()| work(self));
         self.renderer.end_plan();
-        drawn
+        done
     }
 
     fn draw_rung(

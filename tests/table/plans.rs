@@ -20,7 +20,7 @@ const SIZE: [u32; 2] = [40, 30];
 fn field() -> Scene {
     let lattice = Lattice::unit([8; 3]);
     let samples = Samples::UInt8((0..512).map(|i| (i % 251) as u8).collect());
-    let volume = Arc::new(ScalarVolume::from_samples("field", lattice, samples).unwrap());
+    let volume = Arc::new(ScalarVolume::from_samples("field", lattice, samples).expect("sound"));
     let colour = ColourSource::Map { map: ColourMap::Gray, range: [0.0, 255.0] };
     let transfer = TransferFunction::of(vec![(0.0, 0.0), (255.0, 0.5)], colour);
     let camera = framing_camera(&lattice, DVec3::new(0.3, -0.5, 0.8), DVec3::Y);
@@ -30,7 +30,7 @@ fn field() -> Scene {
 fn wind(name: &str) -> Arc<VectorField> {
     let places = Places::Lattice(Lattice { spacing: DVec3::splat(2.0), ..Lattice::unit([4; 3]) });
     let vectors = (0..64).map(|i| Vec3::X * (1 + i) as f32).collect::<Vec<_>>();
-    Arc::new(VectorField::new(name, places, vectors.into(), &Ticket::new()).unwrap())
+    Arc::new(VectorField::new(name, places, vectors.into(), &Ticket::new()).expect("sound"))
 }
 
 fn vectors(scene: Scene) -> Scene {
@@ -45,7 +45,7 @@ fn alone(scene: Scene) -> Scene {
 
 fn polygons(scene: Scene) -> Scene {
     let corners = vec![Vec3::ZERO, Vec3::X * 5.0, Vec3::Y * 5.0];
-    let mesh = Mesh::new("mesh", corners, Vec::new(), Vec::new(), vec![[0, 1, 2]]).unwrap();
+    let mesh = Mesh::new("mesh", corners, Vec::new(), Vec::new(), vec![[0, 1, 2]]).expect("sound");
     scene.with(PolygonLayer::new(Arc::new(mesh)))
 }
 
@@ -202,12 +202,12 @@ fn plans_differ_where_pictures_do() {
     let scene = vectors(polygons(field()));
     let plan = Plan::of(&scene, SIZE);
     let changes: [fn(&mut Scene); 7] = [
-        |s| s.transfer_mut().unwrap().opacity[0].1 = 0.25,
+        |s| s.transfer_mut().expect("sound").opacity[0].1 = 0.25,
         |s| s.phase = 0.5,
         |s| s.camera.parallel_scale *= 2.0,
         |s| s.splat.opacity_model = OpacityModel::Published,
         |s| s.vectors_mut()[0].1.stretch = 2.0,
-        |s| *s.layers[1].look.opacity_mut().unwrap() = 0.5,
+        |s| *s.layers[1].look.opacity_mut().expect("sound") = 0.5,
         |s| s.background = Background::Transparent,
     ];
     for (i, change) in changes.iter().enumerate() {
@@ -220,8 +220,8 @@ fn plans_differ_where_pictures_do() {
     // A mesh that is hidden, and one of no opacity.
     let mut hidden = scene.clone();
     hidden.layers[1].is_shown = false;
-    let mut clear = scene.clone();
-    *clear.layers[1].look.opacity_mut().unwrap() = 0.0;
+    let mut clear = scene;
+    *clear.layers[1].look.opacity_mut().expect("sound") = 0.0;
     assert_eq!(Plan::of(&hidden, SIZE), Plan::of(&clear, SIZE));
     assert!(Plan::of(&hidden, SIZE).surfaces.is_empty());
 }
@@ -239,10 +239,10 @@ fn kernels_are_classified_by_what_decides_them() {
     assert_eq!(of(&other), before);
     other.vectors_mut()[0].1.seed += 1;
     assert_ne!(of(&other), before);
-    let mut other = scene.clone();
+    let mut other = scene;
     other.splat.opacity_unit_distance = Some(3.0);
     assert_ne!(of(&other), before);
-    let levels = before.levels(&Ticket::new()).unwrap();
+    let levels = before.levels(&Ticket::new()).expect("sound");
     assert!(levels.len() > 1 && levels[0].list.len() > levels[1].list.len());
 }
 

@@ -40,8 +40,8 @@ fn transfer() -> impl Strategy<Value = TransferFunction> {
 
 fn look() -> impl Strategy<Value = Look> {
     let vectors = (transfer(), 1.0..8.0, any::<u64>()).prop_map(|(transfer, stretch, seed)| {
-        let samples = Samples::UInt8(vec![1, 2].into());
-        let lengths = Statistics::of(&samples, &Default::default()).unwrap();
+        let samples = Samples::UInt8(vec![1, 2]);
+        let lengths = Statistics::of(&samples, &Default::default()).expect("sound");
         let settings = VectorSettings::for_lengths(&lengths);
         let colour_by = ColourBy::Scalar;
         Look::Vectors(VectorSettings { transfer, stretch, seed, colour_by, ..settings })
@@ -77,28 +77,28 @@ fn scene() -> impl Strategy<Value = Scene> {
 proptest! {
     #[test]
     fn a_scene_comes_back_as_it_was_saved(scene in scene()) {
-        let text = scene.to_json().unwrap();
-        let back = Scene::from_json(&text).unwrap();
+        let text = scene.to_json().expect("sound");
+        let back = Scene::from_json(&text).expect("sound");
         prop_assert!(back.makes_same_picture(&scene), "{text}");
         prop_assert_eq!(&back.layers, &scene.layers);
         prop_assert_eq!(back.splat, scene.splat);
-        prop_assert_eq!(back.to_json().unwrap(), text);
+        prop_assert_eq!(back.to_json().expect("sound"), text);
     }
 }
 
 #[test]
 fn samples_are_not_saved_and_are_found_again_by_name() {
-    let samples = Samples::UInt8(vec![7; 8].into());
-    let volume = ScalarVolume::from_samples("v", Lattice::unit([2; 3]), samples).unwrap();
+    let samples = Samples::UInt8(vec![7; 8]);
+    let volume = ScalarVolume::from_samples("v", Lattice::unit([2; 3]), samples).expect("sound");
     let volume = Sampled::Volume(Arc::new(volume));
     let source = SampleSource::component("a/b.vti".as_ref(), "v", Component::Index(0));
     let camera = Camera::new(DVec3::ZERO, DVec3::Z, DVec3::Y, 1.0);
     let transfer = TransferFunction::of(vec![(0.0, 0.5)], ColourSource::Stops(Vec::new()));
     let mut scene = Scene::seen_by(camera);
     scene.add(source.clone(), (volume.clone(), Look::Field(transfer)));
-    let text = scene.to_json().unwrap();
+    let text = scene.to_json().expect("sound");
     assert!(text.contains("a/b.vti") && text.len() < 4000, "{text}");
-    let mut back = Scene::from_json(&text).unwrap();
+    let mut back = Scene::from_json(&text).expect("sound");
     assert!(back.volume().is_none() && !back.makes_same_picture(&scene));
     assert_eq!(back.store.insert(source, volume), scene.layers[0].source);
     assert!(back.volume().is_some() && back.makes_same_picture(&scene));
@@ -108,7 +108,7 @@ fn samples_are_not_saved_and_are_found_again_by_name() {
 fn other_versions_other_texts_and_numbers_without_a_word_are_refused_in_a_sentence() {
     let camera = Camera::new(DVec3::ZERO, DVec3::Z, DVec3::Y, 1.0);
     let mut scene = Scene::seen_by(camera);
-    let text = scene.to_json().unwrap();
+    let text = scene.to_json().expect("sound");
     let newer = text.replacen("\"version\": 1", "\"version\": 2", 1);
     for (text, said) in [
         (newer.as_str(), "found version 2"),
@@ -116,7 +116,7 @@ fn other_versions_other_texts_and_numbers_without_a_word_are_refused_in_a_senten
         ("{", "found text that is none"),
         ("", "expected a saved scene"),
     ] {
-        let refused = Scene::from_json(text).unwrap_err().to_string();
+        let refused = Scene::from_json(text).expect_err("refused").to_string();
         assert!(refused.contains(said) && !refused.contains('\n'), "{refused}");
     }
     scene.phase = f64::NAN;
