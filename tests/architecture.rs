@@ -100,6 +100,21 @@ const OUTSIDE: [(&str, &[&str]); 15] = [
 /// its own, and so may say `wgpu`, and import the shaders of `gpu` but nothing else of it.
 const BRIDGE: &str = "app/painting.rs";
 
+/// All of `vector` that `reference` may import: what people choose, and the sizes that a mark's look is defined
+/// by. Its tests hold the rest to it, in files of their own.
+const VECTOR_SETTINGS: [&str; 10] = [
+    "ColourBy",
+    "Design",
+    "Foreshortening",
+    "VectorMode",
+    "VectorSettings",
+    "FORESHORTENINGS",
+    "MARK_COLUMNS",
+    "MARK_SIDE",
+    "PHASES",
+    "WINDOW",
+];
+
 /// Words that put pixels on the screen, and the only files that may say them.
 const TEXTURE_WORDS: [&str; 5] =
     ["ColorImage", "TextureHandle", "TextureOptions", "TextureId", "load_texture"];
@@ -320,6 +335,14 @@ fn violations(file: &str, source: &str) -> Vec<Violation> {
             if target != room && !allowed.contains(&target) && !of_bridge {
                 report(line, format!("{room} may not import {target}"));
             }
+            let name = segments.get(from_root + 1).map_or("*", String::as_str);
+            if room == "reference"
+                && target == "vector"
+                && !file.ends_with("_tests.rs")
+                && !VECTOR_SETTINGS.contains(&name)
+            {
+                report(line, format!("{room} may not import {target}::{name}"));
+            }
             continue;
         }
         // Re-exports count as what they are: `eframe::egui` is egui.
@@ -429,6 +452,12 @@ fn forbidden_imports_are_caught_however_they_are_written() {
     refused("gpu/x.rs", "use crate::{core::{self, Camera},\n app};", "2: gpu may not import app");
     refused("reference/x.rs", "fn f() { crate::gpu::go(); }", "1: reference may not import gpu");
     refused("reference/mod.rs", "use super::gpu;", "1: reference may not import gpu");
+    refused(
+        "reference/x.rs",
+        "use crate::vector::{Design, Marks};",
+        "1: reference may not import vector::Marks",
+    );
+    refused("reference/x.rs", "use crate::vector::*;", "1: reference may not import vector::*");
     refused("io/vti/xml.rs", "use super::super::super::gpu;", "1: io may not import gpu");
     refused(
         "hierarchy/x.rs",
@@ -473,6 +502,8 @@ fn words_in_comments_and_strings_and_allowed_imports_pass() {
         ("io/x.rs", "use std::{fs, path::{Path, PathBuf}}; crate::with_samples!(a, b => c);"),
         ("app/painting.rs", "use crate::gpu::shader; use wgpu::Texture;"),
         ("app/viewport.rs", "ctx.load_texture();"),
+        ("reference/x.rs", "use crate::vector::{WINDOW, VectorSettings};"),
+        ("reference/x_tests.rs", "use crate::vector::Marks;"),
         ("main.rs", "voxsplat::cli::run(); eframe::run_native();"),
     ] {
         assert_eq!(judged(file, source), [""; 0], "{file}: {source}");

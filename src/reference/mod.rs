@@ -2,7 +2,8 @@
 //!
 //! Owns quadrature along rays, compositing in order, and the order itself. Of a kernel it knows h(r)
 //! alone, never a footprint in closed form, a polynomial or a table, so that an error in those shows.
-//! It sharpens, fills holes and classifies by ways of its own. [`Reference`] draws any scene's mode,
+//! It sharpens, fills holes and classifies by ways of its own; of vectors, too, it makes splats, means of
+//! these and marks itself, and asks for settings and for the sizes of the marks' table alone. [`Reference`] draws any scene's mode,
 //! and the continuous integral which that mode converges to, pixel by pixel.
 //! Refuses the GPU and the hierarchy. Imports `core`, `volume`, `transfer`, `kernel`, `vector`, `polygons`, `scene`.
 
@@ -12,6 +13,7 @@ mod inside;
 mod kernels;
 mod layers;
 mod line;
+mod marks;
 mod mesh;
 mod picture;
 mod polygons;
@@ -23,6 +25,7 @@ mod quadrature;
 mod renderer;
 mod shading;
 mod sources;
+mod splats;
 mod truth;
 mod vectors;
 
@@ -32,6 +35,8 @@ mod mode_tests;
 mod support;
 #[cfg(test)]
 mod truth_tests;
+#[cfg(test)]
+mod vector_tests;
 
 pub use inside::Met;
 pub use kernels::{RefKernel, grid_kernels, traversal};

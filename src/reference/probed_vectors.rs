@@ -6,9 +6,10 @@ use serde::Serialize;
 use super::inside::{Met, Surface};
 use super::line::voxel_span;
 use super::sources::Line;
+use super::splats::{quantity, slimmed};
 use crate::scene::{Scene, VectorLayer};
 use crate::transfer::extinction_from_opacity;
-use crate::vector::{ColourBy, VectorSettings, slimmed};
+use crate::vector::VectorSettings;
 use crate::volume::{Places, ScalarVolume, VectorField};
 
 /// A vector of a field.
@@ -83,13 +84,7 @@ fn boxes(
         let (axes, share) = slimmed(steps);
         let inverse = axes.inverse();
         let [enter, leave] = voxel_span(inverse * (ray.start - place), inverse * ray.step)?;
-        let by = match settings.opacity_by {
-            ColourBy::Magnitude => vector.length(),
-            ColourBy::X => place.x,
-            ColourBy::Y => place.y,
-            ColourBy::Z => place.z,
-            ColourBy::Scalar => scalar.map_or(f64::NAN, |scalar| scalar.value_at(place)),
-        };
+        let by = quantity(settings.opacity_by, vector, place, scalar);
         let opacity = settings.transfer.opacity_at(by);
         let extinction =
             extinction_from_opacity(opacity) / (unit_distance * share) * ray.step.length();

@@ -1,7 +1,8 @@
 //! Vector splats along a ray, straight from their definition.
 //!
-//! Knows of a splat what [`Splats`] says of it, the table of marks, and h(r); its footprint on the
-//! picture, and what each slab has of it, are found along the pixel's own ray in kernel space.
+//! Knows of a field its vectors, what was chosen about them, and h(r). What its splats are is found beside
+//! it, in [`super::splats`] and [`super::marks`]; their footprints on the picture, and what each slab has of
+//! them, along the pixel's own ray in kernel space.
 
 use std::collections::BTreeMap;
 
@@ -10,14 +11,14 @@ use glam::{DMat3, DVec2, DVec3};
 use super::inside::Slice;
 use super::layers::Planes;
 use super::line;
+use super::marks::{LEVELS, Pictures};
 use super::quadrature::Density;
 use super::sources::{Line, nearest};
-use crate::core::{Camera, Ticket};
+use super::splats::{self, Asked, Splat};
+use crate::core::Camera;
 use crate::kernel::{Kernel, RadialKernel};
 use crate::scene::{OpacityModel, Scene, VectorLayer};
-use crate::vector::{
-    Foreshortening, Marks, Seen, Splats, VectorMode, VectorPyramid, VectorSettings, WINDOW,
-};
+use crate::vector::{Foreshortening, MARK_SIDE, VectorMode, VectorSettings, WINDOW};
 use crate::volume::VectorField;
 
 /// Splats are not shortened, nor coordinates stretched, beyond this.
@@ -27,7 +28,7 @@ const LEAST_ACROSS: f64 = 0.1;
 pub(super) struct Vectors {
     settings: VectorSettings,
     phase: f64,
-    marks: Marks,
+    marks: &'static Pictures,
     camera: Camera,
     /// World lengths to pixels at the focal plane.
     pixels_per_unit: f64,
@@ -40,17 +41,10 @@ pub(super) struct Vectors {
 
 /// A splat in the world.
 struct Seat {
-    centre: DVec3,
+    splat: Splat,
     /// Kernel space from the world.
     inverse: DMat3,
-    flow: DVec3,
-    phase: f64,
-    /// Optical depth, or opacity, for a texture of 1 (see [`Vectors::sums`]).
-    amount: f64,
-    unit: f64,
-    colour: DVec3,
-    marks: DVec3,
-    /// Of the marks' table.
+    /// Of the marks' pictures.
     level: usize,
     /// No point of it is farther from its centre, world units.
     reach: f64,
@@ -111,53 +105,43 @@ impl Vectors {
         phase: f64,
         (height, exact): (f64, bool),
     ) -> Option<Self> {
-        let settings = settings.clone();
         let published = !exact && scene.splat.opacity_model == OpacityModel::Published;
         let unit_distance = scene.opacity_unit_distance();
         let scalar = scene.volume().map(|volume| &**volume);
-        let ticket = Ticket::new();
-        let finest =
-            Splats::new(field, &settings, scalar, unit_distance, published, &ticket).ok()?;
-        // What coarser splats are is the pyramid's to say, and tested there.
-        let mut levels = VectorPyramid::new(finest, &settings, published, &ticket).ok()?.levels;
-        let level = (settings.coarser as usize).min(levels.len() - 1);
-        let splats = levels.swap_remove(level);
+        let asked = Asked { field, settings, scalar, unit_distance, published };
+        let (splats, size) = asked.splats();
         let kernel = RadialKernel::new(Kernel::Cubic, None)?;
         // h(r / WINDOW), as it is as high in the middle.
         let window = RadialKernel::new(Kernel::Cubic, Some(kernel.radius() * WINDOW))?;
         let mut vectors = Self {
             phase,
-            marks: Marks::new(settings.design),
-            settings,
+            marks: Pictures::of(settings.design),
+            settings: settings.clone(),
             camera: scene.camera,
             pixels_per_unit: scene.camera.pixels_per_unit(height),
             published,
             kernel,
             window,
             splats: Vec::new(),
-            step: splats.unit * splats.list.first().map_or(1.0, |splat| f64::from(splat.size)),
+            step: splats::step(&field.places) * size as f64,
         };
-        vectors.splats = (0..splats.list.len()).map(|i| vectors.seat(&splats, i)).collect();
+        let scale = asked.wider() * size as f64;
+        vectors.splats = splats.into_iter().map(|splat| vectors.seat(splat, scale)).collect();
         Some(vectors)
     }
 
-    fn seat(&self, splats: &Splats, i: usize) -> Seat {
-        let splat = splats.list[i];
-        let wide = |v: [f32; 3]| DVec3::from(v.map(f64::from));
-        let map = splats.map_of(i) * splats.unit;
+    /// `scale` of the splat's axes, beside its stretch along the flow.
+    fn seat(&self, splat: Splat, scale: f64) -> Seat {
+        let flow = splat.flow;
+        let along = DMat3::from_cols(flow * flow.x, flow * flow.y, flow * flow.z);
+        let stretched = DMat3::IDENTITY + along * (self.settings.stretch - 1.0);
+        let map = stretched * splat.axes * scale;
         let longest = map.to_cols_array().map(|m| m * m).iter().sum::<f64>().sqrt();
-        let centre = splats.origin + wide(splat.centre) * splats.unit;
         Seat {
-            centre,
             inverse: map.inverse(),
-            flow: wide(splat.direction),
-            phase: f64::from(splat.phase),
-            amount: f64::from(splat.amount),
-            unit: splats.unit,
-            colour: wide(splat.colour),
-            marks: wide(splat.marks),
-            level: self.level(map, centre),
+            level: self.level(map, splat.centre),
             reach: longest * self.window.radius().max(self.kernel.radius()),
+            splat,
         }
     }
 
@@ -176,9 +160,8 @@ impl Vectors {
             })
             .fold(f64::INFINITY, f64::min);
         let radius = narrowest * self.kernel.radius() * WINDOW * self.pixels_per_unit * shrink;
-        let finest = self.marks.levels[0].side as f64;
-        let level = (0.5 * finest / radius.max(1e-3)).log2().round();
-        (level.max(0.0) as usize).min(self.marks.levels.len() - 1)
+        let level = (0.5 * MARK_SIDE as f64 / radius.max(1e-3)).log2().round();
+        (level.max(0.0) as usize).min(LEVELS - 1)
     }
 
     /// World distance between the faces of slabs that hold nothing else: a step of the vectors, of
@@ -256,11 +239,12 @@ impl Vectors {
 
     /// How a ray meets a splat: `None` where it passes beside it.
     fn touch(&self, seat: &Seat, ray: &Line) -> Option<Touch> {
-        let (_, beside) = nearest(ray.start - seat.centre, ray.step);
+        let splat = &seat.splat;
+        let (_, beside) = nearest(ray.start - splat.centre, ray.step);
         if beside > seat.reach {
             return None;
         }
-        let start = seat.inverse * (ray.start - seat.centre);
+        let start = seat.inverse * (ray.start - splat.centre);
         let step = seat.inverse * ray.step;
         let along = step.normalize();
         let across = |v: DVec3| v - along * v.dot(along);
@@ -269,10 +253,10 @@ impl Vectors {
         let up = across(seat.inverse * self.camera.up);
         let towards = match self.camera.eye_distance() {
             None => self.camera.direction,
-            Some(_) => (seat.centre - self.camera.view_origin()).normalize(),
+            Some(_) => (splat.centre - self.camera.view_origin()).normalize(),
         };
-        let part = (seat.flow - towards * seat.flow.dot(towards)).length().min(1.0);
-        let flow = across(seat.inverse * seat.flow);
+        let part = (splat.flow - towards * splat.flow.dot(towards)).length().min(1.0);
+        let flow = across(seat.inverse * splat.flow);
         let x_axis = match flow.length() > 1e-12 * right.length() && part > 1e-9 {
             true => flow.normalize(),
             // No flow to turn to: what moves up on the screen moves along y.
@@ -293,29 +277,26 @@ impl Vectors {
         if l >= kernel.radius() {
             return None;
         }
-        let seen = match self.settings.foreshortening {
-            Foreshortening::Coordinates => Seen::Round,
-            Foreshortening::Table | Foreshortening::Polygon => Seen::Across(part),
-        };
         let mut texture = place / (self.kernel.radius() * WINDOW);
-        if self.settings.foreshortening == Foreshortening::Coordinates {
+        let round = self.settings.foreshortening == Foreshortening::Coordinates;
+        if round {
             texture.x /= part.max(LEAST_ACROSS);
         }
         let windowed = self.footprint(l / WINDOW) / self.footprint(0.0);
-        let phase = self.phase + seat.phase;
-        let mark = self.marks.intensity(seat.level, texture.to_array(), phase, seen);
-        let intensity = mark * windowed;
+        let phase = self.phase + splat.phase;
+        let across = (!round).then_some(part);
+        let [intensity, light] = self.marks.at(seat.level, texture.to_array(), phase, across);
+        let [intensity, light] = [intensity, light].map(|mark| mark * windowed);
         // Crawfis–Max: of the colour, then of the opacity.
         let (colour, opacity) = if is_blend {
-            (seat.colour.lerp(seat.marks, intensity), self.footprint(l))
+            (splat.colour.lerp(splat.marks, intensity), self.footprint(l))
         } else {
-            let light = self.marks.light(seat.level, mark, seen) * windowed;
-            (seat.colour * light, intensity)
+            (splat.colour * light, intensity)
         };
         let length = match self.published {
             true => 1.0,
-            // World length of a step of kernel space along the ray, in units.
-            false => ray.step.length() / step.length() / seat.unit,
+            // World length of a step of kernel space along the ray.
+            false => ray.step.length() / step.length(),
         };
         // The line that is drawn passes the middle at the distance of its place on the splat.
         let (at, _) = nearest(start, step);
@@ -325,7 +306,7 @@ impl Vectors {
             DVec3::ZERO
         };
         let start = perpendicular - step * at;
-        Some(Touch { start, step, kernel, amount: seat.amount * length * opacity, colour })
+        Some(Touch { start, step, kernel, amount: splat.amount * length * opacity, colour })
     }
 
     /// ∫ h along a line at a distance from the middle, by quadrature.

@@ -22,7 +22,7 @@ pub use settings::{
     ColourBy, Foreshortening, MOST_COARSER, MOST_STRETCH, MOST_VECTOR_EXTENT, VectorMode,
     VectorSettings, VectorSettingsError,
 };
-pub use splats::{Splat, Splats, WINDOW, slimmed, typical_step};
+pub use splats::{Splat, Splats, WINDOW, typical_step};
 pub use streamlines::{
     End, Following, Seeds, Streamline, StreamlineError, seeds_about, seeds_on_line, streamlines,
 };

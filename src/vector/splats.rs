@@ -191,7 +191,7 @@ fn frame(places: &Places) -> (DVec3, f64, DMat3) {
 }
 
 /// Axes of a splat for a cell of such steps, none longer than the second longest twice, and how many times smaller it is than the cell.
-pub fn slimmed(steps: DMat3) -> (DMat3, f64) {
+fn slimmed(steps: DMat3) -> (DMat3, f64) {
     let lengths = [0, 1, 2].map(|axis| steps.col(axis).length());
     let mut sorted = lengths;
     sorted.sort_by(f64::total_cmp);
