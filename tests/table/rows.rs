@@ -13,11 +13,13 @@ use voxsplat::vector::VectorMode;
 use crate::scenes::{self, Eye, Field, Part};
 
 /// Of most rows, pixels.
-const SIZE: [u32; 2] = [40, 32];
+const SIZE: [u32; 2] = [32, 26];
+/// Of those whose rays cost the reference most.
+const LESS: [u32; 2] = [24, 20];
 /// So few that kernels are smaller than a pixel.
-const FEW: [u32; 2] = [15, 12];
+const FEW: [u32; 2] = [12, 9];
 /// So many that a picture at half the size has every splat of a field of vectors.
-const MANY: [u32; 2] = [80, 64];
+const MANY: [u32; 2] = [64, 52];
 
 /// What a picture is held to.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -49,7 +51,7 @@ impl Row {
             parts: parts.to_vec(),
             eye: Eye::Parallel,
             mode,
-            size: SIZE,
+            size: if parts.iter().any(|&part| is_slow(part)) { LESS } else { SIZE },
             rung: Rung::Full,
             judged: Judged::In(mode),
         }
@@ -105,6 +107,12 @@ impl Row {
         }
         words.join("/")
     }
+}
+
+/// Whether the reference takes long for it.
+fn is_slow(part: Part) -> bool {
+    let is_vectors = matches!(part, Part::Vectors(_));
+    is_vectors || matches!(part, Part::Along(_) | Part::Isosurfaces | Part::TranslucentPolygons)
 }
 
 fn part_name(part: Part) -> String {
