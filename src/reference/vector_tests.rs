@@ -85,7 +85,7 @@ fn splats_and_means_of_them_are_those_that_are_drawn() {
         let all = VectorPyramid::new(drawn.unwrap(), &settings, published, &ticket).unwrap();
         let drawn = &all.levels[settings.coarser as usize];
         let apart = |settings: &VectorSettings| {
-            let scalar = &scalar;
+            let scalar = Some(&scalar);
             apart(Asked { field: &field, settings, scalar, unit_distance, published }, drawn)
         };
         let [amount, rest] = apart(&settings);

@@ -13,11 +13,13 @@ use voxsplat::vector::VectorMode;
 use crate::scenes::{self, Eye, Field, Part};
 
 /// Of most rows, pixels.
-const SIZE: [u32; 2] = [40, 32];
+const SIZE: [u32; 2] = [32, 26];
+/// Of those whose rays cost the reference most.
+const LESS: [u32; 2] = [24, 20];
 /// So few that kernels are smaller than a pixel.
-const FEW: [u32; 2] = [15, 12];
+const FEW: [u32; 2] = [12, 9];
 /// So many that a picture at half the size has every splat of a field of vectors.
-const MANY: [u32; 2] = [80, 64];
+const MANY: [u32; 2] = [64, 52];
 
 /// What a picture is held to.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -49,7 +51,7 @@ impl Row {
             parts: parts.to_vec(),
             eye: Eye::Parallel,
             mode,
-            size: SIZE,
+            size: if parts.iter().any(|&part| is_slow(part)) { LESS } else { SIZE },
             rung: Rung::Full,
             judged: Judged::In(mode),
         }
@@ -64,7 +66,7 @@ impl Row {
     }
 
     /// Held to the cut it is drawn from, rather than to the scene.
-    fn as_cut(self) -> Self {
+    fn by_cut(self) -> Self {
         Self { judged: Judged::AsCut, ..self }
     }
 
@@ -105,6 +107,12 @@ impl Row {
         }
         words.join("/")
     }
+}
+
+/// Whether the reference takes long for it.
+fn is_slow(part: Part) -> bool {
+    let is_vectors = matches!(part, Part::Vectors(_));
+    is_vectors || matches!(part, Part::Along(_) | Part::Isosurfaces | Part::TranslucentPolygons)
 }
 
 fn part_name(part: Part) -> String {
@@ -436,7 +444,7 @@ fn polygons() -> Vec<Row> {
     rows
 }
 
-/// The eye in the middle of the volume.
+/// The eye within the volume.
 fn from_within() -> Vec<Row> {
     use Part::{Alone, CutFaces, Lights, TranslucentPolygons, Vectors};
     let modes = [
@@ -498,12 +506,12 @@ fn cuts() -> Vec<Row> {
         SLABS,
     ];
     let seen: Vec<Row> = either_eye(modes.iter().map(row).collect()).collect();
-    let mut rows: Vec<Row> = seen.iter().map(|row| row.clone().of(some).as_cut()).collect();
-    rows.extend(seen.into_iter().take(3).map(|row| row.of(every).as_cut()));
+    let mut rows: Vec<Row> = seen.iter().map(|row| row.clone().of(some).by_cut()).collect();
+    rows.extend(seen.into_iter().take(3).map(|row| row.of(every).by_cut()));
     let near = Rung::Octree { max_error: 0.1 };
     rows.extend([EXACT, EVERY_SAMPLE, TILES, MESH].iter().map(|mode| row(mode).of(near)));
     let subsampled = Rung::Subsampled { level: 1 };
-    rows.extend([RASTER, TILES].iter().map(|mode| row(mode).of(subsampled).as_cut()));
+    rows.extend([RASTER, TILES].iter().map(|mode| row(mode).of(subsampled).by_cut()));
     rows.extend([EXACT, EVERY_SAMPLE].iter().map(|mode| row(mode).of(subsampled)));
     let uniform = CutSettings::UNIFORM;
     for cut in [
@@ -512,7 +520,7 @@ fn cuts() -> Vec<Row> {
         CutSettings { view_dependent: true, ..uniform },
         CutSettings { balanced: true, ..uniform },
     ] {
-        rows.push(row(&SplatSettings { cut, ..EVERY_SAMPLE }).of(some).as_cut());
+        rows.push(row(&SplatSettings { cut, ..EVERY_SAMPLE }).of(some).by_cut());
     }
     rows
 }

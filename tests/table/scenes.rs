@@ -78,7 +78,7 @@ pub(crate) enum Part {
 pub(crate) enum Eye {
     Parallel,
     Perspective,
-    /// In perspective, from the middle of the volume.
+    /// In perspective, from a place within the volume.
     Within,
 }
 
@@ -147,7 +147,7 @@ fn scalar(field: Field, eye: Eye) -> Scene {
     scene.background = Background::Colour(Srgb8([12, 20, 40]));
     let mut camera =
         framing_camera(&lattice, DVec3::new(0.35, -0.52, 0.78), DVec3::new(0.1, 0.9, 0.3));
-    camera.parallel_scale *= 0.8;
+    camera.parallel_scale *= 0.65;
     camera.focal_point += camera.up * (0.013 * camera.parallel_scale);
     let through = |degrees: f64| Projection::Perspective { view_angle: degrees.to_radians() };
     match eye {
@@ -155,7 +155,7 @@ fn scalar(field: Field, eye: Eye) -> Scene {
         Eye::Perspective => camera.projection = through(40.0),
         Eye::Within => {
             camera.projection = through(70.0);
-            camera.parallel_scale = 0.9;
+            camera.parallel_scale = 3.0;
         }
     }
     scene.camera = camera;
