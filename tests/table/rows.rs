@@ -66,7 +66,7 @@ impl Row {
     }
 
     /// Held to the cut it is drawn from, rather than to the scene.
-    fn as_cut(self) -> Self {
+    fn by_cut(self) -> Self {
         Self { judged: Judged::AsCut, ..self }
     }
 
@@ -444,7 +444,7 @@ fn polygons() -> Vec<Row> {
     rows
 }
 
-/// The eye in the middle of the volume.
+/// The eye within the volume.
 fn from_within() -> Vec<Row> {
     use Part::{Alone, CutFaces, Lights, TranslucentPolygons, Vectors};
     let modes = [
@@ -506,12 +506,12 @@ fn cuts() -> Vec<Row> {
         SLABS,
     ];
     let seen: Vec<Row> = either_eye(modes.iter().map(row).collect()).collect();
-    let mut rows: Vec<Row> = seen.iter().map(|row| row.clone().of(some).as_cut()).collect();
-    rows.extend(seen.into_iter().take(3).map(|row| row.of(every).as_cut()));
+    let mut rows: Vec<Row> = seen.iter().map(|row| row.clone().of(some).by_cut()).collect();
+    rows.extend(seen.into_iter().take(3).map(|row| row.of(every).by_cut()));
     let near = Rung::Octree { max_error: 0.1 };
     rows.extend([EXACT, EVERY_SAMPLE, TILES, MESH].iter().map(|mode| row(mode).of(near)));
     let subsampled = Rung::Subsampled { level: 1 };
-    rows.extend([RASTER, TILES].iter().map(|mode| row(mode).of(subsampled).as_cut()));
+    rows.extend([RASTER, TILES].iter().map(|mode| row(mode).of(subsampled).by_cut()));
     rows.extend([EXACT, EVERY_SAMPLE].iter().map(|mode| row(mode).of(subsampled)));
     let uniform = CutSettings::UNIFORM;
     for cut in [
@@ -520,7 +520,7 @@ fn cuts() -> Vec<Row> {
         CutSettings { view_dependent: true, ..uniform },
         CutSettings { balanced: true, ..uniform },
     ] {
-        rows.push(row(&SplatSettings { cut, ..EVERY_SAMPLE }).of(some).as_cut());
+        rows.push(row(&SplatSettings { cut, ..EVERY_SAMPLE }).of(some).by_cut());
     }
     rows
 }

@@ -78,7 +78,7 @@ pub(crate) enum Part {
 pub(crate) enum Eye {
     Parallel,
     Perspective,
-    /// In perspective, from the middle of the volume.
+    /// In perspective, from a place within the volume.
     Within,
 }
 
@@ -154,7 +154,7 @@ fn scalar(field: Field, eye: Eye) -> Scene {
         Eye::Perspective => camera.projection = through(40.0),
         Eye::Within => {
             camera.projection = through(70.0);
-            camera.parallel_scale = 0.9;
+            camera.parallel_scale = 3.0;
         }
     }
     scene.camera = camera;
