@@ -23,6 +23,8 @@ const PRECISE: f64 = 90.0;
 
 /// Pictures that are nearer than this are as the reference's but for rounding, and tables' steps.
 const LIKE_IT: f64 = 60.0;
+/// Splats about the eye are drawn as they are seen in their middles: rows under this have little but their bits.
+const ABOUT_THE_EYE: f64 = 28.0;
 
 type Light = Vec<[f64; 4]>;
 
@@ -209,7 +211,7 @@ fn a_picture_the_wrong_way_round_is_refused() {
     let passed = passed(|one| {
         let mut light = one.light();
         light.chunks_mut(one.width()).for_each(<[_]>::reverse);
-        Some(light)
+        (one.decibels > ABOUT_THE_EYE).then_some(light)
     });
     assert!(passed.is_empty(), "{}", passed.join("\n"));
 }
