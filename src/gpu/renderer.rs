@@ -475,7 +475,7 @@ impl Renderer {
     /// lets the inside be seen, polygons. What it does not ask for takes no buffer, no pipeline and no gradient.
     ///
     /// # Errors
-    /// See [`super::supports`]; too many polygons, or a failing device.
+    /// See [`super::supports()`]; too many polygons, or a failing device.
     pub fn begin_plan(&mut self, plan: &Plan) -> Result<(), GpuError> {
         super::supports(plan)?;
         self.shade = Shade::of(plan);

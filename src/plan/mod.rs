@@ -1,7 +1,7 @@
 //! What one picture is made of, as plain data: derived from a scene and a size, without a device, and drawn by
 //! whichever engine supports it.
 //!
-//! Owns [`Plan`] and the long work that it asks for ([`KernelList::levels`]). Refuses drawing, and whatever a scene
+//! Owns [`Plan`] and the long work that it asks for ([`Classification::levels`]). Refuses drawing, and whatever a scene
 //! holds that no picture of this size and mode shows: that is named in [`Plan::left_out`]. Imports `scene` and what
 //! lies below it.
 //!
