@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::LazyLock;
 
+use rayon::ThreadPoolBuilder;
 use rayon::prelude::*;
 use voxsplat::accuracy::{Difference, psnr_from_rmse};
 use voxsplat::hierarchy::Cut;
@@ -23,7 +24,8 @@ const PRECISE: f64 = 90.0;
 
 /// Pictures that are nearer than this are as the reference's but for rounding, and tables' steps.
 const LIKE_IT: f64 = 60.0;
-/// Splats about the eye are drawn as they are seen in their middles: rows under this have little but their bits.
+/// Rows under this have little but their bits: splats about the eye, which are drawn as seen in their middles, and
+/// the coarsest cuts.
 const ABOUT_THE_EYE: f64 = 28.0;
 
 type Light = Vec<[f64; 4]>;
@@ -92,8 +94,13 @@ fn measured() -> &'static [Measured] {
             (Judged::In(mode), Rung::Full) => Some(expected_in(mode, &row.scene(), row.size)),
             _ => None,
         };
-        let (table, expected) =
-            rayon::join(table, || rows().par_iter().map(early).collect::<Vec<_>>());
+        // In threads of their own: what draws shares its work out, too, and is not to wait for these.
+        let threads = ThreadPoolBuilder::new().build().expect("threads");
+        let expected = || threads.install(|| rows().par_iter().map(early).collect::<Vec<_>>());
+        let (table, expected) = std::thread::scope(|scope| {
+            let expected = scope.spawn(expected);
+            (table(), expected.join().expect("the reference draws"))
+        });
         let Some(table) = table else { return Vec::new() };
         let measure = |(drawn, expected): (&'static Drawn, Option<Light>)| {
             let picture = drawn.outcome.as_ref().ok()?;

@@ -2,8 +2,10 @@
 //! to the float64 reference, and its bits can be written down and compared with those of another commit
 //! (`scripts/compare-bits.sh`).
 //!
-//! `scenes` makes every scene, `rows` says what is drawn of which, `floors.txt` how near it must be. A device
-//! is required; `VOXSPLAT_GPU=allow-skip` prints what is left out instead.
+//! `scenes` makes every scene, `rows` says what is drawn of which, `floors.txt` how near it must be (of a new row
+//! the test tells what is measured). `VOXSPLAT_TABLE_BITS=FILE` has the bits of every row written to a file;
+//! `bits-llvmpipe.txt` is such a one. A device is required; `VOXSPLAT_GPU=allow-skip` prints what is left out
+//! instead.
 
 mod bits;
 mod coverage;

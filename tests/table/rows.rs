@@ -344,7 +344,7 @@ fn effects() -> Vec<Row> {
         rows.extend(both_eyes(vec![row(&EXACT)]));
         rows.extend(either_eye(first.iter().map(row).collect()));
     }
-    rows.push(Row::new(Field::Stretched, &[Lights], after(Kernel::Cubic)));
+    rows.push(Row::new(Field::Stretched, &[Lights], after(Kernel::Linear)));
     rows.extend(in_modes(Field::Turned, &[Lights], [EXACT, published(EXACT)]));
     // Each table by each index, all four at a time; and one of them among lights.
     for turn in 0..Index::ALL.len() {
@@ -364,7 +364,6 @@ fn effects() -> Vec<Row> {
     // Surfaces are found to a slab: near their rims these are to be thin.
     let fine = slabs(4.0, EXACT);
     rows.extend(both_eyes(vec![Row::new(Field::Waves, &[Isosurfaces], fine)]));
-    rows.push(Row::new(Field::Waves, &[Isosurfaces], with(Kernel::Linear, fine)));
     let all = [Lights, CutFaces, Slices, Isosurfaces];
     rows.push(Row::new(Field::Sheared, &all, fine).from(Eye::Perspective));
     for along in AlongRay::ALL.iter().filter(|&&along| along != AlongRay::Composite) {
@@ -384,14 +383,16 @@ fn vectors() -> Vec<Row> {
     let mut rows = Vec::new();
     for (mode, other) in [(Modulate, Blend), (Blend, Modulate)] {
         let [one, two] = [Vectors(mode), SecondVectors(other)];
-        rows.extend(both_eyes(vec![Row::new(Field::Noise, &[one, Alone], EXACT)]));
+        rows.extend(either_eye(vec![
+            Row::new(Field::Noise, &[one, Alone], EXACT),
+            Row::new(Field::Noise, &[one], EXACT),
+        ]));
         rows.push(Row::new(Field::Turned, &[one, two, Alone], EXACT));
-        rows.extend(both_eyes(vec![Row::new(Field::Noise, &[one], EXACT)]));
         rows.push(Row::new(Field::Stretched, &[one, two], EXACT));
     }
     let [modulate, blend] = [Vectors(Modulate), Vectors(Blend)];
-    let modes = [published(EXACT), turned(EXACT)];
-    rows.extend(in_modes(Field::Noise, &[modulate, Alone], modes));
+    rows.push(Row::new(Field::Noise, &[modulate, Alone], turned(published(EXACT))));
+    rows.push(Row::new(Field::Noise, &[blend, Alone], EXACT).from(Eye::Perspective));
     let two = [blend, SecondVectors(Modulate)];
     rows.push(Row::new(Field::Noise, &[&two[..], &[Alone]].concat(), published(EXACT)));
     let modes = [turned(published(after(Kernel::Linear))), slabs(2.0, EXACT)];
@@ -542,7 +543,6 @@ fn other_rungs() -> Vec<Row> {
         of(&[], EXACT).of(half),
         of(&[], RASTER).of(half),
         of(&[], TILES).of(half),
-        of(&[Lights], EXACT).of(half),
         of(&[Lights], SLABS).of(half),
         of(&[OpaquePolygons], EXACT).of(half),
         large(of(&[vectors], EXACT)).of(half),
