@@ -492,15 +492,19 @@ fn a_scene_without_vectors_has_no_trace_of_them() {
 }
 
 #[test]
-fn vectors_beside_triangles_are_refused() {
+fn vectors_beside_triangles_are_left_out_in_a_sentence() {
     let Some(mut drawer) = drawer() else { return };
     let mut scene = beside_field(alone());
     let backend = voxsplat::scene::Backend::Raster;
     scene.splat = SplatSettings { backend, ..SplatSettings::SHADE_FIRST };
     let plan = Plan::of(&scene, PICTURE);
-    drawer.prepare(&plan, &Ticket::new()).unwrap();
-    let refused = drawer.draw(&plan, Rung::Full, &mut ()).unwrap_err().to_string();
+    let [refusal] = &plan.left_out[..] else { panic!("{:?}", plan.left_out) };
+    let refused = refusal.to_string();
     assert!(refused.contains("found --backend raster"), "{refused}");
+    let plain = with_vectors(scene.clone(), []);
+    let [beside, alone] =
+        [&scene, &plain].map(|scene| drawn(&mut drawer, scene, PICTURE, Rung::Full).0);
+    assert_eq!(beside, alone, "the field is drawn as it is without them");
 }
 
 /// Clips cut splats as they cut the field, and faces, slices and isosurfaces lie at their depth among them.

@@ -118,8 +118,9 @@ pub(crate) fn refusal(scene: &Scene) -> Option<String> {
         scene.shading.check(splat).map_err(|error| error.to_string()),
         scene.inside.check(splat).map_err(|error| error.to_string()),
     ];
-    let polygons = scene.refusals().into_iter().find(|refusal| refusal.part == Effect::Polygons);
-    let beside = polygons.map(|refusal| refusal.to_string());
+    let parts = [Effect::Polygons, Effect::Vectors];
+    let refused = scene.refusals().into_iter().find(|refusal| parts.contains(&refusal.part));
+    let beside = refused.map(|refusal| refusal.to_string());
     refusals.into_iter().find_map(Result::err).or(beside)
 }
 
