@@ -31,7 +31,7 @@ const LEAST_RUNS: usize = 3;
 const LEAST_MS: f64 = 2000.0;
 
 fn main() {
-    let adapter = drawer().renderer.context().adapter_name.clone();
+    let adapter = drawer().engines.made_gpu().expect("a device").context().adapter_name.clone();
     println!("{adapter}\n");
     for (name, scene) in scans() {
         scan(&name, &scene);
@@ -115,8 +115,8 @@ fn scan(name: &str, base: &Scene) {
         });
         println!(
             "| {effects} | {least:.0} | {processor_ms:.0} | {:.1} | {} | {from_plain} |",
-            drawer.renderer.peak_bytes() as f64 / 1e6,
-            drawer.renderer.pipeline_count(),
+            drawer.engines.gpu().expect("a device").peak_bytes() as f64 / 1e6,
+            drawer.engines.gpu().expect("a device").pipeline_count(),
         );
         plain.get_or_insert(light);
     }

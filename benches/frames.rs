@@ -51,7 +51,7 @@ fn main() {
     let mut drawer = Drawer::new(Renderer::new(
         Context::new(&AdapterChoice::Auto, Wishes::default()).expect("an adapter"),
     ));
-    let adapter = drawer.renderer.context().adapter_name.clone();
+    let adapter = drawer.engines.gpu().expect("a device").context().adapter_name.clone();
     let results: Vec<Value> = scenes
         .iter()
         .map(|(name, (scene, load))| measure(&mut drawer, name, scene, *load))
@@ -111,7 +111,7 @@ fn measure(drawer: &mut Drawer, name: &str, scene: &Scene, load: Duration) -> Va
     };
     let square_ms = full(drawer, &Plan::of(scene, SQUARE));
     let viewport_ms = full(drawer, &plan);
-    let truth = wide(drawer.renderer.read_light().expect("it reads back"));
+    let truth = wide(drawer.engines.gpu().expect("a device").read_light().expect("it reads back"));
 
     let coarse: Vec<Value> = BUDGETS_MS
         .iter()
@@ -121,7 +121,8 @@ fn measure(drawer: &mut Drawer, name: &str, scene: &Scene, load: Duration) -> Va
             let drawn: Vec<_> =
                 (0..12).map(|_| drawer.draw(&plan, rung, &mut ()).expect("it draws")).collect();
             let last = &drawn[drawn.len() - 1];
-            let light = drawer.renderer.read_light().expect("it reads back");
+            let light =
+                drawer.engines.gpu().expect("a device").read_light().expect("it reads back");
             let picture = wide(enlarged(light, last.size, VIEWPORT));
             let psnr = accuracy::psnr(&picture, &truth).expect("equal sizes");
             json!({
@@ -149,7 +150,7 @@ fn measure(drawer: &mut Drawer, name: &str, scene: &Scene, load: Duration) -> Va
         "ladder_to_full_ms": to_full_ms,
         "full_at_once_ms": at_once_ms,
         "ladder_over_at_once": (to_full_ms / at_once_ms * 100.0).round() / 100.0,
-        "peak_gpu_bytes": drawer.renderer.peak_bytes(),
+        "peak_gpu_bytes": drawer.engines.gpu().expect("a device").peak_bytes(),
         "hierarchy_bytes": drawer.hierarchy_bytes(),
     });
     println!("{row:#}");

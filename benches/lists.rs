@@ -17,7 +17,7 @@ const RUNS: usize = 3;
 fn main() {
     let context = Context::new(&AdapterChoice::Auto, Wishes::default()).expect("an adapter");
     let mut drawer = Drawer::new(Renderer::new(context));
-    println!("{}", drawer.renderer.context().adapter_name);
+    println!("{}", drawer.engines.gpu().expect("a device").context().adapter_name);
     sorts(&mut drawer);
     let grid = demo::open("head", Some(128)).expect("a demo there is");
     let field = grid.field(None).expect("it has a field");
@@ -47,11 +47,17 @@ fn measure(drawer: &mut Drawer, name: &str, base: &Scene, splat: SplatSettings, 
     let mut drawn = || drawer.draw(&plan, rung, &mut ()).expect("it draws");
     let times: Vec<_> = (0..=RUNS).map(|_| drawn()).collect();
     let best = times[1..].iter().map(|d| d.wall_ms).fold(f64::INFINITY, f64::min);
-    drawer.renderer.time_passes().expect("it times");
+    drawer.engines.gpu().expect("a device").time_passes().expect("it times");
     drawer.draw(&plan, rung, &mut ()).expect("it draws");
-    let rows: Vec<String> =
-        drawer.renderer.times().iter().map(|t| format!("{} {:.1}", t.name, t.gpu_ms)).collect();
-    drawer.renderer.stop_timing();
+    let rows: Vec<String> = drawer
+        .engines
+        .gpu()
+        .expect("a device")
+        .times()
+        .iter()
+        .map(|t| format!("{} {:.1}", t.name, t.gpu_ms))
+        .collect();
+    drawer.engines.gpu().expect("a device").stop_timing();
     println!("{} nodes, {name}: {best:.1} ms ({})", times[0].nodes, rows.join(", "));
 }
 
@@ -59,7 +65,15 @@ fn sorts(drawer: &mut Drawer) {
     for log2 in [16, 20, 22] {
         let keys: Vec<u32> =
             (0..1_u32 << log2).map(|i| i.wrapping_mul(0x9e37_79b9) >> 12).collect();
-        let sorted = |_| drawer.renderer.sort_pairs(&keys, &keys, 20).expect("it sorts").2;
+        let sorted = |_| {
+            drawer
+                .engines
+                .gpu()
+                .expect("a device")
+                .sort_pairs(&keys, &keys, 20)
+                .expect("it sorts")
+                .2
+        };
         let best = (0..RUNS).map(sorted).fold(f64::INFINITY, f64::min);
         let rate = keys.len() as f64 / best / 1e3;
         println!("sort of 2^{log2} keys of 20 bits: {best:.1} ms, {rate:.1} million a second");

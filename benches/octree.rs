@@ -69,7 +69,7 @@ fn main() {
     }
     let context = Context::new(&AdapterChoice::Auto, Wishes::default()).expect("an adapter");
     let mut drawer = Drawer::new(Renderer::new(context));
-    println!("{}\n", drawer.renderer.context().adapter_name);
+    println!("{}\n", drawer.engines.gpu().expect("a device").context().adapter_name);
     if std::env::var_os("FITTED").is_some() {
         return fitted::tables(&mut drawer);
     }

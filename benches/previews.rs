@@ -205,7 +205,7 @@ fn drawer(scene: &Scene) -> Drawer {
 }
 
 fn light(drawer: &mut Drawer) -> Vec<[f32; 4]> {
-    drawer.renderer.read_light().expect("it reads back")
+    drawer.engines.gpu().expect("a device").read_light().expect("it reads back")
 }
 
 fn wide(light: Vec<[f32; 4]>) -> Vec<[f64; 4]> {
@@ -267,7 +267,13 @@ fn measure(name: &str, scene: &Scene) {
         let (field, ticket) = (SlabField::Preview, Ticket::new());
         let volume = scene.volume().expect("a field");
         let coefficients = means(volume, level, width);
-        let set = drawer.renderer.set_field(field, volume, &tents, coefficients, &ticket);
+        let set = drawer.engines.gpu().expect("a device").set_field(
+            field,
+            volume,
+            &tents,
+            coefficients,
+            &ticket,
+        );
         set.expect("it fits");
         row(&title, scene, &mut drawer, field, &against);
     }

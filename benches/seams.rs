@@ -31,7 +31,7 @@ const NOTHING: u8 = u8::MAX;
 fn main() {
     let context = Context::new(&AdapterChoice::Auto, Wishes::default()).expect("an adapter");
     let mut drawer = Drawer::new(Renderer::new(context));
-    println!("{}\n", drawer.renderer.context().adapter_name);
+    println!("{}\n", drawer.engines.gpu().expect("a device").context().adapter_name);
     println!(
         "| scan | nodes | seams, % of what is drawn | at seams | balanced, same error (nodes) | \
          balanced, as many nodes (nodes) | elsewhere | balanced, same error | as many nodes |"

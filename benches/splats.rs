@@ -42,7 +42,7 @@ const LEAST_MS: f64 = 1000.0;
 fn main() {
     let context = Context::new(&AdapterChoice::Auto, Wishes::default()).expect("an adapter");
     let mut drawer = Drawer::new(Renderer::new(context));
-    println!("{}", drawer.renderer.context().adapter_name);
+    println!("{}", drawer.engines.gpu().expect("a device").context().adapter_name);
     println!("splats, radius: how drawn, wall ms, processor ms / 2, RMSE to footprints");
     for (count, radius) in FILLS {
         fill(&mut drawer, count, radius);
@@ -99,7 +99,7 @@ fn fill(drawer: &mut Drawer, count: u32, radius: f64) {
         let scene = Scene { splat, ..scene.clone() };
         drawer.prepare(&Plan::of(&scene, [SIDE; 2]), &Ticket::new()).expect("it prepares");
         let view = View::new(&scene, [SIDE; 2]);
-        let renderer = &mut drawer.renderer;
+        let renderer = &mut drawer.engines.gpu().expect("a device");
         let mut draw = || {
             match splat.kernel {
                 Kernel::Gouraud => renderer.begin_meshes(&view, &splat, 1.0),
@@ -147,7 +147,7 @@ fn volume(drawer: &mut Drawer, name: &str, size: usize) {
         let times = timed(|| {
             drawer.draw(&plan, Rung::Full, &mut ()).expect("it draws");
         });
-        (times, wide(&drawer.renderer.read_light().expect("it reads back")))
+        (times, wide(&drawer.engines.gpu().expect("a device").read_light().expect("it reads back")))
     };
     let (_, exact) = draw(SplatSettings { slabs_per_voxel: 2.0, ..SplatSettings::EXACT });
     let gaussian = SplatSettings { kernel: Kernel::Gaussian, ..SplatSettings::SHADE_FIRST };

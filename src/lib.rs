@@ -9,6 +9,7 @@ pub mod gpu;
 pub mod hierarchy;
 pub mod io;
 pub mod kernel;
+pub mod native;
 pub mod plan;
 pub mod polygons;
 pub mod reference;

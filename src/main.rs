@@ -25,6 +25,6 @@ fn main() -> ExitCode {
 
 fn window(flags: WindowFlags) -> Result<(), String> {
     let sources = flags.files.iter().map(|file| Source::of(file)).collect();
-    let options = Options { sources, adapter: flags.adapter, trace: flags.trace };
+    let options = Options { sources, engine: flags.engine.choice(), trace: flags.trace };
     app::run(options).map_err(|error| error.to_string())
 }

@@ -68,8 +68,13 @@ fn table(drawer: &mut Drawer, scene: &Scene) {
                     .iter()
                     .map(|n| Record::new(n.low, n.size, n.node.extinction * factor, n.node.colour));
                 let records: Vec<Record> = records.collect();
-                drawer.renderer.begin(&view, Kernel::Cubic, None, unit).expect("begun");
-                drawer.renderer.draw_records(&records).expect("drawn");
+                drawer
+                    .engines
+                    .gpu()
+                    .expect("a device")
+                    .begin(&view, Kernel::Cubic, None, unit)
+                    .expect("begun");
+                drawer.engines.gpu().expect("a device").draw_records(&records).expect("drawn");
                 records.len()
             };
             let (nodes, ms) = timed(&mut draw);

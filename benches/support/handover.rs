@@ -63,8 +63,13 @@ fn table(drawer: &mut Drawer, name: &str, scene: &Scene) {
                     .map(|n| Record::new(n.low, n.size, n.node.extinction * factor, n.node.colour));
                 let records: Vec<Record> = records.collect();
                 let unit = scene.opacity_unit_distance();
-                drawer.renderer.begin(&view, Kernel::Cubic, None, unit).expect("begun");
-                drawer.renderer.draw_records(&records).expect("drawn");
+                drawer
+                    .engines
+                    .gpu()
+                    .expect("a device")
+                    .begin(&view, Kernel::Cubic, None, unit)
+                    .expect("begun");
+                drawer.engines.gpu().expect("a device").draw_records(&records).expect("drawn");
                 off(&light(drawer), &full)
             });
             println!(

@@ -47,6 +47,6 @@ fn open(path: &Path) -> Result<Scene, String> {
 
 /// The picture that was drawn last.
 pub(crate) fn light(drawer: &mut Drawer) -> Light {
-    let light = drawer.renderer.read_light().expect("it reads back");
+    let light = drawer.engines.gpu().expect("a device").read_light().expect("it reads back");
     light.iter().map(|pixel| pixel.map(f64::from)).collect()
 }

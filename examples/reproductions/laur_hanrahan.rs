@@ -119,11 +119,15 @@ fn draw_records(
     let view = View::new(scene, [size; 2]);
     let (splat, unit) = (&scene.splat, scene.opacity_unit_distance());
     match splat.kernel {
-        Kernel::Gouraud => drawer.renderer.begin_meshes(&view, splat, unit)?,
-        kernel => drawer.renderer.begin(&view, kernel, splat.extent, unit)?,
+        Kernel::Gouraud => {
+            drawer.engines.gpu().expect("a device").begin_meshes(&view, splat, unit)?
+        }
+        kernel => {
+            drawer.engines.gpu().expect("a device").begin(&view, kernel, splat.extent, unit)?
+        }
     }
-    drawer.renderer.draw_records(records)?;
-    Ok(drawer.renderer.read_light()?)
+    drawer.engines.gpu().expect("a device").draw_records(records)?;
+    Ok(drawer.engines.gpu().expect("a device").read_light()?)
 }
 
 /// A white splat of `edge` voxels along each axis.
@@ -242,7 +246,7 @@ fn figure_4(page: &mut Page<'_>, drawer: &mut Drawer) -> Result<()> {
                 // What these records stand for, by way of the pyramid and a cut.
                 let plan = Plan::of(&scene, [CUBE_SIZE; 2]);
                 drawer.draw(&plan, Rung::Subsampled { level }, &mut ())?;
-                let cut = drawer.renderer.read_light()?;
+                let cut = drawer.engines.gpu().expect("a device").read_light()?;
                 let off = cut.iter().zip(&light).map(|(a, b)| f64::from((a[3] - b[3]).abs()));
                 most_off = off.fold(most_off, f64::max);
             }

@@ -56,7 +56,7 @@ use eframe::egui::{Context, ViewportBuilder};
 use eframe::{NativeOptions, egui_wgpu};
 
 use crate::core::memory::free_bytes;
-use crate::task::engine::{AdapterChoice, Engine};
+use crate::task::engine::{Choice, Engine};
 use crate::task::sweep::exact_truth;
 use document::Source;
 use file_dialog::FileDialog;
@@ -79,7 +79,7 @@ pub struct Options {
     /// What to open, the first at once; the others wait among the recent files.
     pub sources: Vec<Source>,
     /// What to draw with.
-    pub adapter: AdapterChoice,
+    pub engine: Choice,
     /// Where to write down what was shown when; see [`trace`].
     pub trace: Option<PathBuf>,
 }
@@ -108,7 +108,7 @@ pub fn run(options: Options) -> anyhow::Result<()> {
         let settings = Window::stored_settings(creation.storage);
         let screen = creation.wgpu_render_state.as_ref();
         let screen_format = screen.map(|state| state.target_format);
-        let parts = parts(ctx, options.adapter, screen_format);
+        let parts = parts(ctx, options.engine, screen_format);
         let mut window = Window::new(ctx, parts, settings);
         window.open_all(ctx, options.sources);
         let app: Box<dyn eframe::App> = match trace {
@@ -135,18 +135,18 @@ pub fn run(options: Options) -> anyhow::Result<()> {
 const PART_FOR_STEPS: u64 = 8;
 
 /// The real engine, readers and dialogs.
-fn parts(ctx: &Context, adapter: AdapterChoice, screen_format: Option<ScreenFormat>) -> Parts {
+fn parts(ctx: &Context, choice: Choice, screen_format: Option<ScreenFormat>) -> Parts {
     let news = Arc::new(News::new(ctx));
     let announced = Arc::clone(&news);
     Parts {
-        drawer: Box::new(Engine::start(adapter.clone(), move || announced.announce())),
+        drawer: Box::new(Engine::start(choice.clone(), move || announced.announce())),
         news,
         wait_for_picture: WAIT_FOR_PICTURE,
         // Built with wgpu alone, the window always has one.
         screen_format: screen_format.unwrap_or(ScreenFormat::Rgba8Unorm),
         library: Arc::new(Files),
-        renderer: saving::engine_renderer(adapter.clone()),
-        measure: sweeping::engine_measurer(adapter, exact_truth),
+        renderer: saving::engine_renderer(choice.clone()),
+        measure: sweeping::engine_measurer(choice, exact_truth),
         bytes_for_steps: Box::new(|| free_bytes() / PART_FOR_STEPS),
         chooser: Box::new(FileDialog::open),
         pictures_folder: saving::pictures_folder(),

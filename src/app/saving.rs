@@ -12,7 +12,7 @@ use crate::core::Ticket;
 use crate::scene::annotations::Primitive;
 use crate::scene::{Annotations, Scene};
 use crate::task::annotations;
-use crate::task::engine::{AdapterChoice, Engine, Picture};
+use crate::task::engine::{Choice, Engine, Picture};
 use crate::task::loop_file::{self, Cycle, LoopError, LoopFormat};
 use crate::task::output_file::OutputFile;
 use crate::task::picture_file::{self, PictureFormat};
@@ -43,10 +43,10 @@ pub struct SaveRequest {
 pub type Renderer = Arc<dyn Fn(&SaveRequest, &Ticket) -> Result<(), String> + Send + Sync>;
 
 /// Pictures from an engine of its own, so that the one on screen goes on undisturbed.
-pub fn engine_renderer(adapter: AdapterChoice) -> Renderer {
+pub fn engine_renderer(choice: Choice) -> Renderer {
     Arc::new(move |request, ticket| {
         if let Some(cycle) = request.cycle {
-            let engine = Engine::start(adapter.clone(), || ());
+            let engine = Engine::start(choice.clone(), || ());
             let SaveRequest { scene, size, annotations: chosen, space, path, .. } = request;
             let written = annotations::laid_out(*chosen, scene, space.as_deref(), *size).primitives;
             let pictures = (*size, &written[..]);
@@ -56,7 +56,7 @@ pub fn engine_renderer(adapter: AdapterChoice) -> Renderer {
             };
         }
         let format = PictureFormat::of(&request.path)?;
-        let engine = Engine::start(adapter.clone(), || ());
+        let engine = Engine::start(choice.clone(), || ());
         let still = StillRequest {
             scene: request.scene.clone(),
             size: request.size,

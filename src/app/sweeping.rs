@@ -8,7 +8,7 @@ use super::modes;
 use super::sentences::without_flags;
 use crate::accuracy::sweep::{Detail, Point, Setting};
 use crate::core::Ticket;
-use crate::task::engine::{AdapterChoice, Engine};
+use crate::task::engine::{Choice, Engine};
 use crate::task::sweep::{MakeTruth, Step, Sweep, SweepError, SweepOptions};
 
 /// Pixels compared with the exact picture: a confidence interval of a few tenths of a dB, soon.
@@ -16,8 +16,8 @@ const PIXELS: usize = 1000;
 /// A mode's frames are not repeated once they have taken this long together, milliseconds.
 const REPEAT_WITHIN_MS: f64 = 1000.0;
 
-/// Sweeps drawn by `adapter`, held to the truth that `make_truth` makes.
-pub fn engine_measurer(adapter: AdapterChoice, make_truth: MakeTruth) -> StartMeasuring {
+/// Sweeps drawn by `choice`, held to the truth that `make_truth` makes.
+pub fn engine_measurer(choice: Choice, make_truth: MakeTruth) -> StartMeasuring {
     Arc::new(move |scene, size| {
         let options = SweepOptions {
             pixels: PIXELS,
@@ -27,12 +27,12 @@ pub fn engine_measurer(adapter: AdapterChoice, make_truth: MakeTruth) -> StartMe
             ..SweepOptions::new(scene)
         };
         let sweep = Sweep::new(scene.clone(), size, options, make_truth);
-        Box::new(EngineSweep { adapter: adapter.clone(), engine: None, sweep })
+        Box::new(EngineSweep { choice: choice.clone(), engine: None, sweep })
     })
 }
 
 struct EngineSweep {
-    adapter: AdapterChoice,
+    choice: Choice,
     /// Started on the job's thread.
     engine: Option<Engine>,
     sweep: Sweep,
@@ -40,7 +40,7 @@ struct EngineSweep {
 
 impl Measurer for EngineSweep {
     fn step(&mut self, ticket: &Ticket) -> Stepped {
-        let engine = self.engine.get_or_insert_with(|| Engine::start(self.adapter.clone(), || ()));
+        let engine = self.engine.get_or_insert_with(|| Engine::start(self.choice.clone(), || ()));
         match self.sweep.step(engine, ticket) {
             Err(SweepError::Cancelled) => Stepped::Stopped,
             Err(error) => Stepped::Failed(without_flags(&error.to_string())),

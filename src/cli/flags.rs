@@ -18,7 +18,7 @@ use crate::scene::{
     Annotations, Backend, Classify, CutSettings, ErrorMeasure, ModeChoice, ModeError, OpacityModel,
     Order, Reconstruction, SplatSettings, Visibility,
 };
-use crate::task::engine::AdapterChoice;
+use crate::task::engine::{AdapterChoice, Choice, EngineChoice};
 use crate::transfer::ColourMap;
 use crate::transfer::presets::Preset;
 use crate::volume::{Component, ScalarType};
@@ -72,6 +72,27 @@ pub enum Command {
     Accuracy(Box<AccuracyFlags>),
 }
 
+/// What draws.
+#[derive(Debug, Args)]
+pub struct EngineFlags {
+    /// Engine to draw with: native (the processor), gpu (a graphics adapter), or auto: gpu where a graphics processor is
+    /// there or --adapter names one, else native
+    #[arg(long, value_parser = values::engine, default_value = "auto", value_name = "ENGINE",
+        help_heading = "Options")]
+    pub engine: EngineChoice,
+    /// Adapter to draw with: auto, software, or part of a name
+    #[arg(long, value_parser = values::adapter, default_value = "auto", value_name = "NAME",
+        help_heading = "Options")]
+    pub adapter: AdapterChoice,
+}
+
+impl EngineFlags {
+    /// What they choose.
+    pub fn choice(&self) -> Choice {
+        Choice { engine: self.engine, adapter: self.adapter.clone() }
+    }
+}
+
 /// `voxsplat [FILE]…`.
 #[derive(Debug, Args)]
 pub struct WindowFlags {
@@ -79,9 +100,9 @@ pub struct WindowFlags {
     /// the recent files. STL, PLY and OBJ files are embedded in it, a transfer function is loaded
     /// [default: the built-in demo]
     pub files: Vec<PathBuf>,
-    /// Adapter to draw with: auto, software, or part of a name
-    #[arg(long, value_parser = values::adapter, default_value = "auto", value_name = "NAME")]
-    pub adapter: AdapterChoice,
+    /// What draws.
+    #[command(flatten)]
+    pub engine: EngineFlags,
     /// Write down what the window showed and when: a line of JSON for every pass
     #[arg(long, value_name = "T.jsonl")]
     pub trace: Option<PathBuf>,
@@ -492,9 +513,9 @@ pub struct RenderFlags {
     /// Write what was drawn and what it cost, as JSON; - for stdout
     #[arg(long, value_name = "S.json")]
     pub stats: Option<PathBuf>,
-    /// Adapter to draw with: auto, software, or part of a name
-    #[arg(long, value_parser = values::adapter, default_value = "auto", value_name = "NAME")]
-    pub adapter: AdapterChoice,
+    /// What draws.
+    #[command(flatten)]
+    pub engine: EngineFlags,
 }
 
 /// `voxsplat accuracy`.
@@ -543,10 +564,9 @@ pub struct AccuracyFlags {
     /// What vectors become beside splats.
     #[command(flatten)]
     pub flow: FlowFlags,
-    /// Adapter to draw with: auto, software, or part of a name
-    #[arg(long, value_parser = values::adapter, default_value = "auto", value_name = "NAME",
-        help_heading = "Options")]
-    pub adapter: AdapterChoice,
+    /// What draws.
+    #[command(flatten)]
+    pub engine: EngineFlags,
 }
 
 #[cfg(test)]

@@ -6,12 +6,15 @@ use super::flags::RefineFlag;
 use crate::plan::Outline;
 use crate::scene::{Backend, Effect, Scene, SplatSettings};
 use crate::task::effect_costs::{AddedTime, LeftOut};
-use crate::task::engine::{HeldBytes, OctreeBuilder};
+use crate::task::engine::{EngineKind, HeldBytes, OctreeBuilder};
 use crate::task::still::{Convergence, PassTime, Refine, ShownField, Still, Timer};
 
 /// The file's content; the names are stable.
 #[derive(Debug, Serialize)]
 pub(super) struct Stats<'a> {
+    /// Which engine drew: `native` or `gpu`.
+    engine: EngineKind,
+    /// The adapter, or the processor's instructions and threads.
     adapter: &'a str,
     resolution: [u32; 2],
     /// The mode it was drawn in.
@@ -125,6 +128,7 @@ impl<'a> Stats<'a> {
         };
         Self {
             effect_rows: asked.into_iter().map(row).collect(),
+            engine: still.engine,
             adapter: &still.adapter,
             resolution: still.size,
             mode,

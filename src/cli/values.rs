@@ -9,7 +9,7 @@ use crate::scene::{
     AlongRay, Annotation, Annotations, Backend, Classify, ErrorMeasure, MOST_SHEETS_PER_KERNEL,
     OpacityModel, Order, Reconstruction, ShadingPreset, Visibility,
 };
-use crate::task::engine::AdapterChoice;
+use crate::task::engine::{AdapterChoice, EngineChoice};
 use crate::transfer::ColourMap;
 use crate::transfer::presets::Preset;
 use crate::vector::{ColourBy, Design, Foreshortening, MOST_COARSER, VectorMode};
@@ -317,6 +317,16 @@ pub(super) fn endian(text: &str) -> Parsed<Endian> {
         _ => None,
     };
     one_of(text, known, ["little", "big"].into_iter())
+}
+
+pub(super) fn engine(text: &str) -> Parsed<EngineChoice> {
+    let known = match text {
+        "auto" => Some(EngineChoice::Auto),
+        "native" => Some(EngineChoice::Native),
+        "gpu" => Some(EngineChoice::Gpu),
+        _ => None,
+    };
+    one_of(text, known, ["auto", "native", "gpu"].into_iter())
 }
 
 pub(super) fn adapter(text: &str) -> Parsed<AdapterChoice> {

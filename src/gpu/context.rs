@@ -203,6 +203,18 @@ fn adapters() -> Vec<wgpu::Adapter> {
         .unwrap_or_default()
 }
 
+/// Whether a GPU is there: discrete, integrated or virtual. One that only OpenGL knows does not count: its loader
+/// writes to standard error where there is none.
+pub fn has_hardware() -> bool {
+    let descriptor = wgpu::InstanceDescriptor::new_without_display_handle_from_env;
+    let backends = descriptor().backends & wgpu::Backends::PRIMARY;
+    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor { backends, ..descriptor() });
+    pollster::block_on(instance.enumerate_adapters(backends)).iter().any(|adapter| {
+        use wgpu::DeviceType::{DiscreteGpu, IntegratedGpu, VirtualGpu};
+        matches!(adapter.get_info().device_type, DiscreteGpu | IntegratedGpu | VirtualGpu)
+    })
+}
+
 fn pick(choice: &AdapterChoice) -> Result<wgpu::Adapter, GpuError> {
     let adapters = adapters();
     let names: Vec<String> = adapters.iter().map(|a| a.get_info().name).collect();

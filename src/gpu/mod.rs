@@ -36,13 +36,14 @@ mod turns;
 mod vectors;
 mod waiting;
 
-pub use context::{AdapterChoice, Context, OctreeBuilder, Wishes};
+pub use crate::plan::SlabField;
+pub use context::{AdapterChoice, Context, OctreeBuilder, Wishes, has_hardware};
 pub use frame::{Pass, PassTime};
 pub use gather::tile_count;
 pub use octree::{BrickRows, MergedBricks, bricks_of};
 pub use renderer::Renderer;
 pub use scattered::{ListTotals, Scattered};
-pub use slabs::{PictureConstants, SlabField};
+pub use slabs::PictureConstants;
 pub use sort::MOST_KEYS;
 pub use supports::supports;
 pub use triangles::GridTotals;

@@ -28,17 +28,6 @@ use crate::volume::ScalarVolume;
 
 use layout::TILE;
 
-/// Which of the fields on the device slabs are made of.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum SlabField {
-    /// The scene's own.
-    #[default]
-    Own,
-    /// One that is quicker to evaluate.
-    Preview,
-}
-
 /// Everything that slabs of a reconstructed field keep on the device.
 #[derive(Debug)]
 pub(super) struct SlabPass {

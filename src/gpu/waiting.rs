@@ -8,8 +8,9 @@ use std::ops::Range;
 use super::GpuError;
 use super::frame;
 use super::renderer::Renderer;
-use super::slabs::{PictureConstants, SlabField};
+use super::slabs::PictureConstants;
 use super::turns::{ENDS, GOES_ON};
+use crate::plan::SlabField;
 use crate::scene::{SplatSettings, View};
 
 impl Renderer {

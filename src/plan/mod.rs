@@ -83,6 +83,17 @@ impl PartialEq for Field {
     }
 }
 
+/// Which of the fields that an engine holds slabs are made of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum SlabField {
+    /// The scene's own.
+    #[default]
+    Own,
+    /// One that is quicker to evaluate.
+    Preview,
+}
+
 /// Where slabs lie, and how thick they are.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Frame {

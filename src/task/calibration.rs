@@ -107,8 +107,8 @@ impl Drawer {
             let tiles = from..(from + length).min(total);
             let count = tiles.len();
             let (splat, unit) = (&plan.mode, plan.frame.unit_distance);
-            let ms = self.renderer.draw_gathered(&view, splat, unit, STOP_BELOW, tiles)?;
-            if observer.piece_done(&mut self.renderer, 0.0) {
+            let ms = self.engines.gpu()?.draw_gathered(&view, splat, unit, STOP_BELOW, tiles)?;
+            if observer.piece_done(&mut self.engines, 0.0) {
                 return Err(DrawError::Interrupted);
             }
             if number > 0 {

@@ -10,9 +10,10 @@ use std::time::Duration;
 use super::calibration::Calibration;
 use super::cells::CutSource;
 use super::draw::{DrawError, Drawer, Observer};
+use super::engines::{Canvas, Engines};
 use super::octrees::{self, Octree, Source};
 use crate::core::Ticket;
-use crate::gpu::{GpuError, OctreeBuilder, Renderer, supports};
+use crate::gpu::{GpuError, OctreeBuilder, supports};
 use crate::hierarchy::{ErrorMeasure, Pyramid, PyramidError};
 use crate::plan::{Field, Plan};
 use crate::transfer::{Table, TransferFunction};
@@ -33,6 +34,8 @@ pub(super) struct Classified {
     by_value: Option<TransferFunction>,
     unit_distance: f64,
     pub(super) table: Arc<Table>,
+    /// Whether a graphics device holds the volume and the table.
+    is_on_device: bool,
     /// Where something has called for it; perhaps only its coarse levels.
     pyramid: Option<Arc<Pyramid>>,
     /// Who made it.
@@ -67,12 +70,12 @@ impl Classified {
             table: Arc::clone(&self.table),
             voxel_depth: self.voxel_depth(),
             measure,
-            is_on_device: self.by_value.is_none(),
+            is_on_device: self.is_on_device && self.by_value.is_none(),
         }
     }
 
     /// Begins to build the octree, unless it is there or on its way.
-    fn begin(&mut self, measure: ErrorMeasure, renderer: &Renderer) -> Result<(), DrawError> {
+    fn begin(&mut self, measure: ErrorMeasure, engines: &Engines) -> Result<(), DrawError> {
         if self.pyramid.as_ref().is_some_and(|pyramid| pyramid.measure != measure) {
             // Never two at a time.
             self.pyramid = None;
@@ -82,16 +85,16 @@ impl Classified {
             return Ok(());
         }
         self.under_way = None;
-        self.under_way = Some(Octree::begin(self.source(measure), renderer)?);
+        self.under_way = Some(Octree::begin(self.source(measure), engines)?);
         Ok(())
     }
 
     /// Takes the octree that is on its way, waiting for it so long at most, or merging a piece of it;
     /// whether all of it is there.
-    fn take(&mut self, renderer: &mut Renderer, patience: Duration) -> Result<bool, DrawError> {
+    fn take(&mut self, engines: &mut Engines, patience: Duration) -> Result<bool, DrawError> {
         let Some(octree) = &mut self.under_way else { return Ok(self.whole().is_some()) };
         let builder = octree.builder;
-        match octree.step(renderer, patience) {
+        match octree.step(engines, patience) {
             Ok(None) => Ok(false),
             Ok(Some(built)) => {
                 self.under_way = None;
@@ -109,11 +112,11 @@ impl Classified {
     fn coarse(
         &mut self,
         measure: ErrorMeasure,
-        renderer: &mut Renderer,
+        engines: &mut Engines,
         ticket: &Ticket,
     ) -> Result<(), DrawError> {
         let is_of = |pyramid: &Arc<Pyramid>| pyramid.measure == measure;
-        if self.take(renderer, Duration::ZERO)? && self.pyramid.as_ref().is_some_and(is_of) {
+        if self.take(engines, Duration::ZERO)? && self.pyramid.as_ref().is_some_and(is_of) {
             return Ok(());
         }
         if self.pyramid.as_ref().is_some_and(is_of) {
@@ -128,20 +131,33 @@ impl Classified {
         };
         let (pyramid, builder) = match work <= WHOLE_AT_ONCE {
             true => (Pyramid::build(volume, table, depth, measure, ticket)?, OctreeBuilder::Host),
-            false => octrees::coarse(&self.source(measure), renderer, ticket)?,
+            false => octrees::coarse(&self.source(measure), engines, ticket)?,
         };
         (self.pyramid, self.builder) = (Some(Arc::new(pyramid)), builder);
         Ok(())
     }
 }
 
+/// Stops where a ticket is cancelled, and where somebody else stops it.
+struct Unless<'a> {
+    ticket: &'a Ticket,
+    observer: &'a mut dyn Observer,
+}
+
+impl Observer for Unless<'_> {
+    fn piece_done(&mut self, picture: &mut dyn Canvas, done: f64) -> bool {
+        self.ticket.is_cancelled() || self.observer.piece_done(picture, done)
+    }
+}
+
 impl Drawer {
-    /// Brings the device and the whole octree up to the plan's volume and transfer function.
+    /// Brings the engine that draws a plan up to its volume and transfer function: the native one its field, the GPU
+    /// engine the samples and the whole octree.
     ///
     /// # Errors
-    /// Interrupted by the ticket, too little memory, or the device.
+    /// Interrupted by the ticket, too little memory, a plan that no engine here draws, or the device.
     pub fn prepare(&mut self, plan: &Plan, ticket: &Ticket) -> Result<(), DrawError> {
-        self.prepare_until(plan, ticket, |_| ticket.is_cancelled())
+        self.prepare_watched(plan, ticket, &mut ())
     }
 
     /// The same, for as long as nothing newer comes. The octree then goes on being built.
@@ -151,32 +167,48 @@ impl Drawer {
         ticket: &Ticket,
         observer: &mut dyn Observer,
     ) -> Result<(), DrawError> {
-        self.prepare_until(plan, ticket, |drawer| {
-            ticket.is_cancelled() || observer.piece_done(&mut drawer.renderer, 0.0)
-        })
+        self.engines.ready(plan)?;
+        self.turn_to(plan);
+        if self.is_native() {
+            self.forget_other_volumes(plan);
+            return self.prepare_native(plan, &mut Unless { ticket, observer });
+        }
+        supports(plan)?;
+        self.prepare_octree(plan, true, &mut Unless { ticket, observer })
     }
 
-    fn prepare_until(
+    /// Has the whole octree of a plan at hand, and where a device is to draw it the volume there.
+    pub(super) fn prepare_octree(
         &mut self,
         plan: &Plan,
-        ticket: &Ticket,
-        mut stops: impl FnMut(&mut Self) -> bool,
+        on_device: bool,
+        observer: &mut dyn Observer,
     ) -> Result<(), DrawError> {
-        supports(plan)?;
         if plan.field().is_none() {
             self.classified = None;
             return Ok(());
         }
-        self.classify(plan, ticket)?;
+        self.classify(plan, on_device, &Ticket::new())?;
         self.begin_octree(plan)?;
         while let Some(classified) = &mut self.classified
-            && !classified.take(&mut self.renderer, LOOK_EVERY)?
+            && !classified.take(&mut self.engines, LOOK_EVERY)?
         {
-            if stops(self) {
+            if observer.piece_done(&mut self.engines, 0.0) {
                 return Err(DrawError::Interrupted);
             }
         }
         Ok(())
+    }
+
+    /// Lets go of an octree of another volume or function than a plan's.
+    fn forget_other_volumes(&mut self, plan: &Plan) {
+        let is_of = |c: &Classified| {
+            let field = plan.field();
+            field.is_some_and(|f| Arc::ptr_eq(&c.volume, &f.volume) && c.transfer == f.transfer)
+        };
+        if !self.classified.as_ref().is_some_and(is_of) {
+            self.classified = None;
+        }
     }
 
     /// The same for a coarse picture within a budget, which may do without the octree, or with its
@@ -190,14 +222,20 @@ impl Drawer {
         budget_ms: f64,
         ticket: &Ticket,
     ) -> Result<(), DrawError> {
+        self.engines.ready(plan)?;
+        self.turn_to(plan);
         if plan.field().is_none() {
             return Ok(());
         }
+        if self.is_native() {
+            self.forget_other_volumes(plan);
+            return self.prepare_native(plan, &mut Unless { ticket, observer: &mut () });
+        }
         let needs_octree = self.reduction(plan, budget_ms).is_none();
-        self.classify(plan, ticket)?;
+        self.classify(plan, true, ticket)?;
         match &mut self.classified {
             Some(classified) if needs_octree => {
-                classified.coarse(plan.mode.cut.measure, &mut self.renderer, ticket)
+                classified.coarse(plan.mode.cut.measure, &mut self.engines, ticket)
             }
             _ => Ok(()),
         }
@@ -209,7 +247,7 @@ impl Drawer {
     /// A thread that does not start.
     pub fn begin_octree(&mut self, plan: &Plan) -> Result<(), DrawError> {
         match &mut self.classified {
-            Some(classified) => classified.begin(plan.mode.cut.measure, &self.renderer),
+            Some(classified) => classified.begin(plan.mode.cut.measure, &self.engines),
             None => Ok(()),
         }
     }
@@ -224,7 +262,7 @@ impl Drawer {
         if !has_pieces(classified) {
             return Ok(false);
         }
-        classified.take(&mut self.renderer, LOOK_EVERY)?;
+        classified.take(&mut self.engines, LOOK_EVERY)?;
         Ok(has_pieces(classified))
     }
 
@@ -239,8 +277,8 @@ impl Drawer {
         self.pyramid().is_some_and(|pyramid| !pyramid.is_whole())
     }
 
-    /// Brings the device up to the plan's volume and transfer function.
-    fn classify(&mut self, plan: &Plan, ticket: &Ticket) -> Result<(), DrawError> {
+    /// Takes the plan's volume and transfer function in, and where a device is to draw them brings them there.
+    fn classify(&mut self, plan: &Plan, on_device: bool, ticket: &Ticket) -> Result<(), DrawError> {
         let Some(Field { volume, transfer, .. }) = plan.field() else { return Ok(()) };
         let unit_distance = plan.frame.unit_distance;
         let by_value = plan.shades_samples().then(|| plan.shading.by_value(transfer));
@@ -250,6 +288,7 @@ impl Drawer {
                 && c.transfer == *transfer
                 && c.by_value == by_value
                 && c.unit_distance == unit_distance
+                && (c.is_on_device || !on_device)
         });
         if current {
             return Ok(());
@@ -259,19 +298,22 @@ impl Drawer {
         }
         // An octree on its way is cancelled.
         self.classified = None;
-        self.renderer.drop_bricks();
         let table = Table::new(transfer, volume.samples.scalar_type());
-        match self.renderer.set_volume(volume, ticket) {
-            Err(GpuError::Cancelled) => return Err(DrawError::Interrupted),
-            other => other?,
-        }
-        // Octrees stand in unlit, and know the transfer function alone.
-        match &by_value {
-            Some(transfer) => {
-                let table = Table::new(transfer, volume.samples.scalar_type());
-                self.renderer.set_table(&table)?;
+        if on_device {
+            let renderer = self.engines.gpu()?;
+            renderer.drop_bricks();
+            match renderer.set_volume(volume, ticket) {
+                Err(GpuError::Cancelled) => return Err(DrawError::Interrupted),
+                other => other?,
             }
-            None => self.renderer.set_table(&table)?,
+            // Octrees stand in unlit, and know the transfer function alone.
+            match &by_value {
+                Some(transfer) => {
+                    let table = Table::new(transfer, volume.samples.scalar_type());
+                    renderer.set_table(&table)?;
+                }
+                None => renderer.set_table(&table)?,
+            }
         }
         self.classified = Some(Classified {
             volume: Arc::clone(volume),
@@ -279,6 +321,7 @@ impl Drawer {
             by_value,
             unit_distance,
             table: Arc::new(table),
+            is_on_device: on_device,
             pyramid: None,
             builder: OctreeBuilder::Host,
             under_way: None,

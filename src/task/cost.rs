@@ -1,6 +1,6 @@
 //! What drawing costs on this adapter, learnt while it runs.
 
-use crate::gpu::SlabField;
+use crate::plan::SlabField;
 
 /// Milliseconds per thing drawn: first guesses, replaced by measurements.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -40,6 +40,13 @@ impl Default for Costs {
             lists_ms: 0.0,
             visit_ms: 4e-6,
         }
+    }
+}
+
+impl Costs {
+    /// The native engine on two cores: see `benches/results/native.md`.
+    pub fn native() -> Self {
+        Self { ray_ms: 0.2e-3, reduced_ray_ms: [0.2e-3, 0.1e-3], ..Self::default() }
     }
 }
 

@@ -1,21 +1,26 @@
 //! Draws one rung of a scene's ladder, in pieces that can be interrupted.
 
+use std::sync::Arc;
 use std::time::Instant;
 
 use crate::core::Cancelled;
 use crate::core::memory::TooLarge;
 use crate::gpu::layout::Record;
-use crate::gpu::{GpuError, Renderer, Scattered, SlabField};
+use crate::gpu::{GpuError, Renderer, Scattered};
 use crate::hierarchy::{Cut, CutLimits, CutNode};
 use crate::kernel::{Kernel, RadialKernel};
-use crate::plan::{Plan, Way};
+use crate::plan::{Plan, SlabField, Way};
 use crate::scene::{
     Backend, Background, Classify, CutSettings, OpacityModel, SplatSettings, View, Visibility,
 };
 
+use crate::transfer::TransferFunction;
+use crate::volume::ScalarVolume;
+
 use super::calibration::Calibration;
 use super::classified::Classified;
 use super::cost::Costs;
+use super::engines::{Canvas, EngineKind, Engines};
 use super::previews::Reduction;
 use super::rows::RowPlan;
 use super::slabs;
@@ -140,7 +145,7 @@ impl From<Cancelled> for DrawError {
 /// Told how far a rung is, after each piece; says whether to stop.
 pub trait Observer {
     /// `done` of 1 is drawn. True stops the rung.
-    fn piece_done(&mut self, renderer: &mut Renderer, done: f64) -> bool;
+    fn piece_done(&mut self, picture: &mut dyn Canvas, done: f64) -> bool;
 
     /// How long a piece should take, milliseconds.
     fn piece_ms(&self) -> f64 {
@@ -150,19 +155,24 @@ pub trait Observer {
 
 /// Never stops.
 impl Observer for () {
-    fn piece_done(&mut self, _: &mut Renderer, _: f64) -> bool {
+    fn piece_done(&mut self, _: &mut dyn Canvas, _: f64) -> bool {
         false
     }
 }
 
-/// A renderer with what it has classified and learnt.
+/// The engines, with what was classified for them and learnt of them.
 #[derive(Debug)]
 pub struct Drawer {
-    /// The device's side.
-    pub renderer: Renderer,
-    /// Measured prices.
+    /// What draws.
+    pub engines: Engines,
+    /// Measured prices, of the engine that draws now.
     pub costs: Costs,
+    /// That engine, and the prices of the other one.
+    engine: EngineKind,
+    other_costs: Costs,
     pub(super) classified: Option<Classified>,
+    /// Voxels with opacity of a volume under a function, where they were counted without an octree.
+    pub(super) counted: Option<(Arc<ScalarVolume>, TransferFunction, u64)>,
     /// How much smaller the last coarse picture was drawn than shown.
     last_shrink: f64,
     /// Nodes that the last coarse cut was to have, and the error that it was fitted to.
@@ -183,12 +193,26 @@ pub struct Drawer {
 }
 
 impl Drawer {
-    /// Nothing classified, nothing learnt.
+    /// The GPU engine alone; nothing classified, nothing learnt.
     pub fn new(renderer: Renderer) -> Self {
+        Self::with(Engines::of_gpu(renderer))
+    }
+
+    /// Nothing classified, nothing learnt.
+    pub fn with(engines: Engines) -> Self {
+        let engine = engines.kind();
+        let (native, gpu) = (Costs::native(), Costs::default());
+        let (costs, other_costs) = match engine {
+            EngineKind::Native => (native, gpu),
+            EngineKind::Gpu => (gpu, native),
+        };
         Self {
-            renderer,
-            costs: Costs::default(),
+            engines,
+            costs,
+            engine,
+            other_costs,
             classified: None,
+            counted: None,
             last_shrink: 2.0,
             last_fit: None,
             last_reduction: None,
@@ -211,7 +235,10 @@ impl Drawer {
     /// # Errors
     /// A failing device.
     pub fn capped_sums(&mut self) -> Result<u64, GpuError> {
-        Ok(self.renderer.capped_sums()? + self.capped_in_lists)
+        match self.engines.drew() {
+            EngineKind::Native => Ok(self.engines.native.capped()),
+            EngineKind::Gpu => Ok(self.engines.gpu()?.capped_sums()? + self.capped_in_lists),
+        }
     }
 
     /// Draws one rung of the plan prepared last; the picture is then the renderer's.
@@ -225,7 +252,37 @@ impl Drawer {
         observer: &mut dyn Observer,
     ) -> Result<Drawn, DrawError> {
         self.kept_cut = None;
+        self.turn_to(plan);
+        let is_of_octree = match rung {
+            Rung::Octree { .. } | Rung::Subsampled { .. } | Rung::Cheaper(_) => {
+                plan.kernels.is_empty()
+            }
+            Rung::Coarse { .. } | Rung::Reduced { .. } | Rung::Full => false,
+        };
+        if self.engine == EngineKind::Native && !is_of_octree {
+            self.engines.note(EngineKind::Native);
+            self.prepare_native(plan, observer)?;
+            return self.draw_rung(plan, rung, observer);
+        }
+        if self.engine == EngineKind::Native {
+            self.prepare_octree(plan, true, observer)?;
+        }
+        self.engines.note(EngineKind::Gpu);
         self.within(plan, |drawer| drawer.draw_rung(plan, rung, observer))
+    }
+
+    /// Has the prices of the engine that draws a plan at hand.
+    pub(super) fn turn_to(&mut self, plan: &Plan) {
+        let engine = self.engines.of_plan(plan);
+        if self.engine != engine {
+            std::mem::swap(&mut self.costs, &mut self.other_costs);
+            (self.engine, self.last_reduction) = (engine, None);
+        }
+    }
+
+    /// Whether the native engine draws the plan that was prepared or drawn last.
+    pub(super) fn is_native(&self) -> bool {
+        self.engine == EngineKind::Native
     }
 
     /// Does work for which the device has what a plan says; nothing of the plan is left after it.
@@ -234,9 +291,9 @@ impl Drawer {
         plan: &Plan,
         work: impl FnOnce(&mut Self) -> Result<T, DrawError>,
     ) -> Result<T, DrawError> {
-        let done =
-            self.renderer.begin_plan(plan).map_err(DrawError::from).and_then(|()| work(self));
-        self.renderer.end_plan();
+        self.engines.gpu()?.begin_plan(plan)?;
+        let done = work(self);
+        self.engines.gpu()?.end_plan();
         done
     }
 
@@ -289,6 +346,9 @@ impl Drawer {
         plan: &Plan,
         observer: &mut dyn Observer,
     ) -> Result<Drawn, DrawError> {
+        if self.engines.of_plan(plan) == EngineKind::Native {
+            return self.native_slabs(plan, SlabField::Own, observer);
+        }
         match plan.way {
             Way::Nothing => self.nothing(plan),
             Way::Slabs => self.slabs(plan, SlabField::Own, observer),
@@ -384,10 +444,11 @@ impl Drawer {
     ) -> Result<(), DrawError> {
         self.capped_in_lists = 0;
         let unit_distance = plan.frame.unit_distance;
+        let renderer = self.engines.gpu()?;
         if kernel == Kernel::Gouraud {
-            return Ok(self.renderer.begin_meshes(view, &plan.mode, unit_distance)?);
+            return Ok(renderer.begin_meshes(view, &plan.mode, unit_distance)?);
         }
-        Ok(self.renderer.begin(view, kernel, plan.mode.extent, unit_distance)?)
+        Ok(renderer.begin(view, kernel, plan.mode.extent, unit_distance)?)
     }
 
     fn cut_of(&self, plan: &Plan, view: &View, limits: CutLimits) -> Cut {
@@ -442,7 +503,7 @@ impl Drawer {
         let what = Scattered { stop_below: STOP_BELOW, ..Scattered::new(records, &splat) };
         let what = Scattered { piece_ms: PIECE_MS, ..what };
         let mut observed = |renderer: &mut Renderer, done| !observer.piece_done(renderer, done);
-        let totals = self.renderer.draw_scattered(view, &what, &mut observed)?;
+        let totals = self.engines.gpu()?.draw_scattered(view, &what, &mut observed)?;
         self.capped_in_lists = totals.capped;
         if totals.finished { Ok(()) } else { Err(DrawError::Interrupted) }
     }
@@ -457,11 +518,11 @@ impl Drawer {
         let mut piece = self.costs.splats_within(PIECE_MS).max(256) as usize;
         while done < total {
             let end = (done + piece).min(total);
-            let wall_ms = self.renderer.draw_records(&records[done..end])?;
+            let wall_ms = self.engines.gpu()?.draw_records(&records[done..end])?;
             let rate = (end - done) as f64 / wall_ms.max(0.01);
             piece = ((rate * PIECE_MS) as usize).clamp(256, piece * 4);
             done = end;
-            if observer.piece_done(&mut self.renderer, done as f64 / total as f64) {
+            if observer.piece_done(&mut self.engines, done as f64 / total as f64) {
                 return Err(DrawError::Interrupted);
             }
         }
@@ -483,7 +544,7 @@ impl Drawer {
         loop {
             self.begin(plan, &view, kernel)?;
             self.grid_pieces(&view, slack, observer)?;
-            let totals = self.renderer.grid_totals()?;
+            let totals = self.engines.gpu()?.grid_totals()?;
             if totals.most_missing == 0 {
                 return Ok(Drawn {
                     size,
@@ -511,11 +572,11 @@ impl Drawer {
         let mut kernels = 0;
         while let Some(piece) = rows.next(&self.costs) {
             let row_count = piece.rows.len() as u64;
-            let wall_ms = self.renderer.draw_rows(view, piece.rows, piece.most + slack)?;
+            let wall_ms = self.engines.gpu()?.draw_rows(view, piece.rows, piece.most + slack)?;
             kernels += piece.expected;
             self.costs.learn_grid(piece.expected, row_count, wall_ms);
             let done = (kernels as f64 / total).min(1.0);
-            if observer.piece_done(&mut self.renderer, done) {
+            if observer.piece_done(&mut self.engines, done) {
                 return Err(DrawError::Interrupted);
             }
         }

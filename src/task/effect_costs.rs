@@ -3,7 +3,6 @@
 use serde::Serialize;
 
 use super::draw::{Drawer, Observer, Rung};
-use super::engine::HeldBytes;
 use super::still::{StillError, widened};
 use crate::accuracy::Difference;
 use crate::accuracy::sweep::median;
@@ -94,16 +93,16 @@ pub(super) fn left_out(
         }
         with.push(full_ms(drawer, scene, size, watch, ticket)?);
         // Read as the others are below, since reading takes a buffer.
-        drawer.renderer.read_light()?;
-        let held = HeldBytes::of(&drawer.renderer).all;
+        drawer.engines.read_light()?;
+        let held = drawer.engines.held().all;
         for (index, (effect, other)) in others.iter().enumerate() {
             without[index].push(full_ms(drawer, other, size, watch, ticket)?);
             if round == 0 {
-                let light = widened(&drawer.renderer.read_light()?);
+                let light = widened(&drawer.engines.read_light()?);
                 let difference = Difference::between(&light, &full).map_err(|error| {
                     GpuError::Device(format!("two pictures of one size: {error}"))
                 })?;
-                let bytes = held as i64 - HeldBytes::of(&drawer.renderer).all as i64;
+                let bytes = held as i64 - drawer.engines.held().all as i64;
                 found.push((*effect, bytes, difference));
             }
         }

@@ -23,6 +23,7 @@ use serde::Serialize;
 pub use crate::gpu::{AdapterChoice, OctreeBuilder};
 
 use super::calibration::BackEndTimes;
+pub use super::engines::{Choice, EngineChoice, EngineKind};
 use super::estimate::Checked;
 use super::level::LevelOfDetail;
 use super::still::{Convergence, Still, StillError, StillRequest};
@@ -129,6 +130,10 @@ pub struct FrameReport {
     pub vector_splats: Option<u64>,
     /// Voxels in the volume.
     pub kernels_total: u64,
+    /// Which engine drew it.
+    pub engine: EngineKind,
+    /// What the native engine does not draw of it, where that was to draw.
+    pub not_native: Option<String>,
     /// What drew it.
     pub backend: Backend,
     /// Wall milliseconds from camera set to queue finished.
@@ -192,6 +197,8 @@ impl FrameReport {
             kernels: None,
             vector_splats: None,
             kernels_total: voxels,
+            engine: EngineKind::default(),
+            not_native: None,
             backend,
             frame_ms,
             budget_ms: None,
@@ -333,15 +340,15 @@ impl Shared {
 }
 
 impl Engine {
-    /// Starts the thread; the device is made there. `wake` is called from it whenever
+    /// Starts the thread; a device, where one is needed, is made there. `wake` is called from it whenever
     /// [`Engine::take_picture`] or [`Engine::state`] have news.
-    pub fn start(adapter: AdapterChoice, wake: impl Fn() + Send + 'static) -> Self {
-        Self::start_with(adapter, Wishes::default(), wake)
+    pub fn start(choice: impl Into<Choice>, wake: impl Fn() + Send + 'static) -> Self {
+        Self::start_with(choice, Wishes::default(), wake)
     }
 
     /// The same, asking the device for no more than `wishes`.
     pub fn start_with(
-        adapter: AdapterChoice,
+        choice: impl Into<Choice>,
         wishes: Wishes,
         wake: impl Fn() + Send + 'static,
     ) -> Self {
@@ -365,7 +372,7 @@ impl Engine {
             }),
             posted: Condvar::new(),
         });
-        let worker = Worker::new(Arc::clone(&shared), Box::new(wake), adapter, wishes);
+        let worker = Worker::new(Arc::clone(&shared), Box::new(wake), choice.into(), wishes);
         let thread = std::thread::Builder::new().name("voxsplat-engine".to_owned());
         let thread = thread.spawn(move || worker.run());
         if let Err(error) = &thread {

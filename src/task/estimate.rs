@@ -4,8 +4,8 @@ use super::draw::{Drawn, Rung, background_light};
 use super::engine::Picture;
 use crate::accuracy::{self, CompareError};
 use crate::core::colour::linear_from_srgb;
-use crate::gpu::SlabField;
 use crate::plan::Plan;
+use crate::plan::SlabField;
 use crate::scene::{Background, Classify};
 
 /// RMSE that a cut adds, per unit of its greatest node error: 0.03 to 0.08 on the demos shells,

@@ -1,6 +1,6 @@
 //! To what level of detail a picture was drawn.
 
-pub use crate::gpu::SlabField;
+pub use crate::plan::SlabField;
 
 use super::draw::{Drawn, Rung};
 use super::still::Convergence;

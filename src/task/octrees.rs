@@ -8,6 +8,7 @@ use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
 use std::time::Duration;
 
 use super::draw::{DrawError, PIECE_MS};
+use super::engines::Engines;
 use crate::core::Ticket;
 use crate::gpu::{BrickRows, GpuError, OctreeBuilder, Renderer};
 use crate::hierarchy::{ErrorMeasure, Pyramid, PyramidError, PyramidParts};
@@ -94,11 +95,12 @@ impl Pieces {
     /// Where the device is to build an octree of a volume, and has levels to.
     fn begin(
         source: &Source,
-        renderer: &Renderer,
+        engines: &Engines,
         is_coarse: bool,
     ) -> Result<Option<Self>, DrawError> {
         let Source { volume, voxel_depth, measure, is_on_device, .. } = source;
-        if !is_on_device || !renderer.builds_octree(volume, *measure) {
+        let builder = engines.made_gpu().filter(|_| *is_on_device);
+        if !builder.is_some_and(|renderer| renderer.builds_octree(volume, *measure)) {
             return Ok(None);
         }
         let parts = PyramidParts::new(volume, *voxel_depth, *measure, is_coarse)?;
@@ -125,8 +127,8 @@ impl Pieces {
 }
 
 impl Octree {
-    pub(super) fn begin(source: Source, renderer: &Renderer) -> Result<Self, DrawError> {
-        let (work, builder) = match Pieces::begin(&source, renderer, false)? {
+    pub(super) fn begin(source: Source, engines: &Engines) -> Result<Self, DrawError> {
+        let (work, builder) = match Pieces::begin(&source, engines, false)? {
             Some(pieces) => (Work::Pieces(pieces), OctreeBuilder::Device),
             None => {
                 let thread = Thread::start(&source, |source, ticket| {
@@ -151,7 +153,7 @@ impl Octree {
     /// All of it, if it is there within `patience`. With any, a piece is merged where the device builds it.
     pub(super) fn step(
         &mut self,
-        renderer: &mut Renderer,
+        engines: &mut Engines,
         patience: Duration,
     ) -> Result<Option<Pyramid>, DrawError> {
         if self.has_pieces() && patience.is_zero() {
@@ -159,6 +161,7 @@ impl Octree {
         }
         match std::mem::replace(&mut self.work, Work::Ended) {
             Work::Pieces(mut pieces) => {
+                let renderer = engines.gpu()?;
                 self.work = match pieces.step(renderer)? {
                     false => Work::Pieces(pieces),
                     true => {
@@ -191,14 +194,15 @@ fn failed() -> DrawError {
 /// Level 3 and up, for a quick picture; and who made them.
 pub(super) fn coarse(
     source: &Source,
-    renderer: &mut Renderer,
+    engines: &mut Engines,
     ticket: &Ticket,
 ) -> Result<(Pyramid, OctreeBuilder), DrawError> {
     let Source { volume, table, voxel_depth, measure, .. } = source;
-    let Some(mut pieces) = Pieces::begin(source, renderer, true)? else {
+    let Some(mut pieces) = Pieces::begin(source, engines, true)? else {
         let built = Pyramid::coarse(volume, table, *voxel_depth, *measure, ticket)?;
         return Ok((built, OctreeBuilder::Host));
     };
+    let renderer = engines.gpu()?;
     while !pieces.step(renderer)? {
         ticket.checkpoint(1, 1)?;
     }

@@ -5,10 +5,10 @@
 //! the samples would be darker; those nearest to the spline (`kernel::nearest_tents`) are as bright.
 
 use crate::core::Ticket;
-use crate::gpu::{GpuError, SlabField};
+use crate::gpu::GpuError;
 use crate::hierarchy::{ScalarPyramid, ScalarPyramidError};
 use crate::kernel::{Averaged, Coefficients, CoefficientsError, Kernel, nearest_tents};
-use crate::plan::{Field, Plan, Way};
+use crate::plan::{Field, Plan, SlabField, Way};
 use crate::scene::{Backend, Reconstruction, SplatSettings};
 use crate::volume::ScalarVolume;
 
@@ -156,6 +156,10 @@ impl Drawer {
         observer: &mut dyn Observer,
     ) -> Result<(), DrawError> {
         let Some(mode) = preview_mode(plan) else { return Ok(()) };
+        if self.is_native() && level(plan.frame.lattice.dims) > 0 {
+            // The native engine draws no means yet: quick pictures of large volumes are of their own field.
+            return Ok(());
+        }
         match self.prepare_field(&plan.in_mode(mode), SlabField::Preview, observer) {
             // It is not needed for any picture but a quick one, which then shows another.
             Err(DrawError::Gpu(error @ GpuError::TooLarge { .. })) => {
@@ -187,7 +191,7 @@ impl Drawer {
             return None;
         }
         let affordable = |field: SlabField, mode: &SplatSettings| {
-            let is_there = self.renderer.holds_field(field, volume, mode);
+            let is_there = self.holds_field(field, volume, mode);
             is_there.then(|| match plan.kernels.is_empty() {
                 false => self.affordable_among_vectors(plan, field, budget_ms),
                 true => self.affordable(field, size, budget_ms),
@@ -304,11 +308,10 @@ impl Drawer {
         let drawn = match field {
             SlabField::Preview => {
                 let mode = preview_mode(plan).unwrap_or(plan.mode);
-                let plan = plan.in_mode(mode).at_size(smaller, shrink);
-                self.slabs(&plan, field, observer)
+                self.slabs_of(&plan.in_mode(mode).at_size(smaller, shrink), field, observer)
             }
             SlabField::Own if plan.way == Way::Slabs => {
-                self.slabs(&plan.at_size(smaller, shrink), field, observer)
+                self.slabs_of(&plan.at_size(smaller, shrink), field, observer)
             }
             SlabField::Own => self.full(&plan.at_size(smaller, 1.0), observer),
         };

@@ -6,13 +6,14 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use super::draw::{DrawError, Drawer, Drawn, LEAST_SIDE, Observer};
+use super::engines::EngineKind;
 use super::previews::preview_coefficients;
 use super::vectors::PictureVectors;
 use crate::core::Ticket;
 use crate::gpu::layout::TILE;
-use crate::gpu::{GpuError, PictureConstants, Renderer, SlabField, tile_count};
+use crate::gpu::{GpuError, PictureConstants, Renderer, tile_count};
 use crate::kernel::{Coefficients, CoefficientsError, coefficients};
-use crate::plan::{Field, Plan};
+use crate::plan::{Field, Plan, SlabField};
 use crate::scene::{OpacityModel, Reconstruction, SplatSettings, View};
 use crate::transfer::{Cumulative, TransferFunction, Weight};
 use crate::volume::ScalarVolume;
@@ -45,8 +46,14 @@ const LOOK_EVERY: Duration = Duration::from_millis(4);
 #[derive(Debug, Default)]
 pub(super) struct FieldJob {
     under_way: Option<UnderWay>,
-    /// By [`SlabField`].
-    tables: [Option<TableKey>; 2],
+    /// Of the GPU engine and of the native one, by [`SlabField`].
+    tables: [[Option<TableKey>; 2]; 2],
+}
+
+impl FieldJob {
+    fn table(&mut self, is_native: bool, which: SlabField) -> &mut Option<TableKey> {
+        &mut self.tables[usize::from(is_native)][which as usize]
+    }
 }
 
 #[derive(Debug)]
@@ -125,7 +132,7 @@ impl Drawer {
         let (view, size, enlarged) = (plan.view(), plan.size, plan.enlarged);
         let are_alone = plan.is_of_kernels_alone();
         self.prepare_field(plan, which, observer)?;
-        self.renderer.make_polygon_lists(plan, &view)?;
+        self.engines.gpu()?.make_polygon_lists(plan, &view)?;
         let constants = PictureConstants {
             unit_distance: plan.frame.unit_distance,
             smallest_spacing: plan.frame.lattice.smallest_spacing(),
@@ -142,13 +149,13 @@ impl Drawer {
         } else {
             FIRST_TILES
         };
-        let pipelines = self.renderer.pipeline_count();
+        let pipelines = self.engines.gpu()?.pipeline_count();
         let rays = f64::from(size[0]) * f64::from(size[1]);
         if !are_alone {
             // What these take is learnt with the others: the next picture is smaller for it.
             #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "rays")]
             let most = (rays * MOST_MORE_RAYS).max(LEAST_MORE_RAYS) as u64;
-            self.renderer.mark_specks(which, &view, &plan.mode, constants, most);
+            self.engines.gpu()?.mark_specks(which, &view, &plan.mode, constants, most);
         }
         let draw = |renderer: &mut Renderer, tiles: Range<u32>| match are_alone {
             true => renderer.draw_vector_tiles(&view, tiles),
@@ -159,7 +166,7 @@ impl Drawer {
         if are_alone {
             drawn.kernels = splats;
         }
-        drawn.made_pipelines = self.renderer.pipeline_count() != pipelines;
+        drawn.made_pipelines = self.engines.gpu()?.pipeline_count() != pipelines;
         match which {
             // The next one will not wait for a compiler.
             _ if drawn.made_pipelines => {}
@@ -201,7 +208,7 @@ impl Drawer {
         let mut first_refusal = None;
         loop {
             let vectors = self.prepare_vectors(plan, view, (which, vectors_halved), observer)?;
-            self.renderer.put_vectors_in_slabs(vectors.is_some(), quartered);
+            self.engines.gpu()?.put_vectors_in_slabs(vectors.is_some(), quartered);
             let make_lists = |renderer: &mut Renderer, tiles: Range<u32>| match &vectors {
                 Some(vectors) => vectors.make_lists(renderer, view, tiles),
                 None => Ok(tiles.end),
@@ -258,8 +265,8 @@ impl Drawer {
         observer: &mut dyn Observer,
     ) -> Result<Drawn, DrawError> {
         let (view, unit_distance) = (plan.view(), plan.frame.unit_distance);
-        self.renderer.make_polygon_lists(plan, &view)?;
-        let pipelines = self.renderer.pipeline_count();
+        self.engines.gpu()?.make_polygon_lists(plan, &view)?;
+        let pipelines = self.engines.gpu()?.pipeline_count();
         let start = Instant::now();
         self.shade_samples(plan, &view, observer)?;
         let shading_ms = start.elapsed().as_secs_f64() * 1e3;
@@ -268,7 +275,7 @@ impl Drawer {
         };
         let how = (FIRST_TILES, MOST_QUARTERED, draw);
         let (drawn, _) = self.beside_vectors(plan, &view, SlabField::Own, observer, how)?;
-        let made_pipelines = self.renderer.pipeline_count() != pipelines;
+        let made_pipelines = self.engines.gpu()?.pipeline_count() != pipelines;
         let wall_ms = drawn.wall_ms + shading_ms;
         Ok(Drawn { is_shaded: true, made_pipelines, wall_ms, ..drawn })
     }
@@ -281,16 +288,16 @@ impl Drawer {
         observer: &mut dyn Observer,
     ) -> Result<(), DrawError> {
         let unit_distance = plan.frame.unit_distance;
-        let total = self.renderer.bricks_to_shade(view, &plan.mode, unit_distance)?;
+        let total = self.engines.gpu()?.bricks_to_shade(view, &plan.mode, unit_distance)?;
         let (mut done, mut piece) = (0, FIRST_BRICKS);
         while done < total {
             let end = (done + piece).min(total);
-            let wall_ms = self.renderer.shade_bricks(done..end)?;
+            let wall_ms = self.engines.gpu()?.shade_bricks(done..end)?;
             let rate = f64::from(end - done) / wall_ms.max(0.01);
             #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
             let fitting = (rate * observer.piece_ms()).clamp(64.0, f64::from(piece) * 2.0) as u32;
             (done, piece) = (end, fitting);
-            if observer.piece_done(&mut self.renderer, 0.0) {
+            if observer.piece_done(&mut self.engines, 0.0) {
                 return Err(DrawError::Interrupted);
             }
         }
@@ -317,11 +324,11 @@ impl Drawer {
         while done < total {
             if done == ready {
                 let start = Instant::now();
-                ready = make_ready(&mut self.renderer, done..total)?;
+                ready = make_ready(self.engines.gpu()?, done..total)?;
                 lists_ms += start.elapsed().as_secs_f64() * 1e3;
             }
             let end = (done + piece).min(ready);
-            let wall_ms = draw(&mut self.renderer, done..end)?;
+            let wall_ms = draw(self.engines.gpu()?, done..end)?;
             // Tiles beside the volume cost next to nothing: a piece grows by no more than twice.
             let rate = f64::from(end - done) / wall_ms.max(0.01);
             #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
@@ -329,7 +336,7 @@ impl Drawer {
             piece = fitting;
             done = end;
             let share = f64::from(done) / f64::from(total);
-            if observer.piece_done(&mut self.renderer, share) {
+            if observer.piece_done(&mut self.engines, share) {
                 return Err(DrawError::Interrupted);
             }
         }
@@ -350,11 +357,24 @@ impl Drawer {
         which: SlabField,
         observer: &mut dyn Observer,
     ) -> Result<(), DrawError> {
-        if !self.renderer.holds_field(which, volume, &plan.mode) {
-            self.field.tables[which as usize] = None;
-            let coefficients = self.coefficients(volume, &plan.mode, which, observer)?;
+        let (mode, is_native) = (&plan.mode, self.engines.of_plan(plan) == EngineKind::Native);
+        let holds_field = match is_native {
+            true => self.engines.native.holds_field(which, volume, mode),
+            false => self.engines.gpu()?.holds_field(which, volume, mode),
+        };
+        if !holds_field {
+            *self.field.table(is_native, which) = None;
+            let coefficients = self.coefficients(volume, mode, which, observer)?;
             let ticket = Ticket::new();
-            self.renderer.set_field(which, volume, &plan.mode, coefficients, &ticket)?;
+            match is_native {
+                true => {
+                    self.engines.native.set_field(which, volume, mode, coefficients, &ticket)?;
+                }
+                false => {
+                    let renderer = self.engines.gpu()?;
+                    renderer.set_field(which, volume, mode, coefficients, &ticket)?;
+                }
+            }
         }
         let spacing = plan.frame.lattice.smallest_spacing();
         let key = TableKey {
@@ -363,8 +383,11 @@ impl Drawer {
             reach: Renderer::slab_reach(&plan.view(), spacing, &plan.mode),
             levels: plan.inside.isosurfaces.iter().map(|iso| iso.value).collect(),
         };
-        let is_current = self.field.tables[which as usize].as_ref() == Some(&key)
-            && self.renderer.holds_slab_table(which);
+        let holds_table = match is_native {
+            true => self.engines.native.holds_table(which),
+            false => self.engines.gpu()?.holds_slab_table(which),
+        };
+        let is_current = holds_table && self.field.table(is_native, which).as_ref() == Some(&key);
         if !is_current {
             let weight = match key.opacity_model {
                 OpacityModel::OpticalDepth => Weight::Extinction,
@@ -376,8 +399,13 @@ impl Drawer {
                 &volume.statistics,
                 weight,
             );
-            self.renderer.set_slab_table(which, &table, key.reach, &key.levels)?;
-            self.field.tables[which as usize] = Some(key);
+            match is_native {
+                true => self.engines.native.set_table(which, &table, &key.levels),
+                false => {
+                    self.engines.gpu()?.set_slab_table(which, &table, key.reach, &key.levels)?;
+                }
+            }
+            *self.field.table(is_native, which) = Some(key);
         }
         Ok(())
     }
@@ -400,7 +428,7 @@ impl Drawer {
             }
         };
         while !job.thread.is_finished() {
-            if observer.piece_done(&mut self.renderer, 0.0) {
+            if observer.piece_done(&mut self.engines, 0.0) {
                 self.field.under_way = Some(job);
                 return Err(DrawError::Interrupted);
             }

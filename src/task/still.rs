@@ -7,16 +7,17 @@ use super::draw::{
 };
 use super::effect_costs::{LeftOut, left_out};
 use super::engine::HeldBytes;
+use super::engines::{Canvas, EngineKind};
 use super::estimate::{Coarseness, Estimator};
 use crate::accuracy::sweep::Detail;
 use crate::accuracy::{self, Difference};
 use crate::core::colour::srgb_bytes;
 use crate::core::memory::TooLarge;
 use crate::core::{Camera, Cancelled, Ticket};
-use crate::gpu::{GpuError, OctreeBuilder, Renderer, SlabField};
+use crate::gpu::{GpuError, OctreeBuilder};
 pub use crate::gpu::{PassTime, timing::Timer};
 use crate::kernel::Kernel;
-use crate::plan::{Outline, Plan};
+use crate::plan::{Outline, Plan, SlabField};
 use crate::scene::{Backend, Cells, Scene, SplatSettings, Visibility};
 
 /// How far a still picture is to be refined.
@@ -116,7 +117,9 @@ pub struct Still {
     pub kernels_active: u64,
     /// Who built the octree; `None` where there is none.
     pub octree: Option<OctreeBuilder>,
-    /// The adapter.
+    /// Which engine drew it.
+    pub engine: EngineKind,
+    /// The adapter, or the processor's instructions.
     pub adapter: String,
     /// Wall milliseconds from camera set to queue finished; the picture's first.
     pub frame_ms: Vec<f64>,
@@ -198,7 +201,7 @@ impl Observer for Watch<'_> {
         STILL_PIECE_MS
     }
 
-    fn piece_done(&mut self, _: &mut Renderer, done: f64) -> bool {
+    fn piece_done(&mut self, _: &mut dyn Canvas, done: f64) -> bool {
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0..=1000")]
         self.0.checkpoint((done * 1000.0) as u64, 1000).is_err()
     }
@@ -263,9 +266,9 @@ pub(super) fn draw(
     drawer.keeps_cut = false;
     let capped_sums = drawer.capped_sums()?;
     let mut frame_ms = vec![drawn.wall_ms];
-    let light = enlarged(drawer.renderer.read_light()?, drawn.size, *size);
+    let light = enlarged(drawer.engines.read_light()?, drawn.size, *size);
     let background = background_light(plan.background);
-    let shown = drawer.renderer.present(background)?;
+    let shown = drawer.engines.present(background)?;
     let shrink = f64::from(size[1]) / f64::from(drawn.size[1]);
     let estimated_rmse = Coarseness::of(&plan, rung, &drawn, shrink, &shown)
         .map(|coarseness| Estimator::default().rmse(&plan, coarseness, shrink));
@@ -280,22 +283,28 @@ pub(super) fn draw(
     let (mut timer, mut timed_frame_ms) = (None, None);
     let mut passes = Vec::new();
     if request.time_passes {
-        timer = Some(drawer.renderer.time_passes()?);
+        timer = Some(drawer.time_passes()?);
         // What fitted a budget then fits it now: the same picture is timed.
         drawer.costs = prices;
         let timed_ms = drawer.draw(&plan, rung, &mut watch)?.wall_ms;
-        let drawing = drawer.renderer.times().len();
-        drawer.renderer.present(background)?;
-        passes = drawer.renderer.times().to_vec();
+        let drawing = drawer.times().len();
+        drawer.engines.present(background)?;
+        passes = drawer.times();
         let presenting = passes[drawing..].iter().map(|pass| pass.gpu_ms).sum::<f64>();
         timed_frame_ms = Some(timed_ms + presenting);
-        drawer.renderer.stop_timing();
+        drawer.stop_timing();
     }
     let backend = backend_of(rung, &drawn, &plan);
+    let kernels_active = drawer.count_active(&plan);
+    if drawer.engines.drew() == EngineKind::Native {
+        drawn.kernels = kernels_active;
+    }
     let is_full = rung == Rung::Full;
-    let held = HeldBytes::of(&drawer.renderer);
-    let peak_gpu_bytes = drawer.renderer.peak_bytes();
-    let (pipelines, uploads) = (drawer.renderer.pipeline_count(), drawer.renderer.upload_count());
+    let held = drawer.engines.held();
+    let peak_gpu_bytes = drawer.engines.peak_bytes();
+    let of_gpu = drawer.engines.made_gpu();
+    let (pipelines, uploads) = of_gpu.map_or((0, 0), |r| (r.pipeline_count(), r.upload_count()));
+    let (drew, adapter) = (drawer.engines.drew(), drawer.engines.name());
     let effects = match request.time_passes && is_full {
         true => {
             let scene = Scene { splat: plan.mode, ..scene.clone() };
@@ -312,9 +321,10 @@ pub(super) fn draw(
         rgba,
         drawn,
         is_full,
-        kernels_active: drawer.active_count().unwrap_or(0),
+        kernels_active,
         octree: drawer.octree_builder(),
-        adapter: drawer.renderer.context().adapter_name.clone(),
+        engine: drew,
+        adapter,
         frame_ms,
         field,
         estimated_rmse,
@@ -338,7 +348,7 @@ fn shown_field(drawer: &Drawer, rung: Rung, drawn: &Drawn, plan: &Plan) -> Optio
     let is_preview = drawn.is_reduced && drawn.field == SlabField::Preview;
     let is_own = plan.reconstructs() && (rung == Rung::Full || drawn.is_reduced);
     let is_of_field = is_preview || is_own;
-    let (kernel, dims) = drawer.renderer.field_shape(drawn.field).filter(|_| is_of_field)?;
+    let (kernel, dims) = drawer.field_shape(drawn.field).filter(|_| is_of_field)?;
     Some(ShownField { which: drawn.field, kernel, dims })
 }
 
@@ -370,12 +380,12 @@ fn coarsest_within(
     watch: &mut Watch<'_>,
 ) -> Result<(Rung, f64), StillError> {
     drawer.draw(plan, Rung::Full, watch)?;
-    let full = widened(&drawer.renderer.read_light()?);
+    let full = widened(&drawer.engines.read_light()?);
     let mut count = 64;
     while count < drawer.active_count().unwrap_or(0) {
         let rung = Rung::Octree { max_error: drawer.error_for_count(count) };
         drawer.draw(plan, rung, watch)?;
-        let picture = widened(&drawer.renderer.read_light()?);
+        let picture = widened(&drawer.engines.read_light()?);
         let rmse = accuracy::rmse(&picture, &full)
             .map_err(|error| GpuError::Device(format!("two pictures of one size: {error}")))?;
         if rmse <= max_error {
@@ -401,7 +411,7 @@ fn converge(
     let mut slabs_per_voxel = plan.mode.slabs_per_voxel;
     let mut picture = |slabs: f64| -> Result<_, StillError> {
         let drawn = drawer.draw(&with_slabs(plan, slabs), Rung::Full, watch)?;
-        Ok((drawn, widened(&drawer.renderer.read_light()?)))
+        Ok((drawn, widened(&drawer.engines.read_light()?)))
     };
     let (mut drawn, mut coarser) = picture(slabs_per_voxel)?;
     let mut last_difference = None;

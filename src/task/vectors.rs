@@ -10,8 +10,8 @@ use super::draw::{DrawError, Drawer, Observer};
 use super::slabs::STOP_BELOW;
 use crate::core::{Cancelled, Ticket};
 use crate::gpu::layout::{LAYER_SLABS, TILE};
-use crate::gpu::{GpuError, Renderer, SlabField, VectorLook, VectorSplats};
-use crate::plan::{Classification, KernelList, Plan};
+use crate::gpu::{GpuError, Renderer, VectorLook, VectorSplats};
+use crate::plan::{Classification, KernelList, Plan, SlabField};
 use crate::scene::{SplatSettings, View};
 use crate::vector::Splats;
 
@@ -177,7 +177,9 @@ impl Drawer {
     ) -> Result<(), DrawError> {
         if plan.kernels.is_empty() {
             self.vectors = VectorJob::default();
-            self.renderer.clear_vectors();
+            if let Some(renderer) = self.engines.made_gpu_mut() {
+                renderer.clear_vectors();
+            }
             return Ok(());
         }
         for (i, KernelList { classification: key, .. }) in plan.kernels.iter().enumerate() {
@@ -233,7 +235,8 @@ impl Drawer {
         let (slab, field_slabs) = match plan.is_of_kernels_alone() {
             true => (own_slab, 1),
             false => {
-                let thickness = self.renderer.slab_thickness(which, view, &plan.mode, spacing);
+                let thickness =
+                    self.engines.gpu()?.slab_thickness(which, view, &plan.mode, spacing);
                 // Those of the field are shared out only where nobody looks closely.
                 let most = if is_quick { MOST_FIELD_SLABS } else { 1.0 };
                 let count = (own_slab / thickness).floor().clamp(1.0, most);
@@ -242,7 +245,7 @@ impl Drawer {
                 (count * thickness, whole)
             }
         };
-        self.renderer.set_vectors(&looks(&splats, &plan.kernels))?;
+        self.engines.gpu()?.set_vectors(&looks(&splats, &plan.kernels))?;
         let (plan, visits) = (plan.clone(), visits(&splats, slab, pixels_per_unit));
         Ok(Some(PictureVectors { plan, splats, slab, field_slabs, has_coarser, averaged, visits }))
     }
@@ -294,7 +297,7 @@ impl Drawer {
             }
         };
         while !job.thread.is_finished() {
-            if observer.piece_done(&mut self.renderer, 0.0) {
+            if observer.piece_done(&mut self.engines, 0.0) {
                 self.vectors.under_way = Some(job);
                 return Err(DrawError::Interrupted);
             }

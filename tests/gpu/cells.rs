@@ -57,9 +57,17 @@ fn the_cells_that_are_published_are_the_cut_that_is_drawn() {
                 .iter()
                 .map(|c| Record::new(c.low, c.size, c.extinction, c.colour))
                 .collect();
-            drawer.renderer.begin(&view, splat.kernel, splat.extent, unit).expect("it begins");
-            drawer.renderer.draw_records(&records).expect("it draws");
-            assert!(wide(&drawer.renderer.read_light().expect("it reads back")) == cut);
+            drawer
+                .engines
+                .gpu()
+                .expect("a device")
+                .begin(&view, splat.kernel, splat.extent, unit)
+                .expect("it begins");
+            drawer.engines.gpu().expect("a device").draw_records(&records).expect("it draws");
+            assert!(
+                wide(&drawer.engines.gpu().expect("a device").read_light().expect("it reads back"))
+                    == cut
+            );
 
             let mut covered = vec![0_u32; lattice.len()];
             for cell in &cells.cells {

@@ -45,7 +45,7 @@ fn pictures(scene: &Scene, bytes: u64) -> Option<(Vec<Light>, u64)> {
         let scene = Scene { splat, ..scene.clone() };
         drawn(&mut drawer, &scene, SMALL, Rung::Full).0
     });
-    Some((pictures.to_vec(), drawer.renderer.peak_bytes()))
+    Some((pictures.to_vec(), drawer.engines.gpu().expect("a device").peak_bytes()))
 }
 
 #[track_caller]

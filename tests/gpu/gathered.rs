@@ -43,7 +43,7 @@ pub(crate) fn gathered(drawer: &mut Drawer, scene: &Scene, size: [u32; 2]) -> Li
 fn pieces(drawer: &mut Drawer, scene: &Scene, size: [u32; 2], stop: f64, piece: u32) -> Light {
     scene.splat.check().expect("a mode that means something");
     drawer.prepare(&Plan::of(scene, size), &Ticket::new()).expect("the device prepares");
-    let renderer = &mut drawer.renderer;
+    let renderer = &mut drawer.engines.gpu().expect("a device");
     let (view, unit) = (View::new(scene, size), scene.opacity_unit_distance());
     renderer.begin(&view, scene.splat.kernel, scene.splat.extent, unit).expect("a sound view");
     let (mut first, count) = (0, tile_count(size));
@@ -329,10 +329,10 @@ fn capped_sums_are_counted() {
     // A slice seen obliquely is thicker than a voxel: opacities up to 0.9 would pass 1 in places.
     scene.splat.opacity_unit_distance = Some(4.0);
     gathered(&mut drawer, &scene, ODD);
-    assert_eq!(drawer.renderer.capped_sums(), Ok(0));
+    assert_eq!(drawer.engines.gpu().expect("a device").capped_sums(), Ok(0));
     scene.splat.opacity_unit_distance = Some(0.5);
     gathered(&mut drawer, &scene, ODD);
-    let capped = drawer.renderer.capped_sums().expect("it counts");
+    let capped = drawer.engines.gpu().expect("a device").capped_sums().expect("it counts");
     // At most one a pixel and slice.
     assert!(capped > 100 && capped < 45 * 37 * 10, "{capped}");
     // Boxes of 0.9, five behind one another: a little over 1, or a little under.
@@ -346,7 +346,11 @@ fn capped_sums_are_counted() {
             scene.splat.visibility = visibility;
             scene.splat.opacity_unit_distance = Some(unit);
             gathered(&mut drawer, &scene, [8, 8]);
-            assert_eq!(drawer.renderer.capped_sums(), Ok(expected), "{visibility:?} {unit}");
+            assert_eq!(
+                drawer.engines.gpu().expect("a device").capped_sums(),
+                Ok(expected),
+                "{visibility:?} {unit}"
+            );
         }
     }
 }

@@ -171,7 +171,7 @@ fn gathered_rays_in_parts_meet_the_same_polygons() {
                 context.most_turns = most_turns;
                 let mut drawer = Drawer::new(Renderer::new(context));
                 let light = drawn(&mut drawer, &scene, SIZE, Rung::Full).0;
-                Some((light, drawer.renderer.size_bytes()))
+                Some((light, drawer.engines.gpu().expect("a device").size_bytes()))
             };
             let (Some(whole), Some(parts)) = (light(None), light(Some(turns))) else { return };
             assert!(parts.1 > whole.1, "something is kept between parts");
@@ -210,13 +210,17 @@ fn kernels_without_polygons_are_drawn_as_before() {
     for visibility in [EverySample, Slabs] {
         let embedded = first(Kernel::Cubic, visibility, 1);
         let plain = with_polygons(embedded.clone(), []);
-        let held =
-            |drawer: &Drawer| (drawer.renderer.pipeline_count(), drawer.renderer.size_bytes());
+        let held = |drawer: &Drawer| {
+            (
+                drawer.engines.gpu().expect("a device").pipeline_count(),
+                drawer.engines.gpu().expect("a device").size_bytes(),
+            )
+        };
         let (before, _) = drawn(&mut drawer, &plain, SIZE, Rung::Full);
         let (pipelines, bytes) = held(&drawer);
         let (shown, _) = drawn(&mut drawer, &embedded, SIZE, Rung::Full);
-        assert!(shown != before && drawer.renderer.polygon_bytes() > 0);
-        let more = drawer.renderer.pipeline_count() - pipelines;
+        assert!(shown != before && drawer.engines.gpu().expect("a device").polygon_bytes() > 0);
+        let more = drawer.engines.gpu().expect("a device").pipeline_count() - pipelines;
         // The walk, and once the two passes over pixels.
         assert_eq!(more, if visibility == EverySample { 3 } else { 1 });
         let mut hidden = embedded;

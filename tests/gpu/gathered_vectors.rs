@@ -186,9 +186,9 @@ fn rays_in_parts_meet_the_same_vectors() {
             let mut context = context(Wishes::default())?;
             context.most_turns = most_turns;
             let mut drawer = Drawer::new(Renderer::new(context));
-            drawer.renderer.time_passes().expect("it times");
+            drawer.engines.gpu().expect("a device").time_passes().expect("it times");
             let light = drawn(&mut drawer, &scene, PICTURE, Rung::Full).0;
-            let times = drawer.renderer.times();
+            let times = drawer.engines.gpu().expect("a device").times();
             Some((
                 light,
                 times.iter().filter(|p| p.name.starts_with("gather_")).map(|p| p.runs).sum::<u32>(),
@@ -213,15 +213,20 @@ fn kernels_without_vectors_are_drawn_as_before() {
     let embedded = beside(Kernel::Cubic, Slabs);
     let plain = with_vectors(embedded.clone(), []);
     let (before, _) = drawn(&mut drawer, &plain, PICTURE, Rung::Full);
-    let bytes = drawer.renderer.size_bytes();
+    let bytes = drawer.engines.gpu().expect("a device").size_bytes();
     let (shown, _) = drawn(&mut drawer, &embedded, PICTURE, Rung::Full);
-    assert!(shown != before && drawer.renderer.vector_bytes() > 0);
+    assert!(shown != before && drawer.engines.gpu().expect("a device").vector_bytes() > 0);
     let (after, _) = drawn(&mut drawer, &plain, PICTURE, Rung::Full);
     assert_eq!(after, before, "the same bits");
-    assert_eq!(drawer.renderer.size_bytes() - drawer.renderer.list_bytes(), bytes);
-    drawer.renderer.time_passes().expect("it times");
+    assert_eq!(
+        drawer.engines.gpu().expect("a device").size_bytes()
+            - drawer.engines.gpu().expect("a device").list_bytes(),
+        bytes
+    );
+    drawer.engines.gpu().expect("a device").time_passes().expect("it times");
     drawn(&mut drawer, &plain, PICTURE, Rung::Full);
-    let names: Vec<&str> = drawer.renderer.times().iter().map(|pass| pass.name).collect();
+    let names: Vec<&str> =
+        drawer.engines.gpu().expect("a device").times().iter().map(|pass| pass.name).collect();
     assert_eq!(names, ["gather_kernels"]);
 }
 

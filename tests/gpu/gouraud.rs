@@ -115,9 +115,16 @@ fn nodes_of_many_sides_are_the_references() {
                     .prepare(&Plan::of(&scene, SIZE), &Default::default())
                     .expect("the device prepares");
                 let (view, unit) = (View::new(&scene, SIZE), scene.opacity_unit_distance());
-                drawer.renderer.begin_meshes(&view, &scene.splat, unit).expect("it begins");
-                drawer.renderer.draw_records(&records).expect("it draws");
-                let found = wide(&drawer.renderer.read_light().expect("it reads back"));
+                drawer
+                    .engines
+                    .gpu()
+                    .expect("a device")
+                    .begin_meshes(&view, &scene.splat, unit)
+                    .expect("it begins");
+                drawer.engines.gpu().expect("a device").draw_records(&records).expect("it draws");
+                let found = wide(
+                    &drawer.engines.gpu().expect("a device").read_light().expect("it reads back"),
+                );
                 let expected = expected(&scene, Some(kernels(&scene, &records)));
                 let model = scene.splat.opacity_model.name();
                 let name = format!("nodes as meshes {angles} × {rings}, {name}, {model}");
@@ -221,7 +228,10 @@ fn nothing_of_meshes_is_made_before_they_are_asked_for_and_each_once() {
     // Twice, as the buffer that brings the picture back is counted by the picture after.
     drawn(&mut drawer, &cubic, SIZE, Rung::Full);
     drawn(&mut drawer, &cubic, SIZE, Rung::Full);
-    let count = |d: &Drawer| (d.renderer.pipeline_count(), d.renderer.peak_bytes());
+    let count = |d: &Drawer| {
+        let renderer = d.engines.made_gpu().expect("a device");
+        (renderer.pipeline_count(), renderer.peak_bytes())
+    };
     let before = count(&drawer);
     let meshes = usual(small());
     drawn(&mut drawer, &meshes, SIZE, Rung::Full);

@@ -158,12 +158,17 @@ fn what_is_not_cut_costs_nothing_and_changes_no_bit() {
     let mut drawer = Drawer::new(Renderer::new(context));
     let plain = exact(lattice());
     let (before, _) = drawn(&mut drawer, &plain, SIZE, Rung::Full);
-    let held = |drawer: &Drawer| (drawer.renderer.pipeline_count(), drawer.renderer.size_bytes());
+    let held = |drawer: &Drawer| {
+        (
+            drawer.engines.gpu().expect("a device").pipeline_count(),
+            drawer.engines.gpu().expect("a device").size_bytes(),
+        )
+    };
     let (pipelines, bytes) = held(&drawer);
     drawn(&mut drawer, &both(plain.clone(), CutFaces::Coloured), SIZE, Rung::Full);
     let inside = size_of::<voxsplat::gpu::layout::Inside>() as u64;
     assert_eq!(held(&drawer), (pipelines + 1, bytes + inside));
-    assert_eq!(drawer.renderer.inside_bytes(), inside);
+    assert_eq!(drawer.engines.gpu().expect("a device").inside_bytes(), inside);
     let whole = Clip { bounds: Some(ClipBox::WHOLE), ..Clip::default() };
     let (after, _) = drawn(&mut drawer, &clipped(plain, whole), SIZE, Rung::Full);
     assert_eq!(after, before, "a box about all of it cuts nothing");
@@ -182,7 +187,9 @@ fn previews_are_cut_as_the_exact_picture_is() {
     let tents = voxsplat::kernel::nearest_tents(volume_of(&scene), &ticket).expect("made");
     let splat = SplatSettings { kernel: Kernel::Linear, ..SplatSettings::EXACT };
     drawer
-        .renderer
+        .engines
+        .gpu()
+        .expect("a device")
         .set_field(SlabField::Preview, volume_of(&scene), &splat, tents, &ticket)
         .expect("set");
     let rung = Rung::Reduced { field: SlabField::Preview, shrink: 1.0 };
@@ -258,7 +265,7 @@ fn a_projection_is_of_values_alone() {
     let off = found.iter().flatten().zip(same.iter().flatten()).map(|(a, b)| (a - b).abs());
     // Cells mix their colours by the opacities within.
     assert!(off.fold(0.0, f64::max) < 2e-3);
-    assert_eq!(drawer.renderer.shading_bytes(), 0);
+    assert_eq!(drawer.engines.gpu().expect("a device").shading_bytes(), 0);
     assert!(found.iter().filter(|p| p[3] == 1.0).count() > 300, "whatever is met is opaque");
     for along in [AlongRay::Minimum, AlongRay::Average] {
         let mut context = self::context(Wishes::default()).expect("there was one");

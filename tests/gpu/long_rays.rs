@@ -183,12 +183,18 @@ fn rays_in_parts_are_the_same_rays() {
             println!("measured in parts, {name} {order:?}: {difference:.1e}");
             assert!(difference <= most, "{name} {order:?}: {difference:e}");
             if most < 1e-4 {
-                let caps = [&mut whole, &mut parts].map(|d| d.renderer.capped_sums());
+                let caps = [&mut whole, &mut parts]
+                    .map(|d| d.engines.gpu().expect("a device").capped_sums());
                 assert_eq!(caps[0], caps[1], "{name} {order:?}");
             }
         }
     }
-    let count = |drawer: &Drawer| (drawer.renderer.pipeline_count(), drawer.renderer.peak_bytes());
+    let count = |drawer: &Drawer| {
+        (
+            drawer.engines.gpu().expect("a device").pipeline_count(),
+            drawer.engines.gpu().expect("a device").peak_bytes(),
+        )
+    };
     assert!(count(&parts).1 > count(&whole).1, "nothing was drawn in parts");
 }
 
@@ -227,7 +233,10 @@ fn short_rays_cost_no_pass_and_no_byte_more() {
             drawn(drawer, &scene, [24, 20], Rung::Full);
         }
     }
-    let count = |d: &Drawer| (d.renderer.pipeline_count(), d.renderer.peak_bytes());
+    let count = |d: &Drawer| {
+        let renderer = d.engines.made_gpu().expect("a device");
+        (renderer.pipeline_count(), renderer.peak_bytes())
+    };
     assert_eq!(count(&free), count(&limited));
 }
 

@@ -168,7 +168,12 @@ fn blocks_of_no_data_in_empty_space_are_found() {
 fn what_is_left_out_costs_nothing_and_changes_no_bit() {
     let Some(context) = context(voxsplat::gpu::Wishes::default()) else { return };
     let mut drawer = Drawer::new(Renderer::new(context));
-    let held = |drawer: &Drawer| (drawer.renderer.pipeline_count(), drawer.renderer.size_bytes());
+    let held = |drawer: &Drawer| {
+        (
+            drawer.engines.gpu().expect("a device").pipeline_count(),
+            drawer.engines.gpu().expect("a device").size_bytes(),
+        )
+    };
     let plain = with_holes(NoData::default());
     let (before, _) = drawn(&mut drawer, &plain, SIZE, Rung::Full);
     let (pipelines, bytes) = held(&drawer);

@@ -28,9 +28,15 @@ fn a_node_is_the_kernel_of_its_own_box_whatever_its_sides() {
             let low = [5, 6, 4];
             let (extinction, colour) = (0.4_f32, [60_000_u16, 20_000, 5_000]);
             let records = [Record::new(low, size, extinction, colour)];
-            drawer.renderer.begin(&view, Kernel::Cubic, None, unit).expect("it begins");
-            drawer.renderer.draw_records(&records).expect("it draws");
-            let found = wide(&drawer.renderer.read_light().expect("it reads back"));
+            drawer
+                .engines
+                .gpu()
+                .expect("a device")
+                .begin(&view, Kernel::Cubic, None, unit)
+                .expect("it begins");
+            drawer.engines.gpu().expect("a device").draw_records(&records).expect("it draws");
+            let found =
+                wide(&drawer.engines.gpu().expect("a device").read_light().expect("it reads back"));
             let centre = DVec3::from_array(std::array::from_fn(|a| {
                 f64::from(low[a]) + (f64::from(size[a]) - 1.0) / 2.0
             }));

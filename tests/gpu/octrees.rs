@@ -341,9 +341,14 @@ fn quick_pictures_of_cuts_are_thinned() {
             |n: &CutNode| Record::new(n.low, n.size, n.node.extinction * factor, n.node.colour);
         let records: Vec<Record> = cut.nodes.iter().map(record).collect();
         let view = View::new(&scene, coarse.size);
-        drawer.renderer.begin(&view, scene.splat.kernel, None, unit).expect("begun");
-        drawer.renderer.draw_records(&records).expect("drawn");
-        wide(&drawer.renderer.read_light().expect("read"))
+        drawer
+            .engines
+            .gpu()
+            .expect("a device")
+            .begin(&view, scene.splat.kernel, None, unit)
+            .expect("begun");
+        drawer.engines.gpu().expect("a device").draw_records(&records).expect("drawn");
+        wide(&drawer.engines.gpu().expect("a device").read_light().expect("read"))
     };
     assert!(by_hand(factor) == found, "another picture than its cut, thinned");
     assert!(by_hand(1.0) != found);
@@ -385,7 +390,7 @@ fn a_drag_is_seen_from_coarse_levels_and_pieces_follow_until_all_of_it_is_there(
     drawer.prepare_preview(&plan, budget_ms, &ticket).expect("prepared");
     assert!(drawer.has_coarse_octree());
     assert_eq!(drawer.octree_builder(), Some(OctreeBuilder::Device));
-    let uploads = drawer.renderer.upload_count();
+    let uploads = drawer.engines.gpu().expect("a device").upload_count();
     assert!(!drawer.advance_octree().expect("a device"), "nobody began it");
     drawer.begin_octree(&plan).expect("begun");
     assert!(drawer.advance_octree().expect("a device"), "not all of it at once");
@@ -396,9 +401,9 @@ fn a_drag_is_seen_from_coarse_levels_and_pieces_follow_until_all_of_it_is_there(
     assert!(!drawer.advance_octree().expect("a device"), "that of the function before");
     let coarse = drawer.draw(&plan, Rung::Coarse { budget_ms }, &mut ()).expect("drawn");
     assert!(coarse.nodes > 0 && coarse.max_error > 0.0);
-    let seen = wide(&drawer.renderer.read_light().expect("read"));
+    let seen = wide(&drawer.engines.gpu().expect("a device").read_light().expect("read"));
     assert!(seen.iter().all(|p| p[0] == 0.0) && seen.iter().any(|p| p[1] > 0.0));
-    let held = drawer.renderer.size_bytes();
+    let held = drawer.engines.gpu().expect("a device").size_bytes();
     drawer.begin_octree(&plan).expect("begun");
     let mut pieces = 1;
     while drawer.advance_octree().expect("a device") {
@@ -409,12 +414,16 @@ fn a_drag_is_seen_from_coarse_levels_and_pieces_follow_until_all_of_it_is_there(
     drawer.prepare(&plan, &ticket).expect("prepared");
     assert!(!drawer.has_coarse_octree());
     assert_eq!(drawer.octree_builder(), Some(OctreeBuilder::Device));
-    assert_eq!(drawer.renderer.upload_count(), uploads, "the samples were there");
+    assert_eq!(
+        drawer.engines.gpu().expect("a device").upload_count(),
+        uploads,
+        "the samples were there"
+    );
 
     other.prepare(&plan, &ticket).expect("prepared");
     assert_eq!(other.octree_builder(), Some(OctreeBuilder::Host));
     assert_eq!(drawer.active_count(), other.active_count());
-    assert_eq!(drawer.renderer.size_bytes(), held, "bricks are let go");
+    assert_eq!(drawer.engines.gpu().expect("a device").size_bytes(), held, "bricks are let go");
     let max_error = other.error_for_count(1000);
     let [a, b] =
         [&mut drawer, &mut other].map(|d| drawn(d, &moved, FRAME, Rung::Octree { max_error }));
@@ -439,13 +448,23 @@ fn only_who_asks_for_an_octree_has_the_device_build_one() {
     let seen = drawers.each_mut().map(|drawer| {
         drawer.prepare_preview(&exact, 15.0, &ticket).expect("prepared");
         drawer.draw(&exact, Rung::Full, &mut ()).expect("drawn");
-        let light = drawer.renderer.read_light().expect("read");
-        (light, drawer.renderer.size_bytes(), drawer.renderer.pipeline_count())
+        let light = drawer.engines.gpu().expect("a device").read_light().expect("read");
+        (
+            light,
+            drawer.engines.gpu().expect("a device").size_bytes(),
+            drawer.engines.gpu().expect("a device").pipeline_count(),
+        )
     });
     assert!(seen[0] == seen[1]);
     let [device, _] = &mut drawers;
     let volume = volume_of(&base);
-    assert!(!device.renderer.builds_octree(volume, ErrorMeasure::OpticalDepth));
+    assert!(
+        !device
+            .engines
+            .made_gpu()
+            .expect("a device")
+            .builds_octree(volume, ErrorMeasure::OpticalDepth)
+    );
     let mut deep = base.clone();
     deep.splat.cut.measure = ErrorMeasure::OpticalDepth;
     device.prepare(&plan_of(&deep), &ticket).expect("prepared");

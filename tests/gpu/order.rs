@@ -20,7 +20,7 @@ fn one_piece(drawer: &mut Drawer, scene: &Scene, capacity: u64) -> GridTotals {
     let dims = scene.lattice().dims;
     let [a, b, _] = view.traversal.axes;
     let rows = (dims[a] * dims[b]) as u32;
-    let renderer = &mut drawer.renderer;
+    let renderer = &mut drawer.engines.gpu().expect("a device");
     renderer.begin(&view, scene.splat.kernel, None, 1.0).expect("a sound view");
     renderer.draw_rows(&view, 0..rows, capacity).expect("the device draws");
     renderer.grid_totals().expect("the device counts")
@@ -30,7 +30,12 @@ fn one_piece(drawer: &mut Drawer, scene: &Scene, capacity: u64) -> GridTotals {
 fn emitted(drawer: &mut Drawer, scene: &Scene) -> Vec<([usize; 3], f32)> {
     let totals = one_piece(drawer, scene, scene.lattice().len() as u64);
     assert_eq!(totals.most_missing, 0);
-    let records = drawer.renderer.read_records(totals.kernels).expect("the device reads back");
+    let records = drawer
+        .engines
+        .gpu()
+        .expect("a device")
+        .read_records(totals.kernels)
+        .expect("the device reads back");
     records.iter().map(|r| (r.centre.map(|c| c as usize), r.extinction)).collect()
 }
 
@@ -101,7 +106,12 @@ fn a_piece_with_too_little_room_says_how_much_is_missing() {
         let totals = one_piece(&mut drawer, &scene, capacity);
         assert_eq!(totals, GridTotals { kernels: capacity, most_missing: all - capacity });
         // What did fit is the far end, in order.
-        let records = drawer.renderer.read_records(capacity).expect("the device reads back");
+        let records = drawer
+            .engines
+            .gpu()
+            .expect("a device")
+            .read_records(capacity)
+            .expect("the device reads back");
         let far: Vec<_> = expected(&scene)[..capacity as usize].iter().map(|(v, _)| *v).collect();
         let found: Vec<_> = records.iter().map(|r| r.centre.map(|c| c as usize)).collect();
         assert_eq!(found, far);

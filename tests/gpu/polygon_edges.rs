@@ -131,7 +131,7 @@ fn more_polygons_over_a_pixel_than_can_be_sorted_are_refused() {
     let scene = with_polygons(base.clone(), vec![layer(squares(&base, 1, &depths), 1.0)]);
     let plan = Plan::of(&scene, SIZE);
     drawer.prepare(&plan, &voxsplat::core::Ticket::new()).expect("prepared");
-    if drawer.renderer.context().most_turns.is_some() {
+    if drawer.engines.gpu().expect("a device").context().most_turns.is_some() {
         let refused = drawer.draw(&plan, Rung::Full, &mut ()).unwrap_err().to_string();
         assert!(refused.contains("at most 2600"), "{refused}");
         // Two triangles each, on their common edge.

@@ -187,7 +187,7 @@ fn rays_in_parts_meet_the_same_polygons() {
             context.most_turns = most_turns;
             let mut drawer = Drawer::new(Renderer::new(context));
             let light = drawn(&mut drawer, &scene, SIZE, Rung::Full).0;
-            Some((light, drawer.renderer.size_bytes()))
+            Some((light, drawer.engines.gpu().expect("a device").size_bytes()))
         };
         let (Some(whole), Some(parts)) = (light(None), light(Some(800))) else { return };
         assert!(parts.1 > whole.1, "something is kept between parts");
@@ -203,14 +203,19 @@ fn what_has_no_polygons_costs_nothing_and_the_same_ones_are_the_same_bits() {
     let mut drawer = Drawer::new(Renderer::new(context));
     let plain = exact();
     let (before, _) = drawn(&mut drawer, &plain, SIZE, Rung::Full);
-    let held = |drawer: &Drawer| (drawer.renderer.pipeline_count(), drawer.renderer.size_bytes());
+    let held = |drawer: &Drawer| {
+        (
+            drawer.engines.gpu().expect("a device").pipeline_count(),
+            drawer.engines.gpu().expect("a device").size_bytes(),
+        )
+    };
     let (pipelines, bytes) = held(&drawer);
-    assert_eq!(drawer.renderer.polygon_bytes(), 0);
+    assert_eq!(drawer.engines.gpu().expect("a device").polygon_bytes(), 0);
     let embedded = with_polygons(plain.clone(), both());
     let (first, _) = drawn(&mut drawer, &embedded, SIZE, Rung::Full);
     // The walk, and the two passes over pixels; those that rasterise are the polygons' own.
-    assert_eq!(drawer.renderer.pipeline_count(), pipelines + 3);
-    let taken = drawer.renderer.polygon_bytes();
+    assert_eq!(drawer.engines.gpu().expect("a device").pipeline_count(), pipelines + 3);
+    let taken = drawer.engines.gpu().expect("a device").polygon_bytes();
     assert_eq!(held(&drawer).1, bytes + taken);
     let mut turned = embedded.clone();
     turned.camera = turned.camera.orbited(0.4, 0.2);
@@ -281,7 +286,7 @@ fn many_polygons_over_a_pixel_are_drawn_or_refused() {
     let scene = with_polygons(base.clone(), vec![layer(squares(&base, 1, &depths), 0.01)]);
     let plan = Plan::of(&scene, SIZE);
     drawer.prepare(&plan, &voxsplat::core::Ticket::new()).expect("prepared");
-    if drawer.renderer.context().most_turns.is_some() {
+    if drawer.engines.gpu().expect("a device").context().most_turns.is_some() {
         let refused = drawer.draw(&plan, Rung::Full, &mut ()).unwrap_err().to_string();
         assert!(refused.starts_with("expected polygons over one pixel of at most"), "{refused}");
         // Two triangles each, on their common edge.

@@ -500,8 +500,12 @@ fn capped_opacities_are_counted_from_each_beginning() {
     transfer_of(&mut scene).opacity = vec![(90.0, 0.9), (160.0, 1.0)];
     let means = Means::of(volume_of(&scene), 2);
     let (_, caps) = expected(&scene, &means, SMALL);
-    let (_, capped) =
-        preview(&mut drawer.renderer, &scene, means.coefficients(volume_of(&scene)), SMALL);
+    let (_, capped) = preview(
+        &mut drawer.engines.gpu().expect("a device"),
+        &scene,
+        means.coefficients(volume_of(&scene)),
+        SMALL,
+    );
     assert!(caps > 100 && capped.abs_diff(caps) <= caps / 50, "{capped} of {caps}");
     // The field of before stays on the device; the scene's own caps nothing.
     transfer_of(&mut scene).opacity = vec![(90.0, 0.0), (255.0, 1e-3)];

@@ -94,7 +94,10 @@ fn a_preview_in_the_own_mode_waits_for_no_hierarchy() {
     drawer.prepare_preview(&plan, budget_ms, &ticket).expect("prepared");
     assert_eq!((drawer.active_count(), drawer.hierarchy_bytes()), (None, 0));
     let preview = drawer.draw(&plan, Rung::Coarse { budget_ms }, &mut ()).expect("drawn");
-    let preview = (preview.is_reduced, wide(&drawer.renderer.read_light().expect("read")));
+    let preview = (
+        preview.is_reduced,
+        wide(&drawer.engines.gpu().expect("a device").read_light().expect("read")),
+    );
     let (full, _) = drawn(&mut drawer, &scene, SIZE, Rung::Full);
     assert_eq!(preview, (true, full), "of the transfer function as it is now");
     assert!(drawer.active_count().is_some_and(|count| count > 0), "at rest they are counted");
@@ -128,7 +131,7 @@ fn a_smaller_picture_has_one_ray_a_pixel() {
     let mut light = |size: [u32; 2], enlarged: f64| {
         let view = View { enlarged, ..View::new(&scene, size) };
         let (spacing, unit) = (scene.lattice().smallest_spacing(), scene.opacity_unit_distance());
-        let renderer = &mut drawer.renderer;
+        let renderer = &mut drawer.engines.gpu().expect("a device");
         renderer.begin(&view, scene.splat.kernel, None, unit).expect("begun");
         let tiles = 0..tile_count(size);
         let constants =
@@ -186,7 +189,12 @@ fn tents_are_taken_where_the_own_field_would_be_much_smaller() {
     assert_eq!(chosen(&mut drawer, &scene, steps(13), 1.0), Some((own, 13.0)));
     let ticket = Ticket::new();
     let tents = coefficients(volume_of(&scene), Kernel::Linear, None, true, &ticket).expect("made");
-    drawer.renderer.set_field(preview, volume_of(&scene), &TENTS, tents, &ticket).expect("set");
+    drawer
+        .engines
+        .gpu()
+        .expect("a device")
+        .set_field(preview, volume_of(&scene), &TENTS, tents, &ticket)
+        .expect("set");
 
     assert_eq!(chosen(&mut drawer, &scene, 1.0, 1.0), Some((own, 0.0)), "whole");
     assert_eq!(chosen(&mut drawer, &scene, steps(8), steps(7)), Some((own, 8.0)));
@@ -230,7 +238,12 @@ fn a_thousandth_of_a_second_affords_the_smallest_picture_and_ten_seconds_the_who
     drawn(&mut drawer, &scene, SIZE, Rung::Full);
     let tents = coefficients(volume_of(&scene), Kernel::Linear, None, true, &ticket).expect("made");
     let preview = SlabField::Preview;
-    drawer.renderer.set_field(preview, volume_of(&scene), &TENTS, tents, &ticket).expect("set");
+    drawer
+        .engines
+        .gpu()
+        .expect("a device")
+        .set_field(preview, volume_of(&scene), &TENTS, tents, &ticket)
+        .expect("set");
     let costs = Costs::default();
     let mut coarse = |size: [u32; 2], budget_ms: f64| {
         drawer.costs = costs;

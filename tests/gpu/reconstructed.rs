@@ -378,7 +378,7 @@ fn capped_slabs_are_counted_one_by_one() {
                 let (found, _) = drawn(&mut drawer, &scene, [8, 8], Rung::Full);
                 // Fully covered, and never over 1.
                 assert!(found.iter().all(|p| p[3] > 0.98 && p[3] < 1.0 + 1e-6), "{found:?}");
-                let found = drawer.renderer.capped_sums();
+                let found = drawer.engines.gpu().expect("a device").capped_sums();
                 assert_eq!(found, Ok(64 * capped), "{classify:?} {order:?} {unit}");
             }
         }

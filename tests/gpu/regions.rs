@@ -192,7 +192,12 @@ fn regions_tell_matter_from_the_blur_between_two_others() {
 fn what_is_not_asked_for_costs_nothing_and_changes_no_bit() {
     let Some(context) = context(Wishes::default()) else { return };
     let mut drawer = Drawer::new(Renderer::new(context));
-    let held = |drawer: &Drawer| (drawer.renderer.pipeline_count(), drawer.renderer.size_bytes());
+    let held = |drawer: &Drawer| {
+        (
+            drawer.engines.gpu().expect("a device").pipeline_count(),
+            drawer.engines.gpu().expect("a device").size_bytes(),
+        )
+    };
     let plain = painted(Shading::default());
     let lit = painted(Shading { lighting: Some(Lighting::default()), ..Shading::default() });
     let [before, lit_before] = [&plain, &lit].map(|s| drawn(&mut drawer, s, SIZE, Rung::Full).0);
@@ -237,7 +242,12 @@ fn previews_are_painted_as_the_exact_picture_is() {
     let tents = voxsplat::kernel::nearest_tents(volume_of(&scene), &ticket).expect("made");
     let splat = SplatSettings { kernel: Kernel::Linear, ..SplatSettings::EXACT };
     let preview = SlabField::Preview;
-    drawer.renderer.set_field(preview, volume_of(&scene), &splat, tents, &ticket).expect("set");
+    drawer
+        .engines
+        .gpu()
+        .expect("a device")
+        .set_field(preview, volume_of(&scene), &splat, tents, &ticket)
+        .expect("set");
     let (quick, what) =
         drawn(&mut drawer, &scene, SIZE, Rung::Reduced { field: preview, shrink: 1.0 });
     assert_eq!(what.field, preview);

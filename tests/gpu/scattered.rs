@@ -135,10 +135,14 @@ fn every_sample_is_the_references_picture_and_the_triangles() {
                 pixels,
                 Rays::Local,
             );
-            let raster = by_raster(&mut drawer.renderer, &base, &records);
+            let raster = by_raster(&mut drawer.engines.gpu().expect("a device"), &base, &records);
             for order in ORDERS {
                 let name = format!("lists {}, {name}, {}", kernel.name(), order.name());
-                let found = by_lists(&mut drawer.renderer, &in_order(&base, order), &records);
+                let found = by_lists(
+                    &mut drawer.engines.gpu().expect("a device"),
+                    &in_order(&base, order),
+                    &records,
+                );
                 print_measured(&name, &found, &expected);
                 print_measured(&format!("{name}, to triangles"), &found, &raster);
                 // The reference's boxes have their exact chord in perspective; ours are seen as in
@@ -150,8 +154,8 @@ fn every_sample_is_the_references_picture_and_the_triangles() {
             }
         }
         let backwards: Vec<Record> = records.iter().rev().copied().collect();
-        let raster = by_raster(&mut drawer.renderer, &base, &records);
-        let found = by_lists(&mut drawer.renderer, &base, &backwards);
+        let raster = by_raster(&mut drawer.engines.gpu().expect("a device"), &base, &records);
+        let found = by_lists(&mut drawer.engines.gpu().expect("a device"), &base, &backwards);
         assert!(fault(&found, &raster, ROUNDING).is_some(), "the order matters");
     }
 }
@@ -259,7 +263,8 @@ fn slabs_are_each_kernels_integral_between_their_faces() {
                 let name = format!("{} {extent:?}, {slabs_per_voxel}, {name}", kernel.name());
                 for order in ORDERS {
                     let scene = in_order(&scene, order);
-                    let found = by_lists(&mut drawer.renderer, &scene, &records);
+                    let found =
+                        by_lists(&mut drawer.engines.gpu().expect("a device"), &scene, &records);
                     print_measured(&format!("slabs {name}, {}", order.name()), &found, &expected);
                     assert_eq!(fault(&found, &expected, DENSE), None, "{name}");
                 }
@@ -269,7 +274,7 @@ fn slabs_are_each_kernels_integral_between_their_faces() {
         let mut moved = in_slabs(&base, 1.0, Order::FrontToBack);
         let expected = slabs(&moved, &kernels(&moved, &records), false).0;
         moved.splat.slabs_per_voxel = 0.5;
-        let found = by_lists(&mut drawer.renderer, &moved, &records);
+        let found = by_lists(&mut drawer.engines.gpu().expect("a device"), &moved, &records);
         print_measured(&format!("slabs of another thickness, {name}"), &found, &expected);
         assert!(fault(&found, &expected, DENSE).is_some(), "{name}: slabs of another thickness");
     }
@@ -282,11 +287,12 @@ fn alpha_is_the_same_in_every_mode_and_order() {
         let records = records(&base, 80, 5);
         for kernel in [Kernel::Cubic, Kernel::Gaussian, Kernel::Nearest, Kernel::Point] {
             let base = with_kernel(base.clone(), kernel);
-            let every = by_lists(&mut drawer.renderer, &base, &records);
+            let every = by_lists(&mut drawer.engines.gpu().expect("a device"), &base, &records);
             for slabs_per_voxel in [0.25, 1.0, 3.0, 16.0] {
                 for order in ORDERS {
                     let scene = in_slabs(&base, slabs_per_voxel, order);
-                    let found = by_lists(&mut drawer.renderer, &scene, &records);
+                    let found =
+                        by_lists(&mut drawer.engines.gpu().expect("a device"), &scene, &records);
                     let most = every.iter().zip(&found).map(|(a, b)| (a[3] - b[3]).abs());
                     let most = most.fold(0.0, f64::max);
                     println!(
@@ -310,7 +316,7 @@ fn published_opacity_is_opacity_times_footprint_and_sums_are_capped_at_one_and_c
         scene.splat.opacity_model = OpacityModel::Published;
         let (expected, caps) = slabs(&scene, &kernels(&scene, &records), true);
         let what = Scattered::new(&records, &scene.splat);
-        let (found, totals) = drawn_as(&mut drawer.renderer, &scene, &what);
+        let (found, totals) = drawn_as(&mut drawer.engines.gpu().expect("a device"), &scene, &what);
         print_measured(&format!("published slabs, {name}"), &found, &expected);
         let within = Within { max_abs: 2e-3, rmse: 2e-4, bias: 5e-5 };
         assert_eq!(fault(&found, &expected, within), None, "{name}");
@@ -321,7 +327,7 @@ fn published_opacity_is_opacity_times_footprint_and_sums_are_capped_at_one_and_c
         // One kernel alone: its opacity is alpha times footprint.
         let one = &records[records.len() / 2..=records.len() / 2];
         scene.splat.visibility = Visibility::EverySample;
-        let found = by_lists(&mut drawer.renderer, &scene, one);
+        let found = by_lists(&mut drawer.engines.gpu().expect("a device"), &scene, one);
         let pixels = SIZE.map(|n| n as usize);
         let (kernel, camera) = (scene.splat.kernel, &scene.camera);
         let mut weak = kernels(&scene, one);
@@ -351,21 +357,26 @@ fn too_little_room_and_halved_rectangles_give_the_same_bits_as_room_for_all() {
         let records = records(&base, 80, 5);
         for scene in [base.clone(), in_slabs(&base, 2.0, Order::FrontToBack)] {
             let all = Scattered::new(&records, &scene.splat);
-            let (expected, totals) = drawn_as(&mut drawer.renderer, &scene, &all);
+            let (expected, totals) =
+                drawn_as(&mut drawer.engines.gpu().expect("a device"), &scene, &all);
             assert_eq!((totals.rectangles, totals.rewritten), (1, 0), "{name}: room from before");
-            let (again, _) = drawn_as(&mut drawer.renderer, &scene, &all);
+            let (again, _) = drawn_as(&mut drawer.engines.gpu().expect("a device"), &scene, &all);
             assert_eq!(bits(&again), bits(&expected), "{name}: twice");
-            let (found, totals) =
-                drawn_as(&mut drawer.renderer, &scene, &Scattered { room: 1, ..all });
+            let (found, totals) = drawn_as(
+                &mut drawer.engines.gpu().expect("a device"),
+                &scene,
+                &Scattered { room: 1, ..all },
+            );
             assert_eq!(totals.rewritten, 1, "{name}");
             assert_eq!(bits(&found), bits(&expected), "{name}: grown from room for one");
             let few = Scattered { most_entries: 150, room: 100, ..all };
-            let (found, totals) = drawn_as(&mut drawer.renderer, &scene, &few);
+            let (found, totals) =
+                drawn_as(&mut drawer.engines.gpu().expect("a device"), &scene, &few);
             assert!(totals.rectangles > 3, "{name}: {totals:?}");
             assert_eq!(bits(&found), bits(&expected), "{name}: in {} parts", totals.rectangles);
             // Shorter by one entry shows.
             let fewer = Scattered::new(&records[1..], &scene.splat);
-            let (found, _) = drawn_as(&mut drawer.renderer, &scene, &fewer);
+            let (found, _) = drawn_as(&mut drawer.engines.gpu().expect("a device"), &scene, &fewer);
             assert_ne!(bits(&found), bits(&expected), "{name}: one kernel less");
         }
     }
@@ -385,15 +396,23 @@ fn kernels_larger_than_the_picture_smaller_than_a_pixel_and_about_the_eye_are_th
     behind.camera.focal_point += behind.camera.direction * 3000.0;
     for (name, scene) in [("close", close), ("far", far), ("around", around), ("behind", behind)] {
         let records = records(&scene, 60, 23);
-        let raster = by_raster(&mut drawer.renderer, &scene, &records);
+        let raster = by_raster(&mut drawer.engines.gpu().expect("a device"), &scene, &records);
         let most = raster.iter().map(|p| p[3]).fold(0.0, f64::max);
         assert_eq!(most > 0.0, name != "behind", "{name}: {most}");
         for order in ORDERS {
-            let found = by_lists(&mut drawer.renderer, &in_order(&scene, order), &records);
+            let found = by_lists(
+                &mut drawer.engines.gpu().expect("a device"),
+                &in_order(&scene, order),
+                &records,
+            );
             print_measured(&format!("{name}, {}", order.name()), &found, &raster);
             let within = Within { max_abs: 1e-4, rmse: 1e-5, bias: 5e-6 };
             assert_eq!(fault(&found, &raster, within), None, "{name}");
-            let slabs = by_lists(&mut drawer.renderer, &in_slabs(&scene, 1.0, order), &records);
+            let slabs = by_lists(
+                &mut drawer.engines.gpu().expect("a device"),
+                &in_slabs(&scene, 1.0, order),
+                &records,
+            );
             let most = slabs.iter().zip(&found).map(|(a, b)| (a[3] - b[3]).abs());
             let most = most.fold(0.0, f64::max);
             println!("measured alpha of slabs, {name}: {most:.1e}");
@@ -407,28 +426,37 @@ fn kernels_larger_than_the_picture_smaller_than_a_pixel_and_about_the_eye_are_th
 fn nothing_is_an_empty_picture_sheets_are_refused_and_the_observer_stops_it() {
     let Some(mut drawer) = drawer() else { return };
     let mut scene = parallel();
-    let (light, totals) =
-        drawn_as(&mut drawer.renderer, &scene, &Scattered::new(&[], &scene.splat));
+    let (light, totals) = drawn_as(
+        &mut drawer.engines.gpu().expect("a device"),
+        &scene,
+        &Scattered::new(&[], &scene.splat),
+    );
     assert!(light.iter().flatten().all(|&c| c == 0.0));
     assert_eq!(totals, ListTotals { finished: true, ..ListTotals::default() });
     let clear = [Record::new([3; 3], [2; 3], 0.0, [65_535; 3])];
-    let (light, _) = drawn_as(&mut drawer.renderer, &scene, &Scattered::new(&clear, &scene.splat));
+    let (light, _) = drawn_as(
+        &mut drawer.engines.gpu().expect("a device"),
+        &scene,
+        &Scattered::new(&clear, &scene.splat),
+    );
     assert!(light.iter().flatten().all(|&c| c == 0.0));
 
     let records = records(&scene, 20, 2);
-    let view = begun(&mut drawer.renderer, &scene);
+    let view = begun(&mut drawer.engines.gpu().expect("a device"), &scene);
     let what = Scattered { piece_ms: 0.0, ..Scattered::new(&records, &scene.splat) };
     let mut seen = Vec::new();
-    let stopped = drawer.renderer.draw_scattered(&view, &what, &mut |_, done| {
-        seen.push(done);
-        seen.len() < 3
-    });
+    let stopped =
+        drawer.engines.gpu().expect("a device").draw_scattered(&view, &what, &mut |_, done| {
+            seen.push(done);
+            seen.len() < 3
+        });
     assert!(!stopped.expect("it draws").finished);
     assert!(seen.len() == 3 && seen.is_sorted() && seen[2] < 1.0, "{seen:?}");
 
     scene.splat.visibility = Visibility::Sheets;
     let what = Scattered::new(&records, &scene.splat);
-    let refused = drawer.renderer.draw_scattered(&view, &what, &mut |_, _| true);
+    let refused =
+        drawer.engines.gpu().expect("a device").draw_scattered(&view, &what, &mut |_, _| true);
     assert_eq!(refused, Err(GpuError::NoSheets));
 }
 
@@ -439,9 +467,12 @@ fn stopping_early_leaves_out_no_more_than_it_says() {
         scene.splat.order = Order::FrontToBack;
         let records = dense(&scene, 80, 5);
         let all = Scattered::new(&records, &scene.splat);
-        let (expected, _) = drawn_as(&mut drawer.renderer, &scene, &all);
-        let (found, _) =
-            drawn_as(&mut drawer.renderer, &scene, &Scattered { stop_below: 0.01, ..all });
+        let (expected, _) = drawn_as(&mut drawer.engines.gpu().expect("a device"), &scene, &all);
+        let (found, _) = drawn_as(
+            &mut drawer.engines.gpu().expect("a device"),
+            &scene,
+            &Scattered { stop_below: 0.01, ..all },
+        );
         let most = found.iter().flatten().zip(expected.iter().flatten());
         let most = most.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         println!("measured stop below 0.01: {most:.1e}");
@@ -457,7 +488,7 @@ fn sixteen_bit_light_is_the_same_picture_less_exactly() {
     let scene = in_slabs(&parallel(), 1.0, Order::FrontToBack);
     let records = records(&scene, 40, 9);
     let found = by_lists(&mut Renderer::new(context), &scene, &records);
-    let expected = by_lists(&mut exact.renderer, &scene, &records);
+    let expected = by_lists(exact.engines.gpu().expect("a device"), &scene, &records);
     // The light is rounded once: 2^-11.
     let within = Within { max_abs: 5e-4, rmse: 2e-4, bias: 1e-4 };
     assert_eq!(fault(&found, &expected, within), None);
@@ -469,10 +500,20 @@ fn a_cut_is_drawn_by_lists_where_the_scene_says_so() {
     let coarse = Rung::Subsampled { level: 1 };
     let base = scene(Lattice::unit([16; 3]), DVec3::new(0.5, -0.4, 0.7));
     let passes = |drawer: &mut Drawer, scene: &Scene| {
-        drawer.renderer.time_passes().expect("it times");
+        drawer.engines.gpu().expect("a device").time_passes().expect("it times");
         let (light, _) = drawn(drawer, scene, SIZE, coarse);
-        drawer.renderer.stop_timing();
-        (light, drawer.renderer.times().iter().map(|t| t.name).collect::<Vec<_>>())
+        drawer.engines.gpu().expect("a device").stop_timing();
+        (
+            light,
+            drawer
+                .engines
+                .gpu()
+                .expect("a device")
+                .times()
+                .iter()
+                .map(|t| t.name)
+                .collect::<Vec<_>>(),
+        )
     };
     let (raster, names) = passes(&mut drawer, &base);
     assert_eq!(names, ["splat"]);

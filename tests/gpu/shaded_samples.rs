@@ -184,7 +184,12 @@ fn what_is_not_asked_for_costs_nothing_and_changes_no_bit() {
     let splat = mode(Kernel::Cubic, Visibility::Slabs);
     let plain = shaded(Shading::default(), splat);
     let (before, _) = drawn(&mut drawer, &plain, SIZE, Rung::Full);
-    let held = |drawer: &Drawer| (drawer.renderer.pipeline_count(), drawer.renderer.size_bytes());
+    let held = |drawer: &Drawer| {
+        (
+            drawer.engines.gpu().expect("a device").pipeline_count(),
+            drawer.engines.gpu().expect("a device").size_bytes(),
+        )
+    };
     let (pipelines, bytes) = held(&drawer);
     let (_, is_lit) = drawn(&mut drawer, &shaded(lit(), splat), SIZE, Rung::Full);
     assert!(is_lit.is_shaded);
@@ -192,7 +197,10 @@ fn what_is_not_asked_for_costs_nothing_and_changes_no_bit() {
     assert_eq!(more_pipelines, pipelines + 2, "one shades samples, one gathers them");
     // All bricks show, of 11 x 9 x 13 samples: 2 x 2 x 2, 8^3 samples each, of 16 bytes.
     let shade = size_of::<voxsplat::gpu::layout::Shade>() as u64 + 8 * 512 * 16 + 16;
-    assert_eq!((more_bytes, drawer.renderer.shading_bytes()), (bytes + shade, shade));
+    assert_eq!(
+        (more_bytes, drawer.engines.gpu().expect("a device").shading_bytes()),
+        (bytes + shade, shade)
+    );
     let (after, _) = drawn(&mut drawer, &plain, SIZE, Rung::Full);
     assert_eq!(after, before);
     assert_eq!(held(&drawer).1, bytes, "let go of");
@@ -210,28 +218,37 @@ fn rays_shade_samples_as_the_pass_does_that_shades_them_once() {
         let view = View::new(&scene, SIZE);
         let unit = scene.opacity_unit_distance();
         let lit = Plan::of(&scene, SIZE);
-        drawer.renderer.begin_plan(&lit).expect("begun");
+        drawer.engines.gpu().expect("a device").begin_plan(&lit).expect("begun");
         assert_eq!(
-            drawer.renderer.bricks_to_shade(&view, &scene.splat, unit),
+            drawer.engines.gpu().expect("a device").bricks_to_shade(&view, &scene.splat, unit),
             Ok(0),
             "all are there"
         );
         // Lets go of what was shaded.
         let plain = Plan { shading: Shading::default(), ..lit.clone() };
-        drawer.renderer.begin_plan(&plain).expect("begun");
+        drawer.engines.gpu().expect("a device").begin_plan(&plain).expect("begun");
         assert_eq!(
-            drawer.renderer.bricks_to_shade(&view, &scene.splat, unit),
+            drawer.engines.gpu().expect("a device").bricks_to_shade(&view, &scene.splat, unit),
             Ok(0),
             "none to shade"
         );
-        drawer.renderer.begin_plan(&lit).expect("begun");
-        drawer.renderer.begin(&view, kernel.splatted(), None, unit).expect("begun");
+        drawer.engines.gpu().expect("a device").begin_plan(&lit).expect("begun");
+        drawer
+            .engines
+            .gpu()
+            .expect("a device")
+            .begin(&view, kernel.splatted(), None, unit)
+            .expect("begun");
         let tiles = 0..voxsplat::gpu::tile_count(SIZE);
         drawer
-            .renderer
+            .engines
+            .gpu()
+            .expect("a device")
             .draw_gathered(&view, &scene.splat, unit, 2e-4_f32.into(), tiles)
             .expect("drawn");
-        let each = crate::support::wide(&drawer.renderer.read_light().expect("read"));
+        let each = crate::support::wide(
+            &drawer.engines.gpu().expect("a device").read_light().expect("read"),
+        );
         assert!(each.iter().any(|p| p[3] > 0.5));
         let worst = (each.iter().flatten().zip(once.iter().flatten()))
             .map(|(a, b)| (a - b).abs())
@@ -240,8 +257,11 @@ fn rays_shade_samples_as_the_pass_does_that_shades_them_once() {
         // And for another view, they are shaded anew.
         let turned =
             View::new(&Scene { camera: scene.camera.orbited(0.2, 0.0), ..scene.clone() }, SIZE);
-        assert_eq!(drawer.renderer.bricks_to_shade(&turned, &scene.splat, unit), Ok(8));
-        drawer.renderer.end_plan();
+        assert_eq!(
+            drawer.engines.gpu().expect("a device").bricks_to_shade(&turned, &scene.splat, unit),
+            Ok(8)
+        );
+        drawer.engines.gpu().expect("a device").end_plan();
     }
 }
 
@@ -268,7 +288,12 @@ fn quick_pictures_of_shaded_samples_are_lit() {
     let tents = voxsplat::kernel::nearest_tents(volume_of(&scene), &ticket).expect("made");
     let splat = SplatSettings { kernel: Kernel::Linear, ..SplatSettings::EXACT };
     let preview = SlabField::Preview;
-    drawer.renderer.set_field(preview, volume_of(&scene), &splat, tents, &ticket).expect("set");
+    drawer
+        .engines
+        .gpu()
+        .expect("a device")
+        .set_field(preview, volume_of(&scene), &splat, tents, &ticket)
+        .expect("set");
     let (quick, what) = drawn(&mut drawer, &scene, SIZE, Rung::Coarse { budget_ms: 1e4 });
     assert!(what.is_shaded && what.is_reduced && what.field == preview, "{what:?}");
     let apart = |other| voxsplat::accuracy::Difference::between(&quick, other).expect("one size");
@@ -303,7 +328,7 @@ fn bricks_that_show_are_found_among_many_that_do_not() {
     let (whole, _) = drawn(&mut drawer, &scene, SIZE, Rung::Full);
     let view = View::new(&scene, SIZE);
     let unit = scene.opacity_unit_distance();
-    let renderer = &mut drawer.renderer;
+    let renderer = &mut drawer.engines.gpu().expect("a device");
     // Lets go of what was shaded.
     let lit = Plan::of(&scene, SIZE);
     let plain = Plan { shading: Shading::default(), ..lit.clone() };

@@ -206,7 +206,12 @@ fn what_is_not_asked_for_costs_nothing_and_changes_no_bit() {
     let mut drawer = Drawer::new(Renderer::new(context));
     let plain = shaded(Shading::default());
     let (before, _) = drawn(&mut drawer, &plain, SIZE, Rung::Full);
-    let held = |drawer: &Drawer| (drawer.renderer.pipeline_count(), drawer.renderer.size_bytes());
+    let held = |drawer: &Drawer| {
+        (
+            drawer.engines.gpu().expect("a device").pipeline_count(),
+            drawer.engines.gpu().expect("a device").size_bytes(),
+        )
+    };
     let (pipelines, bytes) = held(&drawer);
     drawn(&mut drawer, &shaded(lit()), SIZE, Rung::Full);
     let (more_pipelines, more_bytes) = held(&drawer);
@@ -243,7 +248,12 @@ fn previews_are_lit_as_the_exact_picture_is() {
     let tents = voxsplat::kernel::nearest_tents(volume_of(&scene), &ticket).expect("made");
     let preview = voxsplat::gpu::SlabField::Preview;
     let splat = SplatSettings { kernel: Kernel::Linear, ..SplatSettings::EXACT };
-    drawer.renderer.set_field(preview, volume_of(&scene), &splat, tents, &ticket).expect("set");
+    drawer
+        .engines
+        .gpu()
+        .expect("a device")
+        .set_field(preview, volume_of(&scene), &splat, tents, &ticket)
+        .expect("set");
     let (quick, drawn) =
         drawn(&mut drawer, &scene, SIZE, Rung::Reduced { field: preview, shrink: 1.0 });
     assert_eq!(drawn.field, preview);

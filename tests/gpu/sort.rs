@@ -16,7 +16,8 @@ fn agrees(drawer: &mut Shared, name: &str, keys: &[u32], bits: u32) {
     let words: Vec<u32> = (0..keys.len() as u32).map(|i| i.wrapping_mul(0x9e37_79b9)).collect();
     let mut expected: Vec<(u32, u32)> = keys.iter().copied().zip(words.iter().copied()).collect();
     expected.sort_by_key(|&(key, _)| key);
-    let (keys, words, _) = drawer.renderer.sort_pairs(keys, &words, bits).expect("it sorts");
+    let (keys, words, _) =
+        drawer.engines.gpu().expect("a device").sort_pairs(keys, &words, bits).expect("it sorts");
     let found: Vec<(u32, u32)> = keys.into_iter().zip(words).collect();
     let first = found.iter().zip(&expected).position(|(a, b)| a != b);
     assert!(found.len() == expected.len() && first.is_none(), "{name}: differs at {first:?}");
@@ -50,12 +51,13 @@ fn a_million_keys_are_sorted_and_too_many_are_refused() {
     }
     let keys = noise(3, 1 << 20, 20);
     let start = Instant::now();
-    let (_, _, ms) = drawer.renderer.sort_pairs(&keys, &keys, 20).expect("it sorts");
+    let (_, _, ms) =
+        drawer.engines.gpu().expect("a device").sort_pairs(&keys, &keys, 20).expect("it sorts");
     let mkeys = keys.len() as f64 / 1e3 / ms;
     println!(
         "measured sort: 2^20 keys of 20 bits in {ms:.1} ms ({mkeys:.1} million a second), with upload and reading back {:.1} ms",
         start.elapsed().as_secs_f64() * 1e3
     );
     let many = vec![0; MOST_KEYS as usize + 1];
-    assert!(drawer.renderer.sort_pairs(&many, &many, 1).is_err());
+    assert!(drawer.engines.gpu().expect("a device").sort_pairs(&many, &many, 1).is_err());
 }

@@ -49,8 +49,13 @@ fn drawer_of(scene: &Scene) -> Option<Drawer> {
     drawn(&mut drawer, scene, SIZE, Rung::Full);
     let ticket = Ticket::new();
     let tents = nearest_tents(volume_of(scene), &ticket).expect("made");
-    let set =
-        drawer.renderer.set_field(SlabField::Preview, volume_of(scene), &TENTS, tents, &ticket);
+    let set = drawer.engines.gpu().expect("a device").set_field(
+        SlabField::Preview,
+        volume_of(scene),
+        &TENTS,
+        tents,
+        &ticket,
+    );
     set.expect("set");
     Some(drawer)
 }
@@ -136,7 +141,7 @@ fn rays(drawer: &mut Drawer, scene: &Scene, size: [u32; 2], most: Option<u64>) -
     let view = View { enlarged: 16.0, ..View::new(scene, size) };
     let (field, constants) = (SlabField::Preview, constants(scene));
     let scene = &Scene { splat: TENTS, ..scene.clone() };
-    let renderer = &mut drawer.renderer;
+    let renderer = &mut drawer.engines.gpu().expect("a device");
     renderer.begin_plan(&Plan::of(scene, size)).expect("begun");
     let more =
         most.map_or(0, |most| renderer.mark_specks(field, &view, &scene.splat, constants, most));
@@ -190,7 +195,8 @@ fn a_bright_voxel_among_means_stays_however_late_opacities_begin() {
         let Some(mut drawer) = drawer_of(&scene) else { return };
         for level in 1..3 {
             let means = preview_field(volume_of(&scene), level, &ticket).expect("made");
-            let (volume, renderer) = (volume_of(&scene), &mut drawer.renderer);
+            let (volume, renderer) =
+                (volume_of(&scene), &mut drawer.engines.gpu().expect("a device"));
             let field = SlabField::Preview;
             renderer.set_field(field, volume, &TENTS, means, &ticket).expect("set");
             for shrink in [1.5, 6.5, 24.0] {
@@ -242,7 +248,7 @@ fn marked_pixels_are_means_of_rays_and_others_are_what_they_were() {
         assert!(changed > 0 && changed <= more / 8, "{changed} {more}");
         // Nor are marks drawn with another picture than the one they were made for.
         let (after, _) = rays(&mut drawer, &scene, [79, 80], None);
-        drawer.renderer.mark_specks(
+        drawer.engines.gpu().expect("a device").mark_specks(
             SlabField::Preview,
             &View::new(&scene, small),
             &TENTS,
@@ -263,9 +269,9 @@ fn bodies_get_no_more_rays_and_dust_beyond_what_is_allowed_neither() {
     drawn(&mut drawer, &body, SIZE, Rung::Reduced { field: SlabField::Preview, shrink: 6.0 });
     let size = [24, 24];
     let (before, _) = rays(&mut drawer, &body, size, None);
-    let bytes = drawer.renderer.size_bytes();
+    let bytes = drawer.engines.gpu().expect("a device").size_bytes();
     let (after, more) = rays(&mut drawer, &body, size, Some(u64::MAX));
-    assert_eq!((more, drawer.renderer.size_bytes()), (0, bytes));
+    assert_eq!((more, drawer.engines.gpu().expect("a device").size_bytes()), (0, bytes));
     assert!(before == after && before.iter().any(|p| p[3] > 0.5));
 
     let dust = |i: usize| if random(9, i) < 1e-4 { 255 } else { 0 };

@@ -200,7 +200,10 @@ pub(crate) fn drawn(
     let plan = Plan::of(scene, size);
     drawer.prepare(&plan, &Ticket::new()).expect("the device prepares");
     let drawn = drawer.draw(&plan, rung, &mut ()).expect("the device draws");
-    (wide(&drawer.renderer.read_light().expect("the device reads back")), drawn)
+    (
+        wide(&drawer.engines.gpu().expect("a device").read_light().expect("the device reads back")),
+        drawn,
+    )
 }
 
 /// The reference's picture.

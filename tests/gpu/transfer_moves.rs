@@ -123,7 +123,7 @@ fn a_moving_transfer_function_is_seen_before_the_whole_octree_is_there() {
     let ticket = Ticket::new();
     let budget_ms = 20.0;
     drawer.prepare(&plan_of(&with(&base, RED, 0.7)), &ticket).expect("prepared");
-    let uploads = drawer.renderer.upload_count();
+    let uploads = drawer.engines.gpu().expect("a device").upload_count();
     let moved = with(&base, GREEN, 0.02);
     let plan = plan_of(&moved);
     drawer.prepare_preview(&plan, budget_ms, &ticket).expect("prepared");
@@ -131,7 +131,7 @@ fn a_moving_transfer_function_is_seen_before_the_whole_octree_is_there() {
     let active = drawer.active_count();
     let coarse = drawer.draw(&plan, Rung::Coarse { budget_ms }, &mut ()).expect("drawn");
     assert!(coarse.nodes > 0 && coarse.max_error > 0.0, "{coarse:?}");
-    let seen = wide(&drawer.renderer.read_light().expect("read"));
+    let seen = wide(&drawer.engines.gpu().expect("a device").read_light().expect("read"));
     assert!(seen.iter().all(|p| p[0] == 0.0) && seen.iter().any(|p| p[1] > 0.0));
     // Rows of voxels are planned by counts that only the whole one has.
     let refused = drawer.draw(&plan, Rung::Full, &mut ());
@@ -143,7 +143,11 @@ fn a_moving_transfer_function_is_seen_before_the_whole_octree_is_there() {
     drawer.prepare(&plan, &ticket).expect("prepared");
     assert!(!drawer.has_coarse_octree());
     assert_eq!(drawer.active_count(), active, "8-bit values are counted alike");
-    assert_eq!(drawer.renderer.upload_count(), uploads, "the volume was there");
+    assert_eq!(
+        drawer.engines.gpu().expect("a device").upload_count(),
+        uploads,
+        "the volume was there"
+    );
     let max_error = drawer.error_for_count(3000);
     let (found, _) = drawn(&mut drawer, &moved, FRAME, Rung::Octree { max_error });
     let Some(context) = crate::support::context(Wishes::default()) else { return };
@@ -174,7 +178,7 @@ fn every_change_of_a_drag_is_seen_from_its_own_coarse_levels_and_the_finer_ones_
         drawer.prepare_preview(&plan, budget_ms, &ticket).expect("prepared");
         assert!(drawer.has_coarse_octree(), "{step}: never all of it before a quick picture");
         drawer.draw(&plan, Rung::Coarse { budget_ms }, &mut ()).expect("drawn");
-        let light = wide(&drawer.renderer.read_light().expect("read"));
+        let light = wide(&drawer.engines.gpu().expect("a device").read_light().expect("read"));
         let lit = [1, 2, 0].map(|channel| light.iter().any(|p| p[channel] > 0.0));
         let asked = [0, 1, 2].map(|colour| colour == step % 3);
         assert_eq!(lit, asked, "{step}: of another function");

@@ -140,7 +140,10 @@ fn a_second_field_of_nothing_changes_no_bit_and_one_field_has_no_trace_of_anothe
     let all = both();
     let one = of_one(all.clone(), 0);
     let (before, _) = drawn(&mut drawer, &one, PICTURE, Rung::Full);
-    let (bytes, pipelines) = (drawer.renderer.size_bytes(), drawer.renderer.pipeline_count());
+    let (bytes, pipelines) = (
+        drawer.engines.gpu().expect("a device").size_bytes(),
+        drawer.engines.gpu().expect("a device").pipeline_count(),
+    );
     let nothing = with_second(all.clone(), |second| second.settings.transfer.opacity.clear());
     assert_eq!(drawn(&mut drawer, &nothing, PICTURE, Rung::Full).0, before);
     // Nor do the shorter steps of what does not show make slabs thinner.
@@ -149,11 +152,11 @@ fn a_second_field_of_nothing_changes_no_bit_and_one_field_has_no_trace_of_anothe
     assert_eq!(drawn(&mut drawer, &finer, PICTURE, Rung::Full).0, before);
     drawn(&mut drawer, &all, PICTURE, Rung::Full);
     // A second field is more of the same: nothing is compiled for it.
-    assert_eq!(drawer.renderer.pipeline_count(), pipelines);
-    drawer.renderer.time_passes().unwrap();
+    assert_eq!(drawer.engines.gpu().expect("a device").pipeline_count(), pipelines);
+    drawer.engines.gpu().expect("a device").time_passes().unwrap();
     let mut names = |scene: &Scene| {
         let (light, _) = drawn(&mut drawer, scene, PICTURE, Rung::Full);
-        let times = drawer.renderer.times();
+        let times = drawer.engines.gpu().expect("a device").times();
         (light, times.iter().map(|pass| pass.name).collect::<Vec<_>>())
     };
     let (_, with_second) = names(&Scene { phase: 0.4, ..all.clone() });
@@ -161,8 +164,11 @@ fn a_second_field_of_nothing_changes_no_bit_and_one_field_has_no_trace_of_anothe
     assert_eq!(after, before);
     assert!(with_one.contains(&"count_vectors"), "{with_one:?}");
     assert_eq!(with_second, ["composite_vectors"], "lists stay while time passes");
-    let lists = drawer.renderer.list_bytes();
-    assert!(drawer.renderer.size_bytes() - lists <= bytes, "records and marks are let go of");
+    let lists = drawer.engines.gpu().expect("a device").list_bytes();
+    assert!(
+        drawer.engines.gpu().expect("a device").size_bytes() - lists <= bytes,
+        "records and marks are let go of"
+    );
 }
 
 /// Marks of a few pixels: each design is as bright as it is from near, by what its own table has lost.

@@ -460,10 +460,11 @@ fn an_animated_picture_at_rest_makes_its_lists_once() {
     let still = alone();
     let mut passes = |phase: f64| {
         let scene = Scene { phase, ..still.clone() };
-        drawer.renderer.time_passes().unwrap();
+        drawer.engines.gpu().expect("a device").time_passes().unwrap();
         drawn(&mut drawer, &scene, PICTURE, Rung::Full);
-        let names: Vec<&str> = drawer.renderer.times().iter().map(|pass| pass.name).collect();
-        drawer.renderer.stop_timing();
+        let names: Vec<&str> =
+            drawer.engines.gpu().expect("a device").times().iter().map(|pass| pass.name).collect();
+        drawer.engines.gpu().expect("a device").stop_timing();
         names
     };
     assert!(passes(0.1).contains(&"count_vectors"));
@@ -477,18 +478,22 @@ fn a_scene_without_vectors_has_no_trace_of_them() {
     let beside = beside_field(alone());
     let plain = with_vectors(beside.clone(), []);
     let (before, _) = drawn(&mut drawer, &plain, PICTURE, Rung::Full);
-    let (bytes, pipelines) = (drawer.renderer.size_bytes(), drawer.renderer.pipeline_count());
+    let (bytes, pipelines) = (
+        drawer.engines.gpu().expect("a device").size_bytes(),
+        drawer.engines.gpu().expect("a device").pipeline_count(),
+    );
     drawn(&mut drawer, &beside, PICTURE, Rung::Full);
-    assert!(drawer.renderer.pipeline_count() > pipelines);
+    assert!(drawer.engines.gpu().expect("a device").pipeline_count() > pipelines);
     let (after, _) = drawn(&mut drawer, &plain, PICTURE, Rung::Full);
     assert_eq!(before, after);
-    drawer.renderer.time_passes().unwrap();
+    drawer.engines.gpu().expect("a device").time_passes().unwrap();
     drawn(&mut drawer, &plain, PICTURE, Rung::Full);
-    let names: Vec<&str> = drawer.renderer.times().iter().map(|pass| pass.name).collect();
+    let names: Vec<&str> =
+        drawer.engines.gpu().expect("a device").times().iter().map(|pass| pass.name).collect();
     assert_eq!(names, ["reconstruct_slabs"]);
     // Lists stay for octree cuts; splats and marks are let go of.
-    let lists = drawer.renderer.list_bytes();
-    assert_eq!(drawer.renderer.size_bytes() - lists, bytes);
+    let lists = drawer.engines.gpu().expect("a device").list_bytes();
+    assert_eq!(drawer.engines.gpu().expect("a device").size_bytes() - lists, bytes);
 }
 
 #[test]

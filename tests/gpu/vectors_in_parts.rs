@@ -6,7 +6,7 @@
 use glam::DVec3;
 use voxsplat::accuracy::Difference;
 use voxsplat::core::Ticket;
-use voxsplat::gpu::{Renderer, Wishes};
+use voxsplat::gpu::Wishes;
 use voxsplat::kernel::Kernel;
 use voxsplat::plan::Plan;
 use voxsplat::scene::{
@@ -14,6 +14,7 @@ use voxsplat::scene::{
     Slice, SplatSettings, VectorLayer,
 };
 use voxsplat::task::draw::{Drawer, Observer, Rung};
+use voxsplat::task::engines::Canvas;
 use voxsplat::vector::VectorMode;
 use voxsplat::volume::{Lattice, Places};
 
@@ -27,7 +28,7 @@ const SIZE: [u32; 2] = [40, 36];
 struct Patient;
 
 impl Observer for Patient {
-    fn piece_done(&mut self, _: &mut Renderer, _: f64) -> bool {
+    fn piece_done(&mut self, _: &mut dyn Canvas, _: f64) -> bool {
         false
     }
 
@@ -45,13 +46,19 @@ fn light_at(scene: &Scene, size: [u32; 2], most_turns: Option<u64>) -> Option<(L
     let mut context = context(Wishes::default())?;
     context.most_turns = most_turns;
     let mut drawer = Drawer::new(Renderer::new(context));
-    drawer.renderer.time_passes().expect("it times");
+    drawer.engines.gpu().expect("a device").time_passes().expect("it times");
     let plan = Plan::of(scene, size);
     drawer.prepare(&plan, &Ticket::new()).expect("prepared");
     let how = drawer.draw(&plan, Rung::Full, &mut Patient).expect("drawn");
-    let light = wide(&drawer.renderer.read_light().expect("read back"));
+    let light = wide(&drawer.engines.gpu().expect("a device").read_light().expect("read back"));
     let composites = ["composite_vectors", "reconstruct_slabs", "gather_kernels"];
-    let passes = drawer.renderer.times().iter().filter(|pass| composites.contains(&pass.name));
+    let passes = drawer
+        .engines
+        .gpu()
+        .expect("a device")
+        .times()
+        .iter()
+        .filter(|pass| composites.contains(&pass.name));
     Some((light, passes.map(|pass| pass.runs).sum(), how.vectors_halved))
 }
 
@@ -190,12 +197,12 @@ fn an_animated_picture_in_parts_is_begun_once() {
     let Some(mut context) = context(Wishes::default()) else { return };
     context.most_turns = Some(120);
     let mut drawer = Drawer::new(Renderer::new(context));
-    drawer.renderer.time_passes().expect("it times");
+    drawer.engines.gpu().expect("a device").time_passes().expect("it times");
     let still = alone();
     let mut passes = |phase: f64| {
         let scene = Scene { phase, ..still.clone() };
         drawn(&mut drawer, &scene, SIZE, Rung::Full);
-        let times = drawer.renderer.times().iter();
+        let times = drawer.engines.gpu().expect("a device").times().iter();
         times.map(|pass| (pass.name, pass.runs)).collect::<Vec<_>>()
     };
     passes(0.1);

@@ -89,8 +89,8 @@ fn draw(drawer: &mut Drawer, row: &Row, scene: &Scene) -> Result<Picture, String
         let drawn = drawer.draw(&plan, row.rung, &mut ())?;
         Ok(Picture {
             size: drawn.size,
-            light: drawer.renderer.read_light()?,
-            shown: drawer.renderer.present(scenes::background(scene))?,
+            light: drawer.engines.gpu().expect("a device").read_light()?,
+            shown: drawer.engines.gpu().expect("a device").present(scenes::background(scene))?,
             cut: drawer.take_cut().map(|(cut, _)| cut),
         })
     };

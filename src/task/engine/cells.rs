@@ -4,7 +4,6 @@ use std::sync::Arc;
 
 use super::worker::{REBUILDS, Worker};
 use super::{Effort, Engine, FrameRequest};
-use crate::core::Ticket;
 use crate::gpu::GpuError;
 use crate::plan::Plan;
 use crate::scene::{Cells, Scene};
@@ -112,7 +111,8 @@ impl Worker {
         let mut tries = 0;
         let prepared = loop {
             let prepared = self.device().map_err(DrawError::from).and_then(|drawer| {
-                drawer.prepare(&Plan::of(&request.scene, request.size), &Ticket::new())
+                // Nothing of it is drawn: no device is needed.
+                drawer.prepare_octree(&Plan::of(&request.scene, request.size), false, &mut ())
             });
             match prepared {
                 Err(DrawError::Gpu(GpuError::Lost(_))) if tries < REBUILDS => self.drop_device(),

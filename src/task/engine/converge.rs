@@ -119,7 +119,7 @@ impl Worker {
         if !doublings.goes_on() {
             return Ok(());
         }
-        let mut coarser = self.device()?.renderer.read_light()?;
+        let mut coarser = self.device()?.engines.read_light()?;
         let finished = self.finished.as_ref().map(|(_, full)| full);
         let checked = finished.and_then(|full| full.report.checked);
         let mut before = full_share;
@@ -139,7 +139,7 @@ impl Worker {
             let drawer = self.device()?;
             // What more slabs cost says nothing of the next `full`.
             drawer.costs = learnt;
-            let light = drawer.renderer.read_light()?;
+            let light = drawer.engines.read_light()?;
             doublings.drawn(drawn.wall_ms, greatest_difference(&light, &coarser));
             coarser = light;
             // Estimates may come and go; the bar does not go back.

@@ -6,16 +6,15 @@ use std::time::{Duration, Instant};
 use super::converge::Doublings;
 use super::next::LastDrawn;
 use super::worker::Worker;
-use super::{
-    Effort, EngineState, FrameReport, FrameRequest, HeldBytes, KernelCounts, Ladder, Picture,
-};
+use super::{Effort, EngineState, FrameReport, FrameRequest, KernelCounts, Ladder, Picture};
 use crate::core::Ticket;
-use crate::gpu::{GpuError, Renderer};
+use crate::gpu::GpuError;
 use crate::kernel::Kernel;
 use crate::plan::{Plan, Way};
 use crate::scene::{Backend, Classify, Effect, Inside, Scene, Shading, SplatSettings};
 use crate::task::cells::CutSource;
 use crate::task::draw::{DrawError, Drawer, Drawn, Observer, PIECE_MS, Rung, background_light};
+use crate::task::engines::Canvas;
 use crate::task::estimate::{self, Checked, Coarseness};
 use crate::task::level::LevelOfDetail;
 use crate::task::previews::Reduction;
@@ -383,14 +382,18 @@ impl Worker {
         drawn: &Drawn,
     ) -> Result<Picture, DrawError> {
         let drawer = self.device()?;
-        let rgba = drawer.renderer.present(background_light(request.scene.background))?;
-        let held = HeldBytes::of(&drawer.renderer);
+        let rgba = drawer.engines.present(background_light(request.scene.background))?;
+        let (held, engine) = (drawer.engines.held(), drawer.engines.drew());
+        let name = drawer.engines.name();
+        let not_native = drawer.engines.why_not_native(&request.plan());
         #[expect(clippy::cast_possible_truncation, reason = "0..=1")]
         let level = (level, progress as f32);
         let mut picture =
             picture((&request.scene, request.size), level, drawn, rgba, drawer.active_count());
         picture.report.held = Some(held);
+        (picture.report.engine, picture.report.not_native) = (engine, not_native);
         picture.report.octree = self.device()?.octree_builder();
+        self.shared.lock().adapter_name = Some(name);
         Ok(picture)
     }
 
@@ -597,7 +600,7 @@ impl Observer for Watch<'_> {
         }
     }
 
-    fn piece_done(&mut self, renderer: &mut Renderer, done: f64) -> bool {
+    fn piece_done(&mut self, drawn_so_far: &mut dyn Canvas, done: f64) -> bool {
         let Manner::InPieces { show_partial, before, after } = self.manner else { return false };
         if self.worker.newer_came() {
             return true;
@@ -612,7 +615,7 @@ impl Observer for Watch<'_> {
         if show_partial && done < 1.0 && self.last_partial.elapsed() >= PARTIAL_EVERY {
             let background = background_light(self.request.scene.background);
             // A failing device is reported by the rung itself.
-            if let Ok(rgba) = renderer.present(background) {
+            if let Ok(rgba) = drawn_so_far.present(background) {
                 let kernels = (self.active.unwrap_or(0) as f64 * done) as u64;
                 let drawn = Drawn {
                     size: self.request.size,

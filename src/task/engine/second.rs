@@ -4,12 +4,13 @@ use std::sync::Arc;
 
 use super::rungs::picture;
 use super::worker::{REBUILDS, Worker};
-use super::{Engine, EngineState, HeldBytes, Picture};
+use super::{Engine, EngineState, Picture};
 use crate::core::Ticket;
-use crate::gpu::{GpuError, Renderer};
+use crate::gpu::GpuError;
 use crate::plan::Plan;
 use crate::scene::Scene;
 use crate::task::draw::{DrawError, Observer, Rung, background_light};
+use crate::task::engines::Canvas;
 use crate::task::estimate;
 use crate::task::level::LevelOfDetail;
 
@@ -90,8 +91,8 @@ impl Worker {
         let Some(mut drawer) = self.drawer.take() else { return Ok(()) };
         let drawn = drawer.draw(&plan, Rung::Full, &mut Aside(self));
         let background = background_light(scene.background);
-        let drawn = drawn.and_then(|drawn| Ok((drawn, drawer.renderer.present(background)?)));
-        let held = HeldBytes::of(&drawer.renderer);
+        let drawn = drawn.and_then(|drawn| Ok((drawn, drawer.engines.present(background)?)));
+        let (held, drew) = (drawer.engines.held(), drawer.engines.drew());
         let active = drawer.active_count();
         self.drawer = Some(drawer);
         let (drawn, rgba) = drawn?;
@@ -99,6 +100,7 @@ impl Worker {
         let mut picture = picture((scene, *size), level, &drawn, rgba, active);
         picture.report.backend = plan.backend();
         picture.report.held = Some(held);
+        picture.report.engine = drew;
         let rmse = estimate::shown_rmse(&picture, first).ok();
         let (picture, first) = (Arc::new(picture), Arc::clone(first));
         self.shared.lock().second_picture = Some(Arc::new(SecondPicture { picture, first, rmse }));
@@ -111,7 +113,7 @@ impl Worker {
 struct Aside<'a>(&'a Worker);
 
 impl Observer for Aside<'_> {
-    fn piece_done(&mut self, _: &mut Renderer, _: f64) -> bool {
+    fn piece_done(&mut self, _: &mut dyn Canvas, _: f64) -> bool {
         let replaced = {
             let slot = self.0.shared.lock();
             slot.second.is_some() || !slot.second_wanted

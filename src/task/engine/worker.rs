@@ -6,8 +6,9 @@ use super::next::LastDrawn;
 use super::rungs::Unchecked;
 use super::{EngineState, FrameRequest, Ladder, Picture, Posted, PostedStill, Shared};
 use crate::core::Ticket;
-use crate::gpu::{AdapterChoice, Context, GpuError, Renderer, Wishes};
+use crate::gpu::{GpuError, Wishes};
 use crate::task::draw::{DrawError, Drawer};
+use crate::task::engines::{Choice, Engines};
 use crate::task::estimate::Estimator;
 use crate::task::still::{self, Still, StillError};
 
@@ -18,7 +19,7 @@ pub(super) const REBUILDS: u32 = 2;
 pub(super) struct Worker {
     pub(super) shared: Arc<Shared>,
     pub(super) wake: Box<dyn Fn() + Send>,
-    adapter: AdapterChoice,
+    choice: Choice,
     wishes: Wishes,
     pub(super) drawer: Option<Drawer>,
     /// The coarse pictures published last: a preview, and one on the way up.
@@ -39,13 +40,13 @@ impl Worker {
     pub(super) fn new(
         shared: Arc<Shared>,
         wake: Box<dyn Fn() + Send>,
-        adapter: AdapterChoice,
+        choice: Choice,
         wishes: Wishes,
     ) -> Self {
         Self {
             shared,
             wake,
-            adapter,
+            choice,
             wishes,
             drawer: None,
             coarse: Vec::new(),
@@ -109,18 +110,20 @@ impl Worker {
         }
     }
 
-    /// The device, made anew where there is none.
+    /// What draws, made anew where there is nothing.
     pub(super) fn device(&mut self) -> Result<&mut Drawer, GpuError> {
         if self.drawer.is_none() {
-            let context = Context::new(&self.adapter, self.wishes)?;
-            self.shared.lock().adapter_name = Some(context.adapter_name.clone());
-            self.drawer = Some(Drawer::new(Renderer::new(context)));
+            let engines = Engines::new(self.choice.clone(), self.wishes)?;
+            self.shared.lock().adapter_name = Some(engines.name());
+            self.drawer = Some(Drawer::with(engines));
         }
         let Some(drawer) = &mut self.drawer else {
             return Err(GpuError::Device("no device".to_owned()));
         };
         if std::mem::take(&mut self.shared.lock().lose_device) {
-            drawer.renderer.context().lose();
+            if let Some(renderer) = drawer.engines.made_gpu() {
+                renderer.context().lose();
+            }
         }
         Ok(drawer)
     }

@@ -1,0 +1,483 @@
+//! The coefficients of a field in memory, and its value between them, eight rays at a time.
+
+use std::sync::{Arc, OnceLock};
+
+use fearless_simd::{Simd, f32x4, i32x8, prelude::*};
+use rayon::prelude::*;
+
+use super::bricks::{BRICK, Bricks};
+use super::lanes::{LANES, Lanes, Mask, Vec3, all, choose, columns};
+use crate::core::{Cancelled, Ticket};
+use crate::kernel::{Coefficients, Kernel, RadialKernel};
+use crate::scene::{Reconstruction, SplatSettings};
+use crate::volume::ScalarVolume;
+
+/// Stands for "no value here".
+pub(super) const NOTHING: f32 = -3e38;
+/// Samples beyond the last row that a load of four may touch.
+const SLACK: usize = 4;
+/// The greatest number of stored samples: places among them are 32-bit integers.
+pub(super) const MOST_STORED: usize = (1 << 31) - 1;
+
+/// Coefficients with as many mirrored samples about them as their kernel reaches.
+#[derive(Debug)]
+pub(super) struct Lattice {
+    source: Arc<ScalarVolume>,
+    pub kernel: Kernel,
+    extent: Option<f64>,
+    reconstruction: Reconstruction,
+    values: Vec<f32>,
+    /// What is to be added to each value.
+    pub bias: f64,
+    pub dims: [usize; 3],
+    /// Mirrored samples beyond each border.
+    pad: usize,
+    /// Stored samples in a row, and in a plane.
+    row: i32,
+    plane: i32,
+    /// What distances are divided by before a radial kernel.
+    stretch: f32,
+    holes: Option<Vec<u32>>,
+    near_holes: OnceLock<Vec<bool>>,
+    pub bricks: Bricks,
+}
+
+/// How a value is found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Method {
+    /// 64 samples by cubic B-splines.
+    BSpline,
+    /// Eight samples by tents.
+    Linear,
+    /// Any other kernel.
+    Other,
+}
+
+/// Samples to either side of a position that take part in its value.
+fn window(kernel: Kernel, extent: Option<f64>) -> usize {
+    match kernel {
+        Kernel::Point | Kernel::Nearest | Kernel::Linear => 1,
+        Kernel::BSpline => 2,
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "1..=16")]
+        Kernel::Gaussian | Kernel::Cubic | Kernel::Gouraud => RadialKernel::new(kernel, extent)
+            .map_or(2.0, |radial| radial.radius().ceil().clamp(1.0, 16.0))
+            as usize,
+    }
+}
+
+impl Lattice {
+    /// Samples that it stores of a volume in a mode; `None` where they overflow.
+    pub(super) fn stored(dims: [usize; 3], mode: &SplatSettings) -> Option<usize> {
+        let pad = 2 * window(mode.kernel, mode.extent);
+        dims.iter().try_fold(1_usize, |n, &d| n.checked_mul(d + pad))
+    }
+
+    /// The coefficients of a volume in a mode.
+    ///
+    /// # Errors
+    /// [`Cancelled`].
+    #[expect(clippy::cast_possible_truncation, clippy::cast_possible_wrap, reason = "MOST_STORED")]
+    pub(super) fn new(
+        source: &Arc<ScalarVolume>,
+        mode: &SplatSettings,
+        coefficients: Coefficients,
+        ticket: &Ticket,
+    ) -> Result<Self, Cancelled> {
+        let Coefficients { dims, values, bias, holes, .. } = coefficients;
+        let SplatSettings { kernel, extent, reconstruction, .. } = *mode;
+        let pad = window(kernel, extent);
+        let [sx, sy, sz] = dims.map(|n| n + 2 * pad);
+        let place: [Vec<usize>; 3] =
+            [0, 1, 2].map(|a| (0..dims[a] + 2 * pad).map(|i| mirrored(i, pad, dims[a])).collect());
+        let mut stored = vec![0.0_f32; sx * sy * sz + SLACK];
+        stored[..sx * sy * sz].par_chunks_mut(sx * sy).enumerate().try_for_each(|(z, plane)| {
+            if ticket.is_cancelled() {
+                return Err(Cancelled);
+            }
+            for (y, row) in plane.chunks_mut(sx).enumerate() {
+                let start = (place[2][z] * dims[1] + place[1][y]) * dims[0];
+                let from = &values[start..start + dims[0]];
+                row[pad..pad + dims[0]].copy_from_slice(from);
+                for x in (0..pad).chain(pad + dims[0]..sx) {
+                    row[x] = from[place[0][x]];
+                }
+            }
+            Ok(())
+        })?;
+        drop(values);
+        let bricks = Bricks::of(&stored, dims, pad, kernel == Kernel::BSpline, ticket)?;
+        Ok(Self {
+            source: Arc::clone(source),
+            kernel,
+            extent,
+            reconstruction,
+            values: stored,
+            bias,
+            dims,
+            pad,
+            row: sx as i32,
+            plane: (sx * sy) as i32,
+            stretch: RadialKernel::new(kernel, extent).map_or(1.0, |k| k.scale() as f32),
+            holes,
+            near_holes: OnceLock::new(),
+            bricks,
+        })
+    }
+
+    /// Whether it is of a volume.
+    pub(super) fn is_of_volume(&self, volume: &Arc<ScalarVolume>) -> bool {
+        Arc::ptr_eq(&self.source, volume)
+    }
+
+    /// Whether it is of a volume in a mode.
+    pub(super) fn is_of(&self, volume: &Arc<ScalarVolume>, mode: &SplatSettings) -> bool {
+        Arc::ptr_eq(&self.source, volume)
+            && (self.kernel, self.extent, self.reconstruction)
+                == (mode.kernel, mode.extent, mode.reconstruction)
+    }
+
+    /// How its values are found.
+    pub(super) fn method(&self) -> Method {
+        match self.kernel {
+            Kernel::BSpline => Method::BSpline,
+            Kernel::Linear => Method::Linear,
+            _ => Method::Other,
+        }
+    }
+
+    /// Bytes of memory.
+    pub(super) fn size_bytes(&self) -> u64 {
+        let holes = self.holes.as_ref().map_or(0, |holes| 4 * holes.len());
+        (4 * self.values.len() + holes + self.bricks.size_bytes()) as u64
+    }
+
+    /// Whether samples hold no data.
+    pub(super) fn has_holes(&self) -> bool {
+        self.holes.is_some()
+    }
+
+    /// Whether samples without data are in each brick, or beside it; none of it where there are no such samples.
+    pub(super) fn near_holes(&self) -> &[bool] {
+        let Some(holes) = &self.holes else { return &[] };
+        self.near_holes.get_or_init(|| {
+            let [nx, ny, _] = self.dims;
+            let has = |x: usize, y: usize, z: usize| {
+                let i = (z * ny + y) * nx + x;
+                holes[i / 32] >> (i % 32) & 1 == 1
+            };
+            let span = |b: usize, n: usize| {
+                (b * BRICK).saturating_sub(2).min(n - 1)..=(b * BRICK + BRICK).min(n - 1)
+            };
+            let bricks = self.bricks.dims;
+            (0..bricks.iter().product())
+                .into_par_iter()
+                .map(|i: usize| {
+                    let b = [i % bricks[0], i / bricks[0] % bricks[1], i / (bricks[0] * bricks[1])];
+                    span(b[2], self.dims[2])
+                        .any(|z| span(b[1], ny).any(|y| span(b[0], nx).any(|x| has(x, y, z))))
+                })
+                .collect()
+        })
+    }
+
+    /// Whether the sample nearest to a place in index space has no data.
+    pub(super) fn is_hole(&self, place: [f32; 3]) -> bool {
+        let Some(holes) = &self.holes else { return false };
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
+        let [x, y, z] =
+            [0, 1, 2].map(|a| ((place[a] + 0.5).floor().max(0.0) as usize).min(self.dims[a] - 1));
+        let i = (z * self.dims[1] + y) * self.dims[0] + x;
+        holes[i / 32] >> (i % 32) & 1 == 1
+    }
+
+    /// The rays whose places are in samples without data.
+    #[inline(always)]
+    pub(super) fn holes_at<S: Simd>(&self, simd: S, place: Vec3<S>) -> Mask<S> {
+        let mut bits = 0;
+        for i in 0..LANES {
+            bits |= u64::from(self.is_hole(place.lane(i))) << i;
+        }
+        Mask::from_bitmask(simd, bits)
+    }
+
+    /// The cells that places lie in, and where in them (0..1).
+    #[inline(always)]
+    fn cell<S: Simd>(&self, simd: S, place: Vec3<S>) -> ([Lanes<S>; 3], [Lanes<S>; 3]) {
+        let axis = |p: Lanes<S>, n: usize| {
+            // Rays that are not there ask far away: every load must stay in memory.
+            let p = p.max(all(simd, -1.0)).min(all(simd, n as f32));
+            let cell = p.floor().min(all(simd, n as f32 - 1.0));
+            (cell, p - cell)
+        };
+        let (x, fx) = axis(place.x, self.dims[0]);
+        let (y, fy) = axis(place.y, self.dims[1]);
+        let (z, fz) = axis(place.z, self.dims[2]);
+        ([x, y, z], [fx, fy, fz])
+    }
+
+    /// Where the sample `first` samples before a cell, along each axis, is stored.
+    #[inline(always)]
+    fn stored_at<S: Simd>(&self, simd: S, cell: [Lanes<S>; 3], first: usize) -> [i32; LANES] {
+        #[expect(clippy::cast_possible_truncation, clippy::cast_possible_wrap, reason = "1..=16")]
+        let shift = self.pad as i32 - first as i32;
+        let [x, y, z] = cell.map(
+            #[inline(always)]
+            |c| c.to_int::<i32x8<S>>() + i32x8::splat(simd, shift),
+        );
+        let at = z * i32x8::splat(simd, self.plane) + y * i32x8::splat(simd, self.row) + x;
+        at.to_array()
+    }
+
+    /// Four neighbours along x.
+    #[inline(always)]
+    fn four<S: Simd>(&self, simd: S, at: i32) -> f32x4<S> {
+        #[expect(clippy::cast_sign_loss, reason = "stored_at clamps")]
+        let at = at as usize;
+        debug_assert!(at + 4 <= self.values.len());
+        // SAFETY: `cell` holds every place between the padded borders, whose rows end `SLACK` samples before
+        // the vector does: a load of four from any sample in reach of a cell stays in it. Checked above in debug
+        // builds; a check for each of 64 loads a sample took a fifth of the time.
+        #[expect(unsafe_code, reason = "unchecked loads in the innermost loop")]
+        let four = unsafe { self.values.as_ptr().add(at).cast::<[f32; 4]>().read_unaligned() };
+        f32x4::load_array(simd, four)
+    }
+
+    /// Σ over y, z of weights times rows of four along x, of each ray.
+    #[inline(always)]
+    fn rows<S: Simd, const N: usize>(
+        &self,
+        simd: S,
+        at: [i32; LANES],
+        weights: impl Fn(usize, usize) -> Lanes<S>,
+    ) -> [Lanes<S>; 4] {
+        // Two rays at a time: no row is turned about before the sums are.
+        let mut sums = [all(simd, 0.0); 4];
+        for z in 0..N {
+            for y in 0..N {
+                let (low, high) = weights(y, z).split();
+                #[expect(
+                    clippy::cast_possible_truncation,
+                    clippy::cast_possible_wrap,
+                    reason = "< 4"
+                )]
+                let offset = z as i32 * self.plane + y as i32 * self.row;
+                for (j, sum) in sums.iter_mut().enumerate() {
+                    let near = self.four(simd, at[j] + offset);
+                    let far = self.four(simd, at[j + 4] + offset);
+                    let weight = f32x4::splat(simd, low[j]).combine(f32x4::splat(simd, high[j]));
+                    *sum = near.combine(far).mul_add(weight, *sum);
+                }
+            }
+        }
+        let [a, b, c, d] = sums.map(
+            #[inline(always)]
+            |sum| sum.split(),
+        );
+        columns([a.0, b.0, c.0, d.0, a.1, b.1, c.1, d.1])
+    }
+
+    /// The same by three sets of weights at once, of 16 rows.
+    #[inline(always)]
+    fn rows_of_gradient<S: Simd>(
+        &self,
+        simd: S,
+        at: [i32; LANES],
+        weights: &[[Lanes<S>; 3]; 16],
+    ) -> [[Lanes<S>; 4]; 3] {
+        let mut sums = [[all(simd, 0.0); 3]; 4];
+        for (j, sums) in sums.iter_mut().enumerate() {
+            for (i, weights) in weights.iter().enumerate() {
+                #[expect(
+                    clippy::cast_possible_truncation,
+                    clippy::cast_possible_wrap,
+                    reason = "< 16"
+                )]
+                let offset = (i as i32 / 4) * self.plane + (i as i32 % 4) * self.row;
+                let near = self.four(simd, at[j] + offset);
+                let far = self.four(simd, at[j + 4] + offset);
+                let rows = near.combine(far);
+                for (sum, weight) in sums.iter_mut().zip(weights) {
+                    let (low, high) = (weight[j], weight[j + 4]);
+                    let weight = f32x4::splat(simd, low).combine(f32x4::splat(simd, high));
+                    *sum = rows.mul_add(weight, *sum);
+                }
+            }
+        }
+        let [a, b, c, d] = sums;
+        let of = |k: usize| {
+            let [a, b, c, d] = [a[k].split(), b[k].split(), c[k].split(), d[k].split()];
+            columns([a.0, b.0, c.0, d.0, a.1, b.1, c.1, d.1])
+        };
+        [of(0), of(1), of(2)]
+    }
+
+    /// The stored value at places in index space, [`NOTHING`] where no kernel reaches. What `bias` is is not added.
+    #[inline(always)]
+    pub(super) fn value<S: Simd>(&self, simd: S, method: Method, place: Vec3<S>) -> Lanes<S> {
+        match method {
+            Method::BSpline => {
+                let (cell, [fx, fy, fz]) = self.cell(simd, place);
+                let at = self.stored_at(simd, cell, 1);
+                let (wx, wy, wz) = (weights(simd, fx), weights(simd, fy), weights(simd, fz));
+                let [a, b, c, d] = self.rows::<S, 4>(
+                    simd,
+                    at,
+                    #[inline(always)]
+                    |y, z| wy[y] * wz[z],
+                );
+                a.mul_add(wx[0], b.mul_add(wx[1], c.mul_add(wx[2], d * wx[3])))
+            }
+            Method::Linear => {
+                let (cell, [fx, fy, fz]) = self.cell(simd, place);
+                let at = self.stored_at(simd, cell, 0);
+                let one = all(simd, 1.0);
+                let (wy, wz) = ([one - fy, fy], [one - fz, fz]);
+                let [a, b, _, _] = self.rows::<S, 2>(
+                    simd,
+                    at,
+                    #[inline(always)]
+                    |y, z| wy[y] * wz[z],
+                );
+                (b - a).mul_add(fx, a)
+            }
+            Method::Other => self.other(simd, place),
+        }
+    }
+
+    /// Boxes, and radial kernels, normalised.
+    #[inline(always)]
+    fn other<S: Simd>(&self, simd: S, place: Vec3<S>) -> Lanes<S> {
+        if matches!(self.kernel, Kernel::Point | Kernel::Nearest) {
+            let half = all(simd, 0.5);
+            let near = |p: Lanes<S>, n: usize| {
+                (p + half).floor().max(all(simd, 0.0)).min(all(simd, n as f32 - 1.0))
+            };
+            let [nx, ny, nz] = self.dims;
+            let cell = [near(place.x, nx), near(place.y, ny), near(place.z, nz)];
+            let at = self.stored_at(simd, cell, 0);
+            #[expect(clippy::cast_sign_loss, reason = "clamped")]
+            return Lanes::from_fn(simd, |i| self.values[at[i] as usize]);
+        }
+        let (cell, f) = self.cell(simd, place);
+        let before = self.pad - 1;
+        let at = self.stored_at(simd, cell, before);
+        let scale = 1.0 / self.stretch;
+        let (mut sum, mut total) = (all(simd, 0.0), all(simd, 0.0));
+        let offset = |i: usize, f: Lanes<S>| all(simd, i as f32 - before as f32) - f;
+        for z in 0..2 * self.pad {
+            let dz = offset(z, f[2]);
+            for y in 0..2 * self.pad {
+                let dy = offset(y, f[1]);
+                let across = dy.mul_add(dy, dz * dz);
+                #[expect(
+                    clippy::cast_possible_truncation,
+                    clippy::cast_possible_wrap,
+                    reason = "< 32"
+                )]
+                let row = z as i32 * self.plane + y as i32 * self.row;
+                for x in 0..2 * self.pad {
+                    let dx = offset(x, f[0]);
+                    let h = self.radial(simd, dx.mul_add(dx, across) * (scale * scale));
+                    #[expect(clippy::cast_sign_loss, reason = "clamped")]
+                    let taps = Lanes::from_fn(simd, |i| self.values[(at[i] + row) as usize + x]);
+                    sum = taps.mul_add(h, sum);
+                    total = total + h;
+                }
+            }
+        }
+        let is_there = total.simd_gt(all(simd, 0.0));
+        choose(is_there, sum / total, all(simd, NOTHING))
+    }
+
+    /// A radial kernel's value, to a factor that normalisation takes out.
+    #[inline(always)]
+    fn radial<S: Simd>(&self, simd: S, squared: Lanes<S>) -> Lanes<S> {
+        let zero = all(simd, 0.0);
+        if self.kernel == Kernel::Gaussian {
+            // σ 0.6, cut where exp falls to 0.004.
+            let h = Lanes::from_fn(simd, |i| (squared[i] * (-1.0 / 0.72)).exp());
+            return choose(squared.simd_gt(all(simd, 3.975_530)), zero, h);
+        }
+        let r = squared.sqrt();
+        let t = all(simd, 1.556_228) - r;
+        let inner = squared.mul_add(r * 0.671_033 - 1.157_743, all(simd, 0.557_526));
+        let outer = t * t * t.mul_add(all(simd, 0.282_474), all(simd, 0.067_599));
+        let outer = choose(t.simd_gt(zero), outer, zero);
+        choose(r.simd_gt(all(simd, 0.889_392)), outer, inner)
+    }
+
+    /// Growth of the stored value per index. Of B-splines the derivative; of other kernels, whose derivative jumps,
+    /// the growth from half a sample before to half a sample on.
+    #[inline(always)]
+    pub(super) fn gradient<S: Simd>(&self, simd: S, method: Method, place: Vec3<S>) -> Vec3<S> {
+        if method == Method::BSpline {
+            let (cell, [fx, fy, fz]) = self.cell(simd, place);
+            let at = self.stored_at(simd, cell, 1);
+            let (wx, wy, wz) = (weights(simd, fx), weights(simd, fy), weights(simd, fz));
+            let (sx, sy, sz) = (slopes(simd, fx), slopes(simd, fy), slopes(simd, fz));
+            let dot = |r: [Lanes<S>; 4], w: [Lanes<S>; 4]| {
+                r[0].mul_add(w[0], r[1].mul_add(w[1], r[2].mul_add(w[2], r[3] * w[3])))
+            };
+            let mut by = [[all(simd, 0.0); 3]; 16];
+            for z in 0..4 {
+                for y in 0..4 {
+                    by[4 * z + y] = [wy[y] * wz[z], sy[y] * wz[z], wy[y] * sz[z]];
+                }
+            }
+            let [along_x, along_y, along_z] = self.rows_of_gradient(simd, at, &by);
+            return Vec3 { x: dot(along_x, sx), y: dot(along_y, wx), z: dot(along_z, wx) };
+        }
+        let half = all(simd, 0.5);
+        let growth = |d: Vec3<S>| {
+            let past = self.value(simd, method, place.add(d));
+            let before = self.value(simd, method, place.add(d.scaled(all(simd, -1.0))));
+            let nothing = past.simd_eq(all(simd, NOTHING)) | before.simd_eq(all(simd, NOTHING));
+            choose(nothing, all(simd, 0.0), past - before)
+        };
+        let zero = all(simd, 0.0);
+        Vec3 {
+            x: growth(Vec3 { x: half, y: zero, z: zero }),
+            y: growth(Vec3 { x: zero, y: half, z: zero }),
+            z: growth(Vec3 { x: zero, y: zero, z: half }),
+        }
+    }
+
+    /// The rays that a method finds no value for.
+    #[inline(always)]
+    pub(super) fn is_nothing<S: Simd>(simd: S, method: Method, value: Lanes<S>) -> Mask<S> {
+        match method {
+            Method::BSpline | Method::Linear => Mask::splat(simd, false),
+            Method::Other => value.simd_eq(all(simd, NOTHING)),
+        }
+    }
+}
+
+/// Weights of the four samples about a place in its cell.
+#[inline(always)]
+fn weights<S: Simd>(simd: S, f: Lanes<S>) -> [Lanes<S>; 4] {
+    let one = all(simd, 1.0);
+    let g = one - f;
+    let (f2, g2) = (f * f, g * g);
+    let sixth = 1.0 / 6.0;
+    let inner = |f: Lanes<S>, f2: Lanes<S>| f2.mul_add(f * 0.5 - 1.0, all(simd, 4.0 / 6.0));
+    [g2 * g * sixth, inner(f, f2), inner(g, g2), f2 * f * sixth]
+}
+
+/// Their derivatives.
+#[inline(always)]
+fn slopes<S: Simd>(simd: S, f: Lanes<S>) -> [Lanes<S>; 4] {
+    let g = all(simd, 1.0) - f;
+    let inner = |f: Lanes<S>| f * (f * 1.5 - 2.0);
+    [g * g * -0.5, inner(f), -inner(g), f * f * 0.5]
+}
+
+/// The sample that stands at place `at` of a line with `pad` mirrored samples about its `n`.
+fn mirrored(at: usize, pad: usize, n: usize) -> usize {
+    if n == 1 {
+        return 0;
+    }
+    let period = 2 * (n - 1);
+    // Far enough up that the remainder is never taken of a negative number.
+    let i = (at + period * pad.div_ceil(period) - pad) % period;
+    i.min(period - i)
+}

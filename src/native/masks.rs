@@ -1,0 +1,159 @@
+//! At which depths anything can show in each tile of a picture.
+
+use rayon::prelude::*;
+
+use super::bricks::Bricks;
+use super::rays::{Rays, TILE};
+
+/// Segments of depth, a bit each.
+const SEGMENTS: i32 = 64;
+
+/// For each tile the slabs in which anything can show, in segments of equal length.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(super) struct Masks {
+    /// A bit a segment, a word a tile, rows from the top.
+    words: Vec<u64>,
+    /// The slab in which the first segment begins, and the slabs of a segment.
+    first: i32,
+    length: i32,
+}
+
+impl Masks {
+    /// Of the bricks that show.
+    pub(super) fn new(rays: &Rays, bricks: &Bricks, dims: [usize; 3], visible: &[u32]) -> Self {
+        let [across, down] = rays.tiles().map(|n| n as usize);
+        let mut masks = Self { words: vec![0; across * down], first: 0, length: 1 };
+        let landed: Vec<Landed> =
+            visible.par_iter().map(|&brick| Landed::of(rays, bricks, dims, brick)).collect();
+        let Some((first, last)) = landed
+            .par_iter()
+            .map(|l| (l.slabs[0], l.slabs[1]))
+            .reduce_with(|a, b| (a.0.min(b.0), a.1.max(b.1)))
+        else {
+            return masks;
+        };
+        masks.first = first;
+        masks.length = (last.saturating_sub(first) / SEGMENTS).saturating_add(1);
+        // Each thread has a band of rows to itself.
+        let band = down.div_ceil(4 * rayon::current_num_threads()).max(1);
+        let (first, length) = (masks.first, masks.length);
+        masks.words.par_chunks_mut(band * across).enumerate().for_each(|(i, words)| {
+            let rows = i * band..i * band + words.len() / across;
+            for Landed { left, right, top, bottom, slabs } in &landed {
+                let (top, bottom) =
+                    ((*top as usize).max(rows.start), (*bottom as usize).min(rows.end));
+                if top >= bottom {
+                    continue;
+                }
+                let bit = |slab: i32| (slab - first) / length;
+                let (low, high) = (bit(slabs[0]), bit(slabs[1]));
+                let bits = (u64::MAX >> (63 - (high - low))) << low;
+                for row in top..bottom {
+                    let start = (row - rows.start) * across;
+                    for word in &mut words[start + *left as usize..start + *right as usize] {
+                        *word |= bits;
+                    }
+                }
+            }
+        });
+        masks
+    }
+
+    /// Whether anything can show in a tile.
+    pub(super) fn shows(&self, tile: usize) -> bool {
+        self.words[tile] != 0
+    }
+
+    /// Bytes of memory.
+    pub(super) fn size_bytes(&self) -> u64 {
+        size_of_val(&self.words[..]) as u64
+    }
+
+    /// Runs of slabs, first and last, in which anything can show in a tile between two slabs.
+    #[inline]
+    pub(super) fn runs(
+        &self,
+        tile: usize,
+        [first, last]: [i32; 2],
+    ) -> impl DoubleEndedIterator<Item = [i32; 2]> + use<> {
+        let (begin, length) = (self.first, self.length);
+        let mut runs = [[0; 2]; 33];
+        let mut count = 0;
+        let mut word = self.words[tile];
+        while word != 0 {
+            let low = word.trailing_zeros();
+            let ones = (!(word >> low)).trailing_zeros().min(64 - low);
+            let [from, to] = [low, low + ones].map(|bit| begin + bit.cast_signed() * length);
+            let run = [from.max(first), (to - 1).min(last)];
+            if run[0] <= run[1] {
+                runs[count] = run;
+                count += 1;
+            }
+            word = if low + ones == 64 { 0 } else { word >> (low + ones) << (low + ones) };
+        }
+        runs.into_iter().take(count)
+    }
+}
+
+/// Where a brick lands: tiles, the last ones exclusive, and slabs, inclusive.
+struct Landed {
+    left: u32,
+    right: u32,
+    top: u32,
+    bottom: u32,
+    slabs: [i32; 2],
+}
+
+impl Landed {
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "clamped, or saturates"
+    )]
+    fn of(rays: &Rays, bricks: &Bricks, dims: [usize; 3], brick: u32) -> Self {
+        let view = &rays.view;
+        let [begin, end] = bricks.ends(brick as usize, dims);
+        let (middle, half) = ((begin + end) / 2.0, (end - begin) / 2.0);
+        let from_centre = view.view_from_index * (middle - view.lattice_centre);
+        let m = view.view_from_index;
+        let reach =
+            (m.x_axis.abs() * half.x) + (m.y_axis.abs() * half.y) + (m.z_axis.abs() * half.z);
+        let seen = view.view_centre.truncate().extend(0.0) + from_centre;
+        let half_size = [0, 1].map(|a| f64::from(rays.size[a]) / 2.0);
+        let depths = [seen.z - reach.z, seen.z + reach.z];
+        // A thousandth of a pixel for rounding: these are in float64, and rays are not.
+        const SLACK: f64 = 1e-2;
+        let (mut low, mut high) =
+            ([seen.x - reach.x, seen.y - reach.y], [seen.x + reach.x, seen.y + reach.y]);
+        if let Some(distance) = view.eye_distance {
+            // Depth from the eye of the box's near and far face.
+            let [near, far] = depths.map(|z| z + view.view_centre.z);
+            if near <= distance * 1e-3 {
+                (low, high) = ([-1e9; 2], [1e9; 2]);
+            } else {
+                for a in 0..2 {
+                    let at = [low[a], high[a]].map(|x| [x * distance / near, x * distance / far]);
+                    low[a] = at[0][0].min(at[0][1]);
+                    high[a] = at[1][0].max(at[1][1]);
+                }
+            }
+        }
+        let tile =
+            |pixels: f64, most: u32| (pixels / f64::from(TILE)).clamp(0.0, f64::from(most)) as u32;
+        let [across, down] = rays.tiles();
+        let ceil = |pixels: f64, most: u32| {
+            (pixels / f64::from(TILE)).ceil().clamp(0.0, f64::from(most)) as u32
+        };
+        let step = f64::from(rays.step);
+        Self {
+            left: tile(low[0] + half_size[0] - SLACK, across),
+            right: ceil(high[0] + half_size[0] + SLACK, across),
+            top: tile(half_size[1] - high[1] - SLACK, down),
+            bottom: ceil(half_size[1] - low[1] + SLACK, down),
+            slabs: [
+                ((depths[0] - SLACK) / step).floor() as i32,
+                ((depths[1] + SLACK) / step).floor() as i32,
+            ],
+        }
+    }
+}

@@ -1,0 +1,27 @@
+//! Drawing on the processor: the same plans, the same slabs, the same pictures, where there is no GPU.
+//!
+//! Owns [`Renderer`], and [`supports`], which says what of a plan it does not draw. Refuses wgpu, files, flags and
+//! windows, and knows nothing of the other engine. Imports `plan` and what lies below it.
+//!
+//! Rays go in packets of eight, a block of 4 × 2 pixels, a ray a lane. Three things make it quick. A value is summed up
+//! row by row of its samples, two rays at a time, without fetching single samples. Each tile of 8 × 8 pixels has a
+//! mask of the depths at which anything can show there, from bounds of the field in bricks of 4³ cells (those of
+//! B-splines by the Bézier points of the spline). And what a scene does not ask for is not in its loop.
+
+mod bricks;
+mod lanes;
+mod lattice;
+mod light;
+mod masks;
+mod project;
+mod rays;
+mod renderer;
+mod supports;
+mod surfaces;
+mod table;
+#[cfg(test)]
+mod tests;
+mod walk;
+
+pub use renderer::{Renderer, tile_count};
+pub use supports::{Unsupported, supports};

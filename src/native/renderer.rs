@@ -1,0 +1,363 @@
+//! What the engine keeps between pictures, and a picture tile by tile.
+
+use std::ops::Range;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Instant;
+
+use fearless_simd::{Level, Simd};
+use rayon::prelude::*;
+
+use super::lattice::{Lattice, Method};
+use super::light::Light;
+use super::masks::Masks;
+use super::rays::{Rays, TILE};
+use super::surfaces::Surfaces;
+use super::table::Table;
+use super::walk::{Pixel, Plain, Rich, Scene};
+use crate::core::{Cancelled, Ticket};
+use crate::kernel::Coefficients;
+use crate::plan::{Plan, SlabField};
+use crate::scene::{AlongRay, Classify, OpacityModel, SplatSettings};
+use crate::transfer::Cumulative;
+use crate::volume::ScalarVolume;
+
+/// Pixels of a tile.
+const TILE_PIXELS: usize = (TILE * TILE) as usize;
+
+/// An engine that draws plans on the processor.
+#[derive(Debug)]
+pub struct Renderer {
+    level: Level,
+    fields: [Option<Field>; 2],
+    picture: Option<Picture>,
+    /// Opacities over 1, lowered to it, since the picture began.
+    capped: u64,
+    /// What its stages took: milliseconds, and how often each ran.
+    stages: Vec<(&'static str, f64, u32)>,
+    most_bytes: u64,
+}
+
+#[derive(Debug)]
+struct Field {
+    lattice: Lattice,
+    table: Option<Table>,
+}
+
+/// A picture that was begun.
+#[derive(Debug)]
+struct Picture {
+    size: [u32; 2],
+    /// By tile, rows from the top, each with its pixels in rows from the top.
+    pixels: Vec<Pixel>,
+    /// What is drawn on it, if anything.
+    drawing: Option<Drawing>,
+}
+
+/// What a picture is drawn from, beside its field and its table.
+#[derive(Debug)]
+struct Drawing {
+    which: SlabField,
+    rays: Rays,
+    masks: Masks,
+    light: Option<Light>,
+    surfaces: Option<Surfaces>,
+    along: AlongRay,
+    middle: bool,
+    published: bool,
+    stop_below: f32,
+}
+
+impl Default for Renderer {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Renderer {
+    /// On this processor, with the widest instructions that it has and this engine is compiled for.
+    pub fn new() -> Self {
+        Self::with_level(Level::new())
+    }
+
+    /// With the instructions that every processor of this kind has.
+    pub fn with_baseline() -> Self {
+        Self::with_level(Level::baseline())
+    }
+
+    fn with_level(level: Level) -> Self {
+        Self {
+            level,
+            fields: [None, None],
+            picture: None,
+            capped: 0,
+            stages: Vec::new(),
+            most_bytes: 0,
+        }
+    }
+
+    /// The instructions that it draws with, and on how many threads.
+    pub fn name(&self) -> String {
+        let threads = rayon::current_num_threads();
+        let threads =
+            if threads == 1 { "1 thread".to_owned() } else { format!("{threads} threads") };
+        format!("{}, {threads}", self.instructions())
+    }
+
+    /// The instructions that it draws with.
+    fn instructions(&self) -> &'static str {
+        #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+        if self.level.as_avx2().is_some() {
+            return "AVX2 and FMA";
+        }
+        #[cfg(target_arch = "aarch64")]
+        if self.level.as_neon().is_some() {
+            return "NEON";
+        }
+        "baseline instructions"
+    }
+
+    /// Whether the field of a volume in a mode is there.
+    pub fn holds_field(
+        &self,
+        which: SlabField,
+        volume: &Arc<ScalarVolume>,
+        mode: &SplatSettings,
+    ) -> bool {
+        self.fields[which as usize].as_ref().is_some_and(|field| field.lattice.is_of(volume, mode))
+    }
+
+    /// Takes a field in; its table is gone.
+    ///
+    /// # Errors
+    /// [`Cancelled`].
+    pub fn set_field(
+        &mut self,
+        which: SlabField,
+        volume: &Arc<ScalarVolume>,
+        mode: &SplatSettings,
+        coefficients: Coefficients,
+        ticket: &Ticket,
+    ) -> Result<(), Cancelled> {
+        self.fields[which as usize] = None;
+        self.picture = None;
+        let lattice = Lattice::new(volume, mode, coefficients, ticket)?;
+        self.fields[which as usize] = Some(Field { lattice, table: None });
+        self.note_bytes();
+        Ok(())
+    }
+
+    /// Lets go of fields of other volumes.
+    pub fn keep_fields_of(&mut self, volume: &Arc<ScalarVolume>) {
+        for field in &mut self.fields {
+            if field.as_ref().is_some_and(|field| !field.lattice.is_of_volume(volume)) {
+                *field = None;
+                self.picture = None;
+            }
+        }
+    }
+
+    /// Whether a field has a table.
+    pub fn holds_table(&self, which: SlabField) -> bool {
+        self.fields[which as usize].as_ref().is_some_and(|field| field.table.is_some())
+    }
+
+    /// Sets the classification of a field, in which isosurfaces at `levels` show, too.
+    pub fn set_table(&mut self, which: SlabField, table: &Cumulative, levels: &[f64]) {
+        if let Some(field) = &mut self.fields[which as usize] {
+            field.table = Some(Table::new(&field.lattice, table, levels));
+            self.note_bytes();
+        }
+    }
+
+    /// The kernel of a field and its samples along each axis.
+    pub fn field_shape(&self, which: SlabField) -> Option<(crate::kernel::Kernel, [usize; 3])> {
+        self.fields[which as usize].as_ref().map(|field| (field.lattice.kernel, field.lattice.dims))
+    }
+
+    /// Begins the picture of a plan from one of the fields; rays end where less than `stop_below` shows through. It
+    /// stays blank where the plan has no field.
+    #[expect(clippy::cast_possible_truncation, reason = "rays have 32 bits, as the device's")]
+    pub fn begin(&mut self, plan: &Plan, which: SlabField, stop_below: f64) {
+        let start = Instant::now();
+        self.capped = 0;
+        self.stages.clear();
+        let mut pixels = self.picture.take().map(|picture| picture.pixels).unwrap_or_default();
+        pixels.clear();
+        pixels.resize(tile_count(plan.size) as usize * TILE_PIXELS, [0.0; 4]);
+        let field = self.fields[which as usize].as_ref().filter(|_| plan.field().is_some());
+        let drawing = field.and_then(|Field { lattice, table }| {
+            let table = table.as_ref()?;
+            let end = lattice.dims.map(|n| n as f64 - 0.5);
+            let clip = plan.inside.clip.half_spaces(&plan.frame.lattice);
+            let rays = Rays::new(plan, end, &clip);
+            let along = plan.inside.along;
+            let composites = along == AlongRay::Composite;
+            let shown = if composites { &table.visible[..] } else { &[] };
+            Some(Drawing {
+                which,
+                masks: Masks::new(&rays, &lattice.bricks, lattice.dims, shown),
+                light: Light::of(plan).filter(|_| composites),
+                surfaces: Surfaces::of(plan),
+                along,
+                middle: plan.mode.classify == Classify::After,
+                published: plan.mode.opacity_model == OpacityModel::Published,
+                // Far to near nothing is hidden before it is drawn.
+                stop_below: if rays.back_to_front { 0.0 } else { stop_below as f32 },
+                rays,
+            })
+        });
+        self.picture = Some(Picture { size: plan.size, pixels, drawing });
+        self.note_stage("mask_depths", start);
+        self.note_bytes();
+    }
+
+    /// Draws some tiles of the picture that was begun, on all threads.
+    pub fn draw_tiles(&mut self, tiles: Range<u32>) {
+        let start = Instant::now();
+        let Some(Picture { pixels, drawing: Some(drawing), .. }) = &mut self.picture else {
+            return;
+        };
+        let Some(Field { lattice, table: Some(table) }) = &self.fields[drawing.which as usize]
+        else {
+            return;
+        };
+        let scene = Scene {
+            rays: &drawing.rays,
+            masks: &drawing.masks,
+            lattice,
+            table,
+            light: drawing.light.as_ref(),
+            surfaces: drawing.surfaces.as_ref(),
+            middle: drawing.middle,
+            published: drawing.published,
+            stop_below: drawing.stop_below,
+        };
+        let (level, along) = (self.level, drawing.along);
+        let capped = AtomicU64::new(0);
+        let first = tiles.start as usize;
+        let pixels = &mut pixels[first * TILE_PIXELS..tiles.end as usize * TILE_PIXELS];
+        pixels.par_chunks_mut(TILE_PIXELS).enumerate().for_each(|(i, out)| {
+            let found = draw_tile(level, &scene, along, first + i, out);
+            if found > 0 {
+                capped.fetch_add(found, Ordering::Relaxed);
+            }
+        });
+        self.capped += capped.into_inner();
+        let stage = if along == AlongRay::Composite { "walk_slabs" } else { "project_values" };
+        self.note_stage(stage, start);
+    }
+
+    /// What the stages of the picture took so far: names, milliseconds, and how often each ran.
+    pub fn stages(&self) -> &[(&'static str, f64, u32)] {
+        &self.stages
+    }
+
+    fn note_stage(&mut self, name: &'static str, start: Instant) {
+        let ms = start.elapsed().as_secs_f64() * 1e3;
+        match self.stages.iter_mut().find(|stage| stage.0 == name) {
+            Some(stage) => (stage.1, stage.2) = (stage.1 + ms, stage.2 + 1),
+            None => self.stages.push((name, ms, 1)),
+        }
+    }
+
+    /// Opacities of the picture that were over 1, and lowered to it.
+    pub fn capped(&self) -> u64 {
+        self.capped
+    }
+
+    /// The picture: premultiplied linear RGBA, rows from the top; and its size.
+    pub fn light(&self) -> (Vec<Pixel>, [u32; 2]) {
+        let Some(Picture { size, pixels, .. }) = &self.picture else { return (Vec::new(), [0; 2]) };
+        let [width, height] = size.map(|n| n as usize);
+        let tile = TILE as usize;
+        let across = width.div_ceil(tile);
+        let mut light = vec![[0.0; 4]; width * height];
+        light.par_chunks_mut(width.max(1)).enumerate().for_each(|(y, row)| {
+            for (i, part) in row.chunks_mut(tile).enumerate() {
+                let start = ((y / tile) * across + i) * TILE_PIXELS + y % tile * tile;
+                part.copy_from_slice(&pixels[start..start + part.len()]);
+            }
+        });
+        (light, *size)
+    }
+
+    /// Bytes of memory that it holds.
+    pub fn size_bytes(&self) -> u64 {
+        let of_field = |field: &Field| {
+            field.lattice.size_bytes() + field.table.as_ref().map_or(0, Table::size_bytes)
+        };
+        let of_picture = |picture: &Picture| {
+            let masks = picture.drawing.as_ref().map_or(0, |drawing| drawing.masks.size_bytes());
+            size_of_val(&picture.pixels[..]) as u64 + masks
+        };
+        self.fields.iter().flatten().map(of_field).sum::<u64>()
+            + self.picture.as_ref().map_or(0, of_picture)
+    }
+
+    /// The most that it held.
+    pub fn peak_bytes(&self) -> u64 {
+        self.most_bytes
+    }
+
+    fn note_bytes(&mut self) {
+        self.most_bytes = self.most_bytes.max(self.size_bytes());
+    }
+}
+
+/// A tile with the instructions of a level.
+fn draw_tile(
+    level: Level,
+    scene: &Scene<'_>,
+    along: AlongRay,
+    tile: usize,
+    out: &mut [Pixel],
+) -> u64 {
+    #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+    if let Some(avx2) = level.as_avx2() {
+        return draw_with(avx2, scene, along, tile, out);
+    }
+    // Any other level has what its kind of processor has at least.
+    let baseline = Level::baseline();
+    debug_assert!(level.is_fallback() || !level.is_fallback());
+    fearless_simd::dispatch!(baseline, simd => draw_with(simd, scene, along, tile, out))
+}
+
+#[inline(always)]
+fn draw_with<S: Simd>(
+    simd: S,
+    scene: &Scene<'_>,
+    along: AlongRay,
+    tile: usize,
+    out: &mut [Pixel],
+) -> u64 {
+    let method = scene.lattice.method();
+    if along != AlongRay::Composite {
+        simd.vectorize(
+            #[inline(always)]
+            || scene.projected_tile(simd, method, along, tile, out),
+        );
+        return 0;
+    }
+    macro_rules! with {
+        ($method:expr, $wants:ty) => {
+            simd.vectorize(
+                #[inline(always)]
+                || scene.tile::<S, $wants>(simd, $method, tile, out),
+            )
+        };
+    }
+    match (method, scene.is_plain()) {
+        (Method::BSpline, true) => with!(Method::BSpline, Plain),
+        (Method::Linear, true) => with!(Method::Linear, Plain),
+        (Method::Other, true) => with!(Method::Other, Plain),
+        (Method::BSpline, false) => with!(Method::BSpline, Rich),
+        (Method::Linear, false) => with!(Method::Linear, Rich),
+        (Method::Other, false) => with!(Method::Other, Rich),
+    }
+}
+
+/// Tiles of a picture.
+pub fn tile_count(size: [u32; 2]) -> u32 {
+    size[0].div_ceil(TILE) * size[1].div_ceil(TILE)
+}

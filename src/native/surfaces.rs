@@ -1,0 +1,256 @@
+//! What rays meet beside the matter of a field: faces where it is cut, slices, isosurfaces.
+
+use fearless_simd::{Simd, prelude::*};
+
+use super::lanes::{LANES, Lanes, Mask, all, any, choose};
+use super::lattice::{Lattice, Method};
+use super::light::Light;
+use super::rays::{Packet, Rays};
+use super::table::Table;
+use crate::plan::Plan;
+use crate::scene::{AlongRay, CutFaces};
+
+/// Of a ray, at most: a cut face, six slices, and six levels within a slab.
+const MOST_MET: usize = 13;
+/// Times that the field is asked where it passes a level: by the secant, of whose ends the older counts for half
+/// once the other was moved twice (the Illinois rule).
+const ROOT_STEPS: usize = 7;
+
+/// The surfaces of a scene, in the index space of a field.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Surfaces {
+    /// Matter where it is cut shows its value.
+    cut_faces: bool,
+    /// Planes (a normal, and the product with it) and opacities.
+    slices: Vec<([f32; 4], f32)>,
+    /// Values, linear colours, opacities.
+    levels: Vec<(f64, [f32; 3], f32)>,
+}
+
+/// What one ray meets at a depth.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Met {
+    pub t: f32,
+    pub colour: [f32; 3],
+    pub opacity: f32,
+}
+
+/// What eight rays meet, each in the order of compositing.
+pub(super) struct Ahead<S: Simd> {
+    rays: [Way; LANES],
+    /// Where each meets the next: beyond everything where there is none.
+    pub next: Lanes<S>,
+}
+
+/// What a ray meets, from `done` on not yet laid down.
+#[derive(Clone, Copy)]
+struct Way {
+    met: [Met; MOST_MET],
+    count: usize,
+    done: usize,
+}
+
+impl Surfaces {
+    /// `None` where a plan has none.
+    #[expect(clippy::cast_possible_truncation, reason = "rays have 32 bits, as the device's")]
+    pub(super) fn of(plan: &Plan) -> Option<Self> {
+        let (field, lattice, inside) = (plan.field()?, &plan.frame.lattice, &plan.inside);
+        if inside.along != AlongRay::Composite {
+            // Values that are projected have neither faces nor surfaces.
+            return None;
+        }
+        let slices = inside.slices.iter().map(|slice| {
+            let half = slice.plane.in_index(lattice);
+            (half.normal.as_vec3().extend(half.least as f32).to_array(), slice.opacity as f32)
+        });
+        let levels = inside
+            .isosurfaces
+            .iter()
+            .map(|iso| (iso.value, iso.linear_colour(&field.transfer), iso.opacity as f32));
+        let cuts = !inside.clip.half_spaces(lattice).is_empty();
+        let found = Self {
+            cut_faces: inside.clip.faces == CutFaces::Coloured && cuts,
+            slices: slices.collect(),
+            levels: levels.collect(),
+        };
+        let is_none = !found.cut_faces && found.slices.is_empty() && found.levels.is_empty();
+        (!is_none).then_some(found)
+    }
+
+    /// Whether there are isosurfaces.
+    pub(super) fn has_levels(&self) -> bool {
+        !self.levels.is_empty()
+    }
+
+    /// Whether rays may meet something where no matter shows.
+    pub(super) fn are_everywhere(&self) -> bool {
+        self.cut_faces || !self.slices.is_empty()
+    }
+
+    /// Cut faces and slices on the way of eight rays.
+    #[inline(always)]
+    pub(super) fn ahead<S: Simd>(
+        &self,
+        simd: S,
+        (lattice, method, table): (&Lattice, Method, &Table),
+        rays: &Rays,
+        packet: &Packet<S>,
+    ) -> Ahead<S> {
+        let mut ahead = Ahead::none(simd);
+        let faces = self.cut_faces.then_some((packet.enter, packet.is_cut, None));
+        let slices = self.slices.iter().map(|&([nx, ny, nz, product], opacity)| {
+            let normal = super::lanes::Vec3::splat(simd, [nx, ny, nz]);
+            let growth = normal.dot(packet.direction);
+            let is_along = growth.abs().simd_lt(all(simd, 1e-20));
+            let one = all(simd, 1.0);
+            let t =
+                (all(simd, product) - normal.dot(packet.origin)) / choose(is_along, one, growth);
+            let is_in = !is_along & t.simd_gt(packet.enter) & t.simd_lt(packet.leave);
+            (t, is_in & packet.is_there, Some(opacity))
+        });
+        for (t, is_met, opacity) in faces.into_iter().chain(slices) {
+            if !any(is_met) {
+                continue;
+            }
+            let place = packet.at(t);
+            let stored = lattice.value(simd, method, place);
+            let look = table.look(simd, table.cell(simd, stored));
+            let nothing = Lattice::is_nothing(simd, method, stored);
+            for i in 0..LANES {
+                if !is_met.test(i) {
+                    continue;
+                }
+                let in_hole = lattice.has_holes() && lattice.is_hole(place.lane(i));
+                let (mut colour, mut weight) = (look.colour.lane(i), look.weight[i]);
+                let holes_show = table.no_data[3] > 0.0;
+                if in_hole && holes_show {
+                    let [r, g, b, w] = table.no_data;
+                    (colour, weight) = ([r, g, b], w);
+                }
+                let is_there = if in_hole { holes_show } else { !nothing.test(i) };
+                let opacity = opacity.unwrap_or(if weight > 0.0 { 1.0 } else { 0.0 });
+                if is_there && opacity > 0.0 {
+                    ahead.insert(i, Met { t: t[i], colour, opacity }, rays.back_to_front);
+                }
+            }
+        }
+        ahead.look(simd, rays.back_to_front);
+        ahead
+    }
+
+    /// Notes the levels that the field passes between two depths at which it has these cells. What passes one twice
+    /// between them is not met; more slabs meet it. Whether any is met.
+    #[inline(always)]
+    pub(super) fn meet_levels<S: Simd>(
+        &self,
+        simd: S,
+        (lattice, method, table, light): (&Lattice, Method, &Table, &Light),
+        (rays, packet): (&Rays, &Packet<S>),
+        (cells, ts): ([Lanes<S>; 2], [Lanes<S>; 2]),
+        is_slab: Mask<S>,
+        ahead: &mut Ahead<S>,
+    ) -> bool {
+        let mut is_met = false;
+        for &(value, colour, opacity) in &self.levels {
+            #[expect(clippy::cast_possible_truncation, reason = "a cell")]
+            let level = all(simd, (table.cell_of_zero + table.cells_per_value * value) as f32);
+            let passes = cells[0].simd_lt(level) ^ cells[1].simd_lt(level);
+            let passes = passes & is_slab;
+            if !any(passes) {
+                continue;
+            }
+            is_met = true;
+            let zero = all(simd, 0.0);
+            let (mut t0, mut u0) = (ts[0], cells[0] - level);
+            let (mut t1, mut u1) = (ts[1], cells[1] - level);
+            // 1 and −1 where the beginning, or the end, was moved last.
+            let mut side = zero;
+            let mut t = t0;
+            for _ in 0..ROOT_STEPS {
+                let rise = u1 - u0;
+                let flat = rise.simd_eq(zero);
+                // Where it was found the ends meet in it.
+                let found = t;
+                t = t0 - u0 * (t1 - t0) / choose(flat, all(simd, 1.0), rise);
+                t = choose(flat, found, t);
+                let stored = lattice.value(simd, method, packet.at(t));
+                let off = table.cell(simd, stored) - level;
+                let before = !(off.simd_lt(zero) ^ u0.simd_lt(zero));
+                let half = all(simd, 0.5);
+                u1 = choose(before & side.simd_gt(zero), u1 * half, u1);
+                u0 = choose(!before & side.simd_lt(zero), u0 * half, u0);
+                t0 = choose(before, t, t0);
+                u0 = choose(before, off, u0);
+                t1 = choose(before, t1, t);
+                u1 = choose(before, u1, off);
+                side = choose(before, all(simd, 1.0), all(simd, -1.0));
+                if !any(passes & off.simd_ne(zero)) {
+                    break;
+                }
+            }
+            let place = packet.at(t);
+            let growth = lattice.gradient(simd, method, place);
+            let seen = light.of_surface(simd, (rays, packet), growth, colour);
+            for i in 0..LANES {
+                let in_hole = lattice.has_holes() && lattice.is_hole(place.lane(i));
+                if passes.test(i) && !in_hole && opacity > 0.0 {
+                    let met = Met { t: t[i], colour: seen.lane(i), opacity };
+                    ahead.insert(i, met, rays.back_to_front);
+                }
+            }
+            ahead.look(simd, rays.back_to_front);
+        }
+        is_met
+    }
+}
+
+impl<S: Simd> Ahead<S> {
+    /// Nothing.
+    #[inline(always)]
+    pub(super) fn none(simd: S) -> Self {
+        let none = Met { t: 0.0, colour: [0.0; 3], opacity: 0.0 };
+        let way = Way { met: [none; MOST_MET], count: 0, done: 0 };
+        Self { rays: [way; LANES], next: all(simd, f32::INFINITY) }
+    }
+
+    /// Adds what a ray meets, behind what it meets before.
+    fn insert(&mut self, lane: usize, met: Met, back_to_front: bool) {
+        let way = &mut self.rays[lane];
+        if way.count == MOST_MET {
+            // What was laid down makes room.
+            way.met.copy_within(way.done.., 0);
+            way.count -= way.done;
+            way.done = 0;
+        }
+        let is_before = |a: f32, b: f32| if back_to_front { a > b } else { a < b };
+        let mut at = way.count.min(MOST_MET - 1);
+        while at > way.done && is_before(met.t, way.met[at - 1].t) {
+            way.met[at] = way.met[at - 1];
+            at -= 1;
+        }
+        way.met[at] = met;
+        way.count = (way.count + 1).min(MOST_MET);
+    }
+
+    /// Finds where each ray meets the next.
+    fn look(&mut self, simd: S, back_to_front: bool) {
+        let beyond = if back_to_front { f32::NEG_INFINITY } else { f32::INFINITY };
+        self.next = Lanes::from_fn(simd, |i| self.peek(i).map_or(beyond, |met| met.t));
+    }
+
+    /// What a ray meets next.
+    pub(super) fn peek(&self, lane: usize) -> Option<Met> {
+        let way = &self.rays[lane];
+        (way.done < way.count).then(|| way.met[way.done])
+    }
+
+    /// What a ray meets next, which is laid down now.
+    pub(super) fn pass(&mut self, lane: usize) {
+        self.rays[lane].done += 1;
+    }
+
+    /// Looks again, after something was laid down.
+    pub(super) fn passed(&mut self, simd: S, back_to_front: bool) {
+        self.look(simd, back_to_front);
+    }
+}

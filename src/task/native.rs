@@ -1,0 +1,164 @@
+//! Draws plans with the native engine, some tiles at a time.
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use super::draw::{DrawError, Drawer, Drawn, LEAST_SIDE, Observer};
+use super::engines::EngineKind;
+use super::slabs::STOP_BELOW;
+use crate::gpu::timing::Timer;
+use crate::gpu::{GpuError, PassTime};
+use crate::kernel::Kernel;
+use crate::native::tile_count;
+use crate::plan::{Field, Plan, SlabField};
+use crate::scene::SplatSettings;
+use crate::transfer::{Table, TransferFunction};
+use crate::volume::{Scalar, ScalarVolume};
+use crate::with_samples;
+use rayon::prelude::*;
+
+/// Tiles in the first piece, before any was timed.
+const FIRST_TILES: u32 = 64;
+
+impl Drawer {
+    /// Slabs of a field, by the engine that draws the plan.
+    pub(super) fn slabs_of(
+        &mut self,
+        plan: &Plan,
+        which: SlabField,
+        observer: &mut dyn Observer,
+    ) -> Result<Drawn, DrawError> {
+        match self.engines.of_plan(plan) {
+            EngineKind::Native => self.native_slabs(plan, which, observer),
+            EngineKind::Gpu => self.slabs(plan, which, observer),
+        }
+    }
+
+    /// Whether the engine that draws now holds the field of a volume in a mode.
+    pub(super) fn holds_field(
+        &self,
+        which: SlabField,
+        volume: &Arc<ScalarVolume>,
+        mode: &SplatSettings,
+    ) -> bool {
+        match self.is_native() {
+            true => self.engines.native.holds_field(which, volume, mode),
+            false => {
+                let renderer = self.engines.made_gpu();
+                renderer.is_some_and(|renderer| renderer.holds_field(which, volume, mode))
+            }
+        }
+    }
+
+    /// The kernel and the samples of a field that the engine with the picture holds.
+    pub(super) fn field_shape(&self, which: SlabField) -> Option<(Kernel, [usize; 3])> {
+        match self.engines.drew() {
+            EngineKind::Native => self.engines.native.field_shape(which),
+            EngineKind::Gpu => self.engines.made_gpu()?.field_shape(which),
+        }
+    }
+
+    /// The picture of a plan that the native engine supports, from one of its fields.
+    pub(super) fn native_slabs(
+        &mut self,
+        plan: &Plan,
+        which: SlabField,
+        observer: &mut dyn Observer,
+    ) -> Result<Drawn, DrawError> {
+        self.prepare_field(plan, which, observer)?;
+        let start = Instant::now();
+        self.engines.native.begin(plan, which, STOP_BELOW);
+        let total = tile_count(plan.size);
+        let (mut done, mut piece) = (0, FIRST_TILES);
+        while done < total {
+            let begin = Instant::now();
+            let end = (done + piece).min(total);
+            self.engines.native.draw_tiles(done..end);
+            let rate = f64::from(end - done) / (begin.elapsed().as_secs_f64() * 1e3).max(0.01);
+            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
+            let fitting = (rate * observer.piece_ms()).clamp(8.0, f64::from(piece) * 4.0) as u32;
+            (done, piece) = (end, fitting);
+            let share = f64::from(done) / f64::from(total);
+            if observer.piece_done(&mut self.engines, share) {
+                return Err(DrawError::Interrupted);
+            }
+        }
+        let wall_ms = start.elapsed().as_secs_f64() * 1e3;
+        let rays = f64::from(plan.size[0]) * f64::from(plan.size[1]);
+        // In a window that is hardly there, a picture's time is none of its rays'.
+        if plan.field().is_some() && rays >= LEAST_SIDE * LEAST_SIDE {
+            match which {
+                SlabField::Own if plan.enlarged <= 1.0 => self.costs.learn_rays(rays, wall_ms),
+                _ => self.costs.learn_reduced(which, rays, wall_ms),
+            }
+        }
+        Ok(Drawn {
+            size: plan.size,
+            kernels: self.active_count().unwrap_or(0),
+            is_shaded: plan.field().is_some(),
+            wall_ms,
+            ..Drawn::default()
+        })
+    }
+
+    /// What quick pictures are drawn from, where the native engine draws: without a field there would be nothing.
+    pub(super) fn prepare_native(
+        &mut self,
+        plan: &Plan,
+        observer: &mut dyn Observer,
+    ) -> Result<(), DrawError> {
+        if let Some(field) = plan.field() {
+            self.engines.native.keep_fields_of(&field.volume);
+        }
+        self.prepare_field(plan, SlabField::Own, observer)
+    }
+
+    /// Counts the voxels with opacity of a plan that was drawn without an octree.
+    pub(super) fn count_active(&mut self, plan: &Plan) -> u64 {
+        if let Some(count) = self.active_count() {
+            return count;
+        }
+        let Some(Field { volume, transfer, .. }) = plan.field() else { return 0 };
+        let is_of = |(of, by, _): &&(Arc<ScalarVolume>, TransferFunction, u64)| {
+            Arc::ptr_eq(of, volume) && by == transfer
+        };
+        if let Some((_, _, count)) = self.counted.as_ref().filter(is_of) {
+            return *count;
+        }
+        let table = Table::new(transfer, volume.samples.scalar_type());
+        let count = with_samples!(&*volume.samples, values => {
+            let shows = |value: &&_| table.lookup(Scalar::to_f64(**value))[3] > 0.0;
+            values.par_iter().filter(shows).count() as u64
+        });
+        self.counted = Some((Arc::clone(volume), transfer.clone(), count));
+        count
+    }
+
+    /// Has passes timed from now on; by whose clock.
+    ///
+    /// # Errors
+    /// A failing device.
+    pub(super) fn time_passes(&mut self) -> Result<Timer, GpuError> {
+        match self.engines.drew() {
+            // It always does.
+            EngineKind::Native => Ok(Timer::Wall),
+            EngineKind::Gpu => self.engines.gpu()?.time_passes(),
+        }
+    }
+
+    /// What the stages of the picture took so far.
+    pub(super) fn times(&self) -> Vec<PassTime> {
+        let stage = |&(name, gpu_ms, runs): &(_, _, _)| PassTime { name, gpu_ms, runs };
+        match (self.engines.drew(), self.engines.made_gpu()) {
+            (EngineKind::Gpu, Some(renderer)) => renderer.times().to_vec(),
+            _ => self.engines.native.stages().iter().map(stage).collect(),
+        }
+    }
+
+    /// Has passes timed no longer.
+    pub(super) fn stop_timing(&mut self) {
+        if let Some(renderer) = self.engines.made_gpu_mut() {
+            renderer.stop_timing();
+        }
+    }
+}
