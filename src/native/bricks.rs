@@ -135,3 +135,36 @@ fn of_splines(line: &[[f32; 2]], n: usize, b: usize) -> [f32; 2] {
 fn bound(ranges: impl Iterator<Item = [f32; 2]>) -> [f32; 2] {
     ranges.fold([f32::INFINITY, f32::NEG_INFINITY], |[low, high], [l, h]| [low.min(l), high.max(h)])
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Of a ramp along x, which splines and tents reproduce: splines are bounded by what they pass through, and no
+    /// more, though their coefficients reach further.
+    #[test]
+    fn bounds_of_a_ramp_are_its_values_at_the_ends_of_bricks() {
+        let (dims, pad) = ([10, 3, 2], 2);
+        let row = |x: usize| x as f32 - pad as f32;
+        let stored: Vec<f32> = (0..7 * 6).flat_map(|_| (0..14).map(row)).collect();
+        let of = |is_spline| {
+            let found = Bricks::of(&stored, dims, pad, is_spline, &Ticket::new());
+            found.expect("not cancelled")
+        };
+        let splines = of(true);
+        assert_eq!(splines.dims, [3, 1, 1]);
+        for (found, expected) in splines.ranges.iter().zip([[-1.0, 3.0], [3.0, 7.0], [7.0, 10.0]]) {
+            let off = [0, 1].map(|i| (found[i] - expected[i] as f32).abs());
+            assert!(off.iter().all(|off| *off < 1e-5), "{found:?} {expected:?}");
+        }
+        // Two samples to either side of each cell.
+        assert_eq!(of(false).ranges, [[-2.0, 4.0], [2.0, 8.0], [6.0, 11.0]]);
+    }
+
+    #[test]
+    fn a_cancelled_ticket_ends_it() {
+        let ticket = Ticket::new();
+        ticket.cancel();
+        assert!(Bricks::of(&[0.0; 125], [1, 1, 1], 2, true, &ticket).is_err());
+    }
+}

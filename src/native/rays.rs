@@ -179,7 +179,8 @@ impl<S: Simd> Packet<S> {
         let enter = choose(self.is_there, self.enter, far).reduce_min();
         let leave = choose(self.is_there, self.leave, -far).reduce_max();
         #[expect(clippy::cast_possible_truncation, reason = "saturates")]
-        let slabs = [(enter / step).floor() as i32, (leave / step).ceil() as i32 - 1];
+        let slabs =
+            [(enter / step).floor() as i32, ((leave / step).ceil() as i32).saturating_sub(1)];
         slabs
     }
 }

@@ -1,1 +1,194 @@
+//! Against arithmetic done another way.
 
+use std::sync::Arc;
+
+use fearless_simd::{Level, dispatch, prelude::*};
+
+use super::lanes::{Vec3, all};
+use super::lattice::Lattice;
+use super::masks::Masks;
+use super::rays::Rays;
+use super::table::Table;
+use crate::core::{Camera, Projection, Ticket};
+use crate::kernel::{Kernel, coefficients};
+use crate::plan::{Plan, SlabField};
+use crate::scene::{self, SampleSource, Scene, SplatSettings};
+use crate::transfer::{Cumulative, Weight};
+use crate::volume::{Lattice as Grid, Samples, ScalarVolume};
+
+/// Values that differ everywhere, of odd dimensions.
+fn volume(dims: [usize; 3]) -> Arc<ScalarVolume> {
+    let count = dims.iter().product::<usize>();
+    let value = |i: usize| ((i * 2_654_435_761) % 1009) as f32;
+    let samples = Samples::Float32((0..count).map(value).collect());
+    Arc::new(ScalarVolume::from_samples("noise", Grid::unit(dims), samples).expect("a volume"))
+}
+
+fn lattice(volume: &Arc<ScalarVolume>, kernel: Kernel) -> Lattice {
+    let ticket = Ticket::new();
+    let mode = SplatSettings { kernel, ..SplatSettings::EXACT };
+    let made = coefficients(volume, kernel, None, true, &ticket).expect("they fit");
+    Lattice::new(volume, &mode, made, &ticket).expect("not cancelled")
+}
+
+/// Places all over a lattice, its borders among them.
+fn places(dims: [usize; 3]) -> impl Iterator<Item = [f32; 3]> {
+    (0..4000_usize).map(move |i| {
+        [0, 1, 2].map(|axis: usize| {
+            let share = ((i * [7919, 104_729, 1_299_709][axis]) % 1000) as f32 / 999.0;
+            share * dims[axis] as f32 - 0.5
+        })
+    })
+}
+
+#[test]
+fn no_value_lies_beyond_the_bounds_of_its_brick() {
+    for dims in [[1, 1, 1], [5, 1, 9], [7, 12, 10], [16, 17, 18]] {
+        for kernel in [Kernel::Nearest, Kernel::Linear, Kernel::Cubic, Kernel::BSpline] {
+            let lattice = lattice(&volume(dims), kernel);
+            let (level, method) = (Level::new(), lattice.method());
+            let bricks = &lattice.bricks;
+            for place in places(dims) {
+                let found = dispatch!(level, simd => {
+                    lattice.value(simd, method, Vec3::splat(simd, place))[0]
+                });
+                let at = [0, 1, 2].map(|a| ((place[a] + 1.0) / 4.0) as usize);
+                let brick = (at[2] * bricks.dims[1] + at[1]) * bricks.dims[0] + at[0];
+                let [low, high] = bricks.ranges[brick];
+                let slack = 1e-3;
+                assert!(
+                    found >= low - slack && found <= high + slack,
+                    "{kernel:?} {dims:?} {place:?}: {found} in {low}..{high}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn gradients_are_differences_of_values() {
+    let dims = [9, 8, 11];
+    for kernel in [Kernel::Linear, Kernel::BSpline] {
+        let lattice = lattice(&volume(dims), kernel);
+        let (level, method) = (Level::new(), lattice.method());
+        let step = if kernel == Kernel::BSpline { 1.0 / 64.0 } else { 0.5 };
+        for place in places(dims).filter(|p| (0..3).all(|a| p[a] > 1.0 && p[a] < 6.0)).take(300) {
+            let value = |offset: [f32; 3]| {
+                let at = [0, 1, 2].map(|a| place[a] + offset[a]);
+                dispatch!(level, simd => lattice.value(simd, method, Vec3::splat(simd, at))[5])
+            };
+            let found = dispatch!(level, simd => {
+                lattice.gradient(simd, method, Vec3::splat(simd, place)).lane(5)
+            });
+            for axis in 0..3 {
+                let mut offset = [0.0; 3];
+                offset[axis] = step;
+                let growth = (value(offset) - value(offset.map(|x| -x))) / (2.0 * step);
+                let off = (found[axis] - growth).abs();
+                assert!(
+                    off < 0.02 * growth.abs().max(50.0),
+                    "{kernel:?} {place:?}: {found:?} {growth}"
+                );
+            }
+        }
+    }
+}
+
+/// A scene of noise of which little shows.
+fn scene() -> Scene {
+    let mut scene = scene::opening(SampleSource::default(), volume([21, 18, 25]), None);
+    let opacity = vec![(900.0, 0.0), (950.0, 0.7)];
+    scene.transfer_mut().expect("a field").opacity = opacity;
+    scene.splat = SplatSettings::EXACT;
+    scene.camera = Camera::new(
+        scene.lattice().centre(),
+        glam::DVec3::new(0.5, 0.7, -0.4),
+        glam::DVec3::Z,
+        14.0,
+    );
+    scene
+}
+
+/// Wherever the field shows anything on a ray, its tile's mask has that slab.
+#[test]
+fn masks_leave_out_nothing_that_shows_and_much_that_does_not() {
+    for angle in [None, Some(0.9)] {
+        let mut scene = scene();
+        if let Some(view_angle) = angle {
+            scene.camera.projection = Projection::Perspective { view_angle };
+        }
+        let plan = Plan::of(&scene, [53, 47]);
+        let field = plan.field().expect("a field");
+        let lattice = lattice(&field.volume, Kernel::BSpline);
+        let statistics = &field.volume.statistics;
+        let scalar_type = field.volume.samples.scalar_type();
+        let of = Cumulative::new(&field.transfer, scalar_type, statistics, Weight::Extinction);
+        let table = Table::new(&lattice, &of, &[]);
+        let rays = Rays::new(&plan, lattice.dims.map(|n| n as f64 - 0.5), &[]);
+        let masks = Masks::new(&rays, &lattice.bricks, lattice.dims, &table.visible);
+        let (mut shown, mut looked, mut all_of_them) = (0, 0, 0);
+        for y in (0..47).step_by(2) {
+            for x in (0..53).step_by(4) {
+                let tile = (y / 8 * 7 + x / 8) as usize;
+                let (level, method) = (Level::new(), lattice.method());
+                dispatch!(level, simd => {
+                    let packet = rays.packet(simd, [x, y], [0.5; 2]);
+                    if !packet.is_there.any_true() {
+                        continue;
+                    }
+                    let [first, last] = packet.slabs(simd, rays.step);
+                    let runs: Vec<[i32; 2]> = masks.runs(tile, [first, last]).collect();
+                    for slab in first..=last {
+                        let has = runs.iter().any(|run| (run[0]..=run[1]).contains(&slab));
+                        all_of_them += 1;
+                        looked += usize::from(has);
+                        let middle = all(simd, (slab as f32 + 0.5) * rays.step);
+                        let middle = middle.max(packet.enter).min(packet.leave);
+                        let cell = table.cell(simd, lattice.value(simd, method, packet.at(middle)));
+                        let look = table.look(simd, cell);
+                        for lane in 0..8 {
+                            let shows = packet.is_there.test(lane) && look.weight[lane] > 0.0;
+                            shown += usize::from(shows);
+                            assert!(has || !shows, "pixel {x} {y}, slab {slab}");
+                        }
+                    }
+                });
+            }
+        }
+        assert!(shown > 500, "{shown}");
+        assert!(looked < all_of_them * 9 / 10, "{looked} of {all_of_them}");
+    }
+}
+
+#[test]
+fn pictures_have_the_same_bits_for_any_number_of_threads() {
+    let plan = Plan::of(&scene(), [61, 45]);
+    let field = plan.field().expect("a field");
+    let draw = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+        pool.install(|| {
+            let mut renderer = super::Renderer::new();
+            let made = coefficients(&field.volume, Kernel::BSpline, None, true, &Ticket::new());
+            let (volume, ticket) = (&field.volume, Ticket::new());
+            let which = SlabField::Own;
+            renderer
+                .set_field(which, volume, &plan.mode, made.expect("they fit"), &ticket)
+                .expect("whole");
+            let scalar_type = volume.samples.scalar_type();
+            let weight = Weight::Extinction;
+            let of = Cumulative::new(&field.transfer, scalar_type, &volume.statistics, weight);
+            renderer.set_table(which, &of, &[]);
+            renderer.begin(&plan, which, 5e-4);
+            let tiles = super::tile_count(plan.size);
+            renderer.draw_tiles(0..tiles / 2);
+            renderer.draw_tiles(tiles / 2..tiles);
+            renderer.light()
+        })
+    };
+    let (one, size) = draw(1);
+    assert_eq!(size, [61, 45]);
+    assert!(one.iter().filter(|pixel| pixel[3] > 0.1).count() > 300);
+    for threads in [2, 16] {
+        assert_eq!(draw(threads).0, one, "{threads} threads");
+    }
+}

@@ -93,6 +93,7 @@ mod tests {
         let rgba = vec![1, 2, 3, 255, 4, 5, 6, 255, 7, 8, 9, 128];
         let drawn = Drawn { size: [3, 1], ..Drawn::default() };
         let still = Still {
+            engine: crate::task::engines::EngineKind::Gpu,
             is_full: true,
             size: [3, 1],
             outline: crate::plan::Outline::default(),

@@ -2,6 +2,8 @@
 
 use sha2::{Digest, Sha256};
 
+use voxsplat::task::engines::EngineKind;
+
 use crate::drawing::{Drawn, Picture, table};
 
 /// Where the bits are to be written.
@@ -36,8 +38,8 @@ fn bits_are_written_where_they_are_asked_for() {
 #[test]
 fn bits_do_not_depend_on_what_was_drawn_before() {
     let Some(table) = table() else { return };
-    let again = table.rows.iter().rev().filter_map(|Drawn { row, scene, outcome }| {
-        let [first, again] = [bits(outcome), bits(&table.draw(row, scene))];
+    let again = table.rows.iter().rev().filter_map(|Drawn { row, scene, outcome, .. }| {
+        let [first, again] = [bits(outcome), bits(&table.draw(EngineKind::Gpu, row, scene))];
         (first != again).then(|| format!("{}: {first}, then {again}", row.name()))
     });
     let changed: Vec<String> = again.collect();

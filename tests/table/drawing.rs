@@ -1,13 +1,15 @@
-//! Every row drawn once, one after the other, on one device.
+//! Every row drawn once, one after the other, on one device; and by the native engine, where that draws it.
 
 use std::sync::{LazyLock, Mutex, PoisonError};
 
 use voxsplat::core::Ticket;
 use voxsplat::gpu::{AdapterChoice, Context, GpuError, Renderer, Wishes};
 use voxsplat::hierarchy::Cut;
-use voxsplat::plan::Plan;
+use voxsplat::native::supports;
+use voxsplat::plan::{Plan, SlabField};
 use voxsplat::scene::Scene;
-use voxsplat::task::draw::{DrawError, Drawer};
+use voxsplat::task::draw::{DrawError, Drawer, Rung};
+use voxsplat::task::engines::{Canvas as _, EngineChoice, EngineKind, Engines};
 
 use crate::rows::{Row, rows};
 use crate::scenes;
@@ -28,21 +30,40 @@ pub(crate) struct Drawn {
     pub(crate) row: Row,
     pub(crate) scene: Scene,
     pub(crate) outcome: Result<Picture, String>,
+    /// The same by the native engine, of rows that it supports.
+    pub(crate) native: Option<Result<Picture, String>>,
 }
 
 /// All of the table on one device.
 pub(crate) struct Table {
     pub(crate) adapter: String,
     pub(crate) rows: Vec<Drawn>,
-    drawer: Mutex<Drawer>,
+    drawers: Mutex<[Drawer; 2]>,
 }
 
 impl Table {
     /// Draws a row once more.
-    pub(crate) fn draw(&self, row: &Row, scene: &Scene) -> Result<Picture, String> {
-        let mut drawer = self.drawer.lock().unwrap_or_else(PoisonError::into_inner);
-        draw(&mut drawer, row, scene)
+    pub(crate) fn draw(
+        &self,
+        engine: EngineKind,
+        row: &Row,
+        scene: &Scene,
+    ) -> Result<Picture, String> {
+        let mut drawers = self.drawers.lock().unwrap_or_else(PoisonError::into_inner);
+        draw(&mut drawers[engine as usize], row, scene)
     }
+}
+
+/// The native engine, and no adapter.
+pub(crate) fn native() -> Drawer {
+    let engines = Engines::new(EngineChoice::Native.into(), Wishes::default());
+    Drawer::with(engines.expect("a processor"))
+}
+
+/// Whether the native engine draws a row by itself.
+pub(crate) fn is_native(row: &Row, scene: &Scene) -> bool {
+    let is_of_field = matches!(row.rung, Rung::Full | Rung::Reduced { field: SlabField::Own, .. });
+    is_of_field && scenes::refusal(scene).is_none() && supports(&Plan::of(scene, row.size)).is_ok()
 }
 
 /// The table, drawn by whoever asks first; `None` where there is no device and that is allowed.
@@ -52,13 +73,15 @@ pub(crate) fn table() -> Option<&'static Table> {
         let adapter = context.adapter_name.clone();
         let mut drawer = Drawer::new(Renderer::new(context));
         drawer.keeps_cut = true;
+        let mut native = native();
         let drawn = |row: Row| {
             let scene = row.scene();
             let outcome = draw(&mut drawer, &row, &scene);
-            Drawn { row, scene, outcome }
+            let natively = is_native(&row, &scene).then(|| draw(&mut native, &row, &scene));
+            Drawn { row, scene, outcome, native: natively }
         };
         let rows = rows().into_iter().map(drawn).collect();
-        Some(Table { adapter, rows, drawer: Mutex::new(drawer) })
+        Some(Table { adapter, rows, drawers: Mutex::new([native, drawer]) })
     });
     TABLE.as_ref()
 }
@@ -79,7 +102,8 @@ fn context() -> Option<Context> {
     }
 }
 
-fn draw(drawer: &mut Drawer, row: &Row, scene: &Scene) -> Result<Picture, String> {
+/// Draws a row.
+pub(crate) fn draw(drawer: &mut Drawer, row: &Row, scene: &Scene) -> Result<Picture, String> {
     if let Some(refusal) = scenes::refusal(scene) {
         return Err(refusal);
     }
@@ -89,8 +113,8 @@ fn draw(drawer: &mut Drawer, row: &Row, scene: &Scene) -> Result<Picture, String
         let drawn = drawer.draw(&plan, row.rung, &mut ())?;
         Ok(Picture {
             size: drawn.size,
-            light: drawer.engines.gpu().expect("a device").read_light()?,
-            shown: drawer.engines.gpu().expect("a device").present(scenes::background(scene))?,
+            light: drawer.engines.read_light()?,
+            shown: drawer.engines.present(scenes::background(scene))?,
             cut: drawer.take_cut().map(|(cut, _)| cut),
         })
     };

@@ -10,6 +10,7 @@ use voxsplat::hierarchy::Cut;
 use voxsplat::reference::Reference;
 use voxsplat::scene::{Classify, Scene, SplatSettings, View, Visibility};
 use voxsplat::task::draw::Rung;
+use voxsplat::task::engines::EngineKind;
 
 use crate::drawing::{Drawn, Picture, Table, table};
 use crate::rows::{Judged, Row, rows};
@@ -66,9 +67,11 @@ fn mode_of_cut(mode: SplatSettings) -> SplatSettings {
     }
 }
 
-/// A row that was drawn, and how near it is to the reference.
+/// A row that an engine drew, and how near it is to the reference.
 struct Measured {
     drawn: &'static Drawn,
+    engine: EngineKind,
+    picture: &'static Picture,
     expected: Light,
     decibels: f64,
 }
@@ -78,12 +81,17 @@ impl Measured {
         self.drawn.row.name()
     }
 
+    /// With the engine.
+    fn full_name(&self) -> String {
+        format!("{} by {}", self.name(), self.engine.name())
+    }
+
     fn width(&self) -> usize {
-        self.drawn.outcome.as_ref().map_or(1, |picture| picture.size[0] as usize)
+        self.picture.size[0] as usize
     }
 
     fn light(&self) -> Light {
-        self.drawn.outcome.as_ref().map(wide).unwrap_or_default()
+        wide(self.picture)
     }
 }
 
@@ -103,17 +111,22 @@ fn measured() -> &'static [Measured] {
         });
         let Some(table) = table else { return Vec::new() };
         let measure = |(drawn, expected): (&'static Drawn, Option<Light>)| {
-            let picture = drawn.outcome.as_ref().ok()?;
-            let expected = match (expected, drawn.row.judged, &picture.cut) {
-                (Some(expected), ..) => expected,
-                (None, Judged::In(mode), _) => expected_in(mode, &drawn.scene, picture.size),
-                (None, Judged::AsCut, Some(cut)) => expected_of(cut, drawn),
-                _ => return None,
+            let of = |engine, outcome: &'static Result<Picture, String>| {
+                let picture = outcome.as_ref().ok()?;
+                let expected = match (&expected, drawn.row.judged, &picture.cut) {
+                    (Some(expected), ..) => expected.clone(),
+                    (None, Judged::In(mode), _) => expected_in(mode, &drawn.scene, picture.size),
+                    (None, Judged::AsCut, Some(cut)) => expected_of(cut, drawn),
+                    _ => return None,
+                };
+                let decibels = nearness(&wide(picture), &expected);
+                Some(Measured { drawn, engine, picture, expected, decibels })
             };
-            let decibels = nearness(&wide(picture), &expected);
-            Some(Measured { drawn, expected, decibels })
+            let natively = drawn.native.as_ref();
+            let natively = natively.and_then(|outcome| of(EngineKind::Native, outcome));
+            [of(EngineKind::Gpu, &drawn.outcome), natively].into_iter().flatten().collect()
         };
-        table.rows.par_iter().zip(expected).filter_map(measure).collect()
+        table.rows.par_iter().zip(expected).flat_map_iter::<_, Vec<_>>(measure).collect()
     });
     &MEASURED
 }
@@ -139,7 +152,10 @@ fn every_row_is_as_near_to_the_reference_as_it_was() {
     let Some(table) = table_and_measured() else { return };
     let floors = floors();
     let mut faults = Vec::new();
-    for Drawn { row, outcome, .. } in &table.rows {
+    for Drawn { row, outcome, native, .. } in &table.rows {
+        if let Some(Err(error)) = native {
+            faults.push(format!("{} by native: {error}", row.name()));
+        }
         match (outcome, row.judged) {
             (Err(error), Judged::In(_) | Judged::AsCut) => {
                 faults.push(format!("{}: {error}", row.name()));
@@ -151,9 +167,9 @@ fn every_row_is_as_near_to_the_reference_as_it_was() {
         }
     }
     for one in measured() {
-        let (name, decibels) = (one.name(), one.decibels);
+        let (name, decibels) = (one.full_name(), one.decibels);
         println!("measured {name}: {decibels:.1} dB");
-        match floors.get(name.as_str()) {
+        match floors.get(one.name().as_str()) {
             Some(&floor) if decibels >= floor => {}
             Some(floor) => faults.push(format!("{name}: {decibels:.1} dB, under {floor}")),
             None => faults.push(format!("{name}: {decibels:.1} dB, and no floor in floors.txt")),
@@ -188,7 +204,7 @@ fn floors_are_near_what_is_measured_and_of_rows_that_are_there() {
     }
     let mut floors = floors();
     let mut faults = Vec::new();
-    for one in measured() {
+    for one in measured().iter().filter(|one| one.engine == EngineKind::Gpu) {
         let name = one.name();
         let Some(floor) = floors.remove(name.as_str()) else { continue };
         if one.decibels < PRECISE && one.decibels > floor + MOST_UNDER {
@@ -210,7 +226,7 @@ fn passed(wrong: impl Fn(&Measured) -> Option<Light>) -> Vec<String> {
         let floor = floors.get(one.name().as_str()).copied().unwrap_or(f64::INFINITY);
         wrong(one).is_some_and(|light| nearness(&light, &one.expected) >= floor)
     };
-    measured().iter().filter(passes).map(Measured::name).collect()
+    measured().iter().filter(passes).map(Measured::full_name).collect()
 }
 
 #[test]
@@ -241,8 +257,9 @@ fn a_picture_of_less_extinction_is_refused() {
     let passed = passed(|one| {
         let Drawn { row, scene, .. } = one.drawn;
         let thinner = scenes::thinner(scene, 1.02);
-        (row.rung == Rung::Full && row.parts.is_empty() && one.decibels > LIKE_IT)
-            .then(|| table.draw(row, &thinner).map(|picture| wide(&picture)).unwrap_or_default())
+        (row.rung == Rung::Full && row.parts.is_empty() && one.decibels > LIKE_IT).then(|| {
+            table.draw(one.engine, row, &thinner).map(|picture| wide(&picture)).unwrap_or_default()
+        })
     });
     assert!(passed.is_empty(), "{}", passed.join("\n"));
 }
