@@ -484,7 +484,6 @@ impl Storage {
         warnings: &mut Vec<String>,
     ) -> Result<Samples, Problem> {
         let size = scalar_type.size_bytes();
-        let mut samples = bytes::no_samples(scalar_type);
         for part in parts {
             let stored = (part.file.len.saturating_sub(part.start))
                 .saturating_sub(self.skip.unwrap_or_default());
@@ -495,17 +494,11 @@ impl Storage {
                 (false, false) => bytes::require_stored(needed, stored),
             }?;
         }
-        if !self.compressed && !self.text {
-            bytes::reserve_samples(&mut samples, count)?;
-        }
-        let mut progress = Progress::new(ticket, (count * size) as u64);
-        let mut more = false;
-        for part in parts {
-            more |= self.read_part(part, &mut samples, &mut progress)?;
-        }
-        if more {
-            warnings.push("more bytes follow the samples: they are ignored".into());
-        }
+        let wanted = (scalar_type, count, !self.compressed && !self.text);
+        let mut samples =
+            bytes::of_parts(parts, wanted, ticket, warnings, |part, samples, progress| {
+                self.read_part(part, samples, progress)
+            })?;
         if !self.text {
             bytes::to_native(&mut samples, self.endian);
         }

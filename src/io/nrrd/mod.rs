@@ -51,9 +51,8 @@ pub(super) fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<Open
     }
 
     let parts = parts::parts(path, &header, &axes.sizes)?;
-    let samples =
-        Loading { encoding, scalar_type, skips: Skips::of(&header)?, warnings: &mut warnings }
-            .read(&parts, count, endian, ticket)?;
+    let loading = Loading { encoding, scalar_type, skips: Skips::of(&header)? };
+    let samples = loading.read(&parts, count, endian, ticket, &mut warnings)?;
 
     let name = super::raw::stem(path);
     let fields = axes.fields(&name, samples, ticket)?;
@@ -195,37 +194,29 @@ impl Skips {
 }
 
 /// Reads the parts one after another.
-struct Loading<'a> {
+struct Loading {
     encoding: Encoding,
     scalar_type: ScalarType,
     skips: Skips,
-    warnings: &'a mut Vec<String>,
 }
 
-impl Loading<'_> {
+impl Loading {
     fn read(
         self,
         parts: &[Part],
         count: usize,
         endian: Endian,
         ticket: &Ticket,
+        warnings: &mut Vec<String>,
     ) -> Result<Samples, Problem> {
-        let size = self.scalar_type.size_bytes();
-        let mut samples = bytes::no_samples(self.scalar_type);
         for part in parts {
             self.check_promise(part)?;
         }
-        if self.encoding == Encoding::Raw {
-            bytes::reserve_samples(&mut samples, count)?;
-        }
-        let mut progress = Progress::new(ticket, (count * size) as u64);
-        let mut more = false;
-        for part in parts {
-            more |= self.read_part(part, &mut samples, &mut progress)?;
-        }
-        if more {
-            self.warnings.push("more bytes follow the samples: they are ignored".into());
-        }
+        let wanted = (self.scalar_type, count, self.encoding == Encoding::Raw);
+        let mut samples =
+            bytes::of_parts(parts, wanted, ticket, warnings, |part, samples, progress| {
+                self.read_part(part, samples, progress)
+            })?;
         if self.encoding != Encoding::Text {
             bytes::to_native(&mut samples, endian);
         }
