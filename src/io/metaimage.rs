@@ -9,7 +9,7 @@ use glam::{DMat3, DVec3};
 use super::axes::{self, Axes, Role};
 use super::bytes::{self, DEFLATE_MOST, Endian, Inflate, Progress};
 use super::error::{Problem, header, quoted, truncated, unsupported};
-use super::files::{self, DataFile, numbered};
+use super::files::{self, DataFile, Part, numbered};
 use super::{Format, Opened};
 use crate::core::memory;
 use crate::core::progress::Ticket;
@@ -101,14 +101,7 @@ pub(super) fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<Open
         }
     }
     let fields = shape.axes.fields(&super::raw::stem(path), samples, ticket)?;
-    if fields.len() > 1 {
-        warnings.push(format!(
-            "{} volumes lie along the axes beyond the third: they are opened as the fields {} to {}",
-            fields.len(),
-            fields[0].name,
-            fields[fields.len() - 1].name
-        ));
-    }
+    warnings.extend(axes::several(&fields, "along the axes beyond the third"));
     let orientation = keys.get("anatomicalorientation").filter(|v| !v.contains('?'));
     let space = orientation.map(|v| format!("AnatomicalOrientation {v}"));
     Ok(Opened {
@@ -369,13 +362,6 @@ fn lattice(keys: &Keys, shape: &Shape, warnings: &mut Vec<String>) -> Result<Lat
 
 fn is_list(value: &str) -> bool {
     value.split_whitespace().next().is_some_and(|word| word.eq_ignore_ascii_case("list"))
-}
-
-/// One file's part of the samples.
-struct Part {
-    file: DataFile,
-    start: u64,
-    count: usize,
 }
 
 fn parts(

@@ -9,11 +9,11 @@ use std::path::Path;
 use glam::DVec3;
 
 use self::header::{Header, wrong_count};
-use self::parts::Part;
 use super::axes::{self, Axes, Role};
 use super::bytes::{self, DEFLATE_MOST, Endian, Inflate, Progress};
 use super::error::{Problem, header, quoted, unsupported};
-use super::{Format, Opened, files};
+use super::files::{self, Part};
+use super::{Format, Opened};
 use crate::core::memory;
 use crate::core::progress::Ticket;
 use crate::volume::{Grid, Lattice, Samples, ScalarType};
@@ -56,14 +56,7 @@ pub(super) fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<Open
 
     let name = super::raw::stem(path);
     let fields = axes.fields(&name, samples, ticket)?;
-    if fields.len() > 1 {
-        warnings.push(format!(
-            "{} volumes lie along an axis that is not space: they are opened as the fields {} to {}",
-            fields.len(),
-            fields[0].name,
-            fields[fields.len() - 1].name
-        ));
-    }
+    warnings.extend(axes::several(&fields, "along an axis that is not space"));
     let space = header.get("space").map(str::to_owned);
     Ok(Opened { grid: Grid { space, ..Grid::of(lattice, fields) }, format: Format::Nrrd, warnings })
 }
