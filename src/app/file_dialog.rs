@@ -102,6 +102,23 @@ impl FileDialog {
         Self { job }
     }
 
+    /// Puts the answer of a dialog where paths are typed, once there is one, and lets go of it.
+    pub fn take_path(
+        asked: &mut Option<Self>,
+        path: &mut String,
+        trouble: &mut Option<&'static str>,
+    ) {
+        let Some(answer) = asked.as_ref().and_then(Self::poll) else { return };
+        *asked = None;
+        match answer {
+            Answer::Chosen(chosen) => *path = chosen.display().to_string(),
+            Answer::Cancelled => {}
+            Answer::Unavailable => {
+                *trouble = Some("The file dialog could not open; type the path instead");
+            }
+        }
+    }
+
     /// The answer, once there is one.
     pub fn poll(&self) -> Option<Answer> {
         Some(match self.job.poll()? {

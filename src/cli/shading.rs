@@ -93,30 +93,26 @@ impl ShadingFlags {
                 *share = given.unwrap_or(*share);
             }
         }
-        let given = |table: &mut Option<Amounts>, flag: &Option<Amounts>| {
-            if flag.is_some() {
-                table.clone_from(flag);
-            }
-        };
-        given(&mut shading.opacity, &self.opacity_by);
-        given(&mut shading.modulation, &self.modulation);
-        let given = |table: &mut Option<Colours>, flag: &Option<Colours>| {
-            if flag.is_some() {
-                table.clone_from(flag);
-            }
-        };
-        given(&mut shading.reflection, &self.reflection);
-        given(&mut shading.emission, &self.emission);
+        take_given(&mut shading.opacity, &self.opacity_by);
+        take_given(&mut shading.modulation, &self.modulation);
+        take_given(&mut shading.reflection, &self.reflection);
+        take_given(&mut shading.emission, &self.emission);
         shading.check(splat)?;
         Ok(shading)
+    }
+}
+
+/// Puts what was given, if it was, in the place of what there is.
+fn take_given<T: Clone>(there: &mut Option<T>, given: &Option<T>) {
+    if given.is_some() {
+        there.clone_from(given);
     }
 }
 
 /// The index that a table's text begins with, and the rest.
 fn index(text: &str) -> Result<(Index, &str), String> {
     let (name, rest) = text.split_once(':').unwrap_or((text, ""));
-    let names = Index::ALL.iter().map(|one| one.name());
-    Ok((values::one_of(name, Index::from_name(name), names)?, rest))
+    Ok((values::index(name)?, rest))
 }
 
 /// The points that follow the index, if there are any.

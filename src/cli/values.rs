@@ -6,8 +6,8 @@ use crate::core::Srgb8;
 use crate::io::Endian;
 use crate::kernel::Kernel;
 use crate::scene::{
-    AlongRay, Annotation, Annotations, Backend, Classify, ErrorMeasure, MOST_SHEETS_PER_KERNEL,
-    OpacityModel, Order, Reconstruction, ShadingPreset, Visibility,
+    AlongRay, Annotation, Annotations, Backend, Classify, ErrorMeasure, Index,
+    MOST_SHEETS_PER_KERNEL, OpacityModel, Order, Reconstruction, ShadingPreset, Visibility,
 };
 use crate::task::engine::{AdapterChoice, EngineChoice};
 use crate::transfer::ColourMap;
@@ -267,19 +267,6 @@ pub(super) fn one_of<T>(
     })
 }
 
-pub(super) fn colour_map(text: &str) -> Parsed<ColourMap> {
-    let names = ColourMap::ALL.into_iter().map(ColourMap::name);
-    one_of(text, ColourMap::from_name(text), names)
-}
-
-pub(super) fn preset(text: &str) -> Parsed<Preset> {
-    one_of(text, Preset::from_name(text), Preset::ALL.into_iter().map(Preset::name))
-}
-
-pub(super) fn kernel(text: &str) -> Parsed<Kernel> {
-    one_of(text, Kernel::from_name(text), Kernel::ALL.into_iter().map(Kernel::name))
-}
-
 macro_rules! named {
     ($($function:ident: $type:ty),* $(,)?) => {
         $(pub(super) fn $function(text: &str) -> Parsed<$type> {
@@ -303,12 +290,12 @@ named!(
     colour_by: ColourBy,
     design: Design,
     foreshortening: Foreshortening,
+    colour_map: ColourMap,
+    preset: Preset,
+    kernel: Kernel,
+    scalar_type: ScalarType,
+    index: Index,
 );
-
-pub(super) fn scalar_type(text: &str) -> Parsed<ScalarType> {
-    let names = ScalarType::ALL.into_iter().map(ScalarType::name);
-    one_of(text, ScalarType::from_name(text), names)
-}
 
 pub(super) fn endian(text: &str) -> Parsed<Endian> {
     let known = match text {

@@ -6,8 +6,10 @@
 pub mod camera;
 pub mod colour;
 pub mod memory;
+mod names;
 pub mod progress;
 
 pub use camera::{Camera, Projection};
 pub use colour::{LinearRgb, Srgb8};
+pub(crate) use names::names;
 pub use progress::{Cancelled, Ticket};

@@ -1,4 +1,4 @@
-//! Encodes one compute pass.
+//! Encodes one pass.
 
 use super::context::Context;
 use super::frame::Pass;
@@ -40,20 +40,65 @@ pub(super) fn compute(
     groups: [u32; 3],
     clock: Option<&Timestamps>,
 ) {
-    let entries: Vec<wgpu::BindGroupEntry<'_>> = (0_u32..)
-        .zip(bound)
-        .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource: resource.clone() })
-        .collect();
-    let group = context.device.create_bind_group(&wgpu::BindGroupDescriptor {
-        label: Some(pass.name()),
-        layout: &pipeline.get_bind_group_layout(0),
+    let layout = pipeline.get_bind_group_layout(0);
+    let group = bind_group(context, pass.name(), &layout, bound.iter().cloned());
+    dispatch(encoder, pass.name(), pipeline, &[group], groups, clock);
+}
+
+/// A group of bindings, numbered from 0.
+pub(super) fn bind_group<'a>(
+    context: &Context,
+    label: &str,
+    layout: &wgpu::BindGroupLayout,
+    bound: impl IntoIterator<Item = wgpu::BindingResource<'a>>,
+) -> wgpu::BindGroup {
+    let entries = (0_u32..).zip(bound);
+    let entries: Vec<_> =
+        entries.map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource }).collect();
+    context.device.create_bind_group(&wgpu::BindGroupDescriptor {
+        label: Some(label),
+        layout,
         entries: &entries,
-    });
+    })
+}
+
+/// Encodes a pass over groups of bindings, numbered from 0.
+pub(super) fn dispatch(
+    encoder: &mut wgpu::CommandEncoder,
+    label: &str,
+    pipeline: &wgpu::ComputePipeline,
+    bound: &[wgpu::BindGroup],
+    [across, down, deep]: [u32; 3],
+    clock: Option<&Timestamps>,
+) {
     let mut compute = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
-        label: Some(pass.name()),
+        label: Some(label),
         timestamp_writes: clock.map(|c| c.compute(0)),
     });
     compute.set_pipeline(pipeline);
-    compute.set_bind_group(0, &group, &[]);
-    compute.dispatch_workgroups(groups[0], groups[1], groups[2]);
+    for (at, group) in (0..).zip(bound) {
+        compute.set_bind_group(at, group, &[]);
+    }
+    compute.dispatch_workgroups(across, down, deep);
+}
+
+/// Begins a pass that draws on a view.
+pub(super) fn render_pass<'a>(
+    encoder: &'a mut wgpu::CommandEncoder,
+    label: &str,
+    view: &wgpu::TextureView,
+    ops: wgpu::Operations<wgpu::Color>,
+    clock: Option<&Timestamps>,
+) -> wgpu::RenderPass<'a> {
+    encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+        label: Some(label),
+        color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+            view,
+            depth_slice: None,
+            resolve_target: None,
+            ops,
+        })],
+        timestamp_writes: clock.map(|c| c.render(0)),
+        ..Default::default()
+    })
 }

@@ -99,25 +99,23 @@ impl DeviceField {
             Format::Pairs | Format::Halves => (min, span.max(f64::MIN_POSITIVE)),
         };
         let [sx, sy, sz] = stored;
-        let code = |x: usize, y: usize, z: usize| -> u16 {
-            let at = [x, y, z];
+        // Which of the field's own samples a stored one is.
+        let own = |index: usize| {
+            let at = [index % sx, index / sx % sy, index / (sx * sy)];
             let [x, y, z] = [0, 1, 2].map(|a| mirrored(at[a], pad, dims[a]));
-            let value = f64::from(values[(z * dims[1] + y) * dims[0] + x]) + bias;
+            (z * dims[1] + y) * dims[0] + x
+        };
+        let code = |index: usize| -> u32 {
+            let value = f64::from(values[own(index)]) + bias;
             // Rounded to the nearest of 65 536.
             #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
-            let code = ((value - min) / scale * 65535.0 + 0.5).clamp(0.0, 65535.0) as u16;
+            let code = ((value - min) / scale * 65535.0 + 0.5).clamp(0.0, 65535.0) as u32;
             code
         };
-        let float = |x: usize, y: usize, z: usize| -> u32 {
-            let at = [x, y, z];
-            let [x, y, z] = [0, 1, 2].map(|a| mirrored(at[a], pad, dims[a]));
-            values[(z * dims[1] + y) * dims[0] + x].to_bits()
-        };
+        let float = |index: usize| values[own(index)].to_bits();
         // Half a width as what it is more than 0.
-        let width = |x: usize, y: usize, z: usize| -> f64 {
-            let at = [x, y, z];
-            let [x, y, z] = [0, 1, 2].map(|a| mirrored(at[a], pad, dims[a]));
-            widths.as_ref().map_or(0.0, |w| f64::from(w[(z * dims[1] + y) * dims[0] + x]) / scale)
+        let width = |index: usize| {
+            widths.as_ref().map_or(0.0, |widths| f64::from(widths[own(index)]) / scale)
         };
         let samples = sx * sy * sz;
         let words = match format {
@@ -125,34 +123,23 @@ impl DeviceField {
             Format::Floats if has_widths => 2 * samples,
             Format::Pairs | Format::Floats => samples,
         };
-        let place = |index: usize| (index % sx, index / sx % sy, index / (sx * sy));
         let word = |index: usize| -> u32 {
             let pair = |first: usize| {
-                let (x, y, z) = place(first.min(samples - 1));
-                let (nx, ny, nz) = place((first + 1).min(samples - 1));
-                u32::from(code(x, y, z)) | u32::from(code(nx, ny, nz)) << 16
+                code(first.min(samples - 1)) | code((first + 1).min(samples - 1)) << 16
             };
             #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
             match format {
                 Format::Pairs | Format::Halves if has_widths => {
-                    let (x, y, z) = place(index);
-                    let width = (width(x, y, z) * 65535.0 + 0.5).clamp(0.0, 65535.0);
-                    u32::from(code(x, y, z)) | (width as u32) << 16
+                    let width = (width(index) * 65535.0 + 0.5).clamp(0.0, 65535.0);
+                    code(index) | (width as u32) << 16
                 }
-                Format::Floats if has_widths => {
-                    let (x, y, z) = place(index / 2);
-                    if index.is_multiple_of(2) {
-                        float(x, y, z)
-                    } else {
-                        (width(x, y, z) as f32).to_bits()
-                    }
+                Format::Floats if has_widths && index % 2 == 1 => {
+                    (width(index / 2) as f32).to_bits()
                 }
+                Format::Floats if has_widths => float(index / 2),
                 Format::Pairs => pair(index),
                 Format::Halves => pair(2 * index),
-                Format::Floats => {
-                    let (x, y, z) = place(index);
-                    float(x, y, z)
-                }
+                Format::Floats => float(index),
             }
         };
         let chunk_words = 1_usize << chunk_log2;

@@ -9,18 +9,19 @@ use constants::Constants;
 
 use super::GpuError;
 use super::buffers::{Growing, read_words};
-use super::compute::groups_of_tiles;
+use super::compute::{dispatch, groups_of_tiles};
 use super::context::Context;
 use super::frame::Pass;
 use super::layout::{self, TILE};
-use super::pipelines::{share_constants, vector_constants};
+use super::pipelines::{
+    compute_pipeline, flag, footprint_constants, share_constants, vector_constants,
+};
 use super::renderer::Renderer;
-use super::samples::CHUNKS;
 use super::shade::{Shade, ShadeVariant};
 use super::shader::{self, GatherPieces, SampleLooks, Shader};
 use super::timing::Timestamps;
 use super::turns::{self, Among, Layers};
-use crate::kernel::{COEFFICIENTS, FootprintPolynomial, Kernel, RadialKernel, Rim};
+use crate::kernel::{Kernel, RadialKernel};
 use crate::scene::{OpacityModel, Order, SplatSettings, View, Visibility};
 
 /// Tiles of a picture, numbered along its rows from the top left.
@@ -116,7 +117,6 @@ impl Variant {
     }
 
     fn constants(self) -> Vec<(&'static str, f64)> {
-        let flag = |on: bool| f64::from(u8::from(on));
         let layering = match self.layering {
             Layering::Sample => 0.0,
             Layering::Slice => 1.0,
@@ -142,12 +142,7 @@ impl Variant {
             Kernel::Point | Kernel::Gaussian | Kernel::Cubic | Kernel::Gouraud => {
                 constants.push(("points", flag(self.kernel == Kernel::Point)));
                 if let Some(radial) = RadialKernel::new(self.kernel, None) {
-                    const NAMES: [&str; COEFFICIENTS] =
-                        ["c0", "c1", "c2", "c3", "c4", "c5", "c6", "c7"];
-                    let polynomial = FootprintPolynomial::of(radial);
-                    constants.push(("rim_root", flag(polynomial.rim == Rim::Root)));
-                    let coefficients = polynomial.coefficients.map(f64::from);
-                    constants.extend(NAMES.into_iter().zip(coefficients));
+                    constants.extend(footprint_constants(self.kernel));
                     constants.extend(share_constants(radial));
                 }
             }
@@ -413,12 +408,10 @@ impl Renderer {
         let Some(table) = &volume.table else { return };
         let light = target.light.create_view(&Default::default());
         let kept = self.shaded.whole().filter(|_| variant.looks == Looks::Kept);
-        let chunks = &volume.samples.chunks;
         let totals = self.kept.buffer().filter(|_| variant.in_parts).unwrap_or(&self.totals);
         let mut bound = vec![(0, &self.traversal)];
         if kept.is_none() {
-            // Bindings beyond the last chunk repeat it; no index leads there.
-            bound.extend((0..CHUNKS).map(|i| (1 + i as u32, &chunks[i.min(chunks.len() - 1)])));
+            bound.extend((1..).zip(volume.samples.bound()));
             bound.push((5, &table.entries));
             bound.extend(self.gathering.looks());
         }
@@ -445,16 +438,8 @@ impl Renderer {
             let layout = pipeline.get_bind_group_layout(groups.len() as u32);
             groups.push(vectors.group(context, lists, &layout));
         }
-        let mut compute = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
-            label: Some(variant.pass()),
-            timestamp_writes: clock.map(|c| c.compute(0)),
-        });
-        compute.set_pipeline(&pipeline);
-        for (at, group) in (0..).zip(&groups) {
-            compute.set_bind_group(at, group, &[]);
-        }
         let [across, down] = groups_of_tiles(tiles);
-        compute.dispatch_workgroups(across, down, 1);
+        dispatch(encoder, variant.pass(), &pipeline, &groups, [across, down, 1], clock);
     }
 }
 
@@ -478,15 +463,6 @@ fn pipeline(
         of_vectors.into_iter().map(|(name, value)| (shader::own_name(name), value)).collect();
     let own = own.iter().map(|(name, value)| (name.as_str(), *value));
     let constants: Vec<(&str, f64)> = constants.into_iter().chain(own).collect();
-    context.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-        label: Some(shader.name),
-        layout: None,
-        module: &shader.module_writing(&context.device, format),
-        entry_point: Some(shader.name),
-        compilation_options: wgpu::PipelineCompilationOptions {
-            constants: &constants,
-            ..Default::default()
-        },
-        cache: None,
-    })
+    let module = shader.module_writing(&context.device, format);
+    compute_pipeline(context, shader, &module, &constants)
 }

@@ -7,7 +7,6 @@ use super::compute::compute;
 use super::context::{Context, OctreeBuilder};
 use super::frame::Pass;
 use super::renderer::Renderer;
-use super::samples::CHUNKS;
 use super::timing::Timestamps;
 use super::{GpuError, layout, shader};
 use crate::hierarchy::{BRICK_LEVELS, ErrorMeasure, MergedBrick, Node, Sums};
@@ -173,10 +172,8 @@ impl Renderer {
         let pipeline = self.pipelines.compute(&self.context, shader::MERGE_BRICKS).clone();
         let (Some(volume), Some(buffers)) = (&self.volume, &self.bricks) else { return };
         let Some(table) = &volume.table else { return };
-        let chunks = &volume.samples.chunks;
         let mut bound = vec![&self.traversal];
-        // Bindings beyond the last chunk repeat it; no index leads there.
-        bound.extend((0..CHUNKS).map(|i| &chunks[i.min(chunks.len() - 1)]));
+        bound.extend(volume.samples.bound());
         bound.extend([&table.entries, &table.visible, &buffers.piece]);
         bound.extend([&buffers.bricks.buffer, &buffers.nodes.buffer]);
         let bound: Vec<_> = bound.into_iter().map(wgpu::Buffer::as_entire_binding).collect();

@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use super::context::Context;
 use super::layout::{Corner, RECORD_WORDS};
 use super::shader::{self, Shader};
+use super::target::light_format;
 use crate::kernel::{
     COEFFICIENTS, FootprintPolynomial, Kernel, RadialKernel, Rim, SHARE_FACTORS, SHARE_POWERS,
     SlabShare,
@@ -71,14 +72,7 @@ impl Pipelines {
 
     pub(super) fn compute(&mut self, context: &Context, shader: Shader) -> &wgpu::ComputePipeline {
         self.compute.entry(shader.name).or_insert_with(|| {
-            context.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-                label: Some(shader.name),
-                layout: None,
-                module: &shader.module(&context.device),
-                entry_point: Some(shader.name),
-                compilation_options: Default::default(),
-                cache: None,
-            })
+            compute_pipeline(context, shader, &shader.module(&context.device), &[])
         })
     }
 
@@ -114,23 +108,8 @@ impl Pipelines {
             {
                 constants.extend(share_constants(radial));
             }
-            let format = if context.granted.float32_blending {
-                wgpu::TextureFormat::Rgba32Float
-            } else {
-                wgpu::TextureFormat::Rgba16Float
-            };
-            let module = shader.module_writing(&context.device, format);
-            context.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-                label: Some(shader.name),
-                layout: None,
-                module: &module,
-                entry_point: Some(shader.name),
-                compilation_options: wgpu::PipelineCompilationOptions {
-                    constants: &constants,
-                    ..Default::default()
-                },
-                cache: None,
-            })
+            let module = shader.module_writing(&context.device, light_format(context));
+            compute_pipeline(context, shader, &module, &constants)
         })
     }
 
@@ -152,17 +131,7 @@ impl Pipelines {
                 (false, true) => shader::COMPOSITE_VECTORS_IN_PARTS,
             };
             let module = shader.module_writing(&context.device, format);
-            context.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-                label: Some(shader.name),
-                layout: None,
-                module: &module,
-                entry_point: Some(shader.name),
-                compilation_options: wgpu::PipelineCompilationOptions {
-                    constants: &constants,
-                    ..Default::default()
-                },
-                cache: None,
-            })
+            compute_pipeline(context, shader, &module, &constants)
         })
     }
 
@@ -203,7 +172,25 @@ impl Pipelines {
     }
 }
 
-fn flag(on: bool) -> f64 {
+/// A pipeline of a shader's module with its overrides.
+pub(super) fn compute_pipeline(
+    context: &Context,
+    shader: Shader,
+    module: &wgpu::ShaderModule,
+    constants: &[(&str, f64)],
+) -> wgpu::ComputePipeline {
+    context.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+        label: Some(shader.name),
+        layout: None,
+        module,
+        entry_point: Some(shader.name),
+        compilation_options: wgpu::PipelineCompilationOptions { constants, ..Default::default() },
+        cache: None,
+    })
+}
+
+/// An override that is on or off.
+pub(super) fn flag(on: bool) -> f64 {
     f64::from(u8::from(on))
 }
 
@@ -223,7 +210,7 @@ fn kernel_constants(kernel: Kernel, perspective: bool) -> Vec<(&'static str, f64
     constants
 }
 
-fn footprint_constants(kernel: Kernel) -> Vec<(&'static str, f64)> {
+pub(super) fn footprint_constants(kernel: Kernel) -> Vec<(&'static str, f64)> {
     const NAMES: [&str; COEFFICIENTS] = ["c0", "c1", "c2", "c3", "c4", "c5", "c6", "c7"];
     let polynomial = RadialKernel::new(kernel, None).map(FootprintPolynomial::of);
     let rim_root = polynomial.is_some_and(|p| p.rim == Rim::Root);

@@ -9,11 +9,12 @@ use glam::DVec3;
 
 use super::GpuError;
 use super::buffers::{Growing, read_words};
-use super::compute::{compute, groups_of};
+use super::compute::{bind_group, compute, groups_of, render_pass};
 use super::context::{Context, POLYGON_BUFFERS, VECTOR_AND_POLYGON_BUFFERS};
 use super::frame::Pass;
 use super::layout::{self, FRAGMENT_WORDS, POLYGON_THREADS};
 use super::renderer::Renderer;
+use super::shade::with;
 use super::shader::{self, Shader};
 use super::timing::Timestamps;
 use crate::core::Srgb8;
@@ -57,12 +58,6 @@ struct MadeOf {
     lighting: Lighting,
     /// Whether opaque ones hide what is behind them.
     hides: bool,
-}
-
-fn with(v: DVec3, w: f64) -> [f32; 4] {
-    #[expect(clippy::cast_possible_truncation, reason = "the device has 32 bits")]
-    let last = w as f32;
-    v.as_vec3().extend(last).to_array()
 }
 
 /// Three corners of every triangle, about a centre.
@@ -164,14 +159,7 @@ impl DevicePolygons {
         context: &Context,
         layout: &wgpu::BindGroupLayout,
     ) -> wgpu::BindGroup {
-        context.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("polygons"),
-            layout,
-            entries: &[wgpu::BindGroupEntry {
-                binding: 0,
-                resource: self.words.buffer.as_entire_binding(),
-            }],
-        })
+        bind_group(context, "polygons", layout, [self.words.buffer.as_entire_binding()])
     }
 
     fn constants(&self, view: &View, made: &MadeOf) -> layout::Polygons {
@@ -218,33 +206,15 @@ impl DevicePolygons {
             .get_or_insert_with(|| pipeline(context, which));
         let Some(samples) = &self.samples else { return };
         let bound = [&self.constants, &self.corners, &self.words.buffer];
-        let entries: Vec<wgpu::BindGroupEntry<'_>> = (0_u32..)
-            .zip(bound)
-            .map(|(binding, buffer)| wgpu::BindGroupEntry {
-                binding,
-                resource: buffer.as_entire_binding(),
-            })
-            .collect();
-        let group = context.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some(which.name),
-            layout: &pipeline.get_bind_group_layout(0),
-            entries: &entries,
-        });
+        let bound = bound.map(|buffer| buffer.as_entire_binding());
+        let layout = pipeline.get_bind_group_layout(0);
+        let group = bind_group(context, which.name, &layout, bound);
         let view = samples.create_view(&Default::default());
-        let mut render = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-            label: Some(which.name),
-            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                view: &view,
-                depth_slice: None,
-                resolve_target: None,
-                ops: wgpu::Operations {
-                    load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
-                    store: wgpu::StoreOp::Discard,
-                },
-            })],
-            timestamp_writes: clock.map(|c| c.render(0)),
-            ..Default::default()
-        });
+        let ops = wgpu::Operations {
+            load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
+            store: wgpu::StoreOp::Discard,
+        };
+        let mut render = render_pass(encoder, which.name, &view, ops, clock);
         render.set_pipeline(pipeline);
         render.set_bind_group(0, &group, &[]);
         render.draw(0..3 * self.triangles, 0..1);

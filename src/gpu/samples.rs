@@ -1,6 +1,7 @@
 //! A volume's samples on the device: their own width up to 16 bits, 32-bit floats beyond.
 
 use super::GpuError;
+use super::buffers::Growing;
 use super::context::Context;
 use super::layout::{MOST_SAMPLE, NO_DATA};
 use super::shade::CellsOfValues;
@@ -81,14 +82,9 @@ impl DeviceSamples {
         let mut chunks = Vec::new();
         let mut size_bytes = 0;
         for (index, chunk) in values.chunks(chunk_samples).enumerate() {
-            let bytes = (chunk.len() * width).next_multiple_of(16) as u64;
-            let buffer = context.device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some("samples"),
-                size: bytes,
-                usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST,
-                mapped_at_creation: false,
-            });
-            size_bytes += bytes;
+            let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST;
+            let buffer = Growing::make(context, "samples", usage, (chunk.len() * width) as u64);
+            size_bytes += buffer.size();
             for (part, run) in chunk.chunks(UPLOAD_SAMPLES).enumerate() {
                 let done = (index * chunk_samples + part * UPLOAD_SAMPLES) as u64;
                 ticket.checkpoint(done, values.len() as u64).map_err(|_| GpuError::Cancelled)?;
@@ -104,6 +100,11 @@ impl DeviceSamples {
             chunks.push(buffer);
         }
         Ok(Self { chunks, chunk_log2, width: width as u32, bias: 0.0, first: 0.0, size_bytes })
+    }
+
+    /// What is bound of them: bindings beyond the last chunk repeat it; no index leads there.
+    pub(super) fn bound(&self) -> impl Iterator<Item = &wgpu::Buffer> {
+        (0..CHUNKS).map(|i| &self.chunks[i.min(self.chunks.len() - 1)])
     }
 
     /// Where a value lies among what is stored.

@@ -425,10 +425,12 @@ impl Renderer {
         let Some(lists) = &self.lists else { return };
         let Some(target) = &self.target else { return };
         let light = target.light.create_view(&Default::default());
-        let settings = lists.settings.as_entire_binding();
-        let frame = self.frame.as_entire_binding();
+        let (settings, frame) = (&lists.settings, &self.frame);
         let keys = &lists.sorter.keys[lists.side].buffer;
         let words = &lists.sorter.words[lists.side].buffer;
+        let [counts, bounds, projected, ranges] =
+            [&lists.counts, &lists.bounds, &lists.projected, &lists.ranges].map(|b| &b.buffer);
+        let totals = &lists.totals;
         let context = &self.context;
         let threads = |n| groups_of(n, LIST_THREADS);
         let vector_bindings = self.vectors.as_ref().map(super::vectors::DeviceVectors::counted);
@@ -436,91 +438,58 @@ impl Renderer {
         let (pipeline, bound, groups) = match pass {
             Pass::CountEntries { records } => (
                 pipelines.lists(context, shader::COUNT_ENTRIES, lists.variant),
-                vec![
-                    frame,
-                    settings,
-                    lists.records.buffer.as_entire_binding(),
-                    lists.counts.buffer.as_entire_binding(),
-                    lists.bounds.buffer.as_entire_binding(),
-                    lists.projected.buffer.as_entire_binding(),
-                    lists.totals.as_entire_binding(),
-                ],
+                vec![frame, settings, &lists.records.buffer, counts, bounds, projected, totals],
                 threads(records),
             ),
             Pass::CountVectors { splats } => {
                 let Some([records, vectors]) = vector_bindings else { return };
                 (
                     pipelines.lists(context, shader::COUNT_VECTORS, lists.variant),
-                    vec![
-                        frame,
-                        settings,
-                        records.as_entire_binding(),
-                        lists.counts.buffer.as_entire_binding(),
-                        lists.bounds.buffer.as_entire_binding(),
-                        lists.projected.buffer.as_entire_binding(),
-                        lists.totals.as_entire_binding(),
-                        vectors.as_entire_binding(),
-                    ],
+                    vec![frame, settings, records, counts, bounds, projected, totals, vectors],
                     threads(splats),
                 )
             }
             Pass::ScanEntries => (
                 pipelines.compute(context, shader::SCAN_SEGMENTS),
-                vec![
-                    lists.scan.as_entire_binding(),
-                    lists.counts.buffer.as_entire_binding(),
-                    lists.totals.as_entire_binding(),
-                ],
+                vec![&lists.scan, counts, totals],
                 [1, 1, 1],
             ),
-            Pass::WriteEntries { records } => (
-                pipelines.lists(context, shader::WRITE_ENTRIES, lists.variant),
-                vec![
-                    settings,
-                    lists.counts.buffer.as_entire_binding(),
-                    lists.bounds.buffer.as_entire_binding(),
-                    lists.projected.buffer.as_entire_binding(),
-                    lists.sorter.keys[0].buffer.as_entire_binding(),
-                    lists.sorter.words[0].buffer.as_entire_binding(),
-                ],
-                threads(records),
-            ),
+            Pass::WriteEntries { records } => {
+                let [keys, words] = [&lists.sorter.keys, &lists.sorter.words].map(|s| &s[0].buffer);
+                (
+                    pipelines.lists(context, shader::WRITE_ENTRIES, lists.variant),
+                    vec![settings, counts, bounds, projected, keys, words],
+                    threads(records),
+                )
+            }
             Pass::FindRanges { entries } => {
                 // Tiles that nothing touches keep 0 to 0.
-                encoder.clear_buffer(&lists.ranges.buffer, 0, None);
+                encoder.clear_buffer(ranges, 0, None);
                 (
                     pipelines.compute(context, shader::FIND_RANGES),
-                    vec![
-                        settings,
-                        keys.as_entire_binding(),
-                        lists.ranges.buffer.as_entire_binding(),
-                        lists.totals.as_entire_binding(),
-                    ],
+                    vec![settings, keys, ranges, totals],
                     threads(entries),
                 )
             }
-            Pass::CompositeLists { tiles } => (
-                pipelines.lists(context, shader::COMPOSITE_LISTS, lists.variant),
-                vec![
-                    frame,
-                    settings,
-                    lists.projected.buffer.as_entire_binding(),
-                    keys.as_entire_binding(),
-                    words.as_entire_binding(),
-                    lists.ranges.buffer.as_entire_binding(),
-                    lists.capped.as_entire_binding(),
-                    lists.carried.buffer.as_entire_binding(),
-                    wgpu::BindingResource::TextureView(&light),
-                ],
-                // Columns are dealt out as tiles are elsewhere (`groups_of_tiles`).
-                [
-                    tiles[0].div_ceil(GROUP_TILES).div_ceil(adapter_threads()),
-                    tiles[1],
-                    adapter_threads(),
-                ],
-            ),
+            Pass::CompositeLists { tiles } => {
+                let (capped, carried) = (&lists.capped, &lists.carried.buffer);
+                (
+                    pipelines.lists(context, shader::COMPOSITE_LISTS, lists.variant),
+                    vec![frame, settings, projected, keys, words, ranges, capped, carried],
+                    // Columns are dealt out as tiles are elsewhere (`groups_of_tiles`).
+                    [
+                        tiles[0].div_ceil(GROUP_TILES).div_ceil(adapter_threads()),
+                        tiles[1],
+                        adapter_threads(),
+                    ],
+                )
+            }
             _ => return,
         };
+        let mut bound: Vec<_> = bound.into_iter().map(wgpu::Buffer::as_entire_binding).collect();
+        if matches!(pass, Pass::CompositeLists { .. }) {
+            bound.push(wgpu::BindingResource::TextureView(&light));
+        }
         compute(context, encoder, pipeline, pass, &bound, groups, clock);
     }
 }

@@ -3,6 +3,7 @@
 use glam::{DMat3, DVec3};
 
 use super::layout::{self, SHADE_ENTRIES};
+use super::pipelines::flag;
 use crate::plan::Plan;
 use crate::scene::{Amounts, Colours, Index, OpacityModel, Shading, ShadingSpace};
 use crate::transfer::{Region, RegionShape};
@@ -27,9 +28,9 @@ impl ShadeVariant {
         let names = ["opacity_by", "modulation_by", "reflection_by", "emission_by"];
         let tables = names.into_iter().zip(self.by.map(f64::from));
         let more = [
-            ("lit", f64::from(u8::from(self.is_lit))),
+            ("lit", flag(self.is_lit)),
             ("lights", f64::from(self.lights)),
-            ("uses_gradient", f64::from(u8::from(self.uses_gradient))),
+            ("uses_gradient", flag(self.uses_gradient)),
         ];
         let regions = (self.regions > 0).then(|| ("region_count", f64::from(self.regions)));
         tables.chain(more).chain(regions).collect()
@@ -155,12 +156,12 @@ impl Shade {
             constants.places[i] = [u, per_u, g, per_g].map(narrow);
             let colour = region.colour.map_or([0.0; 3], |colour| colour.to_linear().0);
             constants.looks[i] = with(DVec3::from(colour), region.opacity);
-            let flag = |is: bool| f32::from(u8::from(is));
+            let as_flag = |is: bool| f32::from(u8::from(is));
             constants.shapes[i] = [
                 (1.0 / region.softness.max(1e-6)) as f32,
-                flag(region.shape == RegionShape::Ellipse),
-                flag(region.shape == RegionShape::Triangle),
-                flag(region.colour.is_none()),
+                as_flag(region.shape == RegionShape::Ellipse),
+                as_flag(region.shape == RegionShape::Triangle),
+                as_flag(region.colour.is_none()),
             ];
         }
         (!self.regions.is_empty()).then_some(constants)
@@ -224,6 +225,6 @@ fn ends<T>(points: &[(f64, T)]) -> [f64; 2] {
 }
 
 #[expect(clippy::cast_possible_truncation, reason = "the device has 32 bits")]
-fn with(v: DVec3, w: f64) -> [f32; 4] {
+pub(super) fn with(v: DVec3, w: f64) -> [f32; 4] {
     v.as_vec3().extend(w as f32).to_array()
 }

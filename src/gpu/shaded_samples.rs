@@ -5,12 +5,12 @@ use std::ops::Range;
 
 use super::GpuError;
 use super::buffers::Growing;
-use super::compute::groups_of_tiles;
+use super::compute::{dispatch, groups_of_tiles};
 use super::context::Context;
 use super::frame::Pass;
 use super::gather::entry;
+use super::pipelines::{compute_pipeline, flag};
 use super::renderer::Renderer;
-use super::samples::CHUNKS;
 use super::shade::ShadeVariant;
 use super::shader;
 use super::timing::Timestamps;
@@ -173,8 +173,7 @@ impl Renderer {
         let Some(volume) = &self.volume else { return };
         let Some(table) = &volume.table else { return };
         let mut bound = vec![&self.traversal];
-        let chunks = &volume.samples.chunks;
-        bound.extend((0..CHUNKS).map(|i| &chunks[i.min(chunks.len() - 1)]));
+        bound.extend(volume.samples.bound());
         bound.extend([&table.entries, &table.visible, self.gathering.buffer()]);
         let bound = (0_u32..).zip(bound).chain(self.gathering.looks());
         let groups = [bound.collect::<Vec<_>>(), vec![(0, &*slots), (1, &*samples)]];
@@ -187,36 +186,17 @@ impl Renderer {
             })
         });
         let groups: Vec<_> = groups.collect();
-        let mut compute = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
-            label: Some(shader::SHADE_SAMPLES),
-            timestamp_writes: clock.map(|c| c.compute(0)),
-        });
-        compute.set_pipeline(pipeline);
-        for (at, group) in (0..).zip(&groups) {
-            compute.set_bind_group(at, group, &[]);
-        }
         let [across, down] = groups_of_tiles(bricks);
-        compute.dispatch_workgroups(across, down, 1);
+        dispatch(encoder, shader::SHADE_SAMPLES, pipeline, &groups, [across, down, 1], clock);
     }
 }
 
 fn pipeline(context: &Context, variant: Variant) -> wgpu::ComputePipeline {
     let shader = shader::shading_samples(variant.shade.regions > 0);
     let mut constants = variant.shade.constants();
-    let flag = |on: bool| f64::from(u8::from(on));
     constants.push(("published", flag(variant.published)));
     constants.push(("perspective", flag(variant.perspective)));
-    context.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-        label: Some(shader.name),
-        layout: None,
-        module: &shader.module(&context.device),
-        entry_point: Some(shader.name),
-        compilation_options: wgpu::PipelineCompilationOptions {
-            constants: &constants,
-            ..Default::default()
-        },
-        cache: None,
-    })
+    compute_pipeline(context, shader, &shader.module(&context.device), &constants)
 }
 
 #[cfg(test)]

@@ -1,6 +1,8 @@
 //! The picture under way: its light, its encoding, and bringing both back.
 
 use super::buffers::{read_texture, texture};
+use super::compute::{bind_group, render_pass};
+use super::context::Context;
 use super::frame::Pass;
 use super::layout;
 use super::renderer::Renderer;
@@ -15,6 +17,15 @@ pub(super) struct Target {
     pub(super) light: wgpu::Texture,
     pub(super) encoded: Option<wgpu::Texture>,
     pub(super) staging: Option<wgpu::Buffer>,
+}
+
+/// What light is kept as.
+pub(super) fn light_format(context: &Context) -> wgpu::TextureFormat {
+    if context.granted.float32_blending {
+        wgpu::TextureFormat::Rgba32Float
+    } else {
+        wgpu::TextureFormat::Rgba16Float
+    }
 }
 
 impl Renderer {
@@ -41,11 +52,7 @@ impl Renderer {
     }
 
     pub(super) fn light_format(&self) -> wgpu::TextureFormat {
-        if self.context.granted.float32_blending {
-            wgpu::TextureFormat::Rgba32Float
-        } else {
-            wgpu::TextureFormat::Rgba16Float
-        }
+        light_format(&self.context)
     }
 
     /// The picture so far as sRGB bytes with straight alpha, rows from the top.
@@ -112,29 +119,12 @@ impl Renderer {
         let Some(target) = &self.target else { return };
         let Some(encoded) = &target.encoded else { return };
         let light = target.light.create_view(&Default::default());
-        let group = self.context.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some(shader::PRESENT.name),
-            layout: &pipeline.get_bind_group_layout(0),
-            entries: &[
-                wgpu::BindGroupEntry { binding: 0, resource: self.present.as_entire_binding() },
-                wgpu::BindGroupEntry {
-                    binding: 1,
-                    resource: wgpu::BindingResource::TextureView(&light),
-                },
-            ],
-        });
+        let bound = [self.present.as_entire_binding(), wgpu::BindingResource::TextureView(&light)];
+        let layout = pipeline.get_bind_group_layout(0);
+        let group = bind_group(&self.context, shader::PRESENT.name, &layout, bound);
         let view = encoded.create_view(&Default::default());
-        let mut render = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-            label: Some(shader::PRESENT.name),
-            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                view: &view,
-                depth_slice: None,
-                resolve_target: None,
-                ops: wgpu::Operations::default(),
-            })],
-            timestamp_writes: clock.map(|c| c.render(0)),
-            ..Default::default()
-        });
+        let ops = wgpu::Operations::default();
+        let mut render = render_pass(encoder, shader::PRESENT.name, &view, ops, clock);
         render.set_pipeline(&pipeline);
         render.set_bind_group(0, &group, &[]);
         render.draw(0..3, 0..1);

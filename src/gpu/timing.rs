@@ -3,6 +3,8 @@
 use std::time::Instant;
 
 use super::GpuError;
+use super::buffers::Growing;
+use super::compute::{bind_group, dispatch};
 use super::context::Context;
 
 /// Where pass times come from.
@@ -74,31 +76,17 @@ fn probe(context: &Context, rounds: f64) -> Result<(f64, f64), GpuError> {
         },
         cache: None,
     });
-    let cells = device.create_buffer(&wgpu::BufferDescriptor {
-        label: Some("timer probe"),
-        size: u64::from(THREADS) * 4,
-        usage: wgpu::BufferUsages::STORAGE,
-        mapped_at_creation: false,
-    });
-    let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
-        label: Some("timer probe"),
-        layout: &pipeline.get_bind_group_layout(0),
-        entries: &[wgpu::BindGroupEntry { binding: 0, resource: cells.as_entire_binding() }],
-    });
+    let usage = wgpu::BufferUsages::STORAGE;
+    let cells = Growing::make(context, "timer probe", usage, u64::from(THREADS) * 4);
+    let layout = pipeline.get_bind_group_layout(0);
+    let group = [bind_group(context, "timer probe", &layout, [cells.as_entire_binding()])];
     let clock = Timestamps::new(context, 1);
     // Once unmeasured, so that neither compiling nor zeroing the buffer is timed.
     let mut wall_ms = 0.0;
     for _ in 0..2 {
         let mut encoder = device.create_command_encoder(&Default::default());
-        {
-            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
-                label: Some("timer probe"),
-                timestamp_writes: Some(clock.compute(0)),
-            });
-            pass.set_pipeline(&pipeline);
-            pass.set_bind_group(0, &group, &[]);
-            pass.dispatch_workgroups(THREADS / 64, 1, 1);
-        }
+        let groups = [THREADS / 64, 1, 1];
+        dispatch(&mut encoder, "timer probe", &pipeline, &group, groups, Some(&clock));
         clock.resolve(&mut encoder);
         let start = Instant::now();
         context.queue.submit([encoder.finish()]);
@@ -120,14 +108,7 @@ pub(super) struct Timestamps {
 impl Timestamps {
     pub(super) fn new(context: &Context, passes: u32) -> Self {
         let size = u64::from(passes) * 16;
-        let buffer = |label, usage| {
-            context.device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some(label),
-                size,
-                usage,
-                mapped_at_creation: false,
-            })
-        };
+        let buffer = |label, usage| Growing::make(context, label, usage, size);
         Self {
             set: context.device.create_query_set(&wgpu::QuerySetDescriptor {
                 label: Some("timestamps"),

@@ -3,11 +3,10 @@
 use std::ops::Range;
 
 use super::buffers::read_words;
-use super::compute::{compute, groups_of};
+use super::compute::{bind_group, compute, groups_of, render_pass};
 use super::frame::{self, Pass, Source};
 use super::layout::{self, COUNT_HEADER_WORDS, Record, SEGMENT_THREADS};
 use super::renderer::Renderer;
-use super::samples::CHUNKS;
 use super::timing::Timestamps;
 use super::{GpuError, shader};
 use crate::kernel::Kernel;
@@ -142,10 +141,7 @@ impl Renderer {
             let Some(volume) = &self.volume else { return };
             let Some(table) = &volume.table else { return };
             bound.push(&self.traversal);
-            // Bindings beyond the last chunk repeat it; no index leads there.
-            bound.extend(
-                (0..CHUNKS).map(|i| &volume.samples.chunks[i.min(volume.samples.chunks.len() - 1)]),
-            );
+            bound.extend(volume.samples.bound());
             bound.extend([&table.entries, &table.visible, &self.counts.buffer]);
             if shader.name == shader::EMIT_KERNELS.name {
                 bound.push(&self.records.buffer);
@@ -166,30 +162,14 @@ impl Renderer {
         let pipeline = self.pipelines.splat(&self.context, format, self.variant).clone();
         let Some(target) = &self.target else { return };
         let mesh = self.mesh.as_ref().filter(|_| self.variant.kernel == Kernel::Gouraud);
-        let entries = [&self.frame, &self.totals].map(wgpu::Buffer::as_entire_binding);
-        let mut binding = 0..;
-        let entries = entries.map(|resource| wgpu::BindGroupEntry {
-            binding: binding.next().unwrap_or_default(),
-            resource,
-        });
-        let group = self.context.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some(shader::SPLAT.name),
-            layout: &pipeline.get_bind_group_layout(0),
-            // Meshes alone count what they cap.
-            entries: if mesh.is_some() { &entries } else { &entries[..1] },
-        });
+        // Meshes alone count what they cap.
+        let totals = mesh.map(|_| &self.totals);
+        let bound = [&self.frame].into_iter().chain(totals).map(wgpu::Buffer::as_entire_binding);
+        let layout = pipeline.get_bind_group_layout(0);
+        let group = bind_group(&self.context, shader::SPLAT.name, &layout, bound);
         let view = target.light.create_view(&Default::default());
-        let mut render = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-            label: Some(shader::SPLAT.name),
-            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                view: &view,
-                depth_slice: None,
-                resolve_target: None,
-                ops: wgpu::Operations { load: wgpu::LoadOp::Load, store: wgpu::StoreOp::Store },
-            })],
-            timestamp_writes: clock.map(|c| c.render(0)),
-            ..Default::default()
-        });
+        let ops = wgpu::Operations { load: wgpu::LoadOp::Load, store: wgpu::StoreOp::Store };
+        let mut render = render_pass(encoder, shader::SPLAT.name, &view, ops, clock);
         render.set_pipeline(&pipeline);
         render.set_bind_group(0, &group, &[]);
         if let Some(mesh) = mesh {

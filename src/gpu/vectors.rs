@@ -14,7 +14,7 @@ use glam::DVec3;
 use self::frame::VectorFrame;
 use super::GpuError;
 use super::buffers::{Growing, read_words};
-use super::compute::groups_of_tiles;
+use super::compute::{bind_group, dispatch, groups_of_tiles};
 use super::context::Context;
 use super::frame::Pass;
 use super::layout::{self, TILE, VECTOR_VEC4S};
@@ -193,15 +193,7 @@ impl DeviceVectors {
             ranges,
             wgpu::BindingResource::TextureView(&marks),
         ];
-        let entries: Vec<wgpu::BindGroupEntry<'_>> = (0_u32..)
-            .zip(bound)
-            .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })
-            .collect();
-        context.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("vectors"),
-            layout,
-            entries: &entries,
-        })
+        bind_group(context, "vectors", layout, bound)
     }
 }
 
@@ -508,29 +500,16 @@ impl Renderer {
             wgpu::BindingResource::TextureView(&light),
             totals.as_entire_binding(),
         ];
-        let entries: Vec<wgpu::BindGroupEntry<'_>> = (0_u32..)
-            .zip(bound)
-            .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })
-            .collect();
-        let group = self.context.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some(shader::COMPOSITE_VECTORS.name),
-            layout: &pipeline.get_bind_group_layout(0),
-            entries: &entries,
-        });
-        let second = vectors.group(&self.context, lists, &pipeline.get_bind_group_layout(1));
-        let mut compute = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
-            label: Some(shader::COMPOSITE_VECTORS.name),
-            timestamp_writes: clock.map(|c| c.compute(0)),
-        });
-        compute.set_pipeline(&pipeline);
-        compute.set_bind_group(0, &group, &[]);
-        compute.set_bind_group(1, &second, &[]);
-        if let Some(polygons) = &self.polygons {
-            let layout = pipeline.get_bind_group_layout(2);
-            compute.set_bind_group(2, &polygons.group(&self.context, &layout), &[]);
-        }
+        let name = shader::COMPOSITE_VECTORS.name;
+        let layout = |at| pipeline.get_bind_group_layout(at);
+        let mut groups = vec![
+            bind_group(&self.context, name, &layout(0), bound),
+            vectors.group(&self.context, lists, &layout(1)),
+        ];
+        let polygons = self.polygons.as_ref();
+        groups.extend(polygons.map(|polygons| polygons.group(&self.context, &layout(2))));
         let [across, down] = groups_of_tiles(tiles);
-        compute.dispatch_workgroups(across, down, 1);
+        dispatch(encoder, name, &pipeline, &groups, [across, down, 1], clock);
     }
 
     /// The most entries of a tile, of lists that were just made.

@@ -13,6 +13,7 @@ use super::columns;
 use super::sums::Sums;
 use super::thinning::Thinning;
 use crate::core::memory::{self, TooLarge};
+use crate::core::names;
 use crate::core::progress::{Cancelled, Ticket};
 use crate::transfer::Table;
 use crate::volume::{BRICK, ScalarVolume};
@@ -40,24 +41,11 @@ pub enum ErrorMeasure {
     OpticalDepth,
 }
 
-impl ErrorMeasure {
-    /// Every one.
-    pub const ALL: &[Self] = &[Self::Scalar, Self::Classified, Self::OpticalDepth];
-
-    /// The name scripts use.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Scalar => "scalar",
-            Self::Classified => "classified",
-            Self::OpticalDepth => "optical-depth",
-        }
-    }
-
-    /// The one of this name.
-    pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.iter().copied().find(|one| one.name() == name)
-    }
-}
+names!(ErrorMeasure {
+    Scalar => "scalar",
+    Classified => "classified",
+    OpticalDepth => "optical-depth",
+});
 
 /// What a coarse splat is drawn with.
 ///

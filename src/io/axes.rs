@@ -151,6 +151,13 @@ impl Axes {
     }
 }
 
+/// What to say of several volumes, of which there is more than one because some `lie` so.
+pub(super) fn several(fields: &[Field], lie: &str) -> Option<String> {
+    let [first, .., last] = fields else { return None };
+    let (count, first, last) = (fields.len(), &first.name, &last.name);
+    Some(format!("{count} volumes lie {lie}: they are opened as the fields {first} to {last}"))
+}
+
 /// A lattice from the step vectors of its axes, of which there may be fewer than three: the rest
 /// are perpendicular and of unit length, their size being 1.
 ///

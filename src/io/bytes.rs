@@ -246,13 +246,7 @@ pub(super) fn append_text(
     with_samples!(samples, values => {
         let mut words = Words { reader, word: Vec::new() };
         for done in 0..count {
-            if !words.next()? {
-                return Err(truncated(
-                    format!("{count} numbers in text"),
-                    format!("that they end after {done}"),
-                    "the file was cut short or its header is wrong: copy it again",
-                ));
-            }
+            words.expect_next(done, count)?;
             let number = std::str::from_utf8(&words.word).ok().and_then(Stored::from_text);
             values.push(number.ok_or_else(|| corrupt(
                 format!("numbers of type {type_name} in text"),
@@ -267,6 +261,30 @@ pub(super) fn append_text(
     Ok(())
 }
 
+/// The samples of several files, one after another; `append` adds those of one, and says whether more bytes follow
+/// them. Room is made at once where the samples are stored as they are.
+pub(super) fn of_parts<P>(
+    parts: &[P],
+    (scalar_type, count, is_plain): (ScalarType, usize, bool),
+    ticket: &Ticket,
+    warnings: &mut Vec<String>,
+    mut append: impl FnMut(&P, &mut Samples, &mut Progress<'_>) -> Result<bool, Problem>,
+) -> Result<Samples, Problem> {
+    let mut samples = no_samples(scalar_type);
+    if is_plain {
+        reserve_samples(&mut samples, count)?;
+    }
+    let mut progress = Progress::new(ticket, (count * scalar_type.size_bytes()) as u64);
+    let mut more = false;
+    for part in parts {
+        more |= append(part, &mut samples, &mut progress)?;
+    }
+    if more {
+        warnings.push("more bytes follow the samples: they are ignored".into());
+    }
+    Ok(samples)
+}
+
 /// Reads over `count` words of text.
 ///
 /// # Errors
@@ -278,13 +296,7 @@ pub(super) fn skip_text(
 ) -> Result<(), Problem> {
     let mut words = Words { reader, word: Vec::new() };
     for done in 0..count {
-        if !words.next()? {
-            return Err(truncated(
-                format!("{count} numbers in text"),
-                format!("that they end after {done}"),
-                "the file was cut short or its header is wrong: copy it again",
-            ));
-        }
+        words.expect_next(done, count)?;
         if done % 4096 == 0 {
             progress.advance(4096.min(count))?;
         }
@@ -299,6 +311,18 @@ pub(super) struct Words<'a> {
 }
 
 impl Words<'_> {
+    /// Moves to the word behind `done` of `count`.
+    fn expect_next(&mut self, done: usize, count: usize) -> Result<(), Problem> {
+        if self.next()? {
+            return Ok(());
+        }
+        Err(truncated(
+            format!("{count} numbers in text"),
+            format!("that they end after {done}"),
+            "the file was cut short or its header is wrong: copy it again",
+        ))
+    }
+
     /// Moves to the next word; false at the end.
     fn next(&mut self) -> Result<bool, Problem> {
         const LONGEST: usize = 4096;

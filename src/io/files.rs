@@ -29,6 +29,15 @@ pub(super) struct DataFile {
     pub(super) len: u64,
 }
 
+/// One file's part of the samples.
+pub(super) struct Part {
+    pub(super) file: DataFile,
+    /// Where the data may begin: behind the header of an attached file.
+    pub(super) start: u64,
+    /// Samples it holds.
+    pub(super) count: usize,
+}
+
 impl DataFile {
     /// # Errors
     /// [`Problem::MissingData`].

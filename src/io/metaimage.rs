@@ -9,7 +9,7 @@ use glam::{DMat3, DVec3};
 use super::axes::{self, Axes, Role};
 use super::bytes::{self, DEFLATE_MOST, Endian, Inflate, Progress};
 use super::error::{Problem, header, quoted, truncated, unsupported};
-use super::files::{self, DataFile, numbered};
+use super::files::{self, DataFile, Part, numbered};
 use super::{Format, Opened};
 use crate::core::memory;
 use crate::core::progress::Ticket;
@@ -101,14 +101,7 @@ pub(super) fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<Open
         }
     }
     let fields = shape.axes.fields(&super::raw::stem(path), samples, ticket)?;
-    if fields.len() > 1 {
-        warnings.push(format!(
-            "{} volumes lie along the axes beyond the third: they are opened as the fields {} to {}",
-            fields.len(),
-            fields[0].name,
-            fields[fields.len() - 1].name
-        ));
-    }
+    warnings.extend(axes::several(&fields, "along the axes beyond the third"));
     let orientation = keys.get("anatomicalorientation").filter(|v| !v.contains('?'));
     let space = orientation.map(|v| format!("AnatomicalOrientation {v}"));
     Ok(Opened {
@@ -371,13 +364,6 @@ fn is_list(value: &str) -> bool {
     value.split_whitespace().next().is_some_and(|word| word.eq_ignore_ascii_case("list"))
 }
 
-/// One file's part of the samples.
-struct Part {
-    file: DataFile,
-    start: u64,
-    count: usize,
-}
-
 fn parts(
     path: &Path,
     len: u64,
@@ -484,7 +470,6 @@ impl Storage {
         warnings: &mut Vec<String>,
     ) -> Result<Samples, Problem> {
         let size = scalar_type.size_bytes();
-        let mut samples = bytes::no_samples(scalar_type);
         for part in parts {
             let stored = (part.file.len.saturating_sub(part.start))
                 .saturating_sub(self.skip.unwrap_or_default());
@@ -495,17 +480,11 @@ impl Storage {
                 (false, false) => bytes::require_stored(needed, stored),
             }?;
         }
-        if !self.compressed && !self.text {
-            bytes::reserve_samples(&mut samples, count)?;
-        }
-        let mut progress = Progress::new(ticket, (count * size) as u64);
-        let mut more = false;
-        for part in parts {
-            more |= self.read_part(part, &mut samples, &mut progress)?;
-        }
-        if more {
-            warnings.push("more bytes follow the samples: they are ignored".into());
-        }
+        let wanted = (scalar_type, count, !self.compressed && !self.text);
+        let mut samples =
+            bytes::of_parts(parts, wanted, ticket, warnings, |part, samples, progress| {
+                self.read_part(part, samples, progress)
+            })?;
         if !self.text {
             bytes::to_native(&mut samples, self.endian);
         }

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::RadialKernel;
+use crate::core::names;
 
 /// A reconstruction kernel, in units of one voxel: radial, a box, or on lattices separable.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -30,36 +31,20 @@ pub enum Kernel {
     BSpline,
 }
 
+names!(
+    /// The cheapest first.
+    Kernel[7] {
+        Point => "point",
+        Nearest => "nearest",
+        Linear => "linear",
+        Gouraud => "gouraud",
+        Gaussian => "gaussian",
+        Cubic => "cubic",
+        BSpline => "bspline",
+    }
+);
+
 impl Kernel {
-    /// Every kernel, cheapest first.
-    pub const ALL: [Self; 7] = [
-        Self::Point,
-        Self::Nearest,
-        Self::Linear,
-        Self::Gouraud,
-        Self::Gaussian,
-        Self::Cubic,
-        Self::BSpline,
-    ];
-
-    /// The name scripts use.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Point => "point",
-            Self::Nearest => "nearest",
-            Self::Gaussian => "gaussian",
-            Self::Gouraud => "gouraud",
-            Self::Linear => "linear",
-            Self::Cubic => "cubic",
-            Self::BSpline => "bspline",
-        }
-    }
-
-    /// The kernel of this name.
-    pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|kernel| kernel.name() == name)
-    }
-
     /// The splat radius in voxels at which the kernel is as published; `None` where extent does
     /// not apply.
     pub fn natural_extent(self) -> Option<f64> {

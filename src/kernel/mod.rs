@@ -11,7 +11,6 @@ mod polynomial;
 mod radial;
 mod separable;
 mod slab_share;
-mod space;
 
 pub use coefficients::{
     Averaged, Coefficients, CoefficientsError, MOST_EXTENT, Residual, coefficients, nearest_tents,

@@ -86,12 +86,8 @@ impl Classification {
 impl PartialEq for Classification {
     /// Of the same samples, not of equal ones.
     fn eq(&self, other: &Self) -> bool {
-        let same_scalar = match (&self.scalar, &other.scalar) {
-            (None, None) => true,
-            (Some(a), Some(b)) => Arc::ptr_eq(a, b),
-            _ => false,
-        };
-        same_scalar
+        let scalar = |one: &Self| one.scalar.as_ref().map(Arc::as_ptr);
+        scalar(self) == scalar(other)
             && Arc::ptr_eq(&self.field, &other.field)
             && self.settings == other.settings
             && self.unit_distance == other.unit_distance

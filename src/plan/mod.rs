@@ -143,7 +143,7 @@ impl Plan {
             transfer: transfer.clone(),
             has_gradient: scene.shading.uses_gradient() || scene.inside.has_isosurfaces(),
         };
-        let mut plan = Self {
+        let plan = Self {
             size,
             enlarged: 1.0,
             camera: scene.camera,
@@ -160,24 +160,19 @@ impl Plan {
             left_out,
             fault: scene.check_layers().err(),
         };
-        plan.way = plan.way_there();
-        plan
+        plan.with_way()
     }
 
     /// The same picture in another mode.
     #[must_use]
     pub fn in_mode(&self, mode: SplatSettings) -> Self {
-        let mut plan = Self { mode, ..self.clone() };
-        plan.way = plan.way_there();
-        plan
+        Self { mode, ..self.clone() }.with_way()
     }
 
     /// The same picture, of another size, and shown so many times larger.
     #[must_use]
     pub fn at_size(&self, size: [u32; 2], enlarged: f64) -> Self {
-        let mut plan = Self { size, enlarged, ..self.clone() };
-        plan.way = plan.way_there();
-        plan
+        Self { size, enlarged, ..self.clone() }.with_way()
     }
 
     /// What stands for it while there are no fields yet: the field alone, as triangles, shaded first; kernels where
@@ -186,16 +181,13 @@ impl Plan {
     pub fn previewed(&self) -> Self {
         let mut plan = self.in_mode(self.mode.previewed());
         if !plan.fields.is_empty() {
-            let parts = [(Effect::Vectors, 0), (Effect::SecondVectors, 1)];
-            let parts = parts.into_iter().filter(|(_, least)| plan.kernels.len() > *least);
+            let parts = [Effect::Vectors, Effect::SecondVectors].into_iter();
             let ground = Ground::Triangles("--backend raster".to_owned());
-            let refused = parts.map(|(part, _)| Refusal { part, ground: ground.clone() });
-            let refused: Vec<_> = refused.collect();
-            plan.left_out.extend(refused);
+            let refused = |part| Refusal { part, ground: ground.clone() };
+            plan.left_out.extend(parts.take(plan.kernels.len()).map(refused));
             plan.kernels.clear();
-            plan.way = plan.way_there();
         }
-        plan
+        plan.with_way()
     }
 
     /// The lattice and the camera brought together, in pixels.
@@ -256,12 +248,14 @@ impl Plan {
         !self.is_gathered() && self.mode.is_backend_open(&self.view())
     }
 
-    fn way_there(&self) -> Way {
-        match () {
+    /// With the way that there is to it.
+    fn with_way(mut self) -> Self {
+        self.way = match () {
             () if self.fields.is_empty() && self.kernels.is_empty() => Way::Nothing,
             () if self.fields.is_empty() || self.reconstructs() => Way::Slabs,
             () => self.way_of_samples(),
-        }
+        };
+        self
     }
 
     /// Of samples that are shaded first.

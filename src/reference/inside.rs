@@ -77,6 +77,16 @@ pub(super) struct Part {
     pub(super) surfaces: Vec<Surface>,
 }
 
+impl Part {
+    /// A part of a ray, perhaps none, with polygons among what lies there.
+    pub(super) fn among(part: Option<Self>, polygons: Vec<Surface>) -> Self {
+        let mut part = part.unwrap_or(Self { ends: [0.0; 2], surfaces: Vec::new() });
+        part.surfaces.extend(polygons);
+        part.surfaces.sort_by(|p, q| p.t.total_cmp(&q.t));
+        part
+    }
+}
+
 /// What a scene is opened by.
 pub(super) struct Opening {
     inside: Inside,

@@ -8,6 +8,9 @@ use crate::kernel::RadialKernel;
 /// Panels that each smooth piece of the line is cut into.
 const PANELS: u32 = 4;
 
+/// All of a line.
+pub(super) const ENDLESS: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
+
 /// ∫ h(|start + t·step|) dt over t in `from`..`to`, which may be infinite. `step` is not zero.
 pub(super) fn radial(kernel: RadialKernel, start: DVec3, step: DVec3, [from, to]: [f64; 2]) -> f64 {
     let length = step.length();
@@ -70,8 +73,6 @@ mod tests {
     use super::*;
     use crate::kernel::Kernel;
 
-    const ALL: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
-
     #[test]
     fn quadrature_meets_the_closed_footprints() {
         for kind in [Kernel::Gaussian, Kernel::Cubic] {
@@ -81,7 +82,7 @@ mod tests {
                     let l = kernel.radius() * f64::from(i) / 50.0;
                     let start = DVec3::new(l, 7.0, -2.0);
                     let found =
-                        radial(kernel, start - DVec3::Z * 2.0, DVec3::new(0.0, -3.5, 2.0), ALL);
+                        radial(kernel, start - DVec3::Z * 2.0, DVec3::new(0.0, -3.5, 2.0), ENDLESS);
                     let closest = (start - DVec3::Z * 2.0)
                         .cross(DVec3::new(0.0, -3.5, 2.0).normalize())
                         .length();
@@ -97,7 +98,7 @@ mod tests {
     fn a_line_that_begins_in_the_middle_has_half() {
         let kernel = RadialKernel::new(Kernel::Cubic, None).unwrap();
         let start = DVec3::new(0.3, 0.0, -5.0);
-        let whole = radial(kernel, start, DVec3::Z, ALL);
+        let whole = radial(kernel, start, DVec3::Z, ENDLESS);
         let half = radial(kernel, start, DVec3::Z, [5.0, f64::INFINITY]);
         let rest = radial(kernel, start, DVec3::Z, [4.0, 5.0]);
         let before = radial(kernel, start, DVec3::Z, [-9.0, 4.0]);
@@ -108,12 +109,12 @@ mod tests {
 
     #[test]
     fn chords_of_a_voxel_are_exact() {
-        assert_eq!(voxel_chord(DVec3::new(0.2, -0.4, 9.0), DVec3::Z, ALL), 1.0);
-        let diagonal = voxel_chord(DVec3::splat(-3.0), DVec3::ONE / 3.0_f64.sqrt(), ALL);
+        assert_eq!(voxel_chord(DVec3::new(0.2, -0.4, 9.0), DVec3::Z, ENDLESS), 1.0);
+        let diagonal = voxel_chord(DVec3::splat(-3.0), DVec3::ONE / 3.0_f64.sqrt(), ENDLESS);
         assert!((diagonal - 3.0_f64.sqrt()).abs() < 1e-12);
-        assert_eq!(voxel_chord(DVec3::new(0.6, 0.0, 0.0), DVec3::Z, ALL), 0.0);
+        assert_eq!(voxel_chord(DVec3::new(0.6, 0.0, 0.0), DVec3::Z, ENDLESS), 0.0);
         assert_eq!(voxel_chord(DVec3::new(0.0, 0.0, -2.0), DVec3::Z, [2.0, 9.0]), 0.5);
-        let seam = |x: f64| voxel_chord(DVec3::new(x, 0.0, 0.0), DVec3::Z, ALL);
+        let seam = |x: f64| voxel_chord(DVec3::new(x, 0.0, 0.0), DVec3::Z, ENDLESS);
         assert_eq!(seam(0.5) + seam(-0.5), 1.0);
     }
 }

@@ -63,7 +63,7 @@ impl Pictures {
         let places = (0..PLACES).map(|i| {
             let place = ALL_OVER.map(|step| 2.0 * (f64::from(i) * step).fract() - 1.0);
             let beside = DVec3::new(place[0], place[1], 0.0) * kernel.radius();
-            (place, line::radial(kernel, beside, DVec3::Z, [f64::NEG_INFINITY, f64::INFINITY]))
+            (place, line::radial(kernel, beside, DVec3::Z, line::ENDLESS))
         });
         let places: Vec<_> = places.filter(|(_, window)| *window > 0.0).collect();
         let columns = |level| {

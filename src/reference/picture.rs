@@ -232,8 +232,7 @@ impl Splat {
             Some(Method::Local { shape, kernel_from_screen, at }) => {
                 let start = kernel_from_screen * (screen - at).extend(0.0);
                 let step = kernel_from_screen.z_axis;
-                line::radial(shape, start, step, [f64::NEG_INFINITY, f64::INFINITY])
-                    * view.stretch(screen)
+                line::radial(shape, start, step, line::ENDLESS) * view.stretch(screen)
             }
             Some(Method::Exact { shape, kernel_from_world, centre }) => {
                 let pixel = DVec2::new(pixel[0] as f64 + 0.5, pixel[1] as f64 + 0.5);

@@ -111,26 +111,19 @@ impl Probe {
             return Seen::Average;
         }
         let lattice = &self.volume.lattice;
-        let (start, step) = scene.camera.ray(at, size.map(f64::from));
-        let from = scene.camera.eye_distance().map_or(f64::NEG_INFINITY, |_| 0.0);
-        let world = Line { start, step, from };
+        let world = Line::through(&scene.camera, at, size.map(f64::from));
         let index = world.mapped(lattice.axes().inverse(), lattice.origin);
         let plain = Shading::default();
         let shading = if Shading::is_shown_by(&scene.splat) { &scene.shading } else { &plain };
         let unit = scene.opacity_unit_distance();
         let classes = Classes::new(&shading.by_value(transfer), unit, false);
         let polygons = polygons::met_by(scene, &world);
-        let mut part = match opening.part((&self.field, &classes), &world, &index) {
-            Some(part) => part,
-            None if polygons.is_empty() => return Seen::Beside,
-            None => Part { ends: [0.0; 2], surfaces: Vec::new() },
-        };
-        part.surfaces.extend(polygons);
-        part.surfaces.sort_by(|p, q| p.t.total_cmp(&q.t));
-        let shader = match shading.is_plain() {
-            true => None,
-            false => Shader::of(scene, true),
-        };
+        let part = opening.part((&self.field, &classes), &world, &index);
+        if part.is_none() && polygons.is_empty() {
+            return Seen::Beside;
+        }
+        let part = Part::among(part, polygons);
+        let shader = if shading.is_plain() { None } else { Shader::of(scene, true) };
         let shade = RayShader {
             shader: shader.as_ref(),
             field: &self.field,
@@ -264,9 +257,7 @@ fn vectors_at(scene: &Scene, world: DVec3) -> [Option<ProbedVector>; 2] {
 /// The same as [`Probe::look`] where vectors are shown without the field, of which nothing is needed: where
 /// what there is of vectors, each in the box about it and without marks, and of polygons has gathered so much.
 pub fn seen_alone(scene: &Scene, size: [u32; 2], at: DVec2, share: f64) -> Seen {
-    let (start, step) = scene.camera.ray(at, size.map(f64::from));
-    let from = scene.camera.eye_distance().map_or(f64::NEG_INFINITY, |_| 0.0);
-    let ray = Line { start, step, from };
+    let ray = Line::through(&scene.camera, at, size.map(f64::from));
     let surfaces = polygons::met_by(scene, &ray);
     match probed_vectors::first_seen(scene, &ray, &surfaces, share) {
         Err(gathered) => Seen::TooLittle { gathered },

@@ -9,6 +9,7 @@ use super::field::{Field, Shape};
 use super::inside::{Layer, Opening, Part, Slice, Surface, woven, woven_among};
 use super::kernels::grid_kernels;
 use super::layers::{self, Planes};
+use super::line::ENDLESS;
 use super::mesh::Meshes;
 use super::polygons::Polygons;
 use super::projection;
@@ -29,9 +30,6 @@ pub const TOLERANCE: f64 = 1e-7;
 
 /// A surface so few steps of the lattice behind a slice counts as before it.
 const SLICE_TIE: f64 = 1.0 / 256.0;
-
-/// All of a ray.
-const ENDLESS: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
 
 /// The float64 picture of a scene, pixel by pixel: linear premultiplied RGBA, without background.
 ///
@@ -219,9 +217,7 @@ impl Reference {
     fn trace(&self, pixel: [usize; 2]) -> [f64; 4] {
         let size = self.size.map(|n| (n * self.fine) as f64);
         let at = DVec2::new(pixel[0] as f64 + 0.5, pixel[1] as f64 + 0.5);
-        let (start, step) = self.camera.ray(at, size);
-        let from = self.camera.eye_distance().map_or(f64::NEG_INFINITY, |_| 0.0);
-        let ray = Line { start, step, from };
+        let ray = Line::through(&self.camera, at, size);
         let Some(polygons) = &self.polygons else { return self.traced(pixel, &ray, &[]) };
         let seen = polygons.seen_by(pixel.map(|i| i / self.fine), &ray);
         let samples = seen.map(|polygons| self.traced(pixel, &ray, &polygons));
@@ -253,14 +249,10 @@ impl Reference {
                 let shader = shader.as_deref();
                 let shade = RayShader { shader, field, world: &ray, index: &line, beside: &[] };
                 let part = self.opening.part((field, classes), &ray, &line);
-                let mut part = match part {
-                    Some(part) => part,
-                    None if self.vectors.is_empty() && polygons.is_empty() => return [0.0; 4],
-                    // Nothing but vectors and polygons, perhaps.
-                    None => Part { ends: [0.0; 2], surfaces: Vec::new() },
-                };
-                part.surfaces.extend(polygons);
-                part.surfaces.sort_by(|p, q| p.t.total_cmp(&q.t));
+                if part.is_none() && self.vectors.is_empty() && polygons.is_empty() {
+                    return [0.0; 4];
+                }
+                let part = Part::among(part, polygons.to_vec());
                 if let Some(along) = self.opening.projects() {
                     // The same in every mode: what a mode finds of it is near to this.
                     let found = projection::projected(field, &line, along, part.ends);

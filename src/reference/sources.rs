@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use glam::{DMat3, DVec3};
+use glam::{DMat3, DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::RefKernel;
@@ -28,6 +28,13 @@ pub(super) struct Line {
 }
 
 impl Line {
+    /// The ray through a place of a camera's picture, pixels.
+    pub(super) fn through(camera: &Camera, place: DVec2, size: [f64; 2]) -> Self {
+        let (start, step) = camera.ray(place, size);
+        let from = camera.eye_distance().map_or(f64::NEG_INFINITY, |_| 0.0);
+        Self { start, step, from }
+    }
+
     pub(super) fn at(&self, t: f64) -> DVec3 {
         self.start + self.step * t
     }

@@ -194,7 +194,7 @@ impl Vectors {
         let mut all: Vec<OnRay> = found
             .filter_map(|(field, seat)| {
                 let Touch { start, step, kernel, amount, colour } = field.touch(seat, ray)?;
-                let whole = line::radial(kernel, start, step, [f64::NEG_INFINITY, f64::INFINITY]);
+                let whole = line::radial(kernel, start, step, line::ENDLESS);
                 let (at, l) = nearest(start, step);
                 let half = line::half_chord(kernel.radius(), l)? / step.length();
                 let enter = (at - half).max(kept[0]).max(ray.from);
@@ -218,7 +218,7 @@ impl Vectors {
         for seat in &self.splats {
             let Some(touch) = self.touch(seat, ray) else { continue };
             let Touch { start, step, kernel, amount, colour } = touch;
-            let whole = line::radial(kernel, start, step, [f64::NEG_INFINITY, f64::INFINITY]);
+            let whole = line::radial(kernel, start, step, line::ENDLESS);
             let (at, l) = nearest(start, step);
             let Some(half) = line::half_chord(kernel.radius(), l) else { continue };
             let half = half / step.length();
@@ -311,8 +311,7 @@ impl Vectors {
 
     /// ∫ h along a line at a distance from the middle, by quadrature.
     fn footprint(&self, l: f64) -> f64 {
-        let all = [f64::NEG_INFINITY, f64::INFINITY];
-        line::radial(self.kernel, DVec3::new(l, 0.0, 0.0), DVec3::Z, all)
+        line::radial(self.kernel, DVec3::new(l, 0.0, 0.0), DVec3::Z, line::ENDLESS)
     }
 }
 

@@ -1,7 +1,7 @@
 //! What a scene may ask for beside its transfer function and its mode, part by part.
 
-use super::mode::names;
 use super::{AlongRay, Clip, Index, Lighting, Scene, Shading, Surface};
+use crate::core::names;
 
 /// A part that can be left out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -199,11 +199,7 @@ impl Scene {
 
     /// Whether both are of the same volume, rather than of equal ones.
     pub fn has_same_volume(&self, other: &Self) -> bool {
-        match (self.volume(), other.volume()) {
-            (Some(a), Some(b)) => Arc::ptr_eq(a, b),
-            (None, None) => true,
-            _ => false,
-        }
+        self.volume().map(Arc::as_ptr) == other.volume().map(Arc::as_ptr)
     }
 
     /// Opacities and colours of [`Scene::volume`].

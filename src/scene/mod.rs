@@ -139,11 +139,7 @@ impl Scene {
     /// Whether both show the same samples in the same way.
     pub fn has_same_layers(&self, other: &Self) -> bool {
         let is_same =
-            |layer: &Layer| match (self.store.get(&layer.source), other.store.get(&layer.source)) {
-                (Some(a), Some(b)) => a.is_same(b),
-                (None, None) => true,
-                _ => false,
-            };
+            |layer: &Layer| self.store.get(&layer.source) == other.store.get(&layer.source);
         self.layers == other.layers && self.layers.iter().all(is_same)
     }
 }

@@ -58,9 +58,11 @@ impl Sampled {
             Self::Mesh(mesh) => format!("{} ({} triangles)", mesh.name(), mesh.len()),
         }
     }
+}
 
-    /// Whether both are the same samples, rather than equal ones.
-    pub fn is_same(&self, other: &Self) -> bool {
+impl PartialEq for Sampled {
+    /// The same samples, not equal ones.
+    fn eq(&self, other: &Self) -> bool {
         match (self, other) {
             (Self::Volume(a), Self::Volume(b)) => Arc::ptr_eq(a, b),
             (Self::Vectors(a), Self::Vectors(b)) => Arc::ptr_eq(a, b),
@@ -86,7 +88,7 @@ impl Store {
     /// other samples have this one already.
     pub fn insert(&mut self, mut source: SampleSource, samples: Sampled) -> SampleSource {
         while let Some(held) = self.get(&source) {
-            if held.is_same(&samples) {
+            if *held == samples {
                 return source;
             }
             source.copy += 1;
@@ -125,8 +127,7 @@ mod tests {
         assert_eq!(store.insert(source.clone(), a.clone()), first);
         let second = store.insert(source.clone(), b.clone());
         assert_eq!((first.copy, second.copy, store.samples().count()), (0, 1, 2));
-        assert!(store.get(&first).is_some_and(|held| held.is_same(&a)));
-        assert!(store.get(&second).is_some_and(|held| held.is_same(&b)));
+        assert_eq!([store.get(&first), store.get(&second)], [Some(&a), Some(&b)]);
         store.retain(|source| *source == second);
         assert!(store.get(&first).is_none() && store.get(&second).is_some());
         // What was let go of gives its name back.

@@ -4,6 +4,7 @@ use super::presets::{
     by_percentiles, ct, ct_bone, default_for, for_huge, is_hounsfield, of_constant,
 };
 use super::{ColourMap, TransferFunction};
+use crate::core::names;
 use crate::volume::Statistics;
 
 /// A look that many data call for, by its name.
@@ -23,28 +24,16 @@ pub enum Preset {
     Simulation,
 }
 
+names!(Preset[6] {
+    Default => "default",
+    CtBone => "ct-bone",
+    CtSkin => "ct-skin",
+    CtVessels => "ct-vessels",
+    Mr => "mr",
+    Simulation => "simulation",
+});
+
 impl Preset {
-    /// All of them, in the order they are offered.
-    pub const ALL: [Self; 6] =
-        [Self::Default, Self::CtBone, Self::CtSkin, Self::CtVessels, Self::Mr, Self::Simulation];
-
-    /// The name scripts use.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Default => "default",
-            Self::CtBone => "ct-bone",
-            Self::CtSkin => "ct-skin",
-            Self::CtVessels => "ct-vessels",
-            Self::Mr => "mr",
-            Self::Simulation => "simulation",
-        }
-    }
-
-    /// The preset of this name.
-    pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|preset| preset.name() == name)
-    }
-
     /// The transfer function for values of these statistics: that of CT in Hounsfield units where
     /// the values are such (whole numbers from about −1000, as scanners write them), all else by
     /// percentiles of what lies beyond the commonest value.

@@ -7,7 +7,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::extinction_from_opacity;
-use crate::core::Srgb8;
+use crate::core::{Srgb8, names};
 
 /// Regions at most.
 pub const MOST_REGIONS: usize = 16;
@@ -28,24 +28,7 @@ pub enum RegionShape {
     Triangle,
 }
 
-impl RegionShape {
-    /// Every one.
-    pub const ALL: [Self; 3] = [Self::Rectangle, Self::Ellipse, Self::Triangle];
-
-    /// The name files use.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Rectangle => "rectangle",
-            Self::Ellipse => "ellipse",
-            Self::Triangle => "triangle",
-        }
-    }
-
-    /// The one of this name.
-    pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|one| one.name() == name)
-    }
-}
+names!(RegionShape[3] { Rectangle => "rectangle", Ellipse => "ellipse", Triangle => "triangle" });
 
 /// A part of the plane of value and gradient strength, with an opacity and perhaps a colour.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

@@ -10,6 +10,7 @@ use std::f64::consts::FRAC_PI_2;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use crate::core::names;
 use crate::kernel::{Kernel, RadialKernel};
 
 /// Steps that the marks take from one end of the splat to the other.
@@ -57,24 +58,9 @@ struct Look {
     tail: f64,
 }
 
+names!(Design[3] { Streaks => "streaks", Dots => "dots", Comets => "comets" });
+
 impl Design {
-    /// Every design.
-    pub const ALL: [Self; 3] = [Self::Streaks, Self::Dots, Self::Comets];
-
-    /// The lower-case word for scripts.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Streaks => "streaks",
-            Self::Dots => "dots",
-            Self::Comets => "comets",
-        }
-    }
-
-    /// The one of a name.
-    pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|one| one.name() == name)
-    }
-
     fn look(self) -> Look {
         match self {
             Self::Streaks => Look { count: 14, length: 0.5, width: 0.055, tail: 1.0 },

@@ -4,7 +4,7 @@ use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 use super::Design;
-use crate::core::Srgb8;
+use crate::core::{Srgb8, names};
 use crate::transfer::{ColourMap, ColourSource, TransferError, TransferFunction};
 use crate::volume::{Places, ScalarVolume, Statistics, VectorField};
 
@@ -27,23 +27,7 @@ pub enum VectorMode {
     Blend,
 }
 
-impl VectorMode {
-    /// Both.
-    pub const ALL: [Self; 2] = [Self::Modulate, Self::Blend];
-
-    /// The lower-case word for scripts.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Modulate => "modulate",
-            Self::Blend => "blend",
-        }
-    }
-
-    /// The one of a name.
-    pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|one| one.name() == name)
-    }
-}
+names!(VectorMode[2] { Modulate => "modulate", Blend => "blend" });
 
 /// How marks look when a vector points towards the eye or away (Crawfis–Max's three ways).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
@@ -58,24 +42,7 @@ pub enum Foreshortening {
     Coordinates,
 }
 
-impl Foreshortening {
-    /// All three.
-    pub const ALL: [Self; 3] = [Self::Table, Self::Polygon, Self::Coordinates];
-
-    /// The lower-case word for scripts.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Table => "table",
-            Self::Polygon => "polygon",
-            Self::Coordinates => "coordinates",
-        }
-    }
-
-    /// The one of a name.
-    pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|one| one.name() == name)
-    }
-}
+names!(Foreshortening[3] { Table => "table", Polygon => "polygon", Coordinates => "coordinates" });
 
 /// What a colour or an opacity is looked up by.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
@@ -94,26 +61,9 @@ pub enum ColourBy {
     Scalar,
 }
 
+names!(ColourBy[5] { Magnitude => "magnitude", X => "x", Y => "y", Z => "z", Scalar => "scalar" });
+
 impl ColourBy {
-    /// Every one.
-    pub const ALL: [Self; 5] = [Self::Magnitude, Self::X, Self::Y, Self::Z, Self::Scalar];
-
-    /// The lower-case word for scripts.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Magnitude => "magnitude",
-            Self::X => "x",
-            Self::Y => "y",
-            Self::Z => "z",
-            Self::Scalar => "scalar",
-        }
-    }
-
-    /// The one of a name.
-    pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|one| one.name() == name)
-    }
-
     /// Least and greatest of what is looked up by; `scalar` is the field beside the vectors. Two zeros where there
     /// is none.
     pub fn range(self, field: &VectorField, scalar: Option<&ScalarVolume>) -> [f64; 2] {

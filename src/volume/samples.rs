@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::core::names;
+
 /// A scalar type, named as NumPy names it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -19,45 +21,26 @@ pub enum ScalarType {
     Float64,
 }
 
-impl ScalarType {
-    /// Every type, smallest first.
-    pub const ALL: [Self; 10] = [
-        Self::UInt8,
-        Self::Int8,
-        Self::UInt16,
-        Self::Int16,
-        Self::UInt32,
-        Self::Int32,
-        Self::UInt64,
-        Self::Int64,
-        Self::Float32,
-        Self::Float64,
-    ];
+names!(
+    /// The smallest first.
+    ScalarType[10] {
+        UInt8 => "uint8",
+        Int8 => "int8",
+        UInt16 => "uint16",
+        Int16 => "int16",
+        UInt32 => "uint32",
+        Int32 => "int32",
+        UInt64 => "uint64",
+        Int64 => "int64",
+        Float32 => "float32",
+        Float64 => "float64",
+    }
+);
 
+impl ScalarType {
     /// Whether its values are whole numbers.
     pub fn is_integer(self) -> bool {
         !matches!(self, Self::Float32 | Self::Float64)
-    }
-
-    /// NumPy's word for it: `uint8`, `float32`, …
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::UInt8 => "uint8",
-            Self::Int8 => "int8",
-            Self::UInt16 => "uint16",
-            Self::Int16 => "int16",
-            Self::UInt32 => "uint32",
-            Self::Int32 => "int32",
-            Self::UInt64 => "uint64",
-            Self::Int64 => "int64",
-            Self::Float32 => "float32",
-            Self::Float64 => "float64",
-        }
-    }
-
-    /// The type with NumPy's name `name`.
-    pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|t| t.name() == name)
     }
 
     /// Bytes of one sample.

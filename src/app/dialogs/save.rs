@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use eframe::egui::{Button, Checkbox, Context, DragValue, Grid, TextEdit, Ui};
 
 use super::{Outcome, buttons_ui, modal};
-use crate::app::file_dialog::{Answer, FileDialog};
+use crate::app::file_dialog::FileDialog;
 use crate::app::panels::name_ui;
 use crate::task::loop_file::{Cycle, MOST_FRAMES};
 
@@ -77,7 +77,7 @@ impl SaveDialog {
 
     /// Shows the dialog.
     pub fn show(&mut self, ctx: &Context) -> Outcome<SaveChoice> {
-        self.take_answer();
+        FileDialog::take_path(&mut self.browser, &mut self.path, &mut self.trouble);
         let title = if self.cycle.is_some() { "Save loop" } else { "Save picture" };
         modal(ctx, "save picture", title, 480.0, |ui| {
             Grid::new("save fields").num_columns(2).spacing([14.0, 8.0]).show(ui, |ui| {
@@ -185,18 +185,6 @@ impl SaveDialog {
                 self.browser = Some(FileDialog::save(ui.ctx(), &name));
             }
         });
-    }
-
-    fn take_answer(&mut self) {
-        let Some(answer) = self.browser.as_ref().and_then(FileDialog::poll) else { return };
-        self.browser = None;
-        match answer {
-            Answer::Chosen(path) => self.path = path.display().to_string(),
-            Answer::Cancelled => {}
-            Answer::Unavailable => {
-                self.trouble = Some("The file dialog could not open; type the path instead");
-            }
-        }
     }
 
     /// Why the picture cannot be saved like this.

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use eframe::egui::{Button, Context, Key, TextEdit};
 
 use super::{Outcome, buttons_ui, modal};
-use crate::app::file_dialog::{Answer, FileDialog};
+use crate::app::file_dialog::FileDialog;
 use crate::task::transfer_file::is_named_so;
 
 /// A path being chosen.
@@ -35,7 +35,7 @@ impl TransferFileDialog {
 
     /// Shows the dialog.
     pub fn show(&mut self, ctx: &Context) -> Outcome<PathBuf> {
-        self.take_answer();
+        FileDialog::take_path(&mut self.browser, &mut self.path, &mut self.trouble);
         let (title, verb) = match self.saving {
             true => ("Save transfer function", "Save"),
             false => ("Load transfer function", "Load"),
@@ -71,17 +71,5 @@ impl TransferFileDialog {
             let enter = ui.input(|input| input.key_pressed(Key::Enter));
             buttons_ui(ui, verb, refusal, enter, || path)
         })
-    }
-
-    fn take_answer(&mut self) {
-        let Some(answer) = self.browser.as_ref().and_then(FileDialog::poll) else { return };
-        self.browser = None;
-        match answer {
-            Answer::Chosen(path) => self.path = path.display().to_string(),
-            Answer::Cancelled => {}
-            Answer::Unavailable => {
-                self.trouble = Some("The file dialog could not open; type the path instead");
-            }
-        }
     }
 }

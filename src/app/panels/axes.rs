@@ -143,19 +143,8 @@ fn time_words(ms: f64) -> String {
 
 #[cfg(test)]
 mod tests {
+    use super::super::chart::tests::point;
     use super::*;
-
-    fn point(ms: f64, db: f64) -> ChartPoint {
-        ChartPoint {
-            name: "mode".into(),
-            ms,
-            db,
-            ci: 0.25,
-            settings: None,
-            on_front: false,
-            failed: None,
-        }
-    }
 
     #[test]
     fn every_point_is_inside_the_graph_whatever_its_numbers() {

@@ -2,7 +2,7 @@
 
 use eframe::egui::{CursorIcon, Painter, PointerButton, Pos2, Rect, Response, Stroke, Ui, Vec2};
 
-use super::curve::{GRAB, LINE};
+use super::curve::{GRAB, LINE, clicks, nearest};
 use super::graph::Axes;
 use crate::app::theme;
 use crate::transfer::{Gaussian, MOST_GAUSSIANS, TransferFunction, points_of};
@@ -107,10 +107,7 @@ fn grip_near(axes: Axes, bells: &[Gaussian], at: Pos2) -> Option<Grip> {
         let kinds = [Grip::Peak(i), Grip::Side(i), Grip::Side(i)];
         kinds.into_iter().zip(grips(axes, bell))
     });
-    all.map(|(grip, place)| (grip, place.distance(at)))
-        .filter(|(_, distance)| *distance <= GRAB)
-        .min_by(|a, b| a.1.total_cmp(&b.1))
-        .map(|(grip, _)| grip)
+    nearest(all.map(|(grip, place)| (grip, place.distance(at))), GRAB)
 }
 
 /// What the hand did with the bells since the last pass.
@@ -123,13 +120,7 @@ pub(super) fn handle_bells(
     axes: Axes,
 ) {
     editor.selected = editor.selected.min(bells.len().saturating_sub(1));
-    let (double, right_click) = ui.input(|input| {
-        let pointer = &input.pointer;
-        (
-            pointer.button_double_clicked(PointerButton::Primary),
-            pointer.button_clicked(PointerButton::Secondary),
-        )
-    });
+    let [double, right_click] = clicks(ui);
     if let Some(at) = response.hover_pos() {
         let near = grip_near(axes, bells, at);
         match near {

@@ -190,12 +190,7 @@ fn hover_words(point: &ChartPoint, is_best: bool) -> String {
 
 /// The point nearest to `at`, within reach.
 fn nearest(places: &[(usize, Pos2)], at: Pos2) -> Option<usize> {
-    places
-        .iter()
-        .map(|&(index, place)| (index, place.distance(at)))
-        .filter(|(_, distance)| *distance <= NEAR)
-        .min_by(|a, b| a.1.total_cmp(&b.1))
-        .map(|(index, _)| index)
+    super::curve::nearest(places.iter().map(|&(index, place)| (index, place.distance(at))), NEAR)
 }
 
 /// Steps along what can be had for each time, quickest first.
@@ -249,7 +244,7 @@ fn paint_point(
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use std::collections::BTreeSet;
 
     use eframe::egui::epaint::ClippedShape;
@@ -257,7 +252,7 @@ mod tests {
 
     use super::*;
 
-    fn point(ms: f64, db: f64) -> ChartPoint {
+    pub(crate) fn point(ms: f64, db: f64) -> ChartPoint {
         ChartPoint {
             name: "mode".into(),
             ms,

@@ -1,11 +1,12 @@
 //! What is cut away of the volume: a box along its own axes, and planes.
 
-use eframe::egui::{Button, ComboBox, Label, RichText, Slider, SliderClamping, Ui};
+use eframe::egui::{Button, ComboBox, Slider, SliderClamping, Ui};
 use glam::DVec3;
 
+use super::inside::{listed_ui, note_ui, remove_ui};
 use super::range::range_ui;
 use super::{row_ui, slider_ui};
-use crate::app::{modes, theme};
+use crate::app::modes;
 use crate::core::Camera;
 use crate::scene::{
     AlongRay, Clip, ClipBox, CutFaces, Inside, MOST_CLIP_PLANES, Plane, Scene, SplatSettings,
@@ -82,17 +83,18 @@ fn mode_ui(ui: &mut Ui, scene: &mut Scene, second: Option<&SplatSettings>) {
     if scene.inside.is_plain() {
         return;
     }
-    let note = |text: &str| Label::new(RichText::new(text).size(12.0).color(theme::NOTE)).wrap();
     if !scene.shows_field() {
-        ui.add(note(
+        note_ui(
+            ui,
             "Vectors alone are drawn whole: show the scalar field under Vectors to see inside",
-        ));
+        );
     }
     if !Inside::is_shown_by(&scene.splat) {
-        ui.add(note(
+        note_ui(
+            ui,
             "This mode colours samples before they are put together: its pictures show all of the \
              volume, and nothing of its inside",
-        ));
+        );
         let button =
             ui.button("Use the exact mode").accessible_name("Use the exact mode to see inside");
         if button
@@ -102,10 +104,11 @@ fn mode_ui(ui: &mut Ui, scene: &mut Scene, second: Option<&SplatSettings>) {
             scene.splat = modes::with_unit_distance_of(SplatSettings::EXACT, &scene.splat);
         }
     } else if second.is_some_and(|mode| !Inside::is_shown_by(mode)) {
-        ui.add(note(
+        note_ui(
+            ui,
             "The second mode colours samples before they are put together: it is shown whole, and not \
              from inside",
-        ));
+        );
     }
 }
 
@@ -136,21 +139,13 @@ fn box_ui(ui: &mut Ui, editor: &mut ClipEditor, clip: &mut Clip) {
 }
 
 fn planes_ui(ui: &mut Ui, clip: &mut Clip, lattice: &Lattice, camera: &Camera) {
-    let mut removed = None;
-    for (i, plane) in clip.planes.iter_mut().enumerate() {
-        if plane_ui(ui, &format!("Plane {}", i + 1), plane, lattice, camera) {
-            removed = Some(i);
-        }
-    }
-    if let Some(i) = removed {
-        clip.planes.remove(i);
-    }
-    let has_room = clip.planes.len() < MOST_CLIP_PLANES;
-    let add = ui.add_enabled(has_room, Button::new("Add clip plane"));
-    let add = add
-        .on_hover_text("Cut away what lies between the eye and the middle of the volume; then turn and move it")
-        .on_disabled_hover_text(format!("There are {MOST_CLIP_PLANES} planes, and no more"));
-    if add.clicked() {
+    let help =
+        "Cut away what lies between the eye and the middle of the volume; then turn and move it";
+    let more = ["Add clip plane", "planes", help];
+    let one = |ui: &mut Ui, i, plane: &mut _| {
+        plane_ui(ui, &format!("Plane {}", i + 1), plane, lattice, camera)
+    };
+    if listed_ui(ui, &mut clip.planes, MOST_CLIP_PLANES, more, one) {
         clip.planes.push(Plane { point: lattice.centre(), normal: camera.direction });
     }
 }
@@ -184,9 +179,8 @@ fn plane_ui(
     lattice: &Lattice,
     camera: &Camera,
 ) -> bool {
-    let mut removed = false;
     let normal = plane.normal.normalize_or_zero();
-    row_ui(ui, name, |ui| {
+    let removed = row_ui(ui, name, |ui| {
         let offered = normals(lattice, camera);
         let is_along = |other: DVec3| normal.dot(other).abs() > 1.0 - 1e-9;
         let now = offered.iter().find(|(_, other)| is_along(*other));
@@ -206,11 +200,7 @@ fn plane_ui(
         if flip.on_hover_text("Keep the other side").clicked() {
             plane.normal = -plane.normal;
         }
-        removed = ui
-            .small_button("×")
-            .accessible_name(format!("Remove {}", name.to_lowercase()))
-            .on_hover_text("Remove this plane")
-            .clicked();
+        remove_ui(ui, name, "Remove this plane")
     });
     row_ui(ui, "", |ui| offset_ui(ui, &format!("{name} offset"), plane, lattice));
     removed

@@ -40,40 +40,56 @@ struct Held {
     pulled_out: bool,
 }
 
-/// Points of the curve nearest first within reach of `at`.
+/// Whether a double click ended in this pass, and one of the right button.
+pub(super) fn clicks(ui: &Ui) -> [bool; 2] {
+    ui.input(|input| {
+        let pointer = &input.pointer;
+        let double = pointer.button_double_clicked(PointerButton::Primary);
+        [double, pointer.button_clicked(PointerButton::Secondary)]
+    })
+}
+
+/// Which of several has the least distance, if it is within reach.
+pub(super) fn nearest<T>(all: impl Iterator<Item = (T, f32)>, reach: f32) -> Option<T> {
+    let near = all.filter(|(_, distance)| *distance <= reach);
+    near.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(one, _)| one)
+}
+
 fn point_near(transfer: &TransferFunction, axes: Axes, at: Pos2) -> Option<usize> {
-    let distances =
-        transfer.opacity.iter().enumerate().map(|(i, &p)| (i, axes.position(p).distance(at)));
-    distances
-        .filter(|(_, distance)| *distance <= GRAB)
-        .min_by(|a, b| a.1.total_cmp(&b.1))
-        .map(|(index, _)| index)
+    let distances = transfer.opacity.iter().map(|&point| axes.position(point).distance(at));
+    nearest(distances.enumerate(), GRAB)
 }
 
 /// Puts a point in its place among the others and returns its index.
-pub(super) fn insert_point(transfer: &mut TransferFunction, value: f64, opacity: f64) -> usize {
-    let index = transfer.opacity.partition_point(|(v, _)| *v <= value);
-    transfer.opacity.insert(index, (value, opacity));
+pub(super) fn insert_point<T>(points: &mut Vec<(f64, T)>, at: f64, entry: T) -> usize {
+    let index = points.partition_point(|(other, _)| *other <= at);
+    points.insert(index, (at, entry));
     index
 }
 
 /// Takes a point out, unless it is the last one.
-pub(super) fn remove_point(transfer: &mut TransferFunction, index: usize) {
-    if transfer.opacity.len() > 1 && index < transfer.opacity.len() {
-        transfer.opacity.remove(index);
+pub(super) fn remove_point<T>(points: &mut Vec<(f64, T)>, index: usize) {
+    if points.len() > 1 && index < points.len() {
+        points.remove(index);
     }
 }
 
-/// Moves a point, kept between its neighbours, so that the order stays.
-pub(super) fn move_point(transfer: &mut TransferFunction, index: usize, value: f64, opacity: f64) {
-    let value_of = |i: usize| transfer.opacity.get(i).map(|(v, _)| *v);
-    let low = index.checked_sub(1).and_then(value_of).unwrap_or(f64::MIN);
-    let high = value_of(index + 1).unwrap_or(f64::MAX);
-    if value.is_finite()
-        && opacity.is_finite()
-        && let Some(point) = transfer.opacity.get_mut(index)
+/// Moves a point, kept between its neighbours, so that the order stays; what is there, if it could be moved.
+pub(super) fn move_point<T>(points: &mut [(f64, T)], index: usize, at: f64) -> Option<&mut T> {
+    let place = |i: usize| points.get(i).map(|(at, _)| *at);
+    let low = index.checked_sub(1).and_then(place).unwrap_or(f64::MIN);
+    let high = place(index + 1).unwrap_or(f64::MAX);
+    let (place, entry) = points.get_mut(index).filter(|_| at.is_finite())?;
+    *place = at.max(low).min(high);
+    Some(entry)
+}
+
+/// Moves a point of the curve to another opacity, too.
+pub(super) fn pull_point(transfer: &mut TransferFunction, index: usize, value: f64, opacity: f64) {
+    if opacity.is_finite()
+        && let Some(there) = move_point(&mut transfer.opacity, index, value)
     {
-        *point = (value.max(low).min(high), opacity.clamp(0.0, 1.0));
+        *there = opacity.clamp(0.0, 1.0);
     }
 }
 
@@ -86,20 +102,15 @@ pub(super) fn handle_points(
     axes: Axes,
 ) {
     editor.selected = editor.selected.min(transfer.opacity.len().saturating_sub(1));
-    let (double, right_click) = ui.input(|input| {
-        let pointer = &input.pointer;
-        (
-            pointer.button_double_clicked(PointerButton::Primary),
-            pointer.button_clicked(PointerButton::Secondary),
-        )
-    });
+    let [double, right_click] = clicks(ui);
     if let Some(at) = response.hover_pos() {
         let near = point_near(transfer, axes, at);
         if right_click && let Some(index) = near {
-            remove_point(transfer, index);
+            remove_point(&mut transfer.opacity, index);
             editor.held = None;
         } else if double && near.is_none() {
-            editor.selected = insert_point(transfer, axes.value(at.x), axes.opacity(at.y));
+            let (value, opacity) = (axes.value(at.x), axes.opacity(at.y));
+            editor.selected = insert_point(&mut transfer.opacity, value, opacity);
         }
         if near.is_some() || near_curve(transfer, axes, at) {
             ui.ctx().set_cursor_icon(CursorIcon::PointingHand);
@@ -115,12 +126,12 @@ pub(super) fn handle_points(
         let to = at + held.offset;
         held.pulled_out = !axes.rect.expand(PULL_OUT).contains(to) && transfer.opacity.len() > 1;
         if !held.pulled_out && response.drag_delta() != eframe::egui::Vec2::ZERO {
-            move_point(transfer, held.index, axes.value(to.x), axes.opacity(to.y));
+            pull_point(transfer, held.index, axes.value(to.x), axes.opacity(to.y));
         }
     }
     if response.drag_stopped() {
         if held.pulled_out {
-            remove_point(transfer, held.index);
+            remove_point(&mut transfer.opacity, held.index);
         }
         editor.held = None;
     }
@@ -133,7 +144,7 @@ fn take_point(transfer: &mut TransferFunction, axes: Axes, at: Pos2) -> Option<H
         None if near_curve(transfer, axes, at) => {
             let value = axes.value(at.x);
             let opacity = transfer.opacity_at(value);
-            insert_point(transfer, value, opacity)
+            insert_point(&mut transfer.opacity, value, opacity)
         }
         None => return None,
     };
@@ -201,13 +212,13 @@ mod tests {
     #[test]
     fn a_point_cannot_pass_its_neighbours() {
         let mut t = transfer();
-        move_point(&mut t, 1, 500.0, 2.0);
+        pull_point(&mut t, 1, 500.0, 2.0);
         assert_eq!(t.opacity[1], (100.0, 1.0));
-        move_point(&mut t, 1, -500.0, -1.0);
+        pull_point(&mut t, 1, -500.0, -1.0);
         assert_eq!(t.opacity[1], (0.0, 0.0));
-        move_point(&mut t, 1, f64::NAN, 0.5);
+        pull_point(&mut t, 1, f64::NAN, 0.5);
         assert_eq!(t.opacity[1], (0.0, 0.0), "NaN moves nothing");
-        move_point(&mut t, 9, 1.0, 0.5);
+        pull_point(&mut t, 9, 1.0, 0.5);
         assert_eq!(t.opacity.len(), 3);
     }
 
@@ -225,10 +236,11 @@ mod tests {
     }
 
     #[test]
-    fn the_last_point_stays() {
+    fn points_are_put_where_they_belong_and_the_last_one_stays() {
         let mut t = transfer();
+        assert_eq!(insert_point(&mut t.opacity, 25.0, 0.1), 1);
         for _ in 0..5 {
-            remove_point(&mut t, 0);
+            remove_point(&mut t.opacity, 0);
         }
         assert_eq!(t.opacity, [(100.0, 1.0)]);
     }

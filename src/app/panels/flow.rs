@@ -5,6 +5,7 @@ use eframe::egui::{
 };
 use glam::DVec3;
 
+use super::splat::slider_row;
 use super::{number_ui, row_ui, slider_ui};
 use crate::app::flow::{FlowChoice, FlowShape, SeedPlace};
 use crate::app::theme;
@@ -22,22 +23,15 @@ pub(super) fn flow_ui(
     let title = RichText::new("Streamlines and arrows").size(12.5).color(theme::TEXT_FAINT);
     let header = CollapsingHeader::new(title).default_open(false);
     let shown = header.show_unindented(ui, |ui| {
-        row_ui(ui, "Lines", |ui| {
-            let slider = Slider::new(&mut choice.seeds, 1..=500).logarithmic(true);
-            let help = "Lines along the vectors, about so many";
-            slider_ui(ui, "Streamlines", true, slider).on_hover_text(help);
-        });
+        let slider = Slider::new(&mut choice.seeds, 1..=500).logarithmic(true);
+        let help = "Lines along the vectors, about so many";
+        slider_row(ui, "Lines", "Streamlines", slider, help);
         seeds_ui(ui, choice, probed, box_of);
-        row_ui(ui, "Tube radius", |ui| {
-            let slider = Slider::new(&mut choice.radius, 0.02..=2.0).max_decimals(2);
-            let slider = slider.logarithmic(true).clamping(SliderClamping::Edits);
-            slider_ui(ui, "Tube radius", true, slider).on_hover_text("In steps of the grid");
-        });
-        row_ui(ui, "Arrow every", |ui| {
-            let help = "An arrow at every so many of the vectors along each axis";
-            let slider = Slider::new(&mut choice.every, 1..=32);
-            slider_ui(ui, "Arrow every", true, slider).on_hover_text(help);
-        });
+        let slider = Slider::new(&mut choice.radius, 0.02..=2.0).max_decimals(2);
+        let slider = slider.logarithmic(true).clamping(SliderClamping::Edits);
+        slider_row(ui, "Tube radius", "Tube radius", slider, "In steps of the grid");
+        let help = "An arrow at every so many of the vectors along each axis";
+        slider_row(ui, "Arrow every", "Arrow every", Slider::new(&mut choice.every, 1..=32), help);
         row_ui(ui, "", |ui| {
             let help = "They become a mesh under Polygons, in place of those made before";
             let lines = ui.button("Make streamlines").on_hover_text(help).clicked();

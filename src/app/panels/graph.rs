@@ -204,19 +204,24 @@ pub(super) fn to_screen(LinearRgb(rgb): LinearRgb) -> Color32 {
     Color32::from_rgb(r, g, b)
 }
 
-/// A ribbon from `top` to `bottom` across the graph, coloured by value.
-fn ribbon(axes: Axes, transfer: &TransferFunction, alpha: f32, top: impl Fn(f64) -> f32) -> Mesh {
-    let mut xs: Vec<f32> = (0..=COLUMNS)
-        .map(|i| axes.rect.left() + axes.rect.width() * f32::from(i) / f32::from(COLUMNS))
+/// A ribbon from the bottom up across the graph, by its upper edge and its colour at each value: evenly, and at some
+/// places besides.
+pub(super) fn ribbon(
+    axes: Axes,
+    columns: u16,
+    places: impl Iterator<Item = f64>,
+    look: impl Fn(f64) -> Option<(f32, Color32)>,
+) -> Option<Mesh> {
+    let mut xs: Vec<f32> = (0..=columns)
+        .map(|i| axes.rect.left() + axes.rect.width() * f32::from(i) / f32::from(columns))
         .collect();
-    xs.extend(transfer.opacity.iter().map(|(v, _)| axes.x(*v)));
+    xs.extend(places.map(|value| axes.x(value)));
     xs.retain(|x| axes.rect.x_range().contains(*x));
     xs.sort_by(f32::total_cmp);
     let mut mesh = Mesh::default();
     for (i, &x) in xs.iter().enumerate() {
-        let value = axes.value(x);
-        let colour = to_screen(transfer.colour_at(value)).gamma_multiply(alpha);
-        mesh.colored_vertex(pos2(x, top(value)), colour);
+        let (top, colour) = look(axes.value(x))?;
+        mesh.colored_vertex(pos2(x, top), colour);
         mesh.colored_vertex(pos2(x, axes.rect.bottom()), colour);
         if let (Some(next), Ok(at)) = (xs.get(i + 1), u32::try_from(2 * i))
             && *next > x
@@ -225,17 +230,29 @@ fn ribbon(axes: Axes, transfer: &TransferFunction, alpha: f32, top: impl Fn(f64)
             mesh.add_triangle(at + 1, at + 2, at + 3);
         }
     }
-    mesh
+    Some(mesh)
+}
+
+fn paint_ribbon(
+    painter: &Painter,
+    axes: Axes,
+    transfer: &TransferFunction,
+    alpha: f32,
+    top: impl Fn(f64) -> f32,
+) {
+    let places = transfer.opacity.iter().map(|(value, _)| *value);
+    let colour = |value| to_screen(transfer.colour_at(value)).gamma_multiply(alpha);
+    let mesh = ribbon(axes, COLUMNS, places, |value| Some((top(value), colour(value))));
+    painter.extend(mesh.map(Shape::mesh));
 }
 
 pub(super) fn paint_under_curve(painter: &Painter, axes: Axes, transfer: &TransferFunction) {
-    let mesh = ribbon(axes, transfer, 0.55, |value| axes.y(transfer.opacity_at(value)));
-    painter.add(Shape::mesh(mesh));
+    paint_ribbon(painter, axes, transfer, 0.55, |value| axes.y(transfer.opacity_at(value)));
 }
 
 /// The colours alone, over the whole height.
 pub(super) fn paint_colours(painter: &Painter, axes: Axes, transfer: &TransferFunction) {
-    painter.add(Shape::mesh(ribbon(axes, transfer, 1.0, |_| axes.rect.top())));
+    paint_ribbon(painter, axes, transfer, 1.0, |_| axes.rect.top());
 }
 
 #[cfg(test)]

@@ -2,6 +2,7 @@
 
 use eframe::egui::{Button, ComboBox, Label, RichText, Slider, SliderClamping, Ui};
 
+use super::splat::choice_ui;
 use super::{row_ui, slider_ui};
 use crate::app::theme;
 use crate::core::colour::srgb_from_linear;
@@ -11,6 +12,9 @@ use crate::scene::{
 };
 use crate::volume::{Lattice, Statistics};
 
+/// What opacities of surfaces mean.
+const HIDES: &str = "How much it hides of what is behind";
+
 /// The section.
 pub fn inside_ui(ui: &mut Ui, scene: &mut Scene) {
     along_ui(ui, &mut scene.inside.along);
@@ -19,13 +23,13 @@ pub fn inside_ui(ui: &mut Ui, scene: &mut Scene) {
     };
     let Scene { inside, camera, splat, .. } = scene;
     let Inside { along, isosurfaces, slices, .. } = inside;
-    let note = |ui: &mut Ui, text: &str| {
-        ui.add(Label::new(RichText::new(text).size(12.0).color(theme::NOTE)).wrap());
-    };
     if *along != AlongRay::Composite && !(isosurfaces.is_empty() && slices.is_empty()) {
-        note(ui, "Values that are projected show no isosurfaces and no slices");
+        note_ui(ui, "Values that are projected show no isosurfaces and no slices");
     } else if splat.classify == Classify::After && !isosurfaces.is_empty() {
-        note(ui, "Isosurfaces are shown where values are classified pre-integrated (see Splats)");
+        note_ui(
+            ui,
+            "Isosurfaces are shown where values are classified pre-integrated (see Splats)",
+        );
     }
     let statistics = &volume.statistics;
     let colour_at = |value: f64| {
@@ -34,24 +38,17 @@ pub fn inside_ui(ui: &mut Ui, scene: &mut Scene) {
             transfer.colour_at(value).0.map(|c| (srgb_from_linear(c) * 255.0).round() as u8);
         Srgb8(encoded)
     };
-    listed_ui(ui, isosurfaces, |ui, i, iso| isosurface_ui(ui, i, iso, statistics, &colour_at));
-    let has_room = isosurfaces.len() < MOST_ISOSURFACES;
-    let add = ui.add_enabled(has_room, Button::new("Add isosurface"));
-    let add = add
-        .on_hover_text("A surface where the values pass a level, lit by the scene's lights")
-        .on_disabled_hover_text(format!("There are {MOST_ISOSURFACES} isosurfaces, and no more"));
-    if add.clicked() {
+    let help = "A surface where the values pass a level, lit by the scene's lights";
+    let more = ["Add isosurface", "isosurfaces", help];
+    let one = |ui: &mut Ui, i, iso: &mut _| isosurface_ui(ui, i, iso, statistics, &colour_at);
+    if listed_ui(ui, isosurfaces, MOST_ISOSURFACES, more, one) {
         let value = statistics.quantile(0.9);
         isosurfaces.push(Isosurface { value, opacity: 1.0, colour: None });
     }
     let lattice = &volume.lattice;
-    listed_ui(ui, slices, |ui, i, slice| slice_ui(ui, i, slice, lattice, camera));
-    let has_room = slices.len() < MOST_SLICES;
-    let add = ui.add_enabled(has_room, Button::new("Add slice"));
-    let add = add
-        .on_hover_text("A plane that shows the values on it in their colours")
-        .on_disabled_hover_text(format!("There are {MOST_SLICES} slices, and no more"));
-    if add.clicked() {
+    let more = ["Add slice", "slices", "A plane that shows the values on it in their colours"];
+    let one = |ui: &mut Ui, i, slice: &mut _| slice_ui(ui, i, slice, lattice, camera);
+    if listed_ui(ui, slices, MOST_SLICES, more, one) {
         // The axis that has the fewest of them.
         let on =
             |axis: usize| slices.iter().filter(|s| s.share_across(lattice, axis).is_some()).count();
@@ -60,12 +57,20 @@ pub fn inside_ui(ui: &mut Ui, scene: &mut Scene) {
     }
 }
 
-/// Every one, by a function that tells whether it is to be removed.
-fn listed_ui<T>(
+/// What there is to know before a part is changed.
+pub(super) fn note_ui(ui: &mut Ui, text: &str) {
+    ui.add(Label::new(RichText::new(text).size(12.0).color(theme::NOTE)).wrap());
+}
+
+/// Every one, by a function that tells whether it is to be removed, and a button for one more, which says what it
+/// is, while there are less than `most`; whether that was pressed.
+pub(super) fn listed_ui<T>(
     ui: &mut Ui,
     all: &mut Vec<T>,
+    most: usize,
+    [called, kind, help]: [&str; 3],
     mut one: impl FnMut(&mut Ui, usize, &mut T) -> bool,
-) {
+) -> bool {
     let mut removed = None;
     for (i, item) in all.iter_mut().enumerate() {
         if one(ui, i, item) {
@@ -75,18 +80,22 @@ fn listed_ui<T>(
     if let Some(i) = removed {
         all.remove(i);
     }
+    let add = ui.add_enabled(all.len() < most, Button::new(called));
+    add.on_hover_text(help)
+        .on_disabled_hover_text(format!("There are {most} {kind}, and no more"))
+        .clicked()
 }
 
-fn remove_ui(ui: &mut Ui, name: &str) -> bool {
+/// A button that takes away what is called so; whether it was pressed.
+pub(super) fn remove_ui(ui: &mut Ui, name: &str, help: &str) -> bool {
     let button = ui.small_button("×").accessible_name(format!("Remove {}", name.to_lowercase()));
-    button.on_hover_text("Remove it").clicked()
+    button.on_hover_text(help).clicked()
 }
 
-fn opacity_ui(ui: &mut Ui, name: &str, opacity: &mut f64) {
+pub(super) fn opacity_ui(ui: &mut Ui, name: &str, opacity: &mut f64, help: &str) {
     row_ui(ui, "", |ui| {
         let slider = Slider::new(opacity, 0.0..=1.0).clamping(SliderClamping::Edits);
-        slider_ui(ui, &format!("{name} opacity"), true, slider.max_decimals(2))
-            .on_hover_text("How much it hides of what is behind");
+        slider_ui(ui, &format!("{name} opacity"), true, slider.max_decimals(2)).on_hover_text(help);
     });
 }
 
@@ -104,7 +113,7 @@ fn isosurface_ui(
         slider_ui(ui, &format!("{name} value"), true, slider.clamping(SliderClamping::Edits))
             .on_hover_text("The value that is passed on it, in the data's units");
     });
-    opacity_ui(ui, &name, &mut iso.opacity);
+    opacity_ui(ui, &name, &mut iso.opacity, HIDES);
     row_ui(ui, "", |ui| {
         let mut own = iso.colour.is_some();
         let switch =
@@ -120,7 +129,7 @@ fn isosurface_ui(
                 .accessible_name(format!("{name} colour"))
                 .on_hover_text("The surface's colour");
         }
-        remove_ui(ui, &name)
+        remove_ui(ui, &name, "Remove it")
     })
 }
 
@@ -144,7 +153,7 @@ fn slice_ui(ui: &mut Ui, i: usize, slice: &mut Slice, lattice: &Lattice, camera:
             });
         let help = "What it lies across: an axis of the volume, or the view as it is now";
         shown.response.accessible_name(format!("{name} lies")).on_hover_text(help);
-        remove_ui(ui, &name)
+        remove_ui(ui, &name, "Remove it")
     });
     row_ui(ui, "", |ui| {
         let label = format!("{name} place");
@@ -163,7 +172,7 @@ fn slice_ui(ui: &mut Ui, i: usize, slice: &mut Slice, lattice: &Lattice, camera:
             None => super::clip::offset_ui(ui, &label, &mut slice.plane, lattice),
         }
     });
-    opacity_ui(ui, &name, &mut slice.opacity);
+    opacity_ui(ui, &name, &mut slice.opacity, HIDES);
     removed
 }
 
@@ -188,15 +197,8 @@ pub fn along_words(along: AlongRay) -> (&'static str, &'static str) {
 }
 
 fn along_ui(ui: &mut Ui, along: &mut AlongRay) {
-    row_ui(ui, "Along rays", |ui| {
-        let (name, help) = along_words(*along);
-        let combo = ComboBox::from_id_salt("along rays").selected_text(name);
-        let shown = combo.show_ui(ui, |ui| {
-            for &one in AlongRay::ALL {
-                let (name, help) = along_words(one);
-                ui.selectable_value(along, one, name).on_hover_text(help);
-            }
-        });
-        shown.response.accessible_name("Along rays").on_hover_text(help);
-    });
+    let all = AlongRay::ALL.iter().copied();
+    if let Some(chosen) = choice_ui(ui, "Along rays", all, *along, along_words) {
+        *along = chosen;
+    }
 }

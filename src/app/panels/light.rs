@@ -3,11 +3,13 @@
 use eframe::egui::accesskit::Role;
 use eframe::egui::epaint::Mesh;
 use eframe::egui::{
-    Button, Color32, CursorIcon, Pos2, Rect, Response, Sense, Shape, Slider, SliderClamping,
-    Stroke, Ui, Vec2, WidgetInfo, vec2,
+    Color32, CursorIcon, Pos2, Rect, Response, Sense, Shape, Slider, SliderClamping, Stroke, Ui,
+    Vec2, WidgetInfo, vec2,
 };
 use glam::{DQuat, DVec3, dvec3};
 
+use super::inside::{listed_ui, remove_ui};
+use super::splat::slider_row;
 use super::{row_ui, slider_ui};
 use crate::app::theme;
 use crate::core::colour::srgb_from_linear;
@@ -24,23 +26,12 @@ const SECTORS: u32 = 28;
 
 /// Every light, and what matter makes of them.
 pub(super) fn lighting_ui(ui: &mut Ui, lighting: &mut Lighting, camera: &Camera) {
-    let mut removed = None;
     let material = lighting.clone();
-    for (i, light) in lighting.lights.iter_mut().enumerate() {
-        let name = format!("Light {}", i + 1);
-        if light_ui(ui, &name, light, &material, camera) {
-            removed = Some(i);
-        }
-    }
-    if let Some(i) = removed {
-        lighting.lights.remove(i);
-    }
-    let has_room = lighting.lights.len() < MOST_LIGHTS;
-    let add = ui.add_enabled(has_room, Button::new("Add light"));
-    let add = add
-        .on_hover_text("One more light, from the right; each adds to the others")
-        .on_disabled_hover_text(format!("There are {MOST_LIGHTS} lights, and no more"));
-    if add.clicked() {
+    let more = ["Add light", "lights", "One more light, from the right; each adds to the others"];
+    let one = |ui: &mut Ui, i, light: &mut _| {
+        light_ui(ui, &format!("Light {}", i + 1), light, &material, camera)
+    };
+    if listed_ui(ui, &mut lighting.lights, MOST_LIGHTS, more, one) {
         let direction = DVec3::new(0.9, 0.1, 0.4);
         lighting.lights.push(Light { direction, ..Light::HEADLIGHT });
     }
@@ -60,10 +51,8 @@ pub(super) fn lighting_ui(ui: &mut Ui, lighting: &mut Lighting, camera: &Camera)
         ),
     ];
     for (name, share, help) in shares {
-        row_ui(ui, name, |ui| {
-            let slider = Slider::new(share, 0.0..=1.0).clamping(SliderClamping::Edits);
-            slider_ui(ui, name, true, slider.max_decimals(2)).on_hover_text(help);
-        });
+        let slider = Slider::new(share, 0.0..=1.0).clamping(SliderClamping::Edits);
+        slider_row(ui, name, name, slider.max_decimals(2), help);
     }
     row_ui(ui, "Exponent", |ui| {
         let slider = Slider::new(&mut lighting.exponent, EXPONENT).logarithmic(true);
@@ -92,11 +81,7 @@ fn light_ui(
                 ui.color_edit_button_srgb(colour)
                     .accessible_name(format!("{name} colour"))
                     .on_hover_text("The light's colour");
-                removed = ui
-                    .small_button("×")
-                    .accessible_name(format!("Remove {}", name.to_lowercase()))
-                    .on_hover_text("Remove this light")
-                    .clicked();
+                removed = remove_ui(ui, name, "Remove this light");
             });
             ui.horizontal(|ui| {
                 let choices = [

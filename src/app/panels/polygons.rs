@@ -1,9 +1,9 @@
 //! Polygons embedded in the volume: which, and what they look like.
 
-use eframe::egui::{Label, RichText, Slider, SliderClamping, Ui};
+use eframe::egui::{Label, Ui};
 
-use super::{row_ui, slider_ui};
-use crate::app::theme;
+use super::inside::{note_ui, opacity_ui, remove_ui};
+use super::row_ui;
 use crate::core::Srgb8;
 use crate::scene::{Effect, Layer, Look, POLYGON_COLOUR, Sampled, Scene};
 
@@ -14,7 +14,7 @@ pub fn polygons_ui(ui: &mut Ui, scene: &mut Scene) -> bool {
     if !at.is_empty() && scene.refusal_of(Effect::Polygons).is_some() {
         let text = "Not drawn: this mode is of triangles of its own, or projects values. Choose the exact \
                     mode under Splats, or another kernel and back end, and Light under Inside";
-        ui.add(Label::new(RichText::new(text).size(12.0).color(theme::NOTE)).wrap());
+        note_ui(ui, text);
     }
     let mut removed = None;
     for (i, at) in at.into_iter().enumerate() {
@@ -38,17 +38,12 @@ fn layer_ui(ui: &mut Ui, i: usize, (about, layer): (String, &mut Layer)) -> bool
     let removed = row_ui(ui, &name, |ui| {
         let shown = ui.checkbox(&mut layer.is_shown, "").accessible_name(format!("{name} shown"));
         shown.on_hover_text("Draw it");
-        let button = ui.small_button("×").accessible_name(format!("Remove mesh {}", i + 1));
-        let removed = button.on_hover_text("Remove it").clicked();
+        let removed = remove_ui(ui, &name, "Remove it");
         ui.add(Label::new(about).truncate());
         removed
     });
     if let Some(opacity) = layer.look.opacity_mut() {
-        row_ui(ui, "", |ui| {
-            let slider = Slider::new(opacity, 0.0..=1.0).clamping(SliderClamping::Edits);
-            slider_ui(ui, &format!("{name} opacity"), true, slider.max_decimals(2))
-                .on_hover_text("How much each triangle hides of what is behind");
-        });
+        opacity_ui(ui, &name, opacity, "How much each triangle hides of what is behind");
     }
     let Look::Polygons(look) = &mut layer.look else { return removed };
     row_ui(ui, "", |ui| {

@@ -6,12 +6,13 @@ use std::sync::Arc;
 
 use eframe::egui::accesskit::Role;
 use eframe::egui::{
-    Button, Checkbox, ComboBox, CornerRadius, DragValue, Label, RichText, Sense, Ui, WidgetInfo,
-    vec2,
+    Button, Checkbox, ComboBox, CornerRadius, DragValue, RichText, Sense, Ui, WidgetInfo, vec2,
 };
 
 use self::plane::{Counted, Grip, PlaneAxes, paint};
-use super::transfer::{opacity_drag, step_button, value_drag};
+use super::inside::note_ui;
+use super::splat::combo_ui;
+use super::transfer::{opacity_drag, step_button, steps_ui, value_drag};
 use super::{number_ui, row_ui};
 use crate::app::{theme, words};
 use crate::core::Srgb8;
@@ -89,13 +90,13 @@ pub(super) fn regions_ui(
     }
     editor.counted.count(ui.ctx(), &volume);
     editor.selected = editor.selected.min(regions.len() - 1);
-    note_ui(ui, scene);
+    unseen_ui(ui, scene);
     plane_ui(ui, editor, scene, shown, top);
     region_ui(ui, editor, scene);
 }
 
 /// Where the regions are not what is seen.
-fn note_ui(ui: &mut Ui, scene: &Scene) {
+fn unseen_ui(ui: &mut Ui, scene: &Scene) {
     let text = if scene.shading.opacity.is_some() {
         "The opacity table below (Shading) takes the place of the regions"
     } else if !Shading::is_shown_by(&scene.splat) {
@@ -103,7 +104,7 @@ fn note_ui(ui: &mut Ui, scene: &Scene) {
     } else {
         return;
     };
-    ui.add(Label::new(RichText::new(text).size(12.0).color(theme::NOTE)).wrap());
+    note_ui(ui, text);
 }
 
 /// The plane with its counts; changes regions as the hand says.
@@ -153,21 +154,11 @@ fn region_ui(ui: &mut Ui, editor: &mut RegionEditor, scene: &mut Scene) {
     let mut removed = false;
     row_ui(ui, "Region", |ui| {
         ui.spacing_mut().combo_width = 84.0;
-        let combo = ComboBox::from_id_salt("region shape").selected_text(label(region.shape));
-        let shown = combo.show_ui(ui, |ui| {
-            for shape in RegionShape::ALL {
-                let entry = ui.selectable_value(&mut region.shape, shape, label(shape));
-                entry.on_hover_text(help(shape));
-            }
-        });
-        shown.response.accessible_name("Region shape").on_hover_text(help(region.shape));
-        ui.spacing_mut().item_spacing.x = 4.0;
-        if step_button(ui, "‹", "Previous region", index > 0).clicked() {
-            editor.selected -= 1;
-        }
-        if step_button(ui, "›", "Next region", index < last).clicked() {
-            editor.selected += 1;
-        }
+        let combo = ComboBox::from_id_salt("region shape");
+        let chosen =
+            combo_ui(ui, "Region shape", combo, RegionShape::ALL, region.shape, shape_words);
+        region.shape = chosen.unwrap_or(region.shape);
+        steps_ui(ui, &mut editor.selected, last, "region");
         removed = step_button(ui, "×", "Remove region", true).clicked();
     });
     row_ui(ui, "Region opacity", |ui| {
@@ -236,24 +227,20 @@ fn pair_ui<'a>(
     });
 }
 
-fn label(shape: RegionShape) -> &'static str {
+fn shape_words(shape: RegionShape) -> (&'static str, &'static str) {
     match shape {
-        RegionShape::Rectangle => "Rectangle",
-        RegionShape::Ellipse => "Ellipse",
-        RegionShape::Triangle => "Triangle",
-    }
-}
-
-fn help(shape: RegionShape) -> &'static str {
-    match shape {
-        RegionShape::Rectangle => {
+        RegionShape::Rectangle => (
+            "Rectangle",
             "Matter of some values, where gradients are weak: one that begins at gradient 0 has no \
-             border there"
+             border there",
+        ),
+        RegionShape::Ellipse => {
+            ("Ellipse", "The boundary between two matters: an arch in the counts")
         }
-        RegionShape::Ellipse => "The boundary between two matters: an arch in the counts",
-        RegionShape::Triangle => {
-            "The surface of one value, equally thick whether values change slowly or abruptly"
-        }
+        RegionShape::Triangle => (
+            "Triangle",
+            "The surface of one value, equally thick whether values change slowly or abruptly",
+        ),
     }
 }
 

@@ -2,13 +2,15 @@
 
 use std::sync::Arc;
 
-use eframe::egui::{Button, ComboBox, Label, RichText, Ui};
+use eframe::egui::{Button, ComboBox, Ui};
 
+use super::inside::note_ui;
 use super::light::lighting_ui;
 use super::row_ui;
 use super::shading_table::{Entry, TableEditor, table_ui};
+use super::splat::combo_ui;
 use crate::app::actions::{Action, entry_of};
-use crate::app::{modes, theme};
+use crate::app::modes;
 use crate::core::Srgb8;
 use crate::scene::{
     Amounts, Colours, Index, Lighting, Scene, Shading, ShadingPreset, SplatSettings,
@@ -188,20 +190,18 @@ fn preset_ui(ui: &mut Ui, scene: &mut Scene) {
 
 /// What modes do not show it, and the way out.
 fn mode_ui(ui: &mut Ui, scene: &mut Scene, second: Option<&SplatSettings>) {
-    let note = |text: &str| Label::new(RichText::new(text).size(12.0).color(theme::NOTE)).wrap();
     if !Shading::is_shown_by(&scene.splat) {
-        ui.add(note(
+        note_ui(
+            ui,
             "Samples are lit in tiles alone, and this mode is drawn as triangles: its pictures show the \
              transfer function, without lights and tables",
-        ));
+        );
         let button = ui.button("Use the exact mode");
         if button.on_hover_text("Interpolate first, then colour and light the slabs").clicked() {
             scene.splat = modes::with_unit_distance_of(SplatSettings::EXACT, &scene.splat);
         }
     } else if !scene.shading.is_plain() && second.is_some_and(|mode| !Shading::is_shown_by(mode)) {
-        ui.add(note(
-            "The second mode is drawn as triangles: it is shown without lights and tables",
-        ));
+        note_ui(ui, "The second mode is drawn as triangles: it is shown without lights and tables");
     }
 }
 
@@ -281,20 +281,15 @@ fn table_part_ui<T, E: Entry>(
         let Some(table) = part else { return };
         let (index, points) = parts_of(table);
         super::name_ui(ui, "by");
-        let (called, help, _) = index_words(*index);
-        let combo = ComboBox::from_id_salt(("index of", name)).selected_text(called).width(150.0);
-        let shown = combo.show_ui(ui, |ui| {
-            for &one in Index::ALL {
-                let (called, help, _) = index_words(one);
-                let label = ui.selectable_label(one == *index, called);
-                if label.on_hover_text(help).clicked() && one != *index {
-                    let [from, to] = [*index, one].map(|index| index_range(index, volume));
-                    stretch(points, from, to);
-                    *index = one;
-                }
-            }
-        });
-        shown.response.accessible_name(format!("{name} by")).on_hover_text(help);
+        let combo = ComboBox::from_id_salt(("index of", name)).width(150.0);
+        let words = |index| (index_words(index).0, index_words(index).1);
+        let all = Index::ALL.iter().copied();
+        let chosen = combo_ui(ui, &format!("{name} by"), combo, all, *index, words);
+        if let Some(one) = chosen.filter(|one| one != index) {
+            let [from, to] = [*index, one].map(|index| index_range(index, volume));
+            stretch(points, from, to);
+            *index = one;
+        }
     });
     if let Some(table) = part {
         let (index, points) = parts_of(table);

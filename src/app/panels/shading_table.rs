@@ -1,18 +1,17 @@
 //! A shading table for the hand to pull at: amounts or colours over what they are looked up by.
 
 use eframe::egui::accesskit::Role;
-use eframe::egui::epaint::Mesh;
 use eframe::egui::{
     Color32, CornerRadius, CursorIcon, DragValue, PointerButton, Pos2, Rect, Response, Sense,
     Shape, Stroke, Ui, Vec2, WidgetInfo, pos2, vec2,
 };
 
+use super::curve::{GRAB, clicks, insert_point, move_point, nearest, remove_point};
+use super::graph::{Axes, ribbon};
 use super::{number_ui, row_ui};
 use crate::app::{theme, words};
 use crate::core::Srgb8;
 
-/// A press this close to a point takes it, points.
-const GRAB: f32 = 9.0;
 /// A press this close to the line adds a point there, points.
 const NEAR_LINE: f32 = 6.0;
 /// Room around the graph for points at its edges, points.
@@ -107,41 +106,9 @@ pub(super) struct TableEditor {
     held: Option<(usize, Vec2)>,
 }
 
-/// Where indices and heights lie in the graph.
-#[derive(Debug, Clone, Copy)]
-struct Axes {
-    rect: Rect,
-    low: f64,
-    high: f64,
-}
-
-impl Axes {
-    fn x(&self, index: f64) -> f32 {
-        // Halved, so that a range of ±1e308 does not overflow.
-        let share = (index / 2.0 - self.low / 2.0) / (self.high / 2.0 - self.low / 2.0);
-        #[expect(clippy::cast_possible_truncation, reason = "a position on screen")]
-        let share = share.clamp(-10.0, 10.0) as f32;
-        self.rect.left() + share * self.rect.width()
-    }
-
-    fn index(&self, x: f32) -> f64 {
-        let share = f64::from((x - self.rect.left()) / self.rect.width()).clamp(0.0, 1.0);
-        self.low * (1.0 - share) + self.high * share
-    }
-
-    fn y(&self, height: Option<f64>) -> f32 {
-        #[expect(clippy::cast_possible_truncation, reason = "0..=1")]
-        let height = height.unwrap_or(0.5).clamp(0.0, 1.0) as f32;
-        self.rect.bottom() - height * self.rect.height()
-    }
-
-    fn height(&self, y: f32) -> f64 {
-        f64::from((self.rect.bottom() - y) / self.rect.height()).clamp(0.0, 1.0)
-    }
-
-    fn position<T: Entry>(&self, (index, entry): (f64, T)) -> Pos2 {
-        pos2(self.x(index), self.y(entry.height()))
-    }
+/// Where an entry stands in the graph; in its middle, where all stand alike.
+fn position<T: Entry>(axes: Axes, (index, entry): (f64, T)) -> Pos2 {
+    axes.position((index, entry.height().unwrap_or(0.5)))
 }
 
 /// A table over a range of its index, as far as its points go at least. `called` is what the table is
@@ -189,7 +156,7 @@ fn point_ui<T: Entry>(
         let moved = number_ui(ui, &format!("{row} index"), drag);
         let moved = moved.on_hover_text("Where the chosen point lies").changed();
         if entry.edit_ui(ui, called) || moved {
-            move_point(points, editor.selected, at, entry);
+            pull_point(points, editor.selected, at, entry);
         }
         let button = eframe::egui::Button::new("×").small();
         let remove = ui.add_enabled(points.len() > 1, button);
@@ -211,41 +178,22 @@ fn entry_at<T: Entry>(points: &[(f64, T)], index: f64) -> Option<T> {
     }
 }
 
-fn insert_point<T: Entry>(points: &mut Vec<(f64, T)>, at: f64, entry: T) -> usize {
-    let index = points.partition_point(|(other, _)| *other <= at);
-    points.insert(index, (at, entry));
-    index
-}
-
-/// Takes a point out, unless it is the last one.
-fn remove_point<T>(points: &mut Vec<(f64, T)>, index: usize) {
-    if points.len() > 1 && index < points.len() {
-        points.remove(index);
-    }
-}
-
-/// Moves a point, kept between its neighbours, so that the order stays.
-fn move_point<T: Entry>(points: &mut [(f64, T)], index: usize, at: f64, entry: T) {
-    let place = |i: usize| points.get(i).map(|(at, _)| *at);
-    let low = index.checked_sub(1).and_then(place).unwrap_or(f64::MIN);
-    let high = place(index + 1).unwrap_or(f64::MAX);
-    if at.is_finite()
-        && let Some(point) = points.get_mut(index)
-    {
-        *point = (at.max(low).min(high), entry);
+/// Moves a point, and makes it another entry.
+fn pull_point<T>(points: &mut [(f64, T)], index: usize, at: f64, entry: T) {
+    if let Some(there) = move_point(points, index, at) {
+        *there = entry;
     }
 }
 
 fn point_near<T: Entry>(points: &[(f64, T)], axes: Axes, pointer: Pos2) -> Option<usize> {
-    let distance = |&point: &(f64, T)| axes.position(point).distance(pointer);
-    let near = points.iter().map(distance).enumerate().filter(|(_, d)| *d <= GRAB);
-    near.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(index, _)| index)
+    let distances = points.iter().map(|&point| position(axes, point).distance(pointer));
+    nearest(distances.enumerate(), GRAB)
 }
 
 /// Whether a press there is on the line between points; colours have none.
 fn near_line<T: Entry>(points: &[(f64, T)], axes: Axes, pointer: Pos2) -> bool {
-    let height = entry_at(points, axes.index(pointer.x)).and_then(T::height);
-    let is_near = |height| (axes.y(Some(height)) - pointer.y).abs() <= NEAR_LINE;
+    let height = entry_at(points, axes.value(pointer.x)).and_then(T::height);
+    let is_near = |height| (axes.y(height) - pointer.y).abs() <= NEAR_LINE;
     axes.rect.x_range().contains(pointer.x) && height.is_some_and(is_near)
 }
 
@@ -256,20 +204,14 @@ fn hand<T: Entry>(
     points: &mut Vec<(f64, T)>,
     axes: Axes,
 ) {
-    let (double, right_click) = ui.input(|input| {
-        let pointer = &input.pointer;
-        (
-            pointer.button_double_clicked(PointerButton::Primary),
-            pointer.button_clicked(PointerButton::Secondary),
-        )
-    });
+    let [double, right_click] = clicks(ui);
     if let Some(pointer) = response.hover_pos() {
         let near = point_near(points, axes, pointer);
         if right_click && let Some(index) = near {
             remove_point(points, index);
             editor.held = None;
         } else if double && near.is_none() {
-            add(editor, points, axes, pointer, Some(axes.height(pointer.y)));
+            add(editor, points, axes, pointer, Some(axes.opacity(pointer.y)));
         }
         if near.is_some() || near_line(points, axes, pointer) {
             ui.ctx().set_cursor_icon(CursorIcon::PointingHand);
@@ -282,7 +224,7 @@ fn hand<T: Entry>(
             add(editor, points, axes, pointer, None);
         }
         let taken = near.or_else(|| point_near(points, axes, pointer));
-        editor.held = taken.map(|index| (index, axes.position(points[index]) - pointer));
+        editor.held = taken.map(|index| (index, position(axes, points[index]) - pointer));
         editor.selected = taken.unwrap_or(editor.selected);
     }
     if let Some((index, offset)) = editor.held
@@ -291,7 +233,7 @@ fn hand<T: Entry>(
         && let Some(&(_, entry)) = points.get(index)
     {
         let to = pointer + offset;
-        move_point(points, index, axes.index(to.x), entry.lifted(axes.height(to.y)));
+        pull_point(points, index, axes.value(to.x), entry.lifted(axes.opacity(to.y)));
     }
     if response.drag_stopped() {
         editor.held = None;
@@ -306,7 +248,7 @@ fn add<T: Entry>(
     pointer: Pos2,
     height: Option<f64>,
 ) {
-    let at = axes.index(pointer.x);
+    let at = axes.value(pointer.x);
     if let Some(entry) = entry_at(points, at) {
         let entry = height.map_or(entry, |height| entry.lifted(height));
         editor.selected = insert_point(points, at, entry);
@@ -316,27 +258,14 @@ fn add<T: Entry>(
 fn paint<T: Entry>(ui: &Ui, outer: Rect, axes: Axes, points: &[(f64, T)], editor: &TableEditor) {
     let painter = ui.painter_at(outer.expand(2.0));
     painter.rect_filled(outer, CornerRadius::same(5), theme::WELL);
-    let mut xs: Vec<f32> = (0..=COLUMNS)
-        .map(|i| axes.rect.left() + axes.rect.width() * f32::from(i) / f32::from(COLUMNS))
-        .collect();
-    xs.extend(points.iter().map(|(at, _)| axes.x(*at)));
-    xs.retain(|x| axes.rect.x_range().contains(*x));
-    xs.sort_by(f32::total_cmp);
-    let mut ribbon = Mesh::default();
-    for (i, &x) in xs.iter().enumerate() {
-        let Some(entry) = entry_at(points, axes.index(x)) else { return };
-        let top = entry.height().map_or(axes.rect.top(), |height| axes.y(Some(height)));
-        ribbon.colored_vertex(pos2(x, top), entry.colour());
-        ribbon.colored_vertex(pos2(x, axes.rect.bottom()), entry.colour());
-        if i + 1 < xs.len()
-            && let Ok(at) = u32::try_from(2 * i)
-        {
-            ribbon.add_triangle(at, at + 1, at + 2);
-            ribbon.add_triangle(at + 1, at + 2, at + 3);
-        }
-    }
+    let places = points.iter().map(|(at, _)| *at);
+    let ribbon = ribbon(axes, COLUMNS, places, |index| {
+        let entry = entry_at(points, index)?;
+        Some((entry.height().map_or(axes.rect.top(), |height| axes.y(height)), entry.colour()))
+    });
+    let Some(ribbon) = ribbon else { return };
     painter.add(Shape::mesh(ribbon));
-    let places: Vec<Pos2> = points.iter().map(|&point| axes.position(point)).collect();
+    let places: Vec<Pos2> = points.iter().map(|&point| position(axes, point)).collect();
     let has_line = points.first().is_some_and(|(_, entry)| entry.height().is_some());
     if let (Some(first), Some(last)) = (places.first(), places.last())
         && has_line
@@ -367,25 +296,6 @@ fn paint<T: Entry>(ui: &Ui, outer: Rect, axes: Axes, points: &[(f64, T)], editor
 mod tests {
     use super::*;
 
-    fn axes() -> Axes {
-        let rect = Rect::from_min_size(pos2(10.0, 20.0), vec2(200.0, 100.0));
-        Axes { rect, low: -50.0, high: 150.0 }
-    }
-
-    #[test]
-    fn points_keep_their_order_and_the_last_one_stays() {
-        let mut points = vec![(0.0, 0.0), (50.0, 0.5), (100.0, 1.0)];
-        move_point(&mut points, 1, 400.0, 0.25);
-        assert_eq!(points[1], (100.0, 0.25));
-        move_point(&mut points, 1, f64::NAN, 0.9);
-        assert_eq!(points[1], (100.0, 0.25), "NaN moves nothing");
-        assert_eq!(insert_point(&mut points, 25.0, 0.1), 1);
-        for _ in 0..5 {
-            remove_point(&mut points, 0);
-        }
-        assert_eq!(points, [(100.0, 1.0)]);
-    }
-
     #[test]
     fn between_points_amounts_and_colours_are_interpolated() {
         let amounts = [(0.0, 0.2), (100.0, 0.6)];
@@ -396,17 +306,5 @@ mod tests {
         let colours = [(0.0, Srgb8([0, 100, 250])), (1.0, Srgb8([100, 0, 250]))];
         assert_eq!(entry_at(&colours, 0.25), Some(Srgb8([25, 75, 250])));
         assert_eq!(entry_at::<f64>(&[], 0.0), None);
-    }
-
-    #[test]
-    fn positions_and_indices_undo_each_other() {
-        let a = axes();
-        assert_eq!(a.position((-50.0, 1.0)), pos2(10.0, 20.0));
-        assert_eq!(a.position((50.0, Srgb8::BLACK)), pos2(110.0, 70.0));
-        for index in [-50.0, 0.0, 33.0, 150.0] {
-            assert!((a.index(a.x(index)) - index).abs() < 1e-4);
-        }
-        let wide = Axes { low: f64::MIN, high: f64::MAX, ..a };
-        assert!((wide.x(0.0) - 110.0).abs() < 1e-3);
     }
 }

@@ -26,29 +26,31 @@ const SHEETS: std::ops::RangeInclusive<u32> = 1..=16;
 pub fn splat_ui(ui: &mut Ui, splat: &mut SplatSettings, voxel: f64, times: Option<BackEndTimes>) {
     presets_ui(ui, splat);
     let mut chosen = ModeChoice::default();
-    kernel_ui(ui, splat, &mut chosen);
+    let kernel_words = |kernel| (words::kernel(kernel), words::kernel_help(kernel));
+    chosen.kernel = choice_ui(ui, "Kernel", Kernel::ALL, splat.kernel, kernel_words);
     if splat.kernel == Kernel::Gouraud {
         mesh_ui(ui, splat.gouraud, &mut chosen);
     }
     let now = *splat;
-    let choice =
-        Choice { row: "Reconstruction", all: Reconstruction::ALL, now: now.reconstruction };
-    chosen.reconstruction = choice.ui(ui, words::reconstruction);
-    let choice = Choice { row: "Classify", all: Classify::ALL, now: now.classify };
-    chosen.classify = choice.ui(ui, words::classify);
-    let choice = Choice { row: "Visibility", all: Visibility::ALL, now: now.visibility };
-    chosen.visibility = choice.ui(ui, words::visibility);
+    let all = Reconstruction::ALL.iter().copied();
+    chosen.reconstruction =
+        choice_ui(ui, "Reconstruction", all, now.reconstruction, words::reconstruction);
+    let all = Classify::ALL.iter().copied();
+    chosen.classify = choice_ui(ui, "Classify", all, now.classify, words::classify);
+    let all = Visibility::ALL.iter().copied();
+    chosen.visibility = choice_ui(ui, "Visibility", all, now.visibility, words::visibility);
     layers_ui(ui, splat, &mut chosen);
     row_ui(ui, "Extent", |ui| extent_ui(ui, splat, &mut chosen));
     row_ui(ui, "Unit distance", |ui| unit_distance_ui(ui, splat, voxel));
     let title = RichText::new("Advanced").size(12.5).color(theme::TEXT_FAINT);
     CollapsingHeader::new(title).default_open(false).show_unindented(ui, |ui| {
-        let choice = Choice { row: "Opacity", all: OpacityModel::ALL, now: now.opacity_model };
-        chosen.opacity_model = choice.ui(ui, words::opacity_model);
-        let choice = Choice { row: "Order", all: Order::ALL, now: now.order };
-        chosen.order = choice.ui(ui, words::order);
-        let choice = Choice { row: "Back end", all: Backend::ALL, now: now.backend };
-        chosen.backend = choice.ui(ui, words::backend);
+        let all = OpacityModel::ALL.iter().copied();
+        chosen.opacity_model =
+            choice_ui(ui, "Opacity", all, now.opacity_model, words::opacity_model);
+        let all = Order::ALL.iter().copied();
+        chosen.order = choice_ui(ui, "Order", all, now.order, words::order);
+        let all = Backend::ALL.iter().copied();
+        chosen.backend = choice_ui(ui, "Back end", all, now.backend, words::backend);
         let times = times.filter(|times| times.kernel == now.kernel);
         let (text, why) = back_end_words(&now, times.as_ref());
         let text = RichText::new(text).size(12.0).color(theme::TEXT_FAINT);
@@ -65,10 +67,9 @@ fn cut_ui(ui: &mut Ui, cut: &mut CutSettings) {
     let title = RichText::new("Coarse octree").size(12.5).color(theme::TEXT_FAINT);
     let header = CollapsingHeader::new(title).default_open(false);
     let shown = header.show_unindented(ui, |ui| {
-        let choice = Choice { row: "Error of", all: ErrorMeasure::ALL, now: cut.measure };
-        if let Some(measure) = choice.ui(ui, measure_words) {
-            cut.measure = measure;
-        }
+        let all = ErrorMeasure::ALL.iter().copied();
+        let chosen = choice_ui(ui, "Error of", all, cut.measure, measure_words);
+        cut.measure = chosen.unwrap_or(cut.measure);
         row_ui(ui, "Weighting", |ui| {
             ui.checkbox(&mut cut.view_dependent, "By what shows").on_hover_text(
                 "Nodes behind opaque matter may stay coarse, and those near the eye are split further: \
@@ -161,75 +162,67 @@ fn presets_ui(ui: &mut Ui, splat: &mut SplatSettings) {
     });
 }
 
-fn kernel_ui(ui: &mut Ui, splat: &SplatSettings, chosen: &mut ModeChoice) {
-    row_ui(ui, "Kernel", |ui| {
-        let combo = ComboBox::from_id_salt("kernel").selected_text(words::kernel(splat.kernel));
-        let shown = combo.show_ui(ui, |ui| {
-            for kernel in Kernel::ALL {
-                let label = ui.selectable_label(kernel == splat.kernel, words::kernel(kernel));
-                if label.on_hover_text(words::kernel_help(kernel)).clicked() {
-                    chosen.kernel = Some(kernel);
-                }
-            }
-        });
-        let help = words::kernel_help(splat.kernel);
-        shown.response.accessible_name("Kernel").on_hover_text(help);
-    });
-}
-
 /// How finely a splat is cut into triangles.
 fn mesh_ui(ui: &mut Ui, now: Subdivisions, chosen: &mut ModeChoice) {
-    row_ui(ui, "Mesh angles", |ui| {
-        let mut angles = now.angles;
-        let slider = Slider::new(&mut angles, Subdivisions::ANGLES);
-        let response = slider_ui(ui, "Mesh angles", true, slider).on_hover_text(
-            "Corners about the middle of each splat: more are rounder and slower, fewer show their \
-             edges",
-        );
-        if response.changed() {
-            chosen.gouraud_angles = Some(angles);
-        }
-    });
-    row_ui(ui, "Mesh rings", |ui| {
-        let mut rings = now.rings;
-        let slider = Slider::new(&mut rings, Subdivisions::RINGS);
-        let response = slider_ui(ui, "Mesh rings", true, slider).on_hover_text(
-            "Rings of corners in each splat: more are smoother and slower, and matter most where \
-             the data is opaque",
-        );
-        if response.changed() {
-            chosen.gouraud_rings = Some(rings);
-        }
-    });
-}
-
-/// A row with a list of names.
-struct Choice<T: 'static> {
-    row: &'static str,
-    all: &'static [T],
-    now: T,
-}
-
-impl<T: Copy + PartialEq> Choice<T> {
-    /// The row; what was chosen in it. `words` names each entry and says what it means.
-    fn ui(self, ui: &mut Ui, words: fn(T) -> (&'static str, &'static str)) -> Option<T> {
-        let mut chosen = None;
-        row_ui(ui, self.row, |ui| {
-            let (name, help) = words(self.now);
-            let combo = ComboBox::from_id_salt(self.row).selected_text(name);
-            let shown = combo.show_ui(ui, |ui| {
-                for &one in self.all {
-                    let (name, help) = words(one);
-                    let label = ui.selectable_label(one == self.now, name);
-                    if label.on_hover_text(help).clicked() {
-                        chosen = Some(one);
-                    }
-                }
-            });
-            shown.response.accessible_name(self.row).on_hover_text(help);
-        });
-        chosen
+    let mut angles = now.angles;
+    let slider = Slider::new(&mut angles, Subdivisions::ANGLES);
+    let help = "Corners about the middle of each splat: more are rounder and slower, fewer show their \
+                edges";
+    if slider_row(ui, "Mesh angles", "Mesh angles", slider, help) {
+        chosen.gouraud_angles = Some(angles);
     }
+    let mut rings = now.rings;
+    let slider = Slider::new(&mut rings, Subdivisions::RINGS);
+    let help = "Rings of corners in each splat: more are smoother and slower, and matter most where \
+                the data is opaque";
+    if slider_row(ui, "Mesh rings", "Mesh rings", slider, help) {
+        chosen.gouraud_rings = Some(rings);
+    }
+}
+
+/// A row of a slider; whether it was moved.
+pub(super) fn slider_row(
+    ui: &mut Ui,
+    row: &str,
+    name: &str,
+    slider: Slider<'_>,
+    help: &str,
+) -> bool {
+    row_ui(ui, row, |ui| slider_ui(ui, name, true, slider).on_hover_text(help).changed())
+}
+
+/// A row with a list of names; what was chosen in it. `words` names each entry and says what it means.
+pub(super) fn choice_ui<T: Copy + PartialEq, W: Into<String>>(
+    ui: &mut Ui,
+    row: &str,
+    all: impl IntoIterator<Item = T>,
+    now: T,
+    words: impl Fn(T) -> (W, &'static str),
+) -> Option<T> {
+    row_ui(ui, row, |ui| combo_ui(ui, row, ComboBox::from_id_salt(row), all, now, words))
+}
+
+/// The same without its row, called `name`.
+pub(super) fn combo_ui<T: Copy + PartialEq, W: Into<String>>(
+    ui: &mut Ui,
+    name: &str,
+    combo: ComboBox,
+    all: impl IntoIterator<Item = T>,
+    now: T,
+    words: impl Fn(T) -> (W, &'static str),
+) -> Option<T> {
+    let mut chosen = None;
+    let (text, help) = words(now);
+    let shown = combo.selected_text(text.into()).show_ui(ui, |ui| {
+        for one in all {
+            let (text, help) = words(one);
+            if ui.selectable_label(one == now, text.into()).on_hover_text(help).clicked() {
+                chosen = Some(one);
+            }
+        }
+    });
+    shown.response.accessible_name(name).on_hover_text(help);
+    chosen
 }
 
 /// How finely the volume is cut, where it is cut.
@@ -256,18 +249,14 @@ fn layers_ui(ui: &mut Ui, splat: &SplatSettings, chosen: &mut ModeChoice) {
             });
         }
         Visibility::Sheets => {
-            row_ui(ui, "Sheets", |ui| {
-                let mut sheets = splat.sheets_per_kernel;
-                let slider = Slider::new(&mut sheets, SHEETS);
-                let response = slider_ui(ui, "Sheets per kernel", true, slider).on_hover_text(
-                    "Sheets that each kernel is cut into; one keeps every kernel whole in the \
-                     sheet of its own slice",
-                );
-                if response.changed() {
-                    chosen.sheets_per_kernel = Some(sheets);
-                    chosen.visibility = Some(Visibility::Sheets);
-                }
-            });
+            let mut sheets = splat.sheets_per_kernel;
+            let slider = Slider::new(&mut sheets, SHEETS);
+            let help = "Sheets that each kernel is cut into; one keeps every kernel whole in the \
+                        sheet of its own slice";
+            if slider_row(ui, "Sheets", "Sheets per kernel", slider, help) {
+                chosen.sheets_per_kernel = Some(sheets);
+                chosen.visibility = Some(Visibility::Sheets);
+            }
         }
     }
 }

@@ -6,9 +6,9 @@ use eframe::egui::{
     Ui, WidgetInfo, pos2, vec2,
 };
 
-use super::curve::PULL_OUT;
+use super::curve::{PULL_OUT, insert_point, move_point, nearest, remove_point};
 use super::graph::{Axes, paint_colours, to_screen};
-use super::transfer::{step_button, value_drag};
+use super::transfer::{step_button, steps_ui, value_drag};
 use super::{number_ui, row_ui};
 use crate::app::theme;
 use crate::core::Srgb8;
@@ -78,39 +78,15 @@ fn x_of(axes: Axes, stop: (f64, Srgb8)) -> f32 {
 }
 
 fn stop_near(stops: &Stops, axes: Axes, at: Pos2) -> Option<usize> {
-    let distances = stops.iter().enumerate().map(|(i, &stop)| (i, (x_of(axes, stop) - at.x).abs()));
-    distances
-        .filter(|(_, distance)| *distance <= GRAB)
-        .min_by(|a, b| a.1.total_cmp(&b.1))
-        .map(|(index, _)| index)
+    let distances = stops.iter().map(|&stop| (x_of(axes, stop) - at.x).abs());
+    nearest(distances.enumerate(), GRAB)
 }
 
 /// Puts a stop of the colour that is there already in its place, and returns its index.
 fn insert_stop(transfer: &mut TransferFunction, value: f64) -> usize {
     let [r, g, b, _] = to_screen(transfer.colour_at(value)).to_array();
     let ColourSource::Stops(stops) = &mut transfer.colour else { return 0 };
-    let index = stops.partition_point(|(v, _)| *v <= value);
-    stops.insert(index, (value, Srgb8([r, g, b])));
-    index
-}
-
-/// Takes a stop out, unless it is the last one.
-fn remove_stop(stops: &mut Stops, index: usize) {
-    if stops.len() > 1 && index < stops.len() {
-        stops.remove(index);
-    }
-}
-
-/// Moves a stop, kept between its neighbours.
-fn move_stop(stops: &mut Stops, index: usize, value: f64) {
-    let value_of = |i: usize| stops.get(i).map(|(v, _)| *v);
-    let low = index.checked_sub(1).and_then(value_of).unwrap_or(f64::MIN);
-    let high = value_of(index + 1).unwrap_or(f64::MAX);
-    if value.is_finite()
-        && let Some(stop) = stops.get_mut(index)
-    {
-        stop.0 = value.max(low).min(high);
-    }
+    insert_point(stops, value, Srgb8([r, g, b]))
 }
 
 fn handle_stops(
@@ -127,7 +103,7 @@ fn handle_stops(
         let cursor = if near.is_some() { CursorIcon::PointingHand } else { CursorIcon::Copy };
         ui.ctx().set_cursor_icon(cursor);
         if right_click && let Some(index) = near {
-            remove_stop(stops, index);
+            remove_point(stops, index);
             editor.held = None;
         }
     }
@@ -147,12 +123,12 @@ fn handle_stops(
     if response.dragged_by(PointerButton::Primary) {
         held.pulled_out = (at.y - axes.rect.center().y).abs() > PULL_OUT && stops.len() > 1;
         if !held.pulled_out && response.drag_delta().x != 0.0 {
-            move_stop(stops, held.index, axes.value(at.x + held.offset));
+            move_point(stops, held.index, axes.value(at.x + held.offset));
         }
     }
     if response.drag_stopped() {
         if held.pulled_out {
-            remove_stop(stops, held.index);
+            remove_point(stops, held.index);
         }
         editor.held = None;
     }
@@ -199,22 +175,16 @@ pub(super) fn stop_ui(
         let response = number_ui(ui, "Stop value", value_drag(&mut value, statistics))
             .on_hover_text("The value of the chosen stop, in the data's own units");
         if response.changed() {
-            move_stop(stops, index, value);
+            move_point(stops, index, value);
         }
         ui.color_edit_button_srgb(&mut colour)
             .accessible_name("Stop colour")
             .on_hover_text("The colour at the chosen stop; between stops colours are mixed");
         stops[index].1 = Srgb8(colour);
-        ui.spacing_mut().item_spacing.x = 4.0;
         let last = stops.len() - 1;
-        if step_button(ui, "‹", "Previous stop", index > 0).clicked() {
-            editor.selected -= 1;
-        }
-        if step_button(ui, "›", "Next stop", index < last).clicked() {
-            editor.selected += 1;
-        }
+        steps_ui(ui, &mut editor.selected, last, "stop");
         if step_button(ui, "×", "Remove stop", last > 0).clicked() {
-            remove_stop(stops, index);
+            remove_point(stops, index);
         }
     });
 }
@@ -237,23 +207,5 @@ mod tests {
             let (a, b) = (t.colour_at(f64::from(value)).0, before.colour_at(f64::from(value)).0);
             assert!((a[0] - b[0]).abs() < 0.005, "{value}: {a:?} {b:?}");
         }
-    }
-
-    #[test]
-    fn stops_keep_their_order_and_the_last_one_stays() {
-        let mut t = transfer();
-        insert_stop(&mut t, 50.0);
-        let ColourSource::Stops(stops) = &mut t.colour else { panic!("stops") };
-        move_stop(stops, 1, 400.0);
-        assert_eq!(stops[1].0, 100.0);
-        move_stop(stops, 1, f64::NAN);
-        move_stop(stops, 7, 1.0);
-        assert_eq!(stops[1].0, 100.0);
-        move_stop(stops, 1, -3.0);
-        assert_eq!(stops[1].0, 0.0);
-        for _ in 0..5 {
-            remove_stop(stops, 0);
-        }
-        assert_eq!(*stops, [(100.0, Srgb8::WHITE)]);
     }
 }

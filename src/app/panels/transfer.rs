@@ -8,7 +8,9 @@ use eframe::egui::{
 };
 
 use super::bells::{self, BellEditor, handle_bells, paint_bells};
-use super::curve::{self, PointEditor, handle_points, paint_curve, paint_points, remove_point};
+use super::curve::{
+    PointEditor, handle_points, paint_curve, paint_points, pull_point, remove_point,
+};
 use super::freehand::{Stroke, handle_freehand};
 use super::graph::{self, Axes, Extent, GraphView};
 use super::maps::map_ui;
@@ -274,18 +276,12 @@ fn point_ui(
         let opacity_response = number_ui(ui, "Point opacity", opacity_drag(&mut opacity))
             .on_hover_text("Opacity per unit distance at the selected point, 0 to 1");
         if value_response.changed() || opacity_response.changed() {
-            curve::move_point(transfer, index, value, opacity);
+            pull_point(transfer, index, value, opacity);
         }
-        ui.spacing_mut().item_spacing.x = 4.0;
         let last = transfer.opacity.len() - 1;
-        if step_button(ui, "‹", "Previous point", index > 0).clicked() {
-            editor.selected -= 1;
-        }
-        if step_button(ui, "›", "Next point", index < last).clicked() {
-            editor.selected += 1;
-        }
+        steps_ui(ui, &mut editor.selected, last, "point");
         if step_button(ui, "×", "Remove point", last > 0).clicked() {
-            remove_point(transfer, index);
+            remove_point(&mut transfer.opacity, index);
         }
     });
 }
@@ -306,14 +302,7 @@ fn bell_ui(
             .on_hover_text("The value of its peak, in the data's own units");
         number_ui(ui, "Gaussian height", opacity_drag(&mut bell.height))
             .on_hover_text("Opacity per unit distance at the peak, 0 to 1");
-        ui.spacing_mut().item_spacing.x = 4.0;
-        let last = gaussians.len() - 1;
-        if step_button(ui, "‹", "Previous Gaussian", index > 0).clicked() {
-            *chosen -= 1;
-        }
-        if step_button(ui, "›", "Next Gaussian", index < last).clicked() {
-            *chosen += 1;
-        }
+        steps_ui(ui, chosen, gaussians.len() - 1, "Gaussian");
     });
     let mut removed = false;
     row_ui(ui, "Width", |ui| {
@@ -340,6 +329,18 @@ fn bell_ui(
 
 pub(super) fn step_button(ui: &mut Ui, symbol: &str, name: &str, enabled: bool) -> Response {
     ui.add_enabled(enabled, Button::new(symbol).small()).accessible_name(name).on_hover_text(name)
+}
+
+/// Buttons from one of several to that before and to the next.
+pub(super) fn steps_ui(ui: &mut Ui, chosen: &mut usize, last: usize, one: &str) {
+    ui.spacing_mut().item_spacing.x = 4.0;
+    let index = *chosen;
+    if step_button(ui, "‹", &format!("Previous {one}"), index > 0).clicked() {
+        *chosen -= 1;
+    }
+    if step_button(ui, "›", &format!("Next {one}"), index < last).clicked() {
+        *chosen += 1;
+    }
 }
 
 /// A drag value over the range of the data, in its own units.

@@ -2,6 +2,7 @@
 
 use eframe::egui::{CollapsingHeader, ComboBox, RichText, Slider, SliderClamping, Ui};
 
+use super::splat::{combo_ui, slider_row};
 use super::{maps, reset_ui, row_ui, slider_ui};
 use crate::app::theme;
 use crate::core::Srgb8;
@@ -96,33 +97,21 @@ fn opacity_ui(
     // Numbers that nobody has touched stay as they are: rounded, they would be a step to take back.
     let untouched = SliderClamping::Edits;
     let of_length = settings.opacity_by == ColourBy::Magnitude;
-    row_ui(ui, "Shown from", |ui| {
-        let slider = Slider::new(&mut shown_from, least..=most).max_decimals(6);
-        let slider = slider.clamping(untouched);
-        let help = match of_length {
-            true => "Shorter vectors are transparent, and cost nothing",
-            false => "Vectors where it is less are transparent, and cost nothing",
-        };
-        let name = names.of("Shown from");
-        changed |= slider_ui(ui, &name, true, slider).on_hover_text(help).changed();
-    });
-    row_ui(ui, "Full from", |ui| {
-        let slider = Slider::new(&mut full_from, least..=most).max_decimals(6);
-        let slider = slider.clamping(untouched);
-        let help = match of_length {
-            true => "Vectors of this length and longer have the greatest opacity",
-            false => "Vectors where it is this much and more have the greatest opacity",
-        };
-        let name = names.of("Full from");
-        changed |= slider_ui(ui, &name, true, slider).on_hover_text(help).changed();
-    });
-    row_ui(ui, "Opacity", |ui| {
-        let slider = Slider::new(&mut opacity, 0.0..=1.0).max_decimals(3);
-        let slider = slider.clamping(untouched);
-        let help = "The greatest opacity per unit distance";
-        let name = names.of("Vector opacity");
-        changed |= slider_ui(ui, &name, true, slider).on_hover_text(help).changed();
-    });
+    let help = match of_length {
+        true => "Shorter vectors are transparent, and cost nothing",
+        false => "Vectors where it is less are transparent, and cost nothing",
+    };
+    let slider = Slider::new(&mut shown_from, least..=most).max_decimals(6).clamping(untouched);
+    changed |= slider_row(ui, "Shown from", &names.of("Shown from"), slider, help);
+    let help = match of_length {
+        true => "Vectors of this length and longer have the greatest opacity",
+        false => "Vectors where it is this much and more have the greatest opacity",
+    };
+    let slider = Slider::new(&mut full_from, least..=most).max_decimals(6).clamping(untouched);
+    changed |= slider_row(ui, "Full from", &names.of("Full from"), slider, help);
+    let slider = Slider::new(&mut opacity, 0.0..=1.0).max_decimals(3).clamping(untouched);
+    let help = "The greatest opacity per unit distance";
+    changed |= slider_row(ui, "Opacity", &names.of("Vector opacity"), slider, help);
     if changed {
         // A ramp that is dragged past its other end takes it along.
         let (a, b) = match shown_from != low {
@@ -150,11 +139,9 @@ fn marks_colour_ui(ui: &mut Ui, settings: &mut VectorSettings) {
 fn shape_ui(ui: &mut Ui, names: Names, settings: &mut VectorSettings) {
     let title = RichText::new("Shape").size(12.5).color(theme::TEXT_FAINT);
     CollapsingHeader::new(title).default_open(false).show_unindented(ui, |ui| {
-        row_ui(ui, "Stretch", |ui| {
-            let slider = Slider::new(&mut settings.stretch, 1.0..=MOST_STRETCH).max_decimals(2);
-            let help = "Length of a splat along the flow over its width: wisps";
-            slider_ui(ui, &names.of("Stretch"), true, slider).on_hover_text(help);
-        });
+        let slider = Slider::new(&mut settings.stretch, 1.0..=MOST_STRETCH).max_decimals(2);
+        let help = "Length of a splat along the flow over its width: wisps";
+        slider_row(ui, "Stretch", &names.of("Stretch"), slider, help);
         row_ui(ui, "Splat radius", |ui| {
             let mut radius = settings.radius();
             let slider = Slider::new(&mut radius, EXTENT).max_decimals(2);
@@ -168,12 +155,9 @@ fn shape_ui(ui: &mut Ui, names: Names, settings: &mut VectorSettings) {
                 settings.extent = None;
             }
         });
-        row_ui(ui, "Coarser", |ui| {
-            let slider = Slider::new(&mut settings.coarser, COARSER);
-            let help =
-                "Draw means of 2 × 2 × 2 vectors, and of these again: larger marks, and fewer";
-            slider_ui(ui, &names.of("Coarser"), true, slider).on_hover_text(help);
-        });
+        let slider = Slider::new(&mut settings.coarser, COARSER);
+        let help = "Draw means of 2 × 2 × 2 vectors, and of these again: larger marks, and fewer";
+        slider_row(ui, "Coarser", &names.of("Coarser"), slider, help);
         let way = &mut settings.foreshortening;
         choice_ui(ui, names, "Seen askew", Foreshortening::ALL, way, way_words);
         row_ui(ui, "Seed", |ui| {
@@ -190,19 +174,11 @@ fn choice_ui<T: Copy + PartialEq, const N: usize>(
     name: &str,
     all: [T; N],
     now: &mut T,
-    words: impl Fn(T) -> (&'static str, &'static str),
+    words: fn(T) -> (&'static str, &'static str),
 ) {
     row_ui(ui, name, |ui| {
-        let combo = ComboBox::from_id_salt(name).selected_text(words(*now).0);
-        let shown = combo.show_ui(ui, |ui| {
-            for one in all {
-                let (text, help) = words(one);
-                if ui.selectable_label(one == *now, text).on_hover_text(help).clicked() {
-                    *now = one;
-                }
-            }
-        });
-        shown.response.accessible_name(names.of(name)).on_hover_text(words(*now).1);
+        let combo = ComboBox::from_id_salt(name);
+        *now = combo_ui(ui, &names.of(name), combo, all, *now, words).unwrap_or(*now);
     });
 }
 

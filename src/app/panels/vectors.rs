@@ -6,6 +6,7 @@ use std::sync::Arc;
 use eframe::egui::{CollapsingHeader, ComboBox, RichText, Slider, Ui};
 use glam::DVec3;
 
+use super::splat::slider_row;
 use super::vector_look::Names;
 use super::{flow, row_ui, slider_ui, vector_look};
 use crate::app::document::Document;
@@ -232,14 +233,11 @@ fn animation_ui(ui: &mut Ui, clock: &mut PhaseClock, fps: &mut u32, now: f64) ->
             clock.set_speed(speed, now);
         }
     });
-    row_ui(ui, "Phase", |ui| {
-        let mut phase = clock.phase(now);
-        let slider = Slider::new(&mut phase, 0.0..=1.0).fixed_decimals(3);
-        let help = "How far the marks have moved, in cycles; drag to scrub";
-        let response = slider_ui(ui, "Phase", true, slider).on_hover_text(help);
-        if response.changed() {
-            clock.set_phase(phase, now);
-        }
-    });
+    let mut phase = clock.phase(now);
+    let slider = Slider::new(&mut phase, 0.0..=1.0).fixed_decimals(3);
+    let help = "How far the marks have moved, in cycles; drag to scrub";
+    if slider_row(ui, "Phase", "Phase", slider, help) {
+        clock.set_phase(phase, now);
+    }
     is_beyond.get()
 }

@@ -9,11 +9,11 @@ use std::path::Path;
 use glam::DVec3;
 
 use self::header::{Header, wrong_count};
-use self::parts::Part;
 use super::axes::{self, Axes, Role};
 use super::bytes::{self, DEFLATE_MOST, Endian, Inflate, Progress};
 use super::error::{Problem, header, quoted, unsupported};
-use super::{Format, Opened, files};
+use super::files::{self, Part};
+use super::{Format, Opened};
 use crate::core::memory;
 use crate::core::progress::Ticket;
 use crate::volume::{Grid, Lattice, Samples, ScalarType};
@@ -51,20 +51,12 @@ pub(super) fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<Open
     }
 
     let parts = parts::parts(path, &header, &axes.sizes)?;
-    let samples =
-        Loading { encoding, scalar_type, skips: Skips::of(&header)?, warnings: &mut warnings }
-            .read(&parts, count, endian, ticket)?;
+    let loading = Loading { encoding, scalar_type, skips: Skips::of(&header)? };
+    let samples = loading.read(&parts, count, endian, ticket, &mut warnings)?;
 
     let name = super::raw::stem(path);
     let fields = axes.fields(&name, samples, ticket)?;
-    if fields.len() > 1 {
-        warnings.push(format!(
-            "{} volumes lie along an axis that is not space: they are opened as the fields {} to {}",
-            fields.len(),
-            fields[0].name,
-            fields[fields.len() - 1].name
-        ));
-    }
+    warnings.extend(axes::several(&fields, "along an axis that is not space"));
     let space = header.get("space").map(str::to_owned);
     Ok(Opened { grid: Grid { space, ..Grid::of(lattice, fields) }, format: Format::Nrrd, warnings })
 }
@@ -195,37 +187,29 @@ impl Skips {
 }
 
 /// Reads the parts one after another.
-struct Loading<'a> {
+struct Loading {
     encoding: Encoding,
     scalar_type: ScalarType,
     skips: Skips,
-    warnings: &'a mut Vec<String>,
 }
 
-impl Loading<'_> {
+impl Loading {
     fn read(
         self,
         parts: &[Part],
         count: usize,
         endian: Endian,
         ticket: &Ticket,
+        warnings: &mut Vec<String>,
     ) -> Result<Samples, Problem> {
-        let size = self.scalar_type.size_bytes();
-        let mut samples = bytes::no_samples(self.scalar_type);
         for part in parts {
             self.check_promise(part)?;
         }
-        if self.encoding == Encoding::Raw {
-            bytes::reserve_samples(&mut samples, count)?;
-        }
-        let mut progress = Progress::new(ticket, (count * size) as u64);
-        let mut more = false;
-        for part in parts {
-            more |= self.read_part(part, &mut samples, &mut progress)?;
-        }
-        if more {
-            self.warnings.push("more bytes follow the samples: they are ignored".into());
-        }
+        let wanted = (self.scalar_type, count, self.encoding == Encoding::Raw);
+        let mut samples =
+            bytes::of_parts(parts, wanted, ticket, warnings, |part, samples, progress| {
+                self.read_part(part, samples, progress)
+            })?;
         if self.encoding != Encoding::Text {
             bytes::to_native(&mut samples, endian);
         }

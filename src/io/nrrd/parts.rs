@@ -3,20 +3,11 @@
 use std::path::Path;
 
 use super::super::error::{Problem, header, quoted, unsupported};
-use super::super::files::{DataFile, numbered, open_file};
+use super::super::files::{DataFile, Part, numbered, open_file};
 use super::header::Header;
 
 /// More files than this are a mistake in the header.
 const MOST_FILES: u64 = 1 << 16;
-
-/// One file's part of the samples.
-pub(super) struct Part {
-    pub(super) file: DataFile,
-    /// Where the data may begin: behind the header of an attached file.
-    pub(super) start: u64,
-    /// Samples it holds.
-    pub(super) count: usize,
-}
 
 /// The files in order. Each is looked up now, so that a missing one is told before any is read.
 ///

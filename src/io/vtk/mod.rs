@@ -224,13 +224,7 @@ fn places(
             "correct the line, or copy the file again",
         ));
     };
-    if number::<u64>(keyword, found)? != expected as u64 {
-        return Err(header(
-            format!("{keyword} of {expected}, as DIMENSIONS asks for"),
-            quoted(found),
-            "correct one of the two",
-        ));
-    }
+    check_count(keyword, found, expected)?;
     scanner.samples(Stored::from_name(name)?, expected.saturating_mul(components))
 }
 
@@ -246,14 +240,17 @@ fn section_of(
         Association::Cell => dims.map(|n| n.saturating_sub(1).max(1)).iter().product::<usize>(),
     };
     let words = scanner.words(words, 2)?;
-    if number::<u64>(&words[0], &words[1])? != tuples as u64 {
-        return Err(header(
-            format!("{} of {tuples}, as DIMENSIONS asks for", words[0]),
-            quoted(&words[1]),
-            "correct one of the two",
-        ));
-    }
+    check_count(&words[0], &words[1], tuples)?;
     Ok(Section { association, tuples })
+}
+
+/// Refuses another number behind a keyword than the grid has.
+fn check_count(keyword: &str, found: &str, expected: usize) -> Result<(), Problem> {
+    if number::<u64>(keyword, found)? == expected as u64 {
+        return Ok(());
+    }
+    let expected = format!("{keyword} of {expected}, as DIMENSIONS asks for");
+    Err(header(expected, quoted(found), "correct one of the two"))
 }
 
 /// Reads over the block that VTK 4.2 and later put behind an array: lines up to an empty one.

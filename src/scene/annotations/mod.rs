@@ -13,6 +13,7 @@ use serde::{Deserialize, Serialize};
 pub use primitives::{Area, Ink, Primitive};
 pub use ticks::{Number, round_below, ticks};
 
+use crate::core::names;
 use crate::scene::{Background, Scene};
 use primitives::{Inks, Sheet};
 
@@ -43,25 +44,12 @@ pub enum Annotation {
     Trihedron,
 }
 
-impl Annotation {
-    /// Every one.
-    pub const ALL: [Self; 4] = [Self::ScalarBar, Self::ScaleBar, Self::Axes, Self::Trihedron];
-
-    /// The name scripts use.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::ScalarBar => "scalar-bar",
-            Self::ScaleBar => "scale-bar",
-            Self::Axes => "axes",
-            Self::Trihedron => "trihedron",
-        }
-    }
-
-    /// The one of this name.
-    pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|one| one.name() == name)
-    }
-}
+names!(Annotation[4] {
+    ScalarBar => "scalar-bar",
+    ScaleBar => "scale-bar",
+    Axes => "axes",
+    Trihedron => "trihedron",
+});
 
 /// Which annotations a picture has. Each has its place: the scalar bar at the right, the scale bar
 /// below it, the trihedron in the lower left corner, the axes around the volume; all grow with the

@@ -14,6 +14,7 @@ use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 use super::{Classify, Effect, SplatSettings, Visibility};
+use crate::core::names;
 use crate::volume::{ScalarVolume, Statistics};
 
 /// What of a volume is looked into. By default nothing: all of it is seen from outside.
@@ -45,25 +46,12 @@ pub enum AlongRay {
     Average,
 }
 
-impl AlongRay {
-    /// Every one.
-    pub const ALL: &[Self] = &[Self::Composite, Self::Maximum, Self::Minimum, Self::Average];
-
-    /// The name scripts use.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Composite => "composite",
-            Self::Maximum => "maximum",
-            Self::Minimum => "minimum",
-            Self::Average => "average",
-        }
-    }
-
-    /// The one of this name.
-    pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.iter().copied().find(|one| one.name() == name)
-    }
-}
+names!(AlongRay {
+    Composite => "composite",
+    Maximum => "maximum",
+    Minimum => "minimum",
+    Average => "average",
+});
 
 /// What is no way to look inside.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

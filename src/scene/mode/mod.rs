@@ -8,6 +8,7 @@ pub use choice::ModeChoice;
 use serde::{Deserialize, Serialize};
 
 use super::View;
+use crate::core::names;
 use crate::hierarchy::ErrorMeasure;
 use crate::kernel::{Kernel, Subdivisions};
 
@@ -393,12 +394,6 @@ impl SplatSettings {
         })
     }
 
-    /// What of it leaves no room for vectors or polygons beside the field: kernels that are shaded first,
-    /// and drawn as triangles alone.
-    pub fn lacks_room_for_others(&self) -> Option<String> {
-        self.drawn_by_triangles_alone().filter(|_| self.classify == Classify::Before)
-    }
-
     /// Whether its samples may be gathered by rays in tiles.
     pub(super) fn can_gather(&self) -> bool {
         self.kernel != Kernel::Gouraud
@@ -430,29 +425,6 @@ impl SplatSettings {
             && !self.needs_rays(view)
     }
 }
-
-macro_rules! names {
-    ($type:ty { $($variant:ident => $name:literal),* $(,)? }) => {
-        impl $type {
-            /// Every one.
-            pub const ALL: &[Self] = &[$(Self::$variant),*];
-
-            /// The name in scripts, statistics and sentences.
-            pub fn name(self) -> &'static str {
-                match self {
-                    $(Self::$variant => $name,)*
-                }
-            }
-
-            /// The one of this name.
-            pub fn from_name(name: &str) -> Option<Self> {
-                Self::ALL.iter().copied().find(|one| one.name() == name)
-            }
-        }
-    };
-}
-
-pub(super) use names;
 
 names!(Visibility { EverySample => "every-sample", Sheets => "sheets", Slabs => "slabs" });
 names!(OpacityModel { OpticalDepth => "optical-depth", Published => "published" });

@@ -23,7 +23,7 @@ pub use presets::{ShadingPreset, strong_gradient};
 use glam::{DMat3, DVec3};
 use serde::{Deserialize, Serialize};
 
-use crate::core::{Camera, Srgb8};
+use crate::core::{Camera, Srgb8, names};
 use crate::scene::{Classify, Effect, Inside, SplatSettings};
 use crate::transfer::{
     Region, RegionError, TRANSMITTANCE_FLOOR, TransferFunction, extinction_from_opacity,
@@ -54,32 +54,15 @@ pub enum Index {
     ViewDepth,
 }
 
+names!(Index {
+    Value => "value",
+    GradientStrength => "gradient-strength",
+    GradientElevation => "gradient-elevation",
+    GradientAzimuth => "gradient-azimuth",
+    ViewDepth => "view-depth",
+});
+
 impl Index {
-    /// Every one.
-    pub const ALL: &[Self] = &[
-        Self::Value,
-        Self::GradientStrength,
-        Self::GradientElevation,
-        Self::GradientAzimuth,
-        Self::ViewDepth,
-    ];
-
-    /// The name scripts use.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Value => "value",
-            Self::GradientStrength => "gradient-strength",
-            Self::GradientElevation => "gradient-elevation",
-            Self::GradientAzimuth => "gradient-azimuth",
-            Self::ViewDepth => "view-depth",
-        }
-    }
-
-    /// The one of this name.
-    pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.iter().copied().find(|one| one.name() == name)
-    }
-
     /// Whether it is known from the gradient alone.
     pub fn is_of_gradient(self) -> bool {
         matches!(self, Self::GradientStrength | Self::GradientElevation | Self::GradientAzimuth)

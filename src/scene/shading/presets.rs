@@ -1,7 +1,7 @@
 //! Westover's examples of what tables and lights are for.
 
 use super::{Amounts, Colours, Index, Lighting, Shading};
-use crate::core::Srgb8;
+use crate::core::{Srgb8, names};
 use crate::transfer::ColourMap;
 use crate::transfer::presets::{RangeRule, range};
 use crate::volume::ScalarVolume;
@@ -35,27 +35,15 @@ pub enum ShadingPreset {
     GradientColour,
 }
 
+names!(ShadingPreset {
+    Lights => "lights",
+    Cloud => "cloud",
+    Surface => "surface",
+    DepthCue => "depth-cue",
+    GradientColour => "gradient-colour",
+});
+
 impl ShadingPreset {
-    /// Every one.
-    pub const ALL: &[Self] =
-        &[Self::Lights, Self::Cloud, Self::Surface, Self::DepthCue, Self::GradientColour];
-
-    /// The name scripts use.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Lights => "lights",
-            Self::Cloud => "cloud",
-            Self::Surface => "surface",
-            Self::DepthCue => "depth-cue",
-            Self::GradientColour => "gradient-colour",
-        }
-    }
-
-    /// The one of this name.
-    pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.iter().copied().find(|one| one.name() == name)
-    }
-
     /// What it is for a volume, whose values say how strong gradients are.
     pub fn shading(self, volume: &ScalarVolume) -> Shading {
         let strong = strong_gradient(volume);

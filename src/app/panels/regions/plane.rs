@@ -8,7 +8,7 @@ use eframe::egui::{
     StrokeKind, Ui, Vec2, pos2,
 };
 
-use super::super::curve::{GRAB, LINE};
+use super::super::curve::{GRAB, LINE, clicks, nearest};
 use super::super::graph::{Axes, to_screen};
 use super::{Held, RegionEditor, region_at};
 use crate::app::job::{Ended, Job};
@@ -143,12 +143,8 @@ fn grip_near(
     at: Pos2,
 ) -> Option<(Grip, usize)> {
     let chosen = regions.get(selected)?;
-    let near = sides(axes, chosen)
-        .into_iter()
-        .map(|(grip, place)| (grip, place.distance(at)))
-        .filter(|(_, distance)| *distance <= GRAB)
-        .min_by(|a, b| a.1.total_cmp(&b.1));
-    if let Some((grip, _)) = near {
+    let sides = sides(axes, chosen).into_iter();
+    if let Some(grip) = nearest(sides.map(|(grip, place)| (grip, place.distance(at))), GRAB) {
         return Some((grip, selected));
     }
     let is_in = |region: &Region| axes.box_of(region).contains(at);
@@ -167,13 +163,7 @@ pub(super) fn handle(
     regions: &mut Vec<Region>,
     axes: PlaneAxes,
 ) {
-    let (double, right_click) = ui.input(|input| {
-        let pointer = &input.pointer;
-        (
-            pointer.button_double_clicked(PointerButton::Primary),
-            pointer.button_clicked(PointerButton::Secondary),
-        )
-    });
+    let [double, right_click] = clicks(ui);
     if let Some(at) = response.hover_pos() {
         let near = grip_near(axes, regions, editor.selected, at);
         if let Some((grip, _)) = near {

@@ -1,0 +1,44 @@
+//! Names that scripts, files and statistics use for what there are a few of.
+
+/// Gives an enum its names, the list of all, and the way back: `names!(Type { Variant => "name" })`; a name may have
+/// another that is read, too (`"name" | "other"`), and with its length after the type the list is an array.
+macro_rules! names {
+    ($(#[$doc:meta])* $type:ident { $($variant:ident => $name:literal $(| $other:literal)?),* $(,)? }) => {
+        $crate::core::names!(
+            $(#[$doc])* $type: &[Self] = &[$(Self::$variant),*];
+            $($variant => $name $(| $other)?),*
+        );
+    };
+    ($(#[$doc:meta])* $type:ident[$count:literal] {
+        $($variant:ident => $name:literal $(| $other:literal)?),* $(,)?
+    }) => {
+        $crate::core::names!(
+            $(#[$doc])* $type: [Self; $count] = [$(Self::$variant),*];
+            $($variant => $name $(| $other)?),*
+        );
+    };
+    ($(#[$doc:meta])* $type:ident: $list:ty = $all:expr; $($variant:ident => $name:literal $(| $other:literal)?),*) => {
+        impl $type {
+            /// Every one.
+            $(#[$doc])*
+            pub const ALL: $list = $all;
+
+            /// The name in scripts, statistics and sentences.
+            pub fn name(self) -> &'static str {
+                match self {
+                    $(Self::$variant => $name,)*
+                }
+            }
+
+            /// The one of this name.
+            pub fn from_name(name: &str) -> Option<Self> {
+                match name {
+                    $($name $(| $other)? => Some(Self::$variant),)*
+                    _ => None,
+                }
+            }
+        }
+    };
+}
+
+pub(crate) use names;
