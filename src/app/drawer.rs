@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use crate::task::calibration::BackEndTimes;
 use crate::task::engine::{
-    CellsRequest, Engine, EngineState, FoundCells, FrameRequest, Picture, SecondPicture,
-    SecondRequest,
+    CellsRequest, Engine, EngineChoice, EngineState, FoundCells, FrameRequest, Picture,
+    SecondPicture, SecondRequest,
 };
 
 /// The window's end of the drawing service. No call blocks.
@@ -29,6 +29,10 @@ pub trait Drawer {
     fn adapter_name(&self) -> Option<String>;
     /// What both back ends take for the frame finished last, where the choice is open.
     fn back_end_times(&self) -> Option<BackEndTimes>;
+    /// Which engine was asked for last.
+    fn engine_choice(&self) -> EngineChoice;
+    /// Has another engine draw from now on.
+    fn choose_engine(&self, engine: EngineChoice);
 }
 
 impl Drawer for Engine {
@@ -66,5 +70,13 @@ impl Drawer for Engine {
 
     fn back_end_times(&self) -> Option<BackEndTimes> {
         Self::back_end_times(self)
+    }
+
+    fn engine_choice(&self) -> EngineChoice {
+        Self::engine_choice(self)
+    }
+
+    fn choose_engine(&self, engine: EngineChoice) {
+        Self::choose_engine(self, engine);
     }
 }

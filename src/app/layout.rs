@@ -146,7 +146,12 @@ impl Window {
         });
         let (state, adapter) = (drawer.state(), drawer.adapter_name());
         let is_moving = self.pacing.is_moving();
-        status::status_ui(ui, shown.as_ref(), &state, is_moving, adapter.as_deref());
+        let engine = drawer.engine_choice();
+        let drawn_by = (adapter.as_deref(), engine);
+        let chosen = status::status_ui(ui, shown.as_ref(), &state, is_moving, drawn_by);
+        if let Some(chosen) = chosen.filter(|chosen| *chosen != engine) {
+            drawer.choose_engine(chosen);
+        }
     }
 
     fn side_ui(&mut self, ui: &mut Ui) {

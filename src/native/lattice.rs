@@ -37,6 +37,8 @@ pub(super) struct Lattice {
     plane: i32,
     /// What distances are divided by before a radial kernel.
     stretch: f32,
+    /// It is for quick pictures.
+    is_quick: bool,
     holes: Option<Vec<u32>>,
     near_holes: OnceLock<Vec<bool>>,
     pub bricks: Bricks,
@@ -79,7 +81,7 @@ impl Lattice {
     #[expect(clippy::cast_possible_truncation, clippy::cast_possible_wrap, reason = "MOST_STORED")]
     pub(super) fn new(
         source: &Arc<ScalarVolume>,
-        mode: &SplatSettings,
+        (mode, is_quick): (&SplatSettings, bool),
         coefficients: Coefficients,
         ticket: &Ticket,
     ) -> Result<Self, Cancelled> {
@@ -118,6 +120,7 @@ impl Lattice {
             row: sx as i32,
             plane: (sx * sy) as i32,
             stretch: RadialKernel::new(kernel, extent).map_or(1.0, |k| k.scale() as f32),
+            is_quick,
             holes,
             near_holes: OnceLock::new(),
             bricks,
@@ -406,8 +409,8 @@ impl Lattice {
         choose(r.simd_gt(all(simd, 0.889_392)), outer, inner)
     }
 
-    /// Growth of the stored value per index. Of B-splines the derivative; of other kernels, whose derivative jumps,
-    /// the growth from half a sample before to half a sample on.
+    /// Growth of the stored value per index. Of B-splines the derivative, and of tents for quick pictures; of other
+    /// kernels, whose derivative jumps, the growth from half a sample before to half a sample on.
     #[inline(always)]
     pub(super) fn gradient<S: Simd>(&self, simd: S, method: Method, place: Vec3<S>) -> Vec3<S> {
         if method == Method::BSpline {
@@ -427,19 +430,28 @@ impl Lattice {
             let [along_x, along_y, along_z] = self.rows_of_gradient(simd, at, &by);
             return Vec3 { x: dot(along_x, sx), y: dot(along_y, wx), z: dot(along_z, wx) };
         }
-        let half = all(simd, 0.5);
-        let growth = |d: Vec3<S>| {
-            let past = self.value(simd, method, place.add(d));
-            let before = self.value(simd, method, place.add(d.scaled(all(simd, -1.0))));
-            let nothing = past.simd_eq(all(simd, NOTHING)) | before.simd_eq(all(simd, NOTHING));
-            choose(nothing, all(simd, 0.0), past - before)
-        };
-        let zero = all(simd, 0.0);
-        Vec3 {
-            x: growth(Vec3 { x: half, y: zero, z: zero }),
-            y: growth(Vec3 { x: zero, y: half, z: zero }),
-            z: growth(Vec3 { x: zero, y: zero, z: half }),
+        if method == Method::Linear && self.is_quick {
+            let (cell, [fx, fy, fz]) = self.cell(simd, place);
+            let at = self.stored_at(simd, cell, 0);
+            let one = all(simd, 1.0);
+            let (wy, wz, s) = ([one - fy, fy], [one - fz, fz], [-one, one]);
+            let [a, b, _, _] = self.rows::<S, 2>(simd, at, |y, z| wy[y] * wz[z]);
+            let [c, d, _, _] = self.rows::<S, 2>(simd, at, |y, z| s[y] * wz[z]);
+            let [e, f, _, _] = self.rows::<S, 2>(simd, at, |y, z| wy[y] * s[z]);
+            return Vec3 { x: b - a, y: (d - c).mul_add(fx, c), z: (f - e).mul_add(fx, e) };
         }
+        // A loop, so that the value is compiled into it once.
+        let mut growth = [all(simd, 0.0); 3];
+        for (axis, growth) in growth.iter_mut().enumerate() {
+            let offset = [0, 1, 2].map(|a| if a == axis { 0.5 } else { 0.0 });
+            let past = self.value(simd, method, place.add(Vec3::splat(simd, offset)));
+            let offset = offset.map(|x: f32| -x);
+            let before = self.value(simd, method, place.add(Vec3::splat(simd, offset)));
+            let nothing = past.simd_eq(all(simd, NOTHING)) | before.simd_eq(all(simd, NOTHING));
+            *growth = choose(nothing, all(simd, 0.0), past - before);
+        }
+        let [x, y, z] = growth;
+        Vec3 { x, y, z }
     }
 
     /// The rays that a method finds no value for.

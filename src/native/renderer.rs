@@ -141,7 +141,8 @@ impl Renderer {
     ) -> Result<(), Cancelled> {
         self.fields[which as usize] = None;
         self.picture = None;
-        let lattice = Lattice::new(volume, mode, coefficients, ticket)?;
+        let lattice =
+            Lattice::new(volume, (mode, which == SlabField::Preview), coefficients, ticket)?;
         self.fields[which as usize] = Some(Field { lattice, table: None });
         self.note_bytes();
         Ok(())

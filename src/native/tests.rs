@@ -28,7 +28,7 @@ fn lattice(volume: &Arc<ScalarVolume>, kernel: Kernel) -> Lattice {
     let ticket = Ticket::new();
     let mode = SplatSettings { kernel, ..SplatSettings::EXACT };
     let made = coefficients(volume, kernel, None, true, &ticket).expect("they fit");
-    Lattice::new(volume, &mode, made, &ticket).expect("not cancelled")
+    Lattice::new(volume, (&mode, false), made, &ticket).expect("not cancelled")
 }
 
 /// Places all over a lattice, its borders among them.

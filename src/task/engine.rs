@@ -269,6 +269,10 @@ struct Slot {
     frame: Option<FrameRequest>,
     /// Stills are waited for: none is ever dropped, and they go before frames.
     stills: VecDeque<PostedStill>,
+    /// What is to draw from now on.
+    choice: Option<Choice>,
+    /// What was chosen last.
+    chosen: EngineChoice,
     /// Drawn once nothing else is asked for.
     second: Option<SecondRequest>,
     /// Whether the second picture under way is still of use.
@@ -300,6 +304,7 @@ struct PostedStill {
 }
 
 enum Posted {
+    Choice(Choice),
     Frame(FrameRequest, Ticket),
     Still(PostedStill),
     Cells(CellsRequest),
@@ -309,7 +314,7 @@ enum Posted {
 impl Slot {
     /// Whether nothing is asked for that goes before what is being drawn.
     fn is_empty(&self) -> bool {
-        self.frame.is_none() && self.stills.is_empty()
+        self.frame.is_none() && self.stills.is_empty() && self.choice.is_none()
     }
 
     /// Whether nothing is asked for that waits until there is nothing else.
@@ -319,6 +324,9 @@ impl Slot {
 
     /// What is to be done next.
     fn take(&mut self) -> Option<Posted> {
+        if let Some(choice) = self.choice.take() {
+            return Some(Posted::Choice(choice));
+        }
         if let Some(still) = self.stills.pop_front() {
             return Some(Posted::Still(still));
         }
@@ -352,10 +360,13 @@ impl Engine {
         wishes: Wishes,
         wake: impl Fn() + Send + 'static,
     ) -> Self {
+        let choice = choice.into();
         let shared = Arc::new(Shared {
             slot: Mutex::new(Slot {
                 frame: None,
                 stills: VecDeque::new(),
+                choice: None,
+                chosen: choice.engine,
                 second: None,
                 second_wanted: false,
                 second_picture: None,
@@ -372,7 +383,7 @@ impl Engine {
             }),
             posted: Condvar::new(),
         });
-        let worker = Worker::new(Arc::clone(&shared), Box::new(wake), choice.into(), wishes);
+        let worker = Worker::new(Arc::clone(&shared), Box::new(wake), choice, wishes);
         let thread = std::thread::Builder::new().name("voxsplat-engine".to_owned());
         let thread = thread.spawn(move || worker.run());
         if let Err(error) = &thread {
@@ -449,6 +460,20 @@ impl Engine {
     /// The adapter's name, once there is one.
     pub fn adapter_name(&self) -> Option<String> {
         self.shared.lock().adapter_name.clone()
+    }
+
+    /// Which engine was asked for last. Never blocks.
+    pub fn engine_choice(&self) -> EngineChoice {
+        self.shared.lock().chosen
+    }
+
+    /// Has another engine draw from now on, beginning with the frame that was asked for last. Never blocks.
+    pub fn choose_engine(&self, engine: EngineChoice) {
+        let mut slot = self.shared.lock();
+        slot.chosen = engine;
+        slot.choice = Some(engine.into());
+        drop(slot);
+        self.shared.posted.notify_one();
     }
 
     /// What both back ends take for the frame that was finished last, where both can draw it and

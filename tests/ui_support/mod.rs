@@ -26,8 +26,8 @@ use voxsplat::scene::{Cell, Cells, Shading, SplatSettings, Visibility, WhyWhole}
 use voxsplat::task::calibration::BackEndTimes;
 use voxsplat::task::engine::Effort;
 use voxsplat::task::engine::{
-    CellsRequest, EngineState, FoundCells, FrameReport, FrameRequest, HeldBytes, Next, Picture,
-    Refined, SecondPicture, SecondRequest,
+    CellsRequest, EngineChoice, EngineState, FoundCells, FrameReport, FrameRequest, HeldBytes,
+    Next, Picture, Refined, SecondPicture, SecondRequest,
 };
 use voxsplat::task::estimate::Checked;
 use voxsplat::task::level::LevelOfDetail;
@@ -52,6 +52,8 @@ pub(crate) struct GradientEngine {
     untaken_second: Mutex<Option<Arc<SecondPicture>>>,
     cells: Mutex<Vec<Option<CellsRequest>>>,
     untaken_cells: Mutex<Option<Arc<FoundCells>>>,
+    /// The engine that was chosen.
+    engine: Mutex<EngineChoice>,
     /// Whether pipelines are said to be made for each picture.
     pub(crate) makes_pipelines: AtomicBool,
 }
@@ -72,6 +74,11 @@ impl GradientEngine {
     /// The cells that were asked for, in order; `None` where they were to be forgotten.
     pub(crate) fn cells(&self) -> Vec<Option<CellsRequest>> {
         self.cells.lock().expect("no thread died holding it").clone()
+    }
+
+    /// The engine that was chosen last.
+    pub(crate) fn engine(&self) -> EngineChoice {
+        *self.engine.lock().expect("no thread died holding it")
     }
 
     /// Hands out cells that nobody has asked for.
@@ -138,6 +145,14 @@ impl Drawer for GradientDrawer {
 
     fn back_end_times(&self) -> Option<BackEndTimes> {
         Some(BackEndTimes { kernel: Kernel::Cubic, raster_ms: 120.0, tiles_ms: 35.0 })
+    }
+
+    fn engine_choice(&self) -> EngineChoice {
+        *self.0.engine.lock().expect("no thread died holding it")
+    }
+
+    fn choose_engine(&self, engine: EngineChoice) {
+        *self.0.engine.lock().expect("no thread died holding it") = engine;
     }
 }
 

@@ -8,7 +8,7 @@ use crate::app::actions::{Action, entry_of};
 use crate::app::measuring::Measured;
 use crate::app::{modes, theme, words};
 use crate::scene::{Classify, Reconstruction, SplatSettings};
-use crate::task::engine::{EngineState, FrameReport, KernelCounts};
+use crate::task::engine::{EngineChoice, EngineState, FrameReport, KernelCounts};
 use crate::task::estimate::Checked;
 
 /// Size of the line's letters, points.
@@ -31,22 +31,58 @@ pub struct Shown {
     pub measured: Option<Measured>,
 }
 
+/// What may draw, and what that means, one line.
+const ENGINES: [(EngineChoice, &str, &str); 3] = [
+    (
+        EngineChoice::Auto,
+        "Automatic",
+        "A graphics processor where there is one, else the native engine",
+    ),
+    (
+        EngineChoice::Native,
+        "Native engine",
+        "The processor, by its widest instructions and on all its cores; what it does not draw yet goes to a \
+         graphics adapter",
+    ),
+    (
+        EngineChoice::Gpu,
+        "Graphics adapter",
+        "A graphics processor, or a driver that stands in for one",
+    ),
+];
+
 /// One line along the bottom of the window.
 ///
-/// `is_moving`: whether pictures are asked for as of a moving view; finer ones follow once it rests.
+/// `is_moving`: whether pictures are asked for as of a moving view; finer ones follow once it rests. The engine that was
+/// chosen, if one was.
 pub fn status_ui(
     ui: &mut Ui,
     shown: Option<&Shown>,
     state: &EngineState,
     is_moving: bool,
-    adapter: Option<&str>,
-) {
+    (adapter, engine): (Option<&str>, EngineChoice),
+) -> Option<EngineChoice> {
+    let mut chosen = None;
     ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-        let adapter = adapter.unwrap_or("no adapter yet");
+        let adapter = adapter.unwrap_or("no engine yet");
         ui.label(faint(state_words(state, is_moving)));
         ui.separator();
-        ui.add(Label::new(faint(&short_adapter(adapter))).truncate())
-            .on_hover_text(format!("Drawn by {adapter}"));
+        let menu = ui.menu_button(faint(&short_adapter(adapter)), |ui| {
+            for (choice, label, help) in ENGINES {
+                let entry = ui.selectable_label(engine == choice, label).on_hover_text(help);
+                if entry.clicked() {
+                    chosen = Some(choice);
+                    ui.close();
+                }
+            }
+        });
+        let not_native = shown.and_then(|shown| shown.report.not_native.as_deref());
+        let why = not_native.map_or_else(String::new, |reason| {
+            format!(": the native engine does not draw {reason}")
+        });
+        menu.response
+            .accessible_name("Engine")
+            .on_hover_text(format!("Drawn by {adapter}{why}. Click to choose the engine"));
         ui.with_layout(Layout::left_to_right(Align::Center), |ui| match shown {
             Some(shown) => report_ui(ui, shown),
             None => {
@@ -54,6 +90,7 @@ pub fn status_ui(
             }
         });
     });
+    chosen
 }
 
 fn report_ui(ui: &mut Ui, shown: &Shown) {

@@ -22,6 +22,8 @@ pub(super) struct Worker {
     choice: Choice,
     wishes: Wishes,
     pub(super) drawer: Option<Drawer>,
+    /// The frame that was asked for last.
+    last: Option<FrameRequest>,
     /// The coarse pictures published last: a preview, and one on the way up.
     pub(super) coarse: Vec<Unchecked>,
     /// The `full` that was published last, and what asked for it; `None` once something coarse was
@@ -49,6 +51,7 @@ impl Worker {
             choice,
             wishes,
             drawer: None,
+            last: None,
             coarse: Vec::new(),
             finished: None,
             estimator: Estimator::default(),
@@ -77,7 +80,9 @@ impl Worker {
                 slot.take()
             };
             match posted {
+                Some(Posted::Choice(choice)) => self.choose(choice),
                 Some(Posted::Frame(request, ticket)) => {
+                    self.last = Some(request.clone());
                     self.serve(request, &ticket);
                     self.shared.lock().under_way = None;
                 }
@@ -92,6 +97,16 @@ impl Worker {
                 None => {}
             }
         }
+    }
+
+    /// Draws with another engine from now on: the frame on the screen anew.
+    fn choose(&mut self, choice: Choice) {
+        self.choice = choice;
+        self.drop_device();
+        (self.finished, self.last_full, self.last_reduced) = (None, None, None);
+        self.coarse.clear();
+        let mut slot = self.shared.lock();
+        slot.frame = slot.frame.take().or_else(|| self.last.clone());
     }
 
     fn still(&mut self, posted: &PostedStill) -> Result<Still, StillError> {
