@@ -223,10 +223,9 @@ impl Lattice {
     fn stored_at<S: Simd>(&self, simd: S, cell: [Lanes<S>; 3], first: usize) -> [i32; LANES] {
         #[expect(clippy::cast_possible_truncation, clippy::cast_possible_wrap, reason = "1..=16")]
         let shift = self.pad as i32 - first as i32;
-        let [x, y, z] = cell.map(
-            #[inline(always)]
-            |c| c.to_int::<i32x8<S>>() + i32x8::splat(simd, shift),
-        );
+        let [x, y, z] = cell;
+        let place = |c: Lanes<S>| c.to_int::<i32x8<S>>() + i32x8::splat(simd, shift);
+        let (x, y, z) = (place(x), place(y), place(z));
         let at = z * i32x8::splat(simd, self.plane) + y * i32x8::splat(simd, self.row) + x;
         at.to_array()
     }
@@ -245,38 +244,28 @@ impl Lattice {
         f32x4::load_array(simd, four)
     }
 
-    /// Σ over y, z of weights times rows of four along x, of each ray.
+    /// Σ over y, z of weights times rows of four along x, of each ray; `N` rows a side, `M` in all.
     #[inline(always)]
-    fn rows<S: Simd, const N: usize>(
+    fn rows<S: Simd, const N: usize, const M: usize>(
         &self,
         simd: S,
         at: [i32; LANES],
-        weights: impl Fn(usize, usize) -> Lanes<S>,
+        weights: &[Lanes<S>; M],
     ) -> [Lanes<S>; 4] {
         // Two rays at a time: no row is turned about before the sums are.
         let mut sums = [all(simd, 0.0); 4];
-        for z in 0..N {
-            for y in 0..N {
-                let (low, high) = weights(y, z).split();
-                #[expect(
-                    clippy::cast_possible_truncation,
-                    clippy::cast_possible_wrap,
-                    reason = "< 4"
-                )]
-                let offset = z as i32 * self.plane + y as i32 * self.row;
-                for (j, sum) in sums.iter_mut().enumerate() {
-                    let near = self.four(simd, at[j] + offset);
-                    let far = self.four(simd, at[j + 4] + offset);
-                    let weight = f32x4::splat(simd, low[j]).combine(f32x4::splat(simd, high[j]));
-                    *sum = near.combine(far).mul_add(weight, *sum);
-                }
+        for (i, weights) in weights.iter().enumerate() {
+            let (low, high) = weights.split();
+            #[expect(clippy::cast_possible_truncation, clippy::cast_possible_wrap, reason = "< 4")]
+            let offset = (i / N) as i32 * self.plane + (i % N) as i32 * self.row;
+            for (j, sum) in sums.iter_mut().enumerate() {
+                let near = self.four(simd, at[j] + offset);
+                let far = self.four(simd, at[j + 4] + offset);
+                let weight = f32x4::splat(simd, low[j]).combine(f32x4::splat(simd, high[j]));
+                *sum = near.combine(far).mul_add(weight, *sum);
             }
         }
-        let [a, b, c, d] = sums.map(
-            #[inline(always)]
-            |sum| sum.split(),
-        );
-        columns([a.0, b.0, c.0, d.0, a.1, b.1, c.1, d.1])
+        turned_about(sums)
     }
 
     /// The same by three sets of weights at once, of 16 rows.
@@ -307,11 +296,11 @@ impl Lattice {
             }
         }
         let [a, b, c, d] = sums;
-        let of = |k: usize| {
-            let [a, b, c, d] = [a[k].split(), b[k].split(), c[k].split(), d[k].split()];
-            columns([a.0, b.0, c.0, d.0, a.1, b.1, c.1, d.1])
-        };
-        [of(0), of(1), of(2)]
+        [
+            turned_about([a[0], b[0], c[0], d[0]]),
+            turned_about([a[1], b[1], c[1], d[1]]),
+            turned_about([a[2], b[2], c[2], d[2]]),
+        ]
     }
 
     /// The stored value at places in index space, [`NOTHING`] where no kernel reaches. What `bias` is is not added.
@@ -322,12 +311,7 @@ impl Lattice {
                 let (cell, [fx, fy, fz]) = self.cell(simd, place);
                 let at = self.stored_at(simd, cell, 1);
                 let (wx, wy, wz) = (weights(simd, fx), weights(simd, fy), weights(simd, fz));
-                let [a, b, c, d] = self.rows::<S, 4>(
-                    simd,
-                    at,
-                    #[inline(always)]
-                    |y, z| wy[y] * wz[z],
-                );
+                let [a, b, c, d] = self.rows::<S, 4, 16>(simd, at, &products(simd, wy, wz));
                 a.mul_add(wx[0], b.mul_add(wx[1], c.mul_add(wx[2], d * wx[3])))
             }
             Method::Linear => {
@@ -335,12 +319,7 @@ impl Lattice {
                 let at = self.stored_at(simd, cell, 0);
                 let one = all(simd, 1.0);
                 let (wy, wz) = ([one - fy, fy], [one - fz, fz]);
-                let [a, b, _, _] = self.rows::<S, 2>(
-                    simd,
-                    at,
-                    #[inline(always)]
-                    |y, z| wy[y] * wz[z],
-                );
+                let [a, b, _, _] = self.rows::<S, 2, 4>(simd, at, &products(simd, wy, wz));
                 (b - a).mul_add(fx, a)
             }
             Method::Other => self.other(simd, place),
@@ -435,9 +414,9 @@ impl Lattice {
             let at = self.stored_at(simd, cell, 0);
             let one = all(simd, 1.0);
             let (wy, wz, s) = ([one - fy, fy], [one - fz, fz], [-one, one]);
-            let [a, b, _, _] = self.rows::<S, 2>(simd, at, |y, z| wy[y] * wz[z]);
-            let [c, d, _, _] = self.rows::<S, 2>(simd, at, |y, z| s[y] * wz[z]);
-            let [e, f, _, _] = self.rows::<S, 2>(simd, at, |y, z| wy[y] * s[z]);
+            let [a, b, _, _] = self.rows::<S, 2, 4>(simd, at, &products(simd, wy, wz));
+            let [c, d, _, _] = self.rows::<S, 2, 4>(simd, at, &products(simd, s, wz));
+            let [e, f, _, _] = self.rows::<S, 2, 4>(simd, at, &products(simd, wy, s));
             return Vec3 { x: b - a, y: (d - c).mul_add(fx, c), z: (f - e).mul_add(fx, e) };
         }
         // A loop, so that the value is compiled into it once.
@@ -462,6 +441,27 @@ impl Lattice {
             Method::Other => value.simd_eq(all(simd, NOTHING)),
         }
     }
+}
+
+/// Sums of rays i and i + 4 beside one another, as what each place along x has of eight rays.
+#[inline(always)]
+fn turned_about<S: Simd>([a, b, c, d]: [Lanes<S>; 4]) -> [Lanes<S>; 4] {
+    let (a, b, c, d) = (a.split(), b.split(), c.split(), d.split());
+    columns([a.0, b.0, c.0, d.0, a.1, b.1, c.1, d.1])
+}
+
+/// Products of the weights along y and z, y fastest.
+#[inline(always)]
+fn products<S: Simd, const N: usize, const M: usize>(
+    simd: S,
+    wy: [Lanes<S>; N],
+    wz: [Lanes<S>; N],
+) -> [Lanes<S>; M] {
+    let mut by = [all(simd, 0.0); M];
+    for (i, by) in by.iter_mut().enumerate() {
+        *by = wy[i % N] * wz[i / N];
+    }
+    by
 }
 
 /// Weights of the four samples about a place in its cell.

@@ -184,14 +184,12 @@ impl Table {
         // Not a number is 0, too: `max` before `min`.
         let index = (place.max(zero).min(most)).floor() + first;
         let index = index.to_int::<i32x8<S>>().to_array();
-        let rows: [f32x4<S>; LANES] = index.map(
-            #[inline(always)]
-            |i| {
-                #[expect(clippy::cast_sign_loss, reason = "clamped")]
-                let [a, b, c, d] = self.entries[i as usize];
-                f32x4::load_array(simd, [a, b, c, d].map(f32::from_bits))
-            },
-        );
+        let mut rows = [f32x4::splat(simd, 0.0); LANES];
+        for (row, i) in rows.iter_mut().zip(index) {
+            #[expect(clippy::cast_sign_loss, reason = "clamped")]
+            let [a, b, c, d] = self.entries[i as usize];
+            *row = f32x4::load_array(simd, [a, b, c, d].map(f32::from_bits));
+        }
         let [x, y, z, w] = columns(rows);
         let (mut colour, mut weight) = (Vec3 { x, y, z }, w);
         if any(is_cell) {

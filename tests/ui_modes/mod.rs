@@ -19,6 +19,8 @@ use voxsplat::scene::{
     Backend, Classify, ErrorMeasure, OpacityModel, Order, Reconstruction, SplatSettings, Visibility,
 };
 
+use voxsplat::task::engine::EngineChoice;
+
 use crate::ui_support::{Bench, MeasureLog, SECOND_DARKER, chart_points};
 
 /// What the engine is asked to draw.
@@ -547,4 +549,19 @@ fn both_pictures_and_their_difference_reach_the_screen() {
         }
     }
     assert!(lit > 1000, "{lit}");
+}
+
+#[test]
+fn the_engine_is_chosen_in_the_status_line() {
+    let mut bench = Bench::opened();
+    assert_eq!(bench.engine.engine(), EngineChoice::Auto);
+    for (entry, engine) in [
+        ("Native engine", EngineChoice::Native),
+        ("Graphics adapter", EngineChoice::Gpu),
+        ("Automatic", EngineChoice::Auto),
+    ] {
+        press(&mut bench, "Engine");
+        press(&mut bench, entry);
+        assert_eq!(bench.engine.engine(), engine);
+    }
 }

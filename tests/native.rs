@@ -1,0 +1,171 @@
+//! The native engine as its callers see it: what it draws, what it leaves to an adapter, and that it needs none.
+#![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
+use std::sync::Arc;
+use std::sync::mpsc;
+use std::time::Duration;
+
+use voxsplat::core::Ticket;
+use voxsplat::gpu::AdapterChoice;
+use voxsplat::scene::{self, Clip, ClipBox, Inside, Lighting, SampleSource, Scene, SplatSettings};
+use voxsplat::task::engine::{
+    Choice, Effort, Engine, EngineChoice, EngineKind, FrameRequest, Ladder, Picture,
+};
+use voxsplat::task::still::{Refine, Still, StillError, StillRequest};
+use voxsplat::volume::{Component, demo};
+
+const SIZE: [u32; 2] = [96, 64];
+
+/// A demo as it opens, in the exact mode.
+fn opened(name: &str) -> Scene {
+    let grid = demo::open(name, None).unwrap();
+    let field = grid.field(None).unwrap();
+    let volume = grid.scalar(field, Component::Index(0), &Ticket::new()).unwrap();
+    let mut scene = scene::opening(SampleSource::default(), Arc::new(volume), None);
+    scene.splat = SplatSettings::EXACT;
+    scene
+}
+
+/// The native engine, and no adapter for whatever it does not draw.
+fn alone() -> Engine {
+    let adapter = AdapterChoice::Named("no such adapter".to_owned());
+    Engine::start(Choice { engine: EngineChoice::Native, adapter }, || ())
+}
+
+fn still(engine: &Engine, scene: &Scene) -> Result<Still, StillError> {
+    let scene = scene.clone();
+    let (refine, size) = (Refine::Full, SIZE);
+    let request = StillRequest { scene, size, refine, repeat: 0, time_passes: true };
+    engine.still(request, &Ticket::new())
+}
+
+#[test]
+fn lattices_are_drawn_without_an_adapter_and_by_none() {
+    let engine = alone();
+    let scene = opened("demo:shells:24");
+    let plain = still(&engine, &scene).unwrap();
+    assert_eq!((plain.engine, plain.pipelines, plain.uploads), (EngineKind::Native, 0, 0));
+    assert!(plain.adapter.starts_with("native ("), "{}", plain.adapter);
+    assert!(plain.light.iter().filter(|pixel| pixel[3] > 0.05).count() > 1000);
+    let names: Vec<_> = plain.passes.iter().map(|pass| pass.name).collect();
+    assert_eq!(names, ["mask_depths", "walk_slabs"]);
+    assert!(plain.kernels_active > 0 && plain.drawn.kernels == plain.kernels_active);
+
+    // What nothing asks for costs nothing; what something asks for is another picture.
+    let mut lit = scene.clone();
+    lit.shading.lighting = Some(Lighting::default());
+    let shaded = still(&engine, &lit).unwrap();
+    assert_ne!(shaded.light, plain.light);
+    let again = still(&engine, &scene).unwrap();
+    assert_eq!((again.light, again.held), (plain.light, plain.held));
+}
+
+#[test]
+fn what_it_does_not_draw_is_refused_in_a_sentence_where_there_is_no_adapter() {
+    let engine = alone();
+    let scene = opened("demo:shells:16");
+    let before = still(&engine, &scene).unwrap();
+    let first = Scene { splat: SplatSettings::SHADE_FIRST, ..scene.clone() };
+    let error = still(&engine, &first).unwrap_err().to_string();
+    for part in ["expected ", "found neither: the native engine does not draw ", "; leave that out"]
+    {
+        assert!(error.contains(part), "{error}");
+    }
+    // A refusal costs nothing.
+    assert_eq!(still(&engine, &scene).unwrap().light, before.light);
+}
+
+/// Waits for a picture that is wanted.
+fn wait(
+    engine: &Engine,
+    news: &mpsc::Receiver<()>,
+    is_wanted: impl Fn(&Picture) -> bool,
+) -> Arc<Picture> {
+    loop {
+        news.recv_timeout(Duration::from_secs(200)).expect("the engine answers");
+        if let Some(picture) = engine.take_picture().filter(|picture| is_wanted(picture)) {
+            return picture;
+        }
+    }
+}
+
+#[test]
+fn the_engine_is_changed_at_run_time_and_both_draw_the_same_picture() {
+    let (sender, news) = mpsc::channel();
+    let engine = Engine::start(EngineChoice::Native, move || sender.send(()).unwrap_or_default());
+    let scene = opened("demo:shells:24");
+    let effort = Effort::Rest {
+        budget_ms: 20.0,
+        ladder: Ladder::AtOnce,
+        show_partial: false,
+        converge_ms: 0.0,
+    };
+    engine.request(FrameRequest { scene: scene.clone(), size: SIZE, effort });
+    let is_full = |picture: &Picture| picture.size == SIZE && picture.report.progress == 1.0;
+    let native = wait(&engine, &news, is_full);
+    assert_eq!(native.report.engine, EngineKind::Native);
+    // The window at rest and a picture for a file are the same bytes.
+    assert_eq!(still(&engine, &scene).unwrap().rgba, native.rgba);
+
+    engine.choose_engine(EngineChoice::Gpu);
+    assert_eq!(engine.engine_choice(), EngineChoice::Gpu);
+    let gpu = wait(&engine, &news, |picture| {
+        is_full(picture) && picture.report.engine == EngineKind::Gpu
+    });
+    let off = native.rgba.iter().zip(&gpu.rgba).map(|(a, b)| a.abs_diff(*b)).max();
+    assert!(off <= Some(1), "{off:?}");
+    assert!(!engine.adapter_name().unwrap().starts_with("native"));
+}
+
+#[test]
+fn quick_pictures_are_smaller_and_a_newer_request_takes_over() {
+    let (sender, news) = mpsc::channel();
+    let engine = Engine::start(EngineChoice::Native, move || sender.send(()).unwrap_or_default());
+    let mut scene = opened("demo:head:64");
+    let size = [1200, 900];
+    // Pictures of half a millisecond: none that size.
+    for turn in 0..6 {
+        scene.camera = scene.camera.rotated(glam::DQuat::from_rotation_z(0.1 * f64::from(turn)));
+        let effort = Effort::Moving { budget_ms: 0.5 };
+        engine.request(FrameRequest { scene: scene.clone(), size, effort });
+        let picture = wait(&engine, &news, |_| true);
+        assert_eq!(picture.report.engine, EngineKind::Native);
+        assert!(picture.size[0] < size[0] && picture.requested_size == size);
+        assert!(picture.report.estimated_rmse.is_some_and(|rmse| rmse > 0.0));
+    }
+    // A picture that is being drawn gives way: the last one asked for comes, however many came before it.
+    let effort = Effort::Rest {
+        budget_ms: 1.0,
+        ladder: Ladder::Octree,
+        show_partial: false,
+        converge_ms: 0.0,
+    };
+    for slabs in [64.0, 32.0, 1.0] {
+        scene.splat.slabs_per_voxel = slabs;
+        engine.request(FrameRequest { scene: scene.clone(), size, effort });
+    }
+    let last = wait(&engine, &news, |picture| picture.size == size);
+    assert_eq!(still_of(&engine, &scene, size), last.rgba);
+}
+
+fn still_of(engine: &Engine, scene: &Scene, size: [u32; 2]) -> Vec<u8> {
+    let (scene, refine) = (scene.clone(), Refine::Full);
+    let request = StillRequest { scene, size, refine, repeat: 0, time_passes: false };
+    engine.still(request, &Ticket::new()).unwrap().rgba
+}
+
+/// Clipping leaves less to be seen, and a picture of one pixel is a picture.
+#[test]
+fn clips_and_the_smallest_pictures_are_drawn() {
+    let engine = alone();
+    let mut scene = opened("demo:shells:24");
+    let opacity = |light: &[[f32; 4]]| light.iter().map(|pixel| f64::from(pixel[3])).sum::<f64>();
+    let whole = opacity(&still(&engine, &scene).unwrap().light);
+    let bounds = Some(ClipBox { low: [0.0; 3], high: [0.5, 1.0, 1.0] });
+    scene.inside = Inside { clip: Clip { bounds, ..Clip::default() }, ..Inside::default() };
+    let cut = opacity(&still(&engine, &scene).unwrap().light);
+    assert!(cut < 0.9 * whole && cut > 0.2 * whole, "{cut} of {whole}");
+    for size in [[1, 1], [1, 300], [300, 1]] {
+        assert_eq!(still_of(&engine, &scene, size).len(), (size[0] * size[1] * 4) as usize);
+    }
+}
