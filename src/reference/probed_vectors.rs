@@ -1,6 +1,6 @@
 //! What a probe finds of vectors: the nearest one, and where those that are shown alone are first seen.
 
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 use serde::Serialize;
 
 use super::inside::{Met, Surface};
@@ -25,16 +25,12 @@ pub struct ProbedVector {
     pub length: f64,
 }
 
-/// A place from a vector's own, in its steps: within ±0.5 along each axis is the box that is its own.
-fn steps_from(axes: DMat3, from: DVec3) -> DVec3 {
-    axes.inverse() * from
-}
-
 /// The vector nearest to a place, in steps of the grid there; `None` more than half a step beside the grid.
 pub(super) fn nearest(field: &VectorField, world: DVec3) -> Option<ProbedVector> {
+    // From a vector's own place, in its steps: within 0.5 along each axis is the box that is its own.
     let beside = |index: usize| {
         let (place, axes) = field.places.at(index);
-        steps_from(axes, world - place).abs().max_element()
+        (axes.inverse() * (world - place)).abs().max_element()
     };
     let dims = field.places.dims();
     let index = match &field.places {

@@ -197,8 +197,7 @@ pub fn along_words(along: AlongRay) -> (&'static str, &'static str) {
 }
 
 fn along_ui(ui: &mut Ui, along: &mut AlongRay) {
-    let all = AlongRay::ALL.iter().copied();
-    if let Some(chosen) = choice_ui(ui, "Along rays", all, *along, along_words) {
+    if let Some(chosen) = choice_ui(ui, "Along rays", AlongRay::ALL, *along, along_words) {
         *along = chosen;
     }
 }

@@ -156,7 +156,7 @@ fn region_ui(ui: &mut Ui, editor: &mut RegionEditor, scene: &mut Scene) {
         ui.spacing_mut().combo_width = 84.0;
         let combo = ComboBox::from_id_salt("region shape");
         let chosen =
-            combo_ui(ui, "Region shape", combo, RegionShape::ALL, region.shape, shape_words);
+            combo_ui(ui, "Region shape", combo, &RegionShape::ALL, region.shape, shape_words);
         region.shape = chosen.unwrap_or(region.shape);
         steps_ui(ui, &mut editor.selected, last, "region");
         removed = step_button(ui, "×", "Remove region", true).clicked();

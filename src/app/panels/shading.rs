@@ -283,8 +283,7 @@ fn table_part_ui<T, E: Entry>(
         super::name_ui(ui, "by");
         let combo = ComboBox::from_id_salt(("index of", name)).width(150.0);
         let words = |index| (index_words(index).0, index_words(index).1);
-        let all = Index::ALL.iter().copied();
-        let chosen = combo_ui(ui, &format!("{name} by"), combo, all, *index, words);
+        let chosen = combo_ui(ui, &format!("{name} by"), combo, Index::ALL, *index, words);
         if let Some(one) = chosen.filter(|one| one != index) {
             let [from, to] = [*index, one].map(|index| index_range(index, volume));
             stretch(points, from, to);

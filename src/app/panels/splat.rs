@@ -27,30 +27,30 @@ pub fn splat_ui(ui: &mut Ui, splat: &mut SplatSettings, voxel: f64, times: Optio
     presets_ui(ui, splat);
     let mut chosen = ModeChoice::default();
     let kernel_words = |kernel| (words::kernel(kernel), words::kernel_help(kernel));
-    chosen.kernel = choice_ui(ui, "Kernel", Kernel::ALL, splat.kernel, kernel_words);
+    chosen.kernel = choice_ui(ui, "Kernel", &Kernel::ALL, splat.kernel, kernel_words);
     if splat.kernel == Kernel::Gouraud {
         mesh_ui(ui, splat.gouraud, &mut chosen);
     }
     let now = *splat;
-    let all = Reconstruction::ALL.iter().copied();
-    chosen.reconstruction =
-        choice_ui(ui, "Reconstruction", all, now.reconstruction, words::reconstruction);
-    let all = Classify::ALL.iter().copied();
-    chosen.classify = choice_ui(ui, "Classify", all, now.classify, words::classify);
-    let all = Visibility::ALL.iter().copied();
-    chosen.visibility = choice_ui(ui, "Visibility", all, now.visibility, words::visibility);
+    chosen.reconstruction = choice_ui(
+        ui,
+        "Reconstruction",
+        Reconstruction::ALL,
+        now.reconstruction,
+        words::reconstruction,
+    );
+    chosen.classify = choice_ui(ui, "Classify", Classify::ALL, now.classify, words::classify);
+    chosen.visibility =
+        choice_ui(ui, "Visibility", Visibility::ALL, now.visibility, words::visibility);
     layers_ui(ui, splat, &mut chosen);
     row_ui(ui, "Extent", |ui| extent_ui(ui, splat, &mut chosen));
     row_ui(ui, "Unit distance", |ui| unit_distance_ui(ui, splat, voxel));
     let title = RichText::new("Advanced").size(12.5).color(theme::TEXT_FAINT);
     CollapsingHeader::new(title).default_open(false).show_unindented(ui, |ui| {
-        let all = OpacityModel::ALL.iter().copied();
         chosen.opacity_model =
-            choice_ui(ui, "Opacity", all, now.opacity_model, words::opacity_model);
-        let all = Order::ALL.iter().copied();
-        chosen.order = choice_ui(ui, "Order", all, now.order, words::order);
-        let all = Backend::ALL.iter().copied();
-        chosen.backend = choice_ui(ui, "Back end", all, now.backend, words::backend);
+            choice_ui(ui, "Opacity", OpacityModel::ALL, now.opacity_model, words::opacity_model);
+        chosen.order = choice_ui(ui, "Order", Order::ALL, now.order, words::order);
+        chosen.backend = choice_ui(ui, "Back end", Backend::ALL, now.backend, words::backend);
         let times = times.filter(|times| times.kernel == now.kernel);
         let (text, why) = back_end_words(&now, times.as_ref());
         let text = RichText::new(text).size(12.0).color(theme::TEXT_FAINT);
@@ -67,8 +67,7 @@ fn cut_ui(ui: &mut Ui, cut: &mut CutSettings) {
     let title = RichText::new("Coarse octree").size(12.5).color(theme::TEXT_FAINT);
     let header = CollapsingHeader::new(title).default_open(false);
     let shown = header.show_unindented(ui, |ui| {
-        let all = ErrorMeasure::ALL.iter().copied();
-        let chosen = choice_ui(ui, "Error of", all, cut.measure, measure_words);
+        let chosen = choice_ui(ui, "Error of", ErrorMeasure::ALL, cut.measure, measure_words);
         cut.measure = chosen.unwrap_or(cut.measure);
         row_ui(ui, "Weighting", |ui| {
             ui.checkbox(&mut cut.view_dependent, "By what shows").on_hover_text(
@@ -195,7 +194,7 @@ pub(super) fn slider_row(
 pub(super) fn choice_ui<T: Copy + PartialEq, W: Into<String>>(
     ui: &mut Ui,
     row: &str,
-    all: impl IntoIterator<Item = T>,
+    all: &[T],
     now: T,
     words: impl Fn(T) -> (W, &'static str),
 ) -> Option<T> {
@@ -207,14 +206,14 @@ pub(super) fn combo_ui<T: Copy + PartialEq, W: Into<String>>(
     ui: &mut Ui,
     name: &str,
     combo: ComboBox,
-    all: impl IntoIterator<Item = T>,
+    all: &[T],
     now: T,
     words: impl Fn(T) -> (W, &'static str),
 ) -> Option<T> {
     let mut chosen = None;
     let (text, help) = words(now);
     let shown = combo.selected_text(text.into()).show_ui(ui, |ui| {
-        for one in all {
+        for &one in all {
             let (text, help) = words(one);
             if ui.selectable_label(one == now, text.into()).on_hover_text(help).clicked() {
                 chosen = Some(one);

@@ -178,7 +178,7 @@ fn choice_ui<T: Copy + PartialEq, const N: usize>(
 ) {
     row_ui(ui, name, |ui| {
         let combo = ComboBox::from_id_salt(name);
-        *now = combo_ui(ui, &names.of(name), combo, all, *now, words).unwrap_or(*now);
+        *now = combo_ui(ui, &names.of(name), combo, &all, *now, words).unwrap_or(*now);
     });
 }
 

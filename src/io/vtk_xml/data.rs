@@ -252,10 +252,10 @@ impl Blocks {
 
 /// Appends bytes that are whole samples, in the file's order still.
 fn append_bytes(samples: &mut Samples, stored: &[u8]) -> Result<(), Problem> {
+    let size = samples.scalar_type().size_bytes();
+    let count = stored.len() / size;
     with_samples!(samples, values => {
         let start = values.len();
-        let size = size_of_first(values);
-        let count = stored.len() / size;
         values.try_reserve(count).map_err(|_refused| {
             crate::core::memory::TooLarge {
                 what: "the samples".into(),
@@ -267,11 +267,6 @@ fn append_bytes(samples: &mut Samples, stored: &[u8]) -> Result<(), Problem> {
         bytemuck::cast_slice_mut::<_, u8>(&mut values[start..]).copy_from_slice(stored);
     });
     Ok(())
-}
-
-/// Bytes of one element, there or not.
-fn size_of_first<T>(_: &[T]) -> usize {
-    size_of::<T>()
 }
 
 /// Exactly `count` bytes, in pieces, into memory that grows with them.
