@@ -125,13 +125,13 @@ pub(super) fn columns<S: Simd>(rows: [f32x4<S>; LANES]) -> [Lanes<S>; 4] {
 #[inline(always)]
 pub(super) fn opacity<S: Simd>(simd: S, depth: Lanes<S>) -> Lanes<S> {
     let y = depth.min(all(simd, 16.0)) * 0.0625;
-    let mut a = all(simd, 0.005_511_812_9);
+    let mut a = all(simd, 0.005_511_813);
     for term in [-0.039_332_894, 0.165_838_5, -0.499_894_22, 0.999_997_76] {
         a = a.mul_add(y, all(simd, term));
     }
-    a = a * y;
+    a *= y;
     for _ in 0..4 {
-        a = a * (all(simd, 2.0) - a);
+        a *= all(simd, 2.0) - a;
     }
     a
 }

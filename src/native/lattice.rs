@@ -363,7 +363,7 @@ impl Lattice {
                     #[expect(clippy::cast_sign_loss, reason = "clamped")]
                     let taps = Lanes::from_fn(simd, |i| self.values[(at[i] + row) as usize + x]);
                     sum = taps.mul_add(h, sum);
-                    total = total + h;
+                    total += h;
                 }
             }
         }
@@ -378,7 +378,7 @@ impl Lattice {
         if self.kernel == Kernel::Gaussian {
             // σ 0.6, cut where exp falls to 0.004.
             let h = Lanes::from_fn(simd, |i| (squared[i] * (-1.0 / 0.72)).exp());
-            return choose(squared.simd_gt(all(simd, 3.975_530)), zero, h);
+            return choose(squared.simd_gt(all(simd, 3.975_53)), zero, h);
         }
         let r = squared.sqrt();
         let t = all(simd, 1.556_228) - r;

@@ -76,7 +76,7 @@ impl Scene<'_> {
             let stored = self.lattice.value(simd, method, place);
             let mut is_nothing = Lattice::is_nothing(simd, method, stored);
             if self.lattice.has_holes() {
-                is_nothing = is_nothing | self.lattice.holes_at(simd, place);
+                is_nothing |= self.lattice.holes_at(simd, place);
             }
             choose(is_nothing, nothing, self.table.cell(simd, stored) * sign)
         };
@@ -92,7 +92,7 @@ impl Scene<'_> {
             let mut is_slab = is_known(near.0) & is_known(far.0) & length.simd_gt(zero);
             if any(is_slab) && self.lattice.has_holes() {
                 let middle = packet.at((near.1 + far.1) * 0.5);
-                is_slab = is_slab & !self.lattice.holes_at(simd, middle);
+                is_slab &= !self.lattice.holes_at(simd, middle);
             }
             if any(is_slab) {
                 let rise = far.0 - near.0;

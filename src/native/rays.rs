@@ -144,7 +144,7 @@ impl Rays {
             let t = -height / choose(is_along, all(simd, 1.0), growth);
             let rises = growth.simd_gt(all(simd, 0.0));
             let enters = !is_along & rises & t.simd_gt(enter);
-            is_cut = is_cut | enters;
+            is_cut |= enters;
             enter = choose(enters, t, enter);
             leave = choose(!is_along & !rises, leave.min(t), leave);
             leave = choose(is_along & height.simd_lt(all(simd, 0.0)), enter, leave);

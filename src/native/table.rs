@@ -224,7 +224,7 @@ impl Table {
             let (before, weight_before) = more(self.below, outside);
             let (after, weight_after) = more(self.beyond, past);
             colour = colour.add(before).add(after);
-            weight = weight + weight_before + weight_after;
+            weight += weight_before + weight_after;
         }
         Look { colour, weight }
     }

@@ -134,7 +134,7 @@ fn masks_leave_out_nothing_that_shows_and_much_that_does_not() {
                 dispatch!(level, simd => {
                     let packet = rays.packet(simd, [x, y], [0.5; 2]);
                     if !packet.is_there.any_true() {
-                        continue;
+                        return;
                     }
                     let [first, last] = packet.slabs(simd, rays.step);
                     let runs: Vec<[i32; 2]> = masks.runs(tile, [first, last]).collect();

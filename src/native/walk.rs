@@ -100,7 +100,7 @@ impl Scene<'_> {
                 let packet = self.rays.packet(simd, at, part);
                 let light = self.walk::<S, W>(simd, method, tile, &packet, &mut capped);
                 sum.colour = sum.colour.add(light.colour);
-                sum.alpha = sum.alpha + light.alpha;
+                sum.alpha += light.alpha;
             }
             for lane in 0..LANES {
                 let at = (y as usize + lane / 4) * TILE as usize + x as usize + lane % 4;
@@ -521,8 +521,8 @@ impl<S: Simd> Gathered<S> {
         } else {
             self.colour = self.colour.at(colour, shown);
         }
-        self.alpha = self.alpha + shown;
-        self.transmittance = self.transmittance - shown;
+        self.alpha += shown;
+        self.transmittance -= shown;
     }
 
     /// The same of one ray.

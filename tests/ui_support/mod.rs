@@ -26,8 +26,8 @@ use voxsplat::scene::{Cell, Cells, Shading, SplatSettings, Visibility, WhyWhole}
 use voxsplat::task::calibration::BackEndTimes;
 use voxsplat::task::engine::Effort;
 use voxsplat::task::engine::{
-    CellsRequest, EngineChoice, EngineState, FoundCells, FrameReport, FrameRequest, HeldBytes,
-    Next, Picture, Refined, SecondPicture, SecondRequest,
+    CellsRequest, EngineChoice, EngineKind, EngineState, FoundCells, FrameReport, FrameRequest,
+    HeldBytes, Next, Picture, Refined, SecondPicture, SecondRequest,
 };
 use voxsplat::task::estimate::Checked;
 use voxsplat::task::level::LevelOfDetail;
@@ -199,6 +199,8 @@ fn gradient(request: &FrameRequest) -> Picture {
         (false, _) => LevelOfDetail::FULL,
     };
     let report = FrameReport {
+        engine: EngineKind::Gpu,
+        not_native: None,
         level,
         kernels: Some(voxsplat::task::engine::KernelCounts { drawn: 500, active: 500 }),
         vector_splats: (!request.scene.shows_field()).then_some(321),

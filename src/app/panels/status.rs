@@ -537,7 +537,8 @@ mod tests {
             };
             let pass = || {
                 let mut output = ctx.run_ui(input.clone(), |ui| {
-                    status_ui(ui, Some(&full), &EngineState::Idle, false, Some("llvmpipe (x)"));
+                    let drawn_by = (Some("llvmpipe (x)"), EngineChoice::Auto);
+                    status_ui(ui, Some(&full), &EngineState::Idle, false, drawn_by);
                 });
                 // Nobody paints them.
                 output.textures_delta.clear();
@@ -573,7 +574,8 @@ mod tests {
             let input = RawInput { screen_rect: Some(room), ..RawInput::default() };
             let pass = || {
                 let mut output = ctx.run_ui(input.clone(), |ui| {
-                    status_ui(ui, Some(&full), &EngineState::Idle, false, Some("llvmpipe (x)"));
+                    let drawn_by = (Some("llvmpipe (x)"), EngineChoice::Auto);
+                    status_ui(ui, Some(&full), &EngineState::Idle, false, drawn_by);
                 });
                 // Nobody paints them.
                 output.textures_delta.clear();

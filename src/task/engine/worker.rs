@@ -135,10 +135,9 @@ impl Worker {
         let Some(drawer) = &mut self.drawer else {
             return Err(GpuError::Device("no device".to_owned()));
         };
-        if std::mem::take(&mut self.shared.lock().lose_device) {
-            if let Some(renderer) = drawer.engines.made_gpu() {
-                renderer.context().lose();
-            }
+        let loses = std::mem::take(&mut self.shared.lock().lose_device);
+        if let Some(renderer) = drawer.engines.made_gpu().filter(|_| loses) {
+            renderer.context().lose();
         }
         Ok(drawer)
     }
