@@ -99,7 +99,7 @@ fn fill(drawer: &mut Drawer, count: u32, radius: f64) {
         let scene = Scene { splat, ..scene.clone() };
         drawer.prepare(&Plan::of(&scene, [SIDE; 2]), &Ticket::new()).expect("it prepares");
         let view = View::new(&scene, [SIDE; 2]);
-        let renderer = &mut drawer.engines.gpu().expect("a device");
+        let renderer = drawer.engines.gpu().expect("a device");
         let mut draw = || {
             match splat.kernel {
                 Kernel::Gouraud => renderer.begin_meshes(&view, &splat, 1.0),

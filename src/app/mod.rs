@@ -117,16 +117,18 @@ pub fn run(options: Options) -> anyhow::Result<()> {
         };
         Ok(app)
     };
-    eframe::run_native("Voxsplat", native, Box::new(create)).map_err(|error| {
-        let found = match error {
-            // Its own words are places in its source.
-            eframe::Error::WinitEventLoop(_) => "none that answers".to_owned(),
-            error => format!("that {error}"),
-        };
-        anyhow!(
-            "expected a display to open a window on, found {found}; \
-             try `voxsplat render`, which needs none"
-        )
+    eframe::run_native("Voxsplat", native, Box::new(create)).map_err(|error| match error {
+        // Its own words are places in its source.
+        eframe::Error::WinitEventLoop(_) => anyhow!(
+            "expected a display to open a window on, found none that answers; try `voxsplat render`, which needs none"
+        ),
+        eframe::Error::Wgpu(_) => anyhow!(
+            "expected a graphics driver to paint the window with, found none that answers; install one (on Debian and \
+             Ubuntu: mesa-vulkan-drivers), or try `voxsplat render`, which needs none"
+        ),
+        error => anyhow!(
+            "expected a display to open a window on, found that {error}; try `voxsplat render`, which needs none"
+        ),
     })
 }
 

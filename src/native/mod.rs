@@ -24,4 +24,4 @@ mod tests;
 mod walk;
 
 pub use renderer::{Renderer, tile_count};
-pub use supports::{Unsupported, supports};
+pub use supports::{Unsupported, stored_bytes, supports};

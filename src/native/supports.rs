@@ -2,6 +2,7 @@
 
 use super::lattice::{Lattice, MOST_STORED};
 use crate::plan::{Plan, Way};
+use crate::scene::SplatSettings;
 
 /// Why a plan is not drawn, in words that stand after "the native engine does not draw".
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -43,4 +44,10 @@ pub fn supports(plan: &Plan) -> Result<(), Unsupported> {
         }
         None => Ok(()),
     }
+}
+
+/// Bytes that the field of a volume of so many samples in a mode takes.
+pub fn stored_bytes(dims: [usize; 3], mode: &SplatSettings) -> u64 {
+    // 32 bits a sample, and least and greatest of each of its bricks.
+    Lattice::stored(dims, mode).map_or(u64::MAX, |stored| 5 * stored as u64)
 }

@@ -291,9 +291,11 @@ impl Drawer {
         plan: &Plan,
         work: impl FnOnce(&mut Self) -> Result<T, DrawError>,
     ) -> Result<T, DrawError> {
-        self.engines.gpu()?.begin_plan(plan)?;
-        let done = work(self);
-        self.engines.gpu()?.end_plan();
+        let begun = self.engines.gpu()?.begin_plan(plan).map_err(DrawError::from);
+        let done = begun.and_then(|()| work(self));
+        if let Some(renderer) = self.engines.made_gpu_mut() {
+            renderer.end_plan();
+        }
         done
     }
 

@@ -270,7 +270,7 @@ struct Slot {
     /// Stills are waited for: none is ever dropped, and they go before frames.
     stills: VecDeque<PostedStill>,
     /// What is to draw from now on.
-    choice: Option<Choice>,
+    choice: Option<EngineChoice>,
     /// What was chosen last.
     chosen: EngineChoice,
     /// Drawn once nothing else is asked for.
@@ -304,7 +304,7 @@ struct PostedStill {
 }
 
 enum Posted {
-    Choice(Choice),
+    Choice(EngineChoice),
     Frame(FrameRequest, Ticket),
     Still(PostedStill),
     Cells(CellsRequest),
@@ -471,7 +471,7 @@ impl Engine {
     pub fn choose_engine(&self, engine: EngineChoice) {
         let mut slot = self.shared.lock();
         slot.chosen = engine;
-        slot.choice = Some(engine.into());
+        slot.choice = Some(engine);
         drop(slot);
         self.shared.posted.notify_one();
     }

@@ -6,6 +6,7 @@ use std::time::Instant;
 use super::draw::{DrawError, Drawer, Drawn, LEAST_SIDE, Observer};
 use super::engines::EngineKind;
 use super::slabs::STOP_BELOW;
+use crate::core::memory;
 use crate::gpu::timing::Timer;
 use crate::gpu::{GpuError, PassTime};
 use crate::kernel::Kernel;
@@ -19,6 +20,11 @@ use rayon::prelude::*;
 
 /// Tiles in the first piece, before any was timed.
 const FIRST_TILES: u32 = 64;
+
+/// Pictures of more pixels than this ask for memory first: looking how much is free takes a while.
+const MANY_PIXELS: u64 = 1 << 23;
+/// A pixel in tiles, in rows, and on its way to a file.
+const BYTES_A_PIXEL: u64 = 48;
 
 impl Drawer {
     /// Slabs of a field, by the engine that draws the plan.
@@ -66,6 +72,10 @@ impl Drawer {
         observer: &mut dyn Observer,
     ) -> Result<Drawn, DrawError> {
         self.prepare_field(plan, which, observer)?;
+        let pixels = u64::from(plan.size[0]) * u64::from(plan.size[1]);
+        if pixels > MANY_PIXELS {
+            memory::require("the picture", pixels * BYTES_A_PIXEL, memory::free_bytes())?;
+        }
         let start = Instant::now();
         self.engines.native.begin(plan, which, STOP_BELOW);
         let total = tile_count(plan.size);

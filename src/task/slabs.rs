@@ -9,10 +9,11 @@ use super::draw::{DrawError, Drawer, Drawn, LEAST_SIDE, Observer};
 use super::engines::EngineKind;
 use super::previews::preview_coefficients;
 use super::vectors::PictureVectors;
-use crate::core::Ticket;
+use crate::core::{Ticket, memory};
 use crate::gpu::layout::TILE;
 use crate::gpu::{GpuError, PictureConstants, Renderer, tile_count};
 use crate::kernel::{Coefficients, CoefficientsError, coefficients};
+use crate::native::stored_bytes;
 use crate::plan::{Field, Plan, SlabField};
 use crate::scene::{OpacityModel, Reconstruction, SplatSettings, View};
 use crate::transfer::{Cumulative, TransferFunction, Weight};
@@ -368,6 +369,8 @@ impl Drawer {
             let ticket = Ticket::new();
             match is_native {
                 true => {
+                    let bytes = stored_bytes(volume.lattice.dims, mode);
+                    memory::require("a field beside its volume", bytes, memory::free_bytes())?;
                     self.engines.native.set_field(which, volume, mode, coefficients, &ticket)?;
                 }
                 false => {

@@ -43,7 +43,7 @@ pub(crate) fn gathered(drawer: &mut Drawer, scene: &Scene, size: [u32; 2]) -> Li
 fn pieces(drawer: &mut Drawer, scene: &Scene, size: [u32; 2], stop: f64, piece: u32) -> Light {
     scene.splat.check().expect("a mode that means something");
     drawer.prepare(&Plan::of(scene, size), &Ticket::new()).expect("the device prepares");
-    let renderer = &mut drawer.engines.gpu().expect("a device");
+    let renderer = drawer.engines.gpu().expect("a device");
     let (view, unit) = (View::new(scene, size), scene.opacity_unit_distance());
     renderer.begin(&view, scene.splat.kernel, scene.splat.extent, unit).expect("a sound view");
     let (mut first, count) = (0, tile_count(size));

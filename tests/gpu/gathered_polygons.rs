@@ -212,8 +212,8 @@ fn kernels_without_polygons_are_drawn_as_before() {
         let plain = with_polygons(embedded.clone(), []);
         let held = |drawer: &Drawer| {
             (
-                drawer.engines.gpu().expect("a device").pipeline_count(),
-                drawer.engines.gpu().expect("a device").size_bytes(),
+                drawer.engines.made_gpu().expect("a device").pipeline_count(),
+                drawer.engines.made_gpu().expect("a device").size_bytes(),
             )
         };
         let (before, _) = drawn(&mut drawer, &plain, SIZE, Rung::Full);

@@ -160,8 +160,8 @@ fn what_is_not_cut_costs_nothing_and_changes_no_bit() {
     let (before, _) = drawn(&mut drawer, &plain, SIZE, Rung::Full);
     let held = |drawer: &Drawer| {
         (
-            drawer.engines.gpu().expect("a device").pipeline_count(),
-            drawer.engines.gpu().expect("a device").size_bytes(),
+            drawer.engines.made_gpu().expect("a device").pipeline_count(),
+            drawer.engines.made_gpu().expect("a device").size_bytes(),
         )
     };
     let (pipelines, bytes) = held(&drawer);

@@ -28,12 +28,12 @@ fn lists_in_parts_give_the_bits_of_lists_in_one() {
             for scene in [every, in_slabs(&base, 2.0, order), published] {
                 let all = Scattered::new(&records, &scene.splat);
                 let (expected, totals) =
-                    drawn_as(&mut drawer.engines.gpu().expect("a device"), &scene, &all);
+                    drawn_as(drawer.engines.gpu().expect("a device"), &scene, &all);
                 assert_eq!(totals.parts, 1, "{name}");
                 for most_of_a_tile in [1, 7] {
                     let few = Scattered { most_of_a_tile, ..all };
                     let (found, in_parts) =
-                        drawn_as(&mut drawer.engines.gpu().expect("a device"), &scene, &few);
+                        drawn_as(drawer.engines.gpu().expect("a device"), &scene, &few);
                     assert!(in_parts.parts > 3, "{name}: {in_parts:?}");
                     assert_eq!(in_parts.capped, totals.capped, "{name}");
                     let parts = in_parts.parts;
@@ -51,9 +51,9 @@ fn more_kernels_on_a_tile_than_a_loop_has_turns() {
     scene.camera.parallel_scale *= 200.0;
     let mut many = records(&scene, TURNS + 10_000, 29);
     many.iter_mut().for_each(|r| r.extinction *= 1e-3);
-    let raster = by_raster(&mut drawer.engines.gpu().expect("a device"), &scene, &many);
+    let raster = by_raster(drawer.engines.gpu().expect("a device"), &scene, &many);
     let (found, totals) = drawn_as(
-        &mut drawer.engines.gpu().expect("a device"),
+        drawer.engines.gpu().expect("a device"),
         &scene,
         &Scattered::new(&many, &scene.splat),
     );
@@ -61,12 +61,12 @@ fn more_kernels_on_a_tile_than_a_loop_has_turns() {
     assert!(totals.parts > 2, "{totals:?}");
     // Each of them rounds: measured 8.4e-9, in slabs 2.3e-6.
     assert!(apart(&found, &raster) < 1e-5);
-    let fewer = by_raster(&mut drawer.engines.gpu().expect("a device"), &scene, &many[..TURNS]);
+    let fewer = by_raster(drawer.engines.gpu().expect("a device"), &scene, &many[..TURNS]);
     assert!(apart(&fewer, &raster) > 1e-3, "what a loop leaves out would be seen");
     for order in [Order::BackToFront, Order::FrontToBack] {
         let slabs = in_slabs(&scene, 1.0, order);
         let (found, totals) = drawn_as(
-            &mut drawer.engines.gpu().expect("a device"),
+            drawer.engines.gpu().expect("a device"),
             &slabs,
             &Scattered::new(&many, &slabs.splat),
         );

@@ -191,8 +191,8 @@ fn rays_in_parts_are_the_same_rays() {
     }
     let count = |drawer: &Drawer| {
         (
-            drawer.engines.gpu().expect("a device").pipeline_count(),
-            drawer.engines.gpu().expect("a device").peak_bytes(),
+            drawer.engines.made_gpu().expect("a device").pipeline_count(),
+            drawer.engines.made_gpu().expect("a device").peak_bytes(),
         )
     };
     assert!(count(&parts).1 > count(&whole).1, "nothing was drawn in parts");

@@ -20,7 +20,7 @@ fn one_piece(drawer: &mut Drawer, scene: &Scene, capacity: u64) -> GridTotals {
     let dims = scene.lattice().dims;
     let [a, b, _] = view.traversal.axes;
     let rows = (dims[a] * dims[b]) as u32;
-    let renderer = &mut drawer.engines.gpu().expect("a device");
+    let renderer = drawer.engines.gpu().expect("a device");
     renderer.begin(&view, scene.splat.kernel, None, 1.0).expect("a sound view");
     renderer.draw_rows(&view, 0..rows, capacity).expect("the device draws");
     renderer.grid_totals().expect("the device counts")

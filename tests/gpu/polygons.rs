@@ -205,8 +205,8 @@ fn what_has_no_polygons_costs_nothing_and_the_same_ones_are_the_same_bits() {
     let (before, _) = drawn(&mut drawer, &plain, SIZE, Rung::Full);
     let held = |drawer: &Drawer| {
         (
-            drawer.engines.gpu().expect("a device").pipeline_count(),
-            drawer.engines.gpu().expect("a device").size_bytes(),
+            drawer.engines.made_gpu().expect("a device").pipeline_count(),
+            drawer.engines.made_gpu().expect("a device").size_bytes(),
         )
     };
     let (pipelines, bytes) = held(&drawer);

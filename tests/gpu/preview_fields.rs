@@ -501,7 +501,7 @@ fn capped_opacities_are_counted_from_each_beginning() {
     let means = Means::of(volume_of(&scene), 2);
     let (_, caps) = expected(&scene, &means, SMALL);
     let (_, capped) = preview(
-        &mut drawer.engines.gpu().expect("a device"),
+        drawer.engines.gpu().expect("a device"),
         &scene,
         means.coefficients(volume_of(&scene)),
         SMALL,

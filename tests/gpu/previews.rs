@@ -131,7 +131,7 @@ fn a_smaller_picture_has_one_ray_a_pixel() {
     let mut light = |size: [u32; 2], enlarged: f64| {
         let view = View { enlarged, ..View::new(&scene, size) };
         let (spacing, unit) = (scene.lattice().smallest_spacing(), scene.opacity_unit_distance());
-        let renderer = &mut drawer.engines.gpu().expect("a device");
+        let renderer = drawer.engines.gpu().expect("a device");
         renderer.begin(&view, scene.splat.kernel, None, unit).expect("begun");
         let tiles = 0..tile_count(size);
         let constants =

@@ -194,8 +194,8 @@ fn what_is_not_asked_for_costs_nothing_and_changes_no_bit() {
     let mut drawer = Drawer::new(Renderer::new(context));
     let held = |drawer: &Drawer| {
         (
-            drawer.engines.gpu().expect("a device").pipeline_count(),
-            drawer.engines.gpu().expect("a device").size_bytes(),
+            drawer.engines.made_gpu().expect("a device").pipeline_count(),
+            drawer.engines.made_gpu().expect("a device").size_bytes(),
         )
     };
     let plain = painted(Shading::default());

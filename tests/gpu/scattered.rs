@@ -135,11 +135,11 @@ fn every_sample_is_the_references_picture_and_the_triangles() {
                 pixels,
                 Rays::Local,
             );
-            let raster = by_raster(&mut drawer.engines.gpu().expect("a device"), &base, &records);
+            let raster = by_raster(drawer.engines.gpu().expect("a device"), &base, &records);
             for order in ORDERS {
                 let name = format!("lists {}, {name}, {}", kernel.name(), order.name());
                 let found = by_lists(
-                    &mut drawer.engines.gpu().expect("a device"),
+                    drawer.engines.gpu().expect("a device"),
                     &in_order(&base, order),
                     &records,
                 );
@@ -154,8 +154,8 @@ fn every_sample_is_the_references_picture_and_the_triangles() {
             }
         }
         let backwards: Vec<Record> = records.iter().rev().copied().collect();
-        let raster = by_raster(&mut drawer.engines.gpu().expect("a device"), &base, &records);
-        let found = by_lists(&mut drawer.engines.gpu().expect("a device"), &base, &backwards);
+        let raster = by_raster(drawer.engines.gpu().expect("a device"), &base, &records);
+        let found = by_lists(drawer.engines.gpu().expect("a device"), &base, &backwards);
         assert!(fault(&found, &raster, ROUNDING).is_some(), "the order matters");
     }
 }
@@ -263,8 +263,7 @@ fn slabs_are_each_kernels_integral_between_their_faces() {
                 let name = format!("{} {extent:?}, {slabs_per_voxel}, {name}", kernel.name());
                 for order in ORDERS {
                     let scene = in_order(&scene, order);
-                    let found =
-                        by_lists(&mut drawer.engines.gpu().expect("a device"), &scene, &records);
+                    let found = by_lists(drawer.engines.gpu().expect("a device"), &scene, &records);
                     print_measured(&format!("slabs {name}, {}", order.name()), &found, &expected);
                     assert_eq!(fault(&found, &expected, DENSE), None, "{name}");
                 }
@@ -274,7 +273,7 @@ fn slabs_are_each_kernels_integral_between_their_faces() {
         let mut moved = in_slabs(&base, 1.0, Order::FrontToBack);
         let expected = slabs(&moved, &kernels(&moved, &records), false).0;
         moved.splat.slabs_per_voxel = 0.5;
-        let found = by_lists(&mut drawer.engines.gpu().expect("a device"), &moved, &records);
+        let found = by_lists(drawer.engines.gpu().expect("a device"), &moved, &records);
         print_measured(&format!("slabs of another thickness, {name}"), &found, &expected);
         assert!(fault(&found, &expected, DENSE).is_some(), "{name}: slabs of another thickness");
     }
@@ -287,12 +286,11 @@ fn alpha_is_the_same_in_every_mode_and_order() {
         let records = records(&base, 80, 5);
         for kernel in [Kernel::Cubic, Kernel::Gaussian, Kernel::Nearest, Kernel::Point] {
             let base = with_kernel(base.clone(), kernel);
-            let every = by_lists(&mut drawer.engines.gpu().expect("a device"), &base, &records);
+            let every = by_lists(drawer.engines.gpu().expect("a device"), &base, &records);
             for slabs_per_voxel in [0.25, 1.0, 3.0, 16.0] {
                 for order in ORDERS {
                     let scene = in_slabs(&base, slabs_per_voxel, order);
-                    let found =
-                        by_lists(&mut drawer.engines.gpu().expect("a device"), &scene, &records);
+                    let found = by_lists(drawer.engines.gpu().expect("a device"), &scene, &records);
                     let most = every.iter().zip(&found).map(|(a, b)| (a[3] - b[3]).abs());
                     let most = most.fold(0.0, f64::max);
                     println!(
@@ -316,7 +314,7 @@ fn published_opacity_is_opacity_times_footprint_and_sums_are_capped_at_one_and_c
         scene.splat.opacity_model = OpacityModel::Published;
         let (expected, caps) = slabs(&scene, &kernels(&scene, &records), true);
         let what = Scattered::new(&records, &scene.splat);
-        let (found, totals) = drawn_as(&mut drawer.engines.gpu().expect("a device"), &scene, &what);
+        let (found, totals) = drawn_as(drawer.engines.gpu().expect("a device"), &scene, &what);
         print_measured(&format!("published slabs, {name}"), &found, &expected);
         let within = Within { max_abs: 2e-3, rmse: 2e-4, bias: 5e-5 };
         assert_eq!(fault(&found, &expected, within), None, "{name}");
@@ -327,7 +325,7 @@ fn published_opacity_is_opacity_times_footprint_and_sums_are_capped_at_one_and_c
         // One kernel alone: its opacity is alpha times footprint.
         let one = &records[records.len() / 2..=records.len() / 2];
         scene.splat.visibility = Visibility::EverySample;
-        let found = by_lists(&mut drawer.engines.gpu().expect("a device"), &scene, one);
+        let found = by_lists(drawer.engines.gpu().expect("a device"), &scene, one);
         let pixels = SIZE.map(|n| n as usize);
         let (kernel, camera) = (scene.splat.kernel, &scene.camera);
         let mut weak = kernels(&scene, one);
@@ -358,25 +356,24 @@ fn too_little_room_and_halved_rectangles_give_the_same_bits_as_room_for_all() {
         for scene in [base.clone(), in_slabs(&base, 2.0, Order::FrontToBack)] {
             let all = Scattered::new(&records, &scene.splat);
             let (expected, totals) =
-                drawn_as(&mut drawer.engines.gpu().expect("a device"), &scene, &all);
+                drawn_as(drawer.engines.gpu().expect("a device"), &scene, &all);
             assert_eq!((totals.rectangles, totals.rewritten), (1, 0), "{name}: room from before");
-            let (again, _) = drawn_as(&mut drawer.engines.gpu().expect("a device"), &scene, &all);
+            let (again, _) = drawn_as(drawer.engines.gpu().expect("a device"), &scene, &all);
             assert_eq!(bits(&again), bits(&expected), "{name}: twice");
             let (found, totals) = drawn_as(
-                &mut drawer.engines.gpu().expect("a device"),
+                drawer.engines.gpu().expect("a device"),
                 &scene,
                 &Scattered { room: 1, ..all },
             );
             assert_eq!(totals.rewritten, 1, "{name}");
             assert_eq!(bits(&found), bits(&expected), "{name}: grown from room for one");
             let few = Scattered { most_entries: 150, room: 100, ..all };
-            let (found, totals) =
-                drawn_as(&mut drawer.engines.gpu().expect("a device"), &scene, &few);
+            let (found, totals) = drawn_as(drawer.engines.gpu().expect("a device"), &scene, &few);
             assert!(totals.rectangles > 3, "{name}: {totals:?}");
             assert_eq!(bits(&found), bits(&expected), "{name}: in {} parts", totals.rectangles);
             // Shorter by one entry shows.
             let fewer = Scattered::new(&records[1..], &scene.splat);
-            let (found, _) = drawn_as(&mut drawer.engines.gpu().expect("a device"), &scene, &fewer);
+            let (found, _) = drawn_as(drawer.engines.gpu().expect("a device"), &scene, &fewer);
             assert_ne!(bits(&found), bits(&expected), "{name}: one kernel less");
         }
     }
@@ -396,12 +393,12 @@ fn kernels_larger_than_the_picture_smaller_than_a_pixel_and_about_the_eye_are_th
     behind.camera.focal_point += behind.camera.direction * 3000.0;
     for (name, scene) in [("close", close), ("far", far), ("around", around), ("behind", behind)] {
         let records = records(&scene, 60, 23);
-        let raster = by_raster(&mut drawer.engines.gpu().expect("a device"), &scene, &records);
+        let raster = by_raster(drawer.engines.gpu().expect("a device"), &scene, &records);
         let most = raster.iter().map(|p| p[3]).fold(0.0, f64::max);
         assert_eq!(most > 0.0, name != "behind", "{name}: {most}");
         for order in ORDERS {
             let found = by_lists(
-                &mut drawer.engines.gpu().expect("a device"),
+                drawer.engines.gpu().expect("a device"),
                 &in_order(&scene, order),
                 &records,
             );
@@ -409,7 +406,7 @@ fn kernels_larger_than_the_picture_smaller_than_a_pixel_and_about_the_eye_are_th
             let within = Within { max_abs: 1e-4, rmse: 1e-5, bias: 5e-6 };
             assert_eq!(fault(&found, &raster, within), None, "{name}");
             let slabs = by_lists(
-                &mut drawer.engines.gpu().expect("a device"),
+                drawer.engines.gpu().expect("a device"),
                 &in_slabs(&scene, 1.0, order),
                 &records,
             );
@@ -427,7 +424,7 @@ fn nothing_is_an_empty_picture_sheets_are_refused_and_the_observer_stops_it() {
     let Some(mut drawer) = drawer() else { return };
     let mut scene = parallel();
     let (light, totals) = drawn_as(
-        &mut drawer.engines.gpu().expect("a device"),
+        drawer.engines.gpu().expect("a device"),
         &scene,
         &Scattered::new(&[], &scene.splat),
     );
@@ -435,14 +432,14 @@ fn nothing_is_an_empty_picture_sheets_are_refused_and_the_observer_stops_it() {
     assert_eq!(totals, ListTotals { finished: true, ..ListTotals::default() });
     let clear = [Record::new([3; 3], [2; 3], 0.0, [65_535; 3])];
     let (light, _) = drawn_as(
-        &mut drawer.engines.gpu().expect("a device"),
+        drawer.engines.gpu().expect("a device"),
         &scene,
         &Scattered::new(&clear, &scene.splat),
     );
     assert!(light.iter().flatten().all(|&c| c == 0.0));
 
     let records = records(&scene, 20, 2);
-    let view = begun(&mut drawer.engines.gpu().expect("a device"), &scene);
+    let view = begun(drawer.engines.gpu().expect("a device"), &scene);
     let what = Scattered { piece_ms: 0.0, ..Scattered::new(&records, &scene.splat) };
     let mut seen = Vec::new();
     let stopped =
@@ -467,9 +464,9 @@ fn stopping_early_leaves_out_no_more_than_it_says() {
         scene.splat.order = Order::FrontToBack;
         let records = dense(&scene, 80, 5);
         let all = Scattered::new(&records, &scene.splat);
-        let (expected, _) = drawn_as(&mut drawer.engines.gpu().expect("a device"), &scene, &all);
+        let (expected, _) = drawn_as(drawer.engines.gpu().expect("a device"), &scene, &all);
         let (found, _) = drawn_as(
-            &mut drawer.engines.gpu().expect("a device"),
+            drawer.engines.gpu().expect("a device"),
             &scene,
             &Scattered { stop_below: 0.01, ..all },
         );

@@ -186,8 +186,8 @@ fn what_is_not_asked_for_costs_nothing_and_changes_no_bit() {
     let (before, _) = drawn(&mut drawer, &plain, SIZE, Rung::Full);
     let held = |drawer: &Drawer| {
         (
-            drawer.engines.gpu().expect("a device").pipeline_count(),
-            drawer.engines.gpu().expect("a device").size_bytes(),
+            drawer.engines.made_gpu().expect("a device").pipeline_count(),
+            drawer.engines.made_gpu().expect("a device").size_bytes(),
         )
     };
     let (pipelines, bytes) = held(&drawer);
@@ -328,7 +328,7 @@ fn bricks_that_show_are_found_among_many_that_do_not() {
     let (whole, _) = drawn(&mut drawer, &scene, SIZE, Rung::Full);
     let view = View::new(&scene, SIZE);
     let unit = scene.opacity_unit_distance();
-    let renderer = &mut drawer.engines.gpu().expect("a device");
+    let renderer = drawer.engines.gpu().expect("a device");
     // Lets go of what was shaded.
     let lit = Plan::of(&scene, SIZE);
     let plain = Plan { shading: Shading::default(), ..lit.clone() };

@@ -141,7 +141,7 @@ fn rays(drawer: &mut Drawer, scene: &Scene, size: [u32; 2], most: Option<u64>) -
     let view = View { enlarged: 16.0, ..View::new(scene, size) };
     let (field, constants) = (SlabField::Preview, constants(scene));
     let scene = &Scene { splat: TENTS, ..scene.clone() };
-    let renderer = &mut drawer.engines.gpu().expect("a device");
+    let renderer = drawer.engines.gpu().expect("a device");
     renderer.begin_plan(&Plan::of(scene, size)).expect("begun");
     let more =
         most.map_or(0, |most| renderer.mark_specks(field, &view, &scene.splat, constants, most));
@@ -195,8 +195,7 @@ fn a_bright_voxel_among_means_stays_however_late_opacities_begin() {
         let Some(mut drawer) = drawer_of(&scene) else { return };
         for level in 1..3 {
             let means = preview_field(volume_of(&scene), level, &ticket).expect("made");
-            let (volume, renderer) =
-                (volume_of(&scene), &mut drawer.engines.gpu().expect("a device"));
+            let (volume, renderer) = (volume_of(&scene), drawer.engines.gpu().expect("a device"));
             let field = SlabField::Preview;
             renderer.set_field(field, volume, &TENTS, means, &ticket).expect("set");
             for shrink in [1.5, 6.5, 24.0] {

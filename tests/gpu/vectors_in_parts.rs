@@ -6,7 +6,7 @@
 use glam::DVec3;
 use voxsplat::accuracy::Difference;
 use voxsplat::core::Ticket;
-use voxsplat::gpu::Wishes;
+use voxsplat::gpu::{Renderer, Wishes};
 use voxsplat::kernel::Kernel;
 use voxsplat::plan::Plan;
 use voxsplat::scene::{

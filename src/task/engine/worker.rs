@@ -4,7 +4,9 @@ use std::sync::{Arc, PoisonError};
 
 use super::next::LastDrawn;
 use super::rungs::Unchecked;
-use super::{EngineState, FrameRequest, Ladder, Picture, Posted, PostedStill, Shared};
+use super::{
+    EngineChoice, EngineState, FrameRequest, Ladder, Picture, Posted, PostedStill, Shared,
+};
 use crate::core::Ticket;
 use crate::gpu::{GpuError, Wishes};
 use crate::task::draw::{DrawError, Drawer};
@@ -100,8 +102,9 @@ impl Worker {
     }
 
     /// Draws with another engine from now on: the frame on the screen anew.
-    fn choose(&mut self, choice: Choice) {
-        self.choice = choice;
+    fn choose(&mut self, choice: EngineChoice) {
+        // An adapter that was named stays so.
+        self.choice.engine = choice;
         self.drop_device();
         (self.finished, self.last_full, self.last_reduced) = (None, None, None);
         self.coarse.clear();
