@@ -17,6 +17,8 @@ use serde_json::{Value, json};
 use voxsplat::app::trace::PassLine;
 
 /// Moves of the mouse in a drag, one every 8 ms as a fast mouse sends them.
+/// What it draws with: what a user has who chooses nothing.
+const ENGINE: [&str; 2] = ["--engine", "auto"];
 const MOVES: usize = 360;
 
 fn main() {
@@ -94,7 +96,7 @@ fn drag(display: &Display, program: &Program, moves: usize) -> (f64, Vec<PassLin
 
 fn measure(display: &Display, name: &str, path: &Path) -> Value {
     let started_ms = now_ms();
-    let mut program = Program::start(display, path.to_str().expect("a path in Unicode"));
+    let mut program = Program::start(display, path.to_str().expect("a path in Unicode"), ENGINE);
     let first = program.wait("first picture", 0, |pass| pass.picture.is_some());
     let rested = program.wait_for_rest(0);
     let (pressed_ms, moved) = drag(display, &program, MOVES);

@@ -560,9 +560,11 @@ fn what_is_not_in_the_file_or_the_machine_is_exit_1() {
     let adapter = render(&["--adapter", "no such adapter"]);
     assert_eq!(fault(&adapter, 1, &["no such adapter"], None), None);
     if can_draw() {
-        let large = render(&["--resolution", "1000000,8"]);
+        let large = render(&["--resolution", "1000000,8", "--engine", "gpu"]);
         assert_eq!(fault(&large, 1, &["1000000"], None), None);
     }
+    let large = render(&["--resolution", "1000000,1000000", "--engine", "native"]);
+    assert_eq!(fault(&large, 1, &["the picture", "48.0 TB"], None), None);
     assert!(!picture.exists(), "a picture of nothing");
 }
 

@@ -46,7 +46,8 @@ fn lattices_are_drawn_without_an_adapter_and_by_none() {
     let plain = still(&engine, &scene).unwrap();
     assert_eq!((plain.engine, plain.pipelines, plain.uploads), (EngineKind::Native, 0, 0));
     assert!(plain.adapter.starts_with("native ("), "{}", plain.adapter);
-    assert!(plain.light.iter().filter(|pixel| pixel[3] > 0.05).count() > 1000);
+    let shown = plain.light.iter().filter(|pixel| pixel[3] > 0.05).count();
+    assert!(shown > 300, "{shown}");
     let names: Vec<_> = plain.passes.iter().map(|pass| pass.name).collect();
     assert_eq!(names, ["mask_depths", "walk_slabs"]);
     assert!(plain.kernels_active > 0 && plain.drawn.kernels == plain.kernels_active);

@@ -87,6 +87,11 @@ impl Light {
         })
     }
 
+    /// Bytes of memory, but for the points of tables.
+    pub(super) fn size_bytes(&self) -> u64 {
+        (size_of::<Self>() + size_of_val(&self.lights[..])) as u64
+    }
+
     /// The looks of slabs whose middles are `t` pixels deep, of cell `u` and growth `g` of the stored value there.
     #[inline(always)]
     pub(super) fn shaded<S: Simd>(

@@ -68,6 +68,24 @@ struct Drawing {
     stop_below: f32,
 }
 
+impl Drawing {
+    /// Bytes of memory: what nothing asks for takes none.
+    fn size_bytes(&self) -> u64 {
+        self.masks.size_bytes() + self.shading_bytes() + self.inside_bytes()
+    }
+
+    /// Of them, lights and shading tables.
+    fn shading_bytes(&self) -> u64 {
+        self.light.as_ref().map_or(0, Light::size_bytes)
+    }
+
+    /// Of them, what lets the inside be seen.
+    fn inside_bytes(&self) -> u64 {
+        let surfaces = self.surfaces.as_ref().map_or(0, Surfaces::size_bytes);
+        surfaces + size_of_val(&self.rays.clip[..]) as u64
+    }
+}
+
 impl Default for Renderer {
     fn default() -> Self {
         Self::new()
@@ -289,11 +307,17 @@ impl Renderer {
             field.lattice.size_bytes() + field.table.as_ref().map_or(0, Table::size_bytes)
         };
         let of_picture = |picture: &Picture| {
-            let masks = picture.drawing.as_ref().map_or(0, |drawing| drawing.masks.size_bytes());
-            size_of_val(&picture.pixels[..]) as u64 + masks
+            size_of_val(&picture.pixels[..]) as u64
+                + picture.drawing.as_ref().map_or(0, Drawing::size_bytes)
         };
         self.fields.iter().flatten().map(of_field).sum::<u64>()
             + self.picture.as_ref().map_or(0, of_picture)
+    }
+
+    /// Of them, those of lights and shading tables, and those of what lets the inside be seen.
+    pub fn effect_bytes(&self) -> [u64; 2] {
+        let drawing = self.picture.as_ref().and_then(|picture| picture.drawing.as_ref());
+        drawing.map_or([0; 2], |drawing| [drawing.shading_bytes(), drawing.inside_bytes()])
     }
 
     /// The most that it held.

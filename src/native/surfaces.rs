@@ -77,6 +77,12 @@ impl Surfaces {
         (!is_none).then_some(found)
     }
 
+    /// Bytes of memory.
+    pub(super) fn size_bytes(&self) -> u64 {
+        let (slices, levels) = (size_of_val(&self.slices[..]), size_of_val(&self.levels[..]));
+        (size_of::<Self>() + slices + levels) as u64
+    }
+
     /// Whether there are isosurfaces.
     pub(super) fn has_levels(&self) -> bool {
         !self.levels.is_empty()

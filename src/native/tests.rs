@@ -94,11 +94,18 @@ fn gradients_are_differences_of_values() {
     }
 }
 
-/// A scene of noise of which little shows.
+/// A scene of a ball in a field that falls off around it, less than half of which shows.
 fn scene() -> Scene {
-    let mut scene = scene::opening(SampleSource::default(), volume([21, 18, 25]), None);
-    let opacity = vec![(900.0, 0.0), (950.0, 0.7)];
-    scene.transfer_mut().expect("a field").opacity = opacity;
+    let dims = [21, 18, 25];
+    let value = |i: usize| {
+        let at = [i % dims[0], i / dims[0] % dims[1], i / (dims[0] * dims[1])];
+        let off = [0, 1, 2].map(|a| at[a] as f32 - (dims[a] as f32 - 1.0) / 2.0);
+        1000.0 - 80.0 * off.iter().map(|x| x * x).sum::<f32>().sqrt()
+    };
+    let samples = Samples::Float32((0..dims.iter().product()).map(value).collect());
+    let volume = ScalarVolume::from_samples("ball", Grid::unit(dims), samples).expect("a volume");
+    let mut scene = scene::opening(SampleSource::default(), Arc::new(volume), None);
+    scene.transfer_mut().expect("a field").opacity = vec![(400.0, 0.0), (500.0, 0.7)];
     scene.splat = SplatSettings::EXACT;
     scene.camera = Camera::new(
         scene.lattice().centre(),

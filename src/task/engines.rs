@@ -229,7 +229,10 @@ impl Engines {
     pub fn held(&self) -> HeldBytes {
         match (self.drew, &self.gpu) {
             (EngineKind::Gpu, Some(renderer)) => HeldBytes::of(renderer),
-            _ => HeldBytes { all: self.native.size_bytes(), ..HeldBytes::default() },
+            _ => {
+                let [shading, inside] = self.native.effect_bytes();
+                HeldBytes { all: self.native.size_bytes(), shading, inside, ..HeldBytes::default() }
+            }
         }
     }
 

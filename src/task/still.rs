@@ -379,6 +379,8 @@ fn coarsest_within(
     max_error: f64,
     watch: &mut Watch<'_>,
 ) -> Result<(Rung, f64), StillError> {
+    // What a plan's own engine does not need: the cuts are found in it.
+    drawer.prepare_octree(plan, true, watch)?;
     drawer.draw(plan, Rung::Full, watch)?;
     let full = widened(&drawer.engines.read_light()?);
     let mut count = 64;

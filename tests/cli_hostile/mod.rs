@@ -101,7 +101,7 @@ fn an_adapter_that_is_not_there_is_refused_with_those_that_are() {
     let at = |name: &str| folder.path().join(name).to_str().expect("UTF-8").to_owned();
     let (picture, stats) = (at("out.png"), at("stats.json"));
     let small = ["render", DEMO, "-o", &picture, "--resolution", "8,8"];
-    let drawn = voxsplat(&[&small[..], &["--stats", &stats]].concat());
+    let drawn = voxsplat(&[&small[..], &["--stats", &stats, "--engine", "gpu"]].concat());
     assert!(drawn.status.success(), "{}", errors(&drawn));
     let text = std::fs::read_to_string(&stats).expect("statistics");
     let found: Value = serde_json::from_str(&text).expect("JSON");

@@ -2,7 +2,7 @@
 
 use std::fs;
 use std::io::{BufRead as _, BufReader};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
@@ -89,15 +89,18 @@ impl Display {
 pub(crate) struct Program {
     running: Running,
     folder: TempDir,
+    /// What it was told to draw with.
+    engine: [&'static str; 2],
 }
 
 impl Program {
     /// Opens the window on a file (or `demo:NAME`).
-    pub(crate) fn start(display: &Display, file: &str) -> Self {
+    pub(crate) fn start(display: &Display, file: &str, engine: [&'static str; 2]) -> Self {
         let folder = tempfile::tempdir().unwrap();
         let stderr = fs::File::create(folder.path().join("stderr")).unwrap();
         let child = Command::new(env!("CARGO_BIN_EXE_voxsplat"))
-            .args(["--adapter", "software", "--trace"])
+            .args(engine)
+            .arg("--trace")
             .arg(folder.path().join("trace"))
             .arg(file)
             .env("DISPLAY", &display.name)
@@ -111,7 +114,7 @@ impl Program {
             .stderr(stderr)
             .spawn()
             .unwrap();
-        Self { running: Running(child), folder }
+        Self { running: Running(child), folder, engine }
     }
 
     /// A path in a folder of the program's own.
@@ -196,8 +199,9 @@ fn is_finished(pass: &PassLine) -> bool {
         })
 }
 
-/// What `render` draws of a file, seen as in a pass.
-pub(crate) fn rendered(file: &str, pass: &PassLine, output: &Path) -> RgbImage {
+/// What `render` draws of a file with a program's engine, seen as in a pass.
+pub(crate) fn rendered(program: &Program, file: &str, pass: &PassLine) -> RgbImage {
+    let output = &program.path("rendered.png");
     let camera = pass.camera.unwrap();
     let [_, _, width, height] = pass.viewport;
     let [r, g, b] = pass.background.unwrap();
@@ -206,7 +210,9 @@ pub(crate) fn rendered(file: &str, pass: &PassLine, output: &Path) -> RgbImage {
     let slabs = rung.and_then(|(_, slabs)| slabs.strip_suffix(" slabs per voxel"));
     let vector = |v: glam::DVec3| format!("{},{},{}", v.x, v.y, v.z);
     let outcome = Command::new(env!("CARGO_BIN_EXE_voxsplat"))
-        .args(["render", file, "--adapter", "software", "--output"])
+        .args(["render", file])
+        .args(program.engine)
+        .arg("--output")
         .arg(output)
         .args(["--resolution", &format!("{width},{height}")])
         .args(["--camera-direction", &vector(camera.direction)])
