@@ -45,7 +45,7 @@ impl Masks {
                 if top >= bottom {
                     continue;
                 }
-                let bit = |slab: i32| (slab - first) / length;
+                let bit = |slab: i32| slab.saturating_sub(first) / length;
                 let (low, high) = (bit(slabs[0]), bit(slabs[1]));
                 let bits = (u64::MAX >> (63 - (high - low))) << low;
                 for row in top..bottom {

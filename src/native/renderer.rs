@@ -1,8 +1,8 @@
 //! What the engine keeps between pictures, and a picture tile by tile.
 
 use std::ops::Range;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, OnceLock};
 use std::time::Instant;
 
 use fearless_simd::{Level, Simd};
@@ -29,6 +29,7 @@ const TILE_PIXELS: usize = (TILE * TILE) as usize;
 #[derive(Debug)]
 pub struct Renderer {
     level: Level,
+    threads: Threads,
     fields: [Option<Field>; 2],
     picture: Option<Picture>,
     /// Opacities over 1, lowered to it, since the picture began.
@@ -36,6 +37,31 @@ pub struct Renderer {
     /// What its stages took: milliseconds, and how often each ran.
     stages: Vec<(&'static str, f64, u32)>,
     most_bytes: u64,
+}
+
+/// Threads of its own: those that others share their work out to may be busy with what takes seconds. Made when there
+/// is something to draw.
+#[derive(Debug)]
+struct Threads {
+    /// 0: as many as there are cores, or as `RAYON_NUM_THREADS` says.
+    count: usize,
+    /// `None` where they did not start: then those that all share.
+    pool: OnceLock<Option<rayon::ThreadPool>>,
+}
+
+impl Threads {
+    /// Has work shared out to them.
+    fn run<T: Send>(&self, work: impl FnOnce() -> T + Send) -> T {
+        let pool = self.pool.get_or_init(|| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(self.count);
+            let pool = pool.thread_name(|i| format!("voxsplat-native-{i}")).build();
+            pool.inspect_err(|error| log::warn!("no threads for drawing alone: {error}")).ok()
+        });
+        match pool {
+            Some(pool) => pool.install(work),
+            None => work(),
+        }
+    }
 }
 
 #[derive(Debug)]
@@ -95,17 +121,23 @@ impl Default for Renderer {
 impl Renderer {
     /// On this processor, with the widest instructions that it has and this engine is compiled for.
     pub fn new() -> Self {
-        Self::with_level(Level::new())
+        Self::with(Level::new(), 0)
     }
 
     /// With the instructions that every processor of this kind has.
     pub fn with_baseline() -> Self {
-        Self::with_level(Level::baseline())
+        Self::with(Level::baseline(), 0)
     }
 
-    fn with_level(level: Level) -> Self {
+    /// On so many threads.
+    pub fn with_threads(count: usize) -> Self {
+        Self::with(Level::new(), count)
+    }
+
+    fn with(level: Level, threads: usize) -> Self {
         Self {
             level,
+            threads: Threads { count: threads, pool: OnceLock::new() },
             fields: [None, None],
             picture: None,
             capped: 0,
@@ -116,7 +148,7 @@ impl Renderer {
 
     /// The instructions that it draws with, and on how many threads.
     pub fn name(&self) -> String {
-        let threads = rayon::current_num_threads();
+        let threads = self.threads.run(rayon::current_num_threads);
         let threads =
             if threads == 1 { "1 thread".to_owned() } else { format!("{threads} threads") };
         format!("{}, {threads}", self.instructions())
@@ -159,8 +191,9 @@ impl Renderer {
     ) -> Result<(), Cancelled> {
         self.fields[which as usize] = None;
         self.picture = None;
+        let is_quick = which == SlabField::Preview;
         let lattice =
-            Lattice::new(volume, (mode, which == SlabField::Preview), coefficients, ticket)?;
+            self.threads.run(|| Lattice::new(volume, (mode, is_quick), coefficients, ticket))?;
         self.fields[which as usize] = Some(Field { lattice, table: None });
         self.note_bytes();
         Ok(())
@@ -184,7 +217,8 @@ impl Renderer {
     /// Sets the classification of a field, in which isosurfaces at `levels` show, too.
     pub fn set_table(&mut self, which: SlabField, table: &Cumulative, levels: &[f64]) {
         if let Some(field) = &mut self.fields[which as usize] {
-            field.table = Some(Table::new(&field.lattice, table, levels));
+            let made = self.threads.run(|| Table::new(&field.lattice, table, levels));
+            field.table = Some(made);
             self.note_bytes();
         }
     }
@@ -205,6 +239,7 @@ impl Renderer {
         pixels.clear();
         pixels.resize(tile_count(plan.size) as usize * TILE_PIXELS, [0.0; 4]);
         let field = self.fields[which as usize].as_ref().filter(|_| plan.field().is_some());
+        let threads = &self.threads;
         let drawing = field.and_then(|Field { lattice, table }| {
             let table = table.as_ref()?;
             let end = lattice.dims.map(|n| n as f64 - 0.5);
@@ -215,7 +250,7 @@ impl Renderer {
             let shown = if composites { &table.visible[..] } else { &[] };
             Some(Drawing {
                 which,
-                masks: Masks::new(&rays, &lattice.bricks, lattice.dims, shown),
+                masks: threads.run(|| Masks::new(&rays, &lattice.bricks, lattice.dims, shown)),
                 light: Light::of(plan).filter(|_| composites),
                 surfaces: Surfaces::of(plan),
                 along,
@@ -256,11 +291,13 @@ impl Renderer {
         let capped = AtomicU64::new(0);
         let first = tiles.start as usize;
         let pixels = &mut pixels[first * TILE_PIXELS..tiles.end as usize * TILE_PIXELS];
-        pixels.par_chunks_mut(TILE_PIXELS).enumerate().for_each(|(i, out)| {
-            let found = draw_tile(level, &scene, along, first + i, out);
-            if found > 0 {
-                capped.fetch_add(found, Ordering::Relaxed);
-            }
+        self.threads.run(|| {
+            pixels.par_chunks_mut(TILE_PIXELS).enumerate().for_each(|(i, out)| {
+                let found = draw_tile(level, &scene, along, first + i, out);
+                if found > 0 {
+                    capped.fetch_add(found, Ordering::Relaxed);
+                }
+            });
         });
         self.capped += capped.into_inner();
         let stage = if along == AlongRay::Composite { "walk_slabs" } else { "project_values" };
@@ -292,11 +329,13 @@ impl Renderer {
         let tile = TILE as usize;
         let across = width.div_ceil(tile);
         let mut light = vec![[0.0; 4]; width * height];
-        light.par_chunks_mut(width.max(1)).enumerate().for_each(|(y, row)| {
-            for (i, part) in row.chunks_mut(tile).enumerate() {
-                let start = ((y / tile) * across + i) * TILE_PIXELS + y % tile * tile;
-                part.copy_from_slice(&pixels[start..start + part.len()]);
-            }
+        self.threads.run(|| {
+            light.par_chunks_mut(width.max(1)).enumerate().for_each(|(y, row)| {
+                for (i, part) in row.chunks_mut(tile).enumerate() {
+                    let start = ((y / tile) * across + i) * TILE_PIXELS + y % tile * tile;
+                    part.copy_from_slice(&pixels[start..start + part.len()]);
+                }
+            });
         });
         (light, *size)
     }

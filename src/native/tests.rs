@@ -172,25 +172,19 @@ fn pictures_have_the_same_bits_for_any_number_of_threads() {
     let plan = Plan::of(&scene(), [61, 45]);
     let field = plan.field().expect("a field");
     let draw = |threads: usize| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
-        pool.install(|| {
-            let mut renderer = super::Renderer::new();
-            let made = coefficients(&field.volume, Kernel::BSpline, None, true, &Ticket::new());
-            let (volume, ticket) = (&field.volume, Ticket::new());
-            let which = SlabField::Own;
-            renderer
-                .set_field(which, volume, &plan.mode, made.expect("they fit"), &ticket)
-                .expect("whole");
-            let scalar_type = volume.samples.scalar_type();
-            let weight = Weight::Extinction;
-            let of = Cumulative::new(&field.transfer, scalar_type, &volume.statistics, weight);
-            renderer.set_table(which, &of, &[]);
-            renderer.begin(&plan, which, 5e-4);
-            let tiles = super::tile_count(plan.size);
-            renderer.draw_tiles(0..tiles / 2);
-            renderer.draw_tiles(tiles / 2..tiles);
-            renderer.light()
-        })
+        let mut renderer = super::Renderer::with_threads(threads);
+        let made = coefficients(&field.volume, Kernel::BSpline, None, true, &Ticket::new());
+        let (volume, made, ticket) = (&field.volume, made.expect("they fit"), Ticket::new());
+        let which = SlabField::Own;
+        renderer.set_field(which, volume, &plan.mode, made, &ticket).expect("not cancelled");
+        let (scalar_type, weight) = (volume.samples.scalar_type(), Weight::Extinction);
+        let of = Cumulative::new(&field.transfer, scalar_type, &volume.statistics, weight);
+        renderer.set_table(which, &of, &[]);
+        renderer.begin(&plan, which, 5e-4);
+        let tiles = super::tile_count(plan.size);
+        renderer.draw_tiles(0..tiles / 2);
+        renderer.draw_tiles(tiles / 2..tiles);
+        renderer.light()
     };
     let (one, size) = draw(1);
     assert_eq!(size, [61, 45]);
