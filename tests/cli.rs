@@ -399,7 +399,7 @@ fn effects_are_those_of_the_picture_and_what_is_transparent_by_a_table_says_so()
     for row in &rows {
         assert!(
             row["rmse"].as_f64() > Some(1e-3)
-                && (10_000..30_000).contains(&row["bytes"].as_i64().expect("bytes")),
+                && (100..30_000).contains(&row["bytes"].as_i64().expect("bytes")),
             "{row}"
         );
         let added = &row["added"];
