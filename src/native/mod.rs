@@ -1,6 +1,6 @@
 //! Drawing on the processor: the same plans, the same slabs, the same pictures, where there is no GPU.
 //!
-//! Owns [`Renderer`], and [`supports`], which says what of a plan it does not draw. Refuses wgpu, files, flags and
+//! Owns [`Renderer`], and [`supports()`], which says what of a plan it does not draw. Refuses wgpu, files, flags and
 //! windows, and knows nothing of the other engine. Imports `plan` and what lies below it.
 //!
 //! Rays go in packets of eight, a block of 4 × 2 pixels, a ray a lane. Three things make it quick. A value is summed up
