@@ -6,7 +6,7 @@ use std::sync::mpsc;
 use std::time::Duration;
 
 use voxsplat::core::Ticket;
-use voxsplat::gpu::AdapterChoice;
+use voxsplat::gpu::{AdapterChoice, has_hardware};
 use voxsplat::scene::{self, Clip, ClipBox, Inside, Lighting, SampleSource, Scene, SplatSettings};
 use voxsplat::task::engine::{
     Choice, Effort, Engine, EngineChoice, EngineKind, FrameRequest, Ladder, Picture,
@@ -168,5 +168,24 @@ fn clips_and_the_smallest_pictures_are_drawn() {
     assert!(cut < 0.9 * whole && cut > 0.2 * whole, "{cut} of {whole}");
     for size in [[1, 1], [1, 300], [300, 1]] {
         assert_eq!(still_of(&engine, &scene, size).len(), (size[0] * size[1] * 4) as usize);
+    }
+}
+
+/// The rule: a graphics processor draws where there is one, or where an adapter is named; else the processor does.
+#[test]
+fn who_chooses_nothing_gets_the_engine_of_the_machine_and_who_names_an_adapter_the_gpu_engine() {
+    let scene = opened("demo:shells:16");
+    let by_rule = if has_hardware() { EngineKind::Gpu } else { EngineKind::Native };
+    let engine = Engine::start(EngineChoice::Auto, || ());
+    assert_eq!(still(&engine, &scene).unwrap().engine, by_rule);
+    let engine = Engine::start(AdapterChoice::Software, || ());
+    match still(&engine, &scene) {
+        Ok(drawn) => assert_eq!(drawn.engine, EngineKind::Gpu),
+        Err(error) => println!("skipped a named adapter: {error}"),
+    }
+    let engine = Engine::start(EngineChoice::Gpu, || ());
+    match still(&engine, &scene) {
+        Ok(drawn) => assert_eq!(drawn.engine, EngineKind::Gpu),
+        Err(error) => println!("skipped the GPU engine: {error}"),
     }
 }
