@@ -128,6 +128,8 @@ fn the_head_is_complete(table: &Value) {
 fn the_point_is_complete(point: &Value) {
     assert!(point["name"].is_string() && point["settings"]["kernel"].is_string(), "{point}");
     assert!(point["on_front"].is_boolean(), "{point}");
+    // Modes of one table may be drawn by two engines.
+    assert!(["native", "gpu"].iter().any(|engine| point["engine"] == *engine), "{point}");
     let slabs = point["settings"]["visibility"] == "slabs";
     assert_eq!(point["slabs"].is_number(), slabs, "{point}");
     if point["failed"].is_string() {

@@ -278,6 +278,8 @@ pub struct WholeError {
 pub struct Measured {
     /// Wall milliseconds of each frame, from camera set to queue finished.
     pub time_ms: Vec<f64>,
+    /// Name of the engine that drew it: modes of one table may be drawn by two.
+    pub engine: &'static str,
     /// Kernels drawn.
     pub kernels: u64,
     /// Size drawn, before it was enlarged.

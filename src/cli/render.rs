@@ -16,7 +16,7 @@ use crate::scene::{
     Background, Effect, Ground, Inside, MOST_SLABS_PER_VOXEL, PolygonLayer, SampleSource, Scene,
     SplatSettings, View, Visibility,
 };
-use crate::task::engine::Engine;
+use crate::task::engine::{Engine, EngineChoice};
 use crate::task::loop_file::{self, Cycle, LoopFormat, MOST_FRAMES};
 use crate::task::picture_file::{self, PictureFormat};
 use crate::task::still::{Refine, StillRequest};
@@ -107,6 +107,11 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
     } else {
         engine.still(request, &Ticket::new()).map_err(Failure::failed)?
     };
+    if flags.engine.engine == EngineChoice::Native
+        && let Some(reason) = &still.not_native
+    {
+        note(&format!("the native engine does not draw {reason}; {} drew this", still.adapter));
+    }
     // Less than half a step of an 8-bit channel everywhere: nobody would see anything.
     if still.light.iter().all(|pixel| pixel[3] < 1.0 / 512.0) {
         note(&match alone {

@@ -118,6 +118,8 @@ struct FoundRow<'a> {
     /// Median of `times_ms`.
     time_ms: f64,
     times_ms: &'a [f64],
+    /// `native` or `gpu`: modes of one table may be drawn by two engines.
+    engine: &'static str,
     kernels: u64,
     drawn_resolution: [u32; 2],
     #[serde(flatten)]
@@ -208,6 +210,7 @@ impl<'a> PointRow<'a> {
             found: point.outcome.as_ref().ok().map(|found| FoundRow {
                 time_ms: found.median_ms(),
                 times_ms: &found.time_ms,
+                engine: found.engine,
                 kernels: found.kernels,
                 drawn_resolution: found.drawn_size,
                 sampled: found.sampled.into(),

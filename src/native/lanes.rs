@@ -157,7 +157,18 @@ pub(super) fn power<S: Simd>(simd: S, x: Lanes<S>, y: Lanes<S>) -> Lanes<S> {
         series = series.mul_add(s2, all(simd, term));
     }
     let log = (s * series).mul_add(all(simd, 2.0 * std::f32::consts::LOG2_E), exponent);
-    let power = (log * y).max(all(simd, -126.0));
+    exponential_of_2(simd, log * y)
+}
+
+/// exp(x), of x from −87 to 0, to a relative 1e-6.
+#[inline(always)]
+pub(super) fn exponential<S: Simd>(simd: S, x: Lanes<S>) -> Lanes<S> {
+    exponential_of_2(simd, x * std::f32::consts::LOG2_E)
+}
+
+#[inline(always)]
+fn exponential_of_2<S: Simd>(simd: S, power: Lanes<S>) -> Lanes<S> {
+    let power = power.max(all(simd, -126.0));
     let whole = power.floor();
     // 2^r = exp(r ln 2), r in 0..1.
     let r = (power - whole) * std::f32::consts::LN_2;

@@ -6,7 +6,7 @@ use fearless_simd::{Simd, f32x4, i32x8, prelude::*};
 use rayon::prelude::*;
 
 use super::bricks::{BRICK, Bricks};
-use super::lanes::{LANES, Lanes, Mask, Vec3, all, choose, columns};
+use super::lanes::{LANES, Lanes, Mask, Vec3, all, choose, columns, exponential};
 use crate::core::{Cancelled, Ticket};
 use crate::kernel::{Coefficients, Kernel, RadialKernel};
 use crate::scene::{Reconstruction, SplatSettings};
@@ -330,26 +330,26 @@ impl Lattice {
     #[inline(always)]
     fn other<S: Simd>(&self, simd: S, place: Vec3<S>) -> Lanes<S> {
         if matches!(self.kernel, Kernel::Point | Kernel::Nearest) {
-            let half = all(simd, 0.5);
-            let near = |p: Lanes<S>, n: usize| {
-                (p + half).floor().max(all(simd, 0.0)).min(all(simd, n as f32 - 1.0))
-            };
             let [nx, ny, nz] = self.dims;
-            let cell = [near(place.x, nx), near(place.y, ny), near(place.z, nz)];
+            let cell = [
+                nearest(simd, place.x, nx),
+                nearest(simd, place.y, ny),
+                nearest(simd, place.z, nz),
+            ];
             let at = self.stored_at(simd, cell, 0);
             #[expect(clippy::cast_sign_loss, reason = "clamped")]
-            return Lanes::from_fn(simd, |i| self.values[at[i] as usize]);
+            let taps = at.map(|at| self.values[at as usize]);
+            return Lanes::load_array(simd, taps);
         }
         let (cell, f) = self.cell(simd, place);
         let before = self.pad - 1;
         let at = self.stored_at(simd, cell, before);
         let scale = 1.0 / self.stretch;
         let (mut sum, mut total) = (all(simd, 0.0), all(simd, 0.0));
-        let offset = |i: usize, f: Lanes<S>| all(simd, i as f32 - before as f32) - f;
         for z in 0..2 * self.pad {
-            let dz = offset(z, f[2]);
+            let dz = all(simd, z as f32 - before as f32) - f[2];
             for y in 0..2 * self.pad {
-                let dy = offset(y, f[1]);
+                let dy = all(simd, y as f32 - before as f32) - f[1];
                 let across = dy.mul_add(dy, dz * dz);
                 #[expect(
                     clippy::cast_possible_truncation,
@@ -358,10 +358,11 @@ impl Lattice {
                 )]
                 let row = z as i32 * self.plane + y as i32 * self.row;
                 for x in 0..2 * self.pad {
-                    let dx = offset(x, f[0]);
+                    let dx = all(simd, x as f32 - before as f32) - f[0];
                     let h = self.radial(simd, dx.mul_add(dx, across) * (scale * scale));
                     #[expect(clippy::cast_sign_loss, reason = "clamped")]
-                    let taps = Lanes::from_fn(simd, |i| self.values[(at[i] + row) as usize + x]);
+                    let taps = at.map(|at| self.values[(at + row) as usize + x]);
+                    let taps = Lanes::load_array(simd, taps);
                     sum = taps.mul_add(h, sum);
                     total += h;
                 }
@@ -377,7 +378,7 @@ impl Lattice {
         let zero = all(simd, 0.0);
         if self.kernel == Kernel::Gaussian {
             // σ 0.6, cut where exp falls to 0.004.
-            let h = Lanes::from_fn(simd, |i| (squared[i] * (-1.0 / 0.72)).exp());
+            let h = exponential(simd, squared * (-1.0 / 0.72));
             return choose(squared.simd_gt(all(simd, 3.975_53)), zero, h);
         }
         let r = squared.sqrt();
@@ -462,6 +463,12 @@ fn products<S: Simd, const N: usize, const M: usize>(
         *by = wy[i % N] * wz[i / N];
     }
     by
+}
+
+/// The sample nearest to a place, along an axis of `n`.
+#[inline(always)]
+fn nearest<S: Simd>(simd: S, p: Lanes<S>, n: usize) -> Lanes<S> {
+    (p + 0.5).floor().max(all(simd, 0.0)).min(all(simd, n as f32 - 1.0))
 }
 
 /// Weights of the four samples about a place in its cell.

@@ -58,6 +58,25 @@ impl Scene<'_> {
         }
     }
 
+    /// The cell of the value at a depth, turned about for the minimum: the greatest is looked for.
+    #[inline(always)]
+    fn turned_value<S: Simd>(
+        &self,
+        simd: S,
+        method: Method,
+        packet: &Packet<S>,
+        sign: f32,
+        t: Lanes<S>,
+    ) -> Lanes<S> {
+        let place = packet.at(t);
+        let stored = self.lattice.value(simd, method, place);
+        let mut is_nothing = Lattice::is_nothing(simd, method, stored);
+        if self.lattice.has_holes() {
+            is_nothing |= self.lattice.holes_at(simd, place);
+        }
+        choose(is_nothing, all(simd, NOTHING), self.table.cell(simd, stored) * sign)
+    }
+
     /// The cell of the value that stands for each ray, and whether there is one.
     #[inline(always)]
     fn along_rays<S: Simd>(
@@ -70,26 +89,16 @@ impl Scene<'_> {
         let (zero, one, nothing) = (all(simd, 0.0), all(simd, 1.0), all(simd, NOTHING));
         let sign = if along == AlongRay::Minimum { -1.0 } else { 1.0 };
         let step = self.rays.step;
-        // Turned about for the minimum: the greatest is looked for.
-        let value = |t: Lanes<S>| {
-            let place = packet.at(t);
-            let stored = self.lattice.value(simd, method, place);
-            let mut is_nothing = Lattice::is_nothing(simd, method, stored);
-            if self.lattice.has_holes() {
-                is_nothing |= self.lattice.holes_at(simd, place);
-            }
-            choose(is_nothing, nothing, self.table.cell(simd, stored) * sign)
-        };
-        let is_known = |u: Lanes<S>| u.simd_ne(nothing);
         let (mut greatest, mut sum, mut total) = (nothing, zero, zero);
         let (mut before, mut near, mut far) = ((nothing, zero), (nothing, zero), (nothing, zero));
         let [first, last] = packet.slabs(simd, step);
         for k in first..=last + 2 {
             let t = all(simd, k as f32 * step).max(packet.enter).min(packet.leave);
-            let here = value(t);
+            let here = self.turned_value(simd, method, packet, sign, t);
             greatest = greatest.max(choose(packet.is_there, here, nothing));
             let length = far.1 - near.1;
-            let mut is_slab = is_known(near.0) & is_known(far.0) & length.simd_gt(zero);
+            let mut is_slab =
+                near.0.simd_ne(nothing) & far.0.simd_ne(nothing) & length.simd_gt(zero);
             if any(is_slab) && self.lattice.has_holes() {
                 let middle = packet.at((near.1 + far.1) * 0.5);
                 is_slab &= !self.lattice.holes_at(simd, middle);
@@ -97,7 +106,7 @@ impl Scene<'_> {
             if any(is_slab) {
                 let rise = far.0 - near.0;
                 let is_whole = (t - before.1).simd_ge(all(simd, WHOLE_SLABS * step));
-                let is_whole = is_whole & is_known(before.0) & is_known(here);
+                let is_whole = is_whole & before.0.simd_ne(nothing) & here.simd_ne(nothing);
                 // The mean is that of the cubic through four faces.
                 let bend = ((near.0 - before.0) + (far.0 - here)) * (1.0 / 24.0);
                 let mean = (near.0 + far.0).mul_add(all(simd, 0.5), choose(is_whole, bend, zero));
@@ -105,8 +114,8 @@ impl Scene<'_> {
                 total = choose(is_slab, total + length, total);
                 if along != AlongRay::Average {
                     // At the ends of the ray, that of the parabola through three.
-                    let has_next = is_known(here) & t.simd_gt(far.1);
-                    let has_last = is_known(before.0) & near.1.simd_gt(before.1);
+                    let has_next = here.simd_ne(nothing) & t.simd_gt(far.1);
+                    let has_last = before.0.simd_ne(nothing) & near.1.simd_gt(before.1);
                     let growth = rise / choose(is_slab, length, one);
                     let next = (here - far.0) / choose(has_next, t - far.1, one) - growth;
                     let last =
@@ -125,7 +134,8 @@ impl Scene<'_> {
                         & rise.abs().simd_lt(bulge * 6.0)
                         & top.simd_gt(greatest);
                     if any(rises) {
-                        let asked = value(length.mul_add(s, near.1));
+                        let t = length.mul_add(s, near.1);
+                        let asked = self.turned_value(simd, method, packet, sign, t);
                         greatest = greatest.max(choose(rises, asked, nothing));
                     }
                 }
@@ -137,7 +147,7 @@ impl Scene<'_> {
                 let is_met = total.simd_gt(zero);
                 (sum / choose(is_met, total, one), is_met)
             }
-            _ => (greatest * sign, is_known(greatest) & packet.is_there),
+            _ => (greatest * sign, greatest.simd_ne(nothing) & packet.is_there),
         }
     }
 }

@@ -3,6 +3,8 @@
 //! The rule is fixed: discrete, integrated and virtual GPUs draw by themselves; where there is only the processor, or
 //! nothing, the native engine draws. What it does not draw yet goes to the adapter that there is, which is made then.
 
+use std::path::Path;
+
 use serde::Serialize;
 
 use super::engine::HeldBytes;
@@ -88,6 +90,13 @@ impl Canvas for native::Renderer {
     }
 }
 
+/// Whether the system has a node of any graphics processor. Where Linux has none, no driver's library is loaded to look
+/// for one: some write to standard error.
+fn has_nodes() -> bool {
+    const NODES: [&str; 5] = ["/dev/dri", "/dev/nvidiactl", "/dev/dxg", "/dev/kfd", "/dev/mali0"];
+    !cfg!(target_os = "linux") || NODES.iter().any(|node| Path::new(node).exists())
+}
+
 /// Both engines, as far as they were needed.
 #[derive(Debug)]
 pub struct Engines {
@@ -111,7 +120,7 @@ impl Engines {
             EngineChoice::Native => EngineKind::Native,
             EngineChoice::Gpu => EngineKind::Gpu,
             EngineChoice::Auto if choice.adapter != AdapterChoice::Auto => EngineKind::Gpu,
-            EngineChoice::Auto if has_hardware() => EngineKind::Gpu,
+            EngineChoice::Auto if has_nodes() && has_hardware() => EngineKind::Gpu,
             EngineChoice::Auto => EngineKind::Native,
         };
         let native = native::Renderer::new();
@@ -158,12 +167,15 @@ impl Engines {
             return Ok(());
         }
         let reason = self.why_not_native(plan);
+        let is_named = self.choice.adapter != AdapterChoice::Auto;
         match (self.gpu(), reason) {
-            (Err(GpuError::NoAdapter { .. }), Some(reason)) => Err(GpuError::Unsupported(format!(
-                "expected a plan that the native engine draws, or a graphics adapter, found neither: the native \
+            (Err(GpuError::NoAdapter { .. }), Some(reason)) if !is_named => {
+                Err(GpuError::Unsupported(format!(
+                    "expected a plan that the native engine draws, or a graphics adapter, found neither: the native \
                  engine does not draw {reason}; leave that out, or install a Vulkan driver (on Debian and Ubuntu: \
                  mesa-vulkan-drivers)"
-            ))),
+                )))
+            }
             (Err(error), _) => Err(error),
             (Ok(_), _) => Ok(()),
         }

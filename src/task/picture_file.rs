@@ -94,6 +94,7 @@ mod tests {
         let drawn = Drawn { size: [3, 1], ..Drawn::default() };
         let still = Still {
             engine: crate::task::engines::EngineKind::Gpu,
+            not_native: None,
             is_full: true,
             size: [3, 1],
             outline: crate::plan::Outline::default(),

@@ -119,6 +119,8 @@ pub struct Still {
     pub octree: Option<OctreeBuilder>,
     /// Which engine drew it.
     pub engine: EngineKind,
+    /// What the native engine does not draw of it, where that was to draw.
+    pub not_native: Option<String>,
     /// The adapter, or the processor's instructions.
     pub adapter: String,
     /// Wall milliseconds from camera set to queue finished; the picture's first.
@@ -324,6 +326,7 @@ pub(super) fn draw(
         kernels_active,
         octree: drawer.octree_builder(),
         engine: drew,
+        not_native: drawer.engines.why_not_native(&plan),
         adapter,
         frame_ms,
         field,

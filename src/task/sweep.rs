@@ -450,6 +450,7 @@ impl Sweep {
         };
         Ok(Measured {
             time_ms,
+            engine: still.engine.name(),
             kernels: still.drawn.kernels,
             drawn_size: still.drawn.size,
             sampled: self.sampled(&light)?,
