@@ -34,6 +34,9 @@ pub struct RadialKernel {
 }
 
 impl RadialKernel {
+    /// The cubic one at its natural extent.
+    pub const CUBIC: Self = Self { shape: Shape::Cubic, scale: 1.0 };
+
     /// The radial kernel of a kind, drawn with a splat radius of `extent` voxels (`None`: its
     /// natural one). A mesh's is the kernel whose footprint it approximates.
     ///

@@ -9,10 +9,13 @@
 //! B-splines by the Bézier points of the spline). And what a scene does not ask for is not in its loop.
 
 mod bricks;
+mod kernels;
 mod lanes;
 mod lattice;
 mod light;
+mod marks;
 mod masks;
+mod passing;
 mod project;
 mod rays;
 mod renderer;
@@ -23,5 +26,6 @@ mod table;
 mod tests;
 mod walk;
 
+pub use rays::slab_thickness;
 pub use renderer::{Renderer, tile_count};
 pub use supports::{Unsupported, stored_bytes, supports};

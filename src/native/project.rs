@@ -8,7 +8,7 @@ use fearless_simd::{Simd, prelude::*};
 use super::lanes::{LANES, Lanes, Mask, all, any, choose};
 use super::lattice::{Lattice, Method, NOTHING};
 use super::rays::{Packet, TILE};
-use super::walk::{Pixel, Scene};
+use super::walk::{Pixel, Scene, block_of, corner_of};
 use crate::scene::AlongRay;
 
 /// Least depth of three slabs together, in slabs, for all three to be whole.
@@ -26,17 +26,12 @@ impl Scene<'_> {
         out: &mut [Pixel],
     ) {
         out.fill([0.0; 4]);
-        let across = self.rays.tiles()[0] as usize;
-        #[expect(clippy::cast_possible_truncation, reason = "a picture's tiles")]
-        let corner = [tile % across, tile / across].map(|n| n as u32 * TILE);
+        let corner = corner_of(self.rays, tile);
         let side = self.rays.side;
         let share = 1.0 / (side * side) as f32;
         for block in 0..TILE * TILE / LANES as u32 {
+            let Some(at) = block_of(self.rays, corner, block) else { continue };
             let [x, y] = [block % 2 * 4, block / 2 * 2];
-            let at = [corner[0] + x, corner[1] + y];
-            if at[0] >= self.rays.size[0] || at[1] >= self.rays.size[1] {
-                continue;
-            }
             for i in 0..side * side {
                 let part = [i % side, i / side].map(|n| (n as f32 + 0.5) / side as f32);
                 let packet = self.rays.packet(simd, at, part);

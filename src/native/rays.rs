@@ -62,6 +62,12 @@ pub(super) struct Packet<S: Simd> {
     pub screen: [Lanes<S>; 2],
 }
 
+/// Distance between the faces of a field's slabs, pixels of view depth.
+pub fn slab_thickness(plan: &Plan) -> f64 {
+    let spacing = plan.frame.lattice.smallest_spacing();
+    spacing / plan.mode.slabs_per_voxel * plan.view().pixels_per_unit
+}
+
 impl Rays {
     /// Of a plan, through a lattice that ends there.
     #[expect(clippy::cast_possible_truncation, reason = "rays have 32 bits, as the device's")]
@@ -77,8 +83,7 @@ impl Rays {
         let narrow = |v: DVec3| v.as_vec3().to_array();
         // Capped where a voxel is 1e20 unit distances thick: beyond, 32 bits would overflow.
         let per_pixel = (1.0 / (plan.frame.unit_distance * view.pixels_per_unit)).min(1e20);
-        let slab = plan.frame.lattice.smallest_spacing() / plan.mode.slabs_per_voxel
-            * view.pixels_per_unit;
+        let slab = slab_thickness(plan);
         let faces = if plan.inside.along == AlongRay::Composite { 1.0 } else { PROJECTED_FACES };
         Self {
             size: plan.size,
@@ -134,21 +139,7 @@ impl Rays {
             enter = enter.max(lower.min(upper));
             leave = leave.min(lower.max(upper));
         }
-        let mut is_cut = Mask::splat(simd, false);
-        for &[nx, ny, nz, least] in &self.clip {
-            let normal = splat([nx, ny, nz]);
-            let height = normal.dot(origin) - least;
-            let growth = normal.dot(direction);
-            // A ray along a plane is on one side of it.
-            let is_along = growth.abs().simd_lt(all(simd, 1e-20));
-            let t = -height / choose(is_along, all(simd, 1.0), growth);
-            let rises = growth.simd_gt(all(simd, 0.0));
-            let enters = !is_along & rises & t.simd_gt(enter);
-            is_cut |= enters;
-            enter = choose(enters, t, enter);
-            leave = choose(!is_along & !rises, leave.min(t), leave);
-            leave = choose(is_along & height.simd_lt(all(simd, 0.0)), enter, leave);
-        }
+        let ([enter, leave], is_cut) = self.cut(simd, [origin, direction], [enter, leave]);
         let is_there = enter.simd_lt(leave);
         let zero = all(simd, 0.0);
         let slant = (x * self.growth) * (x * self.growth) + (y * self.growth) * (y * self.growth);
@@ -162,6 +153,41 @@ impl Rays {
             stretch: (slant + 1.0).sqrt() * self.per_pixel,
             screen: [x, y],
         }
+    }
+}
+
+impl Rays {
+    /// What is kept of rays between two depths; and where that begins with a cut.
+    #[inline(always)]
+    fn cut<S: Simd>(
+        &self,
+        simd: S,
+        [origin, direction]: [Vec3<S>; 2],
+        [mut enter, mut leave]: [Lanes<S>; 2],
+    ) -> ([Lanes<S>; 2], Mask<S>) {
+        let mut is_cut = Mask::splat(simd, false);
+        for &[nx, ny, nz, least] in &self.clip {
+            let normal = Vec3::splat(simd, [nx, ny, nz]);
+            let height = normal.dot(origin) - least;
+            let growth = normal.dot(direction);
+            // A ray along a plane is on one side of it.
+            let is_along = growth.abs().simd_lt(all(simd, 1e-20));
+            let t = -height / choose(is_along, all(simd, 1.0), growth);
+            let rises = growth.simd_gt(all(simd, 0.0));
+            let enters = !is_along & rises & t.simd_gt(enter);
+            is_cut |= enters;
+            enter = choose(enters, t, enter);
+            leave = choose(!is_along & !rises, leave.min(t), leave);
+            leave = choose(is_along & height.simd_lt(all(simd, 0.0)), enter, leave);
+        }
+        ([enter, leave], is_cut)
+    }
+
+    /// Depths between which anything is kept of rays, wherever the lattice ends.
+    #[inline(always)]
+    pub(super) fn kept<S: Simd>(&self, simd: S, packet: &Packet<S>) -> [Lanes<S>; 2] {
+        let endless = [all(simd, -1e30), all(simd, 1e30)];
+        self.cut(simd, [packet.origin, packet.direction], endless).0
     }
 }
 

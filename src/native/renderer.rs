@@ -8,16 +8,19 @@ use std::time::Instant;
 use fearless_simd::{Level, Simd};
 use rayon::prelude::*;
 
+use super::kernels::{Kernels, MOST_SLABS};
 use super::lattice::{Lattice, Method};
 use super::light::Light;
 use super::masks::Masks;
+use super::passing::Alone;
 use super::rays::{Rays, TILE};
+use super::supports::Unsupported;
 use super::surfaces::Surfaces;
 use super::table::Table;
 use super::walk::{Pixel, Plain, Rich, Scene};
 use crate::core::{Cancelled, Ticket};
 use crate::kernel::Coefficients;
-use crate::plan::{Plan, SlabField};
+use crate::plan::{KernelSlabs, Plan, SlabField};
 use crate::scene::{AlongRay, Classify, OpacityModel, SplatSettings};
 use crate::transfer::Cumulative;
 use crate::volume::ScalarVolume;
@@ -31,6 +34,8 @@ pub struct Renderer {
     level: Level,
     threads: Threads,
     fields: [Option<Field>; 2],
+    /// Of lists, where the picture that was begun last has any.
+    kernels: Option<Kernels>,
     picture: Option<Picture>,
     /// Opacities over 1, lowered to it, since the picture began.
     capped: u64,
@@ -80,35 +85,44 @@ struct Picture {
     drawing: Option<Drawing>,
 }
 
-/// What a picture is drawn from, beside its field and its table.
+/// What a picture is drawn from, beside fields, their tables and kernels of lists.
 #[derive(Debug)]
 struct Drawing {
-    which: SlabField,
+    /// `None` where kernels of lists have the stage to themselves.
+    of_field: Option<OfField>,
     rays: Rays,
+    published: bool,
+    stop_below: f32,
+}
+
+/// The same of a field.
+#[derive(Debug)]
+struct OfField {
+    which: SlabField,
     masks: Masks,
     light: Option<Light>,
     surfaces: Option<Surfaces>,
     along: AlongRay,
     middle: bool,
-    published: bool,
-    stop_below: f32,
 }
 
 impl Drawing {
     /// Bytes of memory: what nothing asks for takes none.
     fn size_bytes(&self) -> u64 {
-        self.masks.size_bytes() + self.shading_bytes() + self.inside_bytes()
+        let masks = self.of_field.as_ref().map_or(0, |of| of.masks.size_bytes());
+        masks + self.shading_bytes() + self.inside_bytes()
     }
 
     /// Of them, lights and shading tables.
     fn shading_bytes(&self) -> u64 {
-        self.light.as_ref().map_or(0, Light::size_bytes)
+        let light = self.of_field.as_ref().and_then(|of| of.light.as_ref());
+        light.map_or(0, Light::size_bytes)
     }
 
     /// Of them, what lets the inside be seen.
     fn inside_bytes(&self) -> u64 {
-        let surfaces = self.surfaces.as_ref().map_or(0, Surfaces::size_bytes);
-        surfaces + size_of_val(&self.rays.clip[..]) as u64
+        let surfaces = self.of_field.as_ref().and_then(|of| of.surfaces.as_ref());
+        surfaces.map_or(0, Surfaces::size_bytes) + size_of_val(&self.rays.clip[..]) as u64
     }
 }
 
@@ -139,6 +153,7 @@ impl Renderer {
             level,
             threads: Threads { count: threads, pool: OnceLock::new() },
             fields: [None, None],
+            kernels: None,
             picture: None,
             capped: 0,
             stages: Vec::new(),
@@ -228,42 +243,89 @@ impl Renderer {
         self.fields[which as usize].as_ref().map(|field| (field.lattice.kernel, field.lattice.dims))
     }
 
-    /// Begins the picture of a plan from one of the fields; rays end where less than `stop_below` shows through. It
-    /// stays blank where the plan has no field.
-    #[expect(clippy::cast_possible_truncation, reason = "rays have 32 bits, as the device's")]
-    pub fn begin(&mut self, plan: &Plan, which: SlabField, stop_below: f64) {
+    /// Begins the picture of a plan from one of the fields, with the kernels of its lists in slabs, if it has any; rays
+    /// end where less than `stop_below` shows through. It stays blank where the plan has neither.
+    ///
+    /// # Errors
+    /// Kernels that reach through too many slabs.
+    pub fn begin(
+        &mut self,
+        plan: &Plan,
+        which: SlabField,
+        kernels: Option<&KernelSlabs>,
+        stop_below: f64,
+    ) -> Result<(), Unsupported> {
         let start = Instant::now();
         self.capped = 0;
         self.stages.clear();
         let mut pixels = self.picture.take().map(|picture| picture.pixels).unwrap_or_default();
         pixels.clear();
         pixels.resize(tile_count(plan.size) as usize * TILE_PIXELS, [0.0; 4]);
-        let field = self.fields[which as usize].as_ref().filter(|_| plan.field().is_some());
-        let threads = &self.threads;
-        let drawing = field.and_then(|Field { lattice, table }| {
-            let table = table.as_ref()?;
-            let end = lattice.dims.map(|n| n as f64 - 0.5);
-            let clip = plan.inside.clip.half_spaces(&plan.frame.lattice);
-            let rays = Rays::new(plan, end, &clip);
-            let along = plan.inside.along;
-            let composites = along == AlongRay::Composite;
-            let shown = if composites { &table.visible[..] } else { &[] };
-            Some(Drawing {
-                which,
-                masks: threads.run(|| Masks::new(&rays, &lattice.bricks, lattice.dims, shown)),
-                light: Light::of(plan).filter(|_| composites),
-                surfaces: Surfaces::of(plan),
-                along,
-                middle: plan.mode.classify == Classify::After,
-                published: plan.mode.opacity_model == OpacityModel::Published,
-                // Far to near nothing is hidden before it is drawn.
-                stop_below: if rays.back_to_front { 0.0 } else { stop_below as f32 },
-                rays,
-            })
-        });
+        let old = self.kernels.take();
+        if let Some(slabs) = kernels {
+            let made = self.threads.run(|| Kernels::new(plan, slabs, old));
+            let most = made.most_slabs;
+            if most > MOST_SLABS {
+                return Err(Unsupported(format!(
+                    "vectors that reach through more than {MOST_SLABS} slabs, and one reaches through {most}"
+                )));
+            }
+            self.kernels = Some(made);
+            self.note_stage("list_kernels", start);
+        }
+        let start = Instant::now();
+        let drawing = match plan.field() {
+            Some(_) => self.of_field(plan, which, stop_below),
+            None => self.kernels.is_some().then(|| Drawing {
+                of_field: None,
+                ..Self::drawing(plan, Rays::new(plan, [-0.5; 3], &[]), stop_below)
+            }),
+        };
+        let masks_depths = drawing.as_ref().is_some_and(|drawing| drawing.of_field.is_some());
         self.picture = Some(Picture { size: plan.size, pixels, drawing });
-        self.note_stage("mask_depths", start);
+        if masks_depths {
+            self.note_stage("mask_depths", start);
+        }
         self.note_bytes();
+        Ok(())
+    }
+
+    /// What a plan with a field is drawn from, where that and its table are there.
+    fn of_field(&self, plan: &Plan, which: SlabField, stop_below: f64) -> Option<Drawing> {
+        let Field { lattice, table } = self.fields[which as usize].as_ref()?;
+        let table = table.as_ref()?;
+        let end = lattice.dims.map(|n| n as f64 - 0.5);
+        let clip = plan.inside.clip.half_spaces(&plan.frame.lattice);
+        let rays = Rays::new(plan, end, &clip);
+        let along = plan.inside.along;
+        let composites = along == AlongRay::Composite;
+        let shown = if composites { &table.visible[..] } else { &[] };
+        let masks = self.threads.run(|| Masks::new(&rays, &lattice.bricks, lattice.dims, shown));
+        let of_field = OfField {
+            which,
+            masks,
+            light: Light::of(plan).filter(|_| composites),
+            surfaces: Surfaces::of(plan),
+            along,
+            middle: plan.mode.classify == Classify::After,
+        };
+        Some(Drawing { of_field: Some(of_field), ..Self::drawing(plan, rays, stop_below) })
+    }
+
+    #[expect(clippy::cast_possible_truncation, reason = "rays have 32 bits, as the device's")]
+    fn drawing(plan: &Plan, rays: Rays, stop_below: f64) -> Drawing {
+        Drawing {
+            of_field: None,
+            published: plan.mode.opacity_model == OpacityModel::Published,
+            // Far to near nothing is hidden before it is drawn.
+            stop_below: if rays.back_to_front { 0.0 } else { stop_below as f32 },
+            rays,
+        }
+    }
+
+    /// Lets go of kernels that are not drawn any more.
+    pub fn clear_kernels(&mut self) {
+        self.kernels = None;
     }
 
     /// Draws some tiles of the picture that was begun, on all threads.
@@ -272,35 +334,55 @@ impl Renderer {
         let Some(Picture { pixels, drawing: Some(drawing), .. }) = &mut self.picture else {
             return;
         };
-        let Some(Field { lattice, table: Some(table) }) = &self.fields[drawing.which as usize]
-        else {
-            return;
+        let Drawing { of_field, rays, published, stop_below } = &*drawing;
+        let (published, stop_below) = (*published, *stop_below);
+        let kernels = self.kernels.as_ref();
+        let what = match of_field {
+            Some(of) => {
+                let Some(Field { lattice, table: Some(table) }) = &self.fields[of.which as usize]
+                else {
+                    return;
+                };
+                let scene = Scene {
+                    rays,
+                    masks: &of.masks,
+                    lattice,
+                    table,
+                    light: of.light.as_ref(),
+                    surfaces: of.surfaces.as_ref(),
+                    kernels,
+                    middle: of.middle,
+                    published,
+                    stop_below,
+                };
+                match of.along {
+                    AlongRay::Composite => What::Slabs(scene),
+                    along => What::Values(scene, along),
+                }
+            }
+            None => match kernels {
+                Some(kernels) => What::Kernels(Alone { rays, kernels, published, stop_below }),
+                None => return,
+            },
         };
-        let scene = Scene {
-            rays: &drawing.rays,
-            masks: &drawing.masks,
-            lattice,
-            table,
-            light: drawing.light.as_ref(),
-            surfaces: drawing.surfaces.as_ref(),
-            middle: drawing.middle,
-            published: drawing.published,
-            stop_below: drawing.stop_below,
-        };
-        let (level, along) = (self.level, drawing.along);
+        let level = self.level;
         let capped = AtomicU64::new(0);
         let first = tiles.start as usize;
         let pixels = &mut pixels[first * TILE_PIXELS..tiles.end as usize * TILE_PIXELS];
         self.threads.run(|| {
             pixels.par_chunks_mut(TILE_PIXELS).enumerate().for_each(|(i, out)| {
-                let found = draw_tile(level, &scene, along, first + i, out);
+                let found = draw_tile(level, &what, first + i, out);
                 if found > 0 {
                     capped.fetch_add(found, Ordering::Relaxed);
                 }
             });
         });
         self.capped += capped.into_inner();
-        let stage = if along == AlongRay::Composite { "walk_slabs" } else { "project_values" };
+        let stage = match what {
+            What::Slabs(_) => "walk_slabs",
+            What::Values(..) => "project_values",
+            What::Kernels(_) => "composite_kernels",
+        };
         self.note_stage(stage, start);
     }
 
@@ -351,6 +433,7 @@ impl Renderer {
         };
         self.fields.iter().flatten().map(of_field).sum::<u64>()
             + self.picture.as_ref().map_or(0, of_picture)
+            + self.kernels.as_ref().map_or(0, Kernels::size_bytes)
     }
 
     /// Of them, those of lights and shading tables, and those of what lets the inside be seen.
@@ -369,55 +452,66 @@ impl Renderer {
     }
 }
 
+/// What a tile is drawn from.
+#[derive(Clone, Copy)]
+enum What<'a> {
+    /// Slabs of a field, with all that stands in it.
+    Slabs(Scene<'a>),
+    /// Values along rays.
+    Values(Scene<'a>, AlongRay),
+    /// Kernels of lists alone.
+    Kernels(Alone<'a>),
+}
+
 /// A tile with the instructions of a level.
-fn draw_tile(
-    level: Level,
-    scene: &Scene<'_>,
-    along: AlongRay,
-    tile: usize,
-    out: &mut [Pixel],
-) -> u64 {
+fn draw_tile(level: Level, what: &What<'_>, tile: usize, out: &mut [Pixel]) -> u64 {
     #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
     if let Some(avx2) = level.as_avx2() {
-        return draw_with(avx2, scene, along, tile, out);
+        return draw_with(avx2, what, tile, out);
     }
     // Any other level has what its kind of processor has at least.
     let baseline = Level::baseline();
     debug_assert!(level.is_fallback() || !level.is_fallback());
-    fearless_simd::dispatch!(baseline, simd => draw_with(simd, scene, along, tile, out))
+    fearless_simd::dispatch!(baseline, simd => draw_with(simd, what, tile, out))
 }
 
 #[inline(always)]
-fn draw_with<S: Simd>(
-    simd: S,
-    scene: &Scene<'_>,
-    along: AlongRay,
-    tile: usize,
-    out: &mut [Pixel],
-) -> u64 {
-    let method = scene.lattice.method();
-    if along != AlongRay::Composite {
-        simd.vectorize(
-            #[inline(always)]
-            || scene.projected_tile(simd, method, along, tile, out),
-        );
-        return 0;
-    }
-    macro_rules! with {
-        ($method:expr, $wants:ty) => {
+fn draw_with<S: Simd>(simd: S, what: &What<'_>, tile: usize, out: &mut [Pixel]) -> u64 {
+    macro_rules! vectorized {
+        ($call:expr) => {
             simd.vectorize(
                 #[inline(always)]
-                || scene.tile::<S, $wants>(simd, $method, tile, out),
+                || $call,
             )
         };
     }
-    match (method, scene.is_plain()) {
-        (Method::BSpline, true) => with!(Method::BSpline, Plain),
-        (Method::Linear, true) => with!(Method::Linear, Plain),
-        (Method::Other, true) => with!(Method::Other, Plain),
-        (Method::BSpline, false) => with!(Method::BSpline, Rich),
-        (Method::Linear, false) => with!(Method::Linear, Rich),
-        (Method::Other, false) => with!(Method::Other, Rich),
+    match what {
+        What::Kernels(alone) => vectorized!(alone.tile(simd, tile, out)),
+        What::Values(scene, along) => {
+            let method = scene.lattice.method();
+            vectorized!(scene.projected_tile(simd, method, *along, tile, out));
+            0
+        }
+        What::Slabs(scene) => match (scene.lattice.method(), scene.is_plain()) {
+            (Method::BSpline, true) => {
+                vectorized!(scene.tile::<S, Plain>(simd, Method::BSpline, tile, out))
+            }
+            (Method::Linear, true) => {
+                vectorized!(scene.tile::<S, Plain>(simd, Method::Linear, tile, out))
+            }
+            (Method::Other, true) => {
+                vectorized!(scene.tile::<S, Plain>(simd, Method::Other, tile, out))
+            }
+            (Method::BSpline, false) => {
+                vectorized!(scene.tile::<S, Rich>(simd, Method::BSpline, tile, out))
+            }
+            (Method::Linear, false) => {
+                vectorized!(scene.tile::<S, Rich>(simd, Method::Linear, tile, out))
+            }
+            (Method::Other, false) => {
+                vectorized!(scene.tile::<S, Rich>(simd, Method::Other, tile, out))
+            }
+        },
     }
 }
 

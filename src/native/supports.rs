@@ -25,9 +25,6 @@ pub fn supports(plan: &Plan) -> Result<(), Unsupported> {
         Way::Gathered => return refuse("samples that are shaded before they are put together yet"),
         Way::Triangles | Way::Nodes => return refuse("splats as triangles"),
     }
-    if !plan.kernels.is_empty() {
-        return refuse("vectors yet");
-    }
     if !plan.surfaces.is_empty() {
         return refuse("polygons yet");
     }

@@ -180,7 +180,7 @@ fn pictures_have_the_same_bits_for_any_number_of_threads() {
         let (scalar_type, weight) = (volume.samples.scalar_type(), Weight::Extinction);
         let of = Cumulative::new(&field.transfer, scalar_type, &volume.statistics, weight);
         renderer.set_table(which, &of, &[]);
-        renderer.begin(&plan, which, 5e-4);
+        renderer.begin(&plan, which, None, 5e-4).expect("no kernels");
         let tiles = super::tile_count(plan.size);
         renderer.draw_tiles(0..tiles / 2);
         renderer.draw_tiles(tiles / 2..tiles);

@@ -2,10 +2,12 @@
 
 use fearless_simd::{Simd, prelude::*};
 
+use super::kernels::Kernels;
 use super::lanes::{LANES, Lanes, Look, Mask, Vec3, all, any, choose, opacity};
 use super::lattice::{Lattice, Method};
 use super::light::{self, Light};
 use super::masks::Masks;
+use super::passing::{EVERY_SLAB, Passing, Sum, Tile};
 use super::rays::{Packet, Rays, TILE};
 use super::surfaces::{Ahead, Surfaces};
 use super::table::{Halves, Table};
@@ -23,6 +25,7 @@ pub(super) struct Scene<'a> {
     pub table: &'a Table,
     pub light: Option<&'a Light>,
     pub surfaces: Option<&'a Surfaces>,
+    pub kernels: Option<&'a Kernels>,
     /// The value in the middle of a slab is classified, rather than all between its faces.
     pub middle: bool,
     /// Opacity is weight times length, capped, rather than 1 − exp(−depth).
@@ -36,7 +39,8 @@ pub(super) type Pixel = [f32; 4];
 
 /// What a scene asks for beside its field and table: what it does not ask for is not compiled into its loop.
 pub(super) trait Wants {
-    /// Lights, tables, surfaces, samples without data, another order, published opacities, values in the middle.
+    /// Lights, tables, surfaces, kernels of lists, samples without data, another order, published opacities, values in
+    /// the middle.
     const MORE: bool;
 }
 
@@ -58,6 +62,7 @@ impl Scene<'_> {
     pub(super) fn is_plain(&self) -> bool {
         self.light.is_none()
             && self.surfaces.is_none()
+            && self.kernels.is_none()
             && !self.lattice.has_holes()
             && !self.middle
             && !self.published
@@ -79,34 +84,27 @@ impl Scene<'_> {
         out: &mut [Pixel],
     ) -> u64 {
         out.fill([0.0; 4]);
-        if self.is_empty(tile) {
+        let corner = corner_of(self.rays, tile);
+        let kernels = self.kernels.filter(|_| W::MORE);
+        let mut of_tile = kernels.map(|kernels| Tile::new(simd, kernels, corner));
+        if self.is_empty(tile) && of_tile.as_ref().is_none_or(Tile::is_empty) {
             return 0;
         }
-        let across = self.rays.tiles()[0] as usize;
-        #[expect(clippy::cast_possible_truncation, reason = "a picture's tiles")]
-        let corner = [tile % across, tile / across].map(|n| n as u32 * TILE);
         let side = self.rays.side;
         let share = 1.0 / (side * side) as f32;
         let mut capped = 0;
         for block in 0..TILE * TILE / LANES as u32 {
-            let [x, y] = [block % 2 * 4, block / 2 * 2];
-            let at = [corner[0] + x, corner[1] + y];
-            if at[0] >= self.rays.size[0] || at[1] >= self.rays.size[1] {
-                continue;
-            }
+            let Some(at) = block_of(self.rays, corner, block) else { continue };
             let mut sum = Gathered::none(simd, Mask::splat(simd, true));
             for i in 0..side * side {
                 let part = [i % side, i / side].map(|n| (n as f32 + 0.5) / side as f32);
                 let packet = self.rays.packet(simd, at, part);
-                let light = self.walk::<S, W>(simd, method, tile, &packet, &mut capped);
+                let what = (tile, &mut of_tile);
+                let light = self.walk::<S, W>(simd, method, what, &packet, &mut capped);
                 sum.colour = sum.colour.add(light.colour);
                 sum.alpha += light.alpha;
             }
-            for lane in 0..LANES {
-                let at = (y as usize + lane / 4) * TILE as usize + x as usize + lane % 4;
-                let [r, g, b] = sum.colour.lane(lane);
-                out[at] = [r, g, b, sum.alpha[lane]].map(|v| v * share);
-            }
+            write_block(block, sum, share, out);
         }
         capped
     }
@@ -116,12 +114,21 @@ impl Scene<'_> {
         &self,
         simd: S,
         method: Method,
-        tile: usize,
+        (tile, of_tile): (usize, &mut Option<Tile<S>>),
         packet: &Packet<S>,
         capped: &mut u64,
     ) -> Gathered<S> {
-        let mut light = Gathered::none(simd, packet.is_there);
-        if !any(packet.is_there) {
+        let mut passing = match (self.kernels, of_tile) {
+            (Some(kernels), Some(of_tile)) if W::MORE && !of_tile.is_empty() => {
+                let kept = self.rays.kept(simd, packet);
+                Some(Passing::new(simd, kernels, of_tile, (self.rays, packet), kept))
+            }
+            _ => None,
+        };
+        // Kernels reach beyond the lattice.
+        let is_there = packet.is_there | Mask::splat(simd, passing.is_some());
+        let mut light = Gathered::none(simd, is_there);
+        if !any(is_there) {
             return light;
         }
         let mut ahead = match self.surfaces {
@@ -138,13 +145,21 @@ impl Scene<'_> {
                 if W::MORE && self.rays.back_to_front { runs.next_back() } else { runs.next() };
             let Some(run) = run else { break };
             if W::MORE && self.middle {
-                self.middles(simd, method, packet, run, (&mut light, &mut ahead, capped));
+                let state = (&mut light, &mut ahead, &mut passing, &mut *capped);
+                self.middles(simd, method, packet, run, state);
             } else {
-                self.slabs::<S, W>(simd, method, packet, run, (&mut light, &mut ahead, capped));
+                let state = (&mut light, &mut ahead, &mut passing, &mut *capped);
+                self.slabs::<S, W>(simd, method, packet, run, state);
             }
             if !light.goes_on(simd, self.stop_below) {
                 break;
             }
+        }
+        if let Some(passing) = passing.as_mut().filter(|_| W::MORE)
+            && light.goes_on(simd, self.stop_below)
+        {
+            *capped +=
+                self.lay_kernels(simd, packet, passing, EVERY_SLAB, (&mut light, &mut ahead));
         }
         if let Some(ahead) = ahead.as_mut().filter(|_| W::MORE) {
             for lane in 0..LANES {
@@ -165,7 +180,7 @@ impl Scene<'_> {
         method: Method,
         packet: &Packet<S>,
         [first, last]: [i32; 2],
-        (light, ahead, capped): (&mut Gathered<S>, &mut Option<Ahead<S>>, &mut u64),
+        (light, ahead, passing, capped): State<'_, '_, S>,
     ) {
         let Self { rays, lattice, table, .. } = self;
         let step = rays.step;
@@ -237,7 +252,15 @@ impl Scene<'_> {
                     }
                 }
                 if let Some(found) = found {
-                    *capped += self.lay::<S, W>(simd, packet, &found, ts, (light, ahead));
+                    let mut beside = None;
+                    if let Some(passing) = passing.as_mut().filter(|_| W::MORE) {
+                        // The face behind is two further on.
+                        let slab = if back { k + 2 } else { k - 3 };
+                        let state = (&mut *light, &mut *ahead);
+                        *capped += self.lay_before(simd, packet, passing, slab, state, &mut beside);
+                    }
+                    let what = (&found, beside);
+                    *capped += self.lay::<S, W>(simd, packet, what, ts, (light, ahead));
                     if !light.goes_on(simd, self.stop_below) {
                         return;
                     }
@@ -255,7 +278,7 @@ impl Scene<'_> {
         method: Method,
         packet: &Packet<S>,
         [first, last]: [i32; 2],
-        (light, ahead, capped): (&mut Gathered<S>, &mut Option<Ahead<S>>, &mut u64),
+        (light, ahead, passing, capped): State<'_, '_, S>,
     ) {
         let Self { rays, lattice, table, .. } = self;
         let back = rays.back_to_front;
@@ -287,7 +310,13 @@ impl Scene<'_> {
             }
             found = self.with_holes(simd, packet, ts, found, true);
             if let Some(found) = found {
-                *capped += self.lay::<S, Rich>(simd, packet, &found, ts, (light, ahead));
+                let mut beside = None;
+                if let Some(passing) = passing.as_mut() {
+                    let state = (&mut *light, &mut *ahead);
+                    *capped += self.lay_before(simd, packet, passing, slab, state, &mut beside);
+                }
+                let what = (&found, beside);
+                *capped += self.lay::<S, Rich>(simd, packet, what, ts, (light, ahead));
                 if !light.goes_on(simd, self.stop_below) {
                     return;
                 }
@@ -325,17 +354,57 @@ impl Scene<'_> {
         })
     }
 
-    /// Lays a slab down, with the surfaces in it; opacities that were lowered to 1.
+    /// Lays down what kernels have before a slab of the field; what they have in it is laid beside that.
+    #[inline(always)]
+    fn lay_before<S: Simd>(
+        &self,
+        simd: S,
+        packet: &Packet<S>,
+        passing: &mut Passing<'_, S>,
+        slab: i32,
+        state: (&mut Gathered<S>, &mut Option<Ahead<S>>),
+        beside: &mut Option<Sum<S>>,
+    ) -> u64 {
+        let slab = passing.slab_of(slab);
+        let capped = self.lay_kernels(simd, packet, passing, slab, state);
+        *beside = passing.take(simd, slab);
+        capped
+    }
+
+    /// Lays down what kernels have before one of their slabs.
+    #[inline(always)]
+    fn lay_kernels<S: Simd>(
+        &self,
+        simd: S,
+        packet: &Packet<S>,
+        passing: &mut Passing<'_, S>,
+        slab: i32,
+        (light, ahead): (&mut Gathered<S>, &mut Option<Ahead<S>>),
+    ) -> u64 {
+        let mut capped = 0;
+        while let Some((at, sum)) = passing.before(simd, slab) {
+            let ts = passing.ends(simd, at);
+            let none = Halves::none(simd);
+            capped += self.lay::<S, Rich>(simd, packet, (&none, Some(sum)), ts, (light, ahead));
+            if !light.goes_on(simd, self.stop_below) {
+                break;
+            }
+        }
+        capped
+    }
+
+    /// Lays a slab down, with what kernels have beside it and the surfaces in it; opacities that were lowered to 1.
     #[inline(always)]
     fn lay<S: Simd, W: Wants>(
         &self,
         simd: S,
         packet: &Packet<S>,
-        found: &Halves<S>,
+        (found, beside): (&Halves<S>, Option<Sum<S>>),
         ts: [Lanes<S>; 2],
         (light, ahead): (&mut Gathered<S>, &mut Option<Ahead<S>>),
     ) -> u64 {
         let mut length = (ts[1] - ts[0]).abs() * packet.stretch;
+        let mut beside = beside.filter(|_| W::MORE);
         let back = W::MORE && self.rays.back_to_front;
         if W::MORE
             && let Some(ahead) = ahead
@@ -345,22 +414,27 @@ impl Scene<'_> {
                 false => ahead.next.simd_le(ts[1]),
             };
             if any(is_met) {
-                let capped = self.lay_split(found, (length, ts), (light, ahead), is_met);
+                let what = (found, beside.as_ref());
+                let capped = self.lay_split(what, (length, ts), (light, ahead), is_met);
                 ahead.passed(simd, back);
-                length = choose(is_met, all(simd, 0.0), length);
-                return capped + self.composite::<S, W>(simd, found, length, light);
+                let zero = all(simd, 0.0);
+                length = choose(is_met, zero, length);
+                if let Some(beside) = &mut beside {
+                    *beside = Look::choose(is_met, Look::splat(simd, [0.0; 4]), *beside);
+                }
+                return capped + self.composite::<S, W>(simd, found, (length, beside), light);
             }
         }
-        self.composite::<S, W>(simd, found, length, light)
+        self.composite::<S, W>(simd, found, (length, beside), light)
     }
 
-    /// Composites a slab of so many unit distances.
+    /// Composites a slab of so many unit distances, with what kernels have beside.
     #[inline(always)]
     fn composite<S: Simd, W: Wants>(
         &self,
         simd: S,
         found: &Halves<S>,
-        length: Lanes<S>,
+        (length, beside): (Lanes<S>, Option<Sum<S>>),
         light: &mut Gathered<S>,
     ) -> u64 {
         let back = W::MORE && self.rays.back_to_front;
@@ -371,19 +445,21 @@ impl Scene<'_> {
             let near = found.near.colour.scaled(found.near.weight);
             let colour = near.add(found.far.colour.scaled(found.far.weight)).scaled(share);
             let halves = if self.middle { 1.0 } else { 0.5 };
-            let amount = weight * halves * length;
-            let one = all(simd, 1.0);
-            light.cover(simd, colour, amount.min(one), back);
-            return amount.simd_gt(one).to_bitmask().count_ones().into();
+            let (colour, amount) = with(simd, colour, weight * halves * length, beside, 1.0);
+            return light.cover_capped(simd, colour, amount, back);
         }
         if W::MORE && self.middle {
-            let depth = found.near.weight * length;
-            light.cover(simd, found.near.colour, opacity(simd, depth), back);
+            let (colour, depth) = (found.near.colour, found.near.weight * length);
+            let (colour, depth) = with(simd, colour, depth, beside, 1.0);
+            light.cover(simd, colour, opacity(simd, depth), back);
             return 0;
         }
         let half = length * 0.5;
         for look in [&found.near, &found.far] {
-            light.cover(simd, look.colour, opacity(simd, look.weight * half), back);
+            let (colour, depth) = (look.colour, look.weight * half);
+            let (colour, depth) =
+                if W::MORE { with(simd, colour, depth, beside, 0.5) } else { (colour, depth) };
+            light.cover(simd, colour, opacity(simd, depth), back);
         }
         0
     }
@@ -391,7 +467,7 @@ impl Scene<'_> {
     /// The same of rays that meet surfaces in it, one by one.
     fn lay_split<S: Simd>(
         &self,
-        found: &Halves<S>,
+        (found, beside): (&Halves<S>, Option<&Sum<S>>),
         (length, ts): (Lanes<S>, [Lanes<S>; 2]),
         (light, ahead): (&mut Gathered<S>, &mut Ahead<S>),
         is_met: Mask<S>,
@@ -406,7 +482,20 @@ impl Scene<'_> {
             let span = if end_t == begin_t { 1.0 } else { end_t - begin_t };
             let (near, far) = (found.near.colour.lane(lane), found.far.colour.lane(lane));
             let (near_weight, far_weight) = (found.near.weight[lane], found.far.weight[lane]);
-            let mut layer = |light: &mut Gathered<S>, colour: [f32; 3], amount: f32| {
+            let kernels = beside.map_or([0.0; 4], |beside| {
+                let [r, g, b] = beside.colour.lane(lane);
+                [r, g, b, beside.weight[lane]]
+            });
+            // A part of the field, and a share of what is beside.
+            let mut layer = |light: &mut Gathered<S>, colour: [f32; 3], amount: f32, share: f32| {
+                let [r, g, b, more] = kernels.map(|v| v * share);
+                let sum = amount + more;
+                let (colour, amount) = if more > 0.0 {
+                    let mixed = |c: usize, light: f32| (colour[c] * amount + light) / sum;
+                    ([mixed(0, r), mixed(1, g), mixed(2, b)], sum)
+                } else {
+                    (colour, amount)
+                };
                 let alpha = if self.published { amount.min(1.0) } else { -(-amount).exp_m1() };
                 capped += u64::from(self.published && amount > 1.0);
                 light.cover_ray(lane, colour, alpha, back);
@@ -417,21 +506,21 @@ impl Scene<'_> {
                 let is_in = |t: f32| if back { t >= end_t } else { t <= end_t };
                 let next = ahead.peek(lane).filter(|met| is_in(met.t));
                 let end = next.map_or(1.0, |met| ((met.t - begin_t) / span).clamp(begin, 1.0));
-                let length = length[lane];
+                let (length, share) = (length[lane], end - begin);
                 if self.middle {
-                    layer(light, near, near_weight * length * (end - begin));
+                    layer(light, near, near_weight * length * share, share);
                 } else if self.published {
                     let weight = near_weight + far_weight;
                     let mean = |c: usize| {
                         (near[c] * near_weight + far[c] * far_weight) / weight.max(1e-30)
                     };
-                    let amount = 0.5 * weight * length * (end - begin);
-                    layer(light, [mean(0), mean(1), mean(2)], amount);
+                    let amount = 0.5 * weight * length * share;
+                    layer(light, [mean(0), mean(1), mean(2)], amount, share);
                 } else {
                     let in_near = (end.min(0.5) - begin).max(0.0);
                     let in_far = (end - begin.max(0.5)).max(0.0);
-                    layer(light, near, near_weight * length * in_near);
-                    layer(light, far, far_weight * length * in_far);
+                    layer(light, near, near_weight * length * in_near, in_near);
+                    layer(light, far, far_weight * length * in_far, in_far);
                 }
                 let Some(met) = next else { break };
                 light.cover_ray(lane, met.colour, met.opacity, back);
@@ -440,6 +529,51 @@ impl Scene<'_> {
             }
         }
         capped
+    }
+}
+
+/// What rays have come to: their light, the surfaces and the kernels ahead, and opacities that were lowered to 1.
+type State<'a, 'k, S> =
+    (&'a mut Gathered<S>, &'a mut Option<Ahead<S>>, &'a mut Option<Passing<'k, S>>, &'a mut u64);
+
+/// A colour and a depth (or opacity), with a share of what kernels have beside.
+#[inline(always)]
+fn with<S: Simd>(
+    simd: S,
+    colour: Vec3<S>,
+    amount: Lanes<S>,
+    beside: Option<Sum<S>>,
+    share: f32,
+) -> (Vec3<S>, Lanes<S>) {
+    let Some(beside) = beside else { return (colour, amount) };
+    let sum = beside.weight.mul_add(all(simd, share), amount);
+    let light = colour.scaled(amount).add(beside.colour.scaled(all(simd, share)));
+    (light.scaled(all(simd, 1.0) / sum.max(all(simd, 1e-30))), sum)
+}
+
+/// The first pixel of a tile.
+pub(super) fn corner_of(rays: &Rays, tile: usize) -> [u32; 2] {
+    let across = rays.tiles()[0] as usize;
+    #[expect(clippy::cast_possible_truncation, reason = "a picture's tiles")]
+    let corner = [tile % across, tile / across].map(|n| n as u32 * TILE);
+    corner
+}
+
+/// The first pixel of a block of 4 × 2 of a tile, where it is in the picture.
+#[inline(always)]
+pub(super) fn block_of(rays: &Rays, corner: [u32; 2], block: u32) -> Option<[u32; 2]> {
+    let at = [corner[0] + block % 2 * 4, corner[1] + block / 2 * 2];
+    (at[0] < rays.size[0] && at[1] < rays.size[1]).then_some(at)
+}
+
+/// Writes a share of what a block has gathered into its tile.
+#[inline(always)]
+pub(super) fn write_block<S: Simd>(block: u32, sum: Gathered<S>, share: f32, out: &mut [Pixel]) {
+    let [x, y] = [block % 2 * 4, block / 2 * 2].map(|n| n as usize);
+    for lane in 0..LANES {
+        let at = (y + lane / 4) * TILE as usize + x + lane % 4;
+        let [r, g, b] = sum.colour.lane(lane);
+        out[at] = [r, g, b, sum.alpha[lane]].map(|v| v * share);
     }
 }
 
@@ -476,7 +610,7 @@ impl<S: Simd> Face<S> {
 
 /// What eight rays have gathered so far.
 #[derive(Clone, Copy)]
-struct Gathered<S: Simd> {
+pub(super) struct Gathered<S: Simd> {
     /// Premultiplied.
     colour: Vec3<S>,
     transmittance: Lanes<S>,
@@ -487,7 +621,7 @@ struct Gathered<S: Simd> {
 impl<S: Simd> Gathered<S> {
     /// Nothing, of the rays that are there; of others nothing will be.
     #[inline(always)]
-    fn none(simd: S, is_there: Mask<S>) -> Self {
+    pub(super) fn none(simd: S, is_there: Mask<S>) -> Self {
         let zero = all(simd, 0.0);
         Self {
             colour: Vec3::splat(simd, [0.0; 3]),
@@ -503,8 +637,40 @@ impl<S: Simd> Gathered<S> {
     }
 
     #[inline(always)]
-    fn goes_on(&self, simd: S, stop_below: f32) -> bool {
+    pub(super) fn goes_on(&self, simd: S, stop_below: f32) -> bool {
         any(self.is_open(simd, stop_below))
+    }
+
+    /// What a slab has of kernels alone; opacities that were lowered to 1.
+    #[inline(always)]
+    pub(super) fn cover_sum(
+        &mut self,
+        simd: S,
+        sum: Sum<S>,
+        published: bool,
+        back_to_front: bool,
+    ) -> u64 {
+        let share = all(simd, 1.0) / sum.weight.max(all(simd, 1e-30));
+        let colour = sum.colour.scaled(share);
+        if published {
+            return self.cover_capped(simd, colour, sum.weight, back_to_front);
+        }
+        self.cover(simd, colour, opacity(simd, sum.weight), back_to_front);
+        0
+    }
+
+    /// One layer more, of an opacity that may be over 1; how many were.
+    #[inline(always)]
+    fn cover_capped(
+        &mut self,
+        simd: S,
+        colour: Vec3<S>,
+        amount: Lanes<S>,
+        back_to_front: bool,
+    ) -> u64 {
+        let one = all(simd, 1.0);
+        self.cover(simd, colour, amount.min(one), back_to_front);
+        amount.simd_gt(one).to_bitmask().count_ones().into()
     }
 
     /// One layer more, of an opacity.

@@ -37,6 +37,26 @@ impl KernelList {
     }
 }
 
+/// The kernels that are drawn of each list of a plan, and the slabs that they are cut into.
+#[derive(Debug, Clone)]
+pub struct KernelSlabs {
+    /// Of each list, the level that is drawn.
+    pub splats: Vec<Arc<Splats>>,
+    /// Distance between the faces of slabs, pixels of view depth. One is at the frame's centre.
+    pub thickness: f64,
+    /// How many slabs of the field lie in each: 1, but where a quick picture may share them out.
+    pub field_slabs: u32,
+}
+
+impl PartialEq for KernelSlabs {
+    /// Of the same kernels, not of equal ones.
+    fn eq(&self, other: &Self) -> bool {
+        let splats = |one: &Self| one.splats.iter().map(Arc::as_ptr).collect::<Vec<_>>();
+        (self.thickness, self.field_slabs) == (other.thickness, other.field_slabs)
+            && splats(self) == splats(other)
+    }
+}
+
 /// What kernels are made of; how they are drawn besides does not count.
 #[derive(Debug, Clone)]
 pub struct Classification {

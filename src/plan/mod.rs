@@ -14,7 +14,7 @@
 mod kernels;
 mod outline;
 
-pub use kernels::{Classification, KernelList};
+pub use kernels::{Classification, KernelList, KernelSlabs};
 pub use outline::Outline;
 
 use std::sync::Arc;

@@ -3,9 +3,10 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use super::draw::{DrawError, Drawer, Drawn, LEAST_SIDE, Observer};
+use super::draw::{DrawError, Drawer, Drawn, Observer};
 use super::engines::EngineKind;
 use super::slabs::STOP_BELOW;
+use super::vectors::PictureVectors;
 use crate::core::memory;
 use crate::gpu::timing::Timer;
 use crate::gpu::{GpuError, PassTime};
@@ -77,7 +78,16 @@ impl Drawer {
             memory::require("the picture", pixels * BYTES_A_PIXEL, memory::free_bytes())?;
         }
         let start = Instant::now();
-        self.engines.native.begin(plan, which, STOP_BELOW);
+        let view = plan.view();
+        let vectors = self.prepare_vectors(plan, &view, (which, 0), observer)?;
+        let slabs = vectors.as_ref().map(PictureVectors::slabs);
+        let begun = self.engines.native.begin(plan, which, slabs, STOP_BELOW);
+        begun.map_err(|reason| {
+            GpuError::Unsupported(format!(
+                "the native engine does not draw {reason}; --engine gpu may"
+            ))
+        })?;
+        let lists_ms = if slabs.is_some() { start.elapsed().as_secs_f64() * 1e3 } else { 0.0 };
         let total = tile_count(plan.size);
         let (mut done, mut piece) = (0, FIRST_TILES);
         while done < total {
@@ -94,19 +104,18 @@ impl Drawer {
             }
         }
         let wall_ms = start.elapsed().as_secs_f64() * 1e3;
-        let rays = f64::from(plan.size[0]) * f64::from(plan.size[1]);
-        // In a window that is hardly there, a picture's time is none of its rays'.
-        if plan.field().is_some() && rays >= LEAST_SIDE * LEAST_SIDE {
-            match which {
-                SlabField::Own if plan.enlarged <= 1.0 => self.costs.learn_rays(rays, wall_ms),
-                _ => self.costs.learn_reduced(which, rays, wall_ms),
-            }
-        }
+        let are_alone = plan.is_of_kernels_alone();
+        let visits = vectors.as_ref().map_or(0.0, PictureVectors::visits);
+        self.learn_slabs((plan, which), (wall_ms, lists_ms), visits);
+        let (splats, vectors_averaged) =
+            vectors.map_or((0, 0), |vectors| (vectors.count(), vectors.averaged()));
         Ok(Drawn {
             size: plan.size,
-            kernels: self.active_count().unwrap_or(0),
+            kernels: if are_alone { splats } else { self.active_count().unwrap_or(0) },
             is_shaded: plan.field().is_some(),
+            vectors_averaged,
             wall_ms,
+            lists_ms,
             ..Drawn::default()
         })
     }

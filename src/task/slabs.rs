@@ -14,7 +14,7 @@ use crate::gpu::layout::TILE;
 use crate::gpu::{GpuError, PictureConstants, Renderer, tile_count};
 use crate::kernel::{Coefficients, CoefficientsError, coefficients};
 use crate::native::stored_bytes;
-use crate::plan::{Field, Plan, SlabField};
+use crate::plan::{Field, Plan, SlabField, Way};
 use crate::scene::{OpacityModel, Reconstruction, SplatSettings, View};
 use crate::transfer::{Cumulative, TransferFunction, Weight};
 use crate::volume::ScalarVolume;
@@ -130,7 +130,7 @@ impl Drawer {
         which: SlabField,
         observer: &mut dyn Observer,
     ) -> Result<Drawn, DrawError> {
-        let (view, size, enlarged) = (plan.view(), plan.size, plan.enlarged);
+        let (view, enlarged) = (plan.view(), plan.enlarged);
         let are_alone = plan.is_of_kernels_alone();
         self.prepare_field(plan, which, observer)?;
         self.engines.gpu()?.make_polygon_lists(plan, &view)?;
@@ -151,7 +151,7 @@ impl Drawer {
             FIRST_TILES
         };
         let pipelines = self.engines.gpu()?.pipeline_count();
-        let rays = f64::from(size[0]) * f64::from(size[1]);
+        let rays = f64::from(plan.size[0]) * f64::from(plan.size[1]);
         if !are_alone {
             // What these take is learnt with the others: the next picture is smaller for it.
             #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "rays")]
@@ -168,25 +168,35 @@ impl Drawer {
             drawn.kernels = splats;
         }
         drawn.made_pipelines = self.engines.gpu()?.pipeline_count() != pipelines;
-        match which {
-            // The next one will not wait for a compiler.
-            _ if drawn.made_pipelines => {}
-            // In a window that is hardly there, a picture's time is none of its rays'.
-            _ if rays < LEAST_SIDE * LEAST_SIDE => {}
-            SlabField::Own if enlarged <= 1.0 => self.costs.learn_rays(rays, drawn.wall_ms),
-            _ => {
-                let wall_ms = drawn.wall_ms - drawn.lists_ms;
-                let of_field = if are_alone { 0.0 } else { rays };
-                match visits > 0.0 {
-                    true => {
-                        self.costs.learn_lists(drawn.lists_ms);
-                        self.costs.learn_visits(which, of_field, visits, wall_ms);
-                    }
-                    false => self.costs.learn_reduced(which, rays, wall_ms),
-                }
-            }
+        // The next one will not wait for a compiler.
+        if !drawn.made_pipelines {
+            self.learn_slabs((plan, which), (drawn.wall_ms, drawn.lists_ms), visits);
         }
         Ok(Drawn { is_shaded: !are_alone, ..drawn })
+    }
+
+    /// Learns from a picture in slabs what rays and visits ([`PictureVectors::visits`]) cost, from milliseconds in all
+    /// and those of its lists.
+    pub(super) fn learn_slabs(
+        &mut self,
+        (plan, which): (&Plan, SlabField),
+        (wall_ms, lists_ms): (f64, f64),
+        visits: f64,
+    ) {
+        let rays = f64::from(plan.size[0]) * f64::from(plan.size[1]);
+        // In a window that is hardly there, a picture's time is none of its rays'; and nothing costs nothing.
+        if rays < LEAST_SIDE * LEAST_SIDE || plan.way == Way::Nothing {
+            return;
+        }
+        match which {
+            SlabField::Own if plan.enlarged <= 1.0 => self.costs.learn_rays(rays, wall_ms),
+            _ if visits > 0.0 => {
+                let of_field = if plan.is_of_kernels_alone() { 0.0 } else { rays };
+                self.costs.learn_lists(lists_ms);
+                self.costs.learn_visits(which, of_field, visits, wall_ms - lists_ms);
+            }
+            _ => self.costs.learn_reduced(which, rays, wall_ms),
+        }
     }
 
     /// A picture of tiles, so many in the first piece, with a scene's vectors among them, and how many of

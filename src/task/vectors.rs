@@ -11,7 +11,8 @@ use super::slabs::STOP_BELOW;
 use crate::core::{Cancelled, Ticket};
 use crate::gpu::layout::{LAYER_SLABS, TILE};
 use crate::gpu::{GpuError, Renderer, VectorLook, VectorSplats};
-use crate::plan::{Classification, KernelList, Plan, SlabField};
+use crate::native;
+use crate::plan::{Classification, KernelList, KernelSlabs, Plan, SlabField};
 use crate::scene::{SplatSettings, View};
 use crate::vector::Splats;
 
@@ -58,11 +59,7 @@ impl Drop for VectorJob {
 #[derive(Debug, Clone)]
 pub(super) struct PictureVectors {
     plan: Plan,
-    /// Of each list.
-    splats: Vec<Arc<Splats>>,
-    slab: f64,
-    /// How many of the field lie in each.
-    field_slabs: u32,
+    slabs: KernelSlabs,
     /// Whether there are means of them, too.
     has_coarser: bool,
     /// See `Drawn::vectors_averaged`.
@@ -87,9 +84,14 @@ impl PictureVectors {
         self.has_coarser
     }
 
+    /// What is drawn of each list, and the slabs that it is cut into.
+    pub(super) fn slabs(&self) -> &KernelSlabs {
+        &self.slabs
+    }
+
     /// Splats in the picture, or beside it.
     pub(super) fn count(&self) -> u64 {
-        self.splats.iter().map(|splats| splats.list.len() as u64).sum()
+        self.slabs.splats.iter().map(|splats| splats.list.len() as u64).sum()
     }
 
     /// Makes the lists of the tiles from `first` on, and as many rows after as fit; the one after the
@@ -103,13 +105,13 @@ impl PictureVectors {
         let plan = &self.plan;
         let columns = view.size[0].div_ceil(TILE);
         let what = VectorSplats {
-            looks: &looks(&self.splats, &plan.kernels),
+            looks: &looks(&self.slabs.splats, &plan.kernels),
             phase: plan.phase,
             splat: &plan.mode,
             camera: &plan.camera,
             centre: plan.frame.lattice.centre(),
-            slab: self.slab,
-            field_slabs: self.field_slabs,
+            slab: self.slabs.thickness,
+            field_slabs: self.slabs.field_slabs,
             stop_below: STOP_BELOW as f32,
         };
         let rows = tiles.start / columns..tiles.end / columns;
@@ -177,6 +179,7 @@ impl Drawer {
     ) -> Result<(), DrawError> {
         if plan.kernels.is_empty() {
             self.vectors = VectorJob::default();
+            self.engines.native.clear_kernels();
             if let Some(renderer) = self.engines.made_gpu_mut() {
                 renderer.clear_vectors();
             }
@@ -235,8 +238,10 @@ impl Drawer {
         let (slab, field_slabs) = match plan.is_of_kernels_alone() {
             true => (own_slab, 1),
             false => {
-                let thickness =
-                    self.engines.gpu()?.slab_thickness(which, view, &plan.mode, spacing);
+                let thickness = match self.is_native() {
+                    true => native::slab_thickness(plan),
+                    false => self.engines.gpu()?.slab_thickness(which, view, &plan.mode, spacing),
+                };
                 // Those of the field are shared out only where nobody looks closely.
                 let most = if is_quick { MOST_FIELD_SLABS } else { 1.0 };
                 let count = (own_slab / thickness).floor().clamp(1.0, most);
@@ -245,9 +250,12 @@ impl Drawer {
                 (count * thickness, whole)
             }
         };
-        self.engines.gpu()?.set_vectors(&looks(&splats, &plan.kernels))?;
+        if !self.is_native() {
+            self.engines.gpu()?.set_vectors(&looks(&splats, &plan.kernels))?;
+        }
         let (plan, visits) = (plan.clone(), visits(&splats, slab, pixels_per_unit));
-        Ok(Some(PictureVectors { plan, splats, slab, field_slabs, has_coarser, averaged, visits }))
+        let slabs = KernelSlabs { splats, thickness: slab, field_slabs };
+        Ok(Some(PictureVectors { plan, slabs, has_coarser, averaged, visits }))
     }
 
     /// How often pixels of a smaller picture look at splats of a scene's vectors ([`visits`]), about; `None` before
