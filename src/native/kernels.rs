@@ -5,6 +5,7 @@ use std::sync::Arc;
 use glam::{DMat2, DMat3, DVec2, DVec3};
 use rayon::prelude::*;
 
+use super::cells::{Cells, Span};
 use super::marks::MarkTable;
 use super::rays::TILE;
 use crate::core::Camera;
@@ -17,10 +18,6 @@ use crate::vector::{
     Design, Foreshortening, MARK_SIDE, Splats, VectorMode, VectorSettings, WINDOW,
 };
 
-/// Tiles along a cell's side: lists are kept by cell, and each tile takes from its cell's what touches it.
-const CELL_TILES: u32 = 4;
-/// Pixels along a cell's side.
-const CELL: u32 = CELL_TILES * TILE;
 /// Kernels nearer to the eye than this part of its distance to the focal plane are not drawn.
 const NEAR: f64 = 1e-3;
 /// Half axis, in pixels, that thinner kernels are widened to.
@@ -60,15 +57,8 @@ pub(super) struct Footprint {
     pub list: u8,
 }
 
-/// What it may touch.
-#[derive(Debug, Clone, Copy)]
-struct Reach {
-    /// Columns and rows of cells, the last ones exclusive.
-    columns: [u32; 2],
-    rows: [u32; 2],
-    /// The first slab and the last, in the order of compositing.
-    slabs: [i32; 2],
-}
+/// A kernel, the cells that it may touch, and the first slab and the last, in the order of compositing.
+type Landed = (Footprint, Span, [i32; 2]);
 
 /// How the kernels of a list look.
 #[derive(Debug, Clone)]
@@ -100,9 +90,8 @@ pub(super) struct Kernels {
     footprints: Vec<Footprint>,
     /// Slabs of each, in the order of compositing.
     slabs: Vec<[i32; 2]>,
-    /// Of each cell, rows from the top: kernels that may touch it, in that order.
-    cells: Vec<Vec<u32>>,
-    across: u32,
+    /// Kernels that may touch each part of the picture, in that order.
+    cells: Cells,
     half_size: [f32; 2],
     /// Slabs that a kernel lies in at most.
     pub most_slabs: u32,
@@ -153,39 +142,23 @@ impl Kernels {
         let looks = looks(plan, natural, old);
         let (view, back_to_front) = (plan.view(), made_of.back_to_front);
         let slab = made_of.slabs.thickness;
-        let mut all: Vec<(Footprint, Reach)> = Vec::new();
+        let mut all: Vec<Landed> = Vec::new();
         for (i, (splats, list)) in made_of.slabs.splats.iter().zip(&plan.kernels).enumerate() {
             let seen = Seen::new(plan, &view, splats, &list.settings, i as u8);
             let found = (0..splats.list.len()).into_par_iter().with_min_len(1 << 10);
             all.par_extend(found.filter_map(|k| seen.lands(k, slab, back_to_front)));
         }
         // Those that begin first come first, and of these the first in their list: sums are the same on any machine.
-        all.par_sort_by_key(|(_, reach)| reach.slabs[0]);
-        let [across, down] = view.size.map(|n| n.div_ceil(CELL));
-        let mut cells = vec![Vec::new(); across as usize * down as usize];
-        let band = (down as usize).div_ceil(4 * rayon::current_num_threads()).max(1);
-        cells.par_chunks_mut(band * across as usize).enumerate().for_each(|(i, cells)| {
-            let first = (i * band) as u32;
-            let end = first + (cells.len() / across as usize) as u32;
-            for (k, (_, reach)) in all.iter().enumerate() {
-                for row in reach.rows[0].max(first)..reach.rows[1].min(end) {
-                    let start = ((row - first) * across) as usize;
-                    let row = &mut cells[start..start + across as usize];
-                    for cell in &mut row[reach.columns[0] as usize..reach.columns[1] as usize] {
-                        cell.push(k as u32);
-                    }
-                }
-            }
-        });
-        let (footprints, reaches): (Vec<_>, Vec<_>) = all.into_iter().unzip();
-        let slabs: Vec<[i32; 2]> = reaches.iter().map(|reach| reach.slabs).collect();
+        all.par_sort_by_key(|(_, _, slabs)| slabs[0]);
+        let cells = Cells::new(view.size, all.iter().map(|(_, span, _)| span));
+        let slabs: Vec<[i32; 2]> = all.iter().map(|(_, _, slabs)| *slabs).collect();
+        let footprints = all.into_iter().map(|(footprint, _, _)| footprint).collect();
         let most_slabs = slabs.iter().map(|[first, last]| last.abs_diff(*first) + 1).max();
         Self {
             looks,
             footprints,
             slabs,
             cells,
-            across,
             half_size: view.size.map(|n| n as f32 / 2.0),
             most_slabs: most_slabs.unwrap_or(0),
             thickness: slab as f32,
@@ -200,10 +173,10 @@ impl Kernels {
 
     /// Bytes of memory.
     pub(super) fn size_bytes(&self) -> u64 {
-        let cells: usize = self.cells.iter().map(|cell| size_of_val(&cell[..])).sum();
         // Two lists may share their marks.
         let marks = self.looks.iter().map(|look| look.marks.size_bytes()).max().unwrap_or(0);
-        marks + (size_of_val(&self.footprints[..]) + size_of_val(&self.slabs[..]) + cells) as u64
+        let kernels = size_of_val(&self.footprints[..]) + size_of_val(&self.slabs[..]);
+        marks + self.cells.size_bytes() + kernels as u64
     }
 
     /// A kernel, and its slabs.
@@ -215,13 +188,11 @@ impl Kernels {
     /// The kernels that may touch a tile, whose first pixel is `corner`, in the order in which rays come to them.
     pub(super) fn touching(&self, corner: [u32; 2], found: &mut Vec<u32>) {
         found.clear();
-        let [x, y] = corner.map(|n| n / CELL);
-        let cell = &self.cells[(y * self.across + x) as usize];
         // From the middle of a tile to the farthest centres of its pixels.
         const HALF: f32 = 0.5 * TILE as f32 - 0.5;
         let across = corner[0] as f32 + 0.5 * TILE as f32 - self.half_size[0];
         let up = self.half_size[1] - corner[1] as f32 - 0.5 * TILE as f32;
-        found.extend(cell.iter().filter(|&&kernel| {
+        found.extend(self.cells.at(corner).iter().filter(|&&kernel| {
             let Footprint { middle, to_circle: [a, b, c], .. } = &self.footprints[kernel as usize];
             let (right, up) = (across - middle[0], up - middle[1]);
             // The tile in the circle lies within a box.
@@ -229,12 +200,6 @@ impl Kernels {
             let y = ((b * right + c * up).abs() - HALF * (b.abs() + c.abs())).max(0.0);
             x * x + y * y < 1.0001
         }));
-    }
-
-    /// Whether any kernel may touch the cell of a tile.
-    pub(super) fn are_near(&self, corner: [u32; 2]) -> bool {
-        let [x, y] = corner.map(|n| n / CELL);
-        !self.cells[(y * self.across + x) as usize].is_empty()
     }
 }
 
@@ -303,7 +268,7 @@ impl<'a> Seen<'a> {
 
     /// Where a kernel lands; `None` where it is not seen, or is flat.
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
-    fn lands(&self, kernel: usize, slab: f64, back_to_front: bool) -> Option<(Footprint, Reach)> {
+    fn lands(&self, kernel: usize, slab: f64, back_to_front: bool) -> Option<Landed> {
         let Self { splats, settings, radius, .. } = self;
         let splat = &splats.list[kernel];
         let from_origin = self.view_from_unit * DVec3::from(splat.centre.map(f64::from));
@@ -339,10 +304,11 @@ impl<'a> Seen<'a> {
             };
         let size = self.view.size.map(f64::from);
         let reach = drawn.half_extents * *radius;
-        let columns = cells(middle.x + size[0] / 2.0, reach.x, size[0]);
-        let rows = cells(size[1] / 2.0 - middle.y, reach.y, size[1]);
+        let (right, down) = (middle.x + size[0] / 2.0, size[1] / 2.0 - middle.y);
+        let right = [right - reach.x, right + reach.x];
+        let span = Span::of(self.view.size, right, [down - reach.y, down + reach.y])?;
         // False where anything is not a number, too.
-        let shows = amount > 0.0 && columns[0] < columns[1] && rows[0] < rows[1];
+        let shows = amount > 0.0;
         if !shows || !depth.is_finite() {
             return None;
         }
@@ -369,7 +335,7 @@ impl<'a> Seen<'a> {
             list: self.list,
         };
         let slabs = if back_to_front { [-last, -first] } else { [first, last] };
-        Some((footprint, Reach { columns, rows, slabs }))
+        Some((footprint, span, slabs))
     }
 
     /// The size of the marks whose texels are about as large as pixels, where the window is narrowest.
@@ -404,14 +370,4 @@ fn shortened(wide: &ProjectedKernel, flow: DVec2, across: f64) -> ProjectedKerne
         half_extents: DVec2::new(k11, k21.hypot(k22)),
         ..*wide
     }
-}
-
-/// Cells that hold pixels whose centres lie within `reach` of `middle`, the last one exclusive.
-#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
-fn cells(middle: f64, reach: f64, size: f64) -> [u32; 2] {
-    // A hundredth of a pixel for rounding: these are in float64, and rays are not.
-    const SLACK: f64 = 1e-2;
-    let first = (middle - reach - 0.5 - SLACK).ceil().clamp(0.0, size);
-    let end = ((middle + reach - 0.5 + SLACK).floor() + 1.0).clamp(0.0, size);
-    if first < end { [first as u32 / CELL, (end as u32).div_ceil(CELL)] } else { [0, 0] }
 }

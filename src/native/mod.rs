@@ -9,6 +9,8 @@
 //! B-splines by the Bézier points of the spline). And what a scene does not ask for is not in its loop.
 
 mod bricks;
+mod cells;
+mod composite;
 mod kernels;
 mod lanes;
 mod lattice;
@@ -16,6 +18,7 @@ mod light;
 mod marks;
 mod masks;
 mod passing;
+mod polygons;
 mod project;
 mod rays;
 mod renderer;

@@ -6,10 +6,14 @@
 
 use fearless_simd::{Simd, prelude::*};
 
+use super::composite::{Gathered, Rule};
 use super::kernels::{Footprint, Kernels};
-use super::lanes::{Lanes, Look, Mask, Vec3, all, any, choose};
+use super::lanes::{LANES, Lanes, Look, Mask, Vec3, all, any, choose};
+use super::polygons::Polygons;
 use super::rays::{Packet, Rays, TILE};
-use super::walk::{Gathered, Pixel, block_of, corner_of, write_block};
+use super::surfaces::Ahead;
+use super::table::Halves;
+use super::walk::{Pixel, Rich, block_of, corner_of, first_of, write_block};
 use crate::kernel::{FootprintPolynomial, SlabShare};
 
 /// Less depth than this changes no picture.
@@ -20,15 +24,15 @@ pub(super) const EVERY_SLAB: i32 = i32::MAX;
 /// What a slab has of kernels: light, and depth or opacity.
 pub(super) type Sum<S> = Look<S>;
 
-/// What the packets of a tile share.
-pub(super) struct Tile<S: Simd> {
+/// What the packets of a tile share, and what is kept of slabs until they have passed them.
+pub(super) struct Kept<S: Simd> {
     /// Kernels that touch it.
     list: Vec<u32>,
     /// Sums of slabs, by their numbers modulo its length, a power of two.
     ring: Vec<Sum<S>>,
 }
 
-impl<S: Simd> Tile<S> {
+impl<S: Simd> Kept<S> {
     /// Of the tile whose first pixel is `corner`.
     pub(super) fn new(simd: S, kernels: &Kernels, corner: [u32; 2]) -> Self {
         let mut list = Vec::new();
@@ -46,7 +50,7 @@ impl<S: Simd> Tile<S> {
 /// Eight rays among kernels. Slabs are counted in the order of compositing.
 pub(super) struct Passing<'a, S: Simd> {
     kernels: &'a Kernels,
-    tile: &'a mut Tile<S>,
+    tile: &'a mut Kept<S>,
     /// The next kernel of the list.
     entry: usize,
     /// The next slab to be composited, and the one after the last that any kernel was added to.
@@ -66,7 +70,7 @@ impl<'a, S: Simd> Passing<'a, S> {
     pub(super) fn new(
         simd: S,
         kernels: &'a Kernels,
-        tile: &'a mut Tile<S>,
+        tile: &'a mut Kept<S>,
         (rays, packet): (&Rays, &Packet<S>),
         kept: [Lanes<S>; 2],
     ) -> Self {
@@ -91,12 +95,18 @@ impl<'a, S: Simd> Passing<'a, S> {
     /// Depths between which a slab lies, the first on the way first.
     #[inline(always)]
     pub(super) fn ends(&self, simd: S, slab: i32) -> [Lanes<S>; 2] {
-        let back = self.kernels.back_to_front;
-        let nearer = if back { -slab } else { slab } as f32 * self.kernels.thickness;
+        let slab = if self.kernels.back_to_front { -slab } else { slab };
+        self.ends_of(simd, slab, self.kernels.thickness)
+    }
+
+    /// The same of a slab of some thickness, as it is counted from near to far.
+    #[inline(always)]
+    pub(super) fn ends_of(&self, simd: S, slab: i32, thickness: f32) -> [Lanes<S>; 2] {
         let [low, high] = self.kept;
+        let nearer = slab as f32 * thickness;
         let at = |t: f32| all(simd, t).max(low).min(high);
-        let ends = [at(nearer), at(nearer + self.kernels.thickness)];
-        if back { [ends[1], ends[0]] } else { ends }
+        let ends = [at(nearer), at(nearer + thickness)];
+        if self.kernels.back_to_front { [ends[1], ends[0]] } else { ends }
     }
 
     /// The next slab before one in which kernels are, and what they have of it; what of it the field has taken is not
@@ -313,14 +323,13 @@ fn share<S: Simd>(simd: S, factors: &[Lanes<S>; 6], place: Lanes<S>) -> Lanes<S>
     sum.mul_add(place, all(simd, 0.5))
 }
 
-/// Kernels that have the stage to themselves.
+/// Kernels and triangles without a field.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Alone<'a> {
     pub rays: &'a Rays,
-    pub kernels: &'a Kernels,
-    pub published: bool,
-    /// Transmittance at which rays end.
-    pub stop_below: f32,
+    pub kernels: Option<&'a Kernels>,
+    pub polygons: Option<&'a Polygons>,
+    pub rule: Rule,
 }
 
 impl Alone<'_> {
@@ -329,28 +338,40 @@ impl Alone<'_> {
     pub(super) fn tile<S: Simd>(&self, simd: S, tile: usize, out: &mut [Pixel]) -> u64 {
         out.fill([0.0; 4]);
         let corner = corner_of(self.rays, tile);
-        if !self.kernels.are_near(corner) {
+        let fragments = self.polygons.and_then(|polygons| polygons.seen_in(corner));
+        let kernels = self.kernels.map(|kernels| (kernels, Kept::new(simd, kernels, corner)));
+        let mut kernels = kernels.filter(|(_, kept)| !kept.is_empty());
+        if kernels.is_none() && fragments.is_none() {
             return 0;
         }
-        let mut of_tile = Tile::new(simd, self.kernels, corner);
-        if of_tile.is_empty() {
-            return 0;
-        }
+        let back = self.rule.back_to_front;
+        let kept = [all(simd, -1e30), all(simd, 1e30)];
         let mut capped = 0;
-        for block in 0..TILE * TILE / 8 {
+        for block in 0..TILE * TILE / LANES as u32 {
             let Some(at) = block_of(self.rays, corner, block) else { continue };
             let packet = self.rays.packet(simd, at, [0.5; 2]);
-            let mut light = Gathered::none(simd, Mask::splat(simd, true));
-            let kept = [all(simd, -1e30), all(simd, 1e30)];
-            let seen = (self.rays, &packet);
-            let mut passing = Passing::new(simd, self.kernels, &mut of_tile, seen, kept);
-            while let Some((_, sum)) = passing.before(simd, EVERY_SLAB) {
-                capped += light.cover_sum(simd, sum, self.published, self.kernels.back_to_front);
-                if !light.goes_on(simd, self.stop_below) {
-                    break;
+            let every = Mask::splat(simd, true);
+            let mut light = Gathered::none(simd, every, fragments.is_some());
+            let mut ahead = fragments
+                .as_ref()
+                .map(|fragments| Ahead::new(simd, Some(fragments), first_of(block), kept, back));
+            if let Some((kernels, of_tile)) = &mut kernels {
+                let seen = (self.rays, &packet);
+                let mut passing = Passing::new(simd, kernels, of_tile, seen, kept);
+                let none = Halves::none(simd);
+                while let Some((slab, sum)) = passing.before(simd, EVERY_SLAB) {
+                    let ts = passing.ends(simd, slab);
+                    let (what, state) = ((&none, Some(sum)), (&mut light, &mut ahead));
+                    capped += self.rule.lay::<S, Rich>(simd, &packet, what, ts, state);
+                    if !light.goes_on(simd, self.rule.stop_below) {
+                        break;
+                    }
                 }
             }
-            write_block(block, light, 1.0, out);
+            if let Some(ahead) = &mut ahead {
+                self.rule.lay_rest(&mut light, ahead);
+            }
+            write_block(block, light.light(simd), 1.0, out);
         }
         capped
     }

@@ -8,11 +8,13 @@ use std::time::Instant;
 use fearless_simd::{Level, Simd};
 use rayon::prelude::*;
 
+use super::composite::Rule;
 use super::kernels::{Kernels, MOST_SLABS};
 use super::lattice::{Lattice, Method};
 use super::light::Light;
 use super::masks::Masks;
 use super::passing::Alone;
+use super::polygons::Polygons;
 use super::rays::{Rays, TILE};
 use super::supports::Unsupported;
 use super::surfaces::Surfaces;
@@ -36,6 +38,7 @@ pub struct Renderer {
     fields: [Option<Field>; 2],
     /// Of lists, where the picture that was begun last has any.
     kernels: Option<Kernels>,
+    polygons: Option<Polygons>,
     picture: Option<Picture>,
     /// Opacities over 1, lowered to it, since the picture began.
     capped: u64,
@@ -91,8 +94,7 @@ struct Drawing {
     /// `None` where kernels of lists have the stage to themselves.
     of_field: Option<OfField>,
     rays: Rays,
-    published: bool,
-    stop_below: f32,
+    rule: Rule,
 }
 
 /// The same of a field.
@@ -103,7 +105,6 @@ struct OfField {
     light: Option<Light>,
     surfaces: Option<Surfaces>,
     along: AlongRay,
-    middle: bool,
 }
 
 impl Drawing {
@@ -154,6 +155,7 @@ impl Renderer {
             threads: Threads { count: threads, pool: OnceLock::new() },
             fields: [None, None],
             kernels: None,
+            polygons: None,
             picture: None,
             capped: 0,
             stages: Vec::new(),
@@ -274,12 +276,18 @@ impl Renderer {
             self.note_stage("list_kernels", start);
         }
         let start = Instant::now();
+        let old = self.polygons.take();
+        self.polygons = self.threads.run(|| Polygons::of(plan, old));
+        if self.polygons.is_some() {
+            self.note_stage("place_polygons", start);
+        }
+        let start = Instant::now();
         let drawing = match plan.field() {
             Some(_) => self.of_field(plan, which, stop_below),
-            None => self.kernels.is_some().then(|| Drawing {
-                of_field: None,
-                ..Self::drawing(plan, Rays::new(plan, [-0.5; 3], &[]), stop_below)
-            }),
+            None => {
+                let rays = Rays::new(plan, [-0.5; 3], &[]);
+                Some(Self::drawing(plan, rays, stop_below))
+            }
         };
         let masks_depths = drawing.as_ref().is_some_and(|drawing| drawing.of_field.is_some());
         self.picture = Some(Picture { size: plan.size, pixels, drawing });
@@ -307,7 +315,6 @@ impl Renderer {
             light: Light::of(plan).filter(|_| composites),
             surfaces: Surfaces::of(plan),
             along,
-            middle: plan.mode.classify == Classify::After,
         };
         Some(Drawing { of_field: Some(of_field), ..Self::drawing(plan, rays, stop_below) })
     }
@@ -316,9 +323,13 @@ impl Renderer {
     fn drawing(plan: &Plan, rays: Rays, stop_below: f64) -> Drawing {
         Drawing {
             of_field: None,
-            published: plan.mode.opacity_model == OpacityModel::Published,
-            // Far to near nothing is hidden before it is drawn.
-            stop_below: if rays.back_to_front { 0.0 } else { stop_below as f32 },
+            rule: Rule {
+                middle: plan.mode.classify == Classify::After,
+                published: plan.mode.opacity_model == OpacityModel::Published,
+                back_to_front: rays.back_to_front,
+                // Far to near nothing is hidden before it is drawn.
+                stop_below: if rays.back_to_front { 0.0 } else { stop_below as f32 },
+            },
             rays,
         }
     }
@@ -334,9 +345,8 @@ impl Renderer {
         let Some(Picture { pixels, drawing: Some(drawing), .. }) = &mut self.picture else {
             return;
         };
-        let Drawing { of_field, rays, published, stop_below } = &*drawing;
-        let (published, stop_below) = (*published, *stop_below);
-        let kernels = self.kernels.as_ref();
+        let Drawing { of_field, rays, rule } = &*drawing;
+        let (kernels, polygons, rule) = (self.kernels.as_ref(), self.polygons.as_ref(), *rule);
         let what = match of_field {
             Some(of) => {
                 let Some(Field { lattice, table: Some(table) }) = &self.fields[of.which as usize]
@@ -351,19 +361,16 @@ impl Renderer {
                     light: of.light.as_ref(),
                     surfaces: of.surfaces.as_ref(),
                     kernels,
-                    middle: of.middle,
-                    published,
-                    stop_below,
+                    polygons,
+                    rule,
                 };
                 match of.along {
                     AlongRay::Composite => What::Slabs(scene),
                     along => What::Values(scene, along),
                 }
             }
-            None => match kernels {
-                Some(kernels) => What::Kernels(Alone { rays, kernels, published, stop_below }),
-                None => return,
-            },
+            None if kernels.is_none() && polygons.is_none() => return,
+            None => What::Alone(Alone { rays, kernels, polygons, rule }),
         };
         let level = self.level;
         let capped = AtomicU64::new(0);
@@ -381,7 +388,7 @@ impl Renderer {
         let stage = match what {
             What::Slabs(_) => "walk_slabs",
             What::Values(..) => "project_values",
-            What::Kernels(_) => "composite_kernels",
+            What::Alone(_) => "composite_kernels",
         };
         self.note_stage(stage, start);
     }
@@ -434,12 +441,18 @@ impl Renderer {
         self.fields.iter().flatten().map(of_field).sum::<u64>()
             + self.picture.as_ref().map_or(0, of_picture)
             + self.kernels.as_ref().map_or(0, Kernels::size_bytes)
+            + self.polygon_bytes()
     }
 
     /// Of them, those of lights and shading tables, and those of what lets the inside be seen.
     pub fn effect_bytes(&self) -> [u64; 2] {
         let drawing = self.picture.as_ref().and_then(|picture| picture.drawing.as_ref());
         drawing.map_or([0; 2], |drawing| [drawing.shading_bytes(), drawing.inside_bytes()])
+    }
+
+    /// Of them, those of polygons.
+    pub fn polygon_bytes(&self) -> u64 {
+        self.polygons.as_ref().map_or(0, Polygons::size_bytes)
     }
 
     /// The most that it held.
@@ -459,8 +472,8 @@ enum What<'a> {
     Slabs(Scene<'a>),
     /// Values along rays.
     Values(Scene<'a>, AlongRay),
-    /// Kernels of lists alone.
-    Kernels(Alone<'a>),
+    /// Kernels of lists, and polygons, without a field.
+    Alone(Alone<'a>),
 }
 
 /// A tile with the instructions of a level.
@@ -486,7 +499,7 @@ fn draw_with<S: Simd>(simd: S, what: &What<'_>, tile: usize, out: &mut [Pixel]) 
         };
     }
     match what {
-        What::Kernels(alone) => vectorized!(alone.tile(simd, tile, out)),
+        What::Alone(alone) => vectorized!(alone.tile(simd, tile, out)),
         What::Values(scene, along) => {
             let method = scene.lattice.method();
             vectorized!(scene.projected_tile(simd, method, *along, tile, out));

@@ -20,13 +20,9 @@ pub fn supports(plan: &Plan) -> Result<(), Unsupported> {
     }
     match plan.way {
         Way::Slabs => {}
-        Way::Nothing if plan.surfaces.is_empty() => return Ok(()),
-        Way::Nothing => return refuse("surfaces alone yet"),
+        Way::Nothing => return Ok(()),
         Way::Gathered => return refuse("samples that are shaded before they are put together yet"),
         Way::Triangles | Way::Nodes => return refuse("splats as triangles"),
-    }
-    if !plan.surfaces.is_empty() {
-        return refuse("polygons yet");
     }
     match plan.field() {
         Some(field) => {

@@ -5,7 +5,8 @@ use fearless_simd::{Simd, prelude::*};
 use super::lanes::{LANES, Lanes, Mask, all, any, choose};
 use super::lattice::{Lattice, Method};
 use super::light::Light;
-use super::rays::{Packet, Rays};
+use super::polygons::{Fragment, Fragments};
+use super::rays::{Packet, Rays, TILE};
 use super::table::Table;
 use crate::plan::Plan;
 use crate::scene::{AlongRay, CutFaces};
@@ -33,11 +34,21 @@ pub(super) struct Met {
     pub t: f32,
     pub colour: [f32; 3],
     pub opacity: f32,
+    /// A bit for each sample of the pixel that it covers.
+    pub samples: u8,
 }
 
+/// All samples of a pixel.
+pub(super) const EVERY_SAMPLE: u8 = 15;
+
 /// What eight rays meet, each in the order of compositing.
-pub(super) struct Ahead<S: Simd> {
+pub(super) struct Ahead<'a, S: Simd> {
     rays: [Way; LANES],
+    /// What the pixel of each sees of triangles, and how many are laid down.
+    triangles: [(&'a [Fragment], usize); LANES],
+    /// Triangles between these depths are kept.
+    kept: [Lanes<S>; 2],
+    back_to_front: bool,
     /// Where each meets the next: beyond everything where there is none.
     pub next: Lanes<S>,
 }
@@ -99,10 +110,9 @@ impl Surfaces {
         &self,
         simd: S,
         (lattice, method, table): (&Lattice, Method, &Table),
-        rays: &Rays,
         packet: &Packet<S>,
-    ) -> Ahead<S> {
-        let mut ahead = Ahead::none(simd);
+        ahead: &mut Ahead<'_, S>,
+    ) {
         let faces = self.cut_faces.then_some((packet.enter, packet.is_cut, None));
         let slices = self.slices.iter().map(|&([nx, ny, nz, product], opacity)| {
             let normal = super::lanes::Vec3::splat(simd, [nx, ny, nz]);
@@ -136,12 +146,11 @@ impl Surfaces {
                 let is_there = if in_hole { holes_show } else { !nothing.test(i) };
                 let opacity = opacity.unwrap_or(if weight > 0.0 { 1.0 } else { 0.0 });
                 if is_there && opacity > 0.0 {
-                    ahead.insert(i, Met { t: t[i], colour, opacity }, rays.back_to_front);
+                    ahead.insert(i, Met { t: t[i], colour, opacity, samples: EVERY_SAMPLE });
                 }
             }
         }
-        ahead.look(simd, rays.back_to_front);
-        ahead
+        ahead.look(simd);
     }
 
     /// Notes the levels that the field passes between two depths at which it has these cells. What passes one twice
@@ -154,7 +163,7 @@ impl Surfaces {
         (rays, packet): (&Rays, &Packet<S>),
         (cells, ts): ([Lanes<S>; 2], [Lanes<S>; 2]),
         is_slab: Mask<S>,
-        ahead: &mut Ahead<S>,
+        ahead: &mut Ahead<'_, S>,
     ) -> bool {
         let mut is_met = false;
         for &(value, colour, opacity) in &self.levels {
@@ -200,27 +209,43 @@ impl Surfaces {
             for i in 0..LANES {
                 let in_hole = lattice.has_holes() && lattice.is_hole(place.lane(i));
                 if passes.test(i) && !in_hole && opacity > 0.0 {
-                    let met = Met { t: t[i], colour: seen.lane(i), opacity };
-                    ahead.insert(i, met, rays.back_to_front);
+                    let (t, colour) = (t[i], seen.lane(i));
+                    ahead.insert(i, Met { t, colour, opacity, samples: EVERY_SAMPLE });
                 }
             }
-            ahead.look(simd, rays.back_to_front);
+            ahead.look(simd);
         }
         is_met
     }
 }
 
-impl<S: Simd> Ahead<S> {
-    /// Nothing.
+impl<'a, S: Simd> Ahead<'a, S> {
+    /// Triangles alone, if any are in the tile: those that lie between the depths that are kept of rays. `first` is the
+    /// number in its tile of the block's first pixel.
     #[inline(always)]
-    pub(super) fn none(simd: S) -> Self {
-        let none = Met { t: 0.0, colour: [0.0; 3], opacity: 0.0 };
+    pub(super) fn new(
+        simd: S,
+        fragments: Option<&'a Fragments>,
+        first: usize,
+        kept: [Lanes<S>; 2],
+        back_to_front: bool,
+    ) -> Self {
+        let none = Met { t: 0.0, colour: [0.0; 3], opacity: 0.0, samples: 0 };
         let way = Way { met: [none; MOST_MET], count: 0, done: 0 };
-        Self { rays: [way; LANES], next: all(simd, f32::INFINITY) }
+        let mut triangles: [(&[Fragment], usize); LANES] = [(&[], 0); LANES];
+        if let Some(fragments) = fragments {
+            for (lane, (seen, _)) in triangles.iter_mut().enumerate() {
+                *seen = fragments.of(first + lane / 4 * TILE as usize + lane % 4);
+            }
+        }
+        let next = all(simd, f32::INFINITY);
+        let mut ahead = Self { rays: [way; LANES], triangles, kept, back_to_front, next };
+        ahead.look(simd);
+        ahead
     }
 
     /// Adds what a ray meets, behind what it meets before.
-    fn insert(&mut self, lane: usize, met: Met, back_to_front: bool) {
+    fn insert(&mut self, lane: usize, met: Met) {
         let way = &mut self.rays[lane];
         if way.count == MOST_MET {
             // What was laid down makes room.
@@ -228,7 +253,8 @@ impl<S: Simd> Ahead<S> {
             way.count -= way.done;
             way.done = 0;
         }
-        let is_before = |a: f32, b: f32| if back_to_front { a > b } else { a < b };
+        let back = self.back_to_front;
+        let is_before = |a: f32, b: f32| if back { a > b } else { a < b };
         let mut at = way.count.min(MOST_MET - 1);
         while at > way.done && is_before(met.t, way.met[at - 1].t) {
             way.met[at] = way.met[at - 1];
@@ -239,24 +265,50 @@ impl<S: Simd> Ahead<S> {
     }
 
     /// Finds where each ray meets the next.
-    fn look(&mut self, simd: S, back_to_front: bool) {
-        let beyond = if back_to_front { f32::NEG_INFINITY } else { f32::INFINITY };
+    fn look(&mut self, simd: S) {
+        let beyond = if self.back_to_front { f32::NEG_INFINITY } else { f32::INFINITY };
         self.next = Lanes::from_fn(simd, |i| self.peek(i).map_or(beyond, |met| met.t));
     }
 
     /// What a ray meets next.
     pub(super) fn peek(&self, lane: usize) -> Option<Met> {
-        let way = &self.rays[lane];
-        (way.done < way.count).then(|| way.met[way.done])
+        match self.next_triangle(lane) {
+            Some(&Fragment { t, colour, opacity, samples, .. }) => {
+                let [low, high] = self.kept;
+                let is_kept = t >= low[lane] && t <= high[lane];
+                Some(Met { t, colour, opacity: if is_kept { opacity } else { 0.0 }, samples })
+            }
+            None => self.next_surface(lane).copied(),
+        }
     }
 
-    /// What a ray meets next, which is laid down now.
+    fn next_surface(&self, lane: usize) -> Option<&Met> {
+        let way = &self.rays[lane];
+        (way.done < way.count).then(|| &way.met[way.done])
+    }
+
+    /// The next triangle, where it comes before the next surface: from the eye it is behind one of the same depth.
+    fn next_triangle(&self, lane: usize) -> Option<&'a Fragment> {
+        let (seen, done) = self.triangles[lane];
+        let left = seen.len().checked_sub(done + 1)?;
+        let next = &seen[if self.back_to_front { left } else { done }];
+        let is_first = self.next_surface(lane).is_none_or(|met| match self.back_to_front {
+            true => next.t >= met.t,
+            false => next.t < met.t,
+        });
+        is_first.then_some(next)
+    }
+
+    /// What a ray meets next is laid down now.
     pub(super) fn pass(&mut self, lane: usize) {
-        self.rays[lane].done += 1;
+        match self.next_triangle(lane) {
+            Some(_) => self.triangles[lane].1 += 1,
+            None => self.rays[lane].done += 1,
+        }
     }
 
     /// Looks again, after something was laid down.
-    pub(super) fn passed(&mut self, simd: S, back_to_front: bool) {
-        self.look(simd, back_to_front);
+    pub(super) fn passed(&mut self, simd: S) {
+        self.look(simd);
     }
 }

@@ -243,7 +243,8 @@ impl Engines {
             (EngineKind::Gpu, Some(renderer)) => HeldBytes::of(renderer),
             _ => {
                 let [shading, inside] = self.native.effect_bytes();
-                HeldBytes { all: self.native.size_bytes(), shading, inside, ..HeldBytes::default() }
+                let (all, polygons) = (self.native.size_bytes(), self.native.polygon_bytes());
+                HeldBytes { all, shading, inside, polygons, ..HeldBytes::default() }
             }
         }
     }

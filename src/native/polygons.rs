@@ -1,0 +1,333 @@
+//! Polygons: what each pixel of a tile sees of them.
+//!
+//! A pixel sees each triangle at four places. It has one depth, normal and colour of it: those where the pixel's own ray
+//! meets the triangle's plane, or, if that is beside the triangle, of the place on it whose coordinates in the triangle
+//! are those with the negative ones set to 0.
+
+use glam::{DVec2, DVec3};
+use rayon::prelude::*;
+
+use super::cells::{Cells, Span};
+use super::rays::TILE;
+use crate::core::{Camera, Srgb8};
+use crate::plan::Plan;
+use crate::scene::{Lighting, POLYGON_COLOUR, PolygonLayer, View};
+
+/// Where the samples of a pixel are, from its upper left.
+const SAMPLES: [[f64; 2]; 4] = [[0.375, 0.125], [0.875, 0.375], [0.125, 0.625], [0.625, 0.875]];
+/// What is nearer to the eye than this share of its distance to the focal plane is left out.
+const NEAREST: f64 = 1e-4;
+/// Pixels of a tile.
+const PIXELS: usize = (TILE * TILE) as usize;
+
+/// The triangles of a view.
+#[derive(Debug)]
+pub(super) struct Polygons {
+    made_of: MadeOf,
+    triangles: Vec<Triangle>,
+    cells: Cells,
+    lights: Vec<(DVec3, DVec3)>,
+}
+
+/// Everything that they depend on.
+#[derive(Debug, Clone, PartialEq)]
+struct MadeOf {
+    layers: Vec<PolygonLayer>,
+    view: View,
+    camera: Camera,
+    lighting: Lighting,
+}
+
+/// A triangle in view space. Lengths are in pixels.
+#[derive(Debug, Clone, Copy)]
+struct Triangle {
+    /// To the right, up, and how deep beyond the frame's centre.
+    corners: [DVec3; 3],
+    normals: [[f32; 3]; 3],
+    colours: [Srgb8; 3],
+    opacity: f32,
+}
+
+/// What a pixel sees of a triangle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Fragment {
+    /// View depth beyond the frame's centre, pixels.
+    pub t: f32,
+    pub opacity: f32,
+    /// Lit, linear.
+    pub colour: [f32; 3],
+    /// A bit for each sample of the pixel that it covers.
+    pub samples: u8,
+    /// Of the tile, in rows from the top.
+    pixel: u8,
+    triangle: u32,
+}
+
+/// What the pixels of a tile see, each from the eye inwards.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Fragments {
+    list: Vec<Fragment>,
+    /// Where each pixel's begin, and the last one's end.
+    begins: [u32; PIXELS + 1],
+}
+
+impl Fragments {
+    /// Those of a pixel of the tile.
+    pub(super) fn of(&self, pixel: usize) -> &[Fragment] {
+        &self.list[self.begins[pixel] as usize..self.begins[pixel + 1] as usize]
+    }
+}
+
+impl Polygons {
+    /// Those of a plan, which are those that there were where nothing about them has changed; `None` without any.
+    pub(super) fn of(plan: &Plan, old: Option<Self>) -> Option<Self> {
+        let made_of = MadeOf {
+            layers: plan.polygons(),
+            view: plan.view(),
+            camera: plan.camera,
+            lighting: plan.shading.polygon_lighting(),
+        };
+        if made_of.layers.is_empty() {
+            return None;
+        }
+        if let Some(old) = old.filter(|old| old.made_of == made_of) {
+            return Some(old);
+        }
+        let (view, camera) = (&made_of.view, &made_of.camera);
+        let centre = plan.frame.lattice.centre();
+        let rotation = camera.view_from_world_rotation();
+        let beside = view.view_centre.truncate().extend(0.0);
+        let mut triangles = Vec::new();
+        for layer in &made_of.layers {
+            for triangle in layer.mesh.triangles(layer.look.is_smooth) {
+                let colours = match (layer.look.colour, triangle.colours) {
+                    (Some(colour), _) => [colour; 3],
+                    (None, Some(own)) => own,
+                    (None, None) => [POLYGON_COLOUR; 3],
+                };
+                let seen = |corner: glam::Vec3| {
+                    rotation * (corner.as_dvec3() - centre) * view.pixels_per_unit + beside
+                };
+                triangles.push(Triangle {
+                    corners: triangle.corners.map(seen),
+                    normals: triangle.normals.map(|normal| normal.to_array()),
+                    colours,
+                    opacity: layer.look.opacity as f32,
+                });
+            }
+        }
+        let spans: Vec<Option<Span>> =
+            triangles.par_iter().map(|triangle| triangle.span(view)).collect();
+        let seen: Vec<(Triangle, Span)> =
+            triangles.into_iter().zip(spans).filter_map(|(t, span)| Some((t, span?))).collect();
+        let (triangles, spans): (Vec<_>, Vec<_>) = seen.into_iter().unzip();
+        let lights = made_of.lighting.lights.iter().filter(|_| made_of.lighting.uses_lights());
+        let lights = lights.map(|l| (l.towards(camera), DVec3::from(l.colour.to_linear().0)));
+        Some(Self {
+            cells: Cells::new(view.size, spans.iter()),
+            triangles,
+            lights: lights.collect(),
+            made_of,
+        })
+    }
+
+    /// Bytes of memory.
+    pub(super) fn size_bytes(&self) -> u64 {
+        size_of_val(&self.triangles[..]) as u64 + self.cells.size_bytes()
+    }
+
+    /// What the pixels of a tile see, whose first one is `corner`; `None` where that is nothing.
+    pub(super) fn seen_in(&self, corner: [u32; 2]) -> Option<Fragments> {
+        let mut list = Vec::new();
+        for &number in self.cells.at(corner) {
+            self.add(number, corner, &mut list);
+        }
+        if list.is_empty() {
+            return None;
+        }
+        // Those at one depth stay in the order of their triangles.
+        list.sort_by(|a, b| {
+            (a.pixel.cmp(&b.pixel)).then(a.t.total_cmp(&b.t)).then(a.triangle.cmp(&b.triangle))
+        });
+        let mut begins = [0; PIXELS + 1];
+        for fragment in &list {
+            begins[usize::from(fragment.pixel) + 1] += 1;
+        }
+        for i in 0..PIXELS {
+            begins[i + 1] += begins[i];
+        }
+        Some(Fragments { list, begins })
+    }
+
+    /// Adds what the pixels of a tile see of a triangle.
+    #[expect(clippy::cast_possible_truncation, reason = "a tile's pixels")]
+    fn add(&self, number: u32, corner: [u32; 2], list: &mut Vec<Fragment>) {
+        let MadeOf { view, .. } = &self.made_of;
+        let triangle = &self.triangles[number as usize];
+        let Some(seen) = Seen::new(triangle, view) else { return };
+        let half = view.size.map(|n| f64::from(n) / 2.0);
+        let upper_left = DVec2::new(f64::from(corner[0]) - half[0], half[1] - f64::from(corner[1]));
+        let side = f64::from(TILE);
+        let [right, up] = seen.bounds;
+        if right[0] > upper_left.x + side
+            || right[1] < upper_left.x
+            || up[0] > upper_left.y
+            || up[1] < upper_left.y - side
+        {
+            return;
+        }
+        for pixel in 0..PIXELS {
+            let x = (pixel % TILE as usize) as f64;
+            let y = (pixel / TILE as usize) as f64;
+            let at = upper_left + DVec2::new(x, -y);
+            if right[0] > at.x + 1.0 || right[1] < at.x || up[0] > at.y || up[1] < at.y - 1.0 {
+                continue;
+            }
+            let mut samples = 0;
+            for (bit, [right, down]) in SAMPLES.into_iter().enumerate() {
+                samples |= u8::from(seen.covers(at + DVec2::new(right, -down))) << bit;
+            }
+            if samples != 0 {
+                let (depth, shares) = seen.place(at + DVec2::new(0.5, -0.5));
+                let colour = self.lit(triangle, shares, at + DVec2::new(0.5, -0.5));
+                list.push(Fragment {
+                    t: depth as f32,
+                    opacity: triangle.opacity,
+                    colour: colour.as_vec3().to_array(),
+                    samples,
+                    pixel: pixel as u8,
+                    triangle: number,
+                });
+            }
+        }
+    }
+
+    /// What the lights make of a triangle at a place on it: both sides are lit.
+    fn lit(&self, triangle: &Triangle, shares: [f64; 3], screen: DVec2) -> DVec3 {
+        let MadeOf { view, camera, lighting, .. } = &self.made_of;
+        let sum =
+            |of: &dyn Fn(usize) -> DVec3| -> DVec3 { (0..3).map(|i| of(i) * shares[i]).sum() };
+        let normal = sum(&|i| DVec3::from(triangle.normals[i].map(f64::from)));
+        let normal = normal.normalize_or_zero();
+        let albedo = sum(&|i| DVec3::from(triangle.colours[i].to_linear().0));
+        let mut along = camera.direction;
+        if let Some(eye) = view.eye_distance {
+            along += (camera.right() * screen.x + camera.up * screen.y) / eye;
+        }
+        let eye = -along.normalize();
+        let facing = if normal.dot(eye) < 0.0 { -normal } else { normal };
+        let mut colour = albedo * lighting.ambient;
+        for &(towards, falls) in &self.lights {
+            let cosine = facing.dot(towards);
+            colour += falls * albedo * (lighting.diffuse * cosine.max(0.0));
+            if cosine > 0.0 && lighting.specular > 0.0 {
+                let reflected = facing * (2.0 * cosine) - towards;
+                let mirror = reflected.dot(eye).max(1e-6).powf(lighting.exponent);
+                colour += falls * (lighting.specular * mirror);
+            }
+        }
+        colour
+    }
+}
+
+impl Triangle {
+    /// The cells that it may touch.
+    fn span(&self, view: &View) -> Option<Span> {
+        let [right, up] = Seen::new(self, view)?.bounds;
+        let half = view.size.map(|n| f64::from(n) / 2.0);
+        // Samples lie up to half a pixel beside its centre.
+        let right = [right[0] + half[0] - 0.5, right[1] + half[0] + 0.5];
+        Span::of(view.size, right, [half[1] - up[1] - 0.5, half[1] - up[0] + 0.5])
+    }
+}
+
+/// A triangle as lines through the picture meet it.
+///
+/// A line through the place s of the picture passes corner i, at that corner's own depth, at pᵢ − s kᵢ, k the part that a
+/// pixel at the focal plane is as long there. Products of two of these are the corner's share in where the line meets
+/// the triangle's plane, and linear in s: nothing is divided by, so that triangles that reach behind the eye need no
+/// cutting; and of two triangles the share at an edge of both is the same but for its sign, so that they leave no seam.
+struct Seen {
+    /// Of each corner's share: at the picture's middle, and its growth to the right and up.
+    shares: [[f64; 3]; 3],
+    /// Whether a corner's share may be 0: of two triangles at an edge one has it.
+    owns: [bool; 3],
+    depths: [f64; 3],
+    /// The least depth that is seen.
+    nearest: f64,
+    /// The box about it, to the right and up from the picture's middle.
+    bounds: [[f64; 2]; 2],
+}
+
+impl Seen {
+    /// `None` where it is seen from its edge, or lies behind the eye, or where a corner is not a number.
+    fn new(triangle: &Triangle, view: &View) -> Option<Self> {
+        let corners = triangle.corners;
+        let beyond = view.view_centre.z;
+        let depths = corners.map(|corner| corner.z);
+        let (scales, nearest) = match view.eye_distance {
+            None => ([1.0; 3], f64::NEG_INFINITY),
+            Some(eye) => (depths.map(|depth| (depth + beyond) / eye), eye * NEAREST - beyond),
+        };
+        if depths.iter().all(|depth| *depth < nearest) {
+            return None;
+        }
+        let share = |b: usize, c: usize| {
+            let (p, q) = (corners[b], corners[c]);
+            let (k, l) = (scales[b], scales[c]);
+            // (p − s k) × (q − s l).
+            [p.x * q.y - p.y * q.x, k * -q.y - l * -p.y, k * q.x - l * p.x]
+        };
+        let mut shares = [share(1, 2), share(2, 0), share(0, 1)];
+        // Which way round it is seen: the volume under the eye.
+        let around = corners[0].truncate().extend(scales[0]).dot(
+            corners[1].truncate().extend(scales[1]).cross(corners[2].truncate().extend(scales[2])),
+        );
+        if around == 0.0 || !around.is_finite() {
+            return None;
+        }
+        let is_first = |b: usize, c: usize| {
+            let key = |i: usize| [corners[i].x, corners[i].y, corners[i].z];
+            key(b) < key(c)
+        };
+        let mut owns = [is_first(1, 2), is_first(2, 0), is_first(0, 1)];
+        if around < 0.0 {
+            shares = shares.map(|share| share.map(|s| -s));
+            owns = owns.map(|owns| !owns);
+        }
+        let is_whole = depths.iter().all(|depth| *depth >= nearest);
+        let along = |of: [f64; 3]| {
+            if !is_whole {
+                return [f64::NEG_INFINITY, f64::INFINITY];
+            }
+            let at = [0, 1, 2].map(|i| of[i] / scales[i]);
+            [at[0].min(at[1]).min(at[2]), at[0].max(at[1]).max(at[2])]
+        };
+        let bounds = [along(corners.map(|c| c.x)), along(corners.map(|c| c.y))];
+        Some(Self { shares, owns, depths, nearest, bounds })
+    }
+
+    fn shares_at(&self, at: DVec2) -> [f64; 3] {
+        self.shares.map(|[share, right, up]| share + (right * at.x + up * at.y))
+    }
+
+    /// Whether the line through a place of the picture meets it in front of the eye.
+    fn covers(&self, at: DVec2) -> bool {
+        let shares = self.shares_at(at);
+        let is_in = shares.iter().zip(self.owns).all(|(s, owns)| *s > 0.0 || (*s == 0.0 && owns));
+        let depth = || {
+            let sum: f64 = shares.iter().sum();
+            shares.iter().zip(self.depths).map(|(s, depth)| s * depth).sum::<f64>() / sum
+        };
+        is_in && (self.nearest == f64::NEG_INFINITY || depth() >= self.nearest)
+    }
+
+    /// The place on it that is nearest to where that line meets its plane, in its own coordinates: how deep it is, and
+    /// the shares of the corners.
+    fn place(&self, at: DVec2) -> (f64, [f64; 3]) {
+        let inner = self.shares_at(at).map(|s| s.max(0.0));
+        let sum: f64 = inner.iter().sum();
+        let shares = if sum > 0.0 { inner.map(|s| s / sum) } else { [1.0 / 3.0; 3] };
+        (shares.iter().zip(self.depths).map(|(s, depth)| s * depth).sum(), shares)
+    }
+}
