@@ -7,7 +7,11 @@ use std::time::Duration;
 
 use voxsplat::core::Ticket;
 use voxsplat::gpu::{AdapterChoice, has_hardware};
-use voxsplat::scene::{self, Clip, ClipBox, Inside, Lighting, SampleSource, Scene, SplatSettings};
+use voxsplat::polygons::Mesh;
+use voxsplat::scene::{
+    self, Clip, ClipBox, Inside, Lighting, PolygonLayer, SampleSource, Scene, SplatSettings,
+    VectorLayer,
+};
 use voxsplat::task::engine::{
     Choice, Effort, Engine, EngineChoice, EngineKind, FrameRequest, Ladder, Picture,
 };
@@ -58,6 +62,47 @@ fn lattices_are_drawn_without_an_adapter_and_by_none() {
     let shaded = still(&engine, &lit).unwrap();
     assert_ne!(shaded.light, plain.light);
     let again = still(&engine, &scene).unwrap();
+    assert_eq!((again.light, again.held), (plain.light, plain.held));
+}
+
+/// The tornado's winds, and a triangle across it.
+fn winds_and_a_triangle() -> [Scene; 2] {
+    let grid = demo::open("demo:tornado:12", None).unwrap();
+    let winds = grid.field(Some("velocity")).unwrap();
+    let winds = grid.vectors(winds, &Ticket::new()).unwrap();
+    let corners = [[-0.9, -0.8, -0.7], [0.9, -0.7, 0.2], [0.1, 0.9, 0.6]].map(glam::Vec3::from);
+    let mesh = Mesh::new("t", corners.to_vec(), Vec::new(), Vec::new(), vec![[0, 1, 2]]).unwrap();
+    let field = opened("demo:tornado:12");
+    [
+        field.clone().with(VectorLayer::new(Arc::new(winds))),
+        field.with(PolygonLayer::new(Arc::new(mesh))),
+    ]
+}
+
+#[test]
+fn vectors_and_polygons_are_drawn_without_an_adapter_beside_a_field_and_without_one() {
+    let engine = alone();
+    let plain = still(&engine, &opened("demo:tornado:12")).unwrap();
+    let beside = [
+        ["list_kernels", "mask_depths", "walk_slabs"],
+        ["place_polygons", "mask_depths", "walk_slabs"],
+    ];
+    let alone = [["list_kernels", "composite_kernels"], ["place_polygons", "composite_kernels"]];
+    for (i, mut scene) in winds_and_a_triangle().into_iter().enumerate() {
+        let both = still(&engine, &scene).unwrap();
+        assert_eq!((both.engine, both.pipelines), (EngineKind::Native, 0));
+        let names = |still: &Still| still.passes.iter().map(|pass| pass.name).collect::<Vec<_>>();
+        assert_eq!(names(&both), beside[i]);
+        assert_eq!((both.held.vectors > 0, both.held.polygons > 0), (i == 0, i == 1));
+        scene.show_field(false);
+        let bare = still(&engine, &scene).unwrap();
+        assert_eq!(names(&bare), alone[i]);
+        let shown = |still: &Still| still.light.iter().filter(|pixel| pixel[3] > 0.02).count();
+        assert!(shown(&bare) > 100, "{}", shown(&bare));
+        assert!(shown(&both) > shown(&plain), "{} {}", shown(&both), shown(&plain));
+    }
+    // What is not there any more costs nothing.
+    let again = still(&engine, &opened("demo:tornado:12")).unwrap();
     assert_eq!((again.light, again.held), (plain.light, plain.held));
 }
 

@@ -4,6 +4,8 @@
 //! meets the triangle's plane, or, if that is beside the triangle, of the place on it whose coordinates in the triangle
 //! are those with the negative ones set to 0.
 
+use std::ops::Range;
+
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
@@ -25,6 +27,8 @@ const PIXELS: usize = (TILE * TILE) as usize;
 pub(super) struct Polygons {
     made_of: MadeOf,
     triangles: Vec<Triangle>,
+    /// The box about each on the screen: most that lie in a cell are not in a tile.
+    boxes: Vec<Box2>,
     cells: Cells,
     lights: Vec<(DVec3, DVec3)>,
 }
@@ -46,6 +50,34 @@ struct Triangle {
     normals: [[f32; 3]; 3],
     colours: [Srgb8; 3],
     opacity: f32,
+}
+
+/// A box on the screen: from where to where to the right of the picture's middle, and up, pixels.
+#[derive(Debug, Clone, Copy)]
+struct Box2 {
+    right: [f32; 2],
+    up: [f32; 2],
+}
+
+impl Box2 {
+    /// A hundredth of a pixel larger, for rounding.
+    fn about([right, up]: [[f64; 2]; 2]) -> Self {
+        let wider = |[low, high]: [f64; 2]| [low - 0.01, high + 0.01].map(|x| x as f32);
+        Self { right: wider(right), up: wider(up) }
+    }
+
+    /// The columns and rows of a square's pixels that it may touch, which has so many a side and an upper left corner.
+    fn within(&self, upper_left: DVec2, side: usize) -> Option<[Range<usize>; 2]> {
+        let range = |low: f32, high: f32| {
+            let most = side as f32;
+            let [first, end] = [low.floor(), high.floor() + 1.0].map(|x| x.clamp(0.0, most));
+            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
+            let range = first as usize..end as usize;
+            (!range.is_empty()).then_some(range)
+        };
+        let [x, y] = [upper_left.x as f32, upper_left.y as f32];
+        Some([range(self.right[0] - x, self.right[1] - x)?, range(y - self.up[1], y - self.up[0])?])
+    }
 }
 
 /// What a pixel sees of a triangle.
@@ -116,24 +148,25 @@ impl Polygons {
                 });
             }
         }
-        let spans: Vec<Option<Span>> =
-            triangles.par_iter().map(|triangle| triangle.span(view)).collect();
-        let seen: Vec<(Triangle, Span)> =
-            triangles.into_iter().zip(spans).filter_map(|(t, span)| Some((t, span?))).collect();
-        let (triangles, spans): (Vec<_>, Vec<_>) = seen.into_iter().unzip();
+        let seen: Vec<(Triangle, Box2, Span)> = triangles
+            .into_par_iter()
+            .filter_map(|triangle| {
+                let (around, span) = triangle.bounds(view)?;
+                Some((triangle, around, span))
+            })
+            .collect();
+        let cells = Cells::new(view.size, seen.iter().map(|(_, _, span)| span));
+        let (triangles, boxes) =
+            seen.into_iter().map(|(triangle, around, _)| (triangle, around)).unzip();
         let lights = made_of.lighting.lights.iter().filter(|_| made_of.lighting.uses_lights());
         let lights = lights.map(|l| (l.towards(camera), DVec3::from(l.colour.to_linear().0)));
-        Some(Self {
-            cells: Cells::new(view.size, spans.iter()),
-            triangles,
-            lights: lights.collect(),
-            made_of,
-        })
+        Some(Self { cells, triangles, boxes, lights: lights.collect(), made_of })
     }
 
     /// Bytes of memory.
     pub(super) fn size_bytes(&self) -> u64 {
-        size_of_val(&self.triangles[..]) as u64 + self.cells.size_bytes()
+        let triangles = size_of_val(&self.triangles[..]) + size_of_val(&self.boxes[..]);
+        triangles as u64 + self.cells.size_bytes()
     }
 
     /// What the pixels of a tile see, whose first one is `corner`; `None` where that is nothing.
@@ -163,26 +196,15 @@ impl Polygons {
     #[expect(clippy::cast_possible_truncation, reason = "a tile's pixels")]
     fn add(&self, number: u32, corner: [u32; 2], list: &mut Vec<Fragment>) {
         let MadeOf { view, .. } = &self.made_of;
-        let triangle = &self.triangles[number as usize];
-        let Some(seen) = Seen::new(triangle, view) else { return };
         let half = view.size.map(|n| f64::from(n) / 2.0);
         let upper_left = DVec2::new(f64::from(corner[0]) - half[0], half[1] - f64::from(corner[1]));
-        let side = f64::from(TILE);
-        let [right, up] = seen.bounds;
-        if right[0] > upper_left.x + side
-            || right[1] < upper_left.x
-            || up[0] > upper_left.y
-            || up[1] < upper_left.y - side
-        {
-            return;
-        }
-        for pixel in 0..PIXELS {
-            let x = (pixel % TILE as usize) as f64;
-            let y = (pixel / TILE as usize) as f64;
-            let at = upper_left + DVec2::new(x, -y);
-            if right[0] > at.x + 1.0 || right[1] < at.x || up[0] > at.y || up[1] < at.y - 1.0 {
-                continue;
-            }
+        let side = TILE as usize;
+        let around = &self.boxes[number as usize];
+        let Some([columns, rows]) = around.within(upper_left, side) else { return };
+        let triangle = &self.triangles[number as usize];
+        let Some(seen) = Seen::new(triangle, view) else { return };
+        for pixel in rows.flat_map(|y| columns.clone().map(move |x| y * side + x)) {
+            let at = upper_left + DVec2::new((pixel % side) as f64, -((pixel / side) as f64));
             let mut samples = 0;
             for (bit, [right, down]) in SAMPLES.into_iter().enumerate() {
                 samples |= u8::from(seen.covers(at + DVec2::new(right, -down))) << bit;
@@ -231,13 +253,15 @@ impl Polygons {
 }
 
 impl Triangle {
-    /// The cells that it may touch.
-    fn span(&self, view: &View) -> Option<Span> {
-        let [right, up] = Seen::new(self, view)?.bounds;
+    /// The box about it, and the cells that it may touch.
+    fn bounds(&self, view: &View) -> Option<(Box2, Span)> {
+        let bounds = Seen::new(self, view)?.bounds;
+        let [right, up] = bounds;
         let half = view.size.map(|n| f64::from(n) / 2.0);
         // Samples lie up to half a pixel beside its centre.
         let right = [right[0] + half[0] - 0.5, right[1] + half[0] + 0.5];
-        Span::of(view.size, right, [half[1] - up[1] - 0.5, half[1] - up[0] + 0.5])
+        let down = [half[1] - up[1] - 0.5, half[1] - up[0] + 0.5];
+        Some((Box2::about(bounds), Span::of(view.size, right, down)?))
     }
 }
 
@@ -329,5 +353,84 @@ impl Seen {
         let sum: f64 = inner.iter().sum();
         let shares = if sum > 0.0 { inner.map(|s| s / sum) } else { [1.0 / 3.0; 3] };
         (shares.iter().zip(self.depths).map(|(s, depth)| s * depth).sum(), shares)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::core::{Camera, Projection};
+    use crate::volume::Lattice;
+
+    /// A square in the plane that is looked at, cut into triangles about a grid of corners; some lie on samples.
+    fn square(corners: usize) -> Vec<Triangle> {
+        let at = |i: usize| {
+            let [x, y] = [i % corners, i / corners].map(|n| n as f64 - (corners / 2) as f64);
+            DVec3::new(3.0 * x + 0.375, 3.0 * y - 0.125, 2.0 * x - 0.5 * y)
+        };
+        let triangle = |corners: [usize; 3]| Triangle {
+            corners: corners.map(at),
+            normals: [[0.0, 0.0, 1.0]; 3],
+            colours: [POLYGON_COLOUR; 3],
+            opacity: 1.0,
+        };
+        let cells = (0..(corners - 1) * (corners - 1)).map(|i| {
+            let first = i / (corners - 1) * corners + i % (corners - 1);
+            // Every other one the other way round.
+            let [b, c] = if i % 2 == 0 { [1, corners] } else { [corners, 1] };
+            [[first, first + b, first + c], [first + 1 + corners, first + c, first + b]]
+        });
+        cells.flatten().map(triangle).collect()
+    }
+
+    #[test]
+    fn triangles_beside_one_another_leave_no_seam_and_share_no_sample() {
+        let lattice = Lattice::unit([9; 3]);
+        for projection in [Projection::Orthographic, Projection::Perspective { view_angle: 0.9 }] {
+            let camera =
+                Camera { projection, ..Camera::new(DVec3::ZERO, DVec3::Z, DVec3::Y, 20.0) };
+            let view = View::of(&camera, &lattice, [24, 24]);
+            let triangles = square(17);
+            let seen: Vec<Seen> = triangles.iter().filter_map(|t| Seen::new(t, &view)).collect();
+            let mut covered = 0;
+            for i in 0..48 * 48 {
+                // Samples, and places on the edges themselves.
+                let at = [i % 48, i / 48].map(|n| f64::from(n) * 0.25 - 6.0 + 0.125);
+                let count = seen.iter().filter(|seen| seen.covers(DVec2::from(at))).count();
+                assert_eq!(count, 1, "{projection:?} {at:?}");
+                covered += count;
+            }
+            assert_eq!(covered, 48 * 48);
+        }
+    }
+
+    #[test]
+    fn a_triangle_that_reaches_behind_the_eye_is_seen_as_far_as_it_lies_before_it() {
+        let lattice = Lattice::unit([9; 3]);
+        let projection = Projection::Perspective { view_angle: 0.9 };
+        let camera =
+            Camera { projection, ..Camera::new(lattice.centre(), DVec3::Z, DVec3::Y, 20.0) };
+        let view = View::of(&camera, &lattice, [24, 24]);
+        let eye = view.eye_distance.expect("a perspective");
+        // A floor one pixel under the eye, from far behind it to far before it.
+        let corners = [[-9e3, -1.0, -9e3], [9e3, -1.0, -9e3], [0.0, -1.0, 9e5]].map(DVec3::from);
+        let corners = corners.map(|corner| corner - DVec3::Z * view.view_centre.z);
+        let triangle = Triangle {
+            corners,
+            normals: [[0.0, 1.0, 0.0]; 3],
+            colours: [POLYGON_COLOUR; 3],
+            opacity: 1.0,
+        };
+        let seen = Seen::new(&triangle, &view).expect("it is seen");
+        for x in [-11.0, -3.0, 0.0, 8.0] {
+            for y in [-11.0, -4.0, -0.5] {
+                assert!(seen.covers(DVec2::new(x, y)), "{x} {y}: the floor");
+                assert!(!seen.covers(DVec2::new(x, -y)), "{x} {y}: the sky");
+                let (depth, _) = seen.place(DVec2::new(x, y));
+                // y = −1 · eye / depth, from the eye.
+                let expected = -eye / y - view.view_centre.z;
+                assert!((depth - expected).abs() < 1e-6 * expected.abs(), "{depth} {expected}");
+            }
+        }
     }
 }

@@ -440,7 +440,7 @@ impl Renderer {
         };
         self.fields.iter().flatten().map(of_field).sum::<u64>()
             + self.picture.as_ref().map_or(0, of_picture)
-            + self.kernels.as_ref().map_or(0, Kernels::size_bytes)
+            + self.kernel_bytes()
             + self.polygon_bytes()
     }
 
@@ -448,6 +448,11 @@ impl Renderer {
     pub fn effect_bytes(&self) -> [u64; 2] {
         let drawing = self.picture.as_ref().and_then(|picture| picture.drawing.as_ref());
         drawing.map_or([0; 2], |drawing| [drawing.shading_bytes(), drawing.inside_bytes()])
+    }
+
+    /// Of them, those of kernels of lists.
+    pub fn kernel_bytes(&self) -> u64 {
+        self.kernels.as_ref().map_or(0, Kernels::size_bytes)
     }
 
     /// Of them, those of polygons.

@@ -3,18 +3,20 @@
 use std::sync::Arc;
 
 use fearless_simd::{Level, dispatch, prelude::*};
+use glam::{DVec3, Vec3};
 
-use super::lanes::{Vec3, all};
+use super::lanes::{self, all};
 use super::lattice::Lattice;
 use super::masks::Masks;
 use super::rays::Rays;
 use super::table::Table;
 use crate::core::{Camera, Projection, Ticket};
 use crate::kernel::{Kernel, coefficients};
-use crate::plan::{Plan, SlabField};
-use crate::scene::{self, SampleSource, Scene, SplatSettings};
+use crate::plan::{KernelSlabs, Plan, SlabField};
+use crate::polygons::Mesh;
+use crate::scene::{self, PolygonLayer, SampleSource, Scene, SplatSettings, VectorLayer};
 use crate::transfer::{Cumulative, Weight};
-use crate::volume::{Lattice as Grid, Samples, ScalarVolume};
+use crate::volume::{Lattice as Grid, Places, Samples, ScalarVolume, VectorField};
 
 /// Values that differ everywhere, of odd dimensions.
 fn volume(dims: [usize; 3]) -> Arc<ScalarVolume> {
@@ -50,7 +52,7 @@ fn no_value_lies_beyond_the_bounds_of_its_brick() {
             let bricks = &lattice.bricks;
             for place in places(dims) {
                 let found = dispatch!(level, simd => {
-                    lattice.value(simd, method, Vec3::splat(simd, place))[0]
+                    lattice.value(simd, method, lanes::Vec3::splat(simd, place))[0]
                 });
                 let at = [0, 1, 2].map(|a| ((place[a] + 1.0) / 4.0) as usize);
                 let brick = (at[2] * bricks.dims[1] + at[1]) * bricks.dims[0] + at[0];
@@ -78,7 +80,7 @@ fn gradients_are_differences_of_values() {
                 dispatch!(level, simd => lattice.value(simd, method, Vec3::splat(simd, at))[5])
             };
             let found = dispatch!(level, simd => {
-                lattice.gradient(simd, method, Vec3::splat(simd, place)).lane(5)
+                lattice.gradient(simd, method, lanes::Vec3::splat(simd, place)).lane(5)
             });
             for axis in 0..3 {
                 let mut offset = [0.0; 3];
@@ -167,10 +169,38 @@ fn masks_leave_out_nothing_that_shows_and_much_that_does_not() {
     }
 }
 
+/// Vectors about the middle of the scene, to all sides.
+fn winds() -> VectorLayer {
+    let vectors = (0..6 * 6 * 6_u32).map(|i| {
+        let angle = 0.7 * i as f32;
+        Vec3::new(angle.cos(), angle.sin(), 0.3) * (1 + i % 5) as f32
+    });
+    let lattice = Grid { spacing: DVec3::splat(4.0), ..Grid::unit([6; 3]) };
+    let (places, ticket) = (Places::Lattice(lattice), Ticket::new());
+    let field = VectorField::new("winds", places, vectors.collect(), &ticket).expect("a field");
+    VectorLayer::new(Arc::new(field))
+}
+
+/// A translucent triangle across the scene.
+fn shard() -> PolygonLayer {
+    let corners =
+        vec![Vec3::new(-3.0, 2.0, 4.0), Vec3::new(25.0, 5.0, 9.0), Vec3::new(9.0, 20.0, 22.0)];
+    let mesh = Mesh::new("shard", corners, Vec::new(), Vec::new(), vec![[0, 1, 2]]);
+    let mut layer = PolygonLayer::new(Arc::new(mesh.expect("a mesh")));
+    layer.look.opacity = 0.5;
+    layer
+}
+
 #[test]
 fn pictures_have_the_same_bits_for_any_number_of_threads() {
-    let plan = Plan::of(&scene(), [61, 45]);
+    let plan = Plan::of(&scene().with(winds()).with(shard()), [61, 45]);
     let field = plan.field().expect("a field");
+    let splats = plan.kernels[0].classification.levels(&Ticket::new()).expect("not cancelled");
+    let slabs = KernelSlabs {
+        splats: vec![Arc::clone(&splats[0])],
+        thickness: super::slab_thickness(&plan),
+        field_slabs: 1,
+    };
     let draw = |threads: usize| {
         let mut renderer = super::Renderer::with_threads(threads);
         let made = coefficients(&field.volume, Kernel::BSpline, None, true, &Ticket::new());
@@ -180,7 +210,7 @@ fn pictures_have_the_same_bits_for_any_number_of_threads() {
         let (scalar_type, weight) = (volume.samples.scalar_type(), Weight::Extinction);
         let of = Cumulative::new(&field.transfer, scalar_type, &volume.statistics, weight);
         renderer.set_table(which, &of, &[]);
-        renderer.begin(&plan, which, None, 5e-4).expect("no kernels");
+        renderer.begin(&plan, which, Some(&slabs), 5e-4).expect("few slabs");
         let tiles = super::tile_count(plan.size);
         renderer.draw_tiles(0..tiles / 2);
         renderer.draw_tiles(tiles / 2..tiles);

@@ -254,13 +254,13 @@ impl Scene<'_> {
                         }
                     }
                 }
-                if let Some(found) = found {
+                if let Some(mut found) = found {
                     let (mut ts, mut beside) = (ts, None);
                     if let Some(passing) = passing.as_mut().filter(|_| W::MORE) {
                         // The face behind is two further on.
                         let slab = if back { k + 2 } else { k - 3 };
                         let state = (&mut *light, &mut *ahead);
-                        let at = (slab, &found, &mut ts);
+                        let at = (slab, &mut found, &mut ts);
                         beside = self.lay_before(simd, packet, passing, at, state, capped);
                     }
                     let what = (&found, beside);
@@ -313,11 +313,11 @@ impl Scene<'_> {
                 found = Some(slab);
             }
             found = self.with_holes(simd, packet, ts, found, true);
-            if let Some(found) = found {
+            if let Some(mut found) = found {
                 let (mut ts, mut beside) = (ts, None);
                 if let Some(passing) = passing.as_mut() {
                     let state = (&mut *light, &mut *ahead);
-                    let at = (slab, &found, &mut ts);
+                    let at = (slab, &mut found, &mut ts);
                     beside = self.lay_before(simd, packet, passing, at, state, capped);
                 }
                 let what = (&found, beside);
@@ -367,7 +367,7 @@ impl Scene<'_> {
         simd: S,
         packet: &Packet<S>,
         passing: &mut Passing<'_, S>,
-        (slab, found, ts): (i32, &Halves<S>, &mut [Lanes<S>; 2]),
+        (slab, found, ts): (i32, &mut Halves<S>, &mut [Lanes<S>; 2]),
         state: (&mut Gathered<S>, &mut Option<Ahead<'_, S>>),
         capped: &mut u64,
     ) -> Option<Sum<S>> {
@@ -375,6 +375,8 @@ impl Scene<'_> {
         *capped += self.lay_kernels(simd, packet, passing, of_kernels, state);
         let beside = passing.take(simd, of_kernels);
         if beside.is_some() {
+            // Beyond the lattice a slab has no length.
+            *found = found.without(simd, ts[0].simd_eq(ts[1]));
             let shows = found.weight().simd_gt(all(simd, 0.0));
             let whole = passing.ends_of(simd, slab, self.rays.step);
             *ts = [choose(shows, ts[0], whole[0]), choose(shows, ts[1], whole[1])];

@@ -46,7 +46,8 @@ impl Default for Costs {
 impl Costs {
     /// The native engine on two cores: see `benches/results/native.md`.
     pub fn native() -> Self {
-        Self { ray_ms: 0.2e-3, reduced_ray_ms: [0.2e-3, 0.1e-3], ..Self::default() }
+        let reduced_ray_ms = [0.2e-3, 0.1e-3];
+        Self { ray_ms: 0.2e-3, reduced_ray_ms, visit_ms: 1e-6, ..Self::default() }
     }
 }
 

@@ -243,8 +243,13 @@ impl Engines {
             (EngineKind::Gpu, Some(renderer)) => HeldBytes::of(renderer),
             _ => {
                 let [shading, inside] = self.native.effect_bytes();
-                let (all, polygons) = (self.native.size_bytes(), self.native.polygon_bytes());
-                HeldBytes { all, shading, inside, polygons, ..HeldBytes::default() }
+                HeldBytes {
+                    all: self.native.size_bytes(),
+                    shading,
+                    inside,
+                    vectors: self.native.kernel_bytes(),
+                    polygons: self.native.polygon_bytes(),
+                }
             }
         }
     }
