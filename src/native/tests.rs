@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use fearless_simd::{Level, dispatch, prelude::*};
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 
-use super::lanes::{self, all};
+use super::lanes::{Vec3, all};
 use super::lattice::Lattice;
 use super::masks::Masks;
 use super::rays::Rays;
@@ -52,7 +52,7 @@ fn no_value_lies_beyond_the_bounds_of_its_brick() {
             let bricks = &lattice.bricks;
             for place in places(dims) {
                 let found = dispatch!(level, simd => {
-                    lattice.value(simd, method, lanes::Vec3::splat(simd, place))[0]
+                    lattice.value(simd, method, Vec3::splat(simd, place))[0]
                 });
                 let at = [0, 1, 2].map(|a| ((place[a] + 1.0) / 4.0) as usize);
                 let brick = (at[2] * bricks.dims[1] + at[1]) * bricks.dims[0] + at[0];
@@ -80,7 +80,7 @@ fn gradients_are_differences_of_values() {
                 dispatch!(level, simd => lattice.value(simd, method, Vec3::splat(simd, at))[5])
             };
             let found = dispatch!(level, simd => {
-                lattice.gradient(simd, method, lanes::Vec3::splat(simd, place)).lane(5)
+                lattice.gradient(simd, method, Vec3::splat(simd, place)).lane(5)
             });
             for axis in 0..3 {
                 let mut offset = [0.0; 3];
@@ -109,12 +109,8 @@ fn scene() -> Scene {
     let mut scene = scene::opening(SampleSource::default(), Arc::new(volume), None);
     scene.transfer_mut().expect("a field").opacity = vec![(400.0, 0.0), (500.0, 0.7)];
     scene.splat = SplatSettings::EXACT;
-    scene.camera = Camera::new(
-        scene.lattice().centre(),
-        glam::DVec3::new(0.5, 0.7, -0.4),
-        glam::DVec3::Z,
-        14.0,
-    );
+    scene.camera =
+        Camera::new(scene.lattice().centre(), DVec3::new(0.5, 0.7, -0.4), DVec3::Z, 14.0);
     scene
 }
 
@@ -173,7 +169,7 @@ fn masks_leave_out_nothing_that_shows_and_much_that_does_not() {
 fn winds() -> VectorLayer {
     let vectors = (0..6 * 6 * 6_u32).map(|i| {
         let angle = 0.7 * i as f32;
-        Vec3::new(angle.cos(), angle.sin(), 0.3) * (1 + i % 5) as f32
+        glam::Vec3::new(angle.cos(), angle.sin(), 0.3) * (1 + i % 5) as f32
     });
     let lattice = Grid { spacing: DVec3::splat(4.0), ..Grid::unit([6; 3]) };
     let (places, ticket) = (Places::Lattice(lattice), Ticket::new());
@@ -183,8 +179,11 @@ fn winds() -> VectorLayer {
 
 /// A translucent triangle across the scene.
 fn shard() -> PolygonLayer {
-    let corners =
-        vec![Vec3::new(-3.0, 2.0, 4.0), Vec3::new(25.0, 5.0, 9.0), Vec3::new(9.0, 20.0, 22.0)];
+    let corners = vec![
+        glam::Vec3::new(-3.0, 2.0, 4.0),
+        glam::Vec3::new(25.0, 5.0, 9.0),
+        glam::Vec3::new(9.0, 20.0, 22.0),
+    ];
     let mesh = Mesh::new("shard", corners, Vec::new(), Vec::new(), vec![[0, 1, 2]]);
     let mut layer = PolygonLayer::new(Arc::new(mesh.expect("a mesh")));
     layer.look.opacity = 0.5;
