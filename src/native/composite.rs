@@ -6,11 +6,11 @@
 use fearless_simd::{Simd, prelude::*};
 
 use super::lanes::{LANES, Lanes, Look, Mask, Vec3, all, any, choose, opacity};
-use super::passing::Sum;
+use super::passing::{Passing, Sum};
 use super::rays::Packet;
 use super::surfaces::{Ahead, EVERY_SAMPLE};
 use super::table::Halves;
-use super::walk::Wants;
+use super::walk::{Rich, Wants};
 
 /// By what rule slabs become a picture.
 #[derive(Debug, Clone, Copy)]
@@ -25,6 +25,29 @@ pub(super) struct Rule {
 }
 
 impl Rule {
+    /// Lays down what kernels have before one of their slabs; opacities that were lowered to 1.
+    #[inline(always)]
+    pub(super) fn lay_kernels<S: Simd>(
+        &self,
+        simd: S,
+        packet: &Packet<S>,
+        passing: &mut Passing<'_, S>,
+        slab: i32,
+        (light, ahead): (&mut Gathered<S>, &mut Option<Ahead<'_, S>>),
+    ) -> u64 {
+        let mut capped = 0;
+        let none = Halves::none(simd);
+        while let Some((at, sum)) = passing.before(simd, slab) {
+            let ts = passing.ends(simd, at);
+            let state = (&mut *light, &mut *ahead);
+            capped += self.lay::<S, Rich>(simd, packet, (&none, Some(sum)), ts, state);
+            if !light.goes_on(simd, self.stop_below) {
+                break;
+            }
+        }
+        capped
+    }
+
     /// Lays a slab down, with what kernels have beside it and the surfaces in it; opacities that were lowered to 1.
     #[inline(always)]
     pub(super) fn lay<S: Simd, W: Wants>(

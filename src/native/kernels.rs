@@ -267,7 +267,7 @@ impl<'a> Seen<'a> {
     }
 
     /// Where a kernel lands; `None` where it is not seen, or is flat.
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
+    #[expect(clippy::cast_possible_truncation, reason = "clamped")]
     fn lands(&self, kernel: usize, slab: f64, back_to_front: bool) -> Option<Landed> {
         let Self { splats, settings, radius, .. } = self;
         let splat = &splats.list[kernel];

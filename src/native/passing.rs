@@ -12,8 +12,7 @@ use super::lanes::{LANES, Lanes, Look, Mask, Vec3, all, any, choose};
 use super::polygons::Polygons;
 use super::rays::{Packet, Rays, TILE};
 use super::surfaces::Ahead;
-use super::table::Halves;
-use super::walk::{Pixel, Rich, block_of, corner_of, first_of, write_block};
+use super::walk::{Pixel, block_of, corner_of, first_of, write_block};
 use crate::kernel::{FootprintPolynomial, SlabShare};
 
 /// Less depth than this changes no picture.
@@ -358,15 +357,8 @@ impl Alone<'_> {
             if let Some((kernels, of_tile)) = &mut kernels {
                 let seen = (self.rays, &packet);
                 let mut passing = Passing::new(simd, kernels, of_tile, seen, kept);
-                let none = Halves::none(simd);
-                while let Some((slab, sum)) = passing.before(simd, EVERY_SLAB) {
-                    let ts = passing.ends(simd, slab);
-                    let (what, state) = ((&none, Some(sum)), (&mut light, &mut ahead));
-                    capped += self.rule.lay::<S, Rich>(simd, &packet, what, ts, state);
-                    if !light.goes_on(simd, self.rule.stop_below) {
-                        break;
-                    }
-                }
+                let state = (&mut light, &mut ahead);
+                capped += self.rule.lay_kernels(simd, &packet, &mut passing, EVERY_SLAB, state);
             }
             if let Some(ahead) = &mut ahead {
                 self.rule.lay_rest(&mut light, ahead);

@@ -360,8 +360,9 @@ impl Scene<'_> {
     }
 
     /// Lays down what kernels have before a slab of the field; returns what they have in it. Rays that find nothing of
-    /// the field there meet that between the faces of the slab, wherever the lattice ends.
-    #[inline(always)]
+    /// the field there meet that between the faces of the slab, wherever the lattice ends. Not inlined, as few scenes
+    /// have kernels: it would be compiled into every loop.
+    #[inline(never)]
     fn lay_before<S: Simd>(
         &self,
         simd: S,
@@ -371,21 +372,24 @@ impl Scene<'_> {
         state: (&mut Gathered<S>, &mut Option<Ahead<'_, S>>),
         capped: &mut u64,
     ) -> Option<Sum<S>> {
-        let of_kernels = passing.slab_of(slab);
-        *capped += self.lay_kernels(simd, packet, passing, of_kernels, state);
-        let beside = passing.take(simd, of_kernels);
-        if beside.is_some() {
-            // Beyond the lattice a slab has no length.
-            *found = found.without(simd, ts[0].simd_eq(ts[1]));
-            let shows = found.weight().simd_gt(all(simd, 0.0));
-            let whole = passing.ends_of(simd, slab, self.rays.step);
-            *ts = [choose(shows, ts[0], whole[0]), choose(shows, ts[1], whole[1])];
-        }
-        beside
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                let of_kernels = passing.slab_of(slab);
+                *capped += self.lay_kernels(simd, packet, passing, of_kernels, state);
+                let beside = passing.take(simd, of_kernels)?;
+                // Beyond the lattice a slab has no length.
+                *found = found.without(simd, ts[0].simd_eq(ts[1]));
+                let shows = found.weight().simd_gt(all(simd, 0.0));
+                let whole = passing.ends_of(simd, slab, self.rays.step);
+                *ts = [choose(shows, ts[0], whole[0]), choose(shows, ts[1], whole[1])];
+                Some(beside)
+            },
+        )
     }
 
     /// Lays down what kernels have before one of their slabs.
-    #[inline(always)]
+    #[inline(never)]
     fn lay_kernels<S: Simd>(
         &self,
         simd: S,
@@ -394,17 +398,10 @@ impl Scene<'_> {
         slab: i32,
         (light, ahead): (&mut Gathered<S>, &mut Option<Ahead<'_, S>>),
     ) -> u64 {
-        let mut capped = 0;
-        while let Some((at, sum)) = passing.before(simd, slab) {
-            let ts = passing.ends(simd, at);
-            let none = Halves::none(simd);
-            capped +=
-                self.rule.lay::<S, Rich>(simd, packet, (&none, Some(sum)), ts, (light, ahead));
-            if !light.goes_on(simd, self.rule.stop_below) {
-                break;
-            }
-        }
-        capped
+        simd.vectorize(
+            #[inline(always)]
+            || self.rule.lay_kernels(simd, packet, passing, slab, (light, ahead)),
+        )
     }
 }
 
