@@ -36,7 +36,7 @@ const ROOMS: [(&str, &[&str]); 17] = [
         ],
     ),
     // The other engine, which knows nothing of that one.
-    ("native", &["core", "volume", "transfer", "kernel", "scene", "plan"]),
+    ("native", &["core", "polygons", "volume", "transfer", "kernel", "vector", "scene", "plan"]),
     (
         "accuracy",
         &["core", "volume", "transfer", "kernel", "hierarchy", "scene", "reference", "io", "gpu"],
