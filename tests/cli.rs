@@ -497,6 +497,8 @@ fn statistics_of_pictures_within_a_budget_say_what_they_show_and_how_far_off_tha
     let full = run(&[]);
     assert_eq!(full["field"], own);
     assert!(full["budget_ms"].is_null() && full["estimated_rmse"].is_null(), "{full}");
+    let opaque = run(&["--visibility", "every-sample", "--opacity", "0:1"]);
+    assert!(opaque["capped_opacities"].as_u64() > Some(0) && opaque["capped_sums"] == 0);
     let estimated = |found: &Value| found["estimated_rmse"].as_f64().expect("an estimate");
     let rich = run(&["--refine", "coarse", "--budget-ms", "10000"]);
     assert_eq!((&rich["field"], &rich["budget_ms"]), (&own, &serde_json::json!(10_000.0)));
@@ -663,6 +665,7 @@ fn how_octree_cuts_are_fitted_is_drawn_and_written_down() {
         serde_json::from_str::<Value>(&text).expect("JSON")
     };
     let plain = run(&[]);
+    assert!(plain["octree_error"].as_f64() > Some(0.0) && plain["octree_built_by"].is_string());
     let cut = &plain["mode"]["cut"];
     assert_eq!(
         *cut,
@@ -907,6 +910,7 @@ fn stats_are_complete(path: &str, kernels: usize) {
     assert_eq!(stats["resolution"], serde_json::json!([96, 80]));
     assert_eq!(stats["kernels_total"], 32 * 32 * 32);
     assert_eq!(stats["kernels_drawn"], kernels);
+    assert_eq!(stats["kernels_active"], kernels);
     assert_eq!(stats["octree_nodes"], 0);
     assert!(stats["effects"].is_array());
     assert_eq!(stats["refinement"], "full");

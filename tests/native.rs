@@ -229,8 +229,15 @@ fn who_chooses_nothing_gets_the_engine_of_the_machine_and_who_names_an_adapter_t
         Err(error) => println!("skipped a named adapter: {error}"),
     }
     let engine = Engine::start(EngineChoice::Gpu, || ());
-    match still(&engine, &scene) {
-        Ok(drawn) => assert_eq!(drawn.engine, EngineKind::Gpu),
-        Err(error) => println!("skipped the GPU engine: {error}"),
+    let first = Scene { splat: SplatSettings::SHADE_FIRST, ..scene.clone() };
+    for scene in [first, scene] {
+        match still(&engine, &scene) {
+            // Nobody asked for the native engine: nothing is told of it, nor are its bytes.
+            Ok(drawn) => {
+                assert_eq!((drawn.engine, drawn.not_native), (EngineKind::Gpu, None));
+                assert!(drawn.held.all > 0 && drawn.peak_gpu_bytes >= drawn.held.all);
+            }
+            Err(error) => println!("skipped the GPU engine: {error}"),
+        }
     }
 }

@@ -294,6 +294,28 @@ mod tests {
     }
 
     #[test]
+    fn rays_are_for_pixels_as_they_are_shown_and_by_the_axis_that_counts() {
+        let mut camera = camera(DVec3::Y);
+        camera.parallel_scale = 64.0;
+        let lattice = Lattice { spacing: DVec3::new(1.0, 1.0, 4.0), ..Lattice::unit([8; 3]) };
+        let view = View::of(&camera, &lattice, [64, 64]);
+        let rays = |view: &View, kernel| view.rays_per_side(kernel, None);
+        // Voxels are two pixels long, by which boxes go, and half a pixel wide, by which kernels go.
+        assert_eq!([Kernel::Nearest, Kernel::Linear].map(|kernel| rays(&view, kernel)), [1, 2]);
+        let shown = View { enlarged: 2.0, ..view };
+        assert_eq!(rays(&shown, Kernel::Linear), 1);
+    }
+
+    #[test]
+    fn an_eye_as_near_as_kernels_reach_is_among_them() {
+        let mut camera = camera(DVec3::Z);
+        camera.projection = Projection::Perspective { view_angle: 1.0 };
+        camera.focal_point.z += camera.view_origin().z.abs() - 1.0;
+        let view = View::of(&camera, &Lattice::unit([8; 3]), [64, 64]);
+        assert!(view.has_eye_within(1.0) && !view.has_eye_within(0.25));
+    }
+
+    #[test]
     fn the_shorter_axis_of_a_kernel_is_that_of_its_ellipse() {
         let camera = camera(DVec3::new(0.2, -0.9, 0.4));
         let lattice = Lattice { spacing: DVec3::new(1.0, 2.0, 500.0), ..Lattice::unit([8; 3]) };

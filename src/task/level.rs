@@ -68,3 +68,32 @@ impl LevelOfDetail {
         matches!(self, Self::Octree { .. } | Self::Reduced { is_timed: true, .. })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_level_is_of_what_was_drawn_rather_than_of_what_was_asked_for() {
+        let (field, size, vectors_halved) = (SlabField::Preview, [9, 6], 2);
+        let cut = Drawn { size, field, max_error: 0.25, vectors_halved, ..Drawn::default() };
+        let reduced = Drawn { is_reduced: true, ..cut.clone() };
+        let whole = Drawn { vectors_halved: 0, ..cut.clone() };
+        let octree = LevelOfDetail::Octree { max_error: 0.25 };
+        let [timed, half] =
+            [true, false].map(|is_timed| LevelOfDetail::Reduced { field, size, is_timed });
+        let coarse = Rung::Coarse { budget_ms: 1.0 };
+        let shrunk = Rung::Reduced { field: SlabField::Own, shrink: 2.0 };
+        for (rung, drawn, level, is) in [
+            (Rung::Octree { max_error: 0.1 }, &cut, octree, [false, true]),
+            (coarse, &cut, octree, [false, true]),
+            (coarse, &reduced, timed, [false, true]),
+            (shrunk, &reduced, half, [false, false]),
+            (Rung::Full, &cut, LevelOfDetail::Full { vectors_halved }, [false, false]),
+            (Rung::Full, &whole, LevelOfDetail::FULL, [true, false]),
+        ] {
+            let found = LevelOfDetail::of(rung, drawn);
+            assert_eq!((found, [found.is_full(), found.is_coarse()]), (level, is), "{rung:?}");
+        }
+    }
+}

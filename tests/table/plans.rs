@@ -3,16 +3,19 @@
 use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
-use voxsplat::core::{Projection, Ticket};
+use voxsplat::core::{Projection, Srgb8, Ticket};
+use voxsplat::gpu;
 use voxsplat::kernel::Kernel;
+use voxsplat::native;
 use voxsplat::plan::{Plan, Way};
 use voxsplat::polygons::Mesh;
 use voxsplat::scene::{
-    AlongRay, Backend, Background, ClipBox, Effect, Isosurface, Lighting, Look, OpacityModel,
-    PolygonLayer, SampleSource, Sampled, Scene, Slice, SplatSettings, VectorLayer, Visibility,
-    framing_camera,
+    AlongRay, Amounts, Backend, Background, ClipBox, Colours, Effect, Index, Isosurface, Lighting,
+    Look, OpacityModel, PolygonLayer, SampleSource, Sampled, Scene, Slice, SplatSettings, Store,
+    VectorLayer, Visibility, framing_camera,
 };
-use voxsplat::transfer::{ColourMap, ColourSource, TransferFunction};
+use voxsplat::transfer::{ColourMap, ColourSource, Region, RegionShape, TransferFunction};
+use voxsplat::vector::ColourBy;
 use voxsplat::volume::{Lattice, Places, Samples, ScalarVolume, VectorField};
 
 const SIZE: [u32; 2] = [40, 30];
@@ -103,6 +106,26 @@ fn bare(mut scene: Scene) -> Scene {
     scene
 }
 
+fn sparse(mut scene: Scene) -> Scene {
+    scene.splat.extent = Some(0.4);
+    scene
+}
+
+/// Lights, regions, and every table that may stand beside them.
+fn shaded(scene: Scene) -> Scene {
+    let mut scene = lit(scene);
+    let colours = |index| Some(Colours { index, stops: vec![(0.0, Srgb8([9; 3]))] });
+    let points = vec![(0.0, 0.5)];
+    scene.shading.modulation = Some(Amounts { index: Index::GradientStrength, points });
+    scene.shading.reflection = colours(Index::Value);
+    scene.shading.emission = colours(Index::ViewDepth);
+    let (values, strengths, colour) = ([60.0, 190.0], [10.0, 130.0], Some(Srgb8([9; 3])));
+    let (shape, softness, opacity) = (RegionShape::Ellipse, 0.6, 0.5);
+    let region = Region { shape, values, strengths, softness, opacity, colour };
+    scene.shading.regions = vec![region; 2];
+    scene
+}
+
 fn second(scene: Scene) -> Scene {
     scene.with(VectorLayer::beside_another(wind("other")))
 }
@@ -136,6 +159,7 @@ fn thirty_scenes_have_the_plans_they_should() {
         ("shaded first, opened", &[first, opened], Triangles, [1, 0, 0, 0], &[]),
         ("from afar", &[first, far], Gathered, [1, 0, 0, 0], &[]),
         ("from afar, as triangles", &[first, far, raster], Nodes, [1, 0, 0, 0], &[]),
+        ("gaps from afar", &[first, far, raster, sparse], Triangles, [1, 0, 0, 0], &[]),
         ("from within", &[first, near], Gathered, [1, 0, 0, 0], &[]),
         ("meshes", &[first, gouraud], Triangles, [1, 0, 0, 0], &[]),
         ("meshes, vectors", &[first, gouraud, vectors], Triangles, [1, 0, 0, 0], &[E::Vectors]),
@@ -156,6 +180,14 @@ fn thirty_scenes_have_the_plans_they_should() {
         ("triangles, vectors alone", &[first, raster, alone], Slabs, [0, 1, 0, 0], &[]),
         ("projected, polygons", &[projected, polygons], Slabs, [1, 0, 0, 0], &[E::Polygons]),
         ("projected, vectors", &[projected, vectors], Slabs, [1, 1, 0, 0], &[E::Projection]),
+        (
+            "projected, vectors alone, polygons",
+            &[projected, alone, polygons],
+            Slabs,
+            [0, 1, 1, 0],
+            // Vectors are there, and the field is hidden.
+            &[E::Projection, E::Projection],
+        ),
         (
             "opened, projected, vectors",
             &[opened, projected, vectors],
@@ -183,6 +215,9 @@ fn thirty_scenes_have_the_plans_they_should() {
         let refused: Vec<_> = plan.left_out.iter().map(|refusal| refusal.part).collect();
         assert_eq!((plan.way, found, &refused[..]), (way, counts, left_out), "{name}");
         assert_eq!(plan, Plan::of(&scene.clone(), SIZE), "{name}: the same scene, the same plan");
+        // The native engine shades no samples first; the other draws no polygons alone.
+        assert_eq!(native::supports(&plan).is_ok(), matches!(way, Slabs | Nothing), "{name}");
+        assert_eq!(gpu::supports(&plan).is_ok(), name != "polygons alone", "{name}");
         let outline = plan.outline();
         assert_eq!(outline.way, way.name());
         assert_eq!(outline.kernels.len(), counts[1]);
@@ -194,6 +229,141 @@ fn thirty_scenes_have_the_plans_they_should() {
         let twin = plans[..i].iter().position(|other| other == plan);
         assert_eq!(twin, None, "{} is another picture", rows[i].0);
     }
+}
+
+#[test]
+fn an_outline_names_what_there_is_and_says_how_thick_slabs_are() {
+    let mut scene = polygons(vectors(opened(field())));
+    scene.splat.slabs_per_voxel = 4.0;
+    let outline = Plan::of(&scene, SIZE).outline();
+    assert_eq!(
+        (&outline.fields[..], &outline.kernels[..]),
+        (&["field".into()][..], &["wind".into()][..])
+    );
+    assert_eq!(outline.surfaces, ["isosurface", "slice", "mesh"]);
+    assert_eq!(outline.slab_thickness, Some(0.25));
+    assert_eq!(Plan::of(&first(field()), SIZE).outline().slab_thickness, None);
+    let refused = Plan::of(&polygons(raster(first(field()))), SIZE).outline().left_out;
+    assert!(refused[0].ends_with("or leave the polygons out"), "{refused:?}");
+}
+
+/// A scene that no engine can draw is refused by both; what is hidden is nobody's fault.
+#[test]
+fn faults_of_layers_are_refused_unless_they_are_hidden() {
+    let faults: [(fn(&mut Scene), &str); 3] = [
+        (|s| s.layers.push(s.layers[0].clone()), "found 2; hide the others"),
+        (|s| s.layers[0].placement.translation = DVec3::X, "moved elsewhere"),
+        (|s| s.store = Store::default(), "without any"),
+    ];
+    for (change, said) in faults {
+        let mut scene = field();
+        change(&mut scene);
+        let plan = Plan::of(&scene, SIZE);
+        let by_gpu = gpu::supports(&plan).map_err(|error| error.to_string());
+        let native = native::supports(&plan).map_err(|error| error.to_string());
+        for refused in [by_gpu, native] {
+            assert!(refused.as_ref().is_err_and(|error| error.contains(said)), "{refused:?}");
+        }
+        scene.layers.last_mut().expect("one").is_shown = false;
+        assert_eq!(Plan::of(&scene, SIZE).fault, None, "{said}");
+    }
+    let three = Plan::of(&second(second(vectors(field()))), SIZE);
+    assert!(gpu::supports(&three).is_err_and(|error| error.to_string().contains("found 3")));
+    assert_eq!(native::supports(&three), Ok(()));
+}
+
+#[test]
+fn hidden_layers_are_neither_drawn_nor_changed() {
+    let mut scene = second(vectors(field()));
+    scene.layers[1].is_shown = false;
+    assert_eq!(Plan::of(&scene, SIZE).outline().kernels, ["other"]);
+    let changed: Vec<_> = scene.vectors_mut().iter().map(|(field, _)| field.name.clone()).collect();
+    assert_eq!(changed, ["other"]);
+    // Nor does a hidden field stand for one that is drawn.
+    let mut other = field();
+    other.layers[0].is_shown = false;
+    let drawn = field();
+    let volume = drawn.volume().expect("a field");
+    let look = drawn.layers[0].look.clone();
+    let mut other = other.with((Sampled::Volume(Arc::clone(volume)), look));
+    assert!(Plan::of(&other, SIZE).has_same_samples(&Plan::of(&drawn, SIZE)));
+    other.show_field(false);
+    assert!(Plan::of(&other, SIZE).fields.is_empty());
+}
+
+#[test]
+fn layers_are_exchanged_taken_away_and_brought_back() {
+    let mut scene = vectors(field());
+    scene.phase = 0.4;
+    scene.show_field(false);
+    let new = || {
+        let other = field();
+        (
+            Sampled::Volume(Arc::clone(other.volume().expect("a field"))),
+            other.layers[0].look.clone(),
+        )
+    };
+    let exchanged = scene.clone().with_other_field(field(), SampleSource::made("new"), new());
+    assert_eq!((exchanged.phase, exchanged.shows_field()), (0.4, false));
+    assert!(!exchanged.has_same_volume(&scene));
+    let samples = |scene: &Scene| scene.store.samples().count();
+    assert_eq!((samples(&scene), samples(&exchanged)), (2, 2));
+    let mut replaced = scene.clone();
+    replaced.replace(0, SampleSource::made("new"), new());
+    assert!(replaced.shows_field());
+    scene.keep_vectors(0);
+    assert!(scene.shows_field() && samples(&scene) == 1);
+}
+
+#[test]
+fn a_second_field_of_vectors_looks_otherwise_than_the_first() {
+    let scene = second(vectors(field()));
+    let [one, two] = &scene.vectors()[..] else { panic!("two") };
+    let map = |layer: &VectorLayer| match layer.settings.transfer.colour {
+        ColourSource::Map { map, .. } => map,
+        _ => panic!("a map"),
+    };
+    assert!(one.settings.seed != two.settings.seed && map(one) != map(two));
+}
+
+/// What is not on the picture is no effect of it.
+#[test]
+fn effects_are_those_that_are_in_place() {
+    use Effect::*;
+    let of = |changes: &[fn(Scene) -> Scene]| {
+        changes.iter().fold(field(), |scene, change| change(scene)).effects()
+    };
+    assert_eq!(of(&[lit, opened]), [Gradients, Lights, Clip, Isosurfaces, Slices]);
+    assert_eq!(of(&[lit, opened, projected]), [Clip, Projection]);
+    assert_eq!(of(&[lit, opened, projected, vectors]), [Gradients, Lights, Vectors]);
+    assert_eq!(of(&[lit, opened, alone]), [Vectors]);
+}
+
+#[test]
+fn an_effect_is_left_out_and_no_other() {
+    use Effect::*;
+    let scene = second(vectors(polygons(projected(opened(shaded(field()))))));
+    let asked = |scene: &Scene| {
+        Effect::ALL.iter().copied().filter(|one| one.asked_by(scene).is_some()).collect::<Vec<_>>()
+    };
+    let mut all = Effect::ALL.to_vec();
+    all.retain(|effect| *effect != OpacityTable);
+    assert_eq!(asked(&scene), all);
+    assert_eq!(Regions.asked_by(&scene).as_deref(), Some("2 regions"));
+    for &effect in &all {
+        let left = asked(&effect.left_out_of(&scene).expect("asked for"));
+        let lost: Vec<_> = all.iter().filter(|one| !left.contains(one)).copied().collect();
+        match effect {
+            Shading => assert!(
+                lost.contains(&Shading)
+                    && lost.iter().all(|one| one.is_of_shading() || *one == Shading)
+            ),
+            Gradients => assert_eq!(lost, [Gradients, Lights, Regions, ModulationTable]),
+            Vectors => assert_eq!(lost, [Vectors, SecondVectors]),
+            _ => assert_eq!(lost, [effect]),
+        }
+    }
+    assert!(Vectors.left_out_of(&alone(field())).is_none(), "nothing would be left");
 }
 
 /// A change that shows makes another plan; what does not show makes none.
@@ -242,17 +412,56 @@ fn kernels_are_classified_by_what_decides_them() {
     let mut other = scene;
     other.splat.opacity_unit_distance = Some(3.0);
     assert_ne!(of(&other), before);
+    // By opacities, or by the samples of another field.
+    let mut other = vectors(field());
+    other.vectors_mut()[0].1.colour_by = ColourBy::Scalar;
+    let by_scalar = of(&other);
+    other.splat.opacity_model = OpacityModel::Published;
+    assert_ne!(of(&other), by_scalar);
+    other.splat = SplatSettings::EXACT;
+    assert_eq!(of(&other), by_scalar);
+    let volume = Arc::clone(field().volume().expect("a field"));
+    let look = other.layers[0].look.clone();
+    other.replace(0, SampleSource::made("new"), (Sampled::Volume(volume), look));
+    assert_ne!(of(&other), by_scalar);
     let levels = before.levels(&Ticket::new()).expect("sound");
     assert!(levels.len() > 1 && levels[0].list.len() > levels[1].list.len());
 }
 
 #[test]
 fn a_preview_is_of_the_field_alone_and_of_kernels_where_there_is_none() {
-    let plan = Plan::of(&vectors(field()), SIZE).previewed();
+    let plan = Plan::of(&second(vectors(field())), SIZE).previewed();
     assert!(plan.kernels.is_empty() && plan.way == Way::Triangles);
-    assert_eq!(plan.left_out.iter().map(|r| r.part).collect::<Vec<_>>(), [Effect::Vectors]);
+    let left_out: Vec<_> = plan.left_out.iter().map(|refusal| refusal.part).collect();
+    assert_eq!(left_out, [Effect::Vectors, Effect::SecondVectors]);
     let plan = Plan::of(&alone(field()), SIZE).previewed();
     assert!(plan.kernels.len() == 1 && plan.way == Way::Slabs && plan.left_out.is_empty());
+}
+
+#[test]
+fn a_plan_of_another_size_or_mode_has_the_way_and_the_back_end_of_that() {
+    let plan = Plan::of(&first(field()), SIZE);
+    assert_eq!(plan.in_mode(SplatSettings::EXACT).way, Way::Slabs);
+    let small = plan.at_size([4, 3], 1.0);
+    assert_eq!([plan.way, small.way], [Way::Triangles, Way::Gathered]);
+    let larger = plan.at_size([4, 3], 100.0).view();
+    let kernel = plan.mode.kernel;
+    assert!(larger.rays_per_side(kernel, None) < small.view().rays_per_side(kernel, None));
+    assert!(plan.is_backend_open() && !small.is_backend_open());
+    assert!(!Plan::of(&first(polygons(field())), SIZE).is_backend_open());
+}
+
+#[test]
+fn plans_of_the_same_samples_are_told_from_others() {
+    let plan = |scene: &Scene| Plan::of(scene, SIZE);
+    let scene = field();
+    let [one, two] = [vectors(scene.clone()), vectors(scene.clone())];
+    assert!(plan(&one).has_same_samples(&plan(&lit(one.clone()))));
+    assert!(
+        !plan(&one).has_same_samples(&plan(&two)) && !plan(&one).has_same_samples(&plan(&scene))
+    );
+    assert!(!plan(&scene).has_same_samples(&plan(&field())));
+    assert!(plan(&opened(field())).field().expect("one").has_gradient, "isosurfaces are lit");
 }
 
 /// Slabs, clips and opacities go by the field whether it is drawn or not; without one, by what there is.
@@ -261,7 +470,8 @@ fn the_frame_is_of_the_field_and_without_one_of_the_rest() {
     let frame = |scene: &Scene| Plan::of(scene, SIZE).frame;
     assert_eq!(frame(&vectors(field())), frame(&field()));
     assert_eq!(frame(&alone(field())), frame(&field()));
-    let bare_wind = bare(vectors(field()));
+    let mut bare_wind = bare(vectors(field()));
+    bare_wind.layers[0].is_shown = false;
     assert_eq!(frame(&bare_wind).lattice.spacing, DVec3::splat(2.0));
     assert_eq!(frame(&bare_wind).unit_distance, 2.0);
     let mesh = frame(&bare(polygons(field()))).lattice;

@@ -6,13 +6,13 @@ use std::sync::Arc;
 use glam::{DAffine3, DVec3};
 use proptest::prelude::*;
 
-use voxsplat::core::{Camera, Srgb8};
+use voxsplat::core::{Camera, Projection, Srgb8};
 use voxsplat::scene::{
-    AlongRay, Background, Isosurface, Layer, Lighting, Look, PolygonLook, SampleSource, Sampled,
-    SavedError, Scene,
+    AlongRay, Background, ClipBox, Colours, Index, Isosurface, Layer, Lighting, Look, PolygonLook,
+    SampleSource, Sampled, SavedError, Scene, Slice, SplatSettings,
 };
-use voxsplat::transfer::{ColourMap, ColourSource, TransferFunction};
-use voxsplat::vector::{ColourBy, VectorSettings};
+use voxsplat::transfer::{ColourMap, ColourSource, NoData, TransferFunction};
+use voxsplat::vector::{ColourBy, VectorMode, VectorSettings};
 use voxsplat::volume::{Component, Lattice, Samples, ScalarVolume, Statistics};
 
 fn number() -> impl Strategy<Value = f64> {
@@ -34,7 +34,8 @@ fn transfer() -> impl Strategy<Value = TransferFunction> {
     let points = prop::collection::vec((number(), 0.0..1.0), 1..5);
     (points, number(), number()).prop_map(|(opacity, low, high)| {
         let colour = ColourSource::Map { map: ColourMap::Viridis, range: [low, high] };
-        TransferFunction::of(opacity, colour)
+        let no_data = NoData { opacity: 0.5, colour: Srgb8([1, 2, 3]) };
+        TransferFunction { no_data, ..TransferFunction::of(opacity, colour) }
     })
 }
 
@@ -43,8 +44,16 @@ fn look() -> impl Strategy<Value = Look> {
         let samples = Samples::UInt8(vec![1, 2]);
         let lengths = Statistics::of(&samples, &Default::default()).expect("sound");
         let settings = VectorSettings::for_lengths(&lengths);
-        let colour_by = ColourBy::Scalar;
-        Look::Vectors(VectorSettings { transfer, stretch, seed, colour_by, ..settings })
+        let (colour_by, mode, marks) = (ColourBy::Scalar, VectorMode::Blend, Some(Srgb8([9; 3])));
+        Look::Vectors(VectorSettings {
+            transfer,
+            stretch,
+            seed,
+            colour_by,
+            mode,
+            marks,
+            ..settings
+        })
     });
     let polygons = (0.0..1.0, any::<bool>(), any::<Option<[u8; 3]>>()).prop_map(
         |(opacity, is_smooth, colour)| {
@@ -56,7 +65,8 @@ fn look() -> impl Strategy<Value = Look> {
 
 fn layer() -> impl Strategy<Value = Layer> {
     (source(), any::<bool>(), look(), number()).prop_map(|(source, is_shown, look, x)| {
-        let placement = DAffine3::from_translation(DVec3::X * x);
+        let placement = DAffine3::from_axis_angle(DVec3::Y, 0.3);
+        let placement = DAffine3::from_translation(DVec3::X * x) * placement;
         Layer { source, is_shown, placement, look }
     })
 }
@@ -69,7 +79,14 @@ fn scene() -> impl Strategy<Value = Scene> {
         scene.shading.lighting = lit.then(Lighting::default);
         scene.inside.along = AlongRay::Minimum;
         scene.inside.isosurfaces = vec![Isosurface { value: at, opacity: 0.5, colour: None }];
-        scene.background = Background::Transparent;
+        scene.inside.slices = vec![Slice::across(&Lattice::unit([2; 3]), 0, 0.5, 1.0)];
+        scene.inside.clip.bounds = Some(ClipBox { low: [0.25; 3], ..ClipBox::WHOLE });
+        let stops = vec![(at, Srgb8([1, 2, 3]))];
+        scene.shading.emission = Some(Colours { index: Index::ViewDepth, stops });
+        scene.splat = SplatSettings { extent: Some(2.5), ..SplatSettings::SHADE_FIRST };
+        scene.camera.projection = Projection::Perspective { view_angle: 0.7 };
+        let grey = Background::Colour(Srgb8([7; 3]));
+        scene.background = if lit { grey } else { Background::Transparent };
         scene
     })
 }
