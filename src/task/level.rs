@@ -77,8 +77,8 @@ mod tests {
     fn a_level_is_of_what_was_drawn_rather_than_of_what_was_asked_for() {
         let (field, size, vectors_halved) = (SlabField::Preview, [9, 6], 2);
         let cut = Drawn { size, field, max_error: 0.25, vectors_halved, ..Drawn::default() };
-        let reduced = Drawn { is_reduced: true, ..cut.clone() };
-        let whole = Drawn { vectors_halved: 0, ..cut.clone() };
+        let reduced = Drawn { is_reduced: true, ..cut };
+        let whole = Drawn { vectors_halved: 0, ..cut };
         let octree = LevelOfDetail::Octree { max_error: 0.25 };
         let [timed, half] =
             [true, false].map(|is_timed| LevelOfDetail::Reduced { field, size, is_timed });
