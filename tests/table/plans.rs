@@ -250,7 +250,8 @@ fn an_outline_names_what_there_is_and_says_how_thick_slabs_are() {
 /// A scene that no engine can draw is refused by both; what is hidden is nobody's fault.
 #[test]
 fn faults_of_layers_are_refused_unless_they_are_hidden() {
-    let faults: [(fn(&mut Scene), &str); 3] = [
+    type Change = fn(&mut Scene);
+    let faults: [(Change, &str); 3] = [
         (|s| s.layers.push(s.layers[0].clone()), "found 2; hide the others"),
         (|s| s.layers[0].placement.translation = DVec3::X, "moved elsewhere"),
         (|s| s.store = Store::default(), "without any"),
