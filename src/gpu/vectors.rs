@@ -29,8 +29,8 @@ use crate::core::Camera;
 use crate::kernel::Kernel;
 use crate::scene::{OpacityModel, Order, SplatSettings, View};
 use crate::vector::{
-    Design, FORESHORTENINGS, Foreshortening, Level, MARK_COLUMNS, MARK_SIDE, Marks, PHASES, Splat,
-    Splats, VectorMode, VectorSettings,
+    Design, Foreshortening, MARK_COLUMNS, MARK_SIDE, Marks, PHASES, Splat, Splats, VectorMode,
+    VectorSettings,
 };
 
 /// Turns of loops that a splat takes at least.
@@ -238,7 +238,7 @@ fn marks_texture(context: &Context, tables: &[Marks]) -> wgpu::Texture {
                     origin: wgpu::Origin3d { x: 0, y: table * side, z: 0 },
                     aspect: wgpu::TextureAspect::All,
                 },
-                &texels(level),
+                level.texels().as_flattened(),
                 wgpu::TexelCopyBufferLayout {
                     offset: 0,
                     bytes_per_row: Some(4 * side),
@@ -262,24 +262,6 @@ fn blur_of(tables: &[Marks]) -> [[f32; 16]; 10] {
         }
     }
     rows
-}
-
-fn texels(level: &Level) -> Vec<u8> {
-    let mut bytes = Vec::with_capacity(level.intensities.len() * 4);
-    for column in 0..MARK_COLUMNS {
-        // Neither the last foreshortening nor the marks that go round have a next one.
-        let beside = if column + 1 < FORESHORTENINGS { column + 1 } else { column };
-        for phase in 0..PHASES {
-            let next = (phase + 1) % PHASES;
-            let of = |column, phase| level.picture(column, phase);
-            let pictures =
-                [of(column, phase), of(column, next), of(beside, phase), of(beside, next)];
-            for i in 0..level.side * level.side {
-                bytes.extend(pictures.map(|picture| picture[i]));
-            }
-        }
-    }
-    bytes
 }
 
 impl Renderer {

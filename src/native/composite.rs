@@ -25,8 +25,9 @@ pub(super) struct Rule {
 }
 
 impl Rule {
-    /// Lays down what kernels have before one of their slabs; opacities that were lowered to 1.
-    #[inline(always)]
+    /// Lays down what kernels have before one of their slabs; opacities that were lowered to 1. Not inlined: see
+    /// `Scene::lay_before`.
+    #[inline(never)]
     pub(super) fn lay_kernels<S: Simd>(
         &self,
         simd: S,
@@ -35,17 +36,22 @@ impl Rule {
         slab: i32,
         (light, ahead): (&mut Gathered<S>, &mut Option<Ahead<'_, S>>),
     ) -> u64 {
-        let mut capped = 0;
-        let none = Halves::none(simd);
-        while let Some((at, sum)) = passing.before(simd, slab) {
-            let ts = passing.ends(simd, at);
-            let state = (&mut *light, &mut *ahead);
-            capped += self.lay::<S, Rich>(simd, packet, (&none, Some(sum)), ts, state);
-            if !light.goes_on(simd, self.stop_below) {
-                break;
-            }
-        }
-        capped
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                let mut capped = 0;
+                let none = Halves::none(simd);
+                while let Some((at, sum)) = passing.before(simd, slab) {
+                    let ts = passing.ends(simd, at);
+                    let state = (&mut *light, &mut *ahead);
+                    capped += self.lay::<S, Rich>(simd, packet, (&none, Some(sum)), ts, state);
+                    if !light.goes_on(simd, self.stop_below) {
+                        break;
+                    }
+                }
+                capped
+            },
+        )
     }
 
     /// Lays a slab down, with what kernels have beside it and the surfaces in it; opacities that were lowered to 1.

@@ -229,16 +229,11 @@ fn looks(plan: &Plan, natural: RadialKernel, old: &[ListLook]) -> Vec<ListLook> 
         looks.push(ListLook {
             is_blend: mode == VectorMode::Blend,
             foreshortening,
-            window: (drawn_radius(natural.radius(), mode) / (WINDOW * natural.radius())) as f32,
+            window: (mode.drawn_radius(natural.radius()) / (WINDOW * natural.radius())) as f32,
             marks: marks.unwrap_or_else(|| Arc::new(MarkTable::new(design))),
         });
     }
     looks
-}
-
-/// Radius of the ellipse that is drawn, in kernel space: that of the marks' window, but for BLEND.
-fn drawn_radius(natural: f64, mode: VectorMode) -> f64 {
-    natural * if mode == VectorMode::Blend { 1.0 } else { WINDOW }
 }
 
 impl<'a> Seen<'a> {
@@ -259,7 +254,7 @@ impl<'a> Seen<'a> {
             view_from_unit: camera.view_from_world_rotation() * (pixels * splats.unit),
             origin: camera.to_view(splats.origin) * pixels,
             beyond: camera.direction.dot(splats.origin - centre) * pixels,
-            radius: drawn_radius(natural, settings.mode),
+            radius: settings.mode.drawn_radius(natural),
             window: natural * WINDOW,
             view: *view,
             published: plan.mode.opacity_model == OpacityModel::Published,

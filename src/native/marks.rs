@@ -31,19 +31,7 @@ impl MarkTable {
     #[expect(clippy::cast_possible_truncation, reason = "rays have 32 bits, as the device's")]
     pub(super) fn new(design: Design) -> Self {
         let levels = Marks::new(design).levels.into_iter().map(|level| {
-            let mut texels = Vec::with_capacity(level.intensities.len());
-            for column in 0..MARK_COLUMNS {
-                // Neither the last foreshortening nor the marks that go round have a next one.
-                let beside = if column + 1 < FORESHORTENINGS { column + 1 } else { column };
-                for phase in 0..PHASES {
-                    let next = (phase + 1) % PHASES;
-                    let of = |column, phase| level.picture(column, phase);
-                    let four =
-                        [of(column, phase), of(column, next), of(beside, phase), of(beside, next)];
-                    let texel = |i: usize| u32::from_le_bytes(four.map(|picture| picture[i]));
-                    texels.extend((0..level.side * level.side).map(texel));
-                }
-            }
+            let texels = level.texels().into_iter().map(u32::from_le_bytes).collect();
             Level { side: level.side, texels, blur: level.blur.map(|blur| blur as f32) }
         });
         Self { design, levels: levels.collect() }

@@ -121,7 +121,7 @@ impl Landed {
         let seen = view.view_centre.truncate().extend(0.0) + from_centre;
         let half_size = [0, 1].map(|a| f64::from(rays.size[a]) / 2.0);
         let depths = [seen.z - reach.z, seen.z + reach.z];
-        // A thousandth of a pixel for rounding: these are in float64, and rays are not.
+        // A hundredth of a pixel for rounding: these are in float64, and rays are not.
         const SLACK: f64 = 1e-2;
         let (mut low, mut high) =
             ([seen.x - reach.x, seen.y - reach.y], [seen.x + reach.x, seen.y + reach.y]);

@@ -510,26 +510,21 @@ fn draw_with<S: Simd>(simd: S, what: &What<'_>, tile: usize, out: &mut [Pixel]) 
             vectorized!(scene.projected_tile(simd, method, *along, tile, out));
             0
         }
-        What::Slabs(scene) => match (scene.lattice.method(), scene.is_plain()) {
-            (Method::BSpline, true) => {
-                vectorized!(scene.tile::<S, Plain>(simd, Method::BSpline, tile, out))
+        What::Slabs(scene) => {
+            macro_rules! slabs {
+                ($method:expr) => {
+                    match scene.is_plain() {
+                        true => vectorized!(scene.tile::<S, Plain>(simd, $method, tile, out)),
+                        false => vectorized!(scene.tile::<S, Rich>(simd, $method, tile, out)),
+                    }
+                };
             }
-            (Method::Linear, true) => {
-                vectorized!(scene.tile::<S, Plain>(simd, Method::Linear, tile, out))
+            match scene.lattice.method() {
+                Method::BSpline => slabs!(Method::BSpline),
+                Method::Linear => slabs!(Method::Linear),
+                Method::Other => slabs!(Method::Other),
             }
-            (Method::Other, true) => {
-                vectorized!(scene.tile::<S, Plain>(simd, Method::Other, tile, out))
-            }
-            (Method::BSpline, false) => {
-                vectorized!(scene.tile::<S, Rich>(simd, Method::BSpline, tile, out))
-            }
-            (Method::Linear, false) => {
-                vectorized!(scene.tile::<S, Rich>(simd, Method::Linear, tile, out))
-            }
-            (Method::Other, false) => {
-                vectorized!(scene.tile::<S, Rich>(simd, Method::Other, tile, out))
-            }
-        },
+        }
     }
 }
 

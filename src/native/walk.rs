@@ -166,7 +166,7 @@ impl Scene<'_> {
             && light.goes_on(simd, self.rule.stop_below)
         {
             *capped +=
-                self.lay_kernels(simd, packet, passing, EVERY_SLAB, (&mut light, &mut ahead));
+                self.rule.lay_kernels(simd, packet, passing, EVERY_SLAB, (&mut light, &mut ahead));
         }
         if let Some(ahead) = ahead.as_mut().filter(|_| W::MORE) {
             self.rule.lay_rest(&mut light, ahead);
@@ -376,7 +376,7 @@ impl Scene<'_> {
             #[inline(always)]
             || {
                 let of_kernels = passing.slab_of(slab);
-                *capped += self.lay_kernels(simd, packet, passing, of_kernels, state);
+                *capped += self.rule.lay_kernels(simd, packet, passing, of_kernels, state);
                 let beside = passing.take(simd, of_kernels)?;
                 // Beyond the lattice a slab has no length.
                 *found = found.without(simd, ts[0].simd_eq(ts[1]));
@@ -385,22 +385,6 @@ impl Scene<'_> {
                 *ts = [choose(shows, ts[0], whole[0]), choose(shows, ts[1], whole[1])];
                 Some(beside)
             },
-        )
-    }
-
-    /// Lays down what kernels have before one of their slabs.
-    #[inline(never)]
-    fn lay_kernels<S: Simd>(
-        &self,
-        simd: S,
-        packet: &Packet<S>,
-        passing: &mut Passing<'_, S>,
-        slab: i32,
-        (light, ahead): (&mut Gathered<S>, &mut Option<Ahead<'_, S>>),
-    ) -> u64 {
-        simd.vectorize(
-            #[inline(always)]
-            || self.rule.lay_kernels(simd, packet, passing, slab, (light, ahead)),
         )
     }
 }

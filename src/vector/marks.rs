@@ -89,6 +89,24 @@ impl Level {
         (column * PHASES + phase) * self.side * self.side
     }
 
+    /// Of every picture, in their order, each texel beside the same one of the next phase, and these beside those of
+    /// the next foreshortening: what a lookup mixes.
+    pub fn texels(&self) -> Vec<[u8; 4]> {
+        let mut texels = Vec::with_capacity(self.intensities.len());
+        for column in 0..MARK_COLUMNS {
+            // Neither the last foreshortening nor the marks that go round have a next one.
+            let beside = if column + 1 < FORESHORTENINGS { column + 1 } else { column };
+            for phase in 0..PHASES {
+                let next = (phase + 1) % PHASES;
+                let of = |column, phase| self.picture(column, phase);
+                let four =
+                    [of(column, phase), of(column, next), of(beside, phase), of(beside, next)];
+                texels.extend((0..self.side * self.side).map(|i| four.map(|picture| picture[i])));
+            }
+        }
+        texels
+    }
+
     /// The intensities of one picture.
     pub fn picture(&self, column: usize, phase: usize) -> &[u8] {
         &self.intensities[self.begin(column, phase)..][..self.side * self.side]

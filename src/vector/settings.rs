@@ -27,6 +27,13 @@ pub enum VectorMode {
     Blend,
 }
 
+impl VectorMode {
+    /// Radius of the ellipse that is drawn of a kernel of a radius: that of the marks' window, but for BLEND.
+    pub fn drawn_radius(self, radius: f64) -> f64 {
+        radius * if self == Self::Blend { 1.0 } else { super::WINDOW }
+    }
+}
+
 names!(VectorMode[2] { Modulate => "modulate", Blend => "blend" });
 
 /// How marks look when a vector points towards the eye or away (Crawfis–Max's three ways).

@@ -25,11 +25,6 @@ pub(super) struct VectorFrame {
     reach: [f64; 2],
 }
 
-/// Radius of the ellipse that is drawn, in kernel space: that of the marks' window, but for BLEND.
-fn drawn_radius(natural: f64, mode: VectorMode) -> f64 {
-    natural * if mode == VectorMode::Blend { 1.0 } else { WINDOW }
-}
-
 impl VectorFrame {
     /// `None` where there is no field.
     pub(super) fn new(view: &View, what: &VectorSplats<'_>) -> Option<Self> {
@@ -38,7 +33,7 @@ impl VectorFrame {
         let pixels = view.pixels_per_unit;
         let mut reach = [0.0_f64; 2];
         for VectorLook { splats, settings } in what.looks {
-            let radius = drawn_radius(natural, settings.mode);
+            let radius = settings.mode.drawn_radius(natural);
             let beyond = camera.direction.dot(splats.origin - what.centre) * pixels;
             let view_from_unit = camera.view_from_world_rotation() * (pixels * splats.unit);
             let along = view_from_unit.transpose().z_axis;
@@ -59,7 +54,7 @@ impl VectorFrame {
             beyond: camera.direction.dot(splats.origin - what.centre) * pixels,
             eye_distance: view.eye_distance,
             size: view.size,
-            radius: drawn_radius(natural, settings.mode),
+            radius: settings.mode.drawn_radius(natural),
             reach,
         })
     }
@@ -153,7 +148,7 @@ impl VectorFrame {
         // No splat is of a second field where there is none.
         constants.second_flags[0] = u32::MAX;
         if let Some(VectorLook { splats, settings }) = what.looks.get(1) {
-            let radius = drawn_radius(natural_radius, settings.mode);
+            let radius = settings.mode.drawn_radius(natural_radius);
             let ratio = splats.unit / first.splats.unit;
             // As large as drawn with the first field's radius.
             let extent = splats.radius / natural_radius * ratio * radius / self.radius;
