@@ -5,12 +5,14 @@ use std::sync::Arc;
 use std::sync::mpsc;
 use std::time::Duration;
 
+use voxsplat::accuracy::sweep::Detail;
 use voxsplat::core::Ticket;
 use voxsplat::gpu::{AdapterChoice, has_hardware};
+use voxsplat::kernel::Kernel;
 use voxsplat::polygons::Mesh;
 use voxsplat::scene::{
-    self, Clip, ClipBox, Inside, Lighting, PolygonLayer, SampleSource, Scene, SplatSettings,
-    VectorLayer,
+    self, Backend, Clip, ClipBox, Inside, Lighting, PolygonLayer, SampleSource, Scene, SplatSettings,
+    VectorLayer, Visibility,
 };
 use voxsplat::task::engine::{
     Choice, Effort, Engine, EngineChoice, EngineKind, FrameRequest, Ladder, Picture,
@@ -106,13 +108,75 @@ fn vectors_and_polygons_are_drawn_without_an_adapter_beside_a_field_and_without_
     assert_eq!((again.light, again.held), (plain.light, plain.held));
 }
 
+/// Each sample by itself, in slices and sheets, in slabs: rays gather them, and the looks of samples are made once.
+#[test]
+fn what_is_shaded_first_is_drawn_without_an_adapter_in_every_way() {
+    let engine = alone();
+    let opened = opened("demo:shells:24");
+    let mut pictures: Vec<Still> = Vec::new();
+    for (visibility, kernel, sheets_per_kernel) in [
+        (Visibility::EverySample, Kernel::Cubic, 1),
+        (Visibility::EverySample, Kernel::Point, 1),
+        (Visibility::Sheets, Kernel::Nearest, 1),
+        (Visibility::Sheets, Kernel::Gaussian, 3),
+        (Visibility::Slabs, Kernel::Cubic, 1),
+        (Visibility::Slabs, Kernel::Linear, 1),
+        (Visibility::Slabs, Kernel::BSpline, 1),
+    ] {
+        let first = SplatSettings::SHADE_FIRST;
+        let splat = SplatSettings { visibility, kernel, sheets_per_kernel, ..first };
+        let scene = Scene { splat, ..opened.clone() };
+        let plain = still(&engine, &scene).unwrap();
+        assert_eq!((plain.engine, plain.pipelines, plain.uploads), (EngineKind::Native, 0, 0));
+        assert_eq!((plain.backend, plain.not_native.as_deref()), (Backend::Tiles, None));
+        // Samples that are there are not made again.
+        let names: Vec<_> = plain.passes.iter().map(|pass| pass.name).collect();
+        assert_eq!(names, ["gather_samples"], "{visibility:?} {kernel:?}");
+        let shown = plain.light.iter().filter(|pixel| pixel[3] > 0.05).count();
+        assert!(shown > 300, "{visibility:?} {kernel:?}: {shown}");
+        assert!(pictures.iter().all(|other| other.light != plain.light));
+        let mut lit = scene.clone();
+        lit.shading.lighting = Some(Lighting::default());
+        assert_ne!(still(&engine, &lit).unwrap().light, plain.light);
+        let again = still(&engine, &scene).unwrap();
+        assert_eq!((&again.light, again.held), (&plain.light, plain.held));
+        pictures.push(plain);
+    }
+}
+
+/// Cuts are of fewer kernels the coarser they are, and voxels are the finest of all.
+#[test]
+fn octree_cuts_are_drawn_without_an_adapter() {
+    let engine = alone();
+    let scene = opened("demo:shells:24");
+    let cut = |max_error: f32| {
+        let detail = Detail::Octree { max_error };
+        let refine = Refine::Reduced { detail, scale: 1.0 };
+        let scene = scene.clone();
+        let request = StillRequest { scene, size: SIZE, refine, repeat: 0, time_passes: true };
+        let still = engine.still(request, &Ticket::new()).unwrap();
+        assert_eq!((still.engine, still.pipelines), (EngineKind::Native, 0));
+        let names: Vec<_> = still.passes.iter().map(|pass| pass.name).collect();
+        assert_eq!(names, ["list_nodes", "composite_nodes"]);
+        assert_eq!(still.drawn.kernels, still.drawn.nodes);
+        still
+    };
+    let (coarse, fine) = (cut(0.5), cut(0.0));
+    assert!(coarse.drawn.nodes > 0 && 2 * coarse.drawn.nodes < fine.drawn.nodes);
+    assert_eq!(fine.drawn.nodes, fine.kernels_active);
+    let shown = |still: &Still| still.light.iter().filter(|pixel| pixel[3] > 0.05).count();
+    assert!(shown(&coarse) > 300 && shown(&fine) > 300);
+    assert_ne!(coarse.light, fine.light);
+}
+
 #[test]
 fn what_it_does_not_draw_is_refused_in_a_sentence_where_there_is_no_adapter() {
     let engine = alone();
     let scene = opened("demo:shells:16");
     let before = still(&engine, &scene).unwrap();
-    let first = Scene { splat: SplatSettings::SHADE_FIRST, ..scene.clone() };
-    let error = still(&engine, &first).unwrap_err().to_string();
+    let mode = SplatSettings { kernel: Kernel::Gouraud, ..SplatSettings::SHADE_FIRST };
+    let triangles = Scene { splat: mode, ..scene.clone() };
+    let error = still(&engine, &triangles).unwrap_err().to_string();
     // Who named an adapter is told of that.
     for part in ["expected ", "\"no such adapter\"", ", found "] {
         assert!(error.contains(part), "{error}");

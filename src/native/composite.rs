@@ -125,6 +125,41 @@ impl Rule {
         0
     }
 
+    /// Lays a sum of light and depth, or opacity, over what there is, or under it; opacities that were lowered to 1.
+    #[inline(always)]
+    pub(super) fn cover<S: Simd>(&self, simd: S, sum: &Sum<S>, light: &mut Gathered<S>) -> u64 {
+        let share = all(simd, 1.0) / sum.weight.max(all(simd, 1e-30));
+        self.cover_with(simd, sum.colour.scaled(share), sum.weight, light)
+    }
+
+    /// The same of a colour and a depth, or opacity.
+    #[inline(always)]
+    pub(super) fn cover_with<S: Simd>(
+        &self,
+        simd: S,
+        colour: Vec3<S>,
+        amount: Lanes<S>,
+        light: &mut Gathered<S>,
+    ) -> u64 {
+        if self.published {
+            return light.cover_capped(simd, colour, amount, self.back_to_front);
+        }
+        light.cover(colour, opacity(simd, amount), self.back_to_front);
+        0
+    }
+
+    /// The same of one ray.
+    pub(super) fn cover_ray<S: Simd>(
+        &self,
+        lane: usize,
+        (colour, amount): ([f32; 3], f32),
+        light: &mut Gathered<S>,
+    ) -> u64 {
+        let alpha = if self.published { amount.min(1.0) } else { -(-amount).exp_m1() };
+        light.cover_ray(lane, (colour, alpha), EVERY_SAMPLE, self.back_to_front);
+        u64::from(self.published && amount > 1.0)
+    }
+
     /// Lays down the surfaces that are left.
     pub(super) fn lay_rest<S: Simd>(&self, light: &mut Gathered<S>, ahead: &mut Ahead<'_, S>) {
         for lane in 0..LANES {
@@ -168,9 +203,7 @@ impl Rule {
                 } else {
                     (colour, amount)
                 };
-                let alpha = if self.published { amount.min(1.0) } else { -(-amount).exp_m1() };
-                capped += u64::from(self.published && amount > 1.0);
-                light.cover_ray(lane, (colour, alpha), EVERY_SAMPLE, back);
+                capped += self.cover_ray(lane, (colour, amount), light);
             };
             // Shares of the slab: what is laid down ends here.
             let mut begin = 0.0_f32;

@@ -5,7 +5,7 @@ use glam::DVec3;
 
 use super::lanes::{LANES, Lanes, Vec3, all, any, choose, power};
 use super::rays::{Packet, Rays};
-use super::table::{Halves, Table};
+use super::table::Halves;
 use crate::plan::Plan;
 use crate::scene::{Index, OpacityModel, Shading, ShadingSpace};
 use crate::transfer::regions;
@@ -33,6 +33,18 @@ pub(super) struct Light {
     radius_px: f64,
     /// Colours and opacities are by more than the lights: of each ray by itself.
     has_tables: bool,
+}
+
+/// Where a value lies on a scale of its own: `of_zero` + `per_value` · value.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct ValueScale {
+    pub of_zero: f64,
+    pub per_value: f64,
+}
+
+impl ValueScale {
+    /// Values as they are.
+    pub(super) const VALUES: Self = Self { of_zero: 0.0, per_value: 1.0 };
 }
 
 /// What a gradient says of a surface.
@@ -92,12 +104,13 @@ impl Light {
         (size_of::<Self>() + size_of_val(&self.lights[..])) as u64
     }
 
-    /// The looks of slabs whose middles are `t` pixels deep, of cell `u` and growth `g` of the stored value there.
+    /// The looks of slabs, or samples, whose middles are `t` pixels deep, of coordinate `u` on a scale of values and
+    /// growth `g` of the value there. `eye` is a unit vector towards the eye, in the world.
     #[inline(always)]
     pub(super) fn shaded<S: Simd>(
         &self,
         simd: S,
-        (rays, packet, table): (&Rays, &Packet<S>, &Table),
+        (eye, scale): (Vec3<S>, ValueScale),
         found: Halves<S>,
         (u, g, t): (Lanes<S>, Option<Vec3<S>>, Lanes<S>),
     ) -> Halves<S> {
@@ -108,11 +121,11 @@ impl Light {
         let mut found = found;
         let mut emission = None;
         if self.has_tables {
-            (found, emission) = self.by_tables(simd, table, found, (u, facing.as_ref(), t));
+            (found, emission) = self.by_tables(simd, scale, found, (u, facing.as_ref(), t));
         }
         if self.shading.lighting.is_some() {
             let lit = match &facing {
-                Some(facing) => self.lit(simd, facing, self.towards_eye(simd, rays, packet)),
+                Some(facing) => self.lit(simd, facing, eye),
                 None => (
                     Vec3::splat(simd, [self.material.map_or(1.0, |m| m[0]); 3]),
                     Vec3::splat(simd, [0.0; 3]),
@@ -154,7 +167,7 @@ impl Light {
 
     /// Unit vectors towards the eye, in the world.
     #[inline(always)]
-    fn towards_eye<S: Simd>(&self, simd: S, rays: &Rays, packet: &Packet<S>) -> Vec3<S> {
+    pub(super) fn towards_eye<S: Simd>(&self, simd: S, rays: &Rays, packet: &Packet<S>) -> Vec3<S> {
         let splat = |v| Vec3::splat(simd, v);
         let [x, y] = packet.screen;
         let across = splat(self.right).scaled(x * rays.growth);
@@ -208,7 +221,7 @@ impl Light {
     fn by_tables<S: Simd>(
         &self,
         simd: S,
-        table: &Table,
+        scale: ValueScale,
         mut found: Halves<S>,
         (u, facing, t): (Lanes<S>, Option<&Facing<S>>, Lanes<S>),
     ) -> (Halves<S>, Option<Vec3<S>>) {
@@ -219,7 +232,7 @@ impl Light {
             if shows[i] <= 0.0 {
                 continue;
             }
-            let value = (f64::from(u[i]) - table.cell_of_zero) / table.cells_per_value;
+            let value = (f64::from(u[i]) - scale.of_zero) / scale.per_value;
             let (strength, normal) = match facing {
                 Some(facing) => {
                     (f64::from(facing.strength[i]), facing.normal.lane(i).map(f64::from))

@@ -8,20 +8,28 @@
 //! mask of the depths at which anything can show there, from bounds of the field in bricks of 4³ cells (those of
 //! B-splines by the Bézier points of the spline). And what a scene does not ask for is not in its loop.
 
+mod among;
 mod bricks;
 mod cells;
 mod composite;
+mod gather;
+mod grid;
 mod kernels;
 mod lanes;
 mod lattice;
+mod laying;
 mod light;
 mod marks;
 mod masks;
+mod nodes;
 mod passing;
 mod polygons;
 mod project;
 mod rays;
 mod renderer;
+mod samples;
+mod separable;
+mod splatted;
 mod supports;
 mod surfaces;
 mod table;
@@ -29,6 +37,8 @@ mod table;
 mod tests;
 mod walk;
 
+pub use nodes::Node;
 pub use rays::slab_thickness;
 pub use renderer::{Renderer, tile_count};
+pub use samples::samples_bytes;
 pub use supports::{Unsupported, stored_bytes, supports};

@@ -8,12 +8,12 @@ use fearless_simd::{Simd, prelude::*};
 
 use super::composite::{Gathered, Rule};
 use super::kernels::{Footprint, Kernels};
-use super::lanes::{LANES, Lanes, Look, Mask, Vec3, all, any, choose};
+use super::lanes::{LANES, Lanes, Look, Vec3, all, any, choose};
 use super::polygons::Polygons;
 use super::rays::{Packet, Rays, TILE};
 use super::surfaces::Ahead;
 use super::walk::{Pixel, block_of, corner_of, first_of, write_block};
-use crate::kernel::{FootprintPolynomial, SlabShare};
+use crate::kernel::{FootprintPolynomial, Rim, SlabShare};
 
 /// Less depth than this changes no picture.
 const LEAST_AMOUNT: f32 = 1e-7;
@@ -82,6 +82,12 @@ impl<'a, S: Simd> Passing<'a, S> {
         let kept = [kept[0], kept[0].max(kept[1])];
         let (next, end) = (i32::MIN, i32::MIN);
         Self { kernels, tile, entry: 0, next, end, taken: 0, kept, screen, slant }
+    }
+
+    /// Distance between the faces of the slabs of kernels.
+    #[inline(always)]
+    pub(super) fn thickness(&self) -> f32 {
+        self.kernels.thickness
     }
 
     /// The slab of kernels that one of the field lies in, as it is counted from near to far.
@@ -290,7 +296,11 @@ impl<'a, S: Simd> Passing<'a, S> {
 
 /// What a line at a squared distance of the middle, of the radius', has of a kernel.
 #[inline(always)]
-fn footprint<S: Simd>(simd: S, polynomial: &FootprintPolynomial, q: Lanes<S>) -> Lanes<S> {
+pub(super) fn footprint<S: Simd>(
+    simd: S,
+    polynomial: &FootprintPolynomial,
+    q: Lanes<S>,
+) -> Lanes<S> {
     let q = q.min(all(simd, 1.0));
     let u = q * 2.0 - 1.0;
     let mut sum = all(simd, 0.0);
@@ -298,7 +308,12 @@ fn footprint<S: Simd>(simd: S, polynomial: &FootprintPolynomial, q: Lanes<S>) ->
         sum = sum.mul_add(u, all(simd, c));
     }
     let inside = all(simd, 1.0) - q;
-    (sum * inside * inside).max(all(simd, 0.0))
+    let rim = match polynomial.rim {
+        Rim::Square => inside * inside,
+        Rim::Root => inside.sqrt(),
+    };
+    // The polynomial may fall a little below 0 at its rim.
+    (sum * rim).max(all(simd, 0.0))
 }
 
 /// The factors of a share (`kernel::SlabShare`) at a squared distance.
@@ -349,8 +364,7 @@ impl Alone<'_> {
         for block in 0..TILE * TILE / LANES as u32 {
             let Some(at) = block_of(self.rays, corner, block) else { continue };
             let packet = self.rays.packet(simd, at, [0.5; 2]);
-            let every = Mask::splat(simd, true);
-            let mut light = Gathered::none(simd, every, fragments.is_some());
+            let mut light = Gathered::none(simd, packet.in_picture, fragments.is_some());
             let mut ahead = fragments
                 .as_ref()
                 .map(|fragments| Ahead::new(simd, Some(fragments), first_of(block), kept, back));

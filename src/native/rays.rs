@@ -28,7 +28,7 @@ pub(super) struct Rays {
     scale: f32,
     pub growth: f32,
     /// Depth of the eye; very small when orthographic.
-    eye: f32,
+    pub eye: f32,
     /// Unit distances a pixel of depth.
     per_pixel: f32,
     /// Distance between faces of slabs.
@@ -52,6 +52,8 @@ pub(super) struct Packet<S: Simd> {
     /// Depths where it begins and ends; the same where nothing of it is looked at.
     pub enter: Lanes<S>,
     pub leave: Lanes<S>,
+    /// Its pixel is in the picture: the last block of a row may reach beyond.
+    pub in_picture: Mask<S>,
     /// Something of it is looked at.
     pub is_there: Mask<S>,
     /// It begins where the volume is cut, rather than at its border or at the eye.
@@ -140,7 +142,8 @@ impl Rays {
             leave = leave.min(lower.max(upper));
         }
         let ([enter, leave], is_cut) = self.cut(simd, [origin, direction], [enter, leave]);
-        let is_there = enter.simd_lt(leave);
+        let in_picture = x.simd_lt(all(simd, half[0])) & y.simd_gt(all(simd, -half[1]));
+        let is_there = enter.simd_lt(leave) & in_picture;
         let zero = all(simd, 0.0);
         let slant = (x * self.growth) * (x * self.growth) + (y * self.growth) * (y * self.growth);
         Packet {
@@ -148,6 +151,7 @@ impl Rays {
             direction,
             enter: choose(is_there, enter, zero),
             leave: choose(is_there, leave, zero),
+            in_picture,
             is_there,
             is_cut: is_cut & is_there,
             stretch: (slant + 1.0).sqrt() * self.per_pixel,

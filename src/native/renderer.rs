@@ -9,13 +9,17 @@ use fearless_simd::{Level, Simd};
 use rayon::prelude::*;
 
 use super::composite::Rule;
+use super::grid::Grid;
 use super::kernels::{Kernels, MOST_SLABS};
 use super::lattice::{Lattice, Method};
 use super::light::Light;
 use super::masks::Masks;
+use super::nodes::{Node, Nodes};
 use super::passing::Alone;
 use super::polygons::Polygons;
 use super::rays::{Rays, TILE};
+use super::samples::Samples;
+use super::splatted::{Splats, Splatted};
 use super::supports::Unsupported;
 use super::surfaces::Surfaces;
 use super::table::Table;
@@ -36,6 +40,10 @@ pub struct Renderer {
     level: Level,
     threads: Threads,
     fields: [Option<Field>; 2],
+    /// Of plans that shade first.
+    samples: Option<Samples>,
+    /// What making these took, until a picture of them is begun.
+    samples_ms: f64,
     /// Of lists, where the picture that was begun last has any.
     kernels: Option<Kernels>,
     polygons: Option<Polygons>,
@@ -91,10 +99,22 @@ struct Picture {
 /// What a picture is drawn from, beside fields, their tables and kernels of lists.
 #[derive(Debug)]
 struct Drawing {
-    /// `None` where kernels of lists have the stage to themselves.
-    of_field: Option<OfField>,
+    of: Of,
     rays: Rays,
     rule: Rule,
+}
+
+/// What of a volume it is drawn from.
+#[derive(Debug)]
+enum Of {
+    /// Kernels of lists, and polygons, have the stage to themselves.
+    Nothing,
+    /// Slabs of a field.
+    Field(Box<OfField>),
+    /// Its samples, where any can show.
+    Samples(Option<Box<Grid>>),
+    /// Boxes of its voxels.
+    Nodes(Box<Nodes>),
 }
 
 /// The same of a field.
@@ -108,21 +128,29 @@ struct OfField {
 }
 
 impl Drawing {
+    fn of_field(&self) -> Option<&OfField> {
+        match &self.of {
+            Of::Field(of) => Some(of),
+            Of::Nothing | Of::Samples(_) | Of::Nodes(_) => None,
+        }
+    }
+
     /// Bytes of memory: what nothing asks for takes none.
     fn size_bytes(&self) -> u64 {
-        let masks = self.of_field.as_ref().map_or(0, |of| of.masks.size_bytes());
-        masks + self.shading_bytes() + self.inside_bytes()
+        let masks = self.of_field().map_or(0, |of| of.masks.size_bytes());
+        let nodes = if let Of::Nodes(nodes) = &self.of { nodes.size_bytes() } else { 0 };
+        masks + nodes + self.shading_bytes() + self.inside_bytes()
     }
 
     /// Of them, lights and shading tables.
     fn shading_bytes(&self) -> u64 {
-        let light = self.of_field.as_ref().and_then(|of| of.light.as_ref());
+        let light = self.of_field().and_then(|of| of.light.as_ref());
         light.map_or(0, Light::size_bytes)
     }
 
     /// Of them, what lets the inside be seen.
     fn inside_bytes(&self) -> u64 {
-        let surfaces = self.of_field.as_ref().and_then(|of| of.surfaces.as_ref());
+        let surfaces = self.of_field().and_then(|of| of.surfaces.as_ref());
         surfaces.map_or(0, Surfaces::size_bytes) + size_of_val(&self.rays.clip[..]) as u64
     }
 }
@@ -154,6 +182,8 @@ impl Renderer {
             level,
             threads: Threads { count: threads, pool: OnceLock::new() },
             fields: [None, None],
+            samples: None,
+            samples_ms: 0.0,
             kernels: None,
             polygons: None,
             picture: None,
@@ -224,6 +254,48 @@ impl Renderer {
                 self.picture = None;
             }
         }
+        if self.samples.as_ref().is_some_and(|samples| !samples.are_of_volume(volume)) {
+            self.samples = None;
+            self.picture = None;
+        }
+    }
+
+    /// Whether the samples of a plan that shades first are there, or were begun.
+    pub fn holds_samples(&self, plan: &Plan) -> bool {
+        self.samples.as_ref().is_some_and(|samples| samples.are_of(plan))
+    }
+
+    /// Begins the samples of a plan that shades first, where they are not there: in how many bricks any can show, and how
+    /// many of these are filled.
+    pub fn begin_samples(&mut self, plan: &Plan) -> [usize; 2] {
+        let start = Instant::now();
+        if !self.holds_samples(plan) {
+            self.picture = None;
+            self.samples = None;
+            self.samples = self.threads.run(|| Samples::new(plan));
+            self.samples_ms = start.elapsed().as_secs_f64() * 1e3;
+            self.note_bytes();
+        }
+        let count = self.samples.as_ref().map_or(0, Samples::count);
+        let filled = self.samples.as_ref().map_or(0, Samples::filled);
+        [count, filled]
+    }
+
+    /// Fills some bricks of samples. Those before them are.
+    pub fn fill_samples(&mut self, bricks: Range<usize>) {
+        let start = Instant::now();
+        let level = self.level;
+        if let Some(samples) = &mut self.samples {
+            self.threads.run(|| samples.fill(level, bricks));
+        }
+        self.samples_ms += start.elapsed().as_secs_f64() * 1e3;
+    }
+
+    /// Lets go of samples: no picture of them will be drawn soon.
+    pub fn clear_samples(&mut self) {
+        if self.samples.take().is_some() {
+            self.picture = None;
+        }
     }
 
     /// Whether a field has a table.
@@ -258,11 +330,7 @@ impl Renderer {
         stop_below: f64,
     ) -> Result<(), Unsupported> {
         let start = Instant::now();
-        self.capped = 0;
-        self.stages.clear();
-        let mut pixels = self.picture.take().map(|picture| picture.pixels).unwrap_or_default();
-        pixels.clear();
-        pixels.resize(tile_count(plan.size) as usize * TILE_PIXELS, [0.0; 4]);
+        let pixels = self.cleared(plan.size);
         let old = self.kernels.take();
         if let Some(slabs) = kernels {
             let made = self.threads.run(|| Kernels::new(plan, slabs, old));
@@ -282,20 +350,67 @@ impl Renderer {
             self.note_stage("place_polygons", start);
         }
         let start = Instant::now();
+        let samples_ms = std::mem::take(&mut self.samples_ms);
         let drawing = match plan.field() {
-            Some(_) => self.of_field(plan, which, stop_below),
+            Some(_) if plan.reconstructs() => self.of_field(plan, which, stop_below),
+            Some(_) => {
+                if samples_ms > 0.0 {
+                    self.stages.push(("classify_samples", samples_ms, 1));
+                }
+                let samples = self.samples.as_ref().filter(|samples| samples.are_of(plan));
+                let grid = match samples {
+                    Some(samples) => Grid::new(plan, samples)?,
+                    None => None,
+                };
+                let rays = Rays::new(plan, [-0.5; 3], &[]);
+                let of = Of::Samples(grid.map(Box::new));
+                Some(Drawing { of, ..Self::drawing(plan, rays, stop_below) })
+            }
             None => {
                 let rays = Rays::new(plan, [-0.5; 3], &[]);
                 Some(Self::drawing(plan, rays, stop_below))
             }
         };
-        let masks_depths = drawing.as_ref().is_some_and(|drawing| drawing.of_field.is_some());
+        let masks_depths = drawing.as_ref().is_some_and(|drawing| drawing.of_field().is_some());
         self.picture = Some(Picture { size: plan.size, pixels, drawing });
         if masks_depths {
             self.note_stage("mask_depths", start);
         }
         self.note_bytes();
         Ok(())
+    }
+
+    /// Begins a picture of nothing but kernels that are shaded first, far to near, in the mode of a plan.
+    ///
+    /// # Errors
+    /// Kernels that lie in too many slabs.
+    pub fn begin_nodes(
+        &mut self,
+        plan: &Plan,
+        nodes: &[Node],
+        stop_below: f64,
+    ) -> Result<(), Unsupported> {
+        let start = Instant::now();
+        let pixels = self.cleared(plan.size);
+        (self.kernels, self.polygons) = (None, None);
+        let nodes = self.threads.run(|| Nodes::new(plan, nodes))?;
+        let rays = Rays::new(plan, [-0.5; 3], &[]);
+        let of = Of::Nodes(Box::new(nodes));
+        let drawing = Some(Drawing { of, ..Self::drawing(plan, rays, stop_below) });
+        self.picture = Some(Picture { size: plan.size, pixels, drawing });
+        self.note_stage("list_nodes", start);
+        self.note_bytes();
+        Ok(())
+    }
+
+    /// Pixels without light, of a picture that begins.
+    fn cleared(&mut self, size: [u32; 2]) -> Vec<Pixel> {
+        self.capped = 0;
+        self.stages.clear();
+        let mut pixels = self.picture.take().map(|picture| picture.pixels).unwrap_or_default();
+        pixels.clear();
+        pixels.resize(tile_count(size) as usize * TILE_PIXELS, [0.0; 4]);
+        pixels
     }
 
     /// What a plan with a field is drawn from, where that and its table are there.
@@ -316,13 +431,14 @@ impl Renderer {
             surfaces: Surfaces::of(plan),
             along,
         };
-        Some(Drawing { of_field: Some(of_field), ..Self::drawing(plan, rays, stop_below) })
+        let of = Of::Field(Box::new(of_field));
+        Some(Drawing { of, ..Self::drawing(plan, rays, stop_below) })
     }
 
     #[expect(clippy::cast_possible_truncation, reason = "rays have 32 bits, as the device's")]
     fn drawing(plan: &Plan, rays: Rays, stop_below: f64) -> Drawing {
         Drawing {
-            of_field: None,
+            of: Of::Nothing,
             rule: Rule {
                 middle: plan.mode.classify == Classify::After,
                 published: plan.mode.opacity_model == OpacityModel::Published,
@@ -345,10 +461,10 @@ impl Renderer {
         let Some(Picture { pixels, drawing: Some(drawing), .. }) = &mut self.picture else {
             return;
         };
-        let Drawing { of_field, rays, rule } = &*drawing;
+        let Drawing { of, rays, rule } = &*drawing;
         let (kernels, polygons, rule) = (self.kernels.as_ref(), self.polygons.as_ref(), *rule);
-        let what = match of_field {
-            Some(of) => {
+        let what = match of {
+            Of::Field(of) => {
                 let Some(Field { lattice, table: Some(table) }) = &self.fields[of.which as usize]
                 else {
                     return;
@@ -369,8 +485,20 @@ impl Renderer {
                     along => What::Values(scene, along),
                 }
             }
-            None if kernels.is_none() && polygons.is_none() => return,
-            None => What::Alone(Alone { rays, kernels, polygons, rule }),
+            Of::Samples(grid) => {
+                let splats = match (grid, &self.samples) {
+                    (Some(grid), Some(samples)) => Splats::Samples(grid, samples),
+                    _ if kernels.is_none() && polygons.is_none() => return,
+                    _ => Splats::Nothing,
+                };
+                What::Splatted(Splatted { rays, splats, kernels, polygons, rule })
+            }
+            Of::Nodes(nodes) => {
+                let splats = Splats::Nodes(nodes);
+                What::Splatted(Splatted { rays, splats, kernels, polygons, rule })
+            }
+            Of::Nothing if kernels.is_none() && polygons.is_none() => return,
+            Of::Nothing => What::Alone(Alone { rays, kernels, polygons, rule }),
         };
         let level = self.level;
         let capped = AtomicU64::new(0);
@@ -388,6 +516,8 @@ impl Renderer {
         let stage = match what {
             What::Slabs(_) => "walk_slabs",
             What::Values(..) => "project_values",
+            What::Splatted(Splatted { splats: Splats::Nodes(_), .. }) => "composite_nodes",
+            What::Splatted(_) => "gather_samples",
             What::Alone(_) => "composite_kernels",
         };
         self.note_stage(stage, start);
@@ -439,6 +569,7 @@ impl Renderer {
                 + picture.drawing.as_ref().map_or(0, Drawing::size_bytes)
         };
         self.fields.iter().flatten().map(of_field).sum::<u64>()
+            + self.samples.as_ref().map_or(0, Samples::size_bytes)
             + self.picture.as_ref().map_or(0, of_picture)
             + self.kernel_bytes()
             + self.polygon_bytes()
@@ -477,6 +608,8 @@ enum What<'a> {
     Slabs(Scene<'a>),
     /// Values along rays.
     Values(Scene<'a>, AlongRay),
+    /// Kernels that are shaded first, with all that lies among them.
+    Splatted(Splatted<'a>),
     /// Kernels of lists, and polygons, without a field.
     Alone(Alone<'a>),
 }
@@ -505,6 +638,7 @@ fn draw_with<S: Simd>(simd: S, what: &What<'_>, tile: usize, out: &mut [Pixel]) 
     }
     match what {
         What::Alone(alone) => vectorized!(alone.tile(simd, tile, out)),
+        What::Splatted(splatted) => vectorized!(splatted.tile(simd, tile, out)),
         What::Values(scene, along) => {
             let method = scene.lattice.method();
             vectorized!(scene.projected_tile(simd, method, *along, tile, out));

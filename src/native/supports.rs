@@ -1,8 +1,9 @@
 //! What of a plan this engine does not draw.
 
 use super::lattice::{Lattice, MOST_STORED};
+use crate::kernel::Kernel;
 use crate::plan::{Plan, Way};
-use crate::scene::SplatSettings;
+use crate::scene::{Backend, SplatSettings};
 
 /// Why a plan is not drawn, in words that stand after "the native engine does not draw".
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -20,9 +21,14 @@ pub fn supports(plan: &Plan) -> Result<(), Unsupported> {
     }
     match plan.way {
         Way::Slabs => {}
-        Way::Nothing => return Ok(()),
-        Way::Gathered => return refuse("samples that are shaded before they are put together yet"),
-        Way::Triangles | Way::Nodes => return refuse("splats as triangles"),
+        Way::Nothing | Way::Gathered => return Ok(()),
+        Way::Triangles | Way::Nodes
+            if plan.mode.backend == Backend::Raster || plan.mode.kernel == Kernel::Gouraud =>
+        {
+            return refuse("splats as triangles");
+        }
+        // Where nobody asked for triangles rays show the same, and in perspective more exactly.
+        Way::Triangles | Way::Nodes => return Ok(()),
     }
     match plan.field() {
         Some(field) => {

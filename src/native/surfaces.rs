@@ -168,7 +168,7 @@ impl Surfaces {
         let mut is_met = false;
         for &(value, colour, opacity) in &self.levels {
             #[expect(clippy::cast_possible_truncation, reason = "a cell")]
-            let level = all(simd, (table.cell_of_zero + table.cells_per_value * value) as f32);
+            let level = all(simd, (table.values.of_zero + table.values.per_value * value) as f32);
             let passes = cells[0].simd_lt(level) ^ cells[1].simd_lt(level);
             let passes = passes & is_slab;
             if !any(passes) {

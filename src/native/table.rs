@@ -6,6 +6,7 @@ use rayon::prelude::*;
 
 use super::lanes::{LANES, Lanes, Look, Mask, Vec3, all, any, choose, columns};
 use super::lattice::Lattice;
+use super::light::ValueScale;
 use crate::transfer::Cumulative;
 
 /// Part of a cell by which values are lifted, so that rounding does not take one out of the cell that
@@ -32,9 +33,8 @@ pub(super) struct Table {
     /// Cell of a stored value 0, and cells per unit of it.
     pub offset: f32,
     pub scale: f32,
-    /// Cell of a value 0, and cells per unit of value.
-    pub cell_of_zero: f64,
-    pub cells_per_value: f64,
+    /// Cells by value.
+    pub values: ValueScale,
     /// Bricks in which anything can show.
     pub visible: Vec<u32>,
 }
@@ -102,8 +102,7 @@ impl Table {
             no_data: of.no_data,
             offset: ((lattice.bias - of.low) * of.scale + LIFT_CELLS) as f32,
             scale: of.scale as f32,
-            cell_of_zero: LIFT_CELLS - of.low * of.scale,
-            cells_per_value: of.scale,
+            values: ValueScale { of_zero: LIFT_CELLS - of.low * of.scale, per_value: of.scale },
             visible: visible.map(|(brick, _)| brick as u32).collect(),
         }
     }

@@ -122,7 +122,7 @@ impl Scene<'_> {
         let has_triangles = W::MORE && fragments.is_some();
         // Kernels and triangles reach beyond the lattice.
         let reach_beyond = W::MORE && (kernels.is_some() || has_triangles);
-        let is_there = packet.is_there | Mask::splat(simd, reach_beyond);
+        let is_there = if reach_beyond { packet.in_picture } else { packet.is_there };
         let mut light = Gathered::none(simd, is_there, has_triangles);
         if !any(is_there) {
             return light.light(simd);
@@ -239,7 +239,8 @@ impl Scene<'_> {
                             None
                         };
                         let middle = ((near.u + far.u) * half, growth, (near.t + far.t) * half);
-                        found = Some(shader.shaded(simd, (rays, packet, table), slab, middle));
+                        let eye = shader.towards_eye(simd, rays, packet);
+                        found = Some(shader.shaded(simd, (eye, table.values), slab, middle));
                     }
                     found = self.with_holes(simd, packet, ts, found, false);
                     if let (Some(surfaces), Some(shader), Some(ahead)) =
@@ -308,7 +309,8 @@ impl Scene<'_> {
                     } else {
                         None
                     };
-                    slab = shader.shaded(simd, (rays, packet, table), slab, (cell, growth, t));
+                    let eye = shader.towards_eye(simd, rays, packet);
+                    slab = shader.shaded(simd, (eye, table.values), slab, (cell, growth, t));
                 }
                 found = Some(slab);
             }

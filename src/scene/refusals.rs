@@ -39,7 +39,7 @@ const RULES: &[(&[Effect], Rule)] = &[
     (&[Effect::Polygons], |scene| beside_projection(scene).or_else(|| beside_triangles(scene))),
     (INSIDE, |scene| (!scene.shows_field()).then_some(Ground::Hidden)),
     (INSIDE, |scene| {
-        let projects = scene.inside.along != AlongRay::Composite;
+        let projects = scene.inside.along != AlongRay::Composite && scene.shows_field();
         (projects && !scene.vectors().is_empty()).then_some(Ground::Vectors)
     }),
 ];

@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 
 use super::draw::{DrawError, Drawer, Observer};
+use super::engines::EngineKind;
 use super::slabs::STOP_BELOW;
 use crate::gpu::tile_count;
 use crate::kernel::Kernel;
@@ -57,9 +58,12 @@ pub struct Calibration {
 }
 
 impl Drawer {
-    /// What draws a plan at full quality in the window: what was chosen, or can; else the faster
-    /// one, or until that was measured the fixed rule's.
+    /// What draws a plan at full quality in the window: what was chosen, or can (the native engine has tiles alone);
+    /// else the faster one, or until that was measured the fixed rule's.
     pub fn window_backend(&self, plan: &Plan) -> Backend {
+        if self.engines.of_plan(plan) == EngineKind::Native {
+            return Backend::Tiles;
+        }
         let measured = self.back_end_times(plan);
         measured.map_or_else(|| plan.backend(), |times| times.faster())
     }
@@ -72,7 +76,7 @@ impl Drawer {
 
     /// Whether the faster back end for a plan is still to be found.
     pub fn is_to_be_calibrated(&self, plan: &Plan) -> bool {
-        plan.is_backend_open() && self.back_end_times(plan).is_none()
+        !self.is_native() && plan.is_backend_open() && self.back_end_times(plan).is_none()
     }
 
     /// Times a sixteenth of the tiles of a picture that took triangles `raster_ms`, and remembers

@@ -59,6 +59,12 @@ impl Classified {
         self.volume.lattice.axes().determinant().abs().cbrt() / self.unit_distance
     }
 
+    /// Whether it is a plan's volume under its function.
+    fn is_of(&self, plan: &Plan) -> bool {
+        let is_of = |f: &Field| Arc::ptr_eq(&self.volume, &f.volume) && self.transfer == f.transfer;
+        plan.field().is_some_and(is_of)
+    }
+
     /// The octree, if all of it is there.
     pub(super) fn whole(&self) -> Option<&Arc<Pyramid>> {
         self.pyramid.as_ref().filter(|pyramid| pyramid.is_whole())
@@ -202,11 +208,7 @@ impl Drawer {
 
     /// Lets go of an octree of another volume or function than a plan's.
     fn forget_other_volumes(&mut self, plan: &Plan) {
-        let is_of = |c: &Classified| {
-            let field = plan.field();
-            field.is_some_and(|f| Arc::ptr_eq(&c.volume, &f.volume) && c.transfer == f.transfer)
-        };
-        if !self.classified.as_ref().is_some_and(is_of) {
+        if !self.classified.as_ref().is_some_and(|classified| classified.is_of(plan)) {
             self.classified = None;
         }
     }
@@ -229,7 +231,11 @@ impl Drawer {
         }
         if self.is_native() {
             self.forget_other_volumes(plan);
-            return self.prepare_native(plan, &mut Unless { ticket, observer: &mut () });
+            let mut observer = Unless { ticket, observer: &mut () };
+            if self.gathers(plan) {
+                return self.prepare_preview_field(plan, &mut observer);
+            }
+            return self.prepare_native(plan, &mut observer);
         }
         let needs_octree = self.reduction(plan, budget_ms).is_none();
         self.classify(plan, true, ticket)?;
@@ -362,9 +368,14 @@ impl Drawer {
         self.pyramid().map_or(0.0, |pyramid| pyramid.error_for_count(count))
     }
 
-    /// Entries of the table whose transmittance is at its floor.
-    pub fn capped_count(&self) -> usize {
-        self.classified.as_ref().map_or(0, |c| c.table.capped_count)
+    /// Entries of a plan's table whose transmittance is at its floor.
+    pub fn capped_count(&self, plan: &Plan) -> usize {
+        let Some(Field { volume, transfer, .. }) = plan.field() else { return 0 };
+        match self.classified.as_ref().filter(|c| c.is_of(plan)) {
+            Some(classified) => classified.table.capped_count,
+            // The native engine has integrals of the function, and no such table.
+            None => Table::new(transfer, volume.samples.scalar_type()).capped_count,
+        }
     }
 
     /// Bytes of host memory the hierarchy takes.

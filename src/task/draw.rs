@@ -9,6 +9,7 @@ use crate::gpu::layout::Record;
 use crate::gpu::{GpuError, Renderer, Scattered};
 use crate::hierarchy::{Cut, CutLimits, CutNode};
 use crate::kernel::{Kernel, RadialKernel};
+use crate::native::Node;
 use crate::plan::{Plan, SlabField, Way};
 use crate::scene::{
     Backend, Background, Classify, CutSettings, OpacityModel, SplatSettings, View, Visibility,
@@ -253,13 +254,7 @@ impl Drawer {
     ) -> Result<Drawn, DrawError> {
         self.kept_cut = None;
         self.turn_to(plan);
-        let is_of_octree = match rung {
-            Rung::Octree { .. } | Rung::Subsampled { .. } | Rung::Cheaper(_) => {
-                plan.kernels.is_empty()
-            }
-            Rung::Coarse { .. } | Rung::Reduced { .. } | Rung::Full => false,
-        };
-        if self.engine == EngineKind::Native && !is_of_octree {
+        if self.engine_of(plan, rung) == EngineKind::Native {
             self.engines.note(EngineKind::Native);
             self.prepare_native(plan, observer)?;
             return self.draw_rung(plan, rung, observer);
@@ -269,6 +264,21 @@ impl Drawer {
         }
         self.engines.note(EngineKind::Gpu);
         self.within(plan, |drawer| drawer.draw_rung(plan, rung, observer))
+    }
+
+    /// Which engine draws a rung of a plan: triangles, of which octree cuts are where a mode asks for them, are the GPU
+    /// engine's.
+    pub fn engine_of(&self, plan: &Plan, rung: Rung) -> EngineKind {
+        let is_of_octree = match rung {
+            Rung::Octree { .. } | Rung::Subsampled { .. } | Rung::Cheaper(_) => {
+                plan.kernels.is_empty()
+            }
+            Rung::Coarse { .. } | Rung::Reduced { .. } | Rung::Full => false,
+        };
+        match is_of_octree && !draws_nodes(&plan.mode, rung) {
+            true => EngineKind::Gpu,
+            false => self.engines.of_plan(plan),
+        }
     }
 
     /// Has the prices of the engine that draws a plan at hand.
@@ -334,6 +344,12 @@ impl Drawer {
                 let limits = CutLimits { finest_level: level, ..cut_limits(&plan.mode, 0.0) };
                 self.cut(plan, limits, observer)
             }
+            Rung::Cheaper(kernel) if self.engines.drew() == EngineKind::Native => {
+                // Voxel by voxel, as triangles would be.
+                let mode =
+                    SplatSettings { kernel, backend: Backend::Tiles, ..plan.mode.previewed() };
+                self.natively(&plan.in_mode(mode), SlabField::Own, observer)
+            }
             Rung::Cheaper(kernel) => self.grid(plan, kernel, observer),
             Rung::Reduced { field, shrink } => {
                 self.reduced(plan, Reduction { field, shrink }, observer)
@@ -348,8 +364,8 @@ impl Drawer {
         plan: &Plan,
         observer: &mut dyn Observer,
     ) -> Result<Drawn, DrawError> {
-        if self.engines.of_plan(plan) == EngineKind::Native {
-            return self.native_slabs(plan, SlabField::Own, observer);
+        if self.engines.of_plan(plan) == EngineKind::Native && plan.way != Way::Nodes {
+            return self.natively(plan, SlabField::Own, observer);
         }
         match plan.way {
             Way::Nothing => self.nothing(plan),
@@ -406,31 +422,39 @@ impl Drawer {
             Kernel::Point => missing_rmse(&cut, f64::from(size[0]) * f64::from(size[1])),
             _ => 0.0,
         };
-        let view = plan.at_size(smaller, 1.0).view();
-        self.begin(plan, &view, plan.mode.kernel.splatted())?;
+        let is_native = self.engines.drew() == EngineKind::Native;
+        let smaller_plan = plan.at_size(smaller, 1.0);
+        if !is_native {
+            self.begin(plan, &smaller_plan.view(), plan.mode.kernel.splatted())?;
+        }
         // So that it hides as much as what follows it: nobody wants to see a flash.
         let factor = match (RadialKernel::new(plan.mode.kernel.splatted(), None), self.pyramid()) {
             (Some(_), Some(pyramid)) => pyramid.thinning.factor(&cut.nodes),
             _ => 1.0,
         };
-        let thinner = |mut record: Record| {
-            record.extinction *= factor;
-            record
-        };
-        let records: Vec<Record> = cut.nodes.iter().map(record).map(thinner).collect();
-        // A preview: triangles draw large splats quicker, unless someone asked for tiles.
-        if previews_by_lists(&plan.mode) {
-            self.draw_lists(plan, &view, &records, observer)?;
+        let count = cut.nodes.len() as u64;
+        if is_native {
+            let thinner = |node: Node| Node { extinction: node.extinction * factor, ..node };
+            let nodes: Vec<Node> = cut.nodes.iter().map(node).map(thinner).collect();
+            self.native_nodes(&smaller_plan, &nodes, observer)?;
         } else {
-            self.draw_records(&records, observer)?;
+            let thinner =
+                |record: Record| Record { extinction: record.extinction * factor, ..record };
+            let records: Vec<Record> = cut.nodes.iter().map(record).map(thinner).collect();
+            // A preview: triangles draw large splats quicker, unless someone asked for tiles.
+            if previews_by_lists(&plan.mode) {
+                self.draw_lists(plan, &smaller_plan.view(), &records, observer)?;
+            } else {
+                self.draw_records(&records, observer)?;
+            }
         }
         let wall_ms = start.elapsed().as_secs_f64() * 1e3;
-        self.costs.learn(records.len() as u64, fragments / (shrink * shrink), wall_ms);
+        self.costs.learn(count, fragments / (shrink * shrink), wall_ms);
         self.keep(cut, limits);
         Ok(Drawn {
             size: smaller,
-            kernels: records.len() as u64,
-            nodes: records.len() as u64,
+            kernels: count,
+            nodes: count,
             max_error,
             missing_rmse,
             wall_ms,
@@ -468,21 +492,31 @@ impl Drawer {
         limits: CutLimits,
         observer: &mut dyn Observer,
     ) -> Result<Drawn, DrawError> {
+        let is_native = self.engines.drew() == EngineKind::Native;
+        if is_native {
+            self.prepare_octree(plan, false, observer)?;
+        }
         let start = Instant::now();
         let (size, view) = (plan.size, plan.view());
         let cut = self.cut_of(plan, &view, limits);
-        let records: Vec<Record> = cut.nodes.iter().map(record).collect();
-        self.begin(plan, &view, plan.mode.kernel.splatted())?;
-        if lists_cut(&plan.mode) {
-            self.draw_lists(plan, &view, &records, observer)?;
+        let count = cut.nodes.len() as u64;
+        if is_native {
+            let nodes: Vec<Node> = cut.nodes.iter().map(node).collect();
+            self.native_nodes(plan, &nodes, observer)?;
         } else {
-            self.draw_records(&records, observer)?;
+            let records: Vec<Record> = cut.nodes.iter().map(record).collect();
+            self.begin(plan, &view, plan.mode.kernel.splatted())?;
+            if lists_cut(&plan.mode) {
+                self.draw_lists(plan, &view, &records, observer)?;
+            } else {
+                self.draw_records(&records, observer)?;
+            }
         }
         self.keep(cut, limits);
         Ok(Drawn {
             size,
-            kernels: records.len() as u64,
-            nodes: records.len() as u64,
+            kernels: count,
+            nodes: count,
             max_error: limits.max_error,
             wall_ms: start.elapsed().as_secs_f64() * 1e3,
             ..Drawn::default()
@@ -615,6 +649,17 @@ pub(super) fn shrunk(size: [u32; 2], shrink: f64) -> [u32; 2] {
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "1..=size")]
     let smaller = size.map(|n| (f64::from(n) / shrink).round().max(1.0) as u32);
     smaller
+}
+
+/// Whether the native engine draws the kernels of an octree, or voxel by voxel: all but triangles.
+fn draws_nodes(mode: &SplatSettings, rung: Rung) -> bool {
+    let kernel = if let Rung::Cheaper(kernel) = rung { kernel } else { mode.kernel };
+    mode.backend != Backend::Raster && kernel != Kernel::Gouraud
+}
+
+fn node(CutNode { low, size, node, .. }: &CutNode) -> Node {
+    let colour = node.colour.map(|c| f32::from(c) / f32::from(u16::MAX));
+    Node { low: *low, size: *size, extinction: node.extinction, colour }
 }
 
 fn record(node: &CutNode) -> Record {

@@ -11,9 +11,9 @@ use crate::core::memory;
 use crate::gpu::timing::Timer;
 use crate::gpu::{GpuError, PassTime};
 use crate::kernel::Kernel;
-use crate::native::tile_count;
+use crate::native::{self, Node, Unsupported, tile_count};
 use crate::plan::{Field, Plan, SlabField};
-use crate::scene::SplatSettings;
+use crate::scene::{Classify, SplatSettings, Visibility};
 use crate::transfer::{Table, TransferFunction};
 use crate::volume::{Scalar, ScalarVolume};
 use crate::with_samples;
@@ -21,11 +21,29 @@ use rayon::prelude::*;
 
 /// Tiles in the first piece, before any was timed.
 const FIRST_TILES: u32 = 64;
+/// Bricks of samples in the first piece.
+const FIRST_BRICKS: usize = 512;
 
 /// Pictures of more pixels than this ask for memory first: looking how much is free takes a while.
 const MANY_PIXELS: u64 = 1 << 23;
 /// A pixel in tiles, in rows, and on its way to a file.
 const BYTES_A_PIXEL: u64 = 48;
+
+/// What the kernels of an octree cut are laid down in: they lie in no sheet of the lattice, and stand in for a
+/// reconstructed field one by one.
+fn mode_of_nodes(mode: &SplatSettings) -> SplatSettings {
+    match mode.visibility {
+        Visibility::Slabs if mode.classify == Classify::Before => *mode,
+        Visibility::Slabs => mode.previewed(),
+        _ => SplatSettings { visibility: Visibility::EverySample, ..*mode },
+    }
+}
+
+/// What the native engine finds out only once it begins a picture.
+fn refusal(reason: Unsupported) -> DrawError {
+    let sentence = format!("the native engine does not draw {reason}; --engine gpu may");
+    GpuError::Unsupported(sentence).into()
+}
 
 impl Drawer {
     /// Slabs of a field, by the engine that draws the plan.
@@ -36,7 +54,7 @@ impl Drawer {
         observer: &mut dyn Observer,
     ) -> Result<Drawn, DrawError> {
         match self.engines.of_plan(plan) {
-            EngineKind::Native => self.native_slabs(plan, which, observer),
+            EngineKind::Native => self.natively(plan, which, observer),
             EngineKind::Gpu => self.slabs(plan, which, observer),
         }
     }
@@ -66,7 +84,7 @@ impl Drawer {
     }
 
     /// The picture of a plan that the native engine supports, from one of its fields.
-    pub(super) fn native_slabs(
+    pub(super) fn natively(
         &mut self,
         plan: &Plan,
         which: SlabField,
@@ -78,31 +96,14 @@ impl Drawer {
             memory::require("the picture", pixels * BYTES_A_PIXEL, memory::free_bytes())?;
         }
         let start = Instant::now();
+        self.prepare_samples(plan, observer)?;
         let view = plan.view();
         let vectors = self.prepare_vectors(plan, &view, (which, 0), observer)?;
         let slabs = vectors.as_ref().map(PictureVectors::slabs);
         let begun = self.engines.native.begin(plan, which, slabs, STOP_BELOW);
-        begun.map_err(|reason| {
-            GpuError::Unsupported(format!(
-                "the native engine does not draw {reason}; --engine gpu may"
-            ))
-        })?;
+        begun.map_err(refusal)?;
         let lists_ms = if slabs.is_some() { start.elapsed().as_secs_f64() * 1e3 } else { 0.0 };
-        let total = tile_count(plan.size);
-        let (mut done, mut piece) = (0, FIRST_TILES);
-        while done < total {
-            let begin = Instant::now();
-            let end = (done + piece).min(total);
-            self.engines.native.draw_tiles(done..end);
-            let rate = f64::from(end - done) / (begin.elapsed().as_secs_f64() * 1e3).max(0.01);
-            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
-            let fitting = (rate * observer.piece_ms()).clamp(8.0, f64::from(piece) * 4.0) as u32;
-            (done, piece) = (end, fitting);
-            let share = f64::from(done) / f64::from(total);
-            if observer.piece_done(&mut self.engines, share) {
-                return Err(DrawError::Interrupted);
-            }
-        }
+        self.native_tiles(plan.size, observer)?;
         let wall_ms = start.elapsed().as_secs_f64() * 1e3;
         let are_alone = plan.is_of_kernels_alone();
         let visits = vectors.as_ref().map_or(0.0, PictureVectors::visits);
@@ -118,6 +119,73 @@ impl Drawer {
             lists_ms,
             ..Drawn::default()
         })
+    }
+
+    /// The tiles of a picture that the native engine has begun, some at a time.
+    fn native_tiles(
+        &mut self,
+        size: [u32; 2],
+        observer: &mut dyn Observer,
+    ) -> Result<(), DrawError> {
+        let total = tile_count(size);
+        let (mut done, mut piece) = (0, FIRST_TILES);
+        while done < total {
+            let begin = Instant::now();
+            let end = (done + piece).min(total);
+            self.engines.native.draw_tiles(done..end);
+            let rate = f64::from(end - done) / (begin.elapsed().as_secs_f64() * 1e3).max(0.01);
+            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
+            let fitting = (rate * observer.piece_ms()).clamp(8.0, f64::from(piece) * 4.0) as u32;
+            (done, piece) = (end, fitting);
+            let share = f64::from(done) / f64::from(total);
+            if observer.piece_done(&mut self.engines, share) {
+                return Err(DrawError::Interrupted);
+            }
+        }
+        Ok(())
+    }
+
+    /// A picture of the nodes of an octree cut, far to near, by the native engine.
+    pub(super) fn native_nodes(
+        &mut self,
+        plan: &Plan,
+        nodes: &[Node],
+        observer: &mut dyn Observer,
+    ) -> Result<(), DrawError> {
+        let plan = plan.in_mode(mode_of_nodes(&plan.mode));
+        let begun = self.engines.native.begin_nodes(&plan, nodes, STOP_BELOW);
+        begun.map_err(refusal)?;
+        self.native_tiles(plan.size, observer)
+    }
+
+    /// Has the samples of a plan that shades first at hand, some bricks at a time.
+    fn prepare_samples(
+        &mut self,
+        plan: &Plan,
+        observer: &mut dyn Observer,
+    ) -> Result<(), DrawError> {
+        if plan.reconstructs() || plan.field().is_none() {
+            return Ok(());
+        }
+        if !self.engines.native.holds_samples(plan) {
+            let bytes = native::samples_bytes(plan);
+            memory::require("samples beside their volume", bytes, memory::free_bytes())?;
+        }
+        let [total, mut done] = self.engines.native.begin_samples(plan);
+        let mut piece = FIRST_BRICKS;
+        while done < total {
+            let begin = Instant::now();
+            let end = (done + piece).min(total);
+            self.engines.native.fill_samples(done..end);
+            let rate = (end - done) as f64 / (begin.elapsed().as_secs_f64() * 1e3).max(0.01);
+            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
+            let fitting = (rate * observer.piece_ms()).clamp(64.0, piece as f64 * 4.0) as usize;
+            (done, piece) = (end, fitting);
+            if observer.piece_done(&mut self.engines, 0.0) {
+                return Err(DrawError::Interrupted);
+            }
+        }
+        Ok(())
     }
 
     /// What quick pictures are drawn from, where the native engine draws: without a field there would be nothing.

@@ -296,9 +296,13 @@ pub(super) fn draw(
         timed_frame_ms = Some(timed_ms + presenting);
         drawer.stop_timing();
     }
-    let backend = backend_of(rung, &drawn, &plan);
+    let backend = match drawer.engines.drew() {
+        // Lists and rays by tiles, whatever is drawn.
+        EngineKind::Native => Backend::Tiles,
+        EngineKind::Gpu => backend_of(rung, &drawn, &plan),
+    };
     let kernels_active = drawer.count_active(&plan);
-    if drawer.engines.drew() == EngineKind::Native {
+    if drawer.engines.drew() == EngineKind::Native && drawn.nodes == 0 {
         drawn.kernels = kernels_active;
     }
     let is_full = rung == Rung::Full;
@@ -342,7 +346,7 @@ pub(super) fn draw(
         measured_rmse,
         convergence,
         cells,
-        capped_opacities: drawer.capped_count(),
+        capped_opacities: drawer.capped_count(&plan),
     })
 }
 

@@ -5,7 +5,6 @@ use std::sync::{LazyLock, Mutex, PoisonError};
 use voxsplat::core::Ticket;
 use voxsplat::gpu::{AdapterChoice, Context, GpuError, Renderer, Wishes};
 use voxsplat::hierarchy::Cut;
-use voxsplat::native::supports;
 use voxsplat::plan::{Plan, SlabField};
 use voxsplat::scene::Scene;
 use voxsplat::task::draw::{DrawError, Drawer, Rung};
@@ -61,9 +60,11 @@ pub(crate) fn native() -> Drawer {
 }
 
 /// Whether the native engine draws a row by itself.
-pub(crate) fn is_native(row: &Row, scene: &Scene) -> bool {
-    let is_of_field = matches!(row.rung, Rung::Full | Rung::Reduced { field: SlabField::Own, .. });
-    is_of_field && scenes::refusal(scene).is_none() && supports(&Plan::of(scene, row.size)).is_ok()
+pub(crate) fn is_native(drawer: &Drawer, row: &Row, scene: &Scene) -> bool {
+    // Of fields for previews it has none that are means.
+    let is_preview = matches!(row.rung, Rung::Reduced { field: SlabField::Preview, .. });
+    let engine = || drawer.engine_of(&Plan::of(scene, row.size), row.rung);
+    !is_preview && scenes::refusal(scene).is_none() && engine() == EngineKind::Native
 }
 
 /// The table, drawn by whoever asks first; `None` where there is no device and that is allowed.
@@ -74,10 +75,12 @@ pub(crate) fn table() -> Option<&'static Table> {
         let mut drawer = Drawer::new(Renderer::new(context));
         drawer.keeps_cut = true;
         let mut native = native();
+        native.keeps_cut = true;
         let drawn = |row: Row| {
             let scene = row.scene();
             let outcome = draw(&mut drawer, &row, &scene);
-            let natively = is_native(&row, &scene).then(|| draw(&mut native, &row, &scene));
+            let natively =
+                is_native(&native, &row, &scene).then(|| draw(&mut native, &row, &scene));
             Drawn { row, scene, outcome, native: natively }
         };
         let rows = rows().into_iter().map(drawn).collect();

@@ -185,8 +185,7 @@ fn thirty_scenes_have_the_plans_they_should() {
             &[projected, alone, polygons],
             Slabs,
             [0, 1, 1, 0],
-            // Vectors are there, and the field is hidden.
-            &[E::Projection, E::Projection],
+            &[E::Projection],
         ),
         (
             "opened, projected, vectors",

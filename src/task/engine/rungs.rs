@@ -14,7 +14,7 @@ use crate::plan::{Plan, Way};
 use crate::scene::{Backend, Classify, Effect, Inside, Scene, Shading, SplatSettings};
 use crate::task::cells::CutSource;
 use crate::task::draw::{DrawError, Drawer, Drawn, Observer, PIECE_MS, Rung, background_light};
-use crate::task::engines::Canvas;
+use crate::task::engines::{Canvas, EngineKind};
 use crate::task::estimate::{self, Checked, Coarseness};
 use crate::task::level::LevelOfDetail;
 use crate::task::previews::Reduction;
@@ -227,7 +227,7 @@ impl Worker {
         let mut rungs = match ladder {
             // Samples that are shaded first have fields before them, and cost about as much a ray.
             Ladder::Octree
-                if matches!(plan.way, Way::Nothing | Way::Slabs) || plan.is_gathered() =>
+                if matches!(plan.way, Way::Nothing | Way::Slabs) || drawer.gathers(plan) =>
             {
                 let rays = f64::from(plan.size[0]) * f64::from(plan.size[1]);
                 let full_ms = rays * drawer.costs.ray_ms;
@@ -362,7 +362,16 @@ impl Worker {
                 let backend = drawer.window_backend(&plan);
                 plan.in_mode(SplatSettings { backend, ..plan.mode })
             }
-            false => plan.previewed(),
+            false => {
+                let previewed = plan.previewed();
+                match drawer.engines.of_plan(&plan) {
+                    EngineKind::Native => {
+                        let mode = SplatSettings { backend: Backend::Tiles, ..previewed.mode };
+                        previewed.in_mode(mode)
+                    }
+                    EngineKind::Gpu => previewed,
+                }
+            }
         };
         let drawn = drawer.draw(&plan, rung, &mut watch);
         if matches!((rung, manner), (Rung::Coarse { .. }, Manner::InPieces { .. })) {
