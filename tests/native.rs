@@ -11,8 +11,8 @@ use voxsplat::gpu::{AdapterChoice, has_hardware};
 use voxsplat::kernel::Kernel;
 use voxsplat::polygons::Mesh;
 use voxsplat::scene::{
-    self, Backend, Clip, ClipBox, Inside, Lighting, PolygonLayer, SampleSource, Scene, SplatSettings,
-    VectorLayer, Visibility,
+    self, Backend, Clip, ClipBox, Inside, Lighting, PolygonLayer, SampleSource, Scene,
+    SplatSettings, VectorLayer, Visibility,
 };
 use voxsplat::task::engine::{
     Choice, Effort, Engine, EngineChoice, EngineKind, FrameRequest, Ladder, Picture,

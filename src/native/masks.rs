@@ -1,4 +1,4 @@
-//! At which depths anything can show in each tile of a picture.
+//! At which depths anything can show in each part of a picture.
 
 use rayon::prelude::*;
 
@@ -7,12 +7,16 @@ use super::rays::{Rays, TILE};
 
 /// Segments of depth, a bit each.
 const SEGMENTS: i32 = 64;
+/// Edge of a patch, pixels: a few to a tile, as those of quick pictures have many voxels before them.
+const PATCH: u32 = 4;
 
-/// For each tile the slabs in which anything can show, in segments of equal length.
+/// For each patch the slabs in which anything can show, in segments of equal length.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(super) struct Masks {
-    /// A bit a segment, a word a tile, rows from the top.
+    /// A bit a segment, a word a patch, rows from the top.
     words: Vec<u64>,
+    /// Patches along a row.
+    across: usize,
     /// The slab in which the first segment begins, and the slabs of a segment.
     first: i32,
     length: i32,
@@ -21,8 +25,8 @@ pub(super) struct Masks {
 impl Masks {
     /// Of the bricks that show.
     pub(super) fn new(rays: &Rays, bricks: &Bricks, dims: [usize; 3], visible: &[u32]) -> Self {
-        let [across, down] = rays.tiles().map(|n| n as usize);
-        let mut masks = Self { words: vec![0; across * down], first: 0, length: 1 };
+        let [across, down] = patches(rays).map(|n| n as usize);
+        let mut masks = Self { words: vec![0; across * down], across, first: 0, length: 1 };
         let landed: Vec<Landed> =
             visible.par_iter().map(|&brick| Landed::of(rays, bricks, dims, brick)).collect();
         let Some((first, last)) = landed
@@ -59,9 +63,15 @@ impl Masks {
         masks
     }
 
-    /// Whether anything can show in a tile.
-    pub(super) fn shows(&self, tile: usize) -> bool {
-        self.words[tile] != 0
+    /// Whether anything can show in the tile that begins with a pixel.
+    pub(super) fn shows(&self, corner: [u32; 2]) -> bool {
+        let [left, top] = corner.map(|n| (n / PATCH) as usize);
+        let patches = (TILE / PATCH) as usize;
+        self.words
+            .chunks_exact(self.across)
+            .skip(top)
+            .take(patches)
+            .any(|row| row[left..(left + patches).min(self.across)].iter().any(|&word| word != 0))
     }
 
     /// Bytes of memory.
@@ -69,17 +79,18 @@ impl Masks {
         size_of_val(&self.words[..]) as u64
     }
 
-    /// Runs of slabs, first and last, in which anything can show in a tile between two slabs.
+    /// Runs of slabs, first and last, in which anything can show about a pixel between two slabs.
     #[inline]
     pub(super) fn runs(
         &self,
-        tile: usize,
+        pixel: [u32; 2],
         [first, last]: [i32; 2],
     ) -> impl DoubleEndedIterator<Item = [i32; 2]> + use<> {
         let (begin, length) = (self.first, self.length);
         let mut runs = [[0; 2]; 33];
         let mut count = 0;
-        let mut word = self.words[tile];
+        let [x, y] = pixel.map(|n| (n / PATCH) as usize);
+        let mut word = self.words[y * self.across + x];
         while word != 0 {
             let low = word.trailing_zeros();
             let ones = (!(word >> low)).trailing_zeros().min(64 - low);
@@ -95,7 +106,12 @@ impl Masks {
     }
 }
 
-/// Where a brick lands: tiles, the last ones exclusive, and slabs, inclusive.
+/// Patches across and down.
+fn patches(rays: &Rays) -> [u32; 2] {
+    rays.size.map(|n| n.div_ceil(PATCH))
+}
+
+/// Where a brick lands: patches, the last ones exclusive, and slabs, inclusive.
 struct Landed {
     left: u32,
     right: u32,
@@ -138,17 +154,17 @@ impl Landed {
                 }
             }
         }
-        let tile =
-            |pixels: f64, most: u32| (pixels / f64::from(TILE)).clamp(0.0, f64::from(most)) as u32;
-        let [across, down] = rays.tiles();
+        let floor =
+            |pixels: f64, most: u32| (pixels / f64::from(PATCH)).clamp(0.0, f64::from(most)) as u32;
+        let [across, down] = patches(rays);
         let ceil = |pixels: f64, most: u32| {
-            (pixels / f64::from(TILE)).ceil().clamp(0.0, f64::from(most)) as u32
+            (pixels / f64::from(PATCH)).ceil().clamp(0.0, f64::from(most)) as u32
         };
         let step = f64::from(rays.step);
         Self {
-            left: tile(low[0] + half_size[0] - SLACK, across),
+            left: floor(low[0] + half_size[0] - SLACK, across),
             right: ceil(high[0] + half_size[0] + SLACK, across),
-            top: tile(half_size[1] - high[1] - SLACK, down),
+            top: floor(half_size[1] - high[1] - SLACK, down),
             bottom: ceil(half_size[1] - low[1] + SLACK, down),
             slabs: [
                 ((depths[0] - SLACK) / step).floor() as i32,

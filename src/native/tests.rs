@@ -134,7 +134,6 @@ fn masks_leave_out_nothing_that_shows_and_much_that_does_not() {
         let (mut shown, mut looked, mut all_of_them) = (0, 0, 0);
         for y in (0..47).step_by(2) {
             for x in (0..53).step_by(4) {
-                let tile = (y / 8 * 7 + x / 8) as usize;
                 let (level, method) = (Level::new(), lattice.method());
                 dispatch!(level, simd => {
                     let packet = rays.packet(simd, [x, y], [0.5; 2]);
@@ -142,7 +141,7 @@ fn masks_leave_out_nothing_that_shows_and_much_that_does_not() {
                         return;
                     }
                     let [first, last] = packet.slabs(simd, rays.step);
-                    let runs: Vec<[i32; 2]> = masks.runs(tile, [first, last]).collect();
+                    let runs: Vec<[i32; 2]> = masks.runs([x, y], [first, last]).collect();
                     for slab in first..=last {
                         let has = runs.iter().any(|run| (run[0]..=run[1]).contains(&slab));
                         all_of_them += 1;

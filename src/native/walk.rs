@@ -69,8 +69,8 @@ impl Scene<'_> {
     }
 
     /// Whether anything can be seen in a tile.
-    fn is_empty(&self, tile: usize) -> bool {
-        !self.masks.shows(tile) && !self.surfaces.is_some_and(Surfaces::are_everywhere)
+    fn is_empty(&self, corner: [u32; 2]) -> bool {
+        !self.masks.shows(corner) && !self.surfaces.is_some_and(Surfaces::are_everywhere)
     }
 
     /// Draws a tile; opacities that were over 1, and lowered to it.
@@ -88,7 +88,7 @@ impl Scene<'_> {
         let kernels = self.kernels.filter(|_| W::MORE);
         let kernels = kernels.map(|kernels| (kernels, Kept::new(simd, kernels, corner)));
         let mut kernels = kernels.filter(|(_, kept)| !kept.is_empty());
-        if self.is_empty(tile) && kernels.is_none() && fragments.is_none() {
+        if self.is_empty(corner) && kernels.is_none() && fragments.is_none() {
             return 0;
         }
         let side = self.rays.side;
@@ -101,7 +101,7 @@ impl Scene<'_> {
                 let part = [i % side, i / side].map(|n| (n as f32 + 0.5) / side as f32);
                 let packet = self.rays.packet(simd, at, part);
                 let others = (kernels.as_mut(), fragments.as_ref().map(|f| (f, block)));
-                let light = self.walk::<S, W>(simd, method, (tile, others), &packet, &mut capped);
+                let light = self.walk::<S, W>(simd, method, (at, others), &packet, &mut capped);
                 sum.colour = sum.colour.add(light.colour);
                 sum.weight += light.weight;
             }
@@ -115,7 +115,7 @@ impl Scene<'_> {
         &self,
         simd: S,
         method: Method,
-        (tile, (kernels, fragments)): (usize, Others<'_, '_, S>),
+        (at, (kernels, fragments)): ([u32; 2], Others<'_, '_, S>),
         packet: &Packet<S>,
         capped: &mut u64,
     ) -> Look<S> {
@@ -146,7 +146,7 @@ impl Scene<'_> {
             ahead = Some(met);
         }
         let slabs = packet.slabs(simd, self.rays.step);
-        let mut runs = self.masks.runs(tile, slabs);
+        let mut runs = self.masks.runs(at, slabs);
         loop {
             let run =
                 if W::MORE && self.rule.back_to_front { runs.next_back() } else { runs.next() };

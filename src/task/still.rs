@@ -387,7 +387,8 @@ fn coarsest_within(
     watch: &mut Watch<'_>,
 ) -> Result<(Rung, f64), StillError> {
     // What a plan's own engine does not need: the cuts are found in it.
-    drawer.prepare_octree(plan, true, watch)?;
+    let engine = drawer.engine_of(plan, Rung::Octree { max_error: 0.0 });
+    drawer.prepare_octree(plan, engine == EngineKind::Gpu, watch)?;
     drawer.draw(plan, Rung::Full, watch)?;
     let full = widened(&drawer.engines.read_light()?);
     let mut count = 64;

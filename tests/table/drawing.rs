@@ -5,9 +5,9 @@ use std::sync::{LazyLock, Mutex, PoisonError};
 use voxsplat::core::Ticket;
 use voxsplat::gpu::{AdapterChoice, Context, GpuError, Renderer, Wishes};
 use voxsplat::hierarchy::Cut;
-use voxsplat::plan::{Plan, SlabField};
+use voxsplat::plan::Plan;
 use voxsplat::scene::Scene;
-use voxsplat::task::draw::{DrawError, Drawer, Rung};
+use voxsplat::task::draw::{DrawError, Drawer};
 use voxsplat::task::engines::{Canvas as _, EngineChoice, EngineKind, Engines};
 
 use crate::rows::{Row, rows};
@@ -61,10 +61,8 @@ pub(crate) fn native() -> Drawer {
 
 /// Whether the native engine draws a row by itself.
 pub(crate) fn is_native(drawer: &Drawer, row: &Row, scene: &Scene) -> bool {
-    // Of fields for previews it has none that are means.
-    let is_preview = matches!(row.rung, Rung::Reduced { field: SlabField::Preview, .. });
     let engine = || drawer.engine_of(&Plan::of(scene, row.size), row.rung);
-    !is_preview && scenes::refusal(scene).is_none() && engine() == EngineKind::Native
+    scenes::refusal(scene).is_none() && engine() == EngineKind::Native
 }
 
 /// The table, drawn by whoever asks first; `None` where there is no device and that is allowed.
