@@ -6,7 +6,7 @@ use fearless_simd::{Simd, prelude::*};
 use glam::DVec3;
 
 use super::lanes::{Lanes, Mask, all, choose};
-use super::rays::{Packet, slab_thickness};
+use super::rays::{Packet, check_slabs, slab_thickness};
 use super::samples::Samples;
 use super::supports::Unsupported;
 use crate::kernel::{FootprintPolynomial, Kernel, RadialKernel, SlabShare};
@@ -22,7 +22,7 @@ const LEAST_SLOPE: f32 = 0.02;
 pub(super) const POINT_TIE: f32 = 1.0 / 1024.0;
 /// Points nearer to the eye than this part of its distance to the focal plane are not drawn.
 pub(super) const NEAR: f32 = 1e-3;
-/// Layers that a lattice may be cut into.
+/// Slabs that a lattice may be cut into: sums of all that a ray is in at once are kept.
 const MOST_LAYERS: f64 = (1 << 20) as f64;
 
 /// What is composited at once.
@@ -228,7 +228,6 @@ impl Grid {
                 pixel * ((0.5 + f64::from(POINT_TIE)) * most)
             }
         };
-        let reach = turned(reach).map(|reach| reach + MARGIN);
         let sheet = 2.0 * radius / f64::from(mode.sheets_per_kernel);
         let thickness = match layering {
             Layering::Sheets => sheet,
@@ -238,16 +237,9 @@ impl Grid {
         let last =
             axes.map(|axis| (samples.dims[axis] - 1).min(showing[1][axis] * BRICK + BRICK - 1));
         if layering == Layering::Slabs {
-            let steps = axes.map(|axis| view.view_from_index.col(axis).z.abs());
-            let voxels = [0, 1, 2].map(|k| (last[k] - first[k]) as f64 + 2.0 * reach[k]);
-            let depth: f64 = steps.iter().zip(voxels).map(|(step, n)| step * n).sum();
-            let layers = depth / thickness;
-            if layers.is_nan() || layers > MOST_LAYERS {
-                return Err(Unsupported(format!(
-                    "more than {MOST_LAYERS} slabs, and this volume has {layers:.0} in this view"
-                )));
-            }
+            check_slabs(plan, reach, MOST_LAYERS)?;
         }
+        let reach = turned(reach).map(|reach| reach + MARGIN);
         #[expect(clippy::cast_possible_wrap, reason = "an axis has at most 65535 samples")]
         let samples_at = |at: [usize; 3]| at.map(|i| i as i32);
         Ok(Some(Self {

@@ -123,7 +123,7 @@ impl Nodes {
         let most = slabs.iter().map(|[first, last]| last.abs_diff(*first) + 1).max().unwrap_or(0);
         if in_slabs && most > MOST_SLABS {
             return Err(Unsupported(format!(
-                "kernels that lie in more than {MOST_SLABS} slabs, and one lies in {most}"
+                "kernels that lie in more than {MOST_SLABS} slabs ({most})"
             )));
         }
         Ok(Self {

@@ -4,6 +4,7 @@ use fearless_simd::{Simd, prelude::*};
 use glam::DVec3;
 
 use super::lanes::{LANES, Lanes, Mask, Vec3, all, choose};
+use super::supports::Unsupported;
 use crate::plan::Plan;
 use crate::scene::{AlongRay, HalfSpace, Order, View};
 
@@ -68,6 +69,23 @@ pub(super) struct Packet<S: Simd> {
 pub fn slab_thickness(plan: &Plan) -> f64 {
     let spacing = plan.frame.lattice.smallest_spacing();
     spacing / plan.mode.slabs_per_voxel * plan.view().pixels_per_unit
+}
+
+/// Slabs along a ray, at most: beyond, single precision does not tell them apart.
+const MOST_SLABS: f64 = (1 << 24) as f64;
+
+/// Whether the slabs of a plan's lattice, and so many samples beyond it along each axis, can be told apart.
+///
+/// # Errors
+/// More slabs than that, or than `most`.
+pub(super) fn check_slabs(plan: &Plan, beyond: DVec3, most: f64) -> Result<(), Unsupported> {
+    let dims = DVec3::from(plan.frame.lattice.dims.map(|n| n as f64)) + 2.0 * beyond;
+    let depth = plan.view().view_from_index.transpose().z_axis.abs().dot(dims);
+    let (slabs, most) = (depth / slab_thickness(plan), most.min(MOST_SLABS));
+    if slabs <= most {
+        return Ok(());
+    }
+    Err(Unsupported(format!("more than {most} slabs along a ray ({slabs:.1e})")))
 }
 
 impl Rays {

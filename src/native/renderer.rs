@@ -17,7 +17,7 @@ use super::masks::Masks;
 use super::nodes::{Node, Nodes};
 use super::passing::Alone;
 use super::polygons::Polygons;
-use super::rays::{Rays, TILE};
+use super::rays::{Rays, TILE, check_slabs};
 use super::samples::Samples;
 use super::splatted::{Splats, Splatted};
 use super::supports::Unsupported;
@@ -337,7 +337,7 @@ impl Renderer {
             let most = made.most_slabs;
             if most > MOST_SLABS {
                 return Err(Unsupported(format!(
-                    "vectors that reach through more than {MOST_SLABS} slabs, and one reaches through {most}"
+                    "vectors that reach through more than {MOST_SLABS} slabs ({most})"
                 )));
             }
             self.kernels = Some(made);
@@ -352,7 +352,10 @@ impl Renderer {
         let start = Instant::now();
         let samples_ms = std::mem::take(&mut self.samples_ms);
         let drawing = match plan.field() {
-            Some(_) if plan.reconstructs() => self.of_field(plan, which, stop_below),
+            Some(_) if plan.reconstructs() => {
+                check_slabs(plan, glam::DVec3::ZERO, f64::INFINITY)?;
+                self.of_field(plan, which, stop_below)
+            }
             Some(_) => {
                 if samples_ms > 0.0 {
                     self.stages.push(("classify_samples", samples_ms, 1));

@@ -13,7 +13,7 @@ const AT_ONCE: i32 = 8;
 /// are of degree 3 along a ray; those of B-splines are of degree 9.
 const TENTS: [&[f32]; 2] = [&[0.211_324_87, 0.788_675_1], &[0.5, 0.5]];
 const SPLINES: [&[f32]; 2] =
-    [&[0.112_701_67, 0.5, 0.887_298_35], &[0.277_777_78, 0.444_444_45, 0.277_777_78]];
+    [&[0.112_701_67, 0.5, 0.887_298_35], &[5.0 / 18.0, 4.0 / 9.0, 5.0 / 18.0]];
 /// More would not be a number of single precision once it is multiplied.
 const MOST_AMOUNT: f32 = 1e30;
 

@@ -41,7 +41,10 @@ fn mode_of_nodes(mode: &SplatSettings) -> SplatSettings {
 
 /// What the native engine finds out only once it begins a picture.
 fn refusal(reason: Unsupported) -> DrawError {
-    let sentence = format!("the native engine does not draw {reason}; --engine gpu may");
+    let sentence = format!(
+        "expected a picture that the native engine draws, found {reason}; choose fewer --slabs-per-voxel, correct a \
+         spacing that is far less than the others, or try --engine gpu"
+    );
     GpuError::Unsupported(sentence).into()
 }
 

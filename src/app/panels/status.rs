@@ -41,8 +41,7 @@ const ENGINES: [(EngineChoice, &str, &str); 3] = [
     (
         EngineChoice::Native,
         "Native engine",
-        "The processor, by its widest instructions and on all its cores; what it does not draw yet goes to a \
-         graphics adapter",
+        "The processor, by its widest instructions and on all its cores; splats as triangles go to a graphics adapter",
     ),
     (
         EngineChoice::Gpu,
