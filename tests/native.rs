@@ -6,10 +6,11 @@ use std::sync::mpsc;
 use std::time::Duration;
 
 use voxsplat::accuracy::sweep::Detail;
-use voxsplat::core::Ticket;
+use voxsplat::core::{Projection, Ticket};
 use voxsplat::gpu::{AdapterChoice, has_hardware};
 use voxsplat::kernel::Kernel;
 use voxsplat::polygons::Mesh;
+use voxsplat::reference::Reference;
 use voxsplat::scene::{
     self, Backend, Clip, ClipBox, Inside, Lighting, PolygonLayer, SampleSource, Scene,
     SplatSettings, VectorLayer, Visibility,
@@ -141,6 +142,58 @@ fn what_is_shaded_first_is_drawn_without_an_adapter_in_every_way() {
         let again = still(&engine, &scene).unwrap();
         assert_eq!((&again.light, again.held), (&plain.light, plain.held));
         pictures.push(plain);
+    }
+}
+
+/// Slices that rays pass nearly along, and kernels behind the eye, which have no part of themselves before it.
+#[test]
+fn rays_that_begin_among_slices_and_fan_out_see_what_the_reference_does() {
+    let engine = alone();
+    let mut scene = opened("demo:head:24");
+    scene.camera.projection = Projection::Perspective { view_angle: 2.1 };
+    scene.camera.parallel_scale = 1.0;
+    let size = [54, 36];
+    for (visibility, kernel, sheets_per_kernel) in [
+        (Visibility::Sheets, Kernel::Cubic, 1),
+        (Visibility::Sheets, Kernel::Nearest, 1),
+        (Visibility::Sheets, Kernel::Gaussian, 3),
+        (Visibility::EverySample, Kernel::Gaussian, 1),
+        (Visibility::Slabs, Kernel::Cubic, 1),
+        (Visibility::Slabs, Kernel::BSpline, 1),
+    ] {
+        let first = SplatSettings::SHADE_FIRST;
+        scene.splat = SplatSettings { visibility, kernel, sheets_per_kernel, ..first };
+        let (scene, refine) = (scene.clone(), Refine::Full);
+        let truth = Reference::new(&scene, size.map(|n| n as usize)).unwrap().picture();
+        let request = StillRequest { scene, size, refine, repeat: 0, time_passes: false };
+        let found = engine.still(request, &Ticket::new()).unwrap().light;
+        let off = |(a, b): (&[f32; 4], &[f64; 4])| {
+            a.iter().zip(b).map(|(a, b)| (f64::from(*a) - b).abs()).fold(0.0, f64::max)
+        };
+        let most = found.iter().zip(&truth).map(off).fold(0.0, f64::max);
+        let seen = truth.iter().map(|pixel| pixel[3]).sum::<f64>() / truth.len() as f64;
+        println!("measured {visibility:?} {kernel:?}: {most:.1e}, mean opacity {seen:.2}");
+        assert!(seen > 0.1, "{visibility:?} {kernel:?}: {seen}");
+        assert!(most < 2e-3, "{visibility:?} {kernel:?}: {most}");
+    }
+}
+
+/// Slabs that are too thin to be told apart are refused, rather than drawn for hours or not at all.
+#[test]
+fn more_slabs_than_a_picture_takes_seconds_for_are_refused_in_a_sentence() {
+    let engine = alone();
+    let mut scene = opened("demo:shells:16");
+    scene.splat.slabs_per_voxel = 64.0;
+    assert!(still(&engine, &scene).is_ok());
+    for splat in [
+        SplatSettings::EXACT,
+        SplatSettings { visibility: Visibility::Slabs, ..SplatSettings::SHADE_FIRST },
+    ] {
+        scene.splat = SplatSettings { slabs_per_voxel: 1e5, ..splat };
+        let error = still(&engine, &scene).unwrap_err().to_string();
+        for part in ["expected ", "found more than 1048576 slabs", "; choose fewer"] {
+            assert!(error.contains(part), "{error}");
+        }
     }
 }
 

@@ -22,8 +22,6 @@ const LEAST_SLOPE: f32 = 0.02;
 pub(super) const POINT_TIE: f32 = 1.0 / 1024.0;
 /// Points nearer to the eye than this part of its distance to the focal plane are not drawn.
 pub(super) const NEAR: f32 = 1e-3;
-/// Slabs that a lattice may be cut into: sums of all that a ray is in at once are kept.
-const MOST_LAYERS: f64 = (1 << 20) as f64;
 
 /// What is composited at once.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -237,7 +235,7 @@ impl Grid {
         let last =
             axes.map(|axis| (samples.dims[axis] - 1).min(showing[1][axis] * BRICK + BRICK - 1));
         if layering == Layering::Slabs {
-            check_slabs(plan, reach, MOST_LAYERS)?;
+            check_slabs(plan, reach)?;
         }
         let reach = turned(reach).map(|reach| reach + MARGIN);
         #[expect(clippy::cast_possible_wrap, reason = "an axis has at most 65535 samples")]

@@ -73,7 +73,9 @@ impl<S: Simd> Laying<'_, '_, S> {
                     // Behind the eye there is nothing of it.
                     let factors = factors(simd, shares, part.q);
                     let place = (eye - part.middle) / part.half;
-                    amount *= all(simd, 1.0) - share(simd, &factors, place);
+                    // Rounding must not take anything away.
+                    let left = all(simd, 1.0) - share(simd, &factors, place);
+                    amount *= left.max(zero);
                 }
                 if self.layering == Layering::Sample {
                     self.capped += self.rule.cover_with(simd, colour, amount, self.light);

@@ -71,21 +71,22 @@ pub fn slab_thickness(plan: &Plan) -> f64 {
     spacing / plan.mode.slabs_per_voxel * plan.view().pixels_per_unit
 }
 
-/// Slabs along a ray, at most: beyond, single precision does not tell them apart.
-const MOST_SLABS: f64 = (1 << 24) as f64;
+/// Slabs along a ray, at most: a picture takes seconds with so many, and single precision does not tell 16 times as many
+/// apart.
+const MOST_SLABS: f64 = (1 << 20) as f64;
 
-/// Whether the slabs of a plan's lattice, and so many samples beyond it along each axis, can be told apart.
+/// Whether a plan's lattice, and so many samples beyond it along each axis, lie in few enough slabs.
 ///
 /// # Errors
-/// More slabs than that, or than `most`.
-pub(super) fn check_slabs(plan: &Plan, beyond: DVec3, most: f64) -> Result<(), Unsupported> {
+/// They do not.
+pub(super) fn check_slabs(plan: &Plan, beyond: DVec3) -> Result<(), Unsupported> {
     let dims = DVec3::from(plan.frame.lattice.dims.map(|n| n as f64)) + 2.0 * beyond;
     let depth = plan.view().view_from_index.transpose().z_axis.abs().dot(dims);
-    let (slabs, most) = (depth / slab_thickness(plan), most.min(MOST_SLABS));
-    if slabs <= most {
+    let slabs = depth / slab_thickness(plan);
+    if slabs <= MOST_SLABS {
         return Ok(());
     }
-    Err(Unsupported(format!("more than {most} slabs along a ray ({slabs:.1e})")))
+    Err(Unsupported(format!("more than {MOST_SLABS} slabs along a ray ({slabs:.1e})")))
 }
 
 impl Rays {

@@ -353,7 +353,7 @@ impl Renderer {
         let samples_ms = std::mem::take(&mut self.samples_ms);
         let drawing = match plan.field() {
             Some(_) if plan.reconstructs() => {
-                check_slabs(plan, glam::DVec3::ZERO, f64::INFINITY)?;
+                check_slabs(plan, glam::DVec3::ZERO)?;
                 self.of_field(plan, which, stop_below)
             }
             Some(_) => {

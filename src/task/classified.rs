@@ -232,13 +232,15 @@ impl Drawer {
         if self.is_native() {
             self.forget_other_volumes(plan);
             let mut observer = Unless { ticket, observer: &mut () };
-            if self.gathers(plan) {
+            if plan.is_gathered() {
                 return self.prepare_preview_field(plan, &mut observer);
             }
-            return self.prepare_native(plan, &mut observer);
+            if plan.reconstructs() {
+                return self.prepare_native(plan, &mut observer);
+            }
         }
         let needs_octree = self.reduction(plan, budget_ms).is_none();
-        self.classify(plan, true, ticket)?;
+        self.classify(plan, !self.is_native(), ticket)?;
         match &mut self.classified {
             Some(classified) if needs_octree => {
                 classified.coarse(plan.mode.cut.measure, &mut self.engines, ticket)

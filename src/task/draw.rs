@@ -7,7 +7,7 @@ use crate::core::Cancelled;
 use crate::core::memory::TooLarge;
 use crate::gpu::layout::Record;
 use crate::gpu::{GpuError, Renderer, Scattered};
-use crate::hierarchy::{Cut, CutLimits, CutNode};
+use crate::hierarchy::{Cut, CutLimits, CutNode, Pyramid};
 use crate::kernel::{Kernel, RadialKernel};
 use crate::native::Node;
 use crate::plan::{Plan, SlabField, Way};
@@ -391,6 +391,11 @@ impl Drawer {
         budget_ms: f64,
         observer: &mut dyn Observer,
     ) -> Result<Drawn, DrawError> {
+        let is_native = self.engines.drew() == EngineKind::Native;
+        let has_octree = |pyramid: &Pyramid| pyramid.measure == plan.mode.cut.measure;
+        if is_native && !self.pyramid().is_some_and(has_octree) {
+            self.prepare_octree(plan, false, observer)?;
+        }
         let start = Instant::now();
         let count = self.costs.splats_within(budget_ms);
         let (size, view) = (plan.size, plan.view());
@@ -422,7 +427,6 @@ impl Drawer {
             Kernel::Point => missing_rmse(&cut, f64::from(size[0]) * f64::from(size[1])),
             _ => 0.0,
         };
-        let is_native = self.engines.drew() == EngineKind::Native;
         let smaller_plan = plan.at_size(smaller, 1.0);
         if !is_native {
             self.begin(plan, &smaller_plan.view(), plan.mode.kernel.splatted())?;

@@ -26,6 +26,8 @@ const FIRST_BRICKS: usize = 512;
 
 /// Pictures of more pixels than this ask for memory first: looking how much is free takes a while.
 const MANY_PIXELS: u64 = 1 << 23;
+/// A kernel of a list as it is found, sorted and kept, and its places in lists of cells.
+const BYTES_A_NODE: u64 = 256;
 /// A pixel in tiles, in rows, and on its way to a file.
 const BYTES_A_PIXEL: u64 = 48;
 
@@ -155,6 +157,8 @@ impl Drawer {
         nodes: &[Node],
         observer: &mut dyn Observer,
     ) -> Result<(), DrawError> {
+        let bytes = nodes.len() as u64 * BYTES_A_NODE;
+        memory::require("the kernels of an octree cut", bytes, memory::free_bytes())?;
         let plan = plan.in_mode(mode_of_nodes(&plan.mode));
         let begun = self.engines.native.begin_nodes(&plan, nodes, STOP_BELOW);
         begun.map_err(refusal)?;

@@ -62,8 +62,8 @@ fn rays(size: [u32; 2], shrink: f64) -> f64 {
 
 /// The mode of the field for previews of a scene, where one would be quicker than the scene's own and
 /// look alike: the tents nearest to it, or tents through means. A smooth field is not like them; but
-/// where rays gather samples that are shaded first it is the only one that can be lit.
-pub(super) fn preview_mode(plan: &Plan, gathers: bool) -> Option<SplatSettings> {
+/// where samples are shaded first it is the only one that can be lit.
+pub(super) fn preview_mode(plan: &Plan) -> Option<SplatSettings> {
     let splat = plan.mode;
     let is_sharp = match splat.kernel {
         // They interpolate in any case.
@@ -80,7 +80,7 @@ pub(super) fn preview_mode(plan: &Plan, gathers: bool) -> Option<SplatSettings> 
         slabs_per_voxel: splat.slabs_per_voxel.min(1.0),
         ..splat
     };
-    if gathers {
+    if plan.is_gathered() {
         // Octree cuts are unlit, and of nothing but the field.
         let SplatSettings { visibility, classify, order, .. } = SplatSettings::EXACT;
         return Some(SplatSettings {
@@ -149,19 +149,13 @@ pub fn coefficients_of(
 }
 
 impl Drawer {
-    /// Whether samples that are shaded first are gathered by rays: the native engine gathers them all.
-    pub(super) fn gathers(&self, plan: &Plan) -> bool {
-        let shades_first = !plan.reconstructs() && plan.field().is_some();
-        plan.is_gathered() || (self.is_native() && shades_first)
-    }
-
     /// Brings to the device what previews of a scene are drawn from, if anything, beside its own field.
     pub(super) fn prepare_preview_field(
         &mut self,
         plan: &Plan,
         observer: &mut dyn Observer,
     ) -> Result<(), DrawError> {
-        let Some(mode) = preview_mode(plan, self.gathers(plan)) else { return Ok(()) };
+        let Some(mode) = preview_mode(plan) else { return Ok(()) };
         if self.is_native() && level(plan.frame.lattice.dims) > 0 {
             // The native engine draws no means yet: quick pictures of large volumes are of their own field.
             return Ok(());
@@ -192,8 +186,8 @@ impl Drawer {
             // Nothing takes no time.
             return Some(Reduction { field: SlabField::Own, shrink: 1.0 });
         };
-        let gathers = self.gathers(plan);
-        if !plan.reconstructs() && !gathers {
+        let is_gathered = plan.is_gathered();
+        if !plan.reconstructs() && !is_gathered {
             return None;
         }
         let affordable = |field: SlabField, mode: &SplatSettings| {
@@ -203,9 +197,9 @@ impl Drawer {
                 true => self.affordable(field, size, budget_ms),
             })
         };
-        let tents = preview_mode(plan, gathers);
+        let tents = preview_mode(plan);
         let tents = tents.and_then(|splat| affordable(SlabField::Preview, &splat));
-        let own = match gathers {
+        let own = match is_gathered {
             false => affordable(SlabField::Own, &plan.mode),
             // Samples cost more a ray than tents.
             true => (self.is_native() && tents.is_none())
@@ -319,7 +313,7 @@ impl Drawer {
         let smaller = shrunk(plan.size, shrink);
         let drawn = match field {
             SlabField::Preview => {
-                let mode = preview_mode(plan, self.gathers(plan)).unwrap_or(plan.mode);
+                let mode = preview_mode(plan).unwrap_or(plan.mode);
                 self.slabs_of(&plan.in_mode(mode).at_size(smaller, shrink), field, observer)
             }
             SlabField::Own if plan.way == Way::Slabs => {
@@ -371,7 +365,7 @@ mod tests {
         let mut scene = scene([4; 3]);
         scene.splat.slabs_per_voxel = 3.0;
         let tents = |scene: &Scene| {
-            let splat = preview_mode(&Plan::of(scene, [8, 8]), false)?;
+            let splat = preview_mode(&Plan::of(scene, [8, 8]))?;
             assert_eq!((splat.kernel, splat.extent), (Kernel::Linear, None));
             assert_eq!(splat.reconstruction, Reconstruction::Interpolating);
             assert_eq!(splat.classify, scene.splat.classify);
@@ -403,13 +397,13 @@ mod tests {
     fn tents_are_previewed_by_tents_only_where_those_are_fewer() {
         let linear = SplatSettings { kernel: Kernel::Linear, ..SplatSettings::EXACT };
         assert_eq!(
-            preview_mode(&Plan::of(&Scene { splat: linear, ..scene([4; 3]) }, [8, 8]), false),
+            preview_mode(&Plan::of(&Scene { splat: linear, ..scene([4; 3]) }, [8, 8])),
             None
         );
         let large = Scene { splat: linear, ..scene([1, 4600, 4600]) };
         assert!(level(large.lattice().dims) > 0);
         assert_eq!(
-            preview_mode(&Plan::of(&large, [8, 8]), false).map(|splat| splat.kernel),
+            preview_mode(&Plan::of(&large, [8, 8])).map(|splat| splat.kernel),
             Some(Kernel::Linear)
         );
     }

@@ -227,7 +227,7 @@ impl Worker {
         let mut rungs = match ladder {
             // Samples that are shaded first have fields before them, and cost about as much a ray.
             Ladder::Octree
-                if matches!(plan.way, Way::Nothing | Way::Slabs) || drawer.gathers(plan) =>
+                if matches!(plan.way, Way::Nothing | Way::Slabs) || plan.is_gathered() =>
             {
                 let rays = f64::from(plan.size[0]) * f64::from(plan.size[1]);
                 let full_ms = rays * drawer.costs.ray_ms;
