@@ -5,8 +5,9 @@ use std::sync::Arc;
 use std::sync::mpsc;
 use std::time::Duration;
 
+use glam::DVec3;
 use voxsplat::accuracy::sweep::Detail;
-use voxsplat::core::{Projection, Ticket};
+use voxsplat::core::{Camera, Projection, Ticket};
 use voxsplat::gpu::{AdapterChoice, has_hardware};
 use voxsplat::kernel::Kernel;
 use voxsplat::polygons::Mesh;
@@ -165,20 +166,57 @@ fn rays_that_begin_among_slices_and_fan_out_see_what_the_reference_does() {
     ] {
         let first = SplatSettings::SHADE_FIRST;
         scene.splat = SplatSettings { visibility, kernel, sheets_per_kernel, ..first };
-        let (scene, refine) = (scene.clone(), Refine::Full);
         let truth = Reference::new(&scene, size.map(|n| n as usize)).unwrap().picture();
-        let request = StillRequest { scene, size, refine, repeat: 0, time_passes: false };
-        let found = engine.still(request, &Ticket::new()).unwrap().light;
-        let off = |(a, b): (&[f32; 4], &[f64; 4])| {
-            a.iter().zip(b).map(|(a, b)| (f64::from(*a) - b).abs()).fold(0.0, f64::max)
-        };
-        let most = found.iter().zip(&truth).map(off).fold(0.0, f64::max);
+        let most = off_reference(&engine, &scene, size);
         let seen = truth.iter().map(|pixel| pixel[3]).sum::<f64>() / truth.len() as f64;
         println!("measured {visibility:?} {kernel:?}: {most:.1e}, mean opacity {seen:.2}");
         assert!(seen > 0.1, "{visibility:?} {kernel:?}: {seen}");
         faults.extend((most > tolerance).then(|| format!("{visibility:?} {kernel:?}: {most}")));
     }
     assert!(faults.is_empty(), "{faults:?}");
+}
+
+/// How far a picture is from the reference at most.
+fn off_reference(engine: &Engine, scene: &Scene, size: [u32; 2]) -> f64 {
+    let truth = Reference::new(scene, size.map(|n| n as usize)).unwrap().picture();
+    let (scene, refine) = (scene.clone(), Refine::Full);
+    let request = StillRequest { scene, size, refine, repeat: 0, time_passes: false };
+    let found = engine.still(request, &Ticket::new()).unwrap().light;
+    let off = |(a, b): (&[f32; 4], &[f64; 4])| {
+        a.iter().zip(b).map(|(a, b)| (f64::from(*a) - b).abs()).fold(0.0, f64::max)
+    };
+    found.iter().zip(&truth).map(off).fold(0.0, f64::max)
+}
+
+/// Rays along two axes of the lattice at once pass a box or they do not.
+#[test]
+fn boxes_seen_along_an_axis_are_those_of_the_reference() {
+    let engine = alone();
+    let mut scene = opened("demo:shells:16");
+    let kernel = Kernel::Nearest;
+    scene.splat = SplatSettings { kernel, ..SplatSettings::SHADE_FIRST };
+    let (focal_point, scale) = (scene.camera.focal_point, 0.3 * scene.camera.parallel_scale);
+    for [direction, up] in [[DVec3::Z, DVec3::Y], [DVec3::X, DVec3::Z], [-DVec3::Y, DVec3::X]] {
+        scene.camera = Camera::new(focal_point, direction, up, scale);
+        let most = off_reference(&engine, &scene, [40, 30]);
+        println!("measured boxes along {direction}: {most:.1e}");
+        assert!(most < 1e-4, "{direction}: {most}");
+    }
+}
+
+/// The eye is among samples, and a triangle lies before and behind slices that are behind it.
+#[test]
+fn a_triangle_among_samples_is_seen_from_within_as_the_reference_sees_it() {
+    let engine = alone();
+    let [_, mut scene] = winds_and_a_triangle();
+    scene.camera.projection = Projection::Perspective { view_angle: 1.5 };
+    scene.camera.parallel_scale = 0.3;
+    for visibility in [Visibility::EverySample, Visibility::Sheets] {
+        scene.splat = SplatSettings { visibility, ..SplatSettings::SHADE_FIRST };
+        let most = off_reference(&engine, &scene, [40, 30]);
+        println!("measured a triangle, {visibility:?}: {most:.1e}");
+        assert!(most < 2e-2, "{visibility:?}: {most}");
+    }
 }
 
 /// Slabs that are too thin to be told apart are refused, rather than drawn for hours or not at all.
