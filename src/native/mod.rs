@@ -4,9 +4,12 @@
 //! windows, and knows nothing of the other engine. Imports `plan` and what lies below it.
 //!
 //! Rays go in packets of eight, a block of 4 × 2 pixels, a ray a lane. Three things make it quick. A value is summed up
-//! row by row of its samples, two rays at a time, without fetching single samples. Each tile of 8 × 8 pixels has a
+//! row by row of its samples, two rays at a time, without fetching single samples. Each patch of 4 × 4 pixels has a
 //! mask of the depths at which anything can show there, from bounds of the field in bricks of 4³ cells (those of
 //! B-splines by the Bézier points of the spline). And what a scene does not ask for is not in its loop.
+//!
+//! Fields go from slab to slab (`walk`), kernels that are shaded first from slice to slice of the lattice (`gather`),
+//! or by lists (`nodes`, `kernels`).
 
 mod among;
 mod bricks;
