@@ -77,3 +77,21 @@ impl Cells {
         lists.sum::<usize>() as u64
     }
 }
+
+/// The middle of the tile that begins with a pixel, to the right and up from the middle of a picture of half a size.
+pub(super) fn middle_of(corner: [u32; 2], half_size: [f32; 2]) -> [f32; 2] {
+    let across = corner[0] as f32 + 0.5 * TILE as f32 - half_size[0];
+    [across, half_size[1] - corner[1] as f32 - 0.5 * TILE as f32]
+}
+
+/// Whether an ellipse about a place may touch a tile, by the tile's middle and the lower triangle that takes offsets to
+/// the circle that the ellipse becomes.
+pub(super) fn touches(tile: [f32; 2], ellipse: [f32; 2], [a, b, c]: [f32; 3]) -> bool {
+    // From the middle of a tile to the farthest centres of its pixels.
+    const HALF: f32 = 0.5 * TILE as f32 - 0.5;
+    let (right, up) = (tile[0] - ellipse[0], tile[1] - ellipse[1]);
+    // The tile in the circle lies within a box.
+    let x = ((a * right).abs() - HALF * a.abs()).max(0.0);
+    let y = ((b * right + c * up).abs() - HALF * (b.abs() + c.abs())).max(0.0);
+    x * x + y * y < 1.0001
+}

@@ -5,9 +5,8 @@ use std::sync::Arc;
 use glam::{DMat2, DMat3, DVec2, DVec3};
 use rayon::prelude::*;
 
-use super::cells::{Cells, Span};
+use super::cells::{Cells, Span, middle_of, touches};
 use super::marks::MarkTable;
-use super::rays::TILE;
 use crate::core::Camera;
 use crate::kernel::{
     FootprintPolynomial, ProjectedKernel, RadialKernel, SlabShare, perspective_jacobian,
@@ -188,17 +187,10 @@ impl Kernels {
     /// The kernels that may touch a tile, whose first pixel is `corner`, in the order in which rays come to them.
     pub(super) fn touching(&self, corner: [u32; 2], found: &mut Vec<u32>) {
         found.clear();
-        // From the middle of a tile to the farthest centres of its pixels.
-        const HALF: f32 = 0.5 * TILE as f32 - 0.5;
-        let across = corner[0] as f32 + 0.5 * TILE as f32 - self.half_size[0];
-        let up = self.half_size[1] - corner[1] as f32 - 0.5 * TILE as f32;
+        let tile = middle_of(corner, self.half_size);
         found.extend(self.cells.at(corner).iter().filter(|&&kernel| {
-            let Footprint { middle, to_circle: [a, b, c], .. } = &self.footprints[kernel as usize];
-            let (right, up) = (across - middle[0], up - middle[1]);
-            // The tile in the circle lies within a box.
-            let x = ((a * right).abs() - HALF * a.abs()).max(0.0);
-            let y = ((b * right + c * up).abs() - HALF * (b.abs() + c.abs())).max(0.0);
-            x * x + y * y < 1.0001
+            let Footprint { middle, to_circle, .. } = &self.footprints[kernel as usize];
+            touches(tile, [middle[0], middle[1]], *to_circle)
         }));
     }
 }

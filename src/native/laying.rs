@@ -17,7 +17,7 @@ use super::walk::Rich;
 use crate::kernel::{SHARE_FACTORS, SlabShare};
 
 /// More would not be a number of single precision once it is multiplied.
-const MOST_AMOUNT: f32 = 1e30;
+pub(super) const MOST_AMOUNT: f32 = 1e30;
 
 /// Sums of layers, counted in the order of compositing, by their numbers modulo the length of the ring, a power of two.
 pub(super) struct Layers<'a, S: Simd> {

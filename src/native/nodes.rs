@@ -7,11 +7,11 @@ use fearless_simd::{Simd, prelude::*};
 use glam::{DMat3, DVec2, DVec3};
 use rayon::prelude::*;
 
-use super::cells::{Cells, Span};
+use super::cells::{Cells, Span, middle_of, touches};
 use super::grid::{NEAR, POINT_TIE, Part, Shape};
 use super::lanes::{all, any, choose};
 use super::passing::footprint;
-use super::rays::{Packet, TILE, slab_thickness};
+use super::rays::{Packet, slab_thickness};
 use super::samples::SampleLook;
 use super::supports::Unsupported;
 use crate::kernel::{
@@ -147,20 +147,13 @@ impl Nodes {
     /// The kernels that may touch a tile, whose first pixel is `corner`, in the order of compositing.
     pub(super) fn touching(&self, corner: [u32; 2], found: &mut Vec<u32>) {
         found.clear();
-        // From the middle of a tile to the farthest centres of its pixels.
-        const HALF: f32 = 0.5 * TILE as f32 - 0.5;
-        let across = corner[0] as f32 + 0.5 * TILE as f32 - self.half_size[0];
-        let up = self.half_size[1] - corner[1] as f32 - 0.5 * TILE as f32;
+        let tile = middle_of(corner, self.half_size);
         found.extend(self.cells.at(corner).iter().filter(|&&node| {
             if !matches!(self.shape, Shape::Radial(..)) {
                 return true;
             }
-            let Splat { middle, right: [a, b, c], .. } = &self.splats[node as usize];
-            let (right, up) = (across - middle[0], up - middle[1]);
-            // The tile in the circle lies within a box.
-            let x = ((a * right).abs() - HALF * a.abs()).max(0.0);
-            let y = ((b * right + c * up).abs() - HALF * (b.abs() + c.abs())).max(0.0);
-            x * x + y * y < 1.0001
+            let Splat { middle, right: to_circle, .. } = &self.splats[node as usize];
+            touches(tile, [middle[0], middle[1]], *to_circle)
         }));
     }
 

@@ -291,13 +291,6 @@ impl Renderer {
         self.samples_ms += start.elapsed().as_secs_f64() * 1e3;
     }
 
-    /// Lets go of samples: no picture of them will be drawn soon.
-    pub fn clear_samples(&mut self) {
-        if self.samples.take().is_some() {
-            self.picture = None;
-        }
-    }
-
     /// Whether a field has a table.
     pub fn holds_table(&self, which: SlabField) -> bool {
         self.fields[which as usize].as_ref().is_some_and(|field| field.table.is_some())

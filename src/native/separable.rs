@@ -5,6 +5,7 @@ use fearless_simd::{Simd, prelude::*};
 use super::gather::Walk;
 use super::grid::{Line, Run, least, most, within};
 use super::lanes::{LANES, Lanes, Look, Mask, Vec3, all, any, choose};
+use super::laying::MOST_AMOUNT;
 use super::passing::Sum;
 
 /// Slabs that are looked at together, whether anything shows there.
@@ -14,8 +15,6 @@ const AT_ONCE: i32 = 8;
 const TENTS: [&[f32]; 2] = [&[0.211_324_87, 0.788_675_1], &[0.5, 0.5]];
 const SPLINES: [&[f32]; 2] =
     [&[0.112_701_67, 0.5, 0.887_298_35], &[5.0 / 18.0, 4.0 / 9.0, 5.0 / 18.0]];
-/// More would not be a number of single precision once it is multiplied.
-const MOST_AMOUNT: f32 = 1e30;
 
 impl<S: Simd> Walk<'_, '_, S> {
     /// Slabs of kernels that are products of tents, or of cubic B-splines, so many samples to either side.
