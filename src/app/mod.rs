@@ -38,6 +38,7 @@ mod refining;
 pub mod saving;
 mod sentences;
 pub mod settings;
+pub mod software;
 pub mod sweeping;
 pub mod theme;
 mod tools;
@@ -52,7 +53,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use anyhow::anyhow;
-use eframe::egui::{Context, ViewportBuilder};
+use eframe::egui::{self, Context, Ui, ViewportBuilder};
 use eframe::{NativeOptions, egui_wgpu};
 
 use crate::core::memory::free_bytes;
@@ -84,37 +85,75 @@ pub struct Options {
     pub trace: Option<PathBuf>,
 }
 
-/// Opens the window and returns when it is closed.
+/// What a window shows, whoever paints it.
+trait Content {
+    /// One pass of the interface.
+    fn pass(&mut self, ui: &mut Ui);
+
+    /// Puts what is remembered between runs into the storage.
+    fn save(&mut self, storage: &mut dyn eframe::Storage);
+}
+
+/// The same, where an adapter paints it.
+struct OnAdapter(Box<dyn Content>);
+
+impl eframe::App for OnAdapter {
+    fn ui(&mut self, ui: &mut Ui, _frame: &mut eframe::Frame) {
+        self.0.pass(ui);
+    }
+
+    fn save(&mut self, storage: &mut dyn eframe::Storage) {
+        self.0.save(storage);
+    }
+
+    fn clear_color(&self, _visuals: &egui::Visuals) -> [f32; 4] {
+        // What the panels stand on; the viewport paints itself.
+        theme::PANEL.to_normalized_gamma_f32()
+    }
+}
+
+/// Opens the window and returns when it is closed. A graphics processor paints it where there is one, or where the
+/// engine is asked to be one; the processor does otherwise.
 ///
 /// # Errors
 /// Where there is no display, or nothing that can draw a window.
 pub fn run(options: Options) -> anyhow::Result<()> {
+    let viewport = ViewportBuilder::default()
+        .with_app_id(APP_ID)
+        .with_title("Voxsplat")
+        .with_inner_size(WINDOW_SIZE)
+        .with_min_inner_size(LEAST_SIZE)
+        .with_drag_and_drop(true);
+    let Options { sources, engine, trace } = options;
+    let trace = trace.map(|path| trace::create(&path)).transpose()?;
+    let by_adapter = engine.wants_adapter();
+    let content = move |ctx: &Context, storage: Option<&dyn eframe::Storage>, screen_format| {
+        let settings = Window::stored_settings(storage);
+        let mut window = Window::new(ctx, parts(ctx, engine, screen_format), settings);
+        window.open_all(ctx, sources);
+        let content: Box<dyn Content> = match trace {
+            None => Box::new(window),
+            Some(file) => Box::new(Traced::new(window, file)),
+        };
+        content
+    };
+    if !by_adapter {
+        return software::run(viewport, Box::new(|ctx, storage| content(ctx, storage, None)));
+    }
     let native = NativeOptions {
-        viewport: ViewportBuilder::default()
-            .with_app_id(APP_ID)
-            .with_title("Voxsplat")
-            .with_inner_size(WINDOW_SIZE)
-            .with_min_inner_size(LEAST_SIZE)
-            .with_drag_and_drop(true),
+        viewport,
         wgpu_options: egui_wgpu::WgpuConfiguration::default()
             .with_surface_config(egui_wgpu::SurfaceConfig::LOW_LATENCY),
         // The picture's bytes are to reach the screen as they are.
         dithering: false,
         ..NativeOptions::default()
     };
-    let trace = options.trace.map(|path| trace::create(&path)).transpose()?;
     let create = |creation: &eframe::CreationContext<'_>| {
-        let ctx = &creation.egui_ctx;
-        let settings = Window::stored_settings(creation.storage);
         let screen = creation.wgpu_render_state.as_ref();
-        let screen_format = screen.map(|state| state.target_format);
-        let parts = parts(ctx, options.engine, screen_format);
-        let mut window = Window::new(ctx, parts, settings);
-        window.open_all(ctx, options.sources);
-        let app: Box<dyn eframe::App> = match trace {
-            None => Box::new(window),
-            Some(file) => Box::new(Traced::new(window, file)),
-        };
+        // Built with wgpu alone, it always has one.
+        let format = screen.map_or(ScreenFormat::Rgba8Unorm, |state| state.target_format);
+        let content = content(&creation.egui_ctx, creation.storage, Some(format));
+        let app: Box<dyn eframe::App> = Box::new(OnAdapter(content));
         Ok(app)
     };
     eframe::run_native("Voxsplat", native, Box::new(create)).map_err(|error| match error {
@@ -124,7 +163,7 @@ pub fn run(options: Options) -> anyhow::Result<()> {
         ),
         eframe::Error::Wgpu(_) => anyhow!(
             "expected a graphics driver to paint the window with, found none that answers; install one (on Debian and \
-             Ubuntu: mesa-vulkan-drivers), or try `voxsplat render`, which needs none"
+             Ubuntu: mesa-vulkan-drivers), or try `--engine native`, which needs none"
         ),
         error => anyhow!(
             "expected a display to open a window on, found that {error}; try `voxsplat render`, which needs none"
@@ -144,8 +183,7 @@ fn parts(ctx: &Context, choice: Choice, screen_format: Option<ScreenFormat>) -> 
         drawer: Box::new(Engine::start(choice.clone(), move || announced.announce())),
         news,
         wait_for_picture: WAIT_FOR_PICTURE,
-        // Built with wgpu alone, the window always has one.
-        screen_format: screen_format.unwrap_or(ScreenFormat::Rgba8Unorm),
+        screen_format,
         library: Arc::new(Files),
         renderer: saving::engine_renderer(choice.clone()),
         measure: sweeping::engine_measurer(choice, exact_truth),

@@ -6,7 +6,7 @@
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use eframe::egui::PaintCallbackInfo;
+use eframe::egui::{PaintCallback, PaintCallbackInfo, Rect};
 use eframe::egui_wgpu;
 pub use wgpu::TextureFormat as ScreenFormat;
 
@@ -18,6 +18,39 @@ use crate::task::engine::{Picture, SecondPicture};
 pub(super) struct Shown {
     pub(super) picture: Arc<Picture>,
     pub(super) has_holes: bool,
+}
+
+/// One painting of a picture, whoever paints it.
+#[derive(Clone)]
+pub(super) struct Painted {
+    pub(super) picture: Arc<Picture>,
+    /// What is painted with it: subtracted from it, or the one before it.
+    pub(super) other: Option<Arc<Picture>>,
+    pub(super) entry: Entry,
+    /// How much larger the difference is shown, or the share of the other.
+    pub(super) amount: f32,
+    /// Over what is there, rather than instead of it.
+    pub(super) blended: bool,
+}
+
+impl std::fmt::Debug for Painted {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Painted").field("entry", &self.entry).finish_non_exhaustive()
+    }
+}
+
+impl Painted {
+    /// Numbers that two paintings share only if they are the same, as long as the pictures of both live.
+    pub(super) fn identity(&self) -> [u64; 5] {
+        let address = |picture: &Arc<Picture>| Arc::as_ptr(picture).addr() as u64;
+        [
+            address(&self.picture),
+            self.other.as_ref().map_or(0, address),
+            self.entry as u64,
+            u64::from(self.amount.to_bits()),
+            u64::from(self.blended),
+        ]
+    }
 }
 
 /// What of two pictures is painted.
@@ -40,9 +73,9 @@ struct Variant {
     blended: bool,
 }
 
-/// The fragment shader, and with it what is bound.
+/// How pictures become pixels: the fragment shader, and with it what is bound.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-enum Entry {
+pub(super) enum Entry {
     /// Pixel for pixel.
     Exact,
     /// Enlarged smoothly.
@@ -71,7 +104,8 @@ pub(super) struct PaintPicture {
     /// What gives way to the first.
     pub(super) from: Option<Arc<Picture>>,
     pub(super) part: Part,
-    pub(super) format: wgpu::TextureFormat,
+    /// What the adapter that paints the window holds; `None` where the processor paints it.
+    pub(super) format: Option<ScreenFormat>,
     /// Size of the place on screen, physical pixels.
     pub(super) area: [u32; 2],
 }
@@ -255,26 +289,19 @@ impl egui_wgpu::CallbackTrait for PaintPicture {
         _encoder: &mut wgpu::CommandEncoder,
         resources: &mut egui_wgpu::CallbackResources,
     ) -> Vec<wgpu::CommandBuffer> {
-        let Some(shown) = lock(&self.shown).clone() else { return Vec::new() };
+        let (Some(shown), Some(format)) = (lock(&self.shown).clone(), self.format) else {
+            return Vec::new();
+        };
         let picture = &shown.picture;
         let kept = resources.entry::<Kept>().or_insert_with(Kept::default);
         let second = self.other_of(picture);
         kept.upload(device, queue, picture, second);
-        let exact = picture.size == self.area && picture.requested_size == self.area;
-        let entry = match self.part {
-            Part::Difference(gain) if second.is_some() => {
-                kept.set_amount(device, queue, gain);
-                Entry::Difference
-            }
-            Part::Fade(share) if second.is_some() => {
-                kept.set_amount(device, queue, share);
-                Entry::Faded
-            }
-            _ if exact => Entry::Exact,
-            _ => Entry::Enlarged,
-        };
+        let (entry, amount) = self.entry(picture);
+        if matches!(entry, Entry::Difference | Entry::Faded) {
+            kept.set_amount(device, queue, amount);
+        }
         let blended = shown.has_holes && entry != Entry::Difference;
-        let variant = Variant { format: self.format, entry, blended };
+        let variant = Variant { format, entry, blended };
         kept.bind(device, variant, self.place(picture));
         Vec::new()
     }
@@ -298,6 +325,39 @@ impl egui_wgpu::CallbackTrait for PaintPicture {
 }
 
 impl PaintPicture {
+    /// What egui hands to whoever paints the window.
+    pub(super) fn callback(self, rect: Rect) -> PaintCallback {
+        match self.format {
+            Some(_) => egui_wgpu::Callback::new_paint_callback(rect, self),
+            None => PaintCallback { rect, callback: Arc::new(self) },
+        }
+    }
+
+    /// What the processor paints; `None` before the first picture.
+    pub(super) fn painted(&self) -> Option<Painted> {
+        let shown = lock(&self.shown).clone()?;
+        let (entry, amount) = self.entry(&shown.picture);
+        let other = self.other_of(&shown.picture).cloned();
+        let blended = shown.has_holes && entry != Entry::Difference;
+        let picture = match (self.part, &other) {
+            (Part::Second, Some(second)) => Arc::clone(second),
+            _ => shown.picture,
+        };
+        Some(Painted { picture, other, entry, amount, blended })
+    }
+
+    /// How the first picture is painted, with how much of the other.
+    fn entry(&self, picture: &Arc<Picture>) -> (Entry, f32) {
+        let has_other = self.other_of(picture).is_some();
+        let exact = picture.size == self.area && picture.requested_size == self.area;
+        match self.part {
+            Part::Difference(gain) if has_other => (Entry::Difference, gain),
+            Part::Fade(share) if has_other => (Entry::Faded, share),
+            _ if exact => (Entry::Exact, 0.0),
+            _ => (Entry::Enlarged, 0.0),
+        }
+    }
+
     /// The second picture, unless a newer first one came in the pass that queued this.
     fn second_of(&self, first: &Arc<Picture>) -> Option<&Arc<SecondPicture>> {
         self.second.as_ref().filter(|second| Arc::ptr_eq(&second.first, first))

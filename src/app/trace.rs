@@ -11,6 +11,7 @@ use anyhow::anyhow;
 use eframe::egui::{self, Ui};
 use serde::{Deserialize, Serialize};
 
+use super::Content;
 use super::notices::Kind;
 use super::window::Window;
 use super::words;
@@ -138,9 +139,9 @@ impl Traced {
     }
 }
 
-impl eframe::App for Traced {
-    fn ui(&mut self, ui: &mut Ui, frame: &mut eframe::Frame) {
-        self.window.ui(ui, frame);
+impl Content for Traced {
+    fn pass(&mut self, ui: &mut Ui) {
+        self.window.pass(ui);
         let line = self.line(ui.ctx());
         let outcome = self.write(&line);
         if let Err(error) = outcome
@@ -151,10 +152,6 @@ impl eframe::App for Traced {
     }
 
     fn save(&mut self, storage: &mut dyn eframe::Storage) {
-        self.window.save(storage);
-    }
-
-    fn clear_color(&self, visuals: &egui::Visuals) -> [f32; 4] {
-        self.window.clear_color(visuals)
+        Content::save(&mut self.window, storage);
     }
 }

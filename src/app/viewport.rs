@@ -9,7 +9,6 @@ use std::sync::{Arc, Mutex};
 use eframe::egui::{
     Color32, ColorImage, Context, Painter, Pos2, Rect, TextureHandle, TextureOptions, pos2, vec2,
 };
-use eframe::egui_wgpu;
 
 pub use super::painting::ScreenFormat;
 use super::painting::{PaintPicture, Part, Shown, lock};
@@ -55,8 +54,8 @@ impl PixelArea {
 
 /// The picture on screen.
 pub struct Viewport {
-    /// What the window's surface holds.
-    screen_format: ScreenFormat,
+    /// What the window's surface holds; `None` where the processor paints it.
+    screen_format: Option<ScreenFormat>,
     checker: Option<TextureHandle>,
     /// Shared with what was queued for painting: a picture that comes in the same pass is shown
     /// by it.
@@ -85,8 +84,8 @@ pub enum Beside {
 }
 
 impl Viewport {
-    /// Shows nothing yet, on a surface of `screen_format`.
-    pub fn new(screen_format: ScreenFormat) -> Self {
+    /// Shows nothing yet, on an adapter's surface of `screen_format`, or by the processor.
+    pub fn new(screen_format: Option<ScreenFormat>) -> Self {
         Self { screen_format, checker: None, shown: Arc::default(), fading: None }
     }
 
@@ -191,8 +190,7 @@ impl Viewport {
                 format: self.screen_format,
                 area: area.size,
             };
-            let callback = egui_wgpu::Callback::new_paint_callback(rect, callback);
-            painter.with_clip_rect(clip).add(callback);
+            painter.with_clip_rect(clip).add(callback.callback(rect));
         };
         match second {
             None => add(fade.map_or(Part::First, Part::Fade), area.rect),
@@ -293,7 +291,7 @@ mod tests {
 
     #[test]
     fn a_picture_gives_way_within_its_time_and_then_is_let_go() {
-        let mut viewport = Viewport::new(ScreenFormat::Rgba8Unorm);
+        let mut viewport = Viewport::new(None);
         viewport.accept_fading(picture([4, 4], 255), 0.0);
         assert_eq!(viewport.fade(0.0), None, "there was nothing before it");
         viewport.accept_fading(picture([8, 8], 255), 10.0);

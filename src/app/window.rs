@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use eframe::egui::{Context, Ui, ViewportCommand};
 
+use super::Content;
 use super::actions::{self, Action};
 use super::camera_control;
 use super::cells::CellsOverlay;
@@ -59,8 +60,8 @@ pub struct Parts {
     pub news: Arc<News>,
     /// How long a pass may wait for the picture of a change it has posted.
     pub wait_for_picture: Duration,
-    /// What the window's surface holds.
-    pub screen_format: ScreenFormat,
+    /// What the window's surface holds, where an adapter paints it; the processor does otherwise.
+    pub screen_format: Option<ScreenFormat>,
     /// Who reads.
     pub library: Arc<dyn Library>,
     /// Who draws pictures to be saved.
@@ -499,8 +500,8 @@ impl<'a> JobView<'a> {
     }
 }
 
-impl eframe::App for Window {
-    fn ui(&mut self, ui: &mut Ui, _frame: &mut eframe::Frame) {
+impl Content for Window {
+    fn pass(&mut self, ui: &mut Ui) {
         let ctx = ui.ctx().clone();
         self.take_news(&ctx);
         self.take_picture(&ctx);
@@ -518,6 +519,16 @@ impl eframe::App for Window {
 
     fn save(&mut self, storage: &mut dyn eframe::Storage) {
         eframe::set_value(storage, SETTINGS_KEY, &self.settings);
+    }
+}
+
+impl eframe::App for Window {
+    fn ui(&mut self, ui: &mut Ui, _frame: &mut eframe::Frame) {
+        self.pass(ui);
+    }
+
+    fn save(&mut self, storage: &mut dyn eframe::Storage) {
+        Content::save(self, storage);
     }
 
     fn clear_color(&self, _visuals: &eframe::egui::Visuals) -> [f32; 4] {

@@ -5,6 +5,7 @@
 //! is made then.
 
 use std::path::Path;
+use std::sync::LazyLock;
 
 use serde::Serialize;
 
@@ -70,6 +71,31 @@ impl From<EngineChoice> for Choice {
     }
 }
 
+impl Choice {
+    /// The engine that a choice leads to here. Drivers are asked only where that decides.
+    pub fn kind(&self) -> EngineKind {
+        match self.engine {
+            EngineChoice::Native => EngineKind::Native,
+            EngineChoice::Gpu => EngineKind::Gpu,
+            EngineChoice::Auto if self.adapter != AdapterChoice::Auto => EngineKind::Gpu,
+            EngineChoice::Auto if has_hardware_node() => EngineKind::Gpu,
+            EngineChoice::Auto => EngineKind::Native,
+        }
+    }
+
+    /// Whether a graphics adapter paints the window: the one that the GPU engine is asked to draw with, or any graphics
+    /// processor. A processor in disguise would paint it more slowly than the processor does.
+    pub fn wants_adapter(&self) -> bool {
+        self.kind() == EngineKind::Gpu || has_hardware_node()
+    }
+}
+
+/// Whether there is a graphics processor with a driver that answers.
+fn has_hardware_node() -> bool {
+    static FOUND: LazyLock<bool> = LazyLock::new(|| has_nodes() && has_hardware());
+    *FOUND
+}
+
 /// A picture that is being drawn, or was.
 pub trait Canvas {
     /// Its sRGB bytes with straight alpha, over a background.
@@ -117,13 +143,7 @@ impl Engines {
     /// # Errors
     /// No adapter, where one was asked for, or its driver's refusal.
     pub fn new(choice: Choice, wishes: Wishes) -> Result<Self, GpuError> {
-        let kind = match choice.engine {
-            EngineChoice::Native => EngineKind::Native,
-            EngineChoice::Gpu => EngineKind::Gpu,
-            EngineChoice::Auto if choice.adapter != AdapterChoice::Auto => EngineKind::Gpu,
-            EngineChoice::Auto if has_nodes() && has_hardware() => EngineKind::Gpu,
-            EngineChoice::Auto => EngineKind::Native,
-        };
+        let kind = choice.kind();
         let native = native::Renderer::new();
         let mut engines = Self { kind, choice, wishes, gpu: None, native, drew: kind };
         if kind == EngineKind::Gpu {

@@ -498,7 +498,7 @@ impl Bench {
                 drawer: Box::new(drawer),
                 news: Arc::new(News::new(ctx)),
                 wait_for_picture: Duration::ZERO,
-                screen_format: wgpu::TextureFormat::Rgba8Unorm,
+                screen_format: Some(wgpu::TextureFormat::Rgba8Unorm),
                 library: files,
                 renderer: Arc::new(move |request, _| {
                     log.lock().expect("no thread died holding it").push(request.clone());

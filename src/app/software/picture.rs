@@ -1,0 +1,187 @@
+//! The engine's pictures on a window's pixels: what `shaders/picture.wgsl` does, by the processor.
+
+use std::sync::LazyLock;
+
+use super::super::painting::{Entry, Painted};
+use super::triangle::{Bounds, Target, over};
+use crate::task::engine::Picture;
+
+/// Four channels of 8 bits with room between them: red, green, blue, alpha from the lowest bits on.
+type Lanes = u64;
+
+const LANES: Lanes = 0x00ff_00ff_00ff_00ff;
+/// A half in each of the lanes, in units of 1/256.
+const HALVES: Lanes = 0x0080_0080_0080_0080;
+
+fn lanes(rgba: &[u8]) -> Lanes {
+    let [r, g, b, a] = [0, 1, 2, 3].map(|channel| u64::from(rgba[channel]));
+    r | (g << 16) | (b << 32) | (a << 48)
+}
+
+fn channels(lanes: Lanes) -> [u32; 4] {
+    [0, 16, 32, 48].map(|shift| ((lanes >> shift) & 0xff) as u32)
+}
+
+/// So many 256ths of the second, the rest of the first, each lane rounded.
+fn mix(first: Lanes, second: Lanes, weight: u64) -> Lanes {
+    ((first * (256 - weight) + second * weight + HALVES) >> 8) & LANES
+}
+
+/// Where a pixel falls between two samples, and how many 256ths of the way.
+#[derive(Clone, Copy)]
+struct Tap {
+    first: usize,
+    second: usize,
+    weight: u64,
+}
+
+impl Tap {
+    /// The middle of a pixel of `length` from `begin` on, that show `samples`.
+    fn new(pixel: usize, begin: i64, length: i64, samples: u32) -> Self {
+        let share = (pixel as f64 + 0.5 - begin as f64) / length.max(1) as f64;
+        let most = f64::from(samples.saturating_sub(1));
+        let at = (share * f64::from(samples) - 0.5).clamp(0.0, most);
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
+        let (first, weight) = (at as usize, ((at - at.floor()) * 256.0).round() as u64);
+        let second = (first + 1).min(samples.saturating_sub(1) as usize);
+        Self { first, second, weight }
+    }
+}
+
+/// A row of a picture at the columns of a tile, enlarged smoothly.
+struct Rows<'a> {
+    picture: &'a Picture,
+    taps: Vec<Tap>,
+    /// The samples that the taps need, mixed of two rows.
+    mixed: Vec<Lanes>,
+    begin: usize,
+}
+
+impl<'a> Rows<'a> {
+    fn new(picture: &'a Picture, columns: std::ops::Range<usize>, area: [i64; 4]) -> Self {
+        let width = picture.size[0];
+        let taps: Vec<Tap> =
+            columns.map(|x| Tap::new(x, area[0], area[2] - area[0], width)).collect();
+        let begin = taps.first().map_or(0, |tap| tap.first);
+        let end = taps.last().map_or(0, |tap| tap.second + 1);
+        Self { picture, taps, mixed: vec![0; end - begin], begin }
+    }
+
+    /// The row that pixel `y` shows.
+    fn at(&mut self, y: usize, area: [i64; 4]) {
+        let [width, height] = self.picture.size;
+        let tap = Tap::new(y, area[1], area[3] - area[1], height);
+        let row = |y: usize| {
+            let begin = 4 * (y * width as usize + self.begin);
+            self.picture.rgba[begin..].chunks_exact(4)
+        };
+        for ((mixed, first), second) in
+            self.mixed.iter_mut().zip(row(tap.first)).zip(row(tap.second))
+        {
+            *mixed = mix(lanes(first), lanes(second), tap.weight);
+        }
+    }
+
+    fn pixel(&self, column: usize) -> Lanes {
+        let tap = &self.taps[column];
+        mix(self.mixed[tap.first - self.begin], self.mixed[tap.second - self.begin], tap.weight)
+    }
+}
+
+/// Light of encoded bytes, as sRGB defines it.
+static LIGHT: LazyLock<[f32; 256]> = LazyLock::new(|| {
+    std::array::from_fn(|byte| {
+        let encoded = byte as f32 / 255.0;
+        if encoded <= 0.04045 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
+    })
+});
+
+fn encoded(light: f32) -> u32 {
+    let encoded =
+        if light <= 0.003_130_8 { light * 12.92 } else { 1.055 * light.powf(1.0 / 2.4) - 0.055 };
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
+    let byte = (encoded.clamp(0.0, 1.0) * 255.0).round() as u32;
+    byte
+}
+
+/// How far two pixels are apart, in linear light, so many times as large.
+fn difference(one: &[u8], other: &[u8], gain: f32) -> u32 {
+    let light = |pixel: &[u8], channel: usize| {
+        LIGHT[usize::from(pixel[channel])] * f32::from(pixel[3]) / 255.0
+    };
+    let apart = |channel| ((light(one, channel) - light(other, channel)).abs() * gain).min(1.0);
+    (encoded(apart(0)) << 16) | (encoded(apart(1)) << 8) | encoded(apart(2))
+}
+
+/// Writes a pixel with straight alpha, over what is there where it has holes.
+fn put(pixel: &mut u32, rgba: [u32; 4], blended: bool) {
+    let [r, g, b, a] = rgba;
+    let times = |channel: u32| (channel * a + 127) / 255;
+    *pixel = match blended {
+        false if a == 255 => (r << 16) | (g << 8) | b,
+        false => (times(r) << 16) | (times(g) << 8) | times(b),
+        true => over(*pixel, [times(r), times(g), times(b), a]),
+    };
+}
+
+/// Paints what of a picture falls into `clip`; `area` is where all of it stands: left, top, right, bottom in pixels.
+pub(super) fn paint_picture(
+    target: &mut Target<'_>,
+    clip: Bounds,
+    area: [i64; 4],
+    painted: &Painted,
+) {
+    let edge = |edge: i64| usize::try_from(edge.max(0)).unwrap_or(0);
+    let clip = super::triangle::common(clip, area.map(edge));
+    if clip[0] >= clip[2] || clip[1] >= clip[3] {
+        return;
+    }
+    let picture = &*painted.picture;
+    let blended = painted.blended;
+    let exact = |picture: &'_ Picture, y: usize| {
+        let (row, column) = (edge(y as i64 - area[1]), edge(clip[0] as i64 - area[0]));
+        4 * (row * picture.size[0] as usize + column)
+    };
+    match (painted.entry, &painted.other) {
+        (Entry::Difference, Some(other)) => {
+            for y in clip[1]..clip[3] {
+                let (one, two) =
+                    (&picture.rgba[exact(picture, y)..], &other.rgba[exact(other, y)..]);
+                let texels = one.chunks_exact(4).zip(two.chunks_exact(4));
+                for (pixel, (one, two)) in target.span(y, clip[0], clip[2]).iter_mut().zip(texels) {
+                    *pixel = difference(one, two, painted.amount);
+                }
+            }
+        }
+        (Entry::Faded, Some(other)) => {
+            let mut after = Rows::new(picture, clip[0]..clip[2], area);
+            let mut before = Rows::new(other, clip[0]..clip[2], area);
+            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
+            let share = (painted.amount.clamp(0.0, 1.0) * 256.0).round() as u64;
+            for y in clip[1]..clip[3] {
+                after.at(y, area);
+                before.at(y, area);
+                for (n, pixel) in target.span(y, clip[0], clip[2]).iter_mut().enumerate() {
+                    put(pixel, channels(mix(after.pixel(n), before.pixel(n), share)), blended);
+                }
+            }
+        }
+        (Entry::Enlarged, _) => {
+            let mut rows = Rows::new(picture, clip[0]..clip[2], area);
+            for y in clip[1]..clip[3] {
+                rows.at(y, area);
+                for (n, pixel) in target.span(y, clip[0], clip[2]).iter_mut().enumerate() {
+                    put(pixel, channels(rows.pixel(n)), blended);
+                }
+            }
+        }
+        _ => {
+            for y in clip[1]..clip[3] {
+                let texels = picture.rgba[exact(picture, y)..].chunks_exact(4);
+                for (pixel, texel) in target.span(y, clip[0], clip[2]).iter_mut().zip(texels) {
+                    put(pixel, [0, 1, 2, 3].map(|channel| u32::from(texel[channel])), blended);
+                }
+            }
+        }
+    }
+}
