@@ -21,7 +21,7 @@ const DRAG_EVERY: Duration = Duration::from_millis(16);
 /// Views that a drag must have shown; a machine under load is given more moves for them.
 const LEAST_VIEWS: usize = 6;
 /// What the window allows a picture by default while it moves, milliseconds.
-const BUDGET_MS: f64 = 20.0;
+const BUDGET_MS: f64 = 25.0;
 
 /// A small real scan where there is one, a demo else.
 fn volume() -> String {

@@ -14,7 +14,7 @@ use eframe::egui::accesskit::Role;
 use eframe::egui::{Event, Key, Modifiers, PointerButton, Pos2, ViewportCommand, ViewportId, vec2};
 use egui_kittest::kittest::{NodeT as _, Queryable as _};
 use glam::DVec3;
-use ui_support::{Bench, RAW_BYTES};
+use ui_support::{Bench, Painter, RAW_BYTES};
 use voxsplat::app::actions::{ACTIONS, Action};
 use voxsplat::app::camera_control::framed;
 use voxsplat::app::compare::Display;
@@ -755,8 +755,9 @@ fn the_file_menu_says_what_cannot_be_done_yet() {
 
 #[test]
 fn the_pictures_bytes_reach_the_screen_unchanged() {
-    for scale in [1.0_f32, 1.5] {
-        let mut bench = Bench::rendered(scale);
+    let each = [1.0_f32, 1.5].into_iter().flat_map(|scale| Painter::BOTH.map(|by| (scale, by)));
+    for (scale, by) in each {
+        let mut bench = Bench::rendered(scale, by);
         let picture = bench.engine.newest();
         assert_eq!(picture.size, picture.requested_size);
         let viewport = bench.viewport();
@@ -776,7 +777,40 @@ fn the_pictures_bytes_reach_the_screen_unchanged() {
             }
         }
         assert!(compared > 10_000, "{compared}");
-        assert_eq!(worst, 0, "at {scale} pixels a point");
+        assert_eq!(worst, 0, "at {scale} pixels a point, by {by:?}");
+    }
+}
+
+/// Bytes that are more than `levels` apart, as a share of all.
+fn share_apart(one: &image::RgbaImage, other: &image::RgbaImage, levels: u8) -> f64 {
+    assert_eq!(one.dimensions(), other.dimensions());
+    let bytes = one.as_raw().iter().zip(other.as_raw());
+    bytes.filter(|(a, b)| a.abs_diff(**b) > levels).count() as f64 / one.as_raw().len() as f64
+}
+
+/// Without a graphics processor the window is the same: words, lines, graphs, menus, half transparent ones too.
+#[test]
+fn the_processor_paints_what_an_adapter_paints() {
+    for scale in [1.0_f32, 1.5] {
+        let shots = Painter::BOTH.map(|by| {
+            let mut bench = Bench::rendered(scale, by);
+            let plain = bench.harness.render().expect("a software adapter is installed");
+            bench.harness.key_press(Key::F1);
+            bench.settle();
+            let help = bench.harness.render().expect("a software adapter is installed");
+            [plain, help]
+        });
+        let [adapter, processor] = &shots;
+        for (one, other) in adapter.iter().zip(processor) {
+            // Measured: none beyond 3 levels at a pixel a point and at one and a half.
+            let apart = share_apart(one, other, 3);
+            assert!(apart <= 1e-4, "at {scale}: {apart}");
+        }
+        // The comparison sees a window that is a pixel off, and one with other words in it.
+        let mut moved = processor[0].clone();
+        image::imageops::replace(&mut moved, &processor[0], 1, 0);
+        assert!(share_apart(&adapter[0], &moved, 3) > 1e-2);
+        assert!(share_apart(&adapter[1], &processor[0], 3) > 1e-2);
     }
 }
 

@@ -19,7 +19,7 @@ pub const REST_AFTER_SECS: f64 = 0.12;
 /// still come in time.
 pub const WAIT_FOR_PICTURE: Duration = Duration::from_millis(45);
 /// Least time between two repaints for the engine's sake while the view rests.
-const REPAINT_AT_REST: Duration = Duration::from_millis(200);
+const REPAINT_AT_REST: Duration = Duration::from_millis(50);
 
 /// Share of the time between two animated pictures that drawing one may take: the rest is the
 /// interface's.
@@ -39,6 +39,8 @@ pub struct Decision {
 pub struct Pacing {
     posted: Option<FrameRequest>,
     changed_at_secs: f64,
+    /// Whether something was held at the last decision.
+    was_held: bool,
     /// The view is to converge however long that takes, until it changes.
     insists: bool,
     /// Modes are being judged: each is shown as it is, and not refined further.
@@ -68,11 +70,14 @@ impl Pacing {
         }
         if posted.size != size || !posted.scene.makes_same_picture(scene) {
             self.insists = false;
+            self.was_held = held;
             return self.post(scene, size, self.effort_while_moving(scene, settings), now_secs);
         }
         let moving = matches!(posted.effort, Effort::Moving { .. });
         let rested_secs = now_secs - self.changed_at_secs;
-        let settled = !moving || (!held && rested_secs >= REST_AFTER_SECS);
+        // A hand that lets go has ended its movement; wheels and keys end none.
+        let lets_go = std::mem::replace(&mut self.was_held, held) && !held;
+        let settled = !moving || lets_go || (!held && rested_secs >= REST_AFTER_SECS);
         let effort = if settled {
             self.effort_at_rest(scene, settings)
         } else {
@@ -298,9 +303,9 @@ mod tests {
         scene.camera = scene.camera.orbited(0.1, 0.0);
         let moved = pacing.decide(&scene, [10, 10], &settings, 1.0, true);
         assert_eq!(effort(&moved), Some(settings.effort_while_moving()));
-        let held = pacing.decide(&scene, [10, 10], &settings, 5.0, true);
+        let held = pacing.decide(&scene, [10, 10], &settings, 1.01, true);
         assert!(held.post.is_none() && held.again_in_secs.is_none(), "still held: {held:?}");
-        let released = pacing.decide(&scene, [10, 10], &settings, 5.0, false);
+        let released = pacing.decide(&scene, [10, 10], &settings, 1.02, false);
         assert_eq!(effort(&released), Some(settings.effort_at_rest()));
         let idle = pacing.decide(&scene, [10, 10], &settings, 9.0, false);
         assert!(idle.post.is_none() && idle.again_in_secs.is_none(), "{idle:?}");
@@ -403,10 +408,10 @@ mod tests {
         let mut gate = NewsGate::default();
         let start = Instant::now();
         assert_eq!(gate.delay(start, false), Duration::ZERO, "the first news is shown at once");
-        let later = start + Duration::from_millis(50);
-        assert_eq!(gate.delay(later, false), Duration::from_millis(150));
-        let soon_after = start + Duration::from_millis(60);
-        assert_eq!(gate.delay(soon_after, false), Duration::from_millis(140), "still the same");
+        let later = start + Duration::from_millis(20);
+        assert_eq!(gate.delay(later, false), Duration::from_millis(30));
+        let soon_after = start + Duration::from_millis(40);
+        assert_eq!(gate.delay(soon_after, false), Duration::from_millis(10), "still the same");
         assert_eq!(gate.delay(later, true), Duration::ZERO);
     }
 

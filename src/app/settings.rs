@@ -24,7 +24,7 @@ pub const VIEW_ANGLE_DEG: std::ops::RangeInclusive<f64> = 5.0..=120.0;
 /// (figure 6), and what follows the hand closely.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum BudgetPreset {
-    /// Fifty pictures a second.
+    /// Thirty pictures a second and more, with what the window itself takes.
     Interactive,
     /// Five pictures a second.
     FifthOfASecond,
@@ -42,7 +42,7 @@ impl BudgetPreset {
     /// Milliseconds; `None` where there is no limit.
     pub fn budget_ms(self) -> Option<f64> {
         match self {
-            Self::Interactive => Some(20.0),
+            Self::Interactive => Some(25.0),
             Self::FifthOfASecond => Some(200.0),
             Self::FiveSeconds => Some(5000.0),
             Self::Full => None,
@@ -88,7 +88,7 @@ impl Default for Settings {
     fn default() -> Self {
         Self {
             recent: Vec::new(),
-            budget_ms: 20.0,
+            budget_ms: 25.0,
             background: scene::BACKGROUND,
             transparent_background: false,
             full_quality_while_moving: false,

@@ -6,7 +6,7 @@ use egui_kittest::kittest::Queryable as _;
 use voxsplat::scene::{Annotation, Annotations};
 use voxsplat::task::annotations::{draw, laid_out};
 
-use crate::ui_support::Bench;
+use crate::ui_support::{Bench, Painter};
 
 fn press(bench: &mut Bench, key: Key) {
     bench.harness.key_press(key);
@@ -60,8 +60,10 @@ fn saved_pictures_have_what_is_shown_unless_told_otherwise() {
 
 #[test]
 fn the_window_paints_what_files_have() {
-    for scale in [1.0_f32, 1.5] {
-        let mut bench = Bench::rendered(scale);
+    for (scale, by) in
+        [(1.0_f32, Painter::Processor), (1.5, Painter::Processor), (1.5, Painter::Adapter)]
+    {
+        let mut bench = Bench::rendered(scale, by);
         for key in [Key::B, Key::S, Key::X] {
             press(&mut bench, key);
         }

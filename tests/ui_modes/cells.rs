@@ -9,7 +9,7 @@ use voxsplat::app::settings::BudgetPreset;
 use voxsplat::scene::{Cell, Cells, View, WhyWhole};
 use voxsplat::task::engine::{CellsRequest, Effort, FoundCells};
 
-use crate::ui_support::Bench;
+use crate::ui_support::{Bench, Painter};
 
 /// The cells that were asked for, after the first `count` times.
 fn asked_since(bench: &Bench, count: usize) -> Vec<Option<CellsRequest>> {
@@ -100,7 +100,7 @@ fn cells_of_another_volume_are_not_shown() {
 /// The lines follow the camera in the very pass in which it moves, whatever the engine does.
 #[test]
 fn cells_lie_where_the_present_camera_sees_them() {
-    let mut bench = Bench::rendered(1.0);
+    let mut bench = Bench::rendered(1.0, Painter::Processor);
     let plain = bench.harness.render().expect("a software adapter is installed");
     bench.harness.key_press(Key::G);
     bench.settle();

@@ -21,7 +21,7 @@ use voxsplat::scene::{
 
 use voxsplat::task::engine::EngineChoice;
 
-use crate::ui_support::{Bench, MeasureLog, SECOND_DARKER, chart_points};
+use crate::ui_support::{Bench, MeasureLog, Painter, SECOND_DARKER, chart_points};
 
 /// What the engine is asked to draw.
 fn mode(bench: &Bench) -> SplatSettings {
@@ -479,7 +479,13 @@ fn a_difference_is_amplified_from_1_to_64_times() {
 /// At rest a picture gives way to the next little by little, where that is wanted; otherwise at once.
 #[test]
 fn a_picture_gives_way_to_the_next_at_rest() {
-    let mut bench = Bench::rendered(1.0);
+    for by in Painter::BOTH {
+        picture_gives_way(by);
+    }
+}
+
+fn picture_gives_way(by: Painter) {
+    let mut bench = Bench::rendered(1.0, by);
     let middle = bench.viewport().center();
     let grey = |bench: &mut Bench| {
         let screen = bench.harness.render().expect("a software adapter is installed");
@@ -506,7 +512,13 @@ fn a_picture_gives_way_to_the_next_at_rest() {
 
 #[test]
 fn both_pictures_and_their_difference_reach_the_screen() {
-    let mut bench = Bench::rendered(1.0);
+    for by in Painter::BOTH {
+        both_reach_the_screen(by);
+    }
+}
+
+fn both_reach_the_screen(by: Painter) {
+    let mut bench = Bench::rendered(1.0, by);
     let first = bench.engine.newest();
     let viewport = bench.viewport();
     bench.harness.key_press(Key::C);

@@ -7,8 +7,9 @@ use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use eframe::egui::{
-    DroppedFile, Event, KeyboardShortcut, Modifiers, MouseWheelSource, MouseWheelUnit,
-    PointerButton, Pos2, Rect, TouchPhase, Vec2, ViewportCommand, ViewportId, vec2,
+    Context, DroppedFile, Event, FullOutput, KeyboardShortcut, Modifiers, MouseWheelSource,
+    MouseWheelUnit, PointerButton, Pos2, Rect, TextureId, TexturesDelta, TouchPhase, Vec2,
+    ViewportCommand, ViewportId, vec2,
 };
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT as _, Queryable as _};
@@ -19,6 +20,7 @@ use voxsplat::app::measuring::{ChartPoint, Measurer, Stepped};
 use voxsplat::app::pacing::News;
 use voxsplat::app::saving::SaveRequest;
 use voxsplat::app::settings::Settings;
+use voxsplat::app::software::Canvas;
 use voxsplat::app::{Parts, Window};
 use voxsplat::core::{Camera, Ticket};
 use voxsplat::kernel::Kernel;
@@ -444,6 +446,50 @@ pub(crate) struct Bench {
     saved: Arc<Mutex<Vec<SaveRequest>>>,
 }
 
+/// Who paints the window.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Painter {
+    /// A software adapter.
+    Adapter,
+    /// The processor itself, as where there is no graphics processor.
+    Processor,
+}
+
+impl Painter {
+    pub(crate) const BOTH: [Self; 2] = [Self::Adapter, Self::Processor];
+}
+
+/// The window's canvas, in place of an adapter.
+#[derive(Default)]
+struct OnCanvas {
+    canvas: Canvas,
+    /// To be freed after the next frame.
+    freed: Vec<TextureId>,
+}
+
+impl egui_kittest::TestRenderer for OnCanvas {
+    fn handle_delta(&mut self, delta: &mut TexturesDelta) {
+        self.canvas.set_textures(delta);
+        self.freed.extend(delta.free.drain());
+    }
+
+    fn render(&mut self, ctx: &Context, output: &FullOutput) -> Result<image::RgbaImage, String> {
+        let scale = output.pixels_per_point;
+        let size = (ctx.content_rect().size() * scale).round();
+        let primitives = ctx.tessellate(output.shapes.clone(), scale);
+        let background = voxsplat::app::theme::PANEL;
+        let size = [size.x as usize, size.y as usize];
+        self.canvas.paint(size, scale, background, &primitives);
+        self.canvas.free_textures(std::mem::take(&mut self.freed));
+        let bytes = self.canvas.pixels().iter().flat_map(|pixel| {
+            let [b, g, r, _] = pixel.to_le_bytes();
+            [r, g, b, 255]
+        });
+        image::RgbaImage::from_raw(size[0] as u32, size[1] as u32, bytes.collect())
+            .ok_or_else(|| "a canvas that is not full".to_owned())
+    }
+}
+
 impl Bench {
     /// Nothing open.
     pub(crate) fn empty() -> Self {
@@ -465,15 +511,15 @@ impl Bench {
         bench
     }
 
-    /// The same, drawn by a software adapter at `pixels_per_point`.
-    pub(crate) fn rendered(pixels_per_point: f32) -> Self {
-        let mut bench = Self::new(Some("chosen.nrrd".into()), Some(pixels_per_point));
+    /// The same, painted at `pixels_per_point`.
+    pub(crate) fn rendered(pixels_per_point: f32, by: Painter) -> Self {
+        let mut bench = Self::new(Some("chosen.nrrd".into()), Some((pixels_per_point, by)));
         bench.open("good.nrrd");
         bench.settle();
         bench
     }
 
-    fn new(chosen: Option<PathBuf>, pixels_per_point: Option<f32>) -> Self {
+    fn new(chosen: Option<PathBuf>, painted: Option<(f32, Painter)>) -> Self {
         let engine = Arc::new(GradientEngine::default());
         let library = Arc::new(NamedFiles::default());
         let pictures = tempfile::tempdir().expect("a temporary folder");
@@ -486,19 +532,21 @@ impl Bench {
         let (folder, log) = (pictures.path().to_owned(), Arc::clone(&saved));
         let mut builder =
             Harness::builder().with_size(vec2(1280.0, 2090.0)).with_step_dt(STEP_SECS);
-        if let Some(pixels_per_point) = pixels_per_point {
-            builder = builder
-                .with_size(vec2(800.0, 600.0))
-                .with_pixels_per_point(pixels_per_point)
-                .wgpu();
+        if let Some((pixels_per_point, by)) = painted {
+            builder = builder.with_size(vec2(800.0, 600.0)).with_pixels_per_point(pixels_per_point);
+            builder = match by {
+                Painter::Adapter => builder.wgpu(),
+                Painter::Processor => builder.renderer(OnCanvas::default()),
+            };
         }
+        let by_processor = painted.is_some_and(|(_, by)| by == Painter::Processor);
         let harness = builder.build_eframe(move |creation| {
             let ctx = &creation.egui_ctx;
             let parts = Parts {
                 drawer: Box::new(drawer),
                 news: Arc::new(News::new(ctx)),
                 wait_for_picture: Duration::ZERO,
-                screen_format: Some(wgpu::TextureFormat::Rgba8Unorm),
+                screen_format: (!by_processor).then_some(wgpu::TextureFormat::Rgba8Unorm),
                 library: files,
                 renderer: Arc::new(move |request, _| {
                     log.lock().expect("no thread died holding it").push(request.clone());

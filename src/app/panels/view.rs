@@ -84,7 +84,7 @@ fn projection_ui(ui: &mut Ui, scene: &mut Scene, settings: &mut Settings) {
 fn preset_words(preset: BudgetPreset) -> (&'static str, &'static str) {
     match preset {
         BudgetPreset::Interactive => {
-            ("Interactive (20 ms)", "Follows the hand closely, at the price of detail")
+            ("Interactive (25 ms)", "Follows the hand closely, at the price of detail")
         }
         BudgetPreset::FifthOfASecond => (
             "A fifth of a second",

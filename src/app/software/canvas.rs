@@ -54,19 +54,19 @@ pub struct Canvas {
 }
 
 impl Canvas {
-    /// Takes new and changed textures, before what shows them is painted.
-    pub fn set_textures(&mut self, delta: &TexturesDelta) {
-        for (id, changes) in &delta.set {
+    /// Takes new and changed textures out of what egui says of them, before what shows them is painted.
+    pub fn set_textures(&mut self, delta: &mut TexturesDelta) {
+        for (id, changes) in delta.set.drain() {
             for change in changes {
                 self.generation += 1;
-                match (change.pos, self.textures.get_mut(id)) {
+                match (change.pos, self.textures.get_mut(&id)) {
                     (None, _) => {
-                        self.textures.insert(*id, Texture::new(change, self.generation));
+                        self.textures.insert(id, Texture::new(&change, self.generation));
                     }
                     (Some(place), Some(texture)) => {
-                        texture.patch(change, place);
+                        texture.patch(&change, place);
                         // The atlas of glyphs only grows: what was painted of it is as it was.
-                        if *id != TextureId::default() {
+                        if id != TextureId::default() {
                             texture.generation = self.generation;
                         }
                     }
@@ -77,9 +77,9 @@ impl Canvas {
     }
 
     /// Lets go of textures, after what showed them was painted.
-    pub fn free_textures(&mut self, delta: &TexturesDelta) {
-        for id in &delta.free {
-            self.textures.remove(id);
+    pub fn free_textures(&mut self, freed: impl IntoIterator<Item = TextureId>) {
+        for id in freed {
+            self.textures.remove(&id);
         }
     }
 
@@ -254,4 +254,93 @@ fn pixel_rect(rect: Rect, pixels_per_point: f32) -> [i64; 4] {
     #[expect(clippy::cast_possible_truncation, reason = "saturates")]
     [rect.min.x, rect.min.y, rect.max.x, rect.max.y]
         .map(|edge| (edge * pixels_per_point).round() as i64)
+}
+
+#[cfg(test)]
+mod tests {
+    use eframe::egui::{Context, RawInput, Slider, pos2, vec2};
+
+    use super::*;
+
+    const SIZE: [usize; 2] = [403, 301];
+    const BACKGROUND: Color32 = Color32::from_rgb(20, 30, 40);
+
+    /// A frame of a small interface that shows a number.
+    fn frame(ctx: &Context, number: f32, scale: f32) -> (Vec<ClippedPrimitive>, TexturesDelta) {
+        let size = vec2(SIZE[0] as f32, SIZE[1] as f32) / scale;
+        let mut input = RawInput {
+            screen_rect: Some(Rect::from_min_size(pos2(0.0, 0.0), size)),
+            ..RawInput::default()
+        };
+        input.viewports.entry(input.viewport_id).or_default().native_pixels_per_point = Some(scale);
+        let output = ctx.run_ui(input, |ui| {
+            ui.heading("Words that stay");
+            let mut shown = number;
+            ui.add(Slider::new(&mut shown, 0.0..=1.0).text("Share"));
+            ui.label("More words, and a circle");
+            let painter = ui.painter();
+            painter.circle_filled(
+                pos2(150.3, 200.7),
+                31.4,
+                Color32::from_rgba_unmultiplied(200, 90, 10, 128),
+            );
+        });
+        let primitives = ctx.tessellate(output.shapes, output.pixels_per_point);
+        (primitives, output.textures_delta)
+    }
+
+    #[test]
+    fn what_changed_is_painted_and_nothing_else() {
+        for scale in [1.0, 1.5] {
+            let (ctx, mut kept) = (Context::default(), Canvas::default());
+            // Widgets take their places in the first passes.
+            for (pass, number) in [0.2, 0.2, 0.2, 0.7, 0.7, 0.71, 0.1].into_iter().enumerate() {
+                let (primitives, mut textures) = frame(&ctx, number, scale);
+                kept.set_textures(&mut textures);
+                let damage = kept.paint(SIZE, scale, BACKGROUND, &primitives);
+                kept.free_textures(textures.free.drain());
+                let area: u32 = damage.iter().map(|part| part.width * part.height).sum();
+                let mut fresh = Canvas { textures: kept.textures.clone(), ..Canvas::default() };
+                fresh.paint(SIZE, scale, BACKGROUND, &primitives);
+                assert!(kept.pixels() == fresh.pixels(), "{number} is not as if painted anew");
+                if pass >= 3 {
+                    assert!(area < (SIZE[0] * SIZE[1] / 3) as u32, "{number}: {area} pixels");
+                    assert_eq!(area == 0, pass == 4, "{number}: {area} pixels");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn triangles_that_share_an_edge_leave_no_gap_and_no_pixel_twice() {
+        let mut canvas = Canvas::default();
+        let ctx = Context::default();
+        let mut textures = frame(&ctx, 0.0, 1.0).1;
+        canvas.set_textures(&mut textures);
+        canvas.free_textures(textures.free.drain());
+        let white = eframe::egui::epaint::WHITE_UV;
+        // A fan about an odd place, half transparent: a pixel painted twice would be brighter.
+        let colour = Color32::from_rgba_premultiplied(100, 100, 100, 100);
+        let mut mesh = Mesh::default();
+        let middle = pos2(71.31, 83.77);
+        mesh.vertices.push(Vertex { pos: middle, uv: white, color: colour });
+        for spoke in 0..24_u32 {
+            let angle = spoke as f32 * std::f32::consts::TAU / 24.0 + 0.1;
+            let pos = middle + vec2(angle.cos(), angle.sin()) * 57.3;
+            mesh.vertices.push(Vertex { pos, uv: white, color: colour });
+            mesh.add_triangle(0, 1 + spoke, 1 + (spoke + 1) % 24);
+        }
+        let clip_rect = Rect::from_min_size(pos2(0.0, 0.0), vec2(200.0, 200.0));
+        let primitives = [ClippedPrimitive { clip_rect, primitive: Primitive::Mesh(mesh) }];
+        canvas.paint([200, 200], 1.0, Color32::BLACK, &primitives);
+        for (n, pixel) in canvas.pixels().iter().enumerate() {
+            let at = pos2((n % 200) as f32 + 0.5, (n / 200) as f32 + 0.5);
+            let distance = at.distance(middle);
+            if distance < 56.0 {
+                assert_eq!(*pixel, 0x0064_6464, "{at:?}");
+            } else if distance > 58.0 {
+                assert_eq!(*pixel, 0, "{at:?}");
+            }
+        }
+    }
 }

@@ -210,7 +210,7 @@ impl Host {
         let mut input = screen.state.take_egui_input(&screen.window);
         input.viewports.insert(ViewportId::ROOT, screen.info.clone());
         screen.info.events.clear();
-        let output = self.ctx.run_ui(input, |ui| screen.content.pass(ui));
+        let mut output = self.ctx.run_ui(input, |ui| screen.content.pass(ui));
         screen.state.handle_platform_output_with_event_loop(
             &screen.window,
             events,
@@ -219,10 +219,10 @@ impl Host {
         let begun = Instant::now();
         let primitives = self.ctx.tessellate(output.shapes, output.pixels_per_point);
         let tessellated = begun.elapsed();
-        screen.canvas.set_textures(&output.textures_delta);
+        screen.canvas.set_textures(&mut output.textures_delta);
         let size = [width, height].map(|side| side.get() as usize);
         let damage = screen.canvas.paint(size, output.pixels_per_point, theme::PANEL, &primitives);
-        screen.canvas.free_textures(&output.textures_delta);
+        screen.canvas.free_textures(output.textures_delta.free.drain());
         let painted = begun.elapsed();
         screen.present(width, height, &damage)?;
         log::debug!(

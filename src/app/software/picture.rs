@@ -185,3 +185,139 @@ pub(super) fn paint_picture(
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::core::colour::{linear_from_srgb, srgb_from_linear};
+    use crate::scene::Backend;
+    use crate::task::engine::FrameReport;
+    use crate::task::level::LevelOfDetail;
+
+    /// Bytes without an order that repeats.
+    fn picture(size: [u32; 2], seed: u32, alpha: Option<u8>) -> Arc<Picture> {
+        let bytes = (0..size[0] * size[1] * 4).map(|n| {
+            let byte = ((n + seed).wrapping_mul(2_654_435_761) >> 24) as u8;
+            if n % 4 == 3 { alpha.unwrap_or(byte) } else { byte }
+        });
+        let report = FrameReport::last(LevelOfDetail::FULL, 1, Backend::Tiles, 1.0);
+        Arc::new(Picture { size, requested_size: size, rgba: bytes.collect(), report })
+    }
+
+    /// A channel of a picture at a pixel of `area`, bilinearly.
+    fn truth(picture: &Picture, pixel: [usize; 2], area: [i64; 4], channel: usize) -> f64 {
+        let at = |axis: usize| {
+            let length = (area[axis + 2] - area[axis]) as f64;
+            let size = f64::from(picture.size[axis]);
+            let share = (pixel[axis] as f64 + 0.5 - area[axis] as f64) / length;
+            (share * size - 0.5).clamp(0.0, size - 1.0)
+        };
+        let (x, y) = (at(0), at(1));
+        let sample = |x: f64, y: f64| {
+            let [x, y] =
+                [x.min(f64::from(picture.size[0]) - 1.0), y.min(f64::from(picture.size[1]) - 1.0)];
+            f64::from(
+                picture.rgba[4 * (y as usize * picture.size[0] as usize + x as usize) + channel],
+            )
+        };
+        let row = |y: f64| {
+            let share = x - x.floor();
+            sample(x.floor(), y) * (1.0 - share) + sample(x.floor() + 1.0, y) * share
+        };
+        row(y.floor()) * (1.0 - (y - y.floor())) + row(y.floor() + 1.0) * (y - y.floor())
+    }
+
+    /// The most that any pixel is from `expected`, levels.
+    fn worst(
+        painted: &Painted,
+        area: [i64; 4],
+        clip: Bounds,
+        expected: impl Fn([usize; 2], usize) -> f64,
+    ) -> f64 {
+        let (width, height) = (90, 70);
+        let mut pixels = vec![0x0040_8020; width * height];
+        let mut target = Target { pixels: &mut pixels, width };
+        // By tiles, as a window does.
+        for left in (0..width).step_by(32) {
+            let tile = [left, 0, (left + 32).min(width), height];
+            paint_picture(&mut target, super::super::triangle::common(tile, clip), area, painted);
+        }
+        let mut worst = 0.0_f64;
+        for (n, pixel) in pixels.iter().enumerate() {
+            let (x, y) = (n % width, n / width);
+            let inside = |axis: usize, at: usize| {
+                at >= clip[axis]
+                    && at < clip[axis + 2]
+                    && (area[axis]..area[axis + 2]).contains(&(at as i64))
+            };
+            if !(inside(0, x) && inside(1, y)) {
+                assert_eq!(*pixel, 0x0040_8020, "beyond its place: {x}, {y}");
+                continue;
+            }
+            for channel in 0..3 {
+                let found = f64::from((pixel >> (16 - 8 * channel)) & 0xff);
+                worst = worst.max((found - expected([x, y], channel)).abs());
+            }
+        }
+        worst
+    }
+
+    fn painted(picture: Arc<Picture>, other: Option<Arc<Picture>>, entry: Entry) -> Painted {
+        Painted { picture, other, entry, amount: 0.3, blended: false }
+    }
+
+    const AREA: [i64; 4] = [-5, 3, 80, 66];
+    const CLIP: Bounds = [2, 0, 77, 70];
+
+    #[test]
+    fn pictures_are_enlarged_bilinearly() {
+        for size in [[13, 9], [1, 1], [85, 63], [200, 150]] {
+            let one = picture(size, 7, Some(255));
+            let painted = painted(Arc::clone(&one), None, Entry::Enlarged);
+            let apart = worst(&painted, AREA, CLIP, |at, channel| truth(&one, at, AREA, channel));
+            // Measured: 1.4, of weights and sums of 8 bits each way.
+            assert!(apart <= 1.6, "{size:?}: {apart}");
+            let moved = [-4, 3, 81, 66];
+            let apart = worst(&painted, AREA, CLIP, |at, channel| truth(&one, at, moved, channel));
+            assert!(apart > 8.0 || size == [1, 1], "{size:?}: it does not see a pixel's shift");
+        }
+    }
+
+    #[test]
+    fn pictures_of_the_same_size_are_byte_for_byte_and_fade_between() {
+        let (one, two) = (picture([85, 63], 7, Some(255)), picture([85, 63], 9000, Some(255)));
+        let of = |picture: &Picture, at: [usize; 2], channel: usize| {
+            let [x, y] = [at[0] as i64 - AREA[0], at[1] as i64 - AREA[1]].map(|n| n as usize);
+            f64::from(picture.rgba[4 * (y * 85 + x) + channel])
+        };
+        for entry in [Entry::Exact, Entry::Enlarged] {
+            let painted = painted(Arc::clone(&one), None, entry);
+            assert_eq!(worst(&painted, AREA, CLIP, |at, c| of(&one, at, c)), 0.0, "{entry:?}");
+        }
+        let faded = painted(Arc::clone(&one), Some(Arc::clone(&two)), Entry::Faded);
+        let apart =
+            worst(&faded, AREA, CLIP, |at, c| 0.7 * of(&one, at, c) + 0.3 * of(&two, at, c));
+        assert!(apart <= 1.2, "{apart}");
+        let apart = painted(Arc::clone(&one), Some(Arc::clone(&two)), Entry::Difference);
+        let light = |byte: f64| linear_from_srgb(byte / 255.0);
+        let found = worst(&apart, AREA, CLIP, |at, c| {
+            let gap = (light(of(&one, at, c)) - light(of(&two, at, c))).abs();
+            255.0 * srgb_from_linear((0.3 * gap).min(1.0))
+        });
+        assert!(found <= 0.51, "{found}");
+    }
+
+    #[test]
+    fn holes_show_what_is_behind() {
+        let one = picture([85, 63], 7, None);
+        let painted = Painted { blended: true, ..painted(Arc::clone(&one), None, Entry::Exact) };
+        let behind = [64.0, 128.0, 32.0];
+        let apart = worst(&painted, AREA, CLIP, |at, c| {
+            let alpha = truth(&one, at, AREA, 3) / 255.0;
+            truth(&one, at, AREA, c) * alpha + behind[c] * (1.0 - alpha)
+        });
+        assert!(apart <= 1.01, "{apart}");
+    }
+}

@@ -24,7 +24,7 @@ impl Target<'_> {
 }
 
 /// A texture of egui's in memory.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Texture {
     size: [usize; 2],
     texels: Vec<Color32>,
