@@ -78,11 +78,14 @@ const ROOMS: [(&str, &[&str]); 17] = [
 ];
 
 /// Names from outside, and the only rooms that may say them.
-const OUTSIDE: [(&str, &[&str]); 16] = [
+const OUTSIDE: [(&str, &[&str]); 19] = [
     ("fearless_simd", &["native"]),
     ("wgpu", &["gpu"]),
     ("egui", &["app"]),
     ("eframe", &["app"]),
+    ("egui_winit", &["app"]),
+    ("softbuffer", &["app"]),
+    ("ron", &["app"]),
     ("rfd", &["app"]),
     ("clap", &["cli"]),
     ("plotters", &["cli"]),
@@ -122,11 +125,14 @@ const VECTOR_SETTINGS: [&str; 10] = [
 /// Words that put pixels on the screen, and the only files that may say them.
 const TEXTURE_WORDS: [&str; 5] =
     ["ColorImage", "TextureHandle", "TextureOptions", "TextureId", "load_texture"];
-const TEXTURE_FILES: [&str; 2] = [
+const TEXTURE_FILES: [&str; 4] = [
     // The squares behind pictures without a background, and lines over them.
     "app/viewport.rs",
     // A grey slice of a file's bytes, which never was a picture of the engine.
     "app/dialogs/raw.rs",
+    // Who paints egui's textures where no adapter does.
+    "app/software/canvas.rs",
+    "app/software/triangle.rs",
 ];
 
 /// Macros at the crate's root, and the room each belongs to.

@@ -11,6 +11,8 @@ use crate::task::engine::{Effort, FrameRequest};
 
 /// How long a view must stay unchanged before it counts as resting, seconds.
 pub const REST_AFTER_SECS: f64 = 0.12;
+/// The same after a hand has let go, which has ended its movement; wheels and keys end none.
+const REST_AFTER_RELEASE_SECS: f64 = 0.04;
 /// How long a pass may wait for the picture of the change it has just posted.
 ///
 /// A pass of the interface costs as much as a coarse picture on a software adapter, so while the
@@ -38,7 +40,8 @@ pub struct Decision {
 #[derive(Debug, Default)]
 pub struct Pacing {
     posted: Option<FrameRequest>,
-    changed_at_secs: f64,
+    /// When a view that moves counts as resting, if nothing changes before.
+    rests_at_secs: f64,
     /// Whether something was held at the last decision.
     was_held: bool,
     /// The view is to converge however long that takes, until it changes.
@@ -61,37 +64,52 @@ impl Pacing {
         held: bool,
     ) -> Decision {
         let Some(posted) = &self.posted else {
-            return self.post(scene, size, self.effort_at_rest(scene, settings), now_secs);
+            return self.post(
+                scene,
+                size,
+                self.effort_at_rest(scene, settings),
+                now_secs + REST_AFTER_SECS,
+            );
         };
         if !posted.scene.has_same_volume(scene) {
             self.insists = false;
             // Nothing moves: the ladder's own first rung is the coarse picture.
-            return self.post(scene, size, self.effort_at_rest(scene, settings), now_secs);
+            return self.post(
+                scene,
+                size,
+                self.effort_at_rest(scene, settings),
+                now_secs + REST_AFTER_SECS,
+            );
         }
         if posted.size != size || !posted.scene.makes_same_picture(scene) {
             self.insists = false;
             self.was_held = held;
-            return self.post(scene, size, self.effort_while_moving(scene, settings), now_secs);
+            return self.post(
+                scene,
+                size,
+                self.effort_while_moving(scene, settings),
+                now_secs + REST_AFTER_SECS,
+            );
         }
         let moving = matches!(posted.effort, Effort::Moving { .. });
-        let rested_secs = now_secs - self.changed_at_secs;
-        // A hand that lets go has ended its movement; wheels and keys end none.
-        let lets_go = std::mem::replace(&mut self.was_held, held) && !held;
-        let settled = !moving || lets_go || (!held && rested_secs >= REST_AFTER_SECS);
+        if std::mem::replace(&mut self.was_held, held) && !held {
+            self.rests_at_secs = self.rests_at_secs.min(now_secs + REST_AFTER_RELEASE_SECS);
+        }
+        let settled = !moving || (!held && now_secs >= self.rests_at_secs);
         let effort = if settled {
             self.effort_at_rest(scene, settings)
         } else {
             self.effort_while_moving(scene, settings)
         };
         if posted.effort != effort {
-            let changed_at_secs = self.changed_at_secs;
-            return self.post(scene, size, effort, changed_at_secs);
+            let rests_at_secs = self.rests_at_secs;
+            return self.post(scene, size, effort, rests_at_secs);
         }
         // While held, the release of the button brings the next pass.
         let waiting = moving && !held;
         Decision {
             post: None,
-            again_in_secs: waiting.then_some((REST_AFTER_SECS - rested_secs).max(0.0)),
+            again_in_secs: waiting.then_some((self.rests_at_secs - now_secs).max(0.0)),
         }
     }
 
@@ -164,11 +182,11 @@ impl Pacing {
         scene: &Scene,
         size: [u32; 2],
         effort: Effort,
-        changed_at_secs: f64,
+        rests_at_secs: f64,
     ) -> Decision {
         let request = FrameRequest { scene: scene.clone(), size, effort };
         self.posted = Some(request.clone());
-        self.changed_at_secs = changed_at_secs;
+        self.rests_at_secs = rests_at_secs;
         let moving = matches!(effort, Effort::Moving { .. });
         Decision { post: Some(request), again_in_secs: moving.then_some(REST_AFTER_SECS) }
     }
@@ -306,6 +324,10 @@ mod tests {
         let held = pacing.decide(&scene, [10, 10], &settings, 1.01, true);
         assert!(held.post.is_none() && held.again_in_secs.is_none(), "still held: {held:?}");
         let released = pacing.decide(&scene, [10, 10], &settings, 1.02, false);
+        assert!(released.post.is_none());
+        let wait = released.again_in_secs.unwrap();
+        assert!((wait - 0.04).abs() < 1e-9, "{wait}");
+        let released = pacing.decide(&scene, [10, 10], &settings, 1.02 + wait, false);
         assert_eq!(effort(&released), Some(settings.effort_at_rest()));
         let idle = pacing.decide(&scene, [10, 10], &settings, 9.0, false);
         assert!(idle.post.is_none() && idle.again_in_secs.is_none(), "{idle:?}");

@@ -1,5 +1,7 @@
 //! Colour: sRGB as people give it, linear light as it is composited (IEC 61966-2-1).
 
+use std::sync::LazyLock;
+
 use serde::{Deserialize, Serialize};
 
 /// A colour as written by a person: sRGB-encoded, 8 bits a channel.
@@ -48,33 +50,73 @@ pub fn srgb_from_linear(linear: f64) -> f64 {
     if linear <= 0.003_130_8 { linear * 12.92 } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
 }
 
-/// Lays premultiplied linear pixels over a background (`None`: nothing) and encodes them as sRGB
-/// bytes with straight alpha, as `shaders/present.wgsl` does on the device.
+/// The byte of a channel of linear light, rounded: what is beyond 0..=1 is clamped, what is no number is 0.
+fn srgb_byte(linear: f64) -> u8 {
+    (srgb_from_linear(linear.clamp(0.0, 1.0)).clamp(0.0, 1.0) * 255.0).round() as u8
+}
+
+/// Bytes of linear light in single precision, without a power for each.
+struct SrgbBytes {
+    /// The byte at the lower end of each of [`SrgbBytes::CELLS`] equal parts of 0..=1.
+    lowest: Vec<u8>,
+    /// The least light that has the next byte.
+    next: [f32; 256],
+}
+
+impl SrgbBytes {
+    /// So many that no two bytes begin within one: where it is steepest sRGB rises by 12.92 × 255 bytes.
+    const CELLS: u16 = 4096;
+
+    fn new() -> Self {
+        let cell = |n: u16| srgb_byte(f64::from(n) / f64::from(Self::CELLS));
+        let next = std::array::from_fn(|byte| {
+            // By halves of the bits: numbers that are not negative are in the order of theirs.
+            let (mut below, mut from) = (0_u32, f32::INFINITY.to_bits());
+            while byte < 255 && from - below > 1 {
+                let middle = below + (from - below) / 2;
+                let has = usize::from(srgb_byte(f64::from(f32::from_bits(middle)))) > byte;
+                *(if has { &mut from } else { &mut below }) = middle;
+            }
+            f32::from_bits(from)
+        });
+        Self { lowest: (0..=Self::CELLS).map(cell).collect(), next }
+    }
+
+    fn byte(&self, light: f32) -> u8 {
+        let light = light.clamp(0.0, 1.0);
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "0..=1, or no number, which is 0"
+        )]
+        let lowest = self.lowest[(light * f32::from(Self::CELLS)) as usize];
+        lowest + u8::from(light >= self.next[usize::from(lowest)])
+    }
+}
+
+static SRGB_BYTES: LazyLock<SrgbBytes> = LazyLock::new(SrgbBytes::new);
+
+/// What lays a premultiplied linear pixel over a background (`None`: nothing) and encodes it as sRGB bytes with
+/// straight alpha, as `shaders/present.wgsl` does on the device.
+pub fn srgb_encoder(background: Option<LinearRgb>) -> impl Fn(&[f32; 4]) -> [u8; 4] + Sync {
+    let there = f32::from(u8::from(background.is_some()));
+    #[expect(clippy::cast_possible_truncation, reason = "pixels are single precision, too")]
+    let behind = background.unwrap_or_default().0.map(|channel| channel as f32);
+    let table = &*SRGB_BYTES;
+    move |&[r, g, b, a]| {
+        let alpha = a + (1.0 - a) * there;
+        let whole = if alpha > 0.0 { 1.0 / alpha.max(1e-6) } else { 0.0 };
+        let rest = there * (1.0 - a);
+        let straight = |front: f32, behind: f32| table.byte((front + behind * rest) * whole);
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
+        let alpha = (alpha.clamp(0.0, 1.0) * 255.0).round() as u8;
+        [straight(r, behind[0]), straight(g, behind[1]), straight(b, behind[2]), alpha]
+    }
+}
+
+/// The bytes of many pixels; see [`srgb_encoder`].
 pub fn srgb_bytes(light: &[[f32; 4]], background: Option<LinearRgb>) -> Vec<u8> {
-    let (behind, there) =
-        (background.unwrap_or_default().0, f64::from(u8::from(background.is_some())));
-    let byte = |value: f64| (value.clamp(0.0, 1.0) * 255.0).round() as u8;
-    light
-        .iter()
-        .flat_map(|pixel| {
-            let [r, g, b, a] = pixel.map(f64::from);
-            let alpha = a + (1.0 - a) * there;
-            let straight = |front: f64, behind: f64| {
-                let light = front + behind * there * (1.0 - a);
-                if alpha > 0.0 {
-                    srgb_from_linear((light / alpha.max(1e-6)).clamp(0.0, 1.0))
-                } else {
-                    0.0
-                }
-            };
-            [
-                byte(straight(r, behind[0])),
-                byte(straight(g, behind[1])),
-                byte(straight(b, behind[2])),
-                byte(alpha),
-            ]
-        })
-        .collect()
+    light.iter().map(srgb_encoder(background)).collect::<Vec<_>>().into_flattened()
 }
 
 #[cfg(test)]
@@ -104,6 +146,26 @@ mod tests {
         assert_eq!(srgb_bytes(&[half_red], white), [255, 188, 188, 255]);
         assert_eq!(srgb_bytes(&[half_red], None), [255, 0, 0, 128]);
         assert_eq!(srgb_bytes(&[[0.0; 4]], None), [0, 0, 0, 0]);
+    }
+
+    #[test]
+    fn bytes_without_powers_are_those_of_the_formula() {
+        let table = SrgbBytes::new();
+        let check = |light: f32| {
+            assert_eq!(table.byte(light), srgb_byte(f64::from(light)), "{light:e}");
+        };
+        for n in 0..=1_000_003 {
+            check(n as f32 / 1_000_003.0);
+        }
+        for next in table.next {
+            for bits in next.to_bits() - 2..=next.to_bits() + 2 {
+                check(f32::from_bits(bits));
+            }
+        }
+        for odd in [-0.0, -1.0, 1.5, f32::INFINITY, f32::NEG_INFINITY, f32::NAN, 1e-40] {
+            check(odd);
+        }
+        assert_eq!([table.byte(0.0), table.byte(1.0)], [0, 255]);
     }
 
     #[test]

@@ -24,7 +24,8 @@ use super::supports::Unsupported;
 use super::surfaces::Surfaces;
 use super::table::Table;
 use super::walk::{Pixel, Plain, Rich, Scene};
-use crate::core::{Cancelled, Ticket};
+use crate::core::colour::srgb_encoder;
+use crate::core::{Cancelled, LinearRgb, Ticket};
 use crate::kernel::Coefficients;
 use crate::plan::{KernelSlabs, Plan, SlabField};
 use crate::scene::{AlongRay, Classify, OpacityModel, SplatSettings};
@@ -539,20 +540,32 @@ impl Renderer {
 
     /// The picture: premultiplied linear RGBA, rows from the top; and its size.
     pub fn light(&self) -> (Vec<Pixel>, [u32; 2]) {
-        let Some(Picture { size, pixels, .. }) = &self.picture else { return (Vec::new(), [0; 2]) };
+        (self.by_rows(|pixel| *pixel), self.picture.as_ref().map_or([0; 2], |picture| picture.size))
+    }
+
+    /// The picture as sRGB bytes with straight alpha, over a background; rows from the top.
+    pub fn srgb_bytes(&self, background: Option<LinearRgb>) -> Vec<u8> {
+        self.by_rows(srgb_encoder(background)).into_flattened()
+    }
+
+    /// Each pixel of the picture made something else, in rows from the top.
+    fn by_rows<T: Copy + Default + Send>(&self, make: impl Fn(&Pixel) -> T + Sync) -> Vec<T> {
+        let Some(Picture { size, pixels, .. }) = &self.picture else { return Vec::new() };
         let [width, height] = size.map(|n| n as usize);
         let tile = TILE as usize;
         let across = width.div_ceil(tile);
-        let mut light = vec![[0.0; 4]; width * height];
+        let mut made = vec![T::default(); width * height];
         self.threads.run(|| {
-            light.par_chunks_mut(width.max(1)).enumerate().for_each(|(y, row)| {
+            made.par_chunks_mut(width.max(1)).enumerate().for_each(|(y, row)| {
                 for (i, part) in row.chunks_mut(tile).enumerate() {
                     let start = ((y / tile) * across + i) * TILE_PIXELS + y % tile * tile;
-                    part.copy_from_slice(&pixels[start..start + part.len()]);
+                    for (made, pixel) in part.iter_mut().zip(&pixels[start..]) {
+                        *made = make(pixel);
+                    }
                 }
             });
         });
-        (light, *size)
+        made
     }
 
     /// Bytes of memory that it holds.

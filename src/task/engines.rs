@@ -11,7 +11,6 @@ use serde::Serialize;
 
 use super::engine::HeldBytes;
 use crate::core::LinearRgb;
-use crate::core::colour::srgb_bytes;
 use crate::gpu::{AdapterChoice, Context, GpuError, Renderer, Wishes, has_hardware};
 use crate::native;
 use crate::plan::Plan;
@@ -113,7 +112,7 @@ impl Canvas for Renderer {
 
 impl Canvas for native::Renderer {
     fn present(&mut self, background: Option<LinearRgb>) -> Result<Vec<u8>, GpuError> {
-        Ok(srgb_bytes(&self.light().0, background))
+        Ok(self.srgb_bytes(background))
     }
 }
 

@@ -176,9 +176,9 @@ fn a_preset_is_a_budget_and_a_budget_may_be_a_preset() {
     }
     bench.choose("While moving", "Full");
     assert!(bench.window().settings().full_quality_while_moving);
-    bench.choose("While moving", "Interactive (20 ms)");
+    bench.choose("While moving", "Interactive (25 ms)");
     assert!(!bench.window().settings().full_quality_while_moving);
-    assert_eq!(bench.window().settings().budget_ms, 20.0);
+    assert_eq!(bench.window().settings().budget_ms, 25.0);
     for budget_ms in [1.0, 10_000.0] {
         bench.set_slider("Frame budget", budget_ms);
         assert_eq!(bench.window().settings().budget_ms, budget_ms);
@@ -192,7 +192,7 @@ fn a_preset_is_a_budget_and_a_budget_may_be_a_preset() {
 fn while_moving_the_line_says_what_was_spent_and_what_comes_next() {
     let mut bench = Bench::opened();
     bench.drag(PointerButton::Primary, Modifiers::NONE, vec2(60.0, 10.0));
-    assert!(bench.shows("Coarse · 12 of 20 ms · about 31 dB"));
+    assert!(bench.shows("Coarse · 12 of 25 ms · about 31 dB"));
     assert!(bench.shows("next full in 84 ms"));
     bench.settle();
     assert!(!bench.shows("next full in 84 ms"), "nothing comes after full");
