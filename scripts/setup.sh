@@ -61,13 +61,22 @@ need_build_tools() {
     fi
 }
 
-# What the window and the engine load when they start.
+# Whether the system has a graphics processor's node: what draws without one needs no driver.
+has_gpu() { compgen -G '/dev/dri/render*' >/dev/null || [ -e /dev/nvidiactl ] || [ -e /dev/dxg ]; }
+
+# What the window and the engine load when they start, where a graphics adapter draws.
 need_graphics() {
     list_libraries
     need_library libvulkan.so.1 libvulkan1
     if [ -z "${VK_DRIVER_FILES:-}${VK_ICD_FILENAMES:-}" ] && ! has_vulkan_driver '*.json'; then
         missing_packages+=(mesa-vulkan-drivers)
     fi
+    need_window
+}
+
+# What every window loads.
+need_window() {
+    list_libraries
     need_library libX11.so.6 libx11-6
     need_library libX11-xcb.so.1 libx11-xcb1
     need_library libxcb.so.1 libxcb1
