@@ -42,6 +42,6 @@ mod walk;
 
 pub use nodes::Node;
 pub use rays::slab_thickness;
-pub use renderer::{Renderer, tile_count};
+pub use renderer::{Renderer, Stored, tile_count};
 pub use samples::samples_bytes;
 pub use supports::{Unsupported, stored_bytes, supports};

@@ -81,6 +81,27 @@ impl Threads {
     }
 }
 
+/// A field as it is drawn from: its coefficients beyond its edges, too, and their bounds. Made by any thread.
+#[derive(Debug)]
+pub struct Stored(Lattice);
+
+impl Stored {
+    /// The coefficients of a volume in a mode.
+    ///
+    /// # Errors
+    /// [`Cancelled`].
+    pub fn new(
+        which: SlabField,
+        volume: &Arc<ScalarVolume>,
+        mode: &SplatSettings,
+        coefficients: Coefficients,
+        ticket: &Ticket,
+    ) -> Result<Self, Cancelled> {
+        let is_quick = which == SlabField::Preview;
+        Lattice::new(volume, (mode, is_quick), coefficients, ticket).map(Self)
+    }
+}
+
 #[derive(Debug)]
 struct Field {
     lattice: Lattice,
@@ -226,25 +247,16 @@ impl Renderer {
     }
 
     /// Takes a field in; its table is gone.
-    ///
-    /// # Errors
-    /// [`Cancelled`].
-    pub fn set_field(
-        &mut self,
-        which: SlabField,
-        volume: &Arc<ScalarVolume>,
-        mode: &SplatSettings,
-        coefficients: Coefficients,
-        ticket: &Ticket,
-    ) -> Result<(), Cancelled> {
-        self.fields[which as usize] = None;
+    pub fn set_field(&mut self, which: SlabField, Stored(lattice): Stored) {
         self.picture = None;
-        let is_quick = which == SlabField::Preview;
-        let lattice =
-            self.threads.run(|| Lattice::new(volume, (mode, is_quick), coefficients, ticket))?;
         self.fields[which as usize] = Some(Field { lattice, table: None });
         self.note_bytes();
-        Ok(())
+    }
+
+    /// Lets go of a field.
+    pub fn clear_field(&mut self, which: SlabField) {
+        self.picture = None;
+        self.fields[which as usize] = None;
     }
 
     /// Lets go of fields of other volumes.

@@ -204,7 +204,8 @@ fn pictures_have_the_same_bits_for_any_number_of_threads() {
         let made = coefficients(&field.volume, Kernel::BSpline, None, true, &Ticket::new());
         let (volume, made, ticket) = (&field.volume, made.expect("they fit"), Ticket::new());
         let which = SlabField::Own;
-        renderer.set_field(which, volume, &plan.mode, made, &ticket).expect("not cancelled");
+        let stored = super::Stored::new(which, volume, &plan.mode, made, &ticket);
+        renderer.set_field(which, stored.expect("not cancelled"));
         let (scalar_type, weight) = (volume.samples.scalar_type(), Weight::Extinction);
         let of = Cumulative::new(&field.transfer, scalar_type, &volume.statistics, weight);
         renderer.set_table(which, &of, &[]);

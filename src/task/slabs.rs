@@ -13,7 +13,7 @@ use crate::core::{Ticket, memory};
 use crate::gpu::layout::TILE;
 use crate::gpu::{GpuError, PictureConstants, Renderer, tile_count};
 use crate::kernel::{Coefficients, CoefficientsError, coefficients};
-use crate::native::stored_bytes;
+use crate::native::{self, stored_bytes};
 use crate::plan::{Field, Plan, SlabField, Way};
 use crate::scene::{OpacityModel, Reconstruction, SplatSettings, View};
 use crate::transfer::{Cumulative, TransferFunction, Weight};
@@ -63,7 +63,17 @@ struct UnderWay {
     volume: Arc<ScalarVolume>,
     settings: SplatSettings,
     ticket: Ticket,
-    thread: JoinHandle<Result<Coefficients, CoefficientsError>>,
+    thread: JoinHandle<Result<Made, CoefficientsError>>,
+    is_native: bool,
+}
+
+/// What an engine takes a field in from.
+#[derive(Debug)]
+enum Made {
+    /// The GPU engine, which uploads them.
+    Coefficients(Coefficients),
+    /// The native one.
+    Stored(native::Stored),
 }
 
 /// What the table on the device was made of.
@@ -81,24 +91,32 @@ impl UnderWay {
         which: SlabField,
         volume: &Arc<ScalarVolume>,
         settings: SplatSettings,
+        is_native: bool,
     ) -> Result<Self, GpuError> {
         let ticket = Ticket::new();
         let job = {
             let (volume, ticket) = (Arc::clone(volume), ticket.clone());
             let interpolating = settings.reconstruction == Reconstruction::Interpolating;
-            move || match which {
-                SlabField::Own => {
-                    let SplatSettings { kernel, extent, .. } = settings;
-                    coefficients(&volume, kernel, extent, interpolating, &ticket)
+            move || {
+                let found = match which {
+                    SlabField::Own => {
+                        let SplatSettings { kernel, extent, .. } = settings;
+                        coefficients(&volume, kernel, extent, interpolating, &ticket)?
+                    }
+                    SlabField::Preview => preview_coefficients(&volume, &ticket)?,
+                };
+                if !is_native {
+                    return Ok(Made::Coefficients(found));
                 }
-                SlabField::Preview => preview_coefficients(&volume, &ticket),
+                let stored = native::Stored::new(which, &volume, &settings, found, &ticket);
+                Ok(Made::Stored(stored?))
             }
         };
         let thread = std::thread::Builder::new().name("voxsplat-field".to_owned()).spawn(job);
         let thread = thread.map_err(|error| {
             GpuError::Device(format!("the reconstruction's thread did not start: {error}"))
         })?;
-        Ok(Self { which, volume: Arc::clone(volume), settings, ticket, thread })
+        Ok(Self { which, volume: Arc::clone(volume), settings, ticket, thread, is_native })
     }
 
     fn is_for(
@@ -106,9 +124,11 @@ impl UnderWay {
         which: SlabField,
         volume: &Arc<ScalarVolume>,
         settings: &SplatSettings,
+        is_native: bool,
     ) -> bool {
         let key = |s: &SplatSettings| (s.kernel, s.extent, s.reconstruction);
         self.which == which
+            && self.is_native == is_native
             && Arc::ptr_eq(&self.volume, volume)
             && key(&self.settings) == key(settings)
     }
@@ -375,16 +395,14 @@ impl Drawer {
         };
         if !holds_field {
             *self.field.table(is_native, which) = None;
-            let coefficients = self.coefficients(volume, mode, which, observer)?;
-            let ticket = Ticket::new();
-            match is_native {
-                true => {
-                    let bytes = stored_bytes(volume.lattice.dims, mode);
-                    memory::require("a field beside its volume", bytes, memory::free_bytes())?;
-                    self.engines.native.set_field(which, volume, mode, coefficients, &ticket)?;
-                }
-                false => {
-                    let renderer = self.engines.gpu()?;
+            if is_native {
+                // Room for the next one.
+                self.engines.native.clear_field(which);
+            }
+            match self.made(volume, mode, which, is_native, observer)? {
+                Made::Stored(stored) => self.engines.native.set_field(which, stored),
+                Made::Coefficients(coefficients) => {
+                    let (renderer, ticket) = (self.engines.gpu()?, Ticket::new());
                     renderer.set_field(which, volume, mode, coefficients, &ticket)?;
                 }
             }
@@ -423,21 +441,27 @@ impl Drawer {
         Ok(())
     }
 
-    /// The coefficients of a field in a mode, waited for as long as nothing newer comes.
-    fn coefficients(
+    /// What an engine takes a field in from, waited for as long as nothing newer comes.
+    fn made(
         &mut self,
         volume: &Arc<ScalarVolume>,
         mode: &SplatSettings,
         which: SlabField,
+        is_native: bool,
         observer: &mut dyn Observer,
-    ) -> Result<Coefficients, DrawError> {
+    ) -> Result<Made, DrawError> {
         let job = match self.field.under_way.take() {
-            Some(job) if job.is_for(which, volume, mode) => job,
+            Some(job) if job.is_for(which, volume, mode, is_native) => job,
             other => {
                 if let Some(old) = other {
                     old.ticket.cancel();
                 }
-                UnderWay::start(which, volume, *mode)?
+                if is_native {
+                    // The coefficients, and what is made of them.
+                    let bytes = stored_bytes(volume.lattice.dims, mode).saturating_mul(2);
+                    memory::require("a field beside its volume", bytes, memory::free_bytes())?;
+                }
+                UnderWay::start(which, volume, *mode, is_native)?
             }
         };
         while !job.thread.is_finished() {
@@ -448,7 +472,7 @@ impl Drawer {
             std::thread::sleep(LOOK_EVERY);
         }
         match job.thread.join() {
-            Ok(Ok(coefficients)) => Ok(coefficients),
+            Ok(Ok(made)) => Ok(made),
             Ok(Err(CoefficientsError::Cancelled(_))) => Err(DrawError::Interrupted),
             Ok(Err(CoefficientsError::TooLarge(error))) if which == SlabField::Preview => {
                 Err(GpuError::TooLarge {

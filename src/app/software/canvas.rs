@@ -266,7 +266,12 @@ mod tests {
     const BACKGROUND: Color32 = Color32::from_rgb(20, 30, 40);
 
     /// A frame of a small interface that shows a number.
-    fn frame(ctx: &Context, number: f32, scale: f32) -> (Vec<ClippedPrimitive>, TexturesDelta) {
+    fn frame(
+        ctx: &Context,
+        number: f32,
+        red: u8,
+        scale: f32,
+    ) -> (Vec<ClippedPrimitive>, TexturesDelta) {
         let size = vec2(SIZE[0] as f32, SIZE[1] as f32) / scale;
         let mut input = RawInput {
             screen_rect: Some(Rect::from_min_size(pos2(0.0, 0.0), size)),
@@ -282,7 +287,7 @@ mod tests {
             painter.circle_filled(
                 pos2(150.3, 200.7),
                 31.4,
-                Color32::from_rgba_unmultiplied(200, 90, 10, 128),
+                Color32::from_rgba_unmultiplied(red, 90, 10, 128),
             );
         });
         let primitives = ctx.tessellate(output.shapes, output.pixels_per_point);
@@ -294,8 +299,11 @@ mod tests {
         for scale in [1.0, 1.5] {
             let (ctx, mut kept) = (Context::default(), Canvas::default());
             // Widgets take their places in the first passes.
-            for (pass, number) in [0.2, 0.2, 0.2, 0.7, 0.7, 0.71, 0.1].into_iter().enumerate() {
-                let (primitives, mut textures) = frame(&ctx, number, scale);
+            // The last one has another colour and nothing else.
+            let numbers = [0.2, 0.2, 0.2, 0.7, 0.7, 0.71, 0.1, 0.1];
+            for (pass, number) in numbers.into_iter().enumerate() {
+                let red = if pass == 7 { 201 } else { 200 };
+                let (primitives, mut textures) = frame(&ctx, number, red, scale);
                 kept.set_textures(&mut textures);
                 let damage = kept.paint(SIZE, scale, BACKGROUND, &primitives);
                 kept.free_textures(textures.free.drain());
@@ -315,7 +323,7 @@ mod tests {
     fn triangles_that_share_an_edge_leave_no_gap_and_no_pixel_twice() {
         let mut canvas = Canvas::default();
         let ctx = Context::default();
-        let mut textures = frame(&ctx, 0.0, 1.0).1;
+        let mut textures = frame(&ctx, 0.0, 200, 1.0).1;
         canvas.set_textures(&mut textures);
         canvas.free_textures(textures.free.drain());
         let white = eframe::egui::epaint::WHITE_UV;
