@@ -2,7 +2,12 @@
 
 use rayon::prelude::*;
 
+use super::in_order::look;
 use super::rays::TILE;
+use crate::core::{Cancelled, Ticket};
+
+/// Things that are looked at between two looks at the ticket.
+const BETWEEN_LOOKS: u32 = 1 << 12;
 
 /// Pixels along a cell's side: lists are kept by cell, and each tile takes from its cell's what touches it.
 const CELL: u32 = 4 * TILE;
@@ -41,11 +46,11 @@ pub(super) struct Cells {
 
 impl Cells {
     /// Of a picture of a size; each list has the numbers of its spans in their order.
+    ///
+    /// # Errors
+    /// [`Cancelled`].
     #[expect(clippy::cast_possible_truncation, reason = "fewer than 2³² of everything")]
-    pub(super) fn new<'a>(
-        size: [u32; 2],
-        spans: impl Iterator<Item = &'a Span> + Clone + Sync,
-    ) -> Self {
+    pub(super) fn new(size: [u32; 2], spans: &[Span], ticket: &Ticket) -> Result<Self, Cancelled> {
         let [across, down] = size.map(|n| n.div_ceil(CELL) as usize);
         let mut lists = vec![Vec::new(); across * down];
         // Each thread has a band of rows to itself.
@@ -53,7 +58,10 @@ impl Cells {
         lists.par_chunks_mut((band * across).max(1)).enumerate().for_each(|(i, lists)| {
             let first = (i * band) as u32;
             let end = first + (lists.len() / across) as u32;
-            for (number, Span { columns, rows }) in (0_u32..).zip(spans.clone()) {
+            for (number, Span { columns, rows }) in (0_u32..).zip(spans) {
+                if number % BETWEEN_LOOKS == 0 && ticket.is_cancelled() {
+                    return;
+                }
                 for row in rows[0].max(first)..rows[1].min(end) {
                     let row = &mut lists[(row - first) as usize * across..][..across];
                     for list in &mut row[columns[0] as usize..columns[1] as usize] {
@@ -62,7 +70,8 @@ impl Cells {
                 }
             }
         });
-        Self { lists, across: across as u32 }
+        look(ticket)?;
+        Ok(Self { lists, across: across as u32 })
     }
 
     /// The list of the cell that a pixel is in.

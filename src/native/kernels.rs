@@ -6,8 +6,9 @@ use glam::{DMat2, DMat3, DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::cells::{Cells, Span, middle_of, touches};
+use super::in_order::{by_first_slab, look, taken};
 use super::marks::MarkTable;
-use crate::core::Camera;
+use crate::core::{Camera, Cancelled, Ticket};
 use crate::kernel::{
     FootprintPolynomial, ProjectedKernel, RadialKernel, SlabShare, perspective_jacobian,
 };
@@ -122,21 +123,27 @@ struct Seen<'a> {
 }
 
 impl Kernels {
-    /// Those of a plan, cut into slabs. Of marks, those that are there already serve again.
-    pub(super) fn new(plan: &Plan, slabs: &KernelSlabs, old: Option<Self>) -> Self {
-        let made_of = MadeOf::new(plan, slabs);
-        let phase = (plan.phase - plan.phase.floor()) as f32;
-        if let Some(old) = old {
-            if old.made_of == made_of {
-                return Self { phase, ..old };
-            }
-            return Self::made(plan, made_of, &old.looks, phase);
+    /// Whether they are those of a plan; they take on its phase then.
+    pub(super) fn serve(&mut self, plan: &Plan, slabs: &KernelSlabs) -> bool {
+        let do_serve = self.made_of == MadeOf::new(plan, slabs);
+        if do_serve {
+            self.phase = phase_of(plan);
         }
-        Self::made(plan, made_of, &[], phase)
+        do_serve
     }
 
+    /// Those of a plan, cut into slabs. Marks that are there already serve again.
+    ///
+    /// # Errors
+    /// [`Cancelled`].
     #[expect(clippy::cast_possible_truncation, reason = "rays have 32 bits, as the device's")]
-    fn made(plan: &Plan, made_of: MadeOf, old: &[ListLook], phase: f32) -> Self {
+    pub(super) fn new(
+        plan: &Plan,
+        slabs: &KernelSlabs,
+        old: &[ListLook],
+        ticket: &Ticket,
+    ) -> Result<Self, Cancelled> {
+        let made_of = MadeOf::new(plan, slabs);
         let natural = RadialKernel::CUBIC;
         let looks = looks(plan, natural, old);
         let (view, back_to_front) = (plan.view(), made_of.back_to_front);
@@ -145,15 +152,20 @@ impl Kernels {
         for (i, (splats, list)) in made_of.slabs.splats.iter().zip(&plan.kernels).enumerate() {
             let seen = Seen::new(plan, &view, splats, &list.settings, i as u8);
             let found = (0..splats.list.len()).into_par_iter().with_min_len(1 << 10);
-            all.par_extend(found.filter_map(|k| seen.lands(k, slab, back_to_front)));
+            all.par_extend(found.filter_map(|k| {
+                let goes_on = !ticket.is_cancelled();
+                goes_on.then(|| seen.lands(k, slab, back_to_front)).flatten()
+            }));
+            look(ticket)?;
         }
-        // Those that begin first come first, and of these the first in their list: sums are the same on any machine.
-        all.par_sort_by_key(|(_, _, slabs)| slabs[0]);
-        let cells = Cells::new(view.size, all.iter().map(|(_, span, _)| span));
-        let slabs: Vec<[i32; 2]> = all.iter().map(|(_, _, slabs)| *slabs).collect();
-        let footprints = all.into_iter().map(|(footprint, _, _)| footprint).collect();
+        // Sums are the same on any machine: their order is.
+        let order = by_first_slab(&all, |(_, _, slabs)| slabs[0], ticket)?;
+        let spans = taken(&all, &order, |(_, span, _)| *span, ticket)?;
+        let cells = Cells::new(view.size, &spans, ticket)?;
+        let slabs = taken(&all, &order, |(_, _, slabs)| *slabs, ticket)?;
+        let footprints = taken(&all, &order, |(footprint, _, _)| *footprint, ticket)?;
         let most_slabs = slabs.iter().map(|[first, last]| last.abs_diff(*first) + 1).max();
-        Self {
+        Ok(Self {
             looks,
             footprints,
             slabs,
@@ -164,10 +176,10 @@ impl Kernels {
             field_slabs: made_of.slabs.field_slabs.cast_signed(),
             share: SlabShare::of(natural),
             footprint: FootprintPolynomial::of(natural),
-            phase,
+            phase: phase_of(plan),
             back_to_front,
             made_of,
-        }
+        })
     }
 
     /// Bytes of memory.
@@ -210,6 +222,11 @@ impl MadeOf {
             back_to_front: plan.mode.order == Order::BackToFront,
         }
     }
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "0..1")]
+fn phase_of(plan: &Plan) -> f32 {
+    (plan.phase - plan.phase.floor()) as f32
 }
 
 fn looks(plan: &Plan, natural: RadialKernel, old: &[ListLook]) -> Vec<ListLook> {

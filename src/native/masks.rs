@@ -3,7 +3,9 @@
 use rayon::prelude::*;
 
 use super::bricks::Bricks;
+use super::in_order::look;
 use super::rays::{Rays, TILE};
+use crate::core::{Cancelled, Ticket};
 
 /// Segments of depth, a bit each.
 const SEGMENTS: i32 = 64;
@@ -24,17 +26,28 @@ pub(super) struct Masks {
 
 impl Masks {
     /// Of the bricks that show.
-    pub(super) fn new(rays: &Rays, bricks: &Bricks, dims: [usize; 3], visible: &[u32]) -> Self {
+    ///
+    /// # Errors
+    /// [`Cancelled`].
+    pub(super) fn new(
+        rays: &Rays,
+        bricks: &Bricks,
+        (dims, visible): ([usize; 3], &[u32]),
+        ticket: &Ticket,
+    ) -> Result<Self, Cancelled> {
         let [across, down] = patches(rays).map(|n| n as usize);
         let mut masks = Self { words: vec![0; across * down], across, first: 0, length: 1 };
-        let landed: Vec<Landed> =
-            visible.par_iter().map(|&brick| Landed::of(rays, bricks, dims, brick)).collect();
+        let landed: Result<Vec<Landed>, Cancelled> = visible
+            .par_iter()
+            .map(|&brick| look(ticket).map(|()| Landed::of(rays, bricks, dims, brick)))
+            .collect();
+        let landed = landed?;
         let Some((first, last)) = landed
             .par_iter()
             .map(|l| (l.slabs[0], l.slabs[1]))
             .reduce_with(|a, b| (a.0.min(b.0), a.1.max(b.1)))
         else {
-            return masks;
+            return Ok(masks);
         };
         masks.first = first;
         masks.length = (last.saturating_sub(first) / SEGMENTS).saturating_add(1);
@@ -43,7 +56,10 @@ impl Masks {
         let (first, length) = (masks.first, masks.length);
         masks.words.par_chunks_mut(band * across).enumerate().for_each(|(i, words)| {
             let rows = i * band..i * band + words.len() / across;
-            for Landed { left, right, top, bottom, slabs } in &landed {
+            for (number, Landed { left, right, top, bottom, slabs }) in landed.iter().enumerate() {
+                if number.is_multiple_of(1 << 12) && ticket.is_cancelled() {
+                    return;
+                }
                 let (top, bottom) =
                     ((*top as usize).max(rows.start), (*bottom as usize).min(rows.end));
                 if top >= bottom {
@@ -60,7 +76,8 @@ impl Masks {
                 }
             }
         });
-        masks
+        look(ticket)?;
+        Ok(masks)
     }
 
     /// Whether anything can show in the tile that begins with a pixel.

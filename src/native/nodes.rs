@@ -9,11 +9,13 @@ use rayon::prelude::*;
 
 use super::cells::{Cells, Span, middle_of, touches};
 use super::grid::{NEAR, POINT_TIE, Part, Shape};
+use super::in_order::{by_first_slab, look, taken};
 use super::lanes::{all, any, choose};
 use super::passing::footprint;
 use super::rays::{Packet, slab_thickness};
 use super::samples::SampleLook;
-use super::supports::Unsupported;
+use super::supports::{NotBegun, Unsupported};
+use crate::core::Ticket;
 use crate::kernel::{
     FootprintPolynomial, Kernel, ProjectedKernel, RadialKernel, SlabShare, perspective_jacobian,
 };
@@ -87,9 +89,9 @@ impl Nodes {
     /// Of a plan whose kernels are shaded first, from nodes in the order of compositing far to near.
     ///
     /// # Errors
-    /// A kernel that lies in too many slabs.
+    /// A kernel that lies in too many slabs, or a cancelled ticket.
     #[expect(clippy::cast_possible_truncation, reason = "rays have 32 bits, as the device's")]
-    pub(super) fn new(plan: &Plan, nodes: &[Node]) -> Result<Self, Unsupported> {
+    pub(super) fn new(plan: &Plan, nodes: &[Node], ticket: &Ticket) -> Result<Self, NotBegun> {
         let (view, mode) = (plan.view(), &plan.mode);
         let kernel = mode.kernel.splatted();
         let radial = RadialKernel::new(kernel, mode.extent);
@@ -111,24 +113,30 @@ impl Nodes {
         };
         let in_slabs = mode.visibility == Visibility::Slabs;
         let found = nodes.par_iter().with_min_len(1 << 10);
-        let mut all: Vec<_> = found.filter_map(|node| seen.lands(node)).collect();
+        let mut all: Vec<_> = found
+            .filter_map(|node| (!ticket.is_cancelled()).then(|| seen.lands(node)).flatten())
+            .collect();
+        look(ticket)?;
         if !seen.back_to_front {
             all.reverse();
         }
-        if in_slabs {
-            all.par_sort_by_key(|(_, _, slabs)| slabs[0]);
-        }
-        let cells = Cells::new(view.size, all.iter().map(|(_, span, _)| span));
-        let slabs: Vec<[i32; 2]> = all.iter().map(|(_, _, slabs)| *slabs).collect();
+        let order = match in_slabs {
+            true => by_first_slab(&all, |(_, _, slabs)| slabs[0], ticket)?,
+            false => (0..all.len() as u32).collect(),
+        };
+        let spans = taken(&all, &order, |(_, span, _)| *span, ticket)?;
+        let cells = Cells::new(view.size, &spans, ticket)?;
+        let slabs = taken(&all, &order, |(_, _, slabs)| *slabs, ticket)?;
         let most = slabs.iter().map(|[first, last]| last.abs_diff(*first) + 1).max().unwrap_or(0);
         if in_slabs && most > MOST_SLABS {
             return Err(Unsupported(format!(
                 "kernels that lie in more than {MOST_SLABS} slabs ({most})"
-            )));
+            ))
+            .into());
         }
         Ok(Self {
             shape,
-            splats: all.into_iter().map(|(splat, _, _)| splat).collect(),
+            splats: taken(&all, &order, |(splat, _, _)| *splat, ticket)?,
             slabs,
             cells,
             half_size: view.size.map(|n| n as f32 / 2.0),

@@ -10,8 +10,9 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::cells::{Cells, Span};
+use super::in_order::look;
 use super::rays::TILE;
-use crate::core::{Camera, Srgb8};
+use crate::core::{Camera, Cancelled, Srgb8, Ticket};
 use crate::plan::Plan;
 use crate::scene::{Lighting, POLYGON_COLOUR, PolygonLayer, View};
 
@@ -112,7 +113,14 @@ impl Fragments {
 
 impl Polygons {
     /// Those of a plan, which are those that there were where nothing about them has changed; `None` without any.
-    pub(super) fn of(plan: &Plan, old: Option<Self>) -> Option<Self> {
+    ///
+    /// # Errors
+    /// [`Cancelled`].
+    pub(super) fn of(
+        plan: &Plan,
+        old: Option<Self>,
+        ticket: &Ticket,
+    ) -> Result<Option<Self>, Cancelled> {
         let made_of = MadeOf {
             layers: plan.polygons(),
             view: plan.view(),
@@ -120,10 +128,10 @@ impl Polygons {
             lighting: plan.shading.polygon_lighting(),
         };
         if made_of.layers.is_empty() {
-            return None;
+            return Ok(None);
         }
         if let Some(old) = old.filter(|old| old.made_of == made_of) {
-            return Some(old);
+            return Ok(Some(old));
         }
         let (view, camera) = (&made_of.view, &made_of.camera);
         let centre = plan.frame.lattice.centre();
@@ -131,7 +139,10 @@ impl Polygons {
         let beside = view.view_centre.truncate().extend(0.0);
         let mut triangles = Vec::new();
         for layer in &made_of.layers {
-            for triangle in layer.mesh.triangles(layer.look.is_smooth) {
+            for (number, triangle) in layer.mesh.triangles(layer.look.is_smooth).enumerate() {
+                if number.is_multiple_of(1 << 12) {
+                    look(ticket)?;
+                }
                 let colours = match (layer.look.colour, triangle.colours) {
                     (Some(colour), _) => [colour; 3],
                     (None, Some(own)) => own,
@@ -151,16 +162,17 @@ impl Polygons {
         let seen: Vec<(Triangle, Box2, Span)> = triangles
             .into_par_iter()
             .filter_map(|triangle| {
-                let (around, span) = triangle.bounds(view)?;
+                let (around, span) = triangle.bounds(view).filter(|_| !ticket.is_cancelled())?;
                 Some((triangle, around, span))
             })
             .collect();
-        let cells = Cells::new(view.size, seen.iter().map(|(_, _, span)| span));
+        let spans: Vec<Span> = seen.iter().map(|(_, _, span)| *span).collect();
+        let cells = Cells::new(view.size, &spans, ticket)?;
         let (triangles, boxes) =
             seen.into_iter().map(|(triangle, around, _)| (triangle, around)).unzip();
         let lights = made_of.lighting.lights.iter().filter(|_| made_of.lighting.uses_lights());
         let lights = lights.map(|l| (l.towards(camera), DVec3::from(l.colour.to_linear().0)));
-        Some(Self { cells, triangles, boxes, lights: lights.collect(), made_of })
+        Ok(Some(Self { cells, triangles, boxes, lights: lights.collect(), made_of }))
     }
 
     /// Bytes of memory.

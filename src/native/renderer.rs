@@ -20,7 +20,7 @@ use super::polygons::Polygons;
 use super::rays::{Rays, TILE, check_slabs};
 use super::samples::Samples;
 use super::splatted::{Splats, Splatted};
-use super::supports::Unsupported;
+use super::supports::{NotBegun, Unsupported};
 use super::surfaces::Surfaces;
 use super::table::Table;
 use super::walk::{Pixel, Plain, Rich, Scene};
@@ -327,31 +327,27 @@ impl Renderer {
     /// end where less than `stop_below` shows through. It stays blank where the plan has neither.
     ///
     /// # Errors
-    /// Kernels that reach through too many slabs.
+    /// Kernels that reach through too many slabs, and a cancelled ticket: then there is no picture.
     pub fn begin(
         &mut self,
         plan: &Plan,
         which: SlabField,
         kernels: Option<&KernelSlabs>,
         stop_below: f64,
-    ) -> Result<(), Unsupported> {
+        ticket: &Ticket,
+    ) -> Result<(), NotBegun> {
         let start = Instant::now();
         let pixels = self.cleared(plan.size);
-        let old = self.kernels.take();
-        if let Some(slabs) = kernels {
-            let made = self.threads.run(|| Kernels::new(plan, slabs, old));
-            let most = made.most_slabs;
-            if most > MOST_SLABS {
-                return Err(Unsupported(format!(
-                    "vectors that reach through more than {MOST_SLABS} slabs ({most})"
-                )));
+        match kernels {
+            Some(slabs) => {
+                self.list_kernels(plan, slabs, ticket)?;
+                self.note_stage("list_kernels", start);
             }
-            self.kernels = Some(made);
-            self.note_stage("list_kernels", start);
+            None => self.kernels = None,
         }
         let start = Instant::now();
         let old = self.polygons.take();
-        self.polygons = self.threads.run(|| Polygons::of(plan, old));
+        self.polygons = self.threads.run(|| Polygons::of(plan, old, ticket))?;
         if self.polygons.is_some() {
             self.note_stage("place_polygons", start);
         }
@@ -360,7 +356,7 @@ impl Renderer {
         let drawing = match plan.field() {
             Some(_) if plan.reconstructs() => {
                 check_slabs(plan, glam::DVec3::ZERO)?;
-                self.of_field(plan, which, stop_below)
+                self.of_field(plan, which, stop_below, ticket)?
             }
             Some(_) => {
                 if samples_ms > 0.0 {
@@ -392,17 +388,18 @@ impl Renderer {
     /// Begins a picture of nothing but kernels that are shaded first, far to near, in the mode of a plan.
     ///
     /// # Errors
-    /// Kernels that lie in too many slabs.
+    /// Kernels that lie in too many slabs, and a cancelled ticket: then there is no picture.
     pub fn begin_nodes(
         &mut self,
         plan: &Plan,
         nodes: &[Node],
         stop_below: f64,
-    ) -> Result<(), Unsupported> {
+        ticket: &Ticket,
+    ) -> Result<(), NotBegun> {
         let start = Instant::now();
         let pixels = self.cleared(plan.size);
         (self.kernels, self.polygons) = (None, None);
-        let nodes = self.threads.run(|| Nodes::new(plan, nodes))?;
+        let nodes = self.threads.run(|| Nodes::new(plan, nodes, ticket))?;
         let rays = Rays::new(plan, [-0.5; 3], &[]);
         let of = Of::Nodes(Box::new(nodes));
         let drawing = Some(Drawing { of, ..Self::drawing(plan, rays, stop_below) });
@@ -422,17 +419,46 @@ impl Renderer {
         pixels
     }
 
+    /// Has the kernels of a plan's lists where they land.
+    fn list_kernels(
+        &mut self,
+        plan: &Plan,
+        slabs: &KernelSlabs,
+        ticket: &Ticket,
+    ) -> Result<(), NotBegun> {
+        if !self.kernels.as_mut().is_some_and(|kernels| kernels.serve(plan, slabs)) {
+            let old = self.kernels.as_ref().map_or(&[][..], |kernels| &kernels.looks);
+            self.kernels = Some(self.threads.run(|| Kernels::new(plan, slabs, old, ticket))?);
+        }
+        let most = self.kernels.as_ref().map_or(0, |kernels| kernels.most_slabs);
+        if most > MOST_SLABS {
+            let found = format!("vectors that reach through more than {MOST_SLABS} slabs ({most})");
+            return Err(Unsupported(found).into());
+        }
+        Ok(())
+    }
+
     /// What a plan with a field is drawn from, where that and its table are there.
-    fn of_field(&self, plan: &Plan, which: SlabField, stop_below: f64) -> Option<Drawing> {
-        let Field { lattice, table } = self.fields[which as usize].as_ref()?;
-        let table = table.as_ref()?;
+    fn of_field(
+        &self,
+        plan: &Plan,
+        which: SlabField,
+        stop_below: f64,
+        ticket: &Ticket,
+    ) -> Result<Option<Drawing>, Cancelled> {
+        let Some(Field { lattice, table: Some(table) }) = &self.fields[which as usize] else {
+            return Ok(None);
+        };
         let end = lattice.dims.map(|n| n as f64 - 0.5);
         let clip = plan.inside.clip.half_spaces(&plan.frame.lattice);
         let rays = Rays::new(plan, end, &clip);
         let along = plan.inside.along;
         let composites = along == AlongRay::Composite;
         let shown = if composites { &table.visible[..] } else { &[] };
-        let masks = self.threads.run(|| Masks::new(&rays, &lattice.bricks, lattice.dims, shown));
+        let masks = self.threads.run(|| {
+            let shown = (lattice.dims, shown);
+            Masks::new(&rays, &lattice.bricks, shown, ticket)
+        })?;
         let of_field = OfField {
             which,
             masks,
@@ -441,7 +467,7 @@ impl Renderer {
             along,
         };
         let of = Of::Field(Box::new(of_field));
-        Some(Drawing { of, ..Self::drawing(plan, rays, stop_below) })
+        Ok(Some(Drawing { of, ..Self::drawing(plan, rays, stop_below) }))
     }
 
     #[expect(clippy::cast_possible_truncation, reason = "rays have 32 bits, as the device's")]

@@ -1,6 +1,7 @@
 //! What of a plan this engine does not draw.
 
 use super::lattice::{Lattice, MOST_STORED};
+use crate::core::Cancelled;
 use crate::kernel::Kernel;
 use crate::plan::{Plan, Way};
 use crate::scene::{Backend, SplatSettings};
@@ -9,6 +10,17 @@ use crate::scene::{Backend, SplatSettings};
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("{0}")]
 pub struct Unsupported(pub String);
+
+/// Why a picture was not begun.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum NotBegun {
+    /// It was told to stop.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+    /// What shows only once kernels are placed.
+    #[error(transparent)]
+    Unsupported(#[from] Unsupported),
+}
 
 /// Whether this engine draws a plan.
 ///

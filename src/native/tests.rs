@@ -5,12 +5,15 @@ use std::sync::Arc;
 use fearless_simd::{Level, dispatch, prelude::*};
 use glam::DVec3;
 
+use super::kernels::Kernels;
 use super::lanes::{Vec3, all};
 use super::lattice::Lattice;
 use super::masks::Masks;
+use super::nodes::Nodes;
+use super::polygons::Polygons;
 use super::rays::Rays;
 use super::table::Table;
-use crate::core::{Camera, Projection, Ticket};
+use crate::core::{Camera, Cancelled, Projection, Ticket};
 use crate::kernel::{Kernel, coefficients};
 use crate::plan::{KernelSlabs, Plan, SlabField};
 use crate::polygons::Mesh;
@@ -130,7 +133,9 @@ fn masks_leave_out_nothing_that_shows_and_much_that_does_not() {
         let of = Cumulative::new(&field.transfer, scalar_type, statistics, Weight::Extinction);
         let table = Table::new(&lattice, &of, &[]);
         let rays = Rays::new(&plan, lattice.dims.map(|n| n as f64 - 0.5), &[]);
-        let masks = Masks::new(&rays, &lattice.bricks, lattice.dims, &table.visible);
+        let masks =
+            Masks::new(&rays, &lattice.bricks, (lattice.dims, &table.visible), &Ticket::new())
+                .expect("not cancelled");
         let (mut shown, mut looked, mut all_of_them) = (0, 0, 0);
         for y in (0..47).step_by(2) {
             for x in (0..53).step_by(4) {
@@ -189,27 +194,64 @@ fn shard() -> PolygonLayer {
     layer
 }
 
-#[test]
-fn pictures_have_the_same_bits_for_any_number_of_threads() {
-    let plan = Plan::of(&scene().with(winds()).with(shard()), [61, 45]);
+/// An engine with a plan's field, and the kernels of its first list.
+fn of_field(plan: &Plan, threads: usize) -> (super::Renderer, KernelSlabs) {
     let field = plan.field().expect("a field");
     let splats = plan.kernels[0].classification.levels(&Ticket::new()).expect("not cancelled");
     let slabs = KernelSlabs {
         splats: vec![Arc::clone(&splats[0])],
-        thickness: super::slab_thickness(&plan),
+        thickness: super::slab_thickness(plan),
         field_slabs: 1,
     };
+    let mut renderer = super::Renderer::with_threads(threads);
+    let made = coefficients(&field.volume, Kernel::BSpline, None, true, &Ticket::new());
+    let (volume, made, ticket) = (&field.volume, made.expect("they fit"), Ticket::new());
+    let which = SlabField::Own;
+    let stored = super::Stored::new(which, volume, &plan.mode, made, &ticket);
+    renderer.set_field(which, stored.expect("not cancelled"));
+    let (scalar_type, weight) = (volume.samples.scalar_type(), Weight::Extinction);
+    let of = Cumulative::new(&field.transfer, scalar_type, &volume.statistics, weight);
+    renderer.set_table(which, &of, &[]);
+    (renderer, slabs)
+}
+
+/// Each room that lists asks the ticket itself: told to stop before it begins, none makes anything.
+#[test]
+fn a_cancelled_ticket_begins_no_picture_and_leaves_the_engine_well() {
+    let plan = Plan::of(&scene().with(winds()).with(shard()), [61, 45]);
+    let (mut renderer, slabs) = of_field(&plan, 2);
+    let cancelled = Ticket::new();
+    cancelled.cancel();
+    let mut draw = |ticket: &Ticket| {
+        renderer.begin(&plan, SlabField::Own, Some(&slabs), 5e-4, ticket)?;
+        renderer.draw_tiles(0..super::tile_count(plan.size));
+        Ok(renderer.light())
+    };
+    let first = draw(&Ticket::new());
+    assert!(first.as_ref().is_ok_and(|(light, _)| light.iter().any(|pixel| pixel[3] > 0.1)));
+    assert_eq!(draw(&cancelled), Err(super::NotBegun::Cancelled(Cancelled)));
+    assert_eq!(draw(&Ticket::new()), first);
+
+    let rays = Rays::new(&plan, [0.0; 3], &[]);
+    let field = plan.field().expect("a field");
+    let looks = Kernels::new(&plan, &slabs, &[], &cancelled);
+    assert_eq!(looks.err(), Some(Cancelled));
+    assert_eq!(Polygons::of(&plan, None, &cancelled).err(), Some(Cancelled));
+    let lattice = lattice(&field.volume, plan.mode.kernel);
+    let masks = Masks::new(&rays, &lattice.bricks, (lattice.dims, &[0]), &cancelled);
+    assert_eq!(masks, Err(Cancelled));
+    let node = super::Node { low: [0; 3], size: [1; 3], extinction: 1.0, colour: [1.0; 3] };
+    let nodes = Nodes::new(&plan, &[node], &cancelled).err();
+    assert_eq!(nodes, Some(super::NotBegun::Cancelled(Cancelled)));
+}
+
+#[test]
+fn pictures_have_the_same_bits_for_any_number_of_threads() {
+    let plan = Plan::of(&scene().with(winds()).with(shard()), [61, 45]);
     let draw = |threads: usize| {
-        let mut renderer = super::Renderer::with_threads(threads);
-        let made = coefficients(&field.volume, Kernel::BSpline, None, true, &Ticket::new());
-        let (volume, made, ticket) = (&field.volume, made.expect("they fit"), Ticket::new());
-        let which = SlabField::Own;
-        let stored = super::Stored::new(which, volume, &plan.mode, made, &ticket);
-        renderer.set_field(which, stored.expect("not cancelled"));
-        let (scalar_type, weight) = (volume.samples.scalar_type(), Weight::Extinction);
-        let of = Cumulative::new(&field.transfer, scalar_type, &volume.statistics, weight);
-        renderer.set_table(which, &of, &[]);
-        renderer.begin(&plan, which, Some(&slabs), 5e-4).expect("few slabs");
+        let (mut renderer, slabs) = of_field(&plan, threads);
+        let begun = renderer.begin(&plan, SlabField::Own, Some(&slabs), 5e-4, &Ticket::new());
+        begun.expect("few slabs");
         let tiles = super::tile_count(plan.size);
         renderer.draw_tiles(0..tiles / 2);
         renderer.draw_tiles(tiles / 2..tiles);

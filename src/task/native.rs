@@ -1,17 +1,18 @@
 //! Draws plans with the native engine, some tiles at a time.
 
 use std::sync::Arc;
+use std::sync::mpsc;
 use std::time::Instant;
 
 use super::draw::{DrawError, Drawer, Drawn, Observer};
 use super::engines::EngineKind;
-use super::slabs::STOP_BELOW;
+use super::slabs::{LOOK_EVERY, STOP_BELOW};
 use super::vectors::PictureVectors;
-use crate::core::memory;
+use crate::core::{Ticket, memory};
 use crate::gpu::timing::Timer;
 use crate::gpu::{GpuError, PassTime};
 use crate::kernel::Kernel;
-use crate::native::{self, Node, Unsupported, tile_count};
+use crate::native::{self, Node, NotBegun, Unsupported, tile_count};
 use crate::plan::{Field, Plan, SlabField};
 use crate::scene::{Classify, SplatSettings, Visibility};
 use crate::transfer::{Table, TransferFunction};
@@ -26,8 +27,10 @@ const FIRST_BRICKS: usize = 512;
 
 /// Pictures of more pixels than this ask for memory first: looking how much is free takes a while.
 const MANY_PIXELS: u64 = 1 << 23;
+/// And lists of more kernels.
+const MANY_KERNELS: u64 = 1 << 16;
 /// A kernel of a list as it is found, sorted and kept, and its places in lists of cells.
-const BYTES_A_NODE: u64 = 256;
+const BYTES_A_KERNEL: u64 = 288;
 /// A pixel in tiles, in rows, and on its way to a file.
 const BYTES_A_PIXEL: u64 = 48;
 
@@ -48,6 +51,14 @@ fn refusal(reason: Unsupported) -> DrawError {
          spacing that is far less than the others, or try --engine gpu"
     );
     GpuError::Unsupported(sentence).into()
+}
+
+/// Memory for lists of so many kernels, where they are many: looking how much is free takes a while.
+fn require_lists(what: &'static str, count: u64) -> Result<(), DrawError> {
+    if count > MANY_KERNELS {
+        memory::require(what, count * BYTES_A_KERNEL, memory::free_bytes())?;
+    }
+    Ok(())
 }
 
 impl Drawer {
@@ -105,8 +116,11 @@ impl Drawer {
         let view = plan.view();
         let vectors = self.prepare_vectors(plan, &view, (which, 0), observer)?;
         let slabs = vectors.as_ref().map(PictureVectors::slabs);
-        let begun = self.engines.native.begin(plan, which, slabs, STOP_BELOW);
-        begun.map_err(refusal)?;
+        let count = vectors.as_ref().map_or(0, PictureVectors::count);
+        require_lists("the vectors of a picture", count)?;
+        self.begin_native(observer, |native, ticket| {
+            native.begin(plan, which, slabs, STOP_BELOW, ticket)
+        })?;
         let lists_ms = if slabs.is_some() { start.elapsed().as_secs_f64() * 1e3 } else { 0.0 };
         self.native_tiles(plan.size, observer)?;
         let wall_ms = start.elapsed().as_secs_f64() * 1e3;
@@ -124,6 +138,39 @@ impl Drawer {
             lists_ms,
             ..Drawn::default()
         })
+    }
+
+    /// Has the native engine begin a picture, on a thread of its own: lists of a million kernels take longer than
+    /// something newer should wait.
+    fn begin_native(
+        &mut self,
+        observer: &mut dyn Observer,
+        begin: impl FnOnce(&mut native::Renderer, &Ticket) -> Result<(), NotBegun> + Send,
+    ) -> Result<(), DrawError> {
+        let ticket = Ticket::new();
+        // The observer looks at what has a picture, which this engine has not meanwhile.
+        let mut native = std::mem::take(&mut self.engines.native);
+        let begun = std::thread::scope(|scope| {
+            let (done, is_done) = mpsc::channel::<()>();
+            let worker = scope.spawn(|| {
+                // Dropped at the end, or where it fails.
+                let _done = done;
+                begin(&mut native, &ticket)
+            });
+            while is_done.recv_timeout(LOOK_EVERY) == Err(mpsc::RecvTimeoutError::Timeout) {
+                if observer.piece_done(&mut self.engines, 0.0) {
+                    ticket.cancel();
+                }
+            }
+            worker.join()
+        });
+        self.engines.native = native;
+        match begun {
+            Ok(Ok(())) => Ok(()),
+            Ok(Err(NotBegun::Cancelled(cancelled))) => Err(cancelled.into()),
+            Ok(Err(NotBegun::Unsupported(reason))) => Err(refusal(reason)),
+            Err(panic) => std::panic::resume_unwind(panic),
+        }
     }
 
     /// The tiles of a picture that the native engine has begun, some at a time.
@@ -157,11 +204,11 @@ impl Drawer {
         nodes: &[Node],
         observer: &mut dyn Observer,
     ) -> Result<(), DrawError> {
-        let bytes = nodes.len() as u64 * BYTES_A_NODE;
-        memory::require("the kernels of an octree cut", bytes, memory::free_bytes())?;
+        require_lists("the kernels of an octree cut", nodes.len() as u64)?;
         let plan = plan.in_mode(mode_of_nodes(&plan.mode));
-        let begun = self.engines.native.begin_nodes(&plan, nodes, STOP_BELOW);
-        begun.map_err(refusal)?;
+        self.begin_native(observer, |native, ticket| {
+            native.begin_nodes(&plan, nodes, STOP_BELOW, ticket)
+        })?;
         self.native_tiles(plan.size, observer)
     }
 
@@ -254,5 +301,55 @@ impl Drawer {
         if let Some(renderer) = self.engines.made_gpu_mut() {
             renderer.stop_timing();
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use super::super::engines::{Canvas, EngineChoice, Engines};
+    use super::*;
+    use crate::core::Cancelled;
+    use crate::gpu::Wishes;
+
+    /// Stops at the look of a number.
+    struct StopsAt(u32);
+
+    impl Observer for StopsAt {
+        fn piece_done(&mut self, _: &mut dyn Canvas, _: f64) -> bool {
+            self.0 -= 1;
+            self.0 == 0
+        }
+    }
+
+    fn drawer() -> Drawer {
+        let engines = Engines::new(EngineChoice::Native.into(), Wishes::default());
+        Drawer::with(engines.expect("no adapter is asked for"))
+    }
+
+    /// Without the ticket it would not end.
+    #[test]
+    fn lists_are_left_off_where_something_newer_comes() {
+        let mut drawer = drawer();
+        drawer.engines.native = native::Renderer::with_threads(3);
+        let begun = drawer.begin_native(&mut StopsAt(2), |_, ticket| {
+            while !ticket.is_cancelled() {
+                std::thread::sleep(Duration::from_millis(1));
+            }
+            Err(Cancelled.into())
+        });
+        assert_eq!(begun, Err(DrawError::Interrupted));
+        assert!(drawer.engines.native.name().ends_with("3 threads"), "the engine is another");
+    }
+
+    #[test]
+    fn what_an_engine_finds_too_late_is_a_refusal() {
+        let refused = |_: &mut native::Renderer, _: &Ticket| {
+            Err(Unsupported("vectors that reach far".to_owned()).into())
+        };
+        let begun = drawer().begin_native(&mut (), refused);
+        let sentence = begun.expect_err("refused").to_string();
+        assert!(sentence.contains("found vectors that reach far; choose fewer"), "{sentence}");
     }
 }

@@ -38,7 +38,7 @@ const MOST_MORE_RAYS: f64 = 0.125;
 /// or so many: a few single voxels in the smallest pictures there are.
 const LEAST_MORE_RAYS: f64 = 1536.0;
 /// How often a wait for the coefficients looks whether something newer came.
-const LOOK_EVERY: Duration = Duration::from_millis(4);
+pub(super) const LOOK_EVERY: Duration = Duration::from_millis(4);
 
 /// Coefficients under way on a thread of their own, and the classification of those that arrived.
 ///

@@ -621,7 +621,8 @@ impl Observer for Watch<'_> {
             #[expect(clippy::cast_possible_truncation, reason = "0..=1")]
             self.worker.announce(EngineState::Drawing(share as f32));
         }
-        if show_partial && done < 1.0 && self.last_partial.elapsed() >= PARTIAL_EVERY {
+        if show_partial && done > 0.0 && done < 1.0 && self.last_partial.elapsed() >= PARTIAL_EVERY
+        {
             let background = background_light(self.request.scene.background);
             // A failing device is reported by the rung itself.
             if let Ok(rgba) = drawn_so_far.present(background) {
