@@ -7,24 +7,35 @@ use env_logger::Env;
 use voxsplat::app::document::Source;
 use voxsplat::app::{self, Options};
 use voxsplat::cli::{self, WindowFlags};
+use voxsplat::task::engines::Choice;
 
 fn main() -> ExitCode {
     // Libraries log what is shown to people otherwise, or is no trouble at all.
-    env_logger::Builder::from_env(Env::default().default_filter_or("off,voxsplat=warn")).init();
+    let mut log =
+        env_logger::Builder::from_env(Env::default().default_filter_or("off,voxsplat=warn"));
+    if std::env::var_os("RUST_LOG").is_none() {
+        // What is left is told to people.
+        log.format(|to, record| writeln!(to, "voxsplat: note: {}", record.args()));
+    }
+    log.init();
     std::panic::set_hook(Box::new(|panic| {
         let place = panic.location().map_or_else(String::new, ToString::to_string);
+        let found = match place.contains("winit") {
+            // It takes the answers of a display server for granted.
+            true => {
+                "expected a display that stays, found that the window or its server has gone; open the file again"
+            }
+            false => "expected to go on, found an error of its own; please report it",
+        };
         // Where nobody can be told, there is no use in failing once more.
-        drop(writeln!(
-            std::io::stderr(),
-            "voxsplat: expected to go on, found an error of its own; please report it: {place}"
-        ));
+        drop(writeln!(std::io::stderr(), "voxsplat: {found}: {place}"));
     }));
     // The hook has said what there is to say.
     std::panic::catch_unwind(|| cli::run(std::env::args_os(), window)).unwrap_or(ExitCode::FAILURE)
 }
 
-fn window(flags: WindowFlags) -> Result<(), String> {
+fn window(flags: WindowFlags, engine: Choice) -> Result<(), String> {
     let sources = flags.files.iter().map(|file| Source::of(file)).collect();
-    let options = Options { sources, engine: flags.engine.choice(), trace: flags.trace };
+    let options = Options { sources, engine, trace: flags.trace };
     app::run(options).map_err(|error| error.to_string())
 }

@@ -19,7 +19,7 @@ use voxsplat::scene::{ModeChoice, Scene, opening};
 use voxsplat::transfer::{ColourSource, TransferFunction};
 use voxsplat::volume::{Component, demo};
 
-use command_line::{errors, voxsplat};
+use command_line::{errors, program, voxsplat};
 
 fn can_draw() -> bool {
     command_line::can_draw("pictures by the command line")
@@ -568,6 +568,55 @@ fn what_is_not_in_the_file_or_the_machine_is_exit_1() {
     let large = render(&["--resolution", "1000000,1000000", "--engine", "native"]);
     assert_eq!(fault(&large, 1, &["the picture", "48.0 TB"], None), None);
     assert!(!picture.exists(), "a picture of nothing");
+}
+
+#[test]
+fn an_engine_without_adapters_takes_none_and_threads_have_an_end() {
+    let both = voxsplat(&[
+        "render",
+        "demo:shells:8",
+        "-o",
+        "-",
+        "--engine",
+        "native",
+        "--adapter",
+        "software",
+    ]);
+    assert_eq!(fault(&both, 2, &["--adapter", "--engine native"], None), None);
+    let threads = |count: &str| {
+        let mut program = program(&["info", "demo:shells:8"]);
+        program.env("RAYON_NUM_THREADS", count).output().expect("the program starts")
+    };
+    assert_eq!(fault(&threads("3000"), 2, &["RAYON_NUM_THREADS", "1024", "3000"], None), None);
+    assert!(threads("3").status.success());
+}
+
+/// Its allocator would abort it.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_limit_of_addresses_is_a_refusal() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let picture = folder.path().join("out.png");
+    let line = "ulimit -v 900000 && exec \"$0\" \"$@\"";
+    let limited = |more: &[&str]| {
+        let mut shell = std::process::Command::new("sh");
+        shell.args([
+            "-c",
+            line,
+            env!("CARGO_BIN_EXE_voxsplat"),
+            "render",
+            "--engine",
+            "native",
+            "-o",
+        ]);
+        shell.arg(&picture).args(more).env_remove("RUST_LOG").env("RAYON_NUM_THREADS", "2");
+        shell.output().expect("a shell starts")
+    };
+    let pixels = limited(&["demo:shells:8", "--resolution", "8000,8000"]);
+    assert_eq!(fault(&pixels, 1, &["the picture", "fewer pixels"], None), None);
+    let volume = limited(&["demo:shells:400", "--resolution", "8,8"]);
+    assert_eq!(fault(&volume, 1, &["to fit in memory", "smaller"], None), None);
+    assert!(limited(&["demo:shells:8"]).status.success());
 }
 
 #[test]

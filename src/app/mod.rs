@@ -11,6 +11,7 @@ pub mod cells;
 pub mod clip_box;
 pub mod compare;
 pub mod dialogs;
+mod display;
 pub mod document;
 pub mod drawer;
 mod effect_rows;
@@ -146,6 +147,7 @@ pub fn run(options: Options) -> anyhow::Result<()> {
             .with_surface_config(egui_wgpu::SurfaceConfig::LOW_LATENCY),
         // The picture's bytes are to reach the screen as they are.
         dithering: false,
+        event_loop_builder: Some(Box::new(|events| display::choose(events))),
         ..NativeOptions::default()
     };
     let create = |creation: &eframe::CreationContext<'_>| {

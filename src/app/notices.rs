@@ -83,7 +83,9 @@ impl Notices {
 
     fn push(&mut self, kind: Kind, text: String) {
         let text = without_flags(&one_line(&text));
-        self.shown.retain(|notice| notice.text != text);
+        // Of the same news with other numbers the last ones are enough.
+        let says_the_same = |other: &str| words_of(other).eq(words_of(&text));
+        self.shown.retain(|notice| !says_the_same(&notice.text));
         if self.shown.len() == LIMIT {
             self.shown.remove(0);
         }
@@ -111,6 +113,13 @@ impl Notices {
             self.shown.remove(index);
         }
     }
+}
+
+/// A text without its numbers.
+fn words_of(text: &str) -> impl Iterator<Item = &str> {
+    let is_number =
+        |word: &str| word.trim_matches(|c: char| !c.is_ascii_alphanumeric()).parse::<f64>().is_ok();
+    text.split(' ').filter(move |word| !is_number(word))
 }
 
 /// What the hand does with a bar.
@@ -168,6 +177,18 @@ mod tests {
         }
         let texts: Vec<_> = notices.shown().iter().map(|n| n.text.as_str()).collect();
         assert_eq!(texts, ["a", "c", "d", "e"]);
+    }
+
+    #[test]
+    fn of_the_same_news_with_other_numbers_the_last_are_shown() {
+        let mut notices = Notices::default();
+        for text in
+            ["found more (1.5e9)", "opened scan 3: a1", "found more (2e7)", "opened scan 3: a2"]
+        {
+            notices.error(text);
+        }
+        let texts: Vec<_> = notices.shown().iter().map(|n| n.text.as_str()).collect();
+        assert_eq!(texts, ["opened scan 3: a1", "found more (2e7)", "opened scan 3: a2"]);
     }
 
     /// Draws the bars at a time, and tells when they are to be drawn again.

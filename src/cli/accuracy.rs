@@ -81,7 +81,7 @@ pub(super) fn run(flags: &AccuracyFlags) -> Result<(), Failure> {
         most_slabs: flags.max_slabs,
         ..SweepOptions::new(&scene)
     };
-    let engine = Engine::start(flags.engine.choice(), || ());
+    let engine = Engine::start(flags.engine.choice()?, || ());
     // A machine that cannot draw, or not at this size, says so before the work.
     let [width, height] = flags.resolution;
     for size in [[width, 1], [1, height]] {

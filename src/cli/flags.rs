@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use serde::Serialize;
 
+use super::Failure;
 use super::flow::FlowFlags;
 use super::inside::InsideFlags;
 use super::polygons::PolygonFlags;
@@ -88,8 +89,18 @@ pub struct EngineFlags {
 
 impl EngineFlags {
     /// What they choose.
-    pub fn choice(&self) -> Choice {
-        Choice { engine: self.engine, adapter: self.adapter.clone() }
+    ///
+    /// # Errors
+    /// An adapter beside the engine that has none.
+    pub fn choice(&self) -> Result<Choice, Failure> {
+        if self.engine == EngineChoice::Native && self.adapter != AdapterChoice::Auto {
+            return Err(Failure::Usage(
+                "expected --adapter with --engine gpu or auto, found --engine native, which draws on the processor; \
+                 leave one of them out"
+                    .to_owned(),
+            ));
+        }
+        Ok(Choice { engine: self.engine, adapter: self.adapter.clone() })
     }
 }
 

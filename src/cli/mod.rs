@@ -29,12 +29,16 @@ use std::process::ExitCode;
 use clap::Parser;
 
 use crate::io::mesh::MeshFormat;
+use crate::task::engines::Choice;
 use crate::task::output_file::{OutputFile, is_one_place};
 use crate::task::transfer_file::is_named_so;
 
 pub use flags::{
     AccuracyFlags, Arguments, Command, InfoFlags, ProbeFlags, RenderFlags, SceneFlags, WindowFlags,
 };
+
+/// Threads that the environment may ask for.
+const MOST_THREADS: u64 = 1024;
 
 /// What went wrong, by whose fault.
 #[derive(Debug)]
@@ -57,7 +61,7 @@ impl Failure {
 /// `window` opens the window; it is passed in because this room does not know the window's.
 pub fn run(
     arguments: impl IntoIterator<Item = OsString>,
-    window: impl FnOnce(WindowFlags) -> Result<(), String>,
+    window: impl FnOnce(WindowFlags, Choice) -> Result<(), String>,
 ) -> ExitCode {
     let arguments = match Arguments::try_parse_from(arguments) {
         Ok(arguments) => arguments,
@@ -67,6 +71,13 @@ pub fn run(
             return if error.use_stderr() { ExitCode::from(2) } else { ExitCode::SUCCESS };
         }
     };
+    if let Some(found) = too_many_threads(std::env::var("RAYON_NUM_THREADS").ok().as_deref()) {
+        say(&format!(
+            "expected at most {MOST_THREADS} threads in RAYON_NUM_THREADS, found {found}; leave it unset, and there are as \
+             many as the processor has"
+        ));
+        return ExitCode::from(2);
+    }
     let outcome = match arguments.command {
         None => open_window(arguments.window, window),
         Some(Command::Render(flags)) => render::run(&flags),
@@ -87,10 +98,16 @@ pub fn run(
     }
 }
 
+/// Of a number that the environment asks for: so many that starting them would seem to hang.
+fn too_many_threads(asked: Option<&str>) -> Option<u64> {
+    asked.and_then(|asked| asked.trim().parse().ok()).filter(|asked| *asked > MOST_THREADS)
+}
+
 fn open_window(
     flags: WindowFlags,
-    window: impl FnOnce(WindowFlags) -> Result<(), String>,
+    window: impl FnOnce(WindowFlags, Choice) -> Result<(), String>,
 ) -> Result<(), Failure> {
+    let choice = flags.engine.choice()?;
     // The window tells what is wrong with a file; a wrong name is wrong usage here as anywhere.
     flags.files.iter().try_for_each(|file| open::check_name(file))?;
     let belongs_into_one = |file: &PathBuf| MeshFormat::of(file).is_some() || is_named_so(file);
@@ -101,7 +118,7 @@ fn open_window(
             last.display()
         )));
     }
-    window(flags).map_err(Failure::Failed)
+    window(flags, choice).map_err(Failure::Failed)
 }
 
 /// Where an outcome goes, found fit before the work begins.

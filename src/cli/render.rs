@@ -86,7 +86,7 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
     let alone = !scene.shows_field();
     let load_ms = start.elapsed().as_secs_f64() * 1e3;
     let kernels_total = scene.voxel_count();
-    let engine = Engine::start(flags.engine.choice(), || ());
+    let engine = Engine::start(flags.engine.choice()?, || ());
     let view = View::new(&scene, flags.resolution);
     let annotated = flags.annotations.map(|annotations| {
         annotations::laid_out(annotations, &scene, space.as_deref(), flags.resolution)
@@ -212,7 +212,7 @@ fn run_loop(flags: &RenderFlags, frames: u32, seconds: f64) -> Result<(), Failur
         note(&no_room(&layout.left_out));
     }
     let cycle = Cycle { frames, seconds };
-    let engine = Engine::start(flags.engine.choice(), || ());
+    let engine = Engine::start(flags.engine.choice()?, || ());
     let ticket = Ticket::new();
     let written = &layout.primitives;
     loop_file::write(&engine, &scene, (flags.resolution, written), cycle, path, &ticket)

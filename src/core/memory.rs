@@ -4,9 +4,10 @@
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error(
     "expected {what} to fit in memory, found that it takes {} where {} are free; \
-     close other programs, or open a smaller or subsampled volume",
+     close other programs, or {}",
     human_bytes(*needed_bytes),
-    human_bytes(*free_bytes)
+    human_bytes(*free_bytes),
+    if what == PICTURE { "ask for fewer pixels" } else { "open a smaller or subsampled volume" }
 )]
 pub struct TooLarge {
     /// What was to be held, in words.
@@ -16,6 +17,9 @@ pub struct TooLarge {
     /// Bytes that may be taken.
     pub free_bytes: u64,
 }
+
+/// The words for a picture, whose size its volume has no part in.
+pub const PICTURE: &str = "the picture";
 
 /// The product of sizes, or `None` where it exceeds 64 bits.
 pub fn checked_product(sizes: &[u64]) -> Option<u64> {
@@ -29,8 +33,33 @@ pub fn free_bytes() -> u64 {
     system.refresh_memory();
     // In a container the machine's figure is not ours to spend.
     let free = system.available_memory();
-    system.cgroup_limits().map_or(free, |limits| free.min(limits.free_memory))
+    let free = system.cgroup_limits().map_or(free, |limits| free.min(limits.free_memory));
+    free_addresses(&mut system).map_or(free, |addresses| free.min(addresses))
 }
+
+/// Bytes of addresses that a limit of the shell's or a batch system's (`ulimit -v`) leaves to this process; `None` where
+/// there is no such limit.
+#[cfg(unix)]
+fn free_addresses(system: &mut sysinfo::System) -> Option<u64> {
+    use rustix::process::{Resource, getrlimit};
+    use sysinfo::{ProcessRefreshKind, ProcessesToUpdate};
+
+    let limit = getrlimit(Resource::As).current?;
+    let own = sysinfo::get_current_pid().ok()?;
+    let kind = ProcessRefreshKind::nothing().with_memory();
+    system.refresh_processes_specifics(ProcessesToUpdate::Some(&[own]), false, kind);
+    let taken = system.process(own)?.virtual_memory();
+    Some(limit.saturating_sub(taken.saturating_add(KEPT_BACK)))
+}
+
+#[cfg(not(unix))]
+fn free_addresses(_: &mut sysinfo::System) -> Option<u64> {
+    None
+}
+
+/// Addresses for threads and for what is not counted.
+#[cfg(unix)]
+const KEPT_BACK: u64 = 64 << 20;
 
 /// Refuses `needed_bytes` for `what` unless `free_bytes` covers it.
 ///

@@ -34,6 +34,8 @@ pub const PIECE_MS: f64 = 10.0;
 const STOP_BELOW: f32 = 2e-4;
 /// A coarse picture is at least this many pixels wide and high, whatever the budget.
 pub(super) const LEAST_SIDE: f64 = 48.0;
+/// Whole pictures of fewer pixels than of a square of so many say nothing of what larger ones take.
+pub(super) const LEAST_WHOLE: f64 = 160.0;
 /// How much smaller vectors are drawn where an octree cut was asked for.
 const AT_ONCE_SHRINK: f64 = 4.0;
 

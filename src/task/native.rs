@@ -47,8 +47,8 @@ fn mode_of_nodes(mode: &SplatSettings) -> SplatSettings {
 /// What the native engine finds out only once it begins a picture.
 fn refusal(reason: Unsupported) -> DrawError {
     let sentence = format!(
-        "expected a picture that the native engine draws, found {reason}; choose fewer --slabs-per-voxel, correct a \
-         spacing that is far less than the others, or try --engine gpu"
+        "expected a picture that the native engine draws, found {reason}; choose fewer --slabs-per-voxel, or correct a \
+         spacing that is far less than the others"
     );
     GpuError::Unsupported(sentence).into()
 }
@@ -109,7 +109,7 @@ impl Drawer {
         self.prepare_field(plan, which, observer)?;
         let pixels = u64::from(plan.size[0]) * u64::from(plan.size[1]);
         if pixels > MANY_PIXELS {
-            memory::require("the picture", pixels * BYTES_A_PIXEL, memory::free_bytes())?;
+            memory::require(memory::PICTURE, pixels * BYTES_A_PIXEL, memory::free_bytes())?;
         }
         let start = Instant::now();
         self.prepare_samples(plan, observer)?;

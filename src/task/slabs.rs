@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use super::draw::{DrawError, Drawer, Drawn, LEAST_SIDE, Observer};
+use super::draw::{DrawError, Drawer, Drawn, LEAST_SIDE, LEAST_WHOLE, Observer};
 use super::engines::EngineKind;
 use super::previews::preview_coefficients;
 use super::vectors::PictureVectors;
@@ -209,6 +209,7 @@ impl Drawer {
             return;
         }
         match which {
+            SlabField::Own if plan.enlarged <= 1.0 && rays < LEAST_WHOLE * LEAST_WHOLE => {}
             SlabField::Own if plan.enlarged <= 1.0 => self.costs.learn_rays(rays, wall_ms),
             _ if visits > 0.0 => {
                 let of_field = if plan.is_of_kernels_alone() { 0.0 } else { rays };

@@ -142,7 +142,7 @@ impl RawDialog {
             for (name, bytes) in [("Expected", expected), ("Found", words::count(self.found_bytes))]
             {
                 name_ui(ui, name);
-                ui.label(format!("{bytes} bytes"));
+                ui.label(if bytes == "1" { "1 byte".to_owned() } else { format!("{bytes} bytes") });
                 ui.end_row();
             }
         });

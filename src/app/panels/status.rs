@@ -339,6 +339,7 @@ fn counts_words(report: &FrameReport) -> String {
             let [drawn, active] = [drawn, active].map(words::count);
             format!("{drawn} of {active} kernels drawn, {total} voxels")
         }
+        None if total == "1" => "its one voxel".to_owned(),
         None => format!("all of {total} voxels"),
     }
 }

@@ -24,12 +24,12 @@ use egui_winit::{ActionRequested, WindowGeometry, WindowSettings, accesskit_wini
 pub use canvas::{Canvas, Damage};
 use storage::FileStorage;
 
-use super::{APP_ID, Content, theme};
+use super::{APP_ID, Content, display, theme};
 
 /// Least time between two frames: no screen shows more.
 const FRAME: Duration = Duration::from_micros(16_600);
-/// Between two times that settings are written down.
-const SAVE_EVERY: Duration = Duration::from_secs(30);
+/// From a pass of the interface until settings are written down: a window may go without being closed.
+const SAVE_AFTER: Duration = Duration::from_secs(5);
 /// Textures that egui may ask for, pixels.
 const LARGEST_TEXTURE: usize = 16_384;
 /// Names in the storage, as `eframe` has them.
@@ -65,7 +65,9 @@ pub(super) fn run(builder: ViewportBuilder, make: Make) -> anyhow::Result<()> {
             "expected a display to open a window on, found none that answers; try `voxsplat render`, which needs none"
         )
     };
-    let events = EventLoop::<Wake>::with_user_event().build().map_err(|e| no_display(&e))?;
+    let mut events = EventLoop::<Wake>::with_user_event();
+    display::choose(&mut events);
+    let events = events.build().map_err(|e| no_display(&e))?;
     let ctx = Context::default();
     let storage = FileStorage::open(APP_ID);
     let kept = storage.as_ref().map(|storage| storage as &dyn Storage);
@@ -88,7 +90,7 @@ pub(super) fn run(builder: ViewportBuilder, make: Make) -> anyhow::Result<()> {
         screen: None,
         wake_at: None,
         painted_at: None,
-        saved_at: Instant::now(),
+        save_at: None,
         failure: None,
     };
     events.run_app(&mut host).map_err(|error| no_display(&error))?;
@@ -109,7 +111,8 @@ struct Host {
     /// When the next frame is due.
     wake_at: Option<Instant>,
     painted_at: Option<Instant>,
-    saved_at: Instant,
+    /// When settings are written down next.
+    save_at: Option<Instant>,
     failure: Option<anyhow::Error>,
 }
 
@@ -125,6 +128,8 @@ struct Screen {
     settings: Option<WindowSettings>,
     geometry: Option<WindowGeometry>,
     is_shown: bool,
+    /// Nothing of it can be seen.
+    is_covered: bool,
     /// The screen's memory may hold nothing of the frame before.
     is_stale: bool,
 }
@@ -189,6 +194,7 @@ impl Host {
             geometry: settings.map(|settings| settings.normal_geometry()),
             settings,
             is_shown: false,
+            is_covered: false,
             is_stale: true,
         });
         self.wake(Instant::now());
@@ -207,6 +213,10 @@ impl Host {
             return Ok(());
         };
         egui_winit::update_viewport_info(&mut screen.info, &self.ctx, &screen.window, false);
+        if screen.is_covered || screen.info.minimized == Some(true) {
+            // What uncovers it asks for a frame.
+            return Ok(());
+        }
         let mut input = screen.state.take_egui_input(&screen.window);
         input.viewports.insert(ViewportId::ROOT, screen.info.clone());
         screen.info.events.clear();
@@ -252,14 +262,14 @@ impl Host {
         }
         if closes {
             self.close(events);
-        } else if self.saved_at.elapsed() > SAVE_EVERY {
-            self.save();
+        } else {
+            self.save_at.get_or_insert(Instant::now() + SAVE_AFTER);
         }
         Ok(())
     }
 
     fn save(&mut self) {
-        self.saved_at = Instant::now();
+        self.save_at = None;
         let (Some(screen), Some(storage)) = (&mut self.screen, &mut self.storage) else { return };
         let zoom = self.ctx.zoom_factor();
         let settings = WindowSettings::from_window(zoom, &screen.window, screen.geometry);
@@ -390,10 +400,20 @@ impl ApplicationHandler<Wake> for Host {
         let response = screen.state.on_window_event(&screen.window, &event);
         match event {
             WindowEvent::CloseRequested => return self.close(events),
-            // The screen has lost what was there.
-            WindowEvent::RedrawRequested | WindowEvent::Resized(_) => {
+            WindowEvent::Occluded(is_covered) => {
+                screen.is_covered = is_covered;
                 screen.is_stale = true;
                 self.wake(Instant::now());
+                return;
+            }
+            // The screen has lost what was there.
+            WindowEvent::RedrawRequested | WindowEvent::Resized(_) => {
+                (screen.is_stale, screen.is_covered) = (true, false);
+                self.wake(Instant::now());
+            }
+            // Not every desktop says that it is seen again.
+            WindowEvent::Focused(true) | WindowEvent::CursorMoved { .. } => {
+                screen.is_covered = false;
             }
             _ => {}
         }
@@ -408,7 +428,11 @@ impl ApplicationHandler<Wake> for Host {
         {
             return self.fail(events, error);
         }
-        events.set_control_flow(self.wake_at.map_or(ControlFlow::Wait, ControlFlow::WaitUntil));
+        if self.save_at.is_some_and(|at| at <= Instant::now()) {
+            self.save();
+        }
+        let next = [self.wake_at, self.save_at].into_iter().flatten().min();
+        events.set_control_flow(next.map_or(ControlFlow::Wait, ControlFlow::WaitUntil));
     }
 
     fn exiting(&mut self, _events: &ActiveEventLoop) {

@@ -2,7 +2,8 @@
 
 use std::collections::HashMap;
 use std::fs;
-use std::path::PathBuf;
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
 
 /// Texts by name, in a file of the desktop's folder for programs' data.
 #[derive(Debug)]
@@ -19,14 +20,24 @@ impl FileStorage {
     }
 
     fn at(path: PathBuf) -> Self {
-        let read = fs::read_to_string(&path).ok().and_then(|text| match ron::from_str(&text) {
-            Ok(texts) => Some(texts),
-            Err(error) => {
-                log::warn!("what an earlier window left could not be read: {error}");
-                None
-            }
+        let texts = Self::read(&path).unwrap_or_else(|error| {
+            log::warn!(
+                "expected the settings of an earlier window, found that they cannot be read ({error}); they are set \
+                 anew: {}",
+                path.display()
+            );
+            HashMap::new()
         });
-        Self { path, texts: read.unwrap_or_default(), has_changed: false }
+        Self { path, texts, has_changed: false }
+    }
+
+    /// Nothing where there is no file.
+    fn read(path: &Path) -> anyhow::Result<HashMap<String, String>> {
+        match fs::read_to_string(path) {
+            Ok(text) => Ok(ron::from_str(&text)?),
+            Err(error) if error.kind() == ErrorKind::NotFound => Ok(HashMap::new()),
+            Err(error) => Err(error.into()),
+        }
     }
 
     fn write(&self) -> anyhow::Result<()> {
@@ -63,7 +74,11 @@ impl eframe::Storage for FileStorage {
             return;
         }
         if let Err(error) = self.write() {
-            log::warn!("what is to be remembered could not be written: {error}");
+            log::warn!(
+                "expected a place for settings, found that it cannot be written to ({error}); they are forgotten when \
+                 the window closes: {}",
+                self.path.display()
+            );
         }
     }
 }
