@@ -147,7 +147,7 @@ pub fn run(options: Options) -> anyhow::Result<()> {
             .with_surface_config(egui_wgpu::SurfaceConfig::LOW_LATENCY),
         // The picture's bytes are to reach the screen as they are.
         dithering: false,
-        event_loop_builder: Some(Box::new(|events| display::choose(events))),
+        event_loop_builder: Some(Box::new(display::choose)),
         ..NativeOptions::default()
     };
     let create = |creation: &eframe::CreationContext<'_>| {
