@@ -4,8 +4,7 @@
 // entry's layer its integrals (image-aligned sheets: Mueller and Crawfis 1998), which
 // are composited once the layer is past: what a slab holds is then complete.
 //
-// A thread's pixels stand one below the other, and a vector has their values from the top. Fetching
-// a kernel costs software adapters more than computing what it gives a pixel.
+// A thread's pixels stand one below the other, and a vector has their values from the top.
 
 @group(0) @binding(1) var<storage, read> lists: Lists;
 // Four a kernel. First: screen offset of the centre, pixels, y up; view depth of the centre beyond
@@ -18,18 +17,12 @@
 @group(0) @binding(3) var<storage, read> keys: array<u32>;
 @group(0) @binding(4) var<storage, read> kernels: array<u32>;
 @group(0) @binding(5) var<storage, read> ranges: array<vec2<u32>>;
-// Sums, over all pixels, that were capped at 1.
-@group(0) @binding(6) var<storage, read_write> capped: atomic<u32>;
-// Where lists are composited in parts: what is carried from one to the next.
-@group(0) @binding(7) var<storage, read_write> carried: array<vec4<f32>>;
-@group(0) @binding(8) var light: texture_storage_2d<rgba32float, write>;
+@group(0) @binding(6) var light: texture_storage_2d<rgba32float, write>;
 
 // Pixels of a thread.
 const PIXELS: u32 = 4u;
 // Tiles of a workgroup.
 const GROUP_TILES: u32 = 4u;
-// Vec4s of a thread in `carried`.
-const CARRIED_VEC4S: u32 = 22u;
 // Less hides nothing, and could not be divided by.
 const LEAST_SUM: f32 = 1e-30;
 // No layer has this number.
@@ -159,24 +152,12 @@ fn laid_slabs(pixels: Pixels, sums: Sums) -> Pixels {
     return laid(laid(laid(laid(pixels, sums.slab3), sums.slab2), sums.slab1), sums.slab0);
 }
 
-fn carried_matrix(at: u32) -> mat4x4<f32> {
-    return mat4x4<f32>(carried[at], carried[at + 1u], carried[at + 2u], carried[at + 3u]);
-}
-
-fn carry_matrix(at: u32, matrix: mat4x4<f32>) {
-    carried[at] = matrix[0];
-    carried[at + 1u] = matrix[1];
-    carried[at + 2u] = matrix[2];
-    carried[at + 3u] = matrix[3];
-}
-
 @compute @workgroup_size(TILE, TILE / PIXELS, GROUP_TILES)
 fn composite_lists(
     @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
     @builtin(local_invocation_id) local: vec3<u32>,
 ) {
-    let column = (group.x * groups.z + group.z) * GROUP_TILES + local.z;
+    let column = group.x * GROUP_TILES + local.z;
     let row = u32(lists.layers.z) + group.y;
     if column >= lists.tiles.z {
         return;
@@ -200,37 +181,22 @@ fn composite_lists(
     let first_layer = lists.layers.x;
     let thickness = lists.slabs.x;
     let least = lists.slabs.y;
-    let parts = lists.parts;
 
-    let whole = ranges[row * lists.tiles.z + column];
-    var entry = min(whole.x + parts.x * parts.y, whole.y);
-    let end = min(entry + parts.y, whole.y);
+    let range = ranges[row * lists.tiles.z + column];
+    var entry = range.x;
+    let end = range.y;
     let nothing = mat4x4<f32>();
     let no_sums = Sums(nothing, nothing, nothing, nothing);
     // Beyond the picture there is nothing to wait for.
     var out = Pixels(nothing, select(vec4<f32>(0.0), vec4<f32>(1.0), inside), 0u);
     var sums = no_sums;
     var layer = NO_LAYER;
-    let thread = ((group.y * lists.tiles.z + column) * (TILE / PIXELS) + local.y) * TILE + local.x;
-    let at = CARRIED_VEC4S * thread;
-    // Loops of one turn, here and below, since a software adapter would walk past an `if` with
-    // everything in it.
-    for (var some = parts.x > 0u; some; some = false) {
-        out.light = carried_matrix(at);
-        sums.slab0 = carried_matrix(at + 4u);
-        sums.slab1 = carried_matrix(at + 8u);
-        sums.slab2 = carried_matrix(at + 12u);
-        sums.slab3 = carried_matrix(at + 16u);
-        out.transmittance = carried[at + 20u];
-        layer = bitcast<u32>(carried[at + 21u].x);
-    }
     while entry < end {
         if front_to_back && all(out.transmittance < vec4<f32>(least)) {
             break;
         }
         if slabs {
             let own = keys[entry] & mask;
-            // The same where a part goes on with the layer that the one before ended in.
             if own != layer {
                 out = laid_slabs(out, sums);
                 sums = no_sums;
@@ -266,27 +232,17 @@ fn composite_lists(
             entry++;
         }
     }
-    for (var some = parts.x + 1u < parts.z; some; some = false) {
-        carry_matrix(at, out.light);
-        carry_matrix(at + 4u, sums.slab0);
-        carry_matrix(at + 8u, sums.slab1);
-        carry_matrix(at + 12u, sums.slab2);
-        carry_matrix(at + 16u, sums.slab3);
-        carried[at + 20u] = out.transmittance;
-        carried[at + 21u] = vec4<f32>(bitcast<f32>(layer), 0.0, 0.0, 0.0);
+    if slabs {
+        out = laid_slabs(out, sums);
     }
-    for (var some = parts.x + 1u == parts.z; some; some = false) {
-        if slabs {
-            out = laid_slabs(out, sums);
-        }
-        let rows = transpose(out.light);
-        for (var i = 0u; i < PIXELS; i++) {
-            if inside[i] {
-                textureStore(light, vec2<u32>(pixel.x, below[i]), rows[i]);
-            }
+    let rows = transpose(out.light);
+    for (var i = 0u; i < PIXELS; i++) {
+        if inside[i] {
+            textureStore(light, vec2<u32>(pixel.x, below[i]), rows[i]);
         }
     }
-    for (var some = out.capped > 0u; some; some = false) {
-        atomicAdd(&capped, out.capped);
+    if out.capped > 0u {
+        note_capped(out.capped);
     }
+    note_ended_loops();
 }

@@ -116,15 +116,7 @@ fn walk(ray_forward: Ray, span: vec2<f32>) {
     let back = max(i32(support) / 2 - 1, 0);
     var at = 0.0;
     sum = vec4<f32>(0.0);
-    if IN_PARTS && gather.part.x > 0 {
-        sum = bitcast<vec4<f32>>(kept(slot, 1u));
-        let place = bitcast<vec4<i32>>(kept(slot, 2u));
-        cell = place.xyz;
-        layer = place.w;
-        at = bitcast<f32>(kept(slot, 3u).x);
-    }
-    // As many as there are, or as this dispatch may take.
-    for (var step = gather.part.x; step < gather.part.y && at < last; step++) {
+    while at < last {
         let faces = (vec3<f32>(cell + ahead) - shift - ray.origin) * inverse;
         let next = select(vec3<f32>(3e30), faces, moves);
         var layer_end = 3e30;
@@ -153,14 +145,8 @@ fn walk(ray_forward: Ray, span: vec2<f32>) {
             cell.z += sign.z;
         }
         if is_over || is_opaque() {
-            at = last;
             break;
         }
-    }
-    if IN_PARTS {
-        keep(slot, 1u, bitcast<vec4<u32>>(sum));
-        keep(slot, 2u, bitcast<vec4<u32>>(vec4<i32>(cell, layer)));
-        keep(slot, 3u, vec4<u32>(bitcast<u32>(at), 0u, 0u, 0u));
     }
 }
 
@@ -174,11 +160,10 @@ fn gather_cells(
     if !is_in_picture(pixel) {
         return;
     }
-    begin();
-    for (var number = gather.rays.x; number < gather.rays.y; number++) {
+    for (var number = 0u; number < gather.piece.x * gather.piece.x; number++) {
         let ray = ray_at(pixel, number);
         let span = span_of(ray);
-        begin_ray(ray, pixel);
+        begin_light(ray, pixel);
         if span.x < span.y {
             walk(ray, span);
         }

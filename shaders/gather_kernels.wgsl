@@ -249,13 +249,13 @@ fn slices_of(ray: Ray, span: vec2<f32>) -> Run {
     return run_of(range.x, range.y, gather.splits.x);
 }
 
-// Gathers some slices of a run in order, leaping over bricks in which nothing can show.
-fn gather_slices(ray: Ray, span: vec2<f32>, slices: Run, part: vec2<i32>) {
+// Gathers the slices of a run in order, leaping over bricks in which nothing can show.
+fn gather_slices(ray: Ray, span: vec2<f32>, slices: Run) {
     let brick = i32(BRICK);
-    var i = part.x;
+    var i = 0;
     // The first slice that has not been looked at as part of a brick.
     var unknown = i;
-    while i < min(slices.count, part.y) {
+    while i < slices.count {
         let slice = index_in(slices, i);
         if i >= unknown {
             // The slices of one brick that follow, up to where the order turns at the eye.
@@ -289,11 +289,10 @@ fn gather_layers(ray: Ray, span: vec2<f32>) {
     // Points and kernels reach a little beyond where the ray is within their reach.
     let first = i32(floor(ray.layer.x + ray.layer.y * span.x)) - select(0, 1, points);
     let last = i32(floor(ray.layer.x + ray.layer.y * span.y)) + select(0, 1, points);
-    let size = gather.part.z;
-    let chunks = (last - first) / size + 1;
-    for (var n = gather.part.x; n < min(chunks, gather.part.y); n++) {
-        let begin = first + size * select(chunks - 1 - n, n, front_to_back);
-        chunk = vec2<i32>(begin, min(begin + size - 1, last));
+    let chunks = (last - first) / LAYERS + 1;
+    for (var n = 0; n < chunks; n++) {
+        let begin = first + LAYERS * select(chunks - 1 - n, n, front_to_back);
+        chunk = vec2<i32>(begin, min(begin + LAYERS - 1, last));
         for (var k = 0; k < LAYERS; k++) {
             layers[k] = vec4<f32>(0.0);
         }
@@ -305,7 +304,7 @@ fn gather_layers(ray: Ray, span: vec2<f32>) {
         );
         let slices = slices_of(ray, within);
         let near = within + vec2<f32>(-1.0, 1.0) * length(gather.reach.xyz);
-        gather_slices(ray, near, slices, vec2<i32>(0, slices.count));
+        gather_slices(ray, near, slices);
         for (var k = 0; k < LAYERS; k++) {
             let at = select(LAYERS - 1 - k, k, front_to_back);
             lay_layer(ray, layers[at], begin + at);
@@ -326,16 +325,15 @@ fn gather_kernels(
     if !is_in_picture(pixel) {
         return;
     }
-    begin();
-    for (var number = gather.rays.x; number < gather.rays.y; number++) {
+    for (var number = 0u; number < gather.piece.x * gather.piece.x; number++) {
         let ray = ray_at(pixel, number);
         let span = span_of(ray);
-        begin_ray(ray, pixel);
+        begin_light(ray, pixel);
         if span.x < span.y && !is_opaque() {
             if layering == 2u {
                 gather_layers(ray, span);
             } else {
-                gather_slices(ray, span, slices_of(ray, span), gather.part.xy);
+                gather_slices(ray, span, slices_of(ray, span));
             }
         }
         end_ray();

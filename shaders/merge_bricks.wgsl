@@ -115,8 +115,8 @@ fn effective_extinction(
 
 // Where a sample lies between the least and the greatest, and 1; 0 and 0 where there is none.
 fn part_of_range(index: u32) -> vec2<f32> {
-    let chunk = index >> traversal.bricks.w;
-    let within = index & ((1u << traversal.bricks.w) - 1u);
+    let chunk = index / traversal.bricks.w;
+    let within = index - chunk * traversal.bricks.w;
     let width = piece.nodes.w;
     let samples = 4u / width;
     let word = sample_word(chunk, within / samples);

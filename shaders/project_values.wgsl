@@ -37,8 +37,8 @@ fn turned_value(place: vec3<f32>) -> f32 {
 }
 
 // The value that stands for the ray through a point of the screen, pixels from the picture's middle, in
-// its colour; as far as this dispatch walks it.
-fn ray(screen: vec2<f32>, slot: u32) -> vec4<f32> {
+// its colour.
+fn ray(screen: vec2<f32>) -> vec4<f32> {
     let through = ray_through(screen);
     let part = part_of(through);
     let enter = part.ends.x;
@@ -54,18 +54,9 @@ fn ray(screen: vec2<f32>, slot: u32) -> vec4<f32> {
     var u = vec3<f32>(NOTHING);
     var ts = vec3<f32>(0.0);
     var k = first;
-    if IN_PARTS && (slabs.part.w & 1u) != 0u {
-        let faces = bitcast<vec4<f32>>(kept(slot, 0u));
-        let depths = kept(slot, 1u);
-        let values = bitcast<vec4<f32>>(kept(slot, 2u));
-        u = faces.xyz;
-        ts = bitcast<vec3<f32>>(depths.xyz);
-        k = bitcast<i32>(depths.w);
-        found = Projected(faces.w, values.x, values.y, values.z);
-    }
     // Once more after the last face, for the slab before it.
     let end = last + 1;
-    for (var looks = 0u; !IN_PARTS || looks < slabs.part.z; looks++) {
+    loop {
         let asks = found.perhaps != NOWHERE;
         if k > end && !asks {
             break;
@@ -107,13 +98,6 @@ fn ray(screen: vec2<f32>, slot: u32) -> vec4<f32> {
         ts = vec3<f32>(ts.yz, t);
         k += 1;
     }
-    if IN_PARTS && (slabs.part.w & 2u) == 0u {
-        keep(slot, 0u, bitcast<vec4<u32>>(vec4<f32>(u, found.greatest)));
-        keep(slot, 1u, vec4<u32>(bitcast<vec3<u32>>(ts), bitcast<u32>(k)));
-        let values = vec4<f32>(found.perhaps, found.sum, found.length, 0.0);
-        keep(slot, 2u, bitcast<vec4<u32>>(values));
-        return vec4<f32>(0.0);
-    }
     let mean = found.sum / select(found.length, 1.0, found.length == 0.0);
     let extreme = select(found.greatest, -found.greatest, along == MINIMUM);
     let stands = select(extreme, mean, along == AVERAGE);
@@ -127,7 +111,7 @@ fn project_values(
     @builtin(num_workgroups) groups: vec3<u32>,
     @builtin(local_invocation_id) local: vec3<u32>,
 ) {
-    let within = group.x * groups.y + group.y;
+    let within = group.y * groups.x + group.x;
     let tile = slabs.tiles.x + within;
     let pixel = vec2<u32>(tile % slabs.tiles.y, tile / slabs.tiles.y) * TILE + local.xy;
     if within >= slabs.more.x || pixel.x >= slabs.tiles.z || pixel.y >= slabs.tiles.w {
@@ -137,22 +121,10 @@ fn project_values(
     // One ray a pixel, or a square of them where kernels are smaller than a pixel, or things are.
     let side = rays_along_side(pixel);
     var sum = vec4<f32>(0.0);
-    var i = 0u;
-    var end = side * side;
-    let slot = (within * TILE + local.y) * TILE + local.x;
-    if IN_PARTS {
-        i = slabs.part.x;
-        end = slabs.part.y;
-        if i > 0u || (slabs.part.w & 1u) != 0u {
-            sum = bitcast<vec4<f32>>(kept(slot, 3u));
-        }
-    }
-    for (; i < end; i++) {
+    for (var i = 0u; i < side * side; i++) {
         let part = (vec2<f32>(f32(i % side), f32(i / side)) + 0.5) / f32(side);
-        sum += ray(corner + vec2<f32>(part.x, -part.y), slot);
-    }
-    if IN_PARTS {
-        keep(slot, 3u, bitcast<vec4<u32>>(sum));
+        sum += ray(corner + vec2<f32>(part.x, -part.y));
     }
     textureStore(picture, pixel, sum / f32(side * side));
+    note_ended_loops();
 }

@@ -10,17 +10,6 @@ const LOOK_EVERY: u32 = 8u;
 // Least depth of three slabs together, in slabs, for all three to be whole: at the borders of the
 // lattice they are clipped.
 const WHOLE_SLABS: f32 = 2.99;
-// Places of a pixel in what is kept between dispatches: its light and its vectors'.
-const PLACES: u32 = SLOTS + VECTOR_PLACES;
-// Where, in the last place of its light, stands what is laid down.
-const PASSED_PART: u32 = 4u;
-// Rays wait for the next dispatch where the splats in one are too many.
-const PAUSES: bool = VECTORS && IN_PARTS;
-
-fn most_vector_turns() -> u32 {
-    return slabs.part.w >> 2u;
-}
-
 // Whether small things lie in the pixel, that a single ray may miss.
 var<private> seeks_specks: bool;
 
@@ -39,8 +28,8 @@ fn picture_width() -> u32 {
 }
 
 // Premultiplied colour and opacity along the ray through a point of the screen, pixels from the
-// picture's middle, as far as this dispatch walks it.
-fn ray(screen: vec2<f32>, pixel: vec2<u32>, slot: u32) -> vec4<f32> {
+// picture's middle.
+fn ray(screen: vec2<f32>, pixel: vec2<u32>) -> vec4<f32> {
     let through = ray_through(screen);
     let origin = through.origin;
     let direction = through.direction;
@@ -87,79 +76,19 @@ fn ray(screen: vec2<f32>, pixel: vec2<u32>, slot: u32) -> vec4<f32> {
     var t_far = 0.0;
     // How many of them there are.
     var have = 0;
-    var looks = 0u;
-    if IN_PARTS && (slabs.part.w & 1u) != 0u {
-        let values = bitcast<vec4<f32>>(kept(slot, 1u));
-        let place = kept(slot, 2u);
-        light = kept_light(slot, values.w);
-        u_before = values.x;
-        u_near = values.y;
-        u_far = values.z;
-        let depths = bitcast<vec3<f32>>(place.xyz);
-        t_before = depths.x;
-        t_near = depths.y;
-        t_far = depths.z;
-        if has_widths {
-            // Where those are, there is no parabola and no face before.
-            width_near = values.x;
-            width_far = depths.x;
-        }
-        k = bitcast<i32>(place.w) >> 2u;
-        have = i32(place.w & 3u);
-        if SURFACES && !VECTORS {
-            let faces = vec3<f32>(clamp(f32(k) * step, enter, leave), t_far, t_near);
-            met.done = faces[min(have, 2)];
-            if POLYGONS && !misses {
-                skip_polygons(&met, met.done);
-            }
-        }
-        if VECTORS {
-            let passed = kept(slot + SLOTS - 1u, PASSED_PART);
-            met.polygons = with_cursor(met.polygons, passed.xy);
-            met.done = bitcast<f32>(passed.z);
-            var words: array<vec4<u32>, 5>;
-            for (var i = 0u; i < 5u; i++) {
-                words[i] = kept(slot + SLOTS, i);
-            }
-            vector_state = with_words(vector_state, words);
-        }
-        if SHADED {
-            // Rather than kept: found again.
-            for (var i = 0u; i < 2u; i++) {
-                g_near = g_far;
-                g_far = face(origin + direction * select(t_near, t_far, i == 1u)).gradient;
-            }
-        }
-        remaining = select(last - k, k - first, back_to_front) + ahead;
-        if (VECTORS || POLYGONS) && misses {
-            remaining = -1;
-        }
-    }
-    // From layer to layer of vectors, so that the rays of a tile, whose list is one, come to each together:
-    // software adapters run what neighbours do at different times once for each. Without vectors, once.
+    // From layer to layer of vectors, so that the rays of a tile, whose list is one, come to each together.
+    // Without vectors, once.
     loop {
         let layer = next_layer(vector_state);
         let bound = field_slab(layer);
         while remaining >= 0 && left_of(light) >= slabs.picture.w
             && (!VECTORS || slab_ahead(k, way, have) < bound)
         {
-            if IN_PARTS {
-                if looks == slabs.part.z {
-                    break;
-                }
-                looks += 1u;
-            }
             // Where the next slab begins.
             var at = k - way * min(have, 2 * ahead);
             var look_t = clamp(f32(at) * step, enter, leave);
             var far = distance_at(origin + direction * look_t);
             while far > 0 && remaining >= 0 {
-                if IN_PARTS {
-                    if looks == slabs.part.z {
-                        break;
-                    }
-                    looks += 1u;
-                }
                 // To the first face that is not known to be followed by nothing.
                 let free = leap(origin + direction * look_t, far, inverse * f32(way));
                 let faces = max(i32(ceil((abs(look_t - f32(at) * step) + free) / step)), 1);
@@ -176,7 +105,6 @@ fn ray(screen: vec2<f32>, pixel: vec2<u32>, slot: u32) -> vec4<f32> {
                 look_t = clamp(f32(at) * step, enter, leave);
                 far = distance_at(origin + direction * look_t);
             }
-            // Loops rather than branches: software adapters run both sides of a branch.
             for (
                 var n = 0u;
                 n < LOOK_EVERY && remaining >= 0 && left_of(light) >= slabs.picture.w
@@ -214,15 +142,11 @@ fn ray(screen: vec2<f32>, pixel: vec2<u32>, slot: u32) -> vec4<f32> {
                     let whole = abs(t - t_before) >= WHOLE_SLABS * step
                         && u_before != NOTHING && u != NOTHING;
                     let bend = ((u_near - u_before) + (u_far - u)) * (1.0 / 24.0);
-                    // Most slabs near what shows are empty all the same. A loop rather than a branch, again.
+                    // Most slabs near what shows are empty all the same.
                     let width = 0.5 * (width_near + width_far);
                     let bent = select(0.0, bend, whole && !has_widths);
                     let is_known = u_near != NOTHING && u_far != NOTHING;
-                    for (
-                        var once = is_known && may_show(u_near, u_far, width, bent);
-                        once;
-                        once = false
-                    ) {
+                    if is_known && may_show(u_near, u_far, width, bent) {
                         if has_widths {
                             found = classify_about(u_near, u_far, width);
                         } else {
@@ -242,25 +166,21 @@ fn ray(screen: vec2<f32>, pixel: vec2<u32>, slot: u32) -> vec4<f32> {
                     have += 1;
                 }
                 if has_widths {
-                    // A loop, because software adapters run both sides of a branch.
                     let is_slab = classify_middle || (u_ends.x != NOTHING && u_ends.y != NOTHING);
-                    for (var once = seeks_specks && is_slab; once; once = false) {
+                    if seeks_specks && is_slab {
                         found = with_specks(found, origin + direction * (0.5 * (from_t + to_t)));
                     }
                 }
                 k += way;
                 remaining -= 1;
-                if SHADED {
-                    // A loop for the same reason.
-                    for (var once = found.near.w + found.far.w > 0.0; once; once = false) {
-                        found = shaded(found, u_middle, g_middle, 0.5 * (from_t + to_t), screen);
-                    }
+                if SHADED && found.near.w + found.far.w > 0.0 {
+                    found = shaded(found, u_middle, g_middle, 0.5 * (from_t + to_t), screen);
                 }
                 if holes_show {
                     // Boxes of samples without data: nothing is interpolated, nor lit.
                     let is_slab = classify_middle || have > 2;
                     let middle = origin + direction * (0.5 * (from_t + to_t));
-                    for (var once = is_slab && is_hole(middle); once; once = false) {
+                    if is_slab && is_hole(middle) {
                         found.near = no_data();
                         found.far = select(found.near, vec4<f32>(0.0), classify_middle);
                     }
@@ -281,7 +201,7 @@ fn ray(screen: vec2<f32>, pixel: vec2<u32>, slot: u32) -> vec4<f32> {
                 lay(&light, &met, found, length, vec2<f32>(from_t, to_t), beside);
             }
         }
-        if !VECTORS || (IN_PARTS && looks == slabs.part.z) {
+        if !VECTORS {
             break;
         }
         // What stands where the field has nothing.
@@ -290,38 +210,11 @@ fn ray(screen: vec2<f32>, pixel: vec2<u32>, slot: u32) -> vec4<f32> {
             break;
         }
         sum_next_layer(&vector_state, screen);
-        if vector_state.is_late {
-            break;
-        }
     }
-    if SURFACES {
-        // Where nothing but surfaces is left, or where the next slab begins.
+    if has_surfaces || POLYGONS {
+        // Where nothing but surfaces is left.
         let end = select(select(leave, enter, back_to_front), beyond, POLYGONS);
-        let faces = vec3<f32>(clamp(f32(k) * step, enter, leave), t_far, t_near);
-        let goes_on = IN_PARTS && (slabs.part.w & 2u) == 0u;
-        // Where there is no slab, all are laid down in the end; and so are those among vectors that are
-        // still to come.
-        let next = select(faces[min(have, 2)], -beyond, VECTORS || (POLYGONS && misses));
-        lay_until(&light, &met, select(end, next, goes_on));
-    }
-    if IN_PARTS && (slabs.part.w & 2u) == 0u {
-        let beside = keep_light(slot, light);
-        let before = select(vec2<f32>(u_before, t_before), vec2<f32>(width_near, width_far), has_widths);
-        let values = vec4<f32>(before.x, u_near, u_far, beside);
-        keep(slot, 1u, bitcast<vec4<u32>>(values));
-        let depths = bitcast<vec3<u32>>(vec3<f32>(before.y, t_near, t_far));
-        keep(slot, 2u, vec4<u32>(depths, bitcast<u32>(k << 2u) | u32(min(have, 2))));
-        if VECTORS {
-            let passed = vec4<u32>(cursor_of(met.polygons), bitcast<u32>(met.done), 0u);
-            keep(slot + SLOTS - 1u, PASSED_PART, passed);
-            var words = words_of(vector_state);
-            for (var i = 0u; i < 5u; i++) {
-                keep(slot + SLOTS, i, words[i]);
-            }
-            let is_left = remaining >= 0 || has_vectors_left(vector_state);
-            note_waiting(is_left && left_of(light) >= slabs.picture.w);
-        }
-        return vec4<f32>(0.0);
+        lay_until(&light, &met, end);
     }
     return light_of(light);
 }
@@ -332,11 +225,9 @@ fn reconstruct_slabs(
     @builtin(num_workgroups) groups: vec3<u32>,
     @builtin(local_invocation_id) local: vec3<u32>,
 ) {
-    let within = group.x * groups.y + group.y;
+    let within = group.y * groups.x + group.x;
     let tile = slabs.tiles.x + within;
-    // Eight invocations beside one another are a block of 4 x 2 pixels, which meet the same more often than a row.
-    let in_tile = vec2<u32>((local.x & 3u) + 4u * (local.y & 1u), (local.x >> 2u) + 2u * (local.y >> 1u));
-    let pixel = vec2<u32>(tile % slabs.tiles.y, tile / slabs.tiles.y) * TILE + in_tile;
+    let pixel = vec2<u32>(tile % slabs.tiles.y, tile / slabs.tiles.y) * TILE + local.xy;
     if within >= slabs.more.x || pixel.x >= slabs.tiles.z || pixel.y >= slabs.tiles.w {
         return;
     }
@@ -345,22 +236,9 @@ fn reconstruct_slabs(
     let side = rays_along_side(pixel);
     seeks_specks = side > slabs.more.y;
     var sum = vec4<f32>(0.0);
-    var i = 0u;
-    var end = side * side;
-    let slot = PLACES * ((within * TILE + local.y) * TILE + local.x);
-    if IN_PARTS {
-        i = slabs.part.x;
-        end = slabs.part.y;
-        if i > 0u || (slabs.part.w & 1u) != 0u {
-            sum = bitcast<vec4<f32>>(kept(slot, 3u));
-        }
-    }
-    for (; i < end; i++) {
+    for (var i = 0u; i < side * side; i++) {
         let part = (vec2<f32>(f32(i % side), f32(i / side)) + 0.5) / f32(side);
-        sum += ray(corner + vec2<f32>(part.x, -part.y), pixel, slot);
-    }
-    if IN_PARTS {
-        keep(slot, 3u, bitcast<vec4<u32>>(sum));
+        sum += ray(corner + vec2<f32>(part.x, -part.y), pixel);
     }
     textureStore(picture, pixel, sum / f32(side * side));
     note_ended_loops();

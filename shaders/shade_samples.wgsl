@@ -3,9 +3,9 @@
 // Samples of a brick that one invocation shades: a column.
 const THREADS: u32 = 64u;
 
-// As in lib/found_samples.wgsl.
-@group(1) @binding(0) var<storage, read> brick_slots: array<u32>;
-@group(1) @binding(1) var<storage, read_write> shaded_samples: array<vec4<f32>>;
+// As lib/samples.wgsl reads them.
+@group(0) @binding(12) var<storage, read> brick_slots: array<u32>;
+@group(0) @binding(13) var<storage, read_write> shaded_samples: array<vec4<f32>>;
 
 @compute @workgroup_size(THREADS)
 fn shade_samples(
@@ -13,8 +13,8 @@ fn shade_samples(
     @builtin(num_workgroups) groups: vec3<u32>,
     @builtin(local_invocation_index) thread: u32,
 ) {
-    let index = u32(gather.part.x) + group.y * groups.x + group.x;
-    if index >= u32(gather.part.y) {
+    let index = gather.piece.y + group.y * groups.x + group.x;
+    if index >= gather.piece.z {
         return;
     }
     let word = visible_bricks[index / 32u];

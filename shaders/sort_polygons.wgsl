@@ -89,5 +89,17 @@ fn sort_polygons(
     }
     words[2u * pixel] = begin + FRAGMENT_WORDS * seen;
     words[2u * pixel + 1u] = seen;
-    atomicMax(&sums[4], seen);
+    note_ended_loops();
+}
+
+// As lib/totals.wgsl has it, in the same words of the sums.
+fn note_ended_loops() {
+    let asked = atomicLoad(&sums[5]);
+    var turns = 0u;
+    while turns < asked {
+        turns++;
+    }
+    if turns < asked {
+        atomicAdd(&sums[4], 1u);
+    }
 }

@@ -7,6 +7,7 @@ use env_logger::Env;
 use voxsplat::app::document::Source;
 use voxsplat::app::{self, Options};
 use voxsplat::cli::{self, WindowFlags};
+use voxsplat::core::panics;
 use voxsplat::task::engines::Choice;
 
 fn main() -> ExitCode {
@@ -19,6 +20,9 @@ fn main() -> ExitCode {
     }
     log.init();
     std::panic::set_hook(Box::new(|panic| {
+        if panics::are_caught() {
+            return;
+        }
         let place = panic.location().map_or_else(String::new, ToString::to_string);
         let found = match place.contains("winit") {
             // It takes the answers of a display server for granted.

@@ -1,7 +1,7 @@
 //! Host and shaders agree: every stitched shader is valid WebGPU, and every struct and constant
 //! that crosses stands in both with the same bytes.
 
-use std::collections::{BTreeSet, HashSet};
+use std::collections::{BTreeMap, BTreeSet, HashSet};
 use std::fs;
 use std::mem::offset_of;
 use std::path::Path;
@@ -34,7 +34,7 @@ macro_rules! host_struct {
     }};
 }
 
-fn host_structs() -> [HostStruct; 17] {
+fn host_structs() -> [HostStruct; 15] {
     [
         host_struct!(Frame {
             view_x,
@@ -70,8 +70,7 @@ fn host_structs() -> [HostStruct; 17] {
             splits,
             strides,
             bricks,
-            part,
-            rays,
+            piece,
         }),
         host_struct!(Vectors {
             axis_x,
@@ -93,7 +92,7 @@ fn host_structs() -> [HostStruct; 17] {
         host_struct!(Polygons { right, up, forward, picture, material, towards, colours, counts }),
         host_struct!(PolygonCorner { place, normal }),
         host_struct!(Scan { counts }),
-        host_struct!(Lists { tiles, counts, layers, slabs, parts }),
+        host_struct!(Lists { tiles, counts, layers, slabs }),
         host_struct!(Sort { counts }),
         host_struct!(BrickPiece { first, bricks, nodes, scale }),
         host_struct!(Brick {
@@ -107,7 +106,6 @@ fn host_structs() -> [HostStruct; 17] {
             showing,
             slices,
         }),
-        host_struct!(Inside { clip, slices, levels, opacities }),
         host_struct!(Present { background }),
         host_struct!(Slabs {
             base,
@@ -124,7 +122,10 @@ fn host_structs() -> [HostStruct; 17] {
             beyond,
             tiles,
             more,
-            part,
+            clip,
+            slices,
+            levels,
+            opacities,
         }),
         host_struct!(Shade {
             world_x,
@@ -138,13 +139,15 @@ fn host_structs() -> [HostStruct; 17] {
             colours,
             places,
             tables,
+            region_places,
+            region_looks,
+            region_shapes,
         }),
-        host_struct!(Regions { places, looks, shapes }),
     ]
 }
 
 /// Constants that shaders and host both name, and the host's value.
-fn host_constants() -> [(&'static str, f64); 24] {
+fn host_constants() -> [(&'static str, f64); 22] {
     [
         ("BRICK", BRICK as f64),
         ("MARK_SIDE", MARK_SIDE as f64),
@@ -161,10 +164,8 @@ fn host_constants() -> [(&'static str, f64); 24] {
         ("LOOK_EVERY", f64::from(layout::LOOK_EVERY)),
         ("LIFT_CELLS", layout::LIFT_CELLS),
         ("SHADE_CELLS", f64::from(layout::SHADE_CELLS)),
-        ("KEPT_VEC4S", f64::from(layout::KEPT_VEC4S)),
         ("LAYER_SLABS", f64::from(layout::LAYER_SLABS)),
         ("GROUP_TILES", f64::from(layout::GROUP_TILES)),
-        ("CARRIED_VEC4S", f64::from(layout::CARRIED_VEC4S)),
         ("LIST_THREADS", f64::from(layout::LIST_THREADS)),
         ("SORT_THREADS", f64::from(layout::SORT_THREADS)),
         ("DIGIT_BITS", f64::from(layout::DIGIT_BITS)),
@@ -290,20 +291,7 @@ fn the_passes_over_lists_are_valid_in_every_variant() {
 }
 
 #[test]
-fn the_light_is_written_in_either_format() {
-    // Pipelines for 16-bit pictures replace this word.
-    let source = shader::COMPOSITE_LISTS.source();
-    assert_eq!(source.matches("rgba32float").count(), 1);
-    assert!(validated(&source.replace("rgba32float", "rgba16float")).is_ok());
-}
-
-#[test]
 fn every_shader_file_is_part_of_some_pass() {
-    // Pieces are given groups of their own where they are stitched.
-    let without_groups = |source: String| {
-        ["1", "2", "3"].iter().fold(source, |s, n| s.replace(&format!("@group({n})"), "@group"))
-    };
-    let sources: Vec<String> = shader::ALL.iter().map(|s| without_groups(s.source())).collect();
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("shaders");
     let (mut files, mut unused) = (0, Vec::new());
     for folder in [root.clone(), root.join("lib")] {
@@ -311,8 +299,8 @@ fn every_shader_file_is_part_of_some_pass() {
             let path = entry.unwrap().path();
             if path.extension().is_some_and(|e| e == "wgsl") {
                 files += 1;
-                let text = without_groups(fs::read_to_string(&path).unwrap());
-                if !sources.iter().any(|source| source.contains(&text)) {
+                let text = fs::read_to_string(&path).unwrap();
+                if !shader::ALL.iter().any(|shader| shader.has_piece(&text)) {
                     unused.push(path.display().to_string());
                 }
             }
@@ -351,26 +339,41 @@ fn entry_points_bear_the_name_of_their_pass_or_of_their_stage() {
     }
 }
 
-#[test]
-fn bindings_count_up_from_zero() {
-    for shader in &shader::ALL {
-        let module = parsed(shader);
-        let mut bindings: Vec<(u32, u32)> = module
-            .global_variables
-            .iter()
-            .filter_map(|(_, v)| v.binding.as_ref().map(|b| (b.group, b.binding)))
-            .collect();
-        bindings.sort_unstable();
-        // Groups count up, too, and the bindings of each.
-        let (mut group, mut binding) = (0, 0);
-        for found in bindings {
-            if found != (group, binding) {
-                (group, binding) = (group + 1, 0);
-            }
-            assert_eq!(found, (group, binding), "{}", shader.name);
-            binding += 1;
+/// What a shader is bound to by each number, all in one group; or what is wrong with it.
+fn bindings(module: &Module) -> Result<BTreeMap<u32, String>, String> {
+    let mut found = BTreeMap::new();
+    for (_, variable) in module.global_variables.iter() {
+        let Some(bound) = &variable.binding else { continue };
+        let name = variable.name.clone().unwrap_or_default();
+        if bound.group != 0 {
+            return Err(format!("{name} is in group {}", bound.group));
+        }
+        if let Some(other) = found.insert(bound.binding, name.clone()) {
+            return Err(format!("{name} and {other} are both {}", bound.binding));
         }
     }
+    Ok(found)
+}
+
+#[test]
+fn every_binding_of_a_shader_has_a_number_of_its_own_in_one_group() {
+    for shader in &shader::ALL {
+        let found = bindings(&parsed(shader));
+        assert!(found.is_ok(), "{} ({}): {found:?}", shader.name, shader.options);
+    }
+    let broken = |source: &str| bindings(&naga::front::wgsl::parse_str(source).expect("it parses"));
+    let storage = |group: u32, binding: u32, name: &str| {
+        format!("@group({group}) @binding({binding}) var<storage, read> {name}: array<u32>;")
+    };
+    assert!(broken(&(storage(0, 1, "a") + &storage(0, 2, "b"))).is_ok());
+    assert!(broken(&(storage(0, 1, "a") + &storage(0, 1, "b"))).is_err());
+    assert!(broken(&(storage(0, 1, "a") + &storage(1, 2, "b"))).is_err());
+}
+
+#[test]
+fn there_are_at_most_forty_shaders_each_by_a_name_of_its_own() {
+    let names: BTreeSet<_> = shader::ALL.iter().map(|s| (s.name, s.options)).collect();
+    assert!(names.len() == shader::ALL.len() && names.len() <= 40, "{names:?}");
 }
 
 #[test]
@@ -458,9 +461,9 @@ fn workgroups_have_the_size_that_the_host_dispatches() {
         let module = parsed(&shader);
         assert_eq!(module.entry_points[0].workgroup_size, [SEGMENT_THREADS, 1, 1]);
     }
-    let gathering = shader::GatherPieces::ALL.map(shader::GatherPieces::shader);
-    for shader in gathering.into_iter().chain([shader::COMPOSITE_VECTORS]) {
-        assert_eq!(parsed(&shader).entry_points[0].workgroup_size, [layout::TILE, layout::TILE, 1]);
+    let along_rays = ["gather_kernels", "gather_cells", "reconstruct_slabs", "composite_vectors"];
+    for shader in shader::ALL.iter().filter(|shader| along_rays.contains(&shader.name)) {
+        assert_eq!(parsed(shader).entry_points[0].workgroup_size, [layout::TILE, layout::TILE, 1]);
     }
     for shader in
         [shader::COUNT_ENTRIES, shader::COUNT_VECTORS, shader::WRITE_ENTRIES, shader::FIND_RANGES]
@@ -511,7 +514,7 @@ mod must_fail {
 
     #[test]
     fn a_moved_member_is_caught() {
-        let [.., host, _, _, _] = host_structs();
+        let [.., host, _, _] = host_structs();
         assert_eq!(found("struct Present { background: vec4<f32> }", &host), [""; 0]);
         let moved = found(PRESENT_MOVED, &host).join("\n");
         assert!(moved.contains("32 bytes in the shader, 16 on the host"), "{moved}");

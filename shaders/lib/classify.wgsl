@@ -70,8 +70,7 @@ fn classify_between(near: f32, far: f32, bend: f32) -> Halves {
     let begin = floor(near + shift + 0.5);
     let middle = floor(half + shift + 0.5);
     let end = floor(far + shift + 0.5);
-    // Close ones by the weight in their middle. One fetch for either, because software adapters run
-    // both sides of a branch.
+    // Close ones by the weight in their middle; one fetch for either.
     let close_near = abs(middle - begin) < NEAR_CELLS;
     let close_far = abs(end - middle) < NEAR_CELLS;
     let first = fetched(select(begin, 0.5 * (near + half) + shift, close_near), close_near);

@@ -22,8 +22,9 @@ fn word(index: u32) -> u32 {
     if one_chunk {
         return field0[index];
     }
-    let within = index & ((1u << slabs.stored.z) - 1u);
-    switch index >> slabs.stored.z {
+    let chunk = index / slabs.stored.z;
+    let within = index - chunk * slabs.stored.z;
+    switch chunk {
         case 0u: { return field0[within]; }
         case 1u: { return field1[within]; }
         case 2u: { return field2[within]; }
@@ -118,7 +119,6 @@ fn radial_mean(corner: vec3<i32>, fraction: vec3<f32>) -> f32 {
     let scale = 1.0 / slabs.table.z;
     var sum = vec2<f32>(0.0);
     if window == 2 {
-        // No loops: software adapters end a shader after 65 535 turns of them.
         sum = radial_plane4(corner, fraction, -1, scale)
             + radial_plane4(corner, fraction, 0, scale)
             + radial_plane4(corner, fraction, 1, scale)

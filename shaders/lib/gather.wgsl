@@ -45,23 +45,17 @@ struct Gather {
     strides: vec4<u32>,
     // The same of one brick; w: tiles along a row of the picture.
     bricks: vec4<u32>,
-    // What this dispatch walks of each ray, first and after the last: chunks of layers, slices, or
-    // segments. Then layers in a chunk.
-    part: vec4<i32>,
-    // Rays of a pixel that this dispatch walks, first and after the last; rays along a pixel's side;
-    // 1: it is not the first, 2: its rays end here.
-    rays: vec4<u32>,
+    // Rays along a pixel's side; of the pass that shades samples: the first brick of this piece, and the one
+    // after its last; 0.
+    piece: vec4<u32>,
 }
 
 @group(0) @binding(7) var<uniform> gather: Gather;
-// A group of its own, since the other one ends with what samples are shaded by, or before.
-@group(1) @binding(0) var light_out: texture_storage_2d<rgba32float, write>;
+@group(0) @binding(11) var light_out: texture_storage_2d<rgba32float, write>;
 
 // Premultiplied light of the pixel's rays that have ended; sums capped in it.
 var<private> rays_light: vec4<f32>;
 var<private> caps: u32;
-// Where this pixel's ray is kept between dispatches.
-var<private> slot: u32;
 
 struct Ray {
     origin: vec3<f32>,
@@ -79,8 +73,7 @@ struct Ray {
 
 // The pixel of an invocation; beyond the picture where there is none.
 fn pixel_of(group: vec3<u32>, groups: vec3<u32>, local: vec3<u32>) -> vec2<u32> {
-    let within = group.x * groups.y + group.y;
-    slot = PLACES * ((within * TILE + local.y) * TILE + local.x);
+    let within = group.y * groups.x + group.x;
     let tile = u32(gather.splits.w) + within;
     if tile >= gather.strides.w {
         return vec2<u32>(0xffffffffu);
@@ -95,7 +88,7 @@ fn is_in_picture(pixel: vec2<u32>) -> bool {
 // One of a pixel's square of rays: one where kernels are a pixel wide.
 fn ray_at(pixel: vec2<u32>, number: u32) -> Ray {
     let half = 0.5 * vec2<f32>(f32(gather.low.w), f32(gather.high.w));
-    let side = gather.rays.z;
+    let side = gather.piece.x;
     let part = (vec2<f32>(f32(number % side), f32(number / side)) + 0.5) / f32(side);
     let from_middle = vec2<f32>(pixel) + part - half;
     var out: Ray;
@@ -175,41 +168,15 @@ fn opacity_of(sum: vec4<f32>) -> f32 {
     return opacity(sum.w);
 }
 
-// Takes up the pixel of the dispatches before.
-fn begin() {
-    if IN_PARTS && (gather.rays.w & 1u) != 0u {
-        rays_light = bitcast<vec4<f32>>(kept(slot + RAYS_SLOT, RAYS_PART));
-    }
-}
-
-// Begins a ray, or takes it up.
-fn begin_ray(ray: Ray, pixel: vec2<u32>) {
-    begin_light(ray, pixel);
-    if IN_PARTS && gather.part.x > 0 {
-        take_up_light();
-    }
-}
-
 fn end_ray() {
-    if IN_PARTS && (gather.rays.w & 2u) == 0u {
-        keep_light_of_ray();
-    } else {
-        lay_rest();
-        rays_light += light_of_ray();
-    }
+    lay_rest();
+    rays_light += light_of_ray();
 }
 
 fn finish(pixel: vec2<u32>) {
-    textureStore(light_out, pixel, rays_light / f32(gather.rays.z * gather.rays.z));
-    if IN_PARTS {
-        keep(slot + RAYS_SLOT, RAYS_PART, bitcast<vec4<u32>>(rays_light));
-    }
+    textureStore(light_out, pixel, rays_light / f32(gather.piece.x * gather.piece.x));
     note_ended_loops();
     if published && caps > 0u {
-        let before = atomicAdd(&totals.counts[2], caps);
-        if before + caps < before {
-            atomicAdd(&totals.counts[3], 1u);
-        }
+        note_capped(caps);
     }
 }
-

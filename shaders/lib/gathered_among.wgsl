@@ -9,25 +9,9 @@
 // As gather.wgsl's `front_to_back` has it.
 override back_to_front: bool = false;
 
-// See lib/gathered_light.wgsl and lib/kept_samples.wgsl; vectors have a place of their own.
-const PLACES: u32 = SLOTS + VECTOR_PLACES;
-const RAYS_SLOT: u32 = 1u;
-const RAYS_PART: u32 = 3u;
-const CURSOR_PART: u32 = 4u;
 // Polygons so near behind a slice count as before it: rounding must not decide, pixel by pixel.
 const SLICE_TIE: f32 = 0.00390625;
 const BEYOND_ALL: f32 = 3e38;
-// Slices and layers of kernels are few enough in a part for what vectors have there to go with them.
-const PAUSES: bool = false;
-
-fn most_vector_turns() -> u32 {
-    return 0u;
-}
-
-fn turns_of_slab() -> u32 {
-    return 0u;
-}
-
 struct Met {
     polygons: PolygonRay,
     // What lies between two planes, their depths, the first on the way first, and how much of it is laid
@@ -193,25 +177,6 @@ fn begin_light(ray: Ray, pixel: vec2<u32>) {
     at_screen = ray.pixel;
     splats = vector_ray(pixel, vec2<f32>(-1e30, 1e30));
     met.polygons = polygon_ray(pixel, vec2<f32>(-BEYOND_ALL, BEYOND_ALL));
-}
-
-fn take_up_light() {
-    gathered = kept_light(slot, 0.0);
-    met.polygons = with_cursor(met.polygons, kept(slot + RAYS_SLOT, CURSOR_PART).xy);
-    var words: array<vec4<u32>, 5>;
-    for (var i = 0u; i < 5u * VECTOR_PLACES; i++) {
-        words[i] = kept(slot + SLOTS, i);
-    }
-    splats = with_words(splats, words);
-}
-
-fn keep_light_of_ray() {
-    _ = keep_light(slot, gathered);
-    keep(slot + RAYS_SLOT, CURSOR_PART, vec4<u32>(cursor_of(met.polygons), 0u, 0u));
-    var words = words_of(splats);
-    for (var i = 0u; i < 5u * VECTOR_PLACES; i++) {
-        keep(slot + SLOTS, i, words[i]);
-    }
 }
 
 fn light_of_ray() -> vec4<f32> {

@@ -1,10 +1,5 @@
 // What a ray has gathered where there is nothing but kernels: see lib/gathered_among.wgsl.
 
-// Places of a pixel in what is kept, and where among them the light of its rays is.
-const PLACES: u32 = 1u;
-const RAYS_SLOT: u32 = 0u;
-const RAYS_PART: u32 = 4u;
-
 // Premultiplied light of the ray so far.
 var<private> light: vec4<f32>;
 
@@ -32,8 +27,6 @@ fn lay_before_slice(ray: Ray, slice: i32, is_beyond: bool) {}
 
 fn lay_rest() {}
 
-fn note_ended_loops() {}
-
 // Nothing behind can be seen any more.
 fn is_opaque() -> bool {
     return front_to_back && 1.0 - light.w < gather.reach.w;
@@ -41,14 +34,6 @@ fn is_opaque() -> bool {
 
 fn begin_light(ray: Ray, pixel: vec2<u32>) {
     light = vec4<f32>(0.0);
-}
-
-fn take_up_light() {
-    light = bitcast<vec4<f32>>(kept(slot, 0u));
-}
-
-fn keep_light_of_ray() {
-    keep(slot, 0u, bitcast<vec4<u32>>(light));
 }
 
 fn light_of_ray() -> vec4<f32> {

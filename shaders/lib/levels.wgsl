@@ -1,13 +1,11 @@
 // Isosurfaces: where the field passes a level between two slab faces. What passes it twice between
 // them is not met; more slabs meet it.
 
-const LEVELS: bool = true;
 // Times that the field is asked where it passes: by the secant, of whose ends the older counts for half
 // once the other was moved twice (the Illinois rule).
 const ROOT_STEPS: u32 = 7u;
 
-// An override, as it ends loops.
-override levels: u32 = 1u;
+override levels: u32 = 0u;
 
 fn level_count() -> u32 {
     return levels;
@@ -24,10 +22,9 @@ fn meet_levels(
 ) -> bool {
     var is_met = false;
     for (var i = 0u; i < levels; i++) {
-        let level = inside.levels[i];
+        let level = slabs.levels[i];
         let passes = (u.x < level.w) != (u.y < level.w) && u.x != NOTHING && u.y != NOTHING;
-        // A loop, as software adapters run both sides of a branch.
-        for (var once = passes; once; once = false) {
+        if passes {
             var begin = vec2<f32>(ts.x, u.x - level.w);
             var end = vec2<f32>(ts.y, u.y - level.w);
             var t = 0.0;
@@ -53,7 +50,7 @@ fn meet_levels(
             let light = lit_by(found.normal, -normalize(shade.forward.xyz + along), found.share);
             let colour = level.rgb * light.colour + light.mirrored;
             let at = 1u + slices + i;
-            (*met).surfaces[at] = Surface(t, select(inside.opacities[i].x, 0.0, in_hole), colour);
+            (*met).surfaces[at] = Surface(t, select(slabs.opacities[i].x, 0.0, in_hole), colour);
             is_met = true;
         }
     }

@@ -38,7 +38,7 @@ fn composite(light: ptr<function, Gathered>, colour: vec3<f32>, amount: f32) {
     if published {
         opacity = min(amount, 1.0);
         if amount > 1.0 {
-            atomicAdd(&totals.counts[0], 1u);
+            note_capped(1u);
         }
     } else {
         opacity = select(1.0 - exp(-amount), amount * (1.0 - 0.5 * amount), amount < 1e-3);

@@ -23,8 +23,6 @@ struct Lists {
     // Thickness of a slab in pixels of view depth; the transmittance below which nothing behind can
     // show; half the picture's width and height.
     slabs: vec4<f32>,
-    // Which part of each tile's entries to composite, entries in a part, parts; 0.
-    parts: vec4<u32>,
 }
 
 // Kernels give their integrals to slabs, rather than being composited on their own.

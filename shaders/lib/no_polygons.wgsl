@@ -10,14 +10,6 @@ fn polygon_ray(pixel: vec2<u32>, kept: vec2<f32>) -> PolygonRay {
     return PolygonRay(0u);
 }
 
-fn cursor_of(ray: PolygonRay) -> vec2<u32> {
-    return vec2<u32>(0u);
-}
-
-fn with_cursor(ray: PolygonRay, cursor: vec2<u32>) -> PolygonRay {
-    return ray;
-}
-
 fn polygons_left(ray: PolygonRay) -> u32 {
     return 0u;
 }
@@ -31,5 +23,3 @@ fn is_polygon_next(ray: PolygonRay, end: f32, t: f32, is_alone: bool) -> bool {
 }
 
 fn lay_polygon(light: ptr<function, Gathered>, met: ptr<function, Met>) {}
-
-fn skip_polygons(met: ptr<function, Met>, t: f32) {}

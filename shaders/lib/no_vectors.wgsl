@@ -1,31 +1,18 @@
 // Scenes without vectors: see lib/vectors.wgsl.
 
 const VECTORS: bool = false;
-const VECTOR_PLACES: u32 = 0u;
 const EVERY_SLAB: i32 = 0;
 
 struct VectorRay {
-    is_late: bool,
+    nothing: u32,
 }
 
 fn vector_ray(pixel: vec2<u32>, kept: vec2<f32>) -> VectorRay {
-    return VectorRay(false);
+    return VectorRay(0u);
 }
 
 fn vectors_thickness() -> f32 {
     return 1.0;
-}
-
-fn words_of(ray: VectorRay) -> array<vec4<u32>, 5> {
-    return array<vec4<u32>, 5>();
-}
-
-fn with_words(ray: VectorRay, words: array<vec4<u32>, 5>) -> VectorRay {
-    return ray;
-}
-
-fn has_vectors_left(ray: VectorRay) -> bool {
-    return false;
 }
 
 fn lay_slabs_before(
@@ -62,8 +49,6 @@ fn vectors_in(
 ) -> vec4<f32> {
     return vec4<f32>(0.0);
 }
-
-fn note_ended_loops() {}
 
 fn composite_beside(
     light: ptr<function, Gathered>,

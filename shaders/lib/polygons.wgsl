@@ -5,7 +5,7 @@ const POLYGONS: bool = true;
 // Words of a fragment: depth, triangle and samples, opacity, linear red, green, blue.
 const FRAGMENT_WORDS: u32 = 6u;
 
-@group(1) @binding(0) var<storage, read> polygon_words: array<u32>;
+@group(0) @binding(14) var<storage, read> polygon_words: array<u32>;
 
 struct PolygonRay {
     // Word of the next one on the way, and how many there are from it on.
@@ -21,15 +21,6 @@ fn polygon_ray(pixel: vec2<u32>, kept: vec2<f32>) -> PolygonRay {
     let end = polygon_words[head];
     let ways = select(count, 1u, back_to_front);
     return PolygonRay(end - FRAGMENT_WORDS * ways, count, kept);
-}
-
-// What is kept of it between dispatches.
-fn cursor_of(ray: PolygonRay) -> vec2<u32> {
-    return vec2<u32>(ray.at, ray.left);
-}
-
-fn with_cursor(ray: PolygonRay, cursor: vec2<u32>) -> PolygonRay {
-    return PolygonRay(cursor.x, cursor.y, ray.kept);
 }
 
 // How many are ahead.
@@ -64,24 +55,4 @@ fn lay_polygon(light: ptr<function, Gathered>, met: ptr<function, Met>) {
     cover_samples(light, colour, select(0.0, opacity, is_kept), polygon_words[at + 1u]);
     (*met).polygons.at = select(at + FRAGMENT_WORDS, at - FRAGMENT_WORDS, back_to_front);
     (*met).polygons.left -= 1u;
-}
-
-// Passes over those that were laid down before: up to a depth, with those there.
-fn skip_polygons(met: ptr<function, Met>, t: f32) {
-    // Of those ahead so many lie beyond: halved.
-    var low = 0u;
-    var high = (*met).polygons.left;
-    let begin = (*met).polygons.at;
-    while low < high {
-        let middle = (low + high) / 2u;
-        let step = FRAGMENT_WORDS * middle;
-        let at = select(begin + step, begin - step, back_to_front);
-        let depth = bitcast<f32>(polygon_words[at]);
-        let is_done = select((depth <= t), (depth >= t), back_to_front);
-        low = select(low, middle + 1u, is_done);
-        high = select(middle, high, is_done);
-    }
-    let step = FRAGMENT_WORDS * low;
-    (*met).polygons.at = select(begin + step, begin - step, back_to_front);
-    (*met).polygons.left -= low;
 }

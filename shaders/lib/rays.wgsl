@@ -8,6 +8,9 @@ struct Ray {
     inverse: vec3<f32>,
 }
 
+// Planes that cut the volume open. What is kept is convex: one part of each ray.
+override clip_planes: u32 = 0u;
+
 struct Part {
     // Depths in pixels: nothing is there unless the first is less.
     ends: vec2<f32>,
@@ -37,4 +40,23 @@ fn part_of(ray: Ray) -> Part {
     let enter = max(max(entries.x, entries.y), max(entries.z, slabs.along.w));
     let leave = min(exits.x, min(exits.y, exits.z));
     return kept_of(ray, Part(vec2<f32>(enter, leave), false));
+}
+
+// What of a part is not cut away.
+fn kept_of(ray: Ray, part: Part) -> Part {
+    var kept = part;
+    for (var i = 0u; i < clip_planes; i++) {
+        let plane = slabs.clip[i];
+        let height = dot(plane.xyz, ray.origin) - plane.w;
+        let growth = dot(plane.xyz, ray.direction);
+        // A ray along a plane is on one side of it.
+        let is_along = abs(growth) < 1e-20;
+        let t = -height / select(growth, 1.0, is_along);
+        let enters = !is_along && growth > 0.0 && t > kept.ends.x;
+        kept.is_cut = kept.is_cut || enters;
+        kept.ends.x = select(kept.ends.x, t, enters);
+        kept.ends.y = select(kept.ends.y, min(kept.ends.y, t), !is_along && growth < 0.0);
+        kept.ends.y = select(kept.ends.y, kept.ends.x, is_along && height < 0.0);
+    }
+    return kept;
 }

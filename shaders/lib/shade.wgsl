@@ -1,8 +1,7 @@
 // Westover's shading: tables of opacity, modulation, reflection and emission by any index, and
 // directional lights (`scene::shading` has the equations). A slab has one gradient: the mean of those on
 // its faces, which share their samples with the values there, or that in its middle where only that is
-// classified. The pieces that have `face` are chosen rather than branches by overrides: an adapter may
-// take seconds to find that they are dead.
+// classified.
 
 const SHADED: bool = true;
 // Cells of each table.
@@ -26,6 +25,8 @@ override emission_by: u32 = 0u;
 override lit: bool = false;
 override lights: u32 = 0u;
 override uses_gradient: bool = false;
+// Regions that opacities are by, in place of values.
+override region_count: u32 = 0u;
 
 struct Shade {
     // Rows: world gradient, data units per world unit, of one in index space in cells of the slab
@@ -48,6 +49,13 @@ struct Shade {
     places: array<vec4<f32>, 4>,
     // Opacities and factors in x; colours.
     tables: array<vec4<f32>, 1024>,
+    // Of regions: the middle along value, in cells of the slab table, and 1 over half the width; the same along
+    // strength.
+    region_places: array<vec4<f32>, 16>,
+    // Linear colour; w: opacity.
+    region_looks: array<vec4<f32>, 16>,
+    // 1 over the softness; 1 for an ellipse; 1 for a triangle; 1 where the colour is that of the value.
+    region_shapes: array<vec4<f32>, 16>,
 }
 
 // Uniform: no branch depends on it, and storage buffers are few.
@@ -131,6 +139,40 @@ fn facing(g: vec3<f32>) -> Facing {
     let share = clamp(strength * shade.world_x.w - 1.0, 0.0, 1.0);
     let normal = select(vec3<f32>(0.0), -scaled / max(length(scaled), 1e-6), share > 0.0);
     return Facing(strength, share, normal);
+}
+
+// A slab as the regions of the plane of value and gradient strength paint it (`transfer::regions` has the
+// definition); as it is where there are none.
+fn painted(found: Halves, u: f32, strength: f32) -> Halves {
+    if region_count == 0u {
+        return found;
+    }
+    // Of the colours that regions have of their own, times extinction; extinction of the others.
+    var own = vec3<f32>(0.0);
+    var by_value = 0.0;
+    var depth = 0.0;
+    for (var i = 0u; i < region_count; i++) {
+        let place = shade.region_places[i];
+        let look = shade.region_looks[i];
+        let shape = shade.region_shapes[i];
+        let x = abs((u - place.x) * place.y);
+        let y = (strength - place.z) * place.w;
+        let in_box = max(x, abs(y));
+        // Nothing is below a triangle's lower corner.
+        let in_triangle = max(x / max(0.5 + 0.5 * y, 1e-6), y);
+        let bent = select(in_box, length(vec2<f32>(x, y)), shape.y > 0.5);
+        let way = select(bent, in_triangle, shape.z > 0.5);
+        let alpha = look.w * clamp((1.0 - way) * shape.x, 0.0, 1.0);
+        let part = -log(1.0 - min(alpha, 0.9999));
+        depth += part;
+        own += look.rgb * select(part, 0.0, shape.w > 0.5);
+        by_value += select(0.0, part, shape.w > 0.5);
+    }
+    let weight = select(depth, 1.0 - exp(-depth), published) * shade.world_z.w;
+    let share = 1.0 / max(depth, 1e-30);
+    let near = (own + by_value * found.near.rgb) * share;
+    let far = (own + by_value * found.far.rgb) * share;
+    return Halves(vec4<f32>(near, found.near.w * weight), vec4<f32>(far, found.far.w * weight));
 }
 
 // Colours and weights of a slab whose middle is `t` pixels deep on the ray through a point of the

@@ -1,7 +1,6 @@
 // Westover's shading process: each sample is lit, and looked up in tables, before its kernel is drawn.
 //
-// It has the gradient of the samples beside it, and is seen from where it stands itself. Nothing of it is
-// kept: rays that share a sample find it again.
+// It has the gradient of the samples beside it, and is seen from where it stands itself.
 
 // The two halves of a slab, of which a sample has only one.
 struct Halves {
@@ -11,8 +10,8 @@ struct Halves {
 
 // As it is stored.
 fn stored(linear: u32) -> f32 {
-    let chunk = linear >> traversal.bricks.w;
-    let within = linear & ((1u << traversal.bricks.w) - 1u);
+    let chunk = linear / traversal.bricks.w;
+    let within = linear - chunk * traversal.bricks.w;
     if traversal.dims.w == 1u {
         return f32(sample_word(chunk, within / 4u) >> (8u * (within % 4u)) & 0xffu);
     }
@@ -74,9 +73,4 @@ fn classified(sample: vec3<i32>, linear: u32) -> vec4<f32> {
     let half = vec4<f32>(entry.xyz, density);
     let depth = view.z - gather.view_centre.z;
     return shaded(Halves(half, half), here, growth, depth, screen).near;
-}
-
-// What a unit of footprint of a classified sample weighs: colour times density, and density.
-fn matter(entry: vec4<f32>) -> vec4<f32> {
-    return vec4<f32>(entry.xyz * entry.w, entry.w);
 }

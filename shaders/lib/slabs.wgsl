@@ -31,7 +31,7 @@ struct Slabs {
     // Where the lattice ends along x, y, z, in index space: means at its borders may stand for less; w: no
     // cell of the table beyond shows.
     end: vec4<f32>,
-    // Stored samples along x and y; log2 of the words in a chunk; radius of the window, samples.
+    // Stored samples along x and y; words in a chunk; radius of the window, samples.
     stored: vec4<u32>,
     // Bricks along x, y, z; cells of the table.
     bricks: vec4<u32>,
@@ -47,9 +47,15 @@ struct Slabs {
     // samples without data begin. Last, 0 or the word at which the bits of pixels begin that have
     // more rays, and above bit 28 how many along a side.
     more: vec4<u32>,
-    // What this dispatch walks of each pixel: first ray, the one after the last; looks along each
-    // ray. w: bit 0, it goes on where the dispatch before ended; bit 1, it ends the ray.
-    part: vec4<u32>,
+    // What lets the inside be seen, in the index space of the field that is drawn. Of what cuts, xyz: a normal
+    // of length 1; kept is what has a greater product with it than w.
+    clip: array<vec4<f32>, 12>,
+    // xyz: a normal of length 1; on the slice is what has the product w with it.
+    slices: array<vec4<f32>, 6>,
+    // Of isosurfaces: linear colour, and the value in cells of the slab table.
+    levels: array<vec4<f32>, 6>,
+    // Of isosurfaces in x, of slices in y.
+    opacities: array<vec4<f32>, 6>,
 }
 
 // Storage rather than uniform: lavapipe compiles a shader anew, and keeps it, for every value of a

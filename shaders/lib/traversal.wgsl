@@ -14,7 +14,7 @@ const NO_DATA: f32 = -3.4e38;
 struct Traversal {
     // Samples along x, y, z; w: bytes a sample takes here (1, 2 or 4).
     dims: vec4<u32>,
-    // Bricks along x, y, z; w: log2 of the samples in one chunk of storage.
+    // Bricks along x, y, z; w: samples in one chunk of storage.
     bricks: vec4<u32>,
     // Lattice axes, outermost first; w: segments a row.
     axes: vec4<u32>,
@@ -100,8 +100,8 @@ fn sample_word(chunk: u32, word: u32) -> u32 {
 
 // Linear colour and tabulated extinction of the voxel with this linear index.
 fn classify(index: u32) -> vec4<f32> {
-    let chunk = index >> traversal.bricks.w;
-    let within = index & ((1u << traversal.bricks.w) - 1u);
+    let chunk = index / traversal.bricks.w;
+    let within = index - chunk * traversal.bricks.w;
     if traversal.dims.w == 1u {
         let word = sample_word(chunk, within / 4u);
         return table[word >> (8u * (within % 4u)) & 0xffu];

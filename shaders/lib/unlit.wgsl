@@ -9,3 +9,18 @@ fn face(position: vec3<f32>) -> Face {
 fn shaded(found: Halves, u: f32, g: vec3<f32>, t: f32, screen: vec2<f32>) -> Halves {
     return found;
 }
+
+// Isosurfaces are lit.
+fn level_count() -> u32 {
+    return 0u;
+}
+
+fn meet_levels(
+    met: ptr<function, Met>,
+    ray: Ray,
+    u: vec2<f32>,
+    ts: vec2<f32>,
+    screen: vec2<f32>,
+) -> bool {
+    return false;
+}

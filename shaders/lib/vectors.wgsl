@@ -5,17 +5,15 @@
 // the slab that is asked for on their own, that one together with what else is in it.
 
 const VECTORS: bool = true;
-// Places of a pixel that are kept of it between dispatches.
-const VECTOR_PLACES: u32 = 1u;
 
-@group(1) @binding(0) var<storage, read> vectors: Vectors;
+@group(0) @binding(15) var<storage, read> vectors: Vectors;
 // Of `count_vectors`, four a splat.
-@group(1) @binding(1) var<storage, read> vector_splats: array<vec4<f32>>;
-@group(1) @binding(2) var<storage, read> vector_keys: array<u32>;
-@group(1) @binding(3) var<storage, read> vector_words: array<u32>;
-@group(1) @binding(4) var<storage, read> vector_ranges: array<vec2<u32>>;
+@group(0) @binding(16) var<storage, read> vector_splats: array<vec4<f32>>;
+@group(0) @binding(17) var<storage, read> vector_keys: array<u32>;
+@group(0) @binding(18) var<storage, read> vector_words: array<u32>;
+@group(0) @binding(19) var<storage, read> vector_ranges: array<vec2<u32>>;
 // Intensities: of a foreshortening and the next one (second pair), of a phase and the next one.
-@group(1) @binding(5) var marks: texture_2d_array<f32>;
+@group(0) @binding(20) var marks: texture_2d_array<f32>;
 
 // Slabs in a layer of the lists.
 const LAYER_SLABS: i32 = 4;
@@ -25,18 +23,12 @@ const FORESHORTENINGS: u32 = 12u;
 const LEAST_AMOUNT: f32 = 1e-7;
 // No slab of any volume.
 const EVERY_SLAB: i32 = 0x3fffffff;
-// Turns of loops that an entry takes, and a layer beside them (gpu::turns): a loop's last look turns the loops
-// within it once more.
-const TURNS_OF_ENTRY: u32 = 6u;
-const TURNS_OF_LAYER: u32 = 8u;
-
 struct VectorRay {
     // The next entry of the list, and the one after its last.
     entry: u32,
     end: u32,
     // Slabs in the order of compositing: the first of the layer that was summed up, the next to be
-    // composited, and the one after its last; the first again where some of the layer is still to be
-    // summed up, in the next dispatch.
+    // composited, and the one after its last.
     begin: i32,
     next: i32,
     after: i32,
@@ -49,9 +41,6 @@ struct VectorRay {
     slab1: vec4<f32>,
     slab2: vec4<f32>,
     slab3: vec4<f32>,
-    // Turns of its loops in this dispatch, and whether it waits for the next one.
-    turns: u32,
-    is_late: bool,
 }
 
 fn vector_ray(pixel: vec2<u32>, kept: vec2<f32>) -> VectorRay {
@@ -60,52 +49,12 @@ fn vector_ray(pixel: vec2<u32>, kept: vec2<f32>) -> VectorRay {
     let none = vec4<f32>(0.0);
     // Of nothing, one place.
     let kept_ends = vec2<f32>(kept.x, max(kept.x, kept.y));
-    return VectorRay(range.x, range.y, 0, 0, 0, kept_ends, 0, none, none, none, none, 0u, false);
+    return VectorRay(range.x, range.y, 0, 0, 0, kept_ends, 0, none, none, none, none);
 }
 
 // Of a slab, pixels of view depth.
 fn vectors_thickness() -> f32 {
     return vectors.depth.y;
-}
-
-// What is kept of it between dispatches.
-fn words_of(ray: VectorRay) -> array<vec4<u32>, 5> {
-    return array<vec4<u32>, 5>(
-        bitcast<vec4<u32>>(ray.slab0),
-        bitcast<vec4<u32>>(ray.slab1),
-        bitcast<vec4<u32>>(ray.slab2),
-        bitcast<vec4<u32>>(ray.slab3),
-        bitcast<vec4<u32>>(vec4<i32>(
-            bitcast<i32>(ray.entry),
-            ray.begin,
-            ray.next,
-            (ray.taken << 1u) | i32(ray.after > ray.begin),
-        )),
-    );
-}
-
-fn with_words(ray: VectorRay, words: array<vec4<u32>, 5>) -> VectorRay {
-    let places = bitcast<vec3<i32>>(words[4].yzw);
-    return VectorRay(
-        words[4].x,
-        ray.end,
-        places.x,
-        places.y,
-        places.x + LAYER_SLABS * (places.z & 1),
-        ray.kept,
-        places.z >> 1u,
-        bitcast<vec4<f32>>(words[0]),
-        bitcast<vec4<f32>>(words[1]),
-        bitcast<vec4<f32>>(words[2]),
-        bitcast<vec4<f32>>(words[3]),
-        0u,
-        false,
-    );
-}
-
-// Whether any of it is still to be composited.
-fn has_vectors_left(ray: VectorRay) -> bool {
-    return ray.next < ray.after || ray.entry < ray.end;
 }
 
 // Intensity of the marks at a place of the window, -1 to 1; and what that does to a colour (`Marks::light`).
@@ -153,9 +102,8 @@ fn mark_at(place: vec2<f32>, word: u32, second: bool) -> vec2<f32> {
     return vec2<f32>(mark, mark + lost * (1.0 - mark));
 }
 
-// Sums up the splats of the layer that the list comes to, or some more of them; whether these were the
-// last.
-fn sum_layer(ray: ptr<function, VectorRay>, screen: vec2<f32>, nearest: f32, slant: f32) -> bool {
+// Sums up the splats of the layer that the list comes to.
+fn sum_layer(ray: ptr<function, VectorRay>, screen: vec2<f32>, nearest: f32, slant: f32) {
     let mask = (1u << vectors.flags.w) - 1u;
     let own = vector_keys[(*ray).entry] & mask;
     let thickness = vectors.depth.y;
@@ -163,23 +111,10 @@ fn sum_layer(ray: ptr<function, VectorRay>, screen: vec2<f32>, nearest: f32, sla
     var sum1 = vec4<f32>(0.0);
     var sum2 = vec4<f32>(0.0);
     var sum3 = vec4<f32>(0.0);
-    if PAUSES && (*ray).after == (*ray).begin {
-        // With what the dispatch before has summed up of it.
-        sum0 = select((*ray).slab0, (*ray).slab3, back_to_front);
-        sum1 = select((*ray).slab1, (*ray).slab2, back_to_front);
-        sum2 = select((*ray).slab2, (*ray).slab1, back_to_front);
-        sum3 = select((*ray).slab3, (*ray).slab0, back_to_front);
-    }
     var entry = (*ray).entry;
     while entry < (*ray).end {
         if (vector_keys[entry] & mask) != own {
             break;
-        }
-        if PAUSES {
-            if (*ray).turns >= most_vector_turns() {
-                break;
-            }
-            (*ray).turns += TURNS_OF_ENTRY;
         }
         let splat = vector_words[entry];
         let at = 4u * splat;
@@ -189,8 +124,7 @@ fn sum_layer(ray: ptr<function, VectorRay>, screen: vec2<f32>, nearest: f32, sla
         let up = screen.y - head.y;
         let unit = vec2<f32>(first.x * right, first.y * right + first.z * up);
         let q = dot(unit, unit);
-        // A loop, since a software adapter would walk past an `if` with everything in it.
-        for (var once = q < 1.0; once; once = false) {
+        if q < 1.0 {
             let of_second = is_second(splat);
             let is_blend = select(vectors.flags.y, vectors.second_flags.y, of_second) == BLEND;
             // Of the circle that the ellipse becomes, in the window of the marks.
@@ -214,7 +148,7 @@ fn sum_layer(ray: ptr<function, VectorRay>, screen: vec2<f32>, nearest: f32, sla
             let texture = select(intensity, max(footprint(q), 0.0), is_blend);
             let amount = head.w * texture * slant;
             // Between the marks there is nothing to share out.
-            for (var shows = amount > LEAST_AMOUNT; shows; shows = false) {
+            if amount > LEAST_AMOUNT {
                 let middle = head.z + second.x * right + second.y * up;
                 let per_depth = first.w * inverseSqrt(max(1.0 - q, 1e-12));
                 let before = (nearest - middle) * per_depth;
@@ -242,8 +176,6 @@ fn sum_layer(ray: ptr<function, VectorRay>, screen: vec2<f32>, nearest: f32, sla
     (*ray).slab1 = select(sum1, sum2, back_to_front);
     (*ray).slab2 = select(sum2, sum1, back_to_front);
     (*ray).slab3 = select(sum3, sum0, back_to_front);
-    let last = max((*ray).end, 1u) - 1u;
-    return entry >= (*ray).end || (vector_keys[min(entry, last)] & mask) != own;
 }
 
 fn slab_sum(ray: ptr<function, VectorRay>, slab: i32) -> vec4<f32> {
@@ -269,9 +201,6 @@ fn lay_slabs_before(
     slab: i32,
 ) {
     for (; (*ray).next < min(slab, (*ray).after); (*ray).next++) {
-        if PAUSES {
-            (*ray).turns += turns_of_slab();
-        }
         let left = vectors.field_slabs.x - (*ray).taken;
         let sum = slab_sum(ray, (*ray).next) * (f32(left) / f32(vectors.field_slabs.x));
         let ends = slab_ends((*ray).next);
@@ -319,30 +248,19 @@ fn next_layer(ray: VectorRay) -> i32 {
     return select(nearest, 1 - nearest - LAYER_SLABS, back_to_front);
 }
 
-// Sums up that layer, once the slabs of the one before are composited. Where a ray may pause (PAUSES) and has had
-// its turns, it is late: in the next dispatch this is asked for again.
+// Sums up that layer, once the slabs of the one before are composited.
 fn sum_next_layer(ray: ptr<function, VectorRay>, screen: vec2<f32>) {
     let begin = next_layer(*ray);
     let nearest = select(begin, 1 - begin - LAYER_SLABS, back_to_front);
     let slant = length(vec3<f32>(screen * frame_growth(), 1.0));
-    var is_whole = true;
-    if PAUSES {
-        (*ray).is_late = (*ray).turns >= most_vector_turns();
-    }
-    for (var once = !(*ray).is_late; once; once = false) {
-        is_whole = sum_layer(ray, screen, f32(nearest) * vectors.depth.y, slant);
-        (*ray).begin = begin;
-        (*ray).next = begin;
-        (*ray).after = select(begin, begin + LAYER_SLABS, is_whole);
-    }
-    if PAUSES {
-        (*ray).turns += TURNS_OF_LAYER;
-        (*ray).is_late = (*ray).is_late || !is_whole;
-    }
+    sum_layer(ray, screen, f32(nearest) * vectors.depth.y, slant);
+    (*ray).begin = begin;
+    (*ray).next = begin;
+    (*ray).after = begin + LAYER_SLABS;
 }
 
 // Composites every slab of vectors before one, as they are counted from the front, and returns what they give
-// that one. Where a ray is late, it gives nothing yet.
+// that one.
 fn vectors_in(
     ray: ptr<function, VectorRay>,
     light: ptr<function, Gathered>,
@@ -351,7 +269,6 @@ fn vectors_in(
     screen: vec2<f32>,
 ) -> vec4<f32> {
     let until = select(slab, select(-slab, EVERY_SLAB, slab == EVERY_SLAB), back_to_front);
-    (*ray).is_late = false;
     while left_of(*light) >= vectors.depth.z {
         lay_slabs_before(ray, light, met, until);
         let is_behind = next_layer(*ray) > until || (*ray).entry >= (*ray).end;
@@ -359,24 +276,8 @@ fn vectors_in(
             break;
         }
         sum_next_layer(ray, screen);
-        if (*ray).is_late {
-            break;
-        }
     }
     return take_slab(ray, until);
-}
-
-// Counts an invocation whose loops the adapter has ended, and so perhaps left splats out: software
-// adapters do after so many turns of a ray and those beside it (gpu::turns). All loops after that turn once.
-fn note_ended_loops() {
-    let asked = min(u32(vectors.layers.y), 2u);
-    var turns = 0u;
-    while turns < asked {
-        turns++;
-    }
-    if turns < asked {
-        atomicAdd(&totals.counts[1], 1u);
-    }
 }
 
 // A part of a slab, beside so much of vectors.

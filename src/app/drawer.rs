@@ -2,7 +2,6 @@
 
 use std::sync::Arc;
 
-use crate::task::calibration::BackEndTimes;
 use crate::task::engine::{
     CellsRequest, Engine, EngineChoice, EngineState, FoundCells, FrameRequest, Picture,
     SecondPicture, SecondRequest,
@@ -27,8 +26,6 @@ pub trait Drawer {
     fn state(&self) -> EngineState;
     /// The adapter's name, once there is one.
     fn adapter_name(&self) -> Option<String>;
-    /// What both back ends take for the frame finished last, where the choice is open.
-    fn back_end_times(&self) -> Option<BackEndTimes>;
     /// Which engine was asked for last.
     fn engine_choice(&self) -> EngineChoice;
     /// Has another engine draw from now on.
@@ -66,10 +63,6 @@ impl Drawer for Engine {
 
     fn adapter_name(&self) -> Option<String> {
         Self::adapter_name(self)
-    }
-
-    fn back_end_times(&self) -> Option<BackEndTimes> {
-        Self::back_end_times(self)
     }
 
     fn engine_choice(&self) -> EngineChoice {

@@ -203,18 +203,17 @@ impl Window {
             clip::clip_ui(ui, &mut self.clip, scene, second);
         });
         let compare = &mut self.compare;
-        let times = self.parts.drawer.back_end_times();
         section_ui(ui, "Splats", |ui| {
             compare::compare_ui(ui, compare, &mut scene.splat);
             let voxel = scene.lattice().smallest_spacing();
             if compare.on && compare.edits_second {
                 // The unit distance is one for both.
                 let mut second = modes::with_unit_distance_of(compare.second, &scene.splat);
-                splat::splat_ui(ui, &mut second, voxel, None);
+                splat::splat_ui(ui, &mut second, voxel);
                 scene.splat.opacity_unit_distance = second.opacity_unit_distance;
                 compare.second = second;
             } else {
-                splat::splat_ui(ui, &mut scene.splat, voxel, times);
+                splat::splat_ui(ui, &mut scene.splat, voxel);
             }
         });
         section_ui(ui, "View", |ui| {

@@ -7,6 +7,7 @@ pub mod camera;
 pub mod colour;
 pub mod memory;
 mod names;
+pub mod panics;
 pub mod progress;
 
 pub use camera::{Camera, Projection};

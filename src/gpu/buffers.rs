@@ -28,11 +28,28 @@ impl Growing {
         context.device.create_buffer(&descriptor)
     }
 
-    pub(super) fn reserve(&mut self, context: &Context, bytes: u64) {
-        if self.buffer.size() < bytes {
-            // Half as much again, so that a slowly growing need does not reallocate every time.
-            self.buffer = Self::make(context, self.label, self.usage, bytes + bytes / 2);
+    /// Makes room for so many bytes, where there is less.
+    ///
+    /// # Errors
+    /// More than a pass can be bound to.
+    pub(super) fn reserve(&mut self, context: &Context, bytes: u64) -> Result<(), GpuError> {
+        if self.buffer.size() >= bytes {
+            return Ok(());
         }
+        let limits = &context.limits;
+        let most = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size) / 16 * 16;
+        if bytes > most {
+            return Err(GpuError::TooLarge {
+                what: self.label,
+                limit: format!("{most} bytes in one buffer"),
+                found: bytes.to_string(),
+                advice: "let less show, choose a smaller picture, or --engine native",
+            });
+        }
+        // Half as much again, so that a slowly growing need does not reallocate every time.
+        let size = (bytes + bytes / 2).min(most);
+        self.buffer = Self::make(context, self.label, self.usage, size);
+        Ok(())
     }
 }
 
@@ -55,16 +72,22 @@ pub(super) fn texture(
     })
 }
 
-/// The bytes of a mappable buffer, once everything submitted is done.
-pub(super) fn read_buffer(context: &Context, buffer: &wgpu::Buffer) -> Result<Vec<u8>, GpuError> {
+/// Does something with the bytes of a mappable buffer, once everything submitted is done.
+pub(super) fn read_buffer<T>(
+    context: &Context,
+    buffer: &wgpu::Buffer,
+    read: impl FnOnce(&[u8]) -> T,
+) -> Result<T, GpuError> {
     buffer.map_async(wgpu::MapMode::Read, .., |_| ());
     context.finish()?;
-    let bytes = buffer
-        .get_mapped_range(..)
-        .map_err(|error| GpuError::Device(format!("reading back: {error}")))?
-        .to_vec();
+    let found = {
+        let bytes = buffer
+            .get_mapped_range(..)
+            .map_err(|error| GpuError::Device(format!("reading back: {error}")))?;
+        read(&bytes)
+    };
     buffer.unmap();
-    Ok(bytes)
+    Ok(found)
 }
 
 /// The first `bytes` of a buffer as words, once everything submitted is done.
@@ -81,11 +104,14 @@ pub(super) fn read_words(
     let mut encoder = context.device.create_command_encoder(&Default::default());
     encoder.copy_buffer_to_buffer(buffer, 0, &staging, 0, bytes);
     context.queue.submit([encoder.finish()]);
-    let read = read_buffer(context, &staging)?;
-    Ok(bytemuck::pod_collect_to_vec(&read[..bytes as usize]))
+    read_buffer(context, &staging, |read| bytemuck::pod_collect_to_vec(&read[..bytes as usize]))
 }
 
-/// The texels of a texture, rows from the top, without the padding that copies need.
+/// Bytes of a texture that are read back at once, but for a single row.
+const MOST_READ_BYTES: u64 = 64 << 20;
+
+/// The texels of a texture, rows from the top, without the padding that copies need. They come some rows at a
+/// time: no buffer need be as large as a large picture.
 pub(super) fn read_texture(
     context: &Context,
     texture: &wgpu::Texture,
@@ -95,26 +121,40 @@ pub(super) fn read_texture(
 ) -> Result<Vec<u8>, GpuError> {
     let row = size[0] * texel_bytes;
     let padded = row.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
-    let bytes = u64::from(padded) * u64::from(size[1]);
+    let most = MOST_READ_BYTES.min(context.limits.max_buffer_size) / u64::from(padded);
+    #[expect(clippy::cast_possible_truncation, reason = "at most the height")]
+    let rows = most.clamp(1, u64::from(size[1])) as u32;
+    let bytes = u64::from(padded) * u64::from(rows);
     if staging.as_ref().is_none_or(|s| s.size() != bytes) {
         let usage = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST;
         *staging = Some(Growing::make(context, "picture read back", usage, bytes));
     }
     let Some(buffer) = staging else { return Ok(Vec::new()) };
-    let mut encoder = context.device.create_command_encoder(&Default::default());
-    encoder.copy_texture_to_buffer(
-        texture.as_image_copy(),
-        wgpu::TexelCopyBufferInfo {
-            buffer,
-            layout: wgpu::TexelCopyBufferLayout {
-                offset: 0,
-                bytes_per_row: Some(padded),
-                rows_per_image: None,
+    let mut texels = Vec::with_capacity(row as usize * size[1] as usize);
+    for first in (0..size[1]).step_by(rows as usize) {
+        let height = rows.min(size[1] - first);
+        let mut encoder = context.device.create_command_encoder(&Default::default());
+        encoder.copy_texture_to_buffer(
+            wgpu::TexelCopyTextureInfo {
+                origin: wgpu::Origin3d { x: 0, y: first, z: 0 },
+                ..texture.as_image_copy()
             },
-        },
-        texture.size(),
-    );
-    context.queue.submit([encoder.finish()]);
-    let padded_rows = read_buffer(context, buffer)?;
-    Ok(padded_rows.chunks(padded as usize).flat_map(|r| &r[..row as usize]).copied().collect())
+            wgpu::TexelCopyBufferInfo {
+                buffer,
+                layout: wgpu::TexelCopyBufferLayout {
+                    offset: 0,
+                    bytes_per_row: Some(padded),
+                    rows_per_image: None,
+                },
+            },
+            wgpu::Extent3d { width: size[0], height, depth_or_array_layers: 1 },
+        );
+        context.queue.submit([encoder.finish()]);
+        read_buffer(context, buffer, |padded_rows| {
+            for padded_row in padded_rows.chunks(padded as usize).take(height as usize) {
+                texels.extend_from_slice(&padded_row[..row as usize]);
+            }
+        })?;
+    }
+    Ok(texels)
 }

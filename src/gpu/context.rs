@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use serde::{Deserialize, Serialize};
 
 use super::GpuError;
-use super::turns::SOFTWARE_TURNS;
+use crate::core::panics;
 
 /// Storage buffers that a pass over a field with vectors in it binds.
 pub(super) const VECTOR_BUFFERS: u32 = 13;
@@ -67,8 +67,9 @@ pub struct Context {
     pub granted: Wishes,
     /// What the device may hold.
     pub limits: wgpu::Limits,
-    /// Turns after which the adapter ends all loops of an invocation; `None` where it never does.
-    pub most_turns: Option<u64>,
+    /// Whether the adapter may end an invocation's loops before their conditions do, as software adapters do:
+    /// passes then say so (`shaders/lib/totals.wgsl`), and the picture is refused.
+    pub ends_loops: bool,
     /// Who builds octrees here.
     pub octrees: OctreeBuilder,
     lost: Arc<AtomicBool>,
@@ -145,7 +146,7 @@ impl Context {
             adapter_name: format!("{} ({})", info.name, info.backend),
             granted,
             limits,
-            most_turns: is_software.then_some(SOFTWARE_TURNS),
+            ends_loops: is_software,
             octrees: wishes.octrees.unwrap_or(builder),
             lost,
             first_error,
@@ -157,9 +158,17 @@ impl Context {
     /// # Errors
     /// [`GpuError::Lost`] or [`GpuError::Device`].
     pub fn finish(&self) -> Result<(), GpuError> {
-        let polled = self.device.poll(wgpu::PollType::wait_indefinitely());
+        let wait = || self.device.poll(wgpu::PollType::wait_indefinitely());
+        // It panics where the driver says that the device is gone.
+        let polled = panics::caught(wait);
         self.check()?;
-        polled.map(drop).map_err(|error| GpuError::Device(error.to_string()))
+        match polled {
+            Ok(polled) => polled.map(drop).map_err(|error| GpuError::Device(error.to_string())),
+            Err(words) => {
+                self.lost.store(true, Ordering::Release);
+                Err(GpuError::Lost(words))
+            }
+        }
     }
 
     /// What has gone wrong since the last look.

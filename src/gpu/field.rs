@@ -36,7 +36,8 @@ pub(super) struct DeviceField {
     pub kernel: Kernel,
     pub extent: Option<f64>,
     pub chunks: Vec<wgpu::Buffer>,
-    pub chunk_log2: u32,
+    /// Words in each chunk but the last.
+    pub chunk_words: u32,
     pub format: Format,
     /// The value that is stored as 0, and what the stored value 1 is more.
     pub offset: f64,
@@ -93,7 +94,7 @@ impl DeviceField {
         let widest = widths.iter().flatten().fold(0.0, |most, &width| f64::from(width).max(most));
         let span = (max - min).max(widest);
         let step = step_of_sixteen_bits(volume, min, min + span);
-        let (format, chunk_log2) = storage(context, stored, step, has_widths)?;
+        let (format, most_words) = storage(context, stored, step, has_widths)?;
         let (offset, scale) = match format {
             Format::Floats => (bias, 1.0),
             Format::Pairs | Format::Halves => (min, span.max(f64::MIN_POSITIVE)),
@@ -142,7 +143,8 @@ impl DeviceField {
                 Format::Floats => float(index),
             }
         };
-        let chunk_words = 1_usize << chunk_log2;
+        let shares = words.div_ceil(most_words).max(1);
+        let chunk_words = words.div_ceil(shares).next_multiple_of(4).max(4);
         let mut chunks = Vec::new();
         let mut size_bytes = 0;
         let mut packed: Vec<u32> = Vec::new();
@@ -187,7 +189,7 @@ impl DeviceField {
             kernel,
             extent,
             chunks,
-            chunk_log2,
+            chunk_words: chunk_words as u32,
             format,
             offset,
             scale,
@@ -325,12 +327,13 @@ fn storage(
     stored: [usize; 3],
     step: Step,
     has_widths: bool,
-) -> Result<(Format, u32), GpuError> {
+) -> Result<(Format, usize), GpuError> {
     let limits = &context.limits;
     let binding = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
-    let chunk_log2 = (binding / 4).ilog2().min(31);
+    // Whole vectors, and numbers of 32 bits.
+    let most_words = (binding / 4).min(1 << 31) / 4 * 4;
     let samples = stored.iter().try_fold(1_u64, |n, &s| n.checked_mul(s as u64));
-    let room = (FIELD_CHUNKS as u64) << chunk_log2;
+    let room = FIELD_CHUNKS as u64 * most_words;
     let most = |sixteen: bool| {
         let most = match (sixteen, has_widths) {
             (true, true) | (false, false) => room,
@@ -348,11 +351,11 @@ fn storage(
         advice: "open a subsampled copy, or choose --visibility every-sample",
     })?;
     let format = match sixteen {
-        true if has_widths || samples <= 1 << chunk_log2 => Format::Pairs,
+        true if has_widths || samples <= most_words => Format::Pairs,
         true => Format::Halves,
         false => Format::Floats,
     };
-    Ok((format, chunk_log2))
+    Ok((format, most_words as usize))
 }
 
 #[cfg(test)]

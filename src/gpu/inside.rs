@@ -1,4 +1,4 @@
-//! What lets a volume's inside be seen, on the device (`shaders/lib/inside.wgsl`).
+//! What lets a volume's inside be seen, on the device (`shaders/lib/slabs.wgsl`).
 
 use super::layout::{self, MOST_CLIPS};
 use super::shade::CellsOfValues;
@@ -21,16 +21,6 @@ pub(super) struct InsideVariant {
 }
 
 impl InsideVariant {
-    /// Whether rays are shortened.
-    pub(super) fn is_clipped(&self) -> bool {
-        self.planes > 0
-    }
-
-    /// Whether its constants are asked for.
-    pub(super) fn is_bound(&self) -> bool {
-        self.is_clipped() || self.surfaces() > 0
-    }
-
     /// Surfaces that a ray may meet.
     pub(super) fn surfaces(&self) -> u32 {
         u32::from(self.cut_faces) + self.slices + self.levels
@@ -46,10 +36,9 @@ impl InsideVariant {
             AlongRay::Average => Some(3.0),
         };
         constants.extend(along.map(|along| ("along", along)));
-        if self.is_clipped() {
-            constants.push(("clip_planes", f64::from(self.planes)));
-        }
-        if self.surfaces() > 0 {
+        constants.push(("clip_planes", f64::from(self.planes)));
+        if self.along == AlongRay::Composite {
+            constants.push(("has_surfaces", f64::from(u8::from(self.surfaces() > 0))));
             constants.push(("cut_faces", f64::from(u8::from(self.cut_faces))));
             constants.push(("slices", f64::from(self.slices)));
         }
@@ -101,10 +90,9 @@ impl Opening {
         (variant != InsideVariant::default()).then_some(Self { variant, clip, slices, levels })
     }
 
-    /// The shader's uniform for a field that was halved `level` times.
+    /// Writes it for a field that was halved `level` times.
     #[expect(clippy::cast_possible_truncation, reason = "the device has 32 bits")]
-    pub(super) fn constants(&self, level: u32, values: CellsOfValues) -> layout::Inside {
-        let mut constants: layout::Inside = bytemuck::Zeroable::zeroed();
+    pub(super) fn write(&self, constants: &mut layout::Slabs, level: u32, values: CellsOfValues) {
         let words = |half: &HalfSpace| {
             let HalfSpace { normal, least } = half.halved(level);
             normal.as_vec3().extend(least as f32).to_array()
@@ -121,6 +109,5 @@ impl Opening {
             constants.levels[i] = [*r, *g, *b, cell as f32];
             constants.opacities[i][0] = *opacity as f32;
         }
-        constants
     }
 }

@@ -15,13 +15,10 @@ pub const SEGMENT_THREADS: u32 = 64;
 pub const LAYER_SLABS: u32 = 4;
 /// Threads in a workgroup of the passes that make the lists.
 pub const LIST_THREADS: u32 = 64;
-/// Tiles of a workgroup that composites lists, threads of a tile there, and what each of them carries
-/// from one part of a list to the next.
+/// Tiles of a workgroup that composites lists.
 pub const GROUP_TILES: u32 = 4;
-/// See [`GROUP_TILES`].
+/// Threads of a tile there.
 pub const LIST_TILE_THREADS: u32 = 16;
-/// See [`GROUP_TILES`].
-pub const CARRIED_VEC4S: u32 = 22;
 /// Threads in a workgroup of the sort.
 pub const SORT_THREADS: u32 = 64;
 /// Bits of a digit of the sort, and what a digit can be.
@@ -79,8 +76,6 @@ pub const LOOK_EVERY: u32 = 8;
 /// Part of a cell of the table by which values are lifted, so that rounding does not take a whole
 /// number out of the cell that begins with it.
 pub const LIFT_CELLS: f64 = 0.0625;
-/// Vec4s that are kept of a pixel whose ray is walked in parts; see `shaders/lib/parts.wgsl`.
-pub const KEPT_VEC4S: u32 = 5;
 
 /// `Gather` in `shaders/lib/gather.wgsl`.
 #[repr(C)]
@@ -104,8 +99,7 @@ pub struct Gather {
     pub splits: [i32; 4],
     pub strides: [u32; 4],
     pub bricks: [u32; 4],
-    pub part: [i32; 4],
-    pub rays: [u32; 4],
+    pub piece: [u32; 4],
 }
 
 /// Vec4s of a vector splat's record, and of one with its own steps of the grid.
@@ -188,7 +182,6 @@ pub struct Lists {
     pub counts: [u32; 4],
     pub layers: [i32; 4],
     pub slabs: [f32; 4],
-    pub parts: [u32; 4],
 }
 
 /// `Sort` in `shaders/lib/sort.wgsl`.
@@ -253,22 +246,14 @@ pub struct Slabs {
     pub beyond: [f32; 4],
     pub tiles: [u32; 4],
     pub more: [u32; 4],
-    pub part: [u32; 4],
-}
-
-/// Planes that cut a volume, and the shader has room for: of a box, and free ones.
-pub const MOST_CLIPS: usize = 6 + crate::scene::MOST_CLIP_PLANES;
-
-/// `Inside` in `shaders/lib/inside.wgsl`.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, Pod, Zeroable)]
-#[expect(missing_docs, reason = "documented in the shader")]
-pub struct Inside {
     pub clip: [[f32; 4]; MOST_CLIPS],
     pub slices: [[f32; 4]; crate::scene::MOST_SLICES],
     pub levels: [[f32; 4]; crate::scene::MOST_ISOSURFACES],
     pub opacities: [[f32; 4]; 6],
 }
+
+/// Planes that cut a volume, and the shader has room for: of a box, and free ones.
+pub const MOST_CLIPS: usize = 6 + crate::scene::MOST_CLIP_PLANES;
 
 const _: () = assert!(crate::scene::MOST_SLICES == 6 && crate::scene::MOST_ISOSURFACES == 6);
 
@@ -278,6 +263,9 @@ pub const SHADE_ENTRIES: usize = 256;
 pub const SHADE_CELLS: u32 = SHADE_ENTRIES as u32 - 1;
 /// Lights that the shader has room for.
 pub const MOST_LIGHTS: usize = crate::scene::MOST_LIGHTS;
+
+/// Regions that the shader has room for.
+pub const MOST_REGIONS: usize = crate::transfer::MOST_REGIONS;
 
 /// `Shade` in `shaders/lib/shade.wgsl`.
 #[repr(C)]
@@ -295,19 +283,9 @@ pub struct Shade {
     pub colours: [[f32; 4]; MOST_LIGHTS],
     pub places: [[f32; 4]; 4],
     pub tables: [[f32; 4]; 4 * SHADE_ENTRIES],
-}
-
-/// Regions that the shader has room for.
-pub const MOST_REGIONS: usize = crate::transfer::MOST_REGIONS;
-
-/// `Regions` in `shaders/lib/regions.wgsl`.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, Pod, Zeroable)]
-#[expect(missing_docs, reason = "documented in the shader")]
-pub struct Regions {
-    pub places: [[f32; 4]; MOST_REGIONS],
-    pub looks: [[f32; 4]; MOST_REGIONS],
-    pub shapes: [[f32; 4]; MOST_REGIONS],
+    pub region_places: [[f32; 4]; MOST_REGIONS],
+    pub region_looks: [[f32; 4]; MOST_REGIONS],
+    pub region_shapes: [[f32; 4]; MOST_REGIONS],
 }
 
 /// One splat as the vertex stage reads it; emitted by the GPU for voxels, by the host for nodes.

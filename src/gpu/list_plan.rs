@@ -98,8 +98,6 @@ pub(super) struct Plan {
     pub(super) stop_below: f32,
     /// Half the picture's width and height.
     pub(super) half_size: [f32; 2],
-    /// Entries of a tile that are composited at once.
-    pub(super) most_of_a_tile: u32,
 }
 
 impl Plan {

@@ -4,8 +4,7 @@ use glam::DVec3;
 
 use super::buffers::Growing;
 use super::context::Context;
-use super::slabs::{Looks, PictureConstants, SlabPass};
-use super::turns::SlabPart;
+use super::slabs::SlabPass;
 use crate::hierarchy::{EMPTY_BRICK, Speck, specks};
 use crate::scene::{MOST_RAYS, SplatSettings, View};
 
@@ -32,10 +31,9 @@ pub(super) struct Marked {
 }
 
 impl Marked {
-    /// What `Slabs::more` says of them in a dispatch of a view: 0 where they are of another, and where rays
-    /// are walked in parts.
-    pub(super) fn word_of(&self, view: &View, part: SlabPart) -> u32 {
-        match self.view == *view && part == [0; 4] {
+    /// What `Slabs::more` says of them in a picture of a view: 0 where they are of another.
+    pub(super) fn word_of(&self, view: &View) -> u32 {
+        match self.view == *view {
             true => self.word | self.side << WORD_BITS,
             false => 0,
         }
@@ -50,8 +48,7 @@ impl SlabPass {
         &mut self,
         context: &Context,
         view: &View,
-        (settings, picture): (&SplatSettings, PictureConstants),
-        looks: Looks<'_>,
+        settings: &SplatSettings,
         most_rays: u64,
     ) -> u64 {
         self.marked = None;
@@ -66,11 +63,6 @@ impl SlabPass {
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "1..=8")]
         let [wanted, apart] = [side, apart].map(|n| n.ceil().clamp(1.0, MOST_RAYS) as u32);
         let wanted = if are_means { wanted.max(2) } else { wanted };
-        let fits = |side: &u32| {
-            let rays = self.rays(view, settings, picture, looks, *side);
-            rays.is_some_and(|rays| rays.parts(context.most_turns).is_none())
-        };
-        let Some(most_side) = (2..=wanted).rev().find(fits) else { return 0 };
         let (Some(field), Some(table)) = (&self.field, &mut self.table) else { return 0 };
         // A voxel of tents shows in two bricks along each axis, one of splines that are sharpened in up to
         // four, and so does what is a little wider.
@@ -87,7 +79,7 @@ impl SlabPass {
         }
         // Pixels beside one another wait for the one among them with the most rays.
         let more = |side: u32| u64::from(LANES * (side * side - 1));
-        let least_side = apart.max(2).min(most_side);
+        let least_side = apart.max(2).min(wanted);
         let most_blocks = most_rays / more(least_side);
         let apart = &found[..found.partition_point(|speck| speck.is_apart)];
         // All of them, or none: a part of many looks like something else.
@@ -100,7 +92,7 @@ impl SlabPass {
             return 0;
         }
         let fits = |side: &u32| marks.blocks * more(*side) <= most_rays;
-        let side = (least_side..=most_side).rev().find(fits).unwrap_or(least_side);
+        let side = (least_side..=wanted).rev().find(fits).unwrap_or(least_side);
         let (begin, bytes) = (4 * table.empty_words, bytemuck::cast_slice(&marks.words));
         if begin >= 4 << WORD_BITS {
             return 0;

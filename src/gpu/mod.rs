@@ -20,6 +20,7 @@ mod meshes;
 mod octree;
 mod pipelines;
 mod polygons;
+mod rays;
 mod renderer;
 mod samples;
 mod scattered;
@@ -32,9 +33,7 @@ mod supports;
 mod target;
 pub mod timing;
 mod triangles;
-mod turns;
 mod vectors;
-mod waiting;
 
 pub use crate::plan::SlabField;
 pub use context::{AdapterChoice, Context, OctreeBuilder, Wishes, has_hardware};
@@ -56,7 +55,7 @@ impl GpuError {
             Self::TooLarge { .. }
             | Self::NoSheets
             | Self::TooManyVectors { .. }
-            | Self::TooManyTurns { .. }
+            | Self::EndedLoops
             | Self::Unsupported(_)
             | Self::Cancelled => true,
             Self::NoAdapter { .. }
@@ -138,17 +137,12 @@ pub enum GpuError {
         /// What lies over it.
         found: u64,
     },
-    /// More vector splats along rays than a software adapter's loops allow.
+    /// A software adapter ended the loops of a ray: the picture would have been short of what it had not met.
     #[error(
-        "expected rays past as many vector splats as a software adapter's loops allow (65 535 \
-         turns), found too many among the {found} over a tile of the picture; choose fewer \
-         --slabs-per-voxel, of which each splat then lies in fewer, lower the opacity of short vectors to 0, \
-         or choose a hardware adapter"
+        "expected an adapter that ends no loop before its time, found one that ends those of a ray after 65 535 \
+         turns; choose --engine native, or a graphics processor with --adapter"
     )]
-    TooManyTurns {
-        /// Most splats over one tile of those that were drawn.
-        found: u32,
-    },
+    EndedLoops,
     /// A plan that this engine does not draw: one sentence.
     #[error("{0}")]
     Unsupported(String),

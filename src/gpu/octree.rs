@@ -3,9 +3,10 @@
 use std::ops::Range;
 
 use super::buffers::{Growing, read_words};
-use super::compute::compute;
+use super::compute::{buffer, buffers, dispatch};
 use super::context::{Context, OctreeBuilder};
 use super::frame::Pass;
+use super::pipelines::Program;
 use super::renderer::Renderer;
 use super::timing::Timestamps;
 use super::{GpuError, layout, shader};
@@ -109,8 +110,8 @@ impl Renderer {
             if rows.has_nodes { size_of::<Node>() * levels.iter().sum::<usize>() } else { 0 };
         let brick_bytes = bricks * size_of::<layout::Brick>();
         let buffers = self.bricks.get_or_insert_with(|| BrickBuffers::new(&self.context));
-        buffers.bricks.reserve(&self.context, brick_bytes as u64);
-        buffers.nodes.reserve(&self.context, node_bytes as u64);
+        buffers.bricks.reserve(&self.context, brick_bytes as u64)?;
+        buffers.nodes.reserve(&self.context, node_bytes as u64)?;
 
         // Of the samples as they are stored: codes count from the value of the first entry.
         let statistics = &source.statistics;
@@ -135,7 +136,7 @@ impl Renderer {
         let [bx, by, bz] = source.bricks.dims.map(|n| n as u32);
         let traversal = layout::Traversal {
             dims: [nx, ny, nz, volume.samples.width],
-            bricks: [bx, by, bz, volume.samples.chunk_log2],
+            bricks: [bx, by, bz, volume.samples.chunk_samples],
             axes: [0; 4],
             splits: [0; 4],
             counts: [0, 0, table.no_data, 0],
@@ -169,16 +170,15 @@ impl Renderer {
         groups: [u32; 3],
         clock: Option<&Timestamps>,
     ) {
-        let pipeline = self.pipelines.compute(&self.context, shader::MERGE_BRICKS).clone();
-        let (Some(volume), Some(buffers)) = (&self.volume, &self.bricks) else { return };
+        let (Some(volume), Some(held)) = (&self.volume, &self.bricks) else { return };
         let Some(table) = &volume.table else { return };
-        let mut bound = vec![&self.traversal];
-        bound.extend(volume.samples.bound());
-        bound.extend([&table.entries, &table.visible, &buffers.piece]);
-        bound.extend([&buffers.bricks.buffer, &buffers.nodes.buffer]);
-        let bound: Vec<_> = bound.into_iter().map(wgpu::Buffer::as_entire_binding).collect();
-        let pass = Pass::MergeBricks { bricks: groups };
-        compute(&self.context, encoder, &pipeline, pass, &bound, groups, clock);
+        let pipeline = self.pipelines.compute(&self.context, &Program::plain(shader::MERGE_BRICKS));
+        let mut entries = vec![buffer(0, &self.traversal)];
+        entries.extend(buffers(1, volume.samples.bound()));
+        entries.extend(buffers(5, [&table.entries, &table.visible, &held.piece]));
+        entries.extend(buffers(8, [&held.bricks.buffer, &held.nodes.buffer]));
+        let name = shader::MERGE_BRICKS.name;
+        dispatch(&self.context, encoder, name, &pipeline, &entries, groups, clock);
     }
 }
 

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use super::context::Context;
 use super::layout::{Corner, RECORD_WORDS};
 use super::shader::{self, Shader};
-use super::target::light_format;
+use super::target::blended_format;
 use crate::kernel::{
     COEFFICIENTS, FootprintPolynomial, Kernel, RadialKernel, Rim, SHARE_FACTORS, SHARE_POWERS,
     SlabShare,
@@ -32,22 +32,27 @@ pub(super) struct ListVariant {
     pub published: bool,
 }
 
-/// Which variant of the pass over vectors alone.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
-pub(super) struct VectorVariant {
-    pub published: bool,
-    pub back_to_front: bool,
-    pub polygons: bool,
-    /// Rays are walked in several dispatches.
-    pub in_parts: bool,
+/// A shader and its overrides: a pipeline each.
+pub(super) struct Program {
+    pub shader: Shader,
+    /// Of each name the last counts.
+    pub constants: Vec<(&'static str, f64)>,
 }
+
+impl Program {
+    /// Without overrides.
+    pub(super) fn plain(shader: Shader) -> Self {
+        Self { shader, constants: Vec::new() }
+    }
+}
+
+/// What tells a pipeline from others: its shader, and the bits of its overrides.
+type Key = (&'static str, &'static str, Vec<(&'static str, u64)>);
 
 /// All pipelines of one device, and how many were ever compiled.
 #[derive(Debug, Default)]
 pub(super) struct Pipelines {
-    compute: HashMap<&'static str, wgpu::ComputePipeline>,
-    lists: HashMap<(&'static str, ListVariant), wgpu::ComputePipeline>,
-    vectors: HashMap<VectorVariant, wgpu::ComputePipeline>,
+    compute: HashMap<Key, wgpu::ComputePipeline>,
     splat: HashMap<SplatVariant, wgpu::RenderPipeline>,
     present: Option<wgpu::RenderPipeline>,
 }
@@ -66,82 +71,39 @@ impl SplatVariant {
 impl Pipelines {
     /// How many are compiled.
     pub(super) fn len(&self) -> usize {
-        let compute = self.compute.len() + self.lists.len() + self.vectors.len();
-        compute + self.splat.len() + usize::from(self.present.is_some())
+        self.compute.len() + self.splat.len() + usize::from(self.present.is_some())
     }
 
-    pub(super) fn compute(&mut self, context: &Context, shader: Shader) -> &wgpu::ComputePipeline {
-        self.compute.entry(shader.name).or_insert_with(|| {
-            compute_pipeline(context, shader, &shader.module(&context.device), &[])
-        })
-    }
-
-    /// A pass over lists that depends on how they are composited.
-    pub(super) fn lists(
+    /// A compute pass.
+    pub(super) fn compute(
         &mut self,
         context: &Context,
-        shader: Shader,
-        variant: ListVariant,
-    ) -> &wgpu::ComputePipeline {
-        self.lists.entry((shader.name, variant)).or_insert_with(|| {
-            let shape = match variant.kernel {
-                Kernel::Gaussian
-                | Kernel::Cubic
-                | Kernel::Gouraud
-                | Kernel::Linear
-                | Kernel::BSpline => 0.0,
-                Kernel::Nearest => 1.0,
-                Kernel::Point => 2.0,
-            };
-            let mut constants = vec![
-                ("slabs", flag(variant.slabs)),
-                ("front_to_back", flag(variant.front_to_back)),
-                ("published", flag(variant.published)),
-                ("shape", shape),
-            ];
-            // That pass has what was projected.
-            if shader != shader::WRITE_ENTRIES {
-                constants.extend(kernel_constants(variant.kernel, variant.perspective));
-            }
-            if shader == shader::COMPOSITE_LISTS
-                && let Some(radial) = RadialKernel::new(variant.kernel, None)
-            {
-                constants.extend(share_constants(radial));
-            }
-            let module = shader.module_writing(&context.device, light_format(context));
-            compute_pipeline(context, shader, &module, &constants)
-        })
-    }
-
-    /// The pass over vectors alone.
-    pub(super) fn vectors(
-        &mut self,
-        context: &Context,
-        variant: VectorVariant,
-        format: wgpu::TextureFormat,
-    ) -> &wgpu::ComputePipeline {
-        self.vectors.entry(variant).or_insert_with(|| {
-            let mut constants = vector_constants();
-            constants.push(("published", flag(variant.published)));
-            constants.push(("back_to_front", flag(variant.back_to_front)));
-            let shader = match (variant.polygons, variant.in_parts) {
-                (true, false) => shader::COMPOSITE_VECTORS_AND_POLYGONS,
-                (true, true) => shader::COMPOSITE_VECTORS_AND_POLYGONS_IN_PARTS,
-                (false, false) => shader::COMPOSITE_VECTORS,
-                (false, true) => shader::COMPOSITE_VECTORS_IN_PARTS,
-            };
-            let module = shader.module_writing(&context.device, format);
-            compute_pipeline(context, shader, &module, &constants)
-        })
+        Program { shader, constants }: &Program,
+    ) -> wgpu::ComputePipeline {
+        let bits = constants.iter().map(|(name, value)| (*name, value.to_bits())).collect();
+        let made = self.compute.entry((shader.name, shader.options, bits)).or_insert_with(|| {
+            let module = shader.module(&context.device);
+            context.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                label: Some(shader.name),
+                layout: None,
+                module: &module,
+                entry_point: Some(shader.name),
+                compilation_options: wgpu::PipelineCompilationOptions {
+                    constants,
+                    ..Default::default()
+                },
+                cache: None,
+            })
+        });
+        made.clone()
     }
 
     pub(super) fn splat(
         &mut self,
         context: &Context,
-        format: wgpu::TextureFormat,
         variant: SplatVariant,
     ) -> &wgpu::RenderPipeline {
-        self.splat.entry(variant).or_insert_with(|| splat(context, format, variant))
+        self.splat.entry(variant).or_insert_with(|| splat(context, variant))
     }
 
     pub(super) fn present(&mut self, context: &Context) -> &wgpu::RenderPipeline {
@@ -172,21 +134,35 @@ impl Pipelines {
     }
 }
 
-/// A pipeline of a shader's module with its overrides.
-pub(super) fn compute_pipeline(
-    context: &Context,
-    shader: Shader,
-    module: &wgpu::ShaderModule,
-    constants: &[(&str, f64)],
-) -> wgpu::ComputePipeline {
-    context.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-        label: Some(shader.name),
-        layout: None,
-        module,
-        entry_point: Some(shader.name),
-        compilation_options: wgpu::PipelineCompilationOptions { constants, ..Default::default() },
-        cache: None,
-    })
+impl ListVariant {
+    /// A pass over lists of kernels that are composited so.
+    pub(super) fn program(self, shader: Shader) -> Program {
+        let shape = match self.kernel {
+            Kernel::Gaussian
+            | Kernel::Cubic
+            | Kernel::Gouraud
+            | Kernel::Linear
+            | Kernel::BSpline => 0.0,
+            Kernel::Nearest => 1.0,
+            Kernel::Point => 2.0,
+        };
+        let mut constants = vec![
+            ("slabs", flag(self.slabs)),
+            ("front_to_back", flag(self.front_to_back)),
+            ("published", flag(self.published)),
+            ("shape", shape),
+        ];
+        // That pass has what was projected.
+        if shader != shader::WRITE_ENTRIES {
+            constants.extend(kernel_constants(self.kernel, self.perspective));
+        }
+        if shader == shader::COMPOSITE_LISTS
+            && let Some(radial) = RadialKernel::new(self.kernel, None)
+        {
+            constants.extend(share_constants(radial));
+        }
+        Program { shader, constants }
+    }
 }
 
 /// An override that is on or off.
@@ -194,53 +170,78 @@ pub(super) fn flag(on: bool) -> f64 {
     f64::from(u8::from(on))
 }
 
-/// What `shaders/lib/vectors.wgsl` is told of the kernel of vectors (`footprint.wgsl`, `share.wgsl`).
-pub(super) fn vector_constants() -> Vec<(&'static str, f64)> {
-    let mut constants = footprint_constants(Kernel::Cubic);
-    if let Some(radial) = RadialKernel::new(Kernel::Cubic, None) {
-        constants.extend(share_constants(radial));
-    }
-    constants
+/// What `shaders/lib/vectors.wgsl` is told of the kernel of vectors, by names of their own ([`shader`]).
+pub(super) fn vector_constants() -> impl Iterator<Item = (&'static str, f64)> {
+    let shares = RadialKernel::new(Kernel::Cubic, None).map(share_values);
+    let footprint = MARKS_FOOTPRINT.into_iter().zip(footprint_values(Kernel::Cubic));
+    footprint.chain(MARKS_SHARE.into_iter().flatten().zip(shares.into_iter().flatten()))
 }
 
 /// What `shaders/lib/project.wgsl` and `footprint.wgsl` are told.
 fn kernel_constants(kernel: Kernel, perspective: bool) -> Vec<(&'static str, f64)> {
-    let mut constants = footprint_constants(kernel);
-    constants.push(("perspective", flag(perspective)));
-    constants
+    let perspective = ("perspective", flag(perspective));
+    footprint_constants(kernel).chain([perspective]).collect()
 }
 
-pub(super) fn footprint_constants(kernel: Kernel) -> Vec<(&'static str, f64)> {
-    const NAMES: [&str; COEFFICIENTS] = ["c0", "c1", "c2", "c3", "c4", "c5", "c6", "c7"];
-    let polynomial = RadialKernel::new(kernel, None).map(FootprintPolynomial::of);
-    let rim_root = polynomial.is_some_and(|p| p.rim == Rim::Root);
-    let mut constants = vec![("rim_root", flag(rim_root))];
-    if let Some(polynomial) = polynomial {
-        constants.extend(NAMES.into_iter().zip(polynomial.coefficients.map(f64::from)));
-    }
-    constants
+/// What `shaders/lib/footprint.wgsl` is told.
+pub(super) fn footprint_constants(kernel: Kernel) -> impl Iterator<Item = (&'static str, f64)> {
+    FOOTPRINT.into_iter().zip(footprint_values(kernel))
 }
 
 /// What `shaders/lib/share.wgsl` is told.
 pub(super) fn share_constants(kernel: RadialKernel) -> impl Iterator<Item = (&'static str, f64)> {
-    const NAMES: [[&str; SHARE_POWERS]; SHARE_FACTORS] = [
-        ["s00", "s01", "s02", "s03"],
-        ["s10", "s11", "s12", "s13"],
-        ["s20", "s21", "s22", "s23"],
-        ["s30", "s31", "s32", "s33"],
-        ["s40", "s41", "s42", "s43"],
-        ["s50", "s51", "s52", "s53"],
-        ["s60", "s61", "s62", "s63"],
-    ];
-    let factors = SlabShare::of(kernel).factors;
-    NAMES.into_iter().flatten().zip(factors.into_iter().flatten().map(f64::from))
+    SHARE.into_iter().flatten().zip(share_values(kernel))
 }
 
-fn splat(
-    context: &Context,
-    format: wgpu::TextureFormat,
-    variant: SplatVariant,
-) -> wgpu::RenderPipeline {
+/// Whether the rim is a root, and the coefficients where the kernel is radial.
+fn footprint_values(kernel: Kernel) -> impl Iterator<Item = f64> {
+    let polynomial = RadialKernel::new(kernel, None).map(FootprintPolynomial::of);
+    let rim_root = polynomial.is_some_and(|p| p.rim == Rim::Root);
+    let coefficients = polynomial.map(|p| p.coefficients.map(f64::from));
+    std::iter::once(flag(rim_root)).chain(coefficients.into_iter().flatten())
+}
+
+fn share_values(kernel: RadialKernel) -> impl Iterator<Item = f64> {
+    SlabShare::of(kernel).factors.into_iter().flatten().map(f64::from)
+}
+
+macro_rules! kernel_names {
+    ($footprint:ident, $share:ident, $prefix:literal) => {
+        const $footprint: [&str; COEFFICIENTS + 1] = [
+            concat!($prefix, "rim_root"),
+            concat!($prefix, "c0"),
+            concat!($prefix, "c1"),
+            concat!($prefix, "c2"),
+            concat!($prefix, "c3"),
+            concat!($prefix, "c4"),
+            concat!($prefix, "c5"),
+            concat!($prefix, "c6"),
+            concat!($prefix, "c7"),
+        ];
+        const $share: [[&str; SHARE_POWERS]; SHARE_FACTORS] = [
+            kernel_names!($prefix, "s0"),
+            kernel_names!($prefix, "s1"),
+            kernel_names!($prefix, "s2"),
+            kernel_names!($prefix, "s3"),
+            kernel_names!($prefix, "s4"),
+            kernel_names!($prefix, "s5"),
+            kernel_names!($prefix, "s6"),
+        ];
+    };
+    ($prefix:literal, $factor:literal) => {
+        [
+            concat!($prefix, $factor, "0"),
+            concat!($prefix, $factor, "1"),
+            concat!($prefix, $factor, "2"),
+            concat!($prefix, $factor, "3"),
+        ]
+    };
+}
+
+kernel_names!(FOOTPRINT, SHARE, "");
+kernel_names!(MARKS_FOOTPRINT, MARKS_SHARE, "marks_");
+
+fn splat(context: &Context, variant: SplatVariant) -> wgpu::RenderPipeline {
     let module = shader::SPLAT.module(&context.device);
     let mut constants = kernel_constants(variant.kernel, variant.perspective);
     constants.push(("one_footprint", flag(variant.one_footprint)));
@@ -293,7 +294,7 @@ fn splat(
             entry_point: Some(fragment),
             compilation_options: options,
             targets: &[Some(wgpu::ColorTargetState {
-                format,
+                format: blended_format(context),
                 blend: Some(wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING),
                 write_mask: wgpu::ColorWrites::ALL,
             })],

@@ -9,10 +9,11 @@ use glam::DVec3;
 
 use super::GpuError;
 use super::buffers::{Growing, read_words};
-use super::compute::{bind_group, compute, groups_of, render_pass};
+use super::compute::{bind_group, buffers, dispatch, groups_of, render_pass};
 use super::context::{Context, POLYGON_BUFFERS, VECTOR_AND_POLYGON_BUFFERS};
 use super::frame::Pass;
 use super::layout::{self, FRAGMENT_WORDS, POLYGON_THREADS};
+use super::pipelines::Program;
 use super::renderer::Renderer;
 use super::shade::with;
 use super::shader::{self, Shader};
@@ -23,9 +24,6 @@ use crate::scene::{Lighting, OpacityModel, POLYGON_COLOUR, PolygonLayer, View};
 
 /// What is nearer to the eye than this share of its distance to the focal plane is left out.
 const NEAREST: f64 = 1e-4;
-/// The most fragments of a pixel that adapters whose loops end can sort: a heap of so many, and a look at
-/// each, turn some 58 000 times. How many of them a ray can walk is for `turns` to say.
-const MOST_OF_A_PIXEL: u32 = 2600;
 /// Places farther than this from the middle of the volume, in its radii, have no digits left.
 const MOST_RADII: f64 = 1e15;
 
@@ -46,8 +44,6 @@ pub(super) struct DevicePolygons {
     samples: Option<wgpu::Texture>,
     pipelines: [Option<wgpu::RenderPipeline>; 2],
     made: Option<MadeOf>,
-    /// The most fragments of a pixel that are not hidden.
-    pub(super) longest: u32,
 }
 
 /// Everything that the fragments depend on beside the corners.
@@ -139,7 +135,6 @@ impl DevicePolygons {
             samples: None,
             pipelines: [None, None],
             made: None,
-            longest: 0,
         })
     }
 
@@ -151,15 +146,6 @@ impl DevicePolygons {
     /// The fragments of pixels.
     pub(super) fn words(&self) -> &wgpu::Buffer {
         &self.words.buffer
-    }
-
-    /// A group of bindings of a pipeline that walks the pixels' fragments.
-    pub(super) fn group(
-        &self,
-        context: &Context,
-        layout: &wgpu::BindGroupLayout,
-    ) -> wgpu::BindGroup {
-        bind_group(context, "polygons", layout, [self.words.buffer.as_entire_binding()])
     }
 
     fn constants(&self, view: &View, made: &MadeOf) -> layout::Polygons {
@@ -206,9 +192,9 @@ impl DevicePolygons {
             .get_or_insert_with(|| pipeline(context, which));
         let Some(samples) = &self.samples else { return };
         let bound = [&self.constants, &self.corners, &self.words.buffer];
-        let bound = bound.map(|buffer| buffer.as_entire_binding());
+        let entries: Vec<_> = buffers(0, bound).collect();
         let layout = pipeline.get_bind_group_layout(0);
-        let group = bind_group(context, which.name, &layout, bound);
+        let group = bind_group(context, which.name, &layout, &entries);
         let view = samples.create_view(&Default::default());
         let ops = wgpu::Operations {
             load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
@@ -339,12 +325,13 @@ impl Renderer {
             polygons.samples = Some(samples(&self.context, view.size));
         }
         let heads = 8 * u64::from(pixels);
-        polygons.words.reserve(&self.context, heads);
+        polygons.words.reserve(&self.context, heads)?;
         let triangles = polygons.triangles;
         loop {
             let Some(polygons) = self.polygons.as_mut() else { return Ok(()) };
             polygons.write_constants(&self.context, plan, view, &made);
-            let sums = [0, 0, pixels, u32::from(made.hides), 0, 0, 0, 0];
+            let asked = 2 * u32::from(self.context.ends_loops);
+            let sums = [0, 0, pixels, u32::from(made.hides), 0, asked, 0, 0];
             self.context.queue.write_buffer(&polygons.sums, 0, bytemuck::cast_slice(&sums));
             let mut encoder = self.context.device.create_command_encoder(&Default::default());
             encoder.clear_buffer(&polygons.words.buffer, 0, Some(heads));
@@ -353,14 +340,6 @@ impl Renderer {
             let Some(polygons) = self.polygons.as_mut() else { return Ok(()) };
             let found = read_words(&self.context, &polygons.sums, 8)?;
             let (mut count, longest) = (u64::from(found[0]), found[1]);
-            if self.context.most_turns.is_some() && longest > MOST_OF_A_PIXEL {
-                return Err(GpuError::TooLarge {
-                    what: "polygons over one pixel",
-                    limit: MOST_OF_A_PIXEL.to_string(),
-                    found: longest.to_string(),
-                    advice: "zoom in, choose a hardware adapter, or leave a mesh out",
-                });
-            }
             if u64::from(longest) * u64::from(pixels) > u64::from(u32::MAX) {
                 // The device's own sum may have gone round.
                 let counts = read_words(&self.context, &polygons.words.buffer, heads)?;
@@ -388,11 +367,11 @@ impl Renderer {
                 continue;
             }
             self.run_before(&[Pass::WritePolygons { triangles }, Pass::SortPolygons { pixels }])?;
-            if let Some(polygons) = self.polygons.as_mut() {
-                let found = read_words(&self.context, &polygons.sums, 20)?;
-                polygons.longest = found[4];
-                polygons.made = Some(made);
+            let Some(polygons) = self.polygons.as_mut() else { return Ok(()) };
+            if self.context.ends_loops && read_words(&self.context, &polygons.sums, 20)?[4] > 0 {
+                return Err(GpuError::EndedLoops);
             }
+            polygons.made = Some(made);
             return self.context.check();
         }
     }
@@ -422,10 +401,9 @@ impl Renderer {
             Pass::SortPolygons { pixels } => (shader::SORT_POLYGONS, pixels),
             _ => return,
         };
-        let pipeline = self.pipelines.compute(context, shader).clone();
-        let bound =
-            [&polygons.words.buffer, &polygons.sums].map(|buffer| buffer.as_entire_binding());
+        let pipeline = self.pipelines.compute(context, &Program::plain(shader));
+        let entries: Vec<_> = buffers(0, [&polygons.words.buffer, &polygons.sums]).collect();
         let groups = groups_of(pixels, POLYGON_THREADS);
-        compute(context, encoder, &pipeline, pass, &bound, groups, clock);
+        dispatch(context, encoder, shader.name, &pipeline, &entries, groups, clock);
     }
 }

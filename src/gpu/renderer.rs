@@ -19,9 +19,8 @@ use super::scattered::Lists;
 use super::shade::Shade;
 use super::shaded_samples::ShadedSamples;
 use super::slabs::{Beside, Looks, PictureConstants, SlabPass, step_reach};
-use super::target::Target;
+use super::target::{self, Target};
 use super::timing::{Timer, Timestamps};
-use super::turns::{Kept, SOFTWARE_TURNS, SlabPart, few_tiles};
 use super::vectors::DeviceVectors;
 use super::{GpuError, layout, shader};
 use crate::core::Ticket;
@@ -61,9 +60,6 @@ pub struct Renderer {
     pub(super) shaded: ShadedSamples,
     /// What lets the inside be seen.
     inside: Option<Opening>,
-    /// Whether their rays are walked in parts.
-    slabs_in_parts: bool,
-    pub(super) kept: Kept,
     pub(super) gathering: Gathering,
     /// Lists of scattered kernels, from the first time that they are asked for.
     pub(super) lists: Option<Lists>,
@@ -71,8 +67,6 @@ pub struct Renderer {
     pub(super) vectors: Option<DeviceVectors>,
     /// Whether the slabs being drawn have them, too.
     pub(super) slabs_have_vectors: bool,
-    /// How often parts of rays are quartered for them.
-    pub(super) vectors_quartered: u32,
     /// While an octree is built on the device.
     pub(super) bricks: Option<BrickBuffers>,
     /// Polygons, while a picture has them.
@@ -92,8 +86,7 @@ fn looks_of<'a>(
     inside: &'a Option<Opening>,
     polygons: &Option<DevicePolygons>,
 ) -> Looks<'a> {
-    let polygons = polygons.as_ref().map(|polygons| polygons.longest);
-    Looks { shade: shade.as_ref(), inside: inside.as_ref(), polygons }
+    Looks { shade: shade.as_ref(), inside: inside.as_ref(), polygons: polygons.is_some() }
 }
 
 impl Renderer {
@@ -112,7 +105,7 @@ impl Renderer {
                 &context,
                 "totals",
                 Usage::STORAGE | Usage::COPY_DST | Usage::COPY_SRC,
-                16,
+                32,
             ),
             records: Growing::new(
                 &context,
@@ -131,8 +124,6 @@ impl Renderer {
             shade: None,
             shaded: ShadedSamples::default(),
             inside: None,
-            slabs_in_parts: false,
-            kept: Kept::default(),
             pipelines: Pipelines::default(),
             timer: None,
             volume: None,
@@ -148,7 +139,6 @@ impl Renderer {
             lists: None,
             vectors: None,
             slabs_have_vectors: false,
-            vectors_quartered: 0,
             bricks: None,
             polygons: None,
             polygons_before: None,
@@ -200,8 +190,7 @@ impl Renderer {
 
     /// Pipelines compiled so far.
     pub fn pipeline_count(&self) -> usize {
-        let slabs: usize = self.slabs.iter().map(SlabPass::pipeline_count).sum();
-        self.pipelines.len() + slabs + self.gathering.len() + self.shaded.pipeline_count()
+        self.pipelines.len()
     }
 
     /// Begins a picture: a cleared target of the view's size, and the frame's constants.
@@ -232,28 +221,9 @@ impl Renderer {
         }
         let constants = frame_constants(view, kernel, extent, unit_distance);
         self.context.queue.write_buffer(&self.frame, 0, bytemuck::bytes_of(&constants));
-        self.context.queue.write_buffer(&self.totals, 0, &[0; 16]);
-        for slabs in &self.slabs {
-            self.context.queue.write_buffer(slabs.capped(), 0, &[0; 16]);
-        }
-        self.kept.clear(&self.context);
-        let Some(target) = &self.target else { return Ok(()) };
-        let mut encoder = self.context.device.create_command_encoder(&Default::default());
-        let view = target.light.create_view(&Default::default());
-        drop(encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-            label: Some("clear"),
-            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                view: &view,
-                depth_slice: None,
-                resolve_target: None,
-                ops: wgpu::Operations {
-                    load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
-                    store: wgpu::StoreOp::Store,
-                },
-            })],
-            ..Default::default()
-        }));
-        self.context.queue.submit([encoder.finish()]);
+        let totals = [0, 0, 0, 0, 0, 2 * u32::from(self.context.ends_loops), 0, 0];
+        self.context.queue.write_buffer(&self.totals, 0, bytemuck::cast_slice(&totals));
+        self.clear_light();
         self.context.check()
     }
 
@@ -338,43 +308,28 @@ impl Renderer {
         which: SlabField,
         view: &View,
         settings: &SplatSettings,
-        picture: PictureConstants,
         most_rays: u64,
     ) -> u64 {
-        let looks = looks_of(&self.shade, &self.inside, &self.polygons);
-        let what = (settings, picture);
-        let rays = self.slabs[which as usize].mark(&self.context, view, what, looks, most_rays);
+        let rays = self.slabs[which as usize].mark(&self.context, view, settings, most_rays);
         self.note_bytes();
         rays
     }
 
     /// Whether slabs, and what is gathered, have vectors in them from now on, whose lists are made before
-    /// each piece; and how often the parts in which software adapters walk rays are quartered for them.
-    pub fn put_vectors_in_slabs(&mut self, have: bool, quartered: u32) {
-        (self.slabs_have_vectors, self.vectors_quartered) = (have, quartered);
+    /// each piece.
+    pub fn put_vectors_in_slabs(&mut self, have: bool) {
+        self.slabs_have_vectors = have;
     }
 
-    /// Whether every ray past vectors came to its end in the passes that counted in `totals`.
+    /// Whether every ray of the picture came to its end so far.
     ///
     /// # Errors
-    /// [`GpuError::TooManyTurns`], or a failing device.
-    pub(super) fn check_turns(&mut self, totals: &wgpu::Buffer) -> Result<(), GpuError> {
-        let vectors = self.vectors.as_ref().filter(|_| self.slabs_have_vectors);
-        let (Some(_), Some(_)) = (vectors, self.context.most_turns) else { return Ok(()) };
-        match read_words(&self.context, totals, 8)?[1] {
-            0 => Ok(()),
-            _ => Err(self.too_many_turns()),
+    /// [`GpuError::EndedLoops`], or a failing device.
+    pub(super) fn check_loops(&self) -> Result<(), GpuError> {
+        if self.context.ends_loops && read_words(&self.context, &self.totals, 20)?[4] > 0 {
+            return Err(GpuError::EndedLoops);
         }
-    }
-
-    /// What is said where the loops of rays past vectors were ended, or would be. It is remembered with the
-    /// lists, so that an animated picture at rest is not begun in vain each time.
-    pub(super) fn too_many_turns(&mut self) -> GpuError {
-        let found = self.vectors.as_mut().map_or(0, |vectors| {
-            vectors.failed = vectors.failed.max(Some(self.vectors_quartered));
-            vectors.longest
-        });
-        GpuError::TooManyTurns { found }
+        Ok(())
     }
 
     /// Draws the slabs of some tiles of the picture, row by row from the top, and waits; returns
@@ -393,59 +348,15 @@ impl Renderer {
         (self.slab_field, self.slab_settings) = (which, *settings);
         let which = which as usize;
         let looks = looks_of(&self.shade, &self.inside, &self.polygons);
-        let parts = self.slabs[which].parts(&self.context, view, settings, picture, looks)?;
-        // Rays among vectors count for themselves, once a picture of them did not do without.
-        let are_among = self.slabs_have_vectors && (parts.is_some() || self.vectors_quartered > 0);
-        self.slabs_in_parts = parts.is_some() || are_among;
-        // What is kept of the samples of polygons takes twice the room, and vectors a place more.
-        let slots = 1 + u32::from(self.polygons.is_some()) + u32::from(are_among);
-        let ranges = self.tiles_at_a_time((self.slabs_in_parts, slots), tiles);
-        if are_among {
-            let which = self.slab_field;
-            return self.draw_slabs_among_vectors(which, view, settings, picture, &ranges);
+        let slabs = &mut self.slabs[which];
+        slabs.check(view, settings, picture, looks)?;
+        if !slabs.write(&self.context, view, settings, picture, &tiles, looks) {
+            return Err(GpuError::Device("slabs came before their field".to_owned()));
         }
-        let mut wall_ms = 0.0;
-        for tiles in ranges {
-            for &part in parts.as_deref().unwrap_or(&[[0; 4]]) {
-                let what = (view, settings, picture);
-                let projects = self.write_slabs(self.slab_field, what, (&tiles, part))?;
-                wall_ms += self.run(&frame::slab_piece(tiles.len() as u32, projects))?;
-            }
-        }
-        let totals = self.slabs[which].capped().clone();
-        self.check_turns(&totals)?;
+        let projects = looks.variant(false).projects();
+        let wall_ms = self.run(&frame::slab_piece(tiles.len() as u32, projects))?;
+        self.check_loops()?;
         Ok(wall_ms)
-    }
-
-    /// Writes what the next dispatch of slabs is told; whether it projects values.
-    pub(super) fn write_slabs(
-        &mut self,
-        which: SlabField,
-        (view, settings, picture): (&View, &SplatSettings, PictureConstants),
-        piece: (&Range<u32>, SlabPart),
-    ) -> Result<bool, GpuError> {
-        let slabs = &mut self.slabs[which as usize];
-        let looks = looks_of(&self.shade, &self.inside, &self.polygons);
-        match slabs.write(&self.context, view, settings, picture, piece, looks) {
-            true => Ok(looks.variant(false).projects()),
-            false => Err(GpuError::Device("slabs came before their field".to_owned())),
-        }
-    }
-
-    /// Rays along the side of a pixel of slabs that vectors lie in, and what each may take in one dispatch
-    /// ([`SlabRays::among_vectors`](super::turns::SlabRays::among_vectors)); `None` without a field.
-    pub(super) fn rays_among_vectors(
-        &self,
-        which: SlabField,
-        (view, settings, picture): (&View, &SplatSettings, PictureConstants),
-    ) -> Option<(u32, [u32; 2])> {
-        let most = self.context.most_turns.unwrap_or(SOFTWARE_TURNS);
-        let slabs = &self.slabs[which as usize];
-        let side = slabs.halved(view)?.rays_per_side(settings.kernel, settings.extent);
-        let looks = looks_of(&self.shade, &self.inside, &self.polygons);
-        let rays = slabs.rays(view, settings, picture, looks, side)?;
-        let apart = self.vectors_quartered.saturating_sub(1);
-        Some((side, rays.among_vectors(most, apart)))
     }
 
     fn reconstruct_slabs(
@@ -455,12 +366,7 @@ impl Renderer {
         clock: Option<&Timestamps>,
     ) {
         let Some(target) = &self.target else { return };
-        let light = (&target.light.create_view(&Default::default()), target.light.format());
-        let settings = self.slab_settings;
-        let timestamps = clock.map(|c| c.compute(0));
-        let kept = self.kept.buffer().filter(|_| self.slabs_in_parts);
-        let rays = (tiles, kept);
-        let slabs = &mut self.slabs[self.slab_field as usize];
+        let light = target.light.create_view(&Default::default());
         let looks = looks_of(&self.shade, &self.inside, &self.polygons);
         let variant = looks.variant(self.slab_field == SlabField::Preview);
         let vectors = match (&self.vectors, &self.lists) {
@@ -468,8 +374,11 @@ impl Renderer {
             _ => None,
         };
         let beside = Beside { vectors, polygons: self.polygons.as_ref() };
-        let more = (variant, beside, timestamps);
-        slabs.encode(&self.context, encoder, &settings, light, rays, more);
+        let device = (&self.context, &mut self.pipelines);
+        let into = (&light, &self.totals);
+        let what = (tiles, variant, beside);
+        let slabs = &self.slabs[self.slab_field as usize];
+        slabs.encode(device, encoder, &self.slab_settings, into, what, clock);
     }
 
     /// Takes what a plan says besides its samples, until [`Renderer::end_plan`]: lights and shading tables, what
@@ -481,7 +390,7 @@ impl Renderer {
         super::supports(plan)?;
         self.shade = Shade::of(plan);
         self.inside = Opening::of(plan);
-        self.put_vectors_in_slabs(false, 0);
+        self.put_vectors_in_slabs(false);
         if self.polygons.is_none() {
             self.polygons = self.polygons_before.take();
         }
@@ -492,7 +401,7 @@ impl Renderer {
     /// the next.
     pub fn end_plan(&mut self) {
         (self.shade, self.inside) = (None, None);
-        self.put_vectors_in_slabs(false, 0);
+        self.put_vectors_in_slabs(false);
         if let Some(polygons) = self.polygons.take() {
             self.polygons_before = Some(polygons);
         }
@@ -509,8 +418,7 @@ impl Renderer {
 
     /// Submits passes and waits; returns wall milliseconds.
     ///
-    /// Nothing is queued behind: the software adapter finishes one submission before it begins the
-    /// next, and a newer request would wait for one piece more.
+    /// Nothing is queued behind: a newer request would wait for one piece more.
     pub(super) fn run(&mut self, passes: &[Pass]) -> Result<f64, GpuError> {
         let start = Instant::now();
         match self.timer {
@@ -553,13 +461,13 @@ impl Renderer {
     ) {
         match pass {
             Pass::CountSegments { segments } => {
-                self.dispatch(encoder, pass, shader::COUNT_SEGMENTS, segments, clock);
+                self.walk_segments(encoder, shader::COUNT_SEGMENTS, segments, clock);
             }
             Pass::EmitKernels { segments } => {
-                self.dispatch(encoder, pass, shader::EMIT_KERNELS, segments, clock);
+                self.walk_segments(encoder, shader::EMIT_KERNELS, segments, clock);
             }
             Pass::ScanSegments => {
-                self.dispatch(encoder, pass, shader::SCAN_SEGMENTS, 1, clock);
+                self.walk_segments(encoder, shader::SCAN_SEGMENTS, 1, clock);
             }
             Pass::ShadeSamples { bricks } => self.shade_samples(encoder, bricks, clock),
             Pass::Gather { tiles, .. } => self.gather(encoder, tiles, clock),
@@ -587,25 +495,10 @@ impl Renderer {
         }
     }
 
-    /// Tiles in the ranges that are drawn one after another: all at once, or where rays are walked
-    /// in parts as many as there is room for what is kept of them, in so many places each.
-    pub(super) fn tiles_at_a_time(
-        &mut self,
-        (in_parts, slots): (bool, u32),
-        tiles: Range<u32>,
-    ) -> Vec<Range<u32>> {
-        if !in_parts {
-            return vec![tiles];
-        }
-        self.kept.reserve(&self.context);
-        self.note_bytes();
-        few_tiles(&tiles, slots)
-    }
-
     /// Bytes held on the device now, as this program allocates them.
     pub fn size_bytes(&self) -> u64 {
-        let texel = if self.context.granted.float32_blending { 16 } else { 8 };
         let target = self.target.as_ref().map_or(0, |t| {
+            let texel = if t.light.format() == target::WRITTEN { 16 } else { 8 };
             let pixels = u64::from(t.size[0]) * u64::from(t.size[1]);
             pixels * (texel + if t.encoded.is_some() { 4 } else { 0 })
                 + t.staging.as_ref().map_or(0, wgpu::Buffer::size)
@@ -628,7 +521,6 @@ impl Renderer {
             + volume
             + between
             + slabs
-            + self.kept.size_bytes()
             + self.gathering.shading_bytes()
             + self.shaded.size_bytes()
     }
@@ -649,11 +541,6 @@ impl Renderer {
         self.slabs.iter().map(SlabPass::shading_bytes).sum::<u64>()
             + self.gathering.shading_bytes()
             + self.shaded.size_bytes()
-    }
-
-    /// Of them, what lets the inside be seen takes: nothing once a picture without was drawn.
-    pub fn inside_bytes(&self) -> u64 {
-        self.slabs.iter().map(SlabPass::inside_bytes).sum()
     }
 
     /// Counts what is held now towards the peak.

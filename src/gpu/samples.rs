@@ -14,12 +14,12 @@ pub(super) const CHUNKS: usize = 4;
 /// Samples converted between two looks at the ticket.
 const UPLOAD_SAMPLES: usize = 1 << 20;
 
-/// Samples on the device, in up to [`CHUNKS`] buffers of a power of two samples each.
+/// Samples on the device, in up to [`CHUNKS`] buffers.
 #[derive(Debug)]
 pub(super) struct DeviceSamples {
     pub chunks: Vec<wgpu::Buffer>,
-    /// log2 of the samples in a full chunk.
-    pub chunk_log2: u32,
+    /// Samples in each buffer but the last.
+    pub chunk_samples: u32,
     /// Bytes a sample takes on the device: 1, 2 or 4.
     pub width: u32,
     /// What was taken off each value before it was rounded to 32 bits.
@@ -69,16 +69,18 @@ impl DeviceSamples {
         let width = size_of::<C>();
         let binding =
             context.limits.max_storage_buffer_binding_size.min(context.limits.max_buffer_size);
-        let chunk_log2 = (binding / width as u64).ilog2().min(31);
-        let chunk_samples = 1_usize << chunk_log2;
-        if values.len().div_ceil(chunk_samples) > CHUNKS || u32::try_from(values.len()).is_err() {
+        // Whole words, and numbers of 32 bits.
+        let most_samples = (binding / width as u64).min(1 << 31) as usize / 4 * 4;
+        if values.len() > CHUNKS * most_samples || u32::try_from(values.len()).is_err() {
             return Err(GpuError::TooLarge {
                 what: "a volume",
-                limit: format!("{} voxels", (CHUNKS * chunk_samples).min(u32::MAX as usize)),
+                limit: format!("{} voxels", (CHUNKS * most_samples).min(u32::MAX as usize)),
                 found: format!("{} voxels", values.len()),
                 advice: "open a subsampled copy, or choose an adapter with more memory",
             });
         }
+        let shares = values.len().div_ceil(most_samples).max(1);
+        let chunk_samples = values.len().div_ceil(shares).next_multiple_of(4).max(4);
         let mut chunks = Vec::new();
         let mut size_bytes = 0;
         for (index, chunk) in values.chunks(chunk_samples).enumerate() {
@@ -99,7 +101,8 @@ impl DeviceSamples {
             }
             chunks.push(buffer);
         }
-        Ok(Self { chunks, chunk_log2, width: width as u32, bias: 0.0, first: 0.0, size_bytes })
+        let [chunk_samples, width] = [chunk_samples, width].map(|n| n as u32);
+        Ok(Self { chunks, chunk_samples, width, bias: 0.0, first: 0.0, size_bytes })
     }
 
     /// What is bound of them: bindings beyond the last chunk repeat it; no index leads there.

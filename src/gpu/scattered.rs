@@ -7,14 +7,12 @@
 
 use super::GpuError;
 use super::buffers::{Growing, read_words};
-use super::compute::{adapter_threads, compute, groups_of};
+use super::compute::{buffer, buffers, dispatch, groups_of, view as picture_at};
 use super::context::Context;
 use super::frame::{self, Pass};
-use super::layout::{
-    self, CARRIED_VEC4S, COUNT_HEADER_WORDS, GROUP_TILES, LIST_THREADS, LIST_TILE_THREADS, Record,
-};
+use super::layout::{self, COUNT_HEADER_WORDS, GROUP_TILES, LIST_THREADS, Record};
 use super::list_plan::{Layers, MOST_LAYER_BITS, Plan, Rectangle, bits_below};
-use super::pipelines::ListVariant;
+use super::pipelines::{ListVariant, Program};
 use super::renderer::Renderer;
 use super::shader;
 use super::sort::Sorter;
@@ -26,15 +24,8 @@ use crate::scene::{OpacityModel, Order, SplatSettings, View, Visibility};
 const MOST_ENTRIES: u32 = 1 << 22;
 /// Vec4s of a projected kernel.
 const PROJECTED_VEC4S: u64 = 4;
-// Software adapters end an invocation's loops after 65535 turns, all of them together.
-/// The most tiles that lists are made for at once: each kernel's thread walks them.
-const MOST_TILES: u32 = 1 << 15;
-/// The most turns of a kernel's thread, which walks rows and tiles and writes its entries.
+/// The most turns of a kernel's thread, which walks rows and tiles and writes its entries, on adapters that end loops.
 const MOST_TURNS: u32 = 65_000;
-/// The most entries of a tile that are composited at once, each perhaps a layer of its own.
-const MOST_OF_A_TILE: u32 = 30_000;
-/// What is carried from part to part of one piece of the picture, at most.
-const MOST_CARRIED_BYTES: u64 = 64 << 20;
 
 /// Kernels to draw by lists, and how.
 #[derive(Debug, Clone, Copy)]
@@ -52,8 +43,6 @@ pub struct Scattered<'a> {
     pub room: u32,
     /// The most entries that are sorted at once, where a rectangle of tiles can still be halved.
     pub most_entries: u32,
-    /// The most entries of a tile that are composited at once: longer lists go in parts. At least 1.
-    pub most_of_a_tile: u32,
 }
 
 impl<'a> Scattered<'a> {
@@ -66,7 +55,6 @@ impl<'a> Scattered<'a> {
             piece_ms: 10.0,
             room: u32::MAX,
             most_entries: MOST_ENTRIES,
-            most_of_a_tile: MOST_OF_A_TILE,
         }
     }
 }
@@ -80,10 +68,6 @@ pub struct ListTotals {
     pub rewritten: u32,
     /// Rectangles of tiles that lists were made for.
     pub rectangles: u32,
-    /// The most parts that a tile's entries were composited in.
-    pub parts: u32,
-    /// Published opacities that were over 1, all pixels and layers together.
-    pub capped: u64,
     /// False where the observer stopped it.
     pub finished: bool,
 }
@@ -104,13 +88,11 @@ pub(super) struct Lists {
     settings: wgpu::Buffer,
     scan: wgpu::Buffer,
     totals: wgpu::Buffer,
-    capped: wgpu::Buffer,
     records: Growing,
     counts: Growing,
     bounds: Growing,
     projected: Growing,
     ranges: Growing,
-    carried: Growing,
     /// Where the last sort left its keys.
     side: usize,
     pub(super) of: ListsOf,
@@ -137,7 +119,6 @@ impl Lists {
             ),
             scan: uniform("entry scan", size_of::<layout::Scan>()),
             totals: small("entry totals"),
-            capped: small("capped"),
             records: storage("scattered records"),
             counts: storage("entry counts"),
             bounds: storage("bounds"),
@@ -147,7 +128,6 @@ impl Lists {
                 "tile ranges",
                 Usage::STORAGE | Usage::COPY_DST | Usage::COPY_SRC,
             ),
-            carried: storage("carried between parts"),
             side: 0,
             of: ListsOf::Kernels,
             variant: ListVariant {
@@ -161,17 +141,16 @@ impl Lists {
     }
 
     pub(super) fn size_bytes(&self) -> u64 {
-        let own = [&self.records, &self.counts, &self.bounds, &self.projected];
-        let more = [&self.ranges, &self.carried];
-        let bytes = own.iter().chain(&more).map(|g| g.buffer.size()).sum::<u64>();
+        let own = [&self.records, &self.counts, &self.bounds, &self.projected, &self.ranges];
+        let bytes = own.iter().map(|g| g.buffer.size()).sum::<u64>();
         self.sorter.size_bytes() + bytes
     }
 
     /// Makes room for what is kept of so many kernels.
-    pub(super) fn reserve(&mut self, context: &Context, count: u64) {
-        self.counts.reserve(context, 4 * (count + 1 + COUNT_HEADER_WORDS as u64));
-        self.bounds.reserve(context, 16 * count);
-        self.projected.reserve(context, 16 * PROJECTED_VEC4S * count);
+    pub(super) fn reserve(&mut self, context: &Context, count: u64) -> Result<(), GpuError> {
+        self.counts.reserve(context, 4 * (count + 1 + COUNT_HEADER_WORDS as u64))?;
+        self.bounds.reserve(context, 16 * count)?;
+        self.projected.reserve(context, 16 * PROJECTED_VEC4S * count)
     }
 
     /// Lists that were made: projected kernels, keys, words, and the ranges of tiles.
@@ -185,22 +164,14 @@ impl Lists {
     }
 
     /// Uploads the records.
-    fn load(&mut self, context: &Context, records: &[Record]) {
+    fn load(&mut self, context: &Context, records: &[Record]) -> Result<(), GpuError> {
         let count = records.len() as u64;
-        self.records.reserve(context, count * size_of::<Record>() as u64);
-        self.reserve(context, count);
+        self.records.reserve(context, count * size_of::<Record>() as u64)?;
+        self.reserve(context, count)?;
         self.of = ListsOf::Kernels;
         context.queue.write_buffer(&self.records.buffer, 0, bytemuck::cast_slice(records));
-        context.queue.write_buffer(&self.capped, 0, &[0; 16]);
+        Ok(())
     }
-}
-
-/// Sorted lists of a rectangle.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Made {
-    entries: u32,
-    /// That the longest list of a tile is composited in.
-    parts: u32,
 }
 
 fn too_many(found: String) -> GpuError {
@@ -248,7 +219,7 @@ impl Renderer {
             Layers::ONE
         };
         let lists = self.lists.get_or_insert_with(|| Lists::new(&self.context));
-        lists.load(&self.context, what.records);
+        lists.load(&self.context, what.records)?;
         lists.variant = ListVariant {
             kernel,
             perspective: view.eye_distance.is_some(),
@@ -263,17 +234,9 @@ impl Renderer {
         let mut done = 0;
         while let Some(rectangle) = left.pop() {
             let half_size = view.size.map(|n| n as f32 / 2.0);
-            let most_of_a_tile = what.most_of_a_tile.clamp(1, MOST_OF_A_TILE);
-            let plan = Plan {
-                rectangle,
-                layers,
-                count,
-                stop_below: what.stop_below,
-                half_size,
-                most_of_a_tile,
-            };
+            let plan = Plan { rectangle, layers, count, stop_below: what.stop_below, half_size };
             let room = (what.room, what.most_entries);
-            let Some(Made { entries, parts }) = self.make_lists(&plan, room, &mut totals)? else {
+            let Some(entries) = self.make_lists(&plan, room, &mut totals)? else {
                 let halves = rectangle.halves().ok_or_else(|| {
                     too_many(format!("{count} kernels in {} layers", layers.count))
                 })?;
@@ -283,18 +246,14 @@ impl Renderer {
             };
             totals.entries += u64::from(entries);
             totals.rectangles += 1;
-            totals.parts = totals.parts.max(parts);
-            let most_rows = self.carry(&plan, parts);
             let mut rows = 0;
             let mut step = 1;
             while rows < rectangle.0[3] {
                 let end = (rows + step).min(rectangle.0[3]);
                 let tiles = [rectangle.0[2], end - rows];
-                let mut wall_ms = 0.0;
-                for part in 0..parts {
-                    self.write_lists(&plan, 0, entries, rows..end, [part, parts]);
-                    wall_ms += self.run(&[Pass::CompositeLists { tiles }])?;
-                }
+                self.write_lists(&plan, 0, entries, rows..end);
+                let wall_ms = self.run(&[Pass::CompositeLists { tiles }])?;
+                self.check_loops()?;
                 #[expect(
                     clippy::cast_possible_truncation,
                     clippy::cast_sign_loss,
@@ -302,36 +261,35 @@ impl Renderer {
                 )]
                 let fitting = (f64::from(end - rows) * what.piece_ms / wall_ms.max(0.01)) as u32;
                 done += tiles[0] * tiles[1];
-                step = fitting.clamp(1, step * 4).min(most_rows);
+                step = fitting.clamp(1, step * 4);
                 rows = end;
                 if !piece_done(self, f64::from(done) / f64::from(whole.tiles())) {
                     return Ok(totals);
                 }
             }
         }
-        if let Some(lists) = &self.lists {
-            totals.capped = u64::from(read_words(&self.context, &lists.capped, 4)?[0]);
-        }
         totals.finished = true;
         Ok(totals)
     }
 
-    /// Makes the sorted lists of a rectangle, or `None` where it must be halved first. Entries that
-    /// do not fit are counted all the same, and written again with room for all of them.
+    /// Makes the sorted lists of a rectangle, and says how many entries they have; `None` where it must be halved
+    /// first. Entries that do not fit are counted all the same, and written again with room for all of them.
     pub(super) fn make_lists(
         &mut self,
         plan: &Plan,
         (room, most_entries): (u32, u32),
         totals: &mut ListTotals,
-    ) -> Result<Option<Made>, GpuError> {
-        if plan.key_bits() > u32::BITS - 1 || plan.rectangle.tiles() > MOST_TILES {
+    ) -> Result<Option<u32>, GpuError> {
+        let rectangle = plan.rectangle;
+        // A kernel's thread walks the tiles that it touches.
+        let turns = rectangle.tiles() + rectangle.0[3];
+        if plan.key_bits() > u32::BITS - 1 || self.context.ends_loops && turns > MOST_TURNS {
             return Ok(None);
         }
-        let nothing = Made { entries: 0, parts: 1 };
-        let Some(lists) = &mut self.lists else { return Ok(Some(nothing)) };
+        let Some(lists) = &mut self.lists else { return Ok(Some(0)) };
         let tiles = u64::from(plan.rectangle.tiles());
         // One more for entries of no tile.
-        lists.ranges.reserve(&self.context, 8 * (tiles + 1));
+        lists.ranges.reserve(&self.context, 8 * (tiles + 1))?;
         let mut capacity = room.min(lists.sorter.capacity());
         let scan = layout::Scan { counts: [plan.count + 1, capacity, 0, 0] };
         self.context.queue.write_buffer(&lists.scan, 0, bytemuck::bytes_of(&scan));
@@ -340,9 +298,9 @@ impl Renderer {
             ListsOf::Kernels => frame::list_entries(plan.count),
             ListsOf::Vectors => frame::vector_entries(plan.count),
         };
-        self.write_lists(plan, capacity, 0, 0..0, [0, 1]);
+        self.write_lists(plan, capacity, 0, 0..0);
         self.run(&passes)?;
-        let Some(lists) = &mut self.lists else { return Ok(Some(nothing)) };
+        let Some(lists) = &mut self.lists else { return Ok(Some(0)) };
         let counted = read_words(&self.context, &lists.totals, 12)?;
         let demanded = counted[0].saturating_add(counted[1]);
         let bindable = self.context.limits.max_storage_buffer_binding_size / 4;
@@ -350,58 +308,31 @@ impl Renderer {
             1 => super::MOST_KEYS,
             _ => most_entries.min(super::MOST_KEYS),
         };
-        let turns = counted[2].saturating_add(plan.rectangle.tiles() + plan.rectangle.0[3]);
-        if u64::from(demanded) > u64::from(most).min(bindable) || turns > MOST_TURNS {
+        let turns = turns.saturating_add(counted[2]);
+        if u64::from(demanded) > u64::from(most).min(bindable)
+            || self.context.ends_loops && turns > MOST_TURNS
+        {
             return Ok(None);
         }
         if demanded > capacity {
-            lists.sorter.reserve(&self.context, demanded);
+            lists.sorter.reserve(&self.context, demanded)?;
             capacity = demanded;
             totals.rewritten += 1;
-            self.write_lists(plan, capacity, 0, 0..0, [0, 1]);
+            self.write_lists(plan, capacity, 0, 0..0);
             self.run(&[Pass::WriteEntries { records: plan.count }])?;
         }
-        let Some(lists) = &mut self.lists else { return Ok(Some(nothing)) };
-        let (mut passes, side) = lists.sorter.prepare(&self.context, demanded, plan.key_bits());
+        let Some(lists) = &mut self.lists else { return Ok(Some(0)) };
+        let (mut passes, side) = lists.sorter.prepare(&self.context, demanded, plan.key_bits())?;
         lists.side = side;
         passes.push(Pass::FindRanges { entries: demanded });
         self.note_bytes();
-        self.write_lists(plan, capacity, demanded, 0..0, [0, 1]);
+        self.write_lists(plan, capacity, demanded, 0..0);
         self.run(&passes)?;
-        let Some(lists) = &self.lists else { return Ok(Some(nothing)) };
-        let mut made = Made { entries: demanded, parts: 1 };
-        if demanded > plan.most_of_a_tile {
-            made.parts += read_words(&self.context, &lists.totals, 16)?[3];
-        }
-        Ok(Some(made))
+        Ok(Some(demanded))
     }
 
-    /// Makes room for what is carried from part to part; the most rows of tiles that it is for.
-    fn carry(&mut self, plan: &Plan, parts: u32) -> u32 {
-        let Some(lists) = &mut self.lists else { return 1 };
-        if parts == 1 {
-            lists.carried.reserve(&self.context, 16);
-            return u32::MAX;
-        }
-        let [_, _, columns, rows] = plan.rectangle.0;
-        let row_bytes = u64::from(columns * LIST_TILE_THREADS * CARRIED_VEC4S) * 16;
-        let most_rows = (MOST_CARRIED_BYTES / row_bytes).clamp(1, u64::from(rows));
-        lists.carried.reserve(&self.context, most_rows * row_bytes);
-        self.note_bytes();
-        #[expect(clippy::cast_possible_truncation, reason = "at most `rows`")]
-        let most_rows = most_rows as u32;
-        most_rows
-    }
-
-    /// `rows` of tiles to composite, and which part of how many.
-    fn write_lists(
-        &self,
-        plan: &Plan,
-        capacity: u32,
-        entries: u32,
-        rows: std::ops::Range<u32>,
-        [part, parts]: [u32; 2],
-    ) {
+    /// `rows` of tiles to composite.
+    fn write_lists(&self, plan: &Plan, capacity: u32, entries: u32, rows: std::ops::Range<u32>) {
         let Some(lists) = &self.lists else { return };
         let Layers { first, count, slab } = plan.layers;
         let whole = |n: u32| n.cast_signed();
@@ -411,7 +342,6 @@ impl Renderer {
             counts: [plan.count, capacity, bits_below(count), entries],
             layers: [first, whole(count), whole(rows.start), whole(rows.end - rows.start)],
             slabs: [slab as f32, plan.stop_below, plan.half_size[0], plan.half_size[1]],
-            parts: [part, plan.most_of_a_tile, parts, 0],
         };
         self.context.queue.write_buffer(&lists.settings, 0, bytemuck::bytes_of(&settings));
     }
@@ -434,30 +364,30 @@ impl Renderer {
         let context = &self.context;
         let threads = |n| groups_of(n, LIST_THREADS);
         let vector_bindings = self.vectors.as_ref().map(super::vectors::DeviceVectors::counted);
-        let pipelines = &mut self.pipelines;
-        let (pipeline, bound, groups) = match pass {
+        let of_lists = |shader| lists.variant.program(shader);
+        let (program, bound, groups) = match pass {
             Pass::CountEntries { records } => (
-                pipelines.lists(context, shader::COUNT_ENTRIES, lists.variant),
+                of_lists(shader::COUNT_ENTRIES),
                 vec![frame, settings, &lists.records.buffer, counts, bounds, projected, totals],
                 threads(records),
             ),
             Pass::CountVectors { splats } => {
                 let Some([records, vectors]) = vector_bindings else { return };
                 (
-                    pipelines.lists(context, shader::COUNT_VECTORS, lists.variant),
+                    of_lists(shader::COUNT_VECTORS),
                     vec![frame, settings, records, counts, bounds, projected, totals, vectors],
                     threads(splats),
                 )
             }
             Pass::ScanEntries => (
-                pipelines.compute(context, shader::SCAN_SEGMENTS),
+                Program::plain(shader::SCAN_SEGMENTS),
                 vec![&lists.scan, counts, totals],
                 [1, 1, 1],
             ),
             Pass::WriteEntries { records } => {
                 let [keys, words] = [&lists.sorter.keys, &lists.sorter.words].map(|s| &s[0].buffer);
                 (
-                    pipelines.lists(context, shader::WRITE_ENTRIES, lists.variant),
+                    of_lists(shader::WRITE_ENTRIES),
                     vec![settings, counts, bounds, projected, keys, words],
                     threads(records),
                 )
@@ -466,30 +396,23 @@ impl Renderer {
                 // Tiles that nothing touches keep 0 to 0.
                 encoder.clear_buffer(ranges, 0, None);
                 (
-                    pipelines.compute(context, shader::FIND_RANGES),
-                    vec![settings, keys, ranges, totals],
+                    Program::plain(shader::FIND_RANGES),
+                    vec![settings, keys, ranges],
                     threads(entries),
                 )
             }
-            Pass::CompositeLists { tiles } => {
-                let (capped, carried) = (&lists.capped, &lists.carried.buffer);
-                (
-                    pipelines.lists(context, shader::COMPOSITE_LISTS, lists.variant),
-                    vec![frame, settings, projected, keys, words, ranges, capped, carried],
-                    // Columns are dealt out as tiles are elsewhere (`groups_of_tiles`).
-                    [
-                        tiles[0].div_ceil(GROUP_TILES).div_ceil(adapter_threads()),
-                        tiles[1],
-                        adapter_threads(),
-                    ],
-                )
-            }
+            Pass::CompositeLists { tiles } => (
+                of_lists(shader::COMPOSITE_LISTS),
+                vec![frame, settings, projected, keys, words, ranges],
+                [tiles[0].div_ceil(GROUP_TILES), tiles[1], 1],
+            ),
             _ => return,
         };
-        let mut bound: Vec<_> = bound.into_iter().map(wgpu::Buffer::as_entire_binding).collect();
+        let pipeline = self.pipelines.compute(context, &program);
+        let mut entries: Vec<_> = buffers(0, bound).collect();
         if matches!(pass, Pass::CompositeLists { .. }) {
-            bound.push(wgpu::BindingResource::TextureView(&light));
+            entries.extend([picture_at(6, &light), buffer(8, &self.totals)]);
         }
-        compute(context, encoder, pipeline, pass, &bound, groups, clock);
+        dispatch(context, encoder, pass.name(), &pipeline, &entries, groups, clock);
     }
 }

@@ -32,8 +32,8 @@ impl ShadeVariant {
             ("lights", f64::from(self.lights)),
             ("uses_gradient", flag(self.uses_gradient)),
         ];
-        let regions = (self.regions > 0).then(|| ("region_count", f64::from(self.regions)));
-        tables.chain(more).chain(regions).collect()
+        let regions = ("region_count", f64::from(self.regions));
+        tables.chain(more).chain([regions]).collect()
     }
 }
 
@@ -140,9 +140,8 @@ impl Shade {
         })
     }
 
-    /// The regions' uniform, where there are any.
-    pub(super) fn regions(&self, values: CellsOfValues) -> Option<layout::Regions> {
-        let mut constants: layout::Regions = bytemuck::Zeroable::zeroed();
+    /// Writes regions for a table of values.
+    fn write_regions(&self, constants: &mut layout::Shade, values: CellsOfValues) {
         for (i, region) in self.regions.iter().take(layout::MOST_REGIONS).enumerate() {
             let [low, high] = region.values.map(|v| values.at_zero + v * values.per_value);
             let [weak, strong] = match (region.shape, region.strengths) {
@@ -153,18 +152,17 @@ impl Shade {
             let place = |low: f64, high: f64| [f64::midpoint(low, high), 2.0 / (high - low)];
             let ([u, per_u], [g, per_g]) = (place(low, high), place(weak, strong));
             let narrow = |x: f64| x.clamp(-1e37, 1e37) as f32;
-            constants.places[i] = [u, per_u, g, per_g].map(narrow);
+            constants.region_places[i] = [u, per_u, g, per_g].map(narrow);
             let colour = region.colour.map_or([0.0; 3], |colour| colour.to_linear().0);
-            constants.looks[i] = with(DVec3::from(colour), region.opacity);
+            constants.region_looks[i] = with(DVec3::from(colour), region.opacity);
             let as_flag = |is: bool| f32::from(u8::from(is));
-            constants.shapes[i] = [
+            constants.region_shapes[i] = [
                 (1.0 / region.softness.max(1e-6)) as f32,
                 as_flag(region.shape == RegionShape::Ellipse),
                 as_flag(region.shape == RegionShape::Triangle),
                 as_flag(region.colour.is_none()),
             ];
         }
-        (!self.regions.is_empty()).then_some(constants)
     }
 
     /// The shader's uniform for a field that was halved `level` times.
@@ -194,6 +192,7 @@ impl Shade {
             let per_unit = per_index / unit;
             *place = [(-(low * unit + zero) * per_unit) as f32, per_unit as f32, 0.0, 0.0];
         }
+        self.write_regions(&mut constants, values);
         constants
     }
 }

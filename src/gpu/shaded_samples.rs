@@ -1,15 +1,12 @@
 //! Samples that are shaded once for all the rays of a picture that meet them (`shaders/shade_samples.wgsl`).
 
-use std::collections::HashMap;
 use std::ops::Range;
 
 use super::GpuError;
 use super::buffers::Growing;
-use super::compute::{dispatch, groups_of_tiles};
-use super::context::Context;
+use super::compute::{buffer, buffers, dispatch, rows_of};
 use super::frame::Pass;
-use super::gather::entry;
-use super::pipelines::{compute_pipeline, flag};
+use super::pipelines::{Program, flag};
 use super::renderer::Renderer;
 use super::shade::ShadeVariant;
 use super::shader;
@@ -30,7 +27,6 @@ pub(super) struct ShadedSamples {
     key: Vec<u8>,
     is_whole: bool,
     variant: Option<Variant>,
-    pipelines: HashMap<Variant, wgpu::ComputePipeline>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -58,10 +54,6 @@ impl ShadedSamples {
     pub(super) fn size_bytes(&self) -> u64 {
         [&self.slots, &self.samples].into_iter().flatten().map(wgpu::Buffer::size).sum()
     }
-
-    pub(super) fn pipeline_count(&self) -> usize {
-        self.pipelines.len()
-    }
 }
 
 /// How many bricks show before each word of their bits, and in all.
@@ -80,11 +72,11 @@ fn slots_of(visible: &[u32]) -> (Vec<u32>, u32) {
 
 impl Renderer {
     /// Makes room for the shaded samples of a picture, and says how many bricks are to be shaded by
-    /// [`Renderer::shade_bricks`] before it is drawn: 0 where a scene shades no samples, where they are
-    /// there, and where there is no room: each ray then shades those it meets.
+    /// [`Renderer::shade_bricks`] before it is drawn: 0 where a scene shades no samples, and where they are
+    /// there.
     ///
     /// # Errors
-    /// A failing device.
+    /// More samples that show than a buffer holds, or a failing device.
     pub fn bricks_to_shade(
         &mut self,
         view: &View,
@@ -98,6 +90,7 @@ impl Renderer {
         });
         let Some(variant) = variant else {
             self.shaded.clear();
+            self.write_looks(view);
             return Ok(0);
         };
         let Some(constants) = self.gather_constants(view, settings, (unit_distance, 0.0), 0..0)
@@ -117,9 +110,15 @@ impl Renderer {
         let (slots, count) = slots_of(&table.visible_bits);
         let bytes = u64::from(count) * BRICK_SAMPLES * SAMPLE_BYTES;
         let limits = &self.context.limits;
-        if bytes > limits.max_storage_buffer_binding_size.min(limits.max_buffer_size) {
+        let most = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
+        if bytes > most {
             self.shaded.clear();
-            return Ok(0);
+            return Err(GpuError::TooLarge {
+                what: "shaded samples that can show",
+                limit: format!("{}", most / SAMPLE_BYTES),
+                found: (bytes / SAMPLE_BYTES).to_string(),
+                advice: "let fewer values show, choose --classify after, or --engine native",
+            });
         }
         use wgpu::BufferUsages as Usage;
         let make = |label, bytes| {
@@ -149,8 +148,7 @@ impl Renderer {
     /// A failing device.
     pub fn shade_bricks(&mut self, bricks: Range<u32>) -> Result<f64, GpuError> {
         let mut constants = self.gathering.shading;
-        (constants.part[0], constants.part[1]) =
-            (bricks.start.cast_signed(), bricks.end.cast_signed());
+        (constants.piece[1], constants.piece[2]) = (bricks.start, bricks.end);
         self.gathering.write(&self.context, &constants);
         let wall_ms = self.run(&[Pass::ShadeSamples { bricks: bricks.len() as u32 }])?;
         let all = self.volume.as_ref().map_or(0, |v| v.source.bricks.dims.iter().product());
@@ -164,39 +162,30 @@ impl Renderer {
         bricks: u32,
         clock: Option<&Timestamps>,
     ) {
-        let ShadedSamples { slots, samples, variant, pipelines, .. } = &mut self.shaded;
-        let (Some(slots), Some(samples), &mut Some(variant)) = (slots, samples, variant) else {
+        let ShadedSamples { slots, samples, variant, .. } = &self.shaded;
+        let (Some(slots), Some(samples), &Some(variant)) = (slots, samples, variant) else {
             return;
         };
-        let context = &self.context;
-        let pipeline = pipelines.entry(variant).or_insert_with(|| pipeline(context, variant));
         let Some(volume) = &self.volume else { return };
         let Some(table) = &volume.table else { return };
-        let mut bound = vec![&self.traversal];
-        bound.extend(volume.samples.bound());
-        bound.extend([&table.entries, &table.visible, self.gathering.buffer()]);
-        let bound = (0_u32..).zip(bound).chain(self.gathering.looks());
-        let groups = [bound.collect::<Vec<_>>(), vec![(0, &*slots), (1, &*samples)]];
-        let groups = (0..).zip(&groups).map(|(at, bound)| {
-            let entries: Vec<_> = bound.iter().copied().map(entry).collect();
-            context.device.create_bind_group(&wgpu::BindGroupDescriptor {
-                label: Some(shader::SHADE_SAMPLES),
-                layout: &pipeline.get_bind_group_layout(at),
-                entries: &entries,
-            })
-        });
-        let groups: Vec<_> = groups.collect();
-        let [across, down] = groups_of_tiles(bricks);
-        dispatch(encoder, shader::SHADE_SAMPLES, pipeline, &groups, [across, down, 1], clock);
+        let pipeline = self.pipelines.compute(&self.context, &variant.program());
+        let mut entries = vec![buffer(0, &self.traversal)];
+        entries.extend(buffers(1, volume.samples.bound()));
+        entries.extend(buffers(5, [&table.entries, &table.visible, self.gathering.buffer()]));
+        entries.extend(self.gathering.looks().map(|looks| buffer(9, looks)));
+        entries.extend(buffers(12, [slots, samples]));
+        let name = shader::SHADE_SAMPLES.name;
+        dispatch(&self.context, encoder, name, &pipeline, &entries, rows_of(bricks), clock);
     }
 }
 
-fn pipeline(context: &Context, variant: Variant) -> wgpu::ComputePipeline {
-    let shader = shader::shading_samples(variant.shade.regions > 0);
-    let mut constants = variant.shade.constants();
-    constants.push(("published", flag(variant.published)));
-    constants.push(("perspective", flag(variant.perspective)));
-    compute_pipeline(context, shader, &shader.module(&context.device), &constants)
+impl Variant {
+    fn program(self) -> Program {
+        let mut constants = self.shade.constants();
+        constants.push(("published", flag(self.published)));
+        constants.push(("perspective", flag(self.perspective)));
+        Program { shader: shader::SHADE_SAMPLES, constants }
+    }
 }
 
 #[cfg(test)]

@@ -1,23 +1,23 @@
 //! Slabs of a field that is classified after reconstruction (`reconstruct_slabs.wgsl`).
 
-use std::collections::HashMap;
 use std::ops::Range;
 use std::sync::Arc;
 
 use super::GpuError;
 use super::buffers::Growing;
-use super::compute::groups_of_tiles;
+use super::compute::{buffer, buffers, dispatch, rows_of, view as picture_at};
 use super::context::Context;
 use super::field::{DeviceField, FIELD_CHUNKS, Format, window};
 use super::inside::{InsideVariant, Opening};
 use super::layout;
 use super::marks::Marked;
-use super::pipelines::vector_constants;
+use super::pipelines::{Pipelines, Program, flag, vector_constants};
 use super::polygons::DevicePolygons;
+use super::rays;
 use super::scattered::Lists;
 use super::shade::{CellsOfValues, Shade, ShadeVariant};
-use super::shader::{Faces, PROJECT_VALUES, RECONSTRUCT_SLABS, SlabPieces};
-use super::turns::{SlabPart, SlabRays};
+use super::shader::{self, Among};
+use super::timing::Timestamps;
 use super::vectors::DeviceVectors;
 use crate::core::Ticket;
 use crate::hierarchy::Speck;
@@ -31,15 +31,9 @@ use layout::TILE;
 /// Everything that slabs of a reconstructed field keep on the device.
 #[derive(Debug)]
 pub(super) struct SlabPass {
-    pipelines: HashMap<Variant, wgpu::ComputePipeline>,
     uniform: wgpu::Buffer,
     /// Lights and shading tables, while they are asked for.
     shade: Option<wgpu::Buffer>,
-    /// Regions of value and gradient strength, likewise.
-    regions: Option<wgpu::Buffer>,
-    /// What lets the inside be seen, likewise.
-    inside: Option<wgpu::Buffer>,
-    capped: wgpu::Buffer,
     source: Option<Arc<ScalarVolume>>,
     interpolating: bool,
     pub(super) field: Option<DeviceField>,
@@ -70,31 +64,13 @@ pub(super) struct SlabTable {
     ends: [[f32; 4]; 2],
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-struct Variant {
-    kernel: Kernel,
-    window: usize,
-    format: Format,
-    one_chunk: bool,
-    has_holes: bool,
-    holes_show: bool,
-    has_widths: bool,
-    middle: bool,
-    published: bool,
-    back_to_front: bool,
-    target: wgpu::TextureFormat,
-    in_parts: bool,
-    looks: LooksVariant,
-    vectors: bool,
-}
-
 /// What a scene asks for beside its transfer function and its mode.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Looks<'a> {
     pub shade: Option<&'a Shade>,
     pub inside: Option<&'a Opening>,
-    /// Polygons that a pixel sees at most.
-    pub polygons: Option<u32>,
+    /// Whether there are polygons.
+    pub polygons: bool,
 }
 
 /// What lies in the slabs of a field.
@@ -119,7 +95,7 @@ impl Looks<'_> {
         // Nothing falls on values that are projected.
         let shade = self.shade.filter(|_| inside.along == AlongRay::Composite);
         let shade = shade.map(|shade| ShadeVariant { quickly, ..shade.variant });
-        LooksVariant { shade, inside, polygons: self.polygons.is_some() }
+        LooksVariant { shade, inside, polygons: self.polygons }
     }
 }
 
@@ -128,18 +104,12 @@ impl LooksVariant {
     pub(super) fn projects(&self) -> bool {
         self.inside.along != AlongRay::Composite
     }
-
-    /// The pass.
-    fn pass(&self) -> &'static str {
-        if self.projects() { PROJECT_VALUES } else { RECONSTRUCT_SLABS }
-    }
 }
 
 impl SlabPass {
     pub(super) fn new(context: &Context) -> Self {
         use wgpu::BufferUsages as Usage;
         Self {
-            pipelines: HashMap::new(),
             uniform: Growing::make(
                 context,
                 "slabs",
@@ -147,14 +117,6 @@ impl SlabPass {
                 size_of::<layout::Slabs>() as u64,
             ),
             shade: None,
-            regions: None,
-            inside: None,
-            capped: Growing::make(
-                context,
-                "capped",
-                Usage::STORAGE | Usage::COPY_DST | Usage::COPY_SRC,
-                16,
-            ),
             source: None,
             interpolating: false,
             field: None,
@@ -163,26 +125,15 @@ impl SlabPass {
         }
     }
 
-    pub(super) fn pipeline_count(&self) -> usize {
-        self.pipelines.len()
-    }
-
     pub(super) fn size_bytes(&self) -> u64 {
         self.field.as_ref().map_or(0, DeviceField::size_bytes)
             + self.table.as_ref().map_or(0, |t| t.sums.size() + t.empty.size())
             + self.shading_bytes()
-            + self.inside_bytes()
-    }
-
-    /// Of them, what lets the inside be seen takes.
-    pub(super) fn inside_bytes(&self) -> u64 {
-        self.inside.as_ref().map_or(0, wgpu::Buffer::size)
     }
 
     /// Of them, what lights, shading tables and regions take.
     pub(super) fn shading_bytes(&self) -> u64 {
-        let size = |buffer: &Option<wgpu::Buffer>| buffer.as_ref().map_or(0, wgpu::Buffer::size);
-        size(&self.shade) + size(&self.regions)
+        self.shade.as_ref().map_or(0, wgpu::Buffer::size)
     }
 
     /// Whether the field of these settings is there.
@@ -294,56 +245,24 @@ impl SlabPass {
         slab_pixels(view, smallest_spacing * f64::from(1_u32 << level), settings)
     }
 
-    /// The dispatches that walk the rays of a picture: `None` for a single one.
-    ///
     /// # Errors
     /// More slabs than can be told apart.
-    pub(super) fn parts(
+    pub(super) fn check(
         &self,
-        context: &Context,
         view: &View,
         settings: &SplatSettings,
         picture: PictureConstants,
         looks: Looks<'_>,
-    ) -> Result<Option<Vec<SlabPart>>, GpuError> {
-        let Some(halved) = self.halved(view) else { return Ok(None) };
-        let side = halved.rays_per_side(settings.kernel, settings.extent);
-        let Some(rays) = self.rays(view, settings, picture, looks, side) else { return Ok(None) };
-        rays.check(context.most_turns)?;
-        Ok(rays.parts(context.most_turns))
+    ) -> Result<(), GpuError> {
+        let Some(field) = &self.field else { return Ok(()) };
+        let (view, picture) = seen(view, picture, field.level);
+        let thickness = face_pixels(&view, picture.smallest_spacing, settings, looks);
+        rays::check(rays::slabs_of_field(&view, field.dims, thickness))
     }
 
     /// A view as the lattice of the field has it, which may be halved.
     pub(super) fn halved(&self, view: &View) -> Option<View> {
         Some(view.halved(self.field.as_ref()?.level))
-    }
-
-    /// The rays of a picture, so many along the side of a pixel.
-    pub(super) fn rays(
-        &self,
-        view: &View,
-        settings: &SplatSettings,
-        picture: PictureConstants,
-        looks: Looks<'_>,
-        side: u32,
-    ) -> Option<SlabRays> {
-        let field = self.field.as_ref()?;
-        let (view, picture) = &seen(view, picture, field.level);
-        let SplatSettings { kernel, extent, .. } = *settings;
-        let is_radial = RadialKernel::new(kernel, extent).is_some();
-        let samples = window(kernel, extent);
-        Some(SlabRays {
-            view_from_index: view.view_from_index,
-            dims: field.dims,
-            thickness: face_pixels(view, picture.smallest_spacing, settings, looks),
-            side,
-            // Two to either side are summed up without loops.
-            window: (is_radial && samples != 2).then_some(samples),
-            surfaces: looks.inside.map_or(0, |inside| inside.variant.surfaces()),
-            projects: looks.variant(false).projects(),
-            polygons: looks.polygons,
-            seeks_specks: field.has_widths,
-        })
     }
 
     /// Writes the constants of a piece; false where nothing is set up.
@@ -353,7 +272,7 @@ impl SlabPass {
         view: &View,
         settings: &SplatSettings,
         picture: PictureConstants,
-        (tiles, part): (&Range<u32>, SlabPart),
+        tiles: &Range<u32>,
         looks: Looks<'_>,
     ) -> bool {
         let (Some(field), Some(table)) = (&self.field, &self.table) else { return false };
@@ -371,25 +290,20 @@ impl SlabPass {
         let [first, last] = table.shown;
         constants.end = [ex, ey, ez, last];
         constants.stored =
-            [sx, sy, field.chunk_log2, window(settings.kernel, settings.extent) as u32];
+            [sx, sy, field.chunk_words, window(settings.kernel, settings.extent) as u32];
         constants.bricks = [bx, by, bz, table.count];
         let stretch =
             RadialKernel::new(settings.kernel, settings.extent).map_or(1.0, |k| k.scale());
         constants.table = [table.coordinate[0], table.coordinate[1], stretch as f32, first];
         [constants.below, constants.beyond] = table.ends;
         let side = view.rays_per_side(settings.kernel, settings.extent);
-        let marked = self.marked.as_ref().map_or(0, |marked| marked.word_of(seen_view, part));
+        let marked = self.marked.as_ref().map_or(0, |marked| marked.word_of(seen_view));
         constants.more = [tiles.len() as u32, side, table.holes_at, marked];
-        constants.part = part;
+        if let Some(inside) = looks.inside {
+            inside.write(&mut constants, field.level, table.values);
+        }
         context.queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&constants));
-        write_inside(context, &mut self.inside, (field.level, table.values), looks.inside);
-        let projects = looks.variant(false).projects();
-        let shade = looks.shade.filter(|_| !projects);
-        write_regions(
-            context,
-            &mut self.regions,
-            shade.and_then(|shade| shade.regions(table.values)),
-        );
+        let shade = looks.shade.filter(|_| !looks.variant(false).projects());
         match shade {
             None => self.shade = None,
             Some(shade) => {
@@ -407,140 +321,90 @@ impl SlabPass {
         true
     }
 
-    /// Encodes a piece of `tiles` tiles, or a part of its rays that `kept` keeps.
+    /// The shader of a picture, and its overrides.
+    fn program(
+        &self,
+        field: &DeviceField,
+        table: &SlabTable,
+        settings: &SplatSettings,
+        (looks, among): (LooksVariant, Among),
+    ) -> Program {
+        let projects = looks.projects();
+        let shader = match projects {
+            true => shader::PROJECT_VALUES,
+            false => shader::slabs(looks.shade.is_some(), among),
+        };
+        let kernel = match settings.kernel {
+            Kernel::Point | Kernel::Nearest => 0.0,
+            Kernel::Linear => 1.0,
+            Kernel::Gaussian => 2.0,
+            Kernel::Cubic | Kernel::Gouraud => 3.0,
+            Kernel::BSpline => 4.0,
+        };
+        let format = match field.format {
+            Format::Pairs => 0.0,
+            Format::Halves => 1.0,
+            Format::Floats => 2.0,
+        };
+        let mut constants = vec![
+            ("kernel", kernel),
+            ("window", field.pad as f64),
+            ("format", format),
+            ("one_chunk", flag(field.chunks.len() == 1)),
+            ("has_holes", flag(field.holes.is_some())),
+            ("holes_show", flag(table.holes_show)),
+            ("has_widths", flag(field.has_widths)),
+            ("classify_middle", flag(settings.classify == Classify::After)),
+            ("published", flag(settings.opacity_model == OpacityModel::Published)),
+            ("back_to_front", flag(settings.order == Order::BackToFront)),
+        ];
+        constants.extend(looks.inside.constants());
+        if let Some(shade) = &looks.shade {
+            constants.extend(shade.constants());
+            constants.push(match settings.kernel {
+                Kernel::BSpline => ("growth", 0.0),
+                _ if shade.quickly => ("growth", 1.0),
+                _ => ("growth", 2.0),
+            });
+        }
+        if among.vectors && !projects {
+            constants.extend(vector_constants());
+        }
+        Program { shader, constants }
+    }
+
+    /// Encodes a piece of `tiles` tiles.
     pub(super) fn encode(
-        &mut self,
-        context: &Context,
+        &self,
+        (context, pipelines): (&Context, &mut Pipelines),
         encoder: &mut wgpu::CommandEncoder,
         settings: &SplatSettings,
-        (light, format): (&wgpu::TextureView, wgpu::TextureFormat),
-        (tiles, kept): (u32, Option<&wgpu::Buffer>),
-        (looks, beside, timestamps): (
-            LooksVariant,
-            Beside<'_>,
-            Option<wgpu::ComputePassTimestampWrites<'_>>,
-        ),
+        (light, totals): (&wgpu::TextureView, &wgpu::Buffer),
+        (tiles, looks, beside): (u32, LooksVariant, Beside<'_>),
+        clock: Option<&Timestamps>,
     ) {
         let (Some(field), Some(table)) = (&self.field, &self.table) else { return };
-        let variant = Variant {
-            kernel: settings.kernel,
-            window: field.pad,
-            format: field.format,
-            one_chunk: field.chunks.len() == 1,
-            has_holes: field.holes.is_some(),
-            holes_show: table.holes_show,
-            has_widths: field.has_widths,
-            middle: settings.classify == Classify::After,
-            published: settings.opacity_model == OpacityModel::Published,
-            back_to_front: settings.order == Order::BackToFront,
-            target: format,
-            in_parts: kept.is_some(),
-            looks,
-            vectors: beside.vectors.is_some(),
-        };
-        let pipeline =
-            self.pipelines.entry(variant).or_insert_with(|| compile(context, variant)).clone();
-        let mut bound: Vec<wgpu::BindingResource<'_>> = vec![self.uniform.as_entire_binding()];
+        let among =
+            Among { polygons: beside.polygons.is_some(), vectors: beside.vectors.is_some() };
+        let program = self.program(field, table, settings, (looks, among));
+        let pipeline = pipelines.compute(context, &program);
         // Bindings beyond the last chunk repeat it; no index leads there.
-        bound.extend(
-            (0..FIELD_CHUNKS)
-                .map(|i| field.chunks[i.min(field.chunks.len() - 1)].as_entire_binding()),
-        );
-        bound.extend([&table.empty, &table.sums].map(|b| b.as_entire_binding()));
-        bound.push(wgpu::BindingResource::TextureView(light));
-        // Projections count nothing.
-        bound.extend(match kept {
-            None if looks.projects() => None,
-            None => Some(self.capped.as_entire_binding()),
-            Some(kept) => Some(kept.as_entire_binding()),
-        });
-        bound.extend(self.shade.as_ref().map(|b| b.as_entire_binding()));
-        bound.extend(self.regions.as_ref().map(|b| b.as_entire_binding()));
-        let entries: Vec<wgpu::BindGroupEntry<'_>> = (0_u32..)
-            .zip(bound)
-            .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })
-            .collect();
-        let group = context.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some(looks.pass()),
-            layout: &pipeline.get_bind_group_layout(0),
-            entries: &entries,
-        });
-        // Groups count up, whichever there are: see `Shader::source`.
-        let inside = self.inside.as_ref().map(|buffer| {
-            context.device.create_bind_group(&wgpu::BindGroupDescriptor {
-                label: Some("inside"),
-                layout: &pipeline.get_bind_group_layout(1),
-                entries: &[wgpu::BindGroupEntry {
-                    binding: 0,
-                    resource: buffer.as_entire_binding(),
-                }],
-            })
-        });
-        let mut compute = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
-            label: Some(looks.pass()),
-            timestamp_writes: timestamps,
-        });
-        compute.set_pipeline(&pipeline);
-        compute.set_bind_group(0, &group, &[]);
-        let mut next = 1;
-        if let Some(inside) = &inside {
-            compute.set_bind_group(next, inside, &[]);
-            next += 1;
+        let last = field.chunks.len() - 1;
+        let chunks = (0..FIELD_CHUNKS).map(|i| &field.chunks[i.min(last)]);
+        let mut entries = vec![buffer(0, &self.uniform), buffer(5, &table.empty)];
+        entries.extend(buffers(1, chunks));
+        entries.extend([buffer(6, &table.sums), picture_at(7, light), buffer(8, totals)]);
+        entries.extend(self.shade.as_ref().map(|shade| buffer(9, shade)));
+        let marks = beside.vectors.map(|(vectors, _)| vectors.marks());
+        if !looks.projects() {
+            entries.extend(beside.polygons.map(|polygons| buffer(14, polygons.words())));
+            if let (Some((vectors, lists)), Some(marks)) = (beside.vectors, &marks) {
+                entries.extend(vectors.entries(lists, marks));
+            }
         }
-        if let Some((vectors, lists)) = beside.vectors {
-            let layout = pipeline.get_bind_group_layout(next);
-            compute.set_bind_group(next, &vectors.group(context, lists, &layout), &[]);
-            next += 1;
-        }
-        if let Some(polygons) = beside.polygons.filter(|_| !looks.projects()) {
-            let layout = pipeline.get_bind_group_layout(next);
-            compute.set_bind_group(next, &polygons.group(context, &layout), &[]);
-        }
-        let [across, down] = groups_of_tiles(tiles);
-        compute.dispatch_workgroups(across, down, 1);
+        let name = program.shader.name;
+        dispatch(context, encoder, name, &pipeline, &entries, rows_of(tiles), clock);
     }
-
-    /// The counter of capped opacities.
-    pub(super) fn capped(&self) -> &wgpu::Buffer {
-        &self.capped
-    }
-}
-
-/// Writes what lets the inside be seen, or lets go of it.
-fn write_inside(
-    context: &Context,
-    buffer: &mut Option<wgpu::Buffer>,
-    (level, values): (u32, CellsOfValues),
-    inside: Option<&Opening>,
-) {
-    let Some(inside) = inside.filter(|inside| inside.variant.is_bound()) else {
-        *buffer = None;
-        return;
-    };
-    let buffer = buffer.get_or_insert_with(|| {
-        use wgpu::BufferUsages as Usage;
-        let size = size_of::<layout::Inside>() as u64;
-        Growing::make(context, "inside", Usage::UNIFORM | Usage::COPY_DST, size)
-    });
-    context.queue.write_buffer(buffer, 0, bytemuck::bytes_of(&inside.constants(level, values)));
-}
-
-/// Writes regions, or lets go of them.
-fn write_regions(
-    context: &Context,
-    buffer: &mut Option<wgpu::Buffer>,
-    regions: Option<layout::Regions>,
-) {
-    let Some(regions) = regions else {
-        *buffer = None;
-        return;
-    };
-    let buffer = buffer.get_or_insert_with(|| {
-        use wgpu::BufferUsages as Usage;
-        let size = size_of::<layout::Regions>() as u64;
-        Growing::make(context, "regions", Usage::UNIFORM | Usage::COPY_DST, size)
-    });
-    context.queue.write_buffer(buffer, 0, bytemuck::bytes_of(&regions));
 }
 
 fn is_interpolating(settings: &SplatSettings) -> bool {
@@ -639,68 +503,4 @@ fn packed([r, g, b, weight]: [f32; 4], slope: f32) -> [u32; 4] {
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0..=65535")]
     let unorm = |x: f32| (x.clamp(0.0, 1.0) * 65535.0 + 0.5) as u32;
     [unorm(r) | unorm(g) << 16, unorm(b), slope.to_bits(), weight.to_bits()]
-}
-
-fn compile(context: &Context, variant: Variant) -> wgpu::ComputePipeline {
-    let kernel = match variant.kernel {
-        Kernel::Point | Kernel::Nearest => 0,
-        Kernel::Linear => 1,
-        Kernel::Gaussian => 2,
-        Kernel::Cubic | Kernel::Gouraud => 3,
-        Kernel::BSpline => 4,
-    };
-    let format = match variant.format {
-        Format::Pairs => 0,
-        Format::Halves => 1,
-        Format::Floats => 2,
-    };
-    let flag = |on: bool| f64::from(u8::from(on));
-    let mut constants = vec![
-        ("kernel", f64::from(kernel)),
-        ("window", variant.window as f64),
-        ("format", f64::from(format)),
-        ("one_chunk", flag(variant.one_chunk)),
-        ("has_holes", flag(variant.has_holes)),
-        ("holes_show", flag(variant.holes_show)),
-        ("has_widths", flag(variant.has_widths)),
-        ("classify_middle", flag(variant.middle)),
-        ("published", flag(variant.published)),
-        ("back_to_front", flag(variant.back_to_front)),
-    ];
-    let LooksVariant { shade, inside, polygons } = &variant.looks;
-    constants.extend(shade.iter().flat_map(ShadeVariant::constants));
-    constants.extend(inside.constants());
-    if variant.vectors {
-        constants.extend(vector_constants());
-    }
-    let faces = match (shade, variant.kernel) {
-        (None, _) => Faces::Unlit,
-        (Some(_), Kernel::BSpline) => Faces::BSplines,
-        (Some(shade), _) if shade.quickly => Faces::Tents,
-        (Some(_), _) => Faces::Differences,
-    };
-    let pieces = SlabPieces {
-        in_parts: variant.in_parts,
-        faces,
-        clipped: inside.is_clipped(),
-        surfaces: inside.surfaces() > 0,
-        levels: inside.levels > 0,
-        vectors: variant.vectors,
-        regions: shade.is_some_and(|shade| shade.regions > 0),
-        polygons: *polygons,
-        means: variant.has_widths,
-    };
-    let shader = if variant.looks.projects() { pieces.projecting() } else { pieces.shader() };
-    let module = shader.module_writing(&context.device, variant.target);
-    context.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-        label: Some(shader.name),
-        layout: None,
-        module: &module,
-        entry_point: Some(shader.name),
-        compilation_options: wgpu::PipelineCompilationOptions {
-            constants: &constants,
-            ..Default::default()
-        },
-        cache: None,
-    })
 }

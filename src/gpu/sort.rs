@@ -1,17 +1,17 @@
 //! A stable radix sort of 32-bit keys, each with a word, on the device.
 //!
 //! Lowest digit first, 4 bits a round (Satish, Harris and Garland 2009, without their shared
-//! memory: barriers are slow on software adapters). Each thread takes a run of neighbours, counts
+//! memory). Each thread takes a run of neighbours, counts
 //! their digits, and after the sum over all threads moves its run in its order. So equal keys keep
 //! their order, whatever the device.
 
 use super::GpuError;
 use super::buffers::{Growing, read_words};
-use super::compute::{compute, groups_of};
+use super::compute::{buffers, dispatch, groups_of};
 use super::context::Context;
 use super::frame::{self, Digit, Pass};
 use super::layout::{self, COUNT_HEADER_WORDS, DIGIT_BITS, DIGITS, SORT_THREADS};
-use super::pipelines::Pipelines;
+use super::pipelines::{Pipelines, Program};
 use super::renderer::Renderer;
 use super::scattered::Lists;
 use super::shader;
@@ -64,10 +64,9 @@ impl Sorter {
         u32::try_from(bytes.unwrap_or(0) / 4).unwrap_or(u32::MAX)
     }
 
-    pub(super) fn reserve(&mut self, context: &Context, keys: u32) {
-        for side in self.keys.iter_mut().chain(&mut self.words) {
-            side.reserve(context, u64::from(keys) * 4);
-        }
+    pub(super) fn reserve(&mut self, context: &Context, keys: u32) -> Result<(), GpuError> {
+        let sides = self.keys.iter_mut().chain(&mut self.words);
+        sides.into_iter().try_for_each(|side| side.reserve(context, u64::from(keys) * 4))
     }
 
     pub(super) fn size_bytes(&self) -> u64 {
@@ -82,11 +81,11 @@ impl Sorter {
         context: &Context,
         count: u32,
         bits: u32,
-    ) -> (Vec<Pass>, usize) {
+    ) -> Result<(Vec<Pass>, usize), GpuError> {
         let rounds = bits.div_ceil(DIGIT_BITS);
         let threads = count.div_ceil(RUN);
         let counts = DIGITS * threads;
-        self.counts.reserve(context, 4 * (u64::from(counts) + COUNT_HEADER_WORDS as u64));
+        self.counts.reserve(context, 4 * (u64::from(counts) + COUNT_HEADER_WORDS as u64))?;
         for round in 0..rounds {
             let settings = layout::Sort { counts: [count, round * DIGIT_BITS, RUN, threads] };
             let offset = u64::from(round) * ROUND_STRIDE;
@@ -95,9 +94,9 @@ impl Sorter {
         let scan = layout::Scan { counts: [counts, u32::MAX, 0, 0] };
         context.queue.write_buffer(&self.scan, 0, bytemuck::bytes_of(&scan));
         if count < 2 {
-            return (Vec::new(), 0);
+            return Ok((Vec::new(), 0));
         }
-        (frame::sort(rounds, threads), rounds as usize % 2)
+        Ok((frame::sort(rounds, threads), rounds as usize % 2))
     }
 
     pub(super) fn encode(
@@ -108,35 +107,38 @@ impl Sorter {
         pass: Pass,
         clock: Option<&Timestamps>,
     ) {
-        let counts = self.counts.buffer.as_entire_binding();
-        let settings = |digit: Digit| {
-            wgpu::BindingResource::Buffer(wgpu::BufferBinding {
+        let counts = &self.counts.buffer;
+        let settings = |digit: Digit| wgpu::BindGroupEntry {
+            binding: 0,
+            resource: wgpu::BindingResource::Buffer(wgpu::BufferBinding {
                 buffer: &self.rounds,
                 offset: u64::from(digit.round) * ROUND_STRIDE,
                 size: wgpu::BufferSize::new(size_of::<layout::Sort>() as u64),
-            })
+            }),
         };
-        fn side(buffers: &[Growing; 2], round: u32) -> wgpu::BindingResource<'_> {
-            buffers[(round % 2) as usize].buffer.as_entire_binding()
-        }
-        let (shader, bound, groups) = match pass {
+        let side = |buffers: &'_ [Growing; 2], round: u32| -> wgpu::Buffer {
+            buffers[(round % 2) as usize].buffer.clone()
+        };
+        let (shader, first, bound, groups) = match pass {
             Pass::CountDigits(digit) => (
                 shader::COUNT_DIGITS,
-                vec![settings(digit), side(&self.keys, digit.round), counts],
+                Some(settings(digit)),
+                vec![side(&self.keys, digit.round), counts.clone()],
                 groups_of(digit.threads, SORT_THREADS),
             ),
             Pass::ScanDigits => (
                 shader::SCAN_SEGMENTS,
-                vec![self.scan.as_entire_binding(), counts, self.totals.as_entire_binding()],
+                None,
+                vec![self.scan.clone(), counts.clone(), self.totals.clone()],
                 [1, 1, 1],
             ),
             Pass::ScatterDigits(digit) => (
                 shader::SCATTER_DIGITS,
+                Some(settings(digit)),
                 vec![
-                    settings(digit),
                     side(&self.keys, digit.round),
                     side(&self.words, digit.round),
-                    counts,
+                    counts.clone(),
                     side(&self.keys, digit.round + 1),
                     side(&self.words, digit.round + 1),
                 ],
@@ -144,7 +146,10 @@ impl Sorter {
             ),
             _ => return,
         };
-        compute(context, encoder, pipelines.compute(context, shader), pass, &bound, groups, clock);
+        let at = u32::from(first.is_some());
+        let entries: Vec<_> = first.into_iter().chain(buffers(at, &bound)).collect();
+        let pipeline = pipelines.compute(context, &Program::plain(shader));
+        dispatch(context, encoder, pass.name(), &pipeline, &entries, groups, clock);
     }
 }
 
@@ -168,10 +173,10 @@ impl Renderer {
         };
         let context = &self.context;
         let sorter = &mut self.lists.get_or_insert_with(|| Lists::new(context)).sorter;
-        sorter.reserve(context, count);
+        sorter.reserve(context, count)?;
         context.queue.write_buffer(&sorter.keys[0].buffer, 0, bytemuck::cast_slice(keys));
         context.queue.write_buffer(&sorter.words[0].buffer, 0, bytemuck::cast_slice(words));
-        let (passes, side) = sorter.prepare(context, count, bits);
+        let (passes, side) = sorter.prepare(context, count, bits)?;
         let wall_ms = self.run(&passes)?;
         let Some(lists) = &self.lists else { return Ok((Vec::new(), Vec::new(), 0.0)) };
         let bytes = u64::from(count) * 4;

@@ -1,7 +1,7 @@
 //! The picture under way: its light, its encoding, and bringing both back.
 
 use super::buffers::{read_texture, texture};
-use super::compute::{bind_group, render_pass};
+use super::compute::{bind_group, buffer, render_pass, view as picture_at};
 use super::context::Context;
 use super::frame::Pass;
 use super::layout;
@@ -19,13 +19,12 @@ pub(super) struct Target {
     pub(super) staging: Option<wgpu::Buffer>,
 }
 
-/// What light is kept as.
-pub(super) fn light_format(context: &Context) -> wgpu::TextureFormat {
-    if context.granted.float32_blending {
-        wgpu::TextureFormat::Rgba32Float
-    } else {
-        wgpu::TextureFormat::Rgba16Float
-    }
+/// What light is kept as that passes write themselves.
+pub(super) const WRITTEN: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
+
+/// What light is kept as that is blended.
+pub(super) fn blended_format(context: &Context) -> wgpu::TextureFormat {
+    if context.granted.float32_blending { WRITTEN } else { wgpu::TextureFormat::Rgba16Float }
 }
 
 impl Renderer {
@@ -39,20 +38,43 @@ impl Renderer {
                 advice: "choose another size",
             });
         }
-        if self.target.as_ref().is_some_and(|t| t.size == size) {
-            return Ok(());
+        self.make_target(size, WRITTEN);
+        Ok(())
+    }
+
+    /// Makes the picture, which nothing was drawn on yet, one that splats can be blended over.
+    pub(super) fn blend_light(&mut self) {
+        let Some(target) = &self.target else { return };
+        let (size, format) = (target.size, blended_format(&self.context));
+        if self.make_target(size, format) {
+            self.clear_light();
+        }
+    }
+
+    /// A target of a size and a format; whether it is a new one.
+    fn make_target(&mut self, size: [u32; 2], format: wgpu::TextureFormat) -> bool {
+        if self.target.as_ref().is_some_and(|t| t.size == size && t.light.format() == format) {
+            return false;
         }
         self.target = None;
-        let format = self.light_format();
         let usage = wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::STORAGE_BINDING;
         let light = texture(&self.context, "light", size, format, usage);
         self.target = Some(Target { size, light, encoded: None, staging: None });
         self.note_bytes();
-        Ok(())
+        true
     }
 
-    pub(super) fn light_format(&self) -> wgpu::TextureFormat {
-        light_format(&self.context)
+    /// Nothing is drawn.
+    pub(super) fn clear_light(&self) {
+        let Some(target) = &self.target else { return };
+        let mut encoder = self.context.device.create_command_encoder(&Default::default());
+        let view = target.light.create_view(&Default::default());
+        let ops = wgpu::Operations {
+            load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
+            store: wgpu::StoreOp::Store,
+        };
+        drop(render_pass(&mut encoder, "clear", &view, ops, None));
+        self.context.queue.submit([encoder.finish()]);
     }
 
     /// The picture so far as sRGB bytes with straight alpha, rows from the top.
@@ -94,8 +116,8 @@ impl Renderer {
     /// # Errors
     /// A failing device.
     pub fn read_light(&mut self) -> Result<Vec<[f32; 4]>, GpuError> {
-        let wide = self.context.granted.float32_blending;
         let Some(target) = &mut self.target else { return Ok(Vec::new()) };
+        let wide = target.light.format() == WRITTEN;
         let texel = if wide { 16 } else { 8 };
         let bytes =
             read_texture(&self.context, &target.light, target.size, texel, &mut target.staging)?;
@@ -119,9 +141,9 @@ impl Renderer {
         let Some(target) = &self.target else { return };
         let Some(encoded) = &target.encoded else { return };
         let light = target.light.create_view(&Default::default());
-        let bound = [self.present.as_entire_binding(), wgpu::BindingResource::TextureView(&light)];
+        let entries = [buffer(0, &self.present), picture_at(1, &light)];
         let layout = pipeline.get_bind_group_layout(0);
-        let group = bind_group(&self.context, shader::PRESENT.name, &layout, bound);
+        let group = bind_group(&self.context, shader::PRESENT.name, &layout, &entries);
         let view = encoded.create_view(&Default::default());
         let ops = wgpu::Operations::default();
         let mut render = render_pass(encoder, shader::PRESENT.name, &view, ops, clock);

@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use super::GpuError;
 use super::buffers::Growing;
-use super::compute::{bind_group, dispatch};
+use super::compute::{buffer, dispatch};
 use super::context::Context;
 
 /// Where pass times come from.
@@ -78,15 +78,14 @@ fn probe(context: &Context, rounds: f64) -> Result<(f64, f64), GpuError> {
     });
     let usage = wgpu::BufferUsages::STORAGE;
     let cells = Growing::make(context, "timer probe", usage, u64::from(THREADS) * 4);
-    let layout = pipeline.get_bind_group_layout(0);
-    let group = [bind_group(context, "timer probe", &layout, [cells.as_entire_binding()])];
+    let entries = [buffer(0, &cells)];
     let clock = Timestamps::new(context, 1);
     // Once unmeasured, so that neither compiling nor zeroing the buffer is timed.
     let mut wall_ms = 0.0;
     for _ in 0..2 {
         let mut encoder = device.create_command_encoder(&Default::default());
         let groups = [THREADS / 64, 1, 1];
-        dispatch(&mut encoder, "timer probe", &pipeline, &group, groups, Some(&clock));
+        dispatch(context, &mut encoder, "timer probe", &pipeline, &entries, groups, Some(&clock));
         clock.resolve(&mut encoder);
         let start = Instant::now();
         context.queue.submit([encoder.finish()]);
@@ -151,8 +150,9 @@ impl Timestamps {
     /// Milliseconds of each pass; the submit must be finished.
     pub(super) fn read_ms(&self, context: &Context) -> Result<Vec<f64>, GpuError> {
         let period_ms = f64::from(context.queue.get_timestamp_period()) / 1e6;
-        let ticks = super::buffers::read_buffer(context, &self.staging)?;
-        let ticks: Vec<u64> = bytemuck::pod_collect_to_vec(&ticks);
+        let ticks: Vec<u64> = super::buffers::read_buffer(context, &self.staging, |ticks| {
+            bytemuck::pod_collect_to_vec(ticks)
+        })?;
         Ok(ticks.chunks_exact(2).map(|t| t[1].saturating_sub(t[0]) as f64 * period_ms).collect())
     }
 }

@@ -3,9 +3,10 @@
 use std::ops::Range;
 
 use super::buffers::read_words;
-use super::compute::{bind_group, compute, groups_of, render_pass};
-use super::frame::{self, Pass, Source};
+use super::compute::{bind_group, buffers, dispatch, groups_of, render_pass};
+use super::frame::{self, Source};
 use super::layout::{self, COUNT_HEADER_WORDS, Record, SEGMENT_THREADS};
+use super::pipelines::Program;
 use super::renderer::Renderer;
 use super::timing::Timestamps;
 use super::{GpuError, shader};
@@ -32,9 +33,10 @@ impl Renderer {
             return Ok(0.0);
         }
         let bytes: &[u8] = bytemuck::cast_slice(records);
-        self.uploads.reserve(&self.context, bytes.len() as u64);
+        self.uploads.reserve(&self.context, bytes.len() as u64)?;
         self.context.queue.write_buffer(&self.uploads.buffer, 0, bytes);
         self.variant.one_footprint = false;
+        self.blend_light();
         let count = u32::try_from(records.len())
             .map_err(|_| GpuError::Device("over 2^32 records at once".to_owned()))?;
         self.run(&frame::node_piece(count))
@@ -72,8 +74,10 @@ impl Renderer {
             return Err(GpuError::Device(format!("{capacity} kernels in one piece")));
         }
         self.variant.one_footprint = view.eye_distance.is_none();
-        self.counts.reserve(&self.context, 4 * (u64::from(segments) + COUNT_HEADER_WORDS as u64));
-        self.records.reserve(&self.context, capacity * record_bytes);
+        self.blend_light();
+        self.counts
+            .reserve(&self.context, 4 * (u64::from(segments) + COUNT_HEADER_WORDS as u64))?;
+        self.records.reserve(&self.context, capacity * record_bytes)?;
         self.note_bytes();
         self.write_traversal(view, &rows, segments, capacity as u32);
         self.run(&frame::grid_piece(segments))
@@ -114,7 +118,7 @@ impl Renderer {
         let [sa, sb, sc] = view.traversal.splits.map(|n| n as u32);
         let constants = layout::Traversal {
             dims: [x, y, z, volume.samples.width],
-            bricks: [bx, by, bz, volume.samples.chunk_log2],
+            bricks: [bx, by, bz, volume.samples.chunk_samples],
             axes: [a, b, c, self.segments_per_row(view)],
             splits: [sa, sb, sc, rows.start],
             counts: [rows.len() as u32, capacity, table.no_data, 0],
@@ -125,15 +129,14 @@ impl Renderer {
         self.context.queue.write_buffer(&self.scan, 0, bytemuck::bytes_of(&scan));
     }
 
-    pub(super) fn dispatch(
+    pub(super) fn walk_segments(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
-        pass: Pass,
         shader: shader::Shader,
         threads: u32,
         clock: Option<&Timestamps>,
     ) {
-        let pipeline = self.pipelines.compute(&self.context, shader).clone();
+        let pipeline = self.pipelines.compute(&self.context, &Program::plain(shader));
         let mut bound: Vec<&wgpu::Buffer> = Vec::new();
         if shader.name == shader::SCAN_SEGMENTS.name {
             bound.extend([&self.scan, &self.counts.buffer, &self.totals]);
@@ -147,9 +150,9 @@ impl Renderer {
                 bound.push(&self.records.buffer);
             }
         }
-        let bound: Vec<_> = bound.into_iter().map(wgpu::Buffer::as_entire_binding).collect();
+        let entries: Vec<_> = buffers(0, bound).collect();
         let groups = groups_of(threads, SEGMENT_THREADS);
-        compute(&self.context, encoder, &pipeline, pass, &bound, groups, clock);
+        dispatch(&self.context, encoder, shader.name, &pipeline, &entries, groups, clock);
     }
 
     pub(super) fn splat(
@@ -158,15 +161,14 @@ impl Renderer {
         source: Source,
         clock: Option<&Timestamps>,
     ) {
-        let format = self.light_format();
-        let pipeline = self.pipelines.splat(&self.context, format, self.variant).clone();
+        let pipeline = self.pipelines.splat(&self.context, self.variant).clone();
         let Some(target) = &self.target else { return };
         let mesh = self.mesh.as_ref().filter(|_| self.variant.kernel == Kernel::Gouraud);
         // Meshes alone count what they cap.
         let totals = mesh.map(|_| &self.totals);
-        let bound = [&self.frame].into_iter().chain(totals).map(wgpu::Buffer::as_entire_binding);
+        let entries: Vec<_> = buffers(0, [&self.frame].into_iter().chain(totals)).collect();
         let layout = pipeline.get_bind_group_layout(0);
-        let group = bind_group(&self.context, shader::SPLAT.name, &layout, bound);
+        let group = bind_group(&self.context, shader::SPLAT.name, &layout, &entries);
         let view = target.light.create_view(&Default::default());
         let ops = wgpu::Operations { load: wgpu::LoadOp::Load, store: wgpu::StoreOp::Store };
         let mut render = render_pass(encoder, shader::SPLAT.name, &view, ops, clock);

@@ -13,18 +13,17 @@ use glam::DVec3;
 
 use self::frame::VectorFrame;
 use super::GpuError;
-use super::buffers::{Growing, read_words};
-use super::compute::{bind_group, dispatch, groups_of_tiles};
+use super::buffers::Growing;
+use super::compute::{buffer, buffers, dispatch, rows_of, view as picture_at};
 use super::context::Context;
 use super::frame::Pass;
 use super::layout::{self, TILE, VECTOR_VEC4S};
 use super::list_plan::{MOST_LAYER_BITS, Plan, Rectangle};
-use super::pipelines::{ListVariant, VectorVariant};
+use super::pipelines::{ListVariant, Program, flag, vector_constants};
 use super::renderer::Renderer;
 use super::scattered::{ListTotals, Lists, ListsOf};
 use super::shader;
 use super::timing::Timestamps;
-use super::turns::among_vectors_alone;
 use crate::core::Camera;
 use crate::kernel::Kernel;
 use crate::scene::{OpacityModel, Order, SplatSettings, View};
@@ -33,8 +32,6 @@ use crate::vector::{
     VectorSettings,
 };
 
-/// Turns of loops that a splat takes at least.
-const LEAST_TURNS: u64 = 2;
 /// The most entries that lists of some rows are made of.
 const MOST_VECTOR_ENTRIES: u32 = 1 << 23;
 
@@ -87,11 +84,8 @@ pub(super) struct DeviceVectors {
     made: Option<MadeOf>,
     /// What pixels are drawn with.
     constants: layout::Vectors,
-    variant: VectorVariant,
-    /// The most entries of a tile, where loops are counted.
-    pub(super) longest: u32,
-    /// Of these lists: how often parts were quartered at most where loops were ended all the same.
-    pub(super) failed: Option<u32>,
+    /// Overrides of the pass over them alone.
+    overrides: [(&'static str, f64); 2],
 }
 
 /// Everything that lists depend on.
@@ -156,9 +150,7 @@ impl DeviceVectors {
             tiles: storage("vector tiles", size_of::<layout::VectorTiles>()),
             made: None,
             constants: bytemuck::Zeroable::zeroed(),
-            variant: VectorVariant::default(),
-            longest: 0,
-            failed: None,
+            overrides: [("published", 0.0), ("back_to_front", 0.0)],
         })
     }
 
@@ -173,27 +165,22 @@ impl DeviceVectors {
         [&self.records, &self.settings]
     }
 
-    /// The second group of bindings, of a pipeline with vectors.
-    pub(super) fn group(
-        &self,
-        context: &Context,
-        lists: &Lists,
-        layout: &wgpu::BindGroupLayout,
-    ) -> wgpu::BindGroup {
-        let marks = self.marks.create_view(&wgpu::TextureViewDescriptor {
+    /// The tables of marks, for [`DeviceVectors::entries`].
+    pub(super) fn marks(&self) -> wgpu::TextureView {
+        self.marks.create_view(&wgpu::TextureViewDescriptor {
             dimension: Some(wgpu::TextureViewDimension::D2Array),
             ..Default::default()
-        });
-        let [projected, keys, words, ranges] = lists.made().map(|b| b.as_entire_binding());
-        let bound = [
-            self.settings.as_entire_binding(),
-            projected,
-            keys,
-            words,
-            ranges,
-            wgpu::BindingResource::TextureView(&marks),
-        ];
-        bind_group(context, "vectors", layout, bound)
+        })
+    }
+
+    /// What passes over them are bound to.
+    pub(super) fn entries<'a>(
+        &'a self,
+        lists: &'a Lists,
+        marks: &'a wgpu::TextureView,
+    ) -> impl Iterator<Item = wgpu::BindGroupEntry<'a>> {
+        let of_lists = buffers(16, lists.made());
+        std::iter::once(buffer(15, &self.settings)).chain(of_lists).chain([picture_at(20, marks)])
     }
 }
 
@@ -333,13 +320,10 @@ impl Renderer {
                         && *made == made_of(&made.rows) =>
                 {
                     let made = made.rows.clone();
-                    if vectors.failed.is_some_and(|failed| self.vectors_quartered <= failed) {
-                        return Err(self.too_many_turns());
-                    }
                     self.write_vectors(what);
                     return Ok(made);
                 }
-                _ => (vectors.made, vectors.failed) = (None, None),
+                _ => vectors.made = None,
             }
         }
         let Some(vectors) = &self.vectors else { return Ok(rows) };
@@ -354,7 +338,7 @@ impl Renderer {
         let count = total as u32;
         let front_to_back = what.splat.order == Order::FrontToBack;
         let lists = self.lists.get_or_insert_with(|| Lists::new(&self.context));
-        lists.reserve(&self.context, u64::from(count));
+        lists.reserve(&self.context, u64::from(count))?;
         lists.of = ListsOf::Vectors;
         lists.variant = ListVariant {
             kernel: Kernel::Cubic,
@@ -367,8 +351,8 @@ impl Renderer {
         self.context.queue.write_buffer(&self.frame, 0, bytemuck::bytes_of(&constants));
         let columns = view.size[0].div_ceil(TILE);
         let vectors = self.vectors.as_mut().ok_or(GpuError::Cancelled)?;
-        let back_to_front = !front_to_back;
-        vectors.variant = VectorVariant { published, back_to_front, ..VectorVariant::default() };
+        vectors.overrides =
+            [("published", flag(published)), ("back_to_front", flag(!front_to_back))];
         vectors.constants = frame.vectors(view, what, record_vec4s, layers, columns);
         vectors.constants.blur = vectors.blur;
         self.write_vectors(what);
@@ -379,7 +363,6 @@ impl Renderer {
                 count,
                 stop_below: what.stop_below,
                 half_size: view.size.map(|n| n as f32 / 2.0),
-                most_of_a_tile: u32::MAX >> 1,
             };
             let room = (u32::MAX, MOST_VECTOR_ENTRIES);
             if self.make_lists(&plan, room, &mut ListTotals::default())?.is_none() {
@@ -390,19 +373,9 @@ impl Renderer {
                 rows.end = rows.start + (rows.end - rows.start).div_ceil(2);
                 continue;
             }
-            let longest = match self.context.most_turns {
-                Some(_) => self.longest_list(plan.rectangle.tiles())?,
-                None => 0,
-            };
             let vectors = self.vectors.as_mut().ok_or(GpuError::Cancelled)?;
             vectors.constants.layers[2] = rows.start.cast_signed();
-            vectors.longest = longest;
             vectors.made = Some(made_of(&rows));
-            // More are too many for one dispatch for certain; where fewer are, the rays tell.
-            let most = self.context.most_turns.map_or(u64::MAX, |most| most / LEAST_TURNS);
-            if u64::from(longest) > most && self.vectors_quartered == 0 {
-                return Err(self.too_many_turns());
-            }
             self.write_vectors(what);
             return Ok(rows);
         }
@@ -424,40 +397,20 @@ impl Renderer {
     /// Draws tiles of vectors alone, whose lists were made, and waits; returns milliseconds.
     ///
     /// # Errors
-    /// More splats than a software adapter's loops allow, or a failing device.
+    /// A failing device.
     pub fn draw_vector_tiles(&mut self, view: &View, tiles: Range<u32>) -> Result<f64, GpuError> {
         let Some(vectors) = &self.vectors else { return Ok(0.0) };
         #[expect(clippy::cast_possible_truncation, reason = "the device has 32 bits")]
         let growth = view.eye_distance.map_or(0.0, |distance| 1.0 / distance) as f32;
-        let size = view.size;
-        let told = vectors.tiles.clone();
-        let dispatch = |renderer: &mut Self, tiles: &Range<u32>, [turns, flags]: [u32; 2]| {
-            let constants = layout::VectorTiles {
-                tiles: [tiles.start, size[0].div_ceil(TILE), size[0], size[1]],
-                more: [tiles.len() as u32, turns, flags, 0],
-                rays: [growth, 0.0, 0.0, 0.0],
-            };
-            renderer.context.queue.write_buffer(&told, 0, bytemuck::bytes_of(&constants));
-            renderer.run(&[Pass::CompositeVectors { tiles: tiles.len() as u32 }])
+        let [width, height] = view.size;
+        let constants = layout::VectorTiles {
+            tiles: [tiles.start, width.div_ceil(TILE), width, height],
+            more: [tiles.len() as u32, 0, 0, 0],
+            rays: [growth, 0.0, 0.0, 0.0],
         };
-        let most = self.context.most_turns.filter(|_| self.vectors_quartered > 0);
-        if let Some(vectors) = &mut self.vectors {
-            vectors.variant.in_parts = most.is_some();
-        }
-        let Some(most) = most else {
-            let wall_ms = dispatch(self, &tiles, [0; 2])?;
-            let totals = self.slabs[0].capped().clone();
-            self.check_turns(&totals)?;
-            return Ok(wall_ms);
-        };
-        let polygons = self.polygons.as_ref().map(|polygons| polygons.longest);
-        let turns = among_vectors_alone(polygons, most)?;
-        let slots = 2 + u32::from(polygons.is_some());
-        let mut wall_ms = 0.0;
-        for tiles in self.tiles_at_a_time((true, slots), tiles) {
-            wall_ms += self
-                .until_none_waits(|renderer, flags| dispatch(renderer, &tiles, [turns, flags]))?;
-        }
+        self.context.queue.write_buffer(&vectors.tiles, 0, bytemuck::bytes_of(&constants));
+        let wall_ms = self.run(&[Pass::CompositeVectors { tiles: tiles.len() as u32 }])?;
+        self.check_loops()?;
         Ok(wall_ms)
     }
 
@@ -472,33 +425,14 @@ impl Renderer {
             return;
         };
         let light = target.light.create_view(&Default::default());
-        let format = target.light.format();
-        let variant = VectorVariant { polygons: self.polygons.is_some(), ..vectors.variant };
-        let pipeline = self.pipelines.vectors(&self.context, variant, format).clone();
-        let kept = self.kept.buffer().filter(|_| variant.in_parts);
-        let totals = kept.unwrap_or(self.slabs[0].capped());
-        let bound = [
-            vectors.tiles.as_entire_binding(),
-            wgpu::BindingResource::TextureView(&light),
-            totals.as_entire_binding(),
-        ];
-        let name = shader::COMPOSITE_VECTORS.name;
-        let layout = |at| pipeline.get_bind_group_layout(at);
-        let mut groups = vec![
-            bind_group(&self.context, name, &layout(0), bound),
-            vectors.group(&self.context, lists, &layout(1)),
-        ];
-        let polygons = self.polygons.as_ref();
-        groups.extend(polygons.map(|polygons| polygons.group(&self.context, &layout(2))));
-        let [across, down] = groups_of_tiles(tiles);
-        dispatch(encoder, name, &pipeline, &groups, [across, down, 1], clock);
-    }
-
-    /// The most entries of a tile, of lists that were just made.
-    pub(super) fn longest_list(&self, tiles: u32) -> Result<u32, GpuError> {
-        let Some(lists) = &self.lists else { return Ok(0) };
-        let [.., ranges] = lists.made();
-        let ranges = read_words(&self.context, ranges, 8 * u64::from(tiles))?;
-        Ok(ranges.chunks_exact(2).map(|r| r[1].saturating_sub(r[0])).max().unwrap_or(0))
+        let shader = shader::vectors(self.polygons.is_some());
+        let constants = vectors.overrides.into_iter().chain(vector_constants()).collect();
+        let pipeline = self.pipelines.compute(&self.context, &Program { shader, constants });
+        let marks = vectors.marks();
+        let mut entries =
+            vec![buffer(0, &vectors.tiles), picture_at(1, &light), buffer(8, &self.totals)];
+        entries.extend(self.polygons.as_ref().map(|polygons| buffer(14, polygons.words())));
+        entries.extend(vectors.entries(lists, &marks));
+        dispatch(&self.context, encoder, shader.name, &pipeline, &entries, rows_of(tiles), clock);
     }
 }

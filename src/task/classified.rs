@@ -7,7 +7,6 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use super::calibration::Calibration;
 use super::cells::CutSource;
 use super::draw::{DrawError, Drawer, Observer};
 use super::engines::{Canvas, Engines};
@@ -300,9 +299,6 @@ impl Drawer {
         });
         if current {
             return Ok(());
-        }
-        if self.classified.as_ref().is_some_and(|c| !Arc::ptr_eq(&c.volume, volume)) {
-            self.calibration = Calibration::default();
         }
         // An octree on its way is cancelled.
         self.classified = None;

@@ -18,7 +18,6 @@ use crate::scene::{
 use crate::transfer::TransferFunction;
 use crate::volume::ScalarVolume;
 
-use super::calibration::Calibration;
 use super::classified::Classified;
 use super::cost::Costs;
 use super::engines::{Canvas, EngineKind, Engines};
@@ -182,10 +181,6 @@ pub struct Drawer {
     last_fit: Option<(u64, f32)>,
     /// The field and the size of the last coarse picture, where it was of one.
     pub(super) last_reduction: Option<Reduction>,
-    /// Sums that lists capped since the picture began.
-    capped_in_lists: u64,
-    /// Which back end is faster here.
-    pub(super) calibration: Calibration,
     /// What reconstructs the scene's field, on its way to the device.
     pub(super) field: slabs::FieldJob,
     /// The scene's vectors.
@@ -219,8 +214,6 @@ impl Drawer {
             last_shrink: 2.0,
             last_fit: None,
             last_reduction: None,
-            capped_in_lists: 0,
-            calibration: Calibration::default(),
             field: slabs::FieldJob::default(),
             vectors: VectorJob::default(),
             keeps_cut: false,
@@ -240,7 +233,7 @@ impl Drawer {
     pub fn capped_sums(&mut self) -> Result<u64, GpuError> {
         match self.engines.drew() {
             EngineKind::Native => Ok(self.engines.native.capped()),
-            EngineKind::Gpu => Ok(self.engines.gpu()?.capped_sums()? + self.capped_in_lists),
+            EngineKind::Gpu => self.engines.gpu()?.capped_sums(),
         }
     }
 
@@ -280,6 +273,14 @@ impl Drawer {
         match is_of_octree && !draws_nodes(&plan.mode, rung) {
             true => EngineKind::Gpu,
             false => self.engines.of_plan(plan),
+        }
+    }
+
+    /// What draws a plan at full quality in the window: what was chosen, or can. The native engine has tiles alone.
+    pub fn window_backend(&self, plan: &Plan) -> Backend {
+        match self.engines.of_plan(plan) {
+            EngineKind::Native => Backend::Tiles,
+            EngineKind::Gpu => plan.backend(),
         }
     }
 
@@ -474,7 +475,6 @@ impl Drawer {
         view: &View,
         kernel: Kernel,
     ) -> Result<(), DrawError> {
-        self.capped_in_lists = 0;
         let unit_distance = plan.frame.unit_distance;
         let renderer = self.engines.gpu()?;
         if kernel == Kernel::Gouraud {
@@ -546,7 +546,6 @@ impl Drawer {
         let what = Scattered { piece_ms: PIECE_MS, ..what };
         let mut observed = |renderer: &mut Renderer, done| !observer.piece_done(renderer, done);
         let totals = self.engines.gpu()?.draw_scattered(view, &what, &mut observed)?;
-        self.capped_in_lists = totals.capped;
         if totals.finished { Ok(()) } else { Err(DrawError::Interrupted) }
     }
 

@@ -22,7 +22,6 @@ use serde::Serialize;
 
 pub use crate::gpu::{AdapterChoice, OctreeBuilder};
 
-use super::calibration::BackEndTimes;
 pub use super::engines::{Choice, EngineChoice, EngineKind};
 use super::estimate::Checked;
 use super::level::LevelOfDetail;
@@ -182,7 +181,8 @@ impl HeldBytes {
         Self {
             all: renderer.size_bytes(),
             shading: renderer.shading_bytes(),
-            inside: renderer.inside_bytes(),
+            // It is among the constants that slabs have anyway.
+            inside: 0,
             vectors: renderer.vector_bytes(),
             polygons: renderer.polygon_bytes(),
         }
@@ -289,8 +289,6 @@ struct Slot {
     picture: Option<Arc<Picture>>,
     state: EngineState,
     adapter_name: Option<String>,
-    /// Measured for the frame that was finished last.
-    back_end_times: Option<BackEndTimes>,
     /// For the test of a lost device.
     lose_device: bool,
 }
@@ -378,7 +376,6 @@ impl Engine {
                 picture: None,
                 state: EngineState::Starting,
                 adapter_name: None,
-                back_end_times: None,
                 lose_device: false,
             }),
             posted: Condvar::new(),
@@ -474,12 +471,6 @@ impl Engine {
         slot.choice = Some(engine);
         drop(slot);
         self.shared.posted.notify_one();
-    }
-
-    /// What both back ends take for the frame that was finished last, where both can draw it and
-    /// the choice between them is open. Never blocks.
-    pub fn back_end_times(&self) -> Option<BackEndTimes> {
-        self.shared.lock().back_end_times
     }
 
     /// Loses the device before the next request, for the test of what happens then.

@@ -223,6 +223,20 @@ impl Engines {
         self.gpu.as_mut()
     }
 
+    /// The GPU engine, for work that is watched meanwhile, until [`Engines::put_gpu`].
+    ///
+    /// # Errors
+    /// See [`Engines::gpu`].
+    pub(super) fn take_gpu(&mut self) -> Result<Renderer, GpuError> {
+        self.gpu()?;
+        self.gpu.take().ok_or_else(|| GpuError::Device("no device".to_owned()))
+    }
+
+    /// Puts it back.
+    pub(super) fn put_gpu(&mut self, renderer: Renderer) {
+        self.gpu = Some(renderer);
+    }
+
     /// Lets go of the graphics device; what needs one makes it anew.
     pub fn drop_gpu(&mut self) {
         self.gpu = None;

@@ -3,7 +3,6 @@
 //! Owns threads and the channels to them. Refuses widgets and flags. Imports everything below it.
 
 pub mod annotations;
-pub mod calibration;
 pub mod cells;
 mod classified;
 pub mod cost;

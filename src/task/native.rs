@@ -147,15 +147,30 @@ impl Drawer {
         observer: &mut dyn Observer,
         begin: impl FnOnce(&mut native::Renderer, &Ticket) -> Result<(), NotBegun> + Send,
     ) -> Result<(), DrawError> {
-        let ticket = Ticket::new();
         // The observer looks at what has a picture, which this engine has not meanwhile.
         let mut native = std::mem::take(&mut self.engines.native);
-        let begun = std::thread::scope(|scope| {
+        let begun = self.watched(observer, |ticket| begin(&mut native, ticket));
+        self.engines.native = native;
+        match begun {
+            Ok(()) => Ok(()),
+            Err(NotBegun::Cancelled(cancelled)) => Err(cancelled.into()),
+            Err(NotBegun::Unsupported(reason)) => Err(refusal(reason)),
+        }
+    }
+
+    /// Does work that asks a ticket on a thread of its own, and cancels that where something newer comes.
+    pub(super) fn watched<T: Send>(
+        &mut self,
+        observer: &mut dyn Observer,
+        work: impl FnOnce(&Ticket) -> T + Send,
+    ) -> T {
+        let ticket = Ticket::new();
+        let done = std::thread::scope(|scope| {
             let (done, is_done) = mpsc::channel::<()>();
             let worker = scope.spawn(|| {
                 // Dropped at the end, or where it fails.
                 let _done = done;
-                begin(&mut native, &ticket)
+                work(&ticket)
             });
             while is_done.recv_timeout(LOOK_EVERY) == Err(mpsc::RecvTimeoutError::Timeout) {
                 if observer.piece_done(&mut self.engines, 0.0) {
@@ -164,13 +179,7 @@ impl Drawer {
             }
             worker.join()
         });
-        self.engines.native = native;
-        match begun {
-            Ok(Ok(())) => Ok(()),
-            Ok(Err(NotBegun::Cancelled(cancelled))) => Err(cancelled.into()),
-            Ok(Err(NotBegun::Unsupported(reason))) => Err(refusal(reason)),
-            Err(panic) => std::panic::resume_unwind(panic),
-        }
+        done.unwrap_or_else(|panic| std::panic::resume_unwind(panic))
     }
 
     /// The tiles of a picture that the native engine has begun, some at a time.

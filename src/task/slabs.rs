@@ -8,7 +8,6 @@ use std::time::{Duration, Instant};
 use super::draw::{DrawError, Drawer, Drawn, LEAST_SIDE, LEAST_WHOLE, Observer};
 use super::engines::EngineKind;
 use super::previews::preview_coefficients;
-use super::vectors::PictureVectors;
 use crate::core::{Ticket, memory};
 use crate::gpu::layout::TILE;
 use crate::gpu::{GpuError, PictureConstants, Renderer, tile_count};
@@ -21,12 +20,6 @@ use crate::volume::ScalarVolume;
 
 /// Tiles in the first piece, before any was timed.
 const FIRST_TILES: u32 = 64;
-/// How often the parts of rays among vectors are quartered on software adapters before means are drawn:
-/// less than a slice or slab has no part.
-const MOST_QUARTERED: u32 = 6;
-/// The same of rays that wait by themselves for as many dispatches as they need: the last time they have a 16th of
-/// the turns, as many as neighbours may take one after another.
-const WAITING: u32 = 3;
 /// Bricks of samples that are shaded in the first piece.
 const FIRST_BRICKS: u32 = 512;
 /// Transmittance at which rays end: what is behind can change no channel by more than half a step
@@ -176,14 +169,14 @@ impl Drawer {
             // What these take is learnt with the others: the next picture is smaller for it.
             #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "rays")]
             let most = (rays * MOST_MORE_RAYS).max(LEAST_MORE_RAYS) as u64;
-            self.engines.gpu()?.mark_specks(which, &view, &plan.mode, constants, most);
+            self.engines.gpu()?.mark_specks(which, &view, &plan.mode, most);
         }
         let draw = |renderer: &mut Renderer, tiles: Range<u32>| match are_alone {
             true => renderer.draw_vector_tiles(&view, tiles),
             false => renderer.draw_slab_tiles(which, &view, &plan.mode, constants, tiles),
         };
         let (mut drawn, (splats, visits)) =
-            self.beside_vectors(plan, &view, which, observer, (first, WAITING, draw))?;
+            self.beside_vectors(plan, &view, which, observer, (first, draw))?;
         if are_alone {
             drawn.kernels = splats;
         }
@@ -221,51 +214,34 @@ impl Drawer {
     }
 
     /// A picture of tiles, so many in the first piece, with a scene's vectors among them, and how many of
-    /// these there are, and are visited. Where a software adapter's loops do not allow so many along a ray, its parts are
-    /// quartered as often as may be; then means of vectors are drawn. Quick pictures, for which parts take too
-    /// long, are of means first.
+    /// these there are, and are visited. Where more lie over a tile than lists hold, means of vectors are drawn.
     fn beside_vectors(
         &mut self,
         plan: &Plan,
         view: &View,
         which: SlabField,
         observer: &mut dyn Observer,
-        (first, most_quartered, draw): (
-            u32,
-            u32,
-            impl Fn(&mut Renderer, Range<u32>) -> Result<f64, GpuError>,
-        ),
+        (first, draw): (u32, impl Fn(&mut Renderer, Range<u32>) -> Result<f64, GpuError>),
     ) -> Result<(Drawn, (u64, f64)), DrawError> {
-        let (mut vectors_halved, mut quartered) = (0, 0);
+        let mut vectors_halved = 0;
         let mut first_refusal = None;
         loop {
             let vectors = self.prepare_vectors(plan, view, (which, vectors_halved), observer)?;
-            self.engines.gpu()?.put_vectors_in_slabs(vectors.is_some(), quartered);
+            self.engines.gpu()?.put_vectors_in_slabs(vectors.is_some());
             let make_lists = |renderer: &mut Renderer, tiles: Range<u32>| match &vectors {
                 Some(vectors) => vectors.make_lists(renderer, view, tiles),
                 None => Ok(tiles.end),
             };
-            let is_quick = view.enlarged > 1.0;
-            let has_coarser = vectors.as_ref().is_some_and(PictureVectors::has_coarser);
             match self.tiled(plan, view, observer, (first, make_lists), &draw) {
-                // The picture begins anew.
-                Err(DrawError::Gpu(GpuError::TooManyTurns { .. }))
-                    if quartered < most_quartered && !(is_quick && has_coarser) =>
-                {
-                    quartered += 1;
-                }
-                // Means are fewer.
-                Err(DrawError::Gpu(
-                    error @ (GpuError::TooManyVectors { .. } | GpuError::TooManyTurns { .. }),
-                )) if has_coarser => {
+                Err(DrawError::Gpu(error @ GpuError::TooManyVectors { .. })) => {
+                    // Means lie in as many more slabs as they are larger: why the finest were too many says more.
+                    let error = first_refusal.get_or_insert(error);
+                    if !vectors.is_some_and(|vectors| vectors.has_coarser()) {
+                        return Err(error.clone().into());
+                    }
+                    // The picture begins anew.
                     vectors_halved += 1;
-                    quartered = 0;
-                    first_refusal.get_or_insert(error);
                 }
-                // Means lie in as many more slabs as they are larger: why the finest were too many says more.
-                Err(DrawError::Gpu(
-                    error @ (GpuError::TooManyVectors { .. } | GpuError::TooManyTurns { .. }),
-                )) => return Err(first_refusal.unwrap_or(error).into()),
                 Err(error) => return Err(error),
                 Ok(drawn) => {
                     let (counted, vectors_averaged) = vectors.map_or(((0, 0.0), 0), |vectors| {
@@ -305,7 +281,7 @@ impl Drawer {
         let draw = |renderer: &mut Renderer, tiles: Range<u32>| {
             renderer.draw_gathered(&view, &plan.mode, unit_distance, STOP_BELOW, tiles)
         };
-        let how = (FIRST_TILES, MOST_QUARTERED, draw);
+        let how = (FIRST_TILES, draw);
         let (drawn, _) = self.beside_vectors(plan, &view, SlabField::Own, observer, how)?;
         let made_pipelines = self.engines.gpu()?.pipeline_count() != pipelines;
         let wall_ms = drawn.wall_ms + shading_ms;
@@ -403,8 +379,16 @@ impl Drawer {
             match self.made(volume, mode, which, is_native, observer)? {
                 Made::Stored(stored) => self.engines.native.set_field(which, stored),
                 Made::Coefficients(coefficients) => {
-                    let (renderer, ticket) = (self.engines.gpu()?, Ticket::new());
-                    renderer.set_field(which, volume, mode, coefficients, &ticket)?;
+                    // The observer looks at what has a picture, which this engine has not meanwhile.
+                    let mut renderer = self.engines.take_gpu()?;
+                    let set = self.watched(observer, |ticket| {
+                        renderer.set_field(which, volume, mode, coefficients, ticket)
+                    });
+                    self.engines.put_gpu(renderer);
+                    match set {
+                        Err(GpuError::Cancelled) => return Err(DrawError::Interrupted),
+                        other => other?,
+                    }
                 }
             }
         }

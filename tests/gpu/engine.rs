@@ -7,10 +7,8 @@ use std::time::{Duration, Instant};
 use glam::{DAffine3, DVec3};
 use voxsplat::core::Ticket;
 use voxsplat::gpu::Wishes;
-use voxsplat::kernel::Kernel;
-use voxsplat::plan::Plan;
 use voxsplat::reference::Rays;
-use voxsplat::scene::{Backend, Scene, SplatSettings};
+use voxsplat::scene::{Scene, SplatSettings};
 use voxsplat::task::draw::Rung;
 use voxsplat::task::engine::{
     AdapterChoice, Effort, Engine, EngineState, FrameRequest, Ladder, Picture,
@@ -347,7 +345,6 @@ fn a_still_makes_no_finished_picture_drawn_again() {
     pictures.extend(bench.pictures_until(|_, seen| {
         seen.last().is_some_and(|picture| picture.report.level.is_full())
     }));
-    // In the middle of the calibration that follows.
     bench.still(&small());
     pictures.extend(bench.pictures_until(|bench, _| bench.engine.state() == EngineState::Idle));
     std::thread::sleep(Duration::from_millis(50));
@@ -516,38 +513,4 @@ fn another_volume_is_not_kept_waiting_by_the_first_ones_preparation() {
     bench.pictures_until(|_, seen| seen.iter().any(|p| p.requested_size == [900, 900]));
     println!("measured switched in {switched:?}, the heavy one takes {:?}", start.elapsed());
     assert!(switched < start.elapsed(), "{switched:?} is not less than {:?}", start.elapsed());
-}
-
-#[test]
-fn the_faster_back_end_is_measured_for_each_kernel_and_a_choice_holds_against_it() {
-    let Some(mut drawer) = drawer() else { return };
-    let scene = with_kernel(small(), Kernel::Gaussian);
-    let size = [64, 48];
-    let plan_of = |scene: &Scene| Plan::of(scene, size);
-    let plan = plan_of(&scene);
-    drawer.prepare(&plan, &Ticket::new()).expect("the device prepares");
-    for (raster_ms, faster) in [(1e9, Backend::Tiles), (1e-9, Backend::Raster)] {
-        drawer.calibrate(&plan, raster_ms, &mut ()).expect("it is measured");
-        assert_eq!(drawer.window_backend(&plan), faster);
-        assert!(!drawer.is_to_be_calibrated(&plan));
-    }
-    drawer.calibrate(&plan, 1e9, &mut ()).expect("it is measured");
-    for backend in [Backend::Raster, Backend::Tiles] {
-        let mut chosen = scene.clone();
-        chosen.splat.backend = backend;
-        let chosen = plan_of(&chosen);
-        assert_eq!(drawer.window_backend(&chosen), backend);
-        assert!(!drawer.is_to_be_calibrated(&chosen));
-    }
-    let mut closer = scene.clone();
-    closer.camera.parallel_scale /= 4.0;
-    assert!(drawer.is_to_be_calibrated(&plan_of(&closer)), "larger kernels are another task");
-    let times = drawer.back_end_times(&plan).expect("it was measured");
-    assert_eq!((times.kernel, times.raster_ms), (Kernel::Gaussian, 1e9));
-    assert!(times.tiles_ms > 0.0 && times.tiles_ms < 1e5, "{times:?}");
-    let other = with_field(scene.clone(), Arc::clone(volume_of(&small())));
-    drawer.prepare(&plan_of(&other), &Ticket::new()).expect("the device prepares");
-    assert!(drawer.is_to_be_calibrated(&plan), "another volume is another task");
-    let exact = Scene { splat: SplatSettings::EXACT, ..scene };
-    assert_eq!(drawer.window_backend(&plan_of(&exact)), Backend::Tiles);
 }

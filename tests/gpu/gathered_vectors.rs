@@ -2,7 +2,6 @@
 //! seats what a slab has of them in its middle, or puts it into the slabs of the kernels.
 
 use glam::DVec3;
-use voxsplat::accuracy::Difference;
 use voxsplat::core::{Camera, Srgb8, Ticket};
 use voxsplat::gpu::{Renderer, Wishes};
 use voxsplat::kernel::Kernel;
@@ -166,42 +165,6 @@ fn polygons_vectors_and_kernels_lie_at_their_depths() {
             let (found, _) = drawn(&mut drawer, &scene, PICTURE, Rung::Full);
             compares(&format!("all three, {visibility:?}, {order:?}"), &found, &expected, AMONG);
         }
-    }
-}
-
-/// Bits of rays that are walked in parts.
-#[test]
-fn rays_in_parts_meet_the_same_vectors() {
-    use Order::{BackToFront, FrontToBack};
-    for (kernel, visibility, order, turns) in [
-        (Kernel::Cubic, EverySample, BackToFront, 1100),
-        (Kernel::Nearest, EverySample, FrontToBack, 1100),
-        (Kernel::Cubic, Slabs, FrontToBack, 4000),
-    ] {
-        let mut scene = beside(kernel, visibility);
-        scene.splat.order = order;
-        let squares = layer(squares(&scene, 3, &[-0.3, 0.9]), 0.4);
-        let scene = with_polygons(scene, [squares]);
-        let light = |most_turns| {
-            let mut context = context(Wishes::default())?;
-            context.most_turns = most_turns;
-            let mut drawer = Drawer::new(Renderer::new(context));
-            drawer.engines.gpu().expect("a device").time_passes().expect("it times");
-            let light = drawn(&mut drawer, &scene, PICTURE, Rung::Full).0;
-            let times = drawer.engines.gpu().expect("a device").times();
-            Some((
-                light,
-                times.iter().filter(|p| p.name.starts_with("gather_")).map(|p| p.runs).sum::<u32>(),
-            ))
-        };
-        let (Some(whole), Some(parts)) = (light(None), light(Some(turns))) else { return };
-        let apart = Difference::between(&whole.0, &parts.0).expect("comparable").max_abs;
-        let name = format!("{kernel:?} {visibility:?} {order:?}");
-        println!("measured parts, {name}: {} and {} passes, {apart:.1e}", whole.1, parts.1);
-        assert!(parts.1 > whole.1, "{name}: rays in parts");
-        // As in `gathered_polygons`: smaller chunks of layers end front to back where 5e-4 are left.
-        let most = if visibility == Slabs { 5e-4 } else { 0.0 };
-        assert!(apart <= most, "{name}: {apart}");
     }
 }
 

@@ -131,25 +131,6 @@ fn fine_slabs_come_to_the_continuous_integral_of_what_is_kept() {
     assert_eq!(fault(&found, &exact, WITHIN), None);
 }
 
-/// The bits of rays that are walked in parts, with what surfaces they met before.
-#[test]
-fn rays_in_parts_are_cut_like_others() {
-    for faces in [CutFaces::Through, CutFaces::Coloured] {
-        for order in [Order::FrontToBack, Order::BackToFront] {
-            let mut scene = both(exact(lattice()), faces);
-            scene.splat.order = order;
-            let light = |most_turns| {
-                let mut context = context(Wishes::default())?;
-                context.most_turns = most_turns;
-                let mut drawer = Drawer::new(Renderer::new(context));
-                Some(drawn(&mut drawer, &scene, SIZE, Rung::Full).0)
-            };
-            let (Some(whole), Some(parts)) = (light(None), light(Some(120))) else { return };
-            assert_eq!(whole, parts, "{faces:?} {order:?}");
-        }
-    }
-}
-
 /// A scene that asks for nothing is drawn with the passes, pipelines and bytes that it had before, and
 /// after something was cut, as before, to the bit.
 #[test]
@@ -166,9 +147,7 @@ fn what_is_not_cut_costs_nothing_and_changes_no_bit() {
     };
     let (pipelines, bytes) = held(&drawer);
     drawn(&mut drawer, &both(plain.clone(), CutFaces::Coloured), SIZE, Rung::Full);
-    let inside = size_of::<voxsplat::gpu::layout::Inside>() as u64;
-    assert_eq!(held(&drawer), (pipelines + 1, bytes + inside));
-    assert_eq!(drawer.engines.gpu().expect("a device").inside_bytes(), inside);
+    assert_eq!(held(&drawer), (pipelines + 1, bytes));
     let whole = Clip { bounds: Some(ClipBox::WHOLE), ..Clip::default() };
     let (after, _) = drawn(&mut drawer, &clipped(plain, whole), SIZE, Rung::Full);
     assert_eq!(after, before, "a box about all of it cuts nothing");
@@ -267,13 +246,6 @@ fn a_projection_is_of_values_alone() {
     assert!(off.fold(0.0, f64::max) < 2e-3);
     assert_eq!(drawer.engines.gpu().expect("a device").shading_bytes(), 0);
     assert!(found.iter().filter(|p| p[3] == 1.0).count() > 300, "whatever is met is opaque");
-    for along in [AlongRay::Minimum, AlongRay::Average] {
-        let mut context = self::context(Wishes::default()).expect("there was one");
-        context.most_turns = Some(90);
-        let mut parts = Drawer::new(Renderer::new(context));
-        let whole = drawn(&mut drawer, &projected(along), SIZE, Rung::Full).0;
-        assert_eq!(whole, drawn(&mut parts, &projected(along), SIZE, Rung::Full).0, "{along:?}");
-    }
 }
 
 /// A smooth hill of values to 200 about the middle, so that levels are closed surfaces about it.
@@ -384,18 +356,8 @@ fn slices_are_the_references_at_their_depth() {
     all.inside.slices = slices(&lattice());
     all.inside.isosurfaces = vec![iso(110.0, 0.7)];
     all.splat.slabs_per_voxel = 2.0;
-    // Growth is found again where a part begins.
     all.shading = Shading { lighting: Some(Lighting::default()), ..Shading::default() };
     agrees_but_for_edges("with all else", &all);
-    let mut context = match context(Wishes::default()) {
-        Some(context) => context,
-        None => return,
-    };
-    context.most_turns = Some(900);
-    let mut parts = Drawer::new(Renderer::new(context));
-    let Some(mut whole) = drawer() else { return };
-    let light = |drawer: &mut Drawer| drawn(drawer, &all, SIZE, Rung::Full).0;
-    assert_eq!(light(&mut whole), light(&mut parts), "in parts");
 }
 
 /// Where there are no data, nothing is met and nothing projected.

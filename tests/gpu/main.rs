@@ -43,5 +43,4 @@ mod support;
 mod transfer_moves;
 mod two_vectors;
 mod vectors;
-mod vectors_in_parts;
 mod vectors_on_the_way;

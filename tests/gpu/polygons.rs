@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
 use voxsplat::core::Srgb8;
-use voxsplat::gpu::{Renderer, SlabField, Wishes};
+use voxsplat::gpu::{GpuError, Renderer, SlabField, Wishes};
 use voxsplat::plan::Plan;
 use voxsplat::polygons::Mesh;
 use voxsplat::reference::Reference;
@@ -173,28 +173,6 @@ fn polygons_among_all_other_surfaces_are_the_references() {
     agrees("cut and sliced, back to front", &scene, WITHIN);
 }
 
-/// Bits of rays that are walked in parts, through polygons and beside the lattice.
-#[test]
-fn rays_in_parts_meet_the_same_polygons() {
-    for order in [Order::FrontToBack, Order::BackToFront] {
-        let mut layers = both();
-        layers.push(layer(shards(4, 8, 3.0), 0.3));
-        let mut scene = with_polygons(exact(), layers);
-        scene.splat.order = order;
-        scene.splat.slabs_per_voxel = 2.0;
-        let light = |most_turns| {
-            let mut context = context(Wishes::default())?;
-            context.most_turns = most_turns;
-            let mut drawer = Drawer::new(Renderer::new(context));
-            let light = drawn(&mut drawer, &scene, SIZE, Rung::Full).0;
-            Some((light, drawer.engines.gpu().expect("a device").size_bytes()))
-        };
-        let (Some(whole), Some(parts)) = (light(None), light(Some(800))) else { return };
-        assert!(parts.1 > whole.1, "something is kept between parts");
-        assert_eq!(whole.0, parts.0, "{order:?}");
-    }
-}
-
 /// A scene without polygons is drawn with the passes, pipelines and bytes that it had before, and after
 /// some were seen to the bit as before; and so are the polygons after another view.
 #[test]
@@ -286,13 +264,15 @@ fn many_polygons_over_a_pixel_are_drawn_or_refused() {
     let scene = with_polygons(base.clone(), vec![layer(squares(&base, 1, &depths), 0.01)]);
     let plan = Plan::of(&scene, SIZE);
     drawer.prepare(&plan, &voxsplat::core::Ticket::new()).expect("prepared");
-    if drawer.engines.gpu().expect("a device").context().most_turns.is_some() {
-        let refused = drawer.draw(&plan, Rung::Full, &mut ()).unwrap_err().to_string();
-        assert!(refused.starts_with("expected polygons over one pixel of at most"), "{refused}");
-        // Two triangles each, on their common edge.
-        assert!(refused.contains("found 2200"), "{refused}");
-    }
+    let is_drawn = match drawer.draw(&plan, Rung::Full, &mut ()) {
+        Err(error) => error != GpuError::EndedLoops.into(),
+        Ok(_) => true,
+    };
     drawn(&mut drawer, &base, SIZE, Rung::Full);
+    drop(drawer);
+    if is_drawn {
+        agrees("1100 over a pixel", &scene, WITHIN);
+    }
 }
 
 /// What the mode converges to meets them too.

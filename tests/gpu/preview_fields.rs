@@ -253,12 +253,8 @@ fn preview(
     (wide(&renderer.read_light().expect("read")), capped)
 }
 
-fn renderer(most_turns: Option<u64>) -> Option<Renderer> {
-    let mut context = context(Wishes::default())?;
-    if most_turns.is_some() {
-        context.most_turns = most_turns;
-    }
-    Some(Renderer::new(context))
+fn renderer() -> Option<Renderer> {
+    context(Wishes::default()).map(Renderer::new)
 }
 
 const TENTS: SplatSettings = SplatSettings { kernel: Kernel::Linear, ..SplatSettings::EXACT };
@@ -312,7 +308,7 @@ fn held(renderer: &mut Renderer, name: &str, scene: &Scene, level: u32) -> Vec<S
 const WITHIN: Within = Within { max_abs: 1e-3, rmse: 1.1e-4, bias: 1.2e-5 };
 
 fn all_held(cases: &[(&str, Scene)]) {
-    let Some(mut renderer) = renderer(None) else { return };
+    let Some(mut renderer) = renderer() else { return };
     let faults: Vec<String> = cases
         .iter()
         .flat_map(|(name, scene)| [1, 2].map(|level| (name, scene, level)))
@@ -400,7 +396,7 @@ fn thin_lattices_are_the_float64_ones() {
 /// leap over all the rest, and not over it.
 #[test]
 fn a_voxel_that_shows_only_beside_its_mean_is_not_leapt_over() {
-    let Some(mut renderer) = renderer(None) else { return };
+    let Some(mut renderer) = renderer() else { return };
     let dims = [45, 38, 41];
     let lattice = Lattice::unit(dims);
     let spot = |at: [usize; 3]| (at[2] * dims[1] + at[1]) * dims[0] + at[0];
@@ -430,31 +426,6 @@ fn a_voxel_that_shows_only_beside_its_mean_is_not_leapt_over() {
         let faults = held(&mut renderer, &format!("one voxel at {at:?}"), &scene, level);
         assert!(faults.is_empty(), "{faults:?}");
     }
-}
-
-/// Where a ray is cut makes no difference, not even of a bit.
-#[test]
-fn rays_through_means_in_parts_are_the_same_rays() {
-    let (Some(mut whole), Some(mut parts)) = (renderer(None), renderer(Some(120))) else { return };
-    for classify in [Classify::PreIntegrated, Classify::After] {
-        for order in [Order::FrontToBack, Order::BackToFront] {
-            let opacity_model = OpacityModel::Published;
-            let mut scene = of(noise(DIMS, 3));
-            // Enough for caps to be counted, and clear where a ray may leap.
-            transfer_of(&mut scene).opacity = vec![(100.0, 0.0), (130.0, 1.0)];
-            scene.splat =
-                SplatSettings { classify, order, opacity_model, slabs_per_voxel: 0.7, ..TENTS };
-            for scene in [in_perspective(scene.clone(), 50.0), scene] {
-                let coefficients = Means::of(volume_of(&scene), 1).coefficients(volume_of(&scene));
-                let (one, caps) = preview(&mut whole, &scene, coefficients.clone(), SMALL);
-                let (other, theirs) = preview(&mut parts, &scene, coefficients, SMALL);
-                assert!(one.iter().any(|p| p[3] > 0.1));
-                assert!(one == other, "{classify:?} {order:?}");
-                assert!(caps > 0 && caps == theirs, "{classify:?} {order:?}: {caps} {theirs}");
-            }
-        }
-    }
-    assert!(parts.peak_bytes() > whole.peak_bytes(), "nothing was drawn in parts");
 }
 
 /// A mean and its width lie in a word, or in two of 32 bits, in one buffer or in four.
@@ -528,7 +499,7 @@ fn of_level(volume: &ScalarVolume, level: u32) -> Coefficients {
 /// samples: −0.0057 on the head.)
 #[test]
 fn previews_are_about_as_bright_as_the_exact_picture() {
-    let Some(mut renderer) = renderer(None) else { return };
+    let Some(mut renderer) = renderer() else { return };
     let size = [60, 48];
     for (name, component, most) in [
         ("head:48", Component::Index(0), [0.001, 1.0 / 255.0]),

@@ -206,63 +206,47 @@ fn what_is_not_asked_for_costs_nothing_and_changes_no_bit() {
     assert_eq!(held(&drawer).1, bytes, "let go of");
 }
 
-/// Where there is no room for them, each ray shades the samples that it meets:
-/// the same ones.
+/// They stay while nothing changes that they depend on, and are shaded anew for another view.
 #[test]
-fn rays_shade_samples_as_the_pass_does_that_shades_them_once() {
+fn samples_are_shaded_once_a_view() {
     let Some(mut drawer) = drawer() else { return };
     for kernel in [Kernel::Cubic, Kernel::Linear] {
         let mut scene = in_perspective(shaded(lit(), mode(kernel, Visibility::Slabs)), 50.0);
         scene.shading.modulation = Some(amounts(Index::GradientStrength));
-        let (once, _) = drawn(&mut drawer, &scene, SIZE, Rung::Full);
-        let view = View::new(&scene, SIZE);
+        drawn(&mut drawer, &scene, SIZE, Rung::Full);
         let unit = scene.opacity_unit_distance();
         let lit = Plan::of(&scene, SIZE);
-        drawer.engines.gpu().expect("a device").begin_plan(&lit).expect("begun");
-        assert_eq!(
-            drawer.engines.gpu().expect("a device").bricks_to_shade(&view, &scene.splat, unit),
-            Ok(0),
-            "all are there"
-        );
-        // Lets go of what was shaded.
         let plain = Plan { shading: Shading::default(), ..lit.clone() };
-        drawer.engines.gpu().expect("a device").begin_plan(&plain).expect("begun");
-        assert_eq!(
-            drawer.engines.gpu().expect("a device").bricks_to_shade(&view, &scene.splat, unit),
-            Ok(0),
-            "none to shade"
-        );
-        drawer.engines.gpu().expect("a device").begin_plan(&lit).expect("begun");
-        drawer
-            .engines
-            .gpu()
-            .expect("a device")
-            .begin(&view, kernel.splatted(), None, unit)
-            .expect("begun");
-        let tiles = 0..voxsplat::gpu::tile_count(SIZE);
-        drawer
-            .engines
-            .gpu()
-            .expect("a device")
-            .draw_gathered(&view, &scene.splat, unit, 2e-4_f32.into(), tiles)
-            .expect("drawn");
-        let each = crate::support::wide(
-            &drawer.engines.gpu().expect("a device").read_light().expect("read"),
-        );
-        assert!(each.iter().any(|p| p[3] > 0.5));
-        let worst = (each.iter().flatten().zip(once.iter().flatten()))
-            .map(|(a, b)| (a - b).abs())
-            .fold(0.0, f64::max);
-        assert!(worst < 2e-6, "{worst}");
-        // And for another view, they are shaded anew.
-        let turned =
-            View::new(&Scene { camera: scene.camera.orbited(0.2, 0.0), ..scene.clone() }, SIZE);
-        assert_eq!(
-            drawer.engines.gpu().expect("a device").bricks_to_shade(&turned, &scene.splat, unit),
-            Ok(8)
-        );
-        drawer.engines.gpu().expect("a device").end_plan();
+        let camera = scene.camera.orbited(0.2, 0.0);
+        let turned = View::new(&Scene { camera, ..scene.clone() }, SIZE);
+        let view = View::new(&scene, SIZE);
+        let renderer = drawer.engines.gpu().expect("a device");
+        renderer.begin_plan(&lit).expect("begun");
+        assert_eq!(renderer.bricks_to_shade(&view, &scene.splat, unit), Ok(0), "all are there");
+        assert_eq!(renderer.bricks_to_shade(&turned, &scene.splat, unit), Ok(8), "another view");
+        // Lets go of what was shaded.
+        renderer.begin_plan(&plain).expect("begun");
+        assert_eq!(renderer.bricks_to_shade(&view, &scene.splat, unit), Ok(0), "none to shade");
+        renderer.begin_plan(&lit).expect("begun");
+        assert_eq!(renderer.bricks_to_shade(&view, &scene.splat, unit), Ok(8), "all to shade");
     }
+}
+
+/// More of them than a buffer holds are refused, before any room is taken.
+#[test]
+fn more_samples_than_there_is_room_for_are_refused() {
+    let Some(mut context) = context(Wishes::default()) else { return };
+    // Eight bricks of 8^3 samples, of 16 bytes.
+    context.limits.max_storage_buffer_binding_size = 8 * 512 * 16 - 16;
+    let mut drawer = Drawer::new(Renderer::new(context));
+    let scene = shaded(lit(), mode(Kernel::Cubic, Visibility::Slabs));
+    let plan = Plan::of(&scene, SIZE);
+    drawer.prepare(&plan, &Ticket::new()).expect("prepared");
+    let refused = drawer.draw(&plan, Rung::Full, &mut ()).expect_err("too many").to_string();
+    assert!(refused.contains("shaded samples that can show of at most 4095"), "{refused}");
+    assert!(refused.contains("found 4096"), "{refused}");
+    let plain = shaded(Shading::default(), mode(Kernel::Cubic, Visibility::Slabs));
+    drawn(&mut drawer, &plain, SIZE, Rung::Full);
 }
 
 /// Octree cuts are unlit; tents are not. Beside them, samples that are shaded first.
@@ -362,31 +346,35 @@ fn samples_without_data_that_show_are_not_lit() {
     }
 }
 
-/// Where buffers are small, samples lie in several, with neighbours in two of them; there is then no room
-/// for shaded ones, and each ray shades those it meets.
+/// Where buffers are small, samples lie in several, with neighbours in two of them.
 #[test]
 fn samples_in_several_buffers_are_lit_as_those_in_one() {
     let Some(mut one) = drawer() else { return };
     let Some(mut context) = context(Wishes::default()) else { return };
-    // 1287 bytes, or 2574, of samples.
-    context.limits.max_storage_buffer_binding_size = 1024;
+    // Of shaded samples as many as four bricks have; 45 968 bytes, or twice as many, of others.
+    context.limits.max_storage_buffer_binding_size = 4 * 512 * 16;
     let mut several = Drawer::new(Renderer::new(context));
-    let value = |i: usize| random(9, i) * 255.0;
-    let count = lattice().len();
+    let lattice = Lattice::unit([26, 26, 34]);
+    // Two bricks, through which the buffers are divided: at half the samples, and at two thirds.
+    let shows = |i: usize| {
+        let [x, y, z] = [i % 26, i / 26 % 26, i / 676];
+        x < 8 && (8..16).contains(&y) && (16..24).contains(&z)
+    };
+    let value = |i: usize| if shows(i) { 1.0 + random(9, i) * 254.0 } else { 0.0 };
+    let count = lattice.len();
     for samples in [
-        Samples::UInt8((0..count).map(|i| value(i) as u8).collect()),
         Samples::UInt16((0..count).map(|i| value(i) as u16).collect()),
+        Samples::Float32((0..count).map(|i| value(i) as f32).collect()),
     ] {
-        let mut scene = shaded(lit(), mode(Kernel::Linear, Visibility::Slabs));
-        scene = with_field(scene, volume(lattice(), samples));
+        let splat = mode(Kernel::Linear, Visibility::Slabs);
+        let mut scene =
+            Scene { shading: lit(), splat, ..scene(lattice, DVec3::new(0.4, 0.9, -0.5)) };
+        scene = with_field(scene, volume(lattice, samples));
+        transfer_of(&mut scene).opacity = vec![(0.0, 0.0), (0.9, 0.0), (1.0, 0.4), (255.0, 0.9)];
         let (expected, _) = drawn(&mut one, &scene, SIZE, Rung::Full);
         let (found, what) = drawn(&mut several, &scene, SIZE, Rung::Full);
         assert!(what.is_shaded && expected.iter().any(|p| p[3] > 0.5));
-        let worst = (found.iter().flatten().zip(expected.iter().flatten()))
-            .map(|(a, b)| (a - b).abs())
-            .fold(0.0, f64::max);
-        // As `rays_shade_samples_as_the_pass_does_that_shades_them_once`.
-        assert!(worst < 2e-6, "{worst}");
+        assert!(found == expected);
     }
 }
 

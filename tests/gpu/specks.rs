@@ -143,8 +143,7 @@ fn rays(drawer: &mut Drawer, scene: &Scene, size: [u32; 2], most: Option<u64>) -
     let scene = &Scene { splat: TENTS, ..scene.clone() };
     let renderer = drawer.engines.gpu().expect("a device");
     renderer.begin_plan(&Plan::of(scene, size)).expect("begun");
-    let more =
-        most.map_or(0, |most| renderer.mark_specks(field, &view, &scene.splat, constants, most));
+    let more = most.map_or(0, |most| renderer.mark_specks(field, &view, &scene.splat, most));
     renderer.begin(&view, scene.splat.kernel, None, constants.unit_distance).expect("begun");
     let tiles = 0..tile_count(size);
     renderer.draw_slab_tiles(field, &view, &scene.splat, constants, tiles).expect("drawn");
@@ -251,7 +250,6 @@ fn marked_pixels_are_means_of_rays_and_others_are_what_they_were() {
             SlabField::Preview,
             &View::new(&scene, small),
             &TENTS,
-            constants(&scene),
             4000,
         );
         assert_eq!(rays(&mut drawer, &scene, [79, 80], None).0, after);

@@ -15,6 +15,7 @@ use voxsplat::scene::{
     VectorLayer, framing_camera,
 };
 use voxsplat::task::draw::{Drawer, Drawn, Rung};
+use voxsplat::task::engines::{EngineChoice, EngineKind, Engines};
 use voxsplat::transfer::{ColourSource, TransferFunction};
 use voxsplat::volume::{Lattice, Samples, ScalarVolume};
 
@@ -188,6 +189,28 @@ pub(crate) fn in_perspective(mut scene: Scene, degrees: f64) -> Scene {
 
 pub(crate) fn wide(light: &[[f32; 4]]) -> Light {
     light.iter().map(|pixel| pixel.map(f64::from)).collect()
+}
+
+/// The finished picture, of the device; or where the adapter ended loops, as software adapters do, and it was refused,
+/// of the native engine.
+pub(crate) fn drawn_or_refused(
+    drawer: &mut Drawer,
+    scene: &Scene,
+    size: [u32; 2],
+) -> (Light, EngineKind) {
+    let plan = Plan::of(scene, size);
+    drawer.prepare(&plan, &Ticket::new()).expect("the device prepares");
+    let Err(error) = drawer.draw(&plan, Rung::Full, &mut ()) else {
+        let light = drawer.engines.gpu().expect("a device").read_light().expect("read back");
+        return (wide(&light), EngineKind::Gpu);
+    };
+    assert_eq!(error, GpuError::EndedLoops.into());
+    assert!(drawer.engines.gpu().expect("a device").context().ends_loops);
+    let engines = Engines::new(EngineChoice::Native.into(), Wishes::default());
+    let mut native = Drawer::with(engines.expect("no device is asked for"));
+    native.prepare(&plan, &Ticket::new()).expect("prepared");
+    native.draw(&plan, Rung::Full, &mut ()).expect("drawn");
+    (wide(&native.engines.native.light().0), EngineKind::Native)
 }
 
 /// The device's picture of a rung.

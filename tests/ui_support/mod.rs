@@ -23,9 +23,7 @@ use voxsplat::app::settings::Settings;
 use voxsplat::app::software::Canvas;
 use voxsplat::app::{Parts, Window};
 use voxsplat::core::{Camera, Ticket};
-use voxsplat::kernel::Kernel;
 use voxsplat::scene::{Cell, Cells, Shading, SplatSettings, Visibility, WhyWhole};
-use voxsplat::task::calibration::BackEndTimes;
 use voxsplat::task::engine::Effort;
 use voxsplat::task::engine::{
     CellsRequest, EngineChoice, EngineKind, EngineState, FoundCells, FrameReport, FrameRequest,
@@ -143,10 +141,6 @@ impl Drawer for GradientDrawer {
 
     fn adapter_name(&self) -> Option<String> {
         Some("gradients (test)".to_owned())
-    }
-
-    fn back_end_times(&self) -> Option<BackEndTimes> {
-        Some(BackEndTimes { kernel: Kernel::Cubic, raster_ms: 120.0, tiles_ms: 35.0 })
     }
 
     fn engine_choice(&self) -> EngineChoice {

@@ -10,7 +10,6 @@ use crate::scene::{
     Backend, Classify, CutSettings, ErrorMeasure, LEAST_SLABS_PER_VOXEL, ModeChoice, OpacityModel,
     Order, Reconstruction, SplatSettings, Visibility,
 };
-use crate::task::calibration::BackEndTimes;
 
 /// The splat radii on offer, voxels.
 const EXTENT: std::ops::RangeInclusive<f64> = 0.5..=4.0;
@@ -19,11 +18,10 @@ const SLABS: std::ops::RangeInclusive<f64> = LEAST_SLABS_PER_VOXEL..=16.0;
 /// The sheets on offer, per kernel.
 const SHEETS: std::ops::RangeInclusive<u32> = 1..=16;
 
-/// Every choice of a mode. `voxel` is the smallest spacing, world units; `times` what both back ends
-/// take for the picture on screen, where both can draw it.
+/// Every choice of a mode. `voxel` is the smallest spacing, world units.
 ///
 /// A choice that contradicts others takes them along; see [`modes::changed`].
-pub fn splat_ui(ui: &mut Ui, splat: &mut SplatSettings, voxel: f64, times: Option<BackEndTimes>) {
+pub fn splat_ui(ui: &mut Ui, splat: &mut SplatSettings, voxel: f64) {
     presets_ui(ui, splat);
     let mut chosen = ModeChoice::default();
     let kernel_words = |kernel| (words::kernel(kernel), words::kernel_help(kernel));
@@ -51,8 +49,7 @@ pub fn splat_ui(ui: &mut Ui, splat: &mut SplatSettings, voxel: f64, times: Optio
             choice_ui(ui, "Opacity", OpacityModel::ALL, now.opacity_model, words::opacity_model);
         chosen.order = choice_ui(ui, "Order", Order::ALL, now.order, words::order);
         chosen.backend = choice_ui(ui, "Back end", Backend::ALL, now.backend, words::backend);
-        let times = times.filter(|times| times.kernel == now.kernel);
-        let (text, why) = back_end_words(&now, times.as_ref());
+        let [text, why] = back_end_words(&now);
         let text = RichText::new(text).size(12.0).color(theme::TEXT_FAINT);
         row_ui(ui, "", |ui| ui.add(Label::new(text).truncate()).on_hover_text(why));
     });
@@ -110,43 +107,31 @@ fn measure_words(measure: ErrorMeasure) -> (&'static str, &'static str) {
 }
 
 /// What draws a mode, and what that was chosen by.
-fn back_end_words(splat: &SplatSettings, times: Option<&BackEndTimes>) -> (String, &'static str) {
+fn back_end_words(splat: &SplatSettings) -> [&'static str; 2] {
     if splat.kernel == Kernel::Gouraud {
-        return (
-            "Triangles draw this kernel".to_owned(),
+        return [
+            "Triangles draw this kernel",
             "A Gouraud splat is a mesh of triangles: tiles have none, so there is nothing to choose",
-        );
+        ];
     }
     if splat.needs_tiles() {
-        return (
-            "Tiles draw this mode".to_owned(),
+        return [
+            "Tiles draw this mode",
             "Triangles can only draw every sample by \
              optical depth, back to front: for all else there is nothing to choose",
-        );
+        ];
     }
-    match (splat.backend, times) {
-        (Backend::Auto, None) => (
-            "Not measured yet".to_owned(),
-            "The first finished picture is drawn as triangles; then a sixteenth of it is drawn in \
-             tiles, and the faster way is used from then on. Kernels narrower than a pixel are always \
-             drawn in tiles, which average several rays",
-        ),
-        (Backend::Auto, Some(times)) => {
-            let [raster, tiles] = [times.raster_ms, times.tiles_ms].map(words::milliseconds);
-            let text = match times.faster() {
-                Backend::Tiles => format!("Tiles, {tiles} against {raster} as triangles"),
-                _ => format!("Triangles, {raster} against {tiles} in tiles"),
-            };
-            (
-                text,
-                "Measured once for this volume, kernel and size on the screen: the whole \
-                 picture as triangles, and a sixteenth of it in tiles. Both draw the same picture",
-            )
-        }
-        _ => (
-            "Chosen by you".to_owned(),
-            "Automatic measures both once and uses the faster; both draw the same picture",
-        ),
+    match splat.backend {
+        Backend::Auto => [
+            "Triangles on a graphics processor",
+            "Tiles draw this mode on the native engine, and kernels narrower than a pixel, of which they \
+             average several rays; triangles all else. Both draw the same picture",
+        ],
+        Backend::Raster | Backend::Tiles => [
+            "Chosen by you",
+            "Automatic takes triangles on a graphics processor, and tiles on the native engine; both draw \
+             the same picture",
+        ],
     }
 }
 
@@ -308,14 +293,10 @@ mod tests {
     #[test]
     fn the_back_end_says_what_it_was_chosen_by() {
         let classic = SplatSettings::SHADE_FIRST;
-        let words = |splat: &SplatSettings, times| back_end_words(splat, times).0;
-        let times = BackEndTimes { kernel: Kernel::Cubic, raster_ms: 120.0, tiles_ms: 35.0 };
-        assert_eq!(words(&classic, Some(&times)), "Tiles, 35 ms against 120 ms as triangles");
-        let slower = BackEndTimes { tiles_ms: 1350.0, ..times };
-        assert_eq!(words(&classic, Some(&slower)), "Triangles, 120 ms against 1.4 s in tiles");
-        assert_eq!(words(&classic, None), "Not measured yet");
+        let words = |splat: &SplatSettings| back_end_words(splat)[0];
+        assert_eq!(words(&classic), "Triangles on a graphics processor");
         let chosen = SplatSettings { backend: Backend::Raster, ..classic };
-        assert_eq!(words(&chosen, Some(&times)), "Chosen by you");
-        assert_eq!(words(&SplatSettings::EXACT, None), "Tiles draw this mode");
+        assert_eq!(words(&chosen), "Chosen by you");
+        assert_eq!(words(&SplatSettings::EXACT), "Tiles draw this mode");
     }
 }

@@ -104,8 +104,7 @@ impl Constants<'_> {
             splits: [splits[0], splits[1], splits[2], self.tiles.start as i32],
             strides: counts(strides, self.tiles.end),
             bricks: counts(brick_strides, view.size[0].div_ceil(TILE)),
-            part: [0; 4],
-            rays: [0; 4],
+            piece: [view.rays_per_side(settings.kernel, settings.extent), 0, 0, 0],
         }
     }
 }

@@ -115,11 +115,6 @@ impl Worker {
                         break;
                     }
                 }
-                if self.device()?.is_to_be_calibrated(&plan) {
-                    self.calibrate(request, full_ms)?;
-                }
-                let times = self.device()?.back_end_times(&plan);
-                self.shared.lock().back_end_times = times;
                 match doublings(request, full_ms) {
                     Some(doublings) => self.converge(request, doublings, share),
                     None => Ok(()),
@@ -414,21 +409,6 @@ impl Worker {
         let result = drawer.prepare_preview_field(&request.plan(), &mut watch);
         self.drawer = Some(drawer);
         result
-    }
-
-    /// Finds the faster back end, once the picture that triangles took `raster_ms` for is out.
-    fn calibrate(&mut self, request: &FrameRequest, raster_ms: f64) -> Result<(), DrawError> {
-        self.device()?;
-        let Some(mut drawer) = self.drawer.take() else { return Err(no_device()) };
-        let manner = Manner::InPieces { show_partial: false, before: 1.0, after: 1.0 };
-        let mut watch = Watch::new(self, request, manner, &drawer);
-        let result = drawer.calibrate(&request.plan(), raster_ms, &mut watch);
-        self.drawer = Some(drawer);
-        match result {
-            // The picture stands; the next finished one is measured instead.
-            Err(DrawError::Interrupted) => Ok(()),
-            other => other,
-        }
     }
 
     pub(super) fn publish(&self, picture: Arc<Picture>) {

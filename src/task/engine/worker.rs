@@ -1,5 +1,6 @@
 //! The engine's thread: what is done next, and with which device.
 
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, PoisonError};
 
 use super::next::LastDrawn;
@@ -16,6 +17,9 @@ use crate::task::still::{self, Still, StillError};
 
 /// Rebuilds of a lost device for one request.
 pub(super) const REBUILDS: u32 = 2;
+
+/// What is said where drawing came upon an error of its own, which is told where it happened.
+const FAILED: &str = "expected a picture, found an error of the program's own; change the view to try again, or report it";
 
 /// The thread's end.
 pub(super) struct Worker {
@@ -81,23 +85,33 @@ impl Worker {
                 }
                 slot.take()
             };
-            match posted {
-                Some(Posted::Choice(choice)) => self.choose(choice),
-                Some(Posted::Frame(request, ticket)) => {
-                    self.last = Some(request.clone());
-                    self.serve(request, &ticket);
-                    self.shared.lock().under_way = None;
-                }
-                Some(Posted::Still(still)) => {
-                    let result = self.still(&still);
-                    // Whoever asked may be gone.
-                    drop(still.reply.send(result));
-                    self.announce(EngineState::Idle);
-                }
-                Some(Posted::Cells(request)) => self.serve_cells(request),
-                Some(Posted::Second(request)) => self.serve_second(request),
-                None => {}
+            let Some(posted) = posted else { continue };
+            // Whoever waits for an answer would wait for ever.
+            let answered = catch_unwind(AssertUnwindSafe(|| self.answer(posted)));
+            if answered.is_err() {
+                self.drop_device();
+                self.shared.lock().under_way = None;
+                self.announce(EngineState::Failed(FAILED.to_owned()));
             }
+        }
+    }
+
+    fn answer(&mut self, posted: Posted) {
+        match posted {
+            Posted::Choice(choice) => self.choose(choice),
+            Posted::Frame(request, ticket) => {
+                self.last = Some(request.clone());
+                self.serve(request, &ticket);
+                self.shared.lock().under_way = None;
+            }
+            Posted::Still(still) => {
+                let result = self.still(&still);
+                // Whoever asked may be gone.
+                drop(still.reply.send(result));
+                self.announce(EngineState::Idle);
+            }
+            Posted::Cells(request) => self.serve_cells(request),
+            Posted::Second(request) => self.serve_second(request),
         }
     }
 

@@ -1,0 +1,122 @@
+// The field on the faces of slabs, with its growth, where something is lit or looked up by it.
+
+// What finds the growth.
+const OF_BSPLINES: u32 = 0u;
+const OF_TENTS: u32 = 1u;
+const BY_DIFFERENCES: u32 = 2u;
+
+override growth: u32 = 2u;
+
+fn face(position: vec3<f32>) -> Face {
+    if growth == OF_BSPLINES {
+        return face_of_bsplines(position);
+    }
+    if growth == OF_TENTS {
+        return face_of_tents(position);
+    }
+    return face_by_differences(position);
+}
+
+// Of B-splines: values, and their derivative from the same samples.
+fn bspline_slopes(f: f32) -> vec4<f32> {
+    let g = 1.0 - f;
+    return vec4<f32>(-0.5 * g * g, f * (1.5 * f - 2.0), g * (2.0 - 1.5 * g), 0.5 * f * f);
+}
+
+// Value and growth along x of a row of four.
+fn row4_slope(index: u32, w: vec4<f32>, s: vec4<f32>) -> vec2<f32> {
+    let row = vec4<f32>(two(index), two(index + 2u));
+    return vec2<f32>(dot(row, w), dot(row, s));
+}
+
+// Growth along x and y, and value, of a plane of four by four.
+fn plane4_slope(
+    index: u32,
+    wx: vec4<f32>, sx: vec4<f32>,
+    wy: vec4<f32>, sy: vec4<f32>,
+) -> vec3<f32> {
+    let row = slabs.stored.x;
+    let a = row4_slope(index, wx, sx);
+    let b = row4_slope(index + row, wx, sx);
+    let c = row4_slope(index + 2u * row, wx, sx);
+    let d = row4_slope(index + 3u * row, wx, sx);
+    let values = vec4<f32>(a.x, b.x, c.x, d.x);
+    return vec3<f32>(dot(vec4<f32>(a.y, b.y, c.y, d.y), wy), dot(values, sy), dot(values, wy));
+}
+
+fn face_of_bsplines(position: vec3<f32>) -> Face {
+    let floored = floor(position);
+    let f = position - floored;
+    let wx = bspline_weights(f.x);
+    let wy = bspline_weights(f.y);
+    let sx = bspline_slopes(f.x);
+    let sy = bspline_slopes(f.y);
+    let i = stored_index(vec3<i32>(floored) - vec3<i32>(1));
+    let plane = slabs.stored.x * slabs.stored.y;
+    let planes = mat4x3<f32>(
+        plane4_slope(i, wx, sx, wy, sy),
+        plane4_slope(i + plane, wx, sx, wy, sy),
+        plane4_slope(i + 2u * plane, wx, sx, wy, sy),
+        plane4_slope(i + 3u * plane, wx, sx, wy, sy),
+    );
+    let across = planes * bspline_weights(f.z);
+    let along = planes * bspline_slopes(f.z);
+    let u = slabs.table.x + slabs.table.y * across.z;
+    return Face(vec2<f32>(u, 0.0), slabs.table.y * vec3<f32>(across.xy, along.z));
+}
+
+// Of tents, for quick pictures: values, and the derivative within the cell from the same samples.
+
+// A sample, and half the width about it where there are such.
+fn sample(index: u32) -> vec2<f32> {
+    if has_widths {
+        return mean_and_width(index);
+    }
+    return vec2<f32>(two(index).x, 0.0);
+}
+
+fn face_of_tents(position: vec3<f32>) -> Face {
+    let floored = floor(position);
+    let f = position - floored;
+    let i = stored_index(vec3<i32>(floored));
+    let j = i + slabs.stored.x;
+    let plane = slabs.stored.x * slabs.stored.y;
+    // Four rows along x: beginnings, and growth.
+    let a = sample(i);
+    let b = sample(j);
+    let c = sample(i + plane);
+    let d = sample(j + plane);
+    let da = sample(i + 1u) - a;
+    let db = sample(j + 1u) - b;
+    let dc = sample(i + plane + 1u) - c;
+    let dd = sample(j + plane + 1u) - d;
+    let dx = mix(mix(da, db, f.y), mix(dc, dd, f.y), f.z);
+    let near_low = a + da * f.x;
+    let near_high = b + db * f.x;
+    let far_low = c + dc * f.x;
+    let far_high = d + dd * f.x;
+    let dy = mix(near_high - near_low, far_high - far_low, f.z);
+    let near = mix(near_low, near_high, f.y);
+    let dz = mix(far_low, far_high, f.y) - near;
+    let found = near + dz * f.z;
+    let u = slabs.table.x + slabs.table.y * found.x;
+    let growth = slabs.table.y * vec3<f32>(dx.x, dy.x, dz.x);
+    return Face(vec2<f32>(u, slabs.table.y * found.y), growth);
+}
+
+// Of any field, by differences between half a sample before and half a sample on, because the derivative of
+// tents, boxes and normalised kernels jumps.
+fn face_by_differences(position: vec3<f32>) -> Face {
+    var found = Face(value(position), vec3<f32>(0.0));
+    if uses_gradient {
+        // A loop, so that adapters compile `value` once.
+        for (var axis = 0u; axis < 3u; axis++) {
+            let offset = 0.5 * vec3<f32>(vec3<u32>(0u, 1u, 2u) == vec3<u32>(axis));
+            let past = value(position + offset).x;
+            let before = value(position - offset).x;
+            let growth = select(past - before, 0.0, past == NOTHING || before == NOTHING);
+            found.gradient += 2.0 * offset * growth;
+        }
+    }
+    return found;
+}
