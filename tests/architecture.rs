@@ -2,7 +2,7 @@
 //! included.
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 use std::fs;
 use std::path::Path;
@@ -432,6 +432,92 @@ fn every_room_is_in_the_table_and_the_table_has_no_cycle() {
             assert!(before, "{room} may import {other}, which does not come before it");
         }
     }
+}
+
+/// Which modules of a room name which others of it, from its files below its `mod.rs`.
+fn imports_within(room: &str, files: &[(String, String)]) -> BTreeMap<String, BTreeSet<String>> {
+    let own: Vec<(Vec<&str>, &str)> = files
+        .iter()
+        .filter_map(|(file, source)| {
+            let path = file.strip_suffix("/mod.rs").or_else(|| file.strip_suffix(".rs"))?;
+            let path: Vec<&str> = path.split('/').collect();
+            (path[0] == room && path.len() > 1).then_some((path, source.as_str()))
+        })
+        .collect();
+    let mut found: BTreeMap<String, BTreeSet<String>> =
+        own.iter().map(|(path, _)| (path[1].to_owned(), BTreeSet::new())).collect();
+    let modules: BTreeSet<String> = found.keys().cloned().collect();
+    for (path, source) in own {
+        for Written { segments, inline_modules, .. } in paths(&tokens(source)) {
+            let supers = segments.iter().take_while(|s| *s == "super").count();
+            let named: Vec<&str> = match segments[0].as_str() {
+                "crate" => segments[1..].iter().map(String::as_str).collect(),
+                "super" if supers > inline_modules => {
+                    let above = path.len().saturating_sub(supers - inline_modules);
+                    let rest = segments[supers..].iter().map(String::as_str);
+                    path[..above].iter().copied().chain(rest).collect()
+                }
+                _ => continue,
+            };
+            if let [of, module, ..] = named[..]
+                && of == room
+                && module != path[1]
+                && modules.contains(module)
+            {
+                found.entry(path[1].to_owned()).or_default().insert(module.to_owned());
+            }
+        }
+    }
+    found
+}
+
+/// Modules that import each other, each by way of the next; empty where none do.
+fn circle(imports: &BTreeMap<String, BTreeSet<String>>) -> Vec<String> {
+    let mut left = imports.clone();
+    // Those that import nothing that is left are in no circle.
+    while let Some(free) = left.iter().find(|(_, of)| !of.iter().any(|o| left.contains_key(o))) {
+        let free = free.0.clone();
+        left.remove(&free);
+    }
+    let mut way: Vec<String> = left.keys().next().cloned().into_iter().collect();
+    while let Some(next) =
+        way.last().and_then(|at| left[at].iter().find(|o| left.contains_key(*o)))
+    {
+        if let Some(begin) = way.iter().position(|at| at == next) {
+            return way.split_off(begin);
+        }
+        way.push(next.clone());
+    }
+    Vec::new()
+}
+
+#[test]
+fn no_modules_of_the_engines_import_each_other_in_a_circle() {
+    let files = all_sources();
+    for room in ["gpu", "plan"] {
+        let imports = imports_within(room, &files);
+        assert!(!imports.is_empty(), "{room} has no files");
+        assert_eq!(circle(&imports), [""; 0], "{room}");
+    }
+}
+
+#[test]
+fn circles_of_imports_are_found() {
+    let of = |files: &[(&str, &str)]| {
+        let files: Vec<_> =
+            files.iter().map(|(f, s)| ((*f).to_owned(), (*s).to_owned())).collect();
+        circle(&imports_within("gpu", &files))
+    };
+    let chain = [("gpu/a.rs", "use super::b::B;"), ("gpu/b.rs", "use crate::gpu::c;"), ("gpu/c.rs", "")];
+    assert_eq!(of(&chain), [""; 0]);
+    let [a, b, _] = chain;
+    assert_eq!(of(&[a, b, ("gpu/c.rs", "fn f() { super::a::go(); }")]), ["a", "b", "c"]);
+    // Children are of their parent, and groups and other rooms are seen through.
+    let child = ("gpu/b/x.rs", "use super::super::{GpuError, a::A};");
+    assert_eq!(of(&[a, ("gpu/b/mod.rs", ""), child]), ["a", "b"]);
+    let tests = ("gpu/b.rs", "mod tests { use super::super::a::A; use super::*; }");
+    assert_eq!(of(&[a, tests]), ["a", "b"]);
+    assert_eq!(of(&[a, ("gpu/b.rs", "use crate::core::a; use super::GpuError;")]), [""; 0]);
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! Encodes one pass.
 
+use super::clock::Timestamps;
 use super::context::Context;
-use super::timing::Timestamps;
 
 /// Workgroups across and down for `threads`, `size` to a workgroup ([`rows_of`]).
 pub(super) fn groups_of(threads: u32, size: u32) -> [u32; 3] {

@@ -1,16 +1,14 @@
 //! The corners of a splat's mesh, on the device from the first time that meshes are drawn.
 
+use super::buffers::Growing;
 use super::context::Context;
 use super::layout::Corner;
-use super::renderer::Renderer;
-use super::{GpuError, buffers::Growing};
 use crate::kernel::{Kernel, RadialKernel, SplatMesh, Subdivisions};
-use crate::scene::{OpacityModel, SplatSettings, View};
 
 /// One mesh, which every kernel is drawn with.
 #[derive(Debug)]
 pub(super) struct MeshTable {
-    subdivisions: Subdivisions,
+    pub(super) subdivisions: Subdivisions,
     pub(super) corners: wgpu::Buffer,
     /// 16 bits each.
     pub(super) indices: wgpu::Buffer,
@@ -45,35 +43,5 @@ impl MeshTable {
 
     pub(super) fn size_bytes(&self) -> u64 {
         self.corners.size() + self.indices.size()
-    }
-}
-
-impl Renderer {
-    /// [`Renderer::begin`] for meshes of triangles in place of footprints ([`Kernel::Gouraud`]), of
-    /// the settings' subdivisions, extent and opacity model.
-    ///
-    /// # Errors
-    /// As there.
-    pub fn begin_meshes(
-        &mut self,
-        view: &View,
-        splat: &SplatSettings,
-        unit_distance: f64,
-    ) -> Result<(), GpuError> {
-        if self.mesh.as_ref().is_none_or(|mesh| mesh.subdivisions != splat.gouraud) {
-            self.mesh = MeshTable::new(&self.context, splat.gouraud);
-        }
-        self.begin(view, Kernel::Gouraud, splat.extent, unit_distance)?;
-        self.variant.published = splat.opacity_model == OpacityModel::Published;
-        self.note_bytes();
-        Ok(())
-    }
-
-    /// Vertices of a splat, or of a mesh the indices.
-    pub(super) fn corner_count(&self) -> u32 {
-        match (&self.mesh, self.variant.kernel) {
-            (Some(mesh), Kernel::Gouraud) => mesh.index_count,
-            _ => self.variant.vertices(),
-        }
     }
 }

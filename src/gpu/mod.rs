@@ -5,6 +5,7 @@
 //! `kernel`, `hierarchy`, `vector`, `polygons`, `scene`, `plan`.
 
 mod buffers;
+mod clock;
 mod compute;
 mod constants;
 pub mod context;

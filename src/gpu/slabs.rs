@@ -1,10 +1,13 @@
 //! Slabs of a field that is classified after reconstruction (`reconstruct_slabs.wgsl`).
 
+mod marking;
+
 use std::ops::Range;
 use std::sync::Arc;
 
 use super::GpuError;
 use super::buffers::Growing;
+use super::clock::Timestamps;
 use super::compute::{buffer, buffers, dispatch, rows_of, view as picture_at};
 use super::context::Context;
 use super::field::{DeviceField, FIELD_CHUNKS, Format, window};
@@ -17,7 +20,6 @@ use super::rays;
 use super::scattered::Lists;
 use super::shade::{CellsOfValues, Shade, ShadeVariant};
 use super::shader::{self, Among};
-use super::timing::Timestamps;
 use super::vectors::DeviceVectors;
 use crate::core::Ticket;
 use crate::hierarchy::Speck;

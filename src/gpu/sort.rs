@@ -6,16 +6,14 @@
 //! their order, whatever the device.
 
 use super::GpuError;
-use super::buffers::{Growing, read_words};
+use super::buffers::Growing;
+use super::clock::Timestamps;
 use super::compute::{buffers, dispatch, groups_of};
 use super::context::Context;
 use super::frame::{self, Digit, Pass};
 use super::layout::{self, COUNT_HEADER_WORDS, DIGIT_BITS, DIGITS, SORT_THREADS};
 use super::pipelines::{Pipelines, Program};
-use super::renderer::Renderer;
-use super::scattered::Lists;
 use super::shader;
-use super::timing::Timestamps;
 
 /// The most keys that are sorted at once.
 pub const MOST_KEYS: u32 = 1 << 24;
@@ -31,10 +29,10 @@ const ROUND_STRIDE: u64 = 256;
 pub(super) struct Sorter {
     pub(super) keys: [Growing; 2],
     pub(super) words: [Growing; 2],
-    counts: Growing,
-    rounds: wgpu::Buffer,
-    scan: wgpu::Buffer,
-    totals: wgpu::Buffer,
+    pub(super) counts: Growing,
+    pub(super) rounds: wgpu::Buffer,
+    pub(super) scan: wgpu::Buffer,
+    pub(super) totals: wgpu::Buffer,
 }
 
 impl Sorter {
@@ -150,38 +148,5 @@ impl Sorter {
         let entries: Vec<_> = first.into_iter().chain(buffers(at, &bound)).collect();
         let pipeline = pipelines.compute(context, &Program::plain(shader));
         dispatch(context, encoder, pass.name(), &pipeline, &entries, groups, clock);
-    }
-}
-
-impl Renderer {
-    /// Sorts keys of at most `bits` bits, each with the word of the same place; equal ones keep
-    /// their order. Returns keys, words, and the wall milliseconds of the sort alone. For tests and
-    /// measurements.
-    ///
-    /// # Errors
-    /// Over [`MOST_KEYS`], or a failing device.
-    #[doc(hidden)]
-    pub fn sort_pairs(
-        &mut self,
-        keys: &[u32],
-        words: &[u32],
-        bits: u32,
-    ) -> Result<(Vec<u32>, Vec<u32>, f64), GpuError> {
-        let count = u32::try_from(keys.len()).ok().filter(|&n| n <= MOST_KEYS);
-        let Some(count) = count.filter(|_| keys.len() == words.len()) else {
-            return Err(GpuError::Device(format!("{} keys to sort at once", keys.len())));
-        };
-        let context = &self.context;
-        let sorter = &mut self.lists.get_or_insert_with(|| Lists::new(context)).sorter;
-        sorter.reserve(context, count)?;
-        context.queue.write_buffer(&sorter.keys[0].buffer, 0, bytemuck::cast_slice(keys));
-        context.queue.write_buffer(&sorter.words[0].buffer, 0, bytemuck::cast_slice(words));
-        let (passes, side) = sorter.prepare(context, count, bits)?;
-        let wall_ms = self.run(&passes)?;
-        let Some(lists) = &self.lists else { return Ok((Vec::new(), Vec::new(), 0.0)) };
-        let bytes = u64::from(count) * 4;
-        let keys = read_words(&self.context, &lists.sorter.keys[side].buffer, bytes)?;
-        let words = read_words(&self.context, &lists.sorter.words[side].buffer, bytes)?;
-        Ok((keys, words, wall_ms))
     }
 }

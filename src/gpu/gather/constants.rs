@@ -14,7 +14,7 @@ use crate::volume::BRICK;
 const MARGIN: f64 = 2e-3;
 
 /// What the constants of a piece are made of.
-pub(super) struct Constants<'a> {
+pub(in crate::gpu) struct Constants<'a> {
     pub view: &'a View,
     pub settings: &'a SplatSettings,
     pub unit_distance: f64,
@@ -31,7 +31,7 @@ pub(super) struct Constants<'a> {
 
 impl Constants<'_> {
     /// The same for the device, computed in double precision.
-    pub(super) fn gather(self) -> layout::Gather {
+    pub(in crate::gpu) fn gather(self) -> layout::Gather {
         let Self { view, settings, dims, bricks, .. } = self;
         let axes = view.traversal.axes;
         // Vectors over lattice axes, in the traversal's order.

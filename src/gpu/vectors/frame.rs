@@ -10,7 +10,7 @@ use crate::scene::{Order, View};
 use crate::vector::{Foreshortening, MARK_SIDE, VectorMode, WINDOW};
 
 /// Where splats land: their view in pixels. Units are those of the first field.
-pub(super) struct VectorFrame {
+pub(in crate::gpu) struct VectorFrame {
     /// View space from units, pixels.
     view_from_unit: DMat3,
     /// View-space position of the origin of the splats, pixels.
@@ -27,7 +27,7 @@ pub(super) struct VectorFrame {
 
 impl VectorFrame {
     /// `None` where there is no field.
-    pub(super) fn new(view: &View, what: &VectorSplats<'_>) -> Option<Self> {
+    pub(in crate::gpu) fn new(view: &View, what: &VectorSplats<'_>) -> Option<Self> {
         let camera = what.camera;
         let natural = RadialKernel::new(Kernel::Cubic, None).map_or(1.0, RadialKernel::radius);
         let pixels = view.pixels_per_unit;
@@ -60,14 +60,14 @@ impl VectorFrame {
     }
 
     /// Layers that splats lie in, however many.
-    pub(super) fn layer_count(&self, slab: f64) -> u64 {
+    pub(in crate::gpu) fn layer_count(&self, slab: f64) -> u64 {
         let layer = slab * f64::from(LAYER_SLABS);
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates")]
         let count = ((self.reach[1] - self.reach[0]) / layer).ceil() as u64;
         count
     }
 
-    pub(super) fn layers(&self, slab: f64) -> Option<Layers> {
+    pub(in crate::gpu) fn layers(&self, slab: f64) -> Option<Layers> {
         let layer = slab * f64::from(LAYER_SLABS);
         // One more on each side: the device rounds.
         let first = (self.reach[0] / layer).floor() - 1.0;
@@ -82,7 +82,7 @@ impl VectorFrame {
 
     /// Of the pass that projects: lengths in units, the origin's at 0.
     #[expect(clippy::cast_possible_truncation, reason = "the device has 32 bits")]
-    pub(super) fn constants(&self) -> layout::Frame {
+    pub(in crate::gpu) fn constants(&self) -> layout::Frame {
         let m = self.view_from_unit;
         let column = |v: DVec3| v.as_vec3().extend(0.0).to_array();
         let half = self.size.map(|n| n as f32 / 2.0);
@@ -110,7 +110,7 @@ impl VectorFrame {
     }
 
     #[expect(clippy::cast_possible_truncation, reason = "the device has 32 bits")]
-    pub(super) fn vectors(
+    pub(in crate::gpu) fn vectors(
         &self,
         view: &View,
         what: &VectorSplats<'_>,

@@ -1,29 +1,42 @@
 //! Runs passes: the buffers between them, and their times.
 
+mod gather;
+mod meshes;
+mod octree;
+mod polygons;
+mod scattered;
+mod shaded_samples;
+mod sort;
+mod target;
+mod triangles;
+mod vectors;
+mod volume;
+
 use std::ops::Range;
 use std::sync::Arc;
 use std::time::Instant;
 
-use super::buffers::{Growing, read_words};
-use super::constants::frame_constants;
-use super::context::Context;
-use super::device_volume::DeviceVolume;
-use super::frame::{self, Pass, PassTime};
-use super::gather::Gathering;
-use super::inside::Opening;
-use super::meshes::MeshTable;
-use super::octree::BrickBuffers;
-use super::pipelines::{Pipelines, SplatVariant};
-use super::polygons::DevicePolygons;
-use super::scattered::Lists;
-use super::shade::Shade;
-use super::shaded_samples::ShadedSamples;
-use super::slabs::{Beside, Looks, PictureConstants, SlabPass, step_reach};
-use super::target::{self, Target};
-use super::timing::{Timer, Timestamps};
-use super::vectors::DeviceVectors;
-use super::{GpuError, layout, shader};
 use crate::core::Ticket;
+use crate::gpu::buffers::{Growing, read_words};
+use crate::gpu::clock::Timestamps;
+use crate::gpu::constants::frame_constants;
+use crate::gpu::context::Context;
+use crate::gpu::device_volume::DeviceVolume;
+use crate::gpu::frame::{self, Pass, PassTime};
+use crate::gpu::gather::Gathering;
+use crate::gpu::inside::Opening;
+use crate::gpu::meshes::MeshTable;
+use crate::gpu::octree::BrickBuffers;
+use crate::gpu::pipelines::{Pipelines, SplatVariant};
+use crate::gpu::polygons::DevicePolygons;
+use crate::gpu::scattered::Lists;
+use crate::gpu::shade::Shade;
+use crate::gpu::shaded_samples::ShadedSamples;
+use crate::gpu::slabs::{Beside, Looks, PictureConstants, SlabPass, step_reach};
+use crate::gpu::target::{Target, WRITTEN};
+use crate::gpu::timing::Timer;
+use crate::gpu::vectors::DeviceVectors;
+use crate::gpu::{GpuError, layout, shader};
 use crate::kernel::{Coefficients, Kernel, Subdivisions};
 use crate::plan::Plan;
 use crate::plan::SlabField;
@@ -161,7 +174,7 @@ impl Renderer {
     /// # Errors
     /// Where the device fails.
     pub fn time_passes(&mut self) -> Result<Timer, GpuError> {
-        let timer = super::timing::choose(&self.context)?;
+        let timer = crate::gpu::timing::choose(&self.context)?;
         self.timer = Some(timer);
         // Else their pass would not be among those that are timed.
         self.shaded.clear();
@@ -325,7 +338,7 @@ impl Renderer {
     ///
     /// # Errors
     /// [`GpuError::EndedLoops`], or a failing device.
-    pub(super) fn check_loops(&self) -> Result<(), GpuError> {
+    pub(in crate::gpu) fn check_loops(&self) -> Result<(), GpuError> {
         if self.context.ends_loops && read_words(&self.context, &self.totals, 20)?[4] > 0 {
             return Err(GpuError::EndedLoops);
         }
@@ -385,9 +398,9 @@ impl Renderer {
     /// lets the inside be seen, polygons. What it does not ask for takes no buffer, no pipeline and no gradient.
     ///
     /// # Errors
-    /// See [`super::supports()`]; too many polygons, or a failing device.
+    /// See [`crate::gpu::supports()`]; too many polygons, or a failing device.
     pub fn begin_plan(&mut self, plan: &Plan) -> Result<(), GpuError> {
-        super::supports(plan)?;
+        crate::gpu::supports(plan)?;
         self.shade = Shade::of(plan);
         self.inside = Opening::of(plan);
         self.put_vectors_in_slabs(false);
@@ -408,7 +421,7 @@ impl Renderer {
     }
 
     /// Runs passes that belong to the picture that will be begun next.
-    pub(super) fn run_before(&mut self, passes: &[Pass]) -> Result<f64, GpuError> {
+    pub(in crate::gpu) fn run_before(&mut self, passes: &[Pass]) -> Result<f64, GpuError> {
         let times = std::mem::take(&mut self.times);
         self.times = std::mem::take(&mut self.times_before);
         let ran = self.run(passes);
@@ -419,7 +432,7 @@ impl Renderer {
     /// Submits passes and waits; returns wall milliseconds.
     ///
     /// Nothing is queued behind: a newer request would wait for one piece more.
-    pub(super) fn run(&mut self, passes: &[Pass]) -> Result<f64, GpuError> {
+    pub(in crate::gpu) fn run(&mut self, passes: &[Pass]) -> Result<f64, GpuError> {
         let start = Instant::now();
         match self.timer {
             None => {
@@ -498,7 +511,7 @@ impl Renderer {
     /// Bytes held on the device now, as this program allocates them.
     pub fn size_bytes(&self) -> u64 {
         let target = self.target.as_ref().map_or(0, |t| {
-            let texel = if t.light.format() == target::WRITTEN { 16 } else { 8 };
+            let texel = if t.light.format() == WRITTEN { 16 } else { 8 };
             let pixels = u64::from(t.size[0]) * u64::from(t.size[1]);
             pixels * (texel + if t.encoded.is_some() { 4 } else { 0 })
                 + t.staging.as_ref().map_or(0, wgpu::Buffer::size)
@@ -544,7 +557,7 @@ impl Renderer {
     }
 
     /// Counts what is held now towards the peak.
-    pub(super) fn note_bytes(&mut self) {
+    pub(in crate::gpu) fn note_bytes(&mut self) {
         self.peak_bytes = self.peak_bytes.max(self.size_bytes());
     }
 }
