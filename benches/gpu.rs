@@ -1,0 +1,196 @@
+//! What pictures cost on the graphics adapter that is there: `benches/gpu.sh`, which says how to run it elsewhere.
+//!
+//! Volumes made in code, at two sizes of picture: from samples to the first picture, exact pictures, quick ones of a
+//! budget, lit ones, with vectors and with polygons. Of each the median of a few, turned by a degree each, and what its
+//! passes took by the device's clock. Writes Markdown, with the adapter's name.
+//!
+//! Arguments: `--volumes 256,512,1024` (samples along an axis), `--pictures 1920x1080,3840x2160`, `--output FILE`.
+
+use std::fmt::Write as _;
+use std::sync::Arc;
+use std::time::Instant;
+
+use glam::DVec3;
+use voxsplat::core::{Srgb8, Ticket};
+use voxsplat::gpu::{AdapterChoice, Context, Renderer, Wishes};
+use voxsplat::plan::Plan;
+use voxsplat::polygons::Shapes;
+use voxsplat::scene::{
+    self, PolygonLayer, SampleSource, Scene, ShadingPreset, VectorLayer, framing_camera,
+};
+use voxsplat::task::draw::{DrawError, Drawer, Drawn, Rung};
+use voxsplat::volume::{Component, Lattice, Samples, ScalarVolume, demo};
+
+/// Pictures of each kind, after two that compile and upload.
+const RUNS: usize = 7;
+/// Of a quick picture, milliseconds.
+const BUDGETS_MS: [f64; 2] = [8.0, 16.0];
+
+fn main() {
+    let asked = Asked::of(std::env::args().skip(1));
+    let context = Context::new(&AdapterChoice::Auto, Wishes::default()).expect("an adapter");
+    let adapter = context.adapter_name.clone();
+    let mut report = format!(
+        "# Graphics adapter: {adapter}\n\nBy `benches/gpu.sh`. Milliseconds: the median of {RUNS} pictures, each turned by a \
+         degree, from the request until the device is done; then what each pass took by the device's clock, summed over its \
+         pieces.\n"
+    );
+    let mut drawer = Drawer::new(Renderer::new(context));
+    for &side in &asked.volumes {
+        let volume = shells(side);
+        for &size in &asked.pictures {
+            let rows = rows(&mut drawer, &volume, size);
+            let [width, height] = size;
+            write!(report, "\n## {side}³ at {width} × {height}\n\n{rows}").expect("a string");
+            println!("{side}³ at {width} × {height}\n{rows}");
+        }
+    }
+    let peak = drawer.engines.made_gpu().map_or(0, Renderer::peak_bytes) >> 20;
+    writeln!(report, "\nAt most {peak} MiB on the device.").expect("a string");
+    let safe: String = adapter.chars().map(|c| if c.is_alphanumeric() { c } else { '-' }).collect();
+    let output = asked.output.unwrap_or_else(|| format!("benches/results/gpu-{safe}.md"));
+    std::fs::write(&output, report).expect("the results can be written");
+    println!("written: {output}");
+}
+
+/// What the command line asks for.
+struct Asked {
+    volumes: Vec<usize>,
+    pictures: Vec<[u32; 2]>,
+    output: Option<String>,
+}
+
+impl Asked {
+    fn of(mut args: impl Iterator<Item = String>) -> Self {
+        let (volumes, pictures) = (vec![256, 512, 1024], vec![[1920, 1080], [3840, 2160]]);
+        let mut asked = Self { volumes, pictures, output: None };
+        while let Some(flag) = args.next() {
+            let mut value = || args.next().expect("each flag has a value");
+            let number = |text: &str| text.parse().expect("a number");
+            match flag.as_str() {
+                "--volumes" => {
+                    asked.volumes = value().split(',').map(|n| number(n) as usize).collect();
+                }
+                "--pictures" => {
+                    let size = |text: &str| {
+                        let (width, height) = text.split_once('x').expect("WIDTHxHEIGHT");
+                        [number(width), number(height)]
+                    };
+                    asked.pictures = value().split(',').map(size).collect();
+                }
+                "--output" => asked.output = Some(value()),
+                // Cargo's own.
+                "--bench" => {}
+                other => panic!("expected --volumes, --pictures or --output, found {other}"),
+            }
+        }
+        asked
+    }
+}
+
+/// Shells of 8 bits; beyond what demos have, each sample several times.
+fn shells(side: usize) -> Arc<ScalarVolume> {
+    let made = side.min(*demo::SIZES.end());
+    let grid = demo::open("shells", Some(made)).expect("a demo there is");
+    let found = grid.scalar(&grid.fields[0], Component::Index(0), &Ticket::new());
+    let found = found.expect("finite values");
+    let (low, high) = (found.statistics.min, found.statistics.max);
+    let at = |i: usize| i * made / side;
+    let code = |i: usize| {
+        let [x, y, z] = [i % side, i / side % side, i / (side * side)].map(at);
+        ((found.samples.get((z * made + y) * made + x) - low) / (high - low) * 255.0) as u8
+    };
+    let samples = Samples::UInt8((0..side.pow(3)).map(code).collect());
+    let volume = ScalarVolume::from_samples("shells", Lattice::unit([side; 3]), samples);
+    Arc::new(volume.expect("sound"))
+}
+
+/// What is drawn of a volume, plain first.
+fn scenes(volume: &Arc<ScalarVolume>) -> Vec<(&'static str, Scene)> {
+    let plain = scene::opening(SampleSource::default(), Arc::clone(volume), None);
+    let lit = Scene { shading: ShadingPreset::Lights.shading(volume), ..plain.clone() };
+    let lattice = volume.lattice;
+    let mut tubes = Shapes::default();
+    let (middle, reach) = (lattice.centre(), 0.8 * lattice.bounding_radius());
+    for turn in 0..24 {
+        let at = |step: i32| {
+            let (angle, height) = (f64::from(turn) + 0.1 * f64::from(step), f64::from(step));
+            let around = DVec3::new(angle.cos(), angle.sin(), 0.0) * 0.5;
+            (middle + reach * (around + DVec3::Z * (height / 100.0 - 0.5)), Srgb8([230, 180, 90]))
+        };
+        tubes.tube(&(0..100).map(at).collect::<Vec<_>>(), 0.01 * reach);
+    }
+    let mesh = PolygonLayer::new(Arc::new(tubes.mesh("tubes").expect("triangles")));
+    let polygons = plain.clone().with(mesh);
+    let grid = demo::open("tornado", Some(64)).expect("a demo there is");
+    let field = grid.fields.iter().find(|field| field.components == 3).expect("vectors");
+    let winds = Arc::new(grid.vectors(field, &Ticket::new()).expect("vectors"));
+    let mut vectors = Scene::seen_by(framing_camera(&grid.lattice, DVec3::Y, DVec3::Z));
+    vectors = vectors.with(VectorLayer::new(winds));
+    vec![("plain", plain), ("lit", lit), ("with polygons", polygons), ("vectors of 64³", vectors)]
+}
+
+/// The table of a volume and a size of picture.
+fn rows(drawer: &mut Drawer, volume: &Arc<ScalarVolume>, size: [u32; 2]) -> String {
+    let mut rows = String::from("| picture | ms | passes |\n|---|---|---|\n");
+    for (name, scene) in scenes(volume) {
+        let rungs = BUDGETS_MS.map(|budget_ms| Rung::Coarse { budget_ms });
+        for rung in std::iter::once(Rung::Full).chain(rungs) {
+            let row = match measure(drawer, &scene, size, rung) {
+                Ok(row) => row,
+                Err(error) => format!("| {name}, {} | – | {error} |\n", words(rung)),
+            };
+            rows.push_str(&row.replacen("NAME", name, 1));
+        }
+    }
+    rows
+}
+
+fn words(rung: Rung) -> String {
+    match rung {
+        Rung::Coarse { budget_ms } => format!("quick, {budget_ms} ms"),
+        _ => "exact".to_owned(),
+    }
+}
+
+fn measure(
+    drawer: &mut Drawer,
+    scene: &Scene,
+    size: [u32; 2],
+    rung: Rung,
+) -> Result<String, DrawError> {
+    let start = Instant::now();
+    let plan_of = |turn: usize| {
+        let camera = scene.camera.orbited((turn as f64).to_radians(), 0.0);
+        Plan::of(&Scene { camera, ..scene.clone() }, size)
+    };
+    drawer.prepare(&plan_of(0), &Ticket::new())?;
+    drawer.draw(&plan_of(0), rung, &mut ())?;
+    let first_ms = start.elapsed().as_secs_f64() * 1e3;
+    drawer.draw(&plan_of(1), rung, &mut ())?;
+    let mut times = Vec::new();
+    let mut drawn = Drawn::default();
+    for turn in 2..2 + RUNS {
+        let start = Instant::now();
+        drawn = drawer.draw(&plan_of(turn), rung, &mut ())?;
+        times.push(start.elapsed().as_secs_f64() * 1e3);
+    }
+    times.sort_by(f64::total_cmp);
+    drawer.engines.gpu()?.time_passes()?;
+    drawer.draw(&plan_of(2 + RUNS), rung, &mut ())?;
+    let passes: Vec<String> = drawer
+        .engines
+        .gpu()?
+        .times()
+        .iter()
+        .map(|pass| format!("{} {:.2} in {}", pass.name, pass.gpu_ms, pass.runs))
+        .collect();
+    drawer.engines.gpu()?.stop_timing();
+    let [width, height] = drawn.size;
+    let what = match rung {
+        Rung::Coarse { .. } => format!("{width} × {height}"),
+        _ => format!("first {first_ms:.0} ms"),
+    };
+    let (kind, passes) = (words(rung), passes.join(", "));
+    Ok(format!("| NAME, {kind} ({what}) | {:.2} | {passes} |\n", times[RUNS / 2]))
+}
