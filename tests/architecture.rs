@@ -480,8 +480,7 @@ fn circle(imports: &BTreeMap<String, BTreeSet<String>>) -> Vec<String> {
         left.remove(&free);
     }
     let mut way: Vec<String> = left.keys().next().cloned().into_iter().collect();
-    while let Some(next) =
-        way.last().and_then(|at| left[at].iter().find(|o| left.contains_key(*o)))
+    while let Some(next) = way.last().and_then(|at| left[at].iter().find(|o| left.contains_key(*o)))
     {
         if let Some(begin) = way.iter().position(|at| at == next) {
             return way.split_off(begin);
@@ -504,11 +503,11 @@ fn no_modules_of_the_engines_import_each_other_in_a_circle() {
 #[test]
 fn circles_of_imports_are_found() {
     let of = |files: &[(&str, &str)]| {
-        let files: Vec<_> =
-            files.iter().map(|(f, s)| ((*f).to_owned(), (*s).to_owned())).collect();
+        let files: Vec<_> = files.iter().map(|(f, s)| ((*f).to_owned(), (*s).to_owned())).collect();
         circle(&imports_within("gpu", &files))
     };
-    let chain = [("gpu/a.rs", "use super::b::B;"), ("gpu/b.rs", "use crate::gpu::c;"), ("gpu/c.rs", "")];
+    let chain =
+        [("gpu/a.rs", "use super::b::B;"), ("gpu/b.rs", "use crate::gpu::c;"), ("gpu/c.rs", "")];
     assert_eq!(of(&chain), [""; 0]);
     let [a, b, _] = chain;
     assert_eq!(of(&[a, b, ("gpu/c.rs", "fn f() { super::a::go(); }")]), ["a", "b", "c"]);

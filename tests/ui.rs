@@ -22,7 +22,7 @@ use voxsplat::app::document::Source;
 use voxsplat::app::settings::Settings;
 use voxsplat::core::{Projection, Srgb8};
 use voxsplat::kernel::Kernel;
-use voxsplat::scene::{Annotation, Background, NamedView};
+use voxsplat::scene::{Annotation, Background, NamedView, Orientation};
 use voxsplat::task::annotations::{draw, laid_out};
 use voxsplat::task::engine::{Effort, Ladder};
 use voxsplat::transfer::{ColourMap, ColourSource};
@@ -150,7 +150,7 @@ fn every_shortcut_does_what_it_says() {
         };
         let looks = |bench: &Bench, view: NamedView| {
             let camera = bench.camera();
-            let (direction, up) = view.direction_and_up(false);
+            let (direction, up) = view.direction_and_up(Orientation::default());
             assert!((camera.direction - direction).length() < 1e-9, "{}", entry.name);
             assert!((camera.up - up).length() < 1e-9, "{}", entry.name);
             assert_eq!(camera.parallel_scale, before.parallel_scale);
@@ -201,7 +201,10 @@ fn every_shortcut_does_what_it_says() {
                 assert_eq!(bench.camera(), before);
             }
             Action::ViewFront => looks(&bench, NamedView::Front),
+            Action::ViewBack => looks(&bench, NamedView::Back),
+            Action::ViewLeft => looks(&bench, NamedView::Left),
             Action::ViewRight => looks(&bench, NamedView::Right),
+            Action::ViewBottom => looks(&bench, NamedView::Bottom),
             Action::ViewTop => looks(&bench, NamedView::Top),
             Action::ViewIsometric => looks(&bench, NamedView::Isometric),
             Action::ToggleProjection => {
@@ -216,8 +219,8 @@ fn every_shortcut_does_what_it_says() {
                 assert_ne!(before.direction, bench.camera().direction);
                 let viewport = bench.viewport();
                 let size = [viewport.width(), viewport.height()].map(f64::from);
-                let lattice = bench.window().scene().unwrap().lattice();
-                let whole = framed(&lattice, NamedView::Isometric, false, size);
+                let scene = bench.window().scene().unwrap();
+                let whole = framed(scene, NamedView::Isometric, Orientation::default(), size);
                 assert_eq!(bench.camera(), whole);
             }
             Action::Converge => {
@@ -532,6 +535,22 @@ fn a_typed_path_opens_and_enter_confirms() {
     bench.wait_until(|window| !window.is_loading());
     assert_eq!(bench.window().document().unwrap().source, Source::Demo("shells".to_owned()));
     assert!(!bench.shows("A file, or demo:NAME"));
+}
+
+#[test]
+fn enter_saves_the_picture_and_ends_a_number_that_is_typed() {
+    let mut bench = Bench::opened();
+    bench.settle();
+    bench.harness.key_press_modifiers(Modifiers::COMMAND, Key::S);
+    bench.harness.run_steps(3);
+    bench.harness.get_by_label("Width in pixels").click();
+    bench.harness.run_steps(2);
+    bench.harness.key_press(Key::Enter);
+    bench.harness.run_steps(2);
+    assert!(bench.shows("File to save"), "the number ends, the dialog stays");
+    bench.harness.key_press(Key::Enter);
+    bench.harness.run_steps(2);
+    assert!(!bench.shows("File to save"), "saved");
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use anyhow::{Result, anyhow};
 use voxsplat::kernel::{Kernel, RadialKernel, Subdivisions};
 use voxsplat::scene::{
-    self, Backend, NamedView, OpacityModel, SampleSource, Scene, SplatSettings, View,
+    self, Backend, NamedView, OpacityModel, Orientation, SampleSource, Scene, SplatSettings, View,
 };
 use voxsplat::task::still::Refine;
 
@@ -136,7 +136,7 @@ fn figure_4(page: &mut Page<'_>) -> Result<()> {
     let volume = scalar(&grid)?;
     let opening = scene::opening(SampleSource::default(), volume, grid.space.as_deref());
     // Along an axis, where the lattice shows most.
-    let (direction, up) = NamedView::Front.direction_and_up(false);
+    let (direction, up) = NamedView::Front.direction_and_up(Orientation::default());
     let mut camera = scene::framing_camera(&opening.lattice(), direction, up);
     camera.parallel_scale *= 0.9;
     let scene = Scene { camera, ..opening };

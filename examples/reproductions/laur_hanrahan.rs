@@ -9,7 +9,9 @@ use voxsplat::gpu::{AdapterChoice, Context, Renderer, SlabField, Wishes};
 use voxsplat::io::{self, OpenOptions};
 use voxsplat::kernel::{Kernel, RadialKernel};
 use voxsplat::plan::Plan;
-use voxsplat::scene::{self, NamedView, OpacityModel, SampleSource, Scene, SplatSettings, View};
+use voxsplat::scene::{
+    self, NamedView, OpacityModel, Orientation, SampleSource, Scene, SplatSettings, View,
+};
 use voxsplat::task::cells;
 use voxsplat::task::draw::{Drawer, Rung};
 use voxsplat::task::still::{Refine, Still, StillRequest};
@@ -99,7 +101,7 @@ impl Correction {
 fn constant(samples: usize, opacity: f64, pixels: f64, size: u32) -> Result<Scene> {
     let grid = demo_grid("constant", samples)?;
     let volume = scalar(&grid)?;
-    let (direction, up) = NamedView::Front.direction_and_up(false);
+    let (direction, up) = NamedView::Front.direction_and_up(Orientation::default());
     let mut camera = scene::framing_camera(&volume.lattice, direction, up);
     camera.parallel_scale = f64::from(size) / 2.0 / pixels * volume.lattice.smallest_spacing();
     let value = volume.statistics.min;

@@ -8,8 +8,8 @@ use voxsplat::core::Ticket;
 use voxsplat::io::{self, OpenOptions};
 use voxsplat::kernel::Kernel;
 use voxsplat::scene::{
-    self, Classify, NamedView, OpacityModel, SampleSource, Scene, SplatSettings, Visibility,
-    is_anterior_y,
+    self, Classify, NamedView, OpacityModel, Orientation, SampleSource, Scene, SplatSettings,
+    Visibility,
 };
 use voxsplat::task::still::Refine;
 use voxsplat::transfer::presets;
@@ -62,7 +62,7 @@ pub(crate) fn write(page: &mut Page<'_>) -> Result<()> {
     );
     let grid = demo_grid("head", 256)?;
     let volume = subsampled(&*scalar(&grid)?, [1, 1, 2])?;
-    let anterior = is_anterior_y(grid.space.as_deref());
+    let anterior = Orientation::of(grid.space.as_deref());
     let (direction, up) = NamedView::Front.direction_and_up(anterior);
     let seen = Scene::seen_by(scene::framing_camera(&volume.lattice, direction, up));
     let mut scene = of_field(seen, volume, presets::ct_bone());
@@ -110,7 +110,7 @@ fn real_scan(data: &Path) -> Result<Scene> {
     let volume = scalar(&grid)?;
     let source = SampleSource::default();
     let mut scene = scene::opening(source, Arc::clone(&volume), grid.space.as_deref());
-    let (direction, up) = NamedView::Front.direction_and_up(is_anterior_y(grid.space.as_deref()));
+    let (direction, up) = NamedView::Front.direction_and_up(Orientation::of(grid.space.as_deref()));
     scene.camera = scene::framing_camera(&volume.lattice, direction, up);
     Ok(scene)
 }

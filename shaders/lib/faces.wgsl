@@ -107,15 +107,23 @@ fn face_of_tents(position: vec3<f32>) -> Face {
 // Of any field, by differences between half a sample before and half a sample on, because the derivative of
 // tents, boxes and normalised kernels jumps.
 fn face_by_differences(position: vec3<f32>) -> Face {
-    var found = Face(value(position), vec3<f32>(0.0));
-    if uses_gradient {
-        // A loop, so that adapters compile `value` once.
-        for (var axis = 0u; axis < 3u; axis++) {
-            let offset = 0.5 * vec3<f32>(vec3<u32>(0u, 1u, 2u) == vec3<u32>(axis));
-            let past = value(position + offset).x;
-            let before = value(position - offset).x;
-            let growth = select(past - before, 0.0, past == NOTHING || before == NOTHING);
-            found.gradient += 2.0 * offset * growth;
+    var found = Face(vec2<f32>(0.0), vec3<f32>(0.0));
+    // The place itself, then half a sample on and half a sample before along each axis: a loop, so that adapters
+    // compile `value` once.
+    let places = select(1u, 7u, uses_gradient);
+    var past = 0.0;
+    for (var i = 0u; i < places; i++) {
+        let axis = (max(i, 1u) - 1u) / 2u;
+        let along = vec3<f32>(vec3<u32>(0u, 1u, 2u) == vec3<u32>(axis));
+        let is_on = (i & 1u) == 1u;
+        let offset = select(select(-0.5, 0.5, is_on), 0.0, i == 0u);
+        let here = value(position + offset * along);
+        if i == 0u {
+            found.value = here;
+        } else if is_on {
+            past = here.x;
+        } else {
+            found.gradient += along * select(past - here.x, 0.0, past == NOTHING || here.x == NOTHING);
         }
     }
     return found;

@@ -22,8 +22,11 @@ pub enum Action {
     CopyTransfer,
     PasteTransfer,
     ViewFront,
+    ViewBack,
+    ViewLeft,
     ViewRight,
     ViewTop,
+    ViewBottom,
     ViewIsometric,
     ToggleProjection,
     ResetView,
@@ -98,7 +101,7 @@ const fn entry(
 }
 
 /// Every command there is, in the order of the menus.
-pub const ACTIONS: [Entry; 36] = [
+pub const ACTIONS: [Entry; 39] = [
     entry(Action::Open, Menu::File, "Open…", command(Key::O), "Open a volume in a file dialog"),
     entry(
         Action::OpenPath,
@@ -179,8 +182,23 @@ pub const ACTIONS: [Entry; 36] = [
         "Take opacities and colours from the clipboard (Ctrl+V)",
     ),
     entry(Action::ViewFront, Menu::View, "Front", plain(Key::Num1), "Look at the front"),
-    entry(Action::ViewRight, Menu::View, "Right", plain(Key::Num3), "Look at the right side"),
+    entry(Action::ViewBack, Menu::View, "Back", command(Key::Num1), "Look at the back"),
+    entry(
+        Action::ViewRight,
+        Menu::View,
+        "Right",
+        plain(Key::Num3),
+        "Look at the right side: of a patient the patient's own",
+    ),
+    entry(
+        Action::ViewLeft,
+        Menu::View,
+        "Left",
+        command(Key::Num3),
+        "Look at the left side: of a patient the patient's own",
+    ),
     entry(Action::ViewTop, Menu::View, "Top", plain(Key::Num7), "Look from above"),
+    entry(Action::ViewBottom, Menu::View, "Bottom", command(Key::Num7), "Look from below"),
     entry(
         Action::ViewIsometric,
         Menu::View,
@@ -200,7 +218,7 @@ pub const ACTIONS: [Entry; 36] = [
         Menu::View,
         "Reset view",
         plain(Key::Enter),
-        "Show the whole volume, as when it was opened",
+        "Show all that can be seen, as when it was opened",
     ),
     entry(
         Action::Converge,

@@ -6,7 +6,7 @@ use eframe::egui::{Event, InputState, MouseWheelUnit, PointerButton, Pos2, Rect,
 use glam::DVec2;
 
 use crate::core::{Camera, Projection};
-use crate::scene::{NamedView, framing_camera};
+use crate::scene::{NamedView, Orientation, Scene, framing_camera, framing_what_shows};
 use crate::volume::Lattice;
 
 /// Zoom factor of one notch of the wheel.
@@ -16,10 +16,15 @@ const POINTS_PER_NOTCH: f64 = 50.0;
 /// Zoom factor of a right drag over the viewport's whole height.
 const ZOOM_PER_HEIGHT: f64 = 16.0;
 
-/// A camera that shows the whole lattice in a picture of any shape, looking along a named view.
-pub fn framed(lattice: &Lattice, view: NamedView, anterior_y: bool, size: [f64; 2]) -> Camera {
-    let (direction, up) = view.direction_and_up(anterior_y);
-    let mut camera = framing_camera(lattice, direction, up);
+/// A camera along a named view that shows in a picture of any shape what can be seen of a scene: of its field by its
+/// transfer function, or else all of its lattice.
+pub fn framed(scene: &Scene, view: NamedView, orientation: Orientation, size: [f64; 2]) -> Camera {
+    let (direction, up) = view.direction_and_up(orientation);
+    let field = scene.volume().zip(scene.transfer()).filter(|_| scene.shows_field());
+    let mut camera = match field {
+        Some((volume, transfer)) => framing_what_shows(volume, transfer, direction, up),
+        None => framing_camera(&scene.lattice(), direction, up),
+    };
     // The scale is that of the height; a narrow picture needs more.
     camera.parallel_scale *= (size[1] / size[0]).max(1.0);
     camera
@@ -37,8 +42,8 @@ pub fn with_other_projection(camera: &Camera, view_angle_deg: f64) -> Camera {
 }
 
 /// The camera turned to a named view, focal point, scale and projection kept.
-pub fn turned_to(camera: &Camera, view: NamedView, anterior_y: bool) -> Camera {
-    let (direction, up) = view.direction_and_up(anterior_y);
+pub fn turned_to(camera: &Camera, view: NamedView, orientation: Orientation) -> Camera {
+    let (direction, up) = view.direction_and_up(orientation);
     let turned = Camera::new(camera.focal_point, direction, up, camera.parallel_scale);
     Camera { projection: camera.projection, ..turned }
 }
@@ -60,10 +65,23 @@ fn notches(event: &Event) -> f64 {
     }
 }
 
-/// What the mouse did in the viewport since the last pass, applied to the camera.
+/// Half heights of a view that zooming ends at, world units: a quarter of a voxel, where there is nothing more to see, and
+/// sixteen times what holds all of a lattice.
+fn zoom_ends(lattice: &Lattice) -> [f64; 2] {
+    [0.25 * lattice.smallest_spacing(), 16.0 * lattice.bounding_radius()]
+}
+
+/// The camera nearer by a factor, up to where zooming ends. One that is beyond comes back, and goes no further.
+fn zoomed(camera: &Camera, factor: f64, about: DVec2, size: [f64; 2], ends: [f64; 2]) -> Camera {
+    let scale = camera.parallel_scale;
+    let [nearest, farthest] = [ends[0].min(scale), ends[1].max(scale)];
+    camera.zoomed(factor.clamp(scale / farthest, scale / nearest), about, size)
+}
+
+/// What the mouse did in the viewport since the last pass, applied to the camera, which looks at a lattice.
 ///
 /// Lengths are points: a camera cares only for their ratio to the viewport's height.
-pub fn steered(camera: &Camera, response: &Response) -> Camera {
+pub fn steered(camera: &Camera, response: &Response, lattice: &Lattice) -> Camera {
     // Read in one go: a response must not be asked while the input is held.
     let hand = response.ctx.input(Hand::of);
     let rect = response.rect;
@@ -81,13 +99,14 @@ pub fn steered(camera: &Camera, response: &Response) -> Camera {
             camera = camera.orbited(turn.x, turn.y);
         } else if response.dragged_by(PointerButton::Secondary) {
             let factor = ZOOM_PER_HEIGHT.powf(-delta.y / size[1]);
-            camera = camera.zoomed(factor, DVec2::new(size[0] / 2.0, size[1] / 2.0), size);
+            let middle = DVec2::new(size[0] / 2.0, size[1] / 2.0);
+            camera = zoomed(&camera, factor, middle, size, zoom_ends(lattice));
         }
     }
     let Some(pointer) = response.hover_pos() else { return camera };
     let pixel = in_rect(pointer, rect);
     if hand.zoom != 1.0 {
-        camera = camera.zoomed(hand.zoom, pixel, size);
+        camera = zoomed(&camera, hand.zoom, pixel, size, zoom_ends(lattice));
     }
     if hand.double_click {
         camera = recentred(&camera, pixel, size);
@@ -128,34 +147,12 @@ fn in_rect(position: Pos2, rect: Rect) -> DVec2 {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
     use glam::DVec3;
 
     use super::*;
-
-    const VIEWS: [NamedView; 4] =
-        [NamedView::Front, NamedView::Right, NamedView::Top, NamedView::Isometric];
-
-    #[test]
-    fn named_views_have_unit_perpendicular_axes_in_every_space() {
-        for view in VIEWS {
-            for anterior_y in [false, true] {
-                let (direction, up) = view.direction_and_up(anterior_y);
-                assert!((direction.length() - 1.0).abs() < 1e-12, "{view:?}");
-                assert!((up.length() - 1.0).abs() < 1e-12, "{view:?}");
-                assert!(direction.dot(up).abs() < 1e-12, "{view:?}");
-            }
-        }
-    }
-
-    #[test]
-    fn the_right_view_looks_at_what_is_on_the_right_of_the_front_view() {
-        for anterior_y in [false, true] {
-            let (front, up) = NamedView::Front.direction_and_up(anterior_y);
-            let right_of_picture = front.cross(up);
-            let (right, _) = NamedView::Right.direction_and_up(anterior_y);
-            assert_eq!(right, -right_of_picture);
-        }
-    }
+    use crate::volume::{Samples, ScalarVolume};
 
     #[test]
     fn recentring_brings_the_point_under_the_cursor_to_the_middle() {
@@ -171,10 +168,32 @@ mod tests {
 
     #[test]
     fn a_narrow_picture_still_holds_the_whole_volume() {
-        let lattice = Lattice::unit([10, 10, 10]);
-        let wide = framed(&lattice, NamedView::Front, false, [800.0, 400.0]);
-        let narrow = framed(&lattice, NamedView::Front, false, [200.0, 400.0]);
+        let samples = Samples::UInt8((0..1000).map(|i| (i % 251) as u8).collect());
+        let volume = ScalarVolume::from_samples("ramp", Lattice::unit([10; 3]), samples);
+        let scene =
+            crate::scene::opening(Default::default(), Arc::new(volume.expect("sound")), None);
+        let framed = |size| framed(&scene, NamedView::Front, Orientation::default(), size);
+        let (wide, narrow) = (framed([800.0, 400.0]), framed([200.0, 400.0]));
         assert!((narrow.parallel_scale - 2.0 * wide.parallel_scale).abs() < 1e-9);
+    }
+
+    #[test]
+    fn zooming_ends_at_a_voxel_and_far_from_the_volume_and_comes_back_from_beyond() {
+        let size = [400.0, 300.0];
+        let ends = zoom_ends(&Lattice::unit([20; 3]));
+        let mut camera = Camera::new(DVec3::ONE, DVec3::X, DVec3::Z, 10.0);
+        for (factor, end) in [(1.15, ends[0]), (1.0 / 1.15, ends[1])] {
+            for _ in 0..200 {
+                camera = zoomed(&camera, factor, DVec2::new(10.0, 20.0), size, ends);
+            }
+            assert!((camera.parallel_scale / end - 1.0).abs() < 1e-9, "{}", camera.parallel_scale);
+            // At the end the view stays where it is.
+            let still = zoomed(&camera, factor, DVec2::new(10.0, 20.0), size, ends);
+            assert!((still.focal_point - camera.focal_point).length() < 1e-6 * end);
+        }
+        let beyond = Camera { parallel_scale: 1e9, ..camera };
+        assert_eq!(zoomed(&beyond, 0.5, DVec2::ZERO, size, ends).parallel_scale, 1e9);
+        assert_eq!(zoomed(&beyond, 2.0, DVec2::ZERO, size, ends).parallel_scale, 5e8);
     }
 
     #[test]

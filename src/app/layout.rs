@@ -269,7 +269,7 @@ impl Window {
                 None => false,
             };
             if !levels {
-                scene.camera = camera_control::steered(&scene.camera, &response);
+                scene.camera = camera_control::steered(&scene.camera, &response, &scene.lattice());
             }
             if let Some(transfer) = scene.transfer() {
                 self.leveling.caption_ui(ui, area.rect, transfer);

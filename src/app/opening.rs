@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use eframe::egui::{Context, ViewportCommand};
+use glam::DVec3;
 
 use super::camera_control;
 use super::dialogs::open_path::OpenPath;
@@ -17,7 +18,7 @@ use super::window::{Dialog, Window};
 use crate::core::{Camera, Projection};
 use crate::io::mesh::MeshFormat;
 use crate::scene::{
-    self, Inside, Look, NamedView, SampleSource, Sampled, Scene, Shading, SplatSettings,
+    Inside, Look, NamedView, Orientation, SampleSource, Sampled, Scene, Shading, SplatSettings,
     VectorLayer,
 };
 use crate::task::transfer_file;
@@ -105,23 +106,15 @@ impl Window {
             Some(scene) if keep_view => scene.inside.clone(),
             _ => Inside::default(),
         };
-        let space = document.grid.space.as_deref();
-        let framed = camera_control::framed(
-            &volume.lattice,
-            NamedView::Isometric,
-            scene::is_anterior_y(space),
-            self.viewport_size.map(f64::from),
-        );
-        let camera = match before {
-            Some(ref scene) if keep_view => scene.camera,
-            _ => Camera { projection, ..framed },
-        };
         let background = self.settings.scene_background();
         let path = document.source.key();
         let name = document.grid.fields.get(document.field).map_or("", |field| &field.name);
         let source = SampleSource::component(&path, name, document.component);
         let field = (Sampled::Volume(volume), Look::Field(transfer));
-        let opening = Scene { splat, shading, inside, background, ..Scene::seen_by(camera) };
+        let camera = before.as_ref().filter(|_| keep_view).map(|scene| scene.camera);
+        let unframed = Camera::new(DVec3::ZERO, DVec3::Y, DVec3::Z, 1.0);
+        let seen_by = Scene::seen_by(camera.unwrap_or(unframed));
+        let opening = Scene { splat, shading, inside, background, ..seen_by };
         // Vectors and polygons are in the world of their file.
         let kept = before.filter(|_| keep_view);
         let has_vectors = kept.as_ref().is_some_and(|scene| !scene.vectors().is_empty());
@@ -137,6 +130,12 @@ impl Window {
             let source = SampleSource::whole(&path, &field.name);
             scene.add(source, VectorLayer::new(Arc::clone(field)));
             scene.show_field(false);
+        }
+        if camera.is_none() {
+            let orientation = Orientation::of(document.grid.space.as_deref());
+            let size = self.viewport_size.map(f64::from);
+            let framed = camera_control::framed(&scene, NamedView::Isometric, orientation, size);
+            scene.camera = Camera { projection, ..framed };
         }
         if !keep_view {
             self.leave_file(ctx, &document);

@@ -43,7 +43,7 @@ use super::undoing::{State, Wheel};
 use super::vectors::Vectors;
 use super::viewport::{ScreenFormat, Viewport};
 use crate::core::Camera;
-use crate::scene::{self, Annotation, NamedView, Scene, SplatSettings};
+use crate::scene::{Annotation, NamedView, Orientation, Scene, SplatSettings};
 use crate::task::engine::EngineState;
 use crate::transfer::Gaussian;
 
@@ -255,8 +255,11 @@ impl Window {
             Action::Undo => self.step(ctx, true),
             Action::Redo => self.step(ctx, false),
             Action::ViewFront => self.look(NamedView::Front),
+            Action::ViewBack => self.look(NamedView::Back),
+            Action::ViewLeft => self.look(NamedView::Left),
             Action::ViewRight => self.look(NamedView::Right),
             Action::ViewTop => self.look(NamedView::Top),
+            Action::ViewBottom => self.look(NamedView::Bottom),
             Action::ViewIsometric => self.look(NamedView::Isometric),
             Action::ToggleProjection => {
                 let angle = self.settings.view_angle_deg;
@@ -314,20 +317,18 @@ impl Window {
     }
 
     fn look(&mut self, view: NamedView) {
-        let anterior_y = self.has_anterior_y();
-        self.change_camera(|camera| camera_control::turned_to(camera, view, anterior_y));
+        let orientation = self.orientation();
+        self.change_camera(|camera| camera_control::turned_to(camera, view, orientation));
     }
 
-    fn has_anterior_y(&self) -> bool {
-        let space = self.document.as_ref().and_then(|d| d.grid.space.as_deref());
-        scene::is_anterior_y(space)
+    fn orientation(&self) -> Orientation {
+        Orientation::of(self.document.as_ref().and_then(|d| d.grid.space.as_deref()))
     }
 
     fn reset_view(&mut self) {
-        let (anterior_y, size) = (self.has_anterior_y(), self.viewport_size.map(f64::from));
+        let (orientation, size) = (self.orientation(), self.viewport_size.map(f64::from));
         if let Some(scene) = &mut self.scene {
-            let lattice = &scene.lattice();
-            let framed = camera_control::framed(lattice, NamedView::Isometric, anterior_y, size);
+            let framed = camera_control::framed(scene, NamedView::Isometric, orientation, size);
             scene.camera = Camera { projection: scene.camera.projection, ..framed };
         }
     }

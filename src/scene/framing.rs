@@ -1,31 +1,60 @@
 //! The views that have names, and which way round a patient's space is.
 
 use glam::DVec3;
+use rayon::prelude::*;
 
+use super::framing_camera;
 use crate::core::Camera;
+use crate::transfer::TransferFunction;
+use crate::volume::ScalarVolume;
 
 /// A named direction to look along.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[expect(missing_docs, reason = "the names say it all")]
 pub enum NamedView {
     Front,
+    Back,
+    Left,
     Right,
     Top,
+    Bottom,
     Isometric,
+}
+
+/// Which way round things are in the world of a file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Orientation {
+    /// Whether it is a patient's space: left and right are then the patient's, who is seen from the front.
+    pub is_patient: bool,
+    /// Whether +y points to the front, rather than away from it.
+    pub anterior_y: bool,
+}
+
+impl Orientation {
+    /// Of a space as a file names it.
+    pub fn of(space: Option<&str>) -> Self {
+        let [_, y, z] = axis_letters(space);
+        Self { is_patient: z == "S", anterior_y: y == "A" }
+    }
 }
 
 impl NamedView {
     /// (direction, up) in world space, both unit.
     ///
     /// The front is seen along +y with z up, the posterior direction of left-posterior-superior
-    /// space; in `anterior_y` spaces, whose y points forward, it is seen along −y.
-    pub fn direction_and_up(self, anterior_y: bool) -> (DVec3, DVec3) {
-        let ahead = if anterior_y { DVec3::NEG_Y } else { DVec3::Y };
+    /// space; where y points to the front, it is seen along −y. The sides are those on the left and the right of
+    /// that view, but of a patient the patient's own.
+    pub fn direction_and_up(self, orientation: Orientation) -> (DVec3, DVec3) {
+        let ahead = if orientation.anterior_y { DVec3::NEG_Y } else { DVec3::Y };
         let right = ahead.cross(DVec3::Z);
+        let own_right = if orientation.is_patient { -right } else { right };
         match self {
             Self::Front => (ahead, DVec3::Z),
-            Self::Right => (-right, DVec3::Z),
+            Self::Back => (-ahead, DVec3::Z),
+            Self::Left => (own_right, DVec3::Z),
+            Self::Right => (-own_right, DVec3::Z),
             Self::Top => (DVec3::NEG_Z, ahead),
+            Self::Bottom => (DVec3::Z, -ahead),
             Self::Isometric => {
                 let direction = (ahead - right - DVec3::Z).normalize();
                 (direction, Camera::new(DVec3::ZERO, direction, DVec3::Z, 1.0).up)
@@ -34,9 +63,102 @@ impl NamedView {
     }
 }
 
-/// Whether a space as a file names it has its y axis pointing to the front of a patient.
-pub fn is_anterior_y(space: Option<&str>) -> bool {
-    axis_letters(space)[1] == "A"
+/// Samples that are looked at to find what of a volume shows, at most.
+const MOST_LOOKED_AT: usize = 1 << 19;
+/// Bins of what shows along a direction.
+const BINS: usize = 1024;
+/// The part of what shows that may lie beyond the frame at either side: single voxels of noise.
+const BEYOND: f64 = 5e-4;
+/// Opacity from which matter counts as seen in full.
+const SEEN: f64 = 0.05;
+
+/// Where what shows of a volume lies along three unit directions, from the lattice's middle, world units; `None` where
+/// nothing does. Opacities are those of a transfer function, and single voxels apart do not count.
+fn shown(
+    volume: &ScalarVolume,
+    transfer: &TransferFunction,
+    along: [DVec3; 3],
+) -> Option<[[f64; 2]; 3]> {
+    let lattice = volume.lattice;
+    let step = (lattice.len() as f64 / MOST_LOOKED_AT as f64).cbrt().ceil().max(1.0) as usize;
+    let [nx, ny, nz] = lattice.dims;
+    let (centre, reach) = (lattice.centre(), lattice.bounding_radius());
+    // The first of each row, column and layer that is looked at, so that what is left out is shared by both ends.
+    let first = lattice.dims.map(|n| ((n - 1) % step) / 2);
+    let bins_of_layer = |z: usize| {
+        let mut bins = vec![[0.0_f64; 3]; BINS];
+        for y in (first[1]..ny).step_by(step) {
+            for x in (first[0]..nx).step_by(step) {
+                let alpha = transfer.opacity_at(volume.samples.get((z * ny + y) * nx + x));
+                if alpha > 0.0 {
+                    let at = lattice.world_from_index(DVec3::new(x as f64, y as f64, z as f64));
+                    for (axis, along) in along.iter().enumerate() {
+                        let place = 0.5 + 0.5 * along.dot(at - centre) / reach;
+                        #[expect(
+                            clippy::cast_possible_truncation,
+                            clippy::cast_sign_loss,
+                            reason = "within the bins"
+                        )]
+                        let bin = (place * BINS as f64).clamp(0.0, BINS as f64 - 1.0) as usize;
+                        bins[bin][axis] += (alpha / SEEN).min(1.0);
+                    }
+                }
+            }
+        }
+        bins
+    };
+    let layers: Vec<usize> = (first[2]..nz).step_by(step).collect();
+    let layers = layers.into_par_iter().map(bins_of_layer);
+    let bins = layers.reduce(
+        || vec![[0.0; 3]; BINS],
+        |mut sum, layer| {
+            let both = sum.iter_mut().flatten().zip(layer.into_iter().flatten());
+            both.for_each(|(sum, more)| *sum += more);
+            sum
+        },
+    );
+    // A sample stands for those that were left out about it.
+    let axes = lattice.axes();
+    let ends = [0, 1, 2].map(|axis| {
+        let all: f64 = bins.iter().map(|bin| bin[axis]).sum();
+        let end = |bins: &mut dyn Iterator<Item = (usize, &[f64; 3])>| {
+            let mut sum = 0.0;
+            let mut beyond = bins.skip_while(|(_, bin)| {
+                sum += bin[axis];
+                sum <= BEYOND * all
+            });
+            beyond.next().map(|(bin, _)| bin as f64)
+        };
+        let [low, high] =
+            [end(&mut bins.iter().enumerate())?, end(&mut bins.iter().enumerate().rev())? + 1.0];
+        let half = 0.5 * step as f64 * (axes.transpose() * along[axis]).abs().element_sum();
+        let from_middle = |bin: f64| (2.0 * bin / BINS as f64 - 1.0) * reach;
+        Some([from_middle(low) - half, from_middle(high) + half])
+    });
+    let [Some(x), Some(y), Some(z)] = ends else { return None };
+    Some([x, y, z])
+}
+
+/// A camera along `direction` that shows all that can be seen of a volume under a transfer function, with a margin of a
+/// twentieth, in any picture at least as wide as it is high; where nothing shows, the whole lattice.
+pub fn framing_what_shows(
+    volume: &ScalarVolume,
+    transfer: &TransferFunction,
+    direction: DVec3,
+    up: DVec3,
+) -> Camera {
+    let whole = framing_camera(&volume.lattice, direction, up);
+    let along = [whole.right(), whole.up, whole.direction];
+    let Some(ends) = shown(volume, transfer, along) else { return whole };
+    let halves = ends.map(|[low, high]| 0.5 * (high - low));
+    let offset: DVec3 =
+        along.iter().zip(ends).map(|(&axis, [low, high])| axis * (0.5 * (low + high))).sum();
+    let parallel_scale = 1.05 * halves[0].max(halves[1]);
+    Camera {
+        focal_point: volume.lattice.centre() + offset,
+        parallel_scale: parallel_scale.min(whole.parallel_scale),
+        ..whole
+    }
 }
 
 /// What the ends of the three world axes are called: letters of a patient space, or x y z.
@@ -53,13 +175,87 @@ pub fn axis_letters(space: Option<&str>) -> [&'static str; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::transfer::{ColourMap, ColourSource};
+    use crate::volume::{Lattice, Samples};
+
+    const VIEWS: [NamedView; 7] = [
+        NamedView::Front,
+        NamedView::Back,
+        NamedView::Left,
+        NamedView::Right,
+        NamedView::Top,
+        NamedView::Bottom,
+        NamedView::Isometric,
+    ];
 
     #[test]
     fn the_front_of_a_patient_is_seen_whatever_the_space() {
         // In LPS the face looks along −y, in RAS along +y: the eye is on that side.
-        assert_eq!(NamedView::Front.direction_and_up(is_anterior_y(Some("LPS"))).0, DVec3::Y);
-        let ras = is_anterior_y(Some("right-anterior-superior"));
-        assert_eq!(NamedView::Front.direction_and_up(ras).0, DVec3::NEG_Y);
+        let front = |space| NamedView::Front.direction_and_up(Orientation::of(Some(space))).0;
+        assert_eq!(front("LPS"), DVec3::Y);
+        assert_eq!(front("right-anterior-superior"), DVec3::NEG_Y);
+    }
+
+    #[test]
+    fn sides_of_patients_are_their_own_and_of_all_else_those_of_the_picture() {
+        let right = |space| NamedView::Right.direction_and_up(Orientation::of(space)).0;
+        // The eye is where the right side is: at −x in LPS, at +x in RAS, at −x in LAS.
+        assert_eq!(right(Some("left-posterior-superior")), DVec3::X);
+        assert_eq!(right(Some("RAS")), DVec3::NEG_X);
+        assert_eq!(right(Some("LAS")), DVec3::X);
+        assert_eq!(right(None), DVec3::NEG_X);
+        for space in [None, Some("LPS"), Some("RAS")] {
+            let of = |view: NamedView| view.direction_and_up(Orientation::of(space)).0;
+            assert_eq!(of(NamedView::Left), -of(NamedView::Right));
+            assert_eq!(of(NamedView::Back), -of(NamedView::Front));
+            assert_eq!(of(NamedView::Bottom), -of(NamedView::Top));
+        }
+    }
+
+    #[test]
+    fn named_views_have_unit_perpendicular_axes_in_every_space() {
+        for view in VIEWS {
+            for space in [None, Some("LPS"), Some("RAS")] {
+                let (direction, up) = view.direction_and_up(Orientation::of(space));
+                assert!((direction.length() - 1.0).abs() < 1e-12, "{view:?}");
+                assert!((up.length() - 1.0).abs() < 1e-12, "{view:?}");
+                assert!(direction.dot(up).abs() < 1e-12, "{view:?}");
+            }
+        }
+    }
+
+    /// A ball of some radius about a place fills the frame, wherever and however small it is, and single voxels far
+    /// from it change nothing.
+    #[test]
+    fn the_frame_is_filled_by_what_shows() {
+        let spacing = DVec3::new(1.0, 1.0, 1.6);
+        let lattice = Lattice { spacing, ..Lattice::unit([90, 80, 50]) };
+        let transfer = TransferFunction::of(
+            vec![(100.0, 0.0), (101.0, 0.5)],
+            ColourSource::Map { map: ColourMap::Viridis, range: [0.0, 255.0] },
+        );
+        for (middle, radius) in [([45.0, 40.0, 25.0], 30.0), ([25.0, 52.0, 20.0], 12.0)] {
+            let middle = lattice.world_from_index(DVec3::from(middle));
+            let value = |i: usize| {
+                let at = [i % 90, i / 90 % 80, i / 7200].map(|n| n as f64);
+                let far = (lattice.world_from_index(DVec3::from(at)) - middle).length();
+                if far <= radius || i == 3 || i == lattice.len() - 5 { 200 } else { 10 }
+            };
+            let samples = Samples::UInt8((0..lattice.len()).map(value).collect());
+            let volume = ScalarVolume::from_samples("ball", lattice, samples).expect("sound");
+            for view in VIEWS {
+                let (direction, up) = view.direction_and_up(Orientation::default());
+                let camera = framing_what_shows(&volume, &transfer, direction, up);
+                let off = (camera.focal_point - middle).length();
+                assert!(off < 1.6, "{view:?}: off by {off}");
+                let filled = radius / camera.parallel_scale;
+                assert!((0.86..0.98).contains(&filled), "{view:?}: {filled}");
+            }
+            // Where nothing shows, all of it is framed.
+            let nothing = TransferFunction { opacity: vec![(0.0, 0.0)], ..transfer.clone() };
+            let whole = framing_what_shows(&volume, &nothing, DVec3::Y, DVec3::Z);
+            assert_eq!(whole, framing_camera(&lattice, DVec3::Y, DVec3::Z));
+        }
     }
 
     #[test]

@@ -22,7 +22,7 @@ pub use crate::hierarchy::ErrorMeasure;
 pub use annotations::{Annotation, Annotations, lay_out as lay_out_annotations};
 pub use cells::{Cell, Cells, Edge, IndexRay, WhyWhole, level_colour};
 pub use effect::Effect;
-pub use framing::{NamedView, axis_letters, is_anterior_y};
+pub use framing::{NamedView, Orientation, axis_letters, framing_what_shows};
 pub use inside::{
     AlongRay, Clip, ClipBox, CutFaces, HalfSpace, Inside, InsideError, Isosurface,
     MOST_CLIP_PLANES, MOST_ISOSURFACES, MOST_SLICES, Plane, Slice,
@@ -147,12 +147,12 @@ impl Scene {
 /// What lies behind a volume until someone chooses otherwise, in the window and in `render`.
 pub const BACKGROUND: Srgb8 = Srgb8::BLACK;
 
-/// What a newly opened volume is seen as: a transfer function from its histogram, the whole
-/// lattice in the isometric view, black behind. `space` is what the file calls its space.
+/// What a newly opened volume is seen as: a transfer function from its histogram, and what of it shows filling the
+/// isometric view, black behind. `space` is what the file calls its space.
 pub fn opening(source: SampleSource, volume: Arc<ScalarVolume>, space: Option<&str>) -> Scene {
-    let (direction, up) = NamedView::Isometric.direction_and_up(is_anterior_y(space));
-    let mut scene = Scene::seen_by(framing_camera(&volume.lattice, direction, up));
+    let (direction, up) = NamedView::Isometric.direction_and_up(Orientation::of(space));
     let transfer = presets::default_for(&volume.statistics);
+    let mut scene = Scene::seen_by(framing_what_shows(&volume, &transfer, direction, up));
     scene.add(source, (Sampled::Volume(volume), Look::Field(transfer)));
     scene
 }

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use eframe::egui::{Button, Checkbox, Context, DragValue, Grid, TextEdit, Ui};
+use eframe::egui::{Button, Checkbox, Context, DragValue, Grid, Id, Key, TextEdit, Ui};
 
 use super::{Outcome, buttons_ui, modal};
 use crate::app::file_dialog::FileDialog;
@@ -40,6 +40,8 @@ pub struct SaveDialog {
     cycle: Option<Cycle>,
     browser: Option<FileDialog>,
     trouble: Option<&'static str>,
+    /// The field of the path, once it was shown.
+    file_field: Option<Id>,
 }
 
 impl SaveDialog {
@@ -61,6 +63,7 @@ impl SaveDialog {
             cycle: None,
             browser: None,
             trouble: None,
+            file_field: None,
         }
     }
 
@@ -80,6 +83,8 @@ impl SaveDialog {
         FileDialog::take_path(&mut self.browser, &mut self.path, &mut self.trouble);
         let title = if self.cycle.is_some() { "Save loop" } else { "Save picture" };
         modal(ctx, "save picture", title, 480.0, |ui| {
+            // Of a number that is typed it is the end.
+            let typed = ui.memory(|memory| memory.focused());
             Grid::new("save fields").num_columns(2).spacing([14.0, 8.0]).show(ui, |ui| {
                 name_ui(ui, "Size");
                 self.size_ui(ui);
@@ -104,7 +109,9 @@ impl SaveDialog {
                 ui.label(trouble);
             }
             let refusal = self.refusal();
-            buttons_ui(ui, "Save", refusal, false, || SaveChoice {
+            let is_free = typed.is_none() || typed == self.file_field;
+            let enter = is_free && ui.input(|input| input.key_pressed(Key::Enter));
+            buttons_ui(ui, "Save", refusal, enter, || SaveChoice {
                 size: self.size,
                 with_background: self.with_background,
                 with_annotations: self.with_annotations && self.takes_annotations().is_ok(),
@@ -175,9 +182,11 @@ impl SaveDialog {
                     "Ends in .gif for an animation, or .png for numbered pictures in full colour"
                 }
             };
-            ui.add(TextEdit::singleline(&mut self.path).desired_width(360.0))
+            let field = ui
+                .add(TextEdit::singleline(&mut self.path).desired_width(360.0))
                 .accessible_name("File to save")
                 .on_hover_text(help);
+            self.file_field = Some(field.id);
             let asking = self.browser.is_some();
             if ui.add_enabled(!asking, Button::new("Browse…")).clicked() {
                 let path = PathBuf::from(&self.path);

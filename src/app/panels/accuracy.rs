@@ -101,6 +101,11 @@ pub fn accuracy_ui(ui: &mut Ui, panel: &mut AccuracyPanel, shown: &Shown<'_>) ->
     done
 }
 
+/// So many modes.
+fn modes(count: usize) -> String {
+    if count == 1 { "1 mode".to_owned() } else { format!("{count} modes") }
+}
+
 fn state_ui(ui: &mut Ui, shown: &Shown<'_>, done: &mut Done) {
     let failed = shown.points.iter().filter(|point| point.failed.is_some()).count();
     let drawn = shown.points.len() - failed;
@@ -114,8 +119,8 @@ fn state_ui(ui: &mut Ui, shown: &Shown<'_>, done: &mut Done) {
         State::Measuring if drawn == 0 || shown.marks.is_old => {
             ("Working out the exact picture".to_owned(), size)
         }
-        State::Measuring => (format!("Measuring, {drawn} modes so far"), size),
-        State::Done => (format!("{drawn} modes measured"), size),
+        State::Measuring => (format!("Measuring, {} so far", modes(drawn)), size),
+        State::Done => (format!("{} measured", modes(drawn)), size),
         State::Failed(reason) => ("Cannot measure here".to_owned(), reason.clone()),
     };
     // What is at the right comes first: the words have the room that it leaves.
