@@ -151,6 +151,8 @@ fn what_is_shaded_first_is_drawn_without_an_adapter_in_every_way() {
 fn rays_that_begin_among_slices_and_fan_out_see_what_the_reference_does() {
     let engine = alone();
     let mut scene = opened("demo:head:24");
+    // From within the matter.
+    scene.camera.focal_point = scene.lattice().centre();
     scene.camera.projection = Projection::Perspective { view_angle: 2.1 };
     scene.camera.parallel_scale = 1.0;
     let size = [54, 36];

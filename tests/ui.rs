@@ -554,6 +554,19 @@ fn enter_saves_the_picture_and_ends_a_number_that_is_typed() {
 }
 
 #[test]
+fn keys_without_a_modifier_do_nothing_behind_a_dialog() {
+    let mut bench = Bench::opened();
+    bench.harness.key_press_modifiers(Modifiers::COMMAND, Key::S);
+    bench.harness.run_steps(3);
+    let before = bench.camera();
+    for key in [Key::Num1, Key::Num9, Key::Enter] {
+        bench.harness.key_press(key);
+        bench.harness.run_steps(2);
+        assert_eq!(bench.camera(), before, "{key:?}");
+    }
+}
+
+#[test]
 fn a_missing_file_dialog_is_said_and_a_typed_path_offered() {
     let mut bench = Bench::without_file_dialog();
     bench.harness.key_press_modifiers(Modifiers::COMMAND, Key::O);

@@ -358,15 +358,16 @@ pub fn entry_of(action: Action) -> &'static Entry {
 /// The commands whose keys were pressed since the last pass; their key presses are used up.
 ///
 /// Keys that a focused text field needs are left to it, its own undo among them, and Enter to any
-/// focused widget; Escape is left to others unless it `ends_tools`.
-pub fn pressed(ctx: &Context, ends_tools: bool) -> Vec<Action> {
+/// focused widget; Escape is left to others unless it `ends_tools`. Behind a dialog keys without a modifier are its own.
+pub fn pressed(ctx: &Context, ends_tools: bool, behind_dialog: bool) -> Vec<Action> {
     let typing = ctx.text_edit_focused();
     let focused = ctx.memory(|memory| memory.focused().is_some());
     let available = |shortcut: &KeyboardShortcut| {
         let activates_widgets = matches!(shortcut.logical_key, Key::Enter | Key::Space);
         let is_undo = matches!(shortcut.logical_key, Key::Z | Key::Y);
         let is_taken = typing && (is_undo || shortcut.conflicts_with_text_editing())
-            || shortcut.logical_key == Key::Escape && !ends_tools;
+            || shortcut.logical_key == Key::Escape && !ends_tools
+            || behind_dialog && shortcut.modifiers.is_none() && shortcut.logical_key != Key::Escape;
         !(is_taken || focused && activates_widgets)
     };
     let keys = ACTIONS.iter().filter_map(|e| Some((e.action, e.shortcut?))).chain(SECOND_KEYS);

@@ -474,7 +474,9 @@ impl Window {
             (Some(Dialog::Help), Action::ToggleHelp) => true,
             (Some(_), _) => false,
         };
-        let pressed = actions::pressed(ctx, self.escape_ends_tools(ctx));
+        let behind_dialog =
+            self.dialog.as_ref().is_some_and(|dialog| !matches!(dialog, Dialog::Help));
+        let pressed = actions::pressed(ctx, self.escape_ends_tools(ctx), behind_dialog);
         let pressed: Vec<Action> = pressed.into_iter().filter(allowed).collect();
         for action in pressed {
             self.perform(ctx, action);

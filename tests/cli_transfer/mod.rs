@@ -93,7 +93,7 @@ fn regions_of_a_file_are_drawn_or_refused() {
     assert_eq!(fault(&meshes, 2, &["regions by gradient", "--kernel gouraud"], None), None);
     let table = folder.path().join("t.json");
     let table = table.to_str().expect("UTF-8");
-    let small = ["--resolution", "32,24", "--pixels", "24", "--max-slabs", "8"];
+    let small = ["--resolution", "32,24", "--pixels", "24", "--max-slabs", "32"];
     let sweep = ["accuracy", "demo:shells:16", "-o", table, "--transfer", &file];
     let sweep = voxsplat(&[&sweep[..], &small].concat());
     assert!(sweep.status.success(), "{}", errors(&sweep));
