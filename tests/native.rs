@@ -13,8 +13,8 @@ use voxsplat::kernel::Kernel;
 use voxsplat::polygons::Mesh;
 use voxsplat::reference::Reference;
 use voxsplat::scene::{
-    self, Backend, Clip, ClipBox, Inside, Lighting, PolygonLayer, SampleSource, Scene,
-    SplatSettings, VectorLayer, Visibility,
+    self, Backend, Classify, Clip, ClipBox, Inside, Lighting, OpacityModel, PolygonLayer,
+    SampleSource, Scene, Slice, SplatSettings, VectorLayer, Visibility,
 };
 use voxsplat::task::engine::{
     Choice, Effort, Engine, EngineChoice, EngineKind, FrameRequest, Ladder, Picture,
@@ -399,5 +399,30 @@ fn who_chooses_nothing_gets_the_engine_of_the_machine_and_who_names_an_adapter_t
             }
             Err(error) => println!("skipped the GPU engine: {error}"),
         }
+    }
+}
+
+/// Published opacities of thick slabs add up to more than 1, and are capped there.
+#[test]
+fn published_opacities_are_capped_at_one_as_the_references_are() {
+    let engine = alone();
+    let mut scene = opened("demo:shells:16");
+    scene.transfer_mut().unwrap().opacity = vec![(0.0, 0.9)];
+    let slice = Slice::across(&scene.lattice(), 2, 0.4, 0.5);
+    for (classify, slices) in [
+        (Classify::PreIntegrated, vec![]),
+        (Classify::After, vec![]),
+        (Classify::PreIntegrated, vec![slice]),
+    ] {
+        scene.inside.slices = slices;
+        scene.splat = SplatSettings {
+            opacity_model: OpacityModel::Published,
+            slabs_per_voxel: 0.25,
+            classify,
+            ..SplatSettings::EXACT
+        };
+        let most = off_reference(&engine, &scene, [30, 24]);
+        println!("measured capped, {classify:?}: {most:.1e}");
+        assert!(most < 2e-3, "{classify:?}: {most}");
     }
 }

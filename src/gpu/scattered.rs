@@ -27,7 +27,7 @@ pub struct Scattered<'a> {
     /// Back to front.
     pub records: &'a [Record],
     /// Visibility, slabs per voxel, opacity model and order count; kernel and extent are those of
-    /// [`Renderer::begin`].
+    /// `Renderer::begin`.
     pub settings: &'a SplatSettings,
     /// Front to back, a pixel is done once less of what lies behind shows through; 0 for never.
     pub stop_below: f32,

@@ -1,6 +1,6 @@
 //! Kernels as footprint triangles: uploaded records, and those that a grid's voxels give.
 
-/// What the grid pieces since [`Renderer::begin`] have drawn.
+/// What the grid pieces since `Renderer::begin` have drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct GridTotals {
     /// Kernels drawn.

@@ -49,7 +49,7 @@ pub struct VectorSplats<'a> {
     pub camera: &'a Camera,
     /// World position of the middle of the lattice that slabs are counted from.
     pub centre: DVec3,
-    /// Distance between slab faces, pixels of view depth ([`Renderer::slab_thickness`]).
+    /// Distance between slab faces, pixels of view depth (`Renderer::slab_thickness`).
     pub slab: f64,
     /// How many slabs of the field lie in each: 1, but where a quick picture may share them out.
     pub field_slabs: u32,

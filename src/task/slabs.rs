@@ -188,7 +188,7 @@ impl Drawer {
         Ok(Drawn { is_shaded: !are_alone, ..drawn })
     }
 
-    /// Learns from a picture in slabs what rays and visits ([`PictureVectors::visits`]) cost, from milliseconds in all
+    /// Learns from a picture in slabs what rays and visits (`vectors::PictureVectors::visits`) cost, from milliseconds in all
     /// and those of its lists.
     pub(super) fn learn_slabs(
         &mut self,
