@@ -152,3 +152,24 @@ set_up() {
     fi
     install_rust
 }
+
+# build: makes the program of the folder $root. The first time it says how long that takes, and every half minute that it
+# goes on: cargo is silent while it compiles the largest part.
+build() {
+    local begun=$SECONDS ticker built=0
+    [ -x "${CARGO_TARGET_DIR:-$root/target}/release/voxsplat" ] ||
+        say "building for the first time, which takes about MINUTES minutes on two cores"
+    (
+        while sleep 30; do
+            say "still building, for $(((SECONDS - begun) / 60)) min $(((SECONDS - begun) % 60)) s now"
+        done
+    ) &
+    ticker=$!
+    # An interrupted build must not leave it talking.
+    trap 'kill "$ticker" 2>/dev/null' EXIT
+    cargo build --release --locked --manifest-path "$root/Cargo.toml" || built=$?
+    kill "$ticker" 2>/dev/null
+    wait "$ticker" 2>/dev/null || true
+    trap - EXIT
+    return "$built"
+}
