@@ -114,7 +114,9 @@ impl Window {
         let camera = before.as_ref().filter(|_| keep_view).map(|scene| scene.camera);
         let unframed = Camera::new(DVec3::ZERO, DVec3::Y, DVec3::Z, 1.0);
         let seen_by = Scene::seen_by(camera.unwrap_or(unframed));
-        let opening = Scene { splat, shading, inside, background, ..seen_by };
+        // The axis that was chosen to be up stays so for the session.
+        let up = before.as_ref().and_then(|scene| scene.up);
+        let opening = Scene { splat, shading, inside, background, up, ..seen_by };
         // Vectors and polygons are in the world of their file.
         let kept = before.filter(|_| keep_view);
         let has_vectors = kept.as_ref().is_some_and(|scene| !scene.vectors().is_empty());
@@ -132,7 +134,7 @@ impl Window {
             scene.show_field(false);
         }
         if camera.is_none() {
-            let orientation = Orientation::of(document.grid.space.as_deref());
+            let orientation = Orientation::of(document.grid.space.as_deref()).with_up(scene.up);
             let size = self.viewport_size.map(f64::from);
             let framed = camera_control::framed(&scene, NamedView::Isometric, orientation, size);
             scene.camera = Camera { projection, ..framed };

@@ -17,7 +17,7 @@ use crate::io::Endian;
 use crate::kernel::Kernel;
 use crate::scene::{
     Annotations, Backend, Classify, CutSettings, ErrorMeasure, ModeChoice, ModeError, OpacityModel,
-    Order, Reconstruction, SplatSettings, Visibility,
+    Order, Reconstruction, SplatSettings, UpAxis, Visibility,
 };
 use crate::task::engine::{AdapterChoice, Choice, EngineChoice};
 use crate::transfer::ColourMap;
@@ -202,6 +202,11 @@ pub struct SceneFlags {
     /// Up in the picture; replaced where it is parallel to the direction
     #[arg(long, value_name = "X,Y,Z", value_parser = values::direction, allow_hyphen_values = true)]
     pub camera_view_up: Option<[f64; 3]>,
+    /// Axis of the world that points up, as in the window: +z, -z, +y, -y, +x or -x. Views without
+    /// --camera-direction look from the front, the right and above at once [default: +z]
+    #[arg(long, value_name = "AXIS", value_parser = values::up_axis, allow_hyphen_values = true,
+        conflicts_with = "camera_view_up")]
+    pub camera_up_axis: Option<UpAxis>,
     /// World point in the middle of the picture
     #[arg(long, value_name = "X,Y,Z", value_parser = values::vector, allow_hyphen_values = true)]
     pub camera_focal_point: Option<[f64; 3]>,

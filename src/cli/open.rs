@@ -9,7 +9,9 @@ use super::flags::{InputFlags, SceneFlags};
 use super::{Failure, note};
 use crate::core::{Camera, Projection, Ticket};
 use crate::io::{self, OpenOptions, RawOverrides};
-use crate::scene::{self, SampleSource, Scene, Shading, SplatSettings};
+use crate::scene::{
+    self, NamedView, Orientation, SampleSource, Scene, Shading, SplatSettings, framing_what_shows,
+};
 use crate::task::transfer_file;
 use crate::transfer::presets::Preset;
 use crate::transfer::{ColourSource, NoData, Region, TransferFunction};
@@ -174,6 +176,16 @@ pub(super) fn scene(
 ) -> Result<Scene, Failure> {
     let (source, volume) = scalar(input, flags.field.as_deref(), flags.component)?;
     let mut opening = scene::opening(source, Arc::clone(&volume), input.grid.space.as_deref());
+    if let Some(up) = flags.camera_up_axis {
+        let orientation = Orientation::of(input.grid.space.as_deref()).with_up(Some(up));
+        let (direction, shown_up) = NamedView::Isometric.direction_and_up(orientation);
+        if let Some(transfer) = opening.transfer() {
+            opening.camera = framing_what_shows(&volume, transfer, direction, shown_up);
+        }
+        // Whatever direction is looked along.
+        opening.camera.up = up.vector();
+        opening.up = Some(up);
+    }
     let camera = camera(flags, &opening.camera);
     let mut regions = Vec::new();
     if let Some(function) = opening.transfer_mut() {

@@ -161,7 +161,7 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
              pictures that were drawn before, and no picture is less than 48 pixels high; --repeat draws more"
         ));
     }
-    if let Some(Layout { primitives, left_out }) = annotated {
+    if let Some(Layout { primitives, left_out, .. }) = annotated {
         annotations::draw(&mut still.rgba, still.size, &primitives);
         if !left_out.is_empty() {
             note(&no_room(&left_out));

@@ -22,7 +22,7 @@ pub use crate::hierarchy::ErrorMeasure;
 pub use annotations::{Annotation, Annotations, lay_out as lay_out_annotations};
 pub use cells::{Cell, Cells, Edge, IndexRay, WhyWhole, level_colour};
 pub use effect::Effect;
-pub use framing::{NamedView, Orientation, axis_letters, framing_what_shows};
+pub use framing::{NamedView, Orientation, UpAxis, axis_letters, framing_what_shows};
 pub use inside::{
     AlongRay, Clip, ClipBox, CutFaces, HalfSpace, Inside, InsideError, Isosurface,
     MOST_CLIP_PLANES, MOST_ISOSURFACES, MOST_SLICES, Plane, Slice,
@@ -78,6 +78,10 @@ pub struct Scene {
     pub inside: Inside,
     /// Where it is seen from.
     pub camera: Camera,
+    /// The axis of the world that was chosen to point up; `None` as the file has it. Views that have names and the
+    /// hand go by it, and no picture.
+    #[serde(default)]
+    pub up: Option<UpAxis>,
     /// What lies behind it.
     pub background: Background,
     /// The samples that the layers name.
@@ -126,8 +130,17 @@ impl Scene {
     /// Whether they do but for how far marks have moved.
     pub fn differs_by_phase_alone(&self, other: &Self) -> bool {
         // Taken apart, so that a new field cannot be forgotten here.
-        let Self { layers: _, phase: _, splat, shading, inside, camera, background, store: _ } =
-            self;
+        let Self {
+            layers: _,
+            phase: _,
+            splat,
+            shading,
+            inside,
+            camera,
+            up: _,
+            background,
+            store: _,
+        } = self;
         self.has_same_layers(other)
             && splat.makes_same_picture(&other.splat)
             && *shading == other.shading
@@ -167,6 +180,7 @@ impl Scene {
             shading: Shading::default(),
             inside: Inside::default(),
             camera,
+            up: None,
             background: Background::Colour(BACKGROUND),
             store: Store::default(),
         }
