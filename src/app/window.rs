@@ -342,7 +342,7 @@ impl Window {
     fn reset_view(&mut self) {
         let (orientation, size) = (self.orientation(), self.viewport_size.map(f64::from));
         if let Some(scene) = &mut self.scene {
-            let framed = camera_control::framed(scene, NamedView::Isometric, orientation, size);
+            let framed = camera_control::framed(scene, orientation.first_view(), orientation, size);
             scene.camera = Camera { projection: scene.camera.projection, ..framed };
         }
     }

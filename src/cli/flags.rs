@@ -265,6 +265,11 @@ impl SceneFlags {
         given.into_iter().filter_map(|(flag, given)| given.then_some(flag)).collect()
     }
 
+    /// Whether flags say themselves what is seen, and how densely.
+    pub(super) fn say_what_is_seen(&self) -> bool {
+        self.opacity.is_some() || self.color.is_some() || self.transfer.is_some()
+    }
+
     /// The first flag that was given of the scalar field's opacities and colours.
     pub(super) fn of_colours(&self) -> Option<&'static str> {
         [
@@ -360,6 +365,37 @@ impl ModeFlags {
         ]
         .into_iter()
         .find_map(|(flag, given)| given.then_some(flag))
+    }
+
+    /// Whether any says how the field is drawn, but for the distance that opacities are given over.
+    pub(super) fn are_given(&self) -> bool {
+        let Self {
+            kernel,
+            extent,
+            reconstruction,
+            visibility,
+            slabs_per_voxel,
+            sheets_per_kernel,
+            opacity_model,
+            classify,
+            order,
+            backend,
+            gouraud_angles,
+            gouraud_rings,
+            opacity_unit_distance: _,
+        } = self;
+        kernel.is_some()
+            || extent.is_some()
+            || reconstruction.is_some()
+            || visibility.is_some()
+            || slabs_per_voxel.is_some()
+            || sheets_per_kernel.is_some()
+            || opacity_model.is_some()
+            || classify.is_some()
+            || order.is_some()
+            || backend.is_some()
+            || gouraud_angles.is_some()
+            || gouraud_rings.is_some()
     }
 
     /// The mode that they mean.

@@ -122,6 +122,11 @@ impl Orientation {
         // Both are of the same handedness, so that one is the other turned.
         camera.rotated(DQuat::from_mat3(&(axes(self) * axes(other).transpose())))
     }
+
+    /// The view that things are first seen in: patients from the front, all else from a corner.
+    pub fn first_view(self) -> NamedView {
+        if self.right_x.is_some() { NamedView::Front } else { NamedView::Isometric }
+    }
 }
 
 impl NamedView {
