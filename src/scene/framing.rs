@@ -86,13 +86,22 @@ pub struct Orientation {
 impl Orientation {
     /// Of a space as a file names it.
     pub fn of(space: Option<&str>) -> Self {
-        let [x, y, _] = axis_letters(space);
+        let letters @ [x, y, _] = axis_letters(space);
         let right_x = match x {
             "R" => Some(true),
             "L" => Some(false),
             _ => None,
         };
-        Self { right_x, anterior_y: y == "A", up: UpAxis::default() }
+        let up = match letters {
+            [_, _, "I"] => UpAxis::MinusZ,
+            [_, "S", _] => UpAxis::PlusY,
+            [_, "I", _] => UpAxis::MinusY,
+            ["S", _, _] => UpAxis::PlusX,
+            ["I", _, _] => UpAxis::MinusX,
+            _ if is_left_handed(space) => UpAxis::MinusZ,
+            _ => UpAxis::PlusZ,
+        };
+        Self { right_x, anterior_y: y == "A", up }
     }
 
     /// The same with another axis up, where one was chosen.
@@ -266,12 +275,36 @@ pub fn framing_what_shows(
 /// What the ends of the three world axes are called: letters of a patient space, or x y z.
 pub fn axis_letters(space: Option<&str>) -> [&'static str; 3] {
     let name = space.unwrap_or_default().to_ascii_lowercase();
-    match name.trim_end_matches("-time").trim_end_matches('t') {
-        "left-posterior-superior" | "lps" => ["L", "P", "S"],
-        "right-anterior-superior" | "ras" => ["R", "A", "S"],
-        "left-anterior-superior" | "las" => ["L", "A", "S"],
+    let name = name.trim_end_matches("-time");
+    let words: Vec<&str> = match name.contains('-') {
+        true => name.split('-').collect(),
+        // Three letters, and perhaps a fourth for time.
+        false => (0..name.trim_end_matches('t').len()).filter_map(|i| name.get(i..=i)).collect(),
+    };
+    let letter = |word: &&str| match *word {
+        "left" | "l" => Some("L"),
+        "right" | "r" => Some("R"),
+        "anterior" | "a" => Some("A"),
+        "posterior" | "p" => Some("P"),
+        "superior" | "s" => Some("S"),
+        "inferior" | "i" => Some("I"),
+        _ => None,
+    };
+    let letters: Option<Vec<&'static str>> = words.iter().map(letter).collect();
+    let axes = [["L", "R"], ["A", "P"], ["S", "I"]];
+    match letters.as_deref() {
+        Some(&[x, y, z]) if axes.iter().all(|ends| [x, y, z].iter().any(|l| ends.contains(l))) => {
+            [x, y, z]
+        }
         _ => ["x", "y", "z"],
     }
+}
+
+/// Whether a file calls its space left-handed, as of slices that are stacked downwards: with x to the right and y away from
+/// who looks, z points down.
+fn is_left_handed(space: Option<&str>) -> bool {
+    let name = space.unwrap_or_default().to_ascii_lowercase();
+    matches!(name.trim_end_matches("-time").trim_end_matches('t'), "3d-left-handed" | "3dlh")
 }
 
 #[cfg(test)]
@@ -392,11 +425,27 @@ mod tests {
     }
 
     #[test]
+    fn what_a_file_calls_up_is_up() {
+        let up = |space| Orientation::of(Some(space)).up;
+        assert_eq!(up("left-posterior-superior"), UpAxis::PlusZ);
+        assert_eq!(up("left-posterior-inferior"), UpAxis::MinusZ);
+        assert_eq!(up("right-superior-anterior"), UpAxis::PlusY);
+        assert_eq!(up("3D-left-handed"), UpAxis::MinusZ);
+        assert_eq!(up("3D-right-handed"), UpAxis::PlusZ);
+        // Patients are seen from the front, all else from a corner.
+        assert_eq!(Orientation::of(Some("RAS")).first_view(), NamedView::Front);
+        assert_eq!(Orientation::of(Some("3D-left-handed")).first_view(), NamedView::Isometric);
+    }
+
+    #[test]
     fn letters_follow_the_space() {
         assert_eq!(axis_letters(Some("left-posterior-superior")), ["L", "P", "S"]);
         assert_eq!(axis_letters(Some("RAST")), ["R", "A", "S"]);
         assert_eq!(axis_letters(Some("right-anterior-superior-time")), ["R", "A", "S"]);
-        assert_eq!(axis_letters(Some("scanner-xyz")), ["x", "y", "z"]);
+        assert_eq!(axis_letters(Some("lpi")), ["L", "P", "I"]);
+        for none in ["scanner-xyz", "lls", "left-posterior", "3D-right-handed", "é"] {
+            assert_eq!(axis_letters(Some(none)), ["x", "y", "z"], "{none}");
+        }
         assert_eq!(axis_letters(None), ["x", "y", "z"]);
     }
 }
