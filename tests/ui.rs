@@ -22,7 +22,7 @@ use voxsplat::app::document::Source;
 use voxsplat::app::settings::Settings;
 use voxsplat::core::{Projection, Srgb8};
 use voxsplat::kernel::Kernel;
-use voxsplat::scene::{Annotation, Background, NamedView, Orientation};
+use voxsplat::scene::{Annotation, Background, NamedView, Orientation, UpAxis};
 use voxsplat::task::annotations::{draw, laid_out};
 use voxsplat::task::engine::{Effort, Ladder};
 use voxsplat::transfer::{ColourMap, ColourSource};
@@ -207,6 +207,20 @@ fn every_shortcut_does_what_it_says() {
             Action::ViewBottom => looks(&bench, NamedView::Bottom),
             Action::ViewTop => looks(&bench, NamedView::Top),
             Action::ViewIsometric => looks(&bench, NamedView::Isometric),
+            Action::RollLeft | Action::RollRight => {
+                let camera = bench.camera();
+                assert!((camera.direction - before.direction).length() < 1e-9);
+                let left = if entry.action == Action::RollLeft { 1.0 } else { -1.0 };
+                // What points up in the picture is now what pointed right, or left.
+                assert!((camera.up - before.right() * left).length() < 1e-9, "{}", entry.name);
+            }
+            Action::TurnUpsideDown => {
+                assert!((bench.camera().up + before.up).length() < 1e-9);
+                assert_eq!(bench.window().scene().unwrap().up, Some(UpAxis::MinusZ));
+                bench.harness.key_press(Key::Num1);
+                bench.harness.run_steps(3);
+                assert_eq!(bench.camera().up, DVec3::NEG_Z, "in every view");
+            }
             Action::ToggleProjection => {
                 let Projection::Perspective { view_angle } = bench.camera().projection else {
                     panic!("still orthographic");

@@ -28,6 +28,9 @@ pub enum Action {
     ViewTop,
     ViewBottom,
     ViewIsometric,
+    RollLeft,
+    RollRight,
+    TurnUpsideDown,
     ToggleProjection,
     ResetView,
     Converge,
@@ -101,7 +104,7 @@ const fn entry(
 }
 
 /// Every command there is, in the order of the menus.
-pub const ACTIONS: [Entry; 39] = [
+pub const ACTIONS: [Entry; 42] = [
     entry(Action::Open, Menu::File, "Open…", command(Key::O), "Open a volume in a file dialog"),
     entry(
         Action::OpenPath,
@@ -205,6 +208,27 @@ pub const ACTIONS: [Entry; 39] = [
         "Isometric",
         plain(Key::Num9),
         "Look from the front, the right and above at once",
+    ),
+    entry(
+        Action::RollLeft,
+        Menu::View,
+        "Roll left",
+        plain(Key::Num4),
+        "Turn the picture a quarter to the left",
+    ),
+    entry(
+        Action::RollRight,
+        Menu::View,
+        "Roll right",
+        plain(Key::Num6),
+        "Turn the picture a quarter to the right",
+    ),
+    entry(
+        Action::TurnUpsideDown,
+        Menu::View,
+        "Turn upside down",
+        plain(Key::Num8),
+        "What is up is down from now on, in every view: for data that stand on their head",
     ),
     entry(
         Action::ToggleProjection,
@@ -336,13 +360,15 @@ pub const ACTIONS: [Entry; 39] = [
 ];
 
 /// What the mouse does in the viewport: the gesture, and its effect.
-pub const GESTURES: [(&str, &str); 10] = [
+pub const GESTURES: [(&str, &str); 12] = [
     ("Left drag", "Turn the volume"),
+    ("Ctrl+left drag", "Roll: turn the picture about its middle"),
     ("W, then left drag", "Change window (across) and level (up and down)"),
     ("Middle drag, Shift+left drag", "Move the volume"),
     ("Right drag", "Zoom: up comes closer"),
     ("Wheel", "Zoom to the cursor"),
     ("Double click", "Put what is under the cursor in the centre"),
+    ("Click on an end of the trihedron", "Look along that axis"),
     ("Drop a file", "Open the volume, or load the transfer function"),
     ("Ctrl+C, Ctrl+V", "Copy, paste the transfer function"),
     ("Drag the line between two modes", "Show more of the one or the other"),

@@ -2,12 +2,23 @@
 
 use std::f64::consts::PI;
 
-use eframe::egui::{Event, InputState, MouseWheelUnit, PointerButton, Pos2, Rect, Response};
-use glam::DVec2;
+use eframe::egui::{Event, InputState, MouseWheelUnit, PointerButton, Pos2, Rect, Response, Vec2};
+use glam::{DVec2, DVec3};
+use serde::{Deserialize, Serialize};
 
 use crate::core::{Camera, Projection};
 use crate::scene::{NamedView, Orientation, Scene, framing_camera, framing_what_shows};
 use crate::volume::Lattice;
+
+/// How a drag turns the view.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub enum Turning {
+    /// About the axis that is up, and nearer to it or farther away: what is up stays up.
+    #[default]
+    Turntable,
+    /// As a ball under the hand, whatever is up.
+    Trackball,
+}
 
 /// Zoom factor of one notch of the wheel.
 const ZOOM_PER_NOTCH: f64 = 1.15;
@@ -80,8 +91,14 @@ fn zoomed(camera: &Camera, factor: f64, about: DVec2, size: [f64; 2], ends: [f64
 
 /// What the mouse did in the viewport since the last pass, applied to the camera, which looks at a lattice.
 ///
-/// Lengths are points: a camera cares only for their ratio to the viewport's height.
-pub fn steered(camera: &Camera, response: &Response, lattice: &Lattice) -> Camera {
+/// Lengths are points: a camera cares only for their ratio to the viewport's height. `up` is the axis of the world that
+/// a turntable turns about.
+pub fn steered(
+    camera: &Camera,
+    response: &Response,
+    lattice: &Lattice,
+    (turning, up): (Turning, DVec3),
+) -> Camera {
     // Read in one go: a response must not be asked while the input is held.
     let hand = response.ctx.input(Hand::of);
     let rect = response.rect;
@@ -94,9 +111,17 @@ pub fn steered(camera: &Camera, response: &Response, lattice: &Lattice) -> Camer
             || (response.dragged_by(PointerButton::Primary) && hand.shift);
         if panning {
             camera = camera.panned(delta, size[1]);
+        } else if response.dragged_by(PointerButton::Primary) && hand.command {
+            if let Some(at) = response.interact_pointer_pos() {
+                let from_middle = at - rect.center();
+                camera = camera.rolled(turned_by(from_middle - response.drag_delta(), from_middle));
+            }
         } else if response.dragged_by(PointerButton::Primary) {
             let turn = delta * (PI / size[1]);
-            camera = camera.orbited(turn.x, turn.y);
+            camera = match turning {
+                Turning::Turntable => camera.turned_about(up, turn.x, turn.y),
+                Turning::Trackball => camera.orbited(turn.x, turn.y),
+            };
         } else if response.dragged_by(PointerButton::Secondary) {
             let factor = ZOOM_PER_HEIGHT.powf(-delta.y / size[1]);
             let middle = DVec2::new(size[0] / 2.0, size[1] / 2.0);
@@ -119,6 +144,7 @@ struct Hand {
     /// Factor of wheel and pinch together.
     zoom: f64,
     shift: bool,
+    command: bool,
     double_click: bool,
 }
 
@@ -129,9 +155,16 @@ impl Hand {
         Self {
             zoom: ZOOM_PER_NOTCH.powf(wheel) * pinch,
             shift: input.modifiers.shift,
+            command: input.modifiers.command,
             double_click: input.pointer.button_double_clicked(PointerButton::Primary),
         }
     }
+}
+
+/// By how much a hand went clockwise around the middle, radians, from one place to another as seen from there.
+fn turned_by(from: Vec2, to: Vec2) -> f64 {
+    let (cross, dot) = (from.x * to.y - from.y * to.x, from.dot(to));
+    f64::from(cross).atan2(f64::from(dot))
 }
 
 /// Zoom factor of a pinch gesture.
@@ -149,7 +182,7 @@ fn in_rect(position: Pos2, rect: Rect) -> DVec2 {
 mod tests {
     use std::sync::Arc;
 
-    use glam::DVec3;
+    use eframe::egui::vec2;
 
     use super::*;
     use crate::volume::{Samples, ScalarVolume};
@@ -194,6 +227,14 @@ mod tests {
         let beyond = Camera { parallel_scale: 1e9, ..camera };
         assert_eq!(zoomed(&beyond, 0.5, DVec2::ZERO, size, ends).parallel_scale, 1e9);
         assert_eq!(zoomed(&beyond, 2.0, DVec2::ZERO, size, ends).parallel_scale, 5e8);
+    }
+
+    #[test]
+    fn a_hand_that_goes_around_the_middle_rolls_by_the_angle_that_it_went() {
+        let quarter = turned_by(vec2(0.0, -10.0), vec2(30.0, 0.0));
+        assert!((quarter - PI / 2.0).abs() < 1e-6, "from above to the right is clockwise: {quarter}");
+        assert!((turned_by(vec2(30.0, 0.0), vec2(0.0, -10.0)) + PI / 2.0).abs() < 1e-6);
+        assert_eq!(turned_by(Vec2::ZERO, vec2(1.0, 0.0)), 0.0, "from the middle nowhere");
     }
 
     #[test]

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use crate::core::Ticket;
+use crate::scene::FirstLook;
 use crate::transfer::TransferFunction;
 use crate::volume::{
     Component, Grid, ScalarType, ScalarVolume, Statistics, VectorField, VolumeError,
@@ -179,6 +180,8 @@ pub trait Library: Send + Sync {
     fn demos(&self) -> Vec<(&'static str, &'static str)>;
     /// A transfer function that looks right at once.
     fn default_transfer(&self, statistics: &Statistics) -> TransferFunction;
+    /// What a volume is first seen as, in a space that its file names.
+    fn first_look(&self, volume: &ScalarVolume, space: Option<&str>) -> FirstLook;
 }
 
 /// An open volume.
@@ -194,6 +197,8 @@ pub struct Document {
     pub component: Component,
     /// The field that is drawn.
     pub volume: Arc<ScalarVolume>,
+    /// What is first seen of it.
+    pub first_look: FirstLook,
     /// The vectors of the field that it opens with, where that has three components.
     pub vectors: Option<Arc<VectorField>>,
     /// Partial trouble while reading.
@@ -219,7 +224,8 @@ impl Document {
             3 => Some(Arc::new(grid.vectors(field, ticket)?)),
             _ => None,
         };
-        Ok(Self { source, grid, field: 0, component, volume, vectors, warnings })
+        let first_look = library.first_look(&volume, grid.space.as_deref());
+        Ok(Self { source, grid, field: 0, component, volume, first_look, vectors, warnings })
     }
 
     /// Whether the file has a field that can be drawn as vectors, or fields to put them together of.
@@ -249,6 +255,7 @@ impl Document {
     /// See [`ReadFailure`].
     pub fn with_field(
         self,
+        library: &dyn Library,
         field: usize,
         component: Component,
         ticket: &Ticket,
@@ -257,7 +264,8 @@ impl Document {
             ReadFailure::Refused(format!("there is no field number {field} in this file"))
         })?;
         let volume = Arc::new(self.grid.scalar(chosen, component, ticket)?);
-        Ok(Self { field, component, volume, ..self })
+        let first_look = library.first_look(&volume, self.grid.space.as_deref());
+        Ok(Self { field, component, volume, first_look, ..self })
     }
 }
 

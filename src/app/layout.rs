@@ -18,10 +18,11 @@ use super::panels::{
     accuracy, clip, compare, data, inside, polygons, section_ui, shading, splat, status, transfer,
     vectors, view,
 };
+use super::trihedron::trihedron_ui;
 use super::viewport::PixelArea;
 use super::window::Window;
 use super::{annotations, modes, theme};
-use crate::scene::Inside;
+use crate::scene::{Inside, axis_letters};
 use crate::task::annotations::laid_out;
 use crate::vector::MOST_SPEED;
 use crate::volume::Statistics;
@@ -218,7 +219,8 @@ impl Window {
         });
         section_ui(ui, "View", |ui| {
             let (settings, cells) = (&mut self.settings, &mut self.cells);
-            view::view_ui(ui, scene, settings, cells, &self.left_out);
+            let space = document.grid.space.as_deref();
+            view::view_ui(ui, (scene, space), settings, cells, &self.left_out);
         });
         match vector_request.flatten().flatten() {
             Some(VectorRequest::Field(source)) => self.choose_vectors(ui.ctx(), false, source),
@@ -253,6 +255,7 @@ impl Window {
                 memory.focused().inspect(|id| memory.surrender_focus(*id));
             });
         }
+        let orientation = self.orientation();
         let beside = self.beside();
         let second = beside.as_ref().map(|(second, how)| (second, *how));
         let now_secs = ui.ctx().time();
@@ -269,7 +272,9 @@ impl Window {
                 None => false,
             };
             if !levels {
-                scene.camera = camera_control::steered(&scene.camera, &response, &scene.lattice());
+                let turning = (self.settings.turning, orientation.up.vector());
+                scene.camera =
+                    camera_control::steered(&scene.camera, &response, &scene.lattice(), turning);
             }
             if let Some(transfer) = scene.transfer() {
                 self.leveling.caption_ui(ui, area.rect, transfer);
@@ -278,6 +283,9 @@ impl Window {
             let layout = laid_out(self.settings.annotations, scene, space, area.size);
             annotations::paint(ui.painter(), area, &layout.primitives);
             self.left_out = layout.left_out;
+            let (letters, seen) = (axis_letters(space), (&scene.camera, orientation));
+            let turned = trihedron_ui(ui, area, &layout.axis_ends, letters, seen);
+            scene.camera = turned.unwrap_or(scene.camera);
             self.cells.show(ui, area, scene, &response);
             if self.clip.shows_box && Inside::is_shown_by(&scene.splat) {
                 self.box_handles.show(ui, area, scene);

@@ -44,6 +44,7 @@ pub mod sweeping;
 pub mod theme;
 mod tools;
 pub mod trace;
+mod trihedron;
 mod undoing;
 mod vectors;
 pub mod viewport;

@@ -12,13 +12,14 @@ use super::dialogs::raw::RawDialog;
 use super::document::{Document, RawLayout, ReadFailure, Source};
 use super::file_dialog::{Answer, FileDialog};
 use super::job::{Ended, Job};
+use super::modes;
 use super::panels::data::FieldChoice;
 use super::vectors::Vectors;
 use super::window::{Dialog, Window};
 use crate::core::{Camera, Projection};
 use crate::io::mesh::MeshFormat;
 use crate::scene::{
-    Inside, Look, NamedView, Orientation, SampleSource, Sampled, Scene, Shading, SplatSettings,
+    Inside, Look, Orientation, SampleSource, Sampled, Scene, Shading, SplatSettings,
     VectorLayer,
 };
 use crate::task::transfer_file;
@@ -72,8 +73,9 @@ impl Window {
     pub(super) fn choose_field(&mut self, ctx: &Context, choice: FieldChoice) {
         let Some(document) = self.document.clone() else { return };
         let source = document.source.clone();
+        let library = Arc::clone(&self.parts.library);
         let job = Job::start("field", "Preparing the field", ctx, move |ticket| {
-            document.with_field(choice.field, choice.component, ticket)
+            document.with_field(&*library, choice.field, choice.component, ticket)
         });
         self.loading = Some(Loading { job, source, keep_view: true, companions: Vec::new() });
     }
@@ -83,23 +85,27 @@ impl Window {
         // What is still in the hand is a step of its own.
         self.record_now(ctx);
         let volume = Arc::clone(&document.volume);
-        let transfer = self.parts.library.default_transfer(&volume.statistics);
+        let look = document.first_look.clone();
+        // What nobody changed is the next file's to choose.
+        let last = self.document.as_ref().map(|document| document.first_look.clone());
         let before = self.scene.take();
         let projection =
             before.as_ref().map_or(Projection::Orthographic, |scene| scene.camera.projection);
         let splat = match &before {
             Some(scene) if keep_view => scene.splat,
-            // The kernel is a habit; a unit distance belongs to its data.
-            Some(scene) => SplatSettings { opacity_unit_distance: None, ..scene.splat },
-            None => SplatSettings::default(),
+            Some(scene) if !last.as_ref().is_some_and(|last| modes::same_mode(&last.splat, &scene.splat)) => {
+                // The kernel is a habit; a unit distance belongs to its data.
+                SplatSettings { opacity_unit_distance: None, ..scene.splat }
+            }
+            _ => look.splat,
         };
         let shading = match &before {
             Some(scene) if keep_view => scene.shading.clone(),
             // So are the lights; tables belong to their data.
-            Some(scene) => {
+            Some(scene) if last.is_none_or(|last| last.lighting != scene.shading.lighting) => {
                 Shading { lighting: scene.shading.lighting.clone(), ..Shading::default() }
             }
-            None => Shading::default(),
+            _ => Shading { lighting: look.lighting, ..Shading::default() },
         };
         // What was cut away of another volume is not of this one.
         let inside = match &before {
@@ -110,11 +116,13 @@ impl Window {
         let path = document.source.key();
         let name = document.grid.fields.get(document.field).map_or("", |field| &field.name);
         let source = SampleSource::component(&path, name, document.component);
-        let field = (Sampled::Volume(volume), Look::Field(transfer));
+        let field = (Sampled::Volume(volume), Look::Field(look.transfer));
         let camera = before.as_ref().filter(|_| keep_view).map(|scene| scene.camera);
         let unframed = Camera::new(DVec3::ZERO, DVec3::Y, DVec3::Z, 1.0);
         let seen_by = Scene::seen_by(camera.unwrap_or(unframed));
-        let opening = Scene { splat, shading, inside, background, ..seen_by };
+        // The axis that was chosen to be up stays so for the session.
+        let up = before.as_ref().and_then(|scene| scene.up);
+        let opening = Scene { splat, shading, inside, background, up, ..seen_by };
         // Vectors and polygons are in the world of their file.
         let kept = before.filter(|_| keep_view);
         let has_vectors = kept.as_ref().is_some_and(|scene| !scene.vectors().is_empty());
@@ -132,9 +140,9 @@ impl Window {
             scene.show_field(false);
         }
         if camera.is_none() {
-            let orientation = Orientation::of(document.grid.space.as_deref());
+            let orientation = Orientation::of(document.grid.space.as_deref()).with_up(scene.up);
             let size = self.viewport_size.map(f64::from);
-            let framed = camera_control::framed(&scene, NamedView::Isometric, orientation, size);
+            let framed = camera_control::framed(&scene, look.view, orientation, size);
             scene.camera = Camera { projection, ..framed };
         }
         if !keep_view {

@@ -7,8 +7,9 @@ use glam::DVec3;
 use super::document::{Library, RawLayout, ReadFailure, ReadGrid, Slice, Source};
 use crate::core::Ticket;
 use crate::io::{self, Endian, Format, OpenOptions, Problem, RawOverrides, ReadError};
+use crate::scene::FirstLook;
 use crate::transfer::{TransferFunction, presets};
-use crate::volume::{Samples, Statistics, demo};
+use crate::volume::{Samples, ScalarVolume, Statistics, demo};
 
 /// Greatest side of a preview, pixels; larger slices are thinned out.
 const PREVIEW_SIDE: usize = 512;
@@ -56,6 +57,10 @@ impl Library for Files {
 
     fn default_transfer(&self, statistics: &Statistics) -> TransferFunction {
         presets::default_for(statistics)
+    }
+
+    fn first_look(&self, volume: &ScalarVolume, space: Option<&str>) -> FirstLook {
+        FirstLook::of(volume, space)
     }
 }
 

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
+use super::camera_control::Turning;
 use super::vectors::MOST_FPS;
 use crate::core::Srgb8;
 use crate::scene;
@@ -74,6 +75,8 @@ pub struct Settings {
     pub converge: bool,
     /// Let each picture of a resting view give way to the next little by little.
     pub fade: bool,
+    /// How a drag turns the view.
+    pub turning: Turning,
     /// Full vertical angle of view that the perspective camera takes, degrees.
     pub view_angle_deg: f64,
     /// Animated pictures a second, at most.
@@ -96,6 +99,7 @@ impl Default for Settings {
             ladder: Ladder::default(),
             converge: true,
             fade: false,
+            turning: Turning::default(),
             view_angle_deg: 30.0,
             animation_fps: MOST_FPS,
             side_panel: true,

@@ -72,6 +72,7 @@ impl PartialEq for State {
         Arc::ptr_eq(&document.volume, &other.document.volume)
             && scene.makes_same_picture(&other.scene)
             && scene.splat == other.scene.splat
+            && scene.up == other.scene.up
             && *gaussians == other.gaussians
             && *settings == other.settings
             && *compare == other.compare
@@ -111,6 +112,7 @@ impl State {
             () if a.shading != b.shading => "shading",
             () if a.inside.clip != b.inside.clip => "clip",
             () if a.inside != b.inside => "inside",
+            () if a.up != b.up => "up axis",
             () if a.camera.projection != b.camera.projection => "projection",
             () if a.camera != b.camera => "view",
             () if self.compare != after.compare => "comparison",

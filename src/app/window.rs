@@ -1,5 +1,6 @@
 //! The window's state, and what its commands, jobs and dialogs do to it.
 
+use std::f64::consts::{FRAC_PI_2, PI};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
@@ -261,6 +262,9 @@ impl Window {
             Action::ViewTop => self.look(NamedView::Top),
             Action::ViewBottom => self.look(NamedView::Bottom),
             Action::ViewIsometric => self.look(NamedView::Isometric),
+            Action::RollLeft => self.change_camera(|camera| camera.rolled(-FRAC_PI_2)),
+            Action::RollRight => self.change_camera(|camera| camera.rolled(FRAC_PI_2)),
+            Action::TurnUpsideDown => self.turn_upside_down(),
             Action::ToggleProjection => {
                 let angle = self.settings.view_angle_deg;
                 self.change_camera(|camera| camera_control::with_other_projection(camera, angle));
@@ -321,14 +325,24 @@ impl Window {
         self.change_camera(|camera| camera_control::turned_to(camera, view, orientation));
     }
 
-    fn orientation(&self) -> Orientation {
-        Orientation::of(self.document.as_ref().and_then(|d| d.grid.space.as_deref()))
+    /// Which way round things are: as the file says, with the axis up that was chosen.
+    pub(super) fn orientation(&self) -> Orientation {
+        let space = self.document.as_ref().and_then(|d| d.grid.space.as_deref());
+        Orientation::of(space).with_up(self.scene.as_ref().and_then(|scene| scene.up))
+    }
+
+    fn turn_upside_down(&mut self) {
+        let up = self.orientation().up.flipped();
+        if let Some(scene) = &mut self.scene {
+            scene.up = Some(up);
+            scene.camera = scene.camera.rolled(PI);
+        }
     }
 
     fn reset_view(&mut self) {
         let (orientation, size) = (self.orientation(), self.viewport_size.map(f64::from));
         if let Some(scene) = &mut self.scene {
-            let framed = camera_control::framed(scene, NamedView::Isometric, orientation, size);
+            let framed = camera_control::framed(scene, orientation.first_view(), orientation, size);
             scene.camera = Camera { projection: scene.camera.projection, ..framed };
         }
     }

@@ -57,7 +57,9 @@ pub(super) fn run(flags: &AccuracyFlags) -> Result<(), Failure> {
     for warning in &input.warnings {
         note(warning);
     }
-    let scene = open::scene(&input, &flags.scene, splat)?;
+    // Rows are of modes that show no lights, too; and it is by them that modes are compared.
+    let mut scene = open::scene(&input, &flags.scene, open::Mode { splat, is_asked_for: true })?;
+    scene.shading.lighting = None;
     let mut asked = flags.vectors.clone();
     if asked.named().is_none() && !asked.vectors_only {
         // It chooses pixels, too.

@@ -17,7 +17,7 @@ use crate::io::Endian;
 use crate::kernel::Kernel;
 use crate::scene::{
     Annotations, Backend, Classify, CutSettings, ErrorMeasure, ModeChoice, ModeError, OpacityModel,
-    Order, Reconstruction, SplatSettings, Visibility,
+    Order, Reconstruction, SplatSettings, UpAxis, Visibility,
 };
 use crate::task::engine::{AdapterChoice, Choice, EngineChoice};
 use crate::transfer::ColourMap;
@@ -202,6 +202,11 @@ pub struct SceneFlags {
     /// Up in the picture; replaced where it is parallel to the direction
     #[arg(long, value_name = "X,Y,Z", value_parser = values::direction, allow_hyphen_values = true)]
     pub camera_view_up: Option<[f64; 3]>,
+    /// Axis of the world that points up, as in the window: +z, -z, +y, -y, +x or -x. Views without
+    /// --camera-direction look from the front, the right and above at once [default: +z]
+    #[arg(long, value_name = "AXIS", value_parser = values::up_axis, allow_hyphen_values = true,
+        conflicts_with = "camera_view_up")]
+    pub camera_up_axis: Option<UpAxis>,
     /// World point in the middle of the picture
     #[arg(long, value_name = "X,Y,Z", value_parser = values::vector, allow_hyphen_values = true)]
     pub camera_focal_point: Option<[f64; 3]>,
@@ -258,6 +263,11 @@ impl SceneFlags {
             ("--nan-color", self.nan_color.is_some()),
         ];
         given.into_iter().filter_map(|(flag, given)| given.then_some(flag)).collect()
+    }
+
+    /// Whether flags say themselves what is seen, and how densely.
+    pub(super) fn say_what_is_seen(&self) -> bool {
+        self.opacity.is_some() || self.color.is_some() || self.transfer.is_some()
     }
 
     /// The first flag that was given of the scalar field's opacities and colours.
@@ -355,6 +365,37 @@ impl ModeFlags {
         ]
         .into_iter()
         .find_map(|(flag, given)| given.then_some(flag))
+    }
+
+    /// Whether any says how the field is drawn, but for the distance that opacities are given over.
+    pub(super) fn are_given(&self) -> bool {
+        let Self {
+            kernel,
+            extent,
+            reconstruction,
+            visibility,
+            slabs_per_voxel,
+            sheets_per_kernel,
+            opacity_model,
+            classify,
+            order,
+            backend,
+            gouraud_angles,
+            gouraud_rings,
+            opacity_unit_distance: _,
+        } = self;
+        kernel.is_some()
+            || extent.is_some()
+            || reconstruction.is_some()
+            || visibility.is_some()
+            || slabs_per_voxel.is_some()
+            || sheets_per_kernel.is_some()
+            || opacity_model.is_some()
+            || classify.is_some()
+            || order.is_some()
+            || backend.is_some()
+            || gouraud_angles.is_some()
+            || gouraud_rings.is_some()
     }
 
     /// The mode that they mean.

@@ -9,7 +9,9 @@ use super::flags::{InputFlags, SceneFlags};
 use super::{Failure, note};
 use crate::core::{Camera, Projection, Ticket};
 use crate::io::{self, OpenOptions, RawOverrides};
-use crate::scene::{self, SampleSource, Scene, Shading, SplatSettings};
+use crate::scene::{
+    self, Orientation, SampleSource, Scene, Shading, SplatSettings, framing_what_shows,
+};
 use crate::task::transfer_file;
 use crate::transfer::presets::Preset;
 use crate::transfer::{ColourSource, NoData, Region, TransferFunction};
@@ -166,25 +168,53 @@ fn range_words(statistics: &Statistics) -> String {
     format!("{:e} to {:e}", statistics.min, statistics.max)
 }
 
-/// The scene as it opens, changed by the flags.
-pub(super) fn scene(
-    input: &Input,
-    flags: &SceneFlags,
-    splat: SplatSettings,
-) -> Result<Scene, Failure> {
+/// The scene as it opens, changed by the flags: in the mode of its first look unless `mode` says another.
+pub(super) fn scene(input: &Input, flags: &SceneFlags, mode: Mode) -> Result<Scene, Failure> {
     let (source, volume) = scalar(input, flags.field.as_deref(), flags.component)?;
-    let mut opening = scene::opening(source, Arc::clone(&volume), input.grid.space.as_deref());
+    let mut opening = scene::first_look(source, Arc::clone(&volume), input.grid.space.as_deref());
+    if let Some(up) = flags.camera_up_axis {
+        let orientation = Orientation::of(input.grid.space.as_deref()).with_up(Some(up));
+        let (direction, shown_up) = orientation.first_view().direction_and_up(orientation);
+        if let Some(transfer) = opening.transfer() {
+            opening.camera = framing_what_shows(&volume, transfer, direction, shown_up);
+        }
+        // Whatever direction is looked along.
+        opening.camera.up = up.vector();
+        opening.up = Some(up);
+    }
     let camera = camera(flags, &opening.camera);
     let mut regions = Vec::new();
     if let Some(function) = opening.transfer_mut() {
         (*function, regions) = transfer(flags, &volume.statistics, function)?;
     }
-    let shading = Shading { regions, ..Shading::default() };
+    // Who says what is seen, and how densely, says whether it is lit, too.
+    let lighting = opening.shading.lighting.take().filter(|_| !flags.say_what_is_seen());
+    let splat = mode.beside(opening.splat);
+    let shading = Shading { regions, lighting, ..Shading::default() };
     let spacing = volume.lattice.smallest_spacing();
     if let Some(sentence) = splat.opacity_unit_distance.and_then(|unit| all_opaque(unit, spacing)) {
         note(&sentence);
     }
     Ok(Scene { camera, splat, shading, ..opening })
+}
+
+/// The mode by the flags.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Mode {
+    /// What they mean.
+    pub splat: SplatSettings,
+    /// Whether any of them says how a field is drawn; else that is up to the first look.
+    pub is_asked_for: bool,
+}
+
+impl Mode {
+    fn beside(self, first_look: SplatSettings) -> SplatSettings {
+        let SplatSettings { opacity_unit_distance, cut, .. } = self.splat;
+        match self.is_asked_for {
+            true => self.splat,
+            false => SplatSettings { opacity_unit_distance, cut, ..first_look },
+        }
+    }
 }
 
 /// What NaN looks like by the flags.

@@ -75,7 +75,9 @@ pub(super) fn run(flags: &ProbeFlags) -> Result<(), Failure> {
     for warning in &input.warnings {
         note(warning);
     }
-    let scene = open::scene(&input, &flags.scene, splat)?;
+    let mode = open::Mode { splat, is_asked_for: flags.mode.are_given() };
+    let scene = open::scene(&input, &flags.scene, mode)?;
+    let splat = scene.splat;
     let shading = flags.shading.resolve(&scene, &splat);
     let shading = shading.map_err(|error| Failure::Usage(error.to_string()))?;
     let volume = open::volume(&scene)?;

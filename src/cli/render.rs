@@ -13,7 +13,7 @@ use super::{Destination, Failure, note, open, refuse_one_place};
 use crate::core::{Srgb8, Ticket};
 use crate::scene::annotations::Layout;
 use crate::scene::{
-    Background, Effect, Ground, Inside, MOST_SLABS_PER_VOXEL, PolygonLayer, SampleSource, Scene,
+    Background, Classify, Effect, Ground, Inside, MOST_SLABS_PER_VOXEL, PolygonLayer, SampleSource, Scene,
     SplatSettings, View, Visibility,
 };
 use crate::task::engine::{Engine, EngineChoice};
@@ -80,6 +80,7 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
     let stats_to = stats.map(|path| Destination::check(path, "the statistics")).transpose()?;
     let start = Instant::now();
     let Meant { scene, mut effects, space } = scene(flags, splat)?;
+    let splat = scene.splat;
     let asked = asked_of(&scene);
     let background = scene.background;
     let causes = Causes::of(&scene);
@@ -161,7 +162,7 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
              pictures that were drawn before, and no picture is less than 48 pixels high; --repeat draws more"
         ));
     }
-    if let Some(Layout { primitives, left_out }) = annotated {
+    if let Some(Layout { primitives, left_out, .. }) = annotated {
         annotations::draw(&mut still.rgba, still.size, &primitives);
         if !left_out.is_empty() {
             note(&no_room(&left_out));
@@ -239,7 +240,14 @@ fn scene(flags: &RenderFlags, splat: SplatSettings) -> Result<Meant, Failure> {
     } else {
         Background::Colour(flags.background.unwrap_or(BLACK))
     };
-    let scene = Scene { background, ..open::scene(&input, &flags.scene, splat)? };
+    let mode = open::Mode { splat, is_asked_for: flags.mode.are_given() };
+    let mut scene = Scene { background, ..open::scene(&input, &flags.scene, mode)? };
+    let is_cut = flags.max_error.is_some() || scene.splat.classify == Classify::Before;
+    if flags.refine == Some(RefineFlag::Coarse) && is_cut {
+        // Octree cuts show no lights, and nobody asked for any.
+        scene.shading.lighting = None;
+    }
+    let splat = scene.splat;
     let shading = flags.shading.resolve(&scene, &splat);
     let shading = shading.map_err(|error| Failure::Usage(error.to_string()))?;
     let volume = open::volume(&scene)?;

@@ -14,10 +14,12 @@ use crate::scene::{
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Shading")]
 pub struct ShadingFlags {
-    /// Begin with lights, cloud, surface, depth-cue or gradient-colour; the flags below change it
-    /// [default: no lights, no tables]
-    #[arg(long, value_name = "NAME", value_parser = values::shading_preset)]
-    pub shading: Option<ShadingPreset>,
+    /// Begin with none, lights, cloud, surface, depth-cue or gradient-colour; the flags below change it
+    /// [default: none, but where no flag of this section and none of --opacity, --color and --transfer is
+    /// given, the light of the first look, if the values have faces that light makes visible: steep, and
+    /// no noise]
+    #[arg(long, value_name = "NAME", value_parser = shading_choice)]
+    pub shading: Option<ShadingChoice>,
     /// A light, towards which X,Y,Z points: right, up and to the eye, or with :data in the world;
     /// white, unless a colour is given. May be given several times
     #[arg(long, value_name = "X,Y,Z[:RRGGBB][:data]", value_parser = light,
@@ -53,6 +55,25 @@ pub struct ShadingFlags {
     pub emission: Option<Colours>,
 }
 
+/// What to begin with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ShadingChoice {
+    /// No lights and no tables, whatever the first look would have.
+    None,
+    /// A preset.
+    Preset(ShadingPreset),
+}
+
+fn shading_choice(text: &str) -> Result<ShadingChoice, String> {
+    match text {
+        "none" => Ok(ShadingChoice::None),
+        text => match values::shading_preset(text) {
+            Ok(preset) => Ok(ShadingChoice::Preset(preset)),
+            Err(refused) => Err(refused.replacen("expected ", "expected none, ", 1)),
+        },
+    }
+}
+
 impl ShadingFlags {
     /// The flags that were given.
     pub(super) fn given(&self) -> Vec<&'static str> {
@@ -71,13 +92,19 @@ impl ShadingFlags {
         given.into_iter().filter_map(|(flag, given)| given.then_some(flag)).collect()
     }
 
-    /// The shading that they mean for a scene, whose regions stay.
+    /// The shading that they mean for a scene, whose regions stay; where none was given its light, too, if the mode shows
+    /// any.
     ///
     /// # Errors
     /// Where a mode cannot be shaded, or a table means nothing.
     pub fn resolve(&self, scene: &Scene, splat: &SplatSettings) -> Result<Shading, ShadingError> {
-        let preset = self.shading.zip(scene.volume());
-        let preset = preset.map(|(preset, volume)| preset.shading(volume));
+        if self.given().is_empty() && scene.shading.check(splat).is_ok() {
+            return Ok(scene.shading.clone());
+        }
+        let preset = self.shading.zip(scene.volume()).and_then(|(choice, volume)| match choice {
+            ShadingChoice::None => None,
+            ShadingChoice::Preset(preset) => Some(preset.shading(volume)),
+        });
         // The regions are the transfer function's.
         let mut shading =
             Shading { regions: scene.shading.regions.clone(), ..preset.unwrap_or_default() };

@@ -7,7 +7,7 @@ use crate::io::Endian;
 use crate::kernel::Kernel;
 use crate::scene::{
     AlongRay, Annotation, Annotations, Backend, Classify, ErrorMeasure, Index,
-    MOST_SHEETS_PER_KERNEL, OpacityModel, Order, Reconstruction, ShadingPreset, Visibility,
+    MOST_SHEETS_PER_KERNEL, OpacityModel, Order, Reconstruction, ShadingPreset, UpAxis, Visibility,
 };
 use crate::task::engine::{AdapterChoice, EngineChoice};
 use crate::transfer::ColourMap;
@@ -286,6 +286,7 @@ named!(
     cut_error: ErrorMeasure,
     shading_preset: ShadingPreset,
     along_ray: AlongRay,
+    up_axis: UpAxis,
     vector_mode: VectorMode,
     colour_by: ColourBy,
     design: Design,

@@ -5,8 +5,13 @@
 //! *Pixel* has x to the right and y **down**, in pixels, with (0, 0) the top left corner of the
 //! top left pixel, so that pixel (i, j) is sampled at (i + ½, j + ½).
 
+use std::f64::consts::PI;
+
 use glam::{DMat3, DQuat, DVec2, DVec3};
 use serde::{Deserialize, Serialize};
+
+/// Sines of angles below this are none: what rounding leaves of a level horizon.
+const LEVEL: f64 = 1e-6;
 
 /// How view space is flattened onto the picture.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -130,6 +135,37 @@ impl Camera {
             return *self;
         }
         self.rotated(DQuat::from_axis_angle(axis / angle, angle))
+    }
+
+    /// Orbits about a unit axis of the world that is to stay upright: the scene follows a drag of `right` and `down`
+    /// radians, and where the horizon is level the view ends above and below.
+    pub fn turned_about(&self, axis: DVec3, right: f64, down: f64) -> Self {
+        let is_upside_down = self.up.dot(axis) < 0.0;
+        let is_level = self.right().dot(axis).abs() < LEVEL;
+        // From the axis to where the eye looks; a drag down looks farther away from it.
+        let polar = self.direction.dot(axis).clamp(-1.0, 1.0).acos();
+        let away = match (is_level, is_upside_down) {
+            (false, _) => down,
+            (true, false) => (polar + down).clamp(0.0, PI) - polar,
+            (true, true) => polar - (polar - down).clamp(0.0, PI),
+        };
+        let tilted = self.rotated(DQuat::from_axis_angle(self.right(), -away));
+        let turn = if is_upside_down { right } else { -right };
+        tilted.rotated(DQuat::from_axis_angle(axis, turn))
+    }
+
+    /// Turns about the line of sight: the scene turns clockwise by so many radians.
+    pub fn rolled(&self, clockwise: f64) -> Self {
+        self.rotated(DQuat::from_axis_angle(self.direction, -clockwise))
+    }
+
+    /// The same view with a level horizon: the axis points up in the picture as far as it can. Along the axis itself
+    /// nothing changes.
+    pub fn leveled(&self, axis: DVec3) -> Self {
+        if self.direction.cross(axis).length() < LEVEL {
+            return *self;
+        }
+        Self { up: perpendicular_up(self.direction, axis), ..*self }
     }
 
     /// Shifts the focal point so that the scene follows a drag of `pixels` (x right, y down).
@@ -258,6 +294,41 @@ mod tests {
             let turned = camera.rotated(quarter);
             assert!((turned.up - camera.right()).length() < 1e-12, "{}", turned.up);
             assert!((turned.direction - camera.direction).length() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn a_turntable_keeps_the_horizon_level_and_ends_above_and_below() {
+        for camera in cameras() {
+            let mut camera = camera.leveled(DVec3::Z);
+            for (right, down) in [(0.3, 0.2), (-1.0, 0.9), (0.7, 3.0), (0.4, 0.0), (0.0, 1.0)] {
+                camera = camera.turned_about(DVec3::Z, right, down);
+                assert!(camera.right().z.abs() < 1e-9, "level: {}", camera.right());
+                assert!(camera.up.z > -1e-7, "never upside down: {}", camera.up);
+            }
+            assert!((camera.direction + DVec3::Z).length() < 1e-6, "from above, and no further");
+            let back = camera.turned_about(DVec3::Z, 0.0, -1.0);
+            assert!((back.direction.z + 1.0_f64.cos()).abs() < 1e-6, "{}", back.direction);
+            // What is in front follows the hand, upside down as well.
+            for camera in [back, back.rolled(PI)] {
+                let front = camera.focal_point - camera.direction * 0.1;
+                assert!(camera.turned_about(DVec3::Z, 0.2, 0.0).to_view(front).x > 0.0);
+                assert!(camera.turned_about(DVec3::Z, 0.0, 0.1).to_view(front).y < 0.0);
+            }
+        }
+    }
+
+    #[test]
+    fn a_roll_turns_the_scene_clockwise_and_levelling_takes_it_back() {
+        for camera in cameras() {
+            let camera = camera.leveled(DVec3::Z);
+            let top = camera.focal_point + camera.up * 0.1;
+            let rolled = camera.rolled(PI / 2.0);
+            let seen = rolled.to_view(top);
+            assert!(seen.x > 0.09 && seen.y.abs() < 1e-9, "the top went to the right: {seen}");
+            assert!((rolled.leveled(DVec3::Z).up - camera.up).length() < 1e-9);
+            let above = Camera::new(DVec3::ZERO, DVec3::NEG_Z, DVec3::X, 1.0);
+            assert_eq!(above.leveled(DVec3::Z), above, "there is no horizon");
         }
     }
 

@@ -103,7 +103,16 @@ pub(super) fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<Open
     let fields = shape.axes.fields(&super::raw::stem(path), samples, ticket)?;
     warnings.extend(axes::several(&fields, "along the axes beyond the third"));
     let orientation = keys.get("anatomicalorientation").filter(|v| !v.contains('?'));
-    let space = orientation.map(|v| format!("AnatomicalOrientation {v}"));
+    let space = orientation.map(|told| match space_of(told, &lattice.direction) {
+        Some(space) => space,
+        None => {
+            warnings.push(format!(
+                "AnatomicalOrientation is {}, which does not name one end of each axis: it is ignored",
+                quoted(told)
+            ));
+            format!("AnatomicalOrientation {told}")
+        }
+    });
     Ok(Opened {
         grid: Grid { space, ..Grid::of(lattice, fields) },
         format: Format::MetaImage,
@@ -360,6 +369,47 @@ fn lattice(keys: &Keys, shape: &Shape, warnings: &mut Vec<String>) -> Result<Lat
     Ok(axes::lattice_of_spacing(dims, origin, spacing, direction, warnings))
 }
 
+/// What the world's axes point to, by what `AnatomicalOrientation` says of the file's, a letter each.
+///
+/// Letters are where an axis comes from, as ITK writes them (RAI: from the right to the left, from the front to the back,
+/// upwards), or where it goes to, as MetaIO's own manual has it. One is the opposite of the other: of the two that holds
+/// in which the world's axis points to the head, rather than to the feet.
+fn space_of(told: &str, direction: &DMat3) -> Option<String> {
+    let letters: Vec<char> = told.trim().to_ascii_uppercase().chars().collect();
+    let mut towards = [None; 3];
+    for (axis, letter) in letters.iter().enumerate() {
+        let [to, from] = match letter {
+            'R' => ["left", "right"],
+            'L' => ["right", "left"],
+            'A' => ["posterior", "anterior"],
+            'P' => ["anterior", "posterior"],
+            'I' => ["superior", "inferior"],
+            'S' => ["inferior", "superior"],
+            _ => return None,
+        };
+        let column = direction.col(axis.min(2));
+        // The world's axis that it runs along most.
+        let along = if axis < 3 { column.abs().max_position() } else { return None };
+        towards[along] = Some(if column[along] < 0.0 { from } else { to });
+    }
+    let [Some(x), Some(y), Some(z)] = towards else { return None };
+    let [x, y, z] = if [x, y, z].contains(&"inferior") { [x, y, z].map(opposite) } else { [x, y, z] };
+    let ends = [["left", "right"], ["anterior", "posterior"], ["superior", "inferior"]];
+    let is_whole = ends.iter().all(|ends| [x, y, z].iter().any(|end| ends.contains(end)));
+    is_whole.then(|| format!("{x}-{y}-{z}"))
+}
+
+fn opposite(end: &'static str) -> &'static str {
+    match end {
+        "left" => "right",
+        "right" => "left",
+        "anterior" => "posterior",
+        "posterior" => "anterior",
+        "superior" => "inferior",
+        _ => "superior",
+    }
+}
+
 fn is_list(value: &str) -> bool {
     value.split_whitespace().next().is_some_and(|word| word.eq_ignore_ascii_case("list"))
 }
@@ -536,6 +586,24 @@ mod tests {
         assert!(looks_like_it(b"\r\nNDims=2\r\n"));
         assert!(!looks_like_it(b"key = value\nNDims = 3\n"));
         assert!(!looks_like_it(b""));
+    }
+
+    #[test]
+    fn an_anatomical_orientation_says_what_the_axes_of_the_world_point_to() {
+        let flipped = DMat3::from_diagonal(DVec3::new(1.0, -1.0, -1.0));
+        let coronal = DMat3::from_cols(DVec3::X, DVec3::NEG_Z, DVec3::Y);
+        for (told, direction, expected) in [
+            ("RAI", DMat3::IDENTITY, "left-posterior-superior"),
+            ("RPS", flipped, "left-posterior-superior"),
+            ("RSA", coronal, "left-posterior-superior"),
+            ("LPI", DMat3::IDENTITY, "right-anterior-superior"),
+            ("RAS", DMat3::IDENTITY, "right-anterior-superior"),
+        ] {
+            assert_eq!(space_of(told, &direction).as_deref(), Some(expected), "{told}");
+        }
+        for nonsense in ["", "RA", "RAIX", "RLI", "RRA", "xyz"] {
+            assert_eq!(space_of(nonsense, &DMat3::IDENTITY), None, "{nonsense}");
+        }
     }
 
     #[test]

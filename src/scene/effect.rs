@@ -76,6 +76,9 @@ impl Effect {
         match self {
             Self::Shading => Self::listed(&shading.effects()),
             Self::Gradients => Self::listed(&askers_of_gradients(shading)),
+            Self::Lights if lighting.as_ref().is_some_and(Lighting::is_first_look) => {
+                Some("first look".to_owned())
+            }
             Self::Lights => lighting.as_ref().map(|lighting| {
                 counted(lighting.lights.len(), "light")
                     .unwrap_or_else(|| "ambient light".to_owned())

@@ -1,10 +1,11 @@
 //! The views that have names, and which way round a patient's space is.
 
-use glam::DVec3;
+use glam::{DMat3, DQuat, DVec3};
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use super::framing_camera;
-use crate::core::Camera;
+use crate::core::{Camera, names};
 use crate::transfer::TransferFunction;
 use crate::volume::ScalarVolume;
 
@@ -21,6 +22,56 @@ pub enum NamedView {
     Isometric,
 }
 
+/// An axis of the world that points up.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[expect(missing_docs, reason = "the names say it all")]
+pub enum UpAxis {
+    #[default]
+    PlusZ,
+    MinusZ,
+    PlusY,
+    MinusY,
+    PlusX,
+    MinusX,
+}
+
+names!(UpAxis[6] {
+    PlusZ => "+z" | "z",
+    MinusZ => "-z",
+    PlusY => "+y" | "y",
+    MinusY => "-y",
+    PlusX => "+x" | "x",
+    MinusX => "-x",
+});
+
+impl UpAxis {
+    /// The unit vector that points up.
+    pub fn vector(self) -> DVec3 {
+        match self {
+            Self::PlusX => DVec3::X,
+            Self::MinusX => DVec3::NEG_X,
+            Self::PlusY => DVec3::Y,
+            Self::MinusY => DVec3::NEG_Y,
+            Self::PlusZ => DVec3::Z,
+            Self::MinusZ => DVec3::NEG_Z,
+        }
+    }
+
+    /// The opposite one.
+    #[must_use]
+    pub fn flipped(self) -> Self {
+        match self {
+            Self::PlusX => Self::MinusX,
+            Self::MinusX => Self::PlusX,
+            Self::PlusY => Self::MinusY,
+            Self::MinusY => Self::PlusY,
+            Self::PlusZ => Self::MinusZ,
+            Self::MinusZ => Self::PlusZ,
+        }
+    }
+}
+
 /// Which way round things are in the world of a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Orientation {
@@ -28,18 +79,62 @@ pub struct Orientation {
     pub right_x: Option<bool>,
     /// Whether +y points to the front, rather than away from it.
     pub anterior_y: bool,
+    /// What points up.
+    pub up: UpAxis,
 }
 
 impl Orientation {
     /// Of a space as a file names it.
     pub fn of(space: Option<&str>) -> Self {
-        let [x, y, _] = axis_letters(space);
+        let letters @ [x, y, _] = axis_letters(space);
         let right_x = match x {
             "R" => Some(true),
             "L" => Some(false),
             _ => None,
         };
-        Self { right_x, anterior_y: y == "A" }
+        let up = match letters {
+            [_, _, "I"] => UpAxis::MinusZ,
+            [_, "S", _] => UpAxis::PlusY,
+            [_, "I", _] => UpAxis::MinusY,
+            ["S", _, _] => UpAxis::PlusX,
+            ["I", _, _] => UpAxis::MinusX,
+            _ if is_left_handed(space) => UpAxis::MinusZ,
+            _ => UpAxis::PlusZ,
+        };
+        Self { right_x, anterior_y: y == "A", up }
+    }
+
+    /// The same with another axis up, where one was chosen.
+    #[must_use]
+    pub fn with_up(self, chosen: Option<UpAxis>) -> Self {
+        Self { up: chosen.unwrap_or(self.up), ..self }
+    }
+
+    /// What lies ahead, up and to the right of who looks at the front.
+    fn ahead_up_right(self) -> [DVec3; 3] {
+        let up = self.up.vector();
+        let ahead = match self.up {
+            UpAxis::PlusY => DVec3::NEG_Z,
+            UpAxis::MinusY => DVec3::Z,
+            _ if self.anterior_y => DVec3::NEG_Y,
+            _ => DVec3::Y,
+        };
+        [ahead, up, ahead.cross(up)]
+    }
+
+    /// A camera that sees things in this way round as another saw them in its own.
+    pub fn turned_from(self, other: Self, camera: &Camera) -> Camera {
+        let axes = |orientation: Self| {
+            let [ahead, up, right] = orientation.ahead_up_right();
+            DMat3::from_cols(right, up, ahead)
+        };
+        // Both are of the same handedness, so that one is the other turned.
+        camera.rotated(DQuat::from_mat3(&(axes(self) * axes(other).transpose())))
+    }
+
+    /// The view that things are first seen in: patients from the front, all else from a corner.
+    pub fn first_view(self) -> NamedView {
+        if self.right_x.is_some() { NamedView::Front } else { NamedView::Isometric }
     }
 }
 
@@ -47,28 +142,35 @@ impl NamedView {
     /// (direction, up) in world space, both unit.
     ///
     /// The front is seen along +y with z up, the posterior direction of left-posterior-superior
-    /// space; where y points to the front, it is seen along −y. The sides are those on the left and the right of
-    /// that view, but of a patient the patient's own.
+    /// space; where y points to the front, it is seen along −y. With y up it is seen along −z. The sides are those on
+    /// the left and the right of that view, but of a patient the patient's own.
     pub fn direction_and_up(self, orientation: Orientation) -> (DVec3, DVec3) {
-        let ahead = if orientation.anterior_y { DVec3::NEG_Y } else { DVec3::Y };
-        let right = ahead.cross(DVec3::Z);
+        let [ahead, up, right] = orientation.ahead_up_right();
         let own_right = match orientation.right_x {
+            // With x up a patient lies on a side.
+            _ if up.x != 0.0 => right,
             None => right,
             Some(true) => DVec3::X,
             Some(false) => DVec3::NEG_X,
         };
         match self {
-            Self::Front => (ahead, DVec3::Z),
-            Self::Back => (-ahead, DVec3::Z),
-            Self::Left => (own_right, DVec3::Z),
-            Self::Right => (-own_right, DVec3::Z),
-            Self::Top => (DVec3::NEG_Z, ahead),
-            Self::Bottom => (DVec3::Z, -ahead),
+            Self::Front => (ahead, up),
+            Self::Back => (-ahead, up),
+            Self::Left => (own_right, up),
+            Self::Right => (-own_right, up),
+            Self::Top => (-up, ahead),
+            Self::Bottom => (up, -ahead),
             Self::Isometric => {
-                let direction = (ahead - right - DVec3::Z).normalize();
-                (direction, Camera::new(DVec3::ZERO, direction, DVec3::Z, 1.0).up)
+                let direction = (ahead - right - up).normalize();
+                (direction, Camera::new(DVec3::ZERO, direction, up, 1.0).up)
             }
         }
+    }
+
+    /// The view of those along the axes that looks from where a unit axis of the world points to.
+    pub fn from_axis(axis: DVec3, orientation: Orientation) -> Option<Self> {
+        let views = [Self::Front, Self::Back, Self::Left, Self::Right, Self::Top, Self::Bottom];
+        views.into_iter().find(|view| view.direction_and_up(orientation).0.dot(axis) < -0.99)
     }
 }
 
@@ -173,12 +275,36 @@ pub fn framing_what_shows(
 /// What the ends of the three world axes are called: letters of a patient space, or x y z.
 pub fn axis_letters(space: Option<&str>) -> [&'static str; 3] {
     let name = space.unwrap_or_default().to_ascii_lowercase();
-    match name.trim_end_matches("-time").trim_end_matches('t') {
-        "left-posterior-superior" | "lps" => ["L", "P", "S"],
-        "right-anterior-superior" | "ras" => ["R", "A", "S"],
-        "left-anterior-superior" | "las" => ["L", "A", "S"],
+    let name = name.trim_end_matches("-time");
+    let words: Vec<&str> = match name.contains('-') {
+        true => name.split('-').collect(),
+        // Three letters, and perhaps a fourth for time.
+        false => (0..name.trim_end_matches('t').len()).filter_map(|i| name.get(i..=i)).collect(),
+    };
+    let letter = |word: &&str| match *word {
+        "left" | "l" => Some("L"),
+        "right" | "r" => Some("R"),
+        "anterior" | "a" => Some("A"),
+        "posterior" | "p" => Some("P"),
+        "superior" | "s" => Some("S"),
+        "inferior" | "i" => Some("I"),
+        _ => None,
+    };
+    let letters: Option<Vec<&'static str>> = words.iter().map(letter).collect();
+    let axes = [["L", "R"], ["A", "P"], ["S", "I"]];
+    match letters.as_deref() {
+        Some(&[x, y, z]) if axes.iter().all(|ends| [x, y, z].iter().any(|l| ends.contains(l))) => {
+            [x, y, z]
+        }
         _ => ["x", "y", "z"],
     }
+}
+
+/// Whether a file calls its space left-handed, as of slices that are stacked downwards: with x to the right and y away from
+/// who looks, z points down.
+fn is_left_handed(space: Option<&str>) -> bool {
+    let name = space.unwrap_or_default().to_ascii_lowercase();
+    matches!(name.trim_end_matches("-time").trim_end_matches('t'), "3d-left-handed" | "3dlh")
 }
 
 #[cfg(test)]
@@ -218,6 +344,37 @@ mod tests {
             assert_eq!(of(NamedView::Left), -of(NamedView::Right));
             assert_eq!(of(NamedView::Back), -of(NamedView::Front));
             assert_eq!(of(NamedView::Bottom), -of(NamedView::Top));
+        }
+    }
+
+    #[test]
+    fn whatever_axis_is_up_points_up_in_every_view_and_turns_with_the_choice() {
+        for space in [None, Some("LPS"), Some("RAS")] {
+            let own = Orientation::of(space);
+            for up in UpAxis::ALL {
+                let chosen = own.with_up(Some(up));
+                let of = |view: NamedView| view.direction_and_up(chosen);
+                for view in [NamedView::Front, NamedView::Back, NamedView::Left, NamedView::Right] {
+                    assert_eq!(of(view).1, up.vector(), "{view:?}");
+                    assert_eq!(of(view).0.dot(up.vector()), 0.0, "{view:?}");
+                }
+                assert_eq!(of(NamedView::Top).0, -up.vector());
+                assert!(of(NamedView::Isometric).1.dot(up.vector()) > 0.5);
+                // Each axis has a view from either end.
+                for axis in UpAxis::ALL.map(UpAxis::vector) {
+                    let view = NamedView::from_axis(axis, chosen).expect("one of the six");
+                    assert_eq!(of(view).0, -axis);
+                }
+                // What is seen keeps its place in the picture.
+                let (direction, shown_up) = NamedView::Isometric.direction_and_up(own);
+                let camera = Camera::new(DVec3::ONE, direction, shown_up, 2.0);
+                let turned = chosen.turned_from(own, &camera);
+                let (direction, shown_up) = of(NamedView::Isometric);
+                assert!((turned.direction - direction).length() < 1e-12);
+                assert!((turned.up - shown_up).length() < 1e-12);
+                assert_eq!(chosen.with_up(Some(up.flipped().flipped())), chosen);
+                assert_eq!(up.flipped().vector(), -up.vector());
+            }
         }
     }
 
@@ -268,11 +425,27 @@ mod tests {
     }
 
     #[test]
+    fn what_a_file_calls_up_is_up() {
+        let up = |space| Orientation::of(Some(space)).up;
+        assert_eq!(up("left-posterior-superior"), UpAxis::PlusZ);
+        assert_eq!(up("left-posterior-inferior"), UpAxis::MinusZ);
+        assert_eq!(up("right-superior-anterior"), UpAxis::PlusY);
+        assert_eq!(up("3D-left-handed"), UpAxis::MinusZ);
+        assert_eq!(up("3D-right-handed"), UpAxis::PlusZ);
+        // Patients are seen from the front, all else from a corner.
+        assert_eq!(Orientation::of(Some("RAS")).first_view(), NamedView::Front);
+        assert_eq!(Orientation::of(Some("3D-left-handed")).first_view(), NamedView::Isometric);
+    }
+
+    #[test]
     fn letters_follow_the_space() {
         assert_eq!(axis_letters(Some("left-posterior-superior")), ["L", "P", "S"]);
         assert_eq!(axis_letters(Some("RAST")), ["R", "A", "S"]);
         assert_eq!(axis_letters(Some("right-anterior-superior-time")), ["R", "A", "S"]);
-        assert_eq!(axis_letters(Some("scanner-xyz")), ["x", "y", "z"]);
+        assert_eq!(axis_letters(Some("lpi")), ["L", "P", "I"]);
+        for none in ["scanner-xyz", "lls", "left-posterior", "3D-right-handed", "é"] {
+            assert_eq!(axis_letters(Some(none)), ["x", "y", "z"], "{none}");
+        }
         assert_eq!(axis_letters(None), ["x", "y", "z"]);
     }
 }

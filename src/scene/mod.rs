@@ -7,6 +7,7 @@
 pub mod annotations;
 mod cells;
 mod effect;
+mod first_look;
 mod framing;
 mod inside;
 mod layer;
@@ -22,7 +23,12 @@ pub use crate::hierarchy::ErrorMeasure;
 pub use annotations::{Annotation, Annotations, lay_out as lay_out_annotations};
 pub use cells::{Cell, Cells, Edge, IndexRay, WhyWhole, level_colour};
 pub use effect::Effect;
+<<<<<<< HEAD
+pub use framing::{NamedView, Orientation, UpAxis, axis_letters, framing_what_shows};
+=======
+pub use first_look::FirstLook;
 pub use framing::{NamedView, Orientation, axis_letters, framing_what_shows};
+>>>>>>> dc9f260 (A first look by kind of values: CT with and without offset, labels a colour each, scans, maps; lit where gradients carry the shape; patients from the front)
 pub use inside::{
     AlongRay, Clip, ClipBox, CutFaces, HalfSpace, Inside, InsideError, Isosurface,
     MOST_CLIP_PLANES, MOST_ISOSURFACES, MOST_SLICES, Plane, Slice,
@@ -78,6 +84,10 @@ pub struct Scene {
     pub inside: Inside,
     /// Where it is seen from.
     pub camera: Camera,
+    /// The axis of the world that was chosen to point up; `None` as the file has it. Views that have names and the
+    /// hand go by it, and no picture.
+    #[serde(default)]
+    pub up: Option<UpAxis>,
     /// What lies behind it.
     pub background: Background,
     /// The samples that the layers name.
@@ -126,8 +136,17 @@ impl Scene {
     /// Whether they do but for how far marks have moved.
     pub fn differs_by_phase_alone(&self, other: &Self) -> bool {
         // Taken apart, so that a new field cannot be forgotten here.
-        let Self { layers: _, phase: _, splat, shading, inside, camera, background, store: _ } =
-            self;
+        let Self {
+            layers: _,
+            phase: _,
+            splat,
+            shading,
+            inside,
+            camera,
+            up: _,
+            background,
+            store: _,
+        } = self;
         self.has_same_layers(other)
             && splat.makes_same_picture(&other.splat)
             && *shading == other.shading
@@ -147,8 +166,20 @@ impl Scene {
 /// What lies behind a volume until someone chooses otherwise, in the window and in `render`.
 pub const BACKGROUND: Srgb8 = Srgb8::BLACK;
 
-/// What a newly opened volume is seen as: a transfer function from its histogram, and what of it shows filling the
-/// isometric view, black behind. `space` is what the file calls its space.
+/// What a newly opened volume is seen as ([`FirstLook`]): what of it shows fills the view, black behind. `space` is what
+/// the file calls its space.
+pub fn first_look(source: SampleSource, volume: Arc<ScalarVolume>, space: Option<&str>) -> Scene {
+    let FirstLook { transfer, lighting, splat, view } = FirstLook::of(&volume, space);
+    let (direction, up) = view.direction_and_up(Orientation::of(space));
+    let seen_by = Scene::seen_by(framing_what_shows(&volume, &transfer, direction, up));
+    let shading = Shading { lighting, ..Shading::default() };
+    let mut scene = Scene { splat, shading, ..seen_by };
+    scene.add(source, (Sampled::Volume(volume), Look::Field(transfer)));
+    scene
+}
+
+/// A volume in the exact mode, unlit, in the isometric view: what is compared begins with it. Its transfer function is
+/// that of a first look.
 pub fn opening(source: SampleSource, volume: Arc<ScalarVolume>, space: Option<&str>) -> Scene {
     let (direction, up) = NamedView::Isometric.direction_and_up(Orientation::of(space));
     let transfer = presets::default_for(&volume.statistics);
@@ -167,6 +198,7 @@ impl Scene {
             shading: Shading::default(),
             inside: Inside::default(),
             camera,
+            up: None,
             background: Background::Colour(BACKGROUND),
             store: Store::default(),
         }

@@ -10,6 +10,7 @@ mod design;
 mod diverging;
 mod function;
 mod gaussian;
+mod kind;
 mod named_presets;
 mod no_data;
 pub mod presets;
@@ -25,6 +26,7 @@ pub use function::{
     interpolate,
 };
 pub use gaussian::{GAUSSIAN_TOLERANCE, Gaussian, MOST_GAUSSIANS, opacity_of, points_of};
+pub use kind::Kind;
 pub use no_data::NoData;
 pub use regions::{MOST_REGIONS, Region, RegionError, RegionShape};
 pub use simplify::{FREEHAND_TOLERANCE, MOST_DRAWN_POINTS, redrawn};

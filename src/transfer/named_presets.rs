@@ -1,9 +1,9 @@
 //! Presets: looks that many data call for, by name.
 
 use super::presets::{
-    by_percentiles, ct, ct_bone, default_for, for_huge, is_hounsfield, of_constant,
+    by_percentiles, ct, ct_bone, default_for, for_huge, of_constant, shifted,
 };
-use super::{ColourMap, TransferFunction};
+use super::{ColourMap, Kind, TransferFunction};
 use crate::core::names;
 use crate::volume::Statistics;
 
@@ -35,7 +35,7 @@ names!(Preset[6] {
 
 impl Preset {
     /// The transfer function for values of these statistics: that of CT in Hounsfield units where
-    /// the values are such (whole numbers from about −1000, as scanners write them), all else by
+    /// the values are such (whole numbers from about −1000, as scanners write them, or with 1024 added), all else by
     /// percentiles of what lies beyond the commonest value.
     pub fn function(self, statistics: &Statistics) -> TransferFunction {
         if self == Self::Default {
@@ -47,15 +47,15 @@ impl Preset {
         if !(statistics.max - statistics.min).is_finite() {
             return for_huge(statistics, |shrunk| self.function(shrunk));
         }
-        match self.in_hounsfield_units().filter(|_| is_hounsfield(statistics)) {
-            Some(function) => function,
-            None => by_percentiles(statistics, self.map(), |_| self.by_fraction()),
+        match (self.in_hounsfield_units(), Kind::of(statistics)) {
+            (Some(function), Kind::Ct { zero }) => shifted(function, zero),
+            _ => by_percentiles(statistics, self.map(), |_| self.by_fraction()),
         }
     }
 
     /// Whether it is meant for Hounsfield units, and the values are none.
     pub fn lacks_hounsfield_units(self, statistics: &Statistics) -> bool {
-        self.in_hounsfield_units().is_some() && !is_hounsfield(statistics)
+        self.in_hounsfield_units().is_some() && !matches!(Kind::of(statistics), Kind::Ct { .. })
     }
 
     fn map(self) -> ColourMap {

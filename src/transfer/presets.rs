@@ -1,7 +1,8 @@
 //! Transfer functions that look right at once, from a volume's statistics.
 
 pub use super::named_presets::Preset;
-use super::{ColourMap, ColourSource, TransferFunction};
+use super::kind::{colour_of_label, labels};
+use super::{ColourMap, ColourSource, Kind, TransferFunction};
 use crate::volume::Statistics;
 
 /// Bins of the working histogram over the robust range.
@@ -10,8 +11,13 @@ const BINS: usize = 128;
 const SPIKE: f64 = 0.05;
 /// The background's peak ends where the histogram falls below this part of its height.
 const FOOT: f64 = 0.05;
-/// Fewer distinct integers than this are labels, not measurements.
-const LABELS: usize = 24;
+/// Opacity of every label: little of what lies behind a face shows, so that light makes its shape.
+const LABEL_OPACITY: f64 = 0.9;
+/// Where matter of a map begins and is dense, in standard deviations of its noise.
+const MAP_LEVELS: [f64; 2] = [2.5, 5.0];
+/// How far below the least visible value a map that begins in black begins, in parts of the visible range: matter that
+/// is black on black is a shadow that nobody understands.
+const ABOVE_BLACK: f64 = 0.25;
 
 /// Which range of values a colour map is stretched over.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -60,11 +66,13 @@ pub(super) fn ct(opacity: Vec<(f64, f64)>, range: [f64; 2]) -> TransferFunction 
     TransferFunction::of(opacity, ColourSource::Map { map: ColourMap::CtLike, range })
 }
 
-/// A transfer function for a volume nobody has looked at yet.
+/// A transfer function for a volume nobody has looked at yet, by what kind of values it has ([`Kind`]).
 ///
-/// The commonest value (air, water, zero) is hidden, what lies beyond the valley after it is shown,
-/// translucent where there is much of it and opaque where there is little, and coloured over the
-/// range it fills. Outliers move neither. Labels are all shown alike, save the first.
+/// CT has that of soft tissue, labels a colour each, maps of electron microscopes a face at five times their noise. Of
+/// all else the commonest value (air, water, zero) is hidden, what lies beyond the valley after it is shown, translucent
+/// where there is much of it and opaque where there is little, and coloured over the range it fills: in the colours of
+/// anatomy where values are whole numbers up to 255, in greys where these are larger, in viridis where they are fractions,
+/// or where what is hidden is the brightest. Outliers move neither.
 pub fn default_for(statistics: &Statistics) -> TransferFunction {
     if statistics.min == statistics.max {
         return of_constant(statistics, ColourMap::Viridis);
@@ -72,17 +80,56 @@ pub fn default_for(statistics: &Statistics) -> TransferFunction {
     if !(statistics.max - statistics.min).is_finite() {
         return for_huge(statistics, default_for);
     }
-    if is_hounsfield(statistics) {
-        return ct_soft();
-    }
-    if let Some(labels) = labels(statistics) {
-        return labels;
-    }
-    by_percentiles(statistics, ColourMap::Viridis, |share| {
+    let map = match Kind::of(statistics) {
+        Kind::Ct { zero } => return shifted(ct_soft(), zero),
+        Kind::Labels => return of_labels(statistics),
+        Kind::Map { noise } => return of_map(statistics, noise),
+        Kind::EightBits => ColourMap::CtLike,
+        Kind::WholeNumbers => ColourMap::Gray,
+        Kind::Fractions => ColourMap::Viridis,
+    };
+    by_percentiles(statistics, map, |share| {
         // Much visible matter must be thinner to be looked through.
         let thin = (0.15 / share.max(0.01)).clamp(0.25, 1.0);
         [(0.5, 0.08 * thin), (0.9, 0.35 * thin), (0.995, 0.8)]
     })
+}
+
+/// The same of values to which a number was added.
+pub(super) fn shifted(mut function: TransferFunction, zero: f64) -> TransferFunction {
+    function.opacity.iter_mut().for_each(|(value, _)| *value += zero);
+    if let ColourSource::Map { range, .. } = &mut function.colour {
+        *range = range.map(|value| value + zero);
+    }
+    function
+}
+
+/// Matter that stands out of a map's noise, translucent where it begins.
+fn of_map(statistics: &Statistics, noise: f64) -> TransferFunction {
+    let [low, high] = MAP_LEVELS.map(|level| (level * noise).min(statistics.max));
+    let top = statistics.quantile(0.999).max(high);
+    let opacity = vec![(low, 0.0), (high, 0.3), (statistics.max.max(high), 0.7)];
+    TransferFunction::of(opacity, ColourSource::Map { map: ColourMap::Viridis, range: [0.0, top] })
+}
+
+/// A colour for each label, with steps half way between them; nothing of 0, or where that is none, of the least.
+fn of_labels(statistics: &Statistics) -> TransferFunction {
+    let labels = labels(statistics);
+    let nothing = if labels.contains(&0.0) { 0.0 } else { statistics.min };
+    let mut opacity = Vec::new();
+    if nothing > statistics.min {
+        opacity.extend([(statistics.min, LABEL_OPACITY), (nothing - 0.5, LABEL_OPACITY)]);
+    }
+    opacity.extend([(nothing - 0.5, 0.0), (nothing + 0.5, 0.0)]);
+    if nothing < statistics.max {
+        opacity.extend([(nothing + 0.5, LABEL_OPACITY), (statistics.max, LABEL_OPACITY)]);
+    }
+    let things = labels.iter().filter(|label| **label != nothing).enumerate();
+    let stops = things.flat_map(|(number, label)| {
+        let colour = colour_of_label(number);
+        [(label - 0.5, colour), (label + 0.5, colour)]
+    });
+    TransferFunction::of(opacity, ColourSource::Stops(stops.collect()))
 }
 
 /// One value throughout: all of it is seen.
@@ -128,6 +175,16 @@ pub(super) fn by_percentiles(
         Side::Low => [near, at(0.995)],
         Side::High => [at(0.005), near],
     };
+    // Maps that begin in black: darker matter than the brightest would be the more opaque the less it is seen.
+    let begins_in_black = matches!(map, ColourMap::CtLike | ColourMap::Gray);
+    let (map, range) = match background.side {
+        Side::Low if begins_in_black => {
+            let [low, high] = range;
+            (map, [low - ABOVE_BLACK * (high - low), high])
+        }
+        Side::High if begins_in_black => (ColourMap::Viridis, range),
+        _ => (map, range),
+    };
     let range = if range[0] < range[1] { range } else { [statistics.min, statistics.max] };
     TransferFunction::of(opacity, ColourSource::Map { map, range })
 }
@@ -149,36 +206,6 @@ pub(super) fn for_huge(
         *range = range.map(grow);
     }
     function
-}
-
-fn function(opacity: Vec<(f64, f64)>, range: [f64; 2]) -> TransferFunction {
-    TransferFunction::of(opacity, ColourSource::Map { map: ColourMap::Viridis, range })
-}
-
-/// Air at −1000, or the padding that scanners put below it, and nothing far beyond metal.
-pub(super) fn is_hounsfield(statistics: &Statistics) -> bool {
-    (-5000.0..=-900.0).contains(&statistics.min)
-        && (100.0..=40_000.0).contains(&statistics.max)
-        && statistics.quantile(0.99) > -300.0
-        && statistics.quantile(0.99) < 4000.0
-        && statistics.quantiles.iter().all(|v| v.fract() == 0.0)
-}
-
-/// Few distinct integers: one opacity for all but the commonest end.
-fn labels(statistics: &Statistics) -> Option<TransferFunction> {
-    let integral = [statistics.min, statistics.max]
-        .iter()
-        .chain(&statistics.quantiles)
-        .all(|v| v.fract() == 0.0);
-    let occupied = statistics.histogram.iter().filter(|&&count| count > 0).count();
-    let range = statistics.max - statistics.min;
-    // Each integer has a bin of its own only while there are no more of them than bins.
-    if !integral || occupied > LABELS || range >= statistics.histogram.len() as f64 {
-        return None;
-    }
-    let (min, max) = (statistics.min, statistics.max);
-    let opacity = vec![(min, 0.0), (min + 0.5, 0.0), (min + 0.5, 0.25), (max, 0.25)];
-    Some(function(opacity, [min, max]))
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -23,7 +23,9 @@ use voxsplat::app::settings::Settings;
 use voxsplat::app::software::Canvas;
 use voxsplat::app::{Parts, Window};
 use voxsplat::core::{Camera, Ticket};
-use voxsplat::scene::{Cell, Cells, Shading, SplatSettings, Visibility, WhyWhole};
+use voxsplat::scene::{
+    Cell, Cells, FirstLook, Orientation, Shading, SplatSettings, Visibility, WhyWhole,
+};
 use voxsplat::task::engine::Effort;
 use voxsplat::task::engine::{
     CellsRequest, EngineChoice, EngineKind, EngineState, FoundCells, FrameReport, FrameRequest,
@@ -33,7 +35,7 @@ use voxsplat::task::estimate::Checked;
 use voxsplat::task::level::LevelOfDetail;
 use voxsplat::task::still::Convergence;
 use voxsplat::transfer::{ColourMap, ColourSource, TransferFunction};
-use voxsplat::volume::{Association, Field, Grid, Lattice, Samples, ScalarType, Statistics};
+use voxsplat::volume::{Association, Field, Grid, Lattice, Samples, ScalarType, ScalarVolume, Statistics};
 
 /// Length of every file that the stand-in readers know.
 pub(crate) const RAW_BYTES: u64 = 64;
@@ -380,6 +382,12 @@ impl Library for NamedFiles {
             vec![(low, 0.0), (high, 0.8)],
             ColourSource::Map { map: ColourMap::ALL[0], range: [low, high] },
         )
+    }
+
+    fn first_look(&self, volume: &ScalarVolume, space: Option<&str>) -> FirstLook {
+        let transfer = self.default_transfer(&volume.statistics);
+        let view = Orientation::of(space).first_view();
+        FirstLook { transfer, lighting: None, splat: SplatSettings::EXACT, view }
     }
 }
 

@@ -1,39 +1,74 @@
 //! The cheat-sheet: every key and every gesture.
 
+use eframe::egui::scroll_area::ScrollBarVisibility;
+use eframe::egui::style::ScrollStyle;
 use eframe::egui::{Context, Grid, RichText, ScrollArea, Ui};
 
-use super::{Outcome, modal};
+use super::{Outcome, shown_modal};
 use crate::app::actions::{ACTIONS, GESTURES};
 use crate::app::theme;
 
 /// What of the window's height is left to the title, the button and a margin, points.
 const AROUND: f32 = 150.0;
+/// Width of the sheet with the mouse beside the keys, and with one below the other, points.
+const WIDE: f32 = 1080.0;
+const NARROW: f32 = 560.0;
+/// What is left to the window beside the sheet, points.
+const BESIDE: f32 = 60.0;
 
 /// Shows the sheet; true once it was closed.
 pub fn help_ui(ctx: &Context) -> bool {
-    let outcome = modal(ctx, "help", "Keys and mouse", 560.0, |ui| {
-        // A small window scrolls.
-        let room = (ctx.content_rect().height() - AROUND).max(120.0);
-        ScrollArea::vertical().max_height(room).show(ui, |ui| {
+    let window = ctx.content_rect().size();
+    let is_wide = window.x >= WIDE + BESIDE;
+    let width = if is_wide { WIDE } else { NARROW.min(window.x - BESIDE).max(200.0) };
+    let (outcome, beside) = shown_modal(ctx, "help", "Keys and mouse", width, |ui| {
+        // A small window scrolls, and shows that there is more.
+        let room = (window.y - AROUND).max(120.0);
+        ui.spacing_mut().scroll = ScrollStyle::solid();
+        let list = ScrollArea::vertical().max_height(room).auto_shrink([false, true]);
+        list.scroll_bar_visibility(ScrollBarVisibility::VisibleWhenNeeded).show(ui, |ui| {
             ui.spacing_mut().interact_size.y = 18.0;
-            Grid::new("gestures").num_columns(2).spacing([24.0, 5.0]).show(ui, |ui| {
-                for (gesture, effect) in GESTURES {
-                    row_ui(ui, gesture, effect);
-                }
-            });
-            ui.separator();
-            Grid::new("keys").num_columns(2).spacing([24.0, 5.0]).show(ui, |ui| {
-                for entry in &ACTIONS {
-                    if let Some(shortcut) = &entry.shortcut {
-                        row_ui(ui, &ctx.format_shortcut(shortcut), entry.help);
-                    }
-                }
-            });
+            if is_wide {
+                let (many, few) = (ACTIONS.len() / 2 + GESTURES.len() / 2, GESTURES.len());
+                ui.horizontal_top(|ui| {
+                    ui.vertical(|ui| {
+                        gestures_ui(ui);
+                        ui.separator();
+                        keys_ui(ui, "first keys", 0..many - few);
+                    });
+                    ui.add_space(16.0);
+                    ui.vertical(|ui| keys_ui(ui, "last keys", many - few..ACTIONS.len()));
+                });
+            } else {
+                gestures_ui(ui);
+                ui.separator();
+                keys_ui(ui, "keys", 0..ACTIONS.len());
+            }
         });
         ui.add_space(6.0);
         if ui.button("Close").clicked() { Outcome::Done(()) } else { Outcome::Open }
     });
-    outcome != Outcome::Open
+    // Nothing is typed here that a click beside it could lose.
+    beside || outcome != Outcome::Open
+}
+
+fn gestures_ui(ui: &mut Ui) {
+    Grid::new("gestures").num_columns(2).spacing([24.0, 5.0]).show(ui, |ui| {
+        for (gesture, effect) in GESTURES {
+            row_ui(ui, gesture, effect);
+        }
+    });
+}
+
+/// Those of some of the commands that have a key.
+fn keys_ui(ui: &mut Ui, id: &str, which: std::ops::Range<usize>) {
+    Grid::new(id).num_columns(2).spacing([24.0, 5.0]).show(ui, |ui| {
+        for entry in &ACTIONS[which] {
+            if let Some(shortcut) = &entry.shortcut {
+                row_ui(ui, &ui.ctx().format_shortcut(shortcut), entry.help);
+            }
+        }
+    });
 }
 
 fn row_ui(ui: &mut Ui, what: &str, effect: &str) {

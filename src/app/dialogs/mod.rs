@@ -8,7 +8,7 @@ pub mod raw;
 pub mod save;
 pub mod transfer_file;
 
-use eframe::egui::{Button, Context, Frame, Id, Modal, RichText, Ui};
+use eframe::egui::{Button, Context, Frame, Id, Key, Modal, Modifiers, RichText, Ui};
 
 /// What came of a dialog in one pass.
 #[derive(Debug, Clone, PartialEq)]
@@ -21,7 +21,7 @@ pub enum Outcome<T> {
     Done(T),
 }
 
-/// A modal with a title; closing it by Escape or a click beside it cancels.
+/// A modal with a title; Escape cancels it. A click beside it does nothing: it would lose what was typed.
 fn modal<T>(
     ctx: &Context,
     id: &str,
@@ -29,6 +29,17 @@ fn modal<T>(
     width: f32,
     add: impl FnOnce(&mut Ui) -> Outcome<T>,
 ) -> Outcome<T> {
+    shown_modal(ctx, id, title, width, add).0
+}
+
+/// The same; and whether there was a click beside it.
+fn shown_modal<T>(
+    ctx: &Context,
+    id: &str,
+    title: &str,
+    width: f32,
+    add: impl FnOnce(&mut Ui) -> Outcome<T>,
+) -> (Outcome<T>, bool) {
     let frame = Frame::popup(&ctx.global_style()).inner_margin(18).corner_radius(10);
     let modal = Modal::new(Id::unique(id)).frame(frame).show(ctx, |ui| {
         ui.set_width(width);
@@ -36,10 +47,12 @@ fn modal<T>(
         ui.add_space(6.0);
         add(ui)
     });
-    let closed = modal.should_close();
+    let beside = modal.backdrop_response.clicked();
+    let is_asked = modal.is_top_modal && !modal.any_popup_open;
+    let closed = is_asked && ctx.input_mut(|i| i.consume_key(Modifiers::NONE, Key::Escape));
     match modal.inner {
-        Outcome::Open if closed => Outcome::Cancelled,
-        outcome => outcome,
+        Outcome::Open if closed => (Outcome::Cancelled, beside),
+        outcome => (outcome, beside),
     }
 }
 

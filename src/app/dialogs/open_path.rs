@@ -1,6 +1,6 @@
 //! Opening by a typed path, which works where no file dialog does.
 
-use eframe::egui::{Context, Key, TextEdit};
+use eframe::egui::{Context, Event, Key, TextEdit};
 
 use super::{Outcome, buttons_ui, modal};
 use crate::app::document::Source;
@@ -26,6 +26,17 @@ impl OpenPath {
     pub fn show(&mut self, ctx: &Context) -> Outcome<Source> {
         modal(ctx, "open path", "Open path", 460.0, |ui| {
             let name = ui.label("A file, or demo:NAME");
+            if !self.focused {
+                // Typed in the pass that brought the dialog, before the field could take it.
+                let typed = ui.input(|input| {
+                    let text = |event: &Event| match event {
+                        Event::Text(text) | Event::Paste(text) => Some(text.clone()),
+                        _ => None,
+                    };
+                    input.events.iter().filter_map(text).collect::<String>()
+                });
+                self.text.push_str(&typed);
+            }
             let edit = TextEdit::singleline(&mut self.text)
                 .desired_width(f32::INFINITY)
                 .hint_text("/path/to/volume.nrrd");

@@ -67,6 +67,40 @@ pub(super) fn insert_point<T>(points: &mut Vec<(f64, T)>, at: f64, entry: T) -> 
     index
 }
 
+/// Puts a point on the curve, or beside it, and returns its index. Beyond the first point and the last one the curve is
+/// level: there the new point gets a foot on it, as far from it as its neighbour is and no further than `ends`, so that
+/// it changes the curve about itself alone.
+pub(super) fn insert_on_curve(
+    points: &mut Vec<(f64, f64)>,
+    (at, opacity): (f64, f64),
+    ends: [f64; 2],
+) -> usize {
+    let [first, last] = [points.first().copied(), points.last().copied()];
+    let index = insert_point(points, at, opacity);
+    match (first, last) {
+        (Some((neighbour, held)), _) if at < neighbour => {
+            let foot = (at - (neighbour - at)).max(ends[0]);
+            if foot < at {
+                points.insert(0, (foot, held));
+                return index + 1;
+            }
+        }
+        (_, Some((neighbour, held))) if at > neighbour => {
+            let foot = (at + (at - neighbour)).min(ends[1]);
+            if foot > at {
+                points.push((foot, held));
+            }
+        }
+        _ => {}
+    }
+    index
+}
+
+/// The values at the graph's ends.
+fn ends(axes: Axes) -> [f64; 2] {
+    [axes.rect.left(), axes.rect.right()].map(|x| axes.value(x))
+}
+
 /// Takes a point out, unless it is the last one.
 pub(super) fn remove_point<T>(points: &mut Vec<(f64, T)>, index: usize) {
     if points.len() > 1 && index < points.len() {
@@ -110,7 +144,8 @@ pub(super) fn handle_points(
             editor.held = None;
         } else if double && near.is_none() {
             let (value, opacity) = (axes.value(at.x), axes.opacity(at.y));
-            editor.selected = insert_point(&mut transfer.opacity, value, opacity);
+            let point = (value, opacity);
+            editor.selected = insert_on_curve(&mut transfer.opacity, point, ends(axes));
         }
         if near.is_some() || near_curve(transfer, axes, at) {
             ui.ctx().set_cursor_icon(CursorIcon::PointingHand);
@@ -144,7 +179,7 @@ fn take_point(transfer: &mut TransferFunction, axes: Axes, at: Pos2) -> Option<H
         None if near_curve(transfer, axes, at) => {
             let value = axes.value(at.x);
             let opacity = transfer.opacity_at(value);
-            insert_point(&mut transfer.opacity, value, opacity)
+            insert_on_curve(&mut transfer.opacity, (value, opacity), ends(axes))
         }
         None => return None,
     };
@@ -233,6 +268,27 @@ mod tests {
         }
         let elsewhere = take_point(&mut t, a, a.position((20.0, 0.9)));
         assert!(elsewhere.is_none() && t.opacity.len() == 4);
+    }
+
+    #[test]
+    fn a_new_point_left_of_the_first_opens_nothing_but_what_lies_about_it() {
+        let mut points = vec![(20.0, 0.0), (30.0, 0.5)];
+        let index = insert_on_curve(&mut points, (15.0, 0.8), [0.0, 40.0]);
+        assert_eq!((index, points[0], points[1]), (1, (10.0, 0.0), (15.0, 0.8)));
+        // Right of the last one, no further than the graph goes.
+        let index = insert_on_curve(&mut points, (36.0, 0.1), [0.0, 40.0]);
+        assert_eq!((index, &points[4..]), (4, &[(36.0, 0.1), (40.0, 0.5)][..]));
+        let index = insert_on_curve(&mut points, (17.0, 0.3), [0.0, 40.0]);
+        assert_eq!((index, points.len()), (2, 7), "between two there is no foot");
+        // By hand: from the level part of the curve upwards.
+        let (mut transfer, axes) = (transfer(), axes());
+        let value = axes.value(axes.rect.left()) / 2.0 + transfer.opacity[0].0 / 2.0;
+        let before = transfer.opacity_at(axes.value(axes.rect.left()));
+        let at = axes.position((value, before));
+        let held = take_point(&mut transfer, axes, at).expect("on the curve");
+        pull_point(&mut transfer, held.index, value, 1.0);
+        assert_eq!(transfer.opacity_at(value), 1.0);
+        assert_eq!(transfer.opacity_at(axes.value(axes.rect.left())), before);
     }
 
     #[test]

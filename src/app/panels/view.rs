@@ -5,24 +5,27 @@ use eframe::egui::{ComboBox, Slider, Ui};
 use super::{row_ui, slider_ui};
 use crate::app::actions::{Action, entry_of};
 use crate::app::annotations::switches_ui;
+use crate::app::camera_control::Turning;
 use crate::app::cells::{CellsOverlay, OCTREE_ERROR};
 use crate::app::settings::{
     BUDGET_MS, BudgetPreset, LADDERS, Settings, VIEW_ANGLE_DEG, ladder_label,
 };
 use crate::core::{Projection, Srgb8};
-use crate::scene::{Annotation, Scene};
+use crate::scene::{Annotation, Orientation, Scene, UpAxis};
 
 /// Background, projection, frame budget, the switches of refinement, and what lies over the picture.
-/// `left_out`: annotations that the view has no room for.
+/// `space` is what the file calls its own. `left_out`: annotations that the view has no room for.
 pub fn view_ui(
     ui: &mut Ui,
-    scene: &mut Scene,
+    (scene, space): (&mut Scene, Option<&str>),
     settings: &mut Settings,
     cells: &mut CellsOverlay,
     left_out: &[Annotation],
 ) {
     row_ui(ui, "Background", |ui| background_ui(ui, settings));
     projection_ui(ui, scene, settings);
+    up_ui(ui, scene, space);
+    turning_ui(ui, scene, space, settings);
     refinement_ui(ui, settings);
     row_ui(ui, "Annotations", |ui| switches_ui(ui, &mut settings.annotations, left_out));
     cells_ui(ui, cells);
@@ -78,6 +81,49 @@ fn projection_ui(ui: &mut Ui, scene: &mut Scene, settings: &mut Settings) {
     } else {
         Projection::Orthographic
     };
+}
+
+/// Which axis of the world points up.
+fn up_ui(ui: &mut Ui, scene: &mut Scene, space: Option<&str>) {
+    let own = Orientation::of(space);
+    let name = |up: UpAxis| up.name().replace('-', "−");
+    let as_in_file = format!("As in the file ({})", name(own.up));
+    row_ui(ui, "Up", |ui| {
+        let mut chosen = scene.up;
+        let shown = scene.up.map_or_else(|| as_in_file.clone(), name);
+        let combo = ComboBox::from_id_salt("up axis").selected_text(shown).show_ui(ui, |ui| {
+            ui.selectable_value(&mut chosen, None, &as_in_file);
+            for up in UpAxis::ALL {
+                ui.selectable_value(&mut chosen, Some(up), name(up));
+            }
+        });
+        combo.response.accessible_name("Up axis").on_hover_text(
+            "The axis of the world that points up: views that have names, and turning by hand, go by it. It \
+             stays chosen for files opened after this one",
+        );
+        if chosen != scene.up {
+            let (before, after) = (own.with_up(scene.up), own.with_up(chosen));
+            scene.up = chosen;
+            scene.camera = after.turned_from(before, &scene.camera);
+        }
+    });
+}
+
+/// How a drag turns the view.
+fn turning_ui(ui: &mut Ui, scene: &mut Scene, space: Option<&str>, settings: &mut Settings) {
+    row_ui(ui, "Turning", |ui| {
+        let before = settings.turning;
+        ui.selectable_value(&mut settings.turning, Turning::Turntable, "Turntable").on_hover_text(
+            "A drag turns the volume about the axis that is up, and tilts it: what is up stays up",
+        );
+        ui.selectable_value(&mut settings.turning, Turning::Trackball, "Trackball").on_hover_text(
+            "A drag turns the volume as a ball under the hand, any way round",
+        );
+        if before != settings.turning && settings.turning == Turning::Turntable {
+            let up = Orientation::of(space).with_up(scene.up).up;
+            scene.camera = scene.camera.leveled(up.vector());
+        }
+    });
 }
 
 /// What a preset is called, and what it means, one line.

@@ -11,6 +11,7 @@ mod trihedron;
 use serde::{Deserialize, Serialize};
 
 pub use primitives::{Area, Ink, Primitive};
+pub use trihedron::AxisEnd;
 pub use ticks::{Number, round_below, ticks};
 
 use crate::core::names;
@@ -100,6 +101,8 @@ pub struct Layout {
     pub primitives: Vec<Primitive>,
     /// What was asked for and has no room in the picture.
     pub left_out: Vec<Annotation>,
+    /// The ends of the trihedron's axes, the farthest from the eye first; none where it is not shown.
+    pub axis_ends: Vec<AxisEnd>,
 }
 
 /// Lays annotations out over a scene's picture of `size` pixels. `space` is what the file calls its
@@ -121,20 +124,24 @@ pub fn lay_out(
         Background::Transparent => None,
     };
     let mut sheet = Sheet::new(size, em_of(size), Inks::over(background), width_of);
-    let mut left_out = Vec::new();
+    let (mut left_out, mut axis_ends) = (Vec::new(), Vec::new());
     // What counts most takes its room first; nothing of the axes lies under what stands in a corner.
     for which in IN_TURN.into_iter().filter(|which| annotations.has(*which)) {
         let fits = match which {
             Annotation::ScalarBar => scalar_bar::lay_out(&mut sheet, scene, annotations.scale_bar),
             Annotation::ScaleBar => scale_bar::lay_out(&mut sheet, &scene.camera),
-            Annotation::Trihedron => trihedron::lay_out(&mut sheet, &scene.camera, space),
+            Annotation::Trihedron => {
+                let ends = trihedron::lay_out(&mut sheet, &scene.camera, space);
+                axis_ends = ends.clone().unwrap_or_default();
+                ends.is_some()
+            }
             Annotation::Axes => axes::lay_out(&mut sheet, scene, space),
         };
         if !fits {
             left_out.push(which);
         }
     }
-    Layout { primitives: sheet.primitives, left_out }
+    Layout { primitives: sheet.primitives, left_out, axis_ends }
 }
 
 /// Pixels of an em: words are as large a part of any picture, but never too small to be read.

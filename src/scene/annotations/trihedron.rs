@@ -16,6 +16,17 @@ const REACH: f64 = LENGTH + BEYOND + FIGURE / 2.0;
 /// Axes shorter than this on the picture, as a part of their length, point at the eye.
 const SHORT: f64 = 0.2;
 
+/// An end of an axis, where the trihedron shows it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AxisEnd {
+    /// 0, 1, 2 for x, y, z.
+    pub axis: usize,
+    /// Whether it is the end that the axis points to, which alone is drawn.
+    pub is_positive: bool,
+    /// Pixels.
+    pub at: DVec2,
+}
+
 /// One axis on the picture.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Axis {
@@ -38,20 +49,26 @@ fn axes_of(camera: &Camera) -> [Axis; 3] {
     axes
 }
 
-/// Lays it out in the lower left corner, with letters of the file's space; whether there is room.
-pub(super) fn lay_out(sheet: &mut Sheet<'_>, camera: &Camera, space: Option<&str>) -> bool {
+/// Lays it out in the lower left corner, with letters of the file's space; `None` where there is no room, or the ends of
+/// its axes, the farthest first.
+pub(super) fn lay_out(
+    sheet: &mut Sheet<'_>,
+    camera: &Camera,
+    space: Option<&str>,
+) -> Option<Vec<AxisEnd>> {
     let (em, size) = (sheet.em, sheet.picture.size());
     let inset = (MARGIN + REACH) * em - 0.5 * em;
     let origin = DVec2::new(inset, size.y - inset).round();
     let area = Area { low: origin - REACH * em, high: origin + REACH * em };
     if area.size().max_element() > 0.45 * size.min_element() || !sheet.is_free(&area) {
-        return false;
+        return None;
     }
     sheet.take(area);
     let letters = axis_letters(space);
     let mut written: Vec<Area> = Vec::new();
     let mut words = Vec::new();
-    for axis in axes_of(camera) {
+    let axes = axes_of(camera);
+    for axis in &axes {
         let tip = origin + axis.tip * LENGTH * em;
         // What points away is fainter.
         let mut ink = sheet.inks.axes[axis.index];
@@ -72,7 +89,14 @@ pub(super) fn lay_out(sheet: &mut Sheet<'_>, camera: &Camera, space: Option<&str
             written.push(area);
         }
     }
-    true
+    let end = |axis: &Axis, is_positive: bool| {
+        let (way, index) = (if is_positive { 1.0 } else { -1.0 }, axis.index);
+        let end = AxisEnd { axis: index, is_positive, at: origin + axis.tip * (way * LENGTH * em) };
+        (way * axis.depth, end)
+    };
+    let mut ends: Vec<_> = axes.iter().flat_map(|axis| [end(axis, true), end(axis, false)]).collect();
+    ends.sort_by(|a, b| b.0.total_cmp(&a.0));
+    Some(ends.into_iter().map(|(_, end)| end).collect())
 }
 
 #[cfg(test)]

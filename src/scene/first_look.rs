@@ -1,0 +1,170 @@
+//! What a volume that nobody has looked at yet is seen as, in the window and in `render` alike: its colours and
+//! opacities, whether it is lit, its mode, and from where it is seen.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::{
+    Classify, Light, Lighting, NamedView, Orientation, Reconstruction, SplatSettings,
+};
+use crate::kernel::Kernel;
+use crate::transfer::{Kind, TransferFunction, presets};
+use crate::volume::ScalarVolume;
+
+/// A first look.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FirstLook {
+    /// Colours and opacities, by what kind of values there are.
+    pub transfer: TransferFunction,
+    /// The light, where gradients carry the shape.
+    pub lighting: Option<Lighting>,
+    /// The mode: [`SplatSettings::EXACT`] but for labels and thick slices.
+    pub splat: SplatSettings,
+    /// From where it is seen: patients from the front.
+    pub view: NamedView,
+}
+
+/// Samples that are looked at to find whether gradients carry the shape, at most.
+const MOST_LOOKED_AT: usize = 1 << 17;
+/// Faces are lit whose values change by this part of the visible range from sample to sample: over eight samples or
+/// less. What changes more slowly is a cloud.
+const LEAST_SHARPNESS: f64 = 0.06;
+/// And whose directions agree from sample to sample so well, as cosines. Of noise they do not.
+const LEAST_COHERENCE: f64 = 0.5;
+/// Slices so many times as thick as the pixels in them are wide are thick: a spline through their samples swings
+/// between them, and faces that cross them get terraces.
+const THICK: f64 = 3.0;
+
+impl Lighting {
+    /// The light of a first look: as bright as no light where faces look at it, and darker at their edges, but never
+    /// black.
+    pub fn first_look() -> Self {
+        Self {
+            ambient: 0.3,
+            diffuse: 0.8,
+            specular: 0.15,
+            exponent: 20.0,
+            lights: vec![Light::HEADLIGHT],
+        }
+    }
+
+    /// Whether it is that of a first look still.
+    pub fn is_first_look(&self) -> bool {
+        *self == Self::first_look()
+    }
+}
+
+impl SplatSettings {
+    /// For whole numbers that name things: nothing lies between two names, so each place has the name of the sample
+    /// nearest to it.
+    pub const NAMES: Self = Self {
+        kernel: Kernel::Nearest,
+        classify: Classify::After,
+        reconstruction: Reconstruction::Smooth,
+        // Its faces are steps: slabs of a quarter of a voxel find them.
+        slabs_per_voxel: 4.0,
+        ..Self::EXACT
+    };
+
+    /// For thick slices: splines that lie between the samples rather than swing through them.
+    pub const BETWEEN_SLICES: Self = Self { reconstruction: Reconstruction::Smooth, ..Self::EXACT };
+}
+
+impl FirstLook {
+    /// Of a volume in a space that its file names.
+    pub fn of(volume: &ScalarVolume, space: Option<&str>) -> Self {
+        let statistics = &volume.statistics;
+        let transfer = presets::default_for(statistics);
+        let is_of_names = Kind::of(statistics) == Kind::Labels;
+        let spacing = volume.lattice.spacing;
+        let thickest = spacing.max_element() / spacing.min_element();
+        let is_lit = is_of_names || Faces::of(volume, &transfer).is_some_and(Faces::carry_the_shape);
+        let splat = match is_of_names {
+            true => SplatSettings::NAMES,
+            false if thickest > THICK && volume.lattice.dims.iter().all(|&n| n > 1) => {
+                SplatSettings::BETWEEN_SLICES
+            }
+            false => SplatSettings::EXACT,
+        };
+        let view = Orientation::of(space).first_view();
+        let lighting = is_lit.then(Lighting::first_look);
+        Self { transfer, lighting, splat, view }
+    }
+}
+
+/// What gradients are like where opacities change.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Faces {
+    /// How much of the visible range values change by from a sample to the next.
+    sharpness: f64,
+    /// Cosine between the gradients of a sample and of the next.
+    coherence: f64,
+}
+
+impl Faces {
+    /// Means over a volume's samples, each weighed by how much opacity changes about it; `None` where it does not.
+    fn of(volume: &ScalarVolume, transfer: &TransferFunction) -> Option<Self> {
+        let lattice = volume.lattice;
+        let dims = lattice.dims;
+        if dims.iter().any(|&n| n < 5) {
+            return None;
+        }
+        let [low, high] = transfer.colour.range();
+        let range = (high - low).abs();
+        if range.is_nan() || range <= 0.0 || !range.is_finite() {
+            return None;
+        }
+        let world_from_gradient = lattice.axes().inverse().transpose();
+        let step = (lattice.len() as f64 / MOST_LOOKED_AT as f64).cbrt().ceil().max(1.0) as usize;
+        let strides = [1, dims[0], dims[0] * dims[1]];
+        let value = |at: usize| volume.samples.get(at);
+        let gradient = |at: usize| {
+            let along = strides.map(|stride| 0.5 * (value(at + stride) - value(at - stride)));
+            (DVec3::from(along), world_from_gradient * DVec3::from(along))
+        };
+        let of_layer = |z: usize| {
+            let mut sums = [0.0; 3];
+            for y in (2..dims[1] - 2).step_by(step) {
+                for x in (2..dims[0] - 2).step_by(step) {
+                    let at = (z * dims[1] + y) * dims[0] + x;
+                    let changes = strides.map(|stride| {
+                        let [before, after] = [at - stride, at + stride].map(|at| {
+                            transfer.opacity_at(value(at))
+                        });
+                        (after - before).abs()
+                    });
+                    let weight = changes.into_iter().fold(0.0, f64::max);
+                    let (along, here) = gradient(at);
+                    let change = along.abs().max_element();
+                    if !(weight > 0.0 && change > 0.0 && here.is_finite()) {
+                        continue;
+                    }
+                    let cosine = |stride: usize| {
+                        let (_, there) = gradient(at + stride);
+                        here.normalize_or_zero().dot(there.normalize_or_zero())
+                    };
+                    let cosines: f64 = strides.into_iter().map(cosine).sum();
+                    if cosines.is_finite() {
+                        sums[0] += weight;
+                        sums[1] += weight * (change / range).min(1.0);
+                        sums[2] += weight * cosines / 3.0;
+                    }
+                }
+            }
+            sums
+        };
+        let layers: Vec<usize> = (2..dims[2] - 2).step_by(step).collect();
+        let parts: Vec<[f64; 3]> = layers.into_par_iter().map(of_layer).collect();
+        // In order, so that the sum does not depend on the threads.
+        let sums = parts.into_iter().fold([0.0; 3], |sum, part| [0, 1, 2].map(|i| sum[i] + part[i]));
+        let [weight, sharpness, coherence] = sums;
+        (weight > 0.0)
+            .then_some(Self { sharpness: sharpness / weight, coherence: coherence / weight })
+    }
+
+    /// Whether light makes a shape of them, rather than noise or a darker cloud.
+    fn carry_the_shape(self) -> bool {
+        if std::env::var_os("FACES").is_some() { eprintln!("{self:?}"); }
+        self.sharpness >= LEAST_SHARPNESS && self.coherence >= LEAST_COHERENCE
+    }
+}
