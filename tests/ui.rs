@@ -241,9 +241,9 @@ fn every_shortcut_does_what_it_says() {
                 assert!(bench.window().scene().unwrap().shading.is_plain());
             }
             Action::ToggleEffects => {
-                assert!(bench.shows("Modulation table"));
+                assert!(bench.shows("Opacity lookup"));
                 press(&mut bench);
-                assert!(!bench.shows("Modulation table"));
+                assert!(!bench.shows("Opacity lookup"));
             }
             Action::ToggleScalarBar
             | Action::ToggleScaleBar
@@ -433,7 +433,7 @@ fn the_effects_scroll_where_the_window_is_small() {
     let small = covered(&bench);
     assert!(small.width() < 0.75 * 640.0 && small.height() < 0.7 * 420.0, "{small:?} of {whole:?}");
     assert!(whole.width() > 500.0 && whole.height() > small.height(), "{whole:?}");
-    assert!(bench.shows("Modulation table"));
+    assert!(bench.shows("Opacity lookup"));
 }
 
 #[test]
@@ -702,7 +702,7 @@ fn full_quality_while_moving_asks_for_rest_during_a_drag() {
 fn ranges_stretch_colours_and_opacities_and_the_default_is_a_choice() {
     let mut bench = Bench::opened();
     let fresh = bench.window().scene().unwrap().transfer().unwrap().clone();
-    bench.harness.get_by_label("Min–max").click();
+    bench.harness.get_by_label("Full range").click();
     bench.settle();
     let transfer = bench.last_request().scene.transfer().unwrap().clone();
     let ColourSource::Map { range, .. } = transfer.colour else { panic!("custom colours") };

@@ -134,8 +134,7 @@ fn cut_ui(ui: &mut Ui, cut: &mut CutSettings) {
         });
     });
     shown.header_response.on_hover_text(
-        "While a finer picture is not there yet, boxes of voxels that differ little are drawn as one \
-         splat each. This says which; the full picture does not depend on it",
+        "While the view moves, boxes of voxels that differ little are drawn as one splat each. This says which; the finished picture does not depend on it",
     );
 }
 
@@ -356,8 +355,7 @@ fn unit_distance_ui(ui: &mut Ui, splat: &mut SplatSettings, voxel: f64) {
         .logarithmic(true)
         .custom_formatter(|v, _| words::value(v));
     let response = slider_ui(ui, "Unit distance", true, slider).on_hover_text(
-        "The world length over which the opacities of the transfer function hold: longer makes \
-         everything more transparent; by default the smallest voxel spacing",
+        "How thick matter is that has the opacity of the transfer function: longer makes everything more transparent; by default one voxel, the smallest spacing",
     );
     if response.changed() {
         splat.opacity_unit_distance = Some(distance);
