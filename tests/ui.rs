@@ -255,9 +255,9 @@ fn every_shortcut_does_what_it_says() {
                 assert!(bench.window().scene().unwrap().shading.is_plain());
             }
             Action::ToggleEffects => {
-                assert!(bench.shows("Modulation table"));
+                assert!(bench.shows("Opacity lookup"));
                 press(&mut bench);
-                assert!(!bench.shows("Modulation table"));
+                assert!(!bench.shows("Opacity lookup"));
             }
             Action::ToggleScalarBar
             | Action::ToggleScaleBar
@@ -447,7 +447,7 @@ fn the_effects_scroll_where_the_window_is_small() {
     let small = covered(&bench);
     assert!(small.width() < 0.75 * 640.0 && small.height() < 0.7 * 420.0, "{small:?} of {whole:?}");
     assert!(whole.width() > 500.0 && whole.height() > small.height(), "{whole:?}");
-    assert!(bench.shows("Modulation table"));
+    assert!(bench.shows("Opacity lookup"));
 }
 
 #[test]
@@ -510,6 +510,79 @@ fn a_new_load_replaces_one_under_way() {
     bench.harness.run_steps(2);
     bench.open("other.nrrd");
     assert_eq!(bench.window().document().unwrap().source.name(), "other.nrrd");
+}
+
+#[test]
+fn the_file_menu_begins_with_open_and_goes_on_with_recent_files_and_demos() {
+    let mut bench = Bench::opened();
+    bench.harness.get_by_label("File").click();
+    bench.harness.run_steps(3);
+    let names = ["Open…", "Open path…", "Open recent", "Open demo", "Raw layout…", "Quit"];
+    let tops = names.map(|name| {
+        let node = bench.harness.get_all_by_label_contains(name).next();
+        node.unwrap_or_else(|| panic!("{name} is in the menu")).rect().top()
+    });
+    assert!(tops.is_sorted_by(|a, b| a < b), "{tops:?}");
+}
+
+#[test]
+fn menus_tick_what_is_on() {
+    let mut bench = Bench::opened();
+    let ticked = |bench: &mut Bench, name: &str| {
+        bench.harness.get_by_label("View").click();
+        bench.harness.run_steps(3);
+        // A section of the panel may have the same name, and no state.
+        let nodes = bench.harness.get_all_by_label(name);
+        let found = nodes.filter_map(|node| node.accesskit_node().toggled()).next_back();
+        bench.harness.key_press(Key::Escape);
+        bench.harness.run_steps(3);
+        found.unwrap_or_else(|| panic!("{name} tells whether it is on"))
+    };
+    for (name, key) in [
+        ("Scalar bar", Key::B),
+        ("Scale bar", Key::S),
+        ("Axes", Key::X),
+        ("Trihedron", Key::T),
+        ("Octree cells", Key::G),
+        ("Window and level", Key::W),
+        ("Perspective", Key::Num5),
+        ("Accuracy panel", Key::A),
+        ("Effects panel", Key::E),
+        ("Show the difference", Key::D),
+        ("Compare two modes", Key::C),
+    ] {
+        let before = ticked(&mut bench, name);
+        bench.harness.key_press(key);
+        bench.settle();
+        let then = ticked(&mut bench, name);
+        assert_ne!(before, then, "{name}");
+        // The next one is asked of a window as before.
+        bench.harness.key_press(key);
+        bench.settle();
+        assert_eq!(ticked(&mut bench, name), before, "{name}");
+    }
+}
+
+#[test]
+fn what_is_rarely_needed_is_closed_at_first_and_sections_stay_as_they_were_left() {
+    let settings = |text: &str| serde_json::from_str::<Settings>(text).expect("settings");
+    let mut bench = Bench::with_settings(settings("{}"));
+    bench.open("good.nrrd");
+    bench.settle();
+    assert!(bench.shows("Splats") && !bench.shows("Reconstruction"), "closed at first");
+    assert!(bench.shows("Polygons") && !bench.shows("Add polygons…"), "closed at first");
+    assert!(bench.shows("Data") && bench.shows("Dimensions"), "open at first");
+    for title in ["Splats", "Data"] {
+        bench.harness.get_by_label(title).click();
+        bench.harness.run_steps(30);
+    }
+    assert!(bench.shows("Reconstruction") && !bench.shows("Dimensions"));
+    let left = serde_json::to_string(bench.window().settings()).expect("text");
+    let mut next = Bench::with_settings(settings(&left));
+    next.open("good.nrrd");
+    next.settle();
+    assert!(next.shows("Reconstruction") && !next.shows("Dimensions"), "as they were left");
+    assert!(!next.shows("Add polygons…") && next.shows("Background"), "the others as at first");
 }
 
 #[test]
@@ -643,7 +716,7 @@ fn full_quality_while_moving_asks_for_rest_during_a_drag() {
 fn ranges_stretch_colours_and_opacities_and_the_default_is_a_choice() {
     let mut bench = Bench::opened();
     let fresh = bench.window().scene().unwrap().transfer().unwrap().clone();
-    bench.harness.get_by_label("Min–max").click();
+    bench.harness.get_by_label("Full range").click();
     bench.settle();
     let transfer = bench.last_request().scene.transfer().unwrap().clone();
     let ColourSource::Map { range, .. } = transfer.colour else { panic!("custom colours") };

@@ -52,6 +52,17 @@ pub enum Action {
     ToggleHelp,
 }
 
+impl Action {
+    /// Whether it looks from another side.
+    pub fn is_direction(self) -> bool {
+        use Action::*;
+        matches!(
+            self,
+            ViewFront | ViewBack | ViewLeft | ViewRight | ViewTop | ViewBottom | ViewIsometric
+        )
+    }
+}
+
 /// The menu that an action stands in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[expect(missing_docs, reason = "the names say it all")]
@@ -118,14 +129,14 @@ pub const ACTIONS: [Entry; 42] = [
         Menu::File,
         "Raw layout…",
         None,
-        "Say how the samples lie in the open file, header or not",
+        "Say how the samples lie in the open file: size, number type, byte order",
     ),
     entry(
         Action::EmbedPolygons,
         Menu::File,
-        "Embed polygons…",
+        "Add polygons…",
         None,
-        "Add the triangles of an STL, PLY or OBJ file to the volume",
+        "Show the triangles of an STL, PLY or OBJ file within the volume",
     ),
     entry(
         Action::SavePicture,
@@ -233,9 +244,9 @@ pub const ACTIONS: [Entry; 42] = [
     entry(
         Action::ToggleProjection,
         Menu::View,
-        "Perspective or orthographic",
+        "Perspective",
         plain(Key::Num5),
-        "Switch between perspective and orthographic",
+        "What is near looks larger; switched off, rays are parallel (orthographic)",
     ),
     entry(
         Action::ResetView,
@@ -254,7 +265,7 @@ pub const ACTIONS: [Entry; 42] = [
     entry(
         Action::ToggleAnimation,
         Menu::View,
-        "Play or pause",
+        "Play animation",
         plain(Key::Space),
         "Let the marks of vectors move along the flow, or stop them where they are",
     ),
@@ -346,9 +357,9 @@ pub const ACTIONS: [Entry; 42] = [
     entry(
         Action::ToggleDifference,
         Menu::View,
-        "Split or difference",
+        "Show the difference",
         plain(Key::D),
-        "Switch between two modes side by side and their amplified difference",
+        "Show how far two compared modes are apart, amplified, instead of both side by side",
     ),
     entry(
         Action::ToggleHelp,

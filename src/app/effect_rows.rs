@@ -89,7 +89,7 @@ impl Window {
                 second_ms.map_or(Time::Unknown, Time::Own),
             ),
             row(
-                "Convergence",
+                "Refining",
                 "Slabs doubled after the full picture, until nothing changes",
                 Run::of(refined.is_some(), refines),
                 format!("Refine until converged, {}", key(ctx, Action::Converge)),
@@ -125,15 +125,17 @@ struct About {
 
 fn about(effect: Effect) -> About {
     let (name, help, place, hint) = match effect {
-        Effect::Shading => {
-            ("All shading", "The parts below together: they share one buffer", "", "Nobody")
-        }
+        Effect::Shading => (
+            "All shading",
+            "Lights, regions and lookups by another quantity, together",
+            "",
+            "Nothing asks for it",
+        ),
         Effect::Gradients => (
             "Gradients",
-            "How values change about each point: found while drawing, and kept nowhere. Without them nothing \
-             is drawn that uses them",
+            "How sharply values change at each point, and in which direction: what lights, regions and some lookups need. Found while drawing, and kept nowhere",
             "",
-            "Nobody",
+            "Nothing asks for it",
         ),
         Effect::Lights => ("Lights", "Surfaces lit from somewhere", "Shading", IN_SHADING),
         Effect::Regions => (
@@ -143,36 +145,36 @@ fn about(effect: Effect) -> About {
             "Transfer function, By gradient",
         ),
         Effect::OpacityTable => (
-            "Opacity table",
-            "Opacities looked up by something else than the value",
+            "Opacity lookup",
+            "Opacities looked up by another quantity than the value",
             "Shading",
             IN_SHADING,
         ),
         Effect::ModulationTable => {
-            ("Modulation table", "What opacities are multiplied by", "Shading", IN_SHADING)
+            ("Modulation", "What opacities are multiplied by", "Shading", IN_SHADING)
         }
         Effect::ReflectionTable => (
-            "Reflection table",
-            "Colours looked up by something else than the value",
+            "Reflection lookup",
+            "Colours looked up by another quantity than the value",
             "Shading",
             IN_SHADING,
         ),
         Effect::EmissionTable => {
-            ("Emission table", "Light that matter gives off by itself", "Shading", IN_SHADING)
+            ("Emission", "Light that matter gives off by itself", "Shading", IN_SHADING)
         }
         Effect::Clip => {
             ("Clip", "Parts of the volume that are cut away", "Clip", "Clip in the side panel")
         }
         Effect::Projection => (
-            "Projection",
-            "The greatest, least or mean value of each ray in place of its light",
-            "Inside",
-            IN_INSIDE,
+            "Rendering",
+            "The greatest, least or mean value along each line of sight, rather than the volume",
+            "Rendering",
+            "Rendering in the side panel",
         ),
         Effect::Isosurfaces => {
-            ("Isosurfaces", "Surfaces where the values pass a level, lit", "Inside", IN_INSIDE)
+            ("Isosurfaces", "Surfaces where the values pass a level, lit", INSIDE, IN_INSIDE)
         }
-        Effect::Slices => ("Slices", "Planes that show the values on them", "Inside", IN_INSIDE),
+        Effect::Slices => ("Slices", "Planes that show the values on them", INSIDE, IN_INSIDE),
         Effect::Vectors => (
             "Vectors",
             "A splat for each vector, with marks that move along the flow",
@@ -196,7 +198,8 @@ fn about(effect: Effect) -> About {
 }
 
 const IN_SHADING: &str = "Shading in the side panel";
-const IN_INSIDE: &str = "Inside in the side panel";
+const INSIDE: &str = "Surfaces and slices";
+const IN_INSIDE: &str = "Surfaces and slices in the side panel";
 const IN_VECTORS: &str = "Vectors in the side panel";
 
 fn key(ctx: &Context, action: Action) -> String {

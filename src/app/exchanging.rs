@@ -31,7 +31,7 @@ fn of_other_values(design: &Design, statistics: &Statistics) -> Option<String> {
         let [low, high, min, max] = [low, high, min, max].map(words::value);
         format!(
             "That transfer function is of values from {low} to {high}, and this volume's go from {min} to \
-             {max}: Stretch to Min–max, under Transfer function, fits it to them"
+             {max}: Rescale to Full range, under Transfer function, fits it to them"
         )
     })
 }

@@ -46,7 +46,7 @@ impl FileDialog {
     /// Asks for polygons to embed.
     pub fn open_mesh(ctx: &Context) -> Self {
         let dialog = rfd::AsyncFileDialog::new()
-            .set_title("Embed polygons")
+            .set_title("Add polygons")
             .add_filter("Polygons", &MeshFormat::EXTENSIONS)
             .add_filter("All files", &["*"]);
         Self::wait_for(ctx, dialog.pick_file())

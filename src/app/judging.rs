@@ -49,6 +49,7 @@ impl Window {
             fraction: self.measuring.fraction(),
             size: self.viewport_size,
             record: &self.estimates,
+            refines: self.settings.converge,
         };
         let done = accuracy_ui(ui, &mut self.accuracy, &shown);
         if let Some(mode) = done.first {

@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use eframe::egui::accesskit::Role;
 use eframe::egui::{
-    Align, Align2, Button, CentralPanel, Color32, Context, CornerRadius, FontId, Frame, Key,
-    Layout, Margin, MenuBar, Panel, ProgressBar, Rect, RichText, ScrollArea, Sense, Stroke,
-    StrokeKind, Ui, UiBuilder, WidgetInfo, pos2, vec2,
+    Align, Align2, Atom, Button, CentralPanel, Color32, Context, CornerRadius, FontId, Frame,
+    IdSalt, Key, Layout, Margin, MenuBar, Painter, Panel, ProgressBar, Rect, RichText, ScrollArea,
+    Sense, Shape, Stroke, StrokeKind, Ui, UiBuilder, Vec2, WidgetInfo, pos2, vec2,
 };
 
 use super::actions::{ACTIONS, Action, Entry, Menu, entry_of};
@@ -15,8 +15,8 @@ use super::document::Source;
 use super::notices::text_and_button_ui;
 use super::panels::vectors::VectorRequest;
 use super::panels::{
-    accuracy, clip, compare, data, inside, polygons, section_ui, shading, splat, status, transfer,
-    vectors, view,
+    Sections, accuracy, clip, compare, data, inside, polygons, section_ui, shading, splat, status,
+    transfer, vectors, view,
 };
 use super::trihedron::trihedron_ui;
 use super::viewport::PixelArea;
@@ -37,6 +37,8 @@ const ABOVE_LEAST: f32 = 60.0;
 const SIDE_BUTTON: f32 = 90.0;
 /// Width of the side panel before anyone resizes it, points.
 const SIDE_WIDTH: f32 = 336.0;
+/// Side of the square that menus have for a tick, points.
+const TICK: f32 = 11.0;
 /// Distance of the bars over the viewport from its edges, points.
 const OVERLAY_INSET: f32 = 12.0;
 /// Greatest width of the bars over the viewport, points.
@@ -79,13 +81,17 @@ impl Window {
         let mut source = None;
         MenuBar::new().ui(ui, |ui| {
             ui.menu_button("File", |ui| {
+                let opens = |action| matches!(action, Action::Open | Action::OpenPath);
+                self.menu_entries_ui(ui, Menu::File, opens, &mut chosen);
                 source = self.open_menus_ui(ui);
-                menu_entries_ui(ui, Menu::File, &mut chosen);
+                self.menu_entries_ui(ui, Menu::File, |action| !opens(action), &mut chosen);
             });
             let steps = self.step_words();
             ui.menu_button("Edit", |ui| edit_menu_ui(ui, &steps, &mut chosen));
-            ui.menu_button("View", |ui| menu_entries_ui(ui, Menu::View, &mut chosen));
-            ui.menu_button("Help", |ui| menu_entries_ui(ui, Menu::Help, &mut chosen));
+            ui.menu_button("View", |ui| self.view_menu_ui(ui, &mut chosen));
+            ui.menu_button("Help", |ui| {
+                self.menu_entries_ui(ui, Menu::Help, |_| true, &mut chosen);
+            });
             if ui.available_width() < SIDE_BUTTON {
                 return;
             }
@@ -133,6 +139,51 @@ impl Window {
         chosen
     }
 
+    /// The directions to look from in a menu of their own, then the rest.
+    fn view_menu_ui(&self, ui: &mut Ui, chosen: &mut Option<Action>) {
+        ui.menu_button("Look from", |ui| {
+            self.menu_entries_ui(ui, Menu::View, Action::is_direction, chosen);
+        });
+        self.menu_entries_ui(ui, Menu::View, |action| !action.is_direction(), chosen);
+    }
+
+    /// The commands of one menu that `stands` there, ticked where they are on; `chosen` is the one that was
+    /// clicked.
+    fn menu_entries_ui(
+        &self,
+        ui: &mut Ui,
+        menu: Menu,
+        stands: impl Fn(Action) -> bool,
+        chosen: &mut Option<Action>,
+    ) {
+        let tick = IdSalt::new("tick");
+        for entry in ACTIONS.iter().filter(|entry| entry.menu == menu && stands(entry.action)) {
+            let is_on = self.is_on(entry.action);
+            // Menus with ticks have room for one before each name.
+            let room = if menu == Menu::View { vec2(TICK, TICK) } else { Vec2::ZERO };
+            let mut button = match menu {
+                Menu::View => Button::new((Atom::custom(tick, room), entry.name)),
+                _ => Button::new(entry.name),
+            };
+            if let Some(shortcut) = &entry.shortcut {
+                button = button.shortcut_text(ui.ctx().format_shortcut(shortcut));
+            }
+            let shown = button.atom_ui(ui);
+            if let Some(rect) = shown.rect(tick).filter(|_| is_on == Some(true)) {
+                paint_tick(ui.painter(), rect);
+            }
+            let mut response = shown.response;
+            if let Some(is_on) = is_on {
+                response
+                    .widget_info(|| WidgetInfo::selected(Role::Button, true, is_on, entry.name));
+            }
+            response = response.on_hover_text(entry.help);
+            if response.clicked() {
+                *chosen = Some(entry.action);
+            }
+        }
+    }
+
     fn status_ui(&mut self, ui: &mut Ui) {
         let drawer = &self.parts.drawer;
         let shown = self.viewport.picture().zip(self.scene.as_ref()).map(|(picture, scene)| {
@@ -146,10 +197,16 @@ impl Window {
             status::Shown { report, mode, measured }
         });
         let (state, adapter) = (drawer.state(), drawer.adapter_name());
-        let is_moving = self.pacing.is_moving();
         let engine = drawer.engine_choice();
-        let drawn_by = (adapter.as_deref(), engine);
-        let chosen = status::status_ui(ui, shown.as_ref(), &state, is_moving, drawn_by);
+        let now = status::Now {
+            shown: shown.as_ref(),
+            state: &state,
+            is_moving: self.pacing.is_moving(),
+            rate: self.rate.per_second(ui.ctx().time()),
+            adapter: adapter.as_deref(),
+            engine,
+        };
+        let chosen = status::status_ui(ui, &now);
         if let Some(chosen) = chosen.filter(|chosen| *chosen != engine) {
             drawer.choose_engine(chosen);
         }
@@ -162,20 +219,26 @@ impl Window {
         let mut inside = ui.new_child(UiBuilder::new().max_rect(rect));
         inside.shrink_clip_rect(rect);
         ScrollArea::vertical().auto_shrink(false).show(&mut inside, |ui| {
-            Frame::new().inner_margin(theme::PANEL_MARGIN).show(ui, |ui| self.sections_ui(ui));
+            let mut sections = std::mem::take(&mut self.settings.sections);
+            Frame::new()
+                .inner_margin(theme::PANEL_MARGIN)
+                .show(ui, |ui| self.sections_ui(ui, &mut sections));
+            self.settings.sections = sections;
         });
         ui.advance_cursor_after_rect(rect);
     }
 
-    fn sections_ui(&mut self, ui: &mut Ui) {
+    fn sections_ui(&mut self, ui: &mut Ui, sections: &mut Sections) {
         let (Some(document), Some(scene)) = (&self.document, &mut self.scene) else {
             ui.add_space(8.0);
             ui.label(RichText::new("Nothing is open").color(theme::TEXT_FAINT));
             return;
         };
-        let choice = section_ui(ui, "Data", |ui| data::data_ui(ui, document)).flatten();
+        inside::rendering_ui(ui, scene);
+        ui.add_space(4.0);
+        let choice = section_ui(ui, sections, "Data", |ui| data::data_ui(ui, document)).flatten();
         let vector_request = document.has_vectors().then(|| {
-            section_ui(ui, "Vectors", |ui| {
+            section_ui(ui, sections, "Vectors", |ui| {
                 let (clock, fps) = (&mut self.vectors.clock, &mut self.settings.animation_fps);
                 let now = ui.ctx().time();
                 // Other sections have colours, too.
@@ -187,24 +250,24 @@ impl Window {
                 .inner
             })
         });
-        let action = section_ui(ui, "Transfer function", |ui| {
+        let action = section_ui(ui, sections, "Transfer function", |ui| {
             let library = &self.parts.library;
             let default = |statistics: &Statistics| library.default_transfer(statistics);
             let (editor, bells) = (&mut self.transfer, &mut self.gaussians);
             transfer::transfer_ui(ui, editor, scene, bells, default)
         });
-        section_ui(ui, "Shading", |ui| {
+        section_ui(ui, sections, "Shading", |ui| {
             let second = self.compare.on.then_some(&self.compare.second);
             shading::shading_ui(ui, &mut self.shading, scene, second);
         });
-        section_ui(ui, "Inside", |ui| inside::inside_ui(ui, scene));
-        let embeds = section_ui(ui, "Polygons", |ui| polygons::polygons_ui(ui, scene));
-        section_ui(ui, "Clip", |ui| {
+        section_ui(ui, sections, "Surfaces and slices", |ui| inside::inside_ui(ui, scene));
+        let embeds = section_ui(ui, sections, "Polygons", |ui| polygons::polygons_ui(ui, scene));
+        section_ui(ui, sections, "Clip", |ui| {
             let second = self.compare.on.then_some(&self.compare.second);
             clip::clip_ui(ui, &mut self.clip, scene, second);
         });
         let compare = &mut self.compare;
-        section_ui(ui, "Splats", |ui| {
+        section_ui(ui, sections, "Splats", |ui| {
             compare::compare_ui(ui, compare, &mut scene.splat);
             let voxel = scene.lattice().smallest_spacing();
             if compare.on && compare.edits_second {
@@ -217,7 +280,7 @@ impl Window {
                 splat::splat_ui(ui, &mut scene.splat, voxel);
             }
         });
-        section_ui(ui, "View", |ui| {
+        section_ui(ui, sections, "View", |ui| {
             let (settings, cells) = (&mut self.settings, &mut self.cells);
             let space = document.grid.space.as_deref();
             view::view_ui(ui, (scene, space), settings, cells, &self.left_out);
@@ -352,17 +415,11 @@ fn edit_menu_ui(ui: &mut Ui, steps: &[Option<String>; 2], chosen: &mut Option<Ac
     }
 }
 
-/// The commands of one menu; `chosen` is the one that was clicked.
-fn menu_entries_ui(ui: &mut Ui, menu: Menu, chosen: &mut Option<Action>) {
-    for entry in ACTIONS.iter().filter(|entry| entry.menu == menu) {
-        let mut button = Button::new(entry.name);
-        if let Some(shortcut) = &entry.shortcut {
-            button = button.shortcut_text(ui.ctx().format_shortcut(shortcut));
-        }
-        if ui.add(button).on_hover_text(entry.help).clicked() {
-            *chosen = Some(entry.action);
-        }
-    }
+/// A tick in a square.
+fn paint_tick(painter: &Painter, square: Rect) {
+    let at = |x: f32, y: f32| square.min + square.size() * vec2(x, y);
+    let line = vec![at(0.15, 0.55), at(0.4, 0.8), at(0.88, 0.22)];
+    painter.add(Shape::line(line, Stroke::new(1.6, theme::ACCENT)));
 }
 
 /// An action's help with its key.

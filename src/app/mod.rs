@@ -34,6 +34,7 @@ pub mod panels;
 mod picture_saving;
 mod polygons;
 pub mod probing;
+mod rate;
 pub mod reading;
 mod refining;
 pub mod saving;

@@ -10,7 +10,7 @@ const NAMES: [(&str, &str); 14] = [
     ("kernel", "Kernel"),
     ("opacity-model", "Opacity"),
     ("order", "Order"),
-    ("projection", "Along rays"),
+    ("projection", "Rendering"),
     ("reconstruction", "Reconstruction"),
     ("sheets-per-kernel", "Sheets"),
     ("slabs-per-voxel", "Slabs"),

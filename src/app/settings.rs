@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use serde::{Deserialize, Serialize};
 
 use super::camera_control::Turning;
+use super::panels::Sections;
 use super::vectors::MOST_FPS;
 use crate::core::Srgb8;
 use crate::scene;
@@ -83,6 +84,8 @@ pub struct Settings {
     pub animation_fps: u32,
     /// Whether the side panel is open.
     pub side_panel: bool,
+    /// Which of its sections were opened or closed.
+    pub sections: Sections,
     /// What is written over the picture.
     pub annotations: Annotations,
 }
@@ -103,6 +106,7 @@ impl Default for Settings {
             view_angle_deg: 30.0,
             animation_fps: MOST_FPS,
             side_panel: true,
+            sections: Sections::new(),
             annotations: Annotations { trihedron: true, ..Annotations::NONE },
         }
     }

@@ -37,13 +37,14 @@ use super::panels::shading::ShadingEditor;
 use super::panels::transfer::TransferEditor;
 use super::polygons::Polygons;
 use super::probing::Probing;
+use super::rate::PictureRate;
 use super::saving::{Renderer, Saved};
 use super::settings::Settings;
 use super::theme;
 use super::undoing::{State, Wheel};
 use super::vectors::Vectors;
 use super::viewport::{ScreenFormat, Viewport};
-use crate::core::Camera;
+use crate::core::{Camera, Projection};
 use crate::scene::{Annotation, NamedView, Orientation, Scene, SplatSettings};
 use crate::task::engine::EngineState;
 use crate::transfer::Gaussian;
@@ -105,6 +106,7 @@ pub struct Window {
     /// The same with its place on the window before it: left, top, width, height.
     pub(super) viewport_pixels: [u32; 4],
     pub(super) pacing: Pacing,
+    pub(super) rate: PictureRate,
     pub(super) notices: Notices,
     pub(super) dialog: Option<Dialog>,
     pub(super) compare: Compare,
@@ -153,6 +155,7 @@ impl Window {
             viewport_size: [1, 1],
             viewport_pixels: [0, 0, 1, 1],
             pacing: Pacing::default(),
+            rate: PictureRate::default(),
             notices: Notices::default(),
             dialog: None,
             compare: Compare::default(),
@@ -300,6 +303,33 @@ impl Window {
                 self.dialog = (!shown).then_some(Dialog::Help);
             }
         }
+    }
+
+    /// Whether what a command switches is on; `None` where it switches nothing.
+    pub(super) fn is_on(&self, action: Action) -> Option<bool> {
+        let scene = self.scene.as_ref();
+        let written = |which: Annotation| self.settings.annotations.has(which);
+        Some(match action {
+            Action::ToggleProjection => scene.is_some_and(|scene| {
+                matches!(scene.camera.projection, Projection::Perspective { .. })
+            }),
+            Action::ToggleLights => scene.is_some_and(|scene| scene.shading.lighting.is_some()),
+            Action::ToggleScalarBar => written(Annotation::ScalarBar),
+            Action::ToggleScaleBar => written(Annotation::ScaleBar),
+            Action::ToggleAxes => written(Annotation::Axes),
+            Action::ToggleTrihedron => written(Annotation::Trihedron),
+            Action::ToggleAnimation => self.vectors.clock.is_running(),
+            Action::ToggleCells => self.cells.on,
+            Action::ToggleLeveling => self.leveling.on,
+            Action::ToggleProbe => self.probing.is_on(),
+            Action::ToggleSidePanel => self.settings.side_panel,
+            Action::ToggleAccuracy => self.accuracy.open,
+            Action::ToggleEffects => self.effects.open,
+            Action::ToggleCompare => self.compare.on,
+            Action::ToggleDifference => self.compare.display == Display::Difference,
+            Action::ToggleHelp => matches!(self.dialog, Some(Dialog::Help)),
+            _ => return None,
+        })
     }
 
     pub(super) fn toggle_probe(&mut self, ctx: &Context) {
@@ -454,6 +484,7 @@ impl Window {
     /// Shows the picture that has come since the last pass; whether one has.
     fn take_picture(&mut self, ctx: &Context) -> bool {
         let Some(picture) = self.parts.drawer.take_picture() else { return false };
+        self.rate.note(ctx.time(), self.pacing.is_moving());
         self.record_estimate(&picture);
         self.note_effects(&picture);
         // While the view moves, the picture before would be of another view.

@@ -23,12 +23,8 @@ pub use crate::hierarchy::ErrorMeasure;
 pub use annotations::{Annotation, Annotations, lay_out as lay_out_annotations};
 pub use cells::{Cell, Cells, Edge, IndexRay, WhyWhole, level_colour};
 pub use effect::Effect;
-<<<<<<< HEAD
-pub use framing::{NamedView, Orientation, UpAxis, axis_letters, framing_what_shows};
-=======
 pub use first_look::FirstLook;
-pub use framing::{NamedView, Orientation, axis_letters, framing_what_shows};
->>>>>>> dc9f260 (A first look by kind of values: CT with and without offset, labels a colour each, scans, maps; lit where gradients carry the shape; patients from the front)
+pub use framing::{NamedView, Orientation, UpAxis, axis_letters, framing_what_shows};
 pub use inside::{
     AlongRay, Clip, ClipBox, CutFaces, HalfSpace, Inside, InsideError, Isosurface,
     MOST_CLIP_PLANES, MOST_ISOSURFACES, MOST_SLICES, Plane, Slice,

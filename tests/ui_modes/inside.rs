@@ -143,20 +143,23 @@ fn modes_that_show_nothing_of_it_say_so_and_another_file_is_whole() {
 }
 
 #[test]
-fn what_stands_for_a_ray_is_chosen_and_undone() {
+fn the_rendering_is_chosen_where_one_looks_first_and_undone() {
     let mut bench = Bench::opened();
+    let place = |name: &str| bench.harness.get_by_label(name).rect().center();
+    let rendering = bench.harness.get_by_role_and_label(Role::ComboBox, "Rendering").rect();
+    assert!(rendering.bottom() < place("Data").y, "before all sections");
     for (name, along) in [
-        ("Maximum", AlongRay::Maximum),
-        ("Minimum", AlongRay::Minimum),
+        ("Maximum (MIP)", AlongRay::Maximum),
+        ("Minimum (MinIP)", AlongRay::Minimum),
         ("Average", AlongRay::Average),
     ] {
-        bench.choose("Along rays", name);
+        bench.choose("Rendering", name);
         assert_eq!(inside(&bench).along, along);
     }
     bench.harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
     bench.settle();
     assert_eq!(inside(&bench).along, AlongRay::Minimum);
-    bench.choose("Along rays", "Light");
+    bench.choose("Rendering", "Volume");
     assert!(inside(&bench).is_plain());
 }
 
@@ -188,9 +191,9 @@ fn isosurfaces_and_slices_are_added_set_and_removed() {
     bench.set_slider("Slice 1 opacity", 0.25);
     assert_eq!(inside(&bench).slices[0].opacity, 0.25);
     bench.harness.check_accessibility();
-    bench.choose("Along rays", "Maximum");
-    assert!(bench.shows("Values that are projected show no isosurfaces and no slices"));
-    bench.choose("Along rays", "Light");
+    bench.choose("Rendering", "Maximum (MIP)");
+    assert!(bench.shows("Isosurfaces and slices are shown where Rendering is Volume"));
+    bench.choose("Rendering", "Volume");
     for part in ["Remove slice 2", "Remove slice 1", "Remove isosurface 1"] {
         press(&mut bench, part);
     }

@@ -214,7 +214,7 @@ fn modes_that_show_no_shading_say_so_and_offer_the_exact_one() {
     assert!(!Shading::is_shown_by(&request.splat) && says(&bench));
     bench.harness.key_press(Key::C);
     bench.settle();
-    let second = "The second mode is drawn as triangles: it is shown without lights and tables";
+    let second = "The second mode draws splats as triangles, which cannot be lit: it shows the transfer function alone";
     assert!(!bench.shows(second), "the exact one");
     press(&mut bench, "Swap");
     assert!(bench.shows(second), "they have changed places");
@@ -240,7 +240,7 @@ fn the_effects_panel_says_what_runs_why_and_what_was_measured() {
     let mut bench = Bench::opened();
     bench.harness.key_press(Key::E);
     bench.settle();
-    assert!(bench.shows("On the device in all: 52.4 MB"), "as the picture reports");
+    assert!(bench.shows("Memory for drawing in all: 52.4 MB"), "as the picture reports");
     let count = |bench: &Bench, text: &str| bench.harness.query_all_by_label(text).count();
     let running = |bench: &Bench| count(bench, "Yes");
     assert_eq!((count(&bench, "Lights"), count(&bench, "< 0.0 ms")), (2, 0));
@@ -276,11 +276,11 @@ fn the_effects_panel_says_what_runs_why_and_what_was_measured() {
     assert_eq!(seconds(&bench).len(), 5, "it is remembered");
     // Classic splatting lights samples; triangles show none of it.
     press(&mut bench, "Classic splatting");
-    assert_eq!((running(&bench), count(&bench, "Not here")), (before + 3, 0));
+    assert_eq!((running(&bench), count(&bench, "Not shown")), (before + 3, 0));
     bench.harness.get_by_label("Advanced").click();
     bench.harness.run_steps(30);
     bench.choose("Back end", "Triangles");
-    assert_eq!((running(&bench), count(&bench, "Not here")), (before, 3));
+    assert_eq!((running(&bench), count(&bench, "Not shown")), (before, 3));
     assert_eq!((count(&bench, "< 0.0 ms"), count(&bench, "30.5 dB")), (0, 0));
     // Closed, it measures nothing.
     let asked = seconds(&bench).len();

@@ -105,12 +105,12 @@ fn surfaces_and_projections_are_pointed_at_as_the_picture_shows_them() {
     let says = |bench: &Bench, part: &str| bench.harness.query_by_label_contains(part).is_some();
     assert_eq!(met, Met::Isosurface);
     assert!(says(&bench, "On an isosurface, where the ray has gathered 10 %"));
-    bench.choose("Along rays", "Maximum");
+    bench.choose("Rendering", "Maximum (MIP)");
     bench.hover(middle);
     let Seen::Point(Point { met, value, .. }) = answered(&mut bench) else { panic!("it is seen") };
     assert_eq!(met, Met::Maximum);
     assert!(value > 256.0 && says(&bench, "The greatest value along the ray"), "{value}");
-    bench.choose("Along rays", "Average");
+    bench.choose("Rendering", "Average");
     bench.hover(middle);
     assert_eq!(answered(&mut bench), Seen::Average);
     assert!(says(&bench, "lies at no one point"));

@@ -521,7 +521,18 @@ impl Bench {
         bench
     }
 
+    /// Nothing open, with habits of an earlier window.
+    pub(crate) fn with_settings(settings: Settings) -> Self {
+        Self::made(Some("chosen.nrrd".into()), None, settings)
+    }
+
     fn new(chosen: Option<PathBuf>, painted: Option<(f32, Painter)>) -> Self {
+        // What is closed at first is opened for the hand.
+        let sections = ["Polygons", "Splats"].map(|title| (title.to_owned(), true)).into();
+        Self::made(chosen, painted, Settings { sections, ..Settings::default() })
+    }
+
+    fn made(chosen: Option<PathBuf>, painted: Option<(f32, Painter)>, settings: Settings) -> Self {
         let engine = Arc::new(GradientEngine::default());
         let library = Arc::new(NamedFiles::default());
         let pictures = tempfile::tempdir().expect("a temporary folder");
@@ -562,7 +573,7 @@ impl Bench {
                 chooser: Box::new(move |ctx| FileDialog::answering(ctx, chosen.clone())),
                 pictures_folder: Ok(folder.clone()),
             };
-            Window::new(ctx, parts, Settings::default())
+            Window::new(ctx, parts, settings.clone())
         });
         Self { harness, engine, pictures, measured, bytes_for_steps, library, saved }
     }
@@ -745,6 +756,22 @@ impl Bench {
             .unwrap_or_else(|| panic!("no number is called {label}"));
         node.set_value_accesskit(value);
         self.harness.run_steps(STEPS_TO_REST);
+    }
+
+    /// Opens what the status line keeps for a click; one that was open stays so.
+    pub(crate) fn open_details(&mut self) {
+        if !self.tells("Engine") {
+            let is_line = |label: Option<String>| label.is_some_and(|text| text.contains(" · "));
+            let mut buttons = self.harness.get_all_by_role(eframe::egui::accesskit::Role::Button);
+            let line = buttons.find(|node| is_line(node.accesskit_node().label()));
+            line.expect("the line can be clicked").click();
+            self.harness.run_steps(2);
+        }
+    }
+
+    /// Whether some words are on screen, within others or not.
+    pub(crate) fn tells(&self, part: &str) -> bool {
+        self.harness.query_all_by_label_contains(part).next().is_some()
     }
 
     /// Opens a list and chooses an entry.

@@ -108,9 +108,9 @@ const EDITS: [Edit; 19] = [
         b.harness.run_steps(2);
     }),
     ("colours", |b| b.choose("Colours", "Gray")),
-    ("stops", |b| click(b, "Stops")),
+    ("stops", |b| click(b, "Edit colours")),
     ("range", |b| b.set_slider("Range high", 700.0)),
-    ("stretch", |b| click(b, "Min–max")),
+    ("stretch", |b| click(b, "Full range")),
     ("gaussians", |b| click(b, "Gaussians")),
     ("extent", |b| b.set_slider("Extent", 2.5)),
     ("unit distance", |b| b.set_slider("Unit distance", 10.0)),
@@ -454,9 +454,9 @@ fn a_curve_drawn_by_hand_passes_where_the_mouse_did() {
 fn colour_stops_are_added_coloured_moved_and_removed() {
     let mut bench = Bench::opened();
     bench.choose("Colours", "Gray");
-    click(&mut bench, "Min–max");
+    click(&mut bench, "Full range");
     let map = function(&bench);
-    click(&mut bench, "Stops");
+    click(&mut bench, "Edit colours");
     let stops = |bench: &Bench| match function(bench).colour {
         ColourSource::Stops(stops) => stops,
         map @ ColourSource::Map { .. } => panic!("no stops: {map:?}"),
@@ -469,9 +469,9 @@ fn colour_stops_are_added_coloured_moved_and_removed() {
     assert_eq!(three.len(), 3);
     assert_eq!(three[1].1, Srgb8([128; 3]), "the colour that was there");
     assert!(three[1].0 > 270.0, "and moved on with the hand: {three:?}");
-    bench.set_slider("Stop value", 100.0);
+    bench.set_slider("Colour point value", 100.0);
     assert_eq!(stops(&bench)[1].0, 100.0);
-    assert!(bench.shows("Stop colour"));
+    assert!(bench.shows("Colour point colour"));
     bench.click(at(inner, 100.0 / 511.0, 0.5), PointerButton::Secondary);
     assert_eq!(stops(&bench).len(), 2);
     bench.choose("Colours", "Gray");
@@ -554,7 +554,7 @@ fn a_transfer_function_of_other_values_says_so_and_how_to_fit_it() {
     };
     assert!(!pasted(&mut bench, 500.0, 900.0), "some of them");
     assert!(pasted(&mut bench, -3.0, -0.5));
-    click(&mut bench, "Min–max");
+    click(&mut bench, "Full range");
     assert_eq!(function(&bench).colour.range(), [0.0, 511.0]);
     assert_eq!(function(&bench).opacity, [(0.0, 0.0), (511.0, 0.5)]);
 }

@@ -4,7 +4,10 @@ use eframe::egui::{Align, Label, Layout, ProgressBar, RichText, Slider, Ui, UiBu
 
 use super::chart::{LEAST_SIZE, Marks, Picked, chart_ui, number_words};
 use super::name_ui;
-use crate::app::measuring::{ChartPoint, EstimateRecord, State, best_within, front, quickest_with};
+use crate::app::measuring::{
+    ChartPoint, EstimateRecord, State, best_within, front, is_of, quickest_with,
+};
+use crate::app::settings::CONVERGE_WITHIN_MS;
 use crate::app::{modes, theme, words};
 use crate::scene::SplatSettings;
 
@@ -14,6 +17,11 @@ const COLUMN: [f32; 2] = [312.0, 220.0];
 const COLUMN_SHARE: f32 = 0.55;
 /// Height of the row that says how the job stands, points.
 const ROW: f32 = 20.0;
+
+/// What is drawn with before anybody chooses.
+const DEFAULT: SplatSettings = SplatSettings::EXACT;
+/// Height of what is said of it, in the wider column, points.
+const DEFAULT_LINES: f32 = 72.0;
 
 /// What the slider gives.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -50,6 +58,8 @@ pub struct Shown<'a> {
     pub size: [u32; 2],
     /// How good estimates were.
     pub record: &'a EstimateRecord,
+    /// Whether a view at rest is refined further by itself, once the panel is closed.
+    pub refines: bool,
 }
 
 /// What the hand did.
@@ -92,6 +102,7 @@ pub fn accuracy_ui(ui: &mut Ui, panel: &mut AccuracyPanel, shown: &Shown<'_>) ->
     state_ui(&mut column, shown, &mut done);
     walk_ui(&mut column, panel, shown, &mut done);
     chosen_ui(&mut column, shown);
+    default_ui(&mut column, shown);
     record_ui(&mut column, shown.record);
     if !has_chart {
         let text = RichText::new("The chart needs a wider window, or no side panel (F9)");
@@ -181,7 +192,7 @@ fn walk_ui(ui: &mut Ui, panel: &mut AccuracyPanel, shown: &Shown<'_>, done: &mut
     let low = values.iter().copied().fold(f64::INFINITY, f64::min);
     let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let usable = low < high && !shown.marks.is_old;
-    let current = points.iter().position(|p| crate::app::measuring::is_of(p, shown.marks.first));
+    let current = points.iter().position(|p| is_of(p, shown.marks.first));
     let (low, high) = if low < high { (low, high) } else { (1.0, 2.0) };
     let mut value = panel.stands_at.or(current.map(value_of)).unwrap_or(low).clamp(low, high);
     let slider = Slider::new(&mut value, low..=high);
@@ -219,7 +230,7 @@ fn walk_ui(ui: &mut Ui, panel: &mut AccuracyPanel, shown: &Shown<'_>, done: &mut
 /// The mode on screen with its numbers, and the one it is compared with.
 fn chosen_ui(ui: &mut Ui, shown: &Shown<'_>) {
     let mut row = |mode: &SplatSettings, colour| {
-        let point = shown.points.iter().find(|p| crate::app::measuring::is_of(p, mode));
+        let point = shown.points.iter().find(|p| is_of(p, mode));
         let numbers = match point {
             Some(point) if point.failed.is_some() => "cannot be drawn".to_owned(),
             Some(point) if !shown.marks.is_old => number_words(point),
@@ -234,6 +245,61 @@ fn chosen_ui(ui: &mut Ui, shown: &Shown<'_>) {
     if let Some(second) = shown.marks.second {
         row(second, theme::NOTE);
     }
+}
+
+/// What is the default, and why it is not the point above it: as many lines as there is room for.
+fn default_ui(ui: &mut Ui, shown: &Shown<'_>) {
+    if shown.marks.is_old {
+        return;
+    }
+    let Some(text) = default_words(shown.points, shown.refines) else { return };
+    ui.add_space(2.0);
+    let words = RichText::new(&text).color(theme::TEXT_FAINT).size(12.0);
+    let has_room = ui.available_height() >= DEFAULT_LINES;
+    let label = if has_room { Label::new(words).wrap() } else { Label::new(words).truncate() };
+    ui.add(label).on_hover_text(&text);
+}
+
+/// What the default costs and is worth here, and what the next better mode would; nothing before it is measured.
+fn default_words(points: &[ChartPoint], refines: bool) -> Option<String> {
+    let is_default = |point: &&ChartPoint| point.failed.is_none() && is_of(point, &DEFAULT);
+    let default = points.iter().find(is_default)?;
+    let here = format!("The default is marked: {}", number_words(default));
+    let better = front(points).into_iter().map(|index| &points[index]);
+    let Some(better) = better.into_iter().find(|point| point.db > default.db) else {
+        return Some(format!("{here}. No mode measured so far is nearer to the exact picture"));
+    };
+    if better.ms <= default.ms {
+        return Some(format!(
+            "{here}. Here another mode is both quicker and nearer: {}",
+            better.name
+        ));
+    }
+    let times = better.ms / default.ms;
+    let gain = match better.db - default.db {
+        gain if gain.is_finite() => format!("{gain:.0} dB more"),
+        _ => "a picture without error".to_owned(),
+    };
+    let finer = better.settings.filter(|mode| {
+        modes::same_mode(
+            &SplatSettings { slabs_per_voxel: DEFAULT.slabs_per_voxel, ..*mode },
+            &DEFAULT,
+        )
+    });
+    let what = match finer {
+        Some(mode) => format!("{} slabs a voxel", words::value(mode.slabs_per_voxel)),
+        None => better.name.clone(),
+    };
+    let whether = match (finer.is_some(), refines) {
+        (true, true) if better.ms <= CONVERGE_WITHIN_MS => {
+            "a view at rest goes on to it by itself while this panel is closed"
+        }
+        (true, _) => "key R goes on to it while this panel is closed",
+        (false, _) => "click it to draw with it",
+    };
+    Some(format!(
+        "{here}; it comes first because the point above, {what}, takes {times:.1} times as long for {gain}: {whether}"
+    ))
 }
 
 /// How good the estimates of coarse pictures were.
@@ -269,11 +335,54 @@ fn signed_zero_free(value: f64) -> f64 {
 /// The least height at which everything has room, points.
 pub const LEAST_HEIGHT: f32 = 190.0;
 /// The height before anyone resizes the panel, points.
-pub const HEIGHT: f32 = 220.0;
+pub const HEIGHT: f32 = 240.0;
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_panel_says_what_the_default_is_and_why_it_is_not_the_point_above_it() {
+        assert_eq!(SplatSettings::default(), DEFAULT);
+        let point = |ms, db, settings: SplatSettings| ChartPoint {
+            name: modes::name(&settings),
+            ms,
+            db,
+            ci: f64::NAN,
+            settings: Some(settings),
+            on_front: true,
+            failed: None,
+        };
+        let slabs = |slabs_per_voxel| SplatSettings { slabs_per_voxel, ..DEFAULT };
+        let default = point(416.0, 43.7, DEFAULT);
+        let finer = point(824.0, 63.0, slabs(2.0));
+        let finest = point(4800.0, 74.4, slabs(4.0));
+        let classic = point(608.0, 29.7, SplatSettings::SHADE_FIRST);
+        let told = |points: &[&ChartPoint], refines| {
+            let points: Vec<_> = points.iter().map(|point| (*point).clone()).collect();
+            default_words(&points, refines).unwrap_or_default()
+        };
+        assert_eq!(told(&[&finer, &classic], true), "", "not measured yet");
+        let words = told(&[&default, &classic, &finest, &finer], true);
+        assert!(
+            words.starts_with("The default is marked: 416 ms, 43.7 dB; it comes first"),
+            "{words}"
+        );
+        assert!(
+            words.contains("2 slabs a voxel, takes 2.0 times as long for 19 dB more"),
+            "{words}"
+        );
+        assert!(
+            words.ends_with("a view at rest goes on to it by itself while this panel is closed")
+        );
+        assert!(told(&[&default, &finer], false).contains("key R goes on to it"), "switched off");
+        assert!(told(&[&default, &finest], true).contains("key R goes on to it"), "beyond 3 s");
+        assert!(told(&[&default, &classic], true).ends_with("nearer to the exact picture"));
+        let quicker = point(100.0, 50.0, SplatSettings::SHADE_FIRST);
+        assert!(told(&[&default, &quicker], true).contains("both quicker and nearer: Cubic"));
+        let other = point(900.0, 50.0, SplatSettings::SHADE_FIRST);
+        assert!(told(&[&default, &other], true).ends_with("click it to draw with it"));
+    }
 
     #[test]
     fn the_record_says_how_many_and_how_far() {

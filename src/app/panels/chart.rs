@@ -185,7 +185,9 @@ fn hover_words(point: &ChartPoint, is_best: bool) -> String {
         Some(_) => "\nClick to use it, Shift+click to compare with it",
         None => "",
     };
-    format!("{}\n{}\n{what}{how}", point.name, number_words(point))
+    let is_default = is_of(point, &SplatSettings::EXACT);
+    let default = if is_default { ", the default" } else { "" };
+    format!("{}{default}\n{}\n{what}{how}", point.name, number_words(point))
 }
 
 /// The point nearest to `at`, within reach.
@@ -235,12 +237,25 @@ fn paint_point(
         }
     }
     mark_of(point, look.is_best).paint(painter, place, look.is_shown, marks.is_old);
+    if is_of(point, &SplatSettings::EXACT) {
+        default_ui(painter, axes, place);
+    }
     if is_of(point, marks.first) {
         Mark::OnScreen.paint(painter, place, false, false);
     }
     if marks.second.is_some_and(|second| is_of(point, second)) {
         Mark::Compared.paint(painter, place, false, false);
     }
+}
+
+/// Names the default beside its point, where that is within the graph.
+fn default_ui(painter: &Painter, axes: Axes, place: Pos2) {
+    let font = FontId::proportional(11.0);
+    let words = painter.layout_no_wrap("Default".to_owned(), font, theme::TEXT_FAINT);
+    let size = words.size();
+    let right = place.x + 11.0 + size.x <= axes.rect.right();
+    let x = if right { place.x + 11.0 } else { place.x - 11.0 - size.x };
+    painter.galley(pos2(x, place.y + 3.0), words, theme::TEXT_FAINT);
 }
 
 #[cfg(test)]

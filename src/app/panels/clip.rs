@@ -60,7 +60,7 @@ pub fn clip_ui(
                     "Where matter is cut, show its value in its colour instead of what lies behind",
                 )
                 .on_disabled_hover_text(
-                    "Nothing is cut, or values are projected, which have no faces",
+                    "Nothing is cut, or Rendering is not Volume, which alone has faces",
                 )
         });
         if faces.inner.changed() {
@@ -92,23 +92,18 @@ fn mode_ui(ui: &mut Ui, scene: &mut Scene, second: Option<&SplatSettings>) {
     if !Inside::is_shown_by(&scene.splat) {
         note_ui(
             ui,
-            "This mode colours samples before they are put together: its pictures show all of the \
-             volume, and nothing of its inside",
+            "This mode cannot cut matter, nor show isosurfaces and slices: it draws all of the volume",
         );
         let button =
             ui.button("Use the exact mode").accessible_name("Use the exact mode to see inside");
         if button
-            .on_hover_text("Interpolate first and colour then: such slabs can be cut")
+            .on_hover_text("Values are interpolated first, and coloured then: those can be cut")
             .clicked()
         {
             scene.splat = modes::with_unit_distance_of(SplatSettings::EXACT, &scene.splat);
         }
     } else if second.is_some_and(|mode| !Inside::is_shown_by(mode)) {
-        note_ui(
-            ui,
-            "The second mode colours samples before they are put together: it is shown whole, and not \
-             from inside",
-        );
+        note_ui(ui, "The second mode cannot cut matter: it shows all of the volume");
     }
 }
 

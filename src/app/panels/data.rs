@@ -29,9 +29,13 @@ pub fn data_ui(ui: &mut Ui, document: &Document) -> Option<FieldChoice> {
         (
             "Dimensions",
             lattice.dims.map(|n| n.to_string()).join(" × "),
-            "Samples along the three axes of the lattice",
+            "Samples along the three axes of the volume",
         ),
-        ("Spacing", spacing.join(" × "), "Distance between neighbouring samples, world units"),
+        (
+            "Spacing",
+            spacing.join(" × "),
+            "Distance between neighbouring samples, in the file's units",
+        ),
         ("Type", volume.samples.scalar_type().name().to_owned(), "How each sample is stored"),
         (
             "Range",
@@ -50,7 +54,11 @@ pub fn data_ui(ui: &mut Ui, document: &Document) -> Option<FieldChoice> {
     if !matches!(shape, Shape::Affine) {
         let points = document.grid.lattice.dims.map(|n| n.to_string()).join(" × ");
         let text = format!("{points} points, {}", shape.name());
-        rows.push(("In the file", text, "Its own grid; the lattice above is what is drawn"));
+        rows.push((
+            "In the file",
+            text,
+            "The grid of the file; the dimensions above are of the regular one that is drawn",
+        ));
     }
     let odd = statistics.nan_count + statistics.infinite_count;
     if odd > 0 {

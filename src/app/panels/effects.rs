@@ -104,7 +104,7 @@ pub fn effects_ui(ctx: &Context, rows: &[Row], all_bytes: Option<u64>) -> bool {
         let beside_bar = Frame::new().inner_margin(Margin { right: BAR, ..Margin::ZERO });
         scroll.show(ui, |ui| beside_bar.show(ui, |ui| rows_ui(ui, rows)));
         let all = all_bytes.map_or_else(|| "–".to_owned(), human_bytes);
-        let text = format!("On the device in all: {all}");
+        let text = format!("Memory for drawing in all: {all}");
         ui.label(RichText::new(text).size(12.0).color(theme::TEXT_FAINT)).on_hover_text(
             "Samples, fields, tables and pictures, as this program allocates them, when the picture \
              on screen was finished",
@@ -117,19 +117,18 @@ fn rows_ui(ui: &mut Ui, rows: &[Row]) {
     Grid::new("effects").num_columns(6).spacing([14.0, 4.0]).striped(true).show(ui, |ui| {
         for (title, help) in [
             ("Effect", ""),
-            ("Runs", "Whether it is on the picture shown now"),
-            ("Asked for by, or where to", "What asked for it, or where it can be asked for"),
+            ("On", "Whether the picture shown now has it"),
+            ("Switched on by, or where to", "What switched it on, or where that is done"),
             (
-                "Time",
+                "Adds",
                 "How much longer the finished picture of this view takes than one without it, between \
                  medians of three each. They are drawn while this panel is open and nothing moves",
             ),
             (
-                "Without it",
-                "How near the picture without it would be to this one: the fewer decibels, the more \
-                 it changes",
+                "Changes",
+                "How near the picture without it is to this one: the fewer dB, the more it changes",
             ),
-            ("Device", "How much more the device holds with it than without"),
+            ("Memory", "How much more memory drawing takes with it than without"),
         ] {
             let title = ui.label(RichText::new(title).size(12.0).color(theme::TEXT_FAINT));
             if !help.is_empty() {
@@ -153,11 +152,13 @@ fn row_ui(ui: &mut Ui, row: &Row) {
     let runs = match row.run {
         Run::Off => "No",
         Run::On => "Yes",
-        Run::NotShown => "Not here",
+        Run::NotShown => "Not shown",
     };
     let runs = ui.label(RichText::new(runs).color(colour));
     if row.run == Run::NotShown {
-        runs.on_hover_text("It is asked for, but the picture on screen does not show it");
+        runs.on_hover_text(
+            "It is switched on, but the picture on screen does not show it: another mode would",
+        );
     }
     ui.scope(|ui| {
         ui.set_min_width(WHY_WIDTH);

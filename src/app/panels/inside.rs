@@ -1,4 +1,4 @@
-//! What stands for a ray, isosurfaces and slices.
+//! What is shown of the values along a ray, isosurfaces and slices.
 
 use eframe::egui::{Button, ComboBox, Label, RichText, Slider, SliderClamping, Ui};
 
@@ -17,18 +17,17 @@ const HIDES: &str = "How much it hides of what is behind";
 
 /// The section.
 pub fn inside_ui(ui: &mut Ui, scene: &mut Scene) {
-    along_ui(ui, &mut scene.inside.along);
     let Some((volume, transfer)) = scene.volume().cloned().zip(scene.transfer().cloned()) else {
         return;
     };
     let Scene { inside, camera, splat, .. } = scene;
     let Inside { along, isosurfaces, slices, .. } = inside;
     if *along != AlongRay::Composite && !(isosurfaces.is_empty() && slices.is_empty()) {
-        note_ui(ui, "Values that are projected show no isosurfaces and no slices");
+        note_ui(ui, "Isosurfaces and slices are shown where Rendering is Volume");
     } else if splat.classify == Classify::After && !isosurfaces.is_empty() {
         note_ui(
             ui,
-            "Isosurfaces are shown where values are classified pre-integrated (see Splats)",
+            "Isosurfaces need values that are classified pre-integrated: choose that under Splats",
         );
     }
     let statistics = &volume.statistics;
@@ -176,28 +175,38 @@ fn slice_ui(ui: &mut Ui, i: usize, slice: &mut Slice, lattice: &Lattice, camera:
     removed
 }
 
-/// What stands for a ray is called so, and means this, one line.
-pub fn along_words(along: AlongRay) -> (&'static str, &'static str) {
+/// A rendering is called so, and means this, one line.
+pub fn rendering_words(along: AlongRay) -> (&'static str, &'static str) {
     match along {
         AlongRay::Composite => {
-            ("Light", "The light of all values, each hiding what is behind by its opacity")
+            ("Volume", "Matter in its colours, each value hiding what is behind it by its opacity")
         }
-        AlongRay::Maximum => {
-            ("Maximum", "The greatest value along each ray in its colour, whatever the opacities")
-        }
-        AlongRay::Minimum => {
-            ("Minimum", "The least value along each ray in its colour, whatever the opacities")
-        }
+        AlongRay::Maximum => (
+            "Maximum (MIP)",
+            "The greatest value along each line of sight, in its colour: opacities do not count",
+        ),
+        AlongRay::Minimum => (
+            "Minimum (MinIP)",
+            "The least value along each line of sight, in its colour: opacities do not count",
+        ),
         AlongRay::Average => (
             "Average",
-            "The mean of the values along each ray in its colour, whatever the opacities: as an X-ray \
-             picture",
+            "The mean of the values along each line of sight, in its colour, as an X-ray picture: opacities \
+             do not count",
         ),
     }
 }
 
-fn along_ui(ui: &mut Ui, along: &mut AlongRay) {
-    if let Some(chosen) = choice_ui(ui, "Along rays", AlongRay::ALL, *along, along_words) {
-        *along = chosen;
+/// What is shown of the values along each line of sight: the first thing that a viewer is asked for.
+pub fn rendering_ui(ui: &mut Ui, scene: &mut Scene) {
+    let along = &mut scene.inside.along;
+    let chosen = choice_ui(ui, "Rendering", AlongRay::ALL, *along, rendering_words);
+    *along = chosen.unwrap_or(*along);
+    if *along != AlongRay::Composite && !Inside::is_shown_by(&scene.splat) {
+        note_ui(
+            ui,
+            "This mode colours samples before they are put together: it shows the volume. Choose the exact mode \
+             under Splats",
+        );
     }
 }

@@ -13,7 +13,7 @@ use crate::transfer::{ColourMap, ColourSource, TransferFunction};
 /// Size of a colour map's swatch, points.
 const SWATCH: eframe::egui::Vec2 = vec2(56.0, 10.0);
 
-/// The row of the colours: which map, or that there are stops.
+/// The row of the colours: which map, or that they are edited one by one.
 pub(super) fn map_ui(ui: &mut Ui, transfer: &mut TransferFunction) {
     let range = transfer.colour.range();
     let chosen = match &transfer.colour {
@@ -21,7 +21,7 @@ pub(super) fn map_ui(ui: &mut Ui, transfer: &mut TransferFunction) {
         ColourSource::Stops(_) => None,
     };
     row_ui(ui, "Colours", |ui| {
-        let selected = chosen.map_or_else(|| "Stops".to_owned(), words::colour_map);
+        let selected = chosen.map_or_else(|| "Own colours".to_owned(), words::colour_map);
         let combo = ComboBox::from_id_salt("colour map").selected_text(selected).height(420.0);
         let shown = combo.show_ui(ui, |ui| {
             for map in ColourMap::ALL {
@@ -35,9 +35,12 @@ pub(super) fn map_ui(ui: &mut Ui, transfer: &mut TransferFunction) {
             .response
             .accessible_name("Colours")
             .on_hover_text("The colours of low to high values");
-        let help = "Turn the map into colour stops that can be moved, changed and removed";
-        let stops = ui.add_enabled(chosen.is_some(), Button::new("Stops")).on_hover_text(help);
-        if stops.on_disabled_hover_text("These are stops already; choose a map instead").clicked() {
+        let help = "Turn the map into colours at single values, on the bar above: drag them, change them, add and remove some";
+        let edit = ui.add_enabled(chosen.is_some(), Button::new("Edit"));
+        let edit = edit.accessible_name("Edit colours").on_hover_text(help);
+        let edit =
+            edit.on_disabled_hover_text("They can be edited on the bar above; or choose a map");
+        if edit.clicked() {
             transfer.colour = ColourSource::Stops(transfer.colour.stops());
         }
     });

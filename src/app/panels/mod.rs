@@ -19,6 +19,7 @@ pub mod inside;
 pub mod legend;
 mod light;
 mod maps;
+mod pictures;
 pub mod polygons;
 mod range;
 pub mod regions;
@@ -28,10 +29,13 @@ pub mod splat;
 pub mod status;
 pub mod stops;
 pub mod stretch;
+mod told;
 pub mod transfer;
 mod vector_look;
 pub mod vectors;
 pub mod view;
+
+use std::collections::BTreeMap;
 
 use eframe::egui::{
     Align, CollapsingHeader, DragValue, Label, Layout, Response, RichText, Slider, Ui, vec2,
@@ -46,15 +50,32 @@ const NUMBER_WIDTH: f32 = 60.0;
 /// Width of a slider's number and its reset button, points: of as long a number as `1.2346e-7`.
 const VALUE_AND_RESET_WIDTH: f32 = 140.0;
 
-/// A titled section that folds.
-pub(super) fn section_ui<R>(ui: &mut Ui, title: &str, add: impl FnOnce(&mut Ui) -> R) -> Option<R> {
-    let title = RichText::new(title).size(13.5).strong();
-    let shown = CollapsingHeader::new(title).default_open(true).show_unindented(ui, |ui| {
+/// Sections that are closed until somebody opens them: they are needed rarely.
+const CLOSED_AT_FIRST: [&str; 2] = ["Polygons", "Splats"];
+
+/// Which sections somebody has opened or closed, by their titles; the others are as at first.
+pub type Sections = BTreeMap<String, bool>;
+
+/// A titled section that folds, and stays as it was left.
+pub(super) fn section_ui<R>(
+    ui: &mut Ui,
+    sections: &mut Sections,
+    title: &str,
+    add: impl FnOnce(&mut Ui) -> R,
+) -> Option<R> {
+    let is_open = sections.get(title).copied().unwrap_or(!CLOSED_AT_FIRST.contains(&title));
+    let words = RichText::new(title).size(13.5).strong();
+    let header = CollapsingHeader::new(words).open(Some(is_open));
+    let shown = header.show_unindented(ui, |ui| {
         ui.add_space(2.0);
         let result = add(ui);
         ui.add_space(8.0);
         result
     });
+    if shown.header_response.clicked() {
+        sections.insert(title.to_owned(), !is_open);
+        ui.ctx().request_repaint();
+    }
     shown.body_returned
 }
 
@@ -78,15 +99,21 @@ pub(super) fn name_ui(ui: &mut Ui, name: &str) -> Response {
 /// A row of a name in a column of its own and what it names.
 pub(super) fn row_ui<R>(ui: &mut Ui, name: &str, add: impl FnOnce(&mut Ui) -> R) -> R {
     ui.horizontal(|ui| {
-        let size = vec2(NAME_WIDTH, ui.spacing().interact_size.y);
-        let column = Layout::left_to_right(Align::Center);
-        ui.allocate_ui_with_layout(size, column, |ui| {
-            ui.set_min_width(NAME_WIDTH);
-            name_ui(ui, name);
-        });
+        name_column_ui(ui, name);
         add(ui)
     })
     .inner
+}
+
+/// The name of a row in the column of names.
+fn name_column_ui(ui: &mut Ui, name: &str) -> Response {
+    let size = vec2(NAME_WIDTH, ui.spacing().interact_size.y);
+    let column = Layout::left_to_right(Align::Center);
+    let shown = ui.allocate_ui_with_layout(size, column, |ui| {
+        ui.set_min_width(NAME_WIDTH);
+        name_ui(ui, name)
+    });
+    shown.inner
 }
 
 /// A slider after its name in the row, with room for a reset button.

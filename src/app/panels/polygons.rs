@@ -12,8 +12,8 @@ pub fn polygons_ui(ui: &mut Ui, scene: &mut Scene) -> bool {
     let at: Vec<usize> =
         (0..scene.layers.len()).filter(|at| scene.layers[*at].look.is_surface()).collect();
     if !at.is_empty() && scene.refusal_of(Effect::Polygons).is_some() {
-        let text = "Not drawn: this mode is of triangles of its own, or projects values. Choose the exact \
-                    mode under Splats, or another kernel and back end, and Light under Inside";
+        let text = "Not drawn: this mode is of triangles of its own, or Rendering is not Volume. Choose the exact \
+                    mode under Splats, or another kernel and back end, and Volume above";
         note_ui(ui, text);
     }
     let mut removed = None;
@@ -27,9 +27,8 @@ pub fn polygons_ui(ui: &mut Ui, scene: &mut Scene) -> bool {
     if let Some(at) = removed {
         scene.remove(at);
     }
-    let open = ui.button("Embed polygons…");
-    open.on_hover_text("Add the triangles of an STL, PLY or OBJ file, in the volume's world")
-        .clicked()
+    let open = ui.button("Add polygons…");
+    open.on_hover_text("Show the triangles of an STL, PLY or OBJ file within the volume").clicked()
 }
 
 /// One mesh; whether it is to be removed.

@@ -67,8 +67,7 @@ pub(super) fn regions_ui(
     row_ui(ui, "By gradient", |ui| {
         let room = regions.len() < MOST_REGIONS;
         let add = ui.add_enabled(room, Button::new("Add region")).on_hover_text(
-            "Opacity by value and by how abruptly values change there: the blur between two matters has \
-             values of a third, but strong gradients. Takes the curve's place while there are regions",
+            "Choose matter by its value and by how sharply values change there (a 2D transfer function): so a boundary is seen without other matter of the same value. Regions take the place of the opacity curve",
         );
         let add =
             add.on_disabled_hover_text(format!("There are {MOST_REGIONS}, as many as may be"));
@@ -98,9 +97,9 @@ pub(super) fn regions_ui(
 /// Where the regions are not what is seen.
 fn unseen_ui(ui: &mut Ui, scene: &Scene) {
     let text = if scene.shading.opacity.is_some() {
-        "The opacity table below (Shading) takes the place of the regions"
+        "Opacity by another quantity (Shading, below) takes the place of the regions"
     } else if !Shading::is_shown_by(&scene.splat) {
-        "This mode is drawn as triangles: it shows the curve, and no regions"
+        "This mode draws splats as triangles: it shows the opacity curve, and no regions"
     } else {
         return;
     };
@@ -163,7 +162,7 @@ fn region_ui(ui: &mut Ui, editor: &mut RegionEditor, scene: &mut Scene) {
     });
     row_ui(ui, "Region opacity", |ui| {
         number_ui(ui, "Region opacity", opacity_drag(&mut region.opacity))
-            .on_hover_text("Opacity per unit distance in its middle, 0 to 1");
+            .on_hover_text("Opacity in its middle, 0 to 1");
         super::name_ui(ui, "soft");
         let softness =
             DragValue::new(&mut region.softness).speed(0.005).range(0.0..=1.0).max_decimals(3);

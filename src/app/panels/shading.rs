@@ -76,8 +76,8 @@ pub fn shading_ui(
         ui,
         (
             "Opacity",
-            "Opacities per unit distance by something else than the value, in place of the \
-             transfer function's",
+            "Look opacities up by another quantity, such as gradient strength or depth, in place of the \
+             transfer function's curve",
         ),
         opacity,
         (&mut shading.opacity, &mut kept.opacity),
@@ -87,8 +87,8 @@ pub fn shading_ui(
         ui,
         (
             "Modulation",
-            "What the transfer function's opacity is multiplied by: as soft matter fades and faces \
-             stay",
+            "Multiply the transfer function's opacity by a factor of another quantity: by gradient strength, soft \
+             matter fades and boundaries stay",
         ),
         modulation,
         (&mut shading.modulation, &mut kept.modulation),
@@ -98,8 +98,7 @@ pub fn shading_ui(
         ui,
         (
             "Reflection",
-            "The colours of matter by something else than the value, in place of the transfer \
-             function's",
+            "Look colours up by another quantity, such as depth, in place of the transfer function's",
         ),
         reflection,
         (&mut shading.reflection, &mut kept.reflection),
@@ -113,7 +112,10 @@ pub fn shading_ui(
     );
     colours_ui(
         ui,
-        ("Emission", "Light that matter gives off by itself, added to what it reflects"),
+        (
+            "Emission",
+            "Let matter glow: light of its own, by another quantity, added to what it reflects",
+        ),
         emission,
         (&mut shading.emission, &mut kept.emission),
         (
@@ -129,21 +131,20 @@ pub fn shading_ui(
 /// What a preset is called, and what it is for, one line.
 fn preset_words(preset: Option<ShadingPreset>) -> (&'static str, &'static str) {
     match preset {
-        None => ("None", "The transfer function alone: colours shine by themselves"),
-        Some(ShadingPreset::Lights) => ("Lights", "One light over the shoulder, and no tables"),
-        Some(ShadingPreset::Cloud) => (
-            "Cloud",
-            "No lights; thins out where values change abruptly, so that soft matter stays",
-        ),
+        None => ("None", "No lights: the colours are those of the transfer function"),
+        Some(ShadingPreset::Lights) => ("Lights", "One light over the shoulder"),
+        Some(ShadingPreset::Cloud) => {
+            ("Cloud", "No lights; thins out where values change sharply, so that soft matter stays")
+        }
         Some(ShadingPreset::Surface) => (
             "Surface",
-            "Lights, and opacity only where values change: faces without what is between",
+            "Lights, and opacity only where values change: boundaries without what is between them",
         ),
         Some(ShadingPreset::DepthCue) => {
             ("Depth cue", "Lights, and colours that cool and darken with depth")
         }
         Some(ShadingPreset::GradientColour) => {
-            ("Colour by gradient", "Lights, and colours by how abruptly values change")
+            ("Colour by gradient", "Lights, and colours by how sharply values change")
         }
     }
 }
@@ -179,8 +180,8 @@ fn preset_ui(ui: &mut Ui, scene: &mut Scene) {
         let reset = ui.add_enabled(!shading.is_plain(), Button::new("Reset"));
         let reset = reset
             .accessible_name("Reset shading")
-            .on_hover_text("Back to no lights and no tables")
-            .on_disabled_hover_text("There are no lights and no tables");
+            .on_hover_text("Back to the transfer function alone: no lights, and nothing looked up by another quantity")
+            .on_disabled_hover_text("The transfer function is alone already");
         if reset.clicked() {
             *shading = Shading::default();
         }
@@ -193,15 +194,17 @@ fn mode_ui(ui: &mut Ui, scene: &mut Scene, second: Option<&SplatSettings>) {
     if !Shading::is_shown_by(&scene.splat) {
         note_ui(
             ui,
-            "Samples are lit in tiles alone, and this mode is drawn as triangles: its pictures show the \
-             transfer function, without lights and tables",
+            "This mode draws splats as triangles, which cannot be lit: the picture shows the transfer function alone",
         );
         let button = ui.button("Use the exact mode");
         if button.on_hover_text("Interpolate first, then colour and light the slabs").clicked() {
             scene.splat = modes::with_unit_distance_of(SplatSettings::EXACT, &scene.splat);
         }
     } else if !scene.shading.is_plain() && second.is_some_and(|mode| !Shading::is_shown_by(mode)) {
-        note_ui(ui, "The second mode is drawn as triangles: it is shown without lights and tables");
+        note_ui(
+            ui,
+            "The second mode draws splats as triangles, which cannot be lit: it shows the transfer function alone",
+        );
     }
 }
 
@@ -233,17 +236,17 @@ fn index_words(index: Index) -> (&'static str, &'static str, &'static str) {
         Index::Value => ("Value", "The value itself, in the data's units", ", data units"),
         Index::GradientStrength => (
             "Gradient strength",
-            "How abruptly values change, data units per world unit: much at faces, little within",
+            "How sharply values change, data units per world unit: much at boundaries, little within matter",
             " data units per world unit",
         ),
         Index::GradientElevation => (
             "Gradient elevation",
-            "How far faces look up: their angle above the world's x–y plane, degrees",
+            "How far boundaries face upwards: their angle above the world's x–y plane, degrees",
             "°",
         ),
         Index::GradientAzimuth => (
             "Gradient azimuth",
-            "Where faces look about the world's z axis, from x towards y, degrees",
+            "Which way boundaries face about the world's z axis, from x towards y, degrees",
             "°",
         ),
         Index::ViewDepth => (

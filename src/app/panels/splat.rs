@@ -1,8 +1,10 @@
 //! How the volume is splatted.
 
-use eframe::egui::{Button, CollapsingHeader, ComboBox, Label, RichText, Slider, Ui};
+use eframe::egui::{
+    Button, CollapsingHeader, ComboBox, Label, Painter, Rect, RichText, Slider, Ui,
+};
 
-use super::{reset_ui, row_ui, slider_ui};
+use super::{pictures, reset_ui, row_ui, slider_ui};
 use crate::app::modes::{self, PRESETS};
 use crate::app::{theme, words};
 use crate::kernel::{Kernel, Subdivisions};
@@ -25,30 +27,82 @@ pub fn splat_ui(ui: &mut Ui, splat: &mut SplatSettings, voxel: f64) {
     presets_ui(ui, splat);
     let mut chosen = ModeChoice::default();
     let kernel_words = |kernel| (words::kernel(kernel), words::kernel_help(kernel));
-    chosen.kernel = choice_ui(ui, "Kernel", &Kernel::ALL, splat.kernel, kernel_words);
+    let help =
+        "How far the value of one sample reaches, and how strongly: its neighbours' are faint";
+    chosen.kernel = pictured_ui(
+        ui,
+        ("Kernel", help),
+        &Kernel::ALL,
+        splat.kernel,
+        (kernel_words, pictures::kernel),
+    );
     if splat.kernel == Kernel::Gouraud {
         mesh_ui(ui, splat.gouraud, &mut chosen);
     }
     let now = *splat;
-    chosen.reconstruction = choice_ui(
+    let help = "What the samples, the dots, are blended to: along the filled curve; the other choice is faint";
+    chosen.reconstruction = pictured_ui(
         ui,
-        "Reconstruction",
+        ("Reconstruction", help),
         Reconstruction::ALL,
         now.reconstruction,
-        words::reconstruction,
+        (words::reconstruction, pictures::reconstruction),
     );
-    chosen.classify = choice_ui(ui, "Classify", Classify::ALL, now.classify, words::classify);
-    chosen.visibility =
-        choice_ui(ui, "Visibility", Visibility::ALL, now.visibility, words::visibility);
+    let help = "When values become opacities. The green values pass through a thin layer that has opacity: what \
+                is drawn of it is filled, what there truly is is faint";
+    chosen.classify = pictured_ui(
+        ui,
+        ("Classify", help),
+        Classify::ALL,
+        now.classify,
+        (words::classify, pictures::classify),
+    );
+    let help = "What is added up before it is laid over what lies behind it, seen from the side: the eye looks \
+                at a turned lattice of samples";
+    chosen.visibility = pictured_ui(
+        ui,
+        ("Visibility", help),
+        Visibility::ALL,
+        now.visibility,
+        (words::visibility, pictures::visibility),
+    );
     layers_ui(ui, splat, &mut chosen);
-    row_ui(ui, "Extent", |ui| extent_ui(ui, splat, &mut chosen));
-    row_ui(ui, "Unit distance", |ui| unit_distance_ui(ui, splat, voxel));
+    let wide = |painter: &Painter, rect| pictures::extent(painter, rect, now.kernel, now.extent);
+    let help = "How far a kernel reaches, in voxels; at its natural width it is faint";
+    pictures::explained_row_ui(ui, "Extent", (help, wide), |ui| {
+        extent_ui(ui, splat, &mut chosen);
+    });
+    let help = "The length of matter that is as opaque as the curve says: twice the length hides more, by this curve";
+    pictures::explained_row_ui(ui, "Unit distance", (help, pictures::unit_distance), |ui| {
+        unit_distance_ui(ui, splat, voxel);
+    });
     let title = RichText::new("Advanced").size(12.5).color(theme::TEXT_FAINT);
     CollapsingHeader::new(title).default_open(false).show_unindented(ui, |ui| {
-        chosen.opacity_model =
-            choice_ui(ui, "Opacity", OpacityModel::ALL, now.opacity_model, words::opacity_model);
-        chosen.order = choice_ui(ui, "Order", Order::ALL, now.order, words::order);
-        chosen.backend = choice_ui(ui, "Back end", Backend::ALL, now.backend, words::backend);
+        let help = "How opaque samples are together where they overlap: here three of opacity 0.6; the other choice \
+                    is faint";
+        chosen.opacity_model = pictured_ui(
+            ui,
+            ("Opacity", help),
+            OpacityModel::ALL,
+            now.opacity_model,
+            (words::opacity_model, pictures::opacity_model),
+        );
+        let help = "What is drawn first, as seen from the side: what opaque matter hides need not be drawn";
+        chosen.order = pictured_ui(
+            ui,
+            ("Order", help),
+            Order::ALL,
+            now.order,
+            (words::order, pictures::order),
+        );
+        let help = "How splats come onto the screen: as triangles, or in tiles of pixels";
+        chosen.backend = pictured_ui(
+            ui,
+            ("Back end", help),
+            Backend::ALL,
+            now.backend,
+            (words::backend, pictures::backend),
+        );
         let [text, why] = back_end_words(&now);
         let text = RichText::new(text).size(12.0).color(theme::TEXT_FAINT);
         row_ui(ui, "", |ui| ui.add(Label::new(text).truncate()).on_hover_text(why));
@@ -80,8 +134,7 @@ fn cut_ui(ui: &mut Ui, cut: &mut CutSettings) {
         });
     });
     shown.header_response.on_hover_text(
-        "While a finer picture is not there yet, boxes of voxels that differ little are drawn as one \
-         splat each. This says which; the full picture does not depend on it",
+        "While the view moves, boxes of voxels that differ little are drawn as one splat each. This says which; the finished picture does not depend on it",
     );
 }
 
@@ -186,6 +239,34 @@ pub(super) fn choice_ui<T: Copy + PartialEq, W: Into<String>>(
     row_ui(ui, row, |ui| combo_ui(ui, row, ComboBox::from_id_salt(row), all, now, words))
 }
 
+/// The same with a picture of each entry, and one of what was chosen at the row's name, which `help` explains.
+fn pictured_ui<T: Copy + PartialEq, W: Into<String>>(
+    ui: &mut Ui,
+    (row, help): (&str, &str),
+    all: &[T],
+    now: T,
+    (words, paint): (impl Fn(T) -> (W, &'static str), impl Fn(&Painter, Rect, T)),
+) -> Option<T> {
+    let tooltip = |ui: &mut Ui, one: T| {
+        pictures::explained_ui(ui, words(one).1, |painter, rect| paint(painter, rect, one));
+    };
+    let of_now = |painter: &Painter, rect| paint(painter, rect, now);
+    pictures::explained_row_ui(ui, row, (help, of_now), |ui| {
+        let mut chosen = None;
+        let combo = ComboBox::from_id_salt(row).selected_text(words(now).0.into());
+        let shown = combo.show_ui(ui, |ui| {
+            for &one in all {
+                let entry = ui.selectable_label(one == now, words(one).0.into());
+                if entry.on_hover_ui(|ui| tooltip(ui, one)).clicked() {
+                    chosen = Some(one);
+                }
+            }
+        });
+        shown.response.accessible_name(row).on_hover_ui(|ui| tooltip(ui, now));
+        chosen
+    })
+}
+
 /// The same without its row, called `name`.
 pub(super) fn combo_ui<T: Copy + PartialEq, W: Into<String>>(
     ui: &mut Ui,
@@ -274,8 +355,7 @@ fn unit_distance_ui(ui: &mut Ui, splat: &mut SplatSettings, voxel: f64) {
         .logarithmic(true)
         .custom_formatter(|v, _| words::value(v));
     let response = slider_ui(ui, "Unit distance", true, slider).on_hover_text(
-        "The world length over which the opacities of the transfer function hold: longer makes \
-         everything more transparent; by default the smallest voxel spacing",
+        "How thick matter is that has the opacity of the transfer function: longer makes everything more transparent; by default one voxel, the smallest spacing",
     );
     if response.changed() {
         splat.opacity_unit_distance = Some(distance);

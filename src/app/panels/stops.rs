@@ -63,7 +63,7 @@ pub(super) fn bar_ui(
     if let ColourSource::Stops(_) = &transfer.colour {
         handle_stops(ui, &response, editor, transfer, axes);
     } else {
-        response.clone().on_hover_text("To change single colours, press Stops below");
+        response.clone().on_hover_text("To change single colours, press Edit below");
     }
     let painter = ui.painter_at(outer.expand(3.0));
     paint_colours(&painter, axes, transfer);
@@ -171,19 +171,19 @@ pub(super) fn stop_ui(
     editor.selected = editor.selected.min(stops.len().saturating_sub(1));
     let index = editor.selected;
     let Some(&(mut value, Srgb8(mut colour))) = stops.get(index) else { return };
-    row_ui(ui, "Stop", |ui| {
-        let response = number_ui(ui, "Stop value", value_drag(&mut value, statistics))
-            .on_hover_text("The value of the chosen stop, in the data's own units");
+    row_ui(ui, "Colour at", |ui| {
+        let response = number_ui(ui, "Colour point value", value_drag(&mut value, statistics))
+            .on_hover_text("The value that has the chosen colour, in the data's own units");
         if response.changed() {
             move_point(stops, index, value);
         }
         ui.color_edit_button_srgb(&mut colour)
-            .accessible_name("Stop colour")
-            .on_hover_text("The colour at the chosen stop; between stops colours are mixed");
+            .accessible_name("Colour point colour")
+            .on_hover_text("The chosen colour; between two chosen ones colours are mixed");
         stops[index].1 = Srgb8(colour);
         let last = stops.len() - 1;
-        steps_ui(ui, &mut editor.selected, last, "stop");
-        if step_button(ui, "×", "Remove stop", last > 0).clicked() {
+        steps_ui(ui, &mut editor.selected, last, "colour");
+        if step_button(ui, "×", "Remove colour", last > 0).clicked() {
             remove_point(stops, index);
         }
     });

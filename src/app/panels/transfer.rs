@@ -169,7 +169,7 @@ fn preset_ui(
         shown
             .response
             .accessible_name("Preset")
-            .on_hover_text("A transfer function to begin with; each can be changed further");
+            .on_hover_text("Opacities and colours to begin with; each can be changed further");
     });
     let is_chosen = chosen.is_some();
     if let Some(function) = chosen {
@@ -274,7 +274,7 @@ fn point_ui(
         let value_response = number_ui(ui, "Point value", value_drag(&mut value, statistics))
             .on_hover_text("The value at which the selected point lies, in the data's own units");
         let opacity_response = number_ui(ui, "Point opacity", opacity_drag(&mut opacity))
-            .on_hover_text("Opacity per unit distance at the selected point, 0 to 1");
+            .on_hover_text("Opacity at the selected point, 0 to 1: of matter one voxel thick, or as thick as the unit distance under Splats");
         if value_response.changed() || opacity_response.changed() {
             pull_point(transfer, index, value, opacity);
         }
@@ -301,7 +301,7 @@ fn bell_ui(
         number_ui(ui, "Gaussian centre", value_drag(&mut bell.centre, statistics))
             .on_hover_text("The value of its peak, in the data's own units");
         number_ui(ui, "Gaussian height", opacity_drag(&mut bell.height))
-            .on_hover_text("Opacity per unit distance at the peak, 0 to 1");
+            .on_hover_text("Opacity at the peak, 0 to 1");
         steps_ui(ui, chosen, gaussians.len() - 1, "Gaussian");
     });
     let mut removed = false;
@@ -373,8 +373,9 @@ fn view_ui(ui: &mut Ui, view: &mut GraphView) {
             }
         });
         shown.response.accessible_name("Graph").on_hover_text("Which values the graph shows");
-        ui.checkbox(&mut view.log, "Log")
-            .on_hover_text("Show the counts on a logarithmic axis, so that rare values are seen");
+        ui.checkbox(&mut view.log, "Log").on_hover_text(
+            "Show the histogram on a logarithmic axis, so that rare values are seen",
+        );
     });
     row_ui(ui, "Percentiles", |ui| {
         let [low, high] = &mut view.percentiles;
@@ -393,8 +394,7 @@ fn view_ui(ui: &mut Ui, view: &mut GraphView) {
 fn no_data_ui(ui: &mut Ui, no_data: &mut NoData) {
     row_ui(ui, "No data", |ui| {
         number_ui(ui, "Opacity of NaN", opacity_drag(&mut no_data.opacity)).on_hover_text(
-            "Opacity per unit distance where the file holds NaN, 0 to 1. At 0 it is left out; above, each \
-             voxel without data is a box of its own size",
+            "Opacity where the file has no value (NaN), 0 to 1. At 0 nothing is drawn there; above, each such voxel is a box of its own size",
         );
         let colour = &mut no_data.colour.0;
         ui.color_edit_button_srgb(colour)
@@ -410,7 +410,8 @@ fn range_ui(
     statistics: &Statistics,
 ) {
     let mut range = transfer.colour.range();
-    let help = "The values that take the first and the last colour; the opacities stretch along";
+    let help =
+        "The values that take the first and the last colour; the opacities are stretched with them";
     row_ui(ui, "Range", |ui| {
         let [low, high] = &mut range;
         let low = number_ui(ui, "Range low", value_drag(low, statistics)).on_hover_text(help);
@@ -430,9 +431,9 @@ fn stretch_ui(
     gaussians: &mut [Gaussian],
     statistics: &Statistics,
 ) {
-    row_ui(ui, "Stretch to", |ui| {
-        let help = "Stretch colours and opacities over the whole range of the data";
-        if ui.button("Min–max").on_hover_text(help).clicked() {
+    row_ui(ui, "Rescale to", |ui| {
+        let help = "Stretch colours and opacities over all values, from the least to the greatest";
+        if ui.button("Full range").on_hover_text(help).clicked() {
             stretch(transfer, gaussians, presets::range(statistics, RangeRule::MinMax));
         }
         let [low, high] = view.percentile_range(statistics);

@@ -110,7 +110,7 @@ fn opacity_ui(
     let slider = Slider::new(&mut full_from, least..=most).max_decimals(6).clamping(untouched);
     changed |= slider_row(ui, "Full from", &names.of("Full from"), slider, help);
     let slider = Slider::new(&mut opacity, 0.0..=1.0).max_decimals(3).clamping(untouched);
-    let help = "The greatest opacity per unit distance";
+    let help = "The greatest opacity, of matter one unit distance thick";
     changed |= slider_row(ui, "Opacity", &names.of("Vector opacity"), slider, help);
     if changed {
         // A ramp that is dragged past its other end takes it along.
@@ -128,7 +128,7 @@ fn marks_colour_ui(ui: &mut Ui, settings: &mut VectorSettings) {
         let mut colour = settings.marks.unwrap_or(Srgb8::WHITE);
         ui.add_enabled_ui(!mapped, |ui| {
             ui.color_edit_button_srgb(&mut colour.0)
-                .on_hover_text("The constant colour that BLEND dissolves the splat's own into");
+                .on_hover_text("The one colour that marks have, blended into that of their splats");
         });
         ui.checkbox(&mut mapped, "Mapped")
             .on_hover_text("Marks in the colours of the map, in grey matter");
@@ -145,7 +145,7 @@ fn shape_ui(ui: &mut Ui, names: Names, settings: &mut VectorSettings) {
         row_ui(ui, "Splat radius", |ui| {
             let mut radius = settings.radius();
             let slider = Slider::new(&mut radius, EXTENT).max_decimals(2);
-            let help = "In steps of the vectors' grid; 1.6 hides the single splats";
+            let help = "In steps of the vectors' grid; at 1.6 single splats are no longer seen";
             if slider_ui(ui, &names.of("Splat radius"), true, slider).on_hover_text(help).changed()
             {
                 settings.extent = Some(radius);
@@ -162,8 +162,9 @@ fn shape_ui(ui: &mut Ui, names: Names, settings: &mut VectorSettings) {
         choice_ui(ui, names, "Seen askew", Foreshortening::ALL, way, way_words);
         row_ui(ui, "Seed", |ui| {
             let drag = eframe::egui::DragValue::new(&mut settings.seed);
-            super::number_ui(ui, &names.of("Seed"), drag)
-                .on_hover_text("Of the splats' own phases, which keep them from moving in step");
+            super::number_ui(ui, &names.of("Seed"), drag).on_hover_text(
+                "Another number shuffles the marks, so that they do not move in step",
+            );
         });
     });
 }

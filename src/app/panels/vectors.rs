@@ -60,12 +60,11 @@ pub fn vectors_ui(
         }
     });
     if has_no_room && !is_alone {
-        let text = "Not drawn: this mode is of triangles alone, which have no room for vectors. Hide the \
-                    scalar field, or choose another mode under Splats";
+        let text = "Not drawn: this mode has no room for vectors beside the scalar field. Hide the field, or choose the exact mode under Splats";
         ui.label(RichText::new(text).size(12.0).color(theme::NOTE));
     }
     if projects && !is_alone {
-        let text = "Beside vectors, values are not projected, and what is cut away is drawn";
+        let text = "Beside vectors Rendering is Volume, and nothing is cut away";
         ui.label(RichText::new(text).size(12.0).color(theme::NOTE));
     } else if cuts && is_alone {
         let text = "Vectors alone are drawn whole: nothing of them is cut away";

@@ -1,0 +1,523 @@
+//! What a picture took, how near it is to the exact one and what comes next: at a glance, and in sentences.
+
+use super::chart::number_words;
+use super::status::Shown;
+use crate::accuracy::psnr_from_rmse;
+use crate::app::measuring::Measured;
+use crate::app::{modes, words};
+use crate::scene::{Classify, Reconstruction, SplatSettings};
+use crate::task::engine::{EngineState, FrameReport, KernelCounts};
+use crate::task::estimate::Checked;
+use crate::task::level::{LevelOfDetail, SlabField};
+
+/// What the numbers of dB in the sentences mean.
+pub(super) const DECIBELS: &str = "dB says how near a picture is to the exact one, the limit of ever thinner slabs: the \
+                                   peak signal-to-noise ratio of all its colours. 6 dB more are half the difference; \
+                                   at 54 dB it is half a step of a display";
+
+/// How the engine stands, the time, and what that bought, on one line: `Finished · 0.2 s · exact mode`.
+/// `rate`: pictures a second of a moving view, where that is known.
+pub(super) fn glance(
+    shown: Option<&Shown>,
+    state: &EngineState,
+    is_moving: bool,
+    rate: Option<f64>,
+) -> String {
+    let mut parts = vec![state_words(shown, state, is_moving).to_owned()];
+    if let Some(shown) = shown.filter(|_| !matches!(state, EngineState::Failed(_))) {
+        let rate = rate.filter(|_| is_moving).map(rate_words);
+        parts.push(rate.unwrap_or_else(|| took_words(shown.report.frame_ms)));
+        parts.extend(near_words(shown));
+    }
+    parts.join(" · ")
+}
+
+fn state_words(shown: Option<&Shown>, state: &EngineState, is_moving: bool) -> &'static str {
+    let report = shown.map(|shown| &shown.report);
+    match (state, report) {
+        (EngineState::Starting, _) => "Starting",
+        (EngineState::Failed(_), _) => "Cannot draw",
+        (EngineState::Idle, None) => "Nothing drawn yet",
+        (EngineState::Drawing(_), None) => "Drawing",
+        _ if is_moving => "Moving",
+        (_, Some(report)) if report.progress < 1.0 => match report.level {
+            LevelOfDetail::Full { .. } | LevelOfDetail::Refined(_) => "Refining",
+            _ => "Drawing",
+        },
+        // Beside a finished picture another may be drawn, for comparison; but this one is to be refined.
+        (EngineState::Drawing(_), Some(report))
+            if report.refined.is_some_and(|refined| refined.left_ms > 0.0) =>
+        {
+            "Drawing"
+        }
+        _ => "Finished",
+    }
+}
+
+/// Pictures a second: `30/s`, `4.2/s`.
+fn rate_words(rate: f64) -> String {
+    if rate < 9.95 { format!("{rate:.1}/s") } else { format!("{rate:.0}/s") }
+}
+
+/// A time at a glance: `12 ms`, `0.2 s`, `64 s`.
+fn took_words(ms: f64) -> String {
+    match ms {
+        ms if ms < 95.0 => format!("{:.0} ms", ms.max(1.0)),
+        ms if ms < 9950.0 => format!("{:.1} s", ms / 1000.0),
+        ms => format!("{:.0} s", ms / 1000.0),
+    }
+}
+
+/// How near a picture is to the exact one, in two or three words; nothing where that is not known.
+fn near_words(Shown { report, mode, measured }: &Shown) -> Option<String> {
+    if let Some(rmse) = report.estimated_rmse {
+        return Some(words::about_decibels(psnr_from_rmse(rmse), true));
+    }
+    match (report.level, measured) {
+        (LevelOfDetail::Refined(convergence), _) if convergence.is_reached() => {
+            Some("converged".to_owned())
+        }
+        (LevelOfDetail::Full { .. } | LevelOfDetail::Refined(_), Some(measured)) => {
+            let db = measured.point.db;
+            Some(match measured.is_of_this_view {
+                true => words::decibels(db),
+                false => words::about_decibels(db, false),
+            })
+        }
+        (LevelOfDetail::Full { .. } | LevelOfDetail::Refined(_), None) => {
+            let name = if modes::is_exact(mode) { "exact mode" } else { "approximate mode" };
+            Some(name.to_owned())
+        }
+        _ => None,
+    }
+}
+
+/// All there is to say of a picture: what about, and a sentence. `key` refines the view.
+pub(super) fn sentences(shown: &Shown, key: &str) -> Vec<(&'static str, String)> {
+    let report = &shown.report;
+    let mut all = vec![("Picture", picture_words(report)), ("Accuracy", error_words(shown))];
+    if let Some(checked) = report.checked {
+        all.push(("Preview", checked_words(&checked)));
+    }
+    if let Some(next) = next_words(shown) {
+        all.push(("Next", next));
+    }
+    if let Some(left) = left_words(report, key) {
+        all.push(("Refining", left));
+    }
+    all.push(("Drawn", counts_words(report)));
+    all
+}
+
+/// What the picture is and what it took.
+fn picture_words(report: &FrameReport) -> String {
+    let what = match report.level {
+        LevelOfDetail::Octree { max_error } => format!(
+            "A quick picture: boxes of voxels that differ little are drawn as one splat each (error up \
+             to {max_error:.3})"
+        ),
+        LevelOfDetail::Reduced { field, size: [width, height], .. } => {
+            let kernels = match field {
+                SlabField::Own => "",
+                SlabField::Preview => ", with linear kernels",
+            };
+            format!("A quick picture of {width} × {height} pixels{kernels}")
+        }
+        LevelOfDetail::Subsampled { .. } | LevelOfDetail::Cheaper(_) => {
+            format!("A quick picture: {}", words::level_in_full(&report.level))
+        }
+        LevelOfDetail::FullInPart => "A part of the full picture; the rest follows".to_owned(),
+        LevelOfDetail::Full { .. } => match words::level_in_full(&report.level).split_once(", ") {
+            Some((_, details)) => format!("The full picture, {details}"),
+            None => "The full picture: every voxel that shows, in every pixel".to_owned(),
+        },
+        LevelOfDetail::Refined(convergence) => {
+            format!("The full picture, refined to {}", slabs_words(convergence.slabs_per_voxel))
+        }
+    };
+    format!("{what}. It took {}", time_words(report))
+}
+
+fn slabs_words(per_voxel: f64) -> String {
+    let plural = if per_voxel == 1.0 { "" } else { "s" };
+    format!("{} slab{plural} a voxel", words::value(per_voxel))
+}
+
+/// What the picture took, and of how much where it was fitted to a time: `18 of 20 ms`.
+fn time_words(report: &FrameReport) -> String {
+    let spent = words::milliseconds(report.frame_ms);
+    match report.budget_ms.map(budget_words) {
+        Some(budget) => match spent.strip_suffix(" ms") {
+            Some(number) if budget.ends_with(" ms") => format!("{number} of {budget}"),
+            _ => format!("{spent} of {budget}"),
+        },
+        None => spent,
+    }
+}
+
+/// A time that somebody chose: `20 ms`, `5 s`.
+fn budget_words(ms: f64) -> String {
+    if ms < 1000.0 {
+        return format!("{} ms", words::value((ms * 10.0).round() / 10.0));
+    }
+    format!("{} s", words::value((ms / 100.0).round() / 10.0))
+}
+
+/// What a preview was thought to be off by, and was.
+fn checked_words(checked: &Checked) -> String {
+    let [estimated, measured] =
+        [checked.estimated_rmse, checked.measured_rmse].map(|r| words::decibels(psnr_from_rmse(r)));
+    format!(
+        "The quick picture shown before was estimated at {estimated}; against the full picture it had {measured}"
+    )
+}
+
+/// What comes after a coarse picture, and how that is known; nothing where it is not.
+fn next_words(shown: &Shown) -> Option<String> {
+    let next = shown.report.next?;
+    let time = soon_words(next.ms);
+    Some(match (next.rmse, next.is_full, &shown.measured) {
+        (Some(rmse), ..) => format!(
+            "Once the view rests, a picture of {} follows in {time}: judged by this one and by what such \
+             pictures took before",
+            words::about_decibels(psnr_from_rmse(rmse), true)
+        ),
+        (None, true, Some(measured)) => format!(
+            "Once the view rests, the full picture follows in {time}, {}",
+            words::about_decibels(measured.point.db, true)
+        ),
+        (None, true, None) => format!(
+            "Once the view rests, the full picture follows in {time}: as long as the last one in this mode"
+        ),
+        (None, false, _) => {
+            format!(
+                "Once the view rests, a finer picture follows in {time}; how near is not known yet"
+            )
+        }
+    })
+}
+
+/// A time that is only thought, in two digits: `84 ms`, `0.8 s`.
+fn soon_words(ms: f64) -> String {
+    match ms {
+        ms if ms < 100.0 => format!("{:.0} ms", ms.max(1.0)),
+        ms if ms < 945.0 => format!("{:.0} ms", (ms / 10.0).round() * 10.0),
+        ms => words::roughly(ms),
+    }
+}
+
+/// How far the picture is from the exact one, and how that is known.
+fn error_words(shown: &Shown) -> String {
+    let Shown { report, mode, measured } = shown;
+    if let Some(rmse) = report.estimated_rmse {
+        let db = words::about_decibels(psnr_from_rmse(rmse), true);
+        return format!("{}, estimated; checked once the full picture is there", capital(&db));
+    }
+    let doubled = report.refined.filter(|refined| refined.convergence.last_difference.is_some());
+    if !report.level.is_full() && doubled.is_none() {
+        return "Not estimated: this picture is on the way to the full one".to_owned();
+    }
+    let level = level_words(mode, measured.as_ref(), report);
+    let Some(refined) = doubled else { return level };
+    let change = refined.convergence.last_difference.map_or_else(String::new, change_words);
+    let slabs = slabs_words(refined.convergence.slabs_per_voxel);
+    let reached = match refined.convergence.is_reached() {
+        true => "so it counts as converged: less than 1/512, half a step of a display",
+        false => "1 being white",
+    };
+    format!(
+        "With {slabs} no pixel differs by more than {change} from the picture with half as many, {reached}. {level}"
+    )
+}
+
+/// What a finished picture of a mode is worth.
+fn level_words(mode: &SplatSettings, measured: Option<&Measured>, report: &FrameReport) -> String {
+    if let Some(Measured { point, is_of_this_view }) = measured {
+        let numbers = number_words(point);
+        if !is_of_this_view {
+            let db = capital(&words::about_decibels(point.db, false));
+            return format!("{db}: measured in another view of this volume ({numbers})");
+        }
+        let took = words::milliseconds(report.frame_ms);
+        return format!(
+            "{}, measured against the exact picture of this view ({numbers}). That time is of a picture \
+             drawn in one go; this one took {took} in short pieces, so that the window never waits",
+            words::decibels(point.db)
+        );
+    }
+    if let Some(effect) = report.effects.first().map(|effect| effect.name()) {
+        return format!(
+            "Not measured with {effect}: what a mode is usually off by is known of plain pictures. The accuracy \
+             panel (key A) measures it"
+        );
+    }
+    if modes::is_exact(mode) {
+        // Measured at one slab a voxel on aneurism (42 at 3000 pixels), bonsai (66), LIDC2, a made
+        // head and Marschner-Lobb 64³; two slabs of aneurism have 61, four 83.
+        return "Usually 40 to 66 dB in the exact mode: fine detail may have less, smooth matter far more. The \
+                accuracy panel (key A) measures it"
+            .to_owned();
+    }
+    let (low, high) = typical_db(mode);
+    format!("Usually {low} to {high} dB in this mode. The accuracy panel (key A) measures it")
+}
+
+/// With a capital letter at the beginning.
+fn capital(words: &str) -> String {
+    let mut letters = words.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+}
+
+/// A greatest difference, rounded up to one digit: `0.0008`.
+fn change_words(difference: f64) -> String {
+    if difference <= 0.0 {
+        return "0".to_owned();
+    }
+    let digit = 10.0_f64.powf(difference.log10().floor());
+    // A little more, so that 0.3 / 0.1 is no more than 3.
+    words::value((difference / digit - 1e-9).ceil() * digit)
+}
+
+/// What is left to be done to converge, if anything is.
+fn left_words(report: &FrameReport, key: &str) -> Option<String> {
+    let left_ms = report.refined.map(|refined| refined.left_ms).filter(|ms| *ms > 0.0)?;
+    let time = words::roughly(left_ms);
+    Some(if report.progress < 1.0 {
+        format!(
+            "Slabs are doubled until nothing changes any more, for about {time}; any movement stops it"
+        )
+    } else {
+        format!(
+            "Doubling the slabs until nothing changes would take about {time}, more than the 3 s that the \
+             window allows itself: press {key} to do it for this view"
+        )
+    })
+}
+
+/// How far full pictures of a mode are from the exact one, dB: the least and the greatest over two
+/// analytic fields at one and two planes a voxel (docs/reproductions.md), three scans, a made head and
+/// Marschner-Lobb 64³ at one.
+fn typical_db(mode: &SplatSettings) -> (u32, u32) {
+    match (mode.classify, mode.reconstruction) {
+        (Classify::Before, _) => (26, 44),
+        (Classify::After, Reconstruction::Smooth) => (25, 71),
+        (Classify::After, Reconstruction::Interpolating) => (29, 71),
+        (Classify::PreIntegrated, Reconstruction::Smooth) => (25, 71),
+        (Classify::PreIntegrated, Reconstruction::Interpolating) => (29, 80),
+    }
+}
+
+/// Kernels drawn of active of total, and by what.
+fn counts_words(report: &FrameReport) -> String {
+    let by = words::backend(report.backend).0.to_lowercase();
+    match report.vector_splats {
+        Some(0) => return format!("The vectors alone, as {by}, and nothing of the scalar field"),
+        Some(splats) => {
+            return format!(
+                "{} splats, each a vector or the mean of several, as {by}; nothing of the scalar field",
+                words::count(splats)
+            );
+        }
+        None => {}
+    }
+    let total = words::count(report.kernels_total);
+    match report.kernels {
+        Some(KernelCounts { drawn, active }) => {
+            let [drawn, active] = [drawn, active].map(words::count);
+            format!(
+                "{drawn} splats, as {by}. Of {total} voxels {active} have opacity: so many does the full \
+                 picture draw"
+            )
+        }
+        None if total == "1" => format!("Its one voxel, as {by}"),
+        None => format!("All of the {total} voxels that have opacity, as {by}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::app::measuring::ChartPoint;
+    use crate::task::engine::{Next, Refined};
+    use crate::task::still::Convergence;
+
+    const COARSE: LevelOfDetail = LevelOfDetail::Octree { max_error: 0.01 };
+
+    fn shown(level: LevelOfDetail, mode: SplatSettings) -> Shown {
+        let backend = crate::scene::Backend::Raster;
+        let report = FrameReport {
+            kernels: Some(KernelCounts { drawn: 1234, active: 56_789 }),
+            progress: if matches!(level, COARSE) { 0.1 } else { 1.0 },
+            ..FrameReport::last(level, 16_777_216, backend, 28.4)
+        };
+        Shown { report, mode, measured: None }
+    }
+
+    fn measured(name: &str, db: f64, settings: SplatSettings) -> Measured {
+        let point = ChartPoint {
+            name: name.into(),
+            ms: 5.0,
+            db,
+            ci: 0.2,
+            settings: Some(settings),
+            on_front: true,
+            failed: None,
+        };
+        Measured { point, is_of_this_view: true }
+    }
+
+    /// What the line says of a picture at rest.
+    fn at_rest(shown: &Shown) -> String {
+        glance(Some(shown), &EngineState::Idle, false, None)
+    }
+
+    #[test]
+    fn the_sentences_state_drawn_active_and_total_voxels() {
+        let shown = shown(COARSE, SplatSettings::EXACT);
+        let words = counts_words(&shown.report).replace('\u{a0}', " ");
+        assert!(
+            words.starts_with("1 234 splats, as triangles. Of 16 777 216 voxels 56 789 have"),
+            "{words}"
+        );
+        // Of vectors alone no voxel is drawn.
+        let alone = FrameReport { vector_splats: Some(1728), kernels: None, ..shown.report };
+        let words = counts_words(&alone).replace('\u{a0}', " ");
+        assert!(
+            words.starts_with("1 728 splats, each a vector") && !words.contains("voxel"),
+            "{words}"
+        );
+    }
+
+    #[test]
+    fn every_picture_says_how_far_it_is_from_exact() {
+        let coarse = shown(COARSE, SplatSettings::EXACT);
+        let report = FrameReport { estimated_rmse: Some(0.0282), ..coarse.report.clone() };
+        let estimated = Shown { report, ..coarse };
+        assert!(error_words(&estimated).starts_with("About 31 dB, estimated"));
+        assert_eq!(at_rest(&estimated), "Drawing · 28 ms · about 31 dB");
+        let exact = shown(LevelOfDetail::FULL, SplatSettings::EXACT);
+        assert!(error_words(&exact).starts_with("Usually 40 to 66 dB in the exact mode"));
+        assert_eq!(at_rest(&exact), "Finished · 28 ms · exact mode");
+        let classic = shown(LevelOfDetail::FULL, SplatSettings::SHADE_FIRST);
+        assert!(error_words(&classic).starts_with("Usually 26 to 44 dB in this mode"));
+        assert_eq!(at_rest(&classic), "Finished · 28 ms · approximate mode");
+        let found = measured("classic", 31.94, SplatSettings::SHADE_FIRST);
+        let here = Shown { measured: Some(found.clone()), ..classic.clone() };
+        assert!(error_words(&here).starts_with("31.9 dB, measured against the exact picture"));
+        assert!(error_words(&here).contains("one go; this one took 28 ms in short pieces"));
+        assert_eq!(at_rest(&here), "Finished · 28 ms · 31.9 dB");
+        let found = Measured { is_of_this_view: false, ..found };
+        let elsewhere = Shown { measured: Some(found), ..classic };
+        assert!(error_words(&elsewhere).starts_with("About 31.9 dB: measured in another view"));
+        assert_eq!(at_rest(&elsewhere), "Finished · 28 ms · about 31.9 dB");
+        let partial = shown(LevelOfDetail::FullInPart, SplatSettings::EXACT);
+        assert!(error_words(&partial).starts_with("Not estimated"));
+    }
+
+    #[test]
+    fn a_converged_picture_says_what_it_still_changes_and_a_full_one_what_that_would_take() {
+        let with = |last_difference: Option<f64>, left_ms, progress| {
+            let convergence = Convergence { slabs_per_voxel: 8.0, last_difference };
+            let level = last_difference.map(|_| LevelOfDetail::Refined(convergence));
+            let mut shown = shown(level.unwrap_or(LevelOfDetail::FULL), SplatSettings::EXACT);
+            shown.report.refined = Some(Refined { convergence, left_ms });
+            shown.report.progress = progress;
+            shown
+        };
+        let converged = with(Some(0.00079), 0.0, 1.0);
+        let words = error_words(&converged);
+        assert!(
+            words.contains("With 8 slabs a voxel no pixel differs by more than 0.0008"),
+            "{words}"
+        );
+        assert!(words.contains("it counts as converged"), "{words}");
+        assert_eq!(left_words(&converged.report, "R"), None);
+        assert_eq!(at_rest(&converged), "Finished · 28 ms · converged");
+        let full = with(None, 12_300.0, 1.0);
+        assert!(error_words(&full).starts_with("Usually 40 to 66 dB"));
+        let left = left_words(&full.report, "R").unwrap();
+        assert!(left.contains("would take about 12 s") && left.contains("press R"), "{left}");
+        let on_the_way = with(Some(0.3), 800.0, 0.7);
+        let words = error_words(&on_the_way);
+        assert!(words.contains("more than 0.3 from") && !words.contains("converged"), "{words}");
+        assert_eq!(at_rest(&on_the_way), "Refining · 28 ms · exact mode");
+        let left = left_words(&on_the_way.report, "R").unwrap();
+        assert!(left.contains("about 0.8 s; any movement stops it"), "{left}");
+        assert_eq!(change_words(0.0), "0");
+        assert_eq!(change_words(0.00951), "0.01");
+    }
+
+    #[test]
+    fn a_coarse_picture_says_what_it_was_given_and_what_comes_next_as_far_as_that_is_known() {
+        let coarse = shown(COARSE, SplatSettings::EXACT);
+        let with = |frame_ms, budget_ms, next| {
+            let report = FrameReport { frame_ms, budget_ms, next, ..coarse.report.clone() };
+            Shown { report, ..coarse.clone() }
+        };
+        let next = |is_full, ms, rmse| Some(Next { is_full, ms, rmse });
+        let follows = |shown: &Shown, what: &str| {
+            let words = next_words(shown).unwrap();
+            assert!(words.contains(what), "{words}");
+        };
+        let known = with(18.3, Some(20.0), next(false, 84.2, Some(0.0079)));
+        assert_eq!(time_words(&known.report), "18 of 20 ms");
+        follows(&known, "a picture of about 42 dB follows in 84 ms");
+        let long = with(1234.0, Some(5000.0), next(true, 823.0, None));
+        assert_eq!(time_words(&long.report), "1.2 s of 5 s");
+        follows(&long, "the full picture follows in 820 ms: as long as the last one");
+        assert_eq!(time_words(&with(812.0, Some(5000.0), None).report), "812 ms of 5 s");
+        assert_eq!(next_words(&with(3.2, Some(1.0), None)), None, "nothing is made up");
+        let unknown = with(3.2, Some(7.5), next(false, 5000.0, None));
+        assert_eq!(time_words(&unknown.report), "3.2 of 7.5 ms");
+        follows(&unknown, "a finer picture follows in 5 s; how near is not known yet");
+        let found = Some(measured("exact", 51.94, SplatSettings::EXACT));
+        follows(
+            &Shown { measured: found, ..long },
+            "the full picture follows in 820 ms, about 52 dB",
+        );
+        assert_eq!(time_words(&shown(LevelOfDetail::FULL, SplatSettings::EXACT).report), "28 ms");
+    }
+
+    #[test]
+    fn a_coarse_picture_of_a_moving_view_is_not_called_the_last() {
+        use EngineState::{Drawing, Failed, Idle, Starting};
+        let coarse = shown(COARSE, SplatSettings::EXACT);
+        let full = shown(LevelOfDetail::FULL, SplatSettings::EXACT);
+        let line = |shown: &Shown, state: &EngineState, is_moving, rate| {
+            glance(Some(shown), state, is_moving, rate)
+        };
+        for state in [Idle, Drawing(0.5)] {
+            assert_eq!(line(&coarse, &state, true, Some(29.7)), "Moving · 30/s");
+            assert_eq!(line(&coarse, &state, true, Some(4.21)), "Moving · 4.2/s");
+            assert_eq!(line(&coarse, &state, true, None), "Moving · 28 ms", "too few to count");
+            assert_eq!(line(&coarse, &state, false, Some(30.0)), "Drawing · 28 ms", "at rest");
+            assert_eq!(line(&full, &state, false, None), "Finished · 28 ms · exact mode");
+        }
+        for is_moving in [false, true] {
+            assert!(line(&coarse, &Starting, is_moving, None).starts_with("Starting"));
+            assert_eq!(line(&coarse, &Failed("lost".into()), is_moving, None), "Cannot draw");
+        }
+        assert_eq!(glance(None, &Idle, false, None), "Nothing drawn yet");
+        assert_eq!([412.0, 12_300.0, 0.2].map(took_words), ["0.4 s", "12 s", "1 ms"]);
+    }
+
+    #[test]
+    fn every_sentence_can_be_read_without_the_line() {
+        let mut full = shown(LevelOfDetail::FULL, SplatSettings::EXACT);
+        full.report.checked = Some(Checked { estimated_rmse: 0.0282, measured_rmse: 0.0224 });
+        let convergence = Convergence { slabs_per_voxel: 1.0, last_difference: None };
+        full.report.refined = Some(Refined { convergence, left_ms: 12_300.0 });
+        let all = sentences(&full, "R");
+        let abouts: Vec<_> = all.iter().map(|(about, _)| *about).collect();
+        assert_eq!(abouts, ["Picture", "Accuracy", "Preview", "Refining", "Drawn"]);
+        for (_, sentence) in &all {
+            assert!(
+                sentence.starts_with(|c: char| c.is_uppercase() || c.is_ascii_digit()),
+                "{sentence}"
+            );
+            assert!(!sentence.ends_with('.') && sentence.contains(' '), "{sentence}");
+        }
+        let preview = "estimated at 31.0 dB; against the full picture it had 33.0 dB";
+        assert!(all[2].1.ends_with(preview), "{}", all[2].1);
+    }
+}
