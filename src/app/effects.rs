@@ -208,7 +208,7 @@ impl Window {
         self.shading.toggle_lights(&mut scene.shading);
         if scene.shading.lighting.is_some() && !Shading::is_shown_by(&scene.splat) {
             self.notices.hint(
-                "This mode is drawn as triangles, which show no lights: tiles do (see Splats)",
+                "This mode draws splats as triangles, which cannot be lit: choose the exact mode under Splats",
             );
         }
     }

@@ -10,7 +10,8 @@ impl Window {
         let Some(scene) = &self.scene else { return };
         let refined = self.viewport.picture().and_then(|picture| picture.report.refined);
         if scene.splat.visibility != Visibility::Slabs {
-            self.notices.hint("Only slabs can be refined further");
+            self.notices
+                .hint("This mode cannot be refined further: Slabs can (Visibility, under Splats)");
         } else if let Some(hint) = stays_full(self.accuracy.open, self.compare.on) {
             self.notices.hint(hint);
         } else if refined.is_none_or(|refined| !refined.convergence.is_reached()) {

@@ -108,7 +108,8 @@ impl EngineFlags {
 #[derive(Debug, Args)]
 pub struct WindowFlags {
     /// Volumes to open, demo:NAME or demo:NAME:SIZE (2 to 512): the first is shown, the others wait among
-    /// the recent files. STL, PLY and OBJ files are embedded in it, a transfer function is loaded
+    /// the recent files. STL, PLY and OBJ files are shown within it; a transfer function that the window
+    /// saved is loaded
     /// [default: the built-in demo]
     pub files: Vec<PathBuf>,
     /// What draws.
@@ -243,10 +244,10 @@ pub struct SceneFlags {
     /// Named colour map: viridis, cividis, inferno, …
     #[arg(long, value_name = "NAME", value_parser = values::colour_map)]
     pub colormap: Option<ColourMap>,
-    /// Data values of the map's ends, two different ones; the greater first turns the map round
+    /// Data values of the map's ends, two different ones; the greater first reverses the map
     #[arg(long, value_name = "LO,HI", value_parser = values::unequal, allow_hyphen_values = true)]
     pub color_range: Option<[f64; 2]>,
-    /// Opacity of NaN per unit distance, 0 to 1: a box of a voxel's size each [default: 0, left out]
+    /// Opacity where the file has no value (NaN), 0 to 1: a box of a voxel's size each [default: 0, left out]
     #[arg(long, value_name = "A", value_parser = values::share, allow_hyphen_values = true)]
     pub nan_opacity: Option<f64>,
     /// Colour of NaN, which no light falls on [default: a0a0a0]
@@ -423,27 +424,27 @@ impl ModeFlags {
     }
 }
 
-/// What a node's error counts by.
+/// Where an error counts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum CutWeighting {
-    /// The same in every view
+    /// Everywhere alike, in every view
     Uniform,
-    /// What of it shows: less behind opaque matter, more where it is near the eye
+    /// As far as it shows: less behind opaque matter, more near the eye
     View,
 }
 
 /// How octree cuts are fitted.
 #[derive(Debug, Args)]
-#[command(next_help_heading = "Octree cuts")]
+#[command(next_help_heading = "Octree cuts: quick pictures of fewer, larger splats")]
 pub struct CutFlags {
-    /// What a node's error is of: scalar (values), classified (opacity and colour) or optical-depth
-    /// (columns through it) [default: classified]
+    /// Draw boxes of voxels as one splat where these differ little: scalar (values), classified (opacity
+    /// and colour) or optical-depth (matter along lines through the box) [default: classified]
     #[arg(long, value_name = "WHAT", value_parser = values::cut_error)]
     pub cut_error: Option<ErrorMeasure>,
-    /// What a node's error counts by [default: uniform]
+    /// Where such a difference counts [default: uniform]
     #[arg(long, value_enum, value_name = "HOW")]
     pub cut_weighting: Option<CutWeighting>,
-    /// Nodes that share a face differ by at most one level
+    /// Let boxes that share a face differ by at most a factor of two in size
     #[arg(long)]
     pub cut_balanced: bool,
 }

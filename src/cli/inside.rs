@@ -11,7 +11,7 @@ use crate::volume::{Lattice, ScalarVolume};
 
 /// What is cut away.
 #[derive(Debug, Default, Args)]
-#[command(next_help_heading = "Inside")]
+#[command(next_help_heading = "Rendering, surfaces, slices and clipping")]
 pub struct ClipFlags {
     /// Cut away what lies outside a box along the volume's own axes: from sample number X0 (the first is
     /// 0) to X1, and so on; 25% is a share of the volume
@@ -26,7 +26,7 @@ pub struct ClipFlags {
 
 /// What is cut away, and what shows where it is.
 #[derive(Debug, Default, Args)]
-#[command(next_help_heading = "Inside")]
+#[command(next_help_heading = "Rendering, surfaces, slices and clipping")]
 pub struct InsideFlags {
     /// What is cut away.
     #[command(flatten)]
@@ -47,8 +47,8 @@ pub struct InsideFlags {
     #[arg(long, value_name = "V[:A[:RRGGBB]]", value_parser = isosurface,
         allow_hyphen_values = true)]
     pub iso: Vec<Isosurface>,
-    /// What stands for a ray: composite (the light along it), or in its colour the maximum, minimum or
-    /// average of the values it meets [default: composite]
+    /// What is shown along each line of sight: composite (the volume, by its opacities), or the maximum (MIP),
+    /// minimum (MinIP) or average of the values, in its colour [default: composite]
     #[arg(long, value_name = "WHAT", value_parser = values::along_ray)]
     pub projection: Option<AlongRay>,
 }

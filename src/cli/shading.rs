@@ -37,19 +37,19 @@ pub struct ShadingFlags {
     /// How narrowly it is mirrored: the exponent, 0 to 1000 [default: 20, with lights]
     #[arg(long, value_name = "N", value_parser = values::exponent, allow_hyphen_values = true)]
     pub specular_power: Option<f64>,
-    /// Opacities by an index in place of --opacity: value, gradient-strength (data units per world
-    /// unit), gradient-elevation or gradient-azimuth (degrees), view-depth (0 to 1)
+    /// Opacities looked up by another quantity, in place of --opacity: value, gradient-strength (data units
+    /// per world unit), gradient-elevation or gradient-azimuth (degrees), view-depth (0 to 1)
     #[arg(long, value_name = "INDEX:I:A,…", value_parser = amounts, allow_hyphen_values = true,
         conflicts_with = "opacity")]
     pub opacity_by: Option<Amounts>,
-    /// What the extinction is multiplied by, by an index; from 0 to 1
+    /// Multiply the density of matter by a factor from 0 to 1, looked up by one of these quantities
     #[arg(long, value_name = "INDEX:I:A,…", value_parser = amounts, allow_hyphen_values = true)]
     pub modulation: Option<Amounts>,
-    /// Colours by an index in place of --color and --colormap
+    /// Colours looked up by one of these quantities, in place of --color and --colormap
     #[arg(long, value_name = "INDEX:I:RRGGBB,…", value_parser = colours,
         allow_hyphen_values = true, conflicts_with_all = ["color", "colormap", "color_range"])]
     pub reflection: Option<Colours>,
-    /// Light that is there without lights, by an index
+    /// Light that matter gives off by itself, looked up by one of these quantities
     #[arg(long, value_name = "INDEX:I:RRGGBB,…", value_parser = colours,
         allow_hyphen_values = true)]
     pub emission: Option<Colours>,

@@ -53,8 +53,8 @@ pub struct LookFlags {
     /// How vectors towards the eye are shown: table, polygon or coordinates [default: table]
     #[arg(long, value_name = "WAY", value_parser = values::foreshortening)]
     pub vector_foreshortening: Option<Foreshortening>,
-    /// Of the splats' own phases, a whole number from 0 [default: 0]; of accuracy, too, which pixels are
-    /// compared [default: 1]
+    /// Another whole number from 0 shuffles the marks, which do not move in step [default: 0]; of accuracy, it
+    /// says which pixels are compared, too [default: 1]
     #[arg(long, value_name = "N", value_parser = values::count, allow_hyphen_values = true)]
     pub seed: Option<u64>,
 }

@@ -94,5 +94,5 @@ fn modes_that_are_judged_are_shown_as_they_are() {
     bench.harness.key_press(Key::R);
     bench.settle();
     assert_eq!(bench.request_count(), asked);
-    assert!(bench.harness.query_by_label_contains("Only slabs can be refined").is_some());
+    assert!(bench.harness.query_by_label_contains("This mode cannot be refined further").is_some());
 }

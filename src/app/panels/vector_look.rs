@@ -187,19 +187,18 @@ fn mode_words(mode: VectorMode) -> (&'static str, &'static str) {
     match mode {
         VectorMode::Modulate => (
             "Modulate",
-            "Colour and opacity times the marks' intensity: the marks alone are seen (Crawfis–Max)",
+            "The marks alone are seen, in the colour and opacity of their vectors (Crawfis–Max)",
         ),
         VectorMode::Blend => (
             "Blend",
-            "Matter with marks in it: a dissolve from the splat's colour to that of the marks \
-             (Crawfis–Max)",
+            "Vectors are seen as matter, with marks of another colour on it (Crawfis–Max)",
         ),
     }
 }
 
 fn design_words(design: Design) -> (&'static str, &'static str) {
     match design {
-        Design::Streaks => ("Streaks", "Short scratch marks along the flow, as in the paper"),
+        Design::Streaks => ("Streaks", "Short lines along the flow, as Crawfis and Max drew them"),
         Design::Dots => ("Dots", "Round particles: the flow shows once they move"),
         Design::Comets => {
             ("Comets", "Bright heads and fading tails: the sense of the flow shows at rest")
@@ -210,12 +209,13 @@ fn design_words(design: Design) -> (&'static str, &'static str) {
 fn way_words(way: Foreshortening) -> (&'static str, &'static str) {
     match way {
         Foreshortening::Table => {
-            ("Table", "The particles as seen from there, from a table of views")
+            ("Table", "The marks as they look from there, from a table of views")
         }
         Foreshortening::Polygon => ("Shorter splat", "The splat itself is shortened"),
-        Foreshortening::Coordinates => {
-            ("Stretched texture", "The texture is compressed within the same window")
-        }
+        Foreshortening::Coordinates => (
+            "Stretched texture",
+            "The marks alone are shortened, within a splat of the same length",
+        ),
     }
 }
 
