@@ -762,9 +762,12 @@ impl Bench {
     pub(crate) fn open_details(&mut self) {
         if !self.tells("Engine") {
             let is_line = |label: Option<String>| label.is_some_and(|text| text.contains(" · "));
-            let mut buttons = self.harness.get_all_by_role(eframe::egui::accesskit::Role::Button);
-            let line = buttons.find(|node| is_line(node.accesskit_node().label()));
-            line.expect("the line can be clicked").click();
+            let role = eframe::egui::accesskit::Role::Button;
+            self.harness
+                .get_all_by_role(role)
+                .find(|node| is_line(node.accesskit_node().label()))
+                .expect("the line can be clicked")
+                .click();
             self.harness.run_steps(2);
         }
     }
