@@ -266,7 +266,7 @@ impl Drawer {
     pub fn engine_of(&self, plan: &Plan, rung: Rung) -> EngineKind {
         let is_of_octree = match rung {
             Rung::Octree { .. } | Rung::Subsampled { .. } | Rung::Cheaper(_) => {
-                plan.kernels.is_empty()
+                plan.kernels.is_empty() && plan.field().is_some()
             }
             Rung::Coarse { .. } | Rung::Reduced { .. } | Rung::Full => false,
         };
@@ -319,9 +319,9 @@ impl Drawer {
         observer: &mut dyn Observer,
     ) -> Result<Drawn, DrawError> {
         match rung {
-            // Vectors have no octree of kernels: what comes before `full` is smaller.
+            // Vectors and polygons have no octree of kernels: what comes before `full` is smaller.
             Rung::Octree { .. } | Rung::Subsampled { .. } | Rung::Cheaper(_)
-                if !plan.kernels.is_empty() =>
+                if !plan.kernels.is_empty() || plan.field().is_none() =>
             {
                 let reduction = Reduction { field: SlabField::Own, shrink: AT_ONCE_SHRINK };
                 self.reduced(plan, reduction, observer)
@@ -371,8 +371,8 @@ impl Drawer {
             return self.natively(plan, SlabField::Own, observer);
         }
         match plan.way {
-            Way::Nothing => self.nothing(plan),
-            Way::Slabs => self.slabs(plan, SlabField::Own, observer),
+            Way::Nothing if plan.surfaces.is_empty() => self.nothing(plan),
+            Way::Nothing | Way::Slabs => self.slabs(plan, SlabField::Own, observer),
             Way::Gathered => self.gathered(plan, observer),
             Way::Triangles => self.grid(plan, plan.mode.kernel.splatted(), observer),
             Way::Nodes => self.cut(plan, cut_limits(&plan.mode, 0.0), observer),

@@ -144,7 +144,7 @@ impl Drawer {
         observer: &mut dyn Observer,
     ) -> Result<Drawn, DrawError> {
         let (view, enlarged) = (plan.view(), plan.enlarged);
-        let are_alone = plan.is_of_kernels_alone();
+        let has_field = plan.field().is_some();
         self.prepare_field(plan, which, observer)?;
         self.engines.gpu()?.make_polygon_lists(plan, &view)?;
         let constants = PictureConstants {
@@ -165,19 +165,19 @@ impl Drawer {
         };
         let pipelines = self.engines.gpu()?.pipeline_count();
         let rays = f64::from(plan.size[0]) * f64::from(plan.size[1]);
-        if !are_alone {
+        if has_field {
             // What these take is learnt with the others: the next picture is smaller for it.
             #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "rays")]
             let most = (rays * MOST_MORE_RAYS).max(LEAST_MORE_RAYS) as u64;
             self.engines.gpu()?.mark_specks(which, &view, &plan.mode, most);
         }
-        let draw = |renderer: &mut Renderer, tiles: Range<u32>| match are_alone {
-            true => renderer.draw_vector_tiles(&view, tiles),
-            false => renderer.draw_slab_tiles(which, &view, &plan.mode, constants, tiles),
+        let draw = |renderer: &mut Renderer, tiles: Range<u32>| match has_field {
+            false => renderer.draw_tiles_without_field(&view, &plan.mode, tiles),
+            true => renderer.draw_slab_tiles(which, &view, &plan.mode, constants, tiles),
         };
         let (mut drawn, (splats, visits)) =
             self.beside_vectors(plan, &view, which, observer, (first, draw))?;
-        if are_alone {
+        if !has_field {
             drawn.kernels = splats;
         }
         drawn.made_pipelines = self.engines.gpu()?.pipeline_count() != pipelines;
@@ -185,7 +185,7 @@ impl Drawer {
         if !drawn.made_pipelines {
             self.learn_slabs((plan, which), (drawn.wall_ms, drawn.lists_ms), visits);
         }
-        Ok(Drawn { is_shaded: !are_alone, ..drawn })
+        Ok(Drawn { is_shaded: has_field, ..drawn })
     }
 
     /// Learns from a picture in slabs what rays and visits (`vectors::PictureVectors::visits`) cost, from milliseconds in all

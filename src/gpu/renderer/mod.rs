@@ -55,6 +55,8 @@ pub struct Renderer {
     pub(super) scan: wgpu::Buffer,
     pub(super) totals: wgpu::Buffer,
     pub(super) present: wgpu::Buffer,
+    /// Of pictures without a field.
+    pub(super) tiles: wgpu::Buffer,
     pub(super) records: Growing,
     pub(super) uploads: Growing,
     pub(super) counts: Growing,
@@ -67,7 +69,7 @@ pub struct Renderer {
     pub(super) slabs: [SlabPass; 2],
     /// What the slabs being drawn are of, and their mode.
     slab_field: SlabField,
-    slab_settings: SplatSettings,
+    pub(super) slab_settings: SplatSettings,
     /// Their lights and shading tables.
     pub(super) shade: Option<Shade>,
     pub(super) shaded: ShadedSamples,
@@ -114,6 +116,12 @@ impl Renderer {
             traversal: uniform("traversal", size_of::<layout::Traversal>()),
             scan: uniform("scan", size_of::<layout::Scan>()),
             present: uniform("present", size_of::<layout::Present>()),
+            tiles: Growing::make(
+                &context,
+                "tiles without a field",
+                Usage::STORAGE | Usage::COPY_DST,
+                size_of::<layout::VectorTiles>() as u64,
+            ),
             totals: Growing::make(
                 &context,
                 "totals",
