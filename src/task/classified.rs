@@ -10,6 +10,7 @@ use std::time::Duration;
 use super::cells::CutSource;
 use super::draw::{DrawError, Drawer, Observer};
 use super::engines::{Canvas, Engines};
+use super::job::LOOK_EVERY;
 use super::octrees::{self, Octree, Source};
 use crate::core::Ticket;
 use crate::gpu::{GpuError, OctreeBuilder, supports};
@@ -18,8 +19,6 @@ use crate::plan::{Field, Plan};
 use crate::transfer::{Table, TransferFunction};
 use crate::volume::ScalarVolume;
 
-/// How often a wait for the octree looks whether something newer came.
-const LOOK_EVERY: Duration = Duration::from_millis(4);
 /// So many voxels that can show are classified before a quick picture: 3 to 6 ms on two free cores. Of
 /// more, it is drawn from what level 3 knows.
 const WHOLE_AT_ONCE: u64 = 1 << 20;

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use crate::core::Cancelled;
 use crate::core::memory::TooLarge;
+use crate::core::{Cancelled, Pace};
 use crate::gpu::layout::Record;
 use crate::gpu::{GpuError, Renderer, Scattered};
 use crate::hierarchy::{Cut, CutLimits, CutNode, Pyramid};
@@ -556,12 +556,12 @@ impl Drawer {
     ) -> Result<(), DrawError> {
         let total = records.len();
         let mut done = 0;
-        let mut piece = self.costs.splats_within(PIECE_MS).max(256) as usize;
+        let first = u32::try_from(self.costs.splats_within(PIECE_MS)).unwrap_or(u32::MAX);
+        let mut pace = Pace::new(first, 256);
         while done < total {
-            let end = (done + piece).min(total);
+            let end = (done + pace.piece() as usize).min(total);
             let wall_ms = self.engines.gpu()?.draw_records(&records[done..end])?;
-            let rate = (end - done) as f64 / wall_ms.max(0.01);
-            piece = ((rate * PIECE_MS) as usize).clamp(256, piece * 4);
+            pace.learn((end - done) as f64, wall_ms, PIECE_MS);
             done = end;
             if observer.piece_done(&mut self.engines, done as f64 / total as f64) {
                 return Err(DrawError::Interrupted);
