@@ -1,4 +1,4 @@
-//! What every other room speaks: cameras and spaces, colour, sizes, progress and cancellation.
+//! What every other room speaks: cameras and spaces, colour, sizes, progress, the size of pieces, and cancellation.
 //!
 //! Owns plain values and their arithmetic. Refuses input and output, threads, and the GPU.
 //! Every room may import it; it imports none.
@@ -7,10 +7,12 @@ pub mod camera;
 pub mod colour;
 pub mod memory;
 mod names;
+mod pace;
 pub mod panics;
 pub mod progress;
 
 pub use camera::{Camera, Projection};
 pub use colour::{LinearRgb, Srgb8};
 pub(crate) use names::names;
+pub use pace::Pace;
 pub use progress::{Cancelled, Ticket};

@@ -46,11 +46,14 @@ pub struct Wishes {
     pub timestamps: bool,
     /// Who builds octrees; `None`: the host for software adapters, and else the device.
     pub octrees: Option<OctreeBuilder>,
+    /// The most bytes that a pass is bound to in one buffer, where fewer than the adapter allows are to do, as they must
+    /// on lesser ones; `None`: as many as it allows.
+    pub most_binding_bytes: Option<u64>,
 }
 
 impl Default for Wishes {
     fn default() -> Self {
-        Self { float32_blending: true, timestamps: true, octrees: None }
+        Self { float32_blending: true, timestamps: true, octrees: None, most_binding_bytes: None }
     }
 }
 
@@ -73,6 +76,7 @@ pub struct Context {
     /// Who builds octrees here.
     pub octrees: OctreeBuilder,
     lost: Arc<AtomicBool>,
+    loses_in_wait: AtomicBool,
     first_error: Arc<Mutex<Option<GpuError>>>,
 }
 
@@ -101,7 +105,9 @@ impl Context {
         let most = adapter.limits();
         let limits = wgpu::Limits {
             max_buffer_size: most.max_buffer_size,
-            max_storage_buffer_binding_size: most.max_storage_buffer_binding_size,
+            max_storage_buffer_binding_size: most
+                .max_storage_buffer_binding_size
+                .min(wishes.most_binding_bytes.unwrap_or(u64::MAX)),
             max_texture_dimension_2d: most.max_texture_dimension_2d,
             // Vectors and polygons beside a field; without, there are none (`Renderer::set_vectors`,
             // `Renderer::set_polygons`).
@@ -149,6 +155,7 @@ impl Context {
             ends_loops: is_software,
             octrees: wishes.octrees.unwrap_or(builder),
             lost,
+            loses_in_wait: AtomicBool::new(false),
             first_error,
         })
     }
@@ -158,8 +165,12 @@ impl Context {
     /// # Errors
     /// [`GpuError::Lost`] or [`GpuError::Device`].
     pub fn finish(&self) -> Result<(), GpuError> {
-        let wait = || self.device.poll(wgpu::PollType::wait_indefinitely());
         // It panics where the driver says that the device is gone.
+        let wait = || {
+            let loses = self.loses_in_wait.swap(false, Ordering::AcqRel);
+            assert!(!loses, "a test asked for this loss");
+            self.device.poll(wgpu::PollType::wait_indefinitely())
+        };
         let polled = panics::caught(wait);
         self.check()?;
         match polled {
@@ -189,6 +200,12 @@ impl Context {
     pub fn lose(&self) {
         self.device.destroy();
         self.lost.store(true, Ordering::Release);
+    }
+
+    /// Has the next wait panic as `wgpu` does where a driver loses the device meanwhile, for the test of what happens
+    /// then.
+    pub fn lose_in_wait(&self) {
+        self.loses_in_wait.store(true, Ordering::Release);
     }
 }
 

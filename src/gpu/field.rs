@@ -5,9 +5,9 @@ use std::sync::OnceLock;
 use super::GpuError;
 use super::buffers::Growing;
 use super::context::Context;
-use crate::core::Ticket;
-use crate::hierarchy::{EMPTY_BRICK, FieldBounds};
-use crate::kernel::{Coefficients, Kernel, RadialKernel};
+use crate::core::{Cancelled, Ticket};
+use crate::hierarchy::{EMPTY_BRICK, distances, widen};
+use crate::kernel::{BOUND_BRICK, Bounds, Coefficients, Kernel, RadialKernel, Weighs, mirrored};
 use crate::transfer::Cumulative;
 use crate::volume::{ScalarType, ScalarVolume};
 
@@ -15,6 +15,7 @@ use crate::volume::{ScalarType, ScalarVolume};
 pub(super) const FIELD_CHUNKS: usize = 4;
 /// Voxels from a position, along each axis, that its brick's bounds hold for.
 const BOUNDED_REACH: usize = 1;
+const _: () = assert!(EMPTY_BRICK == BOUND_BRICK);
 /// Words packed between two looks at the ticket.
 const UPLOAD_WORDS: usize = 1 << 20;
 
@@ -56,7 +57,7 @@ pub(super) struct DeviceField {
     /// Bricks from which samples without data are in reach, once they are asked for.
     near_holes: OnceLock<Vec<bool>>,
     /// Of positions and steps of up to a voxel from them, less `bias`.
-    bounds: FieldBounds,
+    bounds: Bounds,
     bias: f64,
     size_bytes: u64,
 }
@@ -172,11 +173,12 @@ impl DeviceField {
             }
             chunks.push(buffer);
         }
-        // From floor(4b − ½ − reach) to floor(4b + 3½ + reach), and the kernel's own samples.
-        let side = BOUNDED_REACH + pad;
-        let bounds_of = |values: &[f32]| {
-            FieldBounds::of(values, dims, side, side, ticket).map_err(|_| GpuError::Cancelled)
+        let weighs = match kernel {
+            Kernel::BSpline if extent.is_none() => Weighs::Splines,
+            _ => Weighs::Samples(pad),
         };
+        let bounds_of =
+            |values: &[f32]| bounds(values, dims, weighs, ticket).map_err(|_| GpuError::Cancelled);
         let mut bounds = bounds_of(&values)?;
         if let Some(widths) = &widths {
             let widest = bounds_of(widths)?;
@@ -229,7 +231,8 @@ impl DeviceField {
         // A step of more than a voxel may end as many bricks further on.
         let further = reach.saturating_sub(BOUNDED_REACH).div_ceil(EMPTY_BRICK);
         let near_holes = if table.no_data[3] > 0.0 { self.near_holes() } else { &[] };
-        let mut bytes = self.bounds.distances(|brick, [low, high]| {
+        let mut bytes = distances(self.bounds.dims, |brick| {
+            let [low, high] = self.bounds.ranges[brick];
             let (low, high) = (f64::from(low) + self.bias, f64::from(high) + self.bias);
             let slack = slack + 1e-6 * low.abs().max(high.abs());
             let (low, high) = (low - slack, high + slack);
@@ -238,7 +241,7 @@ impl DeviceField {
                 || levels.iter().any(|level| (low..=high).contains(level))
         });
         let shows = bytes.iter().map(|&distance| distance == 0).collect();
-        FieldBounds::widen(&mut bytes, further);
+        widen(&mut bytes, further);
         bytes.resize(bytes.len().next_multiple_of(4), 0);
         let mut words: Vec<u32> = bytemuck::pod_collect_to_vec(&bytes);
         #[expect(clippy::cast_possible_truncation, reason = "a sixty-fourth of the samples")]
@@ -256,8 +259,7 @@ impl DeviceField {
         self.near_holes.get_or_init(|| {
             let bit = |i: usize| (holes[i / 32] >> (i % 32) & 1) as f32;
             let mask: Vec<f32> = (0..self.dims.iter().product()).map(bit).collect();
-            let reach = BOUNDED_REACH + 1;
-            match FieldBounds::of(&mask, self.dims, reach, reach, &Ticket::new()) {
+            match bounds(&mask, self.dims, Weighs::Samples(1), &Ticket::new()) {
                 Ok(bounds) => bounds.ranges.iter().map(|[_, most]| *most > 0.0).collect(),
                 // Nobody cancels; and nothing would be missed.
                 Err(_) => vec![true; self.bounds.ranges.len()],
@@ -271,15 +273,17 @@ impl DeviceField {
     }
 }
 
-/// The sample that stands at place `at` of a line with `pad` mirrored samples about its `n`.
-fn mirrored(at: usize, pad: usize, n: usize) -> usize {
-    if n == 1 {
-        return 0;
-    }
-    let period = 2 * (n - 1);
-    // Far enough up that the remainder is never taken of a negative number.
-    let i = (at + period * pad.div_ceil(period) - pad) % period;
-    i.min(period - i)
+/// Bounds by brick: b covers the positions 4b − ½ … 4b + 3½ along each axis, in index space, and [`BOUNDED_REACH`] more
+/// about them: from the cell of the first to that of the last.
+fn bounds(
+    values: &[f32],
+    dims: [usize; 3],
+    weighs: Weighs,
+    ticket: &Ticket,
+) -> Result<Bounds, Cancelled> {
+    let bricks = dims.map(|n| n.div_ceil(EMPTY_BRICK));
+    let cells = [1 + BOUNDED_REACH, EMPTY_BRICK - 1 + BOUNDED_REACH];
+    Bounds::of(values, dims, weighs, (bricks, cells), ticket)
 }
 
 /// How coarse 65 536 steps over the coefficients are: in whole numbers of whole-number data; of others
@@ -356,18 +360,4 @@ fn storage(
         false => Format::Floats,
     };
     Ok((format, most_words as usize))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn borders_are_mirrored_about_their_samples() {
-        let line = |n, pad| (0..n + 2 * pad).map(|i| mirrored(i, pad, n)).collect::<Vec<_>>();
-        assert_eq!(line(4, 2), [2, 1, 0, 1, 2, 3, 2, 1]);
-        assert_eq!(line(1, 2), [0; 5]);
-        assert_eq!(line(2, 3), [1, 0, 1, 0, 1, 0, 1, 0]);
-        assert_eq!(line(3, 5)[..6], [1, 0, 1, 2, 1, 0]);
-    }
 }

@@ -1,6 +1,6 @@
 //! What lets a volume's inside be seen, on the device (`shaders/lib/slabs.wgsl`).
 
-use super::layout::{self, MOST_CLIPS};
+use super::layout::{self, MOST_CLIPS, narrow, narrow4};
 use super::shade::CellsOfValues;
 use crate::plan::Plan;
 use crate::scene::{AlongRay, CutFaces, HalfSpace};
@@ -91,23 +91,22 @@ impl Opening {
     }
 
     /// Writes it for a field that was halved `level` times.
-    #[expect(clippy::cast_possible_truncation, reason = "the device has 32 bits")]
     pub(super) fn write(&self, constants: &mut layout::Slabs, level: u32, values: CellsOfValues) {
         let words = |half: &HalfSpace| {
             let HalfSpace { normal, least } = half.halved(level);
-            normal.as_vec3().extend(least as f32).to_array()
+            narrow4(normal, least)
         };
         for (to, half) in constants.clip.iter_mut().zip(&self.clip) {
             *to = words(half);
         }
         for (i, (half, opacity)) in self.slices.iter().enumerate() {
             constants.slices[i] = words(half);
-            constants.opacities[i][1] = *opacity as f32;
+            constants.opacities[i][1] = narrow(*opacity);
         }
         for (i, (value, [r, g, b], opacity)) in self.levels.iter().enumerate() {
             let cell = values.at_zero + values.per_value * value;
-            constants.levels[i] = [*r, *g, *b, cell as f32];
-            constants.opacities[i][0] = *opacity as f32;
+            constants.levels[i] = [*r, *g, *b, narrow(cell)];
+            constants.opacities[i][0] = narrow(*opacity);
         }
     }
 }

@@ -4,6 +4,7 @@
 //! name (size, and the offset of every member), and the constants to theirs.
 
 use bytemuck::{Pod, Zeroable};
+use glam::DVec3;
 
 /// Words (`u32`) of one record; see `shaders/emit_kernels.wgsl`.
 pub const RECORD_WORDS: usize = 7;
@@ -33,6 +34,21 @@ pub const POINT_TIE: f64 = 1.0 / 1024.0;
 pub const NO_DATA: f32 = -3.402e38;
 /// Finite 32-bit samples and infinities stay within ± this.
 pub const MOST_SAMPLE: f32 = 3.3e38;
+
+/// Numbers stay within ± this: their products with samples are finite, too.
+const MOST_NUMBER: f64 = 1e30;
+
+/// A number as the device takes it: in 32 bits, and finite, as shaders may take all numbers to be. What lies beyond
+/// ±1e30 becomes that, and NaN becomes 0.
+#[expect(clippy::cast_possible_truncation, reason = "this is where 64 bits become 32")]
+pub fn narrow(number: f64) -> f32 {
+    if number.is_nan() { 0.0 } else { number.clamp(-MOST_NUMBER, MOST_NUMBER) as f32 }
+}
+
+/// The same of a vector, and a fourth number after it.
+pub fn narrow4(v: DVec3, w: f64) -> [f32; 4] {
+    [v.x, v.y, v.z, w].map(narrow)
+}
 
 /// `Frame` in `shaders/lib/frame.wgsl`.
 #[repr(C)]

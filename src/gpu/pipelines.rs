@@ -82,7 +82,7 @@ impl Pipelines {
     ) -> wgpu::ComputePipeline {
         let bits = constants.iter().map(|(name, value)| (*name, value.to_bits())).collect();
         let made = self.compute.entry((shader.name, shader.options, bits)).or_insert_with(|| {
-            let module = shader.module(&context.device);
+            let module = shader.module(context);
             context.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
                 label: Some(shader.name),
                 layout: None,
@@ -108,7 +108,7 @@ impl Pipelines {
 
     pub(super) fn present(&mut self, context: &Context) -> &wgpu::RenderPipeline {
         self.present.get_or_insert_with(|| {
-            let module = shader::PRESENT.module(&context.device);
+            let module = shader::PRESENT.module(context);
             context.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
                 label: Some(shader::PRESENT.name),
                 layout: None,
@@ -242,7 +242,7 @@ kernel_names!(FOOTPRINT, SHARE, "");
 kernel_names!(MARKS_FOOTPRINT, MARKS_SHARE, "marks_");
 
 fn splat(context: &Context, variant: SplatVariant) -> wgpu::RenderPipeline {
-    let module = shader::SPLAT.module(&context.device);
+    let module = shader::SPLAT.module(context);
     let mut constants = kernel_constants(variant.kernel, variant.perspective);
     constants.push(("one_footprint", flag(variant.one_footprint)));
     constants.push(("published", flag(variant.published)));

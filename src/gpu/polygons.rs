@@ -12,8 +12,7 @@ use super::buffers::Growing;
 use super::clock::Timestamps;
 use super::compute::{bind_group, buffers, render_pass};
 use super::context::Context;
-use super::layout::{self};
-use super::shade::with;
+use super::layout::{self, narrow4};
 use super::shader::{self, Shader};
 use crate::core::Srgb8;
 use crate::plan::Plan;
@@ -73,7 +72,7 @@ fn corners(
                 farthest = farthest.max(place.abs().max_element());
                 let bits = f32::from_bits(u32::from_le_bytes([r, g, b, 0]));
                 found.push(layout::PolygonCorner {
-                    place: with(place, layer.look.opacity),
+                    place: narrow4(place, layer.look.opacity),
                     normal: triangle.normals[i].extend(bits).to_array(),
                 });
             }
@@ -153,15 +152,15 @@ impl DevicePolygons {
         let mut constants: layout::Polygons = bytemuck::Zeroable::zeroed();
         let [right, up, forward] = made.axes;
         let scale = view.pixels_per_unit * self.radius;
-        constants.right = with(right * scale, view.view_centre.x);
-        constants.up = with(up * scale, view.view_centre.y);
-        constants.forward = with(forward * scale, view.view_centre.z);
+        constants.right = narrow4(right * scale, view.view_centre.x);
+        constants.up = narrow4(up * scale, view.view_centre.y);
+        constants.forward = narrow4(forward * scale, view.view_centre.z);
         let [width, height] = view.size.map(f64::from);
         let eye = view.eye_distance.unwrap_or(0.0);
-        constants.picture = with(DVec3::new(width / 2.0, height / 2.0, eye), eye * NEAREST);
+        constants.picture = narrow4(DVec3::new(width / 2.0, height / 2.0, eye), eye * NEAREST);
         let lighting = &made.lighting;
         let Lighting { ambient, diffuse, specular, exponent, .. } = *lighting;
-        constants.material = with(DVec3::new(ambient, diffuse, specular), exponent);
+        constants.material = narrow4(DVec3::new(ambient, diffuse, specular), exponent);
         let pixels = view.size[0] * view.size[1];
         let words = u32::try_from(self.words.buffer.size() / 4).unwrap_or(u32::MAX);
         constants.counts = [view.size[0], pixels, words, 0];
@@ -179,8 +178,8 @@ impl DevicePolygons {
         if made.lighting.uses_lights() {
             let lights = made.lighting.lights.iter().take(layout::MOST_LIGHTS);
             for (i, light) in lights.enumerate() {
-                constants.towards[i] = with(light.towards(&plan.camera), 0.0);
-                constants.colours[i] = with(DVec3::from(light.colour.to_linear().0), 0.0);
+                constants.towards[i] = narrow4(light.towards(&plan.camera), 0.0);
+                constants.colours[i] = narrow4(DVec3::from(light.colour.to_linear().0), 0.0);
                 constants.counts[3] += 1;
             }
         }
@@ -218,7 +217,7 @@ impl DevicePolygons {
 const SAMPLES_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R8Unorm;
 
 fn pipeline(context: &Context, shader: Shader) -> wgpu::RenderPipeline {
-    let module = shader.module(&context.device);
+    let module = shader.module(context);
     context.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
         label: Some(shader.name),
         layout: None,

@@ -3,7 +3,7 @@
 use super::GpuError;
 use super::buffers::Growing;
 use super::context::Context;
-use super::layout::{MOST_SAMPLE, NO_DATA};
+use super::layout::{MOST_SAMPLE, NO_DATA, narrow};
 use super::shade::CellsOfValues;
 use crate::core::Ticket;
 use crate::volume::{Samples, Scalar, ScalarVolume, Statistics};
@@ -22,8 +22,10 @@ pub(super) struct DeviceSamples {
     pub chunk_samples: u32,
     /// Bytes a sample takes on the device: 1, 2 or 4.
     pub width: u32,
-    /// What was taken off each value before it was rounded to 32 bits.
+    /// What was taken off each value before it was rounded to 32 bits,
     pub bias: f64,
+    /// and what the rest was multiplied with.
+    pub unit: f64,
     /// The value of the code 0.
     pub first: f64,
     pub size_bytes: u64,
@@ -35,6 +37,31 @@ fn bias(statistics: &Statistics) -> f64 {
     0.0_f64.clamp(statistics.min, statistics.max)
 }
 
+/// Values that are farther from the bias than 32-bit floats reach, or nearer than these tell apart, are stored in a
+/// unit of their own: a power of two, which rounds nothing.
+fn unit(statistics: &Statistics, bias: f64) -> f64 {
+    let farthest = (statistics.min - bias).abs().max((statistics.max - bias).abs());
+    match farthest {
+        0.0 | 1e-20..=1e20 => 1.0,
+        _ => (-farthest.log2().clamp(-1020.0, 1020.0).round()).exp2(),
+    }
+}
+
+/// Samples in each buffer but the last, of so many of a width in bytes, where a pass is bound to so many bytes in one
+/// buffer: all alike, and as few buffers as will do.
+///
+/// # Errors
+/// The most samples that there is room for.
+fn share(samples: usize, width: usize, binding: u64) -> Result<usize, usize> {
+    // Whole words, and numbers of 32 bits.
+    let most = (binding / width as u64).min(1 << 31) as usize / 4 * 4;
+    if samples > CHUNKS * most || u32::try_from(samples).is_err() {
+        return Err((CHUNKS * most).min(u32::MAX as usize));
+    }
+    let shares = samples.div_ceil(most).max(1);
+    Ok(samples.div_ceil(shares).next_multiple_of(4).max(4))
+}
+
 impl DeviceSamples {
     pub(super) fn upload(
         context: &Context,
@@ -42,6 +69,7 @@ impl DeviceSamples {
         ticket: &Ticket,
     ) -> Result<Self, GpuError> {
         let bias = bias(&volume.statistics);
+        let unit = unit(&volume.statistics, bias);
         match &*volume.samples {
             Samples::UInt8(values) => Self::codes(context, values, ticket, |v| v),
             Samples::Int8(values) => {
@@ -54,8 +82,10 @@ impl DeviceSamples {
                 Ok(Self { first: f64::from(i16::MIN), ..samples })
             }
             wide => with_samples!(wide, values => {
-                let samples = Self::codes(context, values, ticket, |v| to_f32(v.to_f64(), bias))?;
-                Ok(Self { bias, first: bias, ..samples })
+                let samples = Self::codes(context, values, ticket, |v| {
+                    to_f32(v.to_f64(), bias, unit)
+                })?;
+                Ok(Self { bias, unit, first: bias, ..samples })
             }),
         }
     }
@@ -69,18 +99,13 @@ impl DeviceSamples {
         let width = size_of::<C>();
         let binding =
             context.limits.max_storage_buffer_binding_size.min(context.limits.max_buffer_size);
-        // Whole words, and numbers of 32 bits.
-        let most_samples = (binding / width as u64).min(1 << 31) as usize / 4 * 4;
-        if values.len() > CHUNKS * most_samples || u32::try_from(values.len()).is_err() {
-            return Err(GpuError::TooLarge {
+        let chunk_samples =
+            share(values.len(), width, binding).map_err(|most| GpuError::TooLarge {
                 what: "a volume",
-                limit: format!("{} voxels", (CHUNKS * most_samples).min(u32::MAX as usize)),
+                limit: format!("{most} voxels"),
                 found: format!("{} voxels", values.len()),
                 advice: "open a subsampled copy, or choose an adapter with more memory",
-            });
-        }
-        let shares = values.len().div_ceil(most_samples).max(1);
-        let chunk_samples = values.len().div_ceil(shares).next_multiple_of(4).max(4);
+            })?;
         let mut chunks = Vec::new();
         let mut size_bytes = 0;
         for (index, chunk) in values.chunks(chunk_samples).enumerate() {
@@ -102,7 +127,7 @@ impl DeviceSamples {
             chunks.push(buffer);
         }
         let [chunk_samples, width] = [chunk_samples, width].map(|n| n as u32);
-        Ok(Self { chunks, chunk_samples, width, bias: 0.0, first: 0.0, size_bytes })
+        Ok(Self { chunks, chunk_samples, width, bias: 0.0, unit: 1.0, first: 0.0, size_bytes })
     }
 
     /// What is bound of them: bindings beyond the last chunk repeat it; no index leads there.
@@ -112,16 +137,21 @@ impl DeviceSamples {
 
     /// Where a value lies among what is stored.
     pub(super) fn values(&self) -> CellsOfValues {
-        CellsOfValues { at_zero: -self.first, per_value: 1.0 }
+        CellsOfValues { at_zero: -self.first * self.unit, per_value: self.unit }
+    }
+
+    /// What stands for a value in a table's span.
+    pub(super) fn stored(&self, value: f64) -> f32 {
+        narrow((value - self.bias) * self.unit)
     }
 }
 
 #[expect(clippy::cast_possible_truncation, reason = "this is where 64 bits become 32")]
-fn to_f32(value: f64, bias: f64) -> f32 {
+fn to_f32(value: f64, bias: f64, unit: f64) -> f32 {
     if value.is_nan() {
         return NO_DATA;
     }
-    ((value - bias) as f32).clamp(-MOST_SAMPLE, MOST_SAMPLE)
+    (((value - bias) * unit) as f32).clamp(-MOST_SAMPLE, MOST_SAMPLE)
 }
 
 #[cfg(test)]
@@ -133,14 +163,50 @@ mod tests {
         let statistics = Statistics::of(&Samples::Float64(vec![1e6, 1e6 + 1.0]), &Ticket::new());
         let bias = bias(&statistics.unwrap());
         assert_eq!(bias, 1e6);
-        assert_eq!(to_f32(1e6 + 1.0 / 1024.0, bias), 1.0 / 1024.0);
+        assert_eq!(to_f32(1e6 + 1.0 / 1024.0, bias, 1.0), 1.0 / 1024.0);
+    }
+
+    #[test]
+    fn a_volume_of_1024_cubed_floats_takes_two_buffers_or_three_of_what_adapters_bind() {
+        let samples = 1_usize << 30;
+        // 2 GiB as most adapters say, 4 bytes less as some do; 1.5 GiB; 1 GiB and 4 bytes less than that.
+        for (binding, buffers) in [
+            (1_u64 << 32, 1),
+            ((1 << 32) - 1, 2),
+            (1 << 31, 2),
+            ((1 << 31) - 4, 3),
+            (3 << 29, 3),
+            (1 << 30, 4),
+        ] {
+            let share = share(samples, 4, binding).expect("room");
+            assert_eq!(samples.div_ceil(share), buffers, "{binding}");
+            assert!(4 * share as u64 <= binding && share % 4 == 0, "{binding}: {share}");
+            // Alike but for whole words.
+            assert!(samples - (buffers - 1) * share >= share - 4 * buffers, "{binding}: {share}");
+        }
+        assert_eq!(share(samples, 4, (1 << 30) - 4), Err((1 << 30) - 16));
+        assert_eq!(share(samples, 1, (1 << 30) - 4), Ok(1 << 29));
     }
 
     #[test]
     fn nan_and_infinities_have_places_of_their_own() {
-        assert_eq!(to_f32(f64::NAN, 0.0), NO_DATA);
-        assert_eq!(to_f32(f64::INFINITY, 0.0), MOST_SAMPLE);
-        assert_eq!(to_f32(-1e300, 5.0), -MOST_SAMPLE);
+        assert_eq!(to_f32(f64::NAN, 0.0, 1.0), NO_DATA);
+        assert_eq!(to_f32(f64::INFINITY, 0.0, 1.0), MOST_SAMPLE);
+        assert_eq!(to_f32(-1e300, 5.0, 1.0), -MOST_SAMPLE);
         const { assert!(NO_DATA < -MOST_SAMPLE) }
+    }
+
+    #[test]
+    fn values_that_single_precision_cannot_hold_have_a_unit_of_their_own() {
+        for most in [1e300, 1e-300, f64::MAX, 5e-324] {
+            let statistics = Statistics::of(&Samples::Float64(vec![0.0, most]), &Ticket::new());
+            let statistics = statistics.unwrap();
+            let unit = unit(&statistics, bias(&statistics));
+            let stored = to_f32(most, 0.0, unit);
+            assert!(stored.is_normal() && stored < 1e20, "{most}: {stored}");
+            assert_eq!(unit.log2().fract(), 0.0, "a power of two");
+        }
+        let usual = Statistics::of(&Samples::Float64(vec![0.0, 255.0]), &Ticket::new()).unwrap();
+        assert_eq!(unit(&usual, 0.0), 1.0);
     }
 }

@@ -21,6 +21,12 @@ const PROJECTED_VEC4S: u64 = 4;
 /// The most turns of a kernel's thread, which walks rows and tiles and writes its entries, on adapters that end loops.
 pub(super) const MOST_TURNS: u32 = 65_000;
 
+/// Turns of a thread that sums up so many counts, of its run twice and of all runs once (`scan_segments`).
+pub(super) fn scan_turns(counts: u32) -> u32 {
+    const THREADS: u32 = 256;
+    2 * counts.div_ceil(THREADS) + THREADS
+}
+
 /// Kernels to draw by lists, and how.
 #[derive(Debug, Clone, Copy)]
 pub struct Scattered<'a> {

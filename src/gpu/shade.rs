@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DVec3};
 
-use super::layout::{self, SHADE_ENTRIES};
+use super::layout::{self, SHADE_ENTRIES, narrow, narrow4};
 use super::pipelines::flag;
 use crate::plan::Plan;
 use crate::scene::{Amounts, Colours, Index, OpacityModel, Shading, ShadingSpace};
@@ -74,21 +74,21 @@ impl Shade {
         let camera = &plan.camera;
         let [right, up, forward] = [camera.right(), camera.up, camera.direction];
         let mut constants = layout::Shade {
-            right: with(right, 0.0),
-            up: with(up, 0.0),
-            forward: with(forward, 0.0),
+            right: narrow4(right, 0.0),
+            up: narrow4(up, 0.0),
+            forward: narrow4(forward, 0.0),
             ..bytemuck::Zeroable::zeroed()
         };
-        constants.world_x[3] = (1.0 / space.least_strength).min(f64::from(f32::MAX)) as f32;
-        constants.world_z[3] = Shading::opacity_factor_of_one(published) as f32;
+        constants.world_x[3] = narrow(1.0 / space.least_strength);
+        constants.world_z[3] = narrow(Shading::opacity_factor_of_one(published));
         let mut lights = 0;
         if let Some(lighting) = &plan.shading.surface_lighting(&plan.inside) {
             let shares = [lighting.ambient, lighting.diffuse, lighting.specular, lighting.exponent];
-            constants.material = shares.map(|share| share as f32);
+            constants.material = shares.map(narrow);
             if lighting.uses_lights() {
                 for (i, light) in lighting.lights.iter().take(layout::MOST_LIGHTS).enumerate() {
-                    constants.towards[i] = with(light.towards(camera), 0.0);
-                    constants.colours[i] = with(DVec3::from(light.colour.to_linear().0), 0.0);
+                    constants.towards[i] = narrow4(light.towards(camera), 0.0);
+                    constants.colours[i] = narrow4(DVec3::from(light.colour.to_linear().0), 0.0);
                     lights += 1;
                 }
             }
@@ -106,7 +106,7 @@ impl Shade {
                 for i in 0..SHADE_ENTRIES {
                     let share = i as f64 / last;
                     let colour = at(low * (1.0 - share) + high * share);
-                    constants.tables[which * SHADE_ENTRIES + i] = with(DVec3::from(colour), 0.0);
+                    constants.tables[which * SHADE_ENTRIES + i] = narrow4(DVec3::from(colour), 0.0);
                 }
             };
         for (which, amounts) in [&shading.opacity, &shading.modulation].into_iter().enumerate() {
@@ -151,13 +151,12 @@ impl Shade {
             };
             let place = |low: f64, high: f64| [f64::midpoint(low, high), 2.0 / (high - low)];
             let ([u, per_u], [g, per_g]) = (place(low, high), place(weak, strong));
-            let narrow = |x: f64| x.clamp(-1e37, 1e37) as f32;
             constants.region_places[i] = [u, per_u, g, per_g].map(narrow);
             let colour = region.colour.map_or([0.0; 3], |colour| colour.to_linear().0);
-            constants.region_looks[i] = with(DVec3::from(colour), region.opacity);
+            constants.region_looks[i] = narrow4(DVec3::from(colour), region.opacity);
             let as_flag = |is: bool| f32::from(u8::from(is));
             constants.region_shapes[i] = [
-                (1.0 / region.softness.max(1e-6)) as f32,
+                narrow(1.0 / region.softness.max(1e-6)),
                 as_flag(region.shape == RegionShape::Ellipse),
                 as_flag(region.shape == RegionShape::Triangle),
                 as_flag(region.colour.is_none()),
@@ -177,11 +176,11 @@ impl Shade {
         // Of means, an index is 2^level samples; values in data units.
         let scale = 1.0 / (f64::from(1_u32 << level) * values.per_value);
         let rows = (self.world_from_gradient * scale).transpose();
-        let set = |row: &mut [f32; 4], v: DVec3| row[..3].copy_from_slice(&v.as_vec3().to_array());
+        let set = |row: &mut [f32; 4], v: DVec3| *row = narrow4(v, f64::from(row[3]));
         set(&mut constants.world_x, rows.x_axis);
         set(&mut constants.world_y, rows.y_axis);
         set(&mut constants.world_z, rows.z_axis);
-        constants.right[3] = (self.radius * pixels_per_unit) as f32;
+        constants.right[3] = narrow(self.radius * pixels_per_unit);
         constants.up[3] = ray_growth;
         for (place, (index, low, per_index)) in constants.places.iter_mut().zip(self.places) {
             // By value, the shader knows the cell.
@@ -190,7 +189,7 @@ impl Shade {
                 _ => (0.0, 1.0),
             };
             let per_unit = per_index / unit;
-            *place = [(-(low * unit + zero) * per_unit) as f32, per_unit as f32, 0.0, 0.0];
+            *place = [narrow(-(low * unit + zero) * per_unit), narrow(per_unit), 0.0, 0.0];
         }
         self.write_regions(&mut constants, values);
         constants
@@ -221,9 +220,4 @@ fn ends<T>(points: &[(f64, T)]) -> [f64; 2] {
         false => 1e-3 * low.abs().max(1.0),
     };
     if begins_with_step { [low - cell, high] } else { [low, high] }
-}
-
-#[expect(clippy::cast_possible_truncation, reason = "the device has 32 bits")]
-pub(super) fn with(v: DVec3, w: f64) -> [f32; 4] {
-    v.as_vec3().extend(w as f32).to_array()
 }

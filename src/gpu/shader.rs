@@ -1,7 +1,9 @@
 //! The shaders, each with the library pieces it needs in front.
 //!
 //! What a scene does not ask for is left out by overrides, which a compiler takes for constants. Only what has
-//! bindings of its own, lights, vectors and polygons, is a piece that is there or is not: 38 shaders in all.
+//! bindings of its own, lights, vectors and polygons, is a piece that is there or is not: 39 shaders in all.
+
+use super::context::Context;
 
 macro_rules! piece {
     ($($name:ident $file:literal),* $(,)?) => {
@@ -232,25 +234,23 @@ pub const fn slabs(lit: bool, among: Among) -> Shader {
     Shader { options, ..stitched(RECONSTRUCT_SLABS, pieces) }
 }
 
-/// Composites slabs of vectors without a field (`composite_vectors`), with polygons or without.
-pub const fn vectors(polygons: bool) -> Shader {
-    let among = Among { polygons, vectors: true };
+/// Composites what there is without a field (`composite_vectors`): slabs of vectors, polygons, or both.
+pub const fn alone(among: Among) -> Shader {
     let [light, polygons] = among.light();
     let [marks, others, parts, frame, vectors] = among.vectors();
     let walk = include_str!("../../shaders/composite_vectors.wgsl");
     let pieces = &[light, TOTALS, polygons, ALONE, walk, marks, others, parts, frame, vectors];
-    let options = Among { polygons: among.polygons, vectors: false }.options();
-    Shader { options, ..stitched(COMPOSITE_VECTORS, pieces) }
+    Shader { options: among.options(), ..stitched(COMPOSITE_VECTORS, pieces) }
 }
 
 /// Name of the pass that composites slabs of a reconstructed field.
 pub const RECONSTRUCT_SLABS: &str = "reconstruct_slabs";
 
-/// Name of the pass that composites slabs of vectors.
+/// Name of the pass that composites slabs of vectors, and polygons, without a field.
 pub const COMPOSITE_VECTORS: &str = "composite_vectors";
 
 /// Every shader there is.
-pub static ALL: [Shader; 38] = {
+pub static ALL: [Shader; 39] = {
     let single = [
         COUNT_SEGMENTS,
         SCAN_SEGMENTS,
@@ -272,10 +272,11 @@ pub static ALL: [Shader; 38] = {
         PROJECT_VALUES,
         PRESENT,
         PICTURE,
-        vectors(false),
-        vectors(true),
+        alone(Among::ALL[1]),
+        alone(Among::ALL[2]),
+        alone(Among::ALL[3]),
     ];
-    let mut all = [PRESENT; 38];
+    let mut all = [PRESENT; 39];
     let mut i = 0;
     while i < single.len() {
         all[i] = single[i];
@@ -309,11 +310,27 @@ impl Shader {
         pieces.collect()
     }
 
-    /// The module on a device.
-    pub(super) fn module(&self, device: &wgpu::Device) -> wgpu::ShaderModule {
-        device.create_shader_module(wgpu::ShaderModuleDescriptor {
+    /// The module on a device. Where the adapter does not end loops by itself, nothing else counts their turns.
+    #[expect(
+        unsafe_code,
+        reason = "counting the turns of every loop takes registers and time, and ends none here"
+    )]
+    pub(super) fn module(&self, context: &Context) -> wgpu::ShaderModule {
+        let described = wgpu::ShaderModuleDescriptor {
             label: Some(self.name),
             source: wgpu::ShaderSource::Wgsl(self.source().into()),
-        })
+        };
+        if context.ends_loops {
+            return context.device.create_shader_module(described);
+        }
+        let checks = wgpu::ShaderRuntimeChecks {
+            force_loop_bounding: false,
+            ..wgpu::ShaderRuntimeChecks::checked()
+        };
+        // SAFETY: all of a module's other checks are on, that of bounds among them. What is asked for beside them is
+        // that no loop is endless. The text is this program's own, no part of it comes from a file that is opened. In
+        // each of its loops a turn takes a counter towards an end that was known before the loop, a list's, a ray's or
+        // a tree's, or the loop ends; conditions of numbers that are none are false, and end it, too.
+        unsafe { context.device.create_shader_module_trusted(described, checks) }
     }
 }

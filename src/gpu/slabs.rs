@@ -12,7 +12,7 @@ use super::compute::{buffer, buffers, dispatch, rows_of, view as picture_at};
 use super::context::Context;
 use super::field::{DeviceField, FIELD_CHUNKS, Format, window};
 use super::inside::{InsideVariant, Opening};
-use super::layout;
+use super::layout::{self, narrow, narrow4};
 use super::marks::Marked;
 use super::pipelines::{Pipelines, Program, flag, vector_constants};
 use super::polygons::DevicePolygons;
@@ -203,10 +203,9 @@ impl SlabPass {
         let holes_show = field.holes.is_some() && table.no_data[3] > 0.0;
         sums.extend(holes_show.then(|| table.no_data.map(f32::to_bits)));
         let (offset, scale) = (field.offset, field.scale);
-        #[expect(clippy::cast_possible_truncation, reason = "the device has 32 bits")]
         let coordinate = [
-            ((offset - table.low) * table.scale + layout::LIFT_CELLS) as f32,
-            (scale * table.scale) as f32,
+            narrow((offset - table.low) * table.scale + layout::LIFT_CELLS),
+            narrow(scale * table.scale),
         ];
         #[expect(clippy::cast_possible_truncation, reason = "a few thousand")]
         let count = table.cells.len() as u32;
@@ -283,12 +282,12 @@ impl SlabPass {
         let mut constants = slab_constants(view, settings, *picture, tiles);
         let last = |v: &mut [f32; 4], w: f32| v[3] = w;
         let step = face_pixels(view, picture.smallest_spacing, settings, looks);
-        last(&mut constants.base, step as f32);
+        last(&mut constants.base, narrow(step));
         let [x, y, z] = field.dims.map(|n| n as u32);
         let [sx, sy, _] = field.stored.map(|n| n as u32);
         let [bx, by, bz] = field.bricks().map(|n| n as u32);
         constants.dims = [x, y, z, field.pad as u32];
-        let [ex, ey, ez] = field.end.map(|end| end as f32);
+        let [ex, ey, ez] = field.end.map(narrow);
         let [first, last] = table.shown;
         constants.end = [ex, ey, ez, last];
         constants.stored =
@@ -296,7 +295,7 @@ impl SlabPass {
         constants.bricks = [bx, by, bz, table.count];
         let stretch =
             RadialKernel::new(settings.kernel, settings.extent).map_or(1.0, |k| k.scale());
-        constants.table = [table.coordinate[0], table.coordinate[1], stretch as f32, first];
+        constants.table = [table.coordinate[0], table.coordinate[1], narrow(stretch), first];
         [constants.below, constants.beyond] = table.ends;
         let side = view.rays_per_side(settings.kernel, settings.extent);
         let marked = self.marked.as_ref().map_or(0, |marked| marked.word_of(seen_view));
@@ -480,8 +479,6 @@ fn slab_constants(
         None => (1.0, 0.0, -1e30),
         Some(distance) => (centre.z / distance, 1.0 / distance, -centre.z),
     };
-    #[expect(clippy::cast_possible_truncation, reason = "the device has 32 bits")]
-    let with = |v: glam::DVec3, w: f64| v.as_vec3().extend(w as f32).to_array();
     let half = view.size.map(|n| f64::from(n) / 2.0);
     // Far to near nothing is hidden before it is drawn.
     let stop = if settings.order == Order::FrontToBack { picture.stop_below } else { 0.0 };
@@ -489,12 +486,11 @@ fn slab_constants(
     // Capped where a voxel is 1e20 unit distances thick: beyond, 32 bits would overflow.
     let per_pixel = (1.0 / (picture.unit_distance * view.pixels_per_unit)).min(1e20);
     layout::Slabs {
-        base: with(base, width),
-        right: with(index_from_view.x_axis, scale),
-        up: with(index_from_view.y_axis, growth),
-        along: with(index_from_view.z_axis, eye),
-        #[expect(clippy::cast_possible_truncation, reason = "the device has 32 bits")]
-        picture: [half[0] as f32, half[1] as f32, per_pixel as f32, stop as f32],
+        base: narrow4(base, width),
+        right: narrow4(index_from_view.x_axis, scale),
+        up: narrow4(index_from_view.y_axis, growth),
+        along: narrow4(index_from_view.z_axis, eye),
+        picture: [half[0], half[1], per_pixel, stop].map(narrow),
         tiles: [tiles.start, view.size[0].div_ceil(TILE), view.size[0], view.size[1]],
         ..bytemuck::Zeroable::zeroed()
     }

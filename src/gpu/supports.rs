@@ -1,7 +1,7 @@
 //! What of a plan this engine cannot draw.
 
 use super::GpuError;
-use crate::plan::{Plan, Way};
+use crate::plan::Plan;
 
 /// Kernel lists that one picture may have.
 const MOST_KERNEL_LISTS: usize = 2;
@@ -21,11 +21,5 @@ pub fn supports(plan: &Plan) -> Result<(), GpuError> {
             plan.kernels.len()
         ));
     }
-    match plan.way == Way::Nothing && !plan.surfaces.is_empty() {
-        true => refuse(
-            "expected a field or vectors beside surfaces, found surfaces alone; show one of these"
-                .to_owned(),
-        ),
-        false => Ok(()),
-    }
+    Ok(())
 }

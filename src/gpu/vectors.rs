@@ -71,13 +71,10 @@ pub(super) struct DeviceVectors {
     /// Of them, as `shaders/lib/vector_frame.wgsl` has it.
     pub(super) blur: [[f32; 16]; 10],
     pub(super) settings: wgpu::Buffer,
-    pub(super) tiles: wgpu::Buffer,
     /// What lists there are were made of.
     pub(super) made: Option<MadeOf>,
     /// What pixels are drawn with.
     pub(super) constants: layout::Vectors,
-    /// Overrides of the pass over them alone.
-    pub(super) overrides: [(&'static str, f64); 2],
 }
 
 /// Everything that lists depend on.
@@ -139,10 +136,8 @@ impl DeviceVectors {
             blur: blur_of(&tables),
             designs,
             settings: storage("vectors", size_of::<layout::Vectors>()),
-            tiles: storage("vector tiles", size_of::<layout::VectorTiles>()),
             made: None,
             constants: bytemuck::Zeroable::zeroed(),
-            overrides: [("published", 0.0), ("back_to_front", 0.0)],
         })
     }
 

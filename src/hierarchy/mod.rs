@@ -19,7 +19,7 @@ mod thinning;
 
 pub use bricks::LEVELS as BRICK_LEVELS;
 pub use cut::{Cut, CutLimits, CutNode, Visibility, VisitOrder};
-pub use empty_space::{EMPTY_BRICK, FieldBounds, MOST_DISTANCE};
+pub use empty_space::{EMPTY_BRICK, MOST_DISTANCE, distances, widen};
 pub use moments::{ScalarLevel, ScalarPyramid, ScalarPyramidError};
 pub use parts::{MergedBrick, PyramidParts};
 pub use pyramid::{ActiveCounts, ErrorMeasure, Node, Pyramid, PyramidError, PyramidLevel};

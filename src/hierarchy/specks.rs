@@ -26,7 +26,7 @@ struct Bricks<'a> {
 /// vessels and single voxels rather than skins and bodies. Those that stand apart come first, the smallest
 /// of them first.
 ///
-/// `shows` are the bricks of [`FieldBounds`](super::FieldBounds) in which something can show within a
+/// `shows` are the bricks of a field (`kernel::Bounds`) in which something can show within a
 /// voxel of them, x fastest. Something of w voxels shows in 1 + (w + 2) / 4 bricks to 2 + (w + 2) / 4,
 /// rounded down.
 pub fn specks(dims: [usize; 3], shows: &[bool], side: usize) -> Vec<Speck> {
@@ -148,21 +148,29 @@ impl Bricks<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::core::Ticket;
-    use crate::hierarchy::FieldBounds;
 
     const DIMS: [usize; 3] = [48, 44, 41];
 
     /// The specks of a field of 0 and 1 through tents.
     fn of(is_set: impl Fn([usize; 3]) -> bool, side: usize) -> Vec<Speck> {
         let [nx, ny, nz] = DIMS;
-        let values: Vec<f32> = (0..nx * ny * nz)
-            .map(|i| f32::from(u8::from(is_set([i % nx, i / nx % ny, i / (nx * ny)]))))
-            .collect();
-        // A voxel, and the kernel's own sample.
-        let bounds = FieldBounds::of(&values, DIMS, 2, 2, &Ticket::new()).unwrap();
-        let shows: Vec<bool> = bounds.ranges.iter().map(|&[_, high]| high > 0.0).collect();
-        specks(bounds.dims, &shows, side)
+        let bricks = DIMS.map(|n| n.div_ceil(EMPTY_BRICK));
+        let mut shows = vec![false; bricks.iter().product()];
+        for i in 0..nx * ny * nz {
+            let at = [i % nx, i / nx % ny, i / (nx * ny)];
+            if !is_set(at) {
+                continue;
+            }
+            // The bricks from which a voxel, and the kernel's own sample, lead there.
+            let [x, y, z] = [0, 1, 2].map(|a| {
+                at[a].saturating_sub(2) / EMPTY_BRICK
+                    ..=((at[a] + 2) / EMPTY_BRICK).min(bricks[a] - 1)
+            });
+            for brick in z.flat_map(|z| y.clone().map(move |y| (z * bricks[1] + y) * bricks[0])) {
+                x.clone().for_each(|x| shows[brick + x] = true);
+            }
+        }
+        specks(bricks, &shows, side)
     }
 
     #[test]

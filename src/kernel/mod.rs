@@ -3,6 +3,7 @@
 //! Owns the mathematics of one splat, and the values that weigh a lattice of them. Refuses pictures,
 //! files and the GPU. Imports `core` and `volume`.
 
+mod bounds;
 mod coefficients;
 mod ellipse;
 mod gouraud;
@@ -12,6 +13,7 @@ mod radial;
 mod separable;
 mod slab_share;
 
+pub use bounds::{BOUND_BRICK, Bounds, Weighs, mirrored};
 pub use coefficients::{
     Averaged, Coefficients, CoefficientsError, MOST_EXTENT, Residual, coefficients, nearest_tents,
 };

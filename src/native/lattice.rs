@@ -5,10 +5,10 @@ use std::sync::{Arc, OnceLock};
 use fearless_simd::{Simd, f32x4, i32x8, prelude::*};
 use rayon::prelude::*;
 
-use super::bricks::{BRICK, Bricks};
+use super::bricks::{self, BRICK};
 use super::lanes::{LANES, Lanes, Mask, Vec3, all, choose, columns, exponential};
 use crate::core::{Cancelled, Ticket};
-use crate::kernel::{Coefficients, Kernel, RadialKernel};
+use crate::kernel::{Bounds, Coefficients, Kernel, RadialKernel, Weighs, mirrored};
 use crate::scene::{Reconstruction, SplatSettings};
 use crate::volume::ScalarVolume;
 
@@ -41,7 +41,7 @@ pub(super) struct Lattice {
     is_quick: bool,
     holes: Option<Vec<u32>>,
     near_holes: OnceLock<Vec<bool>>,
-    pub bricks: Bricks,
+    pub bricks: Bounds,
 }
 
 /// How a value is found.
@@ -106,8 +106,12 @@ impl Lattice {
             }
             Ok(())
         })?;
+        let weighs = match kernel {
+            Kernel::BSpline => Weighs::Splines,
+            _ => Weighs::Samples(pad),
+        };
+        let bricks = bricks::bounds(&values, dims, weighs, ticket)?;
         drop(values);
-        let bricks = Bricks::of(&stored, dims, pad, kernel == Kernel::BSpline, ticket)?;
         Ok(Self {
             source: Arc::clone(source),
             kernel,
@@ -488,15 +492,4 @@ fn slopes<S: Simd>(simd: S, f: Lanes<S>) -> [Lanes<S>; 4] {
     let g = all(simd, 1.0) - f;
     let inner = |f: Lanes<S>| f * (f * 1.5 - 2.0);
     [g * g * -0.5, inner(f), -inner(g), f * f * 0.5]
-}
-
-/// The sample that stands at place `at` of a line with `pad` mirrored samples about its `n`.
-fn mirrored(at: usize, pad: usize, n: usize) -> usize {
-    if n == 1 {
-        return 0;
-    }
-    let period = 2 * (n - 1);
-    // Far enough up that the remainder is never taken of a negative number.
-    let i = (at + period * pad.div_ceil(period) - pad) % period;
-    i.min(period - i)
 }

@@ -2,10 +2,11 @@
 
 use rayon::prelude::*;
 
-use super::bricks::Bricks;
+use super::bricks::ends;
 use super::in_order::look;
 use super::rays::{Rays, TILE};
 use crate::core::{Cancelled, Ticket};
+use crate::kernel::Bounds;
 
 /// Segments of depth, a bit each.
 const SEGMENTS: i32 = 64;
@@ -31,7 +32,7 @@ impl Masks {
     /// [`Cancelled`].
     pub(super) fn new(
         rays: &Rays,
-        bricks: &Bricks,
+        bricks: &Bounds,
         (dims, visible): ([usize; 3], &[u32]),
         ticket: &Ticket,
     ) -> Result<Self, Cancelled> {
@@ -143,9 +144,9 @@ impl Landed {
         clippy::cast_sign_loss,
         reason = "clamped, or saturates"
     )]
-    fn of(rays: &Rays, bricks: &Bricks, dims: [usize; 3], brick: u32) -> Self {
+    fn of(rays: &Rays, bricks: &Bounds, dims: [usize; 3], brick: u32) -> Self {
         let view = &rays.view;
-        let [begin, end] = bricks.ends(brick as usize, dims);
+        let [begin, end] = ends(bricks, brick as usize, dims);
         let (middle, half) = ((begin + end) / 2.0, (end - begin) / 2.0);
         let from_centre = view.view_from_index * (middle - view.lattice_centre);
         let m = view.view_from_index;

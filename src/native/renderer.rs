@@ -189,11 +189,6 @@ impl Renderer {
         Self::with(Level::new(), 0)
     }
 
-    /// With the instructions that every processor of this kind has.
-    pub fn with_baseline() -> Self {
-        Self::with(Level::baseline(), 0)
-    }
-
     /// On so many threads.
     pub fn with_threads(count: usize) -> Self {
         Self::with(Level::new(), count)

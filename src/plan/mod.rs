@@ -107,7 +107,7 @@ pub struct Frame {
 /// How the parts of a picture come to be one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Way {
-    /// Neither a field nor kernels are there: the background, and surfaces where an engine draws them alone.
+    /// Neither a field nor kernels are there: the background, and surfaces alone.
     Nothing,
     /// Rays go from slab to slab of a reconstructed field, of kernel lists, or of both.
     Slabs,

@@ -10,6 +10,7 @@ use std::time::Duration;
 use super::cells::CutSource;
 use super::draw::{DrawError, Drawer, Observer};
 use super::engines::{Canvas, Engines};
+use super::job::LOOK_EVERY;
 use super::octrees::{self, Octree, Source};
 use crate::core::Ticket;
 use crate::gpu::{GpuError, OctreeBuilder, supports};
@@ -18,8 +19,6 @@ use crate::plan::{Field, Plan};
 use crate::transfer::{Table, TransferFunction};
 use crate::volume::ScalarVolume;
 
-/// How often a wait for the octree looks whether something newer came.
-const LOOK_EVERY: Duration = Duration::from_millis(4);
 /// So many voxels that can show are classified before a quick picture: 3 to 6 ms on two free cores. Of
 /// more, it is drawn from what level 3 knows.
 const WHOLE_AT_ONCE: u64 = 1 << 20;
@@ -193,7 +192,7 @@ impl Drawer {
             self.classified = None;
             return Ok(());
         }
-        self.classify(plan, on_device, &Ticket::new())?;
+        self.classify(plan, on_device, observer)?;
         self.begin_octree(plan)?;
         while let Some(classified) = &mut self.classified
             && !classified.take(&mut self.engines, LOOK_EVERY)?
@@ -239,7 +238,7 @@ impl Drawer {
             }
         }
         let needs_octree = self.reduction(plan, budget_ms).is_none();
-        self.classify(plan, !self.is_native(), ticket)?;
+        self.classify(plan, !self.is_native(), &mut Unless { ticket, observer: &mut () })?;
         match &mut self.classified {
             Some(classified) if needs_octree => {
                 classified.coarse(plan.mode.cut.measure, &mut self.engines, ticket)
@@ -284,8 +283,14 @@ impl Drawer {
         self.pyramid().is_some_and(|pyramid| !pyramid.is_whole())
     }
 
-    /// Takes the plan's volume and transfer function in, and where a device is to draw them brings them there.
-    fn classify(&mut self, plan: &Plan, on_device: bool, ticket: &Ticket) -> Result<(), DrawError> {
+    /// Takes the plan's volume and transfer function in, and where a device is to draw them brings them there, for as
+    /// long as nothing newer comes.
+    fn classify(
+        &mut self,
+        plan: &Plan,
+        on_device: bool,
+        observer: &mut dyn Observer,
+    ) -> Result<(), DrawError> {
         let Some(Field { volume, transfer, .. }) = plan.field() else { return Ok(()) };
         let unit_distance = plan.frame.unit_distance;
         let by_value = plan.shades_samples().then(|| plan.shading.by_value(transfer));
@@ -304,12 +309,16 @@ impl Drawer {
         self.classified = None;
         let table = Table::new(transfer, volume.samples.scalar_type());
         if on_device {
-            let renderer = self.engines.gpu()?;
+            // The observer looks at what has a picture, which this engine has not meanwhile.
+            let mut renderer = self.engines.take_gpu()?;
             renderer.drop_bricks();
-            match renderer.set_volume(volume, ticket) {
+            let set = self.watched(observer, |ticket| renderer.set_volume(volume, ticket));
+            self.engines.put_gpu(renderer);
+            match set {
                 Err(GpuError::Cancelled) => return Err(DrawError::Interrupted),
                 other => other?,
             }
+            let renderer = self.engines.gpu()?;
             // Octrees stand in unlit, and know the transfer function alone.
             match &by_value {
                 Some(transfer) => {

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use crate::core::Cancelled;
 use crate::core::memory::TooLarge;
+use crate::core::{Cancelled, Pace};
 use crate::gpu::layout::Record;
 use crate::gpu::{GpuError, Renderer, Scattered};
 use crate::hierarchy::{Cut, CutLimits, CutNode, Pyramid};
@@ -266,7 +266,7 @@ impl Drawer {
     pub fn engine_of(&self, plan: &Plan, rung: Rung) -> EngineKind {
         let is_of_octree = match rung {
             Rung::Octree { .. } | Rung::Subsampled { .. } | Rung::Cheaper(_) => {
-                plan.kernels.is_empty()
+                plan.kernels.is_empty() && plan.field().is_some()
             }
             Rung::Coarse { .. } | Rung::Reduced { .. } | Rung::Full => false,
         };
@@ -319,9 +319,9 @@ impl Drawer {
         observer: &mut dyn Observer,
     ) -> Result<Drawn, DrawError> {
         match rung {
-            // Vectors have no octree of kernels: what comes before `full` is smaller.
+            // Vectors and polygons have no octree of kernels: what comes before `full` is smaller.
             Rung::Octree { .. } | Rung::Subsampled { .. } | Rung::Cheaper(_)
-                if !plan.kernels.is_empty() =>
+                if !plan.kernels.is_empty() || plan.field().is_none() =>
             {
                 let reduction = Reduction { field: SlabField::Own, shrink: AT_ONCE_SHRINK };
                 self.reduced(plan, reduction, observer)
@@ -371,8 +371,8 @@ impl Drawer {
             return self.natively(plan, SlabField::Own, observer);
         }
         match plan.way {
-            Way::Nothing => self.nothing(plan),
-            Way::Slabs => self.slabs(plan, SlabField::Own, observer),
+            Way::Nothing if plan.surfaces.is_empty() => self.nothing(plan),
+            Way::Nothing | Way::Slabs => self.slabs(plan, SlabField::Own, observer),
             Way::Gathered => self.gathered(plan, observer),
             Way::Triangles => self.grid(plan, plan.mode.kernel.splatted(), observer),
             Way::Nodes => self.cut(plan, cut_limits(&plan.mode, 0.0), observer),
@@ -556,12 +556,12 @@ impl Drawer {
     ) -> Result<(), DrawError> {
         let total = records.len();
         let mut done = 0;
-        let mut piece = self.costs.splats_within(PIECE_MS).max(256) as usize;
+        let first = u32::try_from(self.costs.splats_within(PIECE_MS)).unwrap_or(u32::MAX);
+        let mut pace = Pace::new(first, 256);
         while done < total {
-            let end = (done + piece).min(total);
+            let end = (done + pace.piece() as usize).min(total);
             let wall_ms = self.engines.gpu()?.draw_records(&records[done..end])?;
-            let rate = (end - done) as f64 / wall_ms.max(0.01);
-            piece = ((rate * PIECE_MS) as usize).clamp(256, piece * 4);
+            pace.learn((end - done) as f64, wall_ms, PIECE_MS);
             done = end;
             if observer.piece_done(&mut self.engines, done as f64 / total as f64) {
                 return Err(DrawError::Interrupted);

@@ -289,8 +289,19 @@ struct Slot {
     picture: Option<Arc<Picture>>,
     state: EngineState,
     adapter_name: Option<String>,
-    /// For the test of a lost device.
-    lose_device: bool,
+    /// For the tests of what happens then.
+    trouble: Option<Trouble>,
+}
+
+/// What befalls the thread at its next work.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Trouble {
+    /// The device is lost before it.
+    Loss,
+    /// The driver says so only where the work is waited for.
+    LossInWait,
+    /// An error of the program's own.
+    Panic,
 }
 
 #[derive(Debug)]
@@ -376,7 +387,7 @@ impl Engine {
                 picture: None,
                 state: EngineState::Starting,
                 adapter_name: None,
-                lose_device: false,
+                trouble: None,
             }),
             posted: Condvar::new(),
         });
@@ -475,7 +486,18 @@ impl Engine {
 
     /// Loses the device before the next request, for the test of what happens then.
     pub fn lose_device(&self) {
-        self.shared.lock().lose_device = true;
+        self.shared.lock().trouble = Some(Trouble::Loss);
+    }
+
+    /// Loses the device as work of the next request is waited for, where `wgpu` panics; for the test of what happens
+    /// then.
+    pub fn lose_device_in_wait(&self) {
+        self.shared.lock().trouble = Some(Trouble::LossInWait);
+    }
+
+    /// Panics at the next request, for the test of what happens then.
+    pub fn panic_at_next(&self) {
+        self.shared.lock().trouble = Some(Trouble::Panic);
     }
 }
 

@@ -237,11 +237,6 @@ impl Engines {
         self.gpu = Some(renderer);
     }
 
-    /// Lets go of the graphics device; what needs one makes it anew.
-    pub fn drop_gpu(&mut self) {
-        self.gpu = None;
-    }
-
     /// Notes which engine has the picture.
     pub(super) fn note(&mut self, drew: EngineKind) {
         self.drew = drew;

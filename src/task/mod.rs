@@ -11,6 +11,7 @@ pub mod effect_costs;
 pub mod engine;
 pub mod engines;
 pub mod estimate;
+mod job;
 pub mod lettering;
 pub mod level;
 pub mod loop_file;

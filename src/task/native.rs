@@ -6,9 +6,10 @@ use std::time::Instant;
 
 use super::draw::{DrawError, Drawer, Drawn, Observer};
 use super::engines::EngineKind;
-use super::slabs::{LOOK_EVERY, STOP_BELOW};
+use super::job::LOOK_EVERY;
+use super::slabs::STOP_BELOW;
 use super::vectors::PictureVectors;
-use crate::core::{Ticket, memory};
+use crate::core::{Pace, Ticket, memory};
 use crate::gpu::timing::Timer;
 use crate::gpu::{GpuError, PassTime};
 use crate::kernel::Kernel;
@@ -23,7 +24,7 @@ use rayon::prelude::*;
 /// Tiles in the first piece, before any was timed.
 const FIRST_TILES: u32 = 64;
 /// Bricks of samples in the first piece.
-const FIRST_BRICKS: usize = 512;
+const FIRST_BRICKS: u32 = 512;
 
 /// Pictures of more pixels than this ask for memory first: looking how much is free takes a while.
 const MANY_PIXELS: u64 = 1 << 23;
@@ -189,15 +190,14 @@ impl Drawer {
         observer: &mut dyn Observer,
     ) -> Result<(), DrawError> {
         let total = tile_count(size);
-        let (mut done, mut piece) = (0, FIRST_TILES);
+        let (mut done, mut pace) = (0, Pace::new(FIRST_TILES, 8));
         while done < total {
             let begin = Instant::now();
-            let end = (done + piece).min(total);
+            let end = (done + pace.piece()).min(total);
             self.engines.native.draw_tiles(done..end);
-            let rate = f64::from(end - done) / (begin.elapsed().as_secs_f64() * 1e3).max(0.01);
-            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
-            let fitting = (rate * observer.piece_ms()).clamp(8.0, f64::from(piece) * 4.0) as u32;
-            (done, piece) = (end, fitting);
+            let took_ms = begin.elapsed().as_secs_f64() * 1e3;
+            pace.learn(f64::from(end - done), took_ms, observer.piece_ms());
+            done = end;
             let share = f64::from(done) / f64::from(total);
             if observer.piece_done(&mut self.engines, share) {
                 return Err(DrawError::Interrupted);
@@ -235,15 +235,14 @@ impl Drawer {
             memory::require("samples beside their volume", bytes, memory::free_bytes())?;
         }
         let [total, mut done] = self.engines.native.begin_samples(plan);
-        let mut piece = FIRST_BRICKS;
+        let mut pace = Pace::new(FIRST_BRICKS, 64);
         while done < total {
             let begin = Instant::now();
-            let end = (done + piece).min(total);
+            let end = (done + pace.piece() as usize).min(total);
             self.engines.native.fill_samples(done..end);
-            let rate = (end - done) as f64 / (begin.elapsed().as_secs_f64() * 1e3).max(0.01);
-            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
-            let fitting = (rate * observer.piece_ms()).clamp(64.0, piece as f64 * 4.0) as usize;
-            (done, piece) = (end, fitting);
+            let took_ms = begin.elapsed().as_secs_f64() * 1e3;
+            pace.learn((end - done) as f64, took_ms, observer.piece_ms());
+            done = end;
             if observer.piece_done(&mut self.engines, 0.0) {
                 return Err(DrawError::Interrupted);
             }
@@ -292,7 +291,7 @@ impl Drawer {
         match self.engines.drew() {
             // It always does.
             EngineKind::Native => Ok(Timer::Wall),
-            EngineKind::Gpu => self.engines.gpu()?.time_passes(),
+            EngineKind::Gpu => Ok(self.engines.gpu()?.time_passes()),
         }
     }
 

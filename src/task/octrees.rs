@@ -4,19 +4,19 @@
 //! on its way cancels it.
 
 use std::sync::Arc;
-use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
 use std::time::Duration;
 
 use super::draw::{DrawError, PIECE_MS};
 use super::engines::Engines;
-use crate::core::Ticket;
+use super::job::Job;
+use crate::core::{Pace, Ticket};
 use crate::gpu::{BrickRows, GpuError, OctreeBuilder, Renderer};
 use crate::hierarchy::{ErrorMeasure, Pyramid, PyramidError, PyramidParts};
 use crate::transfer::Table;
 use crate::volume::ScalarVolume;
 
 /// Bricks of the first piece on a device,
-const FIRST_BRICKS: usize = 1 << 9;
+const FIRST_BRICKS: u32 = 1 << 9;
 /// and the most of any: with their nodes, of 20 MB.
 const MOST_BRICKS: usize = 1 << 14;
 /// The same of coarse levels, which no newer request stops within a piece.
@@ -44,51 +44,28 @@ pub(super) struct Octree {
 
 #[derive(Debug)]
 enum Work {
-    Thread(Thread),
+    Thread(Job<Result<Pyramid, PyramidError>>),
     Pieces(Pieces),
     /// Nothing more comes of it.
     Ended,
 }
 
-/// On a thread of its own.
-#[derive(Debug)]
-struct Thread {
-    ticket: Ticket,
-    result: Receiver<Result<Pyramid, PyramidError>>,
-}
-
-impl Drop for Thread {
-    fn drop(&mut self) {
-        self.ticket.cancel();
-    }
-}
-
-impl Thread {
-    fn start(
-        source: &Source,
-        build: impl FnOnce(&Source, &Ticket) -> Result<Pyramid, PyramidError> + Send + 'static,
-    ) -> Result<Self, DrawError> {
-        let ticket = Ticket::new();
-        let (sender, result) = mpsc::sync_channel(1);
-        let job = {
-            let (source, ticket) = (source.clone(), ticket.clone());
-            // Whoever asked may be gone.
-            move || drop(sender.send(build(&source, &ticket)))
-        };
-        let thread = std::thread::Builder::new().name("voxsplat-octree".to_owned()).spawn(job);
-        thread.map_err(|error| {
-            GpuError::Device(format!("the octree's thread did not start: {error}"))
-        })?;
-        Ok(Self { ticket, result })
-    }
+/// Begins to build on a thread of its own.
+fn start(
+    source: &Source,
+    build: impl FnOnce(&Source, &Ticket) -> Result<Pyramid, PyramidError> + Send + 'static,
+) -> Result<Work, DrawError> {
+    let source = source.clone();
+    let work = move |ticket: &Ticket| build(&source, ticket);
+    Ok(Work::Thread(Job::start(("voxsplat-octree", "the octree"), work)?))
 }
 
 /// What the device has merged so far.
 #[derive(Debug)]
 struct Pieces {
     parts: PyramidParts,
-    /// Bricks of the next piece, about.
-    bricks: usize,
+    /// In bricks.
+    pace: Pace,
 }
 
 impl Pieces {
@@ -104,24 +81,22 @@ impl Pieces {
             return Ok(None);
         }
         let parts = PyramidParts::new(volume, *voxel_depth, *measure, is_coarse)?;
-        Ok(parts.map(|parts| Self { parts, bricks: FIRST_BRICKS }))
+        Ok(parts.map(|parts| Self { parts, pace: Pace::new(FIRST_BRICKS, 1) }))
     }
 
     /// Merges a piece; whether there is nothing more.
     fn step(&mut self, renderer: &mut Renderer) -> Result<bool, DrawError> {
-        let Some([y, z]) = self.parts.next_rows(self.bricks) else { return Ok(true) };
         let (is_coarse, measure) = (self.parts.is_coarse(), self.parts.measure());
+        let most = if is_coarse { MOST_COARSE_BRICKS } else { MOST_BRICKS };
+        let bricks = most.min(self.pace.piece() as usize);
+        let Some([y, z]) = self.parts.next_rows(bricks) else { return Ok(true) };
         #[expect(clippy::cast_possible_truncation, reason = "a ratio of order 1")]
         let voxel_depth = self.parts.voxel_depth() as f32;
         let rows = BrickRows { y, z, voxel_depth, measure, has_nodes: !is_coarse };
         let merged = renderer.merge_bricks(&rows)?;
         let done = merged.bricks.len();
         self.parts.take([rows.y, rows.z], &merged.bricks, &merged.nodes);
-        let most = if is_coarse { MOST_COARSE_BRICKS } else { MOST_BRICKS };
-        let rate = done as f64 / merged.wall_ms.max(0.01);
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
-        let fitting = (rate * PIECE_MS).clamp(1.0, (4 * self.bricks).min(most) as f64) as usize;
-        self.bricks = fitting;
+        self.pace.learn(done as f64, merged.wall_ms, PIECE_MS);
         Ok(self.parts.next_rows(1).is_none())
     }
 }
@@ -131,11 +106,11 @@ impl Octree {
         let (work, builder) = match Pieces::begin(&source, engines, false)? {
             Some(pieces) => (Work::Pieces(pieces), OctreeBuilder::Device),
             None => {
-                let thread = Thread::start(&source, |source, ticket| {
+                let work = start(&source, |source, ticket| {
                     let Source { volume, table, voxel_depth, measure, .. } = source;
                     Pyramid::build(volume, table, *voxel_depth, *measure, ticket)
                 })?;
-                (Work::Thread(thread), OctreeBuilder::Host)
+                (work, OctreeBuilder::Host)
             }
         };
         Ok(Self { source, builder, work })
@@ -167,28 +142,23 @@ impl Octree {
                     true => {
                         renderer.drop_bricks();
                         // What lies above needs no device, and takes no picture's time.
-                        Work::Thread(Thread::start(&self.source, |source, ticket| {
+                        start(&self.source, |source, ticket| {
                             Ok(pieces.parts.finish(&source.volume, &source.table, ticket)?)
-                        })?)
+                        })?
                     }
                 };
                 Ok(None)
             }
-            Work::Thread(thread) => match thread.result.recv_timeout(patience) {
-                Ok(built) => Ok(Some(built?)),
-                Err(RecvTimeoutError::Timeout) => {
-                    self.work = Work::Thread(thread);
-                    Ok(None)
+            Work::Thread(job) => {
+                let built = job.look(patience)?;
+                if built.is_none() {
+                    self.work = Work::Thread(job);
                 }
-                Err(RecvTimeoutError::Disconnected) => Err(failed()),
-            },
-            Work::Ended => Err(failed()),
+                Ok(built.transpose()?)
+            }
+            Work::Ended => Err(GpuError::Device("building the octree failed".to_owned()).into()),
         }
     }
-}
-
-fn failed() -> DrawError {
-    GpuError::Device("building the octree failed".to_owned()).into()
 }
 
 /// Level 3 and up, for a quick picture; and who made them.

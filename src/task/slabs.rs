@@ -2,13 +2,13 @@
 
 use std::ops::Range;
 use std::sync::Arc;
-use std::thread::JoinHandle;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use super::draw::{DrawError, Drawer, Drawn, LEAST_SIDE, LEAST_WHOLE, Observer};
 use super::engines::EngineKind;
+use super::job::Job;
 use super::previews::preview_coefficients;
-use crate::core::{Ticket, memory};
+use crate::core::{Pace, Ticket, memory};
 use crate::gpu::layout::TILE;
 use crate::gpu::{GpuError, PictureConstants, Renderer, tile_count};
 use crate::kernel::{Coefficients, CoefficientsError, coefficients};
@@ -30,8 +30,6 @@ pub(super) const STOP_BELOW: f64 = 5e-4;
 const MOST_MORE_RAYS: f64 = 0.125;
 /// or so many: a few single voxels in the smallest pictures there are.
 const LEAST_MORE_RAYS: f64 = 1536.0;
-/// How often a wait for the coefficients looks whether something newer came.
-pub(super) const LOOK_EVERY: Duration = Duration::from_millis(4);
 
 /// Coefficients under way on a thread of their own, and the classification of those that arrived.
 ///
@@ -55,8 +53,7 @@ struct UnderWay {
     which: SlabField,
     volume: Arc<ScalarVolume>,
     settings: SplatSettings,
-    ticket: Ticket,
-    thread: JoinHandle<Result<Made, CoefficientsError>>,
+    job: Job<Result<Made, CoefficientsError>>,
     is_native: bool,
 }
 
@@ -86,30 +83,25 @@ impl UnderWay {
         settings: SplatSettings,
         is_native: bool,
     ) -> Result<Self, GpuError> {
-        let ticket = Ticket::new();
-        let job = {
-            let (volume, ticket) = (Arc::clone(volume), ticket.clone());
+        let work = {
+            let volume = Arc::clone(volume);
             let interpolating = settings.reconstruction == Reconstruction::Interpolating;
-            move || {
+            move |ticket: &Ticket| {
                 let found = match which {
                     SlabField::Own => {
                         let SplatSettings { kernel, extent, .. } = settings;
-                        coefficients(&volume, kernel, extent, interpolating, &ticket)?
+                        coefficients(&volume, kernel, extent, interpolating, ticket)?
                     }
-                    SlabField::Preview => preview_coefficients(&volume, &ticket)?,
+                    SlabField::Preview => preview_coefficients(&volume, ticket)?,
                 };
                 if !is_native {
                     return Ok(Made::Coefficients(found));
                 }
-                let stored = native::Stored::new(which, &volume, &settings, found, &ticket);
-                Ok(Made::Stored(stored?))
+                Ok(Made::Stored(native::Stored::new(which, &volume, &settings, found, ticket)?))
             }
         };
-        let thread = std::thread::Builder::new().name("voxsplat-field".to_owned()).spawn(job);
-        let thread = thread.map_err(|error| {
-            GpuError::Device(format!("the reconstruction's thread did not start: {error}"))
-        })?;
-        Ok(Self { which, volume: Arc::clone(volume), settings, ticket, thread, is_native })
+        let job = Job::start(("voxsplat-field", "the field"), work)?;
+        Ok(Self { which, volume: Arc::clone(volume), settings, job, is_native })
     }
 
     fn is_for(
@@ -127,14 +119,6 @@ impl UnderWay {
     }
 }
 
-impl Drop for FieldJob {
-    fn drop(&mut self) {
-        if let Some(job) = &self.under_way {
-            job.ticket.cancel();
-        }
-    }
-}
-
 impl Drawer {
     /// Every slab of a reconstructed field, for a picture that is shown `enlarged` times larger.
     pub(super) fn slabs(
@@ -144,7 +128,7 @@ impl Drawer {
         observer: &mut dyn Observer,
     ) -> Result<Drawn, DrawError> {
         let (view, enlarged) = (plan.view(), plan.enlarged);
-        let are_alone = plan.is_of_kernels_alone();
+        let has_field = plan.field().is_some();
         self.prepare_field(plan, which, observer)?;
         self.engines.gpu()?.make_polygon_lists(plan, &view)?;
         let constants = PictureConstants {
@@ -165,19 +149,19 @@ impl Drawer {
         };
         let pipelines = self.engines.gpu()?.pipeline_count();
         let rays = f64::from(plan.size[0]) * f64::from(plan.size[1]);
-        if !are_alone {
+        if has_field {
             // What these take is learnt with the others: the next picture is smaller for it.
             #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "rays")]
             let most = (rays * MOST_MORE_RAYS).max(LEAST_MORE_RAYS) as u64;
             self.engines.gpu()?.mark_specks(which, &view, &plan.mode, most);
         }
-        let draw = |renderer: &mut Renderer, tiles: Range<u32>| match are_alone {
-            true => renderer.draw_vector_tiles(&view, tiles),
-            false => renderer.draw_slab_tiles(which, &view, &plan.mode, constants, tiles),
+        let draw = |renderer: &mut Renderer, tiles: Range<u32>| match has_field {
+            false => renderer.draw_tiles_without_field(&view, &plan.mode, tiles),
+            true => renderer.draw_slab_tiles(which, &view, &plan.mode, constants, tiles),
         };
         let (mut drawn, (splats, visits)) =
             self.beside_vectors(plan, &view, which, observer, (first, draw))?;
-        if are_alone {
+        if !has_field {
             drawn.kernels = splats;
         }
         drawn.made_pipelines = self.engines.gpu()?.pipeline_count() != pipelines;
@@ -185,7 +169,7 @@ impl Drawer {
         if !drawn.made_pipelines {
             self.learn_slabs((plan, which), (drawn.wall_ms, drawn.lists_ms), visits);
         }
-        Ok(Drawn { is_shaded: !are_alone, ..drawn })
+        Ok(Drawn { is_shaded: has_field, ..drawn })
     }
 
     /// Learns from a picture in slabs what rays and visits (`vectors::PictureVectors::visits`) cost, from milliseconds in all
@@ -297,14 +281,12 @@ impl Drawer {
     ) -> Result<(), DrawError> {
         let unit_distance = plan.frame.unit_distance;
         let total = self.engines.gpu()?.bricks_to_shade(view, &plan.mode, unit_distance)?;
-        let (mut done, mut piece) = (0, FIRST_BRICKS);
+        let (mut done, mut pace) = (0, Pace::new(FIRST_BRICKS, 64));
         while done < total {
-            let end = (done + piece).min(total);
+            let end = (done + pace.piece()).min(total);
             let wall_ms = self.engines.gpu()?.shade_bricks(done..end)?;
-            let rate = f64::from(end - done) / wall_ms.max(0.01);
-            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
-            let fitting = (rate * observer.piece_ms()).clamp(64.0, f64::from(piece) * 2.0) as u32;
-            (done, piece) = (end, fitting);
+            pace.learn(f64::from(end - done), wall_ms, observer.piece_ms());
+            done = end;
             if observer.piece_done(&mut self.engines, 0.0) {
                 return Err(DrawError::Interrupted);
             }
@@ -328,20 +310,17 @@ impl Drawer {
         let start = Instant::now();
         self.begin(plan, view, plan.mode.kernel.splatted())?;
         let total = tile_count(view.size);
-        let (mut done, mut piece, mut ready, mut lists_ms) = (0, first, 0, 0.0);
+        let (mut done, mut ready, mut lists_ms) = (0, 0, 0.0);
+        let mut pace = Pace::new(first, 1);
         while done < total {
             if done == ready {
                 let start = Instant::now();
                 ready = make_ready(self.engines.gpu()?, done..total)?;
                 lists_ms += start.elapsed().as_secs_f64() * 1e3;
             }
-            let end = (done + piece).min(ready);
+            let end = (done + pace.piece()).min(ready);
             let wall_ms = draw(self.engines.gpu()?, done..end)?;
-            // Tiles beside the volume cost next to nothing: a piece grows by no more than twice.
-            let rate = f64::from(end - done) / wall_ms.max(0.01);
-            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
-            let fitting = (rate * observer.piece_ms()).clamp(1.0, f64::from(piece) * 2.0) as u32;
-            piece = fitting;
+            pace.learn(f64::from(end - done), wall_ms, observer.piece_ms());
             done = end;
             let share = f64::from(done) / f64::from(total);
             if observer.piece_done(&mut self.engines, share) {
@@ -435,12 +414,11 @@ impl Drawer {
         is_native: bool,
         observer: &mut dyn Observer,
     ) -> Result<Made, DrawError> {
-        let job = match self.field.under_way.take() {
-            Some(job) if job.is_for(which, volume, mode, is_native) => job,
-            other => {
-                if let Some(old) = other {
-                    old.ticket.cancel();
-                }
+        // Another is cancelled.
+        let kept = self.field.under_way.take();
+        let under_way = match kept.filter(|job| job.is_for(which, volume, mode, is_native)) {
+            Some(kept) => kept,
+            None => {
                 if is_native {
                     // The coefficients, and what is made of them.
                     let bytes = stored_bytes(volume.lattice.dims, mode).saturating_mul(2);
@@ -449,17 +427,14 @@ impl Drawer {
                 UnderWay::start(which, volume, *mode, is_native)?
             }
         };
-        while !job.thread.is_finished() {
-            if observer.piece_done(&mut self.engines, 0.0) {
-                self.field.under_way = Some(job);
-                return Err(DrawError::Interrupted);
-            }
-            std::thread::sleep(LOOK_EVERY);
-        }
-        match job.thread.join() {
-            Ok(Ok(made)) => Ok(made),
-            Ok(Err(CoefficientsError::Cancelled(_))) => Err(DrawError::Interrupted),
-            Ok(Err(CoefficientsError::TooLarge(error))) if which == SlabField::Preview => {
+        let Some(made) = under_way.job.wait(&mut self.engines, observer)? else {
+            self.field.under_way = Some(under_way);
+            return Err(DrawError::Interrupted);
+        };
+        match made {
+            Ok(made) => Ok(made),
+            Err(CoefficientsError::Cancelled(_)) => Err(DrawError::Interrupted),
+            Err(CoefficientsError::TooLarge(error)) if which == SlabField::Preview => {
                 Err(GpuError::TooLarge {
                     what: "a field for previews",
                     limit: "memory that is free".to_owned(),
@@ -468,8 +443,7 @@ impl Drawer {
                 }
                 .into())
             }
-            Ok(Err(error)) => Err(GpuError::Device(error.to_string()).into()),
-            Err(_) => Err(GpuError::Device("the reconstruction failed".to_owned()).into()),
+            Err(error) => Err(GpuError::Device(error.to_string()).into()),
         }
     }
 }

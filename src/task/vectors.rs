@@ -3,10 +3,9 @@
 
 use std::ops::Range;
 use std::sync::Arc;
-use std::thread::JoinHandle;
-use std::time::Duration;
 
 use super::draw::{DrawError, Drawer, Observer};
+use super::job::Job;
 use super::slabs::STOP_BELOW;
 use crate::core::{Cancelled, Ticket};
 use crate::gpu::layout::{LAYER_SLABS, TILE};
@@ -16,8 +15,6 @@ use crate::plan::{Classification, KernelList, KernelSlabs, Plan, SlabField};
 use crate::scene::{SplatSettings, View};
 use crate::vector::Splats;
 
-/// How often a wait for the splats looks whether something newer came.
-const LOOK_EVERY: Duration = Duration::from_millis(4);
 /// Splats of finished pictures are no smaller than this radius in pixels: below, means are drawn.
 const LEAST_RADIUS_PX: f64 = 1.0;
 /// Those of quick pictures, in pixels of what is drawn.
@@ -36,24 +33,12 @@ const MOST_FIELD_SLABS: f64 = 64.0;
 /// The splats of the scene drawn last, of each field and the finest level first, and those under way.
 #[derive(Debug, Default)]
 pub(super) struct VectorJob {
-    held: Vec<(Classification, Vec<Arc<Splats>>)>,
-    under_way: Option<UnderWay>,
+    held: Vec<(Classification, Levels)>,
+    under_way: Option<(Classification, Job<Result<Levels, Cancelled>>)>,
 }
 
-#[derive(Debug)]
-struct UnderWay {
-    key: Classification,
-    ticket: Ticket,
-    thread: JoinHandle<Result<Vec<Arc<Splats>>, Cancelled>>,
-}
-
-impl Drop for VectorJob {
-    fn drop(&mut self) {
-        if let Some(job) = &self.under_way {
-            job.ticket.cancel();
-        }
-    }
-}
+/// Splats, the finest level first.
+type Levels = Vec<Arc<Splats>>;
 
 /// Vectors of one picture: which level, and how the slabs are cut.
 #[derive(Debug, Clone)]
@@ -285,38 +270,22 @@ impl Drawer {
         &mut self,
         key: &Classification,
         observer: &mut dyn Observer,
-    ) -> Result<Vec<Arc<Splats>>, DrawError> {
-        let job = match self.vectors.under_way.take() {
-            Some(job) if job.key == *key => job,
-            other => {
-                if let Some(old) = other {
-                    old.ticket.cancel();
-                }
-                let ticket = Ticket::new();
-                let work = {
-                    let (key, ticket) = (key.clone(), ticket.clone());
-                    move || key.levels(&ticket)
-                };
-                let thread = std::thread::Builder::new().name("voxsplat-vectors".to_owned());
-                let thread = thread.spawn(work).map_err(|error| {
-                    GpuError::Device(format!("the vectors' thread did not start: {error}"))
-                })?;
-                UnderWay { key: key.clone(), ticket, thread }
+    ) -> Result<Levels, DrawError> {
+        // Others are cancelled.
+        let kept = self.vectors.under_way.take().filter(|(of, _)| of == key);
+        let (_, job) = match kept {
+            Some(kept) => self.vectors.under_way.insert(kept),
+            None => {
+                let of = key.clone();
+                let work = move |ticket: &Ticket| of.levels(ticket);
+                let job = Job::start(("voxsplat-vectors", "the vectors' splats"), work)?;
+                self.vectors.under_way.insert((key.clone(), job))
             }
         };
-        while !job.thread.is_finished() {
-            if observer.piece_done(&mut self.engines, 0.0) {
-                self.vectors.under_way = Some(job);
-                return Err(DrawError::Interrupted);
-            }
-            std::thread::sleep(LOOK_EVERY);
+        let waited = job.wait(&mut self.engines, observer);
+        if !matches!(waited, Ok(None)) {
+            self.vectors.under_way = None;
         }
-        match job.thread.join() {
-            Ok(Ok(levels)) => Ok(levels),
-            Ok(Err(Cancelled)) => Err(DrawError::Interrupted),
-            Err(_) => {
-                Err(GpuError::Device("the vectors could not be classified".to_owned()).into())
-            }
-        }
+        Ok(waited?.ok_or(DrawError::Interrupted)??)
     }
 }

@@ -1,17 +1,18 @@
 //! The drawing service: what is asked last is what arrives, and then nothing more.
 
-use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, mpsc};
 use std::time::{Duration, Instant};
 
 use glam::{DAffine3, DVec3};
 use voxsplat::core::Ticket;
-use voxsplat::gpu::Wishes;
+use voxsplat::gpu::{Renderer, Wishes};
+use voxsplat::plan::Plan;
 use voxsplat::reference::Rays;
 use voxsplat::scene::{Scene, SplatSettings};
-use voxsplat::task::draw::Rung;
+use voxsplat::task::draw::{DrawError, Drawer, Rung};
 use voxsplat::task::engine::{
-    AdapterChoice, Effort, Engine, EngineState, FrameRequest, Ladder, Picture,
+    AdapterChoice, Effort, Engine, EngineState, FrameRequest, Ladder, Picture, SecondRequest,
 };
 use voxsplat::task::level::LevelOfDetail;
 use voxsplat::task::still::{Refine, Still, StillRequest, Timer};
@@ -216,6 +217,85 @@ fn a_lost_device_is_made_anew_and_draws_the_same_picture() {
     bench.engine.lose_device();
     let still = bench.still(&small());
     assert!(still.rgba == last(&before), "another picture");
+}
+
+/// A driver may tell of it while work is waited for, where `wgpu` panics: the device is made anew there, too.
+#[test]
+fn a_device_that_is_lost_in_a_wait_is_made_anew_for_stills_and_frames() {
+    let Some(bench) = Bench::new() else { return };
+    let before = bench.still(&small());
+    bench.engine.lose_device_in_wait();
+    assert!(bench.still(&small()).rgba == before.rgba, "another picture");
+    bench.engine.lose_device_in_wait();
+    bench.request(&small(), SIZE, rest());
+    let after = bench.until_full(SIZE);
+    assert!(after[after.len() - 1].rgba == before.rgba, "another picture");
+}
+
+/// Whoever waits is told, what waits behind is drawn, and nothing says "Drawing" for ever.
+#[test]
+fn after_a_panic_the_queued_still_and_the_next_frame_arrive() {
+    let Some(bench) = Bench::new() else { return };
+    let engine = Arc::new(bench.engine);
+    engine.panic_at_next();
+    let (done, is_done) = mpsc::channel();
+    for _ in 0..2 {
+        let (engine, done) = (Arc::clone(&engine), done.clone());
+        std::thread::spawn(move || {
+            let still = engine.still(still_request(&small(), SIZE), &Ticket::new());
+            done.send(still.map(|still| still.rgba)).expect("somebody waits");
+        });
+    }
+    let stills = [0, 1].map(|_| is_done.recv_timeout(PATIENCE).expect("it ends"));
+    assert_eq!(stills.iter().filter(|still| still.is_ok()).count(), 1, "{stills:?}");
+    let ends = |is_end: &dyn Fn(&EngineState) -> bool| {
+        let start = Instant::now();
+        while !is_end(&engine.state()) {
+            assert!(start.elapsed() < PATIENCE, "{:?}", engine.state());
+            std::thread::sleep(Duration::from_millis(2));
+        }
+    };
+    // A frame that fails so is told, and the next one is drawn.
+    let frame = || FrameRequest { scene: small(), size: SIZE, effort: rest() };
+    engine.panic_at_next();
+    engine.request(frame());
+    ends(
+        &|state| matches!(state, EngineState::Failed(sentence) if sentence.contains("found an error")),
+    );
+    engine.request(frame());
+    ends(&|state| *state == EngineState::Idle);
+    assert!(engine.take_picture().is_some_and(|picture| picture.report.level.is_full()));
+}
+
+/// Bringing a volume to the device takes as long as a picture: a newer wish ends it as soon.
+#[test]
+fn a_volume_that_nobody_waits_for_is_not_brought_to_the_device() {
+    let Some(bench) = Bench::new() else { return };
+    let heavy = scene(Lattice::unit([320, 320, 320]), DVec3::Z);
+    let plan = Plan::of(&heavy, SIZE);
+    let own = context(Wishes::default()).expect("there was one");
+    let mut drawer = Drawer::new(Renderer::new(own));
+    let uploads = |drawer: &Drawer| drawer.engines.made_gpu().map(Renderer::upload_count);
+    let cancelled = Ticket::new();
+    cancelled.cancel();
+    assert_eq!(drawer.prepare(&plan, &cancelled), Err(DrawError::Interrupted));
+    assert_eq!(uploads(&drawer), Some(0));
+    assert_eq!(drawer.prepare(&plan, &Ticket::new()), Ok(()));
+    assert_eq!(uploads(&drawer), Some(1), "what was interrupted can be begun anew");
+
+    // A picture beside the one on the screen, once nobody wants it.
+    let first = {
+        bench.request(&small(), SIZE, rest());
+        let mut seen = bench.until_full(SIZE);
+        seen.pop().expect("a picture")
+    };
+    let before = bench.still(&small()).uploads;
+    bench.engine.request_second(Some(SecondRequest { scene: heavy, size: SIZE, first }));
+    bench.pictures_until(|bench, _| matches!(bench.engine.state(), EngineState::Drawing(_)));
+    bench.engine.request_second(None);
+    bench.pictures_until(|bench, _| bench.engine.state() == EngineState::Idle);
+    // Its own volume comes anew, as room was made for the other one.
+    assert_eq!(bench.still(&small()).uploads, before + 1);
 }
 
 #[test]

@@ -8,6 +8,7 @@ use voxsplat::kernel::Kernel;
 use voxsplat::plan::Plan;
 use voxsplat::scene::{Classify, Scene, SplatSettings};
 use voxsplat::task::draw::{DrawError, Drawer, Rung};
+use voxsplat::task::engines::Canvas as _;
 use voxsplat::volume::{Lattice, Samples};
 
 use crate::hard_cases::{EXACT, SMALL, held};
@@ -60,6 +61,45 @@ fn is_refused(scene: &Scene, bytes: u64) {
         Err(DrawError::Gpu(GpuError::TooLarge { what: "a volume to reconstruct", .. }))
     );
     assert!(is_too_large, "{refused:?}");
+}
+
+/// A picture is read back some rows at a time, the last time fewer.
+#[test]
+fn a_picture_of_more_than_one_band_is_read_back_whole() {
+    let Some(mut context) = context(Wishes::default()) else { return };
+    // Texels of 16 bytes, rows of 1024 bytes, three of them at a time.
+    let size = [61, 50];
+    context.limits.max_buffer_size = 3 * 1024 + 512;
+    let mut banded = Drawer::new(Renderer::new(context));
+    let scene = scene(Lattice::unit([9, 8, 10]), DVec3::new(-0.6, 0.3, -0.7));
+    let (in_bands, _) = drawn(&mut banded, &scene, size, Rung::Full);
+    let Some(mut drawer) = drawer() else { return };
+    let (whole, _) = drawn(&mut drawer, &scene, size, Rung::Full);
+    assert!(in_bands == whole, "another picture");
+    let shown = |drawer: &mut Drawer| drawer.engines.present(None).expect("it reads back");
+    assert_eq!(shown(&mut banded), shown(&mut drawer));
+    assert!(whole.iter().any(|p| p[3] > 0.5));
+}
+
+/// Without a count of turns in every loop, as modules are made for hardware: the same bits.
+#[test]
+fn shaders_whose_loops_nobody_bounds_draw_the_same_picture() {
+    let Some(mut unbounded) = context(Wishes::default()) else { return };
+    let Some(mut drawer) = drawer() else { return };
+    unbounded.ends_loops = false;
+    let mut unbounded = Drawer::new(Renderer::new(unbounded));
+    let bytes = Samples::UInt8(values().map(|v| v as u8).collect());
+    let scene = with_samples(bytes, 1.0, 0.0);
+    let raster =
+        SplatSettings { backend: voxsplat::scene::Backend::Raster, ..SplatSettings::SHADE_FIRST };
+    let vectors = crate::vectors::alone();
+    let modes = [SplatSettings::EXACT, SplatSettings::SHADE_FIRST, raster];
+    let scenes = modes.map(|splat| Scene { splat, ..scene.clone() });
+    for (i, scene) in scenes.iter().chain([&vectors]).enumerate() {
+        let [one, other] =
+            [&mut unbounded, &mut *drawer].map(|drawer| drawn(drawer, scene, SMALL, Rung::Full).0);
+        assert!(one == other && one.iter().any(|p| p[3] > 0.1), "scene {i}");
+    }
 }
 
 /// Two samples a word, and words in up to four buffers, hold the same codes.

@@ -19,8 +19,12 @@ use crate::support::{
     context, drawn, noise, random, scene, volume, volume_of, wide, with_field, with_transfer,
 };
 
-const ON_DEVICE: Wishes =
-    Wishes { float32_blending: true, timestamps: true, octrees: Some(OctreeBuilder::Device) };
+const ON_DEVICE: Wishes = Wishes {
+    float32_blending: true,
+    timestamps: true,
+    octrees: Some(OctreeBuilder::Device),
+    most_binding_bytes: None,
+};
 
 /// A node in float64.
 #[derive(Debug, Clone, Copy, Default)]

@@ -96,6 +96,29 @@ fn perspective_opacity_order_slabs_and_smoothness_are_the_references() {
     }
 }
 
+/// Bricks are bounded by the Bézier points of the spline, which lie nearer to its values than its coefficients do.
+#[test]
+fn rays_leap_over_what_a_thin_shell_leaves_clear_and_lose_nothing() {
+    let lattice = Lattice::unit([29, 27, 31]);
+    let from_middle = |i: usize| {
+        let at = [i % 29, i / 29 % 27, i / (29 * 27)].map(|n| n as f64);
+        (DVec3::from(at) - DVec3::new(14.0, 13.2, 15.1)).length()
+    };
+    let values = (0..29 * 27 * 31).map(|i| from_middle(i) as f32).collect();
+    let field = volume(lattice, Samples::Float32(values));
+    for width in [0.3, 2.0] {
+        let shell = vec![(9.0, 0.0), (9.0 + width / 3.0, 0.7), (9.0 + width, 0.0)];
+        let colour = ColourSource::Map { map: ColourMap::Viridis, range: [9.0, 9.0 + width] };
+        let mut scene = scene(lattice, DVec3::new(0.4, 0.9, -0.5));
+        scene = with_field(scene, field.clone());
+        *transfer_of(&mut scene) = TransferFunction::of(shell, colour);
+        for kernel in [Kernel::BSpline, Kernel::Linear] {
+            let scene = reconstructed(scene.clone(), kernel, Classify::PreIntegrated);
+            agrees(&format!("a shell {width} wide, {}", kernel.name()), &scene, WITHIN);
+        }
+    }
+}
+
 #[test]
 fn sheared_reflected_and_thin_lattices_are_the_references() {
     let sheared = Lattice {

@@ -7,11 +7,11 @@ use std::sync::Arc;
 
 use glam::{DMat3, DVec3, Vec3};
 use voxsplat::core::{Srgb8, Ticket};
-use voxsplat::gpu::SlabField;
+use voxsplat::gpu::{Renderer, SlabField, Wishes};
 use voxsplat::plan::Plan;
 use voxsplat::reference::Reference;
 use voxsplat::scene::{OpacityModel, Order, Scene, SplatSettings, VectorLayer};
-use voxsplat::task::draw::Rung;
+use voxsplat::task::draw::{Drawer, Rung};
 use voxsplat::transfer::{ColourSource, TransferFunction};
 use voxsplat::vector::{Design, Foreshortening, VectorMode, VectorSettings};
 use voxsplat::volume::{Lattice, Places, VectorField};
@@ -454,13 +454,47 @@ fn a_cycle_comes_round_and_does_not_flicker() {
     assert!(deviation * 255.0 < 0.5, "{}", deviation * 255.0);
 }
 
+/// Buffers grow by half as much again as is needed, and no further than a pass can be bound to: at that limit all is
+/// drawn, and beyond it a sentence says so. The device itself has these limits, and would report more.
+#[test]
+fn as_many_vectors_are_drawn_as_one_buffer_holds_and_one_more_is_refused() {
+    let lattice = Lattice::unit([20, 20, 20]);
+    let field = field(Places::Lattice(lattice), 5);
+    let settings = settings(&field);
+    let scene = scene(lattice, DVec3::new(-0.5, 0.4, -0.8)).with(VectorLayer { field, settings });
+    let scene = Scene { splat: SplatSettings::EXACT, ..without_field(scene) };
+    let Some(mut whole) = drawer() else { return };
+    let (expected, drawn_of) = drawn(&mut whole, &scene, PICTURE, Rung::Full);
+    let splats = drawn_of.kernels;
+    assert!(splats > 4000, "{splats}");
+    // 64 bytes each: what is projected of them is the largest buffer.
+    for (bytes, is_enough) in [(64 * splats, true), (64 * splats - 16, false)] {
+        let wishes = Wishes { most_binding_bytes: Some(bytes), ..Wishes::default() };
+        let Some(context) = context(wishes) else { return };
+        assert_eq!(context.limits.max_storage_buffer_binding_size, bytes);
+        let mut drawer = Drawer::new(Renderer::new(context));
+        let plan = Plan::of(&scene, PICTURE);
+        let outcome = drawer
+            .prepare(&plan, &Ticket::new())
+            .and_then(|()| drawer.draw(&plan, Rung::Full, &mut ()).map(|drawn| drawn.kernels));
+        if is_enough {
+            assert_eq!(outcome, Ok(splats));
+            let found = wide(&drawer.engines.read_light().expect("it reads back"));
+            assert!(found == expected, "another picture");
+        } else {
+            let refused = outcome.expect_err("refused").to_string();
+            assert!(refused.starts_with("expected") && refused.contains("found"), "{refused}");
+        }
+    }
+}
+
 #[test]
 fn an_animated_picture_at_rest_makes_its_lists_once() {
     let Some(mut drawer) = drawer() else { return };
     let still = alone();
     let mut passes = |phase: f64| {
         let scene = Scene { phase, ..still.clone() };
-        drawer.engines.gpu().expect("a device").time_passes().unwrap();
+        drawer.engines.gpu().expect("a device").time_passes();
         drawn(&mut drawer, &scene, PICTURE, Rung::Full);
         let names: Vec<&str> =
             drawer.engines.gpu().expect("a device").times().iter().map(|pass| pass.name).collect();
@@ -473,8 +507,8 @@ fn an_animated_picture_at_rest_makes_its_lists_once() {
 
 #[test]
 fn a_scene_without_vectors_has_no_trace_of_them() {
-    let Some(context) = context(voxsplat::gpu::Wishes::default()) else { return };
-    let mut drawer = voxsplat::task::draw::Drawer::new(voxsplat::gpu::Renderer::new(context));
+    let Some(context) = context(Wishes::default()) else { return };
+    let mut drawer = Drawer::new(Renderer::new(context));
     let beside = beside_field(alone());
     let plain = with_vectors(beside.clone(), []);
     let (before, _) = drawn(&mut drawer, &plain, PICTURE, Rung::Full);
@@ -486,7 +520,7 @@ fn a_scene_without_vectors_has_no_trace_of_them() {
     assert!(drawer.engines.gpu().expect("a device").pipeline_count() > pipelines);
     let (after, _) = drawn(&mut drawer, &plain, PICTURE, Rung::Full);
     assert_eq!(before, after);
-    drawer.engines.gpu().expect("a device").time_passes().unwrap();
+    drawer.engines.gpu().expect("a device").time_passes();
     drawn(&mut drawer, &plain, PICTURE, Rung::Full);
     let names: Vec<&str> =
         drawer.engines.gpu().expect("a device").times().iter().map(|pass| pass.name).collect();

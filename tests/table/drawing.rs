@@ -88,7 +88,7 @@ pub(crate) fn table() -> Option<&'static Table> {
 }
 
 /// The software adapter where there is one: it is the same everywhere, and floors were measured on it.
-fn context() -> Option<Context> {
+pub(crate) fn context() -> Option<Context> {
     let found = match Context::new(&AdapterChoice::Software, Wishes::default()) {
         Err(GpuError::NoAdapter { .. }) => Context::new(&AdapterChoice::Auto, Wishes::default()),
         found => found,

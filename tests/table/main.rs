@@ -10,6 +10,7 @@
 mod bits;
 mod coverage;
 mod drawing;
+mod every_row;
 mod judging;
 mod plans;
 mod rows;

@@ -214,12 +214,12 @@ fn thirty_scenes_have_the_plans_they_should() {
         let refused: Vec<_> = plan.left_out.iter().map(|refusal| refusal.part).collect();
         assert_eq!((plan.way, found, &refused[..]), (way, counts, left_out), "{name}");
         assert_eq!(plan, Plan::of(&scene.clone(), SIZE), "{name}: the same scene, the same plan");
-        // The native engine has no triangles, but draws what nobody wants to be such; the other draws no polygons alone.
+        // The native engine has no triangles, but draws what nobody wants to be such; the other draws everything.
         let SplatSettings { backend, kernel, .. } = scene.splat;
         let wants_triangles = backend == Backend::Raster || kernel == Kernel::Gouraud;
         let has_triangles = wants_triangles && matches!(way, Triangles | Nodes);
         assert_eq!(native::supports(&plan).is_ok(), !has_triangles, "{name}");
-        assert_eq!(gpu::supports(&plan).is_ok(), name != "polygons alone", "{name}");
+        assert_eq!(gpu::supports(&plan), Ok(()), "{name}");
         let outline = plan.outline();
         assert_eq!(outline.way, way.name());
         assert_eq!(outline.kernels.len(), counts[1]);

@@ -421,12 +421,15 @@ fn polygons() -> Vec<Row> {
         Alone, Clear, CutFaces, Isosurfaces, Lights, OpaquePolygons, TranslucentPolygons, Vectors,
     };
     let mut rows = vec![Row::new(Field::Noise, &[Clear, TranslucentPolygons], EXACT)];
+    let both = [OpaquePolygons, TranslucentPolygons];
+    let without_field = Row::new(Field::Noise, &[&both[..], &[Alone]].concat(), EXACT);
+    rows.extend(both_eyes(vec![without_field]));
+    rows.push(Row::new(Field::Noise, &[TranslucentPolygons, Alone], turned(published(EXACT))));
     for part in [OpaquePolygons, TranslucentPolygons] {
         rows.extend(both_eyes(vec![Row::new(Field::Noise, &[part], EXACT)]));
         let modes = [EVERY_SAMPLE, sheets(1, Kernel::Cubic), with(Kernel::BSpline, SLABS)];
         rows.extend(either_eye(in_modes(Field::Noise, &[part], modes)));
     }
-    let both = [OpaquePolygons, TranslucentPolygons];
     let modes = [
         published(EXACT),
         after(Kernel::Linear),

@@ -5,7 +5,7 @@ use std::ops::Range;
 use glam::DVec3;
 
 use super::{Layering, Variant};
-use crate::gpu::layout::{self, POINT_TIE, TILE};
+use crate::gpu::layout::{self, POINT_TIE, TILE, narrow4};
 use crate::kernel::{Kernel, RadialKernel};
 use crate::scene::{SplatSettings, View};
 use crate::volume::BRICK;
@@ -36,7 +36,6 @@ impl Constants<'_> {
         let axes = view.traversal.axes;
         // Vectors over lattice axes, in the traversal's order.
         let turned = |v: DVec3| DVec3::from(axes.map(|axis| v[axis]));
-        let with = |v: DVec3, w: f64| v.as_vec3().extend(w as f32).to_array();
         let index_from_view = view.view_from_index.inverse();
         let radial = RadialKernel::new(settings.kernel, settings.extent);
         let radius = radial.map_or(0.5, RadialKernel::radius);
@@ -87,18 +86,18 @@ impl Constants<'_> {
             [a, b, c, w]
         };
         layout::Gather {
-            base: with(turned(base), shrink),
-            right: with(turned(index_from_view.x_axis), 0.0),
-            up: with(turned(index_from_view.y_axis), 0.0),
-            ahead: with(turned(ahead), 0.0),
-            reach: with(turned(reach) + DVec3::splat(MARGIN), self.stop_below),
-            scale: with(DVec3::new(radius, extinction, extinction * stretch.powi(-2)), eye),
-            layers: with(DVec3::new(thickness, reference - view.view_centre.z, 0.0), 0.0),
-            centre: with(turned(view.lattice_centre), view.view_from_index.determinant().abs()),
-            view_a: with(along(axes[0]), 0.0),
-            view_b: with(along(axes[1]), 0.0),
-            view_c: with(along(axes[2]), 0.0),
-            view_centre: with(view.view_centre, 0.0),
+            base: narrow4(turned(base), shrink),
+            right: narrow4(turned(index_from_view.x_axis), 0.0),
+            up: narrow4(turned(index_from_view.y_axis), 0.0),
+            ahead: narrow4(turned(ahead), 0.0),
+            reach: narrow4(turned(reach) + DVec3::splat(MARGIN), self.stop_below),
+            scale: narrow4(DVec3::new(radius, extinction, extinction * stretch.powi(-2)), eye),
+            layers: narrow4(DVec3::new(thickness, reference - view.view_centre.z, 0.0), 0.0),
+            centre: narrow4(turned(view.lattice_centre), view.view_from_index.determinant().abs()),
+            view_a: narrow4(along(axes[0]), 0.0),
+            view_b: narrow4(along(axes[1]), 0.0),
+            view_c: narrow4(along(axes[2]), 0.0),
+            view_centre: narrow4(view.view_centre, 0.0),
             low: [first[0], first[1], first[2], view.size[0] as i32],
             high: [last[0], last[1], last[2], view.size[1] as i32],
             splits: [splits[0], splits[1], splits[2], self.tiles.start as i32],

@@ -55,6 +55,8 @@ pub struct Renderer {
     pub(super) scan: wgpu::Buffer,
     pub(super) totals: wgpu::Buffer,
     pub(super) present: wgpu::Buffer,
+    /// Of pictures without a field.
+    pub(super) tiles: wgpu::Buffer,
     pub(super) records: Growing,
     pub(super) uploads: Growing,
     pub(super) counts: Growing,
@@ -67,7 +69,7 @@ pub struct Renderer {
     pub(super) slabs: [SlabPass; 2],
     /// What the slabs being drawn are of, and their mode.
     slab_field: SlabField,
-    slab_settings: SplatSettings,
+    pub(super) slab_settings: SplatSettings,
     /// Their lights and shading tables.
     pub(super) shade: Option<Shade>,
     pub(super) shaded: ShadedSamples,
@@ -114,6 +116,12 @@ impl Renderer {
             traversal: uniform("traversal", size_of::<layout::Traversal>()),
             scan: uniform("scan", size_of::<layout::Scan>()),
             present: uniform("present", size_of::<layout::Present>()),
+            tiles: Growing::make(
+                &context,
+                "tiles without a field",
+                Usage::STORAGE | Usage::COPY_DST,
+                size_of::<layout::VectorTiles>() as u64,
+            ),
             totals: Growing::make(
                 &context,
                 "totals",
@@ -170,15 +178,12 @@ impl Renderer {
 
     /// Times every pass from now on; each is then submitted on its own where the device's clock
     /// cannot be believed.
-    ///
-    /// # Errors
-    /// Where the device fails.
-    pub fn time_passes(&mut self) -> Result<Timer, GpuError> {
-        let timer = crate::gpu::timing::choose(&self.context)?;
+    pub fn time_passes(&mut self) -> Timer {
+        let timer = Timer::of(&self.context);
         self.timer = Some(timer);
         // Else their pass would not be among those that are timed.
         self.shaded.clear();
-        Ok(timer)
+        timer
     }
 
     /// Passes go together again, untimed.
@@ -335,6 +340,11 @@ impl Renderer {
     }
 
     /// Whether every ray of the picture came to its end so far.
+    ///
+    /// What rays and polygons walk says so where it was ended. No other pass has loops that may be long: those over
+    /// lists are refused where a kernel touches too many tiles, or a sum has too many counts (`MOST_TURNS`); a thread of
+    /// `count_segments`, `emit_kernels` and `shade_samples` walks the samples along a brick, with a turn for each light,
+    /// table and region; `merge_bricks` the nodes of 8³ voxels; `count_digits` and `scatter_digits` 256 keys.
     ///
     /// # Errors
     /// [`GpuError::EndedLoops`], or a failing device.

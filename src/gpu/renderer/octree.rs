@@ -6,6 +6,7 @@ use crate::gpu::clock::Timestamps;
 use crate::gpu::compute::{buffer, buffers, dispatch};
 use crate::gpu::context::OctreeBuilder;
 use crate::gpu::frame::Pass;
+use crate::gpu::layout::narrow;
 use crate::gpu::octree::{BrickBuffers, BrickRows, MergedBricks, bricks_of, merged};
 use crate::gpu::pipelines::Program;
 use crate::gpu::{GpuError, layout, shader};
@@ -56,7 +57,8 @@ impl Renderer {
             1 | 2 => f64::from(table.span[0]),
             _ => volume.samples.bias,
         };
-        let (low, high) = (statistics.min - zero, statistics.max - zero);
+        let [low, high] =
+            [statistics.min, statistics.max].map(|v| (v - zero) * volume.samples.unit);
         let per_range = if high > low { 1.0 / (high - low) } else { 0.0 };
         let by_value = u32::from(rows.measure == ErrorMeasure::Scalar);
         let [x, y, z] = counts.map(|n| n as u32);
@@ -66,7 +68,7 @@ impl Renderer {
             first: [0, rows.y.start as u32, rows.z.start as u32, u32::from(rows.has_nodes)],
             bricks: [x, y, z, by_value],
             nodes: [begin[0], begin[1], begin[2], volume.samples.width],
-            scale: [rows.voxel_depth, low as f32, high as f32, per_range as f32],
+            scale: [rows.voxel_depth, narrow(low), narrow(high), narrow(per_range)],
         };
         self.context.queue.write_buffer(&buffers.piece, 0, bytemuck::bytes_of(&piece));
         let [nx, ny, nz] = dims.map(|n| n as u32);

@@ -1,6 +1,7 @@
 //! Octree cuts by lists.
 
 use super::Renderer;
+use crate::core::Pace;
 use crate::gpu::GpuError;
 use crate::gpu::buffers::read_words;
 use crate::gpu::clock::Timestamps;
@@ -9,7 +10,9 @@ use crate::gpu::frame::{self, Pass};
 use crate::gpu::layout::{self, GROUP_TILES, LIST_THREADS};
 use crate::gpu::list_plan::{Layers, MOST_LAYER_BITS, Plan, Rectangle, bits_below};
 use crate::gpu::pipelines::{ListVariant, Program};
-use crate::gpu::scattered::{ListTotals, Lists, ListsOf, MOST_TURNS, Scattered, too_many};
+use crate::gpu::scattered::{
+    ListTotals, Lists, ListsOf, MOST_TURNS, Scattered, scan_turns, too_many,
+};
 use crate::gpu::shader;
 use crate::kernel::RadialKernel;
 use crate::scene::{OpacityModel, Order, View, Visibility};
@@ -78,21 +81,15 @@ impl Renderer {
             totals.entries += u64::from(entries);
             totals.rectangles += 1;
             let mut rows = 0;
-            let mut step = 1;
+            let mut pace = Pace::new(1, 1);
             while rows < rectangle.0[3] {
-                let end = (rows + step).min(rectangle.0[3]);
+                let end = (rows + pace.piece()).min(rectangle.0[3]);
                 let tiles = [rectangle.0[2], end - rows];
                 self.write_lists(&plan, 0, entries, rows..end);
                 let wall_ms = self.run(&[Pass::CompositeLists { tiles }])?;
                 self.check_loops()?;
-                #[expect(
-                    clippy::cast_possible_truncation,
-                    clippy::cast_sign_loss,
-                    reason = "positive, and clamped"
-                )]
-                let fitting = (f64::from(end - rows) * what.piece_ms / wall_ms.max(0.01)) as u32;
+                pace.learn(f64::from(end - rows), wall_ms, what.piece_ms);
                 done += tiles[0] * tiles[1];
-                step = fitting.clamp(1, step * 4);
                 rows = end;
                 if !piece_done(self, f64::from(done) / f64::from(whole.tiles())) {
                     return Ok(totals);
@@ -116,6 +113,9 @@ impl Renderer {
         let turns = rectangle.tiles() + rectangle.0[3];
         if plan.key_bits() > u32::BITS - 1 || self.context.ends_loops && turns > MOST_TURNS {
             return Ok(None);
+        }
+        if self.context.ends_loops && scan_turns(plan.count + 1) > MOST_TURNS {
+            return Err(GpuError::EndedLoops);
         }
         let Some(lists) = &mut self.lists else { return Ok(Some(0)) };
         let tiles = u64::from(plan.rectangle.tiles());

@@ -7,6 +7,7 @@ use crate::gpu::compute::{bind_group, buffers, dispatch, groups_of, render_pass}
 use crate::gpu::frame::{self, Source};
 use crate::gpu::layout::{self, COUNT_HEADER_WORDS, Record, SEGMENT_THREADS};
 use crate::gpu::pipelines::Program;
+use crate::gpu::scattered::{MOST_TURNS, scan_turns};
 use crate::gpu::triangles::GridTotals;
 use crate::gpu::{GpuError, shader};
 use crate::kernel::Kernel;
@@ -58,6 +59,9 @@ impl Renderer {
         let segments = rows.len() as u32 * self.segments_per_row(view);
         if segments == 0 || capacity == 0 {
             return Ok(0.0);
+        }
+        if self.context.ends_loops && scan_turns(segments) > MOST_TURNS {
+            return Err(GpuError::EndedLoops);
         }
         let record_bytes = size_of::<Record>() as u64;
         let most = self.context.limits.max_storage_buffer_binding_size / record_bytes * 2 / 3;

@@ -5,17 +5,17 @@ use crate::gpu::GpuError;
 use crate::gpu::clock::Timestamps;
 use crate::gpu::compute::{buffer, dispatch, rows_of, view as picture_at};
 use crate::gpu::frame::Pass;
-use crate::gpu::layout::{self, TILE};
+use crate::gpu::layout::{self, TILE, narrow};
 use crate::gpu::list_plan::{MOST_LAYER_BITS, Plan, Rectangle};
 use crate::gpu::pipelines::{ListVariant, Program, flag, vector_constants};
 use crate::gpu::scattered::{ListTotals, Lists, ListsOf};
-use crate::gpu::shader;
+use crate::gpu::shader::{self, Among};
 use crate::gpu::vectors::frame::VectorFrame;
 use crate::gpu::vectors::{
     DeviceVectors, MOST_VECTOR_ENTRIES, MadeOf, VectorLook, VectorSplats, designs_of,
 };
 use crate::kernel::Kernel;
-use crate::scene::{OpacityModel, Order, View};
+use crate::scene::{OpacityModel, Order, SplatSettings, View};
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -119,8 +119,6 @@ impl Renderer {
         self.context.queue.write_buffer(&self.frame, 0, bytemuck::bytes_of(&constants));
         let columns = view.size[0].div_ceil(TILE);
         let vectors = self.vectors.as_mut().ok_or(GpuError::Cancelled)?;
-        vectors.overrides =
-            [("published", flag(published)), ("back_to_front", flag(!front_to_back))];
         vectors.constants = frame.vectors(view, what, record_vec4s, layers, columns);
         vectors.constants.blur = vectors.blur;
         self.write_vectors(what);
@@ -162,21 +160,26 @@ impl Renderer {
         );
     }
 
-    /// Draws tiles of vectors alone, whose lists were made, and waits; returns milliseconds.
+    /// Draws tiles of what there is without a field, vectors and polygons whose lists were made, and waits; returns
+    /// milliseconds.
     ///
     /// # Errors
     /// A failing device.
-    pub fn draw_vector_tiles(&mut self, view: &View, tiles: Range<u32>) -> Result<f64, GpuError> {
-        let Some(vectors) = &self.vectors else { return Ok(0.0) };
-        #[expect(clippy::cast_possible_truncation, reason = "the device has 32 bits")]
-        let growth = view.eye_distance.map_or(0.0, |distance| 1.0 / distance) as f32;
+    pub fn draw_tiles_without_field(
+        &mut self,
+        view: &View,
+        settings: &SplatSettings,
+        tiles: Range<u32>,
+    ) -> Result<f64, GpuError> {
+        self.slab_settings = *settings;
+        let growth = narrow(view.eye_distance.map_or(0.0, |distance| 1.0 / distance));
         let [width, height] = view.size;
         let constants = layout::VectorTiles {
             tiles: [tiles.start, width.div_ceil(TILE), width, height],
             more: [tiles.len() as u32, 0, 0, 0],
             rays: [growth, 0.0, 0.0, 0.0],
         };
-        self.context.queue.write_buffer(&vectors.tiles, 0, bytemuck::bytes_of(&constants));
+        self.context.queue.write_buffer(&self.tiles, 0, bytemuck::bytes_of(&constants));
         let wall_ms = self.run(&[Pass::CompositeVectors { tiles: tiles.len() as u32 }])?;
         self.check_loops()?;
         Ok(wall_ms)
@@ -188,19 +191,28 @@ impl Renderer {
         tiles: u32,
         clock: Option<&Timestamps>,
     ) {
-        let (Some(vectors), Some(lists), Some(target)) = (&self.vectors, &self.lists, &self.target)
-        else {
-            return;
-        };
+        let Some(target) = &self.target else { return };
+        let vectors = self.vectors.as_ref().zip(self.lists.as_ref());
+        let vectors = vectors.filter(|_| self.slabs_have_vectors);
         let light = target.light.create_view(&Default::default());
-        let shader = shader::vectors(self.polygons.is_some());
-        let constants = vectors.overrides.into_iter().chain(vector_constants()).collect();
+        let among = Among { polygons: self.polygons.is_some(), vectors: vectors.is_some() };
+        let SplatSettings { opacity_model, order, .. } = self.slab_settings;
+        let mut constants = vec![
+            ("published", flag(opacity_model == OpacityModel::Published)),
+            ("back_to_front", flag(order == Order::BackToFront)),
+        ];
+        if among.vectors {
+            constants.extend(vector_constants());
+        }
+        let shader = shader::alone(among);
         let pipeline = self.pipelines.compute(&self.context, &Program { shader, constants });
-        let marks = vectors.marks();
+        let marks = vectors.map(|(vectors, _)| vectors.marks());
         let mut entries =
-            vec![buffer(0, &vectors.tiles), picture_at(1, &light), buffer(8, &self.totals)];
+            vec![buffer(0, &self.tiles), picture_at(1, &light), buffer(8, &self.totals)];
         entries.extend(self.polygons.as_ref().map(|polygons| buffer(14, polygons.words())));
-        entries.extend(vectors.entries(lists, &marks));
+        if let (Some((vectors, lists)), Some(marks)) = (vectors, &marks) {
+            entries.extend(vectors.entries(lists, marks));
+        }
         dispatch(&self.context, encoder, shader.name, &pipeline, &entries, rows_of(tiles), clock);
     }
 }

@@ -5,6 +5,7 @@ use crate::core::Ticket;
 use crate::gpu::GpuError;
 use crate::gpu::buffers::Growing;
 use crate::gpu::device_volume::{DeviceTable, DeviceVolume};
+use crate::gpu::layout::narrow;
 use crate::gpu::samples::DeviceSamples;
 use crate::gpu::slabs::SlabPass;
 use crate::transfer::Table;
@@ -79,13 +80,12 @@ impl Renderer {
         }
         let last = table.entries.len() - 1;
         let coordinate = table.coordinate;
-        let low = coordinate.offset - volume.samples.bias;
-        #[expect(clippy::cast_possible_truncation, reason = "the device has 32 bits")]
+        let samples = &volume.samples;
         let span = [
-            low as f32,
-            (low + last as f64 / coordinate.scale) as f32,
-            coordinate.scale as f32,
-            last as f32,
+            samples.stored(coordinate.offset),
+            samples.stored(coordinate.offset + last as f64 / coordinate.scale),
+            narrow(coordinate.scale / samples.unit),
+            narrow(last as f64),
         ];
         let mut entries = bytemuck::cast_slice(&table.entries).to_vec();
         let has_holes = volume.source.statistics.nan_count > 0;

@@ -3,7 +3,7 @@
 use glam::{DMat3, DVec3};
 
 use super::{VectorLook, VectorSplats};
-use crate::gpu::layout::{self, LAYER_SLABS};
+use crate::gpu::layout::{self, LAYER_SLABS, narrow, narrow4};
 use crate::gpu::list_plan::{Layers, MOST_LAYER_BITS, bits_below};
 use crate::kernel::{Kernel, RadialKernel};
 use crate::scene::{Order, View};
@@ -81,10 +81,9 @@ impl VectorFrame {
     }
 
     /// Of the pass that projects: lengths in units, the origin's at 0.
-    #[expect(clippy::cast_possible_truncation, reason = "the device has 32 bits")]
     pub(in crate::gpu) fn constants(&self) -> layout::Frame {
         let m = self.view_from_unit;
-        let column = |v: DVec3| v.as_vec3().extend(0.0).to_array();
+        let column = |v| narrow4(v, 0.0);
         let half = self.size.map(|n| n as f32 / 2.0);
         // What extinctions are given per: a unit.
         let unit_pixels = m.x_axis.length();
@@ -92,16 +91,12 @@ impl VectorFrame {
             view_x: column(m.x_axis),
             view_y: column(m.y_axis),
             view_z: column(m.z_axis),
-            view_centre: self
-                .origin
-                .as_vec3()
-                .extend(self.eye_distance.unwrap_or(0.0) as f32)
-                .to_array(),
+            view_centre: narrow4(self.origin, self.eye_distance.unwrap_or(0.0)),
             lattice_centre: [0.0; 4],
             footprint: [0.0; 4],
             half_size: half,
-            radius: self.radius as f32,
-            extinction_scale: (1.0 / unit_pixels).min(1e20) as f32,
+            radius: narrow(self.radius),
+            extinction_scale: narrow((1.0 / unit_pixels).min(1e20)),
             footprint_scale: 1.0,
             padding0: 0.0,
             padding1: 0.0,
@@ -126,19 +121,18 @@ impl VectorFrame {
         // Far to near nothing is hidden before it is drawn.
         let stop = if what.splat.order == Order::FrontToBack { what.stop_below } else { 0.0 };
         let mut constants = layout::Vectors {
-            depth: [self.beyond as f32, what.slab as f32, stop, 0.0],
+            depth: [narrow(self.beyond), narrow(what.slab), stop, 0.0],
             layers: [layers.first, layers.count.cast_signed(), 0, columns.cast_signed()],
             field_slabs: [what.field_slabs.cast_signed(), 0, 0, 0],
             ..bytemuck::Zeroable::zeroed()
         };
         let Some(first) = what.looks.first() else { return constants };
-        let with = |v: DVec3, w: f64| v.as_vec3().extend(w as f32).to_array();
         let extent = first.splats.radius / natural_radius;
         let window = WINDOW * natural_radius / self.radius;
-        constants.axis_x = with(first.splats.axes.x_axis, first.splats.stretch);
-        constants.axis_y = with(first.splats.axes.y_axis, extent);
-        constants.axis_z = with(first.splats.axes.z_axis, finest);
-        constants.picture = [half[0], half[1], window as f32, (1.0 / middle) as f32];
+        constants.axis_x = narrow4(first.splats.axes.x_axis, first.splats.stretch);
+        constants.axis_y = narrow4(first.splats.axes.y_axis, extent);
+        constants.axis_z = narrow4(first.splats.axes.z_axis, finest);
+        constants.picture = [half[0], half[1], narrow(window), narrow(1.0 / middle)];
         constants.flags = [
             record_vec4s,
             u32::from(first.settings.mode == VectorMode::Blend),
@@ -153,10 +147,10 @@ impl VectorFrame {
             // As large as drawn with the first field's radius.
             let extent = splats.radius / natural_radius * ratio * radius / self.radius;
             let shift = (splats.origin - first.splats.origin) / first.splats.unit;
-            constants.second_x = with(splats.axes.x_axis, splats.stretch);
-            constants.second_y = with(splats.axes.y_axis, extent);
-            constants.second_z = with(splats.axes.z_axis, WINDOW * natural_radius / radius);
-            constants.second_origin = with(shift, ratio);
+            constants.second_x = narrow4(splats.axes.x_axis, splats.stretch);
+            constants.second_y = narrow4(splats.axes.y_axis, extent);
+            constants.second_z = narrow4(splats.axes.z_axis, WINDOW * natural_radius / radius);
+            constants.second_origin = narrow4(shift, ratio);
             constants.second_flags = [
                 first.splats.list.len() as u32,
                 u32::from(settings.mode == VectorMode::Blend),

@@ -87,9 +87,11 @@ impl Worker {
         self.announce(EngineState::Drawing(0.0));
         let SecondRequest { scene, size, first } = request;
         let plan = Plan::of(scene, *size);
-        self.device()?.prepare(&plan, &Ticket::new())?;
+        self.device()?;
         let Some(mut drawer) = self.drawer.take() else { return Ok(()) };
-        let drawn = drawer.draw(&plan, Rung::Full, &mut Aside(self));
+        let mut aside = Aside(self);
+        let prepared = drawer.prepare_watched(&plan, &Ticket::new(), &mut aside);
+        let drawn = prepared.and_then(|()| drawer.draw(&plan, Rung::Full, &mut aside));
         let background = background_light(scene.background);
         let drawn = drawn.and_then(|drawn| Ok((drawn, drawer.engines.present(background)?)));
         let (held, drew) = (drawer.engines.held(), drawer.engines.drew());

@@ -6,7 +6,7 @@ use std::sync::{Arc, PoisonError};
 use super::next::LastDrawn;
 use super::rungs::Unchecked;
 use super::{
-    EngineChoice, EngineState, FrameRequest, Ladder, Picture, Posted, PostedStill, Shared,
+    EngineChoice, EngineState, FrameRequest, Ladder, Picture, Posted, PostedStill, Shared, Trouble,
 };
 use crate::core::Ticket;
 use crate::gpu::{GpuError, Wishes};
@@ -97,6 +97,8 @@ impl Worker {
     }
 
     fn answer(&mut self, posted: Posted) {
+        let panics = self.shared.lock().trouble.take_if(|trouble| *trouble == Trouble::Panic);
+        assert!(panics.is_none(), "a test asked for this panic");
         match posted {
             Posted::Choice(choice) => self.choose(choice),
             Posted::Frame(request, ticket) => {
@@ -152,9 +154,13 @@ impl Worker {
         let Some(drawer) = &mut self.drawer else {
             return Err(GpuError::Device("no device".to_owned()));
         };
-        let loses = std::mem::take(&mut self.shared.lock().lose_device);
-        if let Some(renderer) = drawer.engines.made_gpu().filter(|_| loses) {
-            renderer.context().lose();
+        let trouble = self.shared.lock().trouble.take();
+        if let Some(renderer) = drawer.engines.made_gpu() {
+            match trouble {
+                Some(Trouble::Loss) => renderer.context().lose(),
+                Some(Trouble::LossInWait) => renderer.context().lose_in_wait(),
+                Some(Trouble::Panic) | None => {}
+            }
         }
         Ok(drawer)
     }
