@@ -136,7 +136,12 @@ impl Window {
         };
         if let Some(field) = document.vectors.as_ref().filter(|_| !has_vectors) {
             let source = SampleSource::whole(&path, &field.name);
-            scene.add(source, VectorLayer::new(Arc::clone(field)));
+            let field = Arc::clone(field);
+            let layer = match document.flows {
+                true => VectorLayer::flowing(field),
+                false => VectorLayer::new(field),
+            };
+            scene.add(source, layer);
             scene.show_field(false);
         }
         if camera.is_none() {
@@ -149,6 +154,7 @@ impl Window {
             self.leave_file(ctx, &document);
             // Points of another file's world.
             self.flow.choice.ends = None;
+            self.vectors.clock.set_running(document.flows, ctx.time());
         }
         self.scene = Some(scene);
         self.gaussians.clear();

@@ -40,6 +40,11 @@ impl Input {
         SampleSource::whole(&self.path, field)
     }
 
+    /// The field of a demo that is first seen flowing.
+    pub(super) fn flowing_field(&self) -> Option<&'static str> {
+        demo_name(&self.path).and_then(demo::flowing_field)
+    }
+
     /// A sentence about what is in the file, with its path last.
     pub(super) fn about(&self, sentence: &str) -> String {
         format!("{sentence}; `voxsplat info` tells what is there: {}", self.path.display())

@@ -93,11 +93,15 @@ fn is_stored_ct(statistics: &Statistics) -> bool {
 
 fn are_labels(statistics: &Statistics) -> bool {
     let range = statistics.max - statistics.min;
+    if range <= 0.0 {
+        return false;
+    }
     // Each whole number has a bin of its own only while there are no more of them than bins.
     let occupied = statistics.histogram.iter().filter(|&&count| count > 0).count();
     occupied <= MOST_LABELS
         && range < statistics.histogram.len() as f64
-        && range <= LABEL_GAPS * occupied as f64
+        // Of two values one is a thing, and the other what it is not.
+        && (occupied == 2 || range <= LABEL_GAPS * occupied as f64)
 }
 
 /// The whole numbers that there are, of labels.
@@ -173,10 +177,12 @@ mod tests {
     }
 
     #[test]
-    fn few_numbers_close_together_are_labels_and_two_far_apart_are_not() {
+    fn few_numbers_close_together_are_labels_and_so_are_two() {
         assert_eq!(whole(|i| [0, 0, 0, 1, 2, 3, 12][i % 7]), Kind::Labels);
         assert_eq!(whole(|i| (i % 30) as i16), Kind::Labels);
-        assert_eq!(whole(|i| [40, 200][i % 2]), Kind::EightBits);
+        assert_eq!(whole(|i| [40, 200][i % 2]), Kind::Labels);
+        assert_eq!(whole(|i| [40, 120, 200][i % 3]), Kind::EightBits);
+        assert_eq!(whole(|_| 7), Kind::EightBits);
         let samples = Samples::Int16((0..700).map(|i| [0, 1, 2, 4, 29][i % 5]).collect());
         let statistics = Statistics::of(&samples, &Ticket::new()).expect("never cancelled");
         assert_eq!(labels(&statistics), [0.0, 1.0, 2.0, 4.0, 29.0]);
