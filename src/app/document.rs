@@ -7,8 +7,7 @@ use crate::core::Ticket;
 use crate::scene::FirstLook;
 use crate::transfer::TransferFunction;
 use crate::volume::{
-    Component, Grid, ScalarType, ScalarVolume, Statistics, VectorField, VolumeError,
-    demo,
+    Component, Grid, ScalarType, ScalarVolume, Statistics, VectorField, VolumeError, demo,
 };
 
 /// The prefix of volumes made in code.
@@ -224,7 +223,9 @@ impl Document {
         let component = default_component(field.components);
         let volume = Arc::new(grid.scalar(field, component, ticket)?);
         let flowing = match &source {
-            Source::Demo(name) => demo::flowing_field(name).filter(|name| grid.field(Some(name)).is_ok()),
+            Source::Demo(name) => {
+                demo::flowing_field(name).filter(|name| grid.field(Some(name)).is_ok())
+            }
             Source::File(_) | Source::Raw(..) => None,
         };
         let vectors = match (flowing, field.components) {

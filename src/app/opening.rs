@@ -19,8 +19,7 @@ use super::window::{Dialog, Window};
 use crate::core::{Camera, Projection};
 use crate::io::mesh::MeshFormat;
 use crate::scene::{
-    Inside, Look, Orientation, SampleSource, Sampled, Scene, Shading, SplatSettings,
-    VectorLayer,
+    Inside, Look, Orientation, SampleSource, Sampled, Scene, Shading, SplatSettings, VectorLayer,
 };
 use crate::task::transfer_file;
 
@@ -93,7 +92,11 @@ impl Window {
             before.as_ref().map_or(Projection::Orthographic, |scene| scene.camera.projection);
         let splat = match &before {
             Some(scene) if keep_view => scene.splat,
-            Some(scene) if !last.as_ref().is_some_and(|last| modes::same_mode(&last.splat, &scene.splat)) => {
+            Some(scene)
+                if !last
+                    .as_ref()
+                    .is_some_and(|last| modes::same_mode(&last.splat, &scene.splat)) =>
+            {
                 // The kernel is a habit; a unit distance belongs to its data.
                 SplatSettings { opacity_unit_distance: None, ..scene.splat }
             }

@@ -259,8 +259,8 @@ fn transfer(
             regions = design.regions;
             design.function
         }
-        (None, Some(preset)) => preset.function(statistics),
-        (None, None) => opening.clone(),
+        (None, Some(preset)) if preset != Preset::Default => preset.function(statistics),
+        (None, _) => opening.clone(),
     };
     if let Some(preset) = flags.preset.filter(|preset| preset.lacks_hounsfield_units(statistics)) {
         note(&by_percentiles(preset));
@@ -309,7 +309,7 @@ fn all_opaque(unit: f64, spacing: f64) -> Option<String> {
 
 fn by_percentiles(preset: Preset) -> String {
     format!(
-        "the values are no Hounsfield units (whole numbers from about -1000), so --preset {} goes by \
+        "the values are no Hounsfield units (whole numbers from about -1000, or from 0 with 1024 added), so --preset {} goes by \
          their percentiles",
         preset.name()
     )

@@ -13,8 +13,8 @@ use super::{Destination, Failure, note, open, refuse_one_place};
 use crate::core::{Srgb8, Ticket};
 use crate::scene::annotations::Layout;
 use crate::scene::{
-    Background, Classify, Effect, Ground, Inside, MOST_SLABS_PER_VOXEL, PolygonLayer, SampleSource, Scene,
-    SplatSettings, View, Visibility,
+    Background, Classify, Effect, Ground, Inside, MOST_SLABS_PER_VOXEL, PolygonLayer, SampleSource,
+    Scene, SplatSettings, View, Visibility,
 };
 use crate::task::engine::{Engine, EngineChoice};
 use crate::task::loop_file::{self, Cycle, LoopFormat, MOST_FRAMES};

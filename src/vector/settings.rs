@@ -182,8 +182,9 @@ impl VectorSettings {
         if most > half {
             settings.transfer.opacity = vec![(half, 0.0), (most, 1.0)];
         }
-        if top > 0.0 {
-            let range = [-0.4 * top, 1.1 * top];
+        if top > half {
+            // What shows begins in the middle of the map.
+            let range = [half - 1.2 * (top - half), top];
             settings.transfer.colour = ColourSource::Map { map: ColourMap::Plasma, range };
         }
         Self {
