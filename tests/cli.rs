@@ -1,5 +1,6 @@
 //! The command line as scripts meet it: exit codes, sentences, files.
 
+mod cli_first_look;
 mod cli_hostile;
 mod cli_polygons;
 mod cli_transfer;

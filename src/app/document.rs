@@ -7,7 +7,7 @@ use crate::core::Ticket;
 use crate::scene::FirstLook;
 use crate::transfer::TransferFunction;
 use crate::volume::{
-    Component, Grid, ScalarType, ScalarVolume, Statistics, VectorField, VolumeError,
+    Component, Grid, ScalarType, ScalarVolume, Statistics, VectorField, VolumeError, demo,
 };
 
 /// The prefix of volumes made in code.
@@ -199,8 +199,10 @@ pub struct Document {
     pub volume: Arc<ScalarVolume>,
     /// What is first seen of it.
     pub first_look: FirstLook,
-    /// The vectors of the field that it opens with, where that has three components.
+    /// The vectors that it opens with: of its first field, where that has three components, or of a demo's wind.
     pub vectors: Option<Arc<VectorField>>,
+    /// Whether they flow from the start.
+    pub flows: bool,
     /// Partial trouble while reading.
     pub warnings: Vec<String>,
 }
@@ -220,12 +222,20 @@ impl Document {
         let field = grid.field(None)?;
         let component = default_component(field.components);
         let volume = Arc::new(grid.scalar(field, component, ticket)?);
-        let vectors = match field.components {
-            3 => Some(Arc::new(grid.vectors(field, ticket)?)),
-            _ => None,
+        let flowing = match &source {
+            Source::Demo(name) => {
+                demo::flowing_field(name).filter(|name| grid.field(Some(name)).is_ok())
+            }
+            Source::File(_) | Source::Raw(..) => None,
         };
+        let vectors = match (flowing, field.components) {
+            (Some(name), _) => Some(Arc::new(grid.vectors(grid.field(Some(name))?, ticket)?)),
+            (None, 3) => Some(Arc::new(grid.vectors(field, ticket)?)),
+            (None, _) => None,
+        };
+        let flows = flowing.is_some();
         let first_look = library.first_look(&volume, grid.space.as_deref());
-        Ok(Self { source, grid, field: 0, component, volume, first_look, vectors, warnings })
+        Ok(Self { source, grid, field: 0, component, volume, first_look, vectors, flows, warnings })
     }
 
     /// Whether the file has a field that can be drawn as vectors, or fields to put them together of.

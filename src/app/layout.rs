@@ -251,10 +251,9 @@ impl Window {
             })
         });
         let action = section_ui(ui, sections, "Transfer function", |ui| {
-            let library = &self.parts.library;
-            let default = |statistics: &Statistics| library.default_transfer(statistics);
+            let default = document.first_look.transfer.clone();
             let (editor, bells) = (&mut self.transfer, &mut self.gaussians);
-            transfer::transfer_ui(ui, editor, scene, bells, default)
+            transfer::transfer_ui(ui, editor, scene, bells, |_: &Statistics| default)
         });
         section_ui(ui, sections, "Shading", |ui| {
             let second = self.compare.on.then_some(&self.compare.second);

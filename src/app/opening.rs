@@ -19,8 +19,7 @@ use super::window::{Dialog, Window};
 use crate::core::{Camera, Projection};
 use crate::io::mesh::MeshFormat;
 use crate::scene::{
-    Inside, Look, Orientation, SampleSource, Sampled, Scene, Shading, SplatSettings,
-    VectorLayer,
+    Inside, Look, Orientation, SampleSource, Sampled, Scene, Shading, SplatSettings, VectorLayer,
 };
 use crate::task::transfer_file;
 
@@ -93,7 +92,11 @@ impl Window {
             before.as_ref().map_or(Projection::Orthographic, |scene| scene.camera.projection);
         let splat = match &before {
             Some(scene) if keep_view => scene.splat,
-            Some(scene) if !last.as_ref().is_some_and(|last| modes::same_mode(&last.splat, &scene.splat)) => {
+            Some(scene)
+                if !last
+                    .as_ref()
+                    .is_some_and(|last| modes::same_mode(&last.splat, &scene.splat)) =>
+            {
                 // The kernel is a habit; a unit distance belongs to its data.
                 SplatSettings { opacity_unit_distance: None, ..scene.splat }
             }
@@ -136,7 +139,12 @@ impl Window {
         };
         if let Some(field) = document.vectors.as_ref().filter(|_| !has_vectors) {
             let source = SampleSource::whole(&path, &field.name);
-            scene.add(source, VectorLayer::new(Arc::clone(field)));
+            let field = Arc::clone(field);
+            let layer = match document.flows {
+                true => VectorLayer::flowing(field),
+                false => VectorLayer::new(field),
+            };
+            scene.add(source, layer);
             scene.show_field(false);
         }
         if camera.is_none() {
@@ -149,6 +157,7 @@ impl Window {
             self.leave_file(ctx, &document);
             // Points of another file's world.
             self.flow.choice.ends = None;
+            self.vectors.clock.set_running(document.flows, ctx.time());
         }
         self.scene = Some(scene);
         self.gaussians.clear();

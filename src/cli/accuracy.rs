@@ -65,7 +65,7 @@ pub(super) fn run(flags: &AccuracyFlags) -> Result<(), Failure> {
         // It chooses pixels, too.
         asked.look.seed = None;
     }
-    let mut vectors = asked.layer(&input, &scene, true)?;
+    let mut vectors = asked.layer(&input, &scene, true, false)?;
     let flow = flags.flow.layers(&mut vectors)?;
     let mut polygons = flags.polygons.layers()?;
     polygons.extend(flow);

@@ -40,6 +40,11 @@ impl Input {
         SampleSource::whole(&self.path, field)
     }
 
+    /// The field of a demo that is first seen flowing.
+    pub(super) fn flowing_field(&self) -> Option<&'static str> {
+        demo_name(&self.path).and_then(demo::flowing_field)
+    }
+
     /// A sentence about what is in the file, with its path last.
     pub(super) fn about(&self, sentence: &str) -> String {
         format!("{sentence}; `voxsplat info` tells what is there: {}", self.path.display())
@@ -254,8 +259,8 @@ fn transfer(
             regions = design.regions;
             design.function
         }
-        (None, Some(preset)) => preset.function(statistics),
-        (None, None) => opening.clone(),
+        (None, Some(preset)) if preset != Preset::Default => preset.function(statistics),
+        (None, _) => opening.clone(),
     };
     if let Some(preset) = flags.preset.filter(|preset| preset.lacks_hounsfield_units(statistics)) {
         note(&by_percentiles(preset));
@@ -304,7 +309,7 @@ fn all_opaque(unit: f64, spacing: f64) -> Option<String> {
 
 fn by_percentiles(preset: Preset) -> String {
     format!(
-        "the values are no Hounsfield units (whole numbers from about -1000), so --preset {} goes by \
+        "the values are no Hounsfield units (whole numbers from about -1000, or from 0 with 1024 added), so --preset {} goes by \
          their percentiles",
         preset.name()
     )

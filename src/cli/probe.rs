@@ -86,7 +86,7 @@ pub(super) fn run(flags: &ProbeFlags) -> Result<(), Failure> {
     let hiding = flags.mode.of_hiding();
     let idle = notes::idle_beside_projection(&inside, &flags.scene, &flags.shading, hiding);
     idle.iter().for_each(|what| note(what));
-    let vectors = match flags.vectors.layer(&input, &scene, true)? {
+    let vectors = match flags.vectors.layer(&input, &scene, true, false)? {
         None => own_vectors(&input)?,
         layer => layer,
     };

@@ -13,8 +13,8 @@ use super::{Destination, Failure, note, open, refuse_one_place};
 use crate::core::{Srgb8, Ticket};
 use crate::scene::annotations::Layout;
 use crate::scene::{
-    Background, Classify, Effect, Ground, Inside, MOST_SLABS_PER_VOXEL, PolygonLayer, SampleSource, Scene,
-    SplatSettings, View, Visibility,
+    Background, Classify, Effect, Ground, Inside, MOST_SLABS_PER_VOXEL, PolygonLayer, SampleSource,
+    Scene, SplatSettings, View, Visibility,
 };
 use crate::task::engine::{Engine, EngineChoice};
 use crate::task::loop_file::{self, Cycle, LoopFormat, MOST_FRAMES};
@@ -256,10 +256,18 @@ fn scene(flags: &RenderFlags, splat: SplatSettings) -> Result<Meant, Failure> {
     refuse_coarse(flags, &inside)?;
     inside.beside(volume).iter().for_each(|what| note(what));
     let hiding = flags.mode.of_hiding();
+    let hiding_is_left_open = hiding.is_empty();
     let idle = notes::idle_beside_projection(&inside, &flags.scene, &flags.shading, hiding);
     idle.iter().for_each(|what| note(what));
     let opens_with_scalar = flags.scene.field.is_some() || flags.scene.component.is_some();
-    let mut vectors = flags.vectors.layer(&input, &scene, opens_with_scalar)?;
+    let is_plain = !opens_with_scalar
+        && flags.scene.of_colours().is_none()
+        && flags.mode.of_field().is_none()
+        && hiding_is_left_open
+        && flags.shading.given().is_empty()
+        && flags.refine != Some(RefineFlag::Coarse)
+        && inside == Inside::default();
+    let mut vectors = flags.vectors.layer(&input, &scene, opens_with_scalar, is_plain)?;
     let flow = flags.flow.layers(&mut vectors)?;
     if let Some(Vectors { alone, .. }) = vectors {
         if let Some(flag) = flags.scene.of_colours().filter(|_| alone) {

@@ -89,10 +89,15 @@ impl VectorFlags {
         input: &Input,
         scene: &Scene,
         opens_with_scalar: bool,
+        nothing_is_asked_of_the_field: bool,
     ) -> Result<Option<Vectors>, Failure> {
         let failed = |error: VolumeError| Failure::Failed(input.about(&error.to_string()));
         let active = input.grid.fields.first();
         let opens_as_vectors = !opens_with_scalar && active.is_some_and(|f| f.components == 3);
+        let flows_by_itself = nothing_is_asked_of_the_field
+            && !self.vectors_only
+            && self.named().is_none()
+            && input.flowing_field().is_some();
         let ticket = Ticket::new();
         let of = |field: &Field| input.grid.vectors(field, &ticket).map_err(failed);
         let named = |name: &str| input.grid.field(Some(name)).map_err(failed);
@@ -118,6 +123,10 @@ impl VectorFlags {
                 })?;
                 (of(field)?, true)
             }
+            (None, _) if flows_by_itself => {
+                let name = input.flowing_field().unwrap_or_default();
+                (of(named(name)?)?, true)
+            }
             (None, _) => {
                 return match self.given() {
                     None => Ok(None),
@@ -129,7 +138,10 @@ impl VectorFlags {
             }
         };
         note_holes(&vectors);
-        let mut layer = VectorLayer::new(Arc::new(vectors));
+        let mut layer = match flows_by_itself {
+            true => VectorLayer::flowing(Arc::new(vectors)),
+            false => VectorLayer::new(Arc::new(vectors)),
+        };
         let beside = scene.volume().map(|volume| &**volume);
         let range = |by: ColourBy| by.range(&layer.field, beside);
         let settings = self.look.settings(&layer.settings, range, |name| match name {

@@ -393,7 +393,8 @@ fn space_of(told: &str, direction: &DMat3) -> Option<String> {
         towards[along] = Some(if column[along] < 0.0 { from } else { to });
     }
     let [Some(x), Some(y), Some(z)] = towards else { return None };
-    let [x, y, z] = if [x, y, z].contains(&"inferior") { [x, y, z].map(opposite) } else { [x, y, z] };
+    let [x, y, z] =
+        if [x, y, z].contains(&"inferior") { [x, y, z].map(opposite) } else { [x, y, z] };
     let ends = [["left", "right"], ["anterior", "posterior"], ["superior", "inferior"]];
     let is_whole = ends.iter().all(|ends| [x, y, z].iter().any(|end| ends.contains(end)));
     is_whole.then(|| format!("{x}-{y}-{z}"))

@@ -225,6 +225,9 @@ mod tests {
         scene.shading.opacity = amounts(Index::GradientElevation);
         scene.shading.lighting = Some(Lighting::default());
         assert_eq!(by(Effect::Gradients, &scene), "lights, opacity table");
+        assert_eq!(by(Effect::Lights, &scene), "1 light");
+        scene.shading.lighting = Some(Lighting::first_look());
+        assert_eq!(by(Effect::Lights, &scene), "first look");
         let without = Effect::Gradients.left_out_of(&scene).expect("they are asked for");
         assert_eq!(without.shading.effects(), [Effect::ModulationTable]);
         let plane = crate::scene::Plane { point: glam::DVec3::ZERO, normal: glam::DVec3::X };

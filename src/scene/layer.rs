@@ -83,6 +83,11 @@ impl VectorLayer {
         Self { settings: VectorSettings::for_field(&field), field }
     }
 
+    /// A field as it is first seen where it flows from the start.
+    pub fn flowing(field: Arc<VectorField>) -> Self {
+        Self { settings: VectorSettings::flowing(&field), field }
+    }
+
     /// A field as it is first seen beside another: in colours of its own, and out of step with it.
     pub fn beside_another(field: Arc<VectorField>) -> Self {
         let mut settings = VectorSettings { seed: 1, ..VectorSettings::for_field(&field) };

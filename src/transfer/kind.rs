@@ -93,11 +93,15 @@ fn is_stored_ct(statistics: &Statistics) -> bool {
 
 fn are_labels(statistics: &Statistics) -> bool {
     let range = statistics.max - statistics.min;
+    if range <= 0.0 {
+        return false;
+    }
     // Each whole number has a bin of its own only while there are no more of them than bins.
     let occupied = statistics.histogram.iter().filter(|&&count| count > 0).count();
     occupied <= MOST_LABELS
         && range < statistics.histogram.len() as f64
-        && range <= LABEL_GAPS * occupied as f64
+        // Of two values one is a thing, and the other what it is not.
+        && (occupied == 2 || range <= LABEL_GAPS * occupied as f64)
 }
 
 /// The whole numbers that there are, of labels.
@@ -144,7 +148,8 @@ pub(super) fn colour_of_label(number: usize) -> Srgb8 {
     let base = APART[number % APART.len()];
     let (white, black) = MIXED[number / APART.len() % MIXED.len()];
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "within 0..=255")]
-    let mix = |c: u8| ((f64::from(c) * (1.0 - white) + 255.0 * white) * (1.0 - black)).round() as u8;
+    let mix =
+        |c: u8| ((f64::from(c) * (1.0 - white) + 255.0 * white) * (1.0 - black)).round() as u8;
     Srgb8(base.map(mix))
 }
 
@@ -173,10 +178,12 @@ mod tests {
     }
 
     #[test]
-    fn few_numbers_close_together_are_labels_and_two_far_apart_are_not() {
+    fn few_numbers_close_together_are_labels_and_so_are_two() {
         assert_eq!(whole(|i| [0, 0, 0, 1, 2, 3, 12][i % 7]), Kind::Labels);
         assert_eq!(whole(|i| (i % 30) as i16), Kind::Labels);
-        assert_eq!(whole(|i| [40, 200][i % 2]), Kind::EightBits);
+        assert_eq!(whole(|i| [40, 200][i % 2]), Kind::Labels);
+        assert_eq!(whole(|i| [40, 120, 200][i % 3]), Kind::EightBits);
+        assert_eq!(whole(|_| 7), Kind::EightBits);
         let samples = Samples::Int16((0..700).map(|i| [0, 1, 2, 4, 29][i % 5]).collect());
         let statistics = Statistics::of(&samples, &Ticket::new()).expect("never cancelled");
         assert_eq!(labels(&statistics), [0.0, 1.0, 2.0, 4.0, 29.0]);
@@ -185,13 +192,15 @@ mod tests {
     #[test]
     fn a_map_of_an_electron_microscope_is_known_by_its_noise() {
         let value = |i: usize| {
-            let noise = (0..4).map(|k| ((i * 4 + k) * 7919 % 1009) as f32 / 1009.0 - 0.5).sum::<f32>();
+            let noise =
+                (0..4).map(|k| ((i * 4 + k) * 7919 % 1009) as f32 / 1009.0 - 0.5).sum::<f32>();
             if i % 50 == 0 { noise + 6.0 } else { noise }
         };
         let map = kind(Samples::Float32((0..60_000).map(value).collect()));
         let Kind::Map { noise } = map else { panic!("{map:?}") };
         assert!((noise - 0.58).abs() < 0.08, "{noise}");
-        let even = Samples::Float32((0..60_000).map(|i| (i * 7919 % 60_000) as f32 / 6e4).collect());
+        let even =
+            Samples::Float32((0..60_000).map(|i| (i * 7919 % 60_000) as f32 / 6e4).collect());
         assert_eq!(kind(even), Kind::Fractions);
     }
 

@@ -1,8 +1,6 @@
 //! Presets: looks that many data call for, by name.
 
-use super::presets::{
-    by_percentiles, ct, ct_bone, default_for, for_huge, of_constant, shifted,
-};
+use super::presets::{by_percentiles, ct, ct_bone, default_for, for_huge, of_constant, shifted};
 use super::{ColourMap, Kind, TransferFunction};
 use crate::core::names;
 use crate::volume::Statistics;
@@ -99,7 +97,6 @@ impl Preset {
 mod tests {
     use super::*;
     use crate::core::Ticket;
-    use crate::transfer::ColourSource;
     use crate::volume::Samples;
 
     /// Statistics of every kind of data.
@@ -150,9 +147,7 @@ mod tests {
                     .map(|v| f.opacity_at(v))
                     .fold(0.0, f64::max);
                 assert!(seen > 0.1, "{preset:?} of {kind}: {f:?}");
-                let ColourSource::Map { range: [low, high], .. } = f.colour else {
-                    panic!("{f:?}")
-                };
+                let [low, high] = f.colour.range();
                 assert!(low < high, "{preset:?} of {kind}: {low} {high}");
             }
         }

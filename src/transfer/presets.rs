@@ -1,7 +1,7 @@
 //! Transfer functions that look right at once, from a volume's statistics.
 
-pub use super::named_presets::Preset;
 use super::kind::{colour_of_label, labels};
+pub use super::named_presets::Preset;
 use super::{ColourMap, ColourSource, Kind, TransferFunction};
 use crate::volume::Statistics;
 
@@ -396,8 +396,47 @@ mod tests {
         let (_, f) = of(Samples::Int16(values));
         assert_eq!(f.opacity_at(0.0), 0.0);
         for label in [1.0, 2.0, 3.0, 12.0] {
-            assert_eq!(f.opacity_at(label), 0.25);
+            assert_eq!(f.opacity_at(label), LABEL_OPACITY);
         }
+        // A colour each, on either side of it and up to half way to the next.
+        let colour = |value: f64| f.colour_at(value);
+        assert_eq!(colour(1.0), colour(1.49));
+        assert_eq!(colour(2.0), colour(1.51));
+        let each = [1.0, 2.0, 3.0, 12.0].map(colour);
+        assert!((0..4).all(|i| (0..i).all(|j| each[i] != each[j])), "{each:?}");
+    }
+
+    #[test]
+    fn ct_that_was_stored_with_an_offset_looks_as_in_hounsfield_units() {
+        let value = |i: usize| [-1000, -1000, -80, 40, 45, 700][i % 6] + (i % 7) as i16;
+        let (_, f) = of(Samples::Int16((0..50_000).map(|i| (value(i) + 1024).max(0)).collect()));
+        for hounsfield in [-1000.0, -300.0, -100.0, 40.0, 450.0, 1500.0] {
+            let stored = hounsfield + 1024.0;
+            assert_eq!(f.opacity_at(stored), ct_soft().opacity_at(hounsfield), "{hounsfield}");
+            assert_eq!(f.colour_at(stored), ct_soft().colour_at(hounsfield), "{hounsfield}");
+        }
+    }
+
+    #[test]
+    fn a_map_shows_what_stands_out_of_its_noise() {
+        let mut seed = 5;
+        let values = (0..60_000).map(|i| {
+            let noise = (0..4).map(|_| noise(&mut seed)).sum::<f64>() - 2.0;
+            (if i % 50 == 0 { noise + 6.0 } else { noise }) as f32
+        });
+        let (_, f) = of(Samples::Float32(values.collect()));
+        assert_eq!((f.opacity_at(0.0), f.opacity_at(1.2)), (0.0, 0.0), "{f:?}");
+        assert!(f.opacity_at(6.0) > 0.3, "{f:?}");
+    }
+
+    #[test]
+    fn no_matter_that_shows_is_black() {
+        let mut seed = 9;
+        let values = (0..60_000).map(|i| [0.0, 0.0, 60.0, 90.0][i % 4] + 12.0 * noise(&mut seed));
+        let (_, f) = of(Samples::UInt8(values.map(|v| v as u8).collect()));
+        let least =
+            (0..=255).map(f64::from).find(|&v| f.opacity_at(v) > 0.01).expect("something shows");
+        assert!(f.colour_at(least).0[0] > 0.01, "{least}: {f:?}");
     }
 
     #[test]

@@ -155,6 +155,8 @@ const OPACITY: f64 = 0.95;
 const OUTLIER: f64 = 2.0;
 /// Splats along the longest side of a field, at most, as it is first seen.
 const MOST_ACROSS: usize = 40;
+/// The same of those that flow from the start.
+const FLOWING_ACROSS: usize = 10;
 /// Fields are halved no more often than this.
 pub const MOST_COARSER: u32 = 8;
 
@@ -167,6 +169,30 @@ impl VectorSettings {
         let coarser =
             (0..u32::BITS - 1).find(|&level| longest >> level <= MOST_ACROSS).unwrap_or(0);
         Self { coarser, ..Self::for_lengths(&field.statistics) }
+    }
+
+    /// What vectors are seen as where they are all that is to be seen, from the back of a room: few long marks, brighter
+    /// than black however short their vectors, of the longer half.
+    pub fn flowing(field: &VectorField) -> Self {
+        let longest = field.places.dims().into_iter().max().unwrap_or(1);
+        let coarser = (0..MOST_COARSER).find(|&level| longest >> level <= FLOWING_ACROSS);
+        let lengths = &field.statistics;
+        let [half, most, top] = [0.5, 0.75, FULL].map(|share| lengths.quantile(share));
+        let mut settings = Self::for_lengths(lengths);
+        if most > half {
+            settings.transfer.opacity = vec![(half, 0.0), (most, 1.0)];
+        }
+        if top > half {
+            // What shows begins in the middle of the map.
+            let range = [half - 1.2 * (top - half), top];
+            settings.transfer.colour = ColourSource::Map { map: ColourMap::Plasma, range };
+        }
+        Self {
+            coarser: coarser.unwrap_or(MOST_COARSER),
+            extent: Some(1.0),
+            stretch: 3.0,
+            ..settings
+        }
     }
 
     /// The same by the lengths alone, of every vector.

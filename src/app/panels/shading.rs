@@ -160,8 +160,14 @@ fn preset_ui(ui: &mut Ui, scene: &mut Scene) {
     let regions = std::mem::take(&mut shading.regions);
     let now = all().find(|&preset| made(preset) == *shading);
     row_ui(ui, "Preset", |ui| {
-        let (name, help) =
-            now.map_or(("Custom", "The parts below, chosen one by one"), preset_words);
+        let first_look = Shading { lighting: Some(Lighting::first_look()), ..Shading::default() };
+        let (name, help) = match now {
+            Some(preset) => preset_words(preset),
+            None if *shading == first_look => {
+                ("First look", "The light that a volume with faces opens with, and no tables")
+            }
+            None => ("Custom", "The parts below, chosen one by one"),
+        };
         let combo = ComboBox::from_id_salt("shading preset").selected_text(name);
         let mut chosen = None;
         let shown = combo.show_ui(ui, |ui| {

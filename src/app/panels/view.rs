@@ -116,9 +116,8 @@ fn turning_ui(ui: &mut Ui, scene: &mut Scene, space: Option<&str>, settings: &mu
         ui.selectable_value(&mut settings.turning, Turning::Turntable, "Turntable").on_hover_text(
             "A drag turns the volume about the axis that is up, and tilts it: what is up stays up",
         );
-        ui.selectable_value(&mut settings.turning, Turning::Trackball, "Trackball").on_hover_text(
-            "A drag turns the volume as a ball under the hand, any way round",
-        );
+        ui.selectable_value(&mut settings.turning, Turning::Trackball, "Trackball")
+            .on_hover_text("A drag turns the volume as a ball under the hand, any way round");
         if before != settings.turning && settings.turning == Turning::Turntable {
             let up = Orientation::of(space).with_up(scene.up).up;
             scene.camera = scene.camera.leveled(up.vector());

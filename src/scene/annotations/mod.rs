@@ -11,8 +11,8 @@ mod trihedron;
 use serde::{Deserialize, Serialize};
 
 pub use primitives::{Area, Ink, Primitive};
-pub use trihedron::AxisEnd;
 pub use ticks::{Number, round_below, ticks};
+pub use trihedron::AxisEnd;
 
 use crate::core::names;
 use crate::scene::{Background, Scene};

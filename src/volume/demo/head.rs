@@ -14,8 +14,11 @@ use crate::volume::{Grid, Lattice, Samples};
 const FIELD_OF_VIEW_MM: f64 = 256.0;
 /// Standard deviation of the scanner's noise, Hounsfield units.
 const NOISE_HU: f64 = 9.0;
-/// Width of an edge between two tissues, voxels: what a scanner's own blur leaves.
-const BLUR: f64 = 1.8;
+/// Width of an edge between two tissues, voxels: what a scanner's own blur leaves. Edges much narrower than this are
+/// not band-limited, and lit faces show the lattice as terraces.
+const BLUR: f64 = 2.2;
+/// How far an edge trails off to either side, in parts of its width.
+const TAIL: f64 = 0.8;
 
 const AIR: f64 = -1000.0;
 const SKIN: f64 = 30.0;
@@ -91,7 +94,10 @@ struct Tissue {
 
 impl Tissue {
     fn lay(&mut self, distance: f64, hu: f64) {
-        let cover = (0.5 - distance / self.edge).clamp(0.0, 1.0);
+        // Smooth at both ends, and as steep in the middle as a straight ramp of the edge's width would be: a kink is
+        // no band-limited signal either.
+        let t = (0.5 - 0.5 * distance / (TAIL * self.edge)).clamp(0.0, 1.0);
+        let cover = t * t * (3.0 - 2.0 * t);
         self.hu += (hu - self.hu) * cover;
     }
 }

@@ -53,6 +53,11 @@ pub enum DemoError {
     TooLarge(#[from] TooLarge),
 }
 
+/// The field of a demo that is first seen flowing, alone; `None` of demos that are seen as values, and of no demos.
+pub fn flowing_field(name: &str) -> Option<&'static str> {
+    parsed(name).ok().filter(|(name, _)| *name == "tornado").map(|_| "velocity")
+}
+
 /// Whether there is a demo of a name, which may begin with `demo:` and end with `:SIZE`.
 ///
 /// # Errors

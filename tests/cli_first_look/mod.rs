@@ -1,0 +1,92 @@
+//! What `render` draws where nobody says how: the first look.
+
+use serde_json::Value;
+
+use crate::can_draw;
+use crate::command_line::{errors, voxsplat};
+
+const HEAD: &str = "demo:head:32";
+
+/// A picture of a volume, with the statistics of it.
+fn rendered(volume: &str, more: &[&str]) -> (Vec<u8>, Value) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let stats = folder.path().join("stats.json");
+    let stats = stats.to_str().expect("UTF-8");
+    let fixed = ["render", volume, "-o", "-", "--resolution", "64,48", "--stats", stats];
+    let output = voxsplat(&[&fixed[..], more].concat());
+    assert!(output.status.success() && output.stdout.len() > 300, "{}", errors(&output));
+    let text = std::fs::read_to_string(stats).expect("statistics");
+    (output.stdout, serde_json::from_str(&text).expect("JSON"))
+}
+
+fn asked_for_lights(stats: &Value) -> Option<&str> {
+    let rows = stats["effect_rows"].as_array().expect("rows");
+    let row = rows.iter().find(|row| row["name"] == "lights" && row["runs"] == true)?;
+    row["asked_by"].as_str()
+}
+
+#[test]
+fn a_first_look_lights_faces_and_any_word_about_light_or_opacity_puts_it_out() {
+    if !can_draw() {
+        return;
+    }
+    let (lit, stats) = rendered(HEAD, &[]);
+    assert_eq!(asked_for_lights(&stats), Some("first look"));
+    let (unlit, stats) = rendered(HEAD, &["--shading", "none"]);
+    assert_eq!(asked_for_lights(&stats), None);
+    assert!(lit != unlit, "light changes the picture");
+    for flags in [
+        &["--opacity", "0:0,1200:0.5"][..],
+        &["--color", "0:000000,1200:ffffff"],
+        &["--modulation", "value:0:1,100:1"],
+        &["--refine", "coarse", "--max-error", "0.2"],
+        &["--visibility", "every-sample", "--backend", "raster"],
+    ] {
+        assert_eq!(asked_for_lights(&rendered(HEAD, flags).1), None, "{flags:?}");
+    }
+    // Other colours of the same look, and looks with a name, keep it.
+    for flags in [&["--colormap", "gray"][..], &["--preset", "ct-bone"], &["--kernel", "linear"]] {
+        let (_, stats) = rendered(HEAD, flags);
+        assert_eq!(asked_for_lights(&stats), Some("first look"), "{flags:?}");
+    }
+    let (_, stats) = rendered(HEAD, &["--shading", "lights"]);
+    assert_eq!(asked_for_lights(&stats), Some("1 light"));
+    assert_eq!(asked_for_lights(&rendered("demo:blobs:32", &[]).1), None, "a cloud is not lit");
+}
+
+#[test]
+fn names_are_drawn_by_the_nearest_of_them_unless_a_mode_is_asked_for() {
+    if !can_draw() {
+        return;
+    }
+    let kernel = |more: &[&str]| {
+        let (_, stats) = rendered("demo:checkerboard:16", more);
+        stats["mode"]["kernel"].as_str().map(str::to_owned)
+    };
+    assert_eq!(kernel(&[]).as_deref(), Some("nearest"));
+    assert_eq!(kernel(&["--opacity-unit-distance", "0.5"]).as_deref(), Some("nearest"));
+    assert_eq!(kernel(&["--kernel", "linear"]).as_deref(), Some("linear"));
+    let (_, stats) = rendered(HEAD, &[]);
+    assert_eq!(stats["mode"]["kernel"], "bspline");
+}
+
+#[test]
+fn the_tornado_is_seen_flowing_unless_its_values_are_asked_for() {
+    if !can_draw() {
+        return;
+    }
+    let effects = |more: &[&str]| rendered("demo:tornado:12", more).1["effects"].clone();
+    assert_eq!(effects(&[]), serde_json::json!(["vectors"]));
+    for flags in [
+        &["--field", "condensation"][..],
+        &["--opacity", "0.2:0,1:0.5"],
+        &["--shading", "none"],
+        &["--projection", "maximum"],
+    ] {
+        let effects = effects(flags);
+        assert!(
+            !effects.as_array().expect("a list").contains(&"vectors".into()),
+            "{flags:?}: {effects}"
+        );
+    }
+}
