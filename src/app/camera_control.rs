@@ -232,7 +232,10 @@ mod tests {
     #[test]
     fn a_hand_that_goes_around_the_middle_rolls_by_the_angle_that_it_went() {
         let quarter = turned_by(vec2(0.0, -10.0), vec2(30.0, 0.0));
-        assert!((quarter - PI / 2.0).abs() < 1e-6, "from above to the right is clockwise: {quarter}");
+        assert!(
+            (quarter - PI / 2.0).abs() < 1e-6,
+            "from above to the right is clockwise: {quarter}"
+        );
         assert!((turned_by(vec2(30.0, 0.0), vec2(0.0, -10.0)) + PI / 2.0).abs() < 1e-6);
         assert_eq!(turned_by(Vec2::ZERO, vec2(1.0, 0.0)), 0.0, "from the middle nowhere");
     }

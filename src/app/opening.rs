@@ -19,8 +19,8 @@ use super::window::{Dialog, Window};
 use crate::core::{Camera, Projection};
 use crate::io::mesh::MeshFormat;
 use crate::scene::{
-    Inside, Look, Orientation, SampleSource, Sampled, Scene, Shading, SplatSettings,
-    VectorLayer,
+    Inside, Look, Orientation, SampleSource, Sampled, Scene, Shading, SplatSettings, VectorLayer,
+    projected_range,
 };
 use crate::task::transfer_file;
 
@@ -93,7 +93,11 @@ impl Window {
             before.as_ref().map_or(Projection::Orthographic, |scene| scene.camera.projection);
         let splat = match &before {
             Some(scene) if keep_view => scene.splat,
-            Some(scene) if !last.as_ref().is_some_and(|last| modes::same_mode(&last.splat, &scene.splat)) => {
+            Some(scene)
+                if !last
+                    .as_ref()
+                    .is_some_and(|last| modes::same_mode(&last.splat, &scene.splat)) =>
+            {
                 // The kernel is a habit; a unit distance belongs to its data.
                 SplatSettings { opacity_unit_distance: None, ..scene.splat }
             }
@@ -109,7 +113,10 @@ impl Window {
         };
         // What was cut away of another volume is not of this one.
         let inside = match &before {
-            Some(scene) if keep_view => scene.inside.clone(),
+            Some(scene) if keep_view => {
+                let projected_range = projected_range(&volume, scene.inside.along);
+                Inside { projected_range, ..scene.inside.clone() }
+            }
             _ => Inside::default(),
         };
         let background = self.settings.scene_background();

@@ -12,5 +12,6 @@ pub mod progress;
 
 pub use camera::{Camera, Projection};
 pub use colour::{LinearRgb, Srgb8};
+pub use names::counted;
 pub(crate) use names::names;
 pub use progress::{Cancelled, Ticket};

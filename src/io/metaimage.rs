@@ -114,7 +114,8 @@ pub(super) fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<Open
         }
     });
     Ok(Opened {
-        grid: Grid { space, ..Grid::of(lattice, fields) },
+        // The format's lengths are in millimetres.
+        grid: Grid { space, unit: Some("mm".to_owned()), ..Grid::of(lattice, fields) },
         format: Format::MetaImage,
         warnings,
     })
@@ -393,7 +394,8 @@ fn space_of(told: &str, direction: &DMat3) -> Option<String> {
         towards[along] = Some(if column[along] < 0.0 { from } else { to });
     }
     let [Some(x), Some(y), Some(z)] = towards else { return None };
-    let [x, y, z] = if [x, y, z].contains(&"inferior") { [x, y, z].map(opposite) } else { [x, y, z] };
+    let [x, y, z] =
+        if [x, y, z].contains(&"inferior") { [x, y, z].map(opposite) } else { [x, y, z] };
     let ends = [["left", "right"], ["anterior", "posterior"], ["superior", "inferior"]];
     let is_whole = ends.iter().all(|ends| [x, y, z].iter().any(|end| ends.contains(end)));
     is_whole.then(|| format!("{x}-{y}-{z}"))

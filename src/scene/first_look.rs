@@ -4,9 +4,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::{
-    Classify, Light, Lighting, NamedView, Orientation, Reconstruction, SplatSettings,
-};
+use super::{Classify, Light, Lighting, NamedView, Orientation, Reconstruction, SplatSettings};
 use crate::kernel::Kernel;
 use crate::transfer::{Kind, TransferFunction, presets};
 use crate::volume::ScalarVolume;
@@ -78,7 +76,8 @@ impl FirstLook {
         let is_of_names = Kind::of(statistics) == Kind::Labels;
         let spacing = volume.lattice.spacing;
         let thickest = spacing.max_element() / spacing.min_element();
-        let is_lit = is_of_names || Faces::of(volume, &transfer).is_some_and(Faces::carry_the_shape);
+        let is_lit =
+            is_of_names || Faces::of(volume, &transfer).is_some_and(Faces::carry_the_shape);
         let splat = match is_of_names {
             true => SplatSettings::NAMES,
             false if thickest > THICK && volume.lattice.dims.iter().all(|&n| n > 1) => {
@@ -128,9 +127,8 @@ impl Faces {
                 for x in (2..dims[0] - 2).step_by(step) {
                     let at = (z * dims[1] + y) * dims[0] + x;
                     let changes = strides.map(|stride| {
-                        let [before, after] = [at - stride, at + stride].map(|at| {
-                            transfer.opacity_at(value(at))
-                        });
+                        let [before, after] =
+                            [at - stride, at + stride].map(|at| transfer.opacity_at(value(at)));
                         (after - before).abs()
                     });
                     let weight = changes.into_iter().fold(0.0, f64::max);
@@ -156,7 +154,8 @@ impl Faces {
         let layers: Vec<usize> = (2..dims[2] - 2).step_by(step).collect();
         let parts: Vec<[f64; 3]> = layers.into_par_iter().map(of_layer).collect();
         // In order, so that the sum does not depend on the threads.
-        let sums = parts.into_iter().fold([0.0; 3], |sum, part| [0, 1, 2].map(|i| sum[i] + part[i]));
+        let sums =
+            parts.into_iter().fold([0.0; 3], |sum, part| [0, 1, 2].map(|i| sum[i] + part[i]));
         let [weight, sharpness, coherence] = sums;
         (weight > 0.0)
             .then_some(Self { sharpness: sharpness / weight, coherence: coherence / weight })
@@ -164,7 +163,9 @@ impl Faces {
 
     /// Whether light makes a shape of them, rather than noise or a darker cloud.
     fn carry_the_shape(self) -> bool {
-        if std::env::var_os("FACES").is_some() { eprintln!("{self:?}"); }
+        if std::env::var_os("FACES").is_some() {
+            eprintln!("{self:?}");
+        }
         self.sharpness >= LEAST_SHARPNESS && self.coherence >= LEAST_COHERENCE
     }
 }

@@ -144,7 +144,8 @@ pub(super) fn colour_of_label(number: usize) -> Srgb8 {
     let base = APART[number % APART.len()];
     let (white, black) = MIXED[number / APART.len() % MIXED.len()];
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "within 0..=255")]
-    let mix = |c: u8| ((f64::from(c) * (1.0 - white) + 255.0 * white) * (1.0 - black)).round() as u8;
+    let mix =
+        |c: u8| ((f64::from(c) * (1.0 - white) + 255.0 * white) * (1.0 - black)).round() as u8;
     Srgb8(base.map(mix))
 }
 
@@ -185,13 +186,15 @@ mod tests {
     #[test]
     fn a_map_of_an_electron_microscope_is_known_by_its_noise() {
         let value = |i: usize| {
-            let noise = (0..4).map(|k| ((i * 4 + k) * 7919 % 1009) as f32 / 1009.0 - 0.5).sum::<f32>();
+            let noise =
+                (0..4).map(|k| ((i * 4 + k) * 7919 % 1009) as f32 / 1009.0 - 0.5).sum::<f32>();
             if i % 50 == 0 { noise + 6.0 } else { noise }
         };
         let map = kind(Samples::Float32((0..60_000).map(value).collect()));
         let Kind::Map { noise } = map else { panic!("{map:?}") };
         assert!((noise - 0.58).abs() < 0.08, "{noise}");
-        let even = Samples::Float32((0..60_000).map(|i| (i * 7919 % 60_000) as f32 / 6e4).collect());
+        let even =
+            Samples::Float32((0..60_000).map(|i| (i * 7919 % 60_000) as f32 / 6e4).collect());
         assert_eq!(kind(even), Kind::Fractions);
     }
 

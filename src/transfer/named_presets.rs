@@ -1,8 +1,6 @@
 //! Presets: looks that many data call for, by name.
 
-use super::presets::{
-    by_percentiles, ct, ct_bone, default_for, for_huge, of_constant, shifted,
-};
+use super::presets::{by_percentiles, ct, ct_bone, default_for, for_huge, of_constant, shifted};
 use super::{ColourMap, Kind, TransferFunction};
 use crate::core::names;
 use crate::volume::Statistics;

@@ -1,7 +1,7 @@
 //! Transfer functions that look right at once, from a volume's statistics.
 
-pub use super::named_presets::Preset;
 use super::kind::{colour_of_label, labels};
+pub use super::named_presets::Preset;
 use super::{ColourMap, ColourSource, Kind, TransferFunction};
 use crate::volume::Statistics;
 

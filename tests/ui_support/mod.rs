@@ -35,7 +35,9 @@ use voxsplat::task::estimate::Checked;
 use voxsplat::task::level::LevelOfDetail;
 use voxsplat::task::still::Convergence;
 use voxsplat::transfer::{ColourMap, ColourSource, TransferFunction};
-use voxsplat::volume::{Association, Field, Grid, Lattice, Samples, ScalarType, ScalarVolume, Statistics};
+use voxsplat::volume::{
+    Association, Field, Grid, Lattice, Samples, ScalarType, ScalarVolume, Statistics,
+};
 
 /// Length of every file that the stand-in readers know.
 pub(crate) const RAW_BYTES: u64 = 64;

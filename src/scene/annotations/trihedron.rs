@@ -94,7 +94,8 @@ pub(super) fn lay_out(
         let end = AxisEnd { axis: index, is_positive, at: origin + axis.tip * (way * LENGTH * em) };
         (way * axis.depth, end)
     };
-    let mut ends: Vec<_> = axes.iter().flat_map(|axis| [end(axis, true), end(axis, false)]).collect();
+    let mut ends: Vec<_> =
+        axes.iter().flat_map(|axis| [end(axis, true), end(axis, false)]).collect();
     ends.sort_by(|a, b| b.0.total_cmp(&a.0));
     Some(ends.into_iter().map(|(_, end)| end).collect())
 }
