@@ -5,6 +5,7 @@ use glam::DVec3;
 
 use super::flags::SceneFlags;
 use super::values;
+use crate::kernel::Kernel;
 use crate::scene::{
     AlongRay, Clip, ClipBox, CutFaces, Inside, Isosurface, Plane, Slice, SplatSettings,
     projected_range,
@@ -144,7 +145,9 @@ impl InsideFlags {
         splat: &SplatSettings,
     ) -> Result<Inside, String> {
         let inside = self.resolve(volume, splat)?;
-        let range = (!scene.chooses_colours()).then(|| projected_range(volume, inside.along));
+        // Names of things keep their own colours.
+        let is_free = !scene.chooses_colours() && splat.kernel != Kernel::Nearest;
+        let range = is_free.then(|| projected_range(volume, inside.along));
         Ok(Inside { projected_range: range.flatten(), ..inside })
     }
 

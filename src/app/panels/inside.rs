@@ -7,6 +7,7 @@ use super::{number_ui, row_ui, slider_ui};
 use crate::app::theme;
 use crate::core::colour::srgb_from_linear;
 use crate::core::{Camera, Srgb8};
+use crate::kernel::Kernel;
 use crate::scene::{
     AlongRay, Classify, Inside, Isosurface, MOST_ISOSURFACES, MOST_SLICES, Plane, Scene, Slice,
     projected_range,
@@ -213,8 +214,9 @@ pub fn rendering_ui(ui: &mut Ui, scene: &mut Scene) {
         && chosen != before
     {
         scene.inside.along = chosen;
-        scene.inside.projected_range =
-            scene.volume().and_then(|volume| projected_range(volume, chosen));
+        // Names of things keep their own colours.
+        let volume = scene.volume().filter(|_| scene.splat.kernel != Kernel::Nearest);
+        scene.inside.projected_range = volume.and_then(|volume| projected_range(volume, chosen));
     }
     if scene.inside.along == AlongRay::Composite {
         return;
