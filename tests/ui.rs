@@ -2,6 +2,7 @@
 //! the engine that draws gradients and one for the readers that knows a few names.
 
 mod ui_annotations;
+mod ui_hand;
 mod ui_modes;
 mod ui_probe;
 mod ui_support;

@@ -58,7 +58,10 @@ fn met_along(ray: Ray, part: Part, pixel: vec2<u32>) -> Met {
             }
             let is_there = select(u != NOTHING, holes_show, in_hole);
             let face_opacity = select(0.0, 1.0, found.w > 0.0);
-            let opacity = select(face_opacity, slabs.opacities[max(i, 1u) - 1u].y, is_slice);
+            // Of a slice, and whether it leaves out what has none by the table.
+            let own = slabs.opacities[max(i, 1u) - 1u].yz;
+            let slice_opacity = own.x * select(1.0, face_opacity, own.y > 0.0);
+            let opacity = select(face_opacity, slice_opacity, is_slice);
             met.surfaces[i].colour = found.rgb;
             met.surfaces[i].opacity = select(0.0, opacity, is_there);
         }

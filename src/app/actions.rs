@@ -2,7 +2,7 @@
 //!
 //! The menus, the keyboard and the cheat-sheet all read [`ACTIONS`].
 
-use eframe::egui::{Context, Key, KeyboardShortcut, Modifiers};
+use eframe::egui::{Context, Event, Key, KeyboardShortcut, Modifiers};
 
 /// A command without further input.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -416,6 +416,25 @@ pub fn pressed(ctx: &Context, ends_tools: bool, behind_dialog: bool) -> Vec<Acti
         .filter(|(_, shortcut)| ctx.input_mut(|input| input.consume_shortcut(shortcut)))
         .map(|(action, _)| action)
         .collect()
+}
+
+/// Where a key of this pass asks for a dialog, takes away the keys without a modifier that were pressed after it: they
+/// are meant for what is still to come. What they typed stays as text.
+pub fn leave_to_dialog(ctx: &Context) {
+    let asks_for_more = ACTIONS.iter().filter(|entry| entry.name.ends_with('…'));
+    let shortcuts: Vec<_> = asks_for_more.filter_map(|entry| entry.shortcut).collect();
+    ctx.input_mut(|input| {
+        let mut is_asked = false;
+        input.events.retain(|event| {
+            let Event::Key { key, pressed: true, modifiers, .. } = event else { return true };
+            let is_plain = modifiers.is_none() || modifiers.shift_only();
+            let is_kept = !(is_asked && is_plain);
+            is_asked |= shortcuts.iter().any(|shortcut| {
+                shortcut.logical_key == *key && modifiers.matches_logically(shortcut.modifiers)
+            });
+            is_kept
+        });
+    });
 }
 
 #[cfg(test)]

@@ -73,7 +73,7 @@ impl BoxHandles {
 
 /// What share of an axis, which is seen as `along`, a hand that went so far on the picture moved: as it
 /// went along it, and nothing where it is seen end on.
-fn moved(along: Vec2, hand: Vec2) -> f64 {
+pub(super) fn moved(along: Vec2, hand: Vec2) -> f64 {
     let square = along.length_sq();
     if square < 1.0 { 0.0 } else { f64::from(hand.dot(along) / square) }
 }

@@ -1,14 +1,22 @@
 //! Work on a named thread, watched from the window: progress, cancel, result.
 
+use std::time::Instant;
+
 use crossbeam_channel::{Receiver, TryRecvError, bounded};
 use eframe::egui::Context;
 
 use crate::core::Ticket;
 
+/// Work that has taken less than this, or got less far, tells nothing of how long the rest will take: milliseconds, and a
+/// part of it.
+const LEAST_MS: f64 = 1000.0;
+const LEAST_FRACTION: f64 = 0.02;
+
 /// Work under way. Dropping it cancels the work and forgets its result.
 #[derive(Debug)]
 pub struct Job<T> {
     title: String,
+    started: Instant,
     ticket: Ticket,
     result: Receiver<T>,
 }
@@ -46,7 +54,7 @@ impl<T: Send + 'static> Job<T> {
         if let Err(error) = std::thread::Builder::new().name(thread.to_owned()).spawn(run) {
             log::error!("the thread {thread} could not be started: {error}");
         }
-        Self { title: title.into(), ticket, result }
+        Self { title: title.into(), started: Instant::now(), ticket, result }
     }
 
     /// What is being done, for people.
@@ -57,6 +65,11 @@ impl<T: Send + 'static> Job<T> {
     /// Fraction done, 0..=1.
     pub fn fraction(&self) -> f32 {
         self.ticket.fraction()
+    }
+
+    /// Milliseconds that are thought to be left, once enough is done to tell.
+    pub fn left_ms(&self) -> Option<f64> {
+        left_ms(self.started.elapsed().as_secs_f64() * 1e3, f64::from(self.fraction()))
     }
 
     /// Asks the work to stop; its end still arrives.
@@ -79,6 +92,12 @@ impl<T: Send + 'static> Job<T> {
     }
 }
 
+/// Milliseconds that are left of work that has got so far in a time, if it goes on as it went.
+fn left_ms(gone_ms: f64, fraction: f64) -> Option<f64> {
+    let is_known = gone_ms >= LEAST_MS && fraction >= LEAST_FRACTION;
+    is_known.then(|| gone_ms * (1.0 - fraction.min(1.0)) / fraction)
+}
+
 impl<T> Drop for Job<T> {
     fn drop(&mut self) {
         self.ticket.cancel();
@@ -87,7 +106,7 @@ impl<T> Drop for Job<T> {
 
 #[cfg(test)]
 mod tests {
-    use std::time::{Duration, Instant};
+    use std::time::Duration;
 
     use super::*;
 
@@ -107,6 +126,13 @@ mod tests {
         let ctx = Context::default();
         let job = Job::start("test-job", "Testing", &ctx, |_| 7);
         assert!(matches!(wait(&job), Ended::Finished(7)));
+    }
+
+    #[test]
+    fn the_time_that_is_left_is_told_once_enough_is_done_to_tell() {
+        assert_eq!(left_ms(20_000.0, 0.25), Some(60_000.0));
+        assert_eq!((left_ms(900.0, 0.5), left_ms(9000.0, 0.01)), (None, None));
+        assert_eq!(left_ms(5000.0, 1.0), Some(0.0));
     }
 
     #[test]

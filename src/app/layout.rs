@@ -20,9 +20,9 @@ use super::panels::{
 };
 use super::trihedron::trihedron_ui;
 use super::viewport::PixelArea;
-use super::window::Window;
-use super::{annotations, modes, theme};
-use crate::scene::{Inside, axis_letters};
+use super::window::{JobView, Window};
+use super::{annotations, modes, theme, words};
+use crate::scene::{AlongRay, Inside, axis_letters};
 use crate::task::annotations::laid_out;
 use crate::vector::MOST_SPEED;
 use crate::volume::Statistics;
@@ -140,10 +140,14 @@ impl Window {
     }
 
     /// The directions to look from in a menu of their own, then the rest.
-    fn view_menu_ui(&self, ui: &mut Ui, chosen: &mut Option<Action>) {
+    fn view_menu_ui(&mut self, ui: &mut Ui, chosen: &mut Option<Action>) {
         ui.menu_button("Look from", |ui| {
             self.menu_entries_ui(ui, Menu::View, Action::is_direction, chosen);
         });
+        let space = self.document.as_ref().and_then(|d| d.grid.space.as_deref());
+        if let Some(scene) = &mut self.scene {
+            view::up_menu_ui(ui, scene, space);
+        }
         self.menu_entries_ui(ui, Menu::View, |action| !action.is_direction(), chosen);
     }
 
@@ -327,7 +331,12 @@ impl Window {
         }
         if let Some(scene) = &mut self.scene {
             let (volume, bells) = (scene.volume().map(Arc::clone), &mut self.gaussians);
+            let projects = scene.inside.along != AlongRay::Composite;
+            let mut range = scene.inside.projected_range.filter(|_| projects);
             let levels = match volume.zip(scene.transfer_mut()) {
+                Some((volume, _)) if let Some(range) = &mut range => {
+                    self.leveling.drag_range(&response, range, &volume.statistics)
+                }
                 Some((volume, transfer)) => {
                     self.leveling.drag(&response, transfer, bells, &volume.statistics)
                 }
@@ -338,8 +347,11 @@ impl Window {
                 scene.camera =
                     camera_control::steered(&scene.camera, &response, &scene.lattice(), turning);
             }
-            if let Some(transfer) = scene.transfer() {
-                self.leveling.caption_ui(ui, area.rect, transfer);
+            if projects && range.is_some() {
+                scene.inside.projected_range = range;
+            }
+            if let Some(transfer) = scene.drawn_transfer() {
+                self.leveling.caption_ui(ui, area.rect, &transfer);
             }
             let space = self.document.as_ref().and_then(|d| d.grid.space.as_deref());
             let layout = laid_out(self.settings.annotations, scene, space, area.size);
@@ -351,6 +363,9 @@ impl Window {
             self.cells.show(ui, area, scene, &response);
             if self.clip.shows_box && Inside::is_shown_by(&scene.splat) {
                 self.box_handles.show(ui, area, scene);
+            }
+            if Inside::is_shown_by(&scene.splat) && !projects && scene.shows_field() {
+                self.slice_handles.show(ui, area, scene);
             }
             let rests = !self.pacing.is_moving();
             self.probing.show(ui, area, scene, space, (&response, rests), self.cells.height());
@@ -379,7 +394,7 @@ impl Window {
         let shown = ui.scope_builder(UiBuilder::new().max_rect(rect), |ui| {
             self.notices.bars_ui(ui);
             for job in self.jobs() {
-                job_ui(ui, job.title, job.fraction, job.is_cancelled, &*job.cancel);
+                job_ui(ui, &job);
             }
             ui.min_rect().height()
         });
@@ -392,16 +407,22 @@ impl Window {
 }
 
 /// Undo and redo, each with what it would do; `chosen` is the one that was clicked.
-fn edit_menu_ui(ui: &mut Ui, steps: &[Option<String>; 2], chosen: &mut Option<Action>) {
+fn edit_menu_ui(ui: &mut Ui, steps: &[Option<(String, String)>; 2], chosen: &mut Option<Action>) {
     for (action, words) in [Action::Undo, Action::Redo].into_iter().zip(steps) {
         let entry = entry_of(action);
-        let mut button = Button::new(entry.name);
+        let name = match words {
+            Some((change, _)) => format!("{}: {change}", entry.name),
+            None => entry.name.to_owned(),
+        };
+        let mut button = Button::new(name);
         if let Some(shortcut) = &entry.shortcut {
             button = button.shortcut_text(ui.ctx().format_shortcut(shortcut));
         }
         let shown = ui.add_enabled(words.is_some(), button);
         let shown = shown.on_disabled_hover_text("There is nothing to go back or forward to");
-        if shown.on_hover_text(words.as_deref().unwrap_or_default()).clicked() {
+        let shown = shown.accessible_name(entry.name);
+        let sentence = words.as_ref().map_or("", |(_, sentence)| sentence);
+        if shown.on_hover_text(sentence).clicked() {
             *chosen = Some(action);
         }
     }
@@ -430,18 +451,23 @@ fn hint(ctx: &Context, entry: &Entry) -> String {
 }
 
 /// Progress and cancel of one job.
-fn job_ui(ui: &mut Ui, title: &str, fraction: f32, is_cancelled: bool, cancel: &dyn Fn()) {
+fn job_ui(ui: &mut Ui, job: &JobView<'_>) {
+    let JobView { title, fraction, left_ms, cancel, is_cancelled } = job;
     let frame = Frame::new()
         .fill(Color32::from_rgb(32, 36, 43))
         .stroke(Stroke::new(1.0, theme::LINE))
         .corner_radius(CornerRadius::same(6))
         .inner_margin(Margin::symmetric(10, 6));
     frame.show(ui, |ui| {
-        let words = RichText::new(if is_cancelled { "Stopping…" } else { title });
-        if text_and_button_ui(ui, words, "Cancel", !is_cancelled) {
+        let left = left_ms.map(|ms| format!(" · about {} left", words::roughly(ms)));
+        let words = match is_cancelled {
+            true => "Stopping…".to_owned(),
+            false => format!("{title}{}", left.unwrap_or_default()),
+        };
+        if text_and_button_ui(ui, RichText::new(words), "Cancel", !is_cancelled) {
             cancel();
         }
-        let bar = ProgressBar::new(fraction).desired_height(5.0);
+        let bar = ProgressBar::new(*fraction).desired_height(5.0);
         ui.add(bar.fill(theme::ACCENT)).accessible_name(format!("{title}, progress"));
     });
 }

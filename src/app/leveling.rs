@@ -43,16 +43,43 @@ impl Leveling {
         gaussians: &mut [Gaussian],
         statistics: &Statistics,
     ) -> bool {
+        let range = transfer.colour.range();
+        let dragged = self.dragged(response, range, statistics);
+        if let Some(to) = dragged.filter(|to| *to != range) {
+            stretch(transfer, gaussians, to);
+        }
+        dragged.is_some()
+    }
+
+    /// The same of a range that projected values have of their own.
+    pub fn drag_range(
+        self,
+        response: &Response,
+        range: &mut [f64; 2],
+        statistics: &Statistics,
+    ) -> bool {
+        let dragged = self.dragged(response, *range, statistics);
+        *range = dragged.unwrap_or(*range);
+        dragged.is_some()
+    }
+
+    /// Where a range is after a drag that is this tool's; `None` where it is none.
+    fn dragged(
+        self,
+        response: &Response,
+        range: [f64; 2],
+        statistics: &Statistics,
+    ) -> Option<[f64; 2]> {
         let shift = response.ctx.input(|input| input.modifiers.shift);
         if !self.on || shift || !response.dragged_by(PointerButton::Primary) {
-            return false;
+            return None;
         }
         let (by, size) = (response.drag_delta(), response.rect.size());
-        if by != eframe::egui::Vec2::ZERO {
-            let drag = [f64::from(by.x / size.x), f64::from(by.y / size.y)];
-            stretch(transfer, gaussians, leveled(transfer.colour.range(), drag, statistics));
+        if by == eframe::egui::Vec2::ZERO {
+            return Some(range);
         }
-        true
+        let drag = [f64::from(by.x / size.x), f64::from(by.y / size.y)];
+        Some(leveled(range, drag, statistics))
     }
 
     /// Says over the picture what window and level are while the tool is chosen.

@@ -40,6 +40,7 @@ mod refining;
 pub mod saving;
 mod sentences;
 pub mod settings;
+mod slice_handles;
 pub mod software;
 pub mod sweeping;
 pub mod theme;

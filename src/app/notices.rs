@@ -1,4 +1,5 @@
-//! What the window has to say: one sentence each, until dismissed; hints go by themselves.
+//! What the window has to say: one sentence each. Hints and news go by themselves, what did not work stays until it is
+//! dismissed; older ones fold, so that the picture stays in sight.
 
 use std::time::Duration;
 
@@ -8,14 +9,19 @@ use eframe::egui::{
 
 use super::sentences::without_flags;
 use super::theme;
+use crate::core::counted;
 
 /// How many are kept; older ones make room.
-const LIMIT: usize = 4;
+const LIMIT: usize = 12;
+/// How many are shown at once; older ones fold into one line.
+const MOST_SHOWN: usize = 2;
 /// Room for the button at the right of a bar, points.
 const BUTTON_WIDTH: f32 = 76.0;
 
 /// Seconds that a hint is shown, longer while the pointer is on it.
 const HINT_SECONDS: f64 = 6.0;
+/// The same of news, which may be longer to read.
+const NOTE_SECONDS: f64 = 20.0;
 
 /// Bad news or news.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -44,6 +50,7 @@ impl Notice {
     fn left(&self, now: f64) -> f64 {
         match (self.kind, self.shown_at) {
             (Kind::Hint, Some(since)) => since + HINT_SECONDS - now,
+            (Kind::Note, Some(since)) => since + NOTE_SECONDS - now,
             _ => f64::INFINITY,
         }
     }
@@ -53,6 +60,8 @@ impl Notice {
 #[derive(Debug, Default)]
 pub struct Notices {
     shown: Vec<Notice>,
+    /// Whether the older ones are shown, too.
+    unfolded: bool,
 }
 
 impl Notices {
@@ -96,8 +105,20 @@ impl Notices {
     pub fn bars_ui(&mut self, ui: &mut Ui) {
         let now = ui.input(|input| input.time);
         self.shown.retain(|notice| notice.left(now) > 0.0);
+        let older = self.shown.len().saturating_sub(MOST_SHOWN);
+        if older > 0 {
+            self.fold_ui(ui, older);
+        } else {
+            self.unfolded = false;
+        }
+        let folded = if self.unfolded { 0 } else { self.shown.len().saturating_sub(MOST_SHOWN) };
         let mut dismissed = None;
         for (index, notice) in self.shown.iter_mut().enumerate() {
+            if index < folded {
+                // What is folded away goes on waiting for its end.
+                notice.shown_at.get_or_insert(now);
+                continue;
+            }
             let bar = bar_ui(ui, notice);
             if notice.shown_at.is_none() || bar.is_pointed_at {
                 notice.shown_at = Some(now);
@@ -113,6 +134,39 @@ impl Notices {
             self.shown.remove(index);
         }
     }
+}
+
+impl Notices {
+    /// The line that older ones are folded into.
+    fn fold_ui(&mut self, ui: &mut Ui, older: usize) {
+        let words = RichText::new(counted(older, "older message")).color(theme::TEXT_FAINT);
+        let mut is_cleared = false;
+        frame(theme::PANEL, theme::LINE).show(ui, |ui| {
+            ui.horizontal(|ui| {
+                ui.label(words);
+                ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+                    is_cleared = ui.button("Dismiss all").clicked();
+                    let label = if self.unfolded { "Hide" } else { "Show" };
+                    let name = format!("{label} older messages");
+                    if ui.button(label).accessible_name(name).clicked() {
+                        self.unfolded = !self.unfolded;
+                    }
+                });
+            });
+        });
+        if is_cleared {
+            self.clear();
+        }
+    }
+}
+
+/// What a bar lies on.
+fn frame(fill: Color32, line: Color32) -> Frame {
+    Frame::new()
+        .fill(fill)
+        .stroke(Stroke::new(1.0, line))
+        .corner_radius(CornerRadius::same(6))
+        .inner_margin(Margin::symmetric(10, 6))
 }
 
 /// A text without its numbers.
@@ -133,11 +187,7 @@ fn bar_ui(ui: &mut Ui, notice: &Notice) -> Bar {
         Kind::Error => (theme::ERROR, Color32::from_rgb(58, 34, 34)),
         Kind::Note | Kind::Hint => (theme::NOTE, Color32::from_rgb(31, 45, 40)),
     };
-    let frame = Frame::new()
-        .fill(fill)
-        .stroke(Stroke::new(1.0, colour.gamma_multiply(0.5)))
-        .corner_radius(CornerRadius::same(6))
-        .inner_margin(Margin::symmetric(10, 6));
+    let frame = frame(fill, colour.gamma_multiply(0.5));
     let words = RichText::new(&notice.text).color(colour.lerp_to_gamma(theme::TEXT, 0.45));
     let shown = frame.show(ui, |ui| text_and_button_ui(ui, words, "Dismiss", true));
     Bar { is_dismissed: shown.inner, is_pointed_at: shown.response.contains_pointer() }
@@ -175,8 +225,41 @@ mod tests {
         for text in ["a", "b", "a", "c", "d", "e"] {
             notices.error(text);
         }
-        let texts: Vec<_> = notices.shown().iter().map(|n| n.text.as_str()).collect();
-        assert_eq!(texts, ["a", "c", "d", "e"]);
+        let texts = |notices: &Notices| -> Vec<String> {
+            notices.shown().iter().map(|n| n.text.clone()).collect()
+        };
+        assert_eq!(texts(&notices), ["b", "a", "c", "d", "e"]);
+        for letter in 'f'..='o' {
+            notices.error(letter.to_string());
+        }
+        assert_eq!((notices.shown().len(), &*texts(&notices)[0]), (LIMIT, "d"));
+    }
+
+    #[test]
+    fn notices_fold_so_that_a_few_lie_over_the_picture_however_many_there_are() {
+        let ctx = Context::default();
+        let mut notices = Notices::default();
+        let height = |notices: &mut Notices| {
+            let mut height = 0.0;
+            for _ in 0..3 {
+                let mut output = ctx.run_ui(RawInput::default(), |ui| {
+                    notices.bars_ui(ui);
+                    height = ui.min_rect().height();
+                });
+                output.textures_delta.clear();
+            }
+            height
+        };
+        for text in ["a", "b", "c"] {
+            notices.error(text);
+        }
+        let of_three = height(&mut notices);
+        for text in ["d", "e", "f", "g", "h"] {
+            notices.error(text);
+        }
+        assert_eq!(height(&mut notices), of_three, "two and a line for the others");
+        notices.unfolded = true;
+        assert!(height(&mut notices) > 2.0 * of_three, "all of them once that is wanted");
     }
 
     #[test]
@@ -225,10 +308,9 @@ mod tests {
     }
 
     #[test]
-    fn hints_go_by_themselves_and_nothing_else_does() {
+    fn hints_and_news_go_by_themselves_and_what_did_not_work_stays() {
         let mut notices = Notices::default();
         notices.error("bad");
-        notices.note("news");
         let ctx = Context::default();
         // The first passes settle where things are.
         for _ in 0..3 {
@@ -241,14 +323,19 @@ mod tests {
         }
         let again = drawn(&mut notices, &ctx, 103.0).as_secs_f64();
         assert!((HINT_SECONDS - 1.5..HINT_SECONDS).contains(&again), "{again} s");
-        assert_eq!(notices.shown().len(), 3);
+        assert_eq!(notices.shown().len(), 2);
         drawn(&mut notices, &ctx, 102.0 + HINT_SECONDS - 0.1);
-        assert_eq!(notices.shown().len(), 3);
+        assert_eq!(notices.shown().len(), 2);
         drawn(&mut notices, &ctx, 102.0 + HINT_SECONDS);
         let left: Vec<_> = notices.shown().iter().map(|n| n.text.as_str()).collect();
-        assert_eq!(left, ["bad", "news"]);
+        assert_eq!(left, ["bad"]);
+        notices.note("news");
+        drawn(&mut notices, &ctx, 200.0);
+        drawn(&mut notices, &ctx, 200.0 + NOTE_SECONDS - 0.1);
+        assert_eq!(notices.shown().len(), 2, "news may be longer to read");
+        drawn(&mut notices, &ctx, 200.0 + NOTE_SECONDS);
         drawn(&mut notices, &ctx, 1e6);
-        assert_eq!(notices.shown().len(), 2);
+        assert_eq!(notices.shown().len(), 1);
     }
 
     #[test]

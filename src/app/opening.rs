@@ -20,6 +20,7 @@ use crate::core::{Camera, Projection};
 use crate::io::mesh::MeshFormat;
 use crate::scene::{
     Inside, Look, Orientation, SampleSource, Sampled, Scene, Shading, SplatSettings, VectorLayer,
+    projected_range,
 };
 use crate::task::transfer_file;
 
@@ -112,7 +113,10 @@ impl Window {
         };
         // What was cut away of another volume is not of this one.
         let inside = match &before {
-            Some(scene) if keep_view => scene.inside.clone(),
+            Some(scene) if keep_view => {
+                let projected_range = projected_range(&volume, scene.inside.along);
+                Inside { projected_range, ..scene.inside.clone() }
+            }
             _ => Inside::default(),
         };
         let background = self.settings.scene_background();

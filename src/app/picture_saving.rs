@@ -20,7 +20,7 @@ impl Window {
         let with_background = scene.background != Background::Transparent;
         let is_annotated = self.settings.annotations.any();
         let dialog = SaveDialog::new(self.viewport_size, with_background, is_annotated, &path);
-        self.dialog = Some(Dialog::Save(Box::new(dialog)));
+        self.dialog = Some(Dialog::Save(Box::new(dialog.with_pixel_ms(self.pixel_ms))));
     }
 
     /// Asks for the file of a loop of the animation.
@@ -32,7 +32,7 @@ impl Window {
         let is_annotated = self.settings.annotations.any();
         let size = self.viewport_size;
         let dialog = SaveDialog::of_cycle(size, with_background, is_annotated, &path);
-        self.dialog = Some(Dialog::Save(Box::new(dialog)));
+        self.dialog = Some(Dialog::Save(Box::new(dialog.with_pixel_ms(self.pixel_ms))));
     }
 
     pub(super) fn save_picture(&mut self, ctx: &Context, choice: SaveChoice) {

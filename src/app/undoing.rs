@@ -24,6 +24,8 @@ use crate::volume::Samples;
 
 /// Seconds within which one notch of the wheel goes on with the step of the one before.
 const WHEEL_SECS: f64 = 0.6;
+/// Seconds within which a second press of the key takes the open file away.
+const AGAIN_SECS: f64 = 8.0;
 
 /// Everything that can be undone, as plain data; the volume is shared.
 #[derive(Debug, Clone)]
@@ -85,7 +87,14 @@ impl PartialEq for State {
 
 impl State {
     /// What is different after a step, in a few words.
-    fn change_to(&self, after: &Self) -> &'static str {
+    fn change_to(&self, after: &Self) -> String {
+        match self.is_of_another_file(after) {
+            true => format!("opening {}", after.document.source.name()),
+            false => self.change_within_file(after).to_owned(),
+        }
+    }
+
+    fn change_within_file(&self, after: &Self) -> &'static str {
         let (a, b) = (&self.scene, &after.scene);
         let of = |scene: &Scene| scene.transfer().cloned();
         let (before, now) = (of(a), of(b));
@@ -98,7 +107,6 @@ impl State {
         let vectors = a.vectors() != b.vectors() || a.shows_field() != b.shows_field();
         let background = |s: &Settings| (s.background, s.transparent_background);
         match () {
-            () if self.is_of_another_file(after) => "file",
             () if !a.has_same_volume(b) => "another field",
             () if a.shading.regions != b.shading.regions && !opacity && !colour => "regions",
             () if opacity && colour => "transfer function",
@@ -218,6 +226,26 @@ impl Window {
         }
     }
 
+    /// Goes one step back by the key. Where that would take the open file away, it says so first, and does it only
+    /// when the key is pressed again: opening a file is a step, but nobody expects to lose what was opened last.
+    pub(super) fn step_back_by_key(&mut self, ctx: &Context) {
+        self.record_now(ctx);
+        let now_secs = ctx.time();
+        let was_asked = self.undo_asked_secs.take().is_some_and(|at| now_secs - at < AGAIN_SECS);
+        let leaves =
+            self.history.last_step().filter(|[before, after]| before.is_of_another_file(after));
+        if let Some([before, after]) = leaves.filter(|_| !was_asked) {
+            let [before, after] = [before, after].map(|state| state.document.source.name());
+            self.undo_asked_secs = Some(now_secs);
+            self.notices.hint(format!(
+                "Nothing was changed since {after} was opened. Undo once more to go back to {before}, which was \
+                 open before"
+            ));
+            return;
+        }
+        self.step(ctx, true);
+    }
+
     /// Goes one step back, or forward again.
     pub(super) fn step(&mut self, ctx: &Context, back: bool) {
         // What is still in the hand is a step, too.
@@ -251,13 +279,19 @@ impl Window {
         self.vectors.clock.set_speed(speed, ctx.time());
     }
 
-    /// What undo and redo would do now, for people: `None` where they would do nothing.
-    pub(super) fn step_words(&self) -> [Option<String>; 2] {
-        let words = |verb: &str, [before, after]: [&State; 2]| {
-            format!("{verb} the last change of: {}", before.change_to(after))
+    /// What undo and redo would do now, for people: the step in a few words, and a sentence. `None` where they would do
+    /// nothing.
+    pub(super) fn step_words(&self) -> [Option<(String, String)>; 2] {
+        let words = |verb: &str, [before, after]: [&State; 2], to: &State| {
+            let change = before.change_to(after);
+            let sentence = match before.is_of_another_file(after) {
+                true => format!("Show {} again, as it was", to.document.source.name()),
+                false => format!("{verb} the last change of: {change}"),
+            };
+            (change, sentence)
         };
-        let undo = self.history.last_step().map(|step| words("Take back", step));
-        let redo = self.history.next_step().map(|step| words("Do again", step));
+        let undo = self.history.last_step().map(|step| words("Take back", step, step[0]));
+        let redo = self.history.next_step().map(|step| words("Do again", step, step[1]));
         [undo, redo]
     }
 }

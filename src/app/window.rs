@@ -40,6 +40,7 @@ use super::probing::Probing;
 use super::rate::PictureRate;
 use super::saving::{Renderer, Saved};
 use super::settings::Settings;
+use super::slice_handles::SliceHandles;
 use super::theme;
 use super::undoing::{State, Wheel};
 use super::vectors::Vectors;
@@ -47,6 +48,7 @@ use super::viewport::{ScreenFormat, Viewport};
 use crate::core::{Camera, Projection};
 use crate::scene::{Annotation, NamedView, Orientation, Scene, SplatSettings};
 use crate::task::engine::EngineState;
+use crate::task::level::LevelOfDetail;
 use crate::transfer::Gaussian;
 
 /// Between two looks at the progress of a job.
@@ -100,6 +102,8 @@ pub struct Window {
     pub(super) probing: Probing,
     pub(super) history: History<State>,
     pub(super) wheel: Wheel,
+    /// When the key for undo last asked whether the open file is to go.
+    pub(super) undo_asked_secs: Option<f64>,
     pub(super) viewport: Viewport,
     /// The viewport's size in physical pixels at the last pass.
     pub(super) viewport_size: [u32; 2],
@@ -121,6 +125,7 @@ pub struct Window {
     pub(super) shading: ShadingEditor,
     pub(super) clip: ClipEditor,
     pub(super) box_handles: BoxHandles,
+    pub(super) slice_handles: SliceHandles,
     pub(super) effects: Effects,
     pub(super) vectors: Vectors,
     pub(super) polygons: Polygons,
@@ -130,6 +135,8 @@ pub struct Window {
     pub(super) file_dialog: Option<FileDialog>,
     pub(super) loading: Option<Loading>,
     pub(super) saving: Vec<Job<Saved>>,
+    /// Milliseconds of a pixel of the last picture that was drawn in full.
+    pub(super) pixel_ms: Option<f64>,
     pub(super) loading_design: Option<LoadingDesign>,
     reported_failure: Option<String>,
     /// Whether something had the keyboard at the end of the last pass.
@@ -152,6 +159,7 @@ impl Window {
             probing: Probing::default(),
             history: History::default(),
             wheel: Wheel::default(),
+            undo_asked_secs: None,
             viewport_size: [1, 1],
             viewport_pixels: [0, 0, 1, 1],
             pacing: Pacing::default(),
@@ -168,6 +176,7 @@ impl Window {
             shading: ShadingEditor::default(),
             clip: ClipEditor::default(),
             box_handles: BoxHandles::default(),
+            slice_handles: SliceHandles::default(),
             effects: Effects::default(),
             vectors: Vectors::default(),
             polygons: Polygons::default(),
@@ -176,6 +185,7 @@ impl Window {
             file_dialog: None,
             loading: None,
             saving: Vec::new(),
+            pixel_ms: None,
             loading_design: None,
             reported_failure: None,
             had_focus: false,
@@ -487,6 +497,10 @@ impl Window {
         self.rate.note(ctx.time(), self.pacing.is_moving());
         self.record_estimate(&picture);
         self.note_effects(&picture);
+        if matches!(picture.report.level, LevelOfDetail::Full { .. }) {
+            let pixels = picture.size.iter().map(|n| f64::from(*n)).product::<f64>();
+            self.pixel_ms = Some(picture.report.frame_ms / pixels.max(1.0));
+        }
         // While the view moves, the picture before would be of another view.
         let fades = self.settings.fade && !self.pacing.is_moving();
         let moved = match fades {
@@ -519,12 +533,19 @@ impl Window {
             (Some(Dialog::Help), Action::ToggleHelp) => true,
             (Some(_), _) => false,
         };
-        let behind_dialog =
-            self.dialog.as_ref().is_some_and(|dialog| !matches!(dialog, Dialog::Help));
+        // The desktop's dialog for files may still be on its way: what is typed for it is no command.
+        let behind_dialog = self.file_dialog.is_some()
+            || self.dialog.as_ref().is_some_and(|dialog| !matches!(dialog, Dialog::Help));
+        if self.dialog.is_none() {
+            actions::leave_to_dialog(ctx);
+        }
         let pressed = actions::pressed(ctx, self.escape_ends_tools(ctx), behind_dialog);
         let pressed: Vec<Action> = pressed.into_iter().filter(allowed).collect();
         for action in pressed {
-            self.perform(ctx, action);
+            match action {
+                Action::Undo => self.step_back_by_key(ctx),
+                _ => self.perform(ctx, action),
+            }
         }
     }
 }
@@ -533,6 +554,8 @@ impl Window {
 pub(super) struct JobView<'a> {
     pub(super) title: &'a str,
     pub(super) fraction: f32,
+    /// Milliseconds that are thought to be left, where that is known.
+    pub(super) left_ms: Option<f64>,
     pub(super) cancel: Box<dyn Fn() + 'a>,
     pub(super) is_cancelled: bool,
 }
@@ -542,6 +565,7 @@ impl<'a> JobView<'a> {
         Self {
             title: job.title(),
             fraction: job.fraction(),
+            left_ms: job.left_ms(),
             cancel: Box::new(|| job.cancel()),
             is_cancelled: job.is_cancelled(),
         }

@@ -271,6 +271,12 @@ impl SceneFlags {
         self.opacity.is_some() || self.color.is_some() || self.transfer.is_some()
     }
 
+    /// Whether flags say which colours values have.
+    pub(super) fn chooses_colours(&self) -> bool {
+        let looks = self.preset.is_some() || self.transfer.is_some();
+        looks || self.color.is_some() || self.color_range.is_some()
+    }
+
     /// The first flag that was given of the scalar field's opacities and colours.
     pub(super) fn of_colours(&self) -> Option<&'static str> {
         [

@@ -3,9 +3,12 @@
 use clap::Args;
 use glam::DVec3;
 
+use super::flags::SceneFlags;
 use super::values;
+use crate::kernel::Kernel;
 use crate::scene::{
     AlongRay, Clip, ClipBox, CutFaces, Inside, Isosurface, Plane, Slice, SplatSettings,
+    projected_range,
 };
 use crate::volume::{Lattice, ScalarVolume};
 
@@ -42,13 +45,19 @@ pub struct InsideFlags {
     #[arg(long, value_name = "X,Y,Z,NX,NY,NZ[:A]", value_parser = slice_plane,
         allow_hyphen_values = true)]
     pub slice_plane: Vec<Slice>,
+    /// Leave out of all slices what the transfer function gives no opacity, as slices that are new in the
+    /// window do; without it they show every value
+    #[arg(long)]
+    pub slice_only_shown: bool,
     /// Show where the values pass V, lit by the scene's lights or, without, by the usual one; opaque, or
     /// of an opacity from 0 to 1; in the colour of V, or another. Up to 6 times
     #[arg(long, value_name = "V[:A[:RRGGBB]]", value_parser = isosurface,
         allow_hyphen_values = true)]
     pub iso: Vec<Isosurface>,
     /// What is shown along each line of sight: composite (the volume, by its opacities), or the maximum (MIP),
-    /// minimum (MinIP) or average of the values, in its colour [default: composite]
+    /// minimum (MinIP) or average of the values, in its colour. These have their colours from the least to the
+    /// greatest value that rays come to, unless --color, --color-range, --transfer or --preset says which
+    /// [default: composite]
     #[arg(long, value_name = "WHAT", value_parser = values::along_ray)]
     pub projection: Option<AlongRay>,
 }
@@ -104,10 +113,13 @@ impl InsideFlags {
         let across = self.slice.iter().map(|&SliceAt { axis, place, opacity }| {
             Slice::across(lattice, axis, place.share(lattice.dims[axis]), opacity)
         });
+        let only_shown = self.slice_only_shown;
+        let slices = across.chain(self.slice_plane.iter().copied());
         let inside = Inside {
             clip: Clip { faces, ..clip },
             along: self.projection.unwrap_or_default(),
-            slices: across.chain(self.slice_plane.iter().copied()).collect(),
+            projected_range: None,
+            slices: slices.map(|slice| Slice { only_shown, ..slice }).collect(),
             isosurfaces: self.iso.clone(),
         };
         inside.check(splat).map_err(|error| error.to_string())?;
@@ -120,6 +132,23 @@ impl InsideFlags {
         }
         self.refuse_twins()?;
         Ok(inside)
+    }
+
+    /// The same, with a range of its own for what is projected where the flags of a scene choose no colours.
+    ///
+    /// # Errors
+    /// See [`InsideFlags::resolve`].
+    pub fn resolve_in(
+        &self,
+        scene: &SceneFlags,
+        volume: &ScalarVolume,
+        splat: &SplatSettings,
+    ) -> Result<Inside, String> {
+        let inside = self.resolve(volume, splat)?;
+        // Names of things keep their own colours.
+        let is_free = !scene.chooses_colours() && splat.kernel != Kernel::Nearest;
+        let range = is_free.then(|| projected_range(volume, inside.along));
+        Ok(Inside { projected_range: range.flatten(), ..inside })
     }
 
     /// Refuses two isosurfaces in one place, of which nothing says which lies before the other.
@@ -187,7 +216,7 @@ fn slice(text: &str) -> Result<SliceAt, String> {
 
 fn slice_plane(text: &str) -> Result<Slice, String> {
     let (at, opacity) = with_opacity(text)?;
-    Ok(Slice { plane: plane(at)?, opacity })
+    Ok(Slice { plane: plane(at)?, opacity, only_shown: false })
 }
 
 fn isosurface(text: &str) -> Result<Isosurface, String> {
@@ -213,6 +242,7 @@ mod tests {
             cut_faces: true,
             slice: vec![slice("z=50%:0.25").unwrap()],
             slice_plane: vec![slice_plane("1,2,3,0,0,-1:0.5").unwrap()],
+            slice_only_shown: true,
             iso: vec![isosurface("-300:0.4:ff8000").unwrap(), isosurface("12.5").unwrap()],
             projection: None,
         };
@@ -230,6 +260,7 @@ mod tests {
         assert_eq!(clip.planes, [expected]);
         assert!((slices[0].share_across(&lattice, 2).unwrap() - 0.5).abs() < 1e-12);
         assert_eq!((slices[0].opacity, slices[1].opacity, slices.len()), (0.25, 0.5, 2));
+        assert!(slices.iter().all(|slice| slice.only_shown));
         let colour = Some(crate::core::Srgb8([255, 128, 0]));
         let expected = [
             Isosurface { value: -300.0, opacity: 0.4, colour },

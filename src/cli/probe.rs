@@ -81,7 +81,7 @@ pub(super) fn run(flags: &ProbeFlags) -> Result<(), Failure> {
     let shading = flags.shading.resolve(&scene, &splat);
     let shading = shading.map_err(|error| Failure::Usage(error.to_string()))?;
     let volume = open::volume(&scene)?;
-    let inside = flags.inside.resolve(volume, &splat).map_err(Failure::Usage)?;
+    let inside = flags.inside.resolve_in(&flags.scene, volume, &splat).map_err(Failure::Usage)?;
     inside.beside(volume).iter().for_each(|what| note(what));
     let hiding = flags.mode.of_hiding();
     let idle = notes::idle_beside_projection(&inside, &flags.scene, &flags.shading, hiding);

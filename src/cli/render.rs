@@ -251,7 +251,7 @@ fn scene(flags: &RenderFlags, splat: SplatSettings) -> Result<Meant, Failure> {
     let shading = flags.shading.resolve(&scene, &splat);
     let shading = shading.map_err(|error| Failure::Usage(error.to_string()))?;
     let volume = open::volume(&scene)?;
-    let inside = flags.inside.resolve(volume, &splat);
+    let inside = flags.inside.resolve_in(&flags.scene, volume, &splat);
     let inside = inside.map_err(Failure::Usage)?;
     refuse_coarse(flags, &inside)?;
     inside.beside(volume).iter().for_each(|what| note(what));

@@ -13,6 +13,7 @@ pub mod progress;
 
 pub use camera::{Camera, Projection};
 pub use colour::{LinearRgb, Srgb8};
+pub use names::counted;
 pub(crate) use names::names;
 pub use pace::Pace;
 pub use progress::{Cancelled, Ticket};

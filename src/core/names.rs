@@ -42,3 +42,19 @@ macro_rules! names {
 }
 
 pub(crate) use names;
+
+/// So many of what is called `one`: "1 triangle", "2 triangles".
+pub fn counted(count: usize, one: &str) -> String {
+    if count == 1 { format!("1 {one}") } else { format!("{count} {one}s") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::counted;
+
+    #[test]
+    fn one_of_a_kind_is_no_plural() {
+        let words = [0, 1, 2].map(|count| counted(count, "triangle"));
+        assert_eq!(words, ["0 triangles", "1 triangle", "2 triangles"]);
+    }
+}

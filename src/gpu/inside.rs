@@ -54,8 +54,8 @@ impl InsideVariant {
 pub(super) struct Opening {
     pub variant: InsideVariant,
     clip: Vec<HalfSpace>,
-    /// Planes, and opacities.
-    slices: Vec<(HalfSpace, f64)>,
+    /// Planes, opacities, and whether what has none by the table is left out.
+    slices: Vec<(HalfSpace, f64, bool)>,
     /// Values, linear colours, opacities.
     levels: Vec<(f64, [f32; 3], f64)>,
 }
@@ -71,7 +71,7 @@ impl Opening {
             .slices
             .iter()
             .filter(|_| composites)
-            .map(|slice| (slice.plane.in_index(lattice), slice.opacity))
+            .map(|slice| (slice.plane.in_index(lattice), slice.opacity, slice.only_shown))
             .collect();
         let levels: Vec<_> = inside
             .isosurfaces
@@ -99,9 +99,10 @@ impl Opening {
         for (to, half) in constants.clip.iter_mut().zip(&self.clip) {
             *to = words(half);
         }
-        for (i, (half, opacity)) in self.slices.iter().enumerate() {
+        for (i, (half, opacity, only_shown)) in self.slices.iter().enumerate() {
             constants.slices[i] = words(half);
             constants.opacities[i][1] = narrow(*opacity);
+            constants.opacities[i][2] = f32::from(u8::from(*only_shown));
         }
         for (i, (value, [r, g, b], opacity)) in self.levels.iter().enumerate() {
             let cell = values.at_zero + values.per_value * value;

@@ -38,6 +38,9 @@ pub struct Info {
     pub bounds: Option<[f64; 6]>,
     /// The file's name for its space, where it has one.
     pub space: Option<String>,
+    /// What lengths are given in, where the file says.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub unit: Option<String>,
     /// The active field first.
     pub fields: Vec<FieldInfo>,
     /// What was ignored, assumed or repaired while reading.
@@ -161,6 +164,7 @@ pub fn describe_grid(
         coordinates,
         bounds: bounds(&grid.shape),
         space: grid.space.clone(),
+        unit: grid.unit.clone(),
         fields: fields.collect::<Result<_, _>>()?,
         warnings: warnings.to_vec(),
     })
@@ -212,6 +216,9 @@ impl fmt::Display for Info {
             writeln!(f, "{axis:<11}{low} to {high}")?;
         }
         writeln!(f, "{:<11}{}", "space", self.space.as_deref().unwrap_or("not told"))?;
+        if let Some(unit) = &self.unit {
+            writeln!(f, "{:<11}{unit}", "unit")?;
+        }
         for field in &self.fields {
             let number = |v: Option<f64>| v.map_or("none".to_owned(), plain_or_power);
             let length = match field.magnitude_max {

@@ -114,7 +114,8 @@ pub(super) fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<Open
         }
     });
     Ok(Opened {
-        grid: Grid { space, ..Grid::of(lattice, fields) },
+        // The format's lengths are in millimetres.
+        grid: Grid { space, unit: Some("mm".to_owned()), ..Grid::of(lattice, fields) },
         format: Format::MetaImage,
         warnings,
     })

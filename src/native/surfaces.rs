@@ -22,8 +22,8 @@ const ROOT_STEPS: usize = 7;
 pub(super) struct Surfaces {
     /// Matter where it is cut shows its value.
     cut_faces: bool,
-    /// Planes (a normal, and the product with it) and opacities.
-    slices: Vec<([f32; 4], f32)>,
+    /// Planes (a normal, and the product with it), opacities, and whether what has none by the table is left out.
+    slices: Vec<([f32; 4], f32, bool)>,
     /// Values, linear colours, opacities.
     levels: Vec<(f64, [f32; 3], f32)>,
 }
@@ -72,7 +72,8 @@ impl Surfaces {
         }
         let slices = inside.slices.iter().map(|slice| {
             let half = slice.plane.in_index(lattice);
-            (half.normal.as_vec3().extend(half.least as f32).to_array(), slice.opacity as f32)
+            let plane = half.normal.as_vec3().extend(half.least as f32).to_array();
+            (plane, slice.opacity as f32, slice.only_shown)
         });
         let levels = inside
             .isosurfaces
@@ -113,8 +114,8 @@ impl Surfaces {
         packet: &Packet<S>,
         ahead: &mut Ahead<'_, S>,
     ) {
-        let faces = self.cut_faces.then_some((packet.enter, packet.is_cut, None));
-        let slices = self.slices.iter().map(|&([nx, ny, nz, product], opacity)| {
+        let faces = self.cut_faces.then_some((packet.enter, packet.is_cut, (1.0, true)));
+        let slices = self.slices.iter().map(|&([nx, ny, nz, product], opacity, only_shown)| {
             let normal = super::lanes::Vec3::splat(simd, [nx, ny, nz]);
             let growth = normal.dot(packet.direction);
             let is_along = growth.abs().simd_lt(all(simd, 1e-20));
@@ -122,9 +123,9 @@ impl Surfaces {
             let t =
                 (all(simd, product) - normal.dot(packet.origin)) / choose(is_along, one, growth);
             let is_in = !is_along & t.simd_gt(packet.enter) & t.simd_lt(packet.leave);
-            (t, is_in & packet.is_there, Some(opacity))
+            (t, is_in & packet.is_there, (opacity, only_shown))
         });
-        for (t, is_met, opacity) in faces.into_iter().chain(slices) {
+        for (t, is_met, (opacity, only_shown)) in faces.into_iter().chain(slices) {
             if !any(is_met) {
                 continue;
             }
@@ -144,7 +145,7 @@ impl Surfaces {
                     (colour, weight) = ([r, g, b], w);
                 }
                 let is_there = if in_hole { holes_show } else { !nothing.test(i) };
-                let opacity = opacity.unwrap_or(if weight > 0.0 { 1.0 } else { 0.0 });
+                let is_there = is_there && (weight > 0.0 || !only_shown);
                 if is_there && opacity > 0.0 {
                     ahead.insert(i, Met { t: t[i], colour, opacity, samples: EVERY_SAMPLE });
                 }

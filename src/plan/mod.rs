@@ -17,6 +17,7 @@ mod outline;
 pub use kernels::{Classification, KernelList, KernelSlabs};
 pub use outline::Outline;
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
 use crate::core::Camera;
@@ -137,10 +138,10 @@ impl Plan {
     pub fn of(scene: &Scene, size: [u32; 2]) -> Self {
         let left_out = scene.refusals();
         let has_no = |part: Effect| left_out.iter().any(|refusal| refusal.part == part);
-        let fields = scene.volume().zip(scene.transfer()).filter(|_| scene.shows_field());
-        let field = |(volume, transfer): (&Arc<ScalarVolume>, &TransferFunction)| Field {
+        let fields = scene.volume().zip(scene.drawn_transfer()).filter(|_| scene.shows_field());
+        let field = |(volume, transfer): (&Arc<ScalarVolume>, Cow<'_, TransferFunction>)| Field {
             volume: Arc::clone(volume),
-            transfer: transfer.clone(),
+            transfer: transfer.into_owned(),
             has_gradient: scene.shading.uses_gradient() || scene.inside.has_isosurfaces(),
         };
         let plan = Self {

@@ -182,6 +182,8 @@ impl Opening {
                     }
                 }
             };
+            let shows = |value: &f64| !slice.only_shown || classes.at(*value)[0] > 0.0;
+            let value = value.filter(shows);
             let opacity = slice.opacity;
             let of = Met::Slice;
             surfaces.extend(value.map(|v| Surface { of, t, opacity, colour: classes.colour(v) }));

@@ -103,7 +103,7 @@ impl Probe {
     /// `share`, in 0..1: continuous, without slabs, on what is kept of the volume and with the surfaces
     /// that lie there. Where values are projected it is where the one is that stands for the ray.
     pub fn look(&self, scene: &Scene, size: [u32; 2], at: DVec2, share: f64) -> Seen {
-        let Some(transfer) = scene.transfer().filter(|_| scene.shows_field()) else {
+        let Some(transfer) = scene.drawn_transfer().filter(|_| scene.shows_field()) else {
             return seen_alone(scene, size, at, share);
         };
         let opening = Opening::as_shown(scene);
@@ -116,7 +116,7 @@ impl Probe {
         let plain = Shading::default();
         let shading = if Shading::is_shown_by(&scene.splat) { &scene.shading } else { &plain };
         let unit = scene.opacity_unit_distance();
-        let classes = Classes::new(&shading.by_value(transfer), unit, false);
+        let classes = Classes::new(&shading.by_value(&transfer), unit, false);
         let polygons = polygons::met_by(scene, &world);
         let part = opening.part((&self.field, &classes), &world, &index);
         if part.is_none() && polygons.is_empty() {

@@ -136,7 +136,8 @@ impl Reference {
         }
         let unit = scene.opacity_unit_distance();
         let published = !exact && splat.opacity_model == OpacityModel::Published;
-        let transfer = scene.transfer().map(|transfer| scene.shading.by_value(transfer));
+        let transfer = scene.drawn_transfer();
+        let transfer = transfer.as_deref().map(|transfer| scene.shading.by_value(transfer));
         let classes = transfer.as_ref().map(|transfer| Classes::new(transfer, unit, published));
         let field = scene.volume().zip(classes).filter(|_| scene.shows_field());
         let shape = RadialKernel::new(splat.kernel, splat.extent);

@@ -1,7 +1,7 @@
 //! What a scene may ask for beside its transfer function and its mode, part by part.
 
 use super::{AlongRay, Clip, Index, Lighting, Scene, Shading, Surface};
-use crate::core::names;
+use crate::core::{counted, names};
 
 /// A part that can be left out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -68,11 +68,7 @@ impl Effect {
         let Scene { shading, inside, .. } = scene;
         let Shading { opacity, modulation, reflection, emission, lighting, regions } = shading;
         let by = |index: Index| format!("by {}", index.name().replace('-', " "));
-        let counted = |count: usize, one: &str| match count {
-            0 => None,
-            1 => Some(format!("1 {one}")),
-            _ => Some(format!("{count} {one}s")),
-        };
+        let counted = |count: usize, one: &str| (count > 0).then(|| counted(count, one));
         match self {
             Self::Shading => Self::listed(&shading.effects()),
             Self::Gradients => Self::listed(&askers_of_gradients(shading)),

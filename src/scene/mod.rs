@@ -27,7 +27,7 @@ pub use first_look::FirstLook;
 pub use framing::{NamedView, Orientation, UpAxis, axis_letters, framing_what_shows};
 pub use inside::{
     AlongRay, Clip, ClipBox, CutFaces, HalfSpace, Inside, InsideError, Isosurface,
-    MOST_CLIP_PLANES, MOST_ISOSURFACES, MOST_SLICES, Plane, Slice,
+    MOST_CLIP_PLANES, MOST_ISOSURFACES, MOST_SLICES, Plane, Slice, projected_range,
 };
 pub use layer::{Layer, Look, Surface, VectorLayer};
 pub use mode::{
@@ -45,13 +45,14 @@ pub use shading::{
 pub use store::{SampleSource, Sampled, Store};
 pub use view::{MOST_RAYS, Traversal, View};
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 use crate::core::{Camera, Srgb8};
-use crate::transfer::presets;
+use crate::transfer::{TransferFunction, presets};
 use crate::volume::{Lattice, ScalarVolume};
 
 /// What lies behind the volume.
@@ -95,6 +96,21 @@ impl Scene {
     /// World length ℓ over which opacities are given.
     pub fn opacity_unit_distance(&self) -> f64 {
         self.splat.opacity_unit_distance.unwrap_or_else(|| self.lattice().smallest_spacing())
+    }
+
+    /// The transfer function that its field is drawn with: projected values have their colours in a range of their own,
+    /// where there is one.
+    pub fn drawn_transfer(&self) -> Option<Cow<'_, TransferFunction>> {
+        let transfer = self.transfer()?;
+        let inside = self.inside_in_place().shown_by(&self.splat);
+        let range = inside.projected_range.filter(|_| inside.along != AlongRay::Composite);
+        Some(match range {
+            None => Cow::Borrowed(transfer),
+            Some(range) => Cow::Owned(TransferFunction {
+                colour: transfer.colour.stretched(range),
+                ..transfer.clone()
+            }),
+        })
     }
 
     /// What it asks for beside the transfer function and the mode.

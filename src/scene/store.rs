@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
+use crate::core::counted;
 use crate::polygons::Mesh;
 use crate::volume::{Component, ScalarVolume, VectorField};
 
@@ -54,8 +55,10 @@ impl Sampled {
     pub fn about(&self) -> String {
         match self {
             Self::Volume(volume) => volume.name.clone(),
-            Self::Vectors(field) => format!("{} ({} vectors)", field.name, field.vectors.len()),
-            Self::Mesh(mesh) => format!("{} ({} triangles)", mesh.name(), mesh.len()),
+            Self::Vectors(field) => {
+                format!("{} ({})", field.name, counted(field.vectors.len(), "vector"))
+            }
+            Self::Mesh(mesh) => format!("{} ({})", mesh.name(), counted(mesh.len(), "triangle")),
         }
     }
 }

@@ -41,6 +41,30 @@ impl ColourSource {
         }
     }
 
+    /// The same colours over another range; a step, which has no range, goes to its beginning.
+    #[must_use]
+    pub fn stretched(&self, to: [f64; 2]) -> Self {
+        match self {
+            Self::Map { map, .. } => Self::Map { map: *map, range: to },
+            Self::Stops(stops) => {
+                let [low, high] = self.range();
+                let moved = |value: f64| {
+                    let fraction = match low == high {
+                        true => 0.0,
+                        false => (value / 2.0 - low / 2.0) / (high / 2.0 - low / 2.0),
+                    };
+                    to[0] * (1.0 - fraction) + to[1] * fraction
+                };
+                let mut stops: Vec<_> = stops.iter().map(|&(v, c)| (moved(v), c)).collect();
+                if to[0] > to[1] {
+                    // Of two at one place, the later one stays the later.
+                    stops.reverse();
+                }
+                Self::Stops(stops)
+            }
+        }
+    }
+
     /// The same colours as stops: a map as few as hold each channel to 8 of 255, few enough to be
     /// moved by hand, 17 at most; stops as they are.
     pub fn stops(&self) -> Vec<(f64, Srgb8)> {
@@ -316,6 +340,20 @@ mod tests {
     fn gray(opacity: Vec<(f64, f64)>, range: [f64; 2]) -> TransferFunction {
         let colour = ColourSource::Map { map: ColourMap::Gray, range };
         TransferFunction::new(opacity, colour).unwrap()
+    }
+
+    #[test]
+    fn colours_that_are_stretched_keep_their_proportions_either_way_round() {
+        let [red, green, blue] = [[255, 0, 0], [0, 255, 0], [0, 0, 255]].map(Srgb8);
+        let stops = ColourSource::Stops(vec![(0.0, red), (1.0, green), (4.0, blue)]);
+        let there = stops.stretched([10.0, 50.0]);
+        assert_eq!(there, ColourSource::Stops(vec![(10.0, red), (20.0, green), (50.0, blue)]));
+        let back = there.stretched([4.0, 0.0]);
+        assert_eq!(back, ColourSource::Stops(vec![(0.0, blue), (3.0, green), (4.0, red)]));
+        let step = ColourSource::Stops(vec![(7.0, red), (7.0, blue)]).stretched([1.0, 2.0]);
+        assert_eq!(step, ColourSource::Stops(vec![(1.0, red), (1.0, blue)]));
+        let map = ColourSource::Map { map: ColourMap::Gray, range: [0.0, 1.0] };
+        assert_eq!(map.stretched([5.0, 6.0]).range(), [5.0, 6.0]);
     }
 
     #[test]

@@ -165,6 +165,8 @@ pub struct Grid {
     pub fields: Vec<Field>,
     /// What the file calls its space (`left-posterior-superior`, …), where it says.
     pub space: Option<String>,
+    /// What lengths are given in (`mm`), where the file or its format says.
+    pub unit: Option<String>,
 }
 
 /// Which number of a field is drawn.
@@ -202,7 +204,7 @@ impl Component {
 impl Grid {
     /// A grid of evenly spaced points, of no space that has a name.
     pub fn of(lattice: Lattice, fields: Vec<Field>) -> Self {
-        Self { lattice, shape: Shape::Affine, fields, space: None }
+        Self { lattice, shape: Shape::Affine, fields, space: None, unit: None }
     }
 
     /// A grid of points of a shape, of no space that has a name.
@@ -211,7 +213,7 @@ impl Grid {
     /// See [`Shape::check`].
     pub fn shaped(dims: [usize; 3], shape: Shape, fields: Vec<Field>) -> Result<Self, VolumeError> {
         shape.check(dims)?;
-        Ok(Self { lattice: shape.outline(dims), shape, fields, space: None })
+        Ok(Self { lattice: shape.outline(dims), shape, fields, space: None, unit: None })
     }
 
     /// # Errors
@@ -337,7 +339,8 @@ impl Grid {
             Component::Magnitude => format!("|{}|", field.name),
             derived => format!("{} of {}", derived.word(), field.name),
         };
-        Ok(ScalarVolume { name, lattice, samples, statistics, bricks })
+        let unit = self.unit.clone();
+        Ok(ScalarVolume { name, lattice, unit, samples, statistics, bricks })
     }
 }
 
@@ -395,6 +398,8 @@ pub struct ScalarVolume {
     pub name: String,
     /// Where the samples lie.
     pub lattice: Lattice,
+    /// What lengths are given in (`mm`), where the file says.
+    pub unit: Option<String>,
     /// One value a lattice point, x fastest.
     pub samples: Arc<Samples>,
     /// Of the finite values.

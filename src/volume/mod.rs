@@ -13,6 +13,7 @@ mod resample;
 mod samples;
 mod shape;
 mod statistics;
+mod unit;
 mod vector_field;
 
 pub use error::VolumeError;
@@ -21,4 +22,5 @@ pub use joint::{JOINT_BINS, JointHistogram};
 pub use samples::{Samples, Scalar, ScalarType};
 pub use shape::Shape;
 pub use statistics::{BRICK, Bricks, HISTOGRAM_BINS, QUANTILES, Statistics};
+pub use unit::length_unit;
 pub use vector_field::{Places, VectorField};

@@ -339,7 +339,10 @@ fn slices_are_the_references_at_their_depth() {
             point: lattice.world_from_index(DVec3::new(5.2, 0.0, 0.0)),
             normal: lattice.axes().inverse().transpose() * DVec3::X,
         };
-        vec![Slice { plane: plane(lattice), opacity: 0.6 }, Slice { plane: across, opacity: 1.0 }]
+        vec![
+            Slice { plane: plane(lattice), opacity: 0.6, only_shown: false },
+            Slice { plane: across, opacity: 1.0, only_shown: false },
+        ]
     };
     for (name, change) in [
         ("exact", (|_| ()) as fn(&mut SplatSettings)),
@@ -368,7 +371,8 @@ fn samples_without_data_have_no_surface_no_slice_and_no_value() {
     transfer_of(&mut surfaces).opacity.iter_mut().for_each(|(_, alpha)| *alpha = 0.0);
     agrees_but_for_edges("levels among holes", &surfaces);
     let mut sliced = holed();
-    sliced.inside.slices = vec![Slice { plane: plane(&lattice()), opacity: 0.6 }];
+    sliced.inside.slices =
+        vec![Slice { plane: plane(&lattice()), opacity: 0.6, only_shown: false }];
     transfer_of(&mut sliced).opacity.iter_mut().for_each(|(_, alpha)| *alpha = 0.0);
     agrees_but_for_edges("a slice among holes", &sliced);
     for along in [AlongRay::Maximum, AlongRay::Average] {

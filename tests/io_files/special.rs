@@ -212,3 +212,23 @@ fn a_field_without_any_number_has_no_extremes_in_info() {
         (None, None, 2)
     );
 }
+
+#[test]
+fn units_of_length_are_read_where_a_file_or_its_format_says() {
+    let unit = |name: &str, content: &str| read_one(name, content).grid.unit;
+    let nrrd = |more: &str| {
+        let head = "NRRD0004\ntype: uchar\ndimension: 3\nsizes: 2 1 1\nencoding: raw\n";
+        unit("v.nrrd", &format!("{head}{more}\nab"))
+    };
+    let directions = "space directions: (1,0,0) (0,1,0) (0,0,1)\n";
+    let space = format!("space: left-posterior-superior\n{directions}");
+    let told = nrrd(&format!("{space}space units: \"mm\" \"mm\" \"mm\"\n"));
+    assert_eq!(told.as_deref(), Some("mm"));
+    let mixed = nrrd(&format!("{space}space units: \"mm\" \"mm\" \"s\"\n"));
+    assert_eq!(mixed, None, "no one unit");
+    assert_eq!(nrrd("units: \"um\" \"um\" \"microns\"\n").as_deref(), Some("µm"), "of its axes");
+    assert_eq!(nrrd(""), None, "not told");
+    let meta = "ObjectType = Image\nNDims = 3\nDimSize = 2 1 1\nElementType = MET_UCHAR\n\
+                ElementDataFile = LOCAL\nab";
+    assert_eq!(unit("v.mha", meta).as_deref(), Some("mm"), "the format's own");
+}

@@ -129,6 +129,8 @@ fn part_name(part: Part) -> String {
         Part::Clip => "clip".to_owned(),
         Part::CutFaces => "cut-faces".to_owned(),
         Part::Slices => "slices".to_owned(),
+        Part::SlicesOfWhatShows => "slices of what shows".to_owned(),
+        Part::ColourRange => "a range".to_owned(),
         Part::Isosurfaces => "isosurfaces".to_owned(),
         Part::Along(along) => along.name().to_owned(),
         Part::Vectors(mode) => format!("vectors {}", mode.name()),
@@ -356,7 +358,7 @@ fn effects() -> Vec<Row> {
             rows.push(Row::new(Field::Stretched, &[table, Lights], mode));
         }
     }
-    for part in [Clip, CutFaces, Slices] {
+    for part in [Clip, CutFaces, Slices, SlicesOfWhatShows] {
         rows.extend(both_eyes(vec![Row::new(Field::Stretched, &[part], EXACT)]));
     }
     rows.push(Row::new(Field::Stretched, &[Clip], with(Kernel::Linear, EXACT)));
@@ -372,6 +374,7 @@ fn effects() -> Vec<Row> {
         rows.push(Row::new(Field::Holed, &parts, slabs(4.0, after(Kernel::Linear))));
     }
     rows.push(Row::new(Field::Stretched, &[Clip, Along(AlongRay::Maximum)], EXACT));
+    rows.push(Row::new(Field::Stretched, &[Along(AlongRay::Maximum), ColourRange], EXACT));
     rows.push(Row::new(Field::Holed, &[Part::NoData, CutFaces, Slices], EXACT));
     rows
 }

@@ -60,8 +60,12 @@ pub(crate) enum Part {
     /// The same with coloured faces.
     CutFaces,
     Slices,
+    /// The same without what has no opacity.
+    SlicesOfWhatShows,
     Isosurfaces,
     Along(AlongRay),
+    /// What is projected has its colours in a range of its own.
+    ColourRange,
     Vectors(VectorMode),
     /// Other vectors among the first.
     SecondVectors(VectorMode),
@@ -266,10 +270,11 @@ fn add(scene: &mut Scene, part: Part) {
                 clip.faces = CutFaces::Coloured;
             }
         }
-        Part::Slices => {
+        Part::Slices | Part::SlicesOfWhatShows => {
+            let only_shown = part == Part::SlicesOfWhatShows;
             inside.slices = vec![
-                Slice { plane: oblique(&lattice, 0.1), opacity: 0.6 },
-                Slice::across(&lattice, 2, 0.4, 1.0),
+                Slice { plane: oblique(&lattice, 0.1), opacity: 0.6, only_shown },
+                Slice { only_shown, ..Slice::across(&lattice, 2, 0.4, 1.0) },
             ];
         }
         Part::Isosurfaces => {
@@ -278,6 +283,7 @@ fn add(scene: &mut Scene, part: Part) {
                 vec![surface(130.0, 0.5, None), surface(180.0, 1.0, Some(Srgb8([230, 210, 180])))];
         }
         Part::Along(along) => inside.along = along,
+        Part::ColourRange => inside.projected_range = Some([60.0, 190.0]),
         Part::Vectors(mode) => {
             let field = vectors(Places::Lattice(coarser(&lattice, 0.0)), 3);
             let mut settings = vector_settings(&field);

@@ -2,7 +2,7 @@
 
 use eframe::egui::scroll_area::ScrollBarVisibility;
 use eframe::egui::style::ScrollStyle;
-use eframe::egui::{Context, Grid, RichText, ScrollArea, Ui};
+use eframe::egui::{Context, Grid, Label, RichText, ScrollArea, Ui};
 
 use super::{Outcome, shown_modal};
 use crate::app::actions::{ACTIONS, GESTURES};
@@ -13,6 +13,8 @@ const AROUND: f32 = 150.0;
 /// Width of the sheet with the mouse beside the keys, and with one below the other, points.
 const WIDE: f32 = 1080.0;
 const NARROW: f32 = 560.0;
+/// Width of the longest gesture with its distance, points.
+const KEY_WIDTH: f32 = 230.0;
 /// What is left to the window beside the sheet, points.
 const BESIDE: f32 = 60.0;
 
@@ -29,15 +31,13 @@ pub fn help_ui(ctx: &Context) -> bool {
         list.scroll_bar_visibility(ScrollBarVisibility::VisibleWhenNeeded).show(ui, |ui| {
             ui.spacing_mut().interact_size.y = 18.0;
             if is_wide {
-                let (many, few) = (ACTIONS.len() / 2 + GESTURES.len() / 2, GESTURES.len());
-                ui.horizontal_top(|ui| {
-                    ui.vertical(|ui| {
-                        gestures_ui(ui);
-                        ui.separator();
-                        keys_ui(ui, "first keys", 0..many - few);
-                    });
-                    ui.add_space(16.0);
-                    ui.vertical(|ui| keys_ui(ui, "last keys", many - few..ACTIONS.len()));
+                // Both sides are about as long.
+                let first = (ACTIONS.len() - GESTURES.len()) / 2;
+                ui.columns(2, |sides| {
+                    gestures_ui(&mut sides[0]);
+                    sides[0].separator();
+                    keys_ui(&mut sides[0], "first keys", 0..first);
+                    keys_ui(&mut sides[1], "last keys", first..ACTIONS.len());
                 });
             } else {
                 gestures_ui(ui);
@@ -52,8 +52,14 @@ pub fn help_ui(ctx: &Context) -> bool {
     beside || outcome != Outcome::Open
 }
 
+/// Two columns, of which the second one wraps.
+fn grid(ui: &Ui, id: &str) -> Grid {
+    let grid = Grid::new(id).num_columns(2).spacing([24.0, 5.0]);
+    grid.max_col_width((ui.available_width() - KEY_WIDTH).max(120.0))
+}
+
 fn gestures_ui(ui: &mut Ui) {
-    Grid::new("gestures").num_columns(2).spacing([24.0, 5.0]).show(ui, |ui| {
+    grid(ui, "gestures").show(ui, |ui| {
         for (gesture, effect) in GESTURES {
             row_ui(ui, gesture, effect);
         }
@@ -62,7 +68,7 @@ fn gestures_ui(ui: &mut Ui) {
 
 /// Those of some of the commands that have a key.
 fn keys_ui(ui: &mut Ui, id: &str, which: std::ops::Range<usize>) {
-    Grid::new(id).num_columns(2).spacing([24.0, 5.0]).show(ui, |ui| {
+    grid(ui, id).show(ui, |ui| {
         for entry in &ACTIONS[which] {
             if let Some(shortcut) = &entry.shortcut {
                 row_ui(ui, &ui.ctx().format_shortcut(shortcut), entry.help);
@@ -73,6 +79,6 @@ fn keys_ui(ui: &mut Ui, id: &str, which: std::ops::Range<usize>) {
 
 fn row_ui(ui: &mut Ui, what: &str, effect: &str) {
     ui.label(RichText::new(what).color(theme::ACCENT));
-    ui.label(effect);
+    ui.add(Label::new(effect).wrap());
     ui.end_row();
 }

@@ -2,11 +2,14 @@
 
 use std::path::PathBuf;
 
-use eframe::egui::{Button, Checkbox, Context, DragValue, Grid, Id, Key, TextEdit, Ui};
+use eframe::egui::{
+    Button, Checkbox, Context, DragValue, Grid, Id, Key, Label, RichText, TextEdit, Ui,
+};
 
 use super::{Outcome, buttons_ui, modal};
 use crate::app::file_dialog::FileDialog;
 use crate::app::panels::name_ui;
+use crate::app::{theme, words};
 use crate::task::loop_file::{Cycle, MOST_FRAMES};
 
 /// Greatest side of a saved picture, pixels.
@@ -38,6 +41,8 @@ pub struct SaveDialog {
     with_annotations: bool,
     path: String,
     cycle: Option<Cycle>,
+    /// What a pixel of the picture on screen took, milliseconds.
+    pixel_ms: Option<f64>,
     browser: Option<FileDialog>,
     trouble: Option<&'static str>,
     /// The field of the path, once it was shown.
@@ -61,6 +66,7 @@ impl SaveDialog {
             with_annotations: is_annotated,
             path: path.display().to_string(),
             cycle: None,
+            pixel_ms: None,
             browser: None,
             trouble: None,
             file_field: None,
@@ -76,6 +82,19 @@ impl SaveDialog {
     ) -> Self {
         let dialog = Self::new(viewport, with_background, is_annotated, path);
         Self { size: viewport, cycle: Some(Cycle::default()), ..dialog }
+    }
+
+    /// The same, with what a pixel took of the last picture on screen that was drawn in full.
+    #[must_use]
+    pub fn with_pixel_ms(self, pixel_ms: Option<f64>) -> Self {
+        Self { pixel_ms, ..self }
+    }
+
+    /// Milliseconds that saving is thought to take.
+    fn expected_ms(&self) -> Option<f64> {
+        let pixels = self.size.iter().map(|n| f64::from(*n)).product::<f64>();
+        let pictures = self.cycle.map_or(1.0, |cycle| f64::from(cycle.frames));
+        self.pixel_ms.map(|ms| ms * pixels * pictures)
     }
 
     /// Shows the dialog.
@@ -105,6 +124,13 @@ impl SaveDialog {
                 self.path_ui(ui);
                 ui.end_row();
             });
+            if let Some(ms) = self.expected_ms() {
+                let text = format!("Drawing takes about {}, in the background", words::roughly(ms));
+                ui.add(Label::new(RichText::new(text).color(theme::TEXT_FAINT))).on_hover_text(
+                    "From what the view on screen took, by the number of pixels. The window stays free, and the \
+                     bar over the view tells how much is left",
+                );
+            }
             if let Some(trouble) = self.trouble {
                 ui.label(trouble);
             }
@@ -251,6 +277,20 @@ mod tests {
         assert_eq!(in_shape([800, 600], [1600, 600]), [1600, 1200]);
         assert_eq!(in_shape([800, 600], [800, 300]), [400, 300]);
         assert_eq!(in_shape([1, 16_384], [2, 16_384]), [2, MAX_SIDE]);
+    }
+
+    #[test]
+    fn the_time_of_saving_is_told_before_by_the_pixels_and_pictures() {
+        let path = std::path::Path::new("a.png");
+        let dialog = SaveDialog::new([100, 50], true, true, path).with_pixel_ms(Some(0.5));
+        assert_eq!(
+            dialog.expected_ms(),
+            Some(0.5 * 20_000.0),
+            "twice the size, four times as long"
+        );
+        let cycle = SaveDialog::of_cycle([100, 50], true, true, path).with_pixel_ms(Some(0.5));
+        assert_eq!(cycle.expected_ms(), Some(0.5 * 5000.0 * f64::from(Cycle::default().frames)));
+        assert_eq!(SaveDialog::new([100, 50], true, true, path).expected_ms(), None);
     }
 
     #[test]

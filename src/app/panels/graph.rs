@@ -189,8 +189,9 @@ pub(super) fn readout(axes: Axes, at: Pos2, statistics: &Statistics) -> String {
     }
     let count = Bars::estimated(axes, statistics).at(value).round();
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count")]
-    let count = words::count(count as u64);
-    format!("{name}: about {count} samples in its bar")
+    let count = count as u64;
+    let samples = if count == 1 { "sample" } else { "samples" };
+    format!("{name}: about {} {samples} in its bar", words::count(count))
 }
 
 /// A colour in linear light as the screen shows it.

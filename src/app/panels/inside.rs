@@ -1,14 +1,16 @@
 //! What is shown of the values along a ray, isosurfaces and slices.
 
-use eframe::egui::{Button, ComboBox, Label, RichText, Slider, SliderClamping, Ui};
+use eframe::egui::{Button, ComboBox, DragValue, Label, RichText, Slider, SliderClamping, Ui};
 
 use super::splat::choice_ui;
-use super::{row_ui, slider_ui};
+use super::{number_ui, row_ui, slider_ui};
 use crate::app::theme;
 use crate::core::colour::srgb_from_linear;
 use crate::core::{Camera, Srgb8};
+use crate::kernel::Kernel;
 use crate::scene::{
     AlongRay, Classify, Inside, Isosurface, MOST_ISOSURFACES, MOST_SLICES, Plane, Scene, Slice,
+    projected_range,
 };
 use crate::volume::{Lattice, Statistics};
 
@@ -52,7 +54,7 @@ pub fn inside_ui(ui: &mut Ui, scene: &mut Scene) {
         let on =
             |axis: usize| slices.iter().filter(|s| s.share_across(lattice, axis).is_some()).count();
         let axis = [2, 1, 0].into_iter().min_by_key(|axis| on(*axis)).unwrap_or_default();
-        slices.push(Slice::across(lattice, axis, 0.5, 1.0));
+        slices.push(Slice { only_shown: true, ..Slice::across(lattice, axis, 0.5, 1.0) });
     }
 }
 
@@ -143,7 +145,7 @@ fn slice_ui(ui: &mut Ui, i: usize, slice: &mut Slice, lattice: &Lattice, camera:
             combo.selected_text(across.map_or("Oblique", |axis| called[axis])).show_ui(ui, |ui| {
                 for (axis, label) in called.into_iter().enumerate() {
                     if ui.selectable_label(across == Some(axis), label).clicked() {
-                        *slice = Slice::across(lattice, axis, 0.5, slice.opacity);
+                        slice.plane = Slice::across(lattice, axis, 0.5, 1.0).plane;
                     }
                 }
                 if ui.selectable_label(false, "Across the view").clicked() {
@@ -165,13 +167,21 @@ fn slice_ui(ui: &mut Ui, i: usize, slice: &mut Slice, lattice: &Lattice, camera:
                 let moved = slider_ui(ui, &label, true, slider.clamping(SliderClamping::Edits));
                 if moved.on_hover_text("The number of the sample that it passes, from 0").changed()
                 {
-                    *slice = Slice::across(lattice, axis, (sample + 0.5) / samples, slice.opacity);
+                    slice.plane = Slice::across(lattice, axis, (sample + 0.5) / samples, 1.0).plane;
                 }
             }
             None => super::clip::offset_ui(ui, &label, &mut slice.plane, lattice),
         }
     });
     opacity_ui(ui, &name, &mut slice.opacity, HIDES);
+    row_ui(ui, "", |ui| {
+        ui.checkbox(&mut slice.only_shown, "Only what shows")
+            .accessible_name(format!("{name} only what shows"))
+            .on_hover_text(
+                "Leaves out values that the transfer function makes transparent, such as the air around a head: what \
+                 lies behind is seen through them. Without it the slice shows every value in its colour",
+            );
+    });
     removed
 }
 
@@ -199,14 +209,53 @@ pub fn rendering_words(along: AlongRay) -> (&'static str, &'static str) {
 
 /// What is shown of the values along each line of sight: the first thing that a viewer is asked for.
 pub fn rendering_ui(ui: &mut Ui, scene: &mut Scene) {
-    let along = &mut scene.inside.along;
-    let chosen = choice_ui(ui, "Rendering", AlongRay::ALL, *along, rendering_words);
-    *along = chosen.unwrap_or(*along);
-    if *along != AlongRay::Composite && !Inside::is_shown_by(&scene.splat) {
+    let before = scene.inside.along;
+    if let Some(chosen) = choice_ui(ui, "Rendering", AlongRay::ALL, before, rendering_words)
+        && chosen != before
+    {
+        scene.inside.along = chosen;
+        // Names of things keep their own colours.
+        let volume = scene.volume().filter(|_| scene.splat.kernel != Kernel::Nearest);
+        scene.inside.projected_range = volume.and_then(|volume| projected_range(volume, chosen));
+    }
+    if scene.inside.along == AlongRay::Composite {
+        return;
+    }
+    if Inside::is_shown_by(&scene.splat) {
+        projected_range_ui(ui, scene);
+    } else {
         note_ui(
             ui,
             "This mode colours samples before they are put together: it shows the volume. Choose the exact mode \
              under Splats",
         );
+    }
+}
+
+/// The values that the first and the last colour of a projection belong to.
+fn projected_range_ui(ui: &mut Ui, scene: &mut Scene) {
+    let along = scene.inside.along;
+    let Some((volume, transfer)) = scene.volume().zip(scene.transfer()) else { return };
+    let Statistics { min, max, .. } = volume.statistics;
+    let shown = scene.inside.projected_range.unwrap_or_else(|| transfer.colour.range());
+    let mut range = shown;
+    let mut is_fitted = false;
+    row_ui(ui, "Range", |ui| {
+        let help = "Projected values have their colours between these two, in the data's units: at first from the \
+                    least to the greatest that rays come to";
+        for (end, name) in range.iter_mut().zip(["Range from", "Range to"]) {
+            let drag = DragValue::new(end).speed(0.002 * (max - min)).range(min..=max);
+            number_ui(ui, name, drag.max_decimals(3)).on_hover_text(help);
+        }
+        is_fitted = ui
+            .button("Fit")
+            .accessible_name("Fit the range")
+            .on_hover_text("From the least to the greatest value that rays come to")
+            .clicked();
+    });
+    if is_fitted {
+        scene.inside.projected_range = projected_range(volume, along);
+    } else if range != shown && range[0] != range[1] {
+        scene.inside.projected_range = Some(range);
     }
 }

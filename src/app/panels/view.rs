@@ -85,28 +85,42 @@ fn projection_ui(ui: &mut Ui, scene: &mut Scene, settings: &mut Settings) {
 
 /// Which axis of the world points up.
 fn up_ui(ui: &mut Ui, scene: &mut Scene, space: Option<&str>) {
-    let own = Orientation::of(space);
-    let name = |up: UpAxis| up.name().replace('-', "−");
-    let as_in_file = format!("As in the file ({})", name(own.up));
     row_ui(ui, "Up", |ui| {
-        let mut chosen = scene.up;
-        let shown = scene.up.map_or_else(|| as_in_file.clone(), name);
-        let combo = ComboBox::from_id_salt("up axis").selected_text(shown).show_ui(ui, |ui| {
-            ui.selectable_value(&mut chosen, None, &as_in_file);
-            for up in UpAxis::ALL {
-                ui.selectable_value(&mut chosen, Some(up), name(up));
-            }
-        });
-        combo.response.accessible_name("Up axis").on_hover_text(
-            "The axis of the world that points up: views that have names, and turning by hand, go by it. It \
-             stays chosen for files opened after this one",
-        );
-        if chosen != scene.up {
-            let (before, after) = (own.with_up(scene.up), own.with_up(chosen));
-            scene.up = chosen;
-            scene.camera = after.turned_from(before, &scene.camera);
-        }
+        let shown = up_name(scene.up, space);
+        let combo = ComboBox::from_id_salt("up axis").selected_text(shown);
+        let combo = combo.show_ui(ui, |ui| up_choices_ui(ui, scene, space));
+        combo.response.accessible_name("Up axis").on_hover_text(UP);
     });
+}
+
+/// What it is for.
+const UP: &str = "The axis of the world that points up: views that have names, and turning by hand, go by it. It stays \
+                  chosen for files opened after this one";
+
+/// What a choice of it is called.
+fn up_name(chosen: Option<UpAxis>, space: Option<&str>) -> String {
+    let name = |up: UpAxis| up.name().replace('-', "−");
+    chosen.map_or_else(|| format!("As in the file ({})", name(Orientation::of(space).up)), name)
+}
+
+/// The same as a part of a menu.
+pub fn up_menu_ui(ui: &mut Ui, scene: &mut Scene, space: Option<&str>) {
+    let menu = ui.menu_button("Up axis", |ui| up_choices_ui(ui, scene, space));
+    menu.response.on_hover_text(UP);
+}
+
+/// All that can be chosen; what is seen keeps its place in the picture.
+fn up_choices_ui(ui: &mut Ui, scene: &mut Scene, space: Option<&str>) {
+    let mut chosen = scene.up;
+    for choice in std::iter::once(None).chain(UpAxis::ALL.map(Some)) {
+        ui.selectable_value(&mut chosen, choice, up_name(choice, space));
+    }
+    if chosen != scene.up {
+        let own = Orientation::of(space);
+        let (before, after) = (own.with_up(scene.up), own.with_up(chosen));
+        scene.up = chosen;
+        scene.camera = after.turned_from(before, &scene.camera);
+    }
 }
 
 /// How a drag turns the view.

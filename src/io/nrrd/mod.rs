@@ -16,7 +16,7 @@ use super::files::{self, Part};
 use super::{Format, Opened};
 use crate::core::memory;
 use crate::core::progress::Ticket;
-use crate::volume::{Grid, Lattice, Samples, ScalarType};
+use crate::volume::{Grid, Lattice, Samples, ScalarType, length_unit};
 
 /// How the samples are stored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -58,7 +58,9 @@ pub(super) fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<Open
     let fields = axes.fields(&name, samples, ticket)?;
     warnings.extend(axes::several(&fields, "along an axis that is not space"));
     let space = header.get("space").map(str::to_owned);
-    Ok(Opened { grid: Grid { space, ..Grid::of(lattice, fields) }, format: Format::Nrrd, warnings })
+    let unit = unit(&header, &axes.roles);
+    let grid = Grid { space, unit, ..Grid::of(lattice, fields) };
+    Ok(Opened { grid, format: Format::Nrrd, warnings })
 }
 
 fn sizes(header: &Header) -> Result<Vec<usize>, Problem> {
@@ -398,6 +400,24 @@ impl Geometry {
         let origin = origin.unwrap_or(start);
         Ok(axes::lattice_of_spacing(dims, origin, spacing, glam::DMat3::IDENTITY, warnings))
     }
+}
+
+/// What lengths are given in: of the space, or of the axes that span it where these have one unit.
+fn unit(header: &Header, roles: &[Role]) -> Option<String> {
+    let words = |name| -> Vec<&str> {
+        // Each in quotes.
+        header
+            .get(name)
+            .map(|value| value.split('"').skip(1).step_by(2).collect())
+            .unwrap_or_default()
+    };
+    let of_space = words("spaceunits");
+    let of_axes = words("units").into_iter().zip(roles);
+    let of_axes = of_axes.filter(|(_, role)| **role == Role::Domain).map(|(word, _)| word);
+    let all = if of_space.is_empty() { of_axes.collect() } else { of_space };
+    let mut units = all.iter().take(3).map(|word| length_unit(word));
+    let first = units.next()??;
+    units.all(|unit| unit.as_ref() == Some(&first)).then_some(first)
 }
 
 /// A step vector in space; `None` for one that has no part in it, such as time's.

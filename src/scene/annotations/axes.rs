@@ -158,11 +158,13 @@ pub(super) fn lay_out(sheet: &mut Sheet<'_>, scene: &Scene, space: Option<&str>)
         }
     }
     let letters = axis_letters(space);
+    let unit = scene.volume().and_then(|volume| volume.unit.as_deref());
     let rulers: Vec<Ruler> = (0..3).filter_map(|axis| ruler(sheet, &seen, axis)).collect();
     for ruler in &rulers {
         let name = ["x", "y", "z"][ruler.edge.axis];
         let letter = letters[ruler.edge.axis];
         let title = if letter == name { name.to_owned() } else { format!("{name} ({letter})") };
+        let title = unit.map_or(title.clone(), |unit| format!("{title}, {unit}"));
         write(sheet, &seen, ruler, &title);
     }
     is_seen

@@ -123,13 +123,14 @@ pub fn lay_out(
         Background::Colour(colour) => Some(colour),
         Background::Transparent => None,
     };
+    let unit = scene.volume().and_then(|volume| volume.unit.as_deref());
     let mut sheet = Sheet::new(size, em_of(size), Inks::over(background), width_of);
     let (mut left_out, mut axis_ends) = (Vec::new(), Vec::new());
     // What counts most takes its room first; nothing of the axes lies under what stands in a corner.
     for which in IN_TURN.into_iter().filter(|which| annotations.has(*which)) {
         let fits = match which {
             Annotation::ScalarBar => scalar_bar::lay_out(&mut sheet, scene, annotations.scale_bar),
-            Annotation::ScaleBar => scale_bar::lay_out(&mut sheet, &scene.camera),
+            Annotation::ScaleBar => scale_bar::lay_out(&mut sheet, &scene.camera, unit),
             Annotation::Trihedron => {
                 let ends = trihedron::lay_out(&mut sheet, &scene.camera, space);
                 axis_ends = ends.clone().unwrap_or_default();

@@ -44,11 +44,11 @@ struct Legend<'a> {
 }
 
 impl<'a> Legend<'a> {
-    /// Of the scalar field where something of it is seen, and of each field of vectors. Where one of these
+    /// Of the scalar field, by the function that it is drawn with, where something of it is seen, and of each field of vectors. Where one of these
     /// has but one colour, that is no map, and gets a bar only where there is nothing else.
-    fn all_of(scene: &'a Scene) -> Vec<Self> {
+    fn all_of(scene: &'a Scene, drawn: Option<&'a TransferFunction>) -> Vec<Self> {
         let shows_field = scene.shows_field() && !shows_nothing(scene);
-        let field = scene.volume().zip(scene.transfer()).filter(|_| shows_field);
+        let field = scene.volume().zip(drawn).filter(|_| shows_field);
         let field = field.map(|(volume, transfer)| Self::of(scene, volume, transfer));
         let mut all: Vec<Self> = field.into_iter().collect();
         for layer in scene.vectors() {
@@ -177,7 +177,8 @@ fn has_none(points: &[(f64, f64)]) -> bool {
 /// beside it, or else below one another; whether there is room, if need be where the scale bar would be, or
 /// without the opacities. Where nothing has colours there is none.
 pub(super) fn lay_out(sheet: &mut Sheet<'_>, scene: &Scene, has_below: bool) -> bool {
-    let mut legends = Legend::all_of(scene);
+    let drawn = scene.drawn_transfer();
+    let mut legends = Legend::all_of(scene, drawn.as_deref());
     let before = sheet.mark();
     for with_opacities in [true, false] {
         if !with_opacities {

@@ -22,7 +22,8 @@ pub(super) const HEIGHT: f64 = MARGIN + END + ABOVE + FIGURE;
 /// Lays it out in the lower right corner; whether there is room.
 ///
 /// In perspective lengths are what they are only at the focal plane, and the words say so.
-pub(super) fn lay_out(sheet: &mut Sheet<'_>, camera: &Camera) -> bool {
+/// Without a unit of the file's the length is one of units.
+pub(super) fn lay_out(sheet: &mut Sheet<'_>, camera: &Camera, unit: Option<&str>) -> bool {
     let (em, size) = (sheet.em, sheet.picture.size());
     let scale = camera.pixels_per_unit(size.y);
     let Some(length) = round_below(MOST * size.x / scale) else { return false };
@@ -32,8 +33,8 @@ pub(super) fn lay_out(sheet: &mut Sheet<'_>, camera: &Camera) -> bool {
         None => "",
         Some(_) => " at the focal plane",
     };
-    let unit = if length == 1.0 { " unit" } else { " units" };
-    let words = format!("{unit}{place}");
+    let unit = unit.unwrap_or(if length == 1.0 { "unit" } else { "units" });
+    let words = format!(" {unit}{place}");
     let width = sheet.number_width(&number) + em * (sheet.width_of)(&words);
     let right = (size.x - MARGIN * em).round();
     let y = (size.y - (MARGIN + END) * em).round();

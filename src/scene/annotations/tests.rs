@@ -202,6 +202,18 @@ fn the_scale_bar_is_as_long_as_it_says() {
     assert!(words.iter().any(|(text, _)| text.ends_with("units at the focal plane")), "{words:?}");
 }
 
+#[test]
+fn lengths_have_the_unit_that_the_file_gives_them_in() {
+    let mut volume = (**scene().volume().unwrap()).clone();
+    volume.unit = Some("mm".to_owned());
+    let scene = opening(SampleSource::default(), Arc::new(volume), None);
+    let of = |which| words(&laid_out(only(which), &scene, [640, 480]));
+    let found = of(Annotation::ScaleBar);
+    assert!(found.iter().any(|(text, _)| text == " mm"), "{found:?}");
+    let found = of(Annotation::Axes);
+    assert!(found.iter().any(|(text, _)| text == "x, mm"), "{found:?}");
+}
+
 /// A row of a scalar bar and its colour.
 type Row = (Area, Srgb8);
 

@@ -5,9 +5,11 @@
 //! pass over it ([`Inside::check`]).
 
 mod clip;
+mod projected;
 mod surfaces;
 
 pub use clip::{Clip, ClipBox, CutFaces, HalfSpace, MOST_CLIP_PLANES, Plane};
+pub use projected::projected_range;
 pub use surfaces::{Isosurface, MOST_ISOSURFACES, MOST_SLICES, Slice};
 
 use glam::DVec3;
@@ -29,6 +31,9 @@ pub struct Inside {
     pub isosurfaces: Vec<Isosurface>,
     /// What stands for a ray.
     pub along: AlongRay,
+    /// The values that the first and the last colour of projected values belong to; `None` as the transfer function
+    /// has it.
+    pub projected_range: Option<[f64; 2]>,
 }
 
 /// What stands for a ray of the values it meets.
@@ -65,6 +70,16 @@ pub enum InsideError {
     Box {
         /// x, y or z.
         axis: char,
+        /// Where it begins.
+        low: f64,
+        /// Where it ends.
+        high: f64,
+    },
+    /// A range of projected values that is none.
+    #[error(
+        "expected a range of projected values between two different finite ones, found {low} to {high}"
+    )]
+    Range {
         /// Where it begins.
         low: f64,
         /// Where it ends.
@@ -226,6 +241,11 @@ impl Inside {
         self.clip.check()?;
         self.slices.iter().try_for_each(Slice::check)?;
         self.isosurfaces.iter().try_for_each(Isosurface::check)?;
+        if let Some([low, high]) = self.projected_range
+            && !(low.is_finite() && high.is_finite() && low != high)
+        {
+            return Err(InsideError::Range { low, high });
+        }
         for (of, most, found) in [
             ("slices", MOST_SLICES, self.slices.len()),
             ("isosurfaces", MOST_ISOSURFACES, self.isosurfaces.len()),

@@ -20,6 +20,9 @@ pub struct Slice {
     pub plane: Plane,
     /// 0..=1, whatever the values.
     pub opacity: f64,
+    /// Leaves out what has no opacity by the transfer function, so that it is no wall before what lies behind.
+    #[serde(default)]
+    pub only_shown: bool,
 }
 
 /// Where values pass a level.
@@ -58,7 +61,8 @@ impl Slice {
         let mut normal = DVec3::ZERO;
         normal[axis] = 1.0;
         let normal = (lattice.axes().inverse().transpose() * normal).normalize_or_zero();
-        Self { plane: Plane { point: lattice.world_from_index(index), normal }, opacity }
+        let plane = Plane { point: lattice.world_from_index(index), normal };
+        Self { plane, opacity, only_shown: false }
     }
 
     /// The share of a lattice's extent along an axis at which it lies across it; `None` where it lies
@@ -135,6 +139,6 @@ mod tests {
             assert!(found.contains("expected") && found.contains("found"), "{found}");
         }
         let plane = Plane { point: DVec3::ZERO, normal: DVec3::ZERO };
-        assert!(Slice { plane, opacity: 1.0 }.check().is_err());
+        assert!(Slice { plane, opacity: 1.0, only_shown: false }.check().is_err());
     }
 }

@@ -57,6 +57,7 @@ pub(super) fn grid(size: usize) -> Grid {
         .collect();
     Grid {
         space: Some("left-posterior-superior".to_owned()),
+        unit: Some("mm".to_owned()),
         ..Grid::of(lattice, vec![field("ct", 1, Samples::Int16(values))])
     }
 }

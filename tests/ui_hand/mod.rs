@@ -1,0 +1,262 @@
+//! The hand on the view and on what lies over it: what is up, rolling, the trihedron, slices, ranges of projections; and
+//! what must not be lost by a key or a click.
+
+use eframe::egui::accesskit::Role;
+use eframe::egui::{Event, Key, Modifiers, PointerButton, vec2};
+use egui_kittest::kittest::Queryable as _;
+use glam::DVec3;
+use voxsplat::app::camera_control::Turning;
+use voxsplat::scene::annotations::AxisEnd;
+use voxsplat::scene::{AlongRay, NamedView, Orientation, Slice, UpAxis, View, projected_range};
+use voxsplat::task::annotations::laid_out;
+
+use crate::ui_support::Bench;
+
+fn press(bench: &mut Bench, modifiers: Modifiers, key: Key) {
+    bench.harness.key_press_modifiers(modifiers, key);
+    bench.harness.run_steps(3);
+}
+
+#[test]
+fn a_turntable_keeps_up_what_is_up_and_a_trackball_does_not() {
+    let mut bench = Bench::opened();
+    assert_eq!(bench.window().settings().turning, Turning::Turntable, "at first");
+    let by = [vec2(90.0, 30.0), vec2(-40.0, -70.0), vec2(10.0, 2000.0)];
+    for by in by {
+        bench.drag(PointerButton::Primary, Modifiers::NONE, by);
+        let camera = bench.camera();
+        assert!(camera.right().z.abs() < 1e-6 && camera.up.z > -1e-6, "{}", camera.up);
+    }
+    assert!((bench.camera().direction + DVec3::Z).length() < 1e-3, "from above, and no further");
+    bench.harness.get_by_label("Trackball").click();
+    bench.settle();
+    bench.drag(PointerButton::Primary, Modifiers::NONE, vec2(90.0, 30.0));
+    bench.drag(PointerButton::Primary, Modifiers::NONE, vec2(-40.0, 70.0));
+    let rolled = bench.camera();
+    assert!(rolled.right().z.abs() > 1e-3, "any way round");
+    bench.harness.get_by_label("Turntable").click();
+    bench.settle();
+    let level = bench.camera();
+    assert!(level.right().z.abs() < 1e-6 && level.direction == rolled.direction, "level again");
+}
+
+#[test]
+fn a_drag_with_ctrl_rolls_the_picture_about_its_middle() {
+    let mut bench = Bench::opened();
+    let (before, viewport) = (bench.camera(), bench.viewport());
+    let at = viewport.center() + vec2(0.0, -120.0);
+    bench.drag_from(at, PointerButton::Primary, Modifiers::COMMAND, vec2(120.0, 120.0));
+    let after = bench.camera();
+    assert!((after.direction - before.direction).length() < 1e-9);
+    // From above the middle to its right: a quarter clockwise.
+    let top = before.focal_point + before.up;
+    let seen = after.to_view(top) - after.to_view(before.focal_point);
+    assert!(seen.x > 0.9 && seen.y.abs() < 0.3, "the top follows the hand: {seen}");
+}
+
+#[test]
+fn an_axis_is_chosen_to_be_up_for_the_session_and_taken_back() {
+    let mut bench = Bench::opened();
+    let own = Orientation::default();
+    let isometric = |orientation| NamedView::Isometric.direction_and_up(orientation);
+    press(&mut bench, Modifiers::NONE, Key::Num9);
+    bench.choose("Up axis", "+y");
+    let chosen = own.with_up(Some(UpAxis::PlusY));
+    let (direction, up) = isometric(chosen);
+    let camera = bench.camera();
+    assert!((camera.direction - direction).length() < 1e-9, "the same side is seen");
+    assert!((camera.up - up).length() < 1e-9);
+    press(&mut bench, Modifiers::NONE, Key::Num1);
+    assert_eq!((bench.camera().direction, bench.camera().up), (DVec3::NEG_Z, DVec3::Y));
+    bench.drag(PointerButton::Primary, Modifiers::NONE, vec2(90.0, 30.0));
+    assert!(bench.camera().right().y.abs() < 1e-9, "turned about it");
+    bench.open("other.mha");
+    bench.settle();
+    assert_eq!(bench.window().scene().unwrap().up, Some(UpAxis::PlusY), "for the session");
+    assert!((bench.camera().up - up).length() < 1e-9, "and what is opened is seen so");
+    bench.choose("Up axis", "As in the file (+z)");
+    assert_eq!(bench.window().scene().unwrap().up, None);
+    assert!((bench.camera().up - isometric(own).1).length() < 1e-9);
+    press(&mut bench, Modifiers::COMMAND, Key::Z);
+    assert_eq!(bench.window().scene().unwrap().up, Some(UpAxis::PlusY), "a step of its own");
+}
+
+#[test]
+fn a_click_on_an_end_of_the_trihedron_looks_from_there_and_again_from_the_other_side() {
+    let mut bench = Bench::opened();
+    let ends = |bench: &Bench| -> Vec<AxisEnd> {
+        let annotations = bench.window().settings().annotations;
+        let scene = bench.window().scene().unwrap();
+        laid_out(annotations, scene, None, bench.last_request().size).axis_ends
+    };
+    let click = |bench: &mut Bench, axis: usize, is_positive: bool| {
+        let end = ends(bench)
+            .into_iter()
+            .find(|end| end.axis == axis && end.is_positive == is_positive)
+            .expect("it is shown");
+        let at = end.at.as_vec2();
+        let viewport = bench.viewport();
+        let scale = viewport.width() / bench.last_request().size[0] as f32;
+        bench.click(viewport.min + vec2(at.x, at.y) * scale, PointerButton::Primary);
+        bench.settle();
+    };
+    click(&mut bench, 0, true);
+    assert_eq!((bench.camera().direction, bench.camera().up), (DVec3::NEG_X, DVec3::Z));
+    click(&mut bench, 0, true);
+    assert_eq!(bench.camera().direction, DVec3::X, "from the other side");
+    click(&mut bench, 2, true);
+    assert_eq!((bench.camera().direction, bench.camera().up), (DVec3::NEG_Z, DVec3::Y), "the top");
+    click(&mut bench, 1, false);
+    assert_eq!(bench.camera().direction, DVec3::Y, "an end that is not drawn");
+    bench.harness.check_accessibility();
+}
+
+#[test]
+fn undo_right_after_opening_asks_before_it_takes_the_file_away() {
+    let mut bench = Bench::opened();
+    bench.open("other.mha");
+    bench.settle();
+    let name = |bench: &Bench| bench.window().document().unwrap().source.name();
+    press(&mut bench, Modifiers::COMMAND, Key::Z);
+    assert_eq!(name(&bench), "other.mha", "nothing was changed, and nothing is taken away");
+    let said = bench.window().notices().shown().last().unwrap().text.clone();
+    assert!(said.contains("other.mha") && said.contains("go back to good.nrrd"), "{said}");
+    press(&mut bench, Modifiers::COMMAND, Key::Z);
+    assert_eq!(name(&bench), "good.nrrd", "who asks again gets it");
+    press(&mut bench, Modifiers::COMMAND, Key::Y);
+    assert_eq!(name(&bench), "other.mha");
+    // The menu says what it does, and does it.
+    bench.harness.get_by_label("Edit").click();
+    bench.harness.run_steps(3);
+    bench.harness.get_by_role_and_label(Role::Button, "Undo").click();
+    bench.settle();
+    assert_eq!(name(&bench), "good.nrrd");
+}
+
+#[test]
+fn letters_typed_while_a_dialog_is_coming_are_its_own() {
+    let mut bench = Bench::opened();
+    let before = bench.window().settings().annotations;
+    let key = |key, modifiers| Event::Key {
+        key,
+        physical_key: None,
+        pressed: true,
+        repeat: false,
+        modifiers,
+    };
+    // A quick hand: the path begins in the very pass that the dialog is asked for in.
+    let events = &mut bench.harness.input_mut().events;
+    events.push(key(Key::L, Modifiers::COMMAND));
+    for (letter, text) in [(Key::B, "b"), (Key::X, "x"), (Key::T, "t")] {
+        events.push(key(letter, Modifiers::NONE));
+        events.push(Event::Text(text.to_owned()));
+    }
+    bench.harness.run_steps(3);
+    assert_eq!(bench.window().settings().annotations, before, "no command");
+    bench.harness.event(Event::Text("1.nrrd".to_owned()));
+    bench.harness.run_steps(3);
+    press(&mut bench, Modifiers::NONE, Key::Enter);
+    bench.wait_until(|window| window.document().is_some_and(|d| d.source.name() == "bxt1.nrrd"));
+}
+
+#[test]
+fn a_click_beside_a_dialog_loses_nothing_that_was_typed() {
+    let mut bench = Bench::opened();
+    press(&mut bench, Modifiers::COMMAND, Key::L);
+    bench.harness.event(Event::Text("long/path.nrrd".to_owned()));
+    bench.harness.run_steps(3);
+    let beside = bench.viewport().left_top() + vec2(60.0, 60.0);
+    bench.click(beside, PointerButton::Primary);
+    assert!(bench.shows("A file, or demo:NAME"), "it stays");
+    press(&mut bench, Modifiers::NONE, Key::Escape);
+    press(&mut bench, Modifiers::NONE, Key::Escape);
+    assert!(!bench.shows("A file, or demo:NAME"), "Escape leaves it");
+    press(&mut bench, Modifiers::NONE, Key::H);
+    assert!(bench.shows("Turn the volume"));
+    bench.click(beside, PointerButton::Primary);
+    assert!(!bench.shows("Turn the volume"), "where nothing is typed, a click beside closes");
+}
+
+#[test]
+fn the_key_list_fits_a_usual_window_and_a_small_one_shows_that_there_is_more() {
+    let mut bench = Bench::opened();
+    bench.harness.set_size(vec2(1280.0, 720.0));
+    press(&mut bench, Modifiers::NONE, Key::H);
+    bench.harness.run_steps(3);
+    let last = "Show or hide the list of keys and mouse buttons";
+    let place = |bench: &Bench| bench.harness.get_by_label(last).rect();
+    let close = bench.harness.get_by_label("Close").rect();
+    let end = place(&bench);
+    assert!(end.bottom() < close.top() && close.bottom() < 720.0, "{end} above {close}");
+    assert!(end.right() < 1280.0, "{end}");
+    bench.harness.set_size(vec2(700.0, 420.0));
+    bench.harness.run_steps(4);
+    let close = bench.harness.get_by_label("Close").rect();
+    assert!(close.bottom() < 420.0, "the button stays in sight: {close}");
+}
+
+#[test]
+fn a_projection_has_a_range_of_its_own_that_can_be_set() {
+    let mut bench = Bench::opened();
+    let range = |bench: &Bench| bench.last_request().scene.inside.projected_range;
+    let own = |bench: &Bench, along| {
+        projected_range(bench.window().scene().unwrap().volume().unwrap(), along)
+    };
+    bench.choose("Rendering", "Maximum (MIP)");
+    assert_eq!(range(&bench), own(&bench, AlongRay::Maximum));
+    assert!(range(&bench).is_some());
+    bench.choose("Rendering", "Average");
+    assert_eq!(range(&bench), own(&bench, AlongRay::Average));
+    bench.set_slider("Range to", 400.0);
+    assert_eq!(range(&bench).unwrap()[1], 400.0);
+    // Window and level are those of what is seen.
+    let before = bench.window().scene().unwrap().transfer().unwrap().clone();
+    press(&mut bench, Modifiers::NONE, Key::W);
+    let shown = range(&bench).unwrap();
+    bench.drag(PointerButton::Primary, Modifiers::NONE, vec2(-30.0, -40.0));
+    bench.settle();
+    assert_ne!(range(&bench).unwrap(), shown);
+    assert_eq!(bench.window().scene().unwrap().transfer(), Some(&before));
+    press(&mut bench, Modifiers::NONE, Key::W);
+    bench.harness.get_by_label("Fit the range").click();
+    bench.settle();
+    assert_eq!(range(&bench), own(&bench, AlongRay::Average));
+    bench.choose("Rendering", "Volume");
+    assert_eq!(range(&bench), None);
+}
+
+#[test]
+fn a_slice_is_no_wall_at_first_and_is_dragged_by_its_handle() {
+    let mut bench = Bench::opened();
+    bench.harness.get_by_label("Add slice").click();
+    bench.settle();
+    let slice = |bench: &Bench| -> Slice { bench.last_request().scene.inside.slices[0] };
+    assert!(slice(&bench).only_shown);
+    bench.harness.get_by_role_and_label(Role::CheckBox, "Slice 1 only what shows").click();
+    bench.settle();
+    assert!(!slice(&bench).only_shown);
+    let scene = bench.last_request().scene;
+    let lattice = scene.lattice();
+    assert_eq!(slice(&bench).share_across(&lattice, 2), Some(0.5));
+    let (camera, viewport) = (bench.camera(), bench.viewport());
+    let view = View::new(&scene, bench.last_request().size);
+    let place = |at: DVec3| {
+        let pixel = view.point_on_picture(at).expect("orthographic").as_vec2();
+        viewport.min + vec2(pixel.x, pixel.y) * (viewport.width() / view.size[0] as f32)
+    };
+    // The side of the slice that lies lowest on the picture.
+    let size = DVec3::from(lattice.dims.map(|n| n as f64));
+    let middle = size / 2.0 - 0.5;
+    let sides =
+        [DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y].map(|way| middle + way * size / 2.0);
+    let lowest = sides.into_iter().max_by(|a, b| place(*a).y.total_cmp(&place(*b).y)).unwrap();
+    let by = place(lowest + DVec3::Z * (size.z / 4.0)) - place(lowest);
+    bench.drag_from(place(lowest), PointerButton::Primary, Modifiers::NONE, by);
+    bench.settle();
+    assert_eq!(bench.camera(), camera, "the view stays");
+    let share = slice(&bench).share_across(&lattice, 2).expect("still across z");
+    assert!((share - 0.75).abs() < 0.03, "{share}");
+    press(&mut bench, Modifiers::COMMAND, Key::Z);
+    bench.settle();
+    assert_eq!(slice(&bench).share_across(&lattice, 2), Some(0.5), "a drag is one step");
+}
