@@ -23,6 +23,7 @@ mod lanes;
 mod lattice;
 mod laying;
 mod light;
+mod loops;
 mod marks;
 mod masks;
 mod nodes;

@@ -5,14 +5,15 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, OnceLock};
 use std::time::Instant;
 
-use fearless_simd::{Level, Simd};
+use fearless_simd::Level;
 use rayon::prelude::*;
 
 use super::composite::Rule;
 use super::grid::Grid;
 use super::kernels::{Kernels, MOST_SLABS};
-use super::lattice::{Lattice, Method};
+use super::lattice::Lattice;
 use super::light::Light;
+use super::loops::{What, draw_tile};
 use super::masks::Masks;
 use super::nodes::{Node, Nodes};
 use super::passing::Alone;
@@ -23,7 +24,7 @@ use super::splatted::{Splats, Splatted};
 use super::supports::{NotBegun, Unsupported};
 use super::surfaces::Surfaces;
 use super::table::Table;
-use super::walk::{Pixel, Plain, Rich, Scene};
+use super::walk::{Pixel, Scene};
 use crate::core::colour::srgb_encoder;
 use crate::core::{Cancelled, LinearRgb, Ticket};
 use crate::kernel::Coefficients;
@@ -640,67 +641,6 @@ impl Renderer {
 
     fn note_bytes(&mut self) {
         self.most_bytes = self.most_bytes.max(self.size_bytes());
-    }
-}
-
-/// What a tile is drawn from.
-#[derive(Clone, Copy)]
-enum What<'a> {
-    /// Slabs of a field, with all that stands in it.
-    Slabs(Scene<'a>),
-    /// Values along rays.
-    Values(Scene<'a>, AlongRay),
-    /// Kernels that are shaded first, with all that lies among them.
-    Splatted(Splatted<'a>),
-    /// Kernels of lists, and polygons, without a field.
-    Alone(Alone<'a>),
-}
-
-/// A tile with the instructions of a level.
-fn draw_tile(level: Level, what: &What<'_>, tile: usize, out: &mut [Pixel]) -> u64 {
-    #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
-    if let Some(avx2) = level.as_avx2() {
-        return draw_with(avx2, what, tile, out);
-    }
-    // Any other level has what its kind of processor has at least.
-    let baseline = Level::baseline();
-    debug_assert!(level.is_fallback() || !level.is_fallback());
-    fearless_simd::dispatch!(baseline, simd => draw_with(simd, what, tile, out))
-}
-
-#[inline(always)]
-fn draw_with<S: Simd>(simd: S, what: &What<'_>, tile: usize, out: &mut [Pixel]) -> u64 {
-    macro_rules! vectorized {
-        ($call:expr) => {
-            simd.vectorize(
-                #[inline(always)]
-                || $call,
-            )
-        };
-    }
-    match what {
-        What::Alone(alone) => vectorized!(alone.tile(simd, tile, out)),
-        What::Splatted(splatted) => vectorized!(splatted.tile(simd, tile, out)),
-        What::Values(scene, along) => {
-            let method = scene.lattice.method();
-            vectorized!(scene.projected_tile(simd, method, *along, tile, out));
-            0
-        }
-        What::Slabs(scene) => {
-            macro_rules! slabs {
-                ($method:expr) => {
-                    match scene.is_plain() {
-                        true => vectorized!(scene.tile::<S, Plain>(simd, $method, tile, out)),
-                        false => vectorized!(scene.tile::<S, Rich>(simd, $method, tile, out)),
-                    }
-                };
-            }
-            match scene.lattice.method() {
-                Method::BSpline => slabs!(Method::BSpline),
-                Method::Linear => slabs!(Method::Linear),
-                Method::Other => slabs!(Method::Other),
-            }
-        }
     }
 }
 

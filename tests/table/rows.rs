@@ -336,8 +336,8 @@ fn shaded_first() -> Vec<Row> {
 /// Lights, tables, and what lets the inside be seen.
 fn effects() -> Vec<Row> {
     use Part::{
-        Along, Clip, CutFaces, EmissionBy, Isosurfaces, Lights, ModulationBy, OpacityBy,
-        ReflectionBy, Regions, Slices,
+        Along, Clip, ColourRange, CutFaces, EmissionBy, Isosurfaces, Lights, ModulationBy,
+        OpacityBy, ReflectionBy, Regions, Slices, SlicesOfWhatShows,
     };
     let mut rows = Vec::new();
     let first = [EVERY_SAMPLE, SHEETS, with(Kernel::BSpline, SLABS)];

@@ -1,0 +1,117 @@
+//! The loops that draw a tile, compiled for each instruction set.
+//!
+//! Each loop has a module of its own: the compiler makes code of modules side by side, and these take most of its time.
+
+use fearless_simd::Level;
+
+use super::lattice::Method;
+use super::passing::Alone;
+use super::splatted::Splatted;
+use super::walk::{Pixel, Plain, Rich, Scene};
+use crate::scene::AlongRay;
+
+/// What a tile is drawn from.
+#[derive(Clone, Copy)]
+pub(super) enum What<'a> {
+    /// Slabs of a field, with all that stands in it.
+    Slabs(Scene<'a>),
+    /// Values along rays.
+    Values(Scene<'a>, AlongRay),
+    /// Kernels that are shaded first, with all that lies among them.
+    Splatted(Splatted<'a>),
+    /// Kernels of lists, and polygons, without a field.
+    Alone(Alone<'a>),
+}
+
+/// Draws a tile with the instructions of a level; opacities that were over 1, and lowered to it.
+pub(super) fn draw_tile(level: Level, what: &What<'_>, tile: usize, out: &mut [Pixel]) -> u64 {
+    match what {
+        What::Alone(alone) => of_lists::draw(level, alone, tile, out),
+        What::Splatted(splatted) => shaded_first::draw(level, splatted, tile, out),
+        What::Values(scene, along) => along_rays::draw(level, &(scene, *along), tile, out),
+        What::Slabs(scene) => match (scene.lattice.method(), scene.is_plain()) {
+            (Method::BSpline, true) => plain_bspline::draw(level, scene, tile, out),
+            (Method::BSpline, false) => rich_bspline::draw(level, scene, tile, out),
+            (Method::Linear, true) => plain_linear::draw(level, scene, tile, out),
+            (Method::Linear, false) => rich_linear::draw(level, scene, tile, out),
+            (Method::Other, true) => plain_other::draw(level, scene, tile, out),
+            (Method::Other, false) => rich_other::draw(level, scene, tile, out),
+        },
+    }
+}
+
+/// A loop: with AVX2 where the level has it, and else with what this kind of processor has at least.
+macro_rules! compiled {
+    ($name:ident($what:ident: $kind:ty) => |$simd:ident, $tile:ident, $out:ident| $draw:expr) => {
+        mod $name {
+            use super::*;
+
+            #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+            fearless_simd::kernel!(
+                fn avx2($simd: Avx2, $what: $kind, $tile: usize, $out: &mut [Pixel]) -> u64 {
+                    $draw
+                }
+            );
+
+            #[cfg(target_arch = "x86_64")]
+            fearless_simd::kernel!(
+                fn sse2($simd: Sse2, $what: $kind, $tile: usize, $out: &mut [Pixel]) -> u64 {
+                    $draw
+                }
+            );
+
+            pub(super) fn draw(
+                level: Level,
+                $what: $kind,
+                $tile: usize,
+                $out: &mut [Pixel],
+            ) -> u64 {
+                #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+                if let Some(simd) = level.as_avx2() {
+                    return avx2(simd, $what, $tile, $out);
+                }
+                #[cfg(target_arch = "x86_64")]
+                if let Some(simd) = level.as_sse2() {
+                    return sse2(simd, $what, $tile, $out);
+                }
+                // Any other level has what its kind of processor has at least.
+                #[cfg(not(target_arch = "x86_64"))]
+                {
+                    let _ = level;
+                    fearless_simd::dispatch!(Level::baseline(), $simd => fearless_simd::Simd::vectorize(
+                        $simd,
+                        #[inline(always)]
+                        || $draw,
+                    ))
+                }
+                #[cfg(target_arch = "x86_64")]
+                unreachable!("each of these processors has SSE2")
+            }
+        }
+    };
+}
+
+compiled!(plain_bspline(scene: &Scene<'_>) => |simd, tile, out| {
+    scene.tile::<_, Plain>(simd, Method::BSpline, tile, out)
+});
+compiled!(rich_bspline(scene: &Scene<'_>) => |simd, tile, out| {
+    scene.tile::<_, Rich>(simd, Method::BSpline, tile, out)
+});
+compiled!(plain_linear(scene: &Scene<'_>) => |simd, tile, out| {
+    scene.tile::<_, Plain>(simd, Method::Linear, tile, out)
+});
+compiled!(rich_linear(scene: &Scene<'_>) => |simd, tile, out| {
+    scene.tile::<_, Rich>(simd, Method::Linear, tile, out)
+});
+compiled!(plain_other(scene: &Scene<'_>) => |simd, tile, out| {
+    scene.tile::<_, Plain>(simd, Method::Other, tile, out)
+});
+compiled!(rich_other(scene: &Scene<'_>) => |simd, tile, out| {
+    scene.tile::<_, Rich>(simd, Method::Other, tile, out)
+});
+compiled!(along_rays(what: &(&Scene<'_>, AlongRay)) => |simd, tile, out| {
+    what.0.projected_tile(simd, what.0.lattice.method(), what.1, tile, out);
+    0
+});
+compiled!(shaded_first(splatted: &Splatted<'_>) => |simd, tile, out| splatted.tile(simd, tile, out));
+compiled!(of_lists(alone: &Alone<'_>) => |simd, tile, out| alone.tile(simd, tile, out));
