@@ -92,6 +92,7 @@ fn faults(still: &Still) -> Vec<String> {
     };
     let white = part(&|rgb| rgb.iter().all(|&byte| byte >= 250));
     let black = part(&|rgb| rgb.iter().all(|&byte| byte <= 16));
+    println!("{share:.3} of the frame, spans {spans:.2?}, white {white:.2}, black {black:.2}");
     let mut found = Vec::new();
     if share < LEAST_SHARE {
         found.push(format!("empty: it covers {:.1} % of the frame", 100.0 * share));
@@ -127,6 +128,7 @@ fn every_scalar_file_opened_cold_fills_the_frame_and_is_neither_blown_nor_black(
         };
         looked_at += 1;
         let still = drawn(&engine, &scene);
+        print!("{}: ", path.display());
         wrong
             .extend(faults(&still).into_iter().map(|fault| format!("{}: {fault}", path.display())));
     }

@@ -1152,8 +1152,7 @@ fn cuts_of_few_nodes_are_brighter_as_matter_is_spread_within_their_boxes() {
     let mut scene = scene::opening(Default::default(), Arc::new(volume), None);
     scene.splat = SplatSettings::SHADE_FIRST;
     // Nothing that is spread lies beyond the frame.
-    scene.camera =
-        scene::framing_camera(&scene.lattice(), scene.camera.direction, scene.camera.up);
+    scene.camera = scene::framing_camera(&scene.lattice(), scene.camera.direction, scene.camera.up);
     let opening = scene.transfer().expect("a field").opacity.clone();
     let mean = |p: &[[f64; 4]]| p.iter().map(|p| p[3]).sum::<f64>() / p.len() as f64;
     // As white light of that opacity is shown.
