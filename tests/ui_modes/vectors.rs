@@ -289,7 +289,7 @@ fn the_tornado_opens_flowing_and_space_stops_it_and_lets_it_go_on() {
     let phases = |bench: &mut Bench| {
         let asked = bench.request_count();
         bench.harness.run_steps(30);
-        let phases = bench.requests_since(asked).iter().map(|request| request.scene.phase);
+        let phases = bench.requests_since(asked).into_iter().map(|request| request.scene.phase);
         phases.collect::<Vec<f64>>()
     };
     let flowing = phases(&mut bench);
