@@ -101,7 +101,8 @@ impl Window {
                 // The kernel is a habit; a unit distance belongs to its data.
                 SplatSettings { opacity_unit_distance: None, ..scene.splat }
             }
-            _ => look.splat,
+            Some(scene) => SplatSettings { cut: scene.splat.cut, ..look.splat },
+            None => look.splat,
         };
         let shading = match &before {
             Some(scene) if keep_view => scene.shading.clone(),

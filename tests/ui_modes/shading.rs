@@ -6,7 +6,7 @@ use eframe::egui::accesskit::{Role, Toggled};
 use eframe::egui::{Key, Modifiers, PointerButton, vec2};
 use egui_kittest::kittest::{NodeT as _, Queryable as _};
 use voxsplat::scene::{
-    Attached, Backend, Index, MOST_LIGHTS, Shading, ShadingPreset, SplatSettings,
+    Attached, Backend, Index, Lighting, MOST_LIGHTS, Shading, ShadingPreset, SplatSettings,
 };
 use voxsplat::task::engine::Effort;
 
@@ -233,6 +233,24 @@ fn another_volume_keeps_the_lights_and_loses_the_tables() {
     let now = shading(&bench);
     assert_eq!(now.lighting, lighting);
     assert_eq!(now.modulation, None);
+}
+
+#[test]
+fn a_first_look_is_lit_by_itself_until_a_hand_chooses() {
+    let mut bench = Bench::opened();
+    bench.open("faces.nrrd");
+    assert_eq!(shading(&bench).lighting, Some(Lighting::first_look()));
+    let list = bench.harness.get_by_role_and_label(Role::ComboBox, "Shading preset");
+    assert_eq!(list.value().as_deref(), Some("First look"));
+    // Nobody chose that light: what has no faces does not inherit it.
+    bench.open("other.nrrd");
+    assert_eq!(shading(&bench).lighting, None);
+    bench.open("faces.nrrd");
+    bench.harness.key_press(Key::L);
+    bench.settle();
+    assert_eq!(shading(&bench).lighting, None, "the key puts it out");
+    bench.open("faces.nrrd");
+    assert_eq!(shading(&bench).lighting, None, "which was chosen, and so stays");
 }
 
 #[test]

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use eframe::egui::accesskit::Role;
 use eframe::egui::{Event, Key, Modifiers, PointerButton};
 use egui_kittest::kittest::{NodeT as _, Queryable as _};
+use voxsplat::app::document::Source;
 use voxsplat::scene::{Classify, Scene, SplatSettings, VectorLayer};
 use voxsplat::task::engine::Effort;
 use voxsplat::vector::{ColourBy, Design, Foreshortening, VectorMode, VectorSettings};
@@ -276,6 +277,30 @@ fn marks_move_while_playing_and_stay_where_they_are_paused() {
     bench.harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
     bench.settle();
     assert_eq!(speed(&bench), Some(0.4));
+}
+
+#[test]
+fn the_tornado_opens_flowing_and_space_stops_it_and_lets_it_go_on() {
+    let mut bench = Bench::opened();
+    let ctx = bench.harness.ctx.clone();
+    bench.harness.state_mut().open(&ctx, Source::Demo("tornado".to_owned()));
+    bench.wait_until(|window| !window.is_loading());
+    bench.harness.remove_cursor();
+    let phases = |bench: &mut Bench| {
+        let asked = bench.request_count();
+        bench.harness.run_steps(30);
+        let phases = bench.requests_since(asked).into_iter().map(|request| request.scene.phase);
+        phases.collect::<Vec<f64>>()
+    };
+    let flowing = phases(&mut bench);
+    assert!(flowing.len() > 6 && flowing.windows(2).all(|w| w[1] > w[0]), "{flowing:?}");
+    assert!(bench.window().scene().is_some_and(|scene| !scene.shows_field()), "the wind alone");
+    bench.harness.key_press(Key::Space);
+    bench.settle();
+    assert_eq!(phases(&mut bench), [0.0; 0], "it stands");
+    bench.harness.key_press(Key::Space);
+    let again = phases(&mut bench);
+    assert!(again.len() > 6, "{again:?}");
 }
 
 #[test]

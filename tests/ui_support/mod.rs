@@ -24,7 +24,7 @@ use voxsplat::app::software::Canvas;
 use voxsplat::app::{Parts, Window};
 use voxsplat::core::{Camera, Ticket};
 use voxsplat::scene::{
-    Cell, Cells, FirstLook, Orientation, Shading, SplatSettings, Visibility, WhyWhole,
+    Cell, Cells, FirstLook, Lighting, Orientation, Shading, SplatSettings, Visibility, WhyWhole,
 };
 use voxsplat::task::engine::Effort;
 use voxsplat::task::engine::{
@@ -338,6 +338,13 @@ impl Library for NamedFiles {
                 Err(ReadFailure::NotRecognised(text.to_owned()))
             }
             "vector.nrrd" => Ok(grid([8; 3], "v", 3)),
+            // What a first look lights.
+            "faces.nrrd" => Ok(grid([8; 3], "faces", 1)),
+            "demo:tornado" => {
+                let mut tornado = grid([8; 3], "condensation", 1);
+                tornado.grid.fields.extend(grid([8; 3], "velocity", 3).grid.fields);
+                Ok(tornado)
+            }
             // Scalars that vectors could be put together of, and vectors beside them.
             "triples.nrrd" => {
                 let mut found = grid([8; 3], "u", 1);
@@ -389,7 +396,8 @@ impl Library for NamedFiles {
     fn first_look(&self, volume: &ScalarVolume, space: Option<&str>) -> FirstLook {
         let transfer = self.default_transfer(&volume.statistics);
         let view = Orientation::of(space).first_view();
-        FirstLook { transfer, lighting: None, splat: SplatSettings::EXACT, view }
+        let lighting = (volume.name == "faces").then(Lighting::first_look);
+        FirstLook { transfer, lighting, splat: SplatSettings::EXACT, view }
     }
 }
 
