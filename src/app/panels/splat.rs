@@ -49,7 +49,7 @@ pub fn splat_ui(ui: &mut Ui, splat: &mut SplatSettings, voxel: f64) {
         (words::reconstruction, pictures::reconstruction),
     );
     let help = "When values become opacities. The green values pass through a thin layer that has opacity: what \
-                is drawn of it is filled, what there truly is is faint";
+                is drawn of it is filled, the truth is faint";
     chosen.classify = pictured_ui(
         ui,
         ("Classify", help),
