@@ -146,7 +146,7 @@ impl Window {
         });
         let space = self.document.as_ref().and_then(|d| d.grid.space.as_deref());
         if let Some(scene) = &mut self.scene {
-            view::up_menu_ui(ui, scene, space);
+            view::up_menu_ui(ui, indented("Up axis"), scene, space);
         }
         self.menu_entries_ui(ui, Menu::View, |action| !action.is_direction(), chosen);
     }
