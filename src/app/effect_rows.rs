@@ -133,7 +133,8 @@ fn about(effect: Effect) -> About {
         ),
         Effect::Gradients => (
             "Gradients",
-            "How sharply values change at each point, and in which direction: what lights, regions and some lookups need. Found while drawing, and kept nowhere",
+            "How sharply values change at each point, and in which direction: what lights, regions and \
+             some lookups need. Found while drawing, and kept nowhere",
             "",
             "Nothing asks for it",
         ),

@@ -141,12 +141,12 @@ impl Window {
 
     /// The directions to look from in a menu of their own, then the rest.
     fn view_menu_ui(&mut self, ui: &mut Ui, chosen: &mut Option<Action>) {
-        ui.menu_button("Look from", |ui| {
+        ui.menu_button(indented("Look from"), |ui| {
             self.menu_entries_ui(ui, Menu::View, Action::is_direction, chosen);
         });
         let space = self.document.as_ref().and_then(|d| d.grid.space.as_deref());
         if let Some(scene) = &mut self.scene {
-            view::up_menu_ui(ui, scene, space);
+            view::up_menu_ui(ui, indented("Up axis"), scene, space);
         }
         self.menu_entries_ui(ui, Menu::View, |action| !action.is_direction(), chosen);
     }
@@ -433,6 +433,11 @@ fn edit_menu_ui(ui: &mut Ui, steps: &[Option<(String, String)>; 2], chosen: &mut
             *chosen = Some(action);
         }
     }
+}
+
+/// A menu's name below the names that have room for a tick.
+fn indented(name: &'static str) -> (Atom<'static>, &'static str) {
+    (Atom::custom(IdSalt::new("no tick"), vec2(TICK, TICK)), name)
 }
 
 /// A tick in a square.

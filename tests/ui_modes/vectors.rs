@@ -353,8 +353,8 @@ fn modes_that_shade_first_have_vectors_and_triangles_say_that_they_have_none() {
     let mut bench = opened();
     tick(&mut bench);
     assert!(Shown::of(&bench.last_request().scene).is_some_and(|layer| !layer.alone));
-    let says = "Not drawn: this mode is of triangles alone, which have no room for vectors. Hide the \
-                scalar field, or choose another mode under Splats";
+    let says = "Not drawn: this mode has no room for vectors beside the scalar field. Hide the field, or \
+                choose the exact mode under Splats";
     press(&mut bench, "Classic splatting");
     bench.settle();
     let scene = bench.last_request().scene;

@@ -1,6 +1,8 @@
 //! What accuracy costs here: the chart, the walk along its front, and how good estimates were.
 
-use eframe::egui::{Align, Label, Layout, ProgressBar, RichText, Slider, Ui, UiBuilder, vec2};
+use eframe::egui::{
+    Align, FontId, Label, Layout, ProgressBar, RichText, Slider, Ui, UiBuilder, vec2,
+};
 
 use super::chart::{LEAST_SIZE, Marks, Picked, chart_ui, number_words};
 use super::name_ui;
@@ -20,8 +22,9 @@ const ROW: f32 = 20.0;
 
 /// What is drawn with before anybody chooses.
 const DEFAULT: SplatSettings = SplatSettings::EXACT;
-/// Height of what is said of it, in the wider column, points.
-const DEFAULT_LINES: f32 = 72.0;
+/// Size of what is said of it, and height that it leaves to the line below, points.
+const DEFAULT_SIZE: f32 = 12.0;
+const BELOW_DEFAULT: f32 = 19.0;
 
 /// What the slider gives.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -247,15 +250,17 @@ fn chosen_ui(ui: &mut Ui, shown: &Shown<'_>) {
     }
 }
 
-/// What is the default, and why it is not the point above it: as many lines as there is room for.
+/// What is the default, and why it is not the point above it: in one line where there is no room for all of it.
 fn default_ui(ui: &mut Ui, shown: &Shown<'_>) {
     if shown.marks.is_old {
         return;
     }
     let Some(text) = default_words(shown.points, shown.refines) else { return };
     ui.add_space(2.0);
-    let words = RichText::new(&text).color(theme::TEXT_FAINT).size(12.0);
-    let has_room = ui.available_height() >= DEFAULT_LINES;
+    let words = RichText::new(&text).color(theme::TEXT_FAINT).size(DEFAULT_SIZE);
+    let font = FontId::proportional(DEFAULT_SIZE);
+    let whole = ui.painter().layout(text.clone(), font, theme::TEXT_FAINT, ui.available_width());
+    let has_room = whole.size().y + BELOW_DEFAULT <= ui.available_height();
     let label = if has_room { Label::new(words).wrap() } else { Label::new(words).truncate() };
     ui.add(label).on_hover_text(&text);
 }
@@ -335,7 +340,7 @@ fn signed_zero_free(value: f64) -> f64 {
 /// The least height at which everything has room, points.
 pub const LEAST_HEIGHT: f32 = 190.0;
 /// The height before anyone resizes the panel, points.
-pub const HEIGHT: f32 = 240.0;
+pub const HEIGHT: f32 = 220.0;
 
 #[cfg(test)]
 mod tests {

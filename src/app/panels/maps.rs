@@ -35,7 +35,8 @@ pub(super) fn map_ui(ui: &mut Ui, transfer: &mut TransferFunction) {
             .response
             .accessible_name("Colours")
             .on_hover_text("The colours of low to high values");
-        let help = "Turn the map into colours at single values, on the bar above: drag them, change them, add and remove some";
+        let help = "Turn the map into colours at single values, on the bar above: drag them, change them, \
+                    add and remove some";
         let edit = ui.add_enabled(chosen.is_some(), Button::new("Edit"));
         let edit = edit.accessible_name("Edit colours").on_hover_text(help);
         let edit =

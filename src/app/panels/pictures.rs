@@ -60,7 +60,6 @@ struct Graph {
 }
 
 impl Graph {
-    #[expect(clippy::cast_possible_truncation, reason = "a place on screen")]
     fn at(self, x: f64, y: f64) -> Pos2 {
         let share = (x - self.from) / (self.to - self.from);
         pos2(
@@ -142,7 +141,6 @@ fn mesh(painter: &Painter, rect: Rect) {
     let radius = rect.height() / 2.0;
     let mut drawn = Mesh::default();
     for vertex in &MESH.vertices {
-        #[expect(clippy::cast_possible_truncation, reason = "a place on screen")]
         let [x, y, share] =
             [vertex.position.x, vertex.position.y, vertex.factor / most].map(|v| v as f32);
         let colour = theme::ACCENT.gamma_multiply(share.clamp(0.0, 1.0));
@@ -178,7 +176,6 @@ const SAMPLES: [f64; 9] = [0.2, 0.25, 0.8, 0.3, 0.35, 0.75, 0.7, 0.2, 0.3];
 fn blend(reconstruction: Reconstruction, x: f64) -> f64 {
     let all = &BLENDS[usize::from(reconstruction == Reconstruction::Interpolating)];
     let last = all.len() as i64 - 1;
-    #[expect(clippy::cast_possible_truncation, reason = "a few samples")]
     let near = x.floor() as i64;
     let at = |i: i64| {
         let mirrored = if i < 0 {
@@ -215,7 +212,6 @@ const SLABS: f64 = 2.0;
 
 fn ray_value(x: f64) -> f64 {
     let last = RAY.len() - 1;
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a few samples")]
     let before = (x.max(0.0).floor() as usize).min(last - 1);
     let share = (x - before as f64).clamp(0.0, 1.0);
     RAY[before] * (1.0 - share) + RAY[before + 1] * share
@@ -432,7 +428,7 @@ pub(super) fn unit_distance(painter: &Painter, rect: Rect) {
     let at = graph.at(1.0, OPACITY);
     painter.line_segment([graph.at(1.0, 0.0), at], faint());
     painter.circle_filled(at, 2.6, theme::TEXT);
-    let words = "1 unit distance: the opacity of the curve";
+    let words = "one unit distance";
     let place = at + vec2(8.0, 6.0);
     painter.text(place, Align2::LEFT_TOP, words, FontId::proportional(11.0), theme::TEXT_FAINT);
 }
@@ -485,7 +481,7 @@ mod tests {
             drop(pass());
             let shapes = pass();
             let shown: Vec<_> = shapes.iter().map(|shape| format!("{:?}", shape.shape)).collect();
-            for shape in &shapes {
+            for shape in shapes.iter().filter(|shape| !matches!(shape.shape, Shape::Noop)) {
                 let bounds = shape.shape.visual_bounding_rect();
                 let inside = bounds.intersect(shape.clip_rect);
                 assert!(!inside.any_nan() && bounds.is_finite(), "{name}: {bounds}");

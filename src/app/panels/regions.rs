@@ -67,7 +67,9 @@ pub(super) fn regions_ui(
     row_ui(ui, "By gradient", |ui| {
         let room = regions.len() < MOST_REGIONS;
         let add = ui.add_enabled(room, Button::new("Add region")).on_hover_text(
-            "Choose matter by its value and by how sharply values change there (a 2D transfer function): so a boundary is seen without other matter of the same value. Regions take the place of the opacity curve",
+            "Choose matter by its value and by how sharply values change there (a 2D transfer function): \
+             so a boundary is seen without other matter of the same value. Regions take the place of the \
+             opacity curve",
         );
         let add =
             add.on_disabled_hover_text(format!("There are {MOST_REGIONS}, as many as may be"));

@@ -49,7 +49,7 @@ pub fn splat_ui(ui: &mut Ui, splat: &mut SplatSettings, voxel: f64) {
         (words::reconstruction, pictures::reconstruction),
     );
     let help = "When values become opacities. The green values pass through a thin layer that has opacity: what \
-                is drawn of it is filled, what there truly is is faint";
+                is drawn of it is filled, the truth is faint";
     chosen.classify = pictured_ui(
         ui,
         ("Classify", help),
@@ -134,7 +134,8 @@ fn cut_ui(ui: &mut Ui, cut: &mut CutSettings) {
         });
     });
     shown.header_response.on_hover_text(
-        "While the view moves, boxes of voxels that differ little are drawn as one splat each. This says which; the finished picture does not depend on it",
+        "While the view moves, boxes of voxels that differ little are drawn as one splat each. This says \
+         which; the finished picture does not depend on it",
     );
 }
 
@@ -355,7 +356,8 @@ fn unit_distance_ui(ui: &mut Ui, splat: &mut SplatSettings, voxel: f64) {
         .logarithmic(true)
         .custom_formatter(|v, _| words::value(v));
     let response = slider_ui(ui, "Unit distance", true, slider).on_hover_text(
-        "How thick matter is that has the opacity of the transfer function: longer makes everything more transparent; by default one voxel, the smallest spacing",
+        "How thick matter is that has the opacity of the transfer function: longer makes everything more \
+         transparent; by default one voxel, the smallest spacing",
     );
     if response.changed() {
         splat.opacity_unit_distance = Some(distance);

@@ -1,7 +1,8 @@
 //! The status line: what is on screen, and how near it is to the exact picture; the rest at a click.
 
 use eframe::egui::{
-    Align, Button, Label, Layout, Popup, PopupCloseBehavior, ProgressBar, RectAlign, RichText, Ui,
+    Align, Atom, Button, IdSalt, Label, Layout, Painter, Popup, PopupCloseBehavior, ProgressBar,
+    Rect, RectAlign, RichText, Shape, Stroke, Ui, Vec2,
 };
 
 use super::told::{DECIBELS, glance, sentences};
@@ -20,6 +21,8 @@ const NARROW: f32 = 420.0;
 /// Width of the sentences, and of what they are about, points.
 const DETAILS: f32 = 430.0;
 const ABOUT: f32 = 66.0;
+/// Side of the square with the triangle at the line's end, points.
+const OPENER: f32 = 6.0;
 /// What of a narrow window is left beside the sentences, points.
 const BESIDE: f32 = 40.0;
 
@@ -78,14 +81,21 @@ pub fn status_ui(ui: &mut Ui, now: &Now<'_>) -> Option<EngineChoice> {
         ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
             let words = glance(now.shown, now.state, now.is_moving, now.rate);
             let words = RichText::new(words).size(SMALL).color(theme::TEXT);
-            let button = Button::new(words).frame_when_inactive(false).truncate();
+            let opener = IdSalt::new("opener");
+            let button = Button::new((words, Atom::custom(opener, Vec2::splat(OPENER))))
+                .frame_when_inactive(false)
+                .truncate();
             let help = match now.is_moving {
                 true => {
                     "The view moves: pictures a second, and how near they are to the exact one. Click for more"
                 }
                 false => "The time of this picture, and how near it is to the exact one. Click for more",
             };
-            let line = ui.add(button).on_hover_text(help);
+            let shown = button.atom_ui(ui);
+            if let Some(square) = shown.rect(opener) {
+                paint_opener(ui.painter(), square);
+            }
+            let line = shown.response.on_hover_text(help);
             let room = ui.ctx().content_rect().width() - BESIDE;
             Popup::menu(&line)
                 .align(RectAlign::TOP_START)
@@ -95,6 +105,12 @@ pub fn status_ui(ui: &mut Ui, now: &Now<'_>) -> Option<EngineChoice> {
         });
     });
     chosen
+}
+
+/// A triangle that points to where the rest will be: up.
+fn paint_opener(painter: &Painter, square: Rect) {
+    let corners = [square.left_bottom(), square.center_top(), square.right_bottom()];
+    painter.add(Shape::convex_polygon(corners.to_vec(), theme::TEXT_FAINT, Stroke::NONE));
 }
 
 /// How far the picture is on its way, while it is; at the right, where it moves no words.
@@ -133,7 +149,8 @@ fn details_ui(ui: &mut Ui, now: &Now<'_>) -> Option<EngineChoice> {
     let adapter = now.adapter.unwrap_or("no engine yet");
     told_ui(ui, "Engine", &format!("Drawn by {adapter}{why}"));
     let mut chosen = None;
-    about_ui(ui, "", |ui| {
+    ui.horizontal_wrapped(|ui| {
+        ui.add_space(ABOUT);
         for (choice, label, help) in ENGINES {
             let entry = ui.selectable_label(now.engine == choice, label).on_hover_text(help);
             if entry.clicked() {
@@ -156,13 +173,13 @@ fn about_ui(ui: &mut Ui, about: &str, add: impl FnOnce(&mut Ui)) {
         let before = ui.cursor().left();
         ui.label(RichText::new(about).size(SMALL + 0.5).color(theme::TEXT_FAINT));
         ui.add_space((before + ABOUT - ui.cursor().left()).max(0.0));
-        ui.horizontal_wrapped(add);
+        ui.vertical(add);
     });
 }
 
 #[cfg(test)]
 mod tests {
-    use eframe::egui::{Context, Pos2, RawInput, Rect, Shape, vec2};
+    use eframe::egui::{Context, Pos2, RawInput, vec2};
 
     use super::*;
     use crate::scene::Backend;
@@ -217,8 +234,10 @@ mod tests {
             assert_eq!(texts[0].galley.elided, width < 250.0, "{width}");
             let place = texts[0].galley.rect.translate(texts[0].pos.to_vec2());
             let bar = shapes.iter().filter(|shape| matches!(shape.shape, Shape::Rect(_)));
-            let bar = bar.map(|shape| shape.shape.visual_bounding_rect());
-            let least = bar.map(|rect| rect.left()).fold(f32::INFINITY, f32::min);
+            let bar = bar.map(|shape| shape.shape.visual_bounding_rect().left());
+            // Around the words themselves there may be a frame.
+            let bar = bar.filter(|left| *left > place.left() + 1.0);
+            let least = bar.fold(f32::INFINITY, f32::min);
             assert!(place.right() < least, "{width}: {place}, the bar from {least}");
         }
     }

@@ -5,7 +5,7 @@ use super::status::Shown;
 use crate::accuracy::psnr_from_rmse;
 use crate::app::measuring::Measured;
 use crate::app::{modes, words};
-use crate::scene::{Classify, Reconstruction, SplatSettings};
+use crate::scene::{Backend, Classify, Reconstruction, SplatSettings};
 use crate::task::engine::{EngineState, FrameReport, KernelCounts};
 use crate::task::estimate::Checked;
 use crate::task::level::{LevelOfDetail, SlabField};
@@ -309,12 +309,15 @@ fn typical_db(mode: &SplatSettings) -> (u32, u32) {
 
 /// Kernels drawn of active of total, and by what.
 fn counts_words(report: &FrameReport) -> String {
-    let by = words::backend(report.backend).0.to_lowercase();
+    let by = match report.backend {
+        Backend::Tiles => "in tiles of the screen",
+        _ => "as triangles",
+    };
     match report.vector_splats {
-        Some(0) => return format!("The vectors alone, as {by}, and nothing of the scalar field"),
+        Some(0) => return format!("The vectors alone, {by}, and nothing of the scalar field"),
         Some(splats) => {
             return format!(
-                "{} splats, each a vector or the mean of several, as {by}; nothing of the scalar field",
+                "{} splats, each a vector or the mean of several, {by}; nothing of the scalar field",
                 words::count(splats)
             );
         }
@@ -325,12 +328,12 @@ fn counts_words(report: &FrameReport) -> String {
         Some(KernelCounts { drawn, active }) => {
             let [drawn, active] = [drawn, active].map(words::count);
             format!(
-                "{drawn} splats, as {by}. Of {total} voxels {active} have opacity: so many does the full \
+                "{drawn} splats, {by}. Of {total} voxels {active} have opacity: so many does the full \
                  picture draw"
             )
         }
-        None if total == "1" => format!("Its one voxel, as {by}"),
-        None => format!("All of the {total} voxels that have opacity, as {by}"),
+        None if total == "1" => format!("Its one voxel, {by}"),
+        None => format!("Every voxel that has opacity, of {total} in the volume, {by}"),
     }
 }
 
@@ -344,7 +347,7 @@ mod tests {
     const COARSE: LevelOfDetail = LevelOfDetail::Octree { max_error: 0.01 };
 
     fn shown(level: LevelOfDetail, mode: SplatSettings) -> Shown {
-        let backend = crate::scene::Backend::Raster;
+        let backend = Backend::Raster;
         let report = FrameReport {
             kernels: Some(KernelCounts { drawn: 1234, active: 56_789 }),
             progress: if matches!(level, COARSE) { 0.1 } else { 1.0 },

@@ -274,7 +274,10 @@ fn point_ui(
         let value_response = number_ui(ui, "Point value", value_drag(&mut value, statistics))
             .on_hover_text("The value at which the selected point lies, in the data's own units");
         let opacity_response = number_ui(ui, "Point opacity", opacity_drag(&mut opacity))
-            .on_hover_text("Opacity at the selected point, 0 to 1: of matter one voxel thick, or as thick as the unit distance under Splats");
+            .on_hover_text(
+                "Opacity at the selected point, 0 to 1: of matter one voxel thick, or as thick \
+                    as the unit distance under Splats",
+            );
         if value_response.changed() || opacity_response.changed() {
             pull_point(transfer, index, value, opacity);
         }
@@ -394,7 +397,8 @@ fn view_ui(ui: &mut Ui, view: &mut GraphView) {
 fn no_data_ui(ui: &mut Ui, no_data: &mut NoData) {
     row_ui(ui, "No data", |ui| {
         number_ui(ui, "Opacity of NaN", opacity_drag(&mut no_data.opacity)).on_hover_text(
-            "Opacity where the file has no value (NaN), 0 to 1. At 0 nothing is drawn there; above, each such voxel is a box of its own size",
+            "Opacity where the file has no value (NaN), 0 to 1. At 0 nothing is drawn there; above, each \
+             such voxel is a box of its own size",
         );
         let colour = &mut no_data.colour.0;
         ui.color_edit_button_srgb(colour)

@@ -60,7 +60,8 @@ pub fn vectors_ui(
         }
     });
     if has_no_room && !is_alone {
-        let text = "Not drawn: this mode has no room for vectors beside the scalar field. Hide the field, or choose the exact mode under Splats";
+        let text = "Not drawn: this mode has no room for vectors beside the scalar field. Hide the field, \
+                    or choose the exact mode under Splats";
         ui.label(RichText::new(text).size(12.0).color(theme::NOTE));
     }
     if projects && !is_alone {

@@ -1,6 +1,6 @@
 //! How the view is drawn: background, projection, and what moving may cost.
 
-use eframe::egui::{ComboBox, Slider, Ui};
+use eframe::egui::{ComboBox, IntoAtoms, Slider, Ui};
 
 use super::{row_ui, slider_ui};
 use crate::app::actions::{Action, entry_of};
@@ -104,8 +104,13 @@ fn up_name(chosen: Option<UpAxis>, space: Option<&str>) -> String {
 }
 
 /// The same as a part of a menu.
-pub fn up_menu_ui(ui: &mut Ui, scene: &mut Scene, space: Option<&str>) {
-    let menu = ui.menu_button("Up axis", |ui| up_choices_ui(ui, scene, space));
+pub fn up_menu_ui<'a>(
+    ui: &mut Ui,
+    name: impl IntoAtoms<'a>,
+    scene: &mut Scene,
+    space: Option<&str>,
+) {
+    let menu = ui.menu_button(name, |ui| up_choices_ui(ui, scene, space));
     menu.response.on_hover_text(UP);
 }
 
