@@ -484,6 +484,67 @@ mod tests {
         }
     }
 
+    /// By the kernel itself and sums over all of a mirrored lattice.
+    #[test]
+    fn products_of_any_extent_are_their_definition_and_keep_constants() {
+        let dims = [5, 3, 4];
+        let rough = volume(dims, |i| ((i * 7919 + 13) % 101) as f64);
+        let flat = volume(dims, |_| 3.5);
+        for (kernel, natural) in [(Kernel::Linear, 1.0), (Kernel::BSpline, 2.0)] {
+            let field = |volume: &ScalarVolume, extent: Option<f64>| {
+                let shape = Shape::new(kernel, extent).unwrap();
+                Field::new(volume, shape, Reconstruction::Interpolating)
+            };
+            let coefficients = field(&rough, None);
+            for scale in [0.25, 0.5, 0.8, 1.5, 2.0, 3.0] {
+                if scale * natural < 0.5 {
+                    continue;
+                }
+                let extent = Some(scale * natural);
+                let [found, constant] = [&rough, &flat].map(|volume| field(volume, extent));
+                let h = |x: f64| {
+                    let x = (x / scale).abs();
+                    match kernel {
+                        Kernel::Linear => (1.0 - x).max(0.0),
+                        _ if x < 1.0 => 2.0 / 3.0 - x * x + x * x * x / 2.0,
+                        _ => (2.0 - x).max(0.0).powi(3) / 6.0,
+                    }
+                };
+                for i in 0..40_u32 {
+                    let part = |k: u32| f64::from(i.wrapping_mul(k) % 97) / 97.0;
+                    let place = DVec3::new(part(7), part(31), part(53))
+                        * DVec3::from(dims.map(|n| n as f64))
+                        - 0.5;
+                    let (mut sum, mut total) = (0.0, 0.0);
+                    for z in -12..18 {
+                        for y in -12..18 {
+                            for x in -12..18 {
+                                let at = DVec3::from([x, y, z].map(f64::from)) - place;
+                                let weight = h(at.x) * h(at.y) * h(at.z);
+                                if weight > 0.0 {
+                                    let index = [x, y, z].map(i64::from);
+                                    sum += weight * coefficients.coefficient(index);
+                                    total += weight;
+                                }
+                            }
+                        }
+                    }
+                    if total == 0.0 {
+                        // Half-way between kernels that just meet.
+                        continue;
+                    }
+                    let value = found.value(place).unwrap();
+                    let off = (value - sum / total).abs();
+                    assert!(off < 1e-9, "{kernel:?} {scale} {place}: {value} {}", sum / total);
+                    let [low, high] = found.ranges[found.brick_of(place)];
+                    assert!((low..=high).contains(&value), "{kernel:?} {scale} {place}: {value}");
+                    assert!((constant.value(place).unwrap() - 3.5).abs() < 1e-12);
+                }
+            }
+            assert_eq!(Shape::new(kernel, Some(natural)), Shape::new(kernel, None));
+        }
+    }
+
     #[test]
     fn holes_are_filled_from_outside_inwards_and_known() {
         let field = |values: Vec<f64>| {

@@ -392,6 +392,10 @@ mod tests {
             scene.splat.reconstruction = Reconstruction::Smooth;
             assert_eq!(tents(&scene), None, "{kernel:?} that smooths");
         }
+        for (extent, is_like_tents) in [(0.5, false), (2.0, true), (3.0, false)] {
+            scene.splat = SplatSettings { extent: Some(extent), ..SplatSettings::EXACT };
+            assert_eq!(tents(&scene).is_some(), is_like_tents, "{extent}: quick pictures show it");
+        }
         scene.splat = SplatSettings { kernel: Kernel::Nearest, ..SplatSettings::EXACT };
         assert_eq!(tents(&scene), None, "steps stay steps");
         for visibility in [Visibility::EverySample, Visibility::Sheets, Visibility::Slabs] {
