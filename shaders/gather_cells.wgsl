@@ -7,8 +7,16 @@
 
 // 0: each voxel; 1: each slice; 2: layers.
 override layering: u32 = 0u;
-// Samples a cell has along each axis: 1 boxes, 2 tents, 4 cubic B-splines.
+// Samples a cell has along each axis: 1 boxes, 2 tents, 4 cubic B-splines, and as many as it takes of those of another
+// than their natural width.
 override support: u32 = 1u;
+override tents: bool = false;
+override is_scaled: bool = false;
+
+// Parts that a cell is summed up in where kernels are of another than their natural width, since these begin, end and
+// bend anywhere in it; for each of that width where they are narrower.
+const TENT_PARTS = 4.0;
+const SPLINE_PARTS = 2.0;
 
 // Quadrature (Gauss-Legendre) on 0..1: three places at a time.
 const TENT_NODES = vec3<f32>(0.21132487, 0.78867513, 0.0);
@@ -21,12 +29,44 @@ var<private> sum: vec4<f32>;
 // The kernel along one axis, at three places.
 fn weights(offset: vec3<f32>) -> vec3<f32> {
     let x = abs(offset);
-    if support == 2u {
+    if tents {
         return max(1.0 - x, vec3<f32>(0.0));
     }
     let outer = max(2.0 - x, vec3<f32>(0.0));
     let inner = max(1.0 - x, vec3<f32>(0.0));
     return (outer * outer * outer - 4.0 * (inner * inner * inner)) / 6.0;
+}
+
+// Adds what a cell gives to a segment of the ray, of kernels of another than their natural width.
+fn add_scaled(ray: Ray, low: vec3<i32>, high: vec3<i32>, first: f32, end: f32) {
+    let scale = gather.layers.z;
+    let parts = ceil(select(SPLINE_PARTS, TENT_PARTS, tents) / min(scale, 1.0));
+    let part = (end - first) / parts;
+    let depth = part * ray.length * gather.scale.y / (scale * scale * scale);
+    let strides = gather.strides;
+    let nodes = select(SPLINE_NODES, TENT_NODES, tents);
+    let node_weights = select(SPLINE_WEIGHTS, TENT_WEIGHTS, tents);
+    for (var a = low.x; a <= high.x; a++) {
+        for (var b = low.y; b <= high.y; b++) {
+            let row = u32(a) * strides.x + u32(b) * strides.y;
+            for (var c = low.z; c <= high.z; c++) {
+                let entry = classified(vec3<i32>(a, b, c), row + u32(c) * strides.z);
+                if entry.w <= 0.0 {
+                    continue;
+                }
+                var share = 0.0;
+                for (var i = 0.0; i < parts; i += 1.0) {
+                    let places = first + part * (nodes + i);
+                    let xa = ray.origin.x + ray.step.x * places - f32(a);
+                    let xb = ray.origin.y + ray.step.y * places - f32(b);
+                    let xc = ray.origin.z + ray.step.z * places - f32(c);
+                    let h = weights(xa / scale) * weights(xb / scale) * weights(xc / scale);
+                    share += dot(node_weights, h);
+                }
+                sum += matter(entry) * min(share * depth, MOST_DEPTH);
+            }
+        }
+    }
 }
 
 // Adds what the cell whose first sample is `cell` gives to a segment of the ray.
@@ -45,9 +85,13 @@ fn add_segment(ray: Ray, cell: vec3<i32>, first: f32, end: f32) {
         sum += matter(entry) * min(depth, MOST_DEPTH);
         return;
     }
+    if is_scaled {
+        add_scaled(ray, low, high, first, end);
+        return;
+    }
     var nodes = SPLINE_NODES;
     var node_weights = SPLINE_WEIGHTS;
-    if support == 2u {
+    if tents {
         nodes = TENT_NODES;
         node_weights = TENT_WEIGHTS;
     }

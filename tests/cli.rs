@@ -953,6 +953,46 @@ fn a_rendered_exr_is_the_references_light_and_the_png_is_its_display_form() {
     stats_are_complete(&stats, grid_kernels(&scene).len());
 }
 
+/// Wider, narrower, and at the natural width the same bytes as without.
+#[test]
+fn the_extent_changes_pictures_of_the_exact_mode() {
+    if !can_draw() {
+        return;
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let drawn = |name: &str, flags: &[&str]| {
+        let path = folder.path().join(name).to_str().expect("UTF-8").to_owned();
+        let command = ["render", "demo:shells:16", "-o", &path, "--resolution", "48,40"];
+        let run = voxsplat(&[&command[..], flags].concat());
+        assert!(run.status.success(), "{}", errors(&run));
+        std::fs::read(path).expect("a picture")
+    };
+    let natural = drawn("natural.exr", &[]);
+    assert_eq!(natural, drawn("same.exr", &["--extent", "2"]));
+    let mut seen = vec![natural];
+    for extent in ["0.5", "1.2", "3", "8"] {
+        let found = drawn(&format!("{extent}.exr"), &["--extent", extent]);
+        assert!(!seen.contains(&found), "--extent {extent} changes nothing");
+        seen.push(found);
+    }
+    for (extent, kernel, range) in
+        [("1e-6", "bspline", "between 0.5 and 8"), ("1e6", "linear", "between 0.5 and 2")]
+    {
+        let run = voxsplat(&[
+            "render",
+            "demo:shells:16",
+            "-o",
+            "none.png",
+            "--extent",
+            extent,
+            "--kernel",
+            kernel,
+        ]);
+        let said = errors(&run);
+        assert!(run.status.code() == Some(2) && said.contains(range), "{said}");
+    }
+}
+
 fn stats_are_complete(path: &str, kernels: usize) {
     let text = std::fs::read_to_string(path).expect("statistics");
     let stats: Value = serde_json::from_str(&text).expect("JSON");

@@ -23,7 +23,7 @@ use voxsplat::app::document::Source;
 use voxsplat::app::settings::Settings;
 use voxsplat::core::{Projection, Srgb8};
 use voxsplat::kernel::Kernel;
-use voxsplat::scene::{Annotation, Background, NamedView, Orientation, UpAxis};
+use voxsplat::scene::{Annotation, Background, NamedView, Orientation, SplatSettings, UpAxis};
 use voxsplat::task::annotations::{draw, laid_out};
 use voxsplat::task::engine::{Effort, Ladder};
 use voxsplat::transfer::{ColourMap, ColourSource};
@@ -673,6 +673,11 @@ fn sliders_and_choices_change_the_scene() {
     let mut bench = Bench::opened();
     bench.set_slider("Extent", 2.5);
     assert_eq!(bench.window().scene().unwrap().splat.extent, Some(2.5));
+    let extent = bench.harness.get_by_role_and_label(Role::Slider, "Extent");
+    assert!(!extent.accesskit_node().is_disabled(), "the exact mode has one");
+    // The exact mode stays the exact mode.
+    let wide = SplatSettings { extent: Some(2.5), ..SplatSettings::EXACT };
+    assert!(bench.last_request().scene.splat.makes_same_picture(&wide));
     bench.harness.get_by_label("Reset extent").click();
     bench.harness.run_steps(2);
     assert_eq!(bench.window().scene().unwrap().splat.extent, None);

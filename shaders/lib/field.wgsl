@@ -11,6 +11,8 @@ const NEAREST: u32 = 0u;
 const LINEAR: u32 = 1u;
 const GAUSSIAN: u32 = 2u;
 const CUBIC: u32 = 3u;
+const NARROW_BSPLINE: u32 = 5u;
+const SCALED_TENT: u32 = 6u;
 
 override kernel: u32 = 4u;
 // Samples to either side of a position that a radial kernel reaches.
@@ -55,6 +57,31 @@ fn bspline_weights(f: f32) -> vec4<f32> {
         4.0 - 6.0 * g2 + 3.0 * g2 * g,
         f2 * f,
     ) / 6.0;
+}
+
+// What four samples weigh by B-splines narrower than natural, or by tents of another width, normalised. Where none is
+// in reach, the nearest alone.
+fn scaled_weights(f: f32) -> vec4<f32> {
+    let x = abs(vec4<f32>(f + 1.0, f, f - 1.0, f - 2.0)) / slabs.table.z;
+    let inner = max(vec4<f32>(1.0) - x, vec4<f32>(0.0));
+    var h = inner;
+    if kernel == NARROW_BSPLINE {
+        let outer = max(vec4<f32>(2.0) - x, vec4<f32>(0.0));
+        h = outer * outer * outer - 4.0 * (inner * inner * inner);
+    }
+    let total = h.x + h.y + h.z + h.w;
+    if total > 0.0 {
+        return h / total;
+    }
+    return select(vec4<f32>(0.0, 1.0, 0.0, 0.0), vec4<f32>(0.0, 0.0, 1.0, 0.0), f >= 0.5);
+}
+
+// What four samples of an axis weigh.
+fn weights4(f: f32) -> vec4<f32> {
+    if kernel == NARROW_BSPLINE || kernel == SCALED_TENT {
+        return scaled_weights(f);
+    }
+    return bspline_weights(f);
 }
 
 fn row4(index: u32, w: vec4<f32>) -> f32 {
@@ -188,9 +215,9 @@ fn value(position: vec3<f32>) -> vec2<f32> {
         } else if kernel == CUBIC || kernel == GAUSSIAN {
             stored = radial_mean(corner, f);
         } else {
-            let wx = bspline_weights(f.x);
-            let wy = bspline_weights(f.y);
-            let wz = bspline_weights(f.z);
+            let wx = weights4(f.x);
+            let wy = weights4(f.y);
+            let wz = weights4(f.z);
             let i = stored_index(corner - vec3<i32>(1));
             let plane = slabs.stored.x * slabs.stored.y;
             stored = wz.x * plane4(i, wx, wy) + wz.y * plane4(i + plane, wx, wy)

@@ -7,7 +7,7 @@ use super::buffers::Growing;
 use super::context::Context;
 use crate::core::{Cancelled, Ticket};
 use crate::hierarchy::{EMPTY_BRICK, distances, widen};
-use crate::kernel::{BOUND_BRICK, Bounds, Coefficients, Kernel, RadialKernel, Weighs, mirrored};
+use crate::kernel::{BOUND_BRICK, Bounds, Coefficients, Kernel, Weighs, mirrored};
 use crate::transfer::Cumulative;
 use crate::volume::{ScalarType, ScalarVolume};
 
@@ -62,18 +62,6 @@ pub(super) struct DeviceField {
     size_bytes: u64,
 }
 
-/// Samples to either side of a position that take part in its value.
-pub(super) fn window(kernel: Kernel, extent: Option<f64>) -> usize {
-    match kernel {
-        Kernel::Point | Kernel::Nearest | Kernel::Linear => 1,
-        Kernel::BSpline => 2,
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "1..=16")]
-        Kernel::Gaussian | Kernel::Cubic | Kernel::Gouraud => RadialKernel::new(kernel, extent)
-            .map_or(2.0, |radial| radial.radius().ceil().clamp(1.0, 16.0))
-            as usize,
-    }
-}
-
 impl DeviceField {
     pub(super) fn upload(
         context: &Context,
@@ -88,7 +76,7 @@ impl DeviceField {
         let volume_dims = averaged.as_ref().map_or(dims, |averaged| averaged.volume_dims);
         let end = volume_dims.map(|n| n as f64 / f64::from(1_u32 << level) - 0.5);
         let widths = averaged.map(|averaged| averaged.half_widths);
-        let pad = window(kernel, extent);
+        let pad = kernel.window(extent);
         let stored = dims.map(|n| n + 2 * pad);
         let has_widths = widths.is_some();
         // Widths take the same steps as means, and may be far greater than what those span.
@@ -174,7 +162,7 @@ impl DeviceField {
             chunks.push(buffer);
         }
         let weighs = match kernel {
-            Kernel::BSpline if extent.is_none() => Weighs::Splines,
+            Kernel::BSpline if kernel.stretch(extent) == 1.0 => Weighs::Splines,
             _ => Weighs::Samples(pad),
         };
         let bounds_of =

@@ -32,6 +32,9 @@ pub(super) enum Layering {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) struct Variant {
     pub(super) kernel: Kernel,
+    /// Of products, samples of an axis in reach of a place; and whether they are of another than their natural width.
+    pub(super) support: u32,
+    pub(super) is_scaled: bool,
     pub(super) layering: Layering,
     pub(super) opacity_model: OpacityModel,
     pub(super) order: Order,
@@ -46,6 +49,9 @@ impl Variant {
         let whole = settings.sheets_per_kernel == 1 || settings.kernel == Kernel::Point;
         Self {
             kernel: settings.kernel,
+            support: support(settings),
+            is_scaled: settings.kernel.is_separable()
+                && settings.kernel.scale(settings.extent) != 1.0,
             layering: match settings.visibility {
                 Visibility::EverySample => Layering::Sample,
                 Visibility::Sheets if whole => Layering::Slice,
@@ -95,9 +101,11 @@ impl Variant {
             constants.extend(vector_constants());
         }
         match self.kernel {
-            Kernel::Nearest => constants.push(("support", 1.0)),
-            Kernel::Linear => constants.push(("support", 2.0)),
-            Kernel::BSpline => constants.push(("support", 4.0)),
+            Kernel::Nearest | Kernel::Linear | Kernel::BSpline => {
+                constants.push(("support", f64::from(self.support)));
+                constants.push(("tents", flag(self.kernel == Kernel::Linear)));
+                constants.push(("is_scaled", flag(self.is_scaled)));
+            }
             Kernel::Point | Kernel::Gaussian | Kernel::Cubic | Kernel::Gouraud => {
                 constants.push(("points", flag(self.kernel == Kernel::Point)));
                 if let Some(radial) = RadialKernel::new(self.kernel, None) {
@@ -108,6 +116,16 @@ impl Variant {
         }
         constants
     }
+}
+
+/// Samples that a cell has along each axis; 1 of kernels that are not gathered cell by cell.
+fn support(settings: &SplatSettings) -> u32 {
+    if !settings.kernel.is_separable() {
+        return 1;
+    }
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "2..=16")]
+    let side = settings.kernel.reach(settings.extent).ceil().clamp(1.0, 8.0) as u32;
+    2 * side
 }
 
 /// What the gathering passes keep on the device.

@@ -10,7 +10,7 @@ use super::buffers::Growing;
 use super::clock::Timestamps;
 use super::compute::{buffer, buffers, dispatch, rows_of, view as picture_at};
 use super::context::Context;
-use super::field::{DeviceField, FIELD_CHUNKS, Format, window};
+use super::field::{DeviceField, FIELD_CHUNKS, Format};
 use super::inside::{InsideVariant, Opening};
 use super::layout::{self, narrow, narrow4};
 use super::marks::Marked;
@@ -23,7 +23,7 @@ use super::shader::{self, Among};
 use super::vectors::DeviceVectors;
 use crate::core::Ticket;
 use crate::hierarchy::Speck;
-use crate::kernel::{Coefficients, Kernel, RadialKernel};
+use crate::kernel::{Coefficients, Kernel};
 use crate::scene::{AlongRay, Classify, OpacityModel, Order, SplatSettings, View};
 use crate::transfer::Cumulative;
 use crate::volume::ScalarVolume;
@@ -291,10 +291,9 @@ impl SlabPass {
         let [first, last] = table.shown;
         constants.end = [ex, ey, ez, last];
         constants.stored =
-            [sx, sy, field.chunk_words, window(settings.kernel, settings.extent) as u32];
+            [sx, sy, field.chunk_words, settings.kernel.window(settings.extent) as u32];
         constants.bricks = [bx, by, bz, table.count];
-        let stretch =
-            RadialKernel::new(settings.kernel, settings.extent).map_or(1.0, |k| k.scale());
+        let stretch = settings.kernel.stretch(settings.extent);
         constants.table = [table.coordinate[0], table.coordinate[1], narrow(stretch), first];
         [constants.below, constants.beyond] = table.ends;
         let side = view.rays_per_side(settings.kernel, settings.extent);
@@ -335,12 +334,15 @@ impl SlabPass {
             true => shader::PROJECT_VALUES,
             false => shader::slabs(looks.shade.is_some(), among),
         };
+        let is_natural = settings.kernel.stretch(settings.extent) == 1.0;
         let kernel = match settings.kernel {
             Kernel::Point | Kernel::Nearest => 0.0,
-            Kernel::Linear => 1.0,
+            Kernel::Linear if is_natural => 1.0,
             Kernel::Gaussian => 2.0,
             Kernel::Cubic | Kernel::Gouraud => 3.0,
-            Kernel::BSpline => 4.0,
+            Kernel::BSpline if is_natural => 4.0,
+            Kernel::BSpline => 5.0,
+            Kernel::Linear => 6.0,
         };
         let format = match field.format {
             Format::Pairs => 0.0,
@@ -363,7 +365,7 @@ impl SlabPass {
         if let Some(shade) = &looks.shade {
             constants.extend(shade.constants());
             constants.push(match settings.kernel {
-                Kernel::BSpline => ("growth", 0.0),
+                Kernel::BSpline if is_natural => ("growth", 0.0),
                 _ if shade.quickly => ("growth", 1.0),
                 _ => ("growth", 2.0),
             });

@@ -1,9 +1,14 @@
 //! The kernels there are.
 
+use std::ops::RangeInclusive;
+
 use serde::{Deserialize, Serialize};
 
-use super::RadialKernel;
+use super::{MOST_EXTENT, MOST_TENT_EXTENT, RadialKernel, Separable};
 use crate::core::names;
+
+/// The least splat radius, voxels, of kernels that are products: half the distance between samples.
+const LEAST_SEPARABLE_EXTENT: f64 = 0.5;
 
 /// A reconstruction kernel, in units of one voxel: radial, a box, or on lattices separable.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -49,9 +54,49 @@ impl Kernel {
     /// not apply.
     pub fn natural_extent(self) -> Option<f64> {
         match self {
-            Self::Point | Self::Nearest | Self::Linear | Self::BSpline => None,
-            Self::Gaussian => Some(2.0),
+            Self::Point | Self::Nearest => None,
+            Self::Linear => Some(1.0),
+            Self::Gaussian | Self::BSpline => Some(2.0),
             Self::Cubic | Self::Gouraud => Some(1.556),
+        }
+    }
+
+    /// The splat radii, voxels, that it is drawn with where it has one. Products of narrower kernels would leave
+    /// gaps; tents of a wider one have more than four samples an axis in reach.
+    pub fn extents(self) -> RangeInclusive<f64> {
+        match self {
+            Self::Linear => LEAST_SEPARABLE_EXTENT..=MOST_TENT_EXTENT,
+            Self::BSpline => LEAST_SEPARABLE_EXTENT..=MOST_EXTENT,
+            _ => f64::MIN_POSITIVE..=f64::MAX,
+        }
+    }
+
+    /// s = E/E₀: how much wider than natural it is at a splat radius of `extent`; 1 where extent does
+    /// not apply.
+    pub fn scale(self, extent: Option<f64>) -> f64 {
+        match (extent, self.natural_extent()) {
+            (Some(extent), Some(natural)) => extent / natural,
+            _ => 1.0,
+        }
+    }
+
+    /// How much wider than natural the kernels are by which engines weigh its coefficients at a splat radius of
+    /// `extent`: wide B-splines are brought back to natural ones (see [`super::coefficients`]).
+    pub fn stretch(self, extent: Option<f64>) -> f64 {
+        let scale = self.scale(extent);
+        if self == Self::BSpline { scale.min(1.0) } else { scale }
+    }
+
+    /// Samples to either side of a place, along each axis, that engines weigh there.
+    pub fn window(self, extent: Option<f64>) -> usize {
+        match self {
+            Self::Point | Self::Nearest => 1,
+            Self::Linear if self.stretch(extent) == 1.0 => 1,
+            Self::Linear | Self::BSpline => 2,
+            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "1..=16")]
+            Self::Gaussian | Self::Cubic | Self::Gouraud => RadialKernel::new(self, extent)
+                .map_or(2.0, |radial| radial.radius().ceil().clamp(1.0, 16.0))
+                as usize,
         }
     }
 
@@ -60,8 +105,9 @@ impl Kernel {
     pub fn reach(self, extent: Option<f64>) -> f64 {
         match self {
             Self::Point | Self::Nearest => 0.5,
-            Self::Linear => 1.0,
-            Self::BSpline => 2.0,
+            Self::Linear | Self::BSpline => {
+                Separable::new(self, extent).map_or(1.0, Separable::radius)
+            }
             Self::Gaussian | Self::Cubic | Self::Gouraud => {
                 RadialKernel::new(self, extent).map_or(1.0, RadialKernel::radius)
             }
@@ -77,5 +123,13 @@ impl Kernel {
     /// separable ones, which project to no ellipse.
     pub fn splatted(self) -> Self {
         if self.is_separable() { Self::Cubic } else { self }
+    }
+
+    /// The splat radius at which [`Kernel::splatted`] is as much wider than natural as this is at `extent`.
+    pub fn splatted_extent(self, extent: Option<f64>) -> Option<f64> {
+        if !self.is_separable() {
+            return extent;
+        }
+        extent.and(self.splatted().natural_extent()).map(|natural| natural * self.scale(extent))
     }
 }

@@ -15,7 +15,8 @@ mod slab_share;
 
 pub use bounds::{BOUND_BRICK, Bounds, Weighs, mirrored};
 pub use coefficients::{
-    Averaged, Coefficients, CoefficientsError, MOST_EXTENT, Residual, coefficients, nearest_tents,
+    Averaged, Coefficients, CoefficientsError, MOST_EXTENT, MOST_TENT_EXTENT, Residual,
+    coefficients, nearest_tents,
 };
 pub use ellipse::{ProjectedKernel, perspective_jacobian};
 pub use gouraud::{MeshVertex, SplatMesh, Subdivisions};

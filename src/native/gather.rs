@@ -32,8 +32,8 @@ impl<S: Simd> Walk<'_, '_, S> {
     /// All of the way.
     #[inline(always)]
     pub(super) fn along(&mut self) {
-        if let Shape::Separable(side) = self.grid.shape {
-            return self.along_slabs(side);
+        if let Shape::Separable(product) = self.grid.shape {
+            return self.along_slabs(product);
         }
         let slices = self.line.slices(self.laying.simd, self.grid);
         if slices[0] > slices[1] {

@@ -45,8 +45,17 @@ pub(super) enum Shape {
     Box,
     /// All of it in one pixel.
     Point,
-    /// A product of tents, or of cubic B-splines: so many samples to either side of a place.
-    Separable(i32),
+    /// A product of tents, or of cubic B-splines.
+    Separable(Product),
+}
+
+/// A product of tents, or of cubic B-splines, so many times wider than natural.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Product {
+    pub is_tent: bool,
+    pub scale: f32,
+    /// So many samples to either side of a place.
+    pub side: i32,
 }
 
 /// What eight rays have of one kernel.
@@ -198,8 +207,11 @@ impl Grid {
                 Shape::Radial(FootprintPolynomial::of(radial), SlabShare::of(radial))
             }
             (Kernel::Point, _) => Shape::Point,
-            (Kernel::Linear, _) => Shape::Separable(1),
-            (Kernel::BSpline, _) => Shape::Separable(2),
+            (Kernel::Linear | Kernel::BSpline, _) => Shape::Separable(Product {
+                is_tent: mode.kernel == Kernel::Linear,
+                scale: mode.kernel.scale(mode.extent) as f32,
+                side: mode.kernel.reach(mode.extent).ceil() as i32,
+            }),
             _ => Shape::Box,
         };
         let points = Points {
@@ -213,7 +225,7 @@ impl Grid {
         let reach = match shape {
             Shape::Radial(..) => DVec3::splat(radius),
             Shape::Box => DVec3::splat(0.5),
-            Shape::Separable(side) => DVec3::splat(f64::from(side)),
+            Shape::Separable(product) => DVec3::splat(f64::from(product.side)),
             Shape::Point => {
                 // Half a pixel, and what counts to it, at the far end.
                 let m = view.view_from_index;

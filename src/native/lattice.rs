@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::bricks::{self, BRICK};
 use super::lanes::{LANES, Lanes, Mask, Vec3, all, choose, columns, exponential};
 use crate::core::{Cancelled, Ticket};
-use crate::kernel::{Bounds, Coefficients, Kernel, RadialKernel, Weighs, mirrored};
+use crate::kernel::{Bounds, Coefficients, Kernel, Weighs, mirrored};
 use crate::scene::{Reconstruction, SplatSettings};
 use crate::volume::ScalarVolume;
 
@@ -35,7 +35,7 @@ pub(super) struct Lattice {
     /// Stored samples in a row, and in a plane.
     row: i32,
     plane: i32,
-    /// What distances are divided by before a radial kernel.
+    /// What distances are divided by before a kernel of another than its natural width.
     stretch: f32,
     /// It is for quick pictures.
     is_quick: bool,
@@ -51,26 +51,14 @@ pub(super) enum Method {
     BSpline,
     /// Eight samples by tents.
     Linear,
-    /// Any other kernel.
+    /// Any other kernel, or width.
     Other,
-}
-
-/// Samples to either side of a position that take part in its value.
-fn window(kernel: Kernel, extent: Option<f64>) -> usize {
-    match kernel {
-        Kernel::Point | Kernel::Nearest | Kernel::Linear => 1,
-        Kernel::BSpline => 2,
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "1..=16")]
-        Kernel::Gaussian | Kernel::Cubic | Kernel::Gouraud => RadialKernel::new(kernel, extent)
-            .map_or(2.0, |radial| radial.radius().ceil().clamp(1.0, 16.0))
-            as usize,
-    }
 }
 
 impl Lattice {
     /// Samples that it stores of a volume in a mode; `None` where they overflow.
     pub(super) fn stored(dims: [usize; 3], mode: &SplatSettings) -> Option<usize> {
-        let pad = 2 * window(mode.kernel, mode.extent);
+        let pad = 2 * mode.kernel.window(mode.extent);
         dims.iter().try_fold(1_usize, |n, &d| n.checked_mul(d + pad))
     }
 
@@ -87,7 +75,7 @@ impl Lattice {
     ) -> Result<Self, Cancelled> {
         let Coefficients { dims, values, bias, holes, .. } = coefficients;
         let SplatSettings { kernel, extent, reconstruction, .. } = *mode;
-        let pad = window(kernel, extent);
+        let pad = kernel.window(extent);
         let [sx, sy, sz] = dims.map(|n| n + 2 * pad);
         let place: [Vec<usize>; 3] =
             [0, 1, 2].map(|a| (0..dims[a] + 2 * pad).map(|i| mirrored(i, pad, dims[a])).collect());
@@ -106,8 +94,9 @@ impl Lattice {
             }
             Ok(())
         })?;
+        let stretch = kernel.stretch(extent);
         let weighs = match kernel {
-            Kernel::BSpline => Weighs::Splines,
+            Kernel::BSpline if stretch == 1.0 => Weighs::Splines,
             _ => Weighs::Samples(pad),
         };
         let bricks = bricks::bounds(&values, dims, weighs, ticket)?;
@@ -123,7 +112,7 @@ impl Lattice {
             pad,
             row: sx as i32,
             plane: (sx * sy) as i32,
-            stretch: RadialKernel::new(kernel, extent).map_or(1.0, |k| k.scale() as f32),
+            stretch: stretch as f32,
             is_quick,
             holes,
             near_holes: OnceLock::new(),
@@ -146,8 +135,8 @@ impl Lattice {
     /// How its values are found.
     pub(super) fn method(&self) -> Method {
         match self.kernel {
-            Kernel::BSpline => Method::BSpline,
-            Kernel::Linear => Method::Linear,
+            Kernel::BSpline if self.stretch == 1.0 => Method::BSpline,
+            Kernel::Linear if self.stretch == 1.0 => Method::Linear,
             _ => Method::Other,
         }
     }
@@ -330,7 +319,35 @@ impl Lattice {
         }
     }
 
-    /// Boxes, and radial kernels, normalised.
+    /// What four samples of an axis weigh at `f` beyond the second, by B-splines narrower than natural, or by tents of
+    /// another width, normalised. Where none is in reach, the nearest alone.
+    #[inline(always)]
+    fn scaled_weights<S: Simd>(&self, simd: S, f: Lanes<S>) -> [Lanes<S>; 4] {
+        let (zero, one) = (all(simd, 0.0), all(simd, 1.0));
+        let h = [f + 1.0, f, one - f, all(simd, 2.0) - f].map(
+            #[inline(always)]
+            |x| {
+                let x = x * (1.0 / self.stretch);
+                let inner = (one - x).max(zero);
+                if self.kernel == Kernel::Linear {
+                    return inner;
+                }
+                let outer = (all(simd, 2.0) - x).max(zero);
+                outer * outer * outer - inner * inner * inner * 4.0
+            },
+        );
+        let total = h[0] + h[1] + (h[2] + h[3]);
+        let is_met = total.simd_gt(zero);
+        let share = one / choose(is_met, total, one);
+        let far = choose(f.simd_ge(all(simd, 0.5)), one, zero);
+        let alone = [zero, one - far, far, zero];
+        [0, 1, 2, 3].map(
+            #[inline(always)]
+            |i| choose(is_met, h[i] * share, alone[i]),
+        )
+    }
+
+    /// Boxes, kernels of another than their natural width, and radial ones, normalised.
     #[inline(always)]
     fn other<S: Simd>(&self, simd: S, place: Vec3<S>) -> Lanes<S> {
         if matches!(self.kernel, Kernel::Point | Kernel::Nearest) {
@@ -346,6 +363,15 @@ impl Lattice {
             return Lanes::load_array(simd, taps);
         }
         let (cell, f) = self.cell(simd, place);
+        if self.kernel.is_separable() {
+            let at = self.stored_at(simd, cell, 1);
+            let [wx, wy, wz] = f.map(
+                #[inline(always)]
+                |f| self.scaled_weights(simd, f),
+            );
+            let [a, b, c, d] = self.rows::<S, 4, 16>(simd, at, &products(simd, wy, wz));
+            return a.mul_add(wx[0], b.mul_add(wx[1], c.mul_add(wx[2], d * wx[3])));
+        }
         let before = self.pad - 1;
         let at = self.stored_at(simd, cell, before);
         let scale = 1.0 / self.stretch;

@@ -94,7 +94,7 @@ impl Nodes {
     pub(super) fn new(plan: &Plan, nodes: &[Node], ticket: &Ticket) -> Result<Self, NotBegun> {
         let (view, mode) = (plan.view(), &plan.mode);
         let kernel = mode.kernel.splatted();
-        let radial = RadialKernel::new(kernel, mode.extent);
+        let radial = RadialKernel::new(kernel, mode.splatted_extent());
         let shape = match (kernel, radial) {
             (_, Some(radial)) => {
                 Shape::Radial(FootprintPolynomial::of(radial), SlabShare::of(radial))

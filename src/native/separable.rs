@@ -3,7 +3,7 @@
 use fearless_simd::{Simd, prelude::*};
 
 use super::gather::Walk;
-use super::grid::{Line, Run, least, most, within};
+use super::grid::{Line, Product, Run, least, most, within};
 use super::lanes::{LANES, Lanes, Look, Mask, Vec3, all, any, choose};
 use super::laying::MOST_AMOUNT;
 use super::passing::Sum;
@@ -16,12 +16,19 @@ const TENTS: [&[f32]; 2] = [&[0.211_324_87, 0.788_675_1], &[0.5, 0.5]];
 const SPLINES: [&[f32]; 2] =
     [&[0.112_701_67, 0.5, 0.887_298_35], &[5.0 / 18.0, 4.0 / 9.0, 5.0 / 18.0]];
 
+/// Parts that a cell is summed up in where kernels are of another than their natural width, for each of it where they
+/// are narrower.
+const TENT_PARTS: f32 = 4.0;
+const SPLINE_PARTS: f32 = 2.0;
+/// Samples of an axis in reach of a place, at most: of B-splines four times as wide as natural.
+const MOST_TAPS: usize = 16;
+
 impl<S: Simd> Walk<'_, '_, S> {
-    /// Slabs of kernels that are products of tents, or of cubic B-splines, so many samples to either side.
+    /// Slabs of kernels that are products of tents, or of cubic B-splines.
     #[inline(always)]
     #[expect(clippy::cast_possible_truncation, reason = "at most 2²⁰ slabs")]
-    pub(super) fn along_slabs(&mut self, side: i32) {
-        let simd = self.laying.simd;
+    pub(super) fn along_slabs(&mut self, product: Product) {
+        let (simd, side) = (self.laying.simd, product.side);
         let (enter, leave) = (self.line.enter, self.line.leave);
         let first = least(simd, self.line.is_in, self.laying.faces.place(enter)).floor() as i32;
         let last = most(simd, self.line.is_in, self.laying.faces.place(leave)).floor() as i32;
@@ -45,7 +52,7 @@ impl<S: Simd> Walk<'_, '_, S> {
             if !self.slabs_may_show(slab, slab, side) {
                 continue;
             }
-            let sum = self.slab(slab, side);
+            let sum = self.slab(slab, product);
             if any(sum.weight.simd_gt(all(simd, 0.0))) {
                 self.laying
                     .lay_layer(if self.laying.rule.back_to_front { -slab } else { slab }, &sum);
@@ -92,7 +99,7 @@ impl<S: Simd> Walk<'_, '_, S> {
     /// What a slab has, cell by cell: within one the same samples contribute, as polynomials of degree 3 along a ray for
     /// tents, 9 for B-splines. Quadrature is exact for tents, and near exact for B-splines.
     #[inline(always)]
-    fn slab(&self, slab: i32, side: i32) -> Sum<S> {
+    fn slab(&self, slab: i32, product: Product) -> Sum<S> {
         let simd = self.laying.simd;
         let [mut at, end] = self.ends_of(slab);
         let mut sum = Look::splat(simd, [0.0; 4]);
@@ -117,10 +124,96 @@ impl<S: Simd> Walk<'_, '_, S> {
                 let moves = self.line.unit[k].abs().simd_ge(all(simd, 1e-9));
                 next = choose(moves & to.simd_gt(at), next.min(to), next);
             }
-            self.add_segment(is_left, [at, next], side, &mut sum);
+            if product.scale == 1.0 {
+                self.add_segment(is_left, [at, next], product.side, &mut sum);
+            } else {
+                self.add_scaled(is_left, [at, next], product, &mut sum);
+            }
             at = choose(is_left, next, at);
         }
         sum
+    }
+
+    /// Adds what a cell gives to the segment of each ray in it, of kernels of another than their natural width: these
+    /// begin, end and bend anywhere in a cell, so that it is summed up in parts.
+    #[inline(always)]
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "an axis has at most 65535 samples, a cell a few dozen parts"
+    )]
+    fn add_scaled(
+        &self,
+        is_left: Mask<S>,
+        [begin, end]: [Lanes<S>; 2],
+        product: Product,
+        sum: &mut Sum<S>,
+    ) {
+        let simd = self.laying.simd;
+        let Product { is_tent, scale, side } = product;
+        let [nodes, weights] = if is_tent { TENTS } else { SPLINES };
+        let parts =
+            (if is_tent { TENT_PARTS } else { SPLINE_PARTS } / scale.min(1.0)).ceil() as usize;
+        let count = 2 * side as usize;
+        let part = (end - begin).max(all(simd, 0.0)) * (1.0 / parts as f32);
+        let length = part * (self.laying.packet.stretch / (scale * scale * scale));
+        let middle = (begin + end) * 0.5;
+        let mut first = [[0_i32; LANES]; 3];
+        let mut cells = [all(simd, 0.0); 3];
+        for k in 0..3 {
+            cells[k] = self.line.direction[k].mul_add(middle, self.line.origin[k]).floor();
+            for (lane, found) in first[k].iter_mut().enumerate() {
+                *found = cells[k][lane] as i32 - (side - 1);
+            }
+        }
+        let [low, high] = [self.grid.low, self.grid.high];
+        let mut light = [[0.0_f32; LANES]; 4];
+        for piece in 0..parts {
+            for (&node, &share) in nodes.iter().zip(weights) {
+                let t = (part).mul_add(all(simd, piece as f32 + node), begin);
+                let mut along = [[all(simd, 0.0); MOST_TAPS]; 3];
+                for k in 0..3 {
+                    let offset = self.line.direction[k].mul_add(t, self.line.origin[k]) - cells[k];
+                    for (i, weight) in along[k].iter_mut().enumerate().take(count) {
+                        let x = (offset - (i as f32 - (side - 1) as f32)) * (1.0 / scale);
+                        *weight = scaled(simd, x, is_tent);
+                    }
+                }
+                for a in 0..count {
+                    for b in 0..count {
+                        let across = along[0][a] * along[1][b] * (length * share);
+                        if !any(across.simd_gt(all(simd, 0.0)) & is_left) {
+                            continue;
+                        }
+                        for lane in 0..LANES {
+                            let [x, y] = [first[0][lane] + a as i32, first[1][lane] + b as i32];
+                            let is_there = is_left.test(lane)
+                                && (low[0]..=high[0]).contains(&x)
+                                && (low[1]..=high[1]).contains(&y);
+                            if !is_there {
+                                continue;
+                            }
+                            let samples = self.samples.row([x, y]);
+                            for (c, weight) in along[2].iter().enumerate().take(count) {
+                                let z = first[2][lane] + c as i32;
+                                if !(low[2]..=high[2]).contains(&z) {
+                                    continue;
+                                }
+                                let Some(look) = samples.look(z) else { continue };
+                                let part = (across[lane] * weight[lane] * look[3]).min(MOST_AMOUNT);
+                                for (light, c) in light.iter_mut().zip(&look[..3]) {
+                                    light[lane] += part * c;
+                                }
+                                light[3][lane] += part;
+                            }
+                        }
+                    }
+                }
+            }
+        }
+        let [x, y, z, amount] = light.map(|light| Lanes::load_array(simd, light));
+        sum.colour = sum.colour.add(Vec3 { x, y, z });
+        sum.weight += amount;
     }
 
     /// Adds what a cell gives to the segment of each ray in it.
@@ -226,4 +319,16 @@ fn basis<S: Simd>(simd: S, f: Lanes<S>, side: i32) -> [Lanes<S>; 4] {
         (x * x).mul_add(x * 0.5 - one, all(simd, 2.0 / 3.0))
     };
     [g * g * g * sixth, inner(f), inner(g), f * f * f * sixth]
+}
+
+/// The kernel in one dimension, `x` natural widths of a sample from its middle.
+#[inline(always)]
+fn scaled<S: Simd>(simd: S, x: Lanes<S>, is_tent: bool) -> Lanes<S> {
+    let (zero, x) = (all(simd, 0.0), x.abs());
+    let inner = (all(simd, 1.0) - x).max(zero);
+    if is_tent {
+        return inner;
+    }
+    let outer = (all(simd, 2.0) - x).max(zero);
+    (outer * outer * outer - inner * inner * inner * 4.0) * (1.0 / 6.0)
 }

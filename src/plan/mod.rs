@@ -262,7 +262,7 @@ impl Plan {
     /// Of samples that are shaded first.
     fn way_of_samples(&self) -> Way {
         let view = self.view();
-        let radial = RadialKernel::new(self.mode.kernel.splatted(), self.mode.extent);
+        let radial = RadialKernel::new(self.mode.kernel.splatted(), self.mode.splatted_extent());
         // Splats are nowhere under a pixel: the pyramid level whose nodes are not.
         let is_small = radial.is_some_and(|k| k.radius() * view.voxel_pixels() < 1.0);
         let takes_rays = self.mode.takes_several_rays(&view) || self.is_gathered();

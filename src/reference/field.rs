@@ -19,6 +19,8 @@ pub(super) enum Shape {
     Nearest,
     /// Products of three weights.
     Separable(Basis),
+    /// The same of kernels that are so many times wider than natural, not 1, normalised.
+    Scaled(Basis, f64),
     /// Σ cᵢ hᵢ / Σ hᵢ.
     Radial(RadialKernel),
 }
@@ -46,6 +48,40 @@ impl Basis {
         }
     }
 
+    /// How far the one-dimensional kernel reaches.
+    pub(super) fn reach(self) -> f64 {
+        match self {
+            Self::Tent => 1.0,
+            Self::CubicBSpline => 2.0,
+        }
+    }
+
+    /// Of kernels `scale` times wider than natural: h(x/s) at x samples from its middle.
+    pub(super) fn scaled(self, x: f64, scale: f64) -> f64 {
+        let x = (x / scale).abs();
+        match self {
+            _ if x >= self.reach() => 0.0,
+            Self::Tent => 1.0 - x,
+            Self::CubicBSpline if x > 1.0 => (2.0 - x).powi(3) / 6.0,
+            Self::CubicBSpline => (4.0 - 6.0 * x * x + 3.0 * x.powi(3)) / 6.0,
+        }
+    }
+
+    /// Σ over the samples of an axis of what they weigh at a place, h((x − i)/s) / Σ h((x − i)/s), times `of`. Where
+    /// none is in reach, the nearest alone: what is left as they narrow until they do not meet.
+    fn mean(self, scale: f64, x: f64, of: impl Fn(i64) -> f64) -> f64 {
+        let reach = scale * self.reach();
+        let (mut sum, mut total) = (0.0, 0.0);
+        for i in (x - reach).ceil() as i64..=(x + reach).floor() as i64 {
+            let h = self.scaled(x - i as f64, scale);
+            if h > 0.0 {
+                sum += h * of(i);
+                total += h;
+            }
+        }
+        if total > 0.0 { sum / total } else { of((x + 0.5).floor() as i64) }
+    }
+
     /// Degree along any line within a cell.
     pub(super) fn degree(self) -> usize {
         match self {
@@ -61,11 +97,25 @@ impl Shape {
         match kernel {
             Kernel::Point => None,
             Kernel::Nearest => Some(Self::Nearest),
-            Kernel::Linear => Some(Self::Separable(Basis::Tent)),
-            Kernel::BSpline => Some(Self::Separable(Basis::CubicBSpline)),
+            Kernel::Linear | Kernel::BSpline => {
+                let is_tent = kernel == Kernel::Linear;
+                let basis = if is_tent { Basis::Tent } else { Basis::CubicBSpline };
+                let scale = extent.map_or(1.0, |extent| extent / basis.reach());
+                let is_natural = scale == 1.0;
+                Some(if is_natural { Self::Separable(basis) } else { Self::Scaled(basis, scale) })
+            }
             Kernel::Gaussian | Kernel::Cubic | Kernel::Gouraud => {
                 RadialKernel::new(kernel, extent).map(Self::Radial)
             }
+        }
+    }
+
+    /// Of products, the kernel in one dimension, and how many times wider than natural it is.
+    pub(super) fn product(self) -> Option<(Basis, f64)> {
+        match self {
+            Self::Separable(basis) => Some((basis, 1.0)),
+            Self::Scaled(basis, scale) => Some((basis, scale)),
+            Self::Nearest | Self::Radial(_) => None,
         }
     }
 
@@ -73,8 +123,8 @@ impl Shape {
     pub(super) fn reach(self) -> f64 {
         match self {
             Self::Nearest => 0.5,
-            Self::Separable(Basis::Tent) => 1.0,
-            Self::Separable(Basis::CubicBSpline) => 2.0,
+            Self::Separable(basis) => basis.reach(),
+            Self::Scaled(basis, scale) => (scale * basis.reach()).max(0.5),
             Self::Radial(kernel) => kernel.radius(),
         }
     }
@@ -112,9 +162,11 @@ impl Field {
         let holes = fill_holes(&mut values, dims);
         if reconstruction == Reconstruction::Interpolating {
             match shape {
-                Shape::Separable(Basis::CubicBSpline) => prefilter(&mut values, dims),
+                Shape::Separable(Basis::CubicBSpline) | Shape::Scaled(Basis::CubicBSpline, _) => {
+                    prefilter(&mut values, dims);
+                }
                 Shape::Radial(kernel) => sharpen(&mut values, dims, kernel),
-                Shape::Nearest | Shape::Separable(Basis::Tent) => {}
+                Shape::Nearest | Shape::Separable(Basis::Tent) | Shape::Scaled(Basis::Tent, _) => {}
             }
         }
         let bricks = dims.map(|n| n.div_ceil(BRICK));
@@ -219,6 +271,12 @@ impl Field {
                 let cell = place.floor();
                 let block = self.block(cell.to_array().map(|c| c as i64));
                 Some(tensor(basis, &block, place - cell))
+            }
+            Shape::Scaled(basis, scale) => {
+                let mean = |x, of: &dyn Fn(i64) -> f64| basis.mean(scale, x, of);
+                Some(mean(place.z, &|z| {
+                    mean(place.y, &|y| mean(place.x, &|x| self.coefficient([x, y, z])))
+                }))
             }
             Shape::Radial(kernel) => {
                 let radius = kernel.radius();
@@ -423,6 +481,67 @@ mod tests {
             for place in [DVec3::ZERO, DVec3::new(-0.49, 4.3, 3.49), DVec3::new(2.5, 2.5, 1.5)] {
                 assert!((field.value(place).unwrap() - 3.5).abs() < 1e-12, "{kernel:?} {place}");
             }
+        }
+    }
+
+    /// By the kernel itself and sums over all of a mirrored lattice.
+    #[test]
+    fn products_of_any_extent_are_their_definition_and_keep_constants() {
+        let dims = [5, 3, 4];
+        let rough = volume(dims, |i| ((i * 7919 + 13) % 101) as f64);
+        let flat = volume(dims, |_| 3.5);
+        for (kernel, natural) in [(Kernel::Linear, 1.0), (Kernel::BSpline, 2.0)] {
+            let field = |volume: &ScalarVolume, extent: Option<f64>| {
+                let shape = Shape::new(kernel, extent).unwrap();
+                Field::new(volume, shape, Reconstruction::Interpolating)
+            };
+            let coefficients = field(&rough, None);
+            for scale in [0.25, 0.5, 0.8, 1.5, 2.0, 3.0] {
+                if scale * natural < 0.5 {
+                    continue;
+                }
+                let extent = Some(scale * natural);
+                let [found, constant] = [&rough, &flat].map(|volume| field(volume, extent));
+                let h = |x: f64| {
+                    let x = (x / scale).abs();
+                    match kernel {
+                        Kernel::Linear => (1.0 - x).max(0.0),
+                        _ if x < 1.0 => 2.0 / 3.0 - x * x + x * x * x / 2.0,
+                        _ => (2.0 - x).max(0.0).powi(3) / 6.0,
+                    }
+                };
+                for i in 0..40_u32 {
+                    let part = |k: u32| f64::from(i.wrapping_mul(k) % 97) / 97.0;
+                    let place = DVec3::new(part(7), part(31), part(53))
+                        * DVec3::from(dims.map(|n| n as f64))
+                        - 0.5;
+                    let (mut sum, mut total) = (0.0, 0.0);
+                    for z in -12..18 {
+                        for y in -12..18 {
+                            for x in -12..18 {
+                                let at = DVec3::from([x, y, z].map(f64::from)) - place;
+                                let weight = h(at.x) * h(at.y) * h(at.z);
+                                if weight > 0.0 {
+                                    let index = [x, y, z].map(i64::from);
+                                    sum += weight * coefficients.coefficient(index);
+                                    total += weight;
+                                }
+                            }
+                        }
+                    }
+                    if total == 0.0 {
+                        // Half-way between kernels that just meet.
+                        continue;
+                    }
+                    let value = found.value(place).unwrap();
+                    let off = (value - sum / total).abs();
+                    assert!(off < 1e-9, "{kernel:?} {scale} {place}: {value} {}", sum / total);
+                    let [low, high] = found.ranges[found.brick_of(place)];
+                    assert!((low..=high).contains(&value), "{kernel:?} {scale} {place}: {value}");
+                    assert!((constant.value(place).unwrap() - 3.5).abs() < 1e-12);
+                }
+            }
+            assert_eq!(Shape::new(kernel, Some(natural)), Shape::new(kernel, None));
         }
     }
 

@@ -190,12 +190,12 @@ pub(super) fn between_planes(
 /// The same for separable kernels: the densities' integrals over each slab.
 pub(super) fn separable_between_planes(
     grid: &GridKernels,
-    basis: Basis,
+    product: (Basis, f64),
     ray: &Line,
     planes: &Planes,
 ) -> Vec<Slice> {
     let mut layers: Vec<(i64, Density)> = Vec::new();
-    separable_cells(grid, basis, ray, |a, b, density| {
+    separable_cells(grid, product, ray, |a, b, density| {
         for layer in planes.layer_of(a)..=planes.layer_of(b) {
             let (low, high) = (a.max(planes.face(layer)), b.min(planes.face(layer + 1)));
             if high <= low {

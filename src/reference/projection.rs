@@ -53,7 +53,7 @@ pub(super) fn extreme(
 fn average(field: &Field, line: &Line, part: [f64; 2]) -> Option<f64> {
     let value = |t: f64| field.value(line.at(t)).unwrap_or(f64::NAN);
     // Radial kernels begin and end anywhere.
-    let parts = if matches!(field.shape, Shape::Radial(_)) { 16 } else { 1 };
+    let parts = if matches!(field.shape, Shape::Radial(_) | Shape::Scaled(..)) { 16 } else { 1 };
     let (mut sum, mut length) = (0.0, 0.0);
     for [a, b] in pieces(field, line, part) {
         let half = (b - a) / f64::from(2 * parts);

@@ -293,13 +293,13 @@ impl Reference {
                 };
                 woven(&slabs, &part.surfaces)
             }
-            Source::Grid(grid, Shape::Separable(basis)) => {
+            Source::Grid(grid, shape) if let Some(product) = shape.product() => {
                 if self.exact {
                     // The span only shares out the error: any measure of the volume will do.
                     let span = 2.0 * self.lattice.bounding_radius();
                     let mut light = Light::new(self.tolerance, span);
                     let mut surfaces = truth::Surfaces(polygons);
-                    truth::separable_cells(grid, *basis, &ray, |a, b, density| {
+                    truth::separable_cells(grid, product, &ray, |a, b, density| {
                         surfaces.add(&mut light, a, b, &density);
                         !light.is_opaque()
                     });
@@ -307,7 +307,7 @@ impl Reference {
                     return light.pixel();
                 }
                 let planes = self.slabs(&ray);
-                let slabs = layers::separable_between_planes(grid, *basis, &ray, &planes);
+                let slabs = layers::separable_between_planes(grid, product, &ray, &planes);
                 woven(&self.beside(slabs, &ray, &planes), polygons)
             }
             Source::Grid(grid, _) => {

@@ -280,6 +280,7 @@ impl Shader {
 pub(super) fn gradient(field: &Field, place: DVec3) -> DVec3 {
     let step = match field.shape {
         Shape::Separable(Basis::CubicBSpline) => SMOOTH_STEP,
+        Shape::Scaled(Basis::CubicBSpline, scale) if scale > 1.0 => SMOOTH_STEP,
         _ => 0.5,
     };
     let along =

@@ -162,12 +162,15 @@ pub(super) fn shade_first(
 /// `visit` gets its ends and the density at any t in it, and returns whether to go on.
 pub(super) fn separable_cells(
     grid: &GridKernels,
-    basis: Basis,
+    (basis, scale): (Basis, f64),
     ray: &Line,
     mut visit: impl FnMut(f64, f64, &dyn Fn(f64) -> Density) -> bool,
 ) {
+    if scale != 1.0 {
+        return scaled_cells(grid, (basis, scale), ray, visit);
+    }
     let line = grid.line(ray);
-    let reach = Shape::Separable(basis).reach();
+    let reach = basis.reach();
     let dims = grid.lattice.dims;
     let high = DVec3::from(dims.map(|n| n as f64)) - 1.0 + reach;
     let Some([a, b]) = line.inside(DVec3::splat(-reach), high) else { return };
@@ -192,6 +195,65 @@ pub(super) fn separable_cells(
         let density = |t: f64| {
             let fraction = line.at(t) - cell;
             [0, 1, 2, 3].map(|c| tensor(basis, &blocks[c], fraction))
+        };
+        if !visit(pair[0], pair[1], &density) {
+            return;
+        }
+    }
+}
+
+/// The same of kernels so many times wider than natural: h(x/s)/s along each axis, between the places where any of
+/// them begins, ends, or passes from one of its pieces to the next.
+fn scaled_cells(
+    grid: &GridKernels,
+    (basis, scale): (Basis, f64),
+    ray: &Line,
+    mut visit: impl FnMut(f64, f64, &dyn Fn(f64) -> Density) -> bool,
+) {
+    let line = grid.line(ray);
+    let reach = scale * basis.reach();
+    let dims = grid.lattice.dims;
+    let high = DVec3::from(dims.map(|n| n as f64)) - 1.0 + reach;
+    let Some([a, b]) = line.inside(DVec3::splat(-reach), high) else { return };
+    let mut cuts = vec![a, b];
+    for (axis, count) in dims.into_iter().enumerate() {
+        for knot in -(basis.reach() as i64)..=basis.reach() as i64 {
+            let planes = (0..count as i64).map(|i| i as f64 + knot as f64 * scale);
+            cuts.extend(line.crossings(axis, planes, [a, b]));
+        }
+    }
+    cuts.sort_by(f64::total_cmp);
+    for pair in cuts.windows(2).filter(|w| w[1] > w[0]) {
+        let middle = line.at(f64::midpoint(pair[0], pair[1]));
+        let spans: [_; 3] = std::array::from_fn(|a| {
+            (middle[a] - reach).ceil() as i64..=(middle[a] + reach).floor() as i64
+        });
+        let mut densities = Vec::new();
+        for z in spans[2].clone() {
+            for y in spans[1].clone() {
+                densities.extend(spans[0].clone().map(|x| grid.density_at([x, y, z])));
+            }
+        }
+        if densities.iter().all(|density| density[0] <= 0.0) {
+            continue;
+        }
+        let density = |t: f64| {
+            let place = line.at(t);
+            let [wx, wy, wz]: [Vec<f64>; 3] = std::array::from_fn(|a| {
+                let of = |i: i64| basis.scaled(place[a] - i as f64, scale) / scale;
+                spans[a].clone().map(of).collect()
+            });
+            let mut sum = [0.0; 4];
+            let mut next = densities.iter();
+            for z in &wz {
+                for y in &wy {
+                    for x in &wx {
+                        let Some(density) = next.next() else { break };
+                        sum.iter_mut().zip(density).for_each(|(s, d)| *s += d * (x * y * z));
+                    }
+                }
+            }
+            sum
         };
         if !visit(pair[0], pair[1], &density) {
             return;
@@ -314,11 +376,21 @@ fn visible_part(
 ) {
     let line = ray.index;
     let mut cuts = vec![a, b];
-    let halves = field.has_holes() || field.shape == Shape::Nearest;
+    let is_narrow = |shape| matches!(shape, Shape::Scaled(basis, s) if s * basis.reach() <= 0.5);
+    let halves = field.has_holes() || field.shape == Shape::Nearest || is_narrow(field.shape);
     for axis in 0..3 {
         let count = field.dims[axis] as i64;
         if let Shape::Separable(_) = field.shape {
             cuts.extend(line.crossings(axis, (0..count).map(|i| i as f64), [a, b]));
+        }
+        if let Shape::Scaled(basis, scale) = field.shape {
+            // Where a kernel of a sample on the ray's way begins, ends, or passes from a piece to the next.
+            let margin = (scale * basis.reach()).ceil() as i64 + 1;
+            let reach = basis.reach() as i64;
+            for knot in (-reach..=reach).map(|k| k as f64 * scale) {
+                let places = (-margin..count + margin).map(|i| i as f64 + knot);
+                cuts.extend(line.crossings(axis, places, [a, b]));
+            }
         }
         if halves {
             cuts.extend(line.crossings(axis, (0..count).map(|i| i as f64 + 0.5), [a, b]));
@@ -343,6 +415,11 @@ fn visible_part(
         }
         if field.is_hole(middle) {
             without_data(classes, ray, [a, b], light);
+            continue;
+        }
+        if let Shape::Scaled(..) = field.shape {
+            let value = |t: f64| field.value(line.at(t)).unwrap_or(f64::NAN);
+            smooth(a, b, &value, classes, ray, light, 10);
             continue;
         }
         let piece = match field.shape {

@@ -41,7 +41,7 @@ impl CutSource {
 
     /// The cut that a view asks for.
     pub(super) fn cut(&self, mode: &SplatSettings, view: &View, limits: CutLimits) -> Cut {
-        let radius = RadialKernel::new(mode.kernel.splatted(), mode.extent);
+        let radius = RadialKernel::new(mode.kernel.splatted(), mode.splatted_extent());
         let radius = radius.map_or(0.5, |k| k.radius());
         let samples = &self.volume.samples;
         Cut::of(&self.pyramid, limits, view.visit_order(), &view.visibility(radius), |index| {

@@ -12,10 +12,11 @@ use super::draw::{DrawError, Drawer, Observer};
 use super::engines::{Canvas, Engines};
 use super::job::LOOK_EVERY;
 use super::octrees::{self, Octree, Source};
+use super::previews::is_scaled;
 use crate::core::Ticket;
 use crate::gpu::{GpuError, OctreeBuilder, supports};
 use crate::hierarchy::{ErrorMeasure, Pyramid, PyramidError};
-use crate::plan::{Field, Plan};
+use crate::plan::{Field, Plan, SlabField};
 use crate::transfer::{Table, TransferFunction};
 use crate::volume::ScalarVolume;
 
@@ -236,6 +237,10 @@ impl Drawer {
             if plan.reconstructs() {
                 return self.prepare_native(plan, &mut observer);
             }
+        }
+        if plan.reconstructs() && is_scaled(&plan.mode) {
+            // All quick pictures are of it. A cut in its place would flash up whenever the extent is changed.
+            self.prepare_field(plan, SlabField::Own, &mut Unless { ticket, observer: &mut () })?;
         }
         let needs_octree = self.reduction(plan, budget_ms).is_none();
         self.classify(plan, !self.is_native(), &mut Unless { ticket, observer: &mut () })?;

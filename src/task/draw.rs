@@ -480,7 +480,7 @@ impl Drawer {
         if kernel == Kernel::Gouraud {
             return Ok(renderer.begin_meshes(view, &plan.mode, unit_distance)?);
         }
-        Ok(renderer.begin(view, kernel, plan.mode.extent, unit_distance)?)
+        Ok(renderer.begin(view, kernel, plan.mode.splatted_extent(), unit_distance)?)
     }
 
     fn cut_of(&self, plan: &Plan, view: &View, limits: CutLimits) -> Cut {
@@ -674,7 +674,8 @@ fn record(node: &CutNode) -> Record {
 /// Pixels that a cut's quads cover, overlaps counted each time, none more than the picture has; in
 /// perspective as at the middle.
 fn fragments(cut: &Cut, mode: &SplatSettings, view: &View) -> f64 {
-    let radius = RadialKernel::new(mode.kernel.splatted(), mode.extent).map_or(0.5, |k| k.radius());
+    let radius = RadialKernel::new(mode.kernel.splatted(), mode.splatted_extent())
+        .map_or(0.5, |k| k.radius());
     let rows = view.view_from_index.transpose();
     let area = rows.x_axis.cross(rows.y_axis).length() * 4.0 * radius * radius;
     let picture = f64::from(view.size[0]) * f64::from(view.size[1]);

@@ -61,8 +61,8 @@ fn rays(size: [u32; 2], shrink: f64) -> f64 {
 }
 
 /// The mode of the field for previews of a scene, where one would be quicker than the scene's own and
-/// look alike: the tents nearest to it, or tents through means. A smooth field is not like them; but
-/// where samples are shaded first it is the only one that can be lit.
+/// look alike: the tents nearest to it, or tents through means. A smooth field is not like them, nor are products of
+/// another than their natural width; but where samples are shaded first it is the only one that can be lit.
 pub(super) fn preview_mode(plan: &Plan) -> Option<SplatSettings> {
     let splat = plan.mode;
     let is_sharp = match splat.kernel {
@@ -92,7 +92,14 @@ pub(super) fn preview_mode(plan: &Plan) -> Option<SplatSettings> {
             ..tents
         });
     }
-    (plan.reconstructs() && is_sharp && plan.field().is_some()).then_some(tents)
+    let is_like_tents = is_sharp && !is_scaled(&splat);
+    (plan.reconstructs() && is_like_tents && plan.field().is_some()).then_some(tents)
+}
+
+/// Whether a mode's kernels are products of another than their natural width: quick pictures are of its own field,
+/// so that they show the same.
+pub(super) fn is_scaled(mode: &SplatSettings) -> bool {
+    mode.kernel.is_separable() && mode.kernel.scale(mode.extent) != 1.0
 }
 
 /// How many times a volume is halved for its previews.
@@ -384,6 +391,10 @@ mod tests {
             assert!(tents(&scene).is_some(), "{kernel:?}");
             scene.splat.reconstruction = Reconstruction::Smooth;
             assert_eq!(tents(&scene), None, "{kernel:?} that smooths");
+        }
+        for (extent, is_like_tents) in [(0.5, false), (2.0, true), (3.0, false)] {
+            scene.splat = SplatSettings { extent: Some(extent), ..SplatSettings::EXACT };
+            assert_eq!(tents(&scene).is_some(), is_like_tents, "{extent}: quick pictures show it");
         }
         scene.splat = SplatSettings { kernel: Kernel::Nearest, ..SplatSettings::EXACT };
         assert_eq!(tents(&scene), None, "steps stay steps");

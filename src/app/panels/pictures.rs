@@ -107,7 +107,7 @@ fn faint() -> Stroke {
 
 /// A kernel's weight at a distance along an axis of the lattice, 1 in its middle; at a splat radius of `extent`.
 fn weight(kernel: Kernel, extent: Option<f64>, x: f64) -> f64 {
-    if let Some(separable) = Separable::new(kernel) {
+    if let Some(separable) = Separable::new(kernel, extent) {
         return separable.value(x) / separable.value(0.0);
     }
     match RadialKernel::new(kernel, extent) {
@@ -187,7 +187,8 @@ fn blend(reconstruction: Reconstruction, x: f64) -> f64 {
         };
         all.get(usize::try_from(mirrored).unwrap_or_default()).copied().unwrap_or_default()
     };
-    let spline = |x: f64| Separable::new(Kernel::BSpline).map_or(0.0, |spline| spline.value(x));
+    let spline =
+        |x: f64| Separable::new(Kernel::BSpline, None).map_or(0.0, |spline| spline.value(x));
     (near - 1..=near + 2).map(|i| at(i) * spline(x - i as f64)).sum()
 }
 

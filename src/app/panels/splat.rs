@@ -330,16 +330,20 @@ fn layers_ui(ui: &mut Ui, splat: &SplatSettings, chosen: &mut ModeChoice) {
 fn extent_ui(ui: &mut Ui, splat: &mut SplatSettings, chosen: &mut ModeChoice) {
     let natural = splat.kernel.natural_extent();
     let mut extent = splat.extent.or(natural).unwrap_or(1.0);
-    let slider = Slider::new(&mut extent, EXTENT)
+    let (of_kernel, on_offer) = (splat.kernel.extents(), EXTENT);
+    let least = on_offer.start().max(*of_kernel.start());
+    let slider = Slider::new(&mut extent, least..=on_offer.end().min(*of_kernel.end()))
         // Only shown rounded: rounding the value itself would change it untouched.
         .custom_formatter(|v, _| format!("{v:.2}"));
     let response = slider_ui(ui, "Extent", natural.is_some(), slider)
         .on_hover_text(
-            "Radius of a splat in voxels: larger is smoother, smaller is sharper and may show \
-             gaps; the mean depth stays the same",
+            "How far each sample reaches, in voxels. Wider is smoother; narrower shows the samples themselves, and \
+             gaps between round splats. B-spline and linear kernels pass through the samples at their own radius. \
+             The mean depth stays the same",
         )
         .on_disabled_hover_text(
-            "This kernel has a size of its own; Gaussian, cubic and Gouraud have not",
+            "A point is one pixel and a nearest voxel is its own box, so neither has a radius. Choose any other \
+             kernel to change it",
         );
     if response.changed() {
         chosen.extent = Some(extent);

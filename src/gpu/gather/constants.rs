@@ -63,8 +63,9 @@ impl Constants<'_> {
                     * ((0.5 + POINT_TIE) * most)
             }
             Kernel::Nearest => DVec3::splat(0.5),
-            Kernel::Linear => DVec3::ONE,
-            Kernel::BSpline => DVec3::splat(2.0),
+            Kernel::Linear | Kernel::BSpline => {
+                DVec3::splat(settings.kernel.reach(settings.extent))
+            }
             Kernel::Gaussian | Kernel::Cubic | Kernel::Gouraud => DVec3::splat(radius),
         };
         let thickness = match Variant::new(view, settings).layering {
@@ -92,7 +93,14 @@ impl Constants<'_> {
             ahead: narrow4(turned(ahead), 0.0),
             reach: narrow4(turned(reach) + DVec3::splat(MARGIN), self.stop_below),
             scale: narrow4(DVec3::new(radius, extinction, extinction * stretch.powi(-2)), eye),
-            layers: narrow4(DVec3::new(thickness, reference - view.view_centre.z, 0.0), 0.0),
+            layers: narrow4(
+                DVec3::new(
+                    thickness,
+                    reference - view.view_centre.z,
+                    settings.kernel.scale(settings.extent),
+                ),
+                0.0,
+            ),
             centre: narrow4(turned(view.lattice_centre), view.view_from_index.determinant().abs()),
             view_a: narrow4(along(axes[0]), 0.0),
             view_b: narrow4(along(axes[1]), 0.0),

@@ -46,7 +46,8 @@ impl Renderer {
         }
         let kernel = self.variant.kernel;
         let layers = if slabs {
-            let radius = RadialKernel::new(kernel, settings.extent).map_or(0.9, |k| k.radius());
+            let radius =
+                RadialKernel::new(kernel, settings.splatted_extent()).map_or(0.9, |k| k.radius());
             Layers::of(view, what.records, radius, settings.slabs_per_voxel)
                 .ok_or_else(|| too_many(format!("over 2^{MOST_LAYER_BITS} layers")))?
         } else {

@@ -9,9 +9,9 @@ mod tests;
 
 use rayon::prelude::*;
 
-use self::prefilter::Target;
+use self::prefilter::{Target, Widened};
 use self::stencil::Stencil;
-use super::Kernel;
+use super::{Kernel, RadialKernel, Separable};
 use crate::core::memory::{self, TooLarge};
 use crate::core::progress::{Cancelled, Ticket};
 use crate::volume::{Scalar, ScalarVolume};
@@ -19,6 +19,8 @@ use crate::with_samples;
 
 /// The greatest splat radius, voxels, that coefficients are made for.
 pub const MOST_EXTENT: f64 = 8.0;
+/// The greatest one of tents: beyond, more than four samples an axis would be in reach.
+pub const MOST_TENT_EXTENT: f64 = 2.0;
 /// Sweeps with which radial kernels are sharpened.
 const SWEEPS: usize = 2;
 /// The greatest magnitude that is stored, less the bias: sums of a few still are finite in float32.
@@ -36,10 +38,9 @@ pub enum CoefficientsError {
     #[error(transparent)]
     TooLarge(#[from] TooLarge),
     /// The kernel is too wide to be summed up at every sample.
-    #[error(
-        "expected an extent of at most {MOST_EXTENT} voxels, found {0}; choose a smaller extent"
-    )]
-    Extent(f64),
+    #[error("expected an extent of at most {most} voxels, found {extent}; choose a smaller extent")]
+    #[expect(missing_docs, reason = "the sentence tells")]
+    Extent { most: f64, extent: f64 },
 }
 
 /// What the reconstruction leaves of the samples: sample − Σ cᵢ hᵢ / Σ hᵢ at the samples that hold
@@ -129,13 +130,21 @@ impl Coefficients {
     }
 }
 
-/// Makes the coefficients with which a kernel reconstructs a volume.
+/// Makes the coefficients with which a kernel of splat radius `extent` reconstructs a volume.
 ///
 /// As they are (`interpolating` false): the samples. Interpolating:
-/// - B-spline: the exact recursive prefilter, after which it passes through every sample;
-/// - cubic and Gaussian of splat radius `extent`: two Jacobi sweeps c ← c + (s − h∗c), which
+/// - B-spline: the exact recursive prefilter, after which it passes through every sample at its natural
+///   extent;
+/// - cubic and Gaussian: two Jacobi sweeps c ← c + (s − h∗c), which
 ///   sharpen without quite interpolating, h∗c being the reconstruction at the samples;
 /// - linear, nearest and point: nothing, they interpolate as they are.
+///
+/// B-splines that are wider than natural are brought back to the natural ones, so that nobody who draws them has
+/// more than four samples an axis to weigh: the field Σ cᵢ h((x − i)/s) / Σ h((x − i)/s), a product of axes, is taken
+/// at the samples, in float64 along each axis, and what is made are the coefficients of the natural spline that passes
+/// through it there. Between the samples both differ by what the wider field has of frequencies that the natural spline
+/// does not follow (tests have figures). Narrower ones, and tents of any width, are for who draws them to weigh
+/// ([`Separable::weights`]).
 ///
 /// Samples without data (NaN) are first given the mean of those of their six neighbours that have a
 /// value, ring by ring until every sample has one. ±∞ count as the ends of the finite range, and
@@ -144,7 +153,7 @@ impl Coefficients {
 /// Takes 4 bytes a sample, 8 while radial kernels are sharpened.
 ///
 /// # Errors
-/// Cancelled, too little memory, or an `extent` above [`MOST_EXTENT`].
+/// Cancelled, too little memory, or an `extent` above [`MOST_EXTENT`] (tents: [`MOST_TENT_EXTENT`]).
 pub fn coefficients(
     volume: &ScalarVolume,
     kernel: Kernel,
@@ -153,10 +162,11 @@ pub fn coefficients(
     ticket: &Ticket,
 ) -> Result<Coefficients, CoefficientsError> {
     let extent = extent.filter(|_| kernel.natural_extent().is_some());
-    if let Some(extent) = extent.filter(|&extent| extent > MOST_EXTENT) {
-        return Err(CoefficientsError::Extent(extent));
+    let most = if kernel == Kernel::Linear { MOST_TENT_EXTENT } else { MOST_EXTENT };
+    if let Some(extent) = extent.filter(|&extent| extent > most) {
+        return Err(CoefficientsError::Extent { most, extent });
     }
-    let sweeps = interpolating && kernel.natural_extent().is_some();
+    let sweeps = interpolating && RadialKernel::new(kernel, extent).is_some();
     let bytes = volume.samples.len() as u64 * if sweeps { 8 } else { 4 };
     memory::require("the reconstruction's coefficients", bytes, memory::free_bytes())?;
     with_samples!(&*volume.samples, samples => {
@@ -182,6 +192,12 @@ pub fn nearest_tents(
     (tents.min, tents.max) = (min + tents.bias, max + tents.bias);
     tents.residuals.clear();
     Ok(tents)
+}
+
+/// The B-spline of an extent, where it is wider than the natural one.
+fn wide(kernel: Kernel, extent: Option<f64>) -> Option<Separable> {
+    let spline = Separable::new(kernel, extent).filter(|_| kernel == Kernel::BSpline);
+    spline.filter(|spline| spline.scale() > 1.0)
 }
 
 fn of_samples<T: Scalar>(
@@ -210,11 +226,18 @@ fn of_samples<T: Scalar>(
         holes::fill(&mut values, dims, holes, ticket)?;
     }
     let range = f64::from(store(greatest - bias)) - f64::from(store(least - bias));
-    let stencil = Stencil::new(kernel, extent);
+    let wide = wide(kernel, extent);
+    // What is made of a wide one is a natural one's.
+    let stencil = Stencil::new(kernel, extent.filter(|_| wide.is_none()));
     let sample = |index: usize| Some(code(samples[index])).filter(|s| !s.is_nan());
     let measure = |values: &[f32]| stencil.residual(values, dims, range, sample, ticket);
     let mut residuals = Vec::new();
     match kernel {
+        Kernel::BSpline if let Some(wide) = wide => {
+            let widened = Widened::new(wide, interpolating);
+            prefilter::prefilter(&mut values, dims, Target::Widened(&widened), ticket)?;
+            prefilter::prefilter(&mut values, dims, Target::Spline, ticket)?;
+        }
         Kernel::BSpline if interpolating => {
             residuals.push(measure(&values)?);
             prefilter::prefilter(&mut values, dims, Target::Spline, ticket)?;

@@ -4,6 +4,7 @@ use rayon::prelude::*;
 
 use super::store;
 use crate::core::progress::{Cancelled, Ticket};
+use crate::kernel::Separable;
 
 /// √3 − 2, the pole of the inverse of (1 4 1)/6 (Unser, Aldroubi, Eden 1993, part II, table I).
 const POLE: f64 = -0.267_949_192_431_122_7;
@@ -20,8 +21,8 @@ const MOST_PIECES: usize = 64;
 const CHUNK: usize = 1 << 16;
 
 /// What samples are turned into.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Target {
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Target<'a> {
     /// The coefficients of the cubic B-splines that pass through them.
     Spline,
     /// The coefficients of the tents that are nearest to that spline, in the mean square over space:
@@ -29,14 +30,42 @@ pub(super) enum Target {
     /// coefficients filtered with B⁵ at whole numbers, (1 26 66 26 1)/120, and prefiltered once more.
     /// Tents through the samples flatten every peak by a twelfth of its curvature.
     Tents,
+    /// The samples of a spline that is widened: of its own coefficients, weighed by the wider kernel.
+    Widened(&'a Widened),
 }
 
-impl Target {
+/// A spline whose kernels are wider than natural, at the samples.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Widened {
+    /// h(k/s) / Σ h at offsets 0, 1, 2, …
+    taps: Vec<f64>,
+    /// Whether the samples are sharpened first, as the spline of natural width is to pass through them.
+    interpolating: bool,
+}
+
+impl Widened {
+    pub(super) fn new(kernel: Separable, interpolating: bool) -> Self {
+        let (first, weights) = kernel.weights(0.0);
+        let middle = usize::try_from(-first).unwrap_or(0);
+        Self { taps: weights[middle..].to_vec(), interpolating }
+    }
+}
+
+impl Target<'_> {
     fn filter<const W: usize>(self, lines: &mut [[f64; W]]) {
-        filter(lines);
-        if self == Self::Tents {
-            filter(lines);
-            weigh(lines);
+        match self {
+            Self::Spline => filter(lines),
+            Self::Tents => {
+                filter(lines);
+                filter(lines);
+                weigh(lines);
+            }
+            Self::Widened(Widened { taps, interpolating }) => {
+                if *interpolating {
+                    filter(lines);
+                }
+                convolve(lines, taps);
+            }
         }
     }
 }
@@ -45,7 +74,7 @@ impl Target {
 pub(super) fn prefilter(
     values: &mut [f32],
     dims: [usize; 3],
-    target: Target,
+    target: Target<'_>,
     ticket: &Ticket,
 ) -> Result<(), Cancelled> {
     along_rows(values, dims[0], target, ticket)?;
@@ -57,7 +86,7 @@ pub(super) fn prefilter(
 fn along_rows(
     values: &mut [f32],
     length: usize,
-    target: Target,
+    target: Target<'_>,
     ticket: &Ticket,
 ) -> Result<(), Cancelled> {
     if length < 2 {
@@ -87,7 +116,7 @@ fn across_rows(
     values: &mut [f32],
     row: usize,
     rows: usize,
-    target: Target,
+    target: Target<'_>,
     ticket: &Ticket,
 ) -> Result<(), Cancelled> {
     if row == 1 {
@@ -128,6 +157,31 @@ fn across_rows(
             Ok(())
         })
     })
+}
+
+/// Weighs lines by `taps`, at offsets 0, ±1, ±2, …, mirrored as in [`filter`].
+fn convolve<const W: usize>(lines: &mut [[f64; W]], taps: &[f64]) {
+    let last = lines.len() - 1;
+    if last == 0 {
+        return;
+    }
+    let period = 2 * last;
+    let mirrored = |k: usize| {
+        let k = k % period;
+        k.min(period - k)
+    };
+    let original = lines.to_vec();
+    for (k, line) in lines.iter_mut().enumerate() {
+        line.iter_mut().for_each(|weighed| *weighed *= taps[0]);
+        for (offset, tap) in taps.iter().enumerate().skip(1) {
+            // So many periods on that nothing before the start is negative.
+            let before = &original[mirrored(k + period * offset - offset)];
+            let after = &original[mirrored(k + offset)];
+            for ((weighed, before), after) in line.iter_mut().zip(before).zip(after) {
+                *weighed += tap * (before + after);
+            }
+        }
+    }
 }
 
 /// (1 26 66 26 1)/120 along lines, mirrored as in [`filter`].

@@ -68,7 +68,7 @@ type ValueAt = Box<dyn Fn([isize; 3]) -> f64>;
 
 impl Stencil {
     /// A kernel's values at the lattice's offsets. A single tap for kernels that reach no other
-    /// sample, and for those that have no form in space.
+    /// sample, and for those that have no form in space. Products reach less than 3 samples.
     pub(super) fn new(kernel: Kernel, extent: Option<f64>) -> Self {
         let (radius, value): (f64, ValueAt) = if let Some(radial) =
             RadialKernel::new(kernel, extent)
@@ -79,7 +79,7 @@ impl Stencil {
                 radial.relative_value(r)
             };
             (radial.radius(), Box::new(value))
-        } else if let Some(separable) = Separable::new(kernel) {
+        } else if let Some(separable) = Separable::new(kernel, extent) {
             let value =
                 move |o: [isize; 3]| o.iter().map(|&i| separable.value(i as f64)).product::<f64>();
             (separable.radius(), Box::new(value))

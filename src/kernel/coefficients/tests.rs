@@ -29,7 +29,7 @@ fn mirrored(index: i64, n: usize) -> usize {
 
 /// Σ cᵢ hᵢ / Σ hᵢ at a point of index space, by brute force over the mirrored lattice.
 fn reconstructed(c: &Coefficients, kernel: Kernel, at: [f64; 3]) -> f64 {
-    let h = |o: [f64; 3]| match (Separable::new(kernel), RadialKernel::new(kernel, None)) {
+    let h = |o: [f64; 3]| match (Separable::new(kernel, None), RadialKernel::new(kernel, None)) {
         (Some(k), _) => o.iter().map(|&x| k.value(x)).product(),
         (_, Some(k)) => k.value(o.iter().map(|x| x * x).sum::<f64>().sqrt()),
         _ => panic!("{kernel:?} reconstructs nothing between samples"),
@@ -139,7 +139,8 @@ proptest! {
             prop_assert_eq!(c.max, all.iter().copied().fold(f64::NEG_INFINITY, f64::max));
             prop_assert_eq!(&c.holes, &None);
             let range = volume.statistics.max - volume.statistics.min;
-            if !interpolating || kernel.natural_extent().is_none() && kernel != Kernel::BSpline {
+            let is_sharp = matches!(kernel, Kernel::Point | Kernel::Nearest | Kernel::Linear);
+            if !interpolating || is_sharp {
                 for (i, value) in all.iter().enumerate() {
                     let s = volume.samples.get(i);
                     prop_assert!((value - s).abs() <= 1e-7 * range + 1e-15 * s.abs());
@@ -258,14 +259,133 @@ fn too_wide_kernels_and_cancelled_work_are_refused() {
     );
     let most = coefficients(&volume, Kernel::Cubic, Some(8.0), true, &Ticket::new()).unwrap();
     assert!(most.values.iter().all(|v| v.is_finite()));
-    // Extent means nothing to a spline.
-    let spline = coefficients(&volume, Kernel::BSpline, Some(99.0), true, &Ticket::new()).unwrap();
-    assert!(spline.residual().unwrap().max < 1e-6);
+    let wide = coefficients(&volume, Kernel::Linear, Some(2.5), false, &Ticket::new()).unwrap_err();
+    assert_eq!(
+        wide.to_string(),
+        "expected an extent of at most 2 voxels, found 2.5; choose a smaller extent"
+    );
+    assert!(coefficients(&volume, Kernel::BSpline, Some(99.0), true, &Ticket::new()).is_err());
     let ticket = Ticket::new();
     ticket.cancel();
     for kernel in Kernel::ALL {
         let stopped = coefficients(&volume, kernel, None, true, &ticket);
         assert_eq!(stopped, Err(CoefficientsError::Cancelled(Cancelled)));
+    }
+}
+
+/// Σ cᵢ h((x − i)/s) / Σ h((x − i)/s) at a point of index space, from the coefficients of the natural width.
+fn widened(natural: &Coefficients, kernel: Separable, at: [f64; 3]) -> f64 {
+    let [nx, ny, nz] = natural.dims;
+    let [(x0, wx), (y0, wy), (z0, wz)] = at.map(|x| kernel.weights(x));
+    let mut sum = 0.0;
+    for (z, wz) in (z0..).zip(&wz) {
+        for (y, wy) in (y0..).zip(&wy) {
+            for (x, wx) in (x0..).zip(&wx) {
+                let index = (mirrored(z, nz) * ny + mirrored(y, ny)) * nx + mirrored(x, nx);
+                sum += wx * wy * wz * natural.get(index);
+            }
+        }
+    }
+    sum
+}
+
+proptest! {
+    #[test]
+    fn wide_splines_are_at_the_samples_what_they_are_defined_as(
+        volume in small_volume(),
+        extent in 2.0..8.0_f64,
+        interpolating: bool,
+    ) {
+        let natural = made(&volume, Kernel::BSpline, interpolating);
+        let wide =
+            coefficients(&volume, Kernel::BSpline, Some(extent), interpolating, &Ticket::new());
+        let wide = wide.unwrap();
+        let kernel = Separable::new(Kernel::BSpline, Some(extent)).unwrap();
+        let range = volume.statistics.max - volume.statistics.min;
+        // Of sums of up to 17³ products.
+        let lost = 100.0 * rounding(&volume);
+        let (mut squares, mut count) = (0.0, 0.0);
+        for (i, at) in points(wide.dims) {
+            let expected = widened(&natural, kernel, at);
+            let found = reconstructed(&wide, Kernel::BSpline, at);
+            prop_assert!((found - expected).abs() <= 2e-5 * range + lost, "{at:?}: {found} {expected}");
+            squares += (volume.samples.get(i) - expected).powi(2);
+            count += 1.0;
+        }
+        let rms = f64::sqrt(squares / count);
+        prop_assert!((wide.residual().unwrap().rms * range - rms).abs() <= 2e-5 * range + lost);
+        prop_assert!(wide.min <= wide.max && wide.values.iter().all(|v| v.is_finite()));
+    }
+}
+
+/// Between the samples, where what is drawn is the natural spline through the wide one's samples.
+#[test]
+fn wide_splines_are_nearly_what_they_are_defined_as_between_the_samples() {
+    let dims = [23, 21, 24];
+    let noise =
+        |[x, y, z]: [f64; 3]| ((x * 7919.0 + y * 104_729.0 + z * 1_299_709.0) % 101.0) / 100.0;
+    let waves =
+        |[x, y, z]: [f64; 3]| 0.5 + 0.25 * ((0.8 * x + 0.3 * y).sin() + (0.5 * z - 0.6 * y).cos());
+    for (name, value, bounds) in [
+        // Measured, rms as parts of the range, at 1.1, 1.25, 1.5 times the natural width: 1.3e-2, 1.1e-2, 3.0e-3, and
+        // 8.2e-4, 1.1e-3, 7.9e-4. Splines of whole multiples of it are sums of natural ones: 2e-8.
+        ("noise", &noise as &dyn Fn([f64; 3]) -> f64, [1.6e-2, 1.4e-2, 4e-3, 1e-6, 1e-6, 1e-6]),
+        ("waves of 8 to 13 samples", &waves, [1.1e-3, 1.4e-3, 1e-3, 1e-6, 1e-6, 1e-6]),
+    ] {
+        let samples = points(dims).map(|(_, p)| value(p)).collect();
+        let volume = volume(dims, Samples::Float64(samples));
+        let natural = made(&volume, Kernel::BSpline, true);
+        let range = volume.statistics.max - volume.statistics.min;
+        for (scale, bound) in [1.1, 1.25, 1.5, 2.0, 3.0, 4.0].into_iter().zip(bounds) {
+            let extent = Some(2.0 * scale);
+            let wide =
+                coefficients(&volume, Kernel::BSpline, extent, true, &Ticket::new()).unwrap();
+            let kernel = Separable::new(Kernel::BSpline, extent).unwrap();
+            let (mut squares, mut greatest, mut count) = (0.0, 0.0_f64, 0.0);
+            for i in 0..1500_u32 {
+                let part = |k: u32| f64::from(i.wrapping_mul(k) % 997) / 997.0;
+                let place = [part(389), part(211), part(677)];
+                let at: [f64; 3] = std::array::from_fn(|a| place[a] * (dims[a] as f64 - 1.0));
+                let off = widened(&natural, kernel, at) - reconstructed(&wide, Kernel::BSpline, at);
+                squares += off * off;
+                greatest = greatest.max(off.abs());
+                count += 1.0;
+            }
+            let rms = f64::sqrt(squares / count) / range;
+            println!("measured {name}, {scale} wide: rms {rms:.1e}, max {:.1e}", greatest / range);
+            assert!(rms < bound, "{name} {scale}: {rms}");
+        }
+    }
+}
+
+#[test]
+fn constants_stay_constant_at_every_extent() {
+    let dims = [9, 1, 12];
+    let constant = volume(dims, Samples::UInt8(vec![77; dims.iter().product()]));
+    for extent in [0.5, 1.0, 2.0, 3.0, 7.3, 8.0] {
+        let ticket = Ticket::new();
+        let c = coefficients(&constant, Kernel::BSpline, Some(extent), true, &ticket).unwrap();
+        assert!(c.values.iter().all(|&v| v == 0.0) && c.bias == 77.0, "{extent}");
+        assert_eq!(c.residual().unwrap().max, 0.0);
+    }
+    // Without a bias: the weights themselves sum to one.
+    let line = volume([40, 1, 1], Samples::Float64((0..40).map(|i| f64::from(i >= 39)).collect()));
+    for extent in [2.5, 3.0, 6.0, 8.0] {
+        let c = coefficients(&line, Kernel::BSpline, Some(extent), false, &Ticket::new()).unwrap();
+        assert!(c.get(0).abs() < 1e-6, "{extent}: far from the only sample that differs");
+        assert!(c.get(39) < 1.0 && c.get(39) > 0.1, "{extent}: {}", c.get(39));
+    }
+}
+
+#[test]
+fn natural_extents_make_the_same_bits_as_none() {
+    let volume = checkerboard([7, 8, 9]);
+    for (kernel, natural) in [(Kernel::Linear, 1.0), (Kernel::BSpline, 2.0), (Kernel::Cubic, 1.556)]
+    {
+        for interpolating in [false, true] {
+            let given = coefficients(&volume, kernel, Some(natural), interpolating, &Ticket::new());
+            assert_eq!(given.unwrap(), made(&volume, kernel, interpolating), "{kernel:?}");
+        }
     }
 }
 

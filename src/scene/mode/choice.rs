@@ -46,7 +46,7 @@ impl ModeChoice {
         let whole = visibility != Visibility::Slabs || self.kernel == Some(Kernel::Point);
         let classify =
             self.classify.unwrap_or(if whole { Classify::Before } else { exact.classify });
-        let radial = visibility != Visibility::Slabs || self.extent.is_some();
+        let radial = visibility != Visibility::Slabs;
         let smooth = classify == Classify::Before;
         let settings = SplatSettings {
             kernel: asked.unwrap_or(if radial || smooth {
@@ -228,7 +228,12 @@ mod tests {
                 kernel: Some(Kernel::Linear),
                 ..none
             },
-            ModeChoice { extent: Some(2.0), kernel: Some(Kernel::BSpline), ..none },
+            ModeChoice { extent: Some(0.4), kernel: Some(Kernel::BSpline), ..none },
+            ModeChoice { extent: Some(8.5), kernel: Some(Kernel::BSpline), ..none },
+            ModeChoice { extent: Some(f64::NAN), kernel: Some(Kernel::BSpline), ..none },
+            ModeChoice { extent: Some(2.5), kernel: Some(Kernel::Linear), ..none },
+            ModeChoice { extent: Some(1e-6), kernel: Some(Kernel::Linear), ..none },
+            ModeChoice { extent: Some(1e6), kernel: Some(Kernel::Linear), ..none },
             ModeChoice { extent: Some(2.0), kernel: Some(Kernel::Nearest), ..none },
             ModeChoice { extent: Some(9.0), visibility: slabs, ..none },
             ModeChoice { slabs_per_voxel: Some(0.0), ..none },

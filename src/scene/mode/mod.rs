@@ -223,17 +223,24 @@ impl SplatSettings {
                     "choose --visibility slabs, or --kernel cubic",
                 );
             }
-            if self.extent.is_some() {
-                return refuse(
-                    "--extent with a kernel that has one (gaussian, cubic, gouraud)",
-                    name("--extent"),
-                    "leave one of the two out",
-                );
-            }
+        }
+        if let Some(extent) = self.extent.filter(|e| !kernel.extents().contains(e)) {
+            let (expected, advice) = match kernel {
+                Kernel::Linear => (
+                    "--extent between 0.5 and 2 voxels with --kernel linear",
+                    "choose one in that range, or --kernel bspline",
+                ),
+                Kernel::BSpline => (
+                    "--extent between 0.5 and 8 voxels with --kernel bspline",
+                    "choose one in that range, or --kernel cubic",
+                ),
+                _ => ("a positive --extent", "choose a number of voxels, such as 2"),
+            };
+            return refuse(expected, extent.to_string(), advice);
         }
         if self.extent.is_some() && kernel.natural_extent().is_none() {
             return refuse(
-                "--extent with a kernel that has one (gaussian, cubic, gouraud)",
+                "--extent with a kernel that has one: all but point and nearest",
                 name("--extent"),
                 "leave one of the two out",
             );
@@ -337,7 +344,7 @@ impl SplatSettings {
     pub fn previewed(&self) -> Self {
         Self {
             kernel: self.kernel.splatted(),
-            extent: self.extent,
+            extent: self.splatted_extent(),
             opacity_unit_distance: self.opacity_unit_distance,
             backend: Backend::Raster,
             gouraud: self.gouraud,
@@ -368,6 +375,11 @@ impl SplatSettings {
         self.visibility != Visibility::EverySample
             || self.opacity_model == OpacityModel::Published && self.kernel != Kernel::Gouraud
             || self.order == Order::FrontToBack
+    }
+
+    /// The splat radius of the kernel that footprints stand in with, voxels: as much wider than natural.
+    pub fn splatted_extent(&self) -> Option<f64> {
+        self.kernel.splatted_extent(self.extent)
     }
 
     /// Whether kernels of samples side by side leave no gap between them.
