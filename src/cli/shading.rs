@@ -69,7 +69,7 @@ fn shading_choice(text: &str) -> Result<ShadingChoice, String> {
         "none" => Ok(ShadingChoice::None),
         text => match values::shading_preset(text) {
             Ok(preset) => Ok(ShadingChoice::Preset(preset)),
-            Err(refused) => Err(refused.replacen("expected ", "expected none, ", 1)),
+            Err(refused) => Err(refused.replacen("expected one of ", "expected one of none, ", 1)),
         },
     }
 }
