@@ -337,7 +337,8 @@ fn a_picture_in_the_backgrounds_colour_says_so() {
     let render = |more: &[&str]| {
         let name = path.to_str().expect("UTF-8");
         let bone = ["render", "demo:head:16", "-o", name, "--preset", "ct-bone"];
-        let size = ["--resolution", "32,32", "--color-range"];
+        // Light has colours of its own.
+        let size = ["--shading", "none", "--resolution", "32,32", "--color-range"];
         errors(&voxsplat(&[&bone[..], &size, more].concat()))
     };
     // The map is reversed: all of the bone lies beyond its black end.
@@ -706,7 +707,7 @@ fn how_octree_cuts_are_fitted_is_drawn_and_written_down() {
     let path = |name: &str| folder.path().join(name).to_str().expect("UTF-8").to_owned();
     let (picture, stats) = (path("out.png"), path("stats.json"));
     let run = |more: &[&str]| {
-        let fixed = ["render", "demo:head:24", "-o", &picture, "--stats", &stats];
+        let fixed = ["render", "demo:head:32", "-o", &picture, "--stats", &stats];
         let size = ["--resolution", "64,48", "--visibility", "every-sample"];
         let coarse = ["--refine", "coarse", "--max-error", "0.03"];
         let run = voxsplat(&[&fixed[..], &size, &coarse, more].concat());

@@ -102,6 +102,11 @@ impl ClipFlags {
 }
 
 impl InsideFlags {
+    /// Whether surfaces at levels are asked for, which lie between values and so need a mode in which there are such.
+    pub(super) fn asks_for_levels(&self) -> bool {
+        !self.iso.is_empty()
+    }
+
     /// What they mean for a volume.
     ///
     /// # Errors

@@ -75,7 +75,8 @@ pub(super) fn run(flags: &ProbeFlags) -> Result<(), Failure> {
     for warning in &input.warnings {
         note(warning);
     }
-    let mode = open::Mode { splat, is_asked_for: flags.mode.are_given() };
+    let is_asked_for = flags.mode.are_given() || flags.inside.asks_for_levels();
+    let mode = open::Mode { splat, is_asked_for };
     let scene = open::scene(&input, &flags.scene, mode)?;
     let splat = scene.splat;
     let shading = flags.shading.resolve(&scene, &splat);

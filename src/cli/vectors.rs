@@ -97,6 +97,7 @@ impl VectorFlags {
         let flows_by_itself = nothing_is_asked_of_the_field
             && !self.vectors_only
             && self.named().is_none()
+            && self.given().is_none()
             && input.flowing_field().is_some();
         let ticket = Ticket::new();
         let of = |field: &Field| input.grid.vectors(field, &ticket).map_err(failed);
