@@ -399,7 +399,7 @@ mod tests {
             assert_eq!(f.opacity_at(label), LABEL_OPACITY);
         }
         // A colour each, on either side of it and up to half way to the next.
-        let colour = |value: f64| f.colour_at(value);
+        let colour = |value: f64| f.colour_at(value).0.map(|c| (c * 1e6).round());
         assert_eq!(colour(1.0), colour(1.49));
         assert_eq!(colour(2.0), colour(1.51));
         let each = [1.0, 2.0, 3.0, 12.0].map(colour);
