@@ -554,7 +554,7 @@ impl Bench {
         let steps = Arc::clone(&bytes_for_steps);
         let (folder, log) = (pictures.path().to_owned(), Arc::clone(&saved));
         let mut builder =
-            Harness::builder().with_size(vec2(1280.0, 2190.0)).with_step_dt(STEP_SECS);
+            Harness::builder().with_size(vec2(1280.0, 2090.0)).with_step_dt(STEP_SECS);
         if let Some((pixels_per_point, by)) = painted {
             builder = builder.with_size(vec2(800.0, 600.0)).with_pixels_per_point(pixels_per_point);
             builder = match by {
