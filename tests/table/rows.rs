@@ -358,7 +358,7 @@ fn effects() -> Vec<Row> {
             rows.push(Row::new(Field::Stretched, &[table, Lights], mode));
         }
     }
-    for part in [Clip, CutFaces, Slices, Part::SlicesOfWhatShows] {
+    for part in [Clip, CutFaces, Slices, SlicesOfWhatShows] {
         rows.extend(both_eyes(vec![Row::new(Field::Stretched, &[part], EXACT)]));
     }
     rows.push(Row::new(Field::Stretched, &[Clip], with(Kernel::Linear, EXACT)));
@@ -374,7 +374,7 @@ fn effects() -> Vec<Row> {
         rows.push(Row::new(Field::Holed, &parts, slabs(4.0, after(Kernel::Linear))));
     }
     rows.push(Row::new(Field::Stretched, &[Clip, Along(AlongRay::Maximum)], EXACT));
-    rows.push(Row::new(Field::Stretched, &[Along(AlongRay::Maximum), Part::ColourRange], EXACT));
+    rows.push(Row::new(Field::Stretched, &[Along(AlongRay::Maximum), ColourRange], EXACT));
     rows.push(Row::new(Field::Holed, &[Part::NoData, CutFaces, Slices], EXACT));
     rows
 }
