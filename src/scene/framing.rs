@@ -75,10 +75,10 @@ impl UpAxis {
 /// Which way round things are in the world of a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Orientation {
-    /// In a patient's space whether +x points to the patient's right, rather than left: sides are then the patient's.
-    pub right_x: Option<bool>,
-    /// Whether +y points to the front, rather than away from it.
-    pub anterior_y: bool,
+    /// In a patient's space what points to the patient's right: sides are then the patient's.
+    pub right: Option<UpAxis>,
+    /// And what points to the patient's front.
+    pub anterior: Option<UpAxis>,
     /// What points up.
     pub up: UpAxis,
 }
@@ -86,22 +86,22 @@ pub struct Orientation {
 impl Orientation {
     /// Of a space as a file names it.
     pub fn of(space: Option<&str>) -> Self {
-        let letters @ [x, y, _] = axis_letters(space);
-        let right_x = match x {
-            "R" => Some(true),
-            "L" => Some(false),
-            _ => None,
+        let letters = axis_letters(space);
+        let axes = [UpAxis::PlusX, UpAxis::PlusY, UpAxis::PlusZ];
+        // The axis that goes from one side to the other, turned so that it points to the first.
+        let towards = |[to, from]: [&str; 2]| {
+            letters.iter().zip(axes).find_map(|(letter, axis)| match *letter {
+                letter if letter == to => Some(axis),
+                letter if letter == from => Some(axis.flipped()),
+                _ => None,
+            })
         };
-        let up = match letters {
-            [_, _, "I"] => UpAxis::MinusZ,
-            [_, "S", _] => UpAxis::PlusY,
-            [_, "I", _] => UpAxis::MinusY,
-            ["S", _, _] => UpAxis::PlusX,
-            ["I", _, _] => UpAxis::MinusX,
-            _ if is_left_handed(space) => UpAxis::MinusZ,
-            _ => UpAxis::PlusZ,
-        };
-        Self { right_x, anterior_y: y == "A", up }
+        let other = if is_left_handed(space) { UpAxis::MinusZ } else { UpAxis::PlusZ };
+        Self {
+            right: towards(["R", "L"]),
+            anterior: towards(["A", "P"]),
+            up: towards(["S", "I"]).unwrap_or(other),
+        }
     }
 
     /// The same with another axis up, where one was chosen.
@@ -113,11 +113,12 @@ impl Orientation {
     /// What lies ahead, up and to the right of who looks at the front.
     fn ahead_up_right(self) -> [DVec3; 3] {
         let up = self.up.vector();
-        let ahead = match self.up {
-            UpAxis::PlusY => DVec3::NEG_Z,
-            UpAxis::MinusY => DVec3::Z,
-            _ if self.anterior_y => DVec3::NEG_Y,
-            _ => DVec3::Y,
+        let anterior = self.anterior.map(UpAxis::vector).filter(|front| front.dot(up) == 0.0);
+        let ahead = match (anterior, self.up) {
+            (Some(front), _) => -front,
+            (None, UpAxis::PlusY) => DVec3::NEG_Z,
+            (None, UpAxis::MinusY) => DVec3::Z,
+            (None, _) => DVec3::Y,
         };
         [ahead, up, ahead.cross(up)]
     }
@@ -134,7 +135,7 @@ impl Orientation {
 
     /// The view that things are first seen in: patients from the front, all else from a corner.
     pub fn first_view(self) -> NamedView {
-        if self.right_x.is_some() { NamedView::Front } else { NamedView::Isometric }
+        if self.right.is_some() { NamedView::Front } else { NamedView::Isometric }
     }
 }
 
@@ -146,13 +147,9 @@ impl NamedView {
     /// the left and the right of that view, but of a patient the patient's own.
     pub fn direction_and_up(self, orientation: Orientation) -> (DVec3, DVec3) {
         let [ahead, up, right] = orientation.ahead_up_right();
-        let own_right = match orientation.right_x {
-            // With x up a patient lies on a side.
-            _ if up.x != 0.0 => right,
-            None => right,
-            Some(true) => DVec3::X,
-            Some(false) => DVec3::NEG_X,
-        };
+        // Of a patient who lies on a side, or is seen from there, the sides are those of the picture.
+        let own_right = orientation.right.map(UpAxis::vector);
+        let own_right = own_right.filter(|own| own.cross(right) == DVec3::ZERO).unwrap_or(right);
         match self {
             Self::Front => (ahead, up),
             Self::Back => (-ahead, up),
@@ -432,6 +429,19 @@ mod tests {
         assert_eq!(up("right-superior-anterior"), UpAxis::PlusY);
         assert_eq!(up("3D-left-handed"), UpAxis::MinusZ);
         assert_eq!(up("3D-right-handed"), UpAxis::PlusZ);
+        // Wherever the axes point, the face is looked at, and sides are the patient's own.
+        for space in ["LPS", "RAS", "RSA", "RSP", "ASL", "PIR", "ILA"] {
+            let front = NamedView::Front.direction_and_up(Orientation::of(Some(space)));
+            let at = |letters: [&str; 2]| {
+                let found = axis_letters(Some(space));
+                let axis = found.iter().position(|letter| letters.contains(letter)).unwrap();
+                let sign = if found[axis] == letters[0] { 1.0 } else { -1.0 };
+                DVec3::AXES[axis] * sign
+            };
+            assert_eq!(front, (-at(["A", "P"]), at(["S", "I"])), "{space}");
+            let right = NamedView::Right.direction_and_up(Orientation::of(Some(space))).0;
+            assert_eq!(right, -at(["R", "L"]), "{space}");
+        }
         // Patients are seen from the front, all else from a corner.
         assert_eq!(Orientation::of(Some("RAS")).first_view(), NamedView::Front);
         assert_eq!(Orientation::of(Some("3D-left-handed")).first_view(), NamedView::Isometric);

@@ -117,7 +117,7 @@ const EDITS: [Edit; 19] = [
     ("kernel", |b| b.choose("Kernel", "Nearest")),
     ("background", |b| click(b, "Transparent")),
     ("budget", |b| b.set_slider("Frame budget", 50.0)),
-    ("axes", |b| click(b, "Trihedron")),
+    ("axes", |b| press(b, Modifiers::NONE, Key::T)),
     ("compare", |b| press(b, Modifiers::NONE, Key::C)),
     // Last: what is below it in the panel moves out of sight.
     ("regions", |b| click(b, "Add region")),
@@ -319,7 +319,7 @@ fn the_edit_menu_says_what_it_would_take_back() {
 fn another_file_is_a_step_and_so_is_another_field() {
     let mut bench = Bench::opened();
     let plain = seen(&bench);
-    click(&mut bench, "Trihedron");
+    press(&mut bench, Modifiers::NONE, Key::T);
     let with_trihedron = seen(&bench);
     bench.open("vector.nrrd");
     bench.settle();
@@ -333,6 +333,8 @@ fn another_file_is_a_step_and_so_is_another_field() {
     undo(&mut bench);
     assert!(seen(&bench) == other);
     let title = ViewportCommand::Title("good.nrrd – Voxsplat".to_owned());
+    // It asks before it takes a file away.
+    undo(&mut bench);
     assert!(bench.press_sends(KeyboardShortcut::new(Modifiers::COMMAND, Key::Z), &title));
     bench.harness.run_steps(3);
     assert!(seen(&bench) == with_trihedron);
@@ -351,7 +353,7 @@ fn another_file_is_a_step_and_so_is_another_field() {
 #[test]
 fn steps_of_files_that_take_too_much_memory_are_forgotten_and_that_is_said() {
     let mut bench = Bench::opened();
-    click(&mut bench, "Trihedron");
+    press(&mut bench, Modifiers::NONE, Key::T);
     // Each has 8³ samples of 16 bits: enough for one that is not open, not for two.
     bench.bytes_for_steps.store(2047, std::sync::atomic::Ordering::SeqCst);
     bench.open("second.nrrd");
@@ -363,6 +365,8 @@ fn steps_of_files_that_take_too_much_memory_are_forgotten_and_that_is_said() {
     bench.open("third.nrrd");
     bench.settle();
     assert!(bench.shows(note));
+    // It asks before it takes a file away.
+    undo(&mut bench);
     undo(&mut bench);
     assert!(seen(&bench) == second, "of two the older one went");
     undo(&mut bench);
