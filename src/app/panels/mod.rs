@@ -65,7 +65,8 @@ pub(super) fn section_ui<R>(
 ) -> Option<R> {
     let is_open = sections.get(title).copied().unwrap_or(!CLOSED_AT_FIRST.contains(&title));
     let words = RichText::new(title).size(13.5).strong();
-    let header = CollapsingHeader::new(words).open(Some(is_open));
+    // As it is from its first pass on, without being opened before all eyes.
+    let header = CollapsingHeader::new(words).default_open(is_open).open(Some(is_open));
     let shown = header.show_unindented(ui, |ui| {
         ui.add_space(2.0);
         let result = add(ui);
