@@ -415,7 +415,7 @@ pub(super) fn backend(painter: &Painter, rect: Rect, chosen: Backend) {
 
 /// A kernel as wide as was chosen, over the same at its natural width.
 pub(super) fn extent(painter: &Painter, rect: Rect, kernel: Kernel, chosen: Option<f64>) {
-    let shown = if RadialKernel::new(kernel, None).is_some() { kernel } else { Kernel::Gaussian };
+    let shown = if kernel.natural_extent().is_some() { kernel } else { Kernel::Gaussian };
     let natural = shown.natural_extent().unwrap_or(1.0);
     let wide = chosen.filter(|_| shown == kernel).unwrap_or(natural * 1.5);
     let graph = Graph { rect, from: -REACH, to: REACH };
