@@ -5,7 +5,7 @@ use voxsplat::core::Srgb8;
 use voxsplat::kernel::Kernel;
 use voxsplat::plan::Plan;
 use voxsplat::reference::{Rays, Reference};
-use voxsplat::scene::{AlongRay, Classify, Inside, Lighting, Scene, Shading, Slice, SplatSettings};
+use voxsplat::scene::{AlongRay, Classify, Inside, Scene, Slice, SplatSettings};
 use voxsplat::task::draw::{Drawer, Rung};
 use voxsplat::transfer::{ColourMap, ColourSource, TransferFunction};
 use voxsplat::volume::{Lattice, Samples};
