@@ -31,6 +31,20 @@ fn request(scene: &Scene, max_error: f32) -> Option<CellsRequest> {
     Some(CellsRequest { scene: scene.clone(), size: SIZE, max_error })
 }
 
+/// A frame that comes while their octree is built goes first, and they are found after it.
+#[test]
+fn cells_keep_no_frame_waiting_and_come_after_it() {
+    let Some(bench) = Bench::new() else { return };
+    bench.pictures_until(|bench, _| bench.engine.state() == EngineState::Idle);
+    let heavy = scene(Lattice::unit([300, 300, 300]), DVec3::Z);
+    bench.engine.request_cells(request(&heavy, 0.5));
+    std::thread::sleep(Duration::from_millis(20));
+    bench.request(&small(), SIZE, rest());
+    bench.until_full(SIZE);
+    assert!(bench.engine.take_cells().is_none(), "the frame waited for them");
+    assert!(cells_of(&bench).cells.total > 0);
+}
+
 /// Drawn as records in their order they are the picture of the cut, to the bit; and every voxel with
 /// opacity is in one of them and no other.
 #[test]

@@ -67,9 +67,9 @@ fn is_refused(scene: &Scene, bytes: u64) {
 #[test]
 fn a_picture_of_more_than_one_band_is_read_back_whole() {
     let Some(mut context) = context(Wishes::default()) else { return };
-    // Texels of 16 bytes, rows of 1024 bytes, three of them at a time.
+    // Texels of 16 bytes, rows of 1024 bytes, sixteen of them at a time.
     let size = [61, 50];
-    context.limits.max_buffer_size = 3 * 1024 + 512;
+    context.limits.max_buffer_size = 16 * 1024 + 512;
     let mut banded = Drawer::new(Renderer::new(context));
     let scene = scene(Lattice::unit([9, 8, 10]), DVec3::new(-0.6, 0.3, -0.7));
     let (in_bands, _) = drawn(&mut banded, &scene, size, Rung::Full);

@@ -8,7 +8,8 @@ use crate::gpu::GpuError;
 use crate::plan::Plan;
 use crate::scene::{Cells, Scene};
 use crate::task::cells::CutSource;
-use crate::task::draw::DrawError;
+use crate::task::draw::{DrawError, Observer};
+use crate::task::engines::Canvas;
 use crate::volume::ScalarVolume;
 
 /// Most cells that are handed out, the largest first: their edges are painted in every pass.
@@ -110,11 +111,7 @@ impl Worker {
     pub(super) fn serve_cells(&mut self, request: CellsRequest) {
         let mut tries = 0;
         let prepared = loop {
-            let prepared = self.device().map_err(DrawError::from).and_then(|drawer| {
-                // Nothing of it is drawn: no device is needed.
-                drawer.prepare_octree(&Plan::of(&request.scene, request.size), false, &mut ())
-            });
-            match prepared {
+            match self.prepare_cells(&request) {
                 Err(DrawError::Gpu(GpuError::Lost(_))) if tries < REBUILDS => self.drop_device(),
                 other => break other,
             }
@@ -126,8 +123,35 @@ impl Worker {
                 let source = self.drawer.as_ref().and_then(|drawer| drawer.cut_source());
                 self.find_cells(source.as_ref());
             }
-            Err(DrawError::Interrupted) => {}
+            // What came goes first. After a hand the view is another.
+            Err(DrawError::Interrupted) => {
+                let mut slot = self.shared.lock();
+                let moves = |frame: &FrameRequest| matches!(frame.effort, Effort::Moving { .. });
+                if slot.cells_wanted && !slot.frame.as_ref().is_some_and(moves) {
+                    slot.cells.get_or_insert(request);
+                }
+            }
             Err(error) => self.fail(&error),
         }
+    }
+
+    /// Has the octree that cells are found in at hand, unless something newer comes.
+    fn prepare_cells(&mut self, request: &CellsRequest) -> Result<(), DrawError> {
+        self.device()?;
+        let Some(mut drawer) = self.drawer.take() else { return Ok(()) };
+        // Nothing of it is drawn: no device is needed.
+        let plan = Plan::of(&request.scene, request.size);
+        let prepared = drawer.prepare_octree(&plan, false, &mut Meanwhile(self));
+        self.drawer = Some(drawer);
+        prepared
+    }
+}
+
+/// Stops where something newer came.
+struct Meanwhile<'a>(&'a Worker);
+
+impl Observer for Meanwhile<'_> {
+    fn piece_done(&mut self, _: &mut dyn Canvas, _: f64) -> bool {
+        self.0.newer_came()
     }
 }

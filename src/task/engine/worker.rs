@@ -154,7 +154,7 @@ impl Worker {
         let Some(drawer) = &mut self.drawer else {
             return Err(GpuError::Device("no device".to_owned()));
         };
-        let trouble = self.shared.lock().trouble.take();
+        let trouble = self.shared.lock().trouble.take_if(|trouble| *trouble != Trouble::Panic);
         if let Some(renderer) = drawer.engines.made_gpu() {
             match trouble {
                 Some(Trouble::Loss) => renderer.context().lose(),
