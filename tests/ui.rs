@@ -538,7 +538,7 @@ fn menus_tick_what_is_on() {
         click_menu(bench);
         // What has the same name in the panel comes before what lies over it.
         let nodes = bench.harness.get_all_by_label(name);
-        let found = nodes.filter_map(|node| node.accesskit_node().toggled()).last();
+        let found = nodes.filter_map(|node| node.accesskit_node().toggled()).next_back();
         click_menu(bench);
         found.unwrap_or_else(|| panic!("{name} tells whether it is on"))
     };

@@ -180,7 +180,7 @@ mod tests {
         ] {
             let share = share(samples, 4, binding).expect("room");
             assert_eq!(samples.div_ceil(share), buffers, "{binding}");
-            assert!(4 * share as u64 <= binding && share % 4 == 0, "{binding}: {share}");
+            assert!(4 * share as u64 <= binding && share.is_multiple_of(4), "{binding}: {share}");
             // Alike but for whole words.
             assert!(samples - (buffers - 1) * share >= share - 4 * buffers, "{binding}: {share}");
         }

@@ -194,7 +194,7 @@ mod tests {
         let value = |i: usize| {
             let noise =
                 (0..4).map(|k| ((i * 4 + k) * 7919 % 1009) as f32 / 1009.0 - 0.5).sum::<f32>();
-            if i % 50 == 0 { noise + 6.0 } else { noise }
+            if i.is_multiple_of(50) { noise + 6.0 } else { noise }
         };
         let map = kind(Samples::Float32((0..60_000).map(value).collect()));
         let Kind::Map { noise } = map else { panic!("{map:?}") };

@@ -583,7 +583,7 @@ impl Bench {
                 chooser: Box::new(move |ctx| FileDialog::answering(ctx, chosen.clone())),
                 pictures_folder: Ok(folder.clone()),
             };
-            Window::new(ctx, parts, settings.clone())
+            Window::new(ctx, parts, settings)
         });
         Self { harness, engine, pictures, measured, bytes_for_steps, library, saved }
     }

@@ -215,14 +215,12 @@ impl SplatSettings {
                 "choose --classify pre-integrated, or --reconstruction smooth",
             );
         }
-        if kernel.is_separable() {
-            if self.visibility != Visibility::Slabs {
-                return refuse(
-                    "--kernel linear or bspline with --visibility slabs",
-                    name(&format!("--visibility {}", self.visibility.name())),
-                    "choose --visibility slabs, or --kernel cubic",
-                );
-            }
+        if kernel.is_separable() && self.visibility != Visibility::Slabs {
+            return refuse(
+                "--kernel linear or bspline with --visibility slabs",
+                name(&format!("--visibility {}", self.visibility.name())),
+                "choose --visibility slabs, or --kernel cubic",
+            );
         }
         if let Some(extent) = self.extent.filter(|e| !kernel.extents().contains(e)) {
             let (expected, advice) = match kernel {
