@@ -241,6 +241,7 @@ pub(crate) fn rows() -> Vec<Row> {
     [
         fields(),
         reconstructed(),
+        extents(),
         shaded_first(),
         effects(),
         vectors(),
@@ -300,6 +301,43 @@ fn reconstructed() -> Vec<Row> {
         rows.extend(either_eye(all(&[slabs(0.5, mode), slabs(2.0, mode)])));
     }
     rows.extend(all(&[turned(EXACT), published(EXACT), turned(published(middles))]));
+    rows
+}
+
+/// Products of another than their natural width, from a fourth of it on, on a lattice of unequal spacing.
+fn extents() -> Vec<Row> {
+    let wide = |extent: f64, mode: SplatSettings| SplatSettings { extent: Some(extent), ..mode };
+    let mut rows = Vec::new();
+    for part in [&[][..], &[Part::Lights]] {
+        let splines = [0.5, 1.0, 1.6, 3.0, 6.0].map(|extent| wide(extent, EXACT));
+        rows.extend(either_eye(in_modes(Field::Stretched, part, splines)));
+        let tents = with(Kernel::Linear, EXACT);
+        let tents = [0.5, 0.8, 1.5, 2.0].map(|extent| wide(extent, tents));
+        rows.extend(either_eye(in_modes(Field::Stretched, part, tents)));
+    }
+    let splines = with(Kernel::BSpline, SLABS);
+    let smooth = SplatSettings { reconstruction: Reconstruction::Smooth, ..EXACT };
+    let modes = [
+        wide(1.0, smooth),
+        wide(3.0, smooth),
+        wide(1.0, after(Kernel::BSpline)),
+        wide(3.0, after(Kernel::BSpline)),
+        wide(1.5, after(Kernel::Linear)),
+        wide(0.5, splines),
+        wide(1.6, splines),
+        wide(3.0, splines),
+        wide(0.5, with(Kernel::Linear, SLABS)),
+        wide(1.5, with(Kernel::Linear, SLABS)),
+    ];
+    rows.extend(either_eye(in_modes(Field::Noise, &[], modes)));
+    rows.push(Row::new(Field::Noise, &[], wide(3.0, published(splines))));
+    rows.push(Row::new(Field::Stretched, &[Part::Lights], wide(3.0, splines)));
+    rows.push(Row::new(Field::Holed, &[Part::NoData], wide(3.0, EXACT)));
+    rows.push(Row::new(Field::Holed, &[Part::NoData], wide(1.0, EXACT)));
+    for shrink in [1.0, 2.0] {
+        let quick = Rung::Reduced { field: SlabField::Own, shrink };
+        rows.push(Row::new(Field::Noise, &[], wide(3.0, EXACT)).of(quick));
+    }
     rows
 }
 
@@ -597,6 +635,10 @@ fn refused() -> Vec<Row> {
         (&[], SplatSettings { sheets_per_kernel: 0, ..SHEETS }),
         (&[], SplatSettings { backend: Backend::Tiles, ..wide }),
         (&[], SplatSettings { extent: Some(2.0), ..with(Kernel::Nearest, EVERY_SAMPLE) }),
+        (&[], SplatSettings { extent: Some(0.4), ..EXACT }),
+        (&[], SplatSettings { extent: Some(9.0), ..EXACT }),
+        (&[], SplatSettings { extent: Some(1e6), ..with(Kernel::Linear, EXACT) }),
+        (&[], SplatSettings { extent: Some(1e-6), ..with(Kernel::Linear, EXACT) }),
         (&[Lights], RASTER),
         (&[Lights], MESH),
         (&[Regions], wide),
