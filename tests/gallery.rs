@@ -146,7 +146,11 @@ fn the_gallerys_own_test_finds_what_is_wrong() {
     assert_eq!(faults(&drawn(&engine, &scene)), [""; 0]);
     let mut far = scene.clone();
     far.camera.parallel_scale *= 3.0;
-    assert!(faults(&drawn(&engine, &far))[0].starts_with("small"), "a third of the frame");
+    let small = faults(&drawn(&engine, &far));
+    assert!(
+        small.iter().any(|fault| fault.starts_with("small")),
+        "a third of the frame: {small:?}"
+    );
     let mut aside = scene.clone();
     aside.camera.focal_point += aside.camera.up * 50.0;
     assert!(faults(&drawn(&engine, &aside))[0].starts_with("empty"), "beside the frame");

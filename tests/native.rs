@@ -20,6 +20,7 @@ use voxsplat::task::engine::{
     Choice, Effort, Engine, EngineChoice, EngineKind, FrameRequest, Ladder, Picture,
 };
 use voxsplat::task::still::{Refine, Still, StillError, StillRequest};
+use voxsplat::transfer::{ColourMap, ColourSource, TransferFunction};
 use voxsplat::volume::{Component, demo};
 
 const SIZE: [u32; 2] = [96, 64];
@@ -407,7 +408,10 @@ fn who_chooses_nothing_gets_the_engine_of_the_machine_and_who_names_an_adapter_t
 fn published_opacities_are_capped_at_one_as_the_references_are() {
     let engine = alone();
     let mut scene = opened("demo:shells:16");
-    scene.transfer_mut().unwrap().opacity = vec![(0.0, 0.9)];
+    *scene.transfer_mut().unwrap() = TransferFunction::of(
+        vec![(0.0, 0.9)],
+        ColourSource::Map { map: ColourMap::Viridis, range: [0.0, 1.0] },
+    );
     let slice = Slice::across(&scene.lattice(), 2, 0.4, 0.5);
     for (classify, slices) in [
         (Classify::PreIntegrated, vec![]),

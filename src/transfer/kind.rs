@@ -141,7 +141,7 @@ const APART: [[u8; 3]; 7] = [
     [0, 114, 178],
 ];
 /// How much of what is mixed into them where there are more things than colours: (of white, of black).
-const MIXED: [(f64, f64); 5] = [(0.0, 0.0), (0.5, 0.0), (0.0, 0.45), (0.75, 0.0), (0.25, 0.4)];
+const MIXED: [(f64, f64); 5] = [(0.0, 0.0), (0.5, 0.0), (0.0, 0.4), (0.75, 0.0), (0.25, 0.4)];
 
 /// The colour of the thing of a number: no two of the first 35 are alike.
 pub(super) fn colour_of_label(number: usize) -> Srgb8 {

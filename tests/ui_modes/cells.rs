@@ -2,9 +2,7 @@
 
 use std::sync::Arc;
 
-use eframe::egui::accesskit::Role;
 use eframe::egui::{Key, Modifiers, PointerButton, ViewportId, vec2};
-use egui_kittest::kittest::Queryable as _;
 use voxsplat::app::settings::BudgetPreset;
 use voxsplat::scene::{Cell, Cells, View, WhyWhole};
 use voxsplat::task::engine::{CellsRequest, Effort, FoundCells};
@@ -50,7 +48,7 @@ fn cells_cost_nothing_until_they_are_shown_and_nothing_once_they_are_hidden() {
         assert_eq!(output.repaint_delay, std::time::Duration::MAX);
     }
 
-    bench.harness.get_by_role_and_label(Role::CheckBox, "Show octree cells").click();
+    bench.harness.key_press(Key::G);
     bench.settle();
     let asked = asked_since(&bench, 3);
     assert!(matches!(asked[..], [None]), "forgotten once: {}", asked.len());

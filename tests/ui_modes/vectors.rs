@@ -61,10 +61,11 @@ fn opened() -> Bench {
 
 #[test]
 fn a_field_of_three_components_opens_as_vectors_alone() {
-    let bench = opened();
+    let mut bench = opened();
     let layer = layer(&bench);
     assert!(layer.alone && layer.field.name == "v");
-    assert!(bench.harness.query_by_label_contains("321 splats of vectors").is_some());
+    bench.open_details();
+    assert!(bench.tells("321 splats, each a vector"));
     assert_eq!(layer.field.vectors.len(), 512);
 }
 
