@@ -155,7 +155,7 @@ fn the_gallerys_own_test_finds_what_is_wrong() {
     aside.camera.focal_point += aside.camera.up * 50.0;
     assert!(faults(&drawn(&engine, &aside))[0].starts_with("empty"), "beside the frame");
     let all_white = [0.0, 1.0].map(|value| (value, voxsplat::core::Srgb8([255; 3])));
-    let mut white = scene;
+    let mut white = Scene { shading: Default::default(), ..scene };
     let transfer = white.transfer_mut().unwrap();
     transfer.opacity = vec![(0.0, 0.9), (1.0, 0.9)];
     transfer.colour = voxsplat::transfer::ColourSource::Stops(all_white.to_vec());

@@ -408,9 +408,11 @@ fn who_chooses_nothing_gets_the_engine_of_the_machine_and_who_names_an_adapter_t
 fn published_opacities_are_capped_at_one_as_the_references_are() {
     let engine = alone();
     let mut scene = opened("demo:shells:16");
+    let statistics = &scene.volume().unwrap().statistics;
+    let range = [statistics.min, statistics.max];
     *scene.transfer_mut().unwrap() = TransferFunction::of(
         vec![(0.0, 0.9)],
-        ColourSource::Map { map: ColourMap::Viridis, range: [0.0, 1.0] },
+        ColourSource::Map { map: ColourMap::Viridis, range },
     );
     let slice = Slice::across(&scene.lattice(), 2, 0.4, 0.5);
     for (classify, slices) in [

@@ -77,7 +77,8 @@ const ENGINES: [(EngineChoice, &str, &str); 3] = [
 pub fn status_ui(ui: &mut Ui, now: &Now<'_>) -> Option<EngineChoice> {
     let mut chosen = None;
     ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-        progress_ui(ui, now);
+        // A scope with a bar or without, so that the line stays the same widget and what it has opened stays open.
+        ui.scope(|ui| progress_ui(ui, now));
         ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
             let words = glance(now.shown, now.state, now.is_moving, now.rate);
             let words = RichText::new(words).size(SMALL).color(theme::TEXT);
