@@ -302,7 +302,7 @@ pub struct ModeFlags {
     /// splat as a mesh of triangles [default: bspline, unless other flags ask for another]
     #[arg(long, value_name = "KERNEL", value_parser = values::kernel)]
     pub kernel: Option<Kernel>,
-    /// Splat radius in voxels, of every kernel but point and nearest: linear 0.5 to 2, bspline 0.5 to 8 [default: the
+    /// Splat radius in voxels, of every kernel but point and nearest: linear 0.6 to 2, bspline 0.6 to 8 [default: the
     /// kernel's own, where it passes through the samples or is as published]
     #[arg(long, value_name = "E", value_parser = values::positive, allow_hyphen_values = true)]
     pub extent: Option<f64>,

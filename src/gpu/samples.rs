@@ -3,7 +3,7 @@
 use super::GpuError;
 use super::buffers::Growing;
 use super::context::Context;
-use super::layout::{MOST_SAMPLE, NO_DATA, narrow};
+use super::layout::{MOST_SAMPLE, NO_DATA};
 use super::shade::CellsOfValues;
 use crate::core::Ticket;
 use crate::volume::{Samples, Scalar, ScalarVolume, Statistics};
@@ -142,7 +142,7 @@ impl DeviceSamples {
 
     /// What stands for a value in a table's span.
     pub(super) fn stored(&self, value: f64) -> f32 {
-        narrow((value - self.bias) * self.unit)
+        to_f32(value, self.bias, self.unit)
     }
 }
 

@@ -7,8 +7,9 @@ use serde::{Deserialize, Serialize};
 use super::{MOST_EXTENT, MOST_TENT_EXTENT, RadialKernel, Separable};
 use crate::core::names;
 
-/// The least splat radius, voxels, of kernels that are products: half the distance between samples.
-const LEAST_SEPARABLE_EXTENT: f64 = 0.5;
+/// The least splat radius, voxels, of kernels that are products. At half the distance between samples the last digit would
+/// decide which of two counts half-way between them.
+const LEAST_SEPARABLE_EXTENT: f64 = 0.6;
 
 /// A reconstruction kernel, in units of one voxel: radial, a box, or on lattices separable.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]

@@ -11,7 +11,7 @@ use voxsplat::kernel::{Averaged, Coefficients, Kernel, nearest_tents};
 use voxsplat::reference::Reference;
 use voxsplat::scene::{Classify, OpacityModel, Order, Scene, SplatSettings, View};
 use voxsplat::task::draw::Rung;
-use voxsplat::transfer::{Cumulative, TransferFunction, Weight, presets};
+use voxsplat::transfer::{ColourMap, ColourSource, Cumulative, TransferFunction, Weight, presets};
 use voxsplat::volume::{Component, Lattice, Samples, ScalarVolume, demo};
 
 use crate::support::*;
@@ -511,6 +511,11 @@ fn previews_are_about_as_bright_as_the_exact_picture() {
         let volume = grid.scalar(&grid.fields[0], component, &Ticket::new()).expect("a volume");
         let mut scene = scene(volume.lattice, OBLIQUE);
         *transfer_of(&mut scene) = presets::default_for(&volume.statistics);
+        if name.starts_with("shells") {
+            // A colour map: those of names are steps, which no other kernel keeps in their places.
+            let range = [volume.statistics.min, volume.statistics.max];
+            transfer_of(&mut scene).colour = ColourSource::Map { map: ColourMap::Viridis, range };
+        }
         scene = with_field(scene, volume.into());
         scene.splat = SplatSettings::EXACT;
         let exact = Reference::new(&scene, size.map(|n| n as usize)).expect("a mode").picture();

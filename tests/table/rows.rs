@@ -309,10 +309,10 @@ fn extents() -> Vec<Row> {
     let wide = |extent: f64, mode: SplatSettings| SplatSettings { extent: Some(extent), ..mode };
     let mut rows = Vec::new();
     for part in [&[][..], &[Part::Lights]] {
-        let splines = [0.5, 1.0, 1.6, 3.0, 6.0].map(|extent| wide(extent, EXACT));
+        let splines = [0.6, 1.0, 1.6, 3.0, 6.0].map(|extent| wide(extent, EXACT));
         rows.extend(either_eye(in_modes(Field::Stretched, part, splines)));
         let tents = with(Kernel::Linear, EXACT);
-        let tents = [0.5, 0.8, 1.5, 2.0].map(|extent| wide(extent, tents));
+        let tents = [0.6, 0.8, 1.5, 2.0].map(|extent| wide(extent, tents));
         rows.extend(either_eye(in_modes(Field::Stretched, part, tents)));
     }
     let splines = with(Kernel::BSpline, SLABS);
@@ -323,10 +323,10 @@ fn extents() -> Vec<Row> {
         wide(1.0, after(Kernel::BSpline)),
         wide(3.0, after(Kernel::BSpline)),
         wide(1.5, after(Kernel::Linear)),
-        wide(0.5, splines),
+        wide(0.6, splines),
         wide(1.6, splines),
         wide(3.0, splines),
-        wide(0.5, with(Kernel::Linear, SLABS)),
+        wide(0.6, with(Kernel::Linear, SLABS)),
         wide(1.5, with(Kernel::Linear, SLABS)),
     ];
     rows.extend(either_eye(in_modes(Field::Noise, &[], modes)));

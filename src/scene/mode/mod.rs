@@ -225,11 +225,11 @@ impl SplatSettings {
         if let Some(extent) = self.extent.filter(|e| !kernel.extents().contains(e)) {
             let (expected, advice) = match kernel {
                 Kernel::Linear => (
-                    "--extent between 0.5 and 2 voxels with --kernel linear",
+                    "--extent between 0.6 and 2 voxels with --kernel linear",
                     "choose one in that range, or --kernel bspline",
                 ),
                 Kernel::BSpline => (
-                    "--extent between 0.5 and 8 voxels with --kernel bspline",
+                    "--extent between 0.6 and 8 voxels with --kernel bspline",
                     "choose one in that range, or --kernel cubic",
                 ),
                 _ => ("a positive --extent", "choose a number of voxels, such as 2"),
