@@ -581,6 +581,9 @@ fn what_is_rarely_needed_is_closed_at_first_and_sections_stay_as_they_were_left(
         bench.harness.run_steps(30);
     }
     assert!(bench.shows("Reconstruction") && !bench.shows("Dimensions"));
+    bench.harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+    bench.harness.run_steps(30);
+    assert!(bench.shows("Reconstruction"), "what is open is no step to take back");
     let left = serde_json::to_string(bench.window().settings()).expect("text");
     let mut next = Bench::with_settings(settings(&left));
     next.open("good.nrrd");

@@ -15,6 +15,7 @@ use eframe::egui::{Context, Event};
 use super::compare::{Compare, Display};
 use super::document::Document;
 use super::flow::FlowChoice;
+use super::panels::Sections;
 use super::panels::transfer::CurveView;
 use super::settings::Settings;
 use super::window::Window;
@@ -180,7 +181,12 @@ impl Window {
             document,
             scene,
             gaussians: self.gaussians.clone(),
-            settings: Settings { recent: Vec::new(), side_panel: true, ..self.settings.clone() },
+            settings: Settings {
+                recent: Vec::new(),
+                side_panel: true,
+                sections: Sections::new(),
+                ..self.settings.clone()
+            },
             compare: Comparison::of(&self.compare),
             cells: (self.cells.on, self.cells.max_error),
             curve: self.transfer.curve_view(),
@@ -270,7 +276,9 @@ impl Window {
         self.scene = Some(scene);
         self.gaussians = gaussians;
         let recent = std::mem::take(&mut self.settings.recent);
-        self.settings = Settings { recent, side_panel: self.settings.side_panel, ..settings };
+        let sections = std::mem::take(&mut self.settings.sections);
+        let side_panel = self.settings.side_panel;
+        self.settings = Settings { recent, sections, side_panel, ..settings };
         compare.give_to(&mut self.compare);
         (self.cells.on, self.cells.max_error) = cells;
         self.transfer.let_go();

@@ -30,6 +30,13 @@ const BLACK: Srgb8 = Srgb8([0; 3]);
 
 pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
     let refine = refine(flags)?;
+    flags.shading.refuse_lights_put_out()?;
+    if flags.inside.slice_only_shown
+        && flags.inside.slice.is_empty()
+        && flags.inside.slice_plane.is_empty()
+    {
+        note("no slice is asked for, so --slice-only-shown changes nothing; add --slice");
+    }
     let seconds = flags.vectors.loop_seconds(&flags.output)?;
     if let Some(frames) = flags.vectors.cycle {
         return run_loop(flags, frames, seconds);

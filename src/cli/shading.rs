@@ -3,6 +3,7 @@
 use clap::Args;
 use glam::DVec3;
 
+use super::Failure;
 use super::values::{self, List, Stop};
 use crate::core::Srgb8;
 use crate::scene::{
@@ -75,6 +76,18 @@ fn shading_choice(text: &str) -> Result<ShadingChoice, String> {
 }
 
 impl ShadingFlags {
+    /// Refuses lights together with `--shading none`, which puts them out.
+    pub(super) fn refuse_lights_put_out(&self) -> Result<(), Failure> {
+        let lights = ["--light", "--ambient", "--diffuse", "--specular", "--specular-power"];
+        let given = self.given().into_iter().find(|flag| lights.contains(flag));
+        match (self.shading, given) {
+            (Some(ShadingChoice::None), Some(flag)) => Err(Failure::Usage(format!(
+                "expected --shading none by itself, as it puts the lights out, found {flag}; leave one of the two out"
+            ))),
+            _ => Ok(()),
+        }
+    }
+
     /// The flags that were given.
     pub(super) fn given(&self) -> Vec<&'static str> {
         let given = [

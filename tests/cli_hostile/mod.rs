@@ -113,6 +113,25 @@ fn an_adapter_that_is_not_there_is_refused_with_those_that_are() {
 }
 
 #[test]
+fn lights_beside_none_are_refused_and_a_flag_of_slices_without_any_is_told() {
+    if !can_draw() {
+        return;
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let picture = folder.path().join("out.png").to_str().expect("UTF-8").to_owned();
+    let small = ["render", DEMO, "-o", &picture, "--resolution", "8,8"];
+    let both = voxsplat(&[&small[..], &["--shading", "none", "--light", "1,1,1"]].concat());
+    assert_eq!(fault(&both, 2, &["--shading none", "found --light"], None), None);
+    let without = voxsplat(&[&small[..], &["--slice-only-shown"]].concat());
+    assert!(without.status.success());
+    assert!(
+        errors(&without).contains("--slice-only-shown changes nothing"),
+        "{}",
+        errors(&without)
+    );
+}
+
+#[test]
 fn help_and_refusals_tell_what_can_be_asked_for() {
     let help = |command: &[&str]| {
         let output = voxsplat(&[command, &["--help"]].concat());

@@ -100,7 +100,11 @@ const UP: &str = "The axis of the world that points up: views that have names, a
 /// What a choice of it is called.
 fn up_name(chosen: Option<UpAxis>, space: Option<&str>) -> String {
     let name = |up: UpAxis| up.name().replace('-', "−");
-    chosen.map_or_else(|| format!("As in the file ({})", name(Orientation::of(space).up)), name)
+    let by_file = || match space {
+        Some(_) => format!("As in the file ({})", name(Orientation::of(space).up)),
+        None => format!("Not stated ({})", name(Orientation::of(space).up)),
+    };
+    chosen.map_or_else(by_file, name)
 }
 
 /// The same as a part of a menu.

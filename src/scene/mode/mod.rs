@@ -226,11 +226,11 @@ impl SplatSettings {
             let (expected, advice) = match kernel {
                 Kernel::Linear => (
                     "--extent between 0.6 and 2 voxels with --kernel linear",
-                    "choose one in that range, or --kernel bspline",
+                    "choose one in that range",
                 ),
                 Kernel::BSpline => (
                     "--extent between 0.6 and 8 voxels with --kernel bspline",
-                    "choose one in that range, or --kernel cubic",
+                    "choose one in that range",
                 ),
                 _ => ("a positive --extent", "choose a number of voxels, such as 2"),
             };
