@@ -82,7 +82,7 @@ impl Kernel {
     }
 
     /// How much wider than natural the kernels are by which engines weigh its coefficients at a splat radius of
-    /// `extent`: wide B-splines are brought back to natural ones (see [`mod@super::coefficients`]).
+    /// `extent`: wide B-splines are brought back to natural ones (see `kernel::coefficients`).
     pub fn stretch(self, extent: Option<f64>) -> f64 {
         let scale = self.scale(extent);
         if self == Self::BSpline { scale.min(1.0) } else { scale }
