@@ -19,7 +19,7 @@ const RECONSTRUCTING: [Kernel; 5] =
 
 /// Products of another than their natural width.
 const SCALED: [(Kernel, Option<f64>); 4] = [
-    (Kernel::Linear, Some(0.5)),
+    (Kernel::Linear, Some(0.6)),
     (Kernel::Linear, Some(1.7)),
     (Kernel::BSpline, Some(0.9)),
     (Kernel::BSpline, Some(3.4)),
