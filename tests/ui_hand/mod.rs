@@ -74,7 +74,7 @@ fn an_axis_is_chosen_to_be_up_for_the_session_and_taken_back() {
     bench.settle();
     assert_eq!(bench.window().scene().unwrap().up, Some(UpAxis::PlusY), "for the session");
     assert!((bench.camera().up - up).length() < 1e-9, "and what is opened is seen so");
-    bench.choose("Up axis", "As in the file (+z)");
+    bench.choose("Up axis", "Not stated (+z)");
     assert_eq!(bench.window().scene().unwrap().up, None);
     assert!((bench.camera().up - isometric(own).1).length() < 1e-9);
     press(&mut bench, Modifiers::COMMAND, Key::Z);
