@@ -90,6 +90,15 @@ mod tests {
     }
 
     #[test]
+    fn half_a_per_cent_of_the_rays_lie_below_the_range_and_a_fifth_above() {
+        let samples = Samples::Int16((0..1000).collect());
+        let row = Lattice::unit([1, 1000, 1]);
+        let volume = ScalarVolume::from_samples("even", row, samples).unwrap();
+        let [low, high] = projected_range(&volume, AlongRay::Maximum).expect("they differ");
+        assert!((4.0..=6.0).contains(&low) && (996.0..=998.0).contains(&high), "{low} {high}");
+    }
+
+    #[test]
     fn values_that_are_none_are_passed_over() {
         let values = [f64::NAN, 2.0, 4.0, f64::INFINITY];
         let of = |along| projected(values.into_iter(), along);
