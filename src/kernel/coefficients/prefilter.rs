@@ -159,6 +159,13 @@ fn across_rows(
     })
 }
 
+/// Which sample stands at place `k` of a line that is mirrored about its first and its last sample, and so repeats itself
+/// every `period` places.
+fn mirrored(k: usize, period: usize) -> usize {
+    let k = k % period;
+    k.min(period - k)
+}
+
 /// Weighs lines by `taps`, at offsets 0, ±1, ±2, …, mirrored as in [`filter`].
 fn convolve<const W: usize>(lines: &mut [[f64; W]], taps: &[f64]) {
     let last = lines.len() - 1;
@@ -166,17 +173,13 @@ fn convolve<const W: usize>(lines: &mut [[f64; W]], taps: &[f64]) {
         return;
     }
     let period = 2 * last;
-    let mirrored = |k: usize| {
-        let k = k % period;
-        k.min(period - k)
-    };
     let original = lines.to_vec();
     for (k, line) in lines.iter_mut().enumerate() {
         line.iter_mut().for_each(|weighed| *weighed *= taps[0]);
         for (offset, tap) in taps.iter().enumerate().skip(1) {
             // So many periods on that nothing before the start is negative.
-            let before = &original[mirrored(k + period * offset - offset)];
-            let after = &original[mirrored(k + offset)];
+            let before = &original[mirrored(k + period * offset - offset, period)];
+            let after = &original[mirrored(k + offset, period)];
             for ((weighed, before), after) in line.iter_mut().zip(before).zip(after) {
                 *weighed += tap * (before + after);
             }
@@ -191,15 +194,11 @@ fn weigh<const W: usize>(lines: &mut [[f64; W]]) {
         return;
     }
     let period = 2 * last;
-    let mirrored = |k: usize| {
-        let k = k % period;
-        k.min(period - k)
-    };
     // Those already overwritten, and those that mirrored ones at the end are images of.
     let original = lines.to_vec();
     for (k, line) in lines.iter_mut().enumerate() {
         // Two periods on, nothing before the start is negative.
-        let at = |offset: usize| &original[mirrored(k + 2 * period + offset - 2)];
+        let at = |offset: usize| &original[mirrored(k + 2 * period + offset - 2, period)];
         for (w, weighed) in line.iter_mut().enumerate() {
             let outer = at(0)[w] + at(4)[w];
             let inner = at(1)[w] + at(3)[w];
