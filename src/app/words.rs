@@ -96,7 +96,12 @@ fn sentence_case(name: &str) -> String {
     if let Some(rest) = name.strip_prefix("ct-") {
         return format!("CT-{rest}");
     }
-    let mut letters = name.chars();
+    capital(name)
+}
+
+/// Words that begin with a capital letter.
+pub fn capital(words: &str) -> String {
+    let mut letters = words.chars();
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 

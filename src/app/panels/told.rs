@@ -11,9 +11,9 @@ use crate::task::estimate::Checked;
 use crate::task::level::{LevelOfDetail, SlabField};
 
 /// What the numbers of dB in the sentences mean.
-pub(super) const DECIBELS: &str = "dB says how near a picture is to the exact one, the limit of ever thinner slabs: the \
-                                   peak signal-to-noise ratio of all its colours. 6 dB more are half the difference; \
-                                   at 54 dB it is half a step of a display";
+pub(super) const DECIBELS: &str = "dB says how near a picture is to the exact one, which slabs of no thickness would \
+                                   give: the peak signal-to-noise ratio of all its colours. 6 dB more halve the \
+                                   difference; at 54 dB it is half of the least step that a display can show";
 
 /// How the engine stands, the time, and what that bought, on one line: `Finished · 0.2 s · exact mode`.
 /// `rate`: pictures a second of a moving view, where that is known.
@@ -211,7 +211,10 @@ fn error_words(shown: &Shown) -> String {
     let Shown { report, mode, measured } = shown;
     if let Some(rmse) = report.estimated_rmse {
         let db = words::about_decibels(psnr_from_rmse(rmse), true);
-        return format!("{}, estimated; checked once the full picture is there", capital(&db));
+        return format!(
+            "{}, estimated; checked once the full picture is there",
+            words::capital(&db)
+        );
     }
     let doubled = report.refined.filter(|refined| refined.convergence.last_difference.is_some());
     if !report.level.is_full() && doubled.is_none() {
@@ -235,7 +238,7 @@ fn level_words(mode: &SplatSettings, measured: Option<&Measured>, report: &Frame
     if let Some(Measured { point, is_of_this_view }) = measured {
         let numbers = number_words(point);
         if !is_of_this_view {
-            let db = capital(&words::about_decibels(point.db, false));
+            let db = words::capital(&words::about_decibels(point.db, false));
             return format!("{db}: measured in another view of this volume ({numbers})");
         }
         let took = words::milliseconds(report.frame_ms);
@@ -260,12 +263,6 @@ fn level_words(mode: &SplatSettings, measured: Option<&Measured>, report: &Frame
     }
     let (low, high) = typical_db(mode);
     format!("Usually {low} to {high} dB in this mode. The accuracy panel (key A) measures it")
-}
-
-/// With a capital letter at the beginning.
-fn capital(words: &str) -> String {
-    let mut letters = words.chars();
-    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
 /// A greatest difference, rounded up to one digit: `0.0008`.
