@@ -100,6 +100,45 @@ impl RawLayout {
         crate::core::memory::checked_product(&[x, y, z, sample])?.checked_add(self.skip_bytes)
     }
 
+    /// Layouts that fill `found_bytes` exactly, as volumes usually are: cubes, and slices of a power of two. The
+    /// likelier ones first, at most a handful.
+    pub fn suggestions(&self, found_bytes: u64) -> Vec<Self> {
+        const MOST: usize = 8;
+        let Some(bytes) = found_bytes.checked_sub(self.skip_bytes).filter(|&n| n > 0) else {
+            return Vec::new();
+        };
+        let types =
+            [ScalarType::UInt8, ScalarType::UInt16, ScalarType::Float32, ScalarType::Float64];
+        let mut cubes = Vec::new();
+        let mut slices = Vec::new();
+        for scalar_type in types {
+            let size = scalar_type.size_bytes() as u64;
+            if !bytes.is_multiple_of(size) {
+                continue;
+            }
+            let count = bytes / size;
+            #[expect(
+                clippy::cast_possible_truncation,
+                clippy::cast_sign_loss,
+                reason = "of a root"
+            )]
+            let side = (count as f64).cbrt().round() as u64;
+            let layout = |dims| Self { dims, scalar_type, ..*self };
+            if side > 1 && side.checked_pow(3) == Some(count) {
+                cubes.push(layout([side; 3]));
+            }
+            for side in [512_u64, 256, 1024, 128, 64, 2048] {
+                let deep = count / (side * side);
+                // Between a few slices and a rod.
+                let is_likely = (side / 16..=4 * side).contains(&deep) && deep != side;
+                if is_likely && count.is_multiple_of(side * side) {
+                    slices.push(layout([side, side, deep]));
+                }
+            }
+        }
+        cubes.into_iter().chain(slices).take(MOST).collect()
+    }
+
     /// Why a file of `found_bytes` cannot be read this way; `None` if it can.
     pub fn refusal(&self, found_bytes: u64) -> Option<String> {
         if self.dims.contains(&0) {
@@ -107,6 +146,11 @@ impl RawLayout {
         }
         if self.spacing.iter().any(|s| !s.is_finite() || *s == 0.0) {
             return Some("every spacing must be a number other than 0".to_owned());
+        }
+        if self.dims == [1; 3] {
+            return Some(
+                "one sample is no volume: say how many there are along x, y and z".to_owned(),
+            );
         }
         match self.expected_bytes() {
             None => Some("the dimensions are beyond what 64 bits can count".to_owned()),
@@ -144,6 +188,8 @@ pub enum ReadFailure {
     Refused(String),
     /// No reader knows the content, so a raw layout is needed; one sentence for people.
     NotRecognised(String),
+    /// A format that is known and not read: what it is, with its article.
+    Foreign(String),
     /// It was cancelled.
     Cancelled,
 }
@@ -306,6 +352,29 @@ mod tests {
         let huge = RawLayout { dims: [u64::MAX, 2, 1], ..layout };
         assert!(huge.refusal(100).unwrap().contains("64 bits"));
         assert!(RawLayout { dims: [0, 1, 1], ..layout }.refusal(100).is_some());
+        assert!(
+            RawLayout { dims: [1; 3], ..layout }.refusal(100).is_some(),
+            "nobody said anything"
+        );
         assert!(RawLayout { spacing: [1.0, 0.0, 1.0], ..layout }.refusal(999).is_some());
+    }
+
+    #[test]
+    fn suggested_layouts_fill_the_file_and_cubes_come_first() {
+        let all =
+            |skip_bytes, bytes| RawLayout { skip_bytes, ..RawLayout::default() }.suggestions(bytes);
+        let cubes = all(0, 64 * 64 * 64 * 2);
+        assert_eq!((cubes[0].dims, cubes[0].scalar_type), ([64; 3], ScalarType::UInt16));
+        let scan = all(100, 100 + 512 * 512 * 90 * 2);
+        assert!(
+            scan.iter().any(|l| l.dims == [512, 512, 90] && l.scalar_type == ScalarType::UInt16)
+        );
+        for (skip, bytes) in [(0, 1 << 20), (16, 16 + 400 * 512 * 512), (0, 7919), (0, 1), (9, 5)] {
+            for layout in all(skip, bytes) {
+                assert_eq!(layout.expected_bytes(), Some(bytes));
+                assert_eq!(layout.refusal(bytes), None);
+            }
+        }
+        assert!(all(0, 7919).is_empty() && all(9, 5).is_empty(), "primes and less than nothing");
     }
 }

@@ -34,7 +34,10 @@ pub struct FileDialog {
 impl FileDialog {
     /// Asks for a file to open.
     pub fn open(ctx: &Context) -> Self {
-        let extensions = ["nrrd", "nhdr", "mha", "mhd", "vti", "vtr", "vts", "vtk", "nc", "raw"];
+        let extensions = [
+            "nrrd", "nhdr", "mha", "mhd", "vti", "vtr", "vts", "vtk", "nc", "nii", "gz", "hdr",
+            "img", "npy", "npz", "mrc", "map", "ccp4", "rec", "st", "raw",
+        ];
         let dialog = rfd::AsyncFileDialog::new()
             .set_title("Open a volume")
             .add_filter("Volumes", &extensions)

@@ -50,6 +50,7 @@ impl Window {
             Document::read(&*library, reading, ticket)
         });
         self.loading = Some(Loading { job, source, keep_view: false, companions: Vec::new() });
+        self.undescribed = None;
     }
 
     /// Opens the first volume of several sources, or the first demo for none, and puts polygons and a
@@ -212,6 +213,14 @@ impl Window {
                     None => self.notices.error(reason),
                 }
             }
+            Ended::Finished(Err(ReadFailure::Foreign(what))) => {
+                let name = loading.source.name();
+                self.notices.error(format!(
+                    "This is {what}; Voxsplat cannot read it. If it holds bare samples, say how they lie \
+                     under File, Raw layout…: {name}"
+                ));
+                self.undescribed = loading.source.path().map(Path::to_owned);
+            }
             Ended::Lost => {
                 let name = loading.source.name();
                 self.notices.error(format!("Reading stopped on a bug of the program: {name}"));
@@ -267,6 +276,10 @@ impl Window {
     }
 
     pub(super) fn ask_raw_layout_again(&mut self) {
+        if let Some(path) = self.undescribed.take() {
+            self.ask_raw_layout(&path, None, None);
+            return;
+        }
         let source = self.document.as_ref().map(|document| document.source.clone());
         match source {
             Some(Source::Raw(path, layout)) => self.ask_raw_layout(&path, Some(layout), None),

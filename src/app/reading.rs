@@ -14,7 +14,10 @@ use crate::volume::{Samples, ScalarVolume, Statistics, demo};
 /// Greatest side of a preview, pixels; larger slices are thinned out.
 const PREVIEW_SIDE: usize = 512;
 /// Extensions of formats with a header: without one such a file is damaged, not raw.
-const WITH_HEADER: [&str; 9] = ["nrrd", "nhdr", "mha", "mhd", "vti", "vtr", "vts", "vtk", "nc"];
+const WITH_HEADER: [&str; 14] = [
+    "nrrd", "nhdr", "mha", "mhd", "vti", "vtr", "vts", "vtk", "nc", "nii", "npy", "npz", "mrc",
+    "dcm",
+];
 
 /// Files on disk and volumes made in code.
 pub struct Files;
@@ -98,7 +101,10 @@ fn opened(result: Result<io::Opened, ReadError>) -> Result<ReadGrid, ReadFailure
                 Err(ReadFailure::NotRecognised(text))
             }
         }
-        Err(error) => Err(ReadFailure::Refused(error.to_string())),
+        Err(error) => match error.problem {
+            Problem::Foreign { name } => Err(ReadFailure::Foreign(name)),
+            _ => Err(ReadFailure::Refused(error.to_string())),
+        },
     }
 }
 
@@ -218,6 +224,18 @@ mod tests {
         assert!(matches!(read(&path).err(), Some(ReadFailure::Refused(_))));
         let missing = read(Path::new("/nowhere/at all.nrrd")).err();
         assert!(matches!(missing, Some(ReadFailure::Refused(_))), "{missing:?}");
+    }
+
+    #[test]
+    fn a_format_that_is_not_read_is_told_by_its_name() {
+        for (name, bytes, what) in [
+            ("a.pdf", &b"%PDF-1.7"[..], "a PDF document"),
+            ("a_2x2x3_uint8.raw", b"\x89PNG\r\n\x1a\n", "a PNG picture"),
+        ] {
+            let (_folder, path) = written(name, bytes);
+            let failure = read(&path).err();
+            assert_eq!(failure, Some(ReadFailure::Foreign(what.to_owned())), "{name}");
+        }
     }
 
     #[test]

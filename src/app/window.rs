@@ -134,6 +134,8 @@ pub struct Window {
     pub(super) last_valid_mode: SplatSettings,
     pub(super) file_dialog: Option<FileDialog>,
     pub(super) loading: Option<Loading>,
+    /// The file of another format that was refused last, whose samples may be described all the same.
+    pub(super) undescribed: Option<PathBuf>,
     pub(super) saving: Vec<Job<Saved>>,
     /// Milliseconds of a pixel of the last picture that was drawn in full.
     pub(super) pixel_ms: Option<f64>,
@@ -184,6 +186,7 @@ impl Window {
             last_valid_mode: SplatSettings::default(),
             file_dialog: None,
             loading: None,
+            undescribed: None,
             saving: Vec::new(),
             pixel_ms: None,
             loading_design: None,

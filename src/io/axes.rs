@@ -31,11 +31,22 @@ pub(super) enum Role {
 pub(super) struct Axes {
     pub(super) sizes: Vec<usize>,
     pub(super) roles: Vec<Role>,
+    /// The last of the spatial axes is x, rather than the first.
+    pub(super) backwards: bool,
 }
 
 impl Axes {
     fn of(&self, role: Role) -> impl DoubleEndedIterator<Item = usize> {
         (0..self.sizes.len()).filter(move |&axis| self.roles[axis] == role)
+    }
+
+    /// Those of space, x first.
+    fn of_space(&self) -> Vec<usize> {
+        let mut axes: Vec<usize> = self.of(Role::Domain).collect();
+        if self.backwards {
+            axes.reverse();
+        }
+        axes
     }
 
     fn product(&self, role: Role) -> usize {
@@ -45,7 +56,7 @@ impl Axes {
     /// Samples along x, y, z; 1 for those the file lacks. At most three axes are spatial.
     pub(super) fn dims(&self) -> [usize; 3] {
         let mut dims = [1; 3];
-        for (dim, axis) in dims.iter_mut().zip(self.of(Role::Domain)) {
+        for (dim, axis) in dims.iter_mut().zip(self.of_space()) {
             *dim = self.sizes[axis];
         }
         dims
@@ -58,7 +69,7 @@ impl Axes {
             Role::Domain => 1,
             Role::List => 2,
         };
-        self.roles.windows(2).all(|pair| rank(pair[0]) <= rank(pair[1]))
+        !self.backwards && self.roles.windows(2).all(|pair| rank(pair[0]) <= rank(pair[1]))
     }
 
     /// Whether [`Axes::fields`] needs the samples a second time.
@@ -115,7 +126,7 @@ impl Axes {
             start += left % self.sizes[axis] * strides[axis];
             left /= self.sizes[axis];
         }
-        let order: Vec<usize> = self.of(Role::Component).chain(self.of(Role::Domain)).collect();
+        let order: Vec<usize> = self.of(Role::Component).chain(self.of_space()).collect();
         let count = order.iter().map(|&axis| self.sizes[axis]).product();
         let mut gathered = no_samples(samples.scalar_type());
         reserve_samples(&mut gathered, count)?;
@@ -252,6 +263,7 @@ mod tests {
         let axes = Axes {
             sizes: vec![2, 2, 3, 2],
             roles: vec![Role::Domain, Role::Component, Role::Domain, Role::List],
+            backwards: false,
         };
         let mut values = Vec::new();
         for list in 0..2 {

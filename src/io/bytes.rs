@@ -19,6 +19,9 @@ const PIECE_BYTES: usize = 1 << 18;
 /// Deflate cannot shrink anything further than this (two bits for 258).
 pub(super) const DEFLATE_MOST: u64 = 1032;
 
+/// What gzip data begin with.
+pub(super) const GZIP_MAGIC: [u8; 2] = [0x1f, 0x8b];
+
 /// The order of a stored number's bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -217,6 +220,21 @@ pub(super) fn discard(
     Ok(())
 }
 
+/// Reads to the end and counts.
+pub(super) fn count_rest(reader: &mut dyn Read, ticket: &Ticket) -> Result<u64, Problem> {
+    let mut waste = vec![0; PIECE_BYTES];
+    let mut count = 0;
+    loop {
+        if ticket.is_cancelled() {
+            return Err(crate::core::Cancelled.into());
+        }
+        match read_full(reader, &mut waste).map_err(decoding)? {
+            0 => return Ok(count),
+            read => count += read as u64,
+        }
+    }
+}
+
 /// How many bytes are left, up to the first piece: 0 is the end. Reading to the end also makes a
 /// decoder check its stream's checksum.
 pub(super) fn rest(reader: &mut dyn Read) -> Result<usize, Problem> {
@@ -363,6 +381,8 @@ pub(super) enum Inflate<R: BufRead> {
     Bzip2(BzDecoder<R>),
     /// One zlib stream.
     Zlib(ZlibDecoder<R>),
+    /// Behind the last member, where bytes of no stream may follow.
+    After(R),
     /// Between members.
     Spent,
 }
@@ -378,14 +398,32 @@ impl<R: BufRead> Inflate<R> {
 
     /// zlib, or gzip where its magic says so.
     pub(super) fn zlib(mut reader: R) -> io::Result<Self> {
-        let is_gzip = reader.fill_buf()?.starts_with(&[0x1f, 0x8b]);
+        let is_gzip = reader.fill_buf()?.starts_with(&GZIP_MAGIC);
         Ok(if is_gzip { Self::gzip(reader) } else { Self::Zlib(ZlibDecoder::new(reader)) })
     }
 
-    /// Reads to the end of the member and has its checksum checked; whether it held more bytes.
-    pub(super) fn finish_member(&mut self) -> Result<bool, Problem> {
-        let mut tail = [0; 64];
-        Ok(self.read_member(&mut tail).map_err(decoding)? > 0)
+    /// Reads to the end of the data, which has every checksum checked; whether bytes that are of no stream
+    /// follow.
+    ///
+    /// # Errors
+    /// [`Problem::Corrupt`] where the data hold more than was asked for: what they are is not what the header says.
+    pub(super) fn finish(&mut self) -> Result<bool, Problem> {
+        let more = self.read(&mut [0; 1]);
+        match more {
+            Ok(0) => {}
+            Ok(_) => {
+                return Err(corrupt(
+                    "compressed data that end where the samples do",
+                    "more data",
+                    "the file was altered or its header's sizes are wrong: copy it again",
+                ));
+            }
+            Err(error) => return Err(decoding(error)),
+        }
+        Ok(match self {
+            Self::After(reader) => !reader.fill_buf().map_err(decoding)?.is_empty(),
+            Self::Gzip(_) | Self::Bzip2(_) | Self::Zlib(_) | Self::Spent => false,
+        })
     }
 
     fn read_member(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
@@ -393,7 +431,7 @@ impl<R: BufRead> Inflate<R> {
             Self::Gzip(decoder) => decoder.read(bytes),
             Self::Bzip2(decoder) => decoder.read(bytes),
             Self::Zlib(decoder) => decoder.read(bytes),
-            Self::Spent => Ok(0),
+            Self::After(_) | Self::Spent => Ok(0),
         }
     }
 }
@@ -411,20 +449,25 @@ impl<R: BufRead> Read for Inflate<R> {
             *self = match std::mem::replace(self, Self::Spent) {
                 Self::Gzip(decoder) => {
                     let mut reader = decoder.into_inner();
-                    if reader.fill_buf()?.is_empty() {
-                        return Ok(0);
+                    match reader.fill_buf()?.starts_with(&GZIP_MAGIC) {
+                        true => Self::gzip(reader),
+                        false => Self::After(reader),
                     }
-                    Self::gzip(reader)
                 }
                 Self::Bzip2(decoder) => {
                     let mut reader = decoder.into_inner();
-                    if reader.fill_buf()?.is_empty() {
-                        return Ok(0);
+                    match reader.fill_buf()?.starts_with(b"BZh") {
+                        true => Self::bzip2(reader),
+                        false => Self::After(reader),
                     }
-                    Self::bzip2(reader)
                 }
-                Self::Zlib(_) | Self::Spent => return Ok(0),
+                Self::Zlib(decoder) => Self::After(decoder.into_inner()),
+                Self::After(reader) => Self::After(reader),
+                Self::Spent => Self::Spent,
             };
+            if matches!(self, Self::After(_) | Self::Spent) {
+                return Ok(0);
+            }
         }
     }
 }
@@ -542,7 +585,32 @@ mod tests {
         let mut bytes = [0; 6];
         assert_eq!(read_full(&mut reader, &mut bytes).unwrap(), 6);
         assert_eq!(&bytes, b"abcdef");
-        assert!(!reader.finish_member().unwrap());
+        assert!(reader.finish().unwrap(), "bytes follow");
+        let mut whole = Inflate::gzip(&file[..file.len() - 8]);
+        read_full(&mut whole, &mut bytes).unwrap();
+        assert!(!whole.finish().unwrap(), "nothing follows");
+        // Members and bytes of one that nobody asked for.
+        for asked in [2, 3] {
+            let mut reader = Inflate::gzip(&file[..]);
+            read_full(&mut reader, &mut bytes[..asked]).unwrap();
+            assert!(matches!(reader.finish(), Err(Problem::Corrupt(_))), "after {asked}");
+        }
+    }
+
+    #[test]
+    fn a_checksum_is_looked_at_though_all_samples_were_read() {
+        use std::io::Write;
+        let content = b"samples of noise: 8f3kq0";
+        let mut encoder = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::none());
+        encoder.write_all(content).unwrap();
+        let mut file = encoder.finish().unwrap();
+        let at = file.len() - 12;
+        file[at] ^= 1;
+        let mut reader = Inflate::gzip(&file[..]);
+        let mut bytes = [0; 24];
+        assert_eq!(read_full(&mut reader, &mut bytes).unwrap(), 24);
+        assert_ne!(&bytes, content);
+        assert!(matches!(reader.finish(), Err(Problem::Corrupt(_))));
     }
 
     #[test]

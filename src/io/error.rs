@@ -55,6 +55,14 @@ pub enum Problem {
     /// Zero bytes.
     #[error("expected data, found an empty file; copy or write the file again")]
     Empty,
+    /// A well-known format that is not read.
+    #[error(
+        "expected a volume, found {name}, which Voxsplat cannot read; convert it to NRRD, NIfTI or TIFF"
+    )]
+    Foreign {
+        /// What it is, with its article.
+        name: String,
+    },
     /// No reader knows this content.
     #[error(transparent)]
     Unrecognised(Mismatch),

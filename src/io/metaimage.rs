@@ -307,7 +307,7 @@ impl Shape {
                 (0..file_dims.len()).map(|axis| if axis < 3 { Role::Domain } else { Role::List }),
             )
             .collect();
-        Ok(Self { axes: Axes { sizes, roles }, file_dims, channels, scalar_type })
+        Ok(Self { axes: Axes { sizes, roles, backwards: false }, file_dims, channels, scalar_type })
     }
 }
 
@@ -567,7 +567,7 @@ impl Storage {
         if self.compressed {
             let mut reader = Inflate::zlib(reader).map_err(Problem::Io)?;
             bytes::append(samples, &mut reader, part.count, progress)?;
-            reader.finish_member()
+            reader.finish()
         } else if self.text {
             bytes::append_text(samples, &mut reader, part.count, progress)?;
             Ok(false)

@@ -10,10 +10,16 @@ mod files;
 pub mod info;
 pub mod mesh;
 mod metaimage;
+mod mrc;
 mod netcdf;
+mod nifti;
 mod nrrd;
+mod numbers;
+mod numpy;
 mod precision;
 pub mod raw;
+mod scale;
+mod stream;
 mod vtk;
 mod vtk_xml;
 
@@ -50,6 +56,14 @@ pub enum Format {
     Vtk,
     /// NetCDF, classic formats.
     NetCdf,
+    /// NIfTI-1 or -2, in one file or in two.
+    Nifti,
+    /// Analyze 7.5, NIfTI's predecessor.
+    Analyze,
+    /// A NumPy array, or an archive of them.
+    NumPy,
+    /// An MRC or CCP4 map.
+    Mrc,
     /// Samples and nothing else.
     Raw,
 }
@@ -65,6 +79,10 @@ impl Format {
             Self::Vts => "vts",
             Self::Vtk => "vtk",
             Self::NetCdf => "netcdf",
+            Self::Nifti => "nifti",
+            Self::Analyze => "analyze",
+            Self::NumPy => "numpy",
+            Self::Mrc => "mrc",
             Self::Raw => "raw",
         }
     }
@@ -125,6 +143,9 @@ fn read(path: &Path, options: &OpenOptions, ticket: &Ticket) -> Result<Opened, P
         Format::Vti | Format::Vtr | Format::Vts => vtk_xml::read(path, free_bytes, ticket),
         Format::Vtk => vtk::read(path, free_bytes, ticket),
         Format::NetCdf => netcdf::read(path, free_bytes, ticket),
+        Format::Nifti | Format::Analyze => nifti::read(path, free_bytes, ticket),
+        Format::NumPy => numpy::read(path, free_bytes, ticket),
+        Format::Mrc => mrc::read(path, free_bytes, ticket),
         Format::Raw => raw::read(path, &options.raw.unwrap_or_default(), free_bytes, ticket),
     }?;
     opened.grid.check()?;
@@ -148,6 +169,12 @@ fn recognise(path: &Path) -> Result<Format, Problem> {
     if let Some(format) = by_content(&start)? {
         return Ok(format);
     }
+    if start.starts_with(&bytes::GZIP_MAGIC) {
+        let unpacked = stream::Stream::start(path, PROBE_BYTES as usize)?;
+        if let Some(format) = packed(&unpacked) {
+            return Ok(format);
+        }
+    }
     let name = path.file_name().unwrap_or_default().to_string_lossy().to_lowercase();
     let extension = name.rsplit_once('.').map_or("", |(_, extension)| extension);
     match extension {
@@ -158,17 +185,31 @@ fn recognise(path: &Path) -> Result<Format, Problem> {
         "vtk" => Err(not_as_named("a legacy VTK header (\"# vtk DataFile …\")", &start)),
         "nc" | "nc4" if start.starts_with(b"\x89HDF") => Err(netcdf::of_hdf5()),
         "nc" | "cdf" => Err(not_as_named("a NetCDF header (\"CDF\")", &start)),
+        "nii" => Err(not_as_named("a NIfTI header", &start)),
+        _ if name.ends_with(".nii.gz") => Err(not_as_named("a packed NIfTI header", &start)),
+        "npy" | "npz" => Err(not_as_named("a NumPy array", &start)),
+        "img" if nifti::header_beside(path).is_some() => Ok(Format::Nifti),
+        _ if name.ends_with(".img.gz") && nifti::header_beside(path).is_some() => Ok(Format::Nifti),
+        extension if mrc::EXTENSIONS.contains(&extension) && mrc::may_be_it(&start) => {
+            Ok(Format::Mrc)
+        }
+        _ if raw::is_told_exactly(&name, len) => Ok(Format::Raw),
+        _ if foreign(&start).is_some() => {
+            Err(Problem::Foreign { name: foreign(&start).unwrap_or_default().to_owned() })
+        }
         "raw" | "bin" | "dat" | "img" | "vol" => Ok(Format::Raw),
         _ if raw::guess(&name, len).dims.is_some() => Ok(Format::Raw),
         _ => Err(unrecognised(
-            "an NRRD, MetaImage, VTK (.vti, .vtr, .vts, .vtk), NetCDF or raw file",
-            match foreign(&start) {
-                Some(other) => other.to_owned(),
-                None => format!("bytes that begin with {}", quoted_bytes(&start)),
-            },
+            "a volume in one of the formats that are read",
+            format!("bytes that begin with {}", quoted_bytes(&start)),
             "convert it, or give --raw-dims and --raw-type for samples without a header",
         )),
     }
+}
+
+/// What a gzip file holds, by its first bytes; only formats that are read so.
+fn packed(unpacked: &[u8]) -> Option<Format> {
+    nifti::format_of(unpacked).or_else(|| mrc::looks_like_it(unpacked).then_some(Format::Mrc))
 }
 
 fn not_as_named(expected: &str, start: &[u8]) -> Problem {
@@ -192,27 +233,44 @@ fn by_content(start: &[u8]) -> Result<Option<Format>, Problem> {
     if let Some(format) = netcdf::format_of(start)? {
         return Ok(Some(format));
     }
+    if let Some(format) = nifti::format_of(start) {
+        return Ok(Some(format));
+    }
+    if numpy::looks_like_it(start) {
+        return Ok(Some(Format::NumPy));
+    }
+    if mrc::looks_like_it(start) {
+        return Ok(Some(Format::Mrc));
+    }
     Ok(metaimage::looks_like_it(start).then_some(Format::MetaImage))
 }
 
 /// The name of a well-known format that is not read, by its first bytes.
 fn foreign(start: &[u8]) -> Option<&'static str> {
-    const MAGIC: [(&[u8], &str); 10] = [
+    // A DICOM file may begin with the bytes of another format.
+    if start.get(128..132) == Some(b"DICM") {
+        return Some("a DICOM file");
+    }
+    const MAGIC: [(&[u8], &str); 19] = [
         (b"\x1f\x8b", "a gzip file"),
         (b"BZh", "a bzip2 file"),
+        (b"\xfd7zXZ", "an xz file"),
+        (b"\x28\xb5\x2f\xfd", "a zstd file"),
+        (b"7z\xbc\xaf", "a 7z archive"),
+        (b"Rar!", "a RAR archive"),
         (b"PK\x03\x04", "a zip archive"),
-        (b"\x93NUMPY", "a NumPy array"),
         (b"\x89HDF", "an HDF5 file"),
         (b"\x89PNG", "a PNG picture"),
         (b"\xff\xd8\xff", "a JPEG picture"),
+        (b"GIF8", "a GIF picture"),
+        (b"BM", "a BMP picture"),
         (b"II*\0", "a TIFF picture"),
         (b"MM\0*", "a TIFF picture"),
+        (b"II+\0", "a TIFF picture"),
+        (b"MM\0+", "a TIFF picture"),
         (b"%PDF", "a PDF document"),
+        (b"\x7fELF", "a program"),
+        (b"MATLAB 5.0", "a MATLAB file"),
     ];
-    let by_start = MAGIC.iter().find(|(magic, _)| start.starts_with(magic)).map(|(_, name)| *name);
-    let at = |offset: usize, magic: &[u8]| start.get(offset..offset + magic.len()) == Some(magic);
-    by_start
-        .or_else(|| at(128, b"DICM").then_some("a DICOM file"))
-        .or_else(|| at(344, b"n+1\0").then_some("a NIfTI file"))
-        .or_else(|| at(4, b"n+2\0").then_some("a NIfTI-2 file"))
+    MAGIC.iter().find(|(magic, _)| start.starts_with(magic)).map(|(_, name)| *name)
 }

@@ -98,6 +98,14 @@ pub fn guess(name: &str, len_bytes: u64) -> RawOverrides {
     told
 }
 
+/// Whether a file's name tells a layout that fills its length exactly.
+pub fn is_told_exactly(name: &str, len_bytes: u64) -> bool {
+    let told = guess(name, len_bytes);
+    let (Some(dims), Some(scalar_type)) = (told.dims, told.scalar_type) else { return false };
+    let [x, y, z] = dims.map(|n| n as u64);
+    memory::checked_product(&[x, y, z, scalar_type.size_bytes() as u64]) == Some(len_bytes)
+}
+
 /// `103x94x161`, as a whole word or followed by the type's name.
 fn dims_in(word: &str) -> Option<[usize; 3]> {
     let parts: Vec<&str> = word.split('x').collect();

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use voxsplat::core::Ticket;
-use voxsplat::io::{OpenOptions, Opened, describe, open, probe};
+use voxsplat::io::{OpenOptions, Opened, Problem, describe, open, probe};
 use voxsplat::volume::Samples;
 
 fn put(folder: &Path, name: &str, content: impl AsRef<[u8]>) {
@@ -73,6 +73,47 @@ fn nrrd_skips_lines_bytes_or_all_but_the_end() {
         let head = "NRRD0004\ntype: uchar\ndimension: 1\nsizes: 4\nencoding: raw\n";
         put(folder.path(), "v.nhdr", format!("{head}{skip}\ndata file: v.dat\n"));
         assert_eq!(bytes(&read(folder.path(), "v.nhdr"), 0), b"abcd", "{skip}");
+    }
+}
+
+#[test]
+fn nrrd_takes_the_end_of_what_was_packed() {
+    use std::io::Write;
+    let folder = tempfile::tempdir().unwrap();
+    let content = b"a header of any length abcd";
+    let mut gzip = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+    gzip.write_all(content).unwrap();
+    let mut bzip2 = bzip2::write::BzEncoder::new(Vec::new(), bzip2::Compression::fast());
+    bzip2.write_all(content).unwrap();
+    for (encoding, packed) in [("gzip", gzip.finish().unwrap()), ("bzip2", bzip2.finish().unwrap())]
+    {
+        put(folder.path(), "v.dat", packed);
+        let head = "NRRD0004\ntype: uchar\ndimension: 1\nsizes: 4\nbyte skip: -1\n";
+        put(folder.path(), "v.nhdr", format!("{head}encoding: {encoding}\ndata file: v.dat\n"));
+        assert_eq!(bytes(&read(folder.path(), "v.nhdr"), 0), b"abcd", "{encoding}");
+    }
+}
+
+#[test]
+fn packed_data_are_refused_where_they_hold_more_or_other_than_was_written() {
+    use std::io::Write;
+    let folder = tempfile::tempdir().unwrap();
+    let head = "NRRD0004\ntype: uchar\ndimension: 1\nsizes: 8\nencoding: gzip\n\n";
+    let file = |content: &[u8], flip: bool| {
+        let mut gzip = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::none());
+        gzip.write_all(content).unwrap();
+        let mut packed = gzip.finish().unwrap();
+        // A byte of the stored samples; their checksum lies behind them.
+        let at = packed.len() - 12;
+        packed[at] ^= u8::from(flip);
+        let path = folder.path().join("v.nrrd");
+        std::fs::write(&path, [head.as_bytes(), &packed].concat()).unwrap();
+        open(&path, &OpenOptions::default(), &Ticket::new())
+    };
+    assert!(file(b"abcdefgh", false).is_ok());
+    for (content, flip) in [(&b"abcdefgh"[..], true), (b"abcdefghi", false)] {
+        let error = file(content, flip).unwrap_err();
+        assert!(matches!(error.problem, Problem::Corrupt(_)), "{error}");
     }
 }
 

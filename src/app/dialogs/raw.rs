@@ -62,7 +62,7 @@ impl RawDialog {
         let name = Source::File(self.path.clone()).name();
         let refusal = self.layout.refusal(self.found_bytes);
         self.update_preview(ctx, library, refusal.is_none());
-        modal(ctx, "raw", "How the samples lie in the file", 590.0, |ui| {
+        modal(ctx, "raw", "Raw file layout", 590.0, |ui| {
             ui.label(RichText::new(name).color(theme::TEXT_FAINT));
             if let Some(reason) = &self.reason {
                 ui.label(RichText::new(reason).color(theme::TEXT_FAINT));
@@ -91,6 +91,31 @@ impl RawDialog {
                     let drag = DragValue::new(n).range(1..=1_000_000_u64).speed(0.5);
                     ui.add(drag).accessible_name(format!("Dimension {axis}"));
                 }
+            });
+            ui.end_row();
+
+            let suggestions = layout.suggestions(self.found_bytes);
+            let name = name_ui(ui, "Suggested")
+                .on_hover_text("Usual shapes of volumes that fill the file exactly");
+            ui.add_enabled_ui(!suggestions.is_empty(), |ui| {
+                let told = |layout: &RawLayout| {
+                    let [x, y, z] = layout.dims;
+                    format!("{x} × {y} × {z}, {}", layout.scalar_type.name())
+                };
+                let text = match suggestions.iter().find(|one| *one == layout) {
+                    Some(chosen) => told(chosen),
+                    None if suggestions.is_empty() => "None fits".to_owned(),
+                    None => "Choose…".to_owned(),
+                };
+                ComboBox::from_id_salt("raw suggestions")
+                    .selected_text(text)
+                    .show_ui(ui, |ui| {
+                        for suggestion in &suggestions {
+                            ui.selectable_value(layout, *suggestion, told(suggestion));
+                        }
+                    })
+                    .response
+                    .labelled_by(name.id);
             });
             ui.end_row();
 

@@ -40,7 +40,7 @@ pub(super) fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<Open
     let count = bytes::checked_count("the volume", &wide, scalar_type, free_bytes)?;
     let endian = endian(&header, scalar_type, encoding, &mut warnings)?;
     let geometry = Geometry::of(&header, &sizes, &mut warnings)?;
-    let axes = Axes { sizes, roles: geometry.roles.clone() };
+    let axes = Axes { sizes, roles: geometry.roles.clone(), backwards: false };
     if axes.copies() {
         let twice = (count * scalar_type.size_bytes()) as u64 * 2;
         memory::require("the volume and its reordered copy", twice, free_bytes)?;
@@ -245,14 +245,7 @@ impl Loading {
     ) -> Result<bool, Problem> {
         let mut reader = part.file.open()?;
         let needed = (part.count * self.scalar_type.size_bytes()) as u64;
-        if self.skips.bytes.is_none() {
-            if self.encoding != Encoding::Raw {
-                return Err(header(
-                    "raw samples where \"byte skip\" is -1",
-                    "another encoding",
-                    "give the number of bytes to skip",
-                ));
-            }
+        if self.skips.bytes.is_none() && self.encoding == Encoding::Raw {
             let from = part.file.len.saturating_sub(needed);
             reader.seek(SeekFrom::Start(from)).map_err(Problem::Io)?;
             bytes::append(samples, &mut reader, part.count, progress)?;
@@ -262,7 +255,15 @@ impl Loading {
         for _ in 0..self.skips.lines {
             skip_line(&mut reader, progress.ticket())?;
         }
-        let skipped = self.skips.bytes.unwrap_or(0);
+        let skipped = match self.skips.bytes {
+            Some(skipped) => skipped,
+            None => {
+                let from = reader.stream_position().map_err(Problem::Io)?;
+                let skipped = self.before_the_last(&mut reader, needed, progress.ticket())?;
+                reader.seek(SeekFrom::Start(from)).map_err(Problem::Io)?;
+                skipped
+            }
+        };
         Ok(match self.encoding {
             Encoding::Raw => {
                 bytes::discard(&mut reader, skipped, progress.ticket())?;
@@ -289,6 +290,29 @@ impl Loading {
         })
     }
 
+    /// How many decompressed bytes come before the last `needed`.
+    fn before_the_last<R: BufRead>(
+        &self,
+        reader: R,
+        needed: u64,
+        ticket: &Ticket,
+    ) -> Result<u64, Problem> {
+        let mut reader = match self.encoding {
+            Encoding::Gzip => Inflate::gzip(reader),
+            Encoding::Bzip2 => Inflate::bzip2(reader),
+            Encoding::Raw | Encoding::Text | Encoding::Hex => {
+                return Err(header(
+                    "raw or compressed samples where \"byte skip\" is -1",
+                    "samples in text",
+                    "give the number of bytes to skip",
+                ));
+            }
+        };
+        let all = bytes::count_rest(&mut reader, ticket)?;
+        bytes::require_stored(needed, all)?;
+        Ok(all - needed)
+    }
+
     fn inflate<R: BufRead>(
         &self,
         mut reader: Inflate<R>,
@@ -299,7 +323,7 @@ impl Loading {
     ) -> Result<bool, Problem> {
         bytes::discard(&mut reader, skipped, progress.ticket())?;
         bytes::append(samples, &mut reader, count, progress)?;
-        reader.finish_member()
+        reader.finish()
     }
 }
 
