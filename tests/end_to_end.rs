@@ -196,6 +196,56 @@ fn in_a_window(display: &Display, engine: [&'static str; 2]) {
     assert!(program.wait_for_end(), "it ends well");
 }
 
+/// A display, and the program at rest in a window on it.
+fn at_rest() -> Result<(Display, Program), String> {
+    let display = Display::start()?;
+    let mut program = Program::start(&display, "demo:shells:24", ["--engine", "native"]);
+    program.wait_for_rest(0);
+    Ok((display, program))
+}
+
+#[test]
+fn a_covered_window_draws_nothing_until_it_is_seen_again() {
+    let (display, mut program) = match at_rest() {
+        Ok(both) => both,
+        Err(reason) => return println!("skipped a covered window: {reason}"),
+    };
+    let window = ["search", "--sync", "--onlyvisible", "--name", "Voxsplat"];
+    display.hand(&[&window[..], &["windowfocus", "--sync"]].concat());
+    // A key asks for a frame, whatever it does.
+    let press = || {
+        display.hand(&["key", "Shift_L"]);
+        sleep(Duration::from_millis(700));
+    };
+    let open = program.passes().len();
+    press();
+    let before = program.passes().len();
+    assert!(before > open, "a key asks for no frame");
+    let cover = display.cover();
+    sleep(Duration::from_millis(700));
+    let covered = program.passes().len();
+    press();
+    press();
+    assert_eq!(program.passes().len(), covered, "passes of a window that nobody sees");
+    drop(cover);
+    program.wait("pass once it is seen again", covered, |_| true);
+}
+
+/// By X's own words or by ours: what connection was lost, and no more than a line.
+#[test]
+fn a_window_whose_display_goes_away_ends_and_says_so() {
+    let (display, mut program) = match at_rest() {
+        Ok(both) => both,
+        Err(reason) => return println!("skipped a display that goes away: {reason}"),
+    };
+    assert_eq!(program.said(), "");
+    drop(display);
+    assert!(!program.wait_for_end(), "it ends as if nothing had happened");
+    let said = program.said();
+    let tells = said.contains("connection") || said.contains("display");
+    assert!(tells && said.trim().lines().count() == 1, "{said}");
+}
+
 mod must_fail {
     use super::difference;
     use image::{Rgb, RgbImage};

@@ -11,8 +11,9 @@ use image::{Rgb, RgbImage};
 use tempfile::TempDir;
 use voxsplat::app::trace::PassLine;
 use x11rb::connection::Connection as _;
-use x11rb::protocol::xproto::{ConnectionExt as _, ImageFormat};
+use x11rb::protocol::xproto::{ConnectionExt as _, CreateWindowAux, ImageFormat, WindowClass};
 use x11rb::rust_connection::RustConnection;
+use x11rb::{COPY_DEPTH_FROM_PARENT, COPY_FROM_PARENT};
 
 /// Size of the display, which is also the window's own.
 pub(crate) const DISPLAY_SIZE: [u16; 2] = [1280, 800];
@@ -78,10 +79,40 @@ impl Display {
         RgbImage::from_raw(width, height, pixels).unwrap()
     }
 
+    /// Has a window of nobody's over all that is shown; it is gone once it is closed.
+    pub(crate) fn cover(&self) -> Cover<'_> {
+        let window = self.connection.generate_id().unwrap();
+        let [width, height] = DISPLAY_SIZE;
+        let how = CreateWindowAux::new().override_redirect(1).background_pixel(0);
+        let (depth, visual, class) =
+            (COPY_DEPTH_FROM_PARENT, COPY_FROM_PARENT, WindowClass::INPUT_OUTPUT);
+        let made = self
+            .connection
+            .create_window(depth, window, self.root, 0, 0, width, height, 0, class, visual, &how);
+        made.unwrap().check().unwrap();
+        self.connection.map_window(window).unwrap().check().unwrap();
+        Cover { display: self, window }
+    }
+
     /// Moves the mouse or presses keys: the words of one xdotool call.
     pub(crate) fn hand(&self, words: &[&str]) {
         let status = Command::new("xdotool").args(words).env("DISPLAY", &self.name).status();
         assert!(status.unwrap().success(), "xdotool {words:?}");
+    }
+}
+
+/// A window over all others.
+pub(crate) struct Cover<'a> {
+    display: &'a Display,
+    window: u32,
+}
+
+impl Drop for Cover<'_> {
+    fn drop(&mut self) {
+        // Where the server is gone, so is the window.
+        if let Ok(gone) = self.display.connection.destroy_window(self.window) {
+            gone.check().unwrap_or_default();
+        }
     }
 }
 
@@ -132,6 +163,11 @@ impl Program {
         kib.unwrap_or(0) * 1024
     }
 
+    /// What it wrote to standard error.
+    pub(crate) fn said(&self) -> String {
+        fs::read_to_string(self.path("stderr")).unwrap_or_default()
+    }
+
     /// Every pass so far.
     pub(crate) fn passes(&self) -> Vec<PassLine> {
         let text = fs::read_to_string(self.path("trace")).unwrap_or_default();
@@ -155,8 +191,8 @@ impl Program {
             }
             let ended = self.running.0.try_wait().unwrap();
             if ended.is_some() || start.elapsed() > Duration::from_secs(120) {
-                let said = fs::read_to_string(self.path("stderr")).unwrap_or_default();
-                panic!("no {what}; ended: {ended:?}; last: {:?}; {said}", passes.last());
+                let (last, said) = (passes.last(), self.said());
+                panic!("no {what}; ended: {ended:?}; last: {last:?}; {said}");
             }
             sleep(LOOK_EVERY);
         }

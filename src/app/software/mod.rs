@@ -5,6 +5,7 @@
 
 mod canvas;
 mod picture;
+mod sight;
 mod storage;
 mod triangle;
 
@@ -22,6 +23,7 @@ use egui_winit::winit::window::{Window as ScreenWindow, WindowId};
 use egui_winit::{ActionRequested, WindowGeometry, WindowSettings, accesskit_winit};
 
 pub use canvas::{Canvas, Damage};
+use sight::Sight;
 use storage::FileStorage;
 
 use super::{APP_ID, Content, display, theme};
@@ -59,12 +61,6 @@ type Make = Box<dyn FnOnce(&Context, Option<&dyn Storage>) -> Box<dyn Content>>;
 /// # Errors
 /// Where there is no display, or it takes no pixels from memory.
 pub(super) fn run(builder: ViewportBuilder, make: Make) -> anyhow::Result<()> {
-    let no_display = |error: &dyn std::fmt::Display| {
-        log::debug!("{error}");
-        anyhow!(
-            "expected a display to open a window on, found none that answers; try `voxsplat render`, which needs none"
-        )
-    };
     let mut events = EventLoop::<Wake>::with_user_event();
     display::choose(&mut events);
     let events = events.build().map_err(|e| no_display(&e))?;
@@ -93,8 +89,25 @@ pub(super) fn run(builder: ViewportBuilder, make: Make) -> anyhow::Result<()> {
         save_at: None,
         failure: None,
     };
-    events.run_app(&mut host).map_err(|error| no_display(&error))?;
+    let ended = events.run_app(&mut host);
+    ended.map_err(|error| if host.make.is_none() { lost(&error) } else { no_display(&error) })?;
     host.failure.map_or(Ok(()), Err)
+}
+
+/// There is nothing to open a window on. The error's own words are places in its source.
+fn no_display(error: &dyn std::fmt::Display) -> anyhow::Error {
+    log::debug!("{error}");
+    anyhow!(
+        "expected a display to open a window on, found none that answers; try `voxsplat render`, which needs none"
+    )
+}
+
+/// The display went away from under the window. X ends the program by itself, in words of its own.
+fn lost(error: &dyn std::fmt::Display) -> anyhow::Error {
+    log::debug!("{error}");
+    anyhow!(
+        "expected the display to stay, found that it went away; open the window again where one is there"
+    )
 }
 
 /// How many passes egui may take for a frame.
@@ -128,10 +141,7 @@ struct Screen {
     settings: Option<WindowSettings>,
     geometry: Option<WindowGeometry>,
     is_shown: bool,
-    /// Nothing of it can be seen.
-    is_covered: bool,
-    /// The screen's memory may hold nothing of the frame before.
-    is_stale: bool,
+    sight: Sight,
 }
 
 impl Host {
@@ -194,8 +204,7 @@ impl Host {
             geometry: settings.map(|settings| settings.normal_geometry()),
             settings,
             is_shown: false,
-            is_covered: false,
-            is_stale: true,
+            sight: Sight::new(),
         });
         self.wake(Instant::now());
         Ok(())
@@ -213,8 +222,7 @@ impl Host {
             return Ok(());
         };
         egui_winit::update_viewport_info(&mut screen.info, &self.ctx, &screen.window, false);
-        if screen.is_covered || screen.info.minimized == Some(true) {
-            // What uncovers it asks for a frame.
+        if !screen.sight.is_open(screen.info.minimized) {
             return Ok(());
         }
         let mut input = screen.state.take_egui_input(&screen.window);
@@ -307,7 +315,7 @@ impl Screen {
         self.surface.resize(width, height).map_err(refused)?;
         let mut buffer = self.surface.buffer_mut().map_err(refused)?;
         let pixels = self.canvas.pixels();
-        let whole = std::mem::take(&mut self.is_stale) || buffer.age() != 1;
+        let whole = self.sight.take_stale() || buffer.age() != 1;
         if whole {
             buffer.copy_from_slice(pixels);
             self.window.pre_present_notify();
@@ -341,7 +349,7 @@ impl Screen {
                 settings.after_first_show(&self.window);
             }
             // What was shown while hidden may be lost.
-            self.is_stale = true;
+            self.sight.lose();
         }
         Ok(())
     }
@@ -398,26 +406,10 @@ impl ApplicationHandler<Wake> for Host {
     fn window_event(&mut self, events: &ActiveEventLoop, _window: WindowId, event: WindowEvent) {
         let Some(screen) = &mut self.screen else { return };
         let response = screen.state.on_window_event(&screen.window, &event);
-        match event {
-            WindowEvent::CloseRequested => return self.close(events),
-            WindowEvent::Occluded(is_covered) => {
-                screen.is_covered = is_covered;
-                screen.is_stale = true;
-                self.wake(Instant::now());
-                return;
-            }
-            // The screen has lost what was there.
-            WindowEvent::RedrawRequested | WindowEvent::Resized(_) => {
-                (screen.is_stale, screen.is_covered) = (true, false);
-                self.wake(Instant::now());
-            }
-            // Not every desktop says that it is seen again.
-            WindowEvent::Focused(true) | WindowEvent::CursorMoved { .. } => {
-                screen.is_covered = false;
-            }
-            _ => {}
+        if matches!(event, WindowEvent::CloseRequested) {
+            return self.close(events);
         }
-        if response.repaint {
+        if screen.sight.note(&event) || response.repaint {
             self.wake(Instant::now());
         }
     }
