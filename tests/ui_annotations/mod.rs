@@ -1,8 +1,11 @@
 //! What is written over the picture: switches, undo, saved pictures, and the two ways of painting it.
 
+use std::sync::atomic::Ordering;
+use std::time::{Duration, Instant};
+
 use eframe::egui::accesskit::Role;
 use eframe::egui::{Key, Modifiers};
-use egui_kittest::kittest::Queryable as _;
+use egui_kittest::kittest::{NodeT as _, Queryable as _};
 use voxsplat::scene::{Annotation, Annotations};
 use voxsplat::task::annotations::{draw, laid_out};
 
@@ -55,6 +58,51 @@ fn saved_pictures_have_what_is_shown_unless_told_otherwise() {
         let expected = Annotations { scalar_bar: true, trihedron: true, ..Annotations::NONE };
         let expected = if shown && wanted { expected } else { Annotations::NONE };
         assert_eq!(bench.saved().annotations, expected, "{shown} {wanted}");
+    }
+}
+
+/// The bar over the view says what is drawn, how far it is and how long it will take, and lets go of it.
+#[test]
+fn saving_that_takes_long_tells_how_much_is_left_and_can_be_stopped() {
+    for stops in [false, true] {
+        let mut bench = Bench::opened();
+        bench.saves_slowly.store(true, Ordering::SeqCst);
+        press(&mut bench, Key::T);
+        bench.harness.key_press_modifiers(Modifiers::COMMAND, Key::S);
+        bench.harness.run_steps(3);
+        bench.harness.get_by_role_and_label(Role::Button, "Save").click();
+        bench.harness.run_steps(3);
+        let size = bench.viewport().size() * 2.0;
+        let title = format!("Drawing {} × {} pixels", size.x, size.y);
+        assert!(bench.shows(&title), "too early to tell how long it takes");
+        let begun = Instant::now();
+        let is_told = |bench: &Bench| {
+            let about = |secs: u32| format!("{title} · about {secs} s left");
+            (3..60).find(|secs| bench.shows(&about(*secs)))
+        };
+        while is_told(&bench).is_none() && begun.elapsed() < Duration::from_secs(20) {
+            std::thread::sleep(Duration::from_millis(20));
+            bench.harness.step();
+        }
+        // A quarter is done: three times as much as has gone by.
+        let gone = begun.elapsed().as_secs_f64();
+        let left = is_told(&bench).expect("how much is left is told");
+        assert!(gone > 0.8 && f64::from(left) > 2.4 * gone && f64::from(left) < 3.0 * gone + 2.0);
+        let bar = format!("{title}, progress");
+        let done = bench.harness.get_by_label(&bar).accesskit_node().numeric_value();
+        assert_eq!(done, Some(25.0));
+        assert!(bench.window().notices().shown().is_empty());
+        if stops {
+            bench.harness.get_by_role_and_label(Role::Button, "Cancel").click();
+            bench.harness.run_steps(2);
+            bench.wait_until_gone(&bar);
+            assert!(bench.window().notices().shown().is_empty(), "nothing was saved");
+        } else {
+            bench.saves_slowly.store(false, Ordering::SeqCst);
+            bench.wait_until(|window| !window.notices().shown().is_empty());
+            let told = bench.window().notices().shown();
+            assert!(format!("{told:?}").contains("Saved "), "{told:?}");
+        }
     }
 }
 

@@ -456,6 +456,8 @@ pub(crate) struct Bench {
     pub(crate) bytes_for_steps: Arc<AtomicU64>,
     library: Arc<NamedFiles>,
     saved: Arc<Mutex<Vec<SaveRequest>>>,
+    /// Whether pictures that are saved stay at a quarter of the way.
+    pub(crate) saves_slowly: Arc<AtomicBool>,
 }
 
 /// Who paints the window.
@@ -553,6 +555,8 @@ impl Bench {
         let bytes_for_steps = Arc::new(AtomicU64::new(u64::MAX));
         let steps = Arc::clone(&bytes_for_steps);
         let (folder, log) = (pictures.path().to_owned(), Arc::clone(&saved));
+        let saves_slowly = Arc::new(AtomicBool::new(false));
+        let is_slow = Arc::clone(&saves_slowly);
         let mut builder =
             Harness::builder().with_size(vec2(1280.0, 2090.0)).with_step_dt(STEP_SECS);
         if let Some((pixels_per_point, by)) = painted {
@@ -571,8 +575,11 @@ impl Bench {
                 wait_for_picture: Duration::ZERO,
                 screen_format: (!by_processor).then_some(wgpu::TextureFormat::Rgba8Unorm),
                 library: files,
-                renderer: Arc::new(move |request, _| {
+                renderer: Arc::new(move |request, ticket| {
                     log.lock().expect("no thread died holding it").push(request.clone());
+                    while is_slow.load(Ordering::SeqCst) && ticket.checkpoint(1, 4).is_ok() {
+                        std::thread::sleep(Duration::from_millis(1));
+                    }
                     Ok(())
                 }),
                 measure: Arc::new(move |_, _| {
@@ -585,7 +592,7 @@ impl Bench {
             };
             Window::new(ctx, parts, settings)
         });
-        Self { harness, engine, pictures, measured, bytes_for_steps, library, saved }
+        Self { harness, engine, pictures, measured, bytes_for_steps, library, saved, saves_slowly }
     }
 
     /// The window itself.
@@ -669,6 +676,16 @@ impl Bench {
         let deadline = Instant::now() + Duration::from_secs(20);
         while !so(self.window()) {
             assert!(Instant::now() < deadline, "waited in vain");
+            std::thread::sleep(Duration::from_millis(2));
+            self.harness.step();
+        }
+    }
+
+    /// Steps until a text is on screen no longer.
+    pub(crate) fn wait_until_gone(&mut self, label: &str) {
+        let deadline = Instant::now() + Duration::from_secs(20);
+        while self.shows(label) {
+            assert!(Instant::now() < deadline, "{label} stays");
             std::thread::sleep(Duration::from_millis(2));
             self.harness.step();
         }
