@@ -258,7 +258,8 @@ fn pixel_rect(rect: Rect, pixels_per_point: f32) -> [i64; 4] {
 
 #[cfg(test)]
 mod tests {
-    use eframe::egui::{Context, RawInput, Slider, pos2, vec2};
+    use eframe::egui::epaint::ImageDelta;
+    use eframe::egui::{ColorImage, Context, RawInput, Slider, TextureOptions, pos2, vec2};
 
     use super::*;
 
@@ -317,6 +318,87 @@ mod tests {
                 }
             }
         }
+    }
+
+    /// A square of 40 × 20 pixels, of a texture of its own.
+    fn square(clip_rect: Rect, uv: f32, color: Color32) -> [ClippedPrimitive; 1] {
+        let mut mesh = Mesh { texture_id: TextureId::Managed(7), ..Mesh::default() };
+        let corner = |x: f32, y: f32| Vertex {
+            pos: pos2(70.0 + 40.0 * x, 40.0 + 20.0 * y),
+            uv: pos2(x * uv, y * uv),
+            color,
+        };
+        mesh.vertices =
+            vec![corner(0.0, 0.0), corner(1.0, 0.0), corner(1.0, 1.0), corner(0.0, 1.0)];
+        mesh.add_triangle(0, 1, 2);
+        mesh.add_triangle(0, 2, 3);
+        [ClippedPrimitive { clip_rect, primitive: Primitive::Mesh(mesh) }]
+    }
+
+    /// A texture of 4 × 4, or a part of it, of one colour.
+    fn texels(place: Option<[usize; 2]>, color: Color32) -> TexturesDelta {
+        let options = TextureOptions::NEAREST;
+        let of = |size| ColorImage::filled(size, color);
+        let mut delta = TexturesDelta::default();
+        let change = match place {
+            None => ImageDelta::full(of([4, 4]), options),
+            Some(place) => ImageDelta::partial(place, of([2, 1]), options),
+        };
+        delta.set.entry(TextureId::Managed(7)).or_default().push(change);
+        delta
+    }
+
+    /// Each change alone: of texels, of a part of them, of where they are taken from, of what is let through, of what is
+    /// behind, of whether the texture is there.
+    #[test]
+    fn whatever_changes_of_a_square_has_its_tile_painted_again() {
+        let size = [200, 90];
+        let whole = Rect::from_min_size(pos2(0.0, 0.0), vec2(200.0, 90.0));
+        let part = Rect::from_min_size(pos2(0.0, 0.0), vec2(90.0, 50.0));
+        let (red, white) = (Color32::from_rgb(200, 10, 10), Color32::WHITE);
+        let of = |clip| square(clip, 1.0, white);
+        let mut kept = Canvas::default();
+        let mut free = TexturesDelta::default();
+        free.free.insert(TextureId::Managed(7));
+        let none = TexturesDelta::default;
+        for (what, mut textures, shown, behind, changes) in [
+            ("at first", texels(None, red), of(whole), Color32::BLACK, true),
+            ("the same", none(), of(whole), Color32::BLACK, false),
+            ("a part", texels(Some([2, 2]), white), of(whole), Color32::BLACK, true),
+            ("from elsewhere", none(), square(whole, 0.5, white), Color32::BLACK, true),
+            ("tinted", none(), square(whole, 0.5, red), Color32::BLACK, true),
+            ("cut off", none(), square(part, 0.5, red), Color32::BLACK, true),
+            (
+                "all of it",
+                texels(None, Color32::from_rgb(10, 90, 250)),
+                of(whole),
+                Color32::BLACK,
+                true,
+            ),
+            ("before another wall", none(), of(whole), Color32::GRAY, true),
+            ("let go of", free, of(whole), Color32::GRAY, false),
+            ("gone", none(), of(whole), Color32::GRAY, true),
+        ] {
+            kept.set_textures(&mut textures);
+            let before = kept.pixels().to_vec();
+            let damage = kept.paint(size, 1.0, behind, &shown);
+            let mut fresh = Canvas { textures: kept.textures.clone(), ..Canvas::default() };
+            fresh.paint(size, 1.0, behind, &shown);
+            assert!(kept.pixels() == fresh.pixels(), "{what}: not as if painted anew");
+            assert_eq!(kept.pixels() != before, changes, "{what}");
+            assert_eq!(damage.is_empty(), !changes, "{what}");
+            kept.free_textures(textures.free.drain());
+        }
+    }
+
+    #[test]
+    fn tiles_side_by_side_are_one_part_and_others_are_not() {
+        let part = |x, y, width| Damage { x, y, width, height: 32 };
+        let mut damage = Vec::new();
+        for [x, y] in [[0, 0], [64, 0], [192, 0], [256, 32], [320, 32]] {
+            add_damage(&mut damage, [x, y, x + 64, y + 32]);
+        }
+        assert_eq!(damage, [part(0, 0, 128), part(192, 0, 64), part(256, 32, 128)]);
     }
 
     #[test]

@@ -276,3 +276,117 @@ pub(super) fn paint_triangle(
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use eframe::egui::{ColorImage, Pos2, pos2};
+
+    use super::*;
+
+    /// A texture of greys, a row after the other.
+    fn texture(size: [usize; 2], greys: &[u8], options: TextureOptions) -> Texture {
+        let image = ColorImage::new(size, greys.iter().map(|g| Color32::from_gray(*g)).collect());
+        Texture::new(&ImageDelta::full(image, options), 1)
+    }
+
+    #[test]
+    fn colours_are_laid_over_others_as_premultiplied_light_is() {
+        for there in 0..=255_u32 {
+            for alpha in 0..=255_u32 {
+                let found = over(there << 16 | there << 8 | there, [alpha / 2, 0, alpha, alpha]);
+                let left = f64::from(there) * f64::from(255 - alpha) / 255.0;
+                let expected = [alpha / 2, 0, alpha].map(|more| left.round() as u32 + more);
+                let found = [found >> 16, found >> 8 & 0xff, found & 0xff];
+                assert_eq!(found, expected, "{there} under {alpha}");
+            }
+        }
+        // Light that is added hides nothing, and ends at white.
+        assert_eq!(over(0x00f0_8010, [0x20, 0x20, 0x20, 0]), 0x00ff_a030);
+    }
+
+    #[test]
+    fn textures_go_on_beyond_their_edges_as_they_are_told_to() {
+        let greys = [10, 20, 30, 40];
+        for (wrap_mode, expected) in [
+            (TextureWrapMode::ClampToEdge, [10, 10, 10, 20, 30, 40, 40, 40]),
+            (TextureWrapMode::Repeat, [30, 40, 10, 20, 30, 40, 10, 20]),
+            (TextureWrapMode::MirroredRepeat, [20, 10, 10, 20, 30, 40, 40, 30]),
+        ] {
+            let options = TextureOptions { wrap_mode, ..TextureOptions::NEAREST };
+            let texture = texture([4, 1], &greys, options);
+            let found = [-2, -1, 0, 1, 2, 3, 4, 5].map(|at| texture.texel(at as f32, 0.0)[0] as u8);
+            assert_eq!(found, expected, "{wrap_mode:?}");
+        }
+    }
+
+    #[test]
+    fn texels_are_taken_whole_or_mixed_between_their_middles() {
+        let texture = texture([2, 2], &[0, 100, 50, 250], TextureOptions::LINEAR);
+        let at = |x, y, filter| texture.sample(x, y, filter)[0];
+        assert_eq!(at(0.9, 0.2, TextureFilter::Nearest), 0.0);
+        assert_eq!(at(1.1, 1.2, TextureFilter::Nearest), 250.0);
+        assert_eq!(at(0.5, 0.5, TextureFilter::Linear), 0.0);
+        assert_eq!(at(1.0, 0.5, TextureFilter::Linear), 50.0);
+        assert_eq!(at(1.0, 1.0, TextureFilter::Linear), 100.0);
+    }
+
+    /// Paints a square of pixels from (4, 3) on, of a whole texture.
+    fn painted(texture: &Texture, side: f32, color: Color32) -> Vec<u32> {
+        let mut pixels = vec![0; 20 * 20];
+        let corner = |x: f32, y: f32| Vertex {
+            pos: Pos2::new(4.0 + side * x, 3.0 + side * y),
+            uv: pos2(x, y),
+            color,
+        };
+        let corners = [corner(0.0, 0.0), corner(1.0, 0.0), corner(1.0, 1.0), corner(0.0, 1.0)];
+        for triangle in [[0, 1, 2], [0, 2, 3]] {
+            let mut target = Target { pixels: &mut pixels, width: 20 };
+            let vertices = triangle.map(|i: usize| &corners[i]);
+            paint_triangle(&mut target, [0, 0, 20, 20], vertices, 1.0, texture);
+        }
+        pixels
+    }
+
+    /// As glyphs are: a texel a pixel, times a colour.
+    #[test]
+    fn a_texel_a_pixel_is_that_texel_in_its_colour() {
+        let greys: Vec<u8> = (0..16).map(|i| 10 + 15 * i).collect();
+        let texture = texture([4, 4], &greys, TextureOptions::LINEAR);
+        let found = painted(&texture, 4.0, Color32::from_rgb(255, 128, 0));
+        for (i, pixel) in found.iter().enumerate() {
+            let (x, y) = (i % 20, i / 20);
+            let is_in = (4..8).contains(&x) && (3..7).contains(&y);
+            let grey = if is_in { f64::from(greys[(y - 3) * 4 + x - 4]) } else { 0.0 };
+            let expected = (grey as u32) << 16 | ((grey * 128.0 / 255.0).round() as u32) << 8;
+            assert_eq!(*pixel, expected, "{x}, {y}");
+        }
+    }
+
+    #[test]
+    fn what_is_made_larger_and_smaller_is_filtered_each_in_its_way() {
+        let options = TextureOptions {
+            magnification: TextureFilter::Nearest,
+            minification: TextureFilter::Linear,
+            ..TextureOptions::LINEAR
+        };
+        let stripes = |n: usize| (0..n * n).map(|i| 200 * (i % 2) as u8).collect::<Vec<_>>();
+        let greys = |side: f32, n: usize| {
+            let found = painted(&texture([n, n], &stripes(n), options), side, Color32::WHITE);
+            let mut greys: Vec<u32> = found.iter().map(|pixel| pixel & 0xff).collect();
+            greys.sort_unstable();
+            greys.dedup();
+            greys
+        };
+        assert_eq!(greys(7.0, 4), [0, 200], "whole texels");
+        assert!(greys(4.0, 6).len() > 2, "mixtures");
+    }
+
+    #[test]
+    fn a_part_of_a_texture_is_replaced_where_it_is() {
+        let mut texture = texture([3, 3], &[0; 9], TextureOptions::NEAREST);
+        let image = ColorImage::new([2, 1], vec![Color32::from_gray(7), Color32::from_gray(8)]);
+        texture.patch(&ImageDelta::partial([1, 2], image, TextureOptions::NEAREST), [1, 2]);
+        let found: Vec<u8> = texture.texels.iter().map(Color32::r).collect();
+        assert_eq!(found, [0, 0, 0, 0, 0, 0, 0, 7, 8]);
+    }
+}
