@@ -1,6 +1,8 @@
 //! The native engine as its callers see it: what it draws, what it leaves to an adapter, and that it needs none.
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
+mod native_scenes;
+
 use std::sync::Arc;
 use std::sync::mpsc;
 use std::time::Duration;
@@ -10,6 +12,8 @@ use voxsplat::accuracy::sweep::Detail;
 use voxsplat::core::{Camera, Projection, Ticket};
 use voxsplat::gpu::{AdapterChoice, has_hardware};
 use voxsplat::kernel::Kernel;
+use voxsplat::native::supports;
+use voxsplat::plan::Plan;
 use voxsplat::polygons::Mesh;
 use voxsplat::reference::Reference;
 use voxsplat::scene::{
@@ -214,7 +218,7 @@ fn a_triangle_among_samples_is_seen_from_within_as_the_reference_sees_it() {
     let [_, mut scene] = winds_and_a_triangle();
     scene.camera.projection = Projection::Perspective { view_angle: 1.5 };
     scene.camera.parallel_scale = 0.3;
-    for visibility in [Visibility::EverySample, Visibility::Sheets] {
+    for visibility in [Visibility::EverySample, Visibility::Sheets, Visibility::Slabs] {
         scene.splat = SplatSettings { visibility, ..SplatSettings::SHADE_FIRST };
         let most = off_reference(&engine, &scene, [40, 30]);
         println!("measured a triangle, {visibility:?}: {most:.1e}");
@@ -238,6 +242,53 @@ fn more_slabs_than_a_picture_takes_seconds_for_are_refused_in_a_sentence() {
         for part in ["expected ", "found more than 1048576 slabs", "; choose fewer"] {
             assert!(error.contains(part), "{error}");
         }
+    }
+}
+
+/// The same of vectors, whose slabs are kept until rays have passed them.
+#[test]
+fn vectors_in_more_slabs_than_are_kept_are_refused_in_a_sentence() {
+    let engine = alone();
+    let [mut scene, _] = winds_and_a_triangle();
+    scene.show_field(false);
+    assert!(still(&engine, &scene).is_ok());
+    scene.splat.slabs_per_voxel = 4e4;
+    let error = still(&engine, &scene).unwrap_err().to_string();
+    for part in ["expected ", "found vectors that reach through more than 4096 slabs", "; choose"] {
+        assert!(error.contains(part), "{error}");
+    }
+}
+
+/// A picture that takes a while tells how far it is, and can be stopped.
+#[test]
+fn a_still_tells_how_far_it_is_and_stops_where_it_is_told_to() {
+    let engine = alone();
+    let mut scene = opened("demo:shells:24");
+    scene.splat.slabs_per_voxel = 8.0;
+    for splat in [scene.splat, SplatSettings::SHADE_FIRST] {
+        let scene = Scene { splat, ..scene.clone() };
+        let size = [1600, 1200];
+        let request =
+            StillRequest { scene, size, refine: Refine::Full, repeat: 0, time_passes: false };
+        let ticket = Ticket::new();
+        let seen = std::thread::scope(|scope| {
+            let drawn = scope.spawn(|| engine.still(request, &ticket));
+            let mut seen = vec![0.0_f32];
+            while !drawn.is_finished() {
+                let now = ticket.fraction();
+                if now != seen[seen.len() - 1] {
+                    seen.push(now);
+                }
+                if now > 0.3 {
+                    ticket.cancel();
+                }
+                std::thread::sleep(Duration::from_millis(1));
+            }
+            assert!(matches!(drawn.join().unwrap(), Err(StillError::Cancelled)), "{splat:?}");
+            seen
+        });
+        assert!(seen.is_sorted() && seen.len() > 3, "{splat:?}: {seen:?}");
+        assert!(seen[seen.len() - 1] < 0.9, "{splat:?}: {seen:?}");
     }
 }
 
@@ -278,6 +329,19 @@ fn what_it_does_not_draw_is_refused_in_a_sentence_where_there_is_no_adapter() {
     for part in ["expected ", "\"no such adapter\"", ", found "] {
         assert!(error.contains(part), "{error}");
     }
+    // Whoever asked for triangles, by whichever kernel, and layers that are elsewhere.
+    let asked = SplatSettings { backend: Backend::Raster, ..SplatSettings::SHADE_FIRST };
+    let mut moved = scene.clone();
+    moved.layers[0].placement.translation = DVec3::X;
+    for (scene, words) in [
+        (triangles, "splats as triangles"),
+        (Scene { splat: asked, ..scene.clone() }, "splats as triangles"),
+        (moved, "moved elsewhere"),
+    ] {
+        let refused = supports(&Plan::of(&scene, SIZE)).unwrap_err().to_string();
+        assert!(refused.contains(words), "{refused}");
+    }
+    assert_eq!(supports(&Plan::of(&scene, SIZE)), Ok(()));
     // A refusal costs nothing.
     assert_eq!(still(&engine, &scene).unwrap().light, before.light);
 }
@@ -429,6 +493,7 @@ fn published_opacities_are_capped_at_one_as_the_references_are() {
         };
         let most = off_reference(&engine, &scene, [30, 24]);
         println!("measured capped, {classify:?}: {most:.1e}");
+        assert!(still(&engine, &scene).unwrap().capped_sums > 0, "{classify:?}: none is told of");
         assert!(most < 2e-3, "{classify:?}: {most}");
     }
 }

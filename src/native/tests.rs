@@ -5,13 +5,14 @@ use std::sync::Arc;
 use fearless_simd::{Level, dispatch, prelude::*};
 use glam::DVec3;
 
+use super::composite::{Gathered, Rule};
 use super::kernels::Kernels;
-use super::lanes::{Vec3, all};
+use super::lanes::{Lanes, Mask, Vec3, all};
 use super::lattice::Lattice;
 use super::masks::Masks;
 use super::nodes::Nodes;
 use super::polygons::Polygons;
-use super::rays::Rays;
+use super::rays::{Rays, TILE};
 use super::table::Table;
 use crate::core::{Camera, Cancelled, Projection, Ticket};
 use crate::kernel::{Kernel, Separable, coefficients};
@@ -34,10 +35,20 @@ fn lattice(volume: &Arc<ScalarVolume>, kernel: Kernel) -> Lattice {
 }
 
 fn lattice_of(volume: &Arc<ScalarVolume>, kernel: Kernel, extent: Option<f64>) -> Lattice {
+    lattice_for(volume, kernel, extent, false)
+}
+
+/// For quick pictures, or not.
+fn lattice_for(
+    volume: &Arc<ScalarVolume>,
+    kernel: Kernel,
+    extent: Option<f64>,
+    is_quick: bool,
+) -> Lattice {
     let ticket = Ticket::new();
     let mode = SplatSettings { kernel, extent, ..SplatSettings::EXACT };
     let made = coefficients(volume, kernel, extent, true, &ticket).expect("they fit");
-    Lattice::new(volume, (&mode, false), made, &ticket).expect("not cancelled")
+    Lattice::new(volume, (&mode, is_quick), made, &ticket).expect("not cancelled")
 }
 
 /// Places all over a lattice, its borders among them.
@@ -135,18 +146,22 @@ fn narrow_splines_and_tents_of_any_width_are_weighed_as_they_are_defined() {
 #[test]
 fn gradients_are_differences_of_values() {
     let dims = [9, 8, 11];
-    for (kernel, extent) in [
-        (Kernel::Linear, None),
-        (Kernel::Linear, Some(1.5)),
-        (Kernel::BSpline, None),
-        (Kernel::BSpline, Some(1.6)),
-        (Kernel::BSpline, Some(3.0)),
+    for (kernel, extent, is_quick) in [
+        (Kernel::Linear, None, false),
+        (Kernel::Linear, None, true),
+        (Kernel::Linear, Some(1.5), false),
+        (Kernel::BSpline, None, false),
+        (Kernel::BSpline, Some(1.6), false),
+        (Kernel::BSpline, Some(3.0), false),
     ] {
-        let lattice = lattice_of(&volume(dims), kernel, extent);
+        let lattice = lattice_for(&volume(dims), kernel, extent, is_quick);
         let (level, method) = (Level::new(), lattice.method());
         let is_smooth = kernel == Kernel::BSpline && extent.is_none_or(|extent| extent >= 2.0);
-        let step = if is_smooth { 1.0 / 64.0 } else { 0.5 };
-        for place in places(dims).filter(|p| (0..3).all(|a| p[a] > 1.0 && p[a] < 6.0)).take(300) {
+        // Derivatives, of tents within their cell.
+        let step = if is_smooth || is_quick { 1.0 / 64.0 } else { 0.5 };
+        let is_inner = |x: f32| (0.05..0.95).contains(&x.fract()) || !is_quick;
+        let is_asked = |x: f32| x > 1.0 && x < 6.0 && is_inner(x);
+        for place in places(dims).filter(|p| p.iter().all(|x| is_asked(*x))).take(300) {
             let value = |offset: [f32; 3]| {
                 let at = [0, 1, 2].map(|a| place[a] + offset[a]);
                 dispatch!(level, simd => lattice.value(simd, method, Vec3::splat(simd, at))[5])
@@ -216,6 +231,8 @@ fn masks_leave_out_nothing_that_shows_and_much_that_does_not() {
                     }
                     let [first, last] = packet.slabs(simd, rays.step);
                     let runs: Vec<[i32; 2]> = masks.runs([x, y], [first, last]).collect();
+                    let tile = [x, y].map(|n| n / TILE * TILE);
+                    assert!(masks.shows(tile) || runs.is_empty(), "pixel {x} {y}: its tile");
                     for slab in first..=last {
                         let has = runs.iter().any(|run| (run[0]..=run[1]).contains(&slab));
                         all_of_them += 1;
@@ -236,6 +253,52 @@ fn masks_leave_out_nothing_that_shows_and_much_that_does_not() {
         assert!(shown > 500, "{shown}");
         assert!(looked < all_of_them * 9 / 10, "{looked} of {all_of_them}");
     }
+}
+
+/// From within, bricks about the eye are everywhere on the picture.
+#[test]
+fn masks_about_the_eye_leave_out_nothing_that_shows() {
+    let mut scene = scene();
+    scene.camera.projection = Projection::Perspective { view_angle: 1.6 };
+    scene.camera.parallel_scale = 2.0;
+    let plan = Plan::of(&scene, [24, 20]);
+    let field = plan.field().expect("a field");
+    let lattice = lattice(&field.volume, Kernel::BSpline);
+    let bricks: Vec<u32> = (0..lattice.bricks.ranges.len() as u32).collect();
+    let rays = Rays::new(&plan, lattice.dims.map(|n| n as f64 - 0.5), &[]);
+    let masks = Masks::new(&rays, &lattice.bricks, (lattice.dims, &bricks), &Ticket::new());
+    let masks = masks.expect("not cancelled");
+    for y in (0..20).step_by(2) {
+        for x in (0..24).step_by(4) {
+            dispatch!(Level::new(), simd => {
+                let packet = rays.packet(simd, [x, y], [0.5; 2]);
+                let slabs = packet.slabs(simd, rays.step);
+                let runs: Vec<[i32; 2]> = masks.runs([x, y], slabs).collect();
+                assert_eq!(runs, [slabs], "pixel {x} {y}");
+            });
+        }
+    }
+}
+
+/// Opacities over 1 are lowered to it, and counted: of eight rays at once, and of one.
+#[test]
+fn opacities_over_one_are_lowered_and_counted() {
+    let rule = Rule { middle: false, published: true, back_to_front: false, stop_below: 0.0 };
+    dispatch!(Level::new(), simd => {
+        let some = Mask::splat(simd, true);
+        let mut light = Gathered::none(simd, some, false);
+        let amounts = Lanes::from_fn(simd, |i| if i < 3 { 1.5 } else { 0.25 });
+        let red = Vec3::splat(simd, [1.0, 0.0, 0.0]);
+        assert_eq!(rule.cover_with(simd, red, amounts, &mut light), 3);
+        let weight = light.light(simd).weight;
+        assert_eq!([weight[0], weight[7]], [1.0, 0.25]);
+        assert_eq!(rule.cover_ray(7, ([0.0, 1.0, 0.0], 2.0), &mut light), 1);
+        assert_eq!(rule.cover_ray(6, ([0.0, 1.0, 0.0], 1.0), &mut light), 0);
+        let seen = light.light(simd);
+        assert_eq!((seen.weight[7], seen.colour.lane(7)), (1.0, [0.25, 0.75, 0.0]));
+        let rule = Rule { published: false, ..rule };
+        assert_eq!(rule.cover_ray(5, ([0.0; 3], 2.0), &mut light), 0, "depths may be any");
+    });
 }
 
 /// Vectors about the middle of the scene, to all sides.

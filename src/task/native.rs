@@ -351,6 +351,32 @@ mod tests {
         assert!(drawer.engines.native.name().ends_with("3 threads"), "the engine is another");
     }
 
+    /// What whole pictures cost is learnt of those that are large enough to tell.
+    #[test]
+    fn small_whole_pictures_say_nothing_of_what_larger_ones_take() {
+        use super::super::draw::{LEAST_SIDE, LEAST_WHOLE};
+        use crate::scene::{SampleSource, opening};
+
+        let grid = crate::volume::demo::open("demo:shells:16", None).expect("a demo");
+        let field = grid.field(None).expect("a field");
+        let component = crate::volume::Component::Index(0);
+        let volume = grid.scalar(field, component, &Ticket::new()).expect("not cancelled");
+        let mut scene = opening(SampleSource::default(), Arc::new(volume), None);
+        scene.splat = SplatSettings::EXACT;
+        let mut drawer = drawer();
+        let mut learnt = |side: f64, which: SlabField| {
+            let before = drawer.costs;
+            let plan = Plan::of(&scene, [side as u32; 2]);
+            drawer.learn_slabs((&plan, which), (1e3, 0.0), 0.0);
+            drawer.costs != before
+        };
+        assert!(!learnt(LEAST_WHOLE - 1.0, SlabField::Own));
+        assert!(learnt(LEAST_WHOLE, SlabField::Own));
+        // Quick pictures are small: they tell from a lesser size on.
+        assert!(!learnt(LEAST_SIDE - 1.0, SlabField::Preview));
+        assert!(learnt(LEAST_SIDE, SlabField::Preview));
+    }
+
     #[test]
     fn what_an_engine_finds_too_late_is_a_refusal() {
         let refused = |_: &mut native::Renderer, _: &Ticket| {
