@@ -461,6 +461,8 @@ fn what_shows_the_inside_is_told_and_refused_where_it_cannot_be_shown() {
             &["clip", "isosurfaces", "slices"][..],
         ),
         (&["--projection", "maximum", "--shading", "lights"], &["projection"]),
+        // As the window calls it.
+        (&["--projection", "mip", "--shading", "lights"], &["projection"]),
     ] {
         let run = voxsplat(&[&fixed[..], more].concat());
         assert!(run.status.success(), "{}", errors(&run));
@@ -469,7 +471,12 @@ fn what_shows_the_inside_is_told_and_refused_where_it_cannot_be_shown() {
         assert_eq!(stats["effects"], serde_json::json!(effects), "{more:?}");
     }
     for (refused, words) in [
-        (&["--clip-box", "60%,50%,0%,100%,0%,100%"][..], "begins before it ends"),
+        (&["--clip-box", "60%,50%,0%,100%,0%,100%"][..], "found 60% to 50%; give two of those"),
+        (
+            &["--clip-box", "0,5,0,15,3,99"],
+            "along z, of the samples 0 to 15 or of 0% to 100%, found 3 to 99",
+        ),
+        (&["--slice", "x=9999"], "a sample from 0 to 15 or a share from 0% to 100%, found 9999"),
         (&["--slice", "x=4", "--visibility", "every-sample"], "with slices, found --visibility"),
         (&["--iso", "0.5", "--classify", "after"], "--classify pre-integrated with an isosurface"),
         (&["--projection", "average", "--iso", "0.5"], "--projection composite with isosurfaces"),

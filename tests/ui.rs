@@ -696,7 +696,7 @@ fn sliders_and_choices_change_the_scene() {
     bench.choose("Colours", "Gray");
     let colour = bench.window().scene().unwrap().transfer().unwrap().colour.clone();
     assert!(matches!(colour, ColourSource::Map { map: ColourMap::Gray, .. }), "{colour:?}");
-    bench.choose("Refine by", "Subsampling");
+    bench.choose("Coarse first", "Every fourth voxel");
     let Effort::Rest { ladder, .. } = bench.last_request().effort else { panic!("not at rest") };
     assert_eq!(ladder, Ladder::Subsampling);
 

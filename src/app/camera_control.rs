@@ -104,7 +104,7 @@ pub fn steered(
     let rect = response.rect;
     let size = [f64::from(rect.width()), f64::from(rect.height())];
     let mut camera = *camera;
-    let delta = response.drag_delta();
+    let delta = drag_delta(response);
     let delta = DVec2::new(f64::from(delta.x), f64::from(delta.y));
     if delta != DVec2::ZERO {
         let panning = response.dragged_by(PointerButton::Middle)
@@ -114,7 +114,7 @@ pub fn steered(
         } else if response.dragged_by(PointerButton::Primary) && hand.command {
             if let Some(at) = response.interact_pointer_pos() {
                 let from_middle = at - rect.center();
-                camera = camera.rolled(turned_by(from_middle - response.drag_delta(), from_middle));
+                camera = camera.rolled(turned_by(from_middle - drag_delta(response), from_middle));
             }
         } else if response.dragged_by(PointerButton::Primary) {
             let turn = delta * (PI / size[1]);
@@ -137,6 +137,20 @@ pub fn steered(
         camera = recentred(&camera, pixel, size);
     }
     camera
+}
+
+/// How far the hand went in this pass with the button down, points. A pass in which it came and pressed holds both ways:
+/// what came before the press is none of it.
+pub(super) fn drag_delta(response: &Response) -> Vec2 {
+    if !response.drag_started() {
+        return response.drag_delta();
+    }
+    let [pressed, now] =
+        response.ctx.input(|input| [input.pointer.press_origin(), input.pointer.latest_pos()]);
+    match (pressed, now) {
+        (Some(pressed), Some(now)) => now - pressed,
+        _ => Vec2::ZERO,
+    }
 }
 
 /// What the input of a pass says about the hand.

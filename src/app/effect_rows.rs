@@ -143,7 +143,7 @@ fn about(effect: Effect) -> About {
             "Regions by gradient",
             "Opacities and colours by value and gradient strength together",
             "Transfer function",
-            "Transfer function, By gradient",
+            "Transfer function, Boundaries",
         ),
         Effect::OpacityTable => (
             "Opacity lookup",

@@ -316,6 +316,9 @@ impl Window {
         let response = ui.allocate_rect(area.rect, Sense::drag());
         response.widget_info(|| WidgetInfo::labeled(Role::Canvas, true, "Viewport"));
         if response.drag_started() {
+            if self.scene.is_some() {
+                self.first_hint.taken(&mut self.settings.knows_drag, ui.ctx().time());
+            }
             // Keys are for the view again.
             ui.ctx().memory_mut(|memory| {
                 memory.focused().inspect(|id| memory.surrender_focus(*id));
@@ -371,6 +374,9 @@ impl Window {
             self.probing.show(ui, area, scene, space, (&response, rests), self.cells.height());
         } else if !self.is_loading() {
             welcome_ui(ui, area.rect);
+        }
+        if self.scene.is_some() && !self.is_loading() {
+            self.first_hint.show(ui, area.rect, self.settings.knows_drag);
         }
         self.comparison_ui(ui, area, beside.as_ref());
         self.overlays_ui(ui, area.rect);

@@ -3,6 +3,7 @@
 
 use eframe::egui::{Align2, FontId, PointerButton, Rect, Response, Ui, vec2};
 
+use super::camera_control::drag_delta;
 use super::panels::stretch::stretch;
 use super::{theme, words};
 use crate::transfer::{Gaussian, TransferFunction};
@@ -74,7 +75,7 @@ impl Leveling {
         if !self.on || shift || !response.dragged_by(PointerButton::Primary) {
             return None;
         }
-        let (by, size) = (response.drag_delta(), response.rect.size());
+        let (by, size) = (drag_delta(response), response.rect.size());
         if by == eframe::egui::Vec2::ZERO {
             return Some(range);
         }

@@ -18,6 +18,7 @@ mod effect_rows;
 pub mod effects;
 mod exchanging;
 pub mod file_dialog;
+mod first_hint;
 pub mod flow;
 pub mod history;
 pub mod job;

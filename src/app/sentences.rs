@@ -3,7 +3,7 @@
 /// What flags are called in the window, where that is not their name in plain words.
 const NAMES: [(&str, &str); 14] = [
     ("backend", "Back end"),
-    ("classify", "Classify"),
+    ("classify", "Colouring"),
     ("extent", "Extent"),
     ("gouraud-angles", "Mesh angles"),
     ("gouraud-rings", "Mesh rings"),

@@ -88,6 +88,8 @@ pub struct Settings {
     pub sections: Sections,
     /// What is written over the picture.
     pub annotations: Annotations,
+    /// Somebody has dragged the view: nobody needs to be told that this turns it.
+    pub knows_drag: bool,
 }
 
 impl Default for Settings {
@@ -108,6 +110,7 @@ impl Default for Settings {
             side_panel: true,
             sections: Sections::new(),
             annotations: Annotations { trihedron: true, ..Annotations::NONE },
+            knows_drag: false,
         }
     }
 }
@@ -178,10 +181,18 @@ impl Settings {
 
 /// The ladders with their names in the interface and in the settings file.
 pub const LADDERS: [(Ladder, &str, &str); 4] = [
-    (Ladder::Octree, "Octree", "Fewer, larger splats fitted to an error that falls step by step"),
-    (Ladder::Subsampling, "Subsampling", "Every fourth voxel, then every second, then every one"),
-    (Ladder::CheaperKernels, "Cheaper kernels", "Points, then boxes, then the chosen kernel"),
-    (Ladder::AtOnce, "At once", "Nothing before the full picture"),
+    (
+        Ladder::Octree,
+        "Larger splats",
+        "Fewer, larger splats (octree cuts), whose error falls step by step",
+    ),
+    (
+        Ladder::Subsampling,
+        "Every fourth voxel",
+        "Every fourth voxel, then every second, then every one",
+    ),
+    (Ladder::CheaperKernels, "Simpler splats", "Points, then boxes, then the chosen kernel"),
+    (Ladder::AtOnce, "Nothing", "No coarser picture before the full one"),
 ];
 
 /// A ladder as its name, so that the file stays readable.

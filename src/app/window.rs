@@ -23,6 +23,7 @@ use super::drawer::Drawer;
 use super::effects::Effects;
 use super::exchanging::LoadingDesign;
 use super::file_dialog::FileDialog;
+use super::first_hint::FirstHint;
 use super::flow::Flow;
 use super::history::History;
 use super::job::Job;
@@ -112,6 +113,7 @@ pub struct Window {
     pub(super) pacing: Pacing,
     pub(super) rate: PictureRate,
     pub(super) notices: Notices,
+    pub(super) first_hint: FirstHint,
     pub(super) dialog: Option<Dialog>,
     pub(super) compare: Compare,
     pub(super) cells: CellsOverlay,
@@ -167,6 +169,7 @@ impl Window {
             pacing: Pacing::default(),
             rate: PictureRate::default(),
             notices: Notices::default(),
+            first_hint: FirstHint::default(),
             dialog: None,
             compare: Compare::default(),
             cells: CellsOverlay::default(),

@@ -54,8 +54,8 @@ pub struct InsideFlags {
     #[arg(long, value_name = "V[:A[:RRGGBB]]", value_parser = isosurface,
         allow_hyphen_values = true)]
     pub iso: Vec<Isosurface>,
-    /// What is shown along each line of sight: composite (the volume, by its opacities), or the maximum (MIP),
-    /// minimum (MinIP) or average of the values, in its colour. These have their colours from the least to the
+    /// What is shown along each line of sight: composite or volume (matter, by its opacities), or the maximum (mip),
+    /// minimum (minip) or average of the values, in its colour. These have their colours from the least to the
     /// greatest value that rays come to, unless --color, --color-range, --transfer or --preset says which
     /// [default: composite]
     #[arg(long, value_name = "WHAT", value_parser = values::along_ray)]
@@ -87,17 +87,43 @@ impl Place {
             Self::Share(share) => share,
         }
     }
+
+    /// As a flag says it.
+    fn words(self) -> String {
+        match self {
+            Self::Sample(number) => number.to_string(),
+            Self::Share(share) => format!("{}%", 100.0 * share),
+        }
+    }
 }
 
 impl ClipFlags {
     /// What they mean for a lattice.
-    pub fn resolve(&self, lattice: &Lattice) -> Clip {
+    ///
+    /// # Errors
+    /// One sentence where the box has no inside, or lies beyond the volume.
+    pub fn resolve(&self, lattice: &Lattice) -> Result<Clip, String> {
+        for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
+            let Some(places) = self.clip_box else { break };
+            let ends = [places[2 * axis], places[2 * axis + 1]];
+            let samples = lattice.dims[axis];
+            let [low, high] = ends.map(|place| place.share(samples));
+            if !(low < high && low >= 0.0 && high <= 1.0) {
+                return Err(format!(
+                    "expected --clip-box from a lesser to a greater place along {name}, of the samples 0 to {} or of \
+                     0% to 100%, found {} to {}; give two of those",
+                    samples - 1,
+                    ends[0].words(),
+                    ends[1].words()
+                ));
+            }
+        }
         let bounds = self.clip_box.map(|places| {
             let end =
                 |end: usize| std::array::from_fn(|a| places[2 * a + end].share(lattice.dims[a]));
             ClipBox { low: end(0), high: end(1) }
         });
-        Clip { bounds, planes: self.clip_plane.clone(), faces: CutFaces::Through }
+        Ok(Clip { bounds, planes: self.clip_plane.clone(), faces: CutFaces::Through })
     }
 }
 
@@ -112,7 +138,8 @@ impl InsideFlags {
     /// # Errors
     /// One sentence where a mode cannot show it, or it means nothing.
     pub fn resolve(&self, volume: &ScalarVolume, splat: &SplatSettings) -> Result<Inside, String> {
-        let clip = self.clip.resolve(&volume.lattice);
+        let clip = self.clip.resolve(&volume.lattice)?;
+        self.refuse_beside(&volume.lattice)?;
         let faces = if self.cut_faces { CutFaces::Coloured } else { CutFaces::Through };
         let lattice = &volume.lattice;
         let across = self.slice.iter().map(|&SliceAt { axis, place, opacity }| {
@@ -154,6 +181,22 @@ impl InsideFlags {
         let is_free = !scene.chooses_colours() && splat.kernel != Kernel::Nearest;
         let range = is_free.then(|| projected_range(volume, inside.along));
         Ok(Inside { projected_range: range.flatten(), ..inside })
+    }
+
+    /// Refuses slices across an axis that meet nothing of the volume.
+    fn refuse_beside(&self, lattice: &Lattice) -> Result<(), String> {
+        let is_beside =
+            |at: &&SliceAt| !(0.0..=1.0).contains(&at.place.share(lattice.dims[at.axis]));
+        let Some(SliceAt { axis, place, .. }) = self.slice.iter().find(is_beside) else {
+            return Ok(());
+        };
+        let name = ["x", "y", "z"][*axis];
+        Err(format!(
+            "expected --slice {name}= with a sample from 0 to {} or a share from 0% to 100%, found {}, which lies beside \
+             the volume; give one of those",
+            lattice.dims[*axis] - 1,
+            place.words()
+        ))
     }
 
     /// Refuses two isosurfaces in one place, of which nothing says which lies before the other.

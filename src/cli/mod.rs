@@ -13,6 +13,7 @@ mod open;
 mod plot;
 mod polygons;
 mod probe;
+mod progress;
 mod render;
 mod report;
 mod shading;

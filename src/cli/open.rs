@@ -188,6 +188,7 @@ pub(super) fn scene(input: &Input, flags: &SceneFlags, mode: Mode) -> Result<Sce
         opening.up = Some(up);
     }
     let camera = camera(flags, &opening.camera);
+    no_up(flags, &camera).iter().for_each(|what| note(what));
     let mut regions = Vec::new();
     if let Some(function) = opening.transfer_mut() {
         (*function, regions) = transfer(flags, &volume.statistics, function)?;
@@ -313,6 +314,23 @@ fn by_percentiles(preset: Preset) -> String {
          their percentiles",
         preset.name()
     )
+}
+
+/// Vectors whose angle has a lesser sine than this are parallel: what is left of one across the other is rounding.
+const PARALLEL: f64 = 1e-6;
+
+/// What to say of an up that is none in the picture.
+fn no_up(flags: &SceneFlags, camera: &Camera) -> Option<String> {
+    let given = DVec3::from(flags.camera_view_up?);
+    let is_parallel = given.normalize_or_zero().cross(camera.direction).length() < PARALLEL;
+    let [x, y, z] = camera.up.to_array().map(|v| if v == 0.0 { 0.0 } else { v });
+    is_parallel.then(|| {
+        let [a, b, c] = given.to_array();
+        format!(
+            "--camera-view-up {a},{b},{c} is parallel to the direction of the view, so it says nothing of what is up in \
+             the picture: {x},{y},{z} is taken"
+        )
+    })
 }
 
 fn camera(flags: &SceneFlags, opening: &Camera) -> Camera {

@@ -7,6 +7,7 @@ use super::flags::{RefineFlag, RenderFlags};
 use super::flow::FlowFlags;
 use super::notes::{self, Causes, did_not_converge, is_one_colour, no_room};
 use super::polygons::PolygonFlags;
+use super::progress::Progress;
 use super::stats::{Stats, asked_of};
 use super::vectors::{VectorFlags, Vectors};
 use super::{Destination, Failure, note, open, refuse_one_place};
@@ -106,15 +107,17 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
         repeat: flags.repeat,
         time_passes: flags.stats.is_some(),
     };
+    let ticket = Ticket::new();
+    let progress = Progress::of(&ticket, "drawing");
     let mut still = if flags.cells {
-        let mut still =
-            engine.still_with_cells(request, &Ticket::new()).map_err(Failure::failed)?;
+        let mut still = engine.still_with_cells(request, &ticket).map_err(Failure::failed)?;
         let cells = still.cells.take().ok_or_else(|| Failure::Failed(no_cut(refine)))?;
         cells::draw_edges(&mut still.rgba, &view, &cells);
         still
     } else {
-        engine.still(request, &Ticket::new()).map_err(Failure::failed)?
+        engine.still(request, &ticket).map_err(Failure::failed)?
     };
+    drop(progress);
     if flags.engine.engine == EngineChoice::Native
         && let Some(reason) = &still.not_native
     {
@@ -223,6 +226,7 @@ fn run_loop(flags: &RenderFlags, frames: u32, seconds: f64) -> Result<(), Failur
     let engine = Engine::start(flags.engine.choice()?, || ());
     let ticket = Ticket::new();
     let written = &layout.primitives;
+    let _progress = Progress::of(&ticket, "drawing the loop");
     loop_file::write(&engine, &scene, (flags.resolution, written), cycle, path, &ticket)
         .map(drop)
         .map_err(Failure::failed)

@@ -184,9 +184,14 @@ fn plain_or_power(value: f64) -> String {
     if is_plain { value.to_string() } else { format!("{value:e}") }
 }
 
+/// A number of a file's geometry without what arithmetic added to it: twelve digits. The JSON has all of them.
+fn without_rounding(value: f64) -> f64 {
+    format!("{value:.11e}").parse().unwrap_or(value)
+}
+
 impl fmt::Display for Info {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let triple = |v: [f64; 3]| format!("{} {} {}", v[0], v[1], v[2]);
+        let triple = |v: [f64; 3]| v.map(|v| plain_or_power(without_rounding(v))).join(" ");
         let [x, y, z] = self.dims;
         writeln!(f, "{:<11}{}, {}", "format", self.format, self.kind)?;
         writeln!(f, "{:<11}{x} × {y} × {z}", "dims")?;
@@ -215,7 +220,7 @@ impl fmt::Display for Info {
             let [low, high] = [ends[0], ends[1]].map(plain_or_power);
             writeln!(f, "{axis:<11}{low} to {high}")?;
         }
-        writeln!(f, "{:<11}{}", "space", self.space.as_deref().unwrap_or("not told"))?;
+        writeln!(f, "{:<11}{}", "space", self.space.as_deref().unwrap_or("not stated"))?;
         if let Some(unit) = &self.unit {
             writeln!(f, "{:<11}{unit}", "unit")?;
         }

@@ -4,7 +4,7 @@ use glam::{DMat3, DQuat, DVec3};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::framing_camera;
+use super::{ClipBox, framing_camera};
 use crate::core::{Camera, names};
 use crate::transfer::TransferFunction;
 use crate::volume::ScalarVolume;
@@ -225,7 +225,7 @@ fn shown(
             sum
         },
     );
-    // A sample stands for those that were left out about it.
+    // A sample stands for those that were left out about it, as far as the ends of the outermost one's box.
     let axes = lattice.axes();
     let ends = [0, 1, 2].map(|axis| {
         let all: f64 = bins.iter().map(|bin| bin[axis]).sum();
@@ -239,12 +239,30 @@ fn shown(
         };
         let [low, high] =
             [end(&mut bins.iter().enumerate())?, end(&mut bins.iter().enumerate().rev())? + 1.0];
-        let half = 0.5 * step as f64 * (axes.transpose() * along[axis]).abs().element_sum();
+        let half = (step as f64 - 0.5) * (axes.transpose() * along[axis]).abs().element_sum();
         let from_middle = |bin: f64| (2.0 * bin / BINS as f64 - 1.0) * reach;
         Some([from_middle(low) - half, from_middle(high) + half])
     });
     let [Some(x), Some(y), Some(z)] = ends else { return None };
     Some([x, y, z])
+}
+
+/// The box along a volume's own axes that holds what shows of it under a transfer function; where nothing does, all of it.
+pub fn box_of_what_shows(volume: &ScalarVolume, transfer: &TransferFunction) -> ClipBox {
+    let lattice = &volume.lattice;
+    let index_from_world = lattice.axes().inverse();
+    let rows = [0, 1, 2].map(|axis| index_from_world.row(axis));
+    let Some(ends) = shown(volume, transfer, rows.map(DVec3::normalize_or_zero)) else {
+        return ClipBox::WHOLE;
+    };
+    let share = |axis: usize, end: usize| {
+        let samples = ends[axis][end] * rows[axis].length();
+        (0.5 + samples / lattice.dims[axis] as f64).clamp(0.0, 1.0)
+    };
+    ClipBox {
+        low: [0, 1, 2].map(|axis| share(axis, 0)),
+        high: [0, 1, 2].map(|axis| share(axis, 1)),
+    }
 }
 
 /// A camera along `direction` that shows all that can be seen of a volume under a transfer function, with a margin of a
@@ -419,6 +437,38 @@ mod tests {
             let whole = framing_what_shows(&volume, &nothing, DVec3::Y, DVec3::Z);
             assert_eq!(whole, framing_camera(&lattice, DVec3::Y, DVec3::Z));
         }
+    }
+
+    /// The frame cut labels off where not every sample was looked at, and boxes of thick slices with them.
+    #[test]
+    fn boxes_of_samples_that_were_not_looked_at_lie_within_the_frame_and_the_box() {
+        let lattice =
+            Lattice { spacing: DVec3::new(1.0, 1.0, 8.0), ..Lattice::unit([200, 200, 25]) };
+        let inside = |at: [usize; 3]| {
+            (61..=139).contains(&at[0]) && (61..=139).contains(&at[1]) && (5..=19).contains(&at[2])
+        };
+        let value = |i: usize| u8::from(inside([i % 200, i / 200 % 200, i / 40_000]));
+        let samples = Samples::UInt8((0..lattice.len()).map(value).collect());
+        assert!(lattice.len() > MOST_LOOKED_AT);
+        let volume = ScalarVolume::from_samples("box", lattice, samples).expect("sound");
+        let transfer = TransferFunction::of(
+            vec![(0.4, 0.0), (0.6, 0.9)],
+            ColourSource::Map { map: ColourMap::Viridis, range: [0.0, 1.0] },
+        );
+        let camera = framing_what_shows(&volume, &transfer, DVec3::Y, DVec3::Z);
+        for z in [4.5, 19.5] {
+            let corner = lattice.world_from_index(DVec3::new(100.0, 100.0, z));
+            let height = (corner - camera.focal_point).dot(camera.up).abs();
+            assert!(height < camera.parallel_scale, "{z}: {height} of {}", camera.parallel_scale);
+        }
+        let bounds = box_of_what_shows(&volume, &transfer);
+        let [low, high] = bounds.in_index(lattice.dims);
+        let [from, to] = [DVec3::new(60.5, 60.5, 4.5), DVec3::new(139.5, 139.5, 19.5)];
+        assert!(low.cmple(from).all() && high.cmpge(to).all(), "{low} to {high}");
+        assert!(
+            (from - low).max_element() < 2.0 && (high - to).max_element() < 2.0,
+            "{low} to {high}"
+        );
     }
 
     #[test]

@@ -24,7 +24,9 @@ pub use annotations::{Annotation, Annotations, lay_out as lay_out_annotations};
 pub use cells::{Cell, Cells, Edge, IndexRay, WhyWhole, level_colour};
 pub use effect::Effect;
 pub use first_look::FirstLook;
-pub use framing::{NamedView, Orientation, UpAxis, axis_letters, framing_what_shows};
+pub use framing::{
+    NamedView, Orientation, UpAxis, axis_letters, box_of_what_shows, framing_what_shows,
+};
 pub use inside::{
     AlongRay, Clip, ClipBox, CutFaces, HalfSpace, Inside, InsideError, Isosurface,
     MOST_CLIP_PLANES, MOST_ISOSURFACES, MOST_SLICES, Plane, Slice, projected_range,

@@ -25,6 +25,25 @@ fn asked_for_lights(stats: &Value) -> Option<&str> {
     row["asked_by"].as_str()
 }
 
+/// It was replaced without a word.
+#[test]
+fn an_up_along_the_view_is_said_to_be_none() {
+    if !can_draw() {
+        return;
+    }
+    let of = |up: &str| {
+        let fixed = ["render", "demo:blobs:8", "-o", "-", "--resolution", "16,16"];
+        let view = ["--camera-direction", "0,0,1", "--camera-view-up", up];
+        errors(&voxsplat(&[&fixed[..], &view].concat()))
+    };
+    let told = of("0,0,-2");
+    assert!(
+        told.contains("--camera-view-up 0,0,-2 is parallel to the direction of the view"),
+        "{told}"
+    );
+    assert_eq!(of("0,1,1"), "");
+}
+
 #[test]
 fn a_first_look_lights_faces_and_any_word_about_light_or_opacity_puts_it_out() {
     if !can_draw() {

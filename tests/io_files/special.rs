@@ -269,6 +269,9 @@ fn units_of_length_are_read_where_a_file_or_its_format_says() {
     assert_eq!(mixed, None, "no one unit");
     assert_eq!(nrrd("units: \"um\" \"um\" \"microns\"\n").as_deref(), Some("µm"), "of its axes");
     assert_eq!(nrrd(""), None, "not told");
+    assert_eq!(nrrd(&space).as_deref(), Some("mm"), "of a patient, and silent");
+    assert_eq!(nrrd(&space.replace("left-posterior-superior", "RAS")).as_deref(), Some("mm"));
+    assert_eq!(nrrd(&space.replace("left-posterior-superior", "3D-left-handed")), None);
     let meta = "ObjectType = Image\nNDims = 3\nDimSize = 2 1 1\nElementType = MET_UCHAR\n\
                 ElementDataFile = LOCAL\nab";
     assert_eq!(unit("v.mha", meta).as_deref(), Some("mm"), "the format's own");

@@ -40,6 +40,48 @@ fn a_turntable_keeps_up_what_is_up_and_a_trackball_does_not() {
     assert!(level.right().z.abs() < 1e-6 && level.direction == rolled.direction, "level again");
 }
 
+/// A slow pass may hold the way to the place where the button was pressed.
+#[test]
+fn a_pointer_that_jumps_and_presses_within_one_pass_turns_nothing() {
+    let mut bench = Bench::opened();
+    let (before, viewport) = (bench.camera(), bench.viewport());
+    bench.hover(viewport.center() - vec2(200.0, 150.0));
+    let at = viewport.center();
+    let press = |pressed| Event::PointerButton {
+        pos: at,
+        button: PointerButton::Primary,
+        pressed,
+        modifiers: Modifiers::NONE,
+    };
+    bench.harness.input_mut().events.extend([Event::PointerMoved(at), press(true)]);
+    bench.harness.step();
+    assert_eq!(bench.camera(), before, "the hand has not moved since it pressed");
+    bench.harness.event(Event::PointerMoved(at + vec2(30.0, 0.0)));
+    bench.harness.step();
+    assert_ne!(bench.camera(), before, "now it has");
+    bench.harness.event(press(false));
+    bench.settle();
+}
+
+/// Nothing on screen said how to turn the view, or where the keys are.
+#[test]
+fn the_first_picture_says_how_to_take_hold_of_it_until_somebody_does() {
+    let words = "Drag to turn · wheel to zoom · H shows every key";
+    let mut bench = Bench::opened();
+    assert!(bench.shows(words) && !bench.window().settings().knows_drag);
+    // The hand goes through it.
+    let before = bench.camera();
+    let at = bench.harness.get_by_label(words).rect().center();
+    bench.drag_from(at, PointerButton::Primary, Modifiers::NONE, vec2(60.0, -20.0));
+    assert_ne!(bench.camera(), before);
+    assert!(bench.window().settings().knows_drag, "kept for later runs");
+    bench.harness.run_steps(120);
+    assert!(!bench.shows(words));
+    bench.open("other.mha");
+    bench.settle();
+    assert!(!bench.shows(words), "said once");
+}
+
 #[test]
 fn a_drag_with_ctrl_rolls_the_picture_about_its_middle() {
     let mut bench = Bench::opened();

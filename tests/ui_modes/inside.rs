@@ -32,7 +32,12 @@ fn the_clip_box_is_switched_set_by_numbers_and_taken_back() {
     let mut bench = Bench::opened();
     assert!(inside(&bench).is_plain());
     tick(&mut bench, "Clip box");
-    assert_eq!(bounds(&bench), ClipBox { high: [0.5, 1.0, 1.0], ..ClipBox::WHOLE });
+    assert_eq!(
+        bounds(&bench),
+        ClipBox::WHOLE,
+        "all of the volume shows, so nothing is cut at first"
+    );
+    bench.set_slider("Along x to", 50.0);
     bench.set_slider("Along y from", 25.0);
     bench.set_slider("Along z to", 75.0);
     let chosen = ClipBox { low: [0.0, 0.25, 0.0], high: [0.5, 1.0, 0.75] };
@@ -63,6 +68,7 @@ fn the_clip_box_is_switched_set_by_numbers_and_taken_back() {
 fn a_face_of_the_box_is_dragged_on_the_picture_and_the_view_stays() {
     let mut bench = Bench::opened();
     tick(&mut bench, "Clip box");
+    bench.set_slider("Along x to", 50.0);
     let (camera, viewport) = (bench.camera(), bench.viewport());
     let scene = bench.last_request().scene;
     let view = View::new(&scene, bench.last_request().size);
@@ -125,11 +131,25 @@ fn planes_are_added_turned_flipped_moved_and_removed() {
     assert_ne!(planes(&bench)[0], flipped);
 }
 
+/// A row of sliders without a name is guessed at.
+#[test]
+fn sliders_of_slices_and_planes_say_what_they_move() {
+    let mut bench = Bench::opened();
+    press(&mut bench, "Add slice");
+    for name in ["Slice 1", "Place", "Opacity"] {
+        assert!(bench.shows(name), "{name}");
+    }
+    press(&mut bench, "Add clip plane");
+    let places = bench.harness.query_all_by_label("Place").count();
+    assert_eq!(places, 2, "of the slice and of the plane");
+}
+
 #[test]
 fn modes_that_show_nothing_of_it_say_so_and_another_file_is_whole() {
     let mut bench = Bench::opened();
     let note = "Use the exact mode to see inside";
     tick(&mut bench, "Clip box");
+    bench.set_slider("Along x to", 50.0);
     assert!(!bench.shows(note));
     press(&mut bench, "Classic splatting");
     assert!(bench.shows(note));

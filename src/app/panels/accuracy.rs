@@ -321,20 +321,22 @@ fn record_ui(ui: &mut Ui, record: &EstimateRecord) {
 /// The record in one line.
 fn record_words(record: &EstimateRecord) -> String {
     match (record.count, record.spread_db()) {
-        (0, _) => "No estimate checked yet".to_owned(),
-        (1, _) | (_, None) => {
-            format!("1 estimate checked: {:+.1} dB", signed_zero_free(record.mean_db))
-        }
+        (0, _) => "No picture's estimate has been checked yet".to_owned(),
+        (1, _) | (_, None) => format!("The one estimate checked was {}", off_words(record.mean_db)),
         (count, Some(spread)) => format!(
-            "{count} estimates checked: {:+.1} ± {spread:.1} dB",
-            signed_zero_free(record.mean_db)
+            "{count} estimates checked: on average {}, give or take {spread:.1}",
+            off_words(record.mean_db)
         ),
     }
 }
 
-/// Without a minus before what rounds to nothing.
-fn signed_zero_free(value: f64) -> f64 {
-    if value.abs() < 0.05 { 0.0 } else { value }
+/// How far estimates were off: above 0 where pictures were worse than they said.
+fn off_words(db: f64) -> String {
+    match db {
+        _ if db.abs() < 0.05 => "right".to_owned(),
+        _ if db > 0.0 => format!("{db:.1} dB too good"),
+        _ => format!("{:.1} dB too bad", -db),
+    }
 }
 
 /// The least height at which everything has room, points.
@@ -392,10 +394,13 @@ mod tests {
     #[test]
     fn the_record_says_how_many_and_how_far() {
         let mut record = EstimateRecord::default();
-        assert_eq!(record_words(&record), "No estimate checked yet");
+        assert_eq!(record_words(&record), "No picture's estimate has been checked yet");
         record.add(-0.01);
-        assert_eq!(record_words(&record), "1 estimate checked: +0.0 dB");
+        assert_eq!(record_words(&record), "The one estimate checked was right");
         record.add(3.0);
-        assert_eq!(record_words(&record), "2 estimates checked: +1.5 ± 2.1 dB");
+        assert_eq!(
+            record_words(&record),
+            "2 estimates checked: on average 1.5 dB too good, give or take 2.1"
+        );
     }
 }

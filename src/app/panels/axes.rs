@@ -105,7 +105,7 @@ pub fn paint_axes(painter: &Painter, axes: Axes) {
     }
     let quiet = theme::TEXT_FAINT.gamma_multiply(0.8);
     for (corner, align, words) in [
-        (pos2(max.x - 6.0, max.y - 4.0), Align2::RIGHT_BOTTOM, "time of a picture in one go"),
+        (pos2(max.x - 6.0, max.y - 4.0), Align2::RIGHT_BOTTOM, "time to draw a picture"),
         (pos2(min.x + 6.0, min.y + 4.0), Align2::LEFT_TOP, "dB: higher is better"),
     ] {
         let galley = painter.layout_no_wrap(words.to_owned(), font.clone(), quiet);

@@ -10,6 +10,7 @@ use crate::app::modes;
 use crate::core::Camera;
 use crate::scene::{
     AlongRay, Clip, ClipBox, CutFaces, Inside, MOST_CLIP_PLANES, Plane, Scene, SplatSettings,
+    box_of_what_shows,
 };
 use crate::volume::Lattice;
 
@@ -47,9 +48,9 @@ pub fn clip_ui(
 ) {
     mode_ui(ui, scene, second);
     let lattice = scene.lattice();
+    box_ui(ui, editor, scene);
     let Scene { inside, camera, .. } = scene;
     let Inside { clip, along, .. } = inside;
-    box_ui(ui, editor, clip);
     planes_ui(ui, clip, &lattice, camera);
     let mut coloured = clip.faces == CutFaces::Coloured;
     ui.horizontal(|ui| {
@@ -107,24 +108,31 @@ fn mode_ui(ui: &mut Ui, scene: &mut Scene, second: Option<&SplatSettings>) {
     }
 }
 
-fn box_ui(ui: &mut Ui, editor: &mut ClipEditor, clip: &mut Clip) {
+/// A box that nobody has moved yet: about what shows, so that nothing of it is cut and the handles lie at its sides.
+fn fresh_box(scene: &Scene) -> ClipBox {
+    let field = scene.volume().zip(scene.transfer()).filter(|_| scene.shows_field());
+    field.map_or(ClipBox::WHOLE, |(volume, transfer)| box_of_what_shows(volume, transfer))
+}
+
+fn box_ui(ui: &mut Ui, editor: &mut ClipEditor, scene: &mut Scene) {
+    let clip = &scene.inside.clip;
     let mut on = clip.bounds.is_some();
     ui.horizontal(|ui| {
         let switch = ui.checkbox(&mut on, "Clip box");
         if switch.on_hover_text("Keep a part of the volume along its own axes").changed() {
             if on {
-                let fresh = ClipBox { high: [0.5, 1.0, 1.0], ..ClipBox::WHOLE };
-                clip.bounds = Some(editor.kept.take().unwrap_or(fresh));
+                let bounds = editor.kept.take().unwrap_or_else(|| fresh_box(scene));
+                scene.inside.clip.bounds = Some(bounds);
             } else {
-                editor.kept = clip.bounds.take();
+                editor.kept = scene.inside.clip.bounds.take();
             }
         }
-        if clip.bounds.is_some() {
+        if scene.inside.clip.bounds.is_some() {
             ui.checkbox(&mut editor.shows_box, "On the picture")
                 .on_hover_text("Draw the box over the picture, with a handle on each of its faces");
         }
     });
-    if let Some(ClipBox { low, high }) = &mut clip.bounds {
+    if let Some(ClipBox { low, high }) = &mut scene.inside.clip.bounds {
         for (a, name) in ["Along x", "Along y", "Along z"].into_iter().enumerate() {
             let help = "Where the box begins and ends along this axis of the volume: 0% is its first \
                         sample, 100% its last";
@@ -197,7 +205,7 @@ fn plane_ui(
         }
         remove_ui(ui, name, "Remove this plane")
     });
-    row_ui(ui, "", |ui| offset_ui(ui, &format!("{name} offset"), plane, lattice));
+    row_ui(ui, "Place", |ui| offset_ui(ui, &format!("{name} offset"), plane, lattice));
     removed
 }
 

@@ -23,7 +23,15 @@ pub fn data_ui(ui: &mut Ui, document: &Document) -> Option<FieldChoice> {
     let statistics = &volume.statistics;
     let lattice = &volume.lattice;
     let spacing = lattice.spacing.abs().to_array().map(words::value);
-    let space = document.grid.space.as_deref().unwrap_or("not stated");
+    let space = document.grid.space.as_deref();
+    let (space, space_help) = match space {
+        Some(space) => (space, "What the file calls the directions of its axes"),
+        None => (
+            "not stated",
+            "The file does not say which way its axes point, so z is taken to point up: key 8 turns it upside down, and Up \
+             under View chooses another axis",
+        ),
+    };
     let mut rows = vec![
         ("Name", document.source.name(), "What was opened"),
         (
@@ -43,7 +51,7 @@ pub fn data_ui(ui: &mut Ui, document: &Document) -> Option<FieldChoice> {
             "The least and the greatest finite value",
         ),
         ("Mean", words::value(statistics.mean), "Of the finite values"),
-        ("Space", space.to_owned(), "What the file calls the directions of its axes"),
+        ("Space", space.to_owned(), space_help),
         (
             "Memory",
             human_bytes(volume.samples.size_bytes() as u64),

@@ -94,7 +94,7 @@ pub(super) fn remove_ui(ui: &mut Ui, name: &str, help: &str) -> bool {
 }
 
 pub(super) fn opacity_ui(ui: &mut Ui, name: &str, opacity: &mut f64, help: &str) {
-    row_ui(ui, "", |ui| {
+    row_ui(ui, "Opacity", |ui| {
         let slider = Slider::new(opacity, 0.0..=1.0).clamping(SliderClamping::Edits);
         slider_ui(ui, &format!("{name} opacity"), true, slider.max_decimals(2)).on_hover_text(help);
     });
@@ -156,7 +156,7 @@ fn slice_ui(ui: &mut Ui, i: usize, slice: &mut Slice, lattice: &Lattice, camera:
         shown.response.accessible_name(format!("{name} lies")).on_hover_text(help);
         remove_ui(ui, &name, "Remove it")
     });
-    row_ui(ui, "", |ui| {
+    row_ui(ui, "Place", |ui| {
         let label = format!("{name} place");
         match across {
             Some(axis) => {

@@ -64,7 +64,7 @@ pub(super) fn regions_ui(
     let strongest = strongest.unwrap_or_else(|| STRONG_SHOWN * strong_gradient(&volume));
     let regions = &mut scene.shading.regions;
     let top = regions.iter().fold(strongest, |top, region| top.max(region.strengths[1]));
-    row_ui(ui, "By gradient", |ui| {
+    row_ui(ui, "Boundaries", |ui| {
         let room = regions.len() < MOST_REGIONS;
         let add = ui.add_enabled(room, Button::new("Add region")).on_hover_text(
             "Choose matter by its value and by how sharply values change there (a 2D transfer function): \

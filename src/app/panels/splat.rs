@@ -52,7 +52,7 @@ pub fn splat_ui(ui: &mut Ui, splat: &mut SplatSettings, voxel: f64) {
                 is drawn of it is filled, the truth is faint";
     chosen.classify = pictured_ui(
         ui,
-        ("Classify", help),
+        ("Colouring", help),
         Classify::ALL,
         now.classify,
         (words::classify, pictures::classify),
@@ -339,7 +339,7 @@ fn extent_ui(ui: &mut Ui, splat: &mut SplatSettings, chosen: &mut ModeChoice) {
         .on_hover_text(
             "How far each sample reaches, in voxels. Wider is smoother; narrower shows the samples themselves, and \
              gaps between round splats. B-spline and linear kernels pass through the samples at their own radius. \
-             The mean depth stays the same",
+             Matter stays as dense: only its detail changes",
         )
         .on_disabled_hover_text(
             "A point is one pixel and a nearest voxel is its own box, so neither has a radius. Choose any other \

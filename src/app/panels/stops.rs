@@ -171,7 +171,7 @@ pub(super) fn stop_ui(
     editor.selected = editor.selected.min(stops.len().saturating_sub(1));
     let index = editor.selected;
     let Some(&(mut value, Srgb8(mut colour))) = stops.get(index) else { return };
-    row_ui(ui, "Colour at", |ui| {
+    row_ui(ui, "Chosen colour", |ui| {
         let response = number_ui(ui, "Colour point value", value_drag(&mut value, statistics))
             .on_hover_text("The value that has the chosen colour, in the data's own units");
         if response.changed() {

@@ -243,8 +243,8 @@ fn level_words(mode: &SplatSettings, measured: Option<&Measured>, report: &Frame
         }
         let took = words::milliseconds(report.frame_ms);
         return format!(
-            "{}, measured against the exact picture of this view ({numbers}). That time is of a picture \
-             drawn in one go; this one took {took} in short pieces, so that the window never waits",
+            "{}, measured against the exact picture of this view ({numbers}). Drawn without \
+             a break it takes that long; this one took {took} in short pieces, so that the window never waits",
             words::decibels(point.db)
         );
     }

@@ -201,7 +201,7 @@ fn refinement_ui(ui: &mut Ui, settings: &mut Settings) {
             )
             .on_disabled_hover_text("Full quality takes the time it needs");
     });
-    row_ui(ui, "Refine by", |ui| {
+    row_ui(ui, "Coarse first", |ui| {
         let combo = ComboBox::from_id_salt("ladder").selected_text(ladder_label(settings.ladder));
         let shown = combo.show_ui(ui, |ui| {
             for (ladder, label, help) in LADDERS {
@@ -210,7 +210,7 @@ fn refinement_ui(ui: &mut Ui, settings: &mut Settings) {
         });
         shown
             .response
-            .accessible_name("Refine by")
+            .accessible_name("Coarse first")
             .on_hover_text("The way from the first coarse picture to the full one, once at rest");
     });
     ui.checkbox(&mut settings.converge, "Refine until converged").on_hover_text(

@@ -4,6 +4,8 @@ use std::sync::Arc;
 
 use netcdf_reader::{NcFile, NcVariable};
 
+use crate::volume::length_unit;
+
 /// Dimensions of these names are lists of volumes.
 const LISTS: [&str; 17] = [
     "time",
@@ -95,6 +97,18 @@ fn is_monotonic(values: &[f64]) -> bool {
     values.iter().all(|value| value.is_finite())
         && (values.windows(2).all(|pair| pair[0] < pair[1])
             || values.windows(2).all(|pair| pair[0] > pair[1]))
+}
+
+/// The unit of all axes, where they are drawn in one: degrees of longitude and latitude are one.
+pub(super) fn unit(axes: &[Axis]) -> Option<String> {
+    let unit_of = |axis: &Axis| match axis.units.as_str() {
+        "degrees_east" | "degree_east" | "degrees_north" | "degree_north" => Some("°".to_owned()),
+        other => length_unit(other),
+    };
+    // The third is drawn in the units of the first, or by its numbers alone.
+    let mut units = axes.iter().take(2).map(unit_of);
+    let first = units.next()??;
+    units.all(|unit| unit.as_ref() == Some(&first)).then_some(first)
 }
 
 fn extent(values: &[f64]) -> f64 {

@@ -58,7 +58,7 @@ pub(super) fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<Open
     let fields = axes.fields(&name, samples, ticket)?;
     warnings.extend(axes::several(&fields, "along an axis that is not space"));
     let space = header.get("space").map(str::to_owned);
-    let unit = unit(&header, &axes.roles);
+    let unit = unit(&header, &axes.roles, space.as_deref());
     let grid = Grid { space, unit, ..Grid::of(lattice, fields) };
     Ok(Opened { grid, format: Format::Nrrd, warnings })
 }
@@ -426,8 +426,17 @@ impl Geometry {
     }
 }
 
-/// What lengths are given in: of the space, or of the axes that span it where these have one unit.
-fn unit(header: &Header, roles: &[Role]) -> Option<String> {
+/// Whether a space is a patient's: its axes are named by where they point in a body.
+fn is_of_a_patient(space: &str) -> bool {
+    let space = space.trim().to_ascii_lowercase();
+    let space = space.trim_end_matches("-time");
+    ["right", "left"].iter().any(|side| space.starts_with(side)) && space.ends_with("-superior")
+        || ["ras", "las", "lps", "rast", "last", "lpst"].contains(&space)
+}
+
+/// What lengths are given in: of the space, or of the axes that span it where these have one unit. Where a file is silent
+/// in a patient's space, millimetres, as every program for patients reads it.
+fn unit(header: &Header, roles: &[Role], space: Option<&str>) -> Option<String> {
     let words = |name| -> Vec<&str> {
         // Each in quotes.
         header
@@ -439,6 +448,9 @@ fn unit(header: &Header, roles: &[Role]) -> Option<String> {
     let of_axes = words("units").into_iter().zip(roles);
     let of_axes = of_axes.filter(|(_, role)| **role == Role::Domain).map(|(word, _)| word);
     let all = if of_space.is_empty() { of_axes.collect() } else { of_space };
+    if all.is_empty() {
+        return space.is_some_and(is_of_a_patient).then(|| "mm".to_owned());
+    }
     let mut units = all.iter().take(3).map(|word| length_unit(word));
     let first = units.next()??;
     units.all(|unit| unit.as_ref() == Some(&first)).then_some(first)

@@ -7,6 +7,7 @@ use super::ticks::{Number, round_above, ticks};
 use super::{MARGIN, scale_bar};
 use crate::core::Srgb8;
 use crate::core::colour::srgb_from_linear;
+use crate::kernel::Kernel;
 use crate::scene::{AlongRay, Index, Scene, Shading, VectorLayer};
 use crate::transfer::{ColourSource, TransferFunction};
 use crate::vector::{ColourBy, VectorSettings};
@@ -28,6 +29,9 @@ const REACH: [f64; 3] = [0.66, 0.4, 0.2];
 const BESIDE: f64 = 1.5;
 /// Between two ticks at least, ems.
 const BETWEEN: f64 = 3.0;
+/// Height of the colour of one name at most, and of a number beside one at least, ems.
+const NAME: f64 = 1.6;
+const LEAST_NAME: f64 = 1.1;
 /// Room above the bar for its title, and below it for what the opacities are, ems.
 const ABOVE: f64 = 1.6;
 const BELOW: f64 = 2.0;
@@ -41,6 +45,8 @@ struct Legend<'a> {
     range: [f64; 2],
     colour: Box<dyn Fn(f64) -> [f64; 3] + 'a>,
     opacity: Option<Box<dyn Fn(f64) -> f64 + 'a>>,
+    /// Numbers that name things, where the values are such, from below: the index is the place in this list.
+    names: Vec<f64>,
 }
 
 impl<'a> Legend<'a> {
@@ -96,11 +102,24 @@ impl<'a> Legend<'a> {
             }
             _ => None,
         };
+        let names = match table {
+            None if scene.splat.kernel == Kernel::Nearest => names(transfer),
+            _ => Vec::new(),
+        };
+        if !names.is_empty() {
+            let range = [-0.5, names.len() as f64 - 0.5];
+            let of_names = names.clone();
+            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
+            let name =
+                move |at: f64| of_names[(at.round().max(0.0) as usize).min(of_names.len() - 1)];
+            let colour = Box::new(move |at: f64| transfer.colour_at(name(at)).0);
+            return Self { title, range, colour, opacity: None, names };
+        }
         let colour: Box<dyn Fn(f64) -> [f64; 3]> = match table {
             Some(table) => Box::new(|at| table.at(at)),
             None => Box::new(|at| transfer.colour_at(at).0),
         };
-        Self { title, range, colour, opacity }
+        Self { title, range, colour, opacity, names }
     }
 
     fn of_vectors(layer: VectorLayer) -> Self {
@@ -122,7 +141,8 @@ impl<'a> Legend<'a> {
             false => None,
         };
         let range = [a.min(b), a.max(b)];
-        Self { title, range, colour: Box::new(move |at| transfer.colour_at(at).0), opacity }
+        let colour = Box::new(move |at| transfer.colour_at(at).0);
+        Self { title, range, colour, opacity, names: Vec::new() }
     }
 
     /// The index at a height of 0..=1 over the lower end.
@@ -143,6 +163,16 @@ impl<'a> Legend<'a> {
         let byte = |linear: f64| (srgb_from_linear(linear).clamp(0.0, 1.0) * 255.0).round() as u8;
         Ink { colour: Srgb8((self.colour)(index).map(byte)), opacity: 1.0 }
     }
+}
+
+/// The names that have a colour each, where a function has nothing but such: steps, and one name between two of them.
+fn names(transfer: &TransferFunction) -> Vec<f64> {
+    let ColourSource::Stops(stops) = &transfer.colour else { return Vec::new() };
+    let steps = stops.chunks(2).map(|step| match step {
+        [(from, colour), (to, same)] if colour == same => Some(f64::midpoint(*from, *to)),
+        _ => None,
+    });
+    steps.collect::<Option<Vec<f64>>>().unwrap_or_default()
 }
 
 /// Whether there are several colours, and so a map of them.
@@ -257,12 +287,24 @@ fn lay_out_one(
     let em = sheet.em;
     let room = to - from - (MARGIN + ABOVE + BELOW + below) * em;
     let height = (share * (to - from)).min(MOST_HEIGHT * em).min(room).round();
+    let height = match legend.names.len() {
+        0 => height,
+        count => height.min((count as f64 * NAME * em).max(LEAST_HEIGHT * em)),
+    };
     if height < LEAST_HEIGHT * em {
         return None;
     }
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a few")]
     let most = (height / (BETWEEN * em)) as u32;
-    let ticks = ticks(legend.range[0], legend.range[1], most);
+    let ticks = match legend.names.len() {
+        0 => ticks(legend.range[0], legend.range[1], most),
+        // Each beside its colour, or where they are many, every second, and so on.
+        count => {
+            let apart = (count as f64 * LEAST_NAME * em / height).ceil().max(1.0) as usize;
+            let all = legend.names.iter().enumerate().step_by(apart);
+            all.map(|(i, name)| (i as f64, Number::alone(*name))).collect()
+        }
+    };
     let numbers = ticks.iter().map(|(_, number)| sheet.number_width(number)).fold(0.0, f64::max);
     let bar_right = (right - numbers - (TICK + GAP) * em).round();
     let bar_left = bar_right - (COLOURS * em).round();

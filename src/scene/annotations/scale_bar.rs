@@ -16,6 +16,9 @@ const END: f64 = 0.3;
 /// Distance of its words, ems.
 const ABOVE: f64 = 0.6;
 
+/// Room around it that nothing else comes into, ems.
+const APART: f64 = 0.6;
+
 /// Height of what stands at the lower edge of the picture, with its margin, ems.
 pub(super) const HEIGHT: f64 = MARGIN + END + ABOVE + FIGURE;
 
@@ -47,7 +50,8 @@ pub(super) fn lay_out(sheet: &mut Sheet<'_>, camera: &Camera, unit: Option<&str>
     if width > MOST_WORDS * size.x || !sheet.is_free(&area) {
         return false;
     }
-    sheet.take(area);
+    // Its words are not to be read on into those of an axis.
+    sheet.take(area.grown(APART * em));
     let (ink, hair) = (sheet.inks.ink, sheet.hair());
     let up = DVec2::new(0.0, END * em);
     for line in [[ends[0] - up, ends[0] + up], [ends[1] - up, ends[1] + up], ends] {

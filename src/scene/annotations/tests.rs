@@ -491,3 +491,28 @@ fn pictures_twice_as_large_are_annotated_alike() {
         assert!((a.low * 2.0 - b.low).length() < 4.0, "{text}: {a:?} {b:?}");
     }
 }
+
+/// Numbers that name things had a bar of all that lies between them.
+#[test]
+fn names_have_a_colour_and_a_number_each() {
+    let lattice = Lattice::unit([6; 3]);
+    let names = [2_u8, 5, 7];
+    let samples =
+        Samples::UInt8((0..216).map(|i| if i % 2 == 0 { 0 } else { names[i % 3] }).collect());
+    let volume = ScalarVolume::from_samples("organs", lattice, samples).unwrap();
+    let scene = crate::scene::first_look(SampleSource::default(), Arc::new(volume), None);
+    let layout = laid_out(only(Annotation::ScalarBar), &scene, [640, 480]);
+    let words: Vec<String> = words(&layout).into_iter().map(|(text, _)| text).collect();
+    assert_eq!(words, ["organs", "2", "5", "7"]);
+    let transfer = scene.transfer().unwrap();
+    for name in names {
+        let [r, g, b] =
+            transfer.colour_at(f64::from(name)).0.map(crate::core::colour::srgb_from_linear);
+        let byte = |c: f64| (c * 255.0).round() as u8;
+        let expected = Srgb8([r, g, b].map(byte));
+        let patch = layout.primitives.iter().filter(|primitive| {
+            matches!(primitive, Primitive::Rectangle { ink, .. } if ink.colour == expected)
+        });
+        assert_eq!(patch.count(), 1, "{name}");
+    }
+}

@@ -52,9 +52,9 @@ pub enum AlongRay {
 }
 
 names!(AlongRay {
-    Composite => "composite",
-    Maximum => "maximum",
-    Minimum => "minimum",
+    Composite => "composite" | "volume",
+    Maximum => "maximum" | "mip",
+    Minimum => "minimum" | "minip",
     Average => "average",
 });
 
