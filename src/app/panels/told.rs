@@ -404,7 +404,7 @@ mod tests {
         let found = measured("classic", 31.94, SplatSettings::SHADE_FIRST);
         let here = Shown { measured: Some(found.clone()), ..classic.clone() };
         assert!(error_words(&here).starts_with("31.9 dB, measured against the exact picture"));
-        assert!(error_words(&here).contains("one go; this one took 28 ms in short pieces"));
+        assert!(error_words(&here).contains("that long; this one took 28 ms in short pieces"));
         assert_eq!(at_rest(&here), "Finished · 28 ms · 31.9 dB");
         let found = Measured { is_of_this_view: false, ..found };
         let elsewhere = Shown { measured: Some(found), ..classic };
