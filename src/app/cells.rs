@@ -239,6 +239,7 @@ pub fn cell_words(cell: &Cell, max_error: f32) -> [String; 3] {
         WhyWhole::ErrorSmallEnough => "Not split: its error is small enough",
         WhyWhole::UnderAPixel => "Not split: its parts would be under a pixel",
         WhyWhole::LevelAskedFor => "Not split: this level was asked for",
+        WhyWhole::Samples => "Not split: drawn from the samples themselves",
     };
     [
         format!("Level {}: {voxels}", cell.level),

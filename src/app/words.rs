@@ -270,12 +270,15 @@ fn level_and_details(level: &LevelOfDetail) -> (String, Option<String>) {
         LevelOfDetail::Octree { max_error } => {
             with("coarse", format!("octree error {max_error:.3}"))
         }
-        LevelOfDetail::Reduced { field, size: [width, height], is_timed } => {
+        LevelOfDetail::Reduced { field, size: [width, height], cut, is_timed } => {
             let field = match field {
                 SlabField::Own => "full",
                 SlabField::Preview => "linear kernels",
             };
-            let reduced = format!("{field} at {width} × {height}");
+            let cut = cut.map_or_else(String::new, |cut| {
+                format!(", octree of {} bricks", count(cut.nodes()))
+            });
+            let reduced = format!("{field} at {width} × {height}{cut}");
             if is_timed { with("coarse", reduced) } else { (reduced, None) }
         }
         LevelOfDetail::Subsampled { level } => {
@@ -374,7 +377,7 @@ mod tests {
     #[test]
     fn a_level_is_said_with_its_details_and_without() {
         use LevelOfDetail::{Cheaper, Full, FullInPart, Octree, Reduced, Refined, Subsampled};
-        let at = |field, is_timed| Reduced { field, size: [132, 104], is_timed };
+        let at = |field, is_timed| Reduced { field, size: [132, 104], cut: None, is_timed };
         let slabs = |slabs_per_voxel, difference| {
             Refined(Convergence { slabs_per_voxel, last_difference: Some(difference) })
         };

@@ -27,6 +27,8 @@ pub(super) struct Stats<'a> {
     kernels_active: u64,
     kernels_drawn: u64,
     octree_nodes: u64,
+    /// Of a cut of the field: how many levels its bricks are of.
+    octree_levels: Option<usize>,
     octree_error: f32,
     /// Who classified and merged the octree: `host` or `device`; null where there was none.
     octree_built_by: Option<OctreeBuilder>,
@@ -137,7 +139,8 @@ impl<'a> Stats<'a> {
             kernels_total,
             kernels_active: still.kernels_active,
             kernels_drawn: still.drawn.kernels,
-            octree_nodes: still.drawn.nodes,
+            octree_nodes: still.drawn.cut.map_or(still.drawn.nodes, |cut| cut.nodes()),
+            octree_levels: still.drawn.cut.map(|cut| cut.levels()),
             octree_error: still.drawn.max_error,
             octree_built_by: still.octree,
             drawn_resolution: still.drawn.size,

@@ -4,6 +4,7 @@
 //! Owns Laur–Hanrahan's hierarchy. Refuses the GPU and files. Imports `core`, `volume`,
 //! `transfer`.
 
+mod brick_errors;
 mod bricks;
 mod coarse;
 mod columns;
@@ -17,6 +18,7 @@ mod specks;
 mod sums;
 mod thinning;
 
+pub use brick_errors::{BrickErrors, Means, MeansOfLevel};
 pub use bricks::LEVELS as BRICK_LEVELS;
 pub use cut::{Cut, CutLimits, CutNode, Visibility, VisitOrder};
 pub use empty_space::{EMPTY_BRICK, MOST_DISTANCE, distances, widen};

@@ -7,7 +7,7 @@ use fearless_simd::Level;
 use super::lattice::Method;
 use super::passing::Alone;
 use super::splatted::Splatted;
-use super::walk::{Pixel, Plain, Rich, Scene};
+use super::walk::{Pixel, Plain, PlainCut, Rich, RichCut, Scene};
 use crate::scene::AlongRay;
 
 /// What a tile is drawn from.
@@ -23,12 +23,32 @@ pub(super) enum What<'a> {
     Alone(Alone<'a>),
 }
 
+/// Whether cuts of a field are drawn with the instructions of a level: each loop takes its time to compile, and where
+/// these are narrow a cut gains less.
+pub(super) fn draws_cuts(level: Level) -> bool {
+    #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+    return level.as_avx2().is_some();
+    #[cfg(not(any(target_arch = "x86", target_arch = "x86_64")))]
+    {
+        let _ = level;
+        true
+    }
+}
+
 /// Draws a tile with the instructions of a level; opacities that were over 1, and lowered to it.
 pub(super) fn draw_tile(level: Level, what: &What<'_>, tile: usize, out: &mut [Pixel]) -> u64 {
     match what {
         What::Alone(alone) => of_lists::draw(level, alone, tile, out),
         What::Splatted(splatted) => shaded_first::draw(level, splatted, tile, out),
         What::Values(scene, along) => along_rays::draw(level, &(scene, *along), tile, out),
+        What::Slabs(scene) if scene.levels.is_some() => {
+            match (scene.lattice.method(), scene.is_plain()) {
+                (Method::BSpline, true) => plain_cut_bspline::draw(level, scene, tile, out),
+                (Method::BSpline, false) => rich_cut_bspline::draw(level, scene, tile, out),
+                (_, true) => plain_cut_linear::draw(level, scene, tile, out),
+                (_, false) => rich_cut_linear::draw(level, scene, tile, out),
+            }
+        }
         What::Slabs(scene) => match (scene.lattice.method(), scene.is_plain()) {
             (Method::BSpline, true) => plain_bspline::draw(level, scene, tile, out),
             (Method::BSpline, false) => rich_bspline::draw(level, scene, tile, out),
@@ -91,6 +111,45 @@ macro_rules! compiled {
     };
 }
 
+/// The same, but that on these processors only AVX2 will do ([`draws_cuts`]).
+macro_rules! only_wide {
+    ($name:ident($what:ident: $kind:ty) => |$simd:ident, $tile:ident, $out:ident| $draw:expr) => {
+        mod $name {
+            use super::*;
+
+            #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+            fearless_simd::kernel!(
+                fn avx2($simd: Avx2, $what: $kind, $tile: usize, $out: &mut [Pixel]) -> u64 {
+                    $draw
+                }
+            );
+
+            pub(super) fn draw(
+                level: Level,
+                $what: $kind,
+                $tile: usize,
+                $out: &mut [Pixel],
+            ) -> u64 {
+                #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+                if let Some(simd) = level.as_avx2() {
+                    return avx2(simd, $what, $tile, $out);
+                }
+                #[cfg(not(any(target_arch = "x86", target_arch = "x86_64")))]
+                {
+                    let _ = level;
+                    fearless_simd::dispatch!(Level::baseline(), $simd => fearless_simd::Simd::vectorize(
+                        $simd,
+                        #[inline(always)]
+                        || $draw,
+                    ))
+                }
+                #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+                unreachable!("cuts are drawn with AVX2")
+            }
+        }
+    };
+}
+
 compiled!(plain_bspline(scene: &Scene<'_>) => |simd, tile, out| {
     scene.tile::<_, Plain>(simd, Method::BSpline, tile, out)
 });
@@ -108,6 +167,18 @@ compiled!(plain_other(scene: &Scene<'_>) => |simd, tile, out| {
 });
 compiled!(rich_other(scene: &Scene<'_>) => |simd, tile, out| {
     scene.tile::<_, Rich>(simd, Method::Other, tile, out)
+});
+only_wide!(plain_cut_bspline(scene: &Scene<'_>) => |simd, tile, out| {
+    scene.tile::<_, PlainCut>(simd, Method::BSpline, tile, out)
+});
+only_wide!(rich_cut_bspline(scene: &Scene<'_>) => |simd, tile, out| {
+    scene.tile::<_, RichCut>(simd, Method::BSpline, tile, out)
+});
+only_wide!(plain_cut_linear(scene: &Scene<'_>) => |simd, tile, out| {
+    scene.tile::<_, PlainCut>(simd, Method::Linear, tile, out)
+});
+only_wide!(rich_cut_linear(scene: &Scene<'_>) => |simd, tile, out| {
+    scene.tile::<_, RichCut>(simd, Method::Linear, tile, out)
 });
 compiled!(along_rays(what: &(&Scene<'_>, AlongRay)) => |simd, tile, out| {
     what.0.projected_tile(simd, what.0.lattice.method(), what.1, tile, out);

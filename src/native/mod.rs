@@ -22,6 +22,7 @@ mod kernels;
 mod lanes;
 mod lattice;
 mod laying;
+mod levels;
 mod light;
 mod loops;
 mod marks;
@@ -44,6 +45,6 @@ mod walk;
 
 pub use nodes::Node;
 pub use rays::slab_thickness;
-pub use renderer::{Renderer, Stored, tile_count};
+pub use renderer::{Renderer, Stored, StoredLevels, tile_count};
 pub use samples::samples_bytes;
 pub use supports::{NotBegun, Unsupported, stored_bytes, supports};

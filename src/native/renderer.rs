@@ -12,8 +12,9 @@ use super::composite::Rule;
 use super::grid::Grid;
 use super::kernels::{Kernels, MOST_SLABS};
 use super::lattice::Lattice;
+use super::levels::Levels;
 use super::light::Light;
-use super::loops::{What, draw_tile};
+use super::loops::{What, draw_tile, draws_cuts};
 use super::masks::Masks;
 use super::nodes::{Node, Nodes};
 use super::passing::Alone;
@@ -27,8 +28,8 @@ use super::table::Table;
 use super::walk::{Pixel, Scene};
 use crate::core::colour::srgb_encoder;
 use crate::core::{Cancelled, LinearRgb, Ticket};
-use crate::kernel::Coefficients;
-use crate::plan::{KernelSlabs, Plan, SlabField};
+use crate::kernel::{Coefficients, Kernel};
+use crate::plan::{COARSER, FieldCut, KernelSlabs, Plan, SlabField};
 use crate::scene::{AlongRay, Classify, OpacityModel, SplatSettings};
 use crate::transfer::Cumulative;
 use crate::volume::ScalarVolume;
@@ -42,6 +43,8 @@ pub struct Renderer {
     level: Level,
     threads: Threads,
     fields: [Option<Field>; 2],
+    /// Means of the volume, for cuts of its fields.
+    coarser: Option<[Lattice; COARSER]>,
     /// Of plans that shade first.
     samples: Option<Samples>,
     /// What making these took, until a picture of them is begun.
@@ -103,6 +106,26 @@ impl Stored {
     }
 }
 
+/// Means of a field's samples, for cuts of it. Made by any thread.
+#[derive(Debug)]
+pub struct StoredLevels([Lattice; COARSER]);
+
+impl StoredLevels {
+    /// Means of 2³ and of 4³ samples of a volume.
+    ///
+    /// # Errors
+    /// [`Cancelled`].
+    pub fn new(
+        volume: &Arc<ScalarVolume>,
+        [second, fourth]: [Coefficients; COARSER],
+        ticket: &Ticket,
+    ) -> Result<Self, Cancelled> {
+        let tents = SplatSettings { kernel: Kernel::Linear, extent: None, ..SplatSettings::EXACT };
+        let of = |means| Lattice::new(volume, (&tents, true), means, ticket);
+        Ok(Self([of(second)?, of(fourth)?]))
+    }
+}
+
 #[derive(Debug)]
 struct Field {
     lattice: Lattice,
@@ -148,6 +171,7 @@ struct OfField {
     light: Option<Light>,
     surfaces: Option<Surfaces>,
     along: AlongRay,
+    cut: Option<Arc<FieldCut>>,
 }
 
 impl Drawing {
@@ -200,6 +224,7 @@ impl Renderer {
             level,
             threads: Threads { count: threads, pool: OnceLock::new() },
             fields: [None, None],
+            coarser: None,
             samples: None,
             samples_ms: 0.0,
             kernels: None,
@@ -249,6 +274,28 @@ impl Renderer {
         self.note_bytes();
     }
 
+    /// Whether it draws cuts of fields, by the instructions that it has; else it draws all of a field in their place.
+    pub fn draws_cuts(&self) -> bool {
+        draws_cuts(self.level)
+    }
+
+    /// Takes in the means of a volume, for cuts of its fields.
+    pub fn set_levels(&mut self, StoredLevels(lattices): StoredLevels) {
+        self.coarser = Some(lattices);
+        self.note_bytes();
+    }
+
+    /// Whether the means of a volume are there.
+    pub fn holds_levels(&self, volume: &Arc<ScalarVolume>) -> bool {
+        self.coarser.as_ref().is_some_and(|[finer, _]| finer.is_of_volume(volume))
+    }
+
+    /// Bricks of the scene's own field, along each axis, and those in which anything can show.
+    pub fn shown_bricks(&self) -> Option<([usize; 3], &[u32])> {
+        let field = self.fields[SlabField::Own as usize].as_ref()?;
+        Some((field.lattice.bricks.dims, &field.table.as_ref()?.visible))
+    }
+
     /// Lets go of a field.
     pub fn clear_field(&mut self, which: SlabField) {
         self.picture = None;
@@ -262,6 +309,9 @@ impl Renderer {
                 *field = None;
                 self.picture = None;
             }
+        }
+        if !self.holds_levels(volume) {
+            self.coarser = None;
         }
         if self.samples.as_ref().is_some_and(|samples| !samples.are_of_volume(volume)) {
             self.samples = None;
@@ -315,7 +365,7 @@ impl Renderer {
     }
 
     /// The kernel of a field and its samples along each axis.
-    pub fn field_shape(&self, which: SlabField) -> Option<(crate::kernel::Kernel, [usize; 3])> {
+    pub fn field_shape(&self, which: SlabField) -> Option<(Kernel, [usize; 3])> {
         self.fields[which as usize].as_ref().map(|field| (field.lattice.kernel, field.lattice.dims))
     }
 
@@ -461,6 +511,7 @@ impl Renderer {
             light: Light::of(plan).filter(|_| composites),
             surfaces: Surfaces::of(plan),
             along,
+            cut: plan.cut.clone().filter(|_| self.draws_cuts()),
         };
         let of = Of::Field(Box::new(of_field));
         Ok(Some(Drawing { of, ..Self::drawing(plan, rays, stop_below) }))
@@ -493,6 +544,7 @@ impl Renderer {
             return;
         };
         let Drawing { of, rays, rule } = &*drawing;
+        let coarser = self.coarser.as_ref();
         let (kernels, polygons, rule) = (self.kernels.as_ref(), self.polygons.as_ref(), *rule);
         let what = match of {
             Of::Field(of) => {
@@ -504,6 +556,9 @@ impl Renderer {
                     rays,
                     masks: &of.masks,
                     lattice,
+                    levels: coarser
+                        .zip(of.cut.as_deref())
+                        .map(|(means, cut)| Levels::new(lattice, means, cut)),
                     table,
                     light: of.light.as_ref(),
                     surfaces: of.surfaces.as_ref(),
@@ -612,6 +667,7 @@ impl Renderer {
                 + picture.drawing.as_ref().map_or(0, Drawing::size_bytes)
         };
         self.fields.iter().flatten().map(of_field).sum::<u64>()
+            + self.coarser.iter().flatten().map(Lattice::size_bytes).sum::<u64>()
             + self.samples.as_ref().map_or(0, Samples::size_bytes)
             + self.picture.as_ref().map_or(0, of_picture)
             + self.kernel_bytes()

@@ -172,6 +172,21 @@ impl Table {
         Halves { near: first, far: third }
     }
 
+    /// All values between two faces along a straight line, of the whole slab together.
+    #[inline(always)]
+    pub(super) fn whole<S: Simd>(&self, simd: S, [near, far]: [Lanes<S>; 2]) -> Halves<S> {
+        let [begin, end] = [(near + 0.5).floor(), (far + 0.5).floor()];
+        let is_close = (end - begin).abs().simd_lt(all(simd, NEAR_CELLS));
+        let middle = (near + far) * 0.5;
+        let first = self.fetched(simd, choose(is_close, middle, begin), is_close);
+        if !any(!is_close) {
+            return Halves { near: first, far: first };
+        }
+        let last = self.fetched(simd, end, Mask::splat(simd, false));
+        let found = Look::choose(is_close, first, mean_between(simd, &first, &last, end - begin));
+        Halves { near: found, far: found }
+    }
+
     /// What the table holds about a place: colour and weight of `is_cell`, else what is integrated up to there, where
     /// places are whole.
     #[inline(always)]

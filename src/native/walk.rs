@@ -6,6 +6,7 @@ use super::composite::{Gathered, Rule};
 use super::kernels::Kernels;
 use super::lanes::{LANES, Lanes, Look, Mask, Vec3, all, any, choose};
 use super::lattice::{Lattice, Method};
+use super::levels::{Faces, Levels, Next, SEGMENT, segments_of};
 use super::light::{self, Light};
 use super::masks::Masks;
 use super::passing::{EVERY_SLAB, Kept, Passing, Sum};
@@ -13,6 +14,7 @@ use super::polygons::{Fragments, Polygons};
 use super::rays::{Packet, Rays, TILE};
 use super::surfaces::{Ahead, Surfaces};
 use super::table::{Halves, Table};
+use crate::plan::EMPTY;
 
 /// Least depth of three slabs together, in slabs, for all three to be whole: at the borders of the
 /// lattice they are clipped.
@@ -24,6 +26,8 @@ pub(super) struct Scene<'a> {
     pub rays: &'a Rays,
     pub masks: &'a Masks,
     pub lattice: &'a Lattice,
+    /// A cut of the field, where it is drawn from one.
+    pub levels: Option<Levels<'a>>,
     pub table: &'a Table,
     pub light: Option<&'a Light>,
     pub surfaces: Option<&'a Surfaces>,
@@ -40,19 +44,37 @@ pub(super) trait Wants {
     /// Lights, tables, surfaces, kernels of lists, samples without data, another order, published opacities, values in
     /// the middle.
     const MORE: bool;
+    /// Several levels of the field.
+    const CUT: bool;
 }
 
 /// Nothing.
 pub(super) struct Plain;
 /// Something.
 pub(super) struct Rich;
+/// Levels of the field, and nothing else.
+pub(super) struct PlainCut;
+/// Levels, and something.
+pub(super) struct RichCut;
 
 impl Wants for Plain {
     const MORE: bool = false;
+    const CUT: bool = false;
 }
 
 impl Wants for Rich {
     const MORE: bool = true;
+    const CUT: bool = false;
+}
+
+impl Wants for PlainCut {
+    const MORE: bool = false;
+    const CUT: bool = true;
+}
+
+impl Wants for RichCut {
+    const MORE: bool = true;
+    const CUT: bool = true;
 }
 
 impl Scene<'_> {
@@ -147,10 +169,24 @@ impl Scene<'_> {
         }
         let slabs = packet.slabs(simd, self.rays.step);
         let mut runs = self.masks.runs(at, slabs);
+        // Up to which slab a cut was walked.
+        let mut walked = i32::MIN;
         loop {
             let run =
                 if W::MORE && self.rule.back_to_front { runs.next_back() } else { runs.next() };
             let Some(run) = run else { break };
+            let run = if W::CUT {
+                // Whole segments, each once: two runs may lie in one.
+                let [first, last] = segments_of(run);
+                let first = first.max(walked);
+                if first > last {
+                    continue;
+                }
+                walked = last + 1;
+                [first, last]
+            } else {
+                run
+            };
             if W::MORE && self.rule.middle {
                 let state = (&mut light, &mut ahead, &mut passing, &mut *capped);
                 self.middles(simd, method, packet, run, state);
@@ -194,34 +230,76 @@ impl Scene<'_> {
             t: all(simd, 0.0),
             u: all(simd, 0.0),
             growth: None,
+            level: EMPTY,
             is_there: Mask::splat(simd, false),
         };
         let (mut before, mut near, mut far) = (nothing, nothing, nothing);
         let is_shaded =
             W::MORE && self.light.is_some_and(|light| light.is_of_slabs && light.uses_gradient);
-        for have in 0..=last - first + 3 {
-            let t = (all(simd, k as f32 * step)).max(packet.enter).min(packet.leave);
-            let stored = lattice.value(simd, method, packet.at(t));
-            let here = Face {
-                t,
-                u: table.cell(simd, stored),
-                growth: None,
-                is_there: !Lattice::is_nothing(simd, method, stored),
+        let depth_of = |k: i32| all(simd, k as f32 * step).max(packet.enter).min(packet.leave);
+        let mut faces = Faces::new([first, last]);
+        let mut have = -1;
+        loop {
+            have += 1;
+            let here = if W::CUT
+                && let Some(levels) = &self.levels
+            {
+                let open = light.is_open(simd, self.rule.stop_below) & packet.is_there;
+                let level_of = |k: i32| {
+                    let ends = [depth_of(k), depth_of(k + SEGMENT)];
+                    let open = open & ends[0].simd_lt(ends[1]);
+                    levels.finest(simd, (packet.origin, packet.direction), ends, open)
+                };
+                match faces.next(level_of) {
+                    None => break,
+                    Some(Next::Gap) => nothing,
+                    Some(Next::Face(at, level)) => {
+                        k = at + 1;
+                        let t = depth_of(at);
+                        let stored = if level == 0 {
+                            lattice.value(simd, method, packet.at(t))
+                        } else {
+                            levels.value(simd, level, packet.at(t))
+                        };
+                        let u = table.cell(simd, stored);
+                        let is_there = packet.is_there;
+                        Face { t, u, growth: None, level, is_there }
+                    }
+                }
+            } else {
+                if have > last - first + 3 {
+                    break;
+                }
+                let t = depth_of(k);
+                let stored = lattice.value(simd, method, packet.at(t));
+                k += way;
+                Face {
+                    t,
+                    u: table.cell(simd, stored),
+                    growth: None,
+                    level: 0,
+                    is_there: !Lattice::is_nothing(simd, method, stored),
+                }
             };
-            k += way;
-            if have >= 3 {
+            if W::CUT || have >= 3 {
                 // The parabola has the mean of the cubic through four faces.
                 let is_whole = (here.t - before.t).abs().simd_ge(all(simd, WHOLE_SLABS * step));
                 let is_whole = is_whole & before.is_there & here.is_there;
+                let is_fine = !W::CUT || (before.level | near.level | far.level | here.level) == 0;
                 let bend = ((near.u - before.u) + (far.u - here.u)) * (1.0 / 24.0);
-                let bend = choose(is_whole, bend, all(simd, 0.0));
+                let bend =
+                    if is_fine { choose(is_whole, bend, all(simd, 0.0)) } else { all(simd, 0.0) };
                 let is_slab =
                     near.is_there & far.is_there & light.is_open(simd, self.rule.stop_below);
                 let shows = table.may_show(simd, [near.u, far.u], bend) & is_slab;
                 let ts = [near.t, far.t];
                 let mut found = None;
                 if any(shows) {
-                    let slab = table.between(simd, [near.u, far.u], bend);
+                    let slab = if W::CUT && far.level > 0 {
+                        table.whole(simd, [near.u, far.u])
+                    } else {
+                        table.between(simd, [near.u, far.u], bend)
+                    };
                     found = Some(slab.without(simd, !shows));
                 }
                 if W::MORE {
@@ -232,8 +310,8 @@ impl Scene<'_> {
                         let half = all(simd, 0.5);
                         // No closure: those that are not inlined know no wide instructions.
                         let growth = if is_shaded {
-                            let a = near.growth(simd, lattice, method, packet);
-                            let b = far.growth(simd, lattice, method, packet);
+                            let a = near.growth(simd, (lattice, method, &self.levels), packet);
+                            let b = far.growth(simd, (lattice, method, &self.levels), packet);
                             Some(a.add(b).scaled(half))
                         } else {
                             None
@@ -441,6 +519,8 @@ struct Face<S: Simd> {
     u: Lanes<S>,
     /// Growth of the stored value per index, once someone has asked.
     growth: Option<Vec3<S>>,
+    /// Of the field that it was found in.
+    level: u8,
     is_there: Mask<S>,
 }
 
@@ -449,14 +529,17 @@ impl<S: Simd> Face<S> {
     fn growth(
         &mut self,
         simd: S,
-        lattice: &Lattice,
-        method: Method,
+        (lattice, method, levels): (&Lattice, Method, &Option<Levels<'_>>),
         packet: &Packet<S>,
     ) -> Vec3<S> {
         match self.growth {
             Some(growth) => growth,
             None => {
-                let growth = lattice.gradient(simd, method, packet.at(self.t));
+                let place = packet.at(self.t);
+                let growth = match levels {
+                    Some(levels) if self.level > 0 => levels.gradient(simd, self.level, place),
+                    _ => lattice.gradient(simd, method, place),
+                };
                 self.growth = Some(growth);
                 growth
             }

@@ -11,9 +11,11 @@
 //! evenly: τ = Σ τᵢ, c = Σ τᵢ cᵢ / τ, α = 1 − exp(−τ); surfaces have their own α. Parts are composited in their
 //! order, front to back: C ← C + (1 − A) α c, A ← A + (1 − A) α.
 
+mod cut;
 mod kernels;
 mod outline;
 
+pub use cut::{COARSER, EMPTY, FieldCut};
 pub use kernels::{Classification, KernelList, KernelSlabs};
 pub use outline::Outline;
 
@@ -50,6 +52,8 @@ pub struct Plan {
     pub kernels: Vec<KernelList>,
     /// How far the marks of kernels have moved, in cycles.
     pub phase: f64,
+    /// Which level each brick of the field is drawn from; without it, all from the field itself.
+    pub cut: Option<Arc<FieldCut>>,
     /// What rays meet at places, beside what is seen inside a field.
     pub surfaces: Vec<Surface>,
     /// What is cut away, slices, isosurfaces, and what stands for a ray.
@@ -154,6 +158,7 @@ impl Plan {
             fields: fields.map(field).into_iter().collect(),
             kernels: if has_no(Effect::Vectors) { Vec::new() } else { KernelList::all_of(scene) },
             phase: scene.phase,
+            cut: None,
             surfaces: if has_no(Effect::Polygons) { Vec::new() } else { scene.surfaces() },
             inside: scene.inside_in_place().shown_by(&scene.splat),
             shading: scene.shading.clone(),

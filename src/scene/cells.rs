@@ -42,6 +42,8 @@ pub enum WhyWhole {
     UnderAPixel,
     /// Its level was asked for, whatever the errors.
     LevelAskedFor,
+    /// It is a brick of a field that is drawn from the samples themselves.
+    Samples,
 }
 
 /// One node of a cut.

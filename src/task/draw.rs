@@ -10,9 +10,10 @@ use crate::gpu::{GpuError, Renderer, Scattered};
 use crate::hierarchy::{Cut, CutLimits, CutNode, Pyramid};
 use crate::kernel::{Kernel, RadialKernel};
 use crate::native::Node;
-use crate::plan::{Plan, SlabField, Way};
+use crate::plan::{COARSER, Plan, SlabField, Way};
 use crate::scene::{
-    Backend, Background, Classify, CutSettings, OpacityModel, SplatSettings, View, Visibility,
+    Backend, Background, Cells, Classify, CutSettings, OpacityModel, SplatSettings, View,
+    Visibility,
 };
 
 use crate::transfer::TransferFunction;
@@ -20,6 +21,7 @@ use crate::volume::ScalarVolume;
 
 use super::classified::Classified;
 use super::cost::Costs;
+use super::cuts::{CutNumber, FieldCuts};
 use super::engines::{Canvas, EngineKind, Engines};
 use super::previews::Reduction;
 use super::rows::RowPlan;
@@ -70,6 +72,29 @@ pub enum Rung {
     Full,
 }
 
+/// A cut of a field, of which a picture was drawn.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CutLevels {
+    /// Greatest error of a brick (see `hierarchy::BrickErrors`).
+    pub max_error: f32,
+    /// What it is thought to cost to draw it in the place of the whole field: RMSE, linear light.
+    pub rmse: f64,
+    /// Bricks of 4³ cells that were drawn from the samples themselves, from means of 2³, and of 4³.
+    pub bricks: [u64; COARSER + 1],
+}
+
+impl CutLevels {
+    /// Its bricks.
+    pub fn nodes(&self) -> u64 {
+        self.bricks.iter().sum()
+    }
+
+    /// How many levels they are of.
+    pub fn levels(&self) -> usize {
+        self.bricks.iter().filter(|&&bricks| bricks > 0).count()
+    }
+}
+
 /// What a finished rung is; but for what it says, nothing.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Drawn {
@@ -87,6 +112,8 @@ pub struct Drawn {
     pub is_reduced: bool,
     /// Which field of those on the device it shows, where it shows one.
     pub field: SlabField,
+    /// A cut of that, where it shows one.
+    pub cut: Option<CutLevels>,
     /// Slabs of a reconstructed field, or gathered samples, which lights and shading tables reach.
     pub is_shaded: bool,
     /// Times that vectors were halved beyond what was asked for, as too many lay over one tile.
@@ -104,7 +131,10 @@ pub struct Drawn {
 impl Drawn {
     /// Whether it is the scene's own field, with vectors as they are: only pixels can be missing.
     pub(super) fn is_of_own(&self) -> bool {
-        self.is_reduced && self.field == SlabField::Own && self.vectors_averaged == 0
+        self.is_reduced
+            && self.field == SlabField::Own
+            && self.cut.is_none()
+            && self.vectors_averaged == 0
     }
 
     /// Whether it is that at a size, and so the finished picture, by whatever way it came.
@@ -181,6 +211,8 @@ pub struct Drawer {
     last_fit: Option<(u64, f32)>,
     /// The field and the size of the last coarse picture, where it was of one.
     pub(super) last_reduction: Option<Reduction>,
+    /// Cuts of the scene's field.
+    pub(super) cuts: FieldCuts,
     /// What reconstructs the scene's field, on its way to the device.
     pub(super) field: slabs::FieldJob,
     /// The scene's vectors.
@@ -188,6 +220,8 @@ pub struct Drawer {
     /// Whether the cuts that are drawn are to be kept for [`Drawer::take_cut`].
     pub keeps_cut: bool,
     kept_cut: Option<(Cut, CutLimits)>,
+    /// The same of a cut of the field.
+    pub(super) kept_bricks: Option<CutNumber>,
 }
 
 impl Drawer {
@@ -214,16 +248,27 @@ impl Drawer {
             last_shrink: 2.0,
             last_fit: None,
             last_reduction: None,
+            cuts: FieldCuts::default(),
             field: slabs::FieldJob::default(),
             vectors: VectorJob::default(),
             keeps_cut: false,
             kept_cut: None,
+            kept_bricks: None,
         }
     }
 
     /// The cut of the last picture, where [`Drawer::keeps_cut`] asked for it and it was one.
     pub fn take_cut(&mut self) -> Option<(Cut, CutLimits)> {
         self.kept_cut.take()
+    }
+
+    /// The cells of the cut of the last picture, at most so many, where it was one and [`Drawer::keeps_cut`] asked for it.
+    pub(super) fn take_cells(&mut self, most: usize) -> Option<Cells> {
+        if let Some((cut, limits)) = self.take_cut() {
+            return Some(Cells::of(&cut, &limits, most));
+        }
+        let number = self.kept_bricks.take()?;
+        self.cuts.cells(number, most)
     }
 
     /// Published opacities, and sums of them, that were over 1 in the last picture and lowered to it.
@@ -247,7 +292,7 @@ impl Drawer {
         rung: Rung,
         observer: &mut dyn Observer,
     ) -> Result<Drawn, DrawError> {
-        self.kept_cut = None;
+        (self.kept_cut, self.kept_bricks) = (None, None);
         self.turn_to(plan);
         if self.engine_of(plan, rung) == EngineKind::Native {
             self.engines.note(EngineKind::Native);
@@ -323,12 +368,14 @@ impl Drawer {
             Rung::Octree { .. } | Rung::Subsampled { .. } | Rung::Cheaper(_)
                 if !plan.kernels.is_empty() || plan.field().is_none() =>
             {
-                let reduction = Reduction { field: SlabField::Own, shrink: AT_ONCE_SHRINK };
+                let reduction =
+                    Reduction { field: SlabField::Own, shrink: AT_ONCE_SHRINK, cut: None };
                 self.reduced(plan, reduction, observer)
             }
             Rung::Coarse { budget_ms } => {
                 // How many there are says how small a picture must be.
                 self.classify_vectors(plan, observer)?;
+                self.advance_cuts(plan)?;
                 match self.reduction(plan, budget_ms) {
                     Some(reduction) => {
                         self.last_reduction = Some(reduction);
@@ -355,7 +402,7 @@ impl Drawer {
             }
             Rung::Cheaper(kernel) => self.grid(plan, kernel, observer),
             Rung::Reduced { field, shrink } => {
-                self.reduced(plan, Reduction { field, shrink }, observer)
+                self.reduced(plan, Reduction { field, shrink, cut: None }, observer)
             }
             Rung::Full => self.full(plan, observer),
         }

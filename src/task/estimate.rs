@@ -19,7 +19,7 @@ const PER_SHRINK: f64 = 0.002;
 const GROWTH: [f64; 2] = [0.2, 2.0];
 /// RMSE of a whole picture of the nearest tents: 0.0057 on aneurism, 0.0045 on LIDC2, 0.0012 on bonsai,
 /// 1280 × 800 pixels.
-const TENTS_RMSE: f64 = 0.004;
+pub(super) const TENTS_RMSE: f64 = 0.004;
 /// RMSE of means of vectors in the place of all, of the root mean square of their picture's light: 0.27 to 0.98
 /// at 3 ms and 0.18 to 0.75 at 150 ms on carotid, office and the tornado (MODULATE and BLEND), 640 × 400 pixels.
 const MEANS_SHARE: f64 = 0.5;
@@ -78,6 +78,8 @@ pub enum Coarseness {
         sampling_rmse: f64,
         /// Of which field.
         field: SlabField,
+        /// What a cut of it is thought to cost, where it is one.
+        cut_rmse: Option<f64>,
     },
     /// A scene with vectors, smaller.
     Vectors {
@@ -124,7 +126,8 @@ impl Coarseness {
                     };
                     return Some(Self::Vectors { sampling_rmse, marks_rmse, are_means });
                 }
-                Some(Self::Reduced { sampling_rmse, field: drawn.field })
+                let cut_rmse = drawn.cut.map(|cut| cut.rmse);
+                Some(Self::Reduced { sampling_rmse, field: drawn.field, cut_rmse })
             }
             _ => None,
         }
@@ -133,6 +136,7 @@ impl Coarseness {
     fn kind(self) -> usize {
         match self {
             Self::Octree { .. } => 0,
+            Self::Reduced { cut_rmse: Some(_), .. } => 5,
             Self::Reduced { field: SlabField::Own, .. } => 1,
             Self::Reduced { field: SlabField::Preview, .. } => 2,
             Self::Vectors { are_means, .. } => 3 + usize::from(are_means),
@@ -143,9 +147,9 @@ impl Coarseness {
     /// up in squares.
     fn first_rmse(self, classify: Classify, shrink: f64) -> f64 {
         let (max_error, missing_rmse) = match self {
-            Self::Reduced { sampling_rmse, field } => {
+            Self::Reduced { sampling_rmse, field, cut_rmse } => {
                 let tents = if field == SlabField::Preview { TENTS_RMSE } else { 0.0 };
-                return tents.hypot(sampling_rmse);
+                return tents.hypot(sampling_rmse).hypot(cut_rmse.unwrap_or(0.0));
             }
             Self::Vectors { sampling_rmse, marks_rmse, .. } => {
                 return marks_rmse.hypot(sampling_rmse);
@@ -164,7 +168,7 @@ impl Coarseness {
 }
 
 /// Of coarseness.
-const KINDS: usize = 5;
+const KINDS: usize = 6;
 
 /// The model of a coarse picture's error: what its cut, its size and its shading are thought to
 /// cost, times a gain learnt from the finished pictures of the same volume and mode.
@@ -394,7 +398,8 @@ mod tests {
         scene
     }
 
-    const REDUCED: Coarseness = Coarseness::Reduced { sampling_rmse: 0.05, field: SlabField::Own };
+    const REDUCED: Coarseness =
+        Coarseness::Reduced { sampling_rmse: 0.05, field: SlabField::Own, cut_rmse: None };
 
     #[test]
     fn detail_is_what_two_thirds_of_the_pixels_add() {
@@ -502,7 +507,8 @@ mod tests {
     #[test]
     fn tents_are_thought_to_be_worse_and_are_learnt_apart() {
         let scene = plan(Classify::PreIntegrated);
-        let tents = Coarseness::Reduced { sampling_rmse: 0.05, field: SlabField::Preview };
+        let tents =
+            Coarseness::Reduced { sampling_rmse: 0.05, field: SlabField::Preview, cut_rmse: None };
         let mut estimator = Estimator::default();
         let of = |estimator: &Estimator| {
             [CUT, REDUCED, tents].map(|kind| estimator.rmse(&scene, kind, 2.0))
@@ -600,7 +606,7 @@ mod tests {
 
     /// Of a picture without detail.
     fn first_of_whole(field: SlabField) -> f64 {
-        let whole = Coarseness::Reduced { sampling_rmse: 0.0, field };
+        let whole = Coarseness::Reduced { sampling_rmse: 0.0, field, cut_rmse: None };
         Estimator::default().rmse(&plan(Classify::PreIntegrated), whole, 1.0)
     }
 
@@ -613,7 +619,8 @@ mod tests {
         let rmse = estimator.rmse(&scene, holes, 1.0);
         assert!((0.2..0.21).contains(&rmse), "dark pixels add to the rest: {rmse}");
         assert!(estimator.rmse(&scene, CUT, 3.0) > estimator.rmse(&scene, CUT, 1.5));
-        let richer = Coarseness::Reduced { sampling_rmse: 0.1, field: SlabField::Own };
+        let richer =
+            Coarseness::Reduced { sampling_rmse: 0.1, field: SlabField::Own, cut_rmse: None };
         assert!(estimator.rmse(&scene, richer, 2.0) > estimator.rmse(&scene, REDUCED, 2.0));
     }
 

@@ -2,7 +2,7 @@
 
 pub use crate::plan::SlabField;
 
-use super::draw::{Drawn, Rung};
+use super::draw::{CutLevels, Drawn, Rung};
 use super::still::Convergence;
 use crate::kernel::Kernel;
 
@@ -20,6 +20,8 @@ pub enum LevelOfDetail {
         field: SlabField,
         /// Pixels.
         size: [u32; 2],
+        /// A cut of it.
+        cut: Option<CutLevels>,
         /// Whether it was fitted to a time.
         is_timed: bool,
     },
@@ -46,12 +48,12 @@ impl LevelOfDetail {
     pub const FULL: Self = Self::Full { vectors_halved: 0 };
 
     pub(super) fn of(rung: Rung, drawn: &Drawn) -> Self {
-        let &Drawn { max_error, field, size, vectors_halved, .. } = drawn;
+        let &Drawn { max_error, field, size, cut, vectors_halved, .. } = drawn;
         match rung {
             Rung::Octree { .. } => Self::Octree { max_error },
             Rung::Coarse { .. } if !drawn.is_reduced => Self::Octree { max_error },
-            Rung::Coarse { .. } => Self::Reduced { field, size, is_timed: true },
-            Rung::Reduced { .. } => Self::Reduced { field, size, is_timed: false },
+            Rung::Coarse { .. } => Self::Reduced { field, size, cut, is_timed: true },
+            Rung::Reduced { .. } => Self::Reduced { field, size, cut, is_timed: false },
             Rung::Subsampled { level } => Self::Subsampled { level },
             Rung::Cheaper(kernel) => Self::Cheaper(kernel),
             Rung::Full => Self::Full { vectors_halved },
@@ -80,8 +82,12 @@ mod tests {
         let reduced = Drawn { is_reduced: true, ..cut };
         let whole = Drawn { vectors_halved: 0, ..cut };
         let octree = LevelOfDetail::Octree { max_error: 0.25 };
-        let [timed, half] =
-            [true, false].map(|is_timed| LevelOfDetail::Reduced { field, size, is_timed });
+        let [timed, half] = [true, false].map(|is_timed| LevelOfDetail::Reduced {
+            field,
+            size,
+            cut: None,
+            is_timed,
+        });
         let coarse = Rung::Coarse { budget_ms: 1.0 };
         let shrunk = Rung::Reduced { field: SlabField::Own, shrink: 2.0 };
         for (rung, drawn, level, is) in [

@@ -6,6 +6,7 @@ pub mod annotations;
 pub mod cells;
 mod classified;
 pub mod cost;
+mod cuts;
 pub mod draw;
 pub mod effect_costs;
 pub mod engine;

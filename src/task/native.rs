@@ -127,7 +127,9 @@ impl Drawer {
         let wall_ms = start.elapsed().as_secs_f64() * 1e3;
         let are_alone = plan.is_of_kernels_alone();
         let visits = vectors.as_ref().map_or(0.0, PictureVectors::visits);
-        self.learn_slabs((plan, which), (wall_ms, lists_ms), visits);
+        if plan.cut.is_none() {
+            self.learn_slabs((plan, which), (wall_ms, lists_ms), visits);
+        }
         let (splats, vectors_averaged) =
             vectors.map_or((0, 0), |vectors| (vectors.count(), vectors.averaged()));
         Ok(Drawn {

@@ -4,6 +4,8 @@
 //! memory, and one through B-splines fetches eight times as much as one through tents. Tents through
 //! the samples would be darker; those nearest to the spline (`kernel::nearest_tents`) are as bright.
 
+use std::sync::Arc;
+
 use crate::core::Ticket;
 use crate::gpu::GpuError;
 use crate::hierarchy::{ScalarPyramid, ScalarPyramidError};
@@ -12,7 +14,8 @@ use crate::plan::{Field, Plan, SlabField, Way};
 use crate::scene::{Backend, Reconstruction, SplatSettings};
 use crate::volume::ScalarVolume;
 
-use super::draw::{DrawError, Drawer, Drawn, LEAST_SIDE, Observer, shrunk};
+use super::cuts::CutNumber;
+use super::draw::{CutLevels, DrawError, Drawer, Drawn, LEAST_SIDE, Observer, shrunk};
 
 /// A picture changes its size by no less than this, so that the hand does not see sharpness flicker: by
 /// an eighth a side.
@@ -43,6 +46,8 @@ pub(super) struct Reduction {
     pub field: SlabField,
     /// How many times smaller, ≥ 1.
     pub shrink: f64,
+    /// From which cut of it, if not from all of it.
+    pub cut: Option<CutNumber>,
 }
 
 impl Reduction {
@@ -187,11 +192,11 @@ impl Drawer {
         let size = plan.size;
         if plan.is_of_kernels_alone() {
             let shrink = self.affordable_among_vectors(plan, SlabField::Own, budget_ms);
-            return Some(Reduction { field: SlabField::Own, shrink });
+            return Some(Reduction { field: SlabField::Own, shrink, cut: None });
         }
         let Some(Field { volume, .. }) = plan.field() else {
             // Nothing takes no time.
-            return Some(Reduction { field: SlabField::Own, shrink: 1.0 });
+            return Some(Reduction { field: SlabField::Own, shrink: 1.0, cut: None });
         };
         let is_gathered = plan.is_gathered();
         if !plan.reconstructs() && !is_gathered {
@@ -240,7 +245,18 @@ impl Drawer {
             && plan.kernels.is_empty()
             && plan.surfaces.is_empty();
         let is_lost = shrink > width_px.max(1.0) && is_sparse && is_plain;
-        (!is_lost).then_some(Reduction { field, shrink })
+        let whole = Reduction { field, shrink, cut: None };
+        (!is_lost).then(|| self.with_cut(plan, whole, budget_ms))
+    }
+
+    /// Whether a field that quick pictures of a plan may be of is there, with its table.
+    pub(super) fn is_at_hand(&self, plan: &Plan, field: SlabField) -> bool {
+        let Some(Field { volume, .. }) = plan.field() else { return false };
+        let mode = match field {
+            SlabField::Own => Some(plan.mode),
+            SlabField::Preview => preview_mode(plan),
+        };
+        mode.is_some_and(|mode| self.holds_field(field, volume, &mode))
     }
 
     /// The last picture's size, up to so many times smaller, where one of so many milliseconds would hardly differ.
@@ -250,6 +266,7 @@ impl Drawer {
         (most, most_ms): (f64, f64),
         thought_ms: impl Fn(f64) -> f64,
     ) -> Option<f64> {
+        // One of a cut says at once how large the next of that cut may be; of another it says nothing.
         let last = self.last_reduction.filter(|last| last.field == field)?.shrink;
         let step = (1.0 / SIZE_STEPS_A_HALVING).exp2();
         let is_kept = (1.0..=most).contains(&last)
@@ -262,11 +279,22 @@ impl Drawer {
     /// time where that is hardly different. No picture is fewer than [`LEAST_SIDE`] pixels high, which
     /// may take longer than the budget.
     fn affordable(&self, field: SlabField, size: [u32; 2], budget_ms: f64) -> f64 {
-        let thought_ms = |shrink: f64| self.costs.reduced_ms(field, rays(size, shrink));
+        self.affordable_at(field, 1.0, size, budget_ms)
+    }
+
+    /// The same where a ray costs a share of what one through all of the field does.
+    pub(super) fn affordable_at(
+        &self,
+        field: SlabField,
+        share: f64,
+        size: [u32; 2],
+        budget_ms: f64,
+    ) -> f64 {
+        let thought_ms = |shrink: f64| self.costs.reduced_ms(field, rays(size, shrink) * share);
         let most = (f64::from(size[0].min(size[1])) / LEAST_SIDE).max(1.0);
-        let affordable = self.costs.reduced_rays_within(field, budget_ms);
+        let affordable = self.costs.reduced_rays_within(field, budget_ms) / share;
         // More than the budget where that is not enough for anything.
-        let most_ms = self.costs.reduced_ms(field, affordable).max(budget_ms);
+        let most_ms = self.costs.reduced_ms(field, affordable * share).max(budget_ms);
         if let Some(kept) = self.kept_shrink(field, (most, most_ms), thought_ms) {
             return kept;
         }
@@ -314,21 +342,43 @@ impl Drawer {
     pub(super) fn reduced(
         &mut self,
         plan: &Plan,
-        Reduction { field, shrink }: Reduction,
+        Reduction { field, shrink, cut }: Reduction,
         observer: &mut dyn Observer,
     ) -> Result<Drawn, DrawError> {
         let smaller = shrunk(plan.size, shrink);
+        let found = cut.and_then(|number| Some((number, self.cuts.numbered(number)?)));
+        let found = found.map(|(number, (cut, max_error))| (number, Arc::clone(cut), max_error));
+        let with_cut = |plan: Plan| match &found {
+            None => plan,
+            // Slabs are as thick as the samples are wide.
+            Some((_, cut, _)) => {
+                let slabs_per_voxel = plan.mode.slabs_per_voxel.min(1.0);
+                let mode = SplatSettings { slabs_per_voxel, ..plan.mode };
+                Plan { cut: Some(Arc::clone(cut)), ..plan.in_mode(mode) }
+            }
+        };
         let drawn = match field {
             SlabField::Preview => {
                 let mode = preview_mode(plan).unwrap_or(plan.mode);
-                self.slabs_of(&plan.in_mode(mode).at_size(smaller, shrink), field, observer)
+                let plan = with_cut(plan.in_mode(mode).at_size(smaller, shrink));
+                self.slabs_of(&plan, field, observer)
             }
             SlabField::Own if plan.way == Way::Slabs => {
-                self.slabs_of(&plan.at_size(smaller, shrink), field, observer)
+                self.slabs_of(&with_cut(plan.at_size(smaller, shrink)), field, observer)
             }
             SlabField::Own => self.full(&plan.at_size(smaller, 1.0), observer),
+        }?;
+        let Some((number, cut, max_error)) = found else {
+            return Ok(Drawn { is_reduced: true, field, ..drawn });
         };
-        Ok(Drawn { is_reduced: true, field, ..drawn? })
+        // What all of the field was thought to cost is not touched by what a cut of it does.
+        let rays = f64::from(smaller[0]) * f64::from(smaller[1]);
+        let thought_ms = self.costs.reduced_ms(field, rays * self.cuts.share(number, field));
+        self.cuts.learn(field, (drawn.wall_ms / thought_ms).clamp(0.25, 4.0));
+        self.kept_bricks = self.keeps_cut.then_some(number);
+        let cut =
+            CutLevels { max_error, rmse: self.cuts.cut_rmse(number, plan), bricks: cut.counts() };
+        Ok(Drawn { is_reduced: true, field, cut: Some(cut), ..drawn })
     }
 }
 

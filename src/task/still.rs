@@ -250,9 +250,16 @@ pub(super) fn draw(
     if let Rung::Coarse { .. } = rung {
         drawer.prepare_field(&plan, SlabField::Own, &mut watch)?;
         drawer.prepare_preview_field(&plan, &mut watch)?;
+        drawer.prepare_cuts(&plan, &mut watch)?;
         // Costs are learnt first; the picture then fits its budget.
         for _ in 0..4 {
-            drawer.draw(&plan, rung, &mut watch)?;
+            let drawn = drawer.draw(&plan, rung, &mut watch)?;
+            let shrink = f64::from(size[1]) / f64::from(drawn.size[1]);
+            let shown = drawer.engines.present(background_light(plan.background))?;
+            let coarseness = Coarseness::of(&plan, rung, &drawn, shrink, &shown);
+            if let Some(Coarseness::Reduced { sampling_rmse, .. }) = coarseness {
+                drawer.cuts.note_sampling(shrink, sampling_rmse);
+            }
         }
     }
     let prices = drawer.costs;
@@ -264,7 +271,7 @@ pub(super) fn draw(
         // By the other field, which had not been drawn yet: a compiler's time is none of a picture's.
         drawn = drawer.draw(&plan, rung, &mut watch)?;
     }
-    let cells = drawer.take_cut().map(|(cut, limits)| Cells::of(&cut, &limits, usize::MAX));
+    let cells = drawer.take_cells(usize::MAX);
     drawer.keeps_cut = false;
     let capped_sums = drawer.capped_sums()?;
     let mut frame_ms = vec![drawn.wall_ms];

@@ -6,6 +6,7 @@ use crate::accuracy::psnr_from_rmse;
 use crate::app::measuring::Measured;
 use crate::app::{modes, words};
 use crate::scene::{Backend, Classify, Reconstruction, SplatSettings};
+use crate::task::draw::CutLevels;
 use crate::task::engine::{EngineState, FrameReport, KernelCounts};
 use crate::task::estimate::Checked;
 use crate::task::level::{LevelOfDetail, SlabField};
@@ -116,12 +117,13 @@ fn picture_words(report: &FrameReport) -> String {
             "A quick picture: boxes of voxels that differ little are drawn as one splat each (error up \
              to {max_error:.3})"
         ),
-        LevelOfDetail::Reduced { field, size: [width, height], .. } => {
+        LevelOfDetail::Reduced { field, size: [width, height], cut, .. } => {
             let kernels = match field {
                 SlabField::Own => "",
                 SlabField::Preview => ", with linear kernels",
             };
-            format!("A quick picture of {width} × {height} pixels{kernels}")
+            let cut = cut.as_ref().map_or_else(String::new, cut_words);
+            format!("A quick picture of {width} × {height} pixels{kernels}{cut}")
         }
         LevelOfDetail::Subsampled { .. } | LevelOfDetail::Cheaper(_) => {
             format!("A quick picture: {}", words::level_in_full(&report.level))
@@ -136,6 +138,15 @@ fn picture_words(report: &FrameReport) -> String {
         }
     };
     format!("{what}. It took {}", time_words(report))
+}
+
+/// From which levels of the octree a picture was drawn.
+fn cut_words(cut: &CutLevels) -> String {
+    let [fine, second, fourth] = cut.bricks.map(words::count);
+    format!(
+        ", by an octree: {fine} bricks are drawn from their samples, {second} from means of 2 × 2 × 2, and {fourth} from \
+         means of 4 × 4 × 4"
+    )
 }
 
 fn slabs_words(per_voxel: f64) -> String {

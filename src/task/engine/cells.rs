@@ -69,12 +69,12 @@ impl Worker {
 
     /// The cells of the cut that was just drawn, where there was one.
     pub(super) fn publish_drawn_cells(&mut self, request: &FrameRequest) {
-        let Some((cut, limits)) = self.drawer.as_mut().and_then(|drawer| drawer.take_cut()) else {
+        let Some(cells) = self.drawer.as_mut().and_then(|drawer| drawer.take_cells(MOST_CELLS))
+        else {
             return;
         };
-        let cells = Cells::of(&cut, &limits, MOST_CELLS);
         let Some(volume) = request.scene.volume().map(Arc::clone) else { return };
-        let asked_error = limits.max_error;
+        let asked_error = cells.max_error;
         self.publish_cells(FoundCells { volume, cells, asked_error, is_drawn: true });
     }
 

@@ -60,7 +60,7 @@ impl Worker {
         };
         // The price of such rays is known once some were drawn.
         let is_priced = self.last_reduced.as_ref().is_some_and(|l| l.is_like(scene));
-        let reduced_ms = |Reduction { field, shrink }: Reduction| {
+        let reduced_ms = |Reduction { field, shrink, .. }: Reduction| {
             is_priced.then(|| drawer.thought_ms(&plan, field, shrink))
         };
         match rung {
@@ -69,7 +69,7 @@ impl Worker {
                 Some(Next { is_full: true, ms, rmse: None })
             }
             Rung::Reduced { field, shrink } => {
-                let ms = reduced_ms(Reduction { field, shrink })?;
+                let ms = reduced_ms(Reduction { field, shrink, cut: None })?;
                 Some(Next { is_full: false, ms, rmse: rmse_at(shrink) })
             }
             Rung::Coarse { budget_ms } => match drawer.reduction(&plan, budget_ms) {

@@ -228,7 +228,7 @@ impl Worker {
                 let full_ms = rays * drawer.costs.ray_ms;
                 let reduced = |shares: &[f64]| {
                     let within = |share| drawer.reduction(plan, full_ms * share);
-                    let rung = |Reduction { field, shrink }| Rung::Reduced { field, shrink };
+                    let rung = |Reduction { field, shrink, .. }| Rung::Reduced { field, shrink };
                     shares.iter().copied().filter_map(within).map(rung).collect()
                 };
                 budgeted(full_ms).unwrap_or_else(|| match full_ms {
@@ -291,6 +291,10 @@ impl Worker {
         if drawn.is_reduced && picture.shrink() > 1.0 {
             self.last_reduced = Some(LastDrawn::of(request, drawn.wall_ms));
         }
+        if let Some(Coarseness::Reduced { sampling_rmse, .. }) = coarseness {
+            let shrink = picture.shrink();
+            self.device()?.cuts.note_sampling(shrink, sampling_rmse);
+        }
         if let Some(coarseness) = coarseness {
             let rmse = self.estimator.rmse(&plan, coarseness, picture.shrink());
             picture.report.estimated_rmse = Some(rmse);
@@ -301,7 +305,7 @@ impl Worker {
                 // Marks are finer than the field: each larger picture shows more of them.
                 Coarseness::Octree { .. } | Coarseness::Vectors { .. } => f64::INFINITY,
                 Coarseness::Reduced { field, .. } => {
-                    Reduction { field, shrink: picture.shrink() }.own_shrink()
+                    Reduction { field, shrink: picture.shrink(), cut: None }.own_shrink()
                 }
             };
             let following = following.or_else(|| self.next_at_rest(request, sharpness));
@@ -406,7 +410,10 @@ impl Worker {
         let Some(mut drawer) = self.drawer.take() else { return Err(no_device()) };
         let manner = Manner::InPieces { show_partial: false, before: 0.0, after: 0.0 };
         let mut watch = Watch::new(self, request, manner, &drawer);
-        let result = drawer.prepare_preview_field(&request.plan(), &mut watch);
+        let plan = request.plan();
+        let result = drawer
+            .prepare_preview_field(&plan, &mut watch)
+            .and_then(|()| drawer.prepare_cuts(&plan, &mut watch));
         self.drawer = Some(drawer);
         result
     }
@@ -423,7 +430,7 @@ impl Worker {
         match preview.coarseness {
             Coarseness::Octree { .. } | Coarseness::Vectors { .. } => None,
             Coarseness::Reduced { field, .. } => {
-                Some(Reduction { field, shrink: preview.picture.shrink() }.own_shrink())
+                Some(Reduction { field, shrink: preview.picture.shrink(), cut: None }.own_shrink())
             }
         }
     }
@@ -520,7 +527,7 @@ pub(super) fn picture(
 pub(super) fn is_worth_it(rung: Rung, sharpness: f64) -> bool {
     match rung {
         Rung::Reduced { field, shrink } => {
-            Reduction { field, shrink }.own_shrink() * WORTH_SHARPENING <= sharpness
+            Reduction { field, shrink, cut: None }.own_shrink() * WORTH_SHARPENING <= sharpness
         }
         _ => true,
     }

@@ -1,0 +1,471 @@
+//! Cuts of a field, for quick pictures: bricks that means of their samples show well are drawn from these, in slabs as thick
+//! as the means are wide, and the time that this saves goes to more pixels.
+//!
+//! How well is found out beside the first pictures of a transfer function (`hierarchy::BrickErrors`). No one error serves
+//! all data, so a few are tried, together with how small a picture must be: what loses least is drawn.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use super::draw::{DrawError, Drawer, Observer};
+use super::estimate::TENTS_RMSE;
+use super::job::Job;
+use super::previews::{Reduction, is_scaled};
+use crate::core::Ticket;
+use crate::hierarchy::{BrickErrors, Means, MeansOfLevel, ScalarPyramidError};
+use crate::kernel::{Averaged, Coefficients, Kernel};
+use crate::native::StoredLevels;
+use crate::plan::{COARSER, EMPTY, Field, FieldCut, Plan, SlabField};
+use crate::scene::{
+    AlongRay, Cell, Cells, Classify, OpacityModel, Order, Reconstruction, Visibility, WhyWhole,
+};
+use crate::transfer::{Cumulative, Table, TransferFunction, Weight};
+use crate::volume::ScalarVolume;
+
+/// Errors of bricks that are tried, the least first.
+const ERRORS: [f32; 5] = [0.001, 0.002, 0.004, 0.008, 0.016];
+/// What a brick of each level costs, of what one of the field itself does where that is B-splines, and where it is tents;
+/// looking up which level a brick has, too.
+const WORK: [[f64; COARSER + 1]; 2] = [[0.95, 0.4, 0.18], [1.05, 0.5, 0.27]];
+/// RMSE of a picture, of the root of the squares of its bricks' errors over the area that they cover.
+const SEEN_SHARE: f64 = 0.5;
+/// What is lost by leaving out pixels grows with the distance between them, as this power of it: 1.2 to 1.4 on three scans.
+const SAMPLING_GROWTH: f64 = 1.35;
+/// RMSE of a picture drawn twice smaller before any was seen: 36 to 53 dB on three scans.
+const UNSEEN_SAMPLING: f64 = 8e-3;
+/// A cut that was drawn last is kept where another one is thought to be nearer by less than this.
+const WORTH_CHANGING: f64 = 0.9;
+/// Share of the way that a measured picture takes what cuts cost.
+const TRUST: f64 = 0.5;
+
+/// The cut that a quick picture is drawn from: its number among those of [`FieldCuts`].
+pub(super) type CutNumber = u8;
+
+/// What is known of cuts of the field that is drawn.
+#[derive(Debug, Default)]
+pub(super) struct FieldCuts {
+    means: Option<(Arc<ScalarVolume>, Arc<Means>)>,
+    under_way: Option<(Key, Job<Result<Option<Found>, ScalarPyramidError>>)>,
+    ready: Option<Ready>,
+    /// How many times smaller the last quick picture was drawn, and what is thought to be lost for it: RMSE.
+    sampling: Option<(f64, f64)>,
+}
+
+/// What cuts are of.
+#[derive(Debug, Clone)]
+struct Key {
+    volume: Arc<ScalarVolume>,
+    transfer: TransferFunction,
+    /// Of a sample, in unit distances.
+    thickness: f64,
+}
+
+impl PartialEq for Key {
+    fn eq(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.volume, &other.volume)
+            && self.transfer == other.transfer
+            && self.thickness == other.thickness
+    }
+}
+
+/// Cuts that may be drawn; none where a volume is too small, or memory is short.
+#[derive(Debug)]
+struct Ready {
+    key: Key,
+    candidates: Vec<Candidate>,
+    /// Of bricks drawn from means of either level.
+    errors: Vec<[f32; COARSER]>,
+}
+
+/// What comes of looking for cuts.
+#[derive(Debug)]
+struct Found {
+    means: Arc<Means>,
+    /// What the engine draws means from, where it has none yet.
+    levels: Option<StoredLevels>,
+    candidates: Vec<Candidate>,
+    errors: Vec<[f32; COARSER]>,
+}
+
+/// A cut that may be drawn.
+#[derive(Debug)]
+struct Candidate {
+    max_error: f32,
+    cut: Arc<FieldCut>,
+    /// Σ e² over its bricks: e the error of a brick a sample thick times the samples through it.
+    squares: f64,
+    /// What a ray costs, of what one of all of the field does, by [`SlabField`].
+    shares: [f64; 2],
+}
+
+/// Whether quick pictures of a plan may be of cuts of its field.
+fn has_cuts(plan: &Plan) -> bool {
+    let mode = &plan.mode;
+    let is_sharp = match mode.kernel {
+        Kernel::Linear => true,
+        Kernel::BSpline => mode.reconstruction == Reconstruction::Interpolating,
+        _ => false,
+    };
+    let shading = &plan.shading;
+    let is_by_value = shading.opacity.is_none()
+        && shading.modulation.is_none()
+        && shading.reflection.is_none()
+        && shading.emission.is_none()
+        && shading.painted().is_empty();
+    // What kernels have in a slab is shared out among slabs of one thickness, and isosurfaces lie in the field itself.
+    let is_alone = plan.kernels.is_empty() && !plan.inside.has_isosurfaces();
+    mode.visibility == Visibility::Slabs
+        && mode.classify == Classify::PreIntegrated
+        && mode.opacity_model == OpacityModel::OpticalDepth
+        && mode.order == Order::FrontToBack
+        && plan.inside.along == AlongRay::Composite
+        && is_sharp
+        && !is_scaled(mode)
+        && is_by_value
+        && is_alone
+}
+
+impl Key {
+    fn of(plan: &Plan) -> Option<Self> {
+        let Field { volume, transfer, .. } = plan.field()?;
+        let thickness = plan.frame.lattice.smallest_spacing() / plan.frame.unit_distance;
+        Some(Self { volume: Arc::clone(volume), transfer: transfer.clone(), thickness })
+    }
+
+    /// Finds the cuts, on whatever thread.
+    fn find(
+        &self,
+        means: Option<Arc<Means>>,
+        stores: bool,
+        (bricks, shown): ([usize; 3], &[u32]),
+        ticket: &Ticket,
+    ) -> Result<Option<Found>, ScalarPyramidError> {
+        let volume = &self.volume;
+        let means = match means {
+            Some(means) => means,
+            None => match Means::of(volume, ticket)? {
+                Some(means) => Arc::new(means),
+                None => return Ok(None),
+            },
+        };
+        let levels = match stores {
+            true => {
+                let of = |i: usize| coefficients_of(volume, &means, i, ticket);
+                Some(StoredLevels::new(volume, [of(0)?, of(1)?], ticket)?)
+            }
+            false => None,
+        };
+        let function = Cumulative::new(
+            &self.transfer,
+            volume.samples.scalar_type(),
+            &volume.statistics,
+            Weight::Extinction,
+        );
+        let function = (&function, self.thickness);
+        let errors = BrickErrors::of(volume, &means, function, (bricks, shown), ticket)?.errors;
+        let candidates = ERRORS.map(|max_error| Candidate::of(max_error, bricks, shown, &errors));
+        Ok(Some(Found { means, levels, candidates: candidates.into(), errors }))
+    }
+}
+
+/// The means of a level as an engine takes them.
+fn coefficients_of(
+    volume: &ScalarVolume,
+    means: &Means,
+    level: usize,
+    ticket: &Ticket,
+) -> Result<Coefficients, ScalarPyramidError> {
+    let MeansOfLevel { dims, values } = &means.levels[level];
+    let volume_dims = volume.lattice.dims;
+    #[expect(clippy::cast_possible_truncation, reason = "0 or 1")]
+    let averaged = Averaged { level: level as u32 + 1, volume_dims, half_widths: Vec::new() };
+    Ok(Coefficients::of_means(*dims, values.clone(), means.bias, averaged, ticket)?)
+}
+
+impl Candidate {
+    fn of(max_error: f32, bricks: [usize; 3], shown: &[u32], errors: &[[f32; COARSER]]) -> Self {
+        let mut levels = vec![EMPTY; errors.len()];
+        let mut squares = 0.0;
+        for &brick in shown {
+            let [second, fourth] = errors[brick as usize];
+            let (level, error) = match () {
+                () if fourth <= max_error => (2, fourth),
+                () if second <= max_error => (1, second),
+                () => (0, 0.0),
+            };
+            levels[brick as usize] = level;
+            squares += (4.0 * f64::from(error)).powi(2);
+        }
+        let cut = FieldCut::new(bricks, levels);
+        let counts = cut.counts().map(|n| n as f64);
+        let total = counts.iter().sum::<f64>().max(1.0);
+        let share = |work: [f64; COARSER + 1]| {
+            counts.iter().zip(work).map(|(n, work)| n * work).sum::<f64>() / total
+        };
+        Self { max_error, cut: Arc::new(cut), squares, shares: WORK.map(share) }
+    }
+}
+
+impl FieldCuts {
+    /// Those of a plan.
+    fn of(&self, plan: &Plan) -> &[Candidate] {
+        match &self.ready {
+            Some(ready) if Key::of(plan).as_ref() == Some(&ready.key) => &ready.candidates,
+            _ => &[],
+        }
+    }
+
+    /// The cut of a number, and the greatest error of its bricks.
+    pub(super) fn numbered(&self, number: CutNumber) -> Option<(&Arc<FieldCut>, f32)> {
+        let found = self.candidate(number)?;
+        Some((&found.cut, found.max_error))
+    }
+
+    fn candidate(&self, number: CutNumber) -> Option<&Candidate> {
+        self.ready.as_ref()?.candidates.get(usize::from(number))
+    }
+
+    /// The bricks of a cut as cells, at most so many of them. They are drawn half a voxel aside: a brick begins between
+    /// two samples, and a cell with a voxel.
+    pub(super) fn cells(&self, number: CutNumber, most: usize) -> Option<Cells> {
+        let Ready { key, errors, .. } = self.ready.as_ref()?;
+        let Candidate { cut, max_error, .. } = self.candidate(number)?;
+        let Key { volume, transfer, .. } = key;
+        let table = Table::new(transfer, volume.samples.scalar_type());
+        let dims = volume.lattice.dims;
+        let means = &self.means.as_ref()?.1;
+        let [nx, ny, _] = cut.dims;
+        let bricks = cut.levels().iter().zip(errors).enumerate();
+        let shown: Vec<_> = bricks.filter(|(_, (level, _))| **level != EMPTY).collect();
+        let step = shown.len().div_ceil(most.max(1)).max(1);
+        let cell = |&(brick, (&level, errors)): &(usize, (&u8, &[f32; COARSER]))| {
+            let at = [brick % nx, brick / nx % ny, brick / (nx * ny)];
+            let low = [0, 1, 2].map(|a| (at[a] * 4).min(dims[a] - 1));
+            let size = [0, 1, 2].map(|a| (dims[a] - low[a]).min(4));
+            let [r, g, b, extinction] = table.lookup(means.of_block(low));
+            #[expect(
+                clippy::cast_possible_truncation,
+                clippy::cast_sign_loss,
+                reason = "0..=65535"
+            )]
+            let unorm = |x: f32| (x.clamp(0.0, 1.0) * 65535.0 + 0.5) as u16;
+            #[expect(clippy::cast_possible_truncation, reason = "of a lattice that is drawn")]
+            Cell {
+                low: low.map(|n| n as u32),
+                size: size.map(|n| n as u32),
+                level,
+                error: if level == 0 { 0.0 } else { errors[usize::from(level) - 1] },
+                extinction,
+                colour: [r, g, b].map(unorm),
+                why: if level == 0 { WhyWhole::Samples } else { WhyWhole::ErrorSmallEnough },
+            }
+        };
+        let cells = shown.iter().step_by(step).map(cell).collect();
+        Some(Cells::from_cells(cells, shown.len() as u64, *max_error))
+    }
+
+    /// What a ray through a cut costs, of what one through all of a field does.
+    pub(super) fn share(&self, number: CutNumber, field: SlabField) -> f64 {
+        self.candidate(number).map_or(1.0, |found| found.shares[field as usize])
+    }
+
+    /// Takes in how many times longer than was thought a picture of a cut took.
+    pub(super) fn learn(&mut self, field: SlabField, longer: f64) {
+        let Some(Ready { candidates, .. }) = &mut self.ready else { return };
+        for candidate in candidates {
+            let share = &mut candidate.shares[field as usize];
+            *share = (*share * longer.powf(TRUST)).clamp(0.02, 2.0);
+        }
+    }
+
+    /// Takes in what leaving out pixels is thought to have cost a picture that was drawn so many times smaller.
+    pub(super) fn note_sampling(&mut self, shrink: f64, rmse: f64) {
+        if shrink > 1.0 && rmse > 0.0 {
+            self.sampling = Some((shrink, rmse));
+        }
+    }
+
+    /// What it is thought to cost to draw a picture so many times smaller: RMSE.
+    fn sampling_rmse(&self, shrink: f64) -> f64 {
+        if shrink <= 1.0 {
+            return 0.0;
+        }
+        let (at, rmse) = self.sampling.unwrap_or((2.0, UNSEEN_SAMPLING));
+        rmse * (shrink / at).powf(SAMPLING_GROWTH)
+    }
+
+    /// What a cut in the place of the whole field is thought to cost: RMSE.
+    pub(super) fn cut_rmse(&self, number: CutNumber, plan: &Plan) -> f64 {
+        let Some(found) = self.candidate(number) else { return 0.0 };
+        let brick = 4.0 * plan.view().voxel_pixels();
+        let pixels = f64::from(plan.size[0]) * f64::from(plan.size[1]);
+        SEEN_SHARE * (found.squares * brick * brick / pixels.max(1.0)).sqrt()
+    }
+}
+
+impl Drawer {
+    /// Begins to look for cuts of a plan's field, where there are none yet, and takes in what came of it.
+    ///
+    /// # Errors
+    /// A thread that does not start, or fails.
+    pub(super) fn advance_cuts(&mut self, plan: &Plan) -> Result<(), DrawError> {
+        if !self.is_native() || !self.engines.native.draws_cuts() || !has_cuts(plan) {
+            return Ok(());
+        }
+        let Some(key) = Key::of(plan) else { return Ok(()) };
+        if self.cuts.ready.as_ref().is_some_and(|ready| ready.key == key)
+            && self.engines.native.holds_levels(&key.volume)
+        {
+            return Ok(());
+        }
+        if let Some((of, job)) = self.cuts.under_way.take_if(|(of, _)| *of != key) {
+            // Another transfer function: it is told to stop.
+            drop((of, job));
+        }
+        if let Some((of, job)) = self.cuts.under_way.take() {
+            match job.look(Duration::ZERO)? {
+                None => self.cuts.under_way = Some((of, job)),
+                Some(found) => self.take_cuts(of, found),
+            }
+            return Ok(());
+        }
+        if !self.holds_field(SlabField::Own, &key.volume, &plan.mode) {
+            return Ok(());
+        }
+        let Some((bricks, shown)) = self.engines.native.shown_bricks() else { return Ok(()) };
+        let shown = shown.to_vec();
+        let means = self.cuts.means.take_if(|(of, _)| !Arc::ptr_eq(of, &key.volume));
+        drop(means);
+        let means = self.cuts.means.as_ref().map(|(_, means)| Arc::clone(means));
+        let stores = !self.engines.native.holds_levels(&key.volume);
+        let of = key.clone();
+        let work = move |ticket: &Ticket| of.find(means, stores, (bricks, &shown), ticket);
+        let job = Job::start(("voxsplat-cuts", "cuts of the field"), work)?;
+        self.cuts.under_way = Some((key, job));
+        Ok(())
+    }
+
+    fn take_cuts(&mut self, key: Key, found: Result<Option<Found>, ScalarPyramidError>) {
+        let (candidates, errors) = match found {
+            Ok(Some(Found { means, levels, candidates, errors })) => {
+                self.cuts.means = Some((Arc::clone(&key.volume), means));
+                if let Some(levels) = levels {
+                    self.engines.native.set_levels(levels);
+                }
+                (candidates, errors)
+            }
+            Ok(None) => Default::default(),
+            Err(ScalarPyramidError::Cancelled(_)) => return,
+            Err(ScalarPyramidError::TooLarge(error)) => {
+                log::warn!("quick pictures are of all of the field: {error}");
+                Default::default()
+            }
+        };
+        self.cuts.ready = Some(Ready { key, candidates, errors });
+    }
+
+    /// Has the cuts of a plan's field at hand, unless something newer comes.
+    ///
+    /// # Errors
+    /// Interrupted, and as [`Self::advance_cuts`].
+    pub(super) fn prepare_cuts(
+        &mut self,
+        plan: &Plan,
+        observer: &mut dyn Observer,
+    ) -> Result<(), DrawError> {
+        self.advance_cuts(plan)?;
+        let Some((key, job)) = self.cuts.under_way.take() else { return Ok(()) };
+        match job.wait(&mut self.engines, observer)? {
+            Some(found) => {
+                self.take_cuts(key, found);
+                Ok(())
+            }
+            None => {
+                self.cuts.under_way = Some((key, job));
+                Err(DrawError::Interrupted)
+            }
+        }
+    }
+
+    /// The cut and the size of a picture of a budget that are thought to lose least: those given, of all of a field, or a
+    /// cut of one of the fields that are at hand.
+    pub(super) fn with_cut(&self, plan: &Plan, whole: Reduction, budget_ms: f64) -> Reduction {
+        let candidates = self.cuts.of(plan);
+        let has_levels =
+            plan.field().is_some_and(|field| self.engines.native.holds_levels(&field.volume));
+        if candidates.is_empty() || !self.is_native() || !has_cuts(plan) || !has_levels {
+            return whole;
+        }
+        let loss = |of: &Reduction| {
+            let tents = if of.field == SlabField::Preview { TENTS_RMSE } else { 0.0 };
+            let cut = of.cut.map_or(0.0, |number| self.cuts.cut_rmse(number, plan));
+            self.cuts.sampling_rmse(of.shrink).hypot(tents).hypot(cut)
+        };
+        let mut best = (loss(&whole), whole);
+        for field in [SlabField::Own, SlabField::Preview] {
+            if !self.is_at_hand(plan, field) {
+                continue;
+            }
+            for number in 0..candidates.len() {
+                #[expect(clippy::cast_possible_truncation, reason = "a handful")]
+                let cut = Some(number as CutNumber);
+                let share = self.cuts.share(number as CutNumber, field);
+                let shrink = self.affordable_at(field, share, plan.size, budget_ms);
+                let found = Reduction { field, shrink, cut };
+                let mut lost = loss(&found);
+                // What was drawn last stays where another is hardly better.
+                if self.last_reduction.is_some_and(|last| (last.field, last.cut) == (field, cut)) {
+                    lost *= WORTH_CHANGING;
+                }
+                if lost < best.0 {
+                    best = (lost, found);
+                }
+            }
+        }
+        best.1
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn candidates(errors: &[[f32; COARSER]]) -> Vec<Candidate> {
+        #[expect(clippy::cast_possible_truncation, reason = "a few")]
+        let shown: Vec<u32> = (0..errors.len() as u32 - 1).collect();
+        let of = |most| Candidate::of(most, [errors.len(), 1, 1], &shown, errors);
+        ERRORS.map(of).into()
+    }
+
+    #[test]
+    fn bricks_are_drawn_from_the_coarsest_means_that_an_error_allows() {
+        // The last brick does not show.
+        let errors = [[0.5, 0.7], [0.003, 0.006], [0.0, 0.0005], [0.0, 0.0], [0.0, 0.0]];
+        let found = candidates(&errors);
+        let counts: Vec<[u64; 3]> = found.iter().map(|c| c.cut.counts()).collect();
+        assert_eq!(counts, [[2, 0, 2], [2, 0, 2], [1, 1, 2], [1, 0, 3], [1, 0, 3]]);
+        let squares: Vec<f64> = found.iter().map(|c| c.squares / 16.0).collect();
+        let small = 0.0005_f64.powi(2);
+        for (found, expected) in squares.iter().zip([0.0, 0.0, 9e-6, 36e-6, 36e-6]) {
+            assert!((found - expected - small).abs() < 1e-9, "{found} {expected}");
+        }
+        // Coarser ones cost less.
+        for pair in found.windows(2) {
+            assert!(
+                pair[1].shares[0] <= pair[0].shares[0] && pair[1].shares[1] <= pair[0].shares[1]
+            );
+        }
+        assert!(found[4].shares[0] < 0.5 * WORK[0][0]);
+    }
+
+    #[test]
+    fn what_leaving_out_pixels_costs_grows_from_what_was_seen_last() {
+        let mut cuts = FieldCuts::default();
+        assert_eq!(cuts.sampling_rmse(1.0), 0.0);
+        assert_eq!(cuts.sampling_rmse(2.0), UNSEEN_SAMPLING);
+        cuts.note_sampling(1.5, 0.02);
+        cuts.note_sampling(1.0, 0.5);
+        assert_eq!(cuts.sampling_rmse(1.5), 0.02, "a picture of every pixel says nothing of it");
+        assert!(cuts.sampling_rmse(3.0) > 2.0 * 0.02 && cuts.sampling_rmse(3.0) < 4.0 * 0.02);
+    }
+}
