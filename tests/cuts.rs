@@ -110,7 +110,8 @@ fn a_cut_without_error_is_the_picture_of_the_whole_field() {
         let off = db(light, &whole);
         println!("measured {name}: {off:.1} dB, {counts:?} bricks");
         assert!(counts[0] > 100 && counts[1] + counts[2] == 0);
-        assert!(off > 70.0, "{name}: {off:.1} dB");
+        // Measured 108 and 116 dB.
+        assert!(off > 100.0, "{name}: {off:.1} dB");
     }
 }
 
@@ -153,8 +154,9 @@ fn pictures_of_cuts_are_as_near_to_the_reference_as_their_bricks_are_to_the_samp
         );
         assert!(counts[1][0] > 0 && counts[1][2] > 0, "two levels at least: {counts:?}");
         assert!(found[0] > found[1] && found[1] > found[2], "{name}: {found:?}");
-        assert!(found[0] > 38.0 && found[1] > 30.0, "{name}: {found:?}");
-        assert!(found[2] < 30.0, "{name}: means alone are another picture: {found:?}");
+        // Measured 57.5 to 66.9, 42.6 to 48.7, and 13.2 to 16.8 dB.
+        assert!(found[0] > 55.0 && found[1] > 41.0, "{name}: {found:?}");
+        assert!(found[2] < 20.0, "{name}: means alone are another picture: {found:?}");
     }
 }
 

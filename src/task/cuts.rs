@@ -8,7 +8,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use super::draw::{DrawError, Drawer, Observer};
-use super::estimate::TENTS_RMSE;
+use super::estimate::field_rmse;
 use super::job::Job;
 use super::previews::{Reduction, is_scaled};
 use crate::core::Ticket;
@@ -397,9 +397,9 @@ impl Drawer {
             return whole;
         }
         let loss = |of: &Reduction| {
-            let tents = if of.field == SlabField::Preview { TENTS_RMSE } else { 0.0 };
+            let field = field_rmse(plan, of.field);
             let cut = of.cut.map_or(0.0, |number| self.cuts.cut_rmse(number, plan));
-            self.cuts.sampling_rmse(of.shrink).hypot(tents).hypot(cut)
+            self.cuts.sampling_rmse(of.shrink).hypot(field).hypot(cut)
         };
         let mut best = (loss(&whole), whole);
         for field in [SlabField::Own, SlabField::Preview] {

@@ -19,7 +19,9 @@ const PER_SHRINK: f64 = 0.002;
 const GROWTH: [f64; 2] = [0.2, 2.0];
 /// RMSE of a whole picture of the nearest tents: 0.0057 on aneurism, 0.0045 on LIDC2, 0.0012 on bonsai,
 /// 1280 × 800 pixels.
-pub(super) const TENTS_RMSE: f64 = 0.004;
+const TENTS_RMSE: f64 = 0.004;
+/// The same of what lights fall on, since tents have other gradients: 0.024 on aneurism, 0.02 on bonsai, as they open.
+const LIT_TENTS_RMSE: f64 = 0.02;
 /// RMSE of means of vectors in the place of all, of the root mean square of their picture's light: 0.27 to 0.98
 /// at 3 ms and 0.18 to 0.75 at 150 ms on carotid, office and the tornado (MODULATE and BLEND), 640 × 400 pixels.
 const MEANS_SHARE: f64 = 0.5;
@@ -78,6 +80,8 @@ pub enum Coarseness {
         sampling_rmse: f64,
         /// Of which field.
         field: SlabField,
+        /// What it is thought to cost that this is another than the scene's own.
+        field_rmse: f64,
         /// What a cut of it is thought to cost, where it is one.
         cut_rmse: Option<f64>,
     },
@@ -127,7 +131,8 @@ impl Coarseness {
                     return Some(Self::Vectors { sampling_rmse, marks_rmse, are_means });
                 }
                 let cut_rmse = drawn.cut.map(|cut| cut.rmse);
-                Some(Self::Reduced { sampling_rmse, field: drawn.field, cut_rmse })
+                let field_rmse = field_rmse(plan, drawn.field);
+                Some(Self::Reduced { sampling_rmse, field: drawn.field, field_rmse, cut_rmse })
             }
             _ => None,
         }
@@ -147,9 +152,8 @@ impl Coarseness {
     /// up in squares.
     fn first_rmse(self, classify: Classify, shrink: f64) -> f64 {
         let (max_error, missing_rmse) = match self {
-            Self::Reduced { sampling_rmse, field, cut_rmse } => {
-                let tents = if field == SlabField::Preview { TENTS_RMSE } else { 0.0 };
-                return tents.hypot(sampling_rmse).hypot(cut_rmse.unwrap_or(0.0));
+            Self::Reduced { sampling_rmse, field_rmse, cut_rmse, .. } => {
+                return field_rmse.hypot(sampling_rmse).hypot(cut_rmse.unwrap_or(0.0));
             }
             Self::Vectors { sampling_rmse, marks_rmse, .. } => {
                 return marks_rmse.hypot(sampling_rmse);
@@ -164,6 +168,15 @@ impl Coarseness {
             Classify::After | Classify::PreIntegrated => SHADE_FIRST_RMSE,
         };
         octree.hypot(enlarged).hypot(shade_first).hypot(missing_rmse)
+    }
+}
+
+/// What it is thought to cost to draw a plan from a field: RMSE of a whole picture.
+pub(super) fn field_rmse(plan: &Plan, field: SlabField) -> f64 {
+    match field {
+        SlabField::Own => 0.0,
+        SlabField::Preview if plan.shading.uses_gradient() => LIT_TENTS_RMSE,
+        SlabField::Preview => TENTS_RMSE,
     }
 }
 
@@ -398,8 +411,12 @@ mod tests {
         scene
     }
 
-    const REDUCED: Coarseness =
-        Coarseness::Reduced { sampling_rmse: 0.05, field: SlabField::Own, cut_rmse: None };
+    const REDUCED: Coarseness = Coarseness::Reduced {
+        sampling_rmse: 0.05,
+        field: SlabField::Own,
+        field_rmse: 0.0,
+        cut_rmse: None,
+    };
 
     #[test]
     fn detail_is_what_two_thirds_of_the_pixels_add() {
@@ -507,8 +524,12 @@ mod tests {
     #[test]
     fn tents_are_thought_to_be_worse_and_are_learnt_apart() {
         let scene = plan(Classify::PreIntegrated);
-        let tents =
-            Coarseness::Reduced { sampling_rmse: 0.05, field: SlabField::Preview, cut_rmse: None };
+        let tents = Coarseness::Reduced {
+            sampling_rmse: 0.05,
+            field: SlabField::Preview,
+            field_rmse: TENTS_RMSE,
+            cut_rmse: None,
+        };
         let mut estimator = Estimator::default();
         let of = |estimator: &Estimator| {
             [CUT, REDUCED, tents].map(|kind| estimator.rmse(&scene, kind, 2.0))
@@ -606,7 +627,8 @@ mod tests {
 
     /// Of a picture without detail.
     fn first_of_whole(field: SlabField) -> f64 {
-        let whole = Coarseness::Reduced { sampling_rmse: 0.0, field, cut_rmse: None };
+        let field_rmse = field_rmse(&plan(Classify::PreIntegrated), field);
+        let whole = Coarseness::Reduced { sampling_rmse: 0.0, field, field_rmse, cut_rmse: None };
         Estimator::default().rmse(&plan(Classify::PreIntegrated), whole, 1.0)
     }
 
@@ -619,9 +641,41 @@ mod tests {
         let rmse = estimator.rmse(&scene, holes, 1.0);
         assert!((0.2..0.21).contains(&rmse), "dark pixels add to the rest: {rmse}");
         assert!(estimator.rmse(&scene, CUT, 3.0) > estimator.rmse(&scene, CUT, 1.5));
-        let richer =
-            Coarseness::Reduced { sampling_rmse: 0.1, field: SlabField::Own, cut_rmse: None };
+        let richer = Coarseness::Reduced {
+            sampling_rmse: 0.1,
+            field: SlabField::Own,
+            field_rmse: 0.0,
+            cut_rmse: None,
+        };
         assert!(estimator.rmse(&scene, richer, 2.0) > estimator.rmse(&scene, REDUCED, 2.0));
+    }
+
+    /// What a cut of the field costs adds to the rest, and what is learnt of cuts says nothing of the whole field.
+    #[test]
+    fn cuts_of_the_field_are_thought_of_and_learnt_apart() {
+        let (plan, mut estimator) = (plan(Classify::PreIntegrated), Estimator::default());
+        let own = SlabField::Own;
+        let cut = |cut_rmse| Coarseness::Reduced {
+            sampling_rmse: 0.03,
+            field: own,
+            field_rmse: 0.0,
+            cut_rmse,
+        };
+        let rmse = |estimator: &Estimator, cut_rmse| estimator.rmse(&plan, cut(cut_rmse), 2.0);
+        assert!((rmse(&estimator, Some(0.04)) - 0.05).abs() < 1e-12);
+        let checked = Checked { estimated_rmse: 0.05, measured_rmse: 0.1 };
+        estimator.learn(&plan, cut(Some(0.04)), &checked);
+        assert!((rmse(&estimator, Some(0.04)) - 0.1).abs() < 1e-12);
+        assert!((rmse(&estimator, None) - 0.03).abs() < 1e-12);
+    }
+
+    #[test]
+    fn what_is_lit_is_further_off_in_another_field() {
+        let mut lit = plan(Classify::PreIntegrated);
+        assert_eq!(field_rmse(&lit, SlabField::Preview), TENTS_RMSE);
+        lit.shading.lighting = Some(crate::scene::Lighting::default());
+        assert_eq!(field_rmse(&lit, SlabField::Preview), LIT_TENTS_RMSE);
+        assert_eq!(field_rmse(&lit, SlabField::Own), 0.0);
     }
 
     #[test]
