@@ -35,8 +35,12 @@ const SAMPLING_GROWTH: f64 = 1.35;
 const UNSEEN_SAMPLING: f64 = 8e-3;
 /// A cut that was drawn last is kept where another one is thought to be nearer by less than this.
 const WORTH_CHANGING: f64 = 0.9;
-/// Share of the way that a measured picture takes what cuts cost.
+/// Share of the way that a measured picture takes what cuts cost,
 const TRUST: f64 = 0.5;
+/// and what is left of that, as a power, with each picture that is none of them: a machine that was busy is not for ever.
+const KEPT: f64 = 0.9;
+/// How many times longer than thought cuts are ever believed to take, and shorter.
+const MOST_LONGER: f64 = 4.0;
 
 /// The cut that a quick picture is drawn from: its number among those of [`FieldCuts`].
 pub(super) type CutNumber = u8;
@@ -49,6 +53,8 @@ pub(super) struct FieldCuts {
     ready: Option<Ready>,
     /// How many times smaller the last quick picture was drawn, and what is thought to be lost for it: RMSE.
     sampling: Option<(f64, f64)>,
+    /// log₂ of how many times longer cuts take than their bricks say, by [`SlabField`].
+    longer: [f64; 2],
 }
 
 /// What cuts are of.
@@ -266,15 +272,19 @@ impl FieldCuts {
 
     /// What a ray through a cut costs, of what one through all of a field does.
     pub(super) fn share(&self, number: CutNumber, field: SlabField) -> f64 {
-        self.candidate(number).map_or(1.0, |found| found.shares[field as usize])
+        let longer = self.longer[field as usize].exp2();
+        self.candidate(number).map_or(1.0, |found| found.shares[field as usize] * longer)
     }
 
-    /// Takes in how many times longer than was thought a picture of a cut took.
-    pub(super) fn learn(&mut self, field: SlabField, longer: f64) {
-        let Some(Ready { candidates, .. }) = &mut self.ready else { return };
-        for candidate in candidates {
-            let share = &mut candidate.shares[field as usize];
-            *share = (*share * longer.powf(TRUST)).clamp(0.02, 2.0);
+    /// Takes in a picture: of a cut of which field, if of any, and how many times longer than was thought that took.
+    pub(super) fn learn(&mut self, drawn: Option<(SlabField, f64)>) {
+        for field in [SlabField::Own, SlabField::Preview] {
+            let known = &mut self.longer[field as usize];
+            *known = match drawn {
+                Some((of, longer)) if of == field => *known + TRUST * longer.log2(),
+                _ => *known * KEPT,
+            };
+            *known = known.clamp(-MOST_LONGER.log2(), MOST_LONGER.log2());
         }
     }
 
@@ -456,6 +466,23 @@ mod tests {
             );
         }
         assert!(found[4].shares[0] < 0.5 * WORK[0][0]);
+    }
+
+    #[test]
+    fn a_cut_that_took_long_is_dearer_and_is_tried_again_after_others() {
+        let mut cuts = FieldCuts::default();
+        let longer = |cuts: &FieldCuts| cuts.longer[SlabField::Own as usize].exp2();
+        cuts.learn(Some((SlabField::Own, 4.0)));
+        assert!((longer(&cuts) - 2.0).abs() < 1e-12, "half of the way");
+        for _ in 0..9 {
+            cuts.learn(Some((SlabField::Own, 4.0)));
+        }
+        assert!((longer(&cuts) - MOST_LONGER).abs() < 1e-12, "no more than that");
+        assert_eq!(cuts.longer[SlabField::Preview as usize], 0.0);
+        for _ in 0..20 {
+            cuts.learn(None);
+        }
+        assert!(longer(&cuts) < 1.2, "{}", longer(&cuts));
     }
 
     #[test]

@@ -129,6 +129,7 @@ impl Drawer {
         let visits = vectors.as_ref().map_or(0.0, PictureVectors::visits);
         if plan.cut.is_none() {
             self.learn_slabs((plan, which), (wall_ms, lists_ms), visits);
+            self.costs.hold_fields_together();
         }
         let (splats, vectors_averaged) =
             vectors.map_or((0, 0), |vectors| (vectors.count(), vectors.averaged()));

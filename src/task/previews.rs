@@ -369,12 +369,14 @@ impl Drawer {
             SlabField::Own => self.full(&plan.at_size(smaller, 1.0), observer),
         }?;
         let Some((number, cut, max_error)) = found else {
+            self.cuts.learn(None);
             return Ok(Drawn { is_reduced: true, field, ..drawn });
         };
         // What all of the field was thought to cost is not touched by what a cut of it does.
         let rays = f64::from(smaller[0]) * f64::from(smaller[1]);
         let thought_ms = self.costs.reduced_ms(field, rays * self.cuts.share(number, field));
-        self.cuts.learn(field, (drawn.wall_ms / thought_ms).clamp(0.25, 4.0));
+        let longer = (drawn.wall_ms / thought_ms).clamp(0.25, 4.0);
+        self.cuts.learn(Some((field, longer)));
         self.kept_bricks = self.keeps_cut.then_some(number);
         let cut =
             CutLevels { max_error, rmse: self.cuts.cut_rmse(number, plan), bricks: cut.counts() };
