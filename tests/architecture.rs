@@ -94,7 +94,7 @@ const OUTSIDE: [(&str, &[&str]); 19] = [
     ("epaint_default_fonts", &["task", "cli"]),
     // One constant: pipes are opened without waiting.
     ("libc", &["task"]),
-    ("image", &["task", "app", "cli"]),
+    ("image", &["io", "task", "app", "cli"]),
     ("std::fs", &["io", "task", "app", "cli"]),
     // Layers of a scene are named after files, which it never opens.
     ("std::path", &["scene", "io", "task", "app", "cli"]),

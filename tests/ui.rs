@@ -164,7 +164,9 @@ fn every_shortcut_does_what_it_says() {
                 });
             }
             Action::OpenPath => assert!(bench.shows("A file, or demo:NAME")),
-            Action::RawLayout | Action::EmbedPolygons => unreachable!("it has no key"),
+            Action::OpenFolder | Action::RawLayout | Action::EmbedPolygons => {
+                unreachable!("it has no key")
+            }
             Action::SavePicture => assert!(bench.shows("Width in pixels")),
             Action::SaveScreenshot => {
                 let path = bench.pictures.path().join("good_1.png");
@@ -518,7 +520,8 @@ fn the_file_menu_begins_with_open_and_goes_on_with_recent_files_and_demos() {
     let mut bench = Bench::opened();
     bench.harness.get_by_label("File").click();
     bench.harness.run_steps(3);
-    let names = ["Open…", "Open path…", "Open recent", "Open demo", "Raw layout…", "Quit"];
+    let names =
+        ["Open…", "Open folder…", "Open path…", "Open recent", "Open demo", "Raw layout…", "Quit"];
     let tops = names.map(|name| {
         let node = bench.harness.get_all_by_label_contains(name).next();
         node.unwrap_or_else(|| panic!("{name} is in the menu")).rect().top()

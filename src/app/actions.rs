@@ -9,6 +9,7 @@ use eframe::egui::{Context, Event, Key, KeyboardShortcut, Modifiers};
 #[expect(missing_docs, reason = "ACTIONS says what each does")]
 pub enum Action {
     Open,
+    OpenFolder,
     OpenPath,
     RawLayout,
     EmbedPolygons,
@@ -115,8 +116,15 @@ const fn entry(
 }
 
 /// Every command there is, in the order of the menus.
-pub const ACTIONS: [Entry; 42] = [
+pub const ACTIONS: [Entry; 43] = [
     entry(Action::Open, Menu::File, "Open…", command(Key::O), "Open a volume in a file dialog"),
+    entry(
+        Action::OpenFolder,
+        Menu::File,
+        "Open folder…",
+        None,
+        "Open a DICOM series, a Zarr folder, or a folder of pictures as slices",
+    ),
     entry(
         Action::OpenPath,
         Menu::File,
@@ -461,6 +469,7 @@ mod tests {
             let opens_dialog = matches!(
                 e.action,
                 Action::Open
+                    | Action::OpenFolder
                     | Action::OpenPath
                     | Action::RawLayout
                     | Action::EmbedPolygons

@@ -36,7 +36,8 @@ impl FileDialog {
     pub fn open(ctx: &Context) -> Self {
         let extensions = [
             "nrrd", "nhdr", "mha", "mhd", "vti", "vtr", "vts", "vtk", "nc", "nii", "gz", "hdr",
-            "img", "npy", "npz", "mrc", "map", "ccp4", "rec", "st", "raw",
+            "img", "npy", "npz", "dcm", "tif", "tiff", "h5", "hdf5", "nc4", "mrc", "map", "ccp4",
+            "rec", "st", "raw",
         ];
         let dialog = rfd::AsyncFileDialog::new()
             .set_title("Open a volume")
@@ -44,6 +45,12 @@ impl FileDialog {
             .add_filter("All files", &["*"]);
         // The future is made here because some systems insist on the window's thread.
         Self::wait_for(ctx, dialog.pick_file())
+    }
+
+    /// Asks for a folder to open: of a DICOM series, of Zarr, or of pictures.
+    pub fn open_folder(ctx: &Context) -> Self {
+        let dialog = rfd::AsyncFileDialog::new().set_title("Open a folder");
+        Self::wait_for(ctx, dialog.pick_folder())
     }
 
     /// Asks for polygons to embed.

@@ -81,7 +81,8 @@ impl Window {
         let mut source = None;
         MenuBar::new().ui(ui, |ui| {
             ui.menu_button("File", |ui| {
-                let opens = |action| matches!(action, Action::Open | Action::OpenPath);
+                let opens =
+                    |action| matches!(action, Action::Open | Action::OpenFolder | Action::OpenPath);
                 self.menu_entries_ui(ui, Menu::File, opens, &mut chosen);
                 source = self.open_menus_ui(ui);
                 self.menu_entries_ui(ui, Menu::File, |action| !opens(action), &mut chosen);

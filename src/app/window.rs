@@ -262,6 +262,7 @@ impl Window {
     pub(super) fn perform(&mut self, ctx: &Context, action: Action) {
         match action {
             Action::Open => self.file_dialog = Some((self.parts.chooser)(ctx)),
+            Action::OpenFolder => self.file_dialog = Some(FileDialog::open_folder(ctx)),
             Action::OpenPath => self.dialog = Some(Dialog::OpenPath(OpenPath::default())),
             Action::RawLayout => self.ask_raw_layout_again(),
             Action::EmbedPolygons => self.choose_mesh(ctx),

@@ -5,8 +5,11 @@
 
 mod axes;
 mod bytes;
+mod dicom;
 mod error;
 mod files;
+mod hdf5;
+mod images;
 pub mod info;
 pub mod mesh;
 mod metaimage;
@@ -20,8 +23,10 @@ mod precision;
 pub mod raw;
 mod scale;
 mod stream;
+mod tiff;
 mod vtk;
 mod vtk_xml;
+mod zarr;
 
 use std::io::Read;
 use std::path::Path;
@@ -64,6 +69,16 @@ pub enum Format {
     NumPy,
     /// An MRC or CCP4 map.
     Mrc,
+    /// A DICOM file, or a series of them.
+    Dicom,
+    /// TIFF, of one page or of many.
+    Tiff,
+    /// A folder of pictures.
+    Images,
+    /// HDF5, of no other format that is written in it.
+    Hdf5,
+    /// A folder of Zarr or OME-Zarr.
+    Zarr,
     /// Samples and nothing else.
     Raw,
 }
@@ -83,6 +98,11 @@ impl Format {
             Self::Analyze => "analyze",
             Self::NumPy => "numpy",
             Self::Mrc => "mrc",
+            Self::Dicom => "dicom",
+            Self::Tiff => "tiff",
+            Self::Images => "images",
+            Self::Hdf5 => "hdf5",
+            Self::Zarr => "zarr",
             Self::Raw => "raw",
         }
     }
@@ -146,6 +166,11 @@ fn read(path: &Path, options: &OpenOptions, ticket: &Ticket) -> Result<Opened, P
         Format::Nifti | Format::Analyze => nifti::read(path, free_bytes, ticket),
         Format::NumPy => numpy::read(path, free_bytes, ticket),
         Format::Mrc => mrc::read(path, free_bytes, ticket),
+        Format::Dicom => dicom::read(path, free_bytes, ticket),
+        Format::Tiff => tiff::read(path, free_bytes, ticket),
+        Format::Images => images::read(path, free_bytes, ticket),
+        Format::Hdf5 => hdf5::read(path, free_bytes, ticket),
+        Format::Zarr => zarr::read(path, free_bytes, ticket),
         Format::Raw => raw::read(path, &options.raw.unwrap_or_default(), free_bytes, ticket),
     }?;
     opened.grid.check()?;
@@ -160,6 +185,12 @@ fn read(path: &Path, options: &OpenOptions, ticket: &Ticket) -> Result<Opened, P
 const PROBE_BYTES: u64 = 4096;
 
 fn recognise(path: &Path) -> Result<Format, Problem> {
+    if path.is_dir() {
+        return recognise_folder(path);
+    }
+    if zarr::folder_of(path).is_some() {
+        return Ok(Format::Zarr);
+    }
     let (file, len) = files::open_file(path)?;
     let mut start = Vec::new();
     file.take(PROBE_BYTES).read_to_end(&mut start).map_err(Problem::Io)?;
@@ -168,6 +199,11 @@ fn recognise(path: &Path) -> Result<Format, Problem> {
     }
     if let Some(format) = by_content(&start)? {
         return Ok(format);
+    }
+    if start.starts_with(hdf5::MAGIC) {
+        let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
+        let is_netcdf = extension == "nc" || extension == "nc4" || hdf5::is_netcdf(path);
+        return Ok(if is_netcdf { Format::NetCdf } else { Format::Hdf5 });
     }
     if start.starts_with(&bytes::GZIP_MAGIC) {
         let unpacked = stream::Stream::start(path, PROBE_BYTES as usize)?;
@@ -183,7 +219,6 @@ fn recognise(path: &Path) -> Result<Format, Problem> {
         "vti" => Err(not_as_named("VTK image data (\"<VTKFile …\")", &start)),
         "vtr" | "vts" => Err(not_as_named("a VTK grid (\"<VTKFile …\")", &start)),
         "vtk" => Err(not_as_named("a legacy VTK header (\"# vtk DataFile …\")", &start)),
-        "nc" | "nc4" if start.starts_with(b"\x89HDF") => Err(netcdf::of_hdf5()),
         "nc" | "cdf" => Err(not_as_named("a NetCDF header (\"CDF\")", &start)),
         "nii" => Err(not_as_named("a NIfTI header", &start)),
         _ if name.ends_with(".nii.gz") => Err(not_as_named("a packed NIfTI header", &start)),
@@ -207,6 +242,22 @@ fn recognise(path: &Path) -> Result<Format, Problem> {
     }
 }
 
+/// What a folder holds: Zarr by its metadata, else DICOM files, else pictures.
+fn recognise_folder(path: &Path) -> Result<Format, Problem> {
+    if zarr::folder_of(path).is_some() {
+        return Ok(Format::Zarr);
+    }
+    if dicom::is_folder_of_them(path) {
+        return Ok(Format::Dicom);
+    }
+    if !images::pictures(path)?.is_empty() {
+        return Ok(Format::Images);
+    }
+    Err(Problem::NotAFile {
+        found: "a folder without DICOM files, pictures or Zarr metadata".into(),
+    })
+}
+
 /// What a gzip file holds, by its first bytes; only formats that are read so.
 fn packed(unpacked: &[u8]) -> Option<Format> {
     nifti::format_of(unpacked).or_else(|| mrc::looks_like_it(unpacked).then_some(Format::Mrc))
@@ -221,6 +272,13 @@ fn not_as_named(expected: &str, start: &[u8]) -> Problem {
 }
 
 fn by_content(start: &[u8]) -> Result<Option<Format>, Problem> {
+    // Its first 128 bytes may be those of another format.
+    if dicom::looks_like_it(start) {
+        return Ok(Some(Format::Dicom));
+    }
+    if tiff::looks_like_it(start) {
+        return Ok(Some(Format::Tiff));
+    }
     if start.starts_with(b"NRRD") {
         return Ok(Some(Format::Nrrd));
     }
@@ -247,11 +305,7 @@ fn by_content(start: &[u8]) -> Result<Option<Format>, Problem> {
 
 /// The name of a well-known format that is not read, by its first bytes.
 fn foreign(start: &[u8]) -> Option<&'static str> {
-    // A DICOM file may begin with the bytes of another format.
-    if start.get(128..132) == Some(b"DICM") {
-        return Some("a DICOM file");
-    }
-    const MAGIC: [(&[u8], &str); 19] = [
+    const MAGIC: [(&[u8], &str); 14] = [
         (b"\x1f\x8b", "a gzip file"),
         (b"BZh", "a bzip2 file"),
         (b"\xfd7zXZ", "an xz file"),
@@ -259,15 +313,10 @@ fn foreign(start: &[u8]) -> Option<&'static str> {
         (b"7z\xbc\xaf", "a 7z archive"),
         (b"Rar!", "a RAR archive"),
         (b"PK\x03\x04", "a zip archive"),
-        (b"\x89HDF", "an HDF5 file"),
         (b"\x89PNG", "a PNG picture"),
         (b"\xff\xd8\xff", "a JPEG picture"),
         (b"GIF8", "a GIF picture"),
         (b"BM", "a BMP picture"),
-        (b"II*\0", "a TIFF picture"),
-        (b"MM\0*", "a TIFF picture"),
-        (b"II+\0", "a TIFF picture"),
-        (b"MM\0+", "a TIFF picture"),
         (b"%PDF", "a PDF document"),
         (b"\x7fELF", "a program"),
         (b"MATLAB 5.0", "a MATLAB file"),

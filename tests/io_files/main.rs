@@ -3,6 +3,7 @@
 mod damage;
 mod mesh;
 mod messages;
+mod others;
 mod round_trips;
 mod special;
 mod winds;

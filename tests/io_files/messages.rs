@@ -303,7 +303,8 @@ fn legacy_vtk_that_contradicts_itself_is_quoted() {
 
 #[test]
 fn netcdf_that_is_not_read_says_how_to_convert_it() {
-    says("a.nc", b"\x89HDF\r\n\x1a\n12345678", &["NetCDF-4", "nccopy"]);
+    says("a.nc", b"\x89HDF\r\n\x1a\n12345678", &["a NetCDF header", "copy it again"]);
+    says("a.h5", b"\x89HDF\r\n\x1a\n12345678", &["an HDF5 file that is whole"]);
     says("a.nc", b"CDF\x03\0\0\0\0", &["version 1, 2 or 5", "version 3", "nccopy"]);
     says("a.nc", b"CDF\x01\0\0\0\0", &["a NetCDF header", "cut short"]);
     says("a.nc", "hello", &["a NetCDF header", "\"hello\""]);

@@ -1,4 +1,4 @@
-//! NetCDF of the classic formats (CDF-1, -2 and -5): every variable on the file's main grid is a field for
+//! NetCDF of the classic formats (CDF-1, -2 and -5) and of version 4, which is HDF5: every variable on the file's main grid is a field for
 //! each entry of its further dimensions, and winds along x and y become vectors.
 
 mod places;
@@ -8,7 +8,9 @@ use std::io::Read;
 use std::path::Path;
 use std::sync::Arc;
 
-use netcdf_reader::{NcFile, NcSliceInfo, NcSliceInfoElem, NcType, NcVariable};
+use netcdf_reader::{
+    NcFile, NcFormat, NcOpenOptions, NcSliceInfo, NcSliceInfoElem, NcType, NcVariable,
+};
 use rayon::prelude::*;
 
 use self::places::Axis;
@@ -16,6 +18,7 @@ use super::bytes;
 use super::error::{Problem, corrupt, quoted, quoted_bytes, unsupported};
 use super::{Format, Opened, files};
 use crate::core::memory;
+use crate::core::panics::caught;
 use crate::core::progress::Ticket;
 use crate::volume::{Association, Field, Grid, Samples, ScalarType, Shape};
 
@@ -49,15 +52,6 @@ pub(super) fn format_of(start: &[u8]) -> Result<Option<Format>, Problem> {
     }
 }
 
-/// The refusal of NetCDF-4, which is HDF5.
-pub(super) fn of_hdf5() -> Problem {
-    unsupported(
-        "NetCDF of a classic format",
-        "NetCDF-4, which is an HDF5 file",
-        "convert it first (nccopy -k cdf5 IN OUT)",
-    )
-}
-
 pub(super) fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<Opened, Problem> {
     let (file, len) = load(path, free_bytes, ticket)?;
     let variables = file.variables().map_err(damaged)?;
@@ -79,7 +73,10 @@ pub(super) fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<Open
     for (dim, axis) in dims.iter_mut().zip(&axes) {
         *dim = usize::try_from(axis.size).unwrap_or(usize::MAX);
     }
-    let total = checked_sizes(&main, dims, len, free_bytes)?;
+    let is_packed =
+        !matches!(file.format(), NcFormat::Classic | NcFormat::Offset64 | NcFormat::Cdf5);
+    let most_bytes = if is_packed { len.saturating_mul(bytes::DEFLATE_MOST) } else { len };
+    let total = checked_sizes(&main, dims, most_bytes, free_bytes)?;
     let lists = places::lists(&axes, &mut warnings);
 
     let mut fields = Vec::new();
@@ -95,6 +92,10 @@ pub(super) fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<Open
     let grid = Grid::shaped(dims, Shape::Rectilinear(lists), fields)?;
     let grid = Grid { unit: places::unit(&axes), ..grid };
     Ok(Opened { grid, format: Format::NetCdf, warnings })
+}
+
+fn panicked(words: &str) -> Problem {
+    corrupt("a NetCDF file that is whole", quoted(words), "copy the file again")
 }
 
 fn damaged(error: netcdf_reader::Error) -> Problem {
@@ -113,7 +114,14 @@ fn load(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<(NcFile, u64), 
             break;
         }
     }
-    let file = NcFile::from_bytes(&content).map_err(|error| {
+    // Of version 4: no chunk can hold more than its packed bytes.
+    let most = len.saturating_mul(bytes::DEFLATE_MOST).min(free_bytes);
+    let most = usize::try_from(most).unwrap_or(usize::MAX);
+    let options =
+        NcOpenOptions { max_chunk_bytes: most, max_read_bytes: most, ..NcOpenOptions::default() };
+    let read = caught(|| NcFile::from_bytes_with_options(&content, options))
+        .map_err(|words| panicked(&words))?;
+    let file = read.map_err(|error| {
         let start = quoted_bytes(&content[..content.len().min(16)]);
         corrupt(
             "a NetCDF header",
@@ -257,8 +265,9 @@ fn read_variable(
             at.iter().map(|&index| NcSliceInfoElem::Index(index)).collect();
         let all = NcSliceInfoElem::Slice { start: 0, end: u64::MAX, step: 1 };
         selections.resize(variable.ndim(), all);
-        let values = file
-            .read_variable_slice_unpacked_masked(variable.name(), &NcSliceInfo { selections })
+        let slice = NcSliceInfo { selections };
+        let values = caught(|| file.read_variable_slice_unpacked_masked(variable.name(), &slice))
+            .map_err(|words| panicked(&words))?
             .map_err(damaged)?;
         let (values, _offset) = values.into_raw_vec_and_offset();
         advance(values.len() as u64)?;
