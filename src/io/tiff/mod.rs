@@ -16,6 +16,7 @@ use super::axes::{self, Axes, Role};
 use super::bytes::{self, Endian};
 use super::error::{Problem, corrupt, quoted, unsupported};
 use super::files;
+use super::numbers::Numbers;
 use super::{Format, Opened};
 use crate::core::memory;
 use crate::core::panics::caught;
@@ -24,6 +25,8 @@ use crate::volume::{Grid, Lattice, Samples, ScalarType};
 
 /// No packing shrinks a page further than this (LZW: a string of 4096 for 12 bits).
 const PACKED_MOST: u64 = 4096;
+/// A directory of more bytes is none.
+const MOST_DIRECTORY_BYTES: u64 = 1 << 16;
 /// More pages than this are a damaged file.
 const MOST_PAGES: usize = 1 << 20;
 
@@ -58,7 +61,9 @@ pub(super) struct Reader {
 impl Reader {
     pub(super) fn open(path: &Path, free_bytes: u64) -> Result<Self, Problem> {
         let (file, len) = files::open_file(path)?;
-        let decoder = guarded(|| Decoder::new(files::buffered(file)))?;
+        let mut reader = files::buffered(file);
+        check_first_directory(&mut reader, len)?;
+        let decoder = guarded(|| Decoder::new(reader))?;
         let mut limits = Limits::default();
         let most = len.saturating_mul(PACKED_MOST).min(free_bytes);
         limits.decoding_buffer_size = usize::try_from(most).unwrap_or(usize::MAX);
@@ -172,6 +177,38 @@ impl Reader {
         bytes::to_native(&mut samples, endian);
         Ok(Some(samples))
     }
+}
+
+/// Refuses a first directory with more values than the file has bytes: the decoder makes room for them before it can
+/// be told any limits.
+fn check_first_directory(reader: &mut BufReader<File>, len: u64) -> Result<(), Problem> {
+    let mut start = [0; 16];
+    bytes::read_full(reader, &mut start).map_err(Problem::Io)?;
+    let endian = if start[0] == b'M' { Endian::Big } else { Endian::Little };
+    let head = Numbers { bytes: &start, endian };
+    let is_wide = head.i16(2) == 43;
+    let offset = if is_wide { head.i64(8) } else { i64::from(head.i32(4)) & 0xffff_ffff };
+    let place = u64::try_from(offset).unwrap_or(u64::MAX).min(len);
+    reader.seek(SeekFrom::Start(place)).map_err(Problem::Io)?;
+    let mut directory = Vec::new();
+    reader.take(MOST_DIRECTORY_BYTES).read_to_end(&mut directory).map_err(Problem::Io)?;
+    let numbers = Numbers { bytes: &directory, endian };
+    let entries = if is_wide { numbers.i64(0) } else { i64::from(numbers.i16(0)) & 0xffff };
+    let (head_bytes, entry_bytes) = if is_wide { (8, 20) } else { (2, 12) };
+    let within = directory.len() / entry_bytes;
+    for entry in 0..usize::try_from(entries).unwrap_or(usize::MAX).min(within) {
+        let at = head_bytes + entry * entry_bytes + 4;
+        let count =
+            if is_wide { numbers.i64(at) } else { i64::from(numbers.i32(at)) & 0xffff_ffff };
+        if u64::try_from(count).map_or(true, |count| count > len) {
+            return Err(corrupt(
+                format!("at most {len} values in a TIFF directory"),
+                count.to_string(),
+                "the file was altered: copy it again",
+            ));
+        }
+    }
+    reader.rewind().map_err(Problem::Io)
 }
 
 /// Does what may fail, or panic, in the decoder.
