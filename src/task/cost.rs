@@ -63,6 +63,8 @@ const MOST_RISE: f64 = 4.0;
 /// cross other voxels, and what they fetch is in no cache. 2.9 to 3.7 on scans, 8 times smaller; a ray
 /// of tents, 5 times smaller, 0.5 of one of `full` through B-splines. By [`SlabField`].
 const MOST_SPREAD_COST: [f64; 2] = [4.0, 1.0];
+/// And at least: tents take 0.34 to 0.78 of what B-splines do, whole pictures of three scans by the native engine.
+const LEAST_SPREAD_COST: [f64; 2] = [1.0, 0.3];
 /// How many times more a ray through B-splines costs than one through tents, on the processor: 1.3 to 2.0 on three scans.
 const MOST_OWN_OVER_PREVIEW: f64 = 2.0;
 /// Share of a smaller picture's budget that goes to its rays at least.
@@ -97,8 +99,11 @@ impl Costs {
         if rays > 0.0 && wall_ms > 0.0 {
             self.ray_ms += (wall_ms / rays - self.ray_ms) * RAY_TRUST;
             // What nobody pays for is not measured, and may have become cheaper.
-            for (ms, times) in self.reduced_ray_ms.iter_mut().zip(MOST_SPREAD_COST) {
-                *ms = ms.min(times * self.ray_ms);
+            let bounds = LEAST_SPREAD_COST.into_iter().zip(MOST_SPREAD_COST);
+            for (ms, (least, most)) in self.reduced_ray_ms.iter_mut().zip(bounds) {
+                // Nor is any ray of a smaller picture cheaper than its neighbours let one of a whole picture be: the first
+                // picture of a hand that takes hold would take many times its budget.
+                *ms = ms.clamp(least * self.ray_ms, most * self.ray_ms);
             }
         }
     }
@@ -210,6 +215,19 @@ mod tests {
             costs.learn_rays(1e6, 100.0);
         }
         assert!(costs.reduced_ray_ms.iter().all(|&ms| ms < 0.5e-3), "{costs:?}");
+    }
+
+    #[test]
+    fn the_first_smaller_picture_is_as_dear_as_the_finished_one_was() {
+        let mut costs = Costs { reduced_ray_ms: [1e-5, 1e-5], ..Costs::native() };
+        for _ in 0..20 {
+            costs.learn_rays(1e6, 500.0);
+        }
+        let [own, tents] = costs.reduced_ray_ms;
+        assert!(
+            (own / 5e-4 - 1.0).abs() < 1e-6 && (tents / 1.5e-4 - 1.0).abs() < 1e-6,
+            "{costs:?}"
+        );
     }
 
     #[test]
