@@ -52,8 +52,11 @@ fn levels(volume: &Arc<ScalarVolume>, means: &Means) -> StoredLevels {
     StoredLevels::new(volume, [of(0), of(1)], &ticket).unwrap()
 }
 
-/// A picture of a scene, and of cuts of its field whose bricks are off by no more than some errors.
-fn drawn(scene: &Scene, most: &[f32]) -> (Vec<[f32; 4]>, Vec<([u64; 3], Vec<[f32; 4]>)>) {
+/// Premultiplied linear colour and opacity, rows from the top.
+type Light = Vec<[f32; 4]>;
+
+/// A picture of a scene, and of cuts of its field whose bricks are off by no more than some errors, with their bricks.
+fn drawn(scene: &Scene, most: &[f32]) -> (Light, Vec<([u64; 3], Light)>) {
     let engines = Engines::new(EngineChoice::Native.into(), Wishes::default()).unwrap();
     let mut drawer = Drawer::with(engines);
     let plan = Plan::of(scene, SIZE);

@@ -49,7 +49,7 @@ pub(super) type CutNumber = u8;
 #[derive(Debug, Default)]
 pub(super) struct FieldCuts {
     means: Option<(Arc<ScalarVolume>, Arc<Means>)>,
-    under_way: Option<(Key, Job<Result<Option<Found>, ScalarPyramidError>>)>,
+    under_way: Option<(Key, Job<Outcome>)>,
     ready: Option<Ready>,
     /// How many times smaller the last quick picture was drawn, and what is thought to be lost for it: RMSE.
     sampling: Option<(f64, f64)>,
@@ -83,7 +83,10 @@ struct Ready {
     errors: Vec<[f32; COARSER]>,
 }
 
-/// What comes of looking for cuts.
+/// What comes of looking for cuts; nothing where a volume is too small.
+type Outcome = Result<Option<Found>, ScalarPyramidError>;
+
+/// Cuts that were found.
 #[derive(Debug)]
 struct Found {
     means: Arc<Means>,
@@ -145,7 +148,7 @@ impl Key {
         stores: bool,
         (bricks, shown): ([usize; 3], &[u32]),
         ticket: &Ticket,
-    ) -> Result<Option<Found>, ScalarPyramidError> {
+    ) -> Outcome {
         let volume = &self.volume;
         let means = match means {
             Some(means) => means,
@@ -328,10 +331,8 @@ impl Drawer {
         {
             return Ok(());
         }
-        if let Some((of, job)) = self.cuts.under_way.take_if(|(of, _)| *of != key) {
-            // Another transfer function: it is told to stop.
-            drop((of, job));
-        }
+        // What is looked for of another transfer function is told to stop.
+        drop(self.cuts.under_way.take_if(|(of, _)| *of != key));
         if let Some((of, job)) = self.cuts.under_way.take() {
             match job.look(Duration::ZERO)? {
                 None => self.cuts.under_way = Some((of, job)),
@@ -344,8 +345,7 @@ impl Drawer {
         }
         let Some((bricks, shown)) = self.engines.native.shown_bricks() else { return Ok(()) };
         let shown = shown.to_vec();
-        let means = self.cuts.means.take_if(|(of, _)| !Arc::ptr_eq(of, &key.volume));
-        drop(means);
+        drop(self.cuts.means.take_if(|(of, _)| !Arc::ptr_eq(of, &key.volume)));
         let means = self.cuts.means.as_ref().map(|(_, means)| Arc::clone(means));
         let stores = !self.engines.native.holds_levels(&key.volume);
         let of = key.clone();
@@ -355,7 +355,7 @@ impl Drawer {
         Ok(())
     }
 
-    fn take_cuts(&mut self, key: Key, found: Result<Option<Found>, ScalarPyramidError>) {
+    fn take_cuts(&mut self, key: Key, found: Outcome) {
         let (candidates, errors) = match found {
             Ok(Some(Found { means, levels, candidates, errors })) => {
                 self.cuts.means = Some((Arc::clone(&key.volume), means));
