@@ -37,12 +37,24 @@ fn volume() -> String {
     "demo:head".to_owned()
 }
 
-/// Fails unless the window shows in its viewport what `render` draws of the same camera.
-fn assert_equals_render(display: &Display, program: &Program, file: &str, pass: &PassLine) {
+/// Where the window says by what a picture is taken hold of, until it is: pixels from the bottom, and from the middle.
+const HINT: [u32; 2] = [64, 160];
+
+/// Fails unless the window shows in its viewport what `render` draws of the same camera, but for the axes and perhaps the
+/// hint.
+fn assert_equals_render(
+    display: &Display,
+    program: &Program,
+    (file, has_hint): (&str, bool),
+    pass: &PassLine,
+) {
     let shown = display.shot(pass.viewport);
     let drawn = rendered(program, file, pass);
     let height = pass.viewport[3];
-    let is_free = |x: u32, y: u32| x >= AXES_SIDE || y + AXES_SIDE < height;
+    let is_hint = |x: u32, y: u32| {
+        has_hint && y + HINT[0] > height && x.abs_diff(pass.viewport[2] / 2) < HINT[1]
+    };
+    let is_free = |x: u32, y: u32| (x >= AXES_SIDE || y + AXES_SIDE < height) && !is_hint(x, y);
     let found = difference(&shown, &drawn, is_free);
     println!("window against render: {found:?}");
     if found.greatest > 1 {
@@ -106,7 +118,7 @@ fn in_a_window(display: &Display, engine: [&'static str; 2]) {
     let mut program = Program::start(display, &file, engine);
     let opened = program.wait_for_rest(0);
     assert_eq!(opened.errors, [""; 0]);
-    assert_equals_render(display, &program, &file, &opened);
+    assert_equals_render(display, &program, (&file, true), &opened);
 
     // Taken hold of: the pictures follow, and are coarse.
     let before = display.shot(opened.viewport);
@@ -154,7 +166,7 @@ fn in_a_window(display: &Display, engine: [&'static str; 2]) {
         // It needs no octree, which would have counted them.
         None => assert_eq!(engine, ["--engine", "native"]),
     }
-    assert_equals_render(display, &program, &file, &rested);
+    assert_equals_render(display, &program, (&file, false), &rested);
     let now = display.shot(rested.viewport);
     let found = difference(&now, &before, |_, _| true);
     assert!(found.pixels > found.of / 100, "the view has turned, and yet: {found:?}");

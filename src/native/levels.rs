@@ -268,7 +268,11 @@ mod tests {
     fn the_finest_level_that_a_ray_meets_is_found_and_rays_that_are_done_do_not_count() {
         let (own, means) = ramp_and_means();
         let bricks = own.bricks.dims;
-        let level_of = |i: usize| [2, EMPTY, 1, 2, 2, EMPTY, 2][i % 7];
+        let level_of = |i: usize| match i {
+            i if i % 23 == 5 => 1,
+            i if i % 3 == 0 => EMPTY,
+            _ => 2,
+        };
         let cut = FieldCut::new(bricks, (0..bricks.iter().product()).map(level_of).collect());
         let levels = Levels::new(&own, &means, &cut);
         let at = |place: [f32; 3]| {
@@ -305,6 +309,6 @@ mod tests {
             assert_eq!(found, expected, "{i}");
             found_of[usize::from(found)] += 1;
         }
-        assert!(found_of[1] > 5 && found_of[2] > 5, "levels differ: {found_of:?}");
+        assert!(found_of[1] > 3 && found_of[2] > 5, "levels differ: {found_of:?}");
     }
 }

@@ -256,8 +256,17 @@ fn after_a_panic_the_queued_still_and_the_next_frame_arrive() {
             std::thread::sleep(Duration::from_millis(2));
         }
     };
-    // A frame that fails so is told, and the next one is drawn.
     let frame = || FrameRequest { scene: small(), size: SIZE, effort: rest() };
+    // Nothing is under way, nor said of what was: else the next failure could be that of the stills, and the one after it the
+    // frame's.
+    engine.request(frame());
+    let start = Instant::now();
+    while engine.take_picture().is_none_or(|picture| !picture.report.level.is_full()) {
+        assert!(start.elapsed() < PATIENCE, "{:?}", engine.state());
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    ends(&|state| *state == EngineState::Idle);
+    // A frame that fails so is told, and the next one is drawn.
     engine.panic_at_next();
     engine.request(frame());
     ends(
