@@ -157,8 +157,8 @@ fn pictures_of_cuts_are_as_near_to_the_reference_as_their_bricks_are_to_the_samp
         );
         assert!(counts[1][0] > 0 && counts[1][2] > 0, "two levels at least: {counts:?}");
         assert!(found[0] > found[1] && found[1] > found[2], "{name}: {found:?}");
-        // Measured 54.5 and more, 42.6 to 48.7, and 13.2 to 17.5 dB.
-        assert!(found[0] > 52.0 && found[1] > 40.0, "{name}: {found:?}");
+        // Measured 54.5 to 68, 40.6 to 45.6, and 14.6 to 18 dB.
+        assert!(found[0] > 53.0 && found[1] > 39.0, "{name}: {found:?}");
         assert!(found[2] < 20.0, "{name}: means alone are another picture: {found:?}");
     }
 }
