@@ -6,9 +6,9 @@ use super::lanes::{LANES, Lanes, Mask, Vec3, all};
 use super::lattice::{Lattice, Method};
 use crate::plan::{COARSER, EMPTY, FieldCut};
 
-/// Steps between faces for which one level is chosen: a brick's edge.
+/// Slabs for which one level is chosen together. A brick is as many voxels wide.
 pub(super) const SEGMENT: i32 = 4;
-/// Where in these the bricks are looked up: one place misses bricks that rays cross at a corner.
+/// Places in a segment where the bricks are looked up. A single one misses bricks that a ray crosses at a corner.
 const LOOKS: [f32; 2] = [0.2, 0.8];
 
 /// A cut of a field, and what it is drawn from beside the field itself.

@@ -60,9 +60,18 @@ pub(super) fn draw_tile(level: Level, what: &What<'_>, tile: usize, out: &mut [P
     }
 }
 
-/// A loop: with AVX2 where the level has it, and else with what this kind of processor has at least.
+/// A loop: with AVX2 where the level has it, and else with what this kind of processor has at least; `wide` ones are drawn
+/// with AVX2 alone where there are processors with and without it ([`draws_cuts`]).
 macro_rules! compiled {
-    ($name:ident($what:ident: $kind:ty) => |$simd:ident, $tile:ident, $out:ident| $draw:expr) => {
+    (wide $name:ident($what:ident: $kind:ty) => |$simd:ident, $tile:ident, $out:ident| $draw:expr) => {
+        compiled!(@module $name($what: $kind) => |$simd, $tile, $out| $draw, {
+            #[cfg(target_arch = "x86_64")]
+            fn narrow(_: Level, _: $kind, _: usize, _: &mut [Pixel]) -> u64 {
+                unreachable!("asked for where there is AVX2")
+            }
+        });
+    };
+    (@module $name:ident($what:ident: $kind:ty) => |$simd:ident, $tile:ident, $out:ident| $draw:expr, { $($narrow:tt)* }) => {
         mod $name {
             use super::*;
 
@@ -73,6 +82,34 @@ macro_rules! compiled {
                 }
             );
 
+            $($narrow)*
+
+            /// Any other level has what its kind of processor has at least.
+            #[cfg(not(target_arch = "x86_64"))]
+            fn narrow(_: Level, $what: $kind, $tile: usize, $out: &mut [Pixel]) -> u64 {
+                fearless_simd::dispatch!(Level::baseline(), $simd => fearless_simd::Simd::vectorize(
+                    $simd,
+                    #[inline(always)]
+                    || $draw,
+                ))
+            }
+
+            pub(super) fn draw(
+                level: Level,
+                $what: $kind,
+                $tile: usize,
+                $out: &mut [Pixel],
+            ) -> u64 {
+                #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+                if let Some(simd) = level.as_avx2() {
+                    return avx2(simd, $what, $tile, $out);
+                }
+                narrow(level, $what, $tile, $out)
+            }
+        }
+    };
+    ($name:ident($what:ident: $kind:ty) => |$simd:ident, $tile:ident, $out:ident| $draw:expr) => {
+        compiled!(@module $name($what: $kind) => |$simd, $tile, $out| $draw, {
             #[cfg(target_arch = "x86_64")]
             fearless_simd::kernel!(
                 fn sse2($simd: Sse2, $what: $kind, $tile: usize, $out: &mut [Pixel]) -> u64 {
@@ -80,73 +117,14 @@ macro_rules! compiled {
                 }
             );
 
-            pub(super) fn draw(
-                level: Level,
-                $what: $kind,
-                $tile: usize,
-                $out: &mut [Pixel],
-            ) -> u64 {
-                #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
-                if let Some(simd) = level.as_avx2() {
-                    return avx2(simd, $what, $tile, $out);
+            #[cfg(target_arch = "x86_64")]
+            fn narrow(level: Level, $what: $kind, $tile: usize, $out: &mut [Pixel]) -> u64 {
+                match level.as_sse2() {
+                    Some(simd) => sse2(simd, $what, $tile, $out),
+                    None => unreachable!("each of these processors has SSE2"),
                 }
-                #[cfg(target_arch = "x86_64")]
-                if let Some(simd) = level.as_sse2() {
-                    return sse2(simd, $what, $tile, $out);
-                }
-                // Any other level has what its kind of processor has at least.
-                #[cfg(not(target_arch = "x86_64"))]
-                {
-                    let _ = level;
-                    fearless_simd::dispatch!(Level::baseline(), $simd => fearless_simd::Simd::vectorize(
-                        $simd,
-                        #[inline(always)]
-                        || $draw,
-                    ))
-                }
-                #[cfg(target_arch = "x86_64")]
-                unreachable!("each of these processors has SSE2")
             }
-        }
-    };
-}
-
-/// The same, but that on these processors only AVX2 will do ([`draws_cuts`]).
-macro_rules! only_wide {
-    ($name:ident($what:ident: $kind:ty) => |$simd:ident, $tile:ident, $out:ident| $draw:expr) => {
-        mod $name {
-            use super::*;
-
-            #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
-            fearless_simd::kernel!(
-                fn avx2($simd: Avx2, $what: $kind, $tile: usize, $out: &mut [Pixel]) -> u64 {
-                    $draw
-                }
-            );
-
-            pub(super) fn draw(
-                level: Level,
-                $what: $kind,
-                $tile: usize,
-                $out: &mut [Pixel],
-            ) -> u64 {
-                #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
-                if let Some(simd) = level.as_avx2() {
-                    return avx2(simd, $what, $tile, $out);
-                }
-                #[cfg(not(any(target_arch = "x86", target_arch = "x86_64")))]
-                {
-                    let _ = level;
-                    fearless_simd::dispatch!(Level::baseline(), $simd => fearless_simd::Simd::vectorize(
-                        $simd,
-                        #[inline(always)]
-                        || $draw,
-                    ))
-                }
-                #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
-                unreachable!("cuts are drawn with AVX2")
-            }
-        }
+        });
     };
 }
 
@@ -168,16 +146,16 @@ compiled!(plain_other(scene: &Scene<'_>) => |simd, tile, out| {
 compiled!(rich_other(scene: &Scene<'_>) => |simd, tile, out| {
     scene.tile::<_, Rich>(simd, Method::Other, tile, out)
 });
-only_wide!(plain_cut_bspline(scene: &Scene<'_>) => |simd, tile, out| {
+compiled!(wide plain_cut_bspline(scene: &Scene<'_>) => |simd, tile, out| {
     scene.tile::<_, PlainCut>(simd, Method::BSpline, tile, out)
 });
-only_wide!(rich_cut_bspline(scene: &Scene<'_>) => |simd, tile, out| {
+compiled!(wide rich_cut_bspline(scene: &Scene<'_>) => |simd, tile, out| {
     scene.tile::<_, RichCut>(simd, Method::BSpline, tile, out)
 });
-only_wide!(plain_cut_linear(scene: &Scene<'_>) => |simd, tile, out| {
+compiled!(wide plain_cut_linear(scene: &Scene<'_>) => |simd, tile, out| {
     scene.tile::<_, PlainCut>(simd, Method::Linear, tile, out)
 });
-only_wide!(rich_cut_linear(scene: &Scene<'_>) => |simd, tile, out| {
+compiled!(wide rich_cut_linear(scene: &Scene<'_>) => |simd, tile, out| {
     scene.tile::<_, RichCut>(simd, Method::Linear, tile, out)
 });
 compiled!(along_rays(what: &(&Scene<'_>, AlongRay)) => |simd, tile, out| {
