@@ -13,10 +13,9 @@ use voxsplat::accuracy::{self, Difference};
 use voxsplat::core::Ticket;
 use voxsplat::gpu::Wishes;
 use voxsplat::hierarchy::{BrickErrors, Means};
-use voxsplat::kernel::{Averaged, Coefficients};
-use voxsplat::native::StoredLevels;
-use voxsplat::plan::{EMPTY, FieldCut, Plan, SlabField};
+use voxsplat::plan::{Plan, SlabField};
 use voxsplat::scene::Scene;
+use voxsplat::task::cuts::{cut_within, stored_levels};
 use voxsplat::task::draw::{Drawer, Rung};
 use voxsplat::task::engines::{EngineChoice, Engines};
 use voxsplat::task::still::enlarged;
@@ -63,17 +62,7 @@ fn measure(name: &str, scene: &Scene) {
     let found = BrickErrors::of(volume, &means, (&function, thickness), (bricks, &shown), &ticket);
     let errors_ms = start.elapsed().as_secs_f64() * 1e3;
     let errors = found.expect("not cancelled").errors;
-    let coefficients = [0, 1].map(|i| {
-        let level = &means.levels[i];
-        let averaged = Averaged {
-            level: i as u32 + 1,
-            volume_dims: volume.lattice.dims,
-            half_widths: Vec::new(),
-        };
-        Coefficients::of_means(level.dims, level.values.clone(), means.bias, averaged, &ticket)
-            .expect("made")
-    });
-    let levels = StoredLevels::new(volume, coefficients, &ticket).expect("made");
+    let levels = stored_levels(volume, &means, &ticket).expect("not cancelled");
     drawer.engines.native.set_levels(levels);
     println!(
         "## {name}\n\nmeans {means_ms:.0} ms, errors {errors_ms:.0} ms, {} of {} bricks show\n",
@@ -106,16 +95,7 @@ fn measure(name: &str, scene: &Scene) {
         row(format!("{field:?} whole"), String::new(), &plan, field);
     }
     for most in ERRORS {
-        let mut levels = vec![EMPTY; errors.len()];
-        for &brick in &shown {
-            let [second, fourth] = errors[brick as usize];
-            levels[brick as usize] = match () {
-                () if fourth <= most => 2,
-                () if second <= most => 1,
-                () => 0,
-            };
-        }
-        let cut = FieldCut::new(bricks, levels);
+        let cut = cut_within(most, bricks, &shown, &errors);
         let counts = cut.counts().map(|n| n.to_string()).join(", ");
         let plan = Plan { cut: Some(Arc::new(cut)), ..plan.clone() };
         for field in [SlabField::Own, SlabField::Preview] {

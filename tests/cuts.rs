@@ -9,14 +9,13 @@ use voxsplat::accuracy;
 use voxsplat::core::{Projection, Ticket};
 use voxsplat::gpu::Wishes;
 use voxsplat::hierarchy::{BrickErrors, Means};
-use voxsplat::kernel::{Averaged, Coefficients};
-use voxsplat::native::StoredLevels;
-use voxsplat::plan::{EMPTY, FieldCut, Plan};
+use voxsplat::plan::Plan;
 use voxsplat::polygons::Mesh;
 use voxsplat::reference::Reference;
 use voxsplat::scene::{
     self, Clip, ClipBox, Inside, Lighting, PolygonLayer, SampleSource, Scene, Slice, SplatSettings,
 };
+use voxsplat::task::cuts::{cut_within, stored_levels};
 use voxsplat::task::draw::{Drawer, Rung};
 use voxsplat::task::engine::{
     CellsRequest, Choice, Effort, Engine, EngineChoice, FrameRequest, Ladder, Picture,
@@ -24,7 +23,7 @@ use voxsplat::task::engine::{
 use voxsplat::task::engines::Engines;
 use voxsplat::task::level::LevelOfDetail;
 use voxsplat::transfer::{Cumulative, Weight};
-use voxsplat::volume::{Component, ScalarVolume, demo};
+use voxsplat::volume::{Component, demo};
 
 const SIZE: [u32; 2] = [128, 96];
 
@@ -35,21 +34,6 @@ fn opened(name: &str) -> Scene {
     let mut scene = scene::opening(SampleSource::default(), Arc::new(volume), None);
     scene.splat = SplatSettings::EXACT;
     scene
-}
-
-fn levels(volume: &Arc<ScalarVolume>, means: &Means) -> StoredLevels {
-    let ticket = Ticket::new();
-    let of = |i: usize| {
-        let level = &means.levels[i];
-        let averaged = Averaged {
-            level: i as u32 + 1,
-            volume_dims: volume.lattice.dims,
-            half_widths: Vec::new(),
-        };
-        let values = level.values.clone();
-        Coefficients::of_means(level.dims, values, means.bias, averaged, &ticket).unwrap()
-    };
-    StoredLevels::new(volume, [of(0), of(1)], &ticket).unwrap()
 }
 
 /// Premultiplied linear colour and opacity, rows from the top.
@@ -76,15 +60,9 @@ fn drawn(scene: &Scene, most: &[f32]) -> (Light, Vec<([u64; 3], Light)>) {
     let shown = shown.to_vec();
     let asked = (bricks, &shown[..]);
     let errors = BrickErrors::of(volume, &means, (&function, 1.0), asked, &ticket).unwrap().errors;
-    drawer.engines.native.set_levels(levels(volume, &means));
+    drawer.engines.native.set_levels(stored_levels(volume, &means, &ticket).unwrap());
     let cuts = most.iter().map(|&most| {
-        let mut levels = vec![EMPTY; errors.len()];
-        for &brick in &shown {
-            let [second, fourth] = errors[brick as usize];
-            let level = if fourth <= most { 2 } else { u8::from(second <= most) };
-            levels[brick as usize] = level;
-        }
-        let cut = FieldCut::new(bricks, levels);
+        let cut = cut_within(most, bricks, &shown, &errors);
         let counts = cut.counts();
         let plan = Plan { cut: Some(Arc::new(cut)), ..plan.clone() };
         drawer.draw(&plan, Rung::Full, &mut ()).unwrap();

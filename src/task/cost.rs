@@ -63,9 +63,9 @@ const MOST_RISE: f64 = 4.0;
 /// cross other voxels, and what they fetch is in no cache. 2.9 to 3.7 on scans, 8 times smaller; a ray
 /// of tents, 5 times smaller, 0.5 of one of `full` through B-splines. By [`SlabField`].
 const MOST_SPREAD_COST: [f64; 2] = [4.0, 1.0];
-/// And at least: tents take 0.34 to 0.78 of what B-splines do, whole pictures of three scans by the native engine.
+/// And at least, by [`SlabField`]. Whole pictures of three scans by the native engine: tents take 0.49 to 0.78 of what B-splines do.
 const LEAST_SPREAD_COST: [f64; 2] = [1.0, 0.3];
-/// How many times more a ray through B-splines costs than one through tents, on the processor: 1.3 to 2.0 on three scans.
+/// How many times more a ray through B-splines costs than one through tents, at most. Native engine: 1.3 to 2.0 on three scans.
 const MOST_OWN_OVER_PREVIEW: f64 = 2.0;
 /// Share of a smaller picture's budget that goes to its rays at least.
 const LEAST_RAY_SHARE: f64 = 0.4;
@@ -98,11 +98,10 @@ impl Costs {
     pub fn learn_rays(&mut self, rays: f64, wall_ms: f64) {
         if rays > 0.0 && wall_ms > 0.0 {
             self.ray_ms += (wall_ms / rays - self.ray_ms) * RAY_TRUST;
-            // What nobody pays for is not measured, and may have become cheaper.
+            // The price of a smaller picture's rays may be old, or a guess: that of the whole picture says within what it
+            // lies. Without the lower bound the first picture of a drag took many times its budget.
             let bounds = LEAST_SPREAD_COST.into_iter().zip(MOST_SPREAD_COST);
             for (ms, (least, most)) in self.reduced_ray_ms.iter_mut().zip(bounds) {
-                // Nor is any ray of a smaller picture cheaper than its neighbours let one of a whole picture be: the first
-                // picture of a hand that takes hold would take many times its budget.
                 *ms = ms.clamp(least * self.ray_ms, most * self.ray_ms);
             }
         }
@@ -127,7 +126,7 @@ impl Costs {
         *ray_ms += *ray_ms * drawn * a_share;
     }
 
-    /// Keeps the price of each field within what the other's says: that of one that is not drawn was measured long ago.
+    /// Limits the price of each field by the other's, since only the field that is drawn is measured.
     pub fn hold_fields_together(&mut self) {
         let [own, preview] = &mut self.reduced_ray_ms;
         *own = own.min(MOST_OWN_OVER_PREVIEW * *preview);

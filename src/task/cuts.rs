@@ -1,8 +1,9 @@
-//! Cuts of a field, for quick pictures: bricks that means of their samples show well are drawn from these, in slabs as thick
-//! as the means are wide, and the time that this saves goes to more pixels.
+//! Cuts of a field for quick pictures. Bricks that look alike when drawn from means of their samples are drawn from the means,
+//! in slabs as thick as these are wide. The time saved goes to more pixels.
 //!
-//! How well is found out beside the first pictures of a transfer function (`hierarchy::BrickErrors`). No one error serves
-//! all data, so a few are tried, together with how small a picture must be: what loses least is drawn.
+//! The error of each brick is found on a thread of its own when the transfer function changes (`hierarchy::BrickErrors`).
+//! No one limit on it serves all data. So a few limits are compared, each with the size of picture that it affords, and the
+//! one that is thought to lose least is drawn.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -11,7 +12,7 @@ use super::draw::{DrawError, Drawer, Observer};
 use super::estimate::field_rmse;
 use super::job::Job;
 use super::previews::{Reduction, is_scaled};
-use crate::core::Ticket;
+use crate::core::{Cancelled, Ticket};
 use crate::hierarchy::{BrickErrors, Means, MeansOfLevel, ScalarPyramidError};
 use crate::kernel::{Averaged, Coefficients, Kernel};
 use crate::native::StoredLevels;
@@ -24,10 +25,10 @@ use crate::volume::ScalarVolume;
 
 /// Errors of bricks that are tried, the least first.
 const ERRORS: [f32; 5] = [0.001, 0.002, 0.004, 0.008, 0.016];
-/// What a brick of each level costs, of what one of the field itself does where that is B-splines, and where it is tents;
-/// looking up which level a brick has, too.
+/// Time that a brick of each level takes, as a share of one of the whole field: where that is B-splines, and where it is
+/// tents. Looking up the level is in it. Fitted to three scans (`benches/results/cuts.md`).
 const WORK: [[f64; COARSER + 1]; 2] = [[0.95, 0.4, 0.18], [1.05, 0.5, 0.27]];
-/// RMSE of a picture, of the root of the squares of its bricks' errors over the area that they cover.
+/// A picture's RMSE as a share of what its bricks' errors would come to if nothing hid them. A guess: not yet fitted.
 const SEEN_SHARE: f64 = 0.5;
 /// What is lost by leaving out pixels grows with the distance between them, as this power of it: 1.2 to 1.4 on three scans.
 const SAMPLING_GROWTH: f64 = 1.35;
@@ -35,11 +36,11 @@ const SAMPLING_GROWTH: f64 = 1.35;
 const UNSEEN_SAMPLING: f64 = 8e-3;
 /// A cut that was drawn last is kept where another one is thought to be nearer by less than this.
 const WORTH_CHANGING: f64 = 0.9;
-/// Share of the way that a measured picture takes what cuts cost,
+/// How far a measured picture moves what cuts are known to cost, as a share of the difference.
 const TRUST: f64 = 0.5;
-/// and what is left of that, as a power, with each picture that is none of them: a machine that was busy is not for ever.
+/// Share of what was learnt that is left after each picture that is not of a cut: the machine may have been busy.
 const KEPT: f64 = 0.9;
-/// How many times longer than thought cuts are ever believed to take, and shorter.
+/// Cuts are never taken to need more, or less, time than thought by more than this factor.
 const MOST_LONGER: f64 = 4.0;
 
 /// The cut that a quick picture is drawn from: its number among those of [`FieldCuts`].
@@ -64,14 +65,6 @@ struct Key {
     transfer: TransferFunction,
     /// Of a sample, in unit distances.
     thickness: f64,
-}
-
-impl PartialEq for Key {
-    fn eq(&self, other: &Self) -> bool {
-        Arc::ptr_eq(&self.volume, &other.volume)
-            && self.transfer == other.transfer
-            && self.thickness == other.thickness
-    }
 }
 
 /// Cuts that may be drawn; none where a volume is too small, or memory is short.
@@ -134,11 +127,23 @@ fn has_cuts(plan: &Plan) -> bool {
         && is_alone
 }
 
+/// Of a plan's sample, in unit distances.
+fn thickness(plan: &Plan) -> f64 {
+    plan.frame.lattice.smallest_spacing() / plan.frame.unit_distance
+}
+
 impl Key {
-    fn of(plan: &Plan) -> Option<Self> {
-        let Field { volume, transfer, .. } = plan.field()?;
-        let thickness = plan.frame.lattice.smallest_spacing() / plan.frame.unit_distance;
-        Some(Self { volume: Arc::clone(volume), transfer: transfer.clone(), thickness })
+    fn of(plan: &Plan, Field { volume, transfer, .. }: &Field) -> Self {
+        let (volume, transfer) = (Arc::clone(volume), transfer.clone());
+        Self { volume, transfer, thickness: thickness(plan) }
+    }
+
+    /// Whether it is that of a plan: asked of every quick picture, and so without a copy.
+    fn is_of(&self, plan: &Plan) -> bool {
+        let is_same = |field: &Field| {
+            Arc::ptr_eq(&self.volume, &field.volume) && self.transfer == field.transfer
+        };
+        plan.field().is_some_and(is_same) && self.thickness == thickness(plan)
     }
 
     /// Finds the cuts, on whatever thread.
@@ -158,10 +163,7 @@ impl Key {
             },
         };
         let levels = match stores {
-            true => {
-                let of = |i: usize| coefficients_of(volume, &means, i, ticket);
-                Some(StoredLevels::new(volume, [of(0)?, of(1)?], ticket)?)
-            }
+            true => Some(stored_levels(volume, &means, ticket)?),
             false => None,
         };
         let function = Cumulative::new(
@@ -177,35 +179,53 @@ impl Key {
     }
 }
 
-/// The means of a level as an engine takes them.
-fn coefficients_of(
-    volume: &ScalarVolume,
+/// Means of a volume as the native engine takes them.
+///
+/// # Errors
+/// Cancelled.
+pub fn stored_levels(
+    volume: &Arc<ScalarVolume>,
     means: &Means,
-    level: usize,
     ticket: &Ticket,
-) -> Result<Coefficients, ScalarPyramidError> {
-    let MeansOfLevel { dims, values } = &means.levels[level];
-    let volume_dims = volume.lattice.dims;
-    #[expect(clippy::cast_possible_truncation, reason = "0 or 1")]
-    let averaged = Averaged { level: level as u32 + 1, volume_dims, half_widths: Vec::new() };
-    Ok(Coefficients::of_means(*dims, values.clone(), means.bias, averaged, ticket)?)
+) -> Result<StoredLevels, Cancelled> {
+    let of = |level: usize| {
+        let MeansOfLevel { dims, values } = &means.levels[level];
+        let volume_dims = volume.lattice.dims;
+        #[expect(clippy::cast_possible_truncation, reason = "0 or 1")]
+        let averaged = Averaged { level: level as u32 + 1, volume_dims, half_widths: Vec::new() };
+        Coefficients::of_means(*dims, values.clone(), means.bias, averaged, ticket)
+    };
+    StoredLevels::new(volume, [of(0)?, of(1)?], ticket)
+}
+
+/// The coarsest cut of `bricks` along each axis whose bricks are off by no more than an error; those that are not `shown`
+/// are empty. `errors` are those of means by brick (`hierarchy::BrickErrors`).
+pub fn cut_within(
+    max_error: f32,
+    bricks: [usize; 3],
+    shown: &[u32],
+    errors: &[[f32; COARSER]],
+) -> FieldCut {
+    let mut levels = vec![EMPTY; errors.len()];
+    for &brick in shown {
+        let [second, fourth] = errors[brick as usize];
+        levels[brick as usize] = match () {
+            () if fourth <= max_error => 2,
+            () if second <= max_error => 1,
+            () => 0,
+        };
+    }
+    FieldCut::new(bricks, levels)
 }
 
 impl Candidate {
     fn of(max_error: f32, bricks: [usize; 3], shown: &[u32], errors: &[[f32; COARSER]]) -> Self {
-        let mut levels = vec![EMPTY; errors.len()];
-        let mut squares = 0.0;
-        for &brick in shown {
-            let [second, fourth] = errors[brick as usize];
-            let (level, error) = match () {
-                () if fourth <= max_error => (2, fourth),
-                () if second <= max_error => (1, second),
-                () => (0, 0.0),
-            };
-            levels[brick as usize] = level;
-            squares += (4.0 * f64::from(error)).powi(2);
-        }
-        let cut = FieldCut::new(bricks, levels);
+        let cut = cut_within(max_error, bricks, shown, errors);
+        let error_of = |brick: usize| match cut.levels()[brick] {
+            0 => 0.0,
+            level => f64::from(errors[brick][usize::from(level) - 1]),
+        };
+        let squares = shown.iter().map(|&brick| (4.0 * error_of(brick as usize)).powi(2)).sum();
         let counts = cut.counts().map(|n| n as f64);
         let total = counts.iter().sum::<f64>().max(1.0);
         let share = |work: [f64; COARSER + 1]| {
@@ -219,7 +239,7 @@ impl FieldCuts {
     /// Those of a plan.
     fn of(&self, plan: &Plan) -> &[Candidate] {
         match &self.ready {
-            Some(ready) if Key::of(plan).as_ref() == Some(&ready.key) => &ready.candidates,
+            Some(ready) if ready.key.is_of(plan) => &ready.candidates,
             _ => &[],
         }
     }
@@ -325,14 +345,13 @@ impl Drawer {
         if !self.is_native() || !self.engines.native.draws_cuts() || !has_cuts(plan) {
             return Ok(());
         }
-        let Some(key) = Key::of(plan) else { return Ok(()) };
-        if self.cuts.ready.as_ref().is_some_and(|ready| ready.key == key)
-            && self.engines.native.holds_levels(&key.volume)
-        {
+        let Some(field) = plan.field() else { return Ok(()) };
+        let holds_levels = self.engines.native.holds_levels(&field.volume);
+        if holds_levels && self.cuts.ready.as_ref().is_some_and(|ready| ready.key.is_of(plan)) {
             return Ok(());
         }
         // What is looked for of another transfer function is told to stop.
-        drop(self.cuts.under_way.take_if(|(of, _)| *of != key));
+        drop(self.cuts.under_way.take_if(|(of, _)| !of.is_of(plan)));
         if let Some((of, job)) = self.cuts.under_way.take() {
             match job.look(Duration::ZERO)? {
                 None => self.cuts.under_way = Some((of, job)),
@@ -340,16 +359,16 @@ impl Drawer {
             }
             return Ok(());
         }
-        if !self.holds_field(SlabField::Own, &key.volume, &plan.mode) {
+        if !self.holds_field(SlabField::Own, &field.volume, &plan.mode) {
             return Ok(());
         }
         let Some((bricks, shown)) = self.engines.native.shown_bricks() else { return Ok(()) };
         let shown = shown.to_vec();
-        drop(self.cuts.means.take_if(|(of, _)| !Arc::ptr_eq(of, &key.volume)));
+        drop(self.cuts.means.take_if(|(of, _)| !Arc::ptr_eq(of, &field.volume)));
         let means = self.cuts.means.as_ref().map(|(_, means)| Arc::clone(means));
-        let stores = !self.engines.native.holds_levels(&key.volume);
+        let key = Key::of(plan, field);
         let of = key.clone();
-        let work = move |ticket: &Ticket| of.find(means, stores, (bricks, &shown), ticket);
+        let work = move |ticket: &Ticket| of.find(means, !holds_levels, (bricks, &shown), ticket);
         let job = Job::start(("voxsplat-cuts", "cuts of the field"), work)?;
         self.cuts.under_way = Some((key, job));
         Ok(())
