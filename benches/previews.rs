@@ -8,30 +8,27 @@
 //! engine shows of each while its view is turned, and how long it takes from a new view to the full picture,
 //! by way of coarser ones and at once.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::{Arc, mpsc};
 use std::time::{Duration, Instant};
 
-use glam::DVec3;
+#[path = "support/peers.rs"]
+mod peers;
+
 use voxsplat::accuracy::{self, Difference};
 use voxsplat::app::words;
-use voxsplat::core::{Camera, Srgb8, Ticket};
+use voxsplat::core::Ticket;
 use voxsplat::gpu::{AdapterChoice, Context, Renderer, SlabField, Wishes};
 use voxsplat::hierarchy::ScalarPyramid;
-use voxsplat::io::{self, OpenOptions};
 use voxsplat::kernel::{Averaged, Coefficients, Kernel, nearest_tents};
 use voxsplat::plan::Plan;
-use voxsplat::scene::{self, Background, SampleSource, Scene, SplatSettings};
+use voxsplat::scene::{Scene, SplatSettings};
 use voxsplat::task::draw::{Drawer, Rung};
 use voxsplat::task::engine::{Effort, Engine, EngineState, FrameRequest, Ladder, Picture};
 use voxsplat::task::still::enlarged;
-use voxsplat::transfer::{ColourSource, TransferFunction};
-use voxsplat::volume::{Component, ScalarVolume, demo};
+use voxsplat::volume::ScalarVolume;
 
 const SIZE: [u32; 2] = [1280, 800];
-/// As in `vtk_previews.py`.
-const DIRECTION: DVec3 = DVec3::new(0.45, 0.75, -0.48);
-const SCALE: f64 = 0.38;
 /// How many times smaller pictures are drawn.
 const SHRINKS: [f64; 6] = [4.0, 6.35, 8.0, 10.67, 12.7, 16.67];
 const RUNS: usize = 5;
@@ -41,33 +38,8 @@ const TURNS: usize = 40;
 /// New views that are drawn up to the full picture, by rungs and at once in turns.
 const CLIMBS: usize = 3;
 
-type Points<'a> = &'a [(f64, f64)];
-type Colours<'a> = &'a [(f64, u32)];
-const SCANS: [(&str, Points<'_>, Colours<'_>); 3] = [
-    (
-        "aneurism",
-        &[(40.0, 0.0), (110.0, 0.25), (255.0, 0.8)],
-        &[(40.0, 0x8c1f16), (140.0, 0xe08a4c), (255.0, 0xfff3e0)],
-    ),
-    (
-        "LIDC2",
-        &[(60.0, 0.0), (120.0, 0.02), (170.0, 0.25), (255.0, 0.7)],
-        &[(60.0, 0x304a8c), (130.0, 0xc8705c), (200.0, 0xf0d8b0), (255.0, 0xffffff)],
-    ),
-    (
-        "bonsai",
-        &[(25.0, 0.0), (45.0, 0.06), (90.0, 0.1), (150.0, 0.5), (255.0, 0.8)],
-        &[(25.0, 0x2c6e2c), (70.0, 0x7ab04a), (120.0, 0x9c6a3c), (255.0, 0xf4e4c8)],
-    ),
-];
-
 fn main() {
-    // Cargo's own flags are none of ours.
-    let named: Vec<PathBuf> = std::env::args_os()
-        .skip(1)
-        .filter(|arg| !arg.to_string_lossy().starts_with("--"))
-        .map(PathBuf::from)
-        .collect();
+    let named = peers::named();
     if !named.is_empty() {
         println!(
             "| file | samples | read, ms | first picture, ms | full, ms | while turned | ms, median and most | rung | to full by rungs, ms | at once, ms | ratio | load |"
@@ -76,30 +48,15 @@ fn main() {
         named.iter().for_each(|path| turned(path));
         return;
     }
-    let data =
-        std::env::var_os("VOXSPLAT_DATA").map_or(PathBuf::from("../shared/data"), PathBuf::from);
-    for (name, opacity, colours) in SCANS {
-        let path = data.join("scalar").join(format!("{name}.vti"));
-        match open(&path) {
-            Ok(mut scene) => {
-                *scene.transfer_mut().expect("a field") = function(opacity, colours);
-                let lattice = &scene.lattice();
-                let extent = DVec3::from_array(lattice.dims.map(|n| n as f64)) * lattice.spacing;
-                let scale = SCALE * extent.length();
-                scene.camera = Camera::new(lattice.centre(), DIRECTION, DVec3::Z, scale);
-                scene.background = Background::Transparent;
-                scene.splat = SplatSettings::EXACT;
-                measure(name, &scene);
-            }
-            Err(reason) => eprintln!("skipped {name}: {reason}"),
-        }
+    for (name, scene) in peers::scenes() {
+        measure(&name, &scene);
     }
 }
 
 /// What the window shows of a file while a hand turns it, by the engine: sizes and times at 20 ms.
 fn turned(path: &Path) {
     let start = Instant::now();
-    let scene = match open(path) {
+    let scene = match peers::open(path) {
         Ok(scene) => scene,
         Err(reason) => {
             eprintln!("skipped {}: {reason}", path.display());
@@ -172,29 +129,6 @@ fn turned(path: &Path) {
         rungs / at_once,
         sysinfo::System::load_average().map_or(0.0, |load| load.one),
     );
-}
-
-fn open(path: &Path) -> Result<Scene, String> {
-    let name = path.to_str().filter(|name| name.starts_with("demo:"));
-    let grid = match name {
-        Some(name) => demo::open(name, None).map_err(|e| e.to_string())?,
-        None => {
-            let opened = io::open(path, &OpenOptions::default(), &Ticket::new());
-            opened.map_err(|e| e.to_string())?.grid
-        }
-    };
-    let field = grid.field(None).map_err(|e| e.to_string())?;
-    let volume = grid.scalar(field, Component::Index(0), &Ticket::new());
-    let volume = Arc::new(volume.map_err(|e| e.to_string())?);
-    Ok(scene::opening(SampleSource::default(), volume, grid.space.as_deref()))
-}
-
-fn function(opacity: Points<'_>, colours: Colours<'_>) -> TransferFunction {
-    let stops = colours.iter().map(|&(value, code)| {
-        let [_, r, g, b] = code.to_be_bytes();
-        (value, Srgb8([r, g, b]))
-    });
-    TransferFunction::of(opacity.to_vec(), ColourSource::Stops(stops.collect()))
 }
 
 fn drawer(scene: &Scene) -> Drawer {

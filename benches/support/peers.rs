@@ -1,15 +1,15 @@
 //! The scenes that other programs draw, too (`benches/peers/vtk_previews.py`): three scans of `VOXSPLAT_DATA`
 //! (default `../shared/data`); or the files named, as they open.
 
-use std::path::{Path, PathBuf};
-use std::sync::Arc;
+#[path = "files.rs"]
+mod files;
 
 use glam::DVec3;
-use voxsplat::core::{Camera, Srgb8, Ticket};
-use voxsplat::io::{self, OpenOptions};
-use voxsplat::scene::{self, Background, SampleSource, Scene, SplatSettings};
+use voxsplat::core::{Camera, Srgb8};
+use voxsplat::scene::{Background, Scene, SplatSettings};
 use voxsplat::transfer::{ColourSource, TransferFunction};
-use voxsplat::volume::{Component, demo};
+
+pub(crate) use files::{data, named, open};
 
 const DIRECTION: DVec3 = DVec3::new(0.45, 0.75, -0.48);
 const SCALE: f64 = 0.38;
@@ -36,14 +36,7 @@ const SCANS: [(&str, Points<'_>, Colours<'_>); 3] = [
 
 /// Each by its name; says which are left out.
 pub(crate) fn scenes() -> Vec<(String, Scene)> {
-    let data =
-        std::env::var_os("VOXSPLAT_DATA").map_or(PathBuf::from("../shared/data"), PathBuf::from);
-    // Cargo's own flags are none of ours.
-    let named: Vec<PathBuf> = std::env::args_os()
-        .skip(1)
-        .filter(|arg| !arg.to_string_lossy().starts_with("--"))
-        .map(PathBuf::from)
-        .collect();
+    let (data, named) = (data(), named());
     let mut scenes = Vec::new();
     let mut take = |name: String, found: Result<Scene, String>| match found {
         Ok(scene) => scenes.push((name, scene)),
@@ -74,18 +67,4 @@ fn as_peers(mut scene: Scene, opacity: Points<'_>, colours: Colours<'_>) -> Scen
     scene.background = Background::Transparent;
     scene.splat = SplatSettings::EXACT;
     scene
-}
-
-fn open(path: &Path) -> Result<Scene, String> {
-    let grid = match path.to_str().filter(|name| name.starts_with("demo:")) {
-        Some(name) => demo::open(name, None).map_err(|e| e.to_string())?,
-        None => {
-            let opened = io::open(path, &OpenOptions::default(), &Ticket::new());
-            opened.map_err(|e| e.to_string())?.grid
-        }
-    };
-    let field = grid.field(None).map_err(|e| e.to_string())?;
-    let volume = grid.scalar(field, Component::Index(0), &Ticket::new());
-    let volume = Arc::new(volume.map_err(|e| e.to_string())?);
-    Ok(scene::opening(SampleSource::default(), volume, grid.space.as_deref()))
 }
