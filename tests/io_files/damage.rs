@@ -1,44 +1,15 @@
 //! Damaged files: an answer, never a panic, and no more memory than the file justifies.
 
-use std::alloc::{GlobalAlloc, Layout, System};
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::Ordering;
 
 use voxsplat::core::Ticket;
 use voxsplat::io::{OpenOptions, RawOverrides, open};
 use voxsplat::volume::ScalarType;
 
+use crate::watching::LARGEST;
 use crate::write::{self, META_STORAGES, NRRD_ENCODINGS, VTI_FORMATS, VTI_KINDS, Volume, Vti};
 use crate::write_legacy::{self, DATASETS, Legacy};
-
-/// The system's allocator, remembering the largest single request.
-struct Watching;
-
-static LARGEST: AtomicUsize = AtomicUsize::new(0);
-
-// SAFETY: every call is passed on to the system's allocator unchanged.
-#[expect(unsafe_code, reason = "an allocator that watches the sizes asked for")]
-unsafe impl GlobalAlloc for Watching {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        LARGEST.fetch_max(layout.size(), Ordering::Relaxed);
-        // SAFETY: the caller's promises are passed on.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: the caller's promises are passed on.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-
-    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        LARGEST.fetch_max(size, Ordering::Relaxed);
-        // SAFETY: the caller's promises are passed on.
-        unsafe { System.realloc(pointer, layout, size) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Watching = Watching;
 
 /// The largest request that any test of small files may make. Deflate's best is a thousandfold,
 /// which a damaged header may claim and a damaged stream of 4 kB could just keep.

@@ -6,6 +6,7 @@ mod messages;
 mod others;
 mod round_trips;
 mod special;
+mod watching;
 mod winds;
 mod write;
 mod write_legacy;
