@@ -7,6 +7,8 @@
 
 #[path = "support/volumes.rs"]
 mod volumes;
+#[path = "../tests/io_files/write_dicom.rs"]
+mod write_dicom;
 
 use std::path::Path;
 use std::process::{Command, Stdio};

@@ -79,6 +79,32 @@ fn a_left_drag_orbits_coarsely_and_refines_once_let_go() {
 }
 
 #[test]
+fn another_series_of_a_folder_is_chosen_and_all_of_them_stay_to_be_chosen_among() {
+    let mut bench = Bench::empty();
+    bench.open("study");
+    bench.settle();
+    bench.choose("Series", "scout (8 slices)");
+    bench.wait_until(|window| !window.is_loading());
+    bench.settle();
+    let document = bench.window().document().unwrap();
+    assert_eq!(document.source, Source::File("study/scout.dcm".into()));
+    let open: Vec<bool> = document.series.iter().map(|series| series.is_open).collect();
+    assert_eq!(open, [true, false]);
+    bench.choose("Series", "thorax (8 slices)");
+    bench.wait_until(|window| !window.is_loading());
+    bench.settle();
+    let document = bench.window().document().unwrap();
+    assert_eq!(document.source, Source::File("study/thorax.dcm".into()));
+    assert!(bench.window().notices().shown().is_empty());
+}
+
+#[test]
+fn a_file_that_is_alone_has_no_series_to_choose() {
+    let bench = Bench::opened();
+    assert!(!bench.tells("Series"));
+}
+
+#[test]
 fn shift_left_and_middle_drags_move_the_volume_with_the_hand() {
     for (button, modifiers) in
         [(PointerButton::Primary, Modifiers::SHIFT), (PointerButton::Middle, Modifiers::NONE)]

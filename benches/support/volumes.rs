@@ -7,6 +7,8 @@ use std::path::{Path, PathBuf};
 use flate2::Compression;
 use flate2::write::{GzEncoder, ZlibEncoder};
 
+use super::write_dicom::Slice;
+
 /// Samples along each axis, of two bytes each.
 const SIDE: usize = 512;
 /// All samples.
@@ -240,51 +242,19 @@ fn dicom(folder: &Path) -> io::Result<Written> {
     let path = folder.join("series");
     fs::create_dir_all(&path)?;
     for z in 0..SIDE {
-        let mut file = vec![0; 128];
-        file.extend(b"DICM");
-        let syntax = element(0x0002, 0x0010, b"UI", b"1.2.840.10008.1.2.1\0");
-        file.extend(element(0x0002, 0x0000, b"UL", &(syntax.len() as u32).to_le_bytes()));
-        file.extend(syntax);
-        let text = |group, number, kind: &[u8; 2], words: &str| {
-            let mut padded = words.to_owned();
-            if padded.len() % 2 == 1 {
-                padded.push(if kind == b"UI" { '\0' } else { ' ' });
-            }
-            element(group, number, kind, padded.as_bytes())
+        let slice = Slice {
+            series: "1.2.3",
+            number: 1,
+            description: "",
+            z: z as f64,
+            instance: z as u32,
+            columns: SIDE as u16,
+            rows: SIDE as u16,
+            pixels: &slice(z),
         };
-        file.extend(text(0x0008, 0x0016, b"UI", "1.2.840.10008.5.1.4.1.1.2"));
-        file.extend(text(0x0008, 0x0018, b"UI", &format!("1.2.3.{}", z + 1)));
-        file.extend(text(0x0008, 0x0060, b"CS", "CT"));
-        file.extend(text(0x0020, 0x000e, b"UI", "1.2.3"));
-        file.extend(text(0x0020, 0x0032, b"DS", &format!("0\\0\\{z}")));
-        file.extend(text(0x0020, 0x0037, b"DS", "1\\0\\0\\0\\1\\0"));
-        let number =
-            |group, number, value: u16| element(group, number, b"US", &value.to_le_bytes());
-        file.extend(number(0x0028, 0x0002, 1));
-        file.extend(text(0x0028, 0x0004, b"CS", "MONOCHROME2"));
-        file.extend(number(0x0028, 0x0010, SIDE as u16));
-        file.extend(number(0x0028, 0x0011, SIDE as u16));
-        file.extend(text(0x0028, 0x0030, b"DS", "1\\1"));
-        for (which, bits) in [(0x0100, 16), (0x0101, 16), (0x0102, 15), (0x0103, 0)] {
-            file.extend(number(0x0028, which, bits));
-        }
-        file.extend(element(0x7fe0, 0x0010, b"OW", &slice(z)));
-        fs::write(path.join(format!("{z:04}.dcm")), file)?;
+        fs::write(path.join(format!("{z:04}.dcm")), slice.file())?;
     }
     Ok(Written { name: "DICOM series", opened: path, is_gzip: false })
-}
-
-/// A data element, explicit and little-endian.
-fn element(group: u16, number: u16, kind: &[u8; 2], value: &[u8]) -> Vec<u8> {
-    let mut bytes = [group.to_le_bytes(), number.to_le_bytes(), *kind].concat();
-    if kind == b"OW" {
-        bytes.extend([0, 0]);
-        bytes.extend((value.len() as u32).to_le_bytes());
-    } else {
-        bytes.extend((value.len() as u16).to_le_bytes());
-    }
-    bytes.extend(value);
-    bytes
 }
 
 /// 2 GiB of zeros as NRRD: a file with a hole, which takes no room.

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use crate::core::Ticket;
+use crate::io::Series;
 use crate::scene::FirstLook;
 use crate::transfer::TransferFunction;
 use crate::volume::{
@@ -179,6 +180,8 @@ pub struct ReadGrid {
     pub grid: Grid,
     /// Partial trouble, one sentence each.
     pub warnings: Vec<String>,
+    /// The series that lie at its place, where there are several.
+    pub series: Vec<Series>,
 }
 
 /// Why there is no grid.
@@ -251,6 +254,8 @@ pub struct Document {
     pub flows: bool,
     /// Partial trouble while reading.
     pub warnings: Vec<String>,
+    /// The series among which it was chosen; empty where it is the only one.
+    pub series: Vec<Series>,
 }
 
 impl Document {
@@ -263,7 +268,7 @@ impl Document {
         source: Source,
         ticket: &Ticket,
     ) -> Result<Self, ReadFailure> {
-        let ReadGrid { grid, warnings } = library.read(&source, ticket)?;
+        let ReadGrid { grid, warnings, series } = library.read(&source, ticket)?;
         let grid = Arc::new(grid);
         let field = grid.field(None)?;
         let component = default_component(field.components);
@@ -281,7 +286,18 @@ impl Document {
         };
         let flows = flowing.is_some();
         let first_look = library.first_look(&volume, grid.space.as_deref());
-        Ok(Self { source, grid, field: 0, component, volume, first_look, vectors, flows, warnings })
+        Ok(Self {
+            source,
+            grid,
+            field: 0,
+            component,
+            volume,
+            first_look,
+            vectors,
+            flows,
+            warnings,
+            series,
+        })
     }
 
     /// Whether the file has a field that can be drawn as vectors, or fields to put them together of.

@@ -13,6 +13,7 @@ use super::actions::{ACTIONS, Action, Entry, Menu, entry_of};
 use super::camera_control;
 use super::document::Source;
 use super::notices::text_and_button_ui;
+use super::panels::data::DataChoice;
 use super::panels::vectors::VectorRequest;
 use super::panels::{
     Sections, accuracy, clip, compare, data, inside, polygons, section_ui, shading, splat, status,
@@ -299,8 +300,10 @@ impl Window {
             )),
             None => {}
         }
-        if let Some(choice) = choice {
-            self.choose_field(ui.ctx(), choice);
+        match choice {
+            Some(DataChoice::Field(choice)) => self.choose_field(ui.ctx(), choice),
+            Some(DataChoice::Series(index)) => self.choose_series(ui.ctx(), index),
+            None => {}
         }
         if let Some(action) = action.flatten() {
             self.perform(ui.ctx(), action);

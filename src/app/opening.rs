@@ -53,6 +53,25 @@ impl Window {
         self.undescribed = None;
     }
 
+    /// Starts to open another of the series among which the open one was chosen. They stay to be chosen among, wherever
+    /// its files lie.
+    pub(super) fn choose_series(&mut self, ctx: &Context, index: usize) {
+        let Some(document) = &self.document else { return };
+        let mut series = document.series.clone();
+        let Some(path) = series.get(index).map(|series| series.path.clone()) else { return };
+        for (at, one) in series.iter_mut().enumerate() {
+            one.is_open = at == index;
+        }
+        let source = Source::File(path);
+        let (library, reading) = (Arc::clone(&self.parts.library), source.clone());
+        let job =
+            Job::start("load", format!("Opening {}", series[index].name), ctx, move |ticket| {
+                let read = Document::read(&*library, reading, ticket)?;
+                Ok(Document { series, ..read })
+            });
+        self.loading = Some(Loading { job, source, keep_view: false, companions: Vec::new() });
+    }
+
     /// Opens the first volume of several sources, or the first demo for none, and puts polygons and a
     /// transfer function among them into it; the other volumes are remembered.
     pub fn open_all(&mut self, ctx: &Context, sources: Vec<Source>) {

@@ -90,7 +90,10 @@ fn told_exactly(path: &Path) -> Result<RawOverrides, ReadFailure> {
 
 fn opened(result: Result<io::Opened, ReadError>) -> Result<ReadGrid, ReadFailure> {
     match result {
-        Ok(opened) => Ok(ReadGrid { grid: opened.grid, warnings: opened.warnings }),
+        Ok(opened) => {
+            let io::Opened { grid, warnings, series, .. } = opened;
+            Ok(ReadGrid { grid, warnings, series })
+        }
         Err(error) if error.is_cancelled() => Err(ReadFailure::Cancelled),
         Err(error) if matches!(error.problem, Problem::Unrecognised(_)) => {
             let extension = error.path.extension().unwrap_or_default().to_ascii_lowercase();
@@ -114,7 +117,7 @@ fn beyond_this_machine() -> ReadFailure {
 
 fn made(name: &str) -> Result<ReadGrid, ReadFailure> {
     let grid = demo::open(name, None).map_err(|error| ReadFailure::Refused(error.to_string()))?;
-    Ok(ReadGrid { grid, warnings: Vec::new() })
+    Ok(ReadGrid { grid, warnings: Vec::new(), series: Vec::new() })
 }
 
 /// What there is to see in a demo, one line; empty for one that is new here.

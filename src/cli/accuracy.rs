@@ -53,7 +53,7 @@ pub(super) fn run(flags: &AccuracyFlags) -> Result<(), Failure> {
     // A sweep takes minutes: places that cannot be written to are found before it.
     let table_to = Destination::check(&flags.output, "the table")?;
     let plot_to = plot.map(|path| Destination::file(path, "the plot")).transpose()?;
-    let input = open::grid(&flags.input)?;
+    let input = open::grid(&flags.input, flags.scene.field.as_deref())?;
     for warning in &input.warnings {
         note(warning);
     }

@@ -219,7 +219,7 @@ pub struct SceneFlags {
     /// [default: orthographic]
     #[arg(long, value_name = "DEG", value_parser = values::view_angle, allow_hyphen_values = true)]
     pub camera_view_angle: Option<f64>,
-    /// Field to draw [default: the active one]
+    /// Field to draw, or the series of a DICOM folder by its name [default: the active one; the series with most pixels]
     #[arg(long, value_name = "NAME")]
     pub field: Option<String>,
     /// Component of the field, from 0; or magnitude, and of vectors vorticity, divergence or helicity

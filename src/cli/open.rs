@@ -8,7 +8,7 @@ use glam::DVec3;
 use super::flags::{InputFlags, SceneFlags};
 use super::{Failure, note};
 use crate::core::{Camera, Projection, Ticket};
-use crate::io::{self, OpenOptions, RawOverrides};
+use crate::io::{self, OpenOptions, RawOverrides, Series};
 use crate::scene::{
     self, Orientation, SampleSource, Scene, Shading, SplatSettings, framing_what_shows,
 };
@@ -24,6 +24,8 @@ pub(super) struct Input {
     pub grid: Grid,
     pub format: String,
     pub warnings: Vec<String>,
+    /// The series that lie at its place, where there are several.
+    pub series: Vec<Series>,
     path: PathBuf,
 }
 
@@ -70,7 +72,8 @@ pub(super) fn check_name(file: &Path) -> Result<(), Failure> {
     checked.map_err(|error| Failure::Usage(error.to_string()))
 }
 
-pub(super) fn grid(flags: &InputFlags) -> Result<Input, Failure> {
+/// A file, and in it or beside it the series that a field is named by.
+pub(super) fn grid(flags: &InputFlags, field: Option<&str>) -> Result<Input, Failure> {
     check_name(&flags.file)?;
     let raw = RawOverrides {
         dims: flags.raw_dims,
@@ -95,15 +98,18 @@ pub(super) fn grid(flags: &InputFlags) -> Result<Input, Failure> {
             grid,
             format: "demo".to_owned(),
             warnings: Vec::new(),
+            series: Vec::new(),
             path: flags.file.clone(),
         });
     }
-    let options = OpenOptions { raw: is_raw.then_some(raw), memory_limit_bytes: None };
+    let series = field.map(str::to_owned);
+    let options = OpenOptions { raw: is_raw.then_some(raw), series, memory_limit_bytes: None };
     let opened = io::open(&flags.file, &options, &Ticket::new()).map_err(Failure::failed)?;
     Ok(Input {
         grid: opened.grid,
         format: opened.format.name().to_owned(),
         warnings: opened.warnings,
+        series: opened.series,
         path: flags.file.clone(),
     })
 }
@@ -115,7 +121,8 @@ fn scalar(
     component: Option<Component>,
 ) -> Result<(SampleSource, Arc<ScalarVolume>), Failure> {
     let failed = |error: VolumeError| Failure::Failed(input.about(&error.to_string()));
-    let field = input.grid.field(field).map_err(failed)?;
+    let is_series = |name: &&str| input.series.iter().any(|one| one.is_open && one.name == **name);
+    let field = input.grid.field(field.filter(|name| !is_series(name))).map_err(failed)?;
     let component = match component {
         Some(component) => component,
         None if field.components == 1 => Component::Index(0),

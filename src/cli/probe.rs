@@ -71,7 +71,7 @@ pub(super) fn run(flags: &ProbeFlags) -> Result<(), Failure> {
     refuse_among_triangles(&splat, &flags.vectors, &flags.polygons, &FlowFlags::default())?;
     flags.vectors.refuse_loop("probe")?;
     open::check_name(&flags.input.file)?;
-    let input = open::grid(&flags.input)?;
+    let input = open::grid(&flags.input, flags.scene.field.as_deref())?;
     for warning in &input.warnings {
         note(warning);
     }

@@ -242,7 +242,7 @@ struct Meant {
 }
 
 fn scene(flags: &RenderFlags, splat: SplatSettings) -> Result<Meant, Failure> {
-    let input = open::grid(&flags.input)?;
+    let input = open::grid(&flags.input, flags.scene.field.as_deref())?;
     for warning in &input.warnings {
         note(warning);
     }

@@ -235,7 +235,7 @@ pub(super) fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<Open
     }
     warnings.extend(axes::several(&fields, "in the file"));
     let grid = Grid { unit, ..Grid::of(lattice, fields) };
-    Ok(Opened { grid, format: Format::Hdf5, warnings })
+    Ok(Opened::of(grid, Format::Hdf5, warnings))
 }
 
 fn samples(set: &Set, free_bytes: u64) -> Result<Samples, Problem> {

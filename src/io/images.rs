@@ -111,7 +111,7 @@ pub(super) fn read(folder: &Path, free_bytes: u64, ticket: &Ticket) -> Result<Op
         samples: samples.into(),
     };
     let grid = Grid::of(Lattice::unit([form.width, form.height, slices]), vec![field]);
-    Ok(Opened { grid, format: Format::Images, warnings })
+    Ok(Opened::of(grid, Format::Images, warnings))
 }
 
 /// One picture of a folder; the path is told where it fails.

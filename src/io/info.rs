@@ -6,7 +6,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::Opened;
+use super::{Opened, Series};
 use crate::core::progress::{Cancelled, Ticket};
 use crate::volume::{Field, Grid, Scalar, Shape, Statistics};
 use crate::with_samples;
@@ -45,6 +45,9 @@ pub struct Info {
     pub fields: Vec<FieldInfo>,
     /// What was ignored, assumed or repaired while reading.
     pub warnings: Vec<String>,
+    /// The series that lie at its place, where there are several.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub series: Vec<Series>,
 }
 
 /// The coordinates of a rectilinear grid along one axis.
@@ -118,7 +121,8 @@ fn magnitude_max(field: &Field) -> Option<f64> {
 /// # Errors
 /// [`Cancelled`].
 pub fn describe(opened: &Opened, ticket: &Ticket) -> Result<Info, Cancelled> {
-    describe_grid(&opened.grid, opened.format.name(), &opened.warnings, ticket)
+    let info = describe_grid(&opened.grid, opened.format.name(), &opened.warnings, ticket)?;
+    Ok(Info { series: opened.series.clone(), ..info })
 }
 
 /// The same for a grid from elsewhere, such as a demo.
@@ -167,6 +171,7 @@ pub fn describe_grid(
         unit: grid.unit.clone(),
         fields: fields.collect::<Result<_, _>>()?,
         warnings: warnings.to_vec(),
+        series: Vec::new(),
     })
 }
 

@@ -113,12 +113,9 @@ pub(super) fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<Open
             format!("AnatomicalOrientation {told}")
         }
     });
-    Ok(Opened {
-        // The format's lengths are in millimetres.
-        grid: Grid { space, unit: Some("mm".to_owned()), ..Grid::of(lattice, fields) },
-        format: Format::MetaImage,
-        warnings,
-    })
+    // The format's lengths are in millimetres.
+    let grid = Grid { space, unit: Some("mm".to_owned()), ..Grid::of(lattice, fields) };
+    Ok(Opened::of(grid, Format::MetaImage, warnings))
 }
 
 /// The header's keys, lower case, and where it ends.

@@ -29,7 +29,7 @@ mod vtk_xml;
 mod zarr;
 
 use std::io::Read;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
@@ -113,6 +113,9 @@ impl Format {
 pub struct OpenOptions {
     /// Given: the file is headerless, whatever it looks like, and laid out so.
     pub raw: Option<RawOverrides>,
+    /// Which of several series in a folder, by its [`Series::name`]; that with most pixels, or the file's own, where none is
+    /// called so.
+    pub series: Option<String>,
     /// Most bytes that may be allocated; what the system says is free for `None`.
     pub memory_limit_bytes: Option<u64>,
 }
@@ -132,6 +135,28 @@ pub struct Opened {
     pub format: Format,
     /// What was ignored, assumed or repaired, one sentence each.
     pub warnings: Vec<String>,
+    /// The series that lie at its place, it among them; empty where it is the only one.
+    pub series: Vec<Series>,
+}
+
+impl Opened {
+    /// What is alone at its place.
+    pub(crate) fn of(grid: Grid, format: Format, warnings: Vec<String>) -> Self {
+        Self { grid, format, warnings, series: Vec::new() }
+    }
+}
+
+/// One of several volumes in a folder.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Series {
+    /// What it is called, by its description or its number; no two of a folder alike.
+    pub name: String,
+    /// A file of it, which opens all of it.
+    pub path: PathBuf,
+    /// How many slices it has.
+    pub slices: usize,
+    /// Whether it is the one that was opened.
+    pub is_open: bool,
 }
 
 /// What kind of file it is: by its first bytes, and only where these say nothing by its name.
@@ -166,7 +191,7 @@ fn read(path: &Path, options: &OpenOptions, ticket: &Ticket) -> Result<Opened, P
         Format::Nifti | Format::Analyze => nifti::read(path, free_bytes, ticket),
         Format::NumPy => numpy::read(path, free_bytes, ticket),
         Format::Mrc => mrc::read(path, free_bytes, ticket),
-        Format::Dicom => dicom::read(path, free_bytes, ticket),
+        Format::Dicom => dicom::read(path, options.series.as_deref(), free_bytes, ticket),
         Format::Tiff => tiff::read(path, free_bytes, ticket),
         Format::Images => images::read(path, free_bytes, ticket),
         Format::Hdf5 => hdf5::read(path, free_bytes, ticket),

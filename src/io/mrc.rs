@@ -90,7 +90,7 @@ pub(super) fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<Open
     let fields = axes.fields(&super::raw::stem(path), samples, ticket)?;
     warnings.extend(axes::several(&fields, "one after another"));
     let grid = Grid { unit: Some("Å".to_owned()), ..Grid::of(lattice, fields) };
-    Ok(Opened { grid, format: Format::Mrc, warnings })
+    Ok(Opened::of(grid, Format::Mrc, warnings))
 }
 
 fn stored_type(mode: i32, n: Numbers<'_>) -> Result<ScalarType, Problem> {

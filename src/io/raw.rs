@@ -234,7 +234,7 @@ pub(super) fn read(
         direction: DMat3::IDENTITY,
     };
     let grid = Grid::of(lattice, vec![field]);
-    Ok(Opened { grid, format: Format::Raw, warnings })
+    Ok(Opened::of(grid, Format::Raw, warnings))
 }
 
 /// Refuses a layout that goes beyond the end of a file of `len_bytes`. There is no header that could

@@ -23,6 +23,7 @@ use voxsplat::app::settings::Settings;
 use voxsplat::app::software::Canvas;
 use voxsplat::app::{Parts, Window};
 use voxsplat::core::{Camera, Ticket};
+use voxsplat::io::Series;
 use voxsplat::scene::{
     Cell, Cells, FirstLook, Lighting, Orientation, Shading, SplatSettings, Visibility, WhyWhole,
 };
@@ -338,6 +339,17 @@ impl Library for NamedFiles {
                 Err(ReadFailure::NotRecognised(text.to_owned()))
             }
             "vector.nrrd" => Ok(grid([8; 3], "v", 3)),
+            // A folder of scans: the files of each tell nothing of the others.
+            "study" => {
+                let named = |name: &str, is_open| Series {
+                    name: name.to_owned(),
+                    path: format!("study/{name}.dcm").into(),
+                    slices: 8,
+                    is_open,
+                };
+                let series = vec![named("scout", false), named("thorax", true)];
+                Ok(ReadGrid { series, ..grid([8; 3], "thorax", 1) })
+            }
             // What a first look lights.
             "faces.nrrd" => Ok(grid([8; 3], "faces", 1)),
             "demo:tornado" => {
@@ -410,7 +422,7 @@ fn grid(dims: [usize; 3], name: &str, components: usize) -> ReadGrid {
         samples: Arc::new(Samples::UInt16((0..count).map(|i| i as u16).collect())),
     };
     let grid = Grid::of(Lattice::unit(dims), vec![field]);
-    ReadGrid { grid, warnings: Vec::new() }
+    ReadGrid { grid, warnings: Vec::new(), series: Vec::new() }
 }
 
 /// Settings in memory.

@@ -6,6 +6,7 @@ use super::{facts_ui, row_ui};
 use crate::app::document::{Document, default_component};
 use crate::app::words;
 use crate::core::memory::human_bytes;
+use crate::io::Series;
 use crate::volume::{Component, Field, Shape};
 
 /// Another number of the file that a person wants to see.
@@ -17,8 +18,17 @@ pub struct FieldChoice {
     pub component: Component,
 }
 
-/// The facts, and the choice of field where there is one.
-pub fn data_ui(ui: &mut Ui, document: &Document) -> Option<FieldChoice> {
+/// What else a person wants to see of what was opened.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum DataChoice {
+    /// Another field of the file, or component of it.
+    Field(FieldChoice),
+    /// Another series, by its index.
+    Series(usize),
+}
+
+/// The facts, and the choice of series and field where there is one.
+pub fn data_ui(ui: &mut Ui, document: &Document) -> Option<DataChoice> {
     let volume = &document.volume;
     let statistics = &volume.statistics;
     let lattice = &volume.lattice;
@@ -84,7 +94,30 @@ pub fn data_ui(ui: &mut Ui, document: &Document) -> Option<FieldChoice> {
         rows.push(("Not finite", text, "NaN is drawn fully transparent"));
     }
     facts_ui(ui, &rows);
-    choice_ui(ui, document)
+    let series = series_ui(ui, &document.series).map(DataChoice::Series);
+    let field = choice_ui(ui, document).map(DataChoice::Field);
+    series.or(field)
+}
+
+fn series_ui(ui: &mut Ui, series: &[Series]) -> Option<usize> {
+    let open = series.iter().position(|one| one.is_open)?;
+    let mut chosen = open;
+    row_ui(ui, "Series", |ui| {
+        let combo = ComboBox::from_id_salt("series").selected_text(&series[open].name).truncate();
+        let shown = combo.show_ui(ui, |ui| {
+            for (index, one) in series.iter().enumerate() {
+                let noun = if one.slices == 1 { "slice" } else { "slices" };
+                let label = format!("{} ({} {noun})", one.name, one.slices);
+                ui.selectable_value(&mut chosen, index, label)
+                    .on_hover_text(one.path.display().to_string());
+            }
+        });
+        shown
+            .response
+            .accessible_name("Series")
+            .on_hover_text("Which of the scans in the folder is open");
+    });
+    (chosen != open).then_some(chosen)
 }
 
 fn choice_ui(ui: &mut Ui, document: &Document) -> Option<FieldChoice> {

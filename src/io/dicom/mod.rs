@@ -6,17 +6,16 @@
 mod dataset;
 mod order;
 mod pixels;
+mod series;
 mod slices;
 mod tags;
 
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use rayon::prelude::*;
-
 use self::order::{Place, Stack, stack};
 use self::pixels::Reader;
+use self::series::Chosen;
 use self::slices::Slices;
 use super::axes;
 use super::bytes;
@@ -90,13 +89,14 @@ pub(super) fn is_folder_of_them(folder: &Path) -> bool {
     files_of(folder, MOST_DEPTH, &Ticket::new()).is_ok_and(|files| !files.is_empty())
 }
 
-pub(super) fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<Opened, Problem> {
+pub(super) fn read(
+    path: &Path,
+    asked_for: Option<&str>,
+    free_bytes: u64,
+    ticket: &Ticket,
+) -> Result<Opened, Problem> {
     let mut warnings = Vec::new();
-    let files = if path.is_dir() {
-        chosen_series(path, ticket, &mut warnings)?
-    } else {
-        series_of(path, ticket, &mut warnings)?
-    };
+    let Chosen { files, series } = series::choose(path, asked_for, ticket, &mut warnings)?;
     let name = files.first().map(|first| match first.description.as_str() {
         "" => super::raw::stem(path),
         description => quoted(description).trim_matches('"').to_owned(),
@@ -113,131 +113,7 @@ pub(super) fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<Open
     };
     grid.space = stack.is_placed.then(|| SPACE.to_owned());
     grid.unit = Some("mm".to_owned());
-    Ok(Opened { grid, format: Format::Dicom, warnings })
-}
-
-/// The slices of all files that have any, without doubles of one instance.
-fn read_all(
-    paths: &[PathBuf],
-    ticket: &Ticket,
-    warnings: &mut Vec<String>,
-) -> Result<Vec<Slices>, Problem> {
-    let read = paths.par_iter().map(|path| {
-        if ticket.is_cancelled() {
-            return Err(crate::core::Cancelled.into());
-        }
-        match Slices::read(path) {
-            Ok(slices) => Ok(Some(Ok(slices))),
-            // Reports, structures and the like lie beside the pictures.
-            Err(Problem::Unsupported(_)) => Ok(None),
-            Err(_) => Ok(Some(Err(path.clone()))),
-        }
-    });
-    let all: Result<Vec<Option<Result<Slices, PathBuf>>>, Problem> = read.collect();
-    let (all, damaged): (Vec<_>, Vec<_>) = all?.into_iter().flatten().partition(Result::is_ok);
-    if let Some(Err(first)) = damaged.first() {
-        let (count, first) =
-            (damaged.len(), first.file_name().unwrap_or_default().to_string_lossy());
-        let noun = if count == 1 { "file is" } else { "files are" };
-        warnings.push(format!("{count} {noun} damaged and left out ({})", quoted(&first)));
-    }
-    let mut known = BTreeMap::new();
-    let all = all.into_iter().filter_map(Result::ok);
-    Ok(all
-        .filter(|slices| {
-            slices.instance.is_empty() || known.insert(slices.instance.clone(), ()).is_none()
-        })
-        .collect())
-}
-
-/// The series that a file is of, by the files beside it. One of several frames is a series by itself.
-fn series_of(
-    path: &Path,
-    ticket: &Ticket,
-    warnings: &mut Vec<String>,
-) -> Result<Vec<Slices>, Problem> {
-    let own = Slices::read(path)?;
-    if own.frames.len() > 1 || own.series.is_empty() || own.frames[0].position.is_none() {
-        return Ok(vec![own]);
-    }
-    let folder = match path.parent() {
-        Some(parent) if parent != Path::new("") => parent,
-        _ => Path::new("."),
-    };
-    // The file that was asked for first, before its doubles.
-    let mut paths = vec![path.to_owned()];
-    let beside = files_of(folder, 0, ticket).unwrap_or_default();
-    paths.extend(beside.into_iter().filter(|other| other.file_name() != path.file_name()));
-    // What else lies in the folder need not be whole.
-    let mut all = read_all(&paths, ticket, &mut Vec::new())?;
-    all.retain(|slices| slices.series == own.series && slices.frames.len() == 1);
-    if all.len() > 1 {
-        warnings.push(format!("the series is of {} files in the folder", all.len()));
-    }
-    Ok(all)
-}
-
-/// The series of a folder that has most pixels; the others are told.
-fn chosen_series(
-    folder: &Path,
-    ticket: &Ticket,
-    warnings: &mut Vec<String>,
-) -> Result<Vec<Slices>, Problem> {
-    let paths = files_of(folder, MOST_DEPTH, ticket)?;
-    let all = read_all(&paths, ticket, warnings)?;
-    let mut series: Vec<Vec<Slices>> = Vec::new();
-    for slices in all {
-        // Files of several frames are each a series of their own.
-        let is_of = |group: &Vec<Slices>| {
-            group[0].series == slices.series
-                && group[0].frames.len() == 1
-                && slices.frames.len() == 1
-        };
-        match series.iter_mut().find(|group| is_of(group)) {
-            Some(group) => group.push(slices),
-            None => series.push(vec![slices]),
-        }
-    }
-    let pixels = |group: &Vec<Slices>| -> usize {
-        group.iter().map(|slices| slices.form.len() * slices.frames.len()).sum()
-    };
-    let most = series.iter().map(pixels).max().unwrap_or_default();
-    let Some(at) = series.iter().position(|group| pixels(group) == most) else {
-        return Err(unsupported(
-            "a folder with DICOM pictures",
-            "none",
-            "choose the folder that has the series",
-        ));
-    };
-    let main = series.remove(at);
-    if !series.is_empty() {
-        warnings.push(others(&series, folder));
-    }
-    Ok(main)
-}
-
-/// Which series are in a folder besides, and how they are opened.
-fn others(series: &[Vec<Slices>], folder: &Path) -> String {
-    const MOST: usize = 5;
-    let told: Vec<String> = series
-        .iter()
-        .take(MOST)
-        .map(|group| {
-            let first = &group[0];
-            let frames: usize = group.iter().map(|slices| slices.frames.len()).sum();
-            let path = first.path.strip_prefix(folder).unwrap_or(&first.path);
-            let name = match first.description.as_str() {
-                "" => format!("series {}", first.series_number),
-                description => quoted(description),
-            };
-            let noun = if frames == 1 { "slice" } else { "slices" };
-            format!("{name} ({frames} {noun}: {})", path.display())
-        })
-        .collect();
-    let more = if series.len() > MOST { ", …" } else { "" };
-    let count = series.len();
-    let noun = if count == 1 { "series is" } else { "series are" };
-    format!("{count} more {noun} in the folder, opened by a file of it: {}{more}", told.join(", "))
+    Ok(Opened { series, ..Opened::of(grid, Format::Dicom, warnings) })
 }
 
 /// What of the numbers' meaning is not shown.

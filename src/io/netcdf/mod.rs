@@ -91,7 +91,7 @@ pub(super) fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<Open
     fields.extend(vectors);
     let grid = Grid::shaped(dims, Shape::Rectilinear(lists), fields)?;
     let grid = Grid { unit: places::unit(&axes), ..grid };
-    Ok(Opened { grid, format: Format::NetCdf, warnings })
+    Ok(Opened::of(grid, Format::NetCdf, warnings))
 }
 
 fn panicked(words: &str) -> Problem {

@@ -108,7 +108,7 @@ pub(super) fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<Open
         ..Grid::of(lattice.lattice, fields)
     };
     let format = if version == Version::Analyze { Format::Analyze } else { Format::Nifti };
-    Ok(Opened { grid, format, warnings })
+    Ok(Opened::of(grid, format, warnings))
 }
 
 /// The file's name without `.nii.gz` and the like.

@@ -60,7 +60,7 @@ pub(super) fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<Open
     let space = header.get("space").map(str::to_owned);
     let unit = unit(&header, &axes.roles, space.as_deref());
     let grid = Grid { space, unit, ..Grid::of(lattice, fields) };
-    Ok(Opened { grid, format: Format::Nrrd, warnings })
+    Ok(Opened::of(grid, Format::Nrrd, warnings))
 }
 
 fn sizes(header: &Header) -> Result<Vec<usize>, Problem> {

@@ -60,7 +60,7 @@ pub(super) fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<Open
     };
     warnings.extend(axes::several(&fields, "along a further index, or in several arrays"));
     let grid = Grid::of(Lattice::unit(dims), fields);
-    Ok(Opened { grid, format: Format::NumPy, warnings })
+    Ok(Opened::of(grid, Format::NumPy, warnings))
 }
 
 fn damaged(error: &zip::result::ZipError) -> Problem {

@@ -349,7 +349,7 @@ pub(super) fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<Open
     let fields = axes.fields(&super::raw::stem(path), samples, ticket)?;
     warnings.extend(axes::several(&fields, "in channels or times"));
     let grid = Grid { unit, ..Grid::of(lattice, fields) };
-    Ok(Opened { grid, format: Format::Tiff, warnings })
+    Ok(Opened::of(grid, Format::Tiff, warnings))
 }
 
 /// Distances of pixels and slices, and their unit.

@@ -100,7 +100,7 @@ pub(super) fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<Open
             Grid::shaped(dims, Shape::Curvilinear(axes::positions(&points)), fields)?
         }
     };
-    Ok(Opened { grid, format: Format::Vtk, warnings })
+    Ok(Opened::of(grid, Format::Vtk, warnings))
 }
 
 /// Everything up to the kind of the data set.

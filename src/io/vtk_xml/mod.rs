@@ -96,7 +96,7 @@ pub(super) fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<Open
             (Grid::shaped(dims, shape, fields)?, Format::Vts)
         }
     };
-    Ok(Opened { grid, format, warnings })
+    Ok(Opened::of(grid, format, warnings))
 }
 
 /// The XML, up to the appended data where there are any, and where these begin.

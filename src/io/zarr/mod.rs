@@ -48,7 +48,7 @@ pub(super) fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<Open
         Some(scales) => of_scales(&scales, free_bytes, ticket, &mut warnings)?,
         None => of_arrays(&folder, free_bytes, ticket, &mut warnings)?,
     };
-    Ok(Opened { grid, format: Format::Zarr, warnings })
+    Ok(Opened::of(grid, Format::Zarr, warnings))
 }
 
 /// OME's pyramid: what it says, and where.
