@@ -12,6 +12,7 @@ pub mod kernel;
 pub mod native;
 pub mod plan;
 pub mod polygons;
+pub mod rbf;
 pub mod reference;
 pub mod scene;
 pub mod task;

@@ -8,10 +8,11 @@ use std::fs;
 use std::path::Path;
 
 /// A room, and the rooms it may import.
-const ROOMS: [(&str, &[&str]); 17] = [
+const ROOMS: [(&str, &[&str]); 18] = [
     ("core", &[]),
     ("polygons", &["core"]),
     ("volume", &["core"]),
+    ("rbf", &["core", "volume"]),
     ("transfer", &["core", "volume"]),
     ("kernel", &["core", "volume", "transfer"]),
     ("hierarchy", &["core", "volume", "transfer"]),
@@ -19,7 +20,7 @@ const ROOMS: [(&str, &[&str]); 17] = [
     ("scene", &["core", "volume", "transfer", "kernel", "hierarchy", "vector", "polygons"]),
     // Truth shares no shortcut with what it judges: neither the GPU nor the hierarchy.
     ("reference", &["core", "volume", "transfer", "kernel", "vector", "polygons", "scene"]),
-    ("io", &["core", "volume", "polygons"]),
+    ("io", &["core", "volume", "polygons", "rbf"]),
     ("plan", &["core", "volume", "transfer", "kernel", "vector", "polygons", "scene"]),
     (
         "gpu",
@@ -58,6 +59,7 @@ const ROOMS: [(&str, &[&str]); 17] = [
             "gpu",
             "native",
             "accuracy",
+            "rbf",
         ],
     ),
     // The window and the command line see the engine through `task`, and not each other.
@@ -72,13 +74,14 @@ const ROOMS: [(&str, &[&str]); 17] = [
         "cli",
         &[
             "core", "volume", "transfer", "kernel", "vector", "polygons", "scene", "plan", "io",
-            "accuracy", "task",
+            "accuracy", "task", "rbf",
         ],
     ),
 ];
 
 /// Names from outside, and the only rooms that may say them.
-const OUTSIDE: [(&str, &[&str]); 19] = [
+const OUTSIDE: [(&str, &[&str]); 20] = [
+    ("nalgebra", &["rbf"]),
     ("fearless_simd", &["native"]),
     ("wgpu", &["gpu"]),
     ("egui", &["app"]),

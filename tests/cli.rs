@@ -1065,3 +1065,75 @@ fn a_picture_goes_to_stdout_alone_and_may_keep_its_alpha() {
     assert_eq!(picture.dimensions(), (33, 20));
     assert!(picture.pixels().any(|p| p[3] == 0) && picture.pixels().any(|p| p[3] > 100));
 }
+
+#[test]
+fn a_field_is_encoded_and_the_errors_that_are_told_are_those_of_what_comes_back() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = |name: &str| folder.path().join(name).to_str().expect("UTF-8").to_owned();
+    let (encoded, converted) = (at("blobs.vrbf"), at("blobs.nrrd"));
+    let made = voxsplat(&["encode", "demo:blobs:20", "--output", &encoded, "--max-error", "5%"]);
+    assert_eq!(made.status.code(), Some(0), "{}", errors(&made));
+    let output = voxsplat(&["info", &encoded, "--json"]);
+    let info: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    assert_eq!(info["format"], "vrbf");
+    assert_eq!(info["source"], "demo:blobs:20");
+    let told = info["max_error"].as_f64().expect("a number");
+    assert!(info["functions"].as_u64() > Some(0), "{info}");
+
+    let written = voxsplat(&["convert", &encoded, "--output", &converted]);
+    assert_eq!(written.status.code(), Some(0), "{}", errors(&written));
+    let open = |path: &str| {
+        let options = voxsplat::io::OpenOptions::default();
+        voxsplat::io::open(Path::new(path), &options, &voxsplat::core::Ticket::new())
+    };
+    let (own, back) = (demo::open("blobs:20", None).expect("a demo"), open(&converted));
+    let back = back.expect("it is a valid file").grid;
+    assert_eq!(back.lattice, own.lattice);
+    let samples = |grid: &voxsplat::volume::Grid| {
+        let samples = Arc::clone(&grid.fields[0].samples);
+        (0..samples.len()).map(|i| samples.get(i)).collect::<Vec<f64>>()
+    };
+    let (own, back) = (samples(&own), samples(&back));
+    let found = own.iter().zip(&back).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    let range =
+        own.iter().copied().fold(f64::MIN, f64::max) - own.iter().copied().fold(f64::MAX, f64::min);
+    assert!((found - told).abs() < 1e-6 * range, "{found} {told}");
+    assert!(found <= 0.05 * range, "{found} of {range}");
+}
+
+#[test]
+fn an_encoding_that_comes_not_as_near_as_asked_for_is_refused_or_said_to_be_further() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("head.vrbf");
+    let name = path.to_str().expect("UTF-8");
+    let asked = ["encode", "demo:checkerboard:8", "--output", name, "--max-error", "0.001%"];
+    let refused = voxsplat(&asked);
+    assert_eq!(refused.status.code(), Some(1), "{}", errors(&refused));
+    assert!(errors(&refused).contains("--functions") && !path.exists(), "{}", errors(&refused));
+    let few = voxsplat(&[&asked[..], &["--functions", "5"]].concat());
+    assert_eq!(few.status.code(), Some(0), "{}", errors(&few));
+    assert!(errors(&few).contains("not reached") && path.exists(), "{}", errors(&few));
+    for wrong in ["0", "-1", "x", "%", "0%"] {
+        let wrong = voxsplat(&["encode", "demo:blobs:8", "-o", name, "--max-error", wrong]);
+        assert_eq!(wrong.status.code(), Some(2), "{}", errors(&wrong));
+    }
+}
+
+#[test]
+fn a_converted_volume_is_the_one_it_was_and_dims_are_of_functions_alone() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("wind.nrrd");
+    let name = path.to_str().expect("UTF-8");
+    let asked = ["convert", "demo:tornado:8", "--field", "velocity", "--output", name];
+    let written = voxsplat(&asked);
+    assert_eq!(written.status.code(), Some(0), "{}", errors(&written));
+    let options = voxsplat::io::OpenOptions::default();
+    let back = voxsplat::io::open(&path, &options, &voxsplat::core::Ticket::new());
+    let (back, own) = (back.expect("valid").grid, demo::open("tornado:8", None).expect("a demo"));
+    let field = own.field(Some("velocity")).expect("it is there");
+    assert_eq!(back.fields[0].samples, field.samples);
+    assert_eq!((back.lattice, back.fields[0].components), (own.lattice, 3));
+    let refused = voxsplat(&[&asked[..], &["--dims", "4,4,4"]].concat());
+    assert_eq!(refused.status.code(), Some(1), "{}", errors(&refused));
+    assert!(errors(&refused).contains("--dims"), "{}", errors(&refused));
+}

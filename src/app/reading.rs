@@ -14,9 +14,9 @@ use crate::volume::{Samples, ScalarVolume, Statistics, demo};
 /// Greatest side of a preview, pixels; larger slices are thinned out.
 const PREVIEW_SIDE: usize = 512;
 /// Extensions of formats with a header: without one such a file is damaged, not raw.
-const WITH_HEADER: [&str; 19] = [
-    "nrrd", "nhdr", "mha", "mhd", "vti", "vtr", "vts", "vtk", "nc", "nii", "npy", "npz", "mrc",
-    "dcm", "tif", "tiff", "h5", "hdf5", "nc4",
+const WITH_HEADER: [&str; 20] = [
+    "vrbf", "nrrd", "nhdr", "mha", "mhd", "vti", "vtr", "vts", "vtk", "nc", "nii", "npy", "npz",
+    "mrc", "dcm", "tif", "tiff", "h5", "hdf5", "nc4",
 ];
 
 /// Files on disk and volumes made in code.

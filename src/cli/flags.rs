@@ -15,10 +15,12 @@ use super::vectors::VectorFlags;
 use crate::core::Srgb8;
 use crate::io::Endian;
 use crate::kernel::Kernel;
+use crate::rbf::Basis;
 use crate::scene::{
     Annotations, Backend, Classify, CutSettings, ErrorMeasure, ModeChoice, ModeError, OpacityModel,
     Order, Reconstruction, SplatSettings, UpAxis, Visibility,
 };
+use crate::task::encode::Wanted;
 use crate::task::engine::{AdapterChoice, Choice, EngineChoice};
 use crate::transfer::ColourMap;
 use crate::transfer::presets::Preset;
@@ -71,6 +73,12 @@ pub enum Command {
     /// Measure what each way of drawing costs, and how far from the exact picture it is
     #[command(after_help = format!("{SWEEP}\n\n{EXIT_CODES}"))]
     Accuracy(Box<AccuracyFlags>),
+    /// Encode a field as radial basis functions
+    #[command(after_help = EXIT_CODES)]
+    Encode(EncodeFlags),
+    /// Write a field as NRRD; of basis functions the values of their sum
+    #[command(after_help = EXIT_CODES)]
+    Convert(ConvertFlags),
 }
 
 /// What draws.
@@ -151,6 +159,51 @@ pub struct InfoFlags {
     /// As JSON
     #[arg(long)]
     pub json: bool,
+}
+
+/// `voxsplat encode`.
+#[derive(Debug, Args)]
+pub struct EncodeFlags {
+    /// The file.
+    #[command(flatten)]
+    pub input: InputFlags,
+    /// File to write (.vrbf); - for standard output
+    #[arg(short, long, value_name = "FILE")]
+    pub output: PathBuf,
+    /// Greatest difference of the functions' sum from any sample, in the data's units; with % of their range
+    #[arg(long, value_name = "E", value_parser = values::wanted_error, allow_hyphen_values = true)]
+    pub max_error: Wanted,
+    /// Functions at most: what comes nearest by so many is written, also if that is further than --max-error
+    /// [default: one for 20 samples, and else nothing is written]
+    #[arg(long, value_name = "N", value_parser = values::functions, allow_hyphen_values = true)]
+    pub functions: Option<usize>,
+    /// Basis: ellipsoid (Gaussians as wide as they have to be in each direction), gaussian (one width each), or
+    /// multiquadric (inverse, one width each)
+    #[arg(long, value_name = "BASIS", value_parser = values::basis, default_value = "ellipsoid")]
+    pub basis: Basis,
+    /// Field to encode [default: the active one]
+    #[arg(long, value_name = "NAME")]
+    pub field: Option<String>,
+    /// Component of the field, as of `render` [default: magnitude, where there is more than one]
+    #[arg(long, value_name = "N", value_parser = values::component, allow_hyphen_values = true)]
+    pub component: Option<Component>,
+}
+
+/// `voxsplat convert`.
+#[derive(Debug, Args)]
+pub struct ConvertFlags {
+    /// The file.
+    #[command(flatten)]
+    pub input: InputFlags,
+    /// File to write (.nrrd); - for standard output
+    #[arg(short, long, value_name = "FILE")]
+    pub output: PathBuf,
+    /// Of basis functions: samples along each axis, over the box of their source [default: those of the source]
+    #[arg(long, value_name = "X,Y,Z", value_parser = values::dims, allow_hyphen_values = true)]
+    pub dims: Option<[usize; 3]>,
+    /// Field to write [default: the active one]
+    #[arg(long, value_name = "NAME")]
+    pub field: Option<String>,
 }
 
 /// `voxsplat probe`.

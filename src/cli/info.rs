@@ -9,7 +9,7 @@ pub(super) fn run(flags: &InfoFlags) -> Result<(), Failure> {
     let input = open::grid(&flags.input, None)?;
     let info = info::describe_grid(&input.grid, &input.format, &input.warnings, &Ticket::new())
         .map_err(Failure::failed)?;
-    let info = info::Info { series: input.series, ..info };
+    let info = info::Info { series: input.series, encoding: input.encoding, ..info };
     let text = if flags.json {
         serde_json::to_string_pretty(&info).map_err(Failure::failed)?
     } else {

@@ -4,6 +4,7 @@
 //! `main` only.
 
 mod accuracy;
+mod encode;
 mod flags;
 mod flow;
 mod info;
@@ -85,6 +86,8 @@ pub fn run(
         Some(Command::Probe(flags)) => probe::run(&flags),
         Some(Command::Info(flags)) => info::run(&flags),
         Some(Command::Accuracy(flags)) => accuracy::run(&flags),
+        Some(Command::Encode(flags)) => encode::encode(&flags),
+        Some(Command::Convert(flags)) => encode::convert(&flags),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,

@@ -9,6 +9,7 @@ use super::flags::{InputFlags, SceneFlags};
 use super::{Failure, note};
 use crate::core::{Camera, Projection, Ticket};
 use crate::io::{self, OpenOptions, RawOverrides, Series};
+use crate::rbf::Facts;
 use crate::scene::{
     self, Orientation, SampleSource, Scene, Shading, SplatSettings, framing_what_shows,
 };
@@ -16,7 +17,7 @@ use crate::task::transfer_file;
 use crate::transfer::presets::Preset;
 use crate::transfer::{ColourSource, NoData, Region, TransferFunction};
 use crate::volume::{
-    Component, Grid, ScalarVolume, Statistics, VolumeError, demo, demo::DemoError,
+    Component, Field, Grid, ScalarVolume, Statistics, VolumeError, demo, demo::DemoError,
 };
 
 /// What was opened: the grid, and where the file says so, its format.
@@ -26,6 +27,8 @@ pub(super) struct Input {
     pub warnings: Vec<String>,
     /// The series that lie at its place, where there are several.
     pub series: Vec<Series>,
+    /// Of basis functions.
+    pub encoding: Option<Facts>,
     path: PathBuf,
 }
 
@@ -37,6 +40,19 @@ pub(super) fn volume(scene: &Scene) -> Result<&Arc<ScalarVolume>, Failure> {
 }
 
 impl Input {
+    /// The field of this name, or the active one; also where a series is called so.
+    pub(super) fn field(&self, name: Option<&str>) -> Result<&Field, VolumeError> {
+        let is_series =
+            |name: &&str| self.series.iter().any(|one| one.is_open && one.name == **name);
+        self.grid.field(name.filter(|name| !is_series(name)))
+    }
+
+    /// The file's name without its folder.
+    pub(super) fn name(&self) -> String {
+        let name = self.path.file_name().unwrap_or(self.path.as_os_str());
+        name.to_string_lossy().into_owned()
+    }
+
     /// What a scene calls all of a field.
     pub(super) fn source(&self, field: &str) -> SampleSource {
         SampleSource::whole(&self.path, field)
@@ -74,6 +90,15 @@ pub(super) fn check_name(file: &Path) -> Result<(), Failure> {
 
 /// A file, and in it or beside it the series that a field is named by.
 pub(super) fn grid(flags: &InputFlags, field: Option<&str>) -> Result<Input, Failure> {
+    grid_at(flags, field, None)
+}
+
+/// The same; of basis functions, so many samples along each axis.
+pub(super) fn grid_at(
+    flags: &InputFlags,
+    field: Option<&str>,
+    dims: Option<[usize; 3]>,
+) -> Result<Input, Failure> {
     check_name(&flags.file)?;
     let raw = RawOverrides {
         dims: flags.raw_dims,
@@ -99,17 +124,20 @@ pub(super) fn grid(flags: &InputFlags, field: Option<&str>) -> Result<Input, Fai
             format: "demo".to_owned(),
             warnings: Vec::new(),
             series: Vec::new(),
+            encoding: None,
             path: flags.file.clone(),
         });
     }
     let series = field.map(str::to_owned);
-    let options = OpenOptions { raw: is_raw.then_some(raw), series, memory_limit_bytes: None };
+    let options =
+        OpenOptions { raw: is_raw.then_some(raw), series, dims, ..OpenOptions::default() };
     let opened = io::open(&flags.file, &options, &Ticket::new()).map_err(Failure::failed)?;
     Ok(Input {
         grid: opened.grid,
         format: opened.format.name().to_owned(),
         warnings: opened.warnings,
         series: opened.series,
+        encoding: opened.encoding,
         path: flags.file.clone(),
     })
 }
@@ -121,8 +149,7 @@ fn scalar(
     component: Option<Component>,
 ) -> Result<(SampleSource, Arc<ScalarVolume>), Failure> {
     let failed = |error: VolumeError| Failure::Failed(input.about(&error.to_string()));
-    let is_series = |name: &&str| input.series.iter().any(|one| one.is_open && one.name == **name);
-    let field = input.grid.field(field.filter(|name| !is_series(name))).map_err(failed)?;
+    let field = input.field(field).map_err(failed)?;
     let component = match component {
         Some(component) => component,
         None if field.components == 1 => Component::Index(0),

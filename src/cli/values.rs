@@ -5,10 +5,12 @@ use std::ops::RangeInclusive;
 use crate::core::Srgb8;
 use crate::io::Endian;
 use crate::kernel::Kernel;
+use crate::rbf::Basis;
 use crate::scene::{
     AlongRay, Annotation, Annotations, Backend, Classify, ErrorMeasure, Index,
     MOST_SHEETS_PER_KERNEL, OpacityModel, Order, Reconstruction, ShadingPreset, UpAxis, Visibility,
 };
+use crate::task::encode::Wanted;
 use crate::task::engine::{AdapterChoice, EngineChoice};
 use crate::transfer::ColourMap;
 use crate::transfer::presets::Preset;
@@ -159,6 +161,19 @@ pub(super) fn positive(text: &str) -> Parsed<f64> {
     }
 }
 
+/// A greatest error: in the data's units, or % of their range.
+pub(super) fn wanted_error(text: &str) -> Parsed<Wanted> {
+    match text.trim().strip_suffix('%') {
+        Some(percent) => positive(percent).map(Wanted::Percent),
+        None => positive(text).map(Wanted::Units),
+    }
+}
+
+/// How many basis functions.
+pub(super) fn functions(text: &str) -> Parsed<usize> {
+    whole_number(text, 1..=1 << 24).map(|n| n as usize)
+}
+
 /// Names of annotations, or all of them.
 pub(super) fn annotations(text: &str) -> Parsed<Annotations> {
     let mut chosen = Annotations::NONE;
@@ -294,6 +309,7 @@ named!(
     colour_map: ColourMap,
     preset: Preset,
     kernel: Kernel,
+    basis: Basis,
     scalar_type: ScalarType,
     index: Index,
 );

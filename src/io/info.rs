@@ -8,6 +8,7 @@ use serde::Serialize;
 
 use super::{Opened, Series};
 use crate::core::progress::{Cancelled, Ticket};
+use crate::rbf::Facts;
 use crate::volume::{Field, Grid, Scalar, Shape, Statistics};
 use crate::with_samples;
 
@@ -48,6 +49,9 @@ pub struct Info {
     /// The series that lie at its place, where there are several.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub series: Vec<Series>,
+    /// Of basis functions: how many, and how far they are from their source.
+    #[serde(flatten)]
+    pub encoding: Option<Facts>,
 }
 
 /// The coordinates of a rectilinear grid along one axis.
@@ -122,7 +126,7 @@ fn magnitude_max(field: &Field) -> Option<f64> {
 /// [`Cancelled`].
 pub fn describe(opened: &Opened, ticket: &Ticket) -> Result<Info, Cancelled> {
     let info = describe_grid(&opened.grid, opened.format.name(), &opened.warnings, ticket)?;
-    Ok(Info { series: opened.series.clone(), ..info })
+    Ok(Info { series: opened.series.clone(), encoding: opened.encoding.clone(), ..info })
 }
 
 /// The same for a grid from elsewhere, such as a demo.
@@ -172,6 +176,7 @@ pub fn describe_grid(
         fields: fields.collect::<Result<_, _>>()?,
         warnings: warnings.to_vec(),
         series: Vec::new(),
+        encoding: None,
     })
 }
 
@@ -228,6 +233,19 @@ impl fmt::Display for Info {
         writeln!(f, "{:<11}{}", "space", self.space.as_deref().unwrap_or("not stated"))?;
         if let Some(unit) = &self.unit {
             writeln!(f, "{:<11}{unit}", "unit")?;
+        }
+        if let Some(encoding) = &self.encoding {
+            let number = |v: f64| plain_or_power(format!("{v:.3e}").parse().unwrap_or(v));
+            writeln!(
+                f,
+                "{:<11}{} functions ({}) of {}: greatest error {}, mean {}",
+                "encoding",
+                encoding.functions,
+                encoding.basis,
+                encoding.source,
+                number(encoding.max_error),
+                number(encoding.mean_error),
+            )?;
         }
         for field in &self.fields {
             let number = |v: Option<f64>| v.map_or("none".to_owned(), plain_or_power);

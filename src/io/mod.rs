@@ -24,6 +24,7 @@ pub mod raw;
 mod scale;
 mod stream;
 mod tiff;
+pub mod vrbf;
 mod vtk;
 mod vtk_xml;
 mod zarr;
@@ -40,7 +41,8 @@ pub use raw::{RawLayout, RawOverrides};
 
 use crate::core::memory;
 use crate::core::progress::Ticket;
-use crate::volume::Grid;
+use crate::rbf::Facts;
+use crate::volume::{Field, Grid};
 use error::{quoted_bytes, unrecognised};
 
 /// A file format that is read.
@@ -79,6 +81,8 @@ pub enum Format {
     Hdf5,
     /// A folder of Zarr or OME-Zarr.
     Zarr,
+    /// Radial basis functions, as this program encodes fields.
+    Vrbf,
     /// Samples and nothing else.
     Raw,
 }
@@ -103,6 +107,7 @@ impl Format {
             Self::Images => "images",
             Self::Hdf5 => "hdf5",
             Self::Zarr => "zarr",
+            Self::Vrbf => "vrbf",
             Self::Raw => "raw",
         }
     }
@@ -116,6 +121,8 @@ pub struct OpenOptions {
     /// Which of several series in a folder, by its [`Series::name`]; that with most pixels, or the file's own, where none is
     /// called so.
     pub series: Option<String>,
+    /// Of basis functions: samples along each axis at which their sum is taken; those of the source for `None`.
+    pub dims: Option<[usize; 3]>,
     /// Most bytes that may be allocated; what the system says is free for `None`.
     pub memory_limit_bytes: Option<u64>,
 }
@@ -137,12 +144,14 @@ pub struct Opened {
     pub warnings: Vec<String>,
     /// The series that lie at its place, it among them; empty where it is the only one.
     pub series: Vec<Series>,
+    /// Of basis functions: how many, and how far they are from their source.
+    pub encoding: Option<Facts>,
 }
 
 impl Opened {
     /// What is alone at its place.
     pub(crate) fn of(grid: Grid, format: Format, warnings: Vec<String>) -> Self {
-        Self { grid, format, warnings, series: Vec::new() }
+        Self { grid, format, warnings, series: Vec::new(), encoding: None }
     }
 }
 
@@ -175,6 +184,11 @@ pub fn open(path: &Path, options: &OpenOptions, ticket: &Ticket) -> Result<Opene
     read(path, options, ticket).map_err(|problem| problem.at(path))
 }
 
+/// A field as a file of NRRD; of a grid that is not evenly spaced, as if it were.
+pub fn nrrd_bytes(grid: &Grid, field: &Field) -> Vec<u8> {
+    nrrd::bytes(grid, field)
+}
+
 fn read(path: &Path, options: &OpenOptions, ticket: &Ticket) -> Result<Opened, Problem> {
     let format = match &options.raw {
         Some(_) => Format::Raw,
@@ -196,6 +210,7 @@ fn read(path: &Path, options: &OpenOptions, ticket: &Ticket) -> Result<Opened, P
         Format::Images => images::read(path, free_bytes, ticket),
         Format::Hdf5 => hdf5::read(path, free_bytes, ticket),
         Format::Zarr => zarr::read(path, free_bytes, ticket),
+        Format::Vrbf => vrbf::read(path, options.dims, free_bytes, ticket),
         Format::Raw => raw::read(path, &options.raw.unwrap_or_default(), free_bytes, ticket),
     }?;
     opened.grid.check()?;
@@ -247,6 +262,7 @@ fn recognise(path: &Path) -> Result<Format, Problem> {
         "nc" | "cdf" => Err(not_as_named("a NetCDF header (\"CDF\")", &start)),
         "nii" => Err(not_as_named("a NIfTI header", &start)),
         _ if name.ends_with(".nii.gz") => Err(not_as_named("a packed NIfTI header", &start)),
+        "vrbf" => Err(not_as_named("basis functions (\"VOXSPLAT RBF …\")", &start)),
         "npy" | "npz" => Err(not_as_named("a NumPy array", &start)),
         "img" if nifti::header_beside(path).is_some() => Ok(Format::Nifti),
         _ if name.ends_with(".img.gz") && nifti::header_beside(path).is_some() => Ok(Format::Nifti),
@@ -309,6 +325,9 @@ fn by_content(start: &[u8]) -> Result<Option<Format>, Problem> {
     }
     if let Some(kind) = vtk_xml::file_type(start) {
         return vtk_xml::format_of(&kind).map(Some);
+    }
+    if start.starts_with(vrbf::MAGIC) {
+        return Ok(Some(Format::Vrbf));
     }
     if start.starts_with(vtk::MAGIC) {
         return Ok(Some(Format::Vtk));

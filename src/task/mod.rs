@@ -9,6 +9,7 @@ pub mod cost;
 pub mod cuts;
 pub mod draw;
 pub mod effect_costs;
+pub mod encode;
 pub mod engine;
 pub mod engines;
 pub mod estimate;

@@ -280,21 +280,17 @@ impl Grid {
         })
     }
 
-    /// One scalar field of the grid, ready to be drawn: statistics and bricks computed. Where the grid is
-    /// not evenly spaced, it is interpolated onto a lattice that is ([`Grid::resampling`]).
-    ///
-    /// A single-component field shares its samples; a component or magnitude of several, or what is
-    /// derived of vectors, is made into 64-bit floats only where the type needs them, otherwise 32-bit.
+    /// One number of each of a field's samples, where these lie.
     ///
     /// # Errors
-    /// No such component, no finite value, too little memory, or cancelled.
-    pub fn scalar(
+    /// No such component, or cancelled.
+    pub fn samples_of(
         &self,
         field: &Field,
         component: Component,
         ticket: &Ticket,
-    ) -> Result<ScalarVolume, VolumeError> {
-        let samples = match (component, field.components) {
+    ) -> Result<Arc<Samples>, VolumeError> {
+        Ok(match (component, field.components) {
             (Component::Index(0), 1) => Arc::clone(&field.samples),
             (Component::Index(index), components) if index >= components => {
                 return Err(VolumeError::NoSuchComponent {
@@ -311,7 +307,24 @@ impl Grid {
                 Arc::new(derive(self, field, derived, ticket)?)
             }
             _ => Arc::new(extract(field, component)?),
-        };
+        })
+    }
+
+    /// One scalar field of the grid, ready to be drawn: statistics and bricks computed. Where the grid is
+    /// not evenly spaced, it is interpolated onto a lattice that is ([`Grid::resampling`]).
+    ///
+    /// A single-component field shares its samples; a component or magnitude of several, or what is
+    /// derived of vectors, is made into 64-bit floats only where the type needs them, otherwise 32-bit.
+    ///
+    /// # Errors
+    /// No such component, no finite value, too little memory, or cancelled.
+    pub fn scalar(
+        &self,
+        field: &Field,
+        component: Component,
+        ticket: &Ticket,
+    ) -> Result<ScalarVolume, VolumeError> {
+        let samples = self.samples_of(field, component, ticket)?;
         let (lattice, samples) = self.evenly_spaced(field, samples, ticket)?;
         let statistics = Statistics::of(&samples, ticket)?;
         if statistics.finite_count == 0 {

@@ -1,5 +1,6 @@
 //! The readers on files written here: round trips in every encoding, damage, and what it says.
 
+mod basis_functions;
 mod damage;
 mod mesh;
 mod messages;

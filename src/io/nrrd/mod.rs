@@ -2,6 +2,9 @@
 
 mod header;
 mod parts;
+mod write;
+
+pub(super) use write::bytes;
 
 use std::io::{BufRead, BufReader, Read, Seek, SeekFrom};
 use std::path::Path;

@@ -1,0 +1,302 @@
+//! Fields as basis functions (`.vrbf`): written by `voxsplat encode`.
+//!
+//! A line of letters and the version, a line of JSON that people can read, and the functions: 32-bit little-endian floats,
+//! of each the centre less the box's least corner, the shape (its upper triangle by rows; one number where it is as wide in
+//! every direction), and the weight. A CRC-32 of these is in the header.
+
+use std::io::Read;
+use std::path::Path;
+use std::sync::Arc;
+
+use flate2::Crc;
+use glam::{DMat3, DVec3};
+use serde::{Deserialize, Serialize};
+
+use super::error::{Problem, ReadError, corrupt, header, quoted, truncated, unsupported};
+use super::{Format, Opened, files};
+use crate::core::memory;
+use crate::core::progress::Ticket;
+use crate::rbf::{Basis, Encoded, Encoding, Errors, Function, Source};
+use crate::volume::{Association, Field, Grid, Lattice, Samples};
+
+/// How a file begins.
+pub(super) const MAGIC: &[u8] = b"VOXSPLAT RBF ";
+const VERSION: &str = "1";
+/// Of the two lines.
+const MOST_HEADER_BYTES: u64 = 1 << 16;
+/// A file of more is not one of these.
+const MOST_FUNCTIONS: usize = 1 << 24;
+
+/// The line that people can read.
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Header {
+    functions: usize,
+    basis: Basis,
+    bias: f64,
+    /// Where functions end.
+    epsilon: f64,
+    /// Least x, y, z, then greatest, world.
+    bounds: [f64; 6],
+    errors: Errors,
+    /// Greatest error that was asked for.
+    wanted: f64,
+    source: String,
+    field: String,
+    samples: usize,
+    dims: [usize; 3],
+    spacing: [f64; 3],
+    origin: [f64; 3],
+    direction: [f64; 9],
+    space: Option<String>,
+    unit: Option<String>,
+    crc32: u32,
+}
+
+/// The same functions as a file holds them, in 32 bits: what errors are stated of.
+#[must_use]
+pub fn rounded(encoding: &Encoding) -> Encoding {
+    let low = encoding.bounds()[0];
+    let narrow = |v: f64| f64::from(v as f32);
+    let functions = encoding.functions().iter().map(|f| Function {
+        centre: DVec3::from((f.centre - low).to_array().map(narrow)) + low,
+        shape: DMat3::from_cols_array(&f.shape.to_cols_array().map(narrow)),
+        weight: narrow(f.weight),
+    });
+    Encoding::new(
+        encoding.basis(),
+        encoding.bias(),
+        encoding.epsilon(),
+        functions,
+        encoding.bounds(),
+    )
+}
+
+/// A file's content.
+///
+/// # Errors
+/// What no JSON can hold, which are numbers that are not finite.
+pub fn bytes(encoded: &Encoded) -> Result<Vec<u8>, String> {
+    let Encoded { encoding, errors, source } = encoded;
+    let [low, high] = encoding.bounds();
+    let mut body = Vec::new();
+    for function in encoding.functions() {
+        let mut numbers = (function.centre - low).to_array().to_vec();
+        let rows = function.shape.transpose();
+        match encoding.basis() {
+            Basis::Ellipsoid => {
+                numbers.extend(rows.x_axis.to_array());
+                numbers.extend([rows.y_axis.y, rows.y_axis.z, rows.z_axis.z]);
+            }
+            Basis::Gaussian | Basis::Multiquadric => numbers.push(rows.x_axis.x),
+        }
+        numbers.push(function.weight);
+        body.extend(numbers.into_iter().flat_map(|number| (number as f32).to_le_bytes()));
+    }
+    let Lattice { dims, spacing, origin, direction } = source.lattice;
+    let header = Header {
+        functions: encoding.functions().len(),
+        basis: encoding.basis(),
+        bias: encoding.bias(),
+        epsilon: encoding.epsilon(),
+        bounds: [low.x, low.y, low.z, high.x, high.y, high.z],
+        errors: *errors,
+        wanted: source.wanted,
+        source: source.name.clone(),
+        field: source.field.clone(),
+        samples: source.samples,
+        dims,
+        spacing: spacing.to_array(),
+        origin: origin.to_array(),
+        direction: direction.to_cols_array(),
+        space: source.space.clone(),
+        unit: source.unit.clone(),
+        crc32: checksum(&body),
+    };
+    let line = serde_json::to_string(&header).map_err(|error| error.to_string())?;
+    Ok([MAGIC, VERSION.as_bytes(), b"\n", line.as_bytes(), b"\n", &body].concat())
+}
+
+fn checksum(body: &[u8]) -> u32 {
+    let mut crc = Crc::new();
+    crc.update(body);
+    crc.sum()
+}
+
+/// The functions of a file.
+///
+/// # Errors
+/// No such file, or a damaged one.
+pub fn load(path: &Path) -> Result<Encoded, ReadError> {
+    content(path).map_err(|problem| problem.at(path))
+}
+
+/// Values of the sum at samples of the source's box: the source's own, or as many as asked for along each axis.
+pub(super) fn read(
+    path: &Path,
+    dims: Option<[usize; 3]>,
+    free_bytes: u64,
+    ticket: &Ticket,
+) -> Result<Opened, Problem> {
+    let encoded = content(path)?;
+    let source = &encoded.source;
+    let lattice = dims.map_or(source.lattice, |dims| with_dims(source.lattice, dims));
+    let count = memory::checked_product(&lattice.dims.map(|n| n as u64));
+    let bytes = count.and_then(|count| count.checked_mul(4)).unwrap_or(u64::MAX);
+    memory::require("the values of the functions", bytes, free_bytes)?;
+    let [nx, ny, _] = lattice.dims;
+    let place = |i: usize| {
+        let index = DVec3::new((i % nx) as f64, (i / nx % ny) as f64, (i / (nx * ny)) as f64);
+        lattice.world_from_index(index)
+    };
+    let mut values: Vec<f32> = Vec::with_capacity(lattice.len());
+    for z in 0..lattice.dims[2] {
+        ticket.checkpoint(z as u64, lattice.dims[2] as u64)?;
+        let places: Vec<DVec3> = (z * nx * ny..(z + 1) * nx * ny).map(place).collect();
+        values.extend(encoded.encoding.values(&places, ticket)?.into_iter().map(|v| v as f32));
+    }
+    let field = Field {
+        name: source.field.clone(),
+        components: 1,
+        association: Association::Point,
+        samples: Arc::new(Samples::Float32(values)),
+    };
+    let [x, y, z] = lattice.dims;
+    let count = encoded.encoding.functions().len();
+    let warnings = vec![format!(
+        "{count} basis functions are shown by their sum at {x} × {y} × {z} samples; from the source's: {}",
+        encoded.errors
+    )];
+    let grid = Grid {
+        space: source.space.clone(),
+        unit: source.unit.clone(),
+        ..Grid::of(lattice, vec![field])
+    };
+    Ok(Opened { encoding: Some(encoded.facts()), ..Opened::of(grid, Format::Vrbf, warnings) })
+}
+
+/// As many samples over the same box.
+fn with_dims(lattice: Lattice, dims: [usize; 3]) -> Lattice {
+    let steps = |n: usize| n.saturating_sub(1).max(1) as f64;
+    let spacing = DVec3::from(std::array::from_fn(|axis| {
+        lattice.spacing[axis] * steps(lattice.dims[axis]) / steps(dims[axis])
+    }));
+    Lattice { dims, spacing, ..lattice }
+}
+
+fn content(path: &Path) -> Result<Encoded, Problem> {
+    let (file, len) = files::open_file(path)?;
+    let mut reader = files::buffered(file);
+    let mut start = Vec::new();
+    reader.by_ref().take(MOST_HEADER_BYTES).read_to_end(&mut start).map_err(Problem::Io)?;
+    let mut lines = start.splitn(3, |byte| *byte == b'\n');
+    let (Some(first), Some(line), Some(begun)) = (lines.next(), lines.next(), lines.next()) else {
+        return Err(header(
+            "two lines of text before the functions",
+            "fewer",
+            "copy the file again",
+        ));
+    };
+    let version = first.strip_prefix(MAGIC).unwrap_or_default();
+    if version != VERSION.as_bytes() {
+        return Err(unsupported(
+            format!("version {VERSION} of the format"),
+            quoted(&String::from_utf8_lossy(version)),
+            "open it with the Voxsplat that wrote it",
+        ));
+    }
+    let found: Header = serde_json::from_slice(line).map_err(|error| {
+        header(
+            "a line of JSON that tells of the functions",
+            quoted(&error.to_string()),
+            "encode the source again",
+        )
+    })?;
+    if found.functions > MOST_FUNCTIONS {
+        return Err(unsupported(
+            format!("at most {MOST_FUNCTIONS} functions"),
+            found.functions.to_string(),
+            "encode the source again with fewer",
+        ));
+    }
+    let each = numbers_of(found.basis);
+    let expected = (found.functions * each * 4) as u64;
+    let body_len = len - (start.len() - begun.len()) as u64;
+    if body_len != expected {
+        let sentence = (format!("{expected} bytes of functions"), body_len.to_string());
+        return Err(match body_len < expected {
+            true => truncated(sentence.0, sentence.1, "the file was cut short: copy it again"),
+            false => corrupt(sentence.0, sentence.1, "copy the file again"),
+        });
+    }
+    let mut body = begun.to_vec();
+    reader.read_to_end(&mut body).map_err(Problem::Io)?;
+    if body.len() as u64 != expected || checksum(&body) != found.crc32 {
+        return Err(corrupt(
+            "functions with the checksum of the header",
+            "another one",
+            "copy the file again",
+        ));
+    }
+    let low = DVec3::from_slice(&found.bounds[..3]);
+    let high = DVec3::from_slice(&found.bounds[3..]);
+    let floats: Vec<f64> = body
+        .chunks_exact(4)
+        .map(|b| f64::from(f32::from_le_bytes([b[0], b[1], b[2], b[3]])))
+        .collect();
+    let functions: Vec<Function> =
+        floats.chunks_exact(each).map(|f| function(f, found.basis, low)).collect();
+    let is_sound = |f: &Function| {
+        let determinant = f.shape.determinant();
+        f.centre.is_finite() && f.weight.is_finite() && determinant.is_finite() && determinant > 0.0
+    };
+    let is_box = low.is_finite() && high.is_finite() && low.cmple(high).all();
+    let is_level = found.bias.is_finite() && found.epsilon.is_finite() && found.epsilon > 0.0;
+    if !is_box || !is_level || !functions.iter().all(is_sound) {
+        return Err(header(
+            "finite functions of some width in a box",
+            "others",
+            "encode the source again",
+        ));
+    }
+    let lattice = Lattice {
+        dims: found.dims,
+        spacing: DVec3::from(found.spacing),
+        origin: DVec3::from(found.origin),
+        direction: DMat3::from_cols_array(&found.direction),
+    };
+    lattice.check()?;
+    Ok(Encoded {
+        encoding: Encoding::new(found.basis, found.bias, found.epsilon, functions, [low, high]),
+        errors: found.errors,
+        source: Source {
+            name: found.source,
+            field: found.field,
+            samples: found.samples,
+            wanted: found.wanted,
+            lattice,
+            space: found.space,
+            unit: found.unit,
+        },
+    })
+}
+
+/// Of each function.
+fn numbers_of(basis: Basis) -> usize {
+    if basis == Basis::Ellipsoid { 10 } else { 5 }
+}
+
+fn function(numbers: &[f64], basis: Basis, low: DVec3) -> Function {
+    let rows = match basis {
+        Basis::Ellipsoid => {
+            let [a, b, c, d, e, f] = std::array::from_fn(|i| numbers[3 + i]);
+            DMat3::from_cols_array(&[a, b, c, 0.0, d, e, 0.0, 0.0, f])
+        }
+        Basis::Gaussian | Basis::Multiquadric => DMat3::from_diagonal(DVec3::splat(numbers[3])),
+    };
+    Function {
+        centre: DVec3::from_slice(numbers) + low,
+        shape: rows.transpose(),
+        weight: numbers[numbers.len() - 1],
+    }
+}

@@ -1,0 +1,101 @@
+//! Clusters of points, split along their principal axis (Jang, section 4; Co and others 2003).
+
+use glam::{DMat3, DVec3};
+use nalgebra::{Matrix3, SymmetricEigen};
+
+use super::points::Points;
+
+/// Points that lie together, and what is left of them.
+#[derive(Debug, Clone)]
+pub(super) struct Cluster {
+    pub(super) points: Vec<u32>,
+    /// Sum of squared residuals.
+    pub(super) energy: f64,
+    /// The greatest residual by its size, and whose it is.
+    pub(super) worst: (f64, u32),
+}
+
+/// Where residuals of one sign lie, and how they spread.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Spread {
+    pub(super) mean: DVec3,
+    /// Variances and covariances, world.
+    pub(super) covariance: DMat3,
+}
+
+impl Cluster {
+    pub(super) fn of(points: Vec<u32>, residual: &[f64]) -> Self {
+        let mut cluster = Self { points, energy: 0.0, worst: (0.0, 0) };
+        cluster.measure(residual);
+        cluster
+    }
+
+    pub(super) fn measure(&mut self, residual: &[f64]) {
+        (self.energy, self.worst) = (0.0, (0.0, self.points.first().copied().unwrap_or_default()));
+        for &point in &self.points {
+            let value = residual[point as usize];
+            self.energy += value * value;
+            if value.abs() > self.worst.0.abs() {
+                self.worst = (value, point);
+            }
+        }
+    }
+
+    /// Of the residuals that have the sign of the worst, weighted by their squares: the value-weighted mean of the paper.
+    pub(super) fn spread(&self, points: &Points, residual: &[f64]) -> Spread {
+        let origin = points.positions()[self.worst.1 as usize];
+        let (mut sum, mut mean, mut square) = (0.0, DVec3::ZERO, DMat3::ZERO);
+        for &point in &self.points {
+            let value = residual[point as usize];
+            if value * self.worst.0 > 0.0 {
+                let weight = (value / self.worst.0).powi(2);
+                let offset = points.positions()[point as usize] - origin;
+                sum += weight;
+                mean += offset * weight;
+                square += DMat3::from_cols(offset * offset.x, offset * offset.y, offset * offset.z)
+                    * weight;
+            }
+        }
+        if sum <= 0.0 {
+            return Spread { mean: origin, covariance: DMat3::ZERO };
+        }
+        mean /= sum;
+        let outer = DMat3::from_cols(mean * mean.x, mean * mean.y, mean * mean.z);
+        Spread { mean: origin + mean, covariance: square * sum.recip() - outer }
+    }
+
+    /// Two of one, by the plane through the middle across the axis along which its points lie widest; `None` where all lie
+    /// at one place.
+    pub(super) fn split(self, points: &Points, residual: &[f64]) -> Result<[Self; 2], Self> {
+        let count = self.points.len() as f64;
+        let at = |point: &u32| points.positions()[*point as usize];
+        let Some(first) = self.points.first().map(at) else { return Err(self) };
+        let mean = self.points.iter().map(|p| at(p) - first).sum::<DVec3>() / count + first;
+        let covariance = self.points.iter().fold(DMat3::ZERO, |sum, point| {
+            let offset = at(point) - mean;
+            sum + DMat3::from_cols(offset * offset.x, offset * offset.y, offset * offset.z)
+        });
+        let (_, axes) = principal(covariance * count.recip());
+        let axis = axes.z_axis;
+        let (below, above): (Vec<u32>, Vec<u32>) =
+            self.points.iter().partition(|point| (at(point) - mean).dot(axis) < 0.0);
+        if below.is_empty() || above.is_empty() {
+            return Err(self);
+        }
+        Ok([Self::of(below, residual), Self::of(above, residual)])
+    }
+}
+
+/// Variances along the principal axes, least first, and these as columns.
+pub(super) fn principal(covariance: DMat3) -> (DVec3, DMat3) {
+    let matrix = Matrix3::from_column_slice(&covariance.to_cols_array());
+    if !matrix.iter().all(|v| v.is_finite()) {
+        return (DVec3::ZERO, DMat3::IDENTITY);
+    }
+    let eigen = SymmetricEigen::new(matrix);
+    let mut order = [0, 1, 2];
+    order.sort_by(|a, b| eigen.eigenvalues[*a].total_cmp(&eigen.eigenvalues[*b]));
+    let axis = |i: usize| DVec3::from_slice(eigen.eigenvectors.column(order[i]).as_slice());
+    let values = order.map(|i| eigen.eigenvalues[i].max(0.0));
+    (DVec3::from(values), DMat3::from_cols(axis(0), axis(1), axis(2)))
+}

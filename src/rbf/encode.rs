@@ -1,0 +1,373 @@
+//! Functions fitted to samples, added where these are missed most (Jang, section 4).
+
+use glam::{DMat3, DVec3};
+use nalgebra::Matrix3;
+use rayon::prelude::*;
+
+use super::cluster::{Cluster, Spread, principal};
+use super::encoding::{Encoding, Errors};
+use super::function::{Basis, Function};
+use super::points::Points;
+use super::refine::{Widths, refined};
+use super::solve::{Column, least_squares};
+use crate::core::progress::{Cancelled, Ticket};
+
+/// Of the error asked for: where functions end.
+const EPSILON: f64 = 0.02;
+/// The least share of the range that counts as an error, so that a range of one value has an ε.
+const LEAST_ERROR: f64 = 1e-12;
+/// Functions are added so many at once, of those that are there.
+const GROWTH: f64 = 0.3;
+const FEWEST_AT_ONCE: usize = 4;
+const MOST_AT_ONCE: usize = 128;
+/// How often all shapes are found anew after functions were added, and at the end, as long as that brings more than
+/// [`ENOUGH`].
+const SWEEPS: u32 = 4;
+const LAST_SWEEPS: u32 = 12;
+/// Of an error, what is left of it when it was worth going on.
+const ENOUGH: f64 = 0.99;
+/// Places by which a function's shape is found.
+const PLACES: usize = 400;
+/// Of columns scaled to one.
+const DAMPING: f64 = 1e-4;
+/// Squared distances, in widths, within which a shape is found.
+const NEAR: f64 = 9.0;
+/// Rounds that bring no more than that before it is given up.
+const PATIENCE: u32 = 6;
+
+/// When it is enough.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Goal {
+    /// What functions look like.
+    pub basis: Basis,
+    /// The greatest error, in the samples' units; 0 for as near as the functions allow.
+    pub max_error: f64,
+    /// Functions at most.
+    pub functions: usize,
+}
+
+/// How far it is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Step {
+    /// How many functions there are.
+    pub functions: usize,
+    /// How far their sum is from the samples, while functions still end by the weights that they had.
+    pub errors: Errors,
+}
+
+/// Why there is no encoding.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+pub enum EncodeError {
+    /// No sample is finite.
+    #[error("expected at least one finite sample, found none")]
+    Nothing,
+    /// Values are so large or so small that their squares are not finite.
+    #[error(
+        "expected values between 1e-140 and 1e140 from each other, found a range of {0:e}; scale them first"
+    )]
+    Range(f64),
+    /// It was told to stop.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+}
+
+/// What is known of the fit so far.
+struct Fit<'a> {
+    points: &'a Points,
+    goal: Goal,
+    epsilon: f64,
+    widths: Widths,
+    bias: f64,
+    functions: Vec<Function>,
+    columns: Vec<Column>,
+    /// Values less the sum, a point each.
+    residual: Vec<f64>,
+}
+
+/// The functions that come within an error of samples, or as near as so many can; told after each round. Whoever wants less
+/// looks at [`Encoding::errors`] of what comes back.
+///
+/// # Errors
+/// See [`EncodeError`].
+pub fn encode(
+    points: &Points,
+    goal: Goal,
+    ticket: &Ticket,
+    mut told: impl FnMut(Step),
+) -> Result<Encoding, EncodeError> {
+    let mut fit = Fit::new(points, goal)?;
+    let mut clusters = vec![Cluster::of((0..points.len() as u32).collect(), &fit.residual)];
+    let mut best = fit.encoding();
+    let mut best_errors = best.errors(points, ticket)?;
+    let mut since_nearer = 0;
+    loop {
+        let errors = Errors::of(&fit.residual);
+        told(Step { functions: fit.functions.len(), errors });
+        ticket.checkpoint(fit.functions.len() as u64, goal.functions.max(1) as u64)?;
+        let left = goal.functions.saturating_sub(fit.functions.len());
+        if best_errors.max <= goal.max_error || left == 0 || since_nearer >= PATIENCE {
+            return Ok(best);
+        }
+        fit.add(&mut clusters, left);
+        fit.solve();
+        let is_last = fit.functions.len() >= goal.functions;
+        for _ in 0..if is_last { LAST_SWEEPS } else { SWEEPS } {
+            ticket.checkpoint(fit.functions.len() as u64, goal.functions.max(1) as u64)?;
+            let before = Errors::of(&fit.residual).rms;
+            fit.refine();
+            fit.solve();
+            if Errors::of(&fit.residual).rms > ENOUGH * before {
+                break;
+            }
+        }
+        // As functions end by their own weights, which is what a file holds.
+        let now = fit.encoding();
+        let now_errors = now.errors(points, ticket)?;
+        since_nearer = if now_errors.rms < ENOUGH * best_errors.rms { 0 } else { since_nearer + 1 };
+        if now_errors.max <= goal.max_error || now_errors.rms < best_errors.rms {
+            (best, best_errors) = (now, now_errors);
+        }
+        clusters.par_iter_mut().for_each(|cluster| cluster.measure(&fit.residual));
+    }
+}
+
+impl<'a> Fit<'a> {
+    fn new(points: &'a Points, goal: Goal) -> Result<Self, EncodeError> {
+        if points.is_empty() {
+            return Err(EncodeError::Nothing);
+        }
+        let values = points.values();
+        let low = values.iter().copied().fold(f64::INFINITY, f64::min);
+        let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let range = high - low;
+        if range > 0.0 && !(1e-140..1e140).contains(&range) || !range.is_finite() {
+            return Err(EncodeError::Range(range));
+        }
+        // A mean that does not overflow.
+        let bias = low + values.iter().map(|v| (v - low) / values.len() as f64).sum::<f64>();
+        let error = goal.max_error.max(LEAST_ERROR * range).max(f64::MIN_POSITIVE / EPSILON);
+        let spacing = points.spacing();
+        let [least, greatest] = points.bounds();
+        let most = (greatest - least).length().max(spacing);
+        Ok(Self {
+            points,
+            goal,
+            epsilon: EPSILON * error,
+            widths: Widths { least: 0.5 * spacing, most },
+            bias,
+            functions: Vec::new(),
+            columns: Vec::new(),
+            residual: values.iter().map(|v| v - bias).collect(),
+        })
+    }
+
+    fn encoding(&self) -> Encoding {
+        let functions = self.functions.iter().copied();
+        Encoding::new(self.goal.basis, self.bias, self.epsilon, functions, self.points.bounds())
+    }
+
+    /// A function in each of the clusters that are missed most, which are split for it.
+    fn add(&mut self, clusters: &mut Vec<Cluster>, most: usize) {
+        let wanted = (self.functions.len() as f64 * GROWTH) as usize;
+        let wanted = wanted.clamp(FEWEST_AT_ONCE, MOST_AT_ONCE).min(most).min(clusters.len());
+        // By what is missed in all, and every other one by what is missed most: the error asked for is the greatest.
+        clusters.sort_by(|a, b| b.energy.total_cmp(&a.energy));
+        let by_worst = wanted / 2;
+        if let Some(rest) = clusters.get_mut(wanted - by_worst..) {
+            rest.sort_by(|a, b| b.worst.0.abs().total_cmp(&a.worst.0.abs()));
+        }
+        let others = clusters.split_off(wanted);
+        let chosen = std::mem::replace(clusters, others);
+        let is_missed = |cluster: &&Cluster| cluster.worst.0 != 0.0;
+        let added: Vec<Function> =
+            chosen.par_iter().filter(is_missed).map(|cluster| self.placed(cluster)).collect();
+        let columns: Vec<Column> = added.par_iter().map(|function| self.column(function)).collect();
+        // Each was found as if it were alone: how much of it there is, all of them say together.
+        self.functions
+            .extend(added.into_iter().map(|function| Function { weight: 0.0, ..function }));
+        self.columns.extend(columns);
+        for cluster in chosen {
+            match cluster.split(self.points, &self.residual) {
+                Ok(halves) => clusters.extend(halves),
+                Err(whole) => clusters.push(whole),
+            }
+        }
+    }
+
+    /// The function that takes most of a cluster's residual away.
+    fn placed(&self, cluster: &Cluster) -> Function {
+        let Spread { mean, covariance } = cluster.spread(self.points, &self.residual);
+        let worst = self.points.positions()[cluster.worst.1 as usize];
+        // Squares of residuals of a Gaussian have half its variance.
+        let covariance = covariance * 2.0;
+        let around = |centre: DVec3, shape: DMat3| {
+            let start = Function { centre, shape, weight: cluster.worst.0 };
+            let places = self.places(&start, false);
+            let basis = self.goal.basis;
+            let found = refined(basis, start, &places, self.widths);
+            let cost = |f: &Function| -> f64 {
+                let left =
+                    places.iter().map(|(at, v)| v - f.weight * basis.of_square(f.square(*at)));
+                left.map(|d| d * d).sum()
+            };
+            let zero: f64 = places.iter().map(|(_, v)| v * v).sum();
+            (zero - cost(&found), found)
+        };
+        let least = self.widths.least * 1.5;
+        let narrow = DMat3::from_diagonal(DVec3::splat(least.recip()));
+        let wide = around(mean, self.shape(covariance));
+        let close = around(worst, narrow);
+        if wide.0 >= close.0 { wide.1 } else { close.1 }
+    }
+
+    /// The shape of a spread: as wide in each direction, or of one width for all.
+    fn shape(&self, covariance: DMat3) -> DMat3 {
+        let (variances, axes) = principal(covariance);
+        let clamped = |variance: f64| variance.sqrt().clamp(self.widths.least, self.widths.most);
+        let widths = DVec3::from(variances.to_array().map(clamped));
+        if self.goal.basis != Basis::Ellipsoid {
+            let mean =
+                (widths.x * widths.y * widths.z).cbrt().clamp(self.widths.least, self.widths.most);
+            return DMat3::from_diagonal(DVec3::splat(mean.recip()));
+        }
+        let precision = axes * DMat3::from_diagonal((widths * widths).recip()) * axes.transpose();
+        let matrix = Matrix3::from_column_slice(&precision.to_cols_array());
+        let upper = matrix.cholesky().map(|cholesky| cholesky.l().transpose());
+        upper.map_or(DMat3::from_diagonal(widths.recip()), |upper| {
+            DMat3::from_cols_slice(upper.as_slice())
+        })
+    }
+
+    /// Points near a function and what is left at them; with what it takes of that itself, if it is one of the sum's.
+    fn places(&self, function: &Function, is_in_sum: bool) -> Vec<(DVec3, f64)> {
+        let half = function.half_box(NEAR);
+        let ranges = self.points.in_box(function.centre - half, function.centre + half);
+        let mut near: Vec<usize> = Vec::new();
+        for range in ranges {
+            near.extend(range.filter(|i| function.square(self.points.positions()[*i]) <= NEAR));
+        }
+        // Every so manieth, as far from a power of two as a stride along rows of a grid can be.
+        let stride = (near.len() as f64 / PLACES as f64).max(1.0);
+        let count = (near.len() as f64 / stride) as usize;
+        let basis = self.goal.basis;
+        let place = |k: usize| {
+            let i = near[((k as f64 * stride) as usize).min(near.len() - 1)];
+            let at = self.points.positions()[i];
+            let own = if is_in_sum {
+                function.weight * basis.of_square(function.square(at))
+            } else {
+                0.0
+            };
+            (at, self.residual[i] + own)
+        };
+        (0..count).map(place).collect()
+    }
+
+    /// A function's values at the points it reaches by its weight, which is to change: at e times ε at least.
+    fn column(&self, function: &Function) -> Column {
+        let basis = self.goal.basis;
+        let weight = function.weight.abs().max(self.epsilon * std::f64::consts::E);
+        let reach = basis.reach_square(weight, self.epsilon).unwrap_or_default();
+        let half = function.half_box(reach);
+        let mut column = Column::default();
+        for range in self.points.in_box(function.centre - half, function.centre + half) {
+            for i in range {
+                let square = function.square(self.points.positions()[i]);
+                if square <= reach {
+                    column.points.push(i as u32);
+                    column.values.push(basis.of_square(square) as f32);
+                }
+            }
+        }
+        column
+    }
+
+    /// All weights and the bias anew, and where functions end by these.
+    fn solve(&mut self) {
+        self.measure();
+        let changes = least_squares(&self.columns, &self.residual, DAMPING);
+        for (function, change) in self.functions.iter_mut().zip(&changes) {
+            function.weight += change;
+        }
+        self.bias += changes.last().copied().unwrap_or_default();
+        let epsilon = self.epsilon;
+        let basis = self.goal.basis;
+        let before: Vec<Function> = std::mem::take(&mut self.functions);
+        self.functions = before
+            .into_iter()
+            .filter(|f| basis.reach_square(f.weight, epsilon).is_some())
+            .collect();
+        self.columns = self.functions.par_iter().map(|function| self.column(function)).collect();
+        self.measure();
+    }
+
+    /// What is left of the values.
+    fn measure(&mut self) {
+        let mut sum = vec![0.0; self.points.len()];
+        for (function, column) in self.functions.iter().zip(&self.columns) {
+            column.add_to(&mut sum, function.weight);
+        }
+        let values = self.points.values();
+        self.residual =
+            values.iter().zip(&sum).map(|(value, sum)| value - self.bias - sum).collect();
+    }
+
+    /// Each function beside all others, in turn; those that do not overlap at the same time. What is left never grows.
+    fn refine(&mut self) {
+        let mut waiting: Vec<usize> = (0..self.functions.len()).collect();
+        while !waiting.is_empty() {
+            let (batch, rest) = apart(&self.functions, &waiting);
+            let fit = &*self;
+            let found: Vec<(usize, Function, Column)> = batch
+                .into_par_iter()
+                .map(|index| {
+                    let own = fit.functions[index];
+                    let function =
+                        refined(fit.goal.basis, own, &fit.places(&own, true), fit.widths);
+                    (index, function, fit.column(&function))
+                })
+                .collect();
+            for (index, function, column) in found {
+                self.exchange(index, function, column);
+            }
+            waiting = rest;
+        }
+    }
+
+    /// Puts another function in the place of one, unless more is left then.
+    fn exchange(&mut self, index: usize, function: Function, column: Column) {
+        let own = self.functions[index].weight;
+        let squares = |residual: &[f64], column: &Column| -> f64 {
+            column.points.iter().map(|point| residual[*point as usize].powi(2)).sum()
+        };
+        // The old one is taken away and the new one put in: what that changes where either is.
+        let whole = squares(&self.residual, &self.columns[index]);
+        self.columns[index].add_to(&mut self.residual, own);
+        let change = squares(&self.residual, &self.columns[index]) - whole;
+        let without = squares(&self.residual, &column);
+        column.add_to(&mut self.residual, -function.weight);
+        let change = change + squares(&self.residual, &column) - without;
+        if change < 0.0 {
+            self.functions[index] = function;
+            self.columns[index] = column;
+        } else {
+            column.add_to(&mut self.residual, function.weight);
+            self.columns[index].add_to(&mut self.residual, -own);
+        }
+    }
+}
+
+/// Of functions that wait, some that have no place in common, and the rest.
+fn apart(functions: &[Function], waiting: &[usize]) -> (Vec<usize>, Vec<usize>) {
+    let mut taken: Vec<[DVec3; 2]> = Vec::new();
+    waiting.iter().partition(|index| {
+        let function = &functions[**index];
+        let half = function.half_box(NEAR);
+        let [low, high] = [function.centre - half, function.centre + half];
+        let is_apart = taken.iter().all(|[l, h]| low.cmpgt(*h).any() || high.cmplt(*l).any());
+        if is_apart {
+            taken.push([low, high]);
+        }
+        is_apart
+    })
+}

@@ -1,0 +1,67 @@
+//! An encoding, what it was made of, and how far it is from that.
+
+use serde::Serialize;
+
+use super::encoding::{Encoding, Errors};
+use crate::volume::Lattice;
+
+/// Functions, and what is known of them.
+#[derive(Debug, Clone)]
+pub struct Encoded {
+    /// The functions.
+    pub encoding: Encoding,
+    /// How far their sum is from the samples.
+    pub errors: Errors,
+    /// What they were fitted to.
+    pub source: Source,
+}
+
+/// What functions were fitted to.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Source {
+    /// The file's name.
+    pub name: String,
+    /// What was encoded of it.
+    pub field: String,
+    /// How many samples were finite.
+    pub samples: usize,
+    /// The greatest error that was asked for, in the samples' units.
+    pub wanted: f64,
+    /// Where the samples lie; of what is not evenly spaced, as many over the same box.
+    pub lattice: Lattice,
+    /// What the file calls its space.
+    pub space: Option<String>,
+    /// What lengths are given in.
+    pub unit: Option<String>,
+}
+
+/// What `info` tells of an encoding.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Facts {
+    /// How many functions.
+    pub functions: usize,
+    /// What they look like.
+    pub basis: &'static str,
+    /// The greatest difference from the source's samples.
+    pub max_error: f64,
+    /// The mean of the differences' sizes.
+    pub mean_error: f64,
+    /// The root of the mean of their squares.
+    pub rms_error: f64,
+    /// The file that was encoded.
+    pub source: String,
+}
+
+impl Encoded {
+    /// What `info` tells of it.
+    pub fn facts(&self) -> Facts {
+        Facts {
+            functions: self.encoding.functions().len(),
+            basis: self.encoding.basis().name(),
+            max_error: self.errors.max,
+            mean_error: self.errors.mean,
+            rms_error: self.errors.rms,
+            source: self.source.name.clone(),
+        }
+    }
+}

@@ -1,0 +1,22 @@
+//! Fields as sums of a few hundred radial basis functions (Jang): s(x) = b + Σ wᵢ φ(|Sᵢ (x − cᵢ)|).
+//!
+//! Owns the functions, the tree in which a sum of them is evaluated, and the encoder that fits them to samples from
+//! anywhere: grids, meshes, points. All of it is in double precision. Refuses files and drawing. Imports `core`, `volume`.
+
+mod cluster;
+mod encode;
+mod encoded;
+mod encoding;
+mod function;
+mod points;
+mod refine;
+mod solve;
+#[cfg(test)]
+mod tests;
+
+pub use encode::{EncodeError, Goal, Step, encode};
+pub use encoded::{Encoded, Facts, Source};
+pub(crate) use encoding::four_digits;
+pub use encoding::{Encoding, Errors};
+pub use function::{Basis, Function};
+pub use points::Points;

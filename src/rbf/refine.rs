@@ -1,0 +1,155 @@
+//! Centre, widths and weight of one function, by the method of Levenberg and Marquardt.
+
+use glam::{DMat3, DVec3};
+use nalgebra::{DMatrix, DVector};
+
+use super::function::{Basis, Function};
+
+/// Steps that are tried.
+const TRIES: usize = 14;
+
+/// How wide functions may be, world.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Widths {
+    pub(super) least: f64,
+    pub(super) most: f64,
+}
+
+impl Widths {
+    /// Whether a shape is within them in every direction.
+    fn has(self, shape: DMat3) -> bool {
+        let matrix = nalgebra::Matrix3::from_column_slice(&shape.to_cols_array());
+        let singular = matrix.svd(false, false).singular_values;
+        let slack = 1.0 + 1e-9;
+        singular
+            .iter()
+            .all(|s| s.is_finite() && *s * self.least <= slack && *s * self.most * slack >= 1.0)
+    }
+}
+
+/// The function that comes nearest to values at places, from one near it: the sum of squared differences never grows.
+/// Gives as it is what no step makes better.
+pub(super) fn refined(
+    basis: Basis,
+    start: Function,
+    places: &[(DVec3, f64)],
+    widths: Widths,
+) -> Function {
+    let mut best = start;
+    let mut cost = cost_of(basis, &best, places);
+    let count = parameters(basis);
+    if places.len() < count {
+        return best;
+    }
+    let mut damping = 1e-2;
+    for _ in 0..TRIES {
+        let Some(step) = step(basis, &best, places, damping) else { break };
+        let next = moved(basis, &best, &step);
+        let is_sound = next.centre.is_finite() && next.weight.is_finite() && widths.has(next.shape);
+        let next_cost = if is_sound { cost_of(basis, &next, places) } else { f64::INFINITY };
+        if next_cost < cost {
+            let gain = 1.0 - next_cost / cost;
+            (best, cost, damping) = (next, next_cost, damping * 0.2);
+            if gain < 1e-3 {
+                break;
+            }
+        } else {
+            damping *= 8.0;
+            if damping > 1e8 {
+                break;
+            }
+        }
+    }
+    best
+}
+
+/// Weight, centre, and one width or the six numbers of an upper triangle.
+fn parameters(basis: Basis) -> usize {
+    if basis == Basis::Ellipsoid { 10 } else { 5 }
+}
+
+fn cost_of(basis: Basis, function: &Function, places: &[(DVec3, f64)]) -> f64 {
+    let differences = places
+        .iter()
+        .map(|(at, value)| value - function.weight * basis.of_square(function.square(*at)));
+    differences.map(|d| d * d).sum()
+}
+
+/// Derivatives of a function's value by its parameters. Diagonal entries of the shape, and the one width, go by their
+/// logarithm, so that they keep their sign.
+pub(super) fn derivatives(basis: Basis, function: &Function, at: DVec3) -> ([f64; 10], f64) {
+    let offset = at - function.centre;
+    let scaled = function.shape * offset;
+    let square = scaled.length_squared();
+    let phi = basis.of_square(square);
+    // By the square, of the whole.
+    let slope = function.weight * basis.slope(square);
+    let by_centre = function.shape.transpose() * scaled * (-2.0 * slope);
+    let mut all = [0.0; 10];
+    all[0] = phi;
+    all[1..4].copy_from_slice(&by_centre.to_array());
+    if basis == Basis::Ellipsoid {
+        for (i, (row, column)) in TRIANGLE.into_iter().enumerate() {
+            let by_log = if row == column { function.shape.col(column)[row] } else { 1.0 };
+            all[4 + i] = 2.0 * slope * scaled[row] * offset[column] * by_log;
+        }
+    } else {
+        // The logarithm of 1/σ.
+        all[4] = 2.0 * slope * square;
+    }
+    (all, function.weight * phi)
+}
+
+/// Rows and columns of an upper triangle.
+const TRIANGLE: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
+
+/// The step that this damping allows: least squares by QR of the derivatives, with a row for each parameter below them.
+fn step(
+    basis: Basis,
+    function: &Function,
+    places: &[(DVec3, f64)],
+    damping: f64,
+) -> Option<Vec<f64>> {
+    let count = parameters(basis);
+    let rows = places.len();
+    let mut matrix = DMatrix::zeros(rows + count, count);
+    let mut right = DVector::zeros(rows + count);
+    let mut lengths = vec![0.0; count];
+    for (row, (at, value)) in places.iter().enumerate() {
+        let (by, own) = derivatives(basis, function, *at);
+        right[row] = value - own;
+        for (column, by) in by.iter().take(count).enumerate() {
+            matrix[(row, column)] = *by;
+            lengths[column] += by * by;
+        }
+    }
+    for (column, length) in lengths.iter().enumerate() {
+        matrix[(rows + column, column)] = (damping * length).sqrt().max(f64::MIN_POSITIVE);
+    }
+    let qr = matrix.qr();
+    qr.q_tr_mul(&mut right);
+    let step = qr.r().solve_upper_triangular(&right.rows(0, count).into_owned())?;
+    step.iter().all(|s| s.is_finite()).then(|| step.iter().copied().collect())
+}
+
+fn moved(basis: Basis, function: &Function, step: &[f64]) -> Function {
+    let mut shape = function.shape;
+    // One step changes a width by e at most.
+    let grown = |step: f64| step.clamp(-1.0, 1.0).exp();
+    if basis == Basis::Ellipsoid {
+        for (step, (row, column)) in step[4..].iter().zip(TRIANGLE) {
+            if row == column {
+                shape.col_mut(column)[row] *= grown(*step);
+            } else {
+                shape.col_mut(column)[row] += step;
+            }
+        }
+    } else {
+        shape *= grown(step[4]);
+    }
+    Function {
+        centre: function.centre + DVec3::new(step[1], step[2], step[3]),
+        shape,
+        weight: function.weight + step[0],
+    }
+}

@@ -1,0 +1,113 @@
+//! Weights by stable least squares.
+
+use rayon::prelude::*;
+
+/// A function's values at the points that it reaches.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Column {
+    pub(super) points: Vec<u32>,
+    pub(super) values: Vec<f32>,
+}
+
+impl Column {
+    fn dot(&self, residual: &[f64]) -> f64 {
+        let pairs = self.points.iter().zip(&self.values);
+        pairs.map(|(point, value)| residual[*point as usize] * f64::from(*value)).sum()
+    }
+
+    pub(super) fn add_to(&self, sum: &mut [f64], times: f64) {
+        for (point, value) in self.points.iter().zip(&self.values) {
+            sum[*point as usize] += f64::from(*value) * times;
+        }
+    }
+
+    fn norm(&self) -> f64 {
+        self.values.iter().map(|value| f64::from(*value).powi(2)).sum::<f64>().sqrt()
+    }
+}
+
+/// What is added to the weights of columns, the last of which is a constant: least squares of the residual, by the method of
+/// Paige and Saunders (LSQR, 1982), which never forms the normal equations. Columns are scaled to a length of one, and what
+/// is added is held small by `damping`, so that columns that are all but the same share it rather than cancel.
+pub(super) fn least_squares(columns: &[Column], residual: &[f64], damping: f64) -> Vec<f64> {
+    const MOST_TURNS: usize = 40;
+    const ENOUGH: f64 = 1e-5;
+    let scales: Vec<f64> = columns.par_iter().map(|column| inverse(column.norm())).collect();
+    let constant = inverse((residual.len() as f64).sqrt());
+    let transposed = |u: &[f64]| -> Vec<f64> {
+        let of_columns =
+            columns.par_iter().zip(&scales).map(|(column, scale)| column.dot(u) * scale);
+        let mut all: Vec<f64> = of_columns.collect();
+        all.push(u.iter().sum::<f64>() * constant);
+        all
+    };
+    let times = |v: &[f64]| -> Vec<f64> {
+        let share = columns.len().div_ceil(rayon::current_num_threads()).max(1);
+        let parts =
+            columns.par_chunks(share).zip(scales.par_chunks(share)).zip(v.par_chunks(share));
+        let sums = parts.map(|((columns, scales), v)| {
+            let mut sum = vec![0.0; residual.len()];
+            for ((column, scale), v) in columns.iter().zip(scales).zip(v) {
+                column.add_to(&mut sum, v * scale);
+            }
+            sum
+        });
+        let zero = || vec![0.0; residual.len()];
+        let mut sum = sums.reduce(zero, |mut a, b| {
+            a.iter_mut().zip(&b).for_each(|(a, b)| *a += b);
+            a
+        });
+        let last = v.last().copied().unwrap_or_default() * constant;
+        sum.iter_mut().for_each(|value| *value += last);
+        sum
+    };
+
+    let mut x = vec![0.0; columns.len() + 1];
+    let mut u = residual.to_vec();
+    let mut beta = normalise(&mut u);
+    let mut v = transposed(&u);
+    let mut alpha = normalise(&mut v);
+    let mut w = v.clone();
+    let (mut phi_bar, mut rho_bar) = (beta, alpha);
+    let first = alpha * beta;
+    for _ in 0..MOST_TURNS {
+        if alpha == 0.0 || phi_bar.abs() * alpha <= ENOUGH * first {
+            break;
+        }
+        let next = times(&v);
+        u.iter_mut().zip(&next).for_each(|(u, next)| *u = next - alpha * *u);
+        beta = normalise(&mut u);
+        let next = transposed(&u);
+        v.iter_mut().zip(&next).for_each(|(v, next)| *v = next - beta * *v);
+        alpha = normalise(&mut v);
+        // The damping's turn, then that of the bidiagonal's own.
+        let damped = rho_bar.hypot(damping);
+        phi_bar *= rho_bar / damped;
+        let rho = damped.hypot(beta);
+        let (c, s) = (damped / rho, beta / rho);
+        let theta = s * alpha;
+        rho_bar = -c * alpha;
+        let phi = c * phi_bar;
+        phi_bar *= s;
+        for ((x, w), v) in x.iter_mut().zip(&mut w).zip(&v) {
+            *x += phi / rho * *w;
+            *w = v - theta / rho * *w;
+        }
+    }
+    for (x, scale) in x.iter_mut().zip(scales.iter().chain([&constant])) {
+        *x *= scale;
+    }
+    x
+}
+
+fn inverse(length: f64) -> f64 {
+    if length > 0.0 { length.recip() } else { 0.0 }
+}
+
+/// Scales to a length of one; what it was.
+fn normalise(v: &mut [f64]) -> f64 {
+    let length = v.iter().map(|v| v * v).sum::<f64>().sqrt();
+    let scale = inverse(length);
+    v.iter_mut().for_each(|v| *v *= scale);
+    length
+}

@@ -1,0 +1,345 @@
+//! The encoder and the sum against analytic fields, finite differences and brute force.
+
+use glam::{DMat3, DVec3};
+use nalgebra::{DMatrix, DVector};
+
+use super::refine::derivatives;
+use super::solve::{Column, least_squares};
+use super::*;
+use crate::core::Ticket;
+
+const GOAL: Goal = Goal { basis: Basis::Ellipsoid, max_error: 0.01, functions: 200 };
+
+/// Numbers in 0 to 1, always the same.
+fn random() -> impl FnMut() -> f64 {
+    let mut state = 0x9e37_79b9_7f4a_7c15_u64;
+    move || {
+        state ^= state << 13;
+        state ^= state >> 7;
+        state ^= state << 17;
+        (state >> 11) as f64 / (1_u64 << 53) as f64
+    }
+}
+
+fn lattice(side: usize) -> impl Iterator<Item = DVec3> {
+    let at = move |i: usize| [i % side, i / side % side, i / (side * side)].map(|n| n as f64);
+    (0..side.pow(3)).map(move |i| DVec3::from(at(i)))
+}
+
+fn some_function(next: &mut impl FnMut() -> f64) -> Function {
+    let mut centred = || next() - 0.5;
+    Function {
+        centre: DVec3::new(centred(), centred(), centred()) * 8.0 + 5.0,
+        shape: DMat3::from_cols_array(&[
+            0.5 + centred().abs(),
+            0.0,
+            0.0,
+            centred() * 0.4,
+            0.4 + centred().abs(),
+            0.0,
+            centred() * 0.4,
+            centred() * 0.4,
+            0.6 + centred().abs(),
+        ]),
+        weight: centred() * 10.0,
+    }
+}
+
+fn encoded(points: &Points, goal: Goal) -> Encoding {
+    encode(points, goal, &Ticket::new(), |_| {}).expect("there are samples")
+}
+
+#[test]
+fn a_function_ends_where_it_is_epsilon_and_one_below_it_reaches_nowhere() {
+    for basis in Basis::ALL {
+        for weight in [3.0, -0.2] {
+            let reach = basis.reach_square(weight, 0.01).expect("it is above");
+            assert!((weight.abs() * basis.of_square(reach) - 0.01).abs() < 1e-12, "{basis:?}");
+        }
+        for weight in [0.01, -0.01, 0.0, f64::NAN] {
+            assert_eq!(basis.reach_square(weight, 0.01), None, "{basis:?} {weight}");
+        }
+    }
+    // Jang, section 5: r = σ √(2 ln(|w|/ε)).
+    let reach = Basis::Gaussian.reach_square(1.0, (-2.0_f64).exp()).expect("it is above");
+    assert!((reach.sqrt() - 2.0).abs() < 1e-12);
+}
+
+#[test]
+fn the_box_of_a_function_just_holds_all_of_it() {
+    let mut next = random();
+    for _ in 0..20 {
+        let function = some_function(&mut next);
+        let half = function.half_box(4.0);
+        let mut greatest = DVec3::ZERO;
+        for _ in 0..20_000 {
+            let direction = DVec3::new(next() - 0.5, next() - 0.5, next() - 0.5).normalize();
+            let offset = function.shape.inverse() * direction * 2.0;
+            greatest = greatest.max(offset.abs());
+        }
+        assert!((greatest / half).max_element() <= 1.0 + 1e-12, "{greatest} {half}");
+        assert!((greatest / half).min_element() > 0.98, "{greatest} {half}");
+    }
+}
+
+#[test]
+fn derivatives_are_finite_differences() {
+    let mut next = random();
+    for basis in Basis::ALL {
+        let mut function = some_function(&mut next);
+        if basis != Basis::Ellipsoid {
+            function.shape = DMat3::from_diagonal(DVec3::splat(0.7));
+        }
+        let at = function.centre + DVec3::new(0.6, -0.4, 0.8);
+        let value = |f: &Function| f.weight * basis.of_square(f.square(at));
+        let (by, own) = derivatives(basis, &function, at);
+        assert!((own - value(&function)).abs() < 1e-14);
+        let step = 1e-6;
+        let moved = |parameter: usize, by: f64| {
+            let mut f = function;
+            match parameter {
+                0 => f.weight += by,
+                1..4 => f.centre[parameter - 1] += by,
+                4.. if basis != Basis::Ellipsoid => f.shape *= by.exp(),
+                4..7 => f.shape.col_mut(parameter - 4)[parameter - 4] *= by.exp(),
+                7 => f.shape.y_axis.x += by,
+                8 => f.shape.z_axis.x += by,
+                _ => f.shape.z_axis.y += by,
+            }
+            value(&f)
+        };
+        let count = if basis == Basis::Ellipsoid { 10 } else { 5 };
+        for (parameter, found) in by.into_iter().enumerate().take(count) {
+            let expected = (moved(parameter, step) - moved(parameter, -step)) / (2.0 * step);
+            assert!((found - expected).abs() < 1e-7, "{basis:?} {parameter}: {found} {expected}");
+        }
+    }
+}
+
+#[test]
+fn weights_are_those_of_a_dense_decomposition() {
+    let mut next = random();
+    let (rows, count) = (60, 7);
+    let dense: Vec<Vec<f32>> =
+        (0..count).map(|_| (0..rows).map(|_| next() as f32).collect()).collect();
+    let columns: Vec<Column> = dense
+        .iter()
+        .map(|values| Column { points: (0..rows as u32).collect(), values: values.clone() })
+        .collect();
+    let right: Vec<f64> = (0..rows).map(|_| next() * 4.0).collect();
+    let found = least_squares(&columns, &right, 0.0);
+    let matrix = DMatrix::from_fn(rows, count + 1, |row, column| {
+        if column == count { 1.0 } else { f64::from(dense[column][row]) }
+    });
+    let svd = matrix.svd(true, true);
+    let expected = svd.solve(&DVector::from_vec(right), 1e-12).expect("it has both sides");
+    for (found, expected) in found.iter().zip(expected.iter()) {
+        assert!((found - expected).abs() < 1e-5, "{found} {expected}");
+    }
+}
+
+#[test]
+fn columns_that_are_the_same_share_what_they_stand_for() {
+    let column = Column { points: vec![0, 1, 2], values: vec![1.0, 2.0, 1.0] };
+    let columns = vec![column.clone(), column, Column::default()];
+    let weights = least_squares(&columns, &[2.0, 4.0, 2.0, 0.0], 1e-4);
+    assert!((weights[0] - 1.0).abs() < 1e-3 && (weights[1] - 1.0).abs() < 1e-3, "{weights:?}");
+    assert_eq!(weights[2], 0.0, "one that reaches nothing");
+}
+
+#[test]
+fn boxes_find_all_points_in_them() {
+    let mut next = random();
+    let all: Vec<(DVec3, f64)> = (0..3000)
+        .map(|i| (DVec3::new(next() * 9.0, next() * 0.1, next() * 40.0), f64::from(i)))
+        .collect();
+    let points = Points::new(all.iter().copied());
+    assert_eq!(points.len(), 3000);
+    for _ in 0..200 {
+        let low = DVec3::new(next() * 12.0 - 2.0, next() * 0.2 - 0.05, next() * 60.0 - 10.0);
+        let high = low + DVec3::new(next() * 3.0, next() * 0.1, next() * 9.0);
+        let is_inside = |at: &DVec3| at.cmpge(low).all() && at.cmple(high).all();
+        let expected = all.iter().filter(|(at, _)| is_inside(at)).count();
+        let found = points.in_box(low, high).flatten();
+        let found = found.filter(|i| is_inside(&points.positions()[*i])).count();
+        assert_eq!(found, expected);
+    }
+}
+
+#[test]
+fn the_tree_sums_what_all_functions_do() {
+    let mut next = random();
+    for basis in Basis::ALL {
+        let epsilon = 0.3;
+        let functions: Vec<Function> = (0..300)
+            .map(|_| {
+                let function = some_function(&mut next);
+                let spherical = DMat3::from_diagonal(DVec3::splat(1.5));
+                let shape = if basis == Basis::Ellipsoid { function.shape } else { spherical };
+                Function { shape: shape * 1.5, ..function }
+            })
+            .collect();
+        let bounds = [DVec3::splat(1.0), DVec3::splat(9.0)];
+        let encoding = Encoding::new(basis, 2.0, epsilon, functions.iter().copied(), bounds);
+        assert!(encoding.cells() > 1, "{basis:?}");
+        for _ in 0..2000 {
+            // Some of them beyond the box.
+            let at = DVec3::new(next(), next(), next()) * 11.0;
+            let share = |f: &Function| match basis.reach_square(f.weight, epsilon) {
+                Some(reach) if f.square(at) <= reach => f.weight * basis.of_square(f.square(at)),
+                _ => 0.0,
+            };
+            let expected = 2.0 + functions.iter().map(share).sum::<f64>();
+            assert!((encoding.value(at) - expected).abs() < 1e-12, "{basis:?} {at}");
+        }
+    }
+}
+
+#[test]
+fn a_sum_of_three_gaussians_is_found_again() {
+    let functions = [
+        Function {
+            centre: DVec3::new(5.0, 6.0, 7.0),
+            shape: DMat3::from_diagonal(DVec3::new(0.5, 0.3, 0.4)),
+            weight: 10.0,
+        },
+        Function {
+            centre: DVec3::new(11.0, 10.0, 6.0),
+            shape: DMat3::from_cols_array(&[0.4, 0.0, 0.0, 0.2, 0.5, 0.0, 0.0, 0.1, 0.3]),
+            weight: -6.0,
+        },
+        Function {
+            centre: DVec3::new(8.0, 9.0, 12.0),
+            shape: DMat3::from_diagonal(DVec3::splat(0.6)),
+            weight: 4.0,
+        },
+    ];
+    let value = |at: DVec3| {
+        let shares = functions.iter().map(|f| f.weight * Basis::Ellipsoid.of_square(f.square(at)));
+        3.0 + shares.sum::<f64>()
+    };
+    let points = Points::new(lattice(16).map(|at| (at, value(at))));
+    let encoding = encoded(&points, Goal { max_error: 0.02, ..GOAL });
+    let errors = encoding.errors(&points, &Ticket::new()).expect("nobody stops it");
+    // Measured: 14 functions, 0.014.
+    assert!(errors.max <= 0.02, "{errors:?}");
+    assert!(encoding.functions().len() <= 40, "{}", encoding.functions().len());
+    // Between the samples, too.
+    let mut next = random();
+    for _ in 0..500 {
+        let at = DVec3::new(next(), next(), next()) * 15.0;
+        assert!((encoding.value(at) - value(at)).abs() < 0.1, "{at}");
+    }
+}
+
+#[test]
+fn errors_fall_as_functions_are_added_and_every_basis_comes_as_near_as_asked_for() {
+    let value = |at: DVec3| (at.x * 0.5).sin() * (at.y * 0.4).cos() + (at.z * 0.3).sin();
+    let points = Points::new(lattice(14).map(|at| (at, value(at))));
+    for basis in Basis::ALL {
+        let mut steps = Vec::new();
+        let goal = Goal { basis, max_error: 0.1, functions: 600 };
+        let encoding = encode(&points, goal, &Ticket::new(), |step| steps.push(step));
+        let encoding = encoding.expect("there are samples");
+        let errors = encoding.errors(&points, &Ticket::new()).expect("nobody stops it");
+        assert!(errors.max <= 0.1, "{basis:?} {errors:?} by {}", encoding.functions().len());
+        assert!(errors.mean <= errors.rms && errors.rms <= errors.max);
+        let [first, last] = [steps[0], steps[steps.len() - 1]];
+        assert!(last.errors.rms < first.errors.rms / 10.0, "{basis:?} {first:?} {last:?}");
+        assert!(steps.windows(2).all(|pair| pair[1].errors.rms <= pair[0].errors.rms * 1.05));
+    }
+}
+
+#[test]
+fn no_more_functions_than_were_allowed() {
+    let mut next = random();
+    let points = Points::new(lattice(10).map(|at| (at, next())));
+    for functions in [1, 2, 7, 30] {
+        let encoding = encoded(&points, Goal { functions, max_error: 1e-9, ..GOAL });
+        assert!(encoding.functions().len() <= functions && !encoding.functions().is_empty());
+    }
+}
+
+#[test]
+fn few_flat_and_doubled_points_are_encoded() {
+    let line = |i: usize| DVec3::new(i as f64, 2.0 * i as f64, -1.0);
+    let plane = |i: usize| DVec3::new((i % 9) as f64, (i / 9) as f64, 4.0);
+    let value = |i: usize| (i as f64 * 0.7).sin();
+    let cases: [(&str, Vec<(DVec3, f64)>); 9] = [
+        ("one", vec![(DVec3::ONE, 5.0)]),
+        ("two", (0..2).map(|i| (line(i), value(i))).collect()),
+        ("three", (0..3).map(|i| (line(i), value(i))).collect()),
+        ("four", (0..4).map(|i| (plane(i), value(i))).collect()),
+        ("a line", (0..40).map(|i| (line(i), value(i))).collect()),
+        ("a plane", (0..81).map(|i| (plane(i), value(i))).collect()),
+        ("all at one place", (0..20).map(|i| (DVec3::ONE, value(i))).collect()),
+        ("doubled", (0..162).map(|i| (plane(i / 2), value(i / 2))).collect()),
+        ("far away", (0..81).map(|i| (plane(i) * 1e-3 + 1e7, value(i))).collect()),
+    ];
+    for (name, samples) in cases {
+        for basis in Basis::ALL {
+            let points = Points::new(samples.iter().copied());
+            let encoding = encoded(&points, Goal { basis, ..GOAL });
+            let errors = encoding.errors(&points, &Ticket::new()).expect("nobody stops it");
+            assert!(errors.max.is_finite(), "{name} {basis:?}");
+            let is_sound = |f: &Function| f.weight.is_finite() && f.shape.inverse().is_finite();
+            assert!(encoding.functions().iter().all(is_sound), "{name} {basis:?}");
+            // At one place there is one value: the mean is as near as any.
+            if name != "all at one place" {
+                assert!(errors.max < 0.3, "{name} {basis:?} {errors:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_constant_needs_no_function() {
+    let points = Points::new(lattice(6).map(|at| (at, -7.5)));
+    let encoding = encoded(&points, GOAL);
+    assert_eq!(encoding.functions().len(), 0);
+    assert_eq!(encoding.value(DVec3::splat(2.3)), -7.5);
+}
+
+#[test]
+fn what_is_not_finite_is_left_out_and_counted() {
+    let odd = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY];
+    let value = |i: usize| if i.is_multiple_of(11) { odd[i / 11 % 3] } else { 1.0 };
+    let points = Points::new(lattice(6).enumerate().map(|(i, at)| (at, value(i))));
+    assert_eq!(points.left_out(), 216_usize.div_ceil(11));
+    assert_eq!(points.len() + points.left_out(), 216);
+    let nothing = Points::new([(DVec3::ZERO, f64::NAN), (DVec3::NAN, 1.0)]);
+    let refused = encode(&nothing, GOAL, &Ticket::new(), |_| {});
+    assert!(matches!(refused, Err(EncodeError::Nothing)));
+}
+
+#[test]
+fn values_of_thirty_decades_are_encoded_and_ranges_beyond_squares_refused() {
+    let value = |at: DVec3| 10.0_f64.powf(at.x * 5.0 - 15.0);
+    let points = Points::new(lattice(7).map(|at| (at, value(at))));
+    let encoding = encoded(&points, Goal { max_error: 1e13, ..GOAL });
+    let errors = encoding.errors(&points, &Ticket::new()).expect("nobody stops it");
+    assert!(errors.max <= 1e13, "{errors:?}");
+    for (low, high) in [(-1e300, 1e300), (0.0, 1e-200)] {
+        let samples = [(DVec3::ZERO, low), (DVec3::ONE, high)];
+        let refused = encode(&Points::new(samples), GOAL, &Ticket::new(), |_| {});
+        assert!(matches!(refused, Err(EncodeError::Range(_))), "{low} {high}");
+    }
+}
+
+#[test]
+fn a_cancel_ends_it_in_any_round() {
+    let mut next = random();
+    let points = Points::new(lattice(10).map(|at| (at, next())));
+    for rounds in 0..4 {
+        let ticket = Ticket::new();
+        let mut left = rounds;
+        let goal = Goal { max_error: 1e-9, ..GOAL };
+        let ended = encode(&points, goal, &ticket, |_| {
+            if left == 0 {
+                ticket.cancel();
+            }
+            left -= 1;
+        });
+        assert!(matches!(ended, Err(EncodeError::Cancelled(_))), "{rounds}");
+    }
+}
