@@ -44,6 +44,7 @@ struct Header {
     source: String,
     field: String,
     samples: usize,
+    left_out: usize,
     dims: [usize; 3],
     spacing: [f64; 3],
     origin: [f64; 3],
@@ -105,6 +106,7 @@ pub fn bytes(encoded: &Encoded) -> Result<Vec<u8>, String> {
         source: source.name.clone(),
         field: source.field.clone(),
         samples: source.samples,
+        left_out: source.left_out,
         dims,
         spacing: spacing.to_array(),
         origin: origin.to_array(),
@@ -163,10 +165,16 @@ pub(super) fn read(
     };
     let [x, y, z] = lattice.dims;
     let count = encoded.encoding.functions().len();
-    let warnings = vec![format!(
+    let mut warnings = vec![format!(
         "{count} basis functions are shown by their sum at {x} × {y} × {z} samples; from the source's: {}",
         encoded.errors
     )];
+    if source.left_out > 0 {
+        warnings.push(format!(
+            "not finite in the source, while the sum goes on there: {} samples",
+            source.left_out
+        ));
+    }
     let grid = Grid {
         space: source.space.clone(),
         unit: source.unit.clone(),
@@ -266,6 +274,14 @@ fn content(path: &Path) -> Result<Encoded, Problem> {
         direction: DMat3::from_cols_array(&found.direction),
     };
     lattice.check()?;
+    let places = memory::checked_product(&found.dims.map(|n| n as u64));
+    if places != (found.samples as u64).checked_add(found.left_out as u64) {
+        return Err(header(
+            "as many samples as the dimensions say",
+            "others",
+            "encode the source again",
+        ));
+    }
     Ok(Encoded {
         encoding: Encoding::new(found.basis, found.bias, found.epsilon, functions, [low, high]),
         errors: found.errors,
@@ -273,6 +289,7 @@ fn content(path: &Path) -> Result<Encoded, Problem> {
             name: found.source,
             field: found.field,
             samples: found.samples,
+            left_out: found.left_out,
             wanted: found.wanted,
             lattice,
             space: found.space,

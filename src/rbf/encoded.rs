@@ -25,6 +25,8 @@ pub struct Source {
     pub field: String,
     /// How many samples were finite.
     pub samples: usize,
+    /// How many were not, and are nowhere in the sum.
+    pub left_out: usize,
     /// The greatest error that was asked for, in the samples' units.
     pub wanted: f64,
     /// Where the samples lie; of what is not evenly spaced, as many over the same box.

@@ -75,6 +75,7 @@ pub fn encode_field(
             name: name.to_owned(),
             field: field.name.clone(),
             samples: points.len(),
+            left_out: points.left_out(),
             wanted: max_error,
             lattice,
             space: grid.space.clone(),

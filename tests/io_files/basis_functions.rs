@@ -30,7 +30,8 @@ fn encoded(basis: Basis) -> Encoded {
         source: Source {
             name: "made \"up\".nrrd".to_owned(),
             field: "density".to_owned(),
-            samples: 24,
+            samples: 23,
+            left_out: 1,
             wanted: 0.3,
             lattice: Lattice {
                 dims: [4, 3, 2],
@@ -79,6 +80,7 @@ fn it_opens_as_its_values_at_the_sources_samples_or_at_as_many_as_asked_for() {
     assert_eq!((facts.functions, facts.max_error, facts.mean_error), (2, 0.25, 0.0625));
     assert_eq!(facts.source, "made \"up\".nrrd");
     assert!(opened.warnings[0].contains("2 basis functions"), "{:?}", opened.warnings);
+    assert!(opened.warnings[1].contains("not finite in the source"));
 
     let dims = Some([7, 5, 1]);
     let options = OpenOptions { dims, ..OpenOptions::default() };
@@ -108,7 +110,7 @@ fn damage_is_refused_in_one_sentence() {
     };
     let mut flipped = valid.clone();
     flipped[body + 3] ^= 1;
-    let cases: [(&str, Vec<u8>, &str); 9] = [
+    let cases: [(&str, Vec<u8>, &str); 10] = [
         ("cut short", valid[..valid.len() - 1].to_vec(), "40 bytes of functions"),
         ("too long", [&valid[..], b"x"].concat(), "found 41"),
         ("a flipped bit", flipped, "checksum"),
@@ -117,6 +119,7 @@ fn damage_is_refused_in_one_sentence() {
         ("many functions", with("\"functions\":2", "\"functions\":900000000000"), "at most"),
         ("no number", with("\"bias\":0.1", "\"bias\":null"), "JSON"),
         ("an epsilon of 0", with("\"epsilon\":0.001", "\"epsilon\":0.0"), "finite functions"),
+        ("other samples", with("\"dims\":[4,3,2]", "\"dims\":[4,3,9]"), "as many samples"),
         ("no lattice", with("\"dims\":[4,3,2]", "\"dims\":[0,3,2]"), "expected"),
     ];
     for (name, bytes, words) in cases {

@@ -219,3 +219,8 @@ fn zarr() {
         ],
     );
 }
+
+#[test]
+fn basis_functions() {
+    mutate(0x5eed_0109, &[("blobs.vrbf", "")]);
+}
