@@ -80,7 +80,7 @@ fn open(path: &Path) -> Result<(Scene, Duration), String> {
 
 fn opening(grid: &Grid) -> Scene {
     let field = grid.field(None).expect("every grid has a field");
-    let component = if field.components == 1 { Component::Index(0) } else { Component::Magnitude };
+    let component = Component::usual(field.components);
     let volume = grid.scalar(field, component, &Ticket::new()).expect("something finite");
     scene::opening(SampleSource::default(), Arc::new(volume), grid.space.as_deref())
 }

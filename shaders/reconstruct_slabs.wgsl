@@ -124,7 +124,14 @@ fn ray(screen: vec2<f32>, pixel: vec2<u32>) -> vec4<f32> {
                     to_t = clamp(f32(k + way) * step, enter, leave);
                 }
                 let here_t = select(t, 0.5 * (from_t + to_t), classify_middle);
-                let here = face(origin + direction * here_t);
+                var here = Face(vec2<f32>(0.0), vec3<f32>(0.0));
+                if SHADED || !classify_mean {
+                    here = face(origin + direction * here_t);
+                }
+                if classify_mean {
+                    let mean = mean_of_functions(origin, direction, vec2<f32>(from_t, to_t));
+                    here.value.x = slabs.table.x + slabs.table.y * mean;
+                }
                 if classify_middle {
                     let u = here.value;
                     u_middle = u.x;

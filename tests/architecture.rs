@@ -11,15 +11,15 @@ use std::path::Path;
 const ROOMS: [(&str, &[&str]); 18] = [
     ("core", &[]),
     ("polygons", &["core"]),
-    ("volume", &["core"]),
-    ("rbf", &["core", "volume"]),
+    ("volume", &["core", "rbf"]),
+    ("rbf", &["core"]),
     ("transfer", &["core", "volume"]),
     ("kernel", &["core", "volume", "transfer"]),
     ("hierarchy", &["core", "volume", "transfer"]),
     ("vector", &["core", "volume", "transfer", "kernel", "polygons"]),
     ("scene", &["core", "volume", "transfer", "kernel", "hierarchy", "vector", "polygons"]),
     // Truth shares no shortcut with what it judges: neither the GPU nor the hierarchy.
-    ("reference", &["core", "volume", "transfer", "kernel", "vector", "polygons", "scene"]),
+    ("reference", &["core", "volume", "transfer", "kernel", "vector", "polygons", "scene", "rbf"]),
     ("io", &["core", "volume", "polygons", "rbf"]),
     ("plan", &["core", "volume", "transfer", "kernel", "vector", "polygons", "scene"]),
     (
@@ -34,10 +34,14 @@ const ROOMS: [(&str, &[&str]); 18] = [
             "polygons",
             "scene",
             "plan",
+            "rbf",
         ],
     ),
     // The other engine, which knows nothing of that one.
-    ("native", &["core", "polygons", "volume", "transfer", "kernel", "vector", "scene", "plan"]),
+    (
+        "native",
+        &["core", "polygons", "volume", "transfer", "kernel", "vector", "scene", "plan", "rbf"],
+    ),
     (
         "accuracy",
         &["core", "volume", "transfer", "kernel", "hierarchy", "scene", "reference", "io", "gpu"],
@@ -66,7 +70,7 @@ const ROOMS: [(&str, &[&str]); 18] = [
     (
         "app",
         &[
-            "core", "volume", "transfer", "kernel", "vector", "polygons", "scene", "io",
+            "core", "volume", "transfer", "kernel", "vector", "polygons", "scene", "io", "rbf",
             "accuracy", "task",
         ],
     ),

@@ -58,10 +58,7 @@ fn volumes() -> Vec<PathBuf> {
 /// What is first seen of the first field of a grid, as the window and `render` open it.
 fn first_look(grid: &Grid, name: &Path) -> Result<Scene, String> {
     let field = grid.field(None).map_err(|error| error.to_string())?;
-    let component = match field.components {
-        1 => Component::Index(0),
-        _ => Component::Magnitude,
-    };
+    let component = Component::usual(field.components);
     let volume =
         grid.scalar(field, component, &Ticket::new()).map_err(|error| error.to_string())?;
     let source = SampleSource::component(name, &field.name, component);

@@ -30,7 +30,7 @@ pub(crate) fn open(path: &Path) -> Result<Scene, String> {
         }
     };
     let field = grid.field(None).map_err(|e| e.to_string())?;
-    let component = if field.components == 1 { Component::Index(0) } else { Component::Magnitude };
+    let component = Component::usual(field.components);
     let volume = grid.scalar(field, component, &Ticket::new()).map_err(|e| e.to_string())?;
     Ok(scene::opening(SampleSource::default(), Arc::new(volume), grid.space.as_deref()))
 }

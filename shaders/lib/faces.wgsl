@@ -4,6 +4,7 @@
 const OF_BSPLINES: u32 = 0u;
 const OF_TENTS: u32 = 1u;
 const BY_DIFFERENCES: u32 = 2u;
+const OF_FUNCTIONS: u32 = 3u;
 
 override growth: u32 = 2u;
 
@@ -14,7 +15,16 @@ fn face(position: vec3<f32>) -> Face {
     if growth == OF_TENTS {
         return face_of_tents(position);
     }
+    if growth == OF_FUNCTIONS {
+        return face_of_functions(position);
+    }
     return face_by_differences(position);
+}
+
+fn face_of_functions(position: vec3<f32>) -> Face {
+    let found = sum_of_functions(position);
+    let u = slabs.table.x + slabs.table.y * found.w;
+    return Face(vec2<f32>(u, 0.0), slabs.table.y * found.xyz);
 }
 
 // Of B-splines: values, and their derivative from the same samples.

@@ -13,12 +13,16 @@ const GAUSSIAN: u32 = 2u;
 const CUBIC: u32 = 3u;
 const NARROW_BSPLINE: u32 = 5u;
 const SCALED_TENT: u32 = 6u;
+// Basis functions, which stand in the place of coefficients.
+const FUNCTIONS: u32 = 7u;
 
 override kernel: u32 = 4u;
 // Samples to either side of a position that a radial kernel reaches.
 override window: i32 = 2;
 override format: u32 = 0u;
 override one_chunk: bool = true;
+// Basis functions are 1/sqrt(1 + r^2) rather than exp(-r^2/2).
+override multiquadric: bool = false;
 
 fn word(index: u32) -> u32 {
     if one_chunk {
@@ -182,6 +186,149 @@ fn nearest(position: vec3<f32>) -> vec3<i32> {
     return clamp(vec3<i32>(floor(position + 0.5)), vec3<i32>(0), last);
 }
 
+// Basis functions are stored as `gpu::functions` writes them: words 0 and 1 say where the lists and the functions begin,
+// then come the beginnings of the cells' lists.
+struct Summand {
+    centre: vec3<f32>,
+    // What takes an offset to one in widths.
+    shape: mat3x3<f32>,
+    weight: f32,
+    // The squared distance, in widths, at which it ends.
+    reach: f32,
+}
+
+fn number(index: u32) -> f32 {
+    return bitcast<f32>(word(index));
+}
+
+// The function that an entry of the lists names.
+fn summand(entry: u32) -> Summand {
+    let at = word(1u) + 11u * word(word(0u) + entry);
+    let x = vec3<f32>(number(at + 3u), number(at + 4u), number(at + 5u));
+    let y = vec3<f32>(0.0, number(at + 6u), number(at + 7u));
+    let z = vec3<f32>(0.0, 0.0, number(at + 8u));
+    return Summand(
+        vec3<f32>(number(at), number(at + 1u), number(at + 2u)),
+        transpose(mat3x3<f32>(x, y, z)),
+        number(at + 9u),
+        number(at + 10u),
+    );
+}
+
+fn edge_of_cells() -> f32 {
+    return f32(slabs.stored.x);
+}
+
+fn cells_along() -> vec3<u32> {
+    return (slabs.dims.xyz + vec3<u32>(slabs.stored.x - 1u)) / slabs.stored.x;
+}
+
+// The cell that a position lies in, or the nearest.
+fn cell_of(position: vec3<f32>) -> vec3<u32> {
+    let last = vec3<f32>(cells_along() - vec3<u32>(1u));
+    return vec3<u32>(clamp(floor((position + 0.5) / edge_of_cells()), vec3<f32>(0.0), last));
+}
+
+// The first entry of a cell's list, and the one behind the last.
+fn entries_of(cell: vec3<u32>) -> vec2<u32> {
+    let cells = cells_along();
+    let at = 2u + (cell.z * cells.y + cell.y) * cells.x + cell.x;
+    return vec2<u32>(word(at), word(at + 1u));
+}
+
+fn basis_of(square: f32) -> f32 {
+    if multiquadric {
+        return inverseSqrt(1.0 + square);
+    }
+    return exp(-0.5 * square);
+}
+
+// The sum of the functions at a position, and its growth per index.
+fn sum_of_functions(position: vec3<f32>) -> vec4<f32> {
+    let entries = entries_of(cell_of(position));
+    var sum = vec4<f32>(0.0);
+    for (var i = entries.x; i < entries.y; i++) {
+        let function = summand(i);
+        let offset = function.shape * (position - function.centre);
+        let square = dot(offset, offset);
+        if square > function.reach {
+            continue;
+        }
+        let phi = basis_of(square);
+        let slope = select(phi, phi * phi * phi, multiquadric);
+        sum += function.weight * vec4<f32>(-slope * (offset * function.shape), phi);
+    }
+    return sum;
+}
+
+// erf(x) to 1.5e-7 (Abramowitz and Stegun 7.1.26).
+fn error_function(x: f32) -> f32 {
+    let size = abs(x);
+    let t = 1.0 / (1.0 + 0.3275911 * size);
+    let series = ((((1.0614054 * t - 1.453152) * t + 1.4214137) * t - 0.28449674) * t + 0.2548296) * t;
+    return sign(x) * (1.0 - series * exp(-size * size));
+}
+
+// The integral of a function's share between two places of a ray, by the distance along it.
+fn integral_of(function: Summand, origin: vec3<f32>, direction: vec3<f32>, ends: vec2<f32>) -> f32 {
+    // From a place nearby: far from it the squares would leave few digits to their difference.
+    let begin = 0.5 * (ends.x + ends.y);
+    let offset = function.shape * (origin + direction * begin - function.centre);
+    let speed = function.shape * direction;
+    let a = dot(speed, speed);
+    let nearest = -dot(offset, speed) / a;
+    let near = offset + speed * nearest;
+    let square = dot(near, near);
+    if square >= function.reach {
+        return 0.0;
+    }
+    let half = sqrt((function.reach - square) / a);
+    let parts = clamp(ends - begin - nearest, vec2<f32>(-half), vec2<f32>(half));
+    if multiquadric {
+        let scale = sqrt(a / (1.0 + square));
+        return function.weight * (asinh(parts.y * scale) - asinh(parts.x * scale)) / sqrt(a);
+    }
+    let scale = sqrt(0.5 * a);
+    let share = error_function(parts.y * scale) - error_function(parts.x * scale);
+    // Half the root of pi.
+    return function.weight * 0.8862269 * exp(-0.5 * square) * share / scale;
+}
+
+// The mean of the sums between two places of a ray, from cell to cell.
+fn mean_of_functions(origin: vec3<f32>, direction: vec3<f32>, ends: vec2<f32>) -> f32 {
+    let from_t = min(ends.x, ends.y);
+    let to_t = max(ends.x, ends.y);
+    if from_t >= to_t {
+        return 0.0;
+    }
+    let edge = edge_of_cells();
+    let last = vec3<i32>(cells_along()) - vec3<i32>(1);
+    var cell = vec3<i32>(cell_of(origin + direction * from_t));
+    let way = vec3<i32>(sign(direction));
+    var t = from_t;
+    var sum = 0.0;
+    // A ray passes through each cell once.
+    let most = u32(last.x + last.y + last.z) + 1u;
+    for (var turn = 0u; turn < most && t < to_t; turn++) {
+        // Where it leaves the cell, along each axis.
+        let border = (vec3<f32>(cell) + select(vec3<f32>(0.0), vec3<f32>(1.0), way > vec3<i32>(0))) * edge - 0.5;
+        let leaves = select(vec3<f32>(3e38), (border - origin) / direction, way != vec3<i32>(0));
+        // Beyond the last cell there is no other.
+        let ahead = cell + way;
+        let is_last = (ahead < vec3<i32>(0)) | (ahead > last);
+        let exits = select(leaves, vec3<f32>(3e38), is_last);
+        let exit = min(exits.x, min(exits.y, exits.z));
+        let next = clamp(exit, t, to_t);
+        let entries = entries_of(vec3<u32>(cell));
+        for (var i = entries.x; i < entries.y; i++) {
+            sum += integral_of(summand(i), origin, direction, vec2<f32>(t, next));
+        }
+        t = next;
+        cell += select(vec3<i32>(0), way, exits <= vec3<f32>(exit));
+    }
+    return sum / (to_t - from_t);
+}
+
 // The field at a position in index space, and half the width of the values there, in cells of the
 // table.
 fn value(position: vec3<f32>) -> vec2<f32> {
@@ -198,6 +345,8 @@ fn value(position: vec3<f32>) -> vec2<f32> {
         let found = mix(near, far, f.z);
         stored = found.x;
         width = slabs.table.y * found.y;
+    } else if kernel == FUNCTIONS {
+        stored = sum_of_functions(position).w;
     } else if kernel == NEAREST {
         stored = two(stored_index(nearest(position))).x;
     } else {

@@ -10,6 +10,8 @@ override holes_show: bool = false;
 override has_widths: bool = false;
 // Classify the value in the middle of a slab rather than all between its faces.
 override classify_middle: bool = false;
+// Of that, the mean of its values.
+override classify_mean: bool = false;
 // Opacity is weight times length, capped, rather than 1 - exp(-depth).
 override published: bool = false;
 override back_to_front: bool = false;

@@ -62,7 +62,7 @@ pub fn mode_words(splat: &SplatSettings) -> String {
         Visibility::Slabs => format!("slabs {}", fraction(splat.slabs_per_voxel)),
     }];
     let sharpened = splat.reconstruction == Reconstruction::Interpolating
-        && !matches!(splat.kernel, Kernel::Linear | Kernel::Nearest);
+        && !matches!(splat.kernel, Kernel::Linear | Kernel::Nearest | Kernel::Functions);
     words.push(match sharpened {
         true => format!("{} interpolating", splat.kernel.name()),
         false => splat.kernel.name().to_owned(),
@@ -86,20 +86,21 @@ fn fraction(value: f64) -> String {
     }
 }
 
-/// The mode whose limit every setting is held to: the exact one, for a scene's opacities.
+/// The mode whose limit every setting is held to: the exact one, for a scene's opacities; of basis functions theirs.
 pub fn exact_mode(current: &SplatSettings, slabs_per_voxel: f64) -> SplatSettings {
-    SplatSettings {
-        opacity_unit_distance: current.opacity_unit_distance,
-        slabs_per_voxel,
-        ..SplatSettings::EXACT
-    }
+    let exact = match current.kernel {
+        Kernel::Functions => SplatSettings::FUNCTIONS,
+        _ => SplatSettings::EXACT,
+    };
+    let opacity_unit_distance = current.opacity_unit_distance;
+    SplatSettings { opacity_unit_distance, slabs_per_voxel, ..exact }
 }
 
 /// What is compared for a scene that is now drawn with `current`: that mode first, then the rest so
 /// that a chart fills usefully, cheap and diverse ones first. No two are drawn alike.
 pub fn candidates(current: &SplatSettings) -> Vec<Setting> {
-    use Classify::{After, Before, PreIntegrated};
-    use Kernel::{BSpline, Cubic, Gaussian, Gouraud, Linear, Nearest, Point};
+    use Classify::{After, Before, Mean, PreIntegrated};
+    use Kernel::{BSpline, Cubic, Functions, Gaussian, Gouraud, Linear, Nearest, Point};
     use OpacityModel::{OpticalDepth, Published};
     use Visibility::{EverySample, Sheets};
     let none = ModeChoice {
@@ -201,8 +202,19 @@ pub fn candidates(current: &SplatSettings) -> Vec<Setting> {
         slabs(BSpline, After, 4.0),
         slabs(BSpline, PreIntegrated, 4.0),
     ];
+    let of_functions = [
+        slabs(Functions, PreIntegrated, 0.5),
+        slabs(Functions, PreIntegrated, 1.0),
+        slabs(Functions, After, 1.0),
+        slabs(Functions, Mean, 1.0),
+        scaled(slabs(Functions, PreIntegrated, 1.0), 0.5),
+        slabs(Functions, PreIntegrated, 2.0),
+        slabs(Functions, After, 4.0),
+        slabs(Functions, Mean, 4.0),
+    ];
+    let has_functions = current.kernel == Functions;
     let mut list = vec![Setting::full(*current)];
-    for setting in rest.into_iter().flatten() {
+    for setting in of_functions.into_iter().filter(|_| has_functions).chain(rest).flatten() {
         let alike = |other: &Setting| {
             (other.splat, other.detail, other.scale)
                 == (setting.splat, setting.detail, setting.scale)

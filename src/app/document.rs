@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use crate::core::Ticket;
-use crate::io::Series;
+use crate::io::{Encoded, Series};
 use crate::scene::FirstLook;
 use crate::transfer::TransferFunction;
 use crate::volume::{
@@ -256,6 +256,21 @@ pub struct Document {
     pub warnings: Vec<String>,
     /// The series among which it was chosen; empty where it is the only one.
     pub series: Vec<Series>,
+    /// How many of the grid's fields the file holds. Another is what basis functions leave of one of these.
+    pub fields_in_file: usize,
+    /// A field that was encoded here, and which number of it.
+    pub encoded: Option<EncodedField>,
+}
+
+/// A field that was encoded as basis functions.
+#[derive(Debug, Clone)]
+pub struct EncodedField {
+    /// Index into the grid's fields.
+    pub field: usize,
+    /// Which number of it.
+    pub component: Component,
+    /// The functions, and how far they are from the samples.
+    pub encoded: Arc<Encoded>,
 }
 
 impl Document {
@@ -271,7 +286,7 @@ impl Document {
         let ReadGrid { grid, warnings, series } = library.read(&source, ticket)?;
         let grid = Arc::new(grid);
         let field = grid.field(None)?;
-        let component = default_component(field.components);
+        let component = Component::usual(field.components);
         let volume = Arc::new(grid.scalar(field, component, ticket)?);
         let flowing = match &source {
             Source::Demo(name) => {
@@ -288,6 +303,8 @@ impl Document {
         let first_look = library.first_look(&volume, grid.space.as_deref());
         Ok(Self {
             source,
+            fields_in_file: grid.fields.len(),
+            encoded: None,
             grid,
             field: 0,
             component,
@@ -298,6 +315,19 @@ impl Document {
             warnings,
             series,
         })
+    }
+
+    /// How the field that is drawn was encoded here.
+    pub fn encoded_here(&self) -> Option<&Arc<Encoded>> {
+        let of_field = |encoded: &&EncodedField| {
+            (encoded.field, encoded.component) == (self.field, self.component)
+        };
+        self.encoded.as_ref().filter(of_field).map(|of_field| &of_field.encoded)
+    }
+
+    /// Which of the grid's fields is what functions leave of another.
+    pub fn residual(&self) -> Option<usize> {
+        (self.fields_in_file < self.grid.fields.len()).then_some(self.fields_in_file)
     }
 
     /// Whether the file has a field that can be drawn as vectors, or fields to put them together of.
@@ -335,15 +365,14 @@ impl Document {
         let chosen = self.grid.fields.get(field).ok_or_else(|| {
             ReadFailure::Refused(format!("there is no field number {field} in this file"))
         })?;
-        let volume = Arc::new(self.grid.scalar(chosen, component, ticket)?);
+        let volume = self.grid.scalar(chosen, component, ticket)?;
         let first_look = library.first_look(&volume, self.grid.space.as_deref());
-        Ok(Self { field, component, volume, first_look, ..self })
+        let mut other = Self { field, component, first_look, ..self };
+        let encoding = other.encoded_here().map(|encoded| Arc::new(encoded.encoding.clone()));
+        let functions = encoding.or(volume.functions);
+        other.volume = Arc::new(ScalarVolume { functions, ..volume });
+        Ok(other)
     }
-}
-
-/// What is drawn of a field before anyone chooses.
-pub fn default_component(components: usize) -> Component {
-    if components == 1 { Component::Index(0) } else { Component::Magnitude }
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use eframe::egui::{Context, Event, ViewportCommand};
 
 use super::actions::Action;
-use super::dialogs::transfer_file::TransferFileDialog;
+use super::dialogs::named_file::{NamedFileDialog, Purpose};
 use super::document::Source;
 use super::job::{Ended, Job};
 use super::saving::{self, Written};
@@ -53,17 +53,18 @@ impl Window {
             }
             // What comes of it is an event of its own.
             Action::PasteTransfer => ctx.send_viewport_cmd(ViewportCommand::RequestPaste),
-            Action::LoadTransfer => self.ask_transfer(TransferFileDialog::load()),
+            Action::LoadTransfer => self.ask_for_file(Purpose::LoadTransfer, Path::new("")),
             Action::SaveTransfer => {
-                let dialog = TransferFileDialog::save(&self.suggested_transfer_path());
-                self.ask_transfer(dialog);
+                self.ask_for_file(Purpose::SaveTransfer, &self.suggested_transfer_path());
             }
             _ => {}
         }
     }
 
-    fn ask_transfer(&mut self, dialog: TransferFileDialog) {
-        self.dialog = Some(Dialog::Transfer(Box::new(dialog)));
+    /// Asks for the path of a file.
+    pub(super) fn ask_for_file(&mut self, purpose: Purpose, suggestion: &Path) {
+        let dialog = NamedFileDialog::new(purpose, suggestion);
+        self.dialog = Some(Dialog::NamedFile(Box::new(dialog)));
     }
 
     /// The transfer function on screen with what it was made of.
@@ -74,7 +75,7 @@ impl Window {
     }
 
     /// Beside the volume, or with the pictures where that is no file.
-    fn suggested_transfer_path(&self) -> PathBuf {
+    pub(super) fn suggested_transfer_path(&self) -> PathBuf {
         let source = self.document.as_ref().map(|document| &document.source);
         let folder = source.and_then(Source::path).and_then(Path::parent).map(Path::to_owned);
         let folder = folder.or_else(|| self.parts.pictures_folder.clone().ok());
@@ -98,10 +99,16 @@ impl Window {
     }
 
     /// Reads or writes the file that a dialog has asked for.
-    pub(super) fn take_transfer_path(&mut self, ctx: &Context, saving: bool, path: PathBuf) {
-        if !saving {
-            self.load_transfer(ctx, path);
-        } else if let Some(design) = self.design() {
+    pub(super) fn take_named_file(&mut self, ctx: &Context, purpose: Purpose, path: PathBuf) {
+        match purpose {
+            Purpose::LoadTransfer => self.load_transfer(ctx, path),
+            Purpose::SaveTransfer => self.save_transfer(ctx, path),
+            Purpose::SaveEncoding => self.save_encoding(ctx, path),
+        }
+    }
+
+    fn save_transfer(&mut self, ctx: &Context, path: PathBuf) {
+        if let Some(design) = self.design() {
             let title = "Saving the transfer function";
             self.saving.push(Job::start("save-transfer", title, ctx, move |_| {
                 transfer_file::write(&design, &path).map(|()| Written::of(&path, None))

@@ -37,7 +37,7 @@ impl FileDialog {
         let extensions = [
             "nrrd", "nhdr", "mha", "mhd", "vti", "vtr", "vts", "vtk", "nc", "nii", "gz", "hdr",
             "img", "npy", "npz", "dcm", "tif", "tiff", "h5", "hdf5", "nc4", "mrc", "map", "ccp4",
-            "rec", "st", "raw",
+            "rec", "st", "vrbf", "raw",
         ];
         let dialog = rfd::AsyncFileDialog::new()
             .set_title("Open a volume")
@@ -80,12 +80,16 @@ impl FileDialog {
 
     /// Asks where to save a transfer function; `suggestion` has a name, and perhaps a folder.
     pub fn save_transfer(ctx: &Context, suggestion: &Path) -> Self {
-        let name = suggestion.file_name().unwrap_or_default().to_string_lossy();
-        let mut dialog = transfer_dialog("Save the transfer function").set_file_name(name);
-        if let Some(folder) = suggestion.parent() {
-            dialog = dialog.set_directory(folder);
-        }
-        Self::wait_for(ctx, dialog.save_file())
+        let dialog = transfer_dialog("Save the transfer function");
+        Self::wait_for(ctx, named_so(dialog, suggestion).save_file())
+    }
+
+    /// Asks where to save basis functions; `suggestion` has a name, and perhaps a folder.
+    pub fn save_encoding(ctx: &Context, suggestion: &Path) -> Self {
+        let dialog = rfd::AsyncFileDialog::new()
+            .set_title("Save the basis functions")
+            .add_filter("Basis functions", &["vrbf"]);
+        Self::wait_for(ctx, named_so(dialog, suggestion).save_file())
     }
 
     /// A dialog that gives this answer at once, for tests of whoever asks.
@@ -135,6 +139,16 @@ impl FileDialog {
             Ended::Finished((path, after)) => interpret(path, after),
             Ended::Lost => Answer::Unavailable,
         })
+    }
+}
+
+/// A dialog that suggests a name, and perhaps a folder.
+fn named_so(dialog: rfd::AsyncFileDialog, suggestion: &Path) -> rfd::AsyncFileDialog {
+    let name = suggestion.file_name().unwrap_or_default().to_string_lossy();
+    let dialog = dialog.set_file_name(name);
+    match suggestion.parent() {
+        Some(folder) => dialog.set_directory(folder),
+        None => dialog,
     }
 }
 

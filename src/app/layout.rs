@@ -16,6 +16,7 @@ use super::notices::text_and_button_ui;
 use super::panels::data::DataChoice;
 use super::panels::vectors::VectorRequest;
 use super::panels::{
+    encoding,
     Sections, accuracy, clip, compare, data, inside, polygons, section_ui, shading, splat, status,
     transfer, vectors, view,
 };
@@ -243,6 +244,10 @@ impl Window {
         inside::rendering_ui(ui, scene);
         ui.add_space(4.0);
         let choice = section_ui(ui, sections, "Data", |ui| data::data_ui(ui, document)).flatten();
+        let encoding_request = section_ui(ui, sections, "Basis functions", |ui| {
+            let running = self.encoding.as_ref();
+            encoding::encoding_ui(ui, document, &mut self.encode_choice, running)
+        });
         let vector_request = document.has_vectors().then(|| {
             section_ui(ui, sections, "Vectors", |ui| {
                 let (clock, fps) = (&mut self.vectors.clock, &mut self.settings.animation_fps);
@@ -304,6 +309,9 @@ impl Window {
             Some(DataChoice::Field(choice)) => self.choose_field(ui.ctx(), choice),
             Some(DataChoice::Series(index)) => self.choose_series(ui.ctx(), index),
             None => {}
+        }
+        if let Some(request) = encoding_request.flatten() {
+            self.encode(ui.ctx(), request);
         }
         if let Some(action) = action.flatten() {
             self.perform(ui.ctx(), action);

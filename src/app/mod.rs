@@ -16,6 +16,7 @@ pub mod document;
 pub mod drawer;
 mod effect_rows;
 pub mod effects;
+pub mod encoding;
 mod exchanging;
 pub mod file_dialog;
 mod first_hint;

@@ -17,7 +17,9 @@ use super::panels::data::FieldChoice;
 use super::vectors::Vectors;
 use super::window::{Dialog, Window};
 use crate::core::{Camera, Projection};
+use crate::io::Series;
 use crate::io::mesh::MeshFormat;
+use crate::kernel::Kernel;
 use crate::scene::{
     Inside, Look, Orientation, SampleSource, Sampled, Scene, Shading, SplatSettings, VectorLayer,
     projected_range,
@@ -44,32 +46,38 @@ fn is_companion(source: &Source) -> bool {
 impl Window {
     /// Starts to read a source; what is open stays until it has been read.
     pub fn open(&mut self, ctx: &Context, source: Source) {
-        let library = Arc::clone(&self.parts.library);
-        let reading = source.clone();
-        let job = Job::start("load", format!("Opening {}", source.name()), ctx, move |ticket| {
-            Document::read(&*library, reading, ticket)
-        });
-        self.loading = Some(Loading { job, source, keep_view: false, companions: Vec::new() });
-        self.undescribed = None;
+        let name = source.name();
+        self.read(ctx, source, &name, |document| document);
     }
 
-    /// Starts to open another of the series among which the open one was chosen. They stay to be chosen among, wherever
-    /// its files lie.
+    /// Starts to open another of the series among which the open one was chosen. The choice stays, wherever the files of
+    /// each lie.
     pub(super) fn choose_series(&mut self, ctx: &Context, index: usize) {
         let Some(document) = &self.document else { return };
         let mut series = document.series.clone();
-        let Some(path) = series.get(index).map(|series| series.path.clone()) else { return };
         for (at, one) in series.iter_mut().enumerate() {
             one.is_open = at == index;
         }
-        let source = Source::File(path);
-        let (library, reading) = (Arc::clone(&self.parts.library), source.clone());
-        let job =
-            Job::start("load", format!("Opening {}", series[index].name), ctx, move |ticket| {
-                let read = Document::read(&*library, reading, ticket)?;
-                Ok(Document { series, ..read })
-            });
+        let Some(Series { name, path, .. }) = series.get(index).cloned() else { return };
+        let among = move |document| Document { series, ..document };
+        self.read(ctx, Source::File(path), &name, among);
+    }
+
+    /// Starts to read what is called so, and makes of it the document that opens.
+    fn read(
+        &mut self,
+        ctx: &Context,
+        source: Source,
+        name: &str,
+        made: impl FnOnce(Document) -> Document + Send + 'static,
+    ) {
+        let library = Arc::clone(&self.parts.library);
+        let reading = source.clone();
+        let job = Job::start("load", format!("Opening {name}"), ctx, move |ticket| {
+            Document::read(&*library, reading, ticket).map(made)
+        });
         self.loading = Some(Loading { job, source, keep_view: false, companions: Vec::new() });
+        self.undescribed = None;
     }
 
     /// Opens the first volume of several sources, or the first demo for none, and puts polygons and a
@@ -124,6 +132,8 @@ impl Window {
             Some(scene) => SplatSettings { cut: scene.splat.cut, ..look.splat },
             None => look.splat,
         };
+        let has_no_functions = splat.kernel == Kernel::Functions && volume.functions.is_none();
+        let splat = if has_no_functions { look.splat } else { splat };
         let shading = match &before {
             Some(scene) if keep_view => scene.shading.clone(),
             // So are the lights; tables belong to their data.
@@ -199,6 +209,7 @@ impl Window {
     pub(super) fn leave_file(&mut self, ctx: &Context, other: &Document) {
         self.vectors = Vectors::default();
         self.flow.job = None;
+        self.encoding = None;
         self.shading.start_over();
         self.clip.start_over();
         let title = format!("{} – Voxsplat", other.source.name());

@@ -187,7 +187,7 @@ fn next_free(folder: &Path, stem: &str) -> PathBuf {
 }
 
 /// A file name made of a volume's name: no extension, no separators.
-fn file_stem(name: &str) -> String {
+pub(super) fn file_stem(name: &str) -> String {
     let stem = match name.strip_prefix(super::document::DEMO_PREFIX) {
         Some(demo) => demo,
         None => name.rsplit_once('.').map_or(name, |(stem, _)| stem),

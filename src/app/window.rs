@@ -14,13 +14,14 @@ use super::cells::CellsOverlay;
 use super::clip_box::BoxHandles;
 use super::compare::{Compare, Display};
 use super::dialogs::Outcome;
+use super::dialogs::named_file::NamedFileDialog;
 use super::dialogs::open_path::OpenPath;
 use super::dialogs::raw::RawDialog;
 use super::dialogs::save::SaveDialog;
-use super::dialogs::transfer_file::TransferFileDialog;
 use super::document::{Document, Library, Source};
 use super::drawer::Drawer;
 use super::effects::Effects;
+use super::encoding::{EncodeChoice, Encoding};
 use super::exchanging::LoadingDesign;
 use super::file_dialog::FileDialog;
 use super::first_hint::FirstHint;
@@ -86,7 +87,7 @@ pub(super) enum Dialog {
     OpenPath(OpenPath),
     Raw(Box<RawDialog>),
     Save(Box<SaveDialog>),
-    Transfer(Box<TransferFileDialog>),
+    NamedFile(Box<NamedFileDialog>),
     Help,
 }
 
@@ -132,6 +133,8 @@ pub struct Window {
     pub(super) vectors: Vectors,
     pub(super) polygons: Polygons,
     pub(super) flow: Flow,
+    pub(super) encode_choice: EncodeChoice,
+    pub(super) encoding: Option<Encoding>,
     /// Reached the engine last.
     pub(super) last_valid_mode: SplatSettings,
     pub(super) file_dialog: Option<FileDialog>,
@@ -186,6 +189,8 @@ impl Window {
             vectors: Vectors::default(),
             polygons: Polygons::default(),
             flow: Flow::default(),
+            encode_choice: EncodeChoice::default(),
+            encoding: None,
             last_valid_mode: SplatSettings::default(),
             file_dialog: None,
             loading: None,
@@ -400,6 +405,7 @@ impl Window {
         self.take_vectors();
         self.take_meshes(ctx);
         self.take_flow();
+        self.take_encoding();
         self.take_saved();
         self.take_design();
         self.take_clipboard(ctx);
@@ -430,6 +436,7 @@ impl Window {
         let loading = self.loading.iter().map(|loading| JobView::of(&loading.job));
         let meshes = self.polygons.reading.iter().map(JobView::of);
         let made = meshes.chain(self.flow.job.iter().map(JobView::of));
+        let made = made.chain(self.encoding.iter().map(|encoding| JobView::of(&encoding.job)));
         loading.chain(self.saving.iter().map(JobView::of)).chain(made).collect()
     }
 
@@ -455,9 +462,9 @@ impl Window {
                 }
                 outcome => outcome == Outcome::Open,
             },
-            Dialog::Transfer(transfer) => match transfer.show(ctx) {
+            Dialog::NamedFile(named) => match named.show(ctx) {
                 Outcome::Done(path) => {
-                    self.take_transfer_path(ctx, transfer.is_saving(), path);
+                    self.take_named_file(ctx, named.purpose(), path);
                     false
                 }
                 outcome => outcome == Outcome::Open,

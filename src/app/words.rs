@@ -146,6 +146,7 @@ pub fn preset(preset: Preset) -> (&'static str, &'static str) {
 pub fn kernel(kernel: Kernel) -> String {
     match kernel {
         Kernel::BSpline => "B-spline".to_owned(),
+        Kernel::Functions => "Basis functions".to_owned(),
         other => sentence_case(other.name()),
     }
 }
@@ -162,6 +163,10 @@ pub fn kernel_help(kernel: Kernel) -> &'static str {
         }
         Kernel::Linear => "Straight between neighbours, as most viewers do: quick, with creases",
         Kernel::BSpline => "The smoothest: passes through every sample, without creases",
+        Kernel::Functions => {
+            "The functions of an encoding themselves, without samples: smooth everywhere, as near to the data as its error \
+             says"
+        }
         Kernel::Cubic => "The optimal cubic (radius 1.556 voxels): smooth with the least ripple",
     }
 }
@@ -201,6 +206,11 @@ pub fn classify(classify: Classify) -> (&'static str, &'static str) {
             "Pre-integrated",
             "Values are blended first, and all values through each slab are coloured: thin layers \
              stay whole",
+        ),
+        Classify::Mean => (
+            "Mean",
+            "Basis functions are splatted into slabs, and the mean value of each slab is coloured: thin layers are \
+             softened",
         ),
     }
 }

@@ -58,7 +58,7 @@ pub(super) fn run(flags: &AccuracyFlags) -> Result<(), Failure> {
         note(warning);
     }
     // Rows are of modes that show no lights, too; and it is by them that modes are compared.
-    let mut scene = open::scene(&input, &flags.scene, open::Mode { splat, is_asked_for: true })?;
+    let mut scene = open::scene(&input, &flags.scene, open::Mode::of(&flags.mode, splat, true))?;
     scene.shading.lighting = None;
     let mut asked = flags.vectors.clone();
     if asked.named().is_none() && !asked.vectors_only {

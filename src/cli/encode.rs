@@ -1,27 +1,75 @@
 //! `voxsplat encode` and `voxsplat convert`.
 
+use std::ops::ControlFlow;
+use std::path::PathBuf;
 use std::time::Instant;
 
-use super::flags::{ConvertFlags, EncodeFlags};
+use clap::Args;
+
+use super::flags::InputFlags;
 use super::progress::Progress;
-use super::{Destination, Failure, note, open};
+use super::{Destination, Failure, note, open, values};
 use crate::core::Ticket;
 use crate::core::memory::human_bytes;
-use crate::io::vrbf;
-use crate::rbf::{Goal, four_digits};
-use crate::task::encode::encode_field;
-use crate::volume::Component;
+use crate::io::{nrrd_bytes, vrbf};
+use crate::rbf::{Basis, Goal, four_digits};
+use crate::task::encode::{Wanted, encode_field};
+use crate::volume::{Component, Shape};
 
 /// Samples for each function at least, where nobody says how many functions: more are no encoding.
 const SAMPLES_A_FUNCTION: usize = 20;
+
+/// `voxsplat encode`.
+#[derive(Debug, Args)]
+pub struct EncodeFlags {
+    /// The file.
+    #[command(flatten)]
+    pub input: InputFlags,
+    /// File to write (.vrbf); - for standard output
+    #[arg(short, long, value_name = "FILE")]
+    pub output: PathBuf,
+    /// Greatest difference of the functions' sum from any sample, in the data's units; with % of their range
+    #[arg(long, value_name = "E", value_parser = values::wanted_error, allow_hyphen_values = true)]
+    pub max_error: Wanted,
+    /// Functions at most: what comes nearest by so many is written, also if that is further than --max-error
+    /// [default: one for 20 samples, and else nothing is written]
+    #[arg(long, value_name = "N", value_parser = values::functions, allow_hyphen_values = true)]
+    pub functions: Option<usize>,
+    /// Basis: ellipsoid (Gaussians as wide as they have to be in each direction), gaussian (one width each), or
+    /// multiquadric (inverse, one width each)
+    #[arg(long, value_name = "BASIS", value_parser = values::basis, default_value = "ellipsoid")]
+    pub basis: Basis,
+    /// Field to encode [default: the active one]
+    #[arg(long, value_name = "NAME")]
+    pub field: Option<String>,
+    /// Component of the field, as of `render` [default: magnitude, where there is more than one]
+    #[arg(long, value_name = "N", value_parser = values::component, allow_hyphen_values = true)]
+    pub component: Option<Component>,
+}
+
+/// `voxsplat convert`.
+#[derive(Debug, Args)]
+pub struct ConvertFlags {
+    /// The file.
+    #[command(flatten)]
+    pub input: InputFlags,
+    /// File to write (.nrrd); - for standard output
+    #[arg(short, long, value_name = "FILE")]
+    pub output: PathBuf,
+    /// Of basis functions: samples along each axis, over the box of their source [default: those of the source]
+    #[arg(long, value_name = "X,Y,Z", value_parser = values::dims, allow_hyphen_values = true)]
+    pub dims: Option<[usize; 3]>,
+    /// Field to write [default: the active one]
+    #[arg(long, value_name = "NAME")]
+    pub field: Option<String>,
+}
 
 pub(super) fn encode(flags: &EncodeFlags) -> Result<(), Failure> {
     let destination = Destination::check(&flags.output, "the functions")?;
     let input = open::grid(&flags.input, flags.field.as_deref())?;
     let failed = |error: &dyn std::fmt::Display| Failure::Failed(input.about(&error.to_string()));
     let field = input.field(flags.field.as_deref()).map_err(|error| failed(&error))?;
-    let usual = if field.components == 1 { Component::Index(0) } else { Component::Magnitude };
-    let component = flags.component.unwrap_or(usual);
+    let component = flags.component.unwrap_or(Component::usual(field.components));
     let most = field.samples.len() / field.components / SAMPLES_A_FUNCTION;
     let goal = Goal {
         basis: flags.basis,
@@ -33,7 +81,7 @@ pub(super) fn encode(flags: &EncodeFlags) -> Result<(), Failure> {
     let encoded = {
         let _progress = Progress::of(&ticket, "Encoding");
         let what = (&input.grid, field, component);
-        encode_field(what, &input.name(), (flags.max_error, goal), &ticket, |_| {})
+        encode_field(what, &input.name(), (flags.max_error, goal), &ticket, |_| ControlFlow::Continue(()))
     };
     let encoded = encoded.map_err(|error| failed(&error))?;
     let (wanted, errors) = (encoded.source.wanted, encoded.errors);
@@ -71,10 +119,10 @@ pub(super) fn convert(flags: &ConvertFlags) -> Result<(), Failure> {
     }
     let field = input.field(flags.field.as_deref());
     let field = field.map_err(|error| Failure::Failed(input.about(&error.to_string())))?;
-    if !matches!(input.grid.shape, crate::volume::Shape::Affine) {
+    if !matches!(input.grid.shape, Shape::Affine) {
         return Err(Failure::Failed(input.about(
             "expected evenly spaced samples, which NRRD has, found others; encode them, and convert the functions",
         )));
     }
-    destination.write(&crate::io::nrrd_bytes(&input.grid, field))
+    destination.write(&nrrd_bytes(&input.grid, field))
 }

@@ -6,6 +6,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use serde::Serialize;
 
 use super::Failure;
+use super::encode::{ConvertFlags, EncodeFlags};
 use super::flow::FlowFlags;
 use super::inside::InsideFlags;
 use super::polygons::PolygonFlags;
@@ -15,12 +16,10 @@ use super::vectors::VectorFlags;
 use crate::core::Srgb8;
 use crate::io::Endian;
 use crate::kernel::Kernel;
-use crate::rbf::Basis;
 use crate::scene::{
     Annotations, Backend, Classify, CutSettings, ErrorMeasure, ModeChoice, ModeError, OpacityModel,
     Order, Reconstruction, SplatSettings, UpAxis, Visibility,
 };
-use crate::task::encode::Wanted;
 use crate::task::engine::{AdapterChoice, Choice, EngineChoice};
 use crate::transfer::ColourMap;
 use crate::transfer::presets::Preset;
@@ -159,51 +158,6 @@ pub struct InfoFlags {
     /// As JSON
     #[arg(long)]
     pub json: bool,
-}
-
-/// `voxsplat encode`.
-#[derive(Debug, Args)]
-pub struct EncodeFlags {
-    /// The file.
-    #[command(flatten)]
-    pub input: InputFlags,
-    /// File to write (.vrbf); - for standard output
-    #[arg(short, long, value_name = "FILE")]
-    pub output: PathBuf,
-    /// Greatest difference of the functions' sum from any sample, in the data's units; with % of their range
-    #[arg(long, value_name = "E", value_parser = values::wanted_error, allow_hyphen_values = true)]
-    pub max_error: Wanted,
-    /// Functions at most: what comes nearest by so many is written, also if that is further than --max-error
-    /// [default: one for 20 samples, and else nothing is written]
-    #[arg(long, value_name = "N", value_parser = values::functions, allow_hyphen_values = true)]
-    pub functions: Option<usize>,
-    /// Basis: ellipsoid (Gaussians as wide as they have to be in each direction), gaussian (one width each), or
-    /// multiquadric (inverse, one width each)
-    #[arg(long, value_name = "BASIS", value_parser = values::basis, default_value = "ellipsoid")]
-    pub basis: Basis,
-    /// Field to encode [default: the active one]
-    #[arg(long, value_name = "NAME")]
-    pub field: Option<String>,
-    /// Component of the field, as of `render` [default: magnitude, where there is more than one]
-    #[arg(long, value_name = "N", value_parser = values::component, allow_hyphen_values = true)]
-    pub component: Option<Component>,
-}
-
-/// `voxsplat convert`.
-#[derive(Debug, Args)]
-pub struct ConvertFlags {
-    /// The file.
-    #[command(flatten)]
-    pub input: InputFlags,
-    /// File to write (.nrrd); - for standard output
-    #[arg(short, long, value_name = "FILE")]
-    pub output: PathBuf,
-    /// Of basis functions: samples along each axis, over the box of their source [default: those of the source]
-    #[arg(long, value_name = "X,Y,Z", value_parser = values::dims, allow_hyphen_values = true)]
-    pub dims: Option<[usize; 3]>,
-    /// Field to write [default: the active one]
-    #[arg(long, value_name = "NAME")]
-    pub field: Option<String>,
 }
 
 /// `voxsplat probe`.
@@ -351,8 +305,9 @@ impl SceneFlags {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Mode")]
 pub struct ModeFlags {
-    /// Reconstruction kernel: point, nearest, linear, gaussian, cubic, bspline, or gouraud: the cubic's
-    /// splat as a mesh of triangles [default: bspline, unless other flags ask for another]
+    /// Reconstruction kernel: point, nearest, linear, gaussian, cubic, bspline, gouraud: the cubic's splat as a mesh of
+    /// triangles, or functions: the basis functions of an encoding themselves [default: bspline, and functions of a
+    /// .vrbf file, unless other flags ask for another]
     #[arg(long, value_name = "KERNEL", value_parser = values::kernel)]
     pub kernel: Option<Kernel>,
     /// Splat radius in voxels, of every kernel but point and nearest: linear 0.6 to 2, bspline 0.6 to 8 [default: the
@@ -376,8 +331,8 @@ pub struct ModeFlags {
     /// optical-depth, or published: opacity times footprint, capped [default: optical-depth]
     #[arg(long, value_name = "MODEL", value_parser = values::opacity_model)]
     pub opacity_model: Option<OpacityModel>,
-    /// When values become colour: before reconstruction, after, or pre-integrated [default:
-    /// pre-integrated, unless other flags ask for another]
+    /// When values become colour: before reconstruction, after, pre-integrated, or mean: the mean value of each slab,
+    /// of basis functions [default: pre-integrated, unless other flags ask for another]
     #[arg(long, value_name = "WHEN", value_parser = values::classify)]
     pub classify: Option<Classify>,
     /// back-to-front or front-to-back [default: front-to-back, unless other flags ask for another]
@@ -464,7 +419,18 @@ impl ModeFlags {
     /// # Errors
     /// Where they contradict one another, or one has no effect.
     pub fn resolve(&self) -> Result<SplatSettings, ModeError> {
-        let choice = ModeChoice {
+        self.choice().resolve_strictly()
+    }
+
+    /// The mode that they mean of basis functions, where they leave the kernel open and these can be drawn so.
+    pub fn of_functions(&self, cut: CutSettings) -> Option<SplatSettings> {
+        let kernel = self.kernel.is_none().then_some(Kernel::Functions)?;
+        let choice = ModeChoice { kernel: Some(kernel), cut: Some(cut), ..self.choice() };
+        choice.resolve_strictly().ok()
+    }
+
+    fn choice(&self) -> ModeChoice {
+        ModeChoice {
             kernel: self.kernel,
             extent: self.extent,
             opacity_unit_distance: self.opacity_unit_distance,
@@ -479,8 +445,7 @@ impl ModeFlags {
             gouraud_angles: self.gouraud_angles,
             gouraud_rings: self.gouraud_rings,
             cut: None,
-        };
-        choice.resolve_strictly()
+        }
     }
 }
 

@@ -5,11 +5,11 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-use super::flags::{InputFlags, SceneFlags};
+use super::flags::{InputFlags, ModeFlags, SceneFlags};
 use super::{Failure, note};
 use crate::core::{Camera, Projection, Ticket};
-use crate::io::{self, OpenOptions, RawOverrides, Series};
-use crate::rbf::Facts;
+use crate::io::{self, Facts, OpenOptions, RawOverrides, Series};
+use crate::kernel::Kernel;
 use crate::scene::{
     self, Orientation, SampleSource, Scene, Shading, SplatSettings, framing_what_shows,
 };
@@ -150,11 +150,7 @@ fn scalar(
 ) -> Result<(SampleSource, Arc<ScalarVolume>), Failure> {
     let failed = |error: VolumeError| Failure::Failed(input.about(&error.to_string()));
     let field = input.field(field).map_err(failed)?;
-    let component = match component {
-        Some(component) => component,
-        None if field.components == 1 => Component::Index(0),
-        None => Component::Magnitude,
-    };
+    let component = component.unwrap_or(Component::usual(field.components));
     let source = SampleSource::component(&input.path, &field.name, component);
     let volume = input.grid.scalar(field, component, &Ticket::new()).map_err(failed)?;
     match reach(&volume.statistics) {
@@ -242,15 +238,26 @@ pub(super) fn scene(input: &Input, flags: &SceneFlags, mode: Mode) -> Result<Sce
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Mode {
     /// What they mean.
-    pub splat: SplatSettings,
+    splat: SplatSettings,
+    /// What they mean of a field that is encoded as basis functions, where these can be drawn so.
+    of_functions: Option<SplatSettings>,
     /// Whether any of them says how a field is drawn; else that is up to the first look.
-    pub is_asked_for: bool,
+    is_asked_for: bool,
 }
 
 impl Mode {
+    /// By the flags, which mean `splat`.
+    pub(super) fn of(flags: &ModeFlags, splat: SplatSettings, is_asked_for: bool) -> Self {
+        let of_functions = flags.of_functions(splat.cut);
+        Self { splat, of_functions, is_asked_for }
+    }
+
     fn beside(self, first_look: SplatSettings) -> SplatSettings {
         let SplatSettings { opacity_unit_distance, cut, .. } = self.splat;
         match self.is_asked_for {
+            true if first_look.kernel == Kernel::Functions => {
+                self.of_functions.unwrap_or(self.splat)
+            }
             true => self.splat,
             false => SplatSettings { opacity_unit_distance, cut, ..first_look },
         }

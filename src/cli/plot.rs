@@ -43,7 +43,7 @@ fn family(setting: &Setting) -> usize {
         (_, Visibility::EverySample, _) => 0,
         (_, Visibility::Sheets, _) => 2,
         (_, Visibility::Slabs, Classify::Before) => 3,
-        (_, Visibility::Slabs, Classify::After) => 4,
+        (_, Visibility::Slabs, Classify::After | Classify::Mean) => 4,
         (_, Visibility::Slabs, Classify::PreIntegrated) => 5,
     }
 }

@@ -76,7 +76,7 @@ pub(super) fn run(flags: &ProbeFlags) -> Result<(), Failure> {
         note(warning);
     }
     let is_asked_for = flags.mode.are_given() || flags.inside.asks_for_levels();
-    let mode = open::Mode { splat, is_asked_for };
+    let mode = open::Mode::of(&flags.mode, splat, is_asked_for);
     let scene = open::scene(&input, &flags.scene, mode)?;
     let splat = scene.splat;
     let shading = flags.shading.resolve(&scene, &splat);

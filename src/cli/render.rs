@@ -252,7 +252,7 @@ fn scene(flags: &RenderFlags, splat: SplatSettings) -> Result<Meant, Failure> {
         Background::Colour(flags.background.unwrap_or(BLACK))
     };
     let is_asked_for = flags.mode.are_given() || flags.inside.asks_for_levels();
-    let mode = open::Mode { splat, is_asked_for };
+    let mode = open::Mode::of(&flags.mode, splat, is_asked_for);
     let mut scene = Scene { background, ..open::scene(&input, &flags.scene, mode)? };
     let is_cut = flags.max_error.is_some() || scene.splat.classify == Classify::Before;
     if flags.refine == Some(RefineFlag::Coarse) && is_cut {

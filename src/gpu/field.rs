@@ -5,11 +5,13 @@ use std::sync::OnceLock;
 use super::GpuError;
 use super::buffers::Growing;
 use super::context::Context;
+use super::functions;
 use crate::core::{Cancelled, Ticket};
 use crate::hierarchy::{EMPTY_BRICK, distances, widen};
 use crate::kernel::{BOUND_BRICK, Bounds, Coefficients, Kernel, Weighs, mirrored};
+use crate::rbf::{Basis, Listed};
 use crate::transfer::Cumulative;
-use crate::volume::{ScalarType, ScalarVolume};
+use crate::volume::{Lattice, ScalarType, ScalarVolume};
 
 /// Storage bindings that hold coefficients.
 pub(super) const FIELD_CHUNKS: usize = 4;
@@ -36,6 +38,9 @@ pub(super) enum Format {
 pub(super) struct DeviceField {
     pub kernel: Kernel,
     pub extent: Option<f64>,
+    /// Of basis functions, which stand in the place of coefficients: samples along the edge of a cell, and what they look
+    /// like.
+    pub functions: Option<(usize, Basis)>,
     pub chunks: Vec<wgpu::Buffer>,
     /// Words in each chunk but the last.
     pub chunk_words: u32,
@@ -71,7 +76,19 @@ impl DeviceField {
         coefficients: Coefficients,
         ticket: &Ticket,
     ) -> Result<Self, GpuError> {
-        let Coefficients { dims, values, bias, min, max, holes, averaged, .. } = coefficients;
+        let Coefficients { dims, mut values, bias, min, max, holes, averaged, .. } = coefficients;
+        let listed = match &volume.functions {
+            Some(encoding) if kernel == Kernel::Functions => {
+                let Lattice { origin, .. } = volume.lattice;
+                let space = (dims, volume.lattice.axes(), origin);
+                let listed =
+                    Listed::new(encoding, space, ticket).map_err(|_| GpuError::Cancelled)?;
+                values = functions::sums(&listed, ticket)?;
+                Some(listed)
+            }
+            _ => None,
+        };
+        let functions = listed.as_ref().map(functions::words);
         let level = averaged.as_ref().map_or(0, |averaged| averaged.level);
         let volume_dims = averaged.as_ref().map_or(dims, |averaged| averaged.volume_dims);
         let end = volume_dims.map(|n| n as f64 / f64::from(1_u32 << level) - 0.5);
@@ -83,7 +100,10 @@ impl DeviceField {
         let widest = widths.iter().flatten().fold(0.0, |most, &width| f64::from(width).max(most));
         let span = (max - min).max(widest);
         let step = step_of_sixteen_bits(volume, min, min + span);
-        let (format, most_words) = storage(context, stored, step, has_widths)?;
+        let (format, most_words) = match &functions {
+            Some(words) => (Format::Floats, room_for_functions(context, words.len())?),
+            None => storage(context, stored, step, has_widths)?,
+        };
         let (offset, scale) = match format {
             Format::Floats => (bias, 1.0),
             Format::Pairs | Format::Halves => (min, span.max(f64::MIN_POSITIVE)),
@@ -109,6 +129,7 @@ impl DeviceField {
         };
         let samples = sx * sy * sz;
         let words = match format {
+            _ if let Some(words) = &functions => words.len(),
             Format::Halves => samples.div_ceil(2),
             Format::Floats if has_widths => 2 * samples,
             Format::Pairs | Format::Floats => samples,
@@ -119,6 +140,7 @@ impl DeviceField {
             };
             #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
             match format {
+                _ if let Some(words) = &functions => words[index],
                 Format::Pairs | Format::Halves if has_widths => {
                     let width = (width(index) * 65535.0 + 0.5).clamp(0.0, 65535.0);
                     code(index) | (width as u32) << 16
@@ -175,9 +197,13 @@ impl DeviceField {
                 *high += width;
             }
         }
+        if let Some(listed) = &listed {
+            functions::widen(&mut bounds, (listed, BOUNDED_REACH as f64), ticket)?;
+        }
         Ok(Self {
             kernel,
             extent,
+            functions: listed.map(|listed| (listed.edge, listed.basis)),
             chunks,
             chunk_words: chunk_words as u32,
             format,
@@ -312,6 +338,29 @@ impl Step {
     }
 }
 
+/// Room for functions of so many words: words in a binding.
+fn room_for_functions(context: &Context, words: usize) -> Result<usize, GpuError> {
+    let most_words = most_words(context);
+    let room = (FIELD_CHUNKS as u64 * most_words).min(u64::from(u32::MAX));
+    if words as u64 > room {
+        return Err(GpuError::TooLarge {
+            what: "an encoding",
+            limit: format!("{room} numbers for its functions and the lists of its cells"),
+            found: words.to_string(),
+            advice: "encode it with fewer functions, or choose --engine native",
+        });
+    }
+    Ok(most_words as usize)
+}
+
+/// Words in a storage binding.
+fn most_words(context: &Context) -> u64 {
+    let limits = &context.limits;
+    let binding = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
+    // Whole vectors, and numbers of 32 bits.
+    (binding / 4).min(1 << 31) / 4 * 4
+}
+
 /// The quickest storage that fits the device: 32 bits where 16 are not fine, but 16 for whole numbers
 /// that do not fit in 32.
 fn storage(
@@ -320,10 +369,7 @@ fn storage(
     step: Step,
     has_widths: bool,
 ) -> Result<(Format, usize), GpuError> {
-    let limits = &context.limits;
-    let binding = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
-    // Whole vectors, and numbers of 32 bits.
-    let most_words = (binding / 4).min(1 << 31) / 4 * 4;
+    let most_words = most_words(context);
     let samples = stored.iter().try_fold(1_u64, |n, &s| n.checked_mul(s as u64));
     let room = FIELD_CHUNKS as u64 * most_words;
     let most = |sixteen: bool| {

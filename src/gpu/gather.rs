@@ -106,7 +106,11 @@ impl Variant {
                 constants.push(("tents", flag(self.kernel == Kernel::Linear)));
                 constants.push(("is_scaled", flag(self.is_scaled)));
             }
-            Kernel::Point | Kernel::Gaussian | Kernel::Cubic | Kernel::Gouraud => {
+            Kernel::Point
+            | Kernel::Gaussian
+            | Kernel::Cubic
+            | Kernel::Gouraud
+            | Kernel::Functions => {
                 constants.push(("points", flag(self.kernel == Kernel::Point)));
                 if let Some(radial) = RadialKernel::new(self.kernel, None) {
                     constants.extend(footprint_constants(self.kernel));

@@ -12,6 +12,7 @@ pub mod context;
 mod device_volume;
 mod field;
 pub mod frame;
+mod functions;
 mod gather;
 mod inside;
 pub mod layout;

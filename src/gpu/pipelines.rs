@@ -142,7 +142,8 @@ impl ListVariant {
             | Kernel::Cubic
             | Kernel::Gouraud
             | Kernel::Linear
-            | Kernel::BSpline => 0.0,
+            | Kernel::BSpline
+            | Kernel::Functions => 0.0,
             Kernel::Nearest => 1.0,
             Kernel::Point => 2.0,
         };
@@ -249,7 +250,7 @@ fn splat(context: &Context, variant: SplatVariant) -> wgpu::RenderPipeline {
     let options = wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() };
     let (vertex, fragment) = match variant.kernel {
         Kernel::Gouraud => ("vertex_gouraud", "fragment_gouraud"),
-        Kernel::Gaussian | Kernel::Cubic | Kernel::Linear | Kernel::BSpline => {
+        Kernel::Gaussian | Kernel::Cubic | Kernel::Linear | Kernel::BSpline | Kernel::Functions => {
             ("vertex_radial", "fragment_radial")
         }
         Kernel::Nearest => ("vertex_box", "fragment_box"),

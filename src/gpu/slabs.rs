@@ -24,6 +24,7 @@ use super::vectors::DeviceVectors;
 use crate::core::Ticket;
 use crate::hierarchy::Speck;
 use crate::kernel::{Coefficients, Kernel};
+use crate::rbf::Basis;
 use crate::scene::{AlongRay, Classify, OpacityModel, Order, SplatSettings, View};
 use crate::transfer::Cumulative;
 use crate::volume::ScalarVolume;
@@ -292,6 +293,9 @@ impl SlabPass {
         constants.end = [ex, ey, ez, last];
         constants.stored =
             [sx, sy, field.chunk_words, settings.kernel.window(settings.extent) as u32];
+        if let Some((edge, _)) = field.functions {
+            constants.stored[0] = edge as u32;
+        }
         constants.bricks = [bx, by, bz, table.count];
         let stretch = settings.kernel.stretch(settings.extent);
         constants.table = [table.coordinate[0], table.coordinate[1], narrow(stretch), first];
@@ -343,6 +347,7 @@ impl SlabPass {
             Kernel::BSpline if is_natural => 4.0,
             Kernel::BSpline => 5.0,
             Kernel::Linear => 6.0,
+            Kernel::Functions => 7.0,
         };
         let format = match field.format {
             Format::Pairs => 0.0,
@@ -357,7 +362,9 @@ impl SlabPass {
             ("has_holes", flag(field.holes.is_some())),
             ("holes_show", flag(table.holes_show)),
             ("has_widths", flag(field.has_widths)),
-            ("classify_middle", flag(settings.classify == Classify::After)),
+            ("multiquadric", flag(matches!(field.functions, Some((_, Basis::Multiquadric))))),
+            ("classify_mean", flag(settings.classify == Classify::Mean)),
+            ("classify_middle", flag(settings.classify.takes_one_value())),
             ("published", flag(settings.opacity_model == OpacityModel::Published)),
             ("back_to_front", flag(settings.order == Order::BackToFront)),
         ];
@@ -366,6 +373,7 @@ impl SlabPass {
             constants.extend(shade.constants());
             constants.push(match settings.kernel {
                 Kernel::BSpline if is_natural => ("growth", 0.0),
+                Kernel::Functions => ("growth", 3.0),
                 _ if shade.quickly => ("growth", 1.0),
                 _ => ("growth", 2.0),
             });

@@ -6,9 +6,10 @@ use glam::DVec3;
 use rayon::prelude::*;
 use serde::Serialize;
 
+use super::Facts;
 use super::{Opened, Series};
 use crate::core::progress::{Cancelled, Ticket};
-use crate::rbf::Facts;
+use crate::rbf::four_digits;
 use crate::volume::{Field, Grid, Scalar, Shape, Statistics};
 use crate::with_samples;
 
@@ -235,7 +236,7 @@ impl fmt::Display for Info {
             writeln!(f, "{:<11}{unit}", "unit")?;
         }
         if let Some(encoding) = &self.encoding {
-            let number = |v: f64| plain_or_power(format!("{v:.3e}").parse().unwrap_or(v));
+            let number = |v: f64| plain_or_power(four_digits(v));
             writeln!(
                 f,
                 "{:<11}{} functions ({}) of {}: greatest error {}, mean {}",

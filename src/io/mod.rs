@@ -6,6 +6,7 @@
 mod axes;
 mod bytes;
 mod dicom;
+mod encoded;
 mod error;
 mod files;
 mod hdf5;
@@ -35,13 +36,13 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 pub use bytes::Endian;
+pub use encoded::{Encoded, Facts, Source};
 pub use error::{Mismatch, Problem, ReadError};
 pub use info::{Info, describe};
 pub use raw::{RawLayout, RawOverrides};
 
 use crate::core::memory;
 use crate::core::progress::Ticket;
-use crate::rbf::Facts;
 use crate::volume::{Field, Grid};
 use error::{quoted_bytes, unrecognised};
 

@@ -13,11 +13,11 @@ use glam::{DMat3, DVec3};
 use serde::{Deserialize, Serialize};
 
 use super::error::{Problem, ReadError, corrupt, header, quoted, truncated, unsupported};
-use super::{Format, Opened, files};
+use super::{Encoded, Format, Opened, Source, files};
 use crate::core::memory;
 use crate::core::progress::Ticket;
-use crate::rbf::{Basis, Encoded, Encoding, Errors, Function, Source};
-use crate::volume::{Association, Field, Grid, Lattice, Samples};
+use crate::rbf::{Basis, Encoding, Errors, Function};
+use crate::volume::{Association, Field, Grid, Lattice, Places, Samples};
 
 /// How a file begins.
 pub(super) const MAGIC: &[u8] = b"VOXSPLAT RBF ";
@@ -54,7 +54,7 @@ struct Header {
     crc32: u32,
 }
 
-/// The same functions as a file holds them, in 32 bits: what errors are stated of.
+/// The same functions with the 32-bit numbers that a file holds. Stated errors are of these.
 #[must_use]
 pub fn rounded(encoding: &Encoding) -> Encoding {
     let low = encoding.bounds()[0];
@@ -133,7 +133,7 @@ pub fn load(path: &Path) -> Result<Encoded, ReadError> {
     content(path).map_err(|problem| problem.at(path))
 }
 
-/// Values of the sum at samples of the source's box: the source's own, or as many as asked for along each axis.
+/// The sum as a grid: at the source's samples, or at `dims` samples over the same box.
 pub(super) fn read(
     path: &Path,
     dims: Option<[usize; 3]>,
@@ -146,15 +146,13 @@ pub(super) fn read(
     let count = memory::checked_product(&lattice.dims.map(|n| n as u64));
     let bytes = count.and_then(|count| count.checked_mul(4)).unwrap_or(u64::MAX);
     memory::require("the values of the functions", bytes, free_bytes)?;
-    let [nx, ny, _] = lattice.dims;
-    let place = |i: usize| {
-        let index = DVec3::new((i % nx) as f64, (i / nx % ny) as f64, (i / (nx * ny)) as f64);
-        lattice.world_from_index(index)
-    };
+    let [x, y, z] = lattice.dims;
+    let samples = Places::Lattice(lattice);
     let mut values: Vec<f32> = Vec::with_capacity(lattice.len());
-    for z in 0..lattice.dims[2] {
-        ticket.checkpoint(z as u64, lattice.dims[2] as u64)?;
-        let places: Vec<DVec3> = (z * nx * ny..(z + 1) * nx * ny).map(place).collect();
+    for slice in 0..z {
+        ticket.checkpoint(slice as u64, z as u64)?;
+        let own = slice * x * y..(slice + 1) * x * y;
+        let places: Vec<DVec3> = own.map(|i| samples.at(i).0).collect();
         values.extend(encoded.encoding.values(&places, ticket)?.into_iter().map(|v| v as f32));
     }
     let field = Field {
@@ -163,7 +161,6 @@ pub(super) fn read(
         association: Association::Point,
         samples: Arc::new(Samples::Float32(values)),
     };
-    let [x, y, z] = lattice.dims;
     let count = encoded.encoding.functions().len();
     let mut warnings = vec![format!(
         "{count} basis functions are shown by their sum at {x} × {y} × {z} samples; from the source's: {}",
@@ -178,6 +175,7 @@ pub(super) fn read(
     let grid = Grid {
         space: source.space.clone(),
         unit: source.unit.clone(),
+        functions: Some(Arc::new(encoded.encoding.clone())),
         ..Grid::of(lattice, vec![field])
     };
     Ok(Opened { encoding: Some(encoded.facts()), ..Opened::of(grid, Format::Vrbf, warnings) })

@@ -35,11 +35,14 @@ pub enum Kernel {
     /// The separable cubic B-spline. On lattices only.
     #[serde(rename = "bspline")]
     BSpline,
+    /// No kernel of the samples: the basis functions of an encoding themselves, wherever they lie (Jang). Of volumes
+    /// that have some.
+    Functions,
 }
 
 names!(
     /// The cheapest first.
-    Kernel[7] {
+    Kernel[8] {
         Point => "point",
         Nearest => "nearest",
         Linear => "linear",
@@ -47,6 +50,7 @@ names!(
         Gaussian => "gaussian",
         Cubic => "cubic",
         BSpline => "bspline",
+        Functions => "functions",
     }
 );
 
@@ -55,7 +59,7 @@ impl Kernel {
     /// not apply.
     pub fn natural_extent(self) -> Option<f64> {
         match self {
-            Self::Point | Self::Nearest => None,
+            Self::Point | Self::Nearest | Self::Functions => None,
             Self::Linear => Some(1.0),
             Self::Gaussian | Self::BSpline => Some(2.0),
             Self::Cubic | Self::Gouraud => Some(1.556),
@@ -91,7 +95,7 @@ impl Kernel {
     /// Samples to either side of a place, along each axis, that engines weigh there.
     pub fn window(self, extent: Option<f64>) -> usize {
         match self {
-            Self::Point | Self::Nearest => 1,
+            Self::Point | Self::Nearest | Self::Functions => 1,
             Self::Linear if self.stretch(extent) == 1.0 => 1,
             Self::Linear | Self::BSpline => 2,
             #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "1..=16")]
@@ -102,10 +106,11 @@ impl Kernel {
     }
 
     /// How far it reaches along an axis, voxels, at a splat radius of `extent`; of a point and a box
-    /// half a voxel.
+    /// half a voxel, and of what is no kernel of the samples a whole one.
     pub fn reach(self, extent: Option<f64>) -> f64 {
         match self {
             Self::Point | Self::Nearest => 0.5,
+            Self::Functions => 1.0,
             Self::Linear | Self::BSpline => {
                 Separable::new(self, extent).map_or(1.0, Separable::radius)
             }
@@ -120,15 +125,20 @@ impl Kernel {
         matches!(self, Self::Linear | Self::BSpline)
     }
 
-    /// The kernel that footprints stand in with where this one has none: the optimal cubic for the
-    /// separable ones, which project to no ellipse.
+    /// Whether it has a footprint of its own: the separable ones project to no ellipse, and basis functions are no
+    /// kernel of a sample.
+    fn has_footprint(self) -> bool {
+        !self.is_separable() && self != Self::Functions
+    }
+
+    /// The kernel that footprints stand in with where this one has none: the optimal cubic.
     pub fn splatted(self) -> Self {
-        if self.is_separable() { Self::Cubic } else { self }
+        if self.has_footprint() { self } else { Self::Cubic }
     }
 
     /// The splat radius at which [`Kernel::splatted`] is as much wider than natural as this is at `extent`.
     pub fn splatted_extent(self, extent: Option<f64>) -> Option<f64> {
-        if !self.is_separable() {
+        if self.has_footprint() {
             return extent;
         }
         extent.and(self.splatted().natural_extent()).map(|natural| natural * self.scale(extent))

@@ -44,7 +44,11 @@ impl RadialKernel {
     /// the natural one; whoever takes extents from people refuses those first.
     pub fn new(kernel: Kernel, extent: Option<f64>) -> Option<Self> {
         let shape = match kernel {
-            Kernel::Point | Kernel::Nearest | Kernel::Linear | Kernel::BSpline => return None,
+            Kernel::Point
+            | Kernel::Nearest
+            | Kernel::Linear
+            | Kernel::BSpline
+            | Kernel::Functions => return None,
             Kernel::Gaussian => Shape::Gaussian,
             Kernel::Cubic | Kernel::Gouraud => Shape::Cubic,
         };

@@ -34,7 +34,8 @@ impl Separable {
             | Kernel::Nearest
             | Kernel::Gaussian
             | Kernel::Cubic
-            | Kernel::Gouraud => return None,
+            | Kernel::Gouraud
+            | Kernel::Functions => return None,
         };
         let extent = extent.filter(|e| e.is_finite() && *e > 0.0);
         Some(Self { shape, scale: kernel.scale(extent) })

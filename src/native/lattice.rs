@@ -6,6 +6,7 @@ use fearless_simd::{Simd, f32x4, i32x8, prelude::*};
 use rayon::prelude::*;
 
 use super::bricks::{self, BRICK};
+use super::functions::Functions;
 use super::lanes::{LANES, Lanes, Mask, Vec3, all, choose, columns, exponential};
 use crate::core::{Cancelled, Ticket};
 use crate::kernel::{Bounds, Coefficients, Kernel, Weighs, mirrored};
@@ -42,6 +43,8 @@ pub(super) struct Lattice {
     holes: Option<Vec<u32>>,
     near_holes: OnceLock<Vec<bool>>,
     pub bricks: Bounds,
+    /// The basis functions that are summed up in the place of samples.
+    pub functions: Option<Box<Functions>>,
 }
 
 /// How a value is found.
@@ -53,6 +56,8 @@ pub(super) enum Method {
     Linear,
     /// Any other kernel, or width.
     Other,
+    /// Basis functions, of which there are no samples.
+    Functions,
 }
 
 impl Lattice {
@@ -73,8 +78,15 @@ impl Lattice {
         coefficients: Coefficients,
         ticket: &Ticket,
     ) -> Result<Self, Cancelled> {
-        let Coefficients { dims, values, bias, holes, .. } = coefficients;
+        let Coefficients { dims, mut values, bias, holes, .. } = coefficients;
         let SplatSettings { kernel, extent, reconstruction, .. } = *mode;
+        let mut functions = None;
+        if let Some(encoding) = source.functions.as_ref().filter(|_| kernel == Kernel::Functions) {
+            let found = Functions::new(encoding, &source.lattice, ticket)?;
+            // They may have been fitted to the samples.
+            values = found.at_samples(ticket)?;
+            functions = Some(Box::new(found));
+        }
         let pad = kernel.window(extent);
         let [sx, sy, sz] = dims.map(|n| n + 2 * pad);
         let place: [Vec<usize>; 3] =
@@ -99,8 +111,11 @@ impl Lattice {
             Kernel::BSpline if stretch == 1.0 => Weighs::Splines,
             _ => Weighs::Samples(pad),
         };
-        let bricks = bricks::bounds(&values, dims, weighs, ticket)?;
+        let mut bricks = bricks::bounds(&values, dims, weighs, ticket)?;
         drop(values);
+        if let Some(functions) = &functions {
+            functions.widen(&mut bricks, ticket)?;
+        }
         Ok(Self {
             source: Arc::clone(source),
             kernel,
@@ -117,6 +132,7 @@ impl Lattice {
             holes,
             near_holes: OnceLock::new(),
             bricks,
+            functions,
         })
     }
 
@@ -137,6 +153,7 @@ impl Lattice {
         match self.kernel {
             Kernel::BSpline if self.stretch == 1.0 => Method::BSpline,
             Kernel::Linear if self.stretch == 1.0 => Method::Linear,
+            Kernel::Functions => Method::Functions,
             _ => Method::Other,
         }
     }
@@ -144,7 +161,8 @@ impl Lattice {
     /// Bytes of memory.
     pub(super) fn size_bytes(&self) -> u64 {
         let holes = self.holes.as_ref().map_or(0, |holes| 4 * holes.len());
-        (4 * self.values.len() + holes + self.bricks.size_bytes()) as u64
+        let functions = self.functions.as_ref().map_or(0, |functions| functions.size_bytes());
+        (4 * self.values.len() + holes + self.bricks.size_bytes() + functions) as u64
     }
 
     /// Whether samples hold no data.
@@ -316,6 +334,10 @@ impl Lattice {
                 (b - a).mul_add(fx, a)
             }
             Method::Other => self.other(simd, place),
+            Method::Functions => match &self.functions {
+                Some(functions) => functions.value(simd, place),
+                None => all(simd, 0.0),
+            },
         }
     }
 
@@ -440,6 +462,11 @@ impl Lattice {
             let [along_x, along_y, along_z] = self.rows_of_gradient(simd, at, &by);
             return Vec3 { x: dot(along_x, sx), y: dot(along_y, wx), z: dot(along_z, wx) };
         }
+        if method == Method::Functions
+            && let Some(functions) = &self.functions
+        {
+            return functions.gradient(simd, place);
+        }
         if method == Method::Linear && self.is_quick {
             let (cell, [fx, fy, fz]) = self.cell(simd, place);
             let at = self.stored_at(simd, cell, 0);
@@ -468,7 +495,7 @@ impl Lattice {
     #[inline(always)]
     pub(super) fn is_nothing<S: Simd>(simd: S, method: Method, value: Lanes<S>) -> Mask<S> {
         match method {
-            Method::BSpline | Method::Linear => Mask::splat(simd, false),
+            Method::BSpline | Method::Linear | Method::Functions => Mask::splat(simd, false),
             Method::Other => value.simd_eq(all(simd, NOTHING)),
         }
     }

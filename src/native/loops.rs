@@ -54,6 +54,8 @@ pub(super) fn draw_tile(level: Level, what: &What<'_>, tile: usize, out: &mut [P
             (Method::BSpline, false) => rich_bspline::draw(level, scene, tile, out),
             (Method::Linear, true) => plain_linear::draw(level, scene, tile, out),
             (Method::Linear, false) => rich_linear::draw(level, scene, tile, out),
+            (Method::Functions, true) => plain_functions::draw(level, scene, tile, out),
+            (Method::Functions, false) => rich_functions::draw(level, scene, tile, out),
             (Method::Other, true) => plain_other::draw(level, scene, tile, out),
             (Method::Other, false) => rich_other::draw(level, scene, tile, out),
         },
@@ -145,6 +147,12 @@ compiled!(plain_other(scene: &Scene<'_>) => |simd, tile, out| {
 });
 compiled!(rich_other(scene: &Scene<'_>) => |simd, tile, out| {
     scene.tile::<_, Rich>(simd, Method::Other, tile, out)
+});
+compiled!(plain_functions(scene: &Scene<'_>) => |simd, tile, out| {
+    scene.tile::<_, Plain>(simd, Method::Functions, tile, out)
+});
+compiled!(rich_functions(scene: &Scene<'_>) => |simd, tile, out| {
+    scene.tile::<_, Rich>(simd, Method::Functions, tile, out)
 });
 compiled!(wide plain_cut_bspline(scene: &Scene<'_>) => |simd, tile, out| {
     scene.tile::<_, PlainCut>(simd, Method::BSpline, tile, out)

@@ -152,26 +152,7 @@ impl Landed {
         let m = view.view_from_index;
         let reach =
             (m.x_axis.abs() * half.x) + (m.y_axis.abs() * half.y) + (m.z_axis.abs() * half.z);
-        let seen = view.view_centre.truncate().extend(0.0) + from_centre;
-        let half_size = [0, 1].map(|a| f64::from(rays.size[a]) / 2.0);
-        let depths = [seen.z - reach.z, seen.z + reach.z];
-        // A hundredth of a pixel for rounding: these are in float64, and rays are not.
-        const SLACK: f64 = 1e-2;
-        let (mut low, mut high) =
-            ([seen.x - reach.x, seen.y - reach.y], [seen.x + reach.x, seen.y + reach.y]);
-        if let Some(distance) = view.eye_distance {
-            // Depth from the eye of the box's near and far face.
-            let [near, far] = depths.map(|z| z + view.view_centre.z);
-            if near <= distance * 1e-3 {
-                (low, high) = ([-1e9; 2], [1e9; 2]);
-            } else {
-                for a in 0..2 {
-                    let at = [low[a], high[a]].map(|x| [x * distance / near, x * distance / far]);
-                    low[a] = at[0][0].min(at[0][1]);
-                    high[a] = at[1][0].max(at[1][1]);
-                }
-            }
-        }
+        let ([left, right, top, bottom], depths) = rays.landing(from_centre, reach);
         let floor =
             |pixels: f64, most: u32| (pixels / f64::from(PATCH)).clamp(0.0, f64::from(most)) as u32;
         let [across, down] = patches(rays);
@@ -180,14 +161,11 @@ impl Landed {
         };
         let step = f64::from(rays.step);
         Self {
-            left: floor(low[0] + half_size[0] - SLACK, across),
-            right: ceil(high[0] + half_size[0] + SLACK, across),
-            top: floor(half_size[1] - high[1] - SLACK, down),
-            bottom: ceil(half_size[1] - low[1] + SLACK, down),
-            slabs: [
-                ((depths[0] - SLACK) / step).floor() as i32,
-                ((depths[1] + SLACK) / step).floor() as i32,
-            ],
+            left: floor(left, across),
+            right: ceil(right, across),
+            top: floor(top, down),
+            bottom: ceil(bottom, down),
+            slabs: [(depths[0] / step).floor() as i32, (depths[1] / step).floor() as i32],
         }
     }
 }

@@ -128,6 +128,39 @@ impl Rays {
         }
     }
 
+    /// Where a box lands whose middle is so far from the lattice's, and whose half sides reach so far, in view space:
+    /// left, right, top and bottom of the picture's pixels, and the depths between which it lies. All with a hundredth of
+    /// a pixel more for rounding: these are in float64, and rays are not.
+    pub(super) fn landing(&self, from_centre: DVec3, reach: DVec3) -> ([f64; 4], [f64; 2]) {
+        const SLACK: f64 = 1e-2;
+        let view = &self.view;
+        let seen = view.view_centre.truncate().extend(0.0) + from_centre;
+        let half_size = self.size.map(|n| f64::from(n) / 2.0);
+        let depths = [seen.z - reach.z, seen.z + reach.z];
+        let (mut low, mut high) =
+            ([seen.x - reach.x, seen.y - reach.y], [seen.x + reach.x, seen.y + reach.y]);
+        if let Some(distance) = view.eye_distance {
+            // Depth from the eye of the box's near and far face.
+            let [near, far] = depths.map(|z| z + view.view_centre.z);
+            if near <= distance * 1e-3 {
+                (low, high) = ([-1e9; 2], [1e9; 2]);
+            } else {
+                for a in 0..2 {
+                    let at = [low[a], high[a]].map(|x| [x * distance / near, x * distance / far]);
+                    low[a] = at[0][0].min(at[0][1]);
+                    high[a] = at[1][0].max(at[1][1]);
+                }
+            }
+        }
+        let screen = [
+            low[0] + half_size[0] - SLACK,
+            high[0] + half_size[0] + SLACK,
+            half_size[1] - high[1] - SLACK,
+            half_size[1] - low[1] + SLACK,
+        ];
+        (screen, [depths[0] - SLACK, depths[1] + SLACK])
+    }
+
     /// Tiles across and down.
     pub(super) fn tiles(&self) -> [u32; 2] {
         self.size.map(|n| n.div_ceil(TILE))

@@ -22,6 +22,7 @@ use super::polygons::Polygons;
 use super::rays::{Rays, TILE, check_slabs};
 use super::samples::Samples;
 use super::splatted::{Splats, Splatted};
+use super::sums::{Asked, Landed};
 use super::supports::{NotBegun, Unsupported};
 use super::surfaces::Surfaces;
 use super::table::Table;
@@ -30,7 +31,7 @@ use crate::core::colour::srgb_encoder;
 use crate::core::{Cancelled, LinearRgb, Ticket};
 use crate::kernel::{Coefficients, Kernel};
 use crate::plan::{COARSER, FieldCut, KernelSlabs, Plan, SlabField};
-use crate::scene::{AlongRay, Classify, OpacityModel, SplatSettings};
+use crate::scene::{AlongRay, OpacityModel, SplatSettings};
 use crate::transfer::Cumulative;
 use crate::volume::ScalarVolume;
 
@@ -170,6 +171,9 @@ struct OfField {
     masks: Masks,
     light: Option<Light>,
     surfaces: Option<Surfaces>,
+    /// Where basis functions land.
+    landed: Option<Landed>,
+    asked: Asked,
     along: AlongRay,
     cut: Option<Arc<FieldCut>>,
 }
@@ -184,7 +188,8 @@ impl Drawing {
 
     /// Bytes of memory: what nothing asks for takes none.
     fn size_bytes(&self) -> u64 {
-        let masks = self.of_field().map_or(0, |of| of.masks.size_bytes());
+        let landed = |of: &OfField| of.landed.as_ref().map_or(0, Landed::size_bytes);
+        let masks = self.of_field().map_or(0, |of| of.masks.size_bytes() + landed(of));
         let nodes = if let Of::Nodes(nodes) = &self.of { nodes.size_bytes() } else { 0 };
         masks + nodes + self.shading_bytes() + self.inside_bytes()
     }
@@ -491,7 +496,7 @@ impl Renderer {
         which: SlabField,
         stop_below: f64,
         ticket: &Ticket,
-    ) -> Result<Option<Drawing>, Cancelled> {
+    ) -> Result<Option<Drawing>, NotBegun> {
         let Some(Field { lattice, table: Some(table) }) = &self.fields[which as usize] else {
             return Ok(None);
         };
@@ -505,9 +510,15 @@ impl Renderer {
             let shown = (lattice.dims, shown);
             Masks::new(&rays, &lattice.bricks, shown, ticket)
         })?;
+        let landed = match lattice.functions.as_ref().filter(|_| composites) {
+            Some(functions) => Some(Landed::new(functions, &rays, ticket)?),
+            None => None,
+        };
         let of_field = OfField {
             which,
             masks,
+            landed,
+            asked: Asked::of(plan.mode.classify),
             light: Light::of(plan).filter(|_| composites),
             surfaces: Surfaces::of(plan),
             along,
@@ -522,7 +533,7 @@ impl Renderer {
         Drawing {
             of: Of::Nothing,
             rule: Rule {
-                middle: plan.mode.classify == Classify::After,
+                middle: plan.mode.classify.takes_one_value(),
                 published: plan.mode.opacity_model == OpacityModel::Published,
                 back_to_front: rays.back_to_front,
                 // Far to near nothing is hidden before it is drawn.
@@ -556,6 +567,7 @@ impl Renderer {
                     rays,
                     masks: &of.masks,
                     lattice,
+                    landed: of.landed.as_ref().map(|landed| (landed, of.asked)),
                     levels: coarser
                         .zip(of.cut.as_deref())
                         .map(|(means, cut)| Levels::new(lattice, means, cut)),

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use fearless_simd::{Level, dispatch, prelude::*};
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 
 use super::composite::{Gathered, Rule};
 use super::kernels::Kernels;
@@ -18,6 +18,7 @@ use crate::core::{Camera, Cancelled, Projection, Ticket};
 use crate::kernel::{Kernel, Separable, coefficients};
 use crate::plan::{KernelSlabs, Plan, SlabField};
 use crate::polygons::Mesh;
+use crate::rbf::{Basis, Encoding, Function};
 use crate::scene::{self, PolygonLayer, SampleSource, Scene, SplatSettings, VectorLayer};
 use crate::transfer::{Cumulative, Weight};
 use crate::volume::{Lattice as Grid, Places, Samples, ScalarVolume, VectorField};
@@ -91,6 +92,77 @@ fn no_value_lies_beyond_the_bounds_of_its_brick() {
                     "{kernel:?} {dims:?} {place:?}: {found} in {low}..{high}"
                 );
             }
+        }
+    }
+}
+
+/// Noise, with functions that have nothing to do with it.
+fn volume_of_functions(dims: [usize; 3], basis: Basis) -> Arc<ScalarVolume> {
+    let noise = volume(dims);
+    let lattice = Grid {
+        spacing: DVec3::new(1.0, 0.7, 1.3),
+        origin: DVec3::new(-3.0, 2.0, 5.0),
+        ..noise.lattice
+    };
+    let any = |i: usize| ((i * 40_503 + 17) % 1009) as f64 / 1009.0;
+    let function = |i: usize| {
+        let share = DVec3::new(any(8 * i), any(8 * i + 1), any(8 * i + 2));
+        let at = share * DVec3::from(dims.map(|n| n as f64));
+        let width = 0.5 + 3.0 * any(8 * i + 3);
+        let skew = if basis == Basis::Ellipsoid { any(8 * i + 4) } else { 0.0 };
+        let x = DVec3::new(1.0, 0.0, 0.0);
+        let y = DVec3::new(skew, 1.0 + skew, 0.0);
+        let z = DVec3::new(-skew, 0.5 * skew, 1.0);
+        let shape = DMat3::from_cols(x, y, z) * (1.0 / width);
+        let weight = 2.0 * any(8 * i + 5) - 0.6;
+        Function { centre: lattice.world_from_index(at), shape, weight }
+    };
+    let bounds = [lattice.origin - 9.0, lattice.origin + 60.0];
+    let encoding = Encoding::new(basis, -0.4, 0.01, (0..50).map(function), bounds);
+    let functions = Some(Arc::new(encoding));
+    Arc::new(ScalarVolume { lattice, functions, ..(*noise).clone() })
+}
+
+#[test]
+fn sums_of_functions_and_their_growth_are_those_of_float64_and_lie_in_their_bounds() {
+    for dims in [[1, 1, 1], [5, 1, 9], [16, 37, 18]] {
+        for basis in Basis::ALL {
+            let volume = volume_of_functions(dims, basis);
+            let encoding = volume.functions.as_ref().expect("it has some");
+            let lattice = lattice(&volume, Kernel::Functions);
+            let (level, method) = (Level::new(), lattice.method());
+            let bricks = &lattice.bricks;
+            let (mut worst, mut steepest) = (0.0_f64, 0.0_f64);
+            // Eight at a time, all over the lattice.
+            let places: Vec<[f32; 3]> = places(dims).collect();
+            for eight in places.chunks_exact(8) {
+                let along = |axis: usize| std::array::from_fn::<f32, 8, _>(|i| eight[i][axis]);
+                let [x, y, z] = [along(0), along(1), along(2)];
+                let (values, growth) = dispatch!(level, simd => {
+                    let place = Vec3 {
+                        x: Lanes::load_array(simd, x),
+                        y: Lanes::load_array(simd, y),
+                        z: Lanes::load_array(simd, z),
+                    };
+                    let growth = lattice.gradient(simd, method, place);
+                    let growth = [growth.x, growth.y, growth.z].map(|g| g.to_array());
+                    (lattice.value(simd, method, place).to_array(), growth)
+                });
+                for (i, place) in eight.iter().enumerate() {
+                    let world = volume.lattice.world_from_index(DVec3::from(place.map(f64::from)));
+                    let found = f64::from(values[i]) + lattice.bias;
+                    worst = worst.max((found - encoding.value(world)).abs());
+                    let expected = volume.lattice.axes().transpose() * encoding.gradient(world);
+                    let found = DVec3::from(growth.map(|g| f64::from(g[i])));
+                    steepest = steepest.max((found - expected).length());
+                    let at = [0, 1, 2].map(|a| ((place[a] + 1.0) / 4.0) as usize);
+                    let brick = (at[2] * bricks.dims[1] + at[1]) * bricks.dims[0] + at[0];
+                    let [low, high] = bricks.ranges[brick];
+                    assert!((low..=high).contains(&values[i]), "{basis:?} {dims:?} {place:?}");
+                }
+            }
+            // A function ends where it is 0.01: a place at its rim may fall on either side of it.
+            assert!(worst < 1e-5 && steepest < 1e-4, "{basis:?} {dims:?}: {worst} {steepest}");
         }
     }
 }

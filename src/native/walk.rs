@@ -12,6 +12,7 @@ use super::masks::Masks;
 use super::passing::{EVERY_SLAB, Kept, Passing, Sum};
 use super::polygons::{Fragments, Polygons};
 use super::rays::{Packet, Rays, TILE};
+use super::sums::{Asked, Landed, Sums};
 use super::surfaces::{Ahead, Surfaces};
 use super::table::{Halves, Table};
 use crate::plan::EMPTY;
@@ -26,6 +27,8 @@ pub(super) struct Scene<'a> {
     pub rays: &'a Rays,
     pub masks: &'a Masks,
     pub lattice: &'a Lattice,
+    /// Of basis functions, where they land, and what of a slab is summed up.
+    pub landed: Option<(&'a Landed, Asked)>,
     /// A cut of the field, where it is drawn from one.
     pub levels: Option<Levels<'a>>,
     pub table: &'a Table,
@@ -167,6 +170,13 @@ impl Scene<'_> {
             }
             ahead = Some(met);
         }
+        let mut sums = match (self.landed, &self.lattice.functions) {
+            (Some((landed, asked)), Some(functions)) if method == Method::Functions => {
+                let corner = at.map(|n| n / TILE * TILE);
+                Some(Sums::new(simd, (functions, landed), (self.rays, corner), asked))
+            }
+            _ => None,
+        };
         let slabs = packet.slabs(simd, self.rays.step);
         let mut runs = self.masks.runs(at, slabs);
         // Up to which slab a cut was walked.
@@ -189,10 +199,10 @@ impl Scene<'_> {
             };
             if W::MORE && self.rule.middle {
                 let state = (&mut light, &mut ahead, &mut passing, &mut *capped);
-                self.middles(simd, method, packet, run, state);
+                self.middles(simd, (method, &mut sums), packet, run, state);
             } else {
                 let state = (&mut light, &mut ahead, &mut passing, &mut *capped);
-                self.slabs::<S, W>(simd, method, packet, run, state);
+                self.slabs::<S, W>(simd, (method, &mut sums), packet, run, state);
             }
             if !light.goes_on(simd, self.rule.stop_below) {
                 break;
@@ -215,7 +225,7 @@ impl Scene<'_> {
     fn slabs<S: Simd, W: Wants>(
         &self,
         simd: S,
-        method: Method,
+        (method, sums): (Method, &mut Option<Sums<'_, S>>),
         packet: &Packet<S>,
         [first, last]: [i32; 2],
         (light, ahead, passing, capped): State<'_, '_, S>,
@@ -271,7 +281,13 @@ impl Scene<'_> {
                     break;
                 }
                 let t = depth_of(k);
-                let stored = lattice.value(simd, method, packet.at(t));
+                let stored = match sums {
+                    Some(sums) if method == Method::Functions => {
+                        let end = if back { first - 1 } else { last + 2 };
+                        sums.at(simd, packet, (k, way, end), t)
+                    }
+                    _ => lattice.value(simd, method, packet.at(t)),
+                };
                 k += way;
                 Face {
                     t,
@@ -358,7 +374,7 @@ impl Scene<'_> {
     fn middles<S: Simd>(
         &self,
         simd: S,
-        method: Method,
+        (method, sums): (Method, &mut Option<Sums<'_, S>>),
         packet: &Packet<S>,
         [first, last]: [i32; 2],
         (light, ahead, passing, capped): State<'_, '_, S>,
@@ -370,7 +386,13 @@ impl Scene<'_> {
             let face = |k: i32| all(simd, k as f32 * rays.step).max(packet.enter).min(packet.leave);
             let ts = if back { [face(slab + 1), face(slab)] } else { [face(slab), face(slab + 1)] };
             let t = (ts[0] + ts[1]) * 0.5;
-            let stored = lattice.value(simd, method, packet.at(t));
+            let stored = match sums {
+                Some(sums) if method == Method::Functions => {
+                    let (way, end) = if back { (-1, first) } else { (1, last) };
+                    sums.at(simd, packet, (slab, way, end), t)
+                }
+                _ => lattice.value(simd, method, packet.at(t)),
+            };
             let cell = table.cell(simd, stored);
             let is_slab = !Lattice::is_nothing(simd, method, stored);
             let shows = table.may_show(simd, [cell; 2], all(simd, 0.0)) & is_slab;

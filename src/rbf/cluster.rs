@@ -5,7 +5,7 @@ use nalgebra::{Matrix3, SymmetricEigen};
 
 use super::points::Points;
 
-/// Points that lie together, and what is left of them.
+/// Points that lie together, and their residuals.
 #[derive(Debug, Clone)]
 pub(super) struct Cluster {
     pub(super) points: Vec<u32>,
@@ -41,7 +41,8 @@ impl Cluster {
         }
     }
 
-    /// Of the residuals that have the sign of the worst, weighted by their squares: the value-weighted mean of the paper.
+    /// Mean and covariance of the points whose residual has the sign of the worst one, weighted by its square. The mean is the
+    /// value-weighted one of the paper.
     pub(super) fn spread(&self, points: &Points, residual: &[f64]) -> Spread {
         let origin = points.positions()[self.worst.1 as usize];
         let (mut sum, mut mean, mut square) = (0.0, DVec3::ZERO, DMat3::ZERO);
@@ -64,8 +65,10 @@ impl Cluster {
         Spread { mean: origin + mean, covariance: square * sum.recip() - outer }
     }
 
-    /// Two of one, by the plane through the middle across the axis along which its points lie widest; `None` where all lie
-    /// at one place.
+    /// Splits a cluster by the plane through its middle, across the axis along which it is longest.
+    ///
+    /// # Errors
+    /// The cluster itself, if all of its points lie at one place.
     pub(super) fn split(self, points: &Points, residual: &[f64]) -> Result<[Self; 2], Self> {
         let count = self.points.len() as f64;
         let at = |point: &u32| points.positions()[*point as usize];

@@ -1,4 +1,6 @@
-//! Functions fitted to samples, added where these are missed most (Jang, section 4).
+//! Fits functions to samples. New ones are added where the sum is furthest from the samples (Jang, section 4).
+
+use std::ops::ControlFlow;
 
 use glam::{DMat3, DVec3};
 use nalgebra::Matrix3;
@@ -8,31 +10,31 @@ use super::cluster::{Cluster, Spread, principal};
 use super::encoding::{Encoding, Errors};
 use super::function::{Basis, Function};
 use super::points::Points;
-use super::refine::{Widths, refined};
+use super::refine::{Widths, refined, squared_error};
 use super::solve::{Column, least_squares};
 use crate::core::progress::{Cancelled, Ticket};
 
-/// Of the error asked for: where functions end.
+/// ε, below which a function is cut off, as a share of the error asked for.
 const EPSILON: f64 = 0.02;
-/// The least share of the range that counts as an error, so that a range of one value has an ε.
+/// The least error that ε is derived from, as a share of the range.
 const LEAST_ERROR: f64 = 1e-12;
-/// Functions are added so many at once, of those that are there.
+/// Functions that a round adds, as a share of those that there are, and between these bounds.
 const GROWTH: f64 = 0.3;
 const FEWEST_AT_ONCE: usize = 4;
 const MOST_AT_ONCE: usize = 128;
-/// How often all shapes are found anew after functions were added, and at the end, as long as that brings more than
-/// [`ENOUGH`].
+/// How often a round refines all shapes, at most. It stops sooner where a sweep leaves more than [`ENOUGH`] of the error.
 const SWEEPS: u32 = 4;
+/// The same in the last round.
 const LAST_SWEEPS: u32 = 12;
-/// Of an error, what is left of it when it was worth going on.
+/// A step that leaves more than this share of the error was not worth its time.
 const ENOUGH: f64 = 0.99;
-/// Places by which a function's shape is found.
+/// Samples that a function's shape is fitted to, at most.
 const PLACES: usize = 400;
-/// Of columns scaled to one.
+/// Damping of the least squares, for columns of length one.
 const DAMPING: f64 = 1e-4;
-/// Squared distances, in widths, within which a shape is found.
+/// Squared distance, in widths, of the samples that a shape is fitted to.
 const NEAR: f64 = 9.0;
-/// Rounds that bring no more than that before it is given up.
+/// Rounds in a row that may leave more than [`ENOUGH`] of the error before the encoder gives up.
 const PATIENCE: u32 = 6;
 
 /// When it is enough.
@@ -61,6 +63,9 @@ pub enum EncodeError {
     /// No sample is finite.
     #[error("expected at least one finite sample, found none")]
     Nothing,
+    /// More samples than are numbered.
+    #[error("expected at most 4294967295 samples, found {0}; encode a coarser field")]
+    TooMany(usize),
     /// Values are so large or so small that their squares are not finite.
     #[error(
         "expected values between 1e-140 and 1e140 from each other, found a range of {0:e}; scale them first"
@@ -84,8 +89,9 @@ struct Fit<'a> {
     residual: Vec<f64>,
 }
 
-/// The functions that come within an error of samples, or as near as so many can; told after each round. Whoever wants less
-/// looks at [`Encoding::errors`] of what comes back.
+/// Fits functions to samples until no sample is further off than the goal's error, or the goal's number of functions is
+/// used, or more functions bring no more. The best sum found is returned in every case: [`Encoding::errors`] says how good it
+/// is. Each round is `told`, which may break it off.
 ///
 /// # Errors
 /// See [`EncodeError`].
@@ -93,7 +99,7 @@ pub fn encode(
     points: &Points,
     goal: Goal,
     ticket: &Ticket,
-    mut told: impl FnMut(Step),
+    mut told: impl FnMut(Step) -> ControlFlow<()>,
 ) -> Result<Encoding, EncodeError> {
     let mut fit = Fit::new(points, goal)?;
     let mut clusters = vec![Cluster::of((0..points.len() as u32).collect(), &fit.residual)];
@@ -102,12 +108,14 @@ pub fn encode(
     let mut since_nearer = 0;
     loop {
         let errors = Errors::of(&fit.residual);
-        told(Step { functions: fit.functions.len(), errors });
+        let is_enough = told(Step { functions: fit.functions.len(), errors }).is_break();
         ticket.checkpoint(fit.functions.len() as u64, goal.functions.max(1) as u64)?;
         let left = goal.functions.saturating_sub(fit.functions.len());
-        if best_errors.max <= goal.max_error || left == 0 || since_nearer >= PATIENCE {
+        let is_near = best_errors.max <= goal.max_error;
+        if is_enough || is_near || left == 0 || since_nearer >= PATIENCE {
             return Ok(best);
         }
+        let before = (fit.functions.clone(), fit.bias);
         fit.add(&mut clusters, left);
         fit.solve();
         let is_last = fit.functions.len() >= goal.functions;
@@ -119,6 +127,10 @@ pub fn encode(
             if Errors::of(&fit.residual).rms > ENOUGH * before {
                 break;
             }
+        }
+        // New cut-offs may cost more than new functions bring. Then other clusters are tried.
+        if Errors::of(&fit.residual).rms > errors.rms {
+            fit.restore(before);
         }
         // As functions end by their own weights, which is what a file holds.
         let now = fit.encoding();
@@ -135,6 +147,9 @@ impl<'a> Fit<'a> {
     fn new(points: &'a Points, goal: Goal) -> Result<Self, EncodeError> {
         if points.is_empty() {
             return Err(EncodeError::Nothing);
+        }
+        if u32::try_from(points.len()).is_err() {
+            return Err(EncodeError::TooMany(points.len()));
         }
         let values = points.values();
         let low = values.iter().copied().fold(f64::INFINITY, f64::min);
@@ -166,11 +181,11 @@ impl<'a> Fit<'a> {
         Encoding::new(self.goal.basis, self.bias, self.epsilon, functions, self.points.bounds())
     }
 
-    /// A function in each of the clusters that are missed most, which are split for it.
+    /// Adds a function in each of the clusters with the largest errors, and splits these clusters.
     fn add(&mut self, clusters: &mut Vec<Cluster>, most: usize) {
         let wanted = (self.functions.len() as f64 * GROWTH) as usize;
         let wanted = wanted.clamp(FEWEST_AT_ONCE, MOST_AT_ONCE).min(most).min(clusters.len());
-        // By what is missed in all, and every other one by what is missed most: the error asked for is the greatest.
+        // Half of them have the most squared error, the other half the worst single sample: the goal is a greatest error.
         clusters.sort_by(|a, b| b.energy.total_cmp(&a.energy));
         let by_worst = wanted / 2;
         if let Some(rest) = clusters.get_mut(wanted - by_worst..) {
@@ -182,7 +197,7 @@ impl<'a> Fit<'a> {
         let added: Vec<Function> =
             chosen.par_iter().filter(is_missed).map(|cluster| self.placed(cluster)).collect();
         let columns: Vec<Column> = added.par_iter().map(|function| self.column(function)).collect();
-        // Each was found as if it were alone: how much of it there is, all of them say together.
+        // Each was fitted as if it were alone. Their weights are found together, so they begin at 0.
         self.functions
             .extend(added.into_iter().map(|function| Function { weight: 0.0, ..function }));
         self.columns.extend(columns);
@@ -194,24 +209,20 @@ impl<'a> Fit<'a> {
         }
     }
 
-    /// The function that takes most of a cluster's residual away.
+    /// The function that removes most of a cluster's residual: a wide one about the weighted mean, or a narrow one at the worst
+    /// sample.
     fn placed(&self, cluster: &Cluster) -> Function {
         let Spread { mean, covariance } = cluster.spread(self.points, &self.residual);
         let worst = self.points.positions()[cluster.worst.1 as usize];
-        // Squares of residuals of a Gaussian have half its variance.
+        // The weights are squared residuals, and the square of a Gaussian has half its variance.
         let covariance = covariance * 2.0;
         let around = |centre: DVec3, shape: DMat3| {
             let start = Function { centre, shape, weight: cluster.worst.0 };
             let places = self.places(&start, false);
             let basis = self.goal.basis;
             let found = refined(basis, start, &places, self.widths);
-            let cost = |f: &Function| -> f64 {
-                let left =
-                    places.iter().map(|(at, v)| v - f.weight * basis.of_square(f.square(*at)));
-                left.map(|d| d * d).sum()
-            };
-            let zero: f64 = places.iter().map(|(_, v)| v * v).sum();
-            (zero - cost(&found), found)
+            let before: f64 = places.iter().map(|(_, value)| value * value).sum();
+            (before - squared_error(basis, &found, &places), found)
         };
         let least = self.widths.least * 1.5;
         let narrow = DMat3::from_diagonal(DVec3::splat(least.recip()));
@@ -238,7 +249,7 @@ impl<'a> Fit<'a> {
         })
     }
 
-    /// Points near a function and what is left at them; with what it takes of that itself, if it is one of the sum's.
+    /// Samples near a function, and their residuals. Of a function that is in the sum, what it gives is added back.
     fn places(&self, function: &Function, is_in_sum: bool) -> Vec<(DVec3, f64)> {
         let half = function.half_box(NEAR);
         let ranges = self.points.in_box(function.centre - half, function.centre + half);
@@ -246,7 +257,7 @@ impl<'a> Fit<'a> {
         for range in ranges {
             near.extend(range.filter(|i| function.square(self.points.positions()[*i]) <= NEAR));
         }
-        // Every so manieth, as far from a power of two as a stride along rows of a grid can be.
+        // Spread evenly over the list. The stride is a fraction, so that it does not follow the rows of a grid.
         let stride = (near.len() as f64 / PLACES as f64).max(1.0);
         let count = (near.len() as f64 / stride) as usize;
         let basis = self.goal.basis;
@@ -263,7 +274,7 @@ impl<'a> Fit<'a> {
         (0..count).map(place).collect()
     }
 
-    /// A function's values at the points it reaches by its weight, which is to change: at e times ε at least.
+    /// A function's values at the samples that it reaches. A weight that is still small counts as e ε, so that it can grow.
     fn column(&self, function: &Function) -> Column {
         let basis = self.goal.basis;
         let weight = function.weight.abs().max(self.epsilon * std::f64::consts::E);
@@ -282,8 +293,9 @@ impl<'a> Fit<'a> {
         column
     }
 
-    /// All weights and the bias anew, and where functions end by these.
+    /// Finds all weights and the bias, drops functions that are nowhere above ε, and cuts the others off by their new weights.
     fn solve(&mut self) {
+        // What was exchanged left rounding behind.
         self.measure();
         let changes = least_squares(&self.columns, &self.residual, DAMPING);
         for (function, change) in self.functions.iter_mut().zip(&changes) {
@@ -301,7 +313,14 @@ impl<'a> Fit<'a> {
         self.measure();
     }
 
-    /// What is left of the values.
+    /// Functions and a bias that were there before.
+    fn restore(&mut self, (functions, bias): (Vec<Function>, f64)) {
+        (self.functions, self.bias) = (functions, bias);
+        self.columns = self.functions.par_iter().map(|function| self.column(function)).collect();
+        self.measure();
+    }
+
+    /// The residual anew.
     fn measure(&mut self) {
         let mut sum = vec![0.0; self.points.len()];
         for (function, column) in self.functions.iter().zip(&self.columns) {
@@ -312,7 +331,8 @@ impl<'a> Fit<'a> {
             values.iter().zip(&sum).map(|(value, sum)| value - self.bias - sum).collect();
     }
 
-    /// Each function beside all others, in turn; those that do not overlap at the same time. What is left never grows.
+    /// Refines each function while the others stay. Functions that do not overlap are refined side by side. The squared
+    /// residual never grows.
     fn refine(&mut self) {
         let mut waiting: Vec<usize> = (0..self.functions.len()).collect();
         while !waiting.is_empty() {
@@ -334,13 +354,13 @@ impl<'a> Fit<'a> {
         }
     }
 
-    /// Puts another function in the place of one, unless more is left then.
+    /// Puts another function in the place of one, unless that makes the squared residual larger.
     fn exchange(&mut self, index: usize, function: Function, column: Column) {
         let own = self.functions[index].weight;
         let squares = |residual: &[f64], column: &Column| -> f64 {
             column.points.iter().map(|point| residual[*point as usize].powi(2)).sum()
         };
-        // The old one is taken away and the new one put in: what that changes where either is.
+        // Only the samples of the old and of the new one change.
         let whole = squares(&self.residual, &self.columns[index]);
         self.columns[index].add_to(&mut self.residual, own);
         let change = squares(&self.residual, &self.columns[index]) - whole;
@@ -357,7 +377,7 @@ impl<'a> Fit<'a> {
     }
 }
 
-/// Of functions that wait, some that have no place in common, and the rest.
+/// Of functions that wait, some whose boxes do not overlap; and the rest.
 fn apart(functions: &[Function], waiting: &[usize]) -> (Vec<usize>, Vec<usize>) {
     let mut taken: Vec<[DVec3; 2]> = Vec::new();
     waiting.iter().partition(|index| {

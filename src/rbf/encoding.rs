@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use glam::DVec3;
+use glam::{BVec3, DVec3};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -10,13 +10,13 @@ use super::function::{Basis, Function};
 use super::points::Points;
 use crate::core::progress::{Cancelled, Ticket};
 
-/// Cells of the tree are split while more functions than this reach them.
+/// A cell that more functions reach is split.
 const FEW: usize = 12;
-/// Of the functions of a cell, what its parts may have on average for it to be split.
+/// A cell is split only if its eight parts keep no more than this share of its functions, on average.
 const MOST_KEPT: f64 = 0.8;
-/// How often a cell is split at most.
+/// Levels of the tree below its root, at most.
 const DEEPEST: u32 = 7;
-/// Samples that are evaluated between two looks at the ticket.
+/// Places that are evaluated between two looks at the ticket.
 const A_PART: usize = 4096;
 
 /// How far a sum is from the samples, in their units.
@@ -45,7 +45,11 @@ impl Errors {
     /// Of differences.
     pub fn of(differences: &[f64]) -> Self {
         let count = differences.len().max(1) as f64;
-        let sum = |of: fn(&f64) -> f64| differences.par_iter().map(of).sum::<f64>();
+        // Parts are summed in their order, so that every run and any number of threads gives the same bits.
+        let sum = |of: fn(&f64) -> f64| -> f64 {
+            let parts = differences.par_chunks(A_PART).map(|part| part.iter().map(of).sum());
+            parts.collect::<Vec<f64>>().iter().sum()
+        };
         Self {
             max: differences.par_iter().map(|d| d.abs()).reduce(|| 0.0, f64::max),
             mean: sum(|d| d.abs()) / count,
@@ -54,13 +58,15 @@ impl Errors {
     }
 }
 
-/// s(x) = b + Σ wᵢ φ(|Sᵢ (x − cᵢ)|), where each function ends where it is below ε; within a box.
+/// The sum s(x) = b + Σ wᵢ φ(|Sᵢ (x − cᵢ)|) in a box. Each function counts only where it is at least ε.
 #[derive(Debug, Clone)]
 pub struct Encoding {
     basis: Basis,
     bias: f64,
     epsilon: f64,
     functions: Vec<Function>,
+    /// The squared distance, in widths, at which each ends.
+    reaches: Vec<f64>,
     bounds: [DVec3; 2],
     tree: Cell,
 }
@@ -83,18 +89,20 @@ impl Encoding {
         functions: impl IntoIterator<Item = Function>,
         bounds: [DVec3; 2],
     ) -> Self {
-        let reaches = |f: &Function| basis.reach_square(f.weight, epsilon).is_some();
-        let functions: Vec<Function> = functions.into_iter().filter(reaches).collect();
+        let reaching =
+            functions.into_iter().filter_map(|f| Some((f, basis.reach_square(f.weight, epsilon)?)));
+        let (functions, reaches): (Vec<Function>, Vec<f64>) = reaching.unzip();
         let all: Vec<u32> = (0..functions.len() as u32).collect();
         let boxes: Vec<[DVec3; 2]> = functions
             .iter()
-            .map(|f| {
-                let half = f.half_box(basis.reach_square(f.weight, epsilon).unwrap_or_default());
+            .zip(&reaches)
+            .map(|(f, reach)| {
+                let half = f.half_box(*reach);
                 [f.centre - half, f.centre + half]
             })
             .collect();
-        let tree = Cell::of(&all, &boxes, bounds, 0);
-        Self { basis, bias, epsilon, functions, bounds, tree }
+        let tree = Cell::of(touching(&all, &boxes, bounds), &boxes, bounds, 0);
+        Self { basis, bias, epsilon, functions, reaches, bounds, tree }
     }
 
     /// What its functions look like.
@@ -122,37 +130,54 @@ impl Encoding {
         self.bounds
     }
 
-    /// The sum at a place, also beyond the box: there by all functions.
+    /// The sum at a place. Beyond the box, where there is no tree, all functions are looked at.
     pub fn value(&self, at: DVec3) -> f64 {
-        let [mut low, mut high] = self.bounds;
-        if at.cmplt(low).any() || at.cmpgt(high).any() {
-            return self.bias + self.functions.iter().map(|f| self.share(f, at)).sum::<f64>();
+        let mut bounds = self.bounds;
+        if at.cmplt(bounds[0]).any() || at.cmpgt(bounds[1]).any() {
+            return self.bias + (0..self.functions.len()).map(|i| self.share(i, at)).sum::<f64>();
         }
         let mut cell = &self.tree;
-        loop {
+        let list = loop {
             match cell {
-                Cell::Leaf(list) => {
-                    let shares = list.iter().map(|i| self.share(&self.functions[*i as usize], at));
-                    return self.bias + shares.sum::<f64>();
-                }
+                Cell::Leaf(list) => break list,
                 Cell::Split(cells) => {
-                    let middle = (low + high) * 0.5;
-                    let upper = at.cmpge(middle);
-                    let bit = |axis| usize::from(upper.test(axis));
-                    cell = &cells[bit(0) | bit(1) << 1 | bit(2) << 2];
-                    low = DVec3::select(upper, middle, low);
-                    high = DVec3::select(upper, high, middle);
+                    let index = part_of(bounds, at);
+                    (cell, bounds) = (&cells[index], part(bounds, index));
                 }
             }
-        }
+        };
+        self.bias + list.iter().map(|i| self.share(*i as usize, at)).sum::<f64>()
     }
 
-    fn share(&self, function: &Function, at: DVec3) -> f64 {
+    /// How the sum grows at a place, per world length along each axis: Σ 2 w φ′ Sᵀ S (x − c), φ′ by the
+    /// squared distance.
+    pub fn gradient(&self, at: DVec3) -> DVec3 {
+        let all = 0..self.functions.len();
+        all.map(|i| {
+            let function = &self.functions[i];
+            let square = function.square(at);
+            if square > self.reaches[i] {
+                return DVec3::ZERO;
+            }
+            let along = function.shape.transpose() * (function.shape * (at - function.centre));
+            2.0 * function.weight * self.basis.slope(square) * along
+        })
+        .sum()
+    }
+
+    /// The squared distance, in widths, at which each function ends.
+    pub fn reaches(&self) -> &[f64] {
+        &self.reaches
+    }
+
+    /// What a function gives at a place.
+    fn share(&self, index: usize, at: DVec3) -> f64 {
+        let function = &self.functions[index];
         let square = function.square(at);
-        match self.basis.reach_square(function.weight, self.epsilon) {
-            Some(reach) if square <= reach => function.weight * self.basis.of_square(square),
-            _ => 0.0,
+        if square > self.reaches[index] {
+            return 0.0;
         }
+        function.weight * self.basis.of_square(square)
     }
 
     /// The values at many places.
@@ -188,34 +213,46 @@ impl Encoding {
     }
 }
 
+/// One of the eight parts of a box, x fastest.
+fn part([low, high]: [DVec3; 2], index: usize) -> [DVec3; 2] {
+    let middle = (low + high) * 0.5;
+    let upper = BVec3::new(index & 1 != 0, index & 2 != 0, index & 4 != 0);
+    [DVec3::select(upper, middle, low), DVec3::select(upper, high, middle)]
+}
+
+/// Which of the eight parts of a box a place in it lies in.
+fn part_of([low, high]: [DVec3; 2], at: DVec3) -> usize {
+    let upper = at.cmpge((low + high) * 0.5);
+    (0..3).map(|axis| usize::from(upper.test(axis)) << axis).sum()
+}
+
+/// Those of a list whose boxes touch another.
+fn touching(list: &[u32], boxes: &[[DVec3; 2]], [low, high]: [DVec3; 2]) -> Vec<u32> {
+    let touches = |i: &&u32| {
+        let [own_low, own_high] = boxes[**i as usize];
+        own_low.cmple(high).all() && own_high.cmpge(low).all()
+    };
+    list.iter().filter(touches).copied().collect()
+}
+
 impl Cell {
-    fn of(reaching: &[u32], boxes: &[[DVec3; 2]], [low, high]: [DVec3; 2], depth: u32) -> Self {
-        let touches = |i: &&u32| {
-            let [own_low, own_high] = boxes[**i as usize];
-            own_low.cmple(high).all() && own_high.cmpge(low).all()
-        };
-        let list: Vec<u32> = reaching.iter().filter(touches).copied().collect();
+    /// Of the functions that reach a box.
+    fn of(list: Vec<u32>, boxes: &[[DVec3; 2]], bounds: [DVec3; 2], depth: u32) -> Self {
         if list.len() <= FEW || depth == DEEPEST {
             return Self::Leaf(list);
         }
-        let middle = (low + high) * 0.5;
-        let part = |i: usize| {
-            let upper = glam::BVec3::new(i & 1 != 0, i & 2 != 0, i & 4 != 0);
-            [DVec3::select(upper, middle, low), DVec3::select(upper, high, middle)]
-        };
-        let reach = |[low, high]: [DVec3; 2]| {
-            let touches = |i: &&u32| {
-                let [own_low, own_high] = boxes[**i as usize];
-                own_low.cmple(high).all() && own_high.cmpge(low).all()
-            };
-            list.iter().filter(touches).count()
-        };
+        let lists: [Vec<u32>; 8] = std::array::from_fn(|i| touching(&list, boxes, part(bounds, i)));
         // Functions that reach nearly all eight gain nothing by being listed eight times.
-        let in_parts: usize = (0..8).map(|i| reach(part(i))).sum();
+        let in_parts: usize = lists.iter().map(Vec::len).sum();
         if in_parts as f64 > MOST_KEPT * 8.0 * list.len() as f64 {
             return Self::Leaf(list);
         }
-        let cells: [Self; 8] = std::array::from_fn(|i| Self::of(&list, boxes, part(i), depth + 1));
+        let mut index = 0;
+        let cells = lists.map(|list| {
+            let bounds = part(bounds, index);
+            index += 1;
+            Self::of(list, boxes, bounds, depth + 1)
+        });
         Self::Split(Box::new(cells))
     }
 

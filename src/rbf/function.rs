@@ -51,8 +51,28 @@ impl Basis {
         }
     }
 
-    /// The squared distance, in widths, beyond which a function of this weight is below ε; none at all where it never
-    /// is more. Of Gaussians 2 ln(|w|/ε) (Jang, section 5).
+    /// The greatest that the first and the second derivative along any direction can be beyond a distance, all in widths.
+    pub(super) fn steepest(self, nearest: f64) -> [f64; 2] {
+        let square = nearest * nearest;
+        match self {
+            Self::Gaussian | Self::Ellipsoid => {
+                let phi = self.of_square(square);
+                // r φ is greatest at 1, r² φ at √2; the second derivative is no more than φ or r² φ.
+                let first = if nearest < 1.0 { (-0.5_f64).exp() } else { nearest * phi };
+                let second = if square < 2.0 { 2.0 * (-1.0_f64).exp() } else { square * phi };
+                [first, second.max(phi)]
+            }
+            Self::Multiquadric => {
+                let cube = self.of_square(square).powi(3);
+                // r φ³ is greatest at 1/√2; the second derivative is no more than 2 φ³.
+                let first = if square < 0.5 { 2.0 / 27.0_f64.sqrt() } else { nearest * cube };
+                [first, 2.0 * cube]
+            }
+        }
+    }
+
+    /// The squared distance, in widths, beyond which a function of this weight is below ε; `None` if it is nowhere above ε.
+    /// Of Gaussians 2 ln(|w|/ε) (Jang, section 5).
     pub fn reach_square(self, weight: f64, epsilon: f64) -> Option<f64> {
         let ratio = weight.abs() / epsilon;
         if ratio.is_nan() || ratio <= 1.0 {
@@ -70,7 +90,8 @@ impl Basis {
 pub struct Function {
     /// Where it is greatest, world.
     pub centre: DVec3,
-    /// From a world offset to one in widths; upper triangular, of one width 1/σ times the identity.
+    /// S, which takes a world offset to one in widths. It is upper triangular; of a function as wide in every direction it is
+    /// 1/σ times the identity.
     pub shape: DMat3,
     /// What it is at its centre.
     pub weight: f64,
@@ -82,11 +103,34 @@ impl Function {
         (self.shape * (at - self.centre)).length_squared()
     }
 
-    /// Half the sides of the box about all places of a squared distance, world: of |S d| ≤ r it is r times the lengths of
-    /// the rows of S⁻¹.
+    /// The same function of places in another space, which `axes` and an origin take to its own. Lengths in widths stay.
+    #[must_use]
+    pub fn seen_from(&self, axes: DMat3, origin: DVec3) -> Self {
+        let centre = axes.inverse() * (self.centre - origin);
+        Self { centre, shape: triangular(self.shape * axes), weight: self.weight }
+    }
+
+    /// Half the sides of the box about all places within a squared distance, world. For |S d| ≤ r these are r times the lengths
+    /// of the rows of S⁻¹.
     pub fn half_box(&self, square: f64) -> DVec3 {
         let inverse = self.shape.inverse();
         let rows = inverse.transpose();
         DVec3::new(rows.x_axis.length(), rows.y_axis.length(), rows.z_axis.length()) * square.sqrt()
     }
+}
+
+/// The upper triangular matrix with which vectors come to the same lengths (Gram and Schmidt's).
+fn triangular(shape: DMat3) -> DMat3 {
+    let [a, b, c] = [shape.x_axis, shape.y_axis, shape.z_axis];
+    let x = a.normalize_or_zero();
+    let (xy, xz) = (x.dot(b), x.dot(c));
+    let b = b - x * xy;
+    let y = b.normalize_or_zero();
+    let yz = y.dot(c);
+    let c = c - x * xz - y * yz;
+    DMat3::from_cols(
+        DVec3::new(a.length(), 0.0, 0.0),
+        DVec3::new(xy, b.length(), 0.0),
+        DVec3::new(xz, yz, c.length()),
+    )
 }

@@ -1,13 +1,13 @@
 //! Fields as sums of a few hundred radial basis functions (Jang): s(x) = b + Σ wᵢ φ(|Sᵢ (x − cᵢ)|).
 //!
 //! Owns the functions, the tree in which a sum of them is evaluated, and the encoder that fits them to samples from
-//! anywhere: grids, meshes, points. All of it is in double precision. Refuses files and drawing. Imports `core`, `volume`.
+//! anywhere: grids, meshes, points. All of it is in double precision. Refuses files and drawing. Imports `core`.
 
 mod cluster;
 mod encode;
-mod encoded;
 mod encoding;
 mod function;
+mod listed;
 mod points;
 mod refine;
 mod solve;
@@ -15,8 +15,8 @@ mod solve;
 mod tests;
 
 pub use encode::{EncodeError, Goal, Step, encode};
-pub use encoded::{Encoded, Facts, Source};
 pub(crate) use encoding::four_digits;
 pub use encoding::{Encoding, Errors};
 pub use function::{Basis, Function};
+pub use listed::Listed;
 pub use points::Points;

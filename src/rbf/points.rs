@@ -1,4 +1,4 @@
-//! Samples anywhere in space, so kept that those near a place are found.
+//! Samples anywhere in space, sorted into bins so that those near a place are found.
 
 use std::ops::Range;
 
@@ -9,7 +9,7 @@ const A_BIN: f64 = 16.0;
 /// Bins along an axis at most.
 const MOST_BINS: f64 = 256.0;
 
-/// Places with a value each; in the order of the bins in which they lie.
+/// Places with a value each, in the order of the bins that they lie in.
 #[derive(Debug, Clone)]
 pub struct Points {
     positions: Vec<DVec3>,
@@ -20,20 +20,16 @@ pub struct Points {
     high: DVec3,
     bins: [usize; 3],
     /// Where each bin begins, x fastest, and where the last ends.
-    starts: Vec<u32>,
+    starts: Vec<usize>,
 }
 
 impl Points {
-    /// At most this many.
-    pub const MOST: usize = u32::MAX as usize;
-
-    /// Of places and values as many as the shorter has, up to [`Points::MOST`]. What is not finite is left out.
+    /// Of places and their values. What is not finite is left out, and counted.
     pub fn new(samples: impl IntoIterator<Item = (DVec3, f64)>) -> Self {
         let mut left_out = 0;
         let is_finite = |&(at, value): &(DVec3, f64)| at.is_finite() && value.is_finite();
         let all: Vec<(DVec3, f64)> = samples
             .into_iter()
-            .take(Self::MOST)
             .filter(|sample| {
                 let kept = is_finite(sample);
                 left_out += usize::from(!kept);
@@ -59,7 +55,7 @@ impl Points {
     fn sort(&mut self, all: &[(DVec3, f64)]) {
         let count = self.bins.iter().product::<usize>();
         let bin_of: Vec<usize> = all.iter().map(|(at, _)| self.bin(*at)).collect();
-        let mut starts = vec![0_u32; count + 1];
+        let mut starts = vec![0_usize; count + 1];
         for bin in &bin_of {
             starts[bin + 1] += 1;
         }
@@ -70,7 +66,7 @@ impl Points {
         self.positions = vec![DVec3::ZERO; all.len()];
         self.values = vec![0.0; all.len()];
         for ((at, value), bin) in all.iter().zip(bin_of) {
-            let place = next[bin] as usize;
+            let place = next[bin];
             next[bin] += 1;
             self.positions[place] = *at;
             self.values[place] = *value;
@@ -120,8 +116,8 @@ impl Points {
         [self.low, self.high]
     }
 
-    /// About how far neighbours lie from each other: the side of the share of the box that each has, along the axes that it
-    /// has any extent along; 1 for a single place.
+    /// About how far neighbours lie apart: the side of a cube (a square, a line, of flat sets) as large as the part of the box
+    /// that each point has. 1 for a single place.
     pub fn spacing(&self) -> f64 {
         let size = self.high - self.low;
         let sides: Vec<f64> = size.to_array().into_iter().filter(|side| *side > 0.0).collect();
@@ -132,7 +128,7 @@ impl Points {
         (share / sides.len() as f64).exp().max(f64::MIN_POSITIVE)
     }
 
-    /// Ranges of points that hold all of those in a box, and some beside it.
+    /// Ranges of points. Together they hold all points in a box, and some near it.
     pub fn in_box(&self, low: DVec3, high: DVec3) -> impl Iterator<Item = Range<usize>> + '_ {
         let is_beside =
             (0..3).any(|axis| high[axis] < self.low[axis] || low[axis] > self.high[axis]);
@@ -145,7 +141,7 @@ impl Points {
             let x = x.clone();
             y.clone().map(move |y| {
                 let (begin, end) = (row(z, y) + x.start, row(z, y) + x.end);
-                self.starts[begin] as usize..self.starts[end] as usize
+                self.starts[begin]..self.starts[end]
             })
         })
     }

@@ -16,7 +16,7 @@ pub(super) struct Widths {
 }
 
 impl Widths {
-    /// Whether a shape is within them in every direction.
+    /// Whether a shape is that wide in every direction.
     fn has(self, shape: DMat3) -> bool {
         let matrix = nalgebra::Matrix3::from_column_slice(&shape.to_cols_array());
         let singular = matrix.svd(false, false).singular_values;
@@ -27,8 +27,8 @@ impl Widths {
     }
 }
 
-/// The function that comes nearest to values at places, from one near it: the sum of squared differences never grows.
-/// Gives as it is what no step makes better.
+/// Moves a function nearer to values at places. The squared error never grows; a function that no step improves comes back
+/// unchanged.
 pub(super) fn refined(
     basis: Basis,
     start: Function,
@@ -36,7 +36,7 @@ pub(super) fn refined(
     widths: Widths,
 ) -> Function {
     let mut best = start;
-    let mut cost = cost_of(basis, &best, places);
+    let mut cost = squared_error(basis, &best, places);
     let count = parameters(basis);
     if places.len() < count {
         return best;
@@ -46,7 +46,7 @@ pub(super) fn refined(
         let Some(step) = step(basis, &best, places, damping) else { break };
         let next = moved(basis, &best, &step);
         let is_sound = next.centre.is_finite() && next.weight.is_finite() && widths.has(next.shape);
-        let next_cost = if is_sound { cost_of(basis, &next, places) } else { f64::INFINITY };
+        let next_cost = if is_sound { squared_error(basis, &next, places) } else { f64::INFINITY };
         if next_cost < cost {
             let gain = 1.0 - next_cost / cost;
             (best, cost, damping) = (next, next_cost, damping * 0.2);
@@ -68,7 +68,8 @@ fn parameters(basis: Basis) -> usize {
     if basis == Basis::Ellipsoid { 10 } else { 5 }
 }
 
-fn cost_of(basis: Basis, function: &Function, places: &[(DVec3, f64)]) -> f64 {
+/// Sum of the squared differences between a function and values at places.
+pub(super) fn squared_error(basis: Basis, function: &Function, places: &[(DVec3, f64)]) -> f64 {
     let differences = places
         .iter()
         .map(|(at, value)| value - function.weight * basis.of_square(function.square(*at)));
@@ -103,7 +104,7 @@ pub(super) fn derivatives(basis: Basis, function: &Function, at: DVec3) -> ([f64
 /// Rows and columns of an upper triangle.
 const TRIANGLE: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
 
-/// The step that this damping allows: least squares by QR of the derivatives, with a row for each parameter below them.
+/// The step for this damping: least squares by QR. Below the derivatives stands a row for each parameter, which holds it back.
 fn step(
     basis: Basis,
     function: &Function,

@@ -2,6 +2,9 @@
 
 use rayon::prelude::*;
 
+/// Columns are summed in so many parts side by side, and these in their order: the same bits by any number of threads.
+const PARTS: usize = 4;
+
 /// A function's values at the points that it reaches.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Column {
@@ -26,9 +29,9 @@ impl Column {
     }
 }
 
-/// What is added to the weights of columns, the last of which is a constant: least squares of the residual, by the method of
-/// Paige and Saunders (LSQR, 1982), which never forms the normal equations. Columns are scaled to a length of one, and what
-/// is added is held small by `damping`, so that columns that are all but the same share it rather than cancel.
+/// The changes of all weights, and last that of the bias, that make the residual least in the sense of squares. The method is
+/// LSQR (Paige and Saunders 1982), which never forms the normal equations. Columns are scaled to a length of one. `damping`
+/// keeps the changes small, so that two columns that are nearly the same share a change instead of cancelling each other.
 pub(super) fn least_squares(columns: &[Column], residual: &[f64], damping: f64) -> Vec<f64> {
     const MOST_TURNS: usize = 40;
     const ENOUGH: f64 = 1e-5;
@@ -42,7 +45,7 @@ pub(super) fn least_squares(columns: &[Column], residual: &[f64], damping: f64) 
         all
     };
     let times = |v: &[f64]| -> Vec<f64> {
-        let share = columns.len().div_ceil(rayon::current_num_threads()).max(1);
+        let share = columns.len().div_ceil(PARTS).max(1);
         let parts =
             columns.par_chunks(share).zip(scales.par_chunks(share)).zip(v.par_chunks(share));
         let sums = parts.map(|((columns, scales), v)| {
@@ -52,11 +55,10 @@ pub(super) fn least_squares(columns: &[Column], residual: &[f64], damping: f64) 
             }
             sum
         });
-        let zero = || vec![0.0; residual.len()];
-        let mut sum = sums.reduce(zero, |mut a, b| {
-            a.iter_mut().zip(&b).for_each(|(a, b)| *a += b);
-            a
-        });
+        let mut sum = vec![0.0; residual.len()];
+        for part in sums.collect::<Vec<_>>() {
+            sum.iter_mut().zip(&part).for_each(|(sum, part)| *sum += part);
+        }
         let last = v.last().copied().unwrap_or_default() * constant;
         sum.iter_mut().for_each(|value| *value += last);
         sum

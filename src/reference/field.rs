@@ -1,11 +1,14 @@
 //! A lattice's values between its samples, in float64, by ways of its own.
 
+use std::sync::Arc;
+
 use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::kernel::{Kernel, RadialKernel};
+use crate::rbf::Encoding;
 use crate::scene::Reconstruction;
-use crate::volume::ScalarVolume;
+use crate::volume::{Lattice, ScalarVolume};
 
 /// Sweeps c ← c + (s − h∗c) that sharpen radial kernels.
 const SWEEPS: usize = 2;
@@ -23,6 +26,8 @@ pub(super) enum Shape {
     Scaled(Basis, f64),
     /// Σ cᵢ hᵢ / Σ hᵢ.
     Radial(RadialKernel),
+    /// The sum of basis functions.
+    Functions,
 }
 
 /// A kernel in one dimension.
@@ -97,6 +102,7 @@ impl Shape {
         match kernel {
             Kernel::Point => None,
             Kernel::Nearest => Some(Self::Nearest),
+            Kernel::Functions => Some(Self::Functions),
             Kernel::Linear | Kernel::BSpline => {
                 let is_tent = kernel == Kernel::Linear;
                 let basis = if is_tent { Basis::Tent } else { Basis::CubicBSpline };
@@ -115,14 +121,14 @@ impl Shape {
         match self {
             Self::Separable(basis) => Some((basis, 1.0)),
             Self::Scaled(basis, scale) => Some((basis, scale)),
-            Self::Nearest | Self::Radial(_) => None,
+            Self::Nearest | Self::Radial(_) | Self::Functions => None,
         }
     }
 
     /// How far from a sample its kernel reaches along an axis, voxels.
     pub(super) fn reach(self) -> f64 {
         match self {
-            Self::Nearest => 0.5,
+            Self::Nearest | Self::Functions => 0.5,
             Self::Separable(basis) => basis.reach(),
             Self::Scaled(basis, scale) => (scale * basis.reach()).max(0.5),
             Self::Radial(kernel) => kernel.radius(),
@@ -146,6 +152,8 @@ pub(super) struct Field {
     pub(super) shape: Shape,
     /// x fastest.
     values: Vec<f64>,
+    /// What is summed up in the place of these, and the lattice in whose index space.
+    functions: Option<(Arc<Encoding>, Lattice)>,
     /// Samples without data, if any.
     holes: Option<Vec<bool>>,
     bricks: [usize; 3],
@@ -166,11 +174,17 @@ impl Field {
                     prefilter(&mut values, dims);
                 }
                 Shape::Radial(kernel) => sharpen(&mut values, dims, kernel),
-                Shape::Nearest | Shape::Separable(Basis::Tent) | Shape::Scaled(Basis::Tent, _) => {}
+                Shape::Nearest
+                | Shape::Functions
+                | Shape::Separable(Basis::Tent)
+                | Shape::Scaled(Basis::Tent, _) => {}
             }
         }
         let bricks = dims.map(|n| n.div_ceil(BRICK));
-        let mut field = Self { dims, shape, values, holes, bricks, ranges: Vec::new() };
+        let functions = volume.functions.clone().filter(|_| shape == Shape::Functions);
+        let functions = functions.map(|functions| (functions, volume.lattice));
+        let ranges = Vec::new();
+        let mut field = Self { dims, shape, values, functions, holes, bricks, ranges };
         field.ranges = (0..bricks.iter().product())
             .into_par_iter()
             .map(|b| {
@@ -182,6 +196,10 @@ impl Field {
 
     /// Kernels weigh without sign, so that values lie between those of the samples in reach.
     fn range(&self, brick: [usize; 3]) -> [f64; 2] {
+        if self.shape == Shape::Functions {
+            // Anything.
+            return [f64::NEG_INFINITY, f64::INFINITY];
+        }
         let margin = self.shape.reach() + 0.5;
         let span: [_; 3] = std::array::from_fn(|a| {
             let low = (brick[a] * BRICK) as f64 - margin;
@@ -260,6 +278,13 @@ impl Field {
         })
     }
 
+    /// The growth per index of what has a derivative in closed form.
+    pub(super) fn growth(&self, place: DVec3) -> Option<DVec3> {
+        let (functions, lattice) = self.functions.as_ref()?;
+        let gradient = functions.gradient(lattice.world_from_index(place));
+        Some(lattice.axes().transpose() * gradient)
+    }
+
     /// The value at a place of index space; `None` where no kernel reaches it.
     pub(super) fn value(&self, place: DVec3) -> Option<f64> {
         match self.shape {
@@ -267,6 +292,10 @@ impl Field {
                 let [x, y, z] = self.nearest(place);
                 Some(self.values[(z * self.dims[1] + y) * self.dims[0] + x])
             }
+            Shape::Functions => self
+                .functions
+                .as_ref()
+                .map(|(functions, lattice)| functions.value(lattice.world_from_index(place))),
             Shape::Separable(basis) => {
                 let cell = place.floor();
                 let block = self.block(cell.to_array().map(|c| c as i64));

@@ -8,7 +8,7 @@ use super::shading::RayShader;
 use super::sources::{Along, GridKernels, Hit, Line};
 use super::truth::separable_cells;
 use crate::kernel::RadialKernel;
-use crate::scene::{OpacityModel, Order};
+use crate::scene::{Classify, OpacityModel, Order};
 
 /// A layer's opacity and colour, from its summed densities × length.
 fn shade(model: OpacityModel, sum: Density) -> (f64, [f64; 3]) {
@@ -213,18 +213,19 @@ pub(super) fn separable_between_planes(
 }
 
 /// Slabs of reconstructed values, clipped to a part of the ray, from front to back: the value in
-/// the middle of each, or where `pre_integrated` all values between its faces, along a parabola: a
+/// the middle of each, the mean of its values, or all values between its faces, along a parabola: a
 /// layer for each half. Each with the number of its slab.
 pub(super) fn classified(
     field: &Field,
     classes: &Classes,
     planes: &Planes,
-    pre_integrated: bool,
+    classify: Classify,
     model: OpacityModel,
     ray: RayShader<'_>,
     part: &Part,
 ) -> Vec<Slice> {
     let ([a, b], line) = (part.ends, ray.index);
+    let pre_integrated = classify == Classify::PreIntegrated;
     let faces: Vec<f64> = (planes.layer_of(a)..=planes.layer_of(b) + 1)
         .map(|layer| planes.face(layer).clamp(a, b))
         .collect();
@@ -252,11 +253,11 @@ pub(super) fn classified(
         }
         if !pre_integrated {
             let shaded = |v| ray.shaded(classes.at(v), t, v);
-            pieces.extend(field.value(middle).map(|v| Slice {
-                slab,
-                ends: [low, high],
-                density: shaded(v),
-            }));
+            let value = match classify {
+                Classify::Mean => mean(field, line, [low, high]),
+                _ => field.value(middle),
+            };
+            pieces.extend(value.map(|v| Slice { slab, ends: [low, high], density: shaded(v) }));
             continue;
         }
         let (Some(near), Some(far)) = (values[i], values[i + 1]) else { continue };
@@ -280,6 +281,20 @@ pub(super) fn classified(
         }
     }
     pieces
+}
+
+/// The mean of the values on a part of a ray, by quadrature.
+fn mean(field: &Field, line: &Line, [low, high]: [f64; 2]) -> Option<f64> {
+    const PANELS: u32 = 4;
+    let half = (high - low) / f64::from(2 * PANELS);
+    let mut sum = 0.0;
+    for panel in 0..PANELS {
+        let middle = low + half * f64::from(2 * panel + 1);
+        for (x, weight) in quadrature::GAUSS {
+            sum += weight * field.value(line.at(middle + half * x))?;
+        }
+    }
+    Some(sum / f64::from(2 * PANELS))
 }
 
 /// What the mean value of slab `i` differs by from the mean of its two faces: that of the cubic

@@ -272,13 +272,12 @@ impl Reference {
                 if self.exact {
                     return truth::after(field, classes, visible, shade, &part, self.tolerance);
                 }
-                let pre_integrated = self.splat.classify == Classify::PreIntegrated;
                 let (planes, model) = (self.slabs(&ray), self.splat.opacity_model);
                 let slabs = layers::classified(
                     field,
                     classes,
                     &planes,
-                    pre_integrated,
+                    self.splat.classify,
                     model,
                     shade,
                     &part,

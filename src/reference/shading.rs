@@ -278,6 +278,9 @@ impl Shader {
 
 /// The field's growth per index at a place; 0 along axes where it has no value to either side.
 pub(super) fn gradient(field: &Field, place: DVec3) -> DVec3 {
+    if let Some(growth) = field.growth(place) {
+        return growth;
+    }
     let step = match field.shape {
         Shape::Separable(Basis::CubicBSpline) => SMOOTH_STEP,
         Shape::Scaled(Basis::CubicBSpline, scale) if scale > 1.0 => SMOOTH_STEP,

@@ -16,7 +16,7 @@ pub struct FirstLook {
     pub transfer: TransferFunction,
     /// The light, where gradients carry the shape.
     pub lighting: Option<Lighting>,
-    /// The mode: [`SplatSettings::EXACT`] but for labels and thick slices.
+    /// The mode: [`SplatSettings::EXACT`] but for labels, thick slices and basis functions.
     pub splat: SplatSettings,
     /// From where it is seen: patients from the front.
     pub view: NamedView,
@@ -69,6 +69,9 @@ impl SplatSettings {
         ..Self::EXACT
     };
 
+    /// For fields that are encoded as basis functions: these themselves.
+    pub const FUNCTIONS: Self = Self { kernel: Kernel::Functions, ..Self::EXACT };
+
     /// For thick slices: splines that lie between the samples rather than swing through them.
     pub const BETWEEN_SLICES: Self = Self { reconstruction: Reconstruction::Smooth, ..Self::EXACT };
 }
@@ -90,6 +93,7 @@ impl FirstLook {
             *map = ColourMap::Viridis;
         }
         let splat = match is_of_names {
+            _ if volume.functions.is_some() => SplatSettings::FUNCTIONS,
             true => SplatSettings::NAMES,
             false if thickest > THICK && volume.lattice.dims.iter().all(|&n| n > 1) => {
                 SplatSettings::BETWEEN_SLICES

@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::store::{SampleSource, Sampled};
 use super::{ModeError, PolygonLayer, PolygonLook, Scene};
+use crate::kernel::Kernel;
 use crate::transfer::{ColourMap, ColourSource, TransferFunction};
 use crate::vector::VectorSettings;
 use crate::volume::{Lattice, Places, ScalarVolume, VectorField};
@@ -154,6 +155,17 @@ impl Scene {
         if fields > 1 {
             return refuse("one field of values at most", fields.to_string(), "hide the others");
         }
+        if fields == 1 && self.splat.kernel == Kernel::Functions {
+            let volume = self.volume().filter(|volume| volume.functions.is_none());
+            if let Some(volume) = volume {
+                let found = format!("\"{}\", of which there are only samples", volume.name);
+                return refuse(
+                    "a field that is encoded as basis functions, with --kernel functions",
+                    found,
+                    "encode it (voxsplat encode), or choose another --kernel",
+                );
+            }
+        }
         for layer in shown() {
             let name = format!("{} \"{}\"", layer.look.kind(), layer.source.field);
             if layer.placement != DAffine3::IDENTITY {
@@ -194,6 +206,15 @@ impl Scene {
         match self.store.get(&self.layers[self.field_index()?].source)? {
             Sampled::Volume(volume) => Some(volume),
             _ => None,
+        }
+    }
+
+    /// Puts other samples, or functions beside them, in the place of [`Scene::volume`]'s. All else stays.
+    pub fn set_volume(&mut self, volume: Arc<ScalarVolume>) {
+        if let Some(index) = self.field_index() {
+            let source = self.layers[index].source.clone();
+            self.store.retain(|held| *held != source);
+            self.layers[index].source = self.store.insert(source, Sampled::Volume(volume));
         }
     }
 

@@ -1,15 +1,19 @@
 //! Fields encoded as basis functions.
 
+use std::ops::ControlFlow;
+use std::sync::Arc;
+
 use crate::core::memory::{self, TooLarge};
 use crate::core::{Cancelled, Ticket};
-use crate::io::vrbf;
-use crate::rbf::{EncodeError, Encoded, Goal, Points, Source, Step, encode};
-use crate::volume::{Component, Field, Grid, VolumeError};
+use crate::io::{Encoded, Source, vrbf};
+use crate::rbf::{EncodeError, Encoding, Goal, Points, Step, encode};
+use crate::volume::{Component, Field, Grid, Samples, VolumeError};
 
-/// Bytes that fitting takes for each sample: its place and value, what is left of it, and its part in some fifty functions.
-const BYTES_A_SAMPLE: u64 = 56 + 50 * 8;
+/// Bytes that fitting takes for each sample: its place (of uneven grids with the steps about it), its value and residual, and
+/// its entries in the columns of some fifty functions that reach it.
+const BYTES_A_SAMPLE: u64 = 56 + 96 + 50 * 8;
 
-/// Of the error asked for, what 32-bit floats leave.
+/// The fit aims at this share of the error asked for, since rounding to 32 bits adds some.
 const BEFORE_ROUNDING: f64 = 0.999;
 
 /// Why there is no encoding of a field.
@@ -38,8 +42,8 @@ pub enum Wanted {
     Percent(f64),
 }
 
-/// A field as functions, with the errors of those that a file holds; told after each round. Whether they come as near as
-/// was asked for is in [`Encoded::errors`] and [`Source::wanted`].
+/// Encodes a field, and measures the errors of the functions as a file holds them. Each round is `told`, which may break it off. The goal was reached
+/// if [`Encoded::errors`] are within [`Source::wanted`].
 ///
 /// # Errors
 /// See [`FieldError`].
@@ -48,7 +52,7 @@ pub fn encode_field(
     name: &str,
     (wanted, goal): (Wanted, Goal),
     ticket: &Ticket,
-    told: impl FnMut(Step),
+    told: impl FnMut(Step) -> ControlFlow<()>,
 ) -> Result<Encoded, FieldError> {
     let lattice = grid.lattice_of(field);
     let needed = (lattice.len() as u64).saturating_mul(BYTES_A_SAMPLE);
@@ -81,5 +85,30 @@ pub fn encode_field(
             space: grid.space.clone(),
             unit: grid.unit.clone(),
         },
+    })
+}
+
+/// What functions leave of the samples that they were fitted to: these less their sum, as a field of the same grid.
+///
+/// # Errors
+/// See [`FieldError`].
+pub fn residual(
+    (grid, field, component): (&Grid, &Field, Component),
+    encoding: &Encoding,
+    ticket: &Ticket,
+) -> Result<Field, FieldError> {
+    let samples = grid.samples_of(field, component, ticket)?;
+    let needed = (samples.len() as u64).saturating_mul(size_of::<f32>() as u64 + 32);
+    memory::require("what functions leave of the samples", needed, memory::free_bytes())?;
+    let places = grid.places(field.association);
+    let positions: Vec<_> = (0..samples.len()).map(|i| places.at(i).0).collect();
+    let sums = encoding.values(&positions, ticket)?;
+    #[expect(clippy::cast_possible_truncation, reason = "differences need no more digits")]
+    let left = sums.iter().enumerate().map(|(i, sum)| (samples.get(i) - sum) as f32);
+    Ok(Field {
+        name: format!("{} less its functions", field.name),
+        components: 1,
+        association: field.association,
+        samples: Arc::new(Samples::Float32(left.collect())),
     })
 }

@@ -165,7 +165,7 @@ impl Coarseness {
         let octree = (PER_ERROR * f64::from(max_error).max(0.0)).min(1.0);
         let shade_first = match classify {
             Classify::Before => 0.0,
-            Classify::After | Classify::PreIntegrated => SHADE_FIRST_RMSE,
+            Classify::After | Classify::PreIntegrated | Classify::Mean => SHADE_FIRST_RMSE,
         };
         octree.hypot(enlarged).hypot(shade_first).hypot(missing_rmse)
     }

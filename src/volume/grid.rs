@@ -12,6 +12,7 @@ use super::shape::Shape;
 use super::{Bricks, Samples, ScalarType, Statistics, VolumeError};
 use crate::core::memory;
 use crate::core::progress::Ticket;
+use crate::rbf::Encoding;
 use crate::with_samples;
 
 /// What a field's samples sit on.
@@ -167,6 +168,8 @@ pub struct Grid {
     pub space: Option<String>,
     /// What lengths are given in (`mm`), where the file or its format says.
     pub unit: Option<String>,
+    /// The basis functions whose sum its only field is, where it was sampled from some.
+    pub functions: Option<Arc<Encoding>>,
 }
 
 /// Which number of a field is drawn.
@@ -189,6 +192,11 @@ impl Component {
     /// What is derived of vectors by their gradient.
     pub const DERIVED: [Self; 3] = [Self::Vorticity, Self::Divergence, Self::Helicity];
 
+    /// What is shown of a field of so many components before anyone chooses.
+    pub fn usual(components: usize) -> Self {
+        if components == 1 { Self::Index(0) } else { Self::Magnitude }
+    }
+
     /// The name scripts use, of what is not a number.
     pub fn word(self) -> &'static str {
         match self {
@@ -204,7 +212,7 @@ impl Component {
 impl Grid {
     /// A grid of evenly spaced points, of no space that has a name.
     pub fn of(lattice: Lattice, fields: Vec<Field>) -> Self {
-        Self { lattice, shape: Shape::Affine, fields, space: None, unit: None }
+        Self { lattice, shape: Shape::Affine, fields, space: None, unit: None, functions: None }
     }
 
     /// A grid of points of a shape, of no space that has a name.
@@ -213,7 +221,8 @@ impl Grid {
     /// See [`Shape::check`].
     pub fn shaped(dims: [usize; 3], shape: Shape, fields: Vec<Field>) -> Result<Self, VolumeError> {
         shape.check(dims)?;
-        Ok(Self { lattice: shape.outline(dims), shape, fields, space: None, unit: None })
+        let lattice = shape.outline(dims);
+        Ok(Self { shape, ..Self::of(lattice, fields) })
     }
 
     /// # Errors
@@ -353,7 +362,8 @@ impl Grid {
             derived => format!("{} of {}", derived.word(), field.name),
         };
         let unit = self.unit.clone();
-        Ok(ScalarVolume { name, lattice, unit, samples, statistics, bricks })
+        let functions = self.functions.clone();
+        Ok(ScalarVolume { name, lattice, unit, samples, statistics, bricks, functions })
     }
 }
 
@@ -419,6 +429,8 @@ pub struct ScalarVolume {
     pub statistics: Statistics,
     /// Least and greatest value of each brick.
     pub bricks: Bricks,
+    /// The basis functions whose sum the samples are, or that were fitted to them.
+    pub functions: Option<Arc<Encoding>>,
 }
 
 impl ScalarVolume {

@@ -5,8 +5,8 @@ use std::path::PathBuf;
 
 use glam::{DMat3, DVec3};
 use voxsplat::core::Ticket;
-use voxsplat::io::{Format, OpenOptions, Problem, open, vrbf};
-use voxsplat::rbf::{Basis, Encoded, Encoding, Errors, Function, Source};
+use voxsplat::io::{Encoded, Format, OpenOptions, Problem, Source, open, vrbf};
+use voxsplat::rbf::{Basis, Encoding, Errors, Function};
 use voxsplat::volume::{Lattice, Samples};
 
 /// Two functions in a turned and shifted box far from the origin.

@@ -242,6 +242,7 @@ pub(crate) fn rows() -> Vec<Row> {
         fields(),
         reconstructed(),
         extents(),
+        functions(),
         shaded_first(),
         effects(),
         vectors(),
@@ -341,6 +342,43 @@ fn extents() -> Vec<Row> {
     rows
 }
 
+/// Basis functions, by every way of colouring slabs, and among all else.
+fn functions() -> Vec<Row> {
+    use Part::{
+        Along, Clip, CutFaces, Isosurfaces, Lights, OpacityBy, OpaquePolygons, Slices, Vectors,
+    };
+    let by = |classify| SplatSettings { classify, ..with(Kernel::Functions, EXACT) };
+    let exact = by(Classify::PreIntegrated);
+    let mut rows = Vec::new();
+    for field in [Field::Ellipsoids, Field::Gaussians, Field::Multiquadrics] {
+        let modes = [exact, by(Classify::After), by(Classify::Mean)];
+        rows.extend(both_eyes(in_modes(field, &[], modes)));
+    }
+    for classify in [Classify::PreIntegrated, Classify::After, Classify::Mean] {
+        let mode = by(classify);
+        let modes = [slabs(0.5, mode), slabs(4.0, mode), turned(mode), published(mode)];
+        rows.extend(either_eye(in_modes(Field::Ellipsoids, &[], modes)));
+        rows.push(Row::new(Field::Ellipsoids, &[Lights], mode));
+        rows.push(Row::new(Field::Multiquadrics, &[Lights, Clip], mode).from(Eye::Perspective));
+    }
+    rows.push(Row::new(Field::Ellipsoids, &[CutFaces, Slices], exact));
+    rows.push(Row::new(Field::Ellipsoids, &[OpacityBy(Index::GradientStrength)], exact));
+    rows.push(Row::new(Field::Ellipsoids, &[Lights, Isosurfaces], slabs(4.0, exact)));
+    for along in [AlongRay::Maximum, AlongRay::Average] {
+        rows.push(Row::new(Field::Ellipsoids, &[Along(along)], exact));
+    }
+    rows.push(Row::new(Field::Ellipsoids, &[OpaquePolygons], exact));
+    rows.push(Row::new(Field::Ellipsoids, &[Vectors(VectorMode::Modulate)], exact));
+    rows.push(Row::new(Field::Ellipsoids, &[], exact).from(Eye::Within));
+    let small = Row::new(Field::Ellipsoids, &[], exact);
+    rows.push(Row { size: FEW, ..small.clone() });
+    rows.push(small.clone().of(Rung::Reduced { field: SlabField::Own, shrink: 2.0 }));
+    rows.push(small.of(Rung::Reduced { field: SlabField::Preview, shrink: 1.0 }));
+    // What has no functions has none to be drawn.
+    rows.push(Row { judged: Judged::Refused, ..Row::new(Field::Noise, &[], exact) });
+    rows
+}
+
 /// Samples that are classified before they are put together.
 fn shaded_first() -> Vec<Row> {
     let all = |modes: Vec<SplatSettings>| {
@@ -363,7 +401,8 @@ fn shaded_first() -> Vec<Row> {
     let in_sheets = whole.iter().flat_map(|&kernel| [1, 3].map(|count| sheets(count, kernel)));
     rows.extend(either_eye(all(in_sheets.collect())));
     rows.extend(all(vec![turned(SHEETS), published(sheets(3, Kernel::Gaussian))]));
-    let in_slabs = Kernel::ALL.into_iter().filter(|&kernel| kernel != Kernel::Gouraud);
+    let no_lattice = [Kernel::Gouraud, Kernel::Functions];
+    let in_slabs = Kernel::ALL.into_iter().filter(|kernel| !no_lattice.contains(kernel));
     rows.extend(either_eye(all(in_slabs.map(|kernel| with(kernel, SLABS)).collect())));
     for mode in [SLABS, with(Kernel::BSpline, SLABS)] {
         rows.extend(all(vec![slabs(0.5, mode), slabs(2.0, mode), turned(published(mode))]));

@@ -6,6 +6,7 @@ use glam::{DMat3, DVec3, Vec3};
 use voxsplat::core::{LinearRgb, Projection, Srgb8, Ticket};
 use voxsplat::hierarchy::Cut;
 use voxsplat::polygons::Mesh;
+use voxsplat::rbf::{Basis, Encoding, Function};
 use voxsplat::reference::RefKernel;
 use voxsplat::scene::{
     AlongRay, Amounts, Attached, Background, ClipBox, Colours, CutFaces, Effect, Index, Isosurface,
@@ -38,6 +39,13 @@ pub(crate) enum Field {
     Holed,
     /// Smooth: coarse nodes stand for it well.
     Waves,
+    /// Ellipsoids of all sizes, some narrower than a voxel, with samples of their sum, on axes that are not square to each
+    /// other.
+    Ellipsoids,
+    /// The same as wide in every direction.
+    Gaussians,
+    /// Inverse multiquadrics.
+    Multiquadrics,
 }
 
 /// What a scene has beside its scalar field, or does to it.
@@ -121,6 +129,7 @@ pub(crate) fn refusal(scene: &Scene) -> Option<String> {
         splat.check().map_err(|error| error.to_string()),
         scene.shading.check(splat).map_err(|error| error.to_string()),
         scene.inside.check(splat).map_err(|error| error.to_string()),
+        scene.check_layers().map_err(|error| error.to_string()),
     ];
     let parts = [Effect::Polygons, Effect::Vectors];
     let refused = scene.refusals().into_iter().find(|refusal| parts.contains(&refusal.part));
@@ -146,7 +155,8 @@ pub(crate) fn kernels_of(cut: &Cut, scene: &Scene) -> Vec<RefKernel> {
 /// A scalar field alone, seen askew and so near that its corners are beside the picture.
 fn scalar(field: Field, eye: Eye) -> Scene {
     let (lattice, samples, [scale, offset]) = values(field);
-    let volume = ScalarVolume::from_samples("table", lattice, samples).expect("a sound volume");
+    let mut volume = ScalarVolume::from_samples("table", lattice, samples).expect("a sound volume");
+    volume.functions = basis_of(field).map(|basis| Arc::new(encoding(basis, &lattice)));
     let mut scene = opening(SampleSource::made("table"), Arc::new(volume), None);
     *scene.transfer_mut().expect("a field") = transfer(scale, offset);
     scene.background = Background::Colour(Srgb8([12, 20, 40]));
@@ -229,7 +239,58 @@ fn values(field: Field) -> (Lattice, Samples, [f64; 2]) {
             let samples = (0..lattice.len()).map(value).collect();
             (lattice, Samples::UInt8(samples), [1.0, 0.0])
         }
+        Field::Ellipsoids | Field::Gaussians | Field::Multiquadrics => {
+            let basis = basis_of(field).expect("functions");
+            let places: Vec<DVec3> =
+                (0..sheared.len()).map(|i| Places::Lattice(sheared).at(i).0).collect();
+            let sums = encoding(basis, &sheared).values(&places, &Ticket::new());
+            let sums = sums.expect("not cancelled").into_iter().map(|v| v as f32).collect();
+            (sheared, Samples::Float32(sums), [1.0, 0.0])
+        }
     }
+}
+
+fn basis_of(field: Field) -> Option<Basis> {
+    match field {
+        Field::Ellipsoids => Some(Basis::Ellipsoid),
+        Field::Gaussians => Some(Basis::Gaussian),
+        Field::Multiquadrics => Some(Basis::Multiquadric),
+        _ => None,
+    }
+}
+
+/// Functions about a lattice and a little beyond it, of both signs.
+fn encoding(basis: Basis, lattice: &Lattice) -> Encoding {
+    let last = DVec3::from(lattice.dims.map(|n| n as f64 - 1.0));
+    let any = |i: usize| random(31, i);
+    let function = |i: usize| {
+        let at = 12 * i;
+        let share = DVec3::new(any(at), any(at + 1), any(at + 2)) * 1.2 - 0.1;
+        // From two thirds of a voxel to five of them.
+        let width = 0.6 * 8_f64.powf(any(at + 3));
+        let shape = match basis {
+            Basis::Ellipsoid => {
+                let skew = |j: usize| 0.8 * (any(at + j) - 0.5);
+                let stretch = |j: usize| 0.5 + any(at + j);
+                let x = DVec3::new(stretch(4), 0.0, 0.0);
+                let y = DVec3::new(skew(5), stretch(6), 0.0);
+                let z = DVec3::new(skew(7), skew(8), stretch(9));
+                DMat3::from_cols(x, y, z) * (1.0 / width)
+            }
+            Basis::Gaussian | Basis::Multiquadric => {
+                DMat3::from_diagonal(DVec3::splat(1.0 / width))
+            }
+        };
+        let weight = (30.0 + 130.0 * any(at + 10)) * if i.is_multiple_of(4) { -0.7 } else { 1.0 };
+        Function { centre: lattice.world_from_index(share * last), shape, weight }
+    };
+    let corners = (0..8).map(|i| {
+        let at = DVec3::new(f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2));
+        lattice.world_from_index(at * last)
+    });
+    let bounds = corners
+        .fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], p| [low.min(p), high.max(p)]);
+    Encoding::new(basis, 40.0, 0.3, (0..60).map(function), bounds)
 }
 
 /// Clear below 90, then ever more opaque; red, green, blue. Of values v that became v · scale + offset.

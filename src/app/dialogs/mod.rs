@@ -3,10 +3,11 @@
 //! Each holds its own state, shows itself as a modal, and says what came of it.
 
 pub mod help;
+pub mod named_file;
 pub mod open_path;
 pub mod raw;
 pub mod save;
-pub mod transfer_file;
+
 
 use eframe::egui::{Button, Context, Frame, Id, Key, Modal, Modifiers, RichText, Ui};
 

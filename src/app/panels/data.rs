@@ -3,7 +3,7 @@
 use eframe::egui::{ComboBox, Ui};
 
 use super::{facts_ui, row_ui};
-use crate::app::document::{Document, default_component};
+use crate::app::document::Document;
 use crate::app::words;
 use crate::core::memory::human_bytes;
 use crate::io::Series;
@@ -131,7 +131,7 @@ fn choice_ui(ui: &mut Ui, document: &Document) -> Option<FieldChoice> {
                 for (index, field) in fields.iter().enumerate() {
                     let label = field_label(field);
                     if ui.selectable_label(index == document.field, label).clicked() {
-                        let component = default_component(field.components);
+                        let component = Component::usual(field.components);
                         choice = FieldChoice { field: index, component };
                     }
                 }

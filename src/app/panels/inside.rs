@@ -9,7 +9,7 @@ use crate::core::colour::srgb_from_linear;
 use crate::core::{Camera, Srgb8};
 use crate::kernel::Kernel;
 use crate::scene::{
-    AlongRay, Classify, Inside, Isosurface, MOST_ISOSURFACES, MOST_SLICES, Plane, Scene, Slice,
+    AlongRay, Inside, Isosurface, MOST_ISOSURFACES, MOST_SLICES, Plane, Scene, Slice,
     projected_range,
 };
 use crate::volume::{Lattice, Statistics};
@@ -26,7 +26,7 @@ pub fn inside_ui(ui: &mut Ui, scene: &mut Scene) {
     let Inside { along, isosurfaces, slices, .. } = inside;
     if *along != AlongRay::Composite && !(isosurfaces.is_empty() && slices.is_empty()) {
         note_ui(ui, "Isosurfaces and slices are shown where Rendering is Volume");
-    } else if splat.classify == Classify::After && !isosurfaces.is_empty() {
+    } else if splat.classify.takes_one_value() && !isosurfaces.is_empty() {
         note_ui(
             ui,
             "Isosurfaces need values that are classified pre-integrated: choose that under Splats",

@@ -12,6 +12,7 @@ pub mod compare;
 pub mod curve;
 pub mod data;
 pub mod effects;
+pub mod encoding;
 mod flow;
 pub mod freehand;
 pub mod graph;
@@ -51,7 +52,7 @@ const NUMBER_WIDTH: f32 = 60.0;
 const VALUE_AND_RESET_WIDTH: f32 = 140.0;
 
 /// Sections that are closed until somebody opens them: they are needed rarely.
-const CLOSED_AT_FIRST: [&str; 2] = ["Polygons", "Splats"];
+const CLOSED_AT_FIRST: [&str; 3] = ["Basis functions", "Polygons", "Splats"];
 
 /// Which sections somebody has opened or closed, by their titles; the others are as at first.
 pub type Sections = BTreeMap<String, bool>;

@@ -235,6 +235,10 @@ fn classified(layer: &TransferFunction, chosen: Classify, x: f64) -> f64 {
             opacity(before) * (1.0 - share) + opacity(before + 1.0) * share
         }
         Classify::After => layer.opacity_at(ray_value(slab + 0.5 / SLABS)),
+        Classify::Mean => {
+            let within = (0..32).map(|i| slab + (f64::from(i) + 0.5) / 32.0 / SLABS);
+            layer.opacity_at(within.map(ray_value).sum::<f64>() / 32.0)
+        }
         Classify::PreIntegrated => {
             let within = (0..32).map(|i| slab + (f64::from(i) + 0.5) / 32.0 / SLABS);
             within.map(|x| layer.opacity_at(ray_value(x))).sum::<f64>() / 32.0

@@ -308,8 +308,8 @@ fn left_words(report: &FrameReport, key: &str) -> Option<String> {
 fn typical_db(mode: &SplatSettings) -> (u32, u32) {
     match (mode.classify, mode.reconstruction) {
         (Classify::Before, _) => (26, 44),
-        (Classify::After, Reconstruction::Smooth) => (25, 71),
-        (Classify::After, Reconstruction::Interpolating) => (29, 71),
+        (Classify::After | Classify::Mean, Reconstruction::Smooth) => (25, 71),
+        (Classify::After | Classify::Mean, Reconstruction::Interpolating) => (29, 71),
         (Classify::PreIntegrated, Reconstruction::Smooth) => (25, 71),
         (Classify::PreIntegrated, Reconstruction::Interpolating) => (29, 80),
     }

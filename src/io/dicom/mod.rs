@@ -19,7 +19,7 @@ use self::series::Chosen;
 use self::slices::Slices;
 use super::axes;
 use super::bytes;
-use super::error::{Problem, header, quoted, unsupported};
+use super::error::{Problem, header, unsupported};
 use super::scale::{converted, rescaled};
 use super::{Format, Opened, files};
 use crate::core::memory;
@@ -97,14 +97,11 @@ pub(super) fn read(
 ) -> Result<Opened, Problem> {
     let mut warnings = Vec::new();
     let Chosen { files, series } = series::choose(path, asked_for, ticket, &mut warnings)?;
-    let name = files.first().map(|first| match first.description.as_str() {
-        "" => super::raw::stem(path),
-        description => quoted(description).trim_matches('"').to_owned(),
-    });
+    let name = files.first().and_then(Slices::described);
+    let name = name.unwrap_or_else(|| super::raw::stem(path));
     let stack = stack(&files, &mut warnings)?;
     told_of_pictures(&files, &mut warnings);
-    let fields =
-        fields(&files, &stack, &name.unwrap_or_default(), free_bytes, ticket, &mut warnings)?;
+    let fields = fields(&files, &stack, &name, free_bytes, ticket, &mut warnings)?;
     warnings.extend(axes::several(&fields, "at the same place, as of time steps or echoes"));
     let dims = stack.lattice.dims;
     let mut grid = match stack.shape {

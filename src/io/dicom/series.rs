@@ -26,11 +26,8 @@ pub(super) fn choose(
     warnings: &mut Vec<String>,
 ) -> Result<Chosen, Problem> {
     let is_folder = path.is_dir();
-    let (folder, mut groups) = match is_folder {
-        true => {
-            let paths = files_of(path, MOST_DEPTH, ticket)?;
-            (path, grouped(read_all(&paths, ticket, warnings)?))
-        }
+    let mut groups = match is_folder {
+        true => grouped(read_all(&files_of(path, MOST_DEPTH, ticket)?, ticket, warnings)?),
         false => beside(path, ticket)?,
     };
     let pixels = |group: &Vec<Slices>| -> usize {
@@ -61,14 +58,15 @@ pub(super) fn choose(
     if !is_folder && files.len() > 1 {
         warnings.push(format!("the series is of {} files in the folder", files.len()));
     }
-    if !series.is_empty() {
-        warnings.push(others(&series, folder));
+    // Who named a file chose it.
+    if is_folder && !series.is_empty() {
+        warnings.push(others(&series, path));
     }
     Ok(Chosen { files, series })
 }
 
 /// A file, and what lies beside it.
-fn beside<'a>(path: &'a Path, ticket: &Ticket) -> Result<(&'a Path, Vec<Vec<Slices>>), Problem> {
+fn beside(path: &Path, ticket: &Ticket) -> Result<Vec<Vec<Slices>>, Problem> {
     let own = Slices::read(path)?;
     let folder = match path.parent() {
         Some(parent) if parent != Path::new("") => parent,
@@ -76,14 +74,14 @@ fn beside<'a>(path: &'a Path, ticket: &Ticket) -> Result<(&'a Path, Vec<Vec<Slic
     };
     // Nothing says what it belongs to.
     if own.series.is_empty() || (own.frames.len() == 1 && own.frames[0].position.is_none()) {
-        return Ok((folder, vec![vec![own]]));
+        return Ok(vec![vec![own]]);
     }
     // The file that was asked for first, before its doubles.
     let mut paths = vec![path.to_owned()];
     let others = files_of(folder, 0, ticket).unwrap_or_default();
     paths.extend(others.into_iter().filter(|other| other.file_name() != path.file_name()));
     // What else lies in the folder need not be whole.
-    Ok((folder, grouped(read_all(&paths, ticket, &mut Vec::new())?)))
+    Ok(grouped(read_all(&paths, ticket, &mut Vec::new())?))
 }
 
 /// Files of one series each. Those of several frames are each a series of their own.
@@ -109,10 +107,7 @@ fn listed(groups: &[Vec<Slices>]) -> (Vec<Series>, Vec<usize>) {
     order.sort_by_key(|&i| (groups[i][0].series_number, &groups[i][0].path));
     let described = |i: usize| {
         let first = &groups[i][0];
-        match first.description.as_str() {
-            "" => format!("series {}", first.series_number),
-            description => quoted(description).trim_matches('"').to_owned(),
-        }
+        first.described().unwrap_or_else(|| format!("series {}", first.series_number))
     };
     let mut taken = BTreeSet::new();
     let mut named = |i: usize| {

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use glam::DVec3;
 
 use super::super::bytes::Endian;
-use super::super::error::{Problem, corrupt, truncated, unsupported};
+use super::super::error::{Problem, corrupt, quoted, truncated, unsupported};
 use super::dataset::{Content, Dataset, Pixels};
 use super::tags;
 use crate::volume::ScalarType;
@@ -96,6 +96,12 @@ pub(super) struct Slices {
 }
 
 impl Slices {
+    /// What its series is called, as people are told it, if anything.
+    pub(super) fn described(&self) -> Option<String> {
+        let description = self.description.as_str();
+        (!description.is_empty()).then(|| quoted(description).trim_matches('"').to_owned())
+    }
+
     /// # Errors
     /// No DICOM file, or one without pictures.
     pub(super) fn read(path: &Path) -> Result<Self, Problem> {

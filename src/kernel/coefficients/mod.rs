@@ -210,7 +210,11 @@ fn of_samples<T: Scalar>(
 ) -> Result<Coefficients, Cancelled> {
     let dims = volume.lattice.dims;
     let (least, greatest) = (volume.statistics.min, volume.statistics.max);
-    let bias = 0.0_f64.clamp(least, greatest);
+    let bias = match &volume.functions {
+        // What is stored of a sum of functions is without theirs.
+        Some(functions) if kernel == Kernel::Functions => functions.bias(),
+        _ => 0.0_f64.clamp(least, greatest),
+    };
     // NaN stays NaN.
     let code = |value: T| store(value.to_f64().clamp(least, greatest) - bias);
     let mut values = vec![0.0; samples.len()];

@@ -265,7 +265,7 @@ impl Inside {
         }
         let what = self.effects().first().map(|effect| effect.name());
         match what.filter(|_| !Self::is_shown_by(splat)) {
-            None if self.has_isosurfaces() && splat.classify == Classify::After => {
+            None if self.has_isosurfaces() && splat.classify.takes_one_value() => {
                 Err(InsideError::Middle { classify: splat.classify.name() })
             }
             None => Ok(()),

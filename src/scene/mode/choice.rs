@@ -49,10 +49,10 @@ impl ModeChoice {
         let radial = visibility != Visibility::Slabs;
         let smooth = classify == Classify::Before;
         let settings = SplatSettings {
-            kernel: asked.unwrap_or(if radial || smooth {
-                shade_first.kernel
-            } else {
-                exact.kernel
+            kernel: asked.unwrap_or(match classify {
+                Classify::Mean => Kernel::Functions,
+                _ if radial || smooth => shade_first.kernel,
+                _ => exact.kernel,
             }),
             extent: self.extent,
             opacity_unit_distance: self.opacity_unit_distance,

@@ -46,6 +46,16 @@ pub enum Classify {
     /// along the parabola through the faces that has the mean of the cubic through these and the next
     /// on either side, in each half along the straight line with that half's mean.
     PreIntegrated,
+    /// The mean value of each slab: basis functions are splatted into slabs, as their integrals, and these are added up
+    /// before anything is coloured. With [`Kernel::Functions`].
+    Mean,
+}
+
+impl Classify {
+    /// Whether one value stands for all of a slab: values at its faces are not known then.
+    pub fn takes_one_value(self) -> bool {
+        matches!(self, Self::After | Self::Mean)
+    }
 }
 
 /// Whether the values are sharpened so that the kernels pass through them.
@@ -215,6 +225,7 @@ impl SplatSettings {
                 "choose --classify pre-integrated, or --reconstruction smooth",
             );
         }
+        self.check_functions()?;
         if kernel.is_separable() && self.visibility != Visibility::Slabs {
             return refuse(
                 "--kernel linear or bspline with --visibility slabs",
@@ -238,7 +249,7 @@ impl SplatSettings {
         }
         if self.extent.is_some() && kernel.natural_extent().is_none() {
             return refuse(
-                "--extent with a kernel that has one: all but point and nearest",
+                "--extent with a kernel that has one: all but point, nearest and functions",
                 name("--extent"),
                 "leave one of the two out",
             );
@@ -286,6 +297,25 @@ impl SplatSettings {
             );
         }
         Ok(())
+    }
+
+    /// What basis functions can be: summed up before anything is coloured, in slabs.
+    fn check_functions(&self) -> Result<(), ModeError> {
+        let refuse = |expected, found: String, advice| Err(ModeError { expected, found, advice });
+        match (self.kernel, self.classify) {
+            (Kernel::Functions, Classify::Before) => refuse(
+                "--kernel functions with values classified after reconstruction",
+                "--classify before".to_owned(),
+                "choose --classify pre-integrated, or another --kernel",
+            ),
+            (Kernel::Functions, _)
+            | (_, Classify::Before | Classify::After | Classify::PreIntegrated) => Ok(()),
+            (kernel, Classify::Mean) => refuse(
+                "--classify mean with --kernel functions, whose integrals are known",
+                format!("--kernel {}", kernel.name()),
+                "choose --classify after or pre-integrated",
+            ),
+        }
     }
 
     /// What a mesh of triangles can be: laid down one by one, far to near, as triangles.
@@ -438,7 +468,12 @@ impl SplatSettings {
 
 names!(Visibility { EverySample => "every-sample", Sheets => "sheets", Slabs => "slabs" });
 names!(OpacityModel { OpticalDepth => "optical-depth", Published => "published" });
-names!(Classify { Before => "before", After => "after", PreIntegrated => "pre-integrated" });
+names!(Classify {
+    Before => "before",
+    After => "after",
+    PreIntegrated => "pre-integrated",
+    Mean => "mean",
+});
 names!(Reconstruction { Smooth => "smooth", Interpolating => "interpolating" });
 names!(Order { BackToFront => "back-to-front", FrontToBack => "front-to-back" });
 names!(Backend { Auto => "auto", Raster => "raster", Tiles => "tiles" });

@@ -11,7 +11,7 @@ use crate::core::Ticket;
 use crate::gpu::GpuError;
 use crate::kernel::Kernel;
 use crate::plan::{Plan, Way};
-use crate::scene::{Backend, Classify, Effect, Inside, Scene, Shading, SplatSettings};
+use crate::scene::{Backend, Effect, Inside, Scene, Shading, SplatSettings};
 use crate::task::cells::CutSource;
 use crate::task::draw::{DrawError, Drawer, Drawn, Observer, PIECE_MS, Rung, background_light};
 use crate::task::engines::{Canvas, EngineKind};
@@ -495,8 +495,8 @@ fn effects(scene: &Scene, drawn: &Drawn) -> Vec<Effect> {
         false if !scene.shows_field() => scene.effects(),
         false => Vec::new(),
     };
-    // Values in the middle of slabs pass no level.
-    if scene.splat.classify == Classify::After {
+    // Single values pass no level.
+    if scene.splat.classify.takes_one_value() {
         effects.retain(|effect| *effect != Effect::Isosurfaces);
     }
     effects

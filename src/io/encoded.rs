@@ -1,8 +1,8 @@
-//! An encoding, what it was made of, and how far it is from that.
+//! What a file of basis functions holds: an encoding, what it was made of, and how far it is from that.
 
 use serde::Serialize;
 
-use super::encoding::{Encoding, Errors};
+use crate::rbf::{Encoding, Errors};
 use crate::volume::Lattice;
 
 /// Functions, and what is known of them.

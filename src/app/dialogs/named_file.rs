@@ -1,0 +1,106 @@
+//! Where a transfer function is loaded from, or it or basis functions are saved to.
+
+use std::path::{Path, PathBuf};
+
+use eframe::egui::{Button, Context, Key, TextEdit};
+
+use super::{Outcome, buttons_ui, modal};
+use crate::app::file_dialog::FileDialog;
+use crate::task::transfer_file::is_named_so;
+
+/// What a file is chosen for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Purpose {
+    /// A transfer function is to be read.
+    LoadTransfer,
+    /// One is to be written.
+    SaveTransfer,
+    /// Basis functions are to be written.
+    SaveEncoding,
+}
+
+/// A path being chosen.
+pub struct NamedFileDialog {
+    purpose: Purpose,
+    path: String,
+    focused: bool,
+    browser: Option<FileDialog>,
+    trouble: Option<&'static str>,
+}
+
+impl NamedFileDialog {
+    /// Asks for a path, beginning with a suggested one.
+    pub fn new(purpose: Purpose, suggestion: &Path) -> Self {
+        let path = suggestion.display().to_string();
+        Self { purpose, path, focused: false, browser: None, trouble: None }
+    }
+
+    /// What it asks for.
+    pub fn purpose(&self) -> Purpose {
+        self.purpose
+    }
+
+    /// Shows the dialog.
+    pub fn show(&mut self, ctx: &Context) -> Outcome<PathBuf> {
+        FileDialog::take_path(&mut self.browser, &mut self.path, &mut self.trouble);
+        let (title, verb) = match self.purpose {
+            Purpose::LoadTransfer => ("Load transfer function", "Load"),
+            Purpose::SaveTransfer => ("Save transfer function", "Save"),
+            Purpose::SaveEncoding => ("Save basis functions", "Save"),
+        };
+        let (label, hint, misnamed) = match self.purpose {
+            Purpose::LoadTransfer | Purpose::SaveTransfer => (
+                "A file that ends in .json",
+                "/path/to/function.json",
+                "The file's name must end in .json",
+            ),
+            Purpose::SaveEncoding => (
+                "A file that ends in .vrbf",
+                "/path/to/functions.vrbf",
+                "The file's name must end in .vrbf",
+            ),
+        };
+        modal(ctx, "named file", title, 460.0, |ui| {
+            let name = ui.label(label);
+            let edit = TextEdit::singleline(&mut self.path)
+                .desired_width(f32::INFINITY)
+                .hint_text(hint);
+            let response = ui.add(edit).labelled_by(name.id);
+            if !self.focused {
+                response.request_focus();
+                self.focused = true;
+            }
+            let asking = self.browser.is_some();
+            if ui.add_enabled(!asking, Button::new("Browse…")).clicked() {
+                let path = Path::new(&self.path);
+                self.browser = Some(match self.purpose {
+                    Purpose::LoadTransfer => FileDialog::open_transfer(ui.ctx()),
+                    Purpose::SaveTransfer => FileDialog::save_transfer(ui.ctx(), path),
+                    Purpose::SaveEncoding => FileDialog::save_encoding(ui.ctx(), path),
+                });
+            }
+            if let Some(trouble) = self.trouble {
+                ui.label(trouble);
+            }
+            let path = PathBuf::from(self.path.trim());
+            let refusal = match () {
+                () if path.as_os_str().is_empty() => Some("Type a path first"),
+                () if !self.purpose.allows(&path) => Some(misnamed),
+                () => None,
+            };
+            let enter = ui.input(|input| input.key_pressed(Key::Enter));
+            buttons_ui(ui, verb, refusal, enter, || path)
+        })
+    }
+}
+
+impl Purpose {
+    /// Whether a file may be called so. What is read says what it is itself.
+    fn allows(self, path: &Path) -> bool {
+        match self {
+            Self::LoadTransfer => true,
+            Self::SaveTransfer => is_named_so(path),
+            Self::SaveEncoding => path.extension().is_some_and(|name| name.eq_ignore_ascii_case("vrbf")),
+        }
+    }
+}

@@ -1,0 +1,244 @@
+//! Encoding the open field as basis functions, on a thread of its own, and what comes of it: the functions beside their
+//! samples, and what they leave of these as a field.
+
+use std::ops::ControlFlow;
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+use eframe::egui::Context;
+
+use super::dialogs::named_file::Purpose;
+use super::document::{Document, EncodedField};
+use super::job::{Ended, Job};
+use super::panels::data::FieldChoice;
+use super::saving::{self, Written};
+use super::window::Window;
+use super::words;
+use crate::core::Ticket;
+use crate::io::{Encoded, vrbf};
+use crate::rbf::{Basis, Goal, Step};
+use crate::scene::SplatSettings;
+use crate::task::encode::{FieldError, Wanted, encode_field, residual};
+use crate::task::output_file::OutputFile;
+use crate::volume::{Component, Field, Grid, ScalarVolume};
+
+/// Between two looks of a paused encoder at whether it may go on.
+const LOOK_EVERY: Duration = Duration::from_millis(50);
+
+/// What a field is encoded by.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct EncodeChoice {
+    /// The greatest error, % of the values' range.
+    pub percent: f64,
+    /// Functions at most.
+    pub functions: u32,
+    /// What they look like.
+    pub basis: Basis,
+}
+
+impl Default for EncodeChoice {
+    fn default() -> Self {
+        Self { percent: 2.0, functions: 2000, basis: Basis::default() }
+    }
+}
+
+/// What a thread that encodes and the window tell each other.
+#[derive(Debug, Default)]
+struct Talk {
+    /// How far it came, round by round.
+    steps: Mutex<Vec<Step>>,
+    is_paused: AtomicBool,
+    /// It is to end with the best that it has.
+    is_enough: AtomicBool,
+}
+
+/// What it makes.
+type Made = Result<(Encoded, Field), FieldError>;
+
+/// A field that is being encoded.
+#[derive(Debug)]
+pub(super) struct Encoding {
+    pub(super) job: Job<Made>,
+    talk: Arc<Talk>,
+    /// Of the document's fields, and which number of it.
+    volume: Arc<ScalarVolume>,
+    /// The range of its values.
+    range: f64,
+}
+
+impl Encoding {
+    /// How far it came, round by round: functions, and the greatest error as a share of the values' range.
+    pub(super) fn steps(&self) -> Vec<(usize, f64)> {
+        let steps = self.talk.steps.lock().unwrap_or_else(PoisonError::into_inner);
+        let share = |step: &Step| (step.functions, step.errors.max / self.range);
+        steps.iter().map(share).collect()
+    }
+
+    pub(super) fn is_paused(&self) -> bool {
+        self.talk.is_paused.load(Ordering::Relaxed)
+    }
+
+    pub(super) fn pause(&self, paused: bool) {
+        self.talk.is_paused.store(paused, Ordering::Relaxed);
+    }
+
+    /// Ends it with the best that it has.
+    pub(super) fn end(&self) {
+        self.talk.is_enough.store(true, Ordering::Relaxed);
+        self.pause(false);
+    }
+}
+
+/// What a person asks of an encoding.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum EncodingRequest {
+    /// Begin.
+    Encode,
+    /// Wait, or go on.
+    Pause(bool),
+    /// End with the best so far.
+    Enough,
+    /// Forget it.
+    Cancel,
+    /// Show the functions and the samples side by side.
+    Compare,
+    /// Show what the functions leave of the samples.
+    Residual,
+    /// Write the functions to a file.
+    Save,
+}
+
+impl Window {
+    /// Does what is asked of an encoding.
+    pub(super) fn encode(&mut self, ctx: &Context, request: EncodingRequest) {
+        match request {
+            EncodingRequest::Encode => self.start_encoding(ctx),
+            EncodingRequest::Pause(paused) => {
+                self.encoding.iter().for_each(|encoding| encoding.pause(paused));
+            }
+            EncodingRequest::Enough => self.encoding.iter().for_each(Encoding::end),
+            EncodingRequest::Cancel => self.encoding = None,
+            EncodingRequest::Compare => self.compare_with_samples(),
+            EncodingRequest::Residual => {
+                if let Some(field) = self.document.as_ref().and_then(Document::residual) {
+                    let component = Component::Index(0);
+                    self.choose_field(ctx, FieldChoice { field, component });
+                }
+            }
+            EncodingRequest::Save => {
+                let path = self.suggested_encoding_path();
+                self.ask_for_file(Purpose::SaveEncoding, &path);
+            }
+        }
+    }
+
+    fn start_encoding(&mut self, ctx: &Context) {
+        let Some(document) = &self.document else { return };
+        let EncodeChoice { percent, functions, basis } = self.encode_choice;
+        let (grid, component) = (Arc::clone(&document.grid), document.component);
+        let (field, volume) = (document.field, Arc::clone(&document.volume));
+        let range = volume.statistics.max - volume.statistics.min;
+        let name = document.source.name();
+        let talk = Arc::new(Talk::default());
+        let told = {
+            let (talk, ctx) = (Arc::clone(&talk), ctx.clone());
+            move |step: Step, ticket: &Ticket| {
+                talk.steps.lock().unwrap_or_else(PoisonError::into_inner).push(step);
+                ctx.request_repaint();
+                while talk.is_paused.load(Ordering::Relaxed) && !ticket.is_cancelled() {
+                    std::thread::sleep(LOOK_EVERY);
+                }
+                match talk.is_enough.load(Ordering::Relaxed) {
+                    true => ControlFlow::Break(()),
+                    false => ControlFlow::Continue(()),
+                }
+            }
+        };
+        let goal = Goal { basis, max_error: 0.0, functions: functions as usize };
+        let title = format!("Encoding {}", volume.name);
+        let job = Job::start("encode", title, ctx, move |ticket| {
+            let what = (&*grid, &grid.fields[field], component);
+            let goal = (Wanted::Percent(percent), goal);
+            let encoded = encode_field(what, &name, goal, ticket, |step| told(step, ticket))?;
+            let left = residual(what, &encoded.encoding, ticket)?;
+            Ok((encoded, left))
+        });
+        self.encoding = Some(Encoding { job, talk, volume, range });
+    }
+
+    /// Puts functions beside the samples that they were fitted to, and shows them.
+    pub(super) fn take_encoding(&mut self) {
+        let Some(ended) = self.encoding.as_ref().and_then(|encoding| encoding.job.poll()) else {
+            return;
+        };
+        let Some(Encoding { job, volume, .. }) = self.encoding.take() else { return };
+        let (Some(document), Some(scene)) = (&mut self.document, &mut self.scene) else { return };
+        let is_of = Arc::ptr_eq(&document.volume, &volume);
+        match ended {
+            // Of a field that is not open any more.
+            _ if job.is_cancelled() || !is_of => {}
+            Ended::Finished(Ok((encoded, left))) => {
+                let functions = Some(Arc::new(encoded.encoding.clone()));
+                let volume = Arc::new(ScalarVolume { functions, ..(*document.volume).clone() });
+                document.volume = Arc::clone(&volume);
+                let mut fields = document.grid.fields.clone();
+                // In the place of what an earlier encoding left.
+                fields.truncate(document.fields_in_file);
+                fields.push(left);
+                document.grid = Arc::new(Grid { fields, ..(*document.grid).clone() });
+                scene.set_volume(volume);
+                let unit = scene.splat.opacity_unit_distance;
+                scene.splat =
+                    SplatSettings { opacity_unit_distance: unit, ..SplatSettings::FUNCTIONS };
+                self.notices.hint(told_of(&encoded));
+                let (field, component) = (document.field, document.component);
+                let encoded = Arc::new(encoded);
+                document.encoded = Some(EncodedField { field, component, encoded });
+            }
+            Ended::Finished(Err(FieldError::Cancelled(_))) => {}
+            Ended::Finished(Err(error)) => self.notices.error(error.to_string()),
+            Ended::Lost => self.notices.error("Encoding stopped on a bug of the program"),
+        }
+    }
+
+    /// The functions in the mode on screen, the samples by splines as the second.
+    fn compare_with_samples(&mut self) {
+        let Some(scene) = &mut self.scene else { return };
+        let unit = scene.splat.opacity_unit_distance;
+        let with_unit = |mode| SplatSettings { opacity_unit_distance: unit, ..mode };
+        scene.splat = with_unit(SplatSettings::FUNCTIONS);
+        self.compare.with(with_unit(SplatSettings::EXACT));
+    }
+
+    /// Beside the file, or with the pictures where there is none.
+    fn suggested_encoding_path(&self) -> PathBuf {
+        let path = self.suggested_transfer_path();
+        let name = self.document.as_ref().map(|document| document.source.name());
+        path.with_file_name(format!("{}.vrbf", saving::file_stem(&name.unwrap_or_default())))
+    }
+
+    /// Writes the functions to a file.
+    pub(super) fn save_encoding(&mut self, ctx: &Context, path: PathBuf) {
+        let encoded = self.document.as_ref().and_then(|document| document.encoded_here().cloned());
+        let Some(encoded) = encoded else { return };
+        self.saving.push(Job::start("save-encoding", "Saving the functions", ctx, move |_| {
+            let bytes = vrbf::bytes(&encoded)?;
+            OutputFile::check(&path, "the functions")?.write(&bytes)?;
+            Ok(Written::of(&path, None))
+        }));
+    }
+}
+
+/// What came of it, for people.
+fn told_of(encoded: &Encoded) -> String {
+    let count = words::count(encoded.encoding.functions().len() as u64);
+    let [max, mean, wanted] =
+        [encoded.errors.max, encoded.errors.mean, encoded.source.wanted].map(words::value);
+    let told = format!("{count} basis functions: greatest error {max}, mean {mean}");
+    match encoded.errors.max <= encoded.source.wanted {
+        true => told,
+        false => format!("{told}. A greatest error of {wanted} takes more functions"),
+    }
+}

@@ -1,0 +1,176 @@
+//! Basis functions: what a field is encoded by, how far that came, and what to do with them.
+
+use eframe::egui::{Align2, FontId, Pos2, Rect, Sense, Shape, Slider, Stroke, Ui, pos2, vec2};
+
+use super::splat::{choice_ui, slider_row};
+use super::{facts_ui, row_ui};
+use crate::app::document::Document;
+use crate::app::encoding::{EncodeChoice, Encoding, EncodingRequest};
+use crate::app::{theme, words};
+use crate::rbf::Basis;
+
+/// Height of the curve of errors, points.
+const CURVE_HEIGHT: f32 = 64.0;
+/// Greatest errors that may be asked for, % of the range.
+const PERCENT: std::ops::RangeInclusive<f64> = 0.05..=20.0;
+/// The most functions that may be asked for.
+const MOST_FUNCTIONS: u32 = 20_000;
+
+/// The choices, a fit under way, and the functions that there are; what a person asks for.
+pub(in crate::app) fn encoding_ui(
+    ui: &mut Ui,
+    document: &Document,
+    choice: &mut EncodeChoice,
+    running: Option<&Encoding>,
+) -> Option<EncodingRequest> {
+    let found = functions_ui(ui, document);
+    match running {
+        Some(encoding) => running_ui(ui, encoding, choice.percent / 100.0),
+        None => start_ui(ui, document, choice),
+    }
+    .or(found)
+}
+
+/// What is known of the functions of the field on screen.
+fn functions_ui(ui: &mut Ui, document: &Document) -> Option<EncodingRequest> {
+    let functions = document.volume.functions.as_ref()?;
+    let of_field = document.encoded_here();
+    let statistics = &document.volume.statistics;
+    let range = statistics.max - statistics.min;
+    let mut rows = vec![(
+        "Functions",
+        format!("{}, {}", words::count(functions.functions().len() as u64), basis(functions.basis()).0),
+        "How many functions the field is the sum of, and what they look like",
+    )];
+    if let Some(encoded) = of_field {
+        let of_range = |error: f64| {
+            format!("{} ({:.2} %)", words::value(error), 100.0 * error / range)
+        };
+        rows.push((
+            "Greatest error",
+            of_range(encoded.errors.max),
+            "How far their sum is from a sample at most, and as a part of the values' range",
+        ));
+        rows.push(("Mean error", of_range(encoded.errors.mean), "The mean over all samples"));
+    }
+    facts_ui(ui, &rows);
+    let mut asked = None;
+    row_ui(ui, "", |ui| {
+        let help = "Functions and samples side by side, by a divider that can be dragged";
+        if ui.button("Compare").on_hover_text(help).clicked() {
+            asked = Some(EncodingRequest::Compare);
+        }
+        if of_field.is_some() {
+            let help = "What the functions leave of the samples, as a field: with a histogram of its own, in space and on \
+                        slices";
+            if ui.button("Residual").on_hover_text(help).clicked() {
+                asked = Some(EncodingRequest::Residual);
+            }
+            let help = "The functions as a .vrbf file";
+            if ui.button("Save…").on_hover_text(help).clicked() {
+                asked = Some(EncodingRequest::Save);
+            }
+        }
+    });
+    asked
+}
+
+/// What basis functions are called, and what that means.
+fn basis(basis: Basis) -> (&'static str, &'static str) {
+    match basis {
+        Basis::Ellipsoid => {
+            ("ellipsoids", "Gaussians as wide as they have to be in each direction: the fewest for an error")
+        }
+        Basis::Gaussian => ("spheres", "Gaussians as wide in every direction, as published"),
+        Basis::Multiquadric => ("multiquadrics", "1/√(1 + r²), which end far out, as published"),
+    }
+}
+
+fn start_ui(
+    ui: &mut Ui,
+    document: &Document,
+    choice: &mut EncodeChoice,
+) -> Option<EncodingRequest> {
+    let slider = Slider::new(&mut choice.percent, PERCENT).logarithmic(true).suffix(" %");
+    let help = "No sample may be further from the sum than this part of the values' range";
+    slider_row(ui, "Error", "Greatest error", slider.max_decimals(2), help);
+    let slider = Slider::new(&mut choice.functions, 4..=MOST_FUNCTIONS).logarithmic(true);
+    slider_row(ui, "At most", "Most functions", slider, "Functions, however far they are then");
+    if let Some(chosen) = choice_ui(ui, "Shape", &Basis::ALL, choice.basis, basis) {
+        choice.basis = chosen;
+    }
+    let is_file_of_functions = document.grid.functions.is_some();
+    row_ui(ui, "", |ui| {
+        let button = eframe::egui::Button::new("Encode");
+        let help = "Fits functions to the samples. Their sum is drawn by itself then, without samples, by whatever curve and \
+                    light";
+        let clicked = ui
+            .add_enabled(!is_file_of_functions, button)
+            .on_hover_text(help)
+            .on_disabled_hover_text("These samples are the sum of functions already")
+            .clicked();
+        clicked.then_some(EncodingRequest::Encode)
+    })
+}
+
+fn running_ui(ui: &mut Ui, encoding: &Encoding, wanted: f64) -> Option<EncodingRequest> {
+    let steps = encoding.steps();
+    curve_ui(ui, &steps, wanted);
+    let is_paused = encoding.is_paused();
+    row_ui(ui, "", |ui| {
+        let pause = if is_paused { "Go on" } else { "Pause" };
+        let pause = ui.button(pause).on_hover_text("Waits after the round that it is in");
+        let help = "Ends with the nearest functions that it has";
+        let enough = ui.button("Enough").on_hover_text(help);
+        let cancel = ui.button("Cancel").on_hover_text("Forgets them");
+        match () {
+            () if pause.clicked() => Some(EncodingRequest::Pause(!is_paused)),
+            () if enough.clicked() => Some(EncodingRequest::Enough),
+            () if cancel.clicked() => Some(EncodingRequest::Cancel),
+            () => None,
+        }
+    })
+}
+
+/// The greatest error by how many functions there are, both by their logarithms, and the error that is asked for.
+fn curve_ui(ui: &mut Ui, steps: &[(usize, f64)], wanted: f64) {
+    let size = vec2(ui.available_width(), CURVE_HEIGHT);
+    let (response, painter) = ui.allocate_painter(size, Sense::hover());
+    let rect = response.rect;
+    painter.rect_filled(rect, 3.0, theme::WELL);
+    let inner = rect.shrink(6.0);
+    let most = steps.last().map_or(1, |(count, _)| *count).max(10);
+    let place = |count: usize, error: f64| place(inner, (count as f64, most as f64), (error, wanted));
+    let level = place(1, wanted).y;
+    let dashes = Shape::dashed_line(
+        &[pos2(inner.left(), level), pos2(inner.right(), level)],
+        Stroke::new(1.0, theme::TEXT_FAINT),
+        4.0,
+        4.0,
+    );
+    painter.extend(dashes);
+    let points: Vec<Pos2> = steps.iter().map(|(count, error)| place(*count, *error)).collect();
+    painter.add(Shape::line(points, Stroke::new(1.5, theme::ACCENT)));
+    let told = match steps.last() {
+        Some((count, error)) => {
+            format!("{} functions, {:.2} %", words::count(*count as u64), 100.0 * error)
+        }
+        None => "Sorting the samples".to_owned(),
+    };
+    let corner = inner.right_top();
+    painter.text(corner, Align2::RIGHT_TOP, told, FontId::proportional(12.0), theme::TEXT);
+    response.on_hover_text(
+        "The greatest error, as a part of the values' range, falls as functions are added; the broken line is the error that \
+         is asked for",
+    );
+}
+
+/// Where a number of functions and an error lie: errors from a half of the wanted one at the bottom to all at the top.
+fn place(rect: Rect, (count, most): (f64, f64), (error, wanted): (f64, f64)) -> Pos2 {
+    let share = |value: f64, low: f64, high: f64| {
+        ((value.max(low).ln() - low.ln()) / (high.ln() - low.ln())).clamp(0.0, 1.0)
+    };
+    let x = share(count, 1.0, most);
+    let y = share(error, wanted / 2.0, 1.0);
+    rect.left_bottom() + vec2(x as f32 * rect.width(), -(y as f32) * rect.height())
+}

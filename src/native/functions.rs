@@ -1,0 +1,273 @@
+//! Sums of basis functions in index space, eight rays at a time, at places anywhere (`rbf` has the definition).
+
+use fearless_simd::{Level, Simd, dispatch, i32x8, prelude::*};
+use rayon::prelude::*;
+
+use super::bricks::ends;
+use super::in_order::look;
+use super::lanes::{LANES, Lanes, Mask, Vec3, all, any, choose, exponential};
+use crate::core::{Cancelled, Ticket};
+use crate::kernel::Bounds;
+use crate::rbf::{Basis, Encoding, Function, Listed};
+use crate::volume::Lattice;
+
+/// A function, in index space.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Summand {
+    pub centre: [f32; 3],
+    /// Upper triangle, by rows, of what takes an offset to one in widths.
+    pub shape: [f32; 6],
+    pub weight: f32,
+    /// The squared distance, in widths, at which it ends.
+    pub reach: f32,
+}
+
+impl Summand {
+    /// An offset in widths.
+    #[inline(always)]
+    pub(super) fn widths<S: Simd>(&self, offset: Vec3<S>) -> Vec3<S> {
+        let [xx, xy, xz, yy, yz, zz] = self.shape;
+        Vec3 {
+            x: (offset.x * xx) + (offset.y * xy) + (offset.z * xz),
+            y: (offset.y * yy) + (offset.z * yz),
+            z: offset.z * zz,
+        }
+    }
+
+    /// The offset of places from its centre.
+    #[inline(always)]
+    pub(super) fn offset<S: Simd>(&self, place: Vec3<S>) -> Vec3<S> {
+        let [x, y, z] = self.centre;
+        Vec3 { x: place.x - x, y: place.y - y, z: place.z - z }
+    }
+
+    /// What growth per width is per index.
+    #[inline(always)]
+    fn turned<S: Simd>(&self, by: Vec3<S>) -> Vec3<S> {
+        let [xx, xy, xz, yy, yz, zz] = self.shape;
+        Vec3 {
+            x: by.x * xx,
+            y: (by.x * xy) + (by.y * yy),
+            z: (by.x * xz) + (by.y * yz) + (by.z * zz),
+        }
+    }
+}
+
+/// φ of squared distances in widths.
+#[inline(always)]
+pub(super) fn basis_of<S: Simd>(simd: S, basis: Basis, square: Lanes<S>) -> Lanes<S> {
+    match basis {
+        Basis::Gaussian | Basis::Ellipsoid => exponential(simd, square * -0.5),
+        Basis::Multiquadric => all(simd, 1.0) / (square + 1.0).sqrt(),
+    }
+}
+
+/// The functions of an encoding over a lattice.
+#[derive(Debug)]
+pub(super) struct Functions {
+    pub listed: Listed,
+    pub all: Vec<Summand>,
+}
+
+impl Functions {
+    /// Of an encoding, over a lattice.
+    ///
+    /// # Errors
+    /// [`Cancelled`].
+    pub(super) fn new(
+        encoding: &Encoding,
+        lattice: &Lattice,
+        ticket: &Ticket,
+    ) -> Result<Self, Cancelled> {
+        let listed = Listed::new(encoding, (lattice.dims, lattice.axes(), lattice.origin), ticket)?;
+        #[expect(clippy::cast_possible_truncation, reason = "rays have 32 bits")]
+        let narrow = |(function, reach): (&Function, &f64)| {
+            let rows = function.shape.transpose();
+            let [x, y, z] = [rows.x_axis, rows.y_axis, rows.z_axis];
+            Summand {
+                centre: function.centre.as_vec3().to_array(),
+                shape: [x.x, x.y, x.z, y.y, y.z, z.z].map(|v| v as f32),
+                weight: function.weight as f32,
+                reach: *reach as f32,
+            }
+        };
+        let all = listed.functions.iter().zip(&listed.reaches).map(narrow).collect();
+        Ok(Self { listed, all })
+    }
+
+    pub(super) fn basis(&self) -> Basis {
+        self.listed.basis
+    }
+
+    /// The sums at the samples, x fastest.
+    ///
+    /// # Errors
+    /// [`Cancelled`].
+    pub(super) fn at_samples(&self, ticket: &Ticket) -> Result<Vec<f32>, Cancelled> {
+        let [nx, ny, nz] = self.listed.dims;
+        let level = Level::new();
+        let mut values = vec![0.0_f32; nx * ny * nz];
+        values.par_chunks_mut(nx).enumerate().try_for_each(|(i, row)| {
+            if ticket.is_cancelled() {
+                return Err(Cancelled);
+            }
+            let (y, z) = ((i % ny) as f32, (i / ny) as f32);
+            dispatch!(level, simd => self.row(simd, [y, z], row));
+            Ok(())
+        })?;
+        Ok(values)
+    }
+
+    #[inline(always)]
+    fn row<S: Simd>(&self, simd: S, [y, z]: [f32; 2], row: &mut [f32]) {
+        let ahead = Lanes::load_array(simd, [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]);
+        for (i, part) in row.chunks_mut(LANES).enumerate() {
+            let x = ahead + (i * LANES) as f32;
+            let found = self.value(simd, Vec3 { x, y: all(simd, y), z: all(simd, z) });
+            part.copy_from_slice(&found.to_array()[..part.len()]);
+        }
+    }
+
+    /// Widens bounds of the sums at samples until the sums between these lie in them.
+    ///
+    /// # Errors
+    /// [`Cancelled`].
+    pub(super) fn widen(&self, bounds: &mut Bounds, ticket: &Ticket) -> Result<(), Cancelled> {
+        let dims = self.listed.dims;
+        let slacks: Result<Vec<f64>, Cancelled> = (0..bounds.ranges.len())
+            .into_par_iter()
+            .map(|brick| {
+                look(ticket)?;
+                let [low, high] = ends(bounds, brick, dims);
+                Ok(self.listed.slack(low, high))
+            })
+            .collect();
+        for ([low, high], slack) in bounds.ranges.iter_mut().zip(slacks?) {
+            #[expect(clippy::cast_possible_truncation, reason = "rounded up")]
+            let slack = (slack as f32).next_up();
+            *low -= slack;
+            *high += slack;
+        }
+        Ok(())
+    }
+
+    /// Bytes of memory.
+    pub(super) fn size_bytes(&self) -> usize {
+        self.listed.size_bytes() + size_of_val(&self.all[..])
+    }
+
+    #[inline(always)]
+    fn list(&self, cell: i32) -> &[u32] {
+        #[expect(clippy::cast_sign_loss, reason = "clamped")]
+        let cell = cell as usize;
+        let Listed { starts, lists, .. } = &self.listed;
+        &lists[starts[cell] as usize..starts[cell + 1] as usize]
+    }
+
+    /// The cells of places.
+    #[inline(always)]
+    fn cells_of<S: Simd>(&self, simd: S, place: Vec3<S>) -> [i32; LANES] {
+        let scale = 1.0 / self.listed.edge as f32;
+        let along = |p: Lanes<S>, n: i32| {
+            let cell = ((p + 0.5) * scale).floor();
+            cell.max(all(simd, 0.0)).min(all(simd, (n - 1) as f32)).to_int::<i32x8<S>>()
+        };
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_possible_wrap,
+            reason = "32 at most"
+        )]
+        let [nx, ny, nz] = self.listed.cells.map(|n| n as i32);
+        let (x, y, z) = (along(place.x, nx), along(place.y, ny), along(place.z, nz));
+        let at = (z * i32x8::splat(simd, ny) + y) * i32x8::splat(simd, nx) + x;
+        at.to_array()
+    }
+
+    /// The sums at places. Not inlined: its loop is long, and many ask.
+    #[inline(never)]
+    pub(super) fn value<S: Simd>(&self, simd: S, place: Vec3<S>) -> Lanes<S> {
+        simd.vectorize(
+            #[inline(always)]
+            || self.value_at(simd, place),
+        )
+    }
+
+    #[inline(always)]
+    fn value_at<S: Simd>(&self, simd: S, place: Vec3<S>) -> Lanes<S> {
+        let cells = self.cells_of(simd, place);
+        let mut sum = all(simd, 0.0);
+        let mut left = Left::all();
+        while let Some((cell, here)) = left.next(simd, &cells) {
+            for &i in self.list(cell) {
+                let function = &self.all[i as usize];
+                let offset = function.widths(function.offset(place));
+                let square = offset.dot(offset);
+                let within = square.simd_le(all(simd, function.reach)) & here;
+                if any(within) {
+                    let value = basis_of(simd, self.basis(), square) * function.weight;
+                    sum += choose(within, value, all(simd, 0.0));
+                }
+            }
+        }
+        sum
+    }
+
+    /// The sums' growth per index at places: Σ 2 w φ′(r²) Sᵀ S (x − c).
+    #[inline(never)]
+    pub(super) fn gradient<S: Simd>(&self, simd: S, place: Vec3<S>) -> Vec3<S> {
+        simd.vectorize(
+            #[inline(always)]
+            || self.gradient_at(simd, place),
+        )
+    }
+
+    #[inline(always)]
+    fn gradient_at<S: Simd>(&self, simd: S, place: Vec3<S>) -> Vec3<S> {
+        let cells = self.cells_of(simd, place);
+        let mut sum = Vec3::splat(simd, [0.0; 3]);
+        let mut left = Left::all();
+        while let Some((cell, here)) = left.next(simd, &cells) {
+            for &i in self.list(cell) {
+                let function = &self.all[i as usize];
+                let offset = function.widths(function.offset(place));
+                let square = offset.dot(offset);
+                let within = square.simd_le(all(simd, function.reach)) & here;
+                if any(within) {
+                    let phi = basis_of(simd, self.basis(), square);
+                    let slope = match self.basis() {
+                        Basis::Gaussian | Basis::Ellipsoid => phi,
+                        Basis::Multiquadric => phi * phi * phi,
+                    };
+                    let slope = choose(within, slope * -function.weight, all(simd, 0.0));
+                    sum = sum.add(function.turned(offset.scaled(slope)));
+                }
+            }
+        }
+        sum
+    }
+}
+
+/// Rays whose cell was not looked at yet.
+struct Left(u32);
+
+impl Left {
+    #[inline(always)]
+    fn all() -> Self {
+        Self((1 << LANES) - 1)
+    }
+
+    /// The cell of the first of them, and all rays in it.
+    #[inline(always)]
+    fn next<S: Simd>(&mut self, simd: S, cells: &[i32; LANES]) -> Option<(i32, Mask<S>)> {
+        if self.0 == 0 {
+            return None;
+        }
+        let cell = cells[self.0.trailing_zeros() as usize];
+        let mut bits = 0;
+        for (i, own) in cells.iter().enumerate() {
+            bits |= u32::from(*own == cell) << i;
+        }
+        self.0 &= !bits;
+        Some((cell, Mask::from_bitmask(simd, u64::from(bits))))
+    }
+}

@@ -1,0 +1,436 @@
+//! Sums of basis functions along rays: each function lands on the tiles of the picture that it reaches, and eight rays
+//! go through the list of their tile together, for many faces of slabs at a time.
+//!
+//! Along a ray a Gaussian is one again, exp(−(m + a τ²)/2): m is how near the ray comes, and τ the distance from there. At
+//! faces that lie evenly apart each value is the last one times a ratio, which itself shrinks by a constant ratio: two
+//! products a face, and no exponential.
+
+use fearless_simd::{Simd, prelude::*};
+
+use super::functions::{Functions, basis_of};
+use super::in_order::look;
+use super::lanes::{Lanes, all, any, choose, exponential, logarithm};
+use super::rays::{Packet, Rays, TILE};
+use super::supports::{NotBegun, Unsupported};
+use crate::core::Ticket;
+use crate::rbf::Basis;
+use crate::scene::{Classify, View};
+
+/// Faces that are summed up together.
+const FACES: usize = 32;
+/// The most entries that the lists of a picture have: more take seconds for each picture.
+const MOST_ENTRIES: usize = 1 << 28;
+/// Products go from face to face as long as no ray begins so far down a function's flank, as an exponent.
+const STEEPEST: f32 = 20.0;
+/// What is left of a slab is whole within this part of it.
+const WHOLE: f32 = 1e-3;
+
+/// The functions that land on each tile of a picture.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Landed {
+    /// Where the list of each tile begins, rows from the top, and where the last ends.
+    starts: Vec<usize>,
+    entries: Vec<Entry>,
+}
+
+/// A function on a tile, and the depths between which it can be met there, pixels.
+#[derive(Debug, Clone, Copy)]
+struct Entry {
+    function: u32,
+    depths: [f32; 2],
+}
+
+impl Landed {
+    /// Of all functions.
+    ///
+    /// # Errors
+    /// More than lists have room for, and a cancelled ticket.
+    #[expect(
+        clippy::cast_possible_truncation,
+        reason = "32 bits, as rays have; few enough functions"
+    )]
+    pub(super) fn new(
+        functions: &Functions,
+        rays: &Rays,
+        ticket: &Ticket,
+    ) -> Result<Self, NotBegun> {
+        let [across, down] = rays.tiles().map(|n| n as usize);
+        let place = |i: usize| {
+            let (function, reach) = (&functions.listed.functions[i], functions.listed.reaches[i]);
+            let view: &View = &rays.view;
+            let from_centre = view.view_from_index * (function.centre - view.lattice_centre);
+            let widths = view.view_from_index * function.shape.inverse();
+            let rows = widths.transpose();
+            let lengths = [rows.x_axis, rows.y_axis, rows.z_axis].map(glam::DVec3::length);
+            rays.landing(from_centre, glam::DVec3::from(lengths) * reach.sqrt())
+        };
+        let tile = f64::from(TILE);
+        let spans = |[left, right, top, bottom]: [f64; 4]| {
+            let span = |low: f64, high: f64, most: usize| {
+                let cell = |x: f64| (x / tile).floor().clamp(0.0, most as f64) as usize;
+                cell(low)..if high < 0.0 { 0 } else { (cell(high) + 1).min(most) }
+            };
+            [span(left, right, across), span(top, bottom, down)]
+        };
+        let mut starts = vec![0_usize; across * down + 1];
+        let mut places = Vec::with_capacity(functions.all.len());
+        for i in 0..functions.all.len() {
+            if i.is_multiple_of(1 << 10) {
+                look(ticket)?;
+            }
+            let (screen, depths) = place(i);
+            let [columns, rows] = spans(screen);
+            for row in rows.clone() {
+                for column in columns.clone() {
+                    starts[row * across + column + 1] += 1;
+                }
+            }
+            places.push((columns, rows, depths.map(|depth| depth as f32)));
+        }
+        for tile in 1..starts.len() {
+            starts[tile] += starts[tile - 1];
+        }
+        let count = starts[across * down];
+        if count > MOST_ENTRIES {
+            let found =
+                format!("basis functions that land on more than {MOST_ENTRIES} tiles ({count})");
+            return Err(Unsupported(found).into());
+        }
+        let mut next = starts.clone();
+        let mut entries = vec![Entry { function: 0, depths: [0.0; 2] }; count];
+        for (i, (columns, rows, depths)) in places.into_iter().enumerate() {
+            if i.is_multiple_of(1 << 10) {
+                look(ticket)?;
+            }
+            for row in rows {
+                for column in columns.clone() {
+                    let at = &mut next[row * across + column];
+                    entries[*at] = Entry { function: i as u32, depths };
+                    *at += 1;
+                }
+            }
+        }
+        Ok(Self { starts, entries })
+    }
+
+    fn on(&self, rays: &Rays, corner: [u32; 2]) -> &[Entry] {
+        let [column, row] = corner.map(|n| (n / TILE) as usize);
+        let tile = row * rays.tiles()[0] as usize + column;
+        &self.entries[self.starts[tile]..self.starts[tile + 1]]
+    }
+
+    /// Bytes of memory.
+    pub(super) fn size_bytes(&self) -> u64 {
+        (size_of_val(&self.starts[..]) + size_of_val(&self.entries[..])) as u64
+    }
+}
+
+/// What of a slab counts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Asked {
+    /// The value on its face.
+    Faces,
+    /// The value in its middle.
+    Middles,
+    /// The mean of its values.
+    Means,
+}
+
+impl Asked {
+    pub(super) fn of(classify: Classify) -> Self {
+        match classify {
+            Classify::Before | Classify::PreIntegrated => Self::Faces,
+            Classify::After => Self::Middles,
+            Classify::Mean => Self::Means,
+        }
+    }
+}
+
+/// The sums of eight rays, at some faces (middles, means) after one another.
+pub(super) struct Sums<'a, S: Simd> {
+    functions: &'a Functions,
+    list: &'a [Entry],
+    asked: Asked,
+    step: f32,
+    values: [Lanes<S>; FACES],
+    /// The number of the first that is there, and how many are.
+    first: i32,
+    count: i32,
+}
+
+/// A function along eight rays, lengths in steps: exp(−(near + a τ²)/2) or its like, as far as `half` on either side.
+#[derive(Clone, Copy)]
+struct Along<S: Simd> {
+    weight: f32,
+    middle: Lanes<S>,
+    half: Lanes<S>,
+    near: Lanes<S>,
+    a: Lanes<S>,
+}
+
+impl<'a, S: Simd> Sums<'a, S> {
+    #[inline(always)]
+    pub(super) fn new(
+        simd: S,
+        (functions, landed): (&'a Functions, &'a Landed),
+        (rays, corner): (&Rays, [u32; 2]),
+        asked: Asked,
+    ) -> Self {
+        Self {
+            functions,
+            list: landed.on(rays, corner),
+            asked,
+            step: rays.step,
+            values: [all(simd, 0.0); FACES],
+            first: 0,
+            count: 0,
+        }
+    }
+
+    /// The sum at face `k`, at depths `t` (in the middle of the slab that begins there; its mean). Others that are asked
+    /// for next lie in the direction of `way`, as far as `last`. At the borders of the lattice faces and middles are not
+    /// where they would be elsewhere.
+    #[inline(always)]
+    pub(super) fn at(
+        &mut self,
+        simd: S,
+        packet: &Packet<S>,
+        (k, way, last): (i32, i32, i32),
+        t: Lanes<S>,
+    ) -> Lanes<S> {
+        if !(0..self.count).contains(&(k - self.first)) {
+            #[expect(clippy::cast_possible_truncation, clippy::cast_possible_wrap, reason = "32")]
+            let count = ((last - k) * way + 1).clamp(1, FACES as i32);
+            self.first = if way < 0 { k - count + 1 } else { k };
+            self.count = count;
+            self.fill(simd, packet);
+        }
+        #[expect(clippy::cast_sign_loss, reason = "looked at above")]
+        let value = self.values[(k - self.first) as usize];
+        if self.asked == Asked::Means {
+            return value;
+        }
+        let shift = if self.asked == Asked::Middles { 0.5 } else { 0.0 };
+        let off = (t - (k as f32 + shift) * self.step).abs();
+        let is_elsewhere = off.simd_gt(all(simd, WHOLE * self.step)) & packet.is_there;
+        if !any(is_elsewhere) {
+            return value;
+        }
+        choose(is_elsewhere, self.functions.value(simd, packet.at(t)), value)
+    }
+
+    /// A function of the list, where any ray meets it between two depths.
+    #[inline(always)]
+    fn along(
+        &self,
+        simd: S,
+        packet: &Packet<S>,
+        entry: &Entry,
+        depths: [f32; 2],
+    ) -> Option<Along<S>> {
+        if entry.depths[1] < depths[0] || entry.depths[0] > depths[1] {
+            return None;
+        }
+        let function = &self.functions.all[entry.function as usize];
+        // From a place nearby: far from it the squares would leave few digits to their difference.
+        let begin = 0.5 * (entry.depths[0] + entry.depths[1]);
+        let from = function.widths(function.offset(packet.at(all(simd, begin))));
+        let direction = function.widths(packet.direction);
+        let a = direction.dot(direction);
+        let t = -(direction.dot(from)) / a;
+        let nearest = from.at(direction, t);
+        let near = nearest.dot(nearest);
+        let reach = all(simd, function.reach);
+        let is_met = near.simd_lt(reach);
+        if !any(is_met) {
+            return None;
+        }
+        let half = ((reach - near).max(all(simd, 0.0)) / a).sqrt() * (1.0 / self.step);
+        // What a ray does not meet reaches nowhere.
+        let half = choose(is_met, half, all(simd, -1.0));
+        let middle = (t + begin) * (1.0 / self.step);
+        let a = a * (self.step * self.step);
+        Some(Along { weight: function.weight, middle, half, near, a })
+    }
+
+    /// Sums up at all faces that are to be there. Not inlined: few ask, and for many faces.
+    #[inline(never)]
+    fn fill(&mut self, simd: S, packet: &Packet<S>) {
+        simd.vectorize(
+            #[inline(always)]
+            || self.sum_up(simd, packet),
+        );
+    }
+
+    #[inline(always)]
+    fn sum_up(&mut self, simd: S, packet: &Packet<S>) {
+        #[expect(clippy::cast_sign_loss, reason = "1..=32")]
+        let count = self.count as usize;
+        for value in &mut self.values[..count] {
+            *value = all(simd, 0.0);
+        }
+        let shift = if self.asked == Asked::Middles { 0.5 } else { 0.0 };
+        let first = self.first as f32 + shift;
+        // Of means, from the first face to the last.
+        let beyond = if self.asked == Asked::Means { 0.0 } else { 1.0 };
+        let depths = [first * self.step, (first + (count as f32 - beyond)) * self.step];
+        let is_gaussian = self.functions.basis() != Basis::Multiquadric;
+        let list = self.list;
+        for entry in list {
+            let Some(along) = self.along(simd, packet, entry, depths) else { continue };
+            let is_met = along.half.simd_ge(all(simd, 0.0));
+            // Faces from the first one, that any ray meets.
+            let middle = along.middle - first;
+            let far = all(simd, 1e9);
+            let low = choose(is_met, middle - along.half, far).reduce_min();
+            let high = choose(is_met, middle + along.half, -far).reduce_max();
+            let low = if self.asked == Asked::Means { low.floor() } else { low.ceil() };
+            let (low, high) = (low.max(0.0), high.floor().min((count - 1) as f32));
+            if low > high {
+                continue;
+            }
+            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0..32")]
+            let (low, high) = (low as usize, high as usize);
+            if self.asked == Asked::Means {
+                self.add_means(simd, packet, &along, [low, high]);
+            } else if is_gaussian {
+                self.add_gaussian(simd, (middle, &along), [low, high]);
+            } else {
+                for i in low..=high {
+                    let off = middle - i as f32;
+                    let square = (off * off).mul_add(along.a, along.near);
+                    let value = basis_of(simd, self.functions.basis(), square) * along.weight;
+                    let within = off.abs().simd_le(along.half);
+                    self.values[i] += choose(within, value, all(simd, 0.0));
+                }
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn add_gaussian(
+        &mut self,
+        simd: S,
+        (middle, along): (Lanes<S>, &Along<S>),
+        [low, high]: [usize; 2],
+    ) {
+        let zero = all(simd, 0.0);
+        let is_met = along.half.simd_ge(zero);
+        let far = all(simd, 1e9);
+        let least = choose(is_met, middle, far).reduce_min();
+        let most = choose(is_met, middle, -far).reduce_max();
+        let begin = (0.5 * (least + most)).round().clamp(low as f32, high as f32);
+        let off = all(simd, begin) - middle;
+        let flank = choose(is_met, off * off * along.a, zero) * 0.5;
+        if flank.reduce_max() > STEEPEST {
+            // Rays that meet it at far-away depths.
+            for i in low..=high {
+                let off = middle - i as f32;
+                let square = (off * off).mul_add(along.a, along.near);
+                let value = exponential(simd, square * -0.5) * along.weight;
+                let within = off.abs().simd_le(along.half);
+                self.values[i] += choose(within, value, zero);
+            }
+            return;
+        }
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0..32")]
+        let begin = begin as usize;
+        let square = (off * off).mul_add(along.a, along.near);
+        let start = exponential(simd, choose(is_met, square * -0.5, zero)) * along.weight;
+        let shrinking = exponential(simd, -along.a);
+        let slope = choose(is_met, off * along.a, zero);
+        let (mut value, mut ratio) = (start, exponential(simd, -(slope + along.a * 0.5)));
+        let mut place = off;
+        for i in begin..=high {
+            let within = place.abs().simd_le(along.half);
+            self.values[i] += choose(within, value, zero);
+            value *= ratio;
+            ratio *= shrinking;
+            place += all(simd, 1.0);
+        }
+        let mut ratio = exponential(simd, slope - along.a * 0.5);
+        let mut value = start * ratio;
+        let mut place = off - 1.0;
+        for i in (low..begin).rev() {
+            ratio *= shrinking;
+            let within = place.abs().simd_le(along.half);
+            self.values[i] += choose(within, value, zero);
+            value *= ratio;
+            place -= all(simd, 1.0);
+        }
+    }
+
+    /// Adds what a function has in slabs from `low` to `high`, as a share of each one's length.
+    #[inline(always)]
+    fn add_means(
+        &mut self,
+        simd: S,
+        packet: &Packet<S>,
+        along: &Along<S>,
+        [low, high]: [usize; 2],
+    ) {
+        let (zero, one) = (all(simd, 0.0), all(simd, 1.0));
+        let is_met = along.half.simd_gt(zero);
+        let half = choose(is_met, along.half, zero);
+        // The integral is `height` times a function of `scale` times the distance.
+        let (height, scale) = match self.functions.basis() {
+            Basis::Gaussian | Basis::Ellipsoid => {
+                // ∫ exp(−a τ²/2) dτ = √(π/2a) erf(√(a/2) τ).
+                let scale = (along.a * 0.5).sqrt();
+                let height = exponential(simd, choose(is_met, along.near * -0.5, zero));
+                (height / scale * (0.5 * std::f32::consts::PI.sqrt()), scale)
+            }
+            Basis::Multiquadric => {
+                // ∫ 1/√(c + a τ²) dτ = asinh(τ √(a/c))/√a, c = 1 + m.
+                let speed = along.a.sqrt();
+                (one / speed, speed / (along.near + 1.0).sqrt())
+            }
+        };
+        let height = choose(is_met, height * along.weight, zero);
+        let (first, step) = (self.first, self.step);
+        let is_gaussian = self.functions.basis() != Basis::Multiquadric;
+        let integral = |i: usize| {
+            let t = face(simd, packet, first + i.cast_signed() as i32, step) * (1.0 / step);
+            let off = (t - along.middle).max(-half).min(half) * scale;
+            let share = if is_gaussian { erf(simd, off) } else { area_sine(simd, off) };
+            (t, share)
+        };
+        let mut before = integral(low);
+        for i in low..=high {
+            let here = integral(i + 1);
+            let length = here.0 - before.0;
+            let has_length = length.simd_gt(zero);
+            let mean = (here.1 - before.1) * height / choose(has_length, length, one);
+            self.values[i] += choose(has_length, mean, zero);
+            before = here;
+        }
+    }
+}
+
+/// Where a face lies along rays: at the borders of the lattice they are clipped.
+#[inline(always)]
+pub(super) fn face<S: Simd>(simd: S, packet: &Packet<S>, k: i32, step: f32) -> Lanes<S> {
+    all(simd, k as f32 * step).max(packet.enter).min(packet.leave)
+}
+
+/// erf(x) to 1.5e-7 (Abramowitz and Stegun 7.1.26).
+#[inline(always)]
+pub(super) fn erf<S: Simd>(simd: S, x: Lanes<S>) -> Lanes<S> {
+    let one = all(simd, 1.0);
+    let size = x.abs();
+    let t = one / size.mul_add(all(simd, 0.327_591_1), one);
+    let mut series = all(simd, 1.061_405_4);
+    for term in [-1.453_152, 1.421_413_7, -0.284_496_74, 0.254_829_6] {
+        series = series.mul_add(t, all(simd, term));
+    }
+    let found = one - series * t * exponential(simd, -(size * size));
+    choose(x.simd_lt(all(simd, 0.0)), -found, found)
+}
+
+/// asinh(x).
+#[inline(always)]
+fn area_sine<S: Simd>(simd: S, x: Lanes<S>) -> Lanes<S> {
+    let size = x.abs();
+    let found = logarithm(simd, size + size.mul_add(size, all(simd, 1.0)).sqrt());
+    choose(x.simd_lt(all(simd, 0.0)), -found, found)
+}
