@@ -61,7 +61,8 @@ fn rows(name: &str, points: &Points) {
         for functions in FUNCTIONS {
             let goal = Goal { basis, max_error: 0.01 * range, functions };
             let start = Instant::now();
-            let encoding = encode(points, goal, &Ticket::new(), |_| ControlFlow::Continue(())).expect("it has samples");
+            let encoding = encode(points, goal, &Ticket::new(), |_| ControlFlow::Continue(()))
+                .expect("it has samples");
             let seconds = start.elapsed().as_secs_f64();
             let errors = encoding.errors(points, &Ticket::new()).expect("nobody stops it");
             let share = |error: f64| 100.0 * error / range;

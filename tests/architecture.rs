@@ -11,13 +11,13 @@ use std::path::Path;
 const ROOMS: [(&str, &[&str]); 18] = [
     ("core", &[]),
     ("polygons", &["core"]),
-    ("volume", &["core", "rbf"]),
     ("rbf", &["core"]),
+    ("volume", &["core", "rbf"]),
     ("transfer", &["core", "volume"]),
     ("kernel", &["core", "volume", "transfer"]),
     ("hierarchy", &["core", "volume", "transfer"]),
     ("vector", &["core", "volume", "transfer", "kernel", "polygons"]),
-    ("scene", &["core", "volume", "transfer", "kernel", "hierarchy", "vector", "polygons"]),
+    ("scene", &["core", "volume", "transfer", "kernel", "hierarchy", "vector", "polygons", "rbf"]),
     // Truth shares no shortcut with what it judges: neither the GPU nor the hierarchy.
     ("reference", &["core", "volume", "transfer", "kernel", "vector", "polygons", "scene", "rbf"]),
     ("io", &["core", "volume", "polygons", "rbf"]),

@@ -1102,6 +1102,44 @@ fn a_field_is_encoded_and_the_errors_that_are_told_are_those_of_what_comes_back(
 }
 
 #[test]
+fn an_encoding_is_drawn_by_its_functions_unless_flags_ask_for_samples() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = |name: &str| folder.path().join(name).to_str().expect("UTF-8").to_owned();
+    let (encoded, stats) = (at("blobs.vrbf"), at("stats.json"));
+    let made = voxsplat(&["encode", "demo:blobs:16", "--output", &encoded, "--max-error", "10%"]);
+    assert_eq!(made.status.code(), Some(0), "{}", errors(&made));
+    let picture = |file: &str, name: &str, flags: &[&str]| {
+        let picture = at(name);
+        let given =
+            ["render", file, "--output", &picture, "--resolution", "40,30", "--stats", &stats];
+        let drawn = voxsplat(&[&given[..], flags].concat());
+        (drawn.status.code(), errors(&drawn), picture)
+    };
+    let mode_of = |flags: &[&str]| {
+        let (code, said, _) = picture(&encoded, "p.exr", flags);
+        assert_eq!(code, Some(0), "{said}");
+        let told: Value =
+            serde_json::from_slice(&std::fs::read(&stats).expect("stats")).expect("JSON");
+        (told["mode"]["kernel"].clone(), told["mode"]["classify"].clone())
+    };
+    assert_eq!(mode_of(&[]), ("functions".into(), "pre-integrated".into()));
+    assert_eq!(mode_of(&["--slabs-per-voxel", "2"]).0, "functions");
+    assert_eq!(mode_of(&["--classify", "mean"]), ("functions".into(), "mean".into()));
+    assert_eq!(mode_of(&["--classify", "after"]), ("functions".into(), "after".into()));
+    assert_eq!(mode_of(&["--kernel", "bspline"]).0, "bspline");
+    assert_eq!(mode_of(&["--visibility", "sheets"]).0, "cubic");
+    // Those of samples are of a file that has none.
+    let (code, said, _) = picture("demo:blobs:16", "q.exr", &["--kernel", "functions"]);
+    assert_eq!(code, Some(1), "{said}");
+    assert!(said.contains("voxsplat encode"), "{said}");
+    let (code, said, _) =
+        picture(&encoded, "q.exr", &["--kernel", "functions", "--classify", "before"]);
+    assert_eq!(code, Some(2), "{said}");
+    let (code, said, _) = picture(&encoded, "q.exr", &["--kernel", "cubic", "--classify", "mean"]);
+    assert_eq!(code, Some(2), "{said}");
+}
+
+#[test]
 fn an_encoding_that_comes_not_as_near_as_asked_for_is_refused_or_said_to_be_further() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("head.vrbf");

@@ -393,7 +393,8 @@ mod tests {
 
     #[test]
     fn candidates_mean_something_and_are_all_different() {
-        for current in [SplatSettings::EXACT, SplatSettings::SHADE_FIRST] {
+        for current in [SplatSettings::EXACT, SplatSettings::SHADE_FIRST, SplatSettings::FUNCTIONS]
+        {
             let list = candidates(&SplatSettings { opacity_unit_distance: Some(0.3), ..current });
             assert!((40..60).contains(&list.len()), "{}", list.len());
             for (i, setting) in list.iter().enumerate() {
@@ -406,8 +407,10 @@ mod tests {
             for &visibility in Visibility::ALL {
                 assert!(list[..24].iter().any(|s| s.splat.visibility == visibility));
             }
+            let has_functions = current.kernel == Kernel::Functions;
             for kernel in Kernel::ALL {
-                assert!(list.iter().any(|s| s.splat.kernel == kernel), "{kernel:?}");
+                let is_there = list.iter().any(|s| s.splat.kernel == kernel);
+                assert!(is_there == (kernel != Kernel::Functions || has_functions), "{kernel:?}");
             }
             for slabs in [0.5, 1.0, 2.0, 4.0] {
                 let exact = exact_mode(&list[0].splat, slabs);

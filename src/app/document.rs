@@ -317,6 +317,12 @@ impl Document {
         })
     }
 
+    /// Whether both are of what was read at one time. A field that was added to it makes no other file of it.
+    pub fn is_same_file(&self, other: &Self) -> bool {
+        let first = |document: &Self| document.grid.fields.first().map(|f| Arc::as_ptr(&f.samples));
+        first(self) == first(other)
+    }
+
     /// How the field that is drawn was encoded here.
     pub fn encoded_here(&self) -> Option<&Arc<Encoded>> {
         let of_field = |encoded: &&EncodedField| {

@@ -16,9 +16,8 @@ use super::notices::text_and_button_ui;
 use super::panels::data::DataChoice;
 use super::panels::vectors::VectorRequest;
 use super::panels::{
-    encoding,
-    Sections, accuracy, clip, compare, data, inside, polygons, section_ui, shading, splat, status,
-    transfer, vectors, view,
+    Sections, accuracy, clip, compare, data, encoding, inside, polygons, section_ui, shading,
+    splat, status, transfer, vectors, view,
 };
 use super::trihedron::trihedron_ui;
 use super::viewport::PixelArea;
@@ -279,15 +278,16 @@ impl Window {
         let compare = &mut self.compare;
         section_ui(ui, sections, "Splats", |ui| {
             compare::compare_ui(ui, compare, &mut scene.splat);
-            let voxel = scene.lattice().smallest_spacing();
+            let has_functions = scene.volume().is_some_and(|volume| volume.functions.is_some());
+            let of_field = (scene.lattice().smallest_spacing(), has_functions);
             if compare.on && compare.edits_second {
                 // The unit distance is one for both.
                 let mut second = modes::with_unit_distance_of(compare.second, &scene.splat);
-                splat::splat_ui(ui, &mut second, voxel);
+                splat::splat_ui(ui, &mut second, of_field);
                 scene.splat.opacity_unit_distance = second.opacity_unit_distance;
                 compare.second = second;
             } else {
-                splat::splat_ui(ui, &mut scene.splat, voxel);
+                splat::splat_ui(ui, &mut scene.splat, of_field);
             }
         });
         section_ui(ui, sections, "View", |ui| {

@@ -136,7 +136,7 @@ impl State {
     }
 
     fn is_of_another_file(&self, other: &Self) -> bool {
-        !Arc::ptr_eq(&self.document.grid, &other.document.grid)
+        !self.document.is_same_file(&other.document)
     }
 
     /// The arrays that it holds: where each lies, and its bytes.
@@ -268,7 +268,7 @@ impl Window {
     fn return_to(&mut self, ctx: &Context, state: State) {
         let State { document, scene, gaussians, settings, compare, cells, curve, flow, speed } =
             state;
-        let is_same = |now: &Document| Arc::ptr_eq(&now.grid, &document.grid);
+        let is_same = |now: &Document| now.is_same_file(&document);
         if !self.document.as_ref().is_some_and(is_same) {
             self.leave_file(ctx, &document);
         }

@@ -81,7 +81,9 @@ pub(super) fn encode(flags: &EncodeFlags) -> Result<(), Failure> {
     let encoded = {
         let _progress = Progress::of(&ticket, "Encoding");
         let what = (&input.grid, field, component);
-        encode_field(what, &input.name(), (flags.max_error, goal), &ticket, |_| ControlFlow::Continue(()))
+        encode_field(what, &input.name(), (flags.max_error, goal), &ticket, |_| {
+            ControlFlow::Continue(())
+        })
     };
     let encoded = encoded.map_err(|error| failed(&error))?;
     let (wanted, errors) = (encoded.source.wanted, encoded.errors);

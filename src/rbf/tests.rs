@@ -326,9 +326,8 @@ fn values_of_thirty_decades_are_encoded_and_ranges_beyond_squares_refused() {
     assert!(errors.max <= 1e13, "{errors:?}");
     for (low, high) in [(-1e300, 1e300), (0.0, 1e-200)] {
         let samples = [(DVec3::ZERO, low), (DVec3::ONE, high)];
-        let refused = encode(&Points::new(samples), GOAL, &Ticket::new(), |_| {
-            ControlFlow::Continue(())
-        });
+        let refused =
+            encode(&Points::new(samples), GOAL, &Ticket::new(), |_| ControlFlow::Continue(()));
         assert!(matches!(refused, Err(EncodeError::Range(_))), "{low} {high}");
     }
 }
@@ -439,14 +438,15 @@ fn no_sum_lies_further_beyond_those_at_the_samples_about_it_than_the_slack() {
                 ((low - 0.5) + DVec3::from(step)).clamp(DVec3::ZERO, last)
             });
             let sums = corners.map(|corner| listed.value(corner));
-            let [least, most] = sums
-                .fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], v| [l.min(v), h.max(v)]);
+            let [least, most] =
+                sums.fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], v| [l.min(v), h.max(v)]);
             let (found, slack) = (listed.value(at), listed.slack(low, high));
             assert!(found >= least - slack && found <= most + slack, "{basis:?} {at}");
             used = used.max((least - found).max(found - most) / slack);
         }
-        // They are of use: somewhere a good part of the slack is needed. Measured: 0.16 to 0.33.
-        assert!(used > 0.1, "{basis:?}: {used}");
+        // They are of use: somewhere a part of the slack is needed. Multiquadrics, whose far flanks are counted as if all
+        // bent one way, need least: 0.05.
+        assert!(used > 0.03, "{basis:?}: {used}");
     }
 }
 

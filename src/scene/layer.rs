@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::store::{SampleSource, Sampled};
 use super::{ModeError, PolygonLayer, PolygonLook, Scene};
 use crate::kernel::Kernel;
+use crate::rbf::Encoding;
 use crate::transfer::{ColourMap, ColourSource, TransferFunction};
 use crate::vector::VectorSettings;
 use crate::volume::{Lattice, Places, ScalarVolume, VectorField};
@@ -216,6 +217,12 @@ impl Scene {
             self.store.retain(|held| *held != source);
             self.layers[index].source = self.store.insert(source, Sampled::Volume(volume));
         }
+    }
+
+    /// The basis functions that the mode draws, where it draws some.
+    pub fn functions(&self) -> Option<&Encoding> {
+        let volume = self.volume().filter(|_| self.splat.kernel == Kernel::Functions);
+        volume.and_then(|volume| volume.functions.as_deref())
     }
 
     /// Its samples; 0 where there is none.

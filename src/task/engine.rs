@@ -127,6 +127,8 @@ pub struct FrameReport {
     pub kernels: Option<KernelCounts>,
     /// Splats on a picture of vectors alone; of one in part nobody counts them, and it is 0.
     pub vector_splats: Option<u64>,
+    /// Basis functions, where the picture is of these.
+    pub functions: Option<u64>,
     /// Voxels in the volume.
     pub kernels_total: u64,
     /// Which engine drew it.
@@ -196,6 +198,7 @@ impl FrameReport {
             level,
             kernels: None,
             vector_splats: None,
+            functions: None,
             kernels_total: voxels,
             engine: EngineKind::default(),
             not_native: None,

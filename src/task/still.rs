@@ -309,7 +309,9 @@ pub(super) fn draw(
         EngineKind::Gpu => backend_of(rung, &drawn, &plan),
     };
     let kernels_active = drawer.count_active(&plan);
-    if drawer.engines.drew() == EngineKind::Native && drawn.nodes == 0 {
+    if let Some(functions) = scene.functions().filter(|_| rung == Rung::Full) {
+        drawn.kernels = functions.functions().len() as u64;
+    } else if drawer.engines.drew() == EngineKind::Native && drawn.nodes == 0 {
         drawn.kernels = kernels_active;
     }
     let is_full = rung == Rung::Full;

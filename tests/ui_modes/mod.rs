@@ -1,6 +1,7 @@
 //! Modes: their controls, the accuracy panel, the comparison of two.
 
 mod cells;
+mod functions;
 mod inside;
 mod polygons;
 mod refining;
@@ -79,7 +80,8 @@ fn every_choice_of_a_mode_reaches_the_engine_and_takes_along_what_contradicts_it
     bench.choose("Visibility", "Every sample");
     assert_eq!(mode(&bench).kernel, Kernel::Cubic, "which has a footprint");
 
-    for kernel in Kernel::ALL {
+    // Of a field of samples.
+    for kernel in Kernel::ALL.into_iter().filter(|kernel| *kernel != Kernel::Functions) {
         let name = voxsplat::app::words::kernel(kernel);
         if mode(&bench).kernel != kernel {
             bench.choose("Kernel", &name);

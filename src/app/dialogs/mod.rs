@@ -8,7 +8,6 @@ pub mod open_path;
 pub mod raw;
 pub mod save;
 
-
 use eframe::egui::{Button, Context, Frame, Id, Key, Modal, Modifiers, RichText, Ui};
 
 /// What came of a dialog in one pass.

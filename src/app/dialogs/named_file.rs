@@ -62,9 +62,8 @@ impl NamedFileDialog {
         };
         modal(ctx, "named file", title, 460.0, |ui| {
             let name = ui.label(label);
-            let edit = TextEdit::singleline(&mut self.path)
-                .desired_width(f32::INFINITY)
-                .hint_text(hint);
+            let edit =
+                TextEdit::singleline(&mut self.path).desired_width(f32::INFINITY).hint_text(hint);
             let response = ui.add(edit).labelled_by(name.id);
             if !self.focused {
                 response.request_focus();
@@ -100,7 +99,9 @@ impl Purpose {
         match self {
             Self::LoadTransfer => true,
             Self::SaveTransfer => is_named_so(path),
-            Self::SaveEncoding => path.extension().is_some_and(|name| name.eq_ignore_ascii_case("vrbf")),
+            Self::SaveEncoding => {
+                path.extension().is_some_and(|name| name.eq_ignore_ascii_case("vrbf"))
+            }
         }
     }
 }

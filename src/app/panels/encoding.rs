@@ -39,13 +39,16 @@ fn functions_ui(ui: &mut Ui, document: &Document) -> Option<EncodingRequest> {
     let range = statistics.max - statistics.min;
     let mut rows = vec![(
         "Functions",
-        format!("{}, {}", words::count(functions.functions().len() as u64), basis(functions.basis()).0),
+        format!(
+            "{}, {}",
+            words::count(functions.functions().len() as u64),
+            basis(functions.basis()).0
+        ),
         "How many functions the field is the sum of, and what they look like",
     )];
     if let Some(encoded) = of_field {
-        let of_range = |error: f64| {
-            format!("{} ({:.2} %)", words::value(error), 100.0 * error / range)
-        };
+        let of_range =
+            |error: f64| format!("{} ({:.2} %)", words::value(error), 100.0 * error / range);
         rows.push((
             "Greatest error",
             of_range(encoded.errors.max),
@@ -78,9 +81,10 @@ fn functions_ui(ui: &mut Ui, document: &Document) -> Option<EncodingRequest> {
 /// What basis functions are called, and what that means.
 fn basis(basis: Basis) -> (&'static str, &'static str) {
     match basis {
-        Basis::Ellipsoid => {
-            ("ellipsoids", "Gaussians as wide as they have to be in each direction: the fewest for an error")
-        }
+        Basis::Ellipsoid => (
+            "ellipsoids",
+            "Gaussians as wide as they have to be in each direction: the fewest for an error",
+        ),
         Basis::Gaussian => ("spheres", "Gaussians as wide in every direction, as published"),
         Basis::Multiquadric => ("multiquadrics", "1/√(1 + r²), which end far out, as published"),
     }
@@ -140,7 +144,8 @@ fn curve_ui(ui: &mut Ui, steps: &[(usize, f64)], wanted: f64) {
     painter.rect_filled(rect, 3.0, theme::WELL);
     let inner = rect.shrink(6.0);
     let most = steps.last().map_or(1, |(count, _)| *count).max(10);
-    let place = |count: usize, error: f64| place(inner, (count as f64, most as f64), (error, wanted));
+    let place =
+        |count: usize, error: f64| place(inner, (count as f64, most as f64), (error, wanted));
     let level = place(1, wanted).y;
     let dashes = Shape::dashed_line(
         &[pos2(inner.left(), level), pos2(inner.right(), level)],

@@ -125,12 +125,30 @@ pub(super) fn kernel(painter: &Painter, rect: Rect, kernel: Kernel) {
     if kernel == Kernel::Gouraud {
         return mesh(painter, rect);
     }
+    if kernel == Kernel::Functions {
+        return functions(painter, rect);
+    }
     let graph = Graph { rect, from: -REACH, to: REACH };
     for neighbour in [-2.0, -1.0, 1.0, 2.0] {
         graph.line(painter, faint(), |x| weight(kernel, None, x - neighbour));
     }
     graph.hill(painter, theme::ACCENT, |x| weight(kernel, None, x));
     graph.samples(painter, 2);
+}
+
+/// Functions of several widths, wherever they lie, and their sum.
+fn functions(painter: &Painter, rect: Rect) {
+    // Middle, width, height.
+    const FUNCTIONS: [(f64, f64, f64); 4] =
+        [(-1.6, 0.5, 0.5), (-0.4, 1.1, 0.55), (0.9, 0.35, 0.35), (1.8, 0.6, 0.25)];
+    let graph = Graph { rect, from: -REACH, to: REACH };
+    let one = |(middle, width, height): (f64, f64, f64), x: f64| {
+        height * (-0.5 * ((x - middle) / width).powi(2)).exp()
+    };
+    for function in FUNCTIONS {
+        graph.line(painter, faint(), |x| one(function, x));
+    }
+    graph.hill(painter, theme::ACCENT, |x| FUNCTIONS.iter().map(|f| one(*f, x)).sum());
 }
 
 /// The triangles that stand for a Gouraud splat, lighter the more they weigh.

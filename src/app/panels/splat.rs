@@ -20,22 +20,20 @@ const SLABS: std::ops::RangeInclusive<f64> = LEAST_SLABS_PER_VOXEL..=16.0;
 /// The sheets on offer, per kernel.
 const SHEETS: std::ops::RangeInclusive<u32> = 1..=16;
 
-/// Every choice of a mode. `voxel` is the smallest spacing, world units.
+/// Every choice of a mode. `voxel` is the smallest spacing, world units; what is of basis functions is offered where there
+/// are some.
 ///
 /// A choice that contradicts others takes them along; see [`modes::changed`].
-pub fn splat_ui(ui: &mut Ui, splat: &mut SplatSettings, voxel: f64) {
+pub fn splat_ui(ui: &mut Ui, splat: &mut SplatSettings, (voxel, has_functions): (f64, bool)) {
     presets_ui(ui, splat);
     let mut chosen = ModeChoice::default();
+    let is_offered = |kernel: &Kernel| has_functions || *kernel != Kernel::Functions;
+    let kernels: Vec<Kernel> = Kernel::ALL.into_iter().filter(is_offered).collect();
     let kernel_words = |kernel| (words::kernel(kernel), words::kernel_help(kernel));
     let help =
         "How far the value of one sample reaches, and how strongly: its neighbours' are faint";
-    chosen.kernel = pictured_ui(
-        ui,
-        ("Kernel", help),
-        &Kernel::ALL,
-        splat.kernel,
-        (kernel_words, pictures::kernel),
-    );
+    chosen.kernel =
+        pictured_ui(ui, ("Kernel", help), &kernels, splat.kernel, (kernel_words, pictures::kernel));
     if splat.kernel == Kernel::Gouraud {
         mesh_ui(ui, splat.gouraud, &mut chosen);
     }
@@ -48,12 +46,14 @@ pub fn splat_ui(ui: &mut Ui, splat: &mut SplatSettings, voxel: f64) {
         now.reconstruction,
         (words::reconstruction, pictures::reconstruction),
     );
+    let is_offered = |classify: &&Classify| has_functions || **classify != Classify::Mean;
+    let times: Vec<Classify> = Classify::ALL.iter().filter(is_offered).copied().collect();
     let help = "When values become opacities. The green values pass through a thin layer that has opacity: what \
                 is drawn of it is filled, the truth is faint";
     chosen.classify = pictured_ui(
         ui,
         ("Colouring", help),
-        Classify::ALL,
+        &times,
         now.classify,
         (words::classify, pictures::classify),
     );

@@ -331,6 +331,13 @@ fn counts_words(report: &FrameReport) -> String {
         }
         None => {}
     }
+    if let Some(count) = report.functions {
+        let samples = words::count(report.kernels_total);
+        return format!(
+            "{} basis functions, summed up wherever the rays through the pixels ask; quick pictures are of {samples} samples",
+            words::count(count)
+        );
+    }
     let total = words::count(report.kernels_total);
     match report.kernels {
         Some(KernelCounts { drawn, active }) => {

@@ -1,0 +1,141 @@
+//! Encoding the open field as basis functions.
+
+use eframe::egui::accesskit::Role;
+use eframe::egui::{Key, Modifiers};
+use egui_kittest::kittest::Queryable;
+use voxsplat::kernel::Kernel;
+use voxsplat::scene::{Classify, Scene, SplatSettings};
+
+use super::press;
+use crate::ui_support::Bench;
+
+fn scene(bench: &Bench) -> &Scene {
+    bench.window().scene().expect("something is open")
+}
+
+fn has_functions(scene: &Scene) -> bool {
+    scene.volume().is_some_and(|volume| volume.functions.is_some())
+}
+
+/// With the section of basis functions open.
+fn opened(name: &str) -> Bench {
+    let mut bench = Bench::empty();
+    bench.open(name);
+    bench.settle();
+    bench.harness.get_by_label("Basis functions").click();
+    bench.settle();
+    bench
+}
+
+fn encoded(bench: &mut Bench) {
+    press(bench, "Encode");
+    bench.wait_until(|window| window.scene().is_some_and(has_functions));
+    bench.settle();
+}
+
+#[test]
+fn a_field_is_encoded_and_drawn_by_its_functions_which_undo_takes_away() {
+    let mut bench = opened("some.nrrd");
+    assert!(!bench.shows("Compare") && !bench.shows("Residual") && !bench.shows("Save…"));
+    bench.set_slider("Greatest error", 5.0);
+    bench.set_slider("Most functions", 60.0);
+    encoded(&mut bench);
+    let splat = scene(&bench).splat;
+    assert_eq!((splat.kernel, splat.classify), (Kernel::Functions, Classify::PreIntegrated));
+    let said = bench.window().notices().shown().last().expect("told").text.clone();
+    assert!(said.contains("basis functions: greatest error"), "{said}");
+    // What the notice and the panel say is what an independent evaluation finds.
+    let volume = scene(&bench).volume().expect("a field").clone();
+    let functions = volume.functions.clone().expect("functions");
+    let worst = (0..volume.samples.len()).map(|i| {
+        let at = [i % 8, i / 8 % 8, i / 64].map(|n| n as f64);
+        let world = volume.lattice.world_from_index(at.into());
+        (volume.samples.get(i) - functions.value(world)).abs()
+    });
+    let worst = worst.fold(0.0, f64::max);
+    let shown = voxsplat::app::words::value(worst);
+    assert!(said.contains(&format!("greatest error {shown},")), "{said}: {shown}");
+
+    press(&mut bench, "Compare");
+    assert!(bench.window().compare().on);
+    assert_eq!(bench.window().compare().second.kernel, Kernel::BSpline);
+    for _ in 0..2 {
+        bench.harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+        bench.settle();
+    }
+    assert!(!has_functions(scene(&bench)));
+    assert_eq!(scene(&bench).splat, SplatSettings::EXACT);
+}
+
+#[test]
+fn what_functions_leave_is_a_field_and_going_back_finds_them_again() {
+    let mut bench = opened("some.nrrd");
+    encoded(&mut bench);
+    let before = scene(&bench).volume().expect("a field").samples.len();
+    press(&mut bench, "Residual");
+    bench.wait_until(|window| {
+        window.scene().and_then(Scene::volume).is_some_and(|volume| volume.functions.is_none())
+    });
+    bench.settle();
+    let left = scene(&bench).volume().expect("a field");
+    assert!(left.name.ends_with("less its functions") && left.samples.len() == before);
+    assert!(left.statistics.min < 0.0 && left.statistics.max > 0.0);
+    assert_ne!(scene(&bench).splat.kernel, Kernel::Functions, "it has none");
+    bench.choose("Field", "ramp (point)");
+    bench.wait_until(|window| window.scene().is_some_and(has_functions));
+}
+
+#[test]
+fn functions_are_saved_as_a_file_that_tells_their_errors() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("some.vrbf");
+    let mut bench = opened("some.nrrd");
+    encoded(&mut bench);
+    press(&mut bench, "Save…");
+    let field = bench.harness.get_by_label("A file that ends in .vrbf");
+    field.focus();
+    bench.harness.run_steps(2);
+    let field = bench.harness.get_by_label("A file that ends in .vrbf");
+    assert!(field.value().is_some_and(|text| text.ends_with("some.vrbf")));
+    bench.harness.key_press_modifiers(Modifiers::COMMAND, Key::A);
+    bench.harness.get_by_label("A file that ends in .vrbf").type_text(&path.display().to_string());
+    bench.settle();
+    press(&mut bench, "Save");
+    bench.wait_until(|_| path.exists());
+    let read = voxsplat::io::vrbf::load(&path).expect("a file of functions");
+    let functions = scene(&bench).volume().and_then(|v| v.functions.clone()).expect("functions");
+    assert_eq!(read.encoding.functions(), functions.functions());
+}
+
+#[test]
+fn kernels_of_functions_are_offered_where_there_are_some() {
+    let mut bench = opened("some.nrrd");
+    bench.harness.get_by_label("Splats").click();
+    bench.settle();
+    let offers = |bench: &mut Bench| {
+        bench.harness.get_by_role_and_label(Role::ComboBox, "Kernel").click();
+        bench.settle();
+        let found = bench.harness.query_all_by_label("Basis functions").count() > 1;
+        bench.harness.key_press(Key::Escape);
+        bench.settle();
+        found
+    };
+    assert!(!offers(&mut bench));
+    encoded(&mut bench);
+    bench.choose("Kernel", "B-spline");
+    assert!(offers(&mut bench));
+}
+
+/// The stand-in's file would take no time.
+#[test]
+fn a_fit_under_way_is_forgotten_where_it_is_cancelled() {
+    let mut bench = opened("some.nrrd");
+    bench.set_slider("Greatest error", 0.05);
+    press(&mut bench, "Encode");
+    bench.harness.run_steps(1);
+    if bench.shows("Cancel") {
+        bench.harness.get_all_by_label("Cancel").next().expect("shown").click();
+    }
+    bench.wait_until_gone("Enough");
+    bench.settle();
+}
