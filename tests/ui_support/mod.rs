@@ -205,6 +205,7 @@ fn gradient(request: &FrameRequest) -> Picture {
         level,
         kernels: Some(voxsplat::task::engine::KernelCounts { drawn: 500, active: 500 }),
         vector_splats: (!request.scene.shows_field()).then_some(321),
+        functions: None,
         kernels_total: 512,
         backend: voxsplat::scene::Backend::Raster,
         frame_ms: 12.0,
