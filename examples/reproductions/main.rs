@@ -10,6 +10,7 @@
 mod classification;
 mod crawfis_max;
 mod growth;
+mod jang;
 mod laur_hanrahan;
 mod modes;
 mod support;
@@ -39,12 +40,14 @@ fn main() -> Result<()> {
     let scan = |page: &mut Page<'_>| westover::write_scan(page, &data);
     let hierarchy = |page: &mut Page<'_>| laur_hanrahan::write(page, &data);
     let winds = |page: &mut Page<'_>| vectors::write(page, &data);
-    let parts: [(&str, &Part<'_>); 8] = [
+    let functions = |page: &mut Page<'_>| jang::write(page, &data);
+    let parts: [(&str, &Part<'_>); 9] = [
         ("visibility modes", &modes::write),
         ("classification", &classification::write),
         ("Crawfis–Max", &crawfis_max::write),
         ("vectors", &winds),
         ("Laur–Hanrahan", &hierarchy),
+        ("Jang", &functions),
         ("growth of cost", &growth::write),
         ("Westover", &westover::write),
         ("Westover on a patient's scan", &scan),

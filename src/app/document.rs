@@ -6,7 +6,7 @@ use std::sync::Arc;
 use crate::core::Ticket;
 use crate::io::{Encoded, Series};
 use crate::scene::FirstLook;
-use crate::transfer::TransferFunction;
+use crate::transfer::{TransferFunction, presets};
 use crate::volume::{
     Component, Grid, ScalarType, ScalarVolume, Statistics, VectorField, VolumeError, demo,
 };
@@ -374,6 +374,11 @@ impl Document {
         let volume = self.grid.scalar(chosen, component, ticket)?;
         let first_look = library.first_look(&volume, self.grid.space.as_deref());
         let mut other = Self { field, component, first_look, ..self };
+        if other.residual() == Some(field) {
+            // It is a cloud of both signs, whatever its values are like.
+            other.first_look.transfer = presets::of_differences(&volume.statistics);
+            other.first_look.lighting = None;
+        }
         let encoding = other.encoded_here().map(|encoded| Arc::new(encoded.encoding.clone()));
         let functions = encoding.or(volume.functions);
         other.volume = Arc::new(ScalarVolume { functions, ..volume });

@@ -163,7 +163,7 @@ pub(super) fn read(
     };
     let count = encoded.encoding.functions().len();
     let mut warnings = vec![format!(
-        "{count} basis functions are shown by their sum at {x} × {y} × {z} samples; from the source's: {}",
+        "{count} basis functions, and samples of their sum at {x} × {y} × {z} places; from the source's samples: {}",
         encoded.errors
     )];
     if source.left_out > 0 {

@@ -19,7 +19,7 @@ use crate::scene::{Classify, View};
 /// Faces that are summed up together.
 const FACES: usize = 32;
 /// The most entries that the lists of a picture have: more take seconds for each picture.
-const MOST_ENTRIES: usize = 1 << 28;
+const MOST_ENTRIES: usize = 1 << 26;
 /// Products go from face to face as long as no ray begins so far down a function's flank, as an exponent.
 const STEEPEST: f32 = 20.0;
 /// What is left of a slab is whole within this part of it.
@@ -74,12 +74,18 @@ impl Landed {
         };
         let mut starts = vec![0_usize; across * down + 1];
         let mut places = Vec::with_capacity(functions.all.len());
+        let mut count = 0_usize;
         for i in 0..functions.all.len() {
             if i.is_multiple_of(1 << 10) {
                 look(ticket)?;
             }
             let (screen, depths) = place(i);
             let [columns, rows] = spans(screen);
+            count += columns.len() * rows.len();
+            if count > MOST_ENTRIES {
+                let found = format!("basis functions that land on more than {MOST_ENTRIES} tiles");
+                return Err(Unsupported(found).into());
+            }
             for row in rows.clone() {
                 for column in columns.clone() {
                     starts[row * across + column + 1] += 1;
@@ -89,12 +95,6 @@ impl Landed {
         }
         for tile in 1..starts.len() {
             starts[tile] += starts[tile - 1];
-        }
-        let count = starts[across * down];
-        if count > MOST_ENTRIES {
-            let found =
-                format!("basis functions that land on more than {MOST_ENTRIES} tiles ({count})");
-            return Err(Unsupported(found).into());
         }
         let mut next = starts.clone();
         let mut entries = vec![Entry { function: 0, depths: [0.0; 2] }; count];

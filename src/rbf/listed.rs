@@ -12,6 +12,8 @@ use crate::core::progress::{Cancelled, Ticket};
 const MOST_CELLS: usize = 32;
 /// Samples along the edge of a cell, at least.
 const LEAST_EDGE: usize = 4;
+/// Entries of all lists, at most; cells are larger where they would be more.
+const MOST_ENTRIES: usize = 1 << 26;
 /// Functions placed between two looks at the ticket.
 const A_PART: usize = 1 << 10;
 
@@ -54,8 +56,7 @@ impl Listed {
         let own = encoding.functions().iter().map(|function| function.seen_from(axes, origin));
         let functions: Vec<Function> = own.collect();
         let reaches = encoding.reaches().to_vec();
-        let edge = dims.iter().map(|n| n.div_ceil(MOST_CELLS)).fold(LEAST_EDGE, usize::max);
-        let cells = dims.map(|n| n.div_ceil(edge));
+        let (edge, cells) = cells_for(&functions, &reaches, dims);
         let mut starts = vec![0_u32; cells.iter().product::<usize>() + 1];
         let mut touched: Vec<[u32; 2]> = Vec::new();
         for (i, (function, reach)) in functions.iter().zip(&reaches).enumerate() {
@@ -153,6 +154,29 @@ impl Listed {
     }
 }
 
+/// Samples along the edge of a cell, and cells along each axis: as fine as lists have room for.
+fn cells_for(functions: &[Function], reaches: &[f64], dims: [usize; 3]) -> (usize, [usize; 3]) {
+    let mut edge = dims.iter().map(|n| n.div_ceil(MOST_CELLS)).fold(LEAST_EDGE, usize::max);
+    loop {
+        let cells = dims.map(|n| n.div_ceil(edge));
+        let entries = functions.iter().zip(reaches).try_fold(0_usize, |sum, (function, reach)| {
+            let [low, high] = spans(function, *reach, (edge as f64, cells));
+            let count: usize = (0..3).map(|axis| high[axis] - low[axis] + 1).product();
+            Some(sum + count).filter(|sum| *sum <= MOST_ENTRIES)
+        });
+        if entries.is_some() || cells == [1; 3] {
+            return (edge, cells);
+        }
+        edge *= 2;
+    }
+}
+
+/// The first and the last cell along each axis that the box about a function touches.
+fn spans(function: &Function, reach: f64, cells: (f64, [usize; 3])) -> [[usize; 3]; 2] {
+    let half = function.half_box(reach);
+    [function.centre - half, function.centre + half].map(|corner| cell_of(corner, cells))
+}
+
 /// The cell that a place lies in, or the nearest.
 fn cell_of(place: DVec3, (edge, cells): (f64, [usize; 3])) -> [usize; 3] {
     [0, 1, 2].map(|axis| {
@@ -168,10 +192,8 @@ fn touch(
     (edge, cells): (usize, [usize; 3]),
     mut touched: impl FnMut(usize),
 ) {
-    let half = function.half_box(reach);
     let edge = edge as f64;
-    let low = cell_of(function.centre - half, (edge, cells));
-    let high = cell_of(function.centre + half, (edge, cells));
+    let [low, high] = spans(function, reach, (edge, cells));
     let span = |axis: usize| -> RangeInclusive<usize> { low[axis]..=high[axis] };
     // No place of a cell is farther from its middle than this, in widths.
     let radius: f64 = (0..3).map(|axis| function.shape.col(axis).length() * edge / 2.0).sum();

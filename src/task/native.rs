@@ -48,8 +48,8 @@ fn mode_of_nodes(mode: &SplatSettings) -> SplatSettings {
 /// What the native engine finds out only once it begins a picture.
 fn refusal(reason: Unsupported) -> DrawError {
     let sentence = format!(
-        "expected a picture that the native engine draws, found {reason}; choose fewer --slabs-per-voxel, or correct a \
-         spacing that is far less than the others"
+        "expected a picture that the native engine draws, found {reason}; choose fewer --slabs-per-voxel, a smaller \
+         picture or another --kernel, or correct a spacing that is far less than the others"
     );
     GpuError::Unsupported(sentence).into()
 }

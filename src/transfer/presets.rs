@@ -95,6 +95,18 @@ pub fn default_for(statistics: &Statistics) -> TransferFunction {
     })
 }
 
+/// For differences: clear where they are small, and of two colours by their sign.
+pub fn of_differences(statistics: &Statistics) -> TransferFunction {
+    let most = statistics.min.abs().max(statistics.max.abs());
+    if !(most > 0.0 && most.is_finite()) {
+        return default_for(statistics);
+    }
+    let shares = [(-1.0, 0.5), (-0.15, 0.0), (0.15, 0.0), (1.0, 0.5)];
+    let opacity = shares.map(|(share, alpha)| (share * most, alpha)).to_vec();
+    let colour = ColourSource::Map { map: ColourMap::CoolWarm, range: [-most, most] };
+    TransferFunction::of(opacity, colour)
+}
+
 /// The same of values to which a number was added.
 pub(super) fn shifted(mut function: TransferFunction, zero: f64) -> TransferFunction {
     function.opacity.iter_mut().for_each(|(value, _)| *value += zero);
