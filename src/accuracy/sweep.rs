@@ -209,6 +209,7 @@ pub fn candidates(current: &SplatSettings) -> Vec<Setting> {
         slabs(Functions, Mean, 1.0),
         scaled(slabs(Functions, PreIntegrated, 1.0), 0.5),
         slabs(Functions, PreIntegrated, 2.0),
+        slabs(Functions, PreIntegrated, 4.0),
         slabs(Functions, After, 4.0),
         slabs(Functions, Mean, 4.0),
     ];
@@ -396,7 +397,7 @@ mod tests {
         for current in [SplatSettings::EXACT, SplatSettings::SHADE_FIRST, SplatSettings::FUNCTIONS]
         {
             let list = candidates(&SplatSettings { opacity_unit_distance: Some(0.3), ..current });
-            assert!((40..60).contains(&list.len()), "{}", list.len());
+            assert!((40..66).contains(&list.len()), "{}", list.len());
             for (i, setting) in list.iter().enumerate() {
                 assert_eq!(setting.splat.check(), Ok(()), "{}", setting.name);
                 assert_eq!(setting.splat.opacity_unit_distance, Some(0.3));

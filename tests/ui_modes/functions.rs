@@ -110,8 +110,6 @@ fn functions_are_saved_as_a_file_that_tells_their_errors() {
 #[test]
 fn kernels_of_functions_are_offered_where_there_are_some() {
     let mut bench = opened("some.nrrd");
-    bench.harness.get_by_label("Splats").click();
-    bench.settle();
     let offers = |bench: &mut Bench| {
         bench.harness.get_by_role_and_label(Role::ComboBox, "Kernel").click();
         bench.settle();

@@ -228,6 +228,8 @@ pub(super) fn reconstruction(painter: &Painter, rect: Rect, chosen: Reconstructi
 const RAY: [f64; 6] = [0.1, 0.2, 0.44, 0.9, 0.85, 0.8];
 /// Slabs a voxel in the picture.
 const SLABS: f64 = 2.0;
+/// Where the first begins, voxels: samples lie within slabs, so that values bend there.
+const FIRST_SLAB: f64 = 0.25;
 
 fn ray_value(x: f64) -> f64 {
     let last = RAY.len() - 1;
@@ -244,7 +246,7 @@ fn thin_layer() -> TransferFunction {
 
 /// What opacity a ray meets at a place, by the time at which values are classified.
 fn classified(layer: &TransferFunction, chosen: Classify, x: f64) -> f64 {
-    let slab = (x * SLABS).floor() / SLABS;
+    let slab = ((x - FIRST_SLAB) * SLABS).floor() / SLABS + FIRST_SLAB;
     match chosen {
         Classify::Before => {
             let before = x.floor();
@@ -268,7 +270,7 @@ fn classified(layer: &TransferFunction, chosen: Classify, x: f64) -> f64 {
 pub(super) fn classify(painter: &Painter, rect: Rect, chosen: Classify) {
     let graph = Graph { rect, from: 0.0, to: RAY.len() as f64 - 1.0 };
     if chosen != Classify::Before {
-        let mut x = 1.0 / SLABS;
+        let mut x = FIRST_SLAB;
         while x < graph.to {
             painter
                 .line_segment([graph.at(x, 0.0), graph.at(x, 1.0)], Stroke::new(0.7, theme::LINE));

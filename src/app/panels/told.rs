@@ -5,6 +5,7 @@ use super::status::Shown;
 use crate::accuracy::psnr_from_rmse;
 use crate::app::measuring::Measured;
 use crate::app::{modes, words};
+use crate::kernel::Kernel;
 use crate::scene::{Backend, Classify, Reconstruction, SplatSettings};
 use crate::task::draw::CutLevels;
 use crate::task::engine::{EngineState, FrameReport, KernelCounts};
@@ -86,7 +87,11 @@ fn near_words(Shown { report, mode, measured }: &Shown) -> Option<String> {
             })
         }
         (LevelOfDetail::Full { .. } | LevelOfDetail::Refined(_), None) => {
-            let name = if modes::is_exact(mode) { "exact mode" } else { "approximate mode" };
+            let name = match mode.kernel {
+                _ if modes::is_exact(mode) => "exact mode",
+                Kernel::Functions => "basis functions",
+                _ => "approximate mode",
+            };
             Some(name.to_owned())
         }
         _ => None,
