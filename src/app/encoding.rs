@@ -123,6 +123,8 @@ impl Window {
             EncodingRequest::Compare => self.compare_with_samples(),
             EncodingRequest::Residual => {
                 if let Some(field) = self.document.as_ref().and_then(Document::residual) {
+                    // It has no functions to be compared with.
+                    self.compare.on = false;
                     let component = Component::Index(0);
                     self.choose_field(ctx, FieldChoice { field, component });
                 }

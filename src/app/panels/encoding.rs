@@ -162,8 +162,9 @@ fn curve_ui(ui: &mut Ui, steps: &[(usize, f64)], wanted: f64) {
         }
         None => "Sorting the samples".to_owned(),
     };
-    let corner = inner.right_top();
-    painter.text(corner, Align2::RIGHT_TOP, told, FontId::proportional(12.0), theme::TEXT);
+    // Above the line of the wanted error, where the curve comes last.
+    let corner = pos2(inner.left(), level - 3.0);
+    painter.text(corner, Align2::LEFT_BOTTOM, told, FontId::proportional(12.0), theme::TEXT);
     response.on_hover_text(
         "The greatest error, as a part of the values' range, falls as functions are added; the broken line is the error that \
          is asked for",
