@@ -369,7 +369,6 @@ fn functions() -> Vec<Row> {
     }
     rows.push(Row::new(Field::Ellipsoids, &[OpaquePolygons], exact));
     rows.push(Row::new(Field::Ellipsoids, &[Vectors(VectorMode::Modulate)], exact));
-    rows.push(Row::new(Field::Ellipsoids, &[], exact).from(Eye::Within));
     let small = Row::new(Field::Ellipsoids, &[], exact);
     rows.push(Row { size: FEW, ..small.clone() });
     rows.push(small.clone().of(Rung::Reduced { field: SlabField::Own, shrink: 2.0 }));
