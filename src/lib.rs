@@ -3,6 +3,7 @@
 
 pub mod accuracy;
 pub mod app;
+pub mod cells;
 pub mod cli;
 pub mod core;
 pub mod gpu;

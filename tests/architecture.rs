@@ -8,11 +8,12 @@ use std::fs;
 use std::path::Path;
 
 /// A room, and the rooms it may import.
-const ROOMS: [(&str, &[&str]); 18] = [
+const ROOMS: [(&str, &[&str]); 19] = [
     ("core", &[]),
     ("polygons", &["core"]),
     ("rbf", &["core"]),
-    ("volume", &["core", "rbf"]),
+    ("cells", &["core"]),
+    ("volume", &["core", "rbf", "cells"]),
     ("transfer", &["core", "volume"]),
     ("kernel", &["core", "volume", "transfer"]),
     ("hierarchy", &["core", "volume", "transfer"]),

@@ -1,10 +1,13 @@
 //! Scalars that are derived from a field of vectors by its gradient: vorticity, divergence, helicity.
 //! Computed where one of them is chosen, and not before.
 
+use std::sync::Arc;
+
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
-use super::{Component, Field, Grid, Places, Samples, VolumeError};
+use super::{Association, Component, Field, Grid, Places, Samples, VolumeError};
+use crate::cells::{CellField, Cells, On};
 use crate::core::memory;
 use crate::core::progress::{Cancelled, Ticket};
 
@@ -40,6 +43,9 @@ pub(super) fn derive(
     let what = format!("the {} of field \"{}\"", component.word(), field.name);
     let needed = ((8 + places) as u64).saturating_mul(count as u64);
     memory::require(&what, needed, memory::free_bytes())?;
+    if let super::Shape::Unstructured(cells) = &grid.shape {
+        return on_cells(cells, field, component, ticket);
+    }
     let places = grid.places(field.association);
     let [nx, ny, nz] = places.dims();
     let vector = |[x, y, z]: [usize; 3]| {
@@ -76,12 +82,51 @@ pub(super) fn derive(
     })
 }
 
+/// Of vectors on unstructured cells, by their gradients as recovered at the points; of cells the mean at their corners.
+fn on_cells(
+    cells: &Arc<Cells>,
+    field: &Field,
+    component: Component,
+    ticket: &Ticket,
+) -> Result<Samples, VolumeError> {
+    let count = field.samples.len() / 3;
+    let on = match field.association {
+        Association::Point => On::Points,
+        Association::Cell => On::Cells,
+    };
+    let of = |c: usize| (0..count).map(|i| field.samples.get(3 * i + c)).collect();
+    let parts = [0, 1, 2].map(|c| CellField::new(Arc::clone(cells), on, of(c)));
+    let [x, y, z] = parts.each_ref().map(|part| part.growths(ticket));
+    let growths = [x?, y?, z?];
+    // Rows are what each component grows by along x, y, z.
+    let jacobian = |point: usize| {
+        DMat3::from_cols(growths[0][point], growths[1][point], growths[2][point]).transpose()
+    };
+    let vector = |i: usize| DVec3::from_array([0, 1, 2].map(|c| field.samples.get(3 * i + c)));
+    let values: Vec<f64> = match on {
+        On::Points => (0..count).map(|i| of_gradient(component, vector(i), jacobian(i))).collect(),
+        On::Cells => {
+            let mut sums = vec![(DMat3::ZERO, 0.0); count];
+            for (solid, cell) in cells.solids().iter().zip(cells.sources()) {
+                for corner in solid.corners() {
+                    let (sum, corners) = &mut sums[*cell as usize];
+                    *sum += jacobian(*corner as usize);
+                    *corners += 1.0;
+                }
+            }
+            let mean = |(i, (sum, corners)): (usize, (DMat3, f64))| {
+                of_gradient(component, vector(i), sum * (1.0 / corners))
+            };
+            sums.into_iter().enumerate().map(mean).collect()
+        }
+    };
+    Ok(Samples::Float64(values))
+}
+
 #[cfg(test)]
 mod tests {
-    use std::sync::Arc;
-
     use super::*;
-    use crate::volume::{Association, Lattice, Shape};
+    use crate::volume::{Lattice, Shape};
 
     const DERIVED: [Component; 3] =
         [Component::Vorticity, Component::Divergence, Component::Helicity];

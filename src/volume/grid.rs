@@ -10,6 +10,7 @@ use super::derived::derive;
 use super::samples::Scalar;
 use super::shape::Shape;
 use super::{Bricks, Samples, ScalarType, Statistics, VolumeError};
+use crate::cells::CellField;
 use crate::core::memory;
 use crate::core::progress::Ticket;
 use crate::rbf::Encoding;
@@ -231,8 +232,8 @@ impl Grid {
         self.lattice.check()?;
         self.shape.check(self.lattice.dims)?;
         for field in &self.fields {
-            let lattice = self.lattice_of(field);
-            let sizes = [lattice.dims[0], lattice.dims[1], lattice.dims[2], field.components];
+            let [x, y, z] = self.dims_of(field.association);
+            let sizes = [x, y, z, field.components];
             let expected = memory::checked_product(&sizes.map(|n| n as u64));
             if expected != Some(field.samples.len() as u64) || expected == Some(0) {
                 return Err(VolumeError::Size {
@@ -249,6 +250,17 @@ impl Grid {
     /// shape is not affine, only its `dims` are theirs.
     pub fn lattice_of(&self, field: &Field) -> Lattice {
         self.lattice_on(field.association)
+    }
+
+    /// How many samples on points or cells there are along each axis; of unstructured cells, as many along x as there are.
+    pub fn dims_of(&self, association: Association) -> [usize; 3] {
+        match &self.shape {
+            Shape::Unstructured(cells) => match association {
+                Association::Point => [cells.own_points(), 1, 1],
+                Association::Cell => [cells.own_cells(), 1, 1],
+            },
+            _ => self.lattice_on(association).dims,
+        }
     }
 
     pub(super) fn lattice_on(&self, association: Association) -> Lattice {
@@ -334,8 +346,12 @@ impl Grid {
         ticket: &Ticket,
     ) -> Result<ScalarVolume, VolumeError> {
         let samples = self.samples_of(field, component, ticket)?;
-        let (lattice, samples) = self.evenly_spaced(field, samples, ticket)?;
-        let statistics = Statistics::of(&samples, ticket)?;
+        let (lattice, samples, cells) = self.evenly_spaced(field, samples, ticket)?;
+        let statistics = match cells.as_ref().and_then(|cells| cells.range()) {
+            // No sample may lie where the cells have their least or greatest value.
+            Some(range) => Statistics::between(&samples, range, ticket)?,
+            None => Statistics::of(&samples, ticket)?,
+        };
         if statistics.finite_count == 0 {
             return Err(VolumeError::NothingFinite {
                 field: field.name.clone(),
@@ -363,7 +379,7 @@ impl Grid {
         };
         let unit = self.unit.clone();
         let functions = self.functions.clone();
-        Ok(ScalarVolume { name, lattice, unit, samples, statistics, bricks, functions })
+        Ok(ScalarVolume { name, lattice, unit, samples, statistics, bricks, functions, cells })
     }
 }
 
@@ -431,6 +447,8 @@ pub struct ScalarVolume {
     pub bricks: Bricks,
     /// The basis functions whose sum the samples are, or that were fitted to them.
     pub functions: Option<Arc<Encoding>>,
+    /// The cells whose values the samples are.
+    pub cells: Option<Arc<CellField>>,
 }
 
 impl ScalarVolume {

@@ -1,7 +1,7 @@
 //! Sampled fields in memory: lattices, samples in the file's own type, and their statistics.
 //!
 //! Owns what a file holds once read ([`Grid`]), the one scalar field of it that is drawn
-//! ([`ScalarVolume`]), and its vectors ([`VectorField`]). Refuses files and the GPU. Imports `core` and `rbf`.
+//! ([`ScalarVolume`]), and its vectors ([`VectorField`]). Refuses files and the GPU. Imports `core`, `rbf` and `cells`.
 
 pub mod cover;
 pub mod demo;

@@ -6,6 +6,7 @@ use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
 use super::{Lattice, VolumeError};
+use crate::cells::Cells;
 
 /// Points that lie this far from a lattice's, in steps of it, lie on it: the digits that texts and
 /// 32-bit floats keep of evenly spaced points leave less.
@@ -23,6 +24,8 @@ pub enum Shape {
     Rectilinear([Arc<[f64]>; 3]),
     /// At world positions of their own, x fastest.
     Curvilinear(Arc<[DVec3]>),
+    /// At world positions of their own, and cells between them that lie in no order.
+    Unstructured(Arc<Cells>),
 }
 
 impl Shape {
@@ -32,6 +35,7 @@ impl Shape {
             Self::Affine => "grid",
             Self::Rectilinear(_) => "rectilinear",
             Self::Curvilinear(_) => "curvilinear",
+            Self::Unstructured(_) => "unstructured",
         }
     }
 
@@ -66,6 +70,7 @@ impl Shape {
                 }
                 Ok(())
             }
+            Self::Unstructured(_) => Ok(()),
         }
     }
 
@@ -74,6 +79,7 @@ impl Shape {
     pub(super) fn cells(&self, dims: [usize; 3]) -> Self {
         match self {
             Self::Affine => Self::Affine,
+            Self::Unstructured(cells) => Self::Unstructured(Arc::clone(cells)),
             Self::Rectilinear(axes) => Self::Rectilinear(axes.each_ref().map(|list| {
                 if list.len() < 2 {
                     return Arc::clone(list);
@@ -99,7 +105,7 @@ impl Shape {
     /// grids have their own.
     pub(super) fn even(&self, dims: [usize; 3]) -> Option<Lattice> {
         match self {
-            Self::Affine => None,
+            Self::Affine | Self::Unstructured(_) => None,
             Self::Rectilinear(axes) => {
                 let mut lattice = Lattice::unit(dims);
                 for (axis, list) in axes.iter().enumerate() {
@@ -137,6 +143,7 @@ impl Shape {
                 [end(f64::min), end(f64::max)]
             }
             Self::Curvilinear(points) => bounds(points),
+            Self::Unstructured(cells) => cells.bounds(),
         };
         let mut lattice = Lattice { origin: low, ..Lattice::unit(dims) };
         let extent = high - low;
@@ -162,6 +169,7 @@ impl Shape {
                 })
                 .collect(),
             Self::Curvilinear(points) => Arc::clone(points),
+            Self::Unstructured(cells) => cells.points()[..cells.own_points()].into(),
         }
     }
 }

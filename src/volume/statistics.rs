@@ -104,17 +104,32 @@ impl Statistics {
     /// # Errors
     /// [`Cancelled`].
     pub fn of(samples: &Samples, ticket: &Ticket) -> Result<Self, Cancelled> {
-        with_samples!(samples, values => Self::of_values(values, ticket))
+        with_samples!(samples, values => Self::of_values(values, None, ticket))
     }
 
-    fn of_values<T: Scalar>(values: &[T], ticket: &Ticket) -> Result<Self, Cancelled> {
+    /// The same of samples of something that reaches from a least to a greatest value, neither of which need be among them.
+    ///
+    /// # Errors
+    /// [`Cancelled`].
+    pub fn between(samples: &Samples, range: [f64; 2], ticket: &Ticket) -> Result<Self, Cancelled> {
+        with_samples!(samples, values => Self::of_values(values, Some(range), ticket))
+    }
+
+    fn of_values<T: Scalar>(
+        values: &[T],
+        range: Option<[f64; 2]>,
+        ticket: &Ticket,
+    ) -> Result<Self, Cancelled> {
         let parts: Vec<Partial> = values
             .par_chunks(CHUNK)
             .map(
                 |chunk| if ticket.is_cancelled() { Err(Cancelled) } else { Ok(Partial::of(chunk)) },
             )
             .collect::<Result<_, _>>()?;
-        let total = parts.into_iter().fold(Partial::EMPTY, Partial::merge);
+        let mut total = parts.into_iter().fold(Partial::EMPTY, Partial::merge);
+        if let Some([low, high]) = range {
+            (total.min, total.max) = (total.min.min(low), total.max.max(high));
+        }
         if total.finite == 0 {
             return Ok(Self {
                 min: 0.0,

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::samples::Scalar;
 use super::shape::{Shape, axes_of};
-use super::{Association, Field, Grid, Lattice, Samples, Statistics, VolumeError};
+use super::{Association, Component, Field, Grid, Lattice, Samples, Statistics, VolumeError};
 use crate::core::memory;
 use crate::core::progress::Ticket;
 use crate::with_samples;
@@ -17,7 +17,8 @@ use crate::with_samples;
 pub enum Places {
     /// On a lattice, x fastest.
     Lattice(Lattice),
-    /// On a grid whose points are not evenly spaced (rectilinear or curvilinear), x fastest.
+    /// On a grid whose points are not evenly spaced (rectilinear or curvilinear), x fastest; or wherever unstructured points
+    /// are, in their order, all of them along x.
     Points {
         /// Points along x, y, z.
         dims: [usize; 3],
@@ -118,6 +119,11 @@ impl Grid {
             });
         }
         self.require_vectors(&field.name, field.samples.len() / 3)?;
+        if matches!(self.shape, Shape::Unstructured(_)) {
+            let own = |c: usize| self.samples_of(field, Component::Index(c), ticket);
+            let parts = [own(0)?, own(1)?, own(2)?];
+            return self.vectors_on_lattice(&field.name, field, parts, ticket);
+        }
         let vectors = with_samples!(&*field.samples, values => {
             let triples = values.par_chunks_exact(3);
             triples.map(|v| Vec3::from_array([0, 1, 2].map(|c| narrow(v[c].to_f64())))).collect()
@@ -155,9 +161,31 @@ impl Grid {
         let name = format!("({})", fields.map(|field| field.name.as_str()).join(", "));
         let count = first.samples.len();
         self.require_vectors(&name, count)?;
+        if matches!(self.shape, Shape::Unstructured(_)) {
+            let parts = fields.map(|field| Arc::clone(&field.samples));
+            return self.vectors_on_lattice(&name, first, parts, ticket);
+        }
         let vector = |index| Vec3::from_array(fields.map(|field| narrow(field.samples.get(index))));
         let vectors = (0..count).into_par_iter().map(vector).collect();
         VectorField::new(&name, self.places(first.association), vectors, ticket)
+    }
+
+    /// Vectors of unstructured cells, whose points are in no order that lines could follow: on the lattice that scalars are
+    /// sampled on, NaN outside all cells.
+    fn vectors_on_lattice(
+        &self,
+        name: &str,
+        field: &Field,
+        parts: [Arc<Samples>; 3],
+        ticket: &Ticket,
+    ) -> Result<VectorField, VolumeError> {
+        let [x, y, z] = parts;
+        let (lattice, x, _) = self.evenly_spaced(field, x, ticket)?;
+        let (_, y, _) = self.evenly_spaced(field, y, ticket)?;
+        let (_, z, _) = self.evenly_spaced(field, z, ticket)?;
+        let vector = |i| Vec3::from_array([&x, &y, &z].map(|part| narrow(part.get(i))));
+        let vectors = (0..x.len()).into_par_iter().map(vector).collect();
+        VectorField::new(name, Places::Lattice(lattice), vectors, ticket)
     }
 
     fn require_vectors(&self, name: &str, count: usize) -> Result<(), VolumeError> {
@@ -178,6 +206,15 @@ impl Grid {
         }
         if let Some(lattice) = shape.even(dims) {
             return Places::Lattice(lattice);
+        }
+        if let Shape::Unstructured(cells) = &shape {
+            let points = match association {
+                Association::Point => shape.points(dims),
+                Association::Cell => cells.middles(),
+            };
+            let edge = cells.median_edge();
+            let axes = DMat3::from_diagonal(DVec3::splat(if edge > 0.0 { edge } else { 1.0 }));
+            return Places::Points { dims, axes: vec![axes; points.len()].into(), points };
         }
         let points = shape.points(dims);
         let axes = axes_of(&points, dims);

@@ -1,5 +1,6 @@
-//! Scalars of grids that are not evenly spaced, on a lattice that is: trilinear between the points of the
-//! cell that a lattice point lies in, NaN outside all cells.
+//! Scalars of grids that are not evenly spaced, on a lattice that is: by the shape functions of the cell that a lattice
+//! point lies in, NaN outside all cells. Cells are drawn themselves where the mode asks for that; the lattice is for
+//! statistics, quick pictures and every other mode.
 
 mod cells;
 
@@ -9,8 +10,9 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::shape::{Shape, bounds};
+use super::shape::Shape;
 use super::{Association, Field, Grid, Lattice, Samples, ScalarType, VolumeError};
+use crate::cells::{CellField, Cells, On};
 use crate::core::memory;
 use crate::core::progress::Ticket;
 
@@ -18,14 +20,17 @@ use crate::core::progress::Ticket;
 const MOST_SAMPLES: usize = 4;
 /// Small grids may have this many however few they have.
 const ALWAYS_SAMPLES: usize = 1 << 15;
+/// Samples of the lattice for each of the cells that it holds, and how many there are at least and at most.
+const SAMPLES_A_CELL: f64 = 8.0;
+const SAMPLES_OF_CELLS: [f64; 2] = [262_144.0, 16_777_216.0];
 
 impl Grid {
     /// How samples on points or cells lie, and how many along each axis.
     pub(super) fn shape_of(&self, association: Association) -> (Shape, [usize; 3]) {
-        let dims = self.lattice.dims;
+        let dims = self.dims_of(association);
         match association {
             Association::Point => (self.shape.clone(), dims),
-            Association::Cell => (self.shape.cells(dims), dims.map(|n| n.saturating_sub(1).max(1))),
+            Association::Cell => (self.shape.cells(self.lattice.dims), dims),
         }
     }
 
@@ -37,11 +42,15 @@ impl Grid {
         {
             let (shape, dims) = self.shape_of(association);
             let is_used = self.fields.iter().any(|field| field.association == association);
-            if !is_used || matches!(shape, Shape::Affine) || shape.even(dims).is_some() {
+            let is_drawn_itself = matches!(shape, Shape::Curvilinear(_) | Shape::Unstructured(_));
+            if is_drawn_itself
+                || !is_used
+                || matches!(shape, Shape::Affine)
+                || shape.even(dims).is_some()
+            {
                 continue;
             }
-            // Surfaces are refused when they are to be drawn.
-            let Ok(lattice) = lattice(&shape, dims) else { continue };
+            let lattice = lattice(&shape, dims);
             let [from, to] =
                 [dims, lattice.dims].map(|dims| dims.map(|n| n.to_string()).join(" × "));
             sizes.push(format!("{to} for its {from} {of}"));
@@ -56,7 +65,8 @@ impl Grid {
         })
     }
 
-    /// The lattice that a field is drawn on, and its `samples` there.
+    /// The lattice that a field is drawn on, its `samples` there, and the cells that these are samples of, where there are
+    /// any.
     ///
     /// # Errors
     /// See [`lattice`] and [`samples`].
@@ -65,47 +75,127 @@ impl Grid {
         field: &Field,
         values: Arc<Samples>,
         ticket: &Ticket,
-    ) -> Result<(Lattice, Arc<Samples>), VolumeError> {
+    ) -> Result<(Lattice, Arc<Samples>, Option<Arc<CellField>>), VolumeError> {
         let (shape, dims) = self.shape_of(field.association);
         if matches!(shape, Shape::Affine) {
-            return Ok((self.lattice_of(field), values));
+            return Ok((self.lattice_of(field), values, None));
         }
         if let Some(lattice) = shape.even(dims) {
-            return Ok((lattice, values));
+            return Ok((lattice, values, None));
         }
-        let lattice = lattice(&shape, dims)?;
-        let values = samples(&values, &shape, dims, &lattice, ticket)?;
-        Ok((lattice, Arc::new(values)))
+        if let Some(cells) = self.cells()? {
+            let own = (0..values.len()).into_par_iter().map(|i| values.get(i)).collect();
+            let on = match field.association {
+                Association::Point => On::Points,
+                Association::Cell => On::Cells,
+            };
+            let cells = Arc::new(CellField::new(cells, on, own));
+            let lattice = lattice_of_cells(cells.cells());
+            let samples = samples_of_cells(&cells, &lattice, is_wide(&values), ticket)?;
+            return Ok((lattice, Arc::new(samples), Some(cells)));
+        }
+        let lattice = lattice(&shape, dims);
+        let values = samples(&values, &shape, &lattice, ticket)?;
+        Ok((lattice, Arc::new(values), None))
     }
+
+    /// The cells of an unstructured or curvilinear grid; of others `None`.
+    ///
+    /// # Errors
+    /// None of them has volume.
+    pub fn cells(&self) -> Result<Option<Arc<Cells>>, VolumeError> {
+        match &self.shape {
+            Shape::Affine | Shape::Rectilinear(_) => Ok(None),
+            Shape::Unstructured(cells) if cells.solids().is_empty() => {
+                let found = match cells.own_cells() {
+                    0 => format!("{} points without any", cells.own_points()),
+                    n => format!("{n} points, lines or polygons"),
+                };
+                Err(VolumeError::NoSolids { found })
+            }
+            Shape::Unstructured(cells) => Ok(Some(Arc::clone(cells))),
+            Shape::Curvilinear(points) => {
+                let dims = self.lattice.dims;
+                if dims.contains(&1) {
+                    let [x, y, z] = dims;
+                    return Err(VolumeError::Surface { found: format!("{x} × {y} × {z}") });
+                }
+                Ok(Some(Arc::new(Cells::of_grid(points, dims))))
+            }
+        }
+    }
+}
+
+/// A lattice of cubes over the box of cells: eight samples a cell, but no fewer than 64³ of them and no more than 256³.
+fn lattice_of_cells(cells: &Cells) -> Lattice {
+    let [low, high] = cells.bounds();
+    let extent = high - low;
+    let greatest = extent.max_element();
+    // Flat boxes have a depth of one sample.
+    let thick = extent.max(DVec3::splat(greatest * 1e-3));
+    let [least, most] = SAMPLES_OF_CELLS;
+    let wanted = (cells.solids().len() as f64 * SAMPLES_A_CELL).clamp(least, most);
+    let scale = if greatest > 0.0 { greatest } else { 1.0 };
+    let mut step = scale * ((thick / scale).element_product() / wanted).cbrt();
+    if !(step > 0.0 && step.is_finite()) {
+        step = 1.0;
+    }
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "16 million at most"
+    )]
+    let dims = extent.to_array().map(|length| ((length / step).ceil() as usize + 1).max(2));
+    let last = DVec3::from(dims.map(|n| (n - 1) as f64));
+    // The box in the middle of the samples.
+    let origin = low + (extent - last * step) / 2.0;
+    Lattice { origin, spacing: DVec3::splat(step), ..Lattice::unit(dims) }
+}
+
+/// A field's value at each point of a lattice.
+fn samples_of_cells(
+    field: &CellField,
+    lattice: &Lattice,
+    is_wide: bool,
+    ticket: &Ticket,
+) -> Result<Samples, VolumeError> {
+    let count = lattice.len();
+    let needed = (count * if is_wide { 8 } else { 4 }) as u64;
+    memory::require("the evenly spaced samples", needed, memory::free_bytes())?;
+    if is_wide {
+        let mut out = vec![f64::NAN; count];
+        cells::fill(&mut out, |v| v, field, lattice, ticket)?;
+        return Ok(Samples::Float64(out));
+    }
+    #[expect(clippy::cast_possible_truncation, reason = "the sources have 24 bits at most")]
+    let narrow = |v: f64| v as f32;
+    let mut out = vec![f32::NAN; count];
+    cells::fill(&mut out, narrow, field, lattice, ticket)?;
+    Ok(Samples::Float32(out))
+}
+
+/// Whether samples have more digits than 32-bit floats.
+fn is_wide(samples: &Samples) -> bool {
+    matches!(
+        samples.scalar_type(),
+        ScalarType::Float64
+            | ScalarType::Int32
+            | ScalarType::UInt32
+            | ScalarType::Int64
+            | ScalarType::UInt64
+    )
 }
 
 /// The lattice that scalars of a grid are drawn on: over the box of its points, as fine along each axis
 /// as the grid is where it is finest, but not of more than four times its samples (or 32 768), and of no
-/// fewer along an axis of a rectilinear grid than that has.
-///
-/// # Errors
-/// A curved surface or line, which has no cells to be inside of.
-fn lattice(shape: &Shape, dims: [usize; 3]) -> Result<Lattice, VolumeError> {
+/// fewer along an axis than that has.
+fn lattice(shape: &Shape, dims: [usize; 3]) -> Lattice {
     let outline = shape.outline(dims);
-    let (least, steps) = match shape {
-        Shape::Affine => return Ok(outline),
-        Shape::Rectilinear(axes) => (dims, axes.each_ref().map(|list| least_step(list))),
-        Shape::Curvilinear(points) => {
-            if dims.contains(&1) {
-                let [x, y, z] = dims;
-                return Err(VolumeError::Surface { found: format!("{x} × {y} × {z}") });
-            }
-            ([2; 3], cells::least_edges(points, dims))
-        }
-    };
-    let [low, high] = match shape {
-        Shape::Curvilinear(points) => bounds(points),
-        _ => {
-            let last = DVec3::from(dims.map(|n| n.saturating_sub(1) as f64));
-            [outline.origin, outline.origin + outline.spacing * last]
-        }
-    };
-    let extent = high - low;
+    let Shape::Rectilinear(axes) = shape else { return outline };
+    let (least, steps) = (dims, axes.each_ref().map(|list| least_step(list)));
+    let last = DVec3::from(dims.map(|n| n.saturating_sub(1) as f64));
+    let low = outline.origin;
+    let extent = outline.spacing * last;
     let most = (MOST_SAMPLES * dims.iter().product::<usize>()).max(ALWAYS_SAMPLES);
     let sizes = |coarser: f64| {
         let mut sizes = [1; 3];
@@ -140,72 +230,38 @@ fn lattice(shape: &Shape, dims: [usize; 3]) -> Result<Lattice, VolumeError> {
             lattice.spacing[axis] = extent[axis] / (sizes[axis] - 1) as f64;
         }
     }
-    Ok(lattice)
+    lattice
 }
 
 fn least_step(list: &[f64]) -> f64 {
     list.windows(2).map(|pair| (pair[1] - pair[0]).abs()).fold(f64::INFINITY, f64::min)
 }
 
-/// One number a point of the grid, at each point of the lattice. Integers become floats.
+/// One number a point of a rectilinear grid, at each point of the lattice. Integers become floats.
 ///
 /// # Errors
 /// Too little memory, or cancelled.
 fn samples(
     samples: &Samples,
     shape: &Shape,
-    dims: [usize; 3],
     lattice: &Lattice,
     ticket: &Ticket,
 ) -> Result<Samples, VolumeError> {
-    let is_wide = matches!(
-        samples.scalar_type(),
-        ScalarType::Float64
-            | ScalarType::Int32
-            | ScalarType::UInt32
-            | ScalarType::Int64
-            | ScalarType::UInt64
-    );
-    let count = lattice.len();
+    let Shape::Rectilinear(axes) = shape else { return Ok(samples.clone()) };
+    let axes = axes.each_ref().map(|list| &**list);
+    let (is_wide, count) = (is_wide(samples), lattice.len());
     let needed = (count * if is_wide { 8 } else { 4 }) as u64;
     memory::require("the evenly spaced samples", needed, memory::free_bytes())?;
-    // Cells are looked through in double precision, a few slices at a time.
     if is_wide {
         let mut out = vec![f64::NAN; count];
-        fill(&mut out, |v| v, samples, shape, dims, lattice, ticket)?;
-        Ok(Samples::Float64(out))
-    } else {
-        #[expect(clippy::cast_possible_truncation, reason = "the sources have 24 bits at most")]
-        let narrow = |v: f64| v as f32;
-        let mut out = vec![f32::NAN; count];
-        fill(&mut out, narrow, samples, shape, dims, lattice, ticket)?;
-        Ok(Samples::Float32(out))
+        rectilinear(&mut out, |v| v, samples, axes, lattice, ticket)?;
+        return Ok(Samples::Float64(out));
     }
-}
-
-fn fill<T: Copy + Send + Sync>(
-    out: &mut [T],
-    from_f64: impl Fn(f64) -> T + Sync,
-    samples: &Samples,
-    shape: &Shape,
-    dims: [usize; 3],
-    lattice: &Lattice,
-    ticket: &Ticket,
-) -> Result<(), VolumeError> {
-    match shape {
-        Shape::Affine => Ok(()),
-        Shape::Rectilinear(axes) => rectilinear(
-            out,
-            from_f64,
-            samples,
-            axes.each_ref().map(|list| &**list),
-            lattice,
-            ticket,
-        ),
-        Shape::Curvilinear(points) => {
-            cells::fill(out, from_f64, samples, points, dims, lattice, ticket)
-        }
-    }
+    #[expect(clippy::cast_possible_truncation, reason = "the sources have 24 bits at most")]
+    let narrow = |v: f64| v as f32;
+    let mut out = vec![f32::NAN; count];
+    rectilinear(&mut out, narrow, samples, axes, lattice, ticket)?;
+    Ok(Samples::Float32(out))
 }
 
 /// Between which entries of a list each of a lattice's coordinates lies: the first one's number, and how

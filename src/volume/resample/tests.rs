@@ -85,7 +85,7 @@ fn a_hole_reaches_no_further_than_its_cells() {
 fn an_even_axis_keeps_its_samples_beside_an_uneven_one() {
     let x: Vec<f64> = (0..47).map(|i| f64::from(0.05208_f32 * i as f32 - 1.22396)).collect();
     let (dims, shape) = rectilinear(&x, &[0.0, 1.0], &[0.0, 0.05, 0.15]);
-    assert_eq!(lattice(&shape, dims).unwrap().dims, [47, 2, 4]);
+    assert_eq!(lattice(&shape, dims).dims, [47, 2, 4]);
 }
 
 #[test]
@@ -93,13 +93,14 @@ fn a_lattice_is_never_of_more_than_four_times_the_samples() {
     // A boundary layer: steps from 1e-6 to 1.
     let layered: Vec<f64> = (0..48).map(|i| 10_f64.powf(i as f64 / 8.0 - 6.0)).collect();
     let (dims, shape) = rectilinear(&layered, &layered, &layered);
-    let of = lattice(&shape, dims).unwrap();
+    let of = lattice(&shape, dims);
     let (had, has) = (48_usize.pow(3), of.len());
     assert!(has <= 4 * had && has > 3 * had, "{of:?}");
     assert!(of.dims.iter().all(|&n| n >= 48), "{of:?}");
     let points = shape.points(dims);
-    let of = lattice(&Shape::Curvilinear(points), dims).unwrap();
-    assert!(of.len() <= 4 * had && of.len() > 3 * had, "{of:?}");
+    let of = lattice_of_cells(&Cells::of_grid(&points, dims));
+    let wanted = 47_usize.pow(3) * 8;
+    assert!(of.len() < wanted + wanted / 10 && of.len() > wanted - wanted / 10, "{of:?}");
 }
 
 /// A quarter of a thick shell: radius 1 to 2, both angles up to a right one.
@@ -163,50 +164,6 @@ fn values_along_a_curvilinear_grid_are_found_by_inverting_its_map() {
 }
 
 #[test]
-fn a_cell_is_inverted_wherever_its_corners_are_even_where_two_fall_together() {
-    let mut state = 0x5eed_0004_u64;
-    let mut random = || {
-        state ^= state << 13;
-        state ^= state >> 7;
-        state ^= state << 17;
-        (state % 1_000_001) as f64 / 1e6
-    };
-    let cube: [DVec3; 8] = std::array::from_fn(|n| at([2; 3], n));
-    for round in 0..500 {
-        let mut corners = cube.map(|corner| {
-            let moved = corner + 0.15 * DVec3::new(random(), random(), random());
-            // Flat by six orders, as in a boundary layer, and turned.
-            let flat = moved * DVec3::new(2.0, 2e-6, 30.0);
-            DVec3::new(flat.x + flat.y, flat.y - flat.x, flat.z)
-        });
-        if round % 2 == 1 {
-            // Two edges fall together, as on an axis that a grid turns about.
-            corners[1] = corners[0];
-            corners[5] = corners[4];
-        }
-        let cell = cells::Cell::new(corners);
-        let unit = DVec3::new(random(), 0.05 + 0.9 * random(), random());
-        let world = cell.world_from_unit(unit);
-        let found = cell.unit_from_world(world).expect("a point of the cell is in it");
-        assert!((found - unit).length() < 1e-5, "seed 0x5eed0004, round {round}: {found}, {unit}");
-        let beside = cell.world_from_unit(unit + DVec3::new(1.5, 0.0, 0.0));
-        assert_eq!(cell.unit_from_world(beside), None, "round {round}");
-    }
-}
-
-#[test]
-fn a_cell_without_depth_holds_what_is_on_it_and_nothing_beside() {
-    let cell = cells::Cell::new(std::array::from_fn(|n| {
-        let corner = at([2; 3], n);
-        DVec3::new(0.0, 2.0 * corner.y, 3.0 * corner.z + corner.y)
-    }));
-    let on = cell.world_from_unit(DVec3::new(0.5, 0.25, 0.75));
-    let found = cell.unit_from_world(on).expect("a point of the cell is in it");
-    assert!((found.y - 0.25).abs() < 1e-9 && (found.z - 0.75).abs() < 1e-9, "{found}");
-    assert_eq!(cell.unit_from_world(on + DVec3::X * 0.01), None);
-}
-
-#[test]
 fn curved_surfaces_have_no_scalars_but_vectors_and_a_cancel_is_answered() {
     let dims = [5, 4, 1];
     let points: Arc<[DVec3]> =
@@ -219,13 +176,12 @@ fn curved_surfaces_have_no_scalars_but_vectors_and_a_cancel_is_answered() {
 
     let ticket = Ticket::new();
     ticket.cancel();
-    let solid = |shape, dims| {
-        let samples = Samples::Float32(vec![0.0; 64]);
-        let lattice = lattice(&shape, dims).unwrap();
-        super::samples(&samples, &shape, dims, &lattice, &ticket)
+    let scalar = |shape, dims| {
+        let grid = grid(dims, shape, Association::Point, vec![0.0; 64]);
+        grid.scalar(&grid.fields[0], Component::Index(0), &ticket)
     };
     let (dims, shape) = rectilinear(&[0., 1., 3., 4.], &[0., 1., 3., 4.], &[0., 1., 3., 4.]);
-    assert!(matches!(solid(shape.clone(), dims), Err(VolumeError::Cancelled(_))));
     let points = shape.points(dims);
-    assert!(matches!(solid(Shape::Curvilinear(points), dims), Err(VolumeError::Cancelled(_))));
+    assert!(matches!(scalar(shape, dims), Err(VolumeError::Cancelled(_))));
+    assert!(matches!(scalar(Shape::Curvilinear(points), dims), Err(VolumeError::Cancelled(_))));
 }

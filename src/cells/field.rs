@@ -1,0 +1,157 @@
+//! One number on cells: on their points, or one a cell.
+
+use std::sync::{Arc, OnceLock};
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::Cells;
+use crate::core::progress::{Cancelled, Ticket};
+
+/// What the numbers of a field stand on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum On {
+    /// The points: shape functions lead from one to the next.
+    Points,
+    /// The cells: each has one number throughout.
+    Cells,
+}
+
+/// Numbers on cells.
+#[derive(Debug, Clone)]
+pub struct CellField {
+    cells: Arc<Cells>,
+    on: On,
+    /// Of every point, those that splits add among them; or of each of the file's cells.
+    values: Vec<f64>,
+    growths: OnceLock<Arc<[DVec3]>>,
+}
+
+impl CellField {
+    /// Of one number for each of the file's points or cells.
+    pub fn new(cells: Arc<Cells>, on: On, own: Vec<f64>) -> Self {
+        let values = match on {
+            On::Points => cells.with_added(own),
+            On::Cells => own,
+        };
+        Self { cells, on, values, growths: OnceLock::new() }
+    }
+
+    /// The cells.
+    pub fn cells(&self) -> &Arc<Cells> {
+        &self.cells
+    }
+
+    /// What the numbers stand on.
+    pub fn on(&self) -> On {
+        self.on
+    }
+
+    /// The numbers at the corners of a solid; the rest are 0.
+    pub fn at_corners(&self, solid: usize) -> [f64; 8] {
+        let mut values = [0.0; 8];
+        let corners = self.cells.solids()[solid].corners();
+        for (value, corner) in values.iter_mut().zip(corners) {
+            *value = match self.on {
+                On::Points => self.values[*corner as usize],
+                On::Cells => self.values[self.cells.sources()[solid] as usize],
+            };
+        }
+        values
+    }
+
+    /// Whether a solid has a finite number at each corner: others are nowhere.
+    pub fn is_there(&self, solid: usize) -> bool {
+        self.at_corners(solid).iter().all(|value| value.is_finite())
+    }
+
+    /// The number at (r, s, t) of a solid.
+    pub fn value(&self, solid: usize, unit: DVec3) -> f64 {
+        if self.on == On::Cells {
+            return self.values[self.cells.sources()[solid] as usize];
+        }
+        let weights = self.cells.solids()[solid].kind().weights(unit);
+        self.at_corners(solid).iter().zip(weights).map(|(value, weight)| value * weight).sum()
+    }
+
+    /// Least and greatest number of the solids that are there; `None` where none is.
+    pub fn range(&self) -> Option<[f64; 2]> {
+        let none = || [f64::INFINITY, f64::NEG_INFINITY];
+        let wider = |[a, b]: [f64; 2], [c, d]: [f64; 2]| [a.min(c), b.max(d)];
+        let of = |solid: usize| {
+            let count = self.cells.solids()[solid].corners().len();
+            let own = self.at_corners(solid);
+            let own = own[..count].iter().fold(none(), |[a, b], v| [a.min(*v), b.max(*v)]);
+            if self.is_there(solid) { own } else { none() }
+        };
+        let all = (0..self.cells.solids().len()).into_par_iter().map(of).reduce(none, wider);
+        (all[0] <= all[1]).then_some(all)
+    }
+
+    /// What the field grows by per unit of the world at each point, as recovered: the mean of what it grows by in the
+    /// middles of the solids about the point, by their volumes. Numbers of cells are taken to their points first, alike.
+    /// Made at the first call.
+    ///
+    /// # Errors
+    /// [`Cancelled`].
+    pub fn growths(&self, ticket: &Ticket) -> Result<&Arc<[DVec3]>, Cancelled> {
+        if let Some(known) = self.growths.get() {
+            return Ok(known);
+        }
+        let found = self.recovered(ticket)?;
+        Ok(self.growths.get_or_init(|| found))
+    }
+
+    fn recovered(&self, ticket: &Ticket) -> Result<Arc<[DVec3]>, Cancelled> {
+        const A_PART: usize = 1 << 12;
+        let (cells, points) = (&self.cells, self.cells.points().len());
+        let volumes: Vec<f64> = (0..cells.solids().len())
+            .into_par_iter()
+            .map(
+                |solid| if self.is_there(solid) { cells.placed(solid).volume().abs() } else { 0.0 },
+            )
+            .collect();
+        let mut weights = vec![0.0; points];
+        for (solid, volume) in cells.solids().iter().zip(&volumes) {
+            solid.corners().iter().for_each(|corner| weights[*corner as usize] += volume);
+        }
+        let at_points = match self.on {
+            On::Points => None,
+            On::Cells => {
+                let mut sums = vec![0.0; points];
+                for (i, (solid, volume)) in cells.solids().iter().zip(&volumes).enumerate() {
+                    let value = self.values[cells.sources()[i] as usize];
+                    let share = if *volume > 0.0 { value * volume } else { 0.0 };
+                    solid.corners().iter().for_each(|corner| sums[*corner as usize] += share);
+                }
+                let mean =
+                    |(sum, weight): (f64, &f64)| if *weight > 0.0 { sum / weight } else { 0.0 };
+                Some(sums.into_iter().zip(&weights).map(mean).collect::<Vec<_>>())
+            }
+        };
+        let mut sums = vec![DVec3::ZERO; points];
+        for (i, (solid, volume)) in cells.solids().iter().zip(&volumes).enumerate() {
+            if i.is_multiple_of(A_PART) && ticket.is_cancelled() {
+                return Err(Cancelled);
+            }
+            if *volume <= 0.0 {
+                continue;
+            }
+            let own = match &at_points {
+                None => self.at_corners(i),
+                Some(values) => {
+                    let mut own = [0.0; 8];
+                    for (value, corner) in own.iter_mut().zip(solid.corners()) {
+                        *value = values[*corner as usize];
+                    }
+                    own
+                }
+            };
+            let growth = cells.placed(i).gradient(own, solid.kind().middle()) * *volume;
+            solid.corners().iter().for_each(|corner| sums[*corner as usize] += growth);
+        }
+        let mean =
+            |(sum, weight): (DVec3, &f64)| if *weight > 0.0 { sum / *weight } else { DVec3::ZERO };
+        Ok(sums.into_iter().zip(&weights).map(mean).collect())
+    }
+}

@@ -1,0 +1,271 @@
+//! Fields on cells that lie anywhere: tetrahedra, hexahedra, wedges, pyramids, and what is split into these.
+//!
+//! Owns the cells of unstructured and curvilinear grids ([`Cells`]), the shape functions between their points
+//! ([`Solid`]), which of them lie near a place ([`Listed`]), their outer faces ([`Cells::surface`]), and one number on
+//! them ([`CellField`]). Refuses files, lattices of samples and drawing. Imports `core`.
+
+mod field;
+mod listed;
+mod solid;
+mod split;
+mod surface;
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use glam::DVec3;
+
+pub use field::{CellField, On};
+pub use listed::Listed;
+pub use solid::{Kind, Placed, Solid};
+pub use surface::Face;
+
+/// Cells that cannot be: what was expected, and what was found.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("expected {expected}, found {found}")]
+pub struct CellsError {
+    /// In words.
+    pub expected: String,
+    /// In words.
+    pub found: String,
+}
+
+/// Cells as a file lists them.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Listing {
+    /// World positions of the points.
+    pub points: Vec<DVec3>,
+    /// What each cell is, by VTK's numbers (`vtkCellType.h`).
+    pub types: Vec<u8>,
+    /// Where the corners of each begin, and where the last one's end: one more than there are cells.
+    pub starts: Vec<usize>,
+    /// Numbers of points.
+    pub corners: Vec<u32>,
+    /// The faces of each polyhedron, by the number of its cell: lists of points' numbers.
+    pub faces: BTreeMap<usize, Vec<Vec<u32>>>,
+}
+
+/// A point that a split adds: a mean of others.
+#[derive(Debug, Clone, PartialEq)]
+struct Blend {
+    /// Numbers of points, and what each weighs.
+    of: Vec<(u32, f64)>,
+}
+
+/// What is known of the cells of a file.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Census {
+    /// How many cells there are of each of VTK's types.
+    pub by_type: BTreeMap<u8, usize>,
+    /// Cells that were split into simpler ones.
+    pub split: usize,
+    /// Pieces without volume.
+    pub flat: usize,
+    /// Pieces whose points go round the other way.
+    pub inverted: usize,
+    /// Cells of points that are not finite, which are left out.
+    pub not_finite: usize,
+}
+
+/// Cells and the points they stand on.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Cells {
+    /// World positions: of the file's points, then of those that splits add.
+    points: Arc<[DVec3]>,
+    /// How many of them are the file's.
+    own_points: usize,
+    /// How many cells the file has.
+    own_cells: usize,
+    blends: Vec<Blend>,
+    solids: Vec<Solid>,
+    /// Which of the file's cells each solid is of.
+    sources: Vec<u32>,
+    census: Census,
+}
+
+impl Cells {
+    /// Those of a listing: cells with volume become solids, others are counted.
+    ///
+    /// # Errors
+    /// Corners that are no points, too few or too many of them, and types that are not known.
+    pub fn new(listing: Listing) -> Result<Self, CellsError> {
+        let Listing { points, types, starts, corners, faces } = listing;
+        if starts.len() != types.len() + 1 || starts.last() != Some(&corners.len()) {
+            return Err(CellsError {
+                expected: format!("corners for {} cells", types.len()),
+                found: format!("{} in {} lists", corners.len(), starts.len().saturating_sub(1)),
+            });
+        }
+        let count = points.len();
+        let all = corners.iter().chain(faces.values().flatten().flatten());
+        if let Some(corner) = all.into_iter().find(|corner| **corner as usize >= count) {
+            return Err(CellsError {
+                expected: format!("corners from 0 to {}", count as i64 - 1),
+                found: corner.to_string(),
+            });
+        }
+        let (own_points, own_cells) = (count, types.len());
+        let mut census = Census::default();
+        let mut split = split::Split::new(&points);
+        let mut sources = Vec::new();
+        for (cell, kind) in types.iter().enumerate() {
+            *census.by_type.entry(*kind).or_default() += 1;
+            let (begin, end) = (starts[cell], starts[cell + 1]);
+            let own = corners.get(begin..end).ok_or_else(|| CellsError {
+                expected: "offsets that rise from cell to cell".into(),
+                found: format!("{end} after {begin} for cell {cell}"),
+            })?;
+            if own.iter().any(|corner| !points[*corner as usize].is_finite()) {
+                census.not_finite += 1;
+                continue;
+            }
+            let none = Vec::new();
+            let faces = faces.get(&cell).unwrap_or(&none);
+            if split.push(*kind, own, faces, cell)? {
+                census.split += 1;
+            }
+            #[expect(
+                clippy::cast_possible_truncation,
+                reason = "files have fewer cells than 2^32"
+            )]
+            sources.resize(split.solids.len(), cell as u32);
+        }
+        let split::Split { solids, blends, added, .. } = split;
+        let points: Arc<[DVec3]> = points.into_iter().chain(added).collect();
+        for solid in &solids {
+            let placed = solid.placed(&points);
+            let volume = placed.volume();
+            census.flat += usize::from(placed.is_flat());
+            census.inverted += usize::from(volume < 0.0 && !placed.is_flat());
+        }
+        Ok(Self { points, own_points, own_cells, blends, solids, sources, census })
+    }
+
+    /// The hexahedra between the points of a curvilinear grid, x fastest; two points or more along each axis.
+    pub fn of_grid(points: &Arc<[DVec3]>, [nx, ny, nz]: [usize; 3]) -> Self {
+        let at = |x: usize, y: usize, z: usize| {
+            #[expect(
+                clippy::cast_possible_truncation,
+                reason = "grids have fewer than 2^32 points"
+            )]
+            let at = ((z * ny + y) * nx + x) as u32;
+            at
+        };
+        let mut solids = Vec::with_capacity((nx - 1) * (ny - 1) * (nz - 1));
+        for z in 0..nz - 1 {
+            for y in 0..ny - 1 {
+                for x in 0..nx - 1 {
+                    let ring =
+                        |z| [at(x, y, z), at(x + 1, y, z), at(x + 1, y + 1, z), at(x, y + 1, z)];
+                    let ([a, b, c, d], [e, f, g, h]) = (ring(z), ring(z + 1));
+                    solids.push(Solid::new(Kind::Hexahedron, [a, b, c, d, e, f, g, h]));
+                }
+            }
+        }
+        let count = solids.len();
+        #[expect(clippy::cast_possible_truncation, reason = "grids have fewer than 2^32 cells")]
+        let sources = (0..count as u32).collect();
+        let by_type = BTreeMap::from([(split::HEXAHEDRON, count)]);
+        Self {
+            points: Arc::clone(points),
+            own_points: points.len(),
+            own_cells: count,
+            blends: Vec::new(),
+            solids,
+            sources,
+            census: Census { by_type, ..Census::default() },
+        }
+    }
+
+    /// World positions: of the file's points, then of those that splits add.
+    pub fn points(&self) -> &Arc<[DVec3]> {
+        &self.points
+    }
+
+    /// How many points the file has.
+    pub fn own_points(&self) -> usize {
+        self.own_points
+    }
+
+    /// How many cells the file has, those without volume among them.
+    pub fn own_cells(&self) -> usize {
+        self.own_cells
+    }
+
+    /// The cells with volume, as they are drawn.
+    pub fn solids(&self) -> &[Solid] {
+        &self.solids
+    }
+
+    /// Which of the file's cells each solid is of.
+    pub fn sources(&self) -> &[u32] {
+        &self.sources
+    }
+
+    /// The middle of each of the file's cells, as the mean of its solids' corners; the origin where a cell has no solid.
+    pub fn middles(&self) -> Arc<[DVec3]> {
+        let mut sums = vec![(DVec3::ZERO, 0.0); self.own_cells];
+        for (solid, cell) in self.solids.iter().zip(&self.sources) {
+            for corner in solid.corners() {
+                let (sum, count) = &mut sums[*cell as usize];
+                *sum += self.points[*corner as usize];
+                *count += 1.0;
+            }
+        }
+        sums.into_iter().map(|(sum, count)| if count > 0.0 { sum / count } else { sum }).collect()
+    }
+
+    /// What is known of the file's cells.
+    pub fn census(&self) -> &Census {
+        &self.census
+    }
+
+    /// A solid with its corners' places.
+    pub fn placed(&self, solid: usize) -> Placed {
+        self.solids[solid].placed(&self.points)
+    }
+
+    /// Least and greatest coordinates of the solids; of all points where there is no solid.
+    pub fn bounds(&self) -> [DVec3; 2] {
+        let none = [DVec3::INFINITY, DVec3::NEG_INFINITY];
+        let wider = |[low, high]: [DVec3; 2], point: &DVec3| [low.min(*point), high.max(*point)];
+        if self.solids.is_empty() {
+            return self.points.iter().filter(|point| point.is_finite()).fold(none, wider);
+        }
+        let corners = self.solids.iter().flat_map(Solid::corners);
+        corners.map(|corner| &self.points[*corner as usize]).fold(none, wider)
+    }
+
+    /// The median length of the solids' edges; of many, of some thousands of them. 0 where there is none.
+    pub fn median_edge(&self) -> f64 {
+        const MOST: usize = 20_000;
+        let every = self.solids.len().div_ceil(MOST).max(1);
+        let mut lengths: Vec<f64> = Vec::new();
+        for solid in self.solids.iter().step_by(every) {
+            let corners = solid.corners();
+            lengths.extend(solid.kind().edges().iter().filter_map(|[a, b]| {
+                let [a, b] = [a, b].map(|i| self.points[corners[*i] as usize]);
+                let length = a.distance(b);
+                (length > 0.0).then_some(length)
+            }));
+        }
+        if lengths.is_empty() {
+            return 0.0;
+        }
+        let middle = lengths.len() / 2;
+        *lengths.select_nth_unstable_by(middle, f64::total_cmp).1
+    }
+
+    /// Numbers on the file's points with those of the points that splits add.
+    pub(crate) fn with_added(&self, mut own: Vec<f64>) -> Vec<f64> {
+        own.reserve(self.blends.len());
+        for blend in &self.blends {
+            let value = blend.of.iter().map(|(point, weight)| own[*point as usize] * weight).sum();
+            own.push(value);
+        }
+        own
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,324 @@
+//! One solid cell: its shape functions, and where a place lies in it.
+
+use glam::{DMat3, DVec3};
+
+/// What a solid is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[repr(u8)]
+pub enum Kind {
+    /// Four points: r, s, t ≥ 0, r + s + t ≤ 1.
+    Tetrahedron,
+    /// Five: a square, and the point above it where t = 1.
+    Pyramid,
+    /// Six: two triangles, at t = 0 and t = 1; r, s ≥ 0, r + s ≤ 1.
+    Wedge,
+    /// Eight: two rings of four, at t = 0 and t = 1.
+    Hexahedron,
+}
+
+impl Kind {
+    /// How many points.
+    pub fn points(self) -> usize {
+        match self {
+            Self::Tetrahedron => 4,
+            Self::Pyramid => 5,
+            Self::Wedge => 6,
+            Self::Hexahedron => 8,
+        }
+    }
+
+    /// Pairs of corners that an edge joins.
+    pub fn edges(self) -> &'static [[usize; 2]] {
+        match self {
+            Self::Tetrahedron => &[[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]],
+            Self::Pyramid => &[[0, 1], [1, 2], [2, 3], [3, 0], [0, 4], [1, 4], [2, 4], [3, 4]],
+            Self::Wedge => {
+                &[[0, 1], [1, 2], [2, 0], [3, 4], [4, 5], [5, 3], [0, 3], [1, 4], [2, 5]]
+            }
+            Self::Hexahedron => &[
+                [0, 1],
+                [1, 2],
+                [2, 3],
+                [3, 0],
+                [4, 5],
+                [5, 6],
+                [6, 7],
+                [7, 4],
+                [0, 4],
+                [1, 5],
+                [2, 6],
+                [3, 7],
+            ],
+        }
+    }
+
+    /// The corners of each face, around it.
+    pub fn faces(self) -> &'static [&'static [usize]] {
+        match self {
+            Self::Tetrahedron => &[&[0, 1, 2], &[0, 1, 3], &[1, 2, 3], &[2, 0, 3]],
+            Self::Pyramid => &[&[0, 1, 2, 3], &[0, 1, 4], &[1, 2, 4], &[2, 3, 4], &[3, 0, 4]],
+            Self::Wedge => &[&[0, 1, 2], &[3, 4, 5], &[0, 1, 4, 3], &[1, 2, 5, 4], &[2, 0, 3, 5]],
+            Self::Hexahedron => &[
+                &[0, 1, 2, 3],
+                &[4, 5, 6, 7],
+                &[0, 1, 5, 4],
+                &[1, 2, 6, 5],
+                &[2, 3, 7, 6],
+                &[3, 0, 4, 7],
+            ],
+        }
+    }
+
+    /// The shape function of each corner at (r, s, t); the rest are 0.
+    pub fn weights(self, DVec3 { x: r, y: s, z: t }: DVec3) -> [f64; 8] {
+        let mut weights = [0.0; 8];
+        match self {
+            Self::Tetrahedron => weights[..4].copy_from_slice(&[1.0 - r - s - t, r, s, t]),
+            Self::Wedge => {
+                let below = [1.0 - r - s, r, s];
+                for (i, share) in below.into_iter().enumerate() {
+                    (weights[i], weights[i + 3]) = (share * (1.0 - t), share * t);
+                }
+            }
+            Self::Pyramid | Self::Hexahedron => {
+                let ring = [(1.0 - r) * (1.0 - s), r * (1.0 - s), r * s, (1.0 - r) * s];
+                for (i, share) in ring.into_iter().enumerate() {
+                    weights[i] = share * (1.0 - t);
+                    match self {
+                        Self::Pyramid => weights[4] += share * t,
+                        _ => weights[i + 4] = share * t,
+                    }
+                }
+            }
+        }
+        weights
+    }
+
+    /// How far (r, s, t) lies beyond the solid's own region, in units of it; negative or 0 inside.
+    pub fn beyond(self, DVec3 { x: r, y: s, z: t }: DVec3) -> f64 {
+        let below = (-r).max(-s).max(-t);
+        match self {
+            Self::Tetrahedron => below.max(r + s + t - 1.0),
+            Self::Wedge => below.max(r + s - 1.0).max(t - 1.0),
+            Self::Pyramid | Self::Hexahedron => below.max(r - 1.0).max(s - 1.0).max(t - 1.0),
+        }
+    }
+
+    /// The middle of its region.
+    pub fn middle(self) -> DVec3 {
+        match self {
+            Self::Tetrahedron => DVec3::splat(0.25),
+            Self::Pyramid => DVec3::new(0.5, 0.5, 0.25),
+            Self::Wedge => DVec3::new(1.0 / 3.0, 1.0 / 3.0, 0.5),
+            Self::Hexahedron => DVec3::splat(0.5),
+        }
+    }
+
+    /// Numbers at the corners as the factors of 1, r, s, t, rs, st, rt and rst, which is what all four kinds' shape
+    /// functions are made of.
+    pub fn polynomial<T>(self, at: [T; 8]) -> [T; 8]
+    where
+        T: Copy + Default + std::ops::Add<Output = T> + std::ops::Sub<Output = T>,
+    {
+        let none = T::default();
+        let [p0, p1, p2, p3, p4, p5, p6, p7] = at;
+        match self {
+            Self::Tetrahedron => [p0, p1 - p0, p2 - p0, p3 - p0, none, none, none, none],
+            Self::Wedge => {
+                let (rt, st) = (p4 - p1 - p3 + p0, p5 - p2 - p3 + p0);
+                [p0, p1 - p0, p2 - p0, p3 - p0, none, st, rt, none]
+            }
+            Self::Pyramid => {
+                let rs = p2 - p1 - p3 + p0;
+                [p0, p1 - p0, p3 - p0, p4 - p0, rs, p0 - p3, p0 - p1, none - rs]
+            }
+            Self::Hexahedron => {
+                let (rs, st, rt) = (p2 - p1 - p3 + p0, p7 - p3 - p4 + p0, p5 - p1 - p4 + p0);
+                let rst = (p6 - p5 - p7 + p4) - rs;
+                [p0, p1 - p0, p3 - p0, p4 - p0, rs, st, rt, rst]
+            }
+        }
+    }
+}
+
+/// A solid cell, by the numbers of its points: in VTK's order, of a tetrahedron, pyramid, wedge or hexahedron.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Solid {
+    kind: Kind,
+    corners: [u32; 8],
+}
+
+impl Solid {
+    /// Corners beyond the kind's number are not looked at.
+    pub fn new(kind: Kind, corners: [u32; 8]) -> Self {
+        Self { kind, corners }
+    }
+
+    /// Of the first of a list; there are enough.
+    pub(super) fn of(kind: Kind, list: &[u32]) -> Self {
+        let mut corners = [0; 8];
+        corners[..kind.points()].copy_from_slice(&list[..kind.points()]);
+        Self { kind, corners }
+    }
+
+    /// What it is.
+    pub fn kind(&self) -> Kind {
+        self.kind
+    }
+
+    /// Numbers of its points.
+    pub fn corners(&self) -> &[u32] {
+        &self.corners[..self.kind.points()]
+    }
+
+    /// With its corners' places.
+    pub fn placed(&self, points: &[DVec3]) -> Placed {
+        let mut places = [DVec3::ZERO; 8];
+        for (place, corner) in places.iter_mut().zip(self.corners()) {
+            *place = points[*corner as usize];
+        }
+        Placed::new(self.kind, places)
+    }
+}
+
+/// A solution is found once a step is no longer than this, in units of the solid.
+const EXACT: f64 = 1e-9;
+/// Slopes shorter than this share of the solid's diagonal lead nowhere.
+const COLLAPSED: f64 = 1e-12;
+/// Beside squares of unit slopes.
+const DAMPING: f64 = 1e-14;
+const MOST_STEPS: usize = 30;
+/// Solids of less volume than this share of the cube of their diagonal are flat.
+const FLAT: f64 = 1e-12;
+
+/// A solid's corners in a space.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Placed {
+    kind: Kind,
+    corners: [DVec3; 8],
+    factors: [DVec3; 8],
+    size: f64,
+}
+
+impl Placed {
+    /// A point is inside a solid up to so far outside its own region: rounding must not open seams.
+    pub const RIM: f64 = 1e-6;
+
+    /// Of a kind, with its corners in VTK's order; others are not looked at.
+    pub fn new(kind: Kind, corners: [DVec3; 8]) -> Self {
+        let own = &corners[..kind.points()];
+        let [low, high] = own
+            .iter()
+            .fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[a, b], p| [a.min(*p), b.max(*p)]);
+        let size = (high - low).length();
+        // From the first corner, so that coordinates far from 0 keep their digits.
+        let factors = kind.polynomial(corners.map(|corner| corner - corners[0]));
+        Self { kind, corners, factors, size }
+    }
+
+    /// What it is.
+    pub fn kind(&self) -> Kind {
+        self.kind
+    }
+
+    /// Places of its corners.
+    pub fn corners(&self) -> &[DVec3] {
+        &self.corners[..self.kind.points()]
+    }
+
+    /// Least and greatest coordinates: no place of it lies beyond its corners.
+    pub fn bounds(&self) -> [DVec3; 2] {
+        let none = [DVec3::INFINITY, DVec3::NEG_INFINITY];
+        self.corners().iter().fold(none, |[low, high], p| [low.min(*p), high.max(*p)])
+    }
+
+    /// A place of (r, s, t), and its derivatives as columns.
+    pub fn at(&self, unit: DVec3) -> (DVec3, DMat3) {
+        let DVec3 { x: r, y: s, z: t } = unit;
+        let [_, cr, cs, ct, crs, cst, crt, crst] = self.factors;
+        let by_r = cr + crs * s + crt * t + crst * (s * t);
+        let by_s = cs + crs * r + cst * t + crst * (r * t);
+        let by_t = ct + cst * s + crt * r + crst * (r * s);
+        let place = cr * r
+            + cs * s
+            + ct * t
+            + crs * (r * s)
+            + cst * (s * t)
+            + crt * (r * t)
+            + crst * (r * s * t);
+        (self.corners[0] + place, DMat3::from_cols(by_r, by_s, by_t))
+    }
+
+    /// Its volume, negative where its points go round the other way: exact of tetrahedra; of others that of the
+    /// parallelepiped at three quadrature points along each axis.
+    pub fn volume(&self) -> f64 {
+        let determinant = |unit| self.at(unit).1.determinant();
+        if self.kind == Kind::Tetrahedron {
+            return determinant(DVec3::ZERO) / 6.0;
+        }
+        // Gauss's rule of three points: determinants are of the fourth degree along an axis at most.
+        let root = (0.6_f64).sqrt() / 2.0;
+        let rule = [(0.5 - root, 5.0 / 18.0), (0.5, 8.0 / 18.0), (0.5 + root, 5.0 / 18.0)];
+        let mut sum = 0.0;
+        for (t, wt) in rule {
+            for (s, ws) in rule {
+                for (r, wr) in rule {
+                    let (unit, shrunk) = match self.kind {
+                        // A triangle as a square of which one side is a point.
+                        Kind::Wedge => (DVec3::new(r * (1.0 - s), s, t), 1.0 - s),
+                        _ => (DVec3::new(r, s, t), 1.0),
+                    };
+                    sum += wr * ws * wt * shrunk * determinant(unit);
+                }
+            }
+        }
+        sum
+    }
+
+    /// Whether it has no volume to speak of.
+    pub fn is_flat(&self) -> bool {
+        self.volume().abs() <= FLAT * self.size.powi(3)
+    }
+
+    /// Where a place lies in it, as (r, s, t), if it does: by Newton's method, which is exact at once in tetrahedra.
+    pub fn unit_from(&self, place: DVec3) -> Option<DVec3> {
+        let mut unit = self.kind.middle();
+        for _ in 0..MOST_STEPS {
+            let (here, slopes) = self.at(unit);
+            let off = place - here;
+            // Newton's step in the least squares, of slopes scaled to unit length (solids may be flat by any factor) and
+            // damped by so little that only collapsed ones feel it, whose slopes have no inverse.
+            let [x, y, z] = [slopes.x_axis, slopes.y_axis, slopes.z_axis]
+                .map(|slope| slope.length().max(COLLAPSED * self.size));
+            let units = DMat3::from_cols(slopes.x_axis / x, slopes.y_axis / y, slopes.z_axis / z);
+            let square = units.transpose() * units + DMat3::from_diagonal(DVec3::splat(DAMPING));
+            let step = square.inverse() * (units.transpose() * off) / DVec3::new(x, y, z);
+            if !step.is_finite() {
+                return None;
+            }
+            // What leaves the region by more than another one does not come back.
+            unit = (unit + step).clamp(DVec3::splat(-1.0), DVec3::splat(2.0));
+            if step.abs().max_element() <= EXACT {
+                // Where slopes have no inverse, no step is left beside the solid, too.
+                let is_inside = self.kind.beyond(unit) <= Self::RIM;
+                let is_there = off.length() <= Self::RIM * self.size;
+                return (is_inside && is_there).then(|| unit.clamp(DVec3::ZERO, DVec3::ONE));
+            }
+        }
+        None
+    }
+
+    /// What a number at the corners grows by per unit of the space, at (r, s, t); zero where the solid has collapsed.
+    pub fn gradient(&self, numbers: [f64; 8], unit: DVec3) -> DVec3 {
+        let DVec3 { x: r, y: s, z: t } = unit;
+        let [_, cr, cs, ct, crs, cst, crt, crst] = self.kind.polynomial(numbers);
+        let by_unit = DVec3::new(
+            cr + crs * s + crt * t + crst * (s * t),
+            cs + crs * r + cst * t + crst * (r * t),
+            ct + cst * s + crt * r + crst * (r * s),
+        );
+        let slopes = self.at(unit).1;
+        let gradient = slopes.transpose().inverse() * by_unit;
+        if gradient.is_finite() { gradient } else { DVec3::ZERO }
+    }
+}

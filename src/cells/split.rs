@@ -1,0 +1,357 @@
+//! Cells of a file's types as solids (`vtkCellType.h` numbers them; *The VTK User's Guide* orders their points).
+//!
+//! Quadratic cells are split at their middle points, Lagrange's at all of theirs: linear in between, with their own values
+//! at every point. What has many faces is split into tetrahedra about its middle.
+
+use std::collections::HashMap;
+
+use glam::DVec3;
+
+use super::solid::{Kind, Solid};
+use super::{Blend, CellsError};
+
+/// VTK's number.
+pub(super) const HEXAHEDRON: u8 = 12;
+
+/// Solids so far.
+pub(super) struct Split<'a> {
+    points: &'a [DVec3],
+    pub solids: Vec<Solid>,
+    pub blends: Vec<Blend>,
+    /// Places of the blends.
+    pub added: Vec<DVec3>,
+    /// Blends by what they are the mean of, so that neighbours share those on their common face.
+    known: HashMap<Vec<u32>, u32>,
+}
+
+impl<'a> Split<'a> {
+    pub(super) fn new(points: &'a [DVec3]) -> Self {
+        let none = HashMap::new();
+        Self { points, solids: Vec::new(), blends: Vec::new(), added: Vec::new(), known: none }
+    }
+
+    /// Adds a cell's solids; whether it had to be split.
+    ///
+    /// # Errors
+    /// Another number of corners than the type has, and types that are not known.
+    pub(super) fn push(
+        &mut self,
+        kind: u8,
+        corners: &[u32],
+        faces: &[Vec<u32>],
+        cell: usize,
+    ) -> Result<bool, CellsError> {
+        let of = |expected: usize| match corners.len() == expected {
+            true => Ok(()),
+            false => Err(CellsError {
+                expected: format!(
+                    "{expected} corners of cell {cell}, which is of VTK's type {kind}"
+                ),
+                found: corners.len().to_string(),
+            }),
+        };
+        match kind {
+            // Nothing, points, lines and polygons, straight or curved.
+            0..=9 | 21..=23 | 28 | 30 | 34..=36 | 51 | 60..=63 | 66 | 68..=70 | 75..=77 => Ok(false),
+            10 => of(4).map(|()| self.one(Kind::Tetrahedron, corners)),
+            11 => of(8).map(|()| {
+                let [a, b, c, d, e, f, g, h] = [0, 1, 3, 2, 4, 5, 7, 6].map(|i: usize| corners[i]);
+                self.one(Kind::Hexahedron, &[a, b, c, d, e, f, g, h])
+            }),
+            HEXAHEDRON => of(8).map(|()| self.one(Kind::Hexahedron, corners)),
+            13 => of(6).map(|()| self.one(Kind::Wedge, corners)),
+            14 => of(5).map(|()| self.one(Kind::Pyramid, corners)),
+            15 => of(10).map(|()| self.prism(corners)),
+            16 => of(12).map(|()| self.prism(corners)),
+            24 => of(10).map(|()| self.quadratic_tetrahedron(corners)),
+            25 => of(20).map(|()| self.quadratic_hexahedron(corners)),
+            26 => of(15).map(|()| self.quadratic_wedge(corners)),
+            27 => of(13).map(|()| self.quadratic_pyramid(corners)),
+            29 => of(27).map(|()| self.quadratic_hexahedron(corners)),
+            42 => {
+                self.polyhedron(corners, faces);
+                Ok(true)
+            }
+            71 => {
+                let order = order_of(corners.len(), cell, kind, |n| (n + 1) * (n + 2) * (n + 3) / 6)?;
+                self.lagrange_tetrahedron(corners, order, cell)
+            }
+            72 => {
+                let order = order_of(corners.len(), cell, kind, |n| (n + 1).pow(3))?;
+                self.lagrange_hexahedron(corners, order);
+                Ok(order > 1)
+            }
+            _ => Err(CellsError {
+                expected: "cells of linear, quadratic or polyhedral types, or Lagrange's tetrahedra and hexahedra".into(),
+                found: format!("VTK's type {kind} at cell {cell}"),
+            }),
+        }
+    }
+
+    fn one(&mut self, kind: Kind, corners: &[u32]) -> bool {
+        self.solids.push(Solid::of(kind, corners));
+        false
+    }
+
+    /// The mean of points, with weights that belong to them.
+    fn blend(&mut self, of: &[(u32, f64)]) -> u32 {
+        let mut key: Vec<u32> = of.iter().map(|(point, _)| *point).collect();
+        key.sort_unstable();
+        if let Some(known) = self.known.get(&key) {
+            return *known;
+        }
+        let place = |point: u32| {
+            let point = point as usize;
+            self.points.get(point).copied().unwrap_or_else(|| self.added[point - self.points.len()])
+        };
+        let at = of.iter().map(|(point, weight)| place(*point) * *weight).sum();
+        #[expect(clippy::cast_possible_truncation, reason = "points of files have 32 bits")]
+        let number = (self.points.len() + self.added.len()) as u32;
+        self.added.push(at);
+        self.blends.push(Blend { of: of.to_vec() });
+        self.known.insert(key, number);
+        number
+    }
+
+    fn middle(&mut self, of: &[u32]) -> u32 {
+        let share = 1.0 / of.len() as f64;
+        let even: Vec<(u32, f64)> = of.iter().map(|point| (*point, share)).collect();
+        self.blend(&even)
+    }
+
+    /// The middle of a face of eight points, by the shape functions of a quadratic square: corners weigh −1/4, the middles
+    /// of edges 1/2.
+    fn middle_of_face(&mut self, corners: [u32; 4], edges: [u32; 4]) -> u32 {
+        let corners = corners.map(|point| (point, -0.25));
+        let edges = edges.map(|point| (point, 0.5));
+        self.blend(&[corners, edges].concat())
+    }
+
+    /// A prism over a polygon of half of the corners: wedges about its axis.
+    fn prism(&mut self, corners: &[u32]) -> bool {
+        let (below, above) = corners.split_at(corners.len() / 2);
+        let axis = [self.middle(below), self.middle(above)];
+        for (i, _) in below.iter().enumerate() {
+            let next = (i + 1) % below.len();
+            let wedge = [axis[0], below[i], below[next], axis[1], above[i], above[next]];
+            self.solids.push(Solid::of(Kind::Wedge, &wedge));
+        }
+        true
+    }
+
+    /// Four tetrahedra at the corners, and four about the diagonal between the middles of two opposite edges.
+    fn quadratic_tetrahedron(&mut self, c: &[u32]) -> bool {
+        const PARTS: [[usize; 4]; 8] = [
+            [0, 4, 6, 7],
+            [4, 1, 5, 8],
+            [6, 5, 2, 9],
+            [7, 8, 9, 3],
+            // About 6–8.
+            [6, 8, 4, 5],
+            [6, 8, 5, 9],
+            [6, 8, 9, 7],
+            [6, 8, 7, 4],
+        ];
+        for part in PARTS {
+            self.solids.push(Solid::of(Kind::Tetrahedron, &part.map(|i| c[i])));
+        }
+        true
+    }
+
+    /// Eight hexahedra; of 20 points the middles of faces and of the solid follow from the shape functions.
+    fn quadratic_hexahedron(&mut self, c: &[u32]) -> bool {
+        let at = |i: usize| c[i];
+        let mut face = |corners: [usize; 4], edges: [usize; 4], own: usize| match c.get(own) {
+            Some(own) => *own,
+            None => self.middle_of_face(corners.map(at), edges.map(at)),
+        };
+        // VTK's 27 points: 20 at x low, 21 at x high, 22 at y low, 23 at y high, 24 at z low, 25 at z high, 26.
+        let x0 = face([0, 3, 7, 4], [11, 19, 15, 16], 20);
+        let x1 = face([1, 2, 6, 5], [9, 18, 13, 17], 21);
+        let y0 = face([0, 1, 5, 4], [8, 17, 12, 16], 22);
+        let y1 = face([3, 2, 6, 7], [10, 18, 14, 19], 23);
+        let z0 = face([0, 1, 2, 3], [8, 9, 10, 11], 24);
+        let z1 = face([4, 5, 6, 7], [12, 13, 14, 15], 25);
+        let middle = match c.get(26) {
+            Some(own) => *own,
+            None => {
+                let corners = (0..8).map(|i| (c[i], -0.25));
+                let edges = (8..20).map(|i| (c[i], 0.25));
+                self.blend(&corners.chain(edges).collect::<Vec<_>>())
+            }
+        };
+        // Three along x, three along y, three along z.
+        let lattice = [
+            [[c[0], c[8], c[1]], [c[11], z0, c[9]], [c[3], c[10], c[2]]],
+            [[c[16], y0, c[17]], [x0, middle, x1], [c[19], y1, c[18]]],
+            [[c[4], c[12], c[5]], [c[15], z1, c[13]], [c[7], c[14], c[6]]],
+        ];
+        self.hexahedra(3, |x, y, z| lattice[z][y][x]);
+        true
+    }
+
+    /// The hexahedra between so many points along each axis.
+    fn hexahedra(&mut self, points: usize, at: impl Fn(usize, usize, usize) -> u32) {
+        for z in 0..points - 1 {
+            for y in 0..points - 1 {
+                for x in 0..points - 1 {
+                    let ring =
+                        |z| [at(x, y, z), at(x + 1, y, z), at(x + 1, y + 1, z), at(x, y + 1, z)];
+                    let ([a, b, c, d], [e, f, g, h]) = (ring(z), ring(z + 1));
+                    self.solids.push(Solid::new(Kind::Hexahedron, [a, b, c, d, e, f, g, h]));
+                }
+            }
+        }
+    }
+
+    /// Eight wedges: two layers of four.
+    fn quadratic_wedge(&mut self, c: &[u32]) -> bool {
+        let at = |i: usize| c[i];
+        // Of the three squares: between the edges 6 and 9, 7 and 10, 8 and 11.
+        let f0 = self.middle_of_face([0, 1, 4, 3].map(at), [6, 13, 9, 12].map(at));
+        let f1 = self.middle_of_face([1, 2, 5, 4].map(at), [7, 14, 10, 13].map(at));
+        let f2 = self.middle_of_face([2, 0, 3, 5].map(at), [8, 12, 11, 14].map(at));
+        let layers = [
+            [c[0], c[1], c[2], c[6], c[7], c[8]],
+            [c[12], c[13], c[14], f0, f1, f2],
+            [c[3], c[4], c[5], c[9], c[10], c[11]],
+        ];
+        for pair in layers.windows(2) {
+            for triangle in [[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]] {
+                let [low, high] = [&pair[0], &pair[1]].map(|l| triangle.map(|i: usize| l[i]));
+                self.solids.push(Solid::of(Kind::Wedge, &[low, high].concat()));
+            }
+        }
+        true
+    }
+
+    /// Six pyramids and four tetrahedra.
+    fn quadratic_pyramid(&mut self, c: &[u32]) -> bool {
+        let at = |i: usize| c[i];
+        let base = self.middle_of_face([0, 1, 2, 3].map(at), [5, 6, 7, 8].map(at));
+        let above = [c[9], c[10], c[11], c[12]];
+        let edges = [c[5], c[6], c[7], c[8]];
+        let pyramid = |split: &mut Self, ring: [u32; 4], top: u32| {
+            let [a, b, c, d] = ring;
+            split.solids.push(Solid::of(Kind::Pyramid, &[a, b, c, d, top]));
+        };
+        for i in 0..4 {
+            let before = edges[(i + 3) % 4];
+            pyramid(self, [c[i], edges[i], base, before], above[i]);
+            let next = (i + 1) % 4;
+            let side = [edges[i], base, above[i], above[next]];
+            self.solids.push(Solid::of(Kind::Tetrahedron, &side));
+        }
+        pyramid(self, above, c[4]);
+        let [a, b, d, e] = above;
+        pyramid(self, [e, d, b, a], base);
+        true
+    }
+
+    /// Tetrahedra between the middle of its corners and triangles of its faces, which are split about their middles.
+    fn polyhedron(&mut self, corners: &[u32], faces: &[Vec<u32>]) {
+        if corners.is_empty() {
+            return;
+        }
+        let middle = self.middle(corners);
+        for face in faces {
+            let about = match face.len() {
+                0..=2 => continue,
+                3 => {
+                    self.solids
+                        .push(Solid::of(Kind::Tetrahedron, &[face[0], face[1], face[2], middle]));
+                    continue;
+                }
+                _ => self.middle(face),
+            };
+            for (i, point) in face.iter().enumerate() {
+                let next = face[(i + 1) % face.len()];
+                self.solids.push(Solid::of(Kind::Tetrahedron, &[*point, next, about, middle]));
+            }
+        }
+    }
+
+    /// By its corners alone where it is linear, as a quadratic one where it is of the second order.
+    fn lagrange_tetrahedron(
+        &mut self,
+        corners: &[u32],
+        order: usize,
+        cell: usize,
+    ) -> Result<bool, CellsError> {
+        match order {
+            1 => Ok(self.one(Kind::Tetrahedron, corners)),
+            2 => Ok(self.quadratic_tetrahedron(corners)),
+            _ => Err(CellsError {
+                expected: "Lagrange's tetrahedra of the first or second order".into(),
+                found: format!("order {order} at cell {cell}"),
+            }),
+        }
+    }
+
+    /// Hexahedra between all of its points, which VTK orders by corners, edges, faces and the inside.
+    fn lagrange_hexahedron(&mut self, corners: &[u32], order: usize) {
+        let number = |x: usize, y: usize, z: usize| lagrange_number([x, y, z], order);
+        let own: Vec<u32> = corners.to_vec();
+        self.hexahedra(order + 1, |x, y, z| own[number(x, y, z)]);
+    }
+}
+
+/// The order of a cell with so many points.
+fn order_of(
+    count: usize,
+    cell: usize,
+    kind: u8,
+    points: impl Fn(usize) -> usize,
+) -> Result<usize, CellsError> {
+    (1..=10).find(|order| points(*order) == count).ok_or_else(|| CellsError {
+        expected: format!(
+            "as many points as an order up to 10 has, for cell {cell} of VTK's type {kind}"
+        ),
+        found: count.to_string(),
+    })
+}
+
+/// The number that VTK gives a point of a hexahedron of an order (`vtkHigherOrderHexahedron::PointIndexFromIJK`).
+fn lagrange_number([i, j, k]: [usize; 3], order: usize) -> usize {
+    let at_end = |x: usize| x == 0 || x == order;
+    let ends = [i, j, k].map(at_end);
+    let inner = order - 1;
+    let ring = |i: usize, j: usize| match (i > 0, j > 0) {
+        (false, false) => 0,
+        (true, false) => 1,
+        (true, true) => 2,
+        (false, true) => 3,
+    };
+    match ends {
+        [true, true, true] => ring(i, j) + if k > 0 { 4 } else { 0 },
+        // Twelve edges: four below, four above, four upright.
+        [false, true, true] => {
+            (i - 1) + if j > 0 { 2 * inner } else { 0 } + if k > 0 { 4 * inner } else { 0 } + 8
+        }
+        [true, false, true] => {
+            (j - 1) + if i > 0 { inner } else { 3 * inner } + if k > 0 { 4 * inner } else { 0 } + 8
+        }
+        [true, true, false] => (k - 1) + inner * ring(i, j) + 8 * inner + 8,
+        // Six faces.
+        [true, false, false] => {
+            8 + 12 * inner + (j - 1) + inner * (k - 1) + if i > 0 { inner * inner } else { 0 }
+        }
+        [false, true, false] => {
+            8 + 12 * inner
+                + 2 * inner * inner
+                + (i - 1)
+                + inner * (k - 1)
+                + if j > 0 { inner * inner } else { 0 }
+        }
+        [false, false, true] => {
+            8 + 12 * inner
+                + 4 * inner * inner
+                + (i - 1)
+                + inner * (j - 1)
+                + if k > 0 { inner * inner } else { 0 }
+        }
+        [false, false, false] => {
+            8 + 12 * inner + 6 * inner * inner + (i - 1) + inner * ((j - 1) + inner * (k - 1))
+        }
+    }
+}

@@ -1,0 +1,382 @@
+use super::*;
+use crate::core::progress::Ticket;
+
+/// The corners of a unit cube in VTK's order.
+const CUBE: [[f64; 3]; 8] = [
+    [0., 0., 0.],
+    [1., 0., 0.],
+    [1., 1., 0.],
+    [0., 1., 0.],
+    [0., 0., 1.],
+    [1., 0., 1.],
+    [1., 1., 1.],
+    [0., 1., 1.],
+];
+
+fn random(state: &mut u64) -> f64 {
+    *state ^= *state << 13;
+    *state ^= *state >> 7;
+    *state ^= *state << 17;
+    (*state % 1_000_001) as f64 / 1e6
+}
+
+/// A solid of a kind, bent a little.
+fn bent(kind: Kind, state: &mut u64) -> Placed {
+    let corners: [[f64; 3]; 8] = match kind {
+        Kind::Tetrahedron => {
+            let mut own = CUBE;
+            (own[2], own[3]) = ([0., 1., 0.], [0., 0., 1.]);
+            own
+        }
+        Kind::Pyramid => {
+            let mut own = CUBE;
+            own[4] = [0.5, 0.4, 1.0];
+            own
+        }
+        Kind::Wedge => {
+            let mut own = CUBE;
+            (own[2], own[3], own[4], own[5]) =
+                ([0., 1., 0.], [0., 0., 1.], [1., 0., 1.], [0., 1., 1.]);
+            own
+        }
+        Kind::Hexahedron => CUBE,
+    };
+    let mut corners = corners.map(|corner| {
+        let moved =
+            DVec3::from(corner) + 0.15 * DVec3::new(random(state), random(state), random(state));
+        // Flat by six orders, as in a boundary layer, turned, and far away.
+        let flat = moved * DVec3::new(2.0, 2e-6, 30.0);
+        DVec3::new(flat.x + flat.y, flat.y - flat.x, flat.z + 40.0)
+    });
+    if kind == Kind::Hexahedron && *state & 1 == 1 {
+        // Two edges fall together, as on an axis that a grid turns about.
+        (corners[1], corners[5]) = (corners[0], corners[4]);
+    }
+    Placed::new(kind, corners)
+}
+
+const KINDS: [Kind; 4] = [Kind::Tetrahedron, Kind::Pyramid, Kind::Wedge, Kind::Hexahedron];
+
+#[test]
+fn places_are_found_in_solids_of_all_kinds_and_beside_them_not() {
+    let mut state = 0x5eed_0009_u64;
+    for round in 0..400 {
+        let kind = KINDS[round % 4];
+        let solid = bent(kind, &mut state);
+        let mut unit = DVec3::new(
+            random(&mut state),
+            0.05 + 0.9 * random(&mut state),
+            0.9 * random(&mut state),
+        );
+        while kind.beyond(unit) > -0.02 {
+            unit = unit.lerp(kind.middle(), 0.3);
+        }
+        let place = solid.at(unit).0;
+        let found = solid.unit_from(place).expect("a place of the solid is in it");
+        assert!((found - unit).length() < 1e-5, "seed 0x5eed0009, round {round}: {found}, {unit}");
+        let sum: DVec3 = solid
+            .corners()
+            .iter()
+            .zip(kind.weights(unit))
+            .map(|(corner, weight)| *corner * weight)
+            .sum();
+        assert!((sum - place).length() < 1e-9, "{kind:?}: factors and shape functions are one");
+        let beside = solid.at(unit + DVec3::new(1.5, 0.0, 0.0)).0;
+        assert_eq!(solid.unit_from(beside), None, "round {round}");
+    }
+}
+
+#[test]
+fn a_solid_without_depth_holds_what_is_on_it_and_nothing_beside() {
+    let solid =
+        Placed::new(Kind::Hexahedron, CUBE.map(|[_, y, z]| DVec3::new(0.0, 2.0 * y, 3.0 * z + y)));
+    let on = solid.at(DVec3::new(0.5, 0.25, 0.75)).0;
+    let found = solid.unit_from(on).expect("a place of the solid is in it");
+    assert!((found.y - 0.25).abs() < 1e-9 && (found.z - 0.75).abs() < 1e-9, "{found}");
+    assert_eq!(solid.unit_from(on + DVec3::X * 0.01), None);
+    assert!(solid.is_flat());
+}
+
+#[test]
+fn weights_are_one_at_their_corner_and_add_up_to_one() {
+    let own = |kind: Kind| {
+        let square = [[0., 0.], [1., 0.], [1., 1.], [0., 1.]];
+        let triangle = [[0., 0.], [1., 0.], [0., 1.]];
+        let (ring, top): (&[[f64; 2]], f64) = match kind {
+            Kind::Tetrahedron => return vec![DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z],
+            Kind::Wedge => (&triangle, 1.0),
+            Kind::Pyramid => (&square, 0.0),
+            Kind::Hexahedron => (&square, 1.0),
+        };
+        let mut corners: Vec<DVec3> = ring.iter().map(|[r, s]| DVec3::new(*r, *s, 0.0)).collect();
+        match kind {
+            Kind::Pyramid => corners.push(DVec3::new(0.3, 0.7, 1.0)),
+            _ => corners.extend(ring.iter().map(|[r, s]| DVec3::new(*r, *s, top))),
+        }
+        corners
+    };
+    for kind in KINDS {
+        for (i, corner) in own(kind).into_iter().enumerate() {
+            for (j, weight) in kind.weights(corner).into_iter().enumerate() {
+                assert!((weight - f64::from(u8::from(i == j))).abs() < 1e-15, "{kind:?} {i} {j}");
+            }
+            assert!(kind.beyond(corner) <= 0.0);
+        }
+        assert!((kind.weights(kind.middle()).iter().sum::<f64>() - 1.0).abs() < 1e-15);
+    }
+}
+
+#[test]
+fn volumes_are_exact_where_geometry_knows_them() {
+    let volume = |kind, corners: &[[f64; 3]]| {
+        let mut own = [DVec3::ZERO; 8];
+        own.iter_mut().zip(corners).for_each(|(to, from)| *to = DVec3::from(*from));
+        Placed::new(kind, own).volume()
+    };
+    assert!((volume(Kind::Hexahedron, &CUBE) - 1.0).abs() < 1e-12);
+    let pyramid = [CUBE[0], CUBE[1], CUBE[2], CUBE[3], [0.2, 0.9, 3.0]];
+    assert!((volume(Kind::Pyramid, &pyramid) - 1.0).abs() < 1e-12);
+    let wedge = [CUBE[0], CUBE[1], CUBE[3], CUBE[4], CUBE[5], CUBE[7]];
+    assert!((volume(Kind::Wedge, &wedge) - 0.5).abs() < 1e-12);
+    let tetrahedron = [CUBE[0], CUBE[1], CUBE[3], CUBE[4]];
+    assert!((volume(Kind::Tetrahedron, &tetrahedron) - 1.0 / 6.0).abs() < 1e-15);
+    let turned = [CUBE[0], CUBE[3], CUBE[1], CUBE[4]];
+    assert!(volume(Kind::Tetrahedron, &turned) < 0.0);
+}
+
+/// A cell of its type with its own points.
+fn listing(kind: u8, points: &[DVec3]) -> Listing {
+    Listing {
+        points: points.to_vec(),
+        types: vec![kind],
+        starts: vec![0, points.len()],
+        corners: (0..points.len() as u32).collect(),
+        faces: BTreeMap::new(),
+    }
+}
+
+/// The points of a quadratic cell: corners, and middles of edges.
+fn with_middles(corners: &[[f64; 3]], edges: &[[usize; 2]]) -> Vec<DVec3> {
+    let corners: Vec<DVec3> = corners.iter().map(|c| DVec3::from(*c)).collect();
+    let middles = edges.iter().map(|[a, b]| corners[*a].midpoint(corners[*b]));
+    corners.iter().copied().chain(middles).collect()
+}
+
+#[test]
+fn split_cells_fill_the_same_space_once_and_keep_what_is_linear() {
+    let tetrahedron = [CUBE[0], CUBE[1], CUBE[3], CUBE[4]];
+    let wedge = [CUBE[0], CUBE[1], CUBE[3], CUBE[4], CUBE[5], CUBE[7]];
+    let pyramid = [CUBE[0], CUBE[1], CUBE[2], CUBE[3], [0.5, 0.5, 1.0]];
+    let hexahedron = Kind::Hexahedron.edges();
+    // VTK has the edges of a ring, of the other, and then those between.
+    let cases: [(u8, Vec<DVec3>, f64, usize); 7] = [
+        (24, with_middles(&tetrahedron, Kind::Tetrahedron.edges()), 1.0 / 6.0, 8),
+        (25, with_middles(&CUBE, hexahedron), 1.0, 8),
+        (26, with_middles(&wedge, Kind::Wedge.edges()), 0.5, 8),
+        (27, with_middles(&pyramid, Kind::Pyramid.edges()), 1.0 / 3.0, 10),
+        (72, lagrange(3), 1.0, 27),
+        (11, [0, 1, 3, 2, 4, 5, 7, 6].map(|i| DVec3::from(CUBE[i])).to_vec(), 1.0, 1),
+        (15, prism(5), 5.0 / 2.0 * (72_f64).to_radians().sin(), 5),
+    ];
+    for (kind, points, volume, solids) in cases {
+        let linear = |p: DVec3| 3.0 * p.x - 2.0 * p.y + 0.5 * p.z + 1.0;
+        let own: Vec<f64> = points.iter().map(|p| linear(*p)).collect();
+        let cells = Arc::new(Cells::new(listing(kind, &points)).unwrap());
+        assert_eq!(cells.solids().len(), solids, "type {kind}");
+        let volumes: Vec<f64> = (0..solids).map(|i| cells.placed(i).volume()).collect();
+        let sum: f64 = volumes.iter().map(|v| v.abs()).sum();
+        assert!((sum - volume).abs() < 1e-9, "type {kind}: {sum}, not {volume}");
+        assert_eq!(cells.census().flat, 0, "type {kind}: {volumes:?}");
+        let field = CellField::new(Arc::clone(&cells), On::Points, own);
+        for solid in 0..solids {
+            let middle = cells.solids()[solid].kind().middle();
+            let expected = linear(cells.placed(solid).at(middle).0);
+            let found = field.value(solid, middle);
+            assert!(
+                (found - expected).abs() < 1e-9,
+                "type {kind}, piece {solid}: {found}, {expected}"
+            );
+        }
+        for growth in field.growths(&Ticket::new()).unwrap().iter() {
+            assert!(
+                (*growth - DVec3::new(3.0, -2.0, 0.5)).length() < 1e-9,
+                "type {kind}: {growth}"
+            );
+        }
+        // No piece lies within another: their faces meet, and what is left is the hull.
+        let hull: f64 = cells
+            .surface(|_| true)
+            .iter()
+            .flat_map(|face| face.triangles())
+            .map(|t| area(&cells, t))
+            .sum();
+        let expected = hull_of(kind);
+        assert!((hull - expected).abs() < 1e-9, "type {kind}: a hull of {hull}, not {expected}");
+    }
+}
+
+fn area(cells: &Cells, [a, b, c]: [u32; 3]) -> f64 {
+    let [a, b, c] = [a, b, c].map(|i| cells.points()[i as usize]);
+    (b - a).cross(c - a).length() / 2.0
+}
+
+/// The area about the cells of the test above.
+fn hull_of(kind: u8) -> f64 {
+    match kind {
+        24 => 1.5 + 3.0_f64.sqrt() / 2.0,
+        26 => 1.0 + 2.0 + 2.0_f64.sqrt(),
+        27 => 1.0 + 4.0 * 1.25_f64.sqrt() / 2.0,
+        15 => {
+            let half = (36_f64).to_radians();
+            2.0 * 2.5 * (2.0 * half).sin() + 5.0 * 2.0 * half.sin()
+        }
+        _ => 6.0,
+    }
+}
+
+/// An upright prism of height 1 over a regular polygon of radius 1.
+fn prism(corners: usize) -> Vec<DVec3> {
+    let ring = |z: f64| {
+        (0..corners).map(move |i| {
+            let turn = std::f64::consts::TAU * i as f64 / corners as f64;
+            DVec3::new(turn.cos(), turn.sin(), z)
+        })
+    };
+    ring(0.0).chain(ring(1.0)).collect()
+}
+
+/// The unit cube as Lagrange's hexahedron, each point found by the corner, edge, face or inside that VTK numbers it in.
+fn lagrange(order: usize) -> Vec<DVec3> {
+    let n = order as f64;
+    let mut points: Vec<DVec3> = CUBE.iter().map(|c| DVec3::from(*c)).collect();
+    let between = |a: usize, b: usize| {
+        let (a, b) = (DVec3::from(CUBE[a]), DVec3::from(CUBE[b]));
+        (1..order).map(move |i| a.lerp(b, i as f64 / n))
+    };
+    // Edges run along the positive axes.
+    for [a, b] in [[0, 1], [1, 2], [3, 2], [0, 3], [4, 5], [5, 6], [7, 6], [4, 7]] {
+        points.extend(between(a, b));
+    }
+    for [a, b] in [[0, 4], [1, 5], [2, 6], [3, 7]] {
+        points.extend(between(a, b));
+    }
+    for axis in 0..3 {
+        let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
+        let (u, v) = (u.min(v), u.max(v));
+        for end in [0.0, 1.0] {
+            for j in 1..order {
+                for i in 1..order {
+                    let mut p = DVec3::ZERO;
+                    (p[axis], p[u], p[v]) = (end, i as f64 / n, j as f64 / n);
+                    points.push(p);
+                }
+            }
+        }
+    }
+    for k in 1..order {
+        for j in 1..order {
+            points.extend((1..order).map(|i| DVec3::new(i as f64, j as f64, k as f64) / n));
+        }
+    }
+    points
+}
+
+#[test]
+fn a_polyhedron_is_split_about_its_middle() {
+    let mut of = listing(42, &CUBE.map(DVec3::from));
+    let faces: Vec<Vec<u32>> = Kind::Hexahedron
+        .faces()
+        .iter()
+        .map(|face| face.iter().map(|i| *i as u32).collect())
+        .collect();
+    of.faces.insert(0, faces);
+    let cells = Cells::new(of).unwrap();
+    assert_eq!((cells.solids().len(), cells.points().len(), cells.own_points()), (24, 15, 8));
+    let volume: f64 = (0..24).map(|i| cells.placed(i).volume().abs()).sum();
+    assert!((volume - 1.0).abs() < 1e-12);
+}
+
+#[test]
+fn what_is_no_cell_is_refused_and_what_has_no_volume_counted() {
+    let points = CUBE.map(DVec3::from);
+    let refused = |listing: Listing| Cells::new(listing).unwrap_err().to_string();
+    let mut beyond = listing(12, &points);
+    beyond.corners[3] = 8;
+    assert_eq!(refused(beyond), "expected corners from 0 to 7, found 8");
+    assert!(refused(listing(10, &points)).contains("4 corners of cell 0"));
+    assert!(refused(listing(200, &points)).contains("type 200 at cell 0"));
+    let mut lists = listing(12, &points);
+    lists.starts.push(8);
+    assert!(refused(lists).contains("found 8 in 2 lists"));
+
+    let mut flat = points;
+    flat.iter_mut().for_each(|p| p.z = 0.0);
+    let cells = Cells::new(listing(12, &flat)).unwrap();
+    assert_eq!((cells.census().flat, cells.solids().len()), (1, 1));
+    let mut nan = points;
+    nan[2].y = f64::NAN;
+    let cells = Cells::new(listing(12, &nan)).unwrap();
+    assert_eq!((cells.census().not_finite, cells.solids().len()), (1, 0));
+    let quad = Cells::new(listing(9, &points[..4])).unwrap();
+    assert_eq!((quad.solids().len(), quad.census().by_type.get(&9)), (0, Some(&1)));
+}
+
+/// A grid of hexahedra over a box, with a wave in it.
+fn waves(dims: [usize; 3]) -> Arc<Cells> {
+    let [nx, ny, nz] = dims;
+    let points: Arc<[DVec3]> = (0..nx * ny * nz)
+        .map(|i| DVec3::new((i % nx) as f64, (i / nx % ny) as f64, (i / (nx * ny)) as f64))
+        .map(|p| p + 0.2 * DVec3::new((p.y + p.z).sin(), (p.x * 1.3).cos(), (p.x - p.y).sin()))
+        .collect();
+    Arc::new(Cells::of_grid(&points, dims))
+}
+
+#[test]
+fn every_place_of_a_grid_is_in_one_of_the_solids_that_are_listed_near_it() {
+    let cells = waves([7, 6, 5]);
+    let listed =
+        Listed::new(&cells, ([13, 12, 11], |p: DVec3| p * 2.0), |_| true, &Ticket::new()).unwrap();
+    let mut state = 0x5eed_000a_u64;
+    for (i, _) in cells.solids().iter().enumerate() {
+        let unit = DVec3::new(random(&mut state), random(&mut state), random(&mut state));
+        let place = cells.placed(i).at(unit).0;
+        let near = listed.near(place * 2.0);
+        assert!(near.contains(&(i as u32)), "seed 0x5eed000a, solid {i}");
+        assert!(near.is_sorted() && near.len() < 60, "{}", near.len());
+        let holding = near.iter().filter(|n| cells.placed(**n as usize).unit_from(place).is_some());
+        assert!(holding.count() >= 1);
+    }
+    let none = Listed::new(&cells, ([13, 12, 11], |p| p), |i| i != 3, &Ticket::new()).unwrap();
+    assert!(!none.lists.contains(&3) && none.lists.contains(&4));
+}
+
+#[test]
+fn the_surface_of_a_grid_has_the_faces_of_its_borders() {
+    let (cells, [x, y, z]) = (waves([7, 6, 5]), [6, 5, 4]);
+    let faces = cells.surface(|_| true);
+    assert_eq!(faces.len(), 2 * (x * y + y * z + z * x));
+    // A hole has faces of its own.
+    assert_eq!(cells.surface(|i| i != x * y + x + 1).len(), faces.len() + 6);
+}
+
+#[test]
+fn numbers_of_cells_are_the_same_throughout_and_grow_as_their_neighbours_do() {
+    let cells = waves([9, 3, 3]);
+    let own = (0..cells.own_cells()).map(|i| (i % 8) as f64).collect();
+    let field = CellField::new(cells, On::Cells, own);
+    assert_eq!(field.range(), Some([0.0, 7.0]));
+    assert_eq!(field.value(5, DVec3::new(0.9, 0.1, 0.3)), field.value(5, DVec3::splat(0.5)));
+    let growths = field.growths(&Ticket::new()).unwrap();
+    let inner = growths[9 * (3 + 1) + 4];
+    assert!((inner.x - 1.0).abs() < 0.3 && inner.y.abs() < 0.4, "{inner}");
+}
+
+#[test]
+fn solids_beside_numbers_that_are_not_finite_are_nowhere() {
+    let cells = waves([3, 2, 2]);
+    let mut own: Vec<f64> = (0..12).map(f64::from).collect();
+    own[2] = f64::NAN;
+    let field = CellField::new(cells, On::Points, own);
+    assert_eq!((field.is_there(0), field.is_there(1)), (true, false));
+    assert_eq!(field.range(), Some([0.0, 10.0]));
+}
