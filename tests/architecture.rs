@@ -20,7 +20,10 @@ const ROOMS: [(&str, &[&str]); 19] = [
     ("vector", &["core", "volume", "transfer", "kernel", "polygons"]),
     ("scene", &["core", "volume", "transfer", "kernel", "hierarchy", "vector", "polygons", "rbf"]),
     // Truth shares no shortcut with what it judges: neither the GPU nor the hierarchy.
-    ("reference", &["core", "volume", "transfer", "kernel", "vector", "polygons", "scene", "rbf"]),
+    (
+        "reference",
+        &["core", "cells", "volume", "transfer", "kernel", "vector", "polygons", "scene", "rbf"],
+    ),
     ("io", &["core", "volume", "polygons", "rbf"]),
     ("plan", &["core", "volume", "transfer", "kernel", "vector", "polygons", "scene"]),
     (
@@ -36,12 +39,16 @@ const ROOMS: [(&str, &[&str]); 19] = [
             "scene",
             "plan",
             "rbf",
+            "cells",
         ],
     ),
     // The other engine, which knows nothing of that one.
     (
         "native",
-        &["core", "polygons", "volume", "transfer", "kernel", "vector", "scene", "plan", "rbf"],
+        &[
+            "core", "polygons", "volume", "transfer", "kernel", "vector", "scene", "plan", "rbf",
+            "cells",
+        ],
     ),
     (
         "accuracy",

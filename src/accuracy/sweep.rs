@@ -62,7 +62,8 @@ pub fn mode_words(splat: &SplatSettings) -> String {
         Visibility::Slabs => format!("slabs {}", fraction(splat.slabs_per_voxel)),
     }];
     let sharpened = splat.reconstruction == Reconstruction::Interpolating
-        && !matches!(splat.kernel, Kernel::Linear | Kernel::Nearest | Kernel::Functions);
+        && !matches!(splat.kernel, Kernel::Linear | Kernel::Nearest)
+        && splat.kernel.is_of_samples();
     words.push(match sharpened {
         true => format!("{} interpolating", splat.kernel.name()),
         false => splat.kernel.name().to_owned(),
@@ -86,10 +87,11 @@ fn fraction(value: f64) -> String {
     }
 }
 
-/// The mode whose limit every setting is held to: the exact one, for a scene's opacities; of basis functions theirs.
+/// The mode whose limit every setting is held to: the exact one, for a scene's opacities; of basis functions and cells theirs.
 pub fn exact_mode(current: &SplatSettings, slabs_per_voxel: f64) -> SplatSettings {
     let exact = match current.kernel {
         Kernel::Functions => SplatSettings::FUNCTIONS,
+        Kernel::Cells => SplatSettings::CELLS,
         _ => SplatSettings::EXACT,
     };
     let opacity_unit_distance = current.opacity_unit_distance;
@@ -100,7 +102,7 @@ pub fn exact_mode(current: &SplatSettings, slabs_per_voxel: f64) -> SplatSetting
 /// that a chart fills usefully, cheap and diverse ones first. No two are drawn alike.
 pub fn candidates(current: &SplatSettings) -> Vec<Setting> {
     use Classify::{After, Before, Mean, PreIntegrated};
-    use Kernel::{BSpline, Cubic, Functions, Gaussian, Gouraud, Linear, Nearest, Point};
+    use Kernel::{BSpline, Cells, Cubic, Functions, Gaussian, Gouraud, Linear, Nearest, Point};
     use OpacityModel::{OpticalDepth, Published};
     use Visibility::{EverySample, Sheets};
     let none = ModeChoice {
@@ -213,9 +215,22 @@ pub fn candidates(current: &SplatSettings) -> Vec<Setting> {
         slabs(Functions, After, 4.0),
         slabs(Functions, Mean, 4.0),
     ];
-    let has_functions = current.kernel == Functions;
+    let of_cells = [
+        slabs(Cells, PreIntegrated, 0.5),
+        slabs(Cells, PreIntegrated, 1.0),
+        slabs(Cells, After, 1.0),
+        scaled(slabs(Cells, PreIntegrated, 1.0), 0.5),
+        slabs(Cells, PreIntegrated, 2.0),
+        slabs(Cells, PreIntegrated, 4.0),
+        slabs(Cells, After, 4.0),
+    ];
+    let own = match current.kernel {
+        Functions => of_functions.to_vec(),
+        Cells => of_cells.to_vec(),
+        _ => Vec::new(),
+    };
     let mut list = vec![Setting::full(*current)];
-    for setting in of_functions.into_iter().filter(|_| has_functions).chain(rest).flatten() {
+    for setting in own.into_iter().chain(rest).flatten() {
         let alike = |other: &Setting| {
             (other.splat, other.detail, other.scale)
                 == (setting.splat, setting.detail, setting.scale)
@@ -394,8 +409,12 @@ mod tests {
 
     #[test]
     fn candidates_mean_something_and_are_all_different() {
-        for current in [SplatSettings::EXACT, SplatSettings::SHADE_FIRST, SplatSettings::FUNCTIONS]
-        {
+        for current in [
+            SplatSettings::EXACT,
+            SplatSettings::SHADE_FIRST,
+            SplatSettings::FUNCTIONS,
+            SplatSettings::CELLS,
+        ] {
             let list = candidates(&SplatSettings { opacity_unit_distance: Some(0.3), ..current });
             assert!((40..66).contains(&list.len()), "{}", list.len());
             for (i, setting) in list.iter().enumerate() {
@@ -408,10 +427,10 @@ mod tests {
             for &visibility in Visibility::ALL {
                 assert!(list[..24].iter().any(|s| s.splat.visibility == visibility));
             }
-            let has_functions = current.kernel == Kernel::Functions;
             for kernel in Kernel::ALL {
                 let is_there = list.iter().any(|s| s.splat.kernel == kernel);
-                assert!(is_there == (kernel != Kernel::Functions || has_functions), "{kernel:?}");
+                let is_own = kernel == current.kernel;
+                assert!(is_there == (kernel.is_of_samples() || is_own), "{kernel:?}");
             }
             for slabs in [0.5, 1.0, 2.0, 4.0] {
                 let exact = exact_mode(&list[0].splat, slabs);

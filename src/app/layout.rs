@@ -23,7 +23,7 @@ use super::trihedron::trihedron_ui;
 use super::viewport::PixelArea;
 use super::window::{JobView, Window};
 use super::{annotations, modes, theme, words};
-use crate::scene::{AlongRay, Inside, axis_letters};
+use crate::scene::{AlongRay, Inside, axis_letters, offers};
 use crate::task::annotations::laid_out;
 use crate::vector::MOST_SPEED;
 use crate::volume::Statistics;
@@ -278,8 +278,9 @@ impl Window {
         let compare = &mut self.compare;
         section_ui(ui, sections, "Splats", |ui| {
             compare::compare_ui(ui, compare, &mut scene.splat);
-            let has_functions = scene.volume().is_some_and(|volume| volume.functions.is_some());
-            let of_field = (scene.lattice().smallest_spacing(), has_functions);
+            let volume = scene.volume().map(Arc::clone);
+            let is_offered = move |kernel| volume.as_ref().is_some_and(|v| offers(v, kernel));
+            let of_field = (scene.lattice().smallest_spacing(), is_offered);
             if compare.on && compare.edits_second {
                 // The unit distance is one for both.
                 let mut second = modes::with_unit_distance_of(compare.second, &scene.splat);

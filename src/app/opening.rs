@@ -19,10 +19,9 @@ use super::window::{Dialog, Window};
 use crate::core::{Camera, Projection};
 use crate::io::Series;
 use crate::io::mesh::MeshFormat;
-use crate::kernel::Kernel;
 use crate::scene::{
     Inside, Look, Orientation, SampleSource, Sampled, Scene, Shading, SplatSettings, VectorLayer,
-    projected_range,
+    offers, projected_range,
 };
 use crate::task::transfer_file;
 
@@ -132,8 +131,7 @@ impl Window {
             Some(scene) => SplatSettings { cut: scene.splat.cut, ..look.splat },
             None => look.splat,
         };
-        let has_no_functions = splat.kernel == Kernel::Functions && volume.functions.is_none();
-        let splat = if has_no_functions { look.splat } else { splat };
+        let splat = if offers(&volume, splat.kernel) { splat } else { look.splat };
         let shading = match &before {
             Some(scene) if keep_view => scene.shading.clone(),
             // So are the lights; tables belong to their data.

@@ -125,6 +125,7 @@ fn about_demo(name: &str) -> &'static str {
     match name {
         "head" => "A noisy phantom much like the CT scan of a head",
         "tornado" => "A turning column of wind, with its velocity as a vector field",
+        "mesh" => "A ring of tetrahedra, drawn as they are, without any lattice",
         "marschner-lobb" => "The classic test of reconstruction: ripples just above the limit",
         "shells" => "Four thin shells inside each other",
         "blobs" => "A few smooth blobs",

@@ -167,6 +167,10 @@ pub fn kernel_help(kernel: Kernel) -> &'static str {
             "The functions of an encoding themselves, without samples: smooth everywhere, as near to the data as its error \
              says"
         }
+        Kernel::Cells => {
+            "The cells of the grid themselves, without samples: straight between the points of tetrahedra, by shape functions \
+             in others"
+        }
         Kernel::Cubic => "The optimal cubic (radius 1.556 voxels): smooth with the least ripple",
     }
 }

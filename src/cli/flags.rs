@@ -306,8 +306,9 @@ impl SceneFlags {
 #[command(next_help_heading = "Mode")]
 pub struct ModeFlags {
     /// Reconstruction kernel: point, nearest, linear, gaussian, cubic, bspline, gouraud: the cubic's splat as a mesh of
-    /// triangles, or functions: the basis functions of an encoding themselves [default: bspline, and functions of a
-    /// .vrbf file, unless other flags ask for another]
+    /// triangles, functions: the basis functions of an encoding themselves, or cells: those of an unstructured or
+    /// curvilinear grid themselves [default: bspline; functions of a .vrbf file and cells where there are some, unless
+    /// other flags ask for another]
     #[arg(long, value_name = "KERNEL", value_parser = values::kernel)]
     pub kernel: Option<Kernel>,
     /// Splat radius in voxels, of every kernel but point and nearest: linear 0.6 to 2, bspline 0.6 to 8 [default: the
@@ -422,9 +423,9 @@ impl ModeFlags {
         self.choice().resolve_strictly()
     }
 
-    /// The mode that they mean of basis functions, where they leave the kernel open and these can be drawn so.
-    pub fn of_functions(&self, cut: CutSettings) -> Option<SplatSettings> {
-        let kernel = self.kernel.is_none().then_some(Kernel::Functions)?;
+    /// The mode that they mean of what is no kernel of samples, where they leave the kernel open and it can be drawn so.
+    pub fn of_source(&self, kernel: Kernel, cut: CutSettings) -> Option<SplatSettings> {
+        let kernel = self.kernel.is_none().then_some(kernel)?;
         let choice = ModeChoice { kernel: Some(kernel), cut: Some(cut), ..self.choice() };
         choice.resolve_strictly().ok()
     }

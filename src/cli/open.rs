@@ -239,8 +239,11 @@ pub(super) fn scene(input: &Input, flags: &SceneFlags, mode: Mode) -> Result<Sce
 pub(super) struct Mode {
     /// What they mean.
     splat: SplatSettings,
-    /// What they mean of a field that is encoded as basis functions, where these can be drawn so.
+    /// What they mean of a field that is encoded as basis functions, and of one on cells, where these can be drawn so.
     of_functions: Option<SplatSettings>,
+    of_cells: Option<SplatSettings>,
+    /// Whether one of them names a kernel.
+    names_kernel: bool,
     /// Whether any of them says how a field is drawn; else that is up to the first look.
     is_asked_for: bool,
 }
@@ -248,17 +251,27 @@ pub(super) struct Mode {
 impl Mode {
     /// By the flags, which mean `splat`.
     pub(super) fn of(flags: &ModeFlags, splat: SplatSettings, is_asked_for: bool) -> Self {
-        let of_functions = flags.of_functions(splat.cut);
-        Self { splat, of_functions, is_asked_for }
+        let of = |kernel| flags.of_source(kernel, splat.cut);
+        let (of_functions, of_cells) = (of(Kernel::Functions), of(Kernel::Cells));
+        Self { splat, of_functions, of_cells, names_kernel: flags.kernel.is_some(), is_asked_for }
     }
 
     fn beside(self, first_look: SplatSettings) -> SplatSettings {
         let SplatSettings { opacity_unit_distance, cut, .. } = self.splat;
+        let (own, what) = match first_look.kernel {
+            Kernel::Functions => (self.of_functions, "basis functions"),
+            Kernel::Cells => (self.of_cells, "cells"),
+            _ => (Some(self.splat), ""),
+        };
         match self.is_asked_for {
-            true if first_look.kernel == Kernel::Functions => {
-                self.of_functions.unwrap_or(self.splat)
-            }
-            true => self.splat,
+            true => own.unwrap_or_else(|| {
+                if !self.names_kernel {
+                    note(&format!(
+                        "what the flags ask for is drawn of samples: the field's own {what} are not drawn so"
+                    ));
+                }
+                self.splat
+            }),
             false => SplatSettings { opacity_unit_distance, cut, ..first_look },
         }
     }

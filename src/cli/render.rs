@@ -94,8 +94,7 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
     let causes = Causes::of(&scene);
     let alone = !scene.shows_field();
     let load_ms = start.elapsed().as_secs_f64() * 1e3;
-    let functions = scene.functions().map(|functions| functions.functions().len() as u64);
-    let kernels_total = functions.unwrap_or(scene.voxel_count());
+    let kernels_total = scene.own_kernels().map_or(scene.voxel_count(), |(_, count)| count);
     let engine = Engine::start(flags.engine.choice()?, || ());
     let view = View::new(&scene, flags.resolution);
     let annotated = flags.annotations.map(|annotations| {

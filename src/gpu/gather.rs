@@ -110,7 +110,8 @@ impl Variant {
             | Kernel::Gaussian
             | Kernel::Cubic
             | Kernel::Gouraud
-            | Kernel::Functions => {
+            | Kernel::Functions
+            | Kernel::Cells => {
                 constants.push(("points", flag(self.kernel == Kernel::Point)));
                 if let Some(radial) = RadialKernel::new(self.kernel, None) {
                     constants.extend(footprint_constants(self.kernel));

@@ -143,7 +143,8 @@ impl ListVariant {
             | Kernel::Gouraud
             | Kernel::Linear
             | Kernel::BSpline
-            | Kernel::Functions => 0.0,
+            | Kernel::Functions
+            | Kernel::Cells => 0.0,
             Kernel::Nearest => 1.0,
             Kernel::Point => 2.0,
         };
@@ -250,9 +251,12 @@ fn splat(context: &Context, variant: SplatVariant) -> wgpu::RenderPipeline {
     let options = wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() };
     let (vertex, fragment) = match variant.kernel {
         Kernel::Gouraud => ("vertex_gouraud", "fragment_gouraud"),
-        Kernel::Gaussian | Kernel::Cubic | Kernel::Linear | Kernel::BSpline | Kernel::Functions => {
-            ("vertex_radial", "fragment_radial")
-        }
+        Kernel::Gaussian
+        | Kernel::Cubic
+        | Kernel::Linear
+        | Kernel::BSpline
+        | Kernel::Functions
+        | Kernel::Cells => ("vertex_radial", "fragment_radial"),
         Kernel::Nearest => ("vertex_box", "fragment_box"),
         Kernel::Point => ("vertex_point", "fragment_point"),
     };

@@ -348,6 +348,7 @@ impl SlabPass {
             Kernel::BSpline => 5.0,
             Kernel::Linear => 6.0,
             Kernel::Functions => 7.0,
+            Kernel::Cells => 8.0,
         };
         let format = match field.format {
             Format::Pairs => 0.0,
@@ -373,7 +374,7 @@ impl SlabPass {
             constants.extend(shade.constants());
             constants.push(match settings.kernel {
                 Kernel::BSpline if is_natural => ("growth", 0.0),
-                Kernel::Functions => ("growth", 3.0),
+                Kernel::Functions | Kernel::Cells => ("growth", 3.0),
                 _ if shade.quickly => ("growth", 1.0),
                 _ => ("growth", 2.0),
             });

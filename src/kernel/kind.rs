@@ -38,11 +38,14 @@ pub enum Kernel {
     /// No kernel of the samples: the basis functions of an encoding themselves, wherever they lie (Jang). Of volumes
     /// that have some.
     Functions,
+    /// No kernel of the samples: the cells of an unstructured or curvilinear grid themselves, by their shape functions. Of
+    /// volumes that are sampled from some.
+    Cells,
 }
 
 names!(
     /// The cheapest first.
-    Kernel[8] {
+    Kernel[9] {
         Point => "point",
         Nearest => "nearest",
         Linear => "linear",
@@ -51,6 +54,7 @@ names!(
         Cubic => "cubic",
         BSpline => "bspline",
         Functions => "functions",
+        Cells => "cells",
     }
 );
 
@@ -59,7 +63,7 @@ impl Kernel {
     /// not apply.
     pub fn natural_extent(self) -> Option<f64> {
         match self {
-            Self::Point | Self::Nearest | Self::Functions => None,
+            Self::Point | Self::Nearest | Self::Functions | Self::Cells => None,
             Self::Linear => Some(1.0),
             Self::Gaussian | Self::BSpline => Some(2.0),
             Self::Cubic | Self::Gouraud => Some(1.556),
@@ -95,7 +99,7 @@ impl Kernel {
     /// Samples to either side of a place, along each axis, that engines weigh there.
     pub fn window(self, extent: Option<f64>) -> usize {
         match self {
-            Self::Point | Self::Nearest | Self::Functions => 1,
+            Self::Point | Self::Nearest | Self::Functions | Self::Cells => 1,
             Self::Linear if self.stretch(extent) == 1.0 => 1,
             Self::Linear | Self::BSpline => 2,
             #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "1..=16")]
@@ -110,7 +114,7 @@ impl Kernel {
     pub fn reach(self, extent: Option<f64>) -> f64 {
         match self {
             Self::Point | Self::Nearest => 0.5,
-            Self::Functions => 1.0,
+            Self::Functions | Self::Cells => 1.0,
             Self::Linear | Self::BSpline => {
                 Separable::new(self, extent).map_or(1.0, Separable::radius)
             }
@@ -125,10 +129,14 @@ impl Kernel {
         matches!(self, Self::Linear | Self::BSpline)
     }
 
-    /// Whether it has a footprint of its own: the separable ones project to no ellipse, and basis functions are no
-    /// kernel of a sample.
+    /// Whether it weighs samples: basis functions and cells are drawn themselves.
+    pub fn is_of_samples(self) -> bool {
+        !matches!(self, Self::Functions | Self::Cells)
+    }
+
+    /// Whether it has a footprint of its own: the separable ones project to no ellipse, and what is not of samples has none.
     fn has_footprint(self) -> bool {
-        !self.is_separable() && self != Self::Functions
+        !self.is_separable() && self.is_of_samples()
     }
 
     /// The kernel that footprints stand in with where this one has none: the optimal cubic.

@@ -48,7 +48,8 @@ impl RadialKernel {
             | Kernel::Nearest
             | Kernel::Linear
             | Kernel::BSpline
-            | Kernel::Functions => return None,
+            | Kernel::Functions
+            | Kernel::Cells => return None,
             Kernel::Gaussian => Shape::Gaussian,
             Kernel::Cubic | Kernel::Gouraud => Shape::Cubic,
         };

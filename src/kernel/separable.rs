@@ -35,7 +35,8 @@ impl Separable {
             | Kernel::Gaussian
             | Kernel::Cubic
             | Kernel::Gouraud
-            | Kernel::Functions => return None,
+            | Kernel::Functions
+            | Kernel::Cells => return None,
         };
         let extent = extent.filter(|e| e.is_finite() && *e > 0.0);
         Some(Self { shape, scale: kernel.scale(extent) })

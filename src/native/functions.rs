@@ -248,17 +248,21 @@ impl Functions {
 }
 
 /// Rays whose cell was not looked at yet.
-struct Left(u32);
+pub(super) struct Left(u32);
 
 impl Left {
     #[inline(always)]
-    fn all() -> Self {
+    pub(super) fn all() -> Self {
         Self((1 << LANES) - 1)
     }
 
     /// The cell of the first of them, and all rays in it.
     #[inline(always)]
-    fn next<S: Simd>(&mut self, simd: S, cells: &[i32; LANES]) -> Option<(i32, Mask<S>)> {
+    pub(super) fn next<S: Simd>(
+        &mut self,
+        simd: S,
+        cells: &[i32; LANES],
+    ) -> Option<(i32, Mask<S>)> {
         if self.0 == 0 {
             return None;
         }

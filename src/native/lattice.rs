@@ -6,8 +6,8 @@ use fearless_simd::{Simd, f32x4, i32x8, prelude::*};
 use rayon::prelude::*;
 
 use super::bricks::{self, BRICK};
-use super::functions::Functions;
 use super::lanes::{LANES, Lanes, Mask, Vec3, all, choose, columns, exponential};
+use super::own::Own;
 use crate::core::{Cancelled, Ticket};
 use crate::kernel::{Bounds, Coefficients, Kernel, Weighs, mirrored};
 use crate::scene::{Reconstruction, SplatSettings};
@@ -43,8 +43,8 @@ pub(super) struct Lattice {
     holes: Option<Vec<u32>>,
     near_holes: OnceLock<Vec<bool>>,
     pub bricks: Bounds,
-    /// The basis functions that are summed up in the place of samples.
-    pub functions: Option<Box<Functions>>,
+    /// What is drawn in the place of samples.
+    pub own: Option<Own>,
 }
 
 /// How a value is found.
@@ -58,6 +58,16 @@ pub(super) enum Method {
     Other,
     /// Basis functions, of which there are no samples.
     Functions,
+    /// Cells, alike.
+    Cells,
+}
+
+impl Method {
+    /// Whether it is of no samples.
+    #[inline(always)]
+    pub(super) fn is_own(self) -> bool {
+        matches!(self, Self::Functions | Self::Cells)
+    }
 }
 
 impl Lattice {
@@ -78,14 +88,15 @@ impl Lattice {
         coefficients: Coefficients,
         ticket: &Ticket,
     ) -> Result<Self, Cancelled> {
-        let Coefficients { dims, mut values, bias, holes, .. } = coefficients;
+        let Coefficients { dims, mut values, bias, mut holes, .. } = coefficients;
         let SplatSettings { kernel, extent, reconstruction, .. } = *mode;
-        let mut functions = None;
-        if let Some(encoding) = source.functions.as_ref().filter(|_| kernel == Kernel::Functions) {
-            let found = Functions::new(encoding, &source.lattice, ticket)?;
+        let own = Own::of(source, kernel, bias, ticket)?;
+        match &own {
             // They may have been fitted to the samples.
-            values = found.at_samples(ticket)?;
-            functions = Some(Box::new(found));
+            Some(Own::Functions(functions)) => values = functions.at_samples(ticket)?,
+            // Samples outside of all cells are nowhere.
+            Some(Own::Cells(_)) => holes = None,
+            None => {}
         }
         let pad = kernel.window(extent);
         let [sx, sy, sz] = dims.map(|n| n + 2 * pad);
@@ -113,8 +124,8 @@ impl Lattice {
         };
         let mut bricks = bricks::bounds(&values, dims, weighs, ticket)?;
         drop(values);
-        if let Some(functions) = &functions {
-            functions.widen(&mut bricks, ticket)?;
+        if let Some(own) = &own {
+            own.bound(&mut bricks, bias, ticket)?;
         }
         Ok(Self {
             source: Arc::clone(source),
@@ -132,7 +143,7 @@ impl Lattice {
             holes,
             near_holes: OnceLock::new(),
             bricks,
-            functions,
+            own,
         })
     }
 
@@ -154,6 +165,7 @@ impl Lattice {
             Kernel::BSpline if self.stretch == 1.0 => Method::BSpline,
             Kernel::Linear if self.stretch == 1.0 => Method::Linear,
             Kernel::Functions => Method::Functions,
+            Kernel::Cells => Method::Cells,
             _ => Method::Other,
         }
     }
@@ -161,8 +173,8 @@ impl Lattice {
     /// Bytes of memory.
     pub(super) fn size_bytes(&self) -> u64 {
         let holes = self.holes.as_ref().map_or(0, |holes| 4 * holes.len());
-        let functions = self.functions.as_ref().map_or(0, |functions| functions.size_bytes());
-        (4 * self.values.len() + holes + self.bricks.size_bytes() + functions) as u64
+        let own = self.own.as_ref().map_or(0, Own::size_bytes);
+        (4 * self.values.len() + holes + self.bricks.size_bytes() + own) as u64
     }
 
     /// Whether samples hold no data.
@@ -334,8 +346,8 @@ impl Lattice {
                 (b - a).mul_add(fx, a)
             }
             Method::Other => self.other(simd, place),
-            Method::Functions => match &self.functions {
-                Some(functions) => functions.value(simd, place),
+            Method::Functions | Method::Cells => match &self.own {
+                Some(own) => own.value(simd, place),
                 None => all(simd, 0.0),
             },
         }
@@ -462,10 +474,10 @@ impl Lattice {
             let [along_x, along_y, along_z] = self.rows_of_gradient(simd, at, &by);
             return Vec3 { x: dot(along_x, sx), y: dot(along_y, wx), z: dot(along_z, wx) };
         }
-        if method == Method::Functions
-            && let Some(functions) = &self.functions
+        if method.is_own()
+            && let Some(own) = &self.own
         {
-            return functions.gradient(simd, place);
+            return own.gradient(simd, place);
         }
         if method == Method::Linear && self.is_quick {
             let (cell, [fx, fy, fz]) = self.cell(simd, place);
@@ -496,7 +508,7 @@ impl Lattice {
     pub(super) fn is_nothing<S: Simd>(simd: S, method: Method, value: Lanes<S>) -> Mask<S> {
         match method {
             Method::BSpline | Method::Linear | Method::Functions => Mask::splat(simd, false),
-            Method::Other => value.simd_eq(all(simd, NOTHING)),
+            Method::Other | Method::Cells => value.simd_eq(all(simd, NOTHING)),
         }
     }
 }

@@ -56,6 +56,8 @@ pub(super) fn draw_tile(level: Level, what: &What<'_>, tile: usize, out: &mut [P
             (Method::Linear, false) => rich_linear::draw(level, scene, tile, out),
             (Method::Functions, true) => plain_functions::draw(level, scene, tile, out),
             (Method::Functions, false) => rich_functions::draw(level, scene, tile, out),
+            (Method::Cells, true) => plain_cells::draw(level, scene, tile, out),
+            (Method::Cells, false) => rich_cells::draw(level, scene, tile, out),
             (Method::Other, true) => plain_other::draw(level, scene, tile, out),
             (Method::Other, false) => rich_other::draw(level, scene, tile, out),
         },
@@ -153,6 +155,12 @@ compiled!(plain_functions(scene: &Scene<'_>) => |simd, tile, out| {
 });
 compiled!(rich_functions(scene: &Scene<'_>) => |simd, tile, out| {
     scene.tile::<_, Rich>(simd, Method::Functions, tile, out)
+});
+compiled!(plain_cells(scene: &Scene<'_>) => |simd, tile, out| {
+    scene.tile::<_, Plain>(simd, Method::Cells, tile, out)
+});
+compiled!(rich_cells(scene: &Scene<'_>) => |simd, tile, out| {
+    scene.tile::<_, Rich>(simd, Method::Cells, tile, out)
 });
 compiled!(wide plain_cut_bspline(scene: &Scene<'_>) => |simd, tile, out| {
     scene.tile::<_, PlainCut>(simd, Method::BSpline, tile, out)

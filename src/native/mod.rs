@@ -11,6 +11,7 @@
 //! Fields go from slab to slab (`walk`), kernels that are shaded first from slice to slice of the lattice (`gather`),
 //! or by lists (`nodes`, `kernels`).
 
+mod along_solids;
 mod among;
 mod bricks;
 mod cells;
@@ -20,6 +21,7 @@ mod gather;
 mod grid;
 mod in_order;
 mod kernels;
+mod landed;
 mod lanes;
 mod lattice;
 mod laying;
@@ -29,6 +31,7 @@ mod loops;
 mod marks;
 mod masks;
 mod nodes;
+mod own;
 mod passing;
 mod polygons;
 mod project;
@@ -36,6 +39,7 @@ mod rays;
 mod renderer;
 mod samples;
 mod separable;
+mod solids;
 mod splatted;
 mod sums;
 mod supports;

@@ -17,12 +17,13 @@ use super::light::Light;
 use super::loops::{What, draw_tile, draws_cuts};
 use super::masks::Masks;
 use super::nodes::{Node, Nodes};
+use super::own::{Own, OwnLanded};
 use super::passing::Alone;
 use super::polygons::Polygons;
 use super::rays::{Rays, TILE, check_slabs};
 use super::samples::Samples;
 use super::splatted::{Splats, Splatted};
-use super::sums::{Asked, Landed};
+use super::sums::Asked;
 use super::supports::{NotBegun, Unsupported};
 use super::surfaces::Surfaces;
 use super::table::Table;
@@ -171,8 +172,8 @@ struct OfField {
     masks: Masks,
     light: Option<Light>,
     surfaces: Option<Surfaces>,
-    /// Where basis functions land.
-    landed: Option<Landed>,
+    /// Where basis functions or cells land.
+    landed: Option<OwnLanded>,
     asked: Asked,
     along: AlongRay,
     cut: Option<Arc<FieldCut>>,
@@ -188,7 +189,7 @@ impl Drawing {
 
     /// Bytes of memory: what nothing asks for takes none.
     fn size_bytes(&self) -> u64 {
-        let landed = |of: &OfField| of.landed.as_ref().map_or(0, Landed::size_bytes);
+        let landed = |of: &OfField| of.landed.as_ref().map_or(0, OwnLanded::size_bytes);
         let masks = self.of_field().map_or(0, |of| of.masks.size_bytes() + landed(of));
         let nodes = if let Of::Nodes(nodes) = &self.of { nodes.size_bytes() } else { 0 };
         masks + nodes + self.shading_bytes() + self.inside_bytes()
@@ -510,10 +511,9 @@ impl Renderer {
             let shown = (lattice.dims, shown);
             Masks::new(&rays, &lattice.bricks, shown, ticket)
         })?;
-        let landed = match lattice.functions.as_ref().filter(|_| composites) {
-            Some(functions) => Some(Landed::new(functions, &rays, ticket)?),
-            None => None,
-        };
+        let own = lattice.own.as_ref().filter(|_| composites);
+        let land = |own: &Own| self.threads.run(|| own.land(&rays, ticket));
+        let landed = own.map(land).transpose()?;
         let of_field = OfField {
             which,
             masks,

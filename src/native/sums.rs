@@ -8,121 +8,40 @@
 use fearless_simd::{Simd, prelude::*};
 
 use super::functions::{Functions, basis_of};
-use super::in_order::look;
+use super::landed::{Entry, Landed};
 use super::lanes::{Lanes, all, any, choose, exponential, logarithm};
-use super::rays::{Packet, Rays, TILE};
-use super::supports::{NotBegun, Unsupported};
+use super::rays::{Packet, Rays};
+use super::supports::NotBegun;
 use crate::core::Ticket;
-use crate::rbf::Basis;
+use crate::rbf::{Basis, Function};
 use crate::scene::{Classify, View};
 
 /// Faces that are summed up together.
 const FACES: usize = 32;
-/// The most entries that the lists of a picture have: more take seconds for each picture.
-const MOST_ENTRIES: usize = 1 << 26;
 /// Products go from face to face as long as no ray begins so far down a function's flank, as an exponent.
 const STEEPEST: f32 = 20.0;
 /// What is left of a slab is whole within this part of it.
 const WHOLE: f32 = 1e-3;
 
-/// The functions that land on each tile of a picture.
-#[derive(Debug, Clone, Default)]
-pub(super) struct Landed {
-    /// Where the list of each tile begins, rows from the top, and where the last ends.
-    starts: Vec<usize>,
-    entries: Vec<Entry>,
-}
-
-/// A function on a tile, and the depths between which it can be met there, pixels.
-#[derive(Debug, Clone, Copy)]
-struct Entry {
-    function: u32,
-    depths: [f32; 2],
-}
-
-impl Landed {
-    /// Of all functions.
-    ///
-    /// # Errors
-    /// More than lists have room for, and a cancelled ticket.
-    #[expect(
-        clippy::cast_possible_truncation,
-        reason = "32 bits, as rays have; few enough functions"
-    )]
-    pub(super) fn new(
-        functions: &Functions,
-        rays: &Rays,
-        ticket: &Ticket,
-    ) -> Result<Self, NotBegun> {
-        let [across, down] = rays.tiles().map(|n| n as usize);
-        let place = |i: usize| {
-            let (function, reach) = (&functions.listed.functions[i], functions.listed.reaches[i]);
-            let view: &View = &rays.view;
-            let from_centre = view.view_from_index * (function.centre - view.lattice_centre);
-            let widths = view.view_from_index * function.shape.inverse();
-            let rows = widths.transpose();
-            let lengths = [rows.x_axis, rows.y_axis, rows.z_axis].map(glam::DVec3::length);
-            rays.landing(from_centre, glam::DVec3::from(lengths) * reach.sqrt())
-        };
-        let tile = f64::from(TILE);
-        let spans = |[left, right, top, bottom]: [f64; 4]| {
-            let span = |low: f64, high: f64, most: usize| {
-                let cell = |x: f64| (x / tile).floor().clamp(0.0, most as f64) as usize;
-                cell(low)..if high < 0.0 { 0 } else { (cell(high) + 1).min(most) }
-            };
-            [span(left, right, across), span(top, bottom, down)]
-        };
-        let mut starts = vec![0_usize; across * down + 1];
-        let mut places = Vec::with_capacity(functions.all.len());
-        let mut count = 0_usize;
-        for i in 0..functions.all.len() {
-            if i.is_multiple_of(1 << 10) {
-                look(ticket)?;
-            }
-            let (screen, depths) = place(i);
-            let [columns, rows] = spans(screen);
-            count += columns.len() * rows.len();
-            if count > MOST_ENTRIES {
-                let found = format!("basis functions that land on more than {MOST_ENTRIES} tiles");
-                return Err(Unsupported(found).into());
-            }
-            for row in rows.clone() {
-                for column in columns.clone() {
-                    starts[row * across + column + 1] += 1;
-                }
-            }
-            places.push((columns, rows, depths.map(|depth| depth as f32)));
-        }
-        for tile in 1..starts.len() {
-            starts[tile] += starts[tile - 1];
-        }
-        let mut next = starts.clone();
-        let mut entries = vec![Entry { function: 0, depths: [0.0; 2] }; count];
-        for (i, (columns, rows, depths)) in places.into_iter().enumerate() {
-            if i.is_multiple_of(1 << 10) {
-                look(ticket)?;
-            }
-            for row in rows {
-                for column in columns.clone() {
-                    let at = &mut next[row * across + column];
-                    entries[*at] = Entry { function: i as u32, depths };
-                    *at += 1;
-                }
-            }
-        }
-        Ok(Self { starts, entries })
-    }
-
-    fn on(&self, rays: &Rays, corner: [u32; 2]) -> &[Entry] {
-        let [column, row] = corner.map(|n| (n / TILE) as usize);
-        let tile = row * rays.tiles()[0] as usize + column;
-        &self.entries[self.starts[tile]..self.starts[tile + 1]]
-    }
-
-    /// Bytes of memory.
-    pub(super) fn size_bytes(&self) -> u64 {
-        (size_of_val(&self.starts[..]) + size_of_val(&self.entries[..])) as u64
-    }
+/// Where the functions land in a picture.
+///
+/// # Errors
+/// More than lists have room for, and a cancelled ticket.
+pub(super) fn landed(
+    functions: &Functions,
+    rays: &Rays,
+    ticket: &Ticket,
+) -> Result<Landed, NotBegun> {
+    let extent = |(function, reach): (&Function, &f64)| {
+        let view: &View = &rays.view;
+        let middle = view.view_from_index * (function.centre - view.lattice_centre);
+        let rows = (view.view_from_index * function.shape.inverse()).transpose();
+        let lengths = [rows.x_axis, rows.y_axis, rows.z_axis].map(glam::DVec3::length);
+        Some([middle, glam::DVec3::from(lengths) * reach.sqrt()])
+    };
+    let listed = &functions.listed;
+    let extents: Vec<_> = listed.functions.iter().zip(&listed.reaches).map(extent).collect();
+    Landed::new((&extents, "basis functions"), rays, ticket)
 }
 
 /// What of a slab counts.
@@ -231,7 +150,7 @@ impl<'a, S: Simd> Sums<'a, S> {
         if entry.depths[1] < depths[0] || entry.depths[0] > depths[1] {
             return None;
         }
-        let function = &self.functions.all[entry.function as usize];
+        let function = &self.functions.all[entry.number as usize];
         // From a place nearby: far from it the squares would leave few digits to their difference.
         let begin = 0.5 * (entry.depths[0] + entry.depths[1]);
         let from = function.widths(function.offset(packet.at(all(simd, begin))));

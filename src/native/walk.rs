@@ -2,6 +2,7 @@
 
 use fearless_simd::{Simd, prelude::*};
 
+use super::along_solids::AlongSolids;
 use super::composite::{Gathered, Rule};
 use super::kernels::Kernels;
 use super::lanes::{LANES, Lanes, Look, Mask, Vec3, all, any, choose};
@@ -9,10 +10,11 @@ use super::lattice::{Lattice, Method};
 use super::levels::{Faces, Levels, Next, SEGMENT, segments_of};
 use super::light::{self, Light};
 use super::masks::Masks;
+use super::own::{Found, Own, OwnAlong, OwnLanded};
 use super::passing::{EVERY_SLAB, Kept, Passing, Sum};
 use super::polygons::{Fragments, Polygons};
 use super::rays::{Packet, Rays, TILE};
-use super::sums::{Asked, Landed, Sums};
+use super::sums::{Asked, Sums};
 use super::surfaces::{Ahead, Surfaces};
 use super::table::{Halves, Table};
 use crate::plan::EMPTY;
@@ -27,8 +29,8 @@ pub(super) struct Scene<'a> {
     pub rays: &'a Rays,
     pub masks: &'a Masks,
     pub lattice: &'a Lattice,
-    /// Of basis functions, where they land, and what of a slab is summed up.
-    pub landed: Option<(&'a Landed, Asked)>,
+    /// Of basis functions and of cells, where they land, and what of a slab is asked for.
+    pub landed: Option<(&'a OwnLanded, Asked)>,
     /// A cut of the field, where it is drawn from one.
     pub levels: Option<Levels<'a>>,
     pub table: &'a Table,
@@ -170,10 +172,26 @@ impl Scene<'_> {
             }
             ahead = Some(met);
         }
-        let mut sums = match (self.landed, &self.lattice.functions) {
-            (Some((landed, asked)), Some(functions)) if method == Method::Functions => {
+        let mut own = match (self.landed, &self.lattice.own) {
+            (Some((OwnLanded::Functions(landed), asked)), Some(Own::Functions(functions)))
+                if method == Method::Functions =>
+            {
                 let corner = at.map(|n| n / TILE * TILE);
-                Some(Sums::new(simd, (functions, landed), (self.rays, corner), asked))
+                let sums = Sums::new(simd, (functions, landed), (self.rays, corner), asked);
+                Some(OwnAlong::Functions(sums))
+            }
+            (Some((OwnLanded::Cells(landed), asked)), Some(Own::Cells(cells)))
+                if method == Method::Cells =>
+            {
+                let lit = self.light.filter(|_| W::MORE);
+                let is_lit = lit.is_some_and(|light| light.is_of_slabs && light.uses_gradient);
+                let asked = (asked, is_lit);
+                Some(OwnAlong::Cells(AlongSolids::new(
+                    simd,
+                    (cells, landed),
+                    (self.rays, at),
+                    asked,
+                )))
             }
             _ => None,
         };
@@ -199,10 +217,10 @@ impl Scene<'_> {
             };
             if W::MORE && self.rule.middle {
                 let state = (&mut light, &mut ahead, &mut passing, &mut *capped);
-                self.middles(simd, (method, &mut sums), packet, run, state);
+                self.middles(simd, (method, &mut own), packet, run, state);
             } else {
                 let state = (&mut light, &mut ahead, &mut passing, &mut *capped);
-                self.slabs::<S, W>(simd, (method, &mut sums), packet, run, state);
+                self.slabs::<S, W>(simd, (method, &mut own), packet, run, state);
             }
             if !light.goes_on(simd, self.rule.stop_below) {
                 break;
@@ -225,7 +243,7 @@ impl Scene<'_> {
     fn slabs<S: Simd, W: Wants>(
         &self,
         simd: S,
-        (method, sums): (Method, &mut Option<Sums<'_, S>>),
+        (method, own): (Method, &mut Option<OwnAlong<'_, S>>),
         packet: &Packet<S>,
         [first, last]: [i32; 2],
         (light, ahead, passing, capped): State<'_, '_, S>,
@@ -242,6 +260,7 @@ impl Scene<'_> {
             growth: None,
             level: EMPTY,
             is_there: Mask::splat(simd, false),
+            border: [all(simd, 0.0); 4],
         };
         let (mut before, mut near, mut far) = (nothing, nothing, nothing);
         let is_shaded =
@@ -273,7 +292,7 @@ impl Scene<'_> {
                         };
                         let u = table.cell(simd, stored);
                         let is_there = packet.is_there;
-                        Face { t, u, growth: None, level, is_there }
+                        Face { t, u, growth: None, level, is_there, border: nothing.border }
                     }
                 }
             } else {
@@ -281,26 +300,35 @@ impl Scene<'_> {
                     break;
                 }
                 let t = depth_of(k);
-                let stored = match sums {
-                    Some(sums) if method == Method::Functions => {
-                        let end = if back { first - 1 } else { last + 2 };
-                        sums.at(simd, packet, (k, way, end), t)
-                    }
-                    _ => lattice.value(simd, method, packet.at(t)),
+                let end = if back { first - 1 } else { last + 2 };
+                let found = match own {
+                    Some(own) if method.is_own() => own.at(simd, packet, (k, way, end), t),
+                    _ => Found::of(simd, lattice.value(simd, method, packet.at(t))),
                 };
                 k += way;
                 Face {
                     t,
-                    u: table.cell(simd, stored),
-                    growth: None,
+                    u: table.cell(simd, found.value),
+                    growth: found.growth,
                     level: 0,
-                    is_there: !Lattice::is_nothing(simd, method, stored),
+                    is_there: !Lattice::is_nothing(simd, method, found.value),
+                    border: found.border,
                 }
             };
             if W::CUT || have >= 3 {
+                let (mut near, mut far) = (near, far);
+                if method == Method::Cells {
+                    // Nearer to the eye, whatever comes first.
+                    match back {
+                        true => trim(simd, table, [&mut far, &mut near]),
+                        false => trim(simd, table, [&mut near, &mut far]),
+                    }
+                }
                 // The parabola has the mean of the cubic through four faces.
                 let is_whole = (here.t - before.t).abs().simd_ge(all(simd, WHOLE_SLABS * step));
                 let is_whole = is_whole & before.is_there & here.is_there;
+                // Where values are straight between the points of cells there is nothing that bends.
+                let is_whole = is_whole & Mask::splat(simd, method != Method::Cells);
                 let is_fine = !W::CUT || (before.level | near.level | far.level | here.level) == 0;
                 let bend = ((near.u - before.u) + (far.u - here.u)) * (1.0 / 24.0);
                 let bend =
@@ -374,7 +402,7 @@ impl Scene<'_> {
     fn middles<S: Simd>(
         &self,
         simd: S,
-        (method, sums): (Method, &mut Option<Sums<'_, S>>),
+        (method, own): (Method, &mut Option<OwnAlong<'_, S>>),
         packet: &Packet<S>,
         [first, last]: [i32; 2],
         (light, ahead, passing, capped): State<'_, '_, S>,
@@ -386,15 +414,13 @@ impl Scene<'_> {
             let face = |k: i32| all(simd, k as f32 * rays.step).max(packet.enter).min(packet.leave);
             let ts = if back { [face(slab + 1), face(slab)] } else { [face(slab), face(slab + 1)] };
             let t = (ts[0] + ts[1]) * 0.5;
-            let stored = match sums {
-                Some(sums) if method == Method::Functions => {
-                    let (way, end) = if back { (-1, first) } else { (1, last) };
-                    sums.at(simd, packet, (slab, way, end), t)
-                }
-                _ => lattice.value(simd, method, packet.at(t)),
+            let (way, end) = if back { (-1, first) } else { (1, last) };
+            let stored = match own {
+                Some(own) if method.is_own() => own.at(simd, packet, (slab, way, end), t),
+                _ => Found::of(simd, lattice.value(simd, method, packet.at(t))),
             };
-            let cell = table.cell(simd, stored);
-            let is_slab = !Lattice::is_nothing(simd, method, stored);
+            let cell = table.cell(simd, stored.value);
+            let is_slab = !Lattice::is_nothing(simd, method, stored.value);
             let shows = table.may_show(simd, [cell; 2], all(simd, 0.0)) & is_slab;
             let mut found = None;
             if any(shows) {
@@ -404,10 +430,12 @@ impl Scene<'_> {
                 if let Some(shader) = self.light.filter(|light| light.is_of_slabs)
                     && light::shows(simd, &slab)
                 {
-                    let growth = if shader.uses_gradient {
-                        Some(lattice.gradient(simd, method, packet.at(t)))
-                    } else {
-                        None
+                    let growth = match stored.growth {
+                        Some(growth) if shader.uses_gradient => Some(growth),
+                        None if shader.uses_gradient => {
+                            Some(lattice.gradient(simd, method, packet.at(t)))
+                        }
+                        _ => None,
                     };
                     let eye = shader.towards_eye(simd, rays, packet);
                     slab = shader.shaded(simd, (eye, table.values), slab, (cell, growth, t));
@@ -544,6 +572,36 @@ struct Face<S: Simd> {
     /// Of the field that it was found in.
     level: u8,
     is_there: Mask<S>,
+    /// Of cells, see [`Found::border`].
+    border: [Lanes<S>; 4],
+}
+
+/// Takes the faces of a slab that lie outside all cells to where it enters and leaves them: the one nearer to the eye comes
+/// first, whatever is drawn first.
+#[inline(always)]
+fn trim<S: Simd>(simd: S, table: &Table, [near, far]: [&mut Face<S>; 2]) {
+    let (begins, ends) = (!near.is_there, !far.is_there);
+    if !any(begins | ends) {
+        return;
+    }
+    let [nearest, farthest, near_value, far_value] = near.border;
+    let is_within = nearest.simd_ge(near.t) & farthest.simd_le(far.t) & nearest.simd_le(farthest);
+    let (begins, ends) = (begins & is_within, ends & is_within);
+    let known = (near.growth, far.growth);
+    for (face, is_moved, other, t, value) in
+        [(near, begins, known.1, nearest, near_value), (far, ends, known.0, farthest, far_value)]
+    {
+        face.t = choose(is_moved, t, face.t);
+        face.u = choose(is_moved, table.cell(simd, value), face.u);
+        face.is_there |= is_moved;
+        if let (Some(own), Some(other)) = (&mut face.growth, other) {
+            *own = Vec3 {
+                x: choose(is_moved, other.x, own.x),
+                y: choose(is_moved, other.y, own.y),
+                z: choose(is_moved, other.z, own.z),
+            };
+        }
+    }
 }
 
 impl<S: Simd> Face<S> {

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::cells::Cells;
 use crate::kernel::{Kernel, RadialKernel};
 use crate::rbf::Encoding;
 use crate::scene::Reconstruction;
@@ -28,6 +29,8 @@ pub(super) enum Shape {
     Radial(RadialKernel),
     /// The sum of basis functions.
     Functions,
+    /// What cells have.
+    Cells,
 }
 
 /// A kernel in one dimension.
@@ -103,6 +106,7 @@ impl Shape {
             Kernel::Point => None,
             Kernel::Nearest => Some(Self::Nearest),
             Kernel::Functions => Some(Self::Functions),
+            Kernel::Cells => Some(Self::Cells),
             Kernel::Linear | Kernel::BSpline => {
                 let is_tent = kernel == Kernel::Linear;
                 let basis = if is_tent { Basis::Tent } else { Basis::CubicBSpline };
@@ -121,14 +125,14 @@ impl Shape {
         match self {
             Self::Separable(basis) => Some((basis, 1.0)),
             Self::Scaled(basis, scale) => Some((basis, scale)),
-            Self::Nearest | Self::Radial(_) | Self::Functions => None,
+            Self::Nearest | Self::Radial(_) | Self::Functions | Self::Cells => None,
         }
     }
 
     /// How far from a sample its kernel reaches along an axis, voxels.
     pub(super) fn reach(self) -> f64 {
         match self {
-            Self::Nearest | Self::Functions => 0.5,
+            Self::Nearest | Self::Functions | Self::Cells => 0.5,
             Self::Separable(basis) => basis.reach(),
             Self::Scaled(basis, scale) => (scale * basis.reach()).max(0.5),
             Self::Radial(kernel) => kernel.radius(),
@@ -154,6 +158,8 @@ pub(super) struct Field {
     values: Vec<f64>,
     /// What is summed up in the place of these, and the lattice in whose index space.
     functions: Option<(Arc<Encoding>, Lattice)>,
+    /// What is looked into in their place.
+    pub(super) cells: Option<Cells>,
     /// Samples without data, if any.
     holes: Option<Vec<bool>>,
     bricks: [usize; 3],
@@ -176,6 +182,7 @@ impl Field {
                 Shape::Radial(kernel) => sharpen(&mut values, dims, kernel),
                 Shape::Nearest
                 | Shape::Functions
+                | Shape::Cells
                 | Shape::Separable(Basis::Tent)
                 | Shape::Scaled(Basis::Tent, _) => {}
             }
@@ -183,8 +190,12 @@ impl Field {
         let bricks = dims.map(|n| n.div_ceil(BRICK));
         let functions = volume.functions.clone().filter(|_| shape == Shape::Functions);
         let functions = functions.map(|functions| (functions, volume.lattice));
+        let cells = volume.cells.clone().filter(|_| shape == Shape::Cells);
+        let cells = cells.map(|cells| Cells::new(cells, volume.lattice));
+        // Samples lie outside of all cells, which is nowhere, rather than a hole.
+        let holes = holes.filter(|_| cells.is_none());
         let ranges = Vec::new();
-        let mut field = Self { dims, shape, values, functions, holes, bricks, ranges };
+        let mut field = Self { dims, shape, values, functions, cells, holes, bricks, ranges };
         field.ranges = (0..bricks.iter().product())
             .into_par_iter()
             .map(|b| {
@@ -196,7 +207,7 @@ impl Field {
 
     /// Kernels weigh without sign, so that values lie between those of the samples in reach.
     fn range(&self, brick: [usize; 3]) -> [f64; 2] {
-        if self.shape == Shape::Functions {
+        if matches!(self.shape, Shape::Functions | Shape::Cells) {
             // Anything.
             return [f64::NEG_INFINITY, f64::INFINITY];
         }
@@ -280,6 +291,9 @@ impl Field {
 
     /// The growth per index of what has a derivative in closed form.
     pub(super) fn growth(&self, place: DVec3) -> Option<DVec3> {
+        if let Some(cells) = &self.cells {
+            return Some(cells.growth(place));
+        }
         let (functions, lattice) = self.functions.as_ref()?;
         let gradient = functions.gradient(lattice.world_from_index(place));
         Some(lattice.axes().transpose() * gradient)
@@ -292,6 +306,7 @@ impl Field {
                 let [x, y, z] = self.nearest(place);
                 Some(self.values[(z * self.dims[1] + y) * self.dims[0] + x])
             }
+            Shape::Cells => self.cells.as_ref().and_then(|cells| cells.value(place)),
             Shape::Functions => self
                 .functions
                 .as_ref()

@@ -234,6 +234,7 @@ pub(super) fn classified(
     } else {
         Vec::new()
     };
+    let borders = borders(field, line, &faces, &values);
     let mut pieces = Vec::new();
     let first = planes.layer_of(a);
     for (i, pair) in faces.windows(2).enumerate() {
@@ -260,8 +261,17 @@ pub(super) fn classified(
             pieces.extend(value.map(|v| Slice { slab, ends: [low, high], density: shaded(v) }));
             continue;
         }
-        let (Some(near), Some(far)) = (values[i], values[i + 1]) else { continue };
-        let bend = bend(&faces, &values, i, planes.step);
+        let (near, far, [low, high]) = match (values[i], values[i + 1], borders.get(i)) {
+            (Some(near), Some(far), _) => (near, far, [low, high]),
+            (near, far, Some(Some([first, last]))) => {
+                let (low, near) = near.map_or(*first, |near| (low, near));
+                let (high, far) = far.map_or(*last, |far| (high, far));
+                (near, far, [low, high])
+            }
+            _ => continue,
+        };
+        let t = f64::midpoint(low, high);
+        let bend = if field.cells.is_none() { bend(&faces, &values, i, planes.step) } else { 0.0 };
         let value = f64::midpoint(near, far);
         let half = value + 1.5 * bend;
         // Each half along the straight line that has the parabola's mean.
@@ -281,6 +291,43 @@ pub(super) fn classified(
         }
     }
     pieces
+}
+
+/// A place of a ray, and the value there.
+type Border = (f64, f64);
+
+/// Of cells, where a ray enters them first and leaves them last in each slab of which a face lies outside.
+fn borders(
+    field: &Field,
+    line: &Line,
+    faces: &[f64],
+    values: &[Option<f64>],
+) -> Vec<Option<[Border; 2]>> {
+    let Some(cells) = &field.cells else { return Vec::new() };
+    let of = |(ends, known): (&[f64], &[Option<f64>])| {
+        let ends = [ends[0], ends[1]];
+        if ends[0] >= ends[1] || known.iter().all(Option::is_some) {
+            return None;
+        }
+        let mut cuts = cells.crossings(line, ends);
+        cuts.extend(ends);
+        cuts.sort_by(f64::total_cmp);
+        let is_inside = |pair: &&[f64]| {
+            pair[1] > pair[0] && cells.find(line.at(f64::midpoint(pair[0], pair[1]))).is_some()
+        };
+        let first = cuts.windows(2).find(is_inside)?;
+        let last = cuts.windows(2).rev().find(is_inside)?;
+        // From within, where no rounding leaves the cells.
+        let value = |at: f64, inwards: f64| {
+            let steps = [0.0, 1e-9, 1e-6, 1e-3, 0.1];
+            let mut places = steps.iter().map(|step| at + step * inwards);
+            places.find_map(|t| field.value(line.at(t)))
+        };
+        let near = value(first[0], first[1] - first[0])?;
+        let far = value(last[1], last[0] - last[1])?;
+        Some([(first[0], near), (last[1], far)])
+    };
+    faces.windows(2).zip(values.windows(2)).map(of).collect()
 }
 
 /// The mean of the values on a part of a ray, by quadrature.

@@ -5,8 +5,9 @@
 //! It sharpens, fills holes and classifies by ways of its own; of vectors, too, it makes splats, means of
 //! these and marks itself, and asks for settings and for the sizes of the marks' table alone. [`Reference`] draws any scene's mode,
 //! and the continuous integral which that mode converges to, pixel by pixel.
-//! Refuses the GPU and the hierarchy. Imports `core`, `volume`, `transfer`, `kernel`, `vector`, `polygons`, `scene`.
+//! Refuses the GPU and the hierarchy. Imports `core`, `cells`, `rbf`, `volume`, `transfer`, `kernel`, `vector`, `polygons`, `scene`.
 
+mod cells;
 mod classes;
 mod field;
 mod inside;

@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::cells::Cells;
 use super::classes::Classes;
 use super::field::{Basis, Field, Shape, tensor};
 use super::inside::{Part, Surface};
@@ -396,6 +397,11 @@ fn visible_part(
             cuts.extend(line.crossings(axis, (0..count).map(|i| i as f64 + 0.5), [a, b]));
         }
     }
+    if let Some(cells) = &field.cells {
+        cuts.extend(cells.crossings(line, [a, b]));
+        cuts.sort_by(f64::total_cmp);
+        return along_cells(cells, classes, ray, &cuts, light);
+    }
     cuts.sort_by(f64::total_cmp);
     if let Shape::Radial(kernel) = field.shape {
         for pair in cuts.windows(2).filter(|w| w[1] > w[0]) {
@@ -434,6 +440,44 @@ fn visible_part(
             }
         };
         shine(&piece, classes, ray, light);
+    }
+}
+
+/// Adds the light of cells, between places where a ray passes from one to another.
+fn along_cells(
+    cells: &Cells,
+    classes: &Classes,
+    ray: RayShader<'_>,
+    cuts: &[f64],
+    light: &mut Light,
+) {
+    let line = ray.index;
+    for pair in cuts.windows(2).filter(|w| w[1] > w[0]) {
+        let (a, b) = (pair[0], pair[1]);
+        if light.is_opaque() {
+            return;
+        }
+        let Some((solid, _)) = cells.find(line.at(f64::midpoint(a, b))) else {
+            if !ray.beside.is_empty() {
+                light.add(a, b, &|t| ray.among([0.0; 4], t));
+            }
+            continue;
+        };
+        let value = |t: f64| cells.value_in(solid, line.at(t)).unwrap_or(f64::NAN);
+        match cells.degree(solid) {
+            Some(degree) => {
+                // From within, where no rounding leaves the cell.
+                let (mut low, mut high) = (a, b);
+                if value(a).is_nan() || value(b).is_nan() {
+                    let inset = 1e-3 * (b - a);
+                    (low, high) = (a + inset, b - inset);
+                }
+                let ends = [value(low), value(high)];
+                let at = |t: f64| ends[0] + (ends[1] - ends[0]) * (t - low) / (high - low);
+                shine(&Piece::through(a, b, degree, at), classes, ray, light);
+            }
+            None => smooth(a, b, &value, classes, ray, light, 10),
+        }
     }
 }
 

@@ -72,6 +72,9 @@ impl SplatSettings {
     /// For fields that are encoded as basis functions: these themselves.
     pub const FUNCTIONS: Self = Self { kernel: Kernel::Functions, ..Self::EXACT };
 
+    /// For unstructured and curvilinear grids: their cells themselves.
+    pub const CELLS: Self = Self { kernel: Kernel::Cells, ..Self::EXACT };
+
     /// For thick slices: splines that lie between the samples rather than swing through them.
     pub const BETWEEN_SLICES: Self = Self { reconstruction: Reconstruction::Smooth, ..Self::EXACT };
 }
@@ -94,6 +97,7 @@ impl FirstLook {
         }
         let splat = match is_of_names {
             _ if volume.functions.is_some() => SplatSettings::FUNCTIONS,
+            _ if volume.cells.is_some() => SplatSettings::CELLS,
             true => SplatSettings::NAMES,
             false if thickest > THICK && volume.lattice.dims.iter().all(|&n| n > 1) => {
                 SplatSettings::BETWEEN_SLICES

@@ -9,7 +9,6 @@ use serde::{Deserialize, Serialize};
 use super::store::{SampleSource, Sampled};
 use super::{ModeError, PolygonLayer, PolygonLook, Scene};
 use crate::kernel::Kernel;
-use crate::rbf::Encoding;
 use crate::transfer::{ColourMap, ColourSource, TransferFunction};
 use crate::vector::VectorSettings;
 use crate::volume::{Lattice, Places, ScalarVolume, VectorField};
@@ -129,6 +128,15 @@ impl Surface {
     }
 }
 
+/// Whether a volume can be drawn with a kernel: one of its samples, or what it has besides.
+pub fn offers(volume: &ScalarVolume, kernel: Kernel) -> bool {
+    match kernel {
+        Kernel::Functions => volume.functions.is_some(),
+        Kernel::Cells => volume.cells.is_some(),
+        _ => true,
+    }
+}
+
 impl Scene {
     /// Adds a layer that is drawn, at its own place.
     pub fn add(&mut self, source: SampleSource, layer: impl Into<(Sampled, Look)>) {
@@ -156,16 +164,22 @@ impl Scene {
         if fields > 1 {
             return refuse("one field of values at most", fields.to_string(), "hide the others");
         }
-        if fields == 1 && self.splat.kernel == Kernel::Functions {
-            let volume = self.volume().filter(|volume| volume.functions.is_none());
-            if let Some(volume) = volume {
-                let found = format!("\"{}\", of which there are only samples", volume.name);
-                return refuse(
+        let kernel = self.splat.kernel;
+        if fields == 1
+            && let Some(volume) = self.volume().filter(|volume| !offers(volume, kernel))
+        {
+            let found = format!("\"{}\", which has none", volume.name);
+            let (expected, advice) = match kernel {
+                Kernel::Functions => (
                     "a field that is encoded as basis functions, with --kernel functions",
-                    found,
                     "encode it (voxsplat encode), or choose another --kernel",
-                );
-            }
+                ),
+                _ => (
+                    "a field on the cells of an unstructured or curvilinear grid, with --kernel cells",
+                    "choose another --kernel",
+                ),
+            };
+            return refuse(expected, found, advice);
         }
         for layer in shown() {
             let name = format!("{} \"{}\"", layer.look.kind(), layer.source.field);
@@ -219,10 +233,15 @@ impl Scene {
         }
     }
 
-    /// The basis functions that the mode draws, where it draws some.
-    pub fn functions(&self) -> Option<&Encoding> {
-        let volume = self.volume().filter(|_| self.splat.kernel == Kernel::Functions);
-        volume.and_then(|volume| volume.functions.as_deref())
+    /// What the mode draws in the place of samples, where it does, and how many there are.
+    pub fn own_kernels(&self) -> Option<(Kernel, u64)> {
+        let (volume, kernel) = (self.volume()?, self.splat.kernel);
+        let count = match kernel {
+            Kernel::Functions => volume.functions.as_ref()?.functions().len(),
+            Kernel::Cells => volume.cells.as_ref()?.cells().solids().len(),
+            _ => return None,
+        };
+        Some((kernel, count as u64))
     }
 
     /// Its samples; 0 where there is none.

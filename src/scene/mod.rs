@@ -31,7 +31,7 @@ pub use inside::{
     AlongRay, Clip, ClipBox, CutFaces, HalfSpace, Inside, InsideError, Isosurface,
     MOST_CLIP_PLANES, MOST_ISOSURFACES, MOST_SLICES, Plane, Slice, projected_range,
 };
-pub use layer::{Layer, Look, Surface, VectorLayer};
+pub use layer::{Layer, Look, Surface, VectorLayer, offers};
 pub use mode::{
     Backend, Classify, CutSettings, LEAST_SLABS_PER_VOXEL, MOST_GATHERED_EXTENT,
     MOST_SHEETS_PER_KERNEL, MOST_SLABS_PER_VOXEL, ModeChoice, ModeError, OpacityModel, Order,
@@ -97,7 +97,12 @@ pub struct Scene {
 impl Scene {
     /// World length ℓ over which opacities are given.
     pub fn opacity_unit_distance(&self) -> f64 {
-        self.splat.opacity_unit_distance.unwrap_or_else(|| self.lattice().smallest_spacing())
+        let own = || match self.volume().and_then(|volume| volume.cells.as_ref()) {
+            // Their samples are as fine as quick pictures want them.
+            Some(field) if field.cells().median_edge() > 0.0 => field.cells().median_edge(),
+            _ => self.lattice().smallest_spacing(),
+        };
+        self.splat.opacity_unit_distance.unwrap_or_else(own)
     }
 
     /// The transfer function that its field is drawn with: projected values have their colours in a range of their own,

@@ -28,6 +28,7 @@ use super::level::LevelOfDetail;
 use super::still::{Convergence, Still, StillError, StillRequest};
 use crate::core::Ticket;
 use crate::gpu::{GpuError, Renderer, Wishes};
+use crate::kernel::Kernel;
 use crate::plan::Plan;
 use crate::scene::{Backend, Effect, Scene};
 use worker::Worker;
@@ -127,8 +128,8 @@ pub struct FrameReport {
     pub kernels: Option<KernelCounts>,
     /// Splats on a picture of vectors alone; of one in part nobody counts them, and it is 0.
     pub vector_splats: Option<u64>,
-    /// Basis functions, where the picture is of these.
-    pub functions: Option<u64>,
+    /// What the picture is of in the place of samples, where it is, and how many there are.
+    pub own_kernels: Option<(Kernel, u64)>,
     /// Voxels in the volume.
     pub kernels_total: u64,
     /// Which engine drew it.
@@ -198,7 +199,7 @@ impl FrameReport {
             level,
             kernels: None,
             vector_splats: None,
-            functions: None,
+            own_kernels: None,
             kernels_total: voxels,
             engine: EngineKind::default(),
             not_native: None,

@@ -309,8 +309,8 @@ pub(super) fn draw(
         EngineKind::Gpu => backend_of(rung, &drawn, &plan),
     };
     let kernels_active = drawer.count_active(&plan);
-    if let Some(functions) = scene.functions().filter(|_| rung == Rung::Full) {
-        drawn.kernels = functions.functions().len() as u64;
+    if let Some((_, count)) = scene.own_kernels().filter(|_| rung == Rung::Full) {
+        drawn.kernels = count;
     } else if drawer.engines.drew() == EngineKind::Native && drawn.nodes == 0 {
         drawn.kernels = kernels_active;
     }

@@ -8,6 +8,7 @@
 //! `VOXSPLAT_GPU=allow-skip` prints what is left out instead.
 
 mod bits;
+mod cells;
 mod coverage;
 mod drawing;
 mod every_row;

@@ -243,6 +243,7 @@ pub(crate) fn rows() -> Vec<Row> {
         reconstructed(),
         extents(),
         functions(),
+        cells(),
         shaded_first(),
         effects(),
         vectors(),
@@ -374,6 +375,42 @@ fn functions() -> Vec<Row> {
     rows.push(small.clone().of(Rung::Reduced { field: SlabField::Own, shrink: 2.0 }));
     rows.push(small.of(Rung::Reduced { field: SlabField::Preview, shrink: 1.0 }));
     // What has no functions has none to be drawn.
+    rows.push(Row { judged: Judged::Refused, ..Row::new(Field::Noise, &[], exact) });
+    rows
+}
+
+/// Cells themselves, of every kind, and among all else.
+fn cells() -> Vec<Row> {
+    use Part::{
+        Along, Clip, CutFaces, Isosurfaces, Lights, OpacityBy, OpaquePolygons, Slices, Vectors,
+    };
+    let by = |classify| SplatSettings { classify, ..with(Kernel::Cells, EXACT) };
+    let [exact, after] = [by(Classify::PreIntegrated), by(Classify::After)];
+    let mut rows = Vec::new();
+    for field in [Field::Tetrahedra, Field::MixedCells, Field::CellValues] {
+        rows.extend(both_eyes(in_modes(field, &[], [exact, after])));
+    }
+    for mode in [exact, after] {
+        let modes = [slabs(0.5, mode), slabs(4.0, mode), turned(mode), published(mode)];
+        rows.extend(either_eye(in_modes(Field::MixedCells, &[], modes)));
+        rows.push(Row::new(Field::Tetrahedra, &[Lights], mode));
+        rows.push(Row::new(Field::MixedCells, &[Lights, Clip], mode).from(Eye::Perspective));
+    }
+    rows.push(Row::new(Field::MixedCells, &[CutFaces, Slices], exact));
+    rows.push(Row::new(Field::CellValues, &[Lights, Slices], exact));
+    rows.push(Row::new(Field::Tetrahedra, &[OpacityBy(Index::GradientStrength)], exact));
+    rows.push(Row::new(Field::Tetrahedra, &[Lights, Isosurfaces], slabs(4.0, exact)));
+    for along in [AlongRay::Maximum, AlongRay::Average] {
+        rows.push(Row::new(Field::MixedCells, &[Along(along)], exact));
+    }
+    rows.push(Row::new(Field::MixedCells, &[OpaquePolygons], exact));
+    rows.push(Row::new(Field::Tetrahedra, &[Vectors(VectorMode::Modulate)], exact));
+    rows.push(Row::new(Field::MixedCells, &[], exact).from(Eye::Within));
+    let small = Row::new(Field::MixedCells, &[], exact);
+    rows.push(Row { size: FEW, ..small.clone() });
+    rows.push(small.clone().of(Rung::Reduced { field: SlabField::Own, shrink: 2.0 }));
+    rows.push(small.of(Rung::Reduced { field: SlabField::Preview, shrink: 1.0 }));
+    // What has no cells has none to be drawn.
     rows.push(Row { judged: Judged::Refused, ..Row::new(Field::Noise, &[], exact) });
     rows
 }

@@ -18,6 +18,8 @@ use voxsplat::transfer::{ColourSource, NoData, Region, RegionShape, TransferFunc
 use voxsplat::vector::{Design, Foreshortening, VectorMode, VectorSettings};
 use voxsplat::volume::{Lattice, Places, Samples, ScalarVolume, VectorField};
 
+use crate::cells::{cells_of, samples_of};
+
 /// The scalar field: what its values are, and where they stand.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Field {
@@ -46,6 +48,12 @@ pub(crate) enum Field {
     Gaussians,
     /// Inverse multiquadrics.
     Multiquadrics,
+    /// Noise on the points of tetrahedra, with a gap in them, on axes that are not square to each other.
+    Tetrahedra,
+    /// The same of hexahedra, wedges, pyramids and tetrahedra.
+    MixedCells,
+    /// The same, a value for each cell.
+    CellValues,
 }
 
 /// What a scene has beside its scalar field, or does to it.
@@ -157,6 +165,7 @@ fn scalar(field: Field, eye: Eye) -> Scene {
     let (lattice, samples, [scale, offset]) = values(field);
     let mut volume = ScalarVolume::from_samples("table", lattice, samples).expect("a sound volume");
     volume.functions = basis_of(field).map(|basis| Arc::new(encoding(basis, &lattice)));
+    volume.cells = cells_of(field, &lattice);
     let mut scene = opening(SampleSource::made("table"), Arc::new(volume), None);
     *scene.transfer_mut().expect("a field") = transfer(scale, offset);
     scene.background = Background::Colour(Srgb8([12, 20, 40]));
@@ -246,6 +255,10 @@ fn values(field: Field) -> (Lattice, Samples, [f64; 2]) {
             let sums = encoding(basis, &sheared).values(&places, &Ticket::new());
             let sums = sums.expect("not cancelled").into_iter().map(|v| v as f32).collect();
             (sheared, Samples::Float32(sums), [1.0, 0.0])
+        }
+        Field::Tetrahedra | Field::MixedCells | Field::CellValues => {
+            let cells = cells_of(field, &sheared).expect("cells");
+            (sheared, samples_of(&cells, &sheared), [1.0, 0.0])
         }
     }
 }
@@ -498,7 +511,7 @@ fn octahedron(lattice: &Lattice) -> Mesh {
 }
 
 /// Uniform in 0..1, the same on every machine (SplitMix64, by index).
-fn random(seed: u64, index: usize) -> f64 {
+pub(crate) fn random(seed: u64, index: usize) -> f64 {
     let mut z = (seed << 32 ^ index as u64).wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     z = (z ^ z >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     z = (z ^ z >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);

@@ -128,12 +128,31 @@ pub(super) fn kernel(painter: &Painter, rect: Rect, kernel: Kernel) {
     if kernel == Kernel::Functions {
         return functions(painter, rect);
     }
+    if kernel == Kernel::Cells {
+        return cells(painter, rect);
+    }
     let graph = Graph { rect, from: -REACH, to: REACH };
     for neighbour in [-2.0, -1.0, 1.0, 2.0] {
         graph.line(painter, faint(), |x| weight(kernel, None, x - neighbour));
     }
     graph.hill(painter, theme::ACCENT, |x| weight(kernel, None, x));
     graph.samples(painter, 2);
+}
+
+/// Values at points that lie anywhere, straight in between.
+fn cells(painter: &Painter, rect: Rect) {
+    // Place, value.
+    const POINTS: [(f64, f64); 6] =
+        [(-REACH, 0.2), (-1.7, 0.75), (-1.2, 0.5), (0.3, 0.9), (0.7, 0.35), (REACH, 0.6)];
+    let graph = Graph { rect, from: -REACH, to: REACH };
+    for (place, value) in POINTS {
+        graph.line(painter, faint(), |x| if (x - place).abs() < 0.04 { value } else { 0.0 });
+    }
+    graph.hill(painter, theme::ACCENT, |x| {
+        let piece = POINTS.windows(2).find(|pair| x <= pair[1].0).unwrap_or(&POINTS[4..]);
+        let [(a, from), (b, to)] = [piece[0], piece[1]];
+        from + (to - from) * (x - a) / (b - a)
+    });
 }
 
 /// Functions of several widths, wherever they lie, and their sum.

@@ -20,15 +20,18 @@ const SLABS: std::ops::RangeInclusive<f64> = LEAST_SLABS_PER_VOXEL..=16.0;
 /// The sheets on offer, per kernel.
 const SHEETS: std::ops::RangeInclusive<u32> = 1..=16;
 
-/// Every choice of a mode. `voxel` is the smallest spacing, world units; what is of basis functions is offered where there
-/// are some.
+/// Every choice of a mode. `voxel` is the smallest spacing, world units; `offers` tells which kernels the field can be drawn
+/// with.
 ///
 /// A choice that contradicts others takes them along; see [`modes::changed`].
-pub fn splat_ui(ui: &mut Ui, splat: &mut SplatSettings, (voxel, has_functions): (f64, bool)) {
+pub fn splat_ui(
+    ui: &mut Ui,
+    splat: &mut SplatSettings,
+    (voxel, offers): (f64, impl Fn(Kernel) -> bool),
+) {
     presets_ui(ui, splat);
     let mut chosen = ModeChoice::default();
-    let is_offered = |kernel: &Kernel| has_functions || *kernel != Kernel::Functions;
-    let kernels: Vec<Kernel> = Kernel::ALL.into_iter().filter(is_offered).collect();
+    let kernels: Vec<Kernel> = Kernel::ALL.into_iter().filter(|kernel| offers(*kernel)).collect();
     let kernel_words = |kernel| (words::kernel(kernel), words::kernel_help(kernel));
     let help =
         "How far the value of one sample reaches, and how strongly: its neighbours' are faint";
@@ -46,7 +49,8 @@ pub fn splat_ui(ui: &mut Ui, splat: &mut SplatSettings, (voxel, has_functions): 
         now.reconstruction,
         (words::reconstruction, pictures::reconstruction),
     );
-    let is_offered = |classify: &&Classify| has_functions || **classify != Classify::Mean;
+    let has_means = offers(Kernel::Functions);
+    let is_offered = |classify: &&Classify| has_means || **classify != Classify::Mean;
     let times: Vec<Classify> = Classify::ALL.iter().filter(is_offered).copied().collect();
     let help = "When values become opacities. The green values pass through a thin layer that has opacity: what \
                 is drawn of it is filled, the truth is faint";

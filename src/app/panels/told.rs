@@ -90,6 +90,7 @@ fn near_words(Shown { report, mode, measured }: &Shown) -> Option<String> {
             let name = match mode.kernel {
                 _ if modes::is_exact(mode) => "exact mode",
                 Kernel::Functions => "basis functions",
+                Kernel::Cells => "cells",
                 _ => "approximate mode",
             };
             Some(name.to_owned())
@@ -336,11 +337,14 @@ fn counts_words(report: &FrameReport) -> String {
         }
         None => {}
     }
-    if let Some(count) = report.functions {
-        let samples = words::count(report.kernels_total);
+    if let Some((kernel, count)) = report.own_kernels {
+        let [count, samples] = [count, report.kernels_total].map(words::count);
+        let what = match kernel {
+            Kernel::Cells => "cells, evaluated",
+            _ => "basis functions, summed up",
+        };
         return format!(
-            "{} basis functions, summed up wherever the rays through the pixels ask; quick pictures are of {samples} samples",
-            words::count(count)
+            "{count} {what} wherever the rays through the pixels ask; quick pictures are of {samples} samples"
         );
     }
     let total = words::count(report.kernels_total);

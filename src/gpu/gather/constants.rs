@@ -66,9 +66,11 @@ impl Constants<'_> {
             Kernel::Linear | Kernel::BSpline => {
                 DVec3::splat(settings.kernel.reach(settings.extent))
             }
-            Kernel::Gaussian | Kernel::Cubic | Kernel::Gouraud | Kernel::Functions => {
-                DVec3::splat(radius)
-            }
+            Kernel::Gaussian
+            | Kernel::Cubic
+            | Kernel::Gouraud
+            | Kernel::Functions
+            | Kernel::Cells => DVec3::splat(radius),
         };
         let thickness = match Variant::new(view, settings).layering {
             Layering::Sheets => 2.0 * radius / f64::from(settings.sheets_per_kernel),

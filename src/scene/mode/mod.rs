@@ -225,7 +225,7 @@ impl SplatSettings {
                 "choose --classify pre-integrated, or --reconstruction smooth",
             );
         }
-        self.check_functions()?;
+        self.check_sources()?;
         if kernel.is_separable() && self.visibility != Visibility::Slabs {
             return refuse(
                 "--kernel linear or bspline with --visibility slabs",
@@ -249,7 +249,7 @@ impl SplatSettings {
         }
         if self.extent.is_some() && kernel.natural_extent().is_none() {
             return refuse(
-                "--extent with a kernel that has one: all but point, nearest and functions",
+                "--extent with a kernel that has one: all but point, nearest, functions and cells",
                 name("--extent"),
                 "leave one of the two out",
             );
@@ -299,12 +299,17 @@ impl SplatSettings {
         Ok(())
     }
 
-    /// What basis functions can be: summed up before anything is coloured, in slabs.
-    fn check_functions(&self) -> Result<(), ModeError> {
+    /// What basis functions and cells can be: evaluated before anything is coloured, in slabs.
+    fn check_sources(&self) -> Result<(), ModeError> {
         let refuse = |expected, found: String, advice| Err(ModeError { expected, found, advice });
         match (self.kernel, self.classify) {
             (Kernel::Functions, Classify::Before) => refuse(
                 "--kernel functions with values classified after reconstruction",
+                "--classify before".to_owned(),
+                "choose --classify pre-integrated, or another --kernel",
+            ),
+            (Kernel::Cells, Classify::Before) => refuse(
+                "--kernel cells with values classified after reconstruction",
                 "--classify before".to_owned(),
                 "choose --classify pre-integrated, or another --kernel",
             ),

@@ -516,10 +516,7 @@ pub(super) fn picture(
         made_pipelines: drawn.made_pipelines,
         kernels: kernels_active.map(|active| KernelCounts { drawn: drawn.kernels, active }),
         vector_splats: (!scene.shows_field()).then_some(drawn.kernels),
-        functions: scene
-            .functions()
-            .filter(|_| scene.shows_field())
-            .map(|functions| functions.functions().len() as u64),
+        own_kernels: scene.own_kernels().filter(|_| scene.shows_field()),
         progress,
         ..FrameReport::last(level, total, Backend::Raster, drawn.wall_ms)
     };

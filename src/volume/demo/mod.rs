@@ -4,6 +4,7 @@
 //! parent does.
 
 mod head;
+mod mesh;
 mod tornado;
 
 use std::f64::consts::PI;
@@ -17,8 +18,8 @@ use crate::core::memory::{self, TooLarge};
 use super::{Association, Field, Grid, Lattice, Samples};
 
 /// Every demo, the one that a window opens with first.
-pub const NAMES: [&str; 7] =
-    ["head", "tornado", "marschner-lobb", "shells", "blobs", "checkerboard", "constant"];
+pub const NAMES: [&str; 8] =
+    ["head", "tornado", "mesh", "marschner-lobb", "shells", "blobs", "checkerboard", "constant"];
 /// Samples along each axis that may be asked for.
 pub const SIZES: std::ops::RangeInclusive<usize> = 2..=512;
 
@@ -100,11 +101,17 @@ pub fn open(name: &str, size: Option<usize>) -> Result<Grid, DemoError> {
     let own = match name {
         "head" => 128,
         "constant" => 32,
+        "mesh" => 16,
         _ => 64,
     };
     let size = size.unwrap_or(own);
     // Two scalars and a vector, or one scalar, of 32 bits at most.
-    let each = if name == "tornado" { 20 } else { 4 };
+    let each = match name {
+        "tornado" => 20,
+        // Six cubes for each across, of six tetrahedra of 60 bytes, and a point of 60.
+        "mesh" => 6 * 420,
+        _ => 4,
+    };
     memory::require(
         &format!("demo:{name}:{size}"),
         (size as u64).pow(3) * each,
@@ -113,6 +120,7 @@ pub fn open(name: &str, size: Option<usize>) -> Result<Grid, DemoError> {
     Ok(match name {
         "head" => head::grid(size),
         "tornado" => tornado::grid(size),
+        "mesh" => mesh::grid(size),
         "marschner-lobb" => {
             let lattice = centred(size);
             scalar(lattice, "density", Samples::Float32(sample(lattice, marschner_lobb)))

@@ -24,6 +24,9 @@ const ALWAYS_SAMPLES: usize = 1 << 15;
 const SAMPLES_A_CELL: f64 = 8.0;
 const SAMPLES_OF_CELLS: [f64; 2] = [262_144.0, 16_777_216.0];
 
+/// A lattice, the samples there, and the cells that these are of, where there are any.
+pub(super) type EvenlySpaced = (Lattice, Arc<Samples>, Option<Arc<CellField>>);
+
 impl Grid {
     /// How samples on points or cells lie, and how many along each axis.
     pub(super) fn shape_of(&self, association: Association) -> (Shape, [usize; 3]) {
@@ -75,7 +78,7 @@ impl Grid {
         field: &Field,
         values: Arc<Samples>,
         ticket: &Ticket,
-    ) -> Result<(Lattice, Arc<Samples>, Option<Arc<CellField>>), VolumeError> {
+    ) -> Result<EvenlySpaced, VolumeError> {
         let (shape, dims) = self.shape_of(field.association);
         if matches!(shape, Shape::Affine) {
             return Ok((self.lattice_of(field), values, None));

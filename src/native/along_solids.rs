@@ -1,0 +1,314 @@
+//! Cells along rays: each cell lands on the tiles of the picture that it reaches, and eight rays go through the list of
+//! their tile together, for many faces of slabs at a time.
+//!
+//! Between where a ray enters a tetrahedron and where it leaves it values are linear: a face of a slab in between costs one
+//! product. In other solids a face's place is found by Newton's method, from where the last one's was. No order is needed,
+//! since a face lies in one cell (the first, where several overlap). A slab with a face outside all cells reaches from where it
+//! enters them to where it leaves them: triangles of the outer faces say where.
+
+use fearless_simd::{Simd, prelude::*};
+
+use super::landed::{Entry, Landed};
+use super::lanes::{Lanes, Mask, Vec3, all, any, choose};
+use super::lattice::NOTHING;
+use super::own::Found;
+use super::rays::{Packet, Rays, TILE};
+use super::solids::{Bent, Outer, Solid, Solids, Straight, cross};
+use super::sums::Asked;
+
+/// Faces that are looked at together.
+const FACES: usize = 32;
+/// What is left of a slab is whole within this part of it.
+const WHOLE: f32 = 1e-3;
+/// A triangle reaches so far beyond its sides, in units of them: no ray slips between two.
+const SIDE_RIM: f32 = 1e-4;
+const FAR: f32 = 1e30;
+
+/// What eight rays have of cells, at some faces (middles) after one another.
+pub(super) struct AlongSolids<'a, S: Simd> {
+    cells: &'a Solids,
+    list: &'a [Entry],
+    outer: &'a [Entry],
+    /// The block of the tile that the rays are of, as a bit.
+    block: u8,
+    asked: Asked,
+    step: f32,
+    values: [Lanes<S>; FACES],
+    /// Growths, where the light asks for them.
+    growths: Option<Box<[Vec3<S>; FACES]>>,
+    /// In the slab behind each face, the nearest and the farthest place where the ray passes the cells' border, and the
+    /// values there.
+    borders: [[Lanes<S>; 4]; FACES],
+    /// The number of the first that is there, and how many are.
+    first: i32,
+    count: i32,
+}
+
+impl<'a, S: Simd> AlongSolids<'a, S> {
+    #[inline(always)]
+    pub(super) fn new(
+        simd: S,
+        (cells, [solids, outer]): (&'a Solids, &'a [Landed; 2]),
+        (rays, at): (&Rays, [u32; 2]),
+        (asked, is_lit): (Asked, bool),
+    ) -> Self {
+        let corner = at.map(|n| n / TILE * TILE);
+        let block = (at[1] - corner[1]) / 2 * 2 + (at[0] - corner[0]) / 4;
+        Self {
+            cells,
+            list: solids.on(rays, corner),
+            outer: outer.on(rays, corner),
+            block: 1 << block,
+            asked,
+            step: rays.step,
+            values: [all(simd, NOTHING); FACES],
+            growths: is_lit.then(|| Box::new([Vec3::splat(simd, [0.0; 3]); FACES])),
+            borders: [[all(simd, 0.0); 4]; FACES],
+            first: 0,
+            count: 0,
+        }
+    }
+
+    /// What lies at face `k`, at depths `t` (in the middle of the slab that begins there). Others that are asked for next
+    /// lie in the direction of `way`, as far as `last`. At the borders of the lattice faces and middles are not where they
+    /// would be elsewhere.
+    #[inline(always)]
+    pub(super) fn at(
+        &mut self,
+        simd: S,
+        packet: &Packet<S>,
+        (k, way, last): (i32, i32, i32),
+        t: Lanes<S>,
+    ) -> Found<S> {
+        if !(0..self.count).contains(&(k - self.first)) {
+            #[expect(clippy::cast_possible_truncation, clippy::cast_possible_wrap, reason = "32")]
+            let count = ((last - k) * way + 1).clamp(1, FACES as i32);
+            self.first = if way < 0 { k - count + 1 } else { k };
+            self.count = count;
+            self.fill(simd, packet);
+        }
+        #[expect(clippy::cast_sign_loss, reason = "looked at above")]
+        let i = (k - self.first) as usize;
+        let mut found = Found {
+            value: self.values[i],
+            growth: self.growths.as_ref().map(|growths| growths[i]),
+            border: self.borders[i],
+        };
+        let shift = if self.asked == Asked::Middles { 0.5 } else { 0.0 };
+        let off = (t - (k as f32 + shift) * self.step).abs();
+        let is_elsewhere = off.simd_gt(all(simd, WHOLE * self.step)) & packet.is_there;
+        if any(is_elsewhere) {
+            let place = packet.at(t);
+            found.value = choose(is_elsewhere, self.cells.value(simd, place), found.value);
+            if let Some(growth) = &mut found.growth {
+                let own = self.cells.gradient(simd, place);
+                *growth = chosen(is_elsewhere, own, *growth);
+            }
+        }
+        found
+    }
+
+    /// Looks at all faces that are to be there. Not inlined: few ask, and for many faces.
+    #[inline(never)]
+    fn fill(&mut self, simd: S, packet: &Packet<S>) {
+        simd.vectorize(
+            #[inline(always)]
+            || self.look(simd, packet),
+        );
+    }
+
+    #[inline(always)]
+    fn look(&mut self, simd: S, packet: &Packet<S>) {
+        #[expect(clippy::cast_sign_loss, reason = "1..=32")]
+        let count = self.count as usize;
+        for i in 0..count {
+            self.values[i] = all(simd, NOTHING);
+            self.borders[i] = [all(simd, FAR), all(simd, -FAR), all(simd, 0.0), all(simd, 0.0)];
+        }
+        let shift = if self.asked == Asked::Middles { 0.5 } else { 0.0 };
+        let first = self.first as f32 + shift;
+        let depths = [first * self.step, (first + (count - 1) as f32) * self.step];
+        let cells = self.cells;
+        for entry in self.list {
+            let is_apart = entry.depths[1] < depths[0] || entry.depths[0] > depths[1];
+            if entry.blocks & self.block == 0 || is_apart {
+                continue;
+            }
+            match cells.solids[entry.number as usize] {
+                Solid::Straight(i) => {
+                    self.add_straight(simd, packet, (&cells.straight[i as usize], entry), first);
+                }
+                Solid::Bent(i) => {
+                    self.add_bent(simd, packet, (&cells.bent[i as usize], entry), first);
+                }
+                Solid::Nothing => {}
+            }
+        }
+        if self.asked == Asked::Faces {
+            let depths = [depths[0], depths[1] + self.step];
+            for entry in self.outer {
+                let is_apart = entry.depths[1] < depths[0] || entry.depths[0] > depths[1];
+                if entry.blocks & self.block != 0 && !is_apart {
+                    self.add_border(simd, packet, (&cells.outer[entry.number as usize], entry));
+                }
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn add_straight(
+        &mut self,
+        simd: S,
+        packet: &Packet<S>,
+        (own, entry): (&Straight, &Entry),
+        first: f32,
+    ) {
+        let (zero, one) = (all(simd, 0.0), all(simd, 1.0));
+        // From a place nearby: far from it differences would leave few digits.
+        let begin = 0.5 * (entry.depths[0] + entry.depths[1]);
+        let from = own.turned(simd, own.offset(packet.at(all(simd, begin))));
+        let by = own.turned(simd, packet.direction);
+        let (mut enter, mut leave) = (all(simd, -FAR), all(simd, FAR));
+        let mut is_met = packet.is_there;
+        let rim = all(simd, own.rim);
+        let sides = [
+            (from.x, by.x),
+            (from.y, by.y),
+            (from.z, by.z),
+            (one - from.x - from.y - from.z, zero - by.x - by.y - by.z),
+        ];
+        for (height, growth) in sides {
+            let height = height + rim;
+            let is_along = growth.abs().simd_lt(all(simd, 1e-20));
+            let t = (zero - height) / choose(is_along, one, growth);
+            let rises = growth.simd_gt(zero);
+            enter = choose(rises & !is_along, enter.max(t), enter);
+            leave = choose(!rises & !is_along, leave.min(t), leave);
+            is_met &= !(is_along & height.simd_lt(zero));
+        }
+        is_met &= enter.simd_le(leave);
+        if !any(is_met) {
+            return;
+        }
+        let scale = 1.0 / self.step;
+        // In faces from the first one.
+        let enter = (enter + begin) * scale - first;
+        let leave = (leave + begin) * scale - first;
+        let far = all(simd, 1e9);
+        let low = choose(is_met, enter, far).reduce_min().ceil().max(0.0);
+        let high = choose(is_met, leave, zero - far).reduce_max().floor();
+        let high = high.min((self.count - 1) as f32);
+        if low > high {
+            return;
+        }
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0..32")]
+        let (low, high) = (low as usize, high as usize);
+        let nothing = all(simd, NOTHING);
+        for i in low..=high {
+            let place = i as f32;
+            let within = is_met & enter.simd_le(all(simd, place)) & leave.simd_ge(all(simd, place));
+            let within = within & self.values[i].simd_eq(nothing);
+            let t = all(simd, (first + place) * self.step - begin);
+            let unit = from.at(by, t);
+            self.values[i] = choose(within, own.value(simd, unit), self.values[i]);
+            if let Some(growths) = &mut self.growths {
+                let all_growths = self.cells.growths();
+                let growth = self.cells.growth_in(simd, all_growths, entry.number, unit);
+                growths[i] = chosen(within, growth, growths[i]);
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn add_bent(&mut self, simd: S, packet: &Packet<S>, (own, entry): (&Bent, &Entry), first: f32) {
+        let scale = 1.0 / self.step;
+        let low = (entry.depths[0] * scale - first).ceil().max(0.0);
+        let high = (entry.depths[1] * scale - first).floor().min((self.count - 1) as f32);
+        if low > high {
+            return;
+        }
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0..32")]
+        let (low, high) = (low as usize, high as usize);
+        let nothing = all(simd, NOTHING);
+        let mut unit = own.middle(simd);
+        for i in low..=high {
+            let open = self.values[i].simd_eq(nothing) & packet.is_there;
+            if !any(open) {
+                continue;
+            }
+            let place = packet.at(all(simd, (first + i as f32) * self.step));
+            let (found, within) = own.unit(simd, place, unit);
+            // Those far outside begin anew.
+            unit = chosen(within, found, own.middle(simd));
+            let within = within & open;
+            if !any(within) {
+                continue;
+            }
+            self.values[i] = choose(within, own.value(simd, found), self.values[i]);
+            if let Some(growths) = &mut self.growths {
+                let all_growths = self.cells.growths();
+                let growth = self.cells.growth_in(simd, all_growths, entry.number, found);
+                growths[i] = chosen(within, growth, growths[i]);
+            }
+        }
+    }
+
+    /// Where rays pass a triangle (Möller and Trumbore, 1997).
+    #[inline(always)]
+    fn add_border(&mut self, simd: S, packet: &Packet<S>, (own, entry): (&Outer, &Entry)) {
+        let begin = 0.5 * (entry.depths[0] + entry.depths[1]);
+        let [ox, oy, oz] = own.origin;
+        let place = packet.at(all(simd, begin));
+        let from = Vec3 { x: place.x - ox, y: place.y - oy, z: place.z - oz };
+        let [first_side, second_side] = own.sides.map(|side| Vec3::splat(simd, side));
+        let p = cross(packet.direction, second_side);
+        let determinant = first_side.dot(p);
+        let is_sound = determinant.abs().simd_gt(all(simd, 1e-30));
+        let share = all(simd, 1.0) / choose(is_sound, determinant, all(simd, 1.0));
+        let u = from.dot(p) * share;
+        let q = cross(from, first_side);
+        let v = packet.direction.dot(q) * share;
+        let rim = all(simd, -SIDE_RIM);
+        let is_met = is_sound
+            & packet.is_there
+            & u.simd_ge(rim)
+            & v.simd_ge(rim)
+            & (u + v).simd_le(all(simd, 1.0 + SIDE_RIM));
+        if !any(is_met) {
+            return;
+        }
+        let t = second_side.dot(q) * share + begin;
+        let [value, by_u, by_v] = own.values;
+        let value = u.mul_add(all(simd, by_u), v.mul_add(all(simd, by_v), all(simd, value)));
+        let slab = (t * (1.0 / self.step)).floor() - self.first as f32;
+        let far = all(simd, 1e9);
+        let low = choose(is_met, slab, far).reduce_min().max(0.0);
+        let high = choose(is_met, slab, -far).reduce_max().min((self.count - 1) as f32);
+        if low > high {
+            return;
+        }
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0..32")]
+        let (low, high) = (low as usize, high as usize);
+        for i in low..=high {
+            let here = is_met & slab.simd_eq(all(simd, i as f32));
+            let [nearest, farthest, near_value, far_value] = self.borders[i];
+            let is_nearer = here & t.simd_lt(nearest);
+            let is_farther = here & t.simd_gt(farthest);
+            self.borders[i] = [
+                choose(is_nearer, t, nearest),
+                choose(is_farther, t, farthest),
+                choose(is_nearer, value, near_value),
+                choose(is_farther, value, far_value),
+            ];
+        }
+    }
+}
+
+#[inline(always)]
+fn chosen<S: Simd>(mask: Mask<S>, yes: Vec3<S>, no: Vec3<S>) -> Vec3<S> {
+    Vec3 {
+        x: choose(mask, yes.x, no.x),
+        y: choose(mask, yes.y, no.y),
+        z: choose(mask, yes.z, no.z),
+    }
+}

@@ -1,0 +1,165 @@
+//! What is drawn in the place of samples: basis functions, or cells.
+
+use fearless_simd::Simd;
+
+use super::along_solids::AlongSolids;
+use super::functions::Functions;
+use super::landed::Landed;
+use super::lanes::{Lanes, Vec3, all};
+use super::rays::{Packet, Rays};
+use super::solids::Solids;
+use super::sums::{self, Sums};
+use super::supports::NotBegun;
+use crate::core::{Cancelled, Ticket};
+use crate::kernel::{Bounds, Kernel};
+use crate::volume::ScalarVolume;
+
+/// What a field is of.
+#[derive(Debug)]
+pub(super) enum Own {
+    Functions(Box<Functions>),
+    Cells(Box<Solids>),
+}
+
+/// Where it lands in a picture.
+#[derive(Debug)]
+pub(super) enum OwnLanded {
+    Functions(Landed),
+    /// Solids, and triangles of the outer faces.
+    Cells([Landed; 2]),
+}
+
+/// The same along eight rays.
+pub(super) enum OwnAlong<'a, S: Simd> {
+    Functions(Sums<'a, S>),
+    Cells(AlongSolids<'a, S>),
+}
+
+/// What lies at the face of a slab.
+#[derive(Clone, Copy)]
+pub(super) struct Found<S: Simd> {
+    pub value: Lanes<S>,
+    /// Of the value per index, where it came with it.
+    pub growth: Option<Vec3<S>>,
+    /// Of cells, in the slab behind the face: the nearest and the farthest place where the ray passes their border, and the
+    /// values there.
+    pub border: [Lanes<S>; 4],
+}
+
+impl<S: Simd> Found<S> {
+    /// A value, and nothing else.
+    #[inline(always)]
+    pub(super) fn of(simd: S, value: Lanes<S>) -> Self {
+        Self { value, growth: None, border: [all(simd, 0.0); 4] }
+    }
+}
+
+impl Own {
+    /// What a kernel asks for of a volume, if it does; values are less `bias`.
+    ///
+    /// # Errors
+    /// [`Cancelled`].
+    pub(super) fn of(
+        volume: &ScalarVolume,
+        kernel: Kernel,
+        bias: f64,
+        ticket: &Ticket,
+    ) -> Result<Option<Self>, Cancelled> {
+        Ok(match (kernel, &volume.functions, &volume.cells) {
+            (Kernel::Functions, Some(encoding), _) => {
+                let found = Functions::new(encoding, &volume.lattice, ticket)?;
+                Some(Self::Functions(Box::new(found)))
+            }
+            (Kernel::Cells, _, Some(field)) => {
+                let found = Solids::new(field, &volume.lattice, bias, ticket)?;
+                Some(Self::Cells(Box::new(found)))
+            }
+            _ => None,
+        })
+    }
+
+    /// Takes bounds of samples to what lies between these.
+    ///
+    /// # Errors
+    /// [`Cancelled`].
+    pub(super) fn bound(
+        &self,
+        bounds: &mut Bounds,
+        bias: f64,
+        ticket: &Ticket,
+    ) -> Result<(), Cancelled> {
+        match self {
+            Self::Functions(functions) => functions.widen(bounds, ticket),
+            Self::Cells(cells) => {
+                cells.bound(bounds, bias);
+                ticket.checkpoint(1, 1)
+            }
+        }
+    }
+
+    /// Where it lands in a picture.
+    ///
+    /// # Errors
+    /// More than lists have room for, and a cancelled ticket.
+    pub(super) fn land(&self, rays: &Rays, ticket: &Ticket) -> Result<OwnLanded, NotBegun> {
+        Ok(match self {
+            Self::Functions(functions) => {
+                OwnLanded::Functions(sums::landed(functions, rays, ticket)?)
+            }
+            Self::Cells(cells) => OwnLanded::Cells(cells.land(rays, ticket)?),
+        })
+    }
+
+    /// The values at places.
+    #[inline(always)]
+    pub(super) fn value<S: Simd>(&self, simd: S, place: Vec3<S>) -> Lanes<S> {
+        match self {
+            Self::Functions(functions) => functions.value(simd, place),
+            Self::Cells(cells) => cells.value(simd, place),
+        }
+    }
+
+    /// The values' growth per index at places.
+    #[inline(always)]
+    pub(super) fn gradient<S: Simd>(&self, simd: S, place: Vec3<S>) -> Vec3<S> {
+        match self {
+            Self::Functions(functions) => functions.gradient(simd, place),
+            Self::Cells(cells) => cells.gradient(simd, place),
+        }
+    }
+
+    /// Bytes of memory.
+    pub(super) fn size_bytes(&self) -> usize {
+        match self {
+            Self::Functions(functions) => functions.size_bytes(),
+            Self::Cells(cells) => cells.size_bytes(),
+        }
+    }
+}
+
+impl OwnLanded {
+    /// Bytes of memory.
+    pub(super) fn size_bytes(&self) -> u64 {
+        match self {
+            Self::Functions(landed) => landed.size_bytes(),
+            Self::Cells(landed) => landed.iter().map(Landed::size_bytes).sum(),
+        }
+    }
+}
+
+impl<S: Simd> OwnAlong<'_, S> {
+    /// What lies at face `k`; see [`Sums::at`] and [`AlongSolids::at`].
+    #[inline(always)]
+    pub(super) fn at(
+        &mut self,
+        simd: S,
+        packet: &Packet<S>,
+        which: (i32, i32, i32),
+        t: Lanes<S>,
+    ) -> Found<S> {
+        match self {
+            Self::Functions(sums) => Found::of(simd, sums.at(simd, packet, which, t)),
+            Self::Cells(cells) => cells.at(simd, packet, which, t),
+        }
+    }
+}

@@ -1,0 +1,571 @@
+//! Cells that lie anywhere, in index space, eight places at a time (`cells` has the definitions).
+
+use std::sync::{Arc, OnceLock};
+
+use fearless_simd::{Simd, i32x8, prelude::*};
+use glam::{DMat3, DVec3};
+use rayon::prelude::*;
+
+use super::bricks::BRICK;
+use super::functions::Left;
+use super::in_order::look;
+use super::landed::{Extent, Landed};
+use super::lanes::{LANES, Lanes, Mask, Vec3, all, any, choose};
+use super::lattice::NOTHING;
+use super::rays::Rays;
+use super::supports::NotBegun;
+use crate::cells::{CellField, Kind, Listed};
+use crate::core::{Cancelled, Ticket};
+use crate::kernel::Bounds;
+use crate::volume::Lattice;
+
+/// A place is in a cell up to so far outside it, samples: what single precision leaves of a place, and no seam opens.
+const RIM: f32 = 3e-5;
+/// And so far in units of the cell.
+const UNIT_RIM: f32 = 2e-5;
+/// Steps of Newton's method, at most; solids that are no parallelepipeds but like one take three.
+const MOST_STEPS: usize = 8;
+/// No more steps follow one as short as this, in units of the cell.
+const SHORT: f32 = 1e-4;
+
+/// A tetrahedron.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Straight {
+    /// Its first corner.
+    pub origin: [f32; 3],
+    /// What leads from an offset to (r, s, t): rows.
+    pub rows: [[f32; 3]; 3],
+    /// Value at the first corner, and its growth along r, s and t.
+    pub values: [f32; 4],
+    /// How far outside counts as inside, in units of it.
+    pub rim: f32,
+}
+
+/// Any other solid: factors of 1, r, s, t, rs, st, rt and rst.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Bent {
+    pub origin: [f32; 3],
+    pub kind: Kind,
+    pub places: [[f32; 3]; 8],
+    pub values: [f32; 8],
+    pub rim: f32,
+}
+
+/// A solid.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Solid {
+    /// Its number among the tetrahedra.
+    Straight(u32),
+    /// Its number among the others.
+    Bent(u32),
+    /// Without volume, or without a value.
+    Nothing,
+}
+
+/// A triangle of the cells' outer faces.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Outer {
+    pub origin: [f32; 3],
+    /// To its second and its third corner.
+    pub sides: [[f32; 3]; 2],
+    /// Value at the first corner, and what it grows by to the others.
+    pub values: [f32; 3],
+    pub corners: [u32; 3],
+}
+
+/// The cells of a field, over a lattice.
+#[derive(Debug)]
+pub(super) struct Solids {
+    field: Arc<CellField>,
+    /// World steps of the lattice.
+    axes: DMat3,
+    listed: Listed,
+    pub solids: Vec<Solid>,
+    pub straight: Vec<Straight>,
+    pub bent: Vec<Bent>,
+    pub outer: Vec<Outer>,
+    /// Growth of the value per index at the points; made once someone has asked.
+    growths: OnceLock<Vec<[f32; 3]>>,
+}
+
+impl Solids {
+    /// Of a field, over a lattice; values are less `bias`.
+    ///
+    /// # Errors
+    /// [`Cancelled`].
+    pub(super) fn new(
+        field: &Arc<CellField>,
+        lattice: &Lattice,
+        bias: f64,
+        ticket: &Ticket,
+    ) -> Result<Self, Cancelled> {
+        let cells = field.cells();
+        let index_from_world = lattice.axes().inverse();
+        let place = |world: DVec3| index_from_world * (world - lattice.origin);
+        let is_there: Vec<bool> =
+            (0..cells.solids().len()).into_par_iter().map(|solid| field.is_there(solid)).collect();
+        let listed = Listed::new(cells, (lattice.dims, place), |i| is_there[i], ticket)?;
+        let (mut straight, mut bent) = (Vec::new(), Vec::new());
+        let mut solids = Vec::with_capacity(is_there.len());
+        for (i, solid) in cells.solids().iter().enumerate() {
+            if i.is_multiple_of(1 << 12) {
+                look(ticket)?;
+            }
+            let values = field.at_corners(i).map(|value| narrow(value - bias));
+            let placed = solid.placed(&listed.points);
+            let made = if !is_there[i] {
+                Solid::Nothing
+            } else if solid.kind() == Kind::Tetrahedron {
+                match of_tetrahedron(placed.corners(), values) {
+                    Some(own) => {
+                        straight.push(own);
+                        Solid::Straight(straight.len() as u32 - 1)
+                    }
+                    None => Solid::Nothing,
+                }
+            } else {
+                bent.push(of_solid(solid.kind(), placed.corners(), values));
+                Solid::Bent(bent.len() as u32 - 1)
+            };
+            solids.push(made);
+        }
+        let mut outer = Vec::new();
+        for face in cells.surface(|solid| is_there[solid]) {
+            let solid = face.solid as usize;
+            let corners = cells.solids()[solid].corners();
+            let values = field.at_corners(solid);
+            let value = |point: u32| {
+                let at = corners.iter().position(|corner| *corner == point).unwrap_or_default();
+                values[at] - bias
+            };
+            for triangle in face.triangles() {
+                let [a, b, c] = triangle.map(|point| listed.points[point as usize]);
+                let [va, vb, vc] = triangle.map(value);
+                outer.push(Outer {
+                    origin: a.as_vec3().to_array(),
+                    sides: [(b - a).as_vec3().to_array(), (c - a).as_vec3().to_array()],
+                    values: [va, vb - va, vc - va].map(narrow),
+                    corners: triangle,
+                });
+            }
+        }
+        let growths = OnceLock::new();
+        let (field, axes) = (Arc::clone(field), lattice.axes());
+        Ok(Self { field, axes, listed, solids, straight, bent, outer, growths })
+    }
+
+    /// Least and greatest value in each of a lattice's bricks, of the cells that reach into it; where there are none nothing
+    /// shows.
+    pub(super) fn bound(&self, bounds: &mut Bounds, bias: f64) {
+        bounds.ranges.fill([f32::INFINITY, f32::NEG_INFINITY]);
+        let cells = self.field.cells();
+        let [nx, ny, nz] = bounds.dims;
+        for (i, solid) in cells.solids().iter().enumerate() {
+            if matches!(self.solids[i], Solid::Nothing) {
+                continue;
+            }
+            let own = &self.field.at_corners(i)[..solid.corners().len()];
+            let least = own.iter().fold(f64::INFINITY, |a, b| a.min(*b)) - bias;
+            let most = own.iter().fold(f64::NEG_INFINITY, |a, b| a.max(*b)) - bias;
+            let [low, high] = solid.placed(&self.listed.points).bounds();
+            // Brick b has the places 4b − 1 to 4b + 3.
+            let brick = |place: f64, n: usize| {
+                let at = ((place + 1.0) / BRICK as f64).floor();
+                #[expect(
+                    clippy::cast_possible_truncation,
+                    clippy::cast_sign_loss,
+                    reason = "clamped"
+                )]
+                let at = at.clamp(0.0, (n - 1) as f64) as usize;
+                at
+            };
+            // A little more, as faces are found a rim beyond.
+            let span =
+                |axis: usize, n: usize| brick(low[axis] - 1e-3, n)..=brick(high[axis] + 1e-3, n);
+            for z in span(2, nz) {
+                for y in span(1, ny) {
+                    for x in span(0, nx) {
+                        let range = &mut bounds.ranges[(z * ny + y) * nx + x];
+                        range[0] = range[0].min(narrow(least).next_down());
+                        range[1] = range[1].max(narrow(most).next_up());
+                    }
+                }
+            }
+        }
+        // Bricks that no cell reaches are of one value, which is nowhere.
+        for range in bounds.ranges.iter_mut().filter(|range| range[0] > range[1]) {
+            *range = [NOTHING; 2];
+        }
+    }
+
+    /// Where the solids land in a picture, and the triangles of the outer faces.
+    ///
+    /// # Errors
+    /// More than lists have room for, and a cancelled ticket.
+    pub(super) fn land(&self, rays: &Rays, ticket: &Ticket) -> Result<[Landed; 2], NotBegun> {
+        let view = &rays.view;
+        let seen: Vec<DVec3> = self
+            .listed
+            .points
+            .par_iter()
+            .map(|point| view.view_from_index * (*point - view.lattice_centre))
+            .collect();
+        let extent = |corners: &[u32]| -> Extent {
+            let none = [DVec3::INFINITY, DVec3::NEG_INFINITY];
+            let [low, high] = corners.iter().fold(none, |[low, high], corner| {
+                let point = seen[*corner as usize];
+                [low.min(point), high.max(point)]
+            });
+            [(low + high) / 2.0, (high - low) / 2.0]
+        };
+        let solids: Vec<Option<Extent>> = self
+            .field
+            .cells()
+            .solids()
+            .par_iter()
+            .zip(&self.solids)
+            .map(|(solid, own)| (!matches!(own, Solid::Nothing)).then(|| extent(solid.corners())))
+            .collect();
+        let outer: Vec<Option<Extent>> =
+            self.outer.par_iter().map(|outer| Some(extent(&outer.corners))).collect();
+        Ok([
+            Landed::new((&solids, "cells"), rays, ticket)?,
+            Landed::new((&outer, "outer faces of cells"), rays, ticket)?,
+        ])
+    }
+
+    /// Numbers of a solid's points.
+    #[inline(always)]
+    pub(super) fn corners(&self, solid: u32) -> &[u32] {
+        self.field.cells().solids()[solid as usize].corners()
+    }
+
+    /// Growth of the value per index at the points.
+    pub(super) fn growths(&self) -> &[[f32; 3]] {
+        self.growths.get_or_init(|| {
+            // Nobody cancels a fresh ticket.
+            let Ok(world) = self.field.growths(&Ticket::new()) else { return Vec::new() };
+            let index = self.axes.transpose();
+            world.par_iter().map(|growth| (index * *growth).as_vec3().to_array()).collect()
+        })
+    }
+
+    /// Bytes of memory.
+    pub(super) fn size_bytes(&self) -> usize {
+        self.listed.size_bytes()
+            + size_of_val(&self.solids[..])
+            + size_of_val(&self.straight[..])
+            + size_of_val(&self.bent[..])
+            + size_of_val(&self.outer[..])
+            + self.growths.get().map_or(0, |growths| size_of_val(&growths[..]))
+    }
+
+    /// The boxes that places are listed in.
+    #[inline(always)]
+    fn boxes_of<S: Simd>(&self, simd: S, place: Vec3<S>) -> [i32; LANES] {
+        #[expect(clippy::cast_possible_truncation, reason = "rays have 32 bits")]
+        let scale = 1.0 / self.listed.edge as f32;
+        let along = |p: Lanes<S>, n: i32| {
+            let at = ((p + 0.5) * scale).floor();
+            at.max(all(simd, 0.0)).min(all(simd, (n - 1) as f32)).to_int::<i32x8<S>>()
+        };
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_possible_wrap,
+            reason = "256 at most"
+        )]
+        let [nx, ny, nz] = self.listed.boxes.map(|n| n as i32);
+        let (x, y, z) = (along(place.x, nx), along(place.y, ny), along(place.z, nz));
+        let at = (z * i32x8::splat(simd, ny) + y) * i32x8::splat(simd, nx) + x;
+        at.to_array()
+    }
+
+    /// Calls `visit` with each solid that holds some of the places, which of them, and where they lie in it: the first
+    /// solid of several.
+    #[inline(always)]
+    fn each<S: Simd>(&self, simd: S, place: Vec3<S>, mut visit: impl FnMut(u32, Mask<S>, Vec3<S>)) {
+        let boxes = self.boxes_of(simd, place);
+        let mut left = Left::all();
+        while let Some((at, here)) = left.next(simd, &boxes) {
+            let mut open = here;
+            #[expect(clippy::cast_sign_loss, reason = "clamped")]
+            let at = at as usize;
+            let Listed { starts, lists, .. } = &self.listed;
+            for &solid in &lists[starts[at] as usize..starts[at + 1] as usize] {
+                let (unit, within) = match self.solids[solid as usize] {
+                    Solid::Straight(i) => self.straight[i as usize].unit(simd, place),
+                    Solid::Bent(i) => {
+                        let bent = &self.bent[i as usize];
+                        let start = bent.middle(simd);
+                        bent.unit(simd, place, start)
+                    }
+                    Solid::Nothing => continue,
+                };
+                let within = within & open;
+                if any(within) {
+                    visit(solid, within, unit);
+                    open &= !within;
+                    if !any(open) {
+                        break;
+                    }
+                }
+            }
+        }
+    }
+
+    /// The values at places; [`NOTHING`] outside all cells. Not inlined: its loop is long, and many ask.
+    #[inline(never)]
+    pub(super) fn value<S: Simd>(&self, simd: S, place: Vec3<S>) -> Lanes<S> {
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                let mut found = all(simd, NOTHING);
+                self.each(
+                    simd,
+                    place,
+                    #[inline(always)]
+                    |solid, within, unit| {
+                        let value = match self.solids[solid as usize] {
+                            Solid::Straight(i) => self.straight[i as usize].value(simd, unit),
+                            Solid::Bent(i) => self.bent[i as usize].value(simd, unit),
+                            Solid::Nothing => found,
+                        };
+                        found = choose(within, value, found);
+                    },
+                );
+                found
+            },
+        )
+    }
+
+    /// The values' growth per index at places, as recovered at the points; 0 outside all cells.
+    #[inline(never)]
+    pub(super) fn gradient<S: Simd>(&self, simd: S, place: Vec3<S>) -> Vec3<S> {
+        let growths = self.growths();
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                let mut found = Vec3::splat(simd, [0.0; 3]);
+                self.each(
+                    simd,
+                    place,
+                    #[inline(always)]
+                    |solid, within, unit| {
+                        let growth = self.growth_in(simd, growths, solid, unit);
+                        found = Vec3 {
+                            x: choose(within, growth.x, found.x),
+                            y: choose(within, growth.y, found.y),
+                            z: choose(within, growth.z, found.z),
+                        };
+                    },
+                );
+                found
+            },
+        )
+    }
+
+    /// Growth at places of a solid, of what grows by `growths` at the points.
+    #[inline(always)]
+    pub(super) fn growth_in<S: Simd>(
+        &self,
+        simd: S,
+        growths: &[[f32; 3]],
+        solid: u32,
+        unit: Vec3<S>,
+    ) -> Vec3<S> {
+        let kind = self.field.cells().solids()[solid as usize].kind();
+        let weights = weights(simd, kind, unit);
+        let mut sum = Vec3::splat(simd, [0.0; 3]);
+        for (corner, weight) in self.corners(solid).iter().zip(weights) {
+            let growth = Vec3::splat(simd, growths[*corner as usize]);
+            sum = sum.at(growth, weight);
+        }
+        sum
+    }
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "rays have 32 bits")]
+fn narrow(v: f64) -> f32 {
+    v as f32
+}
+
+/// `None` where it has no volume that single precision can tell.
+fn of_tetrahedron(corners: &[DVec3], [a, b, c, d, ..]: [f32; 8]) -> Option<Straight> {
+    let origin = corners[0];
+    let slopes = DMat3::from_cols(corners[1] - origin, corners[2] - origin, corners[3] - origin);
+    let rows = slopes.inverse().transpose();
+    let rows = [rows.x_axis, rows.y_axis, rows.z_axis];
+    let steepest = rows.iter().fold(0.0_f64, |most, row| most.max(row.length()));
+    let is_sound = steepest.is_finite() && steepest < 1e6;
+    is_sound.then(|| Straight {
+        origin: origin.as_vec3().to_array(),
+        rows: rows.map(|row| row.as_vec3().to_array()),
+        values: [a, b - a, c - a, d - a],
+        rim: UNIT_RIM + RIM * narrow(steepest),
+    })
+}
+
+fn of_solid(kind: Kind, corners: &[DVec3], values: [f32; 8]) -> Bent {
+    let mut own = [DVec3::ZERO; 8];
+    own.iter_mut().zip(corners).for_each(|(to, from)| *to = *from - corners[0]);
+    let places = kind.polynomial(own);
+    let shortest = places[1..4].iter().fold(f64::INFINITY, |least, by| least.min(by.length()));
+    Bent {
+        origin: corners[0].as_vec3().to_array(),
+        kind,
+        places: places.map(|by| by.as_vec3().to_array()),
+        values: kind.polynomial(values),
+        rim: UNIT_RIM + (RIM / narrow(shortest).max(1e-6)).min(0.1),
+    }
+}
+
+/// The shape functions of the corners.
+#[inline(always)]
+pub(super) fn weights<S: Simd>(
+    simd: S,
+    kind: Kind,
+    Vec3 { x: r, y: s, z: t }: Vec3<S>,
+) -> [Lanes<S>; 8] {
+    let (zero, one) = (all(simd, 0.0), all(simd, 1.0));
+    match kind {
+        Kind::Tetrahedron => [one - r - s - t, r, s, t, zero, zero, zero, zero],
+        Kind::Wedge => {
+            let (below, first) = (one - t, one - r - s);
+            [first * below, r * below, s * below, first * t, r * t, s * t, zero, zero]
+        }
+        Kind::Pyramid => {
+            let (below, r1, s1) = (one - t, one - r, one - s);
+            [r1 * s1 * below, r * s1 * below, r * s * below, r1 * s * below, t, zero, zero, zero]
+        }
+        Kind::Hexahedron => {
+            let (below, r1, s1) = (one - t, one - r, one - s);
+            let [a, b, c, d] = [r1 * s1, r * s1, r * s, r1 * s];
+            [a * below, b * below, c * below, d * below, a * t, b * t, c * t, d * t]
+        }
+    }
+}
+
+impl Straight {
+    /// Where places lie in it, and which do.
+    #[inline(always)]
+    pub(super) fn unit<S: Simd>(&self, simd: S, place: Vec3<S>) -> (Vec3<S>, Mask<S>) {
+        let offset = self.offset(place);
+        let unit = self.turned(simd, offset);
+        let rim = all(simd, -self.rim);
+        let last = all(simd, 1.0) - unit.x - unit.y - unit.z;
+        let least = unit.x.min(unit.y).min(unit.z).min(last);
+        (unit, least.simd_ge(rim))
+    }
+
+    #[inline(always)]
+    pub(super) fn offset<S: Simd>(&self, place: Vec3<S>) -> Vec3<S> {
+        let [x, y, z] = self.origin;
+        Vec3 { x: place.x - x, y: place.y - y, z: place.z - z }
+    }
+
+    /// (r, s, t) of an offset.
+    #[inline(always)]
+    pub(super) fn turned<S: Simd>(&self, simd: S, offset: Vec3<S>) -> Vec3<S> {
+        let [r, s, t] = self.rows;
+        Vec3 {
+            x: Vec3::splat(simd, r).dot(offset),
+            y: Vec3::splat(simd, s).dot(offset),
+            z: Vec3::splat(simd, t).dot(offset),
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn value<S: Simd>(&self, simd: S, unit: Vec3<S>) -> Lanes<S> {
+        let [v, r, s, t] = self.values;
+        Vec3::splat(simd, [r, s, t]).dot(unit) + v
+    }
+}
+
+impl Bent {
+    /// Where Newton's method begins.
+    #[inline(always)]
+    pub(super) fn middle<S: Simd>(&self, simd: S) -> Vec3<S> {
+        let DVec3 { x, y, z } = self.kind.middle();
+        Vec3::splat(simd, [narrow(x), narrow(y), narrow(z)])
+    }
+
+    /// Where places lie in it, from where they are guessed to, and which do.
+    #[inline(always)]
+    pub(super) fn unit<S: Simd>(
+        &self,
+        simd: S,
+        place: Vec3<S>,
+        start: Vec3<S>,
+    ) -> (Vec3<S>, Mask<S>) {
+        let [ox, oy, oz] = self.origin;
+        let aim = Vec3 { x: place.x - ox, y: place.y - oy, z: place.z - oz };
+        let (low, high) = (all(simd, -1.0), all(simd, 2.0));
+        let factor = |i: usize| Vec3::splat(simd, self.places[i]);
+        let [cr, cs, ct, crs, cst, crt, crst] =
+            [factor(1), factor(2), factor(3), factor(4), factor(5), factor(6), factor(7)];
+        let mut unit = start;
+        let mut step = all(simd, 1.0);
+        for _ in 0..MOST_STEPS {
+            let Vec3 { x: r, y: s, z: t } = unit;
+            // What is left of the way, by Horner's rule; and the slopes.
+            let along_t = ct.at(cst, s).at(crt.at(crst, s), r);
+            let along_s = cs.at(crs, r).at(cst.at(crst, r), t);
+            let along_r = cr.at(crs, s).at(crt.at(crst, s), t);
+            let flat = Vec3::splat(simd, [0.0; 3]).at(cr, r).at(cs.at(crs, r), s);
+            let here = flat.at(along_t, t);
+            let off = Vec3 { x: aim.x - here.x, y: aim.y - here.y, z: aim.z - here.z };
+            let across = cross(along_s, along_t);
+            let determinant = along_r.dot(across);
+            let is_sound = determinant.abs().simd_gt(all(simd, 1e-20));
+            let share = all(simd, 1.0) / choose(is_sound, determinant, all(simd, 1.0));
+            let share = choose(is_sound, share, all(simd, 0.0));
+            let by_r = off.dot(across) * share;
+            let by_s = off.dot(cross(along_t, along_r)) * share;
+            let by_t = off.dot(cross(along_r, along_s)) * share;
+            unit = Vec3 {
+                x: (r + by_r).max(low).min(high),
+                y: (s + by_s).max(low).min(high),
+                z: (t + by_t).max(low).min(high),
+            };
+            step = by_r.abs().max(by_s.abs()).max(by_t.abs());
+            // Places far outside do not settle, and need not.
+            let is_far = self.beyond(simd, unit).simd_gt(all(simd, 0.5));
+            if !any(step.simd_gt(all(simd, SHORT)) & !is_far) {
+                break;
+            }
+        }
+        let within = self.beyond(simd, unit).simd_le(all(simd, self.rim))
+            & step.simd_le(all(simd, 30.0 * SHORT));
+        (unit, within)
+    }
+
+    /// How far (r, s, t) lies beyond its region.
+    #[inline(always)]
+    fn beyond<S: Simd>(&self, simd: S, Vec3 { x: r, y: s, z: t }: Vec3<S>) -> Lanes<S> {
+        let one = all(simd, 1.0);
+        let below = (-r).max(-s).max(-t);
+        match self.kind {
+            Kind::Tetrahedron => below.max(r + s + t - one),
+            Kind::Wedge => below.max(r + s - one).max(t - one),
+            Kind::Pyramid | Kind::Hexahedron => below.max(r - one).max(s - one).max(t - one),
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn value<S: Simd>(&self, simd: S, Vec3 { x: r, y: s, z: t }: Vec3<S>) -> Lanes<S> {
+        let [v, vr, vs, vt, vrs, vst, vrt, vrst] = self.values;
+        let at = |x: f32| all(simd, x);
+        let along_t = r.mul_add(s.mul_add(at(vrst), at(vrt)), s.mul_add(at(vst), at(vt)));
+        let along_s = r.mul_add(at(vrs), at(vs));
+        t.mul_add(along_t, s.mul_add(along_s, r.mul_add(at(vr), at(v))))
+    }
+}
+
+#[inline(always)]
+pub(super) fn cross<S: Simd>(a: Vec3<S>, b: Vec3<S>) -> Vec3<S> {
+    Vec3 {
+        x: (a.y * b.z) - (a.z * b.y),
+        y: (a.z * b.x) - (a.x * b.z),
+        z: (a.x * b.y) - (a.y * b.x),
+    }
+}
