@@ -115,7 +115,7 @@ fn ray(screen: vec2<f32>, pixel: vec2<u32>) -> vec4<f32> {
                 var found = Halves(vec4<f32>(0.0), vec4<f32>(0.0));
                 var from_t = t_near;
                 var to_t = t_far;
-                let u_ends = vec2<f32>(u_near, u_far);
+                var u_ends = vec2<f32>(u_near, u_far);
                 var u_middle = 0.5 * (u_near + u_far);
                 var g_middle = 0.5 * (g_near + g_far);
                 let slab = slab_ahead(k, way, have);
@@ -145,19 +145,32 @@ fn ray(screen: vec2<f32>, pixel: vec2<u32>) -> vec4<f32> {
                     }
                 } else {
                     let u = here.value.x;
+                    if kernel == CELLS && have >= 2 && (u_near == NOTHING || u_far == NOTHING) {
+                        let slab = trimmed(origin, direction, Trimmed(vec2<f32>(t_near, t_far), u_ends));
+                        from_t = slab.ts.x;
+                        to_t = slab.ts.y;
+                        if SHADED && slab.us.x != NOTHING && u_near == u_far {
+                            g_middle = face(origin + direction * (0.5 * (from_t + to_t))).gradient;
+                        } else {
+                            g_middle = select(select(g_middle, g_near, u_far == NOTHING), g_far, u_near == NOTHING);
+                        }
+                        u_ends = slab.us;
+                        u_middle = 0.5 * (u_ends.x + u_ends.y);
+                    }
                     // The parabola has the mean of the cubic through four faces.
                     let whole = abs(t - t_before) >= WHOLE_SLABS * step
                         && u_before != NOTHING && u != NOTHING;
                     let bend = ((u_near - u_before) + (u_far - u)) * (1.0 / 24.0);
                     // Most slabs near what shows are empty all the same.
                     let width = 0.5 * (width_near + width_far);
-                    let bent = select(0.0, bend, whole && !has_widths);
-                    let is_known = u_near != NOTHING && u_far != NOTHING;
-                    if is_known && may_show(u_near, u_far, width, bent) {
+                    // Where values are straight between the points of cells there is nothing that bends.
+                    let bent = select(0.0, bend, whole && !has_widths && kernel != CELLS);
+                    let is_known = u_ends.x != NOTHING && u_ends.y != NOTHING;
+                    if is_known && may_show(u_ends.x, u_ends.y, width, bent) {
                         if has_widths {
-                            found = classify_about(u_near, u_far, width);
+                            found = classify_about(u_ends.x, u_ends.y, width);
                         } else {
-                            found = classify_between(u_near, u_far, bent);
+                            found = classify_between(u_ends.x, u_ends.y, bent);
                         }
                     }
                     width_near = width_far;

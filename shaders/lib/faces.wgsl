@@ -5,6 +5,7 @@ const OF_BSPLINES: u32 = 0u;
 const OF_TENTS: u32 = 1u;
 const BY_DIFFERENCES: u32 = 2u;
 const OF_FUNCTIONS: u32 = 3u;
+const OF_CELLS: u32 = 4u;
 
 override growth: u32 = 2u;
 
@@ -18,7 +19,17 @@ fn face(position: vec3<f32>) -> Face {
     if growth == OF_FUNCTIONS {
         return face_of_functions(position);
     }
+    if growth == OF_CELLS {
+        return face_of_cells(position);
+    }
     return face_by_differences(position);
+}
+
+fn face_of_cells(position: vec3<f32>) -> Face {
+    let found = cell_at(position);
+    let stored = value_in(found);
+    let u = select(slabs.table.x + slabs.table.y * stored, NOTHING, stored == NOTHING);
+    return Face(vec2<f32>(u, 0.0), slabs.table.y * growth_in(found));
 }
 
 fn face_of_functions(position: vec3<f32>) -> Face {

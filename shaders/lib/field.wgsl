@@ -15,6 +15,8 @@ const NARROW_BSPLINE: u32 = 5u;
 const SCALED_TENT: u32 = 6u;
 // Basis functions, which stand in the place of coefficients.
 const FUNCTIONS: u32 = 7u;
+// Cells, alike.
+const CELLS: u32 = 8u;
 
 override kernel: u32 = 4u;
 // Samples to either side of a position that a radial kernel reaches.
@@ -197,10 +199,6 @@ struct Summand {
     reach: f32,
 }
 
-fn number(index: u32) -> f32 {
-    return bitcast<f32>(word(index));
-}
-
 // The function that an entry of the lists names.
 fn summand(entry: u32) -> Summand {
     let at = word(1u) + 11u * word(word(0u) + entry);
@@ -347,6 +345,8 @@ fn value(position: vec3<f32>) -> vec2<f32> {
         width = slabs.table.y * found.y;
     } else if kernel == FUNCTIONS {
         stored = sum_of_functions(position).w;
+    } else if kernel == CELLS {
+        stored = value_in(cell_at(position));
     } else if kernel == NEAREST {
         stored = two(stored_index(nearest(position))).x;
     } else {

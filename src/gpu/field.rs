@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 use super::GpuError;
 use super::buffers::Growing;
 use super::context::Context;
-use super::functions;
+use super::{cells, functions};
 use crate::core::{Cancelled, Ticket};
 use crate::hierarchy::{EMPTY_BRICK, distances, widen};
 use crate::kernel::{BOUND_BRICK, Bounds, Coefficients, Kernel, Weighs, mirrored};
@@ -76,7 +76,8 @@ impl DeviceField {
         coefficients: Coefficients,
         ticket: &Ticket,
     ) -> Result<Self, GpuError> {
-        let Coefficients { dims, mut values, bias, min, max, holes, averaged, .. } = coefficients;
+        let Coefficients { dims, mut values, bias, min, max, mut holes, averaged, .. } =
+            coefficients;
         let listed = match &volume.functions {
             Some(encoding) if kernel == Kernel::Functions => {
                 let Lattice { origin, .. } = volume.lattice;
@@ -88,7 +89,19 @@ impl DeviceField {
             }
             _ => None,
         };
-        let functions = listed.as_ref().map(functions::words);
+        let cells = volume.cells.as_deref().filter(|_| kernel == Kernel::Cells);
+        let mut listed_cells = None;
+        let own_words = match (&listed, cells) {
+            (Some(listed), _) => Some(functions::words(listed)),
+            (None, Some(field)) => {
+                let (words, listed) = cells::words(field, &volume.lattice, bias, ticket)?;
+                listed_cells = Some((field, listed));
+                // Samples outside of all cells are nowhere.
+                holes = None;
+                Some(words)
+            }
+            (None, None) => None,
+        };
         let level = averaged.as_ref().map_or(0, |averaged| averaged.level);
         let volume_dims = averaged.as_ref().map_or(dims, |averaged| averaged.volume_dims);
         let end = volume_dims.map(|n| n as f64 / f64::from(1_u32 << level) - 0.5);
@@ -100,8 +113,8 @@ impl DeviceField {
         let widest = widths.iter().flatten().fold(0.0, |most, &width| f64::from(width).max(most));
         let span = (max - min).max(widest);
         let step = step_of_sixteen_bits(volume, min, min + span);
-        let (format, most_words) = match &functions {
-            Some(words) => (Format::Floats, room_for_functions(context, words.len())?),
+        let (format, most_words) = match &own_words {
+            Some(words) => (Format::Floats, room_for(context, kernel, words.len())?),
             None => storage(context, stored, step, has_widths)?,
         };
         let (offset, scale) = match format {
@@ -129,7 +142,7 @@ impl DeviceField {
         };
         let samples = sx * sy * sz;
         let words = match format {
-            _ if let Some(words) = &functions => words.len(),
+            _ if let Some(words) = &own_words => words.len(),
             Format::Halves => samples.div_ceil(2),
             Format::Floats if has_widths => 2 * samples,
             Format::Pairs | Format::Floats => samples,
@@ -140,7 +153,7 @@ impl DeviceField {
             };
             #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
             match format {
-                _ if let Some(words) = &functions => words[index],
+                _ if let Some(words) = &own_words => words[index],
                 Format::Pairs | Format::Halves if has_widths => {
                     let width = (width(index) * 65535.0 + 0.5).clamp(0.0, 65535.0);
                     code(index) | (width as u32) << 16
@@ -199,6 +212,9 @@ impl DeviceField {
         }
         if let Some(listed) = &listed {
             functions::widen(&mut bounds, (listed, BOUNDED_REACH as f64), ticket)?;
+        }
+        if let Some((field, listed)) = &listed_cells {
+            cells::bound(&mut bounds, (field, listed), (bias, BOUNDED_REACH as f64), NOTHING);
         }
         Ok(Self {
             kernel,
@@ -338,16 +354,26 @@ impl Step {
     }
 }
 
-/// Room for functions of so many words: words in a binding.
-fn room_for_functions(context: &Context, words: usize) -> Result<usize, GpuError> {
+/// Stands for "no value here": a value that no table shows.
+const NOTHING: f32 = -3e38;
+
+/// Room for functions or cells of so many words: words in a binding.
+fn room_for(context: &Context, kernel: Kernel, words: usize) -> Result<usize, GpuError> {
     let most_words = most_words(context);
     let room = (FIELD_CHUNKS as u64 * most_words).min(u64::from(u32::MAX));
     if words as u64 > room {
+        let (what, of, advice) = match kernel {
+            Kernel::Cells => ("a mesh", "cells", "choose --engine native, or --kernel linear"),
+            _ => {
+                let advice = "encode it with fewer functions, or choose --engine native";
+                ("an encoding", "functions", advice)
+            }
+        };
         return Err(GpuError::TooLarge {
-            what: "an encoding",
-            limit: format!("{room} numbers for its functions and the lists of its cells"),
+            what,
+            limit: format!("{room} numbers for its {of} and the lists of these"),
             found: words.to_string(),
-            advice: "encode it with fewer functions, or choose --engine native",
+            advice,
         });
     }
     Ok(most_words as usize)

@@ -5,10 +5,11 @@
 //! `kernel`, `hierarchy`, `vector`, `polygons`, `scene`, `plan`.
 
 mod buffers;
+pub mod cells;
 mod clock;
 mod compute;
 mod constants;
-pub mod context;
+mod context;
 mod device_volume;
 mod field;
 pub mod frame;

@@ -13,6 +13,7 @@ macro_rules! piece {
 
 piece!(
     ALONE "alone",
+    CELLS "cells",
     CLASSIFY "classify",
     EMPTY "empty",
     FACES "faces",
@@ -148,7 +149,7 @@ shader!(
     SHADED_SAMPLES,
     SHADE
 );
-shader!(PROJECT_VALUES, "project_values", SLABS, FIELD, CLASSIFY, EMPTY, RAYS, TOTALS);
+shader!(PROJECT_VALUES, "project_values", SLABS, FIELD, CELLS, CLASSIFY, EMPTY, RAYS, TOTALS);
 shader!(PRESENT, "present",);
 shader!(PICTURE, "picture",);
 
@@ -221,8 +222,8 @@ pub const fn slabs(lit: bool, among: Among) -> Shader {
     let [marks, others, parts, frame, vectors] = among.vectors();
     let walk = include_str!("../../shaders/reconstruct_slabs.wgsl");
     let pieces = &[
-        SLABS, FIELD, CLASSIFY, SPECKS, EMPTY, light, TOTALS, RAYS, SURFACES, levels, shade, faces,
-        polygons, walk, marks, others, parts, frame, vectors,
+        SLABS, FIELD, CELLS, CLASSIFY, SPECKS, EMPTY, light, TOTALS, RAYS, SURFACES, levels, shade,
+        faces, polygons, walk, marks, others, parts, frame, vectors,
     ];
     let options = match (lit, among.polygons, among.vectors) {
         (false, ..) => among.options(),

@@ -374,7 +374,8 @@ impl SlabPass {
             constants.extend(shade.constants());
             constants.push(match settings.kernel {
                 Kernel::BSpline if is_natural => ("growth", 0.0),
-                Kernel::Functions | Kernel::Cells => ("growth", 3.0),
+                Kernel::Functions => ("growth", 3.0),
+                Kernel::Cells => ("growth", 4.0),
                 _ if shade.quickly => ("growth", 1.0),
                 _ => ("growth", 2.0),
             });

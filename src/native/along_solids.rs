@@ -4,7 +4,7 @@
 //! Between where a ray enters a tetrahedron and where it leaves it values are linear: a face of a slab in between costs one
 //! product. In other solids a face's place is found by Newton's method, from where the last one's was. No order is needed,
 //! since a face lies in one cell (the first, where several overlap). A slab with a face outside all cells reaches from where it
-//! enters them to where it leaves them: triangles of the outer faces say where.
+//! enters them to where it leaves them: the outer faces say where.
 
 use fearless_simd::{Simd, prelude::*};
 
@@ -20,8 +20,10 @@ use super::sums::Asked;
 const FACES: usize = 32;
 /// What is left of a slab is whole within this part of it.
 const WHOLE: f32 = 1e-3;
-/// A triangle reaches so far beyond its sides, in units of them: no ray slips between two.
+/// A face reaches so far beyond its sides, in units of them: no ray slips between two.
 const SIDE_RIM: f32 = 1e-4;
+/// Steps of Newton's method to where a ray passes a face of four corners.
+const FACE_STEPS: usize = 5;
 const FAR: f32 = 1e30;
 
 /// What eight rays have of cells, at some faces (middles) after one another.
@@ -253,33 +255,57 @@ impl<'a, S: Simd> AlongSolids<'a, S> {
         }
     }
 
-    /// Where rays pass a triangle (Möller and Trumbore, 1997).
+    /// Where rays pass an outer face: by Newton's method for u, v and the depth, which is exact at once in triangles.
     #[inline(always)]
     fn add_border(&mut self, simd: S, packet: &Packet<S>, (own, entry): (&Outer, &Entry)) {
+        let (zero, one) = (all(simd, 0.0), all(simd, 1.0));
         let begin = 0.5 * (entry.depths[0] + entry.depths[1]);
         let [ox, oy, oz] = own.origin;
         let place = packet.at(all(simd, begin));
         let from = Vec3 { x: place.x - ox, y: place.y - oy, z: place.z - oz };
-        let [first_side, second_side] = own.sides.map(|side| Vec3::splat(simd, side));
-        let p = cross(packet.direction, second_side);
-        let determinant = first_side.dot(p);
-        let is_sound = determinant.abs().simd_gt(all(simd, 1e-30));
-        let share = all(simd, 1.0) / choose(is_sound, determinant, all(simd, 1.0));
-        let u = from.dot(p) * share;
-        let q = cross(from, first_side);
-        let v = packet.direction.dot(q) * share;
+        let [by_u, by_v, by_uv] = own.places.map(|by| Vec3::splat(simd, by));
+        let back = packet.direction.scaled(all(simd, -1.0));
+        let [mut u, mut v] = [all(simd, 0.5); 2];
+        let mut t = zero;
+        let steps = if own.is_triangle { 1 } else { FACE_STEPS };
+        let mut last = one;
+        for _ in 0..steps {
+            let (along_u, along_v) = (by_u.at(by_uv, v), by_v.at(by_uv, u));
+            // What is left: the ray's place less the face's.
+            let here = Vec3::splat(simd, [0.0; 3]).at(by_u, u).at(along_v, v);
+            let there = from.at(packet.direction, t);
+            let off = Vec3 { x: there.x - here.x, y: there.y - here.y, z: there.z - here.z };
+            let across = cross(along_v, back);
+            let determinant = along_u.dot(across);
+            let is_sound = determinant.abs().simd_gt(all(simd, 1e-30));
+            let share = one / choose(is_sound, determinant, one);
+            let share = choose(is_sound, share, zero);
+            let [du, dv, dt] = [
+                off.dot(across) * share,
+                off.dot(cross(back, along_u)) * share,
+                off.dot(cross(along_u, along_v)) * share,
+            ];
+            u = (u + du).max(all(simd, -2.0)).min(all(simd, 3.0));
+            v = (v + dv).max(all(simd, -2.0)).min(all(simd, 3.0));
+            t += dt;
+            last = du.abs().max(dv.abs());
+        }
         let rim = all(simd, -SIDE_RIM);
-        let is_met = is_sound
-            & packet.is_there
+        let end = one - rim;
+        let is_settled = last.simd_le(all(simd, 1e-2)) | Mask::splat(simd, own.is_triangle);
+        let beyond = if own.is_triangle { u + v } else { u.max(v) };
+        let is_met = packet.is_there
+            & is_settled
             & u.simd_ge(rim)
             & v.simd_ge(rim)
-            & (u + v).simd_le(all(simd, 1.0 + SIDE_RIM));
+            & beyond.simd_le(end);
         if !any(is_met) {
             return;
         }
-        let t = second_side.dot(q) * share + begin;
-        let [value, by_u, by_v] = own.values;
-        let value = u.mul_add(all(simd, by_u), v.mul_add(all(simd, by_v), all(simd, value)));
+        let t = t + begin;
+        let [value, value_u, value_v, value_uv] = own.values;
+        let along_v = u.mul_add(all(simd, value_uv), all(simd, value_v));
+        let value = v.mul_add(along_v, u.mul_add(all(simd, value_u), all(simd, value)));
         let slab = (t * (1.0 / self.step)).floor() - self.first as f32;
         let far = all(simd, 1e9);
         let low = choose(is_met, slab, far).reduce_min().max(0.0);

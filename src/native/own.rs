@@ -25,7 +25,7 @@ pub(super) enum Own {
 #[derive(Debug)]
 pub(super) enum OwnLanded {
     Functions(Landed),
-    /// Solids, and triangles of the outer faces.
+    /// Solids, and outer faces.
     Cells([Landed; 2]),
 }
 

@@ -62,15 +62,16 @@ pub(super) enum Solid {
     Nothing,
 }
 
-/// A triangle of the cells' outer faces.
+/// An outer face of the cells: a triangle, or bilinear between four corners.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Outer {
     pub origin: [f32; 3],
-    /// To its second and its third corner.
-    pub sides: [[f32; 3]; 2],
-    /// Value at the first corner, and what it grows by to the others.
-    pub values: [f32; 3],
-    pub corners: [u32; 3],
+    /// Factors of u, v and u v of its places.
+    pub places: [[f32; 3]; 3],
+    /// Factors of 1, u, v and u v of its values.
+    pub values: [f32; 4],
+    pub is_triangle: bool,
+    corners: [u32; 4],
 }
 
 /// The cells of a field, over a lattice.
@@ -138,16 +139,20 @@ impl Solids {
                 let at = corners.iter().position(|corner| *corner == point).unwrap_or_default();
                 values[at] - bias
             };
-            for triangle in face.triangles() {
-                let [a, b, c] = triangle.map(|point| listed.points[point as usize]);
-                let [va, vb, vc] = triangle.map(value);
-                outer.push(Outer {
-                    origin: a.as_vec3().to_array(),
-                    sides: [(b - a).as_vec3().to_array(), (c - a).as_vec3().to_array()],
-                    values: [va, vb - va, vc - va].map(narrow),
-                    corners: triangle,
-                });
-            }
+            let is_triangle = face.corners[2] == face.corners[3];
+            let [a, b, c, d] = face.corners.map(|point| listed.points[point as usize]);
+            let [va, vb, vc, vd] = face.corners.map(value);
+            let (places, values) = match is_triangle {
+                true => ([b - a, c - a, DVec3::ZERO], [va, vb - va, vc - va, 0.0]),
+                false => ([b - a, d - a, c - b - d + a], [va, vb - va, vd - va, vc - vb - vd + va]),
+            };
+            outer.push(Outer {
+                origin: a.as_vec3().to_array(),
+                places: places.map(|by| by.as_vec3().to_array()),
+                values: values.map(narrow),
+                is_triangle,
+                corners: face.corners,
+            });
         }
         let growths = OnceLock::new();
         let (field, axes) = (Arc::clone(field), lattice.axes());
@@ -198,7 +203,7 @@ impl Solids {
         }
     }
 
-    /// Where the solids land in a picture, and the triangles of the outer faces.
+    /// Where the solids land in a picture, and the outer faces.
     ///
     /// # Errors
     /// More than lists have room for, and a cancelled ticket.

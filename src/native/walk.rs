@@ -319,9 +319,10 @@ impl Scene<'_> {
                 let (mut near, mut far) = (near, far);
                 if method == Method::Cells {
                     // Nearer to the eye, whatever comes first.
+                    let of = (*lattice, *table, packet);
                     match back {
-                        true => trim(simd, table, [&mut far, &mut near]),
-                        false => trim(simd, table, [&mut near, &mut far]),
+                        true => trim(simd, of, [&mut far, &mut near]),
+                        false => trim(simd, of, [&mut near, &mut far]),
                     }
                 }
                 // The parabola has the mean of the cubic through four faces.
@@ -579,7 +580,11 @@ struct Face<S: Simd> {
 /// Takes the faces of a slab that lie outside all cells to where it enters and leaves them: the one nearer to the eye comes
 /// first, whatever is drawn first.
 #[inline(always)]
-fn trim<S: Simd>(simd: S, table: &Table, [near, far]: [&mut Face<S>; 2]) {
+fn trim<S: Simd>(
+    simd: S,
+    (lattice, table, packet): (&Lattice, &Table, &Packet<S>),
+    [near, far]: [&mut Face<S>; 2],
+) {
     let (begins, ends) = (!near.is_there, !far.is_there);
     if !any(begins | ends) {
         return;
@@ -587,7 +592,21 @@ fn trim<S: Simd>(simd: S, table: &Table, [near, far]: [&mut Face<S>; 2]) {
     let [nearest, farthest, near_value, far_value] = near.border;
     let is_within = nearest.simd_ge(near.t) & farthest.simd_le(far.t) & nearest.simd_le(farthest);
     let (begins, ends) = (begins & is_within, ends & is_within);
-    let known = (near.growth, far.growth);
+    // What is there grows as the other face does; between two that are not there, as in the middle.
+    let mut known = (near.growth, far.growth);
+    let is_thin = begins & ends;
+    if let (Some(of_near), Some(of_far)) = (&mut known.0, &mut known.1)
+        && any(is_thin)
+    {
+        let middle = lattice.gradient(simd, Method::Cells, packet.at((nearest + farthest) * 0.5));
+        for growth in [of_near, of_far] {
+            *growth = Vec3 {
+                x: choose(is_thin, middle.x, growth.x),
+                y: choose(is_thin, middle.y, growth.y),
+                z: choose(is_thin, middle.z, growth.z),
+            };
+        }
+    }
     for (face, is_moved, other, t, value) in
         [(near, begins, known.1, nearest, near_value), (far, ends, known.0, farthest, far_value)]
     {

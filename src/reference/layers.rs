@@ -261,6 +261,7 @@ pub(super) fn classified(
             pieces.extend(value.map(|v| Slice { slab, ends: [low, high], density: shaded(v) }));
             continue;
         }
+        let known = [values[i].map(|_| low), values[i + 1].map(|_| high)];
         let (near, far, [low, high]) = match (values[i], values[i + 1], borders.get(i)) {
             (Some(near), Some(far), _) => (near, far, [low, high]),
             (near, far, Some(Some([first, last]))) => {
@@ -277,8 +278,12 @@ pub(super) fn classified(
         // Each half along the straight line that has the parabola's mean.
         let half_slab = |from, to| {
             let mean = classes.mean(from + bend / 4.0, to + bend / 4.0);
-            // By the mean of the whole slab's two faces.
-            ray.shaded_by(mean, t, value, &[low, high])
+            // By the mean of the slab's faces that have a value; where neither has, by its middle.
+            match known {
+                [Some(low), Some(high)] => ray.shaded_by(mean, t, value, &[low, high]),
+                [Some(face), None] | [None, Some(face)] => ray.shaded_by(mean, t, value, &[face]),
+                [None, None] => ray.shaded_by(mean, t, value, &[t]),
+            }
         };
         let (near, far) = (half_slab(near, half), half_slab(half, far));
         if model == OpacityModel::Published {

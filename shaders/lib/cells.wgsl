@@ -1,0 +1,223 @@
+// Cells that lie anywhere, stored in the place of coefficients as `gpu::cells` writes them.
+
+// Kinds, as `cells::Kind` numbers them.
+const TETRAHEDRON: u32 = 0u;
+const PYRAMID: u32 = 1u;
+const WEDGE: u32 = 2u;
+// Steps of Newton's method, at most; solids that are no parallelepipeds but like one take three.
+const MOST_NEWTON_STEPS: u32 = 8u;
+// No more steps follow one as short as this, in units of the cell.
+const SHORT_STEP: f32 = 1e-4;
+// How often a slab is halved to find where a ray passes the cells' border.
+const BORDER_STEPS: u32 = 16u;
+// Places at which a slab between two faces outside all cells is looked at.
+const PLACES_BETWEEN: u32 = 9u;
+
+// Where a position lies: the record of a cell, 0 for none, and (r, s, t) in it.
+struct InCell {
+    record: u32,
+    unit: vec3<f32>,
+}
+
+fn number(index: u32) -> f32 {
+    return bitcast<f32>(word(index));
+}
+
+fn triple(index: u32) -> vec3<f32> {
+    return vec3<f32>(number(index), number(index + 1u), number(index + 2u));
+}
+
+// How far (r, s, t) lies beyond a cell's region.
+fn beyond_region(kind: u32, unit: vec3<f32>) -> f32 {
+    let below = max(-unit.x, max(-unit.y, -unit.z));
+    if kind == TETRAHEDRON {
+        return max(below, unit.x + unit.y + unit.z - 1.0);
+    }
+    if kind == WEDGE {
+        return max(below, max(unit.x + unit.y - 1.0, unit.z - 1.0));
+    }
+    return max(below, max(unit.x, max(unit.y, unit.z)) - 1.0);
+}
+
+// (r, s, t) of a position in a cell, and how far it lies outside, less what counts as inside.
+fn unit_in(record: u32, position: vec3<f32>) -> vec4<f32> {
+    let kind = word(record);
+    let rim = number(record + 1u);
+    let offset = position - triple(record + 2u);
+    if kind == TETRAHEDRON {
+        let unit = vec3<f32>(
+            dot(triple(record + 5u), offset),
+            dot(triple(record + 8u), offset),
+            dot(triple(record + 11u), offset),
+        );
+        return vec4<f32>(unit, beyond_region(kind, unit) - rim);
+    }
+    let cr = triple(record + 5u);
+    let cs = triple(record + 8u);
+    let ct = triple(record + 11u);
+    let crs = triple(record + 14u);
+    let cst = triple(record + 17u);
+    let crt = triple(record + 20u);
+    let crst = triple(record + 23u);
+    var unit = select(vec3<f32>(0.5), vec3<f32>(1.0 / 3.0, 1.0 / 3.0, 0.5), kind == WEDGE);
+    if kind == PYRAMID {
+        unit = vec3<f32>(0.5, 0.5, 0.25);
+    }
+    var last = 1.0;
+    for (var i = 0u; i < MOST_NEWTON_STEPS; i++) {
+        let along_t = ct + cst * unit.y + (crt + crst * unit.y) * unit.x;
+        let along_s = cs + crs * unit.x + (cst + crst * unit.x) * unit.z;
+        let along_r = cr + crs * unit.y + (crt + crst * unit.y) * unit.z;
+        let here = cr * unit.x + (cs + crs * unit.x) * unit.y + along_t * unit.z;
+        let off = offset - here;
+        let across = cross(along_s, along_t);
+        let determinant = dot(along_r, across);
+        if abs(determinant) <= 1e-20 {
+            break;
+        }
+        let by = vec3<f32>(
+            dot(off, across),
+            dot(off, cross(along_t, along_r)),
+            dot(off, cross(along_r, along_s)),
+        ) / determinant;
+        unit = clamp(unit + by, vec3<f32>(-1.0), vec3<f32>(2.0));
+        last = max(abs(by.x), max(abs(by.y), abs(by.z)));
+        if last <= SHORT_STEP {
+            break;
+        }
+    }
+    let outside = beyond_region(kind, unit) - rim;
+    return vec4<f32>(unit, select(outside, 1.0, last > 30.0 * SHORT_STEP));
+}
+
+// The cell that a position lies in, the first of several.
+fn cell_at(position: vec3<f32>) -> InCell {
+    let boxes = vec3<u32>(word(2u), word(3u), word(4u));
+    let last = vec3<f32>(boxes - vec3<u32>(1u));
+    let box = vec3<u32>(clamp(floor((position + 0.5) / number(5u)), vec3<f32>(0.0), last));
+    let at = 6u + (box.z * boxes.y + box.y) * boxes.x + box.x;
+    let end = word(at + 1u);
+    let lists = word(0u);
+    for (var i = word(at); i < end; i++) {
+        let record = word(lists + i);
+        let found = unit_in(record, position);
+        if found.w <= 0.0 {
+            return InCell(record, found.xyz);
+        }
+    }
+    return InCell(0u, vec3<f32>(0.0));
+}
+
+// The stored value at a place of a cell; nothing outside all of them.
+fn value_in(found: InCell) -> f32 {
+    if found.record == 0u {
+        return NOTHING;
+    }
+    let unit = found.unit;
+    if word(found.record) == TETRAHEDRON {
+        let at = found.record + 14u;
+        return number(at) + dot(triple(at + 1u), unit);
+    }
+    let at = found.record + 26u;
+    let straight = number(at) + dot(triple(at + 1u), unit);
+    let products = vec3<f32>(unit.x * unit.y, unit.y * unit.z, unit.x * unit.z);
+    return straight + dot(triple(at + 4u), products) + number(at + 7u) * products.x * unit.z;
+}
+
+// What values at a corner of a cell grow by per index.
+fn growth_of_corner(corners: u32, i: u32) -> vec3<f32> {
+    return triple(word(1u) + 3u * word(corners + i));
+}
+
+// What values grow by per index at a place of a cell, as recovered at its corners.
+fn growth_in(found: InCell) -> vec3<f32> {
+    if found.record == 0u {
+        return vec3<f32>(0.0);
+    }
+    let kind = word(found.record);
+    let unit = found.unit;
+    let below = 1.0 - unit.z;
+    if kind == TETRAHEDRON {
+        let at = found.record + 18u;
+        return growth_of_corner(at, 0u) * (below - unit.x - unit.y) + growth_of_corner(at, 1u) * unit.x
+            + growth_of_corner(at, 2u) * unit.y + growth_of_corner(at, 3u) * unit.z;
+    }
+    let at = found.record + 34u;
+    if kind == WEDGE {
+        let ring = vec3<f32>(1.0 - unit.x - unit.y, unit.x, unit.y);
+        var sum = vec3<f32>(0.0);
+        for (var i = 0u; i < 3u; i++) {
+            sum += ring[i] * (growth_of_corner(at, i) * below + growth_of_corner(at, i + 3u) * unit.z);
+        }
+        return sum;
+    }
+    let rest = 1.0 - unit.xy;
+    let ring = vec4<f32>(rest.x * rest.y, unit.x * rest.y, unit.x * unit.y, rest.x * unit.y);
+    var sum = vec3<f32>(0.0);
+    for (var i = 0u; i < 4u; i++) {
+        let above = select(i + 4u, 4u, kind == PYRAMID);
+        sum += ring[i] * (growth_of_corner(at, i) * below + growth_of_corner(at, above) * unit.z);
+    }
+    return sum;
+}
+
+// A slab that ends where its ray enters the cells and leaves them.
+struct Trimmed {
+    ts: vec2<f32>,
+    us: vec2<f32>,
+}
+
+fn cell_value(position: vec3<f32>) -> f32 {
+    let stored = value_in(cell_at(position));
+    return select(slabs.table.x + slabs.table.y * stored, NOTHING, stored == NOTHING);
+}
+
+// The last place with a value on the way from one that has it to one that has none, and that value.
+fn border_between(origin: vec3<f32>, direction: vec3<f32>, has: vec2<f32>, hasnt: f32) -> vec2<f32> {
+    var inside = has;
+    var outside = hasnt;
+    for (var i = 0u; i < BORDER_STEPS; i++) {
+        let middle = 0.5 * (inside.x + outside);
+        let u = cell_value(origin + direction * middle);
+        if u == NOTHING {
+            outside = middle;
+        } else {
+            inside = vec2<f32>(middle, u);
+        }
+    }
+    return inside;
+}
+
+// A slab by its faces' depths and values, of which one lies outside all cells, or both.
+fn trimmed(origin: vec3<f32>, direction: vec3<f32>, slab: Trimmed) -> Trimmed {
+    var found = slab;
+    if found.us.x == NOTHING && found.us.y == NOTHING {
+        // A thin part of the cells may lie in it.
+        var first = vec2<f32>(NOTHING);
+        var last = vec2<f32>(NOTHING);
+        for (var i = 1u; i <= PLACES_BETWEEN; i++) {
+            let t = mix(slab.ts.x, slab.ts.y, f32(i) / f32(PLACES_BETWEEN + 1u));
+            let u = cell_value(origin + direction * t);
+            if u != NOTHING {
+                last = vec2<f32>(t, u);
+                first = select(first, last, first.y == NOTHING);
+            }
+        }
+        if first.y == NOTHING {
+            return found;
+        }
+        let near = border_between(origin, direction, first, slab.ts.x);
+        let far = border_between(origin, direction, last, slab.ts.y);
+        return Trimmed(vec2<f32>(near.x, far.x), vec2<f32>(near.y, far.y));
+    }
+    if found.us.x == NOTHING {
+        let near = border_between(origin, direction, vec2<f32>(slab.ts.y, slab.us.y), slab.ts.x);
+        found.ts.x = near.x;
+        found.us.x = near.y;
+    } else if found.us.y == NOTHING {
+        let far = border_between(origin, direction, vec2<f32>(slab.ts.x, slab.us.x), slab.ts.y);
+        found.ts.y = far.x;
+        found.us.y = far.y;
+    }
+    return found;
+}
