@@ -21,7 +21,7 @@ const ROOMS: [(&str, &[&str]); 19] = [
     ("scene", &["core", "volume", "transfer", "kernel", "hierarchy", "vector", "polygons", "rbf"]),
     // Truth shares no shortcut with what it judges: neither the GPU nor the hierarchy.
     ("reference", &["core", "volume", "transfer", "kernel", "vector", "polygons", "scene", "rbf"]),
-    ("io", &["core", "volume", "polygons", "rbf"]),
+    ("io", &["core", "volume", "polygons", "rbf", "cells"]),
     ("plan", &["core", "volume", "transfer", "kernel", "vector", "polygons", "scene"]),
     (
         "gpu",
