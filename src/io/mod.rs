@@ -5,6 +5,7 @@
 
 mod axes;
 mod bytes;
+mod cells_info;
 mod dicom;
 mod encoded;
 mod error;
@@ -39,6 +40,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 pub use bytes::Endian;
+pub use cells_info::CellsInfo;
 pub use encoded::{Encoded, Facts, Source};
 pub use error::{Mismatch, Problem, ReadError};
 pub use info::{Info, describe};

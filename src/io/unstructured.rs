@@ -10,7 +10,6 @@ use super::error::{Problem, header, quoted, unsupported};
 use crate::cells::{Cells, CellsError, Listing};
 use crate::core::memory::{self, TooLarge};
 use crate::volume::{Association, Field, Grid, Samples, ScalarType, Shape};
-use crate::with_samples;
 
 /// VTK's numbers of cells (`vtkCellType.h`), of those that readers name themselves.
 pub(super) mod kind {
@@ -544,15 +543,12 @@ pub(super) fn interleaved(planes: &Samples, components: usize) -> Samples {
 
 /// A run of samples.
 pub(super) fn run(samples: &Samples, range: std::ops::Range<usize>) -> Samples {
-    let mut part = no_samples(samples.scalar_type());
     macro_rules! run {
         ($($kind:ident),*) => {
-            match (samples, &mut part) {
-                $((Samples::$kind(from), Samples::$kind(to)) => to.extend_from_slice(&from[range]),)*
-                _ => unreachable!("both are of one type"),
+            match samples {
+                $(Samples::$kind(from) => Samples::$kind(from[range].to_vec()),)*
             }
         };
     }
-    run!(UInt8, Int8, UInt16, Int16, UInt32, Int32, UInt64, Int64, Float32, Float64);
-    part
+    run!(UInt8, Int8, UInt16, Int16, UInt32, Int32, UInt64, Int64, Float32, Float64)
 }

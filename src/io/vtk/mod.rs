@@ -98,14 +98,8 @@ pub(super) fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<Open
     }
     let active = attributes.active();
     let Attributes { mut fields, mut warnings, .. } = attributes;
-    if dataset.is_unstructured() {
-        let points = geometry.points.ok_or_else(|| missing("POINTS"))?;
-        let part = unstructured::Part { listing: geometry.cells.listing(&points)?, fields };
-        let grid = unstructured::grid(part, &active, free_bytes, &mut warnings)?;
-        return Ok(Opened::of(grid, Format::Vtk, warnings));
-    }
     axes::activate(&mut fields, &active);
-    let dims = geometry.dims()?;
+    let dims = if dataset.is_unstructured() { [0; 3] } else { geometry.dims()? };
     let grid = match dataset {
         Dataset::StructuredPoints => {
             let (origin, spacing) = (geometry.origin, geometry.spacing);
@@ -126,7 +120,9 @@ pub(super) fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<Open
             Grid::shaped(dims, Shape::Curvilinear(axes::positions(&points)), fields)?
         }
         Dataset::UnstructuredGrid | Dataset::PolyData => {
-            unreachable!("returned above")
+            let points = geometry.points.ok_or_else(|| missing("POINTS"))?;
+            let part = unstructured::Part { listing: geometry.cells.listing(&points)?, fields };
+            unstructured::grid(part, &active, free_bytes, &mut warnings)?
         }
     };
     Ok(Opened::of(grid, Format::Vtk, warnings))

@@ -92,12 +92,12 @@ pub(super) fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<Open
             let lists = [list(0)?.into(), list(1)?.into(), list(2)?.into()];
             (Grid::shaped(dims, Shape::Rectilinear(lists), fields)?, Format::Vtr)
         }
-        Kind::Structured => {
+        // The others were read above.
+        Kind::Structured | Kind::Unstructured | Kind::PolyData | Kind::Parallel => {
             let points = pieces::points(&document.pieces, &extent, &store, &mut progress)?;
             let shape = Shape::Curvilinear(axes::positions(&points));
             (Grid::shaped(dims, shape, fields)?, Format::Vts)
         }
-        Kind::Unstructured | Kind::PolyData | Kind::Parallel => unreachable!("returned above"),
     };
     Ok(Opened::of(grid, format, warnings))
 }
