@@ -25,7 +25,7 @@ pub struct CellsInfo {
     pub inverted_cells: usize,
     /// Cells with corners that lie nowhere, which are left out.
     pub left_out_cells: usize,
-    /// The volume of all cells; what is inverted counts as negative, whatever its kind (VTK turns wedges the other way).
+    /// The volume of all solid cells; what is inverted counts as negative.
     pub total_volume: f64,
 }
 

@@ -5,7 +5,7 @@ use std::ops::Range;
 use glam::DVec3;
 use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
-use voxsplat::cells::{Cells, Kind};
+use voxsplat::cells::{Cells, Listing};
 use voxsplat::core::Ticket;
 use voxsplat::io::{Info, OpenOptions, Opened, describe, open};
 use voxsplat::volume::{Association, Field, Samples, Shape};
@@ -24,6 +24,10 @@ pub(super) fn differences(entry: &Value, opened: &Opened, info: &Info) -> Vec<St
     match entry["kind"].as_str() {
         Some("points") => table_differences(entry, opened),
         Some("array") => array_differences(entry, opened),
+        Some("multiblock") if entry["reader"] == "VTK vtkExodusIIReader" => {
+            let opened = as_vtk_reads_exodus(opened);
+            block_differences(entry, &opened, info)
+        }
         Some("multiblock") => block_differences(entry, opened, info),
         _ => {
             let mut found = grid_differences(entry, opened, (0..usize::MAX, 0..usize::MAX));
@@ -155,8 +159,11 @@ fn cell_differences(entry: &Value, opened: &Opened) -> Vec<String> {
         }
     }
     if let Some(expected) = entry["total_volume_all_3d_cells"].as_f64() {
-        let volume = volume_as_vtk_has_it(cells);
-        if (volume - expected).abs() > 1e-6 * size(cells).max(expected.abs()) {
+        let volume = volume_of(cells);
+        // VTK cuts prisms into tetrahedra in another way, which tells where their faces are bent; and so with hexahedra.
+        let is_prism = cells.census().by_type.keys().any(|kind| matches!(kind, 15 | 16));
+        let most = if is_prism { 6e-3 } else { 1e-6 };
+        if (volume - expected).abs() > most * size(cells).max(expected.abs()) {
             found.push(format!("volume: expected {expected}, found {volume}"));
         }
     }
@@ -190,13 +197,9 @@ fn connectivity(cells: &Cells) -> Option<(Vec<i64>, Vec<i64>)> {
     Some((corners, offsets))
 }
 
-/// The sum of volumes with VTK's signs: its wedges are positive where ours are negative.
-fn volume_as_vtk_has_it(cells: &Cells) -> f64 {
-    let volume = |solid: usize| {
-        let placed = cells.placed(solid);
-        if placed.kind() == Kind::Wedge { -placed.volume() } else { placed.volume() }
-    };
-    (0..cells.solids().len()).map(volume).sum()
+/// The sum of signed volumes.
+fn volume_of(cells: &Cells) -> f64 {
+    (0..cells.solids().len()).map(|solid| cells.placed(solid).volume()).sum()
 }
 
 /// The sum of volumes whatever their signs.
@@ -216,6 +219,37 @@ fn told_differences(entry: &Value, info: &Info) -> Vec<String> {
         found.push(format!("info: {told:?}"));
     }
     found
+}
+
+/// VTK's reader keeps points in the order in which hexahedra use them, and widens variables to 64 bits.
+fn as_vtk_reads_exodus(opened: &Opened) -> Opened {
+    let Some(cells) = cells_of(opened) else { return opened.clone() };
+    let (mut order, mut number) = (Vec::new(), vec![None; cells.own_points()]);
+    let mut listing = Listing { starts: vec![0], ..Listing::default() };
+    for solid in cells.solids() {
+        for corner in solid.corners() {
+            let at = *number[*corner as usize].get_or_insert_with(|| {
+                order.push(*corner as usize);
+                u32::try_from(order.len() - 1).expect("a small file")
+            });
+            listing.corners.push(at);
+        }
+        listing.types.push(12);
+        listing.starts.push(listing.corners.len());
+    }
+    listing.points = order.iter().map(|at| cells.points()[*at]).collect();
+    let mut opened = opened.clone();
+    for field in &mut opened.grid.fields {
+        if field.association == Association::Point {
+            let n = field.components;
+            let tuple =
+                |at: &usize| (0..n).map(|i| field.samples.get(at * n + i)).collect::<Vec<_>>();
+            field.samples = Samples::Float64(order.iter().flat_map(tuple).collect()).into();
+        }
+    }
+    let cells = Cells::new(listing).expect("they were cells before");
+    opened.grid.shape = Shape::Unstructured(cells.into());
+    opened
 }
 
 /// Blocks lie in one grid one after another.

@@ -138,7 +138,7 @@ impl Reader<'_> {
     fn points(&self, nodes: u64) -> Result<Vec<DVec3>, Problem> {
         let count = usize::try_from(nodes).unwrap_or(usize::MAX);
         let dimensions = self.dimension("num_dim").min(3);
-        let mut points = vec![DVec3::ZERO; count];
+        let mut lists = Vec::new();
         for axis in 0..dimensions {
             // In one variable, or in one for each axis.
             let name = ["coordx", "coordy", "coordz"][usize::try_from(axis).unwrap_or(0)];
@@ -153,11 +153,14 @@ impl Reader<'_> {
                     ));
                 }
             };
-            for (at, point) in points.iter_mut().enumerate() {
-                point[usize::try_from(axis).unwrap_or(0)] = list.get(at);
-            }
+            lists.push(list);
         }
-        Ok(points)
+        // Of flat meshes z is 0. Lists have as many numbers as there are nodes: they were counted.
+        let place = |at: usize| {
+            let axis = |axis: usize| lists.get(axis).map_or(0.0, |list| list.get(at));
+            DVec3::new(axis(0), axis(1), axis(2))
+        };
+        Ok(if lists.is_empty() { Vec::new() } else { (0..count).map(place).collect() })
     }
 
     fn blocks(

@@ -370,7 +370,9 @@ impl<'a> Parser<'a> {
             ));
             return Ok(());
         };
-        let components = match attribute(tag, "NumberOfComponents")? {
+        // Some writers leave it empty.
+        let told = attribute(tag, "NumberOfComponents")?;
+        let components = match told.filter(|text| !text.trim().is_empty()) {
             None => 1,
             Some(text) => text.trim().parse().ok().filter(|&n| n > 0).ok_or_else(|| {
                 header("NumberOfComponents of at least 1", quoted(&text), "correct the attribute")
