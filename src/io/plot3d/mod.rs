@@ -99,7 +99,11 @@ pub(super) fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<Open
             part.fields.splice(0..0, own);
         }
     }
-    if layout.has_blanks {
+    let blanks = parts.iter().flat_map(|part| &part.fields).filter(|field| field.name == "IBlank");
+    if blanks
+        .into_iter()
+        .any(|field| (0..field.samples.len()).any(|at| field.samples.get(at) == 0.0))
+    {
         warnings.push(
             "the grid's iblank is the field \"IBlank\": blanked points are drawn like others"
                 .into(),
