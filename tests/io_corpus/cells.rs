@@ -115,7 +115,8 @@ fn grid_differences(
         let own = part(field, &points, &cells);
         let lattice = opened.grid.lattice;
         let grid = voxsplat::volume::Grid::of(lattice, vec![own]);
-        let told = voxsplat::io::info::describe_grid(&grid, "", &[], &Ticket::new()).unwrap();
+        let told = voxsplat::io::info::describe_grid(&grid, "", &[], &Ticket::new())
+            .expect("nobody cancels");
         let own = &grid.fields[0];
         let more = field_differences(array, own, &told.fields[0]);
         found.extend(more.into_iter().map(|more| format!("{}: {more}", array["name"])));

@@ -28,10 +28,11 @@ fn cells_of(opened: &Opened) -> Arc<Cells> {
 
 /// The sentence with which a text of a name is refused.
 fn refused(name: &str, text: impl AsRef<[u8]>) -> String {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = tempfile::tempdir().expect("a temporary folder");
     let path = folder.path().join(name);
-    std::fs::write(&path, text).unwrap();
-    let error = open(&path, &OpenOptions::default(), &Ticket::new()).unwrap_err().to_string();
+    std::fs::write(&path, text).expect("the folder is ours");
+    let opened = open(&path, &OpenOptions::default(), &Ticket::new());
+    let error = opened.expect_err("it must be refused").to_string();
     assert!(error.starts_with("expected ") && !error.contains('\n'), "{error}");
     error
 }
@@ -42,9 +43,9 @@ fn says(name: &str, text: impl AsRef<[u8]>, words: &[&str]) {
 }
 
 fn made(name: &str, text: impl AsRef<[u8]>) -> Opened {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = tempfile::tempdir().expect("a temporary folder");
     let path = folder.path().join(name);
-    std::fs::write(&path, text).unwrap();
+    std::fs::write(&path, text).expect("the folder is ours");
     opened(&path)
 }
 
