@@ -41,6 +41,17 @@ pub(super) struct Part {
     pub(super) fields: Vec<Field>,
 }
 
+impl Part {
+    /// Bytes that it takes until it is a grid.
+    pub(super) fn bytes(&self) -> u64 {
+        let Listing { points, types, corners, .. } = &self.listing;
+        let [points, cells, corners] = [points.len(), types.len(), corners.len()].map(|n| n as u64);
+        let of_field =
+            |field: &Field| (field.samples.len() * field.samples.scalar_type().size_bytes()) as u64;
+        bytes_of(points, cells, corners) + self.fields.iter().map(of_field).sum::<u64>()
+    }
+}
+
 /// How a list of corners is made of cells that are all alike.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Group {

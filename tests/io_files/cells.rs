@@ -93,6 +93,66 @@ fn pieces_are_joined_and_polyhedra_are_solid() {
 }
 
 #[test]
+fn polyhedra_are_the_same_however_their_faces_are_written() {
+    let expected = cells_of(&opened(&data("poly.vtu")));
+    // Lists of lists, as since version 2.3 of the format; the first offset may be written or not.
+    let xml = std::fs::read_to_string(data("poly.vtu")).unwrap();
+    let at = xml.find("<DataArray type=\"Int64\" Name=\"faces\"").unwrap();
+    let end = at + xml[at..].find("</Cells>").unwrap();
+    for zero in ["", "0 "] {
+        let array = |name: &str, numbers: &str| {
+            format!(
+                "<DataArray type=\"Int64\" Name=\"{name}\" format=\"ascii\">{numbers}</DataArray>"
+            )
+        };
+        let lists = [
+            array("face_connectivity", "0 2 1 0 1 3 1 2 3 0 3 2"),
+            array("face_offsets", &format!("{zero}3 6 9 12")),
+            array("polyhedron_to_faces", "0 1 2 3"),
+            array("polyhedron_offsets", &format!("{zero}4")),
+        ];
+        let text = format!("{}{}{}", &xml[..at], lists.concat(), &xml[end..]);
+        assert_eq!(cells_of(&made("a.vtu", &text)), expected);
+        let wrong = text.replace(
+            ">0 1 2 3</DataArray><DataArray type=\"Int64\" Name=\"polyhedron_o",
+            ">0 1 2 7</DataArray><DataArray type=\"Int64\" Name=\"polyhedron_o",
+        );
+        says("a.vtu", wrong, &["faces from 0 to 3", "7 of polyhedron 0"]);
+    }
+    // Streams of faces in the legacy format.
+    let stream = "4 3 0 2 1 3 0 1 3 3 1 2 3 3 0 3 2";
+    let text = TETRAHEDRON
+        .replace("CELLS 1 5\n4 0 1 2 3", &format!("CELLS 1 18\n17 {stream}"))
+        .replace("\n10\n", "\n42\n");
+    let found = made("a.vtk", &text);
+    let told = describe(&found, &Ticket::new()).unwrap().cells.unwrap();
+    assert!((told.total_volume - 1.0 / 6.0).abs() < 1e-12, "{told:?}");
+    says("a.vtk", text.replace("3 0 3 2\n", "3 0 3 9\n"), &["points, 0 to 3", "found 9"]);
+    says("a.vtk", text.replace("17 4 3", "17 5 3"), &["faces of polyhedron 0"]);
+}
+
+#[test]
+fn pieces_in_several_files_share_the_memory_that_is_free() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("all.pvtu");
+    std::fs::copy(data("two.vtu"), folder.path().join("a.vtu")).unwrap();
+    let piece = "<Piece Source=\"a.vtu\"/>";
+    let with = |count: usize| {
+        let text = format!(
+            "<VTKFile type=\"PUnstructuredGrid\" byte_order=\"LittleEndian\"><PUnstructuredGrid>{}\
+             </PUnstructuredGrid></VTKFile>",
+            piece.repeat(count)
+        );
+        std::fs::write(&path, text).unwrap();
+        let options = OpenOptions { memory_limit_bytes: Some(20_000), ..OpenOptions::default() };
+        open(&path, &options, &Ticket::new())
+    };
+    assert_eq!(cells_of(&with(3).unwrap()).own_cells(), 6);
+    let error = with(40).unwrap_err().to_string();
+    assert!(error.contains("fit in memory"), "{error}");
+}
+
+#[test]
 fn a_file_that_names_pieces_opens_them_and_tells_which_is_missing() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::create_dir(folder.path().join("parts")).unwrap();

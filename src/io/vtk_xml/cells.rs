@@ -61,6 +61,7 @@ fn of_files(
             ));
         };
         let part = ticket.part(u32::try_from(index).unwrap_or(u32::MAX), of);
+        let free_bytes = free_bytes.saturating_sub(parts.iter().map(Part::bytes).sum());
         let file = DataFile::find(path, source)?;
         let (text, appended) = super::head(&file.path, free_bytes, &part)?;
         let own = Document::parse(&text, appended.start.is_some())?;
