@@ -24,7 +24,7 @@ const ROOMS: [(&str, &[&str]); 19] = [
         "reference",
         &["core", "cells", "volume", "transfer", "kernel", "vector", "polygons", "scene", "rbf"],
     ),
-    ("io", &["core", "volume", "polygons", "rbf"]),
+    ("io", &["core", "volume", "polygons", "rbf", "cells"]),
     ("plan", &["core", "volume", "transfer", "kernel", "vector", "polygons", "scene"]),
     (
         "gpu",

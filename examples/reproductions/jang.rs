@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result, bail};
 use glam::DVec3;
 use voxsplat::accuracy::psnr_from_rmse;
 use voxsplat::core::{Srgb8, Ticket};
@@ -17,7 +17,7 @@ use voxsplat::scene::{
 use voxsplat::task::encode::{Wanted, encode_field, residual};
 use voxsplat::task::still::Refine;
 use voxsplat::transfer::{ColourMap, ColourSource, TransferFunction, presets};
-use voxsplat::volume::{Component, Grid, ScalarVolume};
+use voxsplat::volume::{Component, Grid, ScalarVolume, Shape};
 
 use crate::support::{
     Page, compare, crop, db, demo_grid, least_ms, on_black, scalar, short, subsampled, wide, with,
@@ -89,25 +89,15 @@ fn points_of(volume: &ScalarVolume) -> Points {
     }))
 }
 
-/// The density of the blunt fin at the points of its curvilinear grid (PLOT3D, big-endian).
+/// The density of the blunt fin at the points of its curvilinear grid.
 fn blunt_fin(data: &Path) -> Result<Points> {
-    let folder = data.join("unstructured/bluntfin");
-    let words = |name: &str| -> Result<Vec<[u8; 4]>> {
-        let path = folder.join(name);
-        let bytes = std::fs::read(&path).with_context(|| path.display().to_string())?;
-        Ok(bytes.chunks_exact(4).map(|b| [b[0], b[1], b[2], b[3]]).collect())
+    let path = data.join("unstructured/bluntfin/bluntfinxyz.bin");
+    let grid = io::open(&path, &OpenOptions::default(), &Ticket::new())?.grid;
+    let density = Arc::clone(&grid.field(Some("Density"))?.samples);
+    let Shape::Curvilinear(places) = grid.shape else {
+        bail!("the blunt fin's grid is {}", grid.shape.name())
     };
-    let (places, state) = (words("bluntfinxyz.bin")?, words("bluntfinq.bin")?);
-    let dims: Vec<usize> = places[..3].iter().map(|w| u32::from_be_bytes(*w) as usize).collect();
-    let count: usize = dims.iter().product();
-    ensure!(places.len() == 3 + 3 * count, "the blunt fin's grid is of another size");
-    let number = |word: &[u8; 4]| f64::from(f32::from_be_bytes(*word));
-    // Three dimensions, four numbers of the flow, then density first.
-    let density = &state[7..7 + count];
-    Ok(Points::new((0..count).map(|i| {
-        let at = [0, 1, 2].map(|axis| number(&places[3 + axis * count + i]));
-        (DVec3::from(at), number(&density[i]))
-    })))
+    Ok(Points::new(places.iter().enumerate().map(|(i, place)| (*place, density.get(i)))))
 }
 
 fn table_of_fits(page: &mut Page<'_>, data: &Path) -> Result<()> {

@@ -35,9 +35,10 @@ impl FileDialog {
     /// Asks for a file to open.
     pub fn open(ctx: &Context) -> Self {
         let extensions = [
-            "nrrd", "nhdr", "mha", "mhd", "vti", "vtr", "vts", "vtk", "nc", "nii", "gz", "hdr",
-            "img", "npy", "npz", "dcm", "tif", "tiff", "h5", "hdf5", "nc4", "mrc", "map", "ccp4",
-            "rec", "st", "vrbf", "raw",
+            "nrrd", "nhdr", "mha", "mhd", "vti", "vtr", "vts", "vtu", "vtp", "pvtu", "pvtp", "vtk",
+            "nc", "ex2", "exo", "e", "g", "nii", "gz", "hdr", "img", "npy", "npz", "dcm", "tif",
+            "tiff", "h5", "hdf5", "nc4", "mrc", "map", "ccp4", "rec", "st", "xyz", "x", "q", "p3d",
+            "grd", "bin", "txt", "csv", "tsv", "asc", "vrbf", "raw",
         ];
         let dialog = rfd::AsyncFileDialog::new()
             .set_title("Open a volume")

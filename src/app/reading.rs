@@ -14,9 +14,10 @@ use crate::volume::{Samples, ScalarVolume, Statistics, demo};
 /// Greatest side of a preview, pixels; larger slices are thinned out.
 const PREVIEW_SIDE: usize = 512;
 /// Extensions of formats with a header: without one such a file is damaged, not raw.
-const WITH_HEADER: [&str; 20] = [
-    "vrbf", "nrrd", "nhdr", "mha", "mhd", "vti", "vtr", "vts", "vtk", "nc", "nii", "npy", "npz",
-    "mrc", "dcm", "tif", "tiff", "h5", "hdf5", "nc4",
+const WITH_HEADER: [&str; 27] = [
+    "vrbf", "nrrd", "nhdr", "mha", "mhd", "vti", "vtr", "vts", "vtu", "vtp", "pvtu", "pvtp", "vtk",
+    "nc", "ex2", "exo", "nii", "npy", "npz", "mrc", "dcm", "tif", "tiff", "h5", "hdf5", "nc4",
+    "csv",
 ];
 
 /// Files on disk and volumes made in code.

@@ -254,6 +254,7 @@ impl<'a> Split<'a> {
             return;
         }
         let middle = self.middle(corners);
+        let first = self.solids.len();
         for face in faces {
             let about = match face.len() {
                 0..=2 => continue,
@@ -267,6 +268,21 @@ impl<'a> Split<'a> {
             for (i, point) in face.iter().enumerate() {
                 let next = face[(i + 1) % face.len()];
                 self.solids.push(Solid::of(Kind::Tetrahedron, &[*point, next, about, middle]));
+            }
+        }
+        // Faces may go round either way; what they enclose is no less than nothing.
+        let place = |point: &u32| {
+            let at = *point as usize;
+            self.points.get(at).copied().unwrap_or_else(|| self.added[at - self.points.len()])
+        };
+        let volume = |solid: &Solid| {
+            let [a, b, c, d] = [0, 1, 2, 3].map(|i: usize| place(&solid.corners()[i]));
+            (b - a).cross(c - a).dot(d - a)
+        };
+        if self.solids[first..].iter().map(volume).sum::<f64>() < 0.0 {
+            for solid in &mut self.solids[first..] {
+                let &[a, b, c, d] = solid.corners() else { continue };
+                *solid = Solid::of(Kind::Tetrahedron, &[b, a, c, d]);
             }
         }
     }

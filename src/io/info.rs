@@ -6,8 +6,8 @@ use glam::DVec3;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::Facts;
-use super::{Opened, Series};
+use super::cells_info::CellsInfo;
+use super::{Facts, Opened, Series};
 use crate::core::progress::{Cancelled, Ticket};
 use crate::rbf::four_digits;
 use crate::volume::{Field, Grid, Scalar, Shape, Statistics};
@@ -18,9 +18,9 @@ use crate::with_samples;
 pub struct Info {
     /// See [`super::Format::name`].
     pub format: String,
-    /// `grid` for evenly spaced points, `rectilinear` or `curvilinear`.
+    /// `grid` for evenly spaced points, `rectilinear`, `curvilinear` or `unstructured`.
     pub kind: String,
-    /// Points along x, y, z; 1 along axes that the file lacks.
+    /// Points along x, y, z; 1 along axes that the file lacks. Of `unstructured` grids all points along x.
     pub dims: [usize; 3],
     /// World distance between neighbours along each axis; 1 along axes that the file lacks. Of a `grid`
     /// alone, like the next two.
@@ -35,9 +35,12 @@ pub struct Info {
     /// Coordinates along x, y, z; of `rectilinear` grids alone.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub coordinates: Option<[CoordinateInfo; 3]>,
-    /// Least and greatest x, then y, then z of the points; of `curvilinear` grids alone.
+    /// Least and greatest x, then y, then z of the points; of `curvilinear` and `unstructured` grids alone.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bounds: Option<[f64; 6]>,
+    /// Points and cells; of `unstructured` grids alone.
+    #[serde(flatten)]
+    pub cells: Option<CellsInfo>,
     /// The file's name for its space, where it has one.
     pub space: Option<String>,
     /// What lengths are given in, where the file says.
@@ -172,6 +175,10 @@ pub fn describe_grid(
         direction: is_even.then(|| lattice.direction.to_cols_array()),
         coordinates,
         bounds: bounds(&grid.shape),
+        cells: match &grid.shape {
+            Shape::Unstructured(cells) => Some(CellsInfo::of(cells)),
+            _ => None,
+        },
         space: grid.space.clone(),
         unit: grid.unit.clone(),
         fields: fields.collect::<Result<_, _>>()?,
@@ -183,9 +190,14 @@ pub fn describe_grid(
 
 /// Least and greatest x, y, z of points that lie anywhere.
 fn bounds(shape: &Shape) -> Option<[f64; 6]> {
-    let Shape::Curvilinear(points) = shape else { return None };
-    let low = points.iter().fold(DVec3::INFINITY, |low, point| low.min(*point));
-    let high = points.iter().fold(DVec3::NEG_INFINITY, |high, point| high.max(*point));
+    let points = match shape {
+        Shape::Curvilinear(points) => &points[..],
+        Shape::Unstructured(cells) => &cells.points()[..cells.own_points()],
+        _ => return None,
+    };
+    let points = || points.iter().filter(|point| point.is_finite());
+    let low = points().fold(DVec3::INFINITY, |low, point| low.min(*point));
+    let high = points().fold(DVec3::NEG_INFINITY, |high, point| high.max(*point));
     Some([low.x, high.x, low.y, high.y, low.z, high.z])
 }
 
@@ -205,7 +217,10 @@ impl fmt::Display for Info {
         let triple = |v: [f64; 3]| v.map(|v| plain_or_power(without_rounding(v))).join(" ");
         let [x, y, z] = self.dims;
         writeln!(f, "{:<11}{}, {}", "format", self.format, self.kind)?;
-        writeln!(f, "{:<11}{x} × {y} × {z}", "dims")?;
+        match &self.cells {
+            Some(cells) => write!(f, "{cells}")?,
+            None => writeln!(f, "{:<11}{x} × {y} × {z}", "dims")?,
+        }
         if let Some(spacing) = self.spacing {
             writeln!(f, "{:<11}{}", "spacing", triple(spacing))?;
         }

@@ -1,10 +1,11 @@
 //! Files to grids: one file a format, recognised by content first and extension second.
 //!
-//! Owns readers and what they refuse. Refuses drawing. Imports `core`, `volume`, `polygons`. [`open`] is the
+//! Owns readers and what they refuse. Refuses drawing. Imports `core`, `cells`, `volume`, `polygons`, `rbf`. [`open`] is the
 //! one way in; every size is checked against the file and against memory before it is allocated.
 
 mod axes;
 mod bytes;
+mod cells_info;
 mod dicom;
 mod encoded;
 mod error;
@@ -20,11 +21,14 @@ mod nifti;
 mod nrrd;
 mod numbers;
 mod numpy;
+mod plot3d;
 mod precision;
 pub mod raw;
 mod scale;
 mod stream;
+mod table;
 mod tiff;
+mod unstructured;
 pub mod vrbf;
 mod vtk;
 mod vtk_xml;
@@ -36,6 +40,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 pub use bytes::Endian;
+pub use cells_info::CellsInfo;
 pub use encoded::{Encoded, Facts, Source};
 pub use error::{Mismatch, Problem, ReadError};
 pub use info::{Info, describe};
@@ -60,7 +65,11 @@ pub enum Format {
     Vtr,
     /// VTK's XML structured (curvilinear) grid.
     Vts,
-    /// VTK's legacy format, ascii or binary, of one of those three.
+    /// VTK's XML unstructured grid, in one file or in several (`.pvtu`).
+    Vtu,
+    /// VTK's XML polygons, lines and points.
+    Vtp,
+    /// VTK's legacy format, ascii or binary, of one of those five.
     Vtk,
     /// NetCDF, classic formats.
     NetCdf,
@@ -82,6 +91,12 @@ pub enum Format {
     Hdf5,
     /// A folder of Zarr or OME-Zarr.
     Zarr,
+    /// Exodus II: a mesh of elements, in NetCDF.
+    Exodus,
+    /// PLOT3D: curvilinear blocks, and the flow at their points in a second file.
+    Plot3d,
+    /// A table of points, one a line of text.
+    Table,
     /// Radial basis functions, as this program encodes fields.
     Vrbf,
     /// Samples and nothing else.
@@ -97,6 +112,8 @@ impl Format {
             Self::Vti => "vti",
             Self::Vtr => "vtr",
             Self::Vts => "vts",
+            Self::Vtu => "vtu",
+            Self::Vtp => "vtp",
             Self::Vtk => "vtk",
             Self::NetCdf => "netcdf",
             Self::Nifti => "nifti",
@@ -108,6 +125,9 @@ impl Format {
             Self::Images => "images",
             Self::Hdf5 => "hdf5",
             Self::Zarr => "zarr",
+            Self::Exodus => "exodus",
+            Self::Plot3d => "plot3d",
+            Self::Table => "table",
             Self::Vrbf => "vrbf",
             Self::Raw => "raw",
         }
@@ -200,9 +220,11 @@ fn read(path: &Path, options: &OpenOptions, ticket: &Ticket) -> Result<Opened, P
     let mut opened = match format {
         Format::Nrrd => nrrd::read(path, free_bytes, ticket),
         Format::MetaImage => metaimage::read(path, free_bytes, ticket),
-        Format::Vti | Format::Vtr | Format::Vts => vtk_xml::read(path, free_bytes, ticket),
+        Format::Vti | Format::Vtr | Format::Vts | Format::Vtu | Format::Vtp => {
+            vtk_xml::read(path, free_bytes, ticket)
+        }
         Format::Vtk => vtk::read(path, free_bytes, ticket),
-        Format::NetCdf => netcdf::read(path, free_bytes, ticket),
+        Format::NetCdf | Format::Exodus => netcdf::read(path, free_bytes, ticket),
         Format::Nifti | Format::Analyze => nifti::read(path, free_bytes, ticket),
         Format::NumPy => numpy::read(path, free_bytes, ticket),
         Format::Mrc => mrc::read(path, free_bytes, ticket),
@@ -211,6 +233,8 @@ fn read(path: &Path, options: &OpenOptions, ticket: &Ticket) -> Result<Opened, P
         Format::Images => images::read(path, free_bytes, ticket),
         Format::Hdf5 => hdf5::read(path, free_bytes, ticket),
         Format::Zarr => zarr::read(path, free_bytes, ticket),
+        Format::Plot3d => plot3d::read(path, free_bytes, ticket),
+        Format::Table => table::read(path, free_bytes, ticket),
         Format::Vrbf => vrbf::read(path, options.dims, free_bytes, ticket),
         Format::Raw => raw::read(path, &options.raw.unwrap_or_default(), free_bytes, ticket),
     }?;
@@ -243,7 +267,8 @@ fn recognise(path: &Path) -> Result<Format, Problem> {
     }
     if start.starts_with(hdf5::MAGIC) {
         let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
-        let is_netcdf = extension == "nc" || extension == "nc4" || hdf5::is_netcdf(path);
+        const OF_NETCDF: [&str; 7] = ["nc", "nc4", "ex2", "exo", "exii", "e", "g"];
+        let is_netcdf = OF_NETCDF.iter().any(|of| extension == *of) || hdf5::is_netcdf(path);
         return Ok(if is_netcdf { Format::NetCdf } else { Format::Hdf5 });
     }
     if start.starts_with(&bytes::GZIP_MAGIC) {
@@ -258,9 +283,13 @@ fn recognise(path: &Path) -> Result<Format, Problem> {
         "nrrd" | "nhdr" => Err(not_as_named("an NRRD header (\"NRRD000…\")", &start)),
         "mha" | "mhd" => Err(not_as_named("a MetaImage header (\"NDims = …\")", &start)),
         "vti" => Err(not_as_named("VTK image data (\"<VTKFile …\")", &start)),
-        "vtr" | "vts" => Err(not_as_named("a VTK grid (\"<VTKFile …\")", &start)),
+        "vtr" | "vts" | "vtu" | "pvtu" | "vtp" | "pvtp" => {
+            Err(not_as_named("a VTK grid (\"<VTKFile …\")", &start))
+        }
         "vtk" => Err(not_as_named("a legacy VTK header (\"# vtk DataFile …\")", &start)),
-        "nc" | "cdf" => Err(not_as_named("a NetCDF header (\"CDF\")", &start)),
+        "nc" | "cdf" | "ex2" | "exo" | "exii" => {
+            Err(not_as_named("a NetCDF header (\"CDF\")", &start))
+        }
         "nii" => Err(not_as_named("a NIfTI header", &start)),
         _ if name.ends_with(".nii.gz") => Err(not_as_named("a packed NIfTI header", &start)),
         "vrbf" => Err(not_as_named("basis functions (\"VOXSPLAT RBF …\")", &start)),
@@ -271,6 +300,8 @@ fn recognise(path: &Path) -> Result<Format, Problem> {
             Ok(Format::Mrc)
         }
         _ if raw::is_told_exactly(&name, len) => Ok(Format::Raw),
+        _ if plot3d::is_it(path, extension, &start)? => Ok(Format::Plot3d),
+        _ if table::is_it(extension, &start) => Ok(Format::Table),
         _ if foreign(&start).is_some() => {
             Err(Problem::Foreign { name: foreign(&start).unwrap_or_default().to_owned() })
         }

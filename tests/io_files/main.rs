@@ -1,6 +1,7 @@
 //! The readers on files written here: round trips in every encoding, damage, and what it says.
 
 mod basis_functions;
+mod cells;
 mod damage;
 mod mesh;
 mod messages;

@@ -22,6 +22,9 @@ const MOST_TIME: Duration = Duration::from_secs(5);
 /// The largest request for memory: a thousand times the largest file.
 const MOST_BYTES: usize = 16 << 20;
 
+/// Grids of PLOT3D and the flow on them.
+const PAIRS: [[&str; 2]; 2] = [["blocks.xyz", "blocks.q"], ["single.x", "single.q"]];
+
 struct Random(u64);
 
 impl Random {
@@ -111,6 +114,12 @@ fn mutate(seed: u64, names: &[(&str, &str)]) {
         // What a header alone needs.
         if name.ends_with(".hdr") {
             std::fs::copy(data("pair.img"), own.join("pair.img")).unwrap();
+        }
+        // A grid, or its flow, has the other beside it.
+        for (of, beside) in PAIRS.iter().flat_map(|&[a, b]| [(a, b), (b, a)]) {
+            if *name == of {
+                std::fs::copy(data(beside), own.join(beside)).unwrap();
+            }
         }
         let changed = if inside.is_empty() { asked.clone() } else { asked.join(inside) };
         let valid = std::fs::read(&changed).unwrap();
@@ -223,4 +232,32 @@ fn zarr() {
 #[test]
 fn basis_functions() {
     mutate(0x5eed_0109, &[("blobs.vrbf", "")]);
+}
+
+#[test]
+fn vtk_cells() {
+    mutate(0x5eed_010a, &[("two.vtu", ""), ("text.vtu", ""), ("v5.vtk", ""), ("v42.vtk", "")]);
+}
+
+#[test]
+fn polyhedra_and_polygons() {
+    mutate(0x5eed_010b, &[("poly.vtu", ""), ("polygons.vtk", ""), ("polygons.vtp", "")]);
+}
+
+#[test]
+fn exodus() {
+    mutate(0x5eed_010c, &[("mesh.ex2", ""), ("mesh4.e", "")]);
+}
+
+#[test]
+fn plot3d() {
+    mutate(
+        0x5eed_010d,
+        &[("blocks.xyz", ""), ("blocks.q", ""), ("single.x", ""), ("single.q", "")],
+    );
+}
+
+#[test]
+fn tables() {
+    mutate(0x5eed_010e, &[("table.csv", ""), ("cloud.npy", "")]);
 }

@@ -1,6 +1,7 @@
 //! NetCDF of the classic formats (CDF-1, -2 and -5) and of version 4, which is HDF5: every variable on the file's main grid is a field for
-//! each entry of its further dimensions, and winds along x and y become vectors.
+//! each entry of its further dimensions, and winds along x and y become vectors. Meshes of Exodus II are read, too.
 
+mod exodus;
 mod places;
 
 use std::collections::BTreeMap;
@@ -54,14 +55,13 @@ pub(super) fn format_of(start: &[u8]) -> Result<Option<Format>, Problem> {
 
 pub(super) fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<Opened, Problem> {
     let (file, len) = load(path, free_bytes, ticket)?;
-    let variables = file.variables().map_err(damaged)?;
-    if file.dimension("num_nodes").is_ok() && file.dimension("num_dim").is_ok() {
-        return Err(unsupported(
-            "NetCDF with variables on a grid",
-            "an Exodus II mesh",
-            "resample the data to an image (.vti) first",
-        ));
+    let is_packed =
+        !matches!(file.format(), NcFormat::Classic | NcFormat::Offset64 | NcFormat::Cdf5);
+    let most_bytes = if is_packed { len.saturating_mul(bytes::DEFLATE_MOST) } else { len };
+    if exodus::is_it(&file) {
+        return exodus::read(&file, most_bytes, free_bytes, ticket);
     }
+    let variables = file.variables().map_err(damaged)?;
     let mut warnings = Vec::new();
     let main = main_variables(&file, variables, &mut warnings)?;
     let first = main[0];
@@ -73,9 +73,6 @@ pub(super) fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<Open
     for (dim, axis) in dims.iter_mut().zip(&axes) {
         *dim = usize::try_from(axis.size).unwrap_or(usize::MAX);
     }
-    let is_packed =
-        !matches!(file.format(), NcFormat::Classic | NcFormat::Offset64 | NcFormat::Cdf5);
-    let most_bytes = if is_packed { len.saturating_mul(bytes::DEFLATE_MOST) } else { len };
     let total = checked_sizes(&main, dims, most_bytes, free_bytes)?;
     let lists = places::lists(&axes, &mut warnings);
 

@@ -1,24 +1,26 @@
 //! NumPy arrays: `.npy`, and `.npz` archives of them.
 //!
-//! The last index is taken as x, as of arrays `a[z, y, x]`; a short one behind three others as components.
+//! The last index is taken as x, as of arrays `a[z, y, x]`; a short one behind three others as components. Tables of
+//! floats, of three or four columns or of many more rows than columns, are points: their places, then one field a column.
 
 mod header;
 
 use std::io::{Read, Seek};
 use std::path::Path;
 
+use glam::DVec3;
 use zip::ZipArchive;
 
 use self::header::{Header, Kind, MAGIC};
 use super::axes::{self, Axes, Role};
 use super::bytes::{self, DEFLATE_MOST, Progress};
 use super::error::{Problem, corrupt, quoted, unsupported};
-use super::files;
 use super::scale::converted;
-use super::{Format, Opened};
+use super::unstructured::{self, Part};
+use super::{Format, Opened, files, table};
 use crate::core::memory;
 use crate::core::progress::Ticket;
-use crate::volume::{Field, Grid, Lattice, Samples, ScalarType};
+use crate::volume::{Association, Field, Grid, Lattice, Samples, ScalarType};
 
 /// As many values a sample at most make its components, rather than an axis.
 const MOST_COMPONENTS: u64 = 4;
@@ -50,6 +52,9 @@ pub(super) fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<Open
         of_archive(archive, free_bytes, ticket, &mut warnings)?
     } else {
         let header = Header::read(&mut reader)?;
+        if is_table(&header) {
+            return read_table(&header, &mut reader, len, (free_bytes, ticket));
+        }
         let plan = Plan::of(&header, free_bytes)?;
         bytes::require_stored(plan.stored_bytes(), len)?;
         let fields = plan.read(&super::raw::stem(path), &mut reader, true, ticket)?;
@@ -60,6 +65,65 @@ pub(super) fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<Open
     };
     warnings.extend(axes::several(&fields, "along a further index, or in several arrays"));
     let grid = Grid::of(Lattice::unit(dims), fields);
+    Ok(Opened::of(grid, Format::NumPy, warnings))
+}
+
+/// Tables of more columns than these are pictures.
+const MOST_COLUMNS: u64 = 16;
+/// Tables of five columns and more are pictures, unless they have as many rows.
+const LEAST_ROWS: u64 = 1000;
+
+/// Whether an array is one of points: floats in three or four columns, which no picture has, or in a few more and many rows.
+fn is_table(header: &Header) -> bool {
+    let is_float = matches!(
+        header.kind,
+        Kind::Halves | Kind::Numbers(ScalarType::Float32 | ScalarType::Float64)
+    );
+    let &[rows, columns] = &header.shape[..] else { return false };
+    let is_long = columns <= MOST_COLUMNS && rows >= LEAST_ROWS;
+    is_float && columns >= 3 && (columns <= MOST_COMPONENTS || is_long)
+}
+
+fn read_table(
+    header: &Header,
+    reader: &mut dyn Read,
+    len: u64,
+    (free_bytes, ticket): (u64, &Ticket),
+) -> Result<Opened, Problem> {
+    let mut warnings = Vec::new();
+    let stored = header.kind.stored();
+    let count = bytes::checked_count("the array", &header.shape, stored, free_bytes)?;
+    bytes::require_stored((count * stored.size_bytes()) as u64, len)?;
+    let [rows, columns] =
+        [0, 1].map(|axis| usize::try_from(header.shape[axis]).unwrap_or(usize::MAX));
+    unstructured::require_memory(rows as u64, rows as u64, rows as u64, free_bytes)?;
+    let mut samples = bytes::no_samples(stored);
+    bytes::reserve_samples(&mut samples, count)?;
+    let mut progress = Progress::new(ticket, (count * stored.size_bytes()) as u64);
+    bytes::append(&mut samples, reader, count, &mut progress)?;
+    bytes::to_native(&mut samples, header.endian);
+    if header.kind == Kind::Halves {
+        samples = of_halves(&samples)?;
+    }
+    if bytes::rest(reader)? > 0 {
+        warnings.push("more bytes follow the samples: they are ignored".into());
+    }
+    // Columns one behind another.
+    if !header.fortran {
+        samples = unstructured::interleaved(&samples, rows);
+    }
+    let column = |at: usize| unstructured::run(&samples, at * rows..(at + 1) * rows);
+    let places = [column(0), column(1), column(2)];
+    let at = |i: usize| DVec3::from_array(places.each_ref().map(|column| column.get(i)));
+    let listing = table::cloud((0..rows).map(at).collect());
+    let on = (1, Association::Point);
+    let field = |at: usize| unstructured::field_of(format!("column {}", at + 1), on, column(at));
+    let fields = (3..columns).map(field).collect();
+    warnings.push(format!(
+        "the array is taken for a table of {rows} points, with x, y and z in its first three columns"
+    ));
+    let part = Part { listing, fields };
+    let grid = unstructured::grid(part, &[], free_bytes, &mut warnings)?;
     Ok(Opened::of(grid, Format::NumPy, warnings))
 }
 

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::super::bytes;
 use super::super::error::{Problem, header, quoted};
 use super::scanner::{Scanner, Stored, number};
-use crate::volume::{Association, Field, ScalarType};
+use crate::volume::{Association, Field, Samples, ScalarType};
 
 /// Arrays of one field are no more than anybody lists.
 const MOST_ARRAYS: usize = 100_000;
@@ -90,6 +90,9 @@ impl Attributes {
                 let scalar_type = if binary { ScalarType::UInt8 } else { ScalarType::Float32 };
                 let stored = Stored::Numbers(scalar_type);
                 self.array(scanner, section, decoded(named(1)?), components, stored)?;
+                if let (false, Some(field)) = (binary, self.fields.last_mut()) {
+                    field.samples = Arc::new(bytes_of(&field.samples));
+                }
             }
             _ => return Ok(false),
         }
@@ -188,6 +191,17 @@ impl Attributes {
             self.warnings.push(warning);
         }
     }
+}
+
+/// Colours from 0 to 1 as the bytes that binary files have.
+fn bytes_of(colours: &Samples) -> Samples {
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "casts to bytes stop at their ends, and NaN is 0"
+    )]
+    let byte = |at: usize| (colours.get(at) * 255.0).round() as u8;
+    Samples::UInt8((0..colours.len()).map(byte).collect())
 }
 
 /// Tuples times components, which may be none.

@@ -1,7 +1,9 @@
-//! VTK's legacy format (`.vtk`), ascii or binary: structured points, rectilinear and structured grids.
+//! VTK's legacy format (`.vtk`), ascii or binary: structured points, rectilinear, structured and unstructured grids,
+//! polygons.
 //! (*The VTK User's Guide*, VTK File Formats; and what VTK 9's writers add.)
 
 mod attributes;
+mod cells;
 mod scanner;
 
 use std::path::Path;
@@ -10,10 +12,11 @@ use std::sync::Arc;
 use glam::{DMat3, DVec3};
 
 use self::attributes::{Attributes, Section};
+use self::cells::CellLists;
 use self::scanner::{Scanner, Stored, number};
 use super::bytes;
 use super::error::{Problem, corrupt, header, quoted, truncated, unsupported};
-use super::{Format, Opened, axes, files};
+use super::{Format, Opened, axes, files, unstructured};
 use crate::core::progress::Ticket;
 use crate::volume::{Association, Grid, Samples, Scalar, ScalarType, Shape};
 use crate::with_samples;
@@ -27,6 +30,15 @@ enum Dataset {
     StructuredPoints,
     RectilinearGrid,
     StructuredGrid,
+    UnstructuredGrid,
+    PolyData,
+}
+
+impl Dataset {
+    /// Whether its cells lie in no order.
+    fn is_unstructured(self) -> bool {
+        matches!(self, Self::UnstructuredGrid | Self::PolyData)
+    }
 }
 
 /// Where the points are, as far as read.
@@ -36,6 +48,7 @@ struct Geometry {
     spacing: DVec3,
     lists: [Option<Vec<f64>>; 3],
     points: Option<Samples>,
+    cells: CellLists,
 }
 
 pub(super) fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<Opened, Problem> {
@@ -49,16 +62,23 @@ pub(super) fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<Open
         spacing: DVec3::ONE,
         lists: [const { None }; 3],
         points: None,
+        cells: CellLists::default(),
     };
     let mut section = None;
     while let Some(words) = scanner.line()? {
         match words[0].to_ascii_lowercase().as_str() {
             "metadata" => skip_metadata(&mut scanner)?,
             "point_data" => {
-                section = Some(section_of(&geometry, Association::Point, &mut scanner, words)?);
+                section = Some(section_of(
+                    &geometry,
+                    (dataset, Association::Point),
+                    &mut scanner,
+                    words,
+                )?);
             }
             "cell_data" => {
-                section = Some(section_of(&geometry, Association::Cell, &mut scanner, words)?);
+                section =
+                    Some(section_of(&geometry, (dataset, Association::Cell), &mut scanner, words)?);
             }
             _ => {
                 let is_known = attributes.read(&mut scanner, &words, section)?
@@ -69,7 +89,7 @@ pub(super) fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<Open
             }
         }
     }
-    if attributes.fields.is_empty() {
+    if attributes.fields.is_empty() && !dataset.is_unstructured() {
         return Err(unsupported(
             "at least one array of numbers on points or cells",
             "none",
@@ -79,7 +99,7 @@ pub(super) fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<Open
     let active = attributes.active();
     let Attributes { mut fields, mut warnings, .. } = attributes;
     axes::activate(&mut fields, &active);
-    let dims = geometry.dims()?;
+    let dims = if dataset.is_unstructured() { [0; 3] } else { geometry.dims()? };
     let grid = match dataset {
         Dataset::StructuredPoints => {
             let (origin, spacing) = (geometry.origin, geometry.spacing);
@@ -98,6 +118,11 @@ pub(super) fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<Open
         Dataset::StructuredGrid => {
             let points = geometry.points.ok_or_else(|| missing("POINTS"))?;
             Grid::shaped(dims, Shape::Curvilinear(axes::positions(&points)), fields)?
+        }
+        Dataset::UnstructuredGrid | Dataset::PolyData => {
+            let points = geometry.points.ok_or_else(|| missing("POINTS"))?;
+            let part = unstructured::Part { listing: geometry.cells.listing(&points)?, fields };
+            unstructured::grid(part, &active, free_bytes, &mut warnings)?
         }
     };
     Ok(Opened::of(grid, Format::Vtk, warnings))
@@ -144,8 +169,10 @@ fn head(scanner: &mut Scanner<'_>, attributes: &mut Attributes) -> Result<Datase
         "structured_points" => Ok(Dataset::StructuredPoints),
         "rectilinear_grid" => Ok(Dataset::RectilinearGrid),
         "structured_grid" => Ok(Dataset::StructuredGrid),
+        "unstructured_grid" => Ok(Dataset::UnstructuredGrid),
+        "polydata" => Ok(Dataset::PolyData),
         _ => Err(unsupported(
-            "a DATASET of STRUCTURED_POINTS, RECTILINEAR_GRID or STRUCTURED_GRID",
+            "a DATASET of STRUCTURED_POINTS, RECTILINEAR_GRID, STRUCTURED_GRID, UNSTRUCTURED_GRID or POLYDATA",
             quoted(kind),
             "resample the data to an image (.vti) first",
         )),
@@ -194,9 +221,33 @@ impl Geometry {
                 scanner.take_memory((count as u64).saturating_mul(24))?;
                 self.points = Some(places(scanner, words, count, 3)?);
             }
+            ("points", Dataset::UnstructuredGrid | Dataset::PolyData) => {
+                let count = cells::count(words, 1, "points")?;
+                scanner.take_memory(unstructured::bytes_of(count as u64, 0, 0))?;
+                self.points = Some(places(scanner, words, count, 3)?);
+            }
+            (_, Dataset::UnstructuredGrid | Dataset::PolyData) => {
+                return self.cells.read(scanner, words, dataset == Dataset::PolyData);
+            }
             _ => return Ok(false),
         }
         Ok(true)
+    }
+
+    /// Numbers that an array on points or cells has for each component.
+    fn tuples(&self, dataset: Dataset, association: Association) -> Result<usize, Problem> {
+        if dataset.is_unstructured() {
+            let points = || self.points.as_ref().map(|points| points.len() / 3);
+            return match association {
+                Association::Point => points().ok_or_else(|| missing("POINTS")),
+                Association::Cell => Ok(self.cells.count()),
+            };
+        }
+        let dims = self.dims()?;
+        Ok(match association {
+            Association::Point => dims.iter().product(),
+            Association::Cell => dims.map(|n| n.saturating_sub(1).max(1)).iter().product(),
+        })
     }
 }
 
@@ -230,15 +281,11 @@ fn places(
 
 fn section_of(
     geometry: &Geometry,
-    association: Association,
+    (dataset, association): (Dataset, Association),
     scanner: &mut Scanner<'_>,
     words: Vec<String>,
 ) -> Result<Section, Problem> {
-    let dims = geometry.dims()?;
-    let tuples = match association {
-        Association::Point => dims.iter().product(),
-        Association::Cell => dims.map(|n| n.saturating_sub(1).max(1)).iter().product::<usize>(),
-    };
+    let tuples = geometry.tuples(dataset, association)?;
     let words = scanner.words(words, 2)?;
     check_count(&words[0], &words[1], tuples)?;
     Ok(Section { association, tuples })
@@ -249,7 +296,7 @@ fn check_count(keyword: &str, found: &str, expected: usize) -> Result<(), Proble
     if number::<u64>(keyword, found)? == expected as u64 {
         return Ok(());
     }
-    let expected = format!("{keyword} of {expected}, as DIMENSIONS asks for");
+    let expected = format!("{keyword} of {expected}, as many as the grid has");
     Err(header(expected, quoted(found), "correct one of the two"))
 }
 

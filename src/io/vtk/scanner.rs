@@ -32,17 +32,17 @@ impl Stored {
         Ok(Self::Numbers(match name.to_ascii_lowercase().as_str() {
             "bit" => return Ok(Self::Bits),
             "string" | "utf8_string" => return Ok(Self::Strings),
-            "unsigned_char" => ScalarType::UInt8,
-            "char" | "signed_char" => ScalarType::Int8,
-            "unsigned_short" => ScalarType::UInt16,
-            "short" => ScalarType::Int16,
-            "unsigned_int" => ScalarType::UInt32,
+            "unsigned_char" | "vtktypeuint8" => ScalarType::UInt8,
+            "char" | "signed_char" | "vtktypeint8" => ScalarType::Int8,
+            "unsigned_short" | "vtktypeuint16" => ScalarType::UInt16,
+            "short" | "vtktypeint16" => ScalarType::Int16,
+            "unsigned_int" | "vtktypeuint32" => ScalarType::UInt32,
             // Ids are written with 32 bits, whatever they have in memory.
-            "int" | "vtkidtype" => ScalarType::Int32,
+            "int" | "vtkidtype" | "vtktypeint32" => ScalarType::Int32,
             "unsigned_long" | "unsigned_long_long" | "vtktypeuint64" => ScalarType::UInt64,
             "long" | "long_long" | "vtktypeint64" => ScalarType::Int64,
-            "float" => ScalarType::Float32,
-            "double" => ScalarType::Float64,
+            "float" | "vtktypefloat32" => ScalarType::Float32,
+            "double" | "vtktypefloat64" => ScalarType::Float64,
             _ => {
                 return Err(unsupported(
                     "a type of legacy VTK such as unsigned_char, short, int, float or double",

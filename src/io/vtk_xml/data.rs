@@ -1,4 +1,4 @@
-//! The numbers of one array: text, base64 or appended bytes, plain or in zlib blocks.
+//! The numbers of one array: text, base64 or appended bytes, plain or in blocks of zlib or LZ4.
 
 use std::io::{self, BufRead, Read, Seek, SeekFrom};
 use std::path::Path;
@@ -26,12 +26,20 @@ pub(super) struct Appended<'a> {
     pub(super) len: u64,
 }
 
+/// How blocks are compressed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Compressor {
+    Zlib,
+    /// Blocks without a frame.
+    Lz4,
+}
+
 /// How every binary array of the file is written.
 #[derive(Clone, Copy)]
 pub(super) struct Packing {
     pub(super) endian: Endian,
     pub(super) word_bytes: usize,
-    pub(super) is_compressed: bool,
+    pub(super) compressor: Option<Compressor>,
 }
 
 /// All `count` samples of one array of one piece.
@@ -46,16 +54,55 @@ pub(super) fn read(
     progress: &mut Progress<'_>,
 ) -> Result<Samples, Problem> {
     let mut samples = bytes::no_samples(array.scalar_type);
-    match &array.place {
-        Place::Text(text) => {
-            bytes::require_stored(count as u64, (text.len() as u64).div_ceil(2))?;
-            bytes::append_text(&mut samples, &mut text.as_bytes(), count, progress)?;
-            return Ok(samples);
+    if let Place::Text(text) = &array.place {
+        bytes::require_stored(count as u64, (text.len() as u64).div_ceil(2))?;
+        bytes::append_text(&mut samples, &mut text.as_bytes(), count, progress)?;
+        return Ok(samples);
+    }
+    with_bytes(array, appended, |reader, stored| {
+        unpack(&mut samples, reader, count, stored, packing, progress)
+    })?;
+    bytes::to_native(&mut samples, packing.endian);
+    Ok(samples)
+}
+
+/// How many numbers an array has, by what precedes its data, or by its words.
+///
+/// # Errors
+/// Damage, or cancelled.
+pub(super) fn count(
+    array: &Array<'_>,
+    packing: Packing,
+    appended: &Appended<'_>,
+    progress: &mut Progress<'_>,
+) -> Result<u64, Problem> {
+    progress.advance(0)?;
+    if let Place::Text(text) = &array.place {
+        return Ok(text.split_whitespace().count() as u64);
+    }
+    let bytes = with_bytes(array, appended, |reader, stored| {
+        if packing.compressor.is_none() {
+            return word(reader, packing);
         }
+        let [blocks, full, last] =
+            [word(reader, packing)?, word(reader, packing)?, word(reader, packing)?];
+        bytes::require_stored(blocks.saturating_mul(packing.word_bytes as u64), stored)?;
+        Ok(unpacked_bytes(blocks, full, last).unwrap_or(u64::MAX))
+    })?;
+    Ok(bytes / array.scalar_type.size_bytes() as u64)
+}
+
+/// Does what needs the bytes of an array that is not written as text, and how many there may be.
+fn with_bytes<T>(
+    array: &Array<'_>,
+    appended: &Appended<'_>,
+    work: impl FnOnce(&mut dyn Read, u64) -> Result<T, Problem>,
+) -> Result<T, Problem> {
+    match &array.place {
+        Place::Text(_) => work(&mut io::empty(), 0),
         Place::Base64(text) => {
             let stored = text.len() as u64 / 4 * 3;
-            let mut reader = Base64::new(text.as_bytes());
-            unpack(&mut samples, &mut reader, count, stored, packing, progress)?;
+            work(&mut Base64::new(text.as_bytes()), stored)
         }
         Place::Appended(offset) => {
             let start = appended.start.and_then(|start| start.checked_add(*offset));
@@ -71,15 +118,11 @@ pub(super) fn read(
             reader.seek(SeekFrom::Start(start)).map_err(Problem::Io)?;
             let left = appended.len - start;
             if appended.is_base64 {
-                let mut reader = Base64::new(reader);
-                unpack(&mut samples, &mut reader, count, left / 4 * 3, packing, progress)?;
-            } else {
-                unpack(&mut samples, &mut reader, count, left, packing, progress)?;
+                return work(&mut Base64::new(reader), left / 4 * 3);
             }
+            work(&mut reader, left)
         }
     }
-    bytes::to_native(&mut samples, packing.endian);
-    Ok(samples)
 }
 
 /// Reads one of the unsigned numbers that precede the data.
@@ -108,8 +151,8 @@ fn unpack(
     progress: &mut Progress<'_>,
 ) -> Result<(), Problem> {
     let needed = (count * samples.scalar_type().size_bytes()) as u64;
-    if packing.is_compressed {
-        let blocks = Blocks::read(reader, needed, stored_bytes, packing)?;
+    if let Some(compressor) = packing.compressor {
+        let blocks = Blocks::read(reader, needed, stored_bytes, (packing, compressor))?;
         return blocks.unpack(samples, reader, progress);
     }
     check_length(word(reader, packing)?, needed)?;
@@ -131,6 +174,7 @@ fn check_length(found: u64, needed: u64) -> Result<(), Problem> {
 
 /// The table before compressed data.
 struct Blocks {
+    compressor: Compressor,
     /// Bytes of each block but the last, uncompressed.
     full_bytes: usize,
     last_bytes: usize,
@@ -138,21 +182,25 @@ struct Blocks {
     packed_bytes: Vec<usize>,
 }
 
+/// Bytes of so many blocks; a last block of 0 bytes means a full one.
+fn unpacked_bytes(count: u64, full: u64, last: u64) -> Option<u64> {
+    match (count, last) {
+        (0, _) => Some(0),
+        (count, 0) => count.checked_mul(full),
+        (count, last) => (count - 1).checked_mul(full).and_then(|n| n.checked_add(last)),
+    }
+}
+
 impl Blocks {
     fn read(
         reader: &mut dyn Read,
         needed: u64,
         stored_bytes: u64,
-        packing: Packing,
+        (packing, compressor): (Packing, Compressor),
     ) -> Result<Self, Problem> {
         let (count, full, last) =
             (word(reader, packing)?, word(reader, packing)?, word(reader, packing)?);
-        // A last block of 0 bytes means a full one.
-        let total = match (count, last) {
-            (0, _) => Some(0),
-            (count, 0) => count.checked_mul(full),
-            (count, last) => (count - 1).checked_mul(full).and_then(|n| n.checked_add(last)),
-        };
+        let total = unpacked_bytes(count, full, last);
         check_length(total.unwrap_or(u64::MAX), needed)?;
         bytes::require_stored(count.saturating_mul(packing.word_bytes as u64), stored_bytes)?;
         let mut packed_bytes = Vec::new();
@@ -166,7 +214,7 @@ impl Blocks {
         bytes::require_stored(needed, sum.saturating_mul(DEFLATE_MOST))?;
         let size = |n: u64| usize::try_from(n).unwrap_or(usize::MAX);
         let last_bytes = if last == 0 { size(full) } else { size(last) };
-        Ok(Self { full_bytes: size(full), last_bytes, packed_bytes })
+        Ok(Self { compressor, full_bytes: size(full), last_bytes, packed_bytes })
     }
 
     /// Reads a few blocks at a time and decodes them side by side.
@@ -222,6 +270,9 @@ impl Blocks {
             jobs.push((block, from, to));
         }
         jobs.into_par_iter().try_for_each(|(block, from, to)| {
+            if self.compressor == Compressor::Lz4 {
+                return decode_lz4(from, to, block);
+            }
             let mut decoder = ZlibDecoder::new(from);
             for piece in to.chunks_mut(1 << 18) {
                 if ticket.is_cancelled() {
@@ -247,6 +298,22 @@ impl Blocks {
             }
             Ok(())
         })
+    }
+}
+
+fn decode_lz4(from: &[u8], to: &mut [u8], block: usize) -> Result<(), Problem> {
+    let expected = to.len();
+    let wrong = |found: String| {
+        corrupt(
+            format!("{expected} bytes in block {block}"),
+            found,
+            "the file was altered: copy it again",
+        )
+    };
+    match lz4_flex::block::decompress_into(from, to) {
+        Ok(written) if written == expected => Ok(()),
+        Ok(written) => Err(wrong(written.to_string())),
+        Err(error) => Err(wrong(format!("damage ({error})"))),
     }
 }
 

@@ -1,6 +1,7 @@
-//! VTK's XML of images (`.vti`), rectilinear (`.vtr`) and structured (`.vts`) grids;
-//! text, base64 or appended, plain or zlib, in one piece or more.
+//! VTK's XML of images (`.vti`), rectilinear (`.vtr`), structured (`.vts`) and unstructured (`.vtu`) grids and polygons
+//! (`.vtp`); text, base64 or appended, plain, zlib or LZ4, in one piece or more, or in several files (`.pvtu`, `.pvtp`).
 
+mod cells;
 mod data;
 mod pieces;
 mod xml;
@@ -40,8 +41,11 @@ pub(super) fn format_of(kind: &str) -> Result<Format, Problem> {
         Some(Kind::Image) => Ok(Format::Vti),
         Some(Kind::Rectilinear) => Ok(Format::Vtr),
         Some(Kind::Structured) => Ok(Format::Vts),
+        Some(Kind::Unstructured) => Ok(Format::Vtu),
+        Some(Kind::PolyData) => Ok(Format::Vtp),
+        Some(Kind::Parallel) => Ok(if kind == "PPolyData" { Format::Vtp } else { Format::Vtu }),
         None => Err(unsupported(
-            "VTK XML of type \"ImageData\", \"RectilinearGrid\" or \"StructuredGrid\"",
+            "VTK XML of type \"ImageData\", \"RectilinearGrid\", \"StructuredGrid\", \"UnstructuredGrid\" or \"PolyData\"",
             quoted(kind),
             "resample the data to an image (.vti) first",
         )),
@@ -52,12 +56,10 @@ pub(super) fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<Open
     let (text, appended) = head(path, free_bytes, ticket)?;
     let mut document = Document::parse(&text, appended.start.is_some())?;
     let mut warnings = std::mem::take(&mut document.warnings);
-    let packing = Packing {
-        endian: document.endian,
-        word_bytes: document.word_bytes,
-        is_compressed: document.is_compressed,
-    };
-    let store = Store { packing, appended };
+    let store = Store { packing: packing(&document), appended };
+    if document.kind.is_unstructured() {
+        return cells::read(path, &document, &store, warnings, (free_bytes, ticket));
+    }
     let extent = pieces::covered(&document, &mut warnings)?;
     let dims = pieces::sizes(&extent)?;
     let arrays = pieces::arrays(&document)?;
@@ -90,13 +92,22 @@ pub(super) fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<Open
             let lists = [list(0)?.into(), list(1)?.into(), list(2)?.into()];
             (Grid::shaped(dims, Shape::Rectilinear(lists), fields)?, Format::Vtr)
         }
-        Kind::Structured => {
+        // The others were read above.
+        Kind::Structured | Kind::Unstructured | Kind::PolyData | Kind::Parallel => {
             let points = pieces::points(&document.pieces, &extent, &store, &mut progress)?;
             let shape = Shape::Curvilinear(axes::positions(&points));
             (Grid::shaped(dims, shape, fields)?, Format::Vts)
         }
     };
     Ok(Opened::of(grid, format, warnings))
+}
+
+fn packing(document: &Document<'_>) -> Packing {
+    Packing {
+        endian: document.endian,
+        word_bytes: document.word_bytes,
+        compressor: document.compressor,
+    }
 }
 
 /// The XML, up to the appended data where there are any, and where these begin.

@@ -1,4 +1,4 @@
-//! The XML of VTK's structured data sets: extents, geometry, and where each array's numbers are.
+//! The XML of VTK's data sets: extents or counts, geometry, cells, and where each array's numbers are.
 
 use std::borrow::Cow;
 
@@ -9,6 +9,8 @@ use quick_xml::events::{BytesStart, Event};
 
 use super::super::bytes::Endian;
 use super::super::error::{Problem, header, quoted, truncated, unsupported};
+use super::super::unstructured::Group;
+use super::data::Compressor;
 use crate::volume::{Association, ScalarType};
 
 /// Where an array's numbers are, and how they are written.
@@ -38,6 +40,10 @@ pub(super) enum Kind {
     Image,
     Rectilinear,
     Structured,
+    Unstructured,
+    PolyData,
+    /// Files of one of the last two, named by another.
+    Parallel,
 }
 
 impl Kind {
@@ -47,6 +53,9 @@ impl Kind {
             "ImageData" => Some(Self::Image),
             "RectilinearGrid" => Some(Self::Rectilinear),
             "StructuredGrid" => Some(Self::Structured),
+            "UnstructuredGrid" => Some(Self::Unstructured),
+            "PolyData" => Some(Self::PolyData),
+            "PUnstructuredGrid" | "PPolyData" => Some(Self::Parallel),
             _ => None,
         }
     }
@@ -57,7 +66,15 @@ impl Kind {
             Self::Image => "ImageData",
             Self::Rectilinear => "RectilinearGrid",
             Self::Structured => "StructuredGrid",
+            Self::Unstructured => "UnstructuredGrid",
+            Self::PolyData => "PolyData",
+            Self::Parallel => "PUnstructuredGrid",
         }
+    }
+
+    /// Whether its cells lie in no order.
+    pub(super) fn is_unstructured(self) -> bool {
+        matches!(self, Self::Unstructured | Self::PolyData | Self::Parallel)
     }
 }
 
@@ -71,6 +88,12 @@ pub(super) struct Piece<'a> {
     pub(super) arrays: Vec<Array<'a>>,
     /// Three arrays of coordinates, or one of points; none of images.
     pub(super) geometry: Vec<Array<'a>>,
+    /// Where cells lie in no order: how many points and cells of each group there are, and what lists them.
+    pub(super) points: u64,
+    pub(super) counts: Vec<(Group, u64)>,
+    pub(super) cells: Vec<(Group, Array<'a>)>,
+    /// The file that holds it, where it is another one.
+    pub(super) source: Option<String>,
 }
 
 /// What the XML says.
@@ -80,7 +103,7 @@ pub(super) struct Document<'a> {
     pub(super) endian: Endian,
     /// Bytes of each number in a binary array's header: 4 or 8.
     pub(super) word_bytes: usize,
-    pub(super) is_compressed: bool,
+    pub(super) compressor: Option<Compressor>,
     pub(super) whole_extent: Extent,
     pub(super) origin: DVec3,
     pub(super) spacing: DVec3,
@@ -133,6 +156,7 @@ impl<'a> Document<'a> {
 enum Section {
     Data(Association),
     Geometry,
+    Cells(Group),
 }
 
 /// What an `<ImageData>` element or its like says.
@@ -147,7 +171,7 @@ struct Whole {
 /// Attributes of `<VTKFile>` and of what it holds.
 #[derive(Default)]
 struct Parser<'a> {
-    file: Option<(Endian, usize, bool)>,
+    file: Option<(Endian, usize, Option<Compressor>)>,
     whole: Option<Whole>,
     pieces: Vec<Piece<'a>>,
     active: Vec<(u8, Association, String)>,
@@ -172,8 +196,13 @@ impl<'a> Parser<'a> {
                     Some(text) => extent(&text)?,
                     None => self.whole.as_ref().map_or([[0; 2]; 3], |whole| whole.extent),
                 };
-                self.pieces.push(Piece { extent, arrays: Vec::new(), geometry: Vec::new() });
+                self.pieces.push(piece(tag, extent)?);
             }
+            "Cells" => self.section = (!is_empty).then_some(Section::Cells(Group::Cells)),
+            "Verts" => self.section = (!is_empty).then_some(Section::Cells(Group::Vertices)),
+            "Lines" => self.section = (!is_empty).then_some(Section::Cells(Group::Lines)),
+            "Polys" => self.section = (!is_empty).then_some(Section::Cells(Group::Polygons)),
+            "Strips" => self.section = (!is_empty).then_some(Section::Cells(Group::Strips)),
             "Points" | "Coordinates" => {
                 self.section = (!is_empty).then_some(Section::Geometry);
             }
@@ -199,7 +228,8 @@ impl<'a> Parser<'a> {
             return;
         }
         match name {
-            "PointData" | "CellData" | "Points" | "Coordinates" => self.section = None,
+            "PointData" | "CellData" | "Points" | "Coordinates" | "Cells" | "Verts" | "Lines"
+            | "Polys" | "Strips" => self.section = None,
             "VTKFile" => self.is_closed = true,
             _ => {}
         }
@@ -210,9 +240,11 @@ impl<'a> Parser<'a> {
         if self.in_array != Some(0) || text.trim().is_empty() {
             return;
         }
-        let is_geometry = self.section == Some(Section::Geometry);
-        let array = self.pieces.last_mut().and_then(|piece| {
-            if is_geometry { piece.geometry.last_mut() } else { piece.arrays.last_mut() }
+        let section = self.section;
+        let array = self.pieces.last_mut().and_then(|piece| match section {
+            Some(Section::Geometry) => piece.geometry.last_mut(),
+            Some(Section::Cells(_)) => piece.cells.last_mut().map(|(_, array)| array),
+            _ => piece.arrays.last_mut(),
         });
         if let Some(Array { place: Place::Text(held) | Place::Base64(held), .. }) = array {
             if held.is_empty() {
@@ -250,26 +282,31 @@ impl<'a> Parser<'a> {
                 ));
             }
         };
-        let is_compressed = match attribute(tag, "compressor")?.as_deref() {
-            None | Some("") => false,
-            Some("vtkZLibDataCompressor") => true,
+        let compressor = match attribute(tag, "compressor")?.as_deref() {
+            None | Some("") => None,
+            Some("vtkZLibDataCompressor") => Some(Compressor::Zlib),
+            Some("vtkLZ4DataCompressor") => Some(Compressor::Lz4),
             Some(other) => {
                 return Err(unsupported(
-                    "no compression or vtkZLibDataCompressor",
+                    "no compression, vtkZLibDataCompressor or vtkLZ4DataCompressor",
                     quoted(other),
                     "write the file again with zlib",
                 ));
             }
         };
-        self.file = Some((endian, word_bytes, is_compressed));
+        self.file = Some((endian, word_bytes, compressor));
         Ok(())
     }
 
     fn whole(&mut self, tag: &BytesStart<'_>, kind: Kind) -> Result<(), Problem> {
-        let whole = attribute(tag, "WholeExtent")?.ok_or_else(|| {
-            let expected = format!("an element {} with WholeExtent", kind.name());
-            header(expected, "none", "add the attribute")
-        })?;
+        let extent = match attribute(tag, "WholeExtent")? {
+            Some(whole) => extent(&whole)?,
+            None if kind.is_unstructured() => [[0; 2]; 3],
+            None => {
+                let expected = format!("an element {} with WholeExtent", kind.name());
+                return Err(header(expected, "none", "add the attribute"));
+            }
+        };
         let vector = |name: &str, default: DVec3| -> Result<DVec3, Problem> {
             match attribute(tag, name)? {
                 None => Ok(default),
@@ -283,7 +320,7 @@ impl<'a> Parser<'a> {
         };
         self.whole = Some(Whole {
             kind,
-            extent: extent(&whole)?,
+            extent,
             origin: vector("Origin", DVec3::ZERO)?,
             spacing: vector("Spacing", DVec3::ONE)?,
             direction,
@@ -314,13 +351,14 @@ impl<'a> Parser<'a> {
         let (Some(section), Some(piece)) = (self.section, self.pieces.last_mut()) else {
             return Ok(());
         };
-        let (association, arrays) = match section {
-            Section::Data(association) => (association, &mut piece.arrays),
-            Section::Geometry => (Association::Point, &mut piece.geometry),
+        let (association, count) = match section {
+            Section::Data(association) => (association, piece.arrays.len()),
+            Section::Geometry => (Association::Point, piece.geometry.len()),
+            Section::Cells(_) => (Association::Cell, piece.cells.len()),
         };
         let name = match attribute(tag, "Name")? {
             Some(name) if !name.is_empty() => name,
-            _ => format!("array {}", arrays.len()),
+            _ => format!("array {count}"),
         };
         let type_name = attribute(tag, "type")?.unwrap_or_default();
         // VTK's words are NumPy's with capitals.
@@ -332,7 +370,9 @@ impl<'a> Parser<'a> {
             ));
             return Ok(());
         };
-        let components = match attribute(tag, "NumberOfComponents")? {
+        // Some writers leave it empty.
+        let told = attribute(tag, "NumberOfComponents")?;
+        let components = match told.filter(|text| !text.trim().is_empty()) {
             None => 1,
             Some(text) => text.trim().parse().ok().filter(|&n| n > 0).ok_or_else(|| {
                 header("NumberOfComponents of at least 1", quoted(&text), "correct the attribute")
@@ -355,16 +395,20 @@ impl<'a> Parser<'a> {
                 ));
             }
         };
-        arrays.push(Array { name, association, components, scalar_type, place });
+        let array = Array { name, association, components, scalar_type, place };
+        match section {
+            Section::Data(_) => piece.arrays.push(array),
+            Section::Geometry => piece.geometry.push(array),
+            Section::Cells(group) => piece.cells.push((group, array)),
+        }
         self.in_array = (!is_empty).then_some(0);
         Ok(())
     }
 
     fn finish(mut self) -> Result<Document<'a>, Problem> {
-        let (Some((endian, word_bytes, is_compressed)), Some(whole)) = (self.file, self.whole)
-        else {
+        let (Some((endian, word_bytes, compressor)), Some(whole)) = (self.file, self.whole) else {
             return Err(truncated(
-                "the elements VTKFile and ImageData, RectilinearGrid or StructuredGrid",
+                "the elements VTKFile and ImageData, RectilinearGrid, StructuredGrid, UnstructuredGrid or PolyData",
                 "that one is missing",
                 "the file was cut short: copy it again",
             ));
@@ -376,7 +420,7 @@ impl<'a> Parser<'a> {
             kind: whole.kind,
             endian,
             word_bytes,
-            is_compressed,
+            compressor,
             whole_extent: whole.extent,
             origin: whole.origin,
             spacing: whole.spacing,
@@ -390,6 +434,31 @@ impl<'a> Parser<'a> {
             warnings: self.warnings,
         })
     }
+}
+
+/// A piece's counts, of which there may be none.
+fn piece<'a>(tag: &BytesStart<'_>, extent: Extent) -> Result<Piece<'a>, Problem> {
+    let count = |name: &str| match attribute(tag, name)? {
+        None => Ok(0),
+        Some(text) => text.trim().parse::<u64>().map_err(|_not| {
+            header(format!("a whole number for {name}"), quoted(&text), "correct the attribute")
+        }),
+    };
+    Ok(Piece {
+        extent,
+        arrays: Vec::new(),
+        geometry: Vec::new(),
+        points: count("NumberOfPoints")?,
+        counts: vec![
+            (Group::Cells, count("NumberOfCells")?),
+            (Group::Vertices, count("NumberOfVerts")?),
+            (Group::Lines, count("NumberOfLines")?),
+            (Group::Polygons, count("NumberOfPolys")?),
+            (Group::Strips, count("NumberOfStrips")?),
+        ],
+        cells: Vec::new(),
+        source: attribute(tag, "Source")?,
+    })
 }
 
 fn attribute(tag: &BytesStart<'_>, name: &str) -> Result<Option<String>, Problem> {

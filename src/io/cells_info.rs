@@ -1,0 +1,119 @@
+//! What is told of cells that lie in no order.
+
+use std::collections::BTreeMap;
+use std::fmt;
+
+use rayon::prelude::*;
+use serde::Serialize;
+
+use crate::cells::Cells;
+
+/// The points and cells of an unstructured grid.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct CellsInfo {
+    /// How many points the file has.
+    pub points: usize,
+    /// How many cells, those without volume among them.
+    pub cells: usize,
+    /// How many there are of each kind.
+    pub cell_kinds: BTreeMap<String, usize>,
+    /// Cells that are drawn as several simpler ones.
+    pub split_cells: usize,
+    /// Pieces of cells that have no volume to speak of.
+    pub flat_cells: usize,
+    /// Pieces of cells whose points go round the other way.
+    pub inverted_cells: usize,
+    /// Cells with corners that lie nowhere, which are left out.
+    pub left_out_cells: usize,
+    /// The volume of all solid cells; what is inverted counts as negative.
+    pub total_volume: f64,
+}
+
+impl CellsInfo {
+    pub(super) fn of(cells: &Cells) -> Self {
+        let census = cells.census();
+        let mut cell_kinds = BTreeMap::new();
+        for (kind, count) in &census.by_type {
+            *cell_kinds.entry(kind_name(*kind)).or_default() += count;
+        }
+        Self {
+            points: cells.own_points(),
+            cells: cells.own_cells(),
+            cell_kinds,
+            split_cells: census.split,
+            flat_cells: census.flat,
+            inverted_cells: census.inverted,
+            left_out_cells: census.not_finite,
+            total_volume: total_volume(cells),
+        }
+    }
+}
+
+/// Volumes summed up in a fixed order.
+fn total_volume(cells: &Cells) -> f64 {
+    let volumes: Vec<f64> = (0..cells.solids().len())
+        .into_par_iter()
+        .map(|solid| cells.placed(solid).volume())
+        .collect();
+    volumes.into_iter().sum()
+}
+
+/// What people call the cells of one of VTK's types.
+fn kind_name(kind: u8) -> String {
+    let name = match kind {
+        0 => "empty cells",
+        1 => "vertices",
+        2 => "polyvertices",
+        3 => "lines",
+        4 => "polylines",
+        5 => "triangles",
+        6 => "triangle strips",
+        7 => "polygons",
+        8 => "pixels",
+        9 => "quadrilaterals",
+        10 => "tetrahedra",
+        11 => "voxels",
+        12 => "hexahedra",
+        13 => "wedges",
+        14 => "pyramids",
+        15 => "pentagonal prisms",
+        16 => "hexagonal prisms",
+        21 => "quadratic lines",
+        22 => "quadratic triangles",
+        23 => "quadratic quadrilaterals",
+        24 => "quadratic tetrahedra",
+        25 => "quadratic hexahedra",
+        26 => "quadratic wedges",
+        27 => "quadratic pyramids",
+        28 => "biquadratic quadrilaterals",
+        29 => "triquadratic hexahedra",
+        42 => "polyhedra",
+        71 => "Lagrange tetrahedra",
+        72 => "Lagrange hexahedra",
+        other => return format!("cells of VTK's type {other}"),
+    };
+    name.to_owned()
+}
+
+impl fmt::Display for CellsInfo {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "{:<11}{}", "points", self.points)?;
+        let kinds: Vec<String> =
+            self.cell_kinds.iter().map(|(kind, count)| format!("{count} {kind}")).collect();
+        let kinds = if kinds.is_empty() { "none".to_owned() } else { kinds.join(", ") };
+        writeln!(f, "{:<11}{kinds}", "cells")?;
+        let told = [
+            (self.split_cells, "split into simpler ones"),
+            (self.flat_cells, "without volume"),
+            (self.inverted_cells, "inverted"),
+            (self.left_out_cells, "left out, with corners that lie nowhere"),
+        ];
+        for (count, what) in told.into_iter().filter(|(count, _)| *count > 0) {
+            writeln!(f, "{:<11}{count} {what}", "")?;
+        }
+        if self.total_volume != 0.0 {
+            writeln!(f, "{:<11}{}", "volume", self.total_volume)?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,303 @@
+//! PLOT3D: curvilinear blocks of points, and the flow at them in a second file (`q`) beside. (*PLOT3D User's Manual*, NASA
+//! TM-101067.)
+//!
+//! Nothing in such a file says what it is: it is one where every size adds up exactly.
+
+mod layout;
+mod names;
+
+use std::fs::File;
+use std::io::{BufReader, Read, Seek, SeekFrom};
+use std::path::Path;
+use std::sync::Arc;
+
+use self::layout::{Layout, Numbers, Role};
+use super::bytes::{self, Endian, Progress};
+use super::error::{Problem, corrupt, header, truncated};
+use super::unstructured::{self, Part, field_of, kind};
+use super::{Format, Opened, axes, files};
+use crate::cells::Listing;
+use crate::core::memory;
+use crate::core::progress::Ticket;
+use crate::volume::{Association, Field, Grid, Samples, ScalarType, Shape};
+
+/// Numbers of the flow at a point.
+const UNKNOWNS: usize = 5;
+/// Numbers of the free stream before them: Mach number, angle of attack, Reynolds number, time.
+const STREAM: usize = 4;
+
+/// Whether a file is one of a pair, or names one.
+///
+/// # Errors
+/// Those of reading it.
+pub(super) fn is_it(path: &Path, extension: &str, start: &[u8]) -> Result<bool, Problem> {
+    const GRIDS: [&str; 6] = ["xyz", "x", "p3d", "bin", "grd", "q"];
+    if !GRIDS.contains(&extension) {
+        return Ok(false);
+    }
+    if extension == "p3d" && names::looks_like_it(start) {
+        return Ok(true);
+    }
+    if extension != "q" && Layout::of_grid(path)?.is_some() {
+        return Ok(true);
+    }
+    // A solution stands for the grid beside it.
+    match names::grid_beside(path) {
+        Some(grid) => Ok(Layout::of_grid(&grid)?.is_some()),
+        None => Ok(false),
+    }
+}
+
+pub(super) fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<Opened, Problem> {
+    let mut warnings = Vec::new();
+    let (grid, solution) = names::pair(path, &mut warnings)?;
+    let Some(layout) = Layout::of_grid(&grid)? else {
+        return Err(header(
+            "a PLOT3D grid whose sizes add up to the length of its file",
+            "that they do not",
+            "copy the file again, or write it as a whole, in three dimensions",
+        ));
+    };
+    let flow = match &solution {
+        None => {
+            warnings.push("no solution (q) lies beside the grid: it has no flow".into());
+            None
+        }
+        Some(solution) => {
+            let found = Layout::of_solution(solution, &layout)?;
+            if found.is_none() {
+                warnings.push(format!(
+                    "{} is left out: it is no flow of five numbers at the points of this grid",
+                    solution.file_name().unwrap_or_default().to_string_lossy()
+                ));
+            }
+            found.map(|found| (solution.as_path(), found))
+        }
+    };
+    if let Some((path, (_, more @ 1..))) = &flow {
+        warnings.push(format!(
+            "{more} more bytes follow the flow in {}: they are ignored",
+            path.file_name().unwrap_or_default().to_string_lossy()
+        ));
+    }
+    let points = layout.points();
+    let width = if layout.is_wide { 8 } else { 4 };
+    unstructured::require_memory(points as u64, points as u64, 8 * points as u64, free_bytes)?;
+    let needed = (points as u64).saturating_mul(width * 3 * UNKNOWNS as u64);
+    memory::require("the flow", needed, free_bytes)?;
+
+    let mut progress = Progress::new(ticket, points as u64 * width * 8);
+    let mut reader = Reader::open(&grid, &layout)?;
+    let mut parts = Vec::with_capacity(layout.blocks.len());
+    for dims in &layout.blocks {
+        parts.push(block(&mut reader, *dims, &layout, &mut progress)?);
+    }
+    if let Some((path, (layout, _))) = &flow {
+        let mut reader = Reader::open(path, layout)?;
+        for (part, dims) in parts.iter_mut().zip(&layout.blocks) {
+            let own = of_flow(&mut reader, dims.iter().product(), layout, &mut progress)?;
+            part.fields.splice(0..0, own);
+        }
+    }
+    let blanks = parts.iter().flat_map(|part| &part.fields).filter(|field| field.name == "IBlank");
+    if blanks
+        .into_iter()
+        .any(|field| (0..field.samples.len()).any(|at| field.samples.get(at) == 0.0))
+    {
+        warnings.push(
+            "the grid's iblank is the field \"IBlank\": blanked points are drawn like others"
+                .into(),
+        );
+    }
+    let is_solid = layout.blocks.iter().flatten().all(|n| *n > 1);
+    if let ([dims], [part], true) = (&layout.blocks[..], &mut parts[..], is_solid) {
+        let mut fields = std::mem::take(&mut part.fields);
+        if fields.is_empty() {
+            fields.push(numbers(dims, &mut warnings));
+        }
+        let shape = Shape::Curvilinear(Arc::from(std::mem::take(&mut part.listing.points)));
+        let grid = Grid::shaped(*dims, shape, fields)?;
+        return Ok(Opened::of(grid, Format::Plot3d, warnings));
+    }
+    for (part, dims) in parts.iter_mut().zip(&layout.blocks) {
+        add_cells(&mut part.listing, *dims);
+    }
+    if parts.len() > 1 {
+        let count = parts.len();
+        warnings.push(format!("{count} blocks are opened as one unstructured grid"));
+    }
+    let whole = unstructured::joined(parts, &mut warnings)?;
+    let grid = unstructured::grid(whole, &[], free_bytes, &mut warnings)?;
+    Ok(Opened::of(grid, Format::Plot3d, warnings))
+}
+
+/// A field for a block without any: the cells' numbers.
+fn numbers(dims: &[usize; 3], warnings: &mut Vec<String>) -> Field {
+    warnings.push(
+        "the file has no array of numbers: the numbers of its cells stand in as the field \"cell\""
+            .into(),
+    );
+    let count = dims.map(|n| n - 1).iter().product::<usize>();
+    #[expect(clippy::cast_possible_truncation, reason = "fewer than 2^32 points were checked")]
+    let samples = Samples::UInt32((0..count as u32).collect());
+    field_of("cell", (1, Association::Cell), samples)
+}
+
+/// A file, behind what it says of its sizes.
+struct Reader {
+    reader: BufReader<File>,
+    numbers: Numbers,
+}
+
+impl Reader {
+    fn open(path: &Path, layout: &Layout) -> Result<Self, Problem> {
+        let (file, _) = files::open_file(path)?;
+        let mut reader = files::buffered(file);
+        match layout.numbers {
+            Numbers::Text => {
+                let mut sizes = bytes::no_samples(ScalarType::Int64);
+                let ticket = Ticket::new();
+                let mut progress = Progress::new(&ticket, 1);
+                bytes::append_text(
+                    &mut sizes,
+                    &mut reader,
+                    layout.header_numbers(),
+                    &mut progress,
+                )?;
+            }
+            Numbers::Binary { .. } => {
+                reader.seek(SeekFrom::Start(layout.header_bytes())).map_err(Problem::Io)?;
+            }
+        }
+        Ok(Self { reader, numbers: layout.numbers })
+    }
+
+    fn samples(
+        &mut self,
+        scalar_type: ScalarType,
+        count: usize,
+        progress: &mut Progress<'_>,
+    ) -> Result<Samples, Problem> {
+        let mut samples = bytes::no_samples(scalar_type);
+        match self.numbers {
+            Numbers::Text => {
+                bytes::append_text(&mut samples, &mut self.reader, count, progress)?;
+            }
+            Numbers::Binary { endian, .. } => {
+                bytes::reserve_samples(&mut samples, count)?;
+                bytes::append(&mut samples, &mut self.reader, count, progress)?;
+                bytes::to_native(&mut samples, endian);
+            }
+        }
+        Ok(samples)
+    }
+
+    /// The length of a record before or behind it, where the file has these.
+    fn marker(&mut self, expected: u64) -> Result<(), Problem> {
+        let Numbers::Binary { endian, has_markers: true } = self.numbers else { return Ok(()) };
+        let mut bytes = [0; 4];
+        if bytes::read_full(&mut self.reader, &mut bytes).map_err(Problem::Io)? < 4 {
+            return Err(truncated(
+                "a record's length",
+                "that the file ends",
+                "the file was cut short: copy it again",
+            ));
+        }
+        let found = match endian {
+            Endian::Little => u32::from_le_bytes(bytes),
+            Endian::Big => u32::from_be_bytes(bytes),
+        };
+        if u64::from(found) == expected {
+            return Ok(());
+        }
+        Err(corrupt(
+            format!("a record of {expected} bytes"),
+            found.to_string(),
+            "the file was altered: copy it again",
+        ))
+    }
+}
+
+/// The points of a block, and which of them are blanked.
+fn block(
+    reader: &mut Reader,
+    dims: [usize; 3],
+    layout: &Layout,
+    progress: &mut Progress<'_>,
+) -> Result<Part, Problem> {
+    let count = dims.iter().product::<usize>();
+    let record = layout.record_bytes(Role::Grid, count);
+    reader.marker(record)?;
+    let planes = reader.samples(layout.scalar_type(), 3 * count, progress)?;
+    let mut fields = Vec::new();
+    if layout.has_blanks {
+        let blanks = reader.samples(ScalarType::Int32, count, progress)?;
+        fields.push(field_of("IBlank", (1, Association::Point), blanks));
+    }
+    reader.marker(record)?;
+    let points = axes::positions(&unstructured::interleaved(&planes, 3)).to_vec();
+    Ok(Part { listing: Listing { points, ..Listing::default() }, fields })
+}
+
+fn of_flow(
+    reader: &mut Reader,
+    count: usize,
+    layout: &Layout,
+    progress: &mut Progress<'_>,
+) -> Result<[Field; 3], Problem> {
+    let width = layout.scalar_type().size_bytes() as u64;
+    let stream = STREAM as u64 * width;
+    reader.marker(stream)?;
+    reader.samples(layout.scalar_type(), STREAM, progress)?;
+    reader.marker(stream)?;
+    let record = layout.record_bytes(Role::Solution, count);
+    reader.marker(record)?;
+    let all = reader.samples(layout.scalar_type(), UNKNOWNS * count, progress)?;
+    reader.marker(record)?;
+    let run = |from: usize, to: usize| unstructured::run(&all, from * count..to * count);
+    let on = |components| (components, Association::Point);
+    Ok([
+        field_of("Density", on(1), run(0, 1)),
+        field_of("Momentum", on(3), unstructured::interleaved(&run(1, 4), 3)),
+        field_of("StagnationEnergy", on(1), run(4, 5)),
+    ])
+}
+
+/// The cells between a block's points: hexahedra, or squares where it is flat.
+fn add_cells(listing: &mut Listing, dims: [usize; 3]) {
+    let strides = [1, dims[0], dims[0] * dims[1]];
+    let wide: Vec<usize> =
+        (0..3).filter(|axis| dims[*axis] > 1).map(|axis| strides[axis]).collect();
+    let (corners, kind): (Vec<usize>, u8) = match wide[..] {
+        [x, y, z] => (vec![0, x, x + y, y, z, z + x, z + x + y, z + y], kind::HEXAHEDRON),
+        [x, y] => (vec![0, x, x + y, y], kind::QUAD),
+        [x] => (vec![0, x], kind::LINE),
+        _ => (vec![0], kind::VERTEX),
+    };
+    let cells = dims.map(|n| n.saturating_sub(1).max(1));
+    if listing.starts.is_empty() {
+        listing.starts.push(0);
+    }
+    for z in 0..cells[2] {
+        for y in 0..cells[1] {
+            for x in 0..cells[0] {
+                let first = x + y * strides[1] + z * strides[2];
+                #[expect(
+                    clippy::cast_possible_truncation,
+                    reason = "fewer than 2^32 points were checked"
+                )]
+                listing.corners.extend(corners.iter().map(|corner| (first + corner) as u32));
+                listing.types.push(kind);
+                listing.starts.push(listing.corners.len());
+            }
+        }
+    }
+}
+
+/// Reads as much as is there, up to so many bytes.
+fn start_of(path: &Path, most: u64) -> Result<(Vec<u8>, u64), Problem> {
+    let (file, len) = files::open_file(path)?;
+    let mut start = Vec::new();
+    file.take(most).read_to_end(&mut start).map_err(Problem::Io)?;
+    Ok((start, len))
+}

@@ -1,0 +1,309 @@
+//! Cells, blocks and tables: what readers make of files by other writers, and what they refuse.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+
+use voxsplat::cells::Cells;
+use voxsplat::core::Ticket;
+use voxsplat::io::{Format, OpenOptions, Opened, describe, open};
+use voxsplat::volume::{Association, Field, Shape};
+
+use crate::watching::LARGEST;
+
+fn data(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/readers").join(name)
+}
+
+fn opened(path: &Path) -> Opened {
+    open(path, &OpenOptions::default(), &Ticket::new()).unwrap_or_else(|error| panic!("{error}"))
+}
+
+fn cells_of(opened: &Opened) -> Arc<Cells> {
+    match &opened.grid.shape {
+        Shape::Unstructured(cells) => Arc::clone(cells),
+        shape => panic!("{}", shape.name()),
+    }
+}
+
+/// The sentence with which a text of a name is refused.
+fn refused(name: &str, text: impl AsRef<[u8]>) -> String {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join(name);
+    std::fs::write(&path, text).expect("the folder is ours");
+    let opened = open(&path, &OpenOptions::default(), &Ticket::new());
+    let error = opened.expect_err("it must be refused").to_string();
+    assert!(error.starts_with("expected ") && !error.contains('\n'), "{error}");
+    error
+}
+
+fn says(name: &str, text: impl AsRef<[u8]>, words: &[&str]) {
+    let error = refused(name, text);
+    assert!(words.iter().all(|word| error.contains(word)), "{words:?}: {error}");
+}
+
+fn made(name: &str, text: impl AsRef<[u8]>) -> Opened {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join(name);
+    std::fs::write(&path, text).expect("the folder is ours");
+    opened(&path)
+}
+
+fn values(field: &Field) -> Vec<f64> {
+    (0..field.samples.len()).map(|i| field.samples.get(i)).collect()
+}
+
+#[test]
+fn the_same_mesh_in_four_files_is_the_same() {
+    let first = opened(&data("two.vtu"));
+    for name in ["text.vtu", "v5.vtk", "v42.vtk"] {
+        let other = opened(&data(name));
+        assert_eq!(cells_of(&first), cells_of(&other), "{name}");
+        for field in &first.grid.fields {
+            let same = other.grid.field(Some(&field.name)).unwrap();
+            assert_eq!((field.components, field.association), (same.components, same.association));
+            assert_eq!(values(field), values(same), "{name} {}", field.name);
+        }
+    }
+}
+
+#[test]
+fn exodus_of_either_netcdf_has_its_first_time_and_its_blocks() {
+    let classic = opened(&data("mesh.ex2"));
+    assert_eq!(classic.format, Format::Exodus);
+    assert_eq!(cells_of(&classic), cells_of(&opened(&data("mesh4.e"))));
+    let field = |name: &str| classic.grid.field(Some(name)).unwrap();
+    assert_eq!(field("vel").components, 3);
+    assert_eq!(values(field("vel"))[3..6], [1.0, 2.0, 3.0], "heat 1, and 1 and 2 more");
+    let stress = values(field("stress"));
+    assert!(stress[..2] == [1.0, 2.0] && stress[2].is_nan(), "{stress:?}");
+    assert!(classic.warnings.iter().any(|w| w.contains("2 time steps")), "{:?}", classic.warnings);
+    assert_eq!(values(field("ObjectId")), [10.0, 10.0, 20.0]);
+}
+
+#[test]
+fn pieces_are_joined_and_polyhedra_are_solid() {
+    let both = opened(&data("poly.vtu"));
+    let cells = cells_of(&both);
+    assert_eq!((cells.own_points(), cells.own_cells()), (8, 3));
+    assert_eq!(cells.solids().last().unwrap().corners(), [4, 5, 6, 7], "moved on by four");
+    let told = describe(&both, &Ticket::new()).unwrap().cells.unwrap();
+    assert!((told.total_volume - 1.0 / 3.0).abs() < 1e-12, "{told:?}");
+    assert_eq!((told.inverted_cells, told.split_cells), (0, 1));
+}
+
+#[test]
+fn polyhedra_are_the_same_however_their_faces_are_written() {
+    let expected = cells_of(&opened(&data("poly.vtu")));
+    // Lists of lists, as since version 2.3 of the format; the first offset may be written or not.
+    let xml = std::fs::read_to_string(data("poly.vtu")).unwrap();
+    let at = xml.find("<DataArray type=\"Int64\" Name=\"faces\"").unwrap();
+    let end = at + xml[at..].find("</Cells>").unwrap();
+    for zero in ["", "0 "] {
+        let array = |name: &str, numbers: &str| {
+            format!(
+                "<DataArray type=\"Int64\" Name=\"{name}\" format=\"ascii\">{numbers}</DataArray>"
+            )
+        };
+        let lists = [
+            array("face_connectivity", "0 2 1 0 1 3 1 2 3 0 3 2"),
+            array("face_offsets", &format!("{zero}3 6 9 12")),
+            array("polyhedron_to_faces", "0 1 2 3"),
+            array("polyhedron_offsets", &format!("{zero}4")),
+        ];
+        let text = format!("{}{}{}", &xml[..at], lists.concat(), &xml[end..]);
+        assert_eq!(cells_of(&made("a.vtu", &text)), expected);
+        let wrong = text.replace(
+            ">0 1 2 3</DataArray><DataArray type=\"Int64\" Name=\"polyhedron_o",
+            ">0 1 2 7</DataArray><DataArray type=\"Int64\" Name=\"polyhedron_o",
+        );
+        says("a.vtu", wrong, &["faces from 0 to 3", "7 of polyhedron 0"]);
+    }
+    // Streams of faces in the legacy format.
+    let stream = "4 3 0 2 1 3 0 1 3 3 1 2 3 3 0 3 2";
+    let text = TETRAHEDRON
+        .replace("CELLS 1 5\n4 0 1 2 3", &format!("CELLS 1 18\n17 {stream}"))
+        .replace("\n10\n", "\n42\n");
+    let found = made("a.vtk", &text);
+    let told = describe(&found, &Ticket::new()).unwrap().cells.unwrap();
+    assert!((told.total_volume - 1.0 / 6.0).abs() < 1e-12, "{told:?}");
+    says("a.vtk", text.replace("3 0 3 2\n", "3 0 3 9\n"), &["points, 0 to 3", "found 9"]);
+    says("a.vtk", text.replace("17 4 3", "17 5 3"), &["faces of polyhedron 0"]);
+}
+
+#[test]
+fn pieces_in_several_files_share_the_memory_that_is_free() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("all.pvtu");
+    std::fs::copy(data("two.vtu"), folder.path().join("a.vtu")).unwrap();
+    let piece = "<Piece Source=\"a.vtu\"/>";
+    let with = |count: usize| {
+        let text = format!(
+            "<VTKFile type=\"PUnstructuredGrid\" byte_order=\"LittleEndian\"><PUnstructuredGrid>{}\
+             </PUnstructuredGrid></VTKFile>",
+            piece.repeat(count)
+        );
+        std::fs::write(&path, text).unwrap();
+        let options = OpenOptions { memory_limit_bytes: Some(20_000), ..OpenOptions::default() };
+        open(&path, &options, &Ticket::new())
+    };
+    assert_eq!(cells_of(&with(3).unwrap()).own_cells(), 6);
+    let error = with(40).unwrap_err().to_string();
+    assert!(error.contains("fit in memory"), "{error}");
+}
+
+#[test]
+fn a_file_that_names_pieces_opens_them_and_tells_which_is_missing() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::create_dir(folder.path().join("parts")).unwrap();
+    std::fs::copy(data("two.vtu"), folder.path().join("parts/a.vtu")).unwrap();
+    std::fs::copy(data("text.vtu"), folder.path().join("parts/b.vtu")).unwrap();
+    let path = folder.path().join("all.pvtu");
+    let text = "<VTKFile type=\"PUnstructuredGrid\" version=\"0.1\" byte_order=\"LittleEndian\">\
+        <PUnstructuredGrid GhostLevel=\"0\"><PPointData><PDataArray type=\"Float64\" Name=\"heat\"/>\
+        </PPointData><Piece Source=\"parts/a.vtu\"/><Piece Source=\"parts/b.vtu\"/>\
+        </PUnstructuredGrid></VTKFile>";
+    std::fs::write(&path, text).unwrap();
+    let whole = opened(&path);
+    assert_eq!((cells_of(&whole).own_points(), cells_of(&whole).own_cells()), (24, 4));
+    assert_eq!(whole.grid.field(Some("heat")).unwrap().samples.len(), 24);
+    std::fs::remove_file(folder.path().join("parts/b.vtu")).unwrap();
+    let error = open(&path, &OpenOptions::default(), &Ticket::new()).unwrap_err().to_string();
+    assert!(error.contains("b.vtu") && error.contains("put it there"), "{error}");
+}
+
+#[test]
+fn polygons_are_counted_by_kind() {
+    for name in ["polygons.vtk", "polygons.vtp"] {
+        let found = opened(&data(name));
+        let types: Vec<(u8, usize)> =
+            cells_of(&found).census().by_type.iter().map(|(kind, n)| (*kind, *n)).collect();
+        assert_eq!(types, [(1, 2), (4, 1), (6, 1), (9, 1)], "{name}");
+        assert_eq!(found.grid.field(Some("mark")).unwrap().association, Association::Cell);
+    }
+}
+
+#[test]
+fn blocks_of_plot3d_are_one_grid_and_one_block_is_curvilinear() {
+    let both = opened(&data("blocks.xyz"));
+    let cells = cells_of(&both);
+    assert_eq!((cells.own_points(), cells.own_cells()), (24, 4));
+    let names: Vec<&str> = both.grid.fields.iter().map(|field| field.name.as_str()).collect();
+    assert_eq!(names, ["Density", "Momentum", "StagnationEnergy", "IBlank"]);
+    // Planes of 12 numbers: the second point's momentum is 13, 25, 37.
+    assert_eq!(values(&both.grid.fields[1])[3..6], [13.0, 25.0, 37.0]);
+    for name in ["single.x", "single.q"] {
+        let single = opened(&data(name));
+        // Its points lie evenly, but it is told what it is.
+        assert!(matches!(single.grid.shape, Shape::Curvilinear(_)), "{name}");
+        assert_eq!(single.grid.lattice.dims, [3, 2, 2]);
+    }
+    // Without its flow it has numbers of cells.
+    let alone = made("alone.x", std::fs::read(data("single.x")).unwrap());
+    assert_eq!(alone.grid.fields[0].name, "cell");
+    assert!(alone.warnings.iter().any(|w| w.contains("no solution")), "{:?}", alone.warnings);
+    // A number less, and it is none.
+    let text = std::fs::read_to_string(data("single.x")).unwrap();
+    let cut = text.trim_end().rsplit_once(' ').unwrap().0;
+    refused("cut.x", cut);
+}
+
+#[test]
+fn tables_take_places_by_name_and_keep_other_columns() {
+    let table = opened(&data("table.csv"));
+    let cells = cells_of(&table);
+    assert_eq!(cells.points()[1].to_array(), [1.0, 0.0, 0.0]);
+    let names: Vec<&str> = table.grid.fields.iter().map(|field| field.name.as_str()).collect();
+    assert_eq!(names, ["id", "heat"]);
+    let cloud = opened(&data("cloud.npy"));
+    assert_eq!(cells_of(&cloud).points()[..12], cells.points()[..12]);
+    let plain = made("a.txt", "1 2 3\n4 5 6\n");
+    assert_eq!(plain.grid.fields[0].name, "cell");
+    let commented = made("a.xyz", "# x y z val\n1 2 3 nan\n4 5 6 7\n");
+    assert_eq!(commented.grid.fields[0].name, "val");
+    says("a.txt", "1 2 3\n4 5\n", &["3 numbers on line 2", "found 2"]);
+    says("a.csv", "x,y,z\n1,2,3\n1,2,three\n", &["numbers on line 3", "\"three\""]);
+    says("a.csv", "x,y\n1,2\n", &["csv"]);
+}
+
+const TETRAHEDRON: &str = "# vtk DataFile Version 3.0\ntitle\nASCII\nDATASET UNSTRUCTURED_GRID\n\
+    POINTS 4 float\n0 0 0 1 0 0 0 1 0 0 0 1\nCELLS 1 5\n4 0 1 2 3\nCELL_TYPES 1\n10\n";
+
+#[test]
+fn cells_that_cannot_be_are_refused_in_a_sentence() {
+    let with = |from: &str, to: &str| TETRAHEDRON.replace(from, to);
+    assert_eq!(made("a.vtk", TETRAHEDRON).grid.fields[0].name, "cell");
+    says("a.vtk", with("4 0 1 2 3", "4 0 1 2 4"), &["points, 0 to 3", "found 4"]);
+    says("a.vtk", with("4 0 1 2 3", "4 0 1 2 -1"), &["points, 0 to 3", "found -1"]);
+    says("a.vtk", with("4 0 1 2 3", "3 0 1 2 3"), &["1 cells that end with their 5", "after 4"]);
+    says("a.vtk", with("CELLS 1 5\n4 0 1 2 3", "CELLS 1 4\n3 0 1 2"), &["4 corners", "found 3"]);
+    says("a.vtk", with("TYPES 1\n10", "TYPES 2\n10 10"), &["CELL_TYPES of 1", "found 2"]);
+    says("a.vtk", with("\n10\n", "\n99\n"), &["type 99 at cell 0"]);
+    says("a.vtk", with("\n10\n", "\n300\n"), &["0 to 255", "300"]);
+    says("a.vtk", with("CELL_TYPES 1\n10\n", ""), &["CELL_TYPES before the data"]);
+    says("a.vtk", with("CELLS 1 5", "CELLS 9 5"), &["9 numbers or more for 9 cells"]);
+    let new = "CELLS 2 4\nOFFSETS vtktypeint64\n0 4\nCONNECTIVITY vtktypeint64\n0 1 2 3\n";
+    let new = with("CELLS 1 5\n4 0 1 2 3\n", new);
+    assert_eq!(cells_of(&made("a.vtk", &new)).solids().len(), 1);
+    says("a.vtk", new.replace("0 4\n", "0 3\n"), &["offsets that end", "found 3"]);
+    says("a.vtk", new.replace("0 4\n", "0 5\n"), &["offsets of cells that rise", "5 after 0"]);
+    says("a.vtk", new.replace("0 4\n", "1 4\n"), &["an offset for each of 1 cells"]);
+    says("a.vtk", new.replace("OFFSETS vtktypeint64", "OFFSETS float"), &["whole numbers"]);
+}
+
+#[test]
+fn offsets_and_connectivity_that_disagree_are_refused() {
+    let text = std::fs::read_to_string(data("poly.vtu")).unwrap();
+    let with = |from: &str, to: &str| text.replacen(from, to, 1);
+    says("a.vtu", with(">0 1 2 3<", ">0 1 2 9<"), &["points, 0 to 3", "found 9"]);
+    says("a.vtu", with(">4<", ">3<"), &["a connectivity of 3 corners", "found 4"]);
+    says("a.vtu", with(">4 6<", ">6 4<"), &["a connectivity of 4 corners", "found 6"]);
+    says("a.vtu", with(">4 6<", ">7 6<"), &["offsets of cells that rise", "7 after 0"]);
+    says("a.vtu", with(">17<", ">16<"), &["faces of polyhedron 0"]);
+    says("a.vtu", with("\"offsets\"", "\"offsts\""), &["the array \"offsets\" of cells"]);
+    let lzma = with("type=", "compressor=\"vtkLZMADataCompressor\" type=");
+    says("a.vtu", lzma, &["vtkLZMADataCompressor", "zlib"]);
+}
+
+#[test]
+fn a_thousand_million_promised_cells_are_refused_before_they_are_allocated() {
+    let many = "1000000000";
+    let xml = std::fs::read_to_string(data("poly.vtu")).unwrap();
+    let xml = |name: &str, n: &str| {
+        let [from, to] = [n, many].map(|n| format!("{name}=\"{n}\""));
+        xml.replacen(&from, &to, 1)
+    };
+    let texts = [
+        ("a.vtu", xml("NumberOfCells", "1")),
+        ("a.vtu", xml("NumberOfPoints", "4")),
+        ("a.vtk", TETRAHEDRON.replace("CELLS 1 5", &format!("CELLS {many} 5000000000"))),
+        ("a.vtk", TETRAHEDRON.replace("CELL_TYPES 1", &format!("CELL_TYPES {many}"))),
+        ("a.vtk", TETRAHEDRON.replace("POINTS 4", &format!("POINTS {many}"))),
+    ];
+    for (name, text) in texts {
+        refused(name, text);
+    }
+    assert!(LARGEST.load(Ordering::Relaxed) < 64 << 20, "nothing of that size was asked for");
+}
+
+#[test]
+fn files_of_nothing_of_one_and_of_nowhere() {
+    let only_points = "# vtk DataFile Version 3.0\ntitle\nASCII\nDATASET POLYDATA\n\
+        POINTS 2 float\n0 0 0 1 0 nan\n";
+    let points = made("a.vtk", only_points);
+    assert_eq!((points.grid.fields[0].name.as_str(), points.grid.fields.len()), ("point", 1));
+    assert_eq!(cells_of(&points).own_cells(), 0);
+    let one = made("a.vtk", TETRAHEDRON.replace("0 0 1\n", "0 0 inf\n"));
+    assert_eq!(cells_of(&one).census().not_finite, 1);
+    assert!(one.warnings.iter().any(|w| w.contains("1 cells have corners that lie nowhere")));
+    says("a.vtk", only_points.replace("0 0 0 1 0 nan", "nan 0 0 1 0 inf"), &["finite place"]);
+    let empty = only_points.replace("POINTS 2 float\n0 0 0 1 0 nan", "POINTS 0 float");
+    says("a.vtk", empty, &["none"]);
+    // Wherever a file is cut it has an answer.
+    for at in (1..TETRAHEDRON.len()).step_by(7) {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.vtk");
+        std::fs::write(&path, &TETRAHEDRON[..at]).unwrap();
+        drop(open(&path, &OpenOptions::default(), &Ticket::new()));
+    }
+}
