@@ -1158,6 +1158,41 @@ fn an_encoding_that_comes_not_as_near_as_asked_for_is_refused_or_said_to_be_furt
 }
 
 #[test]
+fn cells_are_drawn_themselves_unless_flags_ask_for_samples_which_is_told() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = |name: &str| folder.path().join(name).to_str().expect("UTF-8").to_owned();
+    let stats = at("stats.json");
+    let picture = |file: &str, flags: &[&str]| {
+        let picture = at("p.exr");
+        let given =
+            ["render", file, "--output", &picture, "--resolution", "40,30", "--stats", &stats];
+        let drawn = voxsplat(&[&given[..], flags].concat());
+        (drawn.status.code(), errors(&drawn))
+    };
+    let mode_of = |flags: &[&str]| {
+        let (code, said) = picture("demo:mesh:4", flags);
+        assert_eq!(code, Some(0), "{said}");
+        let told: Value =
+            serde_json::from_slice(&std::fs::read(&stats).expect("stats")).expect("JSON");
+        (told["mode"]["kernel"].clone(), told["kernels_total"].clone(), said)
+    };
+    // Four cubes across and 24 around, of six tetrahedra each.
+    let (kernel, count, said) = mode_of(&[]);
+    assert_eq!((kernel, count), ("cells".into(), (24 * 16 * 6).into()), "{said}");
+    assert_eq!(mode_of(&["--classify", "after"]).0, "cells");
+    let (kernel, _, said) = mode_of(&["--visibility", "sheets"]);
+    assert!(kernel == "cubic" && said.contains("drawn of samples"), "{kernel}: {said}");
+    let (kernel, _, said) = mode_of(&["--kernel", "linear"]);
+    assert!(kernel == "linear" && !said.contains("drawn of samples"), "{kernel}: {said}");
+    let (code, said) = picture("demo:blobs:16", &["--kernel", "cells"]);
+    assert!(code == Some(1) && said.contains("unstructured or curvilinear"), "{said}");
+    let (code, said) = picture("demo:mesh:4", &["--kernel", "cells", "--classify", "before"]);
+    assert_eq!(code, Some(2), "{said}");
+    let (code, said) = picture("demo:mesh:4", &["--kernel", "cells", "--extent", "2"]);
+    assert_eq!(code, Some(2), "{said}");
+}
+
+#[test]
 fn a_converted_volume_is_the_one_it_was_and_dims_are_of_functions_alone() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("wind.nrrd");

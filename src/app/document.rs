@@ -8,7 +8,7 @@ use crate::io::{Encoded, Series};
 use crate::scene::FirstLook;
 use crate::transfer::{TransferFunction, presets};
 use crate::volume::{
-    Component, Grid, ScalarType, ScalarVolume, Statistics, VectorField, VolumeError, demo,
+    Component, Grid, ScalarType, ScalarVolume, Shape, Statistics, VectorField, VolumeError, demo,
 };
 
 /// The prefix of volumes made in code.
@@ -296,7 +296,10 @@ impl Document {
         };
         let vectors = match (flowing, field.components) {
             (Some(name), _) => Some(Arc::new(grid.vectors(grid.field(Some(name))?, ticket)?)),
-            (None, 3) => Some(Arc::new(grid.vectors(field, ticket)?)),
+            // Of a mesh its matter is seen first.
+            (None, 3) if !matches!(grid.shape, Shape::Unstructured(_)) => {
+                Some(Arc::new(grid.vectors(field, ticket)?))
+            }
             (None, _) => None,
         };
         let flows = flowing.is_some();

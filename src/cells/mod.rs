@@ -80,6 +80,8 @@ pub struct Cells {
     solids: Vec<Solid>,
     /// Which of the file's cells each solid is of.
     sources: Vec<u32>,
+    /// Of the file's polygons.
+    triangles: Vec<[u32; 3]>,
     census: Census,
 }
 
@@ -130,7 +132,7 @@ impl Cells {
             )]
             sources.resize(split.solids.len(), cell as u32);
         }
-        let split::Split { solids, blends, added, .. } = split;
+        let split::Split { solids, blends, added, triangles, .. } = split;
         let points: Arc<[DVec3]> = points.into_iter().chain(added).collect();
         for solid in &solids {
             let placed = solid.placed(&points);
@@ -138,7 +140,7 @@ impl Cells {
             census.flat += usize::from(placed.is_flat());
             census.inverted += usize::from(volume < 0.0 && !placed.is_flat());
         }
-        Ok(Self { points, own_points, own_cells, blends, solids, sources, census })
+        Ok(Self { points, own_points, own_cells, blends, solids, sources, triangles, census })
     }
 
     /// The hexahedra between the points of a curvilinear grid, x fastest; two points or more along each axis.
@@ -173,6 +175,7 @@ impl Cells {
             blends: Vec::new(),
             solids,
             sources,
+            triangles: Vec::new(),
             census: Census { by_type, ..Census::default() },
         }
     }
@@ -213,6 +216,13 @@ impl Cells {
             }
         }
         sums.into_iter().map(|(sum, count)| if count > 0.0 { sum / count } else { sum }).collect()
+    }
+
+    /// Triangles of the file's polygons, and of the solids' outer faces.
+    pub fn triangles(&self) -> Vec<[u32; 3]> {
+        let faces = self.surface(|_| true);
+        let outer = faces.iter().flat_map(Face::triangles);
+        self.triangles.iter().copied().chain(outer).collect()
     }
 
     /// What is known of the file's cells.

@@ -17,6 +17,8 @@ pub(super) const HEXAHEDRON: u8 = 12;
 pub(super) struct Split<'a> {
     points: &'a [DVec3],
     pub solids: Vec<Solid>,
+    /// Of cells without volume, those that are polygons.
+    pub triangles: Vec<[u32; 3]>,
     pub blends: Vec<Blend>,
     /// Places of the blends.
     pub added: Vec<DVec3>,
@@ -27,7 +29,15 @@ pub(super) struct Split<'a> {
 impl<'a> Split<'a> {
     pub(super) fn new(points: &'a [DVec3]) -> Self {
         let none = HashMap::new();
-        Self { points, solids: Vec::new(), blends: Vec::new(), added: Vec::new(), known: none }
+        let triangles = Vec::new();
+        Self {
+            points,
+            solids: Vec::new(),
+            triangles,
+            blends: Vec::new(),
+            added: Vec::new(),
+            known: none,
+        }
     }
 
     /// Adds a cell's solids; whether it had to be split.
@@ -51,8 +61,12 @@ impl<'a> Split<'a> {
             }),
         };
         match kind {
-            // Nothing, points, lines and polygons, straight or curved.
-            0..=9 | 21..=23 | 28 | 30 | 34..=36 | 51 | 60..=63 | 66 | 68..=70 | 75..=77 => Ok(false),
+            5..=9 | 22 | 23 | 28 => {
+                self.polygon(kind, corners);
+                Ok(false)
+            }
+            // Nothing, points, lines, and polygons of other curves.
+            0..=4 | 21 | 30 | 34..=36 | 51 | 60..=63 | 66 | 68..=70 | 75..=77 => Ok(false),
             10 => of(4).map(|()| self.one(Kind::Tetrahedron, corners)),
             11 => of(8).map(|()| {
                 let [a, b, c, d, e, f, g, h] = [0, 1, 3, 2, 4, 5, 7, 6].map(|i: usize| corners[i]);
@@ -91,6 +105,35 @@ impl<'a> Split<'a> {
     fn one(&mut self, kind: Kind, corners: &[u32]) -> bool {
         self.solids.push(Solid::of(kind, corners));
         false
+    }
+
+    /// A polygon's triangles: all from its first corner, of strips one after another, of quadratic ones at the middles of their
+    /// edges, too.
+    fn polygon(&mut self, kind: u8, c: &[u32]) {
+        let fan = |ring: &[u32]| -> Vec<[u32; 3]> {
+            let [first, rest @ ..] = ring else { return Vec::new() };
+            rest.windows(2).map(|pair| [*first, pair[0], pair[1]]).collect()
+        };
+        let found = match (kind, c) {
+            // A strip turns about from one to the next.
+            (6, _) => c
+                .windows(3)
+                .enumerate()
+                .map(|(i, t)| match i % 2 {
+                    0 => [t[0], t[1], t[2]],
+                    _ => [t[1], t[0], t[2]],
+                })
+                .collect(),
+            (8, [a, b, c, d, ..]) => fan(&[*a, *b, *d, *c]),
+            (22, [a, b, c, ab, bc, ca, ..]) => {
+                vec![[*a, *ab, *ca], [*ab, *b, *bc], [*ca, *bc, *c], [*ab, *bc, *ca]]
+            }
+            (23 | 28, [a, b, c, d, ab, bc, cd, da, ..]) => {
+                fan(&[*a, *ab, *b, *bc, *c, *cd, *d, *da])
+            }
+            _ => fan(c),
+        };
+        self.triangles.extend(found);
     }
 
     /// The mean of points, with weights that belong to them.

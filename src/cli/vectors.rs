@@ -12,7 +12,7 @@ use crate::core::Ticket;
 use crate::scene::{SampleSource, Scene, VectorLayer};
 use crate::task::loop_file::LoopFormat;
 use crate::vector::ColourBy;
-use crate::volume::{Field, VectorField, VolumeError};
+use crate::volume::{Field, Shape, VectorField, VolumeError};
 
 /// Seconds that a loop takes unless flags say otherwise.
 const LOOP_SECONDS: f64 = 3.0;
@@ -93,7 +93,10 @@ impl VectorFlags {
     ) -> Result<Option<Vectors>, Failure> {
         let failed = |error: VolumeError| Failure::Failed(input.about(&error.to_string()));
         let active = input.grid.fields.first();
-        let opens_as_vectors = !opens_with_scalar && active.is_some_and(|f| f.components == 3);
+        // Of a mesh its matter is seen first.
+        let is_mesh = matches!(input.grid.shape, Shape::Unstructured(_));
+        let opens_as_vectors =
+            !opens_with_scalar && !is_mesh && active.is_some_and(|f| f.components == 3);
         let flows_by_itself = nothing_is_asked_of_the_field
             && !self.vectors_only
             && self.named().is_none()
@@ -138,7 +141,10 @@ impl VectorFlags {
                 };
             }
         };
-        note_holes(&vectors);
+        // On the lattice of a mesh what lies outside is no hole.
+        if !is_mesh {
+            note_holes(&vectors);
+        }
         let mut layer = match flows_by_itself {
             true => VectorLayer::flowing(Arc::new(vectors)),
             false => VectorLayer::new(Arc::new(vectors)),

@@ -449,6 +449,8 @@ fn slab_pixels(view: &View, smallest_spacing: f64, settings: &SplatSettings) -> 
 /// Faces in a slab of which values are projected: those have more to them than light that adds up. Of
 /// noise, the greatest values are off by 2.0e-2 with one (as colours, rmse), by 1.2e-3 with two.
 const PROJECTED_FACES: f64 = 2.0;
+/// The same of cells, between which values bend anywhere: of noise, the greatest values are off by 1.3e-1 with two.
+const PROJECTED_FACES_OF_CELLS: f64 = 8.0;
 
 /// Distance between the places at which a ray's values are asked, pixels of view depth.
 fn face_pixels(
@@ -458,7 +460,11 @@ fn face_pixels(
     looks: Looks<'_>,
 ) -> f64 {
     let slab = slab_pixels(view, smallest_spacing, settings);
-    if looks.variant(false).projects() { slab / PROJECTED_FACES } else { slab }
+    match settings.kernel {
+        _ if !looks.variant(false).projects() => slab,
+        Kernel::Cells => slab / PROJECTED_FACES_OF_CELLS,
+        _ => slab / PROJECTED_FACES,
+    }
 }
 
 /// Voxels that a ray may cross between two slab faces along any axis, rounded up: at least 1.

@@ -131,6 +131,14 @@ impl<'a, S: Simd> AlongSolids<'a, S> {
         let first = self.first as f32 + shift;
         let depths = [first * self.step, (first + (count - 1) as f32) * self.step];
         let cells = self.cells;
+        // Rays along a plane are inside a box's or they are not: no infinities are needed.
+        let tiny = all(simd, 1e-20);
+        let Vec3 { x, y, z } = packet.direction;
+        let inverse = Vec3 {
+            x: all(simd, 1.0) / choose(x.abs().simd_lt(tiny), tiny, x),
+            y: all(simd, 1.0) / choose(y.abs().simd_lt(tiny), tiny, y),
+            z: all(simd, 1.0) / choose(z.abs().simd_lt(tiny), tiny, z),
+        };
         for entry in self.list {
             let is_apart = entry.depths[1] < depths[0] || entry.depths[0] > depths[1];
             if entry.blocks & self.block == 0 || is_apart {
@@ -141,7 +149,8 @@ impl<'a, S: Simd> AlongSolids<'a, S> {
                     self.add_straight(simd, packet, (&cells.straight[i as usize], entry), first);
                 }
                 Solid::Bent(i) => {
-                    self.add_bent(simd, packet, (&cells.bent[i as usize], entry), first);
+                    let own = (&cells.bent[i as usize], entry);
+                    self.add_bent(simd, (packet, inverse), own, first);
                 }
                 Solid::Nothing => {}
             }
@@ -222,10 +231,25 @@ impl<'a, S: Simd> AlongSolids<'a, S> {
     }
 
     #[inline(always)]
-    fn add_bent(&mut self, simd: S, packet: &Packet<S>, (own, entry): (&Bent, &Entry), first: f32) {
+    fn add_bent(
+        &mut self,
+        simd: S,
+        (packet, inverse): (&Packet<S>, Vec3<S>),
+        (own, entry): (&Bent, &Entry),
+        first: f32,
+    ) {
         let scale = 1.0 / self.step;
-        let low = (entry.depths[0] * scale - first).ceil().max(0.0);
-        let high = (entry.depths[1] * scale - first).floor().min((self.count - 1) as f32);
+        let [enter, leave] = own.span(packet, inverse);
+        let is_met = packet.is_there & enter.simd_le(leave);
+        if !any(is_met) {
+            return;
+        }
+        // In faces from the first one, and a little more for rounding.
+        let (enter, leave) = (enter * scale - (first + 0.01), leave * scale - (first - 0.01));
+        let far = all(simd, 1e9);
+        let low = choose(is_met, enter, far).reduce_min().ceil().max(0.0);
+        let high = choose(is_met, leave, -far).reduce_max().floor();
+        let high = high.min((self.count - 1) as f32);
         if low > high {
             return;
         }
@@ -234,7 +258,11 @@ impl<'a, S: Simd> AlongSolids<'a, S> {
         let nothing = all(simd, NOTHING);
         let mut unit = own.middle(simd);
         for i in low..=high {
-            let open = self.values[i].simd_eq(nothing) & packet.is_there;
+            let place = all(simd, i as f32);
+            let open = self.values[i].simd_eq(nothing)
+                & is_met
+                & enter.simd_le(place)
+                & leave.simd_ge(place);
             if !any(open) {
                 continue;
             }
@@ -294,11 +322,8 @@ impl<'a, S: Simd> AlongSolids<'a, S> {
         let end = one - rim;
         let is_settled = last.simd_le(all(simd, 1e-2)) | Mask::splat(simd, own.is_triangle);
         let beyond = if own.is_triangle { u + v } else { u.max(v) };
-        let is_met = packet.is_there
-            & is_settled
-            & u.simd_ge(rim)
-            & v.simd_ge(rim)
-            & beyond.simd_le(end);
+        let is_met =
+            packet.is_there & is_settled & u.simd_ge(rim) & v.simd_ge(rim) & beyond.simd_le(end);
         if !any(is_met) {
             return;
         }

@@ -12,7 +12,7 @@ use super::in_order::look;
 use super::landed::{Extent, Landed};
 use super::lanes::{LANES, Lanes, Mask, Vec3, all, any, choose};
 use super::lattice::NOTHING;
-use super::rays::Rays;
+use super::rays::{Packet, Rays};
 use super::supports::NotBegun;
 use crate::cells::{CellField, Kind, Listed};
 use crate::core::{Cancelled, Ticket};
@@ -48,6 +48,8 @@ pub(super) struct Bent {
     pub kind: Kind,
     pub places: [[f32; 3]; 8],
     pub values: [f32; 8],
+    /// Its box, and a little about it.
+    pub bounds: [[f32; 3]; 2],
     pub rim: f32,
 }
 
@@ -414,12 +416,16 @@ fn of_solid(kind: Kind, corners: &[DVec3], values: [f32; 8]) -> Bent {
     let mut own = [DVec3::ZERO; 8];
     own.iter_mut().zip(corners).for_each(|(to, from)| *to = *from - corners[0]);
     let places = kind.polynomial(own);
+    let none = [DVec3::INFINITY, DVec3::NEG_INFINITY];
+    let [low, high] = corners.iter().fold(none, |[low, high], p| [low.min(*p), high.max(*p)]);
+    let about = DVec3::splat(1e-3);
     let shortest = places[1..4].iter().fold(f64::INFINITY, |least, by| least.min(by.length()));
     Bent {
         origin: corners[0].as_vec3().to_array(),
         kind,
         places: places.map(|by| by.as_vec3().to_array()),
         values: kind.polynomial(values),
+        bounds: [(low - about).as_vec3().to_array(), (high + about).as_vec3().to_array()],
         rim: UNIT_RIM + (RIM / narrow(shortest).max(1e-6)).min(0.1),
     }
 }
@@ -542,6 +548,28 @@ impl Bent {
         let within = self.beyond(simd, unit).simd_le(all(simd, self.rim))
             & step.simd_le(all(simd, 30.0 * SHORT));
         (unit, within)
+    }
+
+    /// Depths between which rays are in its box, by 1 over their directions.
+    #[inline(always)]
+    pub(super) fn span<S: Simd>(&self, packet: &Packet<S>, inverse: Vec3<S>) -> [Lanes<S>; 2] {
+        let [low, high] = self.bounds;
+        let x = [
+            (packet.origin.x * -1.0 + low[0]) * inverse.x,
+            (packet.origin.x * -1.0 + high[0]) * inverse.x,
+        ];
+        let y = [
+            (packet.origin.y * -1.0 + low[1]) * inverse.y,
+            (packet.origin.y * -1.0 + high[1]) * inverse.y,
+        ];
+        let z = [
+            (packet.origin.z * -1.0 + low[2]) * inverse.z,
+            (packet.origin.z * -1.0 + high[2]) * inverse.z,
+        ];
+        [
+            x[0].min(x[1]).max(y[0].min(y[1])).max(z[0].min(z[1])),
+            x[0].max(x[1]).min(y[0].max(y[1])).min(z[0].max(z[1])),
+        ]
     }
 
     /// How far (r, s, t) lies beyond its region.

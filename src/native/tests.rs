@@ -14,6 +14,7 @@ use super::nodes::Nodes;
 use super::polygons::Polygons;
 use super::rays::{Rays, TILE};
 use super::table::Table;
+use crate::cells::{CellField, Cells, On};
 use crate::core::{Camera, Cancelled, Projection, Ticket};
 use crate::kernel::{Kernel, Separable, coefficients};
 use crate::plan::{KernelSlabs, Plan, SlabField};
@@ -164,6 +165,101 @@ fn sums_of_functions_and_their_growth_are_those_of_float64_and_lie_in_their_boun
             // Sums of up to 40 in 32 bits: measured 1.2e-5 and 2.4e-6.
             assert!(worst < 3e-5 && steepest < 1e-4, "{basis:?} {dims:?}: {worst} {steepest}");
         }
+    }
+}
+
+/// Hexahedra about most of a lattice, bent, with values of their own; the middle one is not there.
+fn volume_of_cells(dims: [usize; 3], on: On) -> Arc<ScalarVolume> {
+    let noise = volume(dims);
+    let lattice = Grid {
+        spacing: DVec3::new(1.0, 0.7, 1.3),
+        origin: DVec3::new(-3.0, 2.0, 5.0),
+        ..noise.lattice
+    };
+    let any = |i: usize| ((i * 40_503 + 17) % 1009) as f64 / 1009.0;
+    let sides = [4, 4, 4];
+    let last = DVec3::from(dims.map(|n| n as f64 - 1.0));
+    let place = |i: usize| {
+        let at = DVec3::from([i % 4, i / 4 % 4, i / 16].map(|n| n as f64));
+        let shaken = DVec3::new(any(3 * i), any(3 * i + 1), any(3 * i + 2)) - 0.5;
+        lattice.world_from_index((at + 0.5 * shaken) / 3.0 * last)
+    };
+    let points: Arc<[DVec3]> = (0..64).map(place).collect();
+    let cells = Arc::new(Cells::of_grid(&points, sides));
+    let count = if on == On::Points { 64 } else { 27 };
+    let mut values: Vec<f64> = (0..count).map(|i| 100.0 * any(7 * i)).collect();
+    if on == On::Cells {
+        values[13] = f64::NAN;
+    }
+    let cells = Some(Arc::new(CellField::new(cells, on, values)));
+    Arc::new(ScalarVolume { lattice, cells, ..(*noise).clone() })
+}
+
+#[test]
+fn values_of_cells_and_their_growth_are_those_of_float64_and_lie_in_their_bounds() {
+    for on in [On::Points, On::Cells] {
+        let dims = [16, 21, 18];
+        let volume = volume_of_cells(dims, on);
+        let field = volume.cells.as_ref().expect("it has some");
+        let lattice = lattice(&volume, Kernel::Cells);
+        let (level, method) = (Level::new(), lattice.method());
+        let bricks = &lattice.bricks;
+        let growths = field.growths(&Ticket::new()).expect("not cancelled");
+        let (mut inside, mut near_faces) = (0, 0);
+        let (mut worst, mut steepest) = (0.0_f64, 0.0_f64);
+        let places: Vec<[f32; 3]> = places(dims).collect();
+        for eight in places.chunks_exact(8) {
+            let along = |axis: usize| std::array::from_fn::<f32, 8, _>(|i| eight[i][axis]);
+            let [x, y, z] = [along(0), along(1), along(2)];
+            let (values, growth) = dispatch!(level, simd => {
+                let place = Vec3 {
+                    x: Lanes::load_array(simd, x),
+                    y: Lanes::load_array(simd, y),
+                    z: Lanes::load_array(simd, z),
+                };
+                let growth = lattice.gradient(simd, method, place);
+                let growth = [growth.x, growth.y, growth.z].map(|g| g.to_array());
+                (lattice.value(simd, method, place).to_array(), growth)
+            });
+            for (i, place) in eight.iter().enumerate() {
+                let world = volume.lattice.world_from_index(DVec3::from(place.map(f64::from)));
+                let cells = field.cells();
+                let holds = |solid: &usize| {
+                    let unit = cells.placed(*solid).unit_from(world);
+                    field.is_there(*solid) && unit.is_some()
+                };
+                let solid = (0..27).find(holds);
+                let is_there = values[i] > super::lattice::NOTHING;
+                let Some(solid) = solid.filter(|_| is_there) else {
+                    // Single precision tells sides of faces apart where nobody sees it.
+                    near_faces += usize::from(solid.is_some() != is_there);
+                    continue;
+                };
+                inside += 1;
+                let unit = cells.placed(solid).unit_from(world).expect("it holds it");
+                let found = f64::from(values[i]) + lattice.bias;
+                let off = (found - field.value(solid, unit)).abs();
+                let weights = cells.solids()[solid].kind().weights(unit);
+                let corners = cells.solids()[solid].corners().iter().zip(weights);
+                let world: DVec3 = corners.map(|(c, w)| growths[*c as usize] * w).sum();
+                let expected = volume.lattice.axes().transpose() * world;
+                let found = DVec3::from(growth.map(|g| f64::from(g[i])));
+                // At the face of two cells values of cells jump, and either is right.
+                if on == On::Points || off < 1e-3 {
+                    worst = worst.max(off);
+                    steepest = steepest.max((found - expected).length());
+                } else {
+                    near_faces += 1;
+                }
+                let at = [0, 1, 2].map(|a| ((place[a] + 1.0) / 4.0) as usize);
+                let brick = (at[2] * bricks.dims[1] + at[1]) * bricks.dims[0] + at[0];
+                let [low, high] = bricks.ranges[brick];
+                assert!((low..=high).contains(&values[i]), "{on:?} {place:?}");
+            }
+        }
+        assert!(inside > 1500 && near_faces < 4, "{on:?}: {inside} {near_faces}");
+        // Of 100, in 32 bits.
+        assert!(worst < 5e-3 && steepest < 5e-3, "{on:?}: {worst} {steepest}");
     }
 }
 

@@ -215,14 +215,22 @@ fn passes(field: &Field, line: &Line, level: f64, [a, b]: [f64; 2]) -> Vec<f64> 
     let count = (voxels * LOOKS).ceil().max(1.0) as usize;
     let above = |t: f64| field.value(line.at(t)).map(|value| value >= level);
     let place = |i: usize| a + (b - a) * i as f64 / count as f64;
-    let sides: Vec<Option<bool>> = (0..=count).map(|i| above(place(i))).collect();
+    let mut places: Vec<f64> = (0..=count).map(place).collect();
+    if let Some(cells) = &field.cells {
+        // On either side of each face: values bend there, and end.
+        let beside = 1e-9 * (b - a);
+        let faces = cells.crossings(line, [a, b]);
+        places.extend(faces.into_iter().flat_map(|t| [t - beside, t + beside]));
+        places.sort_by(f64::total_cmp);
+    }
+    let sides: Vec<Option<bool>> = places.iter().map(|t| above(*t)).collect();
     let mut found = Vec::new();
     for (i, pair) in sides.windows(2).enumerate() {
         let [Some(first), Some(last)] = pair[..] else { continue };
         if first == last {
             continue;
         }
-        let (mut low, mut high) = (place(i), place(i + 1));
+        let (mut low, mut high) = (places[i], places[i + 1]);
         for _ in 0..60 {
             let middle = f64::midpoint(low, high);
             match above(middle) {

@@ -88,7 +88,9 @@ impl FirstLook {
         let spacing = volume.lattice.spacing;
         let thickest = spacing.max_element() / spacing.min_element();
         let faces = Faces::of(volume, &transfer);
-        let is_lit = is_of_names || faces.is_some_and(Faces::carry_the_shape);
+        // The outer faces of cells carry their shape, whatever lies within.
+        let is_of_cells = volume.cells.is_some();
+        let is_lit = is_of_names || is_of_cells || faces.is_some_and(Faces::carry_the_shape);
         if let (Some(_), false, ColourSource::Map { map, .. }) =
             (faces, is_lit, &mut transfer.colour)
         {

@@ -43,7 +43,7 @@ pub enum VolumeError {
     },
     /// Cells none of which has volume.
     #[error(
-        "expected cells with volume, which can be drawn, found {found}; a file of surfaces is opened as polygons beside a \
+        "expected cells with volume, which can be drawn, found {found}; a file of surfaces is drawn as polygons (--mesh) beside a \
          volume"
     )]
     NoSolids {

@@ -348,8 +348,11 @@ impl Grid {
         let samples = self.samples_of(field, component, ticket)?;
         let (lattice, samples, cells) = self.evenly_spaced(field, samples, ticket)?;
         let statistics = match cells.as_ref().and_then(|cells| cells.range()) {
-            // No sample may lie where the cells have their least or greatest value.
-            Some(range) => Statistics::between(&samples, range, ticket)?,
+            // No sample may lie where the cells have their least or greatest value; those outside of all cells are no data
+            // that is missing.
+            Some(range) => {
+                Statistics { nan_count: 0, ..Statistics::between(&samples, range, ticket)? }
+            }
             None => Statistics::of(&samples, ticket)?,
         };
         if statistics.finite_count == 0 {

@@ -120,7 +120,6 @@ fn measured() -> &'static [Measured] {
                     _ => return None,
                 };
                 let decibels = nearness(&wide(picture), &expected);
-                if std::env::var_os("TABLE_DUMP").is_some() { let w = picture.size[0] as usize; for (i,(a,b)) in wide(picture).iter().zip(&expected).enumerate() { let d: f64 = (0..4).map(|c| (a[c]-b[c]).abs()).fold(0.0, f64::max); if d > 0.003 { println!("DUMP {engine:?} {} {},{}: {a:.3?} expected {b:.3?}", drawn.row.name(), i%w, i/w); } } }
                 Some(Measured { drawn, engine, picture, expected, decibels })
             };
             let natively = drawn.native.as_ref();

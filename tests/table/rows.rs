@@ -238,7 +238,6 @@ fn in_modes<const N: usize>(field: Field, parts: &[Part], modes: [SplatSettings;
 
 /// Every row.
 pub(crate) fn rows() -> Vec<Row> {
-    if let Ok(only)=std::env::var("TABLE_ONLY") { return cells().into_iter().filter(|r| r.name().contains(&only)).collect(); }
     [
         fields(),
         reconstructed(),
@@ -402,7 +401,7 @@ fn cells() -> Vec<Row> {
     rows.push(Row::new(Field::Tetrahedra, &[OpacityBy(Index::GradientStrength)], exact));
     rows.push(Row::new(Field::Tetrahedra, &[Lights, Isosurfaces], slabs(4.0, exact)));
     for along in [AlongRay::Maximum, AlongRay::Average] {
-        rows.push(Row::new(Field::MixedCells, &[Along(along)], exact));
+        rows.push(Row::new(Field::MixedCells, &[Along(along)], slabs(4.0, exact)));
     }
     rows.push(Row::new(Field::MixedCells, &[OpaquePolygons], exact));
     rows.push(Row::new(Field::Tetrahedra, &[Vectors(VectorMode::Modulate)], exact));

@@ -3,6 +3,7 @@
 mod cells;
 mod functions;
 mod inside;
+mod meshes;
 mod polygons;
 mod refining;
 mod shading;

@@ -205,7 +205,7 @@ fn gradient(request: &FrameRequest) -> Picture {
         level,
         kernels: Some(voxsplat::task::engine::KernelCounts { drawn: 500, active: 500 }),
         vector_splats: (!request.scene.shows_field()).then_some(321),
-        functions: None,
+        own_kernels: None,
         kernels_total: 512,
         backend: voxsplat::scene::Backend::Raster,
         frame_ms: 12.0,
@@ -351,6 +351,10 @@ impl Library for NamedFiles {
                 let series = vec![named("scout", false), named("thorax", true)];
                 Ok(ReadGrid { series, ..grid([8; 3], "thorax", 1) })
             }
+            "ring.vtu" => {
+                let grid = voxsplat::volume::demo::open("mesh", Some(4)).expect("a demo");
+                Ok(ReadGrid { grid, warnings: Vec::new(), series: Vec::new() })
+            }
             // What a first look lights.
             "faces.nrrd" => Ok(grid([8; 3], "faces", 1)),
             "demo:tornado" => {
@@ -410,7 +414,11 @@ impl Library for NamedFiles {
         let transfer = self.default_transfer(&volume.statistics);
         let view = Orientation::of(space).first_view();
         let lighting = (volume.name == "faces").then(Lighting::first_look);
-        FirstLook { transfer, lighting, splat: SplatSettings::EXACT, view }
+        let splat = match &volume.cells {
+            Some(_) => SplatSettings::CELLS,
+            None => SplatSettings::EXACT,
+        };
+        FirstLook { transfer, lighting, splat, view }
     }
 }
 

@@ -70,13 +70,26 @@ pub fn data_ui(ui: &mut Ui, document: &Document) -> Option<DataChoice> {
     ];
     let shape = &document.grid.shape;
     if !matches!(shape, Shape::Affine) {
-        let points = document.grid.lattice.dims.map(|n| n.to_string()).join(" × ");
-        let text = format!("{points} points, {}", shape.name());
-        rows.push((
-            "In the file",
-            text,
-            "The grid of the file; the dimensions above are of the regular one that is drawn",
-        ));
+        let (text, help) = match shape {
+            Shape::Unstructured(cells) => {
+                let [points, own] =
+                    [cells.own_points(), cells.own_cells()].map(|n| words::count(n as u64));
+                let text = format!("{points} points, {own} cells, {}", shape.name());
+                (
+                    text,
+                    "The mesh of the file; the dimensions above are of the samples that quick pictures are of",
+                )
+            }
+            _ => {
+                let points = document.grid.lattice.dims.map(|n| n.to_string()).join(" × ");
+                let text = format!("{points} points, {}", shape.name());
+                (
+                    text,
+                    "The grid of the file; the dimensions above are of the regular one that is drawn",
+                )
+            }
+        };
+        rows.push(("In the file", text, help));
     }
     let odd = statistics.nan_count + statistics.infinite_count;
     if odd > 0 {

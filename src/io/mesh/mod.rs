@@ -11,10 +11,11 @@ use std::io::{self, Cursor, Read, Seek};
 use std::path::{Path, PathBuf};
 
 use super::error::{Problem, ReadError, corrupt, quoted_bytes, truncated, unrecognised};
-use super::files;
+use super::{Format, OpenOptions, files};
 use crate::core::memory::{self, require};
 use crate::core::progress::Ticket;
 use crate::polygons::{Mesh, MeshError};
+use crate::volume::Shape;
 
 /// A file format of triangles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -80,10 +81,15 @@ fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<OpenedMesh, Pro
         return Err(Problem::Empty);
     }
     require("a mesh", len.saturating_mul(MOST_GROWTH), free_bytes)?;
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    if MeshFormat::of(path).is_none()
+        && let Some(opened) = of_cells(path, &name, free_bytes, ticket)?
+    {
+        return Ok(opened);
+    }
     let mut bytes = Vec::new();
     file.read_to_end(&mut bytes).map_err(Problem::Io)?;
     let format = recognise(path, &bytes)?;
-    let name = path.file_name().unwrap_or_default().to_string_lossy();
     let mut warnings = Vec::new();
     let parts = match format {
         MeshFormat::Stl => stl::read(bytes, ticket, &mut warnings),
@@ -119,13 +125,36 @@ impl Parts {
     }
 }
 
+/// The surface of a file of cells: its polygons, and the outer faces of its solids. `None` of other files.
+fn of_cells(
+    path: &Path,
+    name: &str,
+    free_bytes: u64,
+    ticket: &Ticket,
+) -> Result<Option<OpenedMesh>, Problem> {
+    let has_cells = matches!(
+        super::recognise(path),
+        Ok(Format::Vtu | Format::Vtp | Format::Vtk | Format::Exodus | Format::NetCdf)
+    );
+    if !has_cells {
+        return Ok(None);
+    }
+    let options = OpenOptions { memory_limit_bytes: Some(free_bytes), ..OpenOptions::default() };
+    let opened = super::read(path, &options, ticket)?;
+    let Shape::Unstructured(cells) = &opened.grid.shape else { return Ok(None) };
+    let positions = cells.points().iter().map(|point| point.as_vec3()).collect();
+    let none = (Vec::new(), Vec::new());
+    let mesh = Mesh::new(name, positions, none.0, none.1, cells.triangles()).map_err(no_mesh)?;
+    Ok(Some(OpenedMesh { mesh, path: path.to_owned(), warnings: opened.warnings }))
+}
+
 fn recognise(path: &Path, bytes: &[u8]) -> Result<MeshFormat, Problem> {
     if bytes.starts_with(b"ply\n") || bytes.starts_with(b"ply\r") {
         return Ok(MeshFormat::Ply);
     }
     MeshFormat::of(path).ok_or_else(|| {
         unrecognised(
-            "a mesh in an STL, PLY or OBJ file (.stl, .ply, .obj)",
+            "a mesh in an STL, PLY or OBJ file (.stl, .ply, .obj), or cells of VTK or Exodus II",
             format!("bytes that begin with {}", quoted_bytes(bytes)),
             "convert it, or give the file the ending of its format",
         )

@@ -1,0 +1,44 @@
+//! Meshes: drawn as they are, with every control that grids have.
+
+use eframe::egui::{Key, Modifiers};
+use voxsplat::app::words;
+use voxsplat::kernel::Kernel;
+use voxsplat::scene::Scene;
+
+use crate::ui_support::Bench;
+
+fn scene(bench: &Bench) -> &Scene {
+    bench.window().scene().expect("something is open")
+}
+
+fn opened(name: &str) -> Bench {
+    let mut bench = Bench::empty();
+    bench.open(name);
+    bench.settle();
+    bench
+}
+
+#[test]
+fn a_mesh_opens_as_its_cells_which_the_data_panel_counts() {
+    let mut bench = opened("ring.vtu");
+    assert_eq!(scene(&bench).splat.kernel, Kernel::Cells);
+    assert!(scene(&bench).volume().is_some_and(|volume| volume.cells.is_some()));
+    // 24 around, five by five across; four by four cubes of six tetrahedra between them.
+    assert!(bench.tells(&format!("600 points, {} cells, unstructured", words::count(2304))));
+    // What another file has no cells for is drawn as that opens.
+    bench.open("some.nrrd");
+    bench.settle();
+    assert_eq!(scene(&bench).splat.kernel, Kernel::BSpline);
+}
+
+#[test]
+fn other_kernels_take_turns_with_cells_which_undo_brings_back() {
+    let mut bench = opened("ring.vtu");
+    bench.choose("Kernel", "Linear");
+    assert_eq!(scene(&bench).splat.kernel, Kernel::Linear);
+    bench.choose("Kernel", "Cells");
+    assert_eq!(scene(&bench).splat.kernel, Kernel::Cells);
+    bench.harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+    bench.settle();
+    assert_eq!(scene(&bench).splat.kernel, Kernel::Linear);
+}
